@@ -1,1 +1,36 @@
 //! motion-core
+
+#![no_std]
+#![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::arithmetic_side_effects,
+        clippy::cast_possible_truncation,
+        clippy::expect_used,
+        clippy::indexing_slicing,
+        clippy::panic,
+        clippy::unwrap_used
+    )
+)]
+
+#[cfg(feature = "alloc")]
+extern crate alloc;
+#[cfg(any(test, feature = "std"))]
+extern crate std;
+
+pub mod fixed;
+pub mod fletcher;
+pub mod lint;
+#[cfg(feature = "serde")]
+pub mod serialize;
+pub mod stream;
+pub mod time;
+pub mod wire;
+
+#[doc(hidden)]
+#[cfg(feature = "serde")]
+pub use serde;
+#[doc(hidden)]
+pub use zerocopy;

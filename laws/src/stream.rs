@@ -1,0 +1,216 @@
+//! What every stream obeys, whatever its protocol: laws 8, 9 and 10 of the design.
+//!
+//! A reading feeds a stream in pieces, with gaps at given places, and collects the items. While it
+//! does, it holds each step against the laws that need no second opinion: bytes are conserved, a
+//! corrupt frame is reported once an episode, a fatal error stays until the caller gives it up, and
+//! after a gap nothing waits. [`check`] adds those that compare readings.
+//!
+//! ```
+//! # use laws::stream::check;
+//! # use motion_core::stream::{Framing, Head, Noise};
+//! # enum Line {}
+//! # impl Framing for Line {
+//! #     const MAX: usize = 2;
+//! #     type Header = ();
+//! #     type Frame<'a> = &'a [u8];
+//! #     type Memo<const N: usize> = ();
+//! #     fn head(bytes: &[u8]) -> Head {
+//! #         if bytes[0] == b'!' { Head::Total(2) } else { Head::Skip(1, Noise::NoMarker) }
+//! #     }
+//! #     fn header(_: &[u8]) -> Option<()> { Some(()) }
+//! #     fn frame(bytes: &[u8]) -> Option<&[u8]> { Some(bytes) }
+//! # }
+//! // A protocol whose frames are a `!` and one byte, fed in pieces of three bytes.
+//! let rescan = |bytes: &[u8]| if bytes.len() > 1 && bytes[0] == b'!' { Ok(2) } else { Err(1) };
+//! let items = check::<Line, 4>(b"ab!c!", &[], || 3, rescan);
+//! assert_eq!(items.len(), 3);
+//! ```
+
+use std::fmt::Debug;
+
+use motion_core::stream::{Corrupt, Fatal, Frames, Framing, Item, Noise};
+
+/// An item that outlives the buffer. Neighbouring noise for the same reason is one item.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "the fields are those of `Item`")]
+pub enum Owned<H> {
+    Frame(Vec<u8>),
+    Corrupt { header: H, why: Corrupt, bytes: Vec<u8> },
+    Noise { bytes: Vec<u8>, why: Noise },
+    Fatal(Fatal),
+}
+
+/// What became of a stream.
+#[derive(Clone, Debug)]
+pub struct Reading<H> {
+    /// The items in order.
+    pub items: Vec<Owned<H>>,
+    /// What [`Frames::work`] said in the end.
+    pub work: usize,
+}
+
+/// When the items of a gap are asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drain {
+    /// At once.
+    AtGap,
+    /// After more bytes have arrived.
+    AfterGap,
+}
+
+/// Reads `stream` in pieces of the lengths that `cut` gives, the line silent at the positions `gaps`
+/// (ascending) and at the end. A fatal error is followed by a resync.
+///
+/// # Panics
+/// If the reading breaks a law.
+pub fn read<F: Framing, const N: usize>(
+    stream: &[u8],
+    gaps: &[usize],
+    drain: Drain,
+    mut cut: impl FnMut() -> usize,
+) -> Reading<F::Header> {
+    let mut reader = Reader::<F, N>::new();
+    for segment in segments(stream, gaps) {
+        let mut rest = segment;
+        while !rest.is_empty() {
+            let (mut piece, later) = rest.split_at(cut().clamp(1, rest.len()));
+            rest = later;
+            while !piece.is_empty() {
+                let taken = reader.frames.push(piece);
+                assert!(taken > 0, "no room although nothing more was to be had");
+                piece = &piece[taken..];
+                reader.received += taken;
+                reader.drain();
+            }
+        }
+        reader.frames.gap();
+        if drain == Drain::AtGap {
+            reader.drain_all();
+        }
+    }
+    reader.drain_all();
+    let bytes: Vec<u8> = reader.items.iter().flat_map(Owned::bytes).copied().collect();
+    assert!(bytes == stream, "the items, put end to end, are not the stream");
+    Reading { work: reader.frames.work(), items: reader.items }
+}
+
+/// Reads `stream` whole, byte by byte and in pieces of the lengths that `cut` gives, and demands that
+/// all readings give the same items, and the same frames as a rescan does. Returns the items.
+///
+/// The rescan knows nothing of buffers. It is given the rest of the stream up to the next gap, and
+/// says what stands there: a whole sound frame of so many bytes (`Ok`), or so many bytes to leave
+/// behind (`Err`).
+///
+/// # Panics
+/// If a law is broken.
+pub fn check<F: Framing, const N: usize>(
+    stream: &[u8],
+    gaps: &[usize],
+    mut cut: impl FnMut() -> usize,
+    rescan: impl Fn(&[u8]) -> Result<usize, usize>,
+) -> Vec<Owned<F::Header>> {
+    let Reading { items, .. } = read::<F, N>(stream, gaps, Drain::AtGap, || usize::MAX);
+    for drain in [Drain::AtGap, Drain::AfterGap] {
+        same(&items, &read::<F, N>(stream, gaps, drain, &mut cut).items, "cut into pieces");
+        same(&items, &read::<F, N>(stream, gaps, drain, || 1).items, "cut into single bytes");
+    }
+    let found = items.iter().filter_map(|item| if let Owned::Frame(bytes) = item { Some(&bytes[..]) } else { None });
+    let wanted = segments(stream, gaps).flat_map(|segment| rescanned(segment, &rescan));
+    assert!(found.eq(wanted), "other frames than a rescan finds");
+    items
+}
+
+/// The frames that a rescan finds in bytes without a gap.
+fn rescanned(segment: &[u8], rescan: impl Fn(&[u8]) -> Result<usize, usize>) -> Vec<&[u8]> {
+    let mut frames = Vec::new();
+    let mut rest = segment;
+    while !rest.is_empty() {
+        let found = rescan(rest);
+        let (Ok(len) | Err(len)) = found;
+        let (bytes, later) = rest.split_at(len.min(rest.len()));
+        frames.extend(found.is_ok().then_some(bytes));
+        rest = later;
+    }
+    frames
+}
+
+/// The parts of a stream between its gaps.
+fn segments<'a>(stream: &'a [u8], gaps: &'a [usize]) -> impl Iterator<Item = &'a [u8]> {
+    let ends = gaps.iter().copied().chain([stream.len()]).map(|at| at.min(stream.len()));
+    ends.scan(0, |from, to| {
+        let segment = &stream[*from..to];
+        *from = to;
+        Some(segment)
+    })
+}
+
+fn same<H: Debug + PartialEq>(one: &[Owned<H>], other: &[Owned<H>], how: &str) {
+    for (at, (one, other)) in one.iter().zip(other).enumerate() {
+        assert_eq!(one, other, "item {at} differs when {how}");
+    }
+    assert_eq!(one.len(), other.len(), "number of items when {how}");
+}
+
+impl<H> Owned<H> {
+    /// The bytes that the item takes from the stream.
+    pub fn bytes(&self) -> &[u8] {
+        match self {
+            Self::Frame(bytes) | Self::Corrupt { bytes, .. } | Self::Noise { bytes, .. } => bytes,
+            Self::Fatal(_) => &[],
+        }
+    }
+}
+
+struct Reader<F: Framing, const N: usize> {
+    frames: Box<Frames<F, N>>,
+    items: Vec<Owned<F::Header>>,
+    received: usize,
+    /// Bytes in `items`.
+    taken: usize,
+    /// A corrupt frame was reported, and no good one since.
+    episode: bool,
+}
+
+impl<F: Framing, const N: usize> Reader<F, N> {
+    fn new() -> Self {
+        Self { frames: Box::new(Frames::new()), items: Vec::new(), received: 0, taken: 0, episode: false }
+    }
+
+    /// Collects items until there are no more.
+    fn drain(&mut self) {
+        while let Some(item) = self.frames.next() {
+            let len = item.bytes().len();
+            assert!(len > 0 || matches!(item, Item::Fatal(_)), "an item without bytes");
+            self.taken += len;
+            match item {
+                Item::Frame(frame) => {
+                    self.episode = false;
+                    self.items.push(Owned::Frame(frame.as_ref().to_vec()));
+                }
+                Item::Corrupt { header, why, bytes } => {
+                    assert!(!self.episode, "a second corrupt frame in one episode");
+                    self.episode = true;
+                    self.items.push(Owned::Corrupt { header, why, bytes: bytes.to_vec() });
+                }
+                Item::Noise { bytes, why } => match self.items.last_mut() {
+                    Some(Owned::Noise { bytes: before, why: same }) if *same == why => before.extend(bytes),
+                    _ => self.items.push(Owned::Noise { bytes: bytes.to_vec(), why }),
+                },
+                Item::Fatal(why) => {
+                    assert!(!matches!(self.items.last(), Some(Owned::Fatal(_))), "a fatal error outlived a resync");
+                    self.items.push(Owned::Fatal(why));
+                    let again = self.frames.next();
+                    assert!(matches!(again, Some(Item::Fatal(same)) if same == why), "a fatal error went by itself");
+                    self.frames.resync();
+                }
+            }
+            assert_eq!(self.received, self.taken + self.frames.held(), "bytes in are items and bytes held");
+        }
+    }
+
+    /// Collects all items after a gap, when nothing may wait.
+    fn drain_all(&mut self) {
+        self.drain();
+        assert_eq!(self.frames.held(), 0, "bytes wait although a gap says that no more will come");
+    }
+}

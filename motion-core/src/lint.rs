@@ -1,0 +1,172 @@
+//! What decodes, but a strict peer would refuse, or a wise sender would not send.
+//!
+//! Decoders take everything and lose nothing; whether a message is wise is a question of its own, which each protocol
+//! crate answers by a `lint` for each of its messages. The answers are data of this module.
+
+use core::fmt;
+
+use arrayvec::ArrayVec;
+
+/// How bad a finding is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Severity {
+    /// Legal, but mostly not meant.
+    Warning,
+    /// A strict peer refuses it, or does something else than it says.
+    Error,
+}
+
+impl fmt::Display for Severity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Warning => "warning",
+            Self::Error => "error",
+        })
+    }
+}
+
+/// One finding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub struct Lint {
+    /// How bad it is.
+    pub severity: Severity,
+    /// The field, by its name in the layout, or the message.
+    pub what: &'static str,
+    /// What is wrong with it.
+    pub problem: Problem,
+}
+
+/// What is wrong with a field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Problem {
+    /// A number outside its range.
+    Range {
+        /// The number.
+        value: i64,
+        /// The least that is allowed.
+        min: i64,
+        /// The greatest that is allowed.
+        max: i64,
+    },
+    /// Bits that the specification reserves, or does not name.
+    ReservedBits(u32),
+    /// A number that the specification does not name.
+    Unnamed(u32),
+    /// An IEEE number that is infinite or none at all; these are its bits.
+    NonFinite(u32),
+    /// Bytes behind the known fields.
+    Tail(usize),
+    /// Anything else, in one sentence.
+    Note(&'static str),
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Range { value, min, max } => write!(f, "{value} is not in {min} to {max}"),
+            Self::ReservedBits(bits) => write!(f, "reserved bits {bits:#x} are set"),
+            Self::Unnamed(number) => write!(f, "{number} has no meaning in the specification"),
+            Self::NonFinite(bits) => write!(f, "{bits:#010x} is no finite number"),
+            Self::Tail(bytes) => write!(f, "{bytes} bytes behind the known fields"),
+            Self::Note(note) => f.write_str(note),
+        }
+    }
+}
+
+impl fmt::Display for Lint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.what, self.problem)
+    }
+}
+
+/// Findings kept of one message; a message with more has this many and a note that says so.
+pub const MAX_LINTS: usize = 16;
+
+/// Collects the findings of one message, in the order of its fields.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Lints {
+    found: ArrayVec<Lint, MAX_LINTS>,
+}
+
+impl Lints {
+    /// None yet.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a finding. Where there are too many, the last one is replaced by a note, as severe as the worst left out.
+    pub fn push(&mut self, severity: Severity, what: &'static str, problem: Problem) {
+        if self.found.try_push(Lint { severity, what, problem }).is_err() {
+            if let Some(last) = self.found.last_mut() {
+                let severity = severity.max(last.severity);
+                *last = Lint { severity, what: "message", problem: Problem::Note("and more findings") };
+            }
+        }
+    }
+
+    /// An error, if `value` is not in `min` to `max`.
+    pub fn range(&mut self, what: &'static str, value: impl Into<i64>, min: impl Into<i64>, max: impl Into<i64>) {
+        let (value, min, max) = (value.into(), min.into(), max.into());
+        if value < min || value > max {
+            self.push(Severity::Error, what, Problem::Range { value, min, max });
+        }
+    }
+
+    /// A warning, if any of the `reserved` bits is set.
+    pub fn reserved(&mut self, what: &'static str, bits: impl Into<u32>, reserved: impl Into<u32>) {
+        let set = bits.into() & reserved.into();
+        if set != 0 {
+            self.push(Severity::Warning, what, Problem::ReservedBits(set));
+        }
+    }
+
+    /// An error, if `number` is infinite or none at all.
+    pub fn finite(&mut self, what: &'static str, number: f32) {
+        if !number.is_finite() {
+            self.push(Severity::Error, what, Problem::NonFinite(number.to_bits()));
+        }
+    }
+
+    /// A warning, if `name` is not there, for open enums.
+    pub fn named(&mut self, what: &'static str, number: impl Into<u32>, name: Option<&'static str>) {
+        if name.is_none() {
+            self.push(Severity::Warning, what, Problem::Unnamed(number.into()));
+        }
+    }
+
+    /// A warning, if there are bytes behind the known fields.
+    pub fn tail(&mut self, tail: &[u8]) {
+        if !tail.is_empty() {
+            self.push(Severity::Warning, "tail", Problem::Tail(tail.len()));
+        }
+    }
+
+    /// A finding in one sentence.
+    pub fn note(&mut self, severity: Severity, what: &'static str, note: &'static str) {
+        self.push(severity, what, Problem::Note(note));
+    }
+
+    /// The findings.
+    #[must_use]
+    pub fn as_slice(&self) -> &[Lint] {
+        &self.found
+    }
+
+    /// The first finding of the severity `Error`.
+    #[must_use]
+    pub fn first_error(&self) -> Option<Lint> {
+        self.found.iter().copied().find(|lint| lint.severity == Severity::Error)
+    }
+}
+
+impl IntoIterator for Lints {
+    type Item = Lint;
+    type IntoIter = arrayvec::IntoIter<Lint, MAX_LINTS>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.found.into_iter()
+    }
+}

@@ -1,0 +1,116 @@
+//! Messages as serde maps: names of the layout, raw values of the wire.
+//!
+//! The same form that the conformance vectors have. Texts are strings, or hex under the name with `_bytes` behind it
+//! where they are no UTF-8; other bytes are hex texts; IEEE numbers are numbers, widened exactly, or `"0x7fc00000"`
+//! where they are not finite; absent optional fields are absent.
+
+use core::fmt;
+
+use serde::ser::{SerializeMap, SerializeSeq};
+use serde::{Serialize, Serializer};
+
+use crate::wire::{FieldView, Fields, List, Value, print};
+
+/// Serializes the fields of a message as a map, secrets included.
+///
+/// # Errors
+///
+/// Only those of the serializer.
+pub fn fields<S: Serializer>(fields: &dyn Fields, serializer: S) -> Result<S::Ok, S::Error> {
+    Map { fields, secrets: true }.serialize(serializer)
+}
+
+/// The fields of a message, as a map.
+pub struct Map<'a> {
+    /// The message.
+    pub fields: &'a dyn Fields,
+    /// Whether secrets are shown; otherwise `"(redacted)"` stands in their place.
+    pub secrets: bool,
+}
+
+impl Serialize for Map<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        let mut result = Ok(());
+        self.fields.fields(&mut |field: &FieldView<'_>| {
+            if result.is_ok() {
+                result = entry(&mut map, field, self.secrets);
+            }
+        });
+        result?;
+        map.end()
+    }
+}
+
+fn entry<M: SerializeMap>(map: &mut M, field: &FieldView<'_>, secrets: bool) -> Result<(), M::Error> {
+    match field.value {
+        Value::Secret(_) if !secrets => map.serialize_entry(field.name, "(redacted)"),
+        Value::Text(text) | Value::Secret(text) => match core::str::from_utf8(text) {
+            Ok(text) => map.serialize_entry(field.name, text),
+            Err(_) => map.serialize_entry(&Shown(format_args!("{}_bytes", field.name)), &Hex(text)),
+        },
+        value => map.serialize_entry(field.name, &Raw { value, secrets }),
+    }
+}
+
+/// A value where no name stands beside it.
+struct Raw<'a> {
+    value: Value<'a>,
+    secrets: bool,
+}
+
+impl Serialize for Raw<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.value {
+            Value::Unsigned(number) => serializer.serialize_u64(number),
+            Value::Signed(number) => serializer.serialize_i64(number),
+            Value::Float(number) if number.is_finite() => serializer.serialize_f64(number.into()),
+            Value::Float(number) => serializer.collect_str(&format_args!("{:#010x}", number.to_bits())),
+            Value::Text(bytes) | Value::Secret(bytes) | Value::Bytes(bytes) => Hex(bytes).serialize(serializer),
+            Value::List(list) => Sequence { list, secrets: self.secrets }.serialize(serializer),
+            Value::Group(fields) => Map { fields, secrets: self.secrets }.serialize(serializer),
+        }
+    }
+}
+
+struct Sequence<'a> {
+    list: &'a dyn List,
+    secrets: bool,
+}
+
+impl Serialize for Sequence<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut sequence = serializer.serialize_seq(None)?;
+        let mut result = Ok(());
+        self.list.each(&mut |value| {
+            if result.is_ok() {
+                result = sequence.serialize_element(&Raw { value, secrets: self.secrets });
+            }
+        });
+        result?;
+        sequence.end()
+    }
+}
+
+struct Hex<'a>(&'a [u8]);
+
+impl Serialize for Hex<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl fmt::Display for Hex<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        print::hex(f, self.0)
+    }
+}
+
+/// What is written as the text it prints.
+struct Shown<'a>(fmt::Arguments<'a>);
+
+impl Serialize for Shown<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(&self.0)
+    }
+}

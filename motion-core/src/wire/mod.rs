@@ -1,0 +1,39 @@
+//! What bodies are made of: fields, parts, and the tables that turn a list of them into a message.
+//!
+//! A message is one list of fields, in wire order, in one place: the `message!` table makes of it the struct with its
+//! public fields, its decoder, its encoder, its length and its [layout](Row) as data. A second table a side,
+//! `messages!`, says number and variant once, and makes the enum of that side. Both macros are for the protocol crates
+//! and outside any promise of stability.
+//!
+//! - [`Field`]: a value of fixed size. Units, open enums and flags are types that implement it.
+//! - [`Part`]: what may follow the fixed fields: optional fields, lists, counted lists, texts and blocks.
+//! - [`Message`], [`Messages`]: one body; all bodies of one side.
+//! - [`Fields`], [`Visitor`]: the values of a message by name, for printing, JSON and the laws.
+
+mod cursor;
+mod error;
+#[allow(dead_code, unreachable_pub, reason = "tables expanded for the lints and the tests")]
+mod expand;
+mod features;
+mod field;
+mod message;
+mod messages;
+mod newtype;
+mod part;
+pub mod print;
+mod value;
+
+
+pub use cursor::{Reader, Writer};
+pub use error::{DecodeError, EncodeError};
+pub use field::{Bool, Bytes, Field};
+pub use message::{Empty, Message};
+#[doc(hidden)]
+pub use message::{place, unit, visit_tail};
+pub use messages::{Kind, Messages, Other};
+pub use part::{Block16, Check, Counted, Element, Newer, Part, Password, Rest, Text16, trim_nuls};
+pub use value::{FieldView, Fields, List, PartKind, Row, Value, Visitor};
+#[doc(hidden)]
+pub use newtype::{from_array, to_array};
+#[doc(hidden)]
+pub use bitflags;

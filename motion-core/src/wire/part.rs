@@ -1,0 +1,479 @@
+use core::fmt;
+
+use zerocopy::{
+    ByteOrder, FromBytes, I16, I32, Immutable, IntoBytes, KnownLayout, U16, U32, Unaligned,
+};
+
+use super::{EncodeError, Field, FieldView, List, PartKind, Reader, Row, Value, Visitor, Writer, print};
+
+/// A part of a body behind the fixed fields: optional, or of variable length.
+pub trait Part<'a>: Copy {
+    /// What kind of part it is.
+    const KIND: PartKind;
+    /// Its type on the wire.
+    const WIRE: &'static str;
+    /// Its bytes, if it is a field; of a list, those of one element; of a text or block, those of its length.
+    const SIZE: usize;
+    /// Its unit, or nothing.
+    const UNIT: &'static str = "";
+    /// The layout of one element, if it is a list of groups.
+    const ELEMENT: &'static [Row] = &[];
+
+    /// Takes it off the front, or says how many bytes, from its first, would have been needed.
+    fn take<O: ByteOrder>(reader: &mut Reader<'a, O>) -> Result<Self, usize>;
+
+    /// Refuses what cannot be written, or would be read back as something else.
+    fn check(&self, what: &'static str, check: &mut Check) -> Result<(), EncodeError>;
+
+    /// Bytes it takes.
+    fn encoded_len(&self) -> usize;
+
+    /// Puts it to the front, or `None` if it does not fit.
+    fn put<O: ByteOrder>(&self, writer: &mut Writer<'_, O>) -> Option<()>;
+
+    /// Shows it, unless it is absent.
+    fn visit(&self, name: &'static str, unit: &'static str, visitor: &mut dyn Visitor);
+}
+
+/// What an encoder knows while it checks one part after another.
+#[derive(Debug, Clone, Copy)]
+pub struct Check {
+    tail: usize,
+    absent: bool,
+}
+
+impl Check {
+    /// Before the first part, of a message with `tail` bytes of tail.
+    #[must_use]
+    pub const fn new(tail: usize) -> Self {
+        Self { tail, absent: false }
+    }
+
+    /// A field that is there.
+    const fn present(&self, what: &'static str) -> Result<(), EncodeError> {
+        if self.absent { Err(EncodeError::Hole { what }) } else { Ok(()) }
+    }
+
+    /// A part that would swallow a tail of `size` bytes or more.
+    const fn swallows(&self, what: &'static str, size: usize) -> Result<(), EncodeError> {
+        if self.tail < size { Ok(()) } else { Err(EncodeError::Tail { what, len: self.tail }) }
+    }
+
+    /// A field that is not there, which a reader would find in `size` bytes of tail.
+    const fn absent(&mut self, what: &'static str, size: usize) -> Result<(), EncodeError> {
+        if self.absent {
+            return Ok(());
+        }
+        self.absent = true;
+        self.swallows(what, size)
+    }
+}
+
+fn at_most(what: &'static str, len: usize, max: usize) -> Result<(), EncodeError> {
+    if len <= max { Ok(()) } else { Err(EncodeError::TooLong { what, len, max }) }
+}
+
+/// A fixed field behind a part of variable length.
+impl<'a, T: Field> Part<'a> for T {
+    const KIND: PartKind = PartKind::Fixed;
+    const WIRE: &'static str = T::WIRE;
+    const SIZE: usize = T::SIZE;
+    const UNIT: &'static str = T::UNIT;
+
+    #[inline]
+    fn take<O: ByteOrder>(reader: &mut Reader<'a, O>) -> Result<Self, usize> {
+        T::read(reader).ok_or(T::SIZE)
+    }
+
+    #[inline]
+    fn check(&self, what: &'static str, check: &mut Check) -> Result<(), EncodeError> {
+        check.present(what)
+    }
+
+    #[inline]
+    fn encoded_len(&self) -> usize {
+        T::SIZE
+    }
+
+    #[inline]
+    fn put<O: ByteOrder>(&self, writer: &mut Writer<'_, O>) -> Option<()> {
+        T::write(self, writer)
+    }
+
+    fn visit(&self, name: &'static str, unit: &'static str, visitor: &mut dyn Visitor) {
+        visitor.visit(&FieldView { name, unit, value: self.value(), text: self });
+    }
+}
+
+/// A field that older peers leave out; where it is cut short, its bytes belong to the tail.
+impl<'a, T: Field> Part<'a> for Option<T> {
+    const KIND: PartKind = PartKind::Optional;
+    const WIRE: &'static str = T::WIRE;
+    const SIZE: usize = T::SIZE;
+    const UNIT: &'static str = T::UNIT;
+
+    #[inline]
+    fn take<O: ByteOrder>(reader: &mut Reader<'a, O>) -> Result<Self, usize> {
+        if reader.is_closed() {
+            return Ok(None);
+        }
+        let field = T::read(reader);
+        if field.is_none() {
+            reader.close();
+        }
+        Ok(field)
+    }
+
+    #[inline]
+    fn check(&self, what: &'static str, check: &mut Check) -> Result<(), EncodeError> {
+        if self.is_some() { check.present(what) } else { check.absent(what, T::SIZE) }
+    }
+
+    #[inline]
+    fn encoded_len(&self) -> usize {
+        if self.is_some() { T::SIZE } else { 0 }
+    }
+
+    #[inline]
+    fn put<O: ByteOrder>(&self, writer: &mut Writer<'_, O>) -> Option<()> {
+        self.as_ref().map_or(Some(()), |field| field.write(writer))
+    }
+
+    fn visit(&self, name: &'static str, unit: &'static str, visitor: &mut dyn Visitor) {
+        if let Some(field) = self {
+            field.visit(name, unit, visitor);
+        }
+    }
+}
+
+/// A field that a newer dialect adds at the end: the body either ends before it, or holds it whole.
+///
+/// Unlike an [`Option`], a part of it is an error, since no dialect ends there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[repr(transparent)]
+pub struct Newer<T>(pub Option<T>);
+
+impl<'a, T: Field> Part<'a> for Newer<T> {
+    const KIND: PartKind = PartKind::Optional;
+    const WIRE: &'static str = T::WIRE;
+    const SIZE: usize = T::SIZE;
+    const UNIT: &'static str = T::UNIT;
+
+    #[inline]
+    fn take<O: ByteOrder>(reader: &mut Reader<'a, O>) -> Result<Self, usize> {
+        if reader.rest().is_empty() {
+            return Ok(Self(None));
+        }
+        T::read(reader).map(|field| Self(Some(field))).ok_or(T::SIZE)
+    }
+
+    #[inline]
+    fn check(&self, what: &'static str, check: &mut Check) -> Result<(), EncodeError> {
+        if self.0.is_some() { check.present(what) } else { check.absent(what, 1) }
+    }
+
+    #[inline]
+    fn encoded_len(&self) -> usize {
+        self.0.encoded_len()
+    }
+
+    #[inline]
+    fn put<O: ByteOrder>(&self, writer: &mut Writer<'_, O>) -> Option<()> {
+        self.0.put(writer)
+    }
+
+    fn visit(&self, name: &'static str, unit: &'static str, visitor: &mut dyn Visitor) {
+        self.0.visit(name, unit, visitor);
+    }
+}
+
+/// An element of a list: any type of alignment one, so that one slice serves viewing and building.
+pub trait Element: FromBytes + IntoBytes + Immutable + KnownLayout + Unaligned + Copy + Eq + fmt::Debug {
+    /// Its type on the wire.
+    const WIRE: &'static str;
+    /// Its layout, if it is a group.
+    const ROWS: &'static [Row] = &[];
+    /// The name of the number that counts such elements, where one does.
+    const COUNT: &'static str = "count";
+
+    /// Its raw value.
+    fn value(&self) -> Value<'_>;
+}
+
+impl Element for u8 {
+    const WIRE: &'static str = "u8";
+
+    fn value(&self) -> Value<'_> {
+        Field::value(self)
+    }
+}
+
+macro_rules! ordered_elements {
+    ($($element:ident, $wire:literal, $value:ident;)*) => {$(
+        impl<O: ByteOrder + Eq> Element for $element<O> {
+            const WIRE: &'static str = $wire;
+
+            fn value(&self) -> Value<'_> {
+                Value::$value(self.get().into())
+            }
+        }
+    )*};
+}
+ordered_elements! {
+    U16, "u16", Unsigned;
+    I16, "i16", Signed;
+    U32, "u32", Unsigned;
+    I32, "i32", Signed;
+}
+
+impl<T: Element> List for &[T] {
+    fn each(&self, item: &mut dyn FnMut(Value<'_>)) {
+        for element in *self {
+            item(element.value());
+        }
+    }
+}
+
+impl<T: Element, const N: usize> List for [T; N] {
+    fn each(&self, item: &mut dyn FnMut(Value<'_>)) {
+        for element in self {
+            item(element.value());
+        }
+    }
+}
+
+/// As many whole elements as the body holds; what is left over belongs to the tail.
+impl<'a, T: Element> Part<'a> for &'a [T] {
+    const KIND: PartKind = PartKind::List;
+    const WIRE: &'static str = T::WIRE;
+    const SIZE: usize = size_of::<T>();
+    const ELEMENT: &'static [Row] = T::ROWS;
+
+    #[inline]
+    fn take<O: ByteOrder>(reader: &mut Reader<'a, O>) -> Result<Self, usize> {
+        let count = reader.rest().len().checked_div(size_of::<T>()).unwrap_or(0);
+        elements(reader, count).ok_or(0)
+    }
+
+    #[inline]
+    fn check(&self, what: &'static str, check: &mut Check) -> Result<(), EncodeError> {
+        check.present(what)?;
+        check.swallows(what, size_of::<T>())
+    }
+
+    #[inline]
+    fn encoded_len(&self) -> usize {
+        size_of_val(*self)
+    }
+
+    #[inline]
+    fn put<O: ByteOrder>(&self, writer: &mut Writer<'_, O>) -> Option<()> {
+        writer.bytes(self.as_bytes())
+    }
+
+    fn visit(&self, name: &'static str, unit: &'static str, visitor: &mut dyn Visitor) {
+        visitor.visit(&FieldView { name, unit, value: Value::List(self), text: &print::ListText(self) });
+    }
+}
+
+/// The next `count` elements, borrowed.
+fn elements<'a, T: Element, O: ByteOrder>(reader: &mut Reader<'a, O>, count: usize) -> Option<&'a [T]> {
+    let bytes = reader.take(count.checked_mul(size_of::<T>())?)?;
+    <[T]>::ref_from_bytes(bytes).ok()
+}
+
+/// Elements that a `u8` before them counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[repr(transparent)]
+pub struct Counted<'a, T>(pub &'a [T]);
+
+impl<'a, T: Element> Part<'a> for Counted<'a, T> {
+    const KIND: PartKind = PartKind::Counted;
+    const WIRE: &'static str = T::WIRE;
+    const SIZE: usize = size_of::<T>();
+    const ELEMENT: &'static [Row] = T::ROWS;
+
+    #[inline]
+    fn take<O: ByteOrder>(reader: &mut Reader<'a, O>) -> Result<Self, usize> {
+        let count = u8::read(reader).ok_or(1usize)?;
+        let count = usize::from(count);
+        elements(reader, count).map(Self).ok_or(count.saturating_mul(size_of::<T>()).saturating_add(1))
+    }
+
+    #[inline]
+    fn check(&self, what: &'static str, check: &mut Check) -> Result<(), EncodeError> {
+        check.present(what)?;
+        at_most(what, self.0.len(), u8::MAX.into())
+    }
+
+    #[inline]
+    fn encoded_len(&self) -> usize {
+        size_of_val(self.0).saturating_add(1)
+    }
+
+    #[inline]
+    fn put<O: ByteOrder>(&self, writer: &mut Writer<'_, O>) -> Option<()> {
+        u8::try_from(self.0.len()).ok()?.write(writer)?;
+        writer.bytes(self.0.as_bytes())
+    }
+
+    fn visit(&self, name: &'static str, unit: &'static str, visitor: &mut dyn Visitor) {
+        let count = self.0.len();
+        let value = Value::Unsigned(u64::try_from(count).unwrap_or(u64::MAX));
+        visitor.visit(&FieldView { name: T::COUNT, unit: "", value, text: &count });
+        self.0.visit(name, unit, visitor);
+    }
+}
+
+/// The next `u16` length, and as many bytes.
+fn prefixed<'a, O: ByteOrder>(reader: &mut Reader<'a, O>) -> Result<&'a [u8], usize> {
+    let len = u16::read(reader).ok_or(2usize)?;
+    reader.take(len.into()).ok_or(usize::from(len).saturating_add(2))
+}
+
+/// A `u16` length, and `bytes`.
+fn write_prefixed<O: ByteOrder>(bytes: &[u8], writer: &mut Writer<'_, O>) -> Option<()> {
+    u16::try_from(bytes.len()).ok()?.write(writer)?;
+    writer.bytes(bytes)
+}
+
+macro_rules! prefixed_parts {
+    ($($(#[$meta:meta])* $name:ident, $kind:ident, $value:ident, |$this:ident| $shown:expr, $text:expr;)*) => {$(
+        $(#[$meta])*
+        #[derive(Clone, Copy, PartialEq, Eq, Hash)]
+        #[repr(transparent)]
+        pub struct $name<'a>(pub &'a [u8]);
+
+        impl<'a> Part<'a> for $name<'a> {
+            const KIND: PartKind = PartKind::$kind;
+            const WIRE: &'static str = "u16 + bytes";
+            const SIZE: usize = 2;
+
+            #[inline]
+            fn take<O: ByteOrder>(reader: &mut Reader<'a, O>) -> Result<Self, usize> {
+                prefixed(reader).map(Self)
+            }
+
+            #[inline]
+            fn check(&self, what: &'static str, check: &mut Check) -> Result<(), EncodeError> {
+                check.present(what)?;
+                at_most(what, self.0.len(), u16::MAX.into())
+            }
+
+            #[inline]
+            fn encoded_len(&self) -> usize {
+                self.0.len().saturating_add(2)
+            }
+
+            #[inline]
+            fn put<O: ByteOrder>(&self, writer: &mut Writer<'_, O>) -> Option<()> {
+                write_prefixed(self.0, writer)
+            }
+
+            fn visit(&self, name: &'static str, unit: &'static str, visitor: &mut dyn Visitor) {
+                let $this = self;
+                visitor.visit(&FieldView { name, unit, value: Value::$value($shown), text: self });
+            }
+        }
+
+        impl fmt::Display for $name<'_> {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                let $this = self;
+                $text(f, $shown)
+            }
+        }
+
+        impl fmt::Debug for $name<'_> {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, concat!(stringify!($name), "({})"), self)
+            }
+        }
+    )*};
+}
+prefixed_parts! {
+    /// A text: a `u16` that counts its bytes, and these.
+    Text16, Text16, Text, |this| this.without_nuls(), print::text;
+    /// A password: on the wire a [`Text16`], but neither printed nor shown unless asked for.
+    Password, Text16, Secret, |this| Text16(this.0).without_nuls(), print::secret;
+    /// A block of bytes: a `u16` that counts them, and these.
+    Block16, Block16, Bytes, |this| this.0, print::hex;
+}
+
+impl<'a> Text16<'a> {
+    /// Its bytes without the NULs at the end.
+    #[must_use]
+    pub fn without_nuls(self) -> &'a [u8] {
+        trim_nuls(self.0)
+    }
+
+    /// Its text without the NULs at the end, if it is UTF-8.
+    #[must_use]
+    pub fn as_str(self) -> Option<&'a str> {
+        core::str::from_utf8(self.without_nuls()).ok()
+    }
+}
+
+impl<'a> Password<'a> {
+    /// Its text without the NULs at the end, if it is UTF-8.
+    #[must_use]
+    pub fn as_str(self) -> Option<&'a str> {
+        Text16(self.0).as_str()
+    }
+}
+
+/// `text` without the NULs at its end.
+#[must_use]
+pub fn trim_nuls(mut text: &[u8]) -> &[u8] {
+    while let [rest @ .., 0] = text {
+        text = rest;
+    }
+    text
+}
+
+/// All the rest of a body.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+#[repr(transparent)]
+pub struct Rest<'a>(pub &'a [u8]);
+
+impl<'a> Part<'a> for Rest<'a> {
+    const KIND: PartKind = PartKind::Rest;
+    const WIRE: &'static str = "bytes";
+    const SIZE: usize = 1;
+
+    #[inline]
+    fn take<O: ByteOrder>(reader: &mut Reader<'a, O>) -> Result<Self, usize> {
+        reader.take(reader.rest().len()).map(Self).ok_or(0)
+    }
+
+    #[inline]
+    fn check(&self, what: &'static str, check: &mut Check) -> Result<(), EncodeError> {
+        check.present(what)?;
+        check.swallows(what, 1)
+    }
+
+    #[inline]
+    fn encoded_len(&self) -> usize {
+        self.0.len()
+    }
+
+    #[inline]
+    fn put<O: ByteOrder>(&self, writer: &mut Writer<'_, O>) -> Option<()> {
+        writer.bytes(self.0)
+    }
+
+    fn visit(&self, name: &'static str, unit: &'static str, visitor: &mut dyn Visitor) {
+        visitor.visit(&FieldView { name, unit, value: Value::Bytes(self.0), text: self });
+    }
+}
+
+impl fmt::Display for Rest<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        print::hex(f, self.0)
+    }
+}
+
+impl fmt::Debug for Rest<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Rest({self})")
+    }
+}

@@ -1,0 +1,41 @@
+//! The laws over a table that has every kind of part.
+
+// The module names what it needs as `crate::..`, and is the one that the library expands for the lints.
+use motion_core::{element, fixed, flags, message, messages, open_enum, unit, wire};
+
+#[allow(dead_code, missing_docs, reason = "the tables of the library, used here for their laws")]
+#[path = "../src/wire/expand.rs"]
+mod expand;
+
+use laws::message::Side;
+use motion_core::lint::Lints;
+use motion_core::wire::Messages;
+use proptest::prelude::*;
+
+struct Everything;
+
+impl Side for Everything {
+    type Message<'a> = expand::Everything<'a>;
+    const BIG_ENDIAN: bool = false;
+
+    fn lint(_: &Self::Message<'_>) -> Lints {
+        Lints::new()
+    }
+}
+
+#[test]
+fn every_message_of_the_table() {
+    laws::message::table::<Everything>();
+}
+
+proptest! {
+    #[test]
+    fn any_body_of_any_message(number in 0_u32..0x120, body in proptest::collection::vec(any::<u8>(), 0..200)) {
+        let _ = laws::message::any_body::<Everything>(number, &body);
+    }
+
+    #[test]
+    fn prefixes_and_tails(kind in 0..expand::Everything::ALL.len(), body in proptest::collection::vec(any::<u8>(), 0..60)) {
+        laws::message::prefixes::<Everything>(expand::Everything::ALL[kind].number, &body);
+    }
+}
