@@ -78,10 +78,10 @@ pub fn table<S: Side>() {
         assert!(decoded > 0, "{} is never decoded", kind.name);
         rows(kind.name, kind.layout);
     }
-    let mut numbers: Vec<_> = S::Message::ALL.iter().map(|kind| kind.number).collect();
-    numbers.sort_unstable();
-    numbers.dedup();
-    assert_eq!(numbers.len(), S::Message::ALL.len(), "each number stands once in the table");
+    let mut names: Vec<_> = S::Message::ALL.iter().map(|kind| kind.name).collect();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), S::Message::ALL.len(), "each name stands once in the table");
 }
 
 /// The rows of a layout follow each other without a gap.

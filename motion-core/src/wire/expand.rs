@@ -163,7 +163,10 @@ messages! {
     pub enum Everything<'a> {
         1 => Go(Empty<'a>),
         2 => Jog(Jog<'a>),
-        3 => Exact(Exact),
+        3 => Exact(Exact)
+            or
+            /// What has another length.
+            Inexact(Empty<'a>),
         4 => Run(Run<'a>),
         5 => Shoot(Shoot<'a>),
         6 => Count(Count<'a>),
@@ -277,5 +280,11 @@ mod tests {
         assert_eq!(ack.number(), 0x83);
         assert!(matches!(Everything::decode_body(17, &[0; 14]), Ok(Everything::Info(_))));
         assert!(matches!(Everything::decode_body(99, &[1]), Ok(Everything::Other(other)) if other.id() == 99));
+    }
+
+    #[test]
+    fn two_messages_may_share_a_number() {
+        assert!(matches!(Everything::decode_body(3, &[0; 5]), Ok(Everything::Exact(_))));
+        assert!(matches!(Everything::decode_body(3, &[0; 6]), Ok(Everything::Inexact(_))));
     }
 }

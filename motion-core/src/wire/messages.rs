@@ -91,21 +91,23 @@ impl Fields for Other<'_> {
 /// Turns one table of numbers and variants into the enum of one side, its decoder, its encoder and `ALL`.
 ///
 /// `FIRST..=LAST` and `FIRST | ANOTHER` are numbers that one message shares; it decides by
-/// [`decode_as`](crate::wire::Message::decode_as) and [`number`](crate::wire::Message::number).
+/// [`decode_as`](crate::wire::Message::decode_as) and [`number`](crate::wire::Message::number). `A(A) or B(B)` are two
+/// messages under one number, told apart by their data: what `A` refuses is read as `B`.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! messages {
     (
         $(#[$meta:meta])*
         $vis:vis enum $name:ident<$lt:lifetime> {
-            $($(#[$variant_meta:meta])* $first:literal $(..= $last:literal)? $(| $another:literal)* => $variant:ident($body:ty),)*
+            $($(#[$variant_meta:meta])* $first:literal $(..= $last:literal)? $(| $another:literal)* => $variant:ident($body:ty)
+                $(or $(#[$or_meta:meta])* $or_variant:ident($or_body:ty))?,)*
         }
     ) => {
         $(#[$meta])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         #[non_exhaustive]
         $vis enum $name<$lt> {
-            $($(#[$variant_meta])* $variant($body),)*
+            $($(#[$variant_meta])* $variant($body), $($(#[$or_meta])* $or_variant($or_body),)?)*
             /// A message without a type of its own, kept as it came.
             Other($crate::wire::Other<$lt>),
         }
@@ -115,7 +117,8 @@ macro_rules! messages {
 
             impl<$lt> Messages<$lt> for $name<$lt> {
                 const ALL: &'static [Kind] = &[
-                    $(Kind { number: $first, name: stringify!($variant), layout: <$body as Message<$lt>>::LAYOUT },)*
+                    $(Kind { number: $first, name: stringify!($variant), layout: <$body as Message<$lt>>::LAYOUT },
+                    $(Kind { number: $first, name: stringify!($or_variant), layout: <$or_body as Message<$lt>>::LAYOUT },)?)*
                 ];
 
                 #[inline]
@@ -123,6 +126,7 @@ macro_rules! messages {
                     match number {
                         $($first $(..= $last)? $(| $another)* => {
                             <$body as Message<$lt>>::decode_as(number, body).map(Self::$variant)
+                                $(.or_else(|_| <$or_body as Message<$lt>>::decode_as(number, body).map(Self::$or_variant)))?
                         })*
                         _ => Ok(Self::other(number, body)),
                     }
@@ -136,14 +140,15 @@ macro_rules! messages {
                 #[inline]
                 fn number(&self) -> u32 {
                     match self {
-                        $(Self::$variant(message) => Message::number(message, $first),)*
+                        $(Self::$variant(message) => Message::number(message, $first),
+                        $(Self::$or_variant(message) => Message::number(message, $first),)?)*
                         Self::Other(other) => other.id(),
                     }
                 }
 
                 fn name(&self) -> &'static str {
                     match self {
-                        $(Self::$variant(_) => stringify!($variant),)*
+                        $(Self::$variant(_) => stringify!($variant), $(Self::$or_variant(_) => stringify!($or_variant),)?)*
                         Self::Other(_) => "Other",
                     }
                 }
@@ -151,7 +156,8 @@ macro_rules! messages {
                 #[inline]
                 fn body_len(&self) -> usize {
                     match self {
-                        $(Self::$variant(message) => Message::encoded_len(message),)*
+                        $(Self::$variant(message) => Message::encoded_len(message),
+                        $(Self::$or_variant(message) => Message::encoded_len(message),)?)*
                         Self::Other(other) => other.payload().len(),
                     }
                 }
@@ -159,7 +165,8 @@ macro_rules! messages {
                 #[inline]
                 fn encode_body(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
                     match self {
-                        $(Self::$variant(message) => Message::encode_into(message, out),)*
+                        $(Self::$variant(message) => Message::encode_into(message, out),
+                        $(Self::$or_variant(message) => Message::encode_into(message, out),)?)*
                         Self::Other(other) => other.encode_into(out),
                     }
                 }
@@ -168,7 +175,8 @@ macro_rules! messages {
             impl Fields for $name<'_> {
                 fn fields(&self, visitor: &mut dyn Visitor) {
                     match self {
-                        $(Self::$variant(message) => message.fields(visitor),)*
+                        $(Self::$variant(message) => message.fields(visitor),
+                        $(Self::$or_variant(message) => message.fields(visitor),)?)*
                         Self::Other(other) => other.fields(visitor),
                     }
                 }

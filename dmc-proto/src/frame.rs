@@ -1,0 +1,353 @@
+//! The envelope: marker, id, type, length, data, two check bytes.
+//!
+//! | offset | size | field |
+//! |---|---|---|
+//! | 0 | 2 | `D` `F` |
+//! | 2 | 4 | id |
+//! | 6 | 2 | type; bit 15 marks an acknowledgement |
+//! | 8 | 2 | length of the data |
+//! | 10 | length | data |
+//! | 10 + length | 2 | check bytes |
+//!
+//! All numbers are little-endian. The Fletcher-16 sum over the whole frame, marker and check bytes included, is zero.
+//!
+//! Source: DMC, Message Format; decisions D-9, D-10 and D-12.
+
+use core::fmt;
+
+use motion_core::fletcher::{self, PrefixSums, Sum};
+use motion_core::stream::{self, Framing, Head, Noise};
+use motion_core::wire::{EncodeError, Messages};
+use zerocopy::little_endian::{U16, U32};
+use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
+
+/// Bytes of a header.
+pub const HEADER_LEN: usize = size_of::<Header>();
+/// Bytes of a frame around its data: header and check bytes.
+pub const OVERHEAD: usize = HEADER_LEN + CHECK_LEN;
+/// Bytes of data that every device takes: with them, a frame fills the 1048 bytes of buffer that the specification
+/// asks for (decision D-10).
+pub const MAX_DATA: usize = 1036;
+/// Bytes of the longest frame that a receiver takes unless told otherwise (decision D-10).
+pub const MAX_FRAME: usize = 2048;
+
+const CHECK_LEN: usize = 2;
+const MARKER: [u8; 2] = *b"DF";
+
+/// The number that ties an answer to its request.
+///
+/// A host counts from 1 and never uses 0; a device sends 0 in what nobody asked for (decision D-13).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct MessageId(pub u32);
+
+impl MessageId {
+    /// What a device sends unasked.
+    pub const UNSOLICITED: Self = Self(0);
+
+    /// The id of the next request: 0 is left out.
+    #[must_use]
+    pub const fn next(self) -> Self {
+        match self.0.wrapping_add(1) {
+            0 => Self(1),
+            id => Self(id),
+        }
+    }
+}
+
+impl fmt::Display for MessageId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.0)
+    }
+}
+
+/// The number of a message, with bit 15 set in its acknowledgement.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct MessageType(pub u16);
+
+impl MessageType {
+    const ACK: u16 = 0x8000;
+
+    /// Whether it marks an acknowledgement. Only devices send these.
+    #[must_use]
+    pub const fn is_ack(self) -> bool {
+        self.0 & Self::ACK != 0
+    }
+
+    /// The type of the request that an acknowledgement answers; any other type is itself.
+    #[must_use]
+    pub const fn request(self) -> Self {
+        Self(self.0 & !Self::ACK)
+    }
+
+    /// The type of the acknowledgement that answers a request.
+    #[must_use]
+    pub const fn ack(self) -> Self {
+        Self(self.0 | Self::ACK)
+    }
+}
+
+impl fmt::Display for MessageType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:#06x}", self.0)
+    }
+}
+
+impl fmt::Debug for MessageType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "MessageType({self})")
+    }
+}
+
+/// The first ten bytes of a frame.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
+#[repr(C)]
+pub struct Header {
+    marker: [u8; 2],
+    id: U32,
+    kind: U16,
+    len: U16,
+}
+
+impl Header {
+    fn new(id: MessageId, kind: MessageType, len: u16) -> Self {
+        Self { marker: MARKER, id: U32::new(id.0), kind: U16::new(kind.0), len: U16::new(len) }
+    }
+
+    /// Ties an answer to its request.
+    #[must_use]
+    pub fn id(&self) -> MessageId {
+        MessageId(self.id.get())
+    }
+
+    /// Which message it is.
+    #[must_use]
+    pub fn kind(&self) -> MessageType {
+        MessageType(self.kind.get())
+    }
+
+    /// Bytes of data, 0 to 65535.
+    #[must_use]
+    pub fn data_len(&self) -> usize {
+        self.len.get().into()
+    }
+
+    /// Bytes of the whole frame.
+    #[must_use]
+    pub fn frame_len(&self) -> usize {
+        self.data_len().saturating_add(OVERHEAD)
+    }
+}
+
+impl fmt::Debug for Header {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Header")
+            .field("id", &self.id())
+            .field("kind", &self.kind())
+            .field("data_len", &self.data_len())
+            .finish()
+    }
+}
+
+/// A whole frame whose checksum is right.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Frame<'a> {
+    header: &'a Header,
+    payload: &'a [u8],
+    bytes: &'a [u8],
+}
+
+impl<'a> Frame<'a> {
+    /// Reads bytes that are exactly one frame.
+    ///
+    /// # Errors
+    ///
+    /// [`FrameError`] says what is wrong with them. A checksum is judged by the sum alone, never by comparing check
+    /// bytes: 00 and FF mean the same in them (decision D-9).
+    pub fn decode(bytes: &'a [u8]) -> Result<Self, FrameError> {
+        let frame = Self::unverified(bytes)?;
+        if fletcher::verify(bytes) { Ok(frame) } else { Err(FrameError::Checksum { len: bytes.len() }) }
+    }
+
+    /// Reads a frame without its checksum.
+    fn unverified(bytes: &'a [u8]) -> Result<Self, FrameError> {
+        let have = bytes.len();
+        let (header, rest) = Header::ref_from_prefix(bytes).map_err(|_| FrameError::Truncated { needed: OVERHEAD, have })?;
+        if header.marker != MARKER {
+            return Err(FrameError::NoMarker { found: header.marker });
+        }
+        let needed = header.frame_len();
+        let short = FrameError::Truncated { needed, have };
+        let (payload, check) = rest.split_at_checked(header.data_len()).ok_or(short)?;
+        match check.len() {
+            CHECK_LEN => Ok(Self { header, payload, bytes }),
+            len if len < CHECK_LEN => Err(short),
+            _ => Err(FrameError::Trailing { extra: have.saturating_sub(needed) }),
+        }
+    }
+
+    /// Its header.
+    #[must_use]
+    pub const fn header(&self) -> &'a Header {
+        self.header
+    }
+
+    /// Ties an answer to its request.
+    #[must_use]
+    pub fn id(&self) -> MessageId {
+        self.header.id()
+    }
+
+    /// Which message it is.
+    #[must_use]
+    pub fn kind(&self) -> MessageType {
+        self.header.kind()
+    }
+
+    /// Its data.
+    #[must_use]
+    pub const fn payload(&self) -> &'a [u8] {
+        self.payload
+    }
+
+    /// All of it, from the marker to the check bytes.
+    #[must_use]
+    pub const fn bytes(&self) -> &'a [u8] {
+        self.bytes
+    }
+}
+
+impl AsRef<[u8]> for Frame<'_> {
+    fn as_ref(&self) -> &[u8] {
+        self.bytes
+    }
+}
+
+impl fmt::Debug for Frame<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Frame").field("header", self.header).field("payload", &self.payload).finish()
+    }
+}
+
+/// Why bytes are not one frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+#[non_exhaustive]
+pub enum FrameError {
+    /// They end before the frame does.
+    #[error("frame: need {needed} bytes, have {have}")]
+    Truncated {
+        /// Bytes of the whole frame, or of the shortest one.
+        needed: usize,
+        /// Bytes there are.
+        have: usize,
+    },
+    /// They go on behind the frame.
+    #[error("frame: {extra} bytes too many")]
+    Trailing {
+        /// Bytes behind it.
+        extra: usize,
+    },
+    /// They do not begin with `DF`.
+    #[error("frame: begins with {found:02x?}, not with \"DF\"")]
+    NoMarker {
+        /// The first two bytes.
+        found: [u8; 2],
+    },
+    /// Their sum is not zero.
+    #[error("frame: wrong checksum over {len} bytes")]
+    Checksum {
+        /// Bytes summed.
+        len: usize,
+    },
+}
+
+/// Writes a frame around `data`, whatever its type: the way to send what has no type of its own.
+///
+/// # Errors
+///
+/// [`EncodeError`], if `data` is longer than 65535 bytes or the frame does not fit into `out`. Then nothing is written.
+pub fn encode(id: MessageId, kind: MessageType, data: &[u8], out: &mut [u8]) -> Result<usize, EncodeError> {
+    envelope(id, kind, data.len(), out, |place| {
+        place.copy_from_slice(data);
+        Ok(data.len())
+    })
+}
+
+/// Writes a message in its frame.
+pub(crate) fn encode_message<'a, M: Messages<'a>>(message: &M, id: MessageId, out: &mut [u8]) -> Result<usize, EncodeError> {
+    // The tables hold no number above 0xffff, and `Other` keeps the one it came with.
+    let number = u16::try_from(message.number()).unwrap_or(u16::MAX);
+    envelope(id, MessageType(number), message.body_len(), out, |place| message.encode_body(place))
+}
+
+/// Bytes of a frame around `len` bytes of data.
+pub(crate) fn frame_len(len: usize) -> usize {
+    len.saturating_add(OVERHEAD)
+}
+
+/// Header, what `data` writes, check bytes; in this order, so that each is written once.
+fn envelope(
+    id: MessageId,
+    kind: MessageType,
+    len: usize,
+    out: &mut [u8],
+    data: impl FnOnce(&mut [u8]) -> Result<usize, EncodeError>,
+) -> Result<usize, EncodeError> {
+    let max = usize::from(u16::MAX);
+    let wire_len = u16::try_from(len).map_err(|_| EncodeError::TooLong { what: "data", len, max })?;
+    let needed = frame_len(len);
+    let small = EncodeError::BufferTooSmall { needed, have: out.len() };
+    let (summed, check) = out.get_mut(..needed).and_then(|out| out.split_last_chunk_mut::<CHECK_LEN>()).ok_or(small)?;
+    let (header, place) = summed.split_first_chunk_mut::<HEADER_LEN>().ok_or(small)?;
+    data(place)?;
+    *header = zerocopy::transmute!(Header::new(id, kind, wire_len));
+    *check = Sum::of(summed).check_bytes();
+    Ok(needed)
+}
+
+/// The framing of DMC, for frames of up to `CAP` bytes.
+///
+/// `CAP` is 12 to 65547; a longer claim is taken for noise, so that a corrupt length cannot make the stream wait. The
+/// search then goes on behind the marker. After a wrong checksum it goes on at the next byte, and finds good frames
+/// inside the corrupt one (decision D-12).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dmc<const CAP: usize = MAX_FRAME> {}
+
+impl<const CAP: usize> Framing for Dmc<CAP> {
+    const MAX: usize = CAP;
+    type Header = Header;
+    type Frame<'a> = Frame<'a>;
+    type Memo<const N: usize> = PrefixSums<N>;
+
+    #[inline]
+    fn head(bytes: &[u8]) -> Head {
+        match bytes {
+            [b'D', b'F', _, _, _, _, _, _, l0, l1, ..] => {
+                let total = frame_len(u16::from_le_bytes([*l0, *l1]).into());
+                if total <= CAP {
+                    Head::Total(total)
+                } else {
+                    Head::Skip(MARKER.len(), Noise::TooLong { total, max: CAP })
+                }
+            }
+            [b'D'] | [b'D', b'F', ..] => Head::More(HEADER_LEN),
+            _ => {
+                let next = bytes.iter().skip(1).position(|&byte| byte == b'D');
+                Head::Skip(next.map_or(bytes.len(), |at| at.saturating_add(1)), Noise::NoMarker)
+            }
+        }
+    }
+
+    fn header(bytes: &[u8]) -> Option<Header> {
+        Header::read_from_prefix(bytes).ok().map(|(header, _)| header)
+    }
+
+    #[inline]
+    fn frame(bytes: &[u8]) -> Option<Frame<'_>> {
+        Frame::unverified(bytes).ok()
+    }
+}
+
+/// A stream of DMC frames, in a buffer of `N` bytes, at least twice [`MAX_FRAME`].
+///
+/// For other limits, name the framing: `motion_core::stream::Frames<Dmc<1048>, 2096>`.
+pub type Frames<const N: usize = { 2 * MAX_FRAME }> = stream::Frames<Dmc, N>;

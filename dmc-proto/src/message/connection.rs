@@ -1,0 +1,264 @@
+//! Who is there: greeting, capabilities, acknowledgements.
+
+use core::fmt;
+
+use motion_core::wire::{DecodeError, EncodeError, Field, Fields, Message, Reader, Row, Value, Visitor, Writer, print};
+use motion_core::{flags, message, open_enum};
+use zerocopy::ByteOrder;
+
+use crate::frame::MessageType;
+
+message! {
+    /// Who the device is and what it can do, as the answer to the host's greeting or, with id 0, at boot.
+    ///
+    /// A greeting with id 0 in mid-session means that the device was reset: all that was asked is lost, and all that
+    /// was set is forgotten. Source: DMC, MSG_HI; decisions D-43 to D-46.
+    pub struct Hi<'a> in LE {
+        /// What the device calls itself.
+        name: Name,
+        /// First part of the firmware's version.
+        fw_major: u8,
+        /// Second part of the firmware's version.
+        fw_minor: u8,
+        /// Third part of the firmware's version.
+        fw_rev: u8,
+        /// Motors, 0 to 32.
+        motor_count: u8,
+        /// DMX channels, 0 to 512.
+        dmx_count: u16,
+        /// General purpose outputs, 0 to 32.
+        gio_out_count: u8,
+        /// General purpose inputs, 0 to 32.
+        gio_in_count: u8,
+        /// Inputs for hardware limits, 0 to 32.
+        hw_limit_count: u8,
+        /// Frames of a move that can be uploaded.
+        upload_frame_count: u32 ["frames"],
+        /// What it can do.
+        capabilities: Capabilities,
+        ;
+        /// Version of the protocol, 2 today. Devices from before 2020 leave it out.
+        protocol_version: Option<u16>,
+    }
+}
+
+/// What a device calls itself: 32 bytes, mostly UTF-8, filled up with NULs.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+#[repr(transparent)]
+pub struct Name(pub [u8; Self::LEN]);
+
+impl Name {
+    const LEN: usize = 32;
+
+    /// A name of up to 32 bytes; `None` if it is longer, or holds a NUL, which would end it.
+    #[must_use]
+    pub fn new(name: &str) -> Option<Self> {
+        if name.len() <= Self::LEN && !name.as_bytes().contains(&0) { Some(Self::truncated(name)) } else { None }
+    }
+
+    /// As much of a name as fits, cut between two characters, and before a NUL.
+    #[must_use]
+    pub fn truncated(name: &str) -> Self {
+        let mut bytes = [0; Self::LEN];
+        let mut free = bytes.iter_mut();
+        for character in name.chars().take_while(|&character| character != '\0') {
+            let mut utf8 = [0; 4];
+            let utf8 = character.encode_utf8(&mut utf8).as_bytes();
+            if free.len() < utf8.len() {
+                break;
+            }
+            for (place, byte) in free.by_ref().zip(utf8) {
+                *place = *byte;
+            }
+        }
+        Self(bytes)
+    }
+
+    /// Its bytes up to the first NUL.
+    #[must_use]
+    pub fn as_bytes(&self) -> &[u8] {
+        self.0.split(|&byte| byte == 0).next().unwrap_or(&self.0)
+    }
+
+    /// Its text, if it is UTF-8. A device may have cut it inside a character; then [`Display`](fmt::Display) shows the
+    /// bytes.
+    #[must_use]
+    pub fn as_str(&self) -> Option<&str> {
+        core::str::from_utf8(self.as_bytes()).ok()
+    }
+}
+
+impl Default for Name {
+    fn default() -> Self {
+        Self([0; Self::LEN])
+    }
+}
+
+impl fmt::Display for Name {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        print::text(f, self.as_bytes())
+    }
+}
+
+impl fmt::Debug for Name {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Name({self})")
+    }
+}
+
+impl Field for Name {
+    const SIZE: usize = Self::LEN;
+    const WIRE: &'static str = "text[32]";
+
+    #[inline]
+    fn read<O: ByteOrder>(reader: &mut Reader<'_, O>) -> Option<Self> {
+        reader.array().map(Self)
+    }
+
+    #[inline]
+    fn write<O: ByteOrder>(&self, writer: &mut Writer<'_, O>) -> Option<()> {
+        writer.array(self.0)
+    }
+
+    fn value(&self) -> Value<'_> {
+        Value::Text(self.as_bytes())
+    }
+}
+
+flags! {
+    /// What a device can do. Unknown bits are kept. Source: DMC, MSG_HI, CAPABILITIES.
+    pub struct Capabilities(u32) {
+        /// Real-time moves.
+        REAL_TIME = 0x0001,
+        /// Go-motion: move while the shutter is open.
+        SHOOT_FRAME = 0x0002,
+        /// Virtual motors of a boom, swing and track.
+        BOOM_SWING_TRACK = 0x0004,
+        /// Virtual motors of a swing and pan.
+        SWING_PAN = 0x0008,
+        /// Virtual motors of a y axis, swing and track.
+        Y_SWING_TRACK = 0x0010,
+        /// Virtual motors of an x, y and z axis.
+        X_Y_Z = 0x0020,
+        /// Aim at a point.
+        AIM = 0x0040,
+        /// Go-motion, second form; the specification also calls it `MSG_GO_MOTION2` (decision D-1).
+        SHOOT_FRAME2 = 0x0080,
+        /// Coupled motors.
+        COUPLE = 0x0100,
+        /// Loops and ping-pong.
+        LOOP = 0x0200,
+        /// Camera triggers during a move.
+        CAMERA_TRIGGER = 0x0400,
+    }
+}
+
+open_enum! {
+    /// How a request ended. Source: DMC, ACK codes; decision D-7.
+    pub struct AckCode(u16) {
+        /// Done.
+        OK = 0x0010,
+        /// The checksum of the request was wrong. Its id and type are doubtful.
+        ERR_CHECKSUM = 0x0011,
+        /// Not while motors move.
+        ERR_MOVING = 0x0012,
+        /// The device cannot do this.
+        ERR_UNSUPPORTED = 0x0013,
+        /// A number is out of range.
+        ERR_RANGE = 0x0014,
+        /// Anything else.
+        ERR_GENERAL = 0x0015,
+        /// The motors are not where the move begins.
+        ERR_NOT_IN_POSITION = 0x0016,
+        /// The pre-roll leaves the limits.
+        ERR_PREROLL = 0x0017,
+        /// The post-roll leaves the limits.
+        ERR_POSTROLL = 0x0018,
+        /// Received, never sent: in the vendor's header only, probably an aim point that cannot be reached.
+        ERR_AIM_COD = 0x0019,
+        /// Beyond the upper limit that was set.
+        ERR_SOFT_UP = 0x0020,
+        /// Beyond the lower limit that was set.
+        ERR_SOFT_LOW = 0x0021,
+        /// At the upper limit switch.
+        ERR_HARD_UP = 0x0022,
+        /// At the lower limit switch.
+        ERR_HARD_LOW = 0x0023,
+    }
+}
+
+message! {
+    /// The data of an acknowledgement.
+    struct AckBody<'a> in LE {
+        ;
+        /// How the request ended.
+        response_code: Option<AckCode>,
+    }
+}
+
+/// The answer to a request that asks for no data, or to any request that failed.
+///
+/// Devices in the field send four bytes, the upper half zero; these stand in `tail` (decision D-6).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Ack<'a> {
+    /// The type of the request that it answers.
+    pub of: MessageType,
+    /// How the request ended; `None` where the data is shorter than a code.
+    pub response_code: Option<AckCode>,
+    /// Bytes behind the code, kept as they came.
+    pub tail: &'a [u8],
+}
+
+impl<'a> Ack<'a> {
+    /// The acknowledgement of a request of type `of`.
+    #[must_use]
+    pub const fn new(of: MessageType, code: AckCode) -> Self {
+        Self { of: of.request(), response_code: Some(code), tail: &[] }
+    }
+
+    /// Whether the request was done.
+    #[must_use]
+    pub fn is_ok(&self) -> bool {
+        self.response_code == Some(AckCode::OK)
+    }
+
+    const fn body(&self) -> AckBody<'a> {
+        AckBody { response_code: self.response_code, tail: self.tail }
+    }
+}
+
+impl<'a> Message<'a> for Ack<'a> {
+    const LAYOUT: &'static [Row] = AckBody::LAYOUT;
+
+    fn decode(body: &'a [u8]) -> Result<Self, DecodeError> {
+        Self::decode_as(0x8000, body)
+    }
+
+    #[inline]
+    fn decode_as(number: u32, body: &'a [u8]) -> Result<Self, DecodeError> {
+        let AckBody { response_code, tail } = AckBody::decode(body)?;
+        let of = MessageType(u16::try_from(number).unwrap_or(u16::MAX)).request();
+        Ok(Self { of, response_code, tail })
+    }
+
+    #[inline]
+    fn number(&self, _: u32) -> u32 {
+        self.of.ack().0.into()
+    }
+
+    #[inline]
+    fn encoded_len(&self) -> usize {
+        self.body().encoded_len()
+    }
+
+    #[inline]
+    fn encode_into(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
+        self.body().encode_into(out)
+    }
+}
+
+impl Fields for Ack<'_> {
+    fn fields(&self, visitor: &mut dyn Visitor) {
+        self.body().fields(visitor);
+    }
+}

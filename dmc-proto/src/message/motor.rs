@@ -1,0 +1,256 @@
+//! Motors: status, moves, stops, positions, limits.
+
+use core::fmt;
+
+use motion_core::fixed::{Centi, Milli, Scaled};
+use motion_core::wire::Bool;
+use motion_core::{__newtype, flags, message, open_enum, unit};
+use zerocopy::little_endian::I32;
+
+unit! {
+    /// A motor, from 1 to the device's motor count, 32 at most.
+    pub struct Motor(u8) "";
+    /// A position, in steps of the motor.
+    pub struct Steps(i32) "steps";
+    /// How fast a jog is: 0.01 to 100.00 percent of the motor's speed (decision D-30).
+    pub struct JogSpeed(Centi<u16>) "%";
+    /// A speed.
+    pub struct Speed(u32) "steps/s";
+    /// An acceleration.
+    pub struct Acceleration(u32) "steps/s²";
+    /// A time in a move, in thousandths of a frame; negative in a pre-roll (decision D-29).
+    pub struct MoveTime(Milli<i32>) "frames";
+}
+
+impl JogSpeed {
+    /// The slowest: inching.
+    pub const SLOWEST: Self = Self(Scaled(1));
+    /// The motor's full speed.
+    pub const FULL: Self = Self(Scaled(10_000));
+}
+
+/// A set of motors, one bit each: bit 0 is motor 1 (decision D-16).
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+#[repr(transparent)]
+pub struct Motors(pub u32);
+
+impl Motors {
+    /// No motor.
+    pub const NONE: Self = Self(0);
+
+    /// Whether a motor is one of them.
+    #[must_use]
+    pub fn contains(self, motor: Motor) -> bool {
+        self.iter().any(|one| one == motor)
+    }
+
+    /// Them, one by one.
+    pub fn iter(self) -> impl Iterator<Item = Motor> {
+        (1..=32_u8).zip(0..).filter(move |&(_, bit): &(u8, u32)| self.0.wrapping_shr(bit) & 1 == 1).map(|(motor, _)| Motor(motor))
+    }
+}
+
+impl FromIterator<Motor> for Motors {
+    /// Motors that are not 1 to 32 have no bit, and are left out.
+    fn from_iter<I: IntoIterator<Item = Motor>>(motors: I) -> Self {
+        let bit = |motor: Motor| 1_u32.checked_shl(u32::from(motor.0).checked_sub(1)?);
+        Self(motors.into_iter().filter_map(bit).fold(0, |bits, bit| bits | bit))
+    }
+}
+
+impl fmt::Display for Motors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut separator = "";
+        for motor in self.iter() {
+            write!(f, "{separator}{motor}")?;
+            separator = "+";
+        }
+        if separator.is_empty() { f.write_str("none") } else { Ok(()) }
+    }
+}
+
+__newtype! { Motors(u32) "" }
+
+message! {
+    /// Which motors move. Source: DMC, MSG_MOTOR_STATUS; decision D-16.
+    pub struct MotorStatus<'a> in LE {
+        /// The motors that move.
+        motor_status: Motors,
+        /// Whether DMX channels change.
+        dmx_status: Bool,
+    }
+
+    /// Go to a position. Source: DMC, MSG_MOTOR_MOVE.
+    pub struct MotorMove<'a> in LE {
+        /// Which motor.
+        motor: Motor,
+        /// Where to.
+        position: Steps,
+    }
+
+    /// The answer to [`MotorMove`]; some devices send an acknowledgement instead (decision D-17).
+    pub struct MotorMoving<'a> in LE {
+        /// Whether the motor moves now.
+        moving: Bool,
+    }
+
+    /// Stop one motor. Of a real-time move, this stops all of it. Source: DMC, MSG_MOTOR_STOP; safety decision 1.
+    pub struct MotorStop<'a> in LE {
+        /// Which motor.
+        motor: Motor,
+    }
+
+    /// Stop everything, whatever the flags say; again within a second, it stops harder.
+    ///
+    /// Source: DMC, MSG_MOTOR_STOP_ALL; safety decisions 1 and 4, decision D-22.
+    pub struct MotorStopAll<'a> in LE {
+        ;
+        /// How the device takes it.
+        flags: Option<StopFlags>,
+    }
+
+    /// Where the motors are: the answer, and sent unasked about every 100 ms while they move.
+    ///
+    /// Source: DMC, MSG_MOTOR_GET_POSITION; decision D-18.
+    pub struct MotorPositions<'a> in LE {
+        /// Where in the move they are.
+        move_time: MoveTime,
+        ;
+        /// The positions of all motors, from motor 1.
+        positions: &'a [I32] ["steps"],
+    }
+
+    /// Call the place where a motor stands by another number. Source: DMC, MSG_MOTOR_RESET_POSITION.
+    pub struct MotorResetPosition<'a> in LE {
+        /// Which motor.
+        motor: Motor,
+        /// What its position is from now on.
+        position: Steps,
+    }
+
+    /// Run towards a position until told otherwise. Source: DMC, MSG_MOTOR_JOG.
+    pub struct MotorJog<'a> in LE {
+        /// Which motor.
+        motor: Motor,
+        /// How fast.
+        speed: JogSpeed,
+        /// Where it ends at the latest.
+        destination: Steps,
+    }
+
+    /// What a motor is used for. Source: DMC, MSG_MOTOR_CONFIGURE.
+    pub struct MotorConfigure<'a> in LE {
+        /// Which motor.
+        motor: Motor,
+        /// What for.
+        flags: MotorFlags,
+    }
+
+    /// How fast a motor may be. Source: DMC, MSG_MOTOR_SET_SPEED.
+    pub struct MotorSetSpeed<'a> in LE {
+        /// Which motor.
+        motor: Motor,
+        /// The greatest speed.
+        max_velocity: Speed,
+        /// The greatest acceleration.
+        max_accel: Acceleration,
+    }
+
+    /// How far a motor may go. Source: DMC, MSG_MOTOR_SET_LIMITS; safety decision 8.
+    pub struct MotorSetLimits<'a> in LE {
+        /// Which motor.
+        motor: Motor,
+        /// Whether the lower limit counts.
+        lower_enable: Bool,
+        /// The lower limit.
+        lower: Steps,
+        /// Whether the upper limit counts.
+        upper_enable: Bool,
+        /// The upper limit.
+        upper: Steps,
+        /// Which limit switches are this motor's.
+        hw_set: HardwareLimitSet,
+    }
+
+    /// A motor ran into a limit, or everything was stopped: sent unasked, with id 0.
+    ///
+    /// Source: DMC, MSG_MOTOR_HARD_STOP; decision D-20.
+    pub struct HardStop<'a> in LE {
+        /// Why.
+        reason: StopReason,
+        ;
+        /// Which motor, where it was one.
+        motor: Option<Motor>,
+    }
+}
+
+flags! {
+    /// How a device takes a stop of everything. Unknown bits are kept.
+    pub struct StopFlags(u32) {
+        /// Without the device's warnings. The motors stop all the same.
+        SILENT = 0x0000_0001,
+    }
+
+    /// What a motor is used for. The bits from `VIRTUAL` on stand in the vendor's firmware only. Unknown bits are kept.
+    pub struct MotorFlags(u8) {
+        /// It is used at all.
+        ENABLED = 0x01,
+        /// It moves while the shutter is open.
+        BLUR = 0x02,
+        /// It is part of a virtual motor.
+        VIRTUAL = 0x04,
+        /// It can be driven by hand during a move.
+        LIVE = 0x08,
+        /// It is coupled with the next motor.
+        COUPLE = 0x10,
+        /// Coupled, the other way round.
+        COUPLE_REVERSE = 0x20,
+    }
+}
+
+open_enum! {
+    /// Why everything stopped.
+    pub struct StopReason(u8) {
+        /// The emergency stop.
+        EMERGENCY_STOP = 0,
+        /// An upper limit switch.
+        UPPER_LIMIT = 1,
+        /// A lower limit switch.
+        LOWER_LIMIT = 2,
+        /// The motion engine gave up.
+        ENGINE_EXCEPTION = 100,
+    }
+}
+
+/// Which limit switches belong to a motor.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+#[repr(transparent)]
+pub struct HardwareLimitSet(pub u8);
+
+impl HardwareLimitSet {
+    const SWAP: u8 = 0x80;
+
+    /// The number of the pair of switches, from 1; 0 for none.
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        self.0 & !Self::SWAP
+    }
+
+    /// Whether upper and lower switch change places.
+    #[must_use]
+    pub const fn is_swapped(self) -> bool {
+        self.0 & Self::SWAP != 0
+    }
+}
+
+impl fmt::Display for HardwareLimitSet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.number(), self.is_swapped()) {
+            (0, false) => f.write_str("none"),
+            (number, false) => write!(f, "{number}"),
+            (number, true) => write!(f, "{number} swapped"),
+        }
+    }
+}
+
+__newtype! { HardwareLimitSet(u8) "" }
