@@ -22,6 +22,8 @@ extern crate std;
 
 pub mod fixed;
 pub mod fletcher;
+#[cfg(feature = "defmt")]
+pub mod format;
 pub mod lint;
 #[cfg(feature = "serde")]
 pub mod serialize;
@@ -29,6 +31,12 @@ pub mod stream;
 pub mod time;
 pub mod wire;
 
+#[doc(hidden)]
+#[cfg(feature = "arbitrary")]
+pub use arbitrary;
+#[doc(hidden)]
+#[cfg(feature = "defmt")]
+pub use defmt;
 #[doc(hidden)]
 #[cfg(feature = "serde")]
 pub use serde;

@@ -26,6 +26,9 @@ mod value;
 
 pub use cursor::{Reader, Writer};
 pub use error::{DecodeError, EncodeError};
+#[doc(hidden)]
+#[cfg(feature = "arbitrary")]
+pub use features::arbitrary_message;
 pub use field::{Bool, Bytes, Field};
 pub use message::{Empty, Message};
 #[doc(hidden)]

@@ -226,6 +226,7 @@ macro_rules! __newtype {
 
 /// The bytes of a field; `N` is its size.
 #[doc(hidden)]
+#[must_use]
 #[inline]
 pub fn to_array<O: ByteOrder, T: Field, const N: usize>(field: T) -> [u8; N] {
     let mut bytes = [0; N];
@@ -236,6 +237,7 @@ pub fn to_array<O: ByteOrder, T: Field, const N: usize>(field: T) -> [u8; N] {
 
 /// The field in these bytes; `N` is its size.
 #[doc(hidden)]
+#[must_use]
 #[inline]
 pub fn from_array<O: ByteOrder, T: Field, const N: usize>(bytes: &[u8; N]) -> T {
     T::read(&mut Reader::<O>::new(bytes)).unwrap_or_default()

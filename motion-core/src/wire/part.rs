@@ -19,10 +19,18 @@ pub trait Part<'a>: Copy {
     /// The layout of one element, if it is a list of groups.
     const ELEMENT: &'static [Row] = &[];
 
-    /// Takes it off the front, or says how many bytes, from its first, would have been needed.
+    /// Takes it off the front.
+    ///
+    /// # Errors
+    ///
+    /// How many bytes, from its first, would have been needed.
     fn take<O: ByteOrder>(reader: &mut Reader<'a, O>) -> Result<Self, usize>;
 
     /// Refuses what cannot be written, or would be read back as something else.
+    ///
+    /// # Errors
+    ///
+    /// [`EncodeError`], naming the part `what`.
     fn check(&self, what: &'static str, check: &mut Check) -> Result<(), EncodeError>;
 
     /// Bytes it takes.

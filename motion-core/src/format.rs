@@ -1,0 +1,20 @@
+//! Messages in `defmt` logs: the text that [`Display`](core::fmt::Display) prints.
+
+use core::fmt;
+
+use defmt::{Display2Format, Formatter};
+
+use crate::wire::{Fields, print};
+
+struct Text<'a>(&'static str, &'a dyn Fields);
+
+impl fmt::Display for Text<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        print::message(f, self.0, self.1)
+    }
+}
+
+/// Logs `name { field: value unit, .. }`.
+pub fn message(f: Formatter<'_>, name: &'static str, fields: &dyn Fields) {
+    defmt::write!(f, "{}", Display2Format(&Text(name, fields)));
+}
