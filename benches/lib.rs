@@ -1,1 +1,3 @@
-//! What the benches share: traffic mixes and peers.
+//! What the benches share.
+
+pub mod ratios;

@@ -1,1 +1,7 @@
 //! What the example programs share.
+
+pub mod cli;
+pub mod print;
+pub mod record;
+pub mod tap;
+pub mod text;

@@ -171,7 +171,8 @@ impl<'a> Frame<'a> {
     /// Reads a frame without its checksum.
     fn unverified(bytes: &'a [u8]) -> Result<Self, FrameError> {
         let have = bytes.len();
-        let (header, rest) = Header::ref_from_prefix(bytes).map_err(|_| FrameError::Truncated { needed: OVERHEAD, have })?;
+        let (header, rest) =
+            Header::ref_from_prefix(bytes).map_err(|_| FrameError::Truncated { needed: OVERHEAD, have })?;
         if header.marker != MARKER {
             return Err(FrameError::NoMarker { found: header.marker });
         }
@@ -273,7 +274,11 @@ pub fn encode(id: MessageId, kind: MessageType, data: &[u8], out: &mut [u8]) -> 
 }
 
 /// Writes a message in its frame.
-pub(crate) fn encode_message<'a, M: Messages<'a>>(message: &M, id: MessageId, out: &mut [u8]) -> Result<usize, EncodeError> {
+pub(crate) fn encode_message<'a, M: Messages<'a>>(
+    message: &M,
+    id: MessageId,
+    out: &mut [u8],
+) -> Result<usize, EncodeError> {
     // The tables hold no number above 0xffff, and `Other` keeps the one it came with.
     let number = u16::try_from(message.number()).unwrap_or(u16::MAX);
     envelope(id, MessageType(number), message.body_len(), out, |place| message.encode_body(place))
@@ -351,3 +356,93 @@ impl<const CAP: usize> Framing for Dmc<CAP> {
 ///
 /// For other limits, name the framing: `motion_core::stream::Frames<Dmc<1048>, 2096>`.
 pub type Frames<const N: usize = { 2 * MAX_FRAME }> = stream::Frames<Dmc, N>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::{format, vec::Vec};
+
+    /// A frame of a type that nobody knows.
+    fn frame(data: &[u8]) -> Vec<u8> {
+        let mut out = std::vec![0xa5; frame_len(data.len())];
+        assert_eq!(encode(MessageId(0x0403_0201), MessageType(0x0605), data, &mut out), Ok(out.len()));
+        out
+    }
+
+    #[test]
+    fn fields_stand_where_the_table_says() {
+        let bytes = frame(b"data");
+        assert_eq!(bytes[..14], *b"DF\x01\x02\x03\x04\x05\x06\x04\0data");
+        let frame = Frame::decode(&bytes).unwrap();
+        assert_eq!(
+            (frame.id(), frame.kind(), frame.payload()),
+            (MessageId(0x0403_0201), MessageType(0x0605), &b"data"[..])
+        );
+        assert_eq!((frame.header().data_len(), frame.header().frame_len()), (4, 16));
+        assert_eq!(frame.bytes(), bytes);
+    }
+
+    #[test]
+    fn bytes_that_are_not_one_frame_say_why() {
+        let good = frame(b"data");
+        for len in 0..good.len() {
+            let needed = if len < HEADER_LEN { OVERHEAD } else { good.len() };
+            assert_eq!(Frame::decode(&good[..len]), Err(FrameError::Truncated { needed, have: len }));
+        }
+        let longer = [&good[..], b"DF"].concat();
+        assert_eq!(Frame::decode(&longer), Err(FrameError::Trailing { extra: 2 }));
+        let mut other = good.clone();
+        other[1] = b'f';
+        assert_eq!(Frame::decode(&other), Err(FrameError::NoMarker { found: *b"Df" }));
+        for at in [2, 6, 10, 14, 15] {
+            let mut bad = good.clone();
+            bad[at] ^= 0x10;
+            assert_eq!(Frame::decode(&bad), Err(FrameError::Checksum { len: 16 }), "byte {at}");
+        }
+    }
+
+    /// Decision D-9: the checksum counts modulo 255.
+    #[test]
+    fn zero_and_255_weigh_the_same_in_every_byte() {
+        let mut bytes = frame(&[0; 20]);
+        for at in 10..30 {
+            bytes[at] = 0xff;
+            assert!(Frame::decode(&bytes).is_ok(), "a known weakness");
+        }
+        // The sums over this one are such that the formula gives 255 for a check byte.
+        let mut bytes = [b'D', b'F', 0x83, 0, 0, 0, 0x30, 0, 0, 0, 0xc1, 0xff];
+        assert!(Frame::decode(&bytes).is_ok());
+        bytes[11] = 0;
+        let frame = Frame::decode(&bytes).unwrap();
+        let mut again = [0; OVERHEAD];
+        encode(frame.id(), frame.kind(), frame.payload(), &mut again).unwrap();
+        assert_eq!(again[11], 0xff, "never written as 0");
+    }
+
+    #[test]
+    fn a_frame_that_does_not_fit_is_not_begun() {
+        let mut out = [0xa5; 15];
+        let small = EncodeError::BufferTooSmall { needed: 16, have: 15 };
+        assert_eq!(encode(MessageId(1), MessageType(2), b"data", &mut out), Err(small));
+        assert_eq!(out, [0xa5; 15]);
+        let long = std::vec![0; 65_536];
+        let refused = encode(MessageId(1), MessageType(2), &long, &mut out);
+        assert_eq!(refused, Err(EncodeError::TooLong { what: "data", len: 65_536, max: 65_535 }));
+    }
+
+    /// Decision D-13.
+    #[test]
+    fn a_host_counts_from_1_and_leaves_0_out() {
+        assert_eq!(MessageId::default().next(), MessageId(1));
+        assert_eq!(MessageId(1).next(), MessageId(2));
+        assert_eq!(MessageId(u32::MAX).next(), MessageId(1));
+    }
+
+    #[test]
+    fn an_acknowledgement_has_the_type_of_its_request_and_bit_15() {
+        let request = MessageType(0x0032);
+        assert_eq!((request.ack(), request.ack().request()), (MessageType(0x8032), request));
+        assert!(request.ack().is_ack() && !request.is_ack());
+        assert_eq!(format!("{:?}", request.ack()), "MessageType(0x8032)");
+    }
+}

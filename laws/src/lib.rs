@@ -4,3 +4,6 @@
 //! `docs/architecture.md`.
 
 pub mod message;
+pub mod owned;
+
+pub mod stream;

@@ -30,7 +30,7 @@ use std::fmt::Debug;
 
 use motion_core::stream::{Corrupt, Fatal, Frames, Framing, Item, Noise};
 
-/// An item that outlives the buffer. Neighbouring noise for the same reason is one item.
+/// An item that outlives the buffer. Neighbouring noise is one item, with the reason of its first byte.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(missing_docs, reason = "the fields are those of `Item`")]
 pub enum Owned<H> {
@@ -193,7 +193,7 @@ impl<F: Framing, const N: usize> Reader<F, N> {
                     self.items.push(Owned::Corrupt { header, why, bytes: bytes.to_vec() });
                 }
                 Item::Noise { bytes, why } => match self.items.last_mut() {
-                    Some(Owned::Noise { bytes: before, why: same }) if *same == why => before.extend(bytes),
+                    Some(Owned::Noise { bytes: before, .. }) => before.extend(bytes),
                     _ => self.items.push(Owned::Noise { bytes: bytes.to_vec(), why }),
                 },
                 Item::Fatal(why) => {

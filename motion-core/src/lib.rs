@@ -20,11 +20,15 @@ extern crate alloc;
 #[cfg(any(test, feature = "std"))]
 extern crate std;
 
+#[cfg(all(feature = "alloc", feature = "serde"))]
+mod deserialize;
 pub mod fixed;
 pub mod fletcher;
 #[cfg(feature = "defmt")]
 pub mod format;
 pub mod lint;
+#[cfg(feature = "alloc")]
+pub mod owned;
 #[cfg(feature = "serde")]
 pub mod serialize;
 pub mod stream;

@@ -31,14 +31,25 @@ pub struct Map<'a> {
 impl Serialize for Map<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
+        self.entries(&mut map)?;
+        map.end()
+    }
+}
+
+impl Map<'_> {
+    /// Adds the fields to a map that holds other entries as well.
+    ///
+    /// # Errors
+    ///
+    /// Only those of the serializer.
+    pub fn entries<M: SerializeMap>(&self, map: &mut M) -> Result<(), M::Error> {
         let mut result = Ok(());
         self.fields.fields(&mut |field: &FieldView<'_>| {
             if result.is_ok() {
-                result = entry(&mut map, field, self.secrets);
+                result = entry(map, field, self.secrets);
             }
         });
-        result?;
-        map.end()
+        result
     }
 }
 
@@ -112,5 +123,18 @@ struct Shown<'a>(fmt::Arguments<'a>);
 impl Serialize for Shown<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_str(&self.0)
+    }
+}
+
+/// A map of `message`, `number` and `fields`; feature `alloc`.
+#[cfg(feature = "alloc")]
+impl<S: crate::wire::Side, B: AsRef<[u8]>> Serialize for crate::owned::Owned<S, B> {
+    fn serialize<T: Serializer>(&self, serializer: T) -> Result<T::Ok, T::Error> {
+        let message = self.message();
+        let mut map = serializer.serialize_map(Some(3))?;
+        map.serialize_entry("message", crate::wire::Messages::name(&message))?;
+        map.serialize_entry("number", &self.number())?;
+        map.serialize_entry("fields", &Map { fields: &message, secrets: true })?;
+        map.end()
     }
 }

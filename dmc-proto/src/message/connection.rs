@@ -67,7 +67,8 @@ impl Name {
             if free.len() < utf8.len() {
                 break;
             }
-            for (place, byte) in free.by_ref().zip(utf8) {
+            // In this order: at its end, a zip has taken one more from its first than from its second.
+            for (byte, place) in utf8.iter().zip(&mut free) {
                 *place = *byte;
             }
         }
@@ -151,6 +152,11 @@ flags! {
         /// Camera triggers during a move.
         CAMERA_TRIGGER = 0x0400,
     }
+}
+
+impl Capabilities {
+    /// Virtual motors, of any kind.
+    pub const VIRTUALS: Self = Self(0x003C);
 }
 
 open_enum! {
@@ -260,5 +266,55 @@ impl<'a> Message<'a> for Ack<'a> {
 impl Fields for Ack<'_> {
     fn fields(&self, visitor: &mut dyn Visitor) {
         self.body().fields(visitor);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::format;
+
+    /// Decision D-43.
+    #[test]
+    fn a_name_is_whole_or_cut_between_characters() {
+        assert_eq!(Name::new("dmc-16").unwrap().as_str(), Some("dmc-16"));
+        let full = "ABCDEFGHIJKLMNOPQRSTUVWXYZ012345";
+        assert_eq!(Name::new(full).unwrap().as_str(), Some(full), "32 bytes need no NUL");
+        assert_eq!(Name::new("ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456"), None);
+        assert_eq!(Name::new("a\0b"), None);
+        assert_eq!(Name::truncated("a\0b").as_str(), Some("a"));
+        let cut = Name::truncated("ABCDEFGHIJKLMNOPQRSTUVWXYZ01234é");
+        assert_eq!(cut.as_str(), Some("ABCDEFGHIJKLMNOPQRSTUVWXYZ01234"), "not half an é");
+    }
+
+    #[test]
+    fn a_name_that_is_no_text_shows_its_bytes() {
+        let mut name = Name::new("rig").unwrap();
+        name.0[3] = 0xc3;
+        assert_eq!((name.as_str(), name.as_bytes()), (None, &b"rig\xc3"[..]));
+        assert_eq!(format!("{name}"), r#""rig\xc3""#);
+    }
+
+    /// Decision D-6.
+    #[test]
+    fn a_code_is_read_from_two_bytes_and_the_others_are_kept() {
+        let decode = |body| Ack::decode_as(0x8031, body).unwrap();
+        assert_eq!(decode(&[0x10, 0]), Ack::new(MessageType(0x0031), AckCode::OK));
+        assert!(decode(&[0x10, 0]).is_ok());
+        let wide = decode(&[0x14, 0, 0, 0]);
+        assert_eq!((wide.response_code, wide.tail), (Some(AckCode::ERR_RANGE), &[0, 0][..]));
+        for body in [&[][..], &[0x10]] {
+            let short = decode(body);
+            assert_eq!((short.response_code, short.tail, short.is_ok()), (None, body, false));
+        }
+    }
+
+    #[test]
+    fn a_greeting_from_before_2020_has_no_version() {
+        let hi = Hi::decode(&[0; 49]).unwrap();
+        assert_eq!((hi.protocol_version, hi.tail), (None, &[][..]));
+        let odd = Hi::decode(&[0; 50]).unwrap();
+        assert_eq!((odd.protocol_version, odd.tail), (None, &[0][..]));
+        assert_eq!(Hi::decode(&[0; 51]).unwrap().protocol_version, Some(0));
     }
 }

@@ -5,19 +5,24 @@
 
 mod connection;
 mod motor;
+mod outputs;
 mod real_time;
+mod set;
+mod upload;
 
 pub use connection::{Ack, AckCode, Capabilities, Hi, Name};
-pub use motor::{
-    Acceleration, HardStop, HardwareLimitSet, JogSpeed, Motor, MotorConfigure, MotorFlags, MotorJog, MotorMove, MotorMoving,
-    MotorPositions, MotorResetPosition, MotorSetLimits, MotorSetSpeed, MotorStatus, MotorStop, MotorStopAll, Motors, MoveTime,
-    Speed, Steps, StopFlags, StopReason,
-};
 pub use motion_core::wire::{Empty, Other};
-pub use real_time::{
-    BloopOutputs, BlurPercent, Degrees, Direction, DmxChannel, FrameNumber, FramesPerSecond, Milliseconds, MotorPair, RunFlags,
-    RtRunMove, RtShootFrame, RtUploadMoveAxis, ShortMilliseconds, StartIndex,
+pub use motor::{
+    Acceleration, HardStop, HardwareLimitSet, JogSpeed, Motor, MotorConfigure, MotorFlags, MotorJog, MotorMove,
+    MotorMoving, MotorPositions, MotorResetPosition, MotorSetLimits, MotorSetSpeed, MotorStatus, MotorStop,
+    MotorStopAll, Motors, MoveTime, Speed, Steps, StopFlags, StopReason,
 };
+pub use outputs::{CameraFlags, Dmx, GioCam, GioIn, GioOut, Triggers};
+pub use real_time::{
+    BloopOutputs, BlurPercent, Degrees, Direction, DmxChannel, FrameNumber, FramesPerSecond, Milliseconds, MotorPair,
+    RtJogAll, RtPositionFrame, RtRunMove, RtShootFrame, RtShootFrame2, RunFlags, ShortMilliseconds,
+};
+pub use upload::{RtUploadMoveAxis, RtUploadMoveBegin, RtUploadMoveDmx, RtUploadMoveTriggers, StartIndex, TriggerPair};
 
 use motion_core::messages;
 use motion_core::wire::{DecodeError, EncodeError, Messages};
@@ -29,6 +34,14 @@ messages! {
     pub enum HostMessage<'a> {
         /// Who are you? The first message of a connection.
         0x0001 => Hi(Empty<'a>),
+        /// Set lights.
+        0x0020 => Dmx(Dmx<'a>),
+        /// Switch outputs.
+        0x0021 => GioOut(GioOut<'a>),
+        /// Which inputs are on?
+        0x0022 => GioIn(Empty<'a>),
+        /// Try the outputs of the camera.
+        0x0023 => GioCam(GioCam<'a>),
         /// Which motors move?
         0x0030 => MotorStatus(Empty<'a>),
         /// Go to a position.
@@ -49,12 +62,30 @@ messages! {
         0x0038 => MotorSetSpeed(MotorSetSpeed<'a>),
         /// How far a motor may go.
         0x0039 => MotorSetLimits(MotorSetLimits<'a>),
+        /// Begin the upload of a move.
+        0x0100 => RtUploadMoveBegin(RtUploadMoveBegin<'a>),
         /// One section of one motor's positions of a move.
         0x0101 => RtUploadMoveAxis(RtUploadMoveAxis<'a>),
+        /// One section of one DMX channel's levels of a move.
+        0x0102 => RtUploadMoveDmx(RtUploadMoveDmx<'a>),
+        /// The upload is complete.
+        0x0103 => RtUploadMoveEnd(Empty<'a>),
+        /// Which outputs are on at which frames of a move.
+        0x0104 => RtUploadMoveTriggers(RtUploadMoveTriggers<'a>),
+        /// Send all motors to a frame of the move.
+        0x0110 => RtPositionFrame(RtPositionFrame<'a>),
         /// Get ready to run the uploaded move.
         0x0111 => RtRunMove(RtRunMove<'a>),
         /// Get ready to move through one frame while the shutter is open.
         0x0112 => RtShootFrame(RtShootFrame<'a>),
+        /// Start what the device got ready for.
+        0x0113 => RtGo(Empty<'a>),
+        /// Get ready to move through one frame, with a shutter that is described by its angles.
+        0x0115 => RtShootFrame2(RtShootFrame2<'a>),
+        /// End the loop at its next end point.
+        0x0116 => RtStopLoop(Empty<'a>),
+        /// Run all motors towards a frame of the move.
+        0x0120 => RtJogAll(RtJogAll<'a>),
     }
 }
 
@@ -63,6 +94,8 @@ messages! {
     pub enum DeviceMessage<'a> {
         /// Who I am, asked or at boot.
         0x0001 => Hi(Hi<'a>),
+        /// Which inputs are on, asked or because they changed.
+        0x0022 => GioIn(GioIn<'a>),
         /// Which motors move.
         0x0030 => MotorStatus(MotorStatus<'a>),
         /// Whether the motor moves now.
@@ -71,6 +104,10 @@ messages! {
         0x0034 => MotorGetPosition(MotorPositions<'a>),
         /// A motor ran into a limit, or everything was stopped: sent unasked.
         0x003A => MotorHardStop(HardStop<'a>),
+        /// The operator started what the device had got ready for: sent unasked, by the vendor's firmware.
+        0x0113 => RtGo(Empty<'a>),
+        /// The move, or the frame, is done: sent unasked.
+        0x0114 => RtEnd(Empty<'a>),
         /// Done, or why not.
         0x8000..=0xFFFF => Ack(Ack<'a>),
     }

@@ -7,6 +7,8 @@ use motion_core::wire::Bool;
 use motion_core::{__newtype, flags, message, open_enum, unit};
 use zerocopy::little_endian::I32;
 
+use super::set;
+
 unit! {
     /// A motor, from 1 to the device's motor count, 32 at most.
     pub struct Motor(u8) "";
@@ -41,31 +43,25 @@ impl Motors {
     /// Whether a motor is one of them.
     #[must_use]
     pub fn contains(self, motor: Motor) -> bool {
-        self.iter().any(|one| one == motor)
+        set::contains(self.0, motor.0)
     }
 
     /// Them, one by one.
     pub fn iter(self) -> impl Iterator<Item = Motor> {
-        (1..=32_u8).zip(0..).filter(move |&(_, bit): &(u8, u32)| self.0.wrapping_shr(bit) & 1 == 1).map(|(motor, _)| Motor(motor))
+        set::numbers(self.0).map(Motor)
     }
 }
 
 impl FromIterator<Motor> for Motors {
     /// Motors that are not 1 to 32 have no bit, and are left out.
     fn from_iter<I: IntoIterator<Item = Motor>>(motors: I) -> Self {
-        let bit = |motor: Motor| 1_u32.checked_shl(u32::from(motor.0).checked_sub(1)?);
-        Self(motors.into_iter().filter_map(bit).fold(0, |bits, bit| bits | bit))
+        Self(set::of(motors.into_iter().map(|motor| motor.0)))
     }
 }
 
 impl fmt::Display for Motors {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut separator = "";
-        for motor in self.iter() {
-            write!(f, "{separator}{motor}")?;
-            separator = "+";
-        }
-        if separator.is_empty() { f.write_str("none") } else { Ok(()) }
+        set::print(f, self.0)
     }
 }
 
@@ -128,7 +124,7 @@ message! {
         position: Steps,
     }
 
-    /// Run towards a position until told otherwise. Source: DMC, MSG_MOTOR_JOG.
+    /// Run towards a position until told otherwise. Source: DMC, MSG_MOTOR_JOG; decision D-30.
     pub struct MotorJog<'a> in LE {
         /// Which motor.
         motor: Motor,
@@ -254,3 +250,46 @@ impl fmt::Display for HardwareLimitSet {
 }
 
 __newtype! { HardwareLimitSet(u8) "" }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motion_core::wire::Message;
+    use std::{format, vec::Vec};
+
+    #[test]
+    fn bit_0_is_motor_1() {
+        let motors = Motors(0x8000_0001);
+        assert_eq!(motors.iter().collect::<Vec<_>>(), [Motor(1), Motor(32)]);
+        assert!(motors.contains(Motor(1)) && motors.contains(Motor(32)));
+        assert!(![0, 2, 31, 33, 255].into_iter().any(|motor| motors.contains(Motor(motor))));
+        assert_eq!((1..=32).map(Motor).collect::<Motors>(), Motors(u32::MAX));
+        assert_eq!([0, 2, 33, 255].map(Motor).into_iter().collect::<Motors>(), Motors(2), "the others have no bit");
+        assert_eq!(format!("{motors} {}", Motors::NONE), "1+32 none");
+    }
+
+    #[test]
+    fn a_hard_stop_names_a_motor_or_not() {
+        let estop = HardStop::decode(&[0]).unwrap();
+        assert_eq!((estop.reason, estop.motor), (StopReason::EMERGENCY_STOP, None));
+        let upper = HardStop::decode(&[1, 2]).unwrap();
+        assert_eq!((upper.reason, upper.motor), (StopReason::UPPER_LIMIT, Some(Motor(2))));
+        assert_eq!(HardStop::decode(&[1]).unwrap().motor, None, "accepted, though the specification wants a motor");
+        assert_eq!(HardStop::decode(&[100, 7]).unwrap().motor, Some(Motor(7)), "dmc-lite says which motor gave up");
+    }
+
+    #[test]
+    fn flags_of_a_stop_are_whole_or_a_tail() {
+        assert_eq!(MotorStopAll::decode(&[]), Ok(MotorStopAll { flags: None, tail: &[] }));
+        assert_eq!(MotorStopAll::decode(&[1, 0, 0]), Ok(MotorStopAll { flags: None, tail: &[1, 0, 0] }));
+        let unknown = MotorStopAll::decode(&[1, 0, 0, 0x80]).unwrap();
+        assert_eq!(unknown.flags, Some(StopFlags(0x8000_0001)), "unknown bits are kept");
+    }
+
+    #[test]
+    fn limit_switches_are_numbered_and_may_be_swapped() {
+        let set = HardwareLimitSet(0x83);
+        assert_eq!((set.number(), set.is_swapped()), (3, true));
+        assert_eq!(format!("{set}, {}, {}", HardwareLimitSet(3), HardwareLimitSet(0)), "3 swapped, 3, none");
+    }
+}

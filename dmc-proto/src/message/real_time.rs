@@ -1,11 +1,8 @@
-//! Real-time moves: upload, run, shoot.
-
-use core::fmt;
+//! Real-time moves: to a frame, run, shoot.
 
 use motion_core::fixed::{Deci, Milli};
 use motion_core::wire::Bool;
-use motion_core::{__newtype, element, flags, message, open_enum, unit};
-use zerocopy::little_endian::I32;
+use motion_core::{element, flags, message, open_enum, unit};
 
 use super::{Motor, Steps};
 
@@ -27,15 +24,12 @@ unit! {
 }
 
 message! {
-    /// One section of one motor's positions of a move. Source: DMC, MSG_RT_UPLOAD_MOVE_AXIS; decision D-32.
-    pub struct RtUploadMoveAxis<'a> in LE {
-        /// Which motor.
-        motor: Motor,
-        /// Which frame of the move the first position is for, from 0, and whether this is the last section.
-        start_index: StartIndex,
-        ;
-        /// One position a frame.
-        positions: &'a [I32] ["steps"],
+    /// Send all motors, and the DMX channels, where the uploaded move has them at a frame.
+    ///
+    /// Source: DMC, MSG_RT_POSITION_FRAME; decision D-31, safety decision 8.
+    pub struct RtPositionFrame<'a> in LE {
+        /// Which frame.
+        frame: FrameNumber,
     }
 
     /// Get ready to run the uploaded move: go to the start, then to the pre-roll point, and wait for the start signal.
@@ -82,6 +76,33 @@ message! {
         ;
         /// Motors that do not follow the uploaded move.
         motors: &'a [MotorPair],
+    }
+
+    /// Get ready to move through one frame, with a shutter that is described by its angles.
+    ///
+    /// Source: DMC, MSG_RT_SHOOT_FRAME2; decisions D-1, D-25, D-27 and D-28.
+    pub struct RtShootFrame2<'a> in LE {
+        /// Which frame.
+        frame: FrameNumber,
+        /// How long the shutter is open.
+        exposure_ms: Milliseconds,
+        /// Where the shutter opens.
+        open_angle: Degrees,
+        /// Where the shutter closes.
+        close_angle: Degrees,
+        ;
+        /// Motors that do not follow the uploaded move.
+        motors: &'a [MotorPair],
+    }
+
+    /// Run all motors towards a frame of the uploaded move; they have to be on one.
+    ///
+    /// Source: DMC, MSG_RT_JOG_ALL; safety decision 8.
+    pub struct RtJogAll<'a> in LE {
+        /// How fast.
+        fps_x1000: FramesPerSecond,
+        /// The frame where they stop.
+        destination: FrameNumber,
     }
 }
 
@@ -132,41 +153,40 @@ open_enum! {
     }
 }
 
-/// Where a section of an upload begins, and whether it is the last one of its motor.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-#[repr(transparent)]
-pub struct StartIndex(pub u32);
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motion_core::wire::{DecodeError, Message};
 
-impl StartIndex {
-    const LAST: u32 = 0x8000_0000;
-
-    /// The section that begins at `index`, at most 2^31 - 1; `None` beyond.
-    #[must_use]
-    pub const fn new(index: u32, last: bool) -> Option<Self> {
-        match (index & Self::LAST, last) {
-            (0, false) => Some(Self(index)),
-            (0, true) => Some(Self(index | Self::LAST)),
-            _ => None,
+    /// Decision D-23.
+    #[test]
+    fn a_run_has_as_many_fields_as_its_length_holds() {
+        let body: [u8; 40] = core::array::from_fn(|at| u8::try_from(at).unwrap());
+        assert_eq!(
+            RtRunMove::decode(&body[..28]),
+            Err(DecodeError::Truncated { what: "RtRunMove", needed: 29, have: 28 })
+        );
+        for len in 29..=40 {
+            let run = RtRunMove::decode(&body[..len]).unwrap();
+            let known = match len {
+                29 | 30 => 29,
+                31 | 32 => 31,
+                33 | 34 => 33,
+                _ => 35,
+            };
+            assert_eq!(run.flags, (len >= 31).then_some(RunFlags(0x1e1d)), "{len} bytes");
+            assert_eq!(run.open_angle, (len >= 33).then_some(Degrees(0x201f)), "{len} bytes");
+            assert_eq!(run.close_angle, (len >= 35).then_some(Degrees(0x2221)), "{len} bytes");
+            assert_eq!(run.tail, &body[known..len], "{len} bytes");
         }
     }
 
-    /// The frame of the move, from 0, that the section begins with.
-    #[must_use]
-    pub const fn index(self) -> u32 {
-        self.0 & !Self::LAST
-    }
-
-    /// Whether the last value holds to the end of the move.
-    #[must_use]
-    pub const fn is_last(self) -> bool {
-        self.0 & Self::LAST != 0
+    /// Decision D-25.
+    #[test]
+    fn a_motor_that_is_cut_off_stays_in_the_tail() {
+        let body = [&[0; 11][..], &[1, 2, 0, 0, 0, 3, 0, 0, 0], &[9; 8]].concat();
+        let shoot = RtShootFrame::decode(&body).unwrap();
+        assert_eq!(shoot.motors, [MotorPair::new(Motor(1), Steps(2), Steps(3))]);
+        assert_eq!(shoot.tail, [9; 8]);
     }
 }
-
-impl fmt::Display for StartIndex {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{}", self.index(), if self.is_last() { ", last section" } else { "" })
-    }
-}
-
-__newtype! { StartIndex(u32) "" }

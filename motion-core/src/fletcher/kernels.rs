@@ -1,7 +1,12 @@
-//! The loops that add bytes, and the bounds that keep their accumulators from overflowing.
+//! The loops that add bytes, and the bounds that keep their sums from overflowing.
 //!
-//! All defer the modulo, and all take an odd remainder from the front: zero bytes before a message
-//! change neither sum, so there the remainder can be padded.
+//! Words are little-endian. A word is `even + 256 * odd`, where `even` and `odd` hold every other one
+//! of its bytes, each in a lane of 16 bits. Sums of words come apart in the same way. So the loops add
+//! whole words and odd bytes, which takes one shift and at most one mask a word, and the even bytes
+//! are found in the end.
+//!
+//! Where a message does not divide into words, the odd piece comes first: zero bytes in front of a
+//! message change neither sum, so there the first word is filled up with them.
 
 /// Both sums of some bytes, before the modulo.
 #[derive(Clone, Copy, Default)]
@@ -11,91 +16,179 @@ pub(super) struct Raw {
 }
 
 impl Raw {
-    /// The sums of `self`'s bytes followed by `next`'s, which are `len` in number.
+    /// The sums of `self`'s bytes followed by the `len` bytes of `next`.
     #[inline]
-    pub(super) const fn then(self, next: Self, len: u32) -> Self {
+    pub(super) const fn then(self, next: Self, len: usize) -> Self {
+        // Each of those adds the first sum once more to the second.
+        #[expect(clippy::cast_possible_truncation, reason = "below 255")]
+        let times = (len % 255) as u32;
         Self {
             f0: self.f0.wrapping_add(next.f0),
-            f1: self.f1.wrapping_add(next.f1).wrapping_add(self.f0.wrapping_mul(len)),
+            f1: self.f1.wrapping_add(next.f1).wrapping_add(self.f0.wrapping_mul(times)),
         }
     }
 
-    /// The same sums, modulo 255.
+    /// Adds what was before the last row of `row` bytes: second sums, in two lanes of 32 bits. Each
+    /// stands for a first sum that counts once more for each byte of a row.
     #[inline]
-    pub(super) const fn reduce(self) -> Self {
+    const fn and_before(self, before: u64, row: u32) -> Self {
+        let before = ((before & 0xFFFF_FFFF) as u32).wrapping_add((before >> 32) as u32);
+        Self { f0: self.f0, f1: self.f1.wrapping_add(before.wrapping_mul(row)) }
+    }
+
+    /// The same sums modulo 255.
+    #[inline]
+    pub(super) const fn modulo_255(self) -> Self {
         Self { f0: self.f0 % 255, f1: self.f1 % 255 }
     }
 }
 
-/// Up to this many bytes words win, above it lanes.
-const SHORT: usize = 16 * size_of::<u64>();
+/// Below this length [`short`] is faster, from it on [`long`].
+const LONG: usize = 128;
 
 /// Sums any number of bytes.
 #[inline]
 pub(super) fn sum(bytes: &[u8]) -> Raw {
-    if bytes.len() <= SHORT { words(bytes) } else { blocks(bytes) }
+    if bytes.len() < LONG { short(bytes) } else { long(bytes) }
 }
 
-/// Sums at most [`SHORT`] bytes, eight at a time.
+/// Sums fewer than [`LONG`] bytes, that is at most 16 words of eight.
 #[inline]
-fn words(bytes: &[u8]) -> Raw {
-    const LOW: u64 = 0x00FF_00FF_00FF_00FF;
-    const SUM: u64 = 0x0001_0001_0001_0001;
-    const WEIGHTED: u64 = 0x0004_0003_0002_0001;
-
-    let (mut a0, mut a1, mut b) = (0_u64, 0_u64, 0_u64);
-    let head = bytes.len() % 8;
-    let first = padded(bytes, head);
-    a0 = first & LOW;
-    a1 = (first >> 8) & LOW;
-    for word in bytes.get(head..).unwrap_or_default().chunks_exact(8) {
-        let word = word.first_chunk().map_or(0, |w| u64::from_le_bytes(*w));
-        b = b.wrapping_add(a0).wrapping_add(a1);
-        a0 = a0.wrapping_add(word & LOW);
-        a1 = a1.wrapping_add((word >> 8) & LOW);
+fn short(bytes: &[u8]) -> Raw {
+    let begin = bytes.len() % 8;
+    let first = match bytes.first_chunk() {
+        // Two shifts, since one by all 64 bits would be none.
+        Some(word) => u64::from_le_bytes(*word) << 56_usize.wrapping_sub(begin.wrapping_mul(8)) << 8,
+        None => bytes.iter().fold(0, |word, &byte| (word >> 8) | (u64::from(byte) << 56)),
+    };
+    // First sums, and second ones: what the first were before each word, added up.
+    let (mut whole, mut odd) = (first, odd_bytes(first));
+    let (mut wholes, mut odds) = (0_u64, 0_u64);
+    for word in bytes.get(begin..).unwrap_or_default().chunks_exact(8) {
+        let word = word.first_chunk().map_or(0, |word| u64::from_le_bytes(*word));
+        wholes = wholes.wrapping_add(whole);
+        odds = odds.wrapping_add(odd);
+        whole = whole.wrapping_add(word);
+        odd = odd.wrapping_add(odd_bytes(word));
     }
-    let total = |lanes: u64| lanes.wrapping_mul(SUM) >> 48;
-    let weighted = |lanes: u64| lanes.wrapping_mul(WEIGHTED) >> 48;
-    let bs = (b & 0x0000_FFFF_0000_FFFF) + ((b >> 16) & 0x0000_FFFF_0000_FFFF);
-    let bs = (bs + (bs >> 32)) & 0xFFFF_FFFF;
-    let (s0, s1) = (total(a0), total(a1));
-    Raw { f0: (s0 + s1) as u32, f1: (8 * bs + 2 * (weighted(a0) + weighted(a1)) - s1) as u32 }
+    // Even and odd together, a lane of the second sums is at most 2 * 255 * (0 + .. + 15) = 61,200.
+    let before = wholes.wrapping_sub(odds << 8).wrapping_add(odds);
+    within(whole.wrapping_sub(odd << 8), odd).and_before(pairs(before), 8)
 }
 
-#[inline]
-fn padded(bytes: &[u8], len: usize) -> u64 {
-    if let Some(first) = bytes.first_chunk::<8>() {
-        (u64::from_le_bytes(*first) << (56 - 8 * len)) << 8
-    } else {
-        bytes.iter().fold(0, |word, &byte| (word >> 8) | (u64::from(byte) << 56))
-    }
-}
+/// Bytes that [`long`] takes in one go, in rounds of 16, beside the 16 it may start with.
+const BLOCK: usize = 16 * 22;
 
-const LANES: usize = 64;
-const ROUNDS: usize = 23;
-
-fn blocks(bytes: &[u8]) -> Raw {
-    let (head, rest) = bytes.split_at_checked(bytes.len() % LANES).unwrap_or_default();
-    let mut sum = words(head);
-    for block in rest.chunks(LANES * ROUNDS) {
-        sum = sum.then(lanes(block), block.len() as u32).reduce();
+/// Sums at least 16 bytes, in blocks.
+fn long(bytes: &[u8]) -> Raw {
+    let begin = bytes.len() % 16;
+    let first = bytes.first_chunk().map_or(0, |word| u128::from_le_bytes(*word));
+    // Two shifts, since one by all 128 bits would be none.
+    let first = first << 120_usize.wrapping_sub(begin.wrapping_mul(8)) << 8;
+    let mut first = first.to_le_bytes();
+    let mut sum = Raw::default();
+    for block in bytes.get(begin..).unwrap_or_default().chunks(BLOCK) {
+        sum = sum.then(Columns::of(&first, block).sums(), block.len()).modulo_255();
+        first = [0; 16];
     }
     sum
 }
 
-fn lanes(block: &[u8]) -> Raw {
-    let mut a = [0_u16; LANES];
-    let mut b = [0_u16; LANES];
-    for chunk in block.chunks_exact(LANES) {
-        for ((a, b), &byte) in a.iter_mut().zip(&mut b).zip(chunk) {
-            *b = b.wrapping_add(*a);
-            *a = a.wrapping_add(u16::from(byte));
+/// Eight lanes of 16 bits, as vector registers have them.
+type Lanes = [u16; 8];
+
+/// A message in rows of 16 bytes, summed downwards.
+struct Columns {
+    /// First sums.
+    even: Lanes,
+    odd: Lanes,
+    /// Second sums: what the first were before each row, added up.
+    evens: Lanes,
+    odds: Lanes,
+}
+
+impl Columns {
+    /// Sums one row and at most 22 more. First sums are then at most 255 * 23 = 5,865, second ones
+    /// 255 * (0 + .. + 22) = 64,515.
+    ///
+    /// Out of line: that the four results go to memory is what makes the compiler hold each of them in
+    /// a vector register.
+    #[inline(never)]
+    fn of(first: &[u8; 16], rows: &[u8]) -> Self {
+        let mut whole = lanes(first);
+        let mut odd = whole.map(|word| word >> 8);
+        let [mut wholes, mut odds] = [[0; 8]; 2];
+        for row in rows.chunks_exact(16) {
+            wholes = zip(wholes, whole, u16::wrapping_add);
+            odds = zip(odds, odd, u16::wrapping_add);
+            let row = row.first_chunk().map_or([0; 8], lanes);
+            whole = zip(whole, row, u16::wrapping_add);
+            odd = zip(odd, row, |odd, word| odd.wrapping_add(word >> 8));
         }
+        let even = |whole: u16, odd: u16| whole.wrapping_sub(odd << 8);
+        Self { even: zip(whole, odd, even), odd, evens: zip(wholes, odds, even), odds }
     }
-    let mut raw = Raw::default();
-    for (weight, (&a, &b)) in (1..).zip(a.iter().zip(&b).rev()) {
-        raw.f0 = raw.f0.wrapping_add(u32::from(a));
-        raw.f1 += u32::from(b) * LANES as u32 + weight * u32::from(a);
+
+    /// Both sums of all the bytes.
+    #[inline]
+    fn sums(&self) -> Raw {
+        let ([even0, even1], [odd0, odd1]) = (halves(self.even), halves(self.odd));
+        let before = [self.evens, self.odds]
+            .into_iter()
+            .flat_map(halves)
+            .fold(0_u64, |sum, lanes| sum.wrapping_add(pairs(lanes)));
+        within(even0, odd0).then(within(even1, odd1), 8).and_before(before, 16)
     }
-    raw
+}
+
+#[inline]
+fn lanes(row: &[u8; 16]) -> Lanes {
+    let mut lanes = [0; 8];
+    for (lane, word) in lanes.iter_mut().zip(row.chunks_exact(2)) {
+        *lane = word.first_chunk().map_or(0, |word| u16::from_le_bytes(*word));
+    }
+    lanes
+}
+
+#[inline]
+fn zip(mut left: Lanes, right: Lanes, each: impl Fn(u16, u16) -> u16) -> Lanes {
+    for (left, right) in left.iter_mut().zip(right) {
+        *left = each(*left, right);
+    }
+    left
+}
+
+/// Lanes 0 to 3 and 4 to 7.
+#[inline]
+fn halves(lanes: Lanes) -> [u64; 2] {
+    let [l0, l1, l2, l3, l4, l5, l6, l7] = lanes.map(u64::from);
+    [l0 | l1 << 16 | l2 << 32 | l3 << 48, l4 | l5 << 16 | l6 << 32 | l7 << 48]
+}
+
+#[inline]
+const fn odd_bytes(word: u64) -> u64 {
+    (word >> 8) & 0x00FF_00FF_00FF_00FF
+}
+
+/// Both sums of eight bytes, or of the sums of such bytes, with at most 6,553 in a lane: then the
+/// weighted lanes, 10 times as much, still fit 16 bits.
+#[inline]
+const fn within(even: u64, odd: u64) -> Raw {
+    // The top lane of such a product is the sum of all lanes, times 1, or times 4, 3, 2, 1.
+    const ONCE: u64 = 0x0001_0001_0001_0001;
+    const WEIGHTED: u64 = 0x0004_0003_0002_0001;
+    let odds = odd.wrapping_mul(ONCE) >> 48;
+    let weighted = (even.wrapping_mul(WEIGHTED) >> 48).wrapping_add(odd.wrapping_mul(WEIGHTED) >> 48);
+    // Even bytes count 8, 6, 4 and 2 times, odd ones 7, 5, 3 and 1 times.
+    Raw {
+        f0: (even.wrapping_mul(ONCE) >> 48).wrapping_add(odds) as u32,
+        f1: weighted.wrapping_mul(2).wrapping_sub(odds) as u32,
+    }
+}
+
+/// The four lanes, whatever they hold, as two of 32 bits.
+#[inline]
+const fn pairs(lanes: u64) -> u64 {
+    const LOW: u64 = 0x0000_FFFF_0000_FFFF;
+    (lanes & LOW).wrapping_add((lanes >> 16) & LOW)
 }

@@ -48,7 +48,7 @@ impl Sum {
     #[inline]
     #[must_use]
     pub fn of(bytes: &[u8]) -> Self {
-        Self::reduced(kernels::sum(bytes))
+        Self::modulo_255(kernels::sum(bytes))
     }
 
     /// Sums what `self` has summed, followed by `bytes`.
@@ -65,7 +65,7 @@ impl Sum {
     #[inline]
     #[must_use]
     pub const fn then(self, next: Self, next_len: usize) -> Self {
-        Self::reduced(self.raw().then(next.raw(), (next_len % 255) as u32))
+        Self::modulo_255(self.raw().then(next.raw(), next_len))
     }
 
     /// Takes a prefix off: the sum of the last `len` bytes of what `self` has summed, where `prefix`
@@ -79,7 +79,7 @@ impl Sum {
         // The prefix with its sign turned, modulo 255.
         let Raw { f0, f1 } = prefix.raw();
         let negated = Raw { f0: 255_u32.wrapping_sub(f0), f1: 255_u32.wrapping_sub(f1) };
-        Self::reduced(negated.then(self.raw(), (len % 255) as u32))
+        Self::modulo_255(negated.then(self.raw(), len))
     }
 
     /// Whether both sums are zero, as they are over a whole sound frame.
@@ -113,7 +113,7 @@ impl Sum {
         Raw { f0: self.f0 as u32, f1: self.f1 as u32 }
     }
 
-    const fn reduced(raw: Raw) -> Self {
+    const fn modulo_255(raw: Raw) -> Self {
         Self { f0: (raw.f0 % 255) as u8, f1: (raw.f1 % 255) as u8 }
     }
 }

@@ -4,7 +4,11 @@ use super::{Sum, verify};
 use crate::stream::Memo;
 
 /// Work that failed checks may cost for each byte of the stream that became an item.
-const CREDIT: usize = 4;
+const CREDIT: usize = 3;
+/// How many times longer it takes to enter a byte into the sums than to check it directly.
+const SLOWER: usize = 8;
+/// How many bytes enter the sums before they are needed: a few at a time are dear.
+const AHEAD: usize = 64;
 /// Work that failed checks may cost from the start: a fault or two in short frames.
 const FIRST_BUDGET: usize = 256;
 
@@ -12,24 +16,25 @@ const FIRST_BUDGET: usize = 256;
 ///
 /// A wrong length makes a receiver check again at the next marker, and a hostile stream is all
 /// markers and long lengths: checked one by one, each byte would be summed thousands of times. So a
-/// frame is summed directly only while checks that failed have cost no more than four bytes for each
+/// frame is summed directly only while checks that failed have cost no more than three bytes for each
 /// byte of the stream. After that, prefix sums decide in constant time, and each byte enters them once.
 ///
 /// Without failures it costs nothing but memory: two bytes for each byte of the buffer.
 #[derive(Clone, Debug)]
 pub struct PrefixSums<const N: usize> {
-    /// Sums of the bytes before each one in `from..to`, counted from an arbitrary earlier byte.
+    /// Sums of the bytes before each one in `..to`, counted from an arbitrary earlier byte.
     before: [[u8; 2]; N],
     /// Sums of the bytes before `to`.
     last: [u8; 2],
-    from: usize,
+    /// First byte that has not entered the sums.
     to: usize,
+    /// How many bytes of checks may still fail before the sums are asked.
     budget: usize,
     work: usize,
 }
 
 impl<const N: usize> PrefixSums<N> {
-    /// Sum of the bytes before `at`, which is in `from..=to`.
+    /// Sum of the bytes before `at`, which is in `..=to`.
     #[inline]
     fn before(&self, at: usize) -> Sum {
         let sums = if at == self.to { self.last } else { self.before.get(at).copied().unwrap_or_default() };
@@ -37,18 +42,25 @@ impl<const N: usize> PrefixSums<N> {
         Sum { f0, f1 }
     }
 
-    /// Extends the sums to all bytes from `at` up to `end`.
-    fn cover(&mut self, filled: &[u8], at: usize, end: usize) {
-        if at < self.from || at > self.to {
-            (self.from, self.to, self.last) = (at, at, [0; 2]);
-        }
+    /// Whether the bytes from `at` to `end`, both in `..=to`, sum to zero.
+    #[inline]
+    fn sound(&self, at: usize, end: usize) -> bool {
+        let (before, after) = (self.before(at), self.before(end));
+        // The first sums tell all but one in 255 apart.
+        before.f0 == after.f0 && after.after(before, end.saturating_sub(at)).is_zero()
+    }
+
+    /// Enters all bytes up to `end` into the sums.
+    fn cover(&mut self, filled: &[u8], end: usize) {
         let new = filled.get(self.to..end).unwrap_or_default();
         let slots = self.before.get_mut(self.to..end).unwrap_or_default();
+        let [mut f0, mut f1] = self.last;
         for (slot, &byte) in slots.iter_mut().zip(new) {
-            *slot = self.last;
-            let f0 = add(self.last[0], byte);
-            self.last = [f0, add(self.last[1], f0)];
+            *slot = [f0, f1];
+            f0 = add(f0, byte);
+            f1 = add(f1, f0);
         }
+        self.last = [f0, f1];
         self.work = self.work.wrapping_add(new.len());
         self.to = self.to.max(end);
     }
@@ -61,23 +73,32 @@ fn add(a: u8, b: u8) -> u8 {
 }
 
 impl<const N: usize> Memo for PrefixSums<N> {
-    const NEW: Self =
-        Self { before: [[0; 2]; N], last: [0; 2], from: 0, to: 0, budget: FIRST_BUDGET, work: 0 };
+    const NEW: Self = Self { before: [[0; 2]; N], last: [0; 2], to: 0, budget: FIRST_BUDGET, work: 0 };
+
+    #[inline]
+    fn is_sound(frame: &[u8]) -> bool {
+        verify(frame)
+    }
 
     #[inline]
     fn verify(&mut self, filled: &[u8], at: usize, len: usize) -> bool {
         let end = at.saturating_add(len);
         let Some(frame) = filled.get(at..end) else { return false };
-        if end > self.to && len <= self.budget {
-            self.work = self.work.wrapping_add(len);
-            let sound = verify(frame);
-            if !sound {
-                self.budget = self.budget.saturating_sub(len);
-            }
-            return sound;
+        if end <= self.to {
+            return self.sound(at, end);
         }
-        self.cover(filled, at, end);
-        self.before(end).after(self.before(at), len).is_zero()
+        // Where the sums lead nearly to the end, going on with them beats a direct check.
+        let near = at <= self.to && end.saturating_sub(self.to).saturating_mul(SLOWER) <= len;
+        if near || len > self.budget {
+            self.cover(filled, end.saturating_add(AHEAD).min(filled.len()));
+            return self.sound(at, end);
+        }
+        self.work = self.work.wrapping_add(len);
+        let sound = verify(frame);
+        if !sound {
+            self.budget = self.budget.saturating_sub(len);
+        }
+        sound
     }
 
     #[inline]
@@ -89,18 +110,98 @@ impl<const N: usize> Memo for PrefixSums<N> {
     fn shift(&mut self, n: usize) {
         let kept = self.to.saturating_sub(n);
         if kept == 0 {
-            (self.from, self.to, self.last) = (0, 0, [0; 2]);
+            (self.to, self.last) = (0, [0; 2]);
             return;
         }
         if let Some(sums) = self.before.get_mut(..self.to) {
             sums.copy_within(n.., 0);
         }
         self.work = self.work.wrapping_add(kept.wrapping_mul(2));
-        self.from = self.from.saturating_sub(n);
         self.to = kept;
     }
 
     fn work(&self) -> usize {
         self.work
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use super::*;
+
+    /// Bytes that hold sound ranges at many places: those between equal sums.
+    fn bytes(len: usize) -> Vec<u8> {
+        let mut state = 7_u32;
+        let mut next = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let [_, low, high, choice] = state.to_le_bytes();
+            if choice < 64 { high } else { 255 * (low & 1) }
+        };
+        (0..len).map(|_| next()).collect()
+    }
+
+    #[test]
+    fn agrees_with_a_direct_check_whatever_it_remembers() {
+        const N: usize = 300;
+        let stream = bytes(1000);
+        let mut sound = 0;
+        for budget in [0, 40, usize::MAX] {
+            let mut memo = PrefixSums::<N> { budget, ..PrefixSums::NEW };
+            let mut dropped = 0;
+            for (step, start) in (0..stream.len() - N).step_by(3).enumerate() {
+                let len = 1 + step * 7 % 70;
+                let at = start - dropped;
+                let filled = &stream[dropped..dropped + N.min(at + len + step % 90)];
+                assert_eq!(memo.verify(filled, at, len), verify(&filled[at..at + len]), "{len} bytes from {start}");
+                sound += usize::from(verify(&filled[at..at + len]));
+                memo.credit(step % 3);
+                if at + 3 + 70 + 90 > N {
+                    memo.shift(at);
+                    dropped += at;
+                }
+            }
+        }
+        assert!(sound > 30, "only {sound} sound ranges were tried");
+    }
+
+    #[test]
+    fn failed_checks_are_paid_for_by_the_bytes_that_came() {
+        let mut memo = PrefixSums::<4096>::NEW;
+        let flood = [1; 4096];
+        for at in 0..3000 {
+            assert!(!memo.verify(&flood, at, 1000));
+            memo.credit(1);
+        }
+        let (paid, summed) = (FIRST_BUDGET + 3000 * CREDIT, 4096);
+        assert!(memo.work() <= paid + summed, "{} bytes", memo.work());
+    }
+
+    #[test]
+    fn sums_are_entered_only_when_checks_that_failed_cost_too_much() {
+        let flood = [1; 4096];
+        let mut memo = PrefixSums::<4096>::NEW;
+        let cost = |memo: &mut PrefixSums<4096>, at, len| {
+            let before = memo.work();
+            assert!(!memo.verify(&flood, at, len));
+            memo.work() - before
+        };
+        assert_eq!(cost(&mut memo, 0, FIRST_BUDGET), FIRST_BUDGET);
+        memo.credit(100);
+        assert_eq!(cost(&mut memo, 10, 100 * CREDIT), 100 * CREDIT, "directly, for what was earned");
+        assert_eq!(cost(&mut memo, 20, 1000), 1020 + AHEAD, "all bytes from the first on");
+        assert_eq!(cost(&mut memo, 30, 1000), 0, "known already");
+        memo.credit(4096);
+        assert_eq!(cost(&mut memo, 90, 1000), 6 + AHEAD, "a few more, though a direct check could be paid");
+        assert_eq!(cost(&mut memo, 1000, 1000), 1000, "directly again, far ahead of the sums");
+    }
+
+    #[test]
+    fn a_range_outside_the_buffer_is_not_sound() {
+        let mut memo = PrefixSums::<8>::NEW;
+        assert!(memo.verify(&[0; 8], 4, 4));
+        assert!(!memo.verify(&[0; 8], 4, 5));
+        assert!(!memo.verify(&[0; 8], usize::MAX, 2));
     }
 }

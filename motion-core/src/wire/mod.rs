@@ -7,7 +7,7 @@
 //!
 //! - [`Field`]: a value of fixed size. Units, open enums and flags are types that implement it.
 //! - [`Part`]: what may follow the fixed fields: optional fields, lists, counted lists, texts and blocks.
-//! - [`Message`], [`Messages`]: one body; all bodies of one side.
+//! - [`Message`], [`Messages`], [`Side`]: one body; all bodies of one side; the side itself.
 //! - [`Fields`], [`Visitor`]: the values of a message by name, for printing, JSON and the laws.
 
 mod cursor;
@@ -33,7 +33,7 @@ pub use field::{Bool, Bytes, Field};
 pub use message::{Empty, Message};
 #[doc(hidden)]
 pub use message::{place, unit, visit_tail};
-pub use messages::{Kind, Messages, Other};
+pub use messages::{Kind, Messages, Other, Side};
 pub use part::{Block16, Check, Counted, Element, Newer, Part, Password, Rest, Text16, trim_nuls};
 pub use value::{FieldView, Fields, List, PartKind, Row, Value, Visitor};
 #[doc(hidden)]

@@ -272,14 +272,14 @@ macro_rules! element {
             #[must_use]
             pub fn new($($field: $type),*) -> Self {
                 Self {
-                    $($field: $crate::wire::to_array::<$crate::zerocopy::$order, _, _>($field),)*
+                    $($field: $crate::wire::to_array::<$crate::zerocopy::$order, $type, { <$type as $crate::wire::Field>::SIZE }>($field),)*
                 }
             }
 
             $($(#[$field_meta])*
             #[must_use]
             pub fn $field(&self) -> $type {
-                $crate::wire::from_array::<$crate::zerocopy::$order, _, _>(&self.$field)
+                $crate::wire::from_array::<$crate::zerocopy::$order, $type, { <$type as $crate::wire::Field>::SIZE }>(&self.$field)
             })*
         }
 

@@ -1,0 +1,179 @@
+//! What speaks against a message of the host.
+
+use motion_core::lint::{Lint, Lints, Problem};
+use motion_core::wire::{EncodeError, Messages};
+
+use super::{Context, Rules};
+use crate::frame::MessageId;
+use crate::message::{AckCode, Capabilities, HostMessage};
+
+/// A device without what a message is for: it answers `ERR_UNSUPPORTED`.
+pub(super) const ABSENT: &str = "the device has none";
+
+/// A device from before the message: likewise.
+pub(super) const OLD: &str = "the device has an older version of the protocol";
+
+/// What a device must have for a message to make sense.
+enum Gate {
+    /// Nothing: every device takes it.
+    Open,
+    /// A motor.
+    Motors,
+    /// A DMX channel.
+    Channels,
+    /// A general purpose output.
+    Outputs,
+    /// A general purpose input.
+    Inputs,
+    /// One of these capabilities.
+    AnyOf(Capabilities),
+}
+
+/// The gates, as decision D-2 has them. Stops pass always (safety decision 1).
+fn gate(message: &HostMessage<'_>) -> Gate {
+    match message {
+        HostMessage::Hi(_) | HostMessage::MotorStop(_) | HostMessage::MotorStopAll(_) | HostMessage::Other(_) => {
+            Gate::Open
+        }
+        HostMessage::MotorStatus(_)
+        | HostMessage::MotorMove(_)
+        | HostMessage::MotorGetPosition(_)
+        | HostMessage::MotorResetPosition(_)
+        | HostMessage::MotorJog(_)
+        | HostMessage::MotorConfigure(_)
+        | HostMessage::MotorSetSpeed(_)
+        | HostMessage::MotorSetLimits(_) => Gate::Motors,
+        HostMessage::RtUploadMoveBegin(_)
+        | HostMessage::RtUploadMoveAxis(_)
+        | HostMessage::RtUploadMoveDmx(_)
+        | HostMessage::RtUploadMoveTriggers(_)
+        | HostMessage::RtUploadMoveEnd(_)
+        | HostMessage::RtPositionFrame(_)
+        | HostMessage::RtRunMove(_)
+        | HostMessage::RtJogAll(_) => Gate::AnyOf(Capabilities::REAL_TIME),
+        HostMessage::RtShootFrame(_) => Gate::AnyOf(Capabilities::SHOOT_FRAME),
+        HostMessage::RtShootFrame2(_) => Gate::AnyOf(Capabilities::SHOOT_FRAME2),
+        HostMessage::RtGo(_) => {
+            Gate::AnyOf(Capabilities::REAL_TIME.union(Capabilities::SHOOT_FRAME).union(Capabilities::SHOOT_FRAME2))
+        }
+        HostMessage::RtStopLoop(_) => Gate::AnyOf(Capabilities::LOOP),
+    }
+}
+
+impl HostMessage<'_> {
+    /// What a strict device would refuse in this message, and what a wise host would not send.
+    ///
+    /// It finds nothing in messages with legal values that the device is able to do.
+    #[must_use]
+    pub fn lint(&self, context: &Context<'_>) -> Lints {
+        let mut rules = Rules::new(context, self.body_len());
+        rules.gate(&gate(self));
+        match self {
+            Self::Hi(_)
+            | Self::GioIn(_)
+            | Self::MotorStatus(_)
+            | Self::MotorGetPosition(_)
+            | Self::RtUploadMoveEnd(_)
+            | Self::RtPositionFrame(_)
+            | Self::RtGo(_)
+            | Self::RtStopLoop(_) => {}
+            Self::Dmx(message) => rules.dmx(message),
+            Self::GioOut(message) => rules.outputs("triggers", message.triggers),
+            Self::GioCam(message) => rules.bits("flags", message.flags),
+            Self::MotorMove(message) => rules.motor(message.motor),
+            Self::MotorStop(message) => rules.motor(message.motor),
+            Self::MotorStopAll(message) => rules.bits("flags", message.flags.unwrap_or_default()),
+            Self::MotorResetPosition(message) => rules.motor(message.motor),
+            Self::MotorJog(message) => rules.motor_jog(message),
+            Self::MotorConfigure(message) => rules.motor_configure(message),
+            Self::MotorSetSpeed(message) => rules.motor_set_speed(message),
+            Self::MotorSetLimits(message) => rules.motor_set_limits(message),
+            Self::RtUploadMoveBegin(message) => rules.upload_begin(message),
+            Self::RtUploadMoveAxis(message) => rules.upload_axis(message),
+            Self::RtUploadMoveDmx(message) => rules.upload_dmx(message),
+            Self::RtUploadMoveTriggers(message) => rules.upload_triggers(message),
+            Self::RtRunMove(message) => rules.run_move(message),
+            Self::RtShootFrame(message) => rules.shoot_frame(message),
+            Self::RtShootFrame2(message) => rules.shoot_frame2(message),
+            Self::RtJogAll(message) => rules.frames_per_second(message.fps_x1000),
+            Self::Other(_) if self.kind().is_ack() => {
+                rules.error("type", "only devices send acknowledgements, and none answers one");
+            }
+            Self::Other(_) => rules.unknown(self.kind()),
+        }
+        rules.tail(self);
+        rules.found
+    }
+
+    /// What a device that is described by `context` answers to this message instead of doing it, as far as the message
+    /// itself speaks against it; `None` if nothing does.
+    ///
+    /// Whether it can be done now is for the device's state to say. A message that cannot be decoded is answered
+    /// `ERR_GENERAL` (decision D-51). An acknowledgement is never answered, and there is nothing to do (decision D-5).
+    #[must_use]
+    pub fn refusal(&self, context: &Context<'_>) -> Option<AckCode> {
+        match self {
+            Self::Other(_) if self.kind().is_ack() => None,
+            Self::Other(_) => Some(AckCode::ERR_UNSUPPORTED),
+            _ => self.lint(context).first_error().map(answer),
+        }
+    }
+
+    /// [`encode_into`](Self::encode_into), but only if lint finds no error.
+    ///
+    /// # Errors
+    ///
+    /// [`EncodeError::Refused`] with the first error that [`lint`](Self::lint) finds; [`EncodeError::OutOfRange`] for the
+    /// id 0, which is a device's (decision D-13); and the errors of [`encode_into`](Self::encode_into).
+    pub fn encode_checked(&self, id: MessageId, context: &Context<'_>, out: &mut [u8]) -> Result<usize, EncodeError> {
+        if id == MessageId::UNSOLICITED {
+            return Err(EncodeError::OutOfRange { what: "id", value: 0, min: 1, max: u32::MAX.into() });
+        }
+        match self.lint(context).first_error() {
+            Some(error) => Err(EncodeError::Refused(error)),
+            None => self.encode_into(id, out),
+        }
+    }
+}
+
+/// The code that tells a host of an error.
+fn answer(error: Lint) -> AckCode {
+    match error.problem {
+        Problem::Range { .. } => AckCode::ERR_RANGE,
+        Problem::Note(ABSENT | OLD) => AckCode::ERR_UNSUPPORTED,
+        _ => AckCode::ERR_GENERAL,
+    }
+}
+
+impl Rules<'_> {
+    /// What the device must have at all.
+    fn gate(&mut self, gate: &Gate) {
+        match gate {
+            Gate::Open => {}
+            Gate::Motors => self.some("motor_count", self.motor_count()),
+            Gate::Channels => self.some("dmx_count", self.channel_count()),
+            Gate::Outputs => self.some("gio_out_count", self.output_count()),
+            Gate::Inputs => self.some("gio_in_count", self.input_count()),
+            Gate::AnyOf(capabilities) => self.any_of("capabilities", *capabilities),
+        }
+    }
+
+    /// At least one of something.
+    fn some(&mut self, what: &'static str, count: impl Into<u32>) {
+        if count.into() == 0 {
+            self.error(what, ABSENT);
+        }
+    }
+
+    /// One of these capabilities, for the sake of a field.
+    pub(super) fn any_of(&mut self, what: &'static str, wanted: Capabilities) {
+        if !self.may(wanted) {
+            self.error(what, ABSENT);
+        }
+    }
+
+    /// Whether the device has one of these capabilities, as far as is known.
+    pub(super) fn may(&self, wanted: Capabilities) -> bool {
+        self.context.device.is_none_or(|device| device.capabilities.intersects(wanted))
+    }
+}

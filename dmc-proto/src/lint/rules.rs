@@ -1,0 +1,187 @@
+//! The rules for the host's messages, one by one.
+
+use motion_core::lint::{Problem, Severity};
+
+use super::host::OLD;
+use super::{MAX_MOTORS, PROTOCOL_VERSION, Rules, number};
+use crate::message::{
+    Capabilities, Degrees, Dmx, FramesPerSecond, MotorConfigure, MotorFlags, MotorJog, MotorPair, MotorSetLimits,
+    MotorSetSpeed, RtRunMove, RtShootFrame, RtShootFrame2, RtUploadMoveAxis, RtUploadMoveBegin, RtUploadMoveDmx,
+    RtUploadMoveTriggers, RunFlags, StartIndex, Triggers,
+};
+
+impl Rules<'_> {
+    /// Decision D-50.
+    pub(super) fn dmx(&mut self, message: &Dmx<'_>) {
+        let channels = self.channel_count();
+        self.yes_or_no("ramp", message.ramp);
+        self.found.range("start_channel", message.start_channel.0, 1, channels);
+        let room = channels.saturating_sub(message.start_channel.0.saturating_sub(1));
+        self.found.range("values", number(message.values.len()), 0, room);
+        if message.values.is_empty() {
+            self.warning("values", "there are none: nothing happens");
+        }
+    }
+
+    /// Outputs that there are.
+    pub(super) fn outputs(&mut self, what: &'static str, triggers: Triggers) {
+        let known: Triggers = (1..=self.output_count()).collect();
+        self.found.reserved(what, triggers.0, !known.0);
+    }
+
+    /// What came with version 2 of the protocol.
+    fn version_2(&mut self) {
+        if self.context.device.is_some_and(|device| device.protocol_version.unwrap_or(1) < PROTOCOL_VERSION) {
+            self.error("protocol_version", OLD);
+        }
+    }
+
+    /// Decision D-30.
+    pub(super) fn motor_jog(&mut self, message: &MotorJog<'_>) {
+        self.motor(message.motor);
+        self.found.range("speed", message.speed.0.0, 1, 10_000);
+    }
+
+    pub(super) fn motor_configure(&mut self, message: &MotorConfigure<'_>) {
+        self.motor(message.motor);
+        if message.flags.intersects(MotorFlags::COUPLE | MotorFlags::COUPLE_REVERSE) {
+            self.any_of("flags", Capabilities::COUPLE);
+        }
+        self.bits("flags", message.flags);
+    }
+
+    pub(super) fn motor_set_speed(&mut self, message: &MotorSetSpeed<'_>) {
+        self.motor(message.motor);
+        if message.max_velocity.0 == 0 {
+            self.warning("max_velocity", "0 is no speed; the vendor's firmware takes 10 steps/s");
+        }
+        if message.max_accel.0 == 0 {
+            self.warning("max_accel", "0 is no acceleration; the vendor's firmware takes half the speed");
+        }
+    }
+
+    /// Safety decision 8: the limits are compared only where both count.
+    pub(super) fn motor_set_limits(&mut self, message: &MotorSetLimits<'_>) {
+        self.motor(message.motor);
+        self.yes_or_no("lower_enable", message.lower_enable);
+        if message.lower_enable.get() && message.upper_enable.get() {
+            self.found.range("lower", message.lower.0, i32::MIN, message.upper.0);
+        }
+        self.yes_or_no("upper_enable", message.upper_enable);
+        let sets = self.context.device.map_or(0x7F, |device| device.hw_limit_count);
+        self.found.range("hw_set", message.hw_set.number(), 0, sets);
+    }
+
+    /// Decision D-31.
+    pub(super) fn upload_begin(&mut self, message: &RtUploadMoveBegin<'_>) {
+        let (start, end) = (message.start_frame.0, message.end_frame.0);
+        let room = self.context.device.map_or(u32::MAX, |device| device.upload_frame_count);
+        let last = i64::from(start).saturating_add(room.into()).saturating_sub(1);
+        self.found.range("end_frame", end, start, last.min(i32::MAX.into()));
+    }
+
+    pub(super) fn upload_axis(&mut self, message: &RtUploadMoveAxis<'_>) {
+        self.motor(message.motor);
+        self.section(message.start_index, message.positions.len());
+    }
+
+    pub(super) fn upload_dmx(&mut self, message: &RtUploadMoveDmx<'_>) {
+        self.found.range("channel", message.channel.0, 1, self.channel_count());
+        self.section(message.start_index, message.levels.len());
+    }
+
+    /// Safety decision 6, decision D-33.
+    pub(super) fn upload_triggers(&mut self, message: &RtUploadMoveTriggers<'_>) {
+        self.version_2();
+        self.outputs("mask", message.mask);
+        for pair in message.pairs {
+            if let Some(device) = self.context.device {
+                self.found.range("frame", pair.frame(), 0, i64::from(device.upload_frame_count).saturating_sub(1));
+            }
+            self.found.reserved("values", pair.values().0, !message.mask.0);
+            if pair.values() == Triggers::NONE {
+                self.warning("values", "none is on; frames that are not named have none on");
+            }
+        }
+    }
+
+    /// A section of `len` values: decisions D-31 and D-32.
+    fn section(&mut self, start: StartIndex, len: usize) {
+        if let Some(device) = self.context.device {
+            let max = i64::from(device.upload_frame_count).saturating_sub(number(len));
+            self.found.range("start_index", start.index(), 0, max);
+        }
+        if len == 0 && !start.is_last() {
+            self.warning("start_index", "neither a value nor the last section: nothing happens");
+        }
+    }
+
+    /// Safety decision 9, decisions D-23, D-24 and D-28.
+    pub(super) fn run_move(&mut self, message: &RtRunMove<'_>) {
+        let flags = message.flags.unwrap_or_default();
+        self.frames_per_second(message.fps_x1000);
+        self.yes_or_no("sync_dmx", message.sync_dmx);
+        self.found.range("bloop_dmx_channel", message.bloop_dmx_channel.0, 0, self.channel_count());
+        if flags.intersects(RunFlags::PING_PONG | RunFlags::LOOP) {
+            self.any_of("flags", Capabilities::LOOP);
+        }
+        if flags.intersects(RunFlags::CAMERA_START_STOP | RunFlags::CAMERA_EVERY_FRAME) {
+            self.any_of("flags", Capabilities::CAMERA_TRIGGER);
+        }
+        if flags.contains(RunFlags::PING_PONG | RunFlags::LOOP) {
+            self.warning("flags", "ping-pong and loop at once; ping-pong wins");
+        }
+        self.bits("flags", flags);
+        if message.flags.is_some() && !self.may(Capabilities::LOOP | Capabilities::CAMERA_TRIGGER) {
+            self.warning("flags", "the device expects a shorter message, without flags");
+        }
+        if message.open_angle.is_some() && !self.may(Capabilities::CAMERA_TRIGGER) {
+            self.warning("open_angle", "the device expects a shorter message, without angles");
+        }
+        let (open, close) = (message.open_angle.unwrap_or_default(), message.close_angle.unwrap_or_default());
+        self.angles(open, close);
+        if flags.contains(RunFlags::CAMERA_EVERY_FRAME) && open >= close {
+            self.warning(
+                "open_angle",
+                "the shutter does not open before it closes; the device takes angles of its own",
+            );
+        }
+    }
+
+    /// No frame would ever come at 0.
+    pub(super) fn frames_per_second(&mut self, rate: FramesPerSecond) {
+        self.found.range("fps_x1000", rate.0.0, 1, u32::MAX);
+    }
+
+    /// Decision D-28.
+    fn angles(&mut self, open: Degrees, close: Degrees) {
+        self.found.range("open_angle", open.0, 0, 360);
+        self.found.range("close_angle", close.0, 0, 360);
+    }
+
+    pub(super) fn shoot_frame(&mut self, message: &RtShootFrame<'_>) {
+        self.found.named("direction", message.direction.0, message.direction.name());
+        self.motor_pairs(message.motors, message.tail);
+    }
+
+    /// Decisions D-27 and D-28.
+    pub(super) fn shoot_frame2(&mut self, message: &RtShootFrame2<'_>) {
+        if message.exposure_ms.0 == 0 {
+            self.warning("exposure_ms", "0 is no exposure; the vendor's firmware takes 1000 ms");
+        }
+        self.angles(message.open_angle, message.close_angle);
+        self.motor_pairs(message.motors, message.tail);
+    }
+
+    /// Decision D-25: the vendor's firmware writes beyond its memory for a motor that is not there, and a device answers
+    /// a part of a group with `ERR_GENERAL`.
+    fn motor_pairs(&mut self, motors: &[MotorPair], tail: &[u8]) {
+        self.found.range("motors", number(motors.len()), 0, MAX_MOTORS);
+        for pair in motors {
+            self.motor(pair.motor());
+        }
+        if !tail.is_empty() {
+            self.found.push(Severity::Error, "motors", Problem::Note("the last motor is cut off"));
+        }
+    }
+}

@@ -1,0 +1,422 @@
+//! Law 14, and what lint finds: each rule of the decisions, and nothing in what is legal.
+
+mod recorded;
+
+use dmc_proto::lint::Context;
+use dmc_proto::message::{
+    Acceleration, Ack, AckCode, BloopOutputs, BlurPercent, Capabilities, Degrees, Direction, DmxChannel, Empty,
+    FrameNumber, FramesPerSecond, HardStop, HardwareLimitSet, Hi, JogSpeed, Milliseconds, Motor, MotorConfigure,
+    MotorFlags, MotorJog, MotorMove, MotorMoving, MotorPair, MotorPositions, MotorResetPosition, MotorSetLimits,
+    MotorSetSpeed, MotorStatus, MotorStop, MotorStopAll, Motors, MoveTime, Name, RtRunMove, RtShootFrame,
+    RtUploadMoveAxis, RunFlags, ShortMilliseconds, Speed, StartIndex, Steps, StopFlags, StopReason,
+};
+use dmc_proto::{DeviceMessage, EncodeError, Frame, HostMessage, MessageId, MessageType};
+use motion_core::fixed::Scaled;
+use motion_core::lint::{Lint, Lints, Severity};
+use motion_core::wire::{Bool, Messages};
+use zerocopy::little_endian::I32;
+
+/// A rig that can do everything, with eight motors.
+fn hi() -> Hi<'static> {
+    Hi {
+        name: Name::new("test rig").unwrap(),
+        fw_major: 1,
+        fw_minor: 2,
+        fw_rev: 3,
+        motor_count: 8,
+        dmx_count: 100,
+        gio_out_count: 4,
+        gio_in_count: 4,
+        hw_limit_count: 2,
+        upload_frame_count: 1000,
+        capabilities: Capabilities(0x07ff),
+        protocol_version: Some(2),
+        tail: &[],
+    }
+}
+
+fn run_move() -> RtRunMove<'static> {
+    RtRunMove {
+        fps_x1000: FramesPerSecond(Scaled(23_976)),
+        start_frame: FrameNumber(1),
+        end_frame: FrameNumber(100),
+        pre_roll_ms: Milliseconds(2000),
+        post_roll_ms: Milliseconds(1000),
+        sync_dmx: Bool::TRUE,
+        bloop_location: BloopOutputs::LOGIC_OUT,
+        bloop_dmx_channel: DmxChannel(100),
+        bloop_ms: ShortMilliseconds(100),
+        flags: Some(RunFlags::LOOP | RunFlags::CAMERA_EVERY_FRAME),
+        open_angle: Some(Degrees(90)),
+        close_angle: Some(Degrees(270)),
+        tail: &[],
+    }
+}
+
+fn limits() -> MotorSetLimits<'static> {
+    MotorSetLimits {
+        motor: Motor(5),
+        lower_enable: Bool::TRUE,
+        lower: Steps(-100),
+        upper_enable: Bool::TRUE,
+        upper: Steps(100),
+        hw_set: HardwareLimitSet(0x82),
+        tail: &[],
+    }
+}
+
+const POSITIONS: [I32; 8] = [I32::ZERO; 8];
+
+/// Every message of the host, with legal values.
+fn host_messages(motors: &[MotorPair]) -> Vec<HostMessage<'_>> {
+    let empty = Empty { tail: &[] };
+    vec![
+        HostMessage::Hi(empty),
+        HostMessage::MotorStatus(empty),
+        HostMessage::MotorMove(MotorMove { motor: Motor(1), position: Steps(i32::MIN), tail: &[] }),
+        HostMessage::MotorStop(MotorStop { motor: Motor(8), tail: &[] }),
+        HostMessage::MotorStopAll(MotorStopAll { flags: Some(StopFlags::SILENT), tail: &[] }),
+        HostMessage::MotorGetPosition(empty),
+        HostMessage::MotorResetPosition(MotorResetPosition { motor: Motor(1), position: Steps(0), tail: &[] }),
+        HostMessage::MotorJog(MotorJog {
+            motor: Motor(1),
+            speed: JogSpeed::SLOWEST,
+            destination: Steps(i32::MAX),
+            tail: &[],
+        }),
+        HostMessage::MotorConfigure(MotorConfigure {
+            motor: Motor(1),
+            flags: MotorFlags::ENABLED | MotorFlags::COUPLE,
+            tail: &[],
+        }),
+        HostMessage::MotorSetSpeed(MotorSetSpeed {
+            motor: Motor(1),
+            max_velocity: Speed(5000),
+            max_accel: Acceleration(20_000),
+            tail: &[],
+        }),
+        HostMessage::MotorSetLimits(limits()),
+        HostMessage::RtUploadMoveAxis(RtUploadMoveAxis {
+            motor: Motor(1),
+            start_index: StartIndex::new(992, true).unwrap(),
+            positions: &POSITIONS,
+            tail: &[],
+        }),
+        HostMessage::RtRunMove(run_move()),
+        HostMessage::RtShootFrame(RtShootFrame {
+            frame: FrameNumber(5),
+            direction: Direction::FORWARD,
+            exposure_ms: Milliseconds(500),
+            blur_x10: BlurPercent(Scaled(500)),
+            motors,
+            tail: &[],
+        }),
+    ]
+}
+
+/// Every message of the device, with legal values.
+fn device_messages() -> Vec<DeviceMessage<'static>> {
+    vec![
+        DeviceMessage::Hi(hi()),
+        DeviceMessage::MotorStatus(MotorStatus { motor_status: Motors(0x81), dmx_status: Bool::FALSE, tail: &[] }),
+        DeviceMessage::MotorMove(MotorMoving { moving: Bool::TRUE, tail: &[] }),
+        DeviceMessage::MotorGetPosition(MotorPositions {
+            move_time: MoveTime(Scaled(-500)),
+            positions: &POSITIONS,
+            tail: &[],
+        }),
+        DeviceMessage::MotorHardStop(HardStop { reason: StopReason::UPPER_LIMIT, motor: Some(Motor(8)), tail: &[] }),
+        DeviceMessage::Ack(Ack::new(MessageType(0x0031), AckCode::OK)),
+    ]
+}
+
+/// Law 14.
+#[test]
+fn nothing_is_found_in_legal_messages() {
+    let motors = [MotorPair::new(Motor(1), Steps(0), Steps(9)), MotorPair::new(Motor(8), Steps(-1), Steps(9))];
+    let mut out = [0; 2048];
+    for context in [Context::default(), Context::of(hi())] {
+        let host = host_messages(&motors);
+        assert_eq!(host.iter().map(Messages::name).collect::<Vec<_>>(), names(HostMessage::ALL));
+        for message in host {
+            assert_eq!(message.lint(&context), Lints::new(), "{message}");
+            assert_eq!(message.refusal(&context), None, "{message}");
+            let len = message.encoded_len();
+            assert_eq!(message.encode_checked(MessageId(1), &context, &mut out), Ok(len), "{message}");
+        }
+        let device = device_messages();
+        assert_eq!(device.iter().map(Messages::name).collect::<Vec<_>>(), names(DeviceMessage::ALL));
+        for message in device {
+            assert_eq!(message.lint(&context), Lints::new(), "{message}");
+            let len = message.encoded_len();
+            assert_eq!(message.encode_checked(MessageId::UNSOLICITED, &context, &mut out), Ok(len), "{message}");
+        }
+    }
+}
+
+fn names(all: &[motion_core::wire::Kind]) -> Vec<&'static str> {
+    all.iter().map(|kind| kind.name).collect()
+}
+
+/// What is found in the vectors without any knowledge of the peer: they are legal, but these.
+#[test]
+fn nothing_is_found_in_the_vectors_but_what_is_wrong_on_purpose() {
+    let mut found = Vec::new();
+    for (vector, wire) in recorded::vectors() {
+        let Ok(frame) = Frame::decode(&wire) else { continue };
+        let lints = if vector["direction"] == "request" {
+            HostMessage::decode(&frame).unwrap().lint(&Context::default())
+        } else {
+            DeviceMessage::decode(&frame).unwrap().lint(&Context::default())
+        };
+        let known = |lint: &Lint| lint.what != "type";
+        found.extend(
+            lints
+                .into_iter()
+                .filter(known)
+                .map(|lint| format!("{}: {}: {lint}", vector["name"].as_str().unwrap(), lint.severity)),
+        );
+    }
+    assert_eq!(found, WRONG_ON_PURPOSE);
+}
+
+const WRONG_ON_PURPOSE: &[&str] = &[
+    "ack_err_aim_cod_undocumented_on_motor_jog: error: response_code: not of the specification; send ERR_RANGE",
+    "ack_unknown_on_motor_jog: warning: response_code: 30583 has no meaning in the specification",
+    "hi_response_max_counts: warning: capabilities: reserved bits 0xfffff800 are set",
+    "hi_response_max_counts: warning: protocol_version: 65535 has no meaning in the specification",
+    "hard_stop_unknown_reason: warning: reason: 3 has no meaning in the specification",
+    "rt_run_move_31_stills_no_angles: warning: open_angle: \
+     the shutter does not open before it closes; the device takes angles of its own",
+    "virt_aim_point_err_aim_cod: error: response_code: not of the specification; send ERR_RANGE",
+    "marker_inside_payload: error: motor: 68 is not in 1 to 32",
+    "len_1038_00: error: data: 1038 is not in 0 to 1036",
+    "len_1038_ff: error: data: 1038 is not in 0 to 1036",
+    "len_1038_rand: error: data: 1038 is not in 0 to 1036",
+];
+
+/// What is found first, and how bad it is.
+fn first(lints: Lints) -> (Severity, String) {
+    let lint: Lint = lints.into_iter().next().expect("something is found");
+    (lint.severity, lint.to_string())
+}
+
+fn host(message: HostMessage<'_>, hi: Hi<'_>) -> (Severity, String, Option<AckCode>) {
+    let context = Context::of(hi);
+    let (severity, text) = first(message.lint(&context));
+    (severity, text, message.refusal(&context))
+}
+
+fn device(message: DeviceMessage<'_>) -> (Severity, String) {
+    first(message.lint(&Context::of(hi())))
+}
+
+fn error(text: &str, code: AckCode) -> (Severity, String, Option<AckCode>) {
+    (Severity::Error, text.into(), Some(code))
+}
+
+fn warning(text: &str) -> (Severity, String, Option<AckCode>) {
+    (Severity::Warning, text.into(), None)
+}
+
+#[test]
+fn motors_are_those_that_the_device_has() {
+    for motor in [0, 9, 255] {
+        let text = format!("motor: {motor} is not in 1 to 8");
+        let stop = HostMessage::MotorStop(MotorStop { motor: Motor(motor), tail: &[] });
+        assert_eq!(host(stop, hi()), error(&text, AckCode::ERR_RANGE));
+        // Unpatched firmware of the vendor writes beyond its memory here (decision D-25).
+        let motors = [MotorPair::new(Motor(motor), Steps(0), Steps(0))];
+        assert_eq!(host(shoot(&motors, &[]), hi()), error(&text, AckCode::ERR_RANGE));
+    }
+    let many = [MotorPair::new(Motor(1), Steps(0), Steps(0)); 33];
+    assert_eq!(host(shoot(&many, &[]), hi()), error("motors: 33 is not in 0 to 32", AckCode::ERR_RANGE));
+    let cut_off = error("motors: the last motor is cut off", AckCode::ERR_GENERAL);
+    assert_eq!(host(shoot(&many[..1], &[1, 2]), hi()), cut_off);
+}
+
+fn shoot<'a>(motors: &'a [MotorPair], tail: &'a [u8]) -> HostMessage<'a> {
+    HostMessage::RtShootFrame(RtShootFrame {
+        frame: FrameNumber(5),
+        direction: Direction::BACKWARD,
+        exposure_ms: Milliseconds(500),
+        blur_x10: BlurPercent(Scaled(500)),
+        motors,
+        tail,
+    })
+}
+
+/// Decision D-2: what a message needs, and the answer of a device without it. Stops are never held back.
+#[test]
+fn a_device_without_the_capability_says_unsupported() {
+    let motors = [MotorPair::new(Motor(1), Steps(0), Steps(9))];
+    let bare = Hi { motor_count: 0, dmx_count: 0, capabilities: Capabilities(0), ..hi() };
+    for message in host_messages(&motors) {
+        let context = Context::of(bare);
+        let found = message.lint(&context).first_error().map(|lint| lint.to_string());
+        match message {
+            HostMessage::Hi(_) | HostMessage::MotorStopAll(_) => assert_eq!(found, None, "{message}"),
+            HostMessage::MotorStop(_) => assert_eq!(message.refusal(&context), Some(AckCode::ERR_RANGE)),
+            _ => {
+                assert!(found.unwrap().ends_with(": the device has none"), "{message}");
+                assert_eq!(message.refusal(&context), Some(AckCode::ERR_UNSUPPORTED), "{message}");
+            }
+        }
+    }
+    let one = |capabilities| Hi { capabilities, ..hi() };
+    let run = HostMessage::RtRunMove(run_move());
+    let unsupported = error("flags: the device has none", AckCode::ERR_UNSUPPORTED);
+    assert_eq!(host(run, one(Capabilities::REAL_TIME | Capabilities::LOOP)), unsupported);
+    assert_eq!(host(run, one(Capabilities::REAL_TIME | Capabilities::CAMERA_TRIGGER)), unsupported);
+    let couple = MotorConfigure { motor: Motor(1), flags: MotorFlags::COUPLE_REVERSE, tail: &[] };
+    assert_eq!(host(HostMessage::MotorConfigure(couple), one(Capabilities::REAL_TIME)), unsupported);
+}
+
+#[test]
+fn what_is_out_of_range_is_refused_with_the_range() {
+    let range = |message, text: &str| assert_eq!(host(message, hi()), error(text, AckCode::ERR_RANGE));
+    let jog = |speed| MotorJog { motor: Motor(1), speed: JogSpeed(Scaled(speed)), destination: Steps(0), tail: &[] };
+    range(HostMessage::MotorJog(jog(0)), "speed: 0 is not in 1 to 10000");
+    range(HostMessage::MotorJog(jog(10_001)), "speed: 10001 is not in 1 to 10000");
+    let switches = MotorSetLimits { hw_set: HardwareLimitSet(3), ..limits() };
+    range(HostMessage::MotorSetLimits(switches), "hw_set: 3 is not in 0 to 2");
+    let angle = RtRunMove { close_angle: Some(Degrees(361)), ..run_move() };
+    range(HostMessage::RtRunMove(angle), "close_angle: 361 is not in 0 to 360");
+    let bloop = RtRunMove { bloop_dmx_channel: DmxChannel(101), ..run_move() };
+    range(HostMessage::RtRunMove(bloop), "bloop_dmx_channel: 101 is not in 0 to 100");
+    let frozen = RtRunMove { fps_x1000: FramesPerSecond(Scaled(0)), ..run_move() };
+    range(HostMessage::RtRunMove(frozen), "fps_x1000: 0 is not in 1 to 4294967295");
+    let beyond = RtUploadMoveAxis { motor: Motor(1), start_index: StartIndex(993), positions: &POSITIONS, tail: &[] };
+    range(HostMessage::RtUploadMoveAxis(beyond), "start_index: 993 is not in 0 to 992");
+}
+
+/// Safety decision 8.
+#[test]
+fn limits_are_compared_only_where_both_count() {
+    let crossed = MotorSetLimits { lower: Steps(101), ..limits() };
+    let refused = error("lower: 101 is not in -2147483648 to 100", AckCode::ERR_RANGE);
+    assert_eq!(host(HostMessage::MotorSetLimits(crossed), hi()), refused);
+    for half in [
+        MotorSetLimits { lower_enable: Bool::FALSE, ..crossed },
+        MotorSetLimits { upper_enable: Bool::FALSE, ..crossed },
+        MotorSetLimits { lower: Steps(100), ..crossed },
+    ] {
+        assert_eq!(HostMessage::MotorSetLimits(half).lint(&Context::of(hi())), Lints::new());
+    }
+}
+
+#[test]
+fn what_is_unwise_is_a_warning_and_no_reason_to_refuse() {
+    let unwise = |message, text: &str| assert_eq!(host(message, hi()), warning(text));
+    let speed = |velocity, accel| {
+        let (max_velocity, max_accel) = (Speed(velocity), Acceleration(accel));
+        HostMessage::MotorSetSpeed(MotorSetSpeed { motor: Motor(1), max_velocity, max_accel, tail: &[] })
+    };
+    unwise(speed(0, 1), "max_velocity: 0 is no speed; the vendor's firmware takes 10 steps/s");
+    unwise(speed(1, 0), "max_accel: 0 is no acceleration; the vendor's firmware takes half the speed");
+    let twice = RtRunMove { flags: Some(RunFlags::PING_PONG | RunFlags::LOOP), ..run_move() };
+    unwise(HostMessage::RtRunMove(twice), "flags: ping-pong and loop at once; ping-pong wins");
+    let nothing = RtUploadMoveAxis { motor: Motor(1), start_index: StartIndex(5), positions: &[], tail: &[] };
+    unwise(
+        HostMessage::RtUploadMoveAxis(nothing),
+        "start_index: neither a value nor the last section: nothing happens",
+    );
+    let three = RtRunMove { sync_dmx: Bool(3), ..run_move() };
+    unwise(HostMessage::RtRunMove(three), "sync_dmx: neither 0 nor 1; it counts as a yes");
+    let bits = MotorStopAll { flags: Some(StopFlags(6)), tail: &[] };
+    unwise(HostMessage::MotorStopAll(bits), "flags: reserved bits 0x6 are set");
+    let tail = MotorStopAll { flags: Some(StopFlags(1)), tail: &[0] };
+    unwise(HostMessage::MotorStopAll(tail), "tail: 1 bytes behind the known fields");
+
+    // Decision D-23: older devices expect shorter messages.
+    let plain = Hi { capabilities: Capabilities::REAL_TIME, ..hi() };
+    let quiet = RtRunMove { flags: Some(RunFlags(0)), open_angle: None, close_angle: None, ..run_move() };
+    let shorter = warning("flags: the device expects a shorter message, without flags");
+    assert_eq!(host(HostMessage::RtRunMove(quiet), plain), shorter);
+    let loops = Hi { capabilities: Capabilities::REAL_TIME | Capabilities::LOOP, ..hi() };
+    let angled = RtRunMove { flags: Some(RunFlags::LOOP), ..run_move() };
+    let shorter = warning("open_angle: the device expects a shorter message, without angles");
+    assert_eq!(host(HostMessage::RtRunMove(angled), loops), shorter);
+}
+
+/// Decisions D-5, D-10, D-11 and D-13.
+#[test]
+fn what_no_device_takes_is_not_sent() {
+    let context = Context::default();
+    let stop = HostMessage::MotorStop(MotorStop { motor: Motor(1), tail: &[] });
+    let mut out = [0; 64];
+    let zero = EncodeError::OutOfRange { what: "id", value: 0, min: 1, max: i64::from(u32::MAX) };
+    assert_eq!(stop.encode_checked(MessageId(0), &context, &mut out), Err(zero));
+    let ack = HostMessage::other(0x8032, &[0x10, 0]);
+    assert_eq!(first(ack.lint(&context)).0, Severity::Error);
+    assert_eq!(ack.refusal(&context), None, "two that answer each other would never end");
+    let vendor = HostMessage::other(0x0300, &[]);
+    assert_eq!(
+        first(vendor.lint(&context)),
+        (Severity::Warning, "type: 768 has no meaning in the specification".into())
+    );
+    assert_eq!(vendor.refusal(&context), Some(AckCode::ERR_UNSUPPORTED));
+    assert_eq!(first(HostMessage::other(0x0400, &[]).lint(&context)).0, Severity::Error);
+
+    let positions = [I32::ZERO; 258];
+    let section = |count: usize| {
+        let positions = &positions[..count];
+        HostMessage::RtUploadMoveAxis(RtUploadMoveAxis {
+            motor: Motor(1),
+            start_index: StartIndex(0),
+            positions,
+            tail: &[],
+        })
+    };
+    assert_eq!(section(257).lint(&context), Lints::new());
+    let long = section(258);
+    assert_eq!(first(long.lint(&context)).1, "data: 1037 is not in 0 to 1036");
+    let Err(EncodeError::Refused(lint)) = long.encode_checked(MessageId(1), &context, &mut [0; 2048]) else {
+        panic!("sent all the same")
+    };
+    assert_eq!(lint.what, "data");
+    let mut roomy = Context::default();
+    roomy.max_data = 2036;
+    assert_eq!(long.lint(&roomy), Lints::new());
+}
+
+#[test]
+fn a_device_keeps_to_what_it_said_of_itself() {
+    let wrong = |message, text: &str| assert_eq!(device(message), (Severity::Error, text.into()));
+    let odd = |message, text: &str| assert_eq!(device(message), (Severity::Warning, text.into()));
+    wrong(DeviceMessage::Hi(Hi { motor_count: 33, ..hi() }), "motor_count: 33 is not in 0 to 32");
+    wrong(DeviceMessage::Hi(Hi { dmx_count: 513, ..hi() }), "dmx_count: 513 is not in 0 to 512");
+    odd(
+        DeviceMessage::Hi(Hi { protocol_version: Some(3), ..hi() }),
+        "protocol_version: 3 has no meaning in the specification",
+    );
+    odd(DeviceMessage::Hi(Hi { name: Name([0xff; 32]), ..hi() }), "name: is not UTF-8");
+    let some = Hi { capabilities: Capabilities::BOOM_SWING_TRACK, ..hi() };
+    let text = "capabilities: Dragonframe was seen to use virtual motors only where all four kinds are claimed";
+    odd(DeviceMessage::Hi(some), text);
+
+    let status = MotorStatus { motor_status: Motors(0x181), dmx_status: Bool::FALSE, tail: &[] };
+    odd(DeviceMessage::MotorStatus(status), "motor_status: reserved bits 0x100 are set");
+    let few = MotorPositions { move_time: MoveTime(Scaled(0)), positions: &POSITIONS[..7], tail: &[] };
+    wrong(DeviceMessage::MotorGetPosition(few), "positions: 7 is not in 8 to 8");
+
+    let stop = |reason, motor| DeviceMessage::MotorHardStop(HardStop { reason, motor, tail: &[] });
+    wrong(stop(StopReason::UPPER_LIMIT, None), "motor: absent, although a limit is a motor's");
+    wrong(stop(StopReason::LOWER_LIMIT, Some(Motor(9))), "motor: 9 is not in 1 to 8");
+    odd(stop(StopReason::EMERGENCY_STOP, Some(Motor(1))), "motor: present, although it stops all");
+    assert_eq!(stop(StopReason::ENGINE_EXCEPTION, Some(Motor(1))).lint(&Context::of(hi())), Lints::new());
+
+    let ack = |response_code, tail| DeviceMessage::Ack(Ack { of: MessageType(0x31), response_code, tail });
+    wrong(ack(None, &[0x10]), "response_code: absent");
+    wrong(ack(Some(AckCode::ERR_AIM_COD), &[]), "response_code: not of the specification; send ERR_RANGE");
+    odd(ack(Some(AckCode::OK), &[0]), "tail: 1 bytes behind the known fields");
+    assert_eq!(
+        ack(Some(AckCode::OK), &[0, 0]).lint(&Context::of(hi())),
+        Lints::new(),
+        "four bytes, as many devices send"
+    );
+    let Err(EncodeError::Refused(_)) = ack(None, &[]).encode_checked(MessageId(1), &Context::default(), &mut [0; 64])
+    else {
+        panic!("sent all the same")
+    };
+}

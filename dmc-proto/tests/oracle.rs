@@ -1,0 +1,235 @@
+//! Law 13: a second decoder, written with nom from the specification alone, agrees with the crate.
+//!
+//! It shares no line with it: frames, sums, fields and names are all said again here.
+
+mod recorded;
+
+use dmc_proto::{DeviceMessage, Frame, HostMessage};
+use motion_core::wire::Messages;
+use nom::bytes::complete::{tag, take};
+use nom::combinator::{all_consuming, consumed, map, opt, success};
+use nom::error::Error;
+use nom::multi::{length_data, many0};
+use nom::number::complete::{le_i32, le_u8, le_u16, le_u32};
+use nom::{IResult, Parser};
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::sample::{Index, select};
+use serde_json::{Value, json};
+
+/// Id, type and data of one whole frame.
+fn frame(bytes: &[u8]) -> Option<(u32, u16, &[u8])> {
+    let frame = (tag(&b"DF"[..]), le_u32, le_u16, length_data(le_u16), take(2_usize));
+    let parsed: IResult<_, _> = all_consuming(consumed(frame)).parse(bytes);
+    let (_, (all, (_, id, kind, data, _))) = parsed.ok()?;
+    (sum(all) == 0).then_some((id, kind, data))
+}
+
+/// The listing at the end of the specification.
+fn sum(data: &[u8]) -> u16 {
+    let (mut sum1, mut sum2) = (0_u16, 0_u16);
+    for block in data.chunks(20) {
+        for byte in block {
+            sum1 += u16::from(*byte);
+            sum2 += sum1;
+        }
+        sum1 %= 0xff;
+        sum2 %= 0xff;
+    }
+    sum2 << 8 | sum1
+}
+
+fn hex(bytes: &[u8]) -> String {
+    let digits = bytes.iter().flat_map(|byte| [byte >> 4, byte & 0xf]);
+    digits.map(|digit| char::from_digit(digit.into(), 16).unwrap()).collect()
+}
+
+/// The fields of a body, those that are absent left out, and what is behind them.
+fn fields<'a>(
+    body: &'a [u8],
+    mut parser: impl Parser<&'a [u8], Output = Value, Error = Error<&'a [u8]>>,
+) -> Option<Value> {
+    let (tail, mut fields) = parser.parse(body).ok()?;
+    let object = fields.as_object_mut()?;
+    object.retain(|_, value| !value.is_null());
+    if !tail.is_empty() {
+        object.insert("tail".into(), hex(tail).into());
+    }
+    Some(fields)
+}
+
+/// What Dragonframe sends.
+fn host(kind: u16, body: &[u8]) -> Option<Value> {
+    let motor_pair = map((le_u8, le_i32, le_i32), |(motor, a, b)| json!({ "motor": motor, "pos_a": a, "pos_b": b }));
+    match kind {
+        0x0001 | 0x0030 | 0x0034 => fields(body, success(json!({}))),
+        0x0031 | 0x0035 => {
+            fields(body, map((le_u8, le_i32), |(motor, position)| json!({ "motor": motor, "position": position })))
+        }
+        0x0032 => fields(body, map(le_u8, |motor| json!({ "motor": motor }))),
+        0x0033 => fields(body, map(opt(le_u32), |flags| json!({ "flags": flags }))),
+        0x0036 => fields(
+            body,
+            map(
+                (le_u8, le_u16, le_i32),
+                |(motor, speed, destination)| json!({ "motor": motor, "speed": speed, "destination": destination }),
+            ),
+        ),
+        0x0037 => fields(body, map((le_u8, le_u8), |(motor, flags)| json!({ "motor": motor, "flags": flags }))),
+        0x0038 => fields(
+            body,
+            map(
+                (le_u8, le_u32, le_u32),
+                |(motor, velocity, accel)| json!({ "motor": motor, "max_velocity": velocity, "max_accel": accel }),
+            ),
+        ),
+        0x0039 => fields(
+            body,
+            map((le_u8, le_u8, le_i32, le_u8, le_i32, le_u8), |(motor, low_on, low, up_on, up, hw)| {
+                json!({
+                    "motor": motor, "lower_enable": low_on, "lower": low, "upper_enable": up_on, "upper": up, "hw_set": hw
+                })
+            }),
+        ),
+        0x0101 => fields(
+            body,
+            map(
+                (le_u8, le_u32, many0(le_i32)),
+                |(motor, index, positions)| json!({ "motor": motor, "start_index": index, "positions": positions }),
+            ),
+        ),
+        0x0111 => fields(
+            body,
+            map(
+                (
+                    (le_u32, le_i32, le_i32, le_u32, le_u32, le_u8, le_u32, le_u16, le_u16),
+                    (opt(le_u16), opt(le_u16), opt(le_u16)),
+                ),
+                |((fps, start, end, pre, post, dmx, bloop, channel, ms), (flags, open, close))| {
+                    json!({
+                        "fps_x1000": fps, "start_frame": start, "end_frame": end, "pre_roll_ms": pre, "post_roll_ms": post,
+                        "sync_dmx": dmx, "bloop_location": bloop, "bloop_dmx_channel": channel, "bloop_ms": ms,
+                        "flags": flags, "open_angle": open, "close_angle": close
+                    })
+                },
+            ),
+        ),
+        0x0112 => fields(
+            body,
+            map((le_i32, le_u8, le_u32, le_u16, many0(motor_pair)), |(frame, direction, exposure, blur, motors)| {
+                json!({
+                    "frame": frame, "direction": direction, "exposure_ms": exposure, "blur_x10": blur, "motors": motors
+                })
+            }),
+        ),
+        _ => Some(json!({ "data": hex(body) })),
+    }
+}
+
+/// What a controller sends.
+fn device(kind: u16, body: &[u8]) -> Option<Value> {
+    match kind {
+        0x0001 => fields(body, greeting),
+        0x0030 => {
+            fields(body, map((le_u32, le_u8), |(motors, dmx)| json!({ "motor_status": motors, "dmx_status": dmx })))
+        }
+        0x0031 => fields(body, map(le_u8, |moving| json!({ "moving": moving }))),
+        0x0034 => fields(
+            body,
+            map((le_i32, many0(le_i32)), |(time, positions)| json!({ "move_time": time, "positions": positions })),
+        ),
+        0x003a => fields(body, map((le_u8, opt(le_u8)), |(reason, motor)| json!({ "reason": reason, "motor": motor }))),
+        0x8000.. => fields(body, map(opt(le_u16), |code| json!({ "response_code": code }))),
+        _ => Some(json!({ "data": hex(body) })),
+    }
+}
+
+fn greeting(body: &[u8]) -> IResult<&[u8], Value> {
+    let name = map(take(32_usize), |bytes: &[u8]| bytes.split(|byte| *byte == 0).next().unwrap_or_default().to_vec());
+    let counts = (le_u8, le_u16, le_u8, le_u8, le_u8, le_u32);
+    let mut whole = (name, (le_u8, le_u8, le_u8), counts, le_u32, opt(le_u16));
+    let (tail, (name, version, counts, capabilities, protocol)) = whole.parse(body)?;
+    let mut fields = json!({
+        "fw_major": version.0, "fw_minor": version.1, "fw_rev": version.2,
+        "motor_count": counts.0, "dmx_count": counts.1, "gio_out_count": counts.2, "gio_in_count": counts.3,
+        "hw_limit_count": counts.4, "upload_frame_count": counts.5,
+        "capabilities": capabilities, "protocol_version": protocol
+    });
+    match String::from_utf8(name) {
+        Ok(name) => fields["name"] = name.into(),
+        Err(error) => fields["name_bytes"] = hex(error.as_bytes()).into(),
+    }
+    Ok((tail, fields))
+}
+
+/// Both decoders give the same values, or both refuse.
+fn agree(kind: u16, body: &[u8]) {
+    let message = HostMessage::decode_body(kind.into(), body);
+    assert_eq!(
+        message.ok().map(|message| serde_json::to_value(message).unwrap()),
+        host(kind, body),
+        "host, {kind:#06x}"
+    );
+    let message = DeviceMessage::decode_body(kind.into(), body);
+    assert_eq!(
+        message.ok().map(|message| serde_json::to_value(message).unwrap()),
+        device(kind, body),
+        "device, {kind:#06x}"
+    );
+}
+
+/// Types of both tables.
+fn kinds() -> Vec<u16> {
+    let all = HostMessage::ALL.iter().chain(DeviceMessage::ALL);
+    all.map(|kind| u16::try_from(kind.number).unwrap()).collect()
+}
+
+fn frames() -> Vec<Vec<u8>> {
+    recorded::vectors().into_iter().map(|(_, bytes)| bytes).collect()
+}
+
+fn frames_agree(bytes: &[u8]) {
+    let ours = Frame::decode(bytes).ok().map(|frame| (frame.id().0, frame.kind().0, frame.payload()));
+    assert_eq!(ours, frame(bytes));
+}
+
+#[test]
+fn on_every_vector() {
+    for bytes in frames() {
+        frames_agree(&bytes);
+        if let Some((_, kind, data)) = frame(&bytes) {
+            agree(kind, data);
+        }
+    }
+}
+
+#[test]
+fn on_every_length_of_every_type() {
+    let bytes: Vec<u8> = (0..=255).map(|at: u8| at.wrapping_mul(89) ^ 0x35).collect();
+    for kind in kinds() {
+        (0..bytes.len()).for_each(|len| agree(kind, &bytes[..len]));
+    }
+}
+
+proptest! {
+    #[test]
+    fn on_any_body_of_any_type(known in select(kinds()), any in any::<u16>(), body in vec(any::<u8>(), 0..120)) {
+        agree(known, &body);
+        agree(any, &body);
+    }
+
+    #[test]
+    fn on_frames_with_a_few_wrong_bytes(
+        mut frame in select(frames()),
+        wrong in vec((any::<Index>(), any::<u8>()), 0..3),
+        len in any::<Index>(),
+        whole in any::<bool>(),
+    ) {
+        for (at, byte) in wrong {
+            let at = at.index(frame.len());
+            frame[at] = byte;
+        }
+        let len = if whole { frame.len() } else { len.index(frame.len()) };
+        frames_agree(&frame[..len]);
+    }
+}

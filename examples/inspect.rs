@@ -1,0 +1,108 @@
+//! Shows the frames of a motion-control rig as typed messages. Try it without arguments, then with `--help`.
+
+use std::io::{self, BufWriter, IsTerminal, Write};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use examples::cli::{self, Args, Input, Protocol, Request, Stop, Transport};
+use examples::print::Printer;
+use examples::record::{Json, Record};
+use examples::tap::tap;
+use examples::text::{Format, Source};
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// Real frames of all three protocols, both directions, with some noise and a corrupt frame each.
+const CAPTURES: [(Protocol, &str, &str); 3] = [
+    (Protocol::Dmc, "Dragonframe DMC, serial: examples/captures/dmc.txt", include_str!("captures/dmc.txt")),
+    (Protocol::Kos, "Kessler kOS, TCP: examples/captures/kos.txt", include_str!("captures/kos.txt")),
+    (Protocol::Hoot, "NMX / MoCoBus, RS-485: examples/captures/hoot.txt", include_str!("captures/hoot.txt")),
+];
+
+/// A file of this many bytes gets a progress bar.
+const LARGE: u64 = 8 << 20;
+
+fn main() -> ExitCode {
+    cli::exit(run())
+}
+
+fn run() -> Result<(), Stop> {
+    match cli::request(std::env::args_os())? {
+        Request::Bundled => bundled(),
+        Request::Inspect(args) => inspect(&args),
+    }
+}
+
+fn bundled() -> Result<(), Stop> {
+    let mut printer = Printer::new(output(), false);
+    for (protocol, title, capture) in CAPTURES {
+        printer.title(title)?;
+        let mut source = Source::new(capture.as_bytes(), Format::Auto, None).map_err(|error| named(title, error))?;
+        let mut tap = tap(protocol, Transport::Stream)?;
+        let mut see = |record: &Record<'_>| Ok(printer.record(record)?);
+        while let Some(piece) = source.next_piece().map_err(|error| named(title, error))? {
+            tap.push(piece, &mut see)?;
+        }
+        tap.end(&mut see)?;
+        printer.summary()?;
+    }
+    Ok(())
+}
+
+fn named(title: &str, error: examples::text::SourceError) -> Stop {
+    Stop::Input { name: title.to_owned(), error }
+}
+
+fn inspect(args: &Args) -> Result<(), Stop> {
+    let mut tap = tap(args.protocol, args.transport)?;
+    let Input { mut source, length } = args.open()?;
+    let progress = progress(length);
+    let mut printer = Printer::new(output(), args.show_secrets);
+    let mut json = BufWriter::new(io::stdout().lock());
+    let mut see = |record: &Record<'_>| {
+        if args.json {
+            serde_json::to_writer(&mut json, &Json { record, secrets: args.show_secrets }).map_err(io::Error::from)?;
+            json.write_all(b"\n")?;
+        } else {
+            printer.record(record)?;
+        }
+        Ok(())
+    };
+    let result = loop {
+        match source.next_piece() {
+            Ok(Some(piece)) => tap.push(piece, &mut see)?,
+            Ok(None) => break Ok(()),
+            Err(error) => break Err(args.stop(error)),
+        }
+        progress.set_position(source.bytes_read());
+    };
+    // What came before a bad line is shown all the same.
+    tap.end(&mut see)?;
+    progress.finish_and_clear();
+    if args.json {
+        json.flush()?;
+    } else {
+        printer.summary()?;
+    }
+    result
+}
+
+/// Standard output, in colour where it is a terminal that has it.
+fn output() -> impl Write {
+    let choice = anstream::AutoStream::choice(&io::stdout());
+    anstream::AutoStream::new(Box::new(BufWriter::new(io::stdout().lock())) as Box<dyn Write>, choice)
+}
+
+fn progress(length: Option<u64>) -> ProgressBar {
+    match length {
+        Some(length) if length >= LARGE && io::stderr().is_terminal() => {
+            let style = ProgressStyle::with_template("{wide_bar} {bytes} of {total_bytes}, {eta} left");
+            let bar = ProgressBar::new(length);
+            bar.enable_steady_tick(Duration::from_millis(200));
+            if let Ok(style) = style {
+                bar.set_style(style);
+            }
+            bar
+        }
+        _ => ProgressBar::hidden(),
+    }
+}

@@ -1,0 +1,315 @@
+//! Taps: what each side of a line says, from bytes in pieces to [`Record`]s.
+
+mod dmc;
+mod hoot;
+mod kos;
+
+use motion_core::lint::{Lint, Lints};
+use motion_core::stream::{Frames, Framing, Item, Noise};
+use motion_core::wire::{DecodeError, EncodeError};
+
+use crate::cli::{Protocol, Stop, Transport};
+use crate::record::{Find, Kind, Record, Shown};
+use crate::text::{Piece, Side};
+
+/// Sees the records, in the order in which they are found.
+pub type See<'s> = dyn FnMut(&Record<'_>) -> Result<(), Stop> + 's;
+
+/// A line that is listened to, with both its sides.
+pub trait Tap {
+    /// Takes the next bytes of one side.
+    ///
+    /// # Errors
+    ///
+    /// Those of `see`.
+    fn push(&mut self, piece: Piece<'_>, see: &mut See<'_>) -> Result<(), Stop>;
+
+    /// The input has ended: says what is left.
+    ///
+    /// # Errors
+    ///
+    /// Those of `see`.
+    fn end(&mut self, see: &mut See<'_>) -> Result<(), Stop>;
+}
+
+/// The tap of a protocol on a transport.
+///
+/// # Errors
+///
+/// [`Stop::Usage`], where the protocol is not spoken on that transport.
+pub fn tap(protocol: Protocol, transport: Transport) -> Result<Box<dyn Tap>, Stop> {
+    let unspoken = |name: &str, transport: &str| {
+        Err(Stop::Usage(format!("{name} is not spoken in {transport}: leave --transport out (see --help)")))
+    };
+    Ok(match (protocol, transport) {
+        (Protocol::Kos, Transport::Stream) => Box::new(Stream::<_, { kos::BUFFER }>::new(kos::Kos)),
+        (Protocol::Kos, Transport::Datagram) => Box::new(Records::new(kos::Kos)),
+        (Protocol::Kos, Transport::Usb) => Box::new(Records::new(kos::Reports)),
+        (Protocol::Dmc, Transport::Stream) => Box::new(Stream::<_, { dmc::BUFFER }>::new(dmc::Dmc)),
+        (Protocol::Hoot, Transport::Stream) => Box::new(Stream::<_, { hoot::BUFFER }>::new(hoot::Hoot::default())),
+        (Protocol::Dmc, Transport::Datagram) => return unspoken("dmc", "datagrams"),
+        (Protocol::Dmc, Transport::Usb) => return unspoken("dmc", "USB reports"),
+        (Protocol::Hoot, Transport::Datagram) => return unspoken("hoot", "datagrams"),
+        (Protocol::Hoot, Transport::Usb) => return unspoken("hoot", "USB reports"),
+    })
+}
+
+/// How a protocol's frames are shown. Not pure: a reply means something in the light of its request.
+trait Show {
+    /// Its short name.
+    const NAME: &'static str;
+    /// How its frames are found in a stream.
+    type Framing: Framing;
+
+    /// Shows a frame.
+    fn show(
+        &mut self,
+        from: Side,
+        frame: &<Self::Framing as Framing>::Frame<'_>,
+        see: &mut dyn FnMut(Shown<'_>) -> Result<(), Stop>,
+    ) -> Result<(), Stop>;
+}
+
+/// A message as it was read from a frame, and what there is to say of it.
+struct Read<M> {
+    message: Result<M, DecodeError>,
+    lints: Vec<Lint>,
+    canonical: bool,
+}
+
+/// Judges a message that was read from a frame, which is all of `bytes`.
+fn read<M>(
+    bytes: &[u8],
+    message: Result<M, DecodeError>,
+    lint: impl FnOnce(&M) -> Lints,
+    encode: impl FnOnce(&M, &mut [u8]) -> Result<usize, EncodeError>,
+) -> Read<M> {
+    let mut again = vec![0; bytes.len()];
+    let (lints, canonical) = match &message {
+        Ok(message) => (lint(message).into_iter().collect(), encode(message, &mut again).is_ok() && again == bytes),
+        Err(_) => (Vec::new(), false),
+    };
+    Read { message, lints, canonical }
+}
+
+/// A stream of each side.
+struct Stream<S: Show, const N: usize> {
+    show: S,
+    host: Half<S::Framing, N>,
+    device: Half<S::Framing, N>,
+}
+
+/// What one side sends.
+struct Half<F: Framing, const N: usize> {
+    frames: Box<Frames<F, N>>,
+    place: Place,
+}
+
+/// Where a side is, and the noise that was found last, which grows until something else is found.
+struct Place {
+    from: Side,
+    offset: u64,
+    noise: Option<Run>,
+}
+
+/// Neighbouring bytes that are no frame.
+struct Run {
+    kind: Kind,
+    why: String,
+    offset: u64,
+    len: u64,
+    start: Vec<u8>,
+}
+
+/// As many bytes of noise are shown.
+const SHOWN: usize = 16;
+
+impl Place {
+    const fn new(from: Side) -> Self {
+        Self { from, offset: 0, noise: None }
+    }
+
+    /// Says what the noise so far was.
+    fn flush(&mut self, protocol: &'static str, see: &mut See<'_>) -> Result<(), Stop> {
+        let Some(Run { kind, why, offset, len, start }) = self.noise.take() else { return Ok(()) };
+        let find = Find::Other { kind, why, start: &start };
+        see(&Record { offset, len, protocol, from: self.from, find })
+    }
+
+    /// Adds bytes that are no frame to those before them.
+    fn noise(&mut self, kind: Kind, why: impl ToString, bytes: &[u8]) {
+        let offset = self.offset;
+        let run = self.noise.get_or_insert_with(|| Run { kind, why: why.to_string(), offset, len: 0, start: Vec::new() });
+        let free = SHOWN.saturating_sub(run.start.len());
+        run.start.extend(bytes.iter().take(free));
+        run.len += len_of(bytes);
+        self.offset += len_of(bytes);
+    }
+
+    /// Says that bytes are no frame; `len` of them are accounted for here.
+    fn other(&mut self, protocol: &'static str, kind: Kind, why: String, start: &[u8], see: &mut See<'_>) -> Result<(), Stop> {
+        self.flush(protocol, see)?;
+        let (offset, len) = (self.offset, len_of(start));
+        self.offset += len;
+        let start = start.get(..SHOWN).unwrap_or(start);
+        see(&Record { offset, len, protocol, from: self.from, find: Find::Other { kind, why, start } })
+    }
+
+    /// Shows a frame of `len` bytes.
+    fn frame<'f, S: Show>(
+        &mut self,
+        show: &mut S,
+        frame: &<S::Framing as Framing>::Frame<'f>,
+        see: &mut See<'_>,
+    ) -> Result<(), Stop> {
+        self.flush(S::NAME, see)?;
+        let (offset, len, from) = (self.offset, len_of(frame.as_ref()), self.from);
+        self.offset += len;
+        show.show(from, frame, &mut |shown| {
+            see(&Record { offset, len, protocol: S::NAME, from, find: Find::Frame(shown) })
+        })
+    }
+}
+
+fn len_of(bytes: &[u8]) -> u64 {
+    bytes.len() as u64
+}
+
+impl<F: Framing, const N: usize> Half<F, N> {
+    fn new(from: Side) -> Self {
+        Self { frames: Box::default(), place: Place::new(from) }
+    }
+
+    /// Says what the bytes so far are; `ended` tells that no more will come.
+    fn drain<S: Show<Framing = F>>(&mut self, show: &mut S, ended: bool, see: &mut See<'_>) -> Result<(), Stop> {
+        let Self { frames, place } = self;
+        loop {
+            match frames.next() {
+                None => return Ok(()),
+                Some(Item::Frame(frame)) => place.frame(show, &frame, see)?,
+                Some(Item::Corrupt { why, bytes, .. }) => {
+                    place.flush(S::NAME, see)?;
+                    place.noise(Kind::Corrupt, why, bytes);
+                }
+                Some(Item::Noise { bytes, why: Noise::CutOff }) if ended && place.noise.is_none() => {
+                    place.noise(Kind::Incomplete, "the input ends inside a frame", bytes);
+                }
+                Some(Item::Noise { bytes, why }) => place.noise(Kind::Noise, why, bytes),
+                Some(Item::Fatal(why)) => {
+                    // A client must close the connection here. Somebody who only listens may gamble and go on.
+                    place.other(S::NAME, Kind::Fatal, why.to_string(), &[], see)?;
+                    frames.resync();
+                }
+            }
+        }
+    }
+}
+
+impl<S: Show, const N: usize> Stream<S, N> {
+    fn new(show: S) -> Self {
+        Self { show, host: Half::new(Side::Host), device: Half::new(Side::Device) }
+    }
+}
+
+impl<S: Show, const N: usize> Tap for Stream<S, N> {
+    fn push(&mut self, piece: Piece<'_>, see: &mut See<'_>) -> Result<(), Stop> {
+        let half = match piece.side {
+            Side::Host => &mut self.host,
+            Side::Device => &mut self.device,
+        };
+        let mut rest = piece.bytes;
+        while !rest.is_empty() {
+            let taken = half.frames.push(rest);
+            rest = rest.get(taken..).unwrap_or_default();
+            half.drain(&mut self.show, false, see)?;
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, see: &mut See<'_>) -> Result<(), Stop> {
+        for half in [&mut self.host, &mut self.device] {
+            // What waits for more bytes will not get them; good frames may stand behind it.
+            half.frames.gap();
+            half.drain(&mut self.show, true, see)?;
+            half.place.flush(S::NAME, see)?;
+        }
+        Ok(())
+    }
+}
+
+/// How a protocol reads one record that is a whole: a datagram, a report.
+trait Whole: Show {
+    /// Bytes that are cut off as records of their own, where the input has no records.
+    const RECORD: usize;
+
+    /// The frame in a record, and the bytes behind it that mean nothing.
+    fn whole<'a>(&self, record: &'a [u8]) -> Result<<Self::Framing as Framing>::Frame<'a>, (Kind, String)>;
+}
+
+/// Records of each side, one frame each.
+struct Records<W: Whole> {
+    show: W,
+    host: Gathered,
+    device: Gathered,
+}
+
+/// A record that may still grow.
+struct Gathered {
+    place: Place,
+    bytes: Vec<u8>,
+}
+
+impl<W: Whole> Records<W> {
+    fn new(show: W) -> Self {
+        let gathered = |from| Gathered { place: Place::new(from), bytes: Vec::new() };
+        Self { show, host: gathered(Side::Host), device: gathered(Side::Device) }
+    }
+
+    /// Says what a record is.
+    fn record(show: &mut W, place: &mut Place, record: &[u8], see: &mut See<'_>) -> Result<(), Stop> {
+        let end = place.offset + len_of(record);
+        match show.whole(record) {
+            Err((kind, why)) => place.other(W::NAME, kind, why, record, see)?,
+            Ok(frame) => place.frame(show, &frame, see)?,
+        }
+        // A report is longer than its message: what follows counts, but means nothing.
+        place.offset = end;
+        Ok(())
+    }
+}
+
+impl<W: Whole> Tap for Records<W> {
+    fn push(&mut self, piece: Piece<'_>, see: &mut See<'_>) -> Result<(), Stop> {
+        let Self { show, host, device } = self;
+        let Gathered { place, bytes } = match piece.side {
+            Side::Host => host,
+            Side::Device => device,
+        };
+        if piece.first && !bytes.is_empty() {
+            Self::record(show, place, bytes, see)?;
+            bytes.clear();
+        }
+        for chunk in piece.bytes.chunks(W::RECORD) {
+            let free = W::RECORD - bytes.len();
+            let (now, later) = chunk.split_at(free.min(chunk.len()));
+            bytes.extend_from_slice(now);
+            if bytes.len() == W::RECORD {
+                Self::record(show, place, bytes, see)?;
+                bytes.clear();
+            }
+            bytes.extend_from_slice(later);
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, see: &mut See<'_>) -> Result<(), Stop> {
+        let Self { show, host, device } = self;
+        for Gathered { place, bytes } in [host, device] {
+            if !bytes.is_empty() {
+                Self::record(show, place, bytes, see)?;
+                bytes.clear();
+            }
+        }
+        Ok(())
+    }
+}

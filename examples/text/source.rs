@@ -1,0 +1,247 @@
+//! Any input as pieces of bytes, each with its side.
+
+use std::io::{self, BufRead, BufReader, Chain, Cursor, ErrorKind, Read};
+use std::mem;
+use std::str::{self, Utf8Error};
+
+use clap::ValueEnum;
+
+use super::error::At;
+use super::lines::{Lines, Text};
+use super::{Side, SourceError, What};
+
+/// How many bytes of the input decide whether it is text.
+const HEAD: usize = 4096;
+
+/// How much raw input is read at a time.
+const BUFFER: usize = 64 * 1024;
+
+/// How the input holds its bytes.
+#[derive(Clone, Copy, Debug, Default, Eq, PartialEq, ValueEnum)]
+pub enum Format {
+    /// Text if its first 4096 bytes are UTF-8 without control characters, raw otherwise
+    ///
+    /// None of the three protocols sends so many printable bytes in a row. A text that breaks
+    /// the grammar is an error, which says more than its letters shown as noise. An input of
+    /// unknown end, such as a serial line, is decided by its first byte that is no text, or once
+    /// 4096 bytes have come.
+    #[default]
+    Auto,
+    /// The bytes themselves
+    Raw,
+    /// Text: hex digits, no offsets
+    Hex,
+    /// Text: dumps of `xxd`, `hexdump -C`, `od -A x -t x1`
+    Xxd,
+}
+
+/// Whose bytes the input holds.
+#[derive(Clone, Copy, Debug, Eq, PartialEq, ValueEnum)]
+pub enum Senders {
+    /// The side that controls
+    Host,
+    /// The side that moves
+    Device,
+    /// Both, in text whose lines are marked `>` (host) and `<` (device)
+    Both,
+}
+
+/// Some bytes that one side sent.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub struct Piece<'a> {
+    /// Who sent them.
+    pub side: Side,
+    /// Whether they begin a record: a line of hex digits or a whole dump, and of raw input all
+    /// of it. In text a record can so be a datagram.
+    pub first: bool,
+    /// The bytes, never none.
+    pub bytes: &'a [u8],
+}
+
+/// An input that is read in constant memory.
+///
+/// ```
+/// use examples::text::{Format, Side, Source};
+///
+/// let text = "> 04 00 06 00 0b 01  // Get MotorInfo\n< 0400 0700 0b02 00\n";
+/// let mut source = Source::new(text.as_bytes(), Format::Auto, None)?;
+/// while let Some(piece) = source.next_piece()? {
+///     let arrow = if piece.side == Side::Host { '>' } else { '<' };
+///     println!("{arrow} {:02x?}", piece.bytes);
+/// }
+/// # Ok::<(), examples::text::SourceError>(())
+/// ```
+pub struct Source<R> {
+    input: Input<R>,
+    senders: Option<Senders>,
+    /// Whether only its looks say that it is text.
+    guessed: bool,
+    /// Whether no bytes have come yet.
+    silent: bool,
+    /// Whether an end or an error has come.
+    done: bool,
+}
+
+/// The input, and before it the bytes that were read to know its format.
+type Whole<R> = BufReader<Counted<Chain<Cursor<Vec<u8>>, R>>>;
+
+enum Input<R> {
+    Raw(Raw<Whole<R>>),
+    Text(Box<Text<Whole<R>>>),
+}
+
+impl<R: Read> Source<R> {
+    /// Begins to read `input`, and decides what it is.
+    ///
+    /// Marked text needs no `senders`; whatever else says nothing about its sender does. A mark
+    /// that contradicts `senders` is an error, for a filter would hide that half of the traffic
+    /// is missing.
+    ///
+    /// # Errors
+    ///
+    /// [`SourceError::Io`], and [`SourceError::Unsaid`] for raw input without one sender.
+    pub fn new(mut input: R, format: Format, senders: Option<Senders>) -> Result<Self, SourceError> {
+        let head = match format {
+            Format::Auto => read_head(&mut input)?,
+            _ => Vec::new(),
+        };
+        let lines = match format {
+            Format::Auto if is_text(&head) => Some(Lines::Any),
+            Format::Auto | Format::Raw => None,
+            Format::Hex => Some(Lines::Hex),
+            Format::Xxd => Some(Lines::Dump),
+        };
+        let input = Counted { input: Cursor::new(head).chain(input), count: 0 };
+        let input = BufReader::with_capacity(BUFFER, input);
+        let input = match (lines, senders) {
+            (Some(lines), _) => Input::Text(Box::new(Text::new(input, lines))),
+            (None, Some(Senders::Host)) => Input::Raw(Raw::new(input, Side::Host)),
+            (None, Some(Senders::Device)) => Input::Raw(Raw::new(input, Side::Device)),
+            (None, Some(Senders::Both) | None) => return Err(SourceError::Unsaid),
+        };
+        let guessed = format == Format::Auto;
+        Ok(Self { input, senders, guessed, silent: true, done: false })
+    }
+
+    /// The next bytes; `None` at the end, and after an error.
+    ///
+    /// # Errors
+    ///
+    /// [`SourceError::Io`]; for text [`SourceError::Text`] or, if it was a guess that it is text,
+    /// [`SourceError::Guessed`]; [`SourceError::Unsaid`] at the end of a text without bytes and
+    /// without senders.
+    pub fn next_piece(&mut self) -> Result<Option<Piece<'_>>, SourceError> {
+        if mem::replace(&mut self.done, true) {
+            return Ok(None);
+        }
+        let piece = match &mut self.input {
+            Input::Raw(raw) => raw.next_piece()?,
+            Input::Text(text) => match text_piece(text, self.senders) {
+                Err(SourceError::Text(error)) if self.guessed => {
+                    return Err(SourceError::Guessed(error));
+                }
+                piece => piece?,
+            },
+        };
+        if piece.is_none() && self.silent && self.senders.is_none() {
+            return Err(SourceError::Unsaid);
+        }
+        self.done = piece.is_none();
+        self.silent = false;
+        Ok(piece)
+    }
+
+    /// How many bytes of the input have been read so far, for a progress bar.
+    #[must_use]
+    pub fn bytes_read(&self) -> u64 {
+        let input = match &self.input {
+            Input::Raw(raw) => &raw.input,
+            Input::Text(text) => text.input(),
+        };
+        input.get_ref().count
+    }
+}
+
+/// Raw input of one side.
+struct Raw<R> {
+    input: R,
+    side: Side,
+    /// How many bytes of the buffer were lent last.
+    lent: usize,
+    first: bool,
+}
+
+impl<R: BufRead> Raw<R> {
+    fn new(input: R, side: Side) -> Self {
+        Self { input, side, lent: 0, first: true }
+    }
+
+    fn next_piece(&mut self) -> io::Result<Option<Piece<'_>>> {
+        self.input.consume(mem::take(&mut self.lent));
+        while let Err(error) = self.input.fill_buf() {
+            if error.kind() != ErrorKind::Interrupted {
+                return Err(error);
+            }
+        }
+        let bytes = self.input.fill_buf()?;
+        self.lent = bytes.len();
+        let first = mem::replace(&mut self.first, false);
+        Ok((!bytes.is_empty()).then_some(Piece { side: self.side, first, bytes }))
+    }
+}
+
+/// The next bytes of a text, and who sent them by its mark and by the option.
+fn text_piece<R: BufRead>(text: &mut Text<R>, senders: Option<Senders>) -> Result<Option<Piece<'_>>, SourceError> {
+    let Some(chunk) = text.next_chunk()? else {
+        return Ok(None);
+    };
+    let line = At { line: chunk.line, column: 1 };
+    let side = match (chunk.side, senders) {
+        (Some(side), None | Some(Senders::Both)) => side,
+        (None | Some(Side::Host), Some(Senders::Host)) => Side::Host,
+        (None | Some(Side::Device), Some(Senders::Device)) => Side::Device,
+        (None, None | Some(Senders::Both)) => return Err(line.error(What::Unmarked).into()),
+        (Some(_), Some(_)) => return Err(line.error(What::OtherSide).into()),
+    };
+    Ok(Some(Piece { side, first: chunk.first, bytes: chunk.bytes }))
+}
+
+/// Reads the first bytes, until they are enough, or no text.
+fn read_head(input: &mut impl Read) -> io::Result<Vec<u8>> {
+    let mut head = Vec::with_capacity(HEAD);
+    let mut chunk = [0; HEAD];
+    while let Some(room) = chunk.get_mut(head.len()..).filter(|room| !room.is_empty()) {
+        match input.read(room) {
+            Ok(0) => break,
+            Ok(count) => head.extend(room.iter().take(count)),
+            Err(error) if error.kind() == ErrorKind::Interrupted => (),
+            Err(error) => return Err(error),
+        }
+        if !is_text(&head) {
+            break;
+        }
+    }
+    Ok(head)
+}
+
+/// Whether bytes are UTF-8, but for a last character cut short, without control characters.
+fn is_text(head: &[u8]) -> bool {
+    let cut = |error: Utf8Error| error.error_len().is_none().then_some(error.valid_up_to());
+    let length = str::from_utf8(head).map_or_else(cut, |text| Some(text.len()));
+    let valid = length.and_then(|length| str::from_utf8(head.get(..length)?).ok());
+    valid.is_some_and(|text| text.chars().all(|char| !char.is_control() || "\t\r\n".contains(char)))
+}
+
+/// Counts what is read.
+struct Counted<R> {
+    input: R,
+    count: u64,
+}
+
+impl<R: Read> Read for Counted<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.input.read(buffer)?;
+        self.count += count as u64;
+        Ok(count)
+    }
+}

@@ -1,0 +1,490 @@
+//! The envelope: break, address, sub-address, command, length, data.
+//!
+//! | offset | size | field |
+//! |---|---|---|
+//! | 0 | 6 | break: `00 00 00 00 00 FF` |
+//! | 6 | 1 | address of the receiver; 0, the master, in replies |
+//! | 7 | 1 | sub-address: what in the node is meant; 0 in replies |
+//! | 8 | 1 | command; in replies the response code |
+//! | 9 | 1 | length of the data |
+//! | 10 | length | data |
+//!
+//! All numbers are big-endian. There is no checksum and nothing is escaped: data may hold a break, and only the lengths
+//! keep a reader in step.
+//!
+//! Source: hoot, section 1.
+
+use core::fmt;
+
+use motion_core::stream::{self, Framing, Head, Noise};
+use motion_core::unit;
+use motion_core::wire::EncodeError;
+use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
+
+/// What every packet begins with.
+pub const BREAK: [u8; 6] = [0, 0, 0, 0, 0, 0xFF];
+/// Bytes of a header.
+pub const HEADER_LEN: usize = size_of::<Header>();
+/// Bytes of data that a node has room for. With more, its firmware writes beyond its memory (hoot, section 1).
+pub const MAX_DATA: usize = 32;
+/// Bytes of the longest packet that a node has room for.
+pub const MAX_FRAME: usize = HEADER_LEN + MAX_DATA;
+
+unit! {
+    /// Who a packet is for.
+    pub struct Address(u8) "";
+}
+
+impl Address {
+    /// The master: where replies go.
+    pub const MASTER: Self = Self(0);
+    /// All nodes at once, which have commands of their own for that and never answer them.
+    pub const BROADCAST: Self = Self(1);
+    /// A node's address until it is given another one, 2 to 255.
+    pub const DEFAULT: Self = Self(3);
+}
+
+/// What selects a command: its number, and the part of the node that it is for.
+///
+/// Broadcasts have a table of their own: command 4 stops a node, but gives all nodes an address when it is broadcast.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Selector {
+    /// Whether it goes to all nodes at once.
+    pub broadcast: bool,
+    /// The command.
+    pub command: u8,
+    /// The part of the node: 0 the controller, 1 to 3 the motors, 4 the camera. Nodes ignore it in broadcasts.
+    pub sub_address: u8,
+}
+
+impl Selector {
+    /// All of it in one number: `broadcast << 16 | command << 8 | sub_address`.
+    ///
+    /// The sub-address stands last, so that the numbers of one command for several motors lie side by side.
+    #[must_use]
+    pub const fn number(self) -> u32 {
+        u32::from_be_bytes([0, self.broadcast as u8, self.command, self.sub_address])
+    }
+
+    /// What a number means that [`number`](Self::number) gave.
+    #[must_use]
+    pub const fn from_number(number: u32) -> Self {
+        let [_, broadcast, command, sub_address] = number.to_be_bytes();
+        Self { broadcast: broadcast != 0, command, sub_address }
+    }
+}
+
+/// The first ten bytes of a packet.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
+#[repr(C)]
+pub struct Header {
+    break_: [u8; 6],
+    address: u8,
+    sub_address: u8,
+    command: u8,
+    len: u8,
+}
+
+impl Header {
+    /// Who it is for.
+    #[must_use]
+    pub const fn address(&self) -> Address {
+        Address(self.address)
+    }
+
+    /// The part of the node that it is for; 0 in replies.
+    #[must_use]
+    pub const fn sub_address(&self) -> u8 {
+        self.sub_address
+    }
+
+    /// The command; in replies the response code.
+    #[must_use]
+    pub const fn command(&self) -> u8 {
+        self.command
+    }
+
+    /// What selects the command, in a request.
+    #[must_use]
+    pub const fn selector(&self) -> Selector {
+        Selector {
+            broadcast: self.address == Address::BROADCAST.0,
+            command: self.command,
+            sub_address: self.sub_address,
+        }
+    }
+
+    /// Bytes of data, 0 to 255.
+    #[must_use]
+    pub fn data_len(&self) -> usize {
+        self.len.into()
+    }
+
+    /// Bytes of the whole packet.
+    #[must_use]
+    pub fn frame_len(&self) -> usize {
+        frame_len(self.data_len())
+    }
+}
+
+impl fmt::Debug for Header {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Header")
+            .field("address", &self.address)
+            .field("sub_address", &self.sub_address)
+            .field("command", &self.command)
+            .field("data_len", &self.len)
+            .finish()
+    }
+}
+
+/// A whole packet: a request, or a reply. They look the same; only who sent it tells them apart.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Frame<'a> {
+    header: &'a Header,
+    payload: &'a [u8],
+    bytes: &'a [u8],
+}
+
+impl<'a> Frame<'a> {
+    /// Reads bytes that are exactly one packet, with data of any length up to 255 bytes.
+    ///
+    /// # Errors
+    ///
+    /// [`FrameError`] says what is wrong with them.
+    pub fn decode(bytes: &'a [u8]) -> Result<Self, FrameError> {
+        let have = bytes.len();
+        let (header, payload) =
+            Header::ref_from_prefix(bytes).map_err(|_| FrameError::Truncated { needed: HEADER_LEN, have })?;
+        if header.break_ != BREAK {
+            return Err(FrameError::NoBreak { found: header.break_ });
+        }
+        let needed = header.frame_len();
+        if have < needed {
+            Err(FrameError::Truncated { needed, have })
+        } else if have > needed {
+            Err(FrameError::Trailing { extra: have.saturating_sub(needed) })
+        } else {
+            Ok(Self { header, payload, bytes })
+        }
+    }
+
+    /// Its header.
+    #[must_use]
+    pub const fn header(&self) -> &'a Header {
+        self.header
+    }
+
+    /// Who it is for.
+    #[must_use]
+    pub const fn address(&self) -> Address {
+        self.header.address()
+    }
+
+    /// The part of the node that it is for; 0 in replies.
+    #[must_use]
+    pub const fn sub_address(&self) -> u8 {
+        self.header.sub_address()
+    }
+
+    /// The command; in replies the response code.
+    #[must_use]
+    pub const fn command(&self) -> u8 {
+        self.header.command()
+    }
+
+    /// Its data.
+    #[must_use]
+    pub const fn payload(&self) -> &'a [u8] {
+        self.payload
+    }
+
+    /// All of it, from the break on.
+    #[must_use]
+    pub const fn bytes(&self) -> &'a [u8] {
+        self.bytes
+    }
+}
+
+impl AsRef<[u8]> for Frame<'_> {
+    fn as_ref(&self) -> &[u8] {
+        self.bytes
+    }
+}
+
+impl fmt::Debug for Frame<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Frame").field("header", self.header).field("payload", &self.payload).finish()
+    }
+}
+
+/// Why bytes are not one packet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+#[non_exhaustive]
+pub enum FrameError {
+    /// They end before the packet does.
+    #[error("packet: need {needed} bytes, have {have}")]
+    Truncated {
+        /// Bytes of the whole packet, or of the shortest one.
+        needed: usize,
+        /// Bytes there are.
+        have: usize,
+    },
+    /// They go on behind the packet.
+    #[error("packet: {extra} bytes too many")]
+    Trailing {
+        /// Bytes behind it.
+        extra: usize,
+    },
+    /// They do not begin with a break.
+    #[error("packet: begins with {found:02x?}, not with a break")]
+    NoBreak {
+        /// The first six bytes.
+        found: [u8; 6],
+    },
+}
+
+/// Writes a packet around `data`, whatever its command: the way to send what has no type of its own.
+///
+/// What is in the data is the caller's affair; only its length is checked.
+///
+/// # Errors
+///
+/// [`EncodeError`], if there are more than [`MAX_DATA`] bytes of data or the packet does not fit into `out`. Then
+/// nothing is written.
+pub fn encode(address: Address, sub_address: u8, command: u8, data: &[u8], out: &mut [u8]) -> Result<usize, EncodeError> {
+    envelope([address.0, sub_address, command], data.len(), out, |place| {
+        place.copy_from_slice(data);
+        Ok(data.len())
+    })
+}
+
+/// Bytes of a packet around `len` bytes of data.
+pub(crate) fn frame_len(len: usize) -> usize {
+    len.saturating_add(HEADER_LEN)
+}
+
+/// The header of `to`, which is address, sub-address and command, and behind it what `data` writes.
+pub(crate) fn envelope(
+    to: [u8; 3],
+    len: usize,
+    out: &mut [u8],
+    data: impl FnOnce(&mut [u8]) -> Result<usize, EncodeError>,
+) -> Result<usize, EncodeError> {
+    let too_long = EncodeError::TooLong { what: "data", len, max: MAX_DATA };
+    let wire_len = u8::try_from(len).map_err(|_| too_long)?;
+    if len > MAX_DATA {
+        return Err(too_long);
+    }
+    let needed = frame_len(len);
+    let small = EncodeError::BufferTooSmall { needed, have: out.len() };
+    let (header, place) = out.get_mut(..needed).and_then(|out| out.split_first_chunk_mut()).ok_or(small)?;
+    data(place)?;
+    let [address, sub_address, command] = to;
+    let written: [u8; HEADER_LEN] =
+        zerocopy::transmute!(Header { break_: BREAK, address, sub_address, command, len: wire_len });
+    *header = written;
+    Ok(needed)
+}
+
+/// The framing for a master, or for somebody who only listens: it finds the next break, whatever lies before it.
+///
+/// Packets hold up to `CAP` bytes of data. A longer claim is taken for noise, and the search goes on behind its break.
+/// Of more than five zeros before the FF, the last five count. Source: hoot, sections 1 and 5.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hoot<const CAP: usize = MAX_DATA> {}
+
+impl<const CAP: usize> Framing for Hoot<CAP> {
+    const MAX: usize = HEADER_LEN.saturating_add(CAP);
+    type Header = Header;
+    type Frame<'a> = Frame<'a>;
+    type Memo<const N: usize> = ();
+
+    #[inline]
+    fn head(bytes: &[u8]) -> Head {
+        match bytes {
+            [0, 0, 0, 0, 0, 0xFF, _, _, _, len, ..] => {
+                let total = frame_len((*len).into());
+                if total <= Self::MAX {
+                    Head::Total(total)
+                } else {
+                    Head::Skip(BREAK.len(), Noise::TooLong { total, max: Self::MAX })
+                }
+            }
+            [0, 0, 0, 0, 0, 0xFF, ..] | [0] | [0, 0] | [0, 0, 0] | [0, 0, 0, 0] | [0, 0, 0, 0, 0] => {
+                Head::More(HEADER_LEN)
+            }
+            _ => Head::Skip(to_break(bytes), Noise::NoMarker),
+        }
+    }
+
+    fn header(bytes: &[u8]) -> Option<Header> {
+        Header::read_from_prefix(bytes).ok().map(|(header, _)| header)
+    }
+
+    #[inline]
+    fn frame(bytes: &[u8]) -> Option<Frame<'_>> {
+        Frame::decode(bytes).ok()
+    }
+}
+
+/// How many bytes lie before the next break, or before the zeros at the end that may become one.
+fn to_break(bytes: &[u8]) -> usize {
+    let zeros = BREAK.len().saturating_sub(1);
+    bytes.windows(BREAK.len()).position(|window| window == BREAK).unwrap_or_else(|| {
+        let trailing = bytes.iter().rev().take(zeros).take_while(|&&byte| byte == 0).count();
+        bytes.len().saturating_sub(trailing)
+    })
+}
+
+/// The framing of a node's firmware: it reads ten bytes, then the data, and looks at the break only then.
+///
+/// A wrong break costs all that was read; the firmware does not search for the next one. Two more habits of the firmware
+/// are the caller's part: when the line is silent for more than 100 ms inside a packet, it drops what it has
+/// ([`Frames::gap`](stream::Frames::gap)), and after each packet, good or bad, it drops what else has arrived
+/// ([`Frames::reset`](stream::Frames::reset)). So a master sends one request, and waits.
+///
+/// A claim of more than `CAP` bytes of data costs as many bytes as it claims. Source: hoot, sections 1.1 and 4.1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Strict<const CAP: usize = MAX_DATA> {}
+
+impl<const CAP: usize> Framing for Strict<CAP> {
+    const MAX: usize = HEADER_LEN.saturating_add(CAP);
+    type Header = Header;
+    type Frame<'a> = Frame<'a>;
+    type Memo<const N: usize> = ();
+
+    #[inline]
+    fn head(bytes: &[u8]) -> Head {
+        let Ok((header, _)) = Header::ref_from_prefix(bytes) else { return Head::More(HEADER_LEN) };
+        let total = header.frame_len();
+        if header.break_ != BREAK {
+            Head::Skip(total, Noise::NoMarker)
+        } else if total > Self::MAX {
+            Head::Skip(total, Noise::TooLong { total, max: Self::MAX })
+        } else {
+            Head::Total(total)
+        }
+    }
+
+    fn header(bytes: &[u8]) -> Option<Header> {
+        Header::read_from_prefix(bytes).ok().map(|(header, _)| header)
+    }
+
+    #[inline]
+    fn frame(bytes: &[u8]) -> Option<Frame<'_>> {
+        Frame::decode(bytes).ok()
+    }
+
+    /// All of them: what a silence cuts off is dropped whole.
+    fn give_up(bytes: &[u8]) -> usize {
+        bytes.len()
+    }
+}
+
+/// A stream of packets as a master reads them, in a buffer of `N` bytes, at least twice [`MAX_FRAME`].
+///
+/// For a node, or for other limits, name the framing: `motion_core::stream::Frames<Strict, 84>`.
+pub type Frames<const N: usize = { 2 * MAX_FRAME }> = stream::Frames<Hoot, N>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motion_core::stream::Item;
+    use std::vec::Vec;
+
+    const START: [u8; 10] = [0, 0, 0, 0, 0, 0xFF, 3, 0, 2, 0];
+
+    /// What the framing finds in `bytes`, then a silence: frames by their length, noise by its length below zero.
+    fn items<F: Framing>(bytes: &[u8]) -> Vec<i64> {
+        let mut frames = stream::Frames::<F, 600>::new();
+        assert_eq!(frames.push(bytes), bytes.len());
+        frames.gap();
+        let mut found = Vec::new();
+        while let Some(item) = frames.next() {
+            let len = i64::try_from(item.bytes().len()).unwrap();
+            found.push(if matches!(item, Item::Frame(_)) { len } else { -len });
+        }
+        found
+    }
+
+    #[test]
+    fn selectors_and_numbers_are_the_same() {
+        for number in [0, 0x0002_00, 0x0F_03, 0x1_01_FF, 0x1_FF_FF] {
+            assert_eq!(Selector::from_number(number).number(), number);
+        }
+        let stop = Frame::decode(&[0, 0, 0, 0, 0, 0xFF, 1, 9, 2, 0]).unwrap().header().selector();
+        assert_eq!(stop, Selector { broadcast: true, command: 2, sub_address: 9 });
+    }
+
+    #[test]
+    fn bytes_that_are_no_packet_say_why() {
+        assert_eq!(Frame::decode(&START).map(|frame| frame.bytes()), Ok(&START[..]));
+        assert_eq!(Frame::decode(&START[..9]), Err(FrameError::Truncated { needed: 10, have: 9 }));
+        let mut long = START.to_vec();
+        long.push(7);
+        assert_eq!(Frame::decode(&long), Err(FrameError::Trailing { extra: 1 }));
+        long[9] = 2;
+        assert_eq!(Frame::decode(&long), Err(FrameError::Truncated { needed: 12, have: 11 }));
+        let found = [0, 0, 0, 0, 0xFF, 3];
+        assert_eq!(Frame::decode(&START[1..].iter().copied().chain([0]).collect::<Vec<_>>()), Err(FrameError::NoBreak { found }));
+    }
+
+    #[test]
+    fn a_master_finds_the_last_five_zeros_and_a_node_does_not() {
+        for junk in [&[0][..], &[0; 9], &[7], &[0, 0, 0, 0, 0xFF], &[0xFF; 6]] {
+            let stream = [junk, &START, &START].concat();
+            let len = i64::try_from(junk.len()).unwrap();
+            assert_eq!(items::<Hoot>(&stream), [-len, 10, 10], "{junk:?}");
+        }
+        // One more zero: ten bytes are read, the length among them is the command's 2; all 12 are lost.
+        assert_eq!(items::<Strict>(&[&[0][..], &START, &START].concat()), [-12, -9]);
+        assert_eq!(items::<Strict>(&[START, START].concat()), [10, 10]);
+    }
+
+    #[test]
+    fn a_claim_of_more_than_32_bytes_is_noise() {
+        let mut stream = START.to_vec();
+        stream[9] = 33;
+        stream.extend(START);
+        assert_eq!(items::<Hoot>(&stream), [-10, 10], "the search goes on behind the break");
+        assert_eq!(items::<Strict>(&stream), [-20], "the node reads as many bytes as are claimed");
+        stream.resize(43, 0);
+        assert_eq!(items::<Hoot<33>>(&stream), [43]);
+    }
+
+    #[test]
+    fn a_partial_break_is_kept() {
+        for len in 1..10 {
+            assert_eq!(Hoot::<32>::head(&START[..len]), Head::More(10));
+        }
+        assert_eq!(Hoot::<32>::head(&[0; 20]), Head::Skip(15, Noise::NoMarker));
+        assert_eq!(Hoot::<32>::head(&[1, 0, 0]), Head::Skip(1, Noise::NoMarker));
+        assert_eq!(Hoot::<32>::head(&[1, 0, 0, 2]), Head::Skip(4, Noise::NoMarker));
+    }
+
+    #[test]
+    fn a_node_with_its_habits_loses_the_second_of_two_requests() {
+        let mut frames = stream::Frames::<Strict, 84>::new();
+        assert_eq!(frames.push(&[START, START].concat()), 20);
+        assert!(matches!(frames.next(), Some(Item::Frame(_))));
+        frames.reset();
+        assert!(frames.next().is_none());
+    }
+
+    #[test]
+    fn a_packet_that_cannot_be_read_is_not_written() {
+        let mut out = [0xA5; 64];
+        assert_eq!(
+            encode(Address(3), 0, 7, &[1; 33], &mut out),
+            Err(EncodeError::TooLong { what: "data", len: 33, max: 32 })
+        );
+        assert_eq!(
+            encode(Address(3), 0, 2, &[], &mut out[..9]),
+            Err(EncodeError::BufferTooSmall { needed: 10, have: 9 })
+        );
+        assert_eq!(out, [0xA5; 64]);
+        assert_eq!(encode(Address(3), 0, 2, &[], &mut out), Ok(10));
+        assert_eq!(out[..10], START);
+    }
+}

@@ -1,0 +1,101 @@
+//! What a node is called.
+
+use core::fmt;
+
+use motion_core::wire::{print, trim_nuls};
+
+/// What a node is to be called: 1 to 10 bytes.
+///
+/// The node skips NULs inside and fills up with NULs behind. Source: hoot, sections 1.2 and 2.1.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Name {
+    bytes: [u8; Self::MAX],
+    /// How many of them count; the others are zero.
+    len: u8,
+}
+
+impl Name {
+    pub(crate) const MAX: usize = 10;
+
+    /// A name; `None` unless it has 1 to 10 bytes and no NUL, which the node would skip.
+    #[must_use]
+    pub fn new(name: &str) -> Option<Self> {
+        if name.as_bytes().contains(&0) { None } else { Self::from_bytes(name.as_bytes()) }
+    }
+
+    /// As much of a name as fits, cut between two characters, and before a NUL; `None` if nothing is left.
+    #[must_use]
+    pub fn truncated(name: &str) -> Option<Self> {
+        let end = name.as_bytes().iter().position(|&byte| byte == 0).unwrap_or(name.len()).min(Self::MAX);
+        // A character is four bytes at most, so one of these four places is between two.
+        let cut = (0..4).filter_map(|back| end.checked_sub(back)).find_map(|at| name.split_at_checked(at))?;
+        Self::from_bytes(cut.0.as_bytes())
+    }
+
+    /// The bytes of a name as a request holds them, whatever they are; `None` unless there are 1 to 10.
+    ///
+    /// Names that others sent may hold NULs, and even a break.
+    #[must_use]
+    pub fn from_bytes(name: &[u8]) -> Option<Self> {
+        let mut bytes = [0; Self::MAX];
+        bytes.get_mut(..name.len())?.copy_from_slice(name);
+        let len = u8::try_from(name.len()).ok().filter(|&len| len > 0)?;
+        Some(Self { bytes, len })
+    }
+
+    /// Its bytes, NULs included.
+    #[must_use]
+    pub fn as_bytes(&self) -> &[u8] {
+        self.bytes.get(..self.len.into()).unwrap_or(&self.bytes)
+    }
+
+    /// Its text without the NULs at the end, if it is UTF-8.
+    #[must_use]
+    pub fn as_str(&self) -> Option<&str> {
+        core::str::from_utf8(trim_nuls(self.as_bytes())).ok()
+    }
+}
+
+impl fmt::Display for Name {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        print::text(f, trim_nuls(self.as_bytes()))
+    }
+}
+
+impl fmt::Debug for Name {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Name({self})")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::format;
+
+    #[test]
+    fn a_name_is_never_cut_unasked() {
+        assert_eq!(Name::new("0123456789").unwrap().as_bytes(), b"0123456789");
+        for refused in ["", "0123456789a", "a\0b", "\0"] {
+            assert_eq!(Name::new(refused), None, "{}", refused.escape_debug());
+        }
+    }
+
+    #[test]
+    fn a_cut_name_ends_between_characters() {
+        assert_eq!(Name::truncated("Dolly on rails").unwrap().as_str(), Some("Dolly on r"));
+        assert_eq!(Name::truncated("123456789é").unwrap().as_str(), Some("123456789"));
+        assert_eq!(Name::truncated("12345678é").unwrap().as_str(), Some("12345678é"));
+        assert_eq!(Name::truncated("ab\0cd").unwrap().as_str(), Some("ab"));
+        assert_eq!((Name::truncated(""), Name::truncated("\0a")), (None, None));
+    }
+
+    #[test]
+    fn names_of_others_are_kept_as_they_came() {
+        let padded = Name::from_bytes(b"ABC\0\0\0\0\0\0\0").unwrap();
+        assert_eq!((padded.as_bytes().len(), padded.as_str()), (10, Some("ABC")));
+        assert_eq!(format!("{padded:?}"), "Name(\"ABC\")");
+        assert_ne!(padded, Name::new("ABC").unwrap(), "other bytes");
+        assert_eq!(Name::from_bytes(b"\0\0\0\0\0\xFF").unwrap().as_str(), None);
+    }
+}

@@ -1,0 +1,96 @@
+//! Messages whose sub-address is a part of them.
+
+use motion_core::wire::Visitor;
+
+/// What the sub-address of a command says.
+pub(crate) trait Sub: Copy {
+    /// What it says in the number of a table.
+    fn of(number: u32) -> Self;
+
+    /// The sub-address.
+    fn byte(self) -> u8;
+
+    /// Shows it beside the fields of the data.
+    fn show(self, visitor: &mut dyn Visitor);
+
+    /// The number of a command, of which a table says the first.
+    fn number(self, declared: u32) -> u32 {
+        declared & !0xFF | u32::from(self.byte())
+    }
+}
+
+/// Makes what `message!` makes of the fields, with the sub-address in front of them.
+///
+/// The data does not say what the sub-address is: the number in the table does, so these messages are decoded by
+/// `decode_as`. Their `decode` takes the first sub-address.
+macro_rules! sub_messages {
+    ($(
+        $(#[$meta:meta])*
+        $vis:vis struct $name:ident for $(#[$sub_meta:meta])* $sub:ident: $sub_type:ty {
+            $($(#[$field_meta:meta])* $field:ident: $field_type:ty,)*
+        }
+    )*) => {$(
+        $(#[$meta])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+        $vis struct $name {
+            $(#[$sub_meta])*
+            pub $sub: $sub_type,
+            $($(#[$field_meta])* pub $field: $field_type,)*
+        }
+
+        const _: () = {
+            use motion_core::wire::{DecodeError, EncodeError, Fields, Message, Row, Visitor};
+            use $crate::message::sub::Sub;
+
+            // The data alone. In this block it has the message's name, so that errors say that; the message itself is
+            // `self::name`.
+            motion_core::message! { struct $name in BE { $($field: $field_type,)* } }
+
+            impl self::$name {
+                const fn data(&self) -> $name {
+                    $name { $($field: self.$field,)* }
+                }
+            }
+
+            impl<'m> Message<'m> for self::$name {
+                const LAYOUT: &'static [Row] = $name::LAYOUT;
+
+                #[inline]
+                fn decode(body: &'m [u8]) -> Result<Self, DecodeError> {
+                    Self::decode_as(<$sub_type>::default().number(0), body)
+                }
+
+                #[inline]
+                fn decode_as(number: u32, body: &'m [u8]) -> Result<Self, DecodeError> {
+                    let $name { $($field,)* } = $name::decode(body)?;
+                    Ok(Self { $sub: <$sub_type>::of(number), $($field,)* })
+                }
+
+                #[inline]
+                fn number(&self, declared: u32) -> u32 {
+                    self.$sub.number(declared)
+                }
+
+                #[inline]
+                fn encoded_len(&self) -> usize {
+                    self.data().encoded_len()
+                }
+
+                #[inline]
+                fn encode_into(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
+                    self.data().encode_into(out)
+                }
+            }
+
+            impl Fields for self::$name {
+                fn fields(&self, visitor: &mut dyn Visitor) {
+                    self.$sub.show(visitor);
+                    self.data().fields(visitor);
+                }
+            }
+
+            motion_core::__message_features! { 'm [self::$name] $name }
+        };
+    )*};
+}
+pub(crate) use sub_messages;

@@ -1,0 +1,371 @@
+//! The envelope: a header of six bytes, and the body.
+//!
+//! | offset | size | field |
+//! |---|---|---|
+//! | 0 | 1 | protocol version, 4 |
+//! | 1 | 2 | length of the whole message, header included |
+//! | 3 | 2 | message id |
+//! | 5 | 1 | message type: set, get, response |
+//! | 6 | length - 6 | body |
+//!
+//! All numbers are big-endian. There is no marker and no checksum, so the length alone leads from one message to the
+//! next, and it is never repaired: a message that lies about its length puts the stream out of step.
+//!
+//! Source: kOS, Message Header; decisions K-F1 to K-F9.
+
+use core::fmt;
+
+use motion_core::open_enum;
+use motion_core::stream::{self, Fatal, Framing, Head, Noise};
+use motion_core::wire::{DecodeError, EncodeError, Messages};
+use zerocopy::big_endian::U16;
+use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
+
+/// The protocol version that is spoken here: the first byte of every message.
+pub const VERSION: u8 = 4;
+/// Bytes of a header.
+pub const HEADER_LEN: usize = size_of::<Header>();
+/// Bytes of the longest message that a receiver takes unless told otherwise (decision K-F7).
+///
+/// The longest one that the specification can make is a trajectory of 9400 bytes; the rest is room for blocks that it
+/// does not name. A device that holds short moves only does well with less: what is longer is skipped and reported,
+/// and the stream stays in step.
+pub const MAX_FRAME: usize = 16_384;
+
+open_enum! {
+    /// What a message is about.
+    pub struct MessageId(u16) {
+        /// Nothing: the line is in use. Source: kOS, USB; decision K-U6.
+        KEEP_ALIVE = 0x0000,
+        /// Addresses of the device in the network.
+        NETWORK_INFO = 0x0002,
+        /// The lamps.
+        LED_STATUS = 0x0007,
+        /// The motors, where they are and how far they go.
+        MOTOR_INFO = 0x000B,
+        /// The device, and what it does just now.
+        DEVICE_INFO = 0x000F,
+        /// The password of this session.
+        USER_PASSWORD = 0x0010,
+        /// The password that the device stores.
+        DEVICE_PASSWORD = 0x0011,
+        /// The move.
+        TRAJECTORY_DATA = 0x0012,
+        /// The number that no other device has.
+        DEVICE_GUID = 0x001F,
+        /// The platform of the client that calibrated the motors.
+        SOFTWARE_ID = 0x0026,
+        /// Something to do; the first byte of the body says what.
+        ACTION = 0x0080,
+        /// Something that happened; the first byte of the body says what.
+        NOTIFICATION = 0x0081,
+    }
+
+    /// Whether a message sets, asks or answers. Source: kOS, Message Type; decision K-F9.
+    pub struct MessageType(u8) {
+        /// Take this: client to device.
+        SET = 0x00,
+        /// What is it? Client to device.
+        GET = 0x01,
+        /// It is this: device to client, asked or not.
+        RESPONSE = 0x02,
+        /// It is this, and more of the same follows.
+        RESPONSE_MORE = 0x82,
+    }
+}
+
+/// The first six bytes of a message.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
+#[repr(C)]
+pub struct Header {
+    version: u8,
+    len: U16,
+    id: U16,
+    kind: u8,
+}
+
+impl Header {
+    fn new(id: MessageId, kind: MessageType, len: u16) -> Self {
+        Self { version: VERSION, len: U16::new(len), id: U16::new(id.0), kind: kind.0 }
+    }
+
+    /// What the message is about.
+    #[must_use]
+    pub fn id(&self) -> MessageId {
+        MessageId(self.id.get())
+    }
+
+    /// Whether it sets, asks or answers.
+    #[must_use]
+    pub const fn kind(&self) -> MessageType {
+        MessageType(self.kind)
+    }
+
+    /// Bytes of the whole message, this header included.
+    #[must_use]
+    pub fn message_len(&self) -> usize {
+        self.len.get().into()
+    }
+}
+
+impl fmt::Debug for Header {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Header")
+            .field("id", &self.id())
+            .field("kind", &self.kind())
+            .field("message_len", &self.message_len())
+            .finish()
+    }
+}
+
+/// A whole message, as it came.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Frame<'a> {
+    header: &'a Header,
+    payload: &'a [u8],
+    bytes: &'a [u8],
+}
+
+impl<'a> Frame<'a> {
+    /// Reads bytes that are exactly one message, as a datagram should be.
+    ///
+    /// # Errors
+    ///
+    /// [`FrameError`] says what is wrong with them.
+    pub fn decode(bytes: &'a [u8]) -> Result<Self, FrameError> {
+        let have = bytes.len();
+        if let Some(&found) = bytes.first().filter(|&&version| version != VERSION) {
+            return Err(FrameError::BadVersion { found });
+        }
+        let short = FrameError::Truncated { needed: HEADER_LEN, have };
+        let (header, payload) = Header::ref_from_prefix(bytes).map_err(|_| short)?;
+        let needed = header.message_len();
+        if needed < HEADER_LEN {
+            return Err(FrameError::BadLength { found: needed });
+        }
+        if needed > have {
+            return Err(FrameError::Truncated { needed, have });
+        }
+        match have.saturating_sub(needed) {
+            0 => Ok(Self { header, payload, bytes }),
+            extra => Err(FrameError::Trailing { extra }),
+        }
+    }
+
+    /// Its header.
+    #[must_use]
+    pub const fn header(&self) -> &'a Header {
+        self.header
+    }
+
+    /// What it is about.
+    #[must_use]
+    pub fn id(&self) -> MessageId {
+        self.header.id()
+    }
+
+    /// Whether it sets, asks or answers.
+    #[must_use]
+    pub const fn kind(&self) -> MessageType {
+        self.header.kind()
+    }
+
+    /// All behind the header; of an action or a notification, its number first.
+    #[must_use]
+    pub const fn payload(&self) -> &'a [u8] {
+        self.payload
+    }
+
+    /// All of it, header included.
+    #[must_use]
+    pub const fn bytes(&self) -> &'a [u8] {
+        self.bytes
+    }
+
+    /// The number of the message, and its body.
+    pub(crate) fn number_and_body(&self) -> Result<(u32, &'a [u8]), DecodeError> {
+        let (id, kind) = (self.id(), self.kind());
+        let Some(what) = sub_of(id, kind) else { return Ok((number(id, kind, 0), self.payload)) };
+        let (sub, body) = self.payload.split_first().ok_or(DecodeError::Truncated { what, needed: 1, have: 0 })?;
+        Ok((number(id, kind, *sub), body))
+    }
+}
+
+impl AsRef<[u8]> for Frame<'_> {
+    fn as_ref(&self) -> &[u8] {
+        self.bytes
+    }
+}
+
+impl fmt::Debug for Frame<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Frame").field("header", self.header).field("payload", &self.payload).finish()
+    }
+}
+
+/// Why bytes are not one message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+#[non_exhaustive]
+pub enum FrameError {
+    /// They end before the message does.
+    #[error("frame: need {needed} bytes, have {have}")]
+    Truncated {
+        /// Bytes of the whole message, or of a header.
+        needed: usize,
+        /// Bytes there are.
+        have: usize,
+    },
+    /// They go on behind the message.
+    #[error("frame: {extra} bytes too many")]
+    Trailing {
+        /// Bytes behind it.
+        extra: usize,
+    },
+    /// The first byte is another protocol version (decision K-F3).
+    #[error("frame: protocol version is {found}, should be {VERSION}")]
+    BadVersion {
+        /// The byte on the wire.
+        found: u8,
+    },
+    /// The length does not even cover the header (decision K-F2).
+    #[error("frame: length is {found}, should be at least {HEADER_LEN}")]
+    BadLength {
+        /// The length on the wire.
+        found: usize,
+    },
+}
+
+/// The name of what the first byte of the body numbers, if it does.
+const fn sub_of(id: MessageId, kind: MessageType) -> Option<&'static str> {
+    match (id, kind) {
+        (MessageId::ACTION, MessageType::SET) => Some("Action"),
+        (MessageId::NOTIFICATION, MessageType::RESPONSE) => Some("Notification"),
+        _ => None,
+    }
+}
+
+/// The number of a message in the tables: id, type, and the number of the action or notification.
+fn number(id: MessageId, kind: MessageType, sub: u8) -> u32 {
+    let [i0, i1] = id.0.to_be_bytes();
+    u32::from_be_bytes([i0, i1, kind.0, sub])
+}
+
+/// Takes a number apart again. The last part is there where the number of an action or notification is.
+pub(crate) fn parts(number: u32) -> (MessageId, MessageType, Option<(&'static str, u8)>) {
+    let [i0, i1, kind, sub] = number.to_be_bytes();
+    let (id, kind) = (MessageId(u16::from_be_bytes([i0, i1])), MessageType(kind));
+    (id, kind, sub_of(id, kind).map(|what| (what, sub)))
+}
+
+/// Writes a message of any id, type and payload: the way to send what has no type of its own.
+///
+/// The payload of an action or a notification begins with its number.
+///
+/// # Errors
+///
+/// [`EncodeError`], if the message would be longer than 65535 bytes or does not fit into `out`. Then nothing is
+/// written.
+pub fn encode(id: MessageId, kind: MessageType, payload: &[u8], out: &mut [u8]) -> Result<usize, EncodeError> {
+    envelope(id, kind, payload.len(), out, |place| {
+        place.copy_from_slice(payload);
+        Ok(())
+    })
+}
+
+/// Writes a typed message.
+pub(crate) fn encode_message<'a, M: Messages<'a>>(message: &M, out: &mut [u8]) -> Result<usize, EncodeError> {
+    let (id, kind, sub) = parts(message.number());
+    if let (None, [.., unsaid @ 1..=u8::MAX]) = (sub, message.number().to_be_bytes()) {
+        return Err(EncodeError::OutOfRange { what: "action or note", value: unsaid.into(), min: 0, max: 0 });
+    }
+    envelope(id, kind, payload_len(message), out, |place| {
+        let body = match (place, sub) {
+            ([first, body @ ..], Some((_, sub))) => {
+                message.encode_body(body)?;
+                *first = sub;
+                return Ok(());
+            }
+            (body, _) => body,
+        };
+        message.encode_body(body).map(drop)
+    })
+}
+
+/// Bytes of a typed message, header included.
+pub(crate) fn message_len<'a, M: Messages<'a>>(message: &M) -> usize {
+    payload_len(message).saturating_add(HEADER_LEN)
+}
+
+fn payload_len<'a, M: Messages<'a>>(message: &M) -> usize {
+    let (_, _, sub) = parts(message.number());
+    message.body_len().saturating_add(usize::from(sub.is_some()))
+}
+
+/// The header, and what `payload` writes; the header last, so that a refused payload leaves nothing written.
+fn envelope(
+    id: MessageId,
+    kind: MessageType,
+    len: usize,
+    out: &mut [u8],
+    payload: impl FnOnce(&mut [u8]) -> Result<(), EncodeError>,
+) -> Result<usize, EncodeError> {
+    let needed = len.saturating_add(HEADER_LEN);
+    let wire_len = u16::try_from(needed).map_err(|_| EncodeError::TooLong {
+        what: "message",
+        len: needed,
+        max: u16::MAX.into(),
+    })?;
+    let small = EncodeError::BufferTooSmall { needed, have: out.len() };
+    let (header, place) = out.get_mut(..needed).and_then(<[u8]>::split_first_chunk_mut::<HEADER_LEN>).ok_or(small)?;
+    payload(place)?;
+    *header = zerocopy::transmute!(Header::new(id, kind, wire_len));
+    Ok(needed)
+}
+
+/// The framing of kOS, for messages of up to `CAP` bytes.
+///
+/// `CAP` is 6 to 65535. A longer message is skipped by its length and reported as noise; the stream stays in step. A
+/// wrong version or a length below 6 is fatal: nothing on the wire says where the next message begins. A TCP client
+/// closes the connection then; a byte 4 in a payload looks like a header, so [`resync`](stream::Frames::resync) is a
+/// gamble (safety decision 6, decisions K-F2, K-F3).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kos<const CAP: usize = MAX_FRAME> {}
+
+impl<const CAP: usize> Framing for Kos<CAP> {
+    const MAX: usize = CAP;
+    type Header = Header;
+    type Frame<'a> = Frame<'a>;
+    type Memo<const N: usize> = ();
+
+    #[inline]
+    fn head(bytes: &[u8]) -> Head {
+        match bytes {
+            [VERSION, l0, l1, ..] => match usize::from(u16::from_be_bytes([*l0, *l1])) {
+                found if found < HEADER_LEN => Head::Fatal(Fatal::BadLength { found, least: HEADER_LEN }),
+                total if total > CAP => Head::Skip(total, Noise::TooLong { total, max: CAP }),
+                total => Head::Total(total),
+            },
+            [] | [VERSION, ..] => Head::More(3),
+            [found, ..] => Head::Fatal(Fatal::BadVersion { found: *found, expected: VERSION }),
+        }
+    }
+
+    fn header(bytes: &[u8]) -> Option<Header> {
+        Header::read_from_prefix(bytes).ok().map(|(header, _)| header)
+    }
+
+    #[inline]
+    fn frame(bytes: &[u8]) -> Option<Frame<'_>> {
+        Frame::decode(bytes).ok()
+    }
+
+    /// All of them: without a marker, any payload could look like a message.
+    fn give_up(bytes: &[u8]) -> usize {
+        bytes.len()
+    }
+}
+
+/// A stream of kOS messages, in a buffer of `N` bytes, at least twice [`MAX_FRAME`].
+///
+/// For other limits, name the framing: `motion_core::stream::Frames<Kos<1024>, 2048>`.
+pub type Frames<const N: usize = { 2 * MAX_FRAME }> = stream::Frames<Kos, N>;

@@ -1,0 +1,108 @@
+//! What decodes, but a strict peer would refuse, or a wise sender would not send.
+//!
+//! An error is what a device refuses, ignores or answers with an error, and what may be dangerous; a warning is what is
+//! reserved, unknown or mostly not meant. Each rule names its decision.
+
+mod device;
+mod host;
+mod trajectory;
+
+use motion_core::lint::{Lints, Problem, Severity};
+use motion_core::wire::{Bool, FieldView, Fields, Other, Password, Value};
+
+use crate::message::{Motor, MotorAddress};
+
+/// What is known of the peer; nothing, by default.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Context<'a> {
+    /// The motors that the device has, as it said last; none where that is not known.
+    pub motors: &'a [Motor],
+    /// Whether the device is known to count the bytes of a text, not its characters, so that passwords need not be
+    /// ASCII (decision K-T1).
+    pub counts_bytes: bool,
+}
+
+impl<'a> Context<'a> {
+    /// What is known, and these motors.
+    #[must_use]
+    pub const fn with_motors(self, motors: &'a [Motor]) -> Self {
+        Self { motors, ..self }
+    }
+
+    /// What is known, and that the device counts the bytes of a text.
+    #[must_use]
+    pub const fn with_byte_counts(self) -> Self {
+        Self { counts_bytes: true, ..self }
+    }
+}
+
+/// The greatest address of a motor (decision K-M1).
+const LAST_MOTOR: u8 = 10;
+/// Bytes of a password with which `DeviceInfo` still fits into one USB report (decision K-T4).
+const LONG_PASSWORD: usize = 32;
+
+/// Tails (decision K-F4), and numbers that are none (decision K-N1), wherever they stand.
+fn common(lints: &mut Lints, fields: &dyn Fields, non_finite: Severity) {
+    fields.fields(&mut |field: &FieldView<'_>| match field.value {
+        Value::Bytes(tail) if field.name == "tail" => lints.tail(tail),
+        value => finite(lints, field.name, value, non_finite),
+    });
+}
+
+fn finite(lints: &mut Lints, what: &'static str, value: Value<'_>, severity: Severity) {
+    match value {
+        Value::Float(number) if !number.is_finite() => lints.push(severity, what, Problem::NonFinite(number.to_bits())),
+        Value::List(list) => list.each(&mut |value| finite(lints, what, value, severity)),
+        Value::Group(fields) => common(lints, fields, severity),
+        _ => {}
+    }
+}
+
+/// An amount that cannot be less than nothing (decision K-N1).
+fn not_negative(lints: &mut Lints, what: &'static str, number: f32) {
+    if number < 0.0 {
+        lints.note(Severity::Error, what, "is negative");
+    }
+}
+
+/// A part of a whole that is more than it, or less than nothing (decision K-P7).
+fn part_of_one(lints: &mut Lints, what: &'static str, number: f32) {
+    if number.is_finite() && !(0.0..=1.0).contains(&number) {
+        lints.note(Severity::Warning, what, "is not in 0 to 1");
+    }
+}
+
+/// A byte of a `Bool` that is neither 0 nor 1 (decision K-Q1).
+fn yes_or_no(lints: &mut Lints, what: &'static str, value: Bool) {
+    lints.reserved(what, value.0, !1_u8);
+}
+
+/// A byte that the specification wants to be 0.
+fn zero(lints: &mut Lints, what: &'static str, byte: u8) {
+    lints.reserved(what, byte, u8::MAX);
+}
+
+/// A motor, from `least` on (decision K-M1).
+fn address(lints: &mut Lints, motor: MotorAddress, least: u8) {
+    lints.range("motor_address", motor.number(), least, LAST_MOTOR);
+}
+
+/// A password, whose length peers may count in characters, and for whom a NUL may end it (decisions K-T1, K-T2, K-T4).
+fn password(lints: &mut Lints, what: &'static str, password: Password<'_>, ascii: Severity) {
+    let Password(bytes) = password;
+    if !bytes.is_ascii() {
+        lints.note(ascii, what, "is not ASCII: the device may count characters, not bytes");
+    }
+    if bytes.contains(&0) {
+        lints.note(Severity::Warning, what, "holds a NUL");
+    }
+    if bytes.len() > LONG_PASSWORD {
+        lints.note(Severity::Warning, what, "is so long that DeviceInfo does not fit into a USB report");
+    }
+}
+
+/// What is known to nobody (decision K-F6).
+fn unknown(lints: &mut Lints, other: &Other<'_>) {
+    lints.push(Severity::Warning, "message", Problem::Unnamed(other.id()));
+}

@@ -1,0 +1,156 @@
+//! What a client should not send.
+
+use motion_core::lint::{Lints, Severity};
+
+use super::{Context, address, common, not_negative, password, trajectory, unknown, yes_or_no, zero};
+use crate::HostMessage;
+use crate::message::{
+    BumpPositionSpeedAcceleration, JOG_DISTANCE, Motor, MotorAddress, PlaybackDirection, Rotations, RotationsPerSecond,
+    RotationsPerSecondSquared, Seconds, SetPositionSpeedAcceleration, TakePicture,
+};
+
+impl HostMessage<'_> {
+    /// What a strict device would refuse, or a wise client would not send.
+    ///
+    /// A stop is refused for its address alone, whatever stands in its other fields: the motor must not run on because
+    /// of them (safety decision 3).
+    #[must_use]
+    pub fn lint(&self, context: &Context<'_>) -> Lints {
+        let mut lints = Lints::new();
+        let mut non_finite = Severity::Error;
+        match self {
+            Self::GetNetworkInfo(message) => {
+                if let Some(limited) = message.limited_response {
+                    yes_or_no(&mut lints, "limited_response", limited);
+                }
+            }
+            Self::SetLEDStatus(message) => {
+                lints.named("master_status", message.master_status.0, message.master_status.name());
+                lints.named("slave_status", message.slave_status.0, message.slave_status.name());
+            }
+            Self::SetUserPassword(message) | Self::SetDevicePassword(message) => {
+                let ascii = if context.counts_bytes { Severity::Warning } else { Severity::Error };
+                password(&mut lints, "password", message.password, ascii);
+            }
+            Self::SetTrajectoryData(message) => trajectory::check(&mut lints, message),
+            Self::ResetAxis(message) => {
+                motor(&mut lints, context, message.motor_address, MotorAddress::ALL.0);
+            }
+            Self::MarkBeginPosition(message) => {
+                motor(&mut lints, context, message.motor_address, 1);
+            }
+            Self::MarkEndPosition(message) => {
+                motor(&mut lints, context, message.motor_address, 1);
+            }
+            Self::StartPlayback(message) => playback(&mut lints, message.direction, message.start_time),
+            Self::SetupPlayback(message) => {
+                playback(&mut lints, message.direction, message.start_time);
+                yes_or_no(&mut lints, "delay_return", message.delay_return);
+            }
+            Self::TakePicture(message) => take_picture(&mut lints, message),
+            Self::SetPositionSpeedAcceleration(message) if message.is_stop() => {
+                non_finite = Severity::Warning;
+                stop(&mut lints, context, message.motor_address, message.acceleration);
+            }
+            Self::SetPositionSpeedAcceleration(message) => go_to(&mut lints, context, message),
+            Self::BumpPositionSpeedAcceleration(message) if message.is_stop() => {
+                non_finite = Severity::Warning;
+                stop(&mut lints, context, message.motor_address, message.acceleration);
+            }
+            Self::BumpPositionSpeedAcceleration(message) => bump(&mut lints, context, message),
+            Self::Other(other) => unknown(&mut lints, other),
+            // The others have no fields, or one that may be anything.
+            _ => {}
+        }
+        common(&mut lints, self, non_finite);
+        lints
+    }
+}
+
+/// A motor that is told something (decisions K-M1 and K-M2), and what is known of it.
+fn motor<'a>(lints: &mut Lints, context: &Context<'a>, motor: MotorAddress, least: u8) -> Option<&'a Motor> {
+    address(lints, motor, least);
+    lints.reserved("motor_address", motor.0, !MotorAddress(u8::MAX).number());
+    let known = context.motors.iter().find(|known| known.motor_address.number() == motor.number());
+    if known.is_none() && !context.motors.is_empty() && motor.number() != MotorAddress::ALL.0 {
+        lints.note(Severity::Error, "motor_address", "is none of the device's motors");
+    }
+    known
+}
+
+/// Unless they are 0, nobody knows what a device makes of them (decision K-J7).
+fn playback(lints: &mut Lints, direction: PlaybackDirection, start_time: Seconds) {
+    zero(lints, "direction", direction.0);
+    not_negative(lints, "start_time", start_time.0);
+    if start_time.0 > 0.0 {
+        lints.note(Severity::Warning, "start_time", "should be 0");
+    }
+}
+
+fn take_picture(lints: &mut Lints, message: &TakePicture<'_>) {
+    address(lints, message.motor_address, MotorAddress::ALL.0);
+    if message.motor_address != MotorAddress::ALL {
+        lints.note(Severity::Warning, "motor_address", "should be 0");
+    }
+    not_negative(lints, "exposure", message.exposure.0);
+}
+
+/// Positions do not matter in a stop (safety decision 3).
+fn stop(lints: &mut Lints, context: &Context<'_>, address: MotorAddress, acceleration: RotationsPerSecondSquared) {
+    motor(lints, context, address, 1);
+    if acceleration.0.is_nan() || acceleration.0 <= 0.0 {
+        lints.note(Severity::Warning, "acceleration", "is not positive, and might mean never to come to rest");
+    }
+}
+
+fn go_to(lints: &mut Lints, context: &Context<'_>, message: &SetPositionSpeedAcceleration<'_>) {
+    let known = motor(lints, context, message.motor_address, 1);
+    if let Some(known) = known {
+        position(lints, known, message.position);
+    }
+    pace(lints, known, message.speed, message.acceleration);
+}
+
+fn bump(lints: &mut Lints, context: &Context<'_>, message: &BumpPositionSpeedAcceleration<'_>) {
+    let known = motor(lints, context, message.motor_address, 1);
+    if let Some((known, from)) = known.and_then(|known| known.relative_position().map(|from| (known, from))) {
+        position(lints, known, Rotations(from.0 + message.delta.0));
+    }
+    pace(lints, known, message.speed, message.acceleration);
+}
+
+/// A device keeps a calibrated motor in its range, and takes a jog only of one that is not (7.3, decision K-M9).
+fn position(lints: &mut Lints, motor: &Motor, position: Rotations) {
+    match motor.range() {
+        Some(range) => {
+            let (low, high) = (range.0.min(0.0), range.0.max(0.0));
+            if position.0 < low || position.0 > high {
+                lints.note(Severity::Warning, "position", "is outside the motor's range");
+            }
+        }
+        None if position != JOG_DISTANCE && position.0 != -JOG_DISTANCE.0 => {
+            lints.note(Severity::Warning, "position", "means nothing: the motor is not calibrated");
+        }
+        None => {}
+    }
+}
+
+/// Speed and acceleration (decision K-N1), and the greatest ones of the motor (decision K-M6).
+fn pace(lints: &mut Lints, motor: Option<&Motor>, speed: RotationsPerSecond, acceleration: RotationsPerSecondSquared) {
+    not_negative(lints, "speed", speed.0);
+    not_negative(lints, "acceleration", acceleration.0);
+    if acceleration.0 == 0.0 {
+        lints.note(
+            Severity::Warning,
+            "acceleration",
+            "is 0: the motor never gets to its speed, or never comes to rest",
+        );
+    }
+    let Some(motor) = motor else { return };
+    if speed.0 > motor.max_max_move_speed.0 {
+        lints.note(Severity::Warning, "speed", "is more than the motor's greatest");
+    }
+    if acceleration.0 > motor.max_max_acceleration.0 {
+        lints.note(Severity::Warning, "acceleration", "is more than the motor's greatest");
+    }
+}

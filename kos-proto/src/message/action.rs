@@ -1,0 +1,165 @@
+//! Actions: what a client tells a device to do.
+
+use motion_core::wire::Bool;
+use motion_core::{message, open_enum};
+
+use super::{MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds};
+
+/// Where a motor is sent so that it runs until it is stopped, as long as it is not calibrated (decision K-M7).
+pub const JOG_DISTANCE: Rotations = Rotations(25_000.0);
+/// The acceleration of a stop where no usable one is given: what the specification allows every kind of motor
+/// (decision K-M6).
+const FALLBACK: RotationsPerSecondSquared = RotationsPerSecondSquared(50.0);
+
+message! {
+    /// Forget the range of a motor, or of all: answered by `MotorCalibrated`, but for all by nothing.
+    ///
+    /// Source: kOS, `ResetAxis`.
+    pub struct ResetAxis<'a> in BE {
+        /// Which motor, or [`MotorAddress::ALL`].
+        motor_address: MotorAddress,
+    }
+
+    /// The range of a motor begins where it is now. Not answered. Source: kOS, `MarkBeginPosition`.
+    pub struct MarkBeginPosition<'a> in BE {
+        /// Which motor.
+        motor_address: MotorAddress,
+    }
+
+    /// The range of a motor ends where it is now: answered by `MotorCalibrated`. Source: kOS, `MarkEndPosition`.
+    pub struct MarkEndPosition<'a> in BE {
+        /// Which motor.
+        motor_address: MotorAddress,
+    }
+
+    /// Play the move: go to its begin first, if need be. Source: kOS, `StartPlayback`; decision K-J7.
+    pub struct StartPlayback<'a> in BE {
+        /// Which way; 0.
+        direction: PlaybackDirection,
+        /// 0.
+        start_time: Seconds,
+    }
+
+    /// Take one photo. Source: kOS, `TakePicture`.
+    pub struct TakePicture<'a> in BE {
+        /// 0.
+        motor_address: MotorAddress,
+        /// How long the shutter is open.
+        exposure: Seconds,
+    }
+
+    /// Get ready to play the move: answered by `PlaybackStatus`, in the end `SetupCompleted`.
+    ///
+    /// Source: kOS, `SetupPlayback`; decision K-J7.
+    pub struct SetupPlayback<'a> in BE {
+        /// Which way; 0.
+        direction: PlaybackDirection,
+        /// 0.
+        start_time: Seconds,
+        /// Whether the motors stay where they are until the move is played.
+        delay_return: Bool,
+    }
+
+    /// Go to a position: answered by one `MotorPosition` once the motor rests. Speed 0 stops it.
+    ///
+    /// Positions count from the begin of the range; a motor that is not calibrated is sent [`JOG_DISTANCE`] away, and
+    /// stopped. Source: kOS, `SetPositionSpeedAcceleration`; safety decisions 1 to 3, decisions K-M7 and K-M10.
+    pub struct SetPositionSpeedAcceleration<'a> in BE {
+        /// Which motor.
+        motor_address: MotorAddress,
+        /// Where to, from the begin of the range.
+        position: Rotations,
+        /// How fast; 0 stops, wherever the motor is.
+        speed: RotationsPerSecond,
+        /// How sharply it starts and stops.
+        acceleration: RotationsPerSecondSquared,
+    }
+
+    /// Go a distance from here: answered by one `MotorPosition` once the motor rests. Speed 0 stops it.
+    ///
+    /// Source: kOS, `BumpPositionSpeedAcceleration`; safety decisions 1 to 3, decision K-M9.
+    pub struct BumpPositionSpeedAcceleration<'a> in BE {
+        /// Which motor.
+        motor_address: MotorAddress,
+        /// How far; negative is back.
+        delta: Rotations,
+        /// How fast; 0 stops.
+        speed: RotationsPerSecond,
+        /// How sharply it starts and stops.
+        acceleration: RotationsPerSecondSquared,
+    }
+}
+
+open_enum! {
+    /// Which way a move is played (decision K-J7).
+    pub struct PlaybackDirection(u8) {
+        /// From its begin.
+        FORWARD = 0,
+        /// From its end, as it seems: the specification has messages for it, but asks for 0.
+        REVERSE = 1,
+    }
+}
+
+impl SetPositionSpeedAcceleration<'_> {
+    /// Stops a motor (safety decision 3).
+    ///
+    /// `last_known` is where a calibrated motor is, as commands count (see `Motor::relative_position`), so that a
+    /// device that overlooks the speed stays close to it; `None` where the motor is not calibrated, or nobody knows.
+    /// `max_acceleration` is the greatest one of the motor. It is never sent as 0, which might mean never to stop:
+    /// what is not a positive number becomes 50 rev/s².
+    #[must_use]
+    pub fn stop(
+        motor_address: MotorAddress,
+        last_known: Option<Rotations>,
+        max_acceleration: RotationsPerSecondSquared,
+    ) -> Self {
+        let usable = max_acceleration.0.is_finite() && max_acceleration.0 > 0.0;
+        Self {
+            motor_address,
+            position: last_known.filter(|position| position.0.is_finite()).unwrap_or(JOG_DISTANCE),
+            speed: RotationsPerSecond(0.0),
+            acceleration: if usable { max_acceleration } else { FALLBACK },
+            tail: &[],
+        }
+    }
+
+    /// Runs a motor that is not calibrated until it is stopped: backward, if `speed` is negative (decision K-M7).
+    #[must_use]
+    pub fn jog(
+        motor_address: MotorAddress,
+        speed: RotationsPerSecond,
+        acceleration: RotationsPerSecondSquared,
+    ) -> Self {
+        let (position, speed) = if speed.0 < 0.0 {
+            (Rotations(-JOG_DISTANCE.0), RotationsPerSecond(-speed.0))
+        } else {
+            (JOG_DISTANCE, speed)
+        };
+        Self { motor_address, position, speed, acceleration, tail: &[] }
+    }
+
+    /// Sends a calibrated motor to a position, counted from the begin of its range.
+    #[must_use]
+    pub const fn move_to(
+        motor_address: MotorAddress,
+        position: Rotations,
+        speed: RotationsPerSecond,
+        acceleration: RotationsPerSecondSquared,
+    ) -> Self {
+        Self { motor_address, position, speed, acceleration, tail: &[] }
+    }
+
+    /// Whether it stops the motor.
+    #[must_use]
+    pub fn is_stop(&self) -> bool {
+        self.speed.0 == 0.0
+    }
+}
+
+impl BumpPositionSpeedAcceleration<'_> {
+    /// Whether it stops the motor.
+    #[must_use]
+    pub fn is_stop(&self) -> bool {
+        self.speed.0 == 0.0
+    }
+}

@@ -1,0 +1,255 @@
+//! What a device says of its motors: where they are, how far and how fast they go.
+
+use motion_core::wire::{Counted, DecodeError, EncodeError, Fields, Message, Row, Visitor};
+use motion_core::{__message_features, element, message};
+
+use super::dialect::{Dialect, exact};
+use super::{MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
+
+element! {
+    /// One motor of a [`MotorInfo`].
+    pub struct MotorEntry in BE, "motor_count" {
+        /// Which motor.
+        motor_address: MotorAddress,
+        /// Where it is, between `begin_position` and `end_position` once calibrated.
+        position: Rotations,
+        /// Where its range begins; 0 in the specification, not on every device.
+        begin_position: Rotations,
+        /// Where its range ends; 0 until it is calibrated.
+        end_position: Rotations,
+        /// The greatest speed on the way to where a move begins.
+        max_max_setup_speed: RotationsPerSecond,
+        /// The greatest speed in a move.
+        max_max_move_speed: RotationsPerSecond,
+        /// The greatest acceleration.
+        max_max_acceleration: RotationsPerSecondSquared,
+    }
+
+    /// One motor of a [`MotorInfo`] of the older dialect, where every range begins at 0.
+    pub struct OldMotorEntry in BE, "motor_count" {
+        /// Which motor.
+        motor_address: MotorAddress,
+        /// Where it is.
+        position: Rotations,
+        /// Where its range ends; 0 until it is calibrated.
+        end_position: Rotations,
+        /// The greatest speed on the way to where a move begins.
+        max_max_setup_speed: RotationsPerSecond,
+        /// The greatest speed in a move.
+        max_max_move_speed: RotationsPerSecond,
+        /// The greatest acceleration.
+        max_max_acceleration: RotationsPerSecondSquared,
+    }
+}
+
+/// What a device says of a motor, whichever dialect it speaks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Motor {
+    /// Which motor.
+    pub motor_address: MotorAddress,
+    /// Where it is, as reported: see [`relative_position`](Self::relative_position).
+    pub position: Rotations,
+    /// Where its range begins; `None` in the older dialect.
+    pub begin_position: Option<Rotations>,
+    /// Where its range ends; 0 until it is calibrated.
+    pub end_position: Rotations,
+    /// The greatest speed on the way to where a move begins.
+    pub max_max_setup_speed: RotationsPerSecond,
+    /// The greatest speed in a move.
+    pub max_max_move_speed: RotationsPerSecond,
+    /// The greatest acceleration.
+    pub max_max_acceleration: RotationsPerSecondSquared,
+}
+
+impl Motor {
+    /// Whether the ends of its range are known (decision K-M5).
+    #[must_use]
+    pub fn is_calibrated(&self) -> bool {
+        self.end_position.0 != 0.0
+    }
+
+    /// Where it is, as commands count: from the begin of its range; `None` until it is calibrated.
+    ///
+    /// Devices report between begin and end, which need not begin at 0, but take commands from 0 to the length of the
+    /// range.
+    #[must_use]
+    pub fn relative_position(&self) -> Option<Rotations> {
+        self.is_calibrated().then(|| Rotations(self.position.0 - self.begin()))
+    }
+
+    /// How far it goes, as commands count: from 0 to this, which may be negative; `None` until it is calibrated.
+    #[must_use]
+    pub fn range(&self) -> Option<Rotations> {
+        self.is_calibrated().then(|| Rotations(self.end_position.0 - self.begin()))
+    }
+
+    fn begin(&self) -> f32 {
+        self.begin_position.map_or(0.0, Rotations::get)
+    }
+}
+
+impl From<&MotorEntry> for Motor {
+    fn from(entry: &MotorEntry) -> Self {
+        Self {
+            motor_address: entry.motor_address(),
+            position: entry.position(),
+            begin_position: Some(entry.begin_position()),
+            end_position: entry.end_position(),
+            max_max_setup_speed: entry.max_max_setup_speed(),
+            max_max_move_speed: entry.max_max_move_speed(),
+            max_max_acceleration: entry.max_max_acceleration(),
+        }
+    }
+}
+
+impl From<&OldMotorEntry> for Motor {
+    fn from(entry: &OldMotorEntry) -> Self {
+        Self {
+            motor_address: entry.motor_address(),
+            position: entry.position(),
+            begin_position: None,
+            end_position: entry.end_position(),
+            max_max_setup_speed: entry.max_max_setup_speed(),
+            max_max_move_speed: entry.max_max_move_speed(),
+            max_max_acceleration: entry.max_max_acceleration(),
+        }
+    }
+}
+
+/// The motors of a [`MotorInfo`], in either dialect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum MotorInfos<'a> {
+    /// As specified; a list without motors is always one of these.
+    New(&'a [MotorEntry]),
+    /// Of a device of the older dialect: at least one.
+    Old(&'a [OldMotorEntry]),
+}
+
+impl<'a> MotorInfos<'a> {
+    /// How many there are.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        match self {
+            Self::New(motors) => motors.len(),
+            Self::Old(motors) => motors.len(),
+        }
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Them, one by one, in one form.
+    pub fn iter(&self) -> impl Iterator<Item = Motor> + use<'a> {
+        let (new, old): (&[MotorEntry], &[OldMotorEntry]) = match *self {
+            Self::New(motors) => (motors, &[]),
+            Self::Old(motors) => (&[], motors),
+        };
+        new.iter().map(Motor::from).chain(old.iter().map(Motor::from))
+    }
+}
+
+mod newer {
+    use super::{Counted, MotorEntry, message};
+
+    message! {
+        pub(super) struct MotorInfo<'a> in BE {
+            ;
+            motors: Counted<'a, MotorEntry>,
+        }
+    }
+}
+
+mod older {
+    use super::{Counted, OldMotorEntry, message};
+
+    message! {
+        pub(super) struct MotorInfo<'a> in BE {
+            ;
+            motors: Counted<'a, OldMotorEntry>,
+        }
+    }
+}
+
+/// Where motors are and how far they go; mostly one motor a message, and `more` until the last.
+///
+/// A motor takes 25 bytes, or 21 in the older dialect: the length of the message tells which. Source: kOS, `MotorInfo`;
+/// safety decision 7, decisions K-F10, K-M3 to K-M6.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct MotorInfo<'a> {
+    /// Whether another one follows: the message has the type 0x82.
+    pub more: bool,
+    /// The motors.
+    pub motors: MotorInfos<'a>,
+    /// Bytes behind the known fields, kept as they came.
+    pub tail: &'a [u8],
+}
+
+impl<'a> MotorInfo<'a> {
+    const MORE: u32 = 0x8000;
+
+    fn body(&self) -> Dialect<newer::MotorInfo<'a>, older::MotorInfo<'a>> {
+        match self.motors {
+            MotorInfos::New(motors) => Dialect::Newer(newer::MotorInfo { motors: Counted(motors), tail: self.tail }),
+            MotorInfos::Old(motors) => Dialect::Older(older::MotorInfo { motors: Counted(motors), tail: self.tail }),
+        }
+    }
+
+    /// Whether the length is exactly that of the older layout, with at least one motor.
+    fn is_older(body: &[u8]) -> bool {
+        body.split_first().is_some_and(|(&count, entries)| {
+            count > 0 && usize::from(count).checked_mul(size_of::<OldMotorEntry>()) == Some(entries.len())
+        })
+    }
+}
+
+impl<'a> Message<'a> for MotorInfo<'a> {
+    const LAYOUT: &'static [Row] = newer::MotorInfo::LAYOUT;
+
+    fn decode(body: &'a [u8]) -> Result<Self, DecodeError> {
+        Self::decode_as(0, body)
+    }
+
+    #[inline]
+    fn decode_as(number: u32, body: &'a [u8]) -> Result<Self, DecodeError> {
+        let more = number & Self::MORE != 0;
+        if Self::is_older(body) {
+            let older::MotorInfo { motors: Counted(motors), tail } = older::MotorInfo::decode(body)?;
+            Ok(Self { more, motors: MotorInfos::Old(motors), tail })
+        } else {
+            let newer::MotorInfo { motors: Counted(motors), tail } = newer::MotorInfo::decode(body)?;
+            Ok(Self { more, motors: MotorInfos::New(motors), tail })
+        }
+    }
+
+    #[inline]
+    fn number(&self, declared: u32) -> u32 {
+        if self.more { declared | Self::MORE } else { declared }
+    }
+
+    #[inline]
+    fn encoded_len(&self) -> usize {
+        self.body().encoded_len()
+    }
+
+    #[inline]
+    fn encode_into(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
+        if let MotorInfos::Old(motors) = self.motors {
+            exact("MotorInfo.motors", self.tail)?;
+            if motors.is_empty() {
+                return Err(EncodeError::OutOfRange { what: "MotorInfo.motor_count", value: 0, min: 1, max: 255 });
+            }
+        }
+        self.body().encode_into(out)
+    }
+}
+
+impl Fields for MotorInfo<'_> {
+    fn fields(&self, visitor: &mut dyn Visitor) {
+        self.body().fields(visitor);
+    }
+}
+
+__message_features! { 'a [MotorInfo<'a>] MotorInfo }

@@ -1,0 +1,377 @@
+//! Notifications: what a device says happened.
+
+use motion_core::wire::{Bool, Counted, DecodeError, EncodeError, Fields, Message, Rest, Row, Visitor};
+use motion_core::{__message_features, element, message, open_enum, unit};
+
+use super::dialect::{Dialect, InNewer, exact};
+use super::{AuxInputs, MotorAddress, Normalized, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
+
+message! {
+    /// Motors came or went. Source: kOS, `MotorStatus`.
+    pub struct MotorStatus<'a> in BE {
+        ;
+        /// These.
+        motors: Counted<'a, MotorPresence>,
+    }
+
+    /// Something failed. Source: kOS, `ErrorStatus`; safety decision 9, decisions K-P3 and K-P12.
+    pub struct ErrorStatus<'a> in BE {
+        /// What.
+        error_code: ErrorCode,
+        /// Which motor, where it is one; otherwise 0, or of no meaning.
+        motor_address: MotorAddress,
+    }
+
+    /// A motor rests: once for each time it was told to move. Source: kOS, `MotorPosition`; decision K-M10.
+    pub struct MotorPosition<'a> in BE {
+        /// Which motor.
+        motor_address: MotorAddress,
+        /// Where it is, as reported (see `Motor::relative_position`).
+        position: Rotations,
+    }
+
+    /// An input changed. Source: kOS, `AuxInputStatus`.
+    pub struct AuxInputStatus<'a> in BE {
+        /// All inputs.
+        status: AuxInputs,
+    }
+
+    /// The device does not know a message. Source: kOS, `UnsupportedMessage`; decisions K-P10 and K-P11.
+    pub struct UnsupportedMessage<'a> in BE {
+        ;
+        /// The message, from its version byte on, as much of it as fits.
+        message: Rest<'a>,
+    }
+}
+
+element! {
+    /// One motor of a [`MotorStatus`].
+    pub struct MotorPresence in BE, "motor_count" {
+        /// Which motor.
+        motor_address: MotorAddress,
+        /// Whether it is there.
+        online_status: Bool,
+        /// What it is.
+        motor_type: MotorType,
+        /// The greatest speed on the way to where a move begins.
+        max_max_setup_speed: RotationsPerSecond,
+        /// The greatest speed in a move.
+        max_max_move_speed: RotationsPerSecond,
+        /// The greatest acceleration.
+        max_max_acceleration: RotationsPerSecondSquared,
+    }
+
+    /// One motor of a [`PlaybackStatus`].
+    pub struct MotorPlace in BE, "motor_count" {
+        /// Which motor.
+        motor_address: MotorAddress,
+        /// Where it is.
+        position: Rotations,
+    }
+}
+
+open_enum! {
+    /// What a motor is. Source: kOS, `MotorStatus`.
+    pub struct MotorType(u8) {
+        /// Slider, pan, tilt and the like.
+        AXIS = 0,
+        /// Focus, iris or zoom.
+        FIZ = 1,
+    }
+
+    /// How far a device is with its move. Source: kOS, `PlaybackStatus`; decisions K-J12 to K-J16.
+    pub struct PlaybackState(u8) {
+        /// There is no move, or it was not begun.
+        NO_MOVE = 0,
+        /// The motors are where the move begins.
+        MOTORS_HOME = 1,
+        /// The move runs forward; also said again while it does.
+        START_FORWARD = 2,
+        /// The move runs back; also said again while it does.
+        START_REVERSE = 3,
+        /// The move is at its end; a loop or photos may follow.
+        END_OF_MOVE = 4,
+        /// All is over and the move forgotten, whatever the cause.
+        FULL_STOP = 5,
+        /// A frame of a time lapse begins.
+        START_FRAME = 6,
+        /// The move can be played.
+        SETUP_COMPLETED = 7,
+        /// The time until the move begins runs.
+        DELAY_TIMER_STARTED = 8,
+        /// Not supported by devices, which never send it.
+        PRE_CAMERA_ROLL_STARTED = 9,
+        /// Not supported by devices, which never send it.
+        POST_CAMERA_ROLL_COMPLETED = 10,
+        /// Photos before the move begin.
+        PRE_MOVE_PHOTOS_STARTED = 11,
+        /// Photos behind the move are taken.
+        POST_MOVE_PHOTOS_COMPLETED = 12,
+        /// The motors rest for the next photo.
+        SMS_MOTORS_STOPPED = 13,
+    }
+
+    /// What failed. Source: kOS, `ErrorStatus`; decision K-P12.
+    pub struct ErrorCode(u8) {
+        /// The motors did not get to where the move begins.
+        RETURN_TO_FIRST_KEYFRAME = 0,
+        /// Obsolete: writing the memory.
+        FLASH_WRITE = 1,
+        /// The move cannot be played, or a command not be followed while it is.
+        CANNOT_EXECUTE_MOVE = 2,
+        /// The move is malformed.
+        TRAJECTORY = 3,
+        /// There is no such motor.
+        BAD_MOTOR_ADDRESS = 4,
+        /// There is no motor.
+        NO_MOTORS = 6,
+        /// Obsolete: reading the memory.
+        FLASH_READ = 7,
+        /// A motor ran away: its range is forgotten.
+        RUNAWAY = 10,
+        /// A motor left the mode in which it follows a move.
+        NOT_IN_PVT_MODE = 11,
+        /// A motor stopped at once in a move.
+        PVT_QUICK_STOP = 12,
+        /// A motor lost part of a move.
+        PVT_INTEGRITY = 13,
+        /// A range cannot be: it is forgotten.
+        CALIBRATION = 14,
+        /// The password is wrong.
+        LOCKED_OUT = 15,
+        /// A motor has a fault: its range is forgotten.
+        FAULT = 16,
+        /// The time of the move cannot be.
+        INVALID_MOVE_TIME = 17,
+        /// The setup of an external intervalometer.
+        INTERVALOMETER_SETUP = 19,
+        /// The input of an external intervalometer.
+        INTERVALOMETER_INPUT = 20,
+    }
+}
+
+impl ErrorCode {
+    /// Whether the range of the motor is forgotten with it (decision K-P12).
+    #[must_use]
+    pub const fn resets_axis(self) -> bool {
+        matches!(self, Self::RUNAWAY | Self::CALIBRATION | Self::FAULT)
+    }
+
+    /// Whether it is about a motor of the device, which is then named.
+    #[must_use]
+    pub const fn names_motor(self) -> bool {
+        matches!(self.0, 10..=14 | 16)
+    }
+}
+
+unit! {
+    /// A number of photos, as an IEEE number: exact up to 16 777 216 (decision K-N2).
+    pub struct Photos(f32) "";
+}
+
+impl Photos {
+    /// The number, rounded; `None` where it is negative, infinite or none at all.
+    #[must_use]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the conversion cuts off what is behind the point, and stays at the greatest number"
+    )]
+    pub fn count(self) -> Option<u32> {
+        (self.0.is_finite() && self.0 >= 0.0).then(|| (f64::from(self.0) + 0.5) as u32)
+    }
+}
+
+#[expect(clippy::struct_field_names, reason = "the names of the specification")]
+mod newer {
+    use super::{Counted, InNewer, MotorAddress, MotorPlace, Normalized, Photos, PlaybackState, Rotations, message};
+
+    message! {
+        pub(super) struct PlaybackStatus<'a> in BE {
+            playback_status: PlaybackState,
+            elapsed_time: Normalized,
+            ;
+            photo_count: InNewer<Photos>,
+            motors: Counted<'a, MotorPlace>,
+        }
+
+        pub(super) struct MotorCalibrated<'a> in BE {
+            motor_address: MotorAddress,
+            ;
+            begin_position: InNewer<Rotations>,
+            end_position: InNewer<Rotations>,
+        }
+    }
+}
+
+#[expect(clippy::struct_field_names, reason = "the names of the specification")]
+mod older {
+    use super::{Counted, MotorAddress, MotorPlace, Normalized, PlaybackState, Rotations, message};
+
+    message! {
+        pub(super) struct PlaybackStatus<'a> in BE {
+            playback_status: PlaybackState,
+            elapsed_time: Normalized,
+            ;
+            motors: Counted<'a, MotorPlace>,
+        }
+
+        pub(super) struct MotorCalibrated<'a> in BE {
+            motor_address: MotorAddress,
+            end_position: Rotations,
+        }
+    }
+}
+
+/// How far the device is with its move, unasked at every step, and now and then while it runs.
+///
+/// Source: kOS, `PlaybackStatus`; safety decision 7, decisions K-M3, K-N2 and K-P7.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct PlaybackStatus<'a> {
+    /// How far.
+    pub playback_status: PlaybackState,
+    /// How much of the move is over.
+    pub elapsed_time: Normalized,
+    /// Photos taken in it; `None` in the older dialect.
+    pub photo_count: Option<Photos>,
+    /// Where the motors are.
+    pub motors: &'a [MotorPlace],
+    /// Bytes behind the known fields, kept as they came.
+    pub tail: &'a [u8],
+}
+
+impl<'a> PlaybackStatus<'a> {
+    /// Bytes before the count of motors in the older dialect.
+    const OLD_FIXED: usize = 5;
+
+    fn body(&self) -> Dialect<newer::PlaybackStatus<'a>, older::PlaybackStatus<'a>> {
+        let Self { playback_status, elapsed_time, photo_count, motors, tail } = *self;
+        let motors = Counted(motors);
+        match photo_count.map(InNewer) {
+            Some(photo_count) => {
+                Dialect::Newer(newer::PlaybackStatus { playback_status, elapsed_time, photo_count, motors, tail })
+            }
+            None => Dialect::Older(older::PlaybackStatus { playback_status, elapsed_time, motors, tail }),
+        }
+    }
+
+    /// Whether `len` bytes are exactly those of the older layout, if `count` stands where it counts motors.
+    fn is_older(len: usize, count: u8) -> bool {
+        let motors = usize::from(count).saturating_mul(size_of::<MotorPlace>());
+        len == motors.saturating_add(Self::OLD_FIXED).saturating_add(1)
+    }
+}
+
+impl<'a> Message<'a> for PlaybackStatus<'a> {
+    const LAYOUT: &'static [Row] = newer::PlaybackStatus::LAYOUT;
+
+    #[inline]
+    fn decode(body: &'a [u8]) -> Result<Self, DecodeError> {
+        if body.get(Self::OLD_FIXED).is_some_and(|&count| Self::is_older(body.len(), count)) {
+            let older = older::PlaybackStatus::decode(body)?;
+            let older::PlaybackStatus { playback_status, elapsed_time, motors: Counted(motors), tail } = older;
+            Ok(Self { playback_status, elapsed_time, photo_count: None, motors, tail })
+        } else {
+            let newer = newer::PlaybackStatus::decode(body)?;
+            let newer::PlaybackStatus { playback_status, elapsed_time, photo_count, motors: Counted(motors), tail } =
+                newer;
+            Ok(Self { playback_status, elapsed_time, photo_count: Some(photo_count.0), motors, tail })
+        }
+    }
+
+    #[inline]
+    fn encoded_len(&self) -> usize {
+        self.body().encoded_len()
+    }
+
+    #[inline]
+    fn encode_into(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
+        let Some(photos) = self.photo_count else {
+            exact("PlaybackStatus.photo_count", self.tail)?;
+            return self.body().encode_into(out);
+        };
+        // With a tail of some lengths, the first byte of the photos would be taken for the count of motors.
+        let [first, ..] = photos.0.to_be_bytes();
+        if Self::is_older(self.encoded_len(), first) {
+            return Err(EncodeError::Tail { what: "PlaybackStatus.motor_count", len: self.tail.len() });
+        }
+        self.body().encode_into(out)
+    }
+}
+
+impl Fields for PlaybackStatus<'_> {
+    fn fields(&self, visitor: &mut dyn Visitor) {
+        self.body().fields(visitor);
+    }
+}
+
+__message_features! { 'a [PlaybackStatus<'a>] PlaybackStatus }
+
+/// The range of a motor is known, or known no more: the answer to `MarkEndPosition` and `ResetAxis`.
+///
+/// What was known of the motor before is void; ask for its `MotorInfo`. Source: kOS, `MotorCalibrated`; safety decision
+/// 7, decision K-M8.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct MotorCalibrated<'a> {
+    /// Which motor.
+    pub motor_address: MotorAddress,
+    /// Where its range begins; `None` in the older dialect.
+    pub begin_position: Option<Rotations>,
+    /// Where its range ends; 0 where it has none.
+    pub end_position: Rotations,
+    /// Bytes behind the known fields, kept as they came.
+    pub tail: &'a [u8],
+}
+
+impl<'a> MotorCalibrated<'a> {
+    /// Bytes of the body in the older dialect.
+    const OLD_LEN: usize = 5;
+
+    fn body(&self) -> Dialect<newer::MotorCalibrated<'a>, older::MotorCalibrated<'a>> {
+        let Self { motor_address, begin_position, end_position, tail } = *self;
+        match begin_position.map(InNewer) {
+            Some(begin_position) => {
+                let end_position = InNewer(end_position);
+                Dialect::Newer(newer::MotorCalibrated { motor_address, begin_position, end_position, tail })
+            }
+            None => Dialect::Older(older::MotorCalibrated { motor_address, end_position, tail }),
+        }
+    }
+}
+
+impl<'a> Message<'a> for MotorCalibrated<'a> {
+    const LAYOUT: &'static [Row] = newer::MotorCalibrated::LAYOUT;
+
+    #[inline]
+    fn decode(body: &'a [u8]) -> Result<Self, DecodeError> {
+        if body.len() == Self::OLD_LEN {
+            let older::MotorCalibrated { motor_address, end_position, tail } = older::MotorCalibrated::decode(body)?;
+            Ok(Self { motor_address, begin_position: None, end_position, tail })
+        } else {
+            let newer = newer::MotorCalibrated::decode(body)?;
+            let newer::MotorCalibrated { motor_address, begin_position, end_position, tail } = newer;
+            Ok(Self { motor_address, begin_position: Some(begin_position.0), end_position: end_position.0, tail })
+        }
+    }
+
+    #[inline]
+    fn encoded_len(&self) -> usize {
+        self.body().encoded_len()
+    }
+
+    #[inline]
+    fn encode_into(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
+        if self.begin_position.is_none() {
+            exact("MotorCalibrated.begin_position", self.tail)?;
+        }
+        self.body().encode_into(out)
+    }
+}
+
+impl Fields for MotorCalibrated<'_> {
+    fn fields(&self, visitor: &mut dyn Visitor) {
+        self.body().fields(visitor);
+    }
+}
+
+__message_features! { 'a [MotorCalibrated<'a>] MotorCalibrated }

@@ -1,0 +1,260 @@
+//! Owned messages from serde maps: the way back of [`serialize`](crate::serialize). [`Owned`] says what users may expect.
+//!
+//! A map becomes bytes by the layout of the message. These are decoded, and every field has to come back as it was given:
+//! so a message that its layout does not fully describe is an error, never wrong bytes.
+
+mod node;
+
+use alloc::borrow::ToOwned;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::fmt;
+
+use serde::de::{Deserialize, Deserializer, Error};
+use zerocopy::ByteOrder;
+
+use self::node::{Map, Node, prefixed};
+use crate::owned::Owned;
+use crate::wire::{DecodeError, FieldView, Fields, Kind, Messages, PartKind, Row, Side, Value};
+
+impl<'de, S: Side> Deserialize<'de> for Owned<S> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let node = Node::deserialize(deserializer)?;
+        node.map().and_then(read).map_err(D::Error::custom)
+    }
+}
+
+/// What is wrong with a value, and where it stands.
+struct Problem {
+    place: String,
+    why: Why,
+}
+
+#[derive(Debug, Clone, Copy, thiserror::Error)]
+enum Why {
+    #[error("missing")]
+    Missing,
+    #[error("is not read back: there is no such field, or one before it is missing")]
+    NotRead,
+    #[error("there is no such message")]
+    UnknownMessage,
+    #[error("should be {0}")]
+    Kind(&'static str),
+    #[error("out of the range of {0}")]
+    Range(&'static str),
+    #[error("takes {have} bytes, should take {needed}")]
+    Size { needed: usize, have: usize },
+    #[error("{len} is more than {max}")]
+    TooLong { len: usize, max: usize },
+    #[error("the layout does not say how {0} is written")]
+    Wire(&'static str),
+    #[error("is read back as something else; the layout alone does not make this message")]
+    Differs,
+    #[error("{0}")]
+    Decode(DecodeError),
+}
+
+impl Why {
+    fn at(self, place: &str) -> Problem {
+        Problem { place: place.to_owned(), why: self }
+    }
+}
+
+impl Problem {
+    fn within(self, place: &str) -> Self {
+        let separator = if self.place.is_empty() || self.place.starts_with('[') { "" } else { "." };
+        Self { place: format!("{place}{separator}{}", self.place), ..self }
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.place, self.why)
+    }
+}
+
+/// The message that a map describes.
+fn read<S: Side>(map: &Map) -> Result<Owned<S>, Problem> {
+    let number = map.get("number").map(|node| node.integer::<u32>().map_err(|why| why.at("number"))).transpose()?;
+    let name = map.get("message").map(|node| node.text().map_err(|why| why.at("message"))).transpose()?;
+    let none = Map::new();
+    let fields = map.get("fields").map_or(Ok(&none), |node| node.map().map_err(|problem| problem.within("fields")))?;
+
+    let all = S::Message::ALL;
+    let kind = match (name, number) {
+        (Some("Other"), _) => None,
+        (Some(name), _) => Some(all.iter().find(|kind| kind.name == name).ok_or(Why::UnknownMessage.at(name))?),
+        (None, Some(number)) => all.iter().find(|kind| kind.number == number),
+        (None, None) => return Err(Why::Missing.at("message")),
+    };
+    match kind {
+        Some(kind) => known(kind, number.unwrap_or(kind.number), fields).map_err(|problem| problem.within(kind.name)),
+        None => unknown(number.ok_or(Why::Missing.at("number"))?, fields).map_err(|problem| problem.within("Other")),
+    }
+}
+
+/// A message without a type of its own.
+fn unknown<S: Side>(number: u32, fields: &Map) -> Result<Owned<S>, Problem> {
+    let body = fields.get("data").ok_or(Why::Missing).and_then(Node::hex).map_err(|why| why.at("data"))?;
+    all_read(fields, &["data"])?;
+    Ok(Owned::from_parts(number, body))
+}
+
+/// A message of the table, made by its layout, and read back.
+fn known<S: Side>(kind: &Kind, number: u32, fields: &Map) -> Result<Owned<S>, Problem> {
+    let mut body = Vec::new();
+    write::<S::Order>(kind.layout, fields, &mut body)?;
+    if let Some(tail) = fields.get("tail") {
+        body.extend(tail.hex().map_err(|why| why.at("tail"))?);
+    }
+    let message = S::Message::decode_body(number, &body).map_err(|error| Why::Decode(error).at("fields"))?;
+    if message.number() != number || message.name() != kind.name {
+        return Err(Why::Differs.at("number"));
+    }
+    same(&message, fields)?;
+    Ok(Owned::from_parts(number, body))
+}
+
+/// Writes the fields of a layout, in wire order. Absent optional fields take no room.
+fn write<O: ByteOrder>(rows: &[Row], fields: &Map, out: &mut Vec<u8>) -> Result<(), Problem> {
+    for row in rows {
+        if let Some(given) = Given::find(fields, row.name) {
+            given.write::<O>(row, out)?;
+        } else if row.part != PartKind::Optional {
+            return Err(Why::Missing.at(row.name));
+        }
+    }
+    Ok(())
+}
+
+/// The value of a field, and whether it stands under the name with `_bytes`.
+struct Given<'a> {
+    node: &'a Node,
+    raw: bool,
+}
+
+impl<'a> Given<'a> {
+    fn find(fields: &'a Map, name: &str) -> Option<Self> {
+        let text = fields.get(name).map(|node| Self { node, raw: false });
+        text.or_else(|| fields.get(&format!("{name}_bytes")).map(|node| Self { node, raw: true }))
+    }
+
+    /// The bytes of a text.
+    fn text(&self) -> Result<Vec<u8>, Why> {
+        if self.raw { self.node.hex() } else { Ok(self.node.text()?.as_bytes().to_vec()) }
+    }
+
+    fn write<O: ByteOrder>(&self, row: &Row, out: &mut Vec<u8>) -> Result<(), Problem> {
+        let at = |why: Why| why.at(row.name);
+        match row.part {
+            PartKind::Fixed | PartKind::Optional => {
+                let before = out.len();
+                self.write_fixed::<O>(row, out).map_err(at)?;
+                let have = out.len().saturating_sub(before);
+                if have == row.size { Ok(()) } else { Err(at(Why::Size { needed: row.size, have })) }
+            }
+            PartKind::List => self.write_list::<O>(row, out),
+            PartKind::Counted => {
+                let len = self.node.list().map_err(at)?.len();
+                let max = u8::MAX.into();
+                out.push(u8::try_from(len).map_err(|_| at(Why::TooLong { len, max }))?);
+                self.write_list::<O>(row, out)
+            }
+            PartKind::Text16 => self.text().and_then(|text| prefixed::<O>(&text, out)).map_err(at),
+            PartKind::Block16 => self.node.hex().and_then(|block| prefixed::<O>(&block, out)).map_err(at),
+            PartKind::Rest => self.node.hex().map(|rest| out.extend(rest)).map_err(at),
+        }
+    }
+
+    /// Writes a field of fixed size: a number, a text filled up with NULs, several numbers, or bytes.
+    fn write_fixed<O: ByteOrder>(&self, row: &Row, out: &mut Vec<u8>) -> Result<(), Why> {
+        if row.wire.starts_with("text[") {
+            let text = self.text()?;
+            out.extend_from_slice(&text);
+            out.extend(core::iter::repeat_n(0, row.size.saturating_sub(text.len())));
+            return Ok(());
+        }
+        if row.wire == "bytes" {
+            out.extend(self.node.hex()?);
+            return Ok(());
+        }
+        // `[u8; 4]`
+        if let Some((wire, _)) = row.wire.strip_prefix('[').and_then(|array| array.split_once(';')) {
+            return self.node.list()?.iter().try_for_each(|node| node.write::<O>(wire, row.wire, out));
+        }
+        self.node.write::<O>(row.wire, row.wire, out)
+    }
+
+    fn write_list<O: ByteOrder>(&self, row: &Row, out: &mut Vec<u8>) -> Result<(), Problem> {
+        for (index, node) in self.node.list().map_err(|why| why.at(row.name))?.iter().enumerate() {
+            let result = if row.element.is_empty() {
+                node.write::<O>(row.wire, row.wire, out).map_err(|why| why.at(&format!("[{index}]")))
+            } else {
+                node.map()
+                    .and_then(|map| write::<O>(row.element, map, out))
+                    .map_err(|problem| problem.within(&format!("[{index}]")))
+            };
+            result.map_err(|problem| problem.within(row.name))?;
+        }
+        Ok(())
+    }
+}
+
+/// Whether the fields of a message are those that were given: all of them, no others, and each with its value.
+fn same(fields: &dyn Fields, given: &Map) -> Result<(), Problem> {
+    let mut names = Vec::new();
+    fields.fields(&mut |field: &FieldView<'_>| names.push(field.name));
+    all_read(given, &names)?;
+    let mut result = Ok(());
+    fields.fields(&mut |field: &FieldView<'_>| {
+        if result.is_ok() {
+            result = match Given::find(given, field.name) {
+                Some(given) => given.same(field.value).map_err(|problem| problem.within(field.name)),
+                None => Err(Why::Missing.at(field.name)),
+            };
+        }
+    });
+    result
+}
+
+/// Refuses fields that have none of these names.
+fn all_read(given: &Map, names: &[&str]) -> Result<(), Problem> {
+    let is_read = |key: &str| {
+        let raw = key.strip_suffix("_bytes").filter(|name| !given.contains_key(*name));
+        names.iter().any(|&name| name == key || Some(name) == raw)
+    };
+    given.keys().find(|key| !is_read(key)).map_or(Ok(()), |key| Err(Why::NotRead.at(key)))
+}
+
+impl Given<'_> {
+    fn same(&self, value: Value<'_>) -> Result<(), Problem> {
+        let node = self.node;
+        let same = match value {
+            Value::Unsigned(number) => node.integer().map(|given: u64| given == number),
+            Value::Signed(number) => node.integer().map(|given: i64| given == number),
+            Value::Float(number) => node.float().map(|given| given.to_bits() == number.to_bits()),
+            Value::Text(bytes) | Value::Secret(bytes) => self.text().map(|given| given == bytes),
+            Value::Bytes(bytes) => node.hex().map(|given| given == bytes),
+            Value::Group(fields) => return node.map().and_then(|given| same(fields, given)),
+            Value::List(list) => {
+                let mut nodes = node.list().map_err(|why| why.at(""))?.iter();
+                let mut result = Ok(());
+                list.each(&mut |value| {
+                    if result.is_ok() {
+                        result = nodes
+                            .next()
+                            .ok_or(Why::Differs.at(""))
+                            .and_then(|node| Given { node, raw: false }.same(value));
+                    }
+                });
+                return result.and_then(|()| nodes.next().map_or(Ok(()), |_| Err(Why::Differs.at(""))));
+            }
+        };
+        match same {
+            Ok(true) => Ok(()),
+            Ok(false) => Err(Why::Differs.at("")),
+            Err(why) => Err(why.at("")),
+        }
+    }
+}

@@ -1,0 +1,32 @@
+//! Firmware for an emulated Cortex-M4: one message of each protocol is found in a stream, decoded, checked and encoded.
+//!
+//! It says OK, or which protocol failed, and ends the emulator with the exit status 0 or 1.
+
+#![no_std]
+#![no_main]
+
+mod board;
+mod messages;
+
+use core::panic::PanicInfo;
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    board::say(c"panic");
+    board::exit(false)
+}
+
+/// What the processor runs first.
+extern "C" fn reset() -> ! {
+    let mut passed = true;
+    for (failed, check) in messages::CHECKS {
+        if check().is_none() {
+            board::say(failed);
+            passed = false;
+        }
+    }
+    if passed {
+        board::say(c"OK");
+    }
+    board::exit(passed)
+}
