@@ -20,9 +20,13 @@ fn main() {
 
     let mut table = Table::new("Fletcher-16, verify");
     for frame in &frames {
-        let contenders = contenders(frame);
-        table.row(&format!("{} B", frame.len()), contenders);
+        table.row(&format!("{} B", frame.len()), contenders(frame));
     }
+    let mut table = Table::new("Fletcher-16, verify, length known to the compiler");
+    array_row::<12>(&mut table);
+    array_row::<14>(&mut table);
+    array_row::<19>(&mut table);
+    array_row::<80>(&mut table);
 
     let mut criterion = Criterion::default().configure_from_args();
     for frame in &frames {
@@ -32,9 +36,23 @@ fn main() {
 }
 
 fn contenders(frame: &[u8]) -> Vec<Contender<'_>> {
-    vec![
-        contender("motion-core", || verify(black_box(frame))),
-        contender("byte sum", || byte_sum(black_box(frame))),
+    let mut contenders = vec![contender("motion-core", || verify(black_box(frame)))];
+    contenders.extend(peers(frame));
+    contenders
+}
+
+/// Ours takes an array; the peers take the same bytes as a slice, as they always do.
+fn array_row<const N: usize>(table: &mut Table) {
+    let frame: [u8; N] = sound_frame(N).try_into().expect("as long as asked for");
+    let mut contenders = vec![contender("motion-core, array", || verify_array(black_box(&frame)))];
+    contenders.extend(peers(&frame));
+    table.row(&format!("{N} B"), contenders);
+}
+
+fn peers(frame: &[u8]) -> [Contender<'_>; 4] {
+    [
+        contender("byte sum (u32)", || byte_sum(black_box(frame))),
+        contender("byte sum (u64)", || wide_byte_sum(black_box(frame))),
         contender("fletcher 1.0.0", || fletcher::calc_fletcher16(black_box(frame)) == 0),
         contender("C listing", || listing(black_box(frame)) == 0),
     ]
@@ -43,6 +61,11 @@ fn contenders(frame: &[u8]) -> Vec<Contender<'_>> {
 /// Adds the bytes, as a plain loop that the compiler may vectorise.
 fn byte_sum(bytes: &[u8]) -> u32 {
     bytes.iter().map(|&byte| u32::from(byte)).sum()
+}
+
+/// The same into 64 bits, which takes vectors twice as many steps.
+fn wide_byte_sum(bytes: &[u8]) -> u64 {
+    bytes.iter().map(|&byte| u64::from(byte)).sum()
 }
 
 /// The specification's own listing, statement by statement.
@@ -83,17 +106,21 @@ fn agree(frame: &[u8]) {
         assert_eq!(ours, listing(bytes), "the specification's listing");
         assert_eq!(ours, fletcher::calc_fletcher16(bytes), "crate fletcher");
     }
-    assert_eq!(byte_sum(frame) % 255, 0, "the byte sum sees every byte");
+    assert_eq!(byte_sum(frame) % 255, 0, "the first of both sums");
+    assert_eq!(u64::from(byte_sum(body)), wide_byte_sum(body), "both byte sums");
 }
 
 fn criterion_group(criterion: &mut Criterion, frame: &[u8]) {
     let mut group = criterion.benchmark_group("fletcher16");
     group.throughput(Throughput::Bytes(frame.len() as u64));
-    group.bench_with_input(BenchmarkId::new("motion-core", frame.len()), frame, |b, frame| b.iter(|| verify(frame)));
-    group.bench_with_input(BenchmarkId::new("byte sum", frame.len()), frame, |b, frame| b.iter(|| byte_sum(frame)));
-    group.bench_with_input(BenchmarkId::new("fletcher 1.0.0", frame.len()), frame, |b, frame| {
-        b.iter(|| fletcher::calc_fletcher16(frame) == 0);
-    });
-    group.bench_with_input(BenchmarkId::new("C listing", frame.len()), frame, |b, frame| b.iter(|| listing(frame) == 0));
+    let mut bench = |name, verify: fn(&[u8]) -> bool| {
+        group.bench_with_input(BenchmarkId::new(name, frame.len()), frame, |bencher, frame| {
+            bencher.iter(|| verify(black_box(frame)));
+        });
+    };
+    bench("motion-core", verify);
+    bench("byte sum (u32)", |frame| byte_sum(frame) == 0);
+    bench("fletcher 1.0.0", |frame| fletcher::calc_fletcher16(frame) == 0);
+    bench("C listing", |frame| listing(frame) == 0);
     group.finish();
 }

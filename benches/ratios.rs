@@ -89,7 +89,9 @@ fn measure(effort: Effort, contenders: &mut [Contender<'_>]) -> Vec<Cell> {
     let times: Vec<u32> = contenders.iter_mut().map(|c| calibrate(c, effort.slice)).collect();
     // Nanoseconds a unit of work: a list a round, a number a contender.
     let rounds: Vec<Vec<f64>> = (0..effort.rounds)
-        .map(|_| contenders.iter_mut().zip(&times).map(|(c, &n)| time(c, n).as_secs_f64() * 1e9 / f64::from(n)).collect())
+        .map(|_| {
+            contenders.iter_mut().zip(&times).map(|(c, &n)| time(c, n).as_secs_f64() * 1e9 / f64::from(n)).collect()
+        })
         .collect();
     (0..contenders.len())
         .map(|i| Cell {

@@ -5,3 +5,7 @@ pub mod print;
 pub mod record;
 pub mod tap;
 pub mod text;
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;

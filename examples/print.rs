@@ -6,9 +6,9 @@ use std::io::{self, Write};
 
 use anstyle::{AnsiColor, Style};
 use motion_core::lint::Severity;
-use motion_core::wire::{FieldView, Value};
+use motion_core::wire::{FieldView, Fields, List, Value};
 
-use crate::record::{Body, Find, Keys, Kind, Record, Shown, hex, side_name};
+use crate::record::{Body, Find, Kind, Record, Shown, hex, side_name};
 use crate::text::Side;
 
 const BOLD: Style = Style::new().bold();
@@ -23,6 +23,8 @@ const GOOD: Style = AnsiColor::Green.on_default();
 const WIDTH: usize = 100;
 /// Where fields begin.
 const INDENT: usize = 12;
+/// Groups of a list from this one on are not shown.
+const SHOWN_GROUPS: u64 = 33;
 /// Characters of one field's value that are shown.
 const MAX_VALUE: usize = 400;
 
@@ -80,10 +82,13 @@ impl<W: Write> Printer<W> {
     }
 
     fn frame(&mut self, shown: &Shown<'_>, len: u64) -> io::Result<()> {
-        let name = shown.message.unwrap_or("unknown");
-        write!(self.out, "{BOLD}{name}{BOLD:#}  {DIM}{}{len} bytes{DIM:#}", keys(&shown.keys))?;
-        if !shown.check.is_empty() {
-            write!(self.out, "  {GOOD}{}{GOOD:#}", shown.check)?;
+        write!(self.out, "{BOLD}{}{BOLD:#}  ", shown.title)?;
+        if !shown.subtitle.is_empty() {
+            write!(self.out, "{}  ", shown.subtitle)?;
+        }
+        write!(self.out, "{DIM}{}{DIM:#}", plural(len, "byte"))?;
+        if shown.checked {
+            write!(self.out, "  {GOOD}checksum ok{GOOD:#}")?;
         }
         if !shown.canonical && matches!(shown.body, Body::Fields(_)) {
             write!(self.out, "  {DOUBTFUL}not canonical{DOUBTFUL:#}")?;
@@ -116,11 +121,15 @@ impl<W: Write> Printer<W> {
 
     /// Prints `name value unit`, in the next line where this one is full.
     fn field(&mut self, field: &FieldView<'_>, column: &mut usize) -> io::Result<()> {
-        let mut text = match field.value {
+        if let Value::List(list) = field.value {
+            if self.groups(field.name, list, column)? {
+                return Ok(());
+            }
+        }
+        let mut text = ellipsis(&match field.value {
             Value::Secret(bytes) if self.secrets => format!("\"{}\"", bytes.escape_ascii()),
             _ => field.text.to_string(),
-        };
-        text = ellipsis(&text);
+        });
         if !field.unit.is_empty() {
             let _ = write!(text, " {}", field.unit);
         }
@@ -140,14 +149,48 @@ impl<W: Write> Printer<W> {
         write!(self.out, "{DIM}{}{DIM:#} {text}", field.name)
     }
 
+    /// Prints a list of groups, each in lines of its own. Says whether it is such a list.
+    fn groups(&mut self, name: &str, list: &dyn List, column: &mut usize) -> io::Result<bool> {
+        let (mut result, mut number) = (Ok(()), 0);
+        list.each(&mut |value| {
+            if let (Value::Group(fields), Ok(())) = (value, &result) {
+                number += 1;
+                result = self.group(name, number, fields, column);
+            }
+        });
+        result.map(|()| number > 0)
+    }
+
+    fn group(&mut self, name: &str, number: u64, fields: &dyn Fields, column: &mut usize) -> io::Result<()> {
+        match number {
+            SHOWN_GROUPS.. => {
+                if number == SHOWN_GROUPS {
+                    write!(self.out, "\n{:INDENT$}{DIM}{name}[{number}] ..{DIM:#}", "")?;
+                }
+                return Ok(());
+            }
+            _ if *column > 0 => writeln!(self.out)?,
+            _ => {}
+        }
+        let label = format!("{name}[{number}]");
+        write!(self.out, "{:INDENT$}{DIM}{label}{DIM:#}", "")?;
+        *column = INDENT + label.len();
+        let mut result = Ok(());
+        fields.fields(&mut |field: &FieldView<'_>| {
+            if result.is_ok() {
+                result = self.field(field, column);
+            }
+        });
+        result
+    }
+
     fn other(&mut self, kind: Kind, why: &str, start: &[u8], len: u64) -> io::Result<()> {
         let style = if kind == Kind::Noise { DOUBTFUL } else { BAD };
         write!(self.out, "{style}{}{style:#}", kind.key())?;
         if len > 0 {
-            let plural = if len == 1 { "" } else { "s" };
             let more = if len > start.len() as u64 { " .." } else { "" };
             let bytes: Vec<String> = start.iter().map(|byte| format!("{byte:02x}")).collect();
-            write!(self.out, "  {DIM}{len} byte{plural}: {}{more}{DIM:#}", bytes.join(" "))?;
+            write!(self.out, "  {DIM}{}: {}{more}{DIM:#}", plural(len, "byte"), bytes.join(" "))?;
         }
         writeln!(self.out, "\n{:INDENT$}{why}", "")
     }
@@ -163,7 +206,7 @@ impl<W: Write> Printer<W> {
                     let lints = if lint.severity == Severity::Error { &mut sum.errors } else { &mut sum.warnings };
                     *lints += 1;
                 }
-                let name = (side_name(record.from), shown.message.unwrap_or("unknown").to_owned());
+                let name = (side_name(record.from), shown.title.clone());
                 *self.messages.entry(name).or_default() += 1;
             }
             Find::Other { kind: Kind::Corrupt, .. } => {
@@ -210,14 +253,6 @@ impl<W: Write> Printer<W> {
 
 fn plural(count: u64, what: &str) -> String {
     if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
-}
-
-fn keys(keys: &Keys) -> String {
-    keys.iter().fold(String::new(), |mut text, (key, value)| {
-        let value = value.as_str().map_or_else(|| value.to_string(), ToOwned::to_owned);
-        let _ = write!(text, "{key} {value}  ");
-        text
-    })
 }
 
 /// At most [`MAX_VALUE`] characters of a text, and how many are missing.

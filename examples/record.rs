@@ -68,20 +68,24 @@ pub type Keys = Vec<(&'static str, serde_json::Value)>;
 
 /// A frame, ready to be printed.
 pub struct Shown<'a> {
-    /// The name of the message, where it is known.
+    /// The name of the message in the specification, where it is known.
     pub message: Option<&'a str>,
+    /// What a person reads first: what message it is.
+    pub title: String,
+    /// What a person reads behind it, less loud.
+    pub subtitle: String,
     /// What the header says, beside the name.
     pub keys: Keys,
     /// What the header says, among the fields.
     pub header_fields: Keys,
-    /// Fields that need no body: what a reply means in the light of its request.
+    /// The fields.
     pub body: Body<'a>,
     /// Whether encoding what was decoded gives the same bytes.
     pub canonical: bool,
     /// What lint says.
     pub lints: Vec<Lint>,
-    /// What is known of its integrity: `checksum ok`.
-    pub check: &'static str,
+    /// Whether it has a checksum, which then is right.
+    pub checked: bool,
 }
 
 /// The body of a frame.

@@ -213,10 +213,12 @@ impl<S: Show, const N: usize> Stream<S, N> {
 
 impl<S: Show, const N: usize> Tap for Stream<S, N> {
     fn push(&mut self, piece: Piece<'_>, see: &mut See<'_>) -> Result<(), Stop> {
-        let half = match piece.side {
-            Side::Host => &mut self.host,
-            Side::Device => &mut self.device,
+        let (half, other) = match piece.side {
+            Side::Host => (&mut self.host, &mut self.device),
+            Side::Device => (&mut self.device, &mut self.host),
         };
+        // Where the sides take turns, noise is shown before the answer to what it disturbed.
+        other.place.flush(S::NAME, see)?;
         let mut rest = piece.bytes;
         while !rest.is_empty() {
             let taken = half.frames.push(rest);

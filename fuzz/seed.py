@@ -42,12 +42,13 @@ def stream():
 
 
 def decode():
-    """The side, the message's number in the tables, and its body: of each number and length of body one."""
+    """The side, the message's number in the tables, and its body: of each number one in each eight bytes of length."""
     chosen = {}
     for side, number, body in [*kos_bodies(), *dmc_bodies(), *hoot_bodies()]:
         if len(body) <= 300:
-            key = f"{PROTOCOLS[side // 2]}-{side}-{number:x}-{len(body)}"
-            chosen.setdefault(key, bytes([side]) + number.to_bytes(4, "little") + body)
+            # In hoot the last byte is the part of the node: the commands without it are seeds enough.
+            kind = number >> 8 if side == 4 else number
+            chosen.setdefault(f"{PROTOCOLS[side // 2]}-{side}-{kind:x}-{len(body) // 8}", bytes([side]) + number.to_bytes(4, "little") + body)
     return chosen.items()
 
 
@@ -72,6 +73,8 @@ def dmc_bodies():
 def hoot_bodies():
     for vector in vectors("hoot"):
         frame = bytes.fromhex(vector["hex"])
+        if len(frame) < 10:
+            continue
         address, sub_address, command = frame[6:9]
         if vector["direction"] == "request":
             yield 4, (address == 1) << 16 | command << 8 | sub_address, frame[10:]

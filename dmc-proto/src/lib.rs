@@ -81,17 +81,27 @@
     )
 )]
 
+#[cfg(feature = "alloc")]
+extern crate alloc;
 #[cfg(any(test, feature = "std"))]
 extern crate std;
 
 pub mod frame;
 pub mod lint;
 pub mod message;
+#[cfg(feature = "nom")]
+pub mod nom;
+mod side;
 
 pub use frame::{Dmc, Frame, FrameError, Frames, Header, MessageId, MessageType};
 pub use message::{DeviceMessage, HostMessage};
+#[cfg(feature = "alloc")]
+pub use motion_core::owned::Owned;
 pub use motion_core::stream::Item;
 pub use motion_core::wire::{DecodeError, EncodeError};
+#[cfg(feature = "tokio")]
+pub use side::Codec;
+pub use side::{Device, Host};
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]

@@ -40,6 +40,22 @@ fn every_message_of_both_tables() {
     laws::message::table::<Device>();
 }
 
+/// The lengths and types of the one message that is too long, and too varied, for the test above.
+#[test]
+fn every_length_of_every_virtual_rig() {
+    for kind in 0..=5 {
+        let body: Vec<u8> = (0..700_u16).map(|at| if at == 0 { kind } else { at.to_le_bytes()[0] }).collect();
+        let decoded =
+            (0..=body.len()).filter(|&len| laws::message::any_body::<Host>(0x0200, &body[..len]).is_ok()).count();
+        let shortest = match kind {
+            1 => 93,
+            2 => 17,
+            _ => 1,
+        };
+        assert_eq!(decoded, body.len() + 1 - shortest);
+    }
+}
+
 /// The whole frames of the conformance vectors, also the corrupt one.
 fn frames() -> Vec<Vec<u8>> {
     recorded::vectors().into_iter().map(|(_, bytes)| bytes).collect()

@@ -6,11 +6,12 @@ mod recorded;
 
 use dmc_proto::{DeviceMessage, Frame, HostMessage};
 use motion_core::wire::Messages;
+use nom::branch::alt;
 use nom::bytes::complete::{tag, take};
 use nom::combinator::{all_consuming, consumed, map, opt, success};
 use nom::error::Error;
-use nom::multi::{length_data, many0};
-use nom::number::complete::{le_i32, le_u8, le_u16, le_u32};
+use nom::multi::{length_data, many_m_n, many0};
+use nom::number::complete::{le_i16, le_i32, le_u8, le_u16, le_u32};
 use nom::{IResult, Parser};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -60,9 +61,17 @@ fn fields<'a>(
 
 /// What Dragonframe sends.
 fn host(kind: u16, body: &[u8]) -> Option<Value> {
-    let motor_pair = map((le_u8, le_i32, le_i32), |(motor, a, b)| json!({ "motor": motor, "pos_a": a, "pos_b": b }));
     match kind {
-        0x0001 | 0x0030 | 0x0034 => fields(body, success(json!({}))),
+        0x0001 | 0x0022 | 0x0030 | 0x0034 => fields(body, success(json!({}))),
+        0x0020 => fields(
+            body,
+            map(
+                (le_u8, le_u16, many0(le_u8)),
+                |(ramp, channel, values)| json!({ "ramp": ramp, "start_channel": channel, "values": values }),
+            ),
+        ),
+        0x0021 => fields(body, map(le_u32, |triggers| json!({ "triggers": triggers }))),
+        0x0023 => fields(body, map(le_u32, |flags| json!({ "flags": flags }))),
         0x0031 | 0x0035 => {
             fields(body, map((le_u8, le_i32), |(motor, position)| json!({ "motor": motor, "position": position })))
         }
@@ -91,6 +100,18 @@ fn host(kind: u16, body: &[u8]) -> Option<Value> {
                 })
             }),
         ),
+        0x0100..0x0200 => real_time(kind, body),
+        0x0200..0x0300 => virtuals(kind, body),
+        _ => Some(json!({ "data": hex(body) })),
+    }
+}
+
+/// The chapter on real-time moves.
+fn real_time(kind: u16, body: &[u8]) -> Option<Value> {
+    let motor_pair = map((le_u8, le_i32, le_i32), |(motor, a, b)| json!({ "motor": motor, "pos_a": a, "pos_b": b }));
+    match kind {
+        0x0103 | 0x0113 | 0x0116 => fields(body, success(json!({}))),
+        0x0100 => fields(body, map((le_i32, le_i32), |(start, end)| json!({ "start_frame": start, "end_frame": end }))),
         0x0101 => fields(
             body,
             map(
@@ -98,6 +119,18 @@ fn host(kind: u16, body: &[u8]) -> Option<Value> {
                 |(motor, index, positions)| json!({ "motor": motor, "start_index": index, "positions": positions }),
             ),
         ),
+        0x0102 => fields(
+            body,
+            map(
+                (le_u16, le_u32, many0(le_u8)),
+                |(channel, index, levels)| json!({ "channel": channel, "start_index": index, "levels": levels }),
+            ),
+        ),
+        0x0104 => {
+            let pair = map((le_u32, le_u32), |(frame, values)| json!({ "frame": frame, "values": values }));
+            fields(body, map((le_u32, many0(pair)), |(mask, pairs)| json!({ "mask": mask, "pairs": pairs })))
+        }
+        0x0110 => fields(body, map(le_i32, |frame| json!({ "frame": frame }))),
         0x0111 => fields(
             body,
             map(
@@ -122,14 +155,93 @@ fn host(kind: u16, body: &[u8]) -> Option<Value> {
                 })
             }),
         ),
+        0x0115 => fields(
+            body,
+            map((le_i32, le_u32, le_u16, le_u16, many0(motor_pair)), |(frame, exposure, open, close, motors)| {
+                json!({
+                    "frame": frame, "exposure_ms": exposure, "open_angle": open, "close_angle": close, "motors": motors
+                })
+            }),
+        ),
+        0x0120 => fields(body, map((le_u32, le_i32), |(fps, frame)| json!({ "fps_x1000": fps, "destination": frame }))),
         _ => Some(json!({ "data": hex(body) })),
     }
+}
+
+/// The chapter on virtual motors.
+fn virtuals(kind: u16, body: &[u8]) -> Option<Value> {
+    match kind {
+        0x0200 => virtual_rig(body),
+        0x0201 => fields(
+            body,
+            map((le_u8, le_i32), |(motor, position)| json!({ "virtual_motor": motor, "position_x1e5": position })),
+        ),
+        0x0202 => fields(body, map(le_u8, |motor| json!({ "virtual_motor": motor }))),
+        0x0203 => fields(
+            body,
+            map(
+                (le_u8, le_u16, le_i32),
+                |(motor, speed, destination)| json!({ "virtual_motor": motor, "speed": speed, "destination": destination }),
+            ),
+        ),
+        0x0205 => fields(body, success(json!({}))),
+        0x0206 => fields(body, map((le_u8, le_i16), |(axis, speed)| json!({ "axis": axis, "speed": speed }))),
+        0x0207 => fields(body, aim_point),
+        _ => Some(json!({ "data": hex(body) })),
+    }
+}
+
+fn aim_point(body: &[u8]) -> IResult<&[u8], Value> {
+    map(
+        (le_u8, le_i32, le_i32, le_i32),
+        |(enable, x, y, z)| json!({ "enable": enable, "aim_x": x, "aim_y": y, "aim_z": z }),
+    )
+    .parse(body)
+}
+
+/// The layout of a rig depends on the type before it.
+fn virtual_rig(body: &[u8]) -> Option<Value> {
+    let (&kind, rest) = body.split_first()?;
+    let mut rig = match kind {
+        0 => fields(rest, success(json!({}))),
+        1 => fields(rest, boom_swing_track),
+        2 => fields(
+            rest,
+            map(
+                (le_u32, le_u32, le_u32, le_u32),
+                |(swing, swing_spu, pan, pan_spu)| json!({ "swing_motor": swing, "swing_spu": swing_spu, "pan_motor": pan, "pan_spu": pan_spu }),
+            ),
+        ),
+        _ => Some(json!({ "opaque": hex(rest) })),
+    }?;
+    rig["type"] = kind.into();
+    Some(rig)
+}
+
+fn boom_swing_track(body: &[u8]) -> IResult<&[u8], Value> {
+    let axes = many_m_n(6, 6, (le_u32, le_u32, le_i32));
+    let lengths = (le_u32, le_u32, le_i32, le_i32, le_i32);
+    let (rest, (axes, lengths)) = (axes, lengths).parse(body)?;
+    let (tail, (table, safe)) = (opt(many_m_n(121, 121, le_i32)), opt(le_u32)).parse(rest)?;
+    let mut rig = json!({
+        "boom_length_x1000": lengths.0, "boom_ext_x1000": lengths.1,
+        "nodal_x_x1000": lengths.2, "nodal_y_x1000": lengths.3, "nodal_z_x1000": lengths.4,
+        "boom_table": table, "safe_distance_x1000": safe
+    });
+    for (name, (motor, spu, position)) in ["boom", "swing", "track", "pan", "tilt", "roll"].into_iter().zip(axes) {
+        rig[format!("{name}_motor")] = motor.into();
+        rig[format!("{name}_spu")] = spu.into();
+        rig[format!("{name}_pos_x1e5")] = position.into();
+    }
+    Ok((tail, rig))
 }
 
 /// What a controller sends.
 fn device(kind: u16, body: &[u8]) -> Option<Value> {
     match kind {
         0x0001 => fields(body, greeting),
+        0x0022 => fields(body, map(le_u32, |triggers| json!({ "triggers": triggers }))),
+        0x0113 | 0x0114 => fields(body, success(json!({}))),
         0x0030 => {
             fields(body, map((le_u32, le_u8), |(motors, dmx)| json!({ "motor_status": motors, "dmx_status": dmx })))
         }
@@ -139,6 +251,24 @@ fn device(kind: u16, body: &[u8]) -> Option<Value> {
             map((le_i32, many0(le_i32)), |(time, positions)| json!({ "move_time": time, "positions": positions })),
         ),
         0x003a => fields(body, map((le_u8, opt(le_u8)), |(reason, motor)| json!({ "reason": reason, "motor": motor }))),
+        0x0205 => {
+            let pose = map(
+                (le_i32, le_i32, le_i32, le_i32, le_i32, le_i32),
+                |(track, ew, ns, pan, tilt, roll)| json!({ "track": track, "ew": ew, "ns": ns, "pan": pan, "tilt": tilt, "roll": roll }),
+            );
+            // The aim counts whole; otherwise only its first byte does.
+            let aim = opt(alt((aim_point, map(le_u8, |enable| json!({ "enable": enable })))));
+            fields(
+                body,
+                map((pose, aim), |(mut pose, aim)| {
+                    for (name, value) in aim.iter().flat_map(|aim| aim.as_object().unwrap()) {
+                        pose[if name == "enable" { "aim_enabled" } else { name }] = value.clone();
+                    }
+                    pose
+                }),
+            )
+        }
+        0x0207 => fields(body, aim_point),
         0x8000.. => fields(body, map(opt(le_u16), |code| json!({ "response_code": code }))),
         _ => Some(json!({ "data": hex(body) })),
     }
@@ -208,6 +338,14 @@ fn on_every_length_of_every_type() {
     let bytes: Vec<u8> = (0..=255).map(|at: u8| at.wrapping_mul(89) ^ 0x35).collect();
     for kind in kinds() {
         (0..bytes.len()).for_each(|len| agree(kind, &bytes[..len]));
+    }
+}
+
+#[test]
+fn on_every_length_of_every_rig() {
+    for kind in 0..=5 {
+        let body: Vec<u8> = (0..700_u16).map(|at| if at == 0 { kind } else { at.to_le_bytes()[0] }).collect();
+        (0..body.len()).for_each(|len| agree(0x0200, &body[..len]));
     }
 }
 

@@ -1,7 +1,7 @@
 //! DMC on a serial line.
 
 use dmc_proto::lint::Context;
-use dmc_proto::{DeviceMessage, Frame, HostMessage};
+use dmc_proto::{DeviceMessage, Frame, HostMessage, MessageId, MessageType};
 use motion_core::stream::Framing;
 use motion_core::wire::Messages;
 
@@ -43,8 +43,13 @@ impl Show for Dmc {
 
 fn shown<'m, 'f: 'm, M: Messages<'f>>(frame: &Frame<'f>, read: &'m Read<M>) -> Shown<'m> {
     let known = || M::ALL.iter().find(|kind| kind.number == u32::from(frame.kind().0)).map(|kind| kind.name);
+    let message = read.message.as_ref().map_or_else(|_| known(), |message| Some(message.name()));
+    let subject = if frame.kind().is_ack() { format!(" of {}", request(frame.kind().request())) } else { String::new() };
+    let unknown = if message == Some("Other") { format!(" {}", frame.kind()) } else { String::new() };
     Shown {
-        message: read.message.as_ref().map_or_else(|_| known(), |message| Some(message.name())),
+        message,
+        title: format!("{}{subject}{unknown}", message.unwrap_or("unknown")),
+        subtitle: if frame.id() == MessageId::UNSOLICITED { "unasked".to_owned() } else { format!("id {}", frame.id()) },
         keys: vec![("id", frame.id().0.into()), ("type", format!("0x{:04X}", frame.kind().0).into())],
         header_fields: Vec::new(),
         body: match &read.message {
@@ -53,6 +58,12 @@ fn shown<'m, 'f: 'm, M: Messages<'f>>(frame: &Frame<'f>, read: &'m Read<M>) -> S
         },
         canonical: read.canonical,
         lints: read.lints.clone(),
-        check: "checksum ok",
+        checked: true,
     }
+}
+
+/// The name of a request, or its number where it has none.
+fn request(kind: MessageType) -> String {
+    let known = HostMessage::ALL.iter().find(|known| known.number == u32::from(kind.0));
+    known.map_or_else(|| kind.to_string(), |known| known.name.to_owned())
 }

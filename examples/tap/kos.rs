@@ -43,7 +43,15 @@ impl Show for Kos {
 }
 
 fn shown<'m, 'f: 'm, M: Messages<'f>>(frame: &Frame<'f>, read: &'m Read<M>, name: Option<&'m str>) -> Shown<'m> {
+    let more = if frame.kind() == MessageType::RESPONSE_MORE { "more follow" } else { "" };
+    let own = read.message.as_ref().map_or_else(|_| known::<M>(frame), |message| Some(message.name()));
+    let title = match own {
+        Some("Other") | None => format!("{} {} {}", name.unwrap_or("unknown"), frame.kind(), frame.id()),
+        Some(own) => own.to_owned(),
+    };
     Shown {
+        title,
+        subtitle: more.to_owned(),
         message: name.or_else(|| known::<M>(frame)),
         keys: vec![("message_id", frame.id().0.into()), ("message_type", frame.kind().0.into())],
         header_fields: sub(frame),
@@ -53,7 +61,7 @@ fn shown<'m, 'f: 'm, M: Messages<'f>>(frame: &Frame<'f>, read: &'m Read<M>, name
         },
         canonical: read.canonical,
         lints: read.lints.clone(),
-        check: "",
+        checked: false,
     }
 }
 

@@ -1,4 +1,72 @@
-//! MoCoBus, the protocol of Dynamic Perception's NMX motion controllers ("hoot"), without I/O.
+//! `MoCoBus`, the protocol of Dynamic Perception's NMX motion controllers ("hoot"): typed messages of both sides,
+//! without I/O, allocation or panics.
+//!
+//! A bus has one master and up to 254 nodes, each with three motors and a camera. The master sends a request and waits;
+//! the node that is addressed answers with a response code and perhaps a value. Nothing in a reply says what it
+//! answers: the query that was asked reads it. Bytes from a line, in pieces of any size, become frames, and frames
+//! become messages:
+//!
+//! ```
+//! use hoot_proto::message::{Motor, MotorPosition, Steps};
+//! use hoot_proto::{DeviceMessage, Frames, Item, Query};
+//!
+//! let query = MotorPosition { motor: Motor::One };
+//! let mut frames = Frames::<84>::new();
+//! let mut position = None;
+//! for mut piece in [&b"\0\0\0\0\0\0\xFF\0\0\x01"[..], b"\x05\x03\xFF\xFF\xCF\xC7"] {
+//!     while !piece.is_empty() {
+//!         let taken = frames.push(piece);
+//!         piece = &piece[taken..];
+//!         while let Some(item) = frames.next() {
+//!             match item {
+//!                 Item::Frame(frame) => match DeviceMessage::decode(&frame) {
+//!                     DeviceMessage::Reply(reply) => position = Some(query.decode_reply(reply)?.value),
+//!                     other => println!("not for us: {other}"),
+//!                 },
+//!                 other => println!("{} bytes of noise", other.bytes().len()),
+//!             }
+//!         }
+//!     }
+//! }
+//! assert_eq!(position, Some(Steps(-12_345)));
+//! # Ok::<(), hoot_proto::ReplyError>(())
+//! ```
+//!
+//! A message is written in one go, here after a look at whether the node would do what it says:
+//!
+//! ```
+//! use hoot_proto::lint::Context;
+//! use hoot_proto::message::{Direction, Motor, MotorMove, StepCount};
+//! use hoot_proto::{Address, HostMessage};
+//!
+//! let motion = MotorMove::new(Motor::Two, Direction(1), StepCount(1000)).expect("1 to 16,777,215 steps");
+//! let mut out = [0; 42];
+//! let len = HostMessage::MotorMove(motion).encode_checked(Address::DEFAULT, &Context::default(), &mut out)?;
+//! assert_eq!(out[..len], *b"\0\0\0\0\0\xFF\x03\x02\x0F\x05\x01\0\0\x03\xE8");
+//! # Ok::<(), hoot_proto::EncodeError>(())
+//! ```
+//!
+//! - [`frame`]: the envelope, and two framings: [`Hoot`] finds packets in any noise, [`Strict`] loses what firmware loses.
+//! - [`message`]: [`HostMessage`], [`DeviceMessage`] and their fields. [`query`]: what replies mean. [`lint`]: what is
+//!   not wise.
+//!
+//! # Units
+//!
+//! | what | type | on the wire |
+//! |---|---|---|
+//! | position | [`Steps`](message::Steps) | steps of the present microstep setting, 32 bits with sign |
+//! | way to go | [`StepCount`](message::StepCount) | the same steps, 1 to 16,777,215; 0 would be for ever |
+//! | speed | [`StepsPerSecond`](message::StepsPerSecond) | IEEE binary32 in requests; its sign is the direction |
+//! | voltage | [`Volts`](message::Volts) | hundredths of a volt, 32 bits with sign |
+//!
+//! # Safety
+//!
+//! This moves machines. There is no checksum, no answer says which request it is for, and firmware acknowledges much that
+//! it does not do: ask for the state instead of trusting an OK. Never repeat by yourself what starts a movement. A
+//! broadcast stop does not pass a bridge, and the controller's [`Stop`](message::Stop) is refused in joystick mode: to
+//! stop for certain, send [`MotorStop`](message::MotorStop) to each motor of each node. An emergency stop belongs into
+//! hardware.
+
 #![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]

@@ -18,7 +18,7 @@
 //! assert!(message.encode_checked(Address::DEFAULT, &context, &mut out).is_err());
 //! ```
 
-use motion_core::lint::{Lint, Lints, Problem, Severity};
+use motion_core::lint::{Lints, Problem, Severity};
 use motion_core::wire::{DecodeError, EncodeError, Messages, Other, trim_nuls};
 
 use crate::frame::{Address, BREAK, MAX_DATA, Selector};
@@ -52,7 +52,10 @@ impl Context {
 
     /// Whether a motor is known to have been given the speed 0.
     fn is_still(&self, motor: Motor) -> bool {
-        Motor::ALL.iter().zip(self.speeds).any(|(one, speed)| *one == motor && speed.is_some_and(|speed| speed.0 == 0.0))
+        Motor::ALL
+            .iter()
+            .zip(self.speeds)
+            .any(|(one, speed)| *one == motor && speed.is_some_and(|speed| speed.0 == 0.0))
     }
 }
 
@@ -65,8 +68,8 @@ impl HostMessage<'_> {
         let mut rules = Rules { found: Lints::new(), context };
         match self {
             Self::SetName(message) => rules.name(&message.name),
-            Self::MotorSetContinuousSpeed(message) => rules.speed(message),
-            Self::MotorMove(message) => rules.motion(message),
+            Self::MotorSetContinuousSpeed(message) => rules.speed(*message),
+            Self::MotorMove(message) => rules.motion(*message),
             Self::MotorRun(message) => {
                 rules.direction(message.direction);
                 rules.still(message.motor);
@@ -78,7 +81,15 @@ impl HostMessage<'_> {
                 rules.broadcast(message.sub_address);
                 rules.found.range("address", message.address.0, 2, u8::MAX);
             }
-            Self::Other(other) => rules.other(other),
+            Self::Other(other) => match Self::decode_body(other.id(), other.payload()) {
+                Ok(Self::Other(_)) => rules.other(other),
+                // Somebody made a raw packet of it.
+                Ok(known) => return known.lint(context),
+                Err(error) => {
+                    rules.other(other);
+                    rules.other_length(error);
+                }
+            },
             Self::Start(_)
             | Self::Pause(_)
             | Self::Stop(_)
@@ -135,7 +146,7 @@ impl DeviceMessage<'_> {
 }
 
 fn refuse(found: &Lints) -> Result<(), EncodeError> {
-    found.first_error().map_or(Ok(()), |error: Lint| Err(EncodeError::Refused(error)))
+    found.first_error().map_or(Ok(()), |error| Err(EncodeError::Refused(error)))
 }
 
 /// The findings of one message, while its fields are looked at, and what they are measured by.
@@ -182,7 +193,7 @@ impl Rules<'_> {
     }
 
     /// Safety decision 3.
-    fn motion(&mut self, message: &MotorMove) {
+    fn motion(&mut self, message: MotorMove) {
         self.direction(message.direction);
         self.found.range("steps", message.steps.0, 1_u8, StepCount::MAX.0);
         self.still(message.motor);
@@ -196,7 +207,7 @@ impl Rules<'_> {
     }
 
     /// Section 2.3, command 13.
-    fn speed(&mut self, message: &MotorSetContinuousSpeed) {
+    fn speed(&mut self, message: MotorSetContinuousSpeed) {
         let speed = message.speed.0;
         self.found.finite("speed", speed);
         if speed.is_finite() && !(-MAX_STEP_RATE..=MAX_STEP_RATE).contains(&speed) {
@@ -214,7 +225,7 @@ impl Rules<'_> {
         }
     }
 
-    /// Section 1.1: what the firmware does with data of another length.
+    /// Sections 1 and 2.5.
     fn other(&mut self, other: &Other<'_>) {
         let data = other.payload();
         self.length(data);
@@ -226,10 +237,14 @@ impl Rules<'_> {
         if command == 0 {
             self.warning("command", "nodes are silent at command 0, and bridges do not pass it on");
         }
-        match HostMessage::decode_body(other.id(), data) {
-            Err(DecodeError::Truncated { .. }) => self.error("data", "too short: the node reads missing bytes as zero"),
-            Err(_) => self.warning("data", "longer than the command's: the node leaves out the rest"),
-            Ok(_) => {}
+    }
+
+    /// Section 1.1: what the firmware does with a command that has data of another length.
+    fn other_length(&mut self, error: DecodeError) {
+        if matches!(error, DecodeError::Truncated { .. }) {
+            self.error("data", "too short: the node reads missing bytes as zero");
+        } else {
+            self.warning("data", "longer than the command's: the node leaves out the rest");
         }
     }
 

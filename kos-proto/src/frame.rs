@@ -369,3 +369,59 @@ impl<const CAP: usize> Framing for Kos<CAP> {
 ///
 /// For other limits, name the framing: `motion_core::stream::Frames<Kos<1024>, 2048>`.
 pub type Frames<const N: usize = { 2 * MAX_FRAME }> = stream::Frames<Kos, N>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::HostMessage;
+    use std::vec;
+
+    #[test]
+    fn a_datagram_is_exactly_one_message() {
+        let keep_alive = [4, 0, 6, 0, 0, 0];
+        let frame = Frame::decode(&keep_alive).unwrap();
+        assert_eq!((frame.id(), frame.kind(), frame.payload()), (MessageId::KEEP_ALIVE, MessageType::SET, &[][..]));
+        assert_eq!(frame.header().message_len(), 6);
+        assert_eq!(Frame::decode(&[]), Err(FrameError::Truncated { needed: 6, have: 0 }));
+        assert_eq!(Frame::decode(&keep_alive[..5]), Err(FrameError::Truncated { needed: 6, have: 5 }));
+        assert_eq!(Frame::decode(&[4, 0, 8, 0, 0, 0, 1]), Err(FrameError::Truncated { needed: 8, have: 7 }));
+        assert_eq!(Frame::decode(&[4, 0, 6, 0, 0, 0, 1, 2]), Err(FrameError::Trailing { extra: 2 }));
+        assert_eq!(Frame::decode(&[3]), Err(FrameError::BadVersion { found: 3 }));
+        assert_eq!(Frame::decode(&[4, 0, 5, 0, 0, 0]), Err(FrameError::BadLength { found: 5 }));
+    }
+
+    #[test]
+    fn any_message_can_be_sent_raw_up_to_the_longest() {
+        let mut out = vec![0; 65_540];
+        let (id, kind) = (MessageId(0x1234), MessageType::GET);
+        assert_eq!(encode(id, kind, b"ab", &mut out), Ok(8));
+        assert_eq!(out[..8], *b"\x04\0\x08\x12\x34\x01ab");
+        assert_eq!(encode(id, kind, &vec![0; 65_529], &mut out), Ok(65_535));
+        let long = EncodeError::TooLong { what: "message", len: 65_536, max: 65_535 };
+        assert_eq!(encode(id, kind, &vec![0; 65_530], &mut out), Err(long));
+        let small = EncodeError::BufferTooSmall { needed: 8, have: 7 };
+        assert_eq!(encode(id, kind, b"ab", &mut out[..7]), Err(small));
+    }
+
+    #[test]
+    fn an_action_has_its_number_first() {
+        let frame = Frame::decode(&[4, 0, 6, 0, 0x80, 0]).unwrap();
+        let none = DecodeError::Truncated { what: "Action", needed: 1, have: 0 };
+        assert_eq!(HostMessage::decode(&frame), Err(none));
+
+        let unknown = [4, 0, 8, 0, 0x80, 0, 0x63, 7];
+        let message = HostMessage::decode(&Frame::decode(&unknown).unwrap()).unwrap();
+        assert_eq!((message.specification_name(), message.number()), ("Action", 0x0080_0063));
+        let mut out = [0; 8];
+        assert_eq!(message.encode_into(&mut out), Ok(8));
+        assert_eq!(out, unknown);
+        assert_eq!(message.encode_into(&mut out[..7]), Err(EncodeError::BufferTooSmall { needed: 8, have: 7 }));
+    }
+
+    #[test]
+    fn a_number_that_no_message_carries_is_not_lost_in_silence() {
+        let message = HostMessage::other(0x0012_3401, &[]);
+        let refused = message.encode_into(&mut [0; 16]);
+        assert_eq!(refused, Err(EncodeError::OutOfRange { what: "action or note", value: 1, min: 0, max: 0 }));
+    }
+}

@@ -20,6 +20,10 @@ extern crate alloc;
 #[cfg(any(test, feature = "std"))]
 extern crate std;
 
+#[cfg(feature = "bytes")]
+pub mod buf;
+#[cfg(feature = "tokio")]
+pub mod codec;
 #[cfg(all(feature = "alloc", feature = "serde"))]
 mod deserialize;
 pub mod fixed;
@@ -27,6 +31,8 @@ pub mod fletcher;
 #[cfg(feature = "defmt")]
 pub mod format;
 pub mod lint;
+#[cfg(feature = "nom")]
+pub mod nom;
 #[cfg(feature = "alloc")]
 pub mod owned;
 #[cfg(feature = "serde")]
@@ -38,6 +44,9 @@ pub mod wire;
 #[doc(hidden)]
 #[cfg(feature = "arbitrary")]
 pub use arbitrary;
+#[doc(hidden)]
+#[cfg(feature = "bytes")]
+pub use bytes;
 #[doc(hidden)]
 #[cfg(feature = "defmt")]
 pub use defmt;

@@ -40,6 +40,13 @@
 //! };
 //! assert!(matches!(kept.message(), HostMessage::Go(go) if go.motor == Motor(3)));
 //! assert_eq!(kept.to_string(), "Go { motor: 3, tail: 7461696c }");
+//! # #[cfg(feature = "serde")] {
+//!
+//! // With the feature `serde`:
+//! let json = r#"{"message":"Go","number":7,"fields":{"motor":3,"tail":"7461696c"}}"#;
+//! assert_eq!(serde_json::to_string(&kept).unwrap(), json);
+//! assert_eq!(serde_json::from_str::<Owned<Host>>(json).unwrap(), kept);
+//! # }
 //! # Ok::<(), motion_core::wire::EncodeError>(())
 //! ```
 
@@ -61,7 +68,8 @@
 //! The bytes come back as they were, with one exception: a text drops the NULs at its end, and a text of fixed size what
 //! follows its first NUL.
 
-use alloc::vec::Vec;
+#[doc(hidden)]
+pub use alloc::vec::Vec;
 use core::fmt;
 use core::marker::PhantomData;
 

@@ -7,6 +7,7 @@ use super::{Context, MAX_CHANNELS, MAX_MOTORS, MAX_PINS, PROTOCOL_VERSION, Rules
 use crate::frame::MessageId;
 use crate::message::{
     Ack, AckCode, Capabilities, DeviceMessage, HardStop, Hi, Motor, MotorPositions, MotorStatus, Motors, StopReason,
+    Triggers,
 };
 
 impl DeviceMessage<'_> {
@@ -27,6 +28,8 @@ impl DeviceMessage<'_> {
             Self::MotorGetPosition(message) => rules.motor_positions(message),
             Self::MotorHardStop(message) => rules.hard_stop(message),
             Self::RtGo(_) | Self::RtEnd(_) => {}
+            Self::VirtGetPosition(message) => rules.yes_or_no("aim_enabled", message.aim_enabled.unwrap_or_default()),
+            Self::VirtAimPoint(message) => rules.yes_or_no("enable", message.enable),
             Self::Ack(message) => rules.ack(message),
             Self::Other(_) => rules.unknown(self.kind()),
         }

@@ -32,9 +32,15 @@ enum Gate {
 /// The gates, as decision D-2 has them. Stops pass always (safety decision 1).
 fn gate(message: &HostMessage<'_>) -> Gate {
     match message {
-        HostMessage::Hi(_) | HostMessage::MotorStop(_) | HostMessage::MotorStopAll(_) | HostMessage::Other(_) => {
-            Gate::Open
-        }
+        HostMessage::Hi(_)
+        | HostMessage::GioCam(_)
+        | HostMessage::MotorStop(_)
+        | HostMessage::MotorStopAll(_)
+        | HostMessage::VirtStop(_)
+        | HostMessage::Other(_) => Gate::Open,
+        HostMessage::Dmx(_) => Gate::Channels,
+        HostMessage::GioOut(_) => Gate::Outputs,
+        HostMessage::GioIn(_) => Gate::Inputs,
         HostMessage::MotorStatus(_)
         | HostMessage::MotorMove(_)
         | HostMessage::MotorGetPosition(_)
@@ -57,6 +63,12 @@ fn gate(message: &HostMessage<'_>) -> Gate {
             Gate::AnyOf(Capabilities::REAL_TIME.union(Capabilities::SHOOT_FRAME).union(Capabilities::SHOOT_FRAME2))
         }
         HostMessage::RtStopLoop(_) => Gate::AnyOf(Capabilities::LOOP),
+        HostMessage::VirtConfig(_)
+        | HostMessage::VirtMove(_)
+        | HostMessage::VirtJog(_)
+        | HostMessage::VirtGetPosition(_)
+        | HostMessage::VirtJogOnLine(_) => Gate::AnyOf(Capabilities::VIRTUALS),
+        HostMessage::VirtAimPoint(_) => Gate::AnyOf(Capabilities::AIM),
     }
 }
 
@@ -76,7 +88,8 @@ impl HostMessage<'_> {
             | Self::RtUploadMoveEnd(_)
             | Self::RtPositionFrame(_)
             | Self::RtGo(_)
-            | Self::RtStopLoop(_) => {}
+            | Self::RtStopLoop(_)
+            | Self::VirtGetPosition(_) => {}
             Self::Dmx(message) => rules.dmx(message),
             Self::GioOut(message) => rules.outputs("triggers", message.triggers),
             Self::GioCam(message) => rules.bits("flags", message.flags),
@@ -96,6 +109,15 @@ impl HostMessage<'_> {
             Self::RtShootFrame(message) => rules.shoot_frame(message),
             Self::RtShootFrame2(message) => rules.shoot_frame2(message),
             Self::RtJogAll(message) => rules.frames_per_second(message.fps_x1000),
+            Self::VirtConfig(message) => rules.virt_config(message),
+            Self::VirtMove(message) => rules.virtual_motor(message.virtual_motor),
+            Self::VirtStop(message) => rules.virtual_motor(message.virtual_motor),
+            Self::VirtJog(message) => rules.virt_jog(message),
+            Self::VirtJogOnLine(message) => rules.virt_jog_on_line(message),
+            Self::VirtAimPoint(message) => {
+                rules.version_2();
+                rules.yes_or_no("enable", message.enable);
+            }
             Self::Other(_) if self.kind().is_ack() => {
                 rules.error("type", "only devices send acknowledgements, and none answers one");
             }

@@ -5,9 +5,10 @@ use motion_core::lint::{Problem, Severity};
 use super::host::OLD;
 use super::{MAX_MOTORS, PROTOCOL_VERSION, Rules, number};
 use crate::message::{
-    Capabilities, Degrees, Dmx, FramesPerSecond, MotorConfigure, MotorFlags, MotorJog, MotorPair, MotorSetLimits,
-    MotorSetSpeed, RtRunMove, RtShootFrame, RtShootFrame2, RtUploadMoveAxis, RtUploadMoveBegin, RtUploadMoveDmx,
-    RtUploadMoveTriggers, RunFlags, StartIndex, Triggers,
+    BoomSwingTrack, Capabilities, Degrees, Dmx, FramesPerSecond, JogSpeed, MotorConfigure, MotorFlags, MotorJog,
+    MotorPair, MotorSetLimits, MotorSetSpeed, RigKind, RigMotor, RtRunMove, RtShootFrame, RtShootFrame2,
+    RtUploadMoveAxis, RtUploadMoveBegin, RtUploadMoveDmx, RtUploadMoveTriggers, RunFlags, StartIndex, Triggers,
+    VirtConfig, VirtJog, VirtJogOnLine, VirtualMotor,
 };
 
 impl Rules<'_> {
@@ -30,7 +31,7 @@ impl Rules<'_> {
     }
 
     /// What came with version 2 of the protocol.
-    fn version_2(&mut self) {
+    pub(super) fn version_2(&mut self) {
         if self.context.device.is_some_and(|device| device.protocol_version.unwrap_or(1) < PROTOCOL_VERSION) {
             self.error("protocol_version", OLD);
         }
@@ -39,7 +40,7 @@ impl Rules<'_> {
     /// Decision D-30.
     pub(super) fn motor_jog(&mut self, message: &MotorJog<'_>) {
         self.motor(message.motor);
-        self.found.range("speed", message.speed.0.0, 1, 10_000);
+        self.found.range("speed", message.speed.0.0, JogSpeed::SLOWEST.0.0, JogSpeed::FULL.0.0);
     }
 
     pub(super) fn motor_configure(&mut self, message: &MotorConfigure<'_>) {
@@ -182,6 +183,67 @@ impl Rules<'_> {
         }
         if !tail.is_empty() {
             self.found.push(Severity::Error, "motors", Problem::Note("the last motor is cut off"));
+        }
+    }
+
+    /// Safety decision 10, decision D-34.
+    pub(super) fn virt_config(&mut self, message: &VirtConfig<'_>) {
+        let wanted = match message.kind() {
+            RigKind::NONE => Capabilities::VIRTUALS,
+            RigKind::BOOM_SWING_TRACK => Capabilities::BOOM_SWING_TRACK,
+            RigKind::SWING_PAN => Capabilities::SWING_PAN,
+            RigKind::Y_SWING_TRACK => Capabilities::Y_SWING_TRACK,
+            RigKind::X_Y_Z => Capabilities::X_Y_Z,
+            _ => Capabilities::empty(),
+        };
+        self.any_of("type", wanted);
+        match message {
+            VirtConfig::BoomSwingTrack(BoomSwingTrack { rig, .. }) => {
+                self.rig_motor("boom_motor", rig.boom_motor);
+                self.rig_motor("swing_motor", rig.swing_motor);
+                self.rig_motor("track_motor", rig.track_motor);
+                self.rig_motor("pan_motor", rig.pan_motor);
+                self.rig_motor("tilt_motor", rig.tilt_motor);
+                self.rig_motor("roll_motor", rig.roll_motor);
+            }
+            VirtConfig::SwingPan(rig) => {
+                self.rig_motor("swing_motor", rig.swing_motor);
+                self.rig_motor("pan_motor", rig.pan_motor);
+            }
+            VirtConfig::Opaque(rig) if rig.kind().name().is_some() => {
+                self.warning("type", "its layout is not published");
+            }
+            VirtConfig::Opaque(rig) => self.found.named("type", rig.kind().0, None),
+            VirtConfig::None(_) => {}
+        }
+    }
+
+    /// A motor, or none.
+    fn rig_motor(&mut self, what: &'static str, motor: RigMotor) {
+        self.found.range(what, motor.0, 0, self.motor_count());
+    }
+
+    /// Decision D-38.
+    pub(super) fn virtual_motor(&mut self, motor: VirtualMotor) {
+        self.found.named("virtual_motor", motor.0, motor.name());
+    }
+
+    /// Safety decision 10, decision D-39.
+    pub(super) fn virt_jog(&mut self, message: &VirtJog<'_>) {
+        self.virtual_motor(message.virtual_motor);
+        self.found.range("speed", message.speed.0.0, JogSpeed::SLOWEST.0.0, JogSpeed::FULL.0.0);
+        if ![JogSpeed::SLOWEST, JogSpeed::FULL].contains(&message.speed) {
+            self.warning("speed", "neither 1 nor 10000, which are all that is sent today");
+        }
+    }
+
+    /// Decision D-40.
+    pub(super) fn virt_jog_on_line(&mut self, message: &VirtJogOnLine<'_>) {
+        self.found.named("axis", message.axis.0, message.axis.name());
+        let full = i64::from(JogSpeed::FULL.0.0);
+        self.found.range("speed", message.speed.0.0, full.wrapping_neg(), full);
+        if message.speed.0.0 == 0 {
+            self.error("speed", "0 is no speed; stop with VirtStop");
         }
     }
 }

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use motion_core::wire::{DecodeError, EncodeError, Field, Fields, Message, Reader, Row, Value, Visitor, Writer, print};
-use motion_core::{flags, message, open_enum};
+use motion_core::{__message_features, flags, message, open_enum};
 use zerocopy::ByteOrder;
 
 use crate::frame::MessageType;
@@ -268,6 +268,8 @@ impl Fields for Ack<'_> {
         self.body().fields(visitor);
     }
 }
+
+__message_features! { 'a [Ack<'a>] Ack }
 
 #[cfg(test)]
 mod tests {

@@ -9,6 +9,8 @@ mod outputs;
 mod real_time;
 mod set;
 mod upload;
+mod virt_config;
+mod virtuals;
 
 pub use connection::{Ack, AckCode, Capabilities, Hi, Name};
 pub use motion_core::wire::{Empty, Other};
@@ -23,6 +25,13 @@ pub use real_time::{
     RtJogAll, RtPositionFrame, RtRunMove, RtShootFrame, RtShootFrame2, RunFlags, ShortMilliseconds,
 };
 pub use upload::{RtUploadMoveAxis, RtUploadMoveBegin, RtUploadMoveDmx, RtUploadMoveTriggers, StartIndex, TriggerPair};
+pub use virt_config::{
+    BoomRig, BoomSwingTrack, BoomTable, Length, OpaqueRig, RigKind, RigMotor, StepsPerUnit, SwingPan, VirtConfig,
+};
+pub use virtuals::{
+    Coordinate, LineAxis, LineSpeed, VirtAimPoint, VirtJog, VirtJogOnLine, VirtMove, VirtPositions, VirtStop,
+    VirtualMotor, VirtualPosition,
+};
 
 use motion_core::messages;
 use motion_core::wire::{DecodeError, EncodeError, Messages};
@@ -86,6 +95,20 @@ messages! {
         0x0116 => RtStopLoop(Empty<'a>),
         /// Run all motors towards a frame of the move.
         0x0120 => RtJogAll(RtJogAll<'a>),
+        /// What the virtual motors are made of.
+        0x0200 => VirtConfig(VirtConfig<'a>),
+        /// Send a virtual motor to a position.
+        0x0201 => VirtMove(VirtMove<'a>),
+        /// Stop a virtual motor.
+        0x0202 => VirtStop(VirtStop<'a>),
+        /// Run a virtual motor until told otherwise.
+        0x0203 => VirtJog(VirtJog<'a>),
+        /// Where are the virtual motors?
+        0x0205 => VirtGetPosition(Empty<'a>),
+        /// Run the camera along a line until told otherwise.
+        0x0206 => VirtJogOnLine(VirtJogOnLine<'a>),
+        /// Keep the camera aimed at a point, or not.
+        0x0207 => VirtAimPoint(VirtAimPoint<'a>),
     }
 }
 
@@ -108,6 +131,10 @@ messages! {
         0x0113 => RtGo(Empty<'a>),
         /// The move, or the frame, is done: sent unasked.
         0x0114 => RtEnd(Empty<'a>),
+        /// Where the virtual motors are.
+        0x0205 => VirtGetPosition(VirtPositions<'a>),
+        /// What the camera is aimed at.
+        0x0207 => VirtAimPoint(VirtAimPoint<'a>),
         /// Done, or why not.
         0x8000..=0xFFFF => Ack(Ack<'a>),
     }

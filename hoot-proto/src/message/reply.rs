@@ -5,7 +5,8 @@ use core::fmt;
 use motion_core::fixed::{Centi, Scaled};
 use motion_core::open_enum;
 use motion_core::wire::{
-    DecodeError, EncodeError, FieldView, Fields, Message, PartKind, Row, Value as Shown, Visitor, place, print, trim_nuls,
+    DecodeError, EncodeError, FieldView, Fields, Message, PartKind, Row, Value as Shown, Visitor, place, print,
+    trim_nuls,
 };
 
 open_enum! {
@@ -212,15 +213,7 @@ impl<'a> Reply<'a> {
 
 impl<'a> Message<'a> for Reply<'a> {
     const LAYOUT: &'static [Row] = &place([
-        Row {
-            name: "value_type",
-            wire: "u8",
-            offset: None,
-            size: 1,
-            part: PartKind::Optional,
-            unit: "",
-            element: &[],
-        },
+        Row { name: "value_type", wire: "u8", offset: None, size: 1, part: PartKind::Optional, unit: "", element: &[] },
         Row { name: "value", wire: "bytes", offset: None, size: 1, part: PartKind::Rest, unit: "", element: &[] },
     ]);
 
@@ -306,7 +299,10 @@ mod tests {
     fn a_reply_shows_its_value_or_else_its_data() {
         let show = |code, data| crate::DeviceMessage::Reply(Reply { code: ResponseCode(code), data }).to_string();
         assert_eq!(show(1, &[]), "Reply { response_code: OK }");
-        assert_eq!(show(0, &[3, 0xFF, 0xFF, 0xCF, 0xC7]), "Reply { response_code: ERROR, value_type: LONG, value: -12345 }");
+        assert_eq!(
+            show(0, &[3, 0xFF, 0xFF, 0xCF, 0xC7]),
+            "Reply { response_code: ERROR, value_type: LONG, value: -12345 }"
+        );
         assert_eq!(show(1, b"\x06NMX\0\0"), "Reply { response_code: OK, value_type: STRING, value: \"NMX\" }");
         assert_eq!(show(9, &[3, 0xFF]), "Reply { response_code: 9, data: 03ff }");
     }

@@ -1,6 +1,7 @@
 //! What a device should not send.
 
 use motion_core::lint::{Lints, Severity};
+use motion_core::wire::{Block16, Rest};
 
 use super::{Context, LAST_MOTOR, address, common, not_negative, part_of_one, password, unknown, yes_or_no, zero};
 use crate::DeviceMessage;
@@ -27,21 +28,17 @@ impl DeviceMessage<'_> {
             }
             Self::MotorInfo(message) => motor_info(&mut lints, message),
             Self::DeviceInfo(message) => device_info(&mut lints, message),
-            Self::DeviceGUID(message) if message.guid.0.len() != GUID_LEN => {
-                lints.note(Severity::Warning, "guid", "has not 16 bytes");
-            }
+            Self::DeviceGUID(message) => guid(&mut lints, message.guid),
             Self::MotorStatus(message) => motor_status(&mut lints, message),
             Self::PlaybackStatus(message) => playback_status(&mut lints, message),
             Self::ErrorStatus(message) => error_status(&mut lints, *message),
             Self::MotorPosition(message) => address(&mut lints, message.motor_address, 1),
             Self::MotorCalibrated(message) => address(&mut lints, message.motor_address, 1),
             Self::AuxInputStatus(message) => inputs(&mut lints, "status", message.status),
-            Self::UnsupportedMessage(message) if message.message.0.first() != Some(&VERSION) => {
-                lints.note(Severity::Warning, "message", "does not begin like a message");
-            }
+            Self::UnsupportedMessage(message) => echo(&mut lints, message.message),
             Self::Other(other) => unknown(&mut lints, other),
-            // The others may hold anything.
-            _ => {}
+            // A move that is stored was checked when it was set.
+            Self::TrajectoryData(_) | Self::SoftwareID(_) => {}
         }
         common(&mut lints, self, Severity::Error);
         lints
@@ -103,6 +100,19 @@ fn error_status(lints: &mut Lints, ErrorStatus { error_code, motor_address, .. }
     if error_code != ErrorCode::BAD_MOTOR_ADDRESS {
         let least = u8::from(error_code.names_motor());
         lints.range("motor_address", motor_address.number(), least, LAST_MOTOR);
+    }
+}
+
+fn guid(lints: &mut Lints, Block16(bytes): Block16<'_>) {
+    if bytes.len() != GUID_LEN {
+        lints.note(Severity::Warning, "guid", "has not 16 bytes");
+    }
+}
+
+/// Decision K-P10.
+fn echo(lints: &mut Lints, Rest(bytes): Rest<'_>) {
+    if bytes.first() != Some(&VERSION) {
+        lints.note(Severity::Warning, "message", "does not begin like a message");
     }
 }
 

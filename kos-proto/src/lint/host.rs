@@ -59,8 +59,17 @@ impl HostMessage<'_> {
             }
             Self::BumpPositionSpeedAcceleration(message) => bump(&mut lints, context, message),
             Self::Other(other) => unknown(&mut lints, other),
-            // The others have no fields, or one that may be anything.
-            _ => {}
+            Self::KeepAlive(_)
+            | Self::GetLEDStatus(_)
+            | Self::GetMotorInfo(_)
+            | Self::GetDeviceInfo(_)
+            | Self::GetTrajectoryData(_)
+            | Self::GetDeviceGUID(_)
+            | Self::GetSoftwareID(_)
+            | Self::SetSoftwareID(_)
+            | Self::ResetDevice(_)
+            | Self::StopPlayback(_)
+            | Self::RapidToFirstKeyFrame(_) => {}
         }
         common(&mut lints, self, non_finite);
         lints

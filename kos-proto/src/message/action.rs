@@ -163,3 +163,33 @@ impl BumpPositionSpeedAcceleration<'_> {
         self.speed.0 == 0.0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MOTOR: MotorAddress = MotorAddress(2);
+
+    #[test]
+    fn a_stop_stays_where_the_motor_is_and_always_brakes() {
+        let stop = SetPositionSpeedAcceleration::stop(MOTOR, Some(Rotations(-3.5)), RotationsPerSecondSquared(100.0));
+        assert!(stop.is_stop());
+        assert_eq!((stop.position, stop.acceleration.0.to_bits()), (Rotations(-3.5), 100.0_f32.to_bits()));
+
+        for unusable in [0.0, -0.0, -1.0, f32::NAN, f32::INFINITY] {
+            let stop = SetPositionSpeedAcceleration::stop(MOTOR, None, RotationsPerSecondSquared(unusable));
+            assert!(stop.is_stop());
+            assert_eq!((stop.position, stop.acceleration), (JOG_DISTANCE, FALLBACK), "{unusable}");
+        }
+        let nowhere = Some(Rotations(f32::NAN));
+        assert_eq!(SetPositionSpeedAcceleration::stop(MOTOR, nowhere, FALLBACK).position, JOG_DISTANCE);
+    }
+
+    #[test]
+    fn a_jog_runs_the_way_that_the_speed_points() {
+        let jog = |speed| SetPositionSpeedAcceleration::jog(MOTOR, RotationsPerSecond(speed), FALLBACK);
+        assert_eq!((jog(20.0).position, jog(20.0).speed), (JOG_DISTANCE, RotationsPerSecond(20.0)));
+        assert_eq!((jog(-20.0).position, jog(-20.0).speed), (Rotations(-25_000.0), RotationsPerSecond(20.0)));
+        assert!(jog(0.0).is_stop() && jog(-0.0).is_stop() && !jog(-1.0).is_stop());
+    }
+}

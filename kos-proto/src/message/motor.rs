@@ -1,5 +1,7 @@
 //! What a device says of its motors: where they are, how far and how fast they go.
 
+use core::fmt;
+
 use motion_core::wire::{Counted, DecodeError, EncodeError, Fields, Message, Row, Visitor};
 use motion_core::{__message_features, element, message};
 
@@ -43,7 +45,7 @@ element! {
 }
 
 /// What a device says of a motor, whichever dialect it speaks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Motor {
     /// Which motor.
     pub motor_address: MotorAddress,
@@ -85,6 +87,21 @@ impl Motor {
 
     fn begin(&self) -> f32 {
         self.begin_position.map_or(0.0, Rotations::get)
+    }
+}
+
+// A derived one of so many fields cannot be proven free of panics.
+impl fmt::Debug for Motor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Motor")
+            .field("motor_address", &self.motor_address)
+            .field("position", &self.position)
+            .field("begin_position", &self.begin_position)
+            .field("end_position", &self.end_position)
+            .field("max_max_setup_speed", &self.max_max_setup_speed)
+            .field("max_max_move_speed", &self.max_max_move_speed)
+            .field("max_max_acceleration", &self.max_max_acceleration)
+            .finish()
     }
 }
 
@@ -253,3 +270,68 @@ impl Fields for MotorInfo<'_> {
 }
 
 __message_features! { 'a [MotorInfo<'a>] MotorInfo }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    fn entry(motor: u8, position: f32, begin: f32, end: f32) -> MotorEntry {
+        let speed = RotationsPerSecond(165.0);
+        let (position, begin, end) = (Rotations(position), Rotations(begin), Rotations(end));
+        MotorEntry::new(MotorAddress(motor), position, begin, end, speed, speed, RotationsPerSecondSquared(100.0))
+    }
+
+    fn old_entry(motor: u8) -> OldMotorEntry {
+        let speed = RotationsPerSecond(165.0);
+        let (position, end) = (Rotations(1.0), Rotations(2.0));
+        OldMotorEntry::new(MotorAddress(motor), position, end, speed, speed, RotationsPerSecondSquared(100.0))
+    }
+
+    fn encode(motors: MotorInfos<'_>, tail: &[u8]) -> Result<Vec<u8>, EncodeError> {
+        let info = MotorInfo { more: false, motors, tail };
+        let mut out = std::vec![0; info.encoded_len()];
+        info.encode_into(&mut out).map(|_| out)
+    }
+
+    #[test]
+    fn both_dialects_look_alike() {
+        let (new, old) = ([entry(1, 3.0, 2.0, 6.0), entry(0x84, 0.0, 0.0, 0.0)], [old_entry(3)]);
+        let motors: Vec<_> = MotorInfos::New(&new).iter().chain(MotorInfos::Old(&old).iter()).collect();
+        let begins: Vec<_> = motors.iter().map(|motor| motor.begin_position).collect();
+        assert_eq!(begins, [Some(Rotations(2.0)), Some(Rotations(0.0)), None]);
+        let relative: Vec<_> = motors.iter().map(|motor| (motor.relative_position(), motor.range())).collect();
+        let rev = |number| Some(Rotations(number));
+        assert_eq!(relative, [(rev(1.0), rev(4.0)), (None, None), (rev(1.0), rev(2.0))]);
+        assert_eq!((motors[1].motor_address.number(), motors[1].motor_address.is_fiz()), (4, true));
+    }
+
+    #[test]
+    fn the_length_tells_the_dialects_apart() {
+        let new = [entry(1, 3.0, 2.0, 6.0), entry(2, 0.0, 0.0, 0.0)];
+        let old = [old_entry(1), old_entry(2)];
+        for len in 0..=2 {
+            let (new, old) = (MotorInfos::New(&new[..len]), MotorInfos::Old(&old[..len]));
+            let bytes = encode(new, &[]).unwrap();
+            assert_eq!(MotorInfo::decode(&bytes), Ok(MotorInfo { more: false, motors: new, tail: &[] }));
+            let bytes = encode(new, &[7; 4]).unwrap();
+            assert_eq!(MotorInfo::decode(&bytes), Ok(MotorInfo { more: false, motors: new, tail: &[7; 4] }));
+            if len > 0 {
+                let bytes = encode(old, &[]).unwrap();
+                assert_eq!(MotorInfo::decode(&bytes), Ok(MotorInfo { more: false, motors: old, tail: &[] }));
+                let truncated =
+                    DecodeError::Truncated { what: "MotorInfo.motors", needed: 1 + 25 * len, have: 21 * len };
+                assert_eq!(MotorInfo::decode(&bytes[..21 * len]), Err(truncated));
+            }
+        }
+    }
+
+    #[test]
+    fn what_would_be_read_as_the_newer_dialect_is_not_written_as_the_older() {
+        let old = [old_entry(1)];
+        let tail = EncodeError::Tail { what: "MotorInfo.motors", len: 4 };
+        assert_eq!(encode(MotorInfos::Old(&old), &[0; 4]), Err(tail));
+        let none = EncodeError::OutOfRange { what: "MotorInfo.motor_count", value: 0, min: 1, max: 255 };
+        assert_eq!(encode(MotorInfos::Old(&[]), &[]), Err(none));
+    }
+}

@@ -375,3 +375,55 @@ impl Fields for MotorCalibrated<'_> {
 }
 
 __message_features! { 'a [MotorCalibrated<'a>] MotorCalibrated }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn status(photo_count: Option<Photos>, tail: &[u8]) -> PlaybackStatus<'_> {
+        let (playback_status, elapsed_time) = (PlaybackState::START_FORWARD, Normalized(0.5));
+        PlaybackStatus { playback_status, elapsed_time, photo_count, motors: &[], tail }
+    }
+
+    #[test]
+    fn a_tail_that_would_change_the_dialect_is_refused() {
+        let mut out = [0; 32];
+        // The first byte of these photos would count one motor, and the tail would be its last byte.
+        let photos = Photos(f32::from_bits(0x0100_0000));
+        let refused = status(Some(photos), &[0]).encode_into(&mut out);
+        assert_eq!(refused, Err(EncodeError::Tail { what: "PlaybackStatus.motor_count", len: 1 }));
+        assert_eq!(status(Some(photos), &[0; 2]).encode_into(&mut out), Ok(12));
+        let refused = status(None, &[0]).encode_into(&mut out);
+        assert_eq!(refused, Err(EncodeError::Tail { what: "PlaybackStatus.photo_count", len: 1 }));
+        assert_eq!(out[12..], [0; 20], "nothing is written where a message is refused");
+
+        let mut calibrated = MotorCalibrated {
+            motor_address: MotorAddress(1),
+            begin_position: None,
+            end_position: Rotations(5.0),
+            tail: &[1],
+        };
+        let refused = calibrated.encode_into(&mut out);
+        assert_eq!(refused, Err(EncodeError::Tail { what: "MotorCalibrated.begin_position", len: 1 }));
+        calibrated.begin_position = Some(Rotations(0.0));
+        assert_eq!(calibrated.encode_into(&mut out), Ok(10));
+    }
+
+    #[test]
+    fn between_the_dialects_a_message_is_cut_short() {
+        for len in 6..9 {
+            let truncated = MotorCalibrated::decode(&[1; 9][..len]).unwrap_err();
+            assert!(matches!(truncated, DecodeError::Truncated { have, .. } if have == len), "{truncated}");
+        }
+        assert_eq!(MotorCalibrated::decode(&[0; 5]).unwrap().begin_position, None);
+        assert_eq!(MotorCalibrated::decode(&[0; 9]).unwrap().begin_position, Some(Rotations(0.0)));
+    }
+
+    #[test]
+    fn photos_are_counted_where_they_can_be() {
+        let counts = [0.0, -0.0, 0.49, 0.5, 42.0, 16_777_216.0, 1e20].map(|photos| Photos(photos).count());
+        let wanted = [0, 0, 0, 1, 42, 16_777_216, u32::MAX].map(Some);
+        assert_eq!(counts, wanted);
+        assert_eq!([f32::NAN, f32::INFINITY, -1.0].map(|photos| Photos(photos).count()), [None; 3]);
+    }
+}

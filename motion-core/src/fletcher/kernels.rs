@@ -99,7 +99,7 @@ type Lanes = [u16; 8];
 
 /// A message in rows of 16 bytes, summed downwards.
 struct Columns {
-    /// First sums.
+    /// First sums of even bytes, while rows are added of whole words.
     even: Lanes,
     odd: Lanes,
     /// Second sums: what the first were before each row, added up.
@@ -108,23 +108,25 @@ struct Columns {
 }
 
 impl Columns {
-    /// Sums one row and at most 22 more. First sums are then at most 255 * 23 = 5,865, second ones
-    /// 255 * (0 + .. + 22) = 64,515.
+    /// Sums one row and at most 22 more. Of even and odd bytes alike, first sums are then at most
+    /// 255 * 23 = 5,865, second ones 255 * (0 + .. + 22) = 64,515.
     ///
     /// Out of line: that the four results go to memory is what makes the compiler hold each of them in
-    /// a vector register.
+    /// a vector register. And two rows a turn, since it does not always unroll loops.
     #[inline(never)]
     fn of(first: &[u8; 16], rows: &[u8]) -> Self {
-        let mut whole = lanes(first);
-        let mut odd = whole.map(|word| word >> 8);
-        let [mut wholes, mut odds] = [[0; 8]; 2];
-        for row in rows.chunks_exact(16) {
-            wholes = zip(wholes, whole, u16::wrapping_add);
-            odds = zip(odds, odd, u16::wrapping_add);
-            let row = row.first_chunk().map_or([0; 8], lanes);
-            whole = zip(whole, row, u16::wrapping_add);
-            odd = zip(odd, row, |odd, word| odd.wrapping_add(word >> 8));
+        let whole = lanes(first);
+        let mut words = Words { whole, odd: whole.map(|word| word >> 8), wholes: [0; 8], odds: [0; 8] };
+        let mut pairs = rows.chunks_exact(32);
+        for pair in &mut pairs {
+            if let (Some(row), Some(next)) = (pair.first_chunk(), pair.last_chunk()) {
+                words = words.with(row).with(next);
+            }
         }
+        if let Some(row) = pairs.remainder().first_chunk() {
+            words = words.with(row);
+        }
+        let Words { whole, odd, wholes, odds } = words;
         let even = |whole: u16, odd: u16| whole.wrapping_sub(odd << 8);
         Self { even: zip(whole, odd, even), odd, evens: zip(wholes, odds, even), odds }
     }
@@ -138,6 +140,20 @@ impl Columns {
             .flat_map(halves)
             .fold(0_u64, |sum, lanes| sum.wrapping_add(pairs(lanes)));
         within(even0, odd0).then(within(even1, odd1), 8).and_before(before, 16)
+    }
+}
+
+struct Words { whole: Lanes, odd: Lanes, wholes: Lanes, odds: Lanes }
+impl Words {
+    #[inline]
+    fn with(self, row: &[u8; 16]) -> Self {
+        let row = lanes(row);
+        Self {
+            wholes: zip(self.wholes, self.whole, u16::wrapping_add),
+            odds: zip(self.odds, self.odd, u16::wrapping_add),
+            whole: zip(self.whole, row, u16::wrapping_add),
+            odd: zip(self.odd, row, |odd, word| odd.wrapping_add(word >> 8)),
+        }
     }
 }
 

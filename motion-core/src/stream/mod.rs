@@ -59,6 +59,8 @@
 //! ```
 
 mod frames;
+#[cfg(feature = "embedded-io")]
+mod read;
 
 use core::fmt::Debug;
 

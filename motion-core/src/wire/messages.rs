@@ -1,7 +1,4 @@
 use core::fmt;
-use core::hash::Hash;
-
-use zerocopy::ByteOrder;
 
 use super::{DecodeError, EncodeError, Fields, FieldView, Rest, Row, Value, Visitor};
 
@@ -46,17 +43,6 @@ pub trait Messages<'a>: Copy + PartialEq + fmt::Debug + fmt::Display + Fields {
     ///
     /// [`EncodeError`]; then nothing is written.
     fn encode_body(&self, out: &mut [u8]) -> Result<usize, EncodeError>;
-}
-
-/// One side of a protocol: a type without values, which names what that side sends.
-///
-/// What is the same for all sides is written against it, once.
-pub trait Side: Copy + Eq + Hash + fmt::Debug + 'static {
-    /// All messages that it sends.
-    type Message<'a>: Messages<'a>;
-
-    /// The byte order of its numbers.
-    type Order: ByteOrder;
 }
 
 /// A message without a type of its own, kept as it came.

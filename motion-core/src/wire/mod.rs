@@ -21,6 +21,7 @@ mod messages;
 mod newtype;
 mod part;
 pub mod print;
+mod side;
 mod value;
 
 
@@ -33,8 +34,9 @@ pub use field::{Bool, Bytes, Field};
 pub use message::{Empty, Message};
 #[doc(hidden)]
 pub use message::{place, unit, visit_tail};
-pub use messages::{Kind, Messages, Other, Side};
+pub use messages::{Kind, Messages, Other};
 pub use part::{Block16, Check, Counted, Element, Newer, Part, Password, Rest, Text16, trim_nuls};
+pub use side::Side;
 pub use value::{FieldView, Fields, List, PartKind, Row, Value, Visitor};
 #[doc(hidden)]
 pub use newtype::{from_array, to_array};

@@ -2,18 +2,20 @@
 
 use core::fmt::{self, Write};
 
-use dmc_proto::frame::{Dmc, MessageId, MessageType};
 use motion_core::fletcher::{self, Sum};
+use motion_core::lint::Lints;
 use motion_core::stream::{Frames, Framing, Item};
-use motion_core::wire::{DecodeError, Messages};
+use motion_core::wire::{DecodeError, EncodeError, Messages};
 
-/// Bytes that a message is encoded into: some are too long for it, and that must not panic either.
+/// Bytes that a message is encoded into: too few for some, and that must not panic either.
 const ROOM: usize = 512;
 
 /// Does it all, and prints what it finds: what is not used would not be in the program.
 pub fn everything(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     checksums(input, out)?;
-    dmc(input, out)
+    kos(input, out)?;
+    dmc(input, out)?;
+    hoot(input, out)
 }
 
 fn checksums(input: &[u8], out: &mut dyn Write) -> fmt::Result {
@@ -24,20 +26,83 @@ fn checksums(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     writeln!(out, "{whole:?} {apart:?} {joined} {} {:?}", fletcher::verify(input), whole.check_bytes())
 }
 
-fn dmc(input: &[u8], out: &mut dyn Write) -> fmt::Result {
-    use dmc_proto::{DeviceMessage, HostMessage};
+fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
+    use kos_proto::lint::Context;
+    use kos_proto::{DeviceMessage, Frame, HostMessage, Kos, frame};
 
-    stream::<Dmc, 4096>(input, out, |frame, out| {
-        let number = u32::from(frame.kind().0);
-        for payload in [frame.payload(), frame.bytes()] {
-            message(HostMessage::decode_body(number, payload), out)?;
-            message(DeviceMessage::decode_body(number, payload), out)?;
+    stream::<Kos<2048>, 4096>(input, out, |found, out| {
+        let context = Context::default();
+        let host = HostMessage::decode(&found);
+        message(host, out, |message| message.lint(&context), |message, room| message.encode_checked(&context, room))?;
+        let device = DeviceMessage::decode(&found);
+        message(device, out, |message| message.lint(&context), |message, room| message.encode_checked(&context, room))?;
+        let raw = frame::encode(found.id(), found.kind(), found.payload(), &mut [0; ROOM]);
+        outcome(raw, out)?;
+        writeln!(out, "{found:?}")
+    })?;
+    outcome(Frame::decode(input), out)
+}
+
+fn dmc(input: &[u8], out: &mut dyn Write) -> fmt::Result {
+    use dmc_proto::lint::Context;
+    use dmc_proto::{DeviceMessage, Dmc, Frame, HostMessage, frame};
+
+    stream::<Dmc, 4096>(input, out, |found, out| {
+        let (id, context) = (found.id(), Context::default());
+        let host = HostMessage::decode(&found);
+        message(
+            host,
+            out,
+            |message| message.lint(&context),
+            |message, room| message.encode_checked(id, &context, room),
+        )?;
+        let device = DeviceMessage::decode(&found);
+        message(
+            device,
+            out,
+            |message| message.lint(&context),
+            |message, room| message.encode_checked(id, &context, room),
+        )?;
+        let raw = frame::encode(id, found.kind(), found.payload(), &mut [0; ROOM]);
+        outcome(raw, out)?;
+        writeln!(out, "{found:?}")
+    })?;
+    outcome(Frame::decode(input), out)
+}
+
+fn hoot(input: &[u8], out: &mut dyn Write) -> fmt::Result {
+    use hoot_proto::lint::Context;
+    use hoot_proto::message::{Reply, ResponseCode};
+    use hoot_proto::{DeviceMessage, Frame, Hoot, HostMessage, Query, Strict, frame};
+
+    let with_frame = |found: Frame<'_>, out: &mut dyn Write| {
+        let (to, context) = (found.address(), Context::default());
+        let host = HostMessage::decode(&found);
+        message(
+            Ok(host),
+            out,
+            |message| message.lint(&context),
+            |message, room| message.encode_checked(to, &context, room),
+        )?;
+        let device = Ok(DeviceMessage::decode(&found));
+        message(device, out, |message| message.lint(&context), |message, room| message.encode_checked(&context, room))?;
+        if let Some(query) = host.query() {
+            // Any bytes as the answer to it, there and back.
+            match query.decode_reply(Reply { code: ResponseCode::OK, data: input }) {
+                Ok(answer) => {
+                    writeln!(out, "{answer}")?;
+                    outcome(query.reply(answer, &mut [0; ROOM]).map(|reply| reply.data.len()), out)?;
+                }
+                Err(error) => writeln!(out, "{error}")?,
+            }
         }
-        let mut room = [0; ROOM];
-        let encoded = dmc_proto::frame::encode(frame.id(), MessageType(3), frame.payload(), &mut room);
-        let again = HostMessage::decode(&frame).map(|message| message.encode_into(MessageId(1), &mut room));
-        writeln!(out, "{encoded:?} {again:?} {frame:?} {:?}", dmc_proto::Frame::decode(input))
-    })
+        let raw = frame::encode(to, found.sub_address(), found.command(), found.payload(), &mut [0; ROOM]);
+        outcome(raw, out)?;
+        writeln!(out, "{found:?}")
+    };
+    stream::<Hoot, 84>(input, out, with_frame)?;
+    stream::<Strict, 84>(input, out, with_frame)?;
+    outcome(Frame::decode(input), out)
 }
 
 /// Feeds `input` in pieces of uneven lengths, with gaps and resets between some of them.
@@ -84,15 +149,30 @@ fn items<F: Framing, const N: usize>(
     Ok(())
 }
 
-/// Prints a message both ways, and encodes it.
-fn message<'a, M: Messages<'a>>(decoded: Result<M, DecodeError>, out: &mut dyn Write) -> fmt::Result {
+/// Prints a message both ways, lints it, and encodes it both ways.
+fn message<'a, M: Messages<'a>>(
+    decoded: Result<M, DecodeError>,
+    out: &mut dyn Write,
+    lint: impl Fn(&M) -> Lints,
+    encode_checked: impl Fn(&M, &mut [u8]) -> Result<usize, EncodeError>,
+) -> fmt::Result {
+    let message = match decoded {
+        Ok(message) => message,
+        Err(error) => return writeln!(out, "{error} {error:?}"),
+    };
+    writeln!(out, "{} {} {message} {message:?}", message.number(), message.name())?;
+    for finding in lint(&message) {
+        writeln!(out, "{}: {finding}", finding.severity)?;
+    }
     let mut room = [0; ROOM];
-    match decoded {
-        Ok(message) => {
-            let encoded = message.encode_body(&mut room);
-            writeln!(out, "{} {message} {message:?} {encoded:?}", message.number())?;
-            encoded.err().map_or(Ok(()), |error| writeln!(out, "{error}"))
-        }
-        Err(error) => writeln!(out, "{error}"),
+    outcome(message.encode_body(&mut room), out)?;
+    outcome(encode_checked(&message, &mut room), out)
+}
+
+/// Prints what became of something.
+fn outcome<T: fmt::Debug, E: fmt::Display + fmt::Debug>(outcome: Result<T, E>, out: &mut dyn Write) -> fmt::Result {
+    match outcome {
+        Ok(value) => writeln!(out, "{value:?}"),
+        Err(error) => writeln!(out, "{error} {error:?}"),
     }
 }

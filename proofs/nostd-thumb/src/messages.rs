@@ -1,22 +1,58 @@
-//! One message of each protocol, from the conformance vectors, there and back.
+//! One message of each protocol, from the conformance vectors: found in a stream, decoded, looked at, encoded again.
 
 use core::ffi::CStr;
 
-use dmc_proto::Item;
+use motion_core::stream::{Frames, Framing, Item};
 
 /// What to say when a check fails, and the check.
-pub const CHECKS: [(&CStr, fn() -> Option<()>); 1] = [(c"DMC failed", dmc)];
+pub const CHECKS: [(&CStr, fn() -> Option<()>); 3] =
+    [(c"kOS failed", kos), (c"DMC failed", dmc), (c"hoot failed", hoot)];
 
+/// Move motor 1 at 200 units a second, gaining 50 each second.
+fn kos() -> Option<()> {
+    use kos_proto::{HostMessage, Kos};
+    const STREAM: &[u8] = b"\x04\x00\x14\x00\x80\x00\x1c\x03\x46\xc3\x50\x00\x42\xc8\x00\x00\x42\xc8\x00\x00";
+
+    there_and_back::<Kos<64>, 128>(STREAM, |frame, room| {
+        let message = HostMessage::decode(&frame).ok()?;
+        let HostMessage::SetPositionSpeedAcceleration(go) = message else { return None };
+        (go.motor_address.number() == 3).then_some(message.encode_into(room).ok()?)
+    })
+}
+
+/// Jog motor 3 by an inch, towards the greatest position.
 fn dmc() -> Option<()> {
-    use dmc_proto::{Frames, HostMessage};
-    const JOG: [u8; 19] = *b"DF\x37\0\0\0\x36\0\x07\0\x03\x01\0\xff\xff\xff\x7f\x26\x57";
+    use dmc_proto::{Dmc, HostMessage};
+    const STREAM: &[u8] = b"DF\x37\x00\x00\x00\x36\x00\x07\x00\x03\x01\x00\xff\xff\xff\x7f\x26\x57";
 
-    let mut frames: Frames = Frames::new();
-    let _ = frames.push(&JOG);
+    there_and_back::<Dmc<64>, 128>(STREAM, |frame, room| {
+        let message = HostMessage::decode(&frame).ok()?;
+        let HostMessage::MotorJog(jog) = message else { return None };
+        (jog.motor.0 == 3).then_some(message.encode_into(frame.id(), room).ok()?)
+    })
+}
+
+/// Move motor 1 by 1000 steps in direction 1.
+fn hoot() -> Option<()> {
+    use hoot_proto::{Hoot, HostMessage};
+    const STREAM: &[u8] = b"\x00\x00\x00\x00\x00\xff\x03\x01\x0f\x05\x01\x00\x00\x03\xe8";
+
+    there_and_back::<Hoot, 84>(STREAM, |frame, room| {
+        let message = HostMessage::decode(&frame);
+        let HostMessage::MotorMove(_) = message else { return None };
+        message.encode_into(frame.address(), room).ok()
+    })
+}
+
+/// The stream is one frame, and encoding what was decoded gives it again.
+fn there_and_back<F: Framing, const N: usize>(
+    stream: &[u8],
+    encode: impl Fn(F::Frame<'_>, &mut [u8]) -> Option<usize>,
+) -> Option<()> {
+    let mut frames = Frames::<F, N>::new();
+    let pushed = frames.push(stream);
     let Item::Frame(frame) = frames.next()? else { return None };
-    let message = HostMessage::decode(&frame).ok()?;
-    let HostMessage::MotorJog(jog) = message else { return None };
     let mut room = [0; 64];
-    let written = message.encode_into(frame.id(), &mut room).ok()?;
-    (jog.motor.0 == 3 && room.get(..written)? == JOG).then_some(())
+    let written = encode(frame, &mut room)?;
+    (pushed == stream.len() && room.get(..written)? == stream).then_some(())
 }

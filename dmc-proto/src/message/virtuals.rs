@@ -1,0 +1,266 @@
+//! Virtual motors: a rig driven by the place and direction of its camera.
+
+use motion_core::fixed::{Centi, Milli, Scaled};
+use motion_core::wire::{Bool, DecodeError, EncodeError, Field, Fields, Message, PartKind, Row, Visitor, place};
+use motion_core::{__message_features, message, open_enum, unit};
+
+use super::{JogSpeed, Steps};
+
+unit! {
+    /// A virtual position, in units of the rig, x 100 000; of a direction, in degrees.
+    pub struct VirtualPosition(Scaled<i32, 100_000>) "";
+    /// A place along one axis, in units of the rig, in thousandths.
+    pub struct Coordinate(Milli<i32>) "";
+    /// How fast the camera runs along a line: up to 100.00 percent, forwards or backwards (decision D-40).
+    pub struct LineSpeed(Centi<i16>) "%";
+}
+
+open_enum! {
+    /// A virtual motor, as Limnmedia's firmware counts them; the specification has no numbers (decision D-38).
+    pub struct VirtualMotor(u8) {
+        /// Along the track.
+        TRACK = 1,
+        /// East and west.
+        EAST_WEST = 2,
+        /// North and south.
+        NORTH_SOUTH = 3,
+        /// The camera's pan.
+        PAN = 4,
+        /// The camera's tilt.
+        TILT = 5,
+        /// The camera's roll.
+        ROLL = 6,
+    }
+
+    /// Along which line a camera runs.
+    pub struct LineAxis(u8) {
+        /// To the side.
+        X = 0,
+        /// Up and down.
+        Y = 1,
+        /// Where the camera looks.
+        Z = 2,
+        /// Around, with its pan.
+        PAN = 3,
+        /// Up and down, with its tilt.
+        TILT = 4,
+    }
+}
+
+message! {
+    /// Send a virtual motor to a position. Source: DMC, MSG_VIRT_MOVE; decision D-38.
+    pub struct VirtMove<'a> in LE {
+        /// Which virtual motor.
+        virtual_motor: VirtualMotor,
+        /// Where to.
+        position_x1e5: VirtualPosition,
+    }
+
+    /// Stop a virtual motor. Source: DMC, MSG_VIRT_STOP; safety decisions 1 and 7.
+    pub struct VirtStop<'a> in LE {
+        /// Which virtual motor.
+        virtual_motor: VirtualMotor,
+    }
+
+    /// Run a virtual motor towards a position until told otherwise.
+    ///
+    /// Today only the slowest and the full speed are sent, and the destination is as far away as can be: it says which
+    /// way. Source: DMC, MSG_VIRT_JOG; safety decision 10, decision D-39.
+    pub struct VirtJog<'a> in LE {
+        /// Which virtual motor.
+        virtual_motor: VirtualMotor,
+        /// How fast.
+        speed: JogSpeed,
+        /// Which way.
+        destination: Steps,
+    }
+
+    /// Run the camera along a line until told otherwise. Source: DMC, MSG_VIRT_JOG_ON_LINE; decision D-40.
+    pub struct VirtJogOnLine<'a> in LE {
+        /// Which line.
+        axis: LineAxis,
+        /// How fast, and which way.
+        speed: LineSpeed,
+    }
+
+    /// Keep the camera aimed at a point, or not: asked for by the host, confirmed by the device at any time.
+    ///
+    /// Source: DMC, MSG_VIRT_AIM_POINT; decision D-42.
+    pub struct VirtAimPoint<'a> in LE {
+        /// Whether it is aimed.
+        enable: Bool,
+        /// Where the point is.
+        aim_x: Coordinate,
+        /// Where the point is.
+        aim_y: Coordinate,
+        /// Where the point is.
+        aim_z: Coordinate,
+    }
+
+    /// The part of [`VirtPositions`] that is a field or absent, each for itself.
+    struct Pose<'a> in LE {
+        track: VirtualPosition,
+        ew: VirtualPosition,
+        ns: VirtualPosition,
+        pan: VirtualPosition,
+        tilt: VirtualPosition,
+        roll: VirtualPosition,
+        ;
+        aim_enabled: Option<Bool>,
+    }
+
+    /// The part of [`VirtPositions`] that is there whole or not at all.
+    struct Point<'a> in LE {
+        aim_x: Coordinate,
+        aim_y: Coordinate,
+        aim_z: Coordinate,
+    }
+}
+
+/// Where the virtual motors are: the answer, and sent unasked by some devices.
+///
+/// Devices that can aim add whether they do and, all three or none, where. Source: DMC, `MSG_VIRT_GET_POSITION`;
+/// decision D-41.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct VirtPositions<'a> {
+    /// Along the track.
+    pub track: VirtualPosition,
+    /// East and west.
+    pub ew: VirtualPosition,
+    /// North and south.
+    pub ns: VirtualPosition,
+    /// The camera's pan.
+    pub pan: VirtualPosition,
+    /// The camera's tilt.
+    pub tilt: VirtualPosition,
+    /// The camera's roll.
+    pub roll: VirtualPosition,
+    /// Whether the camera is aimed at a point.
+    pub aim_enabled: Option<Bool>,
+    /// The point: x, y and z.
+    pub aim: Option<[Coordinate; 3]>,
+    /// Bytes behind the known fields, kept as they came.
+    pub tail: &'a [u8],
+}
+
+impl<'a> VirtPositions<'a> {
+    fn pose(&self) -> Pose<'a> {
+        let Self { track, ew, ns, pan, tilt, roll, aim_enabled, .. } = *self;
+        let tail = if self.aim.is_none() { self.tail } else { &[] };
+        Pose { track, ew, ns, pan, tilt, roll, aim_enabled, tail }
+    }
+
+    fn aim(&self) -> Option<Point<'a>> {
+        self.aim.map(|[aim_x, aim_y, aim_z]| Point { aim_x, aim_y, aim_z, tail: self.tail })
+    }
+}
+
+impl<'a> Message<'a> for VirtPositions<'a> {
+    const LAYOUT: &'static [Row] = &place([
+        row::<VirtualPosition>("track", PartKind::Fixed),
+        row::<VirtualPosition>("ew", PartKind::Fixed),
+        row::<VirtualPosition>("ns", PartKind::Fixed),
+        row::<VirtualPosition>("pan", PartKind::Fixed),
+        row::<VirtualPosition>("tilt", PartKind::Fixed),
+        row::<VirtualPosition>("roll", PartKind::Fixed),
+        row::<Bool>("aim_enabled", PartKind::Optional),
+        row::<Coordinate>("aim_x", PartKind::Optional),
+        row::<Coordinate>("aim_y", PartKind::Optional),
+        row::<Coordinate>("aim_z", PartKind::Optional),
+    ]);
+
+    fn decode(body: &'a [u8]) -> Result<Self, DecodeError> {
+        let Pose { track, ew, ns, pan, tilt, roll, aim_enabled, tail } =
+            Pose::decode(body).map_err(|error| behind(error, "VirtPositions", 0))?;
+        let (aim, tail) = match Point::decode(tail) {
+            Ok(Point { aim_x, aim_y, aim_z, tail }) => (Some([aim_x, aim_y, aim_z]), tail),
+            Err(_) => (None, tail),
+        };
+        Ok(Self { track, ew, ns, pan, tilt, roll, aim_enabled, aim, tail })
+    }
+
+    fn encoded_len(&self) -> usize {
+        self.pose().encoded_len().saturating_add(self.aim().map_or(0, |aim| aim.encoded_len()))
+    }
+
+    fn encode_into(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
+        let what = "VirtPositions.aim";
+        if self.aim.is_some() && self.aim_enabled.is_none() {
+            return Err(EncodeError::Hole { what });
+        }
+        if self.aim.is_none() && Point::decode(self.tail).is_ok() {
+            return Err(EncodeError::Tail { what, len: self.tail.len() });
+        }
+        let needed = self.encoded_len();
+        let small = EncodeError::BufferTooSmall { needed, have: out.len() };
+        let out = out.get_mut(..needed).ok_or(small)?;
+        let at = self.pose().encode_into(out)?;
+        if let Some(aim) = self.aim() {
+            aim.encode_into(out.get_mut(at..).ok_or(small)?)?;
+        }
+        Ok(needed)
+    }
+}
+
+impl Fields for VirtPositions<'_> {
+    fn fields(&self, visitor: &mut dyn Visitor) {
+        self.pose().fields(visitor);
+        if let Some(aim) = self.aim() {
+            aim.fields(visitor);
+        }
+    }
+}
+
+__message_features! { 'a [VirtPositions<'a>] VirtPositions }
+
+/// A row of a layout that is written by hand.
+pub(super) const fn row<T: Field>(name: &'static str, part: PartKind) -> Row {
+    Row { name, wire: T::WIRE, offset: None, size: T::SIZE, part, unit: T::UNIT, element: &[] }
+}
+
+/// The error of a part of a message, for the whole of it: the part stands behind `before` bytes.
+pub(super) fn behind(error: DecodeError, what: &'static str, before: usize) -> DecodeError {
+    match error {
+        DecodeError::Truncated { needed, have, .. } => {
+            DecodeError::Truncated { what, needed: needed.saturating_add(before), have: have.saturating_add(before) }
+        }
+        other => other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    /// Decision D-41.
+    #[test]
+    fn an_aim_is_there_whole_or_not_at_all() {
+        let body: Vec<u8> = (0..40).collect();
+        for len in 24..=40 {
+            let positions = VirtPositions::decode(&body[..len]).unwrap();
+            let known = match len {
+                24 => 24,
+                25..37 => 25,
+                _ => 37,
+            };
+            assert_eq!((positions.aim_enabled, positions.aim.is_some()), ((len > 24).then_some(Bool(24)), len >= 37));
+            assert_eq!(positions.tail, &body[known..len], "{len} bytes");
+        }
+        let short = DecodeError::Truncated { what: "VirtPositions", needed: 24, have: 23 };
+        assert_eq!(VirtPositions::decode(&body[..23]), Err(short));
+    }
+
+    #[test]
+    fn an_aim_that_would_be_read_otherwise_is_refused() {
+        let whole = VirtPositions::decode(&[1; 37]).unwrap();
+        let mut out = [0; 64];
+        assert_eq!(whole.encode_into(&mut out), Ok(37));
+        let hole = VirtPositions { aim_enabled: None, ..whole };
+        assert_eq!(hole.encode_into(&mut out), Err(EncodeError::Hole { what: "VirtPositions.aim" }));
+        let swallowed = VirtPositions { aim: None, tail: &[0; 12], ..whole };
+        assert_eq!(swallowed.encode_into(&mut out), Err(EncodeError::Tail { what: "VirtPositions.aim", len: 12 }));
+        let kept = VirtPositions { aim: None, tail: &[0; 11], ..whole };
+        assert_eq!(kept.encode_into(&mut out), Ok(36));
+    }
+}

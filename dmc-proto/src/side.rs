@@ -1,0 +1,35 @@
+//! The two sides as types, and what the optional features add to their messages.
+
+use motion_core::side;
+
+use crate::{DeviceMessage, HostMessage, MessageId};
+
+side! {
+    /// Dragonframe, where a type says whose messages are meant.
+    ///
+    /// ```
+    /// # #[cfg(all(feature = "alloc", feature = "bytes"))] {
+    /// use dmc_proto::message::Empty;
+    /// use dmc_proto::{Host, HostMessage, MessageId, Owned};
+    ///
+    /// let hi = HostMessage::Hi(Empty { tail: &[] });
+    /// let kept: Owned<Host> = Owned::new(&hi)?;
+    /// assert_eq!(kept.message(), hi);
+    ///
+    /// let frame: Vec<u8> = hi.to_vec(MessageId(1))?;
+    /// let mut buf = bytes::BytesMut::new();
+    /// hi.encode(MessageId(1), &mut buf)?;
+    /// assert_eq!(buf, frame);
+    /// # }
+    /// # Ok::<(), dmc_proto::EncodeError>(())
+    /// ```
+    pub enum Host in LE: HostMessage(id: MessageId);
+    /// A controller, where a type says whose messages are meant.
+    pub enum Device in LE: DeviceMessage(id: MessageId);
+}
+
+/// Frames as a `tokio_util` codec, with a buffer of `N` bytes, at least twice [`MAX_FRAME`](crate::frame::MAX_FRAME).
+///
+/// For other limits, name the framing: `motion_core::codec::Codec<Dmc<1048>, 2096>`.
+#[cfg(feature = "tokio")]
+pub type Codec<const N: usize = { 2 * crate::frame::MAX_FRAME }> = motion_core::codec::Codec<crate::Dmc, N>;

@@ -1,0 +1,161 @@
+//! hoot on a bus, or through a bridge.
+
+use hoot_proto::lint::Context;
+use hoot_proto::{Address, AnyQuery, AnyReply, DeviceMessage, Frame, HostMessage, Query, ReplyError};
+use motion_core::stream::Framing;
+use motion_core::wire::{FieldView, Fields, Messages, Visitor};
+
+use super::{Show, read};
+use crate::cli::Stop;
+use crate::record::{Body, Keys, Shown, hex};
+use crate::text::Side;
+
+/// Twice the longest packet.
+pub(super) const BUFFER: usize = 2 * <hoot_proto::Hoot as Framing>::MAX;
+
+/// The packets of a bus, which knows one outstanding request.
+#[derive(Default)]
+pub(super) struct Hoot {
+    /// The request that the next reply answers, by name, and as a query if it is one.
+    asked: Option<(&'static str, Option<AnyQuery>)>,
+}
+
+impl Show for Hoot {
+    const NAME: &'static str = "hoot";
+    type Framing = hoot_proto::Hoot;
+
+    fn show(
+        &mut self,
+        from: Side,
+        frame: &Frame<'_>,
+        see: &mut dyn FnMut(Shown<'_>) -> Result<(), Stop>,
+    ) -> Result<(), Stop> {
+        let header = Header::of(frame);
+        match from {
+            Side::Host => {
+                let message = HostMessage::decode(frame);
+                self.asked = (frame.address() != Address::BROADCAST).then(|| (message.name(), message.query()));
+                let encode = |message: &HostMessage<'_>, out: &mut [u8]| message.encode_into(frame.address(), out);
+                let read = read(frame.bytes(), Ok(message), |message| message.lint(&Context::default()), encode);
+                let number = if message.name() == "Other" { format!(" command {}", frame.command()) } else { String::new() };
+                see(Shown {
+                    message: Some(message.name()),
+                    title: format!("{}{number}", message.name()),
+                    subtitle: match frame.address() {
+                        Address::BROADCAST => "to all".to_owned(),
+                        Address(node) => format!("to {node}"),
+                    },
+                    keys: header.request(),
+                    header_fields: [header.request(), header.body(frame.payload())].concat(),
+                    body: Body::Fields(if matches!(message, HostMessage::Other(_)) { &Nothing } else { &message }),
+                    canonical: read.canonical,
+                    lints: read.lints,
+                    checked: false,
+                })
+            }
+            Side::Device => {
+                let message = DeviceMessage::decode(frame);
+                let asked = self.asked.take();
+                let read = read(
+                    frame.bytes(),
+                    Ok(message),
+                    |message| message.lint(&Context::default()),
+                    DeviceMessage::encode_into,
+                );
+                let mut keys = vec![("response_code", frame.command().into())];
+                let mut header_fields = header.reply();
+                let mut subtitle = String::new();
+                let hidden = match (message, asked) {
+                    (DeviceMessage::Reply(reply), Some((name, query))) => {
+                        keys.push(("answers", name.into()));
+                        let answer = query.map(|query| query.decode_reply(reply));
+                        subtitle = match &answer {
+                            Some(Ok(answer)) => format!("to {name}: {answer}"),
+                            Some(Err(error)) => format!("to {name}: {error}"),
+                            None => format!("to {name}"),
+                        };
+                        hundredths(answer, &mut header_fields)
+                    }
+                    _ => "",
+                };
+                see(Shown {
+                    message: Some(message.name()),
+                    title: message.name().to_owned(),
+                    subtitle,
+                    keys,
+                    header_fields,
+                    body: Body::Fields(&Without { fields: &message, hidden }),
+                    canonical: read.canonical,
+                    lints: read.lints,
+                    checked: false,
+                })
+            }
+        }
+    }
+}
+
+/// Shows hundredths as such, where an answer is made of them. Returns the field that then says less.
+fn hundredths(answer: Option<Result<AnyReply<'_>, ReplyError>>, fields: &mut Keys) -> &'static str {
+    let Some(Ok(AnyReply::Voltage(volts))) = answer else { return "" };
+    fields.push(("raw_i32", volts.value.0.raw().into()));
+    fields.push(("value_fixed_div100", volts.value.0.to_f64().into()));
+    "value"
+}
+
+/// What the header of a packet says.
+struct Header {
+    address: u8,
+    sub_address: u8,
+    command: u8,
+    length: usize,
+}
+
+impl Header {
+    fn of(frame: &Frame<'_>) -> Self {
+        Self {
+            address: frame.address().0,
+            sub_address: frame.sub_address(),
+            command: frame.command(),
+            length: frame.payload().len(),
+        }
+    }
+
+    fn request(&self) -> Keys {
+        vec![
+            ("address", self.address.into()),
+            ("sub_address", self.sub_address.into()),
+            ("command", self.command.into()),
+        ]
+    }
+
+    fn body(&self, data: &[u8]) -> Keys {
+        vec![("length", self.length.into()), ("data", hex(data).into())]
+    }
+
+    fn reply(&self) -> Keys {
+        vec![("address", self.address.into()), ("sub_address", self.sub_address.into()), ("length", self.length.into())]
+    }
+}
+
+/// The data of a request that has no type is shown with its header.
+struct Nothing;
+
+impl Fields for Nothing {
+    fn fields(&self, _: &mut dyn Visitor) {}
+}
+
+/// Fields, but for one.
+struct Without<'a> {
+    fields: &'a dyn Fields,
+    hidden: &'static str,
+}
+
+impl Fields for Without<'_> {
+    fn fields(&self, visitor: &mut dyn Visitor) {
+        self.fields.fields(&mut |field: &FieldView<'_>| {
+            if field.name != self.hidden {
+                visitor.visit(field);
+            }
+        });
+    }
+}

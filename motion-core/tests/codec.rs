@@ -1,0 +1,182 @@
+//! The tokio codec finds what `Frames` finds, and a `Framed` brings it there and back.
+
+#[allow(dead_code, reason = "the framings of the stream tests, without their rescans")]
+#[path = "stream/framings.rs"]
+mod framings;
+
+use std::fmt::Debug;
+
+use bytes::{Bytes, BytesMut};
+use framings::{Dmc, Hoot, Kos, dmc_frame, hoot_frame, kos_frame};
+use futures_util::{SinkExt, StreamExt};
+use laws::stream::{Drain, Owned, read};
+use motion_core::codec::{Codec, Item};
+use motion_core::stream::{Fatal, Framing, Noise};
+use proptest::collection::vec;
+use proptest::prelude::*;
+use tokio_util::codec::{Decoder, Encoder, Framed};
+
+/// Reads a stream in pieces through the codec; neighbouring noise is one item.
+fn decode<F: Framing, const N: usize>(stream: &[u8], cuts: &[usize]) -> Vec<Owned<F::Header>> {
+    let mut codec = Codec::<F, N>::new();
+    let mut items = Vec::new();
+    let mut src = BytesMut::new();
+    let mut keep = |codec: &mut Codec<F, N>, item| match (item, items.last_mut()) {
+        (Item::Frame(bytes), _) => items.push(Owned::Frame(bytes.to_vec())),
+        (Item::Corrupt { header, why, bytes }, _) => {
+            items.push(Owned::Corrupt { header, why, bytes: bytes.to_vec() });
+        }
+        (Item::Noise { bytes, .. }, Some(Owned::Noise { bytes: before, .. })) => before.extend(bytes),
+        (Item::Noise { bytes, why }, _) => items.push(Owned::Noise { bytes: bytes.to_vec(), why }),
+        (Item::Fatal(why), _) => {
+            items.push(Owned::Fatal(why));
+            codec.resync();
+        }
+    };
+    let mut rest = stream;
+    for cut in cuts.iter().cycle() {
+        let (piece, later) = rest.split_at(rest.len().min(*cut));
+        rest = later;
+        src.extend_from_slice(piece);
+        while let Some(item) = codec.decode(&mut src).unwrap() {
+            keep(&mut codec, item);
+        }
+        if rest.is_empty() {
+            break;
+        }
+    }
+    while let Some(item) = codec.decode_eof(&mut src).unwrap() {
+        keep(&mut codec, item);
+    }
+    assert!(src.is_empty(), "every byte is part of an item");
+    items
+}
+
+/// Whole, cut and damaged frames, and noise that looks like them.
+fn streams(marker: &'static [u8], frame: fn(&[u8]) -> Vec<u8>) -> impl Strategy<Value = Vec<u8>> {
+    let data = || vec(prop_oneof![any::<u8>(), prop::sample::select(marker)], 0..20);
+    let part = prop_oneof![
+        3 => data().prop_map(move |data| frame(&data)),
+        1 => data(),
+        2 => (data(), any::<prop::sample::Index>(), 1..=255_u8).prop_map(move |(data, at, by)| {
+            let mut bytes = frame(&data);
+            let at = at.index(bytes.len());
+            bytes[at] ^= by;
+            bytes
+        }),
+    ];
+    vec(part, 0..20).prop_map(|parts| parts.concat())
+}
+
+fn same<F: Framing, const N: usize>(stream: &[u8], cuts: &[usize]) {
+    let expected = read::<F, N>(stream, &[], Drain::AtGap, || usize::MAX).items;
+    assert_eq!(decode::<F, N>(stream, cuts), expected);
+}
+
+proptest! {
+    #[test]
+    fn finds_what_frames_find(
+        dmc in streams(b"DF", |data| dmc_frame(7, 1, data)),
+        kos in streams(&[4, 0, 6], |data| kos_frame(2, data)),
+        hoot in streams(&[0, 0xff], |data| hoot_frame([1, 2, 3], data)),
+        cuts in vec(1..60_usize, 1..9),
+    ) {
+        same::<Dmc<40>, 80>(&dmc, &cuts);
+        same::<Kos<40>, 80>(&kos, &cuts);
+        same::<Hoot, 84>(&hoot, &cuts);
+    }
+}
+
+#[test]
+fn frames_are_split_off_and_not_copied() {
+    let mut codec = Codec::<Kos<40>, 80>::new();
+    let mut src = BytesMut::from(&kos_frame(1, b"abc")[..]);
+    let place = src.as_ptr();
+    let Some(Item::Frame(frame)) = codec.decode(&mut src).unwrap() else { panic!("a frame") };
+    assert_eq!(frame.as_ptr(), place);
+}
+
+#[test]
+fn a_fatal_error_that_nobody_heeds_ends_the_stream() {
+    let fatal = Fatal::BadVersion { found: 9, expected: 4 };
+    let mut codec = Codec::<Kos<40>, 80>::new();
+    let mut src = BytesMut::from(&[9, 9, 9][..]);
+    assert_eq!(codec.decode(&mut src).unwrap(), Some(Item::Fatal(fatal)));
+    for _ in 0..2 {
+        let error = codec.decode(&mut src).unwrap_err();
+        assert_eq!((error.kind(), error.to_string()), (std::io::ErrorKind::InvalidData, fatal.to_string()));
+    }
+    codec.resync();
+    src.extend_from_slice(&kos_frame(1, b""));
+    assert!(matches!(codec.decode(&mut src).unwrap(), Some(Item::Noise { why: Noise::Resync, .. })));
+    assert!(matches!(codec.decode(&mut src).unwrap(), Some(Item::Frame(_))));
+
+    // A new connection has a new buffer, and the codec that served the old one.
+    let mut src = BytesMut::from(&[9][..]);
+    assert_eq!(codec.decode(&mut src).unwrap(), Some(Item::Fatal(fatal)));
+    codec.reset();
+    let mut src = BytesMut::from(&kos_frame(1, b"")[..]);
+    assert!(matches!(codec.decode(&mut src).unwrap(), Some(Item::Frame(_))));
+}
+
+#[test]
+fn bytes_before_a_gap_are_not_joined_to_those_behind_it() {
+    let frame = dmc_frame(1, 2, b"data");
+    let mut codec = Codec::<Dmc<40>, 80>::new();
+    let mut src = BytesMut::from(&frame[..9]);
+    assert_eq!(codec.decode(&mut src).unwrap(), None);
+    codec.gap();
+    src.extend_from_slice(&frame[9..]);
+    let Some(Item::Noise { bytes, why: Noise::CutOff }) = codec.decode(&mut src).unwrap() else { panic!("cut off") };
+    assert_eq!(bytes, frame[..9]);
+}
+
+#[test]
+fn only_whole_frames_are_sent() {
+    let frame = dmc_frame(1, 2, b"data");
+    let mut codec = Codec::<Dmc<40>, 80>::new();
+    let mut dst = BytesMut::new();
+    codec.encode(&frame, &mut dst).unwrap();
+    for bad in [&frame[1..], &frame[..frame.len() - 1], &[&frame[..], b"D"].concat(), b""] {
+        let error = codec.encode(bad, &mut dst).unwrap_err();
+        assert_eq!(error.kind(), std::io::ErrorKind::InvalidInput);
+    }
+    assert_eq!(dst, frame);
+}
+
+fn run<T: Debug>(future: impl Future<Output = T>) -> T {
+    tokio::runtime::Builder::new_current_thread().build().unwrap().block_on(future)
+}
+
+#[test]
+fn framed_there_and_back() {
+    let frames = [dmc_frame(1, 2, b"one"), dmc_frame(2, 3, b""), dmc_frame(3, 4, &[b'D'; 20])];
+    let (here, there) = tokio::io::duplex(5);
+    run(async {
+        let mut sender = Framed::new(here, Codec::<Dmc<40>, 80>::new());
+        let mut receiver = Framed::new(there, Codec::<Dmc<40>, 80>::new());
+        let send = async {
+            for frame in &frames {
+                sender.send(frame).await.unwrap();
+            }
+            // A frame that is cut off when the connection ends.
+            let last = frames[0][..8].to_vec();
+            tokio::io::AsyncWriteExt::write_all(sender.get_mut(), &last).await.unwrap();
+            drop(sender);
+        };
+        let receive = async {
+            let mut items = Vec::new();
+            while let Some(item) = receiver.next().await {
+                items.push(item.unwrap());
+            }
+            items
+        };
+        let ((), items) = futures_util::future::join(send, receive).await;
+        let found: Vec<Bytes> = items
+            .iter()
+            .filter_map(|item| if let Item::Frame(bytes) = item { Some(bytes.clone()) } else { None })
+            .collect();
+        assert_eq!(found, frames);
+        assert!(matches!(&items[3..], [Item::Noise { bytes, why: Noise::CutOff }] if *bytes == frames[0][..8]));
+    });
+}
