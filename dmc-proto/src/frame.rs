@@ -312,8 +312,8 @@ fn envelope(
 /// The framing of DMC, for frames of up to `CAP` bytes.
 ///
 /// `CAP` is 12 to 65547; a longer claim is taken for noise, so that a corrupt length cannot make the stream wait. The
-/// search then goes on behind the marker. After a wrong checksum it goes on at the next byte, and finds good frames
-/// inside the corrupt one (decision D-12).
+/// search then goes on behind the marker, as it does after a wrong checksum, and finds good frames inside the corrupt one
+/// (decision D-12).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dmc<const CAP: usize = MAX_FRAME> {}
 
@@ -349,6 +349,11 @@ impl<const CAP: usize> Framing for Dmc<CAP> {
     #[inline]
     fn frame(bytes: &[u8]) -> Option<Frame<'_>> {
         Frame::unverified(bytes).ok()
+    }
+
+    /// The marker: no other one begins inside it.
+    fn give_up(bytes: &[u8]) -> usize {
+        if bytes.starts_with(&MARKER) { MARKER.len() } else { 1 }
     }
 }
 

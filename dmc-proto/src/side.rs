@@ -17,7 +17,7 @@ side! {
     /// assert_eq!(kept.message(), hi);
     ///
     /// let frame: Vec<u8> = hi.to_vec(MessageId(1))?;
-    /// let mut buf = bytes::BytesMut::new();
+    /// let mut buf = Vec::new();
     /// hi.encode(MessageId(1), &mut buf)?;
     /// assert_eq!(buf, frame);
     /// # }

@@ -45,6 +45,16 @@ fn hex(bytes: &[u8]) -> String {
     digits.map(|digit| char::from_digit(digit.into(), 16).unwrap()).collect()
 }
 
+/// Numbers, with a name each.
+fn named<T: Into<Value>, const N: usize>(names: [&str; N], numbers: Vec<T>) -> Value {
+    names
+        .into_iter()
+        .map(String::from)
+        .zip(numbers.into_iter().map(Into::into))
+        .collect::<serde_json::Map<_, _>>()
+        .into()
+}
+
 /// The fields of a body, those that are absent left out, and what is behind them.
 fn fields<'a>(
     body: &'a [u8],
@@ -96,7 +106,8 @@ fn host(kind: u16, body: &[u8]) -> Option<Value> {
             body,
             map((le_u8, le_u8, le_i32, le_u8, le_i32, le_u8), |(motor, low_on, low, up_on, up, hw)| {
                 json!({
-                    "motor": motor, "lower_enable": low_on, "lower": low, "upper_enable": up_on, "upper": up, "hw_set": hw
+                    "motor": motor, "lower_enable": low_on, "lower": low, "upper_enable": up_on, "upper": up,
+                    "hw_set": hw
                 })
             }),
         ),
@@ -140,8 +151,9 @@ fn real_time(kind: u16, body: &[u8]) -> Option<Value> {
                 ),
                 |((fps, start, end, pre, post, dmx, bloop, channel, ms), (flags, open, close))| {
                     json!({
-                        "fps_x1000": fps, "start_frame": start, "end_frame": end, "pre_roll_ms": pre, "post_roll_ms": post,
-                        "sync_dmx": dmx, "bloop_location": bloop, "bloop_dmx_channel": channel, "bloop_ms": ms,
+                        "fps_x1000": fps, "start_frame": start, "end_frame": end,
+                        "pre_roll_ms": pre, "post_roll_ms": post, "sync_dmx": dmx,
+                        "bloop_location": bloop, "bloop_dmx_channel": channel, "bloop_ms": ms,
                         "flags": flags, "open_angle": open, "close_angle": close
                     })
                 },
@@ -181,7 +193,7 @@ fn virtuals(kind: u16, body: &[u8]) -> Option<Value> {
             body,
             map(
                 (le_u8, le_u16, le_i32),
-                |(motor, speed, destination)| json!({ "virtual_motor": motor, "speed": speed, "destination": destination }),
+                |(motor, speed, to)| json!({ "virtual_motor": motor, "speed": speed, "destination": to }),
             ),
         ),
         0x0205 => fields(body, success(json!({}))),
@@ -207,10 +219,7 @@ fn virtual_rig(body: &[u8]) -> Option<Value> {
         1 => fields(rest, boom_swing_track),
         2 => fields(
             rest,
-            map(
-                (le_u32, le_u32, le_u32, le_u32),
-                |(swing, swing_spu, pan, pan_spu)| json!({ "swing_motor": swing, "swing_spu": swing_spu, "pan_motor": pan, "pan_spu": pan_spu }),
-            ),
+            map(many_m_n(4, 4, le_u32), |numbers| named(["swing_motor", "swing_spu", "pan_motor", "pan_spu"], numbers)),
         ),
         _ => Some(json!({ "opaque": hex(rest) })),
     }?;
@@ -252,10 +261,8 @@ fn device(kind: u16, body: &[u8]) -> Option<Value> {
         ),
         0x003a => fields(body, map((le_u8, opt(le_u8)), |(reason, motor)| json!({ "reason": reason, "motor": motor }))),
         0x0205 => {
-            let pose = map(
-                (le_i32, le_i32, le_i32, le_i32, le_i32, le_i32),
-                |(track, ew, ns, pan, tilt, roll)| json!({ "track": track, "ew": ew, "ns": ns, "pan": pan, "tilt": tilt, "roll": roll }),
-            );
+            let names = ["track", "ew", "ns", "pan", "tilt", "roll"];
+            let pose = map(many_m_n(6, 6, le_i32), |numbers| named(names, numbers));
             // The aim counts whole; otherwise only its first byte does.
             let aim = opt(alt((aim_point, map(le_u8, |enable| json!({ "enable": enable })))));
             fields(

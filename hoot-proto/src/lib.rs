@@ -88,13 +88,21 @@ extern crate std;
 pub mod frame;
 pub mod lint;
 pub mod message;
+#[cfg(feature = "nom")]
+pub mod nom;
 pub mod query;
+mod side;
 
 pub use frame::{Address, Frame, FrameError, Frames, Header, Hoot, Selector, Strict};
 pub use message::{DeviceMessage, HostMessage};
+#[cfg(feature = "alloc")]
+pub use motion_core::owned::Owned;
 pub use motion_core::stream::Item;
 pub use motion_core::wire::{DecodeError, EncodeError};
 pub use query::{AnyQuery, AnyReply, Query, ReplyError};
+#[cfg(feature = "tokio")]
+pub use side::Codec;
+pub use side::{Device, Host};
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]

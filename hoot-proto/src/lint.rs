@@ -97,7 +97,8 @@ impl HostMessage<'_> {
             | Self::Name(_)
             | Self::Voltage(_)
             | Self::MotorStop(_)
-            | Self::MotorPosition(_) => {}
+            | Self::MotorPosition(_)
+            | Self::MotorRunning(_) => {}
         }
         rules.found
     }

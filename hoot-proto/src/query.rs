@@ -27,11 +27,11 @@
 use core::fmt;
 
 use motion_core::fixed::Scaled;
-use motion_core::wire::EncodeError;
+use motion_core::wire::{Bool, EncodeError};
 
 use crate::message::{
-    HostMessage, MotorPosition, NameQuery, Reply, ResponseCode, RunState, RunStatus, Steps, Text, Value, ValueType,
-    Voltage, Volts,
+    HostMessage, MotorPosition, MotorRunning, NameQuery, Reply, ResponseCode, RunState, RunStatus, Steps, Text, Value,
+    ValueType, Voltage, Volts,
 };
 
 /// A request that asks for a value.
@@ -148,6 +148,26 @@ impl<'a> ReplyValue<'a> for RunState {
 
     fn to_value(self, _: ValueType) -> Value<'a> {
         Value::Byte(self.0)
+    }
+}
+
+/// A yes or no may come as `INT` too, from builds in which it was promoted (hoot, section 2.3, query 107).
+impl<'a> ReplyValue<'a> for Bool {
+    fn value_type(_: Profile) -> ValueType {
+        ValueType::BYTE
+    }
+
+    fn from_value(value: Value<'a>) -> Option<Self> {
+        match value {
+            Value::Byte(byte) => Some(Self(byte)),
+            // What has no room in a byte is not 0, and so a yes.
+            Value::Int(number) => Some(u8::try_from(number).map_or(Self::TRUE, Self)),
+            _ => None,
+        }
+    }
+
+    fn to_value(self, value_type: ValueType) -> Value<'a> {
+        if value_type == ValueType::INT { Value::Int(self.0.into()) } else { Value::Byte(self.0) }
     }
 }
 
@@ -347,4 +367,5 @@ queries! {
     Name(NameQuery) => Text<'a>;
     Voltage(Voltage) => Volts;
     MotorPosition(MotorPosition) => Steps;
+    MotorRunning(MotorRunning) => Bool;
 }

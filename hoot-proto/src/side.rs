@@ -17,7 +17,7 @@ side! {
     /// assert_eq!(kept.message(), stop);
     ///
     /// let frame: Vec<u8> = stop.to_vec(Address::DEFAULT)?;
-    /// let mut buf = bytes::BytesMut::new();
+    /// let mut buf = Vec::new();
     /// stop.encode(Address::DEFAULT, &mut buf)?;
     /// assert_eq!(buf, frame);
     /// # }

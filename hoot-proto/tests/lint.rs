@@ -4,14 +4,14 @@ use hoot_proto::frame::MAX_DATA;
 use hoot_proto::lint::Context;
 use hoot_proto::message::{
     AnySubAddress, BroadcastAssignAddress, BroadcastPause, BroadcastStart, BroadcastStop, Direction, Motor, MotorMove,
-    MotorPosition, MotorRun, MotorSetContinuousSpeed, MotorStop, Name, NameQuery, Pause, Reply, ResponseCode, RunState,
-    RunStatus, SetName, Start, StepCount, Steps, StepsPerSecond, Stop, Text, Voltage, Volts,
+    MotorPosition, MotorRun, MotorRunning, MotorSetContinuousSpeed, MotorStop, Name, NameQuery, Pause, Reply,
+    ResponseCode, RunState, RunStatus, SetName, Start, StepCount, Steps, StepsPerSecond, Stop, Text, Voltage, Volts,
 };
 use hoot_proto::query::{Answer, Profile};
 use hoot_proto::{Address, DeviceMessage, EncodeError, Frame, HostMessage, Query};
 use motion_core::fixed::Scaled;
 use motion_core::lint::Severity;
-use motion_core::wire::Messages;
+use motion_core::wire::{Bool, Messages};
 
 /// One of each message, as its constructor makes it.
 fn requests() -> Vec<HostMessage<'static>> {
@@ -30,6 +30,7 @@ fn requests() -> Vec<HostMessage<'static>> {
         HostMessage::MotorMove(MotorMove::new(motor, direction, max).unwrap()),
         HostMessage::MotorRun(MotorRun { motor, direction }),
         HostMessage::MotorPosition(MotorPosition { motor }),
+        HostMessage::MotorRunning(MotorRunning { motor }),
         HostMessage::BroadcastStart(BroadcastStart::default()),
         HostMessage::BroadcastStop(BroadcastStop::default()),
         HostMessage::BroadcastPause(BroadcastPause::default()),
@@ -65,14 +66,15 @@ fn silent_on_the_replies_that_queries_make() {
     for profile in [Profile::Unknown, Profile::Library20140925, Profile::V033] {
         let mut context = Context::default();
         context.profile = profile;
-        let mut data = [[0; MAX_DATA]; 4];
-        let [a, b, c, d] = &mut data;
+        let mut data = [[0; MAX_DATA]; 5];
+        let [state, name, voltage, position, running] = &mut data;
         let volts = Volts(Scaled(1229));
         let replies = [
-            RunStatus {}.reply(Answer::new(RunState::RUNNING, profile), a),
-            NameQuery {}.reply(Answer::new(Text(b"NMX\0\0\0\0\0\0\0"), profile), b),
-            Voltage {}.reply(Answer::new(volts, profile), c),
-            MotorPosition::default().reply(Answer::new(Steps(-1), profile), d),
+            RunStatus {}.reply(Answer::new(RunState::RUNNING, profile), state),
+            NameQuery {}.reply(Answer::new(Text(b"NMX\0\0\0\0\0\0\0"), profile), name),
+            Voltage {}.reply(Answer::new(volts, profile), voltage),
+            MotorPosition::default().reply(Answer::new(Steps(-1), profile), position),
+            MotorRunning::default().reply(Answer::new(Bool::TRUE, profile), running),
             Ok(Reply::OK),
             Ok(Reply::ERROR),
         ];

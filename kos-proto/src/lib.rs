@@ -1,4 +1,77 @@
-//! Kessler kOS.
+//! Kessler kOS: the language between a client and a motion-control device such as Second Shooter, for both sides.
+//!
+//! The client, or [host](HostMessage), sets and asks; the [device](DeviceMessage) answers, and tells unasked what
+//! happens. Bytes become frames, frames become messages, and back. Nothing here does I/O, allocates, or panics.
+//!
+//! Reading: a stream brings bytes in pieces, [`Frames`] finds the frames in them, each side decodes what the other sent.
+//!
+//! ```
+//! use kos_proto::message::MotorAddress;
+//! use kos_proto::{DeviceMessage, Frames, Item};
+//!
+//! // A motor as a device of the older dialect tells of it, in three pieces.
+//! let line = b"\x04\0\x1c\0\x0b\x02\x01\x03\x41\x3f\xb8\0\0\0\0\0\x42\xc8\0\0\x42\x82\0\0\x42\x48\0\0";
+//!
+//! let mut frames: Frames = Frames::new();
+//! for piece in line.chunks(10) {
+//!     assert_eq!(frames.push(piece), piece.len());
+//!     while let Some(item) = frames.next() {
+//!         match item {
+//!             Item::Frame(frame) => match DeviceMessage::decode(&frame)? {
+//!                 DeviceMessage::MotorInfo(info) => {
+//!                     let motor = info.motors.iter().next().expect("one motor a message");
+//!                     assert_eq!((motor.motor_address, motor.is_calibrated()), (MotorAddress(3), false));
+//!                 }
+//!                 message => println!("{message}"),
+//!             },
+//!             Item::Noise { why, .. } => println!("{why}"),
+//!             Item::Fatal(why) => panic!("close the connection: {why}"),
+//!             Item::Corrupt { .. } => unreachable!("kOS has no checksum"),
+//!         }
+//!     }
+//! }
+//! # Ok::<(), kos_proto::DecodeError>(())
+//! ```
+//!
+//! Writing: a message writes all of itself, header included; [`lint`] says before what a device would refuse. A
+//! datagram is one [`Frame::decode`].
+//!
+//! ```
+//! use kos_proto::HostMessage;
+//! use kos_proto::lint::Context;
+//! use kos_proto::message::{MotorAddress, RotationsPerSecond, RotationsPerSecondSquared, SetPositionSpeedAcceleration};
+//!
+//! let (speed, acceleration) = (RotationsPerSecond(100.0), RotationsPerSecondSquared(100.0));
+//! let jog = SetPositionSpeedAcceleration::jog(MotorAddress(3), speed, acceleration);
+//! let mut out = [0; 64];
+//! let len = HostMessage::SetPositionSpeedAcceleration(jog).encode_checked(&Context::default(), &mut out)?;
+//! assert_eq!(&out[..len], b"\x04\0\x14\0\x80\0\x1c\x03\x46\xc3\x50\0\x42\xc8\0\0\x42\xc8\0\0");
+//! # Ok::<(), kos_proto::EncodeError>(())
+//! ```
+//!
+//! # Units
+//!
+//! | type | on the wire | means |
+//! |---|---|---|
+//! | [`MotorAddress`](message::MotorAddress) | u8, 1 to 10 | a motor; bit 7: focus, iris or zoom |
+//! | [`Rotations`](message::Rotations) | f32 | rotations of a motor |
+//! | [`RotationsPerSecond`](message::RotationsPerSecond) | f32 | rev/s |
+//! | [`RotationsPerSecondSquared`](message::RotationsPerSecondSquared) | f32 | rev/s² |
+//! | [`Seconds`](message::Seconds) | f32 | s |
+//! | [`Normalized`](message::Normalized) | f32 | 0 to 1, of a move or of a motor's range |
+//! | [`Photos`](message::Photos) | f32 | a number of photos |
+//!
+//! Devices report positions between the ends of a motor's range, but take commands from 0 on:
+//! [`Motor::relative_position`](message::Motor::relative_position) turns one into the other.
+//!
+//! # Safety of people
+//!
+//! A position of 0 is a place to go to; what stops a motor is a speed of 0, as
+//! [`stop`](message::SetPositionSpeedAcceleration::stop) sends it, and `StopPlayback` stops all. The device drops a silent
+//! connection after 30 seconds, and what a move does then nobody says. Every rig needs an emergency stop that no computer
+//! is part of. The password goes over the line in clear, to anyone who asks: it is no protection.
+//!
+//! Decisions such as K-F3 are explained, with the evidence, in `docs/decisions.md` of the repository.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -21,9 +94,21 @@ extern crate std;
 pub mod frame;
 pub mod lint;
 pub mod message;
+#[cfg(feature = "nom")]
+pub mod nom;
+mod side;
 pub mod trajectory;
 
 pub use frame::{Frame, FrameError, Frames, Header, Kos, MessageId, MessageType};
 pub use message::{DeviceMessage, HostMessage};
+#[cfg(feature = "alloc")]
+pub use motion_core::owned::Owned;
 pub use motion_core::stream::Item;
 pub use motion_core::wire::{DecodeError, EncodeError};
+#[cfg(feature = "tokio")]
+pub use side::Codec;
+pub use side::{Device, Host};
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;

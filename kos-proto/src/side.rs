@@ -17,7 +17,7 @@ side! {
     /// assert_eq!(kept.message(), get);
     ///
     /// let frame: Vec<u8> = get.to_vec()?;
-    /// let mut buf = bytes::BytesMut::new();
+    /// let mut buf = Vec::new();
     /// get.encode(&mut buf)?;
     /// assert_eq!(buf, frame);
     /// # }
@@ -28,8 +28,8 @@ side! {
     pub enum Device in BE: DeviceMessage();
 }
 
-/// Frames as a `tokio_util` codec, with a buffer of `N` bytes, at least twice [`DEFAULT_CAP`](crate::frame::DEFAULT_CAP).
+/// Frames as a `tokio_util` codec, with a buffer of `N` bytes, at least twice [`MAX_FRAME`](crate::frame::MAX_FRAME).
 ///
 /// For other limits, name the framing: `motion_core::codec::Codec<Kos<1024>, 2048>`.
 #[cfg(feature = "tokio")]
-pub type Codec<const N: usize = { 2 * crate::frame::DEFAULT_CAP }> = motion_core::codec::Codec<crate::Kos, N>;
+pub type Codec<const N: usize = { 2 * crate::frame::MAX_FRAME }> = motion_core::codec::Codec<crate::Kos, N>;

@@ -235,7 +235,8 @@ fn older(name: &str, message: &[u8]) -> Option<&'static [Row]> {
 }
 
 fn hex(bytes: &[u8]) -> Value {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>().into()
+    let digits = bytes.iter().flat_map(|byte| [byte >> 4, byte & 0xf]);
+    digits.map(|digit| char::from_digit(digit.into(), 16).unwrap()).collect::<String>().into()
 }
 
 fn number(bits: u32) -> Value {
@@ -246,16 +247,14 @@ fn number(bits: u32) -> Value {
 /// A field, into the object.
 fn field<'a>(input: &'a [u8], (name, kind): Row, object: &mut Object) -> IResult<&'a [u8], ()> {
     let (input, value) = match kind {
-        U8 => map(be_u8, Value::from).parse(input)?,
-        U32 => map(be_u32, Value::from).parse(input)?,
+        MaybeU8 | MaybeU32 if input.is_empty() => return Ok((input, ())),
+        U8 | MaybeU8 => map(be_u8, Value::from).parse(input)?,
+        U32 | MaybeU32 => map(be_u32, Value::from).parse(input)?,
         Float => map(be_u32, number).parse(input)?,
         Mac => map(take(6_usize), hex).parse(input)?,
         Version => map(count(be_u8, 4), Value::from).parse(input)?,
         Block => map(length_data(be_u16), hex).parse(input)?,
         Rest => map(rest, hex).parse(input)?,
-        MaybeU8 | MaybeU32 if input.is_empty() => return Ok((input, ())),
-        MaybeU8 => map(be_u8, Value::from).parse(input)?,
-        MaybeU32 => map(be_u32, Value::from).parse(input)?,
         Text => {
             let (input, text) = length_data(be_u16).parse(input)?;
             let end = text.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
@@ -408,7 +407,7 @@ proptest! {
 
     #[test]
     fn on_lists_of_any_length(n in 0..8_u8, len in 0..220_usize, seed in any::<u8>()) {
-        let filler: Vec<u8> = (0..len).map(|at| (at as u8).wrapping_mul(37) ^ seed).collect();
+        let filler: Vec<u8> = (0..len).map(|at| u8::try_from(at).unwrap().wrapping_mul(37) ^ seed).collect();
         agree(&message(0x0B, 2, &[&[n], &filler[..]].concat()));
         agree(&message(0x0B, 0x82, &[&[n], &filler[..]].concat()));
         agree(&message(0x81, 2, &[&[1, n], &filler[..]].concat()));
@@ -421,7 +420,7 @@ proptest! {
         let mut payload = vec![claimed];
         for (id, len) in blocks {
             payload.extend([id, 0, u8::try_from(len).unwrap()]);
-            payload.extend((0..len).map(|at| (at * 11) as u8));
+            payload.extend((0..u8::try_from(len).unwrap()).map(|at| at.wrapping_mul(11)));
         }
         payload.extend(tail);
         agree(&message(0x12, 0, &payload));

@@ -96,7 +96,7 @@ fn a_calibrated_motor_as_printed_ends_the_stream() {
     let mut corrected = *printed;
     corrected[2] = 0x14;
     let (speed, acceleration) = (RotationsPerSecond(100.0), RotationsPerSecondSquared(100.0));
-    let position = Rotations(-50.910_23);
+    let position = Rotations(-50.910_233);
     let message = SetPositionSpeedAcceleration::move_to(MotorAddress(1), position, speed, acceleration);
     assert_eq!(from_host(&corrected), HostMessage::SetPositionSpeedAcceleration(message));
 }
@@ -105,6 +105,6 @@ fn a_calibrated_motor_as_printed_ends_the_stream() {
 fn a_motor_position_is_right() {
     let message = from_device(b"\x04\x00\x0c\x00\x81\x02\x07\x03\x41\x3f\xb8\x00");
     let DeviceMessage::MotorPosition(position) = message else { panic!("{message}") };
-    assert_eq!((position.motor_address, position.position), (MotorAddress(3), Rotations(11.982_421_875)));
+    assert_eq!((position.motor_address, position.position), (MotorAddress(3), Rotations(11.982_422)));
     assert_eq!(message.to_string(), "MotorPosition { motor_address: 3, position: 11.982422 rev }");
 }

@@ -5,7 +5,7 @@ mod recorded;
 use std::collections::BTreeMap;
 
 use kos_proto::lint::Context;
-use kos_proto::message::Numbered;
+use kos_proto::message::{Numbered, PlaybackState};
 use kos_proto::{DecodeError, DeviceMessage, Frame, FrameError, Frames, HostMessage, Item};
 use motion_core::lint::{Lints, Severity};
 use motion_core::serialize::Map;
@@ -156,6 +156,26 @@ fn all_vectors() {
         ("usb-too-long", 1),
     ];
     assert_eq!(kinds, wanted, "none is left out: 179 are held, 6 are reports");
+}
+
+/// The names of some vectors say which status they carry.
+#[test]
+fn a_status_has_the_name_that_the_vectors_give_it() {
+    let mut named = 0;
+    for vector in recorded::vectors() {
+        let name = vector["name"].as_str().unwrap();
+        let Some((number, name)) = name.strip_prefix("note/PlaybackStatus/").and_then(|name| name.split_once('-'))
+        else {
+            continue;
+        };
+        // Others say how many motors there are.
+        if let (Ok(number), true) = (number.parse(), name != "motors") {
+            let known = PlaybackState(number).name().unwrap();
+            assert!(known.replace('_', "").eq_ignore_ascii_case(name), "{number} is {known}, not {name}");
+            named += 1;
+        }
+    }
+    assert_eq!(named, 8);
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! The laws over a table that has every kind of part.
 
 // The module names what it needs as `crate::..`, and is the one that the library expands for the lints.
-use motion_core::{element, fixed, flags, message, messages, open_enum, unit, wire};
+use motion_core::{element, fixed, flags, message, messages, open_enum, side, unit, wire};
 
-#[allow(dead_code, missing_docs, reason = "the tables of the library, used here for their laws")]
+#[allow(dead_code, missing_docs, unreachable_pub, reason = "the tables of the library, used here for their laws")]
 #[path = "../src/wire/expand.rs"]
 mod expand;
 

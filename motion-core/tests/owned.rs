@@ -270,7 +270,7 @@ fn a_name_or_a_number_may_be_left_out() {
 fn errors_name_the_field() {
     let jog = |from: &str, to: &str| read(&JOG.replace(from, to)).unwrap_err();
     for (error, expected) in [
-        (jog(r#""motor":3,"#, ""), "Jog.motor: missing"),
+        (jog(r#""motor":3,"#, ""), "Jog.motor: missing; without it the layout does not make this message"),
         (jog(r#""motor":3"#, r#""motor":256"#), "Jog.motor: out of the range of u8"),
         (jog(r#""motor":3"#, r#""motor":3.0"#), "Jog.motor: should be an integer"),
         (jog(r#""motor":3"#, r#""motor":3,"rotor":3"#), "Jog.rotor: is not read back"),

@@ -145,8 +145,8 @@ impl HostMessage<'_> {
     ///
     /// # Errors
     ///
-    /// [`EncodeError::Refused`] with the first error that [`lint`](Self::lint) finds; [`EncodeError::OutOfRange`] for the
-    /// id 0, which is a device's (decision D-13); and the errors of [`encode_into`](Self::encode_into).
+    /// [`EncodeError::Refused`] with the first error that [`lint`](Self::lint) finds; [`EncodeError::OutOfRange`] for
+    /// the id 0, which is a device's (decision D-13); and the errors of [`encode_into`](Self::encode_into).
     pub fn encode_checked(&self, id: MessageId, context: &Context<'_>, out: &mut [u8]) -> Result<usize, EncodeError> {
         if id == MessageId::UNSOLICITED {
             return Err(EncodeError::OutOfRange { what: "id", value: 0, min: 1, max: u32::MAX.into() });

@@ -174,8 +174,8 @@ impl Rules<'_> {
         self.motor_pairs(message.motors, message.tail);
     }
 
-    /// Decision D-25: the vendor's firmware writes beyond its memory for a motor that is not there, and a device answers
-    /// a part of a group with `ERR_GENERAL`.
+    /// Decision D-25: the vendor's firmware writes beyond its memory for a motor that is not there, and a device
+    /// answers a part of a group with `ERR_GENERAL`.
     fn motor_pairs(&mut self, motors: &[MotorPair], tail: &[u8]) {
         self.found.range("motors", number(motors.len()), 0, MAX_MOTORS);
         for pair in motors {

@@ -1,5 +1,7 @@
 //! Virtual motors: a rig driven by the place and direction of its camera.
 
+use core::fmt;
+
 use motion_core::fixed::{Centi, Milli, Scaled};
 use motion_core::wire::{Bool, DecodeError, EncodeError, Field, Fields, Message, PartKind, Row, Visitor, place};
 use motion_core::{__message_features, message, open_enum, unit};
@@ -121,7 +123,7 @@ message! {
 ///
 /// Devices that can aim add whether they do and, all three or none, where. Source: DMC, `MSG_VIRT_GET_POSITION`;
 /// decision D-41.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct VirtPositions<'a> {
     /// Along the track.
     pub track: VirtualPosition,
@@ -208,6 +210,23 @@ impl Fields for VirtPositions<'_> {
         if let Some(aim) = self.aim() {
             aim.fields(visitor);
         }
+    }
+}
+
+/// By hand: what is derived for so many fields cannot be proven free of panics.
+impl fmt::Debug for VirtPositions<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("VirtPositions")
+            .field("track", &self.track)
+            .field("ew", &self.ew)
+            .field("ns", &self.ns)
+            .field("pan", &self.pan)
+            .field("tilt", &self.tilt)
+            .field("roll", &self.roll)
+            .field("aim_enabled", &self.aim_enabled)
+            .field("aim", &self.aim)
+            .field("tail", &self.tail)
+            .finish()
     }
 }
 

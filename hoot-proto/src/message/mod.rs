@@ -14,8 +14,8 @@ pub use broadcast::{AnySubAddress, BroadcastAssignAddress, BroadcastPause, Broad
 pub use main::{NameQuery, Pause, RunState, RunStatus, SetName, Start, Stop, Voltage, Volts};
 pub use motion_core::wire::Other;
 pub use motor::{
-    Direction, Motor, MotorMove, MotorPosition, MotorRun, MotorSetContinuousSpeed, MotorStop, StepCount, Steps,
-    StepsPerSecond,
+    Direction, Motor, MotorMove, MotorPosition, MotorRun, MotorRunning, MotorSetContinuousSpeed, MotorStop, StepCount,
+    Steps, StepsPerSecond,
 };
 pub use name::Name;
 pub use reply::{Reply, ResponseCode, Text, Value, ValueType};
@@ -58,6 +58,8 @@ messages! {
             MotorRun(MotorRun),
         /// Where is the motor? Query 106 of a motor.
         0x6A_01..=0x6A_03 => MotorPosition(MotorPosition),
+        /// Does the motor move? Query 107 of a motor.
+        0x6B_01..=0x6B_03 => MotorRunning(MotorRunning),
 
         /// All nodes: start or resume the planned moves. Broadcast 1.
         0x1_01_00..=0x1_01_FF => BroadcastStart(BroadcastStart),

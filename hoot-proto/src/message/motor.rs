@@ -98,6 +98,12 @@ sub_messages! {
     /// Where is the motor? Asks for [`Steps`]. Source: hoot, section 2.3.
     pub struct MotorPosition for /** Which motor. */ motor: Motor {}
 
+    /// Does the motor move? Asks for a [`Bool`](motion_core::wire::Bool).
+    ///
+    /// What an emergency stop has to ask until it is no. The sheet's firmware sends a second packet behind the reply, and
+    /// some builds say `INT` instead of `BYTE`. Source: hoot, section 2.3; safety decision 2.
+    pub struct MotorRunning for /** Which motor. */ motor: Motor {}
+
     /// The data of command 15: a move, or, without steps, a run.
     struct MotorMoveOrRun for /** Which motor. */ motor: Motor {
         /// Which way.

@@ -40,8 +40,9 @@ pub(super) fn check(lints: &mut Lints, message: &TrajectoryData<'_>) {
     if axes(message).next().is_none() {
         lints.note(Severity::Error, "axis", "is missing");
     }
-    for (before, axis) in axes(message).enumerate() {
-        let again = axes(message).take(before).any(|other| other.motor_address.number() == axis.motor_address.number());
+    // There are at most 255 blocks, and the range ends there too.
+    for (axis, before) in axes(message).zip(0..=usize::from(u8::MAX)) {
+        let again = axes(message).take(before).any(|other| same(other.motor_address, axis.motor_address));
         if again {
             lints.note(Severity::Error, "axis", "is there twice");
         } else {
@@ -155,7 +156,7 @@ fn axis(lints: &mut Lints, message: &TrajectoryData<'_>, axis: &Axis<'_>) {
             _ => None,
         })
     };
-    if segments().count() != usize::from(axis.segment_count) {
+    if segments().fold(0_u8, |count, _| count.saturating_add(1)) != axis.segment_count {
         lints.note(Severity::Error, "segment_count", "is not the number of segments");
     }
     let numbered = |number: u8| segments().find(|segment| segment.segment_number == number);

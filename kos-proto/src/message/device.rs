@@ -257,3 +257,26 @@ impl Field for FirmwareVersion {
         Value::List(&self.0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::format;
+
+    #[test]
+    fn addresses_and_versions_print_as_people_write_them() {
+        let address = Ipv4Addr::new(192, 168, 50, 1);
+        assert_eq!(format!("{} {}", Ipv4::from(address), Ipv4::default()), "192.168.50.1 0.0.0.0");
+        assert_eq!((Ipv4::from(address).0, Ipv4Addr::from(Ipv4(0xc0a8_3201))), (0xc0a8_3201, address));
+        assert_eq!(format!("{}", MacAddress::from([0, 0x11, 0x22, 0xab, 0xcd, 0xef])), "00:11:22:ab:cd:ef");
+        assert_eq!(format!("{:?}", FirmwareVersion([1, 0, 1, 16])), "FirmwareVersion(1.0.1.16)");
+        let inputs = [0x01, 0x02, 0x04, 0x08, 0x10, 0x20].map(|bits| format!("{}", AuxInputs(bits)));
+        assert_eq!(inputs, ["MASTER_TIP", "MASTER_RING", "SLAVE_TIP", "SLAVE_RING", "SLAVE_PRESENT", "0x20"]);
+    }
+
+    #[test]
+    fn a_guid_has_16_bytes_or_is_kept_raw() {
+        let guid = |bytes| DeviceGUID { guid: Block16(bytes), tail: &[] }.to_bytes();
+        assert_eq!((guid(&[7; 16]), guid(&[7; 15]), guid(&[7; 17])), (Some([7; 16]), None, None));
+    }
+}

@@ -420,6 +420,13 @@ mod tests {
     }
 
     #[test]
+    fn errors_say_whether_a_motor_lost_its_range() {
+        let all = 0..=u8::MAX;
+        assert!(all.clone().map(ErrorCode).filter(|code| code.resets_axis()).map(|code| code.0).eq([10, 14, 16]));
+        assert!(all.map(ErrorCode).filter(|code| code.names_motor()).map(|code| code.0).eq([10, 11, 12, 13, 14, 16]));
+    }
+
+    #[test]
     fn photos_are_counted_where_they_can_be() {
         let counts = [0.0, -0.0, 0.49, 0.5, 42.0, 16_777_216.0, 1e20].map(|photos| Photos(photos).count());
         let wanted = [0, 0, 0, 1, 42, 16_777_216, u32::MAX].map(Some);

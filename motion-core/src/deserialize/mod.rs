@@ -35,6 +35,8 @@ struct Problem {
 enum Why {
     #[error("missing")]
     Missing,
+    #[error("missing; without it the layout does not make this message")]
+    Needed,
     #[error("is not read back: there is no such field, or one before it is missing")]
     NotRead,
     #[error("there is no such message")]
@@ -102,30 +104,49 @@ fn unknown<S: Side>(number: u32, fields: &Map) -> Result<Owned<S>, Problem> {
 }
 
 /// A message of the table, made by its layout, and read back.
+///
+/// Fields that an older dialect leaves out in the middle may be absent: what is read back decides.
 fn known<S: Side>(kind: &Kind, number: u32, fields: &Map) -> Result<Owned<S>, Problem> {
     let mut body = Vec::new();
-    write::<S::Order>(kind.layout, fields, &mut body)?;
-    if let Some(tail) = fields.get("tail") {
-        body.extend(tail.hex().map_err(|why| why.at("tail"))?);
+    let made = write::<S::Order>(kind.layout, fields, &mut body).and_then(|()| {
+        if let Some(tail) = fields.get("tail") {
+            body.extend(tail.hex().map_err(|why| why.at("tail"))?);
+        }
+        let message = S::Message::decode_body(number, &body).map_err(|error| Why::Decode(error).at("fields"))?;
+        if message.number() != number || message.name() != kind.name {
+            return Err(Why::Differs.at("number"));
+        }
+        same(&message, fields)
+    });
+    match made {
+        Ok(()) => Ok(Owned::from_parts(number, body)),
+        Err(problem) => Err(missing(kind.layout, fields).unwrap_or(problem)),
     }
-    let message = S::Message::decode_body(number, &body).map_err(|error| Why::Decode(error).at("fields"))?;
-    if message.number() != number || message.name() != kind.name {
-        return Err(Why::Differs.at("number"));
-    }
-    same(&message, fields)?;
-    Ok(Owned::from_parts(number, body))
 }
 
-/// Writes the fields of a layout, in wire order. Absent optional fields take no room.
+/// Writes the fields of a layout that are there, in wire order.
 fn write<O: ByteOrder>(rows: &[Row], fields: &Map, out: &mut Vec<u8>) -> Result<(), Problem> {
-    for row in rows {
-        if let Some(given) = Given::find(fields, row.name) {
-            given.write::<O>(row, out)?;
-        } else if row.part != PartKind::Optional {
-            return Err(Why::Missing.at(row.name));
+    rows.iter().try_for_each(|row| Given::find(fields, row.name).map_or(Ok(()), |given| given.write::<O>(row, out)))
+}
+
+/// The first field that is not there although the layout has it.
+fn missing(rows: &[Row], fields: &Map) -> Option<Problem> {
+    rows.iter().find_map(|row| match Given::find(fields, row.name) {
+        None if row.part == PartKind::Optional => None,
+        None => Some(Why::Needed.at(row.name)),
+        Some(given) => {
+            let groups = given.node.list().unwrap_or_default().iter().filter(|_| !row.element.is_empty());
+            let within = |(index, group): (usize, &Node)| {
+                Some(missing(row.element, group.map().ok()?)?.within(&format!("[{index}]")).within(row.name))
+            };
+            groups.enumerate().find_map(within)
         }
-    }
-    Ok(())
+    })
+}
+
+/// Whether a field is a text of its own kind: `text[32]`.
+fn is_text(row: &Row) -> bool {
+    row.wire.starts_with("text[")
 }
 
 /// The value of a field, and whether it stands under the name with `_bytes`.
@@ -140,6 +161,11 @@ impl<'a> Given<'a> {
         text.or_else(|| fields.get(&format!("{name}_bytes")).map(|node| Self { node, raw: true }))
     }
 
+    /// The bytes of a text or of other bytes, as the row has them.
+    fn bytes(&self, row: &Row) -> Result<Vec<u8>, Why> {
+        if is_text(row) { self.text() } else { self.node.hex() }
+    }
+
     /// The bytes of a text.
     fn text(&self) -> Result<Vec<u8>, Why> {
         if self.raw { self.node.hex() } else { Ok(self.node.text()?.as_bytes().to_vec()) }
@@ -151,6 +177,9 @@ impl<'a> Given<'a> {
             PartKind::Fixed | PartKind::Optional => {
                 let before = out.len();
                 self.write_fixed::<O>(row, out).map_err(at)?;
+                if is_text(row) {
+                    out.resize(out.len().max(before.saturating_add(row.size)), 0);
+                }
                 let have = out.len().saturating_sub(before);
                 if have == row.size { Ok(()) } else { Err(at(Why::Size { needed: row.size, have })) }
             }
@@ -163,20 +192,14 @@ impl<'a> Given<'a> {
             }
             PartKind::Text16 => self.text().and_then(|text| prefixed::<O>(&text, out)).map_err(at),
             PartKind::Block16 => self.node.hex().and_then(|block| prefixed::<O>(&block, out)).map_err(at),
-            PartKind::Rest => self.node.hex().map(|rest| out.extend(rest)).map_err(at),
+            PartKind::Rest => self.bytes(row).map(|rest| out.extend(rest)).map_err(at),
         }
     }
 
-    /// Writes a field of fixed size: a number, a text filled up with NULs, several numbers, or bytes.
+    /// Writes a field of fixed size: a text, bytes, a number, or several.
     fn write_fixed<O: ByteOrder>(&self, row: &Row, out: &mut Vec<u8>) -> Result<(), Why> {
-        if row.wire.starts_with("text[") {
-            let text = self.text()?;
-            out.extend_from_slice(&text);
-            out.extend(core::iter::repeat_n(0, row.size.saturating_sub(text.len())));
-            return Ok(());
-        }
-        if row.wire == "bytes" {
-            out.extend(self.node.hex()?);
+        if is_text(row) || row.wire == "bytes" {
+            out.extend(self.bytes(row)?);
             return Ok(());
         }
         // `[u8; 4]`

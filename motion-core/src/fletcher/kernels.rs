@@ -76,57 +76,66 @@ fn short(bytes: &[u8]) -> Raw {
     within(whole.wrapping_sub(odd << 8), odd).and_before(pairs(before), 8)
 }
 
-/// Bytes that [`long`] takes in one go, in rounds of 16, beside the 16 it may start with.
-const BLOCK: usize = 16 * 22;
-
-/// Sums at least 16 bytes, in blocks.
+/// Sums [`LONG`] bytes or more, in blocks of 23 rows of 16 bytes.
 fn long(bytes: &[u8]) -> Raw {
-    let begin = bytes.len() % 16;
-    let first = bytes.first_chunk().map_or(0, |word| u128::from_le_bytes(*word));
-    // Two shifts, since one by all 128 bits would be none.
-    let first = first << 120_usize.wrapping_sub(begin.wrapping_mul(8)) << 8;
-    let mut first = first.to_le_bytes();
-    let mut sum = Raw::default();
-    for block in bytes.get(begin..).unwrap_or_default().chunks(BLOCK) {
-        sum = sum.then(Columns::of(&first, block).sums(), block.len()).modulo_255();
-        first = [0; 16];
-    }
-    sum
+    let (odd, rows) = bytes.split_at_checked(bytes.len() % 16).unwrap_or_default();
+    rows.chunks(16 * 23).fold(short(odd), |sum, block| sum.then(Columns::of(block).sums(), block.len()).modulo_255())
 }
 
-/// Eight lanes of 16 bits, as vector registers have them.
+/// Eight lanes of 16 bits, as a vector register has them.
 type Lanes = [u16; 8];
 
-/// A message in rows of 16 bytes, summed downwards.
-struct Columns {
-    /// First sums of even bytes, while rows are added of whole words.
-    even: Lanes,
+/// The sums of rows of 16 bytes, lane by lane, while rows are added.
+#[derive(Default)]
+struct Rows {
+    /// First sums.
+    whole: Lanes,
     odd: Lanes,
     /// Second sums: what the first were before each row, added up.
+    wholes: Lanes,
+    odds: Lanes,
+}
+
+impl Rows {
+    #[inline]
+    fn with(self, row: &[u8; 16]) -> Self {
+        let row = lanes(row);
+        Self {
+            wholes: zip(self.wholes, self.whole, u16::wrapping_add),
+            odds: zip(self.odds, self.odd, u16::wrapping_add),
+            whole: zip(self.whole, row, u16::wrapping_add),
+            odd: zip(self.odd, row, |odd, word| odd.wrapping_add(word >> 8)),
+        }
+    }
+}
+
+/// The same sums in the end: of even bytes, and of odd ones.
+struct Columns {
+    even: Lanes,
+    odd: Lanes,
     evens: Lanes,
     odds: Lanes,
 }
 
 impl Columns {
-    /// Sums one row and at most 22 more. Of even and odd bytes alike, first sums are then at most
-    /// 255 * 23 = 5,865, second ones 255 * (0 + .. + 22) = 64,515.
+    /// Sums at most 23 rows: a first sum is then at most 255 * 23 = 5,865, a second one
+    /// 255 * (0 + .. + 22) = 64,515.
     ///
-    /// Out of line: that the four results go to memory is what makes the compiler hold each of them in
-    /// a vector register. And two rows a turn, since it does not always unroll loops.
+    /// Out of line: that the results go to memory is what makes the compiler hold each of them in a
+    /// vector register all along. And two rows a turn, since it does not always unroll the loop.
     #[inline(never)]
-    fn of(first: &[u8; 16], rows: &[u8]) -> Self {
-        let whole = lanes(first);
-        let mut words = Words { whole, odd: whole.map(|word| word >> 8), wholes: [0; 8], odds: [0; 8] };
+    fn of(rows: &[u8]) -> Self {
+        let mut sums = Rows::default();
         let mut pairs = rows.chunks_exact(32);
         for pair in &mut pairs {
             if let (Some(row), Some(next)) = (pair.first_chunk(), pair.last_chunk()) {
-                words = words.with(row).with(next);
+                sums = sums.with(row).with(next);
             }
         }
         if let Some(row) = pairs.remainder().first_chunk() {
-            words = words.with(row);
+            sums = sums.with(row);
         }
-        let Words { whole, odd, wholes, odds } = words;
+        let Rows { whole, odd, wholes, odds } = sums;
         let even = |whole: u16, odd: u16| whole.wrapping_sub(odd << 8);
         Self { even: zip(whole, odd, even), odd, evens: zip(wholes, odds, even), odds }
     }
@@ -138,22 +147,8 @@ impl Columns {
         let before = [self.evens, self.odds]
             .into_iter()
             .flat_map(halves)
-            .fold(0_u64, |sum, lanes| sum.wrapping_add(pairs(lanes)));
+            .fold(0, |sum: u64, lanes| sum.wrapping_add(pairs(lanes)));
         within(even0, odd0).then(within(even1, odd1), 8).and_before(before, 16)
-    }
-}
-
-struct Words { whole: Lanes, odd: Lanes, wholes: Lanes, odds: Lanes }
-impl Words {
-    #[inline]
-    fn with(self, row: &[u8; 16]) -> Self {
-        let row = lanes(row);
-        Self {
-            wholes: zip(self.wholes, self.whole, u16::wrapping_add),
-            odds: zip(self.odds, self.odd, u16::wrapping_add),
-            whole: zip(self.whole, row, u16::wrapping_add),
-            odd: zip(self.odd, row, |odd, word| odd.wrapping_add(word >> 8)),
-        }
     }
 }
 

@@ -22,6 +22,18 @@ pub enum DecodeError {
         /// Bytes behind its last field.
         extra: usize,
     },
+    /// A value makes it another message, or none.
+    #[error("{what}: {value} is not one of {min} to {max}")]
+    OutOfRange {
+        /// The field.
+        what: &'static str,
+        /// Its value.
+        value: i64,
+        /// The least value.
+        min: i64,
+        /// The greatest value.
+        max: i64,
+    },
 }
 
 /// Why a message cannot be written.

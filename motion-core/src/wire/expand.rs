@@ -3,9 +3,9 @@
 
 use crate::fixed::Milli;
 use crate::wire::{
-    Bool, Bytes, Counted, DecodeError, Empty, EncodeError, Fields, Message, Newer, Other, Password, Rest, Row, Text16, Visitor,
+    Bool, Bytes, Counted, DecodeError, Empty, EncodeError, Fields, Message, Messages, Newer, Other, Password, Rest, Row, Text16, Visitor,
 };
-use crate::{element, flags, message, messages, open_enum, unit};
+use crate::{element, flags, message, messages, open_enum, side, unit};
 
 unit! {
     /// A motor, from 1.
@@ -176,12 +176,27 @@ messages! {
     }
 }
 
+impl Everything<'_> {
+    fn encoded_len(&self) -> usize {
+        self.body_len()
+    }
+
+    fn encode_into(&self, _: Motor, out: &mut [u8]) -> Result<usize, EncodeError> {
+        self.encode_body(out)
+    }
+}
+
+side! {
+    /// Who sends them.
+    pub enum Sender in LE: Everything(to: Motor);
+}
+
 const _: fn(&Other<'_>) -> u32 = |other| other.id();
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wire::{Messages, PartKind};
+    use crate::wire::PartKind;
     use std::format;
     use std::vec::Vec;
 
@@ -286,5 +301,17 @@ mod tests {
     fn two_messages_may_share_a_number() {
         assert!(matches!(Everything::decode_body(3, &[0; 5]), Ok(Everything::Exact(_))));
         assert!(matches!(Everything::decode_body(3, &[0; 6]), Ok(Everything::Inexact(_))));
+    }
+
+    #[test]
+    #[cfg(all(feature = "alloc", feature = "bytes"))]
+    fn a_whole_frame_goes_into_a_vector_or_a_buffer() {
+        for len in [3, 300] {
+            let message = Everything::decode_body(8, &[7; 300][..len]).unwrap();
+            assert_eq!(message.to_vec(Motor(1)), Ok(std::vec![7; len]));
+            let mut buf = Vec::new();
+            assert_eq!(message.encode(Motor(1), &mut buf), Ok(len));
+            assert_eq!(buf, [7; 300][..len]);
+        }
     }
 }

@@ -1,0 +1,170 @@
+//! How packets are told from the bytes around them: as a master does it, and as a node does.
+
+use motion_core::stream::{self, Framing, Head, Noise};
+use zerocopy::FromBytes;
+
+use super::{BREAK, Frame, HEADER_LEN, Header, MAX_DATA, MAX_FRAME, frame_len};
+
+/// The framing for a master, or for somebody who only listens: it finds the next break, whatever lies before it.
+///
+/// Packets hold up to `CAP` bytes of data. A longer claim is taken for noise, and the search goes on behind its break.
+/// Of more than five zeros before the FF, the last five count. Source: hoot, sections 1 and 5.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hoot<const CAP: usize = MAX_DATA> {}
+
+impl<const CAP: usize> Framing for Hoot<CAP> {
+    const MAX: usize = HEADER_LEN.saturating_add(CAP);
+    type Header = Header;
+    type Frame<'a> = Frame<'a>;
+    type Memo<const N: usize> = ();
+
+    #[inline]
+    fn head(bytes: &[u8]) -> Head {
+        match bytes {
+            [0, 0, 0, 0, 0, 0xFF, _, _, _, len, ..] => {
+                let total = frame_len((*len).into());
+                if total <= Self::MAX {
+                    Head::Total(total)
+                } else {
+                    Head::Skip(BREAK.len(), Noise::TooLong { total, max: Self::MAX })
+                }
+            }
+            [0, 0, 0, 0, 0, 0xFF, ..] | [0] | [0, 0] | [0, 0, 0] | [0, 0, 0, 0] | [0, 0, 0, 0, 0] => {
+                Head::More(HEADER_LEN)
+            }
+            _ => Head::Skip(to_break(bytes), Noise::NoMarker),
+        }
+    }
+
+    fn header(bytes: &[u8]) -> Option<Header> {
+        Header::read_from_prefix(bytes).ok().map(|(header, _)| header)
+    }
+
+    #[inline]
+    fn frame(bytes: &[u8]) -> Option<Frame<'_>> {
+        Frame::decode(bytes).ok()
+    }
+}
+
+/// How many bytes lie before the next break, or before the zeros at the end that may become one.
+fn to_break(bytes: &[u8]) -> usize {
+    let zeros = BREAK.len().saturating_sub(1);
+    bytes.windows(BREAK.len()).position(|window| window == BREAK).unwrap_or_else(|| {
+        let trailing = bytes.iter().rev().take(zeros).take_while(|&&byte| byte == 0).count();
+        bytes.len().saturating_sub(trailing)
+    })
+}
+
+/// The framing of a node's firmware: it reads ten bytes, then the data, and looks at the break only then.
+///
+/// A wrong break costs all that was read; the firmware does not search for the next one. Two more habits of the firmware
+/// are the caller's part: when the line is silent for more than 100 ms inside a packet, it drops what it has
+/// ([`Frames::gap`](stream::Frames::gap)), and after each packet, good or bad, it drops what else has arrived
+/// ([`Frames::reset`](stream::Frames::reset)). So a master sends one request, and waits.
+///
+/// A claim of more than `CAP` bytes of data costs as many bytes as it claims. Source: hoot, sections 1.1 and 4.1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Strict<const CAP: usize = MAX_DATA> {}
+
+impl<const CAP: usize> Framing for Strict<CAP> {
+    const MAX: usize = HEADER_LEN.saturating_add(CAP);
+    type Header = Header;
+    type Frame<'a> = Frame<'a>;
+    type Memo<const N: usize> = ();
+
+    #[inline]
+    fn head(bytes: &[u8]) -> Head {
+        let Ok((header, _)) = Header::ref_from_prefix(bytes) else { return Head::More(HEADER_LEN) };
+        let total = header.frame_len();
+        if header.break_ != BREAK {
+            Head::Skip(total, Noise::NoMarker)
+        } else if total > Self::MAX {
+            Head::Skip(total, Noise::TooLong { total, max: Self::MAX })
+        } else {
+            Head::Total(total)
+        }
+    }
+
+    fn header(bytes: &[u8]) -> Option<Header> {
+        Header::read_from_prefix(bytes).ok().map(|(header, _)| header)
+    }
+
+    #[inline]
+    fn frame(bytes: &[u8]) -> Option<Frame<'_>> {
+        Frame::decode(bytes).ok()
+    }
+
+    /// All of them: what a silence cuts off is dropped whole.
+    fn give_up(bytes: &[u8]) -> usize {
+        bytes.len()
+    }
+}
+
+/// A stream of packets as a master reads them, in a buffer of `N` bytes, at least twice [`MAX_FRAME`].
+///
+/// For a node, or for other limits, name the framing: `motion_core::stream::Frames<Strict, 84>`.
+pub type Frames<const N: usize = { 2 * MAX_FRAME }> = stream::Frames<Hoot, N>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motion_core::stream::Item;
+    use std::vec::Vec;
+
+    const START: [u8; 10] = [0, 0, 0, 0, 0, 0xFF, 3, 0, 2, 0];
+
+    /// What the framing finds in `bytes`, then a silence: frames by their length, noise by its length below zero.
+    fn items<F: Framing>(bytes: &[u8]) -> Vec<i64> {
+        let mut frames = stream::Frames::<F, 600>::new();
+        assert_eq!(frames.push(bytes), bytes.len());
+        frames.gap();
+        let mut found = Vec::new();
+        while let Some(item) = frames.next() {
+            let len = i64::try_from(item.bytes().len()).unwrap();
+            found.push(if matches!(item, Item::Frame(_)) { len } else { -len });
+        }
+        found
+    }
+
+    #[test]
+    fn a_master_finds_the_last_five_zeros_and_a_node_does_not() {
+        for junk in [&[0][..], &[0; 9], &[7], &[0, 0, 0, 0, 0xFF], &[0xFF; 6]] {
+            let stream = [junk, &START, &START].concat();
+            let len = i64::try_from(junk.len()).unwrap();
+            assert_eq!(items::<Hoot>(&stream), [-len, 10, 10], "{junk:?}");
+        }
+        // One more zero: of ten bytes the last is the command's 2, so twelve are lost, and the rest is out of step too.
+        assert_eq!(items::<Strict>(&[&[0][..], &START, &START].concat()), [-21]);
+        assert_eq!(items::<Strict>(&[START, START].concat()), [10, 10]);
+    }
+
+    #[test]
+    fn a_claim_of_more_than_32_bytes_is_noise() {
+        let mut stream = START.to_vec();
+        stream[9] = 33;
+        stream.extend(START);
+        assert_eq!(items::<Hoot>(&stream), [-10, 10], "the search goes on behind the break");
+        assert_eq!(items::<Strict>(&stream), [-20], "the node reads as many bytes as are claimed");
+        stream.resize(43, 0);
+        assert_eq!(items::<Hoot<33>>(&stream), [43]);
+    }
+
+    #[test]
+    fn a_partial_break_is_kept() {
+        for len in 1..10 {
+            assert_eq!(Hoot::<32>::head(&START[..len]), Head::More(10));
+        }
+        assert_eq!(Hoot::<32>::head(&[0; 20]), Head::Skip(15, Noise::NoMarker));
+        assert_eq!(Hoot::<32>::head(&[1, 0, 0]), Head::Skip(1, Noise::NoMarker));
+        assert_eq!(Hoot::<32>::head(&[1, 0, 0, 2]), Head::Skip(4, Noise::NoMarker));
+    }
+
+    #[test]
+    fn a_node_with_its_habits_loses_the_second_of_two_requests() {
+        let mut frames = stream::Frames::<Strict, 84>::new();
+        assert_eq!(frames.push(&[START, START].concat()), 20);
+        assert!(matches!(frames.next(), Some(Item::Frame(_))));
+        frames.reset();
+        assert!(frames.next().is_none());
+    }
+}
