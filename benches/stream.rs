@@ -27,23 +27,39 @@ fn main() {
     let hoot = [("hoot", traffic::hoot())];
 
     let mut table = Table::new("I1, a stream in pieces, beside frames that lie in one slice");
-    dmc.iter().for_each(|(name, mix)| table.row(name, pieces::<Dmc, 4096>(mix)));
-    kos.iter().for_each(|(name, mix)| table.row(name, pieces::<Kos, 32_768>(mix)));
-    hoot.iter().for_each(|(name, mix)| table.row(name, pieces::<Hoot, 84>(mix)));
+    for (name, mix) in &dmc {
+        table.row(name, pieces::<Dmc, 4096>(mix));
+    }
+    for (name, mix) in &kos {
+        table.row(name, pieces::<Kos, 32_768>(mix));
+    }
+    for (name, mix) in &hoot {
+        table.row(name, pieces::<Hoot, 84>(mix));
+    }
+
     for (piece, cut) in PIECES {
         let mut table = Table::new(&format!("I1, a stream in pieces ({piece}), beside peers"));
-        dmc.iter().for_each(|(name, mix)| table.row(name, peers::<Dmc, DmcMachine, 4096>(mix, cut)));
-        kos.iter().for_each(|(name, mix)| table.row(name, peers::<Kos, KosMachine, 32_768>(mix, cut)));
-        hoot.iter().for_each(|(name, mix)| table.row(name, peers::<Hoot, HootMachine, 84>(mix, cut)));
+        for (name, mix) in &dmc {
+            table.row(name, peers::<Dmc, DmcMachine, 4096>(mix, cut));
+        }
+        for (name, mix) in &kos {
+            table.row(name, peers::<Kos, KosMachine, 32_768>(mix, cut));
+        }
+        for (name, mix) in &hoot {
+            table.row(name, peers::<Hoot, HootMachine, 84>(mix, cut));
+        }
     }
+
     for (name, mix) in &dmc {
         for (piece, cut) in [PIECES[0], PIECES[2], PIECES[3]] {
-            floods(&format!("I2, floods, beside the {name}, a byte (pieces: {piece})"), mix, cut);
+            floods(&format!("I2, floods in pieces ({piece}), beside the {name}"), mix, cut);
         }
     }
 
     let mut criterion = Criterion::default().configure_from_args();
-    dmc.iter().for_each(|(name, mix)| group(&mut criterion, name, mix));
+    for (name, mix) in &dmc {
+        group(&mut criterion, name, mix);
+    }
     criterion.final_summary();
 }
 
@@ -70,17 +86,13 @@ fn read<F: Protocol, const N: usize>(
 
 /// Reads frames that lie in one slice: nothing to buffer, and nothing that could go wrong.
 fn read_slice<F: Protocol>(mut stream: &[u8], mut reader: Reader<'_>) -> Tally {
-    while let Head::Total(len) = F::head(stream) {
+    while !stream.is_empty() {
+        let Head::Total(len) = F::head(stream) else { break };
         let (frame, rest) = stream.split_at(len);
-        if <F::Memo<0> as Memo>::is_sound(frame) {
-            if let Some(frame) = F::frame(frame) {
-                reader.frame::<F>(&frame);
-            }
+        if let Some(frame) = F::frame(frame).filter(|_| F::Memo::<0>::is_sound(frame)) {
+            reader.frame::<F>(&frame);
         }
         stream = rest;
-        if stream.is_empty() {
-            break;
-        }
     }
     reader.tally
 }
@@ -267,7 +279,7 @@ impl<F: Framing> Decoder for Codec<F> {
         while !src.is_empty() {
             match F::head(src) {
                 Head::Total(len) if len <= src.len() => {
-                    if <F::Memo<0> as Memo>::is_sound(&src[..len]) {
+                    if F::Memo::<0>::is_sound(&src[..len]) {
                         return Ok(Some(src.split_to(len).freeze()));
                     }
                     src.advance(1);

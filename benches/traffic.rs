@@ -9,7 +9,7 @@ use core::array;
 use dmc_proto::Dmc;
 use dmc_proto::message::{Ack, AckCode, JogSpeed, MotorJog, MotorPositions, RtUploadMoveAxis, StartIndex};
 use hoot_proto::Hoot;
-use hoot_proto::message::{MotorMove, Reply, ResponseCode};
+use hoot_proto::message::{MotorMove, Reply, ResponseCode, Value as Answer};
 use kos_proto::Kos;
 use kos_proto::message::{MotorAddress, MotorEntry, MotorInfo, MotorInfos, MotorPlace, MotorPosition, PlaybackStatus};
 use kos_proto::message::{RotationsPerSecondSquared, Seconds};
@@ -127,6 +127,10 @@ fn raw(value: Value<'_>) -> u32 {
 /// Adds up, modulo 2^32.
 fn total(numbers: impl IntoIterator<Item = u32>) -> u32 {
     numbers.into_iter().fold(0, u32::wrapping_add)
+}
+
+fn count(len: usize) -> u32 {
+    u32::try_from(len).unwrap_or(u32::MAX)
 }
 
 fn bytes(bytes: &[u8]) -> u32 {
@@ -314,11 +318,11 @@ impl<const CAP: usize> Protocol for Kos<CAP> {
                 let places = motors.iter().map(|place| {
                     u32::from(place.motor_address().0).wrapping_add(place.position().0.to_bits())
                 });
-                let fixed = [playback_status.0.into(), elapsed_time.0.to_bits(), photos, bytes(tail)];
-                total(fixed).wrapping_add(total(places))
+                let others = [playback_status.0.into(), elapsed_time.0.to_bits(), photos, count(motors.len()), bytes(tail)];
+                total(others).wrapping_add(total(places))
             }
             Ok(DeviceMessage::MotorInfo(MotorInfo { motors, tail, .. })) => {
-                let motors = motors.iter().map(|motor| {
+                let ranges = motors.iter().map(|motor| {
                     total([
                         motor.motor_address.0.into(),
                         motor.position.0.to_bits(),
@@ -329,10 +333,10 @@ impl<const CAP: usize> Protocol for Kos<CAP> {
                         motor.max_max_acceleration.0.to_bits(),
                     ])
                 });
-                total(motors).wrapping_add(bytes(tail))
+                total([count(motors.len()), total(ranges), bytes(tail)])
             }
             Ok(DeviceMessage::TrajectoryData(TrajectoryData { blocks, tail })) => {
-                total(blocks.iter().map(|block| sum_of_block(&block))).wrapping_add(bytes(tail))
+                total([count(blocks.len()), total(blocks.iter().map(|block| sum_of_block(&block))), bytes(tail)])
             }
             _ => 0,
         }
@@ -342,7 +346,7 @@ impl<const CAP: usize> Protocol for Kos<CAP> {
 #[inline]
 fn sum_of_block(block: &Block<'_>) -> u32 {
     let number = |seconds: Seconds| seconds.0.to_bits();
-    match *block {
+    let fields = match *block {
         Block::Playback(it) => total([
             it.playback_mode.0.into(),
             number(it.duration),
@@ -377,7 +381,8 @@ fn sum_of_block(block: &Block<'_>) -> u32 {
             total([it.motor_address.0.into(), it.segment_number.into(), total(points), bytes(it.tail)])
         }
         _ => 0,
-    }
+    };
+    fields.wrapping_add(block.number())
 }
 
 /// hoot: as many moves, queries, answers and acknowledgements, of 10 to 15 bytes.
@@ -426,9 +431,18 @@ impl<const CAP: usize> Protocol for Hoot<CAP> {
                 _ => 0,
             },
             Side::Device => match DeviceMessage::decode(frame) {
-                DeviceMessage::Reply(Reply { data, .. }) => bytes(data),
+                DeviceMessage::Reply(reply) => total([reply.code.0.into(), sum_of_answer(&reply)]),
                 _ => 0,
             },
         }
+    }
+}
+
+#[inline]
+fn sum_of_answer(reply: &Reply<'_>) -> u32 {
+    match reply.value() {
+        Some(value @ Answer::Long(steps)) => u32::from(value.value_type().0).wrapping_add(steps.cast_unsigned()),
+        Some(_) => 0,
+        None => bytes(reply.data),
     }
 }

@@ -2,7 +2,7 @@
 
 use motion_core::side;
 
-use crate::{DeviceMessage, HostMessage, MessageId};
+use crate::{DeviceMessage, HostMessage};
 
 side! {
     /// Dragonframe, where a type says whose messages are meant.
@@ -23,9 +23,9 @@ side! {
     /// # }
     /// # Ok::<(), dmc_proto::EncodeError>(())
     /// ```
-    pub enum Host in LE: HostMessage(id: MessageId);
+    pub enum Host in LE: HostMessage(id: crate::MessageId);
     /// A controller, where a type says whose messages are meant.
-    pub enum Device in LE: DeviceMessage(id: MessageId);
+    pub enum Device in LE: DeviceMessage(id: crate::MessageId);
 }
 
 /// Frames as a `tokio_util` codec, with a buffer of `N` bytes, at least twice [`MAX_FRAME`](crate::frame::MAX_FRAME).

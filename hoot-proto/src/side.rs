@@ -2,7 +2,7 @@
 
 use motion_core::side;
 
-use crate::{Address, DeviceMessage, HostMessage};
+use crate::{DeviceMessage, HostMessage};
 
 side! {
     /// The master, where a type says whose messages are meant.
@@ -12,7 +12,7 @@ side! {
     /// use hoot_proto::message::Stop;
     /// use hoot_proto::{Address, Host, HostMessage, Owned};
     ///
-    /// let stop = HostMessage::Stop(Stop);
+    /// let stop = HostMessage::Stop(Stop {});
     /// let kept: Owned<Host> = Owned::new(&stop)?;
     /// assert_eq!(kept.message(), stop);
     ///
@@ -23,7 +23,7 @@ side! {
     /// # }
     /// # Ok::<(), hoot_proto::EncodeError>(())
     /// ```
-    pub enum Host in BE: HostMessage(to: Address);
+    pub enum Host in BE: HostMessage(to: crate::Address);
     /// A node, where a type says whose messages are meant.
     pub enum Device in BE: DeviceMessage();
 }

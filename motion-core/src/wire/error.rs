@@ -1,7 +1,9 @@
+use core::fmt;
+
 /// Why a body is not the message that its number says.
 ///
 /// The frame it came in is sound and stays in the caller's hand, so nothing is lost.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum DecodeError {
     /// The body ends before its fields do.
@@ -39,7 +41,7 @@ pub enum DecodeError {
 /// Why a message cannot be written.
 ///
 /// Nothing is ever shortened to make it fit, and nothing is written that would be read back as something else.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum EncodeError {
     /// The buffer is too small; nothing was written.
@@ -89,4 +91,17 @@ pub enum EncodeError {
     /// [`encode_checked`](crate::lint) found something that a strict peer refuses.
     #[error("{0}")]
     Refused(crate::lint::Lint),
+}
+
+// Derived ones would print `what` with escapes, which cannot be proven free of panics.
+impl fmt::Debug for DecodeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "DecodeError({self})")
+    }
+}
+
+impl fmt::Debug for EncodeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "EncodeError({self})")
+    }
 }

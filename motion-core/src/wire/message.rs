@@ -87,7 +87,7 @@ macro_rules! message {
     )*};
 
     (@shape [] [$($head:tt)*] [$($fields:tt)*] $name:ident $order:ident $fixed:tt $parts:tt) => {
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        #[derive(Clone, Copy, PartialEq, Eq, Hash)]
         $($head)* { $($fields)* }
 
         // `this` and `reader` are named here so that both expansions mean the same variables.
@@ -100,7 +100,7 @@ macro_rules! message {
         }
     };
     (@shape [$lt:lifetime] [$($head:tt)*] [$($fields:tt)*] $name:ident $order:ident $fixed:tt $parts:tt) => {
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        #[derive(Clone, Copy, PartialEq, Eq, Hash)]
         $($head)*<$lt> {
             $($fields)*
             /// Bytes behind the known fields, kept as they came.
@@ -215,6 +215,13 @@ macro_rules! message {
                     );)*
                     let $this = self;
                     wire::visit_tail($($tail)*, visitor);
+                }
+            }
+
+            // Bounded like `Display`, and unlike a derived one it cannot panic.
+            impl<$lt> core::fmt::Debug for $self {
+                fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                    wire::print::message(f, stringify!($name), self)
                 }
             }
 

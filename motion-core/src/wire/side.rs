@@ -50,6 +50,7 @@ macro_rules! __to_vec {
             /// # Errors
             ///
             /// Those of `encode_into`, without that of a small buffer.
+            #[allow(clippy::wrong_self_convention, reason = "taken by reference, as all other ways to write it")]
             pub fn to_vec(&self $(, $know: $type)?) -> Result<$crate::owned::Vec<u8>, $crate::wire::EncodeError> {
                 $crate::owned::to_vec(self.encoded_len(), |out| self.encode_into($($know,)? out))
             }
