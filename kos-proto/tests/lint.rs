@@ -194,7 +194,7 @@ fn nothing_is_found_in_what_a_device_may_send() {
     let failed = |error_code, address| {
         DeviceMessage::ErrorStatus(ErrorStatus { error_code, motor_address: MotorAddress(address), tail: &[] })
     };
-    let presence = MotorPresence::new(MOTOR, Bool::TRUE, MotorType::FIZ, SPEED, SPEED, ACCELERATION);
+    let presence = [MotorPresence::new(MOTOR, Bool::TRUE, MotorType::FIZ, SPEED, SPEED, ACCELERATION)];
     let places = [MotorPlace::new(MOTOR, Rotations(1.0))];
     let messages = [
         DeviceMessage::NetworkInfo(network_info()),
@@ -210,7 +210,7 @@ fn nothing_is_found_in_what_a_device_may_send() {
         DeviceMessage::TrajectoryData(TrajectoryData::default()),
         DeviceMessage::DeviceGUID(DeviceGUID { guid: Block16(&[7; 16]), tail: &[] }),
         DeviceMessage::SoftwareID(SoftwareID { platform: 1, tail: &[] }),
-        DeviceMessage::MotorStatus(MotorStatus { motors: Counted(&[presence]), tail: &[] }),
+        DeviceMessage::MotorStatus(MotorStatus { motors: Counted(&presence), tail: &[] }),
         status(Some(Photos(10.0)), &places),
         status(None, &[]),
         failed(ErrorCode::RUNAWAY, 3),
@@ -432,15 +432,15 @@ fn devices_have_rules_too() {
         [(Warning, "motor_count"), (Error, "motor_address"), (Error, "max_max_move_speed"), (Error, "position")];
     assert_eq!(device(DeviceMessage::MotorInfo(info)), wanted);
 
-    let presence = MotorPresence::new(
+    let presence = [MotorPresence::new(
         MotorAddress(11),
         Bool(2),
         MotorType(2),
         RotationsPerSecond(-1.0),
         SPEED,
         RotationsPerSecondSquared(-1.0),
-    );
-    let status = MotorStatus { motors: Counted(&[presence]), tail: &[] };
+    )];
+    let status = MotorStatus { motors: Counted(&presence), tail: &[] };
     let wanted = [
         (Error, "motor_address"),
         (Warning, "online_status"),
