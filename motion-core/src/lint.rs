@@ -183,3 +183,47 @@ impl IntoIterator for Lints {
         self.found.into_iter()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::format;
+    use std::vec::Vec;
+
+    #[test]
+    fn findings_keep_their_order_and_say_what_is_wrong() {
+        let mut lints = Lints::new();
+        lints.range("motor", 33, 1, 32);
+        lints.range("motor", 32, 1, 32);
+        lints.reserved("flags", 0x81_u8, 0x80_u8);
+        lints.finite("speed", f32::NAN);
+        lints.named("code", 7_u16, None);
+        lints.tail(&[1, 2]);
+        let texts: Vec<_> = lints.clone().into_iter().map(|lint| format!("{} {lint}", lint.severity)).collect();
+        assert_eq!(
+            texts,
+            [
+                "error motor: 33 is not in 1 to 32",
+                "warning flags: reserved bits 0x80 are set",
+                "error speed: 0x7fc00000 is no finite number",
+                "warning code: 7 has no meaning in the specification",
+                "warning tail: 2 bytes behind the known fields",
+            ]
+        );
+        assert_eq!(lints.first_error().map(|lint| lint.what), Some("motor"));
+    }
+
+    #[test]
+    fn too_many_findings_leave_a_note_as_severe_as_the_worst() {
+        let mut lints = Lints::new();
+        for _ in 0..MAX_LINTS {
+            lints.note(Severity::Warning, "field", "odd");
+        }
+        assert!(lints.first_error().is_none());
+        lints.note(Severity::Error, "field", "wrong");
+        lints.note(Severity::Warning, "field", "odd");
+        assert_eq!(lints.as_slice().len(), MAX_LINTS);
+        let last = lints.as_slice()[MAX_LINTS - 1];
+        assert_eq!((last.severity, last.problem), (Severity::Error, Problem::Note("and more findings")));
+    }
+}

@@ -1,0 +1,161 @@
+//! Cutting a move into sections.
+
+use motion_core::zerocopy::little_endian::I32;
+use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
+
+use super::source::tracks;
+use super::{MAX_FRAMES, MoveSource, Track};
+use crate::frame::MAX_DATA;
+use crate::message::{
+    DmxChannel, HostMessage, Motor, RtUploadMoveAxis, RtUploadMoveDmx, RtUploadMoveTriggers, StartIndex, TriggerPair,
+    Triggers,
+};
+
+/// Bytes of the values of the longest section that is ever sent: 256 positions, 1024 levels or 128 pairs of triggers.
+pub const SCRATCH: usize = 1024;
+
+/// How many values a section has at most.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct SectionSize {
+    max_data: usize,
+}
+
+impl SectionSize {
+    /// For a device that takes `max_data` bytes of data in a frame. It should take 1036 (decision D-10); more are not
+    /// used. However few they are, a section has at least one value.
+    #[must_use]
+    pub const fn of(max_data: usize) -> Self {
+        Self { max_data }
+    }
+
+    /// Positions in a section, 256 at most.
+    #[must_use]
+    pub fn positions(self) -> usize {
+        self.values::<I32>(5)
+    }
+
+    /// Levels in a section, 1024 at most.
+    #[must_use]
+    pub fn levels(self) -> usize {
+        self.values::<u8>(6)
+    }
+
+    /// Pairs of triggers in a section, 128 at most.
+    #[must_use]
+    pub fn pairs(self) -> usize {
+        self.values::<TriggerPair>(4)
+    }
+
+    /// Values of a type that fit behind `fixed` bytes.
+    fn values<T>(self, fixed: usize) -> usize {
+        let bytes = self.max_data.saturating_sub(fixed).min(SCRATCH);
+        bytes.checked_div(size_of::<T>()).unwrap_or(0).max(1)
+    }
+}
+
+impl Default for SectionSize {
+    /// For a device that takes what the specification asks for.
+    fn default() -> Self {
+        Self::of(MAX_DATA)
+    }
+}
+
+/// The name of one section of a move: some frames of one track.
+///
+/// It holds no values, so it can be kept, compared, and sent again; [`message`](Self::message) looks the values up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Section {
+    track: Track,
+    start: StartIndex,
+    count: u32,
+}
+
+impl Section {
+    /// The first section of a move; `None` if the move has no track or no frame.
+    #[must_use]
+    pub fn first<S: MoveSource + ?Sized>(source: &S, size: SectionSize) -> Option<Self> {
+        Self::cut(tracks(source).next()?, 0, source, size)
+    }
+
+    /// The section behind this one; `None` behind the last one of the last track.
+    #[must_use]
+    pub fn next<S: MoveSource + ?Sized>(self, source: &S, size: SectionSize) -> Option<Self> {
+        if self.is_last() {
+            let track = tracks(source).find(|&track| track > self.track)?;
+            Self::cut(track, 0, source, size)
+        } else {
+            Self::cut(self.track, self.end(), source, size)
+        }
+    }
+
+    /// The section of a track without values.
+    pub(super) const fn empty(track: Track) -> Self {
+        Self { track, start: StartIndex::LAST, count: 0 }
+    }
+
+    /// What it is a section of.
+    #[must_use]
+    pub const fn track(&self) -> Track {
+        self.track
+    }
+
+    /// The index of its first frame.
+    #[must_use]
+    pub const fn from(&self) -> u32 {
+        self.start.index()
+    }
+
+    /// How many frames it covers.
+    #[must_use]
+    pub const fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// Whether no other section of its track is behind it: the last value holds to the end of the move.
+    #[must_use]
+    pub const fn is_last(&self) -> bool {
+        self.start.is_last()
+    }
+
+    /// The index behind its last frame.
+    const fn end(&self) -> u32 {
+        self.from().saturating_add(self.count)
+    }
+
+    /// Its message, with the values that the move has for it. They are put into `scratch`.
+    #[must_use]
+    pub fn message<'s, S: MoveSource + ?Sized>(&self, source: &S, scratch: &'s mut [u8; SCRATCH]) -> HostMessage<'s> {
+        let (frames, start_index) = (self.from()..self.end(), self.start);
+        match self.track {
+            Track::Axis(motor) => {
+                let positions = put(scratch, frames.map(|index| I32::new(source.position(motor, index).0)));
+                HostMessage::RtUploadMoveAxis(RtUploadMoveAxis { motor, start_index, positions, tail: &[] })
+            }
+            Track::Channel(channel) => {
+                let levels = put(scratch, frames.map(|index| source.level(channel, index)));
+                HostMessage::RtUploadMoveDmx(RtUploadMoveDmx { channel, start_index, levels, tail: &[] })
+            }
+            Track::Triggers => {
+                let pairs = put(scratch, frames.filter_map(|index| Some(TriggerPair::new(index, on(source, index)?))));
+                HostMessage::RtUploadMoveTriggers(RtUploadMoveTriggers { mask: source.mask(), pairs, tail: &[] })
+            }
+        }
+    }
+
+    /// The section of a track that begins with frame `from`, as long as it may be.
+    fn cut<S: MoveSource + ?Sized>(track: Track, from: u32, source: &S, size: SectionSize) -> Option<Self> {
+        let frames = source.frame_count().min(MAX_FRAMES);
+        let (range, last) = match track {
+            Track::Axis(motor) => values(from, frames, size.positions(), |index| source.position(motor, index)),
+            Track::Channel(channel) => values(from, frames, size.levels(), |index| source.level(channel, index)),
+            Track::Triggers => pairs(from, frames, size.pairs(), |index| on(source, index).is_some()),
+        }?;
+        let start = StartIndex::new(range.start, last)?;
+        Some(Self { track, start, count: range.end.saturating_sub(range.start) })
+    }
+}
+
+/// All sections of a move, in the order in which they are sent.
+pub fn sections<S: MoveSource + ?Sized>(source: &S, size: SectionSize) -> impl Iterator<Item = Section> {
+    core::iter::successors(Section::first(source, size), move |section| section.next(source, size))
+}
