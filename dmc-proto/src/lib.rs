@@ -94,6 +94,7 @@ pub mod message;
 #[cfg(feature = "nom")]
 pub mod nom;
 mod side;
+pub mod upload;
 
 pub use frame::{Dmc, Frame, FrameError, Frames, Header, MessageId, MessageType};
 pub use message::{DeviceMessage, HostMessage};

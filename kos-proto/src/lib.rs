@@ -3,7 +3,8 @@
 //! The client, or [host](HostMessage), sets and asks; the [device](DeviceMessage) answers, and tells unasked what
 //! happens. Bytes become frames, frames become messages, and back. Nothing here does I/O, allocates, or panics.
 //!
-//! Reading: a stream brings bytes in pieces, [`Frames`] finds the frames in them, each side decodes what the other sent.
+//! Reading: a stream brings bytes in pieces, [`Frames`] finds the frames in them, and each side decodes
+//! what the other sent.
 //!
 //! ```
 //! use kos_proto::message::MotorAddress;
@@ -67,9 +68,9 @@
 //! # Safety of people
 //!
 //! A position of 0 is a place to go to; what stops a motor is a speed of 0, as
-//! [`stop`](message::SetPositionSpeedAcceleration::stop) sends it, and `StopPlayback` stops all. The device drops a silent
-//! connection after 30 seconds, and what a move does then nobody says. Every rig needs an emergency stop that no computer
-//! is part of. The password goes over the line in clear, to anyone who asks: it is no protection.
+//! [`stop`](message::SetPositionSpeedAcceleration::stop) sends it, and `StopPlayback` stops all. The device drops a
+//! silent connection after 30 seconds, and what a move does then nobody says. Every rig needs an emergency stop that no
+//! computer is part of. The password goes over the line in clear, to anyone who asks: it is no protection.
 //!
 //! Decisions such as K-F3 are explained, with the evidence, in `docs/decisions.md` of the repository.
 

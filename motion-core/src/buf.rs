@@ -1,4 +1,5 @@
-//! Encoding into [`BufMut`]. Feature `bytes`; it adds the dependency `bytes`, which has none, and needs an allocator.
+//! Encoding into [`BufMut`]. Feature `bytes`; it adds the dependency `bytes`, which has none. It needs an allocator, and a
+//! processor with atomic compare-and-swap.
 
 use bytes::BufMut;
 

@@ -4,7 +4,7 @@ use motion_core::fixed::{Deci, Milli};
 use motion_core::wire::Bool;
 use motion_core::{element, flags, message, open_enum, unit};
 
-use super::{Motor, Steps};
+use super::{Capabilities, Motor, Steps};
 
 unit! {
     /// Frames a second, in thousandths: 23.976.
@@ -106,6 +106,25 @@ message! {
     }
 }
 
+impl RtRunMove<'_> {
+    /// The same run with those of the last fields that a device expects: 29 bytes of data, 31 if it can loop, 35 if it can
+    /// trigger a camera (decision D-23).
+    ///
+    /// A field that it expects and that is not set, is set to 0. One that it does not expect is left out if it is 0; what
+    /// asks for something is kept, for [lint](crate::lint) to refuse.
+    #[must_use]
+    pub fn for_device(mut self, capabilities: Capabilities) -> Self {
+        let flags = self.flags.unwrap_or_default();
+        let (open, close) = (self.open_angle.unwrap_or_default(), self.close_angle.unwrap_or_default());
+        let zero = Degrees(0);
+        let angles = capabilities.contains(Capabilities::CAMERA_TRIGGER) || (open, close) != (zero, zero);
+        let any = angles || capabilities.contains(Capabilities::LOOP) || !flags.is_empty();
+        self.flags = any.then_some(flags);
+        (self.open_angle, self.close_angle) = (angles.then_some(open), angles.then_some(close));
+        self
+    }
+}
+
 element! {
     /// The way of one motor while the shutter is open.
     pub struct MotorPair in LE, "motor_count" {
@@ -178,6 +197,30 @@ mod tests {
             assert_eq!(run.open_angle, (len >= 33).then_some(Degrees(0x201f)), "{len} bytes");
             assert_eq!(run.close_angle, (len >= 35).then_some(Degrees(0x2221)), "{len} bytes");
             assert_eq!(run.tail, &body[known..len], "{len} bytes");
+        }
+    }
+
+    /// Decision D-23.
+    #[test]
+    fn a_run_is_as_long_as_a_device_expects() {
+        let asked = |flags, angle| RtRunMove {
+            flags: Some(RunFlags::from_bits_retain(flags)),
+            open_angle: Some(Degrees(angle)),
+            close_angle: Some(Degrees(angle)),
+            ..RtRunMove::decode(&[1; 29]).unwrap()
+        };
+        let len = |run: RtRunMove<'_>, capabilities| run.for_device(capabilities).encoded_len();
+        let (none, all) = (Capabilities::REAL_TIME, Capabilities::LOOP | Capabilities::CAMERA_TRIGGER);
+        for (run, lens) in [
+            (RtRunMove::decode(&[1; 29]).unwrap(), [29, 31, 35, 35]),
+            (RtRunMove::decode(&[1; 31]).unwrap(), [31, 31, 35, 35]),
+            (asked(0, 0), [29, 31, 35, 35]),
+            (asked(1, 0), [31, 31, 35, 35]),
+            (asked(0, 180), [35; 4]),
+        ] {
+            let of = [none, Capabilities::LOOP, Capabilities::CAMERA_TRIGGER, all].map(|can| len(run, can));
+            assert_eq!(of, lens, "{run}");
+            assert_eq!(run.for_device(all).flags, Some(run.flags.unwrap_or_default()), "nothing that is asked is lost");
         }
     }
 

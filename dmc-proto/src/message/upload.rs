@@ -68,14 +68,17 @@ element! {
 pub struct StartIndex(pub u32);
 
 impl StartIndex {
-    const LAST: u32 = 0x8000_0000;
+    const LAST_BIT: u32 = 0x8000_0000;
+
+    /// The last section, if it begins at 0.
+    pub(crate) const LAST: Self = Self(Self::LAST_BIT);
 
     /// The section that begins at `index`, at most 2^31 - 1; `None` beyond.
     #[must_use]
     pub const fn new(index: u32, last: bool) -> Option<Self> {
-        match (index & Self::LAST, last) {
+        match (index & Self::LAST_BIT, last) {
             (0, false) => Some(Self(index)),
-            (0, true) => Some(Self(index | Self::LAST)),
+            (0, true) => Some(Self(index | Self::LAST_BIT)),
             _ => None,
         }
     }
@@ -83,13 +86,13 @@ impl StartIndex {
     /// The frame of the move, from 0, that the section begins with.
     #[must_use]
     pub const fn index(self) -> u32 {
-        self.0 & !Self::LAST
+        self.0 & !Self::LAST_BIT
     }
 
     /// Whether the last value holds to the end of the move.
     #[must_use]
     pub const fn is_last(self) -> bool {
-        self.0 & Self::LAST != 0
+        self.0 & Self::LAST_BIT != 0
     }
 }
 

@@ -1,14 +1,15 @@
 //! Cutting a move into sections.
 
-use motion_core::zerocopy::little_endian::I32;
+use core::ops::Range;
+
+use zerocopy::little_endian::I32;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
 use super::source::tracks;
 use super::{MAX_FRAMES, MoveSource, Track};
 use crate::frame::MAX_DATA;
 use crate::message::{
-    DmxChannel, HostMessage, Motor, RtUploadMoveAxis, RtUploadMoveDmx, RtUploadMoveTriggers, StartIndex, TriggerPair,
-    Triggers,
+    HostMessage, RtUploadMoveAxis, RtUploadMoveDmx, RtUploadMoveTriggers, StartIndex, TriggerPair, Triggers,
 };
 
 /// Bytes of the values of the longest section that is ever sent: 256 positions, 1024 levels or 128 pairs of triggers.
@@ -158,4 +159,54 @@ impl Section {
 /// All sections of a move, in the order in which they are sent.
 pub fn sections<S: MoveSource + ?Sized>(source: &S, size: SectionSize) -> impl Iterator<Item = Section> {
     core::iter::successors(Section::first(source, size), move |section| section.next(source, size))
+}
+
+/// The outputs of the move that are on at a frame, if there are any.
+fn on<S: MoveSource + ?Sized>(source: &S, index: u32) -> Option<Triggers> {
+    let values = Triggers(source.triggers(index).0 & source.mask().0);
+    (values != Triggers::NONE).then_some(values)
+}
+
+/// As many frames from `from` on as fit, and whether the last value among them holds to the end of the move.
+///
+/// Values that repeat to the end are left out. So a section is the last one if nothing changes behind its `max` frames.
+fn values<T: PartialEq>(from: u32, frames: u32, max: usize, value: impl Fn(u32) -> T) -> Option<(Range<u32>, bool)> {
+    if from >= frames {
+        return None;
+    }
+    let limit = from.saturating_add(u32::try_from(max).unwrap_or(u32::MAX));
+    let (mut latest, mut held) = (from, value(from));
+    for index in from..frames {
+        let value = value(index);
+        if value != held {
+            if index >= limit {
+                return Some((from..limit, false));
+            }
+            (latest, held) = (index, value);
+        }
+    }
+    Some((from..latest.saturating_add(1), true))
+}
+
+/// The frames from the first one at `from` or later where a trigger is on, to the last one that still fits, and whether
+/// there is none behind it. Of a move without any, no frame: its section tells the mask.
+fn pairs(from: u32, frames: u32, max: usize, is_on: impl Fn(u32) -> bool) -> Option<(Range<u32>, bool)> {
+    let mut on = (from..frames).filter(|&index| is_on(index));
+    let Some(first) = on.next() else { return Some((from..from, true)) };
+    let latest = on.by_ref().take(max.saturating_sub(1)).last().unwrap_or(first);
+    Some((first..latest.saturating_add(1), on.next().is_none()))
+}
+
+/// Puts values into memory, as many as fit.
+fn put<T>(scratch: &mut [u8; SCRATCH], values: impl Iterator<Item = T>) -> &[T]
+where
+    T: FromBytes + IntoBytes + KnownLayout + Immutable,
+{
+    let places = <[T]>::mut_from_bytes(scratch).unwrap_or_default();
+    let mut used = 0_usize;
+    for (place, value) in places.iter_mut().zip(values) {
+        *place = value;
+        used = used.saturating_add(1);
+    }
+    places.get(..used).unwrap_or_default()
 }

@@ -1,9 +1,9 @@
 //! What a move is made of, and whether a device can take it.
 
 use super::{MAX_FRAMES, SCRATCH, Section};
+use crate::EncodeError;
 use crate::lint::Context;
 use crate::message::{DmxChannel, FrameNumber, HostMessage, Motor, Motors, RtUploadMoveBegin, Steps, Triggers};
-use crate::EncodeError;
 
 /// The data of a move, wherever it lies: in memory, in a file, or in curves that are sampled when they are asked.
 ///

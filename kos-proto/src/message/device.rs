@@ -42,7 +42,9 @@ message! {
     /// What the device is, and what it does just now.
     ///
     /// The password stands in it in clear, before any is asked for: it keeps friends apart, not strangers out. Devices
-    /// of the older dialect end before `photo_count`. Source: kOS, `DeviceInfo`; safety decisions 7 and 9, decision K-P7.
+    /// of the older dialect end before `photo_count`.
+    ///
+    /// Source: kOS, `DeviceInfo`; safety decisions 7 and 9, decision K-P7.
     pub struct DeviceInfo<'a> in BE {
         /// What it is.
         device_type: DeviceType,

@@ -1,7 +1,7 @@
 //! Moves: a list of blocks, each a number, a length and its data.
 //!
-//! A move is one [`Playback`] block, one [`TimeLapse`] block (zeros in a live move), and for each motor an [`Axis`] with
-//! its [`Segment`]s, Bézier curves of time and position, both from 0 to 1. Blocks are read in any order, and unknown
+//! A move is one [`Playback`] block, one [`TimeLapse`] block (zeros in a live move), and for each motor an [`Axis`]
+//! with its [`Segment`]s, Bézier curves of time and position, both from 0 to 1. Blocks are read in any order, and unknown
 //! ones are kept; whether they make a move is for [`lint`](crate::HostMessage::lint) to say.
 //!
 //! Source: kOS, `TrajectoryData`; decisions K-B2 and K-J1 to K-J11.

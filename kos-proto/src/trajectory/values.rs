@@ -45,8 +45,8 @@ __newtype! { LoopCount(u8) "" }
 
 /// How long or until when a move waits: four bytes whose meaning [`DelayMode`] says.
 ///
-/// The field is an IEEE number, yet a moment does not fit into one: as a float, Unix time has steps of 128 seconds. So a
-/// moment is sent as an integer, which is also the safe mistake: a device that reads a float never starts. What is
+/// The field is an IEEE number, yet a moment does not fit into one: as a float, Unix time has steps of 128 seconds.
+/// So a moment is sent as an integer, which is also the safe mistake: a device that reads a float never starts. What is
 /// received is told apart by its bits (decision K-J3, safety decision 5).
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[repr(transparent)]

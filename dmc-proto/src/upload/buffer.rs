@@ -1,0 +1,357 @@
+//! Putting sections together, in memory of the caller's.
+
+use core::fmt;
+
+use super::Track;
+use super::rows::{Gaps, Rows, words};
+use crate::message::{
+    AckCode, DmxChannel, FrameNumber, HostMessage, Motor, RtUploadMoveBegin, RtUploadMoveTriggers, StartIndex, Steps,
+    Triggers,
+};
+
+/// What a device can store of a move: as much as it says of itself in its greeting.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Room {
+    /// Motors, 32 at most.
+    pub motors: u8,
+    /// DMX channels, 512 at most.
+    pub channels: u16,
+    /// Frames of a move.
+    pub frames: u32,
+}
+
+impl Room {
+    /// Positions to be stored: one for each frame of each motor.
+    #[must_use]
+    pub const fn positions(&self) -> usize {
+        self.frames().saturating_mul(self.motors as usize)
+    }
+
+    /// Levels to be stored: one for each frame of each channel.
+    #[must_use]
+    pub const fn levels(&self) -> usize {
+        self.frames().saturating_mul(self.channels as usize)
+    }
+
+    /// Sets of outputs to be stored: one for each frame.
+    #[must_use]
+    pub const fn triggers(&self) -> usize {
+        self.frames()
+    }
+
+    /// Words of 32 bits that say which positions and levels have arrived: a bit for each, and one for each track, rounded
+    /// up for each track.
+    #[must_use]
+    pub const fn written(&self) -> usize {
+        let tracks = (self.motors as usize).saturating_add(self.channels as usize);
+        words(self.frames()).saturating_mul(tracks)
+    }
+
+    const fn frames(&self) -> usize {
+        self.frames as usize
+    }
+}
+
+/// The memory that a move is stored in. Each slice has at least the length that [`Room`] says.
+#[derive(Debug)]
+pub struct Memory<'m> {
+    /// [`Room::positions`] numbers, in steps.
+    pub positions: &'m mut [i32],
+    /// [`Room::levels`] numbers.
+    pub levels: &'m mut [u8],
+    /// [`Room::triggers`] sets, or none of a device that switches no outputs.
+    pub triggers: &'m mut [Triggers],
+    /// [`Room::written`] words.
+    pub written: &'m mut [u32],
+}
+
+/// Memory that is too small for what shall be stored in it.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+#[error("{what}: need {needed}, have {have}")]
+#[non_exhaustive]
+pub struct RoomError {
+    /// Which slice.
+    pub what: &'static str,
+    /// How long it should be.
+    pub needed: usize,
+    /// How long it is.
+    pub have: usize,
+}
+
+// A derived one would print `what` with escapes, which cannot be proven free of panics.
+impl fmt::Debug for RoomError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "RoomError({self})")
+    }
+}
+
+/// The move of a device, while it is uploaded and when it is run.
+///
+/// It stores only what lies within the move, whatever arrives: another motor, channel or index is refused. Of what
+/// arrives twice, the later one counts. Until the end of the upload, nothing is read from it.
+#[derive(Debug)]
+pub struct UploadBuffer<'m> {
+    room: Room,
+    axes: Rows<'m, i32>,
+    channels: Rows<'m, u8>,
+    triggers: &'m mut [Triggers],
+    mask: Triggers,
+    mask_changed: bool,
+    state: State,
+    start_frame: FrameNumber,
+    /// Frames of the move.
+    count: usize,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    Empty,
+    Loading,
+    Loaded,
+}
+
+/// Nothing to refuse, or the code that says why.
+type Stored = Result<(), AckCode>;
+
+impl<'m> UploadBuffer<'m> {
+    /// Takes the memory, which may hold anything.
+    ///
+    /// # Errors
+    ///
+    /// [`RoomError`], if a slice is shorter than `room` needs it to be.
+    pub fn new(room: Room, memory: Memory<'m>) -> Result<Self, RoomError> {
+        let Memory { positions, levels, triggers, written } = memory;
+        enough("positions", room.positions(), positions.len())?;
+        enough("levels", room.levels(), levels.len())?;
+        if !triggers.is_empty() {
+            enough("triggers", room.triggers(), triggers.len())?;
+        }
+        enough("written", room.written(), written.len())?;
+
+        let bits = words(room.frames()).saturating_mul(room.motors.into()).min(written.len());
+        let (of_axes, of_channels) = written.split_at_mut_checked(bits).unwrap_or_default();
+        Ok(Self {
+            room,
+            axes: Rows::new(positions, of_axes, room.frames()),
+            channels: Rows::new(levels, of_channels, room.frames()),
+            triggers,
+            mask: Triggers::NONE,
+            mask_changed: false,
+            state: State::Empty,
+            start_frame: FrameNumber(0),
+            count: 0,
+        })
+    }
+
+    /// Takes a message of an upload, and says what to answer; `None`, and nothing is done, to any other message.
+    ///
+    /// `ERR_RANGE` tells of a motor, channel, index or frame that there is no room for; `ERR_GENERAL` of a section that
+    /// comes while no upload runs; `ERR_UNSUPPORTED` of triggers, where there is no memory for any. What is refused is
+    /// refused whole. Whether the device may take an upload now, is for its state to say (safety decision 7).
+    pub fn receive(&mut self, message: &HostMessage<'_>) -> Option<AckCode> {
+        let stored = match message {
+            HostMessage::RtUploadMoveBegin(begin) => self.begin(begin),
+            HostMessage::RtUploadMoveAxis(section) => self.loading().and_then(|count| {
+                let positions = section.positions.iter().map(|steps| steps.get());
+                store(&mut self.axes, count, section.motor.0.into(), section.start_index, positions)
+            }),
+            HostMessage::RtUploadMoveDmx(section) => self.loading().and_then(|count| {
+                let levels = section.levels.iter().copied();
+                store(&mut self.channels, count, section.channel.0.into(), section.start_index, levels)
+            }),
+            HostMessage::RtUploadMoveTriggers(section) => self.loading().and_then(|_| self.switch(section)),
+            HostMessage::RtUploadMoveEnd(_) => {
+                self.end();
+                Ok(())
+            }
+            _ => return None,
+        };
+        Some(stored.err().unwrap_or(AckCode::OK))
+    }
+
+    /// Decision D-31.
+    fn begin(&mut self, begin: &RtUploadMoveBegin<'_>) -> Stored {
+        let count = i64::from(begin.end_frame.0).wrapping_sub(begin.start_frame.0.into()).wrapping_add(1);
+        if !(1..=self.room.frames.into()).contains(&count) {
+            return Err(AckCode::ERR_RANGE);
+        }
+        self.axes.clear();
+        self.channels.clear();
+        self.triggers.fill(Triggers::NONE);
+        (self.mask, self.mask_changed) = (Triggers::NONE, false);
+        self.start_frame = begin.start_frame;
+        self.count = usize::try_from(count).map_err(|_| AckCode::ERR_RANGE)?;
+        self.state = State::Loading;
+        Ok(())
+    }
+
+    /// The number of frames of the move that is being uploaded.
+    fn loading(&self) -> Result<usize, AckCode> {
+        if self.state == State::Loading { Ok(self.count) } else { Err(AckCode::ERR_GENERAL) }
+    }
+
+    /// Decision D-33.
+    fn switch(&mut self, section: &RtUploadMoveTriggers<'_>) -> Stored {
+        if self.triggers.is_empty() {
+            return Err(AckCode::ERR_UNSUPPORTED);
+        }
+        let frames = self.triggers.get_mut(..self.count).ok_or(AckCode::ERR_RANGE)?;
+        let place = |frame: u32| usize::try_from(frame).unwrap_or(usize::MAX);
+        if section.pairs.iter().any(|pair| place(pair.frame()) >= frames.len()) {
+            return Err(AckCode::ERR_RANGE);
+        }
+        for pair in section.pairs {
+            if let Some(frame) = frames.get_mut(place(pair.frame())) {
+                *frame = pair.values();
+            }
+        }
+        self.mask_changed |= ![Triggers::NONE, section.mask].contains(&self.mask);
+        self.mask = section.mask;
+        Ok(())
+    }
+
+    /// Every frame gets a value, so that running the move only looks them up.
+    fn end(&mut self) {
+        if self.state == State::Loading {
+            self.axes.fill(self.count);
+            self.channels.fill(self.count);
+            self.state = State::Loaded;
+        }
+    }
+
+    /// Forgets the move.
+    pub fn clear(&mut self) {
+        (self.state, self.count) = (State::Empty, 0);
+    }
+
+    /// Whether there is a move that can be run.
+    #[must_use]
+    pub fn is_loaded(&self) -> bool {
+        self.state == State::Loaded
+    }
+
+    /// What there is room for.
+    #[must_use]
+    pub const fn room(&self) -> Room {
+        self.room
+    }
+
+    /// How many frames the move has; 0 if there is none.
+    #[must_use]
+    pub fn frame_count(&self) -> u32 {
+        u32::try_from(self.count).unwrap_or(u32::MAX)
+    }
+
+    /// The index of a frame of the move, from 0; `None` outside the move.
+    #[must_use]
+    pub fn index(&self, frame: FrameNumber) -> Option<u32> {
+        let index = i64::from(frame.0).wrapping_sub(self.start_frame.0.into());
+        u32::try_from(index).ok().filter(|&index| index < self.frame_count())
+    }
+
+    /// Whether anything arrived for a track. What nothing arrived for is no part of the move: it never moves (safety
+    /// decision 5).
+    #[must_use]
+    pub fn contains(&self, track: Track) -> bool {
+        self.count > 0
+            && match track {
+                Track::Axis(motor) => row(motor.0.into()).is_some_and(|row| self.axes.has_any(row)),
+                Track::Channel(channel) => row(channel.0.into()).is_some_and(|row| self.channels.has_any(row)),
+                Track::Triggers => self.mask != Triggers::NONE,
+            }
+    }
+
+    /// Where a motor is at a frame, by its index; `None` if the motor is no part of the move, or the frame is not, or no
+    /// upload is complete.
+    ///
+    /// In a gap it is where it was before, and before its first position it is there already.
+    #[must_use]
+    pub fn position(&self, motor: Motor, index: u32) -> Option<Steps> {
+        self.value(&self.axes, motor.0.into(), index).map(Steps)
+    }
+
+    /// Where a motor would be one frame before the first: as far from it as the second one is, on the other side. It
+    /// tells the speed with which the move begins.
+    #[must_use]
+    pub fn before_start(&self, motor: Motor) -> Option<Steps> {
+        let first = self.position(motor, 0)?;
+        let second = self.position(motor, 1).unwrap_or(first);
+        let before = i64::from(first.0).wrapping_mul(2).wrapping_sub(second.0.into());
+        let nearest = before.clamp(i32::MIN.into(), i32::MAX.into());
+        i32::try_from(nearest).ok().map(Steps)
+    }
+
+    /// The level of a DMX channel at a frame, as [`position`](Self::position) has it for motors.
+    #[must_use]
+    pub fn level(&self, channel: DmxChannel, index: u32) -> Option<u8> {
+        self.value(&self.channels, channel.0.into(), index)
+    }
+
+    /// The outputs that are on at a frame. Nothing is held over from the frame before (safety decision 6).
+    #[must_use]
+    pub fn triggers(&self, index: u32) -> Triggers {
+        let values = self.place(index).and_then(|index| self.triggers.get(index));
+        Triggers(values.map_or(0, |values| values.0 & self.mask.0))
+    }
+
+    /// The outputs that the move switches.
+    #[must_use]
+    pub const fn mask(&self) -> Triggers {
+        self.mask
+    }
+
+    /// Whether the sections of this upload did not agree on [`mask`](Self::mask); the last one counts (decision D-33).
+    #[must_use]
+    pub const fn mask_changed(&self) -> bool {
+        self.mask_changed
+    }
+
+    /// The frames of a track that no value arrived for, as ranges of indices: all of them, if the track is not part of
+    /// the move. Of triggers there are none, since frames without one are not sent.
+    #[must_use]
+    pub fn gaps(&self, track: Track) -> Gaps<'_> {
+        let gaps = match track {
+            Track::Axis(motor) => row(motor.0.into()).map(|row| self.axes.gaps(row, self.count)),
+            Track::Channel(channel) => row(channel.0.into()).map(|row| self.channels.gaps(row, self.count)),
+            Track::Triggers => None,
+        };
+        gaps.unwrap_or(Gaps::NONE)
+    }
+
+    fn value<T: Copy>(&self, rows: &Rows<'_, T>, number: u16, index: u32) -> Option<T> {
+        let (row, index) = (row(number)?, self.place(index)?);
+        if rows.has_any(row) { rows.values(row)?.get(index).copied() } else { None }
+    }
+
+    /// Where the values of a frame lie, once the upload is complete.
+    fn place(&self, index: u32) -> Option<usize> {
+        usize::try_from(index).ok().filter(|&index| self.is_loaded() && index < self.count)
+    }
+}
+
+/// The row of a motor or channel, whose numbers begin with 1.
+fn row(number: u16) -> Option<usize> {
+    number.checked_sub(1).map(usize::from)
+}
+
+/// Writes a section to a track of a move of `count` frames (decision D-32).
+fn store<T: Copy>(
+    rows: &mut Rows<'_, T>,
+    count: usize,
+    number: u16,
+    start: StartIndex,
+    values: impl ExactSizeIterator<Item = T>,
+) -> Stored {
+    let from = usize::try_from(start.index()).unwrap_or(usize::MAX);
+    let end = from.saturating_add(values.len());
+    let row = row(number).filter(|_| end <= count).ok_or(AckCode::ERR_RANGE)?;
+    rows.write(row, from, values).ok_or(AckCode::ERR_RANGE)?;
+    if start.is_last() {
+        rows.repeat(row, end, count);
+    }
+    Ok(())
+}
+
+fn enough(what: &'static str, needed: usize, have: usize) -> Result<(), RoomError> {
+    if needed <= have { Ok(()) } else { Err(RoomError { what, needed, have }) }
+}
