@@ -80,7 +80,7 @@ fn inspect(args: &Args) -> Result<(), Stop> {
     progress.finish_and_clear();
     if args.json {
         json.flush()?;
-    } else {
+    } else if result.is_ok() || !printer.is_silent() {
         printer.summary()?;
     }
     result

@@ -54,6 +54,12 @@ impl<W: Write> Printer<W> {
         Self { out, secrets, sums: BTreeMap::new(), messages: BTreeMap::new() }
     }
 
+    /// Whether no record was printed since the last summary.
+    #[must_use]
+    pub fn is_silent(&self) -> bool {
+        self.sums.is_empty()
+    }
+
     /// Prints what the following records come from.
     ///
     /// # Errors
@@ -121,10 +127,10 @@ impl<W: Write> Printer<W> {
 
     /// Prints `name value unit`, in the next line where this one is full.
     fn field(&mut self, field: &FieldView<'_>, column: &mut usize) -> io::Result<()> {
-        if let Value::List(list) = field.value {
-            if self.groups(field.name, list, column)? {
-                return Ok(());
-            }
+        if let Value::List(list) = field.value
+            && self.groups(field.name, list, column)?
+        {
+            return Ok(());
         }
         let mut text = ellipsis(&match field.value {
             Value::Secret(bytes) if self.secrets => format!("\"{}\"", bytes.escape_ascii()),
@@ -244,7 +250,10 @@ impl<W: Write> Printer<W> {
             }
             let of_side = messages.iter().filter(|((from, _), _)| *from == side);
             let names: Vec<String> = of_side.map(|((_, name), count)| format!("{name} {count}")).collect();
-            writeln!(out, "\n{DIM}  {}{DIM:#}", names.join(", "))?;
+            writeln!(out)?;
+            if !names.is_empty() {
+                writeln!(out, "{DIM}  {}{DIM:#}", names.join(", "))?;
+            }
         }
         messages.clear();
         writeln!(out)

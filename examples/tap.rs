@@ -4,6 +4,8 @@ mod dmc;
 mod hoot;
 mod kos;
 
+use std::fmt::Display;
+
 use motion_core::lint::{Lint, Lints};
 use motion_core::stream::{Frames, Framing, Item, Noise};
 use motion_core::wire::{DecodeError, EncodeError};
@@ -137,9 +139,10 @@ impl Place {
     }
 
     /// Adds bytes that are no frame to those before them.
-    fn noise(&mut self, kind: Kind, why: impl ToString, bytes: &[u8]) {
+    fn noise(&mut self, kind: Kind, why: &dyn Display, bytes: &[u8]) {
         let offset = self.offset;
-        let run = self.noise.get_or_insert_with(|| Run { kind, why: why.to_string(), offset, len: 0, start: Vec::new() });
+        let run =
+            self.noise.get_or_insert_with(|| Run { kind, why: why.to_string(), offset, len: 0, start: Vec::new() });
         let free = SHOWN.saturating_sub(run.start.len());
         run.start.extend(bytes.iter().take(free));
         run.len += len_of(bytes);
@@ -147,7 +150,14 @@ impl Place {
     }
 
     /// Says that bytes are no frame; `len` of them are accounted for here.
-    fn other(&mut self, protocol: &'static str, kind: Kind, why: String, start: &[u8], see: &mut See<'_>) -> Result<(), Stop> {
+    fn other(
+        &mut self,
+        protocol: &'static str,
+        kind: Kind,
+        why: String,
+        start: &[u8],
+        see: &mut See<'_>,
+    ) -> Result<(), Stop> {
         self.flush(protocol, see)?;
         let (offset, len) = (self.offset, len_of(start));
         self.offset += len;
@@ -156,10 +166,10 @@ impl Place {
     }
 
     /// Shows a frame of `len` bytes.
-    fn frame<'f, S: Show>(
+    fn frame<S: Show>(
         &mut self,
         show: &mut S,
-        frame: &<S::Framing as Framing>::Frame<'f>,
+        frame: &<S::Framing as Framing>::Frame<'_>,
         see: &mut See<'_>,
     ) -> Result<(), Stop> {
         self.flush(S::NAME, see)?;
@@ -189,12 +199,12 @@ impl<F: Framing, const N: usize> Half<F, N> {
                 Some(Item::Frame(frame)) => place.frame(show, &frame, see)?,
                 Some(Item::Corrupt { why, bytes, .. }) => {
                     place.flush(S::NAME, see)?;
-                    place.noise(Kind::Corrupt, why, bytes);
+                    place.noise(Kind::Corrupt, &why, bytes);
                 }
                 Some(Item::Noise { bytes, why: Noise::CutOff }) if ended && place.noise.is_none() => {
-                    place.noise(Kind::Incomplete, "the input ends inside a frame", bytes);
+                    place.noise(Kind::Incomplete, &"the input ends inside a frame", bytes);
                 }
-                Some(Item::Noise { bytes, why }) => place.noise(Kind::Noise, why, bytes),
+                Some(Item::Noise { bytes, why }) => place.noise(Kind::Noise, &why, bytes),
                 Some(Item::Fatal(why)) => {
                     // A client must close the connection here. Somebody who only listens may gamble and go on.
                     place.other(S::NAME, Kind::Fatal, why.to_string(), &[], see)?;

@@ -44,12 +44,17 @@ impl Show for Dmc {
 fn shown<'m, 'f: 'm, M: Messages<'f>>(frame: &Frame<'f>, read: &'m Read<M>) -> Shown<'m> {
     let known = || M::ALL.iter().find(|kind| kind.number == u32::from(frame.kind().0)).map(|kind| kind.name);
     let message = read.message.as_ref().map_or_else(|_| known(), |message| Some(message.name()));
-    let subject = if frame.kind().is_ack() { format!(" of {}", request(frame.kind().request())) } else { String::new() };
+    let subject =
+        if frame.kind().is_ack() { format!(" of {}", request(frame.kind().request())) } else { String::new() };
     let unknown = if message == Some("Other") { format!(" {}", frame.kind()) } else { String::new() };
     Shown {
         message,
         title: format!("{}{subject}{unknown}", message.unwrap_or("unknown")),
-        subtitle: if frame.id() == MessageId::UNSOLICITED { "unasked".to_owned() } else { format!("id {}", frame.id()) },
+        subtitle: if frame.id() == MessageId::UNSOLICITED {
+            "unasked".to_owned()
+        } else {
+            format!("id {}", frame.id())
+        },
         keys: vec![("id", frame.id().0.into()), ("type", format!("0x{:04X}", frame.kind().0).into())],
         header_fields: Vec::new(),
         body: match &read.message {

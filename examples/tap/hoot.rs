@@ -37,7 +37,8 @@ impl Show for Hoot {
                 self.asked = (frame.address() != Address::BROADCAST).then(|| (message.name(), message.query()));
                 let encode = |message: &HostMessage<'_>, out: &mut [u8]| message.encode_into(frame.address(), out);
                 let read = read(frame.bytes(), Ok(message), |message| message.lint(&Context::default()), encode);
-                let number = if message.name() == "Other" { format!(" command {}", frame.command()) } else { String::new() };
+                let number =
+                    if message.name() == "Other" { format!(" command {}", frame.command()) } else { String::new() };
                 see(Shown {
                     message: Some(message.name()),
                     title: format!("{}{number}", message.name()),

@@ -29,12 +29,22 @@ impl Show for Kos {
         let context = Context::default();
         match from {
             Side::Host => {
-                let read = read(frame.bytes(), HostMessage::decode(frame), |message| message.lint(&context), HostMessage::encode_into);
+                let read = read(
+                    frame.bytes(),
+                    HostMessage::decode(frame),
+                    |message| message.lint(&context),
+                    HostMessage::encode_into,
+                );
                 let name = read.message.as_ref().ok().map(HostMessage::specification_name);
                 see(shown(frame, &read, name))
             }
             Side::Device => {
-                let read = read(frame.bytes(), DeviceMessage::decode(frame), |message| message.lint(&context), DeviceMessage::encode_into);
+                let read = read(
+                    frame.bytes(),
+                    DeviceMessage::decode(frame),
+                    |message| message.lint(&context),
+                    DeviceMessage::encode_into,
+                );
                 let name = read.message.as_ref().ok().map(DeviceMessage::specification_name);
                 see(shown(frame, &read, name))
             }
@@ -43,15 +53,15 @@ impl Show for Kos {
 }
 
 fn shown<'m, 'f: 'm, M: Messages<'f>>(frame: &Frame<'f>, read: &'m Read<M>, name: Option<&'m str>) -> Shown<'m> {
-    let more = if frame.kind() == MessageType::RESPONSE_MORE { "more follow" } else { "" };
     let own = read.message.as_ref().map_or_else(|_| known::<M>(frame), |message| Some(message.name()));
-    let title = match own {
-        Some("Other") | None => format!("{} {} {}", name.unwrap_or("unknown"), frame.kind(), frame.id()),
-        Some(own) => own.to_owned(),
+    let subtitle = match own {
+        None | Some("Other") => format!("id {}, type {}", frame.id(), frame.kind()),
+        _ if frame.kind() == MessageType::RESPONSE_MORE => "more follow".to_owned(),
+        _ => String::new(),
     };
     Shown {
-        title,
-        subtitle: more.to_owned(),
+        title: own.or(name).unwrap_or("unknown").to_owned(),
+        subtitle,
         message: name.or_else(|| known::<M>(frame)),
         keys: vec![("message_id", frame.id().0.into()), ("message_type", frame.kind().0.into())],
         header_fields: sub(frame),

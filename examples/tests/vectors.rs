@@ -49,17 +49,18 @@ fn inspect(protocol: Protocol, transport: Transport, said: &[(Side, Vec<u8>)]) -
 /// What `wanted` lists and `found` has not, or has otherwise.
 fn missing(wanted: &Value, found: &Value, except: &[&str]) -> Option<String> {
     match (wanted, found) {
-        (Value::Object(wanted), Value::Object(found)) => {
-            wanted.iter().filter(|(key, _)| !except.contains(&key.as_str())).find_map(|(key, value)| match found.get(key) {
+        (Value::Object(wanted), Value::Object(found)) => wanted
+            .iter()
+            .filter(|(key, _)| !except.contains(&key.as_str()))
+            .find_map(|(key, value)| match found.get(key) {
                 None => Some(format!("{key} is missing")),
                 Some(other) => missing(value, other, except).map(|what| format!("{key}: {what}")),
-            })
-        }
-        (Value::Array(wanted), Value::Array(found)) if wanted.len() == found.len() => {
-            wanted.iter().zip(found).enumerate().find_map(|(at, (wanted, found))| {
-                missing(wanted, found, except).map(|what| format!("[{at}]: {what}"))
-            })
-        }
+            }),
+        (Value::Array(wanted), Value::Array(found)) if wanted.len() == found.len() => wanted
+            .iter()
+            .zip(found)
+            .enumerate()
+            .find_map(|(at, (wanted, found))| missing(wanted, found, except).map(|what| format!("[{at}]: {what}"))),
         (Value::Number(wanted), Value::Number(found)) if wanted.as_f64() == found.as_f64() => None,
         (wanted, found) if wanted == found => None,
         _ => Some(format!("{found} instead of {wanted}")),
@@ -156,7 +157,8 @@ fn hoot() {
         } else {
             let asked = bytes(text(&vector, "in_reply_to"));
             let lines = inspect(Protocol::Hoot, Transport::Stream, &[(Side::Host, asked), (Side::Device, packet)]);
-            let line = lines.iter().rfind(|line| line["from"] == "device").unwrap_or_else(|| panic!("{name}: {lines:?}"));
+            let line =
+                lines.iter().rfind(|line| line["from"] == "device").unwrap_or_else(|| panic!("{name}: {lines:?}"));
             // Hundredths are shown as such only where the query is known.
             let hundredths = ["raw_i32", "value_fixed_div100"];
             let known = line["fields"].get("raw_i32").is_some();

@@ -1,4 +1,52 @@
-//! motion-core
+//! What the codecs of three motion-control protocols share: `kos-proto`, `dmc-proto` and `hoot-proto` stand on it, and
+//! so can a protocol of your own.
+//!
+//! - [`wire`]: fields, parts, and the tables that turn one list of fields into a message;
+//! - [`stream`]: bytes in pieces become whole frames, whatever was sent, in linear work and without allocation;
+//! - [`fletcher`]: the checksum of DMC, fast on long frames and on short ones;
+//! - [`fixed`]: decimal numbers that travel as integers, exact in both directions;
+//! - [`lint`]: what decodes, but a strict peer would refuse, or a wise sender would not send;
+//! - [`time`]: milliseconds that the caller counts.
+//!
+//! There is no I/O here and no clock, nothing allocates unless a feature says so, and nothing panics.
+//!
+//! ```
+//! use motion_core::fixed::Milli;
+//! use motion_core::fletcher;
+//!
+//! // 23.976 frames a second travel as 23976.
+//! let rate: Milli<u32> = "23.976".parse()?;
+//! assert_eq!(rate.raw(), 23_976);
+//!
+//! // A frame of DMC: Dragonframe greets a controller. Marker, id 17, type 1, no data, two check bytes.
+//! let frame = b"DF\x11\0\0\0\x01\0\0\0\xb3\xaf";
+//! assert!(fletcher::verify(frame));
+//! # Ok::<(), motion_core::fixed::FixedError>(())
+//! ```
+//!
+//! ```
+//! use motion_core::fletcher::Sum;
+//!
+//! // Sums of neighbouring pieces join in constant time.
+//! let (head, tail) = b"any bytes at all".split_at(7);
+//! assert_eq!(Sum::of(head).then(Sum::of(tail), tail.len()), Sum::of(b"any bytes at all"));
+//! ```
+//!
+//! # Features
+//!
+//! All only add. `std` and `alloc` cost nothing else; the others bring in the crate that they are named after.
+//!
+//! | feature | what it brings |
+//! |---|---|
+//! | `alloc` | owned messages |
+//! | `std` | nothing yet but `alloc`, for programs that switch it on everywhere |
+//! | `bytes` | encoding into any `BufMut` |
+//! | `serde` | `Serialize` for every message; with `alloc`, `Deserialize` for owned ones |
+//! | `defmt` | `Format` for every message |
+//! | `arbitrary` | `Arbitrary` for every message; implies `std` |
+//! | `tokio` | frames as a `tokio_util` codec; implies `std` |
+//! | `embedded-io` | frames from an `embedded_io` reader |
+//! | `nom` | frames and messages as nom parsers |
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -55,3 +103,7 @@ pub use defmt;
 pub use serde;
 #[doc(hidden)]
 pub use zerocopy;
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;

@@ -3,7 +3,8 @@
 
 use crate::fixed::Milli;
 use crate::wire::{
-    Bool, Bytes, Counted, DecodeError, Empty, EncodeError, Fields, Message, Messages, Newer, Other, Password, Rest, Row, Text16, Visitor,
+    Bool, Bytes, Counted, DecodeError, Empty, EncodeError, Fields, Message, Messages, Newer, Other, Password, Rest,
+    Row, Text16, Visitor,
 };
 use crate::{element, flags, message, messages, open_enum, side, unit};
 
@@ -248,7 +249,9 @@ mod tests {
 
     #[test]
     fn what_would_be_read_back_as_something_else_is_refused() {
-        let run = |options, reason, tail| Everything::Run(Run { rate: Rate(crate::fixed::Scaled(24_000)), options, reason, tail });
+        let run = |options, reason, tail| {
+            Everything::Run(Run { rate: Rate(crate::fixed::Scaled(24_000)), options, reason, tail })
+        };
         let hole = encode(&run(None, Some(Reason::FAULT), &[]));
         assert_eq!(hole, Err(EncodeError::Hole { what: "Run.reason" }));
         let swallowed = encode(&run(None, None, &[1, 2]));

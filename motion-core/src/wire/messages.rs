@@ -1,6 +1,6 @@
 use core::fmt;
 
-use super::{DecodeError, EncodeError, Fields, FieldView, Rest, Row, Value, Visitor};
+use super::{DecodeError, EncodeError, FieldView, Fields, Rest, Row, Value, Visitor};
 
 /// One row of a table of messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,7 +84,12 @@ impl<'a> Other<'a> {
 
 impl Fields for Other<'_> {
     fn fields(&self, visitor: &mut dyn Visitor) {
-        visitor.visit(&FieldView { name: "data", unit: "", value: Value::Bytes(self.payload), text: &Rest(self.payload) });
+        visitor.visit(&FieldView {
+            name: "data",
+            unit: "",
+            value: Value::Bytes(self.payload),
+            text: &Rest(self.payload),
+        });
     }
 }
 

@@ -24,7 +24,8 @@ pub mod print;
 mod side;
 mod value;
 
-
+#[doc(hidden)]
+pub use bitflags;
 pub use cursor::{Reader, Writer};
 pub use error::{DecodeError, EncodeError};
 #[doc(hidden)]
@@ -35,10 +36,8 @@ pub use message::{Empty, Message};
 #[doc(hidden)]
 pub use message::{place, unit, visit_tail};
 pub use messages::{Kind, Messages, Other};
+#[doc(hidden)]
+pub use newtype::{from_array, to_array};
 pub use part::{Block16, Check, Counted, Element, Newer, Part, Password, Rest, Text16, trim_nuls};
 pub use side::Side;
 pub use value::{FieldView, Fields, List, PartKind, Row, Value, Visitor};
-#[doc(hidden)]
-pub use newtype::{from_array, to_array};
-#[doc(hidden)]
-pub use bitflags;

@@ -1,8 +1,6 @@
 use core::fmt;
 
-use zerocopy::{
-    ByteOrder, FromBytes, I16, I32, Immutable, IntoBytes, KnownLayout, U16, U32, Unaligned,
-};
+use zerocopy::{ByteOrder, FromBytes, I16, I32, Immutable, IntoBytes, KnownLayout, U16, U32, Unaligned};
 
 use super::{EncodeError, Field, FieldView, List, PartKind, Reader, Row, Value, Visitor, Writer, print};
 
