@@ -52,6 +52,118 @@ def decode():
     return chosen.items()
 
 
+def dmc_differential():
+    """Whole frames: of each type and direction one in each eight bytes of length."""
+    chosen = {}
+    for vector in vectors("dmc"):
+        frame = bytes.fromhex(vector["hex"])
+        if len(frame) <= 700:
+            chosen.setdefault(f"{vector['direction'][0]}-{int.from_bytes(frame[6:8], 'little'):x}-{len(frame) // 8}", frame)
+    return chosen.items()
+
+
+def dmc_round_trip():
+    """Id, type and data."""
+    return [(name, frame[2:8] + frame[10:-2]) for name, frame in dmc_differential()]
+
+
+def dmc_stream():
+    """Operations: a frame, noise, one with a wrong byte, a gap, one without its end, a lie, one more frame; pieces."""
+    frames = [frame for _, frame in dmc_differential() if len(frame) <= 60]
+    for at in range(0, len(frames) - 4, 7):
+        kind_and_data = [bytes([len(frame) - 12]) + frame[6:8] + frame[10:-2] + b"\x0b" for frame in frames[at : at + 4]]
+        one, wrong, cut, last = kind_and_data
+        pieces = b"\x07\x03\x07\x40\x07\x01"
+        yield f"{at}", pieces + b"\0" + one + b"\x05\x03DDF\x03" + wrong + b"\x06\0\x02" + cut + b"\x04\x40\0" + last
+
+
+def dmc_upload():
+    """Operations: begin, sections of all three kinds, with gaps and twice, end."""
+    begin, end = bytes([0, 0, 2, 41, 0]), bytes([1, 0])
+    axis = lambda motor, start, values: bytes([2, start, motor, len(values), *values])
+    dmx = lambda channel, start, values: bytes([9, start, channel, len(values), *values])
+    triggers = lambda mask, pairs: bytes([13, 0, mask, len(pairs), *[part for pair in pairs for part in pair], 0])
+    # From 150 on, the start index has the bit of the last section.
+    yield "whole", begin + axis(1, 0, range(9)) + axis(1, 159, [7]) + dmx(2, 150, [1]) + triggers(3, [(1, 1), (9, 2)]) + end
+    yield "gaps", begin + axis(3, 20, [1, 2]) + axis(3, 4, [5]) + axis(2, 155, []) + dmx(1, 0, [4, 5]) + end + begin
+    yield "refused", axis(1, 0, [1]) + begin + axis(0, 0, [1]) + axis(1, 39, [1, 2]) + triggers(1, [(43, 1)]) + end + end
+
+
+def kos_differential():
+    """Whole messages: of each number and direction one in each eight bytes of length."""
+    chosen = {}
+    for vector in vectors("kos"):
+        message = bytes.fromhex(vector["hex"])
+        if message[:1] == b"\4" and 6 <= len(message) <= 700 and not vector["kind"].startswith("usb"):
+            chosen.setdefault(f"{vector['direction'][0]}-{message[3:7].hex()}-{len(message) // 8}", message)
+    return chosen.items()
+
+
+def kos_round_trip():
+    """Id, type and payload."""
+    return [(name, message[3:]) for name, message in kos_differential()]
+
+
+def kos_stream():
+    """Operations: a message, noise, one with a wrong byte, a gap, one without its end, a lie, one more message; pieces."""
+    messages = [message for _, message in kos_differential() if message[3] == 0 and len(message) <= 60]
+    for at in range(0, len(messages) - 4, 7):
+        one, wrong, cut, last = [bytes([len(message) - 6]) + message[4:] + b"\x0b" for message in messages[at : at + 4]]
+        pieces = b"\x07\x03\x07\x40\x07\x01"
+        yield f"{at}", pieces + b"\0" + one + b"\5\3\4\0\6\3" + wrong + b"\6\0\2" + cut + b"\4\x40\0" + last
+
+
+def kos_usb():
+    """Operations: any report, a long message, whole, with a piece lost, doubled, late; a stop; other reports; a wait."""
+    for vector in vectors("kos"):
+        if vector["kind"].startswith("usb"):
+            data = bytes.fromhex(vector["hex"])
+            yield vector["name"].removeprefix("usb/"), b"".join(bytes([0, 64]) + data[at : at + 64] for at in range(0, len(data), 64))
+    move, stop, other = bytes(range(100, 200)), b"\x17\x40", b"\0\2\2\2"
+    for form, name in [(0, "numbered"), (8, "stripped")]:
+        long = lambda mishaps: bytes([0x14 + form, 100, *mishaps]) + move
+        whole = bytes([0x13 + form, 100, 0, 0]) + move
+        yield f"whole-{name}", whole + other + stop + whole
+        yield f"mishaps-{name}", long([4, 0]) + stop + long([8, 0]) + stop + long([0x30, 0]) + b"\2\x63" + long([0, 1]) + whole
+        yield f"open-{name}", bytes([6 + form, 1]) + other + stop + bytes([6 + form, 0x10]) + b"\2\x64" + whole
+
+
+def hoot_differential():
+    """Whole packets: of each command, part and direction one in each eight bytes of length."""
+    chosen = {}
+    for vector in vectors("hoot"):
+        packet = bytes.fromhex(vector["hex"])
+        if len(packet) >= 10:
+            chosen.setdefault(f"{vector['direction'][:3]}-{packet[6:9].hex()}-{len(packet) // 8}", packet)
+    return chosen.items()
+
+
+def hoot_round_trip():
+    """Address, sub-address, command and data."""
+    return [(name, packet[6:9] + packet[10:]) for name, packet in hoot_differential()]
+
+
+def hoot_stream():
+    """Operations: a packet, noise, one with a wrong byte, a gap, one without its end, a lie, one more packet; pieces."""
+    packets = [packet for _, packet in hoot_differential()]
+    for at in range(0, len(packets) - 4, 7):
+        one, wrong, cut, last = [packet[9:10] + packet[6:9] + packet[10:] + b"\x0b" for packet in packets[at : at + 4]]
+        pieces = b"\x07\x03\x07\x40\x07\x01"
+        yield f"{at}", pieces + b"\0" + one + b"\5\3\0\0\xff\3" + wrong + b"\6\0\2" + cut + b"\4\x40\0" + last
+
+
+def hoot_reply():
+    """The query, the response code, and the data of the reply."""
+    chosen = {}
+    for vector in vectors("hoot"):
+        asked, packet = (bytes.fromhex(vector.get(key, "")) for key in ["in_reply_to", "hex"])
+        if len(asked) >= 10 and (asked[8] >= 100 or asked[8] == 1 and len(asked) > 10):
+            command = asked[8] if asked[8] >= 100 else asked[10]
+            data = bytes([command, asked[7], packet[8]]) + packet[10:]
+            chosen.setdefault(f"{asked[7]}-{command}-{packet[8]}-{packet[10:11].hex()}", data)
+    return chosen.items()
+
+
 def kos_bodies():
     for vector in vectors("kos"):
         frame = bytes.fromhex(vector["hex"])
@@ -76,7 +188,9 @@ def hoot_bodies():
         if len(frame) < 10:
             continue
         address, sub_address, command = frame[6:9]
-        if vector["direction"] == "request":
+        if vector["direction"] == "request" and address != 1 and command == 1 and len(frame) > 10:
+            yield 4, 2 << 16 | frame[10] << 8 | sub_address, frame[11:]
+        elif vector["direction"] == "request":
             yield 4, (address == 1) << 16 | command << 8 | sub_address, frame[10:]
         else:
             yield 5, command, frame[10:]
@@ -112,7 +226,10 @@ def hexdump(data):
 def main():
     check = sys.argv[1:] == ["--check"]
     stale = []
-    for target in [decode, fletcher, stream, text]:
+    kos = [kos_differential, kos_round_trip, kos_stream, kos_usb]
+    dmc = [dmc_differential, dmc_round_trip, dmc_stream, dmc_upload]
+    hoot = [hoot_differential, hoot_reply, hoot_round_trip, hoot_stream]
+    for target in [decode, fletcher, stream, text, *kos, *dmc, *hoot]:
         folder = HERE / "seeds" / target.__name__
         wanted = {f"vector-{name}": data for name, data in target()}
         have = {path.name: path.read_bytes() for path in folder.glob("vector-*")}

@@ -46,6 +46,8 @@
 //! # Ok::<(), dmc_proto::EncodeError>(())
 //! ```
 //!
+//! A whole move is sent and stored with [`upload`].
+//!
 //! # Units
 //!
 //! | type | on the wire | means |

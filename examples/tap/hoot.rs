@@ -97,9 +97,15 @@ impl Show for Hoot {
 
 /// Shows hundredths as such, where an answer is made of them. Returns the field that then says less.
 fn hundredths(answer: Option<Result<AnyReply<'_>, ReplyError>>, fields: &mut Keys) -> &'static str {
-    let Some(Ok(AnyReply::Voltage(volts))) = answer else { return "" };
-    fields.push(("raw_i32", volts.value.0.raw().into()));
-    fields.push(("value_fixed_div100", volts.value.0.to_f64().into()));
+    let number = match answer {
+        Some(Ok(AnyReply::Voltage(answer))) => answer.value.0,
+        Some(Ok(AnyReply::Current(answer))) => answer.value.0,
+        Some(Ok(AnyReply::MotorContinuousSpeed(answer))) => answer.value.0,
+        Some(Ok(AnyReply::MotorContinuousAcceleration(answer))) => answer.value.0,
+        _ => return "",
+    };
+    fields.push(("raw_i32", number.raw().into()));
+    fields.push(("value_fixed_div100", number.to_f64().into()));
     "value"
 }
 

@@ -1,8 +1,8 @@
 //! kOS over TCP, in datagrams, and in USB reports.
 
 use kos_proto::lint::Context;
+use kos_proto::usb::{self, ReportError};
 use kos_proto::{DeviceMessage, Frame, FrameError, HostMessage, MessageId, MessageType};
-use motion_core::stream::{Framing, Head};
 use motion_core::wire::{Fields, Messages};
 
 use super::{Read, Show, Whole, read};
@@ -109,9 +109,7 @@ const fn kind(error: FrameError) -> Kind {
     }
 }
 
-/// Messages in USB reports of 64 bytes: the report's id, the message, padding that means nothing.
-///
-/// Where a library has stripped the id, the report begins with the message (decisions K-U2, K-U5).
+/// Messages in USB reports, one each: a longer message is shown as incomplete, for how it goes on is an assumption.
 pub(super) struct Reports;
 
 impl Show for Reports {
@@ -124,19 +122,12 @@ impl Show for Reports {
 }
 
 impl Whole for Reports {
-    const RECORD: usize = 64;
+    const RECORD: usize = usb::REPORT_LEN;
 
     fn whole<'a>(&self, record: &'a [u8]) -> Result<Frame<'a>, (Kind, String)> {
-        const REPORT_ID: u8 = 1;
-        let message = record.strip_prefix(&[REPORT_ID]).unwrap_or(record);
-        match Framed::head(message) {
-            Head::Total(len) => match message.get(..len) {
-                Some(message) => Kos.whole(message),
-                None => Err((Kind::Incomplete, format!("a message of {len} bytes does not fit into one report"))),
-            },
-            Head::More(_) => Err((Kind::Incomplete, "the report ends inside the header".to_owned())),
-            Head::Skip(_, why) => Err((Kind::Corrupt, why.to_string())),
-            Head::Fatal(why) => Err((Kind::Corrupt, why.to_string())),
-        }
+        usb::decode(record).map_err(|error| match error {
+            ReportError::Frame(error) => (kind(error), error.to_string()),
+            error => (Kind::Corrupt, error.to_string()),
+        })
     }
 }

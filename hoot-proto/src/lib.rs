@@ -47,8 +47,8 @@
 //! ```
 //!
 //! - [`frame`]: the envelope, and two framings: [`Hoot`] finds packets in any noise, [`Strict`] loses what firmware loses.
-//! - [`message`]: [`HostMessage`], [`DeviceMessage`] and their fields. [`query`]: what replies mean. [`lint`]: what is
-//!   not wise.
+//! - [`message`]: [`HostMessage`], [`DeviceMessage`] and their fields. [`query`]: what replies mean, and what firmware of
+//!   different ages does differently. [`lint`]: what is not wise. [`beyond`]: commands that the published sheet has not.
 //!
 //! # Units
 //!
@@ -56,13 +56,20 @@
 //! |---|---|---|
 //! | position | [`Steps`](message::Steps) | steps of the present microstep setting, 32 bits with sign |
 //! | way to go | [`StepCount`](message::StepCount) | the same steps, 1 to 16,777,215; 0 would be for ever |
-//! | speed | [`StepsPerSecond`](message::StepsPerSecond) | IEEE binary32 in requests; its sign is the direction |
-//! | voltage | [`Volts`](message::Volts) | hundredths of a volt, 32 bits with sign |
+//! | speed, acceleration, set | [`StepsPerSecond`](message::StepsPerSecond), [`StepsPerSecondSquared`](message::StepsPerSecondSquared) | IEEE binary32; the sign of a speed is its direction |
+//! | speed, acceleration, asked for | [`Speed`](message::Speed), [`Acceleration`](message::Acceleration) | hundredths, 32 bits with sign |
+//! | greatest speed | [`StepRate`](message::StepRate) | steps a second, 16 bits |
+//! | voltage, current | [`Volts`](message::Volts), [`Amperes`](message::Amperes) | hundredths, 32 bits with sign |
+//! | time | [`Milliseconds`](message::Milliseconds), [`ShortMilliseconds`](message::ShortMilliseconds) | 32 bits, of which 24 arrive; 16 bits |
+//! | part of a program | [`Span`](message::Span), [`ShortSpan`](message::ShortSpan) | shots, or milliseconds in video mode |
+//! | delay before the start | [`StartDelay`](message::StartDelay) | seconds, or milliseconds since 2015-07-20 |
 //!
 //! # Safety
 //!
 //! This moves machines. There is no checksum, no answer says which request it is for, and firmware acknowledges much that
-//! it does not do: ask for the state instead of trusting an OK. Never repeat by yourself what starts a movement. A
+//! it does not do: ask for the state instead of trusting an OK. Never repeat by yourself what starts a movement, as
+//! [`HostMessage::is_repeatable`] tells. Of numbers of 32 bits firmware drops the top byte: constructors and `encode_checked`
+//! refuse what would not arrive. A
 //! broadcast stop does not pass a bridge, and the controller's [`Stop`](message::Stop) is refused in joystick mode: to
 //! stop for certain, send [`MotorStop`](message::MotorStop) to each motor of each node. An emergency stop belongs into
 //! hardware.
@@ -85,6 +92,7 @@
 #[cfg(any(test, feature = "std"))]
 extern crate std;
 
+pub mod beyond;
 pub mod frame;
 pub mod lint;
 pub mod message;
@@ -93,7 +101,7 @@ pub mod nom;
 pub mod query;
 mod side;
 
-pub use frame::{Address, Frame, FrameError, Frames, Header, Hoot, Selector, Strict};
+pub use frame::{Address, Frame, FrameError, Frames, Header, Hoot, Selector, Strict, Table};
 pub use message::{DeviceMessage, HostMessage};
 #[cfg(feature = "alloc")]
 pub use motion_core::owned::Owned;

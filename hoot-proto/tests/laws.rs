@@ -85,7 +85,7 @@ fn any_stream() -> impl Strategy<Value = Vec<u8>> {
 
 proptest! {
     #[test]
-    fn any_body_of_any_command(number in 0_u32..=0x1_FFFF, body in proptest::collection::vec(any::<u8>(), 0..60)) {
+    fn any_body_of_any_command(number in 0_u32..=0x2_FFFF, body in proptest::collection::vec(any::<u8>(), 0..60)) {
         let _ = laws::message::any_body::<Host>(number, &body);
         let _ = laws::message::any_body::<Device>(number, &body);
     }

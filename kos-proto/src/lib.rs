@@ -34,8 +34,9 @@
 //! # Ok::<(), kos_proto::DecodeError>(())
 //! ```
 //!
-//! Writing: a message writes all of itself, header included; [`lint`] says before what a device would refuse. A
-//! datagram is one [`Frame::decode`].
+//! Writing: a message writes all of itself, header included; [`lint`] says before what a device would refuse. Over TCP
+//! it goes as it is; over USB, in reports of 64 bytes, which [`usb`] makes and reads. By UDP clients and devices find
+//! each other: a datagram is one message, and [`discovery`] keeps who was heard of.
 //!
 //! ```
 //! use kos_proto::HostMessage;
@@ -92,6 +93,7 @@
 #[cfg(any(test, feature = "std"))]
 extern crate std;
 
+pub mod discovery;
 pub mod frame;
 pub mod lint;
 pub mod message;
@@ -99,6 +101,7 @@ pub mod message;
 pub mod nom;
 mod side;
 pub mod trajectory;
+pub mod usb;
 
 pub use frame::{Frame, FrameError, Frames, Header, Kos, MessageId, MessageType};
 pub use message::{DeviceMessage, HostMessage};

@@ -68,6 +68,7 @@ extern crate alloc;
 #[cfg(any(test, feature = "std"))]
 extern crate std;
 
+pub mod bezier;
 #[cfg(feature = "bytes")]
 pub mod buf;
 #[cfg(feature = "tokio")]
@@ -83,6 +84,7 @@ pub mod lint;
 pub mod nom;
 #[cfg(feature = "alloc")]
 pub mod owned;
+pub mod profile;
 #[cfg(feature = "serde")]
 pub mod serialize;
 pub mod stream;

@@ -219,7 +219,7 @@ mod tests {
             (asked(0, 180), [35; 4]),
         ] {
             let of = [none, Capabilities::LOOP, Capabilities::CAMERA_TRIGGER, all].map(|can| len(run, can));
-            assert_eq!(of, lens, "{run}");
+            assert_eq!(of, lens, "{run:?}");
             assert_eq!(run.for_device(all).flags, Some(run.flags.unwrap_or_default()), "nothing that is asked is lost");
         }
     }

@@ -23,31 +23,31 @@ pub struct Room {
 impl Room {
     /// Positions to be stored: one for each frame of each motor.
     #[must_use]
-    pub const fn positions(&self) -> usize {
+    pub const fn positions(self) -> usize {
         self.frames().saturating_mul(self.motors as usize)
     }
 
     /// Levels to be stored: one for each frame of each channel.
     #[must_use]
-    pub const fn levels(&self) -> usize {
+    pub const fn levels(self) -> usize {
         self.frames().saturating_mul(self.channels as usize)
     }
 
     /// Sets of outputs to be stored: one for each frame.
     #[must_use]
-    pub const fn triggers(&self) -> usize {
+    pub const fn triggers(self) -> usize {
         self.frames()
     }
 
     /// Words of 32 bits that say which positions and levels have arrived: a bit for each, and one for each track, rounded
     /// up for each track.
     #[must_use]
-    pub const fn written(&self) -> usize {
+    pub const fn written(self) -> usize {
         let tracks = (self.motors as usize).saturating_add(self.channels as usize);
         words(self.frames()).saturating_mul(tracks)
     }
 
-    const fn frames(&self) -> usize {
+    const fn frames(self) -> usize {
         self.frames as usize
     }
 }
@@ -121,15 +121,12 @@ impl<'m> UploadBuffer<'m> {
     /// [`RoomError`], if a slice is shorter than `room` needs it to be.
     pub fn new(room: Room, memory: Memory<'m>) -> Result<Self, RoomError> {
         let Memory { positions, levels, triggers, written } = memory;
-        enough("positions", room.positions(), positions.len())?;
-        enough("levels", room.levels(), levels.len())?;
-        if !triggers.is_empty() {
-            enough("triggers", room.triggers(), triggers.len())?;
-        }
-        enough("written", room.written(), written.len())?;
-
-        let bits = words(room.frames()).saturating_mul(room.motors.into()).min(written.len());
-        let (of_axes, of_channels) = written.split_at_mut_checked(bits).unwrap_or_default();
+        let positions = enough("positions", room.positions(), positions)?;
+        let levels = enough("levels", room.levels(), levels)?;
+        let triggers = if triggers.is_empty() { triggers } else { enough("triggers", room.triggers(), triggers)? };
+        let written = enough("written", room.written(), written)?;
+        let of_axes = words(room.frames()).saturating_mul(room.motors.into());
+        let (of_axes, of_channels) = written.split_at_mut_checked(of_axes).unwrap_or_default();
         Ok(Self {
             room,
             axes: Rows::new(positions, of_axes, room.frames()),
@@ -157,7 +154,7 @@ impl<'m> UploadBuffer<'m> {
             }),
             HostMessage::RtUploadMoveDmx(section) => self.loading().and_then(|count| {
                 let levels = section.levels.iter().copied();
-                store(&mut self.channels, count, section.channel.0.into(), section.start_index, levels)
+                store(&mut self.channels, count, section.channel.0, section.start_index, levels)
             }),
             HostMessage::RtUploadMoveTriggers(section) => self.loading().and_then(|_| self.switch(section)),
             HostMessage::RtUploadMoveEnd(_) => {
@@ -256,7 +253,7 @@ impl<'m> UploadBuffer<'m> {
         self.count > 0
             && match track {
                 Track::Axis(motor) => row(motor.0.into()).is_some_and(|row| self.axes.has_any(row)),
-                Track::Channel(channel) => row(channel.0.into()).is_some_and(|row| self.channels.has_any(row)),
+                Track::Channel(channel) => row(channel.0).is_some_and(|row| self.channels.has_any(row)),
                 Track::Triggers => self.mask != Triggers::NONE,
             }
     }
@@ -284,7 +281,7 @@ impl<'m> UploadBuffer<'m> {
     /// The level of a DMX channel at a frame, as [`position`](Self::position) has it for motors.
     #[must_use]
     pub fn level(&self, channel: DmxChannel, index: u32) -> Option<u8> {
-        self.value(&self.channels, channel.0.into(), index)
+        self.value(&self.channels, channel.0, index)
     }
 
     /// The outputs that are on at a frame. Nothing is held over from the frame before (safety decision 6).
@@ -312,7 +309,7 @@ impl<'m> UploadBuffer<'m> {
     pub fn gaps(&self, track: Track) -> Gaps<'_> {
         let gaps = match track {
             Track::Axis(motor) => row(motor.0.into()).map(|row| self.axes.gaps(row, self.count)),
-            Track::Channel(channel) => row(channel.0.into()).map(|row| self.channels.gaps(row, self.count)),
+            Track::Channel(channel) => row(channel.0).map(|row| self.channels.gaps(row, self.count)),
             Track::Triggers => None,
         };
         gaps.unwrap_or(Gaps::NONE)
@@ -352,6 +349,8 @@ fn store<T: Copy>(
     Ok(())
 }
 
-fn enough(what: &'static str, needed: usize, have: usize) -> Result<(), RoomError> {
-    if needed <= have { Ok(()) } else { Err(RoomError { what, needed, have }) }
+/// The first `needed` places of a slice.
+fn enough<'m, T>(what: &'static str, needed: usize, slice: &'m mut [T]) -> Result<&'m mut [T], RoomError> {
+    let have = slice.len();
+    slice.get_mut(..needed).ok_or(RoomError { what, needed, have })
 }

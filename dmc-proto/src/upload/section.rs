@@ -79,6 +79,9 @@ impl Section {
     }
 
     /// The section behind this one; `None` behind the last one of the last track.
+    ///
+    /// The move is asked for the values of the section and of the frames behind it, until one of these differs from the
+    /// last value that fits: if none does, nothing more has to be sent.
     #[must_use]
     pub fn next<S: MoveSource + ?Sized>(self, source: &S, size: SectionSize) -> Option<Self> {
         if self.is_last() {
@@ -146,11 +149,14 @@ impl Section {
     /// The section of a track that begins with frame `from`, as long as it may be.
     fn cut<S: MoveSource + ?Sized>(track: Track, from: u32, source: &S, size: SectionSize) -> Option<Self> {
         let frames = source.frame_count().min(MAX_FRAMES);
+        if from >= frames {
+            return None;
+        }
         let (range, last) = match track {
             Track::Axis(motor) => values(from, frames, size.positions(), |index| source.position(motor, index)),
             Track::Channel(channel) => values(from, frames, size.levels(), |index| source.level(channel, index)),
             Track::Triggers => pairs(from, frames, size.pairs(), |index| on(source, index).is_some()),
-        }?;
+        };
         let start = StartIndex::new(range.start, last)?;
         Some(Self { track, start, count: range.end.saturating_sub(range.start) })
     }
@@ -170,31 +176,28 @@ fn on<S: MoveSource + ?Sized>(source: &S, index: u32) -> Option<Triggers> {
 /// As many frames from `from` on as fit, and whether the last value among them holds to the end of the move.
 ///
 /// Values that repeat to the end are left out. So a section is the last one if nothing changes behind its `max` frames.
-fn values<T: PartialEq>(from: u32, frames: u32, max: usize, value: impl Fn(u32) -> T) -> Option<(Range<u32>, bool)> {
-    if from >= frames {
-        return None;
-    }
+fn values<T: PartialEq>(from: u32, frames: u32, max: usize, value: impl Fn(u32) -> T) -> (Range<u32>, bool) {
     let limit = from.saturating_add(u32::try_from(max).unwrap_or(u32::MAX));
     let (mut latest, mut held) = (from, value(from));
     for index in from..frames {
         let value = value(index);
         if value != held {
             if index >= limit {
-                return Some((from..limit, false));
+                return (from..limit, false);
             }
             (latest, held) = (index, value);
         }
     }
-    Some((from..latest.saturating_add(1), true))
+    (from..latest.saturating_add(1), true)
 }
 
 /// The frames from the first one at `from` or later where a trigger is on, to the last one that still fits, and whether
 /// there is none behind it. Of a move without any, no frame: its section tells the mask.
-fn pairs(from: u32, frames: u32, max: usize, is_on: impl Fn(u32) -> bool) -> Option<(Range<u32>, bool)> {
+fn pairs(from: u32, frames: u32, max: usize, is_on: impl Fn(u32) -> bool) -> (Range<u32>, bool) {
     let mut on = (from..frames).filter(|&index| is_on(index));
-    let Some(first) = on.next() else { return Some((from..from, true)) };
+    let Some(first) = on.next() else { return (from..from, true) };
     let latest = on.by_ref().take(max.saturating_sub(1)).last().unwrap_or(first);
-    Some((first..latest.saturating_add(1), on.next().is_none()))
+    (first..latest.saturating_add(1), on.next().is_none())
 }
 
 /// Puts values into memory, as many as fit.

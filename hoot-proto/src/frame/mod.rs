@@ -30,6 +30,8 @@ pub const BREAK: [u8; 6] = [0, 0, 0, 0, 0, 0xFF];
 pub const HEADER_LEN: usize = size_of::<Header>();
 /// Bytes of data that a node has room for. With more, its firmware writes beyond its memory (hoot, section 1).
 pub const MAX_DATA: usize = 32;
+/// The command whose data begins with a command of the core protocol.
+const CORE_COMMAND: u8 = 1;
 /// Bytes of the longest packet that a node has room for.
 pub const MAX_FRAME: usize = HEADER_LEN + MAX_DATA;
 
@@ -45,35 +47,67 @@ impl Address {
     pub const BROADCAST: Self = Self(1);
     /// A node's address until it is given another one, 2 to 255.
     pub const DEFAULT: Self = Self(3);
+
+    /// Whether a node can have it: 2 to 255.
+    #[must_use]
+    pub const fn is_node(self) -> bool {
+        self.0 > Self::BROADCAST.0
+    }
 }
 
-/// What selects a command: its number, and the part of the node that it is for.
-///
-/// Broadcasts have a table of their own: command 4 stops a node, but gives all nodes an address when it is broadcast.
+/// The tables of commands. The same number means different things in each.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub enum Table {
+    /// Commands to one part of one node.
+    #[default]
+    Node,
+    /// Commands to all nodes at once: command 4 stops a node, but gives all nodes an address when it is broadcast.
+    Broadcast,
+    /// The core protocol, which is command 1 of every part of a node. The first byte of its data counts its commands.
+    Core,
+}
+
+/// What selects a command: its number, the table that it stands in, and the part of the node that it is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Selector {
-    /// Whether it goes to all nodes at once.
-    pub broadcast: bool,
-    /// The command.
+    /// The table.
+    pub table: Table,
+    /// The command, as its table counts.
     pub command: u8,
-    /// The part of the node: 0 the controller, 1 to 3 the motors, 4 the camera. Nodes ignore it in broadcasts.
+    /// The part of the node: 0 the controller, 1 to 3 the motors, 4 the camera. Nodes ignore it in broadcasts and in
+    /// the core protocol.
     pub sub_address: u8,
 }
 
 impl Selector {
-    /// All of it in one number: `broadcast << 16 | command << 8 | sub_address`.
+    /// All of it in one number: `table << 16 | command << 8 | sub_address`.
     ///
     /// The sub-address stands last, so that the numbers of one command for several motors lie side by side.
     #[must_use]
     pub const fn number(self) -> u32 {
-        u32::from_be_bytes([0, self.broadcast as u8, self.command, self.sub_address])
+        u32::from_be_bytes([0, self.table as u8, self.command, self.sub_address])
     }
 
     /// What a number means that [`number`](Self::number) gave.
     #[must_use]
     pub const fn from_number(number: u32) -> Self {
-        let [_, broadcast, command, sub_address] = number.to_be_bytes();
-        Self { broadcast: broadcast != 0, command, sub_address }
+        let [_, table, command, sub_address] = number.to_be_bytes();
+        let table = match table {
+            1 => Table::Broadcast,
+            2 => Table::Core,
+            _ => Table::Node,
+        };
+        Self { table, command, sub_address }
+    }
+
+    /// The same for commands of the core protocol, whose selector reaches into the data.
+    pub(crate) fn split(self, data: &[u8]) -> (Self, &[u8]) {
+        match (self, data.split_first()) {
+            (Self { table: Table::Node, command: CORE_COMMAND, sub_address }, Some((&command, parameters))) => {
+                (Self { table: Table::Core, command, sub_address }, parameters)
+            }
+            _ => (self, data),
+        }
     }
 }
 
@@ -105,16 +139,6 @@ impl Header {
     #[must_use]
     pub const fn command(&self) -> u8 {
         self.command
-    }
-
-    /// What selects the command, in a request.
-    #[must_use]
-    pub const fn selector(&self) -> Selector {
-        Selector {
-            broadcast: self.address == Address::BROADCAST.0,
-            command: self.command,
-            sub_address: self.sub_address,
-        }
     }
 
     /// Bytes of data, 0 to 255.
@@ -200,6 +224,17 @@ impl<'a> Frame<'a> {
         self.payload
     }
 
+    /// What it says as a request: what selects the command, and the parameters of that.
+    ///
+    /// The parameters are the data, but for the first byte in the core protocol. Without that byte, command 1 stands in
+    /// the table of the nodes.
+    #[must_use]
+    #[inline]
+    pub fn request(&self) -> (Selector, &'a [u8]) {
+        let table = if self.address() == Address::BROADCAST { Table::Broadcast } else { Table::Node };
+        Selector { table, command: self.command(), sub_address: self.sub_address() }.split(self.payload)
+    }
+
     /// All of it, from the break on.
     #[must_use]
     pub const fn bytes(&self) -> &'a [u8] {
@@ -271,6 +306,38 @@ pub(crate) fn frame_len(len: usize) -> usize {
     len.saturating_add(HEADER_LEN)
 }
 
+/// Bytes of a request with `len` bytes of parameters.
+pub(crate) fn request_len(table: Table, len: usize) -> usize {
+    frame_len(len.saturating_add((table == Table::Core).into()))
+}
+
+/// A request, and in it what `parameters` writes.
+///
+/// Broadcasts go to [`Address::BROADCAST`], and nothing else does: their numbers mean other commands.
+pub(crate) fn request(
+    Selector { table, command, sub_address }: Selector,
+    to: Address,
+    len: usize,
+    out: &mut [u8],
+    parameters: impl FnOnce(&mut [u8]) -> Result<usize, EncodeError>,
+) -> Result<usize, EncodeError> {
+    let broadcast = table == Table::Broadcast;
+    if broadcast != (to == Address::BROADCAST) {
+        let (min, max) = if broadcast { (1, 1) } else { (2, 255) };
+        return Err(EncodeError::OutOfRange { what: "address", value: to.0.into(), min, max });
+    }
+    if table != Table::Core {
+        return envelope([to.0, sub_address, command], len, out, parameters);
+    }
+    envelope([to.0, sub_address, CORE_COMMAND], len.saturating_add(1), out, |place| {
+        let small = EncodeError::BufferTooSmall { needed: 1, have: 0 };
+        let (first, place) = place.split_first_mut().ok_or(small)?;
+        let written = parameters(place)?;
+        *first = command;
+        Ok(written)
+    })
+}
+
 /// The header of `to`, which is address, sub-address and command, and behind it what `data` writes.
 pub(crate) fn envelope(
     to: [u8; 3],
@@ -297,17 +364,31 @@ pub(crate) fn envelope(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::vec;
     use std::vec::Vec;
 
     const START: [u8; 10] = [0, 0, 0, 0, 0, 0xFF, 3, 0, 2, 0];
 
     #[test]
     fn selectors_and_numbers_are_the_same() {
-        for number in [0, 0x0200, 0x0F03, 0x1_01FF, 0x1_FFFF] {
+        for number in [0, 0x0200, 0x0F03, 0x1_01FF, 0x1_FFFF, 0x2_0000, 0x2_0304] {
             assert_eq!(Selector::from_number(number).number(), number);
         }
-        let stop = Frame::decode(&[0, 0, 0, 0, 0, 0xFF, 1, 9, 2, 0]).unwrap().header().selector();
-        assert_eq!(stop, Selector { broadcast: true, command: 2, sub_address: 9 });
+    }
+
+    #[test]
+    fn each_table_counts_its_own_commands() {
+        let of = |address, command, data: &[u8]| {
+            let mut out = [0; 42];
+            let len = encode(Address(address), 9, command, data, &mut out).unwrap();
+            let (selector, parameters) = Frame::decode(&out[..len]).unwrap().request();
+            assert_eq!(selector.sub_address, 9);
+            (selector.table, selector.command, parameters.to_vec())
+        };
+        assert_eq!(of(3, 4, &[7]), (Table::Node, 4, vec![7]));
+        assert_eq!(of(3, 1, &[4, 7]), (Table::Core, 4, vec![7]));
+        assert_eq!(of(3, 1, &[]), (Table::Node, 1, vec![]));
+        assert_eq!(of(1, 1, &[4, 7]), (Table::Broadcast, 1, vec![4, 7]));
     }
 
     #[test]

@@ -1,8 +1,10 @@
-//! What a node is called.
+//! What a node is called, and the command that names it.
 
 use core::fmt;
 
-use motion_core::wire::{print, trim_nuls};
+use motion_core::wire::{
+    DecodeError, EncodeError, FieldView, Fields, Message, PartKind, Row, Value, Visitor, place, print, trim_nuls,
+};
 
 /// What a node is to be called: 1 to 10 bytes.
 ///
@@ -67,6 +69,54 @@ impl fmt::Debug for Name {
         write!(f, "Name({self})")
     }
 }
+
+/// Give the node a name, 1 to 10 bytes of it. Source: hoot, section 2.1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct SetName {
+    /// What it is to be called.
+    pub name: Name,
+}
+
+impl<'a> Message<'a> for SetName {
+    const LAYOUT: &'static [Row] = &place([Row {
+        name: "name",
+        wire: "text[1..=10]",
+        offset: None,
+        size: 1,
+        part: PartKind::Rest,
+        unit: "",
+        element: &[],
+    }]);
+
+    fn decode(body: &'a [u8]) -> Result<Self, DecodeError> {
+        let what = "SetName";
+        match (Name::from_bytes(body), body.len()) {
+            (Some(name), _) => Ok(Self { name }),
+            (None, 0) => Err(DecodeError::Truncated { what, needed: 1, have: 0 }),
+            (None, len) => Err(DecodeError::Trailing { what, extra: len.saturating_sub(Name::MAX) }),
+        }
+    }
+
+    fn encoded_len(&self) -> usize {
+        self.name.as_bytes().len()
+    }
+
+    fn encode_into(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
+        let needed = self.encoded_len();
+        let small = EncodeError::BufferTooSmall { needed, have: out.len() };
+        out.get_mut(..needed).ok_or(small)?.copy_from_slice(self.name.as_bytes());
+        Ok(needed)
+    }
+}
+
+impl Fields for SetName {
+    fn fields(&self, visitor: &mut dyn Visitor) {
+        let value = Value::Text(self.name.as_bytes());
+        visitor.visit(&FieldView { name: "name", unit: "", value, text: &self.name });
+    }
+}
+
+motion_core::__message_features! { 'a [SetName] SetName }
 
 #[cfg(test)]
 mod tests {

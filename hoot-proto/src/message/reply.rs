@@ -1,13 +1,13 @@
-//! Replies: a response code, and perhaps a value with its type.
+//! Replies: a response code, and perhaps a value.
 
 use core::fmt;
 
-use motion_core::fixed::{Centi, Scaled};
 use motion_core::open_enum;
 use motion_core::wire::{
     DecodeError, EncodeError, FieldView, Fields, Message, PartKind, Row, Value as Shown, Visitor, place, print,
-    trim_nuls,
 };
+
+use super::value::{Value, ValueType};
 
 open_enum! {
     /// How a request ended. Everything but [`OK`](Self::OK) is an error. Source: hoot, section 1.
@@ -18,158 +18,6 @@ open_enum! {
         OK = 1,
         /// Refused, with data; only in a library of 2014-12 and later.
         ERROR_WITH_DATA = 2,
-    }
-
-    /// The type of a value, as the byte in front of it says. Source: hoot, section 1.
-    pub struct ValueType(u8) {
-        /// A byte.
-        BYTE = 0,
-        /// 16 bits without sign.
-        UINT = 1,
-        /// 16 bits with sign.
-        INT = 2,
-        /// 32 bits with sign.
-        LONG = 3,
-        /// 32 bits without sign. Firmware since v0.33 says hundredths under it, with sign.
-        ULONG = 4,
-        /// Hundredths, 32 bits with sign: no IEEE number, whatever its name.
-        FLOAT = 5,
-        /// A text to the end of the data.
-        STRING = 6,
-    }
-}
-
-impl ValueType {
-    /// Bytes of such a value, where all have the same.
-    #[must_use]
-    pub const fn size(self) -> Option<usize> {
-        match self {
-            Self::BYTE => Some(1),
-            Self::UINT | Self::INT => Some(2),
-            Self::LONG | Self::ULONG | Self::FLOAT => Some(4),
-            _ => None,
-        }
-    }
-}
-
-/// A text of a node, NULs and spaces at its end included.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Text<'a>(pub &'a [u8]);
-
-impl<'a> Text<'a> {
-    /// Its text without the NULs at the end, if it is UTF-8. Nodes fill their first name up with spaces; these stay.
-    #[must_use]
-    pub fn as_str(self) -> Option<&'a str> {
-        core::str::from_utf8(trim_nuls(self.0)).ok()
-    }
-}
-
-impl fmt::Display for Text<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        print::text(f, trim_nuls(self.0))
-    }
-}
-
-impl fmt::Debug for Text<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Text({self})")
-    }
-}
-
-/// A value, read by the type in front of it.
-///
-/// What it means, only the query knows: a voltage comes as `Float` or as `ULong`, both in hundredths and with sign.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Value<'a> {
-    /// A [`BYTE`](ValueType::BYTE).
-    Byte(u8),
-    /// A [`UINT`](ValueType::UINT).
-    UInt(u16),
-    /// An [`INT`](ValueType::INT).
-    Int(i16),
-    /// A [`LONG`](ValueType::LONG).
-    Long(i32),
-    /// A [`ULONG`](ValueType::ULONG).
-    ULong(u32),
-    /// A [`FLOAT`](ValueType::FLOAT).
-    Float(Centi<i32>),
-    /// A [`STRING`](ValueType::STRING).
-    String(Text<'a>),
-}
-
-impl<'a> Value<'a> {
-    /// Reads a value of a type; `None` if the type is unknown, or `bytes` are more or fewer than it has.
-    #[must_use]
-    pub fn new(value_type: ValueType, bytes: &'a [u8]) -> Option<Self> {
-        Some(match (value_type, bytes) {
-            (ValueType::BYTE, &[byte]) => Self::Byte(byte),
-            (ValueType::UINT, &[a, b]) => Self::UInt(u16::from_be_bytes([a, b])),
-            (ValueType::INT, &[a, b]) => Self::Int(i16::from_be_bytes([a, b])),
-            (ValueType::LONG, &[a, b, c, d]) => Self::Long(i32::from_be_bytes([a, b, c, d])),
-            (ValueType::ULONG, &[a, b, c, d]) => Self::ULong(u32::from_be_bytes([a, b, c, d])),
-            (ValueType::FLOAT, &[a, b, c, d]) => Self::Float(Scaled(i32::from_be_bytes([a, b, c, d]))),
-            (ValueType::STRING, text) => Self::String(Text(text)),
-            _ => return None,
-        })
-    }
-
-    /// Its type.
-    #[must_use]
-    pub const fn value_type(&self) -> ValueType {
-        match self {
-            Self::Byte(_) => ValueType::BYTE,
-            Self::UInt(_) => ValueType::UINT,
-            Self::Int(_) => ValueType::INT,
-            Self::Long(_) => ValueType::LONG,
-            Self::ULong(_) => ValueType::ULONG,
-            Self::Float(_) => ValueType::FLOAT,
-            Self::String(_) => ValueType::STRING,
-        }
-    }
-
-    /// Writes type and value to the front of `out`, and says how many bytes they took; `None` if they do not fit.
-    pub(crate) fn write(&self, out: &mut [u8]) -> Option<usize> {
-        let (first, rest) = out.split_first_mut()?;
-        *first = self.value_type().0;
-        let mut put = |bytes: &[u8]| {
-            rest.get_mut(..bytes.len())?.copy_from_slice(bytes);
-            bytes.len().checked_add(1)
-        };
-        match self {
-            Self::Byte(byte) => put(&[*byte]),
-            Self::UInt(number) => put(&number.to_be_bytes()),
-            Self::Int(number) => put(&number.to_be_bytes()),
-            Self::Long(number) | Self::Float(Scaled(number)) => put(&number.to_be_bytes()),
-            Self::ULong(number) => put(&number.to_be_bytes()),
-            Self::String(text) => put(text.0),
-        }
-    }
-
-    /// What stands on the wire.
-    const fn shown(&self) -> Shown<'a> {
-        match *self {
-            Self::Byte(number) => Shown::Unsigned(number as u64),
-            Self::UInt(number) => Shown::Unsigned(number as u64),
-            Self::ULong(number) => Shown::Unsigned(number as u64),
-            Self::Int(number) => Shown::Signed(number as i64),
-            Self::Long(number) | Self::Float(Scaled(number)) => Shown::Signed(number as i64),
-            Self::String(text) => Shown::Text(text.0),
-        }
-    }
-}
-
-impl fmt::Display for Value<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Byte(number) => number.fmt(f),
-            Self::UInt(number) => number.fmt(f),
-            Self::Int(number) => number.fmt(f),
-            Self::Long(number) => number.fmt(f),
-            Self::ULong(number) => number.fmt(f),
-            Self::Float(number) => number.fmt(f),
-            Self::String(text) => text.fmt(f),
-        }
     }
 }
 
@@ -276,24 +124,6 @@ impl fmt::Display for Hex<'_> {
 mod tests {
     use super::*;
     use std::string::ToString;
-
-    #[test]
-    fn a_value_is_as_long_as_its_type_says() {
-        for (value_type, size) in (0..=7).map(ValueType).map(|value_type| (value_type, value_type.size())) {
-            for len in 0..9 {
-                let found = Value::new(value_type, &[0x80; 9][..len]);
-                let wanted = value_type == ValueType::STRING || Some(len) == size;
-                assert_eq!(found.is_some(), wanted, "{value_type} of {len} bytes");
-                let mut out = [0; 9];
-                if let Some(value) = found {
-                    assert_eq!(value.value_type(), value_type);
-                    assert_eq!(value.write(&mut out), (len < 9).then_some(len + 1));
-                    assert_eq!((out[0], &out[1..=len]), (value_type.0, &[0x80; 9][..len]));
-                    assert_eq!(value.write(&mut out[..len]), None);
-                }
-            }
-        }
-    }
 
     #[test]
     fn a_reply_shows_its_value_or_else_its_data() {

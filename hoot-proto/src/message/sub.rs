@@ -1,5 +1,6 @@
 //! Messages whose sub-address is a part of them.
 
+use motion_core::unit;
 use motion_core::wire::Visitor;
 
 /// What the sub-address of a command says.
@@ -17,6 +18,25 @@ pub(crate) trait Sub: Copy {
     fn number(self, declared: u32) -> u32 {
         declared & !0xFF | u32::from(self.byte())
     }
+}
+
+unit! {
+    /// A sub-address that nodes ignore, kept as it came: of a broadcast, or in the core protocol. Send 0.
+    pub struct AnySubAddress(u8) "";
+}
+
+impl Sub for AnySubAddress {
+    fn of(number: u32) -> Self {
+        let [.., sub_address] = number.to_be_bytes();
+        Self(sub_address)
+    }
+
+    fn byte(self) -> u8 {
+        self.0
+    }
+
+    /// It says nothing.
+    fn show(self, _: &mut dyn Visitor) {}
 }
 
 /// Makes what `message!` makes of the fields, with the sub-address in front of them.

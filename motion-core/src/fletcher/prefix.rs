@@ -3,7 +3,7 @@
 use super::{Sum, verify};
 use crate::stream::Memo;
 
-/// Work that failed checks may cost for each byte of the stream that became an item.
+/// Work that failed checks may cost for each byte of the stream that was passed.
 const CREDIT: usize = 3;
 /// How many times longer it takes to enter a byte into the sums than to check it directly.
 const SLOWER: usize = 8;
@@ -30,16 +30,16 @@ pub struct PrefixSums<const N: usize> {
     to: usize,
     /// How many bytes of checks may still fail before the sums are asked.
     budget: usize,
+    /// The bytes before this one have paid into the budget.
+    paid: usize,
     work: usize,
 }
 
 impl<const N: usize> PrefixSums<N> {
-    /// Sum of the bytes before `at`, which is in `..=to`.
+    /// Sums of the bytes before `at`, which is in `..=to`.
     #[inline]
-    fn before(&self, at: usize) -> Sum {
-        let sums = if at == self.to { self.last } else { self.before.get(at).copied().unwrap_or_default() };
-        let [f0, f1] = sums.map(|sum| if sum == 255 { 0 } else { sum });
-        Sum { f0, f1 }
+    fn before(&self, at: usize) -> [u8; 2] {
+        if at == self.to { self.last } else { self.before.get(at).copied().unwrap_or_default() }
     }
 
     /// Whether the bytes from `at` to `end`, both in `..=to`, sum to zero.
@@ -47,10 +47,27 @@ impl<const N: usize> PrefixSums<N> {
     fn sound(&self, at: usize, end: usize) -> bool {
         let (before, after) = (self.before(at), self.before(end));
         // The first sums tell all but one in 255 apart.
-        before.f0 == after.f0 && after.after(before, end.saturating_sub(at)).is_zero()
+        before[0] % 255 == after[0] % 255 && sum(after).after(sum(before), end.saturating_sub(at)).is_zero()
     }
 
-    /// Enters all bytes up to `end` into the sums.
+    /// Whether a check of `len` bytes at `at` is paid for, should it fail.
+    #[inline]
+    fn affords(&mut self, at: usize, len: usize) -> bool {
+        if len > self.budget {
+            self.earn(at);
+        }
+        len <= self.budget
+    }
+
+    /// Lets the bytes before `at` pay.
+    fn earn(&mut self, at: usize) {
+        let earned = at.saturating_sub(self.paid).saturating_mul(CREDIT);
+        self.budget = self.budget.saturating_add(earned).min(N.saturating_mul(CREDIT));
+        self.paid = self.paid.max(at);
+    }
+
+    /// Enters all bytes up to `end` into the sums. Out of line, since good frames have no need of it.
+    #[inline(never)]
     fn cover(&mut self, filled: &[u8], end: usize) {
         let new = filled.get(self.to..end).unwrap_or_default();
         let slots = self.before.get_mut(self.to..end).unwrap_or_default();
@@ -66,6 +83,12 @@ impl<const N: usize> PrefixSums<N> {
     }
 }
 
+/// Sums where 255 may stand for 0, in their proper form.
+fn sum(sums: [u8; 2]) -> Sum {
+    let [f0, f1] = sums.map(|sum| sum % 255);
+    Sum { f0, f1 }
+}
+
 /// Adds modulo 255 with the carry brought around, the quickest way there is. 255 stands for 0 as well.
 fn add(a: u8, b: u8) -> u8 {
     let (sum, carry) = a.overflowing_add(b);
@@ -73,7 +96,7 @@ fn add(a: u8, b: u8) -> u8 {
 }
 
 impl<const N: usize> Memo for PrefixSums<N> {
-    const NEW: Self = Self { before: [[0; 2]; N], last: [0; 2], to: 0, budget: FIRST_BUDGET, work: 0 };
+    const NEW: Self = Self { before: [[0; 2]; N], last: [0; 2], to: 0, paid: 0, budget: FIRST_BUDGET, work: 0 };
 
     #[inline]
     fn is_sound(frame: &[u8]) -> bool {
@@ -83,13 +106,13 @@ impl<const N: usize> Memo for PrefixSums<N> {
     #[inline]
     fn verify(&mut self, filled: &[u8], at: usize, len: usize) -> bool {
         let end = at.saturating_add(len);
-        let Some(frame) = filled.get(at..end) else { return false };
         if end <= self.to {
             return self.sound(at, end);
         }
+        let Some(frame) = filled.get(at..end) else { return false };
         // Where the sums lead nearly to the end, going on with them beats a direct check.
         let near = at <= self.to && end.saturating_sub(self.to).saturating_mul(SLOWER) <= len;
-        if near || len > self.budget {
+        if near || !self.affords(at, len) {
             self.cover(filled, end.saturating_add(AHEAD).min(filled.len()));
             return self.sound(at, end);
         }
@@ -101,13 +124,9 @@ impl<const N: usize> Memo for PrefixSums<N> {
         sound
     }
 
-    #[inline]
-    fn credit(&mut self, n: usize) {
-        let cap = N.saturating_mul(CREDIT);
-        self.budget = self.budget.saturating_add(n.saturating_mul(CREDIT)).min(cap);
-    }
-
     fn shift(&mut self, n: usize) {
+        self.earn(n);
+        self.paid = self.paid.saturating_sub(n);
         let kept = self.to.saturating_sub(n);
         if kept == 0 {
             (self.to, self.last) = (0, [0; 2]);
@@ -156,7 +175,6 @@ mod tests {
                 let filled = &stream[dropped..dropped + N.min(at + len + step % 90)];
                 assert_eq!(memo.verify(filled, at, len), verify(&filled[at..at + len]), "{len} bytes from {start}");
                 sound += usize::from(verify(&filled[at..at + len]));
-                memo.credit(step % 3);
                 if at + 3 + 70 + 90 > N {
                     memo.shift(at);
                     dropped += at;
@@ -172,7 +190,6 @@ mod tests {
         let flood = [1; 4096];
         for at in 0..3000 {
             assert!(!memo.verify(&flood, at, 1000));
-            memo.credit(1);
         }
         let (paid, summed) = (FIRST_BUDGET + 3000 * CREDIT, 4096);
         assert!(memo.work() <= paid + summed, "{} bytes", memo.work());
@@ -188,13 +205,27 @@ mod tests {
             memo.work() - before
         };
         assert_eq!(cost(&mut memo, 0, FIRST_BUDGET), FIRST_BUDGET);
-        memo.credit(100);
-        assert_eq!(cost(&mut memo, 10, 100 * CREDIT), 100 * CREDIT, "directly, for what was earned");
-        assert_eq!(cost(&mut memo, 20, 1000), 1020 + AHEAD, "all bytes from the first on");
-        assert_eq!(cost(&mut memo, 30, 1000), 0, "known already");
-        memo.credit(4096);
-        assert_eq!(cost(&mut memo, 90, 1000), 6 + AHEAD, "a few more, though a direct check could be paid");
+        assert_eq!(cost(&mut memo, 100, 100 * CREDIT), 100 * CREDIT, "directly, for what was earned");
+        assert_eq!(cost(&mut memo, 120, 1000), 1120 + AHEAD, "all bytes from the first on");
+        assert_eq!(cost(&mut memo, 130, 1000), 0, "known already");
+        memo.budget = 4096;
+        assert_eq!(cost(&mut memo, 190, 1000), 6 + AHEAD, "a few more, though a direct check could be paid");
         assert_eq!(cost(&mut memo, 1000, 1000), 1000, "directly again, far ahead of the sums");
+    }
+
+    #[test]
+    fn bytes_that_left_the_buffer_have_paid() {
+        let mut memo = PrefixSums::<4096>::NEW;
+        let flood = [1; 4096];
+        memo.shift(400);
+        memo.shift(100);
+        assert!(!memo.verify(&flood, 10, 1000));
+        assert_eq!(memo.work(), 1000, "directly, for what was earned");
+        assert!(!memo.verify(&flood, 20, 1000));
+        assert_eq!(memo.work(), 1000 + 1020 + AHEAD, "no longer");
+        let budget = memo.budget;
+        memo.shift(20);
+        assert_eq!(memo.budget, budget, "these have paid already");
     }
 
     #[test]

@@ -86,11 +86,18 @@ impl<F: Framing, const N: usize> Frames<F, N> {
     #[must_use = "the bytes that were not taken have to be pushed again"]
     pub fn push(&mut self, bytes: &[u8]) -> usize {
         // Serial lines bring bytes one by one: that has to be cheap.
-        if let ([byte], Some(slot)) = (bytes, self.buf.get_mut(self.end)) {
+        let end = self.end;
+        if let ([byte], Some(slot)) = (bytes, self.buf.get_mut(end)) {
             *slot = *byte;
-            self.end = self.end.saturating_add(1);
+            self.end = end.saturating_add(1);
             return 1;
         }
+        self.push_many(bytes)
+    }
+
+    /// [`push`](Self::push), out of line: a loop over single bytes has no registers to spare for it.
+    #[inline(never)]
+    fn push_many(&mut self, bytes: &[u8]) -> usize {
         let spare = self.room(bytes.len());
         let n = spare.len().min(bytes.len());
         if let (Some(spare), Some(bytes)) = (spare.get_mut(..n), bytes.get(..n)) {
@@ -254,7 +261,6 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         let from = self.start;
         self.start = from.saturating_add(len).min(self.end);
         self.wake = self.start.saturating_add(1);
-        self.memo.credit(len);
         self.buf.get(from..self.start).unwrap_or_default()
     }
 

@@ -248,11 +248,8 @@ pub trait Memo {
     fn is_sound(frame: &[u8]) -> bool;
 
     /// Whether the `len` bytes from `at` on are a sound frame. `filled` is the buffer up to its last
-    /// byte; `at` never falls, but by what [`shift`](Self::shift) says.
+    /// byte; `at` never falls, but by what [`shift`](Self::shift) says. The bytes that it passes pay for the work.
     fn verify(&mut self, filled: &[u8], at: usize, len: usize) -> bool;
-
-    /// Takes note that `n` bytes became items. They pay for the work that follows.
-    fn credit(&mut self, n: usize);
 
     /// Takes note that the buffer dropped its first `n` bytes, and moved the others down.
     fn shift(&mut self, n: usize);
@@ -274,9 +271,6 @@ impl Memo for () {
     fn verify(&mut self, _: &[u8], _: usize, _: usize) -> bool {
         true
     }
-
-    #[inline]
-    fn credit(&mut self, _: usize) {}
 
     #[inline]
     fn shift(&mut self, _: usize) {}

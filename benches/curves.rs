@@ -1,0 +1,218 @@
+//! Bezier segments beside peers: the position of an axis at a time.
+//!
+//! All contenders get the same segments and times. Each is first asked for all positions, which must be
+//! those of a search by bisection, within 1e-9; the greatest errors are printed.
+
+use std::hint::black_box;
+
+use benches::ratios::{Contender, Table, contender};
+use criterion::{Criterion, Throughput};
+use kurbo::ParamCurve;
+use motion_core::bezier::{Cursor, Motion, Point, Segment};
+
+/// Times that are asked for together.
+const BATCH: usize = 16;
+/// How many segments there are, and of how many times each: a second at 1 kHz.
+const SEGMENTS: usize = 32;
+const TIMES: usize = 992;
+
+/// A segment from (0, 0) to (1, 1), in every contender's form.
+struct Curve {
+    handles: [f64; 4],
+    ours: Segment,
+    kurbo: kurbo::CubicBez,
+    lyon: lyon_geom::CubicBezierSegment<f64>,
+}
+
+impl Curve {
+    fn new(handles: [f64; 4]) -> Self {
+        let [x1, y1, x2, y2] = handles;
+        let points = [Point::ZERO, Point::new(x1, y1), Point::new(x2, y2), Point::new(1.0, 1.0)];
+        let point = lyon_geom::point;
+        Self {
+            handles,
+            ours: Segment::new(points).expect("finite"),
+            kurbo: kurbo::CubicBez::new((0.0, 0.0), (x1, y1), (x2, y2), (1.0, 1.0)),
+            lyon: lyon_geom::CubicBezierSegment {
+                from: point(0.0, 0.0),
+                ctrl1: point(x1, y1),
+                ctrl2: point(x2, y2),
+                to: point(1.0, 1.0),
+            },
+        }
+    }
+
+    /// By bisection down to the last digit, and de Casteljau's construction.
+    fn reference(&self, time: f64) -> f64 {
+        let [x1, y1, x2, y2] = self.handles;
+        let at = |a: f64, b: f64, u: f64| {
+            let mix = |from: f64, to: f64| from * (1.0 - u) + to * u;
+            let (ab, bc, cd) = (mix(0.0, a), mix(a, b), mix(b, 1.0));
+            mix(mix(ab, bc), mix(bc, cd))
+        };
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if at(x1, x2, middle) < time { low = middle } else { high = middle }
+        }
+        at(y1, y2, 0.5 * (low + high))
+    }
+
+    fn kurbo(&self, time: f64) -> f64 {
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..47 {
+            let middle = 0.5 * (low + high);
+            if self.kurbo.eval(middle).x < time { low = middle } else { high = middle }
+        }
+        self.kurbo.eval(0.5 * (low + high)).y
+    }
+
+    fn lyon(&self, time: f64) -> f64 {
+        let found = self.lyon.solve_t_for_x(time);
+        self.lyon.y(found.last().copied().unwrap_or(1.0))
+    }
+}
+
+fn main() {
+    let typical = curves(0.15..0.85);
+    let any = curves(0.0..1.0);
+    let sorted: Vec<f64> = (1..=992_u32).map(|i| f64::from(i) / 993.0).collect();
+    let mut random = Random(11);
+    let scattered: Vec<f64> = (0..TIMES).map(|_| random.next()).collect();
+
+    for (name, curves, times) in [("typical", &typical, &sorted), ("any", &any, &scattered)] {
+        agree(name, curves, times);
+    }
+
+    let mut table = Table::new("B1 and B3, an axis at 1 kHz in batches of 16, 992 times");
+    table.row("typical", batches(&typical, &sorted));
+    table.row("any", batches(&any, &sorted));
+    let mut table = Table::new("B2, random access, 992 times");
+    table.row("typical", scatter(&typical, &scattered));
+    table.row("any", scatter(&any, &scattered));
+
+    let mut criterion = Criterion::default().configure_from_args();
+    let mut group = criterion.benchmark_group("curves");
+    group.throughput(Throughput::Elements(TIMES as u64));
+    group.bench_function("batches", |bencher| {
+        let mut out = [0.0; BATCH];
+        bencher.iter(|| sampled(&typical[0], black_box(&sorted), &mut out));
+    });
+    group.bench_function("random access", |bencher| {
+        bencher.iter(|| sum(black_box(&scattered), |time| typical[0].ours.position(time)));
+    });
+    group.finish();
+    criterion.final_summary();
+}
+
+/// Each contender takes the next segment, over and over.
+fn turns<'a, T>(curves: &'a [Curve], mut work: impl FnMut(&'a Curve) -> T + 'a) -> impl FnMut() -> T + 'a {
+    let mut next = curves.iter().cycle();
+    move || work(black_box(next.next().expect("an endless cycle")))
+}
+
+fn batches<'a>(curves: &'a [Curve], times: &'a [f64]) -> Vec<Contender<'a>> {
+    let (mut out, mut motions) = ([0.0; BATCH], [Motion::default(); BATCH]);
+    vec![
+        contender("positions", turns(curves, move |curve| sampled(curve, black_box(times), &mut out))),
+        contender(
+            "with rates",
+            turns(curves, move |curve| {
+                let mut cursor = Cursor::new(curve.ours);
+                for batch in black_box(times).chunks(BATCH) {
+                    cursor.sample_motion(batch, &mut motions);
+                    black_box(&motions);
+                }
+            }),
+        ),
+        // What any solver must do at the end: the yardstick.
+        contender(
+            "y alone",
+            turns(curves, move |curve| {
+                let [_, y1, _, y2] = curve.handles;
+                let (a, b, c) = (1.0 - 3.0 * (y2 - y1), 3.0 * (y2 - 2.0 * y1), 3.0 * y1);
+                for batch in black_box(times).chunks_exact(BATCH) {
+                    for (slot, u) in out.iter_mut().zip(batch) {
+                        *slot = ((a * u + b) * u + c) * u;
+                    }
+                    black_box(&out);
+                }
+            }),
+        ),
+        contender("kurbo, bisection", turns(curves, |curve| sum(black_box(times), |time| curve.kurbo(time)))),
+        contender("lyon_geom", turns(curves, |curve| sum(black_box(times), |time| curve.lyon(time)))),
+    ]
+}
+
+fn scatter<'a>(curves: &'a [Curve], times: &'a [f64]) -> Vec<Contender<'a>> {
+    vec![
+        contender("motion-core", turns(curves, |curve| sum(black_box(times), |time| curve.ours.position(time)))),
+        contender("kurbo, bisection", turns(curves, |curve| sum(black_box(times), |time| curve.kurbo(time)))),
+        contender("lyon_geom", turns(curves, |curve| sum(black_box(times), |time| curve.lyon(time)))),
+        contender(
+            "bezier_easing",
+            turns(curves, |curve| {
+                let ease = easing(curve);
+                sum(black_box(times), |time| ease(time))
+            }),
+        ),
+    ]
+}
+
+fn sampled(curve: &Curve, times: &[f64], out: &mut [f64; BATCH]) {
+    let mut cursor = Cursor::new(curve.ours);
+    for batch in times.chunks(BATCH) {
+        cursor.sample(batch, out);
+        black_box(&out);
+    }
+}
+
+fn sum(times: &[f64], position: impl Fn(f64) -> f64) -> f64 {
+    times.iter().map(|&time| position(time)).sum()
+}
+
+fn easing(curve: &Curve) -> impl Fn(f64) -> f64 + use<> {
+    let [x1, y1, x2, y2] = curve.handles;
+    let easing = bezier_easing::bezier_easing(x1, y1, x2, y2).expect("handles within the segment");
+    move |time| easing.sample(time)
+}
+
+/// All positions are those of the reference.
+/// All positions are those of the reference; `bezier_easing`, in `f32` and cut short, is merely near.
+fn agree(name: &str, curves: &[Curve], times: &[f64]) {
+    let mut worst = [0.0_f64; 5];
+    for curve in curves {
+        let mut batch = vec![0.0; times.len()];
+        Cursor::new(curve.ours).sample(times, &mut batch);
+        let ease = easing(curve);
+        for (&time, batch) in times.iter().zip(batch) {
+            let right = curve.reference(time);
+            let single = ease(time);
+            let found = [curve.ours.position(time), batch, curve.kurbo(time), curve.lyon(time), single];
+            for (worst, found) in worst.iter_mut().zip(found) {
+                *worst = worst.max((found - right).abs());
+            }
+        }
+    }
+    println!(
+        "{name}: greatest errors of motion-core single and batch, kurbo, lyon_geom, bezier_easing {}",
+        worst.map(|error| format!("{error:.1e}")).join(", ")
+    );
+    assert!(worst.iter().all(|&worst| worst <= 1e-9), "{name}: the same positions");
+}
+
+fn curves(handles: std::ops::Range<f64>) -> Vec<Curve> {
+    let mut random = Random(5);
+    let mut handle = || handles.start + random.next() * (handles.end - handles.start);
+    (0..SEGMENTS).map(|_| Curve::new([(); 4].map(|()| handle()))).collect()
+}
+
+/// Random numbers from 0 to 1, from a fixed seed.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        f64::from_bits(1.0_f64.to_bits() | (self.0 >> 12)) - 1.0
+    }
+}

@@ -1,0 +1,171 @@
+//! DMC, decoded and encoded, beside peers.
+//!
+//! D1: frames that lie in one slice, checksum verified, to typed messages whose fields are all added up. Every contender
+//! knows the four messages of the mixes and their directions, and must find the values that went in. All of them verify
+//! with our checksum: what differs is the way from bytes to values. The limit is to walk from length to length and to add
+//! all bytes.
+//!
+//! E1: one message to the bytes of its frame. The limit is to copy a frame that is there already, and to sum it.
+//!
+//! `dmc count CONTENDER MIX TIMES` reads a mix so many times with one contender of D1, and does nothing else. The
+//! difference of two runs under `valgrind --tool=callgrind` is the number of instructions.
+
+mod peers;
+
+use std::hint::black_box;
+
+use benches::ratios::{Contender, Table, contender};
+use benches::traffic::{self, Mix, Protocol, Side, Tally};
+use bytes::{BufMut, BytesMut};
+use dmc_proto::message::{JogSpeed, Motor, MotorJog, MotorPositions, MoveTime, RtUploadMoveAxis, StartIndex, Steps};
+use dmc_proto::{DeviceMessage, Dmc, HostMessage, MessageId};
+use motion_core::fixed::Scaled;
+use motion_core::fletcher::{Sum, verify};
+use motion_core::stream::{Framing, Head, Memo};
+use motion_core::zerocopy::little_endian::I32;
+
+/// Reads a stream: each frame, and who sent it, to the sum of its fields.
+type Read = fn(&Mix) -> Tally;
+
+const READERS: [(&str, Read); 7] = [
+    ("dmc-proto", |mix| read(mix, ours)),
+    ("walk and touch", |mix| read(mix, touch)),
+    ("zerocopy", |mix| read(mix, peers::zerocopy::read)),
+    ("nom", |mix| read(mix, peers::nom::read)),
+    ("winnow", |mix| read(mix, peers::winnow::read)),
+    ("deku", |mix| read(mix, peers::deku::read)),
+    ("binrw", |mix| read(mix, peers::binrw::read)),
+];
+
+fn main() {
+    let mixes = [("upload mix", traffic::dmc(true)), ("small mix", traffic::dmc(false))];
+    let args: Vec<_> = std::env::args().skip_while(|arg| arg != "count").collect();
+    if let [_, reader, mix, times] = &args[..] {
+        return count(reader, mix, times.parse().expect("a number of times"), &mixes);
+    }
+
+    let mut table = Table::new("D1, frames in one slice to typed messages, 2000 of them");
+    for (name, mix) in &mixes {
+        table.row(name, READERS.map(|(name, read)| reader(name, read, mix)).into());
+    }
+    let mut table = Table::new("E1, a message to its frame");
+    let mut steps = (-128..128).map(|at| I32::new(at * 7_654_321));
+    let positions: [I32; 256] = std::array::from_fn(|_| steps.next().unwrap_or_default());
+    let at = MotorPositions { move_time: MoveTime(Scaled(12_345)), positions: &positions[..16], tail: &[] };
+    let jog = MotorJog { motor: Motor(3), speed: JogSpeed::FULL, destination: Steps(-70_000), tail: &[] };
+    let upload = RtUploadMoveAxis { motor: Motor(3), start_index: StartIndex(512), positions: &positions, tail: &[] };
+    table.row("19 B", encoders(move |out| HostMessage::MotorJog(black_box(jog)).encode_into(MessageId(77), out)));
+    table.row(
+        "80 B",
+        encoders(move |out| DeviceMessage::MotorGetPosition(black_box(at)).encode_into(MessageId(77), out)),
+    );
+    table.row(
+        "1041 B",
+        encoders(move |out| HostMessage::RtUploadMoveAxis(black_box(upload)).encode_into(MessageId(77), out)),
+    );
+}
+
+/// A contender that finds what is in the mix; that of the limit only walks it.
+fn reader<'a>(name: &'static str, read: Read, mix: &'a Mix) -> Contender<'a> {
+    if name == "walk and touch" {
+        assert_eq!(read(mix).messages, mix.tally.messages);
+    } else {
+        assert_eq!(read(mix), mix.tally, "{name}");
+    }
+    contender(name, move || read(black_box(mix)))
+}
+
+fn count(reader: &str, mix: &str, times: u32, mixes: &[(&str, Mix)]) {
+    let (_, read) = READERS.into_iter().find(|(name, _)| *name == reader).expect("a contender");
+    let (_, mix) = mixes.iter().find(|(name, _)| *name == mix).expect("a mix");
+    for _ in 0..times {
+        black_box(read(black_box(mix)));
+    }
+}
+
+/// Goes from frame to frame, as each contender reads one: the sum of its fields, and the bytes behind it.
+#[inline]
+fn read<'a>(mix: &'a Mix, frame: impl Fn(&'a [u8], Side) -> Option<(u32, &'a [u8])>) -> Tally {
+    let (mut tally, mut stream) = (Tally::default(), &mix.bytes[..]);
+    for &side in &mix.sides {
+        let Some((sum, rest)) = frame(stream, side) else { break };
+        tally.messages += 1;
+        tally.value = tally.value.rotate_left(1) ^ sum;
+        stream = rest;
+    }
+    tally
+}
+
+#[inline]
+fn ours(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
+    let Head::Total(len) = Dmc::<2048>::head(stream) else { return None };
+    let (bytes, rest) = stream.split_at_checked(len)?;
+    if !<<Dmc as Framing>::Memo<0> as Memo>::is_sound(bytes) {
+        return None;
+    }
+    Some((<Dmc as Protocol>::sum(side, &Dmc::<2048>::frame(bytes)?), rest))
+}
+
+/// The limit: all bytes, as numbers of 64 bits.
+#[inline]
+fn touch(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
+    let len = usize::from(u16::from_le_bytes([*stream.get(8)?, *stream.get(9)?])) + 12;
+    let (bytes, rest) = stream.split_at_checked(len)?;
+    let words = bytes.chunks_exact(8);
+    let last = words.remainder().iter().fold(0, |sum: u64, &byte| sum << 8 | u64::from(byte));
+    let sum =
+        words.fold(last, |sum, word| sum.wrapping_add(u64::from_le_bytes(*word.first_chunk().expect("eight bytes"))));
+    Some(((sum >> 32) as u32 ^ (sum & 0xFFFF_FFFF) as u32, rest))
+}
+
+/// Four ways to write the same frame.
+fn encoders<'a, E: std::fmt::Debug>(encode: impl Fn(&mut [u8]) -> Result<usize, E> + Copy + 'a) -> Vec<Contender<'a>> {
+    let mut frame = [0; 2048];
+    let len = encode(&mut frame).expect("a message that can be written");
+    let frame: Vec<u8> = frame[..len].into();
+    assert!(verify(&frame));
+
+    let copy = |frame: &[u8], out: &mut [u8; 2048]| {
+        let (body, check) = out[..frame.len()].split_last_chunk_mut::<2>().expect("check bytes");
+        body.copy_from_slice(&frame[..frame.len() - 2]);
+        *check = Sum::of(body).check_bytes();
+    };
+    let (wanted, mut out) = (frame.clone(), [0; 2048]);
+    copy(&wanted, &mut out);
+    assert_eq!(out[..len], wanted);
+
+    let message = frame[10..len - 2].to_vec();
+    let head: [u8; 10] = frame[..10].try_into().expect("a header");
+    let mut buf = BytesMut::with_capacity(4096);
+    put(&mut buf, &head, &message);
+    assert_eq!(buf, frame);
+
+    let mut ours = [0; 2048];
+    vec![
+        contender("dmc-proto", move || encode(black_box(&mut ours)).is_ok()),
+        contender("memcpy and sum", move || copy(black_box(&frame), black_box(&mut out))),
+        contender("BytesMut", move || {
+            buf.clear();
+            put(black_box(&mut buf), black_box(&head), black_box(&message));
+        }),
+    ]
+}
+
+/// What users of `bytes` write: number by number, then the checksum over what was written.
+fn put(buf: &mut BytesMut, head: &[u8; 10], data: &[u8]) {
+    let start = buf.len();
+    let number = |at: usize| u16::from_le_bytes([head[at], head[at + 1]]);
+    buf.put_slice(b"DF");
+    buf.put_u32_le(u32::from(number(2)) | u32::from(number(4)) << 16);
+    buf.put_u16_le(number(6));
+    buf.put_u16_le(number(8));
+    let (numbers, rest) = data.split_at(data.len() & !3);
+    for number in numbers.chunks_exact(4) {
+        buf.put_i32_le(i32::from_le_bytes(*number.first_chunk().expect("four bytes")));
+    }
+    for &byte in rest {
+        buf.put_u8(byte);
+    }
+    let check = Sum::of(&buf[start..]).check_bytes();
+    buf.put_slice(&check);
+}

@@ -1,0 +1,60 @@
+//! binrw, with its derive macros, and lists as vectors.
+
+use std::io::Cursor;
+
+use benches::traffic::Side;
+use binrw::BinRead;
+
+use super::{Message, frame_len, sound};
+
+#[derive(BinRead)]
+#[expect(dead_code, reason = "read for the sake of the body")]
+#[br(little, magic = b"DF")]
+struct Frame {
+    id: u32,
+    kind: u16,
+    len: u16,
+    #[br(args(kind, len))]
+    body: Body,
+}
+
+#[derive(BinRead)]
+#[br(little, import(kind: u16, len: u16))]
+enum Body {
+    #[br(pre_assert(kind == 0x0034))]
+    Positions {
+        move_time: i32,
+        #[br(count = len.saturating_sub(4) / 4)]
+        positions: Vec<i32>,
+    },
+    #[br(pre_assert(kind >= 0x8000))]
+    Ack { code: u16 },
+    #[br(pre_assert(kind == 0x0036))]
+    Jog { motor: u8, speed: u16, destination: i32 },
+    #[br(pre_assert(kind == 0x0101))]
+    Upload {
+        motor: u8,
+        start_index: u32,
+        #[br(count = len.saturating_sub(5) / 4)]
+        positions: Vec<i32>,
+    },
+}
+
+impl From<Body> for Message {
+    fn from(body: Body) -> Self {
+        match body {
+            Body::Jog { motor, speed, destination } => Self::Jog { motor, speed, destination },
+            Body::Upload { motor, start_index, positions } => Self::Upload { motor, start_index, positions },
+            Body::Positions { move_time, positions } => Self::Positions { move_time, positions },
+            Body::Ack { code } => Self::Ack { code },
+        }
+    }
+}
+
+/// The types of the mixes stand in one direction each, so the side says nothing that the type does not.
+#[inline]
+pub(crate) fn read(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
+    let (bytes, rest) = sound(stream, frame_len(stream)?)?;
+    let frame = Frame::read(&mut Cursor::new(bytes)).ok()?;
+    Some((Message::from(frame.body).sum().wrapping_add(frame.id), rest))
+}

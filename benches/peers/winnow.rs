@@ -1,0 +1,42 @@
+//! winnow, with its combinators, and lists as vectors.
+
+use benches::traffic::Side;
+use motion_core::fletcher::verify;
+use winnow::binary::{le_i32, le_u8, le_u16, le_u32, length_take};
+use winnow::combinator::{fail, preceded, repeat, seq};
+use winnow::token::take;
+use winnow::{ModalResult, Parser};
+
+use super::Message;
+
+fn message(side: Side, kind: u16, data: &mut &[u8]) -> ModalResult<Message> {
+    match (side, kind) {
+        (Side::Host, 0x0036) => {
+            seq! { Message::Jog { motor: le_u8, speed: le_u16, destination: le_i32 } }.parse_next(data)
+        }
+        (Side::Host, 0x0101) => {
+            seq! { Message::Upload { motor: le_u8, start_index: le_u32, positions: repeat(0.., le_i32) } }
+                .parse_next(data)
+        }
+        (Side::Device, 0x0034) => {
+            seq! { Message::Positions { move_time: le_i32, positions: repeat(0.., le_i32) } }.parse_next(data)
+        }
+        (Side::Device, 0x8000..) => seq! { Message::Ack { code: le_u16 } }.parse_next(data),
+        _ => fail.parse_next(data),
+    }
+}
+
+fn frame(stream: &mut &[u8], side: Side) -> ModalResult<(u32, Message)> {
+    let fields = (le_u32, le_u16, length_take(le_u16), take(2_usize));
+    let ((id, kind, mut data, _), bytes) = preceded(b"DF", fields).with_taken().parse_next(stream)?;
+    if !verify(bytes) {
+        return fail.parse_next(stream);
+    }
+    Ok((id, message(side, kind, &mut data)?))
+}
+
+#[inline]
+pub(crate) fn read(mut stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
+    let (id, message) = frame(&mut stream, side).ok()?;
+    Some((message.sum().wrapping_add(id), stream))
+}

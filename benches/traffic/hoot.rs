@@ -1,0 +1,65 @@
+//! The mix of hoot.
+
+use hoot_proto::message::{
+    Direction, Motor, MotorMove, MotorPosition, Reply, ResponseCode, StepCount, Value, ValueType,
+};
+use hoot_proto::{Address, DeviceMessage, Frame, Hoot, HostMessage};
+
+use super::{Mix, Protocol, Rng, SEED, Side, bytes, total};
+
+/// As many moves, queries, answers and acknowledgements, of 10 to 15 bytes.
+#[must_use]
+pub fn hoot() -> Mix {
+    let (mut mix, mut rng) = (Mix::default(), Rng(SEED));
+    for kind in rng.shuffle([500; 4]) {
+        let host = |mix: &mut Mix, message: &HostMessage<'_>| {
+            mix.put(Side::Host, message, 0, |out| message.encode_into(Address::DEFAULT, out));
+        };
+        let device = |mix: &mut Mix, data: &[u8]| {
+            let message = DeviceMessage::Reply(Reply { code: ResponseCode::OK, data });
+            mix.put(Side::Device, &message, 0, |out| message.encode_into(out));
+        };
+        let motor = Motor::ALL[usize::from(rng.byte() % 3)];
+        match kind {
+            0 => {
+                let (direction, steps) = (Direction(rng.byte() & 1), StepCount(1 + u32::from(rng.byte())));
+                host(&mut mix, &HostMessage::MotorMove(MotorMove { motor, direction, steps }));
+            }
+            1 => host(&mut mix, &HostMessage::MotorPosition(MotorPosition { motor })),
+            2 => {
+                let [b0, b1, b2, b3] = rng.steps().to_be_bytes();
+                device(&mut mix, &[ValueType::LONG.0, b0, b1, b2, b3]);
+            }
+            _ => device(&mut mix, &[]),
+        }
+    }
+    mix
+}
+
+impl<const CAP: usize> Protocol for Hoot<CAP> {
+    #[inline]
+    fn sum(side: Side, frame: &Frame<'_>) -> u32 {
+        match side {
+            Side::Host => match HostMessage::decode(frame) {
+                HostMessage::MotorMove(MotorMove { motor, direction, steps }) => {
+                    total([motor.get().into(), direction.0.into(), steps.0])
+                }
+                HostMessage::MotorPosition(query) => query.motor.get().into(),
+                _ => 0,
+            },
+            Side::Device => match DeviceMessage::decode(frame) {
+                DeviceMessage::Reply(reply) => total([reply.code.0.into(), sum_of_answer(&reply)]),
+                _ => 0,
+            },
+        }
+    }
+}
+
+#[inline]
+fn sum_of_answer(reply: &Reply<'_>) -> u32 {
+    match reply.value() {
+        Some(value @ Value::Long(steps)) => u32::from(value.value_type().0).wrapping_add(steps.cast_unsigned()),
+        Some(_) => 0,
+        None => bytes(reply.data),
+    }
+}

@@ -1,0 +1,49 @@
+//! DMC: any data of any type, decoded, written as a whole frame and read again: the same data, whoever sent it.
+//!
+//! The input: id (`u32`) and type (`u16`) of the message, little-endian, then its data.
+
+#![no_main]
+
+use dmc_proto::frame::{self, Frame, MessageId, MessageType};
+use dmc_proto::lint::Context;
+use dmc_proto::message::Hi;
+use dmc_proto::{DecodeError, DeviceMessage, EncodeError, HostMessage};
+use libfuzzer_sys::fuzz_target;
+use motion_core::wire::Message;
+
+macro_rules! there_and_back {
+    ($side:ident, $id:ident, $kind:ident, $data:ident, $contexts:expr) => {{
+        let mut wire = vec![0; $data.len() + frame::OVERHEAD];
+        let written = frame::encode($id, $kind, $data, &mut wire);
+        let given = Frame::decode(&wire).expect("a frame that was just written");
+        assert_eq!(written, Ok(wire.len()));
+        match $side::decode(&given) {
+            Ok(message) => {
+                let mut again = vec![0; message.encoded_len() + 3];
+                let len = message.encode_into($id, &mut again).expect("what was decoded can be written");
+                assert_eq!((&again[..len], &again[len..]), (&wire[..], &[0; 3][..]));
+                for context in $contexts {
+                    let checked = message.encode_checked($id, context, &mut again);
+                    let refused = message.lint(context).first_error().map(EncodeError::Refused);
+                    // Which sides may send the id 0, is for them to say.
+                    assert!(checked == Ok(len) || checked.err() == refused || $id == MessageId::UNSOLICITED);
+                }
+                assert!(message.to_string().len() < 8192);
+            }
+            Err(DecodeError::Truncated { needed, have, .. }) => assert!(have == $data.len() && needed > have),
+            Err(error) => panic!("{error}"),
+        }
+    }};
+}
+
+fuzz_target!(|input: &[u8]| {
+    let Some((&[i0, i1, i2, i3, k0, k1], data)) = input.split_first_chunk() else { return };
+    let (id, kind) = (MessageId(u32::from_le_bytes([i0, i1, i2, i3])), MessageType(u16::from_le_bytes([k0, k1])));
+    if data.len() > usize::from(u16::MAX) {
+        return;
+    }
+    // What a device may have said of itself: nothing, or whatever the data says.
+    let contexts = [Context::default(), Hi::decode(data).map(Context::of).unwrap_or_default()];
+    there_and_back!(HostMessage, id, kind, data, &contexts);
+    there_and_back!(DeviceMessage, id, kind, data, &contexts);
+});

@@ -1,0 +1,21 @@
+//! hoot: any bytes as a packet, read as a request and as the answer to every query, against a second decoder that was
+//! written with nom.
+//!
+//! The input: a packet; or all of one but the break and the length.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+
+#[path = "../../hoot-proto/tests/decoder/mod.rs"]
+mod decoder;
+
+fuzz_target!(|input: &[u8]| {
+    decoder::agree_on_request(input);
+    decoder::agree_on_reply(input);
+    let Some((&[address, sub_address, command], data)) = input.split_first_chunk() else { return };
+    let Ok(len) = u8::try_from(data.len()) else { return };
+    let packet = [&[0, 0, 0, 0, 0, 0xFF, address, sub_address, command, len], data].concat();
+    decoder::agree_on_request(&packet);
+    decoder::agree_on_reply(&packet);
+});

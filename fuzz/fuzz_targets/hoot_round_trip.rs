@@ -1,0 +1,43 @@
+//! hoot: any data of any command, decoded, written as a whole packet and read again: the same bytes, whoever sent it, as
+//! the sheet reads it and as later firmware does.
+//!
+//! The input: address, sub-address and command of the packet, then its data.
+
+#![no_main]
+
+use hoot_proto::frame::{self, MAX_DATA, MAX_FRAME};
+use hoot_proto::lint::Context;
+use hoot_proto::{Address, DeviceMessage, EncodeError, Frame, HostMessage, beyond};
+use libfuzzer_sys::fuzz_target;
+
+macro_rules! there_and_back {
+    ($message:expr, $wire:expr $(, $to:expr)?) => {
+        let (message, wire): (_, &[u8]) = ($message, $wire);
+        let mut again = [0; MAX_FRAME + 3];
+        let len = message.encode_into($($to,)? &mut again).expect("what was decoded can be written");
+        assert_eq!((&again[..len], &again[len..]), (wire, &[0; MAX_FRAME + 3][len..]));
+        assert_eq!(message.encoded_len(), len);
+        let few = &mut again[..len - 1];
+        assert_eq!(message.encode_into($($to,)? few), Err(EncodeError::BufferTooSmall { needed: len, have: len - 1 }));
+
+        let checked = message.encode_checked($($to,)? &Context::default(), &mut again);
+        match message.lint(&Context::default()).first_error() {
+            Some(first) => assert_eq!(checked, Err(EncodeError::Refused(first))),
+            None => assert!(checked == Ok(len) $(|| $to == Address::MASTER)?),
+        }
+        assert!(message.to_string().len() < 8192);
+    };
+}
+
+fuzz_target!(|input: &[u8]| {
+    let Some((&[address, sub_address, command], data)) = input.split_first_chunk() else { return };
+    let mut out = [0; MAX_FRAME];
+    let written = frame::encode(Address(address), sub_address, command, data, &mut out);
+    let Ok(len) = written else { return assert!(data.len() > MAX_DATA) };
+    let wire = &out[..len];
+    let packet = Frame::decode(wire).expect("a packet that was just written");
+    assert_eq!((packet.bytes(), packet.payload()), (wire, data));
+    there_and_back!(HostMessage::decode(&packet), wire, Address(address));
+    there_and_back!(beyond::HostMessage::decode(&packet), wire, Address(address));
+    there_and_back!(DeviceMessage::decode(&packet), wire);
+});

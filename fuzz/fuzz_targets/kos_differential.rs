@@ -1,0 +1,19 @@
+//! kOS: any bytes as a message, and as the payload of any message, against a second decoder that was written with nom.
+//!
+//! The input: id (`u16`, big-endian) and type of the message, then its payload; or a message.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+
+#[path = "../../kos-proto/tests/decoder/mod.rs"]
+mod decoder;
+
+fuzz_target!(|input: &[u8]| {
+    decoder::agree(input);
+    if let Some((&[i0, i1, kind], payload)) = input.split_first_chunk() {
+        if payload.len() < 60_000 {
+            decoder::agree(&decoder::message(u16::from_be_bytes([i0, i1]), kind, payload));
+        }
+    }
+});

@@ -1,0 +1,49 @@
+//! What the master sends to later firmware.
+
+use motion_core::lint::Lints;
+use motion_core::wire::{EncodeError, FieldView, Fields, Value};
+
+use super::{Context, Rules, refuse};
+use crate::beyond::HostMessage;
+use crate::frame::{Address, Table};
+use crate::message::MAX_ARRIVING;
+
+impl HostMessage<'_> {
+    /// What a node would misread in this message, and what a wise master would not send.
+    #[must_use]
+    pub fn lint(&self, context: &Context) -> Lints {
+        let mut rules = Rules::new(context);
+        if let Self::Other(other) = self {
+            rules.length(other.payload());
+            return rules.found;
+        }
+        rules.joystick(self.selector());
+        rules.running(self.selector());
+        // Only older firmware refuses what it does not know, and it knows none of these.
+        rules.has(context.profile.facts().is_silent != Some(false));
+        if self.selector().table == Table::Broadcast {
+            rules.bridge();
+        }
+        self.fields(&mut |field: &FieldView<'_>| match field.value {
+            Value::Unsigned(number) => {
+                rules.found.range(field.name, i64::try_from(number).unwrap_or(i64::MAX), 0, MAX_ARRIVING);
+            }
+            Value::Float(number) => rules.found.finite(field.name, number),
+            _ => {}
+        });
+        rules.found
+    }
+
+    /// [`encode_into`](Self::encode_into), but only if lint finds no error, and not to the master's own address.
+    ///
+    /// # Errors
+    ///
+    /// [`EncodeError::Refused`] with the first error that [`lint`](Self::lint) finds, and the errors of
+    /// [`encode_into`](Self::encode_into).
+    pub fn encode_checked(&self, to: Address, context: &Context, out: &mut [u8]) -> Result<usize, EncodeError> {
+        let mut found = self.lint(context);
+        found.range("address", to.0, 1, u8::MAX);
+        refuse(&found)?;
+        self.encode_into(to, out)
+    }
+}

@@ -1,0 +1,55 @@
+//! What nodes send.
+
+use motion_core::lint::{Lints, Severity};
+use motion_core::wire::EncodeError;
+
+use super::{Context, Rules, refuse};
+use crate::message::{DeviceMessage, Reply, ResponseCode, ValueType};
+
+impl DeviceMessage<'_> {
+    /// What a strict master would refuse in this message, and what a wise node would not send.
+    ///
+    /// It finds nothing in the replies that [`Query::reply`](crate::Query::reply) makes for the profile of the context.
+    #[must_use]
+    pub fn lint(&self, context: &Context) -> Lints {
+        let mut rules = Rules::new(context);
+        match self {
+            Self::Reply(reply) => rules.reply(reply),
+            Self::Other(other) => {
+                rules.length(other.payload());
+                rules.found.note(Severity::Warning, "address", "no reply: it is not addressed to the master");
+            }
+        }
+        rules.found
+    }
+
+    /// [`encode_into`](Self::encode_into), but only if lint finds no error.
+    ///
+    /// # Errors
+    ///
+    /// [`EncodeError::Refused`] with the first error that [`lint`](Self::lint) finds, and the errors of
+    /// [`encode_into`](Self::encode_into).
+    pub fn encode_checked(&self, context: &Context, out: &mut [u8]) -> Result<usize, EncodeError> {
+        refuse(&self.lint(context))?;
+        self.encode_into(out)
+    }
+}
+
+impl Rules<'_> {
+    /// Sections 1 and 1.2; safety decision 7.
+    fn reply(&mut self, reply: &Reply<'_>) {
+        self.length(reply.data);
+        self.found.named("response_code", reply.code.0, reply.code.name());
+        let Some(value_type) = reply.value_type() else { return };
+        if reply.code == ResponseCode::ERROR {
+            self.warning("response_code", "an error with data has code 2");
+        }
+        self.found.named("value_type", value_type.0, value_type.name());
+        if value_type.name().is_some() && reply.value().is_none() {
+            self.error("value", "longer or shorter than its type");
+        }
+        if value_type == ValueType::FLOAT && !self.context.profile.facts().float_is_true {
+            self.warning("value", "not reliable: firmware from 2014-10-07 to v0.32 sends garbage as FLOAT");
+        }
+    }
+}

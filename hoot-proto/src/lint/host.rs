@@ -1,0 +1,156 @@
+//! What the master sends: which rules hold for which message.
+
+use motion_core::lint::Lints;
+use motion_core::wire::{EncodeError, Messages};
+
+use super::{Context, Rules, refuse};
+use crate::frame::{Address, Selector};
+use crate::message::HostMessage;
+use crate::query::{DelayUnit, Profile};
+
+impl HostMessage<'_> {
+    /// What a node would refuse or misread in this message, and what a wise master would not send.
+    ///
+    /// It finds nothing in what the constructors of the messages make, as long as the context allows it, but for two:
+    /// it warns of every [`Noop`](crate::message::Noop) and
+    /// [`MotorResetLimits`](crate::message::MotorResetLimits).
+    #[must_use]
+    pub fn lint(&self, context: &Context) -> Lints {
+        if let Self::Other(other) = self {
+            // Somebody may have made a raw packet of a known command.
+            let (selector, parameters) = Selector::from_number(other.id()).split(other.payload());
+            let known = Self::decode_body(selector.number(), parameters);
+            if let Some(known) = known.ok().filter(|known| !matches!(known, Self::Other(_))) {
+                return known.lint(context);
+            }
+        }
+        let mut rules = Rules::new(context);
+        rules.joystick(self.selector());
+        rules.running(self.selector());
+        rules.main(self);
+        rules.motor(self);
+        rules.camera(self);
+        rules.all(self);
+        rules.found
+    }
+
+    /// [`encode_into`](Self::encode_into), but only if lint finds no error, and not to the master's own address.
+    ///
+    /// # Errors
+    ///
+    /// [`EncodeError::Refused`] with the first error that [`lint`](Self::lint) finds, and the errors of
+    /// [`encode_into`](Self::encode_into).
+    pub fn encode_checked(&self, to: Address, context: &Context, out: &mut [u8]) -> Result<usize, EncodeError> {
+        let mut found = self.lint(context);
+        found.range("address", to.0, 1, u8::MAX);
+        refuse(&found)?;
+        self.encode_into(to, out)
+    }
+}
+
+impl Rules<'_> {
+    /// Sections 2.1 and 2.2.
+    fn main(&mut self, message: &HostMessage<'_>) {
+        let facts = self.context.profile.facts();
+        match message {
+            HostMessage::SetTimingMaster(message) => self.yes_or_no("timing_master", message.timing_master),
+            HostMessage::SetName(message) => self.name(&message.name),
+            HostMessage::SetAddress(message) => self.new_address(message.new_address),
+            HostMessage::SetCommonLine(message) => self.found.range("common_line", message.common_line.0, 0, 2),
+            HostMessage::SetMaxStepRate(message) => {
+                self.max_step_rate(message.max_step_rate);
+                self.has(facts.has_max_step_rate);
+            }
+            HostMessage::MaxStepRate(_) => self.has(facts.has_max_step_rate),
+            HostMessage::SetInputEdge(message) => self.ignored("edge", message.edge.name()),
+            HostMessage::SetAltModes(message) => {
+                self.found.named("ring", message.ring.0, message.ring.name());
+                self.found.named("tip", message.tip.0, message.tip.name());
+            }
+            HostMessage::SetManualMove(message) => self.yes_or_no("manual_move", message.manual_move),
+            HostMessage::SetOutLevel(message) => self.found.range("level", message.level.0, 0, 1),
+            HostMessage::SetMaxRunTime(message) => self.arrives("max_run_time", message.max_run_time.0),
+            HostMessage::SetStartDelay(message) => {
+                self.arrives("start_delay", message.start_delay.0);
+                if facts.start_delay != Some(DelayUnit::Milliseconds) {
+                    self.delay_in_seconds(message.start_delay);
+                }
+            }
+            HostMessage::SetProgramMode(message) => {
+                self.found.named("program_mode", message.program_mode.0, message.program_mode.name());
+            }
+            HostMessage::SetJoystickMode(message) => self.yes_or_no("joystick_mode", message.joystick_mode),
+            HostMessage::SetPingPong(message) => self.yes_or_no("ping_pong", message.ping_pong),
+            HostMessage::PingPong(_) => self.has(facts.has_ping_pong_query),
+            _ => {}
+        }
+    }
+
+    /// Section 2.3.
+    fn motor(&mut self, message: &HostMessage<'_>) {
+        let facts = self.context.profile.facts();
+        let is_known = self.context.profile != Profile::Unknown;
+        match message {
+            HostMessage::MotorSetSleep(message) => self.yes_or_no("sleep", message.sleep),
+            HostMessage::MotorSetEnable(message) => self.yes_or_no("enable", message.enable),
+            HostMessage::MotorSetMicrostep(message) => self.ignored("microstep", message.microstep.name()),
+            HostMessage::MotorSetMaxStepSpeed(message) => self.max_step_speed(message.max_step_speed),
+            HostMessage::MotorSetDirection(message) => self.direction(message.direction),
+            HostMessage::MotorSetContinuousSpeed(message) => self.speed(message.speed),
+            HostMessage::MotorSetContinuousAcceleration(message) => {
+                self.found.finite("acceleration", message.acceleration.0);
+            }
+            HostMessage::MotorMove(message) => self.motion(*message),
+            HostMessage::MotorRun(message) => {
+                self.direction(message.direction);
+                self.still(message.motor);
+            }
+            HostMessage::MotorSetEasing(message) => self.found.range("easing", message.easing.0, 1, 3),
+            HostMessage::MotorSetLeadIn(_) if is_known => self.width(facts.lead_in, 2),
+            HostMessage::MotorSetLeadInLong(message) => {
+                self.arrives("lead_in", message.lead_in.0);
+                if is_known {
+                    self.width(facts.lead_in, 4);
+                }
+            }
+            HostMessage::MotorSetTravel(message) => self.arrives("travel", message.travel.0),
+            HostMessage::MotorSetProgramAcceleration(message) => self.arrives("acceleration", message.acceleration.0),
+            HostMessage::MotorSetProgramDeceleration(message) => self.arrives("deceleration", message.deceleration.0),
+            HostMessage::MotorStepForward(_) | HostMessage::MotorStepBack(_) => self.step(facts.has_steps),
+            HostMessage::MotorResetLimits(_) => self.warning("motor", "its limits are off from then on"),
+            HostMessage::MotorMaxProgramSpeed(_) => self.has(facts.has_ping_pong_query),
+            _ => {}
+        }
+    }
+
+    /// Section 2.4.
+    fn camera(&mut self, message: &HostMessage<'_>) {
+        match message {
+            HostMessage::CameraSetEnable(message) => self.yes_or_no("enable", message.enable),
+            HostMessage::CameraSetExposureTime(message) => self.arrives("exposure_time", message.exposure_time.0),
+            HostMessage::CameraSetFocusWithShutter(message) => {
+                self.yes_or_no("focus_with_shutter", message.focus_with_shutter);
+            }
+            HostMessage::CameraSetMirrorUp(message) => self.yes_or_no("mirror_up", message.mirror_up),
+            HostMessage::CameraSetInterval(message) => self.arrives("interval", message.interval.0),
+            _ => {}
+        }
+    }
+
+    /// Broadcasts, the core protocol, and what has no type of its own. Sections 1 and 2.5.
+    fn all(&mut self, message: &HostMessage<'_>) {
+        match message {
+            HostMessage::Noop(_) => self.noop(),
+            HostMessage::BroadcastStart(message) => self.broadcast(message.sub_address),
+            HostMessage::BroadcastStop(message) => self.broadcast(message.sub_address),
+            HostMessage::BroadcastPause(message) => self.broadcast(message.sub_address),
+            HostMessage::BroadcastAssignAddress(message) => {
+                self.broadcast(message.sub_address);
+                self.new_address(message.new_address);
+            }
+            HostMessage::CoreAssignAddress(message) => self.new_address(message.new_address),
+            HostMessage::Other(other) => self.other(other),
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! What decodes, but a strict peer would refuse, or a wise sender would not send.
+//!
+//! Decoding takes everything; these rules say what is wrong with it. They come from the firmware's habits: it drops the
+//! top byte of numbers, reads missing bytes as zero, and acknowledges much that it ignores.
+//!
+//! ```
+//! use hoot_proto::lint::Context;
+//! use hoot_proto::message::{Direction, Motor, MotorMove, StepCount};
+//! use hoot_proto::{Address, HostMessage};
+//!
+//! // The firmware would see 0 steps, and run for ever.
+//! let motion = MotorMove { motor: Motor::One, direction: Direction(0), steps: StepCount(16_777_216) };
+//! let message = HostMessage::MotorMove(motion);
+//! let context = Context::default();
+//! assert_eq!(message.lint(&context).as_slice()[0].to_string(), "steps: 16777216 is not in 1 to 16777215");
+//!
+//! let mut out = [0; 64];
+//! assert!(message.encode_checked(Address::DEFAULT, &context, &mut out).is_err());
+//! ```
+
+mod beyond;
+mod device;
+mod host;
+mod rules;
+
+use motion_core::lint::{Lints, Severity};
+use motion_core::wire::EncodeError;
+
+use crate::frame::MAX_DATA;
+use crate::message::{Motor, StepsPerSecond};
+use crate::query::Profile;
+
+/// What the caller knows of the bus and its nodes: nothing, unless told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub struct Context {
+    /// Whether the bus is reached through a bridge, which is every node with USB or Bluetooth.
+    pub bridge: bool,
+    /// The continuous speeds that the motors of the node were given, motor 1 first, as far as they are known.
+    pub speeds: [Option<StepsPerSecond>; 3],
+    /// Whether the node is in joystick mode.
+    pub joystick: bool,
+    /// Whether the planned move runs.
+    pub running: bool,
+    /// The firmware of the node.
+    pub profile: Profile,
+}
+
+impl Context {
+    /// A bus that is reached through a bridge.
+    #[must_use]
+    pub fn through_bridge() -> Self {
+        Self { bridge: true, ..Self::default() }
+    }
+
+    /// Whether a motor is known to have been given the speed 0.
+    fn is_still(&self, motor: Motor) -> bool {
+        Motor::ALL
+            .iter()
+            .zip(self.speeds)
+            .any(|(one, speed)| *one == motor && speed.is_some_and(|speed| speed.0 == 0.0))
+    }
+}
+
+/// The findings of one message, while its fields are looked at, and what they are measured by.
+struct Rules<'c> {
+    found: Lints,
+    context: &'c Context,
+}
+
+impl<'c> Rules<'c> {
+    fn new(context: &'c Context) -> Self {
+        Self { found: Lints::new(), context }
+    }
+
+    fn error(&mut self, what: &'static str, note: &'static str) {
+        self.found.note(Severity::Error, what, note);
+    }
+
+    fn warning(&mut self, what: &'static str, note: &'static str) {
+        self.found.note(Severity::Warning, what, note);
+    }
+
+    /// Section 1: the firmware has no room for more, and does not look.
+    fn length(&mut self, data: &[u8]) {
+        let number = |count| i64::try_from(count).unwrap_or(i64::MAX);
+        self.found.range("data", number(data.len()), 0, number(MAX_DATA));
+    }
+}
+
+fn refuse(found: &Lints) -> Result<(), EncodeError> {
+    found.first_error().map_or(Ok(()), |error| Err(EncodeError::Refused(error)))
+}

@@ -1,0 +1,202 @@
+//! The rules for what the master sends, with what they come from.
+
+use motion_core::lint::{Problem, Severity};
+use motion_core::wire::{Bool, DecodeError, Messages, Other, trim_nuls};
+
+use super::Rules;
+use crate::frame::{Address, BREAK, Selector, Table};
+use crate::message::{
+    AnySubAddress, Direction, HostMessage, MAX_ARRIVING, Motor, MotorMove, Name, StartDelay, StepCount, StepRate,
+    StepsPerSecond, ValueType,
+};
+use crate::query::{DelayUnit, Gate};
+
+/// The greatest step rate of any firmware, in steps a second.
+const MAX_STEP_RATE: u16 = 10_000;
+/// The step rates that firmware takes.
+const STEP_RATES: [u16; 5] = [1000, 2000, 4000, 5000, MAX_STEP_RATE];
+
+impl Rules<'_> {
+    /// Section 4.1; safety decision 2: whatever the firmware does, a stop is never kept back.
+    pub(super) fn joystick(&mut self, selector: Selector) {
+        if !self.context.joystick {
+            return;
+        }
+        let is_stop = selector == Selector { table: Table::Node, command: 4, sub_address: 0 };
+        let refusing = match self.context.profile.facts().gate {
+            Some(gate) => [gate; 2],
+            None => [Gate::Sheet, Gate::Later],
+        };
+        let refused = refusing.map(|gate| gate.refuses(selector));
+        if refused == [true; 2] && !is_stop {
+            self.error("command", "refused in joystick mode");
+        } else if refused != [false; 2] {
+            self.warning("command", "some firmware refuses it in joystick mode");
+        }
+    }
+
+    /// Section 3: the sheet asks for a stop before other commands. No firmware does, so it is advice.
+    pub(super) fn running(&mut self, Selector { table, command, sub_address }: Selector) {
+        let sets = match sub_address {
+            0 => !matches!(command, 0..=4 | 23),
+            1..=3 => !matches!(command, 0 | 1 | 4),
+            _ => command > 1,
+        };
+        if self.context.running && table == Table::Node && sets && command < 100 {
+            self.warning("command", "the planned move runs; the sheet asks for a stop first");
+        }
+    }
+
+    /// Section 1.1: command 0.
+    pub(super) fn noop(&mut self) {
+        self.warning("command", "nodes are silent at command 0, and bridges do not pass it on");
+    }
+
+    /// Section 7: what some firmware does not have.
+    pub(super) fn has(&mut self, has: bool) {
+        if !has {
+            self.warning("command", "this firmware does not have it: it refuses, or is silent");
+        }
+    }
+
+    /// Section 7: commands 25 and 26 of a motor.
+    pub(super) fn step(&mut self, has: Option<bool>) {
+        if has == Some(false) {
+            self.error("command", "later firmware has no steps: 25 sets the lead-out");
+        }
+    }
+
+    /// Section 7: the lead-in, of so many bytes.
+    pub(super) fn width(&mut self, found: ValueType, bytes: usize) {
+        if found.size() != Some(bytes) {
+            self.error("lead_in", "this firmware reads another number of bytes");
+        }
+    }
+
+    /// Safety decision 3.
+    pub(super) fn arrives(&mut self, what: &'static str, number: u32) {
+        self.found.range(what, number, 0, MAX_ARRIVING);
+    }
+
+    /// Section 2.1: seconds are multiplied by 1000, in 32 bits.
+    pub(super) fn delay_in_seconds(&mut self, delay: StartDelay) {
+        if delay.0.checked_mul(1000).is_none() {
+            let severity = match self.context.profile.facts().start_delay {
+                Some(DelayUnit::Seconds) => Severity::Error,
+                _ => Severity::Warning,
+            };
+            self.found.note(severity, "start_delay", "in seconds it is more than 32 bits of milliseconds");
+        }
+    }
+
+    /// Any other number than 0 is a yes.
+    pub(super) fn yes_or_no(&mut self, what: &'static str, answer: Bool) {
+        if answer.0 > 1 {
+            self.warning(what, "neither 0 nor 1");
+        }
+    }
+
+    /// Section 2: what the firmware acknowledges and ignores.
+    pub(super) fn ignored(&mut self, what: &'static str, name: Option<&'static str>) {
+        if name.is_none() {
+            self.warning(what, "the node acknowledges and ignores it");
+        }
+    }
+
+    /// Section 2.1, command 11.
+    pub(super) fn max_step_rate(&mut self, rate: StepRate) {
+        self.ignored("max_step_rate", STEP_RATES.contains(&rate.0).then_some(""));
+    }
+
+    /// Section 2.3, command 7.
+    pub(super) fn max_step_speed(&mut self, speed: StepRate) {
+        self.ignored("max_step_speed", (1..=MAX_STEP_RATE).contains(&speed.0).then_some(""));
+    }
+
+    /// Section 1: whoever searches for the next break would find this one.
+    fn no_break(&mut self, what: &'static str, data: &[u8]) {
+        if data.windows(BREAK.len()).any(|window| window == BREAK) {
+            self.error(what, "holds a break, the start of a packet");
+        }
+    }
+
+    /// Section 1.2.
+    pub(super) fn name(&mut self, name: &Name) {
+        self.no_break("name", name.as_bytes());
+        if trim_nuls(name.as_bytes()).contains(&0) {
+            self.warning("name", "the node skips NULs inside");
+        }
+    }
+
+    /// Safety decision 5.
+    pub(super) fn new_address(&mut self, address: Address) {
+        self.found.range("new_address", address.0, 2, u8::MAX);
+    }
+
+    pub(super) fn direction(&mut self, direction: Direction) {
+        let (value, min, max) = (direction.0.into(), 0, 1);
+        if value > max {
+            self.found.push(Severity::Warning, "direction", Problem::Range { value, min, max });
+        }
+    }
+
+    /// Safety decision 3.
+    pub(super) fn motion(&mut self, message: MotorMove) {
+        self.direction(message.direction);
+        self.found.range("steps", message.steps.0, 1_u8, StepCount::MAX.0);
+        self.still(message.motor);
+    }
+
+    /// Safety decision 8.
+    pub(super) fn still(&mut self, motor: Motor) {
+        if self.context.is_still(motor) {
+            self.warning("motor", "nothing moves: its continuous speed is 0");
+        }
+    }
+
+    /// Section 2.3, command 13.
+    pub(super) fn speed(&mut self, StepsPerSecond(speed): StepsPerSecond) {
+        self.found.finite("speed", speed);
+        if speed.is_finite() && !(-f32::from(MAX_STEP_RATE)..=f32::from(MAX_STEP_RATE)).contains(&speed) {
+            self.warning("speed", "beyond the step rate of any firmware, which acknowledges and ignores it");
+        }
+    }
+
+    /// Section 2.5; safety decision 4.
+    pub(super) fn broadcast(&mut self, sub_address: AnySubAddress) {
+        self.bridge();
+        if sub_address.0 != 0 {
+            self.warning("sub_address", "nodes ignore it in broadcasts");
+        }
+    }
+
+    pub(super) fn bridge(&mut self) {
+        if self.context.bridge {
+            self.error("address", "a bridge does not pass broadcasts on: address each node, stops first");
+        }
+    }
+
+    /// Sections 1 and 2.5, and of a known command with data of another length section 1.1: what the firmware does then.
+    pub(super) fn other(&mut self, other: &Other<'_>) {
+        let data = other.payload();
+        self.length(data);
+        self.no_break("data", data);
+        let (Selector { table, command, .. }, _) = Selector::from_number(other.id()).split(data);
+        if table == Table::Broadcast {
+            self.bridge();
+        }
+        if table == Table::Node && command == 0 {
+            self.noop();
+        }
+        match HostMessage::decode_body(other.id(), data) {
+            Ok(_) if table == Table::Node && command == 1 => {
+                self.error("data", "the core protocol needs a command of its own");
+            }
+            Ok(_) => {}
+            Err(DecodeError::Truncated { .. }) => {
+                self.error("data", "too short: the node reads missing bytes as zero");
+            }
+            Err(_) => self.warning("data", "longer than the command's: the node leaves out the rest"),
+        }
+    }
+}

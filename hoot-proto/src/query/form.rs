@@ -1,0 +1,61 @@
+//! The types that the answer to a query can have.
+
+use super::Profile;
+use crate::message::ValueType;
+
+/// The types that the answer to a query can have: which are taken, and which one firmware sends.
+///
+/// Source: hoot, sections 1.2, 2.2 to 2.4, and 3.
+#[derive(Clone, Copy)]
+pub(super) enum Form {
+    Byte,
+    UInt,
+    Int,
+    Long,
+    ULong,
+    String,
+    /// 16 bits without sign, which the sheet calls an Int.
+    SheetInt,
+    /// A yes or no, which some builds promoted.
+    Promoted,
+    /// Hundredths with sign.
+    Hundredths,
+    Version,
+    LeadIn,
+    SpeedOrSleep,
+}
+
+impl Form {
+    pub(super) const fn is_taken(self, found: ValueType) -> bool {
+        match self {
+            Self::Byte => matches!(found, ValueType::BYTE),
+            Self::UInt => matches!(found, ValueType::UINT),
+            Self::Int => matches!(found, ValueType::INT),
+            Self::Long => matches!(found, ValueType::LONG | ValueType::ULONG),
+            Self::ULong => matches!(found, ValueType::ULONG),
+            Self::String => matches!(found, ValueType::STRING),
+            Self::SheetInt => matches!(found, ValueType::UINT | ValueType::INT),
+            Self::Promoted => matches!(found, ValueType::BYTE | ValueType::INT),
+            Self::Hundredths => matches!(found, ValueType::ULONG | ValueType::FLOAT),
+            Self::Version => matches!(found, ValueType::BYTE | ValueType::ULONG),
+            Self::LeadIn => matches!(found, ValueType::UINT | ValueType::INT | ValueType::ULONG),
+            Self::SpeedOrSleep => matches!(found, ValueType::BYTE | ValueType::ULONG | ValueType::FLOAT),
+        }
+    }
+
+    pub(super) const fn of(self, profile: Profile) -> ValueType {
+        match self {
+            Self::Byte => ValueType::BYTE,
+            Self::UInt | Self::SheetInt => ValueType::UINT,
+            Self::Int => ValueType::INT,
+            Self::Long => ValueType::LONG,
+            Self::ULong => ValueType::ULONG,
+            Self::String => ValueType::STRING,
+            Self::Promoted => profile.facts().promoted,
+            Self::Hundredths => profile.facts().hundredths,
+            Self::Version => profile.facts().version,
+            Self::LeadIn => profile.facts().lead_in,
+            Self::SpeedOrSleep => profile.facts().query_117,
+        }
+    }
+}

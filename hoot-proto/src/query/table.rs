@@ -1,0 +1,181 @@
+//! Every query, and what it asks for.
+
+use core::fmt;
+
+use motion_core::wire::Bool;
+
+use super::form::Form;
+use super::{Answer, IntoReply, Profile, Query, ReplyError, decode};
+use crate::message::{
+    Acceleration, AltMode, AltModes, Amperes, Backlash, CameraEnable, CameraExposing, CameraExposureDelay,
+    CameraExposureTime, CameraFocusTime, CameraFocusWithShutter, CameraInterval, CameraMaxShots, CameraMirrorUp,
+    CoreDeviceId, CoreDeviceVersion, CoreProtocolVersion, CoreVersion, Current, Direction, Easing, EdgeFound, Exposing,
+    FirmwareVersion, HostMessage, InputEdge, JoystickMode, Level, LimitSwitches, MaxStepRate, Microstep, Milliseconds,
+    MotorBacklash, MotorContinuousAcceleration, MotorContinuousSpeed, MotorDirection, MotorEasing, MotorEnable,
+    MotorEndLimit, MotorLeadIn, MotorMaxProgramSpeed, MotorMaxStepSpeed, MotorMicrostep, MotorPosition,
+    MotorProgramAcceleration, MotorProgramDeceleration, MotorProgramStart, MotorProgramStop, MotorRunning, MotorTravel,
+    NameQuery, OutAfterDelay, OutAfterTime, OutBeforeDelay, OutBeforeTime, OutLevel, PingPong, PowerCycled,
+    ProgramMode, ProgramModeQuery, Reply, RingTip, RunState, RunStatus, RunTime, ShortMilliseconds, Shots, Span, Speed,
+    SpeedOrSleep, StartDelay, StartDelayQuery, StepRate, Steps, Text, TimingMaster, Value, ValueType, Version, Voltage,
+    Volts,
+};
+
+/// Makes the queries of one table: what each asks for, and the enums over all of them.
+macro_rules! queries {
+    ($($variant:ident($query:ty) => $answer:ty: $form:ident;)*) => {
+        $(impl Query for $query {
+            type Reply<'a> = Answer<$answer>;
+
+            fn decode_reply<'a>(&self, reply: Reply<'a>) -> Result<Self::Reply<'a>, ReplyError> {
+                decode(Form::$form, reply)
+            }
+        }
+
+        impl $query {
+            /// The answer to it: a value, under the type that the firmware of a profile gives it.
+            #[must_use]
+            #[allow(clippy::extra_unused_lifetimes, reason = "only texts have one")]
+            pub fn answer<'a>(&self, value: $answer, profile: Profile) -> Answer<$answer> {
+                Answer::new(value, Form::$form.of(profile))
+            }
+        })*
+
+        /// One of the queries.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        #[non_exhaustive]
+        pub enum AnyQuery {
+            $(#[doc = concat!("[`HostMessage::", stringify!($variant), "`].")]
+            $variant($query),)*
+        }
+
+        impl AnyQuery {
+            /// The type that the firmware of a profile gives the answer, mostly.
+            #[must_use]
+            pub const fn value_type(&self, profile: Profile) -> ValueType {
+                match self {
+                    $(Self::$variant(_) => Form::$form.of(profile),)*
+                }
+            }
+        }
+
+        /// The answer to one of the queries.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        #[non_exhaustive]
+        pub enum AnyReply<'a> {
+            $(#[doc = concat!("To [`HostMessage::", stringify!($variant), "`].")]
+            $variant(Answer<$answer>),)*
+        }
+
+        impl AnyReply<'_> {
+            /// The type that stood in front of the value.
+            #[must_use]
+            pub const fn value_type(&self) -> ValueType {
+                match self {
+                    $(Self::$variant(answer) => answer.value_type(),)*
+                }
+            }
+
+            /// Whether the value can be relied on, as [`Answer::is_reliable`] tells it.
+            #[must_use]
+            pub fn is_reliable(&self, profile: Profile) -> bool {
+                match self {
+                    $(Self::$variant(answer) => answer.is_reliable(profile),)*
+                }
+            }
+        }
+
+        impl fmt::Display for AnyReply<'_> {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                match self {
+                    $(Self::$variant(answer) => answer.fmt(f),)*
+                }
+            }
+        }
+
+        impl<'a> IntoReply<'a> for AnyReply<'a> {
+            fn value(&self) -> Value<'a> {
+                match self {
+                    $(Self::$variant(answer) => answer.value(),)*
+                }
+            }
+        }
+
+        impl Query for AnyQuery {
+            type Reply<'a> = AnyReply<'a>;
+
+            fn decode_reply<'a>(&self, reply: Reply<'a>) -> Result<AnyReply<'a>, ReplyError> {
+                match self {
+                    $(Self::$variant(query) => query.decode_reply(reply).map(AnyReply::$variant),)*
+                }
+            }
+        }
+
+        impl HostMessage<'_> {
+            /// The query that it is, if it is one.
+            #[must_use]
+            pub const fn query(&self) -> Option<AnyQuery> {
+                match self {
+                    $(Self::$variant(query) => Some(AnyQuery::$variant(*query)),)*
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+queries! {
+    FirmwareVersion(FirmwareVersion) => Version: Version;
+    RunStatus(RunStatus) => RunState: Byte;
+    RunTime(RunTime) => Milliseconds: ULong;
+    Exposing(Exposing) => Bool: Byte;
+    TimingMaster(TimingMaster) => Bool: Byte;
+    Name(NameQuery) => Text<'a>: String;
+    MaxStepRate(MaxStepRate) => StepRate: UInt;
+    Voltage(Voltage) => Volts: Hundredths;
+    Current(Current) => Amperes: Hundredths;
+    InputEdge(InputEdge) => EdgeFound: Byte;
+    AltModes(AltModes) => RingTip<AltMode>: Int;
+    LimitSwitches(LimitSwitches) => RingTip<Level>: Int;
+    OutBeforeDelay(OutBeforeDelay) => ShortMilliseconds: UInt;
+    OutAfterDelay(OutAfterDelay) => ShortMilliseconds: UInt;
+    OutBeforeTime(OutBeforeTime) => ShortMilliseconds: UInt;
+    OutAfterTime(OutAfterTime) => ShortMilliseconds: UInt;
+    OutLevel(OutLevel) => Level: Byte;
+    StartDelay(StartDelayQuery) => StartDelay: ULong;
+    ProgramMode(ProgramModeQuery) => ProgramMode: Byte;
+    PowerCycled(PowerCycled) => Bool: Byte;
+    JoystickMode(JoystickMode) => Bool: Byte;
+    PingPong(PingPong) => Bool: Byte;
+
+    MotorEnable(MotorEnable) => Bool: Byte;
+    MotorBacklash(MotorBacklash) => Backlash: UInt;
+    MotorMicrostep(MotorMicrostep) => Microstep: Byte;
+    MotorDirection(MotorDirection) => Direction: Byte;
+    MotorMaxStepSpeed(MotorMaxStepSpeed) => StepRate: SheetInt;
+    MotorEndLimit(MotorEndLimit) => Steps: Long;
+    MotorPosition(MotorPosition) => Steps: Long;
+    MotorRunning(MotorRunning) => Bool: Promoted;
+    MotorContinuousSpeed(MotorContinuousSpeed) => Speed: Hundredths;
+    MotorContinuousAcceleration(MotorContinuousAcceleration) => Acceleration: Hundredths;
+    MotorEasing(MotorEasing) => Easing: Byte;
+    MotorProgramStart(MotorProgramStart) => Steps: Long;
+    MotorProgramStop(MotorProgramStop) => Steps: Long;
+    MotorTravel(MotorTravel) => Span: ULong;
+    MotorLeadIn(MotorLeadIn) => Span: LeadIn;
+    MotorProgramAcceleration(MotorProgramAcceleration) => Span: ULong;
+    MotorProgramDeceleration(MotorProgramDeceleration) => Span: ULong;
+    MotorMaxProgramSpeed(MotorMaxProgramSpeed) => SpeedOrSleep: SpeedOrSleep;
+
+    CameraEnable(CameraEnable) => Bool: Byte;
+    CameraExposing(CameraExposing) => Bool: Byte;
+    CameraExposureTime(CameraExposureTime) => Milliseconds: ULong;
+    CameraFocusTime(CameraFocusTime) => ShortMilliseconds: UInt;
+    CameraMaxShots(CameraMaxShots) => Shots: ULong;
+    CameraExposureDelay(CameraExposureDelay) => ShortMilliseconds: UInt;
+    CameraFocusWithShutter(CameraFocusWithShutter) => Bool: Byte;
+    CameraMirrorUp(CameraMirrorUp) => Bool: Promoted;
+    CameraInterval(CameraInterval) => Milliseconds: ULong;
+
+    CoreProtocolVersion(CoreProtocolVersion) => CoreVersion: UInt;
+    CoreDeviceId(CoreDeviceId) => Text<'a>: String;
+    CoreDeviceVersion(CoreDeviceVersion) => CoreVersion: UInt;
+}

@@ -1,0 +1,398 @@
+//! USB: messages in HID reports of 64 bytes, for either side.
+//!
+//! A report is its id, 1, and 63 bytes: one message, and padding that means nothing. Whoever opens the device and polls
+//! it is the caller, who also finds it: the specification names neither vendor nor product.
+//!
+//! ```
+//! use kos_proto::usb::{self, Report};
+//! use kos_proto::{Frame, HostMessage};
+//! use kos_proto::message::Empty;
+//!
+//! let report = Report::encode(&HostMessage::GetDeviceInfo(Empty { tail: &[] }))?;
+//! assert_eq!(report.as_ref().len(), 64);
+//!
+//! // Some libraries hand out reports without their id.
+//! for buffer in [report.as_ref(), &report.as_ref()[1..]] {
+//!     let frame = usb::decode(buffer).expect("a message");
+//!     assert!(matches!(HostMessage::decode(&frame), Ok(HostMessage::GetDeviceInfo(_))));
+//! }
+//! # Ok::<(), kos_proto::EncodeError>(())
+//! ```
+//!
+//! # Messages longer than a report
+//!
+//! No trajectory fits into a report, and the specification does not say how one travels over USB. [`Report`] refuses
+//! what does not fit. [`Fragments`] and [`Reassembly`] assume the plain way, that a message goes on in the next report;
+//! **no device has confirmed it**, hence the word `assume` where they are made. Nothing numbers the pieces: if one in
+//! the middle is lost, the message may be completed by what follows. What such a message says should be asked back
+//! before it is played.
+//!
+//! Source: kOS, USB; safety decision 4, decisions K-U1 to K-U8.
+
+use motion_core::time::Millis;
+use motion_core::wire::{EncodeError, Messages};
+use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
+
+use crate::frame::{self, Frame, FrameError, MAX_FRAME, VERSION};
+
+/// The id of every report: its first byte.
+pub const REPORT_ID: u8 = 0x01;
+/// Bytes of message that a report has room for.
+pub const CAPACITY: usize = 63;
+/// Bytes of a report, its id included (decision K-U1).
+pub const REPORT_LEN: usize = size_of::<Report>();
+/// Milliseconds between two keep-alives of a client that has nothing else to say (decision K-U6).
+pub const KEEP_ALIVE_EVERY: u64 = 4_000;
+/// Milliseconds after which the next piece of a message comes too late (safety decision 4).
+pub const CONTINUE_WITHIN: u64 = 100;
+
+/// The longest buffer that a HID library fills with one report: some add a byte.
+const LONGEST_BUFFER: usize = REPORT_LEN + 1;
+
+/// One report as it is sent: always 64 bytes, its id first, zeros behind the message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
+#[repr(C)]
+pub struct Report {
+    id: u8,
+    data: [u8; CAPACITY],
+}
+
+impl Report {
+    /// What a client sends every [`KEEP_ALIVE_EVERY`], so that the device does not take it for gone. Nothing answers.
+    pub const KEEP_ALIVE: Self = {
+        let mut data = [0; CAPACITY];
+        [data[0], data[2]] = [VERSION, 6];
+        Self { id: REPORT_ID, data }
+    };
+
+    /// Puts a typed message into a report: a [`HostMessage`](crate::HostMessage) or a
+    /// [`DeviceMessage`](crate::DeviceMessage).
+    ///
+    /// # Errors
+    ///
+    /// [`EncodeError::TooLong`], if it does not fit, and the other reasons why a message cannot be written.
+    pub fn encode<'m, M: Messages<'m>>(message: &M) -> Result<Self, EncodeError> {
+        let mut report = Self::filled(&[]);
+        fits(frame::message_len(message))?;
+        frame::encode_message(message, &mut report.data)?;
+        Ok(report)
+    }
+
+    /// Puts a message that is bytes already into a report.
+    ///
+    /// # Errors
+    ///
+    /// [`EncodeError::TooLong`], if it does not fit.
+    pub fn new(message: Frame<'_>) -> Result<Self, EncodeError> {
+        fits(message.bytes().len())?;
+        Ok(Self::filled(message.bytes()))
+    }
+
+    /// As much of `bytes` as there is room for, and zeros.
+    fn filled(bytes: &[u8]) -> Self {
+        let mut data = [0; CAPACITY];
+        data.iter_mut().zip(bytes).for_each(|(place, byte)| *place = *byte);
+        Self { id: REPORT_ID, data }
+    }
+}
+
+/// All 64 bytes.
+impl AsRef<[u8]> for Report {
+    fn as_ref(&self) -> &[u8] {
+        self.as_bytes()
+    }
+}
+
+const fn fits(len: usize) -> Result<(), EncodeError> {
+    if len <= CAPACITY { Ok(()) } else { Err(EncodeError::TooLong { what: "USB report", len, max: CAPACITY }) }
+}
+
+/// Why a report brings no message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReportError {
+    /// A HID library gives 1 to 65 bytes.
+    #[error("USB report: {found} bytes, should be 1 to {LONGEST_BUFFER}")]
+    BadLength {
+        /// Bytes of the buffer.
+        found: usize,
+    },
+    /// It begins neither with the id of a report nor with a message (decision K-U2).
+    #[error("USB report: id is {found}, should be {REPORT_ID}")]
+    BadId {
+        /// The byte in front.
+        found: u8,
+    },
+    /// What it holds is no message, or only part of one.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+    /// All of a message came, but [`Reassembly`] has no room for it. Its reports are behind.
+    #[error("USB message: {total} bytes, there is room for {max}")]
+    TooLong {
+        /// Bytes of the message.
+        total: usize,
+        /// Bytes of the buffer.
+        max: usize,
+    },
+}
+
+/// Finds the message in a report, as a HID library hands it out: with its id or without, and of 1 to 65 bytes.
+///
+/// What is behind the message is padding; no second message is looked for in it (decision K-U5).
+///
+/// # Errors
+///
+/// [`ReportError`]. [`FrameError::Truncated`] in it says that the message is longer than the report.
+pub fn decode(report: &[u8]) -> Result<Frame<'_>, ReportError> {
+    let data = data(report, is_numbered(report))?;
+    match Frame::decode(data) {
+        Err(FrameError::Trailing { extra }) => {
+            let (message, _) = data.split_at_checked(data.len().saturating_sub(extra)).unwrap_or_default();
+            Ok(Frame::decode(message)?)
+        }
+        whole => Ok(whole?),
+    }
+}
+
+/// Whether a report that begins a message carries its id, or the message itself is in front.
+fn is_numbered(report: &[u8]) -> bool {
+    report.first() != Some(&VERSION)
+}
+
+/// What a report holds behind its id, which may have been taken off.
+fn data(report: &[u8], numbered: bool) -> Result<&[u8], ReportError> {
+    let data = match report {
+        [] => return Err(ReportError::BadLength { found: 0 }),
+        _ if report.len() > LONGEST_BUFFER => return Err(ReportError::BadLength { found: report.len() }),
+        [REPORT_ID, data @ ..] if numbered => data,
+        [found, ..] if numbered => return Err(ReportError::BadId { found: *found }),
+        data => data,
+    };
+    Ok(data.get(..CAPACITY).unwrap_or(data))
+}
+
+/// Whether a report is a whole message, followed by zeros only.
+fn stands_alone(report: &[u8]) -> bool {
+    let (Ok(message), Ok(data)) = (decode(report), data(report, is_numbered(report))) else { return false };
+    data.iter().skip(message.bytes().len()).all(|&byte| byte == 0)
+}
+
+/// A message of any length as reports, by an assumption that no device has confirmed.
+///
+/// Send them one right after the other: anything between them, be it a keep-alive, ends the message.
+///
+/// ```
+/// use kos_proto::Frame;
+/// use kos_proto::usb::Fragments;
+///
+/// let message = [&[4, 0, 100, 0, 0x12, 0, 0][..], &[0xff; 93]].concat();
+/// let reports = Fragments::assume(Frame::decode(&message)?).expect("no piece looks like a message");
+/// assert_eq!(reports.len(), 2);
+/// # Ok::<(), kos_proto::FrameError>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Fragments<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Fragments<'a> {
+    /// Cuts a message into reports of 63 bytes each, assuming that the device joins them again.
+    ///
+    /// # Errors
+    ///
+    /// [`Ambiguous`], if a piece of it looks like a message of its own. A device that missed the piece before would do
+    /// what it says.
+    pub fn assume(message: Frame<'a>) -> Result<Self, Ambiguous> {
+        let all = Self { rest: message.bytes() };
+        // A library may take the id off on the other side.
+        let is_message = |report: &Report| decode(report.as_bytes()).is_ok() || decode(&report.data).is_ok();
+        match all.clone().enumerate().skip(1).find(|(_, report)| is_message(report)) {
+            Some((index, _)) => Err(Ambiguous { index }),
+            None => Ok(all),
+        }
+    }
+}
+
+impl Iterator for Fragments<'_> {
+    type Item = Report;
+
+    fn next(&mut self) -> Option<Report> {
+        if self.rest.is_empty() {
+            return None;
+        }
+        let (piece, rest) = self.rest.split_at_checked(CAPACITY).unwrap_or((self.rest, &[]));
+        self.rest = rest;
+        Some(Report::filled(piece))
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let len = self.rest.len().div_ceil(CAPACITY);
+        (len, Some(len))
+    }
+}
+
+impl ExactSizeIterator for Fragments<'_> {}
+
+/// A piece of a long message looks like a message of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+#[error("USB report {index} of the message would be taken for a message of its own")]
+pub struct Ambiguous {
+    /// Which report, counted from 0.
+    pub index: usize,
+}
+
+/// Joins reports to messages of up to `N` bytes, by an assumption that no device has confirmed.
+///
+/// A message that fits into one report comes at once, and is lent from the report. A longer one waits for its other
+/// pieces, no longer than [`CONTINUE_WITHIN`] for each; and a report that is itself a whole message, followed by zeros
+/// only, ends the wait: a lost piece never swallows a `StopPlayback` (safety decision 4).
+///
+/// ```
+/// use kos_proto::usb::{Fragments, Reassembly};
+/// use kos_proto::{Frame, HostMessage};
+/// use motion_core::time::Millis;
+///
+/// let message = [&[4, 0, 100, 0x12, 0x34, 0][..], &[0xff; 94]].concat();
+/// let message = Frame::decode(&message)?;
+/// let mut reassembly: Reassembly<1024> = Reassembly::assume();
+/// for (now, report) in (0..).map(Millis).zip(Fragments::assume(message).expect("clear")) {
+///     if let Some(whole) = reassembly.push(now, report.as_ref()).message.expect("sound reports") {
+///         assert_eq!(whole, message);
+///     }
+/// }
+/// assert_eq!(reassembly.held(), 0);
+/// # Ok::<(), kos_proto::FrameError>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Reassembly<const N: usize = MAX_FRAME> {
+    buf: [u8; N],
+    partial: Option<Partial>,
+}
+
+/// What has come of a message.
+#[derive(Debug, Clone, Copy)]
+struct Partial {
+    needed: usize,
+    have: usize,
+    /// Whether its reports carry their id. Its later ones may begin with any byte, so the first one decides.
+    numbered: bool,
+    last: Millis,
+}
+
+impl<const N: usize> Reassembly<N> {
+    /// Waits for a message, assuming that a long one goes on in the next report.
+    #[must_use]
+    pub const fn assume() -> Self {
+        Self { buf: [0; N], partial: None }
+    }
+
+    /// Bytes that have come of a message that is not whole yet.
+    #[must_use]
+    pub fn held(&self) -> usize {
+        self.partial.map_or(0, |partial| partial.have)
+    }
+
+    /// When the message that is not whole yet is given up, unless a report comes before.
+    #[must_use]
+    pub fn deadline(&self) -> Option<Millis> {
+        self.partial.map(|partial| partial.last.after(CONTINUE_WITHIN))
+    }
+
+    /// Gives up the message that is not whole yet, if its next report is too late. [`push`](Self::push) does so too.
+    pub fn expire(&mut self, now: Millis) -> Option<Dropped> {
+        let Partial { needed, have, .. } =
+            self.partial.take_if(|partial| now.since(partial.last) >= CONTINUE_WITHIN)?;
+        Some(Dropped::Late { needed, have })
+    }
+
+    /// Takes one report, as a HID library hands it out: with its id or without, and of 1 to 65 bytes.
+    ///
+    /// A report that is refused for its length or its id leaves the message that is not whole yet as it is.
+    pub fn push<'a>(&'a mut self, now: Millis, report: &'a [u8]) -> Received<'a> {
+        let dropped = self.expire(now).or_else(|| {
+            let Partial { needed, have, .. } = self.partial.take_if(|_| stands_alone(report))?;
+            Some(Dropped::Interrupted { needed, have })
+        });
+        let message = match self.partial {
+            Some(partial) => self.go_on(partial, now, report),
+            None => self.begin(now, report),
+        };
+        Received { dropped, message }
+    }
+
+    fn begin<'a>(&mut self, now: Millis, report: &'a [u8]) -> Result<Option<Frame<'a>>, ReportError> {
+        let numbered = is_numbered(report);
+        match (decode(report), data(report, numbered)) {
+            (Err(ReportError::Frame(FrameError::Truncated { needed, .. })), Ok(data)) if data.len() == CAPACITY => {
+                self.partial = Some(Partial { needed, have: CAPACITY, numbered, last: now });
+                self.keep(0, data);
+                Ok(None)
+            }
+            (whole, _) => whole.map(Some),
+        }
+    }
+
+    fn go_on(&mut self, partial: Partial, now: Millis, report: &[u8]) -> Result<Option<Frame<'_>>, ReportError> {
+        let data = data(report, partial.numbered)?;
+        let Partial { needed, have, .. } = partial;
+        let piece = data.get(..needed.saturating_sub(have)).unwrap_or(data);
+        self.keep(have, piece);
+        let have = have.saturating_add(piece.len());
+        if have < needed && data.len() == CAPACITY {
+            self.partial = Some(Partial { have, last: now, ..partial });
+            return Ok(None);
+        }
+        self.partial = None;
+        if have < needed {
+            return Err(FrameError::Truncated { needed, have }.into());
+        }
+        let bytes = self.buf.get(..needed).ok_or(ReportError::TooLong { total: needed, max: N })?;
+        Ok(Some(Frame::decode(bytes)?))
+    }
+
+    /// Keeps a piece. One that is not all in the buffer belongs to a message that is too long, and is only counted.
+    fn keep(&mut self, at: usize, piece: &[u8]) {
+        if let Some(place) = self.buf.get_mut(at..).and_then(|free| free.get_mut(..piece.len())) {
+            place.copy_from_slice(piece);
+        }
+    }
+}
+
+impl<const N: usize> Default for Reassembly<N> {
+    fn default() -> Self {
+        Self::assume()
+    }
+}
+
+/// What a report brought.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[must_use]
+pub struct Received<'a> {
+    /// A message that was not whole, and is given up for this report.
+    pub dropped: Option<Dropped>,
+    /// A whole message; nothing, while more of it has to come.
+    ///
+    /// [`FrameError::Truncated`] stands for a message whose piece was shorter than a report: it is given up as well.
+    pub message: Result<Option<Frame<'a>>, ReportError>,
+}
+
+/// Why a message that was not whole is given up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+pub enum Dropped {
+    /// The next report of it came too late.
+    #[error("USB message: have {have} of {needed} bytes, and the next came too late")]
+    Late {
+        /// Bytes of the message.
+        needed: usize,
+        /// Bytes that came.
+        have: usize,
+    },
+    /// The next report was another message.
+    #[error("USB message: have {have} of {needed} bytes, and another message came")]
+    Interrupted {
+        /// Bytes of the message.
+        needed: usize,
+        /// Bytes that came.
+        have: usize,
+    },
+}

@@ -1,0 +1,82 @@
+//! The largest values on a segment: of position, velocity and acceleration.
+
+use super::cubic::{Cubic, quadratic, search};
+use super::view::View;
+use super::{Motion, Segment};
+
+impl Segment {
+    /// The least and the greatest position, right within 1e-15 of the largest coordinate.
+    ///
+    /// Where time folds back the curve may leave out what it has there; then the true range can be
+    /// narrower, never wider.
+    #[must_use]
+    pub fn range(&self) -> (f64, f64) {
+        let [first, .., last] = self.points().map(|point| point.position);
+        let ends = (first.min(last), first.max(last));
+        if self.duration() == 0.0 {
+            return (last, last);
+        }
+        let view = View::from_start(self);
+        let turns = view.position.turns().map(|u| if u < 1.0 { view.position(u) } else { last });
+        turns.into_iter().fold(ends, |(least, most), position| (least.min(position), most.max(position)))
+    }
+
+    /// The greatest speed, either way; `None` if there is no limit to it.
+    ///
+    /// The places to look at are the ends and the roots of a quadratic, so nothing is searched. The
+    /// speed is that of [`Segment::at`] there, and has its error.
+    #[must_use]
+    pub fn peak_velocity(&self) -> Option<f64> {
+        let candidates = quadratic_of_acceleration(&View::from_start(self));
+        let [a, b, c] = candidates;
+        self.peak(&quadratic(a, b, c), |motion| motion.velocity)
+    }
+
+    /// The greatest acceleration, either way; `None` if there is no limit to it.
+    ///
+    /// The places to look at are the ends and the roots of a cubic, each found to the last digit. The
+    /// acceleration is that of [`Segment::at`] there, and has its error.
+    #[must_use]
+    pub fn peak_acceleration(&self) -> Option<f64> {
+        let view = View::from_start(self);
+        let [n2, n1, n0] = quadratic_of_acceleration(&view);
+        let time = view.clock.cubic;
+        // Acceleration is n / x'³ but for a factor, so n' x' - 3 n x'' is 0 where it is greatest.
+        let (x2, x1, x0) = (3.0 * time.a, 2.0 * time.b, time.c);
+        let free = n1 * x0 - 3.0 * n0 * x1;
+        let slopes =
+            Cubic { a: -4.0 * n2 * x2, b: -n2 * x1 - 5.0 * n1 * x2, c: 2.0 * n2 * x0 - 2.0 * n1 * x1 - 6.0 * n0 * x2 };
+        let [turn1, turn2] = slopes.turns();
+        let root = |low: f64, high: f64| {
+            let found = if low < high { search(&slopes, |u| slopes.value(u) + free, low, high) } else { None };
+            found.unwrap_or(high)
+        };
+        self.peak(&[root(0.0, turn1), root(turn1, turn2), root(turn2, 1.0), turn1, turn2], |motion| motion.acceleration)
+    }
+
+    /// The greatest rate at the ends and at some curve parameters, if time stands still nowhere between.
+    fn peak(&self, parameters: &[f64], rate: impl Fn(Motion) -> Option<f64>) -> Option<f64> {
+        if self.duration() == 0.0 {
+            return Some(0.0);
+        }
+        let (start, end) = (View::from_start(self), View::from_end(self));
+        let time = start.clock.cubic;
+        let slowest = if time.a > 0.0 { -time.b / (3.0 * time.a) } else { 0.0 };
+        let stands = |u: f64| 0.0 < u && u < 1.0 && time.slope(u) <= 4.0 * f64::EPSILON * time.slope_size(u);
+        if self.folds() || stands(slowest) {
+            return None;
+        }
+        let inner = parameters.iter().filter(|&&u| 0.0 < u && u < 1.0).map(|&u| start.motion(u));
+        [start.motion(0.0), end.motion(0.0)]
+            .into_iter()
+            .chain(inner)
+            .map(|motion| rate(motion).map(f64::abs))
+            .try_fold(0.0, |most: f64, rate| Some(most.max(rate?)))
+    }
+}
+
+/// `y'' x' - y' x''`, but for a factor of 2: 0 where velocity is greatest; the cubic terms cancel.
+fn quadratic_of_acceleration(view: &View) -> [f64; 3] {
+    let (x, y) = (&view.clock.cubic, &view.position);
+    [3.0 * (y.a * x.b - y.b * x.a), 3.0 * (y.a * x.c - y.c * x.a), y.b * x.c - y.c * x.b]
+}
