@@ -159,7 +159,8 @@ impl Profile {
         // Rounding must not lead beyond the ends of a short way between large numbers.
         let (least, most) = (self.from.min(self.to), self.from.max(self.to));
         State {
-            position: (begin + side * gone).clamp(least, most),
+            // Not `clamp`, which panics where the ends are no numbers.
+            position: (begin + side * gone).max(least).min(most),
             velocity: sign * velocity.min(self.velocity),
             acceleration: side * acceleration.min(self.acceleration),
         }

@@ -13,7 +13,11 @@ const ROOM: usize = 512;
 /// Does it all, and prints what it finds: what is not used would not be in the program.
 pub fn everything(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     checksums(input, out)?;
+    numbers(input, out)?;
+    curves(input, out)?;
     kos(input, out)?;
+    reports(input, out)?;
+    datagrams(input, out)?;
     dmc(input, out)?;
     hoot(input, out)
 }
@@ -24,6 +28,56 @@ fn checksums(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     let joined = first.update(back) == first.then(Sum::of(back), back.len());
     let apart = whole.after(first, back.len());
     writeln!(out, "{whole:?} {apart:?} {joined} {} {:?}", fletcher::verify(input), whole.check_bytes())
+}
+
+fn numbers(input: &[u8], out: &mut dyn Write) -> fmt::Result {
+    use motion_core::fixed::{Centi, Milli, TenMicro};
+
+    let text = core::str::from_utf8(input).unwrap_or_default();
+    outcome(text.parse::<Milli<i32>>(), out)?;
+    outcome(text.parse::<TenMicro<u32>>(), out)?;
+    let float = f64::from_le_bytes(first(input));
+    outcome(Centi::<i16>::from_f64(float), out)?;
+    #[expect(clippy::cast_possible_truncation, reason = "any number will do")]
+    outcome(Centi::<i32>::from_f32_truncated(float as f32), out)
+}
+
+/// The first bytes, as many as there are, and zeros.
+fn first<const N: usize>(input: &[u8]) -> [u8; N] {
+    let mut bytes = [0; N];
+    for (to, from) in bytes.iter_mut().zip(input) {
+        *to = *from;
+    }
+    bytes
+}
+
+fn curves(input: &[u8], out: &mut dyn Write) -> fmt::Result {
+    use motion_core::bezier::{Cursor, Motion, Segment};
+    use motion_core::profile::{Limits, Profile};
+
+    let mut numbers = input.chunks(8).map(|bytes| f64::from_le_bytes(first(bytes)));
+    let mut number = || numbers.next().unwrap_or_default();
+    #[expect(clippy::cast_possible_truncation, reason = "any number will do")]
+    let points = [
+        [number() as f32, number() as f32],
+        [number() as f32, number() as f32],
+        [number() as f32, number() as f32],
+        [number() as f32, number() as f32],
+    ];
+    if let Ok(segment) = Segment::from_f32(points) {
+        let times: [f64; 20] = core::array::from_fn(|_| number());
+        let mut motions = [Motion::default(); 20];
+        Cursor::new(segment).sample_motion(&times, &mut motions);
+        let known = motions.iter().filter(|motion| motion.velocity.is_some()).fold(0_usize, |n, _| n.wrapping_add(1));
+        let halves = segment.split(number()).is_some();
+        let peaks = segment.peak_velocity().is_some() & segment.peak_acceleration().is_some();
+        writeln!(out, "{known} {halves} {peaks} {}", segment.reversed().folds())?;
+    }
+    let limits = Limits { velocity: number(), acceleration: number(), jerk: Some(number()) };
+    match Profile::new(number(), number(), limits) {
+        Ok(profile) => writeln!(out, "{}", profile.at(number()).position.is_finite()),
+        Err(_) => writeln!(out, "no profile"),
+    }
 }
 
 fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
@@ -41,6 +95,48 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
         writeln!(out, "{found:?}")
     })?;
     outcome(Frame::decode(input), out)
+}
+
+/// Bytes as USB reports, alone and put together.
+fn reports(input: &[u8], out: &mut dyn Write) -> fmt::Result {
+    use kos_proto::usb::{self, Fragments, Reassembly, Report};
+    use motion_core::time::Millis;
+
+    let mut reassembly = Reassembly::<2048>::assume();
+    let mut now = Millis(0);
+    for report in input.chunks(64) {
+        now = now.after(u64::from(report.len() as u8));
+        match usb::decode(report) {
+            Ok(frame) => {
+                outcome(Report::new(frame).map(|report| report.as_ref().len()), out)?;
+                if let Ok(mut fragments) = Fragments::assume(frame) {
+                    writeln!(out, "{}", fragments.next().is_some())?;
+                }
+            }
+            Err(error) => writeln!(out, "{error} {error:?}")?,
+        }
+        let received = reassembly.push(now, report);
+        writeln!(out, "{:?} {:?}", received.dropped, received.message)?;
+    }
+    writeln!(out, "{:?}", reassembly.expire(now.after(1000)))
+}
+
+/// Bytes as datagrams of a network.
+fn datagrams(input: &[u8], out: &mut dyn Write) -> fmt::Result {
+    use kos_proto::discovery::{Devices, Input};
+    use kos_proto::message::Ipv4;
+    use motion_core::time::Millis;
+
+    let mut devices = Devices::<4>::default();
+    let mut now = Millis(0);
+    for bytes in input.chunks(27) {
+        now = now.after(1000);
+        let (next, output) = devices.step(now, Input::Datagram { source: Ipv4(1), bytes });
+        devices = next;
+        outcome(output.heard.map(|event| event.is_some()), out)?;
+        writeln!(out, "{:?} {}", output.wake, output.gone.len())?;
+    }
+    Ok(())
 }
 
 fn dmc(input: &[u8], out: &mut dyn Write) -> fmt::Result {
