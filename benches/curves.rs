@@ -153,7 +153,7 @@ fn scatter<'a>(curves: &'a [Curve], times: &'a [f64]) -> Vec<Contender<'a>> {
             "bezier_easing",
             turns(curves, |curve| {
                 let ease = easing(curve);
-                sum(black_box(times), |time| ease(time))
+                sum(black_box(times), ease)
             }),
         ),
     ]

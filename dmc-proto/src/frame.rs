@@ -163,12 +163,14 @@ impl<'a> Frame<'a> {
     ///
     /// [`FrameError`] says what is wrong with them. A checksum is judged by the sum alone, never by comparing check
     /// bytes: 00 and FF mean the same in them (decision D-9).
+    #[inline]
     pub fn decode(bytes: &'a [u8]) -> Result<Self, FrameError> {
         let frame = Self::unverified(bytes)?;
         if fletcher::verify(bytes) { Ok(frame) } else { Err(FrameError::Checksum { len: bytes.len() }) }
     }
 
     /// Reads a frame without its checksum.
+    #[inline]
     fn unverified(bytes: &'a [u8]) -> Result<Self, FrameError> {
         let have = bytes.len();
         let (header, rest) =
