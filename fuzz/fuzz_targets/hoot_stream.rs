@@ -17,11 +17,13 @@ fuzz_target!(|input: &[u8]| {
     let mut pieces = pieces.into_iter().chain([1]).cycle();
     let mut cut = || pieces.next().unwrap_or(1);
     let tolerant = check::<Hoot, { 2 * MAX_FRAME }>(&stream, &gaps, &mut cut, |rest| rescan::hoot(rest, MAX_DATA));
-    let strict = check::<Strict, { 2 * MAX_FRAME }>(&stream, &gaps, &mut cut, |rest| rescan::hoot_strict(rest, MAX_DATA));
+    let strict =
+        check::<Strict, { 2 * MAX_FRAME }>(&stream, &gaps, &mut cut, |rest| rescan::hoot_strict(rest, MAX_DATA));
     for item in tolerant.iter().chain(&strict) {
         if let Owned::Frame(bytes) = item {
             let packet = Frame::decode(bytes).expect("the stream found it");
-            let _ = (HostMessage::decode(&packet), beyond::HostMessage::decode(&packet), DeviceMessage::decode(&packet));
+            let _ =
+                (HostMessage::decode(&packet), beyond::HostMessage::decode(&packet), DeviceMessage::decode(&packet));
         }
     }
     check::<Hoot<4>, 28>(&stream, &gaps, &mut cut, |rest| rescan::hoot(rest, 4));

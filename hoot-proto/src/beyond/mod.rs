@@ -4,8 +4,8 @@
 //! the public sources only. [`crate::HostMessage`] gives them as `Other`; [`HostMessage`] reads them. What answers them
 //! is said at each; read it by the type that it comes with, [`Reply::value`](crate::message::Reply::value).
 //!
-//! Of more commands only the numbers are known here, and they stay `Other`: 33, 252 and 253 of the controller, 32, 40 to
-//! 42 and 120 to 124 of a motor, 113 of the camera. Source: hoot, section 7.
+//! Of more commands only the numbers are known here, and they stay `Other`: 30 to 33, 131 to 133, 252 and 253 of the
+//! controller, 32, 40 to 42 and 120 to 124 of a motor, 113 of the camera. Source: hoot, section 7.
 //!
 //! ```
 //! use hoot_proto::beyond::{HostMessage, MotorSendTo};
