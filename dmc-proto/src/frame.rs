@@ -462,6 +462,23 @@ mod tests {
 
     /// Decision D-13.
     #[test]
+    fn a_corrupt_frame_names_what_to_acknowledge() {
+        use crate::DeviceMessage;
+        use crate::message::{Ack, AckCode};
+
+        let mut bytes = frame(b"data");
+        bytes[11] ^= 1;
+        let mut frames = Frames::<4096>::new();
+        assert_eq!(frames.push(&bytes), bytes.len());
+        let Some(stream::Item::Corrupt { header, .. }) = frames.next() else { panic!("it is corrupt") };
+        assert_eq!((header.id(), header.kind()), (MessageId(0x0403_0201), MessageType(0x0605)));
+        let ack = DeviceMessage::Ack(Ack::new(header.kind(), AckCode::ERR_CHECKSUM));
+        let mut out = [0; 14];
+        assert_eq!(ack.encode_into(header.id(), &mut out), Ok(14));
+        assert_eq!(&out[..12], b"DF\x01\x02\x03\x04\x05\x86\x02\0\x11\0", "decision D-8");
+    }
+
+    #[test]
     fn a_host_counts_from_1_and_leaves_0_out() {
         assert_eq!(MessageId::default().next(), MessageId(1));
         assert_eq!(MessageId(1).next(), MessageId(2));

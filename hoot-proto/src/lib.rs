@@ -68,11 +68,10 @@
 //!
 //! This moves machines. There is no checksum, no answer says which request it is for, and firmware acknowledges much that
 //! it does not do: ask for the state instead of trusting an OK. Never repeat by yourself what starts a movement, as
-//! [`HostMessage::is_repeatable`] tells. Of numbers of 32 bits firmware drops the top byte: constructors and `encode_checked`
-//! refuse what would not arrive. A
-//! broadcast stop does not pass a bridge, and the controller's [`Stop`](message::Stop) is refused in joystick mode: to
-//! stop for certain, send [`MotorStop`](message::MotorStop) to each motor of each node. An emergency stop belongs into
-//! hardware.
+//! [`HostMessage::is_repeatable`] tells. Of numbers of 32 bits firmware drops the top byte: constructors and
+//! `encode_checked` refuse what would not arrive. A broadcast stop does not pass a bridge, and the controller's
+//! [`Stop`](message::Stop) is refused in joystick mode: to stop for certain, send [`MotorStop`](message::MotorStop) to
+//! each motor of each node. An emergency stop belongs into hardware.
 
 #![no_std]
 #![forbid(unsafe_code)]
