@@ -7,6 +7,7 @@
 
 use libfuzzer_sys::fuzz_target;
 
+#[allow(dead_code, reason = "the tests use more of it")]
 #[path = "../../hoot-proto/tests/decoder/mod.rs"]
 mod decoder;
 
