@@ -20,19 +20,11 @@ impl<const CAP: usize> Framing for Hoot<CAP> {
 
     #[inline]
     fn head(bytes: &[u8]) -> Head {
-        match bytes {
-            [0, 0, 0, 0, 0, 0xFF, _, _, _, len, ..] => {
-                let total = frame_len((*len).into());
-                if total <= Self::MAX {
-                    Head::Total(total)
-                } else {
-                    Head::Skip(BREAK.len(), Noise::TooLong { total, max: Self::MAX })
-                }
+        match Header::ref_from_prefix(bytes) {
+            Ok((header, _)) if header.break_ == BREAK && header.frame_len() <= Self::MAX => {
+                Head::Total(header.frame_len())
             }
-            [0, 0, 0, 0, 0, 0xFF, ..] | [0] | [0, 0] | [0, 0, 0] | [0, 0, 0, 0] | [0, 0, 0, 0, 0] => {
-                Head::More(HEADER_LEN)
-            }
-            _ => Head::Skip(to_break(bytes), Noise::NoMarker),
+            _ => no_frame(bytes, Self::MAX),
         }
     }
 
@@ -43,6 +35,18 @@ impl<const CAP: usize> Framing for Hoot<CAP> {
     #[inline]
     fn frame(bytes: &[u8]) -> Option<Frame<'_>> {
         Frame::decode(bytes).ok()
+    }
+}
+
+/// What begins no frame, or none yet. Out of the way of those that do.
+#[cold]
+fn no_frame(bytes: &[u8], max: usize) -> Head {
+    match bytes {
+        [0, 0, 0, 0, 0, 0xFF, _, _, _, len, ..] => {
+            Head::Skip(BREAK.len(), Noise::TooLong { total: frame_len((*len).into()), max })
+        }
+        [0, 0, 0, 0, 0, 0xFF, ..] | [0] | [0, 0] | [0, 0, 0] | [0, 0, 0, 0] | [0, 0, 0, 0, 0] => Head::More(HEADER_LEN),
+        _ => Head::Skip(to_break(bytes), Noise::NoMarker),
     }
 }
 

@@ -159,100 +159,101 @@ messages! {
         /// Does the planned move go to and fro? Query 121 of the controller.
         0x79_00 => PingPong(PingPong),
 
+        // Written out, three numbers become a jump; a range would be compared, one after another.
         /// Set whether a resting motor has no current: command 2 of a motor.
-        0x02_01..=0x02_03 => MotorSetSleep(MotorSetSleep),
+        0x02_01 | 0x02_02 | 0x02_03 => MotorSetSleep(MotorSetSleep),
         /// Set whether the motor moves at all: command 3 of a motor.
-        0x03_01..=0x03_03 => MotorSetEnable(MotorSetEnable),
+        0x03_01 | 0x03_02 | 0x03_03 => MotorSetEnable(MotorSetEnable),
         /// Stop one motor: command 4 of a motor.
-        0x04_01..=0x04_03 => MotorStop(MotorStop),
+        0x04_01 | 0x04_02 | 0x04_03 => MotorStop(MotorStop),
         /// Set the steps that are added when the motor turns the other way: command 5 of a motor.
-        0x05_01..=0x05_03 => MotorSetBacklash(MotorSetBacklash),
+        0x05_01 | 0x05_02 | 0x05_03 => MotorSetBacklash(MotorSetBacklash),
         /// Set into how many microsteps a step is divided: command 6 of a motor.
-        0x06_01..=0x06_03 => MotorSetMicrostep(MotorSetMicrostep),
+        0x06_01 | 0x06_02 | 0x06_03 => MotorSetMicrostep(MotorSetMicrostep),
         /// Set the greatest speed of the motor: command 7 of a motor.
-        0x07_01..=0x07_03 => MotorSetMaxStepSpeed(MotorSetMaxStepSpeed),
+        0x07_01 | 0x07_02 | 0x07_03 => MotorSetMaxStepSpeed(MotorSetMaxStepSpeed),
         /// Set which way is forward: command 8 of a motor.
-        0x08_01..=0x08_03 => MotorSetDirection(MotorSetDirection),
+        0x08_01 | 0x08_02 | 0x08_03 => MotorSetDirection(MotorSetDirection),
         /// Here is home: command 9 of a motor.
-        0x09_01..=0x09_03 => MotorSetHomeHere(MotorSetHomeHere),
+        0x09_01 | 0x09_02 | 0x09_03 => MotorSetHomeHere(MotorSetHomeHere),
         /// Here is the end limit: command 10 of a motor.
-        0x0A_01..=0x0A_03 => MotorSetEndHere(MotorSetEndHere),
+        0x0A_01 | 0x0A_02 | 0x0A_03 => MotorSetEndHere(MotorSetEndHere),
         /// Go home: command 11 of a motor.
-        0x0B_01..=0x0B_03 => MotorSendHome(MotorSendHome),
+        0x0B_01 | 0x0B_02 | 0x0B_03 => MotorSendHome(MotorSendHome),
         /// Go to the end limit: command 12 of a motor.
-        0x0C_01..=0x0C_03 => MotorSendToEnd(MotorSendToEnd),
+        0x0C_01 | 0x0C_02 | 0x0C_03 => MotorSendToEnd(MotorSendToEnd),
         /// Set the speed of continuous runs: command 13 of a motor.
-        0x0D_01..=0x0D_03 => MotorSetContinuousSpeed(MotorSetContinuousSpeed),
+        0x0D_01 | 0x0D_02 | 0x0D_03 => MotorSetContinuousSpeed(MotorSetContinuousSpeed),
         /// Set how quickly continuous runs gain speed: command 14 of a motor.
-        0x0E_01..=0x0E_03 => MotorSetContinuousAcceleration(MotorSetContinuousAcceleration),
+        0x0E_01 | 0x0E_02 | 0x0E_03 => MotorSetContinuousAcceleration(MotorSetContinuousAcceleration),
         /// Move by a number of steps: command 15 of a motor.
-        0x0F_01..=0x0F_03 => MotorMove(MotorMove)
+        0x0F_01 | 0x0F_02 | 0x0F_03 => MotorMove(MotorMove)
             or
             /// Run until told otherwise: command 15 of a motor, with no steps.
             MotorRun(MotorRun),
         /// Set where the planned move begins: command 16 of a motor.
-        0x10_01..=0x10_03 => MotorSetProgramStart(MotorSetProgramStart),
+        0x10_01 | 0x10_02 | 0x10_03 => MotorSetProgramStart(MotorSetProgramStart),
         /// Set where the planned move ends: command 17 of a motor.
-        0x11_01..=0x11_03 => MotorSetProgramStop(MotorSetProgramStop),
+        0x11_01 | 0x11_02 | 0x11_03 => MotorSetProgramStop(MotorSetProgramStop),
         /// Set how the planned move gains and loses speed: command 18 of a motor.
-        0x12_01..=0x12_03 => MotorSetEasing(MotorSetEasing),
+        0x12_01 | 0x12_02 | 0x12_03 => MotorSetEasing(MotorSetEasing),
         /// Set how long the motor waits before its planned move: command 19 of a motor.
-        0x13_01..=0x13_03 => MotorSetLeadIn(MotorSetLeadIn)
+        0x13_01 | 0x13_02 | 0x13_03 => MotorSetLeadIn(MotorSetLeadIn)
             or
             /// The same in 32 bits, for v0.35 and later: command 19 of a motor.
             MotorSetLeadInLong(MotorSetLeadInLong),
         /// Set how long the planned move takes: command 20 of a motor.
-        0x14_01..=0x14_03 => MotorSetTravel(MotorSetTravel),
+        0x14_01 | 0x14_02 | 0x14_03 => MotorSetTravel(MotorSetTravel),
         /// Set how long the planned move gains speed: command 21 of a motor.
-        0x15_01..=0x15_03 => MotorSetProgramAcceleration(MotorSetProgramAcceleration),
+        0x15_01 | 0x15_02 | 0x15_03 => MotorSetProgramAcceleration(MotorSetProgramAcceleration),
         /// Set how long the planned move loses speed: command 22 of a motor.
-        0x16_01..=0x16_03 => MotorSetProgramDeceleration(MotorSetProgramDeceleration),
+        0x16_01 | 0x16_02 | 0x16_03 => MotorSetProgramDeceleration(MotorSetProgramDeceleration),
         /// Go to where the planned move begins: command 23 of a motor.
-        0x17_01..=0x17_03 => MotorSendToStart(MotorSendToStart),
+        0x17_01 | 0x17_02 | 0x17_03 => MotorSendToStart(MotorSendToStart),
         /// Go to where the planned move ends: command 24 of a motor.
-        0x18_01..=0x18_03 => MotorSendToStop(MotorSendToStop),
+        0x18_01 | 0x18_02 | 0x18_03 => MotorSendToStop(MotorSendToStop),
         /// Go on by one step of the planned move: command 25 of a motor.
-        0x19_01..=0x19_03 => MotorStepForward(MotorStepForward),
+        0x19_01 | 0x19_02 | 0x19_03 => MotorStepForward(MotorStepForward),
         /// Go back by one step of the planned move: command 26 of a motor.
-        0x1A_01..=0x1A_03 => MotorStepBack(MotorStepBack),
+        0x1A_01 | 0x1A_02 | 0x1A_03 => MotorStepBack(MotorStepBack),
         /// Forget the limits: command 27 of a motor.
-        0x1B_01..=0x1B_03 => MotorResetLimits(MotorResetLimits),
+        0x1B_01 | 0x1B_02 | 0x1B_03 => MotorResetLimits(MotorResetLimits),
         /// Does the motor move at all? Query 100 of a motor.
-        0x64_01..=0x64_03 => MotorEnable(MotorEnable),
+        0x64_01 | 0x64_02 | 0x64_03 => MotorEnable(MotorEnable),
         /// How many steps are added when the motor turns the other way? Query 101 of a motor.
-        0x65_01..=0x65_03 => MotorBacklash(MotorBacklash),
+        0x65_01 | 0x65_02 | 0x65_03 => MotorBacklash(MotorBacklash),
         /// Into how many microsteps is a step divided? Query 102 of a motor.
-        0x66_01..=0x66_03 => MotorMicrostep(MotorMicrostep),
+        0x66_01 | 0x66_02 | 0x66_03 => MotorMicrostep(MotorMicrostep),
         /// Which way is forward? Query 103 of a motor.
-        0x67_01..=0x67_03 => MotorDirection(MotorDirection),
+        0x67_01 | 0x67_02 | 0x67_03 => MotorDirection(MotorDirection),
         /// What is the greatest speed of the motor? Query 104 of a motor.
-        0x68_01..=0x68_03 => MotorMaxStepSpeed(MotorMaxStepSpeed),
+        0x68_01 | 0x68_02 | 0x68_03 => MotorMaxStepSpeed(MotorMaxStepSpeed),
         /// Where is the end limit? Query 105 of a motor.
-        0x69_01..=0x69_03 => MotorEndLimit(MotorEndLimit),
+        0x69_01 | 0x69_02 | 0x69_03 => MotorEndLimit(MotorEndLimit),
         /// Where is the motor? Query 106 of a motor.
-        0x6A_01..=0x6A_03 => MotorPosition(MotorPosition),
+        0x6A_01 | 0x6A_02 | 0x6A_03 => MotorPosition(MotorPosition),
         /// Does the motor move? Query 107 of a motor.
-        0x6B_01..=0x6B_03 => MotorRunning(MotorRunning),
+        0x6B_01 | 0x6B_02 | 0x6B_03 => MotorRunning(MotorRunning),
         /// What is the speed of continuous runs? Query 108 of a motor.
-        0x6C_01..=0x6C_03 => MotorContinuousSpeed(MotorContinuousSpeed),
+        0x6C_01 | 0x6C_02 | 0x6C_03 => MotorContinuousSpeed(MotorContinuousSpeed),
         /// How quickly do continuous runs gain speed? Query 109 of a motor.
-        0x6D_01..=0x6D_03 => MotorContinuousAcceleration(MotorContinuousAcceleration),
+        0x6D_01 | 0x6D_02 | 0x6D_03 => MotorContinuousAcceleration(MotorContinuousAcceleration),
         /// How does the planned move gain and lose speed? Query 110 of a motor.
-        0x6E_01..=0x6E_03 => MotorEasing(MotorEasing),
+        0x6E_01 | 0x6E_02 | 0x6E_03 => MotorEasing(MotorEasing),
         /// Where does the planned move begin? Query 111 of a motor.
-        0x6F_01..=0x6F_03 => MotorProgramStart(MotorProgramStart),
+        0x6F_01 | 0x6F_02 | 0x6F_03 => MotorProgramStart(MotorProgramStart),
         /// Where does the planned move end? Query 112 of a motor.
-        0x70_01..=0x70_03 => MotorProgramStop(MotorProgramStop),
+        0x70_01 | 0x70_02 | 0x70_03 => MotorProgramStop(MotorProgramStop),
         /// How long does the planned move take? Query 113 of a motor.
-        0x71_01..=0x71_03 => MotorTravel(MotorTravel),
+        0x71_01 | 0x71_02 | 0x71_03 => MotorTravel(MotorTravel),
         /// How long does the motor wait before its planned move? Query 114 of a motor.
-        0x72_01..=0x72_03 => MotorLeadIn(MotorLeadIn),
+        0x72_01 | 0x72_02 | 0x72_03 => MotorLeadIn(MotorLeadIn),
         /// How long does the planned move gain speed? Query 115 of a motor.
-        0x73_01..=0x73_03 => MotorProgramAcceleration(MotorProgramAcceleration),
+        0x73_01 | 0x73_02 | 0x73_03 => MotorProgramAcceleration(MotorProgramAcceleration),
         /// How long does the planned move lose speed? Query 116 of a motor.
-        0x74_01..=0x74_03 => MotorProgramDeceleration(MotorProgramDeceleration),
+        0x74_01 | 0x74_02 | 0x74_03 => MotorProgramDeceleration(MotorProgramDeceleration),
         /// What is the greatest speed of the planned move? Query 117 of a motor.
-        0x75_01..=0x75_03 => MotorMaxProgramSpeed(MotorMaxProgramSpeed),
+        0x75_01 | 0x75_02 | 0x75_03 => MotorMaxProgramSpeed(MotorMaxProgramSpeed),
 
         /// Set whether there is a camera: command 2 of the camera.
         0x02_04 => CameraSetEnable(CameraSetEnable),
