@@ -3,6 +3,7 @@
 //! The tests of each crate and the fuzz targets call them; a broken law is a panic that names its number in
 //! `docs/architecture.md`.
 
+pub mod machine;
 pub mod message;
 pub mod owned;
 

@@ -6,6 +6,7 @@
 //! - [`fletcher`]: the checksum of DMC, fast on long frames and on short ones;
 //! - [`fixed`]: decimal numbers that travel as integers, exact in both directions;
 //! - [`lint`]: what decodes, but a strict peer would refuse, or a wise sender would not send;
+//! - [`machine`]: state machines as pure functions, and what one step of them gives;
 //! - [`time`]: milliseconds that the caller counts.
 //!
 //! There is no I/O here and no clock, nothing allocates unless a feature says so, and nothing panics.
@@ -80,6 +81,7 @@ pub mod fletcher;
 #[cfg(feature = "defmt")]
 pub mod format;
 pub mod lint;
+pub mod machine;
 #[cfg(feature = "nom")]
 pub mod nom;
 #[cfg(feature = "alloc")]
