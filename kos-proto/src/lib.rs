@@ -93,12 +93,14 @@
 #[cfg(any(test, feature = "std"))]
 extern crate std;
 
+pub mod device;
 pub mod discovery;
 pub mod frame;
 pub mod lint;
 pub mod message;
 #[cfg(feature = "nom")]
 pub mod nom;
+pub mod plan;
 mod side;
 pub mod trajectory;
 pub mod usb;
