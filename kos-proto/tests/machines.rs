@@ -1,0 +1,9 @@
+//! The machines of both sides, row by row of the tables in `docs/machines-kos.md`.
+
+mod machines {
+    mod bench;
+    mod calibration;
+    mod lapse;
+    mod link;
+    mod playback;
+}
