@@ -96,6 +96,7 @@ extern crate std;
 pub mod device;
 pub mod discovery;
 pub mod frame;
+pub mod host;
 pub mod lint;
 pub mod message;
 #[cfg(feature = "nom")]
