@@ -3,7 +3,11 @@
 mod machines {
     mod bench;
     mod calibration;
+    mod client;
+    mod connect;
+    mod hand;
     mod lapse;
     mod link;
     mod playback;
+    mod tracker;
 }

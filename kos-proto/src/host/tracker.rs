@@ -218,15 +218,14 @@ impl Tracker {
         let photos = status.photo_count;
         let progress = Move::Progress { state: said, elapsed: status.elapsed_time, photos };
         let (next, told) = match (self.state, said) {
-            (State::Stopping, Said::FULL_STOP) if self.confirmed => return,
-            (State::Stopping, Said::FULL_STOP) => {
+            (State::Stopping, Said::FULL_STOP) if !self.confirmed => {
                 tell(output, Move::Finished { requested: true });
                 (self.confirmed, self.deadline) = (true, None);
                 return;
             }
-            (_, Said::FULL_STOP) => (State::NoMove, Move::Finished { requested: false }),
-            // What was under way when it was told to stop.
+            // What was under way when it was told to stop, and what confirms it again.
             (State::Stopping, _) => return tell(output, progress),
+            (_, Said::FULL_STOP) => (State::NoMove, Move::Finished { requested: false }),
             (State::SettingUp | State::Starting, Said::MOTORS_HOME) => return tell(output, Move::Home),
             (State::Armed, Said::MOTORS_HOME) => (State::Armed, Move::Home),
             (State::SettingUp, Said::SETUP_COMPLETED) => (State::Armed, Move::Ready),
