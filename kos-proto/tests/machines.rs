@@ -9,5 +9,7 @@ mod machines {
     mod lapse;
     mod link;
     mod playback;
+    mod random;
+    mod rows;
     mod tracker;
 }

@@ -85,11 +85,12 @@ use crate::plan::MOTORS;
 /// Where the motors are.
 pub type Positions = ArrayVec<MotorPlace, MOTORS>;
 
-/// Messages of one step, at most: a stop says that all is over and where ten motors are, and a fault before it; with
-/// them may come an announcement, addresses over TCP, and three steps of a move.
-pub const SENDS: usize = 20;
-/// Events of one step, at most: four connections are closed, ten motors stopped for it, and the move with them.
-pub const EVENTS: usize = 24;
+/// Messages of one step, at most: ten motors are told of, or a stop says that all is over and where ten motors rest;
+/// with that may come an announcement, addresses over TCP, and two steps of a move.
+pub const SENDS: usize = 16;
+/// Events of one step, at most: four connections are closed, ten motors are stopped for it, and the move with them; with
+/// that may come two steps of a move, and what was ignored.
+pub const EVENTS: usize = 20;
 
 /// What follows from a step of a device.
 pub type Output = motion_core::machine::Output<Send, Event, SENDS, EVENTS>;

@@ -71,11 +71,11 @@ pub use send::{PasswordOf, Send, Source};
 pub use tracker::State as MoveState;
 
 /// Messages of one step, at most: a stop of everything, one of each of ten motors, a question behind it, a keep-alive,
-/// and what follows an answer.
+/// and two questions that are asked again or next.
 pub const SENDS: usize = 16;
-/// Events of one step, at most: with the connection seven questions fail, ten stops are not confirmed, nor that of
-/// everything, a calibration fails, and why it is over.
-pub const EVENTS: usize = 24;
+/// Events of one step, at most: ten motors come or go, seven questions fail, ten stops are not confirmed, nor that of
+/// everything; nobody is alive, a range fails, a move is slow. With a lost connection it is fewer.
+pub const EVENTS: usize = 32;
 
 /// What follows from a step of a client.
 pub type Output = motion_core::machine::Output<Send, Event, SENDS, EVENTS>;

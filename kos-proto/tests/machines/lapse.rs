@@ -162,7 +162,7 @@ fn a_stop_ends_a_time_lapse_in_every_state() {
     assert_eq!(seen, ["Pre", "ForwardC", "Post", "FrameDelay", "Exposing", "Moving"]);
 }
 
-/// Back to front, photos are not taken (decision K-J7); photos in no time neither (decision K-S11).
+/// Back to front, photos are not taken (decision K-J7); photos in no time neither (decision K-S18).
 #[test]
 fn what_is_no_time_lapse_is_refused() {
     let data = lapse(PlaybackMode::TIME_LAPSE_SMS, 0, 2, 0);
