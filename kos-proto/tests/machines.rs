@@ -11,5 +11,6 @@ mod machines {
     mod playback;
     mod random;
     mod rows;
+    mod together;
     mod tracker;
 }
