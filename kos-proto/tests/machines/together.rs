@@ -69,8 +69,12 @@ impl Rig {
             }
             Event::StopMotor { motor, .. } => self.go(now + 150, motor.0, self.at[usize::from(motor.0) - 1]),
             Event::StopAll => {
+                // A live move has motors 1 and 2; what rests anyway has nothing to say.
+                let played = self.playing.is_some();
+                let moves = |motor| self.ways.iter().any(|&(_, other, _)| other == motor) || (played && motor < 3);
+                let moving: Vec<u8> = MOTORS.into_iter().filter(|&motor| moves(motor)).collect();
                 (self.playing, self.sent) = (None, MotorSet::NONE);
-                for motor in MOTORS {
+                for motor in moving {
                     self.go(now + 150, motor, self.at[usize::from(motor) - 1]);
                 }
             }
@@ -219,7 +223,14 @@ impl World {
             self.rig.follow(self.now, event);
             match event {
                 device::Event::Close(..) => close = true,
-                device::Event::StorePassword => std::mem::swap(&mut self.password, &mut self.other_password),
+                device::Event::StorePassword => {
+                    let device::Input::Received { message: HostMessage::SetDevicePassword(given), .. } = input else {
+                        panic!("there is no password to store");
+                    };
+                    if given.password != Password(self.password) {
+                        std::mem::swap(&mut self.password, &mut self.other_password);
+                    }
+                }
                 _ => {}
             }
         }
