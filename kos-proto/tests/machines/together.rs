@@ -374,7 +374,6 @@ fn run(transport: Transport, data: TrajectoryData<'static>, luck: Vec<u8>, ops: 
             Op::Rig(report) => world.device(device::Input::Rig(report)),
         }
     }
-    world.faults = false;
     world
 }
 
@@ -391,6 +390,7 @@ proptest! {
     fn both_agree_over_tcp(data in any_move(), luck in vec(any::<u8>(), 1..40), ops in script()) {
         let ops: Vec<_> = ops.into_iter().filter(|(_, op)| !matches!(op, Op::Cut)).collect();
         let mut world = run(Transport::Tcp, data, luck, &ops);
+        world.faults = false;
         world.pass(SETTLE);
         let agreed = match world.host.move_state() {
             host::MoveState::NoMove => device::playback::State::Empty,
@@ -401,12 +401,14 @@ proptest! {
         prop_assert!(world.starts.1 <= world.starts.0);
     }
 
-    /// Whatever happened, once the line is good a stop stops everything, is confirmed, and said to be.
+    /// Whatever happened, a stop stops everything once the line is good, also if it was lost itself; it is confirmed, and
+    /// said to be.
     #[test]
     fn a_stop_always_gets_there(usb in any::<bool>(), data in any_move(), luck in vec(any::<u8>(), 1..40), ops in script()) {
         let transport = if usb { Transport::Usb } else { Transport::Tcp };
         let mut world = run(transport, data, luck, &ops);
         world.host(host::Input::Command(Command::Stop));
+        world.faults = false;
         world.pass(SETTLE);
         prop_assert_eq!(world.device.playback(), device::playback::State::Empty);
         let resting = |&motor: &u8| {
