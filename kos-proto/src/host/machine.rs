@@ -394,6 +394,10 @@ impl HostMachine {
             Transport::Usb if quiet => {
                 output.send(Send::KeepAlive);
                 self.line.quiet = now.after(self.options.usb_keep_alive);
+                // The word that a move is over may be lost (decision K-S21).
+                if self.tracker.state.runs() {
+                    self.ask(now, output, Get::DeviceInfo, Asker::Machine);
+                }
             }
             Transport::Usb => {}
             Transport::Tcp => {

@@ -66,6 +66,12 @@ impl State {
     pub const fn moves(self) -> bool {
         !matches!(self, Self::NoMove | Self::Armed)
     }
+
+    /// Whether the device said that it plays it, and not yet that all is over.
+    #[must_use]
+    pub const fn runs(self) -> bool {
+        matches!(self, Self::Delay | Self::PreShoot | Self::Running | Self::Ended)
+    }
 }
 
 /// The move on the device.
@@ -203,8 +209,7 @@ impl Tracker {
     /// the word of its end was lost.
     pub(super) fn said(&mut self, output: &mut Output, status: PlaybackState) {
         self.plays = plays(status);
-        let runs = matches!(self.state, State::Delay | State::PreShoot | State::Running | State::Ended);
-        if runs && matches!(status, PlaybackState::FULL_STOP | PlaybackState::NO_MOVE) {
+        if self.state.runs() && matches!(status, PlaybackState::FULL_STOP | PlaybackState::NO_MOVE) {
             tell(output, Move::Finished { requested: false });
             self.go(State::NoMove, None);
         }

@@ -421,6 +421,21 @@ fn an_end_that_was_not_told_is_found_out() {
     }
 }
 
+/// Over USB the client asks by itself while a move runs, and not otherwise (decision K-S21).
+#[test]
+fn over_usb_it_asks_whether_a_move_still_runs() {
+    let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
+    client.pass(4_000);
+    assert_eq!(client.sent(), [Send::KeepAlive]);
+    client.command(Command::PlayDirect { plan: plan(), way: Way::Forward });
+    client.say(PlaybackState::START_FORWARD);
+    client.clear();
+    client.pass(4_000);
+    assert_eq!(client.sent(), [Send::KeepAlive, ASKS]);
+    client.hear(device_info(PlaybackState::FULL_STOP));
+    assert_eq!(client.told(), said(Move::Finished { requested: false }));
+}
+
 /// The list of what is never sent twice without a command.
 #[test]
 fn what_moves_something_is_never_repeated() {
