@@ -365,7 +365,7 @@ impl Playback {
     }
 
     /// The end of a way: it goes back, or again, or all is over.
-    fn turn(&mut self, turn: &mut Turn<'_>, drives: &Drives, leg: Leg) {
+    fn leg_over(&mut self, turn: &mut Turn<'_>, drives: &Drives, leg: Leg) {
         self.say(turn, drives, PlaybackState::END_OF_MOVE);
         let Some(Kind::Live { duration, loops }) = self.plan.map(|plan| plan.kind) else { return };
         if leg.back {
@@ -446,7 +446,7 @@ impl Playback {
                     self.begin(turn, drives, &plan, way);
                 }
             }
-            Stage::Leg(leg) if leg.until <= turn.now => self.turn(turn, drives, leg),
+            Stage::Leg(leg) if leg.until <= turn.now => self.leg_over(turn, drives, leg),
             Stage::Leg(leg) => {
                 let progress = turn.options.progress_every.map(|every| turn.now.after(every));
                 self.stage = Stage::Leg(Leg { progress, ..leg });

@@ -256,10 +256,10 @@ impl HostMachine {
         }
     }
 
-    /// The password is wrong, or missing.
+    /// The password is wrong, or missing. A device that is locked will not say which motors it has.
     pub(super) fn lock(&mut self, output: &mut Output) {
-        if self.state == State::AwaitMotorInfo {
-            self.requests.end(Get::MotorInfo);
+        if let Some(Asker::Application(token)) = self.requests.end(Get::MotorInfo) {
+            output.event(Event::Failed(Get::MotorInfo, token, Failure::NoAnswer));
         }
         self.state = State::Locked;
         output.event(Event::Locked);

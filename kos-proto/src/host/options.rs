@@ -7,7 +7,8 @@ use crate::plan::{debug_fields, with};
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub struct Options {
-    /// Time between questions by datagram while nobody is connected; `None`, for devices announce themselves.
+    /// Time between questions by datagram while nobody is connected, from the first step on; `None`, for devices
+    /// announce themselves.
     pub ask_every: Option<u64>,
     /// Time in which a question is answered: 3000.
     pub request_timeout: u64,

@@ -206,6 +206,18 @@ fn a_locked_device_gets_the_password_of_the_application() {
     assert_eq!(client.state(), "AwaitMotorInfo");
 }
 
+/// 7.2-11: a question that the locked device passed over does not keep the next one back.
+#[test]
+fn a_question_that_a_lock_swallowed_fails() {
+    let mut client = Client::ready();
+    client.command(Command::Get(Get::MotorInfo, Token(6)));
+    client.error(15, 0);
+    assert!(client.told().contains(&Event::Failed(Get::MotorInfo, Token(6), Failure::NoAnswer)));
+    client.clear();
+    client.command(Command::Unlock);
+    assert_eq!(client.sent(), [Send::UserPassword(PasswordOf::User), Send::Get(Get::MotorInfo)]);
+}
+
 /// 7.2-12.
 #[test]
 fn a_ready_device_may_lock() {
