@@ -113,7 +113,7 @@ impl HostMachine {
                 self.motors.jog(now, output, &self.options, &jog)
             }
             Command::Bump(Go { position, .. }) if position.0 == 0.0 => Err(Refusal::Number),
-            Command::Bump(go) => self.motors.bump(output, motors::checked(go)?),
+            Command::Bump(go) => self.motors.bump(now, output, &self.options, motors::checked(go)?),
             Command::Load { .. }
             | Command::PlayDirect { .. }
             | Command::ResetAxis(_)

@@ -223,6 +223,9 @@ pub enum Event {
     DeadMan,
     /// A motor rests.
     MotorRests(MotorAddress, Rotations),
+    /// A motor was sent somewhere, and does not say that it rests: it may be slow, or the word was lost. Until it is
+    /// stopped it is taken to move.
+    MotorSlow(MotorAddress),
     /// A motor came or went.
     MotorOnline(MotorAddress, bool),
     /// The range of a motor changed, or is void.

@@ -37,8 +37,8 @@ enum Motion {
     /// It rests, as far as anybody said.
     #[default]
     Resting,
-    /// It goes where it was sent, and will say that it rests.
-    Going,
+    /// It goes where it was sent, and will say that it rests; when that would be late.
+    Going(Option<Millis>),
     /// It runs until it is stopped, as long as the application says something.
     Jogging,
     /// It was told to stop; when that is sent again.
@@ -152,18 +152,18 @@ impl Motors {
         if matches!(known.hand.motion, Motion::Jogging | Motion::Stopping(_)) {
             return Err(Refusal::Moves);
         }
-        known.hand.motion = Motion::Going;
+        known.hand.motion = Motion::Going(Some(now.after(options.setup_timeout)));
         known.hand.command(now, output, options, Send::MoveTo(go));
         Ok(())
     }
 
     /// Sends a motor a distance, once: from where it does not rest, nobody knows where that would be.
-    pub(super) fn bump(&mut self, output: &mut Output, go: Go) -> Result<(), Refusal> {
+    pub(super) fn bump(&mut self, now: Millis, output: &mut Output, options: &Options, go: Go) -> Result<(), Refusal> {
         let known = self.find(go.motor).ok_or(Refusal::NoMotor)?;
         if known.hand.motion != Motion::Resting {
             return Err(Refusal::Moves);
         }
-        known.hand.motion = Motion::Going;
+        known.hand.motion = Motion::Going(Some(now.after(options.setup_timeout)));
         output.send(Send::Bump(go));
         Ok(())
     }
@@ -177,7 +177,7 @@ impl Motors {
         jog: &SetPositionSpeedAcceleration<'_>,
     ) -> Result<(), Refusal> {
         let known = self.find(jog.motor_address).ok_or(Refusal::NoMotor)?;
-        if matches!(known.hand.motion, Motion::Going | Motion::Stopping(_)) {
+        if matches!(known.hand.motion, Motion::Going(_) | Motion::Stopping(_)) {
             return Err(Refusal::Moves);
         }
         known.hand.motion = Motion::Jogging;
@@ -244,12 +244,18 @@ impl Motors {
             self.alive_until = None;
         }
         for known in &mut self.list {
-            if let Motion::Stopping(again) = &mut known.hand.motion {
-                if *again <= now {
-                    *again = now.after(options.stop_timeout);
-                    output.event(Event::StopNotConfirmed(Some(known.motor.motor_address)));
+            let motor = known.motor.motor_address;
+            match known.hand.motion {
+                Motion::Stopping(again) if again <= now => {
+                    known.hand.motion = Motion::Stopping(now.after(options.stop_timeout));
+                    output.event(Event::StopNotConfirmed(Some(motor)));
                     output.send(known.stop());
                 }
+                Motion::Going(Some(late)) if late <= now => {
+                    known.hand.motion = Motion::Going(None);
+                    output.event(Event::MotorSlow(motor));
+                }
+                _ => {}
             }
             if known.hand.next.is_some_and(|next| next <= now) {
                 known.hand.next = None;
@@ -277,8 +283,12 @@ impl Hand {
     }
 
     fn deadline(&self) -> Option<Millis> {
-        let again = if let Motion::Stopping(again) = self.motion { Some(again) } else { None };
-        again.into_iter().chain(self.next).min()
+        let motion = match self.motion {
+            Motion::Stopping(again) => Some(again),
+            Motion::Going(late) => late,
+            Motion::Resting | Motion::Jogging => None,
+        };
+        motion.into_iter().chain(self.next).min()
     }
 }
 

@@ -20,8 +20,8 @@ pub struct Options {
     pub silence: u64,
     /// Time in which a stop is confirmed, before it is sent again: 2000.
     pub stop_timeout: u64,
-    /// Time after which a move that is not ready, or does not begin, is worth a remark: two minutes, for the way home
-    /// may be long.
+    /// Time after which a move that is not ready, or does not begin, and a motor that does not rest, are worth a
+    /// remark: two minutes, for the way may be long.
     pub setup_timeout: u64,
     /// Time between two commands to one motor: 50, twenty a second, as is known to be borne.
     pub motor_interval: u64,

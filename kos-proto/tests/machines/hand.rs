@@ -152,6 +152,24 @@ fn a_bump_is_sent_once() {
     assert_eq!(client.refused(Command::Bump(go(TWO, -2.0))), None);
 }
 
+/// 7.3-8: that a motor does not say that it rests is told once; until it is stopped it is taken to move.
+#[test]
+fn a_motor_that_does_not_come_to_rest_is_told() {
+    for command in [Command::MoveTo(go(TWO, 5.0)), Command::Bump(go(TWO, 5.0))] {
+        let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
+        client.command(command);
+        client.pass(119_999);
+        assert_eq!(client.told(), []);
+        client.pass(1);
+        assert_eq!(client.told(), [Event::MotorSlow(TWO)]);
+        client.pass(600_000);
+        assert_eq!((client.told(), client.refused(Command::Bump(go(TWO, 5.0)))), (vec![], Some(Refusal::Moves)));
+        client.command(Command::StopMotor(TWO));
+        client.rests(2, 5.0);
+        assert_eq!(client.refused(Command::Bump(go(TWO, 5.0))), None);
+    }
+}
+
 /// Commands that mean nothing are not sent (decision K-N1).
 #[test]
 fn what_means_nothing_is_not_sent() {
