@@ -3,6 +3,7 @@
 mod machines {
     mod bench;
     mod calibration;
+    mod capacity;
     mod client;
     mod connect;
     mod hand;

@@ -368,16 +368,17 @@ impl HostMachine {
         if self.state.is_connected() && self.line.silent.is_some_and(|silent| silent <= now) {
             self.close(now, output, CloseReason::Silence);
         }
-        for _ in Get::ALL {
-            if let Some(get) = self.requests.expired(now) {
-                self.failed(now, output, get, Failure::NoAnswer);
-            }
-        }
+        // Stops first.
         if self.tracker.wake(now, output) {
             self.stop_move(now, output);
             self.raise_fence(now, output);
         }
         self.motors.wake(now, output, &self.options);
+        for _ in Get::ALL {
+            if let Some(get) = self.requests.expired(now) {
+                self.failed(now, output, get, Failure::NoAnswer);
+            }
+        }
         self.calibration.wake(now, output);
         self.keep_alive(now, output);
         if self.fence == Fence::Down {
