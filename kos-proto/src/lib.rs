@@ -51,6 +51,9 @@
 //! # Ok::<(), kos_proto::EncodeError>(())
 //! ```
 //!
+//! A move of several motors is planned in seconds and rotations, checked, and looked at before it is played:
+//! [`trajectory`].
+//!
 //! # Units
 //!
 //! | type | on the wire | means |
