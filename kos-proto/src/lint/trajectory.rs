@@ -8,7 +8,7 @@ use crate::trajectory::{Block, Excess, MoveError, Playback, Trajectory, Trajecto
 /// Checks a move that is to be stored.
 pub(super) fn check(lints: &mut Lints, context: &Context<'_>, message: &TrajectoryData<'_>) {
     rules::check(&message.blocks, &mut |severity, error| report(lints, severity, error));
-    for block in message.blocks.iter() {
+    for block in &message.blocks {
         match block {
             Block::Playback(playback) => {
                 lints.named("playback_mode", playback.playback_mode.0, playback.playback_mode.name());

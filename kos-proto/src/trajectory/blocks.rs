@@ -249,7 +249,8 @@ pub struct BlockIter<'a> {
 impl<'a> Iterator for BlockIter<'a> {
     type Item = Block<'a>;
 
-    #[inline]
+    #[expect(clippy::inline_always, reason = "as for what it calls")]
+    #[inline(always)]
     fn next(&mut self) -> Option<Block<'a>> {
         let (block, behind) = split_block(self.bytes).ok()?;
         self.bytes = behind;
@@ -259,7 +260,7 @@ impl<'a> Iterator for BlockIter<'a> {
 
 impl List for Blocks<'_> {
     fn each(&self, item: &mut dyn FnMut(Value<'_>)) {
-        for block in self.iter() {
+        for block in self {
             item(Value::Group(&NumberedBlock(block)));
         }
     }

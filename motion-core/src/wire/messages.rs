@@ -175,7 +175,8 @@ macro_rules! messages {
                     $(Kind { number: $first, name: stringify!($or_variant), layout: <$or_body as Message<$lt>>::LAYOUT },)?)*
                 ];
 
-                #[inline]
+                #[allow(clippy::inline_always, reason = "a program that knows what it gets reads only that")]
+                #[inline(always)]
                 fn decode_body(number: u32, body: &$lt [u8]) -> Result<Self, DecodeError> {
                     match $key(number) {
                         $($numbers => {
