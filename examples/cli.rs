@@ -57,9 +57,12 @@ pub enum Transport {
     #[default]
     Stream,
     /// UDP: each record of the input is a datagram
+    #[value(alias = "udp")]
     Datagram,
-    /// USB HID: reports in a row
+    /// USB HID: reports in a row, a message each
     Usb,
+    /// The same, but a message goes on in the next report: an assumption that no device has confirmed
+    UsbFragments,
 }
 
 /// What a command line asks for.
@@ -249,7 +252,7 @@ mod tests {
         for (option, values) in [
             ("protocol", "kos dmc hoot"),
             ("from", "host device both"),
-            ("transport", "stream datagram usb"),
+            ("transport", "stream datagram udp usb usb-fragments"),
             ("format", "auto raw hex xxd"),
         ] {
             for value in values.split(' ') {

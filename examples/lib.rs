@@ -1,6 +1,7 @@
 //! What the example programs share.
 
 pub mod cli;
+pub mod moves;
 pub mod print;
 pub mod record;
 pub mod tap;

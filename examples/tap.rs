@@ -47,12 +47,13 @@ pub fn tap(protocol: Protocol, transport: Transport) -> Result<Box<dyn Tap>, Sto
         (Protocol::Kos, Transport::Stream) => Box::new(Stream::<_, { kos::BUFFER }>::new(kos::Kos)),
         (Protocol::Kos, Transport::Datagram) => Box::new(Records::new(kos::Kos)),
         (Protocol::Kos, Transport::Usb) => Box::new(Records::new(kos::Reports)),
+        (Protocol::Kos, Transport::UsbFragments) => Box::new(Records::new(kos::Fragments::default())),
         (Protocol::Dmc, Transport::Stream) => Box::new(Stream::<_, { dmc::BUFFER }>::new(dmc::Dmc)),
         (Protocol::Hoot, Transport::Stream) => Box::new(Stream::<_, { hoot::BUFFER }>::new(hoot::Hoot::default())),
         (Protocol::Dmc, Transport::Datagram) => return unspoken("dmc", "datagrams"),
-        (Protocol::Dmc, Transport::Usb) => return unspoken("dmc", "USB reports"),
+        (Protocol::Dmc, Transport::Usb | Transport::UsbFragments) => return unspoken("dmc", "USB reports"),
         (Protocol::Hoot, Transport::Datagram) => return unspoken("hoot", "datagrams"),
-        (Protocol::Hoot, Transport::Usb) => return unspoken("hoot", "USB reports"),
+        (Protocol::Hoot, Transport::Usb | Transport::UsbFragments) => return unspoken("hoot", "USB reports"),
     })
 }
 
@@ -249,16 +250,25 @@ impl<S: Show, const N: usize> Tap for Stream<S, N> {
     }
 }
 
-/// How a protocol reads one record that is a whole: a datagram, a report.
+/// How a protocol reads records that are a whole each: a datagram, a report.
 trait Whole: Show {
     /// Bytes that are cut off as records of their own, where the input has no records.
     const RECORD: usize;
 
-    /// The frame in a record, and the bytes behind it that mean nothing.
-    fn whole<'a>(&self, record: &'a [u8]) -> Result<<Self::Framing as Framing>::Frame<'a>, (Kind, String)>;
+    /// Whether a record is a message already, even if it may still grow.
+    fn is_whole(record: &[u8]) -> bool;
+
+    /// Says what a record is. What it says is where the record begins; the caller goes on behind it.
+    fn record(&mut self, place: &mut Place, record: &[u8], see: &mut See<'_>) -> Result<(), Stop>;
+
+    /// The input has ended: says what is left of the records before.
+    fn end(&mut self, place: &mut Place, see: &mut See<'_>) -> Result<(), Stop> {
+        let _ = (place, see);
+        Ok(())
+    }
 }
 
-/// Records of each side, one frame each.
+/// Records of each side.
 struct Records<W: Whole> {
     show: W,
     host: Gathered,
@@ -280,10 +290,7 @@ impl<W: Whole> Records<W> {
     /// Says what a record is.
     fn record(show: &mut W, place: &mut Place, record: &[u8], see: &mut See<'_>) -> Result<(), Stop> {
         let end = place.offset + len_of(record);
-        match show.whole(record) {
-            Err((kind, why)) => place.other(W::NAME, kind, why, record, see)?,
-            Ok(frame) => place.frame(show, &frame, see)?,
-        }
+        show.record(place, record, see)?;
         // A report is longer than its message: what follows counts, but means nothing.
         place.offset = end;
         Ok(())
@@ -293,10 +300,15 @@ impl<W: Whole> Records<W> {
 impl<W: Whole> Tap for Records<W> {
     fn push(&mut self, piece: Piece<'_>, see: &mut See<'_>) -> Result<(), Stop> {
         let Self { show, host, device } = self;
-        let Gathered { place, bytes } = match piece.side {
-            Side::Host => host,
-            Side::Device => device,
+        let (Gathered { place, bytes }, other) = match piece.side {
+            Side::Host => (host, device),
+            Side::Device => (device, host),
         };
+        // A message is shown before the answer to it; in dumps of both sides, the lines of a record may lie apart.
+        if piece.first && W::is_whole(&other.bytes) {
+            Self::record(show, &mut other.place, &other.bytes, see)?;
+            other.bytes.clear();
+        }
         if piece.first && !bytes.is_empty() {
             Self::record(show, place, bytes, see)?;
             bytes.clear();
@@ -321,6 +333,7 @@ impl<W: Whole> Tap for Records<W> {
                 Self::record(show, place, bytes, see)?;
                 bytes.clear();
             }
+            show.end(place, see)?;
         }
         Ok(())
     }

@@ -113,6 +113,30 @@ def kos_stream():
         yield f"{at}", pieces + b"\0" + one + b"\5\3\4\0\6\3" + wrong + b"\6\0\2" + cut + b"\4\x40\0" + last
 
 
+def kos_trajectory():
+    """Moves as they are stored, and with their blocks in another order; numbers for sound plans of each kind, and for
+    others."""
+    for vector in vectors("kos"):
+        if vector["name"].startswith("traj/"):
+            name, body = vector["name"].removeprefix("traj/"), bytes.fromhex(vector["hex"])[6:]
+            yield name, b"\0" + body
+            yield f"{name}-backwards", b"\0" + body[:1] + b"".join(reversed([*blocks(body[1:])]))
+    numbers = bytes(at * 37 % 256 for at in range(160))
+    for kind in range(6):
+        for delay, size in enumerate([0, 2, 4, 4]):
+            plan = bytes([100, delay]) + numbers[:size] + bytes([kind]) + numbers[kind:]
+            yield f"plan-{kind}-{delay}", b"\1" + plan
+            yield f"hostile-{kind}-{delay}", b"\2" + plan
+
+
+def blocks(data):
+    """A block is a number, a length of two bytes, and its data; the last one may be cut off."""
+    while data:
+        total = 3 + int.from_bytes(data[1:3], "big")
+        yield data[:total]
+        data = data[total:]
+
+
 def kos_usb():
     """Operations: any report, a long message, whole, with a piece lost, doubled, late; a stop; other reports; a wait."""
     for vector in vectors("kos"):
@@ -226,7 +250,7 @@ def hexdump(data):
 def main():
     check = sys.argv[1:] == ["--check"]
     stale = []
-    kos = [kos_differential, kos_round_trip, kos_stream, kos_usb]
+    kos = [kos_differential, kos_round_trip, kos_stream, kos_trajectory, kos_usb]
     dmc = [dmc_differential, dmc_round_trip, dmc_stream, dmc_upload]
     hoot = [hoot_differential, hoot_reply, hoot_round_trip, hoot_stream]
     for target in [decode, fletcher, stream, text, *kos, *dmc, *hoot]:

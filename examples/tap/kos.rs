@@ -1,11 +1,12 @@
 //! kOS over TCP, in datagrams, and in USB reports.
 
 use kos_proto::lint::Context;
-use kos_proto::usb::{self, ReportError};
+use kos_proto::usb::{self, Reassembly, Received, ReportError};
 use kos_proto::{DeviceMessage, Frame, FrameError, HostMessage, MessageId, MessageType};
+use motion_core::time::Millis;
 use motion_core::wire::{Fields, Messages};
 
-use super::{Read, Show, Whole, read};
+use super::{Place, Read, Show, Whole, read};
 use crate::cli::Stop;
 use crate::record::{Body, Keys, Kind, Shown};
 use crate::text::Side;
@@ -97,8 +98,15 @@ fn known<'f, M: Messages<'f>>(frame: &Frame<'_>) -> Option<&'static str> {
 impl Whole for Kos {
     const RECORD: usize = LONGEST;
 
-    fn whole<'a>(&self, record: &'a [u8]) -> Result<Frame<'a>, (Kind, String)> {
-        Frame::decode(record).map_err(|error| (kind(error), error.to_string()))
+    fn is_whole(record: &[u8]) -> bool {
+        Frame::decode(record).is_ok()
+    }
+
+    fn record(&mut self, place: &mut Place, record: &[u8], see: &mut super::See<'_>) -> Result<(), Stop> {
+        match Frame::decode(record) {
+            Ok(frame) => place.frame(self, &frame, see),
+            Err(error) => place.other(Self::NAME, kind(error), error.to_string(), record, see),
+        }
     }
 }
 
@@ -124,10 +132,110 @@ impl Show for Reports {
 impl Whole for Reports {
     const RECORD: usize = usb::REPORT_LEN;
 
-    fn whole<'a>(&self, record: &'a [u8]) -> Result<Frame<'a>, (Kind, String)> {
-        usb::decode(record).map_err(|error| match error {
-            ReportError::Frame(error) => (kind(error), error.to_string()),
-            error => (Kind::Corrupt, error.to_string()),
-        })
+    fn is_whole(record: &[u8]) -> bool {
+        usb::decode(record).is_ok()
+    }
+
+    fn record(&mut self, place: &mut Place, record: &[u8], see: &mut super::See<'_>) -> Result<(), Stop> {
+        match usb::decode(record) {
+            Ok(frame) => place.frame(&mut Kos, &frame, see),
+            Err(error) => place.other(Self::NAME, kind_of_report(error), error.to_string(), record, see),
+        }
+    }
+}
+
+const fn kind_of_report(error: ReportError) -> Kind {
+    match error {
+        ReportError::Frame(error) => kind(error),
+        _ => Kind::Corrupt,
+    }
+}
+
+/// Messages in USB reports, as many as each takes, on the assumption that it goes on in the next report.
+///
+/// An input tells no times: what makes a device give up a message, a pause, is not seen here.
+#[derive(Default)]
+pub(super) struct Fragments {
+    host: Fragmented,
+    device: Fragmented,
+}
+
+/// What came of a message of one side.
+#[derive(Default)]
+struct Fragmented {
+    message: Box<Reassembly<LONGEST>>,
+    /// Where its first report stands, and all its reports.
+    reports: Option<(u64, Vec<u8>)>,
+}
+
+impl Fragments {
+    fn of(&mut self, side: Side) -> &mut Fragmented {
+        match side {
+            Side::Host => &mut self.host,
+            Side::Device => &mut self.device,
+        }
+    }
+}
+
+impl Fragmented {
+    /// Says why no message comes of the reports so far, where they stand.
+    fn give_up(&mut self, place: &mut Place, kind: Kind, why: String, see: &mut super::See<'_>) -> Result<(), Stop> {
+        let Some((offset, reports)) = self.reports.take() else { return Ok(()) };
+        let here = std::mem::replace(&mut place.offset, offset);
+        place.other(Kos::NAME, kind, why, &reports, see)?;
+        place.offset = here;
+        Ok(())
+    }
+}
+
+impl Show for Fragments {
+    const NAME: &'static str = Kos::NAME;
+    type Framing = Framed;
+
+    fn show(&mut self, from: Side, frame: &Frame<'_>, see: &mut See<'_>) -> Result<(), Stop> {
+        Kos.show(from, frame, see)
+    }
+}
+
+impl Whole for Fragments {
+    const RECORD: usize = usb::REPORT_LEN;
+
+    fn is_whole(record: &[u8]) -> bool {
+        usb::decode(record).is_ok()
+    }
+
+    fn record(&mut self, place: &mut Place, record: &[u8], see: &mut super::See<'_>) -> Result<(), Stop> {
+        let side = self.of(place.from);
+        let Received { dropped, message } = side.message.push(Millis(0), record);
+        // What is lent by the reassembly must not wait for what is said before it.
+        let message = message.map(|message| message.map(|message| message.bytes().to_vec()));
+        if let Some(dropped) = dropped {
+            side.give_up(place, Kind::Incomplete, dropped.to_string(), see)?;
+        }
+        match message {
+            Ok(None) => {
+                side.reports.get_or_insert_with(|| (place.offset, Vec::new())).1.extend(record);
+                Ok(())
+            }
+            Ok(Some(bytes)) => {
+                if let Some((offset, _)) = side.reports.take() {
+                    place.offset = offset;
+                }
+                Kos.record(place, &bytes, see)
+            }
+            // A report that is none: the message may still go on.
+            Err(error) if side.message.held() > 0 => {
+                place.other(Self::NAME, kind_of_report(error), error.to_string(), record, see)
+            }
+            Err(error) => {
+                side.reports.get_or_insert_with(|| (place.offset, Vec::new())).1.extend(record);
+                side.give_up(place, kind_of_report(error), error.to_string(), see)
+            }
+        }
+    }
+
+    fn end(&mut self, place: &mut Place, see: &mut super::See<'_>) -> Result<(), Stop> {
+        let why = "the input ends inside a message".to_owned();
+        self.of(place.from).give_up(place, Kind::Incomplete, why, see)
     }
 }

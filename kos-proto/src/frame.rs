@@ -89,6 +89,13 @@ impl Header {
         Self { version: VERSION, len: U16::new(len), id: U16::new(id.0), kind: kind.0 }
     }
 
+    /// Its id and type as the tables write them, before the number of an action or notification.
+    #[inline]
+    const fn number(self) -> u32 {
+        let [.., id0, id1, kind]: [u8; HEADER_LEN] = zerocopy::transmute!(self);
+        u32::from_be_bytes([id0, id1, kind, 0])
+    }
+
     /// What the message is about.
     #[must_use]
     pub fn id(&self) -> MessageId {
@@ -132,23 +139,13 @@ impl<'a> Frame<'a> {
     /// # Errors
     ///
     /// [`FrameError`] says what is wrong with them.
+    #[inline]
     pub fn decode(bytes: &'a [u8]) -> Result<Self, FrameError> {
-        let have = bytes.len();
-        if let Some(&found) = bytes.first().filter(|&&version| version != VERSION) {
-            return Err(FrameError::BadVersion { found });
-        }
-        let short = FrameError::Truncated { needed: HEADER_LEN, have };
-        let (header, payload) = Header::ref_from_prefix(bytes).map_err(|_| short)?;
-        let needed = header.message_len();
-        if needed < HEADER_LEN {
-            return Err(FrameError::BadLength { found: needed });
-        }
-        if needed > have {
-            return Err(FrameError::Truncated { needed, have });
-        }
-        match have.saturating_sub(needed) {
-            0 => Ok(Self { header, payload, bytes }),
-            extra => Err(FrameError::Trailing { extra }),
+        match Header::ref_from_prefix(bytes) {
+            Ok((header, payload)) if header.version == VERSION && header.message_len() == bytes.len() => {
+                Ok(Self { header, payload, bytes })
+            }
+            _ => Err(not_one_message(bytes)),
         }
     }
 
@@ -183,11 +180,12 @@ impl<'a> Frame<'a> {
     }
 
     /// The number of the message, and its body.
+    #[inline]
     pub(crate) fn number_and_body(&self) -> Result<(u32, &'a [u8]), DecodeError> {
-        let (id, kind) = (self.id(), self.kind());
-        let Some(what) = sub_of(id, kind) else { return Ok((number(id, kind, 0), self.payload)) };
+        let number = self.header.number();
+        let Some(what) = sub_of(number) else { return Ok((number, self.payload)) };
         let (sub, body) = self.payload.split_first().ok_or(DecodeError::Truncated { what, needed: 1, have: 0 })?;
-        Ok((number(id, kind, *sub), body))
+        Ok((number | u32::from(*sub), body))
     }
 }
 
@@ -235,26 +233,45 @@ pub enum FrameError {
     },
 }
 
-/// The name of what the first byte of the body numbers, if it does.
-const fn sub_of(id: MessageId, kind: MessageType) -> Option<&'static str> {
-    match (id, kind) {
-        (MessageId::ACTION, MessageType::SET) => Some("Action"),
-        (MessageId::NOTIFICATION, MessageType::RESPONSE) => Some("Notification"),
-        _ => None,
+/// What is wrong with bytes that are not one message. Out of the way of those that are.
+#[cold]
+fn not_one_message(bytes: &[u8]) -> FrameError {
+    let have = bytes.len();
+    match (bytes, Header::ref_from_prefix(bytes)) {
+        (&[found, ..], _) if found != VERSION => FrameError::BadVersion { found },
+        (_, Err(_)) => FrameError::Truncated { needed: HEADER_LEN, have },
+        (_, Ok((header, _))) => match header.message_len() {
+            found if found < HEADER_LEN => FrameError::BadLength { found },
+            needed if needed > have => FrameError::Truncated { needed, have },
+            needed => FrameError::Trailing { extra: have.saturating_sub(needed) },
+        },
     }
 }
 
 /// The number of a message in the tables: id, type, and the number of the action or notification.
-fn number(id: MessageId, kind: MessageType, sub: u8) -> u32 {
+const fn number(id: MessageId, kind: MessageType, sub: u8) -> u32 {
     let [i0, i1] = id.0.to_be_bytes();
     u32::from_be_bytes([i0, i1, kind.0, sub])
 }
 
+/// The name of what the first byte of the body numbers, if it does.
+#[inline]
+const fn sub_of(number: u32) -> Option<&'static str> {
+    const ACTION: u32 = self::number(MessageId::ACTION, MessageType::SET, 0);
+    const NOTIFICATION: u32 = self::number(MessageId::NOTIFICATION, MessageType::RESPONSE, 0);
+    match number & !0xFF {
+        ACTION => Some("Action"),
+        NOTIFICATION => Some("Notification"),
+        _ => None,
+    }
+}
+
 /// Takes a number apart again. The last part is there where the number of an action or notification is.
+#[inline]
 pub(crate) fn parts(number: u32) -> (MessageId, MessageType, Option<(&'static str, u8)>) {
     let [i0, i1, kind, sub] = number.to_be_bytes();
     let (id, kind) = (MessageId(u16::from_be_bytes([i0, i1])), MessageType(kind));
-    (id, kind, sub_of(id, kind).map(|what| (what, sub)))
+    (id, kind, sub_of(number).map(|what| (what, sub)))
 }
 
 /// Writes a message of any id, type and payload: the way to send what has no type of its own.
@@ -273,12 +290,14 @@ pub fn encode(id: MessageId, kind: MessageType, payload: &[u8], out: &mut [u8]) 
 }
 
 /// Writes a typed message.
+#[inline]
 pub(crate) fn encode_message<'a, M: Messages<'a>>(message: &M, out: &mut [u8]) -> Result<usize, EncodeError> {
-    let (id, kind, sub) = parts(message.number());
-    if let (None, [.., unsaid @ 1..=u8::MAX]) = (sub, message.number().to_be_bytes()) {
+    let number = message.number();
+    let (id, kind, sub) = parts(number);
+    if let (None, [.., unsaid @ 1..=u8::MAX]) = (sub, number.to_be_bytes()) {
         return Err(EncodeError::OutOfRange { what: "action or note", value: unsaid.into(), min: 0, max: 0 });
     }
-    envelope(id, kind, payload_len(message), out, |place| {
+    envelope(id, kind, payload_len(number, message), out, |place| {
         let body = match (place, sub) {
             ([first, body @ ..], Some((_, sub))) => {
                 message.encode_body(body)?;
@@ -292,16 +311,18 @@ pub(crate) fn encode_message<'a, M: Messages<'a>>(message: &M, out: &mut [u8]) -
 }
 
 /// Bytes of a typed message, header included.
+#[inline]
 pub(crate) fn message_len<'a, M: Messages<'a>>(message: &M) -> usize {
-    payload_len(message).saturating_add(HEADER_LEN)
+    payload_len(message.number(), message).saturating_add(HEADER_LEN)
 }
 
-fn payload_len<'a, M: Messages<'a>>(message: &M) -> usize {
-    let (_, _, sub) = parts(message.number());
-    message.body_len().saturating_add(usize::from(sub.is_some()))
+#[inline]
+fn payload_len<'a, M: Messages<'a>>(number: u32, message: &M) -> usize {
+    message.body_len().saturating_add(usize::from(sub_of(number).is_some()))
 }
 
 /// The header, and what `payload` writes; the header last, so that a refused payload leaves nothing written.
+#[inline]
 fn envelope(
     id: MessageId,
     kind: MessageType,

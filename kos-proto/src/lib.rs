@@ -51,6 +51,9 @@
 //! # Ok::<(), kos_proto::EncodeError>(())
 //! ```
 //!
+//! A move of several motors is planned in seconds and rotations, checked, and looked at before it is played:
+//! [`trajectory`].
+//!
 //! What to say when, and what a silence means, know two machines: [`host::HostMachine`] for a client and
 //! [`device::DeviceMachine`] for a device. They are values: a step takes what happened at a moment, and gives what to
 //! send, what to tell, and when to wake. Sockets, clock and motors are the caller's.

@@ -2,8 +2,8 @@
 
 use kos_proto::lint::Context;
 use kos_proto::message::{
-    AuxInputStatus, AuxInputs, BumpPositionSpeedAcceleration, DeviceGUID, DeviceInfo, DeviceType, Empty, ErrorCode,
-    ErrorStatus, FirmwareVersion, GetNetworkInfo, Ipv4, LEDStatus, LedMode, MacAddress, MarkBeginPosition,
+    AuxInputStatus, AuxInputs, AxisKind, BumpPositionSpeedAcceleration, DeviceGUID, DeviceInfo, DeviceType, Empty,
+    ErrorCode, ErrorStatus, FirmwareVersion, GetNetworkInfo, Ipv4, LEDStatus, LedMode, MacAddress, MarkBeginPosition,
     MarkEndPosition, Motor, MotorAddress, MotorCalibrated, MotorEntry, MotorInfo, MotorInfos, MotorPlace,
     MotorPosition, MotorPresence, MotorStatus, MotorType, NetworkInfo, Normalized, OldMotorEntry, Photos,
     PlaybackDirection, PlaybackMode, PlaybackState, PlaybackStatus, ResetAxis, Rotations, RotationsPerSecond,
@@ -14,10 +14,11 @@ use kos_proto::trajectory::{
     Axis, Block, Blocks, DelayInterval, DelayMode, LoopCount, Playback, Point, Points, Segment, TimeLapse,
     TrajectoryData,
 };
-use kos_proto::{DeviceMessage, EncodeError, HostMessage};
+use kos_proto::{DeviceMessage, EncodeError, Frame, HostMessage};
 use motion_core::lint::Severity::{Error, Warning};
 use motion_core::lint::{Lints, Severity};
 use motion_core::wire::{Block16, Bool, Counted, Messages, Newer, Password, Rest};
+use proptest::prelude::*;
 
 const NOTHING: Empty<'_> = Empty { tail: &[] };
 const MOTOR: MotorAddress = MotorAddress(2);
@@ -328,6 +329,142 @@ fn moves_are_measured_by_the_motor() {
     let backward = [Motor { end_position: Rotations(-8.0), position: Rotations(-1.0), ..motor() }];
     let measured = |message: HostMessage<'_>| found(message.lint(&Context::default().with_motors(&backward)));
     assert_eq!((measured(go(-10.0, 20.0, 50.0)), measured(go(1.0, 20.0, 50.0))), (vec![], vec![(Warning, "position")]));
+}
+
+/// Decision K-M6.
+#[test]
+fn moves_are_measured_by_the_kind_of_axis() {
+    let mut known = [motor()];
+    known[0].max_max_move_speed = RotationsPerSecond(170.0);
+    known[0].max_max_acceleration = RotationsPerSecondSquared(80.0);
+    // The specification's limits, and which of the motor's own are lower: none, but for pan the acceleration.
+    for (kind, speed, acceleration, measured_speed, measured_acceleration) in [
+        (AxisKind::Slider, 165.0, 100.0, 165.0, 80.0),
+        (AxisKind::Pan, 165.0, 100.0, 165.0, 80.0),
+        (AxisKind::Tilt, 65.0, 50.0, 65.0, 50.0),
+        (AxisKind::Focus, 200.0, 50.0, 170.0, 50.0),
+        (AxisKind::Zoom, 200.0, 50.0, 170.0, 50.0),
+    ] {
+        let kinds = [(MotorAddress(1), AxisKind::Tilt), (MotorAddress(MOTOR.0 | 0x80), kind)];
+        let context = Context::default().with_kinds(&kinds);
+        for (context, speed, acceleration) in
+            [(context, speed, acceleration), (context.with_motors(&known), measured_speed, measured_acceleration)]
+        {
+            let both = |message: HostMessage<'_>| found(message.lint(&context));
+            for message in [go, bump] {
+                assert_eq!(both(message(1.0, speed, acceleration)), [], "{kind:?}");
+                let more = (Warning, "speed");
+                assert_eq!(both(message(1.0, speed + 0.1, acceleration)), [more], "{kind:?}");
+                let more = (Warning, "acceleration");
+                assert_eq!(both(message(1.0, speed, acceleration + 0.1)), [more], "{kind:?}");
+            }
+        }
+    }
+    let iris = [(MOTOR, AxisKind::Iris)];
+    assert_eq!(found(go(1.0, 1e6, 1e6).lint(&Context::default().with_kinds(&iris))), [], "nothing is said of it");
+    // What no motor is can still be compared.
+    known[0].max_max_move_speed = RotationsPerSecond(f32::NAN);
+    let tilt = [(MOTOR, AxisKind::Tilt)];
+    let context = Context::default().with_kinds(&tilt).with_motors(&known);
+    assert_eq!(found(go(1.0, 65.1, 50.0).lint(&context)), [(Warning, "speed")]);
+}
+
+/// Decision K-M5: what is reported counts between the ends of the range, what is commanded from 0.
+#[test]
+fn a_range_need_not_begin_at_0() {
+    for (begin, end) in [(2.0, 12.0), (-40.0, -30.0), (12.0, 2.0)] {
+        let range: f32 = end - begin;
+        let known = [Motor {
+            position: Rotations(begin + range * 0.5),
+            begin_position: Some(Rotations(begin)),
+            end_position: Rotations(end),
+            ..motor()
+        }];
+        let context = Context::default().with_motors(&known);
+        let commanded = |part: f32| found(go(range * part, 20.0, 50.0).lint(&context));
+        let bumped = |part: f32| found(bump(range * part, 20.0, 50.0).lint(&context));
+        let reported = |part: f32| {
+            let position = Rotations(begin + range * part);
+            let message = MotorPosition { motor_address: MOTOR, position, tail: &[] };
+            found(DeviceMessage::MotorPosition(message).lint(&context))
+        };
+        let outside = [(Warning, "position")];
+        for part in [0.0, 0.5, 1.0] {
+            assert_eq!((commanded(part), reported(part)), (vec![], vec![]), "{begin} to {end}, {part}");
+            assert_eq!(bumped(part - 0.5), [], "from the middle of {begin} to {end}");
+        }
+        for part in [-0.1, 1.1] {
+            assert_eq!((commanded(part), reported(part)), (outside.into(), outside.into()), "{begin} to {end}, {part}");
+            assert_eq!(bumped(part - 0.5), outside, "from the middle of {begin} to {end}");
+        }
+        assert_eq!(reported(1.0005), [], "a motor that rests a hair behind its end");
+    }
+    let stranger = MotorPosition { motor_address: MOTOR, position: Rotations(99.0), tail: &[] };
+    assert_eq!(device(DeviceMessage::MotorPosition(stranger)), [], "nothing is known of it");
+    let uncalibrated = [Motor { end_position: Rotations(0.0), ..motor() }];
+    let context = Context::default().with_motors(&uncalibrated);
+    assert_eq!(found(DeviceMessage::MotorPosition(stranger).lint(&context)), []);
+}
+
+fn any_float() -> impl Strategy<Value = f32> {
+    prop_oneof![any::<u32>().prop_map(f32::from_bits), -300.0_f32..300.0, Just(0.0), Just(-0.0)]
+}
+
+fn any_motor() -> impl Strategy<Value = Motor> {
+    let positions = (any_float(), proptest::option::of(any_float()), any_float());
+    (1..=10_u8, any::<bool>(), positions, (any_float(), any_float(), any_float())).prop_map(
+        |(address, fiz, (position, begin, end), (setup, play, acceleration))| Motor {
+            motor_address: MotorAddress(address | if fiz { 0x80 } else { 0 }),
+            position: Rotations(position),
+            begin_position: begin.map(Rotations),
+            end_position: Rotations(end),
+            max_max_setup_speed: RotationsPerSecond(setup),
+            max_max_move_speed: RotationsPerSecond(play),
+            max_max_acceleration: RotationsPerSecondSquared(acceleration),
+        },
+    )
+}
+
+fn any_kind() -> impl Strategy<Value = AxisKind> {
+    use AxisKind::{Focus, Iris, Pan, Slider, Tilt, Zoom};
+    proptest::sample::select(vec![Slider, Pan, Tilt, Focus, Iris, Zoom])
+}
+
+proptest! {
+    /// Safety decision 3: whatever is known of a device, one of its motors may be stopped.
+    #[test]
+    fn a_motor_of_the_device_may_always_be_stopped(
+        motors in proptest::collection::vec(any_motor(), 0..4),
+        kinds in proptest::collection::vec((1..=10_u8, any_kind()), 0..4),
+        counts_bytes: bool,
+        address in 1..=10_u8,
+        other in any_float(),
+        acceleration in any_float(),
+        minus: bool,
+    ) {
+        let kinds: Vec<_> = kinds.into_iter().map(|(address, kind)| (MotorAddress(address), kind)).collect();
+        let mut context = Context::default().with_motors(&motors).with_kinds(&kinds);
+        if counts_bytes {
+            context = context.with_byte_counts();
+        }
+        let address = motors.first().map_or(address, |motor| motor.motor_address.number());
+        let (motor_address, speed) = (MotorAddress(address), RotationsPerSecond(if minus { -0.0 } else { 0.0 }));
+        let (position, acceleration) = (Rotations(other), RotationsPerSecondSquared(acceleration));
+        let stop = SetPositionSpeedAcceleration { motor_address, position, speed, acceleration, tail: &[] };
+        let halt = BumpPositionSpeedAcceleration { motor_address, delta: position, speed, acceleration, tail: &[] };
+        let known = SetPositionSpeedAcceleration::stop(motor_address, Some(position), acceleration);
+        for message in [
+            HostMessage::SetPositionSpeedAcceleration(stop),
+            HostMessage::BumpPositionSpeedAcceleration(halt),
+            HostMessage::SetPositionSpeedAcceleration(known),
+            HostMessage::StopPlayback(NOTHING),
+        ] {
+            let mut out = [0; 20];
+            prop_assert_eq!(message.encode_checked(&context, &mut out), Ok(message.encoded_len()));
+            prop_assert_eq!(HostMessage::decode(&Frame::decode(&out[..message.encoded_len()]).unwrap()), Ok(message));
+        }
+        prop_assert_eq!(found(HostMessage::SetPositionSpeedAcceleration(known).lint(&context)), []);
+    }
 }
 
 /// Decision K-M1.

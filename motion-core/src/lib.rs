@@ -7,7 +7,8 @@
 //! - [`fixed`]: decimal numbers that travel as integers, exact in both directions;
 //! - [`lint`]: what decodes, but a strict peer would refuse, or a wise sender would not send;
 //! - [`machine`]: state machines as pure functions, and what one step of them gives;
-//! - [`time`]: milliseconds that the caller counts.
+//! - [`time`]: milliseconds that the caller counts;
+//! - [`trajectory`]: axes of several curves, sampled by time or by frame, as steps, and compared.
 //!
 //! There is no I/O here and no clock, nothing allocates unless a feature says so, and nothing panics.
 //!
@@ -91,6 +92,7 @@ pub mod profile;
 pub mod serialize;
 pub mod stream;
 pub mod time;
+pub mod trajectory;
 pub mod wire;
 
 #[doc(hidden)]

@@ -26,8 +26,10 @@
 //! - No velocity and no acceleration exceeds its limit.
 //! - No move within the limits takes less time.
 
+use crate::bezier::print::{Shown, debug_numbers};
+
 /// How fast an axis may be, how fast that may change, and how fast that may change in turn.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Limits {
     /// The greatest velocity, in units a second (of the caller's units); more than 0.
     pub velocity: f64,
@@ -53,7 +55,7 @@ pub enum ProfileError {
 }
 
 /// Where an axis is on its move, and how fast. All numbers are finite.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Default, PartialEq)]
 pub struct State {
     /// The position.
     pub position: f64,
@@ -64,7 +66,7 @@ pub struct State {
 }
 
 /// A move from one position to another, at rest before and after.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Profile {
     from: f64,
     to: f64,
@@ -78,6 +80,18 @@ pub struct Profile {
     holding: f64,
     /// How long velocity holds.
     cruising: f64,
+}
+
+debug_numbers! {
+    Limits { velocity, acceleration, jerk }
+    State { position, velocity, acceleration }
+    Profile { from, to, limits, acceleration, velocity, growing, holding, cruising }
+}
+
+impl Shown for Limits {
+    fn shown(&self) -> impl core::fmt::Debug {
+        *self
+    }
 }
 
 impl Profile {

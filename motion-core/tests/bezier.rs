@@ -199,6 +199,53 @@ fn accuracy_with_flat_and_drawn_back_handles() {
     );
 }
 
+/// A batch is as right as single times are, for handles of all kinds and times in any order.
+#[test]
+fn batches() {
+    let mut random = Random(13);
+    let steady: Vec<f64> = (0..=1000).map(|i| f64::from(i) / 1000.0).collect();
+    let film: Vec<f64> = (0..=48).map(|i| f64::from(i) / 48.0).collect();
+    let mut worst = [0.0_f64; 3];
+    for round in 0..400 {
+        let [x1, y1, x2, y2] = [(); 4].map(|()| random.next());
+        let segment = match round % 5 {
+            0 => unit(0.15 + 0.7 * x1, y1, 0.15 + 0.7 * x2, y2),
+            1 => unit(x1, y1, x2, y2),
+            2 => unit(0.001 * x1, y1, 1.0 - 0.001 * x2, y2),
+            3 => unit(1.0 - 0.001 * x1, y1, 0.001 * x2, y2),
+            _ => unit(x1, 0.0, x2, 1.0),
+        };
+        let wild: Vec<f64> = (0..100).map(|_| 1.2 * random.time() - 0.1 * random.next()).collect();
+        for times in [&steady, &film, &wild] {
+            let (mut out, mut motions) = (vec![f64::NAN; times.len()], vec![Motion::default(); times.len()]);
+            Cursor::new(segment).sample(times, &mut out);
+            Cursor::new(segment).sample_motion(times, &mut motions);
+            let mut cursor = Cursor::new(segment);
+            for (i, ((&time, position), motion)) in times.iter().zip(out).zip(motions).enumerate() {
+                let (single, moved) = (segment.at(time), cursor.at(time));
+                for found in [position, motion.position, moved.position] {
+                    worst[0] = worst[0].max((found - single.position).abs());
+                }
+                for found in [motion, moved] {
+                    assert_eq!(found.velocity.is_some(), single.velocity.is_some(), "{segment:?} at {time}");
+                    assert_eq!(found.acceleration.is_some(), single.acceleration.is_some());
+                    let off = |one: Option<f64>, other: Option<f64>| (one.unwrap_or(0.0) - other.unwrap_or(0.0)).abs();
+                    worst[1] = worst[1].max(off(found.velocity, single.velocity));
+                    worst[2] = worst[2].max(off(found.acceleration, single.acceleration));
+                }
+                if i % 50 == round % 50 && (0.0..=1.0).contains(&time) {
+                    let right = bernstein(positions(&segment), reference(&segment, time))[0].0;
+                    assert!((position - right).abs() <= 1e-13, "{segment:?} at {time}");
+                }
+            }
+        }
+    }
+    println!("{worst:?}");
+    // Batches are solved together where time runs at a sixteenth of its mean, or faster, so the errors
+    // of single rates are at most 1e-14 times 16³, and 1e-13 times 16⁵.
+    assert!(worst[0] <= 1e-13 && worst[1] <= 4e-11 && worst[2] <= 1e-7, "{worst:?}");
+}
+
 /// Where time folds the parameter belongs to the time, and none that is larger does.
 #[test]
 fn folded_time() {

@@ -38,157 +38,157 @@ messages! {
     /// What the master sends to later firmware, beyond [`crate::HostMessage`]. The numbers count as there.
     pub enum HostMessage<'a> {
         /// Command 25 of the controller.
-        0x19_00 => SendAllToStart(SendAllToStart),
+        [0, 25, 0] => SendAllToStart(SendAllToStart),
         /// Command 26 of the controller.
-        0x1A_00 => SetStartHere(SetStartHere),
+        [0, 26, 0] => SetStartHere(SetStartHere),
         /// Command 27 of the controller.
-        0x1B_00 => SetStopHere(SetStopHere),
+        [0, 27, 0] => SetStopHere(SetStopHere),
         /// Command 28 of the controller.
-        0x1C_00 => SetFrameRate(SetFrameRate),
+        [0, 28, 0] => SetFrameRate(SetFrameRate),
         /// Command 29 of the controller.
-        0x1D_00 => SwapStartAndStop(SwapStartAndStop),
+        [0, 29, 0] => SwapStartAndStop(SwapStartAndStop),
         /// Command 50 of the controller.
-        0x32_00 => SetGraffikMode(SetGraffikMode),
+        [0, 50, 0] => SetGraffikMode(SetGraffikMode),
         /// Command 51 of the controller.
-        0x33_00 => SetAppMode(SetAppMode),
+        [0, 51, 0] => SetAppMode(SetAppMode),
         /// Query 122 of the controller.
-        0x7A_00 => ManualMove(ManualMove),
+        [0, 122, 0] => ManualMove(ManualMove),
         /// Query 123 of the controller.
-        0x7B_00 => PercentDone(PercentDone),
+        [0, 123, 0] => PercentDone(PercentDone),
         /// Query 124 of the controller.
-        0x7C_00 => MotorsAttached(MotorsAttached),
+        [0, 124, 0] => MotorsAttached(MotorsAttached),
         /// Query 125 of the controller.
-        0x7D_00 => TotalTime(TotalTime),
+        [0, 125, 0] => TotalTime(TotalTime),
         /// Query 126 of the controller.
-        0x7E_00 => IsComplete(IsComplete),
+        [0, 126, 0] => IsComplete(IsComplete),
         /// Query 127 of the controller.
-        0x7F_00 => FrameRateQuery(FrameRateQuery),
+        [0, 127, 0] => FrameRateQuery(FrameRateQuery),
         /// Query 128 of the controller.
-        0x80_00 => AnyRunning(AnyRunning),
+        [0, 128, 0] => AnyRunning(AnyRunning),
         /// Query 129 of the controller.
-        0x81_00 => IsValid(IsValid),
+        [0, 129, 0] => IsValid(IsValid),
         /// Query 130 of the controller.
-        0x82_00 => MotorsAsleep(MotorsAsleep),
+        [0, 130, 0] => MotorsAsleep(MotorsAsleep),
         /// Query 134 of the controller.
-        0x86_00 => ControllerCount(ControllerCount),
+        [0, 134, 0] => ControllerCount(ControllerCount),
         /// Query 140 of the controller.
-        0x8C_00 => Status(StatusQuery),
+        [0, 140, 0] => Status(StatusQuery),
         /// Query 150 of the controller.
-        0x96_00 => GraffikMode(GraffikMode),
+        [0, 150, 0] => GraffikMode(GraffikMode),
         /// Query 200 of the controller.
-        0xC8_00 => FreeMemory(FreeMemory),
+        [0, 200, 0] => FreeMemory(FreeMemory),
         /// Command 254 of the controller.
-        0xFE_00 => SetDebugOutput(SetDebugOutput),
+        [0, 254, 0] => SetDebugOutput(SetDebugOutput),
         /// Command 255 of the controller.
-        0xFF_00 => TestYourself(TestYourself),
+        [0, 255, 0] => TestYourself(TestYourself),
 
         /// Command 25 of a motor.
-        0x19_01..=0x19_03 => MotorSetLeadOut(MotorSetLeadOut),
+        [0, 25, 1..=3] => MotorSetLeadOut(MotorSetLeadOut),
         /// Command 28 of a motor.
-        0x1C_01..=0x1C_03 => MotorFindMicrostep(MotorFindMicrostep),
+        [0, 28, 1..=3] => MotorFindMicrostep(MotorFindMicrostep),
         /// Command 29 of a motor.
-        0x1D_01..=0x1D_03 => MotorSetStartHere(MotorSetStartHere),
+        [0, 29, 1..=3] => MotorSetStartHere(MotorSetStartHere),
         /// Command 30 of a motor.
-        0x1E_01..=0x1E_03 => MotorSetStopHere(MotorSetStopHere),
+        [0, 30, 1..=3] => MotorSetStopHere(MotorSetStopHere),
         /// Command 31 of a motor.
-        0x1F_01..=0x1F_03 => MotorSendTo(MotorSendTo),
+        [0, 31, 1..=3] => MotorSendTo(MotorSendTo),
         /// Command 33 of a motor.
-        0x21_01..=0x21_03 => MotorSetEnd(MotorSetEnd),
+        [0, 33, 1..=3] => MotorSetEnd(MotorSetEnd),
         /// Command 50 of a motor.
-        0x32_01..=0x32_03 => MotorSetStopMotion(MotorSetStopMotion),
+        [0, 50, 1..=3] => MotorSetStopMotion(MotorSetStopMotion),
         /// Command 51 of a motor.
-        0x33_01..=0x33_03 => MotorStepForward(MotorStepForward),
+        [0, 51, 1..=3] => MotorStepForward(MotorStepForward),
         /// Command 52 of a motor.
-        0x34_01..=0x34_03 => MotorStepBack(MotorStepBack),
+        [0, 52, 1..=3] => MotorStepBack(MotorStepBack),
         /// Query 118 of a motor.
-        0x76_01..=0x76_03 => MotorIsValid(MotorIsValid),
+        [0, 118, 1..=3] => MotorIsValid(MotorIsValid),
         /// Query 119 of a motor.
-        0x77_01..=0x77_03 => MotorLeadOut(MotorLeadOut),
+        [0, 119, 1..=3] => MotorLeadOut(MotorLeadOut),
 
         /// Command 11 of the camera.
-        0x0B_04 => CameraSetTestMode(CameraSetTestMode),
+        [0, 11, 4] => CameraSetTestMode(CameraSetTestMode),
         /// Command 12 of the camera.
-        0x0C_04 => CameraSetKeepAlive(CameraSetKeepAlive),
+        [0, 12, 4] => CameraSetKeepAlive(CameraSetKeepAlive),
         /// Command 13 of the camera.
-        0x0D_04 => CameraSetIntervalometer(CameraSetIntervalometer),
+        [0, 13, 4] => CameraSetIntervalometer(CameraSetIntervalometer),
         /// Query 109 of the camera.
-        0x6D_04 => CameraShots(CameraShots),
+        [0, 109, 4] => CameraShots(CameraShots),
         /// Query 110 of the camera.
-        0x6E_04 => CameraTestMode(CameraTestMode),
+        [0, 110, 4] => CameraTestMode(CameraTestMode),
         /// Query 111 of the camera.
-        0x6F_04 => CameraKeepAlive(CameraKeepAlive),
+        [0, 111, 4] => CameraKeepAlive(CameraKeepAlive),
         /// Query 112 of the camera.
-        0x70_04 => CameraIntervalometer(CameraIntervalometer),
+        [0, 112, 4] => CameraIntervalometer(CameraIntervalometer),
 
         /// Command 10 of the key frames.
-        0x0A_05 => KeySetAxis(KeySetAxis),
+        [0, 10, 5] => KeySetAxis(KeySetAxis),
         /// Command 11 of the key frames.
-        0x0B_05 => KeySetCount(KeySetCount),
+        [0, 11, 5] => KeySetCount(KeySetCount),
         /// Command 12 of the key frames.
-        0x0C_05 => KeySetTime(KeySetTime),
+        [0, 12, 5] => KeySetTime(KeySetTime),
         /// Command 13 of the key frames.
-        0x0D_05 => KeySetPosition(KeySetPosition),
+        [0, 13, 5] => KeySetPosition(KeySetPosition),
         /// Command 14 of the key frames.
-        0x0E_05 => KeySetVelocity(KeySetVelocity),
+        [0, 14, 5] => KeySetVelocity(KeySetVelocity),
         /// Command 15 of the key frames.
-        0x0F_05 => KeySetUpdateRate(KeySetUpdateRate),
+        [0, 15, 5] => KeySetUpdateRate(KeySetUpdateRate),
         /// Command 16 of the key frames.
-        0x10_05 => KeyEnd(KeyEnd),
+        [0, 16, 5] => KeyEnd(KeyEnd),
         /// Command 17 of the key frames.
-        0x11_05 => KeySetVideoTime(KeySetVideoTime),
+        [0, 17, 5] => KeySetVideoTime(KeySetVideoTime),
         /// Command 20 of the key frames.
-        0x14_05 => KeyStart(KeyStart),
+        [0, 20, 5] => KeyStart(KeyStart),
         /// Command 21 of the key frames.
-        0x15_05 => KeyPause(KeyPause),
+        [0, 21, 5] => KeyPause(KeyPause),
         /// Command 22 of the key frames.
-        0x16_05 => KeyStop(KeyStop),
+        [0, 22, 5] => KeyStop(KeyStop),
         /// Command 23 of the key frames.
-        0x17_05 => KeyTakeUpBacklash(KeyTakeUpBacklash),
+        [0, 23, 5] => KeyTakeUpBacklash(KeyTakeUpBacklash),
         /// Query 99 of the key frames.
-        0x63_05 => KeyPrint(KeyPrint),
+        [0, 99, 5] => KeyPrint(KeyPrint),
         /// Query 100 of the key frames.
-        0x64_05 => KeyCount(KeyCount),
+        [0, 100, 5] => KeyCount(KeyCount),
         /// Query 101 of the key frames.
-        0x65_05 => KeyUpdateRate(KeyUpdateRate),
+        [0, 101, 5] => KeyUpdateRate(KeyUpdateRate),
         /// Query 102 of the key frames.
-        0x66_05 => KeyPositionAt(KeyPositionAt),
+        [0, 102, 5] => KeyPositionAt(KeyPositionAt),
         /// Query 103 of the key frames.
-        0x67_05 => KeyVelocityAt(KeyVelocityAt),
+        [0, 103, 5] => KeyVelocityAt(KeyVelocityAt),
         /// Query 104 of the key frames.
-        0x68_05 => KeyAccelerationAt(KeyAccelerationAt),
+        [0, 104, 5] => KeyAccelerationAt(KeyAccelerationAt),
         /// Query 105 of the key frames.
-        0x69_05 => KeyVelocityIsValid(KeyVelocityIsValid),
+        [0, 105, 5] => KeyVelocityIsValid(KeyVelocityIsValid),
         /// Query 106 of the key frames.
-        0x6A_05 => KeyAccelerationIsValid(KeyAccelerationIsValid),
+        [0, 106, 5] => KeyAccelerationIsValid(KeyAccelerationIsValid),
         /// Query 107 of the key frames.
-        0x6B_05 => KeyVideoTime(KeyVideoTime),
+        [0, 107, 5] => KeyVideoTime(KeyVideoTime),
         /// Query 120 of the key frames.
-        0x78_05 => KeyRunState(KeyRunStateQuery),
+        [0, 120, 5] => KeyRunState(KeyRunStateQuery),
         /// Query 121 of the key frames.
-        0x79_05 => KeyRunTime(KeyRunTime),
+        [0, 121, 5] => KeyRunTime(KeyRunTime),
         /// Query 122 of the key frames.
-        0x7A_05 => KeyMaxTime(KeyMaxTime),
+        [0, 122, 5] => KeyMaxTime(KeyMaxTime),
         /// Query 123 of the key frames.
-        0x7B_05 => KeyPercentDone(KeyPercentDone),
+        [0, 123, 5] => KeyPercentDone(KeyPercentDone),
         /// Query 130 of the key frames.
-        0x82_05 => KeyTimeOf(KeyTimeOf),
+        [0, 130, 5] => KeyTimeOf(KeyTimeOf),
         /// Query 131 of the key frames.
-        0x83_05 => KeyPositionOf(KeyPositionOf),
+        [0, 131, 5] => KeyPositionOf(KeyPositionOf),
         /// Query 132 of the key frames.
-        0x84_05 => KeyVelocityOf(KeyVelocityOf),
+        [0, 132, 5] => KeyVelocityOf(KeyVelocityOf),
 
         /// Broadcast 5.
-        0x1_05_00..=0x1_05_FF => BroadcastGraffikUsb(BroadcastGraffikUsb),
+        [1, 5, 0..=255] => BroadcastGraffikUsb(BroadcastGraffikUsb),
         /// Broadcast 6.
-        0x1_06_00..=0x1_06_FF => BroadcastGraffikBluetooth(BroadcastGraffikBluetooth),
+        [1, 6, 0..=255] => BroadcastGraffikBluetooth(BroadcastGraffikBluetooth),
         /// Broadcast 7.
-        0x1_07_00..=0x1_07_FF => BroadcastKeyStart(BroadcastKeyStart),
+        [1, 7, 0..=255] => BroadcastKeyStart(BroadcastKeyStart),
         /// Broadcast 8.
-        0x1_08_00..=0x1_08_FF => BroadcastKeyStop(BroadcastKeyStop),
+        [1, 8, 0..=255] => BroadcastKeyStop(BroadcastKeyStop),
         /// Broadcast 9.
-        0x1_09_00..=0x1_09_FF => BroadcastKeyPause(BroadcastKeyPause),
+        [1, 9, 0..=255] => BroadcastKeyPause(BroadcastKeyPause),
         /// Broadcast 10.
-        0x1_0A_00..=0x1_0A_FF => BroadcastGetAddress(BroadcastGetAddress),
+        [1, 10, 0..=255] => BroadcastGetAddress(BroadcastGetAddress),
     }
 }
 

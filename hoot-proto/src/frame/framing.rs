@@ -3,7 +3,7 @@
 use motion_core::stream::{self, Framing, Head, Noise};
 use zerocopy::FromBytes;
 
-use super::{BREAK, Frame, HEADER_LEN, Header, MAX_DATA, MAX_FRAME, frame_len};
+use super::{BREAK, Frame, HEADER_LEN, Header, MAX_DATA, MAX_FRAME};
 
 /// The framing for a master, or for somebody who only listens: it finds the next break, whatever lies before it.
 ///
@@ -21,10 +21,12 @@ impl<const CAP: usize> Framing for Hoot<CAP> {
     #[inline]
     fn head(bytes: &[u8]) -> Head {
         match Header::ref_from_prefix(bytes) {
-            Ok((header, _)) if header.break_ == BREAK && header.frame_len() <= Self::MAX => {
-                Head::Total(header.frame_len())
-            }
-            _ => no_frame(bytes, Self::MAX),
+            Ok((header, _)) if header.break_ == BREAK => match header.frame_len() {
+                total if total <= Self::MAX => Head::Total(total),
+                total => Head::Skip(BREAK.len(), Noise::TooLong { total, max: Self::MAX }),
+            },
+            Err(_) if bytes.iter().zip(&BREAK).all(|(byte, of_break)| byte == of_break) => Head::More(HEADER_LEN),
+            _ => Head::Skip(to_break(bytes), Noise::NoMarker),
         }
     }
 
@@ -38,19 +40,8 @@ impl<const CAP: usize> Framing for Hoot<CAP> {
     }
 }
 
-/// What begins no frame, or none yet. Out of the way of those that do.
-#[cold]
-fn no_frame(bytes: &[u8], max: usize) -> Head {
-    match bytes {
-        [0, 0, 0, 0, 0, 0xFF, _, _, _, len, ..] => {
-            Head::Skip(BREAK.len(), Noise::TooLong { total: frame_len((*len).into()), max })
-        }
-        [0, 0, 0, 0, 0, 0xFF, ..] | [0] | [0, 0] | [0, 0, 0] | [0, 0, 0, 0] | [0, 0, 0, 0, 0] => Head::More(HEADER_LEN),
-        _ => Head::Skip(to_break(bytes), Noise::NoMarker),
-    }
-}
-
 /// How many bytes lie before the next break, or before the zeros at the end that may become one.
+#[cold]
 fn to_break(bytes: &[u8]) -> usize {
     let zeros = BREAK.len().saturating_sub(1);
     bytes.windows(BREAK.len()).position(|window| window == BREAK).unwrap_or_else(|| {

@@ -85,13 +85,13 @@ impl Selector {
     /// The sub-address stands last, so that the numbers of one command for several motors lie side by side.
     #[must_use]
     pub const fn number(self) -> u32 {
-        u32::from_be_bytes([0, self.table as u8, self.command, self.sub_address])
+        u32::from_le_bytes([self.sub_address, self.command, self.table as u8, 0])
     }
 
     /// What a number means that [`number`](Self::number) gave.
     #[must_use]
     pub const fn from_number(number: u32) -> Self {
-        let [_, table, command, sub_address] = number.to_be_bytes();
+        let [sub_address, command, table, _] = number.to_le_bytes();
         let table = match table {
             1 => Table::Broadcast,
             2 => Table::Core,
@@ -101,12 +101,14 @@ impl Selector {
     }
 
     /// The same for commands of the core protocol, whose selector reaches into the data.
+    #[inline]
     pub(crate) fn split(self, data: &[u8]) -> (Self, &[u8]) {
-        match (self, data.split_first()) {
-            (Self { table: Table::Node, command: CORE_COMMAND, sub_address }, Some((&command, parameters))) => {
-                (Self { table: Table::Core, command, sub_address }, parameters)
-            }
-            _ => (self, data),
+        if self.table != Table::Node || self.command != CORE_COMMAND {
+            return (self, data);
+        }
+        match data {
+            [command, parameters @ ..] => (Self { table: Table::Core, command: *command, ..self }, parameters),
+            [] => (self, &[]),
         }
     }
 }
@@ -165,13 +167,17 @@ impl fmt::Debug for Header {
     }
 }
 
+/// The bytes of a packet.
+#[derive(PartialEq, Eq, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
+#[repr(C)]
+struct Packet {
+    header: Header,
+    data: [u8],
+}
+
 /// A whole packet: a request, or a reply. They look the same; only who sent it tells them apart.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub struct Frame<'a> {
-    header: &'a Header,
-    payload: &'a [u8],
-    bytes: &'a [u8],
-}
+pub struct Frame<'a>(&'a Packet);
 
 impl<'a> Frame<'a> {
     /// Reads bytes that are exactly one packet, with data of any length up to 255 bytes.
@@ -179,17 +185,17 @@ impl<'a> Frame<'a> {
     /// # Errors
     ///
     /// [`FrameError`] says what is wrong with them.
+    #[inline]
     pub fn decode(bytes: &'a [u8]) -> Result<Self, FrameError> {
         let have = bytes.len();
-        let (header, payload) =
-            Header::ref_from_prefix(bytes).map_err(|_| FrameError::Truncated { needed: HEADER_LEN, have })?;
-        if header.break_ != BREAK {
-            return Err(FrameError::NoBreak { found: header.break_ });
+        let packet = Packet::ref_from_bytes(bytes).map_err(|_| FrameError::Truncated { needed: HEADER_LEN, have })?;
+        if packet.header.break_ != BREAK {
+            return Err(FrameError::NoBreak { found: packet.header.break_ });
         }
-        let needed = header.frame_len();
+        let needed = packet.header.frame_len();
         match have.cmp(&needed) {
             Ordering::Less => Err(FrameError::Truncated { needed, have }),
-            Ordering::Equal => Ok(Self { header, payload, bytes }),
+            Ordering::Equal => Ok(Self(packet)),
             Ordering::Greater => Err(FrameError::Trailing { extra: have.saturating_sub(needed) }),
         }
     }
@@ -197,31 +203,31 @@ impl<'a> Frame<'a> {
     /// Its header.
     #[must_use]
     pub const fn header(&self) -> &'a Header {
-        self.header
+        &self.0.header
     }
 
     /// Who it is for.
     #[must_use]
     pub const fn address(&self) -> Address {
-        self.header.address()
+        self.0.header.address()
     }
 
     /// The part of the node that it is for; 0 in replies.
     #[must_use]
     pub const fn sub_address(&self) -> u8 {
-        self.header.sub_address()
+        self.0.header.sub_address()
     }
 
     /// The command; in replies the response code.
     #[must_use]
     pub const fn command(&self) -> u8 {
-        self.header.command()
+        self.0.header.command()
     }
 
     /// Its data.
     #[must_use]
     pub const fn payload(&self) -> &'a [u8] {
-        self.payload
+        &self.0.data
     }
 
     /// What it says as a request: what selects the command, and the parameters of that.
@@ -231,26 +237,29 @@ impl<'a> Frame<'a> {
     #[must_use]
     #[inline]
     pub fn request(&self) -> (Selector, &'a [u8]) {
-        let table = if self.address() == Address::BROADCAST { Table::Broadcast } else { Table::Node };
-        Selector { table, command: self.command(), sub_address: self.sub_address() }.split(self.payload)
+        let (command, sub_address) = (self.command(), self.sub_address());
+        if self.address() == Address::BROADCAST {
+            return (Selector { table: Table::Broadcast, command, sub_address }, self.payload());
+        }
+        Selector { table: Table::Node, command, sub_address }.split(self.payload())
     }
 
     /// All of it, from the break on.
     #[must_use]
-    pub const fn bytes(&self) -> &'a [u8] {
-        self.bytes
+    pub fn bytes(&self) -> &'a [u8] {
+        self.0.as_bytes()
     }
 }
 
 impl AsRef<[u8]> for Frame<'_> {
     fn as_ref(&self) -> &[u8] {
-        self.bytes
+        self.bytes()
     }
 }
 
 impl fmt::Debug for Frame<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Frame").field("header", self.header).field("payload", &self.payload).finish()
+        f.debug_struct("Frame").field("header", self.header()).field("payload", &self.payload()).finish()
     }
 }
 

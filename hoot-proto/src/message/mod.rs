@@ -66,249 +66,248 @@ messages! {
     /// out surplus ones. What later firmware added stands apart, in [`beyond`](crate::beyond).
     pub enum HostMessage<'a> {
         /// Nothing: command 0 of any part, which no node answers.
-        0x00_00..=0x00_FF => Noop(Noop),
+        [0, 0, 0..=255] => Noop(Noop),
 
         /// Start or resume the planned move: command 2 of the controller.
-        0x02_00 => Start(Start),
+        [0, 2, 0] => Start(Start),
         /// Pause the planned move: command 3 of the controller.
-        0x03_00 => Pause(Pause),
+        [0, 3, 0] => Pause(Pause),
         /// Stop everything: command 4 of the controller.
-        0x04_00 => Stop(Stop),
+        [0, 4, 0] => Stop(Stop),
         /// Switch the lamp for debugging: command 5 of the controller.
-        0x05_00 => ToggleDebugLed(ToggleDebugLed),
+        [0, 5, 0] => ToggleDebugLed(ToggleDebugLed),
         /// Give the time to other nodes: command 6 of the controller.
-        0x06_00 => SetTimingMaster(SetTimingMaster),
+        [0, 6, 0] => SetTimingMaster(SetTimingMaster),
         /// Give the node a name: command 7 of the controller.
-        0x07_00 => SetName(SetName),
+        [0, 7, 0] => SetName(SetName),
         /// Take another address: command 8 of the controller.
-        0x08_00 => SetAddress(SetAddress),
+        [0, 8, 0] => SetAddress(SetAddress),
         /// Step in common with other nodes: command 9 of the controller.
-        0x09_00 => SetCommonLine(SetCommonLine),
+        [0, 9, 0] => SetCommonLine(SetCommonLine),
         /// Send all motors home: command 10 of the controller.
-        0x0A_00 => ReturnHome(ReturnHome),
+        [0, 10, 0] => ReturnHome(ReturnHome),
         /// Set the greatest step rate: command 11 of the controller.
-        0x0B_00 => SetMaxStepRate(SetMaxStepRate),
+        [0, 11, 0] => SetMaxStepRate(SetMaxStepRate),
         /// Set which edge of the auxiliary input counts: command 12 of the controller.
-        0x0C_00 => SetInputEdge(SetInputEdge),
+        [0, 12, 0] => SetInputEdge(SetInputEdge),
         /// Set what the auxiliary contacts are for: command 13 of the controller.
-        0x0D_00 => SetAltModes(SetAltModes),
+        [0, 13, 0] => SetAltModes(SetAltModes),
         /// Set the dead-man of manual moves: command 14 of the controller.
-        0x0E_00 => SetManualMove(SetManualMove),
+        [0, 14, 0] => SetManualMove(SetManualMove),
         /// Set the delay of the auxiliary output before a picture: command 15 of the controller.
-        0x0F_00 => SetOutBeforeDelay(SetOutBeforeDelay),
+        [0, 15, 0] => SetOutBeforeDelay(SetOutBeforeDelay),
         /// Set the delay of the auxiliary output after a picture: command 16 of the controller.
-        0x10_00 => SetOutAfterDelay(SetOutAfterDelay),
+        [0, 16, 0] => SetOutAfterDelay(SetOutAfterDelay),
         /// Set the time of the auxiliary output before a picture: command 17 of the controller.
-        0x11_00 => SetOutBeforeTime(SetOutBeforeTime),
+        [0, 17, 0] => SetOutBeforeTime(SetOutBeforeTime),
         /// Set the time of the auxiliary output after a picture: command 18 of the controller.
-        0x12_00 => SetOutAfterTime(SetOutAfterTime),
+        [0, 18, 0] => SetOutAfterTime(SetOutAfterTime),
         /// Set the level of the auxiliary output: command 19 of the controller.
-        0x13_00 => SetOutLevel(SetOutLevel),
+        [0, 19, 0] => SetOutLevel(SetOutLevel),
         /// Set after how long the planned move is stopped: command 20 of the controller.
-        0x14_00 => SetMaxRunTime(SetMaxRunTime),
+        [0, 20, 0] => SetMaxRunTime(SetMaxRunTime),
         /// Set how long the planned move waits: command 21 of the controller.
-        0x15_00 => SetStartDelay(SetStartDelay),
+        [0, 21, 0] => SetStartDelay(SetStartDelay),
         /// Set what kind of program the planned move is: command 22 of the controller.
-        0x16_00 => SetProgramMode(SetProgramMode),
+        [0, 22, 0] => SetProgramMode(SetProgramMode),
         /// Set joystick mode: command 23 of the controller.
-        0x17_00 => SetJoystickMode(SetJoystickMode),
+        [0, 23, 0] => SetJoystickMode(SetJoystickMode),
         /// Set whether the planned move goes to and fro: command 24 of the controller.
-        0x18_00 => SetPingPong(SetPingPong),
+        [0, 24, 0] => SetPingPong(SetPingPong),
         /// Which firmware do you have? Query 100 of the controller.
-        0x64_00 => FirmwareVersion(FirmwareVersion),
+        [0, 100, 0] => FirmwareVersion(FirmwareVersion),
         /// Does the planned move run? Query 101 of the controller.
-        0x65_00 => RunStatus(RunStatus),
+        [0, 101, 0] => RunStatus(RunStatus),
         /// How long has the planned move run? Query 102 of the controller.
-        0x66_00 => RunTime(RunTime),
+        [0, 102, 0] => RunTime(RunTime),
         /// Is a picture being taken? Query 103 of the controller.
-        0x67_00 => Exposing(Exposing),
+        [0, 103, 0] => Exposing(Exposing),
         /// Are you the timing master? Query 104 of the controller.
-        0x68_00 => TimingMaster(TimingMaster),
+        [0, 104, 0] => TimingMaster(TimingMaster),
         /// What is the node called? Query 105 of the controller.
-        0x69_00 => Name(NameQuery),
+        [0, 105, 0] => Name(NameQuery),
         /// What is the greatest step rate? Query 106 of the controller.
-        0x6A_00 => MaxStepRate(MaxStepRate),
+        [0, 106, 0] => MaxStepRate(MaxStepRate),
         /// What is the supply voltage? Query 107 of the controller.
-        0x6B_00 => Voltage(Voltage),
+        [0, 107, 0] => Voltage(Voltage),
         /// What is the supply current? Query 108 of the controller.
-        0x6C_00 => Current(Current),
+        [0, 108, 0] => Current(Current),
         /// Which edge of the auxiliary input counts? Query 109 of the controller.
-        0x6D_00 => InputEdge(InputEdge),
+        [0, 109, 0] => InputEdge(InputEdge),
         /// What are the auxiliary contacts for? Query 110 of the controller.
-        0x6E_00 => AltModes(AltModes),
+        [0, 110, 0] => AltModes(AltModes),
         /// Which levels have the limit switches? Query 111 of the controller.
-        0x6F_00 => LimitSwitches(LimitSwitches),
+        [0, 111, 0] => LimitSwitches(LimitSwitches),
         /// What is the delay of the auxiliary output before a picture? Query 112 of the controller.
-        0x70_00 => OutBeforeDelay(OutBeforeDelay),
+        [0, 112, 0] => OutBeforeDelay(OutBeforeDelay),
         /// What is the delay of the auxiliary output after a picture? Query 113 of the controller.
-        0x71_00 => OutAfterDelay(OutAfterDelay),
+        [0, 113, 0] => OutAfterDelay(OutAfterDelay),
         /// What is the time of the auxiliary output before a picture? Query 114 of the controller.
-        0x72_00 => OutBeforeTime(OutBeforeTime),
+        [0, 114, 0] => OutBeforeTime(OutBeforeTime),
         /// What is the time of the auxiliary output after a picture? Query 115 of the controller.
-        0x73_00 => OutAfterTime(OutAfterTime),
+        [0, 115, 0] => OutAfterTime(OutAfterTime),
         /// What is the level of the auxiliary output? Query 116 of the controller.
-        0x74_00 => OutLevel(OutLevel),
+        [0, 116, 0] => OutLevel(OutLevel),
         /// How long does the planned move wait? Query 117 of the controller.
-        0x75_00 => StartDelay(StartDelayQuery),
+        [0, 117, 0] => StartDelay(StartDelayQuery),
         /// What kind of program is the planned move? Query 118 of the controller.
-        0x76_00 => ProgramMode(ProgramModeQuery),
+        [0, 118, 0] => ProgramMode(ProgramModeQuery),
         /// Has the power been off? Query 119 of the controller.
-        0x77_00 => PowerCycled(PowerCycled),
+        [0, 119, 0] => PowerCycled(PowerCycled),
         /// Is joystick mode on? Query 120 of the controller.
-        0x78_00 => JoystickMode(JoystickMode),
+        [0, 120, 0] => JoystickMode(JoystickMode),
         /// Does the planned move go to and fro? Query 121 of the controller.
-        0x79_00 => PingPong(PingPong),
+        [0, 121, 0] => PingPong(PingPong),
 
-        // Written out, three numbers become a jump; a range would be compared, one after another.
         /// Set whether a resting motor has no current: command 2 of a motor.
-        0x02_01 | 0x02_02 | 0x02_03 => MotorSetSleep(MotorSetSleep),
+        [0, 2, 1..=3] => MotorSetSleep(MotorSetSleep),
         /// Set whether the motor moves at all: command 3 of a motor.
-        0x03_01 | 0x03_02 | 0x03_03 => MotorSetEnable(MotorSetEnable),
+        [0, 3, 1..=3] => MotorSetEnable(MotorSetEnable),
         /// Stop one motor: command 4 of a motor.
-        0x04_01 | 0x04_02 | 0x04_03 => MotorStop(MotorStop),
+        [0, 4, 1..=3] => MotorStop(MotorStop),
         /// Set the steps that are added when the motor turns the other way: command 5 of a motor.
-        0x05_01 | 0x05_02 | 0x05_03 => MotorSetBacklash(MotorSetBacklash),
+        [0, 5, 1..=3] => MotorSetBacklash(MotorSetBacklash),
         /// Set into how many microsteps a step is divided: command 6 of a motor.
-        0x06_01 | 0x06_02 | 0x06_03 => MotorSetMicrostep(MotorSetMicrostep),
+        [0, 6, 1..=3] => MotorSetMicrostep(MotorSetMicrostep),
         /// Set the greatest speed of the motor: command 7 of a motor.
-        0x07_01 | 0x07_02 | 0x07_03 => MotorSetMaxStepSpeed(MotorSetMaxStepSpeed),
+        [0, 7, 1..=3] => MotorSetMaxStepSpeed(MotorSetMaxStepSpeed),
         /// Set which way is forward: command 8 of a motor.
-        0x08_01 | 0x08_02 | 0x08_03 => MotorSetDirection(MotorSetDirection),
+        [0, 8, 1..=3] => MotorSetDirection(MotorSetDirection),
         /// Here is home: command 9 of a motor.
-        0x09_01 | 0x09_02 | 0x09_03 => MotorSetHomeHere(MotorSetHomeHere),
+        [0, 9, 1..=3] => MotorSetHomeHere(MotorSetHomeHere),
         /// Here is the end limit: command 10 of a motor.
-        0x0A_01 | 0x0A_02 | 0x0A_03 => MotorSetEndHere(MotorSetEndHere),
+        [0, 10, 1..=3] => MotorSetEndHere(MotorSetEndHere),
         /// Go home: command 11 of a motor.
-        0x0B_01 | 0x0B_02 | 0x0B_03 => MotorSendHome(MotorSendHome),
+        [0, 11, 1..=3] => MotorSendHome(MotorSendHome),
         /// Go to the end limit: command 12 of a motor.
-        0x0C_01 | 0x0C_02 | 0x0C_03 => MotorSendToEnd(MotorSendToEnd),
+        [0, 12, 1..=3] => MotorSendToEnd(MotorSendToEnd),
         /// Set the speed of continuous runs: command 13 of a motor.
-        0x0D_01 | 0x0D_02 | 0x0D_03 => MotorSetContinuousSpeed(MotorSetContinuousSpeed),
+        [0, 13, 1..=3] => MotorSetContinuousSpeed(MotorSetContinuousSpeed),
         /// Set how quickly continuous runs gain speed: command 14 of a motor.
-        0x0E_01 | 0x0E_02 | 0x0E_03 => MotorSetContinuousAcceleration(MotorSetContinuousAcceleration),
+        [0, 14, 1..=3] => MotorSetContinuousAcceleration(MotorSetContinuousAcceleration),
         /// Move by a number of steps: command 15 of a motor.
-        0x0F_01 | 0x0F_02 | 0x0F_03 => MotorMove(MotorMove)
+        [0, 15, 1..=3] => MotorMove(MotorMove)
             or
             /// Run until told otherwise: command 15 of a motor, with no steps.
             MotorRun(MotorRun),
         /// Set where the planned move begins: command 16 of a motor.
-        0x10_01 | 0x10_02 | 0x10_03 => MotorSetProgramStart(MotorSetProgramStart),
+        [0, 16, 1..=3] => MotorSetProgramStart(MotorSetProgramStart),
         /// Set where the planned move ends: command 17 of a motor.
-        0x11_01 | 0x11_02 | 0x11_03 => MotorSetProgramStop(MotorSetProgramStop),
+        [0, 17, 1..=3] => MotorSetProgramStop(MotorSetProgramStop),
         /// Set how the planned move gains and loses speed: command 18 of a motor.
-        0x12_01 | 0x12_02 | 0x12_03 => MotorSetEasing(MotorSetEasing),
+        [0, 18, 1..=3] => MotorSetEasing(MotorSetEasing),
         /// Set how long the motor waits before its planned move: command 19 of a motor.
-        0x13_01 | 0x13_02 | 0x13_03 => MotorSetLeadIn(MotorSetLeadIn)
+        [0, 19, 1..=3] => MotorSetLeadIn(MotorSetLeadIn)
             or
             /// The same in 32 bits, for v0.35 and later: command 19 of a motor.
             MotorSetLeadInLong(MotorSetLeadInLong),
         /// Set how long the planned move takes: command 20 of a motor.
-        0x14_01 | 0x14_02 | 0x14_03 => MotorSetTravel(MotorSetTravel),
+        [0, 20, 1..=3] => MotorSetTravel(MotorSetTravel),
         /// Set how long the planned move gains speed: command 21 of a motor.
-        0x15_01 | 0x15_02 | 0x15_03 => MotorSetProgramAcceleration(MotorSetProgramAcceleration),
+        [0, 21, 1..=3] => MotorSetProgramAcceleration(MotorSetProgramAcceleration),
         /// Set how long the planned move loses speed: command 22 of a motor.
-        0x16_01 | 0x16_02 | 0x16_03 => MotorSetProgramDeceleration(MotorSetProgramDeceleration),
+        [0, 22, 1..=3] => MotorSetProgramDeceleration(MotorSetProgramDeceleration),
         /// Go to where the planned move begins: command 23 of a motor.
-        0x17_01 | 0x17_02 | 0x17_03 => MotorSendToStart(MotorSendToStart),
+        [0, 23, 1..=3] => MotorSendToStart(MotorSendToStart),
         /// Go to where the planned move ends: command 24 of a motor.
-        0x18_01 | 0x18_02 | 0x18_03 => MotorSendToStop(MotorSendToStop),
+        [0, 24, 1..=3] => MotorSendToStop(MotorSendToStop),
         /// Go on by one step of the planned move: command 25 of a motor.
-        0x19_01 | 0x19_02 | 0x19_03 => MotorStepForward(MotorStepForward),
+        [0, 25, 1..=3] => MotorStepForward(MotorStepForward),
         /// Go back by one step of the planned move: command 26 of a motor.
-        0x1A_01 | 0x1A_02 | 0x1A_03 => MotorStepBack(MotorStepBack),
+        [0, 26, 1..=3] => MotorStepBack(MotorStepBack),
         /// Forget the limits: command 27 of a motor.
-        0x1B_01 | 0x1B_02 | 0x1B_03 => MotorResetLimits(MotorResetLimits),
+        [0, 27, 1..=3] => MotorResetLimits(MotorResetLimits),
         /// Does the motor move at all? Query 100 of a motor.
-        0x64_01 | 0x64_02 | 0x64_03 => MotorEnable(MotorEnable),
+        [0, 100, 1..=3] => MotorEnable(MotorEnable),
         /// How many steps are added when the motor turns the other way? Query 101 of a motor.
-        0x65_01 | 0x65_02 | 0x65_03 => MotorBacklash(MotorBacklash),
+        [0, 101, 1..=3] => MotorBacklash(MotorBacklash),
         /// Into how many microsteps is a step divided? Query 102 of a motor.
-        0x66_01 | 0x66_02 | 0x66_03 => MotorMicrostep(MotorMicrostep),
+        [0, 102, 1..=3] => MotorMicrostep(MotorMicrostep),
         /// Which way is forward? Query 103 of a motor.
-        0x67_01 | 0x67_02 | 0x67_03 => MotorDirection(MotorDirection),
+        [0, 103, 1..=3] => MotorDirection(MotorDirection),
         /// What is the greatest speed of the motor? Query 104 of a motor.
-        0x68_01 | 0x68_02 | 0x68_03 => MotorMaxStepSpeed(MotorMaxStepSpeed),
+        [0, 104, 1..=3] => MotorMaxStepSpeed(MotorMaxStepSpeed),
         /// Where is the end limit? Query 105 of a motor.
-        0x69_01 | 0x69_02 | 0x69_03 => MotorEndLimit(MotorEndLimit),
+        [0, 105, 1..=3] => MotorEndLimit(MotorEndLimit),
         /// Where is the motor? Query 106 of a motor.
-        0x6A_01 | 0x6A_02 | 0x6A_03 => MotorPosition(MotorPosition),
+        [0, 106, 1..=3] => MotorPosition(MotorPosition),
         /// Does the motor move? Query 107 of a motor.
-        0x6B_01 | 0x6B_02 | 0x6B_03 => MotorRunning(MotorRunning),
+        [0, 107, 1..=3] => MotorRunning(MotorRunning),
         /// What is the speed of continuous runs? Query 108 of a motor.
-        0x6C_01 | 0x6C_02 | 0x6C_03 => MotorContinuousSpeed(MotorContinuousSpeed),
+        [0, 108, 1..=3] => MotorContinuousSpeed(MotorContinuousSpeed),
         /// How quickly do continuous runs gain speed? Query 109 of a motor.
-        0x6D_01 | 0x6D_02 | 0x6D_03 => MotorContinuousAcceleration(MotorContinuousAcceleration),
+        [0, 109, 1..=3] => MotorContinuousAcceleration(MotorContinuousAcceleration),
         /// How does the planned move gain and lose speed? Query 110 of a motor.
-        0x6E_01 | 0x6E_02 | 0x6E_03 => MotorEasing(MotorEasing),
+        [0, 110, 1..=3] => MotorEasing(MotorEasing),
         /// Where does the planned move begin? Query 111 of a motor.
-        0x6F_01 | 0x6F_02 | 0x6F_03 => MotorProgramStart(MotorProgramStart),
+        [0, 111, 1..=3] => MotorProgramStart(MotorProgramStart),
         /// Where does the planned move end? Query 112 of a motor.
-        0x70_01 | 0x70_02 | 0x70_03 => MotorProgramStop(MotorProgramStop),
+        [0, 112, 1..=3] => MotorProgramStop(MotorProgramStop),
         /// How long does the planned move take? Query 113 of a motor.
-        0x71_01 | 0x71_02 | 0x71_03 => MotorTravel(MotorTravel),
+        [0, 113, 1..=3] => MotorTravel(MotorTravel),
         /// How long does the motor wait before its planned move? Query 114 of a motor.
-        0x72_01 | 0x72_02 | 0x72_03 => MotorLeadIn(MotorLeadIn),
+        [0, 114, 1..=3] => MotorLeadIn(MotorLeadIn),
         /// How long does the planned move gain speed? Query 115 of a motor.
-        0x73_01 | 0x73_02 | 0x73_03 => MotorProgramAcceleration(MotorProgramAcceleration),
+        [0, 115, 1..=3] => MotorProgramAcceleration(MotorProgramAcceleration),
         /// How long does the planned move lose speed? Query 116 of a motor.
-        0x74_01 | 0x74_02 | 0x74_03 => MotorProgramDeceleration(MotorProgramDeceleration),
+        [0, 116, 1..=3] => MotorProgramDeceleration(MotorProgramDeceleration),
         /// What is the greatest speed of the planned move? Query 117 of a motor.
-        0x75_01 | 0x75_02 | 0x75_03 => MotorMaxProgramSpeed(MotorMaxProgramSpeed),
+        [0, 117, 1..=3] => MotorMaxProgramSpeed(MotorMaxProgramSpeed),
 
         /// Set whether there is a camera: command 2 of the camera.
-        0x02_04 => CameraSetEnable(CameraSetEnable),
+        [0, 2, 4] => CameraSetEnable(CameraSetEnable),
         /// Take a picture: command 3 of the camera.
-        0x03_04 => CameraExpose(CameraExpose),
+        [0, 3, 4] => CameraExpose(CameraExpose),
         /// Set how long the shutter is held: command 4 of the camera.
-        0x04_04 => CameraSetExposureTime(CameraSetExposureTime),
+        [0, 4, 4] => CameraSetExposureTime(CameraSetExposureTime),
         /// Set how long the focus is held: command 5 of the camera.
-        0x05_04 => CameraSetFocusTime(CameraSetFocusTime),
+        [0, 5, 4] => CameraSetFocusTime(CameraSetFocusTime),
         /// Set after how many pictures the program ends: command 6 of the camera.
-        0x06_04 => CameraSetMaxShots(CameraSetMaxShots),
+        [0, 6, 4] => CameraSetMaxShots(CameraSetMaxShots),
         /// Set how long to wait after a picture: command 7 of the camera.
-        0x07_04 => CameraSetExposureDelay(CameraSetExposureDelay),
+        [0, 7, 4] => CameraSetExposureDelay(CameraSetExposureDelay),
         /// Set whether the focus is held together with the shutter: command 8 of the camera.
-        0x08_04 => CameraSetFocusWithShutter(CameraSetFocusWithShutter),
+        [0, 8, 4] => CameraSetFocusWithShutter(CameraSetFocusWithShutter),
         /// Set whether the mirror goes up first: command 9 of the camera.
-        0x09_04 => CameraSetMirrorUp(CameraSetMirrorUp),
+        [0, 9, 4] => CameraSetMirrorUp(CameraSetMirrorUp),
         /// Set the time from one picture to the next: command 10 of the camera.
-        0x0A_04 => CameraSetInterval(CameraSetInterval),
+        [0, 10, 4] => CameraSetInterval(CameraSetInterval),
         /// Is there a camera? Query 100 of the camera.
-        0x64_04 => CameraEnable(CameraEnable),
+        [0, 100, 4] => CameraEnable(CameraEnable),
         /// Is the camera busy? Query 101 of the camera.
-        0x65_04 => CameraExposing(CameraExposing),
+        [0, 101, 4] => CameraExposing(CameraExposing),
         /// How long is the shutter held? Query 102 of the camera.
-        0x66_04 => CameraExposureTime(CameraExposureTime),
+        [0, 102, 4] => CameraExposureTime(CameraExposureTime),
         /// How long is the focus held? Query 103 of the camera.
-        0x67_04 => CameraFocusTime(CameraFocusTime),
+        [0, 103, 4] => CameraFocusTime(CameraFocusTime),
         /// After how many pictures does the program end? Query 104 of the camera.
-        0x68_04 => CameraMaxShots(CameraMaxShots),
+        [0, 104, 4] => CameraMaxShots(CameraMaxShots),
         /// How long is the wait after a picture? Query 105 of the camera.
-        0x69_04 => CameraExposureDelay(CameraExposureDelay),
+        [0, 105, 4] => CameraExposureDelay(CameraExposureDelay),
         /// Is the focus held together with the shutter? Query 106 of the camera.
-        0x6A_04 => CameraFocusWithShutter(CameraFocusWithShutter),
+        [0, 106, 4] => CameraFocusWithShutter(CameraFocusWithShutter),
         /// Does the mirror go up first? Query 107 of the camera.
-        0x6B_04 => CameraMirrorUp(CameraMirrorUp),
+        [0, 107, 4] => CameraMirrorUp(CameraMirrorUp),
         /// What is the time from one picture to the next? Query 108 of the camera.
-        0x6C_04 => CameraInterval(CameraInterval),
+        [0, 108, 4] => CameraInterval(CameraInterval),
 
         /// All nodes: start or resume the planned moves. Broadcast 1.
-        0x1_01_00..=0x1_01_FF => BroadcastStart(BroadcastStart),
+        [1, 1, 0..=255] => BroadcastStart(BroadcastStart),
         /// All nodes: stop everything. Broadcast 2.
-        0x1_02_00..=0x1_02_FF => BroadcastStop(BroadcastStop),
+        [1, 2, 0..=255] => BroadcastStop(BroadcastStop),
         /// All nodes: pause the planned moves. Broadcast 3.
-        0x1_03_00..=0x1_03_FF => BroadcastPause(BroadcastPause),
+        [1, 3, 0..=255] => BroadcastPause(BroadcastPause),
         /// All nodes: take this address. Broadcast 4.
-        0x1_04_00..=0x1_04_FF => BroadcastAssignAddress(BroadcastAssignAddress),
+        [1, 4, 0..=255] => BroadcastAssignAddress(BroadcastAssignAddress),
 
         /// Which version of the core protocol do you speak? Core query 1.
-        0x2_01_00..=0x2_01_FF => CoreProtocolVersion(CoreProtocolVersion),
+        [2, 1, 0..=255] => CoreProtocolVersion(CoreProtocolVersion),
         /// What are you? Core query 2.
-        0x2_02_00..=0x2_02_FF => CoreDeviceId(CoreDeviceId),
+        [2, 2, 0..=255] => CoreDeviceId(CoreDeviceId),
         /// Which version are you of? Core query 3.
-        0x2_03_00..=0x2_03_FF => CoreDeviceVersion(CoreDeviceVersion),
+        [2, 3, 0..=255] => CoreDeviceVersion(CoreDeviceVersion),
         /// Take this address: core command 4.
-        0x2_04_00..=0x2_04_FF => CoreAssignAddress(CoreAssignAddress),
+        [2, 4, 0..=255] => CoreAssignAddress(CoreAssignAddress),
     }
 }
 
@@ -319,7 +318,7 @@ messages! {
     /// to the master is `Other`: an echo, or traffic between others.
     pub enum DeviceMessage<'a> {
         /// The answer to a request.
-        0x00..=0xFF => Reply(Reply<'a>),
+        [0, 0, 0..=255] => Reply(Reply<'a>),
     }
 }
 
@@ -375,7 +374,7 @@ impl<'a> DeviceMessage<'a> {
     #[must_use]
     #[inline]
     pub fn decode(frame: &Frame<'a>) -> Self {
-        let number = u32::from_be_bytes([0, frame.address().0, frame.sub_address(), frame.command()]);
+        let number = u32::from_le_bytes([frame.command(), frame.sub_address(), frame.address().0, 0]);
         Self::decode_body(number, frame.payload()).unwrap_or_else(|_| Self::other(number, frame.payload()))
     }
 

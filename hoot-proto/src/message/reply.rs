@@ -41,12 +41,14 @@ impl<'a> Reply<'a> {
 
     /// Whether the request was done.
     #[must_use]
+    #[inline]
     pub fn is_ok(&self) -> bool {
         self.code == ResponseCode::OK
     }
 
     /// The type of its value, if it has data.
     #[must_use]
+    #[inline]
     pub fn value_type(&self) -> Option<ValueType> {
         self.data.first().copied().map(ValueType)
     }
@@ -54,6 +56,7 @@ impl<'a> Reply<'a> {
     /// Its value, read by the type in front of it; `None` if there is none, the type is unknown, or the data is longer
     /// or shorter than the type says.
     #[must_use]
+    #[inline]
     pub fn value(&self) -> Option<Value<'a>> {
         self.data.split_first().and_then(|(&value_type, bytes)| Value::new(ValueType(value_type), bytes))
     }
@@ -72,7 +75,7 @@ impl<'a> Message<'a> for Reply<'a> {
 
     #[inline]
     fn decode_as(number: u32, body: &'a [u8]) -> Result<Self, DecodeError> {
-        let [.., code] = number.to_be_bytes();
+        let [code, ..] = number.to_le_bytes();
         Ok(Self { code: ResponseCode(code), data: body })
     }
 

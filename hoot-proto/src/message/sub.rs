@@ -27,7 +27,7 @@ unit! {
 
 impl Sub for AnySubAddress {
     fn of(number: u32) -> Self {
-        let [.., sub_address] = number.to_be_bytes();
+        let [sub_address, ..] = number.to_le_bytes();
         Self(sub_address)
     }
 

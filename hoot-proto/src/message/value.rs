@@ -90,6 +90,7 @@ pub enum Value<'a> {
 impl<'a> Value<'a> {
     /// Reads a value of a type; `None` if the type is unknown, or `bytes` are more or fewer than it has.
     #[must_use]
+    #[inline]
     pub fn new(value_type: ValueType, bytes: &'a [u8]) -> Option<Self> {
         Some(match (value_type, bytes) {
             (ValueType::BYTE, &[byte]) => Self::Byte(byte),
@@ -105,6 +106,7 @@ impl<'a> Value<'a> {
 
     /// Its type.
     #[must_use]
+    #[inline]
     pub const fn value_type(&self) -> ValueType {
         match self {
             Self::Byte(_) => ValueType::BYTE,

@@ -26,6 +26,7 @@ pub(super) enum Form {
 }
 
 impl Form {
+    #[inline]
     pub(super) const fn is_taken(self, found: ValueType) -> bool {
         match self {
             Self::Byte => matches!(found, ValueType::BYTE),

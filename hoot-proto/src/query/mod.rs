@@ -168,23 +168,29 @@ pub enum ReplyError {
     },
 }
 
+#[inline]
 fn decode<'a, T: ReplyValue<'a>>(form: Form, reply: Reply<'a>) -> Result<Answer<T>, ReplyError> {
+    let value = if reply.is_ok() { reply.value() } else { None };
+    value
+        .filter(|value| form.is_taken(value.value_type()))
+        .and_then(|value| Some(Answer { value: T::from_value(value)?, value_type: value.value_type() }))
+        .ok_or_else(|| refusal(form, reply))
+}
+
+/// Why a reply does not answer a query of this form. Out of the way of those that do.
+#[cold]
+fn refusal(form: Form, reply: Reply<'_>) -> ReplyError {
     if !reply.is_ok() {
-        return Err(ReplyError::Node { code: reply.code });
+        return ReplyError::Node { code: reply.code };
     }
     let expected = form.of(Profile::default());
     let found = reply.value_type().unwrap_or(expected);
     let (need, have) = (found.size().unwrap_or(0).saturating_add(1), reply.data.len());
     if have < need {
-        return Err(ReplyError::Short { need, have });
-    }
-    match reply.value() {
-        Some(value) => Some(value)
-            .filter(|_| form.is_taken(found))
-            .and_then(T::from_value)
-            .map(|value| Answer { value, value_type: found })
-            .ok_or(ReplyError::ValueType { found, expected }),
-        None if found.size().is_some() => Err(ReplyError::Trailing { extra: have.saturating_sub(need) }),
-        None => Err(ReplyError::ValueType { found, expected }),
+        ReplyError::Short { need, have }
+    } else if have > need && found.size().is_some() {
+        ReplyError::Trailing { extra: have.saturating_sub(need) }
+    } else {
+        ReplyError::ValueType { found, expected }
     }
 }

@@ -26,6 +26,7 @@ macro_rules! queries {
         $(impl Query for $query {
             type Reply<'a> = Answer<$answer>;
 
+            #[inline]
             fn decode_reply<'a>(&self, reply: Reply<'a>) -> Result<Self::Reply<'a>, ReplyError> {
                 decode(Form::$form, reply)
             }

@@ -25,6 +25,7 @@ trait Number: Copy {
 }
 
 impl Number for u8 {
+    #[inline]
     fn from_value(value: &Value<'_>) -> Option<Self> {
         if let Value::Byte(number) = value { Some(*number) } else { None }
     }
@@ -36,6 +37,7 @@ impl Number for u8 {
 
 /// Under `INT` as well, which then has the same bits.
 impl Number for u16 {
+    #[inline]
     fn from_value(value: &Value<'_>) -> Option<Self> {
         match value {
             Value::UInt(number) => Some(*number),
@@ -51,6 +53,7 @@ impl Number for u16 {
 
 /// In fewer bits as well.
 impl Number for u32 {
+    #[inline]
     fn from_value(value: &Value<'_>) -> Option<Self> {
         match value {
             Value::Byte(number) => Some((*number).into()),
@@ -73,6 +76,7 @@ impl Number for u32 {
 
 /// Under `ULONG` as well, which then has the same bits.
 impl Number for i32 {
+    #[inline]
     fn from_value(value: &Value<'_>) -> Option<Self> {
         match value {
             Value::Long(number) => Some(*number),
@@ -88,6 +92,7 @@ impl Number for i32 {
 
 /// Under `FLOAT` or `ULONG`, with the same bits.
 impl Number for Centi<i32> {
+    #[inline]
     fn from_value(value: &Value<'_>) -> Option<Self> {
         match value {
             Value::Float(number) => Some(*number),
@@ -104,6 +109,7 @@ impl Number for Centi<i32> {
 macro_rules! numbers {
     ($($name:ident)*) => {$(
         impl<'a> ReplyValue<'a> for $name {
+            #[inline]
             fn from_value(value: Value<'a>) -> Option<Self> {
                 Number::from_value(&value).map(Self)
             }
@@ -121,6 +127,7 @@ numbers! {
 
 /// A yes or no may come as `INT` too, from builds in which it was promoted (hoot, section 2.3, query 107).
 impl<'a> ReplyValue<'a> for Bool {
+    #[inline]
     fn from_value(value: Value<'a>) -> Option<Self> {
         match value {
             Value::Byte(byte) => Some(Self(byte)),
@@ -136,6 +143,7 @@ impl<'a> ReplyValue<'a> for Bool {
 }
 
 impl<'a> ReplyValue<'a> for Text<'a> {
+    #[inline]
     fn from_value(value: Value<'a>) -> Option<Self> {
         if let Value::String(text) = value { Some(text) } else { None }
     }
@@ -148,6 +156,7 @@ impl<'a> ReplyValue<'a> for Text<'a> {
 macro_rules! pairs {
     ($($name:ident)*) => {$(
         impl<'a> ReplyValue<'a> for RingTip<$name> {
+            #[inline]
             fn from_value(value: Value<'a>) -> Option<Self> {
                 let [ring, tip] = u16::from_value(&value)?.to_be_bytes();
                 Some(Self { ring: $name(ring), tip: $name(tip) })
@@ -162,6 +171,7 @@ macro_rules! pairs {
 pairs! { AltMode Level }
 
 impl<'a> ReplyValue<'a> for SpeedOrSleep {
+    #[inline]
     fn from_value(value: Value<'a>) -> Option<Self> {
         match value {
             Value::Byte(_) => Bool::from_value(value).map(Self::Sleep),

@@ -3,18 +3,23 @@
 use motion_core::lint::{Lints, Severity};
 use motion_core::wire::{Block16, Rest};
 
-use super::{Context, LAST_MOTOR, address, common, not_negative, part_of_one, password, unknown, yes_or_no, zero};
+use super::{Context, address, common, not_negative, part_of_one, password, unknown, yes_or_no, zero};
 use crate::DeviceMessage;
 use crate::frame::VERSION;
-use crate::message::{AuxInputs, DeviceInfo, ErrorCode, ErrorStatus, MotorInfo, MotorStatus, PlaybackStatus};
+use crate::message::{
+    AuxInputs, DeviceInfo, ErrorCode, ErrorStatus, MotorAddress, MotorInfo, MotorPosition, MotorStatus, PlaybackStatus,
+    Rotations,
+};
 
 /// Bytes of a GUID (decision K-B1).
 const GUID_LEN: usize = 16;
+/// How far behind an end a motor may rest, as a part of its range.
+const OVERSHOOT: f32 = 1e-3;
 
 impl DeviceMessage<'_> {
     /// What a strict client would refuse, or a wise device would not send.
     #[must_use]
-    pub fn lint(&self, _: &Context<'_>) -> Lints {
+    pub fn lint(&self, context: &Context<'_>) -> Lints {
         let mut lints = Lints::new();
         match self {
             Self::NetworkInfo(message) => {
@@ -32,7 +37,7 @@ impl DeviceMessage<'_> {
             Self::MotorStatus(message) => motor_status(&mut lints, message),
             Self::PlaybackStatus(message) => playback_status(&mut lints, message),
             Self::ErrorStatus(message) => error_status(&mut lints, *message),
-            Self::MotorPosition(message) => address(&mut lints, message.motor_address, 1),
+            Self::MotorPosition(message) => motor_position(&mut lints, context, message),
             Self::MotorCalibrated(message) => address(&mut lints, message.motor_address, 1),
             Self::AuxInputStatus(message) => inputs(&mut lints, "status", message.status),
             Self::UnsupportedMessage(message) => echo(&mut lints, message.message),
@@ -94,12 +99,24 @@ fn playback_status(lints: &mut Lints, message: &PlaybackStatus<'_>) {
     }
 }
 
+/// Reported positions lie between the ends of the range, which need not begin at 0 as commanded ones do (decision K-M5).
+fn motor_position(lints: &mut Lints, context: &Context<'_>, message: &MotorPosition<'_>) {
+    address(lints, message.motor_address, 1);
+    let Some(motor) = context.motor(message.motor_address).filter(|motor| motor.is_calibrated()) else { return };
+    let begin = motor.begin_position.map_or(0.0, Rotations::get);
+    let (low, high) = (begin.min(motor.end_position.0), begin.max(motor.end_position.0));
+    let slack = (high - low) * OVERSHOOT;
+    if message.position.0 < low - slack || message.position.0 > high + slack {
+        lints.note(Severity::Warning, "position", "is outside the motor's range");
+    }
+}
+
 /// The address of a motor that does not exist may be any; that of no motor is 0.
 fn error_status(lints: &mut Lints, ErrorStatus { error_code, motor_address, .. }: ErrorStatus<'_>) {
     lints.named("error_code", error_code.0, error_code.name());
     if error_code != ErrorCode::BAD_MOTOR_ADDRESS {
         let least = u8::from(error_code.names_motor());
-        lints.range("motor_address", motor_address.number(), least, LAST_MOTOR);
+        lints.range("motor_address", motor_address.number(), least, MotorAddress::LAST.0);
     }
 }
 

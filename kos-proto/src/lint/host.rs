@@ -5,8 +5,8 @@ use motion_core::lint::{Lints, Severity};
 use super::{Context, address, common, not_negative, password, trajectory, unknown, yes_or_no, zero};
 use crate::HostMessage;
 use crate::message::{
-    BumpPositionSpeedAcceleration, JOG_DISTANCE, Motor, MotorAddress, PlaybackDirection, Rotations, RotationsPerSecond,
-    RotationsPerSecondSquared, Seconds, SetPositionSpeedAcceleration, TakePicture,
+    AxisKind, BumpPositionSpeedAcceleration, JOG_DISTANCE, Motor, MotorAddress, PlaybackDirection, Rotations,
+    RotationsPerSecond, RotationsPerSecondSquared, Seconds, SetPositionSpeedAcceleration, TakePicture,
 };
 
 impl HostMessage<'_> {
@@ -32,7 +32,7 @@ impl HostMessage<'_> {
                 let ascii = if context.counts_bytes { Severity::Warning } else { Severity::Error };
                 password(&mut lints, "password", message.password, ascii);
             }
-            Self::SetTrajectoryData(message) => trajectory::check(&mut lints, message),
+            Self::SetTrajectoryData(message) => trajectory::check(&mut lints, context, message),
             Self::ResetAxis(message) => {
                 motor(&mut lints, context, message.motor_address, MotorAddress::ALL.0);
             }
@@ -80,7 +80,7 @@ impl HostMessage<'_> {
 fn motor<'a>(lints: &mut Lints, context: &Context<'a>, motor: MotorAddress, least: u8) -> Option<&'a Motor> {
     address(lints, motor, least);
     lints.reserved("motor_address", motor.0, !MotorAddress(u8::MAX).number());
-    let known = context.motors.iter().find(|known| known.motor_address.number() == motor.number());
+    let known = context.motor(motor);
     if known.is_none() && !context.motors.is_empty() && motor.number() != MotorAddress::ALL.0 {
         lints.note(Severity::Error, "motor_address", "is none of the device's motors");
     }
@@ -117,7 +117,7 @@ fn go_to(lints: &mut Lints, context: &Context<'_>, message: &SetPositionSpeedAcc
     if let Some(known) = known {
         position(lints, known, message.position);
     }
-    pace(lints, known, message.speed, message.acceleration);
+    pace(lints, known, context.kind(message.motor_address), message.speed, message.acceleration);
 }
 
 fn bump(lints: &mut Lints, context: &Context<'_>, message: &BumpPositionSpeedAcceleration<'_>) {
@@ -125,7 +125,7 @@ fn bump(lints: &mut Lints, context: &Context<'_>, message: &BumpPositionSpeedAcc
     if let Some((known, from)) = known.and_then(|known| known.relative_position().map(|from| (known, from))) {
         position(lints, known, Rotations(from.0 + message.delta.0));
     }
-    pace(lints, known, message.speed, message.acceleration);
+    pace(lints, known, context.kind(message.motor_address), message.speed, message.acceleration);
 }
 
 /// A device keeps a calibrated motor in its range, and takes a jog only of one that is not (7.3, decision K-M9).
@@ -144,22 +144,37 @@ fn position(lints: &mut Lints, motor: &Motor, position: Rotations) {
     }
 }
 
-/// Speed and acceleration (decision K-N1), and the greatest ones of the motor (decision K-M6).
-fn pace(lints: &mut Lints, motor: Option<&Motor>, speed: RotationsPerSecond, acceleration: RotationsPerSecondSquared) {
-    not_negative(lints, "speed", speed.0);
-    not_negative(lints, "acceleration", acceleration.0);
-    if acceleration.0 == 0.0 {
+/// Speed and acceleration (decision K-N1), and the lower ones of what the motor and its kind of axis allow (decision
+/// K-M6).
+fn pace(
+    lints: &mut Lints,
+    motor: Option<&Motor>,
+    kind: Option<AxisKind>,
+    RotationsPerSecond(speed): RotationsPerSecond,
+    RotationsPerSecondSquared(acceleration): RotationsPerSecondSquared,
+) {
+    not_negative(lints, "speed", speed);
+    not_negative(lints, "acceleration", acceleration);
+    if acceleration == 0.0 {
         lints.note(
             Severity::Warning,
             "acceleration",
             "is 0: the motor never gets to its speed, or never comes to rest",
         );
     }
-    let Some(motor) = motor else { return };
-    if speed.0 > motor.max_max_move_speed.0 {
-        lints.note(Severity::Warning, "speed", "is more than the motor's greatest");
-    }
-    if acceleration.0 > motor.max_max_acceleration.0 {
-        lints.note(Severity::Warning, "acceleration", "is more than the motor's greatest");
+    let of_motor = motor.map(|motor| (motor.max_max_move_speed.0, motor.max_max_acceleration.0)).unzip();
+    let of_kind = (
+        kind.and_then(AxisKind::max_speed).map(RotationsPerSecond::get),
+        kind.and_then(AxisKind::max_acceleration).map(RotationsPerSecondSquared::get),
+    );
+    at_most(lints, "speed", speed, of_motor.0, of_kind.0);
+    at_most(lints, "acceleration", acceleration, of_motor.1, of_kind.1);
+}
+
+fn at_most(lints: &mut Lints, what: &'static str, number: f32, of_motor: Option<f32>, of_kind: Option<f32>) {
+    if of_motor.is_some_and(|greatest| number > greatest) {
+        lints.note(Severity::Warning, what, "is more than the motor's greatest");
+    } else if of_kind.is_some_and(|greatest| number > greatest) {
+        lints.note(Severity::Warning, what, "is more than the specification allows such an axis");
     }
 }

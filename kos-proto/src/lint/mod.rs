@@ -10,7 +10,7 @@ mod trajectory;
 use motion_core::lint::{Lints, Problem, Severity};
 use motion_core::wire::{Bool, FieldView, Fields, Other, Password, Value};
 
-use crate::message::{Motor, MotorAddress};
+use crate::message::{AxisKind, Motor, MotorAddress};
 
 /// What is known of the peer; nothing, by default.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -18,6 +18,8 @@ use crate::message::{Motor, MotorAddress};
 pub struct Context<'a> {
     /// The motors that the device has, as it said last; none where that is not known.
     pub motors: &'a [Motor],
+    /// What the motors turn, as far as somebody said it: the specification limits each kind of axis (decision K-M6).
+    pub kinds: &'a [(MotorAddress, AxisKind)],
     /// Whether the device is known to count the bytes of a text, not its characters, so that passwords need not be
     /// ASCII (decision K-T1).
     pub counts_bytes: bool,
@@ -30,15 +32,30 @@ impl<'a> Context<'a> {
         Self { motors, ..self }
     }
 
+    /// What is known, and what these motors turn.
+    #[must_use]
+    pub const fn with_kinds(self, kinds: &'a [(MotorAddress, AxisKind)]) -> Self {
+        Self { kinds, ..self }
+    }
+
     /// What is known, and that the device counts the bytes of a text.
     #[must_use]
     pub const fn with_byte_counts(self) -> Self {
         Self { counts_bytes: true, ..self }
     }
+
+    /// What the device said last of a motor.
+    pub(crate) fn motor(&self, address: MotorAddress) -> Option<&'a Motor> {
+        self.motors.iter().find(|known| known.motor_address.number() == address.number())
+    }
+
+    /// What a motor turns.
+    pub(crate) fn kind(&self, address: MotorAddress) -> Option<AxisKind> {
+        let known = self.kinds.iter().find(|(known, _)| known.number() == address.number());
+        known.map(|(_, kind)| *kind)
+    }
 }
 
-/// The greatest address of a motor (decision K-M1).
-const LAST_MOTOR: u8 = 10;
 /// Bytes of a password with which `DeviceInfo` still fits into one USB report (decision K-T4).
 const LONG_PASSWORD: usize = 32;
 
@@ -85,7 +102,7 @@ fn zero(lints: &mut Lints, what: &'static str, byte: u8) {
 
 /// A motor, from `least` on (decision K-M1).
 fn address(lints: &mut Lints, motor: MotorAddress, least: u8) {
-    lints.range("motor_address", motor.number(), least, LAST_MOTOR);
+    lints.range("motor_address", motor.number(), least, MotorAddress::LAST.0);
 }
 
 /// A password, whose length peers may count in characters, and for whom a NUL may end it (decisions K-T1, K-T2, K-T4).

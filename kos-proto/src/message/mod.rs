@@ -22,7 +22,7 @@ pub use device::{
     MacAddress, NetworkInfo, PlaybackMode, SetPassword, SoftwareID,
 };
 pub use motion_core::wire::{Empty, Other};
-pub use motor::{Motor, MotorEntry, MotorInfo, MotorInfos, OldMotorEntry};
+pub use motor::{AxisKind, Motor, MotorEntry, MotorInfo, MotorInfos, OldMotorEntry};
 pub use notification::{
     AuxInputStatus, ErrorCode, ErrorStatus, MotorCalibrated, MotorPlace, MotorPosition, MotorPresence, MotorStatus,
     MotorType, Photos, PlaybackState, PlaybackStatus, UnsupportedMessage,
@@ -149,7 +149,8 @@ macro_rules! sides {
             /// # Errors
             ///
             /// [`DecodeError`], if the body ends before the fields of its kind do. The frame itself is sound.
-            #[inline]
+            // Who matches on the message at once, as all do, then never builds it.
+            #[inline(always)]
             pub fn decode(frame: &Frame<'a>) -> Result<Self, DecodeError> {
                 let (number, body) = frame.number_and_body()?;
                 Self::decode_body(number, body)

@@ -90,6 +90,50 @@ impl Motor {
     }
 }
 
+/// What a motor turns, which nothing on the wire says: whoever built the rig knows (decision K-M6).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum AxisKind {
+    /// A carriage on rails.
+    Slider,
+    /// A head, sideways.
+    Pan,
+    /// A head, up and down.
+    Tilt,
+    /// The focus ring of a lens.
+    Focus,
+    /// The iris ring of a lens; the specification sets it no limits.
+    Iris,
+    /// The zoom ring of a lens.
+    Zoom,
+}
+
+impl AxisKind {
+    /// The greatest speed that the specification allows such an axis; `None` where it says nothing.
+    ///
+    /// A motor may have other limits, as its `MotorInfo` says: the lower ones count. Source: kOS,
+    /// `SetPositionSpeedAcceleration` and `BumpPositionSpeedAcceleration`.
+    #[must_use]
+    pub const fn max_speed(self) -> Option<RotationsPerSecond> {
+        match self {
+            Self::Slider | Self::Pan => Some(RotationsPerSecond(165.0)),
+            Self::Tilt => Some(RotationsPerSecond(65.0)),
+            Self::Focus | Self::Zoom => Some(RotationsPerSecond(200.0)),
+            Self::Iris => None,
+        }
+    }
+
+    /// The greatest acceleration that the specification allows such an axis; `None` where it says nothing.
+    #[must_use]
+    pub const fn max_acceleration(self) -> Option<RotationsPerSecondSquared> {
+        match self {
+            Self::Slider | Self::Pan => Some(RotationsPerSecondSquared(100.0)),
+            Self::Tilt | Self::Focus | Self::Zoom => Some(RotationsPerSecondSquared(50.0)),
+            Self::Iris => None,
+        }
+    }
+}
+
 // A derived one of so many fields cannot be proven free of panics.
 impl fmt::Debug for Motor {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

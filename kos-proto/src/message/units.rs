@@ -27,6 +27,8 @@ pub struct MotorAddress(pub u8);
 impl MotorAddress {
     /// All motors in `ResetAxis`, none in `ErrorStatus` and `TakePicture`.
     pub const ALL: Self = Self(0);
+    /// The last motor that a device can have (decision K-M1).
+    pub const LAST: Self = Self(10);
 
     const FIZ: u8 = 0x80;
 

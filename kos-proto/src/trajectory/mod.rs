@@ -1,340 +1,63 @@
-//! Moves: a list of blocks, each a number, a length and its data.
+//! Moves: planned in seconds and rotations, written as blocks, read back, looked at before they are played.
 //!
-//! A move is one [`Playback`] block, one [`TimeLapse`] block (zeros in a live move), and for each motor an [`Axis`]
-//! with its [`Segment`]s, Bézier curves of time and position, both from 0 to 1. Blocks are read in any order, and unknown
-//! ones are kept; whether they make a move is for [`lint`](crate::HostMessage::lint) to say.
+//! On the wire a move is a list of [`Blocks`]: one [`Playback`], one [`TimeLapse`] (zeros in a live move), and for each
+//! motor an [`Axis`] with its [`Segment`]s, Bézier curves of time and position, both from 0 to 1. They are read in any
+//! order, and unknown ones are kept.
+//!
+//! A [`Plan`] says the same as people mean it, and makes the blocks, or says what is wrong, where and how much. A
+//! [`Trajectory`] is what blocks mean: how they are [played](Play), and the [`Track`] of each motor, with its key frames,
+//! its place at any time, and what it asks of the [motor](Limits). What makes blocks a move is written once; the
+//! builder, the reader and [`lint`](crate::HostMessage::lint) ask there.
+//!
+//! ```
+//! use kos_proto::message::{MotorAddress, Normalized, Rotations, Seconds};
+//! use kos_proto::trajectory::bezier::{Ease, Key};
+//! use kos_proto::trajectory::{Delay, LiveMotion, Loop, MotorPlan, Plan, Play, Times, Trajectory, Way};
+//!
+//! // Ten seconds from rest to rest, and back, three times; to the begin at a fifth of the greatest speed.
+//! let (duration, home_speed) = (Seconds(10.0), Normalized(0.2));
+//! let repeat = Loop::Reverse(Times::new(3).expect("1 to 254"));
+//! let play = Play::Live(LiveMotion { duration, repeat, delay: Delay::For(Seconds(5.0)), home_speed });
+//! let key = |time, position| Key { time, position, arrive: Ease::Flat(0.4), leave: Ease::Flat(0.4) };
+//! let keys = [key(0.0, 4.0), key(10.0, 40.0)];
+//! let slider = MotorPlan { motor: MotorAddress(1), way: Way::Keys { range: Rotations(50.0), keys: &keys } };
+//!
+//! let mut out = [0; Plan::MAX_LEN];
+//! let data = Plan::new(play, &[slider]).encode(&mut out)?;
+//!
+//! // What a device will make of it, from the very bytes that it gets.
+//! let trajectory = Trajectory::new(&data)?;
+//! assert_eq!(trajectory.play().total_time(), Some(75.0));
+//! let track = trajectory.track(MotorAddress(1)).expect("planned").in_rotations(Rotations(50.0))?;
+//! let middle = track.at(5.0).expect("it has segments");
+//! assert!((middle.position - 22.0).abs() < 1e-5);
+//! let peaks = track.peaks().next().expect("one segment");
+//! assert!(peaks.speed.is_some_and(|speed| speed < 8.0));
+//! # Ok::<(), kos_proto::trajectory::MoveError>(())
+//! ```
+//!
+//! # What is not known
+//!
+//! No public program sends moves, so all of this follows from the specification alone: what a device does with handles
+//! outside its range, how it counts photos, how long it needs to get to the begin. Moves are small and slow at first,
+//! with a hand on the emergency stop.
 //!
 //! Source: kOS, `TrajectoryData`; decisions K-B2 and K-J1 to K-J11.
 
+mod blocks;
+mod error;
+mod limits;
+mod plan;
+mod play;
+pub(crate) mod rules;
 mod values;
+mod view;
 
-use core::fmt;
-
-use motion_core::wire::{
-    Bool, DecodeError, EncodeError, Field, FieldView, Fields, List, Message, Messages, PartKind, Row, Value, Visitor,
-    Writer, place, print, visit_tail,
-};
-use motion_core::{__message_features, message, messages};
-
-use crate::message::{MotorAddress, Normalized, PlaybackMode, Seconds};
-
+pub use blocks::{Axis, Block, BlockIter, Blocks, Playback, Segment, TimeLapse, TrajectoryData};
+pub use error::{Amount, MoveError, Place};
+pub use limits::{Excess, Limits, Peaks};
+pub use motion_core::bezier;
+pub use plan::{MotorPlan, Plan, Way};
+pub use play::{Delay, LiveMotion, Loop, Play, Style, TimeLapseMotion, Times};
 pub use values::{DelayInterval, DelayMode, LoopCount, Point, Points};
-
-message! {
-    /// How a move is played. 37 bytes; what devices do not support stands in it too, and is sent as 0 (decision K-J11).
-    pub struct Playback<'a> in BE {
-        /// Which kind of move.
-        playback_mode: PlaybackMode,
-        /// How long it takes; unused in time lapses (decision K-J10).
-        duration: Seconds,
-        /// How long a rapid way back takes; as long as `duration`, unless meant otherwise (decision K-J5).
-        rapid_reverse_duration: Seconds,
-        /// How often it goes back rapidly and starts again; not both this and the next (decision K-J4).
-        loop_after_rapid_reverse: LoopCount,
-        /// How often it is played back and starts again.
-        loop_after_reverse: LoopCount,
-        /// What it waits for before it begins.
-        delay_mode: DelayMode,
-        /// How long or until when it waits, in its raw bits.
-        delay_interval_bits: DelayInterval,
-        /// Not supported.
-        camera_roll_enabled: Bool,
-        /// Not supported.
-        camera_roll_pre_delay: Seconds,
-        /// Not supported.
-        camera_roll_post_delay: Seconds,
-        /// Not supported.
-        flash_mark_enabled: u8,
-        /// Not supported.
-        flash_mark_type: u8,
-        /// Not supported.
-        flash_mark_post_delay: Seconds,
-        /// Not supported.
-        use_external_trigger: u8,
-        /// Not supported.
-        using_lanc: u8,
-        /// How fast the motors go to where the move begins, as a part of their greatest speed (decision K-J6).
-        return_to_home_percent: Normalized,
-    }
-
-    /// How a time lapse takes its photos; all 0 in a live move. 21 bytes.
-    pub struct TimeLapse<'a> in BE {
-        /// Time between photos.
-        delay: Seconds,
-        /// How long the shutter is open.
-        exposure: Seconds,
-        /// Photos in the move.
-        move_photos: u32,
-        /// 0.
-        not_used: u8,
-        /// Photos before the move.
-        pre_move_photos: u32,
-        /// Photos behind the move.
-        post_move_photos: u32,
-    }
-
-    /// A motor of the move, and how many segments it has. 2 bytes.
-    pub struct Axis<'a> in BE {
-        /// Which motor.
-        motor_address: MotorAddress,
-        /// Its segments.
-        segment_count: u8,
-    }
-
-    /// A part of a motor's way: a Bézier curve that begins where the one before it ends. 34 bytes (decision K-J8).
-    pub struct Segment<'a> in BE {
-        /// Which motor.
-        motor_address: MotorAddress,
-        /// Which of its segments, from 0.
-        segment_number: u8,
-        /// Begin, two handles, end.
-        points: Points,
-    }
-}
-
-messages! {
-    /// A part of a move.
-    pub enum Block<'a> {
-        /// How the move is played.
-        1 => Playback(Playback<'a>),
-        /// How a time lapse takes its photos.
-        2 => TimeLapse(TimeLapse<'a>),
-        /// A motor of the move.
-        5 => Axis(Axis<'a>),
-        /// A part of a motor's way.
-        6 => Segment(Segment<'a>),
-    }
-}
-
-impl Block<'_> {
-    /// Bytes before the data: the number, and the length.
-    const HEADER_LEN: usize = 3;
-
-    /// Bytes of the block with its number and length.
-    #[must_use]
-    pub fn encoded_len(&self) -> usize {
-        self.body_len().saturating_add(Self::HEADER_LEN)
-    }
-
-    /// Writes the block with its number and length to the front of `out`, and says how many bytes it took.
-    ///
-    /// # Errors
-    ///
-    /// [`EncodeError`], if it does not fit, or is longer than its length can say. Then nothing is written.
-    pub fn encode_into(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
-        let (number, len, needed) = (self.number(), self.body_len(), self.encoded_len());
-        let range = EncodeError::OutOfRange { what: "block_id", value: number.into(), min: 0, max: 255 };
-        let long = EncodeError::TooLong { what: "block", len, max: u16::MAX.into() };
-        let small = EncodeError::BufferTooSmall { needed, have: out.len() };
-        let id = u8::try_from(number).map_err(|_| range)?;
-        let [l0, l1] = u16::try_from(len).map_err(|_| long)?.to_be_bytes();
-        let (header, data) = out.get_mut(..needed).and_then(|out| out.split_first_chunk_mut()).ok_or(small)?;
-        self.encode_body(data)?;
-        *header = [id, l0, l1];
-        Ok(needed)
-    }
-}
-
-/// Takes a block off the front of `bytes`, and gives what is behind it.
-fn split_block(bytes: &[u8]) -> Result<(Block<'_>, &[u8]), DecodeError> {
-    let short = |needed| DecodeError::Truncated { what: "TrajectoryData.blocks", needed, have: bytes.len() };
-    let (&[id, l0, l1], rest) = bytes.split_first_chunk().ok_or(short(Block::HEADER_LEN))?;
-    let len = usize::from(u16::from_be_bytes([l0, l1]));
-    let (data, rest) = rest.split_at_checked(len).ok_or(short(len.saturating_add(Block::HEADER_LEN)))?;
-    Ok((Block::decode_body(id.into(), data)?, rest))
-}
-
-/// The blocks of a move: at most 255, each of which can be decoded.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct Blocks<'a> {
-    count: u8,
-    bytes: &'a [u8],
-}
-
-impl<'a> Blocks<'a> {
-    /// Writes blocks to the front of `out`, and lends them from there.
-    ///
-    /// # Errors
-    ///
-    /// [`EncodeError`], if there are more than 255, or they do not fit, or one cannot be written.
-    pub fn encode(blocks: &[Block<'_>], out: &'a mut [u8]) -> Result<Self, EncodeError> {
-        let long = EncodeError::TooLong { what: "TrajectoryData.blocks", len: blocks.len(), max: u8::MAX.into() };
-        let count = u8::try_from(blocks.len()).map_err(|_| long)?;
-        let needed = blocks.iter().map(Block::encoded_len).fold(0, usize::saturating_add);
-        let small = EncodeError::BufferTooSmall { needed, have: out.len() };
-        let bytes = out.get_mut(..needed).ok_or(small)?;
-        let mut free = &mut *bytes;
-        for block in blocks {
-            let written = block.encode_into(free)?;
-            free = free.get_mut(written..).ok_or(small)?;
-        }
-        Ok(Self { count, bytes })
-    }
-
-    /// Takes `count` blocks off the front of `bytes`, and gives what is behind them.
-    fn split(count: u8, bytes: &'a [u8]) -> Result<(Self, &'a [u8]), DecodeError> {
-        let mut rest = bytes;
-        for _ in 0..count {
-            rest = split_block(rest)?.1;
-        }
-        let taken = bytes.get(..bytes.len().saturating_sub(rest.len())).unwrap_or(bytes);
-        Ok((Self { count, bytes: taken }, rest))
-    }
-
-    /// How many there are.
-    #[must_use]
-    pub const fn len(&self) -> usize {
-        self.count as usize
-    }
-
-    /// Whether there is none: no move.
-    #[must_use]
-    pub const fn is_empty(&self) -> bool {
-        self.count == 0
-    }
-
-    /// Them, one by one.
-    pub fn iter(&self) -> impl Iterator<Item = Block<'a>> + use<'a> {
-        let mut rest = self.bytes;
-        core::iter::from_fn(move || {
-            let (block, behind) = split_block(rest).ok()?;
-            rest = behind;
-            Some(block)
-        })
-    }
-}
-
-impl List for Blocks<'_> {
-    fn each(&self, item: &mut dyn FnMut(Value<'_>)) {
-        for block in self.iter() {
-            item(Value::Group(&NumberedBlock(block)));
-        }
-    }
-}
-
-impl fmt::Debug for Blocks<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_list().entries(self.iter()).finish()
-    }
-}
-
-/// A block with its number among the fields.
-struct NumberedBlock<'a>(Block<'a>);
-
-impl Fields for NumberedBlock<'_> {
-    fn fields(&self, visitor: &mut dyn Visitor) {
-        let id = self.0.number();
-        visitor.visit(&FieldView { name: "block_id", unit: "", value: Value::Unsigned(id.into()), text: &id });
-        self.0.fields(visitor);
-    }
-}
-
-/// A move, to be stored or as it is stored. Without blocks there is none.
-///
-/// At most some 9400 bytes; over USB it would need several reports, which the specification does not describe (decision
-/// K-U4). A device takes it without an answer. Source: kOS, `TrajectoryData`; decisions K-J1 and K-J2.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct TrajectoryData<'a> {
-    /// Its blocks.
-    pub blocks: Blocks<'a>,
-    /// Bytes behind the known fields, kept as they came.
-    pub tail: &'a [u8],
-}
-
-const fn fixed(name: &'static str, wire: &'static str, size: usize) -> Row {
-    Row { name, wire, offset: None, size, part: PartKind::Fixed, unit: "", element: &[] }
-}
-
-impl<'a> Message<'a> for TrajectoryData<'a> {
-    const LAYOUT: &'static [Row] = &place([Row {
-        part: PartKind::Counted,
-        element: &place([
-            fixed("block_id", "u8", 1),
-            Row { part: PartKind::Block16, ..fixed("data", "u16 + bytes", 2) },
-        ]),
-        ..fixed("blocks", "Block", Block::HEADER_LEN)
-    }]);
-
-    fn decode(body: &'a [u8]) -> Result<Self, DecodeError> {
-        let short = DecodeError::Truncated { what: "TrajectoryData", needed: 1, have: 0 };
-        let (&count, bytes) = body.split_first().ok_or(short)?;
-        let (blocks, tail) = Blocks::split(count, bytes)?;
-        Ok(Self { blocks, tail })
-    }
-
-    #[inline]
-    fn encoded_len(&self) -> usize {
-        self.blocks.bytes.len().saturating_add(self.tail.len()).saturating_add(1)
-    }
-
-    fn encode_into(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
-        let needed = self.encoded_len();
-        let small = EncodeError::BufferTooSmall { needed, have: out.len() };
-        let mut writer = Writer::<zerocopy::BE>::new(out.get_mut(..needed).ok_or(small)?);
-        self.blocks.count.write(&mut writer).ok_or(small)?;
-        writer.bytes(self.blocks.bytes).ok_or(small)?;
-        writer.bytes(self.tail).ok_or(small)?;
-        Ok(needed)
-    }
-}
-
-impl Fields for TrajectoryData<'_> {
-    fn fields(&self, visitor: &mut dyn Visitor) {
-        let (count, blocks) = (&self.blocks.count, &self.blocks);
-        visitor.visit(&FieldView { name: "block_count", unit: "", value: count.value(), text: count });
-        visitor.visit(&FieldView {
-            name: "blocks",
-            unit: "",
-            value: Value::List(blocks),
-            text: &print::ListText(blocks),
-        });
-        visit_tail(self.tail, visitor);
-    }
-}
-
-__message_features! { 'a [TrajectoryData<'a>] TrajectoryData }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const AXIS: Block<'_> = Block::Axis(Axis { motor_address: MotorAddress(1), segment_count: 0, tail: &[] });
-
-    #[test]
-    fn blocks_are_written_one_behind_the_other() {
-        let mut out = [0xa5; 16];
-        let blocks = Blocks::encode(&[AXIS, Block::other(3, b"xy")], &mut out).unwrap();
-        assert_eq!((blocks.len(), blocks.is_empty()), (2, false));
-        assert!(blocks.iter().eq([AXIS, Block::other(3, b"xy")]));
-        let message = TrajectoryData { blocks, tail: &[9] };
-        let mut body = [0; 12];
-        assert_eq!(message.encode_into(&mut body), Ok(12));
-        assert_eq!(body, *b"\x02\x05\0\x02\x01\0\x03\0\x02xy\x09");
-        assert_eq!(TrajectoryData::decode(&body), Ok(message));
-    }
-
-    #[test]
-    fn what_cannot_be_written_is_refused() {
-        let mut out = [0; 2048];
-        let many = Blocks::encode(&[AXIS; 256], &mut out);
-        assert_eq!(many, Err(EncodeError::TooLong { what: "TrajectoryData.blocks", len: 256, max: 255 }));
-        let small = Blocks::encode(&[AXIS; 2], &mut out[..9]);
-        assert_eq!(small, Err(EncodeError::BufferTooSmall { needed: 10, have: 9 }));
-        let number = Blocks::encode(&[Block::other(256, &[])], &mut out);
-        assert_eq!(number, Err(EncodeError::OutOfRange { what: "block_id", value: 256, min: 0, max: 255 }));
-        let long = Block::other(3, &std::vec![0; 65_536]).encode_into(&mut std::vec![0; 65_539]);
-        assert_eq!(long, Err(EncodeError::TooLong { what: "block", len: 65_536, max: 65_535 }));
-    }
-
-    #[test]
-    fn errors_say_which_block_lacks_how_much() {
-        let short = TrajectoryData::decode(&[1, 1, 0, 36, 0]);
-        assert_eq!(short, Err(DecodeError::Truncated { what: "TrajectoryData.blocks", needed: 39, have: 4 }));
-        let mut body = [0; 40];
-        body[..4].copy_from_slice(&[1, 1, 0, 36]);
-        let playback = DecodeError::Truncated { what: "Playback", needed: 37, have: 36 };
-        assert_eq!(TrajectoryData::decode(&body), Err(playback));
-        let none = DecodeError::Truncated { what: "TrajectoryData", needed: 1, have: 0 };
-        assert_eq!(TrajectoryData::decode(&[]), Err(none));
-    }
-}
+pub use view::{Track, Trajectory};

@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use motion_core::bezier::{self, OutOfRange};
 use motion_core::wire::{Field, List, Reader, Value, Writer, print};
 use motion_core::{__newtype, open_enum};
 use zerocopy::ByteOrder;
@@ -65,6 +66,15 @@ impl DelayInterval {
         Self(seconds)
     }
 
+    /// Seconds since 1970 as IEEE number, rounded to 128 seconds, for [`DelayMode::UNTIL`].
+    ///
+    /// Only for a device that is known to read it so: one that reads an integer starts at once (safety decision 5).
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "that is what this form of it costs")]
+    pub const fn from_unix_time_as_float(seconds: u32) -> Self {
+        Self((seconds as f32).to_bits())
+    }
+
     /// The time, under [`DelayMode::INTERVAL`].
     #[must_use]
     pub const fn seconds(self) -> Seconds {
@@ -115,6 +125,12 @@ impl Point {
     }
 }
 
+impl fmt::Display for Point {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        print::ListText(self).fmt(f)
+    }
+}
+
 impl List for Point {
     fn each(&self, item: &mut dyn FnMut(Value<'_>)) {
         item(self.time.value());
@@ -126,6 +142,17 @@ impl List for Point {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[repr(transparent)]
 pub struct Points(pub [Point; 4]);
+
+impl Points {
+    /// The curve through them, in parts of the move and of the motor's range.
+    ///
+    /// # Errors
+    ///
+    /// [`OutOfRange`], if a number is infinite or none at all.
+    pub fn curve(&self) -> Result<bezier::Segment, OutOfRange> {
+        bezier::Segment::from_f32(self.0.map(|point| [point.time.0, point.position.0]))
+    }
+}
 
 impl List for Points {
     fn each(&self, item: &mut dyn FnMut(Value<'_>)) {

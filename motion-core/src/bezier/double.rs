@@ -1,7 +1,7 @@
 //! Sums and products with twice the digits of `f64`, for residuals where time nearly stands still.
 
 /// The unevaluated sum of a number and what rounding left over.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub(super) struct Double {
     pub(super) high: f64,
     low: f64,
@@ -50,4 +50,33 @@ fn halves(a: f64) -> (f64, f64) {
     let scaled = SPLITTER * a;
     let upper = scaled - (scaled - a);
     (upper, a - upper)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TINY: f64 = f64::EPSILON * f64::EPSILON;
+
+    fn parts(double: Double) -> (f64, f64) {
+        (double.high, double.low)
+    }
+
+    #[test]
+    fn sums_keep_what_rounding_drops() {
+        assert_eq!(parts(Double::sum(1.0, TINY)), (1.0, TINY));
+        assert_eq!(parts(Double::sum(TINY, 1.0)), (1.0, TINY));
+        let third = Double::difference(1.0, TINY);
+        assert_eq!(parts(third.plus(Double::sum(1.0, 3.0 * TINY))), (2.0, 2.0 * TINY));
+        assert_eq!(parts(third.minus(Double::difference(1.0, 0.0))), (-TINY, 0.0));
+    }
+
+    #[test]
+    fn products_are_exact() {
+        // (1 + e)² = 1 + 2e + e²
+        let near_one = 1.0 + f64::EPSILON;
+        assert_eq!(parts(Double::product(near_one, near_one)), (1.0 + 2.0 * f64::EPSILON, TINY));
+        assert_eq!(parts(Double::sum(1.0, TINY).times(3.0)), (3.0, 3.0 * TINY));
+        assert_eq!(parts(Double::product(0.1, 10.0)), (1.0, 2.0_f64.powi(-54)));
+    }
 }

@@ -1,9 +1,12 @@
 //! Key frames: how people give a curve.
 
+use core::fmt;
+
+use super::print::{Shown, debug_numbers};
 use super::{OutOfRange, Point, Segment};
 
 /// How an axis leaves a key frame, or arrives at it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub enum Ease {
     /// Straight for the other key frame: the handle lies a third of the way there.
     Linear,
@@ -25,8 +28,24 @@ impl Ease {
     }
 }
 
+impl fmt::Debug for Ease {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Linear => f.write_str("Linear"),
+            Self::Flat(part) => f.debug_tuple("Flat").field(&part.shown()).finish(),
+            Self::Handle(apart) => f.debug_tuple("Handle").field(apart).finish(),
+        }
+    }
+}
+
+impl Shown for Ease {
+    fn shown(&self) -> impl fmt::Debug {
+        *self
+    }
+}
+
 /// A key frame: where the axis is at a time, and how it gets there and on.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Key {
     /// The time.
     pub time: f64,
@@ -37,6 +56,8 @@ pub struct Key {
     /// How the axis leaves, if a segment starts here.
     pub leave: Ease,
 }
+
+debug_numbers! { Key { time, position, arrive, leave } }
 
 impl Key {
     fn point(&self) -> Point {
@@ -67,5 +88,29 @@ impl Segment {
             Ease::Handle(Point::new(handle.time - key.time, handle.position - key.position))
         };
         (Key { leave: apart(leave, first), ..key(first) }, Key { arrive: apart(arrive, last), ..key(last) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn handles() {
+        let (here, there) = (Point::new(2.0, 1.0), Point::new(5.0, 7.0));
+        assert!(Ease::Linear.handle(here, there).within(1e-15, Point::new(3.0, 3.0)));
+        assert_eq!(Ease::Flat(0.5).handle(here, there), Point::new(3.5, 1.0));
+        // Arriving, the other key frame is the earlier one.
+        assert_eq!(Ease::Flat(0.5).handle(there, here), Point::new(3.5, 7.0));
+        assert_eq!(Ease::Handle(Point::new(-1.0, 0.5)).handle(there, here), Point::new(4.0, 7.5));
+    }
+
+    #[test]
+    fn beyond_the_segment_it_goes_on_straight() {
+        let handle = |time| Ease::Handle(Point::new(time, 0.0));
+        let from = Key { time: 0.0, position: 0.0, arrive: Ease::Flat(0.1), leave: handle(0.25) };
+        let to = Key { time: 1.0, position: 1.0, arrive: handle(-0.5), leave: Ease::Flat(0.1) };
+        let (first, last) = Segment::between(&from, &to).unwrap().keys();
+        assert_eq!((first, last), (Key { arrive: Ease::Linear, ..from }, Key { leave: Ease::Linear, ..to }));
     }
 }

@@ -44,7 +44,9 @@ mod cubic;
 mod cursor;
 mod double;
 mod key;
+mod near;
 mod peaks;
+pub(crate) mod print;
 mod view;
 
 use double::Double;
@@ -54,7 +56,7 @@ pub use cursor::Cursor;
 pub use key::{Ease, Key};
 
 /// A control point.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Default, PartialEq)]
 pub struct Point {
     /// The time, in the caller's unit.
     pub time: f64,
@@ -84,7 +86,7 @@ impl Point {
 }
 
 /// Where an axis is at a time, and how fast. All numbers are finite.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Default, PartialEq)]
 pub struct Motion {
     /// The position.
     pub position: f64,
@@ -100,6 +102,11 @@ impl Motion {
     const fn resting(position: f64) -> Self {
         Self { position, velocity: Some(0.0), acceleration: Some(0.0) }
     }
+}
+
+print::debug_numbers! {
+    Point { time, position }
+    Motion { position, velocity, acceleration }
 }
 
 /// A coordinate of a control point is not a number, or larger than 1e75 either way.
@@ -188,10 +195,7 @@ impl Segment {
     /// A time that is not a number is taken as one before the start.
     #[must_use]
     pub fn position(&self, time: f64) -> f64 {
-        match self.locate(time) {
-            Place::On(view, u) => view.position(u),
-            Place::Beside(point) => point.position,
-        }
+        self.locate(time).position()
     }
 
     /// Position, velocity and acceleration at a time; outside the segment the axis rests.
@@ -201,10 +205,7 @@ impl Segment {
     /// on average, velocity is right within 1e-14 times `n³`, and acceleration within 1e-13 times `n⁵`.
     #[must_use]
     pub fn at(&self, time: f64) -> Motion {
-        match self.locate(time) {
-            Place::On(view, u) => view.motion(u),
-            Place::Beside(point) => Motion::resting(point.position),
-        }
+        self.locate(time).motion()
     }
 
     /// The curve parameter that belongs to a time: 0 at the start and before, 1 at the end and after.
@@ -212,10 +213,7 @@ impl Segment {
     /// Where time folds back it is the largest of the parameters that do.
     #[must_use]
     pub fn parameter(&self, time: f64) -> f64 {
-        match self.locate(time) {
-            Place::On(view, u) => view.forwards(u),
-            Place::Beside(_) => f64::from(time > self.start() || self.duration() == 0.0),
-        }
+        self.locate(time).parameter()
     }
 
     /// Whether time runs backwards anywhere, so that some times have three positions.
@@ -287,10 +285,10 @@ impl Segment {
     fn locate(&self, time: f64) -> Place {
         let [first, _, _, last] = self.points;
         if self.duration() == 0.0 || time > last.time {
-            return Place::Beside(last);
+            return Place::After(last);
         }
         if time < first.time || time.is_nan() {
-            return Place::Beside(first);
+            return Place::Before(first);
         }
         let (passed, left) = (time - first.time, last.time - time);
         if passed <= left {
@@ -307,10 +305,36 @@ impl Segment {
 
 /// Where a time is.
 enum Place {
+    /// Before the curve: at its first end point.
+    Before(Point),
     /// On the curve, at a parameter counted from the nearer end.
     On(View, f64),
-    /// Before or after it: at an end point.
-    Beside(Point),
+    /// After the curve: at its last end point.
+    After(Point),
+}
+
+impl Place {
+    fn position(&self) -> f64 {
+        match self {
+            Self::On(view, u) => view.position(*u),
+            Self::Before(end) | Self::After(end) => end.position,
+        }
+    }
+
+    fn motion(&self) -> Motion {
+        match self {
+            Self::On(view, u) => view.motion(*u),
+            Self::Before(end) | Self::After(end) => Motion::resting(end.position),
+        }
+    }
+
+    fn parameter(&self) -> f64 {
+        match self {
+            Self::Before(_) => 0.0,
+            Self::On(view, u) => view.forwards(*u),
+            Self::After(_) => 1.0,
+        }
+    }
 }
 
 impl TryFrom<[[f32; 2]; 4]> for Segment {

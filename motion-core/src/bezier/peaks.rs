@@ -80,3 +80,39 @@ fn quadratic_of_acceleration(view: &View) -> [f64; 3] {
     let (x, y) = (&view.clock.cubic, &view.position);
     [3.0 * (y.a * x.b - y.b * x.a), 3.0 * (y.a * x.c - y.c * x.a), y.b * x.c - y.c * x.b]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bezier::Point;
+
+    fn unit(x1: f64, y1: f64, x2: f64, y2: f64) -> Segment {
+        Segment::new([Point::ZERO, Point::new(x1, y1), Point::new(x2, y2), Point::new(1.0, 1.0)]).unwrap()
+    }
+
+    #[test]
+    fn cubic_terms_cancel() {
+        // x = u and y = 3u² - 2u³: y'' x' - y' x'' is 6 - 12u, halved.
+        let [a, b, c] = quadratic_of_acceleration(&View::from_start(&unit(1.0 / 3.0, 0.0, 2.0 / 3.0, 1.0)));
+        assert!(a.abs() < 1e-14 && (b + 6.0).abs() < 1e-14 && (c - 3.0).abs() < 1e-14, "{a} {b} {c}");
+    }
+
+    #[test]
+    fn without_limit() {
+        // A vertical tangent inside, and time that folds.
+        for segment in [unit(1.0, 0.2, 0.0, 0.8), unit(1.5, 0.2, -0.5, 0.8)] {
+            assert_eq!((segment.peak_velocity(), segment.peak_acceleration()), (None, None));
+        }
+        // A handle drawn back: velocity has a limit, acceleration has none.
+        let drawn = unit(0.0, 0.0, 0.5, 1.0);
+        assert!(drawn.peak_velocity().is_some());
+        assert_eq!(drawn.peak_acceleration(), None);
+    }
+
+    #[test]
+    fn range_of_a_wave() {
+        // Both turns lie inside the time, and outside of what the ends span.
+        let (least, most) = unit(0.3, 4.0, 0.7, -3.0).range();
+        assert!((-0.3..-0.25).contains(&least) && (1.25..1.3).contains(&most), "{least} {most}");
+    }
+}

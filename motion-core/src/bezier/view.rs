@@ -5,7 +5,7 @@ use super::double::Double;
 use super::{Motion, Segment};
 
 /// Both coordinates, measured from one end point; from the last one, time runs backwards.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub(super) struct View {
     pub(super) clock: Clock,
     pub(super) position: Cubic,
@@ -87,5 +87,27 @@ impl View {
         } else {
             (None, None)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bezier::Point;
+
+    #[test]
+    fn both_ends_see_the_same() {
+        let at = Point::new;
+        let segment = Segment::new([at(1.0, 5.0), at(1.5, 5.0), at(2.0, 8.0), at(3.0, 9.0)]).unwrap();
+        let (start, end) = (View::from_start(&segment), View::from_end(&segment));
+        for u in [0.0, 0.25, 0.5, 1.0] {
+            let (one, other) = (start.motion(u), end.motion(1.0 - u));
+            let near = |one: f64, other: f64| (one - other).abs() < 1e-13;
+            assert!(near(one.position, other.position), "{one:?} {other:?}");
+            assert!(near(one.velocity.unwrap(), other.velocity.unwrap()), "{one:?} {other:?}");
+            assert!(near(one.acceleration.unwrap(), other.acceleration.unwrap()), "{one:?} {other:?}");
+            assert_eq!((start.forwards(u), end.forwards(1.0 - u)), (u, u));
+        }
+        assert_eq!((start.position(0.0), end.position(0.0)), (5.0, 9.0));
     }
 }

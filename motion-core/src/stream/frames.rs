@@ -36,8 +36,8 @@ pub struct Frames<F: Framing, const N: usize> {
 
 /// What the bytes from some place on turn out to be, and how long it is.
 enum Found {
+    /// As many bytes as its header says, sound or not.
     Frame(usize),
-    Corrupt(usize),
     Noise(usize, Noise),
     Fatal(Fatal),
     /// Perhaps a frame: this many bytes in all will tell more.
@@ -164,52 +164,88 @@ impl<F: Framing, const N: usize> Frames<F, N> {
     }
 
     /// What [`next`](Self::next) does once there is something to look at.
+    ///
+    /// Nearly all looks find a frame, or the beginning of one. These stay here, where no answer is built in memory and no
+    /// register has to be saved: that makes short frames twice as fast. All else is out of line.
     #[inline(never)]
     fn look(&mut self) -> Option<Item<'_, F::Frame<'_>, F::Header>> {
-        let (known, why) = self.skip;
-        match if known > 0 { Found::Noise(known, why) } else { self.judge(self.start) } {
-            Found::Frame(len) => {
+        if self.skip.0 > 0 {
+            return self.look_closely();
+        }
+        let (from, reach) = (self.start, self.reach());
+        let bytes = self.buf.get(from..reach)?;
+        match F::head(bytes) {
+            Head::Total(len @ 1..) if len <= bytes.len() => {
+                if !self.memo.verify(self.buf.get(..reach).unwrap_or_default(), from, len) {
+                    return self.corrupt(len);
+                }
+                // Borrowed anew, to be lent; neither bounds nor header are looked at again, the optimiser knows them.
+                let bytes = self.buf.get(from..reach).and_then(|bytes| bytes.get(..len)).unwrap_or_default();
+                let item = F::frame(bytes).map_or(Item::Noise { bytes, why: Noise::Refused }, Item::Frame);
                 self.episode = false;
                 self.resync = false;
-                let bytes = self.take(len);
-                Some(F::frame(bytes).map_or(Item::Noise { bytes, why: Noise::Refused }, Item::Frame))
+                self.start = from.wrapping_add(len);
+                self.wake = self.start.wrapping_add(1);
+                Some(item)
+            }
+            Head::Total(need) | Head::More(need) if need > bytes.len() && need <= F::MAX && !self.cut_off() => {
+                self.wake = from.wrapping_add(need);
+                None
+            }
+            _ => self.look_closely(),
+        }
+    }
+
+    /// Looks at what is no frame, nor the beginning of one that may still come.
+    #[cold]
+    #[inline(never)]
+    fn look_closely(&mut self) -> Option<Item<'_, F::Frame<'_>, F::Header>> {
+        let (known, why) = self.skip;
+        match if known > 0 { Found::Noise(known, why) } else { self.judge(self.start) } {
+            Found::Noise(len, why) => {
+                let run = self.run_on(len, why);
+                Some(Item::Noise { bytes: self.take(run), why })
             }
             Found::Open(need) => {
                 self.wake = self.start.saturating_add(need);
                 None
             }
-            Found::Noise(len, why) => {
-                let run = self.run_on(len, why);
-                Some(Item::Noise { bytes: self.take(run), why })
-            }
-            Found::Corrupt(len) => {
-                self.episode = true;
-                let bytes = self.buf.get(self.start..self.reach()).unwrap_or_default();
-                let (header, lost) = (F::header(bytes), F::give_up(bytes).max(1).min(len));
-                let bytes = self.take(lost);
-                Some(match header {
-                    Some(header) => Item::Corrupt { header, why: Corrupt::Checksum { len }, bytes },
-                    None => Item::Noise { bytes, why: Noise::Checksum },
-                })
-            }
             Found::Fatal(why) => Some(Item::Fatal(why)),
+            Found::Frame(len) => self.corrupt(len),
         }
     }
 
-    /// Judges the bytes from `at` on.
+    /// Reports a whole frame of `len` bytes that does not verify: once an episode as that, and else as noise.
+    #[cold]
+    #[inline(never)]
+    #[expect(clippy::unnecessary_wraps, reason = "it writes the answer of its callers, which do nothing more")]
+    fn corrupt(&mut self, len: usize) -> Option<Item<'_, F::Frame<'_>, F::Header>> {
+        let bytes = self.buf.get(self.start..self.reach()).unwrap_or_default();
+        let (header, lost) = (F::header(bytes), F::give_up(bytes));
+        if self.episode {
+            let run = self.run_on(lost, Noise::Checksum);
+            return Some(Item::Noise { bytes: self.take(run), why: Noise::Checksum });
+        }
+        self.episode = true;
+        let bytes = self.take(lost.max(1).min(len));
+        Some(match header {
+            Some(header) => Item::Corrupt { header, why: Corrupt::Checksum { len }, bytes },
+            None => Item::Noise { bytes, why: Noise::Checksum },
+        })
+    }
+
+    /// Judges the bytes from `at` on, of which there is at least one.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "the large answer is never built in memory: a third faster")]
+    #[expect(clippy::inline_always, reason = "the large answer is never built in memory: floods cost a third less")]
     fn judge(&mut self, at: usize) -> Found {
         let filled = self.buf.get(..self.reach()).unwrap_or_default();
         let bytes = filled.get(at..).unwrap_or_default();
         match F::head(bytes) {
             Head::Total(len @ 1..) if len <= bytes.len() => {
-                if self.memo.verify(filled, at, len) {
+                if self.memo.verify(filled, at, len) || !self.episode {
                     Found::Frame(len)
-                } else if self.episode {
-                    Found::Noise(F::give_up(bytes), Noise::Checksum)
                 } else {
-                    Found::Corrupt(len)
+                    Found::Noise(F::give_up(bytes), Noise::Checksum)
                 }
             }
             Head::Total(_) | Head::More(_) if self.cut_off() => Found::Noise(F::give_up(bytes), Noise::CutOff),
@@ -280,9 +316,11 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         if held > start {
             return;
         }
-        if let Some((to, from)) = self.buf.split_at_mut_checked(start) {
-            if let (Some(to), Some(from)) = (to.get_mut(..held), from.get(..held)) {
-                to.copy_from_slice(from);
+        if held > 0 {
+            if let Some((to, from)) = self.buf.split_at_mut_checked(start) {
+                if let (Some(to), Some(from)) = (to.get_mut(..held), from.get(..held)) {
+                    to.copy_from_slice(from);
+                }
             }
         }
         self.work = self.work.wrapping_add(held);

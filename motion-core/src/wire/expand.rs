@@ -177,6 +177,18 @@ messages! {
     }
 }
 
+messages! {
+    /// Told apart byte by byte.
+    pub enum Bytewise<'a> {
+        [0, 2, 0] => Go(Empty<'a>),
+        [0, 2, 1..=3] => Exact(Exact)
+            or
+            /// What has another length.
+            Inexact(Empty<'a>),
+        [1, 2, 0..=255] => Raw(Raw<'a>),
+    }
+}
+
 impl Everything<'_> {
     fn encoded_len(&self) -> usize {
         self.body_len()
@@ -298,6 +310,19 @@ mod tests {
         assert_eq!(ack.number(), 0x83);
         assert!(matches!(Everything::decode_body(17, &[0; 14]), Ok(Everything::Info(_))));
         assert!(matches!(Everything::decode_body(99, &[1]), Ok(Everything::Other(other)) if other.id() == 99));
+    }
+
+    #[test]
+    fn numbers_may_be_told_apart_byte_by_byte() {
+        let name = |number| Bytewise::decode_body(number, &[0; 5]).unwrap().name();
+        assert_eq!([0x02_00, 0x02_01, 0x02_03, 0x02_04].map(name), ["Go", "Exact", "Exact", "Other"]);
+        assert_eq!([0x1_02_00, 0x1_02_FF, 0x1_03_00].map(name), ["Raw", "Raw", "Other"]);
+        assert_eq!(name(0x0100_0200), "Other", "the highest byte counts");
+        assert_eq!(Bytewise::decode_body(0x02_02, &[0; 6]).unwrap().name(), "Inexact");
+        assert_eq!(
+            Bytewise::ALL.iter().map(|kind| kind.number).collect::<Vec<_>>(),
+            [0x02_00, 0x02_01, 0x02_01, 0x1_02_00]
+        );
     }
 
     #[test]

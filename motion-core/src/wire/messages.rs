@@ -45,6 +45,18 @@ pub trait Messages<'a>: Copy + PartialEq + fmt::Debug + fmt::Display + Fields {
     fn encode_body(&self, out: &mut [u8]) -> Result<usize, EncodeError>;
 }
 
+/// The bytes of a number, the highest first.
+///
+/// As `u32::to_be_bytes`, by way of the order that most processors have: no byte is swapped where the number was put
+/// together from bytes by shifts.
+#[doc(hidden)]
+#[must_use]
+#[inline]
+pub const fn big_endian(number: u32) -> [u8; 4] {
+    let [a, b, c, d] = number.to_le_bytes();
+    [d, c, b, a]
+}
+
 /// A message without a type of its own, kept as it came.
 ///
 /// Its parts are private, so that a number which gets a name later breaks nobody.
@@ -98,6 +110,10 @@ impl Fields for Other<'_> {
 /// `FIRST..=LAST` and `FIRST | ANOTHER` are numbers that one message shares; it decides by
 /// [`decode_as`](crate::wire::Message::decode_as) and [`number`](crate::wire::Message::number). `A(A) or B(B)` are two
 /// messages under one number, told apart by their data: what `A` refuses is read as `B`.
+///
+/// Where each byte of a number says something, a table may say them one by one: `[2, 4, 0..=255]` are the numbers
+/// `0x02_04_00` to `0x02_04_FF`. They are then looked up byte by byte, which is a jump where bytes are dense and whole
+/// numbers are not.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! messages {
@@ -105,6 +121,39 @@ macro_rules! messages {
         $(#[$meta:meta])*
         $vis:vis enum $name:ident<$lt:lifetime> {
             $($(#[$variant_meta:meta])* $first:literal $(..= $last:literal)? $(| $another:literal)* => $variant:ident($body:ty)
+                $(or $(#[$or_meta:meta])* $or_variant:ident($or_body:ty))?,)*
+        }
+    ) => {
+        $crate::messages! { @by core::convert::identity,
+            $(#[$meta])*
+            $vis enum $name<$lt> {
+                $($(#[$variant_meta])* { $first } $first $(..= $last)? $(| $another)* => $variant($body)
+                    $(or $(#[$or_meta])* $or_variant($or_body))?,)*
+            }
+        }
+    };
+    (
+        $(#[$meta:meta])*
+        $vis:vis enum $name:ident<$lt:lifetime> {
+            $($(#[$variant_meta:meta])* [$high:literal, $middle:literal, $low:literal $(..= $last:literal)?] => $variant:ident($body:ty)
+                $(or $(#[$or_meta:meta])* $or_variant:ident($or_body:ty))?,)*
+        }
+    ) => {
+        $crate::messages! { @by $crate::wire::big_endian,
+            $(#[$meta])*
+            $vis enum $name<$lt> {
+                $($(#[$variant_meta])* { u32::from_be_bytes([0, $high, $middle, $low]) }
+                    [0, $high, $middle, $low $(..= $last)?] => $variant($body)
+                    $(or $(#[$or_meta])* $or_variant($or_body))?,)*
+            }
+        }
+    };
+
+    // `$key` makes of a number what the patterns match.
+    (@by $key:path,
+        $(#[$meta:meta])*
+        $vis:vis enum $name:ident<$lt:lifetime> {
+            $($(#[$variant_meta:meta])* { $first:expr } $numbers:pat => $variant:ident($body:ty)
                 $(or $(#[$or_meta:meta])* $or_variant:ident($or_body:ty))?,)*
         }
     ) => {
@@ -126,10 +175,11 @@ macro_rules! messages {
                     $(Kind { number: $first, name: stringify!($or_variant), layout: <$or_body as Message<$lt>>::LAYOUT },)?)*
                 ];
 
-                #[inline]
+                #[allow(clippy::inline_always, reason = "a program that knows what it gets reads only that")]
+                #[inline(always)]
                 fn decode_body(number: u32, body: &$lt [u8]) -> Result<Self, DecodeError> {
-                    match number {
-                        $($first $(..= $last)? $(| $another)* => {
+                    match $key(number) {
+                        $($numbers => {
                             <$body as Message<$lt>>::decode_as(number, body).map(Self::$variant)
                                 $(.or_else(|_| <$or_body as Message<$lt>>::decode_as(number, body).map(Self::$or_variant)))?
                         })*

@@ -35,6 +35,8 @@ pub use field::{Bool, Bytes, Field};
 pub use message::{Empty, Message};
 #[doc(hidden)]
 pub use message::{place, unit, visit_tail};
+#[doc(hidden)]
+pub use messages::big_endian;
 pub use messages::{Kind, Messages, Other};
 #[doc(hidden)]
 pub use newtype::{from_array, to_array};

@@ -18,6 +18,7 @@ pub fn everything(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     kos(input, out)?;
     reports(input, out)?;
     datagrams(input, out)?;
+    moves(input, out)?;
     dmc(input, out)?;
     hoot(input, out)
 }
@@ -72,10 +73,11 @@ fn curves(input: &[u8], out: &mut dyn Write) -> fmt::Result {
         let halves = segment.split(number()).is_some();
         let peaks = segment.peak_velocity().is_some() & segment.peak_acceleration().is_some();
         writeln!(out, "{known} {halves} {peaks} {}", segment.reversed().folds())?;
+        writeln!(out, "{:?} {:#?} {:?}", Cursor::new(segment), motions.first(), segment.keys())?;
     }
     let limits = Limits { velocity: number(), acceleration: number(), jerk: Some(number()) };
     match Profile::new(number(), number(), limits) {
-        Ok(profile) => writeln!(out, "{}", profile.at(number()).position.is_finite()),
+        Ok(profile) => writeln!(out, "{profile:?} {:?}", profile.at(number())),
         Err(_) => writeln!(out, "no profile"),
     }
 }
@@ -269,6 +271,86 @@ fn message<'a, M: Messages<'a>>(
 fn outcome<T: fmt::Debug, E: fmt::Display + fmt::Debug>(outcome: Result<T, E>, out: &mut dyn Write) -> fmt::Result {
     match outcome {
         Ok(value) => writeln!(out, "{value:?}"),
+        Err(error) => writeln!(out, "{error} {error:?}"),
+    }
+}
+
+/// Bytes as a move, and as the numbers of a plan.
+fn moves(input: &[u8], out: &mut dyn Write) -> fmt::Result {
+    use kos_proto::lint::Context;
+    use kos_proto::message::{
+        Motor, MotorAddress, Normalized, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds,
+    };
+    use kos_proto::trajectory::bezier::{self, Ease, Key};
+    use kos_proto::trajectory::{
+        Delay, LiveMotion, Loop, MotorPlan, Plan, Play, Times, Trajectory, TrajectoryData, Way,
+    };
+    use motion_core::wire::Message;
+
+    let mut numbers = input.chunks(8).map(|bytes| f64::from_le_bytes(first(bytes)));
+    let mut number = || numbers.next().unwrap_or_default();
+    #[expect(clippy::cast_possible_truncation, reason = "any number will do")]
+    let mut small = || number() as f32;
+    let motor = Motor {
+        motor_address: MotorAddress(1),
+        position: Rotations(small()),
+        begin_position: None,
+        end_position: Rotations(small()),
+        max_max_setup_speed: RotationsPerSecond(small()),
+        max_max_move_speed: RotationsPerSecond(small()),
+        max_max_acceleration: RotationsPerSecondSquared(small()),
+    };
+    if let Ok(data) = TrajectoryData::decode(input) {
+        let trajectory = match Trajectory::new(&data) {
+            Ok(trajectory) => trajectory,
+            Err(error) => return writeln!(out, "{error} {error:?}"),
+        };
+        let play = trajectory.play();
+        let time = play.elapsed_at(small().into());
+        writeln!(out, "{} {}", play.total_time().is_some(), trajectory.tracks().count())?;
+        writeln!(
+            out,
+            "{trajectory:?} {:?} {:?}",
+            trajectory.tracks().next(),
+            trajectory.tracks().next().and_then(|track| track.peaks().next())
+        )?;
+        for excess in trajectory.excesses(&Context::default().with_motors(&[motor])) {
+            writeln!(out, "{excess} {excess:?}")?;
+        }
+        for track in trajectory.tracks() {
+            let Ok(track) = track.in_rotations(Rotations(small())) else { continue };
+            let keys = track.keys().fold(0_usize, |n, _| n.wrapping_add(1));
+            let limits = kos_proto::trajectory::Limits::from(&motor);
+            writeln!(out, "{} {keys} {}", track.at(time).is_some(), track.excesses(limits).count())?;
+            let segment = track.segments().next();
+            let way = MotorPlan { motor: track.motor(), way: Way::Segments(segment.as_slice()) };
+            match Plan::new(play, &[way]).encode(&mut [0; ROOM]) {
+                Ok(data) => writeln!(out, "{data:?}")?,
+                Err(error) => writeln!(out, "{error:?}")?,
+            }
+        }
+    }
+    let ease = |kind: u8, a: f64, b: f64| match kind % 3 {
+        0 => Ease::Linear,
+        1 => Ease::Flat(a),
+        _ => Ease::Handle(bezier::Point::new(a, b)),
+    };
+    let kind = input.first().copied().unwrap_or_default();
+    let keys: [Key; 3] = core::array::from_fn(|_| Key {
+        time: small().into(),
+        position: small().into(),
+        arrive: ease(kind, small().into(), small().into()),
+        leave: ease(kind, small().into(), small().into()),
+    });
+    let repeat = Times::new(kind).map_or(Loop::Once, Loop::Reverse);
+    let delay = if kind % 2 == 0 { Delay::UntilFloat(small().to_bits()) } else { Delay::For(Seconds(small())) };
+    let live = LiveMotion { duration: Seconds(small()), repeat, delay, home_speed: Normalized(small()) };
+    let Ok(motor) = MotorPlan::new(&motor, &keys) else { return Ok(()) };
+    let motors = [motor];
+    let plan = Plan::new(Play::Live(live), &motors);
+    writeln!(out, "{plan:?}")?;
+    match plan.encode(&mut [0; ROOM]) {
+        Ok(data) => writeln!(out, "{data:?}"),
         Err(error) => writeln!(out, "{error} {error:?}"),
     }
 }

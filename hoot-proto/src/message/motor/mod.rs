@@ -66,7 +66,7 @@ impl fmt::Display for Motor {
 impl Sub for Motor {
     /// The tables hold no other sub-address than these three.
     fn of(number: u32) -> Self {
-        let [.., sub_address] = number.to_be_bytes();
+        let [sub_address, ..] = number.to_le_bytes();
         Self::new(sub_address).unwrap_or_default()
     }
 

@@ -1,0 +1,239 @@
+//! kOS, decoded and encoded, beside peers.
+//!
+//! D2: frames that lie in one slice, to typed messages whose fields are all added up. Every contender knows the four
+//! messages of the mixes, and must find the values that went in. The limit is to walk from length to length and to add
+//! all bytes.
+//!
+//! D4: streams to typed messages, beside whole parsers of other fields. Each reads its own protocol, so a message is
+//! what is compared: 2000, of 23 bytes in the kOS mix, 56 in that of DMC, 31 in mavlink's and 32 in ublox's, on average.
+//!
+//! E1: one message to the bytes of its frame. The limit is to copy a frame that is there already.
+//!
+//! `kos count CONTENDER MIX TIMES` reads a mix so many times with one contender of D2, and does nothing else. The
+//! difference of two runs under `valgrind --tool=callgrind` is the number of instructions.
+
+#[path = "peers/field.rs"]
+mod field;
+#[path = "peers/kos/mod.rs"]
+mod peers;
+
+use std::hint::black_box;
+
+use benches::ratios::{Contender, Table, contender};
+use benches::traffic::{self, Mix, Protocol, Side, Tally};
+use bytes::{BufMut, BytesMut};
+use dmc_proto::Dmc;
+use kos_proto::trajectory::{Block, Blocks, TrajectoryData};
+use kos_proto::{DeviceMessage, EncodeError, Frame, Kos};
+use motion_core::stream::{Frames, Framing, Head, Item, Memo};
+
+/// Reads a stream: each frame, and who sent it, to the sum of its fields.
+type Read = fn(&Mix) -> Tally;
+
+const LIMIT: &str = "walk and touch";
+const READERS: [(&str, Read); 7] = [
+    ("kos-proto", |mix| read(mix, ours)),
+    (LIMIT, |mix| read(mix, touch)),
+    ("zerocopy", |mix| read(mix, peers::zerocopy::read)),
+    ("nom", |mix| read(mix, peers::nom::read)),
+    ("winnow", |mix| read(mix, peers::winnow::read)),
+    ("deku", |mix| read(mix, peers::deku::read)),
+    ("binrw", |mix| read(mix, peers::binrw::read)),
+];
+
+fn main() {
+    let mixes = [("mix", traffic::kos(true)), ("small mix", traffic::kos(false))];
+    let args: Vec<_> = std::env::args().skip_while(|arg| arg != "count").collect();
+    if let [_, reader, mix, times] = &args[..] {
+        return count(reader, mix, times.parse().expect("a number of times"), &mixes);
+    }
+    let mut table = Table::new("D2, frames in one slice to typed messages, 2000 of them");
+    for (name, mix) in &mixes {
+        table.row(name, READERS.map(|(name, read)| reader(name, read, mix)).into());
+    }
+    whole_parsers(&mixes[1].1);
+    let mut table = Table::new("E1, a message to its frame");
+    for len in [12, 32, 42, 3796] {
+        let message =
+            frames(&mixes[0].1).find(|frame| frame.bytes().len() == len).map(|frame| DeviceMessage::decode(&frame));
+        match message.expect("one of the mix").expect("a sound one") {
+            DeviceMessage::MotorPosition(it) => {
+                table.row("12 B", encoders(move |out| DeviceMessage::MotorPosition(black_box(it)).encode_into(out)));
+            }
+            DeviceMessage::MotorInfo(it) => {
+                table.row("32 B", encoders(move |out| DeviceMessage::MotorInfo(black_box(it)).encode_into(out)));
+            }
+            DeviceMessage::PlaybackStatus(it) => {
+                table.row("42 B", encoders(move |out| DeviceMessage::PlaybackStatus(black_box(it)).encode_into(out)));
+            }
+            DeviceMessage::TrajectoryData(it) => {
+                let blocks: Vec<_> = it.blocks.iter().collect();
+                table.row("3796 B", encoders(move |out| move_of(black_box(&blocks), out)));
+            }
+            _ => {}
+        }
+    }
+}
+
+/// A contender that finds what is in the mix; that of the limit only walks it.
+fn reader<'a>(name: &'static str, read: Read, mix: &'a Mix) -> Contender<'a> {
+    if name == LIMIT {
+        assert_eq!(read(mix).messages, mix.tally.messages);
+    } else {
+        assert_eq!(read(mix), mix.tally, "{name}");
+    }
+    contender(name, move || read(black_box(mix)))
+}
+
+fn count(reader: &str, mix: &str, times: u32, mixes: &[(&str, Mix)]) {
+    let (_, read) = READERS.into_iter().find(|(name, _)| *name == reader).expect("a contender");
+    let (_, mix) = mixes.iter().find(|(name, _)| *name == mix).expect("a mix");
+    for _ in 0..times {
+        black_box(read(black_box(mix)));
+    }
+}
+
+/// Streams, found and verified and decoded, each of its own protocol: what is compared is a message.
+fn whole_parsers(kos: &Mix) {
+    let mut table = Table::new("D4, whole parsers of the field, 2000 messages each of their own traffic");
+    let (dmc, mavlink, ublox) = (&traffic::dmc(false), field::mavlink(), field::ublox());
+    assert_eq!(field::read_mavlink(&mavlink.bytes), mavlink.tally);
+    let mut parser = ublox::Parser::default_proto();
+    assert_eq!(field::read_ublox(&mut parser, &ublox.bytes), ublox.tally);
+    let mut row = |name: &'static str, ours: [Contender<'_>; 2]| {
+        let mavlink = contender("mavlink", || field::read_mavlink(black_box(&mavlink.bytes)));
+        let ublox = contender("ublox", || field::read_ublox(&mut parser, black_box(&ublox.bytes)));
+        table.row(name, ours.into_iter().chain([mavlink, ublox]).collect());
+    };
+    row("kOS small mix", [stream::<Kos, 32_768>(kos), slice::<Kos>(kos)]);
+    row("DMC small mix", [stream::<Dmc, 4096>(dmc), slice::<Dmc>(dmc)]);
+}
+
+/// Frames that lie in one slice.
+fn slice<F: Protocol>(mix: &Mix) -> Contender<'_> {
+    let read = |mix: &Mix| {
+        let (mut reader, mut rest) = (mix.reader(), &mix.bytes[..]);
+        while let Head::Total(len) = F::head(rest) {
+            let (frame, behind) = rest.split_at(len);
+            if let Some(frame) = F::frame(frame).filter(|_| F::Memo::<0>::is_sound(frame)) {
+                reader.frame::<F>(&frame);
+            }
+            rest = behind;
+        }
+        reader.tally
+    };
+    assert_eq!(read(mix), mix.tally);
+    contender("one slice", move || read(black_box(mix)))
+}
+
+/// A stream in one piece.
+fn stream<F: Protocol, const N: usize>(mix: &Mix) -> Contender<'_> {
+    let mut frames = Box::new(Frames::<F, N>::new());
+    let mut read = move |mix: &Mix| {
+        let (mut reader, mut rest) = (mix.reader(), &mix.bytes[..]);
+        while !rest.is_empty() {
+            rest = &rest[frames.push(rest)..];
+            while let Some(Item::Frame(frame)) = frames.next() {
+                reader.frame::<F>(&frame);
+            }
+        }
+        reader.tally
+    };
+    assert_eq!(read(mix), mix.tally);
+    contender("stream", move || read(black_box(mix)))
+}
+
+/// Goes from frame to frame, as each contender reads one: the sum of its fields, and the bytes behind it.
+#[inline]
+fn read<'a>(mix: &'a Mix, frame: impl Fn(&'a [u8], Side) -> Option<(u32, &'a [u8])>) -> Tally {
+    let (mut tally, mut stream) = (Tally::default(), &mix.bytes[..]);
+    for &side in &mix.sides {
+        let Some((sum, rest)) = frame(stream, side) else { break };
+        tally.messages += 1;
+        tally.value = tally.value.rotate_left(1) ^ sum;
+        stream = rest;
+    }
+    tally
+}
+
+#[inline]
+fn split(stream: &[u8]) -> Option<(Frame<'_>, &[u8])> {
+    let Head::Total(len) = Kos::<4096>::head(stream) else { return None };
+    let (bytes, rest) = stream.split_at_checked(len)?;
+    Some((Kos::<4096>::frame(bytes)?, rest))
+}
+
+#[inline]
+fn ours(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
+    let (frame, rest) = split(stream)?;
+    Some((<Kos as Protocol>::sum(side, &frame), rest))
+}
+
+/// The limit: all bytes, as numbers of 64 bits.
+#[inline]
+fn touch(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
+    let len = usize::from(u16::from_be_bytes([*stream.get(1)?, *stream.get(2)?]));
+    let (bytes, rest) = stream.split_at_checked(len)?;
+    let words = bytes.chunks_exact(8);
+    let last = words.remainder().iter().fold(0, |sum: u64, &byte| sum << 8 | u64::from(byte));
+    let sum =
+        words.fold(last, |sum, word| sum.wrapping_add(u64::from_le_bytes(*word.first_chunk().expect("eight bytes"))));
+    Some(((sum >> 32) as u32 ^ (sum & 0xFFFF_FFFF) as u32, rest))
+}
+
+fn frames(mix: &Mix) -> impl Iterator<Item = Frame<'_>> {
+    let mut stream = &mix.bytes[..];
+    std::iter::from_fn(move || {
+        let (frame, rest) = split(stream)?;
+        stream = rest;
+        Some(frame)
+    })
+}
+
+/// A move is made of blocks, which are written first.
+fn move_of(blocks: &[Block<'_>], out: &mut [u8]) -> Result<usize, EncodeError> {
+    let mut room = [0; 4096];
+    let blocks = Blocks::encode(blocks, &mut room)?;
+    DeviceMessage::TrajectoryData(TrajectoryData { blocks, tail: &[] }).encode_into(out)
+}
+
+/// Three ways to write the same frame.
+fn encoders<'a>(encode: impl Fn(&mut [u8]) -> Result<usize, EncodeError> + 'a) -> Vec<Contender<'a>> {
+    let mut ours = [0; 4096];
+    let len = encode(&mut ours).expect("a message that can be written");
+    let frame: Vec<u8> = ours[..len].into();
+
+    let (header, body) = frame.split_first_chunk().expect("a header");
+    let (header, body): ([u8; 6], Vec<u8>) = (*header, body.into());
+    let mut buf = BytesMut::with_capacity(4096);
+    put(&mut buf, header, &body);
+    assert_eq!(buf, frame);
+
+    let mut copy = [0; 4096];
+    vec![
+        contender("kos-proto", move || encode(black_box(&mut ours)).is_ok()),
+        contender("memcpy", move || {
+            let frame = black_box(&frame[..]);
+            black_box(&mut copy)[..frame.len()].copy_from_slice(frame);
+        }),
+        contender("BytesMut", move || {
+            buf.clear();
+            put(black_box(&mut buf), black_box(header), black_box(&body));
+        }),
+    ]
+}
+
+/// What users of `bytes` write: number by number.
+fn put(buf: &mut BytesMut, [version, l0, l1, i0, i1, kind]: [u8; 6], body: &[u8]) {
+    buf.put_u8(version);
+    buf.put_u16(u16::from_be_bytes([l0, l1]));
+    buf.put_u16(u16::from_be_bytes([i0, i1]));
+    buf.put_u8(kind);
+    let (bytes, numbers) = body.split_at(body.len() % 4);
+    for &byte in bytes {
+        buf.put_u8(byte);
+    }
+    for number in numbers.chunks_exact(4) {
+        buf.put_f32(f32::from_be_bytes(*number.first_chunk().expect("four bytes")));
+    }
+}

@@ -1,0 +1,25 @@
+//! kOS as users of other libraries write it: the four messages of the mixes, each parser as its documentation teaches.
+//!
+//! All check the version and the type of a message, take its lists as long as their counts say, and the blocks of a move
+//! by number and length. Those that make values make the ones of [`message`]; zerocopy lends its own from the stream.
+
+pub(crate) mod binrw;
+pub(crate) mod deku;
+mod message;
+pub(crate) mod nom;
+pub(crate) mod winnow;
+pub(crate) mod zerocopy;
+
+const VERSION: u8 = 4;
+const RESPONSE: u8 = 2;
+const MOTOR_INFO: u16 = 0x000B;
+const TRAJECTORY_DATA: u16 = 0x0012;
+const NOTIFICATION: u16 = 0x0081;
+const PLAYBACK_STATUS: u8 = 0x02;
+const MOTOR_POSITION: u8 = 0x07;
+
+/// The frame at the start, and what is behind it, for parsers that read a message from its own bytes.
+fn split(stream: &[u8]) -> Option<(&[u8], &[u8])> {
+    let [_, high, low, ..] = stream else { return None };
+    stream.split_at_checked(u16::from_be_bytes([*high, *low]).into())
+}

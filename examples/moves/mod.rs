@@ -1,0 +1,339 @@
+//! Move files: what each axis of a rig does in a move, in physical units, as JSON.
+//!
+//! ```
+//! use examples::moves::Move;
+//!
+//! let text = r#"{
+//!     "move": 1,
+//!     "name": "Past the kettle",
+//!     "rate": "24000/1001",
+//!     "duration": 8,
+//!     "axes": [{
+//!         "name": "Slide",
+//!         "unit": "mm",
+//!         "limits": { "velocity": 300, "acceleration": 200 },
+//!         "keys": [
+//!             { "time": 0, "position": 0 },
+//!             { "time": 3, "position": 250, "arrive": [-1, -80], "leave": [1, 80] },
+//!             { "time": 7, "position": 600, "ease": 0.5 }
+//!         ],
+//!         "dmc": { "motor": 1, "steps_per_unit": 80 }
+//!     }]
+//! }"#;
+//! let kettle = Move::parse("kettle.json", text)?;
+//! let slide = &kettle.axes[0];
+//! assert_eq!(slide.curve().position(7.5), 600.0);
+//!
+//! // What a controller of stepper motors is sent: steps at each frame.
+//! let scale = slide.dmc.as_ref().unwrap().scale;
+//! let steps: Vec<i32> = slide.curve().steps(kettle.frames, scale).collect::<Result<_, _>>()?;
+//! assert_eq!((steps[0], steps[191]), (0, 48_000));
+//! assert_eq!(kettle.excesses().count(), 0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # The file
+//!
+//! An object; a member that is not named here is an error. Names are 1 to 80 characters long, units 1 to 12.
+//!
+//! | member | what it is |
+//! |---|---|
+//! | `move` | 1, the version of this schema |
+//! | `name` | what the move is called |
+//! | `rate` | frames a second: `24`, `23.976`, or an exact fraction as text, `"24000/1001"` |
+//! | `duration` | how long the move takes, in seconds; without it, as long as its last key frame needs |
+//! | `axes` | 1 to 64 axes, each with another name |
+//!
+//! An axis:
+//!
+//! | member | what it is |
+//! |---|---|
+//! | `name`, `unit` | labels; `unit` is the unit of all positions of the axis |
+//! | `keys` | at least two key frames, in the order of time. Before the first and behind the last, the axis rests |
+//! | `limits` | how fast the axis may be: `velocity` (units a second), `acceleration` (units a second²), and if there is one `jerk` (units a second³). Curves are held against the first two; what the rig does on its own, such as going to the start, against all |
+//! | `kos` | if a kOS motor moves the axis: `motor`, its address from 1 to 10; `rotations_per_unit`; `offset`, its rotations at position 0 (0 if it is not said); `range`, its calibrated range as two numbers of rotations |
+//! | `dmc` | if a DMC motor moves the axis: `motor`, its number from 1 to 32; `steps_per_unit`; `offset`, its steps at position 0 (0 if it is not said) |
+//! | `hoot` | the same for a motor of an NMX: `address` of its node from 2 to 255 (3 if it is not said); `motor` from 1 to 3; `steps_per_unit`; `offset` |
+//!
+//! A motor that runs against its axis has a negative `rotations_per_unit` or `steps_per_unit`. A key frame:
+//!
+//! | member | what it is |
+//! |---|---|
+//! | `time`, `position` | where the axis is when: seconds from the start of the move, 0 or more, and units |
+//! | `arrive`, `leave` | the ease on either side of it |
+//! | `ease` | the ease on each side that is not said by itself |
+//!
+//! An ease:
+//!
+//! | value | what it is |
+//! |---|---|
+//! | `"smooth"` | what is taken if nothing is said: through the key frame without a corner, never beyond its neighbours; from rest to rest at the first, the last, and where the axis turns |
+//! | `"linear"` | straight for the other key frame |
+//! | a number from 0 to 1 | to rest, or from rest, with a flat handle as long as this part of the time between the key frames |
+//! | `[seconds, units]` | a Bezier handle, as its distance from the key frame: forwards in time to leave, backwards to arrive, and not beyond the other key frame |
+
+mod axis;
+mod ease;
+mod limits;
+mod schema;
+
+use std::path::Path;
+use std::{fs, io};
+
+use motion_core::trajectory::FrameTimes;
+
+pub use axis::{Dmc, Hoot, Kos, MoveAxis, Rotations};
+pub use limits::{Excess, What};
+
+/// A move: what all axes of a rig do in the same time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Move {
+    /// What it is called.
+    pub name: String,
+    /// How long it takes, in seconds.
+    pub duration: f64,
+    /// Its frames, from the start to the first at the end or behind it.
+    pub frames: FrameTimes,
+    /// What each axis does.
+    pub axes: Vec<MoveAxis>,
+}
+
+/// Why a file is no move. One line that begins with the name of the file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MoveError {
+    /// It cannot be read.
+    #[error("{name}: {error}")]
+    Unreadable {
+        /// The name of the file.
+        name: String,
+        /// What the operating system says.
+        #[source]
+        error: io::Error,
+    },
+    /// It is no JSON, or a part of it is not as it should be.
+    #[error("{name}, line {line}, column {column}: {what}")]
+    Wrong {
+        /// The name of the file.
+        name: String,
+        /// The line from 1: where the part ends that is wrong.
+        line: usize,
+        /// The byte of the line, from 1.
+        column: usize,
+        /// What is wrong, and what would be right.
+        what: String,
+    },
+    /// Its parts are as they should be, but do not fit together.
+    #[error("{name}: {what}")]
+    Unfit {
+        /// The name of the file.
+        name: String,
+        /// What does not fit.
+        what: String,
+    },
+}
+
+impl Move {
+    /// Reads a file.
+    ///
+    /// # Errors
+    ///
+    /// [`MoveError`].
+    pub fn read(path: &Path) -> Result<Self, MoveError> {
+        let name = one_line(&path.display().to_string());
+        match fs::read_to_string(path) {
+            Ok(text) => Self::parse(&name, &text),
+            Err(error) => Err(MoveError::Unreadable { name, error }),
+        }
+    }
+
+    /// Understands the text of a file; `name` is for errors.
+    ///
+    /// # Errors
+    ///
+    /// [`MoveError`].
+    pub fn parse(name: &str, text: &str) -> Result<Self, MoveError> {
+        let name = name.to_owned();
+        let file: schema::File = match serde_json::from_str(text) {
+            Ok(file) => file,
+            Err(error) => {
+                let (line, column) = (error.line(), error.column());
+                let what = one_line(&error.to_string());
+                let what = what.strip_suffix(&format!(" at line {line} column {column}")).unwrap_or(&what).to_owned();
+                return Err(MoveError::Wrong { name, line, column, what });
+            }
+        };
+        file.into_move().map_err(|unfit| MoveError::Unfit { name, what: unfit.to_string() })
+    }
+
+    /// Where curves ask for more than the limits of their axis, in the order of axes and time.
+    pub fn excesses(&self) -> impl Iterator<Item = Excess<'_>> {
+        self.axes.iter().flat_map(limits::excesses)
+    }
+}
+
+/// Escapes line ends and other control characters.
+fn one_line(text: &str) -> String {
+    text.chars()
+        .map(|char| if char.is_control() { char.escape_default().to_string() } else { char.to_string() })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SLIDE: &str = include_str!("slide.json");
+    const CRANE: &str = include_str!("crane.json");
+    const WHIP: &str = include_str!("whip.json");
+
+    /// A small move, with something else in the place of a part of it.
+    fn error(part: &str, other: &str) -> String {
+        assert!(SLIDE.contains(part), "{part}");
+        let error = Move::parse("slide.json", &SLIDE.replacen(part, other, 1)).unwrap_err().to_string();
+        assert!(error.starts_with("slide.json") && !error.contains(['\n', '\r']), "{error}");
+        error
+    }
+
+    #[test]
+    fn the_samples_are_moves() {
+        let slide = Move::parse("slide.json", SLIDE).unwrap();
+        assert_eq!((slide.frames.count, slide.frames.rate.to_string().as_str()), (193, "24"));
+        let axis = &slide.axes[0];
+        let curve = axis.curve();
+        assert!(
+            [(0.0, 0.0), (0.5, 0.0), (3.0, 250.0), (5.0, 320.0), (7.5, 600.0), (9.0, 600.0)]
+                .into_iter()
+                .all(|(time, position)| (curve.position(time) - position).abs() < 1e-9)
+        );
+        let kos = axis.kos.unwrap();
+        assert_eq!((kos.motor, kos.normalized.apply(400.0), kos.rotations.at(400.0)), (1, 0.5, 20.0));
+        assert_eq!(axis.dmc.unwrap().scale.steps(2.0), Ok(160));
+        assert_eq!((axis.hoot.unwrap().address, axis.hoot.unwrap().motor), (3, 1));
+        for sample in [slide, Move::parse("crane.json", CRANE).unwrap()] {
+            let excesses: Vec<String> = sample.excesses().map(|excess| excess.to_string()).collect();
+            assert_eq!(excesses, [""; 0]);
+        }
+    }
+
+    #[test]
+    fn smooth_is_smooth_and_stays_between_its_key_frames() {
+        let crane = Move::parse("crane.json", CRANE).unwrap();
+        for axis in crane.axes.iter().filter(|axis| axis.name != "Pan") {
+            let corners = motion_core::trajectory::Tolerance::all(1e-9);
+            assert_eq!(axis.curve().joints(corners).count(), 0, "{}", axis.name);
+            for (segment, pair) in axis.segments.iter().zip(axis.keys.windows(2)) {
+                let (least, most) = segment.range();
+                let (from, to) = (pair[0].position, pair[1].position);
+                assert!(from.min(to) - 1e-9 <= least && most <= from.max(to) + 1e-9, "{}", axis.name);
+            }
+        }
+    }
+
+    #[test]
+    fn excesses_name_axis_and_segment() {
+        let whip = Move::parse("whip.json", WHIP).unwrap();
+        let lines: Vec<String> = whip.excesses().map(|excess| excess.to_string()).collect();
+        let expected = [
+            "axis \"Pan\", segment 2 from 0.9 s to 1.3 s: a corner at 0.9 s, velocity jumps by 88.461538 degrees/s",
+            "axis \"Pan\", segment 2 from 0.9 s to 1.3 s: velocity 150, the limit is 120 degrees/s",
+            "axis \"Pan\", segment 3 from 1.3 s to 2.2 s: a corner at 1.3 s, where velocity has no limit",
+        ];
+        for line in expected {
+            assert!(lines.iter().any(|other| other == line), "{line}: {lines:#?}");
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_with_its_place() {
+        for (part, other, expected) in [
+            (
+                "\"position\": 250",
+                "\"postion\": 250",
+                "slide.json, line 13, column 38: unknown field `postion`, expected one of `time`, `position`",
+            ),
+            (
+                "\"move\": 1",
+                "\"move\": 2",
+                "slide.json, line 2, column 13: \"move\" is version 2: this program reads version 1",
+            ),
+            (
+                "\"time\": 5",
+                "\"time\": 3",
+                "line 21, column 5: axis \"Slide\": key frame 3 at 3 s is not later than the one before it",
+            ),
+            ("\"time\": 0.5", "\"time\": -1", "key frame 1 at -1 s is before the move"),
+            (
+                "\"ease\": 0.6",
+                "\"ease\": 1.5",
+                "line 15, column 59: invalid value: floating point `1.5`, expected \"smooth\", \"linear\", a number from 0 to 1",
+            ),
+            ("\"ease\": 0.6", "\"ease\": \"slow\"", "string \"slow\", expected \"smooth\""),
+            ("\"ease\": 0.6", "\"ease\": 2", "integer `2`, expected \"smooth\""),
+            ("\"ease\": 0.6", "\"arrive\": [3, 0]", "key frame 4 at 7.5 s: a handle reaches beyond"),
+            ("\"ease\": 0.6", "\"arrive\": [-3, 0]", "key frame 4 at 7.5 s: a handle reaches beyond"),
+            ("\"ease\": 0.6", "\"arrive\": [-3]", "expected a tuple of size 2"),
+            ("\"rate\": 24", "\"rate\": 0", "line 4, column 13: \"rate\" is \"0\": frame rate: 0"),
+            ("\"rate\": 24", "\"rate\": 23.97602", "more than 3 decimals"),
+            ("\"rate\": 24", "\"rate\": [24]", "a fraction such as \"24000/1001\""),
+            (
+                "\"duration\": 8",
+                "\"duration\": 7",
+                "slide.json: \"duration\" is 7 s, but axis \"Slide\" has a key frame at 7.5 s: make it longer",
+            ),
+            ("\"duration\": 8", "\"duration\": 1e9", "slide.json: 24000000000 frames are too many"),
+            ("\"velocity\": 250", "\"velocity\": 0", "each of the \"limits\" must be more than 0"),
+            (
+                "\"range\": [0, 40]",
+                "\"range\": [0, 25]",
+                "\"kos\": 30 rotations at position 600 are beyond its \"range\"",
+            ),
+            ("\"range\": [0, 40]", "\"range\": [5, 5]", "a \"range\" of some width"),
+            ("\"rotations_per_unit\": 0.05", "\"rotations_per_unit\": 0", "\"rotations_per_unit\" other than 0"),
+            (
+                "\"kos\": { \"motor\": 1",
+                "\"kos\": { \"motor\": 11",
+                "\"kos\" has motor 11: it is a number from 1 to 10",
+            ),
+            ("\"dmc\": { \"motor\": 1", "\"dmc\": { \"motor\": 0", "\"dmc\" has motor 0: it is a number from 1 to 32"),
+            (
+                "\"hoot\": { \"motor\": 1",
+                "\"hoot\": { \"address\": 1, \"motor\": 1",
+                "\"hoot\" has address 1: it is a number from 2 to 255",
+            ),
+            (
+                "\"hoot\": { \"motor\": 1, \"steps_per_unit\": 80",
+                "\"hoot\": { \"motor\": 1, \"steps_per_unit\": 0",
+                "\"hoot\" needs \"steps_per_unit\" other than 0",
+            ),
+            ("\"unit\": \"mm\"", "\"unit\": \" \"", "is no name or unit: here it needs 1 to 12 visible characters"),
+            ("\"name\": \"Slide\"", "\"name\": \"a\\nb\"", "is no name or unit"),
+            ("\"unit\": \"mm\"", "\"a\\nb\": 1", "unknown field `a\\nb`"),
+            ("\"position\": 250 },", "\"position\": 250 }", "line 14, column 17: expected `,` or `]`"),
+            ("\"position\": 250", "\"position\": 1e80", "out of range"),
+        ] {
+            let line = error(part, other);
+            assert!(line.contains(expected), "{other}: {line}");
+        }
+        let none = Move::parse("a.json", r#"{ "move": 1, "name": "None", "rate": 24, "axes": [] }"#).unwrap_err();
+        assert_eq!(none.to_string(), "a.json: there is no axis: \"axes\" needs one");
+        let missing = Move::read(Path::new("no/such/move.json")).unwrap_err().to_string();
+        assert!(missing.starts_with("no/such/move.json: No such file"), "{missing}");
+    }
+
+    #[test]
+    fn two_axes_do_not_share_a_name_or_a_motor() {
+        let twice = CRANE.replace("\"Focus\"", "\"Pan\"");
+        let error = Move::parse("a.json", &twice).unwrap_err().to_string();
+        assert_eq!(error, "a.json: two axes are called \"Pan\": give each its own name");
+        let shared = CRANE.replace("\"motor\": 4", "\"motor\": 1");
+        let error = Move::parse("a.json", &shared).unwrap_err().to_string();
+        assert_eq!(error, "a.json: axes \"Track\" and \"Focus\" have the same DMC motor: give each its own");
+    }
+
+    #[test]
+    fn a_move_without_duration_is_as_long_as_it_needs() {
+        let short = Move::parse("", &SLIDE.replacen("    \"duration\": 8,\n", "", 1)).unwrap();
+        assert_eq!((short.duration.to_bits(), short.frames.count), (7.5_f64.to_bits(), 181));
+    }
+}

@@ -1,0 +1,244 @@
+//! The figure: three panels for each axis, one below the other, over the same time.
+
+use std::ops::Range;
+
+use examples::moves::{Move, MoveAxis};
+use motion_core::bezier::Key;
+use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use crate::trace::{self, Line, Traces};
+
+/// The name under which the font is known; in an SVG the viewer takes its own.
+pub(crate) const FONT: &str = "sans-serif";
+
+/// Lengths in pixels of the SVG.
+const WIDTH: i32 = 1_100;
+const LEFT: i32 = 190;
+const RIGHT: i32 = 70;
+const TITLE: i32 = 64;
+const HEADING: i32 = 38;
+const PANELS: [i32; 3] = [150, 110, 110];
+const GAP: i32 = 8;
+const TIMES: i32 = 26;
+/// The height of an axis: its name, its panels, and the times below.
+const AXIS: i32 = HEADING + PANELS[0] + PANELS[1] + PANELS[2] + 3 * GAP + TIMES;
+
+/// A line of text, in pixels of the SVG.
+const LARGE: i32 = 22;
+const MIDDLE: i32 = 17;
+const SMALL: i32 = 14;
+
+const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
+const GREY: RGBColor = RGBColor(0x66, 0x66, 0x66);
+const FRAME: RGBColor = RGBColor(0xB0, 0xB0, 0xB0);
+const GRID: RGBColor = RGBColor(0xEC, 0xEC, 0xEC);
+const BEYOND: RGBColor = RGBColor(0xC6, 0x28, 0x28);
+/// One for each axis in turn, told apart by the colour-blind too.
+const COLOURS: [RGBColor; 4] =
+    [RGBColor(0x00, 0x72, 0xB2), RGBColor(0x00, 0x8A, 0x64), RGBColor(0x8E, 0x4F, 0xA8), RGBColor(0xA8, 0x6F, 0x00)];
+
+type Panel<'a, DB> = ChartContext<'a, DB, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
+
+/// Width and height of the figure in pixels, each `fine` times as many as in the SVG.
+pub(crate) fn size(subject: &Move, fine: i32) -> (u32, u32) {
+    let height = subject.axes.iter().fold(TITLE, |height, _| height + AXIS);
+    ((WIDTH * fine).unsigned_abs(), (height * fine).unsigned_abs())
+}
+
+/// Draws all of it.
+pub(crate) fn draw<DB: DrawingBackend>(subject: &Move, area: &DrawingArea<DB, Shift>, fine: i32) -> Drawn<DB> {
+    let pen = Pen { area, fine };
+    area.fill(&WHITE)?;
+    pen.text(&subject.name, (20, 16), LARGE, INK)?;
+    let (seconds, frames) = (number(subject.duration), subject.frames);
+    let about = format!("{seconds} s, {} frames at {} a second", frames.count, frames.rate);
+    pen.text(&about, (20, 42), SMALL, GREY)?;
+    let mut top = TITLE;
+    for (axis, colour) in subject.axes.iter().zip(COLOURS.iter().cycle()) {
+        pen.axis(axis, subject.duration, top, *colour)?;
+        top += AXIS;
+    }
+    area.present()
+}
+
+/// What a panel shows.
+struct Content<'a> {
+    title: &'a str,
+    unit: String,
+    lines: &'a [Line],
+    values: Range<f64>,
+    limit: Option<f64>,
+    keys: &'a [Key],
+}
+
+/// Draws on an area with a number of pixels for each of the SVG.
+struct Pen<'a, DB: DrawingBackend> {
+    area: &'a DrawingArea<DB, Shift>,
+    fine: i32,
+}
+
+impl<DB: DrawingBackend> Pen<'_, DB> {
+    fn axis(&self, axis: &MoveAxis, duration: f64, top: i32, colour: RGBColor) -> Drawn<DB> {
+        let MoveAxis { name, unit, keys, limits, .. } = axis;
+        self.text(name, (20, top + 8), MIDDLE, colour)?;
+        let Traces { position, velocity, acceleration } = Traces::new(axis, duration);
+        let (speed, push) = (limits.map(|limits| limits.velocity), limits.map(|limits| limits.acceleration));
+        let contents = [
+            Content {
+                title: "position",
+                unit: unit.clone(),
+                lines: &position,
+                values: trace::positions(&position),
+                limit: None,
+                keys,
+            },
+            Content {
+                title: "velocity",
+                unit: format!("{unit}/s"),
+                lines: &velocity,
+                values: trace::rates(&velocity, speed),
+                limit: speed,
+                keys: &[],
+            },
+            Content {
+                title: "acceleration",
+                unit: format!("{unit}/s²"),
+                lines: &acceleration,
+                values: trace::rates(&acceleration, push),
+                limit: push,
+                keys: &[],
+            },
+        ];
+        let mut top = top + HEADING;
+        let mut below = contents.len();
+        for (content, height) in contents.iter().zip(PANELS) {
+            below -= 1;
+            let times = if below == 0 { TIMES } else { 0 };
+            let area = self.area.clone().shrink((0, self.px(top)), (self.px(WIDTH), self.px(height + times)));
+            let mut builder = ChartBuilder::on(&area);
+            builder
+                .set_label_area_size(LabelAreaPosition::Left, self.px(LEFT))
+                .set_label_area_size(LabelAreaPosition::Bottom, self.px(times))
+                .margin_right(self.px(RIGHT));
+            let mut panel = builder.build_cartesian_2d(0.0..duration, content.values.clone())?;
+            self.grid(&mut panel, content)?;
+            self.marks(&mut panel, content, axis, duration)?;
+            self.curve(&mut panel, content, colour)?;
+            let line = |number: i32| (20, top + 4 + number * (SMALL + 4));
+            self.text(content.title, line(0), SMALL, INK)?;
+            self.text(&content.unit, line(1), SMALL, GREY)?;
+            if let Some(limit) = content.limit {
+                self.text(&format!("limit {}", number(limit)), line(2), SMALL, BEYOND)?;
+            }
+            top += height + GAP;
+        }
+        Ok(())
+    }
+
+    fn grid(&self, panel: &mut Panel<'_, DB>, content: &Content<'_>) -> Drawn<DB> {
+        let width = content.values.end - content.values.start;
+        let labels = if content.title == "position" { 6 } else { 5 };
+        panel
+            .configure_mesh()
+            .x_labels(12)
+            .y_labels(labels)
+            .x_label_formatter(&|time| format!("{} s", number(*time)))
+            // Zero is found by adding up steps.
+            .y_label_formatter(&|value| number(if value.abs() < 1e-9 * width { 0.0 } else { *value }))
+            .label_style(self.style(SMALL, GREY))
+            .bold_line_style(self.stroke(GRID))
+            .light_line_style(TRANSPARENT)
+            .axis_style(self.stroke(FRAME))
+            .set_all_tick_mark_size(self.px(4))
+            .draw()
+    }
+
+    /// Zero, the times of key frames, and the limits.
+    fn marks(&self, panel: &mut Panel<'_, DB>, content: &Content<'_>, axis: &MoveAxis, duration: f64) -> Drawn<DB> {
+        let Range { start: low, end: high } = content.values;
+        let keys = axis.keys.iter().map(|key| PathElement::new([(key.time, low), (key.time, high)], self.stroke(GRID)));
+        panel.draw_series(keys)?;
+        let zero =
+            content.values.contains(&0.0).then(|| PathElement::new([(0.0, 0.0), (duration, 0.0)], self.stroke(FRAME)));
+        panel.draw_series(zero)?;
+        let limits = content.limit.into_iter().flat_map(|limit| [limit, -limit]);
+        for limit in limits.filter(|limit| content.values.contains(limit)) {
+            let ends = [(0.0, limit), (duration, limit)];
+            let dashes = DashedLineSeries::new(ends, self.px(6), self.px(4), self.stroke(BEYOND));
+            panel.draw_series(dashes)?;
+            let (x, y) = panel.backend_coord(&(duration, limit));
+            let style = self.style(SMALL, BEYOND).pos(Pos::new(HPos::Left, VPos::Center));
+            self.area.draw(&Text::new("limit", (x + self.px(6), y), style))?;
+        }
+        Ok(())
+    }
+
+    /// The curve, in another colour where it is beyond the limits, and the key frames on it.
+    fn curve(&self, panel: &mut Panel<'_, DB>, content: &Content<'_>, colour: RGBColor) -> Drawn<DB> {
+        let Range { start: low, end: high } = content.values;
+        let limit = content.limit.unwrap_or(f64::INFINITY);
+        let shades = [(low..high, colour), (limit..high, BEYOND), (low..-limit, BEYOND)];
+        for (values, colour) in shades {
+            let parts = content.lines.iter().flat_map(|line| trace::clip(line, &values));
+            panel.draw_series(
+                parts.map(|part| PathElement::new(part, colour.stroke_width(2 * self.fine.unsigned_abs()))),
+            )?;
+        }
+        let dots = content.keys.iter().map(|key| (key.time, key.position));
+        panel.draw_series(dots.clone().map(|at| Circle::new(at, self.px(5), WHITE.filled())))?;
+        panel.draw_series(dots.map(|at| Circle::new(at, self.px(4), colour.filled())))?;
+        Ok(())
+    }
+
+    fn text(&self, text: &str, (x, y): (i32, i32), size: i32, colour: RGBColor) -> Drawn<DB> {
+        let style = self.style(size, colour).pos(Pos::new(HPos::Left, VPos::Top));
+        self.area.draw(&Text::new(text, (self.px(x), self.px(y)), style))
+    }
+
+    fn style(&self, size: i32, colour: RGBColor) -> TextStyle<'static> {
+        (FONT, size * self.fine).into_font().color(&colour)
+    }
+
+    fn stroke(&self, colour: RGBColor) -> ShapeStyle {
+        colour.stroke_width(self.fine.unsigned_abs())
+    }
+
+    /// A length of the SVG in pixels.
+    fn px(&self, length: i32) -> i32 {
+        length * self.fine
+    }
+}
+
+/// A number with as many decimals as it needs, six at most; very large and very small ones with an exponent.
+fn number(value: f64) -> String {
+    if value != 0.0 && !(1e-5..1e7).contains(&value.abs()) {
+        return format!("{value:.2e}");
+    }
+    let text = format!("{value:.6}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".to_owned() } else { text.replace('-', "−") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::number;
+
+    #[test]
+    fn numbers_are_short() {
+        for (value, text) in [
+            (0.0, "0"),
+            (-0.0, "0"),
+            (0.1 + 0.2, "0.3"),
+            (-1200.0, "−1200"),
+            (0.05, "0.05"),
+            (1e7, "1.00e7"),
+            (2.5e-6, "2.50e-6"),
+        ] {
+            assert_eq!(number(value), text);
+        }
+    }
+}

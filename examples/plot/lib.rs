@@ -1,0 +1,54 @@
+//! Draws moves: position, velocity and acceleration of each axis over time, as SVG and PNG.
+
+pub mod cli;
+mod figure;
+mod trace;
+
+use std::error::Error;
+use std::io::Write;
+
+use examples::moves::Move;
+use plotters::prelude::{BitMapBackend, FontStyle, IntoDrawingArea, SVGBackend};
+use plotters::style::register_font;
+
+/// Source Sans 3, under the licence beside it.
+static FONT: &[u8] = include_bytes!("font/SourceSans3-Regular.ttf");
+
+/// How many pixels of a PNG there are to one of the SVG, each way.
+const FINE: i32 = 2;
+
+/// The drawing as SVG.
+///
+/// # Errors
+///
+/// Of the library that draws.
+pub fn svg(subject: &Move) -> Result<String, Box<dyn Error>> {
+    font()?;
+    let mut text = String::new();
+    figure::draw(subject, &SVGBackend::with_string(&mut text, figure::size(subject, 1)).into_drawing_area(), 1)?;
+    Ok(text)
+}
+
+/// Writes the drawing as PNG, with twice the pixels of the SVG each way.
+///
+/// # Errors
+///
+/// Of the library that draws, and of `out`.
+pub fn png(subject: &Move, out: impl Write) -> Result<(), Box<dyn Error>> {
+    font()?;
+    let (width, height) = figure::size(subject, FINE);
+    let mut pixels = vec![0; 3 * width as usize * height as usize];
+    let area = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
+    figure::draw(subject, &area, FINE)?;
+    drop(area);
+    let mut encoder = png::Encoder::new(out, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_compression(png::Compression::Fast);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&pixels)?;
+    Ok(writer.finish()?)
+}
+
+fn font() -> Result<(), &'static str> {
+    register_font(figure::FONT, FontStyle::Normal, FONT).map_err(|_| "the bundled font is none")
+}

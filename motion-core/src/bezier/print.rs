@@ -1,0 +1,61 @@
+//! Printing without core's own printing of floats, which cannot be proven free of panics.
+
+use core::fmt;
+
+/// A number that prints as the shortest text which reads back to it.
+struct Number(f64);
+
+impl fmt::Debug for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(zmij::Buffer::new().format(self.0))
+    }
+}
+
+/// How the value of a field prints.
+pub(crate) trait Shown {
+    fn shown(&self) -> impl fmt::Debug;
+}
+
+impl Shown for f64 {
+    fn shown(&self) -> impl fmt::Debug {
+        Number(*self)
+    }
+}
+
+impl Shown for Option<f64> {
+    fn shown(&self) -> impl fmt::Debug {
+        self.map(Number)
+    }
+}
+
+/// Implements `Debug` as `derive` does, for structures of numbers.
+macro_rules! debug_numbers {
+    ($($name:ident { $($field:ident),+ })+) => {$(
+        impl core::fmt::Debug for $name {
+            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                use $crate::bezier::print::Shown;
+                f.debug_struct(stringify!($name))$(.field(stringify!($field), &self.$field.shown()))+.finish()
+            }
+        }
+    )+};
+}
+
+pub(crate) use debug_numbers;
+
+#[cfg(test)]
+mod tests {
+    use std::format;
+
+    use crate::bezier::{Ease, Key, Motion, Point};
+
+    #[test]
+    fn prints_as_derived() {
+        let motion = Motion { position: 1.5, velocity: Some(-0.25), acceleration: None };
+        assert_eq!(format!("{motion:?}"), "Motion { position: 1.5, velocity: Some(-0.25), acceleration: None }");
+        let key = Key { time: 1.0, position: 0.1, arrive: Ease::Flat(0.5), leave: Ease::Handle(Point::ZERO) };
+        assert_eq!(
+            format!("{key:?}"),
+            "Key { time: 1.0, position: 0.1, arrive: Flat(0.5), leave: Handle(Point { time: 0.0, position: 0.0 }) }"
+        );
+    }
+}

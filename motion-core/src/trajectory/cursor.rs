@@ -1,0 +1,103 @@
+//! Many times on one axis.
+
+use super::Axis;
+use crate::bezier::{Cursor, Motion, Segment};
+
+/// An axis made ready for many times, which remembers where the last one was.
+///
+/// Any order of times is right. In sorted times the segments cost one step each, however many times there are; a
+/// step back costs a binary search. A position differs from [`Axis::position`] by what [`Cursor`] says.
+#[derive(Clone, Copy, Debug)]
+pub struct AxisCursor<'a> {
+    segments: &'a [Segment],
+    index: usize,
+    /// The times that belong to the segment: from here,
+    from: f64,
+    /// and to before here.
+    until: f64,
+    cursor: Cursor,
+}
+
+impl<'a> AxisCursor<'a> {
+    pub(super) fn new(axis: Axis<'a>) -> Self {
+        let mut new =
+            Self { segments: axis.segments, index: 0, from: 0.0, until: 0.0, cursor: Cursor::new(*axis.first) };
+        new.enter(0);
+        new
+    }
+
+    /// The number of the segment that the last time belonged to.
+    #[must_use]
+    pub const fn index(&self) -> usize {
+        self.index
+    }
+
+    /// The position at a time, as [`Axis::position`] has it.
+    pub fn position(&mut self, time: f64) -> f64 {
+        self.seek(time);
+        self.cursor.position(time)
+    }
+
+    /// Position, velocity and acceleration at a time, as [`Axis::at`] has them.
+    pub fn at(&mut self, time: f64) -> Motion {
+        self.seek(time);
+        self.cursor.at(time)
+    }
+
+    /// Writes the position at each time, as many as the shorter slice holds.
+    pub fn sample(&mut self, times: &[f64], out: &mut [f64]) {
+        self.batch(times, out, Cursor::sample);
+    }
+
+    /// Writes position, velocity and acceleration at each time, as many as the shorter slice holds.
+    pub fn sample_motion(&mut self, times: &[f64], out: &mut [Motion]) {
+        self.batch(times, out, Cursor::sample_motion);
+    }
+
+    /// Each run of times on one segment at once.
+    fn batch<T>(&mut self, times: &[f64], mut out: &mut [T], sample: impl Fn(&mut Cursor, &[f64], &mut [T])) {
+        let mut times = times.get(..out.len()).unwrap_or(times);
+        while let Some(&first) = times.first() {
+            self.seek(first);
+            let run = times.iter().take_while(|&&time| self.holds(time)).count().max(1);
+            let Some((now, later)) = times.split_at_checked(run) else { break };
+            let Some((room, rest)) = core::mem::take(&mut out).split_at_mut_checked(run) else { break };
+            sample(&mut self.cursor, now, room);
+            (times, out) = (later, rest);
+        }
+    }
+
+    fn holds(&self, time: f64) -> bool {
+        self.from <= time && time < self.until
+    }
+
+    fn seek(&mut self, time: f64) {
+        if self.holds(time) {
+            return;
+        }
+        let started = |segment: &Segment| segment.start() <= time;
+        let index = if time >= self.until {
+            // Twice as far each time, so that a short way is short and a long way is not long.
+            let ahead = self.segments.get(self.index..).unwrap_or_default();
+            let mut width = 2_usize;
+            while ahead.get(width).is_some_and(started) {
+                width = width.saturating_mul(2);
+            }
+            let near = ahead.get(..width).unwrap_or(ahead);
+            self.index.saturating_add(near.partition_point(started).saturating_sub(1))
+        } else {
+            self.segments.partition_point(started).saturating_sub(1)
+        };
+        if index != self.index {
+            self.enter(index);
+        }
+    }
+
+    fn enter(&mut self, index: usize) {
+        let Some(segment) = self.segments.get(index) else { return };
+        self.index = index;
+        self.from = if index == 0 { f64::NEG_INFINITY } else { segment.start() };
+        self.until = self.segments.get(index.saturating_add(1)).map_or(f64::INFINITY, Segment::start);
+        self.cursor = Cursor::new(*segment);
+    }
+}

@@ -1,0 +1,108 @@
+//! Where the segments of an axis meet, and where they do not.
+
+use super::Axis;
+
+/// How much time, position and velocity may jump from one segment to the next.
+///
+/// What must not be looked at has the tolerance `f64::INFINITY`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// A gap, in seconds.
+    pub time: f64,
+    /// A jump of position, in units.
+    pub position: f64,
+    /// A jump of velocity, in units a second.
+    pub velocity: f64,
+}
+
+impl Tolerance {
+    /// The same number for all three; 1e-4 is what kOS devices get (kOS, `TrajectoryData`; decision K-J8).
+    #[must_use]
+    pub const fn all(tolerance: f64) -> Self {
+        Self { time: tolerance, position: tolerance, velocity: tolerance }
+    }
+
+    /// Time and position alone: corners are meant.
+    #[must_use]
+    pub const fn corners(tolerance: f64) -> Self {
+        Self { velocity: f64::INFINITY, ..Self::all(tolerance) }
+    }
+}
+
+/// A jump from one segment to the next. Each amount is what the later one begins with, less what the earlier ends with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Joint {
+    /// The number of the later segment.
+    pub index: usize,
+    /// When the later segment starts, in seconds.
+    pub time: f64,
+    /// How much later that is than the end of the earlier one, in seconds; negative if they overlap.
+    pub gap: f64,
+    /// The jump of position, in units.
+    pub position: f64,
+    /// The jump of velocity, in units a second; `None` if one of them has no limit. Rest in a gap does not count.
+    pub velocity: Option<f64>,
+}
+
+impl<'a> Axis<'a> {
+    /// The places between segments where time, position or velocity jumps by more than a tolerance.
+    pub fn joints(&self, tolerance: Tolerance) -> impl Iterator<Item = Joint> + use<'a> {
+        let pairs = self.segments.iter().zip(self.segments.iter().skip(1));
+        pairs.zip(1..).filter_map(move |((before, after), index)| {
+            let (end, time) = (before.end(), after.start());
+            let (ended, begins) = (before.at(end), after.at(time));
+            let velocity = ended.velocity.zip(begins.velocity).map(|(ended, begins)| begins - ended);
+            let joint = Joint { index, time, gap: time - end, position: begins.position - ended.position, velocity };
+            // Written so that a tolerance that is not a number tolerates nothing.
+            let smooth = joint.gap.abs() <= tolerance.time
+                && joint.position.abs() <= tolerance.position
+                && velocity.map_or(f64::INFINITY, f64::abs) <= tolerance.velocity;
+            (!smooth).then_some(joint)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bezier::{Ease, Key, Segment};
+
+    fn segment(from: (f64, f64), to: (f64, f64), arrive: Ease) -> Segment {
+        let key = |(time, position)| Key { time, position, arrive, leave: Ease::Linear };
+        Segment::between(&key(from), &key(to)).unwrap()
+    }
+
+    #[test]
+    fn each_kind_of_jump_is_told() {
+        let steep = Ease::Handle(crate::bezier::Point::new(0.0, -1.0));
+        let segments = [
+            segment((0.0, 0.0), (1.0, 1.0), Ease::Linear),
+            // Smooth,
+            segment((1.0, 1.0), (2.0, 2.0), Ease::Linear),
+            // a corner,
+            segment((2.0, 2.0), (3.0, 0.0), Ease::Linear),
+            // a gap and a jump,
+            segment((3.5, 1.0), (4.0, 0.0), steep),
+            // and no velocity before.
+            segment((4.0, 0.0), (5.0, 0.0), Ease::Linear),
+        ];
+        let axis = Axis::new(&segments, "").unwrap();
+        let joints = |tolerance| {
+            let mut found = [None; 5];
+            axis.joints(tolerance).zip(&mut found).for_each(|(joint, slot)| *slot = Some(joint.index));
+            found
+        };
+        assert_eq!(joints(Tolerance::all(1e-4)), [Some(2), Some(3), Some(4), None, None]);
+        assert_eq!(joints(Tolerance::corners(1e-4)), [Some(3), None, None, None, None]);
+        assert_eq!(joints(Tolerance { time: 1.0, ..Tolerance::corners(2.0) }), [None; 5]);
+        assert_eq!(joints(Tolerance::all(f64::NAN)).iter().flatten().count(), 4);
+
+        let corner = axis.joints(Tolerance::all(1e-4)).next().unwrap();
+        assert!((corner.velocity.unwrap() + 3.0).abs() < 1e-12);
+        assert_eq!((corner.time, corner.gap, corner.position), (2.0, 0.0, 0.0));
+        let gap = axis.joints(Tolerance::all(1e-4)).nth(1).unwrap();
+        assert_eq!((gap.time, gap.gap, gap.position), (3.5, 0.5, 1.0));
+        let steep = axis.joints(Tolerance::all(1e-4)).nth(2).unwrap();
+        assert_eq!((steep.gap, steep.position, steep.velocity), (0.0, 0.0, None));
+    }
+}
