@@ -65,12 +65,8 @@ impl<Message: Clone> Line<Message> {
     /// What may become of the first message now.
     pub fn fates(&self) -> impl Iterator<Item = Fate> {
         let Faults { lost, corrupt, doubled } = self.faults;
-        let possible = [
-            (true, Fate::Arrives),
-            (doubled > 0, Fate::Doubled),
-            (corrupt > 0, Fate::Corrupt),
-            (lost > 0, Fate::Lost),
-        ];
+        let possible =
+            [(true, Fate::Arrives), (doubled > 0, Fate::Doubled), (corrupt > 0, Fate::Corrupt), (lost > 0, Fate::Lost)];
         let there = !self.is_empty();
         possible.into_iter().filter(move |(can, _)| there && *can).map(|(_, fate)| fate)
     }
