@@ -90,7 +90,9 @@
 #[cfg(any(test, feature = "std"))]
 extern crate std;
 
+pub mod device;
 pub mod frame;
+pub mod host;
 pub mod lint;
 pub mod message;
 #[cfg(feature = "nom")]
