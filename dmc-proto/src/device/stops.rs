@@ -55,8 +55,6 @@ impl DeviceMachine {
         }
         self.motion = match self.motion {
             Motion::Idle | Motion::Locked(_) => return,
-            // Nothing moves there.
-            Motion::Ready(_) if self.moving == Motors::NONE => Motion::Idle,
             _ => Motion::Stopping(harder_until),
         };
         self.on_frame = None;

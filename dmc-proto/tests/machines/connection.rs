@@ -278,7 +278,6 @@ fn a_stop_of_one_motor_of_a_coordinated_move_stops_all_of_it() {
             State::Idle | State::Moving | State::Stopping | State::Locked => {
                 (Event::Stop(Stop::Motor(Motor(2))), state)
             }
-            State::Ready => (all, State::Idle),
             _ => (all, State::Stopping),
         };
         assert_eq!((events[0], bench.state()), (event, next), "{state:?}");
@@ -300,7 +299,7 @@ fn a_stop_of_everything_at_rest_is_all_right() {
     }
 }
 
-/// D2-18
+/// D2-18, D-56
 #[test]
 fn a_stop_of_everything_decelerates_and_ends_every_move() {
     for flags in [None, Some(StopFlags::SILENT)] {
@@ -311,11 +310,9 @@ fn a_stop_of_everything_decelerates_and_ends_every_move() {
             let (said, events) = bench.asked(message);
             assert_eq!(said, [bench.ack(&message, AckCode::OK)]);
             assert_eq!(events[0], Event::Stop(Stop::All { silent: flags.is_some() }));
-            assert_eq!(bench.state(), if state == State::Ready { State::Idle } else { State::Stopping });
-            if state != State::Ready {
-                bench.refuses(jog(3), AckCode::ERR_MOVING);
-                bench.refuses(position_frame(2), AckCode::ERR_MOVING);
-            }
+            assert_eq!(bench.state(), State::Stopping, "{state:?}");
+            bench.refuses(jog(3), AckCode::ERR_MOVING);
+            bench.refuses(position_frame(2), AckCode::ERR_MOVING);
             bench.rests();
             assert_eq!((bench.state(), bench.machine.on_frame()), (State::Idle, None));
         }
@@ -427,7 +424,7 @@ fn virtual_stop() -> HostMessage<'static> {
     HostMessage::VirtStop(VirtStop { virtual_motor: VirtualMotor::PAN, tail: &[] })
 }
 
-/// D4-1
+/// D4-1, D-69
 #[test]
 fn virtual_motors_move_once_they_are_configured() {
     for message in virtual_messages() {
@@ -532,7 +529,7 @@ fn without_a_line_nothing_moves() {
             assert_eq!((events, bench.state()), (vec![], state));
         } else {
             assert_eq!(events[0], Event::Stop(Stop::All { silent: false }));
-            assert!(matches!(bench.state(), State::Stopping | State::Idle));
+            assert_eq!(bench.state(), State::Stopping);
         }
     }
 }

@@ -27,7 +27,7 @@ fn positions() -> DeviceMessage<'static> {
     })
 }
 
-/// D5-1
+/// D5-1, D-48
 #[test]
 fn an_open_line_is_greeted() {
     let mut desk = Desk::new();

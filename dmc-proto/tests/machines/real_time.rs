@@ -40,7 +40,7 @@ fn a_begin_forgets_what_there_was() {
     bench.refuses(position_frame(3), AckCode::ERR_GENERAL);
 }
 
-/// D3-2
+/// D3-2, D-67
 #[test]
 fn the_buffer_has_the_last_word_on_a_section() {
     let mut bench = Bench::new();
@@ -372,7 +372,7 @@ fn a_loop_ends_at_its_next_end_point() {
     }
 }
 
-/// D3-25
+/// D3-25, D-66
 #[test]
 fn where_nothing_loops_there_is_no_loop_to_end() {
     let mut bench = running(1, 10, ONCE);

@@ -280,7 +280,7 @@ fn a_loop_goes_on_until_it_is_told_to_stop() {
     ends(other, 9);
 }
 
-/// D5-20
+/// D5-20, D-68
 #[test]
 fn a_shot_ends_by_time_if_its_end_is_not_told() {
     let shoot = || {
