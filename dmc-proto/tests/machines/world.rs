@@ -244,8 +244,11 @@ impl World {
                 if !is_all && self.doing != Doing::Moving {
                     return None;
                 }
-                let is_at_rest = matches!(self.doing, Doing::Nothing | Doing::Prepared);
-                (Doing::Stopping, if is_at_rest { 0 } else { 150 })
+                match self.doing {
+                    Doing::Nothing | Doing::Prepared => (Doing::Nothing, 0),
+                    Doing::Stopping => return None,
+                    _ => (Doing::Stopping, 150),
+                }
             }
             device::Event::Move(..) | device::Event::Jog(..) if self.doing != Doing::Nothing => return None,
             device::Event::Move(..) => (Doing::Moving, 800),
