@@ -8,10 +8,10 @@ use super::options::{MAX_WINDOW, Options, TRIES};
 use crate::frame::{MessageId, MessageType};
 use crate::message::HostMessage;
 
-/// Requests of the application that wait, at most.
+/// How many requests may wait: if there are as many, the application's next one has failed.
 pub const MAX_QUEUE: usize = 8;
 
-/// Two places more: for a sequence, and for a question after a silence.
+/// Two places more, that the application cannot take: for a sequence, and for a question after a silence.
 const QUEUE: usize = MAX_QUEUE + 2;
 
 /// All requests that there can be.
@@ -121,9 +121,11 @@ pub(super) struct Requests {
 impl Requests {
     /// Lets a request wait for its turn: `false`, if there is no room.
     pub(super) fn submit(&mut self, request: Request) -> bool {
-        let is_application = |request: &&Request| matches!(request.owner, Owner::Application(_));
-        let waiting = self.queue.iter().filter(is_application).count();
-        if is_application(&&request) && waiting >= MAX_QUEUE { false } else { self.queue.try_push(request).is_ok() }
+        let room = match request.owner {
+            Owner::Application(_) => MAX_QUEUE,
+            Owner::Sequence | Owner::Question => QUEUE,
+        };
+        self.queue.len() < room && self.queue.try_push(request).is_ok()
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -141,10 +143,10 @@ impl Requests {
         self.window.iter().map(|pending| (pending.id, pending.request.kind))
     }
 
-    /// Takes the request that a message of this id and type answers. One that waits to be sent again was answered before.
+    /// Takes the request that a message of this id and type answers. It may wait to be sent again, if the device got it
+    /// twice, and once of that wrong.
     pub(super) fn answered(&mut self, id: MessageId, kind: MessageType) -> Option<Request> {
-        let is_it = |pending: &Pending| pending.id == id && !pending.again && kind == pending.request.kind;
-        let at = self.window.iter().position(is_it)?;
+        let at = self.window.iter().position(|pending| pending.id == id && pending.request.kind == kind)?;
         self.window.pop_at(at).map(|pending| pending.request)
     }
 

@@ -239,6 +239,18 @@ fn what_arrived_wrong_is_sent_again_after_a_pause() {
     assert_eq!(desk.pass(60_000), (vec![], vec![]));
 }
 
+/// D5-13
+#[test]
+fn what_arrived_twice_and_wrong_once_is_done() {
+    let mut desk = Desk::up();
+    desk.request(7, STATUS);
+    desk.acked(2, 0x0030, AckCode::ERR_CHECKSUM);
+    let again = vec![Event::Stray(MessageId(2), MessageType(0x8030))];
+    assert_eq!(desk.acked(2, 0x0030, AckCode::ERR_CHECKSUM), (vec![], again), "that is known");
+    assert_eq!(desk.status(2, 0), (vec![], vec![Event::Done(Token(7), Outcome::Answered)]));
+    assert_eq!(desk.pass(60_000), (vec![], vec![]));
+}
+
 /// D5-21
 #[test]
 fn what_the_device_would_refuse_is_not_sent() {

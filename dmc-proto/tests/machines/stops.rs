@@ -1,10 +1,10 @@
 //! A host: stops. Safety decision 1.
 
-use dmc_proto::host::{Command, Event, Failure, Input, Options, Outcome, State, Stop, Token, What};
+use dmc_proto::host::{Command, Event, Failure, Input, Options, Outcome, Progress, State, Stop, Token, What};
 use dmc_proto::message::{AckCode, Hi, HostMessage, Motor, MotorConfigure, MotorFlags, RunFlags, VirtualMotor};
 use dmc_proto::{DeviceMessage, MessageId, MessageType};
 
-use super::bench::{Desk, EMPTY, hi, jog, move_to, named, position_frame, run};
+use super::bench::{Desk, EMPTY, hi, jog, move_to, named, position_frame, run, shot};
 
 const STATUS: HostMessage<'static> = HostMessage::MotorStatus(EMPTY);
 const ALL: What = What::Stop(Stop::All);
@@ -149,6 +149,38 @@ fn a_motor_that_is_driven_by_hand_stops_alone() {
     assert!(desk.machine.progress().is_some());
     let (sent, events) = other.stop(Stop::Motor(Motor(3)));
     assert_eq!((sent, events), (vec![(4, ALL)], vec![Event::Failed(Token(2), Failure::Stopped)]));
+}
+
+/// D-62
+#[test]
+fn a_motor_that_stops_alone_leaves_the_run_as_it_is() {
+    let mut desk = Desk::up();
+    let flags = MotorFlags::LIVE;
+    let configure = HostMessage::MotorConfigure(MotorConfigure { motor: Motor(2), flags, tail: &[] });
+    desk.request(1, configure);
+    desk.acked(2, 0x0037, AckCode::OK);
+    desk.sequence(2, shot(1));
+    desk.acked(3, 0x0115, AckCode::OK);
+    desk.hears(0, DeviceMessage::RtGo(EMPTY));
+    assert_eq!(desk.machine.progress(), Some(Progress::Runs));
+    assert_eq!(desk.stop(TWO).0, [(4, What::Stop(TWO))]);
+    assert_eq!(desk.acked(4, 0x0032, AckCode::OK), (vec![], vec![Event::Stopped(TWO)]));
+    assert_eq!((desk.machine.progress(), desk.machine.is_armed()), (Some(Progress::Runs), true));
+}
+
+/// S-1
+#[test]
+fn what_a_sequence_asked_is_called_off_with_it() {
+    let mut desk = Desk::up();
+    desk.sequence(1, position_frame(1));
+    desk.acked(2, 0x0110, AckCode::OK);
+    assert_eq!(desk.pass(100).0, [(3, What::Status)]);
+    desk.stop(Stop::All);
+    assert_eq!(desk.machine.pending().count(), 0);
+    desk.acked(4, 0x0033, AckCode::OK);
+    assert_eq!(desk.sequence(2, position_frame(2)).0, [(5, named(2))]);
+    let stray = vec![Event::Stray(MessageId(3), MessageType(0x0030))];
+    assert_eq!(desk.status(3, 0), (vec![], stray), "the answer to an old question");
 }
 
 /// D-59
