@@ -2,8 +2,9 @@
 
 use motion_core::time::Millis;
 
+use super::connection::Connection;
 use super::io::{Command, Event, Failure, Name, Outcome, Output, Token};
-use super::machine::{Connection, HostMachine};
+use super::machine::HostMachine;
 use super::requests::{Owner, Request, Role};
 use super::run::Run;
 use super::sequence::{Course, Next, Reply, Sequence};
@@ -68,6 +69,9 @@ impl HostMachine {
 
     /// Whether a message may be sent at all.
     fn check(&self, message: &HostMessage<'_>) -> Result<(), Failure> {
+        if self.stops.forbid(message) {
+            return Err(Failure::Stopped);
+        }
         if let (true, Some(device)) = (self.options.is_gated, self.device) {
             if let Some(code) = message.refusal(&Context::of(device)) {
                 return Err(Failure::WouldBeRefused(code));

@@ -140,7 +140,7 @@ pub enum Failure {
     WouldBeRefused(AckCode),
     /// No answer, after all tries that it may have.
     Timeout,
-    /// A stop came.
+    /// A stop came, or is not confirmed yet.
     Stopped,
     /// The device stopped hard.
     HardStop,

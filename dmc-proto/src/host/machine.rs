@@ -5,6 +5,7 @@ use core::fmt;
 use motion_core::machine::Machine;
 use motion_core::time::Millis;
 
+use super::connection::{Connection, State, kept};
 use super::io::{Event, Failure, Input, Outcome, Output, Send, What};
 use super::options::{GREETINGS, Options};
 use super::requests::{Garbled, Ids, Owner, Request, Requests, Role};
@@ -31,51 +32,6 @@ pub struct HostMachine {
     pub(super) is_loaded: Option<bool>,
 }
 
-/// How far a connection is, for those who look at it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum State {
-    /// The line is not open.
-    Closed,
-    /// The device is asked who it is.
-    Greeting,
-    /// The device does not say who it is.
-    Silent,
-    /// The application configures the device.
-    Configuring,
-    /// Everything can be sent.
-    Up,
-}
-
-impl State {
-    /// All of them.
-    pub const ALL: [Self; 5] = [Self::Closed, Self::Greeting, Self::Silent, Self::Configuring, Self::Up];
-
-    /// Its name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Closed => "Closed",
-            Self::Greeting => "Greeting",
-            Self::Silent => "Silent",
-            Self::Configuring => "Configuring",
-            Self::Up => "Up",
-        }
-    }
-}
-
-/// How far a connection is, with all that belongs to it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Connection {
-    Closed,
-    /// How many greetings were sent, and until when the last one may be answered.
-    Greeting(u8, Millis),
-    Silent,
-    /// Whether the application says that it is done.
-    Configuring(bool),
-    Up,
-}
-
 impl HostMachine {
     /// A host whose line is closed.
     #[must_use]
@@ -97,13 +53,7 @@ impl HostMachine {
     /// How far the connection is.
     #[must_use]
     pub const fn state(&self) -> State {
-        match self.state {
-            Connection::Closed => State::Closed,
-            Connection::Greeting(..) => State::Greeting,
-            Connection::Silent => State::Silent,
-            Connection::Configuring(_) => State::Configuring,
-            Connection::Up => State::Up,
-        }
+        self.state.state()
     }
 
     /// What it was made with.
@@ -349,27 +299,6 @@ impl HostMachine {
         let wakes = [greeting, self.requests.wake(), self.stops.wake(), sequence];
         // At the end of time nothing is later than now.
         output.wake = wakes.into_iter().flatten().filter(|&wake| wake > now).min();
-    }
-}
-
-/// What can be kept of a greeting: all but what is behind its fields.
-fn kept(hi: &Hi<'_>) -> Hi<'static> {
-    let Hi { name, fw_major, fw_minor, fw_rev, motor_count, dmx_count, gio_out_count, gio_in_count, .. } = *hi;
-    let Hi { hw_limit_count, upload_frame_count, capabilities, protocol_version, .. } = *hi;
-    Hi {
-        name,
-        fw_major,
-        fw_minor,
-        fw_rev,
-        motor_count,
-        dmx_count,
-        gio_out_count,
-        gio_in_count,
-        hw_limit_count,
-        upload_frame_count,
-        capabilities,
-        protocol_version,
-        tail: &[],
     }
 }
 

@@ -100,6 +100,7 @@
 //! Source: DMC D5 and the safety decisions; each row is in `docs/machines-dmc.md` of the repository.
 
 mod commands;
+mod connection;
 mod io;
 mod machine;
 mod options;
@@ -109,8 +110,9 @@ mod sequence;
 mod stops;
 mod upload;
 
+pub use connection::State;
 pub use io::{Command, EVENTS, Event, Failure, Input, Name, Outcome, Output, SENDS, Send, Token, What};
-pub use machine::{HostMachine, State};
+pub use machine::HostMachine;
 pub use options::{MAX_WINDOW, Options, Times};
 pub use requests::MAX_QUEUE;
 pub use sequence::Progress;

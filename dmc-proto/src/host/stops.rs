@@ -159,6 +159,20 @@ impl Stops {
         self.slots.iter_mut().find(|slot| slot.stop == stop)
     }
 
+    /// Whether a message would move what shall stop (decision D-70). What moves motors together, or unknown ones, would.
+    pub(super) fn forbid(&self, message: &HostMessage<'_>) -> bool {
+        let one = match message {
+            HostMessage::MotorMove(message) => Some(Stop::Motor(message.motor)),
+            HostMessage::MotorJog(message) => Some(Stop::Motor(message.motor)),
+            _ => None,
+        };
+        let is_moved = |stop: Stop| match (stop, one) {
+            (Stop::Motor(_), Some(one)) => stop == one,
+            _ => true,
+        };
+        message.starts_motion() && self.iter().any(is_moved)
+    }
+
     /// The stops that are not confirmed.
     pub(super) fn iter(&self) -> impl Iterator<Item = Stop> {
         self.slots.iter().map(|slot| slot.stop)

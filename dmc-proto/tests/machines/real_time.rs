@@ -238,12 +238,13 @@ fn a_shot_begins_where_it_can() {
     bench.takes(shot(10), Event::Prepare);
     assert_eq!(bench.state(), State::PreRoll);
     Bench::new().refuses(shot(1), AckCode::ERR_GENERAL);
+    let motors = [MotorPair::new(Motor(5), Steps(0), Steps(9))];
     let own = HostMessage::RtShootFrame(RtShootFrame {
         frame: frame(50),
         direction: Direction::FORWARD,
         exposure_ms: Milliseconds(500),
         blur_x10: BlurPercent(Scaled(1000)),
-        motors: &[MotorPair::new(Motor(5), Steps(0), Steps(9))],
+        motors: &motors,
         tail: &[],
     });
     let mut bench = Bench::new();

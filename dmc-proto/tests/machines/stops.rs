@@ -96,6 +96,30 @@ fn the_answer_to_an_earlier_try_is_as_good() {
     assert_eq!(desk.acked(2, 0x0033, AckCode::OK), (vec![], vec![Event::Stopped(Stop::All)]));
 }
 
+/// D-70
+#[test]
+fn what_shall_stop_is_not_moved_until_it_is_confirmed() {
+    let failed = vec![Event::Failed(Token(1), Failure::Stopped)];
+    let mut desk = Desk::up();
+    desk.stop(TWO);
+    for message in [jog(2), move_to(2, 1)] {
+        assert_eq!(desk.request(1, message), (vec![], failed.clone()));
+    }
+    assert_eq!(desk.sequence(1, position_frame(1)), (vec![], failed.clone()), "the motor may be part of it");
+    assert_eq!(desk.request(2, jog(1)).0, [(3, named(2))], "another motor");
+    desk.acked(3, 0x0036, AckCode::OK);
+    desk.stop(Stop::All);
+    assert_eq!(desk.request(1, jog(1)), (vec![], failed));
+    assert_eq!(desk.request(3, STATUS).0, [(5, named(3))]);
+    desk.acked(4, 0x0033, AckCode::OK);
+    desk.status(5, 0);
+    assert_eq!(desk.request(1, jog(1)).0, [(6, named(1))]);
+    desk.stop(Stop::All);
+    desk.command(Command::EndStops);
+    desk.request(4, jog(1));
+    assert!(desk.machine.pending().any(|(_, kind)| kind == MessageType(0x0036)), "or given up");
+}
+
 /// D-61
 #[test]
 fn several_stops_are_followed_and_too_many_are_one_of_everything() {
