@@ -2,8 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use dmc_proto::device::{self, DeviceMachine, State};
-use dmc_proto::host::{self, Command, HostMachine, Name, Stop, Token, What};
+use dmc_proto::device::{self, DeviceMachine, Quirks, State};
+use dmc_proto::host::{self, Command, HostMachine, Name, Progress, Stop, Token, What};
 use dmc_proto::message::{AckCode, HostMessage, Motor, Motors, RunFlags, Triggers, VirtualMotor};
 use dmc_proto::upload::{MoveSource, Section, SectionSize};
 use dmc_proto::{MessageId, MessageType};
@@ -12,6 +12,8 @@ use motion_core::wire::Messages;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
 
 use super::bench::{
     EMPTY, SWING_PAN, axis, begin, frame, hi, jog, jog_all, move_to, position_frame, run, shot, stop, stop_all,
@@ -330,7 +332,7 @@ proptest! {
     /// S-1, S-7
     #[test]
     fn a_device_meets_anything(steps in device_steps(), quirks in any::<u16>()) {
-        let options = device::Options::of(hi()).with_quirks(device::Quirks(quirks));
+        let options = device::Options::of(hi()).with_quirks(Quirks(quirks));
         let (mut machine, mut now) = (DeviceMachine::new(options), Millis(0));
         let mut stores = vec![];
         for (gap, step) in steps {
@@ -401,12 +403,80 @@ proptest! {
 
     /// S-1, S-2, S-3, S-7
     #[test]
-    fn a_host_and_a_device_over_a_bad_line(actions in actions(), faults in faults(), window in 1..5_u8) {
-        let mut world = World::new(window, faults);
+    fn a_host_and_a_device_over_a_bad_line(
+        actions in actions(),
+        faults in faults(),
+        window in 1..5_u8,
+        quirks in any::<u16>(),
+    ) {
+        let mut world = World::new(window, Quirks(quirks), faults);
         for (action, gap) in actions {
             world.act(action);
             world.pass(gap);
         }
+        world.settle();
+    }
+}
+
+/// What the test above is worth: it leads into every state, and most sequences still come to their end.
+#[test]
+fn a_bad_line_still_leads_everywhere() {
+    let mut runner = TestRunner::deterministic();
+    let (mut states, mut progress) = (HashSet::new(), HashSet::new());
+    let mut outcomes = HashMap::<_, u32>::new();
+    for _ in 0..300 {
+        let (actions, faults) = (actions(), faults()).new_tree(&mut runner).unwrap().current();
+        let mut world = World::new(1, Quirks(0), faults);
+        for (action, gap) in actions {
+            world.act(action);
+            world.pass(gap);
+        }
+        world.settle();
+        states.extend(world.seen.0);
+        progress.extend(world.seen.1);
+        for event in world.ended.into_values() {
+            let what = match event {
+                host::Event::Done(_, outcome) => format!("{outcome:?}"),
+                host::Event::Failed(_, failure) => format!("{failure:?}"),
+                _ => continue,
+            };
+            *outcomes.entry(what).or_default() += 1;
+        }
+    }
+    assert_eq!(states, State::ALL.into());
+    assert_eq!(progress, Progress::ALL.into());
+    println!("{outcomes:?}");
+    for outcome in ["Acknowledged", "Answered", "Finished", "Timeout", "Stopped", "HardStop", "NotUp", "Busy"] {
+        assert!(outcomes.get(outcome).is_some_and(|&times| times >= 10), "{outcome}: {outcomes:?}");
+    }
+}
+
+/// Over a good line everything comes to its end, with a device of the book and with one of the field.
+#[test]
+fn a_session_comes_to_its_end() {
+    for quirks in [Quirks(0), Quirks::VENDOR] {
+        let mut world = World::new(1, quirks, vec![]);
+        for (action, gap) in [
+            (Action::Upload, 500),
+            (Action::ToFrame(1), 3000),
+            (Action::Run(RunFlags(0)), 5000),
+            (Action::Go, 5000),
+            (Action::JogAll(3), 3000),
+            (Action::Run(RunFlags::PING_PONG), 5000),
+            (Action::OperatorGo, 5000),
+            (Action::StopLoop, 20_000),
+            (Action::Shot, 3000),
+            (Action::Go, 10_000),
+            (Action::Move(3), 1000),
+        ] {
+            world.act(action);
+            world.pass(gap);
+        }
+        assert_eq!(world.ended.len(), 8);
+        for (token, event) in &world.ended {
+            assert!(matches!(event, host::Event::Done(..)), "{token:?}: {event:?}");
+        }
+        assert_eq!((world.device.state(), world.host.is_loaded()), (State::Idle, Some(true)));
         world.settle();
     }
 }

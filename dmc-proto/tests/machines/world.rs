@@ -2,8 +2,8 @@
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
-use dmc_proto::device::{self, DeviceMachine, State};
-use dmc_proto::host::{self, Command, HostMachine, Name, Stop, Token};
+use dmc_proto::device::{self, DeviceMachine, Quirks, State};
+use dmc_proto::host::{self, Command, HostMachine, Name, Progress, Stop, Token};
 use dmc_proto::message::{AckCode, FrameNumber, HostMessage, Motor, MotorConfigure, MotorFlags, RunFlags};
 use dmc_proto::upload::{MoveSource, SCRATCH, Section, SectionSize};
 use dmc_proto::{DeviceMessage, Frame, MessageId};
@@ -96,6 +96,10 @@ pub(crate) struct World {
     messages: HashMap<Token, HostMessage<'static>>,
     /// Tokens that have not ended.
     pub(crate) open: HashSet<Token>,
+    /// How the others did.
+    pub(crate) ended: HashMap<Token, host::Event>,
+    /// Where both have been.
+    pub(crate) seen: (HashSet<State>, HashSet<Progress>),
     /// How often each was sent.
     sent: HashMap<Token, u32>,
     signals: u32,
@@ -122,12 +126,12 @@ impl MoveSource for Ramp {
 }
 
 impl World {
-    pub(crate) fn new(window: u8, faults: Vec<Fault>) -> Self {
+    pub(crate) fn new(window: u8, quirks: Quirks, faults: Vec<Fault>) -> Self {
         let mut world = Self {
             now: Millis(0),
             host: HostMachine::new(host::Options::default().with_window(window)),
             host_wake: None,
-            device: DeviceMachine::new(device::Options::of(hi())),
+            device: DeviceMachine::new(device::Options::of(hi()).with_quirks(quirks)),
             device_wake: None,
             to_device: Line::default(),
             to_host: Line::default(),
@@ -137,6 +141,8 @@ impl World {
             frames_left: 0,
             messages: HashMap::new(),
             open: HashSet::new(),
+            ended: HashMap::new(),
+            seen: (HashSet::new(), HashSet::new()),
             sent: HashMap::new(),
             signals: 0,
             called_off: 0,
@@ -158,11 +164,13 @@ impl World {
     pub(crate) fn tell_host(&mut self, input: host::Input<'_>) {
         let (machine, output) = laws::machine::step(self.host.clone(), self.now, input);
         (self.host, self.host_wake) = (machine, output.wake);
+        self.seen.1.extend(self.host.progress());
         let mut asked = None;
         for event in &output.events {
             match *event {
                 host::Event::Done(token, _) | host::Event::Failed(token, _) => {
                     assert!(self.open.remove(&token), "{token:?} ends once");
+                    self.ended.insert(token, *event);
                 }
                 host::Event::NextSection(behind) => asked = Some(behind),
                 host::Event::DeviceReset => panic!("nobody reset the device"),
@@ -193,6 +201,9 @@ impl World {
 
     /// Nothing is sent twice that must not be, nor after it was called off.
     fn check_sent(&mut self, what: host::What, message: &HostMessage<'_>) {
+        let mut stops = self.host.unconfirmed_stops();
+        let is_alone = |stop: Stop| matches!(stop, Stop::Motor(_));
+        assert!(!message.starts_motion() || stops.all(is_alone), "{message} against a stop");
         match what {
             host::What::Named(Name::Message(token)) => {
                 let times = self.sent.entry(token).or_default();
@@ -215,6 +226,7 @@ impl World {
         let is_stop = matches!(input, device::Input::Received { message, .. } if message.is_stop());
         let (machine, output) = laws::machine::step(self.device.clone(), self.now, input);
         (self.device, self.device_wake) = (machine, output.wake);
+        self.seen.0.insert(self.device.state());
         if is_stop {
             let event = output.events.first();
             assert!(matches!(event, Some(device::Event::Stop(_))), "{event:?} in {before:?}");
