@@ -268,14 +268,9 @@ impl DeviceMachine {
             self.at_rest()?;
             self.on_frame = None;
         }
-        match self.upload.receive(request.id, &request.message) {
-            Ok(store) => {
-                output.event(Event::Store(store));
-                Ok(())
-            }
-            // Also one that ends nothing, which is all right.
-            Err(code) => Err(code),
-        }
+        let store = self.upload.receive(request.id, &request.message)?;
+        output.event(Event::Store(store));
+        Ok(())
     }
 
     fn stored(&mut self, store: Store, code: AckCode, output: &mut Output) {
@@ -337,7 +332,6 @@ impl Machine for DeviceMachine {
             Input::Corrupt(id, kind) => self.ack(id, kind, AckCode::ERR_CHECKSUM, &mut output),
             Input::Stored(store, code) => self.stored(store, code, &mut output),
             Input::Moving(motors) if self.motion != Motion::Idle => self.moving = motors,
-            Input::Moving(_) => output.event(Event::Stray),
             Input::AtRest => self.arrived(now, &mut output),
             Input::Frame(frame) => self.passed(now, frame, &mut output),
             Input::PassEnd => self.pass_end(&mut output),
@@ -353,7 +347,8 @@ impl Machine for DeviceMachine {
                 Self::tell(What::Inputs(triggers), &mut output);
             }
             Input::Aimed => Self::tell(What::Aim, &mut output),
-            Input::Wake => {}
+            Input::Wake | Input::Moving(Motors::NONE) => {}
+            Input::Moving(_) => output.event(Event::Stray),
         }
         self.watch(now, &mut output);
         (self, output)

@@ -14,15 +14,12 @@ pub struct Options {
     pub hi: Hi<'static>,
     /// How it differs from the specification; not at all, unless told.
     pub quirks: Quirks,
-    /// Milliseconds between two reports of positions while motors move, 100 unless told otherwise: the specification says
-    /// about 100.
-    pub report_every: u32,
-    /// Milliseconds within which a second stop of everything is taken for an emergency, 1000 unless told otherwise, as the
-    /// vendor's firmware has it (DMC D2, decision D-22).
-    pub harder_within: u32,
-    /// Milliseconds that a device stays locked after a hard stop, once all motors stand: 2000 unless told otherwise, as
-    /// the vendor's firmware has it (DMC D2).
-    pub hold: u32,
+    /// Milliseconds between two reports of positions while motors move.
+    pub(super) report_every: u32,
+    /// Milliseconds within which a second stop of everything is a harder one.
+    pub(super) harder_within: u32,
+    /// Milliseconds that a device stays locked after a hard stop, once all motors stand.
+    pub(super) hold: u32,
 }
 
 impl Options {
@@ -39,21 +36,24 @@ impl Options {
         self
     }
 
-    /// The same, with reports of positions this many milliseconds apart; 0 counts as 1.
+    /// The same, with reports of positions this many milliseconds apart while motors move: 100 unless told otherwise, as
+    /// the specification says. 0 counts as 1.
     #[must_use]
     pub const fn with_report_every(mut self, millis: u32) -> Self {
         self.report_every = if millis == 0 { 1 } else { millis };
         self
     }
 
-    /// The same, with another time for a second stop to be a harder one.
+    /// The same, taking a second stop of everything within this many milliseconds for an emergency: 1000 unless told
+    /// otherwise, as the vendor's firmware has it (DMC D2, decision D-22).
     #[must_use]
     pub const fn with_harder_within(mut self, millis: u32) -> Self {
         self.harder_within = millis;
         self
     }
 
-    /// The same, locked for another time after a hard stop.
+    /// The same, locked after a hard stop for this many milliseconds from when all motors stand: 2000 unless told otherwise,
+    /// as the vendor's firmware has it (DMC D2).
     #[must_use]
     pub const fn with_hold(mut self, millis: u32) -> Self {
         self.hold = millis;

@@ -39,8 +39,8 @@ pub(super) struct Frames {
 }
 
 impl Upload {
-    /// What to do with a message of an upload: store it, or answer it at once. A begin is only given here when all is at
-    /// rest, since what there was is forgotten with it.
+    /// What to do with a message of an upload: store it, or answer it at once with this code, which is `OK` for an end
+    /// that ends nothing. A begin is only given here when all is at rest, since what there was is forgotten with it.
     pub(super) fn receive(&mut self, id: MessageId, message: &HostMessage<'_>) -> Result<Store, AckCode> {
         let what = match (message, *self) {
             (HostMessage::RtUploadMoveBegin(begin), _) => {

@@ -164,12 +164,21 @@ impl HostMachine {
             DeviceMessage::GioIn(_)
             | DeviceMessage::MotorGetPosition(_)
             | DeviceMessage::VirtGetPosition(_)
-            | DeviceMessage::VirtAimPoint(_) => match self.requests.answered(id, message.kind()) {
-                Some(request) => self.settle(now, request, Reply::Answered, output),
-                None => output.event(Event::Unasked(message.kind())),
-            },
+            | DeviceMessage::VirtAimPoint(_) => self.asked_or_not(now, id, message, output),
             DeviceMessage::Other(_) => output.event(stray),
         }
+    }
+
+    /// What a device tells when it is asked, and also unasked.
+    fn asked_or_not(&mut self, now: Millis, id: MessageId, message: &DeviceMessage<'_>, output: &mut Output) {
+        if let Some(request) = self.requests.answered(id, message.kind()) {
+            return self.settle(now, request, Reply::Answered, output);
+        }
+        let run = self.sequence.as_mut().and_then(Sequence::run);
+        if let (DeviceMessage::MotorGetPosition(_), Some(run)) = (message, run) {
+            run.heard(now);
+        }
+        output.event(Event::Unasked(message.kind()));
     }
 
     /// Decision D-46: with id 0, and not while it is waited for, the device was reset.
@@ -234,8 +243,10 @@ impl HostMachine {
     fn settle(&mut self, now: Millis, request: Request, reply: Reply, output: &mut Output) {
         match (request.conduct.role, reply) {
             (Role::Configures, Reply::Failed(_)) => self.live = Motors::NONE,
-            // If something moves, that may be what an earlier request began.
-            (Role::Arms, Reply::Failed(Failure::Refused(code))) => self.is_armed &= code == AckCode::ERR_MOVING,
+            // If something moves, that may be what an earlier request began; and who knows what arrived wrong.
+            (Role::Arms, Reply::Failed(Failure::Refused(code))) => {
+                self.is_armed &= matches!(code, AckCode::ERR_MOVING | AckCode::ERR_CHECKSUM);
+            }
             (Role::StopsLoop, Reply::Acknowledged) => {
                 if let Some(run) = self.sequence.as_mut().and_then(Sequence::run) {
                     run.loop_ends(now);

@@ -40,7 +40,7 @@ enum Phase {
     /// The signal is on its way, or waits to be given again, for the how manieth time.
     Goes(u8, Option<Millis>),
     /// It runs. Should its end not be told, it is asked for then.
-    Runs(Option<Millis>),
+    Runs(Millis),
 }
 
 /// What comes when all motors stand.
@@ -186,17 +186,30 @@ impl Run {
         Next::Tell(Event::Started(token))
     }
 
-    /// When it should be over, if it ever is by itself.
-    fn end(&self, now: Millis) -> Option<Millis> {
+    /// When it should be over; of a loop, when a pass should be.
+    fn end(&self, now: Millis) -> Millis {
         match self.goal {
-            Goal::Run { loops: true, .. } => None,
-            Goal::Run { lasts, .. } | Goal::Shot { lasts } => Some(now.after(lasts).after(PATIENCE)),
-            Goal::Travel => Some(now.after(TRAVEL)),
+            Goal::Run { lasts, .. } | Goal::Shot { lasts } => now.after(lasts).after(PATIENCE),
+            Goal::Travel => now.after(TRAVEL),
         }
     }
 
-    /// The device takes the pass that runs for the last one.
+    /// The device tells where its motors are. As long as it does, a loop goes on.
+    pub(super) fn heard(&mut self, now: Millis) {
+        if self.loops() && matches!(self.phase, Phase::Runs(_)) {
+            self.phase = Phase::Runs(self.end(now));
+        }
+    }
+
+    const fn loops(&self) -> bool {
+        matches!(self.goal, Goal::Run { loops: true, .. })
+    }
+
+    /// The device takes the pass that runs, or will run, for the last one. Before it knew of the run, it took nothing.
     pub(super) fn loop_ends(&mut self, now: Millis) {
+        if matches!(self.progress(), Progress::ToStart | Progress::Travels | Progress::Begins) {
+            return;
+        }
         if let Goal::Run { loops, .. } = &mut self.goal {
             *loops = false;
         }
@@ -217,12 +230,13 @@ impl Run {
             (DeviceMessage::RtGo(_), Phase::Watch(_, Then::Ready) | Phase::Ready | Phase::Goes(..)) => {
                 Some(self.started(now, token))
             }
-            (DeviceMessage::RtEnd(_), Phase::Goes(..) | Phase::Runs(_)) => {
-                if matches!(self.goal, Goal::Run { loops: true, .. }) {
-                    return Some(Next::Tell(Event::PassEnded(token)));
-                }
-                Some(self.watch(now, Then::Done, options))
+            // What ends a pass has begun.
+            (DeviceMessage::RtEnd(_), Phase::Goes(..)) if self.loops() => Some(self.started(now, token)),
+            (DeviceMessage::RtEnd(_), Phase::Runs(_)) if self.loops() => {
+                self.heard(now);
+                Some(Next::Tell(Event::PassEnded(token)))
             }
+            (DeviceMessage::RtEnd(_), Phase::Goes(..) | Phase::Runs(_)) => Some(self.watch(now, Then::Done, options)),
             _ => None,
         }
     }
@@ -239,7 +253,7 @@ impl Run {
                 *again = None;
                 ask(What::Go)
             }
-            Phase::Runs(Some(until)) if *until <= now => self.watch(now, Then::Done, options),
+            Phase::Runs(until) if *until <= now => self.watch(now, Then::Done, options),
             _ => Next::Wait,
         }
     }
@@ -248,7 +262,7 @@ impl Run {
         match self.phase {
             Phase::Watch(Watch { until, ask, .. }, _) => Some(ask.map_or(until, |ask| ask.min(until))),
             Phase::Goes(_, again) => again,
-            Phase::Runs(until) => until,
+            Phase::Runs(until) => Some(until),
             Phase::ToStart | Phase::Begins | Phase::Ready => None,
         }
     }

@@ -221,6 +221,26 @@ fn what_must_not_be_repeated_fails_and_it_is_asked_what_moves() {
     }
 }
 
+/// S-2
+#[test]
+fn what_must_not_be_repeated_is_a_short_list() {
+    let body = [0; 700];
+    let all = HostMessage::ALL.iter().map(|kind| Message::decode_body(kind.number, &body[..]).unwrap());
+    let (mut never, mut stops, mut moves) = (vec![], vec![], vec![]);
+    for message in all {
+        let kind = message.kind().0;
+        never.extend((!message.is_repeatable()).then_some(kind));
+        stops.extend(message.is_stop().then_some(kind));
+        moves.extend(message.starts_motion().then_some(kind));
+    }
+    assert_eq!(never, [0x0035, 0x0036, 0x0111, 0x0112, 0x0113, 0x0115, 0x0120, 0x0203, 0x0206]);
+    assert_eq!(stops, [0x0032, 0x0033, 0x0202]);
+    let jogs_and_runs = [0x0036, 0x0110, 0x0111, 0x0112, 0x0113, 0x0115, 0x0120, 0x0201, 0x0203, 0x0206, 0x0207];
+    assert_eq!((moves[0], &moves[1..]), (0x0031, &jogs_and_runs[..]));
+    let unknown = Message::other(0x0300, &[]);
+    assert!(!unknown.is_repeatable() && unknown.starts_motion(), "it may do anything");
+}
+
 /// D5-13, S-3, D-8
 #[test]
 fn what_arrived_wrong_is_sent_again_after_a_pause() {

@@ -1,9 +1,11 @@
 //! A host: uploads, runs, shots. DMC D5, real-time sequence.
 
-use dmc_proto::DeviceMessage;
 use dmc_proto::host::{Command, Event, Failure, Input, Name, Outcome, Progress, Stop, Token, What};
-use dmc_proto::message::{AckCode, FrameNumber, HardStop, HostMessage, Motor, Motors, RunFlags, Steps, StopReason};
+use dmc_proto::message::{
+    AckCode, FrameNumber, HardStop, HostMessage, Motor, MotorPositions, Motors, MoveTime, RunFlags, Steps, StopReason,
+};
 use dmc_proto::upload::{MoveSource, Section, SectionSize, sections};
+use dmc_proto::{DeviceMessage, MessageType};
 
 use super::bench::{Desk, EMPTY, begin, frame, jog_all, named, position_frame, run, shot};
 
@@ -181,6 +183,7 @@ fn a_run_that_is_refused_or_lost_has_failed() {
     };
     assert!(!start(AckCode::ERR_PREROLL));
     assert!(start(AckCode::ERR_MOVING), "what moves may be a run from before");
+    assert!(start(AckCode::ERR_CHECKSUM), "who knows what arrived wrong");
 
     let mut desk = Desk::up();
     desk.sequence(1, run(1, 10, RunFlags(0)));
@@ -264,11 +267,15 @@ fn the_operator_may_start() {
 #[test]
 fn a_loop_goes_on_until_it_is_told_to_stop() {
     let mut desk = running(RunFlags::LOOP);
-    assert_eq!(desk.wake, None, "for ever");
-    for _ in 0..3 {
-        desk.pass(100_000);
+    for _ in 0..10 {
+        desk.pass(6000);
+        let positions = MotorPositions { move_time: MoveTime::default(), positions: &[], tail: &[] };
+        let told = desk.hears(0, DeviceMessage::MotorGetPosition(positions));
+        assert_eq!(told, (vec![], vec![Event::Unasked(MessageType(0x0034))]));
+        desk.pass(6000);
         assert_eq!(desk.hears(0, DeviceMessage::RtEnd(EMPTY)), (vec![], vec![Event::PassEnded(ONE)]));
     }
+    let mut silent = desk.clone();
     assert_eq!(desk.request(2, HostMessage::RtStopLoop(EMPTY)).0, [(8, named(2))]);
     desk.acked(8, 0x0116, OK);
     let mut other = desk.clone();
@@ -278,6 +285,44 @@ fn a_loop_goes_on_until_it_is_told_to_stop() {
     assert_eq!(other.pass(6299), (vec![], vec![]), "an end that is lost");
     other.pass(1);
     ends(other, 9);
+    assert_eq!(silent.pass(6299), (vec![], vec![]), "a loop that nothing is heard of");
+    silent.pass(1);
+    ends(silent, 8);
+}
+
+/// D5-19
+#[test]
+fn a_pass_that_ends_has_begun() {
+    let mut desk = ready(RunFlags::LOOP);
+    desk.command(Command::Go);
+    assert_eq!(desk.hears(0, DeviceMessage::RtEnd(EMPTY)), (vec![], vec![Event::Started(ONE)]), "the answer was lost");
+    assert_eq!(desk.machine.progress(), Some(Progress::Runs));
+    let mut desk = ready(RunFlags(0));
+    desk.command(Command::Go);
+    assert_eq!(desk.hears(0, DeviceMessage::RtEnd(EMPTY)), (vec![], vec![]));
+    ends(desk, 8);
+}
+
+/// D5-19
+#[test]
+fn a_loop_does_not_end_before_the_device_knows_of_it() {
+    let mut desk = Desk::up();
+    desk.sequence(1, run(1, 10, RunFlags::LOOP));
+    desk.acked(2, 0x0110, OK);
+    desk.request(2, HostMessage::RtStopLoop(EMPTY));
+    desk.acked(3, 0x0116, OK);
+    desk.pass(100);
+    desk.status(4, 0);
+    desk.acked(5, RUN_MOVE, OK);
+    desk.hears(0, DeviceMessage::RtGo(EMPTY));
+    assert_eq!(desk.hears(0, DeviceMessage::RtEnd(EMPTY)), (vec![], vec![Event::PassEnded(ONE)]));
+
+    let mut desk = ready(RunFlags::LOOP);
+    desk.request(2, HostMessage::RtStopLoop(EMPTY));
+    desk.acked(7, 0x0116, OK);
+    desk.hears(0, DeviceMessage::RtGo(EMPTY));
+    assert_eq!(desk.hears(0, DeviceMessage::RtEnd(EMPTY)), (vec![], vec![]), "one pass is left");
+    ends(desk, 8);
 }
 
 /// D5-20, D-68

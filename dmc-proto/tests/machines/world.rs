@@ -438,7 +438,12 @@ impl World {
             self.pass(10_000);
             self.command(Command::Configured);
         }
-        self.pass(30_000);
+        self.pass(60_000);
+        match self.host.progress() {
+            None | Some(Progress::Ready) => {}
+            Some(Progress::Runs) => assert_eq!(self.device.state(), State::Running, "a loop"),
+            Some(progress) => panic!("{progress:?} for ever"),
+        }
         self.stop(Stop::All);
         self.pass(10_000);
         assert_eq!(self.host.state(), host::State::Up);
