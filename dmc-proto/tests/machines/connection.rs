@@ -167,6 +167,14 @@ fn in_a_coordinated_move_only_live_motors_take_orders() {
     }
     let mut bench = Bench::on_frame();
     bench.asked(configure(3, MotorFlags::LIVE));
+    bench.asked(shot(1));
+    bench.rests();
+    bench.asked(jog(3));
+    assert_eq!((bench.state(), bench.machine.moving()), (State::Ready, Motors(0b100)));
+    assert_eq!(bench.rests(), (vec![], vec![]));
+    assert_eq!((bench.state(), bench.machine.moving()), (State::Ready, Motors::NONE));
+    let mut bench = Bench::on_frame();
+    bench.asked(configure(3, MotorFlags::LIVE));
     bench.asked(jog(3));
     bench.rests();
     assert_eq!(bench.machine.on_frame(), Some(frame(1)), "a live motor is not on frames");

@@ -221,6 +221,16 @@ fn what_must_not_be_repeated_fails_and_it_is_asked_what_moves() {
     }
 }
 
+/// D5-12
+#[test]
+fn one_question_is_enough() {
+    let mut desk = Desk::up_with(Options::default().with_window(4), hi());
+    desk.request(1, reset());
+    desk.request(2, jog(1));
+    let failed = |token| Event::Failed(Token(token), Failure::Timeout);
+    assert_eq!(desk.pass(500), (vec![(4, What::Status)], vec![failed(1), failed(2)]));
+}
+
 /// S-2
 #[test]
 fn what_must_not_be_repeated_is_a_short_list() {

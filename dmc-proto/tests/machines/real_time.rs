@@ -147,7 +147,7 @@ fn all_motors_jog_from_a_frame() {
     let mut bench = Bench::on_frame();
     bench.refuses(jog_all(11), AckCode::ERR_RANGE);
     bench.takes(jog_all(5), Event::JogAll(FramesPerSecond(Scaled(24_000)), frame(5)));
-    assert_eq!(bench.state(), State::JogAll);
+    assert_eq!((bench.state(), bench.machine.on_frame()), (State::JogAll, None));
 }
 
 /// D3-10

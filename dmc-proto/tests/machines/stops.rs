@@ -4,7 +4,7 @@ use dmc_proto::host::{Command, Event, Failure, Input, Options, Outcome, Progress
 use dmc_proto::message::{AckCode, Hi, HostMessage, Motor, MotorConfigure, MotorFlags, RunFlags, VirtualMotor};
 use dmc_proto::{DeviceMessage, MessageId, MessageType};
 
-use super::bench::{Desk, EMPTY, hi, jog, move_to, named, position_frame, run, shot};
+use super::bench::{Desk, EMPTY, begin, hi, jog, move_to, named, position_frame, run, shot};
 
 const STATUS: HostMessage<'static> = HostMessage::MotorStatus(EMPTY);
 const ALL: What = What::Stop(Stop::All);
@@ -192,6 +192,29 @@ fn a_motor_that_stops_alone_leaves_the_run_as_it_is() {
     assert_eq!((desk.machine.progress(), desk.machine.is_armed()), (Some(Progress::Runs), true));
 }
 
+/// D-62
+#[test]
+fn whether_a_motor_is_driven_by_hand_has_to_be_known() {
+    let flags = MotorFlags::LIVE;
+    let configure = HostMessage::MotorConfigure(MotorConfigure { motor: Motor(2), flags, tail: &[] });
+    let ends = |mut desk: Desk, id| {
+        assert_eq!(desk.sequence(2, position_frame(1)).0, [(id, named(2))]);
+        desk.acked(id, 0x0110, AckCode::OK);
+        assert_eq!(desk.stop(TWO).0, [(id + 1, ALL)]);
+    };
+    let mut desk = Desk::up();
+    desk.request(1, configure);
+    desk.acked(2, 0x0037, AckCode::ERR_GENERAL);
+    ends(desk, 3);
+    let mut desk = Desk::up();
+    desk.request(1, configure);
+    desk.acked(2, 0x0037, AckCode::OK);
+    desk.hears(0, DeviceMessage::Hi(hi()));
+    desk.hears(3, DeviceMessage::Hi(hi()));
+    desk.command(Command::Configured);
+    ends(desk, 4);
+}
+
 /// S-1
 #[test]
 fn what_a_sequence_asked_is_called_off_with_it() {
@@ -235,4 +258,24 @@ fn after_a_stop_nothing_that_moves_is_sent_again() {
     desk.hears(0, DeviceMessage::Hi(Hi { motor_count: 3, ..hi() }));
     let (sent, _) = desk.pass(60_000);
     assert!(sent.iter().all(|&(_, what)| what == What::Greeting), "nor after a reset");
+}
+
+/// All at once: no output is greater, and none of it is lost, as each step of these tests checks.
+#[test]
+fn the_greatest_outputs_have_room() {
+    let mut desk = Desk::up_with(Options::default().with_window(4), hi());
+    for number in 1..=4 {
+        desk.stop(Stop::Motor(Motor(number)));
+    }
+    for token in 1..=12 {
+        desk.request(token, STATUS);
+    }
+    assert_eq!(desk.request(13, STATUS).1, [Event::Failed(Token(13), Failure::Busy)]);
+    desk.sequence(14, begin(1, 2));
+    desk.pass(499);
+    let sent = desk.pass(1).0;
+    assert_eq!(sent.len(), 8, "four stops and four requests again");
+    let (_, events) = desk.step(Input::LinkDown);
+    assert_eq!(events.len(), 1 + 4 + 12 + 1, "closed, stops, requests, a sequence");
+    assert_eq!(desk.step(Input::LinkUp).0.len(), 5, "four stops and a greeting");
 }

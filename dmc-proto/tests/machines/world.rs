@@ -262,6 +262,8 @@ impl World {
                     _ => (Doing::Stopping, 150),
                 }
             }
+            // A motor that is driven by hand, while the others wait.
+            device::Event::Move(..) | device::Event::Jog(..) if self.doing == Doing::Prepared => (Doing::Prepared, 300),
             device::Event::Move(..) | device::Event::Jog(..) if self.doing != Doing::Nothing => return None,
             device::Event::Move(..) => (Doing::Moving, 800),
             device::Event::Jog(..) => (Doing::Moving, 5000),
@@ -297,7 +299,8 @@ impl World {
     fn report(&mut self) {
         self.rig_due = None;
         if self.doing != Doing::Running {
-            self.doing = if self.doing == Doing::Preparing { Doing::Prepared } else { Doing::Nothing };
+            let is_prepared = matches!(self.doing, Doing::Preparing | Doing::Prepared);
+            self.doing = if is_prepared { Doing::Prepared } else { Doing::Nothing };
             return self.tell_device(device::Input::AtRest);
         }
         if self.frames_left == 0 {
