@@ -92,13 +92,16 @@
 extern crate std;
 
 pub mod beyond;
+pub mod device;
 pub mod frame;
 pub mod lint;
 pub mod message;
 #[cfg(feature = "nom")]
 pub mod nom;
+pub mod program;
 pub mod query;
 mod side;
+mod state;
 
 pub use frame::{Address, Frame, FrameError, Frames, Header, Hoot, Selector, Strict, Table};
 pub use message::{DeviceMessage, HostMessage};
