@@ -94,6 +94,7 @@ extern crate std;
 pub mod beyond;
 pub mod device;
 pub mod frame;
+pub mod host;
 pub mod lint;
 pub mod message;
 #[cfg(feature = "nom")]

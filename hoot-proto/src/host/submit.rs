@@ -1,0 +1,71 @@
+//! What the application wants: what is taken, what is refused, and what overtakes what.
+
+use motion_core::time::Millis;
+
+use super::line::Line;
+use super::stream::Speed;
+use super::{Command, Event, Failure, HostMachine, NotTaken, Outcome, Output, Request, Send};
+use crate::frame::{Address, Table};
+use crate::lint::Context;
+use crate::message::HostMessage;
+
+impl HostMachine {
+    pub(super) fn command(&mut self, now: Millis, output: &mut Output, command: Command) {
+        match command {
+            Command::Request(request) => self.submit(output, request, false),
+            Command::Insist(request) => self.submit(output, request, true),
+            Command::Speed { to, motor, speed } => self.set_speed(output, Speed { to, motor, speed }),
+            Command::KeepAlive { to, on } => self.set_keep_alive(now, output, to, on),
+            Command::Nodes(nodes) if self.emergency.is_none() => self.nodes = nodes,
+            Command::Nodes(_) => output.event(Event::NotTaken(NotTaken::Emergency)),
+            Command::EmergencyStop => self.emergency_stop(output),
+            Command::EndEmergency => self.end_emergency(now, output),
+        }
+    }
+
+    fn submit(&mut self, output: &mut Output, request: Request, insist: bool) {
+        let Request { token, to, message } = request;
+        let is_stop = message.is_stop();
+        let refused = |why| Event::Ended { token, outcome: Outcome::Failed(Failure::NotTaken(why)) };
+        let stays_behind = self.options.bridge && !insist && is_bridged(&message);
+        let full = || (!is_stop && self.queue.is_full()).then_some(NotTaken::Full);
+        let bridge = stays_behind.then_some(NotTaken::Bridge);
+        match self.refusal(&Send { to, message }).or(bridge).or_else(full) {
+            None if is_stop => self.stop(output, request),
+            None => self.queue.push(request),
+            Some(why) => {
+                output.event(refused(why));
+                // A stop that would not arrive is carried out in the way that does (decision H-32).
+                match why {
+                    NotTaken::Bridge if is_stop => self.stop_each(output, &message),
+                    NotTaken::Link if is_stop => output.event(Event::StopNotConfirmed { node: Some(to) }),
+                    _ => {}
+                }
+            }
+        }
+    }
+
+    /// Why a packet is not taken, wherever it comes from; room apart. No stop is measured by lint.
+    pub(super) fn refusal(&self, Send { to, message }: &Send) -> Option<NotTaken> {
+        let is_broadcast = message.selector().table == Table::Broadcast;
+        let is_addressed = if is_broadcast { *to == Address::BROADCAST } else { to.is_node() };
+        let context = Context { profile: self.options.profile, ..Context::default() };
+        if !is_addressed {
+            Some(NotTaken::Address)
+        } else if self.line == Line::Offline {
+            Some(NotTaken::Link)
+        } else if message.is_stop() {
+            None
+        } else if self.emergency.is_some() {
+            Some(NotTaken::Emergency)
+        } else {
+            message.lint(&context).first_error().map(NotTaken::Lint)
+        }
+    }
+}
+
+/// Whether a bridge keeps it from the bus, where it is meant to arrive: an address is assigned to one node only, and the
+/// attached one may be meant.
+fn is_bridged(message: &HostMessage<'_>) -> bool {
+    message.selector().table == Table::Broadcast && !message.changes_address()
+}
