@@ -228,9 +228,11 @@ impl DeviceMachine {
         if self.controller.timing_master && self.controller.common_line != CommonLine::OFF {
             output.event(Event::CommonLine);
         }
-        // Not the moment at which it was noticed: pictures come at their interval, however late the machine was woken.
-        let due = self.program.until.filter(|until| *until <= now).unwrap_or(now);
-        let next = due.after(self.camera.settings.interval.0.into()).max(now.after(1));
+        // Counted from the moment at which it was due, however late the machine was woken; but a picture that was
+        // missed is not made up for.
+        let interval = u64::from(self.camera.settings.interval.0).max(1);
+        let next = self.program.until.map(|due| due.after(interval)).filter(|next| *next > now);
+        let next = next.unwrap_or(now.after(interval));
         if !self.camera.settings.enable {
             self.program.until = Some(self.without_camera(now, next));
             self.move_on(output);

@@ -3,13 +3,19 @@
 //! A round sends a stop to each motor of each listed node and then to its controller, on a bus without a bridge behind a
 //! broadcast (decision H-35), and then asks each motor whether it moves. Only a round in which each question was answered
 //! by a no ends it: after a silence, a late answer could be taken for that of another motor.
+//!
+//! The sheet's firmware refuses these questions in joystick mode. So from the second round on each node is taken out of
+//! it (decision H-43).
 
 use motion_core::time::Millis;
+use motion_core::wire::Bool;
 
 use super::line::{Job, Line};
 use super::{Dropped, Event, HostMachine, Nodes, Output, Request, Send, State};
 use crate::frame::Address;
-use crate::message::{AnySubAddress, BroadcastStop, HostMessage, Motor, MotorRunning, MotorStop, Reply, Stop};
+use crate::message::{
+    AnySubAddress, BroadcastStop, HostMessage, Motor, MotorRunning, MotorStop, Reply, SetJoystickMode, Stop,
+};
 use crate::query::Query;
 use crate::state::states;
 
@@ -40,8 +46,10 @@ pub(super) struct Emergency {
     is_told: bool,
 }
 
-/// A packet of a round. Without a known node there is nothing better than a broadcast, bridge or not.
-fn packet(nodes: &Nodes, bridge: bool, step: usize) -> Option<Send> {
+/// A packet of a round: first what stops, then, from the second round on, what ends joystick mode, then the questions.
+///
+/// Without a known node there is nothing better than a broadcast, bridge or not.
+fn packet(nodes: &Nodes, bridge: bool, Emergency { rounds, step, .. }: Emergency) -> Option<Send> {
     let nodes = nodes.as_slice();
     let sub_address = AnySubAddress(0);
     let everybody = Send { to: Address::BROADCAST, message: HostMessage::BroadcastStop(BroadcastStop { sub_address }) };
@@ -50,10 +58,12 @@ fn packet(nodes: &Nodes, bridge: bool, step: usize) -> Option<Send> {
         let motors = Motor::ALL.map(|motor| HostMessage::MotorStop(MotorStop { motor }));
         motors.into_iter().chain([HostMessage::Stop(Stop {})]).map(move |message| Send { to, message })
     });
+    let leave = HostMessage::SetJoystickMode(SetJoystickMode { joystick_mode: Bool::FALSE });
+    let leaving = nodes.iter().filter(|_| rounds > 0).map(|&to| Send { to, message: leave });
     let questions = nodes.iter().flat_map(|&to| {
         Motor::ALL.map(|motor| Send { to, message: HostMessage::MotorRunning(MotorRunning { motor }) })
     });
-    broadcast.into_iter().chain(stops).chain(questions).nth(step)
+    broadcast.into_iter().chain(stops).chain(leaving).chain(questions).nth(step)
 }
 
 impl HostMachine {
@@ -62,7 +72,7 @@ impl HostMachine {
     pub fn stopping(&self) -> StopState {
         match self.next_packet() {
             _ if self.emergency.is_none() => StopState::Calm,
-            Some(send) if send.message.is_stop() => StopState::Stopping,
+            Some(send) if send.message.query().is_none() => StopState::Stopping,
             _ => StopState::Asking,
         }
     }
@@ -149,7 +159,7 @@ impl HostMachine {
     }
 
     fn next_packet(&self) -> Option<Send> {
-        self.emergency.and_then(|emergency| packet(&self.nodes, self.options.bridge, emergency.step))
+        self.emergency.and_then(|emergency| packet(&self.nodes, self.options.bridge, emergency))
     }
 
     fn next_step(&mut self) {

@@ -185,7 +185,7 @@ impl HostMachine {
         match job {
             Job::Request(Request { message: HostMessage::Start(_), .. }) => self.options.start_timeout,
             Job::Speed(_) | Job::KeepAlive(_) => short,
-            Job::Emergency(send) if send.message.is_stop() => short,
+            Job::Emergency(send) if send.message.query().is_none() => short,
             Job::Request(_) | Job::Stop(_) | Job::Emergency(_) => self.options.timeout,
         }
     }
