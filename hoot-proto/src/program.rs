@@ -3,7 +3,7 @@
 //! The sheet names the parts of a planned move, not its curve: the motor stands for the lead-in, then goes from start to
 //! stop in the travel, of which it gains speed for the acceleration and loses speed for the deceleration. All of these
 //! count shots, or milliseconds in video mode. The easing says how speed is gained and lost; the formulas are ours
-//! (decision H-20).
+//! (decision H-14).
 //!
 //! ```
 //! use hoot_proto::message::{Easing, Span, Steps};

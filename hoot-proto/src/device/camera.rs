@@ -89,7 +89,7 @@ impl CameraUnit {
     }
 
     /// Takes a picture, by two releases if the mirror goes up first. A camera that is busy goes on with what it does
-    /// (decision H-21), one that is not enabled does nothing.
+    /// (decision H-15), one that is not enabled does nothing.
     pub(super) fn expose(&mut self, now: Millis, output: &mut Output, mirror_up: bool) {
         if self.settings.enable && !self.is_busy() {
             self.release = if mirror_up { Release::Mirror } else { Release::Only };

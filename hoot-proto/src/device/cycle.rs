@@ -91,7 +91,7 @@ impl Program {
 }
 
 impl DeviceMachine {
-    /// Starts, or goes on. While it runs, nothing changes. What moves otherwise is stopped first (decision H-6).
+    /// Starts, or goes on. While it runs, nothing changes. What moves otherwise is stopped first (decision H-3).
     pub(super) fn start(&mut self, now: Millis, output: &mut Output) {
         if self.program.is_going() {
             return;
@@ -112,7 +112,7 @@ impl DeviceMachine {
     /// Stops for a while; where it is is kept.
     pub(super) fn pause(&mut self, now: Millis, output: &mut Output) {
         self.camera.stop(output);
-        // In video mode they are sent again from where they would be (decision H-15).
+        // In video mode they are sent again from where they would be (decision H-11).
         let by_clock = self.controller.program_mode == ProgramMode::VIDEO;
         for motor in self.motors.iter_mut().filter(|motor| by_clock && motor.is_moving()) {
             motor.done = 0;
@@ -246,7 +246,7 @@ impl DeviceMachine {
     }
 
     /// When to move again, if there is no camera to wait for: when the motors rest, or, if they are not waited for,
-    /// after the interval (decision H-13).
+    /// after the interval (decision H-9).
     fn without_camera(&self, now: Millis, next: Millis) -> Millis {
         if self.controller.program_mode == ProgramMode::CONTINUOUS { next } else { now.after(1) }
     }
@@ -318,7 +318,7 @@ impl DeviceMachine {
         self.program.phase = if waits { Phase::Move } else { Phase::Clear };
     }
 
-    /// Sends motors again where a pause kept them from going (decision H-15).
+    /// Sends motors again where a pause kept them from going (decision H-11).
     fn follow_plans(&mut self, output: &mut Output) {
         for motor in &mut self.motors {
             let to = motor.settings.plan.at(motor.done);
@@ -328,7 +328,7 @@ impl DeviceMachine {
         }
     }
 
-    /// When a motor begins its planned move in video mode: after the delay and its lead-in (decision H-14).
+    /// When a motor begins its planned move in video mode: after the delay and its lead-in (decision H-10).
     fn video_begins(&self, motor: &MotorUnit) -> Option<Millis> {
         let waits = self.controller.program_mode == ProgramMode::VIDEO && motor.has_plan() && motor.done == 0;
         if !waits || self.program.state != ProgramState::Running {
@@ -370,7 +370,7 @@ impl DeviceMachine {
         }
     }
 
-    /// The end, or the way back. A program that moves nothing has no way back (decision H-16).
+    /// The end, or the way back. A program that moves nothing has no way back (decision H-12).
     fn finish(&mut self, now: Millis, output: &mut Output) {
         let goes_back = self.controller.ping_pong && self.motors.iter().any(MotorUnit::has_plan);
         self.stop(output);

@@ -142,7 +142,7 @@ pub enum Input<'a> {
     },
     /// A motor has come to where it was sent, or its way has ended.
     Arrived(Motor),
-    /// A motor cannot go on. It is stopped, and a program pauses (decision H-8).
+    /// A motor cannot go on. It is stopped, and a program pauses (decision H-5).
     Fault(Motor),
     /// The edge that counts came at a contact of the auxiliary connector.
     Alt(Contact),

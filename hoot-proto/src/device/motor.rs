@@ -211,7 +211,7 @@ impl MotorUnit {
     }
 
     /// Another division of a step: everything that is stored in steps is scaled. A move under way counts in the old
-    /// ones, so it is stopped first (decision H-18).
+    /// ones, so it is stopped first (decision H-13).
     pub(super) fn set_microstep(&mut self, output: &mut Output, microstep: Microstep) {
         let old = self.settings.microstep;
         if microstep.name().is_none() || microstep == old {

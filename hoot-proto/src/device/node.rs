@@ -113,7 +113,7 @@ impl DeviceMachine {
     }
 
     /// Stops the motors when the master has been silent for too long, and pauses the program, which would move them
-    /// again (safety decision 6; decision H-7).
+    /// again (safety decision 6; decision H-4).
     fn watch_master(&mut self, now: Millis, output: &mut Output) {
         if self.heard_until.is_some_and(|until| now >= until) {
             self.heard_until = None;
@@ -156,7 +156,7 @@ impl DeviceMachine {
                     motor.settings.direction = Direction(forward.into());
                 }
             }
-            // A program would set them in motion again (decision H-9).
+            // A program would set them in motion again (decision H-6).
             AltMode::STOP_MOTORS => self.pause(now, output),
             AltMode::SET_HOME => self.motors.iter_mut().for_each(|motor| motor.set_home(output)),
             AltMode::SET_END => self.motors.iter_mut().for_each(|motor| motor.settings.end_limit = motor.position),

@@ -86,11 +86,11 @@ pub struct Quirks {
     /// Drops the top byte of numbers of 32 bits without sign, instead of refusing those that have one: 16,777,216 steps
     /// become a run without end (hoot, section 1.2; safety decision 3).
     pub drops_top_byte: bool,
-    /// Reads the missing bytes of a move as zeros, which is a run without end, instead of refusing it (decision H-2).
+    /// Reads the missing bytes of a move as zeros, which is a run without end, instead of refusing it (decision H-1).
     pub short_moves: bool,
     /// Answers some requests twice, as [`Profile::packets`] tells.
     pub answers_twice: bool,
-    /// Hears nothing for 2.5 s after its address has changed, and blinks (hoot, section 2.5; decision H-5).
+    /// Hears nothing for 2.5 s after its address has changed, and blinks (hoot, section 2.5; decision H-2).
     pub is_deaf: bool,
 }
 

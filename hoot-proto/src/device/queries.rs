@@ -65,7 +65,7 @@ impl DeviceMachine {
     }
 
     /// What the profile's firmware says of the program: the sheet's says 0 when it is paused (hoot, section 4.2). Where
-    /// it cannot be told which it is, it is the later one (decision H-10).
+    /// it cannot be told which it is, it is the later one (decision H-7).
     fn run_state(&self) -> RunState {
         let is_old = self.options.profile.facts().one_is_paused == Some(false);
         match self.program.state {

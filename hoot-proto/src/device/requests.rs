@@ -105,7 +105,7 @@ impl DeviceMachine {
         Some(true)
     }
 
-    /// All motors go home. A program would move them too, so it pauses (decision H-6).
+    /// All motors go home. A program would move them too, so it pauses (decision H-3).
     fn return_home(&mut self, now: Millis, output: &mut Output) {
         self.pause(now, output);
         for motor in &mut self.motors {

@@ -1,11 +1,11 @@
 //! The emergency stop: safety decision 2.
 //!
 //! A round sends a stop to each motor of each listed node and then to its controller, on a bus without a bridge behind a
-//! broadcast (decision H-35), and then asks each motor whether it moves. Only a round in which each question was answered
+//! broadcast (decision H-21), and then asks each motor whether it moves. Only a round in which each question was answered
 //! by a no ends it: after a silence, a late answer could be taken for that of another motor.
 //!
 //! The sheet's firmware refuses these questions in joystick mode. So from the second round on each node is taken out of
-//! it (decision H-43).
+//! it (decision H-26).
 
 use motion_core::time::Millis;
 use motion_core::wire::Bool;

@@ -161,7 +161,7 @@ pub enum NotTaken {
     Link,
     /// An emergency stop is under way.
     Emergency,
-    /// A bridge does not pass it on (safety decision 4). In place of a stop, each listed node is stopped (decision H-32).
+    /// A bridge does not pass it on (safety decision 4). In place of a stop, each listed node is stopped (decision H-20).
     Bridge,
     /// It is not for this address: broadcasts go to 1, all else to 2 to 255.
     Address,

@@ -127,7 +127,7 @@ pub enum Command {
     /// Set the speed of a motor that runs, as a joystick does, many times a second: of those that wait, the last counts.
     ///
     /// It has no token, for most firmware does not answer it. A speed of 0 that is not answered is followed by a stop
-    /// (decision H-38).
+    /// (decision H-24).
     Speed {
         /// The node.
         to: Address,

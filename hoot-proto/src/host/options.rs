@@ -51,21 +51,21 @@ pub struct Options {
     /// How long to wait for the answer to a start. Default: 3000 (safety decision 1).
     pub start_timeout: u32,
     /// How long to wait where silence is no surprise, or must not hold up the next stop: for the stops of an emergency,
-    /// keep-alives and the speeds of a joystick. Default: 150 (decision H-36).
+    /// keep-alives and the speeds of a joystick. Default: 150 (decision H-22).
     pub short_timeout: u32,
     /// How far apart packets are sent at least. Default: 60, between the 40 and 90 of public clients (hoot, section 5).
     pub gap: u32,
     /// How long to listen behind an answer, for some requests are answered twice. Default: 40 (hoot, section 5).
     pub settle: u32,
     /// How long to listen for late answers behind a silence, so that they are not taken for answers to what is asked
-    /// next. Default: 200 (decision H-30).
+    /// next. Default: 200 (decision H-18).
     pub drain: u32,
     /// How often to ask again. Default: 2 (hoot, section 5).
     pub retries: u8,
     /// How long to be quiet when addresses have changed. Default: 2600, since nodes blink for 2.5 s (hoot, section 5).
     pub deaf: u32,
     /// How long a node in [`Command::KeepAlive`](super::Command::KeepAlive) is left alone. Default: 400, so that one may
-    /// be lost before its dead-man stops it after a second (hoot, section 4.3; decision H-39).
+    /// be lost before its dead-man stops it after a second (hoot, section 4.3; decision H-25).
     pub keep_alive: u32,
     /// Whether the bus is behind a bridge: a node's USB or Bluetooth. Default: yes, the safe reading (safety decision 4).
     pub bridge: bool,

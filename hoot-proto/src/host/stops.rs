@@ -1,4 +1,4 @@
-//! Stops: they overtake everything, and are sent until they are answered (decision H-31).
+//! Stops: they overtake everything, and are sent until they are answered (decision H-19).
 //!
 //! A stop that finds the line free is a request like others. One that does not is sent all the same, as soon as the gap
 //! allows; but an answer that comes then may be the answer to what it overtook. So it is sent once more when the line is
@@ -80,7 +80,7 @@ impl HostMachine {
         self.add_stop(output, to, message, Some(token));
     }
 
-    /// Has each node do what a broadcast would not tell it through a bridge (decision H-32).
+    /// Has each node do what a broadcast would not tell it through a bridge (decision H-20).
     pub(super) fn stop_each(&mut self, output: &mut Output, broadcast: &HostMessage<'_>) {
         self.cancel_motion(output, Address::BROADCAST, broadcast);
         let message = match broadcast {
@@ -96,7 +96,7 @@ impl HostMachine {
         }
     }
 
-    /// Puts a stop where it will be sent next. Too many stops that nobody answers are an emergency (decision H-37).
+    /// Puts a stop where it will be sent next. Too many stops that nobody answers are an emergency (decision H-23).
     pub(super) fn add_stop(
         &mut self,
         output: &mut Output,

@@ -30,7 +30,7 @@ impl Speed {
     }
 }
 
-/// What a node is asked to keep its dead-man content: joystick mode leaves it, and it changes nothing (decision H-39).
+/// What a node is asked to keep its dead-man content: joystick mode leaves it, and it changes nothing (decision H-25).
 pub(super) const fn keep_alive(to: Address) -> Send {
     Send { to, message: HostMessage::JoystickMode(JoystickMode {}) }
 }
@@ -63,7 +63,7 @@ impl HostMachine {
     }
 
     /// A speed has an answer with this code, or none. Of those that were to stop a motor nothing less than an OK is
-    /// enough: a stop goes behind them (decision H-38).
+    /// enough: a stop goes behind them (decision H-24).
     pub(super) fn speed_ended(&mut self, output: &mut Output, speed: Speed, code: Option<ResponseCode>) {
         let Speed { to, motor, .. } = speed;
         if let Some(code) = code.filter(|code| *code != ResponseCode::OK) {

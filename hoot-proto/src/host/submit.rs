@@ -35,7 +35,7 @@ impl HostMachine {
             None => self.queue.push(request),
             Some(why) => {
                 output.event(refused(why));
-                // A stop that would not arrive is carried out in the way that does (decision H-32).
+                // A stop that would not arrive is carried out in the way that does (decision H-20).
                 match why {
                     NotTaken::Bridge if is_stop => self.stop_each(output, &message),
                     NotTaken::Link if is_stop => output.event(Event::StopNotConfirmed { node: Some(to) }),

@@ -296,7 +296,7 @@ fn missing_bytes_are_zero_and_surplus_ones_are_left_out() {
     assert_eq!(node.machine.name().0, *b"eleven byt");
     assert_eq!(node.ok(HostMessage::other(0x07_00, b"")), []);
     assert_eq!(node.machine.name().0, [0; 10]);
-    // A move that was cut off is no run (decision H-2).
+    // A move that was cut off is no run (decision H-1).
     node.refused(HostMessage::other(0x0F_01, &[1, 0]));
     let firmware = Options::default().with_quirks(Quirks::FIRMWARE);
     let mut node = Node::ready_with(firmware);
@@ -316,7 +316,7 @@ fn a_new_address_counts_at_once_but_by_usb_only_after_power_up() {
     assert_eq!(node.tell(Input::Command(hoot_proto::device::Command::PowerUp)), []);
     assert_eq!(addresses(&node), [9, 9, 9]);
 
-    // Firmware blinks, and is deaf meanwhile; not so this node, unless it is told to (decision H-5).
+    // Firmware blinks, and is deaf meanwhile; not so this node, unless it is told to (decision H-2).
     let mut node = Node::ready_with(Options::default().with_quirks(Quirks::FIRMWARE));
     node.ok(set(9));
     node.now += 2499;

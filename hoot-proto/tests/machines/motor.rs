@@ -200,7 +200,7 @@ fn a_silent_master_stops_moves_and_runs_after_a_second() {
         node.ok(manual(NO));
         assert_eq!(node.pass(10_000), []);
     }
-    // What starts while the master is silent does not go far, and a program pauses (decision H-7).
+    // What starts while the master is silent does not go far, and a program pauses (decision H-4).
     let mut node = Node::ready();
     node.ok(manual(YES));
     plan(&mut node, ONE, 0, 1000, 10);
@@ -228,7 +228,7 @@ fn another_microstep_scales_what_is_stored() {
     node.ok(run(ONE));
     let micro = |microstep| HostMessage::MotorSetMicrostep(message::MotorSetMicrostep { motor: ONE, microstep });
     let told = [motion(ONE, Motion::Stop), motion(ONE, Motion::Microstep(Microstep::SIXTEENTH))];
-    assert_eq!(node.ok(micro(Microstep::SIXTEENTH)), told, "it counts in other steps, so it stops (decision H-18)");
+    assert_eq!(node.ok(micro(Microstep::SIXTEENTH)), told, "it counts in other steps, so it stops (decision H-13)");
     let unit = node.machine.motor(ONE);
     let set = unit.settings();
     assert_eq!((unit.position().0, set.plan.start.0, set.plan.stop.0), (1600, -400, 1200));

@@ -90,7 +90,7 @@ fn a_start_begins_with_the_first_picture() {
     let mut node = sms();
     alt(&mut node, AltMode::START);
     assert_eq!(node.tell(Input::Alt(Contact::Ring)), begun);
-    // What moves otherwise comes to rest first (decision H-6).
+    // What moves otherwise comes to rest first (decision H-3).
     let mut node = sms();
     node.ok(run(Motor::Two));
     assert_eq!(node.ok(START), [motion(Motor::Two, Motion::Stop), RUNNING, camera(false, true)]);
@@ -143,7 +143,7 @@ fn after_a_pause_it_goes_on() {
     node.pass(50);
     node.ok(PAUSE);
     node.pass(700);
-    assert_eq!(node.ok(START), [RUNNING, to(ONE, 100)], "the move that was cut short (decision H-15)");
+    assert_eq!(node.ok(START), [RUNNING, to(ONE, 100)], "the move that was cut short (decision H-11)");
     assert_eq!((run_time(&node), node.machine.program().shots()), (150, 1));
     assert_eq!(arrive(&mut node, 100), []);
     // Paused while a picture was taken, it takes that again.
@@ -244,7 +244,7 @@ fn to_and_fro_swaps_start_and_stop() {
     assert_eq!(node.pass(1), [(1, to(ONE, 200))]);
     assert_eq!(node.ok(STOP), [motion(ONE, Motion::Stop), STOPPED]);
     assert_eq!(node.pass(5000), [], "a stop ends it for good");
-    // Without anything that moves there is no way back (decision H-16).
+    // Without anything that moves there is no way back (decision H-12).
     let mut node = Node::ready();
     ping_pong(&mut node);
     assert_eq!(node.ok(START), [RUNNING, STOPPED]);
@@ -258,7 +258,7 @@ fn the_button_for_emergencies_pauses() {
     let mut node = sms();
     node.ok(START);
     assert_eq!(node.tell(button), [camera(false, false), PAUSED]);
-    // And it stops whatever moves, program or not (decision H-9).
+    // And it stops whatever moves, program or not (decision H-6).
     let mut node = sms();
     node.ok(run(Motor::Three));
     assert_eq!(node.tell(button), [motion(Motor::Three, Motion::Stop)]);
@@ -332,7 +332,7 @@ fn the_mirror_goes_up_by_a_release_of_its_own() {
     node.ok(HostMessage::CameraSetExposureDelay(message::CameraSetExposureDelay { exposure_delay }));
     node.ok(START);
     assert_eq!(node.pass(140), [(100, camera(false, false)), (140, camera(false, true))]);
-    assert_eq!(node.machine.program().shots(), 1, "counted with the first release (decision H-12)");
+    assert_eq!(node.machine.program().shots(), 1, "counted with the first release (decision H-8)");
     assert_eq!(node.pass(140), [(100, camera(false, false)), (140, to(ONE, 100))]);
     assert_eq!(node.machine.program().shots(), 1);
 }
@@ -373,7 +373,7 @@ fn time_lapse_does_not_wait_for_the_motors() {
     node.ok(START);
     assert_eq!(node.pass(1000)[1..], [(101, to(ONE, 100)), (1000, camera(false, true))], "it still moves");
     assert_eq!(node.pass(101)[1..], [(101, to(ONE, 200))]);
-    // Without a camera the interval is the pace (decision H-13).
+    // Without a camera the interval is the pace (decision H-9).
     let mut node = moving(ProgramMode::CONTINUOUS);
     interval(&mut node, 500);
     assert_eq!(node.ok(START), [RUNNING, to(ONE, 100)]);
@@ -391,7 +391,7 @@ fn video_goes_by_the_clock() {
     node.ok(START);
     let plan = node.machine.motor(ONE).settings().plan;
     let along = |elapsed| motion(ONE, Motion::Along { plan, elapsed });
-    assert_eq!(node.pass(1500), [(1000, RUNNING), (1500, along(0))], "after the delay (decision H-14)");
+    assert_eq!(node.pass(1500), [(1000, RUNNING), (1500, along(0))], "after the delay (decision H-10)");
     assert_eq!((plan.at(1500), node.wake), (Steps(150), None));
     node.pass(1000);
     assert_eq!(node.ok(PAUSE), [motion(ONE, Motion::Stop), PAUSED]);
