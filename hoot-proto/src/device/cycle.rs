@@ -261,7 +261,7 @@ impl DeviceMachine {
         if self.has_contact(AltMode::OUT_AFTER) {
             self.enter_out(now, Phase::OutAfter);
         } else {
-            self.program.until = self.program.next.take();
+            self.program.until = self.program.next.take().map(|next| next.max(now.after(1)));
             self.move_on(output);
         }
     }
@@ -284,7 +284,7 @@ impl DeviceMachine {
         } else if self.program.phase == Phase::OutBefore {
             self.shoot(now, output);
         } else {
-            self.program.until = self.program.next.take();
+            self.program.until = self.program.next.take().map(|next| next.max(now.after(1)));
             self.move_on(output);
         }
     }
@@ -385,7 +385,7 @@ impl DeviceMachine {
     }
 
     /// Adds the moments that the program waits for.
-    pub(super) fn program_wakes(&self, now: Millis, output: &mut Output) {
+    pub(super) fn program_wakes(&self, output: &mut Output) {
         let running = self.program.state == ProgramState::Running;
         let delay = if self.program.state == ProgramState::Delay { self.program.at(self.start_delay()) } else { None };
         let by_clock = match self.program.phase {
@@ -396,7 +396,7 @@ impl DeviceMachine {
         let phase = if running && by_clock { self.program.until } else { None };
         let video = self.motors.iter().filter_map(|motor| self.video_begins(motor));
         for moment in [delay, phase, self.run_time_ends(), self.camera.until()].into_iter().flatten().chain(video) {
-            output.wake_by(moment.max(now.after(1)));
+            output.wake_by(moment);
         }
     }
 }

@@ -164,8 +164,8 @@ impl DeviceMachine {
         }
     }
 
-    fn wakes(&self, now: Millis, output: &mut Output) {
-        self.program_wakes(now, output);
+    fn wakes(&self, output: &mut Output) {
+        self.program_wakes(output);
         let moves = self.motors.iter().any(MotorUnit::is_moving);
         let silence = self.heard_until.filter(|_| moves && self.controller.manual_move);
         for moment in silence.into_iter().chain(self.deaf_until) {
@@ -207,7 +207,8 @@ impl Machine for DeviceMachine {
         }
         self.advance(now, out);
         self.watch_master(now, out);
-        self.wakes(now, out);
+        self.limit_run_time(now, out);
+        self.wakes(out);
         (self, output)
     }
 }

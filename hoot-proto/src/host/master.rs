@@ -10,6 +10,26 @@ use super::stops::Stops;
 use super::stream::{KeptNodes, Speed};
 use super::{Dropped, Event, Input, MAX_QUEUE, MAX_SPEEDS, Nodes, Options, Output, Request, State};
 
+/// Whose turn it was: nobody waits for ever, however much the others want.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+enum Turn {
+    #[default]
+    KeepAlive,
+    Speed,
+    Request,
+}
+
+impl Turn {
+    /// The three, beginning with the next one.
+    const fn next(self) -> [Self; 3] {
+        match self {
+            Self::KeepAlive => [Self::Speed, Self::Request, Self::KeepAlive],
+            Self::Speed => [Self::Request, Self::KeepAlive, Self::Speed],
+            Self::Request => [Self::KeepAlive, Self::Speed, Self::Request],
+        }
+    }
+}
+
 /// The master of a bus. [`Options`] say how it behaves; [`Machine::step`] takes what happened.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct HostMachine {
@@ -21,8 +41,7 @@ pub struct HostMachine {
     pub(super) stops: Stops,
     pub(super) queue: ArrayVec<Request, MAX_QUEUE>,
     pub(super) speeds: ArrayVec<Speed, MAX_SPEEDS>,
-    /// Whether the next turn is the speeds', if there are requests too.
-    speeds_first: bool,
+    turn: Turn,
     pub(super) kept: KeptNodes,
     pub(super) emergency: Option<Emergency>,
 }
@@ -39,7 +58,7 @@ impl HostMachine {
             stops: Stops::default(),
             queue: ArrayVec::new(),
             speeds: ArrayVec::new(),
-            speeds_first: false,
+            turn: Turn::default(),
             kept: KeptNodes::new(),
             emergency: None,
         }
@@ -65,7 +84,7 @@ impl HostMachine {
     }
 
     /// Sends what goes next, if anything may: new stops past everything, then an emergency, then on a free line the
-    /// other stops, keep-alives, and requests and speeds in turn.
+    /// other stops, and then keep-alives, speeds and requests in turn.
     fn advance(&mut self, now: Millis, output: &mut Output) {
         self.line_is_due(now, output);
         if self.free_at.is_some_and(|free| now >= free) {
@@ -77,16 +96,21 @@ impl HostMachine {
         }
         if self.emergency.is_some() {
             self.send_emergency(now, output);
-        } else if let Some(to) = self.keep_alive_due(now) {
-            self.send(now, output, Job::KeepAlive(to));
-        } else if !self.speeds.is_empty() && (self.speeds_first || self.queue.is_empty()) {
-            self.speeds_first = false;
-            if let Some(speed) = self.speeds.pop_at(0) {
-                self.send(now, output, Job::Speed(speed));
-            }
-        } else if let Some(request) = self.queue.pop_at(0) {
-            self.speeds_first = true;
-            self.send(now, output, Job::Request(request));
+            return;
+        }
+        let next = self.turn.next().into_iter().find_map(|turn| self.take(now, turn).map(|job| (turn, job)));
+        if let Some((turn, job)) = next {
+            self.turn = turn;
+            self.send(now, output, job);
+        }
+    }
+
+    /// What goes next of one kind.
+    fn take(&mut self, now: Millis, turn: Turn) -> Option<Job> {
+        match turn {
+            Turn::KeepAlive => self.keep_alive_due(now).map(Job::KeepAlive),
+            Turn::Speed => self.speeds.pop_at(0).map(Job::Speed),
+            Turn::Request => self.queue.pop_at(0).map(Job::Request),
         }
     }
 

@@ -106,12 +106,9 @@ impl HostMachine {
     ) {
         let out = matches!(self.line, Line::Waiting(waiting) if matches!(waiting.job, Job::Stop(_)));
         if let Some(same) = self.stops.same(to, &message) {
-            // The machine's own adds nothing to one that is under way.
-            if let Some(token) = token {
-                let was_sent = core::mem::replace(&mut same.is_sent, false);
-                if let Some(before) = same.token.replace(token) {
-                    output.event(Event::dropped(before, Dropped::Again, was_sent));
-                }
+            let was_sent = core::mem::replace(&mut same.is_sent, false);
+            if let Some(before) = token.and_then(|token| same.token.replace(token)) {
+                output.event(Event::dropped(before, Dropped::Again, was_sent));
             }
         } else if self.stops.len().saturating_add(out.into()) < MAX_STOPS {
             let _ = self.stops.0.try_push(Stop { to, message, token, is_sent: false });

@@ -31,39 +31,39 @@ fn go_on(
     packets: usize,
     mut answers: impl FnMut(&HostMessage<'_>) -> Option<bool>,
 ) -> (Vec<HostMessage<'static>>, Vec<Event>) {
-    let (mut sent, mut events) = (Vec::new(), Vec::new());
+    let (mut packed, mut events) = (Vec::new(), Vec::new());
     let mut output = first;
     for _ in 0..10_000 {
         events.extend(output.events.clone());
         let Some(send) = output.send.first().copied() else {
-            if sent.len() >= packets || master.wake.is_none() {
+            if packed.len() >= packets || master.wake.is_none() {
                 break;
             }
             output = master.wait(3000);
             continue;
         };
-        sent.push(send.message);
+        packed.push(send.message);
         let at_rest = if send.to == Address::BROADCAST { None } else { answers(&send.message) };
         output = match at_rest {
             Some(at_rest) => master.answer(&send, at_rest),
-            None if sent.len() >= packets => break,
+            None if packed.len() >= packets => break,
             None => master.wait(3000),
         };
     }
-    (sent, events)
+    (packed, events)
 }
 
 // 5-9
 #[test]
 fn an_emergency_drops_everything_and_stops_every_motor() {
     let mut master = Master::new(Options::default());
-    master.request(1, START);
+    let _ = master.request(1, START);
     for token in 2..6 {
-        master.request(token, run(Motor::One));
+        let _ = master.request(token, run(Motor::One));
     }
     let speed = message::StepsPerSecond(5.0);
-    master.command(Command::Speed { to: NODE, motor: Motor::One, speed });
-    master.command(Command::KeepAlive { to: NODE, on: true });
+    let _ = master.command(Command::Speed { to: NODE, motor: Motor::One, speed });
+    let _ = master.command(Command::KeepAlive { to: NODE, on: true });
     master.now += 60;
     let output = press(&mut master);
     assert_eq!(output.send[0].message, motor_stop(Motor::One), "in the same step, whatever was waited for");
@@ -84,7 +84,7 @@ fn an_emergency_drops_everything_and_stops_every_motor() {
 #[test]
 fn within_the_gap_it_waits_for_that_and_nothing_else() {
     let mut master = Master::new(Options::default());
-    master.request(1, START);
+    let _ = master.request(1, START);
     master.now += 20;
     assert!(press(&mut master).send.is_empty());
     assert_eq!(sent(&master.pass(40)), [(40, motor_stop(Motor::One))]);
@@ -92,7 +92,7 @@ fn within_the_gap_it_waits_for_that_and_nothing_else() {
     assert_eq!(sent(&master.pass(150)), [(150, motor_stop(Motor::Two))]);
     // An answer, for the gap.
     master.now += 5;
-    master.reply(1, &[]);
+    let _ = master.reply(1, &[]);
     assert_eq!(sent(&master.pass(55)), [(55, motor_stop(Motor::Three))]);
 }
 
@@ -215,7 +215,7 @@ fn without_a_line_it_is_not_confirmed_and_begins_when_there_is_one() {
 #[test]
 fn meanwhile_nothing_else_is_taken_but_stops() {
     let mut master = Master::new(Options::default());
-    press(&mut master);
+    let _ = press(&mut master);
     let refused = Outcome::Failed(Failure::NotTaken(NotTaken::Emergency));
     assert_eq!(ended(&master.request(1, START)), [(1, refused.clone())]);
     assert_eq!(ended(&master.request(2, STATUS)), [(2, refused)]);

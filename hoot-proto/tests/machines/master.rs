@@ -50,7 +50,7 @@ fn broadcasts_are_not_answered() {
     let output = master.request_to(1, Address::BROADCAST, broadcast_start());
     assert_eq!((output.send.len(), ended(&output)), (1, vec![(1, Outcome::Sent)]));
     assert_eq!(master.machine.state(), State::Quiet);
-    master.request(2, STATUS);
+    let _ = master.request(2, STATUS);
     assert_eq!(sent(&master.pass(60)), [(60, STATUS)]);
     // So is command 0.
     let mut master = Master::new(Options::default());
@@ -63,14 +63,14 @@ fn nodes_with_a_new_address_are_left_alone() {
     let mut master = Master::new(Options::default());
     let output = master.request_to(1, Address::BROADCAST, assign(Address(9)));
     assert_eq!(ended(&output), [(1, Outcome::Sent)], "through a bridge as well: it is for the attached node");
-    master.request_to(2, Address(9), STATUS);
+    let _ = master.request_to(2, Address(9), STATUS);
     assert_eq!(sent(&master.pass(2600)), [(2600, STATUS)]);
 
     let mut master = Master::new(Options::default());
-    master.request(1, HostMessage::SetAddress(message::SetAddress { new_address: Address(9) }));
-    master.reply(1, &[]);
+    let _ = master.request(1, HostMessage::SetAddress(message::SetAddress { new_address: Address(9) }));
+    let _ = master.reply(1, &[]);
     assert_eq!(master.machine.state(), State::Quiet);
-    master.request_to(2, Address(9), STATUS);
+    let _ = master.request_to(2, Address(9), STATUS);
     assert_eq!(sent(&master.pass(2600)), [(2600, STATUS)]);
 }
 
@@ -79,7 +79,7 @@ fn nodes_with_a_new_address_are_left_alone() {
 fn an_answer_comes_in_pieces_and_with_noise_around() {
     let query = message::MotorPosition { motor: Motor::One };
     let mut master = Master::new(Options::default());
-    master.request(1, HostMessage::MotorPosition(query));
+    let _ = master.request(1, HostMessage::MotorPosition(query));
     let mut frames = Frames::<84>::new();
     let mut outputs = Vec::new();
     for piece in [&[7, 0, 0, 0][..], &[0, 0, 0, 255, 0, 0, 1], &[5, 3, 0, 0], &[1, 0, 9]] {
@@ -102,12 +102,12 @@ fn an_answer_comes_in_pieces_and_with_noise_around() {
 #[test]
 fn an_answer_is_told_with_its_code() {
     let mut master = Master::new(Options::default());
-    master.request(1, STATUS);
+    let _ = master.request(1, STATUS);
     assert!(done(&[0, 1])(&ended(&master.reply(1, &[0, 1]))[0].1));
     assert_eq!(master.machine.state(), State::Settling);
     for (code, data) in [(0, &[][..]), (2, &[0, 7]), (255, &[])] {
         let mut master = Master::new(Options::default());
-        master.request(1, START);
+        let _ = master.request(1, START);
         let output = master.reply(code, data);
         let (1, Outcome::Refused(reply)) = &ended(&output)[0] else { panic!("{output:?}") };
         assert_eq!((reply.reply().code, reply.reply().data), (ResponseCode(code), data));
@@ -119,7 +119,7 @@ fn an_answer_is_told_with_its_code() {
 #[test]
 fn what_is_for_others_is_overheard() {
     let mut master = Master::new(Options::default());
-    master.request(1, STATUS);
+    let _ = master.request(1, STATUS);
     let echo = Frame::decode(b"\0\0\0\0\0\xFF\x03\0\x65\0").unwrap();
     let output = master.step(Input::Received(DeviceMessage::decode(&echo)));
     assert_eq!(output.events[..], [Event::Overheard { to: NODE }]);
@@ -131,16 +131,16 @@ fn what_is_for_others_is_overheard() {
 #[test]
 fn queries_are_asked_again_and_then_given_up() {
     let mut master = Master::new(Options::default());
-    master.request(1, STATUS);
+    let _ = master.request(1, STATUS);
     let outputs = master.pass(2000);
     assert_eq!(sent(&outputs), [(500, STATUS), (1000, STATUS)]);
     assert_eq!(all_ended(&outputs), [(1500, 1, SILENCE)]);
     // An answer to the second one counts, and what else comes is awaited for longer.
     let mut master = Master::new(Options::default());
-    master.request(1, STATUS);
+    let _ = master.request(1, STATUS);
     master.pass(510);
-    master.reply(1, &[0, 0]);
-    master.request(2, STATUS);
+    let _ = master.reply(1, &[0, 0]);
+    let _ = master.request(2, STATUS);
     assert_eq!(sent(&master.pass(200)), [(200, STATUS)]);
 }
 
@@ -168,7 +168,7 @@ fn what_may_not_be_repeated_is_sent_once() {
     }
     assert!(once > 50, "{once}");
     let mut master = Master::new(Options::default());
-    master.request(1, POWER);
+    let _ = master.request(1, POWER);
     assert_eq!(all_ended(&master.pass(600)), [(500, 1, SILENCE)], "the answer clears it");
 }
 
@@ -177,10 +177,10 @@ fn what_may_not_be_repeated_is_sent_once() {
 fn a_second_answer_is_nobodys() {
     let mut master = Master::new(Options::default());
     let running = HostMessage::MotorRunning(message::MotorRunning { motor: Motor::One });
-    master.request(1, running);
+    let _ = master.request(1, running);
     master.now += 10;
-    master.reply(1, &[0, 0]);
-    master.request(2, STATUS);
+    let _ = master.reply(1, &[0, 0]);
+    let _ = master.request(2, STATUS);
     master.now += 2;
     let output = master.reply(1, &[5, 0, 0, 0x27, 0x10]);
     assert!(matches!(output.events[..], [Event::Unsolicited(_)]));
@@ -193,8 +193,8 @@ fn a_second_answer_is_nobodys() {
 #[test]
 fn a_late_answer_is_not_taken_for_another() {
     let mut master = Master::new(Options::default().with_retries(0));
-    master.request(1, STATUS);
-    master.request(2, HostMessage::MotorPosition(message::MotorPosition { motor: Motor::One }));
+    let _ = master.request(1, STATUS);
+    let _ = master.request(2, HostMessage::MotorPosition(message::MotorPosition { motor: Motor::One }));
     let outputs = master.pass(500);
     assert_eq!(all_ended(&outputs), [(500, 1, SILENCE)]);
     assert_eq!(master.machine.state(), State::Settling);
@@ -207,12 +207,12 @@ fn a_late_answer_is_not_taken_for_another() {
     assert!(done(&[3, 0, 0, 0, 1])(&ended(&master.reply(1, &[3, 0, 0, 0, 1]))[0].1));
     // Nor is a value the answer to a command.
     let mut master = Master::new(Options::default());
-    master.request(1, START);
+    let _ = master.request(1, START);
     assert!(matches!(master.reply(1, &[0, 1]).events[..], [Event::Unsolicited(_)]));
     assert!(done(&[])(&ended(&master.reply(1, &[]))[0].1));
     // What has no type may be answered by anything.
     let mut master = Master::new(Options::default());
-    master.request(1, HostMessage::other(0x7C_00, &[]));
+    let _ = master.request(1, HostMessage::other(0x7C_00, &[]));
     assert!(done(&[0, 7])(&ended(&master.reply(1, &[0, 7]))[0].1));
 }
 
@@ -220,11 +220,11 @@ fn a_late_answer_is_not_taken_for_another() {
 #[test]
 fn a_start_may_take_three_seconds() {
     let mut master = Master::new(Options::default());
-    master.request(1, START);
+    let _ = master.request(1, START);
     master.pass(2999);
     assert!(done(&[])(&ended(&master.reply(1, &[]))[0].1));
     let mut master = Master::new(Options::default());
-    master.request(1, START);
+    let _ = master.request(1, START);
     assert_eq!(all_ended(&master.pass(9000)), [(3000, 1, SILENCE)]);
 }
 
@@ -276,8 +276,8 @@ fn a_full_queue_says_so() {
 #[test]
 fn a_line_that_goes_ends_what_waits() {
     let mut master = Master::new(Options::default());
-    master.request(1, START);
-    master.request(2, STATUS);
+    let _ = master.request(1, START);
+    let _ = master.request(2, STATUS);
     let output = master.step(Input::LinkDown);
     let dropped = |was_sent| Outcome::Failed(Failure::Dropped { why: Dropped::Link, was_sent });
     assert_eq!(ended(&output), [(1, dropped(true)), (2, dropped(false))]);

@@ -67,6 +67,10 @@ fn every_row_has_its_test() {
     }
 }
 
+fn names<S: Copy>(all: &[S], name: impl Fn(S) -> &'static str) -> BTreeSet<&'static str> {
+    all.iter().map(|state| name(*state)).collect()
+}
+
 #[test]
 fn every_picture_shows_the_states_that_there_are() {
     let pictures: BTreeMap<&str, BTreeSet<&str>> = ROWS
@@ -80,9 +84,6 @@ fn every_picture_shows_the_states_that_there_are() {
             (title, states.collect())
         })
         .collect();
-    fn names<S: Copy>(all: &[S], name: impl Fn(S) -> &'static str) -> BTreeSet<&'static str> {
-        all.iter().map(|state| name(*state)).collect()
-    }
     let wanted = BTreeMap::from([
         ("device::CameraState", names(CameraState::ALL, CameraState::name)),
         ("device::MotorState", names(MotorState::ALL, MotorState::name)),

@@ -106,6 +106,9 @@ says! {
     Voltage(Voltage)
 }
 
+/// What is set, the query for it, and the bytes of the answer.
+type Asked = (HostMessage<'static>, HostMessage<'static>, &'static [u8]);
+
 // 2-1
 #[test]
 fn what_is_set_is_what_is_asked_for() {
@@ -113,7 +116,6 @@ fn what_is_set_is_what_is_asked_for() {
     let (ring, tip) = (AltMode(200), AltMode(255));
     let millis = ShortMilliseconds;
     let name = Name::new("Dolly").unwrap();
-    type Asked = (HostMessage<'static>, HostMessage<'static>, &'static [u8]);
     let table: &[Asked] = &[
         (SetTimingMaster { timing_master: NO }.says(), TimingMaster {}.says(), &[0, 0]),
         (SetName { name }.says(), NameQuery {}.says(), b"\x06Dolly\0\0\0\0\0"),

@@ -28,7 +28,7 @@ fn a_stop_on_a_free_line_is_a_request() {
 #[test]
 fn a_stop_overtakes_and_is_sent_again_when_the_line_is_clear() {
     let mut master = Master::new(Options::default());
-    master.request(1, START);
+    let _ = master.request(1, START);
     master.now += 100;
     let output = master.request(2, STOP);
     assert_eq!(output.send[0].message, STOP, "in the same step");
@@ -42,15 +42,15 @@ fn a_stop_overtakes_and_is_sent_again_when_the_line_is_clear() {
 
     // Inside the gap it waits for that, and for nothing else.
     let mut master = Master::new(Options::default());
-    master.request(1, START);
+    let _ = master.request(1, START);
     master.now += 20;
     assert!(master.request(2, STOP).send.is_empty());
     assert_eq!(sent(&master.pass(40)), [(40, STOP)]);
 
     // Neither does it wait for nodes that are deaf; they may be others.
     let mut master = Master::new(Options::default());
-    master.request(1, HostMessage::SetAddress(message::SetAddress { new_address: Address(9) }));
-    master.reply(1, &[]);
+    let _ = master.request(1, HostMessage::SetAddress(message::SetAddress { new_address: Address(9) }));
+    let _ = master.reply(1, &[]);
     master.now += 60;
     assert_eq!(master.request(2, STOP).send[0].message, STOP);
     assert_eq!(master.machine.state(), State::Quiet);
@@ -81,9 +81,9 @@ fn a_stop_takes_back_what_would_move_what_it_stops() {
         (Address::BROADCAST, stop_all, vec![1, 2, 3, 5, 6, 7]),
     ] {
         let mut master = Master::new(Options::default().with_bridge(false));
-        master.request(0, STATUS);
+        let _ = master.request(0, STATUS);
         for (token, (to, message)) in (1..).zip(queued) {
-            master.request_to(token, to, message);
+            let _ = master.request_to(token, to, message);
         }
         let output = master.request_to(9, to, stop);
         let gone: Vec<u32> = ended(&output)
@@ -99,7 +99,7 @@ fn a_stop_takes_back_what_would_move_what_it_stops() {
 #[test]
 fn a_stop_that_nobody_confirms_says_so() {
     let mut master = Master::new(Options::default());
-    master.request(1, STOP);
+    let _ = master.request(1, STOP);
     let outputs = master.pass(9000);
     assert_eq!(sent(&outputs), [(500, STOP), (1000, STOP)]);
     let (at, last) = outputs.last().unwrap();
@@ -111,7 +111,7 @@ fn a_stop_that_nobody_confirms_says_so() {
 #[test]
 fn a_refused_stop_is_followed_by_those_of_the_motors() {
     let mut master = Master::new(Options::default());
-    master.request(1, STOP);
+    let _ = master.request(1, STOP);
     let output = master.reply(0, &[]);
     assert!(matches!(ended(&output)[..], [(1, Outcome::Refused(_))]));
     assert_eq!(output.events.last(), Some(&Event::StopNotConfirmed { node: Some(NODE) }));
@@ -120,7 +120,7 @@ fn a_refused_stop_is_followed_by_those_of_the_motors() {
         let output = master.wait(200);
         stopped.extend(output.send.iter().map(|send| send.message));
         if !output.send.is_empty() && master.machine.state() == State::Waiting {
-            master.reply(1, &[]);
+            let _ = master.reply(1, &[]);
         }
     }
     assert_eq!(stopped, Motor::ALL.map(motor_stop));
@@ -130,7 +130,7 @@ fn a_refused_stop_is_followed_by_those_of_the_motors() {
 #[test]
 fn stops_overtake_each_other_and_all_come_to_an_end() {
     let mut master = Master::new(Options::default());
-    master.request(1, motor_stop(ONE));
+    let _ = master.request(1, motor_stop(ONE));
     master.now += 60;
     assert_eq!(master.request(2, motor_stop(Motor::Two)).send[0].message, motor_stop(Motor::Two), "at once");
     // The same once more: it is sent at once too, and takes the place of the first.
@@ -157,7 +157,7 @@ fn stops_overtake_each_other_and_all_come_to_an_end() {
 #[test]
 fn too_many_stops_are_an_emergency() {
     let mut master = Master::new(Options::default());
-    master.request(0, STATUS);
+    let _ = master.request(0, STATUS);
     for node in 0..8 {
         assert_eq!(ended(&master.request_to(u32::from(node), Address(10 + node), STOP)).len(), usize::from(false));
     }
@@ -191,7 +191,7 @@ fn a_broadcast_stop_behind_a_bridge_goes_to_each_node() {
     assert_eq!((output.send[0].to, output.send[0].message), (Address::BROADCAST, stop));
 
     let mut master = Master::new(Options::default().with_bridge(false));
-    master.request(1, STATUS);
+    let _ = master.request(1, STATUS);
     master.now += 60;
     let output = master.request_to(2, Address::BROADCAST, stop);
     assert_eq!(output.send[0].message, stop, "on the bus itself it goes as it is");

@@ -4,7 +4,7 @@ use hoot_proto::device::{self, Answer, DeviceMachine, Event, Motion, Port};
 use hoot_proto::host::{self, HostMachine, Nodes, Outcome, Request, Token};
 use hoot_proto::message::{self, HostMessage, Value};
 use hoot_proto::message::{DeviceMessage, Motor, Reply, ResponseCode, Steps, StepsPerSecond};
-use hoot_proto::query::{AnyQuery, IntoReply};
+use hoot_proto::query::{AnyQuery, IntoReply, Profile};
 use hoot_proto::{Address, Query};
 use motion_core::time::Millis;
 use motion_core::wire::Bool;
@@ -195,11 +195,11 @@ impl Master {
         let mut data = [0; 32];
         let reply = match query {
             AnyQuery::MotorRunning(query) => {
-                query.reply(query.answer((!at_rest).into(), Default::default()), &mut data)
+                query.reply(query.answer((!at_rest).into(), Profile::default()), &mut data)
             }
-            AnyQuery::JoystickMode(query) => query.reply(query.answer(YES, Default::default()), &mut data),
+            AnyQuery::JoystickMode(query) => query.reply(query.answer(YES, Profile::default()), &mut data),
             AnyQuery::RunStatus(query) => {
-                query.reply(query.answer(message::RunState(0), Default::default()), &mut data)
+                query.reply(query.answer(message::RunState(0), Profile::default()), &mut data)
             }
             query => panic!("{query:?}"),
         };
@@ -255,7 +255,7 @@ pub(crate) fn all_ended(outputs: &[(u64, host::Output)]) -> Vec<(u64, u32, Outco
 }
 
 /// The value in an answer of a node.
-pub(crate) fn value<'a>(answer: &'a Answer) -> Value<'a> {
+pub(crate) fn value(answer: &Answer) -> Value<'_> {
     let Answer::Value(reply) = answer else { panic!("{answer:?}") };
     reply.value()
 }
