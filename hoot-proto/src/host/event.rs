@@ -165,6 +165,8 @@ pub enum NotTaken {
     Bridge,
     /// It is not for this address: broadcasts go to 1, all else to 2 to 255.
     Address,
+    /// It has more data than a node has room for.
+    TooLong,
     /// It is an error; lint says which.
     Lint(Lint),
 }

@@ -5,7 +5,7 @@ use motion_core::time::Millis;
 use super::line::Line;
 use super::stream::Speed;
 use super::{Command, Event, Failure, HostMachine, NotTaken, Outcome, Output, Request, Send};
-use crate::frame::{Address, Table};
+use crate::frame::{Address, MAX_FRAME, Table};
 use crate::lint::Context;
 use crate::message::HostMessage;
 
@@ -52,6 +52,8 @@ impl HostMachine {
         let context = Context { profile: self.options.profile, ..Context::default() };
         if !is_addressed {
             Some(NotTaken::Address)
+        } else if message.encoded_len() > MAX_FRAME {
+            Some(NotTaken::TooLong)
         } else if self.line == Line::Offline {
             Some(NotTaken::Link)
         } else if message.is_stop() {

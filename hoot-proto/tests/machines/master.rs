@@ -259,6 +259,9 @@ fn what_is_an_error_is_not_sent() {
     for (message, to) in [(START, Address::MASTER), (STOP, Address::BROADCAST), (broadcast_start(), NODE)] {
         assert_eq!(ended(&master.request_to(1, to, message)), [(1, not_taken(NotTaken::Address))]);
     }
+    for message in [HostMessage::other(0x2_09_00, &[0; 32]), HostMessage::other(0x32_00, &[0; 33])] {
+        assert_eq!(ended(&master.request(1, message)), [(1, not_taken(NotTaken::TooLong))]);
+    }
 }
 
 // 5-20
