@@ -4,7 +4,7 @@ use motion_core::time::Millis;
 
 use super::stops::Stop;
 use super::stream::Speed;
-use super::{Event, Failure, HostMachine, Outcome, Output, Received, Request, Send};
+use super::{Event, Failure, HostMachine, Outcome, Output, Received, Request, Send, Token};
 use crate::frame::{Address, Selector, Table};
 use crate::message::{DeviceMessage, HostMessage, Reply};
 use crate::query::Query;
@@ -66,6 +66,15 @@ impl Job {
             Self::Speed(speed) => speed.send(),
             Self::KeepAlive(to) => super::stream::keep_alive(to),
             Self::Emergency(send) => send,
+        }
+    }
+
+    /// What the application calls it, if it is the application's.
+    const fn token(&self) -> Option<Token> {
+        match self {
+            Self::Request(request) => Some(request.token),
+            Self::Stop(stop) => stop.token,
+            Self::Speed(_) | Self::KeepAlive(_) | Self::Emergency(_) => None,
         }
     }
 }
@@ -162,8 +171,10 @@ impl HostMachine {
             Line::Quiet(now.after(quiet.into()))
         };
         self.write(now, output, job);
-        if let (Job::Request(Request { token, .. }), false) = (job, is_answered) {
-            output.event(Event::Ended { token, outcome: Outcome::Sent });
+        if !is_answered {
+            if let Some(token) = job.token() {
+                output.event(Event::Ended { token, outcome: Outcome::Sent });
+            }
         }
     }
 

@@ -126,8 +126,7 @@ impl HostMachine {
         let is_free = self.line == Line::Idle && self.emergency.is_none();
         let next = if is_free { self.stops.take() } else { self.stops.take_new() };
         let Some(stop) = next else { return false };
-        let is_answered = is_answered(&stop.message);
-        if is_free && is_answered {
+        if is_free {
             self.send(now, output, Job::Stop(stop));
             return true;
         }
@@ -139,7 +138,7 @@ impl HostMachine {
         };
         self.write(now, output, Job::Stop(stop));
         // An emergency stop asks for itself whether all is at rest.
-        if is_answered && self.emergency.is_none() {
+        if is_answered(&stop.message) && self.emergency.is_none() {
             self.stops.put_back(stop);
         } else if let Some(token) = stop.token {
             output.event(Event::Ended { token, outcome: Outcome::Sent });
