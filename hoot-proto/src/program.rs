@@ -17,9 +17,10 @@
 //! ```
 
 use crate::message::{Easing, Span, Steps};
+use crate::state::debug;
 
 /// The planned move of one motor, without its lead-in. Source: hoot, sections 2.3 and 4.2.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Plan {
     /// Where it begins.
     pub start: Steps,
@@ -34,6 +35,8 @@ pub struct Plan {
     /// How it gains and loses speed; what is no easing is taken for linear.
     pub easing: Easing,
 }
+
+debug! { Plan { start stop travel acceleration deceleration easing } }
 
 impl Plan {
     /// Whether it goes nowhere.

@@ -1,4 +1,4 @@
-//! States of machines as data, so that pictures and tests can name all of them.
+//! States of machines as data, so that pictures and tests can name all of them, and how machines are printed.
 
 /// Makes an enum of states with the list of them and their names.
 macro_rules! states {
@@ -25,3 +25,15 @@ macro_rules! states {
     )*};
 }
 pub(crate) use states;
+
+/// Makes the `Debug` of structs with many fields: a derived one of six or more cannot be proven free of panics.
+macro_rules! debug {
+    ($($name:ident { $($field:ident)* })*) => {$(
+        impl core::fmt::Debug for $name {
+            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                f.debug_struct(stringify!($name))$(.field(stringify!($field), &self.$field))*.finish()
+            }
+        }
+    )*};
+}
+pub(crate) use debug;

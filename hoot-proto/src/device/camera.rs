@@ -4,7 +4,7 @@ use motion_core::time::Millis;
 
 use super::{Event, Output};
 use crate::message::{Milliseconds, ShortMilliseconds, ShortShots};
-use crate::state::states;
+use crate::state::{debug, states};
 
 states! {
     /// What the camera does. It is busy in all but the first. Source: hoot, section 4.4.
@@ -22,7 +22,7 @@ states! {
 }
 
 /// What a master sets of the camera, and can ask for. Source: hoot, section 2.4.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub struct CameraSettings {
     /// Whether there is a camera.
@@ -42,6 +42,8 @@ pub struct CameraSettings {
     /// The time from one picture of a program to the next.
     pub interval: Milliseconds,
 }
+
+debug! { CameraSettings { enable exposure_time focus_time max_shots exposure_delay focus_with_shutter mirror_up interval } }
 
 /// Which release this is, of one picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

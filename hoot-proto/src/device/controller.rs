@@ -4,6 +4,7 @@ use crate::message::{
     AltMode, CommonLine, Edge, EdgeFound, Level, Milliseconds, ProgramMode, RingTip, ShortMilliseconds, StartDelay,
     StepRate,
 };
+use crate::state::debug;
 
 /// When and for how long the auxiliary output is on, beside a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -16,7 +17,7 @@ pub struct AltOut {
 
 /// What a master sets of the controller, and can ask for. Source: hoot, sections 2.1 and 2.2.
 #[expect(clippy::struct_excessive_bools, reason = "each is a setting of its own")]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub struct Controller {
     /// Whether it gives the time to other nodes, or waits for the common line.
@@ -48,6 +49,8 @@ pub struct Controller {
     /// Whether the planned move goes to and fro.
     pub ping_pong: bool,
 }
+
+debug! { Controller { timing_master common_line max_step_rate edge alt_modes manual_move out_before out_after out_level max_run_time start_delay program_mode joystick_mode ping_pong } }
 
 impl Default for Controller {
     /// Of a new node, which is its own timing master.

@@ -4,7 +4,7 @@ use motion_core::time::Millis;
 
 use super::{AltOut, DeviceMachine, Event, Motion, MotorState, MotorUnit, Output};
 use crate::message::{AltMode, CommonLine, ProgramMode};
-use crate::state::states;
+use crate::state::{debug, states};
 
 states! {
     /// Whether the planned move runs. Source: hoot, section 4.2.
@@ -37,7 +37,7 @@ states! {
 }
 
 /// The planned move of a node.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Program {
     pub(super) state: ProgramState,
     phase: Phase,
@@ -54,6 +54,8 @@ pub struct Program {
     /// Whether the auxiliary output is on.
     out_is_on: bool,
 }
+
+debug! { Program { state phase ran since shots moves until next out_is_on } }
 
 impl Program {
     /// Whether it runs.

@@ -5,7 +5,7 @@ use crate::message::{
     Backlash, Direction, Easing, Microstep, Motor, Span, StepRate, Steps, StepsPerSecond, StepsPerSecondSquared,
 };
 use crate::program::Plan;
-use crate::state::states;
+use crate::state::{debug, states};
 
 states! {
     /// What a motor does. Source: hoot, section 4.3.
@@ -23,7 +23,7 @@ states! {
 }
 
 /// What a master sets of a motor, and can ask for. Source: hoot, section 2.3.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub struct MotorSettings {
     /// Whether it has no current while it rests.
@@ -47,6 +47,8 @@ pub struct MotorSettings {
     /// Its planned move.
     pub plan: Plan,
 }
+
+debug! { MotorSettings { sleep backlash microstep max_step_speed direction end_limit speed acceleration lead_in plan } }
 
 impl Default for MotorSettings {
     /// Of a new node. The speed is 0, so that nothing moves before a master has said how fast (safety decision 8).

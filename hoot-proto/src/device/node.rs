@@ -9,9 +9,10 @@ use super::{
 };
 use crate::frame::Address;
 use crate::message::{AltMode, Amperes, Direction, Level, Motor, RingTip, Volts};
+use crate::state::debug;
 
 /// A node. [`Options`] say what it is; [`Machine::step`] takes what happened.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+#[derive(Clone, PartialEq, Eq, Hash)]
 pub struct DeviceMachine {
     pub(super) options: Options,
     pub(super) controller: Controller,
@@ -31,6 +32,8 @@ pub struct DeviceMachine {
     pub(super) limits: RingTip<Level>,
     pub(super) supply: (Volts, Amperes),
 }
+
+debug! { DeviceMachine { options controller motors camera program name address usb_address heard_until deaf_until power_cycled limits supply } }
 
 impl DeviceMachine {
     /// A node that has just been switched on.

@@ -9,6 +9,7 @@ use super::line::{Job, Line};
 use super::stops::Stops;
 use super::stream::{KeptNodes, Speed};
 use super::{Dropped, Event, Input, MAX_QUEUE, MAX_SPEEDS, Nodes, Options, Output, Request, State};
+use crate::state::debug;
 
 /// Whose turn it was: nobody waits for ever, however much the others want.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -31,7 +32,7 @@ impl Turn {
 }
 
 /// The master of a bus. [`Options`] say how it behaves; [`Machine::step`] takes what happened.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+#[derive(Clone, PartialEq, Eq, Hash)]
 pub struct HostMachine {
     pub(super) options: Options,
     pub(super) nodes: Nodes,
@@ -45,6 +46,8 @@ pub struct HostMachine {
     pub(super) kept: KeptNodes,
     pub(super) emergency: Option<Emergency>,
 }
+
+debug! { HostMachine { options nodes line free_at stops queue speeds turn kept emergency } }
 
 impl HostMachine {
     /// A master without a line, and the nodes that an emergency stop addresses.
@@ -96,6 +99,8 @@ impl HostMachine {
         }
         if self.emergency.is_some() {
             self.send_emergency(now, output);
+        }
+        if self.emergency.is_some() || self.line != Line::Idle {
             return;
         }
         let next = self.turn.next().into_iter().find_map(|turn| self.take(now, turn).map(|job| (turn, job)));

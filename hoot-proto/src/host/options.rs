@@ -2,6 +2,7 @@
 
 use crate::frame::Address;
 use crate::query::Profile;
+use crate::state::debug;
 
 /// Nodes that an emergency stop can address one by one.
 pub const MAX_NODES: usize = 8;
@@ -42,7 +43,7 @@ impl Nodes {
 }
 
 /// How a master behaves. All times are milliseconds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub struct Options {
     /// How long to wait for an answer. Default: 500, as public clients do; a node should begin within 100 (hoot,
@@ -72,6 +73,8 @@ pub struct Options {
     /// The firmware of the nodes. Default: not known.
     pub profile: Profile,
 }
+
+debug! { Options { timeout start_timeout short_timeout gap settle drain retries deaf keep_alive bridge profile } }
 
 impl Default for Options {
     fn default() -> Self {

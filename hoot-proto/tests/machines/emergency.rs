@@ -73,8 +73,8 @@ fn an_emergency_drops_everything_and_stops_every_motor() {
     assert_eq!(ended(&output)[1..], [2, 3, 4, 5].map(|token| (token, dropped(false))));
     assert_eq!(master.machine.stopping(), StopState::Stopping);
 
-    let (sent, events) = go_on(&mut master, output, 1000, |_| Some(true));
-    assert_eq!(sent, round(false));
+    let (packets, events) = go_on(&mut master, output, 1000, |_| Some(true));
+    assert_eq!(packets, round(false));
     assert_eq!(events.last(), Some(&Event::StopConfirmed));
     assert_eq!(master.machine.stopping(), StopState::Calm);
     assert_eq!(master.pass(9000), [], "nothing of the past comes back");
