@@ -81,10 +81,11 @@ impl HostMachine {
         if !on {
             return;
         }
-        let full = || self.kept.is_full().then_some(NotTaken::Full);
-        match self.refusal(&keep_alive(to)).or_else(full) {
-            Some(why) => output.event(Event::NotTaken(why)),
-            None => self.kept.push(Kept { to, due: now }),
+        let refused = self.refusal(&keep_alive(to));
+        let kept = Kept { to, due: now };
+        let push = || self.kept.try_push(kept).err().map(|_| NotTaken::Full);
+        if let Some(why) = refused.or_else(push) {
+            output.event(Event::NotTaken(why));
         }
     }
 

@@ -26,22 +26,20 @@ impl HostMachine {
     fn submit(&mut self, output: &mut Output, request: Request, insist: bool) {
         let Request { token, to, message } = request;
         let is_stop = message.is_stop();
-        let refused = |why| Event::Ended { token, outcome: Outcome::Failed(Failure::NotTaken(why)) };
         let stays_behind = self.options.bridge && !insist && is_bridged(&message);
-        let full = || (!is_stop && self.queue.is_full()).then_some(NotTaken::Full);
         let bridge = stays_behind.then_some(NotTaken::Bridge);
-        match self.refusal(&Send { to, message }).or(bridge).or_else(full) {
-            None if is_stop => self.stop(output, request),
-            None => self.queue.push(request),
-            Some(why) => {
-                output.event(refused(why));
-                // A stop that would not arrive is carried out in the way that does (decision H-20).
-                match why {
-                    NotTaken::Bridge if is_stop => self.stop_each(output, &message),
-                    NotTaken::Link if is_stop => output.event(Event::StopNotConfirmed { node: Some(to) }),
-                    _ => {}
-                }
-            }
+        let why = self.refusal(&Send { to, message }).or(bridge);
+        if is_stop && why.is_none() {
+            self.stop(output, request);
+            return;
+        }
+        let Some(why) = why.or_else(|| self.queue.try_push(request).err().map(|_| NotTaken::Full)) else { return };
+        output.event(Event::Ended { token, outcome: Outcome::Failed(Failure::NotTaken(why)) });
+        // A stop that would not arrive is carried out in the way that does (decision H-20).
+        match why {
+            NotTaken::Bridge if is_stop => self.stop_each(output, &message),
+            NotTaken::Link if is_stop => output.event(Event::StopNotConfirmed { node: Some(to) }),
+            _ => {}
         }
     }
 
