@@ -63,9 +63,17 @@ impl Plan {
         } else {
             total.saturating_sub(self.ramp(travel.saturating_sub(elapsed), lose))
         };
-        let way = i128::from(self.stop.0).saturating_sub(self.start.0.into());
-        let covered = way.saturating_mul(gone).checked_div(total).unwrap_or(way);
-        Steps(i32::try_from(covered.saturating_add(self.start.0.into())).unwrap_or(self.stop.0))
+        // So many bits less that the way, of 32 bits, times the part that is gone has room in 64.
+        let surplus = u64::BITS.saturating_sub(total.leading_zeros()).saturating_sub(31);
+        let part = |of: u64| of.checked_shr(surplus).unwrap_or(0);
+        let way = u64::from(self.start.0.abs_diff(self.stop.0));
+        let covered = way.saturating_mul(part(gone)).checked_div(part(total)).unwrap_or(way);
+        let covered = u32::try_from(covered).unwrap_or(u32::MAX);
+        Steps(if self.start < self.stop {
+            self.start.0.saturating_add_unsigned(covered)
+        } else {
+            self.start.0.saturating_sub_unsigned(covered)
+        })
     }
 
     /// How long speed is gained and lost, no longer than the travel together.
@@ -82,27 +90,23 @@ impl Plan {
 
     /// The way covered in the first `elapsed` of a ramp, if full speed covers [`unit`] of 1 in 1: the integral of the
     /// speed, which is u, u², or 1 - (1 - u)² at the part u of the ramp.
-    fn ramp(&self, elapsed: u32, ramp: u32) -> i128 {
-        let (t, a) = (i128::from(elapsed), i128::from(ramp));
-        let square = t.saturating_mul(t);
-        let thirds = |scale: i128| {
-            let below = a.saturating_mul(a).saturating_mul(3);
-            square.saturating_mul(t).saturating_mul(scale).checked_div(below).unwrap_or(0)
+    fn ramp(&self, elapsed: u32, ramp: u32) -> u64 {
+        // u has 20 bits behind the point, its third power 60.
+        let u = (u64::from(elapsed) << 20).checked_div(ramp.into()).unwrap_or(0);
+        let square = u.saturating_mul(u);
+        let cube = square.saturating_mul(u);
+        let covered = match self.easing {
+            Easing::QUADRATIC => cube / 3,
+            Easing::INVERSE_QUADRATIC => (square << 20).saturating_mul(3).saturating_sub(cube) / 3,
+            _ => square << 19,
         };
-        let parts = |scale: i128| square.saturating_mul(scale).checked_div(a).unwrap_or(0);
-        match self.easing {
-            Easing::QUADRATIC => thirds(UNIT),
-            Easing::INVERSE_QUADRATIC => parts(UNIT).saturating_sub(thirds(UNIT)),
-            _ => parts(UNIT / 2),
-        }
+        u64::from(ramp).saturating_mul(covered >> 29)
     }
 }
 
-/// Fractions of a way are kept in this many parts, so that none of the products leaves 128 bits.
-const UNIT: i128 = 1 << 16;
-
-fn unit(whole: u32) -> i128 {
-    i128::from(whole).saturating_mul(UNIT)
+/// Parts of a way are counted in 2 to the power of -31, so that the longest way has room in 64 bits.
+fn unit(whole: u32) -> u64 {
+    u64::from(whole) << 31
 }
 
 #[cfg(test)]
