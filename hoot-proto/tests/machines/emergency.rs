@@ -146,9 +146,11 @@ fn a_late_answer_confirms_nothing() {
     let mut master = Master::new(Options::default());
     let output = press(&mut master);
     go_on(&mut master, output, 4, |_| Some(true));
+    let stopped = master.now;
     while master.machine.state().name() != "Waiting" {
         let _ = master.wait(300);
     }
+    assert_eq!(master.now - stopped, 200, "the first question comes when all answers to the stops are in");
     for stray in [&[][..], &[5, 0, 0, 0, 0], &[1, 0, 0]] {
         assert!(matches!(master.reply(1, stray).events[..], [Event::Unsolicited(_)]));
     }
