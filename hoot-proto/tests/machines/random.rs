@@ -401,6 +401,8 @@ struct World {
     master: Master,
     node: Node,
     now: u64,
+    /// Whether a bridge loses replies that refuse.
+    bridge: bool,
     /// Packets under way, with the moment at which they arrive.
     to_node: VecDeque<(u64, HostMessage<'static>)>,
     to_master: VecDeque<(u64, Answered)>,
@@ -415,12 +417,14 @@ struct World {
 }
 
 impl World {
-    fn new(faults: Vec<(Fault, u64)>) -> Self {
+    fn new(faults: Vec<(Fault, u64)>, firmware: bool, bridge: bool) -> Self {
         // Settled for longer than a packet is under way both ways.
         let master = Master::new(Options::default().with_settle(100));
-        let mut node = Node::ready();
+        let quirks = if firmware { Quirks::FIRMWARE } else { Quirks::NONE };
+        let mut node = Node::ready_with(NodeOptions::default().with_quirks(quirks));
         node.now = 1000;
         Self {
+            bridge,
             master,
             node,
             now: 1000,
@@ -477,6 +481,7 @@ impl World {
             let arrives = self.to_master.back().map_or(0, |(at, _)| *at).max(self.now + delay);
             let packet = Some((code.0, data.to_vec()));
             match fault {
+                _ if self.bridge && code == ResponseCode::ERROR => {}
                 Fault::None => self.to_master.push_back((arrives, packet)),
                 Fault::Lost => {}
                 Fault::Corrupt => self.to_master.push_back((arrives, None)),
@@ -571,13 +576,15 @@ fn any_wish() -> impl Strategy<Value = Wish> {
 proptest! {
     #[test]
     fn master_and_node_on_a_bad_line(
+        firmware in any::<bool>(),
+        bridge in any::<bool>(),
         wishes in proptest::collection::vec((0_u64..900, any_wish()), 1..60),
         faults in proptest::collection::vec(
             (prop_oneof![5 => Just(Fault::None), 1 => Just(Fault::Lost), 1 => Just(Fault::Corrupt), 1 => Just(Fault::Doubled)], 1_u64..40),
             3..80,
         ),
     ) {
-        let mut world = World::new(faults);
+        let mut world = World::new(faults, firmware, bridge);
         // Tokens, with what was asked for, and how much the node had heard by then.
         let mut asked: Vec<(HostMessage<'static>, usize)> = Vec::new();
         for (pause, wish) in wishes {
