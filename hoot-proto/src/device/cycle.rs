@@ -87,7 +87,8 @@ impl Program {
         self.since.map(|since| since.after(run_time.saturating_sub(self.ran)))
     }
 
-    fn is_going(&self) -> bool {
+    /// Whether it runs, or will by itself.
+    pub(super) fn is_going(&self) -> bool {
         matches!(self.state, ProgramState::Delay | ProgramState::Running)
     }
 }
@@ -103,11 +104,11 @@ impl DeviceMachine {
         self.program.since = Some(now);
         let waits = self.program.ran < self.start_delay();
         self.set_program(output, if waits { ProgramState::Delay } else { ProgramState::Running });
+        self.program.until = Some(now);
         if resumed && self.program.phase == Phase::Move {
             self.follow_plans(output);
         } else {
             self.program.phase = Phase::Clear;
-            self.program.until = Some(now);
         }
     }
 
@@ -383,6 +384,7 @@ impl DeviceMachine {
             }
             self.start(now, output);
             self.program.until = Some(now.after(1));
+            self.follow_the_clock(now, output);
         }
     }
 

@@ -133,7 +133,7 @@ impl DeviceMachine {
         match selector.sub_address {
             0 => self.set_controller(now, output, &message),
             4 => self.set_camera(now, output, &message),
-            _ => self.set_motor(output, &message),
+            _ => self.set_motor(now, output, &message),
         }
     }
 

@@ -5,7 +5,7 @@ use motion_core::time::Millis;
 
 use super::{
     CameraUnit, Command, Contact, Controller, Event, Ignored, Input, MotorUnit, Options, Output, Port, Program,
-    ProgramState, StoredName,
+    StoredName,
 };
 use crate::frame::Address;
 use crate::message::{AltMode, Amperes, Direction, Level, Motor, RingTip, Volts};
@@ -146,9 +146,7 @@ impl DeviceMachine {
     fn alt(&mut self, now: Millis, output: &mut Output, contact: Contact) {
         let RingTip { ring, tip } = self.controller.alt_modes;
         match if contact == Contact::Ring { ring } else { tip } {
-            AltMode::TOGGLE if matches!(self.program.state, ProgramState::Delay | ProgramState::Running) => {
-                self.stop(output);
-            }
+            AltMode::TOGGLE if self.program.is_going() => self.stop(output),
             AltMode::START | AltMode::TOGGLE => self.start(now, output),
             AltMode::STOP => self.stop(output),
             AltMode::EXTERNAL_INTERVALOMETER => self.pulse(now, output),
@@ -198,7 +196,7 @@ impl Machine for DeviceMachine {
             Input::Arrived(motor) => self.motor_mut(motor).rest(out),
             Input::Fault(motor) => {
                 self.motor_mut(motor).stop(out);
-                if self.program.state != ProgramState::Stopped {
+                if self.program.is_going() {
                     self.pause(now, out);
                 }
             }

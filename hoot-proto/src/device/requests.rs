@@ -114,7 +114,7 @@ impl DeviceMachine {
     }
 
     /// Commands 2 to 27 of a motor.
-    pub(super) fn set_motor(&mut self, output: &mut Output, message: &HostMessage<'_>) -> Outcome {
+    pub(super) fn set_motor(&mut self, now: Millis, output: &mut Output, message: &HostMessage<'_>) -> Outcome {
         let Some(motor) = Motor::new(message.selector().sub_address) else { return Outcome::ERROR };
         let known = self.options.profile.facts();
         let max_rate = self.controller.max_step_rate;
@@ -125,7 +125,13 @@ impl DeviceMachine {
         let steps = if let HostMessage::MotorMove(go) = message { self.arriving(go.steps.0) } else { None };
         let unit = self.motor_mut(motor);
         match message {
-            HostMessage::MotorStop(_) => unit.stop(output),
+            HostMessage::MotorStop(_) => {
+                unit.stop(output);
+                // It would be moved again (decision H-30).
+                if self.program.is_going() {
+                    self.pause(now, output);
+                }
+            }
             HostMessage::MotorMove(go) => match steps {
                 Some(0) => unit.run(output, go.direction),
                 Some(steps) => unit.go(output, Motion::By { direction: go.direction, steps: steps.into() }),

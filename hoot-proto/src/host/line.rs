@@ -4,7 +4,7 @@ use motion_core::time::Millis;
 
 use super::stops::Stop;
 use super::stream::Speed;
-use super::{Event, Failure, HostMachine, Outcome, Output, Received, Request, Send, Token};
+use super::{Dropped, Event, Failure, HostMachine, Outcome, Output, Received, Request, Send, Token};
 use crate::frame::{Address, Selector, Table};
 use crate::message::{DeviceMessage, HostMessage, Reply};
 use crate::query::Query;
@@ -238,13 +238,11 @@ impl HostMachine {
         self.line = Line::Settling(now.after(self.options.drain.into()));
         match waiting.job {
             Job::Request(Request { token, .. }) => {
-                output.event(Event::dropped(token, super::Dropped::Stop, true));
+                output.event(Event::dropped(token, Dropped::Stop, true));
             }
             Job::Stop(stop) => self.stops.put_back(stop),
             // A motor that was to come to rest must.
-            Job::Speed(speed) => {
-                self.speed_ended(output, speed, None);
-            }
+            Job::Speed(speed) => self.speed_ended(output, speed, None),
             Job::KeepAlive(_) | Job::Emergency(_) => {}
         }
     }

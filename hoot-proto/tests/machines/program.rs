@@ -145,7 +145,7 @@ fn after_a_pause_it_goes_on() {
     node.pass(700);
     assert_eq!(node.ok(START), [RUNNING, to(ONE, 100)], "the move that was cut short (decision H-11)");
     assert_eq!((run_time(&node), node.machine.program().shots()), (150, 1));
-    assert_eq!(arrive(&mut node, 100), []);
+    assert_eq!(arrive(&mut node, 100), [camera(false, true)], "and then it shoots again");
     // Paused while a picture was taken, it takes that again.
     node.ok(STOP);
     node.ok(START);
@@ -488,4 +488,29 @@ fn switching_the_camera_off_does_not_hold_up_the_program() {
     node.ok(START);
     let events = node.ok(HostMessage::CameraSetEnable(message::CameraSetEnable { enable: NO }));
     assert_eq!(events, [camera(false, false), to(ONE, 100)]);
+}
+
+// 4.2-24
+#[test]
+fn a_stop_of_one_motor_pauses_the_program() {
+    let mut node = sms();
+    node.ok(START);
+    node.pass(101);
+    assert_eq!(node.ok(motor_stop(ONE)), [motion(ONE, Motion::Stop), PAUSED]);
+    assert_eq!((node.pass(9000), node.wake), (vec![], None), "nothing moves it again");
+    assert_eq!(node.ok(motor_stop(ONE)), []);
+    assert_eq!(node.ok(START), [RUNNING, to(ONE, 100)]);
+}
+
+// 4.2-25
+#[test]
+fn a_video_to_and_fro_turns_round_at_once() {
+    let mut node = moving(ProgramMode::VIDEO);
+    ping_pong(&mut node);
+    node.ok(START);
+    let forth = node.machine.motor(ONE).settings().plan;
+    let events = arrive(&mut node, 300);
+    let back = node.machine.motor(ONE).settings().plan;
+    assert_eq!((back.start, back.stop), (forth.stop, forth.start));
+    assert_eq!(events, [STOPPED, RUNNING, motion(ONE, Motion::Along { plan: back, elapsed: 0 })]);
 }

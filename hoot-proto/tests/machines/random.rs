@@ -10,7 +10,7 @@ use hoot_proto::device::{
 };
 use hoot_proto::frame::Selector;
 use hoot_proto::host::{Command, Event, Input, Options, Outcome, Output, Request, StopState, Token};
-use hoot_proto::message::{self, HostMessage, Motor, Reply, ResponseCode, Steps, StepsPerSecond};
+use hoot_proto::message::{self, AltMode, HostMessage, Motor, Reply, ResponseCode, RingTip, Steps, StepsPerSecond};
 use hoot_proto::query::Profile;
 use hoot_proto::{Address, DeviceMessage, Table};
 use motion_core::time::Millis;
@@ -82,6 +82,29 @@ fn to_node() -> impl Strategy<Value = ToNode> {
     ]
 }
 
+/// A program of any kind, with what is needed to run it.
+fn any_setup() -> impl Strategy<Value = Vec<(u32, Vec<u8>)>> {
+    let part = |number: u32, value: std::ops::Range<u8>, bytes: usize| {
+        value.prop_map(move |value| (number, [vec![0; bytes - 1], vec![value]].concat())).boxed()
+    };
+    vec![
+        part(0x16_00, 0..4, 1),
+        part(0x18_00, 0..2, 1),
+        part(0x15_00, 0..2, 4),
+        part(0x14_00, 0..2, 4),
+        part(0x11_01, 0..3, 4),
+        part(0x14_01, 0..4, 4),
+        part(0x11_02, 0..200, 4),
+        part(0x14_02, 0..40, 4),
+        part(0x02_04, 0..2, 1),
+        part(0x06_04, 0..4, 2),
+        part(0x0A_04, 0..200, 4),
+        part(0x0D_00, 0..11, 2),
+        part(0x0E_00, 0..2, 1),
+        part(0x02_00, 0..1, 1),
+    ]
+}
+
 fn profiles() -> impl Strategy<Value = Profile> {
     prop::sample::select(
         &[
@@ -120,10 +143,14 @@ proptest! {
     fn a_node_obeys_stops_and_its_dead_man(
         profile in profiles(),
         firmware in any::<bool>(),
+        setup in any_setup(),
         steps in proptest::collection::vec((0_u64..700, to_node()), 1..120),
     ) {
         let quirks = if firmware { Quirks::FIRMWARE } else { Quirks::NONE };
         let mut node = Node::ready_with(NodeOptions::default().with_profile(profile).with_quirks(quirks));
+        for (number, body) in setup {
+            let _ = node.send(NODE, decode(number, &body));
+        }
         let mut heard = node.now;
         for (pause, input) in steps {
             // Woken when it asks for it, mostly.
@@ -189,7 +216,13 @@ proptest! {
                     prop_assert_eq!(node.machine.motor(motor).is_moving(), moves, "{:?}", output);
                 }
             }
-            prop_assert!(output.events.len() <= 40, "within its bounds: {}", output.events.len());
+            // A program that runs waits for something: a moment, a motor, or a pulse.
+            let controller = node.machine.controller();
+            let RingTip { ring, tip } = controller.alt_modes;
+            let by_pulse = [ring, tip].contains(&AltMode::EXTERNAL_INTERVALOMETER) || !controller.timing_master;
+            let waits = node.wake.is_some() || by_pulse || !moving(&node.machine).is_empty();
+            let runs = node.machine.program().state() == ProgramState::Running;
+            prop_assert!(waits || !runs, "{:?} after {:?}", node.machine, output);
             // A wake that comes too early, or twice, changes nothing.
             let mut early = node.clone();
             prop_assert!(early.step(device::Input::Wake).is_quiet());
