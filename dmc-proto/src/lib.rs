@@ -48,6 +48,24 @@
 //!
 //! A whole move is sent and stored with [`upload`].
 //!
+//! When to send what, and what a silence means, is known to two state machines: [`host::HostMachine`] controls,
+//! [`device::DeviceMachine`] moves. They are pure functions, from what happened to what follows: what to send, what to
+//! tell, when to look again. Both begin with a table of what to call when, and a loop that drives them.
+//!
+//! ```
+//! use dmc_proto::host::{Command, HostMachine, Input, Options, State, Stop, What};
+//! use motion_core::machine::Machine;
+//! use motion_core::time::Millis;
+//!
+//! let (host, output) = HostMachine::new(Options::default()).step(Millis(0), Input::LinkUp);
+//! assert_eq!((host.state(), output.send[0].what), (State::Greeting, What::Greeting));
+//! assert_eq!(output.wake, Some(Millis(1000)), "if the device has not said who it is by then, it is asked again");
+//!
+//! // A stop waits for nothing, not even for that.
+//! let (_, output) = host.step(Millis(5), Input::Command(Command::Stop(Stop::All)));
+//! assert_eq!(output.send[0].what, What::Stop(Stop::All));
+//! ```
+//!
 //! # Units
 //!
 //! | type | on the wire | means |
@@ -90,7 +108,9 @@
 #[cfg(any(test, feature = "std"))]
 extern crate std;
 
+pub mod device;
 pub mod frame;
+pub mod host;
 pub mod lint;
 pub mod message;
 #[cfg(feature = "nom")]

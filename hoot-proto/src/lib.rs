@@ -46,6 +46,46 @@
 //! # Ok::<(), hoot_proto::EncodeError>(())
 //! ```
 //!
+//! Two machines know when to send what, what a silence means, and what may never be sent twice. They are pure functions;
+//! line, clock and rig are the caller's. Each input is a step; a step says what to send, what happened, and when to wake
+//! the machine. This is all that a master needs:
+//!
+//! ```
+//! use hoot_proto::host::{Command, HostMachine, Input, Nodes, Options};
+//! use hoot_proto::{Address, DeviceMessage, EncodeError, Frames, Item};
+//! use motion_core::machine::Machine;
+//! use motion_core::time::Millis;
+//!
+//! let nodes = Nodes::new().with(Address::DEFAULT).ok_or("too many nodes")?;
+//! let (mut master, mut frames, mut line) = (HostMachine::new(Options::default(), nodes), Frames::<84>::new(), vec![]);
+//! let mut step = |now, input: Input<'_>| {
+//!     let (next, output) = master.clone().step(Millis(now), input);
+//!     master = next;
+//!     output.events.iter().for_each(|event| println!("{event:?}"));
+//!     for send in output.send {
+//!         let mut packet = [0; 42];
+//!         let len = send.encode_into(&mut packet)?;
+//!         line.extend_from_slice(&packet[..len]);
+//!     }
+//!     Ok::<_, EncodeError>(output.wake)
+//! };
+//! step(0, Input::LinkUp)?;
+//! step(5, Input::Command(Command::EmergencyStop))?;
+//! frames.push(b"\0\0\0\0\0\xFF\0\0\x01\0");
+//! while let Some(item) = frames.next() {
+//!     let wake = match item {
+//!         Item::Frame(frame) => step(14, Input::Received(DeviceMessage::decode(&frame)))?,
+//!         _ => step(14, Input::Noise)?,
+//!     };
+//!     assert_eq!(wake, Some(Millis(65)), "60 ms behind the first stop");
+//! }
+//! step(65, Input::Wake)?;
+//! assert_eq!(line, b"\0\0\0\0\0\xFF\x03\x01\x04\0\0\0\0\0\0\xFF\x03\x02\x04\0", "motors 1 and 2 are told to stop");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! - [`host`]: the master: a queue, retries of what may be repeated, stops that overtake all else, the emergency stop.
+//!   [`device`]: the node: link, settings, motors, camera, program. [`program`]: where a planned move is, and when.
 //! - [`frame`]: the envelope, and two framings: [`Hoot`] finds packets in any noise, [`Strict`] loses what firmware loses.
 //! - [`message`]: [`HostMessage`], [`DeviceMessage`] and their fields. [`query`]: what replies mean, and what firmware of
 //!   different ages does differently. [`lint`]: what is not wise. [`beyond`]: commands that the published sheet has not.
@@ -92,13 +132,17 @@
 extern crate std;
 
 pub mod beyond;
+pub mod device;
 pub mod frame;
+pub mod host;
 pub mod lint;
 pub mod message;
 #[cfg(feature = "nom")]
 pub mod nom;
+pub mod program;
 pub mod query;
 mod side;
+mod state;
 
 pub use frame::{Address, Frame, FrameError, Frames, Header, Hoot, Selector, Strict, Table};
 pub use message::{DeviceMessage, HostMessage};

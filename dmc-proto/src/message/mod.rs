@@ -3,6 +3,7 @@
 //! Nothing in a frame says who sent it, and one type has different data in each direction. So there are two enums, by
 //! who sends: [`HostMessage`] is what Dragonframe sends, [`DeviceMessage`] what a controller sends (decision D-4).
 
+mod conduct;
 mod connection;
 mod motor;
 mod outputs;

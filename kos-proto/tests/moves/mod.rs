@@ -280,7 +280,7 @@ pub(crate) fn plan(input: &[u8]) {
 /// The wire joins what was joined, and keeps the order of times, rounded or not (decision K-J8).
 fn in_order(data: &TrajectoryData<'_>) {
     let mut before = None;
-    for block in data.blocks.iter() {
+    for block in &data.blocks {
         match block {
             Block::Axis(axis) => {
                 assert!(before.is_none_or(|(_, left, _)| left == 0));

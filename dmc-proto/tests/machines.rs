@@ -1,0 +1,20 @@
+//! The machines of both sides, row by row of the specification's tables, and at random.
+
+#[path = "machines/bench.rs"]
+mod bench;
+#[path = "machines/connection.rs"]
+mod connection;
+#[path = "machines/coverage.rs"]
+mod coverage;
+#[path = "machines/host.rs"]
+mod host;
+#[path = "machines/random.rs"]
+mod random;
+#[path = "machines/real_time.rs"]
+mod real_time;
+#[path = "machines/sequences.rs"]
+mod sequences;
+#[path = "machines/stops.rs"]
+mod stops;
+#[path = "machines/world.rs"]
+mod world;

@@ -1,0 +1,482 @@
+//! Anything in any order, to any depth.
+
+use std::collections::{HashMap, HashSet};
+
+use dmc_proto::device::{self, DeviceMachine, Quirks, State};
+use dmc_proto::host::{self, Command, HostMachine, Name, Progress, Stop, Token, What};
+use dmc_proto::message::{AckCode, HostMessage, Motor, Motors, RunFlags, Triggers, VirtualMotor};
+use dmc_proto::upload::{MoveSource, Section, SectionSize};
+use dmc_proto::{MessageId, MessageType};
+use motion_core::time::Millis;
+use motion_core::wire::Messages;
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::sample::{Index, select};
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
+
+use super::bench::{
+    EMPTY, SWING_PAN, axis, begin, frame, hi, jog, jog_all, move_to, position_frame, run, shot, stop, stop_all,
+    virtuals,
+};
+use super::world::{Action, Fault, World, answer_id, device_message};
+
+/// Messages that make sense.
+fn sensible() -> Vec<HostMessage<'static>> {
+    vec![
+        HostMessage::Hi(EMPTY),
+        HostMessage::MotorStatus(EMPTY),
+        move_to(1, 5),
+        move_to(3, 5),
+        jog(2),
+        jog(3),
+        stop(1),
+        stop(3),
+        stop_all(),
+        begin(1, 10),
+        axis(1),
+        axis(2),
+        HostMessage::RtUploadMoveEnd(EMPTY),
+        position_frame(1),
+        position_frame(12),
+        jog_all(5),
+        run(1, 10, RunFlags(0)),
+        run(10, 1, RunFlags::PING_PONG),
+        run(1, 10, RunFlags::LOOP),
+        shot(3),
+        HostMessage::RtGo(EMPTY),
+        HostMessage::RtStopLoop(EMPTY),
+        virtuals(&SWING_PAN),
+        virtuals(&[0]),
+    ]
+}
+
+/// What a device may meet. Bytes are decoded as a message of any type.
+#[derive(Debug, Clone)]
+enum DeviceStep {
+    Sensible(Index, bool),
+    Hostile(u32, Vec<u8>, u16),
+    Report(u8, u8),
+}
+
+fn device_steps() -> impl Strategy<Value = Vec<(u64, DeviceStep)>> {
+    let step = prop_oneof![
+        6 => (any::<Index>(), prop::bool::weighted(0.9)).prop_map(|(at, ok)| DeviceStep::Sensible(at, ok)),
+        1 => (0_u32..0x220, vec(any::<u8>(), 0..40), any::<u16>())
+            .prop_map(|(kind, body, code)| DeviceStep::Hostile(kind, body, code)),
+        6 => (0_u8..16, any::<u8>()).prop_map(|(what, which)| DeviceStep::Report(what, which)),
+    ];
+    let gap = prop_oneof![3 => Just(0), 3 => 1..200_u64, 1 => 900..3000_u64, 1 => Just(u64::MAX / 50)];
+    vec((gap, step), 0..120)
+}
+
+fn report(what: u8, which: u8) -> device::Input<'static> {
+    let motor = Motor(which % 10);
+    match what {
+        0 => device::Input::LinkUp,
+        1 => device::Input::LinkDown,
+        2 => device::Input::Moving(Motors(which.into())),
+        3..=6 => device::Input::AtRest,
+        7 => device::Input::Frame(frame(which.into())),
+        8 => device::Input::PassEnd,
+        9 => device::Input::OperatorGo,
+        10 => device::Input::Limit { motor, upper: which > 100 },
+        11 => device::Input::EmergencyStop(which > 100),
+        12 => device::Input::Fault(Some(motor)),
+        13 => device::Input::Inputs(Triggers(which.into())),
+        14 => device::Input::Corrupt(MessageId(which.into()), MessageType(0x0030)),
+        _ => device::Input::Wake,
+    }
+}
+
+/// What a device does in one step: each request is answered once, stops are obeyed, motion begins only by what may begin
+/// it.
+fn device_step(machine: DeviceMachine, now: Millis, input: device::Input<'_>) -> (DeviceMachine, device::Output) {
+    let before = machine.state();
+    let (machine, output) = laws::machine::step(machine, now, input);
+    let asked = output.send.iter().filter(|send| send.id == MessageId(7)).count();
+    let stores = output.events.iter().any(|event| matches!(event, device::Event::Store(_)));
+    if let device::Input::Received { message, .. } = input {
+        let answers = usize::from(!message.kind().is_ack() && !stores);
+        assert_eq!(asked, answers, "{message} in {before:?}: {output:?}");
+        if let HostMessage::MotorStopAll(_) = message {
+            assert!(matches!(output.events[0], device::Event::Stop(_)));
+            assert!(matches!(machine.state(), State::Idle | State::Stopping | State::Locked));
+        }
+    }
+    for event in &output.events {
+        let may = match (event, input) {
+            (
+                device::Event::Move(..)
+                | device::Event::Jog(..)
+                | device::Event::MoveVirtual
+                | device::Event::ToFrame(_)
+                | device::Event::JogAll(..),
+                device::Input::Received { message, .. },
+            ) => {
+                message.starts_motion() && !matches!(before, State::Running | State::Stopping | State::Locked)
+                    || before == State::Running && matches!(event, device::Event::Move(..) | device::Event::Jog(..))
+            }
+            (device::Event::Prepare, device::Input::Received { .. }) => before == State::Idle,
+            (device::Event::Go, device::Input::Received { .. } | device::Input::OperatorGo) => before == State::Ready,
+            (device::Event::NextPass(..) | device::Event::PostRoll, device::Input::PassEnd) => before == State::Running,
+            (device::Event::Move(..) | device::Event::Prepare | device::Event::Go, _) => false,
+            _ => true,
+        };
+        assert!(may, "{event:?} in {before:?}");
+    }
+    (machine, output)
+}
+
+/// What a host may meet.
+#[derive(Debug, Clone)]
+enum HostStep {
+    Request(Index),
+    Sequence(Index),
+    Stop(u8),
+    Command(u8),
+    Answer(u32, Option<AckCode>),
+    Hostile(u32, u32, Vec<u8>),
+    Line(u8),
+    Section(bool),
+}
+
+fn host_steps() -> impl Strategy<Value = Vec<(u64, HostStep)>> {
+    let code = prop_oneof![
+        4 => Just(AckCode::OK),
+        1 => Just(AckCode::ERR_CHECKSUM),
+        1 => Just(AckCode::ERR_NOT_IN_POSITION),
+        1 => any::<u16>().prop_map(AckCode),
+    ];
+    let step = prop_oneof![
+        5 => any::<Index>().prop_map(HostStep::Request),
+        3 => any::<Index>().prop_map(HostStep::Sequence),
+        2 => any::<u8>().prop_map(HostStep::Stop),
+        2 => (0_u8..4).prop_map(HostStep::Command),
+        8 => (0_u32..6, prop::option::of(code)).prop_map(|(id, code)| HostStep::Answer(id, code)),
+        2 => (0_u32..50, 0_u32..0x220, vec(any::<u8>(), 0..60))
+            .prop_map(|(id, kind, body)| HostStep::Hostile(id, kind, body)),
+        1 => any::<u8>().prop_map(HostStep::Line),
+        3 => any::<bool>().prop_map(HostStep::Section),
+    ];
+    let gap = prop_oneof![4 => Just(0), 3 => 1..200_u64, 1 => 200..2000_u64];
+    vec((gap, step), 0..150)
+}
+
+struct Flat;
+
+impl MoveSource for Flat {
+    fn start_frame(&self) -> dmc_proto::message::FrameNumber {
+        frame(1)
+    }
+    fn frame_count(&self) -> u32 {
+        10
+    }
+    fn motors(&self) -> Motors {
+        Motors(1)
+    }
+    fn position(&self, _: Motor, _: u32) -> dmc_proto::message::Steps {
+        dmc_proto::message::Steps(0)
+    }
+}
+
+/// A host, with what it owes to its application.
+struct Watched {
+    machine: HostMachine,
+    now: Millis,
+    wake: Option<Millis>,
+    open: HashSet<Token>,
+    messages: HashMap<Token, HostMessage<'static>>,
+    sent: HashMap<Token, u32>,
+    signals: u32,
+}
+
+impl Watched {
+    fn step(&mut self, input: host::Input<'_>) -> host::Output {
+        let (machine, output) = laws::machine::step(self.machine.clone(), self.now, input);
+        (self.machine, self.wake) = (machine, output.wake);
+        for event in &output.events {
+            if let host::Event::Done(token, _) | host::Event::Failed(token, _) = event {
+                assert!(self.open.remove(token), "{token:?} ends once");
+            }
+        }
+        for send in &output.send {
+            match send.what {
+                What::Named(Name::Message(token)) => {
+                    let times = self.sent.entry(token).or_default();
+                    *times += 1;
+                    assert!(*times <= if self.messages[&token].is_repeatable() { 3 } else { 1 });
+                }
+                What::Go => {
+                    self.signals += 1;
+                    assert!(self.signals <= 4, "a signal, and three times more");
+                }
+                _ => {}
+            }
+        }
+        output
+    }
+
+    fn tell(&mut self, input: host::Input<'_>) {
+        let _ = self.step(input);
+    }
+
+    fn pass(&mut self, millis: u64) {
+        let end = self.now.after(millis);
+        while let Some(wake) = self.wake.filter(|&wake| wake <= end) {
+            self.now = wake;
+            self.tell(host::Input::Wake);
+        }
+        self.now = end;
+    }
+
+    fn token(&mut self, at: Index) -> (Token, HostMessage<'static>) {
+        let token = Token(u32::try_from(self.messages.len()).unwrap());
+        let message = *at.get(&sensible());
+        self.messages.insert(token, message);
+        self.open.insert(token);
+        (token, message)
+    }
+
+    fn act(&mut self, step: &HostStep) {
+        match *step {
+            HostStep::Request(at) => {
+                let (token, message) = self.token(at);
+                self.tell(host::Input::Command(Command::Request(token, message)));
+            }
+            HostStep::Sequence(at) => {
+                let (token, message) = self.token(at);
+                self.tell(host::Input::Command(Command::Sequence(token, message)));
+            }
+            HostStep::Stop(which) => {
+                let wanted = match which % 4 {
+                    0 => Stop::Motor(Motor(which)),
+                    1 => Stop::Virtual(VirtualMotor(which)),
+                    2 => Stop::AllSilent,
+                    _ => Stop::All,
+                };
+                let is_open = self.machine.state() != host::State::Closed;
+                let output = self.step(host::Input::Command(Command::Stop(wanted)));
+                assert_eq!(output.send.first().is_some_and(|send| matches!(send.what, What::Stop(_))), is_open);
+                assert!(is_open || matches!(output.events[0], host::Event::StopNotConfirmed(_)));
+            }
+            HostStep::Command(0) => {
+                self.signals = 0;
+                self.tell(host::Input::Command(Command::Go));
+            }
+            HostStep::Command(1) => self.tell(host::Input::Command(Command::Configured)),
+            HostStep::Command(2) => self.tell(host::Input::Command(Command::EndStops)),
+            HostStep::Command(_) => self.tell(host::Input::Command(Command::Greet)),
+            HostStep::Answer(choice, code) => {
+                let id = answer_id(&self.machine, choice);
+                let kind = self.machine.pending().find(|pending| pending.0 == id).map_or(MessageType(0x33), |p| p.1);
+                let body = code.map_or([0; 2], |code| code.0.to_le_bytes());
+                let number = if code.is_some() { kind.ack().0 } else { kind.0 };
+                if let Some(message) = device_message(number.into(), &[&body[..], &[0; 60]].concat()) {
+                    self.tell(host::Input::Received(id, message));
+                }
+            }
+            HostStep::Hostile(id, kind, ref body) => {
+                let input = match device_message(kind, body) {
+                    Some(message) => host::Input::Received(answer_id(&self.machine, id), message),
+                    None => host::Input::Malformed(MessageId(id), MessageType(1)),
+                };
+                self.tell(input);
+            }
+            HostStep::Line(which) if which < 60 => self.tell(host::Input::LinkDown),
+            HostStep::Line(_) => self.tell(host::Input::LinkUp),
+            HostStep::Section(some) => {
+                let section = if some { Section::first(&Flat, SectionSize::default()) } else { None };
+                self.tell(host::Input::Section(section));
+            }
+        }
+    }
+}
+
+fn faults() -> impl Strategy<Value = Vec<Fault>> {
+    let fault = prop_oneof![
+        8 => Just(Fault::None),
+        1 => Just(Fault::Lost),
+        1 => Just(Fault::Doubled),
+        1 => Just(Fault::Corrupt),
+        1 => Just(Fault::Late),
+    ];
+    vec(fault, 0..200)
+}
+
+fn actions() -> impl Strategy<Value = Vec<(Action, u64)>> {
+    let stops = select(vec![Stop::All, Stop::AllSilent, Stop::Motor(Motor(1)), Stop::Motor(Motor(3))]);
+    let flags = select(vec![RunFlags(0), RunFlags(0), RunFlags::LOOP, RunFlags::PING_PONG]);
+    let action = prop_oneof![
+        2 => (1..4_u8).prop_map(Action::Move),
+        2 => (1..4_u8).prop_map(Action::Jog),
+        1 => Just(Action::Live(3)),
+        1 => Just(Action::Status),
+        4 => Just(Action::Upload),
+        4 => (1..11).prop_map(Action::ToFrame),
+        2 => (1..11).prop_map(Action::JogAll),
+        4 => flags.prop_map(Action::Run),
+        2 => Just(Action::Shot),
+        6 => Just(Action::Go),
+        2 => Just(Action::StopLoop),
+        3 => stops.prop_map(Action::Stop),
+        1 => Just(Action::OperatorGo),
+        1 => (1..4_u8).prop_map(Action::Limit),
+        1 => Just(Action::Emergency),
+        1 => Just(Action::LineGone),
+    ];
+    vec((action, prop_oneof![2 => 0..300_u64, 3 => 1000..5000_u64]), 0..25)
+}
+
+proptest! {
+    /// S-1, S-7
+    #[test]
+    fn a_device_meets_anything(steps in device_steps(), quirks in any::<u16>()) {
+        let options = device::Options::of(hi()).with_quirks(Quirks(quirks));
+        let (mut machine, mut now) = (DeviceMachine::new(options), Millis(0));
+        let mut stores = vec![];
+        for (gap, step) in steps {
+            now = now.after(gap);
+            let all = sensible();
+            let id = MessageId(7);
+            let (next, output) = match &step {
+                DeviceStep::Sensible(at, ok) => {
+                    let rig = if *ok { AckCode::OK } else { AckCode::ERR_SOFT_UP };
+                    device_step(machine, now, device::Input::Received { id, message: *at.get(&all), rig })
+                }
+                DeviceStep::Hostile(kind, body, code) => match HostMessage::decode_body(*kind, body) {
+                    Ok(message) => {
+                        device_step(machine, now, device::Input::Received { id, message, rig: AckCode(*code) })
+                    }
+                    Err(_) => device_step(machine, now, device::Input::Malformed(id, MessageType(0x31))),
+                },
+                DeviceStep::Report(what, which) => device_step(machine, now, report(*what, *which)),
+            };
+            machine = next;
+            for event in output.events {
+                if let device::Event::Store(store) = event {
+                    stores.push(store);
+                }
+            }
+            // Now and then an answer of the buffer comes late.
+            while stores.len() > usize::from(gap % 3 == 1) {
+                let (next, output) = device_step(machine, now, device::Input::Stored(stores.remove(0), AckCode::OK));
+                assert_eq!(output.send.iter().filter(|send| send.id == id).count(), 1);
+                machine = next;
+            }
+            let (same, output) = device_step(machine.clone(), now, device::Input::Wake);
+            assert_eq!((&same, output.is_quiet()), (&machine, true), "all that was due is done");
+        }
+    }
+
+    /// S-1, S-2
+    #[test]
+    fn a_host_meets_anything(steps in host_steps(), window in 1..5_u8) {
+        let options = host::Options::default().with_window(window).with_last_id(100);
+        let mut host = Watched {
+            machine: HostMachine::new(options),
+            now: Millis(0),
+            wake: None,
+            open: HashSet::new(),
+            messages: HashMap::new(),
+            sent: HashMap::new(),
+            signals: 0,
+        };
+        host.tell(host::Input::LinkUp);
+        host.tell(host::Input::Received(MessageId(0), dmc_proto::DeviceMessage::Hi(hi())));
+        host.tell(host::Input::Command(Command::Configured));
+        for (gap, step) in steps {
+            host.pass(gap);
+            host.act(&step);
+            let before = host.machine.clone();
+            assert!(host.step(host::Input::Wake).is_quiet(), "all that was due is done");
+            assert_eq!(host.machine, before);
+        }
+        // Twelve requests, three tries of half a second each, and one place for a sequence.
+        host.pass(13 * 1500);
+        host.pass(0);
+        let followed = usize::from(host.machine.progress().is_some());
+        assert!(host.open.len() <= followed, "{:?}", host.open);
+        host.tell(host::Input::LinkDown);
+        assert!(host.open.is_empty());
+    }
+
+    /// S-1, S-2, S-3, S-7
+    #[test]
+    fn a_host_and_a_device_over_a_bad_line(
+        actions in actions(),
+        faults in faults(),
+        window in 1..5_u8,
+        quirks in any::<u16>(),
+    ) {
+        let mut world = World::new(window, Quirks(quirks), faults);
+        for (action, gap) in actions {
+            world.act(action);
+            world.pass(gap);
+        }
+        world.settle();
+    }
+}
+
+/// What the test above is worth: it leads into every state, and most sequences still come to their end.
+#[test]
+fn a_bad_line_still_leads_everywhere() {
+    let mut runner = TestRunner::deterministic();
+    let (mut states, mut progress) = (HashSet::new(), HashSet::new());
+    let mut outcomes = HashMap::<_, u32>::new();
+    for _ in 0..300 {
+        let (actions, faults) = (actions(), faults()).new_tree(&mut runner).unwrap().current();
+        let mut world = World::new(1, Quirks(0), faults);
+        for (action, gap) in actions {
+            world.act(action);
+            world.pass(gap);
+        }
+        world.settle();
+        states.extend(world.seen.0);
+        progress.extend(world.seen.1);
+        for event in world.ended.into_values() {
+            let what = match event {
+                host::Event::Done(_, outcome) => format!("{outcome:?}"),
+                host::Event::Failed(_, failure) => format!("{failure:?}"),
+                _ => continue,
+            };
+            *outcomes.entry(what).or_default() += 1;
+        }
+    }
+    assert_eq!(states, State::ALL.into());
+    assert_eq!(progress, Progress::ALL.into());
+    println!("{outcomes:?}");
+    for outcome in ["Acknowledged", "Answered", "Finished", "Timeout", "Stopped", "HardStop", "NotUp", "Busy"] {
+        assert!(outcomes.get(outcome).is_some_and(|&times| times >= 10), "{outcome}: {outcomes:?}");
+    }
+}
+
+/// Over a good line everything comes to its end, with a device of the book and with one of the field.
+#[test]
+fn a_session_comes_to_its_end() {
+    for quirks in [Quirks(0), Quirks::VENDOR] {
+        let mut world = World::new(1, quirks, vec![]);
+        for (action, gap) in [
+            (Action::Upload, 500),
+            (Action::ToFrame(1), 3000),
+            (Action::Run(RunFlags(0)), 5000),
+            (Action::Go, 5000),
+            (Action::JogAll(3), 3000),
+            (Action::Run(RunFlags::PING_PONG), 5000),
+            (Action::OperatorGo, 5000),
+            (Action::StopLoop, 20_000),
+            (Action::Shot, 3000),
+            (Action::Go, 10_000),
+            (Action::Move(3), 1000),
+        ] {
+            world.act(action);
+            world.pass(gap);
+        }
+        assert_eq!(world.ended.len(), 8);
+        for (token, event) in &world.ended {
+            assert!(matches!(event, host::Event::Done(..)), "{token:?}: {event:?}");
+        }
+        assert_eq!((world.device.state(), world.host.is_loaded()), (State::Idle, Some(true)));
+        world.settle();
+    }
+}

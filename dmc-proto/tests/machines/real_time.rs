@@ -1,0 +1,414 @@
+//! A device: uploads, runs and shots. DMC D3.
+
+use dmc_proto::device::{Event, Input, Options, Quirks, State, Stop, What};
+use dmc_proto::message::{
+    AckCode, BlurPercent, Direction, FramesPerSecond, HostMessage, Milliseconds, Motor, MotorPair, Motors,
+    RtShootFrame, RtUploadMoveTriggers, RunFlags, Steps, Triggers,
+};
+use motion_core::fixed::Scaled;
+
+use super::bench::{
+    Bench, EMPTY, SWING_PAN, Said, UNASKED, axis, begin, frame, hi, jog, jog_all, position_frame, run, shot, stop_all,
+    virtuals,
+};
+
+const END: HostMessage<'static> = HostMessage::RtUploadMoveEnd(EMPTY);
+const GO: HostMessage<'static> = HostMessage::RtGo(EMPTY);
+const STOP_LOOP: HostMessage<'static> = HostMessage::RtStopLoop(EMPTY);
+const STATUS: HostMessage<'static> = HostMessage::MotorStatus(EMPTY);
+const ONCE: RunFlags = RunFlags(0);
+
+/// A run of these frames that has begun.
+fn running(from: i32, to: i32, flags: RunFlags) -> Bench {
+    let mut bench = Bench::on_frame();
+    bench.takes(run(from, to, flags), Event::Prepare);
+    bench.rests();
+    bench.takes(GO, Event::Go);
+    bench
+}
+
+/// D3-1
+#[test]
+fn a_begin_forgets_what_there_was() {
+    let mut bench = Bench::on_frame();
+    for (first, last) in [(5, 4), (1, 1001), (i32::MIN, i32::MAX)] {
+        bench.refuses(begin(first, last), AckCode::ERR_RANGE);
+        assert!(bench.machine.is_loaded(), "what is refused changes nothing");
+    }
+    assert_eq!(bench.store(begin(3, 1002)), bench.ack(&begin(3, 1002), AckCode::OK));
+    assert_eq!((bench.machine.is_loaded(), bench.machine.on_frame()), (false, None));
+    bench.refuses(position_frame(3), AckCode::ERR_GENERAL);
+}
+
+/// D3-2, D-67
+#[test]
+fn the_buffer_has_the_last_word_on_a_section() {
+    let mut bench = Bench::new();
+    bench.store(begin(1, 10));
+    let triggers = RtUploadMoveTriggers { mask: Triggers(1), pairs: &[], tail: &[] };
+    for message in [axis(3), HostMessage::RtUploadMoveTriggers(triggers)] {
+        assert_eq!(bench.store(message), bench.ack(&message, AckCode::OK));
+        let (said, events) = bench.asked(message);
+        let [Event::Store(store)] = events[..] else { panic!("{events:?}") };
+        assert_eq!(said, [], "it is answered when it is stored");
+        let (said, _) = bench.step(Input::Stored(store, AckCode::ERR_RANGE));
+        assert_eq!(said, [bench.ack(&message, AckCode::ERR_RANGE)]);
+    }
+    bench.refuses(axis(9), AckCode::ERR_RANGE);
+    bench.store(END);
+    bench.asked(position_frame(1));
+    assert_eq!(bench.machine.moving(), Motors(0b100), "only what was stored is part of the move");
+}
+
+/// D3-3
+#[test]
+fn a_section_outside_an_upload_is_refused() {
+    Bench::new().refuses(axis(1), AckCode::ERR_GENERAL);
+    Bench::loaded().refuses(axis(1), AckCode::ERR_GENERAL);
+}
+
+/// D3-4
+#[test]
+fn the_end_makes_a_move_that_can_be_run() {
+    let mut bench = Bench::new();
+    bench.store(begin(1, 10));
+    assert!(!bench.machine.is_loaded());
+    assert_eq!(bench.store(END), bench.ack(&END, AckCode::OK));
+    assert!(bench.machine.is_loaded());
+}
+
+/// D3-5
+#[test]
+fn an_end_outside_an_upload_changes_nothing() {
+    for mut bench in [Bench::new(), Bench::loaded()] {
+        let before = bench.machine.clone();
+        bench.refuses(END, AckCode::OK);
+        assert_eq!(bench.machine, before);
+    }
+}
+
+/// A begin that is not stored leaves no move, whatever the buffer says of it later.
+#[test]
+fn a_begin_that_is_not_stored_leaves_no_move() {
+    let mut bench = Bench::loaded();
+    let (_, events) = bench.asked(begin(1, 5));
+    let [Event::Store(store)] = events[..] else { panic!("{events:?}") };
+    bench.refuses(position_frame(1), AckCode::ERR_GENERAL);
+    bench.step(Input::Stored(store, AckCode::ERR_RANGE));
+    bench.refuses(position_frame(1), AckCode::ERR_GENERAL);
+}
+
+/// D3-6
+#[test]
+fn all_motors_go_to_a_frame_instead_of_what_they_do() {
+    Bench::new().refuses(position_frame(1), AckCode::ERR_GENERAL);
+    for number in [0, 11] {
+        Bench::loaded().refuses(position_frame(number), AckCode::ERR_RANGE);
+    }
+    for mut bench in Bench::everywhere() {
+        match bench.state() {
+            State::Running | State::Stopping | State::Locked => continue,
+            _ => {}
+        }
+        let has_job = matches!(bench.state(), State::PreRoll | State::Ready | State::PostRoll);
+        let (said, events) = bench.asked(position_frame(7));
+        assert_eq!(said, [bench.ack(&position_frame(7), AckCode::OK)]);
+        assert_eq!(events.last(), Some(&Event::ToFrame(frame(7))));
+        assert_eq!(events.contains(&Event::TriggersOff), has_job);
+        assert_eq!((bench.state(), bench.machine.on_frame()), (State::ToFrame, None));
+        bench.refuses(GO, AckCode::ERR_NOT_IN_POSITION);
+        bench.rests();
+        assert_eq!((bench.state(), bench.machine.on_frame()), (State::Idle, Some(frame(7))));
+    }
+}
+
+/// D3-7
+#[test]
+fn a_run_goes_to_no_frame() {
+    running(1, 10, ONCE).refuses(position_frame(1), AckCode::ERR_MOVING);
+}
+
+/// D3-8
+#[test]
+fn at_the_frame_positions_are_told() {
+    let mut bench = Bench::loaded();
+    bench.asked(position_frame(4));
+    assert_eq!(bench.machine.moving(), Motors(0b11), "motors outside the move stay");
+    let (said, _) = bench.pass(100);
+    assert_eq!(said, [Said::Positions(UNASKED, 0)]);
+    assert_eq!(bench.rests(), (vec![Said::Positions(UNASKED, 4)], vec![]));
+    assert_eq!((bench.state(), bench.machine.on_frame()), (State::Idle, Some(frame(4))));
+}
+
+/// D3-9
+#[test]
+fn all_motors_jog_from_a_frame() {
+    Bench::loaded().refuses(jog_all(5), AckCode::ERR_NOT_IN_POSITION);
+    let mut bench = Bench::on_frame();
+    bench.refuses(jog_all(11), AckCode::ERR_RANGE);
+    bench.takes(jog_all(5), Event::JogAll(FramesPerSecond(Scaled(24_000)), frame(5)));
+    assert_eq!((bench.state(), bench.machine.on_frame()), (State::JogAll, None));
+}
+
+/// D3-10
+#[test]
+fn a_jog_of_all_can_be_sent_elsewhere() {
+    let mut bench = Bench::on_frame();
+    bench.asked(jog_all(5));
+    bench.step(Input::Frame(frame(3)));
+    bench.refuses(jog_all(11), AckCode::ERR_RANGE);
+    bench.takes(jog_all(2), Event::JogAll(FramesPerSecond(Scaled(24_000)), frame(2)));
+    bench.rests();
+    assert_eq!(bench.machine.on_frame(), Some(frame(2)));
+}
+
+/// D3-11
+#[test]
+fn each_frame_of_a_jog_is_told() {
+    let mut bench = Bench::on_frame();
+    bench.asked(jog_all(5));
+    for number in 2..=5 {
+        bench.pass(42);
+        assert_eq!(bench.step(Input::Frame(frame(number))), (vec![Said::Positions(UNASKED, number)], vec![]));
+    }
+}
+
+/// D3-12
+#[test]
+fn a_jog_of_all_ends_on_its_frame() {
+    let mut bench = Bench::on_frame();
+    bench.asked(jog_all(5));
+    assert_eq!(bench.rests(), (vec![Said::Positions(UNASKED, 5)], vec![]));
+    assert_eq!((bench.state(), bench.machine.on_frame()), (State::Idle, Some(frame(5))));
+}
+
+/// D3-13
+#[test]
+fn what_moves_otherwise_does_not_jog() {
+    for mut bench in Bench::everywhere() {
+        match bench.state() {
+            State::Idle | State::JogAll => {}
+            State::Locked => bench.refuses(jog_all(5), AckCode::ERR_HARD_UP),
+            _ => bench.refuses(jog_all(5), AckCode::ERR_MOVING),
+        }
+    }
+}
+
+/// D3-14, S-7
+#[test]
+fn uploads_runs_shots_and_rigs_only_begin_at_rest() {
+    for mut bench in Bench::everywhere() {
+        let code = match bench.state() {
+            State::Idle => continue,
+            State::Locked => AckCode::ERR_HARD_UP,
+            _ => AckCode::ERR_MOVING,
+        };
+        for message in [begin(1, 10), run(1, 10, ONCE), shot(1), virtuals(&SWING_PAN)] {
+            bench.refuses(message, code);
+            assert!(bench.machine.is_loaded());
+        }
+    }
+}
+
+/// D3-15
+#[test]
+fn a_run_begins_where_it_can() {
+    Bench::loaded().refuses(run(1, 10, ONCE), AckCode::ERR_NOT_IN_POSITION);
+    let mut bench = Bench::on_frame();
+    for (from, to) in [(0, 10), (1, 11)] {
+        bench.refuses(run(from, to, ONCE), AckCode::ERR_RANGE);
+    }
+    for code in [AckCode::ERR_PREROLL, AckCode::ERR_POSTROLL] {
+        let (said, events) = bench.asked_with(run(1, 10, ONCE), code);
+        assert_eq!((said, events), (vec![bench.ack(&run(1, 10, ONCE), code)], vec![]));
+    }
+    bench.takes(run(1, 10, ONCE), Event::Prepare);
+    assert_eq!((bench.state(), bench.machine.on_frame()), (State::PreRoll, None));
+    let (said, _) = bench.asked(STATUS);
+    assert_eq!(said, [Said::Other(bench.id(), What::Status(Motors(0b11)))]);
+}
+
+/// D3-16, D-58
+#[test]
+fn a_shot_begins_where_it_can() {
+    let mut bench = Bench::loaded();
+    for number in [0, 11] {
+        bench.refuses(shot(number), AckCode::ERR_RANGE);
+    }
+    bench.takes(shot(10), Event::Prepare);
+    assert_eq!(bench.state(), State::PreRoll);
+    Bench::new().refuses(shot(1), AckCode::ERR_GENERAL);
+    let motors = [MotorPair::new(Motor(5), Steps(0), Steps(9))];
+    let own = HostMessage::RtShootFrame(RtShootFrame {
+        frame: frame(50),
+        direction: Direction::FORWARD,
+        exposure_ms: Milliseconds(500),
+        blur_x10: BlurPercent(Scaled(1000)),
+        motors: &motors,
+        tail: &[],
+    });
+    let mut bench = Bench::new();
+    bench.takes(own, Event::Prepare);
+    assert_eq!(bench.machine.moving(), Motors(0b1_0000));
+    let (_, events) = bench.asked(super::bench::stop(5));
+    assert_eq!(events[0], Event::Stop(Stop::All { silent: false }), "its motors are part of it");
+    Bench::loaded().refuses(own, AckCode::ERR_RANGE);
+}
+
+/// D3-17
+#[test]
+fn at_the_pre_roll_point_the_device_is_ready_and_quiet() {
+    let mut bench = Bench::on_frame();
+    bench.asked(run(1, 10, ONCE));
+    assert_eq!(bench.rests(), (vec![], vec![]));
+    assert_eq!((bench.state(), bench.wake), (State::Ready, None));
+    let (said, _) = bench.asked(STATUS);
+    assert_eq!(said, [Said::Other(bench.id(), What::Status(Motors::NONE))]);
+}
+
+/// D3-18
+#[test]
+fn without_being_ready_nothing_starts() {
+    for mut bench in Bench::everywhere() {
+        match bench.state() {
+            State::Ready => {}
+            State::Locked => bench.refuses(GO, AckCode::ERR_HARD_UP),
+            _ => bench.refuses(GO, AckCode::ERR_NOT_IN_POSITION),
+        }
+    }
+}
+
+/// D3-19
+#[test]
+fn the_host_starts_a_run() {
+    let mut bench = Bench::on_frame();
+    bench.asked(run(1, 10, ONCE));
+    bench.rests();
+    bench.takes(GO, Event::Go);
+    assert_eq!(bench.state(), State::Running);
+    assert_eq!(bench.machine.moving(), Motors(0b11));
+    bench.refuses(GO, AckCode::ERR_NOT_IN_POSITION);
+}
+
+/// D3-20
+#[test]
+fn the_operator_starts_a_run() {
+    let mut bench = Bench::on_frame();
+    bench.asked(run(1, 10, ONCE));
+    bench.rests();
+    assert_eq!(bench.step(Input::OperatorGo), (vec![Said::Other(UNASKED, What::Go)], vec![Event::Go]));
+    assert_eq!(bench.state(), State::Running);
+    assert_eq!(bench.step(Input::OperatorGo), (vec![], vec![Event::Stray]));
+}
+
+/// D3-21
+#[test]
+fn each_frame_of_a_run_is_told() {
+    let mut bench = running(1, 10, ONCE);
+    for number in 1..=10 {
+        bench.pass(50);
+        assert_eq!(bench.step(Input::Frame(frame(number))), (vec![Said::Positions(UNASKED, number)], vec![]));
+    }
+    let (said, _) = bench.pass(100);
+    assert_eq!(said, [Said::Positions(UNASKED, 10)], "and what is slower, now and then");
+}
+
+/// D3-22, S-6
+#[test]
+fn the_end_of_a_move_is_told_before_its_post_roll() {
+    let mut bench = running(1, 10, ONCE);
+    let ended = vec![Said::Positions(UNASKED, 10), Said::Other(UNASKED, What::End)];
+    assert_eq!(bench.step(Input::PassEnd), (ended, vec![Event::TriggersOff, Event::PostRoll]));
+    assert_eq!(bench.state(), State::PostRoll);
+
+    let shoot = |options| {
+        let mut bench = Bench::of(options);
+        bench.load();
+        bench.asked(shot(3));
+        bench.rests();
+        bench.asked(GO);
+        bench.step(Input::PassEnd).0
+    };
+    let options = Options::of(hi());
+    assert_eq!(shoot(options), [Said::Positions(UNASKED, 3), Said::Other(UNASKED, What::End)]);
+    assert_eq!(shoot(options.with_quirks(Quirks::NO_END_OF_SHOT)), [Said::Positions(UNASKED, 3)]);
+}
+
+/// D3-23
+#[test]
+fn a_loop_begins_again_and_a_ping_pong_turns() {
+    let mut bench = running(1, 10, RunFlags::LOOP);
+    for _ in 0..3 {
+        assert_eq!(bench.step(Input::PassEnd), (vec![], vec![Event::NextPass(frame(1), frame(10))]));
+        assert_eq!(bench.state(), State::Running);
+    }
+    for flags in [RunFlags::PING_PONG, RunFlags::PING_PONG | RunFlags::LOOP] {
+        let mut bench = running(1, 10, flags);
+        assert_eq!(bench.step(Input::PassEnd), (vec![], vec![Event::NextPass(frame(10), frame(1))]));
+        assert_eq!(bench.step(Input::PassEnd), (vec![], vec![Event::NextPass(frame(1), frame(10))]));
+    }
+    let mut bench = Bench::of(Options::of(hi()).with_quirks(Quirks::END_PER_PASS));
+    bench.load();
+    bench.asked(position_frame(1));
+    bench.rests();
+    bench.asked(run(1, 10, RunFlags::LOOP));
+    bench.rests();
+    bench.asked(GO);
+    assert_eq!(bench.step(Input::PassEnd).0, [Said::Other(UNASKED, What::End)]);
+    assert_eq!(bench.state(), State::Running);
+}
+
+/// D3-24
+#[test]
+fn a_loop_ends_at_its_next_end_point() {
+    for (flags, end) in [(RunFlags::LOOP, 10), (RunFlags::PING_PONG, 1)] {
+        let mut bench = running(1, 10, flags);
+        bench.step(Input::PassEnd);
+        bench.takes(STOP_LOOP, Event::LastPass);
+        assert_eq!(bench.state(), State::Running);
+        let (said, _) = bench.step(Input::PassEnd);
+        assert_eq!(said, [Said::Positions(UNASKED, end), Said::Other(UNASKED, What::End)]);
+        bench.rests();
+        assert_eq!(bench.machine.on_frame(), Some(frame(end)));
+    }
+}
+
+/// D3-25, D-66
+#[test]
+fn where_nothing_loops_there_is_no_loop_to_end() {
+    let mut bench = running(1, 10, ONCE);
+    let before = bench.machine.clone();
+    bench.refuses(STOP_LOOP, AckCode::OK);
+    assert_eq!(bench.machine, before);
+    let mut bench = Bench::on_frame();
+    bench.refuses(STOP_LOOP, AckCode::OK);
+    bench.asked(run(1, 10, RunFlags::LOOP));
+    bench.takes(STOP_LOOP, Event::LastPass);
+    bench.refuses(STOP_LOOP, AckCode::OK);
+}
+
+/// D3-26
+#[test]
+fn behind_the_post_roll_the_device_is_on_the_last_frame() {
+    let mut bench = running(1, 10, ONCE);
+    bench.step(Input::PassEnd);
+    assert_eq!(bench.rests(), (vec![Said::Positions(UNASKED, 10)], vec![]));
+    assert_eq!((bench.state(), bench.machine.on_frame()), (State::Idle, Some(frame(10))));
+    bench.takes(run(10, 1, ONCE), Event::Prepare);
+}
+
+/// D3-27, S-6
+#[test]
+fn a_run_that_is_stopped_has_no_end_and_no_frame() {
+    let states = [State::PreRoll, State::Ready, State::Running, State::PostRoll];
+    for mut bench in Bench::everywhere().into_iter().filter(|bench| states.contains(&bench.state())) {
+        let (said, events) = bench.asked(stop_all());
+        assert_eq!(said, [bench.ack(&stop_all(), AckCode::OK)], "no end is told");
+        assert_eq!(events, [Event::Stop(Stop::All { silent: false }), Event::TriggersOff]);
+        bench.rests();
+        assert_eq!((bench.state(), bench.machine.on_frame()), (State::Idle, None));
+        assert!(bench.machine.is_loaded(), "the move is still there");
+        bench.refuses(run(1, 10, ONCE), AckCode::ERR_NOT_IN_POSITION);
+        bench.asked(jog(1));
+    }
+}

@@ -1,0 +1,406 @@
+//! The planned move, step by step. The table of hoot, section 4.2, and the cycle behind it.
+
+use motion_core::time::Millis;
+
+use super::{AltOut, DeviceMachine, Event, Motion, MotorState, MotorUnit, Output};
+use crate::message::{AltMode, CommonLine, ProgramMode};
+use crate::state::{debug, states};
+
+states! {
+    /// Whether the planned move runs. Source: hoot, section 4.2.
+    pub enum ProgramState {
+        /// It does not, and begins anew when it is started.
+        #[default]
+        Stopped,
+        /// It was started, and waits for the delay before the start.
+        Delay,
+        /// It runs.
+        Running,
+        /// It does not, and goes on when it is started.
+        Paused,
+    }
+
+    /// Where a running program is. Source: hoot, section 4.2.
+    pub enum Phase {
+        /// It waits for the next picture.
+        #[default]
+        Clear,
+        /// The auxiliary output comes before the picture.
+        OutBefore,
+        /// The camera takes the picture.
+        Shoot,
+        /// The auxiliary output comes after the picture.
+        OutAfter,
+        /// The motors move.
+        Move,
+    }
+}
+
+/// The planned move of a node.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Program {
+    pub(super) state: ProgramState,
+    phase: Phase,
+    /// How long it ran until `since`.
+    ran: u64,
+    since: Option<Millis>,
+    shots: u32,
+    /// How often the motors were to move, which is what the lead-in counts.
+    moves: u32,
+    /// What the phase waits for.
+    until: Option<Millis>,
+    /// When the picture behind the one that is being taken may come.
+    next: Option<Millis>,
+    /// Whether the auxiliary output is on.
+    out_is_on: bool,
+}
+
+debug! { Program { state phase ran since shots moves until next out_is_on } }
+
+impl Program {
+    /// Whether it runs.
+    #[must_use]
+    pub const fn state(&self) -> ProgramState {
+        self.state
+    }
+
+    /// Where it is, while it runs.
+    #[must_use]
+    pub const fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// Pictures it has taken.
+    #[must_use]
+    pub const fn shots(&self) -> u32 {
+        self.shots
+    }
+
+    /// How long it has run, the delay before the start included, pauses not.
+    #[must_use]
+    pub fn run_time(&self, now: Millis) -> u64 {
+        self.ran.saturating_add(self.since.map_or(0, |since| now.since(since)))
+    }
+
+    /// When it will have run so long; never, while its clock stands.
+    fn at(&self, run_time: u64) -> Option<Millis> {
+        self.since.map(|since| since.after(run_time.saturating_sub(self.ran)))
+    }
+
+    /// Whether it runs, or will by itself.
+    pub(super) fn is_going(&self) -> bool {
+        matches!(self.state, ProgramState::Delay | ProgramState::Running)
+    }
+}
+
+impl DeviceMachine {
+    /// Starts, or goes on. While it runs, nothing changes. What moves otherwise is stopped first (decision H-3).
+    pub(super) fn start(&mut self, now: Millis, output: &mut Output) {
+        if self.program.is_going() {
+            return;
+        }
+        self.stop_motors(output);
+        let resumed = self.program.state == ProgramState::Paused;
+        self.program.since = Some(now);
+        let waits = self.program.ran < self.start_delay();
+        self.set_program(output, if waits { ProgramState::Delay } else { ProgramState::Running });
+        self.program.until = Some(now);
+        if resumed && self.program.phase == Phase::Move {
+            self.follow_plans(output);
+        } else {
+            self.program.phase = Phase::Clear;
+        }
+    }
+
+    /// Stops for a while; where it is is kept.
+    pub(super) fn pause(&mut self, now: Millis, output: &mut Output) {
+        self.camera.stop(output);
+        // In video mode they are sent again from where they would be (decision H-11).
+        let by_clock = self.controller.program_mode == ProgramMode::VIDEO;
+        for motor in self.motors.iter_mut().filter(|motor| by_clock && motor.is_moving()) {
+            motor.done = 0;
+        }
+        self.stop_motors(output);
+        self.drop_out(output);
+        if self.program.is_going() {
+            self.program.ran = self.program.run_time(now);
+            (self.program.since, self.program.until) = (None, None);
+            self.set_program(output, ProgramState::Paused);
+        }
+    }
+
+    /// Stops, and forgets where it was.
+    pub(super) fn stop(&mut self, output: &mut Output) {
+        self.camera.stop(output);
+        self.stop_motors(output);
+        self.drop_out(output);
+        self.set_program(output, ProgramState::Stopped);
+        self.program = Program::default();
+        for motor in &mut self.motors {
+            motor.done = 0;
+        }
+    }
+
+    fn set_program(&mut self, output: &mut Output, state: ProgramState) {
+        if self.program.state != state {
+            self.program.state = state;
+            output.event(Event::Program(state));
+        }
+    }
+
+    pub(super) fn stop_motors(&mut self, output: &mut Output) {
+        for motor in &mut self.motors {
+            motor.stop(output);
+        }
+    }
+
+    /// Stops what has run for longer than it may; only a timing master counts.
+    pub(super) fn limit_run_time(&mut self, now: Millis, output: &mut Output) {
+        if self.run_time_ends().is_some_and(|end| now >= end) {
+            self.stop(output);
+        }
+    }
+
+    /// When the program has run for longer than it may.
+    pub(super) fn run_time_ends(&self) -> Option<Millis> {
+        let limit = u64::from(self.controller.max_run_time.0);
+        if limit == 0 || !self.controller.timing_master { None } else { self.program.at(limit.saturating_add(1)) }
+    }
+
+    /// Goes on with what waits for a moment, or for motors and camera. Each picture takes a millisecond at least, so it
+    /// comes to an end.
+    pub(super) fn advance(&mut self, now: Millis, output: &mut Output) {
+        let counts = self.camera.wake(now, output) && self.program.phase == Phase::Shoot;
+        self.program.shots = self.program.shots.saturating_add(counts.into());
+        if self.program.state == ProgramState::Delay && self.program.at(self.start_delay()).is_some_and(|at| now >= at)
+        {
+            self.set_program(output, ProgramState::Running);
+        }
+        if self.program.state != ProgramState::Running {
+            return;
+        }
+        self.follow_the_clock(now, output);
+        self.await_motors();
+        let is_due = self.program.until.is_some_and(|until| now >= until);
+        match self.program.phase {
+            Phase::Clear if is_due && self.waits_for_time() && !self.is_finished() => self.begin(now, output),
+            Phase::OutBefore | Phase::OutAfter if is_due => self.switch_out(now, output),
+            Phase::Shoot if !self.camera.is_busy() => self.after_picture(now, output),
+            _ => {}
+        }
+        self.await_motors();
+        if self.program.phase == Phase::Clear && self.is_finished() {
+            self.finish(now, output);
+        }
+    }
+
+    fn await_motors(&mut self) {
+        if self.program.phase == Phase::Move && !self.motors.iter().any(MotorUnit::is_moving) {
+            self.program.phase = Phase::Clear;
+        }
+    }
+
+    /// The delay before the start, in milliseconds. Where the unit cannot be told, it is milliseconds.
+    fn start_delay(&self) -> u64 {
+        let delay = self.controller.start_delay;
+        delay.milliseconds(self.options.profile).unwrap_or(delay.0.into())
+    }
+
+    /// Whether the next picture comes by the clock: not while the camera is busy, not for a node that waits for the
+    /// common line, nor for one with an external intervalometer. In video mode without a camera nothing comes.
+    fn waits_for_time(&self) -> bool {
+        let is_pulsed = !self.controller.timing_master || self.has_contact(AltMode::EXTERNAL_INTERVALOMETER);
+        !is_pulsed && self.can_begin()
+    }
+
+    fn can_begin(&self) -> bool {
+        let moves_by_clock = self.controller.program_mode == ProgramMode::VIDEO && !self.camera.settings.enable;
+        !moves_by_clock && !self.camera.is_busy()
+    }
+
+    /// The common line, or the external intervalometer, asks for the next picture.
+    pub(super) fn pulse(&mut self, now: Millis, output: &mut Output) {
+        let waits = self.program.state == ProgramState::Running && self.program.phase == Phase::Clear;
+        if waits && self.can_begin() && !self.is_finished() {
+            self.begin(now, output);
+        }
+    }
+
+    /// The next picture, or, without a camera, the next move.
+    fn begin(&mut self, now: Millis, output: &mut Output) {
+        if self.controller.timing_master && self.controller.common_line != CommonLine::OFF {
+            output.event(Event::CommonLine);
+        }
+        // Counted from the moment at which it was due, however late the machine was woken; but a picture that was
+        // missed is not made up for.
+        let interval = u64::from(self.camera.settings.interval.0).max(1);
+        let next = self.program.until.map(|due| due.after(interval)).filter(|next| *next > now);
+        let next = next.unwrap_or(now.after(interval));
+        if !self.camera.settings.enable {
+            self.program.until = Some(self.without_camera(now, next));
+            self.move_on(output);
+        } else if self.has_contact(AltMode::OUT_BEFORE) {
+            self.program.next = Some(next);
+            self.enter_out(now, Phase::OutBefore);
+        } else {
+            self.program.next = Some(next);
+            self.shoot(now, output);
+        }
+    }
+
+    /// When to move again, if there is no camera to wait for: when the motors rest, or, if they are not waited for,
+    /// after the interval (decision H-9).
+    fn without_camera(&self, now: Millis, next: Millis) -> Millis {
+        if self.controller.program_mode == ProgramMode::CONTINUOUS { next } else { now.after(1) }
+    }
+
+    fn shoot(&mut self, now: Millis, output: &mut Output) {
+        self.program.phase = Phase::Shoot;
+        self.program.until = None;
+        self.camera.expose(now, output, self.camera.settings.mirror_up);
+    }
+
+    fn after_picture(&mut self, now: Millis, output: &mut Output) {
+        if self.has_contact(AltMode::OUT_AFTER) {
+            self.enter_out(now, Phase::OutAfter);
+        } else {
+            self.program.until = self.program.next.take().map(|next| next.max(now.after(1)));
+            self.move_on(output);
+        }
+    }
+
+    fn out_times(&self) -> AltOut {
+        if self.program.phase == Phase::OutBefore { self.controller.out_before } else { self.controller.out_after }
+    }
+
+    fn enter_out(&mut self, now: Millis, phase: Phase) {
+        self.program.phase = phase;
+        self.program.until = Some(now.after(u64::from(self.out_times().delay.0).max(1)));
+    }
+
+    /// The auxiliary output goes on after its delay, and off after its time.
+    fn switch_out(&mut self, now: Millis, output: &mut Output) {
+        self.program.out_is_on = !self.program.out_is_on;
+        output.event(Event::AltOut { on: self.program.out_is_on });
+        if self.program.out_is_on {
+            self.program.until = Some(now.after(u64::from(self.out_times().time.0).max(1)));
+        } else if self.program.phase == Phase::OutBefore {
+            self.shoot(now, output);
+        } else {
+            self.program.until = self.program.next.take().map(|next| next.max(now.after(1)));
+            self.move_on(output);
+        }
+    }
+
+    fn drop_out(&mut self, output: &mut Output) {
+        self.program.next = None;
+        if core::mem::take(&mut self.program.out_is_on) {
+            output.event(Event::AltOut { on: false });
+        }
+    }
+
+    /// Has each motor make the next step of its planned move. In continuous mode nobody waits for them, in video mode
+    /// they go by the clock.
+    fn move_on(&mut self, output: &mut Output) {
+        self.program.moves = self.program.moves.saturating_add(1);
+        if self.controller.program_mode == ProgramMode::VIDEO {
+            self.program.phase = Phase::Clear;
+            return;
+        }
+        for motor in &mut self.motors {
+            let plan = motor.settings.plan;
+            if motor.has_plan() && self.program.moves > motor.settings.lead_in.0 && motor.done < plan.travel.0 {
+                motor.done = motor.done.saturating_add(1);
+                let to = plan.at(motor.done);
+                if to != motor.position || motor.is_moving() {
+                    motor.follow(output, Motion::To(to));
+                }
+            }
+        }
+        let waits = self.controller.program_mode != ProgramMode::CONTINUOUS;
+        self.program.phase = if waits { Phase::Move } else { Phase::Clear };
+    }
+
+    /// Sends motors again where a pause kept them from going (decision H-11).
+    fn follow_plans(&mut self, output: &mut Output) {
+        for motor in &mut self.motors {
+            let to = motor.settings.plan.at(motor.done);
+            if motor.has_plan() && motor.done > 0 && to != motor.position {
+                motor.follow(output, Motion::To(to));
+            }
+        }
+    }
+
+    /// When a motor begins its planned move in video mode: after the delay and its lead-in (decision H-10).
+    fn video_begins(&self, motor: &MotorUnit) -> Option<Millis> {
+        let waits = self.controller.program_mode == ProgramMode::VIDEO && motor.has_plan() && motor.done == 0;
+        if !waits || self.program.state != ProgramState::Running {
+            return None;
+        }
+        self.program.at(self.start_delay().saturating_add(motor.settings.lead_in.0.into()))
+    }
+
+    /// Starts the motors of video mode whose lead-in is over, and those that a pause has stopped on their way.
+    fn follow_the_clock(&mut self, now: Millis, output: &mut Output) {
+        if self.controller.program_mode != ProgramMode::VIDEO {
+            return;
+        }
+        let elapsed = self.program.run_time(now).saturating_sub(self.start_delay());
+        let due = self.motors.map(|motor| self.video_begins(&motor).is_some_and(|begin| now >= begin));
+        for (motor, due) in self.motors.iter_mut().zip(due) {
+            let plan = motor.settings.plan;
+            let at = u32::try_from(elapsed.saturating_sub(motor.settings.lead_in.0.into())).unwrap_or(u32::MAX);
+            if due {
+                motor.done = 1;
+                motor.follow(output, Motion::Along { plan, elapsed: at.min(plan.travel.0) });
+            }
+        }
+    }
+
+    /// Whether a motor has come to the end of its planned move, or has none.
+    fn is_done(&self, motor: &MotorUnit) -> bool {
+        let steps = if self.controller.program_mode == ProgramMode::VIDEO { 1 } else { motor.settings.plan.travel.0 };
+        !motor.has_plan() || motor.done >= steps && motor.state != MotorState::Moving
+    }
+
+    fn is_finished(&self) -> bool {
+        let settings = &self.camera.settings;
+        let max_shots = settings.max_shots.0.into();
+        if settings.enable {
+            max_shots > 0 && self.program.shots >= max_shots
+        } else {
+            self.motors.iter().all(|motor| self.is_done(motor))
+        }
+    }
+
+    /// The end, or the way back. A program that moves nothing has no way back (decision H-12).
+    fn finish(&mut self, now: Millis, output: &mut Output) {
+        let goes_back = self.controller.ping_pong && self.motors.iter().any(MotorUnit::has_plan);
+        self.stop(output);
+        if goes_back {
+            for motor in &mut self.motors {
+                let plan = &mut motor.settings.plan;
+                core::mem::swap(&mut plan.start, &mut plan.stop);
+            }
+            self.start(now, output);
+            self.program.until = Some(now.after(1));
+            self.follow_the_clock(now, output);
+        }
+    }
+
+    /// Adds the moments that the program waits for.
+    pub(super) fn program_wakes(&self, output: &mut Output) {
+        let running = self.program.state == ProgramState::Running;
+        let delay = if self.program.state == ProgramState::Delay { self.program.at(self.start_delay()) } else { None };
+        let by_clock = match self.program.phase {
+            Phase::Clear => self.waits_for_time(),
+            Phase::OutBefore | Phase::OutAfter => true,
+            Phase::Shoot | Phase::Move => false,
+        };
+        let phase = if running && by_clock { self.program.until } else { None };
+        let video = self.motors.iter().filter_map(|motor| self.video_begins(motor));
+        for moment in [delay, phase, self.run_time_ends(), self.camera.until()].into_iter().flatten().chain(video) {
+            output.wake_by(moment);
+        }
+    }
+}

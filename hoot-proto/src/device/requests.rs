@@ -1,0 +1,259 @@
+//! What the commands to the controller, a motor and the camera do. Source: hoot, sections 2.1, 2.3 and 2.4.
+
+use motion_core::time::Millis;
+
+use super::link::Outcome;
+use super::{DeviceMachine, Event, Motion, Output, Part, StoredName};
+use crate::message::{CommonLine, HostMessage, Level, MAX_ARRIVING, Motor, Span, StepRate, Steps, ValueType};
+
+/// The step rates that firmware takes. Source: hoot, section 2.1, command 11.
+const STEP_RATES: [u16; 5] = [1000, 2000, 4000, 5000, 10_000];
+
+impl DeviceMachine {
+    /// What arrives of a number of 32 bits, if it is taken at all (safety decision 3).
+    fn arriving(&self, number: u32) -> Option<u32> {
+        if self.options.quirks.drops_top_byte {
+            Some(number & MAX_ARRIVING)
+        } else {
+            Some(number).filter(|&number| number <= MAX_ARRIVING)
+        }
+    }
+
+    /// Commands 2 to 24 of the controller.
+    pub(super) fn set_controller(&mut self, now: Millis, output: &mut Output, message: &HostMessage<'_>) -> Outcome {
+        let known = self.options.profile.facts();
+        match message {
+            HostMessage::Start(_) => {
+                self.start(now, output);
+                return Outcome::OK;
+            }
+            HostMessage::Pause(_) => {
+                self.pause(now, output);
+                return Outcome::OK;
+            }
+            HostMessage::Stop(_) => {
+                self.stop(output);
+                return Outcome::OK;
+            }
+            HostMessage::ReturnHome(_) => {
+                self.return_home(now, output);
+                return Outcome::OK;
+            }
+            HostMessage::ToggleDebugLed(_) => {
+                output.event(Event::DebugLed);
+                return Outcome::OK;
+            }
+            HostMessage::SetAddress(set) if set.new_address.is_node() => {
+                self.move_to(now, output, set.new_address);
+                return Outcome::OK;
+            }
+            HostMessage::SetAddress(_) => return Outcome::ERROR,
+            HostMessage::SetCommonLine(set) if set.common_line > CommonLine::SECOND => return Outcome::RefusedThenOk,
+            HostMessage::SetOutLevel(set) if set.level > Level::HIGH => return Outcome::ERROR,
+            HostMessage::SetMaxStepRate(_) if !known.has_max_step_rate => return Outcome::Unknown,
+            _ => {}
+        }
+        self.keep(message).map_or(Outcome::Unknown, |taken| {
+            if taken {
+                output.event(Event::Set(Part::Controller));
+            }
+            Outcome::ok_if(taken)
+        })
+    }
+
+    /// Keeps a setting of the controller, and says whether it could; `None` if it is no setting.
+    fn keep(&mut self, message: &HostMessage<'_>) -> Option<bool> {
+        let arriving = |number| self.arriving(number);
+        match message {
+            HostMessage::SetMaxRunTime(set) => {
+                let Some(number) = arriving(set.max_run_time.0) else { return Some(false) };
+                self.controller.max_run_time.0 = number;
+                return Some(true);
+            }
+            HostMessage::SetStartDelay(set) => {
+                let Some(number) = arriving(set.start_delay.0) else { return Some(false) };
+                self.controller.start_delay.0 = number;
+                return Some(true);
+            }
+            _ => {}
+        }
+        let controller = &mut self.controller;
+        match message {
+            HostMessage::SetTimingMaster(set) => controller.timing_master = set.timing_master.get(),
+            HostMessage::SetName(set) => self.name = StoredName::from(&set.name),
+            HostMessage::SetCommonLine(set) => controller.common_line = set.common_line,
+            HostMessage::SetMaxStepRate(set) if STEP_RATES.contains(&set.max_step_rate.0) => {
+                controller.max_step_rate = set.max_step_rate;
+            }
+            HostMessage::SetInputEdge(set) if set.edge.name().is_some() => controller.edge = set.edge,
+            // Acknowledged and ignored, as by firmware.
+            HostMessage::SetMaxStepRate(_) | HostMessage::SetInputEdge(_) => {}
+            HostMessage::SetAltModes(set) => {
+                (controller.alt_modes.ring, controller.alt_modes.tip) = (set.ring, set.tip);
+            }
+            HostMessage::SetManualMove(set) => controller.manual_move = set.manual_move.get(),
+            HostMessage::SetOutBeforeDelay(set) => controller.out_before.delay = set.delay,
+            HostMessage::SetOutAfterDelay(set) => controller.out_after.delay = set.delay,
+            HostMessage::SetOutBeforeTime(set) => controller.out_before.time = set.time,
+            HostMessage::SetOutAfterTime(set) => controller.out_after.time = set.time,
+            HostMessage::SetOutLevel(set) => controller.out_level = set.level,
+            HostMessage::SetProgramMode(set) => controller.program_mode = set.program_mode,
+            HostMessage::SetJoystickMode(set) => controller.joystick_mode = set.joystick_mode.get(),
+            HostMessage::SetPingPong(set) => controller.ping_pong = set.ping_pong.get(),
+            _ => return None,
+        }
+        Some(true)
+    }
+
+    /// All motors go home. A program would move them too, so it pauses (decision H-3).
+    fn return_home(&mut self, now: Millis, output: &mut Output) {
+        self.pause(now, output);
+        for motor in &mut self.motors {
+            motor.go(output, Motion::To(Steps(0)));
+        }
+    }
+
+    /// Commands 2 to 27 of a motor.
+    pub(super) fn set_motor(&mut self, now: Millis, output: &mut Output, message: &HostMessage<'_>) -> Outcome {
+        let Some(motor) = Motor::new(message.selector().sub_address) else { return Outcome::ERROR };
+        let known = self.options.profile.facts();
+        let max_rate = self.controller.max_step_rate;
+        let is_silent_at_speed = self.is_silent_at_speed();
+        if let Some(span) = self.span(message) {
+            return self.set_span(output, motor, message, span);
+        }
+        let steps = if let HostMessage::MotorMove(go) = message { self.arriving(go.steps.0) } else { None };
+        let unit = self.motor_mut(motor);
+        match message {
+            HostMessage::MotorStop(_) => {
+                unit.stop(output);
+                // It would be moved again (decision H-30).
+                if self.program.is_going() {
+                    self.pause(now, output);
+                }
+            }
+            HostMessage::MotorMove(go) => match steps {
+                Some(0) => unit.run(output, go.direction),
+                Some(steps) => unit.go(output, Motion::By { direction: go.direction, steps: steps.into() }),
+                None => return Outcome::ERROR,
+            },
+            HostMessage::MotorRun(run) => unit.run(output, run.direction),
+            HostMessage::MotorSendHome(_) => unit.go(output, Motion::To(Steps(0))),
+            HostMessage::MotorSendToEnd(_) if unit.settings.end_limit.0 == 0 => {}
+            HostMessage::MotorSendToEnd(_) => unit.go(output, Motion::To(unit.settings.end_limit)),
+            HostMessage::MotorSendToStart(_) => unit.go(output, Motion::To(unit.settings.plan.start)),
+            HostMessage::MotorSendToStop(_) => unit.go(output, Motion::To(unit.settings.plan.stop)),
+            HostMessage::MotorStepForward(_) | HostMessage::MotorStepBack(_) if known.has_steps == Some(false) => {
+                return Outcome::Unknown;
+            }
+            HostMessage::MotorStepForward(_) => return Outcome::ok_if(unit.single_step(output, true)),
+            HostMessage::MotorStepBack(_) => return Outcome::ok_if(unit.single_step(output, false)),
+            HostMessage::MotorSetContinuousSpeed(set) => {
+                unit.set_speed(output, set.speed, max_rate);
+                if is_silent_at_speed {
+                    return Outcome::Silent;
+                }
+            }
+            HostMessage::MotorSetEasing(set) if set.easing.name().is_none() => return Outcome::RefusedThenOk,
+            _ => {
+                if !self.keep_of_motor(output, motor, max_rate, message) {
+                    return Outcome::Unknown;
+                }
+                output.event(Event::Set(Part::Motor(motor)));
+            }
+        }
+        Outcome::OK
+    }
+
+    /// Keeps a setting of a motor, and says whether it is one.
+    fn keep_of_motor(&mut self, output: &mut Output, motor: Motor, max: StepRate, message: &HostMessage<'_>) -> bool {
+        let unit = self.motor_mut(motor);
+        match message {
+            HostMessage::MotorSetSleep(set) => unit.set_sleep(output, set.sleep.get()),
+            HostMessage::MotorSetEnable(set) => unit.set_enable(output, set.enable.get()),
+            HostMessage::MotorSetBacklash(set) => unit.settings.backlash = set.backlash,
+            HostMessage::MotorSetMicrostep(set) => unit.set_microstep(output, set.microstep),
+            HostMessage::MotorSetMaxStepSpeed(set) => {
+                if set.max_step_speed.0 != 0 && set.max_step_speed <= max {
+                    unit.settings.max_step_speed = set.max_step_speed;
+                }
+            }
+            HostMessage::MotorSetDirection(set) => unit.settings.direction = set.direction,
+            HostMessage::MotorSetHomeHere(_) => unit.set_home(output),
+            HostMessage::MotorSetEndHere(_) => unit.settings.end_limit = unit.position,
+            HostMessage::MotorResetLimits(_) => unit.reset_limits(output),
+            HostMessage::MotorSetContinuousAcceleration(set) => {
+                if set.acceleration.0.is_finite() {
+                    unit.settings.acceleration = set.acceleration;
+                }
+            }
+            HostMessage::MotorSetProgramStart(set) => unit.settings.plan.start = set.position,
+            HostMessage::MotorSetProgramStop(set) => unit.settings.plan.stop = set.position,
+            HostMessage::MotorSetEasing(set) => unit.settings.plan.easing = set.easing,
+            _ => return false,
+        }
+        true
+    }
+
+    /// The number of a command that sets a part of the planned move, as the profile's firmware reads it.
+    fn span(&self, message: &HostMessage<'_>) -> Option<u32> {
+        let is_long = self.options.profile.facts().lead_in == ValueType::ULONG;
+        Some(match message {
+            // The bytes that are missing come last, those that are too many too.
+            HostMessage::MotorSetLeadIn(set) if is_long => u32::from(set.lead_in.0) << 16,
+            HostMessage::MotorSetLeadIn(set) => set.lead_in.0.into(),
+            HostMessage::MotorSetLeadInLong(set) if is_long => set.lead_in.0,
+            HostMessage::MotorSetLeadInLong(set) => set.lead_in.0 >> 16,
+            HostMessage::MotorSetTravel(set) => set.travel.0,
+            HostMessage::MotorSetProgramAcceleration(set) => set.acceleration.0,
+            HostMessage::MotorSetProgramDeceleration(set) => set.deceleration.0,
+            _ => return None,
+        })
+    }
+
+    fn set_span(&mut self, output: &mut Output, motor: Motor, message: &HostMessage<'_>, span: u32) -> Outcome {
+        let Some(span) = self.arriving(span).map(Span) else { return Outcome::ERROR };
+        let settings = &mut self.motor_mut(motor).settings;
+        match message {
+            HostMessage::MotorSetTravel(_) => settings.plan.travel = span,
+            HostMessage::MotorSetProgramAcceleration(_) => settings.plan.acceleration = span,
+            HostMessage::MotorSetProgramDeceleration(_) => settings.plan.deceleration = span,
+            _ => settings.lead_in = span,
+        }
+        output.event(Event::Set(Part::Motor(motor)));
+        Outcome::OK
+    }
+
+    /// Commands 2 to 10 of the camera.
+    pub(super) fn set_camera(&mut self, now: Millis, output: &mut Output, message: &HostMessage<'_>) -> Outcome {
+        let long = match message {
+            HostMessage::CameraSetExposureTime(set) => self.arriving(set.exposure_time.0),
+            HostMessage::CameraSetInterval(set) => self.arriving(set.interval.0),
+            _ => Some(0),
+        };
+        let Some(long) = long else { return Outcome::ERROR };
+        let settings = &mut self.camera.settings;
+        match message {
+            HostMessage::CameraExpose(_) => {
+                self.camera.expose(now, output, false);
+                return Outcome::OK;
+            }
+            HostMessage::CameraSetEnable(set) => {
+                settings.enable = set.enable.get();
+                if !set.enable.get() {
+                    self.camera.stop(output);
+                }
+            }
+            HostMessage::CameraSetExposureTime(_) => settings.exposure_time.0 = long,
+            HostMessage::CameraSetInterval(_) => settings.interval.0 = long,
+            HostMessage::CameraSetFocusTime(set) => settings.focus_time = set.focus_time,
+            HostMessage::CameraSetMaxShots(set) => settings.max_shots = set.max_shots,
+            HostMessage::CameraSetExposureDelay(set) => settings.exposure_delay = set.exposure_delay,
+            HostMessage::CameraSetFocusWithShutter(set) => settings.focus_with_shutter = set.focus_with_shutter.get(),
+            HostMessage::CameraSetMirrorUp(set) => settings.mirror_up = set.mirror_up.get(),
+            _ => return Outcome::Unknown,
+        }
+        output.event(Event::Set(Part::Camera));
+        Outcome::OK
+    }
+}

@@ -1,0 +1,165 @@
+//! Where a planned move is, and when.
+//!
+//! The sheet names the parts of a planned move, not its curve: the motor stands for the lead-in, then goes from start to
+//! stop in the travel, of which it gains speed for the acceleration and loses speed for the deceleration. All of these
+//! count shots, or milliseconds in video mode. The easing says how speed is gained and lost; the formulas are ours
+//! (decision H-14).
+//!
+//! ```
+//! use hoot_proto::message::{Easing, Span, Steps};
+//! use hoot_proto::program::Plan;
+//!
+//! let plan = Plan { start: Steps(0), stop: Steps(900), travel: Span(100), ..Plan::default() };
+//! assert_eq!([0, 50, 100, 101].map(|shot| plan.at(shot)), [0, 450, 900, 900].map(Steps));
+//!
+//! let eased = Plan { acceleration: Span(10), deceleration: Span(10), easing: Easing::LINEAR, ..plan };
+//! assert_eq!([0, 10, 50, 90, 100].map(|shot| eased.at(shot)), [0, 50, 450, 850, 900].map(Steps));
+//! ```
+
+use crate::message::{Easing, Span, Steps};
+use crate::state::debug;
+
+/// The planned move of one motor, without its lead-in. Source: hoot, sections 2.3 and 4.2.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Plan {
+    /// Where it begins.
+    pub start: Steps,
+    /// Where it ends.
+    pub stop: Steps,
+    /// How long it takes, in shots or milliseconds.
+    pub travel: Span,
+    /// For how long of that it gains speed. With the deceleration no more than the travel; both are cut in proportion.
+    pub acceleration: Span,
+    /// For how long of that it loses speed.
+    pub deceleration: Span,
+    /// How it gains and loses speed; what is no easing is taken for linear.
+    pub easing: Easing,
+}
+
+debug! { Plan { start stop travel acceleration deceleration easing } }
+
+impl Plan {
+    /// Whether it goes nowhere.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.travel.0 == 0 || self.start == self.stop
+    }
+
+    /// Where the motor is, so many shots or milliseconds after the lead-in: at the stop from the end of the travel on.
+    #[must_use]
+    pub fn at(&self, elapsed: u32) -> Steps {
+        let travel = self.travel.0;
+        if elapsed >= travel {
+            return self.stop;
+        }
+        let (gain, lose) = self.ramps();
+        let cruise_end = travel.saturating_sub(lose);
+        let whole = |ramp| self.ramp(ramp, ramp);
+        let total = whole(gain).saturating_add(unit(cruise_end.saturating_sub(gain))).saturating_add(whole(lose));
+        let gone = if elapsed <= gain {
+            self.ramp(elapsed, gain)
+        } else if elapsed <= cruise_end {
+            whole(gain).saturating_add(unit(elapsed.saturating_sub(gain)))
+        } else {
+            total.saturating_sub(self.ramp(travel.saturating_sub(elapsed), lose))
+        };
+        // So many bits less that the way, of 32 bits, times the part that is gone has room in 64.
+        let surplus = u64::BITS.saturating_sub(total.leading_zeros()).saturating_sub(31);
+        let part = |of: u64| of.checked_shr(surplus).unwrap_or(0);
+        let way = u64::from(self.start.0.abs_diff(self.stop.0));
+        let covered = way.saturating_mul(part(gone)).checked_div(part(total)).unwrap_or(way);
+        let covered = u32::try_from(covered).unwrap_or(u32::MAX);
+        Steps(if self.start < self.stop {
+            self.start.0.saturating_add_unsigned(covered)
+        } else {
+            self.start.0.saturating_sub_unsigned(covered)
+        })
+    }
+
+    /// How long speed is gained and lost, no longer than the travel together.
+    fn ramps(&self) -> (u32, u32) {
+        let (gain, lose, travel) = (self.acceleration.0, self.deceleration.0, self.travel.0);
+        let both = u64::from(gain).saturating_add(lose.into());
+        if both <= u64::from(travel) {
+            return (gain, lose);
+        }
+        let gain = u64::from(gain).saturating_mul(travel.into()).checked_div(both).unwrap_or(0);
+        let gain = u32::try_from(gain).unwrap_or(travel);
+        (gain, travel.saturating_sub(gain))
+    }
+
+    /// The way covered in the first `elapsed` of a ramp, if full speed covers [`unit`] of 1 in 1: the integral of the
+    /// speed, which is u, u², or 1 - (1 - u)² at the part u of the ramp.
+    fn ramp(&self, elapsed: u32, ramp: u32) -> u64 {
+        // u has 20 bits behind the point, its third power 60.
+        let u = (u64::from(elapsed) << 20).checked_div(ramp.into()).unwrap_or(0);
+        let square = u.saturating_mul(u);
+        let cube = square.saturating_mul(u);
+        let covered = match self.easing {
+            Easing::QUADRATIC => cube / 3,
+            Easing::INVERSE_QUADRATIC => (square << 20).saturating_mul(3).saturating_sub(cube) / 3,
+            _ => square << 19,
+        };
+        u64::from(ramp).saturating_mul(covered >> 29)
+    }
+}
+
+/// Parts of a way are counted in 2 to the power of -31, so that the longest way has room in 64 bits.
+fn unit(whole: u32) -> u64 {
+    u64::from(whole) << 31
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn any_plan() -> impl Strategy<Value = Plan> {
+        (any::<[i32; 2]>(), any::<[u32; 3]>(), 0_u8..5, 0_u32..32).prop_map(|(ends, spans, easing, shift)| Plan {
+            start: Steps(ends[0]),
+            stop: Steps(ends[1]),
+            travel: Span(spans[0] >> shift),
+            acceleration: Span(spans[1] >> shift),
+            deceleration: Span(spans[2] >> shift),
+            easing: Easing(easing),
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn a_plan_goes_one_way_from_start_to_stop(plan in any_plan(), mut times in any::<[u32; 6]>()) {
+            for time in &mut times {
+                *time %= plan.travel.0.max(1);
+            }
+            times.sort_unstable();
+            let mut before = if plan.travel.0 == 0 { plan.stop } else { plan.at(0) };
+            prop_assert_eq!(before, if plan.travel.0 == 0 { plan.stop } else { plan.start });
+            for at in times.map(|time| plan.at(time)).into_iter().chain([plan.at(plan.travel.0)]) {
+                let (least, most) = (before.min(plan.stop), before.max(plan.stop));
+                prop_assert!((least..=most).contains(&at), "{plan:?}: {before} then {at}");
+                before = at;
+            }
+            prop_assert_eq!(before, plan.stop);
+        }
+    }
+
+    #[test]
+    fn each_easing_has_its_curve() {
+        let at = |easing| {
+            let plan = Plan { stop: Steps(600_000), travel: Span(1000), ..Plan::default() };
+            Plan { acceleration: Span(1000), easing, ..plan }.at(500).0
+        };
+        assert_eq!(at(Easing::LINEAR), 150_000, "a quarter");
+        assert!(at(Easing::QUADRATIC).abs_diff(75_000) < 100, "an eighth: {}", at(Easing::QUADRATIC));
+        let inverse = at(Easing::INVERSE_QUADRATIC);
+        assert!(inverse.abs_diff(187_500) < 100, "five sixteenths: {inverse}");
+        assert_eq!(at(Easing(9)), at(Easing::LINEAR));
+    }
+
+    #[test]
+    fn ramps_that_are_too_long_are_cut_in_proportion() {
+        let plan = Plan { stop: Steps(100), travel: Span(30), ..Plan::default() };
+        assert_eq!(Plan { acceleration: Span(20), deceleration: Span(40), ..plan }.ramps(), (10, 20));
+        assert!(plan.is_empty() == (plan.start == plan.stop) && Plan { travel: Span(0), ..plan }.is_empty());
+    }
+}

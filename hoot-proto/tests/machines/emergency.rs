@@ -1,0 +1,268 @@
+//! The master's emergency stop: hoot, section 5 and safety decision 2.
+
+use super::world::*;
+use hoot_proto::Address;
+use hoot_proto::host::{Command, Dropped, Event, Failure, Input, Nodes, NotTaken, Options, Outcome, Output, StopState};
+use hoot_proto::message::{self, HostMessage, Motor};
+
+const STATUS: HostMessage<'static> = HostMessage::RunStatus(message::RunStatus {});
+
+fn press(master: &mut Master) -> Output {
+    master.command(Command::EmergencyStop)
+}
+
+fn running(motor: Motor) -> HostMessage<'static> {
+    HostMessage::MotorRunning(message::MotorRunning { motor })
+}
+
+/// A round to one node behind a bridge, from the second on with the end of joystick mode.
+fn round(later: bool) -> Vec<HostMessage<'static>> {
+    let mut round = Motor::ALL.map(motor_stop).to_vec();
+    round.push(STOP);
+    round.extend(later.then(|| joystick(NO)));
+    round.extend(Motor::ALL.map(running));
+    round
+}
+
+/// Goes on for so many packets, answered or not, and gives what was sent and what happened.
+fn go_on(
+    master: &mut Master,
+    first: Output,
+    packets: usize,
+    mut answers: impl FnMut(&HostMessage<'_>) -> Option<bool>,
+) -> (Vec<HostMessage<'static>>, Vec<Event>) {
+    let (mut packed, mut events) = (Vec::new(), Vec::new());
+    let mut output = first;
+    for _ in 0..10_000 {
+        events.extend(output.events.clone());
+        let Some(send) = output.send.first().copied() else {
+            if packed.len() >= packets || master.wake.is_none() {
+                break;
+            }
+            output = master.wait(3000);
+            continue;
+        };
+        packed.push(send.message);
+        let at_rest = if send.to == Address::BROADCAST { None } else { answers(&send.message) };
+        output = match at_rest {
+            Some(at_rest) => master.answer(&send, at_rest),
+            None if packed.len() >= packets => break,
+            None => master.wait(3000),
+        };
+    }
+    (packed, events)
+}
+
+// 5-9
+#[test]
+fn an_emergency_drops_everything_and_stops_every_motor() {
+    let mut master = Master::new(Options::default());
+    let _ = master.request(1, START);
+    for token in 2..6 {
+        let _ = master.request(token, run(Motor::One));
+    }
+    let speed = message::StepsPerSecond(5.0);
+    let _ = master.command(Command::Speed { to: NODE, motor: Motor::One, speed });
+    let _ = master.command(Command::KeepAlive { to: NODE, on: true });
+    master.now += 60;
+    let output = press(&mut master);
+    assert_eq!(output.send[0].message, motor_stop(Motor::One), "in the same step, whatever was waited for");
+    assert_eq!(output.events[0], Event::Stopping);
+    let dropped = |was_sent| Outcome::Failed(Failure::Dropped { why: Dropped::Emergency, was_sent });
+    assert_eq!(ended(&output)[0], (1, dropped(true)));
+    assert_eq!(ended(&output)[1..], [2, 3, 4, 5].map(|token| (token, dropped(false))));
+    assert_eq!(master.machine.stopping(), StopState::Stopping);
+
+    let (packets, events) = go_on(&mut master, output, 1000, |_| Some(true));
+    assert_eq!(packets, round(false));
+    assert_eq!(events.last(), Some(&Event::StopConfirmed));
+    assert_eq!(master.machine.stopping(), StopState::Calm);
+    assert_eq!(master.pass(9000), [], "nothing of the past comes back");
+}
+
+// 5-36
+#[test]
+fn within_the_gap_it_waits_for_that_and_nothing_else() {
+    let mut master = Master::new(Options::default());
+    let _ = master.request(1, START);
+    master.now += 20;
+    assert!(press(&mut master).send.is_empty());
+    assert_eq!(sent(&master.pass(40)), [(40, motor_stop(Motor::One))]);
+    // A node that does not answer holds up the next stop for 150 ms.
+    assert_eq!(sent(&master.pass(150)), [(150, motor_stop(Motor::Two))]);
+    // An answer, for the gap.
+    master.now += 5;
+    let _ = master.reply(1, &[]);
+    assert_eq!(sent(&master.pass(55)), [(55, motor_stop(Motor::Three))]);
+}
+
+// 5-37
+#[test]
+fn it_goes_on_until_every_motor_says_that_it_rests() {
+    // The second motor runs on for a while.
+    let mut still = 4;
+    let mut master = Master::new(Options::default());
+    let output = press(&mut master);
+    let (sent, events) = go_on(&mut master, output, 1000, |message| {
+        let runs = *message == running(Motor::Two) && still > 0;
+        still -= u32::from(runs);
+        Some(!runs)
+    });
+    let upto = |later: bool| round(later).into_iter().take_while(|message| *message != running(Motor::Three));
+    let wanted: Vec<_> = upto(false).chain(upto(true)).chain(upto(true)).chain(upto(true)).chain(round(true)).collect();
+    assert_eq!(sent, wanted, "each new round begins at once with the stops");
+    assert_eq!(events, [Event::Stopping, Event::StopNotConfirmed { node: None }, Event::StopConfirmed]);
+}
+
+// 5-38
+#[test]
+fn after_three_rounds_it_is_not_confirmed_and_goes_on() {
+    for silent in [true, false] {
+        let mut master = Master::new(Options::default());
+        let output = press(&mut master);
+        let (sent, events) =
+            go_on(&mut master, output, 100, |message| if silent { None } else { Some(message.query().is_none()) });
+        assert!(sent.len() >= 100);
+        assert_eq!(events, [Event::Stopping, Event::StopNotConfirmed { node: None }], "told once");
+        let asked = sent.iter().position(|message| *message == joystick(NO)).unwrap();
+        assert!(sent[..asked].contains(&running(Motor::One)), "joystick mode is left from the second round on");
+        assert!(sent.iter().all(|message| message.is_stop() || message.query().is_some() || *message == joystick(NO)));
+    }
+}
+
+// 5-39
+#[test]
+fn a_late_answer_confirms_nothing() {
+    let mut master = Master::new(Options::default());
+    let output = press(&mut master);
+    let mut silent_once = true;
+    let (sent, events) = go_on(&mut master, output, 1000, |message| {
+        let is_late = *message == running(Motor::One) && std::mem::take(&mut silent_once);
+        (!is_late).then_some(true)
+    });
+    let wanted: Vec<_> = round(false).into_iter().take(5).chain(round(true)).collect();
+    assert_eq!((sent, events.last()), (wanted, Some(&Event::StopConfirmed)), "a round with a silence does not count");
+    // Values of other types are not taken for it.
+    let mut master = Master::new(Options::default());
+    let output = press(&mut master);
+    go_on(&mut master, output, 4, |_| Some(true));
+    let stopped = master.now;
+    while master.machine.state().name() != "Waiting" {
+        let _ = master.wait(300);
+    }
+    assert_eq!(master.now - stopped, 200, "the first question comes when all answers to the stops are in");
+    for stray in [&[][..], &[5, 0, 0, 0, 0], &[1, 0, 0]] {
+        assert!(matches!(master.reply(1, stray).events[..], [Event::Unsolicited(_)]));
+    }
+}
+
+// 5-40
+#[test]
+fn pressed_again_it_stops_again_but_reaches_every_node() {
+    let nodes = [NODE, Address(9)];
+    let mut master = Master::offline(Options::default(), &nodes);
+    let _ = master.step(Input::LinkUp);
+    let mut output = press(&mut master);
+    let mut to = Vec::new();
+    for _ in 0..8 {
+        assert_eq!(output.events.first(), Some(&Event::Stopping));
+        to.extend(output.send.iter().map(|send| send.to));
+        master.now += 60;
+        to.extend(master.reply(1, &[]).send.iter().map(|send| send.to));
+        output = press(&mut master);
+    }
+    assert_eq!(to.iter().filter(|to| **to == Address(9)).count(), 4, "pressed every 60 ms: {to:?}");
+
+    let mut master = Master::new(Options::default());
+    let output = press(&mut master);
+    go_on(&mut master, output, 4, |_| Some(true));
+    while master.machine.stopping() != StopState::Asking {
+        let _ = master.wait(300);
+    }
+    master.now += 60;
+    let output = press(&mut master);
+    assert_eq!(output.send[0].message, motor_stop(Motor::One), "at once, in place of the questions");
+}
+
+// 5-41
+#[test]
+fn the_application_can_end_it() {
+    let mut master = Master::new(Options::default());
+    let output = press(&mut master);
+    go_on(&mut master, output, 30, |_| None);
+    let output = master.command(Command::EndEmergency);
+    assert_eq!(output.events[..], [Event::EmergencyEnded]);
+    assert_eq!(sent(&master.pass(9000)), []);
+    assert_eq!(master.request(1, STATUS).send.len(), 1);
+    assert!(master.command(Command::EndEmergency).events.is_empty(), "there is none");
+}
+
+// 5-42
+#[test]
+fn without_a_line_it_is_not_confirmed_and_begins_when_there_is_one() {
+    let mut master = Master::offline(Options::default(), &[NODE]);
+    let told = [Event::Stopping, Event::StopNotConfirmed { node: None }];
+    assert_eq!(press(&mut master).events[..], told);
+    assert_eq!(master.wake, None);
+    assert_eq!(master.step(Input::LinkUp).send[0].message, motor_stop(Motor::One));
+    // A line that goes takes all certainty with it.
+    let mut master = Master::new(Options::default());
+    let output = press(&mut master);
+    go_on(&mut master, output, 5, |_| Some(true));
+    assert_eq!(master.step(Input::LinkDown).events[..], told[1..]);
+    assert_eq!(master.step(Input::LinkUp).send[0].message, motor_stop(Motor::One), "from the beginning");
+}
+
+// 5-43
+#[test]
+fn meanwhile_nothing_else_is_taken_but_stops() {
+    let mut master = Master::new(Options::default());
+    let _ = press(&mut master);
+    let refused = Outcome::Failed(Failure::NotTaken(NotTaken::Emergency));
+    assert_eq!(ended(&master.request(1, START)), [(1, refused.clone())]);
+    assert_eq!(ended(&master.request(2, STATUS)), [(2, refused)]);
+    let speed = message::StepsPerSecond(5.0);
+    let output = master.command(Command::Speed { to: NODE, motor: Motor::One, speed });
+    assert!(matches!(output.events[..], [Event::SpeedFailed { .. }]));
+    for command in [Command::KeepAlive { to: NODE, on: true }, Command::Nodes(Nodes::new())] {
+        assert_eq!(master.command(command).events[..], [Event::NotTaken(NotTaken::Emergency)]);
+    }
+    master.now += 60;
+    let output = master.request_to(3, Address(77), STOP);
+    assert_eq!((output.send[0].to, ended(&output)), (Address(77), vec![(3, Outcome::Sent)]), "nobody waits for it");
+    let (sent, _) = go_on(&mut master, Output::default(), 1000, |_| Some(true));
+    assert_eq!(sent, round(false), "and the emergency stop goes on where it was");
+}
+
+// 5-44
+#[test]
+fn on_the_bus_itself_a_broadcast_goes_first() {
+    let sub_address = message::AnySubAddress(0);
+    let stop = HostMessage::BroadcastStop(message::BroadcastStop { sub_address });
+    let mut master = Master::new(Options::default().with_bridge(false));
+    let output = press(&mut master);
+    let (sent, events) = go_on(&mut master, output, 1000, |_| Some(true));
+    assert_eq!(sent, [vec![stop], round(false)].concat());
+    assert_eq!(events.last(), Some(&Event::StopConfirmed));
+    // Without any node it is all there is, bridge or not, and nobody can confirm it.
+    let mut master = Master::offline(Options::default(), &[]);
+    let _ = master.step(Input::LinkUp);
+    let output = press(&mut master);
+    let (sent, events) = go_on(&mut master, output, 20, |_| Some(true));
+    assert_eq!(sent, vec![stop; 20]);
+    assert_eq!(events, [Event::Stopping, Event::StopNotConfirmed { node: None }]);
+}
+
+// 5-45
+#[test]
+fn the_nodes_are_the_application_s() {
+    let nodes = Nodes::new().with(Address(7)).unwrap();
+    assert_eq!(nodes.with(Address(7)), Some(nodes), "twice is once");
+    assert_eq!((nodes.with(Address(1)), nodes.with(Address(0))), (None, None));
+    let full = (2..10).fold(Nodes::new(), |nodes, node| nodes.with(Address(node)).unwrap());
+    assert_eq!((full.with(Address(10)), full.with(Address(9))), (None, Some(full)));
+    let mut master = Master::new(Options::default());
+    assert!(master.command(Command::Nodes(nodes)).is_quiet());
+    assert_eq!(master.machine.nodes().as_slice(), [Address(7)]);
+    assert_eq!(press(&mut master).send[0].to, Address(7));
+}

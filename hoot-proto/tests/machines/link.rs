@@ -1,0 +1,378 @@
+//! The node's link: hoot, section 4.1.
+
+use super::world::*;
+use hoot_proto::device::{Answer, Event, Forward, Ignored, Input, Options, Part, Port, Quirks};
+use hoot_proto::frame;
+use hoot_proto::message::{self, HostMessage, Motor, StepCount};
+use hoot_proto::query::Profile;
+use hoot_proto::{Address, Frame, Item, Strict};
+use motion_core::stream::Frames;
+use motion_core::wire::Messages;
+
+/// What a node gets of bytes: packets as messages, all else as noise.
+fn feed(node: &mut Node, frames: &mut Frames<Strict, 84>, bytes: &[u8]) -> Vec<Vec<u8>> {
+    assert_eq!(frames.push(bytes), bytes.len());
+    drain(node, frames)
+}
+
+fn drain(node: &mut Node, frames: &mut Frames<Strict, 84>) -> Vec<Vec<u8>> {
+    let mut replies = Vec::new();
+    while let Some(item) = frames.next() {
+        let output = match item {
+            Item::Frame(frame) => {
+                let message = HostMessage::decode(&frame);
+                node.step(Input::Received { port: Port::Bus, to: frame.address(), message })
+            }
+            _ => node.step(Input::Noise),
+        };
+        for send in output.send {
+            let mut out = [0; 42];
+            let len = send.answer.encode_into(&mut out).unwrap();
+            replies.push(out[..len].to_vec());
+        }
+    }
+    replies
+}
+
+fn packet(sub_address: u8, command: u8, data: &[u8]) -> Vec<u8> {
+    let mut out = [0; 42];
+    let len = frame::encode(NODE, sub_address, command, data, &mut out).unwrap();
+    out[..len].to_vec()
+}
+
+const OK: [u8; 10] = [0, 0, 0, 0, 0, 255, 0, 0, 1, 0];
+
+// 4.1-1 4.1-2 4.1-3
+#[test]
+fn ten_bytes_are_a_request_without_data() {
+    let (mut node, mut frames) = (Node::ready(), Frames::<Strict, 84>::new());
+    let bytes = packet(0, 4, &[]);
+    for byte in &bytes[..9] {
+        assert!(feed(&mut node, &mut frames, &[*byte]).is_empty());
+    }
+    assert_eq!(feed(&mut node, &mut frames, &bytes[9..]), [OK]);
+}
+
+// 4.1-4 4.1-5
+#[test]
+fn data_is_read_by_its_length_and_not_beyond_32_bytes() {
+    let (mut node, mut frames) = (Node::ready(), Frames::<Strict, 84>::new());
+    let bytes = packet(2, 16, &[0xFF, 0xFF, 0xF8, 0x30]);
+    for byte in &bytes[..13] {
+        assert!(feed(&mut node, &mut frames, &[*byte]).is_empty());
+    }
+    assert_eq!(feed(&mut node, &mut frames, &bytes[13..]), [OK]);
+    assert_eq!(node.machine.motor(Motor::Two).settings().plan.start.0, -2000);
+
+    let mut long = packet(0, 4, &[]);
+    long[9] = 33;
+    long.extend([0; 33]);
+    assert!(feed(&mut node, &mut frames, &long).is_empty());
+    assert_eq!(feed(&mut node, &mut frames, &packet(0, 4, &[])), [OK], "as many bytes were dropped as were claimed");
+}
+
+// 4.1-6
+#[test]
+fn a_silence_inside_a_packet_drops_it() {
+    let (mut node, mut frames) = (Node::ready(), Frames::<Strict, 84>::new());
+    let bytes = packet(1, 15, &[1, 0, 0, 0, 9]);
+    assert!(feed(&mut node, &mut frames, &bytes[..12]).is_empty());
+    frames.gap();
+    assert!(drain(&mut node, &mut frames).is_empty());
+    assert!(!node.running(Motor::One), "and what follows completes nothing");
+    assert!(feed(&mut node, &mut frames, &bytes[12..]).is_empty());
+    frames.gap();
+    assert!(drain(&mut node, &mut frames).is_empty() && !node.running(Motor::One));
+}
+
+// 4.1-7
+#[test]
+fn a_wrong_break_costs_the_packet_and_is_not_answered() {
+    let (mut node, mut frames) = (Node::ready(), Frames::<Strict, 84>::new());
+    let mut bytes = packet(0, 4, &[]);
+    bytes[5] = 0xFE;
+    assert!(feed(&mut node, &mut frames, &bytes).is_empty());
+    assert_eq!(node.tell(Input::Noise), [Event::Ignored(Ignored::Noise)]);
+    assert_eq!(feed(&mut node, &mut frames, &packet(0, 4, &[])), [OK]);
+}
+
+// 4.1-8
+#[test]
+fn nobody_answers_command_0() {
+    let mut node = Node::ready();
+    for to in [NODE, Address(9), Address::BROADCAST, Address::MASTER] {
+        let output = node.send(to, HostMessage::Noop(message::Noop::default()));
+        assert_eq!((output.send.len(), &output.events[..]), (0, &[Event::Ignored(Ignored::Noop)][..]), "{to}");
+    }
+    // With data as well, and as a broadcast, whose table has no such command.
+    for number in [0x00_03, 0x1_00_00] {
+        let output = node.send(NODE, HostMessage::other(number, &[1]));
+        assert_eq!((output.send.len(), &output.events[..]), (0, &[Event::Ignored(Ignored::Noop)][..]));
+    }
+}
+
+// 4.1-9
+#[test]
+fn broadcasts_are_done_and_never_answered() {
+    let sub_address = message::AnySubAddress(9);
+    let start = HostMessage::BroadcastStart(message::BroadcastStart { sub_address });
+    let stop = HostMessage::BroadcastStop(message::BroadcastStop { sub_address });
+    let pause = HostMessage::BroadcastPause(message::BroadcastPause { sub_address });
+    let mut node = Node::ready();
+    node.ok(run(Motor::One));
+    let output = node.send(Address::BROADCAST, pause);
+    assert_eq!(output.events[..], [motion(Motor::One, hoot_proto::device::Motion::Stop)]);
+    assert!(output.send.is_empty());
+    for message in [start, stop] {
+        assert!(node.send(Address::BROADCAST, message).send.is_empty());
+    }
+    // A broadcast that there is not, an address that no node has, and the number of a node's command.
+    let new_address = Address(1);
+    let assign = HostMessage::BroadcastAssignAddress(message::BroadcastAssignAddress { sub_address, new_address });
+    for message in [HostMessage::other(0x1_09_00, &[]), assign, STOP] {
+        let output = node.send(Address::BROADCAST, message);
+        assert_eq!(output.events[..], [Event::Ignored(Ignored::Broadcast)], "{message:?}");
+        assert!(output.send.is_empty());
+    }
+}
+
+// 4.1-10
+#[test]
+fn what_is_for_others_is_passed_on() {
+    let mut node = Node::ready();
+    for (from, to, beyond) in [
+        (Port::Bus, Address::MASTER, &[Port::Usb, Port::Bluetooth][..]),
+        (Port::Usb, Address(7), &[Port::Bus]),
+        (Port::Bluetooth, Address(7), &[Port::Bus]),
+    ] {
+        let output = node.step(Input::Received { port: from, to, message: START });
+        assert!(output.send.is_empty());
+        assert_eq!(output.events[..], [Event::Forward(Forward { from, to })]);
+        assert_eq!(from.beyond(), beyond);
+    }
+    assert_eq!(node.machine.program().run_time(motion_core::time::Millis(9999)), 0, "nothing was started");
+}
+
+// 4.1-11
+#[test]
+fn the_core_protocol_answers_for_any_part() {
+    for part in [0, 2, 9] {
+        let mut node = Node::ready();
+        let sub_address = message::AnySubAddress(part);
+        let version = message::CoreProtocolVersion { sub_address };
+        assert_eq!(node.ask(HostMessage::CoreProtocolVersion(version)), [1, 0, 1]);
+        assert_eq!(node.ask(HostMessage::CoreDeviceId(message::CoreDeviceId { sub_address })), b"\x06OMAXISVX");
+        let version = message::CoreDeviceVersion { sub_address };
+        assert_eq!(node.ask(HostMessage::CoreDeviceVersion(version)), [1, 0, 6]);
+        node.refused(HostMessage::other(u32::from(part) | 0x01_00, &[]));
+        node.refused(HostMessage::other(u32::from(part) | 0x2_09_00, &[]));
+        let assign =
+            |to| HostMessage::CoreAssignAddress(message::CoreAssignAddress { sub_address, new_address: Address(to) });
+        node.refused(assign(1));
+        assert_eq!(node.ok(assign(9)), [Event::Address(Address(9))]);
+        assert_eq!(node.machine.address(Port::Bus), Address(9));
+    }
+    // It knows no joystick mode.
+    let mut node = Node::ready();
+    node.ok(joystick(YES));
+    let sub_address = message::AnySubAddress(0);
+    assert_eq!(node.ask(HostMessage::CoreProtocolVersion(message::CoreProtocolVersion { sub_address })), [1, 0, 1]);
+}
+
+/// Whether a request of each number is refused, of those that begin nothing else.
+fn refused_numbers(node: &Node, sub_address: u32) -> Vec<u32> {
+    let is_refused = |number: &u32| {
+        let id = number << 8 | sub_address;
+        let (answers, _) = node.clone().request(HostMessage::other(id, &[0; 8]));
+        answers.first().copied() == Some(Answer::Error)
+    };
+    (2..=121).filter(is_refused).collect()
+}
+
+// 4.1-12
+#[test]
+fn joystick_mode_leaves_the_controller_little_but_always_its_stop() {
+    let mut node = Node::ready();
+    node.ok(run(Motor::One));
+    node.ok(joystick(YES));
+    let left: Vec<u32> = (2..=121).filter(|number| !refused_numbers(&node, 0).contains(number)).collect();
+    assert_eq!(left, [4, 23, 120]);
+    assert_eq!(node.ok(STOP), [motion(Motor::One, hoot_proto::device::Motion::Stop)]);
+
+    let firmware = Options::default().with_quirks(Quirks::FIRMWARE);
+    let mut node = Node::ready_with(firmware);
+    node.ok(joystick(YES));
+    node.refused(STOP);
+}
+
+// 4.1-13
+#[test]
+fn joystick_mode_leaves_motors_what_a_joystick_needs() {
+    let mut node = Node::ready();
+    node.ok(joystick(YES));
+    let left: Vec<u32> = (2..=121).filter(|number| !refused_numbers(&node, 2).contains(number)).collect();
+    assert_eq!(left, [3, 4, 6, 13, 15]);
+
+    let mut node = Node::ready_with(Options::default().with_profile(Profile::V070));
+    node.ok(joystick(YES));
+    node.refused(move_by(Motor::Two, 9));
+    assert!(!node.running(Motor::Two));
+    // Nobody waits for the answer to a joystick.
+    let (answers, events) = node.request(speed(Motor::Two, 9.0));
+    assert_eq!((answers, events), (vec![], vec![Event::Ignored(Ignored::Silent)]));
+    assert!((node.machine.motor(Motor::Two).settings().speed.0 - 9.0).abs() < 0.1);
+}
+
+// 4.1-14
+#[test]
+fn joystick_mode_leaves_the_camera_alone() {
+    let mut node = Node::ready();
+    node.ok(HostMessage::CameraSetEnable(message::CameraSetEnable { enable: YES }));
+    node.ok(joystick(YES));
+    assert_eq!(node.ok(HostMessage::CameraExpose(message::CameraExpose {})), [camera(false, true)]);
+}
+
+// 4.1-15
+#[test]
+fn there_is_no_fifth_part() {
+    for sub_address in [5, 9, 255] {
+        Node::ready().refused(HostMessage::other(0x04_00 | sub_address, &[]));
+    }
+}
+
+// 4.1-16 4.1-19
+#[test]
+fn the_rest_is_done_or_refused_or_met_with_silence() {
+    let mut node = Node::ready();
+    assert_eq!(node.request(PAUSE), (vec![Answer::Ok], vec![]));
+    assert_eq!(node.ask(HostMessage::FirmwareVersion(message::FirmwareVersion {})), [0, 6]);
+    let unknown = [0x19_00, 0x7A_00, 0x1C_01, 0x0B_04];
+    for number in unknown {
+        node.refused(HostMessage::other(number, &[]));
+    }
+    let mut later = Node::new(Options::default().with_profile(Profile::V033));
+    for number in unknown {
+        let silent = (vec![], vec![Event::Ignored(Ignored::Unknown)]);
+        assert_eq!(later.request(HostMessage::other(number, &[])), silent, "{number:x}");
+    }
+    later.refused(HostMessage::other(0x04_05, &[]));
+}
+
+// 4.1-17
+#[test]
+fn commands_refresh_the_dead_man_even_when_refused() {
+    let mut node = Node::ready();
+    node.ok(HostMessage::SetManualMove(message::SetManualMove { manual_move: YES }));
+    node.ok(run(Motor::One));
+    node.ok(joystick(YES));
+    let noop = HostMessage::Noop(message::Noop::default());
+    let core = HostMessage::CoreDeviceId(message::CoreDeviceId::default());
+    let broadcast = HostMessage::other(0x1_09_00, &[]);
+    for (message, to, refreshes) in [
+        (PAUSE, NODE, true),
+        (HostMessage::other(0x77_04, &[]), NODE, true),
+        (noop, NODE, false),
+        (core, NODE, false),
+        (broadcast, Address::BROADCAST, false),
+        (START, Address(9), false),
+    ] {
+        let mut node = node.clone();
+        node.pass(900);
+        let _ = node.send(to, message);
+        let stops = node.pass(200);
+        assert_eq!(stops.is_empty(), refreshes, "{message:?}: {stops:?}");
+    }
+}
+
+// 4.1-18
+#[test]
+fn missing_bytes_are_zero_and_surplus_ones_are_left_out() {
+    let mut node = Node::ready();
+    // The greatest run time of two bytes; a firmware version with data.
+    assert_eq!(node.ok(HostMessage::other(0x14_00, &[0, 2])), []);
+    assert_eq!(node.machine.controller().max_run_time.0, 0x0002_0000);
+    assert_eq!(node.ask(HostMessage::other(0x64_00, &[7, 7])), [0, 6]);
+    assert_eq!(node.ok(HostMessage::other(0x07_00, b"eleven bytes")), []);
+    assert_eq!(node.machine.name().0, *b"eleven byt");
+    assert_eq!(node.ok(HostMessage::other(0x07_00, b"")), []);
+    assert_eq!(node.machine.name().0, [0; 10]);
+    // A move that was cut off is no run (decision H-1).
+    node.refused(HostMessage::other(0x0F_01, &[1, 0]));
+    let firmware = Options::default().with_quirks(Quirks::FIRMWARE);
+    let mut node = Node::ready_with(firmware);
+    assert_eq!(node.ok(HostMessage::other(0x0F_01, &[1, 0])).len(), 1);
+    assert_eq!(node.machine.motor(Motor::One).state().name(), "Continuous");
+}
+
+// 4.1-20
+#[test]
+fn a_new_address_counts_at_once_but_by_usb_only_after_power_up() {
+    let set = |to| HostMessage::SetAddress(message::SetAddress { new_address: Address(to) });
+    let mut node = Node::ready();
+    node.refused(set(1));
+    assert_eq!(node.ok(set(9)), [Event::Address(Address(9))]);
+    let addresses = |node: &Node| [Port::Bus, Port::Bluetooth, Port::Usb].map(|port| node.machine.address(port).0);
+    assert_eq!(addresses(&node), [9, 9, 3]);
+    assert_eq!(node.tell(Input::Command(hoot_proto::device::Command::PowerUp)), []);
+    assert_eq!(addresses(&node), [9, 9, 9]);
+
+    // Firmware blinks, and is deaf meanwhile; not so this node, unless it is told to (decision H-2).
+    let mut node = Node::ready_with(Options::default().with_quirks(Quirks::FIRMWARE));
+    node.ok(set(9));
+    node.now += 2499;
+    assert_eq!(node.send(Address(9), STOP).events[..], [Event::Ignored(Ignored::Deaf)]);
+    node.now += 1;
+    assert_eq!(node.send(Address(9), STOP).send.len(), 1);
+}
+
+// 4.1-21
+#[test]
+fn numbers_whose_top_byte_would_be_lost_are_refused() {
+    let max_run_time = message::Milliseconds(0x0100_0000);
+    let limit = HostMessage::SetMaxRunTime(message::SetMaxRunTime { max_run_time });
+    let mut node = Node::ready();
+    node.refused(limit);
+    node.refused(move_by(Motor::One, StepCount::MAX.0 + 1));
+    let (answers, events) = node.request(move_by(Motor::One, StepCount::MAX.0));
+    assert_eq!((answers, events.len()), (vec![Answer::Ok], 1));
+
+    let mut firmware = Node::ready_with(Options::default().with_quirks(Quirks::FIRMWARE));
+    assert_eq!(firmware.request(limit), (vec![Answer::Ok], vec![Event::Set(Part::Controller)]));
+    assert_eq!(firmware.machine.controller().max_run_time.0, 0);
+    firmware.ok(move_by(Motor::One, StepCount::MAX.0 + 1));
+    assert_eq!(firmware.machine.motor(Motor::One).state().name(), "Continuous");
+}
+
+// 4.1-22
+#[test]
+fn some_requests_are_answered_twice_by_firmware() {
+    let line = HostMessage::SetCommonLine(message::SetCommonLine { common_line: message::CommonLine(3) });
+    let easing = message::MotorSetEasing { motor: Motor::One, easing: message::Easing(4) };
+    let running = HostMessage::MotorRunning(message::MotorRunning { motor: Motor::One });
+    let (mut node, mut firmware) = (Node::ready(), Node::ready_with(Options::default().with_quirks(Quirks::FIRMWARE)));
+    for message in [line, HostMessage::MotorSetEasing(easing)] {
+        node.refused(message);
+        assert_eq!(firmware.request(message).0, [Answer::Error, Answer::Ok]);
+    }
+    assert_eq!(node.request(running).0.len(), 1);
+    let (answers, _) = firmware.request(running);
+    assert_eq!(value(&answers[0]), message::Value::Byte(0));
+    assert_eq!(value(&answers[1]), message::Value::Float(motion_core::fixed::Scaled(50_000)));
+}
+
+// 4.1-23
+#[test]
+fn the_link_itself_stops_nothing() {
+    let mut node = Node::ready();
+    node.ok(run(Motor::One));
+    for input in [Input::LinkDown(Port::Usb), Input::LinkUp(Port::Usb)] {
+        assert_eq!(node.tell(input), []);
+    }
+    assert!(node.running(Motor::One));
+}
+
+#[test]
+fn a_frame_and_its_message_say_the_same() {
+    let bytes = packet(1, 15, &[1, 0, 0, 0, 0]);
+    assert_eq!(HostMessage::decode(&Frame::decode(&bytes).unwrap()).name(), "MotorRun");
+}

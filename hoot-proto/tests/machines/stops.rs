@@ -1,0 +1,199 @@
+//! The master's stops: hoot, section 5 and safety decisions 1, 2 and 4.
+
+use super::world::*;
+use hoot_proto::Address;
+use hoot_proto::host::{Dropped, Event, Failure, NotTaken, Options, Outcome, State, StopState};
+use hoot_proto::message::{self, HostMessage, Motor};
+use motion_core::wire::Messages;
+
+const STATUS: HostMessage<'static> = HostMessage::RunStatus(message::RunStatus {});
+const ONE: Motor = Motor::One;
+
+fn dropped(why: Dropped, was_sent: bool) -> Outcome {
+    Outcome::Failed(Failure::Dropped { why, was_sent })
+}
+
+// 5-22
+#[test]
+fn a_stop_on_a_free_line_is_a_request() {
+    for stop in [STOP, PAUSE, motor_stop(ONE)] {
+        let mut master = Master::new(Options::default());
+        assert_eq!(master.request(1, stop).send[0].message, stop);
+        assert!(matches!(ended(&master.reply(1, &[]))[..], [(1, Outcome::Done(_))]));
+        assert_eq!(master.pass(9000), [], "once");
+    }
+}
+
+// 5-23
+#[test]
+fn a_stop_overtakes_and_is_sent_again_when_the_line_is_clear() {
+    let mut master = Master::new(Options::default());
+    let _ = master.request(1, START);
+    master.now += 100;
+    let output = master.request(2, STOP);
+    assert_eq!(output.send[0].message, STOP, "in the same step");
+    assert_eq!(ended(&output), [(1, dropped(Dropped::Stop, true))]);
+    master.now += 10;
+    // This may be the answer to the start: it does not confirm the stop.
+    let output = master.reply(1, &[]);
+    assert!(ended(&output).is_empty() && matches!(output.events[..], [Event::Unsolicited(_)]));
+    assert_eq!(sent(&master.pass(190)), [(190, STOP)]);
+    assert!(matches!(ended(&master.reply(1, &[]))[..], [(2, Outcome::Done(_))]));
+
+    // Inside the gap it waits for that, and for nothing else.
+    let mut master = Master::new(Options::default());
+    let _ = master.request(1, START);
+    master.now += 20;
+    assert!(master.request(2, STOP).send.is_empty());
+    assert_eq!(sent(&master.pass(40)), [(40, STOP)]);
+
+    // Neither does it wait for nodes that are deaf; they may be others.
+    let mut master = Master::new(Options::default());
+    let _ = master.request(1, HostMessage::SetAddress(message::SetAddress { new_address: Address(9) }));
+    let _ = master.reply(1, &[]);
+    master.now += 60;
+    assert_eq!(master.request(2, STOP).send[0].message, STOP);
+    assert_eq!(master.machine.state(), State::Quiet);
+    assert_eq!(sent(&master.pass(2540)), [(2540, STOP)]);
+}
+
+// 5-24
+#[test]
+fn a_stop_takes_back_what_would_move_what_it_stops() {
+    let other = Address(9);
+    let start_all = HostMessage::BroadcastStart(message::BroadcastStart { sub_address: message::AnySubAddress(0) });
+    let stop_all = HostMessage::BroadcastStop(message::BroadcastStop { sub_address: message::AnySubAddress(0) });
+    let queued = [
+        (NODE, START),
+        (NODE, run(ONE)),
+        (NODE, move_by(Motor::Two, 5)),
+        (NODE, STATUS),
+        (NODE, HostMessage::other(0x32_00, &[])),
+        (other, START),
+        (Address::BROADCAST, start_all),
+    ];
+    for (to, stop, taken) in [
+        (NODE, STOP, vec![1, 2, 3, 5, 7]),
+        (NODE, PAUSE, vec![1, 2, 3, 5, 7]),
+        (NODE, motor_stop(ONE), vec![1, 2, 5, 7]),
+        (NODE, motor_stop(Motor::Three), vec![1, 5, 7]),
+        (other, STOP, vec![6, 7]),
+        (Address::BROADCAST, stop_all, vec![1, 2, 3, 5, 6, 7]),
+    ] {
+        let mut master = Master::new(Options::default().with_bridge(false));
+        let _ = master.request(0, STATUS);
+        for (token, (to, message)) in (1..).zip(queued) {
+            let _ = master.request_to(token, to, message);
+        }
+        let output = master.request_to(9, to, stop);
+        let gone: Vec<u32> = ended(&output)
+            .into_iter()
+            .filter(|(_, outcome)| *outcome == dropped(Dropped::Stop, false))
+            .map(|(token, _)| token)
+            .collect();
+        assert_eq!(gone, taken, "{stop:?} to {to}");
+    }
+}
+
+// 5-25
+#[test]
+fn a_stop_that_nobody_confirms_says_so() {
+    let mut master = Master::new(Options::default());
+    let _ = master.request(1, STOP);
+    let outputs = master.pass(9000);
+    assert_eq!(sent(&outputs), [(500, STOP), (1000, STOP)]);
+    let (at, last) = outputs.last().unwrap();
+    assert_eq!((*at, ended(last)), (1500, vec![(1, Outcome::Failed(Failure::Silence))]));
+    assert_eq!(last.events.last(), Some(&Event::StopNotConfirmed { node: Some(NODE) }));
+}
+
+// 5-26
+#[test]
+fn a_refused_stop_is_followed_by_those_of_the_motors() {
+    let mut master = Master::new(Options::default());
+    let _ = master.request(1, STOP);
+    let output = master.reply(0, &[]);
+    assert!(matches!(ended(&output)[..], [(1, Outcome::Refused(_))]));
+    assert_eq!(output.events.last(), Some(&Event::StopNotConfirmed { node: Some(NODE) }));
+    let mut stopped = Vec::new();
+    while stopped.len() < 3 {
+        let output = master.wait(200);
+        stopped.extend(output.send.iter().map(|send| send.message));
+        if !output.send.is_empty() && master.machine.state() == State::Waiting {
+            let _ = master.reply(1, &[]);
+        }
+    }
+    assert_eq!(stopped, Motor::ALL.map(motor_stop));
+}
+
+// 5-27
+#[test]
+fn stops_overtake_each_other_and_all_come_to_an_end() {
+    let mut master = Master::new(Options::default());
+    let _ = master.request(1, motor_stop(ONE));
+    master.now += 60;
+    assert_eq!(master.request(2, motor_stop(Motor::Two)).send[0].message, motor_stop(Motor::Two), "at once");
+    // The same once more: it is sent at once too, and takes the place of the first.
+    master.now += 60;
+    let output = master.request(3, motor_stop(Motor::Two));
+    assert_eq!(output.send[0].message, motor_stop(Motor::Two));
+    assert_eq!(ended(&output), [(2, dropped(Dropped::Again, true))]);
+    let mut found = Vec::new();
+    for _ in 0..20 {
+        if let Some(wake) = master.wake {
+            master.now = wake;
+            let output = master.step(hoot_proto::host::Input::Wake);
+            found.extend(ended(&output));
+            if master.machine.state() == State::Waiting {
+                found.extend(ended(&master.reply(1, &[])));
+            }
+        }
+    }
+    found.sort_by_key(|(token, _)| *token);
+    assert!(matches!(found[..], [(1, Outcome::Done(_)), (3, Outcome::Done(_))]), "{found:?}");
+}
+
+// 5-28
+#[test]
+fn too_many_stops_are_an_emergency() {
+    let mut master = Master::new(Options::default());
+    let _ = master.request(0, STATUS);
+    for node in 0..8 {
+        assert_eq!(ended(&master.request_to(u32::from(node), Address(10 + node), STOP)).len(), usize::from(false));
+    }
+    let output = master.request_to(8, Address(20), STOP);
+    assert_eq!(ended(&output)[0], (8, Outcome::Failed(Failure::NotTaken(NotTaken::Full))));
+    assert!(output.events.contains(&Event::Stopping));
+    assert_eq!(master.machine.stopping(), StopState::Stopping);
+    assert_eq!(ended(&output).len(), 10, "all others end too: {output:?}");
+}
+
+// 5-29
+#[test]
+fn a_broadcast_stop_behind_a_bridge_goes_to_each_node() {
+    let sub_address = message::AnySubAddress(0);
+    let stop = HostMessage::BroadcastStop(message::BroadcastStop { sub_address });
+    let pause = HostMessage::BroadcastPause(message::BroadcastPause { sub_address });
+    for (broadcast, single) in [(stop, STOP), (pause, PAUSE)] {
+        let mut master = Master::offline(Options::default(), &[NODE, Address(9)]);
+        let _ = master.step(hoot_proto::host::Input::LinkUp);
+        let output = master.request_to(1, Address::BROADCAST, broadcast);
+        assert_eq!(ended(&output), [(1, Outcome::Failed(Failure::NotTaken(NotTaken::Bridge)))]);
+        assert_eq!((output.send[0].to, output.send[0].message), (NODE, single));
+        let outputs = master.pass(60);
+        assert_eq!((outputs[0].0, outputs[0].1.send[0].to, outputs[0].1.send[0].message), (60, Address(9), single));
+    }
+    // Without a list there is the emergency stop, which asks for one.
+    let mut master = Master::offline(Options::default(), &[]);
+    let _ = master.step(hoot_proto::host::Input::LinkUp);
+    let output = master.request_to(1, Address::BROADCAST, stop);
+    assert!(output.events.contains(&Event::Stopping));
+    assert_eq!((output.send[0].to, output.send[0].message), (Address::BROADCAST, stop));
+
+    let mut master = Master::new(Options::default().with_bridge(false));
+    let _ = master.request(1, STATUS);
+    master.now += 60;
+    let output = master.request_to(2, Address::BROADCAST, stop);
+    assert_eq!(output.send[0].message, stop, "on the bus itself it goes as it is");
+    assert_eq!(ended(&output), [(1, dropped(Dropped::Stop, true)), (2, Outcome::Sent)]);
+}
