@@ -28,11 +28,14 @@ pub(super) enum Lapse {
 pub(super) struct Shot {
     exposing: bool,
     until: Millis,
+    /// When it should be over: a wake that is late shortens no photo, and does not change the rhythm.
+    planned: Millis,
 }
 
 impl Shot {
     fn wait(from: Millis, shots: Shots, now: Millis) -> Self {
-        Self { exposing: false, until: from.after(shots.delay).max(now.after(1)) }
+        let planned = from.after(shots.delay);
+        Self { exposing: false, until: planned.max(now.after(1)), planned }
     }
 
     /// Opens the shutter; `None` if it was open long enough.
@@ -41,7 +44,8 @@ impl Shot {
             return None;
         }
         turn.output.event(Event::OpenShutter { millis: shots.exposure });
-        Some(Self { exposing: true, until: self.until.after(shots.exposure).max(turn.now.after(1)) })
+        let until = turn.now.after(shots.exposure.max(1));
+        Some(Self { exposing: true, until, planned: self.planned.after(shots.exposure) })
     }
 }
 
@@ -123,7 +127,7 @@ pub(super) fn wake(
         *shot = open;
         playback.lapse(lapse);
     } else {
-        let next = Shot::wait(shot.until, shots, turn.now);
+        let next = Shot::wait(shot.planned, shots, turn.now);
         taken(playback, turn, drives, shots, lapse, next);
     }
     Ok(())

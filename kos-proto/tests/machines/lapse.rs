@@ -83,9 +83,10 @@ fn the_rhythm_of_photos_is_kept() {
     bench.clear();
     bench.now += 2_400;
     bench.step(kos_proto::device::Input::Wake);
-    assert_eq!(bench.told(), [OPEN]);
-    bench.pass(2_600);
-    assert_eq!(bench.told(), [OPEN], "at 5 s, as planned");
+    assert_eq!((bench.told(), bench.wake), (vec![OPEN], Some(1000 + 3_400)), "late, and no shorter");
+    bench.now += 1_000;
+    bench.step(kos_proto::device::Input::Wake);
+    assert_eq!(bench.wake, Some(1000 + 5_000), "as planned");
 }
 
 /// 7.5-6, 7.5-7, 7.5-8: shoot, move, shoot.

@@ -307,8 +307,8 @@ fn host_op() -> impl Strategy<Value = HostOp> {
 /// What a client sent for which command, and what has to come to an end.
 #[derive(Default)]
 struct Ledger {
-    /// Commands that may be sent once each.
-    due: Vec<Command>,
+    /// Commands that may be sent once each, and to which motor.
+    due: Vec<(u8, Command)>,
     /// Questions that are not answered.
     asked: Vec<Token>,
 }
@@ -317,11 +317,14 @@ impl Ledger {
     fn check(&mut self, input: &host::Input<'_>, output: &host::Output) {
         use host::Event;
         let refused = output.events.iter().any(|event| matches!(event, Event::Refused(_)));
-        match input {
-            host::Input::Command(Command::Stop | Command::StopMotor(_)) => self.due.clear(),
-            host::Input::Command(Command::Get(_, token)) if !refused => self.asked.push(*token),
-            host::Input::Command(command @ (Command::MoveTo(_) | Command::Jog { .. })) if !refused => {
-                self.due.push(*command);
+        match *input {
+            host::Input::Command(Command::Stop) => self.due.clear(),
+            host::Input::Command(Command::StopMotor(motor)) => self.due.retain(|&(other, _)| other != motor.number()),
+            host::Input::Command(Command::Get(_, token)) if !refused => self.asked.push(token),
+            host::Input::Command(command @ (Command::MoveTo(host::Go { motor, .. }) | Command::Jog { motor, .. }))
+                if !refused =>
+            {
+                self.due.push((motor.number(), command));
             }
             _ => {}
         }
@@ -330,15 +333,18 @@ impl Ledger {
             match send {
                 // One that had to wait; those that it overtook are never sent.
                 Send::MoveTo(sent) => {
-                    let place = self.due.iter().rposition(|command| match command {
-                        Command::MoveTo(go) => go.motor.number() == sent.motor.number() && go.position == sent.position,
-                        Command::Jog { motor, .. } => motor.number() == sent.motor.number(),
-                        _ => false,
+                    let motor = sent.motor.number();
+                    let wanted = |command: &Command| match command {
+                        Command::MoveTo(go) => go.position == sent.position,
+                        _ => true,
+                    };
+                    let place = self.due.iter().rposition(|(other, command)| *other == motor && wanted(command));
+                    let place = place.unwrap_or_else(|| panic!("{sent:?} sent twice"));
+                    let mut index = 0;
+                    self.due.retain(|&(other, _)| {
+                        index += 1;
+                        other != motor || index > place + 1
                     });
-                    assert!(
-                        place.is_some_and(|place| self.due.drain(..=place).next().is_some()),
-                        "{sent:?} sent twice"
-                    );
                 }
                 send => assert!(commanded && !refused, "{send:?} without a command"),
             }

@@ -376,6 +376,11 @@ fn a_stop_survives_a_lost_connection() {
         assert_eq!((client.state(), client.move_state()), ("Ready", "NoMove"));
     }
     let mut client = stopping();
+    client.step(Input::Closed);
+    client.clear();
+    client.pass(60_000);
+    assert_eq!((client.sent(), client.state()), (vec![], "Connecting"), "there is nobody to send it to");
+    let mut client = stopping();
     client.command(Command::Disconnect);
     assert_eq!(client.move_state(), "NoMove", "who gives up was told");
     assert!(client.told().contains(&Event::StopNotConfirmed(None)));
