@@ -6,7 +6,7 @@ use super::motor::Drives;
 use super::playback::{Playback, State};
 use super::{Event, Turn};
 use crate::message::{ErrorCode, PlaybackState};
-use crate::plan::{Kind, MotorSet, Plan, Shots, Way};
+use crate::summary::{Direction, Kind, MotorSet, MoveSummary, Shots};
 
 /// How far a time lapse is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -78,7 +78,7 @@ impl Lapse {
 }
 
 /// The time lapse begins: photos before the move, or the move.
-pub(super) fn begin(playback: &mut Playback, turn: &mut Turn<'_>, drives: &Drives, plan: &Plan) {
+pub(super) fn begin(playback: &mut Playback, turn: &mut Turn<'_>, drives: &Drives, plan: &MoveSummary) {
     let Some(shots) = plan.shots() else { return };
     if shots.before == 0 {
         return go(playback, turn, drives, shots);
@@ -93,7 +93,7 @@ fn go(playback: &mut Playback, turn: &mut Turn<'_>, drives: &Drives, shots: Shot
     if let Some(Kind::Continuous(_)) = playback.plan().map(|plan| plan.kind) {
         let millis = shots.interval().saturating_mul(shots.moving.into());
         playback.lapse(Lapse::Continuous(shot));
-        turn.output.event(Event::Play { way: Way::Forward, millis });
+        turn.output.event(Event::Play { way: Direction::Forward, millis });
         playback.say(turn, drives, PlaybackState::START_FORWARD);
     } else {
         playback.lapse(Lapse::Frame(shot));
@@ -104,7 +104,7 @@ fn go(playback: &mut Playback, turn: &mut Turn<'_>, drives: &Drives, shots: Shot
 
 /// All motors are at the next place.
 pub(super) fn arrived(playback: &mut Playback, turn: &mut Turn<'_>, drives: &Drives, waiting: MotorSet) {
-    let Some(shots) = playback.plan().and_then(Plan::shots).filter(|_| waiting.is_empty()) else { return };
+    let Some(shots) = playback.plan().and_then(MoveSummary::shots).filter(|_| waiting.is_empty()) else { return };
     playback.say(turn, drives, PlaybackState::SMS_MOTORS_STOPPED);
     playback.lapse(Lapse::Frame(Shot::wait(turn.now, shots, turn.now)));
     playback.say(turn, drives, PlaybackState::START_FRAME);
@@ -117,7 +117,7 @@ pub(super) fn wake(
     drives: &Drives,
     mut lapse: Lapse,
 ) -> Result<(), ErrorCode> {
-    let Some(shots) = playback.plan().and_then(Plan::shots) else { return Ok(()) };
+    let Some(shots) = playback.plan().and_then(MoveSummary::shots) else { return Ok(()) };
     let Some(shot) = lapse.shot_mut() else { return Err(ErrorCode::CANNOT_EXECUTE_MOVE) };
     if let Some(open) = shot.open(turn, shots) {
         *shot = open;

@@ -3,7 +3,7 @@
 use kos_proto::HostMessage;
 use kos_proto::device::{Event, Options};
 use kos_proto::message::*;
-use kos_proto::plan::Way;
+use kos_proto::summary::Direction;
 use kos_proto::trajectory::*;
 
 use super::bench::*;
@@ -51,7 +51,7 @@ fn photos_before_the_move() {
 fn without_them_it_begins_at_once() {
     let mut bench = continuous(0, 4, 0);
     assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: START_FORWARD"]);
-    assert_eq!(bench.told().pop(), Some(Event::Play { way: Way::Forward, millis: 12_000 }));
+    assert_eq!(bench.told().pop(), Some(Event::Play { way: Direction::Forward, millis: 12_000 }));
     let mut bench = sms(0, 4, 0);
     assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: START_FORWARD", "0: START_FRAME"]);
     assert_eq!((bench.told().len(), bench.state()), (1, "FrameDelay"), "home, and nothing moves");

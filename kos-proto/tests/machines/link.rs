@@ -3,7 +3,7 @@
 use kos_proto::device::session::State;
 use kos_proto::device::{CloseReason, Event, Ignored, Input, Options, Report, SessionId};
 use kos_proto::message::*;
-use kos_proto::plan::{MotorSet, Transport};
+use kos_proto::summary::{MotorSet, Transport};
 use kos_proto::{DecodeError, HostMessage, MessageId, MessageType};
 use motion_core::wire::Messages;
 
