@@ -176,7 +176,6 @@ impl Tracker {
             State::Stopping if !self.confirmed => {
                 output.event(Event::StopNotConfirmed(None));
                 self.deadline = None;
-                self.plays = false;
                 return;
             }
             State::NoMove | State::Stopping => {}
