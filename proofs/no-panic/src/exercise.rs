@@ -21,7 +21,8 @@ pub fn everything(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     datagrams(input, out)?;
     moves(input, out)?;
     dmc(input, out)?;
-    hoot(input, out)
+    hoot(input, out)?;
+    crate::machines::everything(input, out)
 }
 
 fn checksums(input: &[u8], out: &mut dyn Write) -> fmt::Result {
@@ -45,7 +46,7 @@ fn numbers(input: &[u8], out: &mut dyn Write) -> fmt::Result {
 }
 
 /// The first bytes, as many as there are, and zeros.
-fn first<const N: usize>(input: &[u8]) -> [u8; N] {
+pub fn first<const N: usize>(input: &[u8]) -> [u8; N] {
     let mut bytes = [0; N];
     for (to, from) in bytes.iter_mut().zip(input) {
         *to = *from;
