@@ -188,6 +188,52 @@ def hoot_reply():
     return chosen.items()
 
 
+def message(number, body):
+    """A message as the targets of machines read it: that its number is written out, the number, and the body."""
+    return b"\xfa" + number.to_bytes(4, "little") + bytes([len(body)]) + body
+
+
+def sessions(begin, bodies, step):
+    """A line that comes up, then messages, ten a session, each with what follows from it; the clock stands still, goes on,
+    or goes to what is due, in turn."""
+    bodies = [(side, number, body) for side, number, body in bodies if len(body) <= 100]
+    clocks = [b"\0", b"\5\x20", b"\x09"]
+    for at in range(0, len(bodies), max(10, len(bodies) // 12)):
+        steps = [clocks[n % 3] + step(*given) for n, given in enumerate(bodies[at : at + 10])]
+        yield f"{at}", begin + b"".join(steps)
+
+
+def dmc_machines():
+    """Window and quirks; greetings; then requests of the application and answers of a device."""
+    to_device, to_host = b"\0\0\5\0", b"\0\4\5"
+    begin = b"\4\0\0" + b"\0\x0d\3" + to_device + to_host + b"\0\x0e\1"
+    request = lambda number, body: b"\x0e" + (b"\x0c" if number & 0xFF00 == 0x100 else b"\x08") + message(number, body)
+    answer = lambda number, body: b"\x09\0" + message(number, body)
+    at_rest = b"\0\x0a\3\0"
+    go = b"\0\x0e\2"
+    follow = to_device + to_host + at_rest + to_host + go + to_device + to_host
+    return sessions(begin, dmc_bodies(), lambda side, *given: (request if side == 2 else answer)(*given) + follow)
+
+
+def kos_machines():
+    """Options; a device that runs, a client that connects; then messages of others to either side."""
+    begin = bytes(10) + b"\0\x0c\0\0" + b"\0\x0f\2\0\0" + b"\0\x0d\0\0\0" + b"\0\0\5\0\4\5" * 4
+    asked = lambda number, body: b"\x08\0" + message(number, body) + b"\0"
+    told = lambda number, body: b"\x0a" + message(number, body)
+    follow = b"\0\x0c\1\6\x20" + b"\0\0\5\0\4\5"
+    return sessions(begin, kos_bodies(), lambda side, *given: (asked if side == 0 else told)(*given) + follow)
+
+
+def hoot_machines():
+    """Options; a line that comes up; then packets for a node, and requests of the application with small numbers."""
+    begin = b"\0\0\0\1" + b"\0\x0d\1"
+    given = lambda side, number, body: b"\x08\0\3" + message(number, body)
+    request = lambda number: b"\x09\x0e\3\x08" + bytes([number % 250, number % 64 * 4 + 3 & 255, 0, number % 6])
+    follow = lambda number: request(number >> 8) + b"\x09\0\5\x09\4\5" + b"\0\x0b\0\x0a"
+    bodies = [body for body in hoot_bodies() if body[0] == 4]
+    return sessions(begin, bodies, lambda side, number, body: given(side, number, body) + follow(number))
+
+
 def kos_bodies():
     for vector in vectors("kos"):
         frame = bytes.fromhex(vector["hex"])
@@ -250,9 +296,9 @@ def hexdump(data):
 def main():
     check = sys.argv[1:] == ["--check"]
     stale = []
-    kos = [kos_differential, kos_round_trip, kos_stream, kos_trajectory, kos_usb]
-    dmc = [dmc_differential, dmc_round_trip, dmc_stream, dmc_upload]
-    hoot = [hoot_differential, hoot_reply, hoot_round_trip, hoot_stream]
+    kos = [kos_differential, kos_machines, kos_round_trip, kos_stream, kos_trajectory, kos_usb]
+    dmc = [dmc_differential, dmc_machines, dmc_round_trip, dmc_stream, dmc_upload]
+    hoot = [hoot_differential, hoot_machines, hoot_reply, hoot_round_trip, hoot_stream]
     for target in [decode, fletcher, stream, text, *kos, *dmc, *hoot]:
         folder = HERE / "seeds" / target.__name__
         wanted = {f"vector-{name}": data for name, data in target()}

@@ -1,0 +1,37 @@
+//! The table of sizes in `docs/architecture.md` says what the machines are.
+
+#![cfg(target_pointer_width = "64")]
+
+use motion_core::machine;
+
+const DOCUMENT: &str = include_str!("../docs/architecture.md");
+
+/// A row of the table: sizes in bytes, and how many an output holds.
+fn row<Machine, Send, Event, const SENDS: usize, const EVENTS: usize>(
+    name: &str,
+    _: fn() -> machine::Output<Send, Event, SENDS, EVENTS>,
+) -> String {
+    let output = size_of::<machine::Output<Send, Event, SENDS, EVENTS>>();
+    let [machine, send, event] = [size_of::<Machine>(), size_of::<Send>(), size_of::<Event>()];
+    format!("| {name} | {machine} | {output} | {SENDS} of {send} | {EVENTS} of {event} |")
+}
+
+macro_rules! rows {
+    ($($name:literal: $protocol:ident $side:ident $machine:ident;)*) => {
+        [$(row::<$protocol::$side::$machine, _, _, _, _>($name, $protocol::$side::Output::default)),*]
+    };
+}
+
+#[test]
+fn the_table_of_sizes_is_true() {
+    let rows = rows! {
+        "kOS client": kos_proto host HostMachine;
+        "kOS device": kos_proto device DeviceMachine;
+        "DMC host": dmc_proto host HostMachine;
+        "DMC device": dmc_proto device DeviceMachine;
+        "hoot master": hoot_proto host HostMachine;
+        "hoot node": hoot_proto device DeviceMachine;
+    };
+    let table = rows.join("\n");
+    assert!(DOCUMENT.contains(&table), "docs/architecture.md should say:\n{table}");
+}

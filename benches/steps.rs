@@ -1,0 +1,499 @@
+//! What the state machines add to decoding: a step of each, beside the decoding of what made it.
+//!
+//! Each machine goes through an exchange that is typical of it, again and again from the beginning:
+//!
+//! - kOS: connect, load a move, play it, 100 notifications of how far it is;
+//! - DMC: greet, upload the positions of 2 motors for 1000 frames in sections, then jog;
+//! - hoot: 100 questions for positions, each with its answer.
+//!
+//! The first column is a step on average, with the decoding of the frame that it took. The second one decodes the same
+//! frames and takes no step; where something else than a frame makes a step, it has nothing to do. Neither encodes.
+
+use std::hint::black_box;
+
+use benches::ratios::{Table, contender};
+use motion_core::machine::Machine;
+use motion_core::time::Millis;
+
+/// What happened to a machine: a frame came, or something else.
+enum Happened<I> {
+    Frame(Vec<u8>),
+    Else(I),
+}
+
+/// All that happens to a machine in an exchange, in its order.
+type Exchange<I> = Vec<(Millis, Happened<I>)>;
+
+fn main() {
+    let mut table = Table::new("steps of machines");
+    /// A row of a machine, where `input` makes of what happened what the machine takes.
+    macro_rules! row {
+        ($label:literal, $machine:expr, $exchange:expr, $input:path) => {
+            let step = |machine, now, happened: &_| Machine::step(machine, now, $input(happened));
+            row(&mut table, $label, &$machine, &$exchange, step, |happened| _ = black_box($input(happened)));
+        };
+    }
+    let (client, device) = kos::exchange();
+    row!("kOS client", kos::client(), client, kos::client_input);
+    row!("kOS device", kos::device(), device, kos::device_input);
+    let (host, device) = dmc::exchange();
+    row!("DMC host", dmc::host(), host, dmc::host_input);
+    row!("DMC device", dmc::device(), device, dmc::device_input);
+    let (master, node) = hoot::exchange();
+    row!("hoot master", hoot::master(), master, hoot::master_input);
+    row!("hoot node", hoot::node(), node, hoot::node_input);
+}
+
+fn row<M: Clone, I, Output>(
+    table: &mut Table,
+    label: &str,
+    first: &M,
+    exchange: &Exchange<I>,
+    step: impl Fn(M, Millis, &Happened<I>) -> (M, Output),
+    decode: impl Fn(&Happened<I>),
+) {
+    let (mut machine, mut left) = (Some(first.clone()), exchange.iter());
+    let steps = move || {
+        let (now, happened) = left.next().unwrap_or_else(|| {
+            (machine, left) = (Some(first.clone()), exchange.iter());
+            left.next().expect("something happens")
+        });
+        let taken = machine.take().expect("each step gives the next machine");
+        let (next, output) = step(taken, *now, black_box(happened));
+        machine = Some(next);
+        output
+    };
+    let mut all = exchange.iter().cycle();
+    let frames = move || {
+        if let Some((_, happened @ Happened::Frame(_))) = all.next() {
+            decode(black_box(happened));
+        }
+    };
+    table.row(label, vec![contender("step", steps), contender("decode", frames)]);
+}
+
+/// A client and a device, of which each meets the other's messages as a specification has them.
+mod kos {
+    use kos_proto::device::{self, DeviceMachine, Positions, Report, SessionId};
+    use kos_proto::host::{self, Command, Endpoint, HostMachine};
+    use kos_proto::message::{
+        AuxInputs, DeviceGUID, DeviceInfo, DeviceType, FirmwareVersion, MarkBeginPosition, MarkEndPosition,
+        MotorAddress, MotorEntry, MotorInfo, MotorInfos, MotorPlace, Normalized, Photos, PlaybackDirection,
+        PlaybackMode, PlaybackState, PlaybackStatus, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds,
+        SetupPlayback, SoftwareID, StartPlayback,
+    };
+    use kos_proto::plan::{Plan, Transport, Way};
+    use kos_proto::trajectory::{
+        Axis, Block, Blocks, DelayInterval, DelayMode, LoopCount, Playback, Point, Points, Segment, TimeLapse,
+        TrajectoryData,
+    };
+    use kos_proto::{DeviceMessage, Frame, HostMessage};
+    use motion_core::machine::Machine;
+    use motion_core::time::Millis;
+    use motion_core::wire::{Block16, Bool, Newer, Password};
+
+    use super::{Exchange, Happened};
+
+    const SESSION: SessionId = SessionId(0);
+    const PASSWORD: Password<'static> = Password(b"");
+
+    type ClientInput = host::Input<'static>;
+    type DeviceInput = device::Input<'static>;
+
+    pub(super) fn client() -> HostMachine {
+        HostMachine::new(host::Options::default())
+    }
+
+    pub(super) fn device() -> DeviceMachine {
+        DeviceMachine::new(device::Options::default().with_progress_every(Some(90)))
+    }
+
+    pub(super) fn client_input(happened: &Happened<ClientInput>) -> host::Input<'_> {
+        match happened {
+            Happened::Frame(bytes) => host::Input::Received(
+                Frame::decode(bytes).ok().and_then(|frame| DeviceMessage::decode(&frame).ok()).expect("a message"),
+            ),
+            Happened::Else(input) => *input,
+        }
+    }
+
+    pub(super) fn device_input(happened: &Happened<DeviceInput>) -> device::Input<'_> {
+        match happened {
+            Happened::Frame(bytes) => {
+                let frame = Frame::decode(bytes).expect("a message");
+                let message = HostMessage::decode(&frame).expect("with all its fields");
+                device::Input::Received { session: SESSION, message, password: PASSWORD }
+            }
+            Happened::Else(input) => *input,
+        }
+    }
+
+    pub(super) fn exchange() -> (Exchange<ClientInput>, Exchange<DeviceInput>) {
+        let exchanges = (of_client(), of_device());
+        let (mut client, mut device) = (client(), device());
+        for (now, happened) in &exchanges.0 {
+            client = client.step(*now, client_input(happened)).0;
+        }
+        assert_eq!(client.move_state().name(), "Running");
+        let mut told = 0;
+        for (now, happened) in &exchanges.1 {
+            let (next, output) = device.step(*now, device_input(happened));
+            (device, told) = (next, told + output.send.len());
+        }
+        assert!(device.playback().runs() && told > 100, "{:?}, {told} messages", device.playback());
+        exchanges
+    }
+
+    fn of_client() -> Exchange<ClientInput> {
+        let tail = &[][..];
+        let told = |message: DeviceMessage<'_>| {
+            let mut bytes = vec![0; message.encoded_len()];
+            message.encode_into(&mut bytes).expect("room for it");
+            Happened::Frame(bytes)
+        };
+        let state = |playback_status| {
+            let motors = [1, 2].map(|motor| MotorPlace::new(MotorAddress(motor), Rotations(0.5)));
+            told(DeviceMessage::PlaybackStatus(PlaybackStatus {
+                playback_status,
+                elapsed_time: Normalized(0.5),
+                photo_count: Some(Photos(0.0)),
+                motors: &motors.into_iter().collect::<Positions>(),
+                tail,
+            }))
+        };
+        let (speed, acceleration) = (RotationsPerSecond(100.0), RotationsPerSecondSquared(80.0));
+        let [zero, end] = [0.0, 8.0].map(Rotations);
+        let motors =
+            [1, 2].map(|motor| MotorEntry::new(MotorAddress(motor), zero, zero, end, speed, speed, acceleration));
+        let info = DeviceInfo {
+            device_type: DeviceType::SECOND_SHOOTER_PRO,
+            device_addr: 0,
+            playback_mode: PlaybackMode::LIVE_MOTION,
+            playback_status: PlaybackState::NO_MOVE,
+            firmware_version: FirmwareVersion([1, 0, 1, 5]),
+            network_id: 0,
+            hardware_id: 0,
+            device_password: PASSWORD,
+            aux_input_status: AuxInputs::default(),
+            delay_time_remaining: Seconds(0.0),
+            elapsed_time: Normalized(0.0),
+            photo_count: Newer(Some(0)),
+            tail,
+        };
+        let plan = Plan::of(&trajectory()).expect("a move that can be played");
+        let command = |command| Happened::Else(host::Input::Command(command));
+        let start = [
+            command(Command::Connect(Endpoint::Usb)),
+            Happened::Else(host::Input::Opened),
+            told(DeviceMessage::DeviceInfo(info)),
+            told(DeviceMessage::MotorInfo(MotorInfo { more: false, motors: MotorInfos::New(&motors), tail })),
+            told(DeviceMessage::DeviceGUID(DeviceGUID { guid: Block16(&[7; 16]), tail })),
+            told(DeviceMessage::SoftwareID(SoftwareID { platform: 4, tail })),
+            command(Command::Load { plan, way: Way::Forward, delay_return: false }),
+            state(PlaybackState::MOTORS_HOME),
+            state(PlaybackState::SETUP_COMPLETED),
+            command(Command::Play),
+        ];
+        let notifications = std::iter::repeat_with(|| state(PlaybackState::START_FORWARD)).take(100);
+        (1000..).step_by(10).map(Millis).zip(start.into_iter().chain(notifications)).collect()
+    }
+
+    fn of_device() -> Exchange<DeviceInput> {
+        let asked = |message: HostMessage<'_>| {
+            let mut bytes = vec![0; message.encoded_len()];
+            message.encode_into(&mut bytes).expect("room for it");
+            Happened::Frame(bytes)
+        };
+        let arrived =
+            |motor, place| Happened::Else(device::Input::Rig(Report::Arrived(MotorAddress(motor), Rotations(place))));
+        let (direction, start_time, tail) = (PlaybackDirection::FORWARD, Seconds(0.0), &[][..]);
+        let opened = device::Input::Opened { session: SESSION, transport: Transport::Tcp, password: PASSWORD };
+        let mut all = vec![Happened::Else(device::Input::Rig(Report::Started)), Happened::Else(opened)];
+        for motor in [1, 2] {
+            let motor_address = MotorAddress(motor);
+            all.push(arrived(motor, 0.0));
+            all.push(asked(HostMessage::MarkBeginPosition(MarkBeginPosition { motor_address, tail })));
+            all.push(arrived(motor, 8.0));
+            all.push(asked(HostMessage::MarkEndPosition(MarkEndPosition { motor_address, tail })));
+        }
+        all.push(asked(HostMessage::SetTrajectoryData(trajectory())));
+        let setup = SetupPlayback { direction, start_time, delay_return: Bool::FALSE, tail };
+        all.push(asked(HostMessage::SetupPlayback(setup)));
+        all.extend([arrived(1, 0.0), arrived(2, 0.0)]);
+        all.push(asked(HostMessage::StartPlayback(StartPlayback { direction, start_time, tail })));
+        all.extend(std::iter::repeat_with(|| Happened::Else(device::Input::Wake)).take(100));
+        (1000..).step_by(90).map(Millis).zip(all).collect()
+    }
+
+    /// A live move of ten seconds, of motors 1 and 2.
+    fn trajectory() -> TrajectoryData<'static> {
+        let playback = Playback {
+            playback_mode: PlaybackMode::LIVE_MOTION,
+            duration: Seconds(10.0),
+            rapid_reverse_duration: Seconds(10.0),
+            loop_after_rapid_reverse: LoopCount::NONE,
+            loop_after_reverse: LoopCount::NONE,
+            delay_mode: DelayMode::NONE,
+            delay_interval_bits: DelayInterval(0),
+            camera_roll_enabled: Bool::FALSE,
+            camera_roll_pre_delay: Seconds(0.0),
+            camera_roll_post_delay: Seconds(0.0),
+            flash_mark_enabled: 0,
+            flash_mark_type: 0,
+            flash_mark_post_delay: Seconds(0.0),
+            use_external_trigger: 0,
+            using_lanc: 0,
+            return_to_home_percent: Normalized(1.0),
+            tail: &[],
+        };
+        let none = Seconds(0.0);
+        let photos = TimeLapse {
+            delay: none,
+            exposure: none,
+            move_photos: 0,
+            not_used: 0,
+            pre_move_photos: 0,
+            post_move_photos: 0,
+            tail: &[],
+        };
+        let mut blocks = vec![Block::Playback(playback), Block::TimeLapse(photos)];
+        for motor_address in [1, 2].map(MotorAddress) {
+            let points = Points([0.0, 0.25, 0.75, 1.0].map(|part| Point::new(part, part)));
+            blocks.push(Block::Axis(Axis { motor_address, segment_count: 1, tail: &[] }));
+            blocks.push(Block::Segment(Segment { motor_address, segment_number: 0, points, tail: &[] }));
+        }
+        TrajectoryData { blocks: Blocks::encode(&blocks, vec![0; 1024].leak()).expect("room for it"), tail: &[] }
+    }
+}
+
+/// A host and a device on a good line.
+mod dmc {
+    use dmc_proto::device::{self, DeviceMachine, Rig};
+    use dmc_proto::host::{self, Command, Event, HostMachine, Name, Outcome, Token};
+    use dmc_proto::message::{
+        AckCode, Capabilities, FrameNumber, Hi, JogSpeed, Motor, MotorJog, Motors, RtUploadMoveBegin, Steps,
+    };
+    use dmc_proto::upload::{MoveSource, SCRATCH, Section, SectionSize};
+    use dmc_proto::{Frame, HostMessage};
+    use motion_core::machine::Machine;
+    use motion_core::time::Millis;
+
+    use super::{Exchange, Happened};
+
+    type HostInput = host::Input<'static>;
+    type DeviceInput = device::Input<'static>;
+
+    const FRAMES: u32 = 1000;
+    const MESSAGES: [HostMessage<'static>; 2] = [
+        HostMessage::RtUploadMoveBegin(RtUploadMoveBegin {
+            start_frame: FrameNumber(1),
+            end_frame: FrameNumber(FRAMES.cast_signed()),
+            tail: &[],
+        }),
+        HostMessage::MotorJog(MotorJog {
+            motor: Motor(1),
+            speed: JogSpeed::FULL,
+            destination: Steps(i32::MAX),
+            tail: &[],
+        }),
+    ];
+
+    pub(super) fn host() -> HostMachine {
+        HostMachine::new(host::Options::default())
+    }
+
+    pub(super) fn device() -> DeviceMachine {
+        let hi = device::Options::default().hi;
+        let capabilities = Capabilities::REAL_TIME;
+        DeviceMachine::new(device::Options::of(Hi { motor_count: 2, upload_frame_count: FRAMES, capabilities, ..hi }))
+    }
+
+    pub(super) fn host_input(happened: &Happened<HostInput>) -> host::Input<'_> {
+        match happened {
+            Happened::Frame(bytes) => host::Input::frame(&Frame::decode(bytes).expect("a frame")),
+            Happened::Else(input) => *input,
+        }
+    }
+
+    pub(super) fn device_input(happened: &Happened<DeviceInput>) -> device::Input<'_> {
+        match happened {
+            Happened::Frame(bytes) => device::Input::frame(&Frame::decode(bytes).expect("a frame"), |_| AckCode::OK),
+            Happened::Else(input) => *input,
+        }
+    }
+
+    pub(super) fn exchange() -> (Exchange<HostInput>, Exchange<DeviceInput>) {
+        let [begin, jog] = MESSAGES;
+        let mut recorder =
+            Recorder { host: host(), device: device(), now: 1000, of_host: vec![], of_device: vec![], done: vec![] };
+        for input in [
+            host::Input::LinkUp,
+            host::Input::Command(Command::Configured),
+            host::Input::Command(Command::Sequence(Token(0), begin)),
+            host::Input::Command(Command::Request(Token(1), jog)),
+        ] {
+            recorder.tell_host(Happened::Else(input));
+        }
+        assert_eq!(recorder.done, [(Token(0), Outcome::Finished), (Token(1), Outcome::Acknowledged)]);
+        assert!(recorder.host.is_loaded() == Some(true) && recorder.device.is_loaded());
+        (recorder.of_host, recorder.of_device)
+    }
+
+    /// The move, and the rig.
+    struct Ramp;
+
+    impl MoveSource for Ramp {
+        fn start_frame(&self) -> FrameNumber {
+            FrameNumber(1)
+        }
+
+        fn frame_count(&self) -> u32 {
+            FRAMES
+        }
+
+        fn motors(&self) -> Motors {
+            Motors(3)
+        }
+
+        fn position(&self, motor: Motor, index: u32) -> Steps {
+            Steps(i32::from(motor.0) * index.cast_signed())
+        }
+    }
+
+    impl Rig for Ramp {
+        fn position(&self, _: Motor) -> Steps {
+            Steps(0)
+        }
+    }
+
+    struct Recorder {
+        host: HostMachine,
+        device: DeviceMachine,
+        now: u64,
+        of_host: Exchange<HostInput>,
+        of_device: Exchange<DeviceInput>,
+        done: Vec<(Token, Outcome)>,
+    }
+
+    impl Recorder {
+        fn tell_host(&mut self, happened: Happened<HostInput>) {
+            self.now += 1;
+            let (host, output) = self.host.clone().step(Millis(self.now), host_input(&happened));
+            self.host = host;
+            self.of_host.push((Millis(self.now), happened));
+            for event in &output.events {
+                if let Event::Done(token, outcome) = *event {
+                    self.done.push((token, outcome));
+                }
+            }
+            for send in output.send {
+                let mut scratch = [0; SCRATCH];
+                let message = send.message(|name| match name {
+                    Name::Message(token) => MESSAGES[token.0 as usize],
+                    Name::Section(section) => section.message(&Ramp, &mut scratch),
+                });
+                let mut frame = vec![0; message.encoded_len()];
+                message.encode_into(send.id, &mut frame).expect("room for it");
+                self.tell_device(Happened::Frame(frame));
+            }
+            for event in output.events {
+                if let Event::NextSection(behind) = event {
+                    let size = SectionSize::of(200);
+                    let next = behind.map_or_else(|| Section::first(&Ramp, size), |section| section.next(&Ramp, size));
+                    self.tell_host(Happened::Else(host::Input::Section(next)));
+                }
+            }
+        }
+
+        fn tell_device(&mut self, happened: Happened<DeviceInput>) {
+            self.now += 1;
+            let (device, output) = self.device.clone().step(Millis(self.now), device_input(&happened));
+            self.device = device;
+            self.of_device.push((Millis(self.now), happened));
+            for event in output.events {
+                if let device::Event::Store(store) = event {
+                    self.tell_device(Happened::Else(device::Input::Stored(store, AckCode::OK)));
+                }
+            }
+            for send in output.send {
+                let mut scratch = device::Scratch::default();
+                let message = send.message(&Ramp, &mut scratch);
+                let mut frame = vec![0; message.encoded_len()];
+                message.encode_into(send.id, &mut frame).expect("room for it");
+                self.tell_host(Happened::Frame(frame));
+            }
+        }
+    }
+}
+
+/// A master and a node on a good line.
+mod hoot {
+    use hoot_proto::device::{self, DeviceMachine, Port};
+    use hoot_proto::frame::MAX_FRAME;
+    use hoot_proto::host::{self, Command, Event, HostMachine, Nodes, Outcome, Request, Token};
+    use hoot_proto::message::{Motor, MotorPosition};
+    use hoot_proto::{Address, DeviceMessage, Frame, HostMessage};
+    use motion_core::machine::Machine;
+    use motion_core::time::Millis;
+
+    use super::{Exchange, Happened};
+
+    type MasterInput = host::Input<'static>;
+    type NodeInput = device::Input<'static>;
+
+    pub(super) fn master() -> HostMachine {
+        let nodes = Nodes::new().with(Address::DEFAULT).expect("room for one");
+        HostMachine::new(host::Options::default(), nodes)
+    }
+
+    pub(super) fn node() -> DeviceMachine {
+        DeviceMachine::new(device::Options::default())
+    }
+
+    pub(super) fn master_input(happened: &Happened<MasterInput>) -> host::Input<'_> {
+        match happened {
+            Happened::Frame(bytes) => {
+                host::Input::Received(DeviceMessage::decode(&Frame::decode(bytes).expect("a packet")))
+            }
+            Happened::Else(input) => *input,
+        }
+    }
+
+    pub(super) fn node_input(happened: &Happened<NodeInput>) -> device::Input<'_> {
+        match happened {
+            Happened::Frame(bytes) => {
+                let frame = Frame::decode(bytes).expect("a packet");
+                let (to, message) = (frame.address(), HostMessage::decode(&frame));
+                device::Input::Received { port: Port::Bus, to, message }
+            }
+            Happened::Else(input) => *input,
+        }
+    }
+
+    pub(super) fn exchange() -> (Exchange<MasterInput>, Exchange<NodeInput>) {
+        let (mut master, mut node) = (master(), node());
+        let (mut of_master, mut of_node) = (vec![(Millis(1000), Happened::Else(host::Input::LinkUp))], vec![]);
+        master = master.step(Millis(1000), host::Input::LinkUp).0;
+        for number in 0..100 {
+            let now = Millis(2000).after(u64::from(number) * 500);
+            let message = HostMessage::MotorPosition(MotorPosition { motor: Motor::Two });
+            let request = Request { token: Token(number), to: Address::DEFAULT, message };
+            let asked = Happened::Else(host::Input::Command(Command::Request(request)));
+            let (next, output) = master.step(now, master_input(&asked));
+            of_master.push((now, asked));
+            let mut packet = [0; MAX_FRAME];
+            let len = output.send[0].encode_into(&mut packet).expect("room for it");
+            let question = Happened::Frame(packet[..len].to_vec());
+            let (next_node, output) = node.step(now, node_input(&question));
+            of_node.push((now, question));
+            let len = output.send[0].answer.encode_into(&mut packet).expect("room for it");
+            let answer = Happened::Frame(packet[..len].to_vec());
+            let (next, output) = next.step(now.after(20), master_input(&answer));
+            of_master.push((now.after(20), answer));
+            let is_end = |event: &Event| matches!(event, Event::Ended { token, outcome: Outcome::Done(_) } if *token == Token(number));
+            assert!(output.events.iter().any(is_end), "{output:?}");
+            (master, node) = (next, next_node);
+        }
+        (of_master, of_node)
+    }
+}

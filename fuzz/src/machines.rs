@@ -1,0 +1,206 @@
+//! What the targets of the machines share: bytes as decisions, a machine that is watched, a line that is not always good.
+//!
+//! An input is a list of steps: how the clock goes, what happens, and what that needs. So fuzzers can cut out and join
+//! steps, and whoever reads an input behind its end finds zeros.
+
+use std::collections::{HashSet, VecDeque};
+use std::fmt::Debug;
+use std::hash::Hash;
+
+use motion_core::machine::{Machine, Output};
+use motion_core::time::Millis;
+use motion_core::wire::{DecodeError, Messages};
+
+/// Steps of an input; what follows them is left alone.
+pub const STEPS: usize = 1000;
+/// Bytes of the longest text that a state or an output is printed to.
+const MAX_TEXT: usize = 1 << 16;
+/// Frames that a line holds; what is more is lost.
+const MAX_LINE: usize = 64;
+
+/// An input that is read from its front.
+pub struct Bytes<'i>(&'i [u8]);
+
+impl<'i> Bytes<'i> {
+    /// Begins with an input.
+    pub const fn new(input: &'i [u8]) -> Self {
+        Self(input)
+    }
+
+    /// Whether all is read.
+    pub const fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The next byte.
+    pub fn byte(&mut self) -> u8 {
+        self.few::<1>()[0]
+    }
+
+    /// Whether the next byte is odd.
+    pub fn flag(&mut self) -> bool {
+        self.byte() % 2 == 1
+    }
+
+    /// The next bytes of a number.
+    pub fn few<const N: usize>(&mut self) -> [u8; N] {
+        let taken = self.take(N);
+        std::array::from_fn(|at| taken.get(at).copied().unwrap_or(0))
+    }
+
+    /// As many bytes as the next two say, if there are so many.
+    pub fn some(&mut self) -> &'i [u8] {
+        let len = u16::from_le_bytes(self.few());
+        self.take(len.into())
+    }
+
+    /// One of several.
+    pub fn one_of<T: Copy>(&mut self, all: &[T]) -> T {
+        all[usize::from(self.byte()) % all.len()]
+    }
+
+    /// A number of a motor, a speed, a place: those that mean something more often than others.
+    pub fn float(&mut self) -> f32 {
+        match self.byte() {
+            small @ 0..200 => f32::from(small.cast_signed()) / 4.0,
+            200..210 => 25_000.0,
+            _ => f32::from_be_bytes(self.few()),
+        }
+    }
+
+    /// A message of one side, or its number and what is missing.
+    pub fn message<M: Messages<'i>>(&mut self) -> Result<M, (u32, DecodeError)> {
+        let number = match usize::from(self.byte()) {
+            known if known < 250 => M::ALL[known % M::ALL.len()].number,
+            _ => u32::from_le_bytes(self.few()),
+        };
+        let len = self.byte();
+        M::decode_body(number, self.take(len.into())).map_err(|error| (number, error))
+    }
+
+    /// Where the clock goes: mostly nowhere, on for a while, or to a moment at which somebody wants to be woken.
+    pub fn clock(&mut self, now: Millis, wakes: [Option<Millis>; 2]) -> Millis {
+        let wake = wakes.into_iter().flatten().min().unwrap_or(now).max(now);
+        match self.byte() % 16 {
+            0..5 => now,
+            5..7 => now.after(self.byte().into()),
+            7..9 => now.after(u64::from(self.byte()) * 256),
+            9..12 => wake,
+            12 => wake.after(u64::from(self.byte()) * 16),
+            13 => Millis(wake.0.saturating_sub(1)).max(now),
+            14 => now.after(1 << 50),
+            _ => Millis(now.0.saturating_sub(u64::from(self.byte()) * 16)),
+        }
+    }
+
+    fn take(&mut self, len: usize) -> &'i [u8] {
+        let (taken, rest) = self.0.split_at(len.min(self.0.len()));
+        self.0 = rest;
+        taken
+    }
+}
+
+/// A machine, and when it wants to be woken.
+pub struct Watched<M> {
+    /// The machine.
+    pub machine: M,
+    /// When it wants to be woken.
+    pub wake: Option<Millis>,
+}
+
+impl<M> Watched<M> {
+    /// Watches a machine from its beginning.
+    pub const fn new(machine: M) -> Self {
+        Self { machine, wake: None }
+    }
+
+    /// Takes a step, if all laws hold: also that nothing is left to do at this moment, so that to wake it once more, with
+    /// `wake`, changes nothing.
+    pub fn step<Send, Event, const SENDS: usize, const EVENTS: usize>(
+        &mut self,
+        now: Millis,
+        input: M::Input<'_>,
+        wake: M::Input<'_>,
+    ) -> M::Output
+    where
+        M: Machine<Output = Output<Send, Event, SENDS, EVENTS>> + Clone + Eq + Hash + Debug,
+        for<'a> M::Input<'a>: Copy,
+        Send: Eq + Hash + Debug,
+        Event: Eq + Hash + Debug,
+    {
+        let (machine, output) = laws::machine::step(self.machine.clone(), now, input);
+        let (woken, quiet) = laws::machine::step(machine.clone(), now, wake);
+        assert!(quiet.is_quiet(), "something is left to do: {quiet:?}");
+        let (again, quiet) = laws::machine::step(woken.clone(), now, wake);
+        assert!(quiet.is_quiet() && again == woken, "to wake it twice changes it: {quiet:?}");
+        (self.machine, self.wake) = (machine, output.wake);
+        if !output.is_quiet() {
+            print(&output);
+        }
+        output
+    }
+}
+
+/// Prints a state or an output, which ends within its bound.
+pub fn print(value: &impl Debug) {
+    let len = format!("{value:?}").len();
+    assert!(len <= MAX_TEXT, "{len} bytes of text");
+}
+
+/// Frames on their way in one direction. None overtakes another.
+#[derive(Default)]
+pub struct Line(VecDeque<Vec<u8>>);
+
+impl Line {
+    /// Puts a frame on its way.
+    pub fn put(&mut self, frame: &[u8]) {
+        if self.0.len() < MAX_LINE {
+            self.0.push_back(frame.to_vec());
+        }
+    }
+
+    /// What arrives next: the frame, as it was sent or with a wrong bit, and perhaps again later; or nothing.
+    pub fn take(&mut self, bytes: &mut Bytes<'_>) -> Option<Vec<u8>> {
+        let mut frame = self.0.pop_front()?;
+        match bytes.byte() % 16 {
+            0 => return None,
+            1 => self.0.push_front(frame.clone()),
+            2 => {
+                let (at, bit) = (usize::from(bytes.byte()) % frame.len(), bytes.byte() % 8);
+                frame[at] ^= 1 << bit;
+            }
+            _ => {}
+        }
+        Some(frame)
+    }
+
+    /// All that is on its way is lost.
+    pub fn cut(&mut self) {
+        self.0.clear();
+    }
+}
+
+/// What was asked for and has not come to its end: each ends once.
+#[derive(Default)]
+pub struct Tokens {
+    last: u32,
+    open: HashSet<u32>,
+}
+
+impl Tokens {
+    /// A token that nobody has, for something that begins.
+    pub fn begin(&mut self) -> u32 {
+        self.last += 1;
+        self.open.insert(self.last);
+        self.last
+    }
+
+    /// Something has come to its end.
+    ///
+    /// # Panics
+    ///
+    /// If it never began, or has ended before.
+    pub fn end(&mut self, token: u32) {
+        assert!(self.open.remove(&token), "{token} ends, and is not open");
+    }
+}
