@@ -87,7 +87,7 @@ impl HostMachine {
             HostMessage::BroadcastPause(_) => HostMessage::Pause(Pause {}),
             _ => HostMessage::Stop(StopMessage {}),
         };
-        let nodes = self.nodes;
+        let nodes = self.options.nodes;
         if nodes.as_slice().is_empty() {
             self.emergency_stop(output);
         }
