@@ -147,10 +147,11 @@ impl HostMachine {
     }
 
     /// A stop was refused, or nobody answered it.
-    pub(super) fn not_stopped(&mut self, output: &mut Output, stop: &Stop, was_refused: bool) {
+    pub(super) fn not_stopped(&mut self, output: &mut Output, stop: &Stop) {
         output.event(Event::StopNotConfirmed { node: Some(stop.to) });
-        // Firmware refuses the controller's stop in joystick mode, but not those of its motors (safety decision 2).
-        if was_refused && stop.message == HostMessage::Stop(StopMessage {}) {
+        // Firmware refuses the controller's stop in joystick mode, but not those of its motors (safety decision 2); and
+        // through a bridge that looks like silence.
+        if stop.message == HostMessage::Stop(StopMessage {}) {
             for motor in Motor::ALL {
                 self.add_stop(output, stop.to, HostMessage::MotorStop(MotorStop { motor }), None);
             }
