@@ -110,7 +110,8 @@ impl HostMachine {
         if self.emergency.is_some() {
             self.send_emergency(now, output);
         }
-        if self.emergency.is_some() || self.line != Line::Idle {
+        // An emergency stop that goes on has sent something.
+        if self.line != Line::Idle {
             return;
         }
         let next = self.turn.next().into_iter().find_map(|turn| self.take(now, turn).map(|job| (turn, job)));
