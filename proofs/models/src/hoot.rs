@@ -31,6 +31,10 @@ pub enum Wish {
     Speed(Motor, StepsPerSecond),
     /// It stops everything.
     EmergencyStop,
+    /// It gives up an emergency stop.
+    EndEmergency,
+    /// It keeps the node alive from then on.
+    KeepAlive,
     /// The master's line goes, with what is on it.
     LinkDown,
     /// It comes back.
@@ -250,7 +254,7 @@ impl Hoot {
         if let HostMessage::ReturnHome(_) = message {
             world.homing = world.rig.map(|way| way == Way::Going(Some(Steps(0))));
         }
-        world.obeys(&message);
+        world.obeys(&message, self.node.quirks.refuses_stop);
         world.node_is_right();
     }
 
@@ -275,6 +279,11 @@ impl Hoot {
     }
 
     fn wish(&self, world: &mut World, at: usize) {
+        let is_waiting = world.host.state() == host::State::Waiting;
+        if let (Flaw::Polite, Wish::Request(HostMessage::Stop(_)), true) = (self.flaw, self.wishes[at], is_waiting) {
+            self.expect_stop(world);
+            return;
+        }
         world.used |= 1 << at;
         let command = match self.wishes[at] {
             Wish::Request(message) => {
@@ -293,6 +302,12 @@ impl Hoot {
                 }
                 Command::EmergencyStop
             }
+            Wish::EndEmergency => {
+                // Before its first packet, that is what the application wants.
+                world.stop_due = None;
+                Command::EndEmergency
+            }
+            Wish::KeepAlive => Command::KeepAlive { to: NODE, on: true },
             Wish::LinkDown => {
                 world.to_node.cut();
                 world.to_host.cut();
@@ -313,9 +328,6 @@ impl Hoot {
                 return;
             }
         };
-        if self.flaw == Flaw::Polite && world.host.state() == host::State::Waiting && command_is_stop(&command) {
-            return;
-        }
         self.host(world, NOW, host::Input::Command(command));
     }
 
@@ -340,16 +352,13 @@ impl Hoot {
 
     fn may(&self, world: &World, wish: Wish) -> bool {
         match wish {
+            Wish::EndEmergency => world.host.stopping() != StopState::Calm,
             Wish::LinkDown => world.is_up(),
             Wish::LinkUp => !world.is_up(),
             Wish::Fault(motor) => world.rig[place(motor)] != Way::Resting,
             _ => true,
         }
     }
-}
-
-fn command_is_stop(command: &Command) -> bool {
-    matches!(command, Command::Request(request) if request.message.is_stop())
 }
 
 impl Model for Hoot {
@@ -390,7 +399,9 @@ impl Model for Hoot {
         }
         let wishes = self.wishes.iter().enumerate();
         actions.extend(
-            wishes.filter(|(at, wish)| world.used & 1 << at == 0 && self.may(world, **wish)).map(|(at, _)| Action::Wish(at)),
+            wishes
+                .filter(|(at, wish)| world.used & 1 << at == 0 && self.may(world, **wish))
+                .map(|(at, _)| Action::Wish(at)),
         );
         actions.extend(world.to_node.fates().map(Action::ToNode));
         actions.extend(world.to_host.fates().map(Action::ToHost));

@@ -62,10 +62,12 @@ impl World {
         matches!(self.node.program().state(), ProgramState::Delay | ProgramState::Running)
     }
 
-    /// The node has got a message.
-    pub(super) fn obeys(&mut self, message: &HostMessage<'_>) {
+    /// The node has got a message; `refuses` says that it copies firmware, which refuses its stop in joystick mode.
+    pub(super) fn obeys(&mut self, message: &HostMessage<'_>, refuses: bool) {
+        let is_refused = refuses && self.node.controller().joystick_mode && matches!(message, HostMessage::Stop(_));
         // A program would set the motor in motion again, whichever is stopped.
-        if is_stop(message) && !(self.rests_after(message) && !self.program_is_going()) {
+        let obeys = self.rests_after(message) && !self.program_is_going();
+        if is_stop(message) && !is_refused && !obeys {
             self.break_rule(Broken::StopDisobeyed);
         }
     }
@@ -126,7 +128,8 @@ impl Hoot {
                 _ => {}
             }
         }
-        let motions = self.requests().filter(|(at, message)| is_motion(message) && world.open & world.sent & 1 << at != 0);
+        let motions =
+            self.requests().filter(|(at, message)| is_motion(message) && world.open & world.sent & 1 << at != 0);
         if motions.count() > 1 {
             world.break_rule(Broken::TwoMotions);
         }
