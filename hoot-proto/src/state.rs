@@ -1,5 +1,7 @@
 //! States of machines as data, so that pictures and tests can name all of them, and how machines are printed.
 
+use motion_core::time::Millis;
+
 /// Makes an enum of states with the list of them and their names.
 macro_rules! states {
     ($(
@@ -37,3 +39,8 @@ macro_rules! debug {
     )*};
 }
 pub(crate) use debug;
+
+/// A moment, on a clock that was set back.
+pub(crate) const fn set_back(moment: Millis, by: u64) -> Millis {
+    Millis(moment.0.saturating_sub(by))
+}

@@ -4,7 +4,7 @@ use motion_core::time::Millis;
 
 use super::{Event, Output};
 use crate::message::{Milliseconds, ShortMilliseconds, ShortShots};
-use crate::state::{debug, states};
+use crate::state::{debug, set_back, states};
 
 states! {
     /// What the camera does. It is busy in all but the first. Source: hoot, section 4.4.
@@ -83,6 +83,10 @@ impl CameraUnit {
     #[must_use]
     pub fn is_busy(&self) -> bool {
         self.state != CameraState::Idle
+    }
+
+    pub(super) fn set_back(&mut self, by: u64) {
+        self.until = self.until.map(|until| set_back(until, by));
     }
 
     /// When something is due.

@@ -4,7 +4,7 @@ use motion_core::time::Millis;
 
 use super::{AltOut, DeviceMachine, Event, Motion, MotorState, MotorUnit, Output};
 use crate::message::{AltMode, CommonLine, ProgramMode};
-use crate::state::{debug, states};
+use crate::state::{debug, set_back, states};
 
 states! {
     /// Whether the planned move runs. Source: hoot, section 4.2.
@@ -80,6 +80,15 @@ impl Program {
     #[must_use]
     pub fn run_time(&self, now: Millis) -> u64 {
         self.ran.saturating_add(self.since.map_or(0, |since| now.since(since)))
+    }
+
+    /// What it ran before the clock begins, it has run.
+    pub(super) fn set_back(&mut self, by: u64) {
+        let before = self.since.map_or(0, |since| by.saturating_sub(since.0));
+        self.ran = self.ran.saturating_add(before);
+        for moment in [&mut self.since, &mut self.until, &mut self.next] {
+            *moment = moment.map(|moment| set_back(moment, by));
+        }
     }
 
     /// When it will have run so long; never, while its clock stands.

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::frame::Address;
 use crate::message::{AltMode, Amperes, Direction, Level, Motor, RingTip, Volts};
-use crate::state::debug;
+use crate::state::{debug, set_back};
 
 /// A node. [`Options`] say what it is; [`Machine::step`] takes what happened.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -54,6 +54,18 @@ impl DeviceMachine {
             limits: RingTip::default(),
             supply: <(Volts, Amperes)>::default(),
         }
+    }
+
+    /// The same node, on a clock that was set back by so many milliseconds: for clocks that do not last, and to compare
+    /// what differs by its age alone. What was due before the clock begins is due when it begins.
+    #[must_use]
+    pub fn set_back(mut self, by: u64) -> Self {
+        self.program.set_back(by);
+        self.camera.set_back(by);
+        for moment in [&mut self.heard_until, &mut self.deaf_until] {
+            *moment = moment.map(|moment| set_back(moment, by));
+        }
+        self
     }
 
     /// Its address at a port.

@@ -8,7 +8,7 @@ use super::{Dropped, Event, Failure, HostMachine, Outcome, Output, Received, Req
 use crate::frame::{Address, Selector, Table};
 use crate::message::{DeviceMessage, HostMessage, Reply};
 use crate::query::Query;
-use crate::state::states;
+use crate::state::{set_back, states};
 
 states! {
     /// What the master does with the line. Source: hoot, section 5.
@@ -87,6 +87,15 @@ impl Line {
             Self::Waiting(_) => State::Waiting,
             Self::Settling(_) => State::Settling,
             Self::Quiet(_) => State::Quiet,
+        }
+    }
+
+    pub(super) const fn set_back(self, by: u64) -> Self {
+        match self {
+            Self::Offline | Self::Idle => self,
+            Self::Waiting(waiting) => Self::Waiting(Waiting { until: set_back(waiting.until, by), ..waiting }),
+            Self::Settling(until) => Self::Settling(set_back(until, by)),
+            Self::Quiet(until) => Self::Quiet(set_back(until, by)),
         }
     }
 

@@ -9,7 +9,7 @@ use super::line::{Job, Line};
 use super::stops::Stops;
 use super::stream::{KeptNodes, Speed};
 use super::{Dropped, Event, Input, MAX_QUEUE, MAX_SPEEDS, Nodes, Options, Output, Request, State};
-use crate::state::debug;
+use crate::state::{debug, set_back};
 
 /// Whose turn it was: nobody waits for ever, however much the others want.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -63,6 +63,18 @@ impl HostMachine {
             kept: KeptNodes::new(),
             emergency: None,
         }
+    }
+
+    /// The same master, on a clock that was set back by so many milliseconds: for clocks that do not last, and to
+    /// compare what differs by its age alone. What was due before the clock begins is due when it begins.
+    #[must_use]
+    pub fn set_back(mut self, by: u64) -> Self {
+        self.line = self.line.set_back(by);
+        self.free_at = self.free_at.map(|free| set_back(free, by));
+        for kept in &mut self.kept {
+            kept.set_back(by);
+        }
+        self
     }
 
     /// What it does with the line.

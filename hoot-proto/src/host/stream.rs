@@ -8,6 +8,7 @@ use crate::frame::{Address, Table};
 use crate::message::{
     HostMessage, JoystickMode, Motor, MotorSetContinuousSpeed, MotorStop, ResponseCode, StepsPerSecond,
 };
+use crate::state::set_back;
 
 /// The next speed of a motor.
 #[expect(clippy::struct_field_names, reason = "the field of the command is called so")]
@@ -40,6 +41,12 @@ pub(super) const fn keep_alive(to: Address) -> Send {
 pub(super) struct Kept {
     to: Address,
     due: Millis,
+}
+
+impl Kept {
+    pub(super) const fn set_back(&mut self, by: u64) {
+        self.due = set_back(self.due, by);
+    }
 }
 
 pub(super) type KeptNodes = ArrayVec<Kept, MAX_KEPT>;

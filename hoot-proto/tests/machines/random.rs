@@ -693,3 +693,12 @@ fn time_may_stand_still_or_go_backwards() {
     assert_eq!(sent(&master.pass(1060)), [(1060, STOP)]);
     assert_eq!(Millis(0).since(Millis(5)), 0);
 }
+
+#[test]
+fn a_program_keeps_its_run_time_on_a_clock_that_was_set_back() {
+    let mut node = Node::ready();
+    node.ok(START);
+    node.pass(500);
+    let young = node.machine.clone().set_back(1300);
+    assert_eq!((node.machine.program().run_time(Millis(1500)), young.program().run_time(Millis(200))), (500, 500));
+}

@@ -6,12 +6,16 @@ use hoot_proto::message::{self, HostMessage, Value};
 use hoot_proto::message::{DeviceMessage, Motor, Reply, ResponseCode, Steps, StepsPerSecond};
 use hoot_proto::query::{AnyQuery, IntoReply, Profile};
 use hoot_proto::{Address, Query};
+use motion_core::machine::Machine;
 use motion_core::time::Millis;
 use motion_core::wire::Bool;
 
 pub(crate) const NODE: Address = Address::DEFAULT;
 pub(crate) const YES: Bool = Bool::TRUE;
 pub(crate) const NO: Bool = Bool::FALSE;
+
+/// How far clocks are set back, to see that nothing else changes. No test waits for a moment before that.
+const EARLIER: u64 = 500;
 
 /// A node, at a moment.
 #[derive(Clone, Debug)]
@@ -43,6 +47,12 @@ impl Node {
 
     pub(crate) fn step(&mut self, input: device::Input<'_>) -> device::Output {
         let (machine, output) = laws::machine::step(self.machine.clone(), Millis(self.now), input);
+        if self.now >= EARLIER {
+            let (other, same) = self.machine.clone().set_back(EARLIER).step(Millis(self.now - EARLIER), input);
+            assert_eq!(other, machine.clone().set_back(EARLIER), "the same on a clock that was set back");
+            assert_eq!((same.send, same.events), (output.send.clone(), output.events.clone()));
+            assert_eq!(same.wake, output.wake.map(|wake| Millis(wake.0 - EARLIER)));
+        }
         self.machine = machine;
         self.wake = output.wake.map(|wake| wake.0);
         output
@@ -168,6 +178,12 @@ impl Master {
 
     pub(crate) fn step(&mut self, input: host::Input<'_>) -> host::Output {
         let (machine, output) = laws::machine::step(self.machine.clone(), Millis(self.now), input);
+        if self.now >= EARLIER {
+            let (other, same) = self.machine.clone().set_back(EARLIER).step(Millis(self.now - EARLIER), input);
+            assert_eq!(other, machine.clone().set_back(EARLIER), "the same on a clock that was set back");
+            assert_eq!((same.send, same.events), (output.send.clone(), output.events.clone()));
+            assert_eq!(same.wake, output.wake.map(|wake| Millis(wake.0 - EARLIER)));
+        }
         self.machine = machine;
         self.wake = output.wake.map(|wake| wake.0);
         output

@@ -45,6 +45,16 @@ impl<Message: Clone> Line<Message> {
         self.messages.extend(messages);
     }
 
+    /// Those on their way, in their order, with whatever the model keeps beside them.
+    pub fn iter(&self) -> impl Iterator<Item = &Message> {
+        self.messages.iter()
+    }
+
+    /// The same, to be changed.
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut Message> {
+        self.messages.iter_mut()
+    }
+
     /// How many are on their way.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -1,0 +1,242 @@
+//! hoot, explored: `cargo test --test hoot -- --nocapture` prints how many states there were.
+
+use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::time::Instant;
+
+use hoot_proto::HostMessage;
+use hoot_proto::device::{self, Quirks};
+use hoot_proto::host;
+use hoot_proto::message::{
+    self, Direction, Motor, MotorMove, MotorRun, MotorSetContinuousSpeed, MotorSetEnable, MotorSetProgramStop,
+    MotorSetSleep, MotorSetTravel, MotorStop, Span, StepCount, Steps, StepsPerSecond,
+};
+use models::hoot::{Flaw, Hoot, Wish, World};
+use models::line::Faults;
+use motion_core::wire::Bool;
+use stateright::{Checker, HasDiscoveries, Model};
+
+const DONE: &str = "a request is done";
+const SILENCE: &str = "a silence is told";
+const REFUSED: &str = "a refusal is told";
+const CONFIRMED: &str = "an emergency stop is confirmed";
+const UNSURE: &str = "a stop is not confirmed";
+const NOBODYS: &str = "a reply is nobody's";
+const ARRIVED: &str = "a motor arrives";
+const ENDED: &str = "a program ends";
+
+const GOOD: Faults = Faults { lost: 0, corrupt: 0, doubled: 0 };
+const START: Wish = Wish::Request(HostMessage::Start(message::Start {}));
+const STOP: Wish = Wish::Request(HostMessage::Stop(message::Stop {}));
+const PAUSE: Wish = Wish::Request(HostMessage::Pause(message::Pause {}));
+const HOME: Wish = Wish::Request(HostMessage::ReturnHome(message::ReturnHome {}));
+const STATUS: Wish = Wish::Request(HostMessage::RunStatus(message::RunStatus {}));
+const POWER_CYCLED: Wish = Wish::Request(HostMessage::PowerCycled(message::PowerCycled {}));
+
+fn move_by(motor: Motor, steps: u32) -> Wish {
+    let (direction, steps) = (Direction(1), StepCount(steps));
+    Wish::Request(HostMessage::MotorMove(MotorMove { motor, direction, steps }))
+}
+
+fn run(motor: Motor) -> Wish {
+    Wish::Request(HostMessage::MotorRun(MotorRun { motor, direction: Direction(0) }))
+}
+
+fn stop(motor: Motor) -> Wish {
+    Wish::Request(HostMessage::MotorStop(MotorStop { motor }))
+}
+
+/// A node with two motors that can move, and with a program of one step for the second.
+fn hoot(wishes: &[Wish]) -> Hoot {
+    let on = |motor| {
+        let speed = StepsPerSecond(500.0);
+        [
+            HostMessage::MotorSetEnable(MotorSetEnable { motor, enable: Bool::TRUE }),
+            HostMessage::MotorSetContinuousSpeed(MotorSetContinuousSpeed { motor, speed }),
+            HostMessage::MotorSetSleep(MotorSetSleep { motor, sleep: Bool::FALSE }),
+        ]
+    };
+    let motor = Motor::Two;
+    let plan = [
+        HostMessage::MotorSetProgramStop(MotorSetProgramStop { motor, position: Steps(10) }),
+        HostMessage::MotorSetTravel(MotorSetTravel { motor, travel: Span(1) }),
+    ];
+    Hoot {
+        options: host::Options::default(),
+        node: device::Options::default(),
+        setup: [on(Motor::One), on(Motor::Two)].concat().into_iter().chain(plan).collect(),
+        wishes: wishes.to_vec(),
+        requests: GOOD,
+        replies: GOOD,
+        delay: 100,
+        late: 0,
+        flaw: Flaw::None,
+    }
+}
+
+/// Explores all of it, and says how many states there were.
+fn explore(name: &str, hoot: Hoot, least: usize, reached: &[&'static str]) {
+    let start = Instant::now();
+    let checker = hoot.checker().threads(2).spawn_bfs().join();
+    let count = checker.unique_state_count();
+    println!("{name}: {count} states, depth {}, {:.1} s", checker.max_depth(), start.elapsed().as_secs_f64());
+    for (property, path) in checker.discoveries() {
+        let is_failure = checker.discovery_classification(property).to_string() != "example";
+        assert!(!is_failure, "{name}: {property}: {:#?}", path.into_actions());
+    }
+    for witness in reached {
+        assert!(checker.discovery(witness).is_some(), "{name} never reaches: {witness}");
+    }
+    assert!(count >= least, "{name}: {count} states");
+}
+
+/// The property that finds what is wrong on purpose.
+fn finds(hoot: Hoot, property: &'static str) {
+    let checker = hoot.checker().threads(2).finish_when(HasDiscoveries::AnyFailures).spawn_bfs().join();
+    let found = checker.discovery(property);
+    assert!(found.is_some(), "{property}: not found, but {:?}", checker.discoveries().keys());
+}
+
+/// Follows every way to its end, without a checker: no situation comes again, so there is an end, and it is settled.
+fn ends(name: &str, hoot: &Hoot, least: usize) {
+    let hash = |world: &World| {
+        let mut hasher = DefaultHasher::new();
+        world.hash(&mut hasher);
+        hasher.finish()
+    };
+    // Whether a situation is on the way that is being followed, or done with.
+    let mut on_the_way = HashMap::new();
+    let mut stack: Vec<_> = hoot.init_states().into_iter().map(|world| (hash(&world), Some(world))).collect();
+    while let Some((key, world)) = stack.pop() {
+        let Some(world) = world else {
+            on_the_way.insert(key, false);
+            continue;
+        };
+        match on_the_way.get(&key) {
+            Some(true) => panic!("{name}: it goes round in circles: {world:#?}"),
+            Some(false) => {}
+            None => {
+                on_the_way.insert(key, true);
+                stack.push((key, None));
+                stack.extend(hoot.next_states(&world).into_iter().map(|next| (hash(&next), Some(next))));
+            }
+        }
+    }
+    println!("{name}: every way of {} states comes to an end", on_the_way.len());
+    assert!(on_the_way.len() >= least);
+}
+
+/// One packet is lost.
+const BAD: Faults = Faults { lost: 1, corrupt: 0, doubled: 0 };
+/// And one is damaged, and one comes twice: of the node's, for no fault doubles a request.
+const WORSE: Faults = Faults { lost: 1, corrupt: 1, doubled: 1 };
+
+#[test]
+fn every_way_comes_to_an_end() {
+    let wishes = [run(Motor::One), Wish::EmergencyStop, STOP];
+    ends("emergency", &Hoot { requests: BAD, replies: BAD, late: 2, ..hoot(&wishes) }, 45_000);
+    let wishes = [START, HOME, stop(Motor::Two), Wish::LinkDown, Wish::LinkUp];
+    ends("program", &Hoot { requests: BAD, replies: BAD, late: 1, ..hoot(&wishes) }, 60_000);
+}
+
+#[test]
+fn what_is_wrong_is_found() {
+    let one = || hoot(&[run(Motor::One), STOP]);
+    finds(Hoot { flaw: Flaw::DeafToStops, ..one() }, "a stop that arrives is obeyed in the same step");
+    finds(Hoot { flaw: Flaw::Polite, requests: BAD, ..one() }, "a stop waits for nothing but the gap");
+    finds(Hoot { flaw: Flaw::Resends, requests: BAD, ..one() }, "what may not be repeated is sent once");
+    finds(Hoot { flaw: Flaw::Forgets, ..one() }, "no request is forgotten");
+    // An answer to the run that comes later than a master listens for it is taken for that to the stop, which is lost.
+    let late = Hoot { delay: 400, late: 5, ..hoot(&[run(Motor::One), stop(Motor::One)]) };
+    finds(Hoot { requests: BAD, ..late }, "what is confirmed to rest does");
+}
+
+#[test]
+fn one_move_one_emergency_one_loss() {
+    let requests = Faults { lost: 1, corrupt: 1, doubled: 0 };
+    let hoot = hoot(&[move_by(Motor::One, 1), Wish::EmergencyStop]);
+    let hoot = Hoot { requests, replies: WORSE, late: 2, ..hoot };
+    explore("one move", hoot, 150_000, &[DONE, CONFIRMED, UNSURE, ARRIVED, NOBODYS]);
+}
+
+#[test]
+fn requests_and_stops() {
+    let wishes = [run(Motor::One), move_by(Motor::One, 1), STATUS, stop(Motor::One), STOP];
+    let replies = Faults { doubled: 1, ..BAD };
+    let mut hoot = hoot(&wishes);
+    hoot.options = hoot.options.with_retries(1);
+    explore("requests and stops", Hoot { requests: BAD, replies, late: 1, ..hoot }, 400_000, &[DONE, SILENCE, UNSURE]);
+}
+
+#[test]
+fn programs_and_the_way_home() {
+    let wishes = [START, HOME, PAUSE, move_by(Motor::Two, 1), STOP];
+    let hoot = Hoot { requests: BAD, replies: BAD, late: 1, ..hoot(&wishes) };
+    explore("programs", hoot, 600_000, &[DONE, ARRIVED, ENDED]);
+}
+
+#[test]
+fn an_emergency_in_between() {
+    let wishes = [run(Motor::One), POWER_CYCLED, Wish::EmergencyStop, STOP];
+    let hoot = Hoot { requests: BAD, replies: Faults { lost: 1, corrupt: 0, doubled: 1 }, late: 2, ..hoot(&wishes) };
+    explore("emergency", hoot, 400_000, &[SILENCE, CONFIRMED]);
+}
+#[test]
+fn firmware_in_joystick_mode() {
+    let mut hoot = hoot(&[run(Motor::One), Wish::Speed(Motor::One, StepsPerSecond(0.0)), Wish::EmergencyStop, STOP]);
+    hoot.node = hoot.node.with_quirks(Quirks::FIRMWARE);
+    hoot.setup.push(HostMessage::SetJoystickMode(message::SetJoystickMode { joystick_mode: Bool::TRUE }));
+    for (bridge, told) in [(true, UNSURE), (false, REFUSED)] {
+        let hoot =
+            Hoot { options: hoot.options.with_bridge(bridge), requests: BAD, replies: BAD, late: 1, ..hoot.clone() };
+        explore("firmware", hoot, 100_000, &[CONFIRMED, told]);
+    }
+}
+
+#[test]
+fn broadcasts_on_the_bus_itself() {
+    let sub_address = message::AnySubAddress(0);
+    let start = Wish::Request(HostMessage::BroadcastStart(message::BroadcastStart { sub_address }));
+    let stop = Wish::Request(HostMessage::BroadcastStop(message::BroadcastStop { sub_address }));
+    let mut hoot = hoot(&[start, stop, STATUS, Wish::EmergencyStop]);
+    hoot.options = hoot.options.with_bridge(false);
+    explore("broadcasts", Hoot { requests: BAD, replies: BAD, late: 1, ..hoot }, 90_000, &[CONFIRMED, ENDED]);
+}
+
+/// With the dead-man on.
+fn manual(wishes: &[Wish]) -> Hoot {
+    let mut hoot = hoot(wishes);
+    hoot.setup.push(HostMessage::SetManualMove(message::SetManualMove { manual_move: Bool::TRUE }));
+    hoot
+}
+
+#[test]
+fn dead_man_button_and_fault() {
+    let hoot = manual(&[START, run(Motor::One), stop(Motor::One), Wish::Button, Wish::Fault(Motor::Two)]);
+    explore("dead-man", Hoot { requests: BAD, replies: BAD, late: 1, ..hoot }, 40_000, &[DONE, ENDED]);
+}
+
+/// Without a program, whose run time would grow for ever.
+#[test]
+fn a_node_that_is_kept_alive() {
+    let speed = Wish::Speed(Motor::One, StepsPerSecond(0.0));
+    let hoot = manual(&[Wish::KeepAlive, run(Motor::One), speed, Wish::EmergencyStop]);
+    explore("keep-alive", Hoot { requests: BAD, late: 1, ..hoot }, 18_000, &[SILENCE, CONFIRMED]);
+}
+
+#[test]
+fn the_line_goes_and_comes() {
+    let wishes = [move_by(Motor::One, 1), Wish::LinkDown, Wish::LinkUp, Wish::EmergencyStop, Wish::EndEmergency, STOP];
+    let hoot = Hoot { requests: BAD, late: 1, ..hoot(&wishes) };
+    explore("link", hoot, 50_000, &[CONFIRMED, UNSURE, ARRIVED]);
+}
+
+/// Takes minutes: `cargo test --test hoot -- --ignored --nocapture`.
+#[test]
+#[ignore = "takes minutes"]
+fn deeper() {
+    let wishes = [run(Motor::One), START, move_by(Motor::Two, 1), Wish::EmergencyStop, stop(Motor::One), STOP];
+    let replies = Faults { doubled: 1, ..BAD };
+    let hoot = Hoot { requests: BAD, replies, late: 1, ..hoot(&wishes) };
+    explore("deeper", hoot, 1_000_000, &[DONE, CONFIRMED, ENDED]);
+}
