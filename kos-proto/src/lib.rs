@@ -54,6 +54,49 @@
 //! A move of several motors is planned in seconds and rotations, checked, and looked at before it is played:
 //! [`trajectory`].
 //!
+//! What to say when, and what a silence means, know two machines: [`host::HostMachine`] for a client and
+//! [`device::DeviceMachine`] for a device. They are values: a step takes what happened at a moment, and gives what to
+//! send, what to tell, and when to wake. Sockets, clock and motors are the caller's.
+//!
+//! | you have | call |
+//! |---|---|
+//! | bytes of a connection | [`Frames`], then [`HostMessage::decode`] or [`DeviceMessage::decode`] |
+//! | reports over USB | [`usb`], then the same |
+//! | a datagram | [`discovery`] |
+//! | a message, a command, a report of the rig, or a deadline | `step` of a machine |
+//! | what it wants to send | its `message`, then `encode_into` |
+//! | a move | [`plan::Plan::of`]: what it is, or why no device plays it |
+//!
+//! ```
+//! use kos_proto::host::{Command, Endpoint, Event, HostMachine, Input, Options, Source};
+//! use kos_proto::{DeviceMessage, Frame, HostMessage};
+//! use motion_core::machine::Machine;
+//! use motion_core::time::Millis;
+//!
+//! // What a device says of itself when it is asked, with the password "x".
+//! let says = b"\x04\0\x20\0\x0f\x02\x0a\0\0\0\x01\0\x01\x05\0\0\0\x01x\0\0\0\0\0\0\0\0\0\0\0\0\0";
+//! let message = DeviceMessage::decode(&Frame::decode(says)?)?;
+//! let DeviceMessage::DeviceInfo(info) = message else { panic!("{message}") };
+//! let source = Source { device_password: info.device_password, ..Source::default() };
+//!
+//! let inputs = [Input::Command(Command::Connect(Endpoint::Usb)), Input::Opened, Input::Received(message)];
+//! let (mut host, mut wire) = (HostMachine::new(Options::default()), [0; 64]);
+//! for (now, input) in (0..).map(Millis).zip(inputs) {
+//!     let (next, output) = host.step(now, input);
+//!     host = next;
+//!     for send in &output.send {
+//!         let len = send.message(&source).encode_into(&mut wire)?;
+//!         println!("to the device: {:02x?}", &wire[..len]);
+//!     }
+//!     for event in &output.events {
+//!         println!("to the user: {event:?}");
+//!     }
+//!     println!("until {:?}, or until something happens", output.wake);
+//! }
+//! assert_eq!(host.state().name(), "AwaitMotorInfo");
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
+//!
 //! # Units
 //!
 //! | type | on the wire | means |
@@ -73,7 +116,8 @@
 //!
 //! A position of 0 is a place to go to; what stops a motor is a speed of 0, as
 //! [`stop`](message::SetPositionSpeedAcceleration::stop) sends it, and `StopPlayback` stops all. The device drops a
-//! silent connection after 30 seconds, and what a move does then nobody says. Every rig needs an emergency stop that no
+//! silent connection after 30 seconds, and what a move does then nobody says. The machines obey a stop in every state,
+//! in the step in which it comes, and say when it is not confirmed. Every rig needs an emergency stop that no
 //! computer is part of. The password goes over the line in clear, to anyone who asks: it is no protection.
 //!
 //! Decisions such as K-F3 are explained, with the evidence, in `docs/decisions.md` of the repository.
@@ -96,12 +140,15 @@
 #[cfg(any(test, feature = "std"))]
 extern crate std;
 
+pub mod device;
 pub mod discovery;
 pub mod frame;
+pub mod host;
 pub mod lint;
 pub mod message;
 #[cfg(feature = "nom")]
 pub mod nom;
+pub mod plan;
 mod side;
 pub mod trajectory;
 pub mod usb;

@@ -1,0 +1,228 @@
+//! A motor of a device: where it is, how far it goes, and whether it moves by hand (kOS 7.3).
+
+use super::Positions;
+use super::session::{SessionId, Sessions};
+use crate::message::{MotorAddress, MotorPlace, Rotations};
+use crate::plan::{MOTORS, MotorSet};
+
+/// How much is known of the range of a motor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum State {
+    /// Nothing.
+    #[default]
+    Uncalibrated,
+    /// Where it begins.
+    BeginMarked,
+    /// Both its ends.
+    Calibrated,
+}
+
+impl State {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Uncalibrated, Self::BeginMarked, Self::Calibrated];
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Uncalibrated => "Uncalibrated",
+            Self::BeginMarked => "BeginMarked",
+            Self::Calibrated => "Calibrated",
+        }
+    }
+}
+
+/// Whether a motor moves by hand, outside a move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Motion {
+    /// It rests.
+    #[default]
+    Resting,
+    /// It goes where this client sent it.
+    Moving(SessionId),
+    /// It was told to stop and does not rest yet. These clients wait for it although they are locked.
+    Stopping(Sessions),
+}
+
+impl Motion {
+    /// The names of all of them.
+    pub const NAMES: [&'static str; 3] = ["Resting", "Moving", "Stopping"];
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Resting => "Resting",
+            Self::Moving(_) => "Moving",
+            Self::Stopping(_) => "Stopping",
+        }
+    }
+}
+
+/// One motor.
+///
+/// The rig counts positions from anywhere; `zero` is where the count that clients see begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Drive {
+    place: Places,
+    state: State,
+    motion: Motion,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+struct Places {
+    /// Where the motor is, as the rig counts.
+    rig: Rotations,
+    /// Where the clients' count begins, as the rig counts.
+    zero: Rotations,
+    /// The range, as clients count.
+    begin: Rotations,
+    end: Rotations,
+}
+
+impl Drive {
+    /// How much is known of its range.
+    #[must_use]
+    pub const fn state(&self) -> State {
+        self.state
+    }
+
+    /// Whether it moves by hand.
+    #[must_use]
+    pub const fn motion(&self) -> Motion {
+        self.motion
+    }
+
+    /// Where it is, as clients count.
+    #[must_use]
+    pub fn position(&self) -> Rotations {
+        Rotations(self.place.rig.0 - self.place.zero.0)
+    }
+
+    /// The range, as clients are told: the end is 0 where it is not known.
+    #[must_use]
+    pub const fn range(&self) -> (Rotations, Rotations) {
+        match self.state {
+            State::Calibrated => (self.place.begin, self.place.end),
+            State::Uncalibrated | State::BeginMarked => (Rotations(0.0), Rotations(0.0)),
+        }
+    }
+
+    /// The rig says where it is.
+    pub(super) fn is_at(&mut self, rig: Rotations) {
+        self.place.rig = rig;
+    }
+
+    pub(super) fn set_motion(&mut self, motion: Motion) {
+        self.motion = motion;
+    }
+
+    /// Where the rig shall send it for a position that a client asks for: within the range, once that is known.
+    pub(super) fn target(&self, position: Rotations) -> Rotations {
+        let Places { zero, begin, end, .. } = self.place;
+        if self.state != State::Calibrated {
+            return Rotations(zero.0 + position.0);
+        }
+        let length = end.0 - begin.0;
+        let inside = position.0.min(length.max(0.0)).max(length.min(0.0));
+        Rotations(zero.0 + begin.0 + inside)
+    }
+
+    /// Where the rig shall send it for a distance from here.
+    pub(super) fn target_by(&self, delta: Rotations) -> Rotations {
+        let begin = if self.state == State::Calibrated { self.place.begin.0 } else { 0.0 };
+        self.target(Rotations(self.position().0 - begin + delta.0))
+    }
+
+    /// The range begins here; where it ended before does not matter any more.
+    pub(super) fn mark_begin(&mut self) {
+        self.state = State::BeginMarked;
+        self.place.begin = self.position();
+    }
+
+    /// The range ends here; `false` if it does not begin, or has no length.
+    ///
+    /// The count begins anew with the range, unless the device is one that keeps it (decision K-M8).
+    pub(super) fn mark_end(&mut self, keep_count: bool) -> bool {
+        let (begin, end) = (self.place.begin, self.position());
+        if self.state != State::BeginMarked || end.0 - begin.0 == 0.0 {
+            self.reset();
+            return false;
+        }
+        self.state = State::Calibrated;
+        if keep_count {
+            self.place.end = end;
+        } else {
+            self.place.zero = Rotations(self.place.zero.0 + begin.0);
+            self.place.begin = Rotations(0.0);
+            self.place.end = self.position();
+        }
+        true
+    }
+
+    /// The range is forgotten, and the count begins here.
+    pub(super) fn reset(&mut self) {
+        let Places { rig, .. } = self.place;
+        self.state = State::Uncalibrated;
+        self.place = Places { rig, zero: rig, ..Places::default() };
+    }
+}
+
+/// The motors of a rig, by their numbers; those that are not there are `None`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub(super) struct Drives([Option<Drive>; MOTORS]);
+
+impl Drives {
+    pub(super) fn new(motors: MotorSet) -> Self {
+        let mut drives = Self::default();
+        motors.iter().for_each(|motor| drives.set_online(motor, true));
+        drives
+    }
+
+    fn place(&mut self, motor: MotorAddress) -> Option<&mut Option<Drive>> {
+        self.0.get_mut(usize::from(motor.number()).checked_sub(1)?)
+    }
+
+    pub(super) fn get(&self, motor: MotorAddress) -> Option<&Drive> {
+        self.0.get(usize::from(motor.number()).checked_sub(1)?)?.as_ref()
+    }
+
+    pub(super) fn get_mut(&mut self, motor: MotorAddress) -> Option<&mut Drive> {
+        self.place(motor)?.as_mut()
+    }
+
+    /// A motor that comes back begins anew: nobody knows where it was moved to.
+    pub(super) fn set_online(&mut self, motor: MotorAddress, online: bool) {
+        if let Some(place) = self.place(motor) {
+            *place = online.then(Drive::default);
+        }
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = (MotorAddress, &Drive)> {
+        (1..=10).map(MotorAddress).zip(&self.0).filter_map(|(motor, drive)| Some((motor, drive.as_ref()?)))
+    }
+
+    pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = (MotorAddress, &mut Drive)> {
+        (1..=10).map(MotorAddress).zip(&mut self.0).filter_map(|(motor, drive)| Some((motor, drive.as_mut()?)))
+    }
+
+    /// Those that are there.
+    pub(super) fn online(&self) -> MotorSet {
+        MotorSet::of(self.iter().map(|(motor, _)| motor))
+    }
+
+    /// Those that do not rest.
+    pub(super) fn moving(&self) -> MotorSet {
+        MotorSet::of(self.iter().filter(|(_, drive)| drive.motion() != Motion::Resting).map(|(motor, _)| motor))
+    }
+
+    /// Where all are.
+    pub(super) fn positions(&self) -> Positions {
+        let mut positions = Positions::new();
+        for (motor, drive) in self.iter() {
+            // There is room: no more motors are here than there.
+            let _ = positions.try_push(MotorPlace::new(motor, drive.position()));
+        }
+        positions
+    }
+}

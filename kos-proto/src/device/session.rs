@@ -1,0 +1,245 @@
+//! The sessions of a device: who is connected, who is unlocked, who was silent for too long (kOS 7.1).
+
+use motion_core::time::Millis;
+use motion_core::wire::{Password, Text16};
+
+use super::Options;
+use crate::plan::Transport;
+
+/// How many clients can be connected at once.
+pub const SESSIONS: usize = 4;
+
+/// A connection of a client, 0 to 3, as the caller counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SessionId(pub u8);
+
+impl SessionId {
+    /// All there can be.
+    pub const ALL: [Self; SESSIONS] = [Self(0), Self(1), Self(2), Self(3)];
+}
+
+/// A set of connections.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Sessions(u8);
+
+impl Sessions {
+    /// None.
+    pub const NONE: Self = Self(0);
+
+    /// This one.
+    #[must_use]
+    pub const fn one(session: SessionId) -> Self {
+        match session.0 {
+            number @ 0..=3 => Self(1_u8.wrapping_shl(number as u32)),
+            _ => Self::NONE,
+        }
+    }
+
+    /// Whether a connection is one of them.
+    #[must_use]
+    pub const fn contains(self, session: SessionId) -> bool {
+        self.0 & Self::one(session).0 != 0
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// They and others.
+    #[must_use]
+    pub const fn with(self, others: Self) -> Self {
+        Self(self.0 | others.0)
+    }
+
+    /// They without others.
+    #[must_use]
+    pub const fn without(self, others: Self) -> Self {
+        Self(self.0 & !others.0)
+    }
+
+    /// They, by their numbers.
+    pub fn iter(self) -> impl Iterator<Item = SessionId> {
+        SessionId::ALL.into_iter().filter(move |&session| self.contains(session))
+    }
+}
+
+/// How far a connection is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum State {
+    /// There is none.
+    Closed,
+    /// The password is not known yet: only questions of who the device is, and stops (safety decision 2).
+    Locked,
+    /// Everything goes.
+    Unlocked,
+}
+
+impl State {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Closed, Self::Locked, Self::Unlocked];
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Closed => "Closed",
+            Self::Locked => "Locked",
+            Self::Unlocked => "Unlocked",
+        }
+    }
+}
+
+/// Why the device closes a connection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum CloseReason {
+    /// It was silent for too long.
+    Silence,
+    /// What it sent is no stream of messages (safety decision 6).
+    Framing,
+    /// The device starts anew.
+    Reset,
+    /// There is room for four connections, 0 to 3.
+    NoRoom,
+}
+
+/// One connection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct Session {
+    transport: Transport,
+    unlocked: bool,
+    /// When it was silent for too long.
+    silent: Millis,
+    /// When its device says again where it is, if it does so over TCP.
+    push: Option<Millis>,
+}
+
+/// All connections.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub(super) struct Table {
+    sessions: [Option<Session>; SESSIONS],
+}
+
+/// Passwords are compared by their bytes, without the NULs that may end them (decisions K-T2 and K-T3).
+fn same(one: Password<'_>, other: Password<'_>) -> bool {
+    Text16(one.0).without_nuls() == Text16(other.0).without_nuls()
+}
+
+impl Table {
+    fn get_mut(&mut self, id: SessionId) -> Option<&mut Session> {
+        self.sessions.get_mut(usize::from(id.0)).and_then(Option::as_mut)
+    }
+
+    fn get(&self, id: SessionId) -> Option<&Session> {
+        self.sessions.get(usize::from(id.0)).and_then(Option::as_ref)
+    }
+
+    fn filter(&self, wanted: impl Fn(&Session) -> bool) -> Sessions {
+        let wanted = SessionId::ALL.into_iter().filter(|&id| self.get(id).is_some_and(&wanted));
+        wanted.map(Sessions::one).fold(Sessions::NONE, Sessions::with)
+    }
+
+    /// Those that are told what happens.
+    pub(super) fn unlocked(&self) -> Sessions {
+        self.filter(|session| session.unlocked)
+    }
+
+    pub(super) fn all(&self) -> Sessions {
+        self.filter(|_| true)
+    }
+
+    pub(super) fn has_tcp(&self) -> bool {
+        !self.filter(|session| session.transport == Transport::Tcp).is_empty()
+    }
+
+    pub(super) fn state(&self, id: SessionId) -> State {
+        match self.get(id) {
+            None => State::Closed,
+            Some(Session { unlocked: false, .. }) => State::Locked,
+            Some(_) => State::Unlocked,
+        }
+    }
+
+    /// A client connects; `false` if there is no room for such a number.
+    ///
+    /// Without a password the lock is open, unless the device is one that wants the empty one (decision K-P4).
+    pub(super) fn open(
+        &mut self,
+        now: Millis,
+        id: SessionId,
+        transport: Transport,
+        password: Password<'_>,
+        options: &Options,
+    ) -> bool {
+        let free = same(password, Password(&[])) && !options.require_empty_password;
+        let push = options.push_every.filter(|_| transport == Transport::Tcp).map(|every| now.after(every));
+        let silent = now.after(silence(options, transport));
+        let unlocked = transport == Transport::Usb || free;
+        let place = self.sessions.get_mut(usize::from(id.0));
+        place.map(|place| *place = Some(Session { transport, unlocked, silent, push })).is_some()
+    }
+
+    pub(super) fn close(&mut self, id: SessionId) {
+        if let Some(place) = self.sessions.get_mut(usize::from(id.0)) {
+            *place = None;
+        }
+    }
+
+    /// A message came, whatever it says.
+    pub(super) fn heard(&mut self, now: Millis, id: SessionId, options: &Options) {
+        if let Some(session) = self.get_mut(id) {
+            session.silent = now.after(silence(options, session.transport));
+        }
+    }
+
+    /// The password of this session; `false` if it is wrong. Over USB it does not matter (decision K-U7).
+    pub(super) fn user_password(&mut self, id: SessionId, given: Password<'_>, stored: Password<'_>) -> bool {
+        let Some(session) = self.get_mut(id) else { return true };
+        if session.transport == Transport::Tcp {
+            session.unlocked = same(given, stored);
+        }
+        session.unlocked
+    }
+
+    /// Another password is stored: who is unlocked knew the old one, and is locked, unless it is the same.
+    pub(super) fn device_password(&mut self, given: Password<'_>, stored: Password<'_>) {
+        let kept = same(given, stored);
+        for session in self.sessions.iter_mut().flatten() {
+            session.unlocked &= kept || session.transport == Transport::Usb;
+        }
+    }
+
+    /// Those that were silent for too long.
+    pub(super) fn silent(&self, now: Millis) -> Sessions {
+        self.filter(|session| now >= session.silent)
+    }
+
+    /// Those that are told now where the device is, and when they are told next.
+    pub(super) fn push(&mut self, now: Millis, options: &Options) -> Sessions {
+        let due = self.filter(|session| session.push.is_some_and(|push| now >= push));
+        for id in due.iter() {
+            if let Some(session) = self.get_mut(id) {
+                session.push = options.push_every.map(|every| now.after(every));
+            }
+        }
+        due
+    }
+
+    /// The next moment that something follows from.
+    pub(super) fn deadline(&self) -> Option<Millis> {
+        self.sessions
+            .iter()
+            .flatten()
+            .map(|session| session.push.map_or(session.silent, |push| push.min(session.silent)))
+            .min()
+    }
+}
+
+const fn silence(options: &Options, transport: Transport) -> u64 {
+    match transport {
+        Transport::Tcp => options.tcp_silence,
+        Transport::Usb => options.usb_silence,
+    }
+}

@@ -1,0 +1,298 @@
+//! A device on the bench: a machine, a clock, and what came of the last step in words.
+
+use kos_proto::device::{
+    DeviceMachine, Event, Input, MotorProfile, Options, Output, Profile, Report, Scratch, Send, SessionId, To, What,
+};
+use kos_proto::message::*;
+use kos_proto::plan::Transport;
+use kos_proto::trajectory::*;
+use kos_proto::{DeviceMessage, Frame, HostMessage};
+use laws::machine::step;
+use motion_core::time::Millis;
+use motion_core::wire::{Bool, Password};
+
+pub(super) const ZERO: SessionId = SessionId(0);
+pub(super) const ONE: SessionId = SessionId(1);
+
+/// Where a motor rests after a calibration by [`Bench::calibrate`].
+pub(super) const RANGE: f32 = 8.0;
+
+#[derive(Clone)]
+pub(super) struct Bench {
+    pub(super) machine: DeviceMachine,
+    pub(super) now: u64,
+    pub(super) password: &'static [u8],
+    /// What was sent since it was looked at.
+    pub(super) said: Vec<String>,
+    /// What the rig was told since it was looked at.
+    pub(super) told: Vec<Event>,
+    pub(super) wake: Option<u64>,
+}
+
+impl Bench {
+    /// A device that runs, with a client over TCP that is unlocked.
+    pub(super) fn new(options: Options) -> Self {
+        let mut bench = Self::off(options);
+        bench.rig(Report::Started);
+        bench.open(ZERO, Transport::Tcp);
+        bench.clear();
+        bench
+    }
+
+    pub(super) fn off(options: Options) -> Self {
+        let machine = DeviceMachine::new(options);
+        Self { machine, now: 1000, password: b"", said: Vec::new(), told: Vec::new(), wake: None }
+    }
+
+    pub(super) fn step(&mut self, input: Input<'_>) {
+        let (machine, output): (_, Output) = step(self.machine.clone(), Millis(self.now), input);
+        self.machine = machine;
+        self.wake = output.wake.map(|wake| wake.0);
+        for send in &output.send {
+            check(send);
+            self.said.push(text(send));
+        }
+        self.told.extend(output.events);
+    }
+
+    pub(super) fn open(&mut self, session: SessionId, transport: Transport) {
+        self.step(Input::Opened { session, transport, password: Password(self.password) });
+    }
+
+    pub(super) fn from(&mut self, session: SessionId, message: HostMessage<'_>) {
+        self.step(Input::Received { session, message, password: Password(self.password) });
+    }
+
+    /// The first client says something.
+    pub(super) fn hear(&mut self, message: HostMessage<'_>) {
+        self.from(ZERO, message);
+    }
+
+    pub(super) fn rig(&mut self, report: Report) {
+        self.step(Input::Rig(report));
+    }
+
+    pub(super) fn arrive(&mut self, motor: u8, position: f32) {
+        self.rig(Report::Arrived(MotorAddress(motor), Rotations(position)));
+    }
+
+    /// Lets time pass, and wakes the machine whenever it wants to be woken, and at the end.
+    pub(super) fn pass(&mut self, millis: u64) {
+        let end = self.now + millis;
+        while let Some(wake) = self.wake.filter(|&wake| wake <= end) {
+            self.now = wake;
+            self.step(Input::Wake);
+        }
+        self.now = end;
+        self.step(Input::Wake);
+    }
+
+    /// Lets time pass while the first client keeps its connection.
+    pub(super) fn pass_with_client(&mut self, millis: u64) {
+        let mut left = millis;
+        while left > 0 {
+            let part = left.min(10_000);
+            self.pass(part);
+            self.hear(HostMessage::KeepAlive(EMPTY));
+            left -= part;
+        }
+    }
+
+    /// What was sent since it was asked last.
+    pub(super) fn said(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.said)
+    }
+
+    /// What the rig was told since it was asked last.
+    pub(super) fn told(&mut self) -> Vec<Event> {
+        std::mem::take(&mut self.told)
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.said.clear();
+        self.told.clear();
+    }
+
+    /// Gives a motor a range of 8 rotations from where the rig counts 0.
+    pub(super) fn calibrate(&mut self, motor: u8) {
+        self.arrive(motor, 0.0);
+        self.hear(mark_begin(motor));
+        self.arrive(motor, RANGE);
+        self.hear(mark_end(motor));
+        assert!(self.machine.motor(MotorAddress(motor)).is_some_and(|drive| drive.range().1.0 == RANGE));
+    }
+
+    /// A device with motors 1 and 2 calibrated, and a move for both.
+    pub(super) fn loaded(options: Options, data: TrajectoryData<'_>) -> Self {
+        let mut bench = Self::new(options);
+        bench.calibrate(1);
+        bench.calibrate(2);
+        bench.hear(HostMessage::SetTrajectoryData(data));
+        assert_eq!(bench.machine.playback().name(), "Loaded", "{:?}", bench.told());
+        bench.clear();
+        bench
+    }
+
+    /// Motors 1 and 2 are where the move begins.
+    pub(super) fn home(&mut self) {
+        self.arrive(1, 0.0);
+        self.arrive(2, 0.0);
+    }
+
+    pub(super) fn state(&self) -> &'static str {
+        self.machine.playback().name()
+    }
+}
+
+/// Every message can be made, and read again.
+fn check(send: &Send) {
+    let motors = [MotorProfile { motor_type: MotorType::FIZ, ..MotorProfile::default() }; 3];
+    for older_dialect in [false, true] {
+        let profile = Profile { older_dialect, motors: &motors, received: &[4, 0, 6, 0, 0], ..Profile::default() };
+        let mut scratch = Scratch::default();
+        let message = send.message(&profile, &mut scratch);
+        let mut bytes = vec![0; message.encoded_len()];
+        assert_eq!(message.encode_into(&mut bytes), Ok(bytes.len()), "{message}");
+        let frame = Frame::decode(&bytes).unwrap();
+        assert_eq!(DeviceMessage::decode(&frame), Ok(message));
+    }
+}
+
+/// A message in few words: to whom, what.
+fn text(send: &Send) -> String {
+    let to: String = match send.to {
+        To::Sessions(sessions) => sessions.iter().map(|session| session.0.to_string()).collect(),
+        To::Broadcast => "all".into(),
+        To::Asker => "asker".into(),
+    };
+    let what = match &send.what {
+        What::PlaybackStatus { state, .. } => state.to_string(),
+        What::ErrorStatus { code, motor } => format!("error {} {motor}", code.0),
+        What::MotorPosition { motor, position } => format!("{motor} rests at {position}"),
+        What::MotorCalibrated { motor, begin, end } => format!("{motor} goes {begin} to {end}"),
+        What::MotorInfo { motor: Some(report), more } => {
+            let more = if *more { ", more" } else { "" };
+            format!("{} at {} of {} to {}{more}", report.motor, report.position, report.begin, report.end)
+        }
+        What::MotorStatus { motor, online } => format!("{motor} online {online}"),
+        What::DeviceInfo(doing) => format!("DeviceInfo {}", doing.state),
+        what => format!("{what:?}"),
+    };
+    format!("{to}: {what}")
+}
+
+pub(super) const EMPTY: Empty<'static> = Empty { tail: &[] };
+pub(super) const STOP: HostMessage<'static> = HostMessage::StopPlayback(EMPTY);
+
+pub(super) fn set_psa(motor: u8, position: f32, speed: f32) -> HostMessage<'static> {
+    HostMessage::SetPositionSpeedAcceleration(SetPositionSpeedAcceleration::move_to(
+        MotorAddress(motor),
+        Rotations(position),
+        RotationsPerSecond(speed),
+        RotationsPerSecondSquared(50.0),
+    ))
+}
+
+pub(super) fn bump(motor: u8, delta: f32, speed: f32) -> HostMessage<'static> {
+    HostMessage::BumpPositionSpeedAcceleration(BumpPositionSpeedAcceleration {
+        motor_address: MotorAddress(motor),
+        delta: Rotations(delta),
+        speed: RotationsPerSecond(speed),
+        acceleration: RotationsPerSecondSquared(50.0),
+        tail: &[],
+    })
+}
+
+pub(super) fn mark_begin(motor: u8) -> HostMessage<'static> {
+    HostMessage::MarkBeginPosition(MarkBeginPosition { motor_address: MotorAddress(motor), tail: &[] })
+}
+
+pub(super) fn mark_end(motor: u8) -> HostMessage<'static> {
+    HostMessage::MarkEndPosition(MarkEndPosition { motor_address: MotorAddress(motor), tail: &[] })
+}
+
+pub(super) fn reset_axis(motor: u8) -> HostMessage<'static> {
+    HostMessage::ResetAxis(ResetAxis { motor_address: MotorAddress(motor), tail: &[] })
+}
+
+pub(super) fn start() -> HostMessage<'static> {
+    start_to(PlaybackDirection::FORWARD)
+}
+
+pub(super) fn start_to(direction: PlaybackDirection) -> HostMessage<'static> {
+    HostMessage::StartPlayback(StartPlayback { direction, start_time: Seconds(0.0), tail: &[] })
+}
+
+pub(super) fn setup(delay_return: bool) -> HostMessage<'static> {
+    HostMessage::SetupPlayback(SetupPlayback {
+        direction: PlaybackDirection::FORWARD,
+        start_time: Seconds(0.0),
+        delay_return: delay_return.into(),
+        tail: &[],
+    })
+}
+
+pub(super) fn password(password: &[u8]) -> SetPassword<'_> {
+    SetPassword { password: Password(password), tail: &[] }
+}
+
+/// A live move of ten seconds.
+pub(super) fn live() -> Playback<'static> {
+    Playback {
+        playback_mode: PlaybackMode::LIVE_MOTION,
+        duration: Seconds(10.0),
+        rapid_reverse_duration: Seconds(10.0),
+        loop_after_rapid_reverse: LoopCount::NONE,
+        loop_after_reverse: LoopCount::NONE,
+        delay_mode: DelayMode::NONE,
+        delay_interval_bits: DelayInterval(0),
+        camera_roll_enabled: Bool::FALSE,
+        camera_roll_pre_delay: Seconds(0.0),
+        camera_roll_post_delay: Seconds(0.0),
+        flash_mark_enabled: 0,
+        flash_mark_type: 0,
+        flash_mark_post_delay: Seconds(0.0),
+        use_external_trigger: 0,
+        using_lanc: 0,
+        return_to_home_percent: Normalized(1.0),
+        tail: &[],
+    }
+}
+
+pub(super) fn photos(delay: f32, exposure: f32, before: u32, moving: u32, after: u32) -> TimeLapse<'static> {
+    TimeLapse {
+        delay: Seconds(delay),
+        exposure: Seconds(exposure),
+        move_photos: moving,
+        not_used: 0,
+        pre_move_photos: before,
+        post_move_photos: after,
+        tail: &[],
+    }
+}
+
+/// A move of these motors, from one end of their ranges to the other.
+pub(super) fn trajectory_of(playback: Playback<'_>, photos: TimeLapse<'_>, motors: &[u8]) -> TrajectoryData<'static> {
+    let mut blocks = vec![Block::Playback(playback), Block::TimeLapse(photos)];
+    for &motor in motors {
+        let motor_address = MotorAddress(motor);
+        let third = 1.0 / 3.0;
+        let points = Points([
+            Point::new(0.0, 0.0),
+            Point::new(third, third),
+            Point::new(2.0 * third, 2.0 * third),
+            Point::new(1.0, 1.0),
+        ]);
+        blocks.push(Block::Axis(Axis { motor_address, segment_count: 1, tail: &[] }));
+        blocks.push(Block::Segment(Segment { motor_address, segment_number: 0, points, tail: &[] }));
+    }
+    TrajectoryData { blocks: Blocks::encode(&blocks, vec![0; 1024].leak()).unwrap(), tail: &[] }
+}
+
+pub(super) fn trajectory(playback: Playback<'_>, photos: TimeLapse<'_>) -> TrajectoryData<'static> {
+    trajectory_of(playback, photos, &[1, 2])
+}
+
+pub(super) fn live_move(playback: Playback<'_>) -> TrajectoryData<'static> {
+    trajectory(playback, photos(0.0, 0.0, 0, 0, 0))
+}

@@ -1,0 +1,236 @@
+//! kOS 7.3: the ranges of motors.
+
+use kos_proto::HostMessage;
+use kos_proto::device::motor::State;
+use kos_proto::device::{Event, Ignored, Options, Report};
+use kos_proto::message::*;
+
+use super::bench::*;
+
+const MOTOR: MotorAddress = MotorAddress(1);
+
+fn moved(motor: u8, to: f32) -> Event {
+    let (speed, acceleration) = (RotationsPerSecond(10.0), RotationsPerSecondSquared(50.0));
+    Event::Move { motor: MotorAddress(motor), to: Rotations(to), speed, acceleration }
+}
+
+fn bench() -> Bench {
+    Bench::new(Options::default())
+}
+
+fn calibration(bench: &Bench) -> (State, f32, f32) {
+    let drive = bench.machine.motor(MOTOR).unwrap();
+    (drive.state(), drive.position().0, drive.range().1.0)
+}
+
+/// 7.3-1.
+#[test]
+fn without_a_range_it_runs_until_it_is_stopped() {
+    for far in [25_000.0, -25_000.0] {
+        let mut bench = bench();
+        bench.hear(set_psa(1, far, 10.0));
+        assert_eq!((bench.told(), bench.said().len()), (vec![moved(1, far)], 0));
+        assert_eq!(bench.machine.motor(MOTOR).unwrap().motion().name(), "Moving");
+    }
+}
+
+/// 7.3-2: wherever the position says, and once a motor for each attempt (decision K-M10).
+#[test]
+fn speed_0_stops_wherever_the_position_says() {
+    for (position, acceleration) in [(0.0, 20.0), (f32::NAN, 0.0), (1e30, f32::NAN)] {
+        for is_bump in [false, true] {
+            let mut bench = bench();
+            bench.hear(set_psa(1, 25_000.0, 10.0));
+            bench.clear();
+            let acceleration = RotationsPerSecondSquared(acceleration);
+            let stop = match (set_psa(1, position, 0.0), bump(1, position, -0.0)) {
+                (HostMessage::SetPositionSpeedAcceleration(set), _) if !is_bump => {
+                    HostMessage::SetPositionSpeedAcceleration(SetPositionSpeedAcceleration { acceleration, ..set })
+                }
+                (_, bump) => bump,
+            };
+            bench.hear(stop);
+            let told = bench.told();
+            let [Event::StopMotor { motor: MOTOR, acceleration: given }] = told[..] else { panic!("{told:?}") };
+            assert_eq!(given.is_some(), is_bump || acceleration.0 > 0.0, "0 is never handed on");
+            assert_eq!(bench.said().len(), 0);
+            bench.arrive(1, 6.5);
+            assert_eq!(bench.said(), ["0: 1 rests at 6.5"]);
+            // Told to stop while it rests, it says where it rests.
+            bench.hear(set_psa(1, 0.0, 0.0));
+            assert_eq!((bench.told().len(), bench.said()), (0, vec!["0: 1 rests at 6.5".into()]));
+        }
+    }
+}
+
+/// 7.3-3: of a motor that moves, no place can be marked (decision K-S6).
+#[test]
+fn the_range_begins_where_the_motor_rests() {
+    let mut bench = bench();
+    bench.hear(set_psa(1, 25_000.0, 10.0));
+    bench.hear(mark_begin(1));
+    assert_eq!((bench.said(), calibration(&bench).0), (vec!["0: error 2 0".into()], State::Uncalibrated));
+    bench.arrive(1, 5.0);
+    bench.clear();
+    bench.hear(mark_begin(1));
+    assert_eq!((bench.said().len(), calibration(&bench)), (0, (State::BeginMarked, 5.0, 0.0)));
+
+    // A range that was there is not there any more.
+    bench.calibrate(1);
+    bench.hear(mark_begin(1));
+    assert_eq!(calibration(&bench), (State::BeginMarked, RANGE, 0.0));
+}
+
+/// 7.3-4.
+#[test]
+fn between_the_marks_it_moves_freely() {
+    let mut bench = bench();
+    bench.arrive(1, 5.0);
+    bench.hear(mark_begin(1));
+    bench.clear();
+    bench.hear(bump(1, 3.0, 10.0));
+    bench.arrive(1, 8.0);
+    bench.hear(set_psa(1, 25_000.0, 10.0));
+    bench.arrive(1, 9.0);
+    assert_eq!(bench.told(), [moved(1, 8.0), moved(1, 25_000.0)]);
+    assert_eq!(bench.said(), ["0: 1 rests at 8.0", "0: 1 rests at 9.0"]);
+    assert_eq!(calibration(&bench).0, State::BeginMarked);
+}
+
+/// 7.3-5: the count begins with the range, or, as on firmware 1.0.1.5, stays as it was (decision K-M8).
+#[test]
+fn the_range_ends_where_the_motor_rests() {
+    for (quirk, said, position, five) in
+        [(false, "0: 1 goes 0.0 to -8.0", -8.0, 0.0), (true, "0: 1 goes 5.0 to -3.0", -3.0, 5.0)]
+    {
+        let mut bench = Bench::new(Options::default().with_quirk_begin_nonzero(quirk));
+        bench.arrive(1, 5.0);
+        bench.hear(mark_begin(1));
+        bench.hear(set_psa(1, -25_000.0, 10.0));
+        bench.hear(mark_end(1));
+        assert_eq!(bench.said(), ["0: error 2 0"], "it moves");
+        bench.arrive(1, -3.0);
+        bench.clear();
+        bench.hear(mark_end(1));
+        assert_eq!(bench.said(), [said]);
+        assert_eq!((calibration(&bench).0, calibration(&bench).1), (State::Calibrated, position));
+        // Commands count from the begin of the range, in either.
+        bench.hear(set_psa(1, -2.0, 10.0));
+        assert_eq!(bench.told(), [moved(1, 3.0)]);
+        bench.arrive(1, 3.0);
+        assert_eq!(bench.said(), [format!("0: 1 rests at {:?}", five - 2.0)]);
+        bench.hear(bump(1, -1.0, 10.0));
+        assert_eq!(bench.told(), [moved(1, 2.0)]);
+    }
+}
+
+/// 7.3-6, 7.3-7.
+#[test]
+fn a_range_without_a_begin_or_a_length_is_an_error() {
+    let mut bench = bench();
+    bench.arrive(1, 5.0);
+    bench.hear(mark_end(1));
+    assert_eq!((bench.said(), calibration(&bench).0), (vec!["0: error 14 1".into()], State::Uncalibrated));
+    bench.hear(mark_begin(1));
+    bench.hear(mark_end(1));
+    assert_eq!((bench.said(), calibration(&bench)), (vec!["0: error 14 1".into()], (State::Uncalibrated, 0.0, 0.0)));
+}
+
+/// 7.3-8, 7.3-9: for a bump as well.
+#[test]
+fn in_its_range_it_goes_where_it_is_sent_and_no_further() {
+    let mut bench = bench();
+    bench.calibrate(1);
+    bench.clear();
+    for (position, to) in [(2.5, 2.5), (0.0, 0.0), (RANGE, RANGE), (9.0, RANGE), (-0.5, 0.0), (25_000.0, RANGE)] {
+        bench.hear(set_psa(1, position, 10.0));
+        assert_eq!(bench.told(), [moved(1, to)]);
+        bench.arrive(1, to);
+        assert_eq!(bench.said(), [format!("0: 1 rests at {to:?}")]);
+    }
+    bench.hear(bump(1, -3.0, 10.0));
+    bench.hear(bump(1, 3.0, 10.0));
+    assert_eq!(bench.told(), [moved(1, 5.0), moved(1, RANGE)]);
+    bench.arrive(1, RANGE);
+    assert_eq!(bench.said(), [format!("0: 1 rests at {RANGE:?}")], "once, for the first was overtaken");
+}
+
+/// What is no number, runs backward in time, or never gets anywhere moves nothing (decision K-N1).
+#[test]
+fn what_means_nothing_moves_nothing() {
+    let mut bench = bench();
+    for (position, speed) in [(f32::NAN, 1.0), (f32::INFINITY, 1.0), (1.0, f32::NAN), (1.0, -1.0), (1.0, f32::INFINITY)]
+    {
+        for message in [set_psa(1, position, speed), bump(1, position, speed)] {
+            bench.hear(message);
+            assert_eq!((bench.said(), bench.told().len()), (vec!["0: error 2 0".into()], 0), "{message}");
+        }
+    }
+    bench.arrive(1, 3e38);
+    bench.hear(bump(1, 3e38, 1.0));
+    assert_eq!((bench.said(), bench.told().len()), (vec!["0: error 2 0".into()], 0));
+    bench.rig(Report::At(MOTOR, Rotations(f32::NAN)));
+    bench.rig(Report::Arrived(MotorAddress(9), Rotations(1.0)));
+    assert_eq!(bench.told(), [Event::Ignored(Ignored::Report); 2]);
+}
+
+/// 7.3-10: a motor that moves is stopped, for nobody knows now where to.
+#[test]
+fn a_reset_forgets_the_range_of_one() {
+    let mut bench = bench();
+    bench.calibrate(1);
+    bench.clear();
+    bench.hear(reset_axis(0x81));
+    assert_eq!(
+        (bench.said(), calibration(&bench)),
+        (vec!["0: 1 goes 0.0 to 0.0".into()], (State::Uncalibrated, 0.0, 0.0))
+    );
+    bench.hear(set_psa(1, 25_000.0, 10.0));
+    bench.clear();
+    bench.hear(reset_axis(1));
+    assert_eq!(bench.told(), [Event::StopMotor { motor: MOTOR, acceleration: None }]);
+}
+
+/// 7.3-11.
+#[test]
+fn a_reset_of_all_is_silent() {
+    let mut bench = bench();
+    bench.calibrate(1);
+    bench.calibrate(2);
+    bench.clear();
+    bench.hear(reset_axis(0));
+    assert_eq!((bench.said().len(), bench.told().len()), (0, 0));
+    let states = [1, 2, 3].map(|motor| bench.machine.calibration(MotorAddress(motor)));
+    assert_eq!(states, [Some(State::Uncalibrated); 3]);
+}
+
+/// 7.3-12: and it stops; other faults leave the range.
+#[test]
+fn a_fault_voids_the_range_where_it_says_so() {
+    for (code, left) in [(10, false), (16, false), (14, false), (11, true), (12, true), (13, true)] {
+        let mut bench = bench();
+        bench.calibrate(1);
+        bench.hear(set_psa(1, 1.0, 10.0));
+        bench.clear();
+        bench.rig(Report::Fault(MOTOR, ErrorCode(code)));
+        assert_eq!(bench.said(), [format!("0: error {code} 1")]);
+        assert_eq!(bench.told(), [Event::StopMotor { motor: MOTOR, acceleration: None }]);
+        assert_eq!(calibration(&bench).0 == State::Calibrated, left, "{code}");
+    }
+}
+
+/// 7.3-13: no motor, and no stop of it either.
+#[test]
+fn there_is_no_such_motor() {
+    let mut bench = bench();
+    for motor in [0, 4, 11, 127] {
+        let mark = [mark_begin(motor), mark_end(motor)];
+        let go = [set_psa(motor, 1.0, 1.0), bump(motor, 1.0, 1.0), set_psa(motor, 1.0, 0.0), bump(motor, 1.0, 0.0)];
+        for message in mark.into_iter().chain(go) {
+            bench.hear(message);
+            assert_eq!((bench.said(), bench.told().len()), (vec![format!("0: error 4 {motor}")], 0), "{message}");
+        }
+    }
+    bench.hear(reset_axis(4));
+    assert_eq!(bench.said(), ["0: error 4 4"]);
+}

@@ -1,0 +1,89 @@
+//! The fullest steps that we know of: `laws::machine::step` checks that nothing of them is lost.
+
+use kos_proto::HostMessage;
+use kos_proto::device::{self, SessionId};
+use kos_proto::host::{Command, Endpoint, Event, Get, Options, Send, Token};
+use kos_proto::message::*;
+use kos_proto::plan::{MotorSet, Transport};
+
+use super::bench::*;
+use super::client::*;
+
+fn ten() -> device::Options {
+    device::Options::default().with_motors(MotorSet::of((1..=10).map(MotorAddress)))
+}
+
+/// Ten motors are told of while a move ends and the device announces itself.
+#[test]
+fn a_device_tells_of_ten_motors_while_a_move_ends() {
+    let mut bench = Bench::off(ten());
+    bench.rig(device::Report::Started);
+    bench.open(ZERO, Transport::Usb);
+    for motor in 1..=10 {
+        bench.calibrate(motor);
+    }
+    bench.hear(HostMessage::SetTrajectoryData(live_move(live())));
+    bench.hear(start());
+    bench.home();
+    // The move takes ten seconds, of which two announcements are five each.
+    bench.pass(9_000);
+    bench.clear();
+    bench.now += 2_000;
+    bench.hear(HostMessage::GetMotorInfo(EMPTY));
+    assert_eq!(bench.said().len(), 10 + 1 + 2);
+}
+
+/// Ten motors stop because four clients are gone at once.
+#[test]
+fn four_clients_are_gone_at_once() {
+    let mut bench = Bench::off(ten());
+    bench.rig(device::Report::Started);
+    for session in SessionId::ALL {
+        bench.open(session, Transport::Tcp);
+    }
+    for motor in 1..=10 {
+        bench.from(SessionId(motor % 4), set_psa(motor, 25_000.0, 5.0));
+    }
+    bench.clear();
+    bench.now += 30_000;
+    bench.step(device::Input::Wake);
+    assert_eq!(bench.told().len(), 4 + 10);
+}
+
+/// Ten motors, seven questions, a move and a range: all that can be late is, when motors come and go.
+#[test]
+fn everything_is_late_at_once() {
+    let mut client = Client::connected(Options::default(), Endpoint::Usb);
+    client.hear(device_info(PlaybackState::NO_MOVE));
+    for motor in 1..=10 {
+        client.motor(motor, 0.0, 0.0, motor < 10);
+    }
+    client.hear(guid(&GUID));
+    client.hear(software(4));
+    assert_eq!(client.state(), "Ready");
+
+    client.command(Command::MarkBegin(MotorAddress(10)));
+    for get in Get::ALL {
+        client.command(Command::Get(get, Token(1)));
+    }
+    client.command(Command::MarkEnd(MotorAddress(10)));
+    for motor in 1..=10 {
+        client.command(jog(MotorAddress(motor), 5.0));
+    }
+    client.pass(999);
+    client.command(Command::Stop);
+    client.clear();
+    client.now += 5_000;
+    let (speed, acceleration) = (RotationsPerSecond(1.0), RotationsPerSecondSquared(1.0));
+    let presence =
+        |motor| MotorPresence::new(MotorAddress(motor), true.into(), MotorType::AXIS, speed, speed, acceleration);
+    client.hear(presences(&(1..=10).map(presence).collect::<Vec<_>>()));
+    let told = client.told();
+    let late = told.iter().filter(|event| matches!(event, Event::StopNotConfirmed(_))).count();
+    let failed = told.iter().filter(|event| matches!(event, Event::Failed(..))).count();
+    let online = told.iter().filter(|event| matches!(event, Event::MotorOnline(..))).count();
+    assert_eq!((late, failed, online), (11, 7, 10));
+    assert!(told.contains(&Event::CalibrationFailed(MotorAddress(10))));
+    let sent = client.sent();
+    assert_eq!((sent[0], sent.len()), (Send::StopPlayback, 1 + 10 + 1 + 1));
+}

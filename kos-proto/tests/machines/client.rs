@@ -1,0 +1,274 @@
+//! A client on the bench: a machine, a clock, and what came of the last step.
+
+use kos_proto::device::Positions;
+use kos_proto::host::*;
+use kos_proto::message::*;
+use kos_proto::plan::Plan;
+use kos_proto::{DeviceMessage, Frame, HostMessage};
+use laws::machine::step;
+use motion_core::time::Millis;
+use motion_core::wire::{Block16, Counted, Newer, Password, Rest};
+
+use super::bench::{live, live_move};
+
+pub(super) const AT: Endpoint = Endpoint::Tcp(Ipv4(0xc0a8_3201));
+pub(super) const ONE: MotorAddress = MotorAddress(1);
+pub(super) const TWO: MotorAddress = MotorAddress(2);
+pub(super) const GUID: [u8; 16] = [7; 16];
+
+#[derive(Clone)]
+pub(super) struct Client {
+    pub(super) machine: HostMachine,
+    pub(super) now: u64,
+    pub(super) sent: Vec<Send>,
+    pub(super) told: Vec<Event>,
+    pub(super) wake: Option<u64>,
+}
+
+impl Client {
+    pub(super) fn new(options: Options) -> Self {
+        Self { machine: HostMachine::new(options), now: 1000, sent: Vec::new(), told: Vec::new(), wake: None }
+    }
+
+    /// A client with a connection, that asked the device what it is.
+    pub(super) fn connected(options: Options, endpoint: Endpoint) -> Self {
+        let mut client = Self::new(options);
+        client.command(Command::Connect(endpoint));
+        assert_eq!(client.told(), [Event::Open(endpoint)]);
+        client.step(Input::Opened);
+        client
+    }
+
+    /// A client of a device with motors 1, which has a range, and 2, which has none.
+    pub(super) fn ready_at(options: Options, endpoint: Endpoint) -> Self {
+        let mut client = Self::connected(options, endpoint);
+        client.introduce(PlaybackState::NO_MOVE);
+        assert_eq!(client.state(), "Ready");
+        client.clear();
+        client
+    }
+
+    pub(super) fn ready() -> Self {
+        Self::ready_at(Options::default(), AT)
+    }
+
+    /// The device says all that it is asked for.
+    pub(super) fn introduce(&mut self, status: PlaybackState) {
+        self.hear(device_info(status));
+        self.motors();
+        self.hear(guid(&GUID));
+        self.hear(software(4));
+    }
+
+    /// The device says which motors it has.
+    pub(super) fn motors(&mut self) {
+        self.motor(1, 3.0, 8.0, true);
+        self.motor(2, 0.0, 0.0, false);
+    }
+
+    pub(super) fn motor(&mut self, motor: u8, position: f32, end: f32, more: bool) {
+        let motors = [entry(motor, position, end)];
+        self.hear(DeviceMessage::MotorInfo(MotorInfo { more, motors: MotorInfos::New(&motors), tail: &[] }));
+    }
+
+    /// A client with a move that is being made ready.
+    pub(super) fn setting_up() -> Self {
+        let mut client = Self::ready();
+        client.command(load());
+        client.clear();
+        client
+    }
+
+    pub(super) fn armed() -> Self {
+        let mut client = Self::setting_up();
+        client.say(PlaybackState::MOTORS_HOME);
+        client.say(PlaybackState::SETUP_COMPLETED);
+        assert_eq!(client.move_state(), "Armed");
+        client.clear();
+        client
+    }
+
+    pub(super) fn starting() -> Self {
+        let mut client = Self::armed();
+        client.command(Command::Play);
+        client.clear();
+        client
+    }
+
+    pub(super) fn running() -> Self {
+        let mut client = Self::starting();
+        client.say(PlaybackState::START_FORWARD);
+        client.clear();
+        client
+    }
+
+    pub(super) fn step(&mut self, input: Input<'_>) {
+        let (machine, output) = step(self.machine.clone(), Millis(self.now), input);
+        self.machine = machine;
+        self.wake = output.wake.map(|wake| wake.0);
+        output.send.iter().for_each(check);
+        self.sent.extend(output.send);
+        self.told.extend(output.events);
+    }
+
+    pub(super) fn command(&mut self, command: Command) {
+        self.step(Input::Command(command));
+    }
+
+    pub(super) fn hear(&mut self, message: DeviceMessage<'_>) {
+        self.step(Input::Received(message));
+    }
+
+    /// The device says how far it is.
+    pub(super) fn say(&mut self, state: PlaybackState) {
+        let status = PlaybackStatus {
+            playback_status: state,
+            elapsed_time: Normalized(0.5),
+            photo_count: Some(Photos(0.0)),
+            motors: &Positions::new(),
+            tail: &[],
+        };
+        self.hear(DeviceMessage::PlaybackStatus(status));
+    }
+
+    pub(super) fn error(&mut self, code: u8, motor: u8) {
+        let (error_code, motor_address) = (ErrorCode(code), MotorAddress(motor));
+        self.hear(DeviceMessage::ErrorStatus(ErrorStatus { error_code, motor_address, tail: &[] }));
+    }
+
+    pub(super) fn rests(&mut self, motor: u8, position: f32) {
+        let (motor_address, position) = (MotorAddress(motor), Rotations(position));
+        self.hear(DeviceMessage::MotorPosition(MotorPosition { motor_address, position, tail: &[] }));
+    }
+
+    /// Lets time pass, and wakes the machine whenever it wants to be woken, and at the end.
+    pub(super) fn pass(&mut self, millis: u64) {
+        let end = self.now + millis;
+        while let Some(wake) = self.wake.filter(|&wake| wake <= end) {
+            self.now = wake;
+            self.step(Input::Wake);
+        }
+        self.now = end;
+        self.step(Input::Wake);
+    }
+
+    pub(super) fn sent(&mut self) -> Vec<Send> {
+        std::mem::take(&mut self.sent)
+    }
+
+    pub(super) fn told(&mut self) -> Vec<Event> {
+        std::mem::take(&mut self.told)
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.sent.clear();
+        self.told.clear();
+    }
+
+    /// What a command is refused for, and that nothing is sent for it.
+    pub(super) fn refused(&mut self, command: Command) -> Option<Refusal> {
+        self.clear();
+        self.command(command);
+        match self.told()[..] {
+            [Event::Refused(why)] => {
+                assert_eq!(self.sent(), [], "{command:?}");
+                Some(why)
+            }
+            _ => None,
+        }
+    }
+
+    pub(super) fn state(&self) -> &'static str {
+        self.machine.state().name()
+    }
+
+    pub(super) fn move_state(&self) -> &'static str {
+        self.machine.move_state().name()
+    }
+}
+
+/// Every message can be made, and read again.
+fn check(send: &Send) {
+    let source = Source { user_password: Password(b"user"), new_password: Password(b"new"), ..Source::default() };
+    let message = send.message(&source);
+    let mut bytes = vec![0; message.encoded_len()];
+    assert_eq!(message.encode_into(&mut bytes), Ok(bytes.len()), "{message}");
+    assert_eq!(HostMessage::decode(&Frame::decode(&bytes).unwrap()), Ok(message));
+}
+
+fn entry(motor: u8, position: f32, end: f32) -> MotorEntry {
+    let speed = RotationsPerSecond(100.0);
+    let acceleration = RotationsPerSecondSquared(80.0);
+    let (position, end) = (Rotations(position), Rotations(end));
+    MotorEntry::new(MotorAddress(motor), position, Rotations(0.0), end, speed, speed, acceleration)
+}
+
+pub(super) fn device_info(playback_status: PlaybackState) -> DeviceMessage<'static> {
+    DeviceMessage::DeviceInfo(DeviceInfo {
+        device_type: DeviceType::SECOND_SHOOTER_PRO,
+        device_addr: 0,
+        playback_mode: PlaybackMode::LIVE_MOTION,
+        playback_status,
+        firmware_version: FirmwareVersion([1, 0, 1, 5]),
+        network_id: 0,
+        hardware_id: 0,
+        device_password: Password(b"open"),
+        aux_input_status: AuxInputs::default(),
+        delay_time_remaining: Seconds(0.0),
+        elapsed_time: Normalized(0.0),
+        photo_count: Newer(Some(0)),
+        tail: &[],
+    })
+}
+
+pub(super) fn guid(guid: &[u8]) -> DeviceMessage<'_> {
+    DeviceMessage::DeviceGUID(DeviceGUID { guid: Block16(guid), tail: &[] })
+}
+
+pub(super) fn software(platform: u8) -> DeviceMessage<'static> {
+    DeviceMessage::SoftwareID(SoftwareID { platform, tail: &[] })
+}
+
+pub(super) fn unsupported(message: &[u8]) -> DeviceMessage<'_> {
+    DeviceMessage::UnsupportedMessage(UnsupportedMessage { message: Rest(message), tail: &[] })
+}
+
+pub(super) fn calibrated(motor: MotorAddress, end: f32) -> DeviceMessage<'static> {
+    DeviceMessage::MotorCalibrated(MotorCalibrated {
+        motor_address: motor,
+        begin_position: Some(Rotations(0.0)),
+        end_position: Rotations(end),
+        tail: &[],
+    })
+}
+
+pub(super) fn presences(motors: &[MotorPresence]) -> DeviceMessage<'_> {
+    DeviceMessage::MotorStatus(MotorStatus { motors: Counted(motors), tail: &[] })
+}
+
+pub(super) fn plan() -> Plan {
+    Plan::of(&live_move(live())).unwrap()
+}
+
+pub(super) fn load() -> Command {
+    Command::Load { plan: plan(), way: kos_proto::plan::Way::Forward, delay_return: false }
+}
+
+pub(super) fn go(motor: MotorAddress, position: f32) -> Go {
+    Go {
+        motor,
+        position: Rotations(position),
+        speed: RotationsPerSecond(10.0),
+        acceleration: RotationsPerSecondSquared(20.0),
+    }
+}
+
+pub(super) fn jog(motor: MotorAddress, speed: f32) -> Command {
+    Command::Jog { motor, speed: RotationsPerSecond(speed), acceleration: RotationsPerSecondSquared(20.0) }
+}
+
+/// What stops motor 1, which is calibrated and was seen at 3, and motor 2, which is not.
+pub(super) fn stop(motor: MotorAddress) -> Send {
+    let position = if motor == ONE { Rotations(3.0) } else { JOG_DISTANCE };
+    Send::MoveTo(Go { motor, position, speed: RotationsPerSecond(0.0), acceleration: RotationsPerSecondSquared(80.0) })
+}

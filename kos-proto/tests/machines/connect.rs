@@ -1,0 +1,453 @@
+//! kOS 7.2: the client connects, makes the acquaintance of the device, and keeps the line alive.
+
+use core::net::Ipv4Addr;
+
+use kos_proto::discovery::{self, Datagram, Devices};
+use kos_proto::host::*;
+use kos_proto::message::*;
+use kos_proto::{DecodeError, DeviceMessage, MessageId, MessageType};
+use motion_core::time::Millis;
+use motion_core::wire::{Bool, Messages};
+
+use super::client::*;
+
+const ASKS: Send = Send::Get(Get::DeviceInfo);
+const PING: Send = Send::Get(Get::NetworkInfo);
+
+fn network_info() -> NetworkInfo<'static> {
+    NetworkInfo {
+        dhcp: Bool::TRUE,
+        mac_address: [0, 1, 2, 3, 4, 5].into(),
+        ip_address: Ipv4(0xc0a8_3201),
+        subnet_mask: Ipv4(0xffff_ff00),
+        gateway: Ipv4(0),
+        device_type: DeviceType::SECOND_SHOOTER_PRO,
+        device_addr: 0,
+        tail: &[],
+    }
+}
+
+/// 7.2-1: who is out there is for `discovery::Devices` to say; the client only connects.
+#[test]
+fn a_device_is_found() {
+    let mut bytes = [0; 27];
+    Datagram::Announcement(network_info()).encode_into(&mut bytes).unwrap();
+    let source = Ipv4Addr::new(192, 168, 50, 1).into();
+    let devices: Devices = Devices::default();
+    let (_, output) = devices.step(Millis(0), discovery::Input::Datagram { source, bytes: &bytes });
+    let Ok(Some(discovery::Event::Found(device))) = output.heard else { panic!("{output:?}") };
+    let mut client = Client::new(Options::default());
+    client.command(Command::Connect(Endpoint::Tcp(device.address())));
+    assert_eq!(client.told(), [Event::Open(AT)]);
+    // A message without a connection means nothing.
+    let mut client = Client::new(Options::default());
+    client.hear(DeviceMessage::NetworkInfo(network_info()));
+    assert_eq!((client.told(), client.state()), (vec![Event::Ignored], "Discovering"));
+}
+
+/// 7.2-2.
+#[test]
+fn it_may_ask_who_is_there() {
+    let mut client = Client::new(Options::default().with_ask_every(Some(Options::ASK_EVERY)));
+    client.step(Input::Wake);
+    client.pass(9_999);
+    assert_eq!(client.sent(), [Send::Question; 2]);
+    client.pass(1);
+    assert_eq!(client.sent(), [Send::Question]);
+    client.command(Command::Connect(AT));
+    client.pass(60_000);
+    assert_eq!(client.sent(), []);
+    let mut quiet = Client::new(Options::default());
+    quiet.pass(60_000);
+    assert_eq!((quiet.sent(), quiet.wake), (vec![], None));
+}
+
+/// 7.2-3: once; nothing else goes before.
+#[test]
+fn it_connects_where_it_is_told_to() {
+    let mut client = Client::new(Options::default());
+    for command in [Command::Disconnect, Command::Get(Get::LedStatus, Token(1)), load(), Command::ChangePassword] {
+        assert_eq!(client.refused(command), Some(Refusal::NotConnected), "{command:?}");
+    }
+    client.step(Input::Opened);
+    assert_eq!(client.told(), [Event::Ignored]);
+    client.command(Command::Connect(AT));
+    assert_eq!((client.told(), client.state()), (vec![Event::Open(AT)], "Connecting"));
+    assert_eq!(client.refused(Command::Connect(Endpoint::Usb)), Some(Refusal::Connected));
+}
+
+/// 7.2-4.
+#[test]
+fn first_it_asks_what_the_device_is() {
+    let mut client = Client::connected(Options::default(), AT);
+    assert_eq!((client.sent(), client.state()), (vec![ASKS], "AwaitDeviceInfo"));
+    assert_eq!(client.refused(load()), Some(Refusal::NotReady));
+}
+
+/// 7.2-5.
+#[test]
+fn then_it_says_the_password_and_asks_for_the_motors() {
+    for (echo, password) in [(true, PasswordOf::Device), (false, PasswordOf::User)] {
+        let mut client = Client::connected(Options::default().with_echo_password(echo), AT);
+        client.clear();
+        client.hear(device_info(PlaybackState::NO_MOVE));
+        assert_eq!(client.sent(), [Send::UserPassword(password), Send::Get(Get::MotorInfo)]);
+        assert_eq!(client.state(), "AwaitMotorInfo");
+    }
+}
+
+/// 7.2-6, 7.2-7: each message of the series has the full time; several motors in one are taken as well (K-F10).
+#[test]
+fn the_motors_come_one_by_one() {
+    let mut client = Client::connected(Options::default(), AT);
+    client.hear(device_info(PlaybackState::NO_MOVE));
+    client.clear();
+    for motor in 1..=10 {
+        client.pass(2_999);
+        client.motor(motor, 0.0, 0.0, true);
+        assert_eq!((client.told(), client.state()), (vec![], "AwaitMotorInfo"));
+    }
+    // One more, and one that cannot be, have no place.
+    client.motor(11, 0.0, 0.0, true);
+    client.motor(0, 0.0, 0.0, true);
+    assert_eq!(client.told(), [Event::Ignored; 2]);
+    client.motor(0x8A, 5.0, 0.0, false);
+    assert_eq!((client.told(), client.state()), (vec![Event::Motors], "AwaitGuid"));
+    assert_eq!(client.machine.motors().count(), 10);
+    assert_eq!(client.machine.motors().last().map(|motor| motor.position), Some(Rotations(5.0)));
+    assert_eq!(client.sent().pop(), Some(Send::Get(Get::DeviceGuid)));
+}
+
+/// 7.2-7: who is not in a new series is not there any more.
+#[test]
+fn a_new_series_tells_who_is_there() {
+    let mut client = Client::ready();
+    client.command(Command::Get(Get::MotorInfo, Token(5)));
+    client.motor(2, 1.0, 0.0, true);
+    client.motor(3, 1.0, 0.0, false);
+    assert_eq!(client.told(), [Event::Answered(Get::MotorInfo, Token(5)), Event::Motors]);
+    let motors: Vec<_> = client.machine.motors().map(|motor| motor.motor_address.0).collect();
+    assert_eq!(motors, [2, 3]);
+}
+
+/// 7.2-8.
+#[test]
+fn without_the_right_password_it_is_locked() {
+    for silent in [false, true] {
+        let mut client = Client::connected(Options::default(), AT);
+        client.hear(device_info(PlaybackState::NO_MOVE));
+        client.clear();
+        if silent {
+            client.pass(2_999);
+            assert_eq!(client.told(), []);
+            client.pass(1);
+            assert_eq!(client.told(), [Event::Locked]);
+        } else {
+            client.error(15, 0);
+            assert_eq!(client.told(), [Event::Error(ErrorCode::LOCKED_OUT, MotorAddress::ALL), Event::Locked]);
+        }
+        assert_eq!(client.state(), "Locked");
+        assert_eq!(client.refused(load()), Some(Refusal::NotReady));
+    }
+}
+
+/// 7.2-9, 7.2-10: a device without a number is asked for its platform as well (safety decision 9).
+#[test]
+fn then_it_asks_which_device_it_is_and_who_calibrated_it() {
+    let late = |client: &mut Client| client.pass(3_000);
+    let no: fn(&mut Client) = |client| client.hear(unsupported(&[4, 0, 6, 0, 0x26, 1]));
+    let no_guid: fn(&mut Client) = |client| client.hear(unsupported(&[4, 0, 6, 0, 0x1f, 1]));
+    let yes: fn(&mut Client) = |client| client.hear(software(4));
+    let yes_guid: fn(&mut Client) = |client| client.hear(guid(&GUID));
+    let short: fn(&mut Client) = |client| client.hear(guid(&GUID[..15]));
+    for (says_guid, guid) in [(yes_guid, Some(GUID)), (no_guid, None), (late, None), (short, None)] {
+        for (says_platform, platform) in [(yes, Some(4)), (no, None), (late, None)] {
+            let mut client = Client::connected(Options::default(), AT);
+            client.hear(device_info(PlaybackState::NO_MOVE));
+            client.motors();
+            client.clear();
+            says_guid(&mut client);
+            assert_eq!((client.sent(), client.state()), (vec![Send::Get(Get::SoftwareId)], "AwaitSoftware"));
+            client.clear();
+            says_platform(&mut client);
+            assert_eq!(client.told().pop(), Some(Event::Ready { ranges_void: true }));
+            assert_eq!((client.machine.guid(), client.machine.platform()), (guid, platform));
+        }
+    }
+}
+
+/// 7.2-10: ranges hold for one device and one platform, as expected or as before the connection was lost.
+#[test]
+fn another_device_or_platform_voids_ranges() {
+    let expected = Identity { guid: GUID, platform: 4 };
+    for (platform, ranges_void) in [(4, false), (5, true)] {
+        let options = Options::default().with_expected(Some(Identity { platform, ..expected }));
+        let mut client = Client::connected(options, AT);
+        client.introduce(PlaybackState::NO_MOVE);
+        assert_eq!(client.told().pop(), Some(Event::Ready { ranges_void }));
+    }
+    let mut client = Client::ready();
+    client.step(Input::Closed);
+    client.pass(1_000);
+    client.step(Input::Opened);
+    client.introduce(PlaybackState::NO_MOVE);
+    assert_eq!(client.told().pop(), Some(Event::Ready { ranges_void: false }));
+}
+
+/// 7.2-11.
+#[test]
+fn a_locked_device_gets_the_password_of_the_application() {
+    let mut client = Client::ready();
+    assert_eq!(client.refused(Command::Unlock), Some(Refusal::NotReady));
+    client.error(15, 0);
+    client.clear();
+    client.command(Command::Unlock);
+    assert_eq!(client.sent(), [Send::UserPassword(PasswordOf::User), Send::Get(Get::MotorInfo)]);
+    assert_eq!(client.state(), "AwaitMotorInfo");
+}
+
+/// 7.2-11: a question that the locked device passed over does not keep the next one back.
+#[test]
+fn a_question_that_a_lock_swallowed_fails() {
+    let mut client = Client::ready();
+    client.command(Command::Get(Get::MotorInfo, Token(6)));
+    client.error(15, 0);
+    assert!(client.told().contains(&Event::Failed(Get::MotorInfo, Token(6), Failure::NoAnswer)));
+    client.clear();
+    client.command(Command::Unlock);
+    assert_eq!(client.sent(), [Send::UserPassword(PasswordOf::User), Send::Get(Get::MotorInfo)]);
+}
+
+/// 7.2-12.
+#[test]
+fn a_ready_device_may_lock() {
+    let mut client = Client::ready();
+    client.error(15, 3);
+    let locked_out = ErrorCode::LOCKED_OUT;
+    assert_eq!(client.told(), [Event::Error(locked_out, MotorAddress(3)), Event::Locked]);
+    assert_eq!(client.state(), "Locked");
+}
+
+/// 7.2-13: safety decision 2: while anything moves, or may, a stop must not depend on a password.
+#[test]
+fn the_password_is_changed_while_nothing_moves() {
+    let mut client = Client::ready();
+    client.command(Command::ChangePassword);
+    assert_eq!(client.sent(), [Send::DevicePassword, Send::UserPassword(PasswordOf::New)]);
+    assert_eq!(client.state(), "Ready");
+    for mut client in [Client::setting_up(), Client::starting(), Client::running()] {
+        assert_eq!(client.refused(Command::ChangePassword), Some(Refusal::Moves));
+    }
+    for command in [
+        Command::MoveTo(go(ONE, 5.0)),
+        Command::Bump(go(TWO, 5.0)),
+        jog(TWO, -5.0),
+        Command::StopMotor(ONE),
+        Command::Stop,
+    ] {
+        let mut client = Client::ready();
+        client.command(command);
+        assert_eq!(client.refused(Command::ChangePassword), Some(Refusal::Moves), "{command:?}");
+    }
+    // Also if another client began it.
+    let mut client = Client::ready();
+    client.say(PlaybackState::START_FORWARD);
+    assert_eq!(client.refused(Command::ChangePassword), Some(Refusal::Moves));
+    client.say(PlaybackState::FULL_STOP);
+    assert_eq!(client.refused(Command::ChangePassword), None);
+}
+
+/// 7.2-14: what is sent or heard keeps the line; if much is sent and nothing heard, it asks as well (K-S15).
+#[test]
+fn over_tcp_a_question_keeps_the_line() {
+    let mut client = Client::ready();
+    client.pass(9_999);
+    assert_eq!(client.sent(), []);
+    client.pass(1);
+    assert_eq!(client.sent(), [PING]);
+    client.hear(DeviceMessage::NetworkInfo(network_info()));
+    assert_eq!(client.told(), []);
+    client.pass(9_000);
+    client.command(Command::SetPlatform(1));
+    client.hear(software(1));
+    client.clear();
+    client.pass(9_999);
+    assert_eq!(client.sent(), []);
+
+    let mut busy = Client::ready();
+    for _ in 0..24 {
+        busy.pass(900);
+        busy.command(Command::SetPlatform(1));
+    }
+    let pings = busy.sent().into_iter().filter(|&send| send == PING).count();
+    assert_eq!((pings, busy.state()), (2, "Ready"));
+}
+
+/// 7.2-15: whatever else is sent; nothing is expected back (decision K-U6).
+#[test]
+fn over_usb_there_are_keep_alives() {
+    let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
+    for _ in 0..10 {
+        client.command(Command::SetPlatform(1));
+        client.clear();
+        client.pass(3_999);
+        assert_eq!(client.sent(), []);
+        client.pass(1);
+        assert_eq!(client.sent(), [Send::KeepAlive]);
+    }
+    client.pass(600_000);
+    assert_eq!(client.state(), "Ready");
+}
+
+/// 7.2-16.
+#[test]
+fn a_silent_device_is_given_up() {
+    let mut client = Client::ready();
+    client.pass(24_999);
+    assert_eq!((client.sent(), client.state()), (vec![PING; 2], "Ready"));
+    client.clear();
+    client.pass(1);
+    assert_eq!((client.told(), client.state()), (vec![Event::Closed(CloseReason::Silence)], "Disconnected"));
+    // Anything that comes is a sign of life, also what is cut short.
+    let mut client = Client::ready();
+    let error = DecodeError::Truncated { what: "LEDStatus", needed: 2, have: 0 };
+    for round in 0..4 {
+        client.pass(20_000);
+        match round % 2 {
+            0 => client.step(Input::Malformed { id: MessageId::LED_STATUS, kind: MessageType::RESPONSE, error }),
+            _ => client.hear(DeviceMessage::other(0x0077_0200, &[])),
+        }
+    }
+    assert_eq!(client.state(), "Ready");
+}
+
+/// 7.2-17: what is said unasked is told, and keeps what is known up to date.
+#[test]
+fn what_is_said_unasked_is_told() {
+    let mut client = Client::ready();
+    client.hear(DeviceMessage::NetworkInfo(network_info()));
+    client.hear(DeviceMessage::other(0x0025_0200, &[]));
+    client.hear(DeviceMessage::AuxInputStatus(AuxInputStatus { status: AuxInputs::SLAVE_TIP, tail: &[] }));
+    client.rests(1, 5.0);
+    client.error(4, 9);
+    let told = [
+        Event::Told(MessageId::NETWORK_INFO),
+        Event::Told(MessageId(0x25)),
+        Event::Inputs(AuxInputs::SLAVE_TIP),
+        Event::MotorRests(ONE, Rotations(5.0)),
+        Event::Error(ErrorCode::BAD_MOTOR_ADDRESS, MotorAddress(9)),
+    ];
+    assert_eq!(client.told(), told);
+    let position = |client: &Client| client.machine.motors().next().map(|motor| motor.position.0);
+    assert_eq!(position(&client), Some(5.0));
+
+    // A fault takes the range along.
+    client.error(10, 1);
+    assert_eq!(client.told(), [Event::Error(ErrorCode::RUNAWAY, ONE), Event::MotorChanged(ONE)]);
+    assert!(client.machine.motors().all(|motor| !motor.is_calibrated()));
+
+    let motors = [MotorPlace::new(TWO, Rotations(9.0)), MotorPlace::new(MotorAddress(9), Rotations(9.0))];
+    let status = PlaybackStatus {
+        playback_status: PlaybackState::NO_MOVE,
+        elapsed_time: Normalized(0.0),
+        photo_count: None,
+        motors: &motors,
+        tail: &[],
+    };
+    client.hear(DeviceMessage::PlaybackStatus(status));
+    assert_eq!(client.machine.motors().last().map(|motor| motor.position.0), Some(9.0));
+
+    // Motors come and go, each told of once, however often it is named.
+    let presence = |motor, online: bool| {
+        let (speed, acceleration) = (RotationsPerSecond(1.0), RotationsPerSecondSquared(1.0));
+        MotorPresence::new(MotorAddress(motor), online.into(), MotorType::AXIS, speed, speed, acceleration)
+    };
+    client.clear();
+    client.hear(presences(&[[presence(1, false); 100], [presence(0x83, true); 100]].concat()));
+    assert_eq!(client.told(), [Event::MotorOnline(ONE, false), Event::MotorOnline(MotorAddress(3), true)]);
+    assert_eq!((client.machine.motors().count(), client.sent()), (1, vec![Send::Get(Get::MotorInfo)]));
+}
+
+/// 7.2-18: a question of a kind at a time; each is answered, or told to fail.
+#[test]
+fn every_question_comes_to_an_end() {
+    for get in Get::ALL {
+        let mut client = Client::ready();
+        client.command(Command::Get(get, Token(1)));
+        assert_eq!(client.sent(), [Send::Get(get)]);
+        assert_eq!(client.refused(Command::Get(get, Token(2))), Some(Refusal::Busy));
+        let mut ends = [client.clone(), client.clone(), client.clone(), client];
+        let [late, no, cut, closed] = &mut ends;
+        late.pass(3_000);
+        assert_eq!(late.told(), [Event::Failed(get, Token(1), Failure::NoAnswer)]);
+        let [i0, i1] = get.id().0.to_be_bytes();
+        no.hear(unsupported(&[4, 0, 6, i0, i1, 0]));
+        no.hear(unsupported(&[4, 0, 6, i0, i1]));
+        assert_eq!(no.told(), [Event::Unsupported(Some(get.id())), Event::Unsupported(None)], "not the question");
+        no.hear(unsupported(&[4, 0, 6, i0, i1, 1]));
+        assert_eq!(no.told()[1..], [Event::Failed(get, Token(1), Failure::Unsupported)]);
+        let error = DecodeError::Truncated { what: "x", needed: 1, have: 0 };
+        cut.step(Input::Malformed { id: get.id(), kind: MessageType::RESPONSE, error });
+        assert_eq!(cut.told(), [Event::Malformed(get.id(), error), Event::Failed(get, Token(1), Failure::Malformed)]);
+        closed.step(Input::Closed);
+        assert_eq!(closed.told()[0], Event::Failed(get, Token(1), Failure::Closed));
+        for end in &mut ends[..3] {
+            assert_eq!(end.refused(Command::Get(get, Token(3))), None, "it can be asked again");
+        }
+    }
+    let mut client = Client::ready();
+    client.command(Command::Get(Get::DeviceInfo, Token(9)));
+    client.hear(device_info(PlaybackState::NO_MOVE));
+    assert_eq!(client.told(), [Event::Answered(Get::DeviceInfo, Token(9))]);
+}
+
+/// 7.2-19.
+#[test]
+fn a_device_that_does_not_say_what_it_is_is_given_up() {
+    let mut client = Client::connected(Options::default(), AT);
+    client.pass(8_999);
+    assert_eq!((client.sent(), client.told()), (vec![ASKS; 3], vec![]));
+    client.pass(1);
+    assert_eq!((client.told(), client.state()), (vec![Event::Closed(CloseReason::NoAnswer)], "Disconnected"));
+}
+
+/// 7.2-20: it tries again, more and more rarely, until it is told not to.
+#[test]
+fn a_lost_connection_is_tried_again() {
+    for (end, why) in [(Input::Closed, CloseReason::Ended), (Input::Fatal, CloseReason::Framing)] {
+        let mut client = Client::armed();
+        client.step(end);
+        assert_eq!(client.told(), [Event::Move(Move::Lost), Event::Closed(why)]);
+        assert_eq!((client.state(), client.move_state()), ("Disconnected", "NoMove"));
+        for wait in [1_000, 2_000, 4_000, 8_000, 16_000, 32_000, 32_000] {
+            client.pass(wait - 1);
+            assert_eq!(client.told(), []);
+            client.pass(1);
+            assert_eq!((client.told(), client.state()), (vec![Event::Open(AT)], "Connecting"));
+            client.step(Input::Closed);
+            assert_eq!(client.told(), [Event::Closed(CloseReason::Ended)]);
+        }
+        client.command(Command::Disconnect);
+        assert_eq!((client.told(), client.state()), (vec![Event::Closed(CloseReason::Asked)], "Discovering"));
+        client.pass(600_000);
+        assert_eq!(client.told(), []);
+    }
+    let mut client = Client::ready_at(Options::default().with_reconnect(false), AT);
+    client.step(Input::Closed);
+    client.clear();
+    client.pass(600_000);
+    assert_eq!((client.told(), client.state()), (vec![], "Discovering"));
+}
+
+#[test]
+fn what_is_set_is_sent_once() {
+    let mut client = Client::ready();
+    let (master, slave) = (LedMode::ON, LedMode::OFF);
+    client.command(Command::SetLeds { master, slave });
+    client.command(Command::SetPlatform(3));
+    client.command(Command::TakePicture(Seconds(0.5)));
+    client.command(Command::ResetDevice);
+    let sent = [Send::Leds { master, slave }, Send::Platform(3), Send::TakePicture(Seconds(0.5)), Send::ResetDevice];
+    assert_eq!((client.sent(), client.told()), (sent.to_vec(), vec![]));
+    assert_eq!(client.refused(Command::TakePicture(Seconds(f32::NAN))), Some(Refusal::Number));
+}

@@ -1,0 +1,294 @@
+//! What a client does with motors by hand: commands, stops, ranges (kOS 7.3 and 8.5, safety decisions 1 to 3).
+
+use kos_proto::host::*;
+use kos_proto::message::*;
+
+use super::client::*;
+
+fn move_to(motor: MotorAddress, position: f32) -> Send {
+    Send::MoveTo(go(motor, position))
+}
+
+/// 7.3-8: of many commands in a short time the last one counts, twenty a second to a motor.
+#[test]
+fn of_many_commands_the_last_one_counts() {
+    let mut client = Client::ready();
+    for position in [1.0, 2.0, 3.0, 4.0] {
+        client.command(Command::MoveTo(go(ONE, position)));
+    }
+    client.command(Command::MoveTo(go(TWO, 9.0)));
+    assert_eq!(client.sent(), [move_to(ONE, 1.0), move_to(TWO, 9.0)], "each motor has its own time");
+    client.pass(49);
+    assert_eq!(client.sent(), []);
+    client.pass(1);
+    assert_eq!(client.sent(), [move_to(ONE, 4.0)]);
+    client.pass(1_000);
+    assert_eq!(client.sent(), []);
+    client.command(Command::MoveTo(go(ONE, 5.0)));
+    assert_eq!(client.sent(), [move_to(ONE, 5.0)]);
+
+    let mut stream = Client::ready();
+    for step in 0..1_000_u16 {
+        stream.command(Command::MoveTo(go(ONE, step.into())));
+        stream.pass(1);
+    }
+    let sent = stream.sent();
+    assert_eq!((sent.len(), sent[20]), (21, move_to(ONE, 999.0)), "the last one as well");
+}
+
+/// 7.3-2: a stop overtakes all that waits, and is sent again until the motor rests.
+#[test]
+fn a_stop_overtakes_what_waits() {
+    let mut client = Client::ready();
+    client.command(Command::MoveTo(go(ONE, 1.0)));
+    client.command(Command::MoveTo(go(ONE, 2.0)));
+    client.clear();
+    client.command(Command::StopMotor(MotorAddress(0x81)));
+    assert_eq!(client.sent(), [stop(ONE)]);
+    assert_eq!(client.refused(Command::MoveTo(go(ONE, 3.0))), Some(Refusal::Moves));
+    client.pass(1_999);
+    assert_eq!((client.sent(), client.told()), (vec![], vec![]));
+    for _ in 0..5 {
+        client.pass(1);
+        assert_eq!((client.sent(), client.told()), (vec![stop(ONE)], vec![Event::StopNotConfirmed(Some(ONE))]));
+        client.pass(1_999);
+        client.hear(device_info(PlaybackState::NO_MOVE));
+        client.told();
+        client.sent();
+    }
+    client.rests(1, 3.0);
+    client.clear();
+    client.pass(5_000);
+    assert!(!client.sent().contains(&stop(ONE)));
+    assert_eq!((client.told(), client.refused(Command::MoveTo(go(ONE, 3.0)))), (vec![], None));
+}
+
+/// 7.3-2: what says by its speed that it stops is a stop, also of a motor that nobody knows (safety decision 3).
+#[test]
+fn speed_0_is_a_stop() {
+    let still = RotationsPerSecond(0.0);
+    for command in [
+        Command::MoveTo(Go { speed: still, ..go(TWO, 0.0) }),
+        Command::Bump(Go { speed: still, ..go(TWO, 0.0) }),
+        jog(TWO, -0.0),
+        Command::StopMotor(TWO),
+    ] {
+        for mut client in [Client::ready(), Client::running()] {
+            client.command(command);
+            assert_eq!(client.sent(), [stop(TWO)], "{command:?}");
+        }
+    }
+    let mut client = Client::connected(Options::default(), AT);
+    client.clear();
+    client.command(Command::StopMotor(ONE));
+    let acceleration = RotationsPerSecondSquared(50.0);
+    assert_eq!(
+        client.sent(),
+        [Send::MoveTo(Go { speed: still, acceleration, position: JOG_DISTANCE, ..go(ONE, 0.0) })]
+    );
+    assert_eq!(client.refused(Command::StopMotor(MotorAddress(0))), Some(Refusal::NoMotor));
+    let mut nobody = Client::new(Options::default());
+    nobody.command(Command::StopMotor(ONE));
+    assert_eq!(nobody.told(), [Event::StopNotConfirmed(Some(ONE))]);
+}
+
+/// 7.3-1: a jog goes on as long as the application says something.
+#[test]
+fn a_jog_needs_somebody_alive() {
+    let mut client = Client::ready();
+    client.command(jog(TWO, -5.0));
+    let speed = RotationsPerSecond(5.0);
+    assert_eq!(client.sent(), [Send::MoveTo(Go { speed, ..go(TWO, -JOG_DISTANCE.0) })]);
+    for _ in 0..20 {
+        client.pass(999);
+        client.command(Command::Alive);
+        // That it rests is of before: nobody told it to.
+        client.rests(2, 0.0);
+    }
+    client.pass(999);
+    assert!(!client.sent().contains(&stop(TWO)));
+    client.clear();
+    client.pass(1);
+    assert_eq!((client.sent(), client.told()), (vec![stop(TWO)], vec![Event::DeadMan]));
+    client.pass(2_000);
+    assert_eq!((client.sent(), client.told()), (vec![stop(TWO)], vec![Event::StopNotConfirmed(Some(TWO))]));
+    client.rests(2, 7.0);
+    client.clear();
+    client.pass(5_000);
+    assert!(!client.sent().contains(&stop(TWO)));
+    // A motor that goes to a place comes to rest by itself.
+    client.command(Command::MoveTo(go(ONE, 5.0)));
+    client.clear();
+    client.pass(5_000);
+    assert!(!client.sent().contains(&stop(ONE)));
+}
+
+/// 7.3-1: another speed takes the place of the one before, and no other command does.
+#[test]
+fn a_jog_may_change_its_speed() {
+    let mut client = Client::ready();
+    client.command(jog(TWO, 5.0));
+    client.command(jog(TWO, -7.0));
+    client.clear();
+    client.pass(50);
+    let speed = RotationsPerSecond(7.0);
+    assert_eq!(client.sent(), [Send::MoveTo(Go { speed, ..go(TWO, -JOG_DISTANCE.0) })]);
+    assert_eq!(client.refused(Command::MoveTo(go(TWO, 1.0))), Some(Refusal::Moves));
+    assert_eq!(client.refused(Command::Bump(go(TWO, 1.0))), Some(Refusal::Moves));
+    client.command(Command::MoveTo(go(ONE, 1.0)));
+    assert_eq!(client.refused(jog(ONE, 1.0)), Some(Refusal::Moves));
+}
+
+/// 7.3-4: a distance counts from where a motor rests, so it is sent once, and not to one that moves.
+#[test]
+fn a_bump_is_sent_once() {
+    let mut client = Client::ready();
+    client.command(Command::Bump(go(TWO, -2.0)));
+    assert_eq!(client.sent(), [Send::Bump(go(TWO, -2.0))]);
+    assert_eq!(client.refused(Command::Bump(go(TWO, -2.0))), Some(Refusal::Moves));
+    client.pass(9_000);
+    assert_eq!(client.sent(), []);
+    client.rests(2, -2.0);
+    assert_eq!(client.refused(Command::Bump(go(TWO, -2.0))), None);
+}
+
+/// 7.3-8: that a motor does not say that it rests is told once; until it is stopped it is taken to move.
+#[test]
+fn a_motor_that_does_not_come_to_rest_is_told() {
+    for command in [Command::MoveTo(go(TWO, 5.0)), Command::Bump(go(TWO, 5.0))] {
+        let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
+        client.command(command);
+        client.pass(119_999);
+        assert_eq!(client.told(), []);
+        client.pass(1);
+        assert_eq!(client.told(), [Event::MotorSlow(TWO)]);
+        client.pass(600_000);
+        assert_eq!((client.told(), client.refused(Command::Bump(go(TWO, 5.0)))), (vec![], Some(Refusal::Moves)));
+        client.command(Command::StopMotor(TWO));
+        client.rests(2, 5.0);
+        assert_eq!(client.refused(Command::Bump(go(TWO, 5.0))), None);
+    }
+}
+
+/// Commands that mean nothing are not sent (decision K-N1).
+#[test]
+fn what_means_nothing_is_not_sent() {
+    let mut client = Client::ready();
+    let accelerations = [0.0, -1.0, f32::NAN, f32::INFINITY].map(RotationsPerSecondSquared);
+    for acceleration in accelerations {
+        let wrong = Go { acceleration, ..go(ONE, 1.0) };
+        assert_eq!(client.refused(Command::MoveTo(wrong)), Some(Refusal::Number));
+        assert_eq!(client.refused(Command::Bump(wrong)), Some(Refusal::Number));
+        let speed = RotationsPerSecond(1.0);
+        assert_eq!(client.refused(Command::Jog { motor: ONE, speed, acceleration }), Some(Refusal::Number));
+    }
+    for wrong in [f32::NAN, f32::INFINITY] {
+        assert_eq!(client.refused(Command::MoveTo(go(ONE, wrong))), Some(Refusal::Number));
+        assert_eq!(client.refused(jog(ONE, wrong)), Some(Refusal::Number));
+    }
+    assert_eq!(client.refused(Command::Bump(go(ONE, 0.0))), Some(Refusal::Number), "nowhere");
+    assert_eq!(
+        client.refused(Command::MoveTo(Go { speed: RotationsPerSecond(-1.0), ..go(ONE, 1.0) })),
+        Some(Refusal::Number)
+    );
+    assert_eq!(client.refused(Command::MoveTo(go(MotorAddress(3), 1.0))), Some(Refusal::NoMotor));
+    assert_eq!(client.refused(Command::MarkBegin(MotorAddress(3))), Some(Refusal::NoMotor));
+}
+
+/// 7.3-3, 7.3-5: both ends by hand; then what the device says of its motors counts (decision K-M8).
+#[test]
+fn a_range_is_marked() {
+    let mut client = Client::ready();
+    assert_eq!(client.refused(Command::MarkEnd(TWO)), Some(Refusal::NotMarked));
+    client.command(Command::MarkBegin(TWO));
+    client.command(jog(TWO, 5.0));
+    assert_eq!(client.refused(Command::MarkEnd(TWO)), Some(Refusal::Moves));
+    client.command(Command::StopMotor(TWO));
+    client.rests(2, 6.0);
+    client.clear();
+    client.command(Command::MarkEnd(TWO));
+    assert_eq!((client.sent(), client.machine.calibration().name()), (vec![Send::MarkEnd(TWO)], "AwaitCalibrated"));
+    assert_eq!(client.refused(Command::MarkEnd(TWO)), Some(Refusal::Busy));
+    client.hear(calibrated(TWO, 6.0));
+    assert_eq!((client.sent(), client.told()), (vec![Send::Get(Get::MotorInfo)], vec![Event::MotorChanged(TWO)]));
+    assert_eq!(client.machine.calibration().name(), "AwaitRange");
+    client.motor(1, 3.0, 8.0, true);
+    client.motor(2, 6.0, 6.0, false);
+    assert_eq!(client.told(), [Event::Motors, Event::Calibrated(TWO)]);
+    assert_eq!(client.machine.calibration().name(), "Idle");
+    assert_eq!(client.refused(Command::MarkEnd(TWO)), Some(Refusal::NotMarked), "once");
+}
+
+/// 7.3-6: an error, silence, no range after all, or no connection: never twice, and always told.
+#[test]
+fn a_range_that_is_none_is_told() {
+    let fails: [fn(&mut Client); 6] = [
+        |client| client.error(14, 2),
+        |client| client.error(2, 0),
+        |client| client.pass(3_000),
+        |client| {
+            client.hear(calibrated(TWO, 6.0));
+            client.motors();
+        },
+        |client| {
+            client.hear(calibrated(TWO, 6.0));
+            client.pass(3_000);
+        },
+        |client| client.step(Input::Closed),
+    ];
+    for fail in fails {
+        let mut client = Client::ready();
+        client.command(Command::MarkBegin(TWO));
+        client.command(Command::MarkEnd(TWO));
+        client.clear();
+        fail(&mut client);
+        assert!(client.told().contains(&Event::CalibrationFailed(TWO)));
+        assert!(client.sent().iter().all(Send::is_repeatable));
+        assert_eq!(client.machine.calibration().name(), "Idle");
+    }
+}
+
+/// 7.3-10, 7.3-11: a reset of all is not answered, so the motors are asked for.
+#[test]
+fn ranges_are_forgotten() {
+    let mut client = Client::ready();
+    client.command(Command::ResetAxis(ONE));
+    assert_eq!(client.sent(), [Send::ResetAxis(ONE)]);
+    client.command(Command::ResetAxis(MotorAddress::ALL));
+    assert_eq!(client.sent(), [Send::ResetAxis(MotorAddress::ALL), Send::Get(Get::MotorInfo)]);
+}
+
+/// While a move runs, nothing is moved by hand: the device would refuse it, or stop the move (safety decision 1).
+#[test]
+fn while_a_move_runs_nothing_is_moved_by_hand() {
+    for client in [Client::setting_up(), Client::starting(), Client::running()] {
+        for command in [
+            Command::MoveTo(go(ONE, 1.0)),
+            Command::Bump(go(ONE, 1.0)),
+            jog(ONE, 1.0),
+            Command::MarkBegin(ONE),
+            Command::MarkEnd(ONE),
+            Command::ResetAxis(ONE),
+            Command::TakePicture(Seconds(1.0)),
+            Command::RapidToFirstKeyFrame,
+            Command::Play,
+            load(),
+        ] {
+            assert_eq!(client.clone().refused(command), Some(Refusal::MoveRuns), "{command:?}");
+        }
+    }
+}
+
+/// With the connection everything that was said of motion is void; stops that were not confirmed are told.
+#[test]
+fn a_lost_connection_leaves_stops_unconfirmed() {
+    let mut client = Client::ready();
+    client.command(jog(TWO, 5.0));
+    client.command(Command::MoveTo(go(ONE, 5.0)));
+    client.command(Command::StopMotor(ONE));
+    client.clear();
+    client.step(Input::Closed);
+    assert_eq!(client.told(), [Event::StopNotConfirmed(Some(ONE)), Event::Closed(CloseReason::Ended)]);
+    client.pass(900);
+    assert_eq!((client.sent(), client.told()), (vec![], vec![]), "nobody is there to be stopped");
+}

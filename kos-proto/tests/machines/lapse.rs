@@ -1,0 +1,195 @@
+//! kOS 7.5: time lapses.
+
+use kos_proto::HostMessage;
+use kos_proto::device::{Event, Options};
+use kos_proto::message::*;
+use kos_proto::plan::Way;
+use kos_proto::trajectory::*;
+
+use super::bench::*;
+
+const OPEN: Event = Event::OpenShutter { millis: 1000 };
+
+/// A time lapse with 2 s before a photo of 1 s.
+fn lapse(mode: PlaybackMode, before: u32, moving: u32, after: u32) -> TrajectoryData<'static> {
+    trajectory(Playback { playback_mode: mode, ..live() }, photos(2.0, 1.0, before, moving, after))
+}
+
+fn played(data: TrajectoryData<'_>) -> Bench {
+    let mut bench = Bench::loaded(Options::default(), data);
+    bench.hear(start());
+    bench.home();
+    bench
+}
+
+fn sms(before: u32, moving: u32, after: u32) -> Bench {
+    played(lapse(PlaybackMode::TIME_LAPSE_SMS, before, moving, after))
+}
+
+fn continuous(before: u32, moving: u32, after: u32) -> Bench {
+    played(lapse(PlaybackMode::TIME_LAPSE_CONTINUOUS, before, moving, after))
+}
+
+/// 7.5-1, 7.5-3: each photo before the move waits and is taken like one in it.
+#[test]
+fn photos_before_the_move() {
+    for (mut bench, next, said) in [
+        (continuous(2, 1, 0), "ForwardC", vec!["0: START_FORWARD"]),
+        (sms(2, 1, 0), "FrameDelay", vec!["0: START_FORWARD", "0: START_FRAME"]),
+    ] {
+        assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: PRE_MOVE_PHOTOS_STARTED"]);
+        bench.clear();
+        bench.pass(5_999);
+        assert_eq!((bench.told(), bench.said().len(), bench.state()), (vec![OPEN; 2], 0, "Pre"));
+        bench.pass(1);
+        assert_eq!((bench.said(), bench.state()), (said.into_iter().map(str::to_owned).collect(), next));
+    }
+}
+
+/// 7.5-2, 7.5-5.
+#[test]
+fn without_them_it_begins_at_once() {
+    let mut bench = continuous(0, 4, 0);
+    assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: START_FORWARD"]);
+    assert_eq!(bench.told().pop(), Some(Event::Play { way: Way::Forward, millis: 12_000 }));
+    let mut bench = sms(0, 4, 0);
+    assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: START_FORWARD", "0: START_FRAME"]);
+    assert_eq!((bench.told().len(), bench.state()), (1, "FrameDelay"), "home, and nothing moves");
+}
+
+/// 7.5-4, 7.5-9, 7.5-11: while the motors move, a photo every three seconds, until the end.
+#[test]
+fn photos_while_the_motors_move() {
+    let mut bench = continuous(0, 3, 0);
+    bench.clear();
+    bench.pass(2_000);
+    assert_eq!((bench.told(), bench.said().len()), (vec![OPEN], 0));
+    bench.pass(1_000);
+    assert_eq!((bench.told().len(), bench.said()), (0, vec!["0: START_FORWARD".to_owned()]));
+    bench.pass(3_000);
+    assert_eq!((bench.told(), bench.said()), (vec![OPEN], vec!["0: START_FORWARD".to_owned()]));
+    bench.pass(3_000);
+    assert_eq!(
+        (bench.told(), bench.said()),
+        (vec![OPEN, Event::MoveOver], ["0: END_OF_MOVE", "0: FULL_STOP"].map(str::to_owned).to_vec())
+    );
+    assert_eq!(bench.state(), "Empty");
+}
+
+/// 7.5-4: the next photo keeps its time, also if a wake was late.
+#[test]
+fn the_rhythm_of_photos_is_kept() {
+    let mut bench = continuous(0, 3, 0);
+    bench.clear();
+    bench.now += 2_400;
+    bench.step(kos_proto::device::Input::Wake);
+    assert_eq!(bench.told(), [OPEN]);
+    bench.pass(2_600);
+    assert_eq!(bench.told(), [OPEN], "at 5 s, as planned");
+}
+
+/// 7.5-6, 7.5-7, 7.5-8: shoot, move, shoot.
+#[test]
+fn shoot_move_shoot() {
+    let mut bench = sms(0, 3, 0);
+    for frame in 1..3 {
+        bench.clear();
+        bench.pass(1_999);
+        assert_eq!((bench.told().len(), bench.state()), (0, "FrameDelay"));
+        bench.pass(1);
+        assert_eq!((bench.told(), bench.state()), (vec![OPEN], "Exposing"));
+        bench.pass(999);
+        assert_eq!(bench.state(), "Exposing");
+        bench.pass(1);
+        assert_eq!((bench.told(), bench.state()), (vec![Event::MoveToFrame { frame, last: 2 }], "Moving"));
+        bench.arrive(1, 1.0);
+        assert_eq!((bench.said().len(), bench.state()), (0, "Moving"));
+        bench.arrive(2, 1.0);
+        assert_eq!(
+            (bench.said(), bench.state()),
+            (["0: SMS_MOTORS_STOPPED", "0: START_FRAME"].map(str::to_owned).to_vec(), "FrameDelay")
+        );
+    }
+    bench.pass(3_000);
+    assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: FULL_STOP"]);
+}
+
+/// 7.5-8: motors that do not get to the next place end it (decision K-S10).
+#[test]
+fn a_motor_that_does_not_get_there_ends_it() {
+    let mut bench = sms(0, 2, 0);
+    bench.pass(3_000);
+    bench.arrive(1, 1.0);
+    bench.clear();
+    bench.pass_with_client(600_000);
+    assert_eq!(bench.said(), ["0: error 2 0", "0: FULL_STOP"]);
+    assert_eq!((bench.told(), bench.state()), (vec![Event::StopAll], "Empty"));
+}
+
+/// 7.5-9, 7.5-10, 7.5-11.
+#[test]
+fn photos_behind_the_move() {
+    for mut bench in [continuous(0, 1, 2), sms(0, 1, 2)] {
+        bench.pass(2_999);
+        bench.clear();
+        bench.pass(1);
+        assert_eq!((bench.said(), bench.state()), (vec!["0: END_OF_MOVE".to_owned()], "Post"));
+        bench.pass(5_999);
+        assert_eq!((bench.told(), bench.said().len()), (vec![OPEN; 2], 0));
+        bench.pass(1);
+        assert_eq!(bench.said(), ["0: POST_MOVE_PHOTOS_COMPLETED", "0: FULL_STOP"]);
+        assert_eq!((bench.told(), bench.state()), (vec![Event::MoveOver], "Empty"));
+    }
+}
+
+/// 7.5-12: in every state; nobody says that the photos behind it were taken.
+#[test]
+fn a_stop_ends_a_time_lapse_in_every_state() {
+    let mut seen = Vec::new();
+    for (mut bench, times) in [(continuous(1, 2, 1), [0, 3_000, 6_000]), (sms(1, 2, 1), [3_000, 2_000, 1_000])] {
+        for time in times {
+            bench.pass(time);
+            let mut stopped = bench.clone();
+            stopped.clear();
+            seen.push(stopped.state());
+            stopped.hear(STOP);
+            assert_eq!((stopped.told(), stopped.state()), (vec![Event::StopAll], "Empty"));
+            let said = stopped.said();
+            assert_eq!(said[0], "0: FULL_STOP");
+            assert!(said.iter().all(|text| !text.contains("POST")), "{said:?}");
+        }
+    }
+    assert_eq!(seen, ["Pre", "ForwardC", "Post", "FrameDelay", "Exposing", "Moving"]);
+}
+
+/// Back to front, photos are not taken (decision K-J7); photos in no time neither (decision K-S18).
+#[test]
+fn what_is_no_time_lapse_is_refused() {
+    let data = lapse(PlaybackMode::TIME_LAPSE_SMS, 0, 2, 0);
+    let mut bench = Bench::loaded(Options::default(), data);
+    bench.hear(start_to(PlaybackDirection::REVERSE));
+    assert_eq!((bench.said(), bench.state()), (vec!["0: error 2 0".to_owned()], "Loaded"));
+    let mode = PlaybackMode::TIME_LAPSE_CONTINUOUS;
+    for photos in [photos(0.0, 0.0, 0, 5, 0), photos(1.0, 1.0, 0, 0, 0)] {
+        bench.hear(HostMessage::SetTrajectoryData(trajectory(Playback { playback_mode: mode, ..live() }, photos)));
+        assert_eq!((bench.said(), bench.state()), (vec!["0: error 17 0".to_owned()], "Empty"));
+    }
+}
+
+#[test]
+fn one_photo_is_taken_when_no_move_runs() {
+    let mut bench = Bench::new(Options::default());
+    let picture = |exposure| {
+        HostMessage::TakePicture(TakePicture {
+            motor_address: MotorAddress::ALL,
+            exposure: Seconds(exposure),
+            tail: &[],
+        })
+    };
+    bench.hear(picture(1.0));
+    assert_eq!((bench.told(), bench.said().len()), (vec![OPEN], 0));
+    for exposure in [-1.0, f32::NAN, f32::INFINITY] {
+        bench.hear(picture(exposure));
+        assert_eq!((bench.told().len(), bench.said()), (0, vec!["0: error 2 0".to_owned()]));
+    }
+}

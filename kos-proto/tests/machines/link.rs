@@ -1,0 +1,401 @@
+//! kOS 7.1: link and lock of the device.
+
+use kos_proto::device::session::State;
+use kos_proto::device::{CloseReason, Event, Ignored, Input, Options, Report, SessionId};
+use kos_proto::message::*;
+use kos_proto::plan::{MotorSet, Transport};
+use kos_proto::{DecodeError, HostMessage, MessageId, MessageType};
+use motion_core::wire::Messages;
+
+use super::bench::*;
+
+const LIMITED: HostMessage<'static> = HostMessage::GetNetworkInfo(GetNetworkInfo { limited_response: None, tail: &[] });
+const DEVICE_INFO: HostMessage<'static> = HostMessage::GetDeviceInfo(EMPTY);
+
+fn user(password: &[u8]) -> HostMessage<'_> {
+    HostMessage::SetUserPassword(super::bench::password(password))
+}
+
+fn device(password: &[u8]) -> HostMessage<'_> {
+    HostMessage::SetDevicePassword(super::bench::password(password))
+}
+
+/// A device with a password, and a client over TCP that did not say it yet.
+fn locked() -> Bench {
+    let mut bench = Bench::off(Options::default());
+    bench.password = b"open";
+    bench.rig(Report::Started);
+    bench.open(ZERO, Transport::Tcp);
+    bench.clear();
+    bench
+}
+
+/// 7.1-1, 7.1-3: it says where it is until a client is there, and again when the last one is gone.
+#[test]
+fn it_advertises_while_no_client_is_connected() {
+    let mut bench = Bench::off(Options::default());
+    bench.pass(60_000);
+    assert_eq!((bench.said().len(), bench.machine.link().name()), (0, "Rebooting"));
+    bench.rig(Report::Started);
+    bench.pass(12_000);
+    assert_eq!(bench.said(), ["all: NetworkInfo"; 3], "at once, after 5 s, after 10 s");
+    assert_eq!(bench.machine.link().name(), "Advertising");
+
+    bench.open(ZERO, Transport::Tcp);
+    assert_eq!(bench.machine.link().name(), "Connected");
+    bench.pass_with_client(20_000);
+    assert_eq!(bench.said().len(), 0);
+    bench.step(Input::Closed(ZERO));
+    bench.pass(4999);
+    assert_eq!(bench.said().len(), 0);
+    bench.pass(1);
+    assert_eq!(bench.said(), ["all: NetworkInfo"]);
+}
+
+/// 7.1-2.
+#[test]
+fn a_question_by_datagram_is_answered_as_it_asks() {
+    let mut bench = Bench::new(Options::default());
+    let ask = |limited| Input::Datagram(HostMessage::GetNetworkInfo(GetNetworkInfo::new(limited)));
+    bench.step(ask(true));
+    bench.step(ask(false));
+    bench.step(Input::Datagram(LIMITED));
+    assert_eq!(bench.said(), ["all: NetworkInfo", "asker: NetworkInfo", "asker: NetworkInfo"]);
+    bench.step(Input::Datagram(STOP));
+    assert_eq!(bench.told(), [Event::Ignored(Ignored::Datagram)]);
+}
+
+/// 7.1-3: the lock is open where there is no password, unless the device wants the empty one (decision K-P4).
+#[test]
+fn without_a_password_there_is_no_lock() {
+    assert_eq!(Bench::new(Options::default()).machine.session(ZERO), State::Unlocked);
+    assert_eq!(locked().machine.session(ZERO), State::Locked);
+    let mut strict = Bench::new(Options::default().with_require_empty_password(true));
+    assert_eq!(strict.machine.session(ZERO), State::Locked);
+    strict.hear(user(b""));
+    assert_eq!(strict.machine.session(ZERO), State::Unlocked);
+}
+
+/// 7.1-4: over USB nobody asks for a password, and a wrong one is no harm (decision K-U7).
+#[test]
+fn over_usb_there_is_no_lock() {
+    let mut bench = locked();
+    bench.open(ONE, Transport::Usb);
+    assert_eq!(bench.machine.session(ONE), State::Unlocked);
+    bench.from(ONE, user(b"wrong"));
+    assert_eq!((bench.machine.session(ONE), bench.said().len()), (State::Unlocked, 0));
+    bench.from(ONE, device(b"other"));
+    assert_eq!(bench.machine.session(ONE), State::Unlocked);
+    // And a client over USB is none over TCP.
+    bench.step(Input::Closed(ZERO));
+    assert_eq!(bench.machine.link().name(), "Advertising");
+}
+
+/// 7.1-5, 7.1-9: any message keeps the connection, also one that is cut short, or that a locked client may not send.
+#[test]
+fn any_message_is_a_sign_of_life() {
+    let error = DecodeError::Truncated { what: "x", needed: 1, have: 0 };
+    let malformed = Input::Malformed { session: ZERO, id: MessageId::LED_STATUS, kind: MessageType::SET, error };
+    let mut bench = locked();
+    for round in 0..6 {
+        bench.pass(29_000);
+        match round % 3 {
+            0 => bench.hear(HostMessage::KeepAlive(EMPTY)),
+            1 => bench.hear(HostMessage::GetMotorInfo(EMPTY)),
+            _ => bench.step(malformed),
+        }
+        assert_eq!(bench.machine.session(ZERO), State::Locked);
+    }
+    assert_eq!(bench.said().len(), 0, "a keep-alive is not answered, nor is the rest");
+    bench.pass(30_000);
+    assert_eq!(bench.machine.session(ZERO), State::Closed);
+}
+
+/// 7.1-6.
+#[test]
+fn while_locked_it_says_what_it_is_and_where() {
+    let mut bench = locked();
+    bench.hear(DEVICE_INFO);
+    bench.hear(LIMITED);
+    assert_eq!(bench.said(), ["0: DeviceInfo NO_MOVE", "0: NetworkInfo"]);
+}
+
+/// 7.1-7, 7.1-8, 7.1-12: NULs that end a password do not count (decision K-T2).
+#[test]
+fn the_password_opens_and_closes_the_lock() {
+    let mut bench = locked();
+    bench.hear(user(b"opem"));
+    assert_eq!(bench.said(), ["0: error 15 0"]);
+    assert_eq!(bench.told(), [Event::Ignored(Ignored::WrongPassword(ZERO))]);
+    for right in [&b"open"[..], b"open\0"] {
+        bench.hear(user(right));
+        assert_eq!((bench.machine.session(ZERO), bench.said().len()), (State::Unlocked, 0));
+    }
+    bench.hear(user(b"ope"));
+    assert_eq!((bench.machine.session(ZERO), bench.said()), (State::Locked, vec!["0: error 15 0".into()]));
+}
+
+/// 7.1-10: safety decision 2. What is answered to all goes to the locked client as well, also what comes later.
+#[test]
+fn a_stop_needs_no_password() {
+    let mut bench = locked();
+    bench.open(ONE, Transport::Usb);
+    bench.from(ONE, set_psa(1, 25_000.0, 10.0));
+    bench.from(ONE, set_psa(2, 25_000.0, 10.0));
+    bench.clear();
+    bench.hear(set_psa(1, 0.0, 0.0));
+    let stopped = bench.told();
+    assert!(matches!(stopped[..], [Event::StopMotor { motor: MotorAddress(1), .. }]), "{stopped:?}");
+    bench.arrive(1, 3.0);
+    assert_eq!(bench.said(), ["01: 1 rests at 3.0"]);
+
+    bench.hear(bump(2, 7.0, 0.0));
+    assert!(matches!(bench.told()[..], [Event::StopMotor { motor: MotorAddress(2), .. }]));
+    bench.hear(STOP);
+    assert_eq!(bench.told(), [Event::StopAll]);
+    assert_eq!(bench.said(), ["01: FULL_STOP", "01: 1 rests at 3.0", "01: 3 rests at 0.0"]);
+    bench.arrive(2, 4.0);
+    assert_eq!(bench.said(), ["01: 2 rests at 4.0"]);
+    // The next time it rests, the locked client did not ask.
+    bench.from(ONE, set_psa(2, 5.0, 10.0));
+    bench.arrive(2, 5.0);
+    assert_eq!(bench.said(), ["1: 2 rests at 5.0"]);
+}
+
+/// 7.1-11: nothing else is answered, and nothing follows from it.
+#[test]
+fn while_locked_nothing_else_goes() {
+    let motions = [set_psa(1, 5.0, 10.0), bump(1, 5.0, 10.0), start(), setup(false), mark_begin(1), reset_axis(0)];
+    let gets = [HostMessage::GetMotorInfo(EMPTY), HostMessage::GetDeviceGUID(EMPTY), device(b"")];
+    for message in motions.into_iter().chain(gets).chain([HostMessage::ResetDevice(EMPTY)]) {
+        let mut bench = locked();
+        let before = bench.machine.clone();
+        bench.hear(message);
+        assert_eq!(bench.told(), [Event::Ignored(Ignored::Locked(ZERO))], "{message}");
+        assert_eq!((bench.said().len(), &bench.machine), (0, &before), "{message}");
+    }
+}
+
+/// 7.1-13, 7.1-14: who is unlocked knew the old password, and only the same one keeps the lock open.
+#[test]
+fn another_password_locks() {
+    let mut bench = locked();
+    bench.open(ONE, Transport::Tcp);
+    for session in [ZERO, ONE] {
+        bench.from(session, user(b"open"));
+    }
+    bench.hear(device(b"open"));
+    assert_eq!([ZERO, ONE].map(|session| bench.machine.session(session)), [State::Unlocked; 2]);
+    bench.hear(device(b"new"));
+    assert_eq!([ZERO, ONE].map(|session| bench.machine.session(session)), [State::Locked; 2]);
+    assert_eq!(bench.told(), [Event::StorePassword; 2]);
+    bench.password = b"new";
+    bench.hear(user(b"new"));
+    assert_eq!([ZERO, ONE].map(|session| bench.machine.session(session)), [State::Unlocked, State::Locked]);
+}
+
+/// 7.1-15: one motor a message, and more until the last (decision K-M3).
+#[test]
+fn what_is_asked_is_answered() {
+    let mut bench = Bench::new(Options::default().with_platform(7));
+    bench.calibrate(2);
+    bench.clear();
+    bench.hear(HostMessage::GetMotorInfo(EMPTY));
+    assert_eq!(
+        bench.said(),
+        ["0: 1 at 0.0 of 0.0 to 0.0, more", "0: 2 at 8.0 of 0.0 to 8.0, more", "0: 3 at 0.0 of 0.0 to 0.0"]
+    );
+    for get in [
+        HostMessage::GetLEDStatus(EMPTY),
+        DEVICE_INFO,
+        HostMessage::GetTrajectoryData(EMPTY),
+        HostMessage::GetDeviceGUID(EMPTY),
+        HostMessage::GetSoftwareID(EMPTY),
+    ] {
+        bench.hear(get);
+    }
+    let answers = [
+        "0: LedStatus { master: LedMode(OFF), slave: LedMode(OFF) }",
+        "0: DeviceInfo NO_MOVE",
+        "0: TrajectoryData { stored: false }",
+        "0: DeviceGuid",
+        "0: SoftwareId { platform: 7 }",
+    ];
+    assert_eq!(bench.said(), answers);
+
+    let mut bare = Bench::new(Options::default().with_motors(MotorSet::NONE));
+    bare.hear(HostMessage::GetMotorInfo(EMPTY));
+    assert_eq!(bare.said(), ["0: MotorInfo { motor: None, more: false }"]);
+}
+
+/// 7.1-16.
+#[test]
+fn what_is_set_is_kept_without_an_answer() {
+    let mut bench = Bench::new(Options::default());
+    let leds = |master| LEDStatus { master_status: LedMode(master), slave_status: LedMode::OFF, tail: &[] };
+    bench.hear(HostMessage::SetLEDStatus(leds(2)));
+    bench.hear(HostMessage::SetLEDStatus(leds(9)));
+    bench.hear(HostMessage::SetSoftwareID(SoftwareID { platform: 4, tail: &[] }));
+    bench.hear(HostMessage::SetTrajectoryData(live_move(live())));
+    assert_eq!(bench.said().len(), 0);
+    let (master, slave) = (LedMode::SLOW_BLINK, LedMode::OFF);
+    let told = [
+        Event::Leds { master, slave },
+        Event::Ignored(Ignored::Unsupported(ZERO)),
+        Event::StorePlatform(4),
+        Event::StoreTrajectory,
+    ];
+    assert_eq!(bench.told(), told);
+    for get in
+        [HostMessage::GetLEDStatus(EMPTY), HostMessage::GetSoftwareID(EMPTY), HostMessage::GetTrajectoryData(EMPTY)]
+    {
+        bench.hear(get);
+    }
+    let answers = [
+        "0: LedStatus { master: LedMode(SLOW_BLINK), slave: LedMode(OFF) }",
+        "0: SoftwareId { platform: 4 }",
+        "0: TrajectoryData { stored: true }",
+    ];
+    assert_eq!(bench.said(), answers);
+}
+
+/// 7.1-17: what nobody knows is sent back, but not what only devices send (decision K-P10).
+#[test]
+fn what_it_does_not_know_is_sent_back() {
+    let mut bench = Bench::new(Options::default());
+    for number in [0x0025_0100, 0x0002_0000, 0x000B_0000, 0x0080_0008, 0x0077_0000] {
+        bench.hear(HostMessage::other(number, &[]));
+        assert_eq!(bench.said(), ["0: UnsupportedMessage"], "{number:#x}");
+        assert_eq!(bench.told(), [Event::Ignored(Ignored::Unsupported(ZERO))]);
+    }
+    for number in [0x0081_02FF, 0x0081_0000, 0x000F_0200, 0x000B_8200] {
+        bench.hear(HostMessage::other(number, &[]));
+        assert_eq!(bench.said().len(), 0, "{number:#x}");
+        assert_eq!(bench.told(), [Event::Ignored(Ignored::NotForDevices(ZERO))]);
+    }
+    // So is what is cut short (decision K-S4).
+    let error = DecodeError::Truncated { what: "SetLEDStatus", needed: 2, have: 1 };
+    bench.step(Input::Malformed { session: ZERO, id: MessageId::LED_STATUS, kind: MessageType::SET, error });
+    assert_eq!(bench.said(), ["0: UnsupportedMessage"]);
+    assert_eq!(bench.told()[0], Event::Ignored(Ignored::Malformed(ZERO, error)));
+}
+
+/// 7.1-18: everything stops before it starts anew, and it answers nobody until it did.
+#[test]
+fn a_reset_stops_closes_and_starts_anew() {
+    let mut bench = Bench::loaded(Options::default(), live_move(live()));
+    bench.open(ONE, Transport::Usb);
+    bench.hear(start());
+    bench.clear();
+    bench.hear(HostMessage::ResetDevice(EMPTY));
+    let reset = CloseReason::Reset;
+    assert_eq!(bench.told(), [Event::StopAll, Event::Close(ZERO, reset), Event::Close(ONE, reset), Event::Reboot]);
+    assert_eq!((bench.machine.link().name(), bench.wake), ("Rebooting", None));
+    bench.open(ZERO, Transport::Tcp);
+    bench.arrive(1, 0.0);
+    assert_eq!(bench.told(), [Event::Ignored(Ignored::Off); 2]);
+    bench.rig(Report::Started);
+    assert_eq!((bench.machine.link().name(), bench.state()), ("Advertising", "Empty"));
+    bench.rig(Report::Started);
+    assert_eq!(bench.told(), [Event::Ignored(Ignored::Report)]);
+}
+
+/// 7.1-19: also to a client that is locked, but only over TCP.
+#[test]
+fn it_may_say_over_tcp_where_it_is() {
+    let mut bench = Bench::off(Options::default().with_push_every(Some(5_000)));
+    bench.password = b"open";
+    bench.rig(Report::Started);
+    bench.open(ZERO, Transport::Tcp);
+    bench.open(ONE, Transport::Usb);
+    bench.clear();
+    bench.pass(9_999);
+    assert_eq!(bench.said(), ["0: NetworkInfo"]);
+    bench.pass(1);
+    assert_eq!(bench.said(), ["0: NetworkInfo"]);
+}
+
+/// 7.1-20: a client that is gone takes along what it moved by hand, and nothing else.
+#[test]
+fn who_is_gone_stops_what_he_moved_by_hand() {
+    let why = [CloseReason::Silence, CloseReason::Framing];
+    for gone in 0..3 {
+        let mut bench = Bench::new(Options::default());
+        bench.open(ONE, Transport::Usb);
+        bench.hear(set_psa(1, 25_000.0, 10.0));
+        bench.from(ONE, set_psa(2, 25_000.0, 10.0));
+        bench.clear();
+        match gone {
+            0 => {
+                for _ in 0..4 {
+                    bench.pass(7_500);
+                    bench.from(ONE, HostMessage::KeepAlive(EMPTY));
+                }
+            }
+            1 => bench.step(Input::Fatal(ZERO)),
+            _ => bench.step(Input::Closed(ZERO)),
+        }
+        let mut told = bench.told();
+        if let Some(&why) = why.get(gone) {
+            assert_eq!(told.remove(0), Event::Close(ZERO, why));
+        }
+        assert_eq!(told, [Event::StopMotor { motor: MotorAddress(1), acceleration: None }]);
+        assert_eq!(bench.machine.session(ZERO), State::Closed);
+        assert_eq!(bench.machine.session(ONE), State::Unlocked);
+        bench.clear();
+        bench.arrive(1, 4.0);
+        assert_eq!(bench.said(), ["1: 1 rests at 4.0"], "who is left is told");
+    }
+    let mut bench = Bench::new(Options::default());
+    bench.open(ONE, Transport::Usb);
+    bench.pass(9_999);
+    assert_eq!(bench.machine.session(ONE), State::Unlocked);
+    bench.pass(1);
+    assert_eq!(bench.machine.session(ONE), State::Closed);
+}
+
+/// 7.1-20: a move goes on without a client, unless the options say otherwise (decision K-S5).
+#[test]
+fn a_move_goes_on_alone_unless_told_otherwise() {
+    for stops in [false, true] {
+        let mut bench = Bench::loaded(Options::default().with_stop_when_alone(stops), live_move(live()));
+        bench.hear(start());
+        bench.home();
+        assert_eq!(bench.state(), "Forward");
+        bench.clear();
+        bench.step(Input::Closed(ZERO));
+        assert_eq!(bench.told().contains(&Event::StopAll), stops);
+        assert_eq!(bench.state(), if stops { "Empty" } else { "Forward" });
+    }
+}
+
+/// 7.1-21: a motor that comes back has no range: nobody knows where it was moved to.
+#[test]
+fn motors_come_and_go() {
+    let mut bench = locked();
+    bench.open(ONE, Transport::Usb);
+    bench.from(ONE, HostMessage::KeepAlive(EMPTY));
+    bench.rig(Report::Online(MotorAddress(2), false));
+    bench.rig(Report::Online(MotorAddress(2), false));
+    bench.rig(Report::Online(MotorAddress(2), true));
+    assert_eq!(bench.said(), ["1: 2 online false", "1: 2 online true"], "the locked one is not told");
+    bench.rig(Report::Online(MotorAddress(11), true));
+    assert_eq!(bench.told(), [Event::Ignored(Ignored::Report); 2]);
+}
+
+/// 7.1-22.
+#[test]
+fn inputs_are_told() {
+    let mut bench = Bench::new(Options::default());
+    bench.rig(Report::Inputs(AuxInputs::MASTER_TIP));
+    assert_eq!(bench.said(), ["0: AuxInputStatus(AuxInputs(MASTER_TIP))"]);
+}
+
+#[test]
+fn a_fifth_client_has_no_place() {
+    let mut bench = Bench::new(Options::default());
+    bench.open(SessionId(4), Transport::Tcp);
+    assert_eq!(bench.told(), [Event::Close(SessionId(4), CloseReason::NoRoom)]);
+    bench.from(SessionId(3), STOP);
+    assert_eq!(bench.told(), [Event::Ignored(Ignored::NoSession(SessionId(3)))]);
+}

@@ -1,0 +1,549 @@
+//! kOS 7.4: live motion.
+
+use kos_proto::HostMessage;
+use kos_proto::device::{Event, Options, Report};
+use kos_proto::message::*;
+use kos_proto::plan::{MotorSet, Way};
+use kos_proto::trajectory::*;
+
+use super::bench::*;
+
+const RAPID: HostMessage<'static> = HostMessage::RapidToFirstKeyFrame(EMPTY);
+/// The clock of the device: half an hour before this moment at `Millis(0)`.
+const NOON: u32 = 1_700_000_000;
+const RESTS: [&str; 3] = ["0: 1 rests at 8.0", "0: 2 rests at 8.0", "0: 3 rests at 0.0"];
+
+/// What makes a motor unfit.
+type Spoil = fn(&mut Bench);
+
+fn set(data: TrajectoryData<'_>) -> HostMessage<'_> {
+    HostMessage::SetTrajectoryData(data)
+}
+
+fn loaded() -> Bench {
+    Bench::loaded(Options::default().with_progress_every(None), live_move(live()))
+}
+
+/// In the middle of this move.
+fn played(playback: Playback<'_>) -> Bench {
+    let options = Options::default().with_progress_every(None).with_unix_millis_at_zero(Some(clock()));
+    let mut bench = Bench::loaded(options, live_move(playback));
+    bench.hear(start());
+    bench.home();
+    bench.clear();
+    bench
+}
+
+fn clock() -> u64 {
+    u64::from(NOON) * 1000 - 1_800_000
+}
+
+fn until(seconds: u32) -> Playback<'static> {
+    let delay_interval_bits = DelayInterval::from_unix_time(seconds);
+    Playback { delay_mode: DelayMode::UNTIL, delay_interval_bits, ..live() }
+}
+
+fn waiting(seconds: f32) -> Playback<'static> {
+    let delay_interval_bits = DelayInterval::from_seconds(Seconds(seconds));
+    Playback { delay_mode: DelayMode::INTERVAL, delay_interval_bits, ..live() }
+}
+
+fn home(way: Way) -> Event {
+    Event::Home { way, speed: Normalized(1.0), motors: MotorSet::of([MotorAddress(1), MotorAddress(2)]) }
+}
+
+fn play(way: Way, millis: u64) -> Event {
+    Event::Play { way, millis }
+}
+
+/// Every state in which a move runs, reached in its own way.
+fn running() -> Vec<Bench> {
+    let homing = |message| {
+        let mut bench = loaded();
+        bench.hear(message);
+        bench
+    };
+    let looped = Playback { loop_after_reverse: LoopCount(1), ..live() };
+    let mut reverse = played(looped);
+    reverse.pass(10_000);
+    let mut all = vec![homing(setup(false)), homing(start()), homing(RAPID)];
+    all.extend([played(waiting(5.0)), played(live()), reverse]);
+    for bench in &mut all {
+        assert!(bench.machine.playback().runs());
+        bench.clear();
+    }
+    let states: Vec<_> = all.iter().map(Bench::state).collect();
+    assert_eq!(states, ["HomingSetup", "HomingStart", "HomingRapid", "Delay", "Forward", "Reverse"]);
+    all
+}
+
+/// 7.4-1: the status is that of no move again (decision K-J16).
+#[test]
+fn a_move_is_stored() {
+    let mut bench = played(live());
+    bench.hear(STOP);
+    bench.clear();
+    bench.hear(HostMessage::GetDeviceInfo(EMPTY));
+    bench.hear(set(live_move(live())));
+    bench.hear(HostMessage::GetDeviceInfo(EMPTY));
+    assert_eq!(bench.said(), ["0: DeviceInfo FULL_STOP", "0: DeviceInfo NO_MOVE"]);
+    assert_eq!((bench.told(), bench.state()), (vec![Event::StoreTrajectory], "Loaded"));
+}
+
+/// 7.4-2: and the one before it is forgotten; what takes no time has a code of its own (decision K-J10).
+#[test]
+fn a_move_that_cannot_be_is_refused() {
+    let nothing = TrajectoryData { blocks: Blocks::default(), tail: &[] };
+    let no_time = live_move(Playback { duration: Seconds(0.0), ..live() });
+    let no_mode = live_move(Playback { playback_mode: PlaybackMode(9), ..live() });
+    let no_delay = live_move(Playback { delay_mode: DelayMode(3), ..live() });
+    let looped = Playback { loop_after_reverse: LoopCount(1), playback_mode: PlaybackMode::TIME_LAPSE_SMS, ..live() };
+    let looped = trajectory(looped, photos(1.0, 1.0, 0, 5, 0));
+    let both = Playback { loop_after_reverse: LoopCount(1), loop_after_rapid_reverse: LoopCount(1), ..live() };
+    for (data, code) in [(nothing, 3), (no_time, 17), (no_mode, 3), (no_delay, 3), (looped, 3), (live_move(both), 3)] {
+        let mut bench = loaded();
+        bench.hear(set(data));
+        assert_eq!((bench.said(), bench.state()), (vec![format!("0: error {code} 0")], "Empty"));
+        assert!(matches!(bench.told()[..], [Event::BadTrajectory(_)]));
+    }
+    let mut bench = loaded();
+    let error = kos_proto::DecodeError::Truncated { what: "Axis", needed: 2, have: 1 };
+    let (id, kind) = (kos_proto::MessageId::TRAJECTORY_DATA, kos_proto::MessageType::SET);
+    bench.step(kos_proto::device::Input::Malformed { session: ZERO, id, kind, error });
+    assert_eq!((bench.said(), bench.state()), (vec!["0: error 3 0".into()], "Empty"));
+}
+
+/// 7.4-3.
+#[test]
+fn without_a_move_nothing_is_played() {
+    for message in [setup(false), setup(true), start(), RAPID] {
+        let mut bench = Bench::new(Options::default());
+        bench.hear(message);
+        assert_eq!((bench.said(), bench.told().len(), bench.state()), (vec!["0: error 2 0".into()], 0, "Empty"));
+    }
+}
+
+/// 7.4-4, 7.4-8.
+#[test]
+fn setup_goes_home_and_is_completed() {
+    let mut bench = loaded();
+    bench.hear(setup(false));
+    assert_eq!((bench.told(), bench.said().len(), bench.state()), (vec![home(Way::Forward)], 0, "HomingSetup"));
+    bench.arrive(2, 0.0);
+    bench.arrive(2, 0.0);
+    assert_eq!(bench.state(), "HomingSetup");
+    bench.arrive(1, 0.0);
+    assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: SETUP_COMPLETED"]);
+    assert_eq!(bench.state(), "Ready");
+}
+
+/// 7.4-4: what the motors of a move have to be (decision K-J14).
+#[test]
+fn a_move_needs_motors_that_rest_and_know_their_ranges() {
+    for message in [setup(false), setup(true), start(), RAPID] {
+        let cases: [(Spoil, &str); 5] = [
+            (|bench| bench.hear(reset_axis(2)), "0: error 2 0"),
+            (|bench| bench.hear(mark_begin(2)), "0: error 2 0"),
+            (|bench| bench.hear(set_psa(3, 1.0, 1.0)), "0: error 2 0"),
+            (|bench| bench.rig(Report::Online(MotorAddress(2), false)), "0: error 4 2"),
+            (|bench| (1..4).for_each(|motor| bench.rig(Report::Online(MotorAddress(motor), false))), "0: error 6 0"),
+        ];
+        for (spoil, error) in cases {
+            let mut bench = loaded();
+            spoil(&mut bench);
+            bench.clear();
+            bench.hear(message);
+            assert_eq!((bench.said(), bench.told().len(), bench.state()), (vec![error.into()], 0, "Loaded"));
+        }
+    }
+}
+
+/// 7.4-5, 7.4-13.
+#[test]
+fn setup_may_leave_the_motors_where_they_are() {
+    let mut bench = loaded();
+    bench.hear(setup(true));
+    assert_eq!((bench.told().len(), bench.said(), bench.state()), (0, vec!["0: SETUP_COMPLETED".into()], "Ready"));
+    bench.hear(start());
+    assert_eq!((bench.told(), bench.state()), (vec![home(Way::Forward)], "HomingStart"));
+}
+
+/// 7.4-6, 7.4-10, 7.4-14.
+#[test]
+fn start_goes_home_and_plays() {
+    let mut bench = loaded();
+    bench.hear(start());
+    assert_eq!((bench.told(), bench.said().len(), bench.state()), (vec![home(Way::Forward)], 0, "HomingStart"));
+    bench.home();
+    assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: START_FORWARD"]);
+    assert_eq!((bench.told(), bench.state()), (vec![play(Way::Forward, 10_000)], "Forward"));
+}
+
+/// 7.4-7: it is loaded, or ready, as before.
+#[test]
+fn rapid_goes_home_and_that_is_all() {
+    for ready in [false, true] {
+        let mut bench = loaded();
+        if ready {
+            bench.hear(setup(true));
+        }
+        let before = bench.state();
+        bench.clear();
+        bench.hear(RAPID);
+        assert_eq!((bench.told(), bench.state()), (vec![home(Way::Forward)], "HomingRapid"));
+        bench.home();
+        assert_eq!((bench.said(), bench.state()), (vec!["0: MOTORS_HOME".into()], before));
+        // From ready it is played at once, for it is home.
+        bench.hear(start());
+        assert_eq!(bench.state(), if ready { "Forward" } else { "HomingStart" });
+    }
+}
+
+/// 7.4-9: once, and for the same way.
+#[test]
+fn a_start_while_it_is_made_ready_is_remembered_once() {
+    let mut bench = loaded();
+    bench.hear(setup(false));
+    bench.hear(start_to(PlaybackDirection::REVERSE));
+    assert_eq!(bench.said(), ["0: error 2 0"]);
+    bench.hear(start());
+    assert_eq!((bench.said().len(), bench.state()), (0, "HomingSetup"));
+    bench.hear(start());
+    assert_eq!(bench.said(), ["0: error 2 0"]);
+    bench.home();
+    assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: SETUP_COMPLETED", "0: START_FORWARD"]);
+    assert_eq!(bench.state(), "Forward");
+}
+
+/// 7.4-11: said by the rig, or because it takes too long.
+#[test]
+fn a_motor_that_does_not_get_home_ends_it() {
+    for message in [setup(false), start(), RAPID] {
+        for late in [false, true] {
+            let mut bench = loaded();
+            bench.hear(message);
+            bench.arrive(1, 0.0);
+            bench.clear();
+            if late {
+                bench.pass_with_client(600_000);
+            } else {
+                bench.rig(Report::CannotHome(MotorAddress(2)));
+            }
+            assert_eq!(bench.said(), ["0: error 0 0", "0: FULL_STOP"]);
+            assert_eq!((bench.told(), bench.state()), (vec![Event::StopAll], "Empty"));
+            // Nothing is played until it rests.
+            bench.hear(set(live_move(live())));
+            bench.hear(start());
+            assert_eq!(bench.said(), ["0: error 2 0"]);
+            bench.arrive(2, 4.0);
+            bench.hear(start());
+            assert_eq!(bench.said(), ["0: 2 rests at 4.0"]);
+        }
+    }
+}
+
+/// 7.4-12.
+#[test]
+fn from_home_it_is_played_at_once() {
+    let mut bench = loaded();
+    bench.hear(setup(false));
+    bench.home();
+    bench.clear();
+    bench.hear(start());
+    assert_eq!((bench.said(), bench.told()), (vec!["0: START_FORWARD".into()], vec![play(Way::Forward, 10_000)]));
+}
+
+/// 7.4-13: moved by hand, or marked anew, a motor is not where the move begins any more (decision K-S7).
+#[test]
+fn moved_by_hand_it_goes_home_again() {
+    let disturb: [fn(&mut Bench); 2] = [
+        |bench| {
+            bench.hear(set_psa(1, 1.0, 1.0));
+            bench.arrive(1, 1.0);
+        },
+        |bench| bench.calibrate(2),
+    ];
+    for disturb in disturb {
+        let mut bench = loaded();
+        bench.hear(setup(false));
+        bench.home();
+        disturb(&mut bench);
+        assert_eq!(bench.state(), "Ready");
+        bench.clear();
+        bench.hear(start());
+        assert_eq!((bench.told(), bench.state()), (vec![home(Way::Forward)], "HomingStart"));
+    }
+}
+
+/// 7.4-15: safety decision 5: before anything moves, whether it is made ready or not.
+#[test]
+fn a_moment_that_is_over_moves_nothing() {
+    let clocks = [(Some(clock()), NOON - 1800), (None, NOON + 1800)];
+    for (clock, moment) in clocks {
+        let options = Options::default().with_unix_millis_at_zero(clock);
+        let mut bench = Bench::loaded(options, live_move(until(moment)));
+        bench.hear(start());
+        assert_eq!((bench.said(), bench.told().len(), bench.state()), (vec!["0: error 17 0".into()], 0, "Loaded"));
+        bench.hear(setup(true));
+        bench.clear();
+        bench.hear(start());
+        assert_eq!((bench.said(), bench.told().len(), bench.state()), (vec!["0: error 17 0".into()], 0, "Ready"));
+        bench.hear(setup(false));
+        bench.clear();
+        bench.hear(start());
+        assert_eq!((bench.said(), bench.state()), (vec!["0: error 17 0".into()], "HomingSetup"));
+    }
+}
+
+/// 7.4-16.
+#[test]
+fn a_moment_that_passes_on_the_way_home_ends_it() {
+    let options = Options::default().with_unix_millis_at_zero(Some(clock()));
+    let mut bench = Bench::loaded(options, live_move(until(NOON)));
+    bench.hear(start());
+    bench.arrive(1, 0.0);
+    bench.clear();
+    bench.pass_with_client(1_799_000 - 360_000 - 1_000_000);
+    bench.arrive(2, 0.0);
+    assert_eq!(bench.state(), "Delay", "in time");
+
+    let options = options.with_travel_limit(None);
+    let mut bench = Bench::loaded(options, live_move(until(NOON)));
+    bench.hear(start());
+    bench.arrive(1, 0.0);
+    bench.clear();
+    bench.pass_with_client(1_799_000);
+    bench.arrive(2, 0.0);
+    assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: error 17 0", "0: FULL_STOP"]);
+    assert_eq!((bench.told(), bench.state()), (vec![Event::StopAll], "Empty"));
+}
+
+/// 7.4-17, 7.4-18: for a time, and for a moment.
+#[test]
+fn it_waits_for_its_time() {
+    for (playback, wait) in [(waiting(2.5), 2_500), (until(NOON), 1_799_000)] {
+        let mut bench = played(playback);
+        assert_eq!(bench.state(), "Delay");
+        bench.pass_with_client(wait - 500);
+        bench.hear(HostMessage::GetDeviceInfo(EMPTY));
+        assert_eq!(bench.said(), ["0: DeviceInfo DELAY_TIMER_STARTED"]);
+        bench.pass(499);
+        assert_eq!((bench.said().len(), bench.state()), (0, "Delay"));
+        bench.pass(1);
+        assert_eq!((bench.said(), bench.told()), (vec!["0: START_FORWARD".into()], vec![play(Way::Forward, 10_000)]));
+    }
+    let mut bench = loaded();
+    bench.hear(set(live_move(waiting(2.5))));
+    bench.hear(start());
+    bench.clear();
+    bench.home();
+    assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: DELAY_TIMER_STARTED"]);
+    // What is left of it stands in DeviceInfo.
+    bench.now += 1_500;
+    let get = HostMessage::GetDeviceInfo(EMPTY);
+    let input =
+        kos_proto::device::Input::Received { session: ZERO, message: get, password: motion_core::wire::Password(b"") };
+    let now = motion_core::time::Millis(bench.now);
+    let (_, output) = laws::machine::step(bench.machine.clone(), now, input);
+    let kos_proto::device::What::DeviceInfo(doing) = output.send[0].what else { panic!("{output:?}") };
+    assert_eq!(doing.times.0, Seconds(1.0));
+}
+
+/// 7.4-19.
+#[test]
+fn how_far_it_is_may_be_told() {
+    let mut bench = Bench::loaded(Options::default().with_progress_every(Some(4_000)), live_move(live()));
+    bench.hear(start());
+    bench.home();
+    bench.clear();
+    bench.pass(9_999);
+    assert_eq!((bench.said(), bench.told().len()), (vec!["0: START_FORWARD".to_owned(); 2], 0));
+}
+
+/// 7.4-20, 7.4-21.
+#[test]
+fn at_its_end_all_is_over() {
+    let mut bench = played(live());
+    bench.pass(9_999);
+    assert_eq!(bench.said().len(), 0);
+    bench.pass(1);
+    assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: FULL_STOP"]);
+    assert_eq!((bench.told(), bench.state(), bench.machine.plan()), (vec![Event::MoveOver], "Empty", None));
+    bench.hear(HostMessage::GetTrajectoryData(EMPTY));
+    assert_eq!(bench.said(), ["0: TrajectoryData { stored: false }"], "decision K-J15");
+    bench.hear(start());
+    assert_eq!(bench.said(), ["0: error 2 0"], "decision K-J14");
+}
+
+/// 7.4-21, 7.4-22, 7.4-24: n ways back, and n + 1 forward (decision K-J4).
+#[test]
+fn it_is_played_back_and_again() {
+    let mut bench = played(Playback { loop_after_reverse: LoopCount(2), ..live() });
+    for _ in 0..2 {
+        bench.pass_with_client(10_000);
+        assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: START_REVERSE"]);
+        assert_eq!(bench.told(), [play(Way::Reverse, 10_000)]);
+        bench.pass_with_client(10_000);
+        assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: START_FORWARD"]);
+        assert_eq!(bench.told(), [play(Way::Forward, 10_000)]);
+    }
+    bench.pass_with_client(10_000);
+    assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: FULL_STOP"]);
+}
+
+/// 7.4-23: in its own time, and for ever without a count that grows.
+#[test]
+fn it_goes_back_rapidly_and_again() {
+    let rapid =
+        Playback { loop_after_rapid_reverse: LoopCount::FOREVER, rapid_reverse_duration: Seconds(2.0), ..live() };
+    let mut bench = played(rapid);
+    for _ in 0..300 {
+        bench.hear(HostMessage::KeepAlive(EMPTY));
+        bench.pass(10_000);
+        assert_eq!(bench.told(), [play(Way::Reverse, 2_000)]);
+        bench.pass(2_000);
+        assert_eq!(bench.told(), [play(Way::Forward, 10_000)]);
+    }
+}
+
+/// 7.4-25: the other way round (decision K-S8). A direction or a time that means nothing moves nothing.
+#[test]
+fn it_is_played_from_its_end() {
+    let mut bench = loaded();
+    bench.hear(set(live_move(Playback { loop_after_reverse: LoopCount(1), ..live() })));
+    bench.clear();
+    bench.hear(start_to(PlaybackDirection::REVERSE));
+    assert_eq!(bench.told(), [home(Way::Reverse)]);
+    bench.home();
+    for way in [Way::Forward, Way::Reverse] {
+        assert_eq!(bench.told(), [play(way.back(), 10_000)]);
+        bench.pass_with_client(10_000);
+    }
+    bench.clear();
+    bench.pass_with_client(10_000);
+    assert_eq!((bench.said(), bench.state()), (vec!["0: END_OF_MOVE".into(), "0: FULL_STOP".to_owned()], "Empty"));
+
+    let mut bench = loaded();
+    let late = StartPlayback { direction: PlaybackDirection::FORWARD, start_time: Seconds(1.0), tail: &[] };
+    bench.hear(HostMessage::StartPlayback(late));
+    bench.hear(start_to(PlaybackDirection(2)));
+    assert_eq!((bench.said(), bench.told().len()), (vec!["0: error 17 0".into(), "0: error 2 0".to_owned()], 0));
+}
+
+/// 7.4-26, 7.4-28: safety decisions 1 and 8: all motors say where they rest, at once or when they do.
+#[test]
+fn a_stop_ends_a_move_in_every_state() {
+    for stop in [STOP, set_psa(3, 0.0, 0.0), bump(9, 0.0, 0.0)] {
+        for mut bench in running() {
+            let state = bench.state();
+            bench.hear(stop);
+            assert_eq!(bench.told(), [Event::StopAll], "{state}");
+            assert_eq!(bench.state(), "Empty");
+            let said = bench.said();
+            assert_eq!(said[0], "0: FULL_STOP", "{state}");
+            assert_eq!(said.last().map(String::as_str), Some("0: 3 rests at 0.0"));
+            if state == "Delay" {
+                assert_eq!(said.len(), 4, "nothing moves");
+                continue;
+            }
+            assert_eq!(said.len(), 2, "{state}: two motors move");
+            bench.arrive(1, 2.0);
+            bench.arrive(2, 3.0);
+            assert_eq!(bench.said(), ["0: 1 rests at 2.0", "0: 2 rests at 3.0"]);
+        }
+    }
+    // Ready is no running move, but is forgotten as well.
+    let mut bench = loaded();
+    bench.hear(setup(true));
+    bench.clear();
+    bench.hear(STOP);
+    assert_eq!((bench.state(), bench.said().len()), ("Empty", 4));
+}
+
+/// 7.4-27: and again.
+#[test]
+fn a_stop_without_a_move_is_answered_as_well() {
+    let mut bench = loaded();
+    bench.hear(set_psa(3, 7.0, 1.0));
+    bench.clear();
+    bench.hear(STOP);
+    assert_eq!((bench.told(), bench.state()), (vec![Event::StopAll], "Empty"));
+    assert_eq!(bench.said(), ["0: FULL_STOP", "0: 1 rests at 8.0", "0: 2 rests at 8.0"]);
+    bench.arrive(3, 0.0);
+    assert_eq!(bench.said(), ["0: 3 rests at 0.0"]);
+    bench.hear(STOP);
+    let said = bench.said();
+    assert_eq!((&said[..1], &said[1..]), (&["0: FULL_STOP".to_owned()][..], &RESTS.map(str::to_owned)[..]));
+}
+
+/// 7.4-28: of a motor alone, when no move runs.
+#[test]
+fn a_stop_of_one_motor_leaves_a_move_that_is_ready() {
+    let mut bench = loaded();
+    bench.hear(setup(true));
+    bench.clear();
+    bench.hear(set_psa(1, 0.0, 0.0));
+    assert_eq!((bench.said(), bench.state()), (vec!["0: 1 rests at 8.0".into()], "Ready"));
+}
+
+/// 7.4-29: the move goes on, and only the one that asked hears of it (decision K-S3).
+#[test]
+fn while_a_move_runs_nothing_else_moves() {
+    let picture = TakePicture { motor_address: MotorAddress::ALL, exposure: Seconds(1.0), tail: &[] };
+    let others = [mark_begin(1), mark_end(1), reset_axis(0), reset_axis(1), HostMessage::TakePicture(picture)];
+    let moves = [setup(false), setup(true), RAPID, set_psa(1, 1.0, 1.0), bump(3, 1.0, 1.0), start()];
+    for message in others.into_iter().chain(moves).chain([set(live_move(live()))]) {
+        for mut bench in running() {
+            let state = bench.state();
+            if state == "HomingSetup" && matches!(message, HostMessage::StartPlayback(_)) {
+                continue;
+            }
+            bench.open(ONE, kos_proto::plan::Transport::Usb);
+            let before = bench.machine.clone();
+            bench.from(ONE, message);
+            assert_eq!((bench.said(), bench.told().len()), (vec!["1: error 2 0".into()], 0), "{state}: {message}");
+            assert_eq!(bench.machine, before, "{state}: {message}");
+        }
+    }
+}
+
+/// 7.4-30: and a motor that is not there any more (decision K-S9).
+#[test]
+fn a_fault_ends_a_move() {
+    for code in [10, 11, 12, 13, 16] {
+        for mut bench in running() {
+            bench.rig(Report::Fault(MotorAddress(1), ErrorCode(code)));
+            assert_eq!(bench.said(), [format!("0: error {code} 1"), "0: FULL_STOP".into()]);
+            assert_eq!((bench.told(), bench.state()), (vec![Event::StopAll], "Empty"));
+            let calibrated = bench.machine.calibration(MotorAddress(1)).unwrap().name() == "Calibrated";
+            assert_eq!(calibrated, !ErrorCode(code).resets_axis());
+        }
+    }
+    for mut bench in running() {
+        bench.rig(Report::Online(MotorAddress(3), false));
+        assert_eq!(bench.said(), ["0: 3 online false"]);
+        bench.rig(Report::Online(MotorAddress(2), false));
+        assert_eq!(bench.said(), ["0: error 4 2", "0: FULL_STOP", "0: 2 online false"]);
+    }
+}
+
+/// 7.4-31: camera roll is taken, and nothing is said of it.
+#[test]
+fn camera_roll_is_never_told() {
+    let mut bench =
+        played(Playback { camera_roll_enabled: true.into(), camera_roll_pre_delay: Seconds(3.0), ..live() });
+    assert_eq!(bench.state(), "Forward");
+    bench.pass(10_000);
+    assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: FULL_STOP"]);
+}
+
+/// A wake that is late is late, no more: each way takes its time from when it began.
+#[test]
+fn a_late_wake_is_late() {
+    let mut bench = played(Playback { loop_after_reverse: LoopCount(1), ..live() });
+    bench.now += 25_000;
+    bench.step(kos_proto::device::Input::Wake);
+    assert_eq!(bench.told(), [play(Way::Reverse, 10_000)]);
+    bench.pass(9_999);
+    assert_eq!(bench.state(), "Reverse");
+}

@@ -1,0 +1,489 @@
+//! Any sequence of inputs, hostile ones among them, to each machine alone.
+
+use kos_proto::device::motor::Motion;
+use kos_proto::device::{self, DeviceMachine, Report, SessionId};
+use kos_proto::host::{self, Command, Get, HostMachine, Send, Token};
+use kos_proto::message::*;
+use kos_proto::plan::{Plan, Transport, Way};
+use kos_proto::trajectory::*;
+use kos_proto::{DecodeError, DeviceMessage, HostMessage, MessageId, MessageType};
+use laws::machine::step;
+use motion_core::time::Millis;
+use motion_core::wire::{Messages, Password};
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+use super::bench::*;
+use super::client::{AT, Client, go, jog, plan};
+
+/// What the clock does before a step.
+#[derive(Debug, Clone, Copy)]
+enum Time {
+    Stands,
+    Goes(u64),
+    /// To the moment at which the machine wants to be woken, and so much later.
+    Wakes(u64),
+}
+
+fn time() -> impl Strategy<Value = Time> {
+    prop_oneof![
+        3 => Just(Time::Stands),
+        2 => (0..40_000_u64).prop_map(Time::Goes),
+        1 => (0..100_u64).prop_map(Time::Goes),
+        4 => Just(Time::Wakes(0)),
+        1 => (0..5_000_u64).prop_map(Time::Wakes),
+    ]
+}
+
+impl Time {
+    fn pass(self, now: u64, wake: Option<u64>) -> u64 {
+        match self {
+            Self::Stands => now,
+            Self::Goes(millis) => now + millis,
+            Self::Wakes(late) => wake.unwrap_or(now) + late,
+        }
+    }
+}
+
+/// A message as it came, of a known number or any other.
+#[derive(Debug, Clone)]
+struct Wire {
+    number: u32,
+    body: Vec<u8>,
+}
+
+impl Wire {
+    /// The message, or what is missing.
+    fn decode<'a, M: Messages<'a>>(&'a self) -> Result<M, (MessageId, MessageType, DecodeError)> {
+        let [i0, i1, kind, _] = self.number.to_be_bytes();
+        let id = MessageId(u16::from_be_bytes([i0, i1]));
+        M::decode_body(self.number, &self.body).map_err(|error| (id, MessageType(kind), error))
+    }
+}
+
+fn wire(known: Vec<u32>) -> impl Strategy<Value = Wire> {
+    let number = prop_oneof![8 => prop::sample::select(known), 1 => any::<u32>()];
+    // Small bytes are motors, counts and flags that mean something.
+    let byte = prop_oneof![2 => 0..5_u8, 1 => any::<u8>()];
+    (number, vec(byte, 0..60)).prop_map(|(number, body)| Wire { number, body })
+}
+
+fn encoded<'a, M: Messages<'a>>(message: &M) -> Wire {
+    let mut body = vec![0; message.body_len()];
+    message.encode_body(&mut body).unwrap();
+    Wire { number: message.number(), body }
+}
+
+fn number() -> impl Strategy<Value = f32> {
+    prop_oneof![4 => prop::sample::select(vec![0.0, 1.0, -1.0, 8.0, 25_000.0]), 1 => any::<f32>()]
+}
+
+fn moves() -> impl Strategy<Value = TrajectoryData<'static>> {
+    let live_moves = (0..3_u8, 0..3_u8, 0..3_u8).prop_map(|(back, rapid, delay)| {
+        let (loop_after_reverse, loop_after_rapid_reverse) = (LoopCount(back), LoopCount(rapid / 2));
+        let delay_interval_bits = DelayInterval::from_seconds(Seconds(3.0));
+        let delay_mode = DelayMode(delay);
+        live_move(Playback { loop_after_reverse, loop_after_rapid_reverse, delay_mode, delay_interval_bits, ..live() })
+    });
+    let lapses = (1..3_u8, 0..3_u32, 0..4_u32, 0..3_u32, number()).prop_map(|(mode, before, moving, after, delay)| {
+        let playback = Playback { playback_mode: PlaybackMode(mode), ..live() };
+        trajectory(playback, photos(delay, 0.5, before, moving, after))
+    });
+    prop_oneof![live_moves, lapses]
+}
+
+/// What a client may send that makes sense, mostly.
+fn host_message() -> impl Strategy<Value = Wire> {
+    let known = HostMessage::ALL.iter().map(|kind| kind.number).collect();
+    let moved = (any::<bool>(), 0..5_u8, number(), number()).prop_map(|(is_bump, motor, position, speed)| {
+        encoded(&if is_bump { bump(motor, position, speed) } else { set_psa(motor, position, speed) })
+    });
+    let simple = vec![
+        STOP,
+        start(),
+        start_to(PlaybackDirection::REVERSE),
+        setup(false),
+        setup(true),
+        mark_begin(1),
+        mark_end(1),
+        mark_begin(2),
+        mark_end(2),
+        reset_axis(0),
+        HostMessage::RapidToFirstKeyFrame(EMPTY),
+        HostMessage::SetUserPassword(password(b"")),
+        HostMessage::SetUserPassword(password(b"open")),
+        HostMessage::SetDevicePassword(password(b"open")),
+        HostMessage::KeepAlive(EMPTY),
+    ];
+    prop_oneof![
+        2 => wire(known),
+        3 => moved,
+        4 => prop::sample::select(simple).prop_map(|message| encoded(&message)),
+        2 => moves().prop_map(|data| encoded(&HostMessage::SetTrajectoryData(data))),
+    ]
+}
+
+#[derive(Debug, Clone)]
+enum DeviceOp {
+    Open(SessionId, Transport),
+    Closed(SessionId),
+    Fatal(SessionId),
+    Message(SessionId, Wire),
+    Datagram(Wire),
+    Rig(Report),
+    Wake,
+}
+
+fn device_op() -> impl Strategy<Value = DeviceOp> {
+    let session = || (0..5_u8).prop_map(SessionId);
+    let transport = prop::sample::select(vec![Transport::Tcp, Transport::Usb]);
+    let motor = || (0..5_u8).prop_map(MotorAddress);
+    let position = || number().prop_map(Rotations);
+    let report = prop_oneof![
+        1 => Just(Report::Started),
+        2 => (motor(), position()).prop_map(|(motor, position)| Report::At(motor, position)),
+        8 => (1..4_u8, position()).prop_map(|(motor, position)| Report::Arrived(MotorAddress(motor), position)),
+        1 => motor().prop_map(Report::CannotHome),
+        1 => (motor(), 0..21_u8).prop_map(|(motor, code)| Report::Fault(motor, ErrorCode(code))),
+        1 => (motor(), any::<bool>()).prop_map(|(motor, online)| Report::Online(motor, online)),
+        1 => any::<u8>().prop_map(|inputs| Report::Inputs(AuxInputs(inputs))),
+    ];
+    prop_oneof![
+        2 => (session(), transport).prop_map(|(session, transport)| DeviceOp::Open(session, transport)),
+        1 => session().prop_map(DeviceOp::Closed),
+        1 => session().prop_map(DeviceOp::Fatal),
+        16 => (session(), host_message()).prop_map(|(session, message)| DeviceOp::Message(session, message)),
+        1 => host_message().prop_map(DeviceOp::Datagram),
+        8 => report.prop_map(DeviceOp::Rig),
+        4 => Just(DeviceOp::Wake),
+    ]
+}
+
+fn device_options() -> impl Strategy<Value = device::Options> {
+    (any::<[bool; 5]>(), any::<bool>()).prop_map(|([empty, nonzero, alone, push, progress], clock)| {
+        device::Options::default()
+            .with_require_empty_password(empty)
+            .with_quirk_begin_nonzero(nonzero)
+            .with_stop_when_alone(alone)
+            .with_push_every(push.then_some(5_000))
+            .with_progress_every(progress.then_some(700))
+            .with_travel_limit(Some(60_000))
+            .with_unix_millis_at_zero(clock.then_some(1_700_000_000_000))
+    })
+}
+
+/// Whether a message stops something.
+fn is_stop(message: &HostMessage<'_>) -> bool {
+    match message {
+        HostMessage::StopPlayback(_) => true,
+        HostMessage::SetPositionSpeedAcceleration(message) => message.is_stop(),
+        HostMessage::BumpPositionSpeedAcceleration(message) => message.is_stop(),
+        _ => false,
+    }
+}
+
+/// What holds of a step of a device, whatever came.
+fn device_holds(before: &DeviceMachine, after: &DeviceMachine, input: &device::Input<'_>, output: &device::Output) {
+    use device::Event;
+    let ran = before.playback().runs();
+    for event in &output.events {
+        match event {
+            Event::Move { .. } => assert!(!ran && !after.playback().runs(), "by hand and in a move"),
+            Event::Home { .. } => assert!(!ran, "two moves"),
+            _ => {}
+        }
+    }
+    let plays = output.events.iter().filter(|event| matches!(event, Event::Play { .. } | Event::MoveToFrame { .. }));
+    assert!(plays.count() <= 1, "two moves");
+    let stops_all = output.events.contains(&Event::StopAll);
+    assert!(!stops_all || !after.playback().runs(), "nothing goes on behind a stop");
+    let device::Input::Received { session, message, .. } = input else { return };
+    if is_stop(message) && before.session(*session) != device::session::State::Closed {
+        let by_hand = match message {
+            HostMessage::SetPositionSpeedAcceleration(message) => Some(message.motor_address),
+            HostMessage::BumpPositionSpeedAcceleration(message) => Some(message.motor_address),
+            _ => None,
+        };
+        match by_hand {
+            Some(motor) if !ran => {
+                let moved = before.motor(motor).is_some_and(|drive| drive.motion() != Motion::Resting);
+                let stopped = |event: &Event| matches!(event, Event::StopMotor { motor: this, .. } if this.number() == motor.number());
+                assert_eq!(output.events.iter().any(stopped), moved);
+            }
+            _ => assert!(stops_all, "a stop is obeyed in the step in which it comes"),
+        }
+        assert!(
+            after
+                .motor(MotorAddress(1))
+                .is_none_or(|drive| by_hand.is_some() || !matches!(drive.motion(), Motion::Moving(_)))
+        );
+        let rests_later = output.events.iter().any(|event| matches!(event, Event::StopMotor { .. }));
+        assert!(rests_later || !output.send.is_empty(), "a stop is answered, at once or when the motor rests");
+    }
+}
+
+#[derive(Debug, Clone)]
+enum HostOp {
+    Opened,
+    Closed,
+    Fatal,
+    Message(Wire),
+    Command(Command),
+    Wake,
+}
+
+fn command() -> impl Strategy<Value = Command> {
+    let motor = || (0..5_u8).prop_map(MotorAddress);
+    let get = (prop::sample::select(Get::ALL.to_vec()), any::<u16>());
+    let simple = vec![
+        Command::Stop,
+        Command::Connect(AT),
+        Command::Connect(host::Endpoint::Usb),
+        Command::Disconnect,
+        Command::Unlock,
+        Command::ChangePassword,
+        Command::ResetDevice,
+        Command::Alive,
+        Command::Play,
+        Command::RapidToFirstKeyFrame,
+        Command::Load { plan: plan(), way: Way::Forward, delay_return: false },
+        Command::PlayDirect { plan: plan(), way: Way::Reverse },
+    ];
+    prop_oneof![
+        6 => prop::sample::select(simple),
+        2 => get.prop_map(|(get, token)| Command::Get(get, Token(token))),
+        1 => motor().prop_map(Command::StopMotor),
+        1 => motor().prop_map(Command::ResetAxis),
+        1 => motor().prop_map(Command::MarkBegin),
+        1 => motor().prop_map(Command::MarkEnd),
+        4 => (motor(), number()).prop_map(|(motor, position)| Command::MoveTo(go(motor, position))),
+        2 => (motor(), number()).prop_map(|(motor, speed)| jog(motor, speed)),
+        2 => (motor(), number()).prop_map(|(motor, delta)| Command::Bump(go(motor, delta))),
+        1 => number().prop_map(|exposure| Command::TakePicture(Seconds(exposure))),
+    ]
+}
+
+/// What a device may send that makes sense, mostly.
+fn device_message() -> impl Strategy<Value = Wire> {
+    use super::client::{calibrated, device_info, guid, software, unsupported};
+    let known = DeviceMessage::ALL.iter().map(|kind| kind.number).chain([0x000B_8200]).collect();
+    let status =
+        (0..15_u8).prop_map(|state| Wire { number: 0x0081_0202, body: vec![state, 0, 0, 0, 0, 0, 0, 0, 0, 0] });
+    let error = (0..21_u8, 0..4_u8).prop_map(|(code, motor)| Wire { number: 0x0081_0203, body: vec![code, motor] });
+    let rests = (1..4_u8).prop_map(|motor| Wire { number: 0x0081_0207, body: vec![motor, 0, 0, 0, 0] });
+    let motor = (0..12_u8, any::<bool>()).prop_map(|(motor, more)| {
+        let number = if more { 0x000B_8200 } else { 0x000B_0200 };
+        Wire { number, body: [&[1, motor][..], &[64; 24]].concat() }
+    });
+    let info = (0..15_u8).prop_map(|state| encoded(&device_info(PlaybackState(state))));
+    let simple = vec![
+        encoded(&guid(&[7; 16])),
+        encoded(&software(4)),
+        encoded(&calibrated(MotorAddress(1), 3.0)),
+        encoded(&unsupported(&[4, 0, 6, 0, 0x0F, 1])),
+    ];
+    prop_oneof![
+        2 => wire(known),
+        4 => status,
+        1 => error,
+        2 => rests,
+        3 => motor,
+        3 => info,
+        3 => prop::sample::select(simple),
+    ]
+}
+
+fn host_op() -> impl Strategy<Value = HostOp> {
+    prop_oneof![
+        3 => Just(HostOp::Opened),
+        1 => Just(HostOp::Closed),
+        1 => Just(HostOp::Fatal),
+        12 => device_message().prop_map(HostOp::Message),
+        12 => command().prop_map(HostOp::Command),
+        4 => Just(HostOp::Wake),
+    ]
+}
+
+/// What a client sent for which command, and what has to come to an end.
+#[derive(Default)]
+struct Ledger {
+    /// Commands that may be sent once each.
+    due: Vec<Command>,
+    /// Questions that are not answered.
+    asked: Vec<Token>,
+}
+
+impl Ledger {
+    fn check(&mut self, input: &host::Input<'_>, output: &host::Output) {
+        use host::Event;
+        let refused = output.events.iter().any(|event| matches!(event, Event::Refused(_)));
+        match input {
+            host::Input::Command(Command::Stop | Command::StopMotor(_)) => self.due.clear(),
+            host::Input::Command(Command::Get(_, token)) if !refused => self.asked.push(*token),
+            host::Input::Command(command @ (Command::MoveTo(_) | Command::Jog { .. })) if !refused => {
+                self.due.push(*command);
+            }
+            _ => {}
+        }
+        for send in output.send.iter().filter(|send| !send.is_repeatable()) {
+            let commanded = matches!(input, host::Input::Command(_));
+            match send {
+                // One that had to wait; those that it overtook are never sent.
+                Send::MoveTo(sent) => {
+                    let place = self.due.iter().rposition(|command| match command {
+                        Command::MoveTo(go) => go.motor.number() == sent.motor.number() && go.position == sent.position,
+                        Command::Jog { motor, .. } => motor.number() == sent.motor.number(),
+                        _ => false,
+                    });
+                    assert!(
+                        place.is_some_and(|place| self.due.drain(..=place).next().is_some()),
+                        "{sent:?} sent twice"
+                    );
+                }
+                send => assert!(commanded && !refused, "{send:?} without a command"),
+            }
+        }
+        for event in &output.events {
+            if let Event::Answered(_, token) | Event::Failed(_, token, _) = event {
+                let place = self.asked.iter().position(|asked| asked == token);
+                self.asked.remove(place.expect("a question ends once"));
+            }
+        }
+    }
+}
+
+fn host_holds(before: &HostMachine, after: &HostMachine, input: &host::Input<'_>, output: &host::Output) {
+    use host::Event;
+    let host::Input::Command(command) = input else { return };
+    let connected = before.state().is_connected();
+    match command {
+        Command::Stop if connected => {
+            assert_eq!(output.send.first(), Some(&Send::StopPlayback), "a stop is sent in the step in which it comes");
+            assert!(output.send.iter().all(Send::is_repeatable), "and nothing that moves with it");
+            assert_eq!(after.move_state(), host::MoveState::Stopping);
+        }
+        Command::Stop => assert!(output.events.contains(&Event::StopNotConfirmed(None))),
+        Command::ChangePassword if before.moves() => {
+            assert!(!output.send.contains(&Send::DevicePassword), "something moves");
+        }
+        _ => {}
+    }
+}
+
+proptest! {
+    #[test]
+    fn any_inputs_to_a_device(options in device_options(), ops in vec((time(), device_op()), 0..80)) {
+        let mut machine = DeviceMachine::new(options);
+        let (mut now, mut wake) = (0, None);
+        machine = step(machine, Millis(now), device::Input::Rig(Report::Started)).0;
+        for motor in [1, 2] {
+            let session = SessionId(3);
+            let open = device::Input::Opened { session, transport: Transport::Usb, password: Password(b"") };
+            machine = step(machine, Millis(now), open).0;
+            for (position, message) in [(0.0, mark_begin(motor)), (8.0, mark_end(motor))] {
+                let arrived = Report::Arrived(MotorAddress(motor), Rotations(position));
+                machine = step(machine, Millis(now), device::Input::Rig(arrived)).0;
+                let input = device::Input::Received { session, message, password: Password(b"") };
+                machine = step(machine, Millis(now), input).0;
+            }
+        }
+        for (time, op) in &ops {
+            now = time.pass(now, wake);
+            let stored = Password(b"open");
+            let decoded;
+            let input = match op {
+                DeviceOp::Open(session, transport) => {
+                    device::Input::Opened { session: *session, transport: *transport, password: stored }
+                }
+                DeviceOp::Closed(session) => device::Input::Closed(*session),
+                DeviceOp::Fatal(session) => device::Input::Fatal(*session),
+                DeviceOp::Message(session, wire) => {
+                    decoded = wire.decode::<HostMessage<'_>>();
+                    match decoded {
+                        Ok(message) => device::Input::Received { session: *session, message, password: stored },
+                        Err((id, kind, error)) => device::Input::Malformed { session: *session, id, kind, error },
+                    }
+                }
+                DeviceOp::Datagram(wire) => match wire.decode::<HostMessage<'_>>() {
+                    Ok(message) => device::Input::Datagram(message),
+                    Err(_) => device::Input::Wake,
+                },
+                DeviceOp::Rig(report) => device::Input::Rig(*report),
+                DeviceOp::Wake => device::Input::Wake,
+            };
+            let early = wake.is_some_and(|wake| wake > now);
+            let (next, output) = step(machine.clone(), Millis(now), input);
+            device_holds(&machine, &next, &input, &output);
+            if matches!(input, device::Input::Wake) && early {
+                prop_assert!(output.is_quiet() && next == machine, "to wake it too early changes nothing");
+            }
+            let (again, quiet) = step(next.clone(), Millis(now), device::Input::Wake);
+            prop_assert!(quiet.is_quiet() && again == next, "to wake it once more changes nothing");
+            (machine, wake) = (next, output.wake.map(|wake| wake.0));
+        }
+    }
+
+    #[test]
+    fn any_inputs_to_a_client(
+        ops in vec((time(), host_op()), 0..80),
+        [ask, again, usb, ready] in any::<[bool; 4]>(),
+    ) {
+        let options = host::Options::default().with_ask_every(ask.then_some(5_000)).with_reconnect(again);
+        let endpoint = if usb { host::Endpoint::Usb } else { AT };
+        let client = if ready { Client::ready_at(options, endpoint) } else { Client::new(options) };
+        let (mut machine, mut now, mut wake) = (client.machine, client.now, client.wake);
+        let mut ledger = Ledger::default();
+        for (time, op) in &ops {
+            now = time.pass(now, wake);
+            let decoded;
+            let input = match op {
+                HostOp::Opened => host::Input::Opened,
+                HostOp::Closed => host::Input::Closed,
+                HostOp::Fatal => host::Input::Fatal,
+                HostOp::Message(wire) => {
+                    decoded = wire.decode::<DeviceMessage<'_>>();
+                    match decoded {
+                        Ok(message) => host::Input::Received(message),
+                        Err((id, kind, error)) => host::Input::Malformed { id, kind, error },
+                    }
+                }
+                HostOp::Command(command) => host::Input::Command(*command),
+                HostOp::Wake => host::Input::Wake,
+            };
+            let early = wake.is_some_and(|wake| wake > now);
+            let (next, output) = step(machine.clone(), Millis(now), input);
+            host_holds(&machine, &next, &input, &output);
+            ledger.check(&input, &output);
+            if matches!(input, host::Input::Wake) && early {
+                prop_assert!(output.is_quiet() && next == machine, "to wake it too early changes nothing");
+            }
+            let (again, quiet) = step(next.clone(), Millis(now), host::Input::Wake);
+            prop_assert!(quiet.is_quiet() && again == next, "to wake it once more changes nothing");
+            (machine, wake) = (next, output.wake.map(|wake| wake.0));
+        }
+        // All that was asked comes to an end.
+        let end = now + options.request_timeout;
+        while let Some(due) = wake.filter(|&wake| wake <= end) {
+            let (next, output) = step(machine, Millis(due), host::Input::Wake);
+            ledger.check(&host::Input::Wake, &output);
+            (machine, wake) = (next, output.wake.map(|wake| wake.0));
+        }
+        prop_assert!(ledger.asked.is_empty(), "{:?}", ledger.asked);
+    }
+
+    /// A plan is what it says, or why it is none: any blocks.
+    #[test]
+    fn any_plan(body in vec(any::<u8>(), 0..300), data in moves()) {
+        let wire = Wire { number: 0x0012_0000, body };
+        if let Ok(HostMessage::SetTrajectoryData(data)) = wire.decode() {
+            let _ = Plan::of(&data);
+        }
+        if let Ok(plan) = Plan::of(&data) {
+            let valid = match plan.kind {
+                kos_proto::plan::Kind::Live { duration, loops } => duration > 0 && loops.is_none_or(|loops| loops.duration > 0),
+                _ => plan.shots().is_some_and(|shots| shots.moving > 0 && shots.interval() > 0),
+            };
+            prop_assert!(valid && !plan.motors.is_empty());
+        }
+    }
+}

@@ -1,0 +1,437 @@
+//! A client and a device together, over a line with the faults of its transport, before a simple rig.
+//!
+//! TCP delivers everything in order and whole, or is cut off; USB loses messages and doubles them. Neither reorders.
+
+use std::collections::VecDeque;
+
+use kos_proto::device::{self, DeviceMachine, Profile, Report, Scratch, SessionId, To};
+use kos_proto::host::{self, Command, HostMachine, Source};
+use kos_proto::message::*;
+use kos_proto::plan::{MotorSet, Transport, Way};
+use kos_proto::trajectory::*;
+use kos_proto::{DeviceMessage, Frame, HostMessage};
+use laws::machine::step;
+use motion_core::time::Millis;
+use motion_core::wire::Password;
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+use super::bench::*;
+use super::client::{AT, go, jog};
+
+const SESSION: SessionId = SessionId(0);
+const MOTORS: [u8; 3] = [1, 2, 3];
+
+/// One direction of a line.
+#[derive(Default)]
+struct Wire {
+    queue: VecDeque<(u64, Vec<u8>)>,
+}
+
+impl Wire {
+    /// A message is on its way, behind all that is.
+    fn put(&mut self, now: u64, delay: u64, message: Vec<u8>) {
+        let due = self.queue.back().map_or(0, |(due, _)| *due).max(now + delay);
+        self.queue.push_back((due, message));
+    }
+
+    fn due(&self) -> Option<u64> {
+        self.queue.front().map(|(due, _)| *due)
+    }
+}
+
+/// Three motors that take their time.
+#[derive(Default)]
+struct Rig {
+    at: [f32; 3],
+    /// Motors on their way: when they are there, and where.
+    ways: Vec<(u64, u8, f32)>,
+    /// Until when a move is played, and which motors it moves to a place of its own.
+    playing: Option<u64>,
+    sent: MotorSet,
+}
+
+impl Rig {
+    fn go(&mut self, due: u64, motor: u8, to: f32) {
+        self.ways.retain(|&(_, other, _)| other != motor);
+        self.ways.push((due, motor, to));
+    }
+
+    /// Does what it is told, and checks that it makes sense.
+    fn follow(&mut self, now: u64, event: &device::Event) {
+        use device::Event;
+        match *event {
+            Event::Move { motor, to, .. } => {
+                assert!(self.playing.is_none() && self.sent.is_empty(), "by hand, while a move runs");
+                let from = self.at[usize::from(motor.0) - 1];
+                let jogs = (to.0 - from).abs() > 1_000.0;
+                self.go(if jogs { u64::MAX } else { now + 700 }, motor.0, to.0);
+            }
+            Event::StopMotor { motor, .. } => self.go(now + 150, motor.0, self.at[usize::from(motor.0) - 1]),
+            Event::StopAll => {
+                // A live move has motors 1 and 2; what rests anyway has nothing to say.
+                let played = self.playing.is_some();
+                let moves = |motor| self.ways.iter().any(|&(_, other, _)| other == motor) || (played && motor < 3);
+                let moving: Vec<u8> = MOTORS.into_iter().filter(|&motor| moves(motor)).collect();
+                (self.playing, self.sent) = (None, MotorSet::NONE);
+                for motor in moving {
+                    self.go(now + 150, motor, self.at[usize::from(motor) - 1]);
+                }
+            }
+            Event::Home { motors, .. } => {
+                assert!(self.playing.is_none() && self.sent.is_empty(), "two moves");
+                assert!(self.ways.is_empty(), "a move begins while motors move");
+                motors.iter().for_each(|motor| self.go(now + 400 * u64::from(motor.0), motor.0, 0.0));
+                self.sent = motors;
+            }
+            Event::Play { millis, .. } => {
+                assert!(self.sent.is_empty() && self.ways.is_empty(), "played before it is home");
+                assert!(self.playing.is_none_or(|until| until <= now), "two moves");
+                self.playing = Some(now + millis);
+            }
+            Event::MoveToFrame { .. } => {
+                let motors = [MotorAddress(1), MotorAddress(2)];
+                for motor in motors {
+                    self.go(now + 300, motor.0, 1.0);
+                }
+                self.sent = MotorSet::of(motors);
+            }
+            Event::MoveOver => self.playing = None,
+            _ => {}
+        }
+    }
+
+    /// A motor that is there.
+    fn arrived(&mut self, now: u64) -> Option<Report> {
+        let place = self.ways.iter().position(|&(due, ..)| due <= now)?;
+        let (_, motor, to) = self.ways.remove(place);
+        self.at[usize::from(motor) - 1] = to;
+        self.sent.remove(MotorAddress(motor));
+        Some(Report::Arrived(MotorAddress(motor), Rotations(to)))
+    }
+}
+
+struct World {
+    now: u64,
+    transport: Transport,
+    /// Whether the line still has faults, and which ones come.
+    faults: bool,
+    luck: Box<dyn Iterator<Item = u8>>,
+    host: HostMachine,
+    device: DeviceMachine,
+    host_wake: Option<u64>,
+    device_wake: Option<u64>,
+    /// When the connection that is asked for is there.
+    opening: Option<u64>,
+    to_device: Wire,
+    to_host: Wire,
+    rig: Rig,
+    data: TrajectoryData<'static>,
+    password: &'static [u8],
+    other_password: &'static [u8],
+    told: Vec<host::Event>,
+    /// What only a command may send, how often it was sent, and how often the device did it.
+    starts: (u32, u32),
+}
+
+impl World {
+    fn new(transport: Transport, data: TrajectoryData<'static>, luck: Vec<u8>) -> Self {
+        let mut bench = Bench::new(device::Options::default());
+        bench.calibrate(1);
+        bench.calibrate(2);
+        bench.step(device::Input::Closed(ZERO));
+        let mut world = Self {
+            now: bench.now,
+            transport,
+            faults: true,
+            luck: Box::new(luck.into_iter().cycle()),
+            host: HostMachine::new(host::Options::default()),
+            device: bench.machine,
+            host_wake: None,
+            device_wake: bench.wake,
+            opening: None,
+            to_device: Wire::default(),
+            to_host: Wire::default(),
+            rig: Rig { at: [RANGE, RANGE, 0.0], ..Rig::default() },
+            data,
+            password: b"",
+            other_password: b"new",
+            told: Vec::new(),
+            starts: (0, 0),
+        };
+        let endpoint = if transport == Transport::Tcp { AT } else { host::Endpoint::Usb };
+        world.host(host::Input::Command(Command::Connect(endpoint)));
+        world
+    }
+
+    fn roll(&mut self) -> u8 {
+        self.luck.next().unwrap_or(0)
+    }
+
+    /// Puts a message on a line: later, twice, or never.
+    fn transmit(&mut self, to_device: bool, message: &[u8]) {
+        let fate = self.roll();
+        let delay = u64::from(fate % 32) * 3;
+        let copies = match (self.faults && self.transport == Transport::Usb, fate / 32) {
+            (true, 0) => 0,
+            (true, 1) => 2,
+            _ => 1,
+        };
+        let wire = if to_device { &mut self.to_device } else { &mut self.to_host };
+        for _ in 0..copies {
+            wire.put(self.now, delay, message.to_vec());
+        }
+    }
+
+    fn host(&mut self, input: host::Input<'_>) {
+        let (host, output) = step(self.host.clone(), Millis(self.now), input);
+        self.host = host;
+        self.host_wake = output.wake.map(|wake| wake.0);
+        for send in &output.send {
+            let password = Password(self.password);
+            let new_password = Password(self.other_password);
+            let source =
+                Source { device_password: password, user_password: password, new_password, trajectory: self.data };
+            let message = send.message(&source);
+            let mut bytes = vec![0; message.encoded_len()];
+            message.encode_into(&mut bytes).unwrap();
+            self.starts.0 += u32::from(matches!(send, host::Send::Start(_)));
+            self.transmit(true, &bytes);
+        }
+        for event in output.events {
+            self.told.push(event);
+            match event {
+                host::Event::Open(_) => self.opening = Some(self.now + 20),
+                host::Event::Closed(_) => {
+                    self.opening = None;
+                    self.cut();
+                    self.device(device::Input::Closed(SESSION));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn device(&mut self, input: device::Input<'_>) {
+        let ran = self.device.playback().runs();
+        let (device, output) = step(self.device.clone(), Millis(self.now), input);
+        self.device = device;
+        self.device_wake = output.wake.map(|wake| wake.0);
+        if let device::Input::Received { message: HostMessage::StopPlayback(_), .. } = input {
+            assert!(output.events.contains(&device::Event::StopAll), "a stop is obeyed when it comes");
+        }
+        let mut close = false;
+        for event in &output.events {
+            self.rig.follow(self.now, event);
+            match event {
+                device::Event::Close(..) => close = true,
+                device::Event::StorePassword => {
+                    let device::Input::Received { message: HostMessage::SetDevicePassword(given), .. } = input else {
+                        panic!("there is no password to store");
+                    };
+                    if given.password != Password(self.password) {
+                        std::mem::swap(&mut self.password, &mut self.other_password);
+                    }
+                }
+                _ => {}
+            }
+        }
+        if let device::Input::Received { message: HostMessage::StartPlayback(_), .. } = input {
+            self.starts.1 += u32::from(!ran && self.device.playback().runs());
+        }
+        for send in &output.send {
+            if send.to != To::Broadcast {
+                let profile =
+                    Profile { password: Password(self.password), trajectory: self.data, ..Profile::default() };
+                let profile = Profile { guid: &[7; 16], motors: &[], ..profile };
+                let mut scratch = Scratch::default();
+                let message = send.message(&profile, &mut scratch);
+                let mut bytes = vec![0; message.encoded_len()];
+                message.encode_into(&mut bytes).unwrap();
+                self.transmit(false, &bytes);
+            }
+        }
+        if close {
+            self.cut();
+            self.host(host::Input::Closed);
+        }
+    }
+
+    /// What is on its way is lost.
+    fn cut(&mut self) {
+        (self.to_device, self.to_host) = (Wire::default(), Wire::default());
+    }
+
+    /// Deals with the next thing that happens until a moment; `false` if nothing does.
+    fn happen(&mut self, end: u64) -> bool {
+        let rig = self.rig.ways.iter().map(|&(due, ..)| due).min();
+        let wires = [self.to_device.due(), self.to_host.due()];
+        let all = [self.host_wake, self.device_wake, self.opening, rig, wires[0], wires[1]];
+        let Some(due) = all.into_iter().flatten().min().filter(|&due| due <= end) else { return false };
+        self.now = self.now.max(due);
+        let is_due = |due: Option<u64>| due.is_some_and(|due| due <= self.now);
+        if is_due(wires[0]) {
+            let (_, bytes) = self.to_device.queue.pop_front().unwrap();
+            let message = HostMessage::decode(&Frame::decode(&bytes).unwrap()).unwrap();
+            let password = Password(self.password);
+            self.device(device::Input::Received { session: SESSION, message, password });
+        } else if is_due(wires[1]) {
+            let (_, bytes) = self.to_host.queue.pop_front().unwrap();
+            let message = DeviceMessage::decode(&Frame::decode(&bytes).unwrap()).unwrap();
+            self.host(host::Input::Received(message));
+        } else if is_due(self.opening) {
+            self.opening = None;
+            let password = Password(self.password);
+            self.device(device::Input::Opened { session: SESSION, transport: self.transport, password });
+            self.host(host::Input::Opened);
+        } else if let Some(report) = self.rig.arrived(self.now) {
+            self.device(device::Input::Rig(report));
+        } else if is_due(self.device_wake) {
+            self.device(device::Input::Wake);
+        } else {
+            self.host(host::Input::Wake);
+        }
+        true
+    }
+
+    fn pass(&mut self, millis: u64) {
+        let end = self.now + millis;
+        while self.happen(end) {}
+        self.now = end;
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Op {
+    Command(Command),
+    /// The connection is lost.
+    Cut,
+    Rig(Report),
+}
+
+fn op() -> impl Strategy<Value = Op> {
+    use super::client::plan;
+    let motor = || (1..4_u8).prop_map(MotorAddress);
+    let simple = vec![
+        Command::Stop,
+        Command::Load { plan: plan(), way: Way::Forward, delay_return: false },
+        Command::Load { plan: plan(), way: Way::Forward, delay_return: true },
+        Command::PlayDirect { plan: plan(), way: Way::Forward },
+        Command::Play,
+        Command::RapidToFirstKeyFrame,
+        Command::ChangePassword,
+        Command::Unlock,
+        Command::Alive,
+    ];
+    let command = prop_oneof![
+        10 => prop::sample::select(simple),
+        1 => motor().prop_map(Command::StopMotor),
+        1 => motor().prop_map(Command::MarkBegin),
+        1 => motor().prop_map(Command::MarkEnd),
+        2 => (motor(), 0..8_u8).prop_map(|(motor, position)| Command::MoveTo(go(motor, position.into()))),
+        1 => (motor(), prop::sample::select(vec![5.0, -5.0])).prop_map(|(motor, speed)| jog(motor, speed)),
+        1 => motor().prop_map(|motor| Command::Bump(go(motor, 1.0))),
+    ];
+    let fault = (motor(), prop::sample::select(vec![10, 11, 16]))
+        .prop_map(|(motor, code)| Report::Fault(motor, ErrorCode(code)));
+    prop_oneof![20 => command.prop_map(Op::Command), 1 => Just(Op::Cut), 1 => fault.prop_map(Op::Rig)]
+}
+
+fn any_move() -> impl Strategy<Value = TrajectoryData<'static>> {
+    let live_moves = (0..3_u8, 0..2_u8).prop_map(|(loops, delay)| {
+        let delay_interval_bits = DelayInterval::from_seconds(Seconds(2.0));
+        let (delay_mode, loop_after_reverse) = (DelayMode(delay), LoopCount(loops));
+        let duration = Seconds(4.0);
+        let rapid_reverse_duration = duration;
+        live_move(Playback {
+            duration,
+            rapid_reverse_duration,
+            loop_after_reverse,
+            delay_mode,
+            delay_interval_bits,
+            ..live()
+        })
+    });
+    let lapses = (1..3_u8, 0..2_u32, 1..4_u32, 0..2_u32).prop_map(|(mode, before, moving, after)| {
+        trajectory(Playback { playback_mode: PlaybackMode(mode), ..live() }, photos(0.5, 0.2, before, moving, after))
+    });
+    prop_oneof![live_moves, lapses]
+}
+
+/// Longer than any move here takes, any answer, and any way home; jogs are stopped before.
+const SETTLE: u64 = 150_000;
+
+fn run(transport: Transport, data: TrajectoryData<'static>, luck: Vec<u8>, ops: &[(u64, Op)]) -> World {
+    let mut world = World::new(transport, data, luck);
+    world.pass(1_000);
+    for &(wait, op) in ops {
+        world.pass(wait);
+        match op {
+            Op::Command(command) => world.host(host::Input::Command(command)),
+            Op::Cut => {
+                world.cut();
+                world.device(device::Input::Closed(SESSION));
+                world.host(host::Input::Closed);
+            }
+            Op::Rig(report) => world.device(device::Input::Rig(report)),
+        }
+    }
+    world
+}
+
+/// Pauses between commands: short ones, in which nothing is answered yet, and long ones.
+fn script() -> impl Strategy<Value = Vec<(u64, Op)>> {
+    let wait = prop_oneof![1 => 0..100_u64, 1 => 0..3_000_u64, 1 => 0..8_000_u64];
+    vec((wait, op()), 0..25)
+}
+
+proptest! {
+    /// Over TCP that is not cut off, both agree whether a move is loaded, once all that is under way is settled; and
+    /// each start is played at most once.
+    #[test]
+    fn both_agree_over_tcp(data in any_move(), luck in vec(any::<u8>(), 1..40), ops in script()) {
+        let ops: Vec<_> = ops.into_iter().filter(|(_, op)| !matches!(op, Op::Cut)).collect();
+        let mut world = run(Transport::Tcp, data, luck, &ops);
+        world.faults = false;
+        world.pass(SETTLE);
+        let agreed = match world.host.move_state() {
+            host::MoveState::NoMove => device::playback::State::Empty,
+            host::MoveState::Armed => device::playback::State::Ready,
+            state => panic!("{state:?} does not end"),
+        };
+        prop_assert_eq!(world.device.playback(), agreed);
+        prop_assert!(world.starts.1 <= world.starts.0);
+    }
+
+    /// Over USB, where words are lost, no move is believed to run that is over, nor one to be over that runs.
+    #[test]
+    fn no_move_is_believed_to_run_for_ever(data in any_move(), luck in vec(any::<u8>(), 1..40), ops in script()) {
+        let mut world = run(Transport::Usb, data, luck, &ops);
+        world.faults = false;
+        world.pass(SETTLE);
+        prop_assert!(!world.host.move_state().runs(), "{:?}", world.host.move_state());
+        prop_assert!(!world.device.playback().runs(), "{:?}", world.device.playback());
+    }
+
+    /// Whatever happened, a stop stops everything once the line is good, also if it was lost itself; it is confirmed, and
+    /// said to be.
+    #[test]
+    fn a_stop_always_gets_there(usb in any::<bool>(), data in any_move(), luck in vec(any::<u8>(), 1..40), ops in script()) {
+        let transport = if usb { Transport::Usb } else { Transport::Tcp };
+        let mut world = run(transport, data, luck, &ops);
+        world.host(host::Input::Command(Command::Stop));
+        world.faults = false;
+        world.pass(SETTLE);
+        prop_assert_eq!(world.device.playback(), device::playback::State::Empty);
+        let resting = |&motor: &u8| {
+            world.device.motor(MotorAddress(motor)).is_none_or(|drive| drive.motion() == device::motor::Motion::Resting)
+        };
+        prop_assert!(MOTORS.iter().all(resting));
+        prop_assert_eq!(world.host.move_state(), host::MoveState::NoMove);
+        prop_assert!(!world.host.moves(), "{:?}", world.host);
+        world.told.clear();
+        world.pass(60_000);
+        let quiet = |event: &host::Event| !matches!(event, host::Event::StopNotConfirmed(_) | host::Event::Move(_));
+        prop_assert!(world.told.iter().all(quiet), "{:?}", world.told);
+    }
+}

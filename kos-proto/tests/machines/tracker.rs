@@ -1,0 +1,469 @@
+//! kOS 7.6: the client follows the move on the device.
+
+use kos_proto::host::*;
+use kos_proto::message::*;
+use kos_proto::plan::Way;
+
+use super::client::*;
+
+const STOP: Send = Send::StopPlayback;
+const ASKS: Send = Send::Get(Get::DeviceInfo);
+
+fn said(happened: Move) -> Vec<Event> {
+    vec![Event::Move(happened)]
+}
+
+fn progress(state: PlaybackState) -> Vec<Event> {
+    said(Move::Progress { state, elapsed: Normalized(0.5), photos: Some(Photos(0.0)) })
+}
+
+/// What the device says takes the move from one state to another.
+#[track_caller]
+fn row(mut client: Client, says: PlaybackState, told: Vec<Event>, next: &str) -> Client {
+    client.say(says);
+    assert_eq!((client.told(), client.move_state()), (told, next));
+    assert_eq!(client.sent(), []);
+    client
+}
+
+fn delayed() -> Client {
+    let mut client = Client::starting();
+    client.say(PlaybackState::DELAY_TIMER_STARTED);
+    client.clear();
+    client
+}
+
+fn pre_shoot() -> Client {
+    let mut client = Client::starting();
+    client.say(PlaybackState::PRE_MOVE_PHOTOS_STARTED);
+    client.clear();
+    client
+}
+
+fn ended() -> Client {
+    let mut client = Client::running();
+    client.say(PlaybackState::END_OF_MOVE);
+    client.clear();
+    client
+}
+
+fn stopping() -> Client {
+    let mut client = Client::running();
+    client.command(Command::Stop);
+    client.clear();
+    client
+}
+
+fn all() -> Vec<Client> {
+    let first = [Client::ready(), Client::setting_up(), Client::armed(), Client::starting()];
+    let all: Vec<_> =
+        first.into_iter().chain([delayed(), pre_shoot(), Client::running(), ended(), stopping()]).collect();
+    let states: Vec<_> = all.iter().map(|client| client.machine.move_state()).collect();
+    assert_eq!(states, MoveState::ALL);
+    all
+}
+
+/// 7.6-1: a plan is a move that can be played, so what cannot be is never sent.
+#[test]
+fn a_move_is_loaded() {
+    let mut client = Client::ready();
+    client.command(load());
+    assert_eq!(client.sent(), [Send::Trajectory, Send::Setup { way: Way::Forward, delay_return: false }]);
+    assert_eq!(client.move_state(), "SettingUp");
+    assert_eq!(Client::armed().refused(load()), Some(Refusal::MoveRuns), "stop the one that is ready first");
+    let mut client = Client::ready();
+    client.command(Command::MoveTo(go(ONE, 1.0)));
+    assert_eq!(client.refused(load()), Some(Refusal::Moves));
+}
+
+/// 7.6-2.
+#[test]
+fn a_move_is_played_directly() {
+    let mut client = Client::ready();
+    client.command(Command::PlayDirect { plan: plan(), way: Way::Reverse });
+    assert_eq!((client.sent(), client.move_state()), (vec![Send::Trajectory, Send::Start(Way::Reverse)], "Starting"));
+}
+
+/// 7.6-3, 7.6-4, 7.6-7.
+#[test]
+fn it_gets_ready() {
+    let client = row(Client::setting_up(), PlaybackState::MOTORS_HOME, said(Move::Home), "SettingUp");
+    row(client, PlaybackState::SETUP_COMPLETED, said(Move::Ready), "Armed");
+    row(Client::starting(), PlaybackState::MOTORS_HOME, said(Move::Home), "Starting");
+    row(Client::starting(), PlaybackState::SETUP_COMPLETED, said(Move::Ready), "Starting");
+}
+
+/// 7.6-5: it is told once, and the move is waited for; the same of one that does not begin.
+#[test]
+fn a_way_home_may_be_long() {
+    for mut client in [Client::setting_up(), Client::starting()] {
+        let state = client.move_state();
+        for _ in 0..12 {
+            client.pass(9_999);
+            client.hear(device_info(PlaybackState::NO_MOVE));
+        }
+        client.told.retain(|event| *event != Event::Told(kos_proto::MessageId::DEVICE_INFO));
+        assert_eq!(client.told(), []);
+        client.pass(1_000);
+        assert_eq!((client.told(), client.move_state()), (said(Move::Slow), state));
+        client.pass(9_000);
+        assert_eq!(client.told(), []);
+    }
+}
+
+/// 7.6-6.
+#[test]
+fn a_move_that_is_ready_is_played_once() {
+    let mut client = Client::armed();
+    client.command(Command::Play);
+    assert_eq!((client.sent(), client.move_state()), (vec![Send::Start(Way::Forward)], "Starting"));
+    assert_eq!(client.refused(Command::Play), Some(Refusal::MoveRuns));
+    assert_eq!(Client::ready().refused(Command::Play), Some(Refusal::NoMove));
+}
+
+/// The motors go home first: the device would refuse to play it meanwhile.
+#[test]
+fn a_move_that_is_ready_goes_home_rapidly() {
+    let mut client = Client::armed();
+    client.command(Command::RapidToFirstKeyFrame);
+    assert_eq!(client.sent(), [Send::RapidToFirstKeyFrame]);
+    assert_eq!(client.refused(Command::Play), Some(Refusal::Moves));
+    let mut client = row(client, PlaybackState::MOTORS_HOME, said(Move::Home), "Armed");
+    assert_eq!(client.refused(Command::Play), None);
+    assert_eq!(Client::ready().refused(Command::RapidToFirstKeyFrame), Some(Refusal::NoMove));
+}
+
+/// 7.6-8, 7.6-9, 7.6-10.
+#[test]
+fn it_begins() {
+    row(Client::starting(), PlaybackState::DELAY_TIMER_STARTED, said(Move::Countdown), "Delay");
+    for client in [Client::starting(), delayed()] {
+        row(client, PlaybackState::PRE_MOVE_PHOTOS_STARTED, said(Move::PreShoot), "PreShoot");
+    }
+    for client in [Client::starting(), delayed(), pre_shoot()] {
+        for (says, way) in [(PlaybackState::START_FORWARD, Way::Forward), (PlaybackState::START_REVERSE, Way::Reverse)]
+        {
+            row(client.clone(), says, said(Move::Running(way)), "Running");
+        }
+    }
+}
+
+/// 7.6-11: in any order (decision K-J12).
+#[test]
+fn it_says_how_far_it_is() {
+    let mut client = Client::running();
+    for says in [13, 6, 2, 3, 6, 13].map(PlaybackState) {
+        client = row(client, says, progress(says), "Running");
+    }
+}
+
+/// 7.6-12, 7.6-13, 7.6-14.
+#[test]
+fn it_ends_or_begins_again() {
+    let mut client = row(Client::running(), PlaybackState::END_OF_MOVE, said(Move::EndReached), "Ended");
+    for loops in 1..300_u32 {
+        let (says, way) = if loops % 2 == 1 {
+            (PlaybackState::START_REVERSE, Way::Reverse)
+        } else {
+            (PlaybackState::START_FORWARD, Way::Forward)
+        };
+        client = row(client, says, said(Move::Running(way)), "Running");
+        assert_eq!(u32::from(client.machine.loops()), loops.min(255));
+        client = row(client, PlaybackState::END_OF_MOVE, said(Move::EndReached), "Ended");
+    }
+    row(client, PlaybackState::POST_MOVE_PHOTOS_COMPLETED, said(Move::PostShot), "Ended");
+}
+
+/// 7.6-15: whatever the cause.
+#[test]
+fn a_full_stop_ends_it() {
+    for client in all() {
+        let requested = client.move_state() == "Stopping";
+        let next = if requested { "Stopping" } else { "NoMove" };
+        row(client, PlaybackState::FULL_STOP, said(Move::Finished { requested }), next);
+    }
+}
+
+/// 7.6-16, 7.6-18: and it is stopped, for nobody knows how much of it goes on.
+#[test]
+fn an_error_fails_it() {
+    for client in all() {
+        let state = client.move_state();
+        for code in 0..=20 {
+            let mut client = client.clone();
+            client.error(code, 0);
+            let setup = matches!(state, "SettingUp" | "Armed" | "Starting");
+            let running = matches!(state, "Delay" | "PreShoot" | "Running" | "Ended");
+            let fails = match code {
+                0 | 3 | 6 | 17 | 19 | 20 => setup || running,
+                2 => setup,
+                4 => setup && state != "Armed",
+                _ => false,
+            };
+            let code = ErrorCode(code);
+            let told = client.told();
+            assert_eq!(told[0], Event::Error(code, MotorAddress::ALL));
+            assert_eq!(told.contains(&Event::Move(Move::Failed(code))), fails, "{state}, {code}");
+            if fails {
+                assert_eq!((client.sent(), client.move_state()), (vec![STOP, ASKS], "Stopping"));
+            } else {
+                assert_eq!((client.sent(), client.move_state()), (vec![], state));
+            }
+        }
+    }
+}
+
+/// 7.6-17: safety decision 1: a command was refused, and the move goes on.
+#[test]
+fn a_refusal_leaves_a_move_that_runs() {
+    for mut client in [delayed(), pre_shoot(), Client::running(), ended()] {
+        let state = client.move_state();
+        client.error(2, 0);
+        let error = Event::Error(ErrorCode::CANNOT_EXECUTE_MOVE, MotorAddress::ALL);
+        assert_eq!(client.told(), [error, Event::Move(Move::Refused)]);
+        assert_eq!((client.sent(), client.move_state()), (vec![], state));
+    }
+}
+
+/// 7.6-19: in every state, in the same step, first; and again every two seconds until it is confirmed.
+#[test]
+fn a_stop_is_sent_until_it_is_confirmed() {
+    for mut client in all() {
+        client.command(Command::Stop);
+        assert_eq!(client.sent()[..3], [STOP, stop(ONE), stop(TWO)]);
+        assert_eq!((client.move_state(), client.told()), ("Stopping", vec![]));
+        for _ in 0..5 {
+            client.pass(1_999);
+            client.hear(device_info(PlaybackState::START_FORWARD));
+            client.clear();
+            client.pass(1);
+            assert_eq!(client.sent()[0], STOP);
+            assert_eq!(client.told(), [Event::StopNotConfirmed(None)]);
+        }
+        client.say(PlaybackState::FULL_STOP);
+        assert_eq!(client.told(), said(Move::Finished { requested: true }));
+        client.pass(9_000);
+        assert!(!client.sent().contains(&STOP));
+    }
+}
+
+/// 7.6-19: also before the device said anything, and while it is locked (safety decision 2).
+#[test]
+fn a_stop_waits_for_nothing() {
+    let mut client = Client::connected(Options::default(), AT);
+    let steps: [fn(&mut Client); 4] = [
+        |client| client.hear(device_info(PlaybackState::NO_MOVE)),
+        |client| client.motors(),
+        |client| client.hear(guid(&GUID)),
+        |client| client.error(15, 0),
+    ];
+    for step in steps {
+        let mut stopped = client.clone();
+        stopped.clear();
+        stopped.command(Command::Stop);
+        assert_eq!(stopped.sent()[0], STOP, "{}", stopped.state());
+        step(&mut client);
+    }
+    assert_eq!(client.state(), "Locked");
+    client.clear();
+    client.command(Command::Stop);
+    assert_eq!(client.sent()[0], STOP);
+}
+
+/// 7.6-20: what was under way is only told; motors say where they rest; then all that was sent before has been
+/// answered, and another move may be loaded.
+#[test]
+fn a_stop_is_over_when_all_is_answered() {
+    let mut client = stopping();
+    assert_eq!(client.machine.state(), State::Ready);
+    for says in [PlaybackState::START_FRAME, PlaybackState::END_OF_MOVE] {
+        client = row(client, says, progress(says), "Stopping");
+    }
+    // The end that was on its way, and then the answer to the stop.
+    client.say(PlaybackState::FULL_STOP);
+    client.rests(1, 4.0);
+    assert_eq!((client.move_state(), client.refused(load())), ("Stopping", Some(Refusal::MoveRuns)));
+    client.clear();
+    let mut client = row(client, PlaybackState::FULL_STOP, progress(PlaybackState::FULL_STOP), "Stopping");
+    client.hear(device_info(PlaybackState::FULL_STOP));
+    assert_eq!(client.move_state(), "NoMove");
+    client.command(load());
+    assert_eq!(client.move_state(), "SettingUp");
+    let position = client.machine.motors().next().map(|motor| motor.position);
+    assert_eq!(position, Some(Rotations(4.0)));
+}
+
+/// 7.6-20: an answer that never comes does not keep it; one to a question from before the stop does not end it.
+#[test]
+fn a_stop_is_over_when_the_question_behind_it_is() {
+    let mut client = stopping();
+    client.say(PlaybackState::FULL_STOP);
+    client.pass(2_999);
+    assert_eq!(client.move_state(), "Stopping");
+    client.pass(1);
+    assert_eq!(client.move_state(), "NoMove");
+
+    let mut client = Client::running();
+    client.command(Command::Get(Get::DeviceInfo, Token(1)));
+    client.clear();
+    client.command(Command::Stop);
+    assert!(!client.sent().contains(&ASKS));
+    client.say(PlaybackState::FULL_STOP);
+    client.hear(device_info(PlaybackState::START_FORWARD));
+    assert_eq!((client.sent(), client.move_state()), (vec![ASKS], "Stopping"));
+    client.hear(device_info(PlaybackState::FULL_STOP));
+    assert_eq!(client.move_state(), "NoMove");
+}
+
+/// 7.6-21: it is found again as the device says; one that is only ready may be anybody's, and is not.
+#[test]
+fn a_lost_connection_loses_the_move_until_it_is_found() {
+    for client in all().into_iter().filter(|client| !matches!(client.move_state(), "NoMove" | "Stopping")) {
+        for (status, found) in [
+            (0, None),
+            (1, None),
+            (7, None),
+            (5, None),
+            (8, Some(MoveState::Delay)),
+            (11, Some(MoveState::PreShoot)),
+            (2, Some(MoveState::Running)),
+            (3, Some(MoveState::Running)),
+            (6, Some(MoveState::Running)),
+            (13, Some(MoveState::Running)),
+            (4, Some(MoveState::Ended)),
+        ] {
+            let mut client = client.clone();
+            client.step(Input::Closed);
+            assert_eq!((client.told()[0], client.move_state()), (Event::Move(Move::Lost), "NoMove"));
+            client.pass(1_000);
+            client.step(Input::Opened);
+            client.introduce(PlaybackState(status));
+            assert_eq!(client.machine.move_state(), found.unwrap_or(MoveState::NoMove));
+            let told = client.told();
+            assert_eq!(told.iter().any(|event| matches!(event, Event::Move(Move::Found(_)))), found.is_some());
+        }
+    }
+}
+
+/// 7.6-21: a stop that was not confirmed goes first when the connection is there again.
+#[test]
+fn a_stop_survives_a_lost_connection() {
+    for lost_first in [false, true] {
+        let mut client = Client::running();
+        let unconfirmed = Event::StopNotConfirmed(None);
+        if lost_first {
+            client.step(Input::Closed);
+            client.clear();
+            client.command(Command::Stop);
+            assert_eq!((client.told(), client.sent()), (vec![unconfirmed], vec![]));
+        } else {
+            client.command(Command::Stop);
+            client.clear();
+            client.step(Input::Closed);
+            assert!(client.told().contains(&unconfirmed));
+        }
+        assert_eq!(client.move_state(), "Stopping");
+        client.clear();
+        client.pass(1_000);
+        client.step(Input::Opened);
+        assert_eq!((client.sent(), client.move_state()), (vec![STOP, ASKS], "Stopping"));
+        client.say(PlaybackState::FULL_STOP);
+        client.introduce(PlaybackState::FULL_STOP);
+        assert_eq!((client.state(), client.move_state()), ("Ready", "NoMove"));
+    }
+    let mut client = stopping();
+    client.command(Command::Disconnect);
+    assert_eq!(client.move_state(), "NoMove", "who gives up was told");
+    assert!(client.told().contains(&Event::StopNotConfirmed(None)));
+}
+
+/// 7.6-22.
+#[test]
+fn what_does_not_fit_is_told() {
+    for client in all() {
+        for status in 0..=14 {
+            let mut client = client.clone();
+            let before = client.move_state();
+            client.say(PlaybackState(status));
+            let told = client.told();
+            if told == said(Move::Unexpected(PlaybackState(status))) {
+                assert_eq!((client.move_state(), client.sent()), (before, vec![]));
+            }
+            assert_eq!(told.len(), 1, "{before}, {status}: nothing is passed over");
+        }
+    }
+    for status in [0, 1, 7, 9, 10, 99].map(PlaybackState) {
+        row(Client::running(), status, said(Move::Unexpected(status)), "Running");
+    }
+    row(Client::ready(), PlaybackState::START_FORWARD, said(Move::Unexpected(PlaybackState::START_FORWARD)), "NoMove");
+}
+
+/// Where the word of its end was lost, the device says it when it is asked.
+#[test]
+fn an_end_that_was_not_told_is_found_out() {
+    for status in [PlaybackState::FULL_STOP, PlaybackState::NO_MOVE] {
+        for mut client in [delayed(), pre_shoot(), Client::running(), ended()] {
+            client.command(Command::Get(Get::DeviceInfo, Token(1)));
+            client.clear();
+            client.hear(device_info(status));
+            let told = client.told();
+            assert_eq!(
+                told,
+                [Event::Answered(Get::DeviceInfo, Token(1)), Event::Move(Move::Finished { requested: false })]
+            );
+            assert_eq!(client.move_state(), "NoMove");
+        }
+    }
+    for mut client in [Client::setting_up(), Client::armed(), Client::starting()] {
+        let state = client.move_state();
+        client.hear(device_info(PlaybackState::FULL_STOP));
+        assert_eq!(client.move_state(), state, "it may be of before");
+    }
+}
+
+/// Over USB the client asks by itself while a move runs, and not otherwise (decision K-S21).
+#[test]
+fn over_usb_it_asks_whether_a_move_still_runs() {
+    let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
+    client.pass(4_000);
+    assert_eq!(client.sent(), [Send::KeepAlive]);
+    client.command(Command::PlayDirect { plan: plan(), way: Way::Forward });
+    client.say(PlaybackState::START_FORWARD);
+    client.clear();
+    client.pass(4_000);
+    assert_eq!(client.sent(), [Send::KeepAlive, ASKS]);
+    client.hear(device_info(PlaybackState::FULL_STOP));
+    assert_eq!(client.told(), said(Move::Finished { requested: false }));
+}
+
+/// The list of what is never sent twice without a command.
+#[test]
+fn what_moves_something_is_never_repeated() {
+    let zero = Go { speed: RotationsPerSecond(0.0), ..go(ONE, 1.0) };
+    let repeatable = [
+        Send::Question,
+        Send::KeepAlive,
+        ASKS,
+        Send::UserPassword(PasswordOf::User),
+        Send::Leds { master: LedMode::ON, slave: LedMode::ON },
+        Send::Platform(1),
+        STOP,
+        Send::MoveTo(zero),
+    ];
+    let never = [
+        Send::DevicePassword,
+        Send::Trajectory,
+        Send::ResetDevice,
+        Send::ResetAxis(ONE),
+        Send::MarkBegin(ONE),
+        Send::MarkEnd(ONE),
+        Send::Setup { way: Way::Forward, delay_return: false },
+        Send::Start(Way::Forward),
+        Send::RapidToFirstKeyFrame,
+        Send::TakePicture(Seconds(1.0)),
+        Send::MoveTo(go(ONE, 1.0)),
+        Send::Bump(zero),
+    ];
+    assert!(repeatable.iter().all(Send::is_repeatable));
+    assert!(!never.iter().any(Send::is_repeatable));
+}
