@@ -1,0 +1,92 @@
+//! Client and device of kOS, explored together.
+
+use kos_proto::message::{MotorAddress, Normalized, PlaybackMode, Seconds};
+use kos_proto::plan::Transport;
+use kos_proto::trajectory::*;
+use models::kos::{Kos, Wish, Wrong};
+use motion_core::wire::Bool;
+use stateright::{Checker, Model};
+
+fn playback() -> Playback<'static> {
+    Playback {
+        playback_mode: PlaybackMode::LIVE_MOTION,
+        duration: Seconds(4.0),
+        rapid_reverse_duration: Seconds(4.0),
+        loop_after_rapid_reverse: LoopCount::NONE,
+        loop_after_reverse: LoopCount::NONE,
+        delay_mode: DelayMode::NONE,
+        delay_interval_bits: DelayInterval(0),
+        camera_roll_enabled: Bool::FALSE,
+        camera_roll_pre_delay: Seconds(0.0),
+        camera_roll_post_delay: Seconds(0.0),
+        flash_mark_enabled: 0,
+        flash_mark_type: 0,
+        flash_mark_post_delay: Seconds(0.0),
+        use_external_trigger: 0,
+        using_lanc: 0,
+        return_to_home_percent: Normalized(1.0),
+        tail: &[],
+    }
+}
+
+/// A move of the motor, from one end of its range to the other.
+fn data(playback: Playback<'_>, photos: (u32, u32, u32)) -> TrajectoryData<'static> {
+    let (pre_move_photos, move_photos, post_move_photos) = photos;
+    let (motor_address, tail) = (MotorAddress(1), &[][..]);
+    let third = 1.0 / 3.0;
+    let points = [0.0, third, 2.0 * third, 1.0].map(|part| Point::new(part, part));
+    let (delay, exposure) = (Seconds(0.5), Seconds(0.5));
+    let photos = TimeLapse { delay, exposure, move_photos, not_used: 0, pre_move_photos, post_move_photos, tail };
+    let blocks = [
+        Block::Playback(playback),
+        Block::TimeLapse(photos),
+        Block::Axis(Axis { motor_address, segment_count: 1, tail }),
+        Block::Segment(Segment { motor_address, segment_number: 0, points: Points(points), tail }),
+    ];
+    TrajectoryData { blocks: Blocks::encode(&blocks, vec![0; 256].leak()).expect("there is room"), tail }
+}
+
+fn live() -> TrajectoryData<'static> {
+    data(playback(), (0, 0, 0))
+}
+
+fn tcp(script: &'static [(Wish, u8)]) -> Kos {
+    Kos {
+        transport: Transport::Tcp,
+        password: b"",
+        known: b"",
+        data: live(),
+        script,
+        jumps: 3,
+        cuts: 0,
+        lost: 0,
+        failures: 0,
+        wrong: Wrong::Nothing,
+    }
+}
+
+/// Explores, and wants all to hold; how many states there were.
+fn holds(name: &str, kos: Kos, at_least: usize) {
+    let begin = std::time::Instant::now();
+    let checker = kos.checker().threads(2).spawn_bfs().join();
+    let states = checker.unique_state_count();
+    println!("{name}: {states} states, depth {}, {:.1} s", checker.max_depth(), begin.elapsed().as_secs_f32());
+    for (property, path) in checker.discoveries() {
+        if checker.discovery_classification(property).to_string() == "counterexample" {
+            println!("{property}:");
+            for (state, action) in path.into_vec() {
+                println!(
+                    "  {:?} {:?} {:?} {:?} | {:?} {:?} {:?} | {:?}",
+                    state.host.move_state(), state.device.playback(), state.link, state.rig, state.to_device, state.to_host, state.ledger, action
+                );
+            }
+        }
+    }
+    checker.assert_properties();
+    assert!(states >= at_least, "{states}");
+}
+
+#[test]
+fn a_move_over_tcp() {
+    holds("a move over TCP", tcp(&[(Wish::Load, 1), (Wish::Play, 1), (Wish::Stop, 1)]), 1_000);
+}
