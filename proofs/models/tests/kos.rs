@@ -74,7 +74,7 @@ fn holds(name: &str, kos: Kos, at_least: usize) {
     for (property, path) in checker.discoveries() {
         if checker.discovery_classification(property).to_string() == "counterexample" {
             println!("{property}:");
-            for (state, action) in path.into_vec() {
+            for (state, action) in path.into_vec().into_iter().rev().take(12).rev() {
                 println!(
                     "  {:?} {:?} {:?} {:?} | {:?} {:?} {:?} | {:?}",
                     state.host.move_state(), state.device.playback(), state.link, state.rig, state.to_device, state.to_host, state.ledger, action
@@ -88,5 +88,43 @@ fn holds(name: &str, kos: Kos, at_least: usize) {
 
 #[test]
 fn a_move_over_tcp() {
-    holds("a move over TCP", tcp(&[(Wish::Load, 1), (Wish::Play, 1), (Wish::Stop, 1)]), 1_000);
+    let script = &[(Wish::Load, 1), (Wish::Play, 1), (Wish::Stop, 2), (Wish::Ask, 1)];
+    holds("a move over TCP", tcp(script), 1_000);
+}
+
+#[test]
+fn a_move_over_tcp_that_is_cut() {
+    let script = &[(Wish::PlayDirect, 1), (Wish::Stop, 1), (Wish::Ask, 1)];
+    holds("a cut", Kos { cuts: 1, jumps: 4, ..tcp(script) }, 1_000);
+}
+
+#[test]
+fn by_hand_over_tcp() {
+    let script = &[(Wish::MoveTo, 2), (Wish::Bump, 1), (Wish::Jog, 1), (Wish::StopMotor, 1), (Wish::Stop, 1)];
+    holds("by hand", Kos { jumps: 2, ..tcp(script) }, 1_000);
+}
+
+#[test]
+fn a_fault_over_tcp() {
+    let script = &[(Wish::Load, 1), (Wish::Rapid, 1), (Wish::Play, 1), (Wish::Stop, 1)];
+    holds("a fault", Kos { failures: 1, jumps: 2, ..tcp(script) }, 1_000);
+}
+
+#[test]
+fn a_time_lapse_over_tcp() {
+    let data = data(Playback { playback_mode: PlaybackMode::TIME_LAPSE_SMS, ..playback() }, (1, 2, 1));
+    let script = &[(Wish::PlayDirect, 1), (Wish::Stop, 1)];
+    holds("a time lapse", Kos { data, jumps: 9, ..tcp(script) }, 1_000);
+}
+
+#[test]
+fn a_move_over_usb() {
+    let script = &[(Wish::PlayDirect, 1), (Wish::Stop, 1), (Wish::Ask, 1)];
+    holds("a move over USB", Kos { transport: Transport::Usb, lost: 1, ..tcp(script) }, 1_000);
+}
+
+#[test]
+fn a_lock_over_tcp() {
+    let script = &[(Wish::PlayDirect, 1), (Wish::Stop, 1), (Wish::Unlock, 1)];
+    holds("a lock", Kos { password: b"sesame", known: b"sesame", ..tcp(script) }, 1_000);
 }
