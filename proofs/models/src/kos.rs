@@ -38,6 +38,8 @@ pub struct Kos {
     pub script: &'static [(Wish, u8)],
     /// How often time goes on.
     pub jumps: u8,
+    /// Whether it does so only when no message is on its way: none is late by seconds.
+    pub prompt: bool,
     /// How often the connection may be cut.
     pub cuts: u8,
     /// How many messages may be lost, each way.

@@ -38,7 +38,10 @@ impl Model for Kos {
         }
         let cuts = state.link == Link::Up && state.cuts > 0;
         let opening = state.link == Link::Opening;
-        let due = state.due().filter(|&due| due == state.now || state.jumps > 0);
+        let quiet = !host_hears || state.to_host.is_empty();
+        let quiet = quiet && (!state.link.is_open_for_device() || state.to_device.is_empty());
+        let goes_on = state.jumps > 0 && (quiet || !self.prompt);
+        let due = state.due().filter(|&due| due == state.now || goes_on);
         let wakes = |wake: Option<Millis>| due.is_some() && wake.map(|wake| wake.max(state.now)) == due;
         let possible = [
             (opening, Action::Opens),

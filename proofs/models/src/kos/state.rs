@@ -108,7 +108,7 @@ pub struct Told {
 /// What was sent and not answered that moves something.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Request {
-    /// To a position; another position may take its place (decision K-S20).
+    /// To a position; that may take the place of what is under way by hand (decision K-S20).
     Position,
     Distance,
     /// With the move.
@@ -152,7 +152,8 @@ impl Ledger {
 
     /// What moves something is sent: nothing else may be under way.
     fn request(&mut self, request: Request) {
-        if self.request.is_some_and(|other| (request, other) != (Request::Position, Request::Position)) {
+        let replaces = |other| request == Request::Position && other != Request::Move;
+        if self.request.is_some_and(|other| !replaces(other)) {
             self.breach(Breach::TwoRequests);
         }
         self.request = Some(request);
@@ -325,9 +326,11 @@ impl State {
         use playback::State as Device;
         let device = self.device.playback();
         match self.host.move_state() {
-            // Behind another connection a move that is only ready is not this client's (decision K-S17).
+            // Behind another connection a move that is only ready is not this client's (decision K-S17), and there is no
+            // word for one that is on its way home.
             MoveState::NoMove if self.ledger.reconnected => {
-                matches!(device, Device::Empty | Device::Loaded | Device::Ready) || self.host.moves()
+                let homing = matches!(device, Device::HomingSetup | Device::HomingStart | Device::HomingRapid);
+                !device.runs() || homing || self.host.moves()
             }
             MoveState::NoMove | MoveState::Stopping => device == Device::Empty,
             MoveState::SettingUp => device == Device::HomingSetup,
