@@ -9,7 +9,7 @@ mod state;
 
 use kos_proto::device::{self, DeviceMachine, Profile, Report, Scratch, SessionId, To, What};
 use kos_proto::host::{self, Command, Event, Get, HostMachine, Source, Token};
-use kos_proto::message::{Empty, MarkBeginPosition, MarkEndPosition, Rotations};
+use kos_proto::message::{MarkBeginPosition, MarkEndPosition, Rotations};
 use kos_proto::plan::{MotorSet, Plan, Transport};
 use kos_proto::trajectory::TrajectoryData;
 use kos_proto::{DeviceMessage, HostMessage};
@@ -59,7 +59,7 @@ pub enum Wrong {
     DeafToStops,
     /// The client starts its move again when it was not confirmed in time.
     StartsAgain,
-    /// The client forgets its stop when the connection is lost.
+    /// The client does not begin another connection with a stop that was not confirmed.
     ForgetsStops,
 }
 
@@ -211,6 +211,9 @@ impl Kos {
         {
             output.send(host::Send::Start(kos_proto::plan::Way::Forward));
         }
+        if self.wrong == Wrong::ForgetsStops && input == host::Input::Opened {
+            output.send.retain(|send| *send != host::Send::StopPlayback);
+        }
         state.ledger_of_host(&input, &output);
         for event in &output.events {
             match event {
@@ -225,15 +228,19 @@ impl Kos {
         if state.link == Link::Up {
             state.to_device.send(output.send);
         }
-        if self.wrong == Wrong::ForgetsStops && input == host::Input::Closed && state.ledger.unstopped {
-            let (host, _) = step(state.host.clone(), state.now, host::Input::Command(Command::Disconnect));
-            (state.host, state.link) = (host, Link::Down);
-        }
     }
 
     /// The device takes a step, and what follows from it happens.
     fn device(&self, state: &mut State, input: device::Input<'_>) {
-        let (device, output) = step(state.device.clone(), state.now, input);
+        let heard = match input {
+            device::Input::Received { session, message: HostMessage::StopPlayback(empty), password }
+                if self.wrong == Wrong::DeafToStops =>
+            {
+                device::Input::Received { session, message: HostMessage::KeepAlive(empty), password }
+            }
+            input => input,
+        };
+        let (device, output) = step(state.device.clone(), state.now, heard);
         state.device = device;
         state.device_wake = output.wake;
         for event in &output.events {
@@ -270,11 +277,7 @@ impl Kos {
             trajectory: self.data,
             ..Source::default()
         };
-        let mut message = send.message(&source);
-        if self.wrong == Wrong::DeafToStops && state::is_stop(send) {
-            message = HostMessage::KeepAlive(Empty { tail: &[] });
-        }
-        let password = Password(self.password);
+        let (message, password) = (send.message(&source), Password(self.password));
         self.device(state, device::Input::Received { session: SESSION, message, password });
     }
 

@@ -5,7 +5,7 @@ use kos_proto::plan::Transport;
 use kos_proto::trajectory::*;
 use models::kos::{Kos, Wish, Wrong};
 use motion_core::wire::Bool;
-use stateright::{Checker, Model};
+use stateright::{Checker, HasDiscoveries, Model};
 
 fn playback() -> Playback<'static> {
     Playback {
@@ -128,4 +128,19 @@ fn a_move_over_usb() {
 fn a_lock_over_tcp() {
     let script = &[(Wish::PlayDirect, 1), (Wish::Stop, 1), (Wish::Unlock, 1)];
     holds("a lock", Kos { password: b"sesame", known: b"sesame", ..tcp(script) }, 1_000);
+}
+
+/// Explores with a mistake, and wants it to be found.
+fn finds(property: &'static str, kos: Kos) {
+    let checker = kos.checker().threads(2).finish_when(HasDiscoveries::AnyFailures).spawn_bfs().join();
+    assert!(checker.discovery(property).is_some(), "{property}");
+}
+
+#[test]
+fn mistakes_are_found() {
+    let script = &[(Wish::PlayDirect, 1), (Wish::Stop, 1)];
+    let with = |wrong| Kos { wrong, prompt: true, ..tcp(script) };
+    finds("a stop that comes is obeyed in its step", with(Wrong::DeafToStops));
+    finds("nothing of the never-retry list is repeated", with(Wrong::StartsAgain));
+    finds("no stop is given up silently", Kos { cuts: 1, ..with(Wrong::ForgetsStops) });
 }

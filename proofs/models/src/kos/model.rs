@@ -7,7 +7,9 @@ use kos_proto::plan::Transport;
 use motion_core::time::Millis;
 use stateright::{Model, Property};
 
-use super::{Action, Breach, Kos, Link, MOTOR, SESSION, State, Told};
+use super::{Action, Breach, Kos, Link, MOTOR, SESSION, State, Told, Wish};
+
+type Holds = fn(&Kos, &State) -> bool;
 
 impl State {
     fn due(&self) -> Option<Millis> {
@@ -124,7 +126,7 @@ impl Model for Kos {
     }
 
     fn properties(&self) -> Vec<Property<Self>> {
-        fn never(breach: Breach) -> fn(&Kos, &State) -> bool {
+        fn never(breach: Breach) -> Holds {
             match breach {
                 Breach::StopNotSent => |_, state| state.ledger.breached() != Some(Breach::StopNotSent),
                 Breach::StopNotObeyed => |_, state| state.ledger.breached() != Some(Breach::StopNotObeyed),
@@ -135,7 +137,7 @@ impl Model for Kos {
                 Breach::NotOver => |_, state| state.ledger.breached() != Some(Breach::NotOver),
             }
         }
-        vec![
+        let mut properties = vec![
             Property::always("a stop is sent first, in its step", never(Breach::StopNotSent)),
             Property::always("a stop that comes is obeyed in its step", never(Breach::StopNotObeyed)),
             Property::always("never two moves at once", never(Breach::TwoMoves)),
@@ -147,12 +149,27 @@ impl Model for Kos {
             Property::always("both agree on the move once messages settle", |model: &Kos, state: &State| {
                 model.transport == Transport::Usb || !state.is_settled() || state.agrees()
             }),
-            Property::sometimes("a move is played", |_: &Kos, state: &State| state.host.move_state() == MoveState::Running),
-            Property::sometimes("a stop is confirmed", |_: &Kos, state: &State| state.told.stopped),
-            Property::sometimes("all rests behind a stop", |_: &Kos, state: &State| {
-                state.is_settled() && state.told.rests && state.host.move_state() == MoveState::NoMove && state.rig.rests()
+        ];
+        // What has to be reached, so that the rest means something.
+        let wants = |wishes: &[Wish]| self.script.iter().any(|(wish, _)| wishes.contains(wish));
+        let plays = wants(&[Wish::Play, Wish::PlayDirect]);
+        let breaks = self.lost > 0 || self.cuts > 0 || !self.prompt;
+        let reached: [(bool, &'static str, Holds); 8] = [
+            (true, "a stop is confirmed", |_, state| state.told.stopped),
+            (breaks, "a stop is not confirmed", |_, state| state.told.not_confirmed),
+            (true, "all rests behind a stop", |_, state| {
+                let over = state.is_settled() && state.host.move_state() == MoveState::NoMove;
+                over && state.told.rests && state.rig.rests()
             }),
-        ]
+            (plays, "a move is played to its end", |_, state| state.told.finished),
+            (plays && self.cuts > 0, "a move is found again", |_, state| state.told.found),
+            (wants(&[Wish::Ask]), "a question is answered", |_, state| state.told.answered),
+            (wants(&[Wish::Ask]) && breaks, "a question is not answered", |_, state| state.told.failed),
+            (self.cuts > 0, "a stop waits for a connection", |_, state| state.ledger.unstopped),
+        ];
+        let reached = reached.into_iter().filter(|(wanted, ..)| *wanted);
+        properties.extend(reached.map(|(_, name, is_reached)| Property::sometimes(name, is_reached)));
+        properties
     }
 }
 

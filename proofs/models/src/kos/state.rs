@@ -216,15 +216,15 @@ impl State {
         let ledger = &mut self.ledger;
         let unconfirmed = output.events.contains(&Event::StopNotConfirmed(None));
         match input {
-            host::Input::Command(Command::Stop) => {
-                if connected != output.send.starts_with(&[Send::StopPlayback]) || connected == unconfirmed {
-                    ledger.breach(Breach::StopNotSent);
-                }
+            host::Input::Command(Command::Stop)
+                if connected != output.send.starts_with(&[Send::StopPlayback]) || connected == unconfirmed =>
+            {
+                ledger.breach(Breach::StopNotSent);
             }
-            host::Input::Command(Command::StopMotor(_)) if connected => {
-                if !output.send.first().is_some_and(|send| is_stop(*send)) {
-                    ledger.breach(Breach::StopNotSent);
-                }
+            host::Input::Command(Command::StopMotor(_))
+                if connected && !output.send.first().is_some_and(|send| is_stop(*send)) =>
+            {
+                ledger.breach(Breach::StopNotSent);
             }
             host::Input::Command(Command::MoveTo(_) | Command::Jog { .. }) => ledger.waits = output.send.is_empty(),
             host::Input::Command(Command::Get(..)) => ledger.asked = Some(self.now.after(timeouts.request_timeout)),
@@ -346,10 +346,8 @@ impl State {
     /// Whether what is open will end in time: the client wakes for it.
     #[must_use]
     pub fn ends_in_time(&self) -> bool {
-        let wakes = |due: Option<Millis>| {
-            due.is_none_or(|due| due > self.now || self.host_wake.is_some_and(|wake| wake <= due))
-                && due.is_none_or(|due| self.host_wake.is_some_and(|wake| wake <= due))
-        };
+        let wakes =
+            |due: Option<Millis>| due.is_none_or(|due| self.host_wake.is_some_and(|wake| wake <= due.max(self.now)));
         wakes(self.ledger.asked) && wakes(self.ledger.stopping)
     }
 }
