@@ -112,6 +112,9 @@ impl Model for Kos {
                 state.to_device.cut();
                 state.link = if host { Link::Down } else { Link::Cut { host, device: true } };
                 self.device(state, device::Input::Closed(SESSION));
+                if state.rig.is_driven() && !state.device.playback().runs() {
+                    state.ledger.breach(Breach::StopNotObeyed);
+                }
             }
             Action::Arrives => {
                 let report = state.rig.arrive()?;

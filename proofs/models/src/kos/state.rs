@@ -69,7 +69,7 @@ pub struct State {
 pub enum Breach {
     /// A stop was not sent first, in the step in which it was wanted.
     StopNotSent,
-    /// A stop came, and was not obeyed in that step.
+    /// A stop came, and was not obeyed in that step; or a client went, and what it moved by hand goes on.
     StopNotObeyed,
     /// The rig was told to move twice at once.
     TwoMoves,
@@ -317,7 +317,8 @@ impl State {
     #[must_use]
     pub fn is_settled(&self) -> bool {
         let quiet = self.to_device.is_empty() && self.to_host.is_empty();
-        quiet && self.link == Link::Up && self.host.state() == host::State::Ready
+        let knows = matches!(self.host.state(), host::State::Ready | host::State::Locked);
+        quiet && self.link == Link::Up && knows
     }
 
     /// Whether both agree on the move.
