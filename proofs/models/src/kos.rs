@@ -272,22 +272,14 @@ impl Kos {
     }
 
     fn arrives_at_device(&self, state: &mut State, send: host::Send) {
-        let source = Source {
-            user_password: Password(self.known),
-            trajectory: self.data,
-            ..Source::default()
-        };
+        let source = Source { user_password: Password(self.known), trajectory: self.data, ..Source::default() };
         let (message, password) = (send.message(&source), Password(self.password));
         self.device(state, device::Input::Received { session: SESSION, message, password });
     }
 
     fn arrives_at_host(&self, state: &mut State, what: &What) {
-        let profile = Profile {
-            guid: &[7; 16],
-            password: Password(self.password),
-            trajectory: self.data,
-            ..Profile::default()
-        };
+        let profile =
+            Profile { guid: &[7; 16], password: Password(self.password), trajectory: self.data, ..Profile::default() };
         let (send, mut scratch) = (device::Send { to: To::Asker, what: what.clone() }, Scratch::default());
         let message: DeviceMessage<'_> = send.message(&profile, &mut scratch);
         self.host(state, host::Input::Received(message));

@@ -3,11 +3,11 @@
 use kos_proto::device::{self, Report};
 use kos_proto::host::{self, Event, MoveState};
 use kos_proto::message::ErrorCode;
-use kos_proto::plan::Transport;
 use motion_core::time::Millis;
 use stateright::{Model, Property};
 
 use super::{Action, Breach, Kos, Link, MOTOR, SESSION, State, Told, Wish};
+use crate::line::Fate;
 
 type Holds = fn(&Kos, &State) -> bool;
 
@@ -29,8 +29,8 @@ impl Model for Kos {
         if state.ledger.breached().is_some() {
             return;
         }
-        let wishes = state.wishes.iter().enumerate().filter(|(_, left)| **left > 0);
-        actions.extend(wishes.map(|(place, _)| Action::Wish(place as u8)));
+        let wishes = (0..).zip(&state.wishes).filter(|(_, left)| **left > 0);
+        actions.extend(wishes.map(|(place, _)| Action::Wish(place)));
         let host_hears = state.link == Link::Up || matches!(state.link, Link::Cut { host: false, .. });
         if state.link.is_open_for_device() {
             actions.extend(state.to_device.fates().map(Action::ToDevice));
@@ -63,6 +63,7 @@ impl Model for Kos {
         let mut next = last.clone();
         let state = &mut next;
         state.told = Told::default();
+        state.ledger.lost |= matches!(action, Action::ToDevice(Fate::Lost) | Action::ToHost(Fate::Lost));
         match action {
             Action::Wish(place) => {
                 let (wish, _) = self.script.get(usize::from(place))?;
@@ -148,9 +149,11 @@ impl Model for Kos {
             Property::always("nothing of the never-retry list is repeated", never(Breach::Repeated)),
             Property::always("no stop is given up silently", never(Breach::StopForgotten)),
             Property::always("what is said to be over is over", never(Breach::NotOver)),
-            Property::always("every question and every stop ends in time", |_: &Kos, state: &State| state.ends_in_time()),
-            Property::always("both agree on the move once messages settle", |model: &Kos, state: &State| {
-                model.transport == Transport::Usb || !state.is_settled() || state.agrees()
+            Property::always("every question and every stop ends in time", |_: &Kos, state: &State| {
+                state.ends_in_time()
+            }),
+            Property::always("both agree on the move once messages settle", |_: &Kos, state: &State| {
+                !state.is_settled() || state.agrees()
             }),
         ];
         // What has to be reached, so that the rest means something.
@@ -162,7 +165,7 @@ impl Model for Kos {
             (breaks, "a stop is not confirmed", |_, state| state.told.not_confirmed),
             (true, "all rests behind a stop", |_, state| {
                 let over = state.is_settled() && state.host.move_state() == MoveState::NoMove;
-                over && state.told.rests && state.rig.rests()
+                over && state.ledger.stopped && state.rig.rests()
             }),
             (plays, "a move is played to its end", |_, state| state.told.finished),
             (plays && self.cuts > 0, "a move is found again", |_, state| state.told.found),

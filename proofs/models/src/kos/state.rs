@@ -99,10 +99,6 @@ pub struct Told {
     pub failed: bool,
     /// A move was found again behind a lost connection.
     pub found: bool,
-    /// A move failed.
-    pub move_failed: bool,
-    /// The motor rests.
-    pub rests: bool,
 }
 
 /// What was sent and not answered that moves something.
@@ -117,6 +113,7 @@ enum Request {
 
 /// What is remembered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[expect(clippy::struct_excessive_bools, reason = "they happened or not, each for itself")]
 pub struct Ledger {
     breach: Option<Breach>,
     /// When a question of the application has to have ended.
@@ -127,6 +124,10 @@ pub struct Ledger {
     pub(super) unstopped: bool,
     /// Whether there was another connection before.
     pub(super) reconnected: bool,
+    /// Whether a stop was confirmed.
+    pub(super) stopped: bool,
+    /// Whether a message was lost.
+    pub(super) lost: bool,
     /// Whether a command to a motor waits for its time.
     waits: bool,
     request: Option<Request>,
@@ -248,7 +249,6 @@ impl State {
                 Event::Answered(..) => told.answered = true,
                 Event::Failed(..) => told.failed = true,
                 Event::StopNotConfirmed(None) => told.not_confirmed = true,
-                Event::MotorRests(..) => told.rests = true,
                 Event::Move(Move::Finished { requested }) => {
                     (told.stopped, told.finished) = (*requested, !*requested);
                     if self.device.playback().runs() {
@@ -256,7 +256,6 @@ impl State {
                     }
                 }
                 Event::Move(Move::Found(_)) => told.found = true,
-                Event::Move(Move::Failed(_)) => told.move_failed = true,
                 Event::Closed(_) => closed = true,
                 _ => {}
             }
@@ -271,6 +270,7 @@ impl State {
             }
             (ledger.request, ledger.waits, ledger.reconnected, ledger.owed) = (None, false, true, 0);
         }
+        ledger.stopped |= told.stopped;
         if told.stopped || told.not_confirmed {
             ledger.stopping = None;
         }
@@ -321,11 +321,14 @@ impl State {
         quiet && self.link == Link::Up && knows
     }
 
-    /// Whether both agree on the move.
+    /// Whether both agree on the move; where a message was lost, that one that runs is taken to run.
     #[must_use]
     pub fn agrees(&self) -> bool {
         use playback::State as Device;
         let device = self.device.playback();
+        if self.ledger.lost {
+            return !device.runs() || self.host.moves();
+        }
         match self.host.move_state() {
             // Behind another connection a move that is only ready is not this client's (decision K-S17), and there is no
             // word for one that is on its way home.
