@@ -174,9 +174,9 @@ fn a_wrong_password_over_tcp() {
 #[ignore = "takes minutes, and gigabytes"]
 fn deeper() {
     let script = &[(Wish::Load, 1), (Wish::Play, 1), (Wish::Stop, 2), (Wish::Ask, 1)];
-    holds("deeper: a move over TCP, late", tcp(script), 1_000_000);
+    holds("deeper: a move over TCP, late", Kos { jumps: 4, ..tcp(script) }, 1_500_000);
     let script = &[(Wish::PlayDirect, 1), (Wish::Stop, 1)];
-    holds("deeper: a move over TCP, cut and late", Kos { cuts: 1, ..tcp(script) }, 1_000_000);
+    holds("deeper: a move over TCP, cut and late", Kos { cuts: 1, jumps: 4, ..tcp(script) }, 600_000);
 }
 
 /// Explores with a mistake, and wants it to be found.
