@@ -110,7 +110,7 @@ pub struct HostMachine {
     line: Line,
     requests: Requests,
     fence: Fence,
-    /// What was asked behind stops and is not answered, also where that was not waited for.
+    /// How often it was asked what the device is, less the answers, also where they were not waited for any longer.
     owed: u8,
     pub(super) motors: Motors,
     pub(super) calibration: Calibration,
