@@ -51,13 +51,12 @@
 //! the machine. This is all that a master needs:
 //!
 //! ```
-//! use hoot_proto::host::{Command, HostMachine, Input, Nodes, Options};
-//! use hoot_proto::{Address, DeviceMessage, EncodeError, Frames, Item};
+//! use hoot_proto::host::{Command, HostMachine, Input, Options};
+//! use hoot_proto::{DeviceMessage, EncodeError, Frames, Item};
 //! use motion_core::machine::Machine;
 //! use motion_core::time::Millis;
 //!
-//! let nodes = Nodes::new().with(Address::DEFAULT).ok_or("too many nodes")?;
-//! let (mut master, mut frames, mut line) = (HostMachine::new(Options::default(), nodes), Frames::<84>::new(), vec![]);
+//! let (mut master, mut frames, mut line) = (HostMachine::new(Options::default()), Frames::<84>::new(), vec![]);
 //! let mut step = |now, input: Input<'_>| {
 //!     let (next, output) = master.clone().step(Millis(now), input);
 //!     master = next;

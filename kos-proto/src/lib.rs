@@ -65,7 +65,7 @@
 //! | a datagram | [`discovery`] |
 //! | a message, a command, a report of the rig, or a deadline | `step` of a machine |
 //! | what it wants to send | its `message`, then `encode_into` |
-//! | a move | [`plan::Plan::of`]: what it is, or why no device plays it |
+//! | a move | [`summary::MoveSummary::of`]: what it is to the machines, or why no device plays it |
 //!
 //! ```
 //! use kos_proto::host::{Command, Endpoint, Event, HostMachine, Input, Options, Source};
@@ -148,8 +148,8 @@ pub mod lint;
 pub mod message;
 #[cfg(feature = "nom")]
 pub mod nom;
-pub mod plan;
 mod side;
+pub mod summary;
 pub mod trajectory;
 pub mod usb;
 

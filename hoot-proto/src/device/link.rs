@@ -66,7 +66,7 @@ impl DeviceMachine {
             Outcome::Answered(answer) => {
                 send(answer);
                 let twice = twice && self.options.profile.facts().answers_running_twice;
-                if let (HostMessage::MotorRunning(query), true) = (message, twice) {
+                if let (Answer::Value(_), HostMessage::MotorRunning(query), true) = (answer, message, twice) {
                     // The sheet's firmware has no end behind this answer, and goes on into the next one.
                     let next = AnyQuery::MotorContinuousSpeed(MotorContinuousSpeed { motor: query.motor });
                     if let Outcome::Answered(answer) = self.value(now, next) {

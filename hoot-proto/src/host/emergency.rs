@@ -144,7 +144,7 @@ impl HostMachine {
     /// The next packet of an emergency stop. Without one the round is over, and so is the emergency.
     pub(super) fn send_emergency(&mut self, now: Millis, output: &mut Output) {
         // Where nobody can be asked, the rounds go on.
-        if self.nodes.as_slice().is_empty() && self.next_packet().is_none() {
+        if self.options.nodes.as_slice().is_empty() && self.next_packet().is_none() {
             self.new_round(output);
         }
         if let Some(send) = self.next_packet() {
@@ -159,7 +159,7 @@ impl HostMachine {
     }
 
     fn next_packet(&self) -> Option<Send> {
-        self.emergency.and_then(|emergency| packet(&self.nodes, self.options.bridge, emergency))
+        self.emergency.and_then(|emergency| packet(&self.options.nodes, self.options.bridge, emergency))
     }
 
     fn next_step(&mut self) {

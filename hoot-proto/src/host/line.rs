@@ -222,7 +222,7 @@ impl HostMachine {
                     output.event(Event::Ended { token, outcome: outcome() });
                 }
                 if !is_done {
-                    self.not_stopped(output, &stop, answer.is_ok());
+                    self.not_stopped(output, &stop);
                 }
             }
             Job::Speed(speed) => self.speed_ended(output, speed, answer.map(|reply| reply.code).ok()),

@@ -35,7 +35,6 @@ impl Turn {
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub struct HostMachine {
     pub(super) options: Options,
-    pub(super) nodes: Nodes,
     pub(super) line: Line,
     /// When the gap behind the last packet is over.
     pub(super) free_at: Option<Millis>,
@@ -47,15 +46,14 @@ pub struct HostMachine {
     pub(super) emergency: Option<Emergency>,
 }
 
-debug! { HostMachine { options nodes line free_at stops queue speeds turn kept emergency } }
+debug! { HostMachine { options line free_at stops queue speeds turn kept emergency } }
 
 impl HostMachine {
-    /// A master without a line, and the nodes that an emergency stop addresses.
+    /// A master without a line.
     #[must_use]
-    pub fn new(options: Options, nodes: Nodes) -> Self {
+    pub fn new(options: Options) -> Self {
         Self {
             options,
-            nodes,
             line: Line::Offline,
             free_at: None,
             stops: Stops::default(),
@@ -76,7 +74,7 @@ impl HostMachine {
     /// The nodes that an emergency stop addresses.
     #[must_use]
     pub const fn nodes(&self) -> &Nodes {
-        &self.nodes
+        &self.options.nodes
     }
 
     /// Requests that have not come to their end, those of the machine itself left out.
@@ -100,7 +98,8 @@ impl HostMachine {
         if self.emergency.is_some() {
             self.send_emergency(now, output);
         }
-        if self.emergency.is_some() || self.line != Line::Idle {
+        // An emergency stop that goes on has sent something.
+        if self.line != Line::Idle {
             return;
         }
         let next = self.turn.next().into_iter().find_map(|turn| self.take(now, turn).map(|job| (turn, job)));

@@ -15,7 +15,7 @@
 //! - Before each packet that is to be sent, call `reset` on the stream, and drop what the line holds.
 //!
 //! ```
-//! use hoot_proto::host::{Command, Event, HostMachine, Input, Nodes, Options, Outcome, Request, Token};
+//! use hoot_proto::host::{Command, Event, HostMachine, Input, Options, Outcome, Request, Token};
 //! use hoot_proto::message::{Motor, MotorPosition, Steps};
 //! use hoot_proto::{Address, DeviceMessage, Frame, HostMessage, Query};
 //! use motion_core::machine::Machine;
@@ -24,8 +24,7 @@
 //! let query = MotorPosition { motor: Motor::One };
 //! let message = HostMessage::MotorPosition(query);
 //! let request = Request { token: Token(7), to: Address::DEFAULT, message };
-//! let nodes = Nodes::new().with(Address::DEFAULT).ok_or("too many")?;
-//! let mut master = HostMachine::new(Options::default(), nodes);
+//! let mut master = HostMachine::new(Options::default());
 //! let mut packet = [0; 42];
 //! // The line and the clock are the caller's; here the answer comes after 9 ms.
 //! let answer = Frame::decode(b"\0\0\0\0\0\xFF\0\0\x01\x05\x03\xFF\xFF\xFF\xFB")?;

@@ -8,7 +8,7 @@ use crate::state::debug;
 pub const MAX_NODES: usize = 8;
 
 /// The nodes of a rig: those that an emergency stop addresses, in this order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Nodes {
     list: [Address; MAX_NODES],
     /// How many of them count; the others are 0.
@@ -16,11 +16,8 @@ pub struct Nodes {
 }
 
 impl Nodes {
-    /// None yet.
-    #[must_use]
-    pub fn new() -> Self {
-        Self::default()
-    }
+    /// None.
+    pub const NONE: Self = Self { list: [Address::MASTER; MAX_NODES], len: 0 };
 
     /// These and one more; `None` if there are too many, or no node can have that address. Twice is once.
     #[must_use]
@@ -39,6 +36,13 @@ impl Nodes {
     #[must_use]
     pub fn as_slice(&self) -> &[Address] {
         self.list.get(..self.len).unwrap_or(&self.list)
+    }
+}
+
+impl Default for Nodes {
+    /// The one at [`Address::DEFAULT`].
+    fn default() -> Self {
+        Self::NONE.with(Address::DEFAULT).unwrap_or(Self::NONE)
     }
 }
 
@@ -72,9 +76,11 @@ pub struct Options {
     pub bridge: bool,
     /// The firmware of the nodes. Default: not known.
     pub profile: Profile,
+    /// The nodes that an emergency stop addresses. Default: the one at [`Address::DEFAULT`], where every new node is.
+    pub nodes: Nodes,
 }
 
-debug! { Options { timeout start_timeout short_timeout gap settle drain retries deaf keep_alive bridge profile } }
+debug! { Options { timeout start_timeout short_timeout gap settle drain retries deaf keep_alive bridge profile nodes } }
 
 impl Default for Options {
     fn default() -> Self {
@@ -90,6 +96,7 @@ impl Default for Options {
             keep_alive: 400,
             bridge: true,
             profile: Profile::Unknown,
+            nodes: Nodes::default(),
         }
     }
 }
@@ -142,5 +149,11 @@ impl Options {
     #[must_use]
     pub const fn with_profile(self, profile: Profile) -> Self {
         Self { profile, ..self }
+    }
+
+    /// The same with other nodes that an emergency stop addresses.
+    #[must_use]
+    pub const fn with_nodes(self, nodes: Nodes) -> Self {
+        Self { nodes, ..self }
     }
 }

@@ -87,7 +87,7 @@ impl HostMachine {
             HostMessage::BroadcastPause(_) => HostMessage::Pause(Pause {}),
             _ => HostMessage::Stop(StopMessage {}),
         };
-        let nodes = self.nodes;
+        let nodes = self.options.nodes;
         if nodes.as_slice().is_empty() {
             self.emergency_stop(output);
         }
@@ -147,10 +147,11 @@ impl HostMachine {
     }
 
     /// A stop was refused, or nobody answered it.
-    pub(super) fn not_stopped(&mut self, output: &mut Output, stop: &Stop, was_refused: bool) {
+    pub(super) fn not_stopped(&mut self, output: &mut Output, stop: &Stop) {
         output.event(Event::StopNotConfirmed { node: Some(stop.to) });
-        // Firmware refuses the controller's stop in joystick mode, but not those of its motors (safety decision 2).
-        if was_refused && stop.message == HostMessage::Stop(StopMessage {}) {
+        // Firmware refuses the controller's stop in joystick mode, but not those of its motors (safety decision 2); and
+        // through a bridge that looks like silence.
+        if stop.message == HostMessage::Stop(StopMessage {}) {
             for motor in Motor::ALL {
                 self.add_stop(output, stop.to, HostMessage::MotorStop(MotorStop { motor }), None);
             }

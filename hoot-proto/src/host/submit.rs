@@ -16,7 +16,7 @@ impl HostMachine {
             Command::Insist(request) => self.submit(output, request, true),
             Command::Speed { to, motor, speed } => self.set_speed(output, Speed { to, motor, speed }),
             Command::KeepAlive { to, on } => self.set_keep_alive(now, output, to, on),
-            Command::Nodes(nodes) if self.emergency.is_none() => self.nodes = nodes,
+            Command::Nodes(nodes) if self.emergency.is_none() => self.options.nodes = nodes,
             Command::Nodes(_) => output.event(Event::NotTaken(NotTaken::Emergency)),
             Command::EmergencyStop => self.emergency_stop(output),
             Command::EndEmergency => self.end_emergency(now, output),

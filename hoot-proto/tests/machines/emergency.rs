@@ -224,7 +224,7 @@ fn meanwhile_nothing_else_is_taken_but_stops() {
     let speed = message::StepsPerSecond(5.0);
     let output = master.command(Command::Speed { to: NODE, motor: Motor::One, speed });
     assert!(matches!(output.events[..], [Event::SpeedFailed { .. }]));
-    for command in [Command::KeepAlive { to: NODE, on: true }, Command::Nodes(Nodes::new())] {
+    for command in [Command::KeepAlive { to: NODE, on: true }, Command::Nodes(Nodes::NONE)] {
         assert_eq!(master.command(command).events[..], [Event::NotTaken(NotTaken::Emergency)]);
     }
     master.now += 60;
@@ -256,11 +256,12 @@ fn on_the_bus_itself_a_broadcast_goes_first() {
 // 5-45
 #[test]
 fn the_nodes_are_the_application_s() {
-    let nodes = Nodes::new().with(Address(7)).unwrap();
+    let nodes = Nodes::NONE.with(Address(7)).unwrap();
     assert_eq!(nodes.with(Address(7)), Some(nodes), "twice is once");
     assert_eq!((nodes.with(Address(1)), nodes.with(Address(0))), (None, None));
-    let full = (2..10).fold(Nodes::new(), |nodes, node| nodes.with(Address(node)).unwrap());
+    let full = (2..10).fold(Nodes::NONE, |nodes, node| nodes.with(Address(node)).unwrap());
     assert_eq!((full.with(Address(10)), full.with(Address(9))), (None, Some(full)));
+    assert_eq!(Nodes::default().as_slice(), [NODE]);
     let mut master = Master::new(Options::default());
     assert!(master.command(Command::Nodes(nodes)).is_quiet());
     assert_eq!(master.machine.nodes().as_slice(), [Address(7)]);

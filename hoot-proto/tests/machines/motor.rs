@@ -150,10 +150,21 @@ fn a_motor_rests_at_its_target_or_at_its_end() {
         assert_eq!(at(&mut node, ONE, end / 2), []);
         assert_eq!(at(&mut node, ONE, end + end / 10), [motion(ONE, Motion::Stop)]);
     }
+    // From beyond it, it may come back.
+    for end in [1000, -1000] {
+        let mut node = Node::ready();
+        at(&mut node, ONE, end);
+        node.ok(end_here(ONE));
+        at(&mut node, ONE, 2 * end);
+        node.ok(run(ONE));
+        assert_eq!(at(&mut node, ONE, end + end / 2), []);
+    }
     // No limit.
     let mut node = Node::ready();
     node.ok(run(ONE));
-    assert_eq!(at(&mut node, ONE, 2_000_000_000), []);
+    for steps in [2_000_000_000, -2_000_000_000] {
+        assert_eq!(at(&mut node, ONE, steps), []);
+    }
 }
 
 // 4.3-8

@@ -98,32 +98,36 @@ fn a_stop_takes_back_what_would_move_what_it_stops() {
 // 5-25
 #[test]
 fn a_stop_that_nobody_confirms_says_so() {
-    let mut master = Master::new(Options::default());
-    let _ = master.request(1, STOP);
-    let outputs = master.pass(9000);
-    assert_eq!(sent(&outputs), [(500, STOP), (1000, STOP)]);
-    let (at, last) = outputs.last().unwrap();
-    assert_eq!((*at, ended(last)), (1500, vec![(1, Outcome::Failed(Failure::Silence))]));
-    assert_eq!(last.events.last(), Some(&Event::StopNotConfirmed { node: Some(NODE) }));
+    for stop in [PAUSE, motor_stop(ONE)] {
+        let mut master = Master::new(Options::default());
+        let _ = master.request(1, stop);
+        let outputs = master.pass(9000);
+        assert_eq!(sent(&outputs), [(500, stop), (1000, stop)]);
+        let (at, last) = outputs.last().unwrap();
+        assert_eq!((*at, ended(last)), (1500, vec![(1, Outcome::Failed(Failure::Silence))]));
+        assert_eq!(last.events.last(), Some(&Event::StopNotConfirmed { node: Some(NODE) }));
+    }
 }
 
 // 5-26
 #[test]
-fn a_refused_stop_is_followed_by_those_of_the_motors() {
-    let mut master = Master::new(Options::default());
-    let _ = master.request(1, STOP);
-    let output = master.reply(0, &[]);
-    assert!(matches!(ended(&output)[..], [(1, Outcome::Refused(_))]));
-    assert_eq!(output.events.last(), Some(&Event::StopNotConfirmed { node: Some(NODE) }));
-    let mut stopped = Vec::new();
-    while stopped.len() < 3 {
-        let output = master.wait(200);
-        stopped.extend(output.send.iter().map(|send| send.message));
-        if !output.send.is_empty() && master.machine.state() == State::Waiting {
-            let _ = master.reply(1, &[]);
+fn a_stop_of_the_controller_that_fails_is_followed_by_those_of_the_motors() {
+    // Refused, and refused through a bridge, where that looks like silence.
+    for refused in [true, false] {
+        let mut master = Master::new(Options::default());
+        let mut outputs = vec![(0, master.request(1, STOP))];
+        if refused {
+            outputs.push((0, master.reply(0, &[])));
         }
+        outputs.extend(master.pass(60_000));
+        let messages: Vec<_> = sent(&outputs).into_iter().map(|(_, message)| message).collect();
+        assert_eq!(messages.iter().filter(|message| **message == STOP).count(), if refused { 1 } else { 3 });
+        let motors: Vec<_> = messages.into_iter().filter(|message| *message != STOP).collect();
+        assert_eq!(motors[..3], Motor::ALL.map(motor_stop), "first each of them at once");
+        let unconfirmed = Event::StopNotConfirmed { node: Some(NODE) };
+        let told = outputs.iter().flat_map(|(_, output)| &output.events).filter(|event| **event == unconfirmed).count();
+        assert_eq!((told, all_ended(&outputs).len()), (4, 1), "nobody answers those either, and that is the end");
     }
-    assert_eq!(stopped, Motor::ALL.map(motor_stop));
 }
 
 // 5-27

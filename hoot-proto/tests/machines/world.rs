@@ -162,8 +162,8 @@ impl Master {
     }
 
     pub(crate) fn offline(options: host::Options, nodes: &[Address]) -> Self {
-        let nodes = nodes.iter().fold(Nodes::new(), |nodes, node| nodes.with(*node).unwrap());
-        Self { machine: HostMachine::new(options, nodes), now: 1000, wake: None }
+        let nodes = nodes.iter().fold(Nodes::NONE, |nodes, node| nodes.with(*node).unwrap());
+        Self { machine: HostMachine::new(options.with_nodes(nodes)), now: 1000, wake: None }
     }
 
     pub(crate) fn step(&mut self, input: host::Input<'_>) -> host::Output {

@@ -5,7 +5,7 @@ use super::motor::{Drive, Motion, State};
 use super::session::{self, SessionId, Sessions};
 use super::{Event, Ignored, What};
 use crate::message::{ErrorCode, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds};
-use crate::plan::{MotorSet, millis};
+use crate::summary::{MotorSet, millis};
 
 impl DeviceMachine {
     /// Those that asked, and are not told anyway.

@@ -8,7 +8,7 @@ use crate::frame::{MessageId, MessageType};
 use crate::message::{
     AuxInputs, ErrorCode, LedMode, MotorAddress, Normalized, Rotations, RotationsPerSecond, RotationsPerSecondSquared,
 };
-use crate::plan::{MotorSet, PlanError, Transport, Way};
+use crate::summary::{Direction, MotorSet, SummaryError, Transport};
 
 /// What happened to a device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -103,7 +103,7 @@ pub enum Event {
     /// Send motors to where the move begins, or, to play it back, ends.
     Home {
         /// Which way the move will be played.
-        way: Way,
+        way: Direction,
         /// How fast, as a part of their greatest speed.
         speed: Normalized,
         /// Which.
@@ -112,7 +112,7 @@ pub enum Event {
     /// Play the move, all of it, in this time. Should the rig have been late before, it begins now.
     Play {
         /// Which way.
-        way: Way,
+        way: Direction,
         /// How long it takes.
         millis: u64,
     },
@@ -142,7 +142,7 @@ pub enum Event {
     /// Store the move of the message that was just given in.
     StoreTrajectory,
     /// The move of the message that was just given in cannot be played; none is stored now.
-    BadTrajectory(PlanError),
+    BadTrajectory(SummaryError),
     /// Store the platform that calibrates the motors.
     StorePlatform(u8),
     /// Close a connection.

@@ -6,7 +6,7 @@ use super::motor::Drives;
 use super::playback::{Playback, State};
 use super::{Event, Turn};
 use crate::message::{ErrorCode, PlaybackState};
-use crate::plan::{Kind, MotorSet, Plan, Shots, Way};
+use crate::summary::{Direction, Kind, MotorSet, MoveSummary, Shots};
 
 /// How far a time lapse is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -28,11 +28,14 @@ pub(super) enum Lapse {
 pub(super) struct Shot {
     exposing: bool,
     until: Millis,
+    /// When it should be over: a wake that is late shortens no photo, and does not change the rhythm.
+    planned: Millis,
 }
 
 impl Shot {
     fn wait(from: Millis, shots: Shots, now: Millis) -> Self {
-        Self { exposing: false, until: from.after(shots.delay).max(now.after(1)) }
+        let planned = from.after(shots.delay);
+        Self { exposing: false, until: planned.max(now.after(1)), planned }
     }
 
     /// Opens the shutter; `None` if it was open long enough.
@@ -41,7 +44,8 @@ impl Shot {
             return None;
         }
         turn.output.event(Event::OpenShutter { millis: shots.exposure });
-        Some(Self { exposing: true, until: self.until.after(shots.exposure).max(turn.now.after(1)) })
+        let until = turn.now.after(shots.exposure.max(1));
+        Some(Self { exposing: true, until, planned: self.planned.after(shots.exposure) })
     }
 }
 
@@ -78,7 +82,7 @@ impl Lapse {
 }
 
 /// The time lapse begins: photos before the move, or the move.
-pub(super) fn begin(playback: &mut Playback, turn: &mut Turn<'_>, drives: &Drives, plan: &Plan) {
+pub(super) fn begin(playback: &mut Playback, turn: &mut Turn<'_>, drives: &Drives, plan: &MoveSummary) {
     let Some(shots) = plan.shots() else { return };
     if shots.before == 0 {
         return go(playback, turn, drives, shots);
@@ -93,7 +97,7 @@ fn go(playback: &mut Playback, turn: &mut Turn<'_>, drives: &Drives, shots: Shot
     if let Some(Kind::Continuous(_)) = playback.plan().map(|plan| plan.kind) {
         let millis = shots.interval().saturating_mul(shots.moving.into());
         playback.lapse(Lapse::Continuous(shot));
-        turn.output.event(Event::Play { way: Way::Forward, millis });
+        turn.output.event(Event::Play { way: Direction::Forward, millis });
         playback.say(turn, drives, PlaybackState::START_FORWARD);
     } else {
         playback.lapse(Lapse::Frame(shot));
@@ -104,7 +108,7 @@ fn go(playback: &mut Playback, turn: &mut Turn<'_>, drives: &Drives, shots: Shot
 
 /// All motors are at the next place.
 pub(super) fn arrived(playback: &mut Playback, turn: &mut Turn<'_>, drives: &Drives, waiting: MotorSet) {
-    let Some(shots) = playback.plan().and_then(Plan::shots).filter(|_| waiting.is_empty()) else { return };
+    let Some(shots) = playback.plan().and_then(MoveSummary::shots).filter(|_| waiting.is_empty()) else { return };
     playback.say(turn, drives, PlaybackState::SMS_MOTORS_STOPPED);
     playback.lapse(Lapse::Frame(Shot::wait(turn.now, shots, turn.now)));
     playback.say(turn, drives, PlaybackState::START_FRAME);
@@ -117,13 +121,13 @@ pub(super) fn wake(
     drives: &Drives,
     mut lapse: Lapse,
 ) -> Result<(), ErrorCode> {
-    let Some(shots) = playback.plan().and_then(Plan::shots) else { return Ok(()) };
+    let Some(shots) = playback.plan().and_then(MoveSummary::shots) else { return Ok(()) };
     let Some(shot) = lapse.shot_mut() else { return Err(ErrorCode::CANNOT_EXECUTE_MOVE) };
     if let Some(open) = shot.open(turn, shots) {
         *shot = open;
         playback.lapse(lapse);
     } else {
-        let next = Shot::wait(shot.until, shots, turn.now);
+        let next = Shot::wait(shot.planned, shots, turn.now);
         taken(playback, turn, drives, shots, lapse, next);
     }
     Ok(())

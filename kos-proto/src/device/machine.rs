@@ -13,7 +13,7 @@ use crate::frame::{MessageId, MessageType};
 use crate::message::{
     AuxInputs, ErrorCode, LedMode, MotorAddress, Normalized, PlaybackDirection, PlaybackState, Seconds,
 };
-use crate::plan::{Plan, Way, debug_fields};
+use crate::summary::{Direction, MoveSummary, debug_fields};
 
 /// Whether a device can be found and connected to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -156,7 +156,7 @@ impl DeviceMachine {
 
     /// The move that is stored.
     #[must_use]
-    pub const fn plan(&self) -> Option<&Plan> {
+    pub const fn stored_move(&self) -> Option<&MoveSummary> {
         self.playback.plan()
     }
 
@@ -221,7 +221,7 @@ impl DeviceMachine {
             HostMessage::GetTrajectoryData(_) => {
                 turn.answer(What::TrajectoryData { stored: self.playback.plan().is_some() });
             }
-            HostMessage::SetTrajectoryData(data) => self.playback.store(turn, Plan::of(&data)),
+            HostMessage::SetTrajectoryData(data) => self.playback.store(turn, MoveSummary::of(&data)),
             HostMessage::GetDeviceGUID(_) => turn.answer(What::DeviceGuid),
             HostMessage::GetSoftwareID(_) => turn.answer(What::SoftwareId { platform: self.platform }),
             HostMessage::SetSoftwareID(software) => {
@@ -436,12 +436,12 @@ impl Machine for DeviceMachine {
 }
 
 /// Which way a move is to be played. What has no meaning that is known moves nothing (decision K-J7).
-fn way(turn: &mut Turn<'_>, direction: PlaybackDirection, start_time: Seconds) -> Option<Way> {
+fn way(turn: &mut Turn<'_>, direction: PlaybackDirection, start_time: Seconds) -> Option<Direction> {
     if start_time.0 != 0.0 {
         turn.refuse(ErrorCode::INVALID_MOVE_TIME);
         return None;
     }
-    let way = Way::of(direction);
+    let way = Direction::of(direction);
     if way.is_none() {
         turn.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);
     }

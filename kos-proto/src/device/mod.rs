@@ -21,7 +21,7 @@
 //! ```
 //! use kos_proto::device::{DeviceMachine, Event, Input, Options, Profile, Report, Scratch, SessionId, To};
 //! use kos_proto::message::{MotorAddress, RotationsPerSecond, RotationsPerSecondSquared, SetPositionSpeedAcceleration};
-//! use kos_proto::plan::Transport;
+//! use kos_proto::summary::Transport;
 //! use kos_proto::{DeviceMessage, HostMessage};
 //! use motion_core::machine::Machine;
 //! use motion_core::time::Millis;
@@ -80,7 +80,7 @@ pub use session::{CloseReason, SESSIONS, SessionId, Sessions};
 
 use self::machine::Turn;
 use crate::message::MotorPlace;
-use crate::plan::MOTORS;
+use crate::summary::MOTORS;
 
 /// Where the motors are.
 pub type Positions = ArrayVec<MotorPlace, MOTORS>;

@@ -3,7 +3,7 @@
 use super::Positions;
 use super::session::{SessionId, Sessions};
 use crate::message::{MotorAddress, MotorPlace, Rotations};
-use crate::plan::{MOTORS, MotorSet};
+use crate::summary::{MOTORS, MotorSet};
 
 /// How much is known of the range of a motor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

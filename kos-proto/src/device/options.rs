@@ -2,7 +2,7 @@
 
 use crate::discovery::ANNOUNCE_EVERY;
 use crate::message::MotorAddress;
-use crate::plan::{MotorSet, debug_fields, with};
+use crate::summary::{MotorSet, debug_fields, with};
 
 /// How a device behaves where the specification leaves it open, and what is known of it. Times are in milliseconds.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]

@@ -6,7 +6,7 @@ use super::lapse::{self, Lapse};
 use super::motor::{Drives, State as Calibration};
 use super::{Event, Turn};
 use crate::message::{ErrorCode, MotorAddress, Normalized, PlaybackMode, PlaybackState, Seconds};
-use crate::plan::{Delay, Kind, Loops, MotorSet, Plan, PlanError, Way, part, seconds};
+use crate::summary::{Direction, Kind, Loops, MotorSet, MoveSummary, SummaryError, Wait, part, seconds};
 use crate::trajectory::LoopCount;
 
 /// How far the device is with its move.
@@ -110,17 +110,17 @@ enum Stage {
     Loaded,
     /// `home`: for which way the motors are where the move begins.
     Ready {
-        home: Option<Way>,
+        home: Option<Direction>,
     },
     Homing {
         next: Next,
-        way: Way,
+        way: Direction,
         waiting: MotorSet,
         limit: Option<Millis>,
     },
     Delay {
         until: Millis,
-        way: Way,
+        way: Direction,
     },
     Leg(Leg),
     Lapse(Lapse),
@@ -129,7 +129,7 @@ enum Stage {
 /// One way through a live move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Leg {
-    way: Way,
+    way: Direction,
     /// Whether it goes back to where the move began.
     back: bool,
     from: Millis,
@@ -141,7 +141,7 @@ struct Leg {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Playback {
     stage: Stage,
-    plan: Option<Plan>,
+    plan: Option<MoveSummary>,
     /// What was last said of it.
     status: PlaybackState,
     /// Loops that are done; 0 where they are not counted.
@@ -166,13 +166,13 @@ impl Playback {
             Stage::Homing { next: Next::Start, .. } => State::HomingStart,
             Stage::Homing { next: Next::Rapid { .. }, .. } => State::HomingRapid,
             Stage::Delay { .. } => State::Delay,
-            Stage::Leg(Leg { way: Way::Forward, .. }) => State::Forward,
-            Stage::Leg(Leg { way: Way::Reverse, .. }) => State::Reverse,
+            Stage::Leg(Leg { way: Direction::Forward, .. }) => State::Forward,
+            Stage::Leg(Leg { way: Direction::Reverse, .. }) => State::Reverse,
             Stage::Lapse(lapse) => lapse.state(),
         }
     }
 
-    pub(super) const fn plan(&self) -> Option<&Plan> {
+    pub(super) const fn plan(&self) -> Option<&MoveSummary> {
         self.plan.as_ref()
     }
 
@@ -181,7 +181,7 @@ impl Playback {
     }
 
     pub(super) fn mode(&self) -> PlaybackMode {
-        self.plan.as_ref().map_or(PlaybackMode::LIVE_MOTION, Plan::mode)
+        self.plan.as_ref().map_or(PlaybackMode::LIVE_MOTION, MoveSummary::mode)
     }
 
     /// Time until the move begins.
@@ -196,11 +196,11 @@ impl Playback {
     pub(super) fn elapsed(&self, now: Millis) -> Normalized {
         match self.stage {
             Stage::Leg(Leg { way, from, until, .. }) => match way {
-                Way::Forward => part(now.since(from), until.since(from)),
-                Way::Reverse => part(until.since(now), until.since(from)),
+                Direction::Forward => part(now.since(from), until.since(from)),
+                Direction::Reverse => part(until.since(now), until.since(from)),
             },
             Stage::Lapse(_) => {
-                let shots = self.plan.as_ref().and_then(Plan::shots);
+                let shots = self.plan.as_ref().and_then(MoveSummary::shots);
                 shots.map_or(Normalized(0.0), |shots| part(self.photos.into(), shots.moving.into()))
             }
             _ => Normalized(0.0),
@@ -225,7 +225,7 @@ impl Playback {
     }
 
     /// A move is to be stored: what cannot be played takes the place of nothing (decision K-J14).
-    pub(super) fn store(&mut self, turn: &mut Turn<'_>, plan: Result<Plan, PlanError>) {
+    pub(super) fn store(&mut self, turn: &mut Turn<'_>, plan: Result<MoveSummary, SummaryError>) {
         if self.state().runs() {
             return turn.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);
         }
@@ -252,7 +252,7 @@ impl Playback {
     }
 
     /// The move, if there is one and all its motors can play it.
-    fn playable(&self, turn: &mut Turn<'_>, drives: &Drives) -> Option<Plan> {
+    fn playable(&self, turn: &mut Turn<'_>, drives: &Drives) -> Option<MoveSummary> {
         if self.state().runs() {
             turn.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);
             return None;
@@ -263,9 +263,9 @@ impl Playback {
     }
 
     /// Makes the move ready.
-    pub(super) fn setup(&mut self, turn: &mut Turn<'_>, drives: &Drives, way: Way, delay_return: bool) {
+    pub(super) fn setup(&mut self, turn: &mut Turn<'_>, drives: &Drives, way: Direction, delay_return: bool) {
         let Some(plan) = self.playable(turn, drives) else { return };
-        if way == Way::Reverse && plan.shots().is_some() {
+        if way == Direction::Reverse && plan.shots().is_some() {
             turn.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);
         } else if delay_return {
             self.stage = Stage::Ready { home: None };
@@ -279,12 +279,12 @@ impl Playback {
     pub(super) fn rapid(&mut self, turn: &mut Turn<'_>, drives: &Drives) {
         let ready = self.state() == State::Ready;
         if let Some(plan) = self.playable(turn, drives) {
-            self.go_home(turn, drives, &plan, Next::Rapid { ready }, Way::Forward);
+            self.go_home(turn, drives, &plan, Next::Rapid { ready }, Direction::Forward);
         }
     }
 
     /// Plays the move.
-    pub(super) fn start(&mut self, turn: &mut Turn<'_>, drives: &Drives, way: Way) {
+    pub(super) fn start(&mut self, turn: &mut Turn<'_>, drives: &Drives, way: Direction) {
         // Once, while it is made ready for the same way, it is remembered.
         if let Stage::Homing { next: Next::Setup { start }, way: setup, .. } = &mut self.stage {
             let late = self.plan.is_none_or(|plan| begins(&plan, turn).is_err());
@@ -298,7 +298,7 @@ impl Playback {
             return;
         }
         let Some(plan) = self.playable(turn, drives) else { return };
-        if way == Way::Reverse && plan.shots().is_some() {
+        if way == Direction::Reverse && plan.shots().is_some() {
             turn.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);
         } else if begins(&plan, turn).is_err() {
             turn.refuse(ErrorCode::INVALID_MOVE_TIME);
@@ -309,7 +309,7 @@ impl Playback {
         }
     }
 
-    fn go_home(&mut self, turn: &mut Turn<'_>, drives: &Drives, plan: &Plan, next: Next, way: Way) {
+    fn go_home(&mut self, turn: &mut Turn<'_>, drives: &Drives, plan: &MoveSummary, next: Next, way: Direction) {
         let limit = turn.travel_limit();
         self.stage = Stage::Homing { next, way, waiting: plan.motors, limit };
         turn.output.event(Event::Home { way, speed: plan.return_to_home_percent, motors: plan.motors });
@@ -334,7 +334,7 @@ impl Playback {
     }
 
     /// All is ready: the move begins, or its time is waited for.
-    fn gate(&mut self, turn: &mut Turn<'_>, drives: &Drives, plan: &Plan, way: Way) {
+    fn gate(&mut self, turn: &mut Turn<'_>, drives: &Drives, plan: &MoveSummary, way: Direction) {
         match begins(plan, turn) {
             Err(()) => {
                 turn.tell_error(ErrorCode::INVALID_MOVE_TIME, MotorAddress::ALL);
@@ -349,14 +349,14 @@ impl Playback {
         }
     }
 
-    fn begin(&mut self, turn: &mut Turn<'_>, drives: &Drives, plan: &Plan, way: Way) {
+    fn begin(&mut self, turn: &mut Turn<'_>, drives: &Drives, plan: &MoveSummary, way: Direction) {
         match plan.kind {
             Kind::Live { duration, .. } => self.leg(turn, drives, way, false, duration),
             Kind::Continuous(_) | Kind::ShootMoveShoot(_) => lapse::begin(self, turn, drives, plan),
         }
     }
 
-    fn leg(&mut self, turn: &mut Turn<'_>, drives: &Drives, way: Way, back: bool, duration: u64) {
+    fn leg(&mut self, turn: &mut Turn<'_>, drives: &Drives, way: Direction, back: bool, duration: u64) {
         let (from, until) = (turn.now, turn.now.after(duration));
         let progress = turn.options.progress_every.map(|every| from.after(every));
         self.stage = Stage::Leg(Leg { way, back, from, until, progress });
@@ -458,20 +458,20 @@ impl Playback {
     }
 }
 
-const fn running(way: Way) -> PlaybackState {
+const fn running(way: Direction) -> PlaybackState {
     match way {
-        Way::Forward => PlaybackState::START_FORWARD,
-        Way::Reverse => PlaybackState::START_REVERSE,
+        Direction::Forward => PlaybackState::START_FORWARD,
+        Direction::Reverse => PlaybackState::START_REVERSE,
     }
 }
 
 /// When a move begins that is started now: `None` is at once. An error, if that is over, or there is no clock (safety
 /// decision 5).
-fn begins(plan: &Plan, turn: &Turn<'_>) -> Result<Option<Millis>, ()> {
-    match plan.delay {
-        Delay::None => Ok(None),
-        Delay::For(millis) => Ok(Some(turn.now.after(millis.max(1)))),
-        Delay::Until(unix) => {
+fn begins(plan: &MoveSummary, turn: &Turn<'_>) -> Result<Option<Millis>, ()> {
+    match plan.wait {
+        Wait::None => Ok(None),
+        Wait::For(millis) => Ok(Some(turn.now.after(millis.max(1)))),
+        Wait::Until(unix) => {
             let epoch = turn.options.unix_millis_at_zero.ok_or(())?;
             let moment = Millis(u64::from(unix).saturating_mul(1000).saturating_sub(epoch));
             if moment > turn.now { Ok(Some(moment)) } else { Err(()) }
@@ -480,7 +480,7 @@ fn begins(plan: &Plan, turn: &Turn<'_>) -> Result<Option<Millis>, ()> {
 }
 
 /// Whether all motors of a move are there, know their ranges, and rest (decision K-J14).
-fn able(plan: &Plan, drives: &Drives) -> Result<(), (ErrorCode, MotorAddress)> {
+fn able(plan: &MoveSummary, drives: &Drives) -> Result<(), (ErrorCode, MotorAddress)> {
     if drives.online().is_empty() {
         return Err((ErrorCode::NO_MOTORS, MotorAddress::ALL));
     }

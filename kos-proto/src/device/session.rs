@@ -4,7 +4,7 @@ use motion_core::time::Millis;
 use motion_core::wire::{Password, Text16};
 
 use super::Options;
-use crate::plan::Transport;
+use crate::summary::Transport;
 
 /// How many clients can be connected at once.
 pub const SESSIONS: usize = 4;

@@ -6,7 +6,7 @@ use super::io::{Event, Refusal};
 use super::send::Send;
 use super::{Options, Output};
 use crate::message::{ErrorCode, MotorAddress};
-use crate::plan::MotorSet;
+use crate::summary::MotorSet;
 
 /// How far the range is whose end was marked last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

@@ -9,7 +9,7 @@ use super::send::{PasswordOf, Send};
 use super::tracker::{self, Tracker};
 use super::{Output, motors};
 use crate::message::MotorAddress;
-use crate::plan::MotorSet;
+use crate::summary::MotorSet;
 
 impl HostMachine {
     pub(super) fn command(&mut self, now: Millis, output: &mut Output, command: Command) {
@@ -138,13 +138,13 @@ impl HostMachine {
     /// What makes a move ready, or plays it; nothing else moves.
     fn play(&mut self, now: Millis, output: &mut Output, command: Command) -> Result<(), Refusal> {
         match command {
-            Command::Load { plan: _, way, delay_return } => {
+            Command::Load { summary: _, way, delay_return } => {
                 self.tracker.begin(now, &self.options, tracker::State::SettingUp, way);
                 output.send(Send::Trajectory);
                 output.send(Send::Setup { way, delay_return });
                 Ok(())
             }
-            Command::PlayDirect { plan: _, way } => {
+            Command::PlayDirect { summary: _, way } => {
                 self.tracker.begin(now, &self.options, tracker::State::Starting, way);
                 output.send(Send::Trajectory);
                 output.send(Send::Start(way));

@@ -8,7 +8,7 @@ use crate::message::{
     AuxInputs, ErrorCode, Ipv4, LedMode, MotorAddress, Normalized, Photos, PlaybackState, Rotations,
     RotationsPerSecond, RotationsPerSecondSquared, Seconds,
 };
-use crate::plan::{Plan, Transport, Way};
+use crate::summary::{Direction, MoveSummary, Transport};
 
 use super::requests::{Failure, Get, Token};
 use super::tracker;
@@ -129,9 +129,9 @@ pub enum Command {
     /// Store a move, and make it ready.
     Load {
         /// What it is; its blocks are the application's.
-        plan: Plan,
+        summary: MoveSummary,
         /// Which way it will be played.
-        way: Way,
+        way: Direction,
         /// Whether the motors stay where they are until it is played.
         delay_return: bool,
     },
@@ -140,9 +140,9 @@ pub enum Command {
     /// Store a move, and play it.
     PlayDirect {
         /// What it is; its blocks are the application's.
-        plan: Plan,
+        summary: MoveSummary,
         /// Which way.
-        way: Way,
+        way: Direction,
     },
     /// Send the motors of the move that is ready to where it begins.
     RapidToFirstKeyFrame,
@@ -265,7 +265,7 @@ pub enum Move {
     /// Photos before it are taken.
     PreShoot,
     /// It runs.
-    Running(Way),
+    Running(Direction),
     /// So far it is.
     Progress {
         /// What is said of it.

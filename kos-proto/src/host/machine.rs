@@ -11,7 +11,7 @@ use super::send::{PasswordOf, Send};
 use super::tracker::{self, Tracker};
 use super::{Identity, Options, Output};
 use crate::message::Motor;
-use crate::plan::{Transport, debug_fields};
+use crate::summary::{Transport, debug_fields};
 
 /// How far the connection is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

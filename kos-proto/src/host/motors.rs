@@ -13,7 +13,7 @@ use crate::message::{
     Motor, MotorAddress, MotorCalibrated, MotorPlace, Rotations, RotationsPerSecond, RotationsPerSecondSquared,
     SetPositionSpeedAcceleration,
 };
-use crate::plan::{MOTORS, MotorSet};
+use crate::summary::{MOTORS, MotorSet};
 
 /// A motor, and what it was told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -1,7 +1,7 @@
 //! What a client machine can be told once, at its begin.
 
 use crate::discovery::ANNOUNCE_EVERY;
-use crate::plan::{debug_fields, with};
+use crate::summary::{debug_fields, with};
 
 /// How a client behaves. Times are in milliseconds.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]

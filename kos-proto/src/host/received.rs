@@ -13,7 +13,7 @@ use crate::frame::{MessageId, MessageType};
 use crate::message::{
     ErrorCode, ErrorStatus, Motor, MotorAddress, MotorCalibrated, MotorInfo, MotorPosition, MotorStatus, PlaybackStatus,
 };
-use crate::plan::MotorSet;
+use crate::summary::MotorSet;
 
 impl HostMachine {
     pub(super) fn received(&mut self, now: Millis, output: &mut Output, message: &DeviceMessage<'_>) {

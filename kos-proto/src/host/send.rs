@@ -10,7 +10,7 @@ use crate::message::{
     MotorAddress, ResetAxis, Seconds, SetPassword, SetPositionSpeedAcceleration, SetupPlayback, SoftwareID,
     StartPlayback, TakePicture,
 };
-use crate::plan::Way;
+use crate::summary::Direction;
 use crate::trajectory::TrajectoryData;
 
 /// Which password.
@@ -60,12 +60,12 @@ pub enum Send {
     /// Make the move ready.
     Setup {
         /// For which way.
-        way: Way,
+        way: Direction,
         /// Whether the motors stay where they are.
         delay_return: bool,
     },
     /// Play the move.
-    Start(Way),
+    Start(Direction),
     /// Stop everything.
     StopPlayback,
     /// Go to where the move begins.
@@ -157,13 +157,13 @@ impl Send {
             Self::MarkBegin(motor_address) => HostMessage::MarkBeginPosition(MarkBeginPosition { motor_address, tail }),
             Self::MarkEnd(motor_address) => HostMessage::MarkEndPosition(MarkEndPosition { motor_address, tail }),
             Self::Setup { way, delay_return } => HostMessage::SetupPlayback(SetupPlayback {
-                direction: way.direction(),
+                direction: way.as_sent(),
                 start_time: Seconds(0.0),
                 delay_return: delay_return.into(),
                 tail,
             }),
             Self::Start(way) => {
-                HostMessage::StartPlayback(StartPlayback { direction: way.direction(), start_time: Seconds(0.0), tail })
+                HostMessage::StartPlayback(StartPlayback { direction: way.as_sent(), start_time: Seconds(0.0), tail })
             }
             Self::StopPlayback => HostMessage::StopPlayback(empty),
             Self::RapidToFirstKeyFrame => HostMessage::RapidToFirstKeyFrame(empty),

@@ -5,7 +5,7 @@ use motion_core::time::Millis;
 use super::io::{Event, Move};
 use super::{Options, Output};
 use crate::message::{ErrorCode, PlaybackState, PlaybackStatus};
-use crate::plan::{Way, debug_fields};
+use crate::summary::{Direction, debug_fields};
 
 /// How far the move is, as far as the device said.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -78,7 +78,7 @@ impl State {
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Tracker {
     pub(super) state: State,
-    way: Way,
+    way: Direction,
     /// When a stop is sent again, or it takes long.
     deadline: Option<Millis>,
     /// Whether the device confirmed the stop.
@@ -97,7 +97,7 @@ impl Default for Tracker {
     fn default() -> Self {
         Self {
             state: State::NoMove,
-            way: Way::Forward,
+            way: Direction::Forward,
             deadline: None,
             confirmed: false,
             homing: false,
@@ -130,7 +130,7 @@ impl Tracker {
         self.homing
     }
 
-    pub(super) const fn way(&self) -> Way {
+    pub(super) const fn way(&self) -> Direction {
         self.way
     }
 
@@ -147,7 +147,7 @@ impl Tracker {
     }
 
     /// A move is being made ready, or played.
-    pub(super) fn begin(&mut self, now: Millis, options: &Options, state: State, way: Way) {
+    pub(super) fn begin(&mut self, now: Millis, options: &Options, state: State, way: Direction) {
         (self.way, self.loops) = (way, 0);
         self.go(state, Some(now.after(options.setup_timeout)));
     }
@@ -176,7 +176,6 @@ impl Tracker {
             State::Stopping if !self.confirmed => {
                 output.event(Event::StopNotConfirmed(None));
                 self.deadline = None;
-                self.plays = false;
                 return;
             }
             State::NoMove | State::Stopping => {}
@@ -238,10 +237,10 @@ impl Tracker {
             (State::Starting, Said::DELAY_TIMER_STARTED) => (State::Delay, Move::Countdown),
             (State::Starting | State::Delay, Said::PRE_MOVE_PHOTOS_STARTED) => (State::PreShoot, Move::PreShoot),
             (State::Starting | State::Delay | State::PreShoot | State::Ended, Said::START_FORWARD) => {
-                (State::Running, Move::Running(Way::Forward))
+                (State::Running, Move::Running(Direction::Forward))
             }
             (State::Starting | State::Delay | State::PreShoot | State::Ended, Said::START_REVERSE) => {
-                (State::Running, Move::Running(Way::Reverse))
+                (State::Running, Move::Running(Direction::Reverse))
             }
             (
                 State::Running,

@@ -4,7 +4,7 @@ use kos_proto::device::{
     DeviceMachine, Event, Input, MotorProfile, Options, Output, Profile, Report, Scratch, Send, SessionId, To, What,
 };
 use kos_proto::message::*;
-use kos_proto::plan::Transport;
+use kos_proto::summary::Transport;
 use kos_proto::trajectory::*;
 use kos_proto::{DeviceMessage, Frame, HostMessage};
 use laws::machine::step;

@@ -4,7 +4,7 @@ use kos_proto::HostMessage;
 use kos_proto::device::{self, SessionId};
 use kos_proto::host::{Command, Endpoint, Event, Get, Options, Send, Token};
 use kos_proto::message::*;
-use kos_proto::plan::{MotorSet, Transport};
+use kos_proto::summary::{MotorSet, Transport};
 
 use super::bench::*;
 use super::client::*;

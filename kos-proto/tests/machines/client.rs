@@ -3,7 +3,7 @@
 use kos_proto::device::Positions;
 use kos_proto::host::*;
 use kos_proto::message::*;
-use kos_proto::plan::Plan;
+use kos_proto::summary::MoveSummary;
 use kos_proto::{DeviceMessage, Frame, HostMessage};
 use laws::machine::step;
 use motion_core::time::Millis;
@@ -246,12 +246,12 @@ pub(super) fn presences(motors: &[MotorPresence]) -> DeviceMessage<'_> {
     DeviceMessage::MotorStatus(MotorStatus { motors: Counted(motors), tail: &[] })
 }
 
-pub(super) fn plan() -> Plan {
-    Plan::of(&live_move(live())).unwrap()
+pub(super) fn summary() -> MoveSummary {
+    MoveSummary::of(&live_move(live())).unwrap()
 }
 
 pub(super) fn load() -> Command {
-    Command::Load { plan: plan(), way: kos_proto::plan::Way::Forward, delay_return: false }
+    Command::Load { summary: summary(), way: kos_proto::summary::Direction::Forward, delay_return: false }
 }
 
 pub(super) fn go(motor: MotorAddress, position: f32) -> Go {

@@ -3,7 +3,7 @@
 use kos_proto::HostMessage;
 use kos_proto::device::{Event, Options};
 use kos_proto::message::*;
-use kos_proto::plan::Way;
+use kos_proto::summary::Direction;
 use kos_proto::trajectory::*;
 
 use super::bench::*;
@@ -51,7 +51,7 @@ fn photos_before_the_move() {
 fn without_them_it_begins_at_once() {
     let mut bench = continuous(0, 4, 0);
     assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: START_FORWARD"]);
-    assert_eq!(bench.told().pop(), Some(Event::Play { way: Way::Forward, millis: 12_000 }));
+    assert_eq!(bench.told().pop(), Some(Event::Play { way: Direction::Forward, millis: 12_000 }));
     let mut bench = sms(0, 4, 0);
     assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: START_FORWARD", "0: START_FRAME"]);
     assert_eq!((bench.told().len(), bench.state()), (1, "FrameDelay"), "home, and nothing moves");
@@ -83,9 +83,10 @@ fn the_rhythm_of_photos_is_kept() {
     bench.clear();
     bench.now += 2_400;
     bench.step(kos_proto::device::Input::Wake);
-    assert_eq!(bench.told(), [OPEN]);
-    bench.pass(2_600);
-    assert_eq!(bench.told(), [OPEN], "at 5 s, as planned");
+    assert_eq!((bench.told(), bench.wake), (vec![OPEN], Some(1000 + 3_400)), "late, and no shorter");
+    bench.now += 1_000;
+    bench.step(kos_proto::device::Input::Wake);
+    assert_eq!(bench.wake, Some(1000 + 5_000), "as planned");
 }
 
 /// 7.5-6, 7.5-7, 7.5-8: shoot, move, shoot.

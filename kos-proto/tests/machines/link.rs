@@ -3,7 +3,7 @@
 use kos_proto::device::session::State;
 use kos_proto::device::{CloseReason, Event, Ignored, Input, Options, Report, SessionId};
 use kos_proto::message::*;
-use kos_proto::plan::{MotorSet, Transport};
+use kos_proto::summary::{MotorSet, Transport};
 use kos_proto::{DecodeError, HostMessage, MessageId, MessageType};
 use motion_core::wire::Messages;
 
@@ -194,6 +194,19 @@ fn another_password_locks() {
     assert_eq!([ZERO, ONE].map(|session| bench.machine.session(session)), [State::Unlocked, State::Locked]);
 }
 
+/// 7.1-13: who is locked is told no more, from the same step on.
+#[test]
+fn who_is_locked_is_told_no_more() {
+    let mut bench = Bench::loaded(Options::default(), live_move(live()));
+    bench.hear(start());
+    bench.home();
+    bench.pass(9_999);
+    bench.clear();
+    bench.now += 1;
+    bench.hear(device(b"new"));
+    assert_eq!((bench.told(), bench.said().len()), (vec![Event::StorePassword, Event::MoveOver], 0));
+}
+
 /// 7.1-15: one motor a message, and more until the last (decision K-M3).
 #[test]
 fn what_is_asked_is_answered() {
@@ -365,6 +378,7 @@ fn a_move_goes_on_alone_unless_told_otherwise() {
         bench.clear();
         bench.step(Input::Closed(ZERO));
         assert_eq!(bench.told().contains(&Event::StopAll), stops);
+        assert_eq!(bench.said().len(), 0, "nobody is there to be told");
         assert_eq!(bench.state(), if stops { "Empty" } else { "Forward" });
     }
 }

@@ -3,7 +3,7 @@
 use kos_proto::HostMessage;
 use kos_proto::device::{Event, Options, Report};
 use kos_proto::message::*;
-use kos_proto::plan::{MotorSet, Way};
+use kos_proto::summary::{Direction, MotorSet};
 use kos_proto::trajectory::*;
 
 use super::bench::*;
@@ -48,11 +48,11 @@ fn waiting(seconds: f32) -> Playback<'static> {
     Playback { delay_mode: DelayMode::INTERVAL, delay_interval_bits, ..live() }
 }
 
-fn home(way: Way) -> Event {
+fn home(way: Direction) -> Event {
     Event::Home { way, speed: Normalized(1.0), motors: MotorSet::of([MotorAddress(1), MotorAddress(2)]) }
 }
 
-fn play(way: Way, millis: u64) -> Event {
+fn play(way: Direction, millis: u64) -> Event {
     Event::Play { way, millis }
 }
 
@@ -128,7 +128,7 @@ fn without_a_move_nothing_is_played() {
 fn setup_goes_home_and_is_completed() {
     let mut bench = loaded();
     bench.hear(setup(false));
-    assert_eq!((bench.told(), bench.said().len(), bench.state()), (vec![home(Way::Forward)], 0, "HomingSetup"));
+    assert_eq!((bench.told(), bench.said().len(), bench.state()), (vec![home(Direction::Forward)], 0, "HomingSetup"));
     bench.arrive(2, 0.0);
     bench.arrive(2, 0.0);
     assert_eq!(bench.state(), "HomingSetup");
@@ -165,7 +165,7 @@ fn setup_may_leave_the_motors_where_they_are() {
     bench.hear(setup(true));
     assert_eq!((bench.told().len(), bench.said(), bench.state()), (0, vec!["0: SETUP_COMPLETED".into()], "Ready"));
     bench.hear(start());
-    assert_eq!((bench.told(), bench.state()), (vec![home(Way::Forward)], "HomingStart"));
+    assert_eq!((bench.told(), bench.state()), (vec![home(Direction::Forward)], "HomingStart"));
 }
 
 /// 7.4-6, 7.4-10, 7.4-14.
@@ -173,10 +173,10 @@ fn setup_may_leave_the_motors_where_they_are() {
 fn start_goes_home_and_plays() {
     let mut bench = loaded();
     bench.hear(start());
-    assert_eq!((bench.told(), bench.said().len(), bench.state()), (vec![home(Way::Forward)], 0, "HomingStart"));
+    assert_eq!((bench.told(), bench.said().len(), bench.state()), (vec![home(Direction::Forward)], 0, "HomingStart"));
     bench.home();
     assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: START_FORWARD"]);
-    assert_eq!((bench.told(), bench.state()), (vec![play(Way::Forward, 10_000)], "Forward"));
+    assert_eq!((bench.told(), bench.state()), (vec![play(Direction::Forward, 10_000)], "Forward"));
 }
 
 /// 7.4-7: it is loaded, or ready, as before.
@@ -190,7 +190,7 @@ fn rapid_goes_home_and_that_is_all() {
         let before = bench.state();
         bench.clear();
         bench.hear(RAPID);
-        assert_eq!((bench.told(), bench.state()), (vec![home(Way::Forward)], "HomingRapid"));
+        assert_eq!((bench.told(), bench.state()), (vec![home(Direction::Forward)], "HomingRapid"));
         bench.home();
         assert_eq!((bench.said(), bench.state()), (vec!["0: MOTORS_HOME".into()], before));
         // From ready it is played at once, for it is home.
@@ -250,7 +250,7 @@ fn from_home_it_is_played_at_once() {
     bench.home();
     bench.clear();
     bench.hear(start());
-    assert_eq!((bench.said(), bench.told()), (vec!["0: START_FORWARD".into()], vec![play(Way::Forward, 10_000)]));
+    assert_eq!((bench.said(), bench.told()), (vec!["0: START_FORWARD".into()], vec![play(Direction::Forward, 10_000)]));
 }
 
 /// 7.4-13: moved by hand, or marked anew, a motor is not where the move begins any more (decision K-S7).
@@ -271,7 +271,7 @@ fn moved_by_hand_it_goes_home_again() {
         assert_eq!(bench.state(), "Ready");
         bench.clear();
         bench.hear(start());
-        assert_eq!((bench.told(), bench.state()), (vec![home(Way::Forward)], "HomingStart"));
+        assert_eq!((bench.told(), bench.state()), (vec![home(Direction::Forward)], "HomingStart"));
     }
 }
 
@@ -330,7 +330,10 @@ fn it_waits_for_its_time() {
         bench.pass(499);
         assert_eq!((bench.said().len(), bench.state()), (0, "Delay"));
         bench.pass(1);
-        assert_eq!((bench.said(), bench.told()), (vec!["0: START_FORWARD".into()], vec![play(Way::Forward, 10_000)]));
+        assert_eq!(
+            (bench.said(), bench.told()),
+            (vec!["0: START_FORWARD".into()], vec![play(Direction::Forward, 10_000)])
+        );
     }
     let mut bench = loaded();
     bench.hear(set(live_move(waiting(2.5))));
@@ -368,7 +371,7 @@ fn at_its_end_all_is_over() {
     assert_eq!(bench.said().len(), 0);
     bench.pass(1);
     assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: FULL_STOP"]);
-    assert_eq!((bench.told(), bench.state(), bench.machine.plan()), (vec![Event::MoveOver], "Empty", None));
+    assert_eq!((bench.told(), bench.state(), bench.machine.stored_move()), (vec![Event::MoveOver], "Empty", None));
     bench.hear(HostMessage::GetTrajectoryData(EMPTY));
     assert_eq!(bench.said(), ["0: TrajectoryData { stored: false }"], "decision K-J15");
     bench.hear(start());
@@ -382,10 +385,10 @@ fn it_is_played_back_and_again() {
     for _ in 0..2 {
         bench.pass_with_client(10_000);
         assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: START_REVERSE"]);
-        assert_eq!(bench.told(), [play(Way::Reverse, 10_000)]);
+        assert_eq!(bench.told(), [play(Direction::Reverse, 10_000)]);
         bench.pass_with_client(10_000);
         assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: START_FORWARD"]);
-        assert_eq!(bench.told(), [play(Way::Forward, 10_000)]);
+        assert_eq!(bench.told(), [play(Direction::Forward, 10_000)]);
     }
     bench.pass_with_client(10_000);
     assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: FULL_STOP"]);
@@ -400,9 +403,9 @@ fn it_goes_back_rapidly_and_again() {
     for _ in 0..300 {
         bench.hear(HostMessage::KeepAlive(EMPTY));
         bench.pass(10_000);
-        assert_eq!(bench.told(), [play(Way::Reverse, 2_000)]);
+        assert_eq!(bench.told(), [play(Direction::Reverse, 2_000)]);
         bench.pass(2_000);
-        assert_eq!(bench.told(), [play(Way::Forward, 10_000)]);
+        assert_eq!(bench.told(), [play(Direction::Forward, 10_000)]);
     }
 }
 
@@ -413,9 +416,9 @@ fn it_is_played_from_its_end() {
     bench.hear(set(live_move(Playback { loop_after_reverse: LoopCount(1), ..live() })));
     bench.clear();
     bench.hear(start_to(PlaybackDirection::REVERSE));
-    assert_eq!(bench.told(), [home(Way::Reverse)]);
+    assert_eq!(bench.told(), [home(Direction::Reverse)]);
     bench.home();
-    for way in [Way::Forward, Way::Reverse] {
+    for way in [Direction::Forward, Direction::Reverse] {
         assert_eq!(bench.told(), [play(way.back(), 10_000)]);
         bench.pass_with_client(10_000);
     }
@@ -498,7 +501,7 @@ fn while_a_move_runs_nothing_else_moves() {
             if state == "HomingSetup" && matches!(message, HostMessage::StartPlayback(_)) {
                 continue;
             }
-            bench.open(ONE, kos_proto::plan::Transport::Usb);
+            bench.open(ONE, kos_proto::summary::Transport::Usb);
             let before = bench.machine.clone();
             bench.from(ONE, message);
             assert_eq!((bench.said(), bench.told().len()), (vec!["1: error 2 0".into()], 0), "{state}: {message}");
@@ -543,7 +546,7 @@ fn a_late_wake_is_late() {
     let mut bench = played(Playback { loop_after_reverse: LoopCount(1), ..live() });
     bench.now += 25_000;
     bench.step(kos_proto::device::Input::Wake);
-    assert_eq!(bench.told(), [play(Way::Reverse, 10_000)]);
+    assert_eq!(bench.told(), [play(Direction::Reverse, 10_000)]);
     bench.pass(9_999);
     assert_eq!(bench.state(), "Reverse");
 }

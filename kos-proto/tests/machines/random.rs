@@ -4,7 +4,7 @@ use kos_proto::device::motor::Motion;
 use kos_proto::device::{self, DeviceMachine, Report, SessionId};
 use kos_proto::host::{self, Command, Get, HostMachine, Send, Token};
 use kos_proto::message::*;
-use kos_proto::plan::{Plan, Transport, Way};
+use kos_proto::summary::{Direction, MoveSummary, Transport};
 use kos_proto::trajectory::*;
 use kos_proto::{DecodeError, DeviceMessage, HostMessage, MessageId, MessageType};
 use laws::machine::step;
@@ -14,7 +14,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::bench::*;
-use super::client::{AT, Client, go, jog, plan};
+use super::client::{AT, Client, go, jog, summary};
 
 /// What the clock does before a step.
 #[derive(Debug, Clone, Copy)]
@@ -246,8 +246,8 @@ fn command() -> impl Strategy<Value = Command> {
         Command::Alive,
         Command::Play,
         Command::RapidToFirstKeyFrame,
-        Command::Load { plan: plan(), way: Way::Forward, delay_return: false },
-        Command::PlayDirect { plan: plan(), way: Way::Reverse },
+        Command::Load { summary: summary(), way: Direction::Forward, delay_return: false },
+        Command::PlayDirect { summary: summary(), way: Direction::Reverse },
     ];
     prop_oneof![
         6 => prop::sample::select(simple),
@@ -307,8 +307,8 @@ fn host_op() -> impl Strategy<Value = HostOp> {
 /// What a client sent for which command, and what has to come to an end.
 #[derive(Default)]
 struct Ledger {
-    /// Commands that may be sent once each.
-    due: Vec<Command>,
+    /// Commands that may be sent once each, and to which motor.
+    due: Vec<(u8, Command)>,
     /// Questions that are not answered.
     asked: Vec<Token>,
 }
@@ -317,11 +317,14 @@ impl Ledger {
     fn check(&mut self, input: &host::Input<'_>, output: &host::Output) {
         use host::Event;
         let refused = output.events.iter().any(|event| matches!(event, Event::Refused(_)));
-        match input {
-            host::Input::Command(Command::Stop | Command::StopMotor(_)) => self.due.clear(),
-            host::Input::Command(Command::Get(_, token)) if !refused => self.asked.push(*token),
-            host::Input::Command(command @ (Command::MoveTo(_) | Command::Jog { .. })) if !refused => {
-                self.due.push(*command);
+        match *input {
+            host::Input::Command(Command::Stop) => self.due.clear(),
+            host::Input::Command(Command::StopMotor(motor)) => self.due.retain(|&(other, _)| other != motor.number()),
+            host::Input::Command(Command::Get(_, token)) if !refused => self.asked.push(token),
+            host::Input::Command(command @ (Command::MoveTo(host::Go { motor, .. }) | Command::Jog { motor, .. }))
+                if !refused =>
+            {
+                self.due.push((motor.number(), command));
             }
             _ => {}
         }
@@ -330,15 +333,18 @@ impl Ledger {
             match send {
                 // One that had to wait; those that it overtook are never sent.
                 Send::MoveTo(sent) => {
-                    let place = self.due.iter().rposition(|command| match command {
-                        Command::MoveTo(go) => go.motor.number() == sent.motor.number() && go.position == sent.position,
-                        Command::Jog { motor, .. } => motor.number() == sent.motor.number(),
-                        _ => false,
+                    let motor = sent.motor.number();
+                    let wanted = |command: &Command| match command {
+                        Command::MoveTo(go) => go.position == sent.position,
+                        _ => true,
+                    };
+                    let place = self.due.iter().rposition(|(other, command)| *other == motor && wanted(command));
+                    let place = place.unwrap_or_else(|| panic!("{sent:?} sent twice"));
+                    let mut index = 0;
+                    self.due.retain(|&(other, _)| {
+                        index += 1;
+                        other != motor || index > place + 1
                     });
-                    assert!(
-                        place.is_some_and(|place| self.due.drain(..=place).next().is_some()),
-                        "{sent:?} sent twice"
-                    );
                 }
                 send => assert!(commanded && !refused, "{send:?} without a command"),
             }
@@ -471,16 +477,16 @@ proptest! {
         prop_assert!(ledger.asked.is_empty(), "{:?}", ledger.asked);
     }
 
-    /// A plan is what it says, or why it is none: any blocks.
+    /// A summary is what it says, or why there is none: any blocks.
     #[test]
-    fn any_plan(body in vec(any::<u8>(), 0..300), data in moves()) {
+    fn any_summary(body in vec(any::<u8>(), 0..300), data in moves()) {
         let wire = Wire { number: 0x0012_0000, body };
         if let Ok(HostMessage::SetTrajectoryData(data)) = wire.decode() {
-            let _ = Plan::of(&data);
+            let _ = MoveSummary::of(&data);
         }
-        if let Ok(plan) = Plan::of(&data) {
+        if let Ok(plan) = MoveSummary::of(&data) {
             let valid = match plan.kind {
-                kos_proto::plan::Kind::Live { duration, loops } => duration > 0 && loops.is_none_or(|loops| loops.duration > 0),
+                kos_proto::summary::Kind::Live { duration, loops } => duration > 0 && loops.is_none_or(|loops| loops.duration > 0),
                 _ => plan.shots().is_some_and(|shots| shots.moving > 0 && shots.interval() > 0),
             };
             prop_assert!(valid && !plan.motors.is_empty());

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use kos_proto::device::{self, DeviceMachine, Profile, Report, Scratch, SessionId, To};
 use kos_proto::host::{self, Command, HostMachine, Source};
 use kos_proto::message::*;
-use kos_proto::plan::{MotorSet, Transport, Way};
+use kos_proto::summary::{Direction, MotorSet, Transport};
 use kos_proto::trajectory::*;
 use kos_proto::{DeviceMessage, Frame, HostMessage};
 use laws::machine::step;
@@ -310,13 +310,13 @@ enum Op {
 }
 
 fn op() -> impl Strategy<Value = Op> {
-    use super::client::plan;
+    use super::client::summary;
     let motor = || (1..4_u8).prop_map(MotorAddress);
     let simple = vec![
         Command::Stop,
-        Command::Load { plan: plan(), way: Way::Forward, delay_return: false },
-        Command::Load { plan: plan(), way: Way::Forward, delay_return: true },
-        Command::PlayDirect { plan: plan(), way: Way::Forward },
+        Command::Load { summary: summary(), way: Direction::Forward, delay_return: false },
+        Command::Load { summary: summary(), way: Direction::Forward, delay_return: true },
+        Command::PlayDirect { summary: summary(), way: Direction::Forward },
         Command::Play,
         Command::RapidToFirstKeyFrame,
         Command::ChangePassword,

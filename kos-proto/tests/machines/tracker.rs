@@ -2,7 +2,7 @@
 
 use kos_proto::host::*;
 use kos_proto::message::*;
-use kos_proto::plan::Way;
+use kos_proto::summary::Direction;
 
 use super::client::*;
 
@@ -63,12 +63,12 @@ fn all() -> Vec<Client> {
     all
 }
 
-/// 7.6-1: a plan is a move that can be played, so what cannot be is never sent.
+/// 7.6-1: a summary is of a move that can be played, so what cannot be is never sent.
 #[test]
 fn a_move_is_loaded() {
     let mut client = Client::ready();
     client.command(load());
-    assert_eq!(client.sent(), [Send::Trajectory, Send::Setup { way: Way::Forward, delay_return: false }]);
+    assert_eq!(client.sent(), [Send::Trajectory, Send::Setup { way: Direction::Forward, delay_return: false }]);
     assert_eq!(client.move_state(), "SettingUp");
     assert_eq!(Client::armed().refused(load()), Some(Refusal::MoveRuns), "stop the one that is ready first");
     let mut client = Client::ready();
@@ -80,8 +80,11 @@ fn a_move_is_loaded() {
 #[test]
 fn a_move_is_played_directly() {
     let mut client = Client::ready();
-    client.command(Command::PlayDirect { plan: plan(), way: Way::Reverse });
-    assert_eq!((client.sent(), client.move_state()), (vec![Send::Trajectory, Send::Start(Way::Reverse)], "Starting"));
+    client.command(Command::PlayDirect { summary: summary(), way: Direction::Reverse });
+    assert_eq!(
+        (client.sent(), client.move_state()),
+        (vec![Send::Trajectory, Send::Start(Direction::Reverse)], "Starting")
+    );
 }
 
 /// 7.6-3, 7.6-4, 7.6-7.
@@ -116,7 +119,7 @@ fn a_way_home_may_be_long() {
 fn a_move_that_is_ready_is_played_once() {
     let mut client = Client::armed();
     client.command(Command::Play);
-    assert_eq!((client.sent(), client.move_state()), (vec![Send::Start(Way::Forward)], "Starting"));
+    assert_eq!((client.sent(), client.move_state()), (vec![Send::Start(Direction::Forward)], "Starting"));
     assert_eq!(client.refused(Command::Play), Some(Refusal::MoveRuns));
     assert_eq!(Client::ready().refused(Command::Play), Some(Refusal::NoMove));
 }
@@ -141,7 +144,8 @@ fn it_begins() {
         row(client, PlaybackState::PRE_MOVE_PHOTOS_STARTED, said(Move::PreShoot), "PreShoot");
     }
     for client in [Client::starting(), delayed(), pre_shoot()] {
-        for (says, way) in [(PlaybackState::START_FORWARD, Way::Forward), (PlaybackState::START_REVERSE, Way::Reverse)]
+        for (says, way) in
+            [(PlaybackState::START_FORWARD, Direction::Forward), (PlaybackState::START_REVERSE, Direction::Reverse)]
         {
             row(client.clone(), says, said(Move::Running(way)), "Running");
         }
@@ -163,9 +167,9 @@ fn it_ends_or_begins_again() {
     let mut client = row(Client::running(), PlaybackState::END_OF_MOVE, said(Move::EndReached), "Ended");
     for loops in 1..300_u32 {
         let (says, way) = if loops % 2 == 1 {
-            (PlaybackState::START_REVERSE, Way::Reverse)
+            (PlaybackState::START_REVERSE, Direction::Reverse)
         } else {
-            (PlaybackState::START_FORWARD, Way::Forward)
+            (PlaybackState::START_FORWARD, Direction::Forward)
         };
         client = row(client, says, said(Move::Running(way)), "Running");
         assert_eq!(u32::from(client.machine.loops()), loops.min(255));
@@ -418,6 +422,11 @@ fn a_stop_survives_a_lost_connection() {
         assert_eq!((client.state(), client.move_state()), ("Ready", "NoMove"));
     }
     let mut client = stopping();
+    client.step(Input::Closed);
+    client.clear();
+    client.pass(60_000);
+    assert_eq!((client.sent(), client.state()), (vec![], "Connecting"), "there is nobody to send it to");
+    let mut client = stopping();
     client.command(Command::Disconnect);
     assert_eq!(client.move_state(), "NoMove", "who gives up was told");
     assert!(client.told().contains(&Event::StopNotConfirmed(None)));
@@ -473,7 +482,7 @@ fn over_usb_it_asks_whether_a_move_still_runs() {
     let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
     client.pass(4_000);
     assert_eq!(client.sent(), [Send::KeepAlive]);
-    client.command(Command::PlayDirect { plan: plan(), way: Way::Forward });
+    client.command(Command::PlayDirect { summary: summary(), way: Direction::Forward });
     client.say(PlaybackState::START_FORWARD);
     client.clear();
     client.pass(4_000);
@@ -503,8 +512,8 @@ fn what_moves_something_is_never_repeated() {
         Send::ResetAxis(ONE),
         Send::MarkBegin(ONE),
         Send::MarkEnd(ONE),
-        Send::Setup { way: Way::Forward, delay_return: false },
-        Send::Start(Way::Forward),
+        Send::Setup { way: Direction::Forward, delay_return: false },
+        Send::Start(Direction::Forward),
         Send::RapidToFirstKeyFrame,
         Send::TakePicture(Seconds(1.0)),
         Send::MoveTo(go(ONE, 1.0)),

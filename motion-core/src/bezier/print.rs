@@ -28,6 +28,19 @@ impl Shown for Option<f64> {
     }
 }
 
+/// What prints itself without a way to panic.
+macro_rules! shown_as_it_is {
+    ($($name:ty)*) => {$(
+        impl $crate::bezier::print::Shown for $name {
+            fn shown(&self) -> impl core::fmt::Debug {
+                *self
+            }
+        }
+    )*};
+}
+
+shown_as_it_is! { u32 usize }
+
 /// Implements `Debug` as `derive` does, for structures of numbers.
 macro_rules! debug_numbers {
     ($($name:ident { $($field:ident),+ })+) => {$(
@@ -40,7 +53,7 @@ macro_rules! debug_numbers {
     )+};
 }
 
-pub(crate) use debug_numbers;
+pub(crate) use {debug_numbers, shown_as_it_is};
 
 #[cfg(test)]
 mod tests {

@@ -1,5 +1,7 @@
 //! Many times on one axis.
 
+use core::fmt;
+
 use super::Axis;
 use crate::bezier::{Cursor, Motion, Segment};
 
@@ -7,7 +9,7 @@ use crate::bezier::{Cursor, Motion, Segment};
 ///
 /// Any order of times is right. In sorted times the segments cost one step each, however many times there are; a
 /// step back costs a binary search. A position differs from [`Axis::position`] by what [`Cursor`] says.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct AxisCursor<'a> {
     segments: &'a [Segment],
     index: usize,
@@ -16,6 +18,12 @@ pub struct AxisCursor<'a> {
     /// and to before here.
     until: f64,
     cursor: Cursor,
+}
+
+impl fmt::Debug for AxisCursor<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("AxisCursor").field("index", &self.index).field("cursor", &self.cursor).finish_non_exhaustive()
+    }
 }
 
 impl<'a> AxisCursor<'a> {

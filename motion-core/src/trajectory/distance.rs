@@ -1,10 +1,11 @@
 //! How far two axes are apart at most.
 
 use super::Axis;
+use crate::bezier::print::debug_numbers;
 use crate::bezier::{Point, Segment};
 
 /// The largest distance between the positions of two axes in the time that they share.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Distance {
     /// A time at which they are this far apart, in seconds. Where an axis jumps it is at both ends of the jump.
     pub time: f64,
@@ -13,6 +14,8 @@ pub struct Distance {
     /// They are nowhere farther apart than this, but for rounding: 1e-12 of the largest coordinate.
     pub bound: f64,
 }
+
+debug_numbers! { Distance { time, value, bound } }
 
 impl Axis<'_> {
     /// How far this axis and another one are apart at most, from the later start to the earlier end; `None` if they

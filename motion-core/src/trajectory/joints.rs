@@ -1,11 +1,12 @@
 //! Where the segments of an axis meet, and where they do not.
 
 use super::Axis;
+use crate::bezier::print::debug_numbers;
 
 /// How much time, position and velocity may jump from one segment to the next.
 ///
 /// What must not be looked at has the tolerance `f64::INFINITY`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Tolerance {
     /// A gap, in seconds.
     pub time: f64,
@@ -14,6 +15,8 @@ pub struct Tolerance {
     /// A jump of velocity, in units a second.
     pub velocity: f64,
 }
+
+debug_numbers! { Tolerance { time, position, velocity } }
 
 impl Tolerance {
     /// The same number for all three; 1e-4 is what kOS devices get (kOS, `TrajectoryData`; decision K-J8).
@@ -30,7 +33,7 @@ impl Tolerance {
 }
 
 /// A jump from one segment to the next. Each amount is what the later one begins with, less what the earlier ends with.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Joint {
     /// The number of the later segment.
     pub index: usize,
@@ -43,6 +46,8 @@ pub struct Joint {
     /// The jump of velocity, in units a second; `None` if one of them has no limit. Rest in a gap does not count.
     pub velocity: Option<f64>,
 }
+
+debug_numbers! { Joint { index, time, gap, position, velocity } }
 
 impl<'a> Axis<'a> {
     /// The places between segments where time, position or velocity jumps by more than a tolerance.

@@ -49,6 +49,7 @@ mod steps;
 
 use core::fmt;
 
+use crate::bezier::print::debug_numbers;
 use crate::bezier::{Motion, Segment};
 
 pub use cursor::AxisCursor;
@@ -59,7 +60,7 @@ pub use rate::{FrameRate, FrameRateError, FrameTimes};
 pub use steps::{OutOfSteps, ScaleError, StepScale, StepsError};
 
 /// Why segments are no axis.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AxisError {
     /// There is no segment.
@@ -87,6 +88,13 @@ pub enum AxisError {
     },
 }
 
+// A derived one would print numbers as core does.
+impl fmt::Debug for AxisError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "AxisError({self})")
+    }
+}
+
 /// A number as text; core's own printing of floats cannot be proven free of panics.
 struct Number(f64);
 
@@ -97,7 +105,7 @@ impl fmt::Display for Number {
 }
 
 /// The greatest rate of an axis, and the segment that has it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Peak {
     /// Which segment, from 0; the first of several.
     pub segment: usize,
@@ -106,16 +114,25 @@ pub struct Peak {
     pub value: Option<f64>,
 }
 
+debug_numbers! { Peak { segment, value } }
+
 /// Segments in the order of time, with the unit of their positions. Times are in seconds.
 ///
 /// It borrows the segments: nothing is copied or allocated.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Axis<'a> {
     segments: &'a [Segment],
     /// The ends of the slice, which are there because it is not empty.
     first: &'a Segment,
     last: &'a Segment,
     unit: &'a str,
+}
+
+// Not its unit, whose text core would escape with code that cannot be proven free of panics.
+impl fmt::Debug for Axis<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Axis").field("segments", &self.segments).finish_non_exhaustive()
+    }
 }
 
 impl<'a> Axis<'a> {

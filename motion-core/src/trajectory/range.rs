@@ -1,15 +1,19 @@
 //! Ranges of time and position, and maps between them: normalized curves become physical ones, and back.
 
+use crate::bezier::print::{debug_numbers, shown_as_it_is};
 use crate::bezier::{OutOfRange, Point, Segment};
 
 /// From one value to another, of time or of position; `to` may be less.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Range {
     /// Where it begins.
     pub from: f64,
     /// Where it ends.
     pub to: f64,
 }
+
+shown_as_it_is! { Range }
+debug_numbers! { Range { from, to } }
 
 impl Range {
     /// From 0 to 1: what normalized curves run through, as those of kOS.
@@ -58,12 +62,14 @@ pub enum MapError {
 /// assert_eq!(physical.mapped(&time.inverse()?, &position.inverse()?)?, segment);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Map {
     from: Range,
     to: Range,
     scale: f64,
 }
+
+debug_numbers! { Map { from, to } }
 
 impl Map {
     /// The map from one range to another; the other one may have no width.

@@ -3,6 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
+use crate::bezier::print::{debug_numbers, shown_as_it_is};
 use crate::fixed::{FixedError, Milli};
 
 /// Frames a second, as a fraction: 24, 23.976 or 24000/1001, each of them exactly.
@@ -124,7 +125,7 @@ impl fmt::Display for FrameRate {
 }
 
 /// The times of the frames of a move, the same for all its axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct FrameTimes {
     /// When frame 0 is, in seconds.
     pub start: f64,
@@ -133,6 +134,9 @@ pub struct FrameTimes {
     /// How many frames there are, the first and the last included.
     pub count: u32,
 }
+
+shown_as_it_is! { FrameRate }
+debug_numbers! { FrameTimes { start, rate, count } }
 
 impl FrameTimes {
     /// The frames from `start`, itself one, to the last that is not later than `end`.

@@ -1,14 +1,19 @@
 //! Positions as whole steps of a motor.
 
+use core::fmt;
+
 use super::{Axis, FrameTimes, Number};
+use crate::bezier::print::debug_numbers;
 
 /// How positions become steps: `position * per_unit + offset`, to the nearest whole step, of two that are equally near
 /// the one away from zero.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct StepScale {
     per_unit: f64,
     offset: f64,
 }
+
+debug_numbers! { StepScale { per_unit, offset } }
 
 /// Steps a unit are infinite, not a number or 0, or the offset is infinite or not a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
@@ -16,15 +21,22 @@ pub struct StepScale {
 pub struct ScaleError;
 
 /// A position is more steps than 32 bits hold, or not a number.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Copy, PartialEq, thiserror::Error)]
 #[error("steps: {} do not fit 32 bits", Number(*.steps))]
 pub struct OutOfSteps {
     /// How many steps it is, not rounded.
     pub steps: f64,
 }
 
+// A derived one would print numbers as core does.
+impl fmt::Debug for OutOfSteps {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "OutOfSteps({self})")
+    }
+}
+
 /// At a frame, the position is more steps than 32 bits hold.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Copy, PartialEq, thiserror::Error)]
 #[error("steps: {} at {} s, frame {frame}, do not fit 32 bits", Number(*.steps), Number(*.time))]
 pub struct StepsError {
     /// The frame, from 0.
@@ -33,6 +45,13 @@ pub struct StepsError {
     pub time: f64,
     /// How many steps it is, not rounded.
     pub steps: f64,
+}
+
+// A derived one would print numbers as core does.
+impl fmt::Debug for StepsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "StepsError({self})")
+    }
 }
 
 impl StepScale {

@@ -15,12 +15,14 @@ pub fn everything(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     checksums(input, out)?;
     numbers(input, out)?;
     curves(input, out)?;
+    axes(input, out)?;
     kos(input, out)?;
     reports(input, out)?;
     datagrams(input, out)?;
     moves(input, out)?;
     dmc(input, out)?;
-    hoot(input, out)
+    hoot(input, out)?;
+    crate::machines::everything(input, out)
 }
 
 fn checksums(input: &[u8], out: &mut dyn Write) -> fmt::Result {
@@ -44,7 +46,7 @@ fn numbers(input: &[u8], out: &mut dyn Write) -> fmt::Result {
 }
 
 /// The first bytes, as many as there are, and zeros.
-fn first<const N: usize>(input: &[u8]) -> [u8; N] {
+pub fn first<const N: usize>(input: &[u8]) -> [u8; N] {
     let mut bytes = [0; N];
     for (to, from) in bytes.iter_mut().zip(input) {
         *to = *from;
@@ -79,6 +81,46 @@ fn curves(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     match Profile::new(number(), number(), limits) {
         Ok(profile) => writeln!(out, "{profile:?} {:?}", profile.at(number())),
         Err(_) => writeln!(out, "no profile"),
+    }
+}
+
+/// Bytes as the segments of two axes, and as the numbers they are sampled with.
+fn axes(input: &[u8], out: &mut dyn Write) -> fmt::Result {
+    use motion_core::bezier::{Point, Segment};
+    use motion_core::trajectory::{Axis, FrameRate, FrameTimes, Map, Range, StepScale, Tolerance};
+
+    let mut numbers = input.chunks(2).map(|bytes| f64::from(i16::from_le_bytes(first(bytes))));
+    let mut number = || numbers.next().unwrap_or_default();
+    let mut segment = || Segment::new(core::array::from_fn(|_| Point::new(number(), number()))).ok();
+    let (Some(one), Some(two), Some(three)) = (segment(), segment(), segment()) else { return Ok(()) };
+    let (ones, others) = ([one, two], [three]);
+    let axis = match Axis::overlapping(&ones, "mm", number()) {
+        Ok(axis) => axis,
+        Err(error) => return writeln!(out, "{error} {error:?}"),
+    };
+    writeln!(out, "{axis:?} {:?} {:?} {:?}", axis.range(), axis.peak_velocity(), axis.peak_acceleration())?;
+    let mut cursor = axis.cursor();
+    writeln!(out, "{:?} {:?} {cursor:?}", cursor.at(number()), axis.at(number()))?;
+    for joint in axis.joints(Tolerance::all(number())) {
+        writeln!(out, "{joint:?}")?;
+    }
+    if let Ok(other) = Axis::new(&others, "mm") {
+        writeln!(out, "{:?}", axis.distance(&other, number()))?;
+    }
+    let text = core::str::from_utf8(input).unwrap_or_default();
+    writeln!(out, "{}", text.parse::<FrameRate>().is_ok())?;
+    let Ok(rate) = FrameRate::new(24_000, 1001) else { return Ok(()) };
+    let Some(frames) = FrameTimes::covering(axis.start(), axis.end(), rate) else { return Ok(()) };
+    if let Ok(scale) = StepScale::new(number(), number()) {
+        let mut steps = [0; 8];
+        match axis.sample_steps(frames, 3, scale, &mut steps) {
+            Ok(count) => writeln!(out, "{frames:?} {scale:?} {count} {steps:?}")?,
+            Err(error) => writeln!(out, "{error} {error:?}")?,
+        }
+    }
+    match Map::new(Range::new(number(), number()), Range::UNIT) {
+        Ok(map) => writeln!(out, "{map:?} {:?}", one.mapped(&map, &map)),
+        Err(error) => writeln!(out, "{error} {error:?}"),
     }
 }
 

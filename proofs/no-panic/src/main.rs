@@ -10,6 +10,7 @@
 
 mod exercise;
 mod host;
+mod machines;
 
 use core::fmt::Write;
 

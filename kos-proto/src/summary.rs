@@ -1,6 +1,6 @@
 //! What the machines of both sides know of a move and of its motors: a summary of fixed size.
 //!
-//! The blocks of a move stay with the caller, however long they are. [`Plan::of`] reads from them what decides when
+//! The blocks of a move stay with the caller, however long they are. [`MoveSummary::of`] reads from them what decides when
 //! something happens: mode, times, loops, photos, and which motors take part; and it refuses what no device can play.
 
 use motion_core::lint::Lint;
@@ -78,14 +78,14 @@ pub enum Transport {
 
 /// Which way a move is played.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Way {
+pub enum Direction {
     /// From its begin.
     Forward,
     /// From its end.
     Reverse,
 }
 
-impl Way {
+impl Direction {
     /// The way of a message; `None` where the number means nothing.
     #[must_use]
     pub const fn of(direction: PlaybackDirection) -> Option<Self> {
@@ -98,7 +98,7 @@ impl Way {
 
     /// As it stands in a message.
     #[must_use]
-    pub const fn direction(self) -> PlaybackDirection {
+    pub const fn as_sent(self) -> PlaybackDirection {
         match self {
             Self::Forward => PlaybackDirection::FORWARD,
             Self::Reverse => PlaybackDirection::REVERSE,
@@ -117,11 +117,11 @@ impl Way {
 
 /// A move that a device can play, without its curves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Plan {
+pub struct MoveSummary {
     /// How it is played.
     pub kind: Kind,
     /// What it waits for.
-    pub delay: Delay,
+    pub wait: Wait,
     /// How fast the motors go to where it begins, as a part of their greatest speed.
     pub return_to_home_percent: Normalized,
     /// The motors that take part.
@@ -178,7 +178,7 @@ impl Shots {
 
 /// What a move waits for before it begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Delay {
+pub enum Wait {
     /// Nothing.
     None,
     /// A time in milliseconds.
@@ -190,7 +190,7 @@ pub enum Delay {
 /// Why no device can play a move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
-pub enum PlanError {
+pub enum SummaryError {
     /// Its blocks do not make a move.
     #[error("{0}")]
     Malformed(Lint),
@@ -205,7 +205,7 @@ pub enum PlanError {
     Time,
 }
 
-impl PlanError {
+impl SummaryError {
     /// What a device says of it (decisions K-J10 and K-J14).
     #[must_use]
     pub const fn code(&self) -> ErrorCode {
@@ -216,13 +216,13 @@ impl PlanError {
     }
 }
 
-impl Plan {
+impl MoveSummary {
     /// Reads a move.
     ///
     /// # Errors
     ///
-    /// [`PlanError`]: what takes no time (decision K-J10), what `lint` calls an error, and what has no name.
-    pub fn of(data: &TrajectoryData<'_>) -> Result<Self, PlanError> {
+    /// [`SummaryError`]: what takes no time (decision K-J10), what `lint` calls an error, and what has no name.
+    pub fn of(data: &TrajectoryData<'_>) -> Result<Self, SummaryError> {
         let playback = data.blocks.iter().find_map(|block| match block {
             Block::Playback(playback) => Some(playback),
             _ => None,
@@ -232,17 +232,17 @@ impl Plan {
             _ => None,
         });
         let kind = playback.map(|playback| Kind::of(&playback, photos.as_ref()));
-        if kind == Some(Err(PlanError::Time)) {
-            return Err(PlanError::Time);
+        if kind == Some(Err(SummaryError::Time)) {
+            return Err(SummaryError::Time);
         }
         if let Some(error) = HostMessage::SetTrajectoryData(*data).lint(&Context::default()).first_error() {
-            return Err(PlanError::Malformed(error));
+            return Err(SummaryError::Malformed(error));
         }
         // Without a block of playback there was an error above.
-        let (Some(playback), Some(kind)) = (playback, kind) else { return Err(PlanError::Mode) };
+        let (Some(playback), Some(kind)) = (playback, kind) else { return Err(SummaryError::Mode) };
         Ok(Self {
             kind: kind?,
-            delay: Delay::of(playback.delay_mode, playback.delay_interval_bits)?,
+            wait: Wait::of(playback.delay_mode, playback.delay_interval_bits)?,
             return_to_home_percent: playback.return_to_home_percent,
             motors: MotorSet::of(data.blocks.iter().filter_map(|block| match block {
                 Block::Axis(axis) => Some(axis.motor_address),
@@ -272,8 +272,8 @@ impl Plan {
 }
 
 impl Kind {
-    fn of(playback: &Playback<'_>, photos: Option<&TimeLapse<'_>>) -> Result<Self, PlanError> {
-        let shots = || photos.ok_or(PlanError::Mode).and_then(Shots::of);
+    fn of(playback: &Playback<'_>, photos: Option<&TimeLapse<'_>>) -> Result<Self, SummaryError> {
+        let shots = || photos.ok_or(SummaryError::Mode).and_then(Shots::of);
         match playback.playback_mode {
             PlaybackMode::LIVE_MOTION => {
                 let duration = some_time(playback.duration)?;
@@ -281,14 +281,14 @@ impl Kind {
             }
             PlaybackMode::TIME_LAPSE_CONTINUOUS => shots().map(Self::Continuous),
             PlaybackMode::TIME_LAPSE_SMS => shots().map(Self::ShootMoveShoot),
-            _ => Err(PlanError::Mode),
+            _ => Err(SummaryError::Mode),
         }
     }
 }
 
 impl Loops {
     /// At most one of the two is there (decision K-J4), or `lint` says so.
-    fn of(playback: &Playback<'_>, duration: u64) -> Result<Option<Self>, PlanError> {
+    fn of(playback: &Playback<'_>, duration: u64) -> Result<Option<Self>, SummaryError> {
         if playback.loop_after_reverse != LoopCount::NONE {
             return Ok(Some(Self { duration, count: playback.loop_after_reverse }));
         }
@@ -301,7 +301,7 @@ impl Loops {
 }
 
 impl Shots {
-    fn of(photos: &TimeLapse<'_>) -> Result<Self, PlanError> {
+    fn of(photos: &TimeLapse<'_>) -> Result<Self, SummaryError> {
         let shots = Self {
             delay: millis(photos.delay),
             exposure: millis(photos.exposure),
@@ -309,24 +309,24 @@ impl Shots {
             before: photos.pre_move_photos,
             after: photos.post_move_photos,
         };
-        if shots.interval() == 0 || shots.moving == 0 { Err(PlanError::Time) } else { Ok(shots) }
+        if shots.interval() == 0 || shots.moving == 0 { Err(SummaryError::Time) } else { Ok(shots) }
     }
 }
 
-impl Delay {
-    fn of(mode: DelayMode, interval: DelayInterval) -> Result<Self, PlanError> {
+impl Wait {
+    fn of(mode: DelayMode, interval: DelayInterval) -> Result<Self, SummaryError> {
         match mode {
             DelayMode::NONE => Ok(Self::None),
             DelayMode::INTERVAL => Ok(Self::For(millis(interval.seconds()))),
             DelayMode::UNTIL => Ok(Self::Until(interval.unix_time())),
-            _ => Err(PlanError::Delay),
+            _ => Err(SummaryError::Delay),
         }
     }
 }
 
 /// A time of at least a millisecond.
-fn some_time(time: Seconds) -> Result<u64, PlanError> {
-    Some(millis(time)).filter(|&millis| millis > 0).ok_or(PlanError::Time)
+fn some_time(time: Seconds) -> Result<u64, SummaryError> {
+    Some(millis(time)).filter(|&millis| millis > 0).ok_or(SummaryError::Time)
 }
 
 /// Milliseconds, rounded; 0 for what is negative or no number, and all the time there is for what is infinite.

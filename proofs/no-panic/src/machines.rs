@@ -1,0 +1,314 @@
+//! The machines of both sides, driven by bytes that nobody has checked.
+
+use core::fmt::{self, Write};
+
+use crate::exercise::first;
+
+/// Steps each machine, and prints it with all that follows.
+pub fn everything(input: &[u8], out: &mut dyn Write) -> fmt::Result {
+    kos(input, out)?;
+    dmc_host(input, out)?;
+    dmc_device(input, out)?;
+    hoot(input, out)
+}
+
+/// Bytes as what happens to a device of kOS, and to its client.
+fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
+    use kos_proto::device::{self, DeviceMachine, Profile, Report, Scratch, SessionId};
+    use kos_proto::host::{self, Command, Get, Go, HostMachine, Source, Token};
+    use kos_proto::message::{
+        AuxInputs, ErrorCode, Ipv4, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds,
+    };
+    use kos_proto::summary::{Direction, MotorSet, MoveSummary, Transport};
+    use kos_proto::{DeviceMessage, HostMessage};
+    use motion_core::machine::Machine;
+    use motion_core::time::Millis;
+    use motion_core::wire::{Messages, Password};
+
+    let mut device = DeviceMachine::new(device::Options::default().with_motors(MotorSet::of([MotorAddress(1)])));
+    let mut host = HostMachine::new(host::Options::default());
+    let mut now = 0_u64;
+    let mut plan = None;
+    for chunk in input.chunks(64) {
+        let Some((&[a, b, c, d, e, f, g, h], body)) = chunk.split_first_chunk::<8>() else { continue };
+        now = now.wrapping_add(u64::from(u32::from_be_bytes([e, f, g, h])));
+        let number = u32::from_be_bytes([a, b, c, d]);
+        let float = f32::from_bits(u32::from_be_bytes([b, c, d, e]));
+        let session = SessionId(e);
+        let password = Password(body);
+        let motor = MotorAddress(f);
+        let input = match h & 15 {
+            0 => device::Input::Opened {
+                session,
+                transport: if g > 9 { Transport::Tcp } else { Transport::Usb },
+                password,
+            },
+            1 => device::Input::Closed(session),
+            2 => device::Input::Fatal(session),
+            3 => device::Input::Wake,
+            4 => device::Input::Rig(Report::Started),
+            5 => device::Input::Rig(Report::Arrived(motor, Rotations(float))),
+            6 => device::Input::Rig(Report::At(motor, Rotations(float))),
+            7 => device::Input::Rig(Report::CannotHome(motor)),
+            8 => device::Input::Rig(Report::Fault(motor, ErrorCode(g))),
+            9 => device::Input::Rig(Report::Online(motor, g > 9)),
+            10 => device::Input::Rig(Report::Inputs(AuxInputs(g))),
+            x => match HostMessage::decode_body(number, body) {
+                Ok(HostMessage::SetTrajectoryData(data)) if x == 11 => {
+                    plan = MoveSummary::of(&data).ok();
+                    continue;
+                }
+                Ok(message) if x == 12 => device::Input::Datagram(message),
+                Ok(message) => device::Input::Received { session, message, password },
+                Err(error) => device::Input::Malformed {
+                    session,
+                    id: kos_proto::MessageId(g.into()),
+                    kind: kos_proto::MessageType(f),
+                    error,
+                },
+            },
+        };
+        let (next, output) = device.step(Millis(now), input);
+        device = next;
+        write!(out, "{device:?} {:?}", output.wake)?;
+        for event in &output.events {
+            write!(out, "{event:?}")?;
+        }
+        for send in &output.send {
+            write!(out, "{send:?}")?;
+            let mut scratch = Scratch::default();
+            write!(out, "{}", send.message(&Profile { older_dialect: g > 9, ..Profile::default() }, &mut scratch))?;
+        }
+        let go = Go {
+            motor,
+            position: Rotations(float),
+            speed: RotationsPerSecond(float),
+            acceleration: RotationsPerSecondSquared(float),
+        };
+        let command = match (g & 31, plan) {
+            (0, _) => Command::Stop,
+            (1, _) => Command::StopMotor(motor),
+            (2, _) => Command::Connect(host::Endpoint::Usb),
+            (3, _) => Command::Connect(host::Endpoint::Tcp(Ipv4(number))),
+            (4, _) => Command::Disconnect,
+            (5, _) => Command::Unlock,
+            (6, _) => Command::ChangePassword,
+            (7, _) => Command::Get(Get::MotorInfo, Token(7)),
+            (8, _) => Command::ResetAxis(motor),
+            (9, _) => Command::MarkBegin(motor),
+            (10, _) => Command::MarkEnd(motor),
+            (11, _) => Command::MoveTo(go),
+            (12, _) => Command::Bump(go),
+            (13, _) => Command::Jog { motor, speed: go.speed, acceleration: go.acceleration },
+            (14, _) => Command::Play,
+            (15, Some(plan)) => Command::Load { summary: plan, way: Direction::Forward, delay_return: f > 3 },
+            (16, Some(plan)) => Command::PlayDirect { summary: plan, way: Direction::Reverse },
+            (17, _) => Command::RapidToFirstKeyFrame,
+            (18, _) => Command::TakePicture(Seconds(float)),
+            (19, _) => Command::ResetDevice,
+            _ => Command::Alive,
+        };
+        let input = match h & 7 {
+            0 => host::Input::Opened,
+            1 => host::Input::Closed,
+            2 => host::Input::Fatal,
+            3 => host::Input::Wake,
+            4 | 5 => host::Input::Command(command),
+            _ => match DeviceMessage::decode_body(number, body) {
+                Ok(message) => host::Input::Received(message),
+                Err(error) => host::Input::Malformed {
+                    id: kos_proto::MessageId(g.into()),
+                    kind: kos_proto::MessageType(f),
+                    error,
+                },
+            },
+        };
+        let (next, output) = host.step(Millis(now), input);
+        host = next;
+        write!(out, "{host:?} {:?}", output.wake)?;
+        for event in &output.events {
+            write!(out, "{event:?}")?;
+        }
+        for send in &output.send {
+            write!(out, "{send:?} {}", send.message(&Source::default()))?;
+        }
+    }
+    Ok(())
+}
+
+/// Bytes as what happens to a host of DMC.
+fn dmc_host(input: &[u8], out: &mut dyn Write) -> fmt::Result {
+    use dmc_proto::host::{Command, HostMachine, Input, Name, Options, Stop, Token};
+    use dmc_proto::message::{Empty, Motor};
+    use dmc_proto::{DeviceMessage, HostMessage, MessageId};
+    use motion_core::machine::Machine;
+    use motion_core::time::Millis;
+    use motion_core::wire::Messages;
+
+    let mut machine = HostMachine::new(Options::default().with_window(first::<1>(input)[0]));
+    let mut now = Millis(0);
+    for bytes in input.chunks(48) {
+        let [what, gap, id, kind, high, ..] = first::<48>(bytes);
+        let body = bytes.get(5..).unwrap_or_default();
+        now = now.after(u64::from(gap) * u64::from(high));
+        let number = u32::from(u16::from_le_bytes([kind, high]));
+        let token = Token(id.into());
+        let host = HostMessage::decode_body(number, body);
+        let input = match (what % 11, host) {
+            (0, _) => Input::LinkUp,
+            (1, _) => Input::LinkDown,
+            (2, Ok(message)) => Input::Command(Command::Request(token, message)),
+            (3, Ok(message)) => Input::Command(Command::Sequence(token, message)),
+            (4, _) => Input::Command(Command::Stop(Stop::Motor(Motor(kind)))),
+            (5, _) => Input::Command(Command::Go),
+            (6, _) => Input::Command(Command::Configured),
+            (7, _) => Input::Section(None),
+            (8, _) => Input::Wake,
+            _ => match DeviceMessage::decode_body(number, body) {
+                Ok(message) => Input::Received(MessageId(id.into()), message),
+                Err(_) => Input::Corrupt,
+            },
+        };
+        writeln!(out, "{input:?}")?;
+        let (next, output) = machine.step(now, input);
+        machine = next;
+        for send in &output.send {
+            let message = send.message(|name| match name {
+                Name::Message(_) | Name::Section(_) => HostMessage::RtGo(Empty { tail: &[] }),
+            });
+            writeln!(out, "{message}")?;
+        }
+        writeln!(out, "{machine:?} {output:?}")?;
+    }
+    Ok(())
+}
+
+/// Bytes as what happens to a device of DMC.
+fn dmc_device(input: &[u8], out: &mut dyn Write) -> fmt::Result {
+    use dmc_proto::device::{DeviceMachine, Event, Input, Options, Quirks, Rig, Scratch};
+    use dmc_proto::message::{AckCode, FrameNumber, Hi, Motor, Motors, Steps, Triggers};
+    use dmc_proto::{HostMessage, MessageId, MessageType};
+    use motion_core::machine::Machine;
+    use motion_core::time::Millis;
+    use motion_core::wire::Messages;
+
+    struct Nowhere;
+    impl Rig for Nowhere {
+        fn position(&self, motor: Motor) -> Steps {
+            Steps(motor.0.into())
+        }
+    }
+
+    let [motors, capabilities, quirks] = first(input);
+    let mut options = Options::default().with_quirks(Quirks(quirks.into()));
+    options.hi = Hi { motor_count: motors, capabilities: u32::from(capabilities).into(), ..options.hi };
+    let mut machine = DeviceMachine::new(options);
+    let mut now = Millis(0);
+    for bytes in input.chunks(48) {
+        let [what, gap, id, kind, high, ..] = first::<48>(bytes);
+        let body = bytes.get(5..).unwrap_or_default();
+        now = now.after(u64::from(gap) * u64::from(high));
+        let (id, number) = (MessageId(id.into()), u16::from_le_bytes([kind, high]));
+        let input = match what % 16 {
+            0 => Input::LinkUp,
+            1 => Input::LinkDown,
+            2 => Input::AtRest,
+            3 => Input::Frame(FrameNumber(i32::from(number))),
+            4 => Input::PassEnd,
+            5 => Input::OperatorGo,
+            6 => Input::Limit { motor: Motor(kind), upper: high > 9 },
+            7 => Input::EmergencyStop(kind > 9),
+            8 => Input::Inputs(Triggers(kind.into())),
+            9 => Input::Moving(Motors(kind.into())),
+            10 => Input::Corrupt(id, MessageType(number)),
+            11 => Input::Wake,
+            _ => match HostMessage::decode_body(number.into(), body) {
+                Ok(message) => Input::Received { id, message, rig: AckCode::OK },
+                Err(_) => Input::Malformed(id, MessageType(number)),
+            },
+        };
+        writeln!(out, "{input:?}")?;
+        let (mut next, output) = machine.step(now, input);
+        for event in &output.events {
+            if let Event::Store(store) = event {
+                next = next.step(now, Input::Stored(*store, AckCode::OK)).0;
+            }
+        }
+        machine = next;
+        for send in &output.send {
+            writeln!(out, "{}", send.message(&Nowhere, &mut Scratch::default()))?;
+        }
+        writeln!(out, "{machine:?} {output:?}")?;
+    }
+    Ok(())
+}
+/// Bytes as what happens to a node, and to the master on its bus.
+fn hoot(input: &[u8], out: &mut dyn Write) -> fmt::Result {
+    use hoot_proto::device::{self, DeviceMachine, Port};
+    use hoot_proto::host::{self, Command, HostMachine, Nodes, Request, Token};
+    use hoot_proto::message::{Motor, Steps, StepsPerSecond};
+    use hoot_proto::{Address, DeviceMessage, HostMessage};
+    use motion_core::machine::Machine;
+    use motion_core::time::Millis;
+    use motion_core::wire::Messages;
+
+    let mut node = DeviceMachine::new(device::Options::default());
+    let mut master = HostMachine::new(host::Options::default());
+    let mut now = Millis(0);
+    for bytes in input.chunks(40) {
+        let [what, gap, to, table, command, sub_address, ..] = first::<40>(bytes);
+        let body = bytes.get(6..).unwrap_or_default();
+        now = now.after(u64::from(gap) * u64::from(sub_address));
+        let (to, number) = (Address(to), u32::from_be_bytes([0, table % 3, command, sub_address]));
+        let motor = if gap > 9 { Motor::One } else { Motor::Three };
+        let message = HostMessage::decode_body(number, body).unwrap_or_else(|_| HostMessage::other(number, body));
+        let report = match what % 12 {
+            0 => device::Input::Noise,
+            1 => device::Input::LinkDown(Port::Usb),
+            2 => device::Input::Position { motor, position: Steps(i32::from_be_bytes(first(body))) },
+            3 => device::Input::Arrived(motor),
+            4 => device::Input::Fault(motor),
+            5 => device::Input::Command(device::Command::Start),
+            6 => device::Input::Command(device::Command::EmergencyStop),
+            7 => device::Input::Wake,
+            _ => device::Input::Received { port: Port::Bus, to, message },
+        };
+        let (next, output) = node.step(now, report);
+        node = next;
+        writeln!(out, "{node:?} {output:?}")?;
+        for send in &output.send {
+            writeln!(out, "{:?}", send.answer.encode_into(&mut [0; 42]).is_ok())?;
+        }
+        let happened = match what % 13 {
+            0 => host::Input::LinkUp,
+            1 => host::Input::LinkDown,
+            2 => host::Input::Noise,
+            3 => host::Input::Wake,
+            4 => host::Input::Command(Command::EmergencyStop),
+            5 => host::Input::Command(Command::EndEmergency),
+            6 => host::Input::Command(Command::KeepAlive { to, on: gap > 9 }),
+            7 => host::Input::Command(Command::Speed {
+                to,
+                motor,
+                speed: StepsPerSecond(f32::from_be_bytes(first(body))),
+            }),
+            8 => host::Input::Command(Command::Nodes(Nodes::NONE.with(to).unwrap_or_default())),
+            // A request of the application lives as long as the program; the bytes it needs are in no packet.
+            9 | 10 => match HostMessage::decode_body(number, &[]) {
+                Ok(message) => host::Input::Command(Command::Request(Request { token: Token(number), to, message })),
+                Err(_) => host::Input::Wake,
+            },
+            _ => match DeviceMessage::decode_body(u32::from(command), body) {
+                Ok(message) => host::Input::Received(message),
+                Err(_) => host::Input::Noise,
+            },
+        };
+        let (next, output) = master.step(now, happened);
+        master = next;
+        writeln!(out, "{master:?} {output:?}")?;
+        for send in &output.send {
+            writeln!(out, "{:?}", send.encode_into(&mut [0; 42]).is_ok())?;
+        }
+    }
+    Ok(())
+}
