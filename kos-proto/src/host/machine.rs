@@ -88,10 +88,13 @@ struct Line {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Fence {
     Down,
-    /// It is on its way.
-    Up,
+    /// It is on its way, for the so manyth time.
+    Up(u8),
     /// One is on its way that was asked before the last stop; it will be asked again.
     Late,
+    /// It was not answered, over TCP, where no answer is lost: only another connection has nothing late on its way. It
+    /// is made in the next step, for this one has much to tell already.
+    Stale(Millis),
 }
 
 /// A client: see the [module](super).
@@ -107,6 +110,8 @@ pub struct HostMachine {
     line: Line,
     requests: Requests,
     fence: Fence,
+    /// How often it was asked what the device is, less the answers, also where they were not waited for any longer.
+    owed: u8,
     pub(super) motors: Motors,
     pub(super) calibration: Calibration,
     pub(super) tracker: Tracker,
@@ -117,8 +122,8 @@ pub struct HostMachine {
 
 debug_fields! {
     HostMachine {
-        options, state, endpoint, at, tries, line, requests, fence, motors, calibration, tracker, guid, platform,
-        expected,
+        options, state, endpoint, at, tries, line, requests, fence, owed, motors, calibration, tracker, guid,
+        platform, expected,
     }
 }
 
@@ -140,6 +145,7 @@ impl HostMachine {
             line: Line::default(),
             requests: Requests::default(),
             fence: Fence::Down,
+            owed: 0,
             motors: Motors::default(),
             calibration: Calibration::default(),
             tracker: Tracker::default(),
@@ -201,6 +207,9 @@ impl HostMachine {
         let asks = self.requests.ask(get, asker, now.after(self.options.request_timeout));
         if asks {
             output.send(Send::Get(get));
+            if get == Get::DeviceInfo {
+                self.owed = self.owed.saturating_add(1);
+            }
             if get == Get::MotorInfo {
                 self.motors.begin_series();
             }
@@ -215,9 +224,15 @@ impl HostMachine {
 
     /// An answer is there: who asked is told. Whether it was asked at all.
     pub(super) fn answered(&mut self, now: Millis, output: &mut Output, get: Get) -> bool {
-        match self.requests.end(get) {
+        self.pay(get);
+        // One that is late answers an earlier question, not the one behind the stop.
+        let late = get == Get::DeviceInfo && matches!(self.fence, Fence::Up(_)) && self.is_owed();
+        match if late { None } else { self.requests.end(get) } {
             None => {
                 output.event(Event::Told(get.id()));
+                if let (Fence::Stale(_), false) = (self.fence, self.is_owed()) {
+                    self.fence = Fence::Down;
+                }
                 return false;
             }
             Some(Asker::Application(token)) => output.event(Event::Answered(get, token)),
@@ -229,6 +244,9 @@ impl HostMachine {
 
     /// An answer will not come: who asked is told, or what waits for it goes on without.
     pub(super) fn failed(&mut self, now: Millis, output: &mut Output, get: Get, why: Failure) {
+        if matches!(why, Failure::Unsupported | Failure::Malformed) {
+            self.pay(get);
+        }
         match self.requests.end(get) {
             None => return,
             Some(Asker::Application(token)) => output.event(Event::Failed(get, token, why)),
@@ -248,12 +266,37 @@ impl HostMachine {
         self.passed(now, output, get);
     }
 
-    /// A question behind a stop is over; if the last stop was sent behind it, another one is asked.
-    fn passed(&mut self, now: Millis, output: &mut Output, get: Get) {
+    /// An answer is there, whatever it says.
+    fn pay(&mut self, get: Get) {
         if get == Get::DeviceInfo {
-            let again = self.fence == Fence::Late && self.ask(now, output, get, Asker::Machine);
-            self.fence = if again { Fence::Up } else { Fence::Down };
+            self.owed = self.owed.saturating_sub(1);
         }
+    }
+
+    /// Whether an answer is still on its way, as far as that can be known: over USB it may be lost.
+    fn is_owed(&self) -> bool {
+        let tcp = self.endpoint.is_some_and(|endpoint| endpoint.transport() == Transport::Tcp);
+        tcp && self.owed > 0
+    }
+
+    /// A question behind a stop is over; if the last stop was sent behind it, or it is not answered, another one is
+    /// asked.
+    fn passed(&mut self, now: Millis, output: &mut Output, get: Get) {
+        if get != Get::DeviceInfo {
+            return;
+        }
+        self.fence = match self.fence {
+            Fence::Late => self.fence_again(now, output, 0),
+            Fence::Up(tries) if self.is_owed() && tries < Self::QUESTIONS => self.fence_again(now, output, tries),
+            Fence::Up(_) if self.is_owed() => Fence::Stale(now.after(1)),
+            Fence::Stale(at) if self.is_owed() => Fence::Stale(at),
+            Fence::Down | Fence::Up(_) | Fence::Stale(_) => Fence::Down,
+        };
+    }
+
+    fn fence_again(&mut self, now: Millis, output: &mut Output, tries: u8) -> Fence {
+        self.ask(now, output, Get::DeviceInfo, Asker::Machine);
+        Fence::Up(tries.saturating_add(1))
     }
 
     /// The password is wrong, or missing. A device that is locked will not say which motors it has.
@@ -300,7 +343,7 @@ impl HostMachine {
 
     /// Asks behind a stop, so that its confirmation is told from one that comes late.
     pub(super) fn raise_fence(&mut self, now: Millis, output: &mut Output) {
-        self.fence = if self.ask(now, output, Get::DeviceInfo, Asker::Machine) { Fence::Up } else { Fence::Late };
+        self.fence = if self.ask(now, output, Get::DeviceInfo, Asker::Machine) { Fence::Up(1) } else { Fence::Late };
     }
 
     pub(super) fn open(&mut self, output: &mut Output, endpoint: Endpoint) {
@@ -339,7 +382,7 @@ impl HostMachine {
         self.motors.lost(output);
         self.tracker.lost(output);
         output.event(Event::Closed(why));
-        (self.fence, self.line) = (Fence::Down, Line::default());
+        (self.fence, self.owed, self.line) = (Fence::Down, 0, Line::default());
         if why == CloseReason::Asked {
             (self.state, self.endpoint, self.tries) = (State::Discovering, None, 0);
             self.at = self.options.ask_every.map(|every| now.after(every));
@@ -368,6 +411,9 @@ impl HostMachine {
         if self.state.is_connected() && self.line.silent.is_some_and(|silent| silent <= now) {
             self.close(now, output, CloseReason::Silence);
         }
+        if self.stale().is_some_and(|stale| stale <= now) {
+            self.close(now, output, CloseReason::NoAnswer);
+        }
         // Stops first.
         if self.tracker.wake(now, output) {
             self.stop_move(now, output);
@@ -384,6 +430,11 @@ impl HostMachine {
         if self.fence == Fence::Down {
             self.tracker.settle();
         }
+    }
+
+    /// When the connection is given up, because of what may come late.
+    const fn stale(&self) -> Option<Millis> {
+        if let Fence::Stale(at) = self.fence { Some(at) } else { None }
     }
 
     /// Keeps the line alive. Over TCP a question does it, also where much is sent and nothing is heard: the device may
@@ -427,7 +478,7 @@ impl HostMachine {
             Line { quiet, deaf, silent: Some(silent) } => quiet.min(deaf).min(silent),
             Line { quiet, .. } => quiet,
         });
-        let own = [self.at, line, self.requests.deadline(), self.tracker.deadline()];
+        let own = [self.at, line, self.stale(), self.requests.deadline(), self.tracker.deadline()];
         let parts = [self.motors.deadline(), self.calibration.deadline()];
         own.into_iter().chain(parts).flatten().min()
     }

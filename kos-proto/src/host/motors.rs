@@ -105,11 +105,12 @@ impl Motors {
         }
     }
 
-    /// A motor rests. One that jogs does not, unless it was told to stop: what is said of it is of before.
+    /// A motor rests. One that jogs does not, unless it was told to stop: what is said of it is of before. Nor does one
+    /// that is told to go on as soon as may be.
     pub(super) fn rests(&mut self, motor: MotorAddress, position: Rotations) {
         if let Some(known) = self.find(motor) {
             known.motor.position = position;
-            if known.hand.motion != Motion::Jogging {
+            if known.hand.motion != Motion::Jogging && known.hand.wanted.is_none() {
                 known.hand.motion = Motion::Resting;
             }
         }

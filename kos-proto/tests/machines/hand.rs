@@ -36,6 +36,22 @@ fn of_many_commands_the_last_one_counts() {
     assert_eq!((sent.len(), sent[20]), (21, move_to(ONE, 999.0)), "the last one as well");
 }
 
+/// 7.3-8: a motor that rests where it was sent first does not rest while another command waits for it.
+#[test]
+fn a_motor_that_is_to_go_on_does_not_rest() {
+    let mut client = Client::ready();
+    client.command(Command::MoveTo(go(ONE, 1.0)));
+    client.command(Command::MoveTo(go(ONE, 2.0)));
+    client.rests(1, 1.0);
+    assert!(client.machine.moves());
+    assert_eq!(client.refused(Command::Bump(go(ONE, 1.0))), Some(Refusal::Moves));
+    client.clear();
+    client.pass(50);
+    assert_eq!((client.sent(), client.machine.moves()), (vec![move_to(ONE, 2.0)], true));
+    client.rests(1, 2.0);
+    assert!(!client.machine.moves());
+}
+
 /// 7.3-2: a stop overtakes all that waits, and is sent again until the motor rests.
 #[test]
 fn a_stop_overtakes_what_waits() {

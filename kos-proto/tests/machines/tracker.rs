@@ -297,10 +297,11 @@ fn a_stop_is_over_when_all_is_answered() {
     assert_eq!(position, Some(Rotations(4.0)));
 }
 
-/// 7.6-20: an answer that never comes does not keep it; one to a question from before the stop does not end it.
+/// 7.6-20: over USB an answer that never comes does not keep it; one to a question from before the stop does not end it.
 #[test]
 fn a_stop_is_over_when_the_question_behind_it_is() {
-    let mut client = stopping();
+    let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
+    client.command(Command::Stop);
     client.say(PlaybackState::FULL_STOP);
     client.pass(2_999);
     assert_eq!(client.move_state(), "Stopping");
@@ -317,6 +318,51 @@ fn a_stop_is_over_when_the_question_behind_it_is() {
     assert_eq!((client.sent(), client.move_state()), (vec![ASKS], "Stopping"));
     client.hear(device_info(PlaybackState::FULL_STOP));
     assert_eq!(client.move_state(), "NoMove");
+}
+
+/// 7.6-20: over TCP answers are late, not lost: each question is waited for, and the last of them counts.
+#[test]
+fn late_answers_do_not_end_a_stop() {
+    let mut client = stopping();
+    client.pass(2_000);
+    assert!(client.sent().contains(&Send::StopPlayback), "it is not confirmed");
+    client.pass(1_000);
+    assert_eq!(client.sent(), [ASKS], "nor is the question answered that was asked before it was sent again");
+    // What was late comes: the answers to the first stop, and to its question.
+    client.say(PlaybackState::FULL_STOP);
+    client.hear(device_info(PlaybackState::FULL_STOP));
+    assert_eq!((client.move_state(), client.refused(load())), ("Stopping", Some(Refusal::MoveRuns)));
+    client.say(PlaybackState::FULL_STOP);
+    client.hear(device_info(PlaybackState::FULL_STOP));
+    assert_eq!(client.move_state(), "NoMove");
+}
+
+/// 7.6-20: over TCP a question that is not answered three times ends the connection, for only then nothing is late.
+#[test]
+fn a_stop_without_its_answer_ends_the_connection() {
+    let mut client = stopping();
+    client.say(PlaybackState::FULL_STOP);
+    for _ in 0..2 {
+        client.clear();
+        client.pass(3_000);
+        assert_eq!((client.sent(), client.move_state()), (vec![ASKS], "Stopping"));
+    }
+    let mut late = client.clone();
+    client.pass(3_000);
+    assert_eq!((client.told(), client.state()), (vec![], "Ready"), "in the next step");
+    let mut paid = client.clone();
+    client.pass(1);
+    assert_eq!((client.told(), client.move_state()), (vec![Event::Closed(CloseReason::NoAnswer)], "NoMove"));
+
+    // One that comes before that is in time, but it has to be the last.
+    for client in [&mut late, &mut paid] {
+        for _ in 0..3 {
+            assert_eq!((client.state(), client.move_state()), ("Ready", "Stopping"));
+            client.hear(device_info(PlaybackState::FULL_STOP));
+        }
+        client.pass(1);
+        assert_eq!((client.state(), client.move_state()), ("Ready", "NoMove"));
+    }
 }
 
 /// 7.6-21: it is found again as the device says; one that is only ready may be anybody's, and is not.

@@ -1,0 +1,287 @@
+//! A client and a device of kOS, before a rig of one motor.
+//!
+//! Over TCP messages come in order and whole, and the connection may be cut at any point: of what is under way on either
+//! side any first part still comes, then its end. Over USB messages may be lost as well.
+
+mod model;
+mod rig;
+mod state;
+
+use kos_proto::device::{self, DeviceMachine, Profile, Report, Scratch, SessionId, To, What};
+use kos_proto::host::{self, Command, Event, Get, HostMachine, Source, Token};
+use kos_proto::message::{MarkBeginPosition, MarkEndPosition, Rotations};
+use kos_proto::plan::{MotorSet, Plan, Transport};
+use kos_proto::trajectory::TrajectoryData;
+use kos_proto::{DeviceMessage, HostMessage};
+use laws::machine::step;
+use motion_core::time::Millis;
+use motion_core::wire::Password;
+
+pub use self::rig::{MOTOR, RANGE, Rig};
+pub use self::state::{Breach, Link, State, Told};
+use crate::line::{Fate, Faults, Line};
+
+const SESSION: SessionId = SessionId(0);
+
+/// What is explored, and how far.
+#[derive(Clone, Copy, Debug)]
+pub struct Kos {
+    /// Over what they are connected.
+    pub transport: Transport,
+    /// The password of the device; where there is one, the client begins without a connection.
+    pub password: &'static [u8],
+    /// The password that the application has.
+    pub known: &'static [u8],
+    /// The move, with its blocks.
+    pub data: TrajectoryData<'static>,
+    /// What the application may want, and how often.
+    pub script: &'static [(Wish, u8)],
+    /// How often time goes on.
+    pub jumps: u8,
+    /// Whether it does so only when no message is on its way: none is late by seconds.
+    pub prompt: bool,
+    /// How often the connection may be cut.
+    pub cuts: u8,
+    /// How many messages may be lost, each way.
+    pub lost: u8,
+    /// How often the motor may fail.
+    pub failures: u8,
+    /// What is done wrong, to see that it is found.
+    pub wrong: Wrong,
+}
+
+/// A mistake that the model has to find.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wrong {
+    /// None.
+    Nothing,
+    /// The device does not hear stops.
+    DeafToStops,
+    /// The client starts its move again when it was not confirmed in time.
+    StartsAgain,
+    /// The client does not begin another connection with a stop that was not confirmed.
+    ForgetsStops,
+}
+
+/// What the application may want.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wish {
+    /// Stop everything.
+    Stop,
+    /// Stop the motor.
+    StopMotor,
+    /// Store the move, and make it ready.
+    Load,
+    /// The same, with the motor where it is.
+    LoadHere,
+    /// Play it.
+    Play,
+    /// Store it, and play it.
+    PlayDirect,
+    /// Go to where it begins.
+    Rapid,
+    /// Send the motor somewhere.
+    MoveTo,
+    /// Send it a distance.
+    Bump,
+    /// Let it run.
+    Jog,
+    /// Ask where the motor is.
+    Ask,
+    /// Say the password.
+    Unlock,
+    /// Be connected no more.
+    Disconnect,
+}
+
+/// What happens next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Action {
+    /// The application wants something: its place in the script.
+    Wish(u8),
+    /// The first message on its way to the device.
+    ToDevice(Fate),
+    /// The first message on its way to the client.
+    ToHost(Fate),
+    /// The time of the client has come.
+    HostWakes,
+    /// The time of the device has come.
+    DeviceWakes,
+    /// The connection that the client wants is there.
+    Opens,
+    /// There is none.
+    OpensNot,
+    /// The connection is cut.
+    Cut,
+    /// The client sees that it is.
+    HostSees,
+    /// The device sees that it is.
+    DeviceSees,
+    /// The motor rests.
+    Arrives,
+    /// The motor fails.
+    Fails,
+}
+
+impl Kos {
+    fn command(&self, wish: Wish) -> Command {
+        let plan = || Plan::of(&self.data).expect("a move that can be played");
+        let way = kos_proto::plan::Way::Forward;
+        match wish {
+            Wish::Stop => Command::Stop,
+            Wish::StopMotor => Command::StopMotor(MOTOR),
+            Wish::Load => Command::Load { plan: plan(), way, delay_return: false },
+            Wish::LoadHere => Command::Load { plan: plan(), way, delay_return: true },
+            Wish::Play => Command::Play,
+            Wish::PlayDirect => Command::PlayDirect { plan: plan(), way },
+            Wish::Rapid => Command::RapidToFirstKeyFrame,
+            Wish::MoveTo => Command::MoveTo(rig::go(3.0)),
+            Wish::Bump => Command::Bump(rig::go(1.0)),
+            Wish::Jog => Command::Jog { motor: MOTOR, speed: rig::SPEED, acceleration: rig::ACCELERATION },
+            Wish::Ask => Command::Get(Get::LedStatus, Token(1)),
+            Wish::Unlock => Command::Unlock,
+            Wish::Disconnect => Command::Disconnect,
+        }
+    }
+
+    /// A device with a motor that knows its range, and a client; connected and ready, unless there is a password.
+    fn begin(&self) -> State {
+        let options = device::Options::default().with_motors(MotorSet::of([MOTOR])).with_progress_every(None);
+        let faults = Faults { lost: self.lost, ..Faults::default() };
+        let mut state = State {
+            now: Millis(1_000),
+            host: HostMachine::new(host::Options::default().with_echo_password(false)),
+            device: DeviceMachine::new(options),
+            host_wake: None,
+            device_wake: None,
+            to_device: Line::new(Faults::default()),
+            to_host: Line::new(Faults::default()),
+            link: Link::Down,
+            rig: Rig::new(),
+            wishes: [0; 8],
+            jumps: self.jumps,
+            cuts: self.cuts,
+            failures: self.failures,
+            ledger: state::Ledger::default(),
+            told: Told::default(),
+        };
+        for (left, (_, budget)) in state.wishes.iter_mut().zip(self.script) {
+            *left = *budget;
+        }
+        let (motor_address, tail, password) = (MOTOR, &[][..], Password(b""));
+        let from = |message| device::Input::Received { session: SESSION, message, password };
+        self.device(&mut state, device::Input::Rig(Report::Started));
+        self.device(&mut state, device::Input::Opened { session: SESSION, transport: Transport::Usb, password });
+        self.device(&mut state, device::Input::Rig(Report::Arrived(MOTOR, Rotations(0.0))));
+        self.device(&mut state, from(HostMessage::MarkBeginPosition(MarkBeginPosition { motor_address, tail })));
+        self.device(&mut state, device::Input::Rig(Report::Arrived(MOTOR, RANGE)));
+        self.device(&mut state, from(HostMessage::MarkEndPosition(MarkEndPosition { motor_address, tail })));
+        self.device(&mut state, device::Input::Closed(SESSION));
+        let endpoint = match self.transport {
+            Transport::Tcp => host::Endpoint::Tcp(kos_proto::message::Ipv4(0xC0A8_3201)),
+            Transport::Usb => host::Endpoint::Usb,
+        };
+        self.host(&mut state, host::Input::Command(Command::Connect(endpoint)));
+        if self.password.is_empty() {
+            self.open(&mut state);
+            loop {
+                if let Some((send, _)) = state.to_device.meet(Fate::Arrives) {
+                    self.arrives_at_device(&mut state, send);
+                } else if let Some((what, _)) = state.to_host.meet(Fate::Arrives) {
+                    self.arrives_at_host(&mut state, &what);
+                } else {
+                    break;
+                }
+            }
+            assert_eq!(state.host.state(), host::State::Ready);
+        }
+        (state.to_device, state.to_host) = (Line::new(faults), Line::new(faults));
+        state.told = Told::default();
+        state
+    }
+
+    /// The client takes a step, and what follows from it happens.
+    fn host(&self, state: &mut State, input: host::Input<'_>) {
+        let (host, mut output) = step(state.host.clone(), state.now, input);
+        state.host = host;
+        state.host_wake = output.wake;
+        if self.wrong == Wrong::StartsAgain
+            && input == host::Input::Wake
+            && state.host.move_state() == host::MoveState::Starting
+        {
+            output.send(host::Send::Start(kos_proto::plan::Way::Forward));
+        }
+        if self.wrong == Wrong::ForgetsStops && input == host::Input::Opened {
+            output.send.retain(|send| *send != host::Send::StopPlayback);
+        }
+        state.ledger_of_host(&input, &output);
+        for event in &output.events {
+            match event {
+                Event::Open(_) => state.link = Link::Opening,
+                Event::Closed(_) if state.link.is_open_for_device() => {
+                    state.link = Link::Cut { host: true, device: false };
+                }
+                Event::Closed(_) => state.link = Link::Down,
+                _ => {}
+            }
+        }
+        if state.link == Link::Up {
+            state.to_device.send(output.send);
+        }
+    }
+
+    /// The device takes a step, and what follows from it happens.
+    fn device(&self, state: &mut State, input: device::Input<'_>) {
+        let heard = match input {
+            device::Input::Received { session, message: HostMessage::StopPlayback(empty), password }
+                if self.wrong == Wrong::DeafToStops =>
+            {
+                device::Input::Received { session, message: HostMessage::KeepAlive(empty), password }
+            }
+            input => input,
+        };
+        let (device, output) = step(state.device.clone(), state.now, heard);
+        state.device = device;
+        state.device_wake = output.wake;
+        for event in &output.events {
+            if !state.rig.follow(state.now, event) {
+                state.ledger.breach(Breach::TwoMoves);
+            }
+            if let device::Event::Close(..) = event {
+                state.link = Link::Cut { host: state.link == Link::Cut { host: true, device: false }, device: true };
+                state.to_device.cut();
+            }
+        }
+        state.ledger_of_device(&input, &output);
+        if state.link == Link::Up {
+            let ours = |to| matches!(to, To::Sessions(sessions) if sessions.contains(SESSION));
+            state.to_host.send(output.send.into_iter().filter(|send| ours(send.to)).map(|send| send.what));
+        }
+        if state.link == (Link::Cut { host: true, device: true }) {
+            state.link = Link::Down;
+        }
+    }
+
+    fn open(&self, state: &mut State) {
+        state.to_device.cut();
+        state.to_host.cut();
+        state.link = Link::Up;
+        let (transport, password) = (self.transport, Password(self.password));
+        self.device(state, device::Input::Opened { session: SESSION, transport, password });
+        self.host(state, host::Input::Opened);
+    }
+
+    fn arrives_at_device(&self, state: &mut State, send: host::Send) {
+        let source = Source { user_password: Password(self.known), trajectory: self.data, ..Source::default() };
+        let (message, password) = (send.message(&source), Password(self.password));
+        self.device(state, device::Input::Received { session: SESSION, message, password });
+    }
+
+    fn arrives_at_host(&self, state: &mut State, what: &What) {
+        let profile =
+            Profile { guid: &[7; 16], password: Password(self.password), trajectory: self.data, ..Profile::default() };
+        let (send, mut scratch) = (device::Send { to: To::Asker, what: what.clone() }, Scratch::default());
+        let message: DeviceMessage<'_> = send.message(&profile, &mut scratch);
+        self.host(state, host::Input::Received(message));
+    }
+}

@@ -1,0 +1,190 @@
+//! What may happen next, and what has to hold.
+
+use kos_proto::device::{self, Report};
+use kos_proto::host::{self, Event, MoveState};
+use kos_proto::message::ErrorCode;
+use motion_core::time::Millis;
+use stateright::{Model, Property};
+
+use super::{Action, Breach, Kos, Link, MOTOR, SESSION, State, Told, Wish};
+use crate::line::Fate;
+
+type Holds = fn(&Kos, &State) -> bool;
+
+impl State {
+    fn due(&self) -> Option<Millis> {
+        self.host_wake.into_iter().chain(self.device_wake).min().map(|due| due.max(self.now))
+    }
+}
+
+impl Model for Kos {
+    type State = State;
+    type Action = Action;
+
+    fn init_states(&self) -> Vec<State> {
+        vec![self.begin()]
+    }
+
+    fn actions(&self, state: &State, actions: &mut Vec<Action>) {
+        if state.ledger.breached().is_some() {
+            return;
+        }
+        let wishes = (0..).zip(&state.wishes).filter(|(_, left)| **left > 0);
+        actions.extend(wishes.map(|(place, _)| Action::Wish(place)));
+        let host_hears = state.link == Link::Up || matches!(state.link, Link::Cut { host: false, .. });
+        if state.link.is_open_for_device() {
+            actions.extend(state.to_device.fates().map(Action::ToDevice));
+        }
+        if host_hears {
+            actions.extend(state.to_host.fates().map(Action::ToHost));
+        }
+        let cuts = state.link == Link::Up && state.cuts > 0;
+        let opening = state.link == Link::Opening;
+        let quiet = !host_hears || state.to_host.is_empty();
+        let quiet = quiet && (!state.link.is_open_for_device() || state.to_device.is_empty());
+        let goes_on = state.jumps > 0 && (quiet || !self.prompt);
+        let due = state.due().filter(|&due| due == state.now || goes_on);
+        let wakes = |wake: Option<Millis>| due.is_some() && wake.map(|wake| wake.max(state.now)) == due;
+        let possible = [
+            (opening, Action::Opens),
+            (opening && state.cuts > 0, Action::OpensNot),
+            (cuts, Action::Cut),
+            (matches!(state.link, Link::Cut { host: false, .. }), Action::HostSees),
+            (matches!(state.link, Link::Cut { device: false, .. }), Action::DeviceSees),
+            (state.rig.can_arrive(), Action::Arrives),
+            (state.failures > 0, Action::Fails),
+            (wakes(state.host_wake), Action::HostWakes),
+            (wakes(state.device_wake), Action::DeviceWakes),
+        ];
+        actions.extend(possible.into_iter().filter(|(can, _)| *can).map(|(_, action)| action));
+    }
+
+    fn next_state(&self, last: &State, action: Action) -> Option<State> {
+        let mut next = last.clone();
+        let state = &mut next;
+        state.told = Told::default();
+        state.ledger.lost |= matches!(action, Action::ToDevice(Fate::Lost) | Action::ToHost(Fate::Lost));
+        match action {
+            Action::Wish(place) => {
+                let (wish, _) = self.script.get(usize::from(place))?;
+                *state.wishes.get_mut(usize::from(place))? -= 1;
+                let before = state.host.clone();
+                let command = self.command(*wish);
+                let (_, output) = motion_core::machine::Machine::step(before, state.now, host::Input::Command(command));
+                // What is refused changes nothing that would not be reached otherwise.
+                if output.events.iter().any(|event| matches!(event, Event::Refused(_))) {
+                    return None;
+                }
+                self.host(state, host::Input::Command(command));
+            }
+            Action::ToDevice(fate) => {
+                if let Some((send, true)) = state.to_device.meet(fate) {
+                    self.arrives_at_device(state, send);
+                }
+            }
+            Action::ToHost(fate) => {
+                if let Some((what, true)) = state.to_host.meet(fate) {
+                    self.arrives_at_host(state, &what);
+                }
+            }
+            Action::HostWakes => {
+                state.go_on();
+                self.host(state, host::Input::Wake);
+            }
+            Action::DeviceWakes => {
+                state.go_on();
+                self.device(state, device::Input::Wake);
+            }
+            Action::Opens => self.open(state),
+            Action::OpensNot => {
+                state.cuts -= 1;
+                self.host(state, host::Input::Closed);
+            }
+            Action::Cut => {
+                state.cuts -= 1;
+                state.link = Link::Cut { host: false, device: false };
+            }
+            Action::HostSees => {
+                state.to_host.cut();
+                self.host(state, host::Input::Closed);
+            }
+            Action::DeviceSees => {
+                let Link::Cut { host, .. } = state.link else { return None };
+                state.to_device.cut();
+                state.link = if host { Link::Down } else { Link::Cut { host, device: true } };
+                self.device(state, device::Input::Closed(SESSION));
+                if state.rig.is_driven() && !state.device.playback().runs() {
+                    state.ledger.breach(Breach::StopNotObeyed);
+                }
+            }
+            Action::Arrives => {
+                let report = state.rig.arrive()?;
+                self.device(state, device::Input::Rig(report));
+            }
+            Action::Fails => {
+                state.failures -= 1;
+                self.device(state, device::Input::Rig(Report::Fault(MOTOR, ErrorCode::RUNAWAY)));
+            }
+        }
+        Some(next)
+    }
+
+    fn properties(&self) -> Vec<Property<Self>> {
+        fn never(breach: Breach) -> Holds {
+            match breach {
+                Breach::StopNotSent => |_, state| state.ledger.breached() != Some(Breach::StopNotSent),
+                Breach::StopNotObeyed => |_, state| state.ledger.breached() != Some(Breach::StopNotObeyed),
+                Breach::TwoMoves => |_, state| state.ledger.breached() != Some(Breach::TwoMoves),
+                Breach::TwoRequests => |_, state| state.ledger.breached() != Some(Breach::TwoRequests),
+                Breach::Repeated => |_, state| state.ledger.breached() != Some(Breach::Repeated),
+                Breach::StopForgotten => |_, state| state.ledger.breached() != Some(Breach::StopForgotten),
+                Breach::NotOver => |_, state| state.ledger.breached() != Some(Breach::NotOver),
+            }
+        }
+        let mut properties = vec![
+            Property::always("a stop is sent first, in its step", never(Breach::StopNotSent)),
+            Property::always("a stop that comes is obeyed in its step", never(Breach::StopNotObeyed)),
+            Property::always("never two moves at once", never(Breach::TwoMoves)),
+            Property::always("never two unanswered motion requests", never(Breach::TwoRequests)),
+            Property::always("nothing of the never-retry list is repeated", never(Breach::Repeated)),
+            Property::always("no stop is given up silently", never(Breach::StopForgotten)),
+            Property::always("what is said to be over is over", never(Breach::NotOver)),
+            Property::always("every question and every stop ends in time", |_: &Kos, state: &State| {
+                state.ends_in_time()
+            }),
+            Property::always("both agree on the move once messages settle", |_: &Kos, state: &State| {
+                !state.is_settled() || state.agrees()
+            }),
+        ];
+        // What has to be reached, so that the rest means something.
+        let wants = |wishes: &[Wish]| self.script.iter().any(|(wish, _)| wishes.contains(wish));
+        let plays = wants(&[Wish::Play, Wish::PlayDirect]);
+        let breaks = self.lost > 0 || self.cuts > 0 || !self.prompt;
+        let reached: [(bool, &'static str, Holds); 8] = [
+            (true, "a stop is confirmed", |_, state| state.told.stopped),
+            (breaks, "a stop is not confirmed", |_, state| state.told.not_confirmed),
+            (true, "all rests behind a stop", |_, state| {
+                let over = state.is_settled() && state.host.move_state() == MoveState::NoMove;
+                over && state.ledger.stopped && state.rig.rests()
+            }),
+            (plays, "a move is played to its end", |_, state| state.told.finished),
+            (plays && self.cuts > 0, "a move is found again", |_, state| state.told.found),
+            (wants(&[Wish::Ask]), "a question is answered", |_, state| state.told.answered),
+            (wants(&[Wish::Ask]) && breaks, "a question is not answered", |_, state| state.told.failed),
+            (self.cuts > 0, "a stop waits for a connection", |_, state| state.ledger.unstopped),
+        ];
+        let reached = reached.into_iter().filter(|(wanted, ..)| *wanted);
+        properties.extend(reached.map(|(_, name, is_reached)| Property::sometimes(name, is_reached)));
+        properties
+    }
+}
+
+impl State {
+    /// Time goes on to what is due.
+    fn go_on(&mut self) {
+        if let Some(due) = self.due() {
+            self.jumps -= u8::from(due > self.now);
+            self.now = due;
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! A rig of one motor, as simple as can be: it rests, is on its way, runs, or comes to rest.
+
+use kos_proto::device::{Event, Report};
+use kos_proto::host::Go;
+use kos_proto::message::{MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
+use motion_core::time::Millis;
+
+/// Its motor.
+pub const MOTOR: MotorAddress = MotorAddress(1);
+/// Where its range ends, and where it rests at the begin.
+pub const RANGE: Rotations = Rotations(8.0);
+
+pub(super) const SPEED: RotationsPerSecond = RotationsPerSecond(10.0);
+pub(super) const ACCELERATION: RotationsPerSecondSquared = RotationsPerSecondSquared(20.0);
+
+pub(super) const fn go(position: f32) -> Go {
+    Go { motor: MOTOR, position: Rotations(position), speed: SPEED, acceleration: ACCELERATION }
+}
+
+/// What the motor does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Motor {
+    Rests,
+    /// It goes there.
+    Goes(Rotations),
+    /// It comes to rest where it is.
+    Stops,
+}
+
+/// The rig.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Rig {
+    motor: Motor,
+    at: Rotations,
+    /// Until when it plays a move in one go.
+    plays: Option<Millis>,
+}
+
+impl Rig {
+    pub(super) const fn new() -> Self {
+        Self { motor: Motor::Rests, at: RANGE, plays: None }
+    }
+
+    /// Whether something moves it that was not told to stop.
+    #[must_use]
+    pub fn is_driven(&self) -> bool {
+        self.plays.is_some() || matches!(self.motor, Motor::Goes(_))
+    }
+
+    /// Whether nothing moves.
+    #[must_use]
+    pub fn rests(&self) -> bool {
+        self.plays.is_none() && self.motor == Motor::Rests
+    }
+
+    /// Does what it is told; `false` if that would be two moves at once.
+    pub(super) fn follow(&mut self, now: Millis, event: &Event) -> bool {
+        let (rests, plays) = (self.motor == Motor::Rests, self.plays.is_some());
+        match *event {
+            Event::Move { to, .. } => {
+                self.motor = Motor::Goes(to);
+                !plays
+            }
+            Event::StopMotor { .. } => {
+                self.motor = Motor::Stops;
+                !plays
+            }
+            Event::StopAll => {
+                if self.is_driven() {
+                    self.motor = Motor::Stops;
+                }
+                self.plays = None;
+                true
+            }
+            Event::Home { .. } => {
+                self.motor = Motor::Goes(Rotations(0.0));
+                rests && !plays
+            }
+            Event::MoveToFrame { .. } => {
+                self.motor = Motor::Goes(Rotations(1.0));
+                rests && !plays
+            }
+            Event::Play { millis, .. } => {
+                let over = self.plays.is_none_or(|until| until <= now);
+                self.plays = Some(now.after(millis));
+                rests && over
+            }
+            Event::MoveOver => {
+                self.plays = None;
+                true
+            }
+            _ => true,
+        }
+    }
+
+    /// The motor rests, if it was on its way.
+    pub(super) fn arrive(&mut self) -> Option<Report> {
+        match self.motor {
+            Motor::Rests => return None,
+            Motor::Goes(to) => self.at = to,
+            Motor::Stops => {}
+        }
+        self.motor = Motor::Rests;
+        Some(Report::Arrived(MOTOR, self.at))
+    }
+
+    pub(super) fn can_arrive(&self) -> bool {
+        self.motor != Motor::Rests
+    }
+}

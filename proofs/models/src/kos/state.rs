@@ -1,0 +1,357 @@
+//! A state of the world, and what has to be remembered of the past to judge it.
+
+use kos_proto::device::{self, DeviceMachine, What, playback};
+use kos_proto::host::{self, Command, Event, HostMachine, Move, MoveState, Send};
+use kos_proto::message::PlaybackState;
+use kos_proto::{DeviceMessage, HostMessage};
+use motion_core::time::Millis;
+
+use super::rig::Rig;
+use crate::line::Line;
+
+/// How the connection is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Link {
+    /// There is none.
+    Down,
+    /// The client wants one.
+    Opening,
+    /// There is one.
+    Up,
+    /// It is cut, and seen to be by the one or the other. What was under way may still come.
+    Cut {
+        /// The client sees it.
+        host: bool,
+        /// The device sees it.
+        device: bool,
+    },
+}
+
+impl Link {
+    /// Whether the device takes it for open.
+    #[must_use]
+    pub const fn is_open_for_device(self) -> bool {
+        matches!(self, Self::Up | Self::Cut { device: false, .. })
+    }
+}
+
+/// Everything that there is.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct State {
+    pub(super) now: Millis,
+    /// The client.
+    pub host: HostMachine,
+    /// The device.
+    pub device: DeviceMachine,
+    pub(super) host_wake: Option<Millis>,
+    pub(super) device_wake: Option<Millis>,
+    /// What is on its way to the device.
+    pub to_device: Line<Send>,
+    /// What is on its way to the client.
+    pub to_host: Line<What>,
+    /// The connection.
+    pub link: Link,
+    /// The rig.
+    pub rig: Rig,
+    /// How often each place of the script may still be wanted.
+    pub(super) wishes: [u8; 8],
+    pub(super) jumps: u8,
+    pub(super) cuts: u8,
+    pub(super) failures: u8,
+    /// What is remembered.
+    pub ledger: Ledger,
+    /// What was told in the last step.
+    pub told: Told,
+}
+
+/// What must not happen in a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Breach {
+    /// A stop was not sent first, in the step in which it was wanted.
+    StopNotSent,
+    /// A stop came, and was not obeyed in that step; or a client went, and what it moved by hand goes on.
+    StopNotObeyed,
+    /// The rig was told to move twice at once.
+    TwoMoves,
+    /// Something that moves was sent before what was sent before it was answered.
+    TwoRequests,
+    /// Something was sent again that must not be.
+    Repeated,
+    /// A stop was given up without a word.
+    StopForgotten,
+    /// It was said that a move is over that is not.
+    NotOver,
+}
+
+/// What the application was told in the last step: only what is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[expect(clippy::struct_excessive_bools, reason = "they are told or not, each for itself")]
+pub struct Told {
+    /// A move came to its end.
+    pub finished: bool,
+    /// A stop is confirmed.
+    pub stopped: bool,
+    /// A stop is not confirmed.
+    pub not_confirmed: bool,
+    /// A question is answered, or not.
+    pub answered: bool,
+    /// A question is not answered.
+    pub failed: bool,
+    /// A move was found again behind a lost connection.
+    pub found: bool,
+}
+
+/// What was sent and not answered that moves something.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Request {
+    /// To a position; that may take the place of what is under way by hand (decision K-S20).
+    Position,
+    Distance,
+    /// With the move.
+    Move,
+}
+
+/// What is remembered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[expect(clippy::struct_excessive_bools, reason = "they happened or not, each for itself")]
+pub struct Ledger {
+    breach: Option<Breach>,
+    /// When a question of the application has to have ended.
+    pub(super) asked: Option<Millis>,
+    /// When a stop has to be confirmed, or told not to be.
+    pub(super) stopping: Option<Millis>,
+    /// Whether a stop is owed to the next connection.
+    pub(super) unstopped: bool,
+    /// Whether there was another connection before.
+    pub(super) reconnected: bool,
+    /// Whether a stop was confirmed.
+    pub(super) stopped: bool,
+    /// Whether a message was lost.
+    pub(super) lost: bool,
+    /// Whether a command to a motor waits for its time.
+    waits: bool,
+    request: Option<Request>,
+    /// Moves that were started by a command, less those that the device began.
+    owed: i8,
+}
+
+/// Whether it stops something.
+pub(super) fn is_stop(send: Send) -> bool {
+    matches!(send, Send::StopPlayback) || matches!(send, Send::MoveTo(go) if go.speed.0 == 0.0)
+}
+
+impl Ledger {
+    pub(super) fn breach(&mut self, breach: Breach) {
+        self.breach.get_or_insert(breach);
+    }
+
+    /// What happened that must not.
+    #[must_use]
+    pub const fn breached(&self) -> Option<Breach> {
+        self.breach
+    }
+
+    /// What moves something is sent: nothing else may be under way.
+    fn request(&mut self, request: Request) {
+        let replaces = |other| request == Request::Position && other != Request::Move;
+        if self.request.is_some_and(|other| !replaces(other)) {
+            self.breach(Breach::TwoRequests);
+        }
+        self.request = Some(request);
+    }
+
+    fn sent(&mut self, input: &host::Input<'_>, send: &Send) {
+        let command = if let host::Input::Command(command) = input { Some(command) } else { None };
+        // What may not be repeated is sent in the step of its command only; a command to a position may wait.
+        let wanted = match send {
+            send if send.is_repeatable() => true,
+            Send::Trajectory => matches!(command, Some(Command::Load { .. } | Command::PlayDirect { .. })),
+            Send::Setup { .. } => matches!(command, Some(Command::Load { .. })),
+            Send::Start(_) => matches!(command, Some(Command::Play | Command::PlayDirect { .. })),
+            Send::RapidToFirstKeyFrame => matches!(command, Some(Command::RapidToFirstKeyFrame)),
+            Send::Bump(_) => matches!(command, Some(Command::Bump(_))),
+            Send::MoveTo(_) => {
+                let direct = matches!(command, Some(Command::MoveTo(_) | Command::Jog { .. }));
+                direct || (std::mem::take(&mut self.waits) && *input == host::Input::Wake)
+            }
+            _ => false,
+        };
+        if !wanted {
+            self.breach(Breach::Repeated);
+        }
+        match send {
+            send if is_stop(*send) => self.request = None,
+            Send::Setup { delay_return: false, .. } | Send::RapidToFirstKeyFrame => self.request(Request::Move),
+            Send::Start(_) => {
+                self.owed += 1;
+                self.request(Request::Move);
+            }
+            Send::Bump(_) => self.request(Request::Distance),
+            Send::MoveTo(_) => self.request(Request::Position),
+            _ => {}
+        }
+    }
+
+    /// What is said answers what moves something.
+    fn heard(&mut self, message: &DeviceMessage<'_>) {
+        let by = |request| self.request == Some(request);
+        let answered = match message {
+            DeviceMessage::MotorPosition(_) => by(Request::Position) || by(Request::Distance),
+            DeviceMessage::PlaybackStatus(status) => {
+                by(Request::Move) || status.playback_status == PlaybackState::FULL_STOP
+            }
+            DeviceMessage::ErrorStatus(_) => true,
+            _ => false,
+        };
+        if answered {
+            self.request = None;
+        }
+    }
+}
+
+impl State {
+    /// Remembers what the client did.
+    pub(super) fn ledger_of_host(&mut self, input: &host::Input<'_>, output: &host::Output) {
+        let connected = self.host.state().is_connected();
+        let timeouts = host::Options::default();
+        let ledger = &mut self.ledger;
+        let unconfirmed = output.events.contains(&Event::StopNotConfirmed(None));
+        match input {
+            host::Input::Command(Command::Stop)
+                if connected != output.send.starts_with(&[Send::StopPlayback]) || connected == unconfirmed =>
+            {
+                ledger.breach(Breach::StopNotSent);
+            }
+            host::Input::Command(Command::StopMotor(_))
+                if connected && !output.send.first().is_some_and(|send| is_stop(*send)) =>
+            {
+                ledger.breach(Breach::StopNotSent);
+            }
+            host::Input::Command(Command::MoveTo(_) | Command::Jog { .. }) => ledger.waits = output.send.is_empty(),
+            host::Input::Command(Command::Get(..)) => ledger.asked = Some(self.now.after(timeouts.request_timeout)),
+            host::Input::Command(Command::Disconnect) => ledger.unstopped = false,
+            host::Input::Opened if ledger.unstopped => {
+                ledger.unstopped = false;
+                if !output.send.starts_with(&[Send::StopPlayback]) {
+                    ledger.breach(Breach::StopForgotten);
+                }
+            }
+            host::Input::Received(message) => ledger.heard(message),
+            _ => {}
+        }
+        for send in &output.send {
+            ledger.sent(input, send);
+        }
+        let mut told = Told::default();
+        let mut closed = false;
+        for event in &output.events {
+            match event {
+                Event::Answered(..) => told.answered = true,
+                Event::Failed(..) => told.failed = true,
+                Event::StopNotConfirmed(None) => told.not_confirmed = true,
+                Event::Move(Move::Finished { requested }) => {
+                    (told.stopped, told.finished) = (*requested, !*requested);
+                    if self.device.playback().runs() {
+                        ledger.breach(Breach::NotOver);
+                    }
+                }
+                Event::Move(Move::Found(_)) => told.found = true,
+                Event::Closed(_) => closed = true,
+                _ => {}
+            }
+        }
+        if told.answered || told.failed {
+            ledger.asked = None;
+        }
+        if closed {
+            // Whatever was not confirmed is told, and owed to the next connection.
+            if ledger.stopping.is_some() && !told.not_confirmed {
+                ledger.breach(Breach::StopForgotten);
+            }
+            (ledger.request, ledger.waits, ledger.reconnected, ledger.owed) = (None, false, true, 0);
+        }
+        ledger.stopped |= told.stopped;
+        if told.stopped || told.not_confirmed {
+            ledger.stopping = None;
+        }
+        if told.not_confirmed && !connected {
+            ledger.unstopped = true;
+        }
+        if output.send.contains(&Send::StopPlayback) {
+            ledger.stopping = Some(self.now.after(timeouts.stop_timeout));
+        }
+        self.told = told;
+    }
+
+    /// Remembers what the device did; the rig has followed already.
+    pub(super) fn ledger_of_device(&mut self, input: &device::Input<'_>, output: &device::Output) {
+        let device::Input::Received { message, .. } = input else { return };
+        let says = |wanted| {
+            let mut said = output.send.iter().map(|send| &send.what);
+            said.any(|what| matches!(what, What::PlaybackStatus { state, .. } if *state == wanted))
+        };
+        let obeyed = match message {
+            HostMessage::StopPlayback(_) => {
+                let empty = self.device.playback() == playback::State::Empty;
+                output.events.contains(&device::Event::StopAll) && empty && says(PlaybackState::FULL_STOP)
+            }
+            HostMessage::SetPositionSpeedAcceleration(message) if message.is_stop() => true,
+            _ => return self.begun(message),
+        };
+        if !obeyed || self.rig.is_driven() {
+            self.ledger.breach(Breach::StopNotObeyed);
+        }
+    }
+
+    /// The device begins no more moves than were started.
+    fn begun(&mut self, message: &HostMessage<'_>) {
+        if let HostMessage::StartPlayback(_) = message {
+            self.ledger.owed -= 1;
+            if self.ledger.owed < 0 && !self.ledger.reconnected {
+                self.ledger.breach(Breach::Repeated);
+            }
+        }
+    }
+
+    /// Whether all that is said has come, over a connection that is sound, to a client that knows the device.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        let quiet = self.to_device.is_empty() && self.to_host.is_empty();
+        let knows = matches!(self.host.state(), host::State::Ready | host::State::Locked);
+        quiet && self.link == Link::Up && knows
+    }
+
+    /// Whether both agree on the move; where a message was lost, that one that runs is taken to run.
+    #[must_use]
+    pub fn agrees(&self) -> bool {
+        use playback::State as Device;
+        let device = self.device.playback();
+        if self.ledger.lost {
+            return !device.runs() || self.host.moves();
+        }
+        match self.host.move_state() {
+            // Behind another connection a move that is only ready is not this client's (decision K-S17), and there is no
+            // word for one that is on its way home.
+            MoveState::NoMove if self.ledger.reconnected => {
+                let homing = matches!(device, Device::HomingSetup | Device::HomingStart | Device::HomingRapid);
+                !device.runs() || homing || self.host.moves()
+            }
+            MoveState::NoMove | MoveState::Stopping => device == Device::Empty,
+            MoveState::SettingUp => device == Device::HomingSetup,
+            MoveState::Armed => matches!(device, Device::Ready | Device::HomingRapid),
+            MoveState::Starting => device == Device::HomingStart,
+            MoveState::Delay => device == Device::Delay,
+            MoveState::PreShoot => device == Device::Pre,
+            MoveState::Running => device.runs() && !matches!(device, Device::Pre | Device::Post | Device::Delay),
+            MoveState::Ended => device == Device::Post,
+        }
+    }
+
+    /// Whether what is open will end in time: the client wakes for it.
+    #[must_use]
+    pub fn ends_in_time(&self) -> bool {
+        let wakes =
+            |due: Option<Millis>| due.is_none_or(|due| self.host_wake.is_some_and(|wake| wake <= due.max(self.now)));
+        wakes(self.ledger.asked) && wakes(self.ledger.stopping)
+    }
+}
