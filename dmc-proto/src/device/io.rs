@@ -13,7 +13,7 @@ use crate::message::{
 };
 
 /// What happened to a device.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub enum Input<'a> {
     /// The line to the host is open, at boot: the device greets.

@@ -15,7 +15,7 @@ use crate::upload::Section;
 pub struct Token(pub u32);
 
 /// What happened to a host.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub enum Input<'a> {
     /// The line is open.
@@ -48,7 +48,7 @@ impl<'a> Input<'a> {
 }
 
 /// What the application wants.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub enum Command<'a> {
     /// Greet the device again, after it was silent.
