@@ -8,4 +8,5 @@
 //!
 //! What has to hold is said as properties, with a count of the states that were explored, in `tests/`.
 
+pub mod dmc;
 pub mod line;
