@@ -106,9 +106,11 @@ impl Rig {
                 self.driven.0 &= !only(motor).0;
                 return None;
             }
-            Event::Stop(_) => {
+            Event::Stop(stop) => {
                 self.driven = Motors::NONE;
-                self.doing = if was == Doing::Rest { Doing::Rest } else { Doing::Stopping };
+                // A hard stop is answered also if nothing moved: the lock waits for it.
+                let is_idle = was == Doing::Rest && stop != Stop::Hard;
+                self.doing = if is_idle { Doing::Rest } else { Doing::Stopping };
                 return None;
             }
             Event::Move(motor, _) | Event::Jog(motor, ..) => {
