@@ -204,7 +204,7 @@ impl HostMachine {
 
     fn acknowledged(&mut self, now: Millis, id: MessageId, ack: &Ack<'_>, output: &mut Output) {
         let (stops, mut line) = self.line(now, output);
-        match stops.acknowledged(id, ack.response_code, &mut line) {
+        match stops.acknowledged(id, ack, &mut line) {
             Acknowledged::Confirms(stop) => {
                 self.is_armed &= !stop.is_all();
                 return;

@@ -36,10 +36,9 @@ pub struct Times {
     /// From an answer of `ERR_CHECKSUM` to the next try, and between two questions whether motors still move: 100, which is
     /// the time of the longest frame (safety decision 3).
     pub pause: u32,
+    /// For motors to come to rest, when a sequence waits for that: ten minutes. Then it has failed.
+    pub travel: u32,
 }
-
-/// For the whole of a way that motors go, in milliseconds: ten minutes. Then the sequence has failed.
-pub(super) const TRAVEL: u64 = 600_000;
 
 /// After the time that a run or a shot should take, until it is asked whether it is over, in milliseconds.
 pub(super) const PATIENCE: u64 = 5000;
@@ -71,16 +70,16 @@ impl Options {
     /// The same, with other times; 0 counts as 1.
     #[must_use]
     pub fn with_times(mut self, times: Times) -> Self {
-        let Times { greeting, request, stop, pause } = times;
-        self.times =
-            Times { greeting: greeting.max(1), request: request.max(1), stop: stop.max(1), pause: pause.max(1) };
+        let Times { greeting, request, stop, pause, travel } = times;
+        let [greeting, request, stop, pause, travel] = [greeting, request, stop, pause, travel].map(|time| time.max(1));
+        self.times = Times { greeting, request, stop, pause, travel };
         self
     }
 }
 
 impl Default for Times {
     fn default() -> Self {
-        Self { greeting: 1000, request: 500, stop: 250, pause: 100 }
+        Self { greeting: 1000, request: 500, stop: 250, pause: 100, travel: 600_000 }
     }
 }
 

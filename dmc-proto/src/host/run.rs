@@ -3,7 +3,7 @@
 use motion_core::time::Millis;
 
 use super::io::{Event, Failure, Token, What};
-use super::options::{Options, PATIENCE, TRAVEL, TRIES};
+use super::options::{Options, PATIENCE, TRIES};
 use super::requests::{Owner, Request, Role};
 use super::sequence::{Next, Progress, Reply};
 use crate::message::{AckCode, DeviceMessage, FrameNumber, HostMessage, Motors, RtRunMove, RunFlags};
@@ -64,7 +64,7 @@ struct Watch {
 
 impl Watch {
     fn new(now: Millis, options: &Options) -> Self {
-        Self { until: now.after(TRAVEL), ask: Some(pause(now, options)), stood: false }
+        Self { until: now.after(options.times.travel.into()), ask: Some(pause(now, options)), stood: false }
     }
 }
 
@@ -190,7 +190,8 @@ impl Run {
     fn end(&self, now: Millis) -> Millis {
         match self.goal {
             Goal::Run { lasts, .. } | Goal::Shot { lasts } => now.after(lasts).after(PATIENCE),
-            Goal::Travel => now.after(TRAVEL),
+            // A way to a frame never runs.
+            Goal::Travel => now.after(PATIENCE),
         }
     }
 

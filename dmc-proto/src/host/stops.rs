@@ -7,7 +7,9 @@ use super::io::{Event, Output, Send, What};
 use super::options::{Options, TRIES};
 use super::requests::Ids;
 use crate::frame::MessageId;
-use crate::message::{AckCode, HostMessage, Motor, MotorStop, MotorStopAll, Motors, StopFlags, VirtStop, VirtualMotor};
+use crate::message::{
+    Ack, AckCode, HostMessage, Motor, MotorStop, MotorStopAll, Motors, StopFlags, VirtStop, VirtualMotor,
+};
 
 /// What shall stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -200,8 +202,12 @@ impl Stops {
     }
 
     /// Takes an acknowledgement. One that refuses a stop leads to the question whether motors move.
-    pub(super) fn acknowledged(&mut self, id: MessageId, code: Option<AckCode>, line: &mut Line<'_>) -> Acknowledged {
-        let Some(slot) = self.slots.iter_mut().find(|slot| slot.ids.contains(&id)) else { return Acknowledged::Other };
+    pub(super) fn acknowledged(&mut self, id: MessageId, ack: &Ack<'_>, line: &mut Line<'_>) -> Acknowledged {
+        let code = ack.response_code;
+        // The id alone is not enough to believe that a stop is obeyed.
+        let is_of = |stop: Stop| stop.message().kind() == ack.of || code == Some(AckCode::ERR_CHECKSUM);
+        let is_it = |slot: &&mut Slot| slot.ids.contains(&id) && is_of(slot.stop);
+        let Some(slot) = self.slots.iter_mut().find(is_it) else { return Acknowledged::Other };
         if code == Some(AckCode::OK) {
             let stop = slot.stop;
             self.slots.retain(|slot| slot.stop != stop);

@@ -568,6 +568,22 @@ fn quirks_are_those_of_devices_in_the_field() {
 }
 
 #[test]
+fn times_of_a_device_are_options() {
+    let options = Options::of(hi()).with_report_every(0).with_harder_within(10).with_hold(20);
+    let mut bench = Bench::of(options);
+    bench.asked(jog(1));
+    assert_eq!(bench.pass(5).0.len(), 5, "each millisecond, not all the time");
+    bench.asked(stop_all());
+    bench.pass(10);
+    bench.takes(stop_all(), Event::Stop(Stop::All { silent: false }));
+    bench.step(Input::EmergencyStop(true));
+    bench.step(Input::EmergencyStop(false));
+    bench.rests();
+    assert_eq!(bench.pass(19), (vec![], vec![]));
+    assert_eq!(bench.pass(1), (vec![], vec![Event::Unlocked]));
+}
+
+#[test]
 fn what_the_rig_was_not_told_is_stray() {
     let mut bench = Bench::new();
     for input in [

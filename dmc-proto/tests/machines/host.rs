@@ -1,6 +1,6 @@
 //! A host: connection and requests. DMC D5.
 
-use dmc_proto::host::{Command, Event, Failure, Input, Options, Outcome, State, Stop, Token, What};
+use dmc_proto::host::{Command, Event, Failure, Input, Options, Outcome, State, Stop, Times, Token, What};
 use dmc_proto::message::{
     Ack, AckCode, Capabilities, Dmx, DmxChannel, GioIn, HardStop, Hi, HostMessage, Motor, MotorMoving, MotorPositions,
     MotorResetPosition, Motors, Steps, StopReason, Triggers,
@@ -229,6 +229,24 @@ fn one_question_is_enough() {
     desk.request(2, jog(1));
     let failed = |token| Event::Failed(Token(token), Failure::Timeout);
     assert_eq!(desk.pass(500), (vec![(4, What::Status)], vec![failed(1), failed(2)]));
+}
+
+#[test]
+fn times_are_options_and_never_nothing() {
+    let times = Times { greeting: 70, request: 0, stop: 30, pause: 20, travel: 50 };
+    let mut desk = Desk::up_with(Options::default().with_times(times), hi());
+    desk.request(1, jog(1));
+    assert_eq!(desk.pass(1).1, [Event::Failed(Token(1), Failure::Timeout)]);
+    desk.pass(60);
+    desk.stop(Stop::All);
+    assert_eq!(desk.wake, Some(desk.now.after(30)));
+    let mut desk = Desk::of(Options::default().with_times(times));
+    desk.step(Input::LinkUp);
+    assert_eq!(desk.wake, Some(desk.now.after(70)));
+    let mut desk = Desk::up_with(Options::default().with_times(Times { travel: 150, ..Times::default() }), hi());
+    desk.sequence(2, position_frame(1));
+    desk.acked(2, 0x0110, AckCode::OK);
+    assert_eq!(desk.pass(150).1, [Event::Failed(Token(2), Failure::Timeout)]);
 }
 
 /// S-2

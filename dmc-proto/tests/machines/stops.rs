@@ -93,6 +93,8 @@ fn the_answer_to_an_earlier_try_is_as_good() {
     let mut desk = Desk::up();
     desk.stop(Stop::All);
     desk.pass(700);
+    let stray = vec![Event::Stray(MessageId(2), MessageType(0x0032))];
+    assert_eq!(desk.acked(2, 0x0032, AckCode::OK), (vec![], stray), "but not one of another type");
     assert_eq!(desk.acked(2, 0x0033, AckCode::OK), (vec![], vec![Event::Stopped(Stop::All)]));
 }
 
