@@ -9,6 +9,7 @@ mod properties;
 mod rig;
 mod wants;
 
+use dmc_proto::MessageId;
 use dmc_proto::device::{self, DeviceMachine};
 use dmc_proto::host::{self, Command, HostMachine, Name, Progress, Token};
 use dmc_proto::message::{AckCode, Motor};
@@ -64,9 +65,9 @@ pub struct Mishaps {
 pub enum Spoilt {
     /// A device that acknowledges stops, and does not obey them.
     DeafDevice,
-    /// A host that sends again whatever is not answered, even a jog.
+    /// A host that sends again whatever is not answered, once more, even a jog.
     EagerHost,
-    /// A host that sends a stop behind what it sends beside it, and only when it is woken next.
+    /// A host that keeps a stop back until it sends something else.
     LazyHost,
 }
 
@@ -172,6 +173,14 @@ impl Dmc {
             sends.extend::<Vec<_>>(others);
             output.send = sends.into_iter().collect();
         }
+        if self.spoilt == Some(Spoilt::EagerHost) {
+            for event in &output.events {
+                if let host::Event::Failed(token, host::Failure::Timeout) = *event {
+                    let what = host::What::Named(Name::Message(token));
+                    output.send.extend([host::Send { id: MessageId(99), what }]);
+                }
+            }
+        }
         if is_stop {
             world.book.stop_wanted(&world.host, &output.send, &output.events);
         }
@@ -192,10 +201,7 @@ impl Dmc {
                 host::What::Named(Name::Message(token)) => Some(token.0),
                 _ => None,
             };
-            let copies = if self.spoilt == Some(Spoilt::EagerHost) && matches!(input, host::Input::Wake) { 2 } else { 1 };
-            for _ in 0..copies {
-                self.with_message(send, |message| world.book.sent(&world.host, token, send.what, message));
-            }
+            self.with_message(send, |message| world.book.sent(&world.host, token, send.what, message));
         }
         world.to_device.send(output.send);
         if let Some(behind) = asked {

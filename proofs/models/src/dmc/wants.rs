@@ -1,15 +1,19 @@
 //! What the application may want, and the messages that say so.
 
+use std::sync::LazyLock;
+
 use dmc_proto::host::Stop;
 use dmc_proto::message::{
     Capabilities, Empty, FrameNumber, FramesPerSecond, Hi, HostMessage, JogSpeed, Milliseconds, Motor, MotorJog,
-    MotorMove, Motors, Name, RtJogAll, RtPositionFrame, RtRunMove, RtShootFrame2, RtUploadMoveBegin, RunFlags,
+    MotorMove, MotorPair, Motors, Name, RtJogAll, RtPositionFrame, RtRunMove, RtShootFrame2, RtUploadMoveBegin, RunFlags,
     ShortMilliseconds, Steps,
 };
 use dmc_proto::upload::MoveSource;
 use motion_core::fixed::Scaled;
 
 const EMPTY: Empty<'static> = Empty { tail: &[] };
+/// A shot brings its motor, so that it can be made without an upload.
+static SHOT: LazyLock<[MotorPair; 1]> = LazyLock::new(|| [MotorPair::new(Motor(1), Steps(0), Steps(9))]);
 const LAST: FrameNumber = FrameNumber(4);
 
 /// Something that the application does once, at any moment.
@@ -85,7 +89,7 @@ impl Want {
                 exposure_ms: Milliseconds(500),
                 open_angle: 0.into(),
                 close_angle: 180.into(),
-                motors: &[],
+                motors: &*SHOT,
                 tail,
             }),
             Self::StopLoop => HostMessage::RtStopLoop(EMPTY),
