@@ -81,7 +81,8 @@ impl HostMachine {
     }
 
     /// Whether the device may still begin a run or a shot, or be in one. It stays so after a sequence that failed midway:
-    /// only a stop of everything makes it safe to come near.
+    /// only a stop of everything makes it safe to come near. Neither a hard stop nor a reset ends it, since the news of them
+    /// may be older than what is on its way to the device (decision D-60).
     #[must_use]
     pub const fn is_armed(&self) -> bool {
         self.is_armed
@@ -187,7 +188,7 @@ impl HostMachine {
             Connection::Greeting(..) | Connection::Silent => {
                 self.device = Some(kept(hi));
                 if id == MessageId::UNSOLICITED {
-                    (self.is_armed, self.is_loaded) = (false, Some(false));
+                    self.is_loaded = Some(false);
                 }
                 self.state = Connection::Configuring(false);
                 output.event(Event::Greeted);
@@ -195,7 +196,7 @@ impl HostMachine {
             _ if id == MessageId::UNSOLICITED => {
                 output.event(Event::DeviceReset);
                 self.fail(|_| true, Failure::DeviceReset, output);
-                (self.is_armed, self.is_loaded) = (false, Some(false));
+                self.is_loaded = Some(false);
                 self.greet(now, 1, output);
             }
             _ => self.answered(now, id, DeviceMessage::Hi(*hi).kind(), Reply::Answered, output),
@@ -269,7 +270,6 @@ impl HostMachine {
     fn hard_stop(&mut self, stop: &HardStop<'_>, output: &mut Output) {
         output.event(Event::HardStop(stop.reason, stop.motor));
         self.fail(|request| request.conduct.starts_motion, Failure::HardStop, output);
-        self.is_armed = false;
     }
 
     /// Deals with the deadlines that have come, sends what has its turn, and says which deadline is next.

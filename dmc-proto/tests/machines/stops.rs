@@ -1,7 +1,9 @@
 //! A host: stops. Safety decision 1.
 
 use dmc_proto::host::{Command, Event, Failure, Input, Options, Outcome, Progress, State, Stop, Token, What};
-use dmc_proto::message::{AckCode, Hi, HostMessage, Motor, MotorConfigure, MotorFlags, RunFlags, VirtualMotor};
+use dmc_proto::message::{
+    AckCode, HardStop, Hi, HostMessage, Motor, MotorConfigure, MotorFlags, RunFlags, StopReason, VirtualMotor,
+};
 use dmc_proto::{DeviceMessage, MessageId, MessageType};
 
 use super::bench::{Desk, EMPTY, begin, hi, jog, move_to, named, position_frame, run, shot};
@@ -155,6 +157,25 @@ fn a_run_that_may_still_begin_is_not_stopped_by_standing() {
     assert_eq!(desk.status(6, 0), (vec![(7, ALL)], vec![]), "it may wait for the operator");
     assert_eq!(desk.acked(7, 0x0033, AckCode::OK), (vec![], vec![Event::Stopped(Stop::All)]));
     assert!(!desk.machine.is_armed());
+}
+
+/// D-60
+#[test]
+fn late_news_do_not_hide_a_shot_that_may_still_begin() {
+    let reason = StopReason::EMERGENCY_STOP;
+    let hard_stop = DeviceMessage::MotorHardStop(HardStop { reason, motor: None, tail: &[] });
+    for (news, next) in [(hard_stop, 4), (DeviceMessage::Hi(hi()), 5)] {
+        let mut desk = Desk::up();
+        desk.sequence(1, shot(1));
+        desk.hears(0, news);
+        assert!(desk.machine.is_armed(), "the shot may arrive once the lock is over, or the device up");
+        desk.hears(0, news);
+        assert!(desk.machine.is_armed(), "nor do they if they come twice");
+        desk.stop(Stop::All);
+        let (sent, _) = desk.pass(250);
+        assert_eq!(sent, [(next, What::Status)]);
+        assert_eq!(desk.status(next, 0), (vec![(next + 1, ALL)], vec![]));
+    }
 }
 
 /// D-62

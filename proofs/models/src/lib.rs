@@ -8,6 +8,7 @@
 //!
 //! What has to hold is said as properties, with a count of the states that were explored, in `tests/`.
 
+pub mod dmc;
 pub mod hoot;
 pub mod kos;
 pub mod line;

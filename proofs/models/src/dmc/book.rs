@@ -1,0 +1,196 @@
+//! What has to be remembered of the past to say whether all is well.
+
+use dmc_proto::MessageId;
+use dmc_proto::host::{Event, HostMachine, Send, State, Stop, What};
+use dmc_proto::message::{Ack, AckCode, DeviceMessage, HostMessage};
+
+/// What is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Fault {
+    /// A stop that was wanted was not sent in the same step, as the first message of all.
+    StopWaits,
+    /// A stop that arrived was not obeyed in the same step, or not acknowledged.
+    StopIgnored,
+    /// A stop was told as obeyed, and what it stops moves, or may begin to at a sign of the operator's.
+    NotStopped,
+    /// A stop was sent four times, and nobody was told.
+    StopUntold,
+    /// What must not be repeated was, or something was repeated too often.
+    Repeats,
+    /// What was called off by a stop, a hard stop or a reset was sent.
+    CalledOff,
+    /// Two coordinated moves at once, or one beside a single motor's.
+    MovesTwice,
+    /// Two requests that move, both unanswered.
+    AsksTwice,
+    /// A token ended twice, or one that was not open.
+    EndsTwice,
+}
+
+/// What happened so far, as far as it matters.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
+pub(super) struct Book {
+    /// Tokens that have not ended: bit n of token n.
+    pub(super) open: u16,
+    /// Tokens that are done.
+    pub(super) done: u16,
+    /// Tokens that must not move anything any more.
+    called_off: u16,
+    /// The token of the last sequence.
+    sequence: u32,
+    /// How often the message of each token was sent.
+    sent: [u8; 12],
+    /// How often the way to the first frame was sent.
+    ways: u8,
+    /// How often GO may still be sent.
+    signals: u8,
+    /// How often GO may still be refused and sent again.
+    refusals: u8,
+    /// Stops, how often they were sent since they were wanted last, and whether it was told that they are not confirmed.
+    stops: Vec<(Stop, u8, bool)>,
+    /// Whether a stop was obeyed, and whether one was told as not confirmed.
+    pub(super) stopped: bool,
+    pub(super) unconfirmed: bool,
+    /// Whether the device was reset and the host does not know.
+    pub(super) unheard_boot: bool,
+    /// Whether the application has said that the device is configured.
+    pub(super) configured: bool,
+    pub(super) fault: Option<Fault>,
+}
+
+impl Book {
+    pub(super) fn blame(&mut self, fault: Fault, is_so: bool) {
+        if is_so {
+            self.fault = self.fault.or(Some(fault));
+        }
+    }
+
+    /// What is asked before this moves nothing any more.
+    fn call_off(&mut self) {
+        (self.called_off, self.signals, self.refusals) = (u16::MAX >> 1, 0, 0);
+    }
+
+    pub(super) fn wants(&mut self, token: u32, is_sequence: bool) {
+        self.open |= 1 << token;
+        self.called_off &= !(1 << token);
+        if is_sequence {
+            (self.sequence, self.ways) = (token, 0);
+        }
+    }
+
+    /// The application gives the signal.
+    pub(super) fn signal(&mut self) {
+        (self.signals, self.refusals) = (1, 3);
+    }
+
+    /// The application wants a stop: what it asked before is called off.
+    pub(super) fn wants_stop(&mut self) {
+        self.call_off();
+        self.stops.clear();
+    }
+
+    /// A stop was wanted, and the host is behind the step.
+    pub(super) fn stop_wanted(&mut self, host: &HostMachine, sent: &[Send], events: &[Event]) {
+        let is_sent = match host.state() {
+            State::Closed => events.iter().any(|event| matches!(event, Event::StopNotConfirmed(_))),
+            _ => matches!(sent.first(), Some(Send { what: What::Stop(_), .. })),
+        };
+        self.blame(Fault::StopWaits, !is_sent);
+    }
+
+    /// A message reaches the host.
+    pub(super) fn heard(&mut self, host: &HostMachine, id: MessageId, message: &DeviceMessage<'_>) {
+        match message {
+            DeviceMessage::Ack(Ack { of, response_code: Some(AckCode::ERR_NOT_IN_POSITION), .. })
+                if *of == go().kind() && host.pending().any(|pending| pending == (id, *of)) && self.refusals > 0 =>
+            {
+                self.signals += 1;
+                self.refusals -= 1;
+            }
+            DeviceMessage::MotorHardStop(_) => self.call_off(),
+            DeviceMessage::Hi(_) if id == MessageId::UNSOLICITED => self.unheard_boot = false,
+            _ => {}
+        }
+    }
+
+    /// The host tells.
+    pub(super) fn told(&mut self, event: Event) {
+        match event {
+            Event::Done(token, _) | Event::Failed(token, _) => {
+                let bit = 1 << token.0;
+                self.blame(Fault::EndsTwice, self.open & bit == 0);
+                self.open &= !bit;
+                if matches!(event, Event::Done(..)) {
+                    self.done |= bit;
+                }
+            }
+            Event::StopNotConfirmed(stop) => {
+                self.unconfirmed = true;
+                self.stops.retain(|known| known.0 != stop);
+                self.stops.push((stop, 0, true));
+            }
+            Event::Stopped(stop) => {
+                self.stopped = true;
+                self.stops.retain(|known| known.0 != stop);
+            }
+            Event::DeviceReset | Event::Closed => self.call_off(),
+            Event::Greeted => self.configured = false,
+            _ => {}
+        }
+    }
+
+    /// The host sends.
+    pub(super) fn sent(&mut self, host: &HostMachine, token: Option<u32>, what: What, message: &HostMessage<'_>) {
+        match (what, token) {
+            (What::Stop(stop), _) => {
+                if !self.stops.iter().any(|known| known.0 == stop) {
+                    self.stops.push((stop, 0, false));
+                }
+                for known in self.stops.iter_mut().filter(|known| known.0 == stop) {
+                    known.1 = known.1.saturating_add(1).min(4);
+                }
+                let is_untold = self.stops.iter().any(|&(_, times, told)| times > 3 && !told);
+                self.blame(Fault::StopUntold, is_untold);
+            }
+            (What::Go, _) => {
+                self.blame(Fault::Repeats, self.signals == 0);
+                self.signals = self.signals.saturating_sub(1);
+            }
+            (What::ToFrame(_), _) => {
+                self.ways += 1;
+                self.blame(Fault::Repeats, self.ways > 3);
+                self.blame(Fault::CalledOff, self.called_off & (1 << self.sequence) != 0);
+            }
+            (_, Some(token)) => {
+                if let Some(times) = self.sent.get_mut(token as usize) {
+                    *times += 1;
+                    let most = if message.is_repeatable() { 3 } else { 1 };
+                    let is_often = *times > most;
+                    self.blame(Fault::Repeats, is_often);
+                }
+                let is_off = message.starts_motion() && self.called_off & (1 << token) != 0;
+                self.blame(Fault::CalledOff, is_off);
+            }
+            _ => {}
+        }
+        let asked = host.pending().filter(|(_, kind)| motions().any(|message| message.kind() == *kind));
+        self.blame(Fault::AsksTwice, asked.count() > 1);
+    }
+
+    /// Whether it was told of all stops that are not confirmed.
+    pub(super) fn tells(&self, stops: impl Iterator<Item = Stop>) -> bool {
+        let is_told = |stop| self.stops.iter().any(|known| known.0 == stop && known.2);
+        stops.into_iter().all(is_told)
+    }
+}
+
+fn go() -> HostMessage<'static> {
+    HostMessage::RtGo(dmc_proto::message::Empty { tail: &[] })
+}
+
+/// One message of each type that moves, of those that a model knows.
+fn motions() -> impl Iterator<Item = HostMessage<'static>> + Clone {
+    use super::wants::Want;
+    let wants = [Want::Move(1), Want::Jog(1), Want::ToFrame, Want::JogAll, Want::Run(Default::default()), Want::Shoot];
+    wants.into_iter().filter_map(Want::message).chain([go()])
+}

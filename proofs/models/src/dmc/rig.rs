@@ -1,0 +1,171 @@
+//! A rig as simple as can be: what drives its motors, and what it owes the device.
+
+use dmc_proto::device::{self, Event, Input, State, Stop};
+use dmc_proto::message::{AckCode, FrameNumber, Motor, Motors};
+
+use super::book::Fault;
+
+/// What the motors are at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Doing {
+    Rest,
+    /// Motors move, each for itself.
+    Single,
+    /// All go to a frame, or jog.
+    Together,
+    Preparing,
+    Prepared,
+    Running,
+    PostRoll,
+    Stopping,
+}
+
+/// The motors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Rig {
+    pub(super) doing: Doing,
+    /// The motors that are driven each for itself.
+    pub(super) driven: Motors,
+    /// Whether the emergency stop is pressed.
+    pub(super) pressed: bool,
+}
+
+/// What a rig may report now.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Report {
+    /// One motor has arrived, others have not.
+    Arrived(Motor),
+    /// All stand.
+    AtRest,
+    /// The pass is over.
+    PassEnd,
+    /// The emergency stop was released.
+    Released,
+}
+
+fn only(motor: Motor) -> Motors {
+    [motor].into_iter().collect()
+}
+
+impl Rig {
+    pub(super) const NEW: Self = Self { doing: Doing::Rest, driven: Motors::NONE, pressed: false };
+
+    /// What it owes.
+    pub(super) fn reports(&self) -> Vec<Report> {
+        let mut reports = match self.doing {
+            Doing::Rest | Doing::Prepared => vec![],
+            Doing::Running => vec![Report::PassEnd],
+            Doing::Single if self.driven.0.count_ones() > 1 => {
+                [Motor(1), Motor(2)].into_iter().map(Report::Arrived).collect()
+            }
+            _ => vec![Report::AtRest],
+        };
+        if self.pressed {
+            reports.push(Report::Released);
+        }
+        reports
+    }
+
+    /// What it reports.
+    pub(super) fn report(&mut self, report: Report) -> Input<'static> {
+        match report {
+            Report::Arrived(motor) => {
+                self.driven.0 &= !only(motor).0;
+                Input::Moving(self.driven)
+            }
+            Report::AtRest => {
+                self.doing = if self.doing == Doing::Preparing { Doing::Prepared } else { Doing::Rest };
+                self.driven = Motors::NONE;
+                Input::AtRest
+            }
+            Report::PassEnd => Input::PassEnd,
+            Report::Released => {
+                self.pressed = false;
+                Input::EmergencyStop(false)
+            }
+        }
+    }
+
+    /// Whether something moves, or would at a sign of the operator's, that is not coming to rest because of a stop.
+    pub(super) const fn is_driven(&self) -> bool {
+        !matches!(self.doing, Doing::Rest | Doing::Stopping)
+    }
+
+    pub(super) fn drives(&self, motor: Motor) -> bool {
+        match self.doing {
+            Doing::Single => self.driven.contains(motor),
+            _ => self.is_driven() && motor == Motor(1),
+        }
+    }
+
+    /// Obeys, and looks whether it may.
+    pub(super) fn obey(&mut self, event: Event) -> Option<Fault> {
+        let was = self.doing;
+        let fits = match event {
+            Event::Stop(Stop::Motor(motor)) => {
+                self.driven.0 &= !only(motor).0;
+                return None;
+            }
+            Event::Stop(stop) => {
+                self.driven = Motors::NONE;
+                // A hard stop is answered also if nothing moved: the lock waits for it.
+                let is_idle = was == Doing::Rest && stop != Stop::Hard;
+                self.doing = if is_idle { Doing::Rest } else { Doing::Stopping };
+                return None;
+            }
+            Event::Move(motor, _) | Event::Jog(motor, ..) => {
+                self.driven.0 |= only(motor).0;
+                self.doing = Doing::Single;
+                return (!matches!(was, Doing::Rest | Doing::Single)).then_some(Fault::MovesTwice);
+            }
+            Event::ToFrame(FrameNumber(_)) => {
+                self.doing = Doing::Together;
+                !matches!(was, Doing::Running | Doing::Stopping)
+            }
+            Event::JogAll(..) => {
+                self.doing = Doing::Together;
+                matches!(was, Doing::Rest | Doing::Together)
+            }
+            Event::Prepare => {
+                self.doing = Doing::Preparing;
+                was == Doing::Rest
+            }
+            Event::Go => {
+                self.doing = Doing::Running;
+                was == Doing::Prepared
+            }
+            Event::NextPass(..) => was == Doing::Running,
+            Event::PostRoll => {
+                self.doing = Doing::PostRoll;
+                was == Doing::Running
+            }
+            _ => return None,
+        };
+        (!fits).then_some(Fault::MovesTwice)
+    }
+
+    /// Whether what a device says that it is doing is what the rig is at.
+    pub(super) const fn is_as(&self, state: State) -> bool {
+        match state {
+            State::Idle => matches!(self.doing, Doing::Rest),
+            State::Moving => matches!(self.doing, Doing::Single),
+            State::Stopping => matches!(self.doing, Doing::Stopping),
+            State::ToFrame | State::JogAll => matches!(self.doing, Doing::Together),
+            State::PreRoll => matches!(self.doing, Doing::Preparing),
+            State::Ready => matches!(self.doing, Doing::Prepared),
+            State::Running => matches!(self.doing, Doing::Running),
+            State::PostRoll => matches!(self.doing, Doing::PostRoll),
+            State::Locked => matches!(self.doing, Doing::Rest | Doing::Stopping),
+            _ => false,
+        }
+    }
+}
+
+impl device::Rig for Rig {
+    fn position(&self, _: Motor) -> dmc_proto::message::Steps {
+        dmc_proto::message::Steps(0)
+    }
+}
+
+/// This rig allows everything.
+pub(super) const ALLOWS: AckCode = AckCode::OK;

@@ -1,0 +1,139 @@
+//! What the application may want, and the messages that say so.
+
+use std::sync::LazyLock;
+
+use dmc_proto::host::Stop;
+use dmc_proto::message::{
+    Capabilities, Empty, FrameNumber, FramesPerSecond, Hi, HostMessage, JogSpeed, Milliseconds, Motor, MotorJog,
+    MotorMove, MotorPair, Motors, Name, RtJogAll, RtPositionFrame, RtRunMove, RtShootFrame2, RtUploadMoveBegin, RunFlags,
+    ShortMilliseconds, Steps,
+};
+use dmc_proto::upload::MoveSource;
+use motion_core::fixed::Scaled;
+
+const EMPTY: Empty<'static> = Empty { tail: &[] };
+/// A shot brings its motor, so that it can be made without an upload.
+static SHOT: LazyLock<[MotorPair; 1]> = LazyLock::new(|| [MotorPair::new(Motor(1), Steps(0), Steps(9))]);
+const LAST: FrameNumber = FrameNumber(4);
+
+/// Something that the application does once, at any moment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Want {
+    /// Send a motor to a position.
+    Move(u8),
+    /// Let a motor run.
+    Jog(u8),
+    /// Ask what moves.
+    Status,
+    /// Upload a move of one motor.
+    Upload,
+    /// Send all motors to the first frame.
+    ToFrame,
+    /// Let all motors run to the last frame.
+    JogAll,
+    /// Run the move once, or in a loop.
+    Run(RunFlags),
+    /// Make a shot.
+    Shoot,
+    /// End the loop.
+    StopLoop,
+    /// Stop.
+    Stop(Stop),
+}
+
+impl Want {
+    /// Whether it begins a sequence.
+    #[must_use]
+    pub const fn is_sequence(self) -> bool {
+        matches!(self, Self::Upload | Self::ToFrame | Self::JogAll | Self::Run(_) | Self::Shoot)
+    }
+
+    /// The message; `None` of a stop, which is a command.
+    #[must_use]
+    pub fn message(self) -> Option<HostMessage<'static>> {
+        let tail: &[u8] = &[];
+        let (first, fps_x1000) = (FrameNumber(1), FramesPerSecond(Scaled(10_000)));
+        Some(match self {
+            Self::Move(motor) => {
+                HostMessage::MotorMove(MotorMove { motor: Motor(motor), position: Steps(5), tail })
+            }
+            Self::Jog(motor) => HostMessage::MotorJog(MotorJog {
+                motor: Motor(motor),
+                speed: JogSpeed::FULL,
+                destination: Steps(i32::MAX),
+                tail,
+            }),
+            Self::Status => HostMessage::MotorStatus(EMPTY),
+            Self::Upload => {
+                HostMessage::RtUploadMoveBegin(RtUploadMoveBegin { start_frame: first, end_frame: LAST, tail })
+            }
+            Self::ToFrame => HostMessage::RtPositionFrame(RtPositionFrame { frame: first, tail }),
+            Self::JogAll => HostMessage::RtJogAll(RtJogAll { fps_x1000, destination: LAST, tail }),
+            Self::Run(flags) => HostMessage::RtRunMove(RtRunMove {
+                fps_x1000,
+                start_frame: first,
+                end_frame: LAST,
+                pre_roll_ms: Milliseconds(200),
+                post_roll_ms: Milliseconds(100),
+                sync_dmx: false.into(),
+                bloop_location: 0.into(),
+                bloop_dmx_channel: 0.into(),
+                bloop_ms: ShortMilliseconds(0),
+                flags: Some(flags),
+                open_angle: None,
+                close_angle: None,
+                tail,
+            }),
+            Self::Shoot => HostMessage::RtShootFrame2(RtShootFrame2 {
+                frame: first,
+                exposure_ms: Milliseconds(500),
+                open_angle: 0.into(),
+                close_angle: 180.into(),
+                motors: &*SHOT,
+                tail,
+            }),
+            Self::StopLoop => HostMessage::RtStopLoop(EMPTY),
+            Self::Stop(_) => return None,
+        })
+    }
+}
+
+/// The move that is uploaded: one motor, one section.
+pub(super) struct Ramp;
+
+impl MoveSource for Ramp {
+    fn start_frame(&self) -> FrameNumber {
+        FrameNumber(1)
+    }
+
+    fn frame_count(&self) -> u32 {
+        LAST.0.unsigned_abs()
+    }
+
+    fn motors(&self) -> Motors {
+        Motors(1)
+    }
+
+    fn position(&self, _: Motor, index: u32) -> Steps {
+        Steps(index.cast_signed())
+    }
+}
+
+/// What the device says of itself: two motors, and all that a device can do.
+pub(super) fn hi() -> Hi<'static> {
+    Hi {
+        name: Name::truncated("model"),
+        fw_major: 1,
+        fw_minor: 0,
+        fw_rev: 0,
+        motor_count: 2,
+        dmx_count: 0,
+        gio_out_count: 0,
+        gio_in_count: 0,
+        hw_limit_count: 1,
+        upload_frame_count: 100,
+        capabilities: Capabilities(0x07ff),
+        protocol_version: Some(2),
+        tail: &[],
+    }
+}
