@@ -10,7 +10,7 @@ mod state;
 use kos_proto::device::{self, DeviceMachine, Profile, Report, Scratch, SessionId, To, What};
 use kos_proto::host::{self, Command, Event, Get, HostMachine, Source, Token};
 use kos_proto::message::{MarkBeginPosition, MarkEndPosition, Rotations};
-use kos_proto::plan::{MotorSet, Plan, Transport};
+use kos_proto::summary::{Direction, MotorSet, MoveSummary, Transport};
 use kos_proto::trajectory::TrajectoryData;
 use kos_proto::{DeviceMessage, HostMessage};
 use laws::machine::step;
@@ -125,15 +125,15 @@ pub enum Action {
 
 impl Kos {
     fn command(&self, wish: Wish) -> Command {
-        let plan = || Plan::of(&self.data).expect("a move that can be played");
-        let way = kos_proto::plan::Way::Forward;
+        let summary = || MoveSummary::of(&self.data).expect("a move that can be played");
+        let way = Direction::Forward;
         match wish {
             Wish::Stop => Command::Stop,
             Wish::StopMotor => Command::StopMotor(MOTOR),
-            Wish::Load => Command::Load { plan: plan(), way, delay_return: false },
-            Wish::LoadHere => Command::Load { plan: plan(), way, delay_return: true },
+            Wish::Load => Command::Load { summary: summary(), way, delay_return: false },
+            Wish::LoadHere => Command::Load { summary: summary(), way, delay_return: true },
             Wish::Play => Command::Play,
-            Wish::PlayDirect => Command::PlayDirect { plan: plan(), way },
+            Wish::PlayDirect => Command::PlayDirect { summary: summary(), way },
             Wish::Rapid => Command::RapidToFirstKeyFrame,
             Wish::MoveTo => Command::MoveTo(rig::go(3.0)),
             Wish::Bump => Command::Bump(rig::go(1.0)),
@@ -209,7 +209,7 @@ impl Kos {
             && input == host::Input::Wake
             && state.host.move_state() == host::MoveState::Starting
         {
-            output.send(host::Send::Start(kos_proto::plan::Way::Forward));
+            output.send(host::Send::Start(Direction::Forward));
         }
         if self.wrong == Wrong::ForgetsStops && input == host::Input::Opened {
             output.send.retain(|send| *send != host::Send::StopPlayback);

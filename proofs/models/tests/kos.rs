@@ -1,7 +1,7 @@
 //! Client and device of kOS, explored together.
 
 use kos_proto::message::{MotorAddress, Normalized, PlaybackMode, Seconds};
-use kos_proto::plan::Transport;
+use kos_proto::summary::Transport;
 use kos_proto::trajectory::*;
 use models::kos::{Kos, Wish, Wrong};
 use motion_core::wire::Bool;
@@ -174,9 +174,9 @@ fn a_wrong_password_over_tcp() {
 #[ignore = "takes minutes, and gigabytes"]
 fn deeper() {
     let script = &[(Wish::Load, 1), (Wish::Play, 1), (Wish::Stop, 2), (Wish::Ask, 1)];
-    holds("deeper: a move over TCP, late", Kos { jumps: 4, ..tcp(script) }, 1_500_000);
+    holds("deeper: a move over TCP, late", Kos { jumps: 4, ..tcp(script) }, 5_000_000);
     let script = &[(Wish::PlayDirect, 1), (Wish::Stop, 1)];
-    holds("deeper: a move over TCP, cut and late", Kos { cuts: 1, jumps: 4, ..tcp(script) }, 600_000);
+    holds("deeper: a move over TCP, cut and late", Kos { cuts: 1, jumps: 4, ..tcp(script) }, 2_500_000);
 }
 
 /// Explores with a mistake, and wants it to be found.
