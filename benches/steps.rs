@@ -82,7 +82,7 @@ mod kos {
         PlaybackMode, PlaybackState, PlaybackStatus, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds,
         SetupPlayback, SoftwareID, StartPlayback,
     };
-    use kos_proto::plan::{Plan, Transport, Way};
+    use kos_proto::summary::{Direction, MoveSummary, Transport};
     use kos_proto::trajectory::{
         Axis, Block, Blocks, DelayInterval, DelayMode, LoopCount, Playback, Point, Points, Segment, TimeLapse,
         TrajectoryData,
@@ -180,7 +180,7 @@ mod kos {
             photo_count: Newer(Some(0)),
             tail,
         };
-        let plan = Plan::of(&trajectory()).expect("a move that can be played");
+        let summary = MoveSummary::of(&trajectory()).expect("a move that can be played");
         let command = |command| Happened::Else(host::Input::Command(command));
         let start = [
             command(Command::Connect(Endpoint::Usb)),
@@ -189,7 +189,7 @@ mod kos {
             told(DeviceMessage::MotorInfo(MotorInfo { more: false, motors: MotorInfos::New(&motors), tail })),
             told(DeviceMessage::DeviceGUID(DeviceGUID { guid: Block16(&[7; 16]), tail })),
             told(DeviceMessage::SoftwareID(SoftwareID { platform: 4, tail })),
-            command(Command::Load { plan, way: Way::Forward, delay_return: false }),
+            command(Command::Load { summary, way: Direction::Forward, delay_return: false }),
             state(PlaybackState::MOTORS_HOME),
             state(PlaybackState::SETUP_COMPLETED),
             command(Command::Play),
@@ -442,8 +442,8 @@ mod hoot {
     type NodeInput = device::Input<'static>;
 
     pub(super) fn master() -> HostMachine {
-        let nodes = Nodes::new().with(Address::DEFAULT).expect("room for one");
-        HostMachine::new(host::Options::default(), nodes)
+        let nodes = Nodes::NONE.with(Address::DEFAULT).expect("room for one");
+        HostMachine::new(host::Options::default().with_nodes(nodes))
     }
 
     pub(super) fn node() -> DeviceMachine {

@@ -64,7 +64,7 @@ impl World {
         let device = device::Options::default().with_profile(bytes.one_of(&PROFILES)).with_quirks(quirks);
         Self {
             now: Millis(1000),
-            host: Watched::new(HostMachine::new(host, nodes(bytes))),
+            host: Watched::new(HostMachine::new(host.with_nodes(nodes(bytes)))),
             device: Watched::new(DeviceMachine::new(device)),
             to_device: Line::default(),
             to_host: Line::default(),
@@ -211,5 +211,5 @@ fn long_lived(bytes: &mut Bytes<'_>) -> HostMessage<'static> {
 
 /// Some of the nodes from 3 on.
 fn nodes(bytes: &mut Bytes<'_>) -> Nodes {
-    (0..bytes.byte() % 4).fold(Nodes::new(), |nodes, number| nodes.with(Address(3 + number)).expect("room for eight"))
+    (0..bytes.byte() % 4).fold(Nodes::NONE, |nodes, number| nodes.with(Address(3 + number)).expect("room for eight"))
 }

@@ -13,7 +13,7 @@ use kos_proto::message::{
     AuxInputs, ErrorCode, Ipv4, LedMode, MotorAddress, MotorType, Rotations, RotationsPerSecond,
     RotationsPerSecondSquared, Seconds,
 };
-use kos_proto::plan::{Plan, Transport, Way};
+use kos_proto::summary::{Direction, MoveSummary, Transport};
 use kos_proto::trajectory::TrajectoryData;
 use kos_proto::{DeviceMessage, Frame, HostMessage, MessageId, MessageType};
 use libfuzzer_sys::fuzz_target;
@@ -37,7 +37,7 @@ fuzz_target!(|input: &[u8]| {
 /// The connection of the client; all others are strangers'.
 const CLIENT: SessionId = SessionId(0);
 const PASSWORDS: [Password<'static>; 2] = [Password(b""), Password(b"open")];
-const WAYS: [Way; 2] = [Way::Forward, Way::Reverse];
+const WAYS: [Direction; 2] = [Direction::Forward, Direction::Reverse];
 const ENDPOINTS: [Endpoint; 2] = [Endpoint::Usb, Endpoint::Tcp(Ipv4(0xC0A8_3201))];
 
 struct World<'i> {
@@ -205,11 +205,11 @@ impl<'i> World<'i> {
                 if !body.is_empty() {
                     self.trajectory = TrajectoryData::decode(body).ok()?;
                 }
-                let (plan, way) = (Plan::of(&self.trajectory).ok()?, bytes.one_of(&WAYS));
+                let (summary, way) = (MoveSummary::of(&self.trajectory).ok()?, bytes.one_of(&WAYS));
                 if what == 21 {
-                    Command::PlayDirect { plan, way }
+                    Command::PlayDirect { summary, way }
                 } else {
-                    Command::Load { plan, way, delay_return: bytes.flag() }
+                    Command::Load { summary, way, delay_return: bytes.flag() }
                 }
             }
         })
