@@ -697,6 +697,8 @@ fn time_may_stand_still_or_go_backwards() {
 #[test]
 fn a_program_keeps_its_run_time_on_a_clock_that_was_set_back() {
     let mut node = Node::ready();
+    let start_delay = message::StartDelay(5000);
+    node.ok(HostMessage::SetStartDelay(message::SetStartDelay { start_delay }));
     node.ok(START);
     node.pass(500);
     let young = node.machine.clone().set_back(1300);

@@ -238,5 +238,5 @@ fn deeper() {
     let wishes = [run(Motor::One), START, move_by(Motor::Two, 1), Wish::EmergencyStop, stop(Motor::One), STOP];
     let replies = Faults { doubled: 1, ..BAD };
     let hoot = Hoot { requests: BAD, replies, late: 1, ..hoot(&wishes) };
-    explore("deeper", hoot, 1_000_000, &[DONE, CONFIRMED, ENDED]);
+    explore("deeper", hoot, 9_000_000, &[DONE, CONFIRMED, ENDED]);
 }
