@@ -17,7 +17,7 @@ use dmc_proto::upload::{SCRATCH, Section, SectionSize};
 use motion_core::time::Millis;
 use stateright::{Model, Property};
 
-use crate::line::{Faults, Fate, Line};
+use crate::line::{Fate, Faults, Line};
 use book::Book;
 use rig::{ALLOWS, Rig};
 use wants::{Ramp, hi};

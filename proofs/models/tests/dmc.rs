@@ -103,7 +103,12 @@ fn upload() {
 #[test]
 fn run() {
     let mishaps = Mishaps { delays: 1, limits: 1, ..CALM };
-    explore("run", Dmc { before: LOADED, wants: &[Want::Run(RunFlags(0)), STOP], mishaps, ..SMALL }, 200_000, UNCONFIRMED);
+    explore(
+        "run",
+        Dmc { before: LOADED, wants: &[Want::Run(RunFlags(0)), STOP], mishaps, ..SMALL },
+        200_000,
+        UNCONFIRMED,
+    );
 }
 
 #[test]
@@ -141,10 +146,9 @@ fn damage() {
 #[test]
 #[ignore = "minutes"]
 fn deeper() {
-    let line = Faults { corrupt: 0, ..FEW };
     let mishaps = Mishaps { delays: 1, limits: 1, operators: 1, ..CALM };
     let wants = &[Want::Run(RunFlags(0)), STOP];
-    explore("deeper run", Dmc { before: LOADED, wants, mishaps, line, ..SMALL }, 1_000_000, UNCONFIRMED);
+    explore("deeper run", Dmc { before: LOADED, wants, mishaps, ..SMALL }, 1_000_000, UNCONFIRMED);
     let mishaps = Mishaps { delays: 1, limits: 1, ..CALM };
     let wants = &[Want::Move(1), Want::Jog(2), Want::Stop(ONE), STOP];
     explore("deeper motors", Dmc { wants, mishaps, window: 2, ..SMALL }, 1_000_000, UNCONFIRMED);

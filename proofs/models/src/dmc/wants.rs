@@ -5,8 +5,8 @@ use std::sync::LazyLock;
 use dmc_proto::host::Stop;
 use dmc_proto::message::{
     Capabilities, Empty, FrameNumber, FramesPerSecond, Hi, HostMessage, JogSpeed, Milliseconds, Motor, MotorJog,
-    MotorMove, MotorPair, Motors, Name, RtJogAll, RtPositionFrame, RtRunMove, RtShootFrame2, RtUploadMoveBegin, RunFlags,
-    ShortMilliseconds, Steps,
+    MotorMove, MotorPair, Motors, Name, RtJogAll, RtPositionFrame, RtRunMove, RtShootFrame2, RtUploadMoveBegin,
+    RunFlags, ShortMilliseconds, Steps,
 };
 use dmc_proto::upload::MoveSource;
 use motion_core::fixed::Scaled;
@@ -54,9 +54,7 @@ impl Want {
         let tail: &[u8] = &[];
         let (first, fps_x1000) = (FrameNumber(1), FramesPerSecond(Scaled(10_000)));
         Some(match self {
-            Self::Move(motor) => {
-                HostMessage::MotorMove(MotorMove { motor: Motor(motor), position: Steps(5), tail })
-            }
+            Self::Move(motor) => HostMessage::MotorMove(MotorMove { motor: Motor(motor), position: Steps(5), tail }),
             Self::Jog(motor) => HostMessage::MotorJog(MotorJog {
                 motor: Motor(motor),
                 speed: JogSpeed::FULL,
