@@ -1,10 +1,12 @@
 //! The bugs of the one public client, kssp, and of its history, and those that the published document invites: a test
 //! for each. What kssp does was seen by running it.
 //!
-//! Some are bugs of a program, not of its codec: one flag that says "ready" for all answers, so that one `Get` takes
-//! the answer to another; keep-alives by the clock of the processor, which stands while the program waits; a `Get` that
-//! waits for ever; a destructor that waits for a read; no state for a closed connection, so that the same error is
-//! thrown again and again. No codec can have them; their tests come with the state machines.
+//! Some are bugs of a program, not of its codec, and their tests are those of the machines (`tests/machines`): one flag
+//! that says "ready" for all answers, so that one `Get` takes the answer to another (`what_is_said_unasked_is_told`,
+//! `late_answers_do_not_end_a_stop`); keep-alives by the clock of the processor, which stands while the program waits
+//! (`over_tcp_a_question_keeps_the_line`); a `Get` that waits for ever (`every_question_comes_to_an_end`); a destructor
+//! that waits for a read (no machine waits); no state for a closed connection, so that the same error is thrown again
+//! and again (`a_lost_connection_is_tried_again`).
 
 use kos_proto::message::{
     BumpPositionSpeedAcceleration, JOG_DISTANCE, Motor, MotorAddress, MotorCalibrated, MotorInfo, MotorInfos,
