@@ -36,6 +36,11 @@ pub fn any_body<S: Side>(number: u32, body: &[u8]) -> Result<(), DecodeError> {
     assert!(out[body.len()..].iter().all(|&byte| byte == 0xa5), "7: nothing is written beyond: {message:?}");
     assert_eq!(S::Message::decode_body(number, &out[..body.len()]), Ok(message), "1: decode of encode");
 
+    let kept = S::Message::other(number, body).encode_body(&mut vec![0; body.len()]);
+    let refused = Err(EncodeError::Known { what: message.name() });
+    let expected = if message.name() == "Other" { written } else { refused };
+    assert_eq!(kept, expected, "1: what is kept as it came never travels as {message:?}");
+
     if let Some(short) = body.len().checked_sub(1) {
         let mut out = vec![0xa5; short];
         let refused = message.encode_body(&mut out);

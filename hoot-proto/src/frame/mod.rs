@@ -335,6 +335,9 @@ pub(crate) fn request(
         let (min, max) = if broadcast { (1, 1) } else { (2, 255) };
         return Err(EncodeError::OutOfRange { what: "address", value: to.0.into(), min, max });
     }
+    if table == Table::Node && command == CORE_COMMAND && len > 0 {
+        return Err(EncodeError::Known { what: "core command" });
+    }
     if table != Table::Core {
         return envelope([to.0, sub_address, command], len, out, parameters);
     }
@@ -377,6 +380,19 @@ mod tests {
     use std::vec::Vec;
 
     const START: [u8; 10] = [0, 0, 0, 0, 0, 0xFF, 3, 0, 2, 0];
+
+    /// A stop that is not known to be one would be queued and repeated like anything else.
+    #[test]
+    fn what_is_kept_as_it_came_is_no_other_command() {
+        use crate::HostMessage;
+        use motion_core::wire::Messages;
+
+        let encoded = |number, body| HostMessage::other(number, body).encode_into(Address(3), &mut [0; 42]);
+        assert_eq!(encoded(0x0400, &[]), Err(EncodeError::Known { what: "Stop" }));
+        assert_eq!(encoded(0x0100, &[0, 63]), Err(EncodeError::Known { what: "core command" }));
+        // Firmware takes it with any data; here it has a length of its own.
+        assert_eq!(encoded(0x0400, &[1]), Ok(11));
+    }
 
     #[test]
     fn selectors_and_numbers_are_the_same() {

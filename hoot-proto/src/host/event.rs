@@ -167,6 +167,8 @@ pub enum NotTaken {
     Address,
     /// It has more data than a node has room for.
     TooLong,
+    /// It cannot be written, as a message kept as it came that nodes take for another; `encode_into` says why.
+    Encode,
     /// It is an error; lint says which.
     Lint(Lint),
 }

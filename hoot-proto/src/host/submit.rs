@@ -59,7 +59,8 @@ impl HostMachine {
         } else if self.emergency.is_some() {
             Some(NotTaken::Emergency)
         } else {
-            message.lint(&context).first_error().map(NotTaken::Lint)
+            let unwritten = || message.encode_into(*to, &mut [0; MAX_FRAME]).is_err().then_some(NotTaken::Encode);
+            message.lint(&context).first_error().map(NotTaken::Lint).or_else(unwritten)
         }
     }
 }

@@ -262,6 +262,10 @@ fn what_is_an_error_is_not_sent() {
     for message in [HostMessage::other(0x2_09_00, &[0; 32]), HostMessage::other(0x32_00, &[0; 33])] {
         assert_eq!(ended(&master.request(1, message)), [(1, not_taken(NotTaken::TooLong))]);
     }
+    // A stop that is not known to be one, and a command of the core protocol beside its table.
+    for message in [HostMessage::other(0x04_00, &[]), HostMessage::other(0x01_00, &[2])] {
+        assert_eq!(ended(&master.request(1, message)), [(1, not_taken(NotTaken::Encode))]);
+    }
 }
 
 // 5-20

@@ -88,6 +88,12 @@ pub enum EncodeError {
         /// The greatest value.
         max: i64,
     },
+    /// A message kept as it came, although a reader would take it for one with a type of its own. No decoder makes it.
+    #[error("{what}: kept as it came, but a reader would take it for that message")]
+    Known {
+        /// The message it would be taken for.
+        what: &'static str,
+    },
     /// [`encode_checked`](crate::lint) found something that a strict peer refuses.
     #[error("{0}")]
     Refused(crate::lint::Lint),

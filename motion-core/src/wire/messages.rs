@@ -25,7 +25,7 @@ pub trait Messages<'a>: Copy + PartialEq + fmt::Debug + fmt::Display + Fields {
     /// [`DecodeError`], if the number is known and the body is too short for it.
     fn decode_body(number: u32, body: &'a [u8]) -> Result<Self, DecodeError>;
 
-    /// A message that is kept as it came, whatever its number.
+    /// A message that is kept as it came, whatever its number; one with a type of its own can only be encoded as that.
     fn other(number: u32, body: &'a [u8]) -> Self;
 
     /// The number it is sent under.
@@ -222,8 +222,19 @@ macro_rules! messages {
                     match self {
                         $(Self::$variant(message) => Message::encode_into(message, out),
                         $(Self::$or_variant(message) => Message::encode_into(message, out),)?)*
-                        Self::Other(other) => other.encode_into(out),
+                        Self::Other(other) => encode_other(other, out),
                     }
+                }
+            }
+
+            /// Writes what is kept as it came, unless it would come as something else: a stop must not travel as a
+            /// message of which nobody knows that it stops.
+            #[cold]
+            #[inline(never)]
+            fn encode_other(other: &Other<'_>, out: &mut [u8]) -> Result<usize, EncodeError> {
+                match $name::decode_body(other.id(), other.payload()) {
+                    Ok($name::Other(_)) | Err(_) => other.encode_into(out),
+                    Ok(known) => Err(EncodeError::Known { what: known.name() }),
                 }
             }
 
