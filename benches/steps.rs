@@ -83,10 +83,7 @@ mod kos {
         SetupPlayback, SoftwareID, StartPlayback,
     };
     use kos_proto::summary::{Direction, MoveSummary, Transport};
-    use kos_proto::trajectory::{
-        Axis, Block, Blocks, DelayInterval, DelayMode, LoopCount, Playback, Point, Points, Segment, TimeLapse,
-        TrajectoryData,
-    };
+    use kos_proto::trajectory::{Delay, LiveMotion, Loop, MotorPlan, Plan, Play, TrajectoryData, Way, bezier};
     use kos_proto::{DeviceMessage, Frame, HostMessage};
     use motion_core::machine::Machine;
     use motion_core::time::Millis;
@@ -227,42 +224,12 @@ mod kos {
 
     /// A live move of ten seconds, of motors 1 and 2.
     fn trajectory() -> TrajectoryData<'static> {
-        let playback = Playback {
-            playback_mode: PlaybackMode::LIVE_MOTION,
-            duration: Seconds(10.0),
-            rapid_reverse_duration: Seconds(10.0),
-            loop_after_rapid_reverse: LoopCount::NONE,
-            loop_after_reverse: LoopCount::NONE,
-            delay_mode: DelayMode::NONE,
-            delay_interval_bits: DelayInterval(0),
-            camera_roll_enabled: Bool::FALSE,
-            camera_roll_pre_delay: Seconds(0.0),
-            camera_roll_post_delay: Seconds(0.0),
-            flash_mark_enabled: 0,
-            flash_mark_type: 0,
-            flash_mark_post_delay: Seconds(0.0),
-            use_external_trigger: 0,
-            using_lanc: 0,
-            return_to_home_percent: Normalized(1.0),
-            tail: &[],
-        };
-        let none = Seconds(0.0);
-        let photos = TimeLapse {
-            delay: none,
-            exposure: none,
-            move_photos: 0,
-            not_used: 0,
-            pre_move_photos: 0,
-            post_move_photos: 0,
-            tail: &[],
-        };
-        let mut blocks = vec![Block::Playback(playback), Block::TimeLapse(photos)];
-        for motor_address in [1, 2].map(MotorAddress) {
-            let points = Points([0.0, 0.25, 0.75, 1.0].map(|part| Point::new(part, part)));
-            blocks.push(Block::Axis(Axis { motor_address, segment_count: 1, tail: &[] }));
-            blocks.push(Block::Segment(Segment { motor_address, segment_number: 0, points, tail: &[] }));
-        }
-        TrajectoryData { blocks: Blocks::encode(&blocks, vec![0; 1024].leak()).expect("room for it"), tail: &[] }
+        let (duration, home_speed) = (Seconds(10.0), Normalized(1.0));
+        let play = Play::Live(LiveMotion { duration, repeat: Loop::Once, delay: Delay::None, home_speed });
+        let line = [0.0, 0.25, 0.75, 1.0].map(|part| bezier::Point::new(part, part));
+        let line = [bezier::Segment::new(line).expect("finite")];
+        let motors = [1, 2].map(|motor| MotorPlan { motor: MotorAddress(motor), way: Way::Segments(&line) });
+        Plan::new(play, &motors).encode(vec![0; Plan::MAX_LEN].leak()).expect("a move")
     }
 }
 
