@@ -14,8 +14,9 @@ mod peers;
 
 use std::hint::black_box;
 
+use benches::decode::{self, LIMIT, Read, read, touch};
 use benches::ratios::{Contender, Table, contender};
-use benches::traffic::{self, Mix, Protocol, Side, Tally};
+use benches::traffic::{self, Protocol, Side};
 use bytes::{BufMut, BytesMut};
 use dmc_proto::message::{JogSpeed, Motor, MotorJog, MotorPositions, MoveTime, RtUploadMoveAxis, StartIndex, Steps};
 use dmc_proto::{DeviceMessage, Dmc, HostMessage, MessageId};
@@ -24,12 +25,9 @@ use motion_core::fletcher::{Sum, verify};
 use motion_core::stream::{Framing, Head, Memo};
 use motion_core::zerocopy::little_endian::I32;
 
-/// Reads a stream: each frame, and who sent it, to the sum of its fields.
-type Read = fn(&Mix) -> Tally;
-
 const READERS: [(&str, Read); 7] = [
     ("dmc-proto", |mix| read(mix, ours)),
-    ("walk and touch", |mix| read(mix, touch)),
+    (LIMIT, |mix| read(mix, limit)),
     ("zerocopy", |mix| read(mix, peers::zerocopy::read)),
     ("nom", |mix| read(mix, peers::nom::read)),
     ("winnow", |mix| read(mix, peers::winnow::read)),
@@ -39,15 +37,10 @@ const READERS: [(&str, Read); 7] = [
 
 fn main() {
     let mixes = [("upload mix", traffic::dmc(true)), ("small mix", traffic::dmc(false))];
-    let args: Vec<_> = std::env::args().skip_while(|arg| arg != "count").collect();
-    if let [_, reader, mix, times] = &args[..] {
-        return count(reader, mix, times.parse().expect("a number of times"), &mixes);
+    if decode::counts(&READERS, &mixes) {
+        return;
     }
-
-    let mut table = Table::new("D1, frames in one slice to typed messages, 2000 of them");
-    for (name, mix) in &mixes {
-        table.row(name, READERS.map(|(name, read)| reader(name, read, mix)).into());
-    }
+    decode::table("D1, frames in one slice to typed messages, 2000 of them", &READERS, &mixes);
     let mut table = Table::new("E1, a message to its frame");
     let mut steps = (-128..128).map(|at| I32::new(at * 7_654_321));
     let positions: [I32; 256] = std::array::from_fn(|_| steps.next().unwrap_or_default());
@@ -65,37 +58,6 @@ fn main() {
     );
 }
 
-/// A contender that finds what is in the mix; that of the limit only walks it.
-fn reader<'a>(name: &'static str, read: Read, mix: &'a Mix) -> Contender<'a> {
-    if name == "walk and touch" {
-        assert_eq!(read(mix).messages, mix.tally.messages);
-    } else {
-        assert_eq!(read(mix), mix.tally, "{name}");
-    }
-    contender(name, move || read(black_box(mix)))
-}
-
-fn count(reader: &str, mix: &str, times: u32, mixes: &[(&str, Mix)]) {
-    let (_, read) = READERS.into_iter().find(|(name, _)| *name == reader).expect("a contender");
-    let (_, mix) = mixes.iter().find(|(name, _)| *name == mix).expect("a mix");
-    for _ in 0..times {
-        black_box(read(black_box(mix)));
-    }
-}
-
-/// Goes from frame to frame, as each contender reads one: the sum of its fields, and the bytes behind it.
-#[inline]
-fn read<'a>(mix: &'a Mix, frame: impl Fn(&'a [u8], Side) -> Option<(u32, &'a [u8])>) -> Tally {
-    let (mut tally, mut stream) = (Tally::default(), &mix.bytes[..]);
-    for &side in &mix.sides {
-        let Some((sum, rest)) = frame(stream, side) else { break };
-        tally.messages += 1;
-        tally.value = tally.value.rotate_left(1) ^ sum;
-        stream = rest;
-    }
-    tally
-}
-
 #[inline]
 fn ours(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
     let Head::Total(len) = Dmc::<2048>::head(stream) else { return None };
@@ -106,19 +68,12 @@ fn ours(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
     Some((<Dmc as Protocol>::sum(side, &Dmc::<2048>::frame(bytes)?), rest))
 }
 
-/// The limit: all bytes, as numbers of 64 bits.
 #[inline]
-fn touch(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
-    let len = usize::from(u16::from_le_bytes([*stream.get(8)?, *stream.get(9)?])) + 12;
-    let (bytes, rest) = stream.split_at_checked(len)?;
-    let words = bytes.chunks_exact(8);
-    let last = words.remainder().iter().fold(0, |sum: u64, &byte| sum << 8 | u64::from(byte));
-    let sum =
-        words.fold(last, |sum, word| sum.wrapping_add(u64::from_le_bytes(*word.first_chunk().expect("eight bytes"))));
-    Some(((sum >> 32) as u32 ^ (sum & 0xFFFF_FFFF) as u32, rest))
+fn limit(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
+    touch(stream, usize::from(u16::from_le_bytes([*stream.get(8)?, *stream.get(9)?])) + 12)
 }
 
-/// Four ways to write the same frame.
+/// Three ways to write the same frame.
 fn encoders<'a, E: std::fmt::Debug>(encode: impl Fn(&mut [u8]) -> Result<usize, E> + Copy + 'a) -> Vec<Contender<'a>> {
     let mut frame = [0; 2048];
     let len = encode(&mut frame).expect("a message that can be written");

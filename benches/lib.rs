@@ -1,4 +1,5 @@
 //! What the benches share.
 
+pub mod decode;
 pub mod ratios;
 pub mod traffic;
