@@ -262,10 +262,9 @@ impl Hoot {
         let arrived = world.to_host.meet(fate);
         // What follows comes before the master has settled.
         let soon = NOW.after(u64::from(self.options.settle) - 1);
-        if let Some(next) = world.to_host.iter_mut().next() {
-            if next.follows || fate == Fate::Doubled {
-                next.by = next.by.min(soon);
-            }
+        let next = world.to_host.iter_mut().next();
+        if let Some(next) = next.filter(|next| next.follows || fate == Fate::Doubled) {
+            next.by = next.by.min(soon);
         }
         match arrived {
             Some((packet, true)) => {

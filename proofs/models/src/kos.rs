@@ -1,7 +1,7 @@
 //! A client and a device of kOS, before a rig of one motor.
 //!
 //! Over TCP messages come in order and whole, and the connection may be cut at any point: of what is under way on either
-//! side any first part still comes, then its end. Over USB messages may be lost as well.
+//! side any first part still comes, then its end. Over USB messages may be lost and damaged, and replies doubled.
 
 mod model;
 mod rig;
@@ -12,7 +12,7 @@ use kos_proto::host::{self, Command, Event, Get, HostMachine, Source, Token};
 use kos_proto::message::{MarkBeginPosition, MarkEndPosition, Rotations};
 use kos_proto::summary::{Direction, MotorSet, MoveSummary, Transport};
 use kos_proto::trajectory::TrajectoryData;
-use kos_proto::{DeviceMessage, HostMessage};
+use kos_proto::{DecodeError, DeviceMessage, HostMessage};
 use laws::machine::step;
 use motion_core::time::Millis;
 use motion_core::wire::Password;
@@ -22,6 +22,8 @@ pub use self::state::{Breach, Link, State, Told};
 use crate::line::{Fate, Faults, Line};
 
 const SESSION: SessionId = SessionId(0);
+/// What a damaged report lacks.
+const CUT: DecodeError = DecodeError::Truncated { what: "report", needed: 1, have: 0 };
 
 /// What is explored, and how far.
 #[derive(Clone, Copy, Debug)]
@@ -42,8 +44,8 @@ pub struct Kos {
     pub prompt: bool,
     /// How often the connection may be cut.
     pub cuts: u8,
-    /// How many messages may be lost, each way.
-    pub lost: u8,
+    /// What may become of reports over USB: lost and damaged each way, doubled from the device.
+    pub faults: Faults,
     /// How often the motor may fail.
     pub failures: u8,
     /// What is done wrong, to see that it is found.
@@ -147,7 +149,6 @@ impl Kos {
     /// A device with a motor that knows its range, and a client; connected and ready, unless there is a password.
     fn begin(&self) -> State {
         let options = device::Options::default().with_motors(MotorSet::of([MOTOR])).with_progress_every(None);
-        let faults = Faults { lost: self.lost, ..Faults::default() };
         let mut state = State {
             now: Millis(1_000),
             host: HostMachine::new(host::Options::default().with_echo_password(false)),
@@ -186,16 +187,17 @@ impl Kos {
             self.open(&mut state);
             loop {
                 if let Some((send, _)) = state.to_device.meet(Fate::Arrives) {
-                    self.arrives_at_device(&mut state, send);
+                    self.arrives_at_device(&mut state, send, true);
                 } else if let Some((what, _)) = state.to_host.meet(Fate::Arrives) {
-                    self.arrives_at_host(&mut state, &what);
+                    self.arrives_at_host(&mut state, &what, true);
                 } else {
                     break;
                 }
             }
             assert_eq!(state.host.state(), host::State::Ready);
         }
-        (state.to_device, state.to_host) = (Line::new(faults), Line::new(faults));
+        state.to_device = Line::new(Faults { doubled: 0, ..self.faults });
+        state.to_host = Line::new(self.faults);
         state.told = Told::default();
         state
     }
@@ -271,17 +273,28 @@ impl Kos {
         self.host(state, host::Input::Opened);
     }
 
-    fn arrives_at_device(&self, state: &mut State, send: host::Send) {
+    /// A report that is not sound is cut short, behind its header.
+    fn arrives_at_device(&self, state: &mut State, send: host::Send, sound: bool) {
         let source = Source { user_password: Password(self.known), trajectory: self.data, ..Source::default() };
         let (message, password) = (send.message(&source), Password(self.password));
-        self.device(state, device::Input::Received { session: SESSION, message, password });
+        let (id, kind, session) = (message.id(), message.kind(), SESSION);
+        let input = match sound {
+            true => device::Input::Received { session, message, password },
+            false => device::Input::Malformed { session, id, kind, error: CUT },
+        };
+        self.device(state, input);
     }
 
-    fn arrives_at_host(&self, state: &mut State, what: &What) {
+    fn arrives_at_host(&self, state: &mut State, what: &What, sound: bool) {
         let profile =
             Profile { guid: &[7; 16], password: Password(self.password), trajectory: self.data, ..Profile::default() };
         let (send, mut scratch) = (device::Send { to: To::Asker, what: what.clone() }, Scratch::default());
         let message: DeviceMessage<'_> = send.message(&profile, &mut scratch);
-        self.host(state, host::Input::Received(message));
+        let (id, kind) = (message.id(), message.kind());
+        let input = match sound {
+            true => host::Input::Received(message),
+            false => host::Input::Malformed { id, kind, error: CUT },
+        };
+        self.host(state, input);
     }
 }

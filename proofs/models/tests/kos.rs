@@ -1,66 +1,44 @@
 //! Client and device of kOS, explored together.
 
-use kos_proto::message::{MotorAddress, Normalized, PlaybackMode, Seconds};
+use kos_proto::message::{MotorAddress, Normalized, Seconds};
 use kos_proto::summary::Transport;
-use kos_proto::trajectory::*;
+use kos_proto::trajectory::{
+    Delay, LiveMotion, Loop, MotorPlan, Plan, Play, Style, TimeLapseMotion, Times, TrajectoryData, Way, bezier,
+};
 use models::kos::{Kos, Wish, Wrong};
-use motion_core::wire::Bool;
+use models::line::Faults;
 use stateright::{Checker, DiscoveryClassification, HasDiscoveries, Model};
 
-fn playback() -> Playback<'static> {
-    Playback {
-        playback_mode: PlaybackMode::LIVE_MOTION,
-        duration: Seconds(4.0),
-        rapid_reverse_duration: Seconds(4.0),
-        loop_after_rapid_reverse: LoopCount::NONE,
-        loop_after_reverse: LoopCount::NONE,
-        delay_mode: DelayMode::NONE,
-        delay_interval_bits: DelayInterval(0),
-        camera_roll_enabled: Bool::FALSE,
-        camera_roll_pre_delay: Seconds(0.0),
-        camera_roll_post_delay: Seconds(0.0),
-        flash_mark_enabled: 0,
-        flash_mark_type: 0,
-        flash_mark_post_delay: Seconds(0.0),
-        use_external_trigger: 0,
-        using_lanc: 0,
-        return_to_home_percent: Normalized(1.0),
-        tail: &[],
-    }
-}
+/// How fast the motors go to where a move begins.
+const HOME_SPEED: Normalized = Normalized(1.0);
 
 /// A move of the motor, from one end of its range to the other.
-fn data(playback: Playback<'_>, photos: (u32, u32, u32)) -> TrajectoryData<'static> {
-    let (pre_move_photos, move_photos, post_move_photos) = photos;
-    let (motor_address, tail) = (MotorAddress(1), &[][..]);
+fn data(play: Play) -> TrajectoryData<'static> {
     let third = 1.0 / 3.0;
-    let points = [0.0, third, 2.0 * third, 1.0].map(|part| Point::new(part, part));
-    let (delay, exposure) = (Seconds(0.5), Seconds(0.5));
-    let photos = TimeLapse { delay, exposure, move_photos, not_used: 0, pre_move_photos, post_move_photos, tail };
-    let blocks = [
-        Block::Playback(playback),
-        Block::TimeLapse(photos),
-        Block::Axis(Axis { motor_address, segment_count: 1, tail }),
-        Block::Segment(Segment { motor_address, segment_number: 0, points: Points(points), tail }),
-    ];
-    TrajectoryData { blocks: Blocks::encode(&blocks, vec![0; 256].leak()).expect("there is room"), tail }
+    let line = [0.0, third, 2.0 * third, 1.0].map(|part| bezier::Point::new(part, part));
+    let line = [bezier::Segment::new(line).expect("finite")];
+    let motor = MotorPlan { motor: MotorAddress(1), way: Way::Segments(&line) };
+    Plan::new(play, &[motor]).encode(vec![0; Plan::MAX_LEN].leak()).expect("a move")
 }
 
-fn live() -> TrajectoryData<'static> {
-    data(playback(), (0, 0, 0))
+fn live(repeat: Loop, delay: Delay) -> TrajectoryData<'static> {
+    data(Play::Live(LiveMotion { duration: Seconds(4.0), repeat, delay, home_speed: HOME_SPEED }))
 }
+
+/// One message each way is lost, one damaged, one reply doubled.
+const ALL: Faults = Faults { lost: 1, corrupt: 1, doubled: 1 };
 
 fn tcp(script: &'static [(Wish, u8)]) -> Kos {
     Kos {
         transport: Transport::Tcp,
         password: b"",
         known: b"",
-        data: live(),
+        data: live(Loop::Once, Delay::None),
         script,
         jumps: 3,
         prompt: false,
         cuts: 0,
-        lost: 0,
+        faults: Faults::default(),
         failures: 0,
         wrong: Wrong::Nothing,
     }
@@ -101,11 +79,9 @@ fn a_move_over_tcp_that_is_cut() {
 
 #[test]
 fn loops_over_tcp() {
-    let delay_interval_bits = DelayInterval::from_seconds(Seconds(2.0));
-    let loops = Playback { loop_after_reverse: LoopCount(1), delay_mode: DelayMode::INTERVAL, ..playback() };
-    let data = data(Playback { delay_interval_bits, ..loops }, (0, 0, 0));
+    let data = live(Loop::Reverse(Times::new(1).expect("one")), Delay::For(Seconds(2.0)));
     let script = &[(Wish::LoadHere, 1), (Wish::Play, 1), (Wish::Stop, 2), (Wish::Ask, 1)];
-    holds("loops over TCP", Kos { data, jumps: 7, prompt: true, ..tcp(script) }, 10_000);
+    holds("loops over TCP", Kos { data, jumps: 7, prompt: true, ..tcp(script) }, 80_000);
 }
 
 #[test]
@@ -117,13 +93,13 @@ fn by_hand_over_tcp() {
 #[test]
 fn by_hand_over_tcp_that_is_cut() {
     let script = &[(Wish::MoveTo, 1), (Wish::Jog, 1), (Wish::Stop, 1)];
-    holds("by hand over TCP, cut", Kos { cuts: 1, prompt: true, ..tcp(script) }, 10_000);
+    holds("by hand over TCP, cut", Kos { cuts: 1, prompt: true, ..tcp(script) }, 80_000);
 }
 
 #[test]
 fn a_move_and_by_hand_over_tcp() {
     let script = &[(Wish::Load, 1), (Wish::MoveTo, 1), (Wish::Bump, 1), (Wish::Play, 1), (Wish::Stop, 1)];
-    holds("a move and by hand over TCP", Kos { prompt: true, ..tcp(script) }, 10_000);
+    holds("a move and by hand over TCP", Kos { prompt: true, ..tcp(script) }, 40_000);
 }
 
 #[test]
@@ -135,26 +111,41 @@ fn a_fault_over_tcp() {
 #[test]
 fn time_lapses_over_tcp() {
     let script = &[(Wish::PlayDirect, 1), (Wish::Stop, 1), (Wish::MoveTo, 1)];
-    for (name, playback_mode) in
-        [("SMS over TCP", PlaybackMode::TIME_LAPSE_SMS), ("continuous over TCP", PlaybackMode::TIME_LAPSE_CONTINUOUS)]
-    {
-        let data = data(Playback { playback_mode, ..playback() }, (1, 2, 1));
-        holds(name, Kos { data, jumps: 12, prompt: true, failures: 1, ..tcp(script) }, 5_000);
+    for (name, style) in [("SMS over TCP", Style::ShootMoveShoot), ("continuous over TCP", Style::Continuous)] {
+        let data = data(Play::TimeLapse(TimeLapseMotion {
+            style,
+            interval: Seconds(0.5),
+            exposure: Seconds(0.5),
+            photos: 2,
+            photos_before: 1,
+            photos_after: 1,
+            delay: Delay::None,
+            home_speed: HOME_SPEED,
+        }));
+        holds(name, Kos { data, jumps: 12, prompt: true, failures: 1, ..tcp(script) }, 300_000);
     }
 }
 
 #[test]
 fn a_move_over_usb() {
     let script = &[(Wish::PlayDirect, 1), (Wish::Stop, 1), (Wish::Ask, 1)];
-    let usb = Kos { transport: Transport::Usb, lost: 2, prompt: true, ..tcp(script) };
-    holds("a move over USB, lossy", usb, 50_000);
+    let usb =
+        Kos { transport: Transport::Usb, faults: Faults { lost: 2, ..Faults::default() }, prompt: true, ..tcp(script) };
+    holds("a move over USB, lossy", usb, 150_000);
+}
+
+#[test]
+fn a_move_over_usb_with_all_faults() {
+    let script = &[(Wish::PlayDirect, 1), (Wish::Stop, 1)];
+    let usb = Kos { transport: Transport::Usb, faults: ALL, prompt: true, ..tcp(script) };
+    holds("a move over USB, all faults", usb, 150_000);
 }
 
 #[test]
 fn by_hand_over_usb() {
     let script = &[(Wish::MoveTo, 1), (Wish::Jog, 1), (Wish::StopMotor, 1), (Wish::Stop, 1)];
-    let usb = Kos { transport: Transport::Usb, lost: 1, prompt: true, ..tcp(script) };
-    holds("by hand over USB, lossy", usb, 10_000);
+    let usb = Kos { transport: Transport::Usb, faults: ALL, prompt: true, ..tcp(script) };
+    holds("by hand over USB, all faults", usb, 2_000_000);
 }
 
 #[test]
@@ -166,7 +157,7 @@ fn a_lock_over_tcp() {
 #[test]
 fn a_wrong_password_over_tcp() {
     let script = &[(Wish::Stop, 2), (Wish::Unlock, 1)];
-    holds("a wrong password over TCP, late", Kos { password: b"sesame", ..tcp(script) }, 1_000);
+    holds("a wrong password over TCP, late", Kos { password: b"sesame", ..tcp(script) }, 200_000);
 }
 
 /// All of it later, and more of it: minutes.

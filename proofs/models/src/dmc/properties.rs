@@ -60,7 +60,7 @@ pub(super) fn all() -> Vec<Property<Dmc>> {
         P::always("the device knows what its motors do", |_, w| {
             w.book.fault.is_some() || w.rig.is_as(w.device.state())
         }),
-        P::sometimes("an end", |m, w| is_end(m, w)),
+        P::sometimes("an end", is_end),
         P::sometimes("all that was wanted is done", |m, w| w.has_done_all(m)),
         P::sometimes("a stop is confirmed", |_, w| w.book.stopped),
         P::sometimes("a stop is not confirmed", |_, w| w.book.unconfirmed),

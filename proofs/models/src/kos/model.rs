@@ -7,7 +7,7 @@ use motion_core::time::Millis;
 use stateright::{Model, Property};
 
 use super::{Action, Breach, Kos, Link, MOTOR, SESSION, State, Told, Wish};
-use crate::line::Fate;
+use crate::line::{Fate, Faults};
 
 type Holds = fn(&Kos, &State) -> bool;
 
@@ -63,7 +63,8 @@ impl Model for Kos {
         let mut next = last.clone();
         let state = &mut next;
         state.told = Told::default();
-        state.ledger.lost |= matches!(action, Action::ToDevice(Fate::Lost) | Action::ToHost(Fate::Lost));
+        let harmed = |fate| fate != Fate::Arrives;
+        state.ledger.harmed |= matches!(action, Action::ToDevice(fate) | Action::ToHost(fate) if harmed(fate));
         match action {
             Action::Wish(place) => {
                 let (wish, _) = self.script.get(usize::from(place))?;
@@ -78,13 +79,13 @@ impl Model for Kos {
                 self.host(state, host::Input::Command(command));
             }
             Action::ToDevice(fate) => {
-                if let Some((send, true)) = state.to_device.meet(fate) {
-                    self.arrives_at_device(state, send);
+                if let Some((send, sound)) = state.to_device.meet(fate) {
+                    self.arrives_at_device(state, send, sound);
                 }
             }
             Action::ToHost(fate) => {
-                if let Some((what, true)) = state.to_host.meet(fate) {
-                    self.arrives_at_host(state, &what);
+                if let Some((what, sound)) = state.to_host.meet(fate) {
+                    self.arrives_at_host(state, &what, sound);
                 }
             }
             Action::HostWakes => {
@@ -159,7 +160,7 @@ impl Model for Kos {
         // What has to be reached, so that the rest means something.
         let wants = |wishes: &[Wish]| self.script.iter().any(|(wish, _)| wishes.contains(wish));
         let plays = wants(&[Wish::Play, Wish::PlayDirect]);
-        let breaks = self.lost > 0 || self.cuts > 0 || !self.prompt;
+        let breaks = self.faults != Faults::default() || self.cuts > 0 || !self.prompt;
         let reached: [(bool, &'static str, Holds); 8] = [
             (true, "a stop is confirmed", |_, state| state.told.stopped),
             (breaks, "a stop is not confirmed", |_, state| state.told.not_confirmed),

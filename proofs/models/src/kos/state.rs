@@ -126,8 +126,8 @@ pub struct Ledger {
     pub(super) reconnected: bool,
     /// Whether a stop was confirmed.
     pub(super) stopped: bool,
-    /// Whether a message was lost.
-    pub(super) lost: bool,
+    /// Whether a message was lost, damaged or doubled.
+    pub(super) harmed: bool,
     /// Whether a command to a motor waits for its time.
     waits: bool,
     request: Option<Request>,
@@ -321,12 +321,12 @@ impl State {
         quiet && self.link == Link::Up && knows
     }
 
-    /// Whether both agree on the move; where a message was lost, that one that runs is taken to run.
+    /// Whether both agree on the move; where a message was harmed, that one that runs is taken to run.
     #[must_use]
     pub fn agrees(&self) -> bool {
         use playback::State as Device;
         let device = self.device.playback();
-        if self.ledger.lost {
+        if self.ledger.harmed {
             return !device.runs() || self.host.moves();
         }
         match self.host.move_state() {
