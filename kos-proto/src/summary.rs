@@ -1,17 +1,16 @@
 //! What the machines of both sides know of a move and of its motors: a summary of fixed size.
 //!
-//! The blocks of a move stay with the caller, however long they are. [`MoveSummary::of`] reads from them what decides when
-//! something happens: mode, times, loops, photos, and which motors take part; and it refuses what no device can play.
+//! The blocks of a move stay with the caller, however long they are. [`MoveSummary::of`] takes from the
+//! [`Trajectory`] in them what decides when something happens, in whole milliseconds: times, loops, photos, and which
+//! motors take part; and it refuses what no device can play.
 
-use motion_core::lint::Lint;
-
-use crate::HostMessage;
-use crate::lint::Context;
 use crate::message::{ErrorCode, MotorAddress, Normalized, PlaybackDirection, PlaybackMode, Seconds};
-use crate::trajectory::{Block, DelayInterval, DelayMode, LoopCount, Playback, TimeLapse, TrajectoryData};
+use crate::trajectory::{
+    Delay, LiveMotion, Loop, LoopCount, MoveError, Play, Style, TimeLapseMotion, Trajectory, TrajectoryData,
+};
 
 /// The greatest number of motors that a device has (decision K-M1).
-pub const MOTORS: usize = 10;
+pub const MOTORS: usize = MotorAddress::LAST.0 as usize;
 
 /// A set of motors, by their numbers 1 to 10.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -22,7 +21,7 @@ impl MotorSet {
     pub const NONE: Self = Self(0);
 
     const FIRST: u8 = 1;
-    const LAST: u8 = 10;
+    const LAST: u8 = MotorAddress::LAST.0;
 
     /// These motors. Addresses that no motor can have are left out.
     #[must_use]
@@ -191,15 +190,9 @@ pub enum Wait {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum SummaryError {
-    /// Its blocks do not make a move.
+    /// Its blocks do not make a move, or one without motors.
     #[error("{0}")]
-    Malformed(Lint),
-    /// Its mode is unknown.
-    #[error("there is no such mode of playback")]
-    Mode,
-    /// What it waits for is unknown.
-    #[error("there is no such delay")]
-    Delay,
+    Malformed(MoveError),
     /// It takes no time.
     #[error("the move takes no time")]
     Time,
@@ -211,7 +204,17 @@ impl SummaryError {
     pub const fn code(&self) -> ErrorCode {
         match self {
             Self::Time => ErrorCode::INVALID_MOVE_TIME,
-            Self::Malformed(_) | Self::Mode | Self::Delay => ErrorCode::TRAJECTORY,
+            Self::Malformed(_) => ErrorCode::TRAJECTORY,
+        }
+    }
+}
+
+/// A duration that no move can have is an error of its own (decision K-J10).
+impl From<MoveError> for SummaryError {
+    fn from(error: MoveError) -> Self {
+        match error {
+            MoveError::Number { what: "duration", .. } | MoveError::NotFinite { what: "duration", .. } => Self::Time,
+            error => Self::Malformed(error),
         }
     }
 }
@@ -221,34 +224,24 @@ impl MoveSummary {
     ///
     /// # Errors
     ///
-    /// [`SummaryError`]: what takes no time (decision K-J10), what `lint` calls an error, and what has no name.
+    /// [`SummaryError`]: what takes no time (decision K-J10), what [`Trajectory::new`] refuses, and a move without motors.
     pub fn of(data: &TrajectoryData<'_>) -> Result<Self, SummaryError> {
-        let playback = data.blocks.iter().find_map(|block| match block {
-            Block::Playback(playback) => Some(playback),
-            _ => None,
-        });
-        let photos = data.blocks.iter().find_map(|block| match block {
-            Block::TimeLapse(photos) => Some(photos),
-            _ => None,
-        });
-        let kind = playback.map(|playback| Kind::of(&playback, photos.as_ref()));
-        if kind == Some(Err(SummaryError::Time)) {
-            return Err(SummaryError::Time);
+        let trajectory = Trajectory::new(data)?;
+        let motors = MotorSet::of(trajectory.tracks().map(|track| track.motor()));
+        if motors.is_empty() {
+            return Err(MoveError::NoMotors.into());
         }
-        if let Some(error) = HostMessage::SetTrajectoryData(*data).lint(&Context::default()).first_error() {
-            return Err(SummaryError::Malformed(error));
-        }
-        // Without a block of playback there was an error above.
-        let (Some(playback), Some(kind)) = (playback, kind) else { return Err(SummaryError::Mode) };
-        Ok(Self {
-            kind: kind?,
-            wait: Wait::of(playback.delay_mode, playback.delay_interval_bits)?,
-            return_to_home_percent: playback.return_to_home_percent,
-            motors: MotorSet::of(data.blocks.iter().filter_map(|block| match block {
-                Block::Axis(axis) => Some(axis.motor_address),
-                _ => None,
-            })),
-        })
+        let play = trajectory.play();
+        let kind = match play {
+            Play::Live(live) => {
+                Kind::Live { duration: some_time(live.duration)?, loops: Loops::of(&live).transpose()? }
+            }
+            Play::TimeLapse(photos) => match photos.style {
+                Style::Continuous => Kind::Continuous(Shots::of(&photos)?),
+                Style::ShootMoveShoot => Kind::ShootMoveShoot(Shots::of(&photos)?),
+            },
+        };
+        Ok(Self { kind, wait: play.delay().into(), return_to_home_percent: play.home_speed(), motors })
     }
 
     /// How many photos the move has, `None` if it is none of photos.
@@ -271,55 +264,36 @@ impl MoveSummary {
     }
 }
 
-impl Kind {
-    fn of(playback: &Playback<'_>, photos: Option<&TimeLapse<'_>>) -> Result<Self, SummaryError> {
-        let shots = || photos.ok_or(SummaryError::Mode).and_then(Shots::of);
-        match playback.playback_mode {
-            PlaybackMode::LIVE_MOTION => {
-                let duration = some_time(playback.duration)?;
-                Ok(Self::Live { duration, loops: Loops::of(playback, duration)? })
-            }
-            PlaybackMode::TIME_LAPSE_CONTINUOUS => shots().map(Self::Continuous),
-            PlaybackMode::TIME_LAPSE_SMS => shots().map(Self::ShootMoveShoot),
-            _ => Err(SummaryError::Mode),
-        }
-    }
-}
-
 impl Loops {
-    /// At most one of the two is there (decision K-J4), or `lint` says so.
-    fn of(playback: &Playback<'_>, duration: u64) -> Result<Option<Self>, SummaryError> {
-        if playback.loop_after_reverse != LoopCount::NONE {
-            return Ok(Some(Self { duration, count: playback.loop_after_reverse }));
-        }
-        if playback.loop_after_rapid_reverse != LoopCount::NONE {
-            let duration = some_time(playback.rapid_reverse_duration)?;
-            return Ok(Some(Self { duration, count: playback.loop_after_rapid_reverse }));
-        }
-        Ok(None)
+    fn of(live: &LiveMotion) -> Option<Result<Self, SummaryError>> {
+        let (times, back) = match live.repeat {
+            Loop::Once => return None,
+            Loop::Reverse(times) => (times, live.duration),
+            Loop::RapidReverse { times, duration } => (times, duration.unwrap_or(live.duration)),
+        };
+        Some(some_time(back).map(|duration| Self { duration, count: times.into() }))
     }
 }
 
 impl Shots {
-    fn of(photos: &TimeLapse<'_>) -> Result<Self, SummaryError> {
+    fn of(photos: &TimeLapseMotion) -> Result<Self, SummaryError> {
         let shots = Self {
-            delay: millis(photos.delay),
+            delay: millis(photos.interval),
             exposure: millis(photos.exposure),
-            moving: photos.move_photos,
-            before: photos.pre_move_photos,
-            after: photos.post_move_photos,
+            moving: photos.photos,
+            before: photos.photos_before,
+            after: photos.photos_after,
         };
         if shots.interval() == 0 || shots.moving == 0 { Err(SummaryError::Time) } else { Ok(shots) }
     }
 }
 
-impl Wait {
-    fn of(mode: DelayMode, interval: DelayInterval) -> Result<Self, SummaryError> {
-        match mode {
-            DelayMode::NONE => Ok(Self::None),
-            DelayMode::INTERVAL => Ok(Self::For(millis(interval.seconds()))),
-            DelayMode::UNTIL => Ok(Self::Until(interval.unix_time())),
-            _ => Err(SummaryError::Delay),
+impl From<Delay> for Wait {
+    fn from(delay: Delay) -> Self {
+        match delay {
+            Delay::None => Self::None,
+            Delay::For(time) => Self::For(millis(time)),
+            Delay::Until(moment) | Delay::UntilFloat(moment) => Self::Until(moment),
         }
     }
 }
