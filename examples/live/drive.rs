@@ -1,0 +1,3 @@
+//! A host for a rig: simulated or real.
+
+fn main() {}

@@ -1,0 +1,3 @@
+//! A simulated rig on a real transport.
+
+fn main() {}

@@ -1,0 +1,1 @@
+//! Commands as hoot has them.

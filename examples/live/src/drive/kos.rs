@@ -1,0 +1,1 @@
+//! Commands as kOS has them.

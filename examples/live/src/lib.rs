@@ -1,0 +1,4 @@
+//! Simulated rigs on real transports, and hosts for real rigs.
+
+pub mod drive;
+pub mod session;

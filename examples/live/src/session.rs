@@ -1,0 +1,236 @@
+//! A host on a real line, in real time.
+
+use std::io;
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use motion_core::time::Millis;
+use rigs::{LineId, Outgoing};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::sync::mpsc::UnboundedReceiver;
+use tokio::time::{Instant, sleep_until, timeout};
+use tokio_serial::SerialPortBuilderExt;
+use tracing::{debug, trace};
+
+use crate::drive::{Driven, Stopped, Trouble};
+
+/// How long a connection may take to be there.
+const CONNECT: Duration = Duration::from_secs(5);
+/// How long a line may take no bytes, before it counts as gone.
+const WRITE: Duration = Duration::from_secs(2);
+/// How long a stop may take to be confirmed, before somebody has to press the emergency stop.
+const STOP: Duration = Duration::from_secs(10);
+
+const LINE: LineId = LineId(0);
+
+/// Where a rig is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Target {
+    /// In a network.
+    Tcp(SocketAddr),
+    /// At a serial line, at so many bits a second.
+    Serial(String, u32),
+}
+
+/// What bytes go over.
+trait Stream: AsyncRead + AsyncWrite + Send + Unpin {}
+impl<T: AsyncRead + AsyncWrite + Send + Unpin> Stream for T {}
+
+/// A host, its line, and the clock of the computer.
+pub struct Session<H> {
+    host: H,
+    target: Target,
+    start: Instant,
+    line: Option<Box<dyn Stream>>,
+    interrupts: UnboundedReceiver<()>,
+}
+
+impl<H: Driven> Session<H> {
+    /// Opens the line, if the host does not ask for it by itself. Each message of `interrupts` is a Ctrl-C.
+    ///
+    /// # Errors
+    ///
+    /// [`Trouble::Line`] if it cannot be opened, [`Trouble::Interrupted`].
+    pub async fn connect(host: H, target: Target, interrupts: UnboundedReceiver<()>) -> Result<Self, Trouble> {
+        let mut session = Self { host, target, start: Instant::now(), line: None, interrupts };
+        if !H::OPENS {
+            session.open().await?;
+        }
+        Ok(session)
+    }
+
+    /// The host, to look at.
+    pub const fn host(&self) -> &H {
+        &self.host
+    }
+
+    /// Milliseconds since the session began.
+    pub fn now(&self) -> Millis {
+        Millis(u64::try_from(self.start.elapsed().as_millis()).unwrap_or(u64::MAX))
+    }
+
+    /// Tells the host what to do. What follows is done in [`next`](Self::next).
+    pub fn command(&mut self, command: H::Command) {
+        let now = self.now();
+        self.host.command(now, command);
+    }
+
+    /// What the host tells next, however long it takes.
+    ///
+    /// # Errors
+    ///
+    /// [`Trouble::Interrupted`]; [`Trouble::Line`] if the line is gone and the host does not open it again.
+    pub async fn next(&mut self) -> Result<H::Event, Trouble> {
+        loop {
+            if let Some(event) = self.next_within(Duration::from_hours(1)).await? {
+                return Ok(event);
+            }
+        }
+    }
+
+    /// What the host tells next, if it does so in this time.
+    ///
+    /// # Errors
+    ///
+    /// As [`next`](Self::next).
+    pub async fn next_within(&mut self, time: Duration) -> Result<Option<H::Event>, Trouble> {
+        let until = Instant::now() + time;
+        let mut buffer = [0; 4096];
+        loop {
+            self.settle().await?;
+            if let Some(event) = self.host.next_event() {
+                return Ok(Some(event));
+            }
+            let wake = self.host.wake().map(|wake| self.start + Duration::from_millis(wake.0));
+            let read = async {
+                match &mut self.line {
+                    Some(line) => line.read(&mut buffer).await,
+                    None => std::future::pending().await,
+                }
+            };
+            tokio::select! {
+                biased;
+                Some(()) = self.interrupts.recv() => return Err(Trouble::Interrupted),
+                read = read => match read {
+                    Ok(0) => self.lost("the other end hung up")?,
+                    Ok(len) => {
+                        let now = self.now();
+                        trace!(len, "read");
+                        self.host.receive(now, LINE, &buffer[..len]);
+                    }
+                    Err(error) => self.lost(&error.to_string())?,
+                },
+                () = sleep_until(wake.unwrap_or(until).min(until)) => {
+                    let now = self.now();
+                    self.host.advance(now);
+                    if Instant::now() >= until {
+                        self.settle().await?;
+                        return Ok(self.host.next_event());
+                    }
+                }
+            }
+        }
+    }
+
+    /// Stops everything, and waits for the rig to confirm it; not for ever, and only until the next Ctrl-C.
+    pub async fn stop(&mut self) -> Stopped {
+        let now = self.now();
+        self.host.stop_all(now);
+        let until = Instant::now() + STOP;
+        while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
+            match self.next_within(left).await {
+                Ok(Some(event)) if H::stopped(&event) == Some(Stopped::Confirmed) => return Stopped::Confirmed,
+                Ok(_) => {}
+                Err(_) => break,
+            }
+        }
+        Stopped::NotConfirmed
+    }
+
+    /// Does what the host wants done.
+    async fn settle(&mut self) -> Result<(), Trouble> {
+        while let Some(outgoing) = self.host.poll() {
+            match outgoing {
+                Outgoing::Bytes(LINE, bytes) => {
+                    let Some(line) = &mut self.line else { continue };
+                    let written = timeout(WRITE, async {
+                        line.write_all(&bytes).await?;
+                        line.flush().await
+                    });
+                    trace!(len = bytes.len(), "written");
+                    match written.await {
+                        Ok(Ok(())) => {}
+                        Ok(Err(error)) => self.lost(&error.to_string())?,
+                        Err(_) => self.lost("it takes nothing any more")?,
+                    }
+                }
+                Outgoing::Open(LINE) => {
+                    if let Err(trouble) = self.open().await {
+                        if matches!(trouble, Trouble::Interrupted) {
+                            return Err(trouble);
+                        }
+                        debug!("{trouble}");
+                        let now = self.now();
+                        self.host.close(now, LINE);
+                    }
+                }
+                Outgoing::HangUp(LINE) => {
+                    self.line = None;
+                    let now = self.now();
+                    self.host.close(now, LINE);
+                }
+                // A host has one line, and no datagrams.
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    async fn open(&mut self) -> Result<(), Trouble> {
+        self.line = Some(tokio::select! {
+            biased;
+            Some(()) = self.interrupts.recv() => return Err(Trouble::Interrupted),
+            line = open(&self.target) => line?,
+        });
+        let now = self.now();
+        self.host.open(now, LINE);
+        Ok(())
+    }
+
+    /// The line is gone.
+    fn lost(&mut self, why: &str) -> Result<(), Trouble> {
+        self.line = None;
+        let now = self.now();
+        self.host.close(now, LINE);
+        if H::OPENS {
+            debug!("line lost: {why}");
+            return Ok(());
+        }
+        Err(Trouble::Line(format!("the rig is gone: {why}: look at its cable and its power")))
+    }
+}
+
+async fn open(target: &Target) -> Result<Box<dyn Stream>, Trouble> {
+    match target {
+        Target::Tcp(address) => match timeout(CONNECT, TcpStream::connect(address)).await {
+            Ok(Ok(line)) => {
+                // A stop must not wait for more bytes to go with.
+                let quick = line.set_nodelay(true);
+                quick.map_err(|error| Trouble::Line(format!("{address}: {error}")))?;
+                Ok(Box::new(line))
+            }
+            Ok(Err(error)) if error.kind() == io::ErrorKind::ConnectionRefused => {
+                Err(Trouble::Line(format!("{address}: nobody listens there: is the rig on, and is this its port?")))
+            }
+            Ok(Err(error)) => Err(Trouble::Line(format!("{address}: {error}"))),
+            Err(_) => Err(Trouble::Line(format!("{address}: no answer in 5 s: is the rig on, and in this network?"))),
+        },
+        Target::Serial(path, baud) => match tokio_serial::new(path, *baud).open_native_async() {
+            Ok(line) => Ok(Box::new(line)),
+            Err(error) => {
+                Err(Trouble::Line(format!("{path}: {error}: is the rig plugged in, and used by nobody else?")))
+            }
+        },
+    }
+}

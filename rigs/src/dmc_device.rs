@@ -1,0 +1,1 @@
+//! A DMC device: a rig of motors in steps, and its operator.

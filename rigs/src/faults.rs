@@ -1,0 +1,291 @@
+//! What goes wrong, how often, and when: all from a seed.
+//!
+//! ```
+//! use rigs::faults::{Carrier, Faults};
+//!
+//! assert_eq!(Faults::parse("all", Carrier::Serial)?, Faults::all(Carrier::Serial));
+//! let some = Faults::parse("loss=0.01,delay=40", Carrier::Serial)?;
+//! assert_eq!((some.loss, some.delay, some.garbage), (0.01, 40, 0.0));
+//! // TCP loses nothing. What it can do is to break.
+//! assert!(Faults::parse("loss=0.01", Carrier::Stream).is_err());
+//! # Ok::<(), rigs::faults::FaultsError>(())
+//! ```
+
+use std::fmt;
+
+use motion_core::time::Millis;
+use rand::{Rng as _, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// What carries bytes, and so what can happen to them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Carrier {
+    /// A serial line: bytes are lost, doubled, damaged, and others come in between.
+    Serial,
+    /// TCP: bytes come whole, in order and once, until the connection breaks.
+    Stream,
+    /// UDP: each datagram whole, or lost, doubled, damaged.
+    Datagram,
+}
+
+/// How often things go wrong. Rates are from 0 to 1, of pieces as they are written or read; 0 is never.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Faults {
+    /// A piece is lost.
+    pub loss: f64,
+    /// A piece comes twice.
+    pub duplication: f64,
+    /// A bit of a piece is wrong.
+    pub corruption: f64,
+    /// Bytes that nobody sent come before a piece.
+    pub garbage: f64,
+    /// A piece is cut in two; or it waits for the next one, and both come as one.
+    pub cutting: f64,
+    /// The connection breaks in the middle of a piece.
+    pub break_off: f64,
+    /// The most that a piece is late, in milliseconds. No piece overtakes another.
+    pub delay: u64,
+    /// Seconds between two silences of the device, on average: for up to a second and a half it hears nothing and says
+    /// nothing. What arrives waits.
+    pub silence: f64,
+    /// Seconds between two resets, on average.
+    pub reset: f64,
+    /// Seconds between two motors that get stuck, on average.
+    pub stall: f64,
+}
+
+/// Why a text names no faults.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct FaultsError(String);
+
+/// A fault as texts name it.
+struct Named {
+    name: &'static str,
+    unit: Unit,
+    /// Where it can be.
+    carriers: &'static [Carrier],
+    /// What `all` sets.
+    usual: f64,
+    put: fn(&mut Faults, f64),
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Unit {
+    Rate,
+    Millis,
+    Seconds,
+}
+
+const LOSSY: &[Carrier] = &[Carrier::Serial, Carrier::Datagram];
+const LINES: &[Carrier] = &[Carrier::Serial, Carrier::Stream];
+const ANY: &[Carrier] = &[Carrier::Serial, Carrier::Stream, Carrier::Datagram];
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "milliseconds were looked at: from 0 to 60,000"
+)]
+const ALL: [Named; 10] = [
+    Named { name: "loss", unit: Unit::Rate, carriers: LOSSY, usual: 0.02, put: |it, value| it.loss = value },
+    Named {
+        name: "duplication",
+        unit: Unit::Rate,
+        carriers: LOSSY,
+        usual: 0.02,
+        put: |it, value| it.duplication = value,
+    },
+    Named {
+        name: "corruption",
+        unit: Unit::Rate,
+        carriers: LOSSY,
+        usual: 0.02,
+        put: |it, value| it.corruption = value,
+    },
+    Named {
+        name: "garbage",
+        unit: Unit::Rate,
+        carriers: &[Carrier::Serial],
+        usual: 0.02,
+        put: |it, value| it.garbage = value,
+    },
+    Named { name: "cutting", unit: Unit::Rate, carriers: LINES, usual: 0.3, put: |it, value| it.cutting = value },
+    Named {
+        name: "break",
+        unit: Unit::Rate,
+        carriers: &[Carrier::Stream],
+        usual: 0.01,
+        put: |it, value| it.break_off = value,
+    },
+    Named { name: "delay", unit: Unit::Millis, carriers: ANY, usual: 20.0, put: |it, value| it.delay = value as u64 },
+    Named { name: "silence", unit: Unit::Seconds, carriers: LINES, usual: 10.0, put: |it, value| it.silence = value },
+    Named { name: "reset", unit: Unit::Seconds, carriers: LINES, usual: 60.0, put: |it, value| it.reset = value },
+    Named { name: "stall", unit: Unit::Seconds, carriers: LINES, usual: 60.0, put: |it, value| it.stall = value },
+];
+
+impl Faults {
+    /// None.
+    pub const NONE: Self = Self {
+        loss: 0.0,
+        duplication: 0.0,
+        corruption: 0.0,
+        garbage: 0.0,
+        cutting: 0.0,
+        break_off: 0.0,
+        delay: 0,
+        silence: 0.0,
+        reset: 0.0,
+        stall: 0.0,
+    };
+
+    /// All that a carrier can have, as often as on a bad day.
+    #[must_use]
+    pub fn all(carrier: Carrier) -> Self {
+        let mut all = Self::NONE;
+        for named in ALL.iter().filter(|named| named.carriers.contains(&carrier)) {
+            (named.put)(&mut all, named.usual);
+        }
+        all
+    }
+
+    /// Understands `all`, `none`, or a list such as `loss=0.01,delay=40`; a name alone is as often as in `all`.
+    ///
+    /// # Errors
+    ///
+    /// [`FaultsError`] says which part is wrong, and what would be right.
+    pub fn parse(text: &str, carrier: Carrier) -> Result<Self, FaultsError> {
+        match text {
+            "all" => return Ok(Self::all(carrier)),
+            "none" => return Ok(Self::NONE),
+            _ => {}
+        }
+        let mut faults = Self::NONE;
+        for part in text.split(',') {
+            let (name, value) = part.split_once('=').map_or((part, None), |(name, value)| (name, Some(value)));
+            let name = name.trim();
+            let named = ALL.iter().find(|named| named.name == name && named.carriers.contains(&carrier));
+            let named = named
+                .ok_or_else(|| FaultsError(format!("{carrier} has no fault {name:?}: it has {}", names(carrier))))?;
+            let value = value.map_or(Ok(named.usual), |value| named.read(value.trim()))?;
+            (named.put)(&mut faults, value);
+        }
+        Ok(faults)
+    }
+}
+
+impl Named {
+    fn read(&self, text: &str) -> Result<f64, FaultsError> {
+        let (most, what) = match self.unit {
+            Unit::Rate => (1.0, "how often, from 0 to 1"),
+            Unit::Millis => (60_000.0, "milliseconds, from 0 to 60000"),
+            Unit::Seconds => (1e6, "seconds between two of them, from 0 to 1000000"),
+        };
+        let value = text.parse().ok().filter(|value| (0.0..=most).contains(value));
+        value.ok_or_else(|| FaultsError(format!("{}={text:?}: it needs a number: {what}", self.name)))
+    }
+}
+
+/// The faults of a carrier, as texts name them.
+fn names(carrier: Carrier) -> String {
+    let names: Vec<_> = ALL.iter().filter(|named| named.carriers.contains(&carrier)).map(|named| named.name).collect();
+    names.join(", ")
+}
+
+impl fmt::Display for Carrier {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Serial => "a serial line",
+            Self::Stream => "TCP",
+            Self::Datagram => "UDP",
+        })
+    }
+}
+
+/// What befalls a device as a whole.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mishap {
+    /// It hears nothing and says nothing for so many milliseconds.
+    Silence(u64),
+    /// Its power fails for a moment.
+    Reset,
+    /// A motor gets stuck.
+    Stall,
+}
+
+/// When which mishap comes.
+#[derive(Debug, Clone)]
+pub struct Mishaps {
+    rng: ChaCha8Rng,
+    faults: Faults,
+    next: [Option<Millis>; 3],
+}
+
+impl Mishaps {
+    /// Those of a seed, from a moment on.
+    #[must_use]
+    pub fn new(faults: Faults, seed: u64, now: Millis) -> Self {
+        let mut mishaps = Self { rng: ChaCha8Rng::seed_from_u64(seed), faults, next: [None; 3] };
+        mishaps.next = [faults.silence, faults.reset, faults.stall].map(|mean| mishaps.draw(mean, now));
+        mishaps
+    }
+
+    /// When the next one comes.
+    #[must_use]
+    pub fn wake(&self) -> Option<Millis> {
+        self.next.iter().flatten().min().copied()
+    }
+
+    /// One that is due.
+    pub fn next(&mut self, now: Millis) -> Option<Mishap> {
+        let due = self.next.iter().position(|next| next.is_some_and(|next| next <= now))?;
+        let mean = [self.faults.silence, self.faults.reset, self.faults.stall][due];
+        self.next[due] = self.draw(mean, now);
+        Some(match due {
+            0 => Mishap::Silence(self.rng.random_range(100..=1500)),
+            1 => Mishap::Reset,
+            _ => Mishap::Stall,
+        })
+    }
+
+    /// From half the mean to half as much again.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 1.5e9, and more than 0")]
+    fn draw(&mut self, mean: f64, now: Millis) -> Option<Millis> {
+        (mean > 0.0).then(|| now.after(1 + (mean * self.rng.random_range(500.0..1500.0)) as u64))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_name_faults() {
+        for carrier in [Carrier::Serial, Carrier::Stream, Carrier::Datagram] {
+            assert_eq!(Faults::parse(&names(carrier).replace(' ', ""), carrier), Ok(Faults::all(carrier)));
+            assert_eq!(Faults::parse("none", carrier), Ok(Faults::NONE));
+        }
+        let error = |text| Faults::parse(text, Carrier::Stream).unwrap_err().to_string();
+        assert_eq!(error("loss"), "TCP has no fault \"loss\": it has cutting, break, delay, silence, reset, stall");
+        assert_eq!(error("cutting=2"), "cutting=\"2\": it needs a number: how often, from 0 to 1");
+        assert_eq!(error("delay=-1"), "delay=\"-1\": it needs a number: milliseconds, from 0 to 60000");
+        assert!(error("").contains("no fault \"\""));
+    }
+
+    #[test]
+    fn mishaps_come_from_the_seed() {
+        let faults = Faults { silence: 1.0, reset: 10.0, ..Faults::NONE };
+        let told = |seed| {
+            let mut mishaps = Mishaps::new(faults, seed, Millis(0));
+            let mut told = Vec::new();
+            while let Some(now) = mishaps.wake().filter(|now| now.0 < 100_000) {
+                told.extend(mishaps.next(now).map(|mishap| (now, mishap)));
+            }
+            told
+        };
+        assert_eq!(told(1), told(1));
+        assert_ne!(told(1), told(2));
+        let resets = told(1).iter().filter(|(_, mishap)| *mishap == Mishap::Reset).count();
+        assert!((7..=14).contains(&resets) && (70..=140).contains(&(told(1).len() - resets)), "{:?}", told(1));
+        assert_eq!(Mishaps::new(Faults::NONE, 1, Millis(0)).wake(), None);
+    }
+}
