@@ -14,6 +14,7 @@ use proptest::prelude::*;
 use proptest::sample::{Index, select};
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
+use proptest_state_machine::{ReferenceStateMachine, StateMachineTest, prop_state_machine};
 
 use super::bench::{
     EMPTY, SWING_PAN, axis, begin, frame, hi, jog, jog_all, move_to, position_frame, run, shot, stop, stop_all,
@@ -304,7 +305,7 @@ fn faults() -> impl Strategy<Value = Vec<Fault>> {
     vec(fault, 0..200)
 }
 
-fn actions() -> impl Strategy<Value = Vec<(Action, u64)>> {
+fn action() -> BoxedStrategy<(Action, u64)> {
     let stops = select(vec![Stop::All, Stop::AllSilent, Stop::Motor(Motor(1)), Stop::Motor(Motor(3))]);
     let flags = select(vec![RunFlags(0), RunFlags(0), RunFlags::LOOP, RunFlags::PING_PONG]);
     let action = prop_oneof![
@@ -325,7 +326,7 @@ fn actions() -> impl Strategy<Value = Vec<(Action, u64)>> {
         1 => Just(Action::Emergency),
         1 => Just(Action::LineGone),
     ];
-    vec((action, prop_oneof![2 => 0..300_u64, 3 => 1000..5000_u64]), 0..25)
+    (action, prop_oneof![2 => 0..300_u64, 3 => 1000..5000_u64]).boxed()
 }
 
 proptest! {
@@ -400,22 +401,72 @@ proptest! {
         host.tell(host::Input::LinkDown);
         assert!(host.open.is_empty());
     }
+}
 
-    /// S-1, S-2, S-3, S-7
-    #[test]
-    fn a_host_and_a_device_over_a_bad_line(
-        actions in actions(),
-        faults in faults(),
-        window in 1..5_u8,
-        quirks in any::<u16>(),
-    ) {
-        let mut world = World::new(window, Quirks(quirks), faults);
-        for (action, gap) in actions {
-            world.act(action);
-            world.pass(gap);
-        }
+/// A host and a device, the line between them, and what the application did so far.
+#[derive(Debug, Clone)]
+struct Script {
+    window: u8,
+    quirks: Quirks,
+    faults: Vec<Fault>,
+    /// How often it asked for something that has to end.
+    asked: usize,
+}
+
+/// What the application and the operator may do, and how long they wait behind it.
+struct Actions;
+
+impl ReferenceStateMachine for Actions {
+    type State = Script;
+    type Transition = (Action, u64);
+
+    fn init_state() -> BoxedStrategy<Script> {
+        (1..5_u8, any::<u16>().prop_map(Quirks), faults())
+            .prop_map(|(window, quirks, faults)| Script { window, quirks, faults, asked: 0 })
+            .boxed()
+    }
+
+    fn transitions(_: &Script) -> BoxedStrategy<(Action, u64)> {
+        action()
+    }
+
+    fn apply(mut script: Script, (action, _): &(Action, u64)) -> Script {
+        script.asked += usize::from(action.has_to_end());
+        script
+    }
+}
+
+struct BadLine;
+
+impl StateMachineTest for BadLine {
+    type SystemUnderTest = World;
+    type Reference = Actions;
+
+    fn init_test(script: &Script) -> World {
+        World::new(script.window, script.quirks, script.faults.clone())
+    }
+
+    fn apply(mut world: World, _: &Script, (action, gap): (Action, u64)) -> World {
+        world.act(action);
+        world.pass(gap);
+        world
+    }
+
+    /// Each that was asked for is open or has ended, and not both.
+    fn check_invariants(world: &World, script: &Script) {
+        assert_eq!(world.open.len() + world.ended.len(), script.asked);
+        assert!(world.open.iter().all(|token| !world.ended.contains_key(token)));
+    }
+
+    fn teardown(mut world: World, _: Script) {
         world.settle();
     }
+}
+
+prop_state_machine! {
+    /// S-1, S-2, S-3, S-7
+    #[test]
+    fn a_host_and_a_device_over_a_bad_line(sequential 1..25 => BadLine);
 }
 
 /// What the test above is worth: it leads into every state, and most sequences still come to their end.
@@ -425,7 +476,7 @@ fn a_bad_line_still_leads_everywhere() {
     let (mut states, mut progress) = (HashSet::new(), HashSet::new());
     let mut outcomes = HashMap::<_, u32>::new();
     for _ in 0..300 {
-        let (actions, faults) = (actions(), faults()).new_tree(&mut runner).unwrap().current();
+        let (actions, faults) = (vec(action(), 0..25), faults()).new_tree(&mut runner).unwrap().current();
         let mut world = World::new(1, Quirks(0), faults);
         for (action, gap) in actions {
             world.act(action);

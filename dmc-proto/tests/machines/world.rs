@@ -42,6 +42,17 @@ pub(crate) enum Action {
     LineGone,
 }
 
+impl Action {
+    /// Whether it asks for something that the machine has to tell the end of.
+    pub(crate) fn has_to_end(self) -> bool {
+        use Action::*;
+        match self {
+            Move(_) | Jog(_) | Live(_) | Status | StopLoop | Upload | ToFrame(_) | JogAll(_) | Run(_) | Shot => true,
+            Go | Stop(_) | OperatorGo | Limit(_) | Emergency | LineGone => false,
+        }
+    }
+}
+
 /// Frames on their way in one direction, in their order.
 #[derive(Default)]
 struct Line {

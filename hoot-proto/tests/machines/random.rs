@@ -16,6 +16,7 @@ use hoot_proto::{Address, DeviceMessage, Table};
 use motion_core::time::Millis;
 use motion_core::wire::Messages;
 use proptest::prelude::*;
+use proptest_state_machine::{ReferenceStateMachine, StateMachineTest, prop_state_machine};
 
 /// Numbers of messages, those that exist more often than others.
 fn any_number() -> impl Strategy<Value = u32> {
@@ -606,77 +607,128 @@ fn any_wish() -> impl Strategy<Value = Wish> {
     ]
 }
 
-proptest! {
-    #[test]
-    fn master_and_node_on_a_bad_line(
-        firmware in any::<bool>(),
-        bridge in any::<bool>(),
-        wishes in proptest::collection::vec((0_u64..900, any_wish()), 1..60),
-        faults in proptest::collection::vec(
-            (prop_oneof![5 => Just(Fault::None), 1 => Just(Fault::Lost), 1 => Just(Fault::Corrupt), 1 => Just(Fault::Doubled)], 1_u64..40),
-            3..80,
-        ),
-    ) {
-        let mut world = World::new(faults, firmware, bridge);
-        // Tokens, with what was asked for, and how much the node had heard by then.
-        let mut asked: Vec<(HostMessage<'static>, usize)> = Vec::new();
-        for (pause, wish) in wishes {
-            world.pass(pause);
-            let token = u32::try_from(asked.len()).unwrap();
-            let request = |message| Command::Request(Request { token: Token(token), to: NODE, message });
-            match wish {
-                Wish::Request(message) => {
-                    asked.push((message, world.heard.len()));
-                    world.command(request(message));
-                }
-                Wish::Move(motor) => {
-                    let message = move_by(motor, token + 1);
-                    asked.push((message, world.heard.len()));
-                    world.command(request(message));
-                }
-                Wish::Speed(motor, speed) => {
-                    world.command(Command::Speed { to: NODE, motor, speed: StepsPerSecond(speed) });
-                }
-                Wish::KeepAlive(on) => world.command(Command::KeepAlive { to: NODE, on }),
-                Wish::Emergency => world.command(Command::EmergencyStop),
-                Wish::Button => {
-                    let output = world.node.step(device::Input::Command(AtNode::EmergencyStop));
-                    world.node_did(output);
-                    prop_assert_eq!(world.turning, [false; 3]);
-                }
-            }
-            // The machine and the rig agree on what moves.
-            let turning = Motor::ALL.map(|motor| world.node.machine.motor(motor).is_moving());
-            prop_assert_eq!(turning, world.turning);
-            // Never two movements of several motors: a program and the way home.
-            let going = matches!(world.node.machine.program().state(), ProgramState::Delay | ProgramState::Running);
-            prop_assert!(!going || !world.heard.last().is_some_and(|last| matches!(last, HostMessage::ReturnHome(_))));
+/// A master, a node, the line between them, and what the application asked for so far.
+#[derive(Debug, Clone)]
+struct Script {
+    firmware: bool,
+    bridge: bool,
+    faults: Vec<(Fault, u64)>,
+    /// By their tokens, and none for what has none.
+    asked: Vec<Option<HostMessage<'static>>>,
+}
+
+/// What an application does with a rig, and how long it waits before.
+struct Wishes;
+
+impl ReferenceStateMachine for Wishes {
+    type State = Script;
+    type Transition = (u64, Wish);
+
+    fn init_state() -> BoxedStrategy<Script> {
+        let fault = prop_oneof![5 => Just(Fault::None), 1 => Just(Fault::Lost), 1 => Just(Fault::Corrupt), 1 => Just(Fault::Doubled)];
+        (any::<bool>(), any::<bool>(), proptest::collection::vec((fault, 1_u64..40), 3..80))
+            .prop_map(|(firmware, bridge, faults)| Script { firmware, bridge, faults, asked: Vec::new() })
+            .boxed()
+    }
+
+    fn transitions(_: &Script) -> BoxedStrategy<(u64, Wish)> {
+        (0_u64..900, any_wish()).boxed()
+    }
+
+    fn apply(mut script: Script, (_, wish): &(u64, Wish)) -> Script {
+        // A move has other steps than any other.
+        let steps = u32::try_from(script.asked.len()).unwrap() + 1;
+        script.asked.push(match *wish {
+            Wish::Request(message) => Some(message),
+            Wish::Move(motor) => Some(move_by(motor, steps)),
+            Wish::Speed(..) | Wish::KeepAlive(_) | Wish::Emergency | Wish::Button => None,
+        });
+        script
+    }
+}
+
+struct BadLine;
+
+impl StateMachineTest for BadLine {
+    /// With how much the node had heard when each wish came.
+    type SystemUnderTest = (World, Vec<usize>);
+    type Reference = Wishes;
+
+    fn init_test(script: &Script) -> Self::SystemUnderTest {
+        (World::new(script.faults.clone(), script.firmware, script.bridge), Vec::new())
+    }
+
+    fn apply(
+        (mut world, mut heard): Self::SystemUnderTest,
+        script: &Script,
+        (pause, wish): (u64, Wish),
+    ) -> Self::SystemUnderTest {
+        world.pass(pause);
+        let token = Token(u32::try_from(heard.len()).unwrap());
+        heard.push(world.heard.len());
+        if let Some(&Some(message)) = script.asked.last() {
+            world.command(Command::Request(Request { token, to: NODE, message }));
         }
+        match wish {
+            Wish::Request(_) | Wish::Move(_) => {}
+            Wish::Speed(motor, speed) => {
+                world.command(Command::Speed { to: NODE, motor, speed: StepsPerSecond(speed) });
+            }
+            Wish::KeepAlive(on) => world.command(Command::KeepAlive { to: NODE, on }),
+            Wish::Emergency => world.command(Command::EmergencyStop),
+            Wish::Button => {
+                let output = world.node.step(device::Input::Command(AtNode::EmergencyStop));
+                world.node_did(output);
+                assert_eq!(world.turning, [false; 3]);
+            }
+        }
+        (world, heard)
+    }
+
+    fn check_invariants((world, _): &Self::SystemUnderTest, _: &Script) {
+        // The machine and the rig agree on what moves.
+        let turning = Motor::ALL.map(|motor| world.node.machine.motor(motor).is_moving());
+        assert_eq!(turning, world.turning);
+        // Never two movements of several motors: a program and the way home.
+        let going = matches!(world.node.machine.program().state(), ProgramState::Delay | ProgramState::Running);
+        assert!(!going || !world.heard.last().is_some_and(|last| matches!(last, HostMessage::ReturnHome(_))));
+    }
+
+    fn teardown((mut world, heard): Self::SystemUnderTest, script: Script) {
         // With a good line all comes to an end.
         world.faults = vec![(Fault::None, 5)];
         world.pass(60_000);
-        prop_assert_eq!(world.master.machine.stopping(), StopState::Calm, "{:?}", world.told);
-        prop_assert_eq!(world.master.machine.pending(), 0);
-        for (token, (message, heard)) in (0..).zip(&asked) {
-            let ends: Vec<_> = world.told.iter().filter_map(|event| match event {
-                Event::Ended { token: Token(of), outcome } if *of == token => Some(outcome),
-                _ => None,
-            }).collect();
-            prop_assert_eq!(ends.len(), 1, "{:?}", message);
-            let times = world.heard[*heard..].iter().filter(|packet| *packet == message).count();
+        assert_eq!(world.master.machine.stopping(), StopState::Calm, "{:?}", world.told);
+        assert_eq!(world.master.machine.pending(), 0);
+        for ((token, message), heard) in (0..).zip(&script.asked).zip(heard) {
+            let Some(message) = message else { continue };
+            let ends: Vec<_> = world
+                .told
+                .iter()
+                .filter_map(|event| match event {
+                    Event::Ended { token: Token(of), outcome } if *of == token => Some(outcome),
+                    _ => None,
+                })
+                .collect();
+            assert_eq!(ends.len(), 1, "{message:?}");
+            let times = world.heard[heard..].iter().filter(|packet| *packet == message).count();
             // A stop that is confirmed has arrived.
             if message.is_stop() && matches!(ends[0], Outcome::Done(_)) {
-                prop_assert!(times > 0, "{message:?} was confirmed and never arrived");
+                assert!(times > 0, "{message:?} was confirmed and never arrived");
             }
             // A move has other steps than any other, so this is all of it.
             if matches!(message, HostMessage::MotorMove(_)) {
-                prop_assert!(times <= 1, "{message:?} arrived {times} times");
+                assert!(times <= 1, "{message:?} arrived {times} times");
             }
         }
-        let starts = |messages: &[HostMessage<'_>]| messages.iter().filter(|message| **message == START).count();
-        let wanted: Vec<_> = asked.iter().map(|(message, _)| *message).collect();
-        prop_assert!(starts(&world.heard) <= starts(&wanted));
+        let starts = world.heard.iter().filter(|message| **message == START).count();
+        assert!(starts <= script.asked.iter().filter(|message| **message == Some(START)).count());
     }
+}
+
+prop_state_machine! {
+    #[test]
+    fn master_and_node_on_a_bad_line(sequential 1..60 => BadLine);
 }
 
 #[test]

@@ -15,6 +15,7 @@ use motion_core::time::Millis;
 use motion_core::wire::Password;
 use proptest::collection::vec;
 use proptest::prelude::*;
+use proptest_state_machine::{ReferenceStateMachine, StateMachineTest, prop_state_machine};
 
 use super::bench::*;
 use super::client::{AT, go, jog};
@@ -361,77 +362,158 @@ fn any_move() -> impl Strategy<Value = TrajectoryData<'static>> {
 /// Longer than any move here takes, any answer, and any way home; jogs are stopped before.
 const SETTLE: u64 = 150_000;
 
-fn run(transport: Transport, data: TrajectoryData<'static>, luck: Vec<u8>, ops: &[(u64, Op)]) -> World {
-    let mut world = World::new(transport, data, luck);
-    world.pass(1_000);
-    for &(wait, op) in ops {
-        world.pass(wait);
-        match op {
-            Op::Command(command) => world.host(host::Input::Command(command)),
-            Op::Cut => {
-                world.cut();
-                world.device(device::Input::Closed(SESSION));
-                world.host(host::Input::Closed);
-            }
-            Op::Rig(report) => world.device(device::Input::Rig(report)),
-        }
+/// What a run is about, and what the application did in it.
+#[derive(Debug, Clone)]
+struct Script {
+    transport: Transport,
+    data: TrajectoryData<'static>,
+    luck: Vec<u8>,
+    /// How often it asked for something that may play a move.
+    starts: u32,
+}
+
+/// A pause, and what comes behind it: short ones, in which nothing is answered yet, and long ones.
+type Transition = (u64, Op);
+
+/// Scripts over TCP or USB or either, whose line is cut off now and then or never.
+struct Scripts<const TCP: bool, const USB: bool, const CUTS: bool>;
+
+impl<const TCP: bool, const USB: bool, const CUTS: bool> ReferenceStateMachine for Scripts<TCP, USB, CUTS> {
+    type State = Script;
+    type Transition = Transition;
+
+    fn init_state() -> BoxedStrategy<Script> {
+        let transports: Vec<_> =
+            [TCP.then_some(Transport::Tcp), USB.then_some(Transport::Usb)].into_iter().flatten().collect();
+        (prop::sample::select(transports), any_move(), vec(any::<u8>(), 1..40))
+            .prop_map(|(transport, data, luck)| Script { transport, data, luck, starts: 0 })
+            .boxed()
     }
-    world
+
+    fn transitions(_: &Script) -> BoxedStrategy<Transition> {
+        let wait = prop_oneof![1 => 0..100_u64, 1 => 0..3_000_u64, 1 => 0..8_000_u64];
+        (wait, op()).boxed()
+    }
+
+    fn preconditions(_: &Script, (_, op): &Transition) -> bool {
+        CUTS || !matches!(op, Op::Cut)
+    }
+
+    fn apply(mut script: Script, (_, op): &Transition) -> Script {
+        script.starts += u32::from(matches!(op, Op::Command(Command::Play | Command::PlayDirect { .. })));
+        script
+    }
 }
 
-/// Pauses between commands: short ones, in which nothing is answered yet, and long ones.
-fn script() -> impl Strategy<Value = Vec<(u64, Op)>> {
-    let wait = prop_oneof![1 => 0..100_u64, 1 => 0..3_000_u64, 1 => 0..8_000_u64];
-    vec((wait, op()), 0..25)
+impl World {
+    fn of(script: &Script) -> Self {
+        let mut world = Self::new(script.transport, script.data, script.luck.clone());
+        world.pass(1_000);
+        world
+    }
+
+    fn follow(mut self, (wait, op): Transition) -> Self {
+        self.pass(wait);
+        match op {
+            Op::Command(command) => self.host(host::Input::Command(command)),
+            Op::Cut => {
+                self.cut();
+                self.device(device::Input::Closed(SESSION));
+                self.host(host::Input::Closed);
+            }
+            Op::Rig(report) => self.device(device::Input::Rig(report)),
+        }
+        self
+    }
+
+    /// No start is sent that was not asked for, and over TCP, which doubles nothing, none is done twice.
+    fn check(&self, script: &Script) {
+        assert!(self.starts.0 <= script.starts, "{:?} of {script:?}", self.starts);
+        assert!(self.starts.1 <= self.starts.0 || self.transport == Transport::Usb, "{:?} of {script:?}", self.starts);
+    }
+
+    /// The line is good from now on, and all that is under way settles.
+    fn settle(&mut self) {
+        self.faults = false;
+        self.pass(SETTLE);
+    }
 }
 
-proptest! {
-    /// Over TCP that is not cut off, both agree whether a move is loaded, once all that is under way is settled; and
-    /// each start is played at most once.
-    #[test]
-    fn both_agree_over_tcp(data in any_move(), luck in vec(any::<u8>(), 1..40), ops in script()) {
-        let ops: Vec<_> = ops.into_iter().filter(|(_, op)| !matches!(op, Op::Cut)).collect();
-        let mut world = run(Transport::Tcp, data, luck, &ops);
-        world.faults = false;
-        world.pass(SETTLE);
+/// Tests whose system is a [`World`], and what holds at the end of each.
+macro_rules! together {
+    ($($(#[$about:meta])* $test:ident, $scripts:ty, $end:expr;)*) => { $(
+        $(#[$about])*
+        struct $test;
+
+        impl StateMachineTest for $test {
+            type SystemUnderTest = World;
+            type Reference = $scripts;
+
+            fn init_test(script: &Script) -> World {
+                World::of(script)
+            }
+
+            fn apply(world: World, _: &Script, transition: Transition) -> World {
+                world.follow(transition)
+            }
+
+            fn check_invariants(world: &World, script: &Script) {
+                world.check(script);
+            }
+
+            fn teardown(mut world: World, _: Script) {
+                let end: fn(&mut World) = $end;
+                end(&mut world);
+            }
+        }
+    )* };
+}
+
+together! {
+    /// Over TCP that is not cut off, both agree whether a move is loaded, once all that is under way is settled.
+    BothAgree, Scripts<true, false, false>, |world| {
+        world.settle();
         let agreed = match world.host.move_state() {
             host::MoveState::NoMove => device::playback::State::Empty,
             host::MoveState::Armed => device::playback::State::Ready,
             state => panic!("{state:?} does not end"),
         };
-        prop_assert_eq!(world.device.playback(), agreed);
-        prop_assert!(world.starts.1 <= world.starts.0);
-    }
+        assert_eq!(world.device.playback(), agreed);
+    };
 
     /// Over USB, where words are lost, no move is believed to run that is over, nor one to be over that runs.
-    #[test]
-    fn no_move_is_believed_to_run_for_ever(data in any_move(), luck in vec(any::<u8>(), 1..40), ops in script()) {
-        let mut world = run(Transport::Usb, data, luck, &ops);
-        world.faults = false;
-        world.pass(SETTLE);
-        prop_assert!(!world.host.move_state().runs(), "{:?}", world.host.move_state());
-        prop_assert!(!world.device.playback().runs(), "{:?}", world.device.playback());
-    }
+    NothingRunsForEver, Scripts<false, true, true>, |world| {
+        world.settle();
+        assert!(!world.host.move_state().runs(), "{:?}", world.host.move_state());
+        assert!(!world.device.playback().runs(), "{:?}", world.device.playback());
+    };
 
     /// Whatever happened, a stop stops everything once the line is good, also if it was lost itself; it is confirmed, and
     /// said to be.
-    #[test]
-    fn a_stop_always_gets_there(usb in any::<bool>(), data in any_move(), luck in vec(any::<u8>(), 1..40), ops in script()) {
-        let transport = if usb { Transport::Usb } else { Transport::Tcp };
-        let mut world = run(transport, data, luck, &ops);
+    StopGetsThere, Scripts<true, true, true>, |world| {
         world.host(host::Input::Command(Command::Stop));
-        world.faults = false;
-        world.pass(SETTLE);
-        prop_assert_eq!(world.device.playback(), device::playback::State::Empty);
+        world.settle();
+        assert_eq!(world.device.playback(), device::playback::State::Empty);
         let resting = |&motor: &u8| {
             world.device.motor(MotorAddress(motor)).is_none_or(|drive| drive.motion() == device::motor::Motion::Resting)
         };
-        prop_assert!(MOTORS.iter().all(resting));
-        prop_assert_eq!(world.host.move_state(), host::MoveState::NoMove);
-        prop_assert!(!world.host.moves(), "{:?}", world.host);
+        assert!(MOTORS.iter().all(resting));
+        assert_eq!(world.host.move_state(), host::MoveState::NoMove);
+        assert!(!world.host.moves(), "{:?}", world.host);
         world.told.clear();
         world.pass(60_000);
         let quiet = |event: &host::Event| !matches!(event, host::Event::StopNotConfirmed(_) | host::Event::Move(_));
-        prop_assert!(world.told.iter().all(quiet), "{:?}", world.told);
-    }
+        assert!(world.told.iter().all(quiet), "{:?}", world.told);
+    };
+}
+
+prop_state_machine! {
+    #[test]
+    fn both_agree_over_tcp(sequential 1..25 => BothAgree);
+
+    #[test]
+    fn no_move_is_believed_to_run_for_ever(sequential 1..25 => NothingRunsForEver);
+
+    #[test]
+    fn a_stop_always_gets_there(sequential 1..25 => StopGetsThere);
 }
