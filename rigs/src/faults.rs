@@ -81,47 +81,33 @@ const LOSSY: &[Carrier] = &[Carrier::Serial, Carrier::Datagram];
 const LINES: &[Carrier] = &[Carrier::Serial, Carrier::Stream];
 const ANY: &[Carrier] = &[Carrier::Serial, Carrier::Stream, Carrier::Datagram];
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "milliseconds were looked at: from 0 to 60,000"
-)]
 const ALL: [Named; 10] = [
-    Named { name: "loss", unit: Unit::Rate, carriers: LOSSY, usual: 0.02, put: |it, value| it.loss = value },
-    Named {
-        name: "duplication",
-        unit: Unit::Rate,
-        carriers: LOSSY,
-        usual: 0.02,
-        put: |it, value| it.duplication = value,
-    },
-    Named {
-        name: "corruption",
-        unit: Unit::Rate,
-        carriers: LOSSY,
-        usual: 0.02,
-        put: |it, value| it.corruption = value,
-    },
-    Named {
-        name: "garbage",
-        unit: Unit::Rate,
-        carriers: &[Carrier::Serial],
-        usual: 0.02,
-        put: |it, value| it.garbage = value,
-    },
-    Named { name: "cutting", unit: Unit::Rate, carriers: LINES, usual: 0.3, put: |it, value| it.cutting = value },
-    Named {
-        name: "break",
-        unit: Unit::Rate,
-        carriers: &[Carrier::Stream],
-        usual: 0.01,
-        put: |it, value| it.break_off = value,
-    },
-    Named { name: "delay", unit: Unit::Millis, carriers: ANY, usual: 20.0, put: |it, value| it.delay = value as u64 },
-    Named { name: "silence", unit: Unit::Seconds, carriers: LINES, usual: 10.0, put: |it, value| it.silence = value },
-    Named { name: "reset", unit: Unit::Seconds, carriers: LINES, usual: 60.0, put: |it, value| it.reset = value },
-    Named { name: "stall", unit: Unit::Seconds, carriers: LINES, usual: 60.0, put: |it, value| it.stall = value },
+    named("loss", Unit::Rate, 0.02, LOSSY, |it, value| it.loss = value),
+    named("duplication", Unit::Rate, 0.02, LOSSY, |it, value| it.duplication = value),
+    named("corruption", Unit::Rate, 0.02, LOSSY, |it, value| it.corruption = value),
+    named("garbage", Unit::Rate, 0.02, &[Carrier::Serial], |it, value| it.garbage = value),
+    named("cutting", Unit::Rate, 0.3, LINES, |it, value| it.cutting = value),
+    named("break", Unit::Rate, 0.01, &[Carrier::Stream], |it, value| it.break_off = value),
+    named("delay", Unit::Millis, 20.0, ANY, |it, value| it.delay = millis(value)),
+    named("silence", Unit::Seconds, 10.0, LINES, |it, value| it.silence = value),
+    named("reset", Unit::Seconds, 60.0, LINES, |it, value| it.reset = value),
+    named("stall", Unit::Seconds, 60.0, LINES, |it, value| it.stall = value),
 ];
+
+const fn named(
+    name: &'static str,
+    unit: Unit,
+    usual: f64,
+    carriers: &'static [Carrier],
+    put: fn(&mut Faults, f64),
+) -> Named {
+    Named { name, unit, carriers, usual, put }
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "what was read is from 0 to 60,000")]
+const fn millis(value: f64) -> u64 {
+    value as u64
+}
 
 impl Faults {
     /// None.
