@@ -11,9 +11,9 @@ mod decoder;
 
 fuzz_target!(|input: &[u8]| {
     decoder::agree(input);
-    if let Some((&[i0, i1, kind], payload)) = input.split_first_chunk() {
-        if payload.len() < 60_000 {
-            decoder::agree(&decoder::message(u16::from_be_bytes([i0, i1]), kind, payload));
-        }
+    if let Some((&[i0, i1, kind], payload)) = input.split_first_chunk()
+        && payload.len() < 60_000
+    {
+        decoder::agree(&decoder::message(u16::from_be_bytes([i0, i1]), kind, payload));
     }
 });
