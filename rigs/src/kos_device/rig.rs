@@ -1,0 +1,159 @@
+//! What a device is told: of its lines, its clock, and its mishaps.
+
+use kos_proto::device::{Input, Report, SESSIONS, SessionId};
+use kos_proto::message::ErrorCode;
+use kos_proto::summary::Transport;
+use kos_proto::{Frame, Frames, HostMessage, Item};
+use motion_core::time::Millis;
+use motion_core::wire::Password;
+use tracing::{debug, info, warn};
+
+use super::KosDevice;
+use crate::motor::Motor;
+use crate::{LineId, Outgoing, Party, Rig, TICK};
+
+impl Party for KosDevice {
+    fn open(&mut self, now: Millis, line: LineId) {
+        self.advance(now);
+        let place = self.lines.get_mut(usize::from(line.0)).filter(|_| self.starts.is_none());
+        let Some(place) = place else {
+            self.outgoing.push_back(Outgoing::HangUp(line));
+            return;
+        };
+        place.is_open = true;
+        place.frames = Some(Box::new(Frames::new()));
+        info!("client {} is connected", line.0);
+        let password = self.store.password.clone();
+        let session = SessionId(line.0);
+        self.input(Input::Opened { session, transport: Transport::Tcp, password: Password(&password) }, None);
+    }
+
+    fn close(&mut self, now: Millis, line: LineId) {
+        self.advance(now);
+        if let Some(place) = self.lines.get_mut(usize::from(line.0)).filter(|place| place.is_open) {
+            *place = super::Line::default();
+            info!("client {} is gone", line.0);
+            self.input(Input::Closed(SessionId(line.0)), None);
+        }
+    }
+
+    fn receive(&mut self, now: Millis, line: LineId, bytes: &[u8]) {
+        self.advance(now);
+        let index = usize::from(line.0);
+        let Some(mut frames) = self.lines.get_mut(index).and_then(|line| line.frames.take()) else { return };
+        let session = SessionId(line.0);
+        let mut rest = bytes;
+        while self.is_open(index) && !rest.is_empty() {
+            let taken = frames.push(rest);
+            rest = rest.get(taken..).unwrap_or_default();
+            while let Some(item) = frames.next() {
+                match item {
+                    Item::Frame(frame) => self.message(session, &frame),
+                    Item::Fatal(why) => {
+                        warn!("client {}: what it sends is no stream of messages: {why}", line.0);
+                        self.input(Input::Fatal(session), None);
+                    }
+                    Item::Noise { bytes, why } => warn!("client {}: {} bytes are left out: {why}", line.0, bytes.len()),
+                    Item::Corrupt { why, .. } => warn!("client {}: {why}", line.0),
+                }
+                if !self.is_open(index) {
+                    return;
+                }
+            }
+            if taken == 0 {
+                break;
+            }
+        }
+        if let Some(line) = self.lines.get_mut(index).filter(|line| line.is_open) {
+            line.frames = Some(frames);
+        }
+    }
+
+    fn advance(&mut self, now: Millis) {
+        while let Some(due) = self.wake().filter(|due| *due <= now) {
+            self.tick(due);
+        }
+        self.now = self.now.max(now);
+    }
+
+    fn wake(&self) -> Option<Millis> {
+        let moves = self.motors.iter().any(|motor| !motor.is_idle())
+            || self.playing.as_ref().is_some_and(super::playing::Playing::runs);
+        let tick = moves.then(|| self.now.after(TICK));
+        [tick, self.wake, self.starts].into_iter().flatten().min().map(|wake| wake.max(self.now))
+    }
+
+    fn poll(&mut self) -> Option<Outgoing> {
+        self.outgoing.pop_front()
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "four")]
+impl Rig for KosDevice {
+    const LINES: u8 = SESSIONS as u8;
+
+    fn datagram(&mut self, now: Millis, bytes: &[u8]) {
+        self.advance(now);
+        let Ok(frame) = Frame::decode(bytes) else { return debug!("a datagram that is no message") };
+        match HostMessage::decode(&frame) {
+            Ok(message) => self.input(Input::Datagram(message), Some(&frame)),
+            Err(error) => debug!("a datagram: {error}"),
+        }
+    }
+
+    fn motors(&self) -> &[Motor] {
+        &self.motors
+    }
+
+    fn moment(&self) -> Option<f64> {
+        self.playing.as_ref().map(|playing| playing.moment(self.now))
+    }
+
+    fn reset(&mut self, now: Millis) {
+        self.advance(now);
+        warn!("its power fails");
+        self.outgoing.clear();
+        self.playing = None;
+        self.camera.close(now);
+        for motor in &mut self.motors {
+            motor.halt(now);
+        }
+        self.start_anew();
+    }
+
+    fn stall(&mut self, now: Millis) {
+        self.advance(now);
+        let stuck = self.addresses().zip(&mut self.motors).find(|(_, motor)| motor.at(now).velocity != 0.0);
+        if let Some((motor, it)) = stuck {
+            it.halt(now);
+            warn!("motor {motor} is stuck");
+            self.report(now, Report::Fault(motor, ErrorCode::RUNAWAY));
+        }
+    }
+}
+
+impl KosDevice {
+    fn is_open(&self, index: usize) -> bool {
+        self.lines.get(index).is_some_and(|line| line.is_open)
+    }
+
+    /// Gives something to the machine, that knows where the motors are.
+    fn input(&mut self, input: Input<'_>, given: Option<&Frame<'_>>) {
+        self.sync();
+        self.step(self.now, input, given);
+    }
+
+    fn message(&mut self, session: SessionId, frame: &Frame<'_>) {
+        match HostMessage::decode(frame) {
+            Ok(message) => {
+                debug!("client {}: {message}", session.0);
+                let password = self.store.password.clone();
+                self.input(Input::Received { session, message, password: Password(&password) }, Some(frame));
+            }
+            Err(error) => {
+                let (id, kind) = (frame.id(), frame.kind());
+                self.input(Input::Malformed { session, id, kind, error }, Some(frame));
+            }
+        }
+    }
+}
