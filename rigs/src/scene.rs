@@ -88,9 +88,14 @@ impl<H: Host, R: Rig> Scene<H, R> {
 
     /// Cuts the line off, as if somebody had pulled the plug. A serial line is plugged in again at once.
     pub fn unplug(&mut self) {
-        if self.state == State::Open {
-            self.rig.close(self.now, LINE);
-            self.host.close(self.now, LINE);
+        match self.state {
+            State::Open => {
+                self.rig.close(self.now, LINE);
+                self.host.close(self.now, LINE);
+            }
+            // Who asked for it hears that it cannot be.
+            State::Opening(_) if self.carrier != Carrier::Serial => self.host.close(self.now, LINE),
+            State::Opening(_) | State::Closed => {}
         }
         self.state = match self.carrier {
             Carrier::Serial => State::Opening(self.now.after(CONNECT)),
