@@ -204,7 +204,8 @@ impl KosDevice {
             self.step(now, Input::Rig(Report::Started), None);
         }
         let lost = self.follow(now);
-        let happened: Vec<_> = self.addresses().zip(&mut self.motors).map(|(motor, it)| (motor, it.advance(now))).collect();
+        let happened: Vec<_> =
+            self.addresses().zip(&mut self.motors).map(|(motor, it)| (motor, it.advance(now))).collect();
         for motor in lost {
             warn!("motor {motor} cannot follow its curve");
             self.report(now, Report::Fault(motor, ErrorCode::PVT_INTEGRITY));
@@ -233,7 +234,9 @@ impl KosDevice {
         let mut lost = Vec::new();
         for way in playing.ways() {
             let index = usize::from(way.motor.number()).wrapping_sub(1);
-            let (Some(motor), Some(mut place)) = (self.motors.get_mut(index), playing.place(way, now)) else { continue };
+            let (Some(motor), Some(mut place)) = (self.motors.get_mut(index), playing.place(way, now)) else {
+                continue;
+            };
             let most = motor.limits().velocity;
             #[expect(clippy::cast_precision_loss, reason = "a tick is a millisecond")]
             let reach = most * TICK as f64 / 1000.0 * (1.0 + SLACK) + SLACK;
@@ -384,7 +387,10 @@ impl KosDevice {
                 self.stop_all(now);
             }
             Event::Home { way, speed, motors } => {
-                info!("its motors go to where the move {}", if let Stage::At(1.0) = home(way) { "ends" } else { "begins" });
+                info!(
+                    "its motors go to where the move {}",
+                    if let Stage::At(1.0) = home(way) { "ends" } else { "begins" }
+                );
                 self.playing = self.store.trajectory.as_ref().and_then(|stored| {
                     let told = |motor: MotorAddress| {
                         self.drives.get(usize::from(motor.number()).wrapping_sub(1)).map(|drive| drive.told)

@@ -1,0 +1,140 @@
+//! Moves in real time: each motor is where the plan has it, at every tick.
+
+use kos_proto::device::playback::State;
+use kos_proto::host::{self, Move};
+use kos_proto::message::Seconds;
+use kos_proto::summary::Direction;
+use kos_proto::trajectory::{Loop, Times};
+use rigs::Rig as _;
+
+use crate::bench::{Bench, M1, M2, RANGES, TOLERANCE, live, planned, play};
+
+/// Follows a move to its end, and compares each tick of each leg with the plan; the ways that were gone.
+///
+/// `rapid` is how long a way back takes, in milliseconds.
+fn follow(bench: &mut Bench, rapid: u64) -> Vec<State> {
+    let begins = [M1, M2].map(|motor| bench.at(motor) - position(bench, motor));
+    let (mut legs, mut start) = (Vec::new(), 0);
+    for _ in 0..60_000 {
+        let state = bench.scene.rig.machine().playback();
+        if legs.last() != Some(&state) && bench.plays() {
+            legs.push(state);
+            start = bench.now();
+        }
+        if bench.plays() {
+            let takes = if state == legs[0] { 5000 } else { rapid };
+            let part = (bench.now() - start) as f64 / takes as f64;
+            let seconds = 5.0 * if state == State::Forward { part } else { 1.0 - part };
+            let moment = bench.scene.rig.moment().unwrap();
+            assert!((moment - seconds).abs() < 1e-9, "{moment} is not {seconds}");
+            for (motor, begin) in [M1, M2].into_iter().zip(begins) {
+                let (is, should) = (bench.at(motor), planned(motor, begin, seconds));
+                assert!((is - should).abs() < TOLERANCE, "motor {motor} at {seconds} s: {is}, should be {should}");
+            }
+        } else if !legs.is_empty() {
+            break;
+        }
+        bench.tick();
+    }
+    assert!(bench.rests());
+    legs
+}
+
+/// Where a motor is in its range.
+fn position(bench: &Bench, motor: kos_proto::message::MotorAddress) -> f64 {
+    bench.scene.rig.machine().motor(motor).unwrap().position().0.into()
+}
+
+fn started(stored: rigs::kos_host::StoredMove, way: Direction) -> Bench {
+    let mut bench = Bench::calibrated();
+    bench.scene.command(rigs::kos_host::Command::Load { stored, way, delay_return: false });
+    bench.told_move(Move::Ready);
+    bench.send(host::Command::Play);
+    // It arrives at this moment.
+    bench.pass(0);
+    bench
+}
+
+#[test]
+fn a_move_is_played_as_planned() {
+    let mut bench = started(live(Loop::Once), Direction::Forward);
+    assert_eq!(follow(&mut bench, 5000), [State::Forward]);
+    bench.told_move(Move::EndReached);
+    bench.told_move(Move::Finished { requested: false });
+    assert!((bench.at(M1) - 10.5).abs() < TOLERANCE && !bench.scene.host.may_move());
+    assert_eq!(bench.scene.rig.moment(), None);
+}
+
+#[test]
+fn a_move_is_played_from_its_end() {
+    let mut bench = started(live(Loop::Once), Direction::Reverse);
+    assert_eq!(follow(&mut bench, 5000), [State::Reverse]);
+    assert!((bench.at(M1) - 2.0).abs() < TOLERANCE);
+}
+
+#[test]
+fn loops_go_back_and_again() {
+    let mut bench = started(live(Loop::Reverse(Times::new(2).unwrap())), Direction::Forward);
+    let (there, back) = (State::Forward, State::Reverse);
+    assert_eq!(follow(&mut bench, 5000), [there, back, there, back, there]);
+    let rapid = Loop::RapidReverse { times: Times::new(1).unwrap(), duration: Some(Seconds(2.5)) };
+    let mut bench = started(live(rapid), Direction::Forward);
+    assert_eq!(follow(&mut bench, 2500), [there, back, there]);
+}
+
+#[test]
+fn a_move_waits_for_its_moment() {
+    use kos_proto::message::Normalized;
+    use kos_proto::trajectory::{Delay, LiveMotion, Play};
+    let live = LiveMotion {
+        duration: Seconds(5.0),
+        repeat: Loop::Once,
+        delay: Delay::Until(1_800_000_020),
+        home_speed: Normalized(0.2),
+    };
+    let mut setup = rigs::kos_device::Setup::with_motors(2);
+    setup.options = setup.options.with_unix_millis_at_zero(Some(1_800_000_000_000));
+    let mut bench = Bench::ready(setup).with_ranges();
+    let stored = crate::bench::stored(Play::Live(live));
+    bench.scene.command(rigs::kos_host::Command::PlayDirect { stored, way: Direction::Forward });
+    bench.told_move(Move::Running(Direction::Forward));
+    assert_eq!(bench.now(), 20_000);
+    bench.told_move(Move::EndReached);
+    assert_eq!(bench.now(), 25_000);
+}
+
+#[test]
+fn a_move_is_stopped_in_its_middle() {
+    let mut bench = Bench::calibrated();
+    play(&mut bench, live(Loop::Once), Direction::Forward);
+    bench.pass(1500);
+    let from = bench.at(M1);
+    assert!(!bench.rests());
+    let now = bench.now();
+    bench.stop();
+    // It is fast just then, and stops with 100 rev/s².
+    assert!(bench.now() - now < 300 && (bench.at(M1) - from).abs() < 3.0);
+    let there = bench.at(M1);
+    bench.pass(10_000);
+    assert_eq!(bench.at(M1).to_bits(), there.to_bits());
+    // What is stopped is forgotten, and can be played anew.
+    assert!(bench.scene.rig.machine().stored_move().is_none());
+    play(&mut bench, live(Loop::Once), Direction::Forward);
+    bench.told_move(Move::Finished { requested: false });
+}
+
+#[test]
+fn a_client_that_was_cut_off_finds_its_move_again() {
+    let mut bench = Bench::calibrated();
+    play(&mut bench, live(Loop::Reverse(Times::new(1).unwrap())), Direction::Forward);
+    bench.pass(1000);
+    bench.scene.unplug();
+    bench.told_move(Move::Lost);
+    assert!(bench.scene.host.may_move() && !bench.rests());
+    bench.told_move(Move::Found(host::MoveState::Running));
+    bench.told(|event| matches!(event, host::Event::Ready { .. }));
+    bench.told_move(Move::Finished { requested: false });
+    assert!(bench.rests() && !bench.scene.host.may_move());
+    assert!((position(&bench, M1) - 10.5).abs() < TOLERANCE);
+    assert!(position(&bench, M2) - RANGES[1] > 0.9);
+}
