@@ -44,6 +44,8 @@ pub struct Session<H> {
     start: Instant,
     line: Option<Box<dyn Stream>>,
     interrupts: UnboundedReceiver<()>,
+    /// Why there is no line, for hosts that open it by themselves.
+    why: Option<String>,
 }
 
 impl<H: Driven> Session<H> {
@@ -53,7 +55,7 @@ impl<H: Driven> Session<H> {
     ///
     /// [`Trouble::Line`] if it cannot be opened, [`Trouble::Interrupted`].
     pub async fn connect(host: H, target: Target, interrupts: UnboundedReceiver<()>) -> Result<Self, Trouble> {
-        let mut session = Self { host, target, start: Instant::now(), line: None, interrupts };
+        let mut session = Self { host, target, start: Instant::now(), line: None, interrupts, why: None };
         if !H::OPENS {
             session.open().await?;
         }
@@ -63,6 +65,11 @@ impl<H: Driven> Session<H> {
     /// The host, to look at.
     pub const fn host(&self) -> &H {
         &self.host
+    }
+
+    /// Why the line could not be opened, or was lost, the last time.
+    pub fn why(&self) -> Option<&str> {
+        self.why.as_deref()
     }
 
     /// Milliseconds since the session began.
@@ -171,6 +178,7 @@ impl<H: Driven> Session<H> {
                             return Err(trouble);
                         }
                         debug!("{trouble}");
+                        self.why = Some(trouble.to_string());
                         let now = self.now();
                         self.host.close(now, LINE);
                     }
@@ -205,6 +213,7 @@ impl<H: Driven> Session<H> {
         self.host.close(now, LINE);
         if H::OPENS {
             debug!("line lost: {why}");
+            self.why = Some(format!("the rig is gone: {why}"));
             return Ok(());
         }
         Err(Trouble::Line(format!("the rig is gone: {why}: look at its cable and its power")))
