@@ -96,7 +96,8 @@ pub enum Event {
     Answer(Answer),
     /// A question is not answered.
     Unanswered(Get, Failure),
-    /// All that was to stop rests, and the device said so; of each motor that was or may have been moved from here.
+    /// All that was to stop rests, and the device said so: of each motor that was or may have been moved from here, and
+    /// of all that are known, if none was.
     Stopped,
     /// What the machine says.
     Told(host::Event),
@@ -247,7 +248,9 @@ impl KosHost {
     fn order(&mut self, now: Millis, command: host::Command, content: &Content<'_>) {
         if command == host::Command::Stop {
             let found = self.machine.move_state() != MoveState::NoMove;
-            let motors = if self.unsure || found { self.all_motors() } else { self.moved };
+            // Who moved nothing from here means everything.
+            let all = self.unsure || found || self.moved.is_empty();
+            let motors = if all { self.all_motors() } else { self.moved };
             self.stopping = Some(Stopping { is_heard: false, motors });
         }
         let moved = self.sets_in_motion(command);

@@ -1,0 +1,176 @@
+//! Motion by hand: jogs, positions, ranges.
+
+use std::time::Duration;
+
+use kos_proto::host::{self, Get, Go};
+use kos_proto::message::{Motor, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
+use rigs::kos_host::{Command as Order, Event};
+use tokio::time::Instant;
+
+use super::{Drive, Shown};
+use crate::drive::Trouble;
+
+/// How often a jog says that somebody is there: the rig's client stops it after a second without.
+const ALIVE: Duration = Duration::from_millis(250);
+/// How much longer than computed a motor may take, and how far from its place it may rest.
+const SPARE: Duration = Duration::from_secs(10);
+const NEAR: f64 = 0.01;
+
+/// How a motor is moved.
+#[derive(Clone, Copy)]
+struct Pace {
+    speed: RotationsPerSecond,
+    acceleration: RotationsPerSecondSquared,
+}
+
+/// The speed that was asked for, or a quarter of the greatest; with half the greatest acceleration.
+#[expect(clippy::cast_possible_truncation, reason = "the protocol has no other number")]
+fn pace(motor: &Motor, speed: Option<f64>) -> Result<Pace, Trouble> {
+    let most = motor.max_max_setup_speed.0.min(motor.max_max_move_speed.0);
+    let speed = speed.map_or(most / 4.0, |speed| speed as f32);
+    if !(speed > 0.0 && speed <= most) {
+        let number = motor.motor_address;
+        let line = format!("motor {number}: {speed} rotations a second: give more than 0, and at most {most}");
+        return Err(Trouble::Refused(line));
+    }
+    let acceleration = RotationsPerSecondSquared(motor.max_max_acceleration.0 / 2.0);
+    Ok(Pace { speed: RotationsPerSecond(speed), acceleration })
+}
+
+impl Drive<'_> {
+    pub(super) async fn jog(&mut self, motor: u8, speed: f64, seconds: f64) -> Result<(), Trouble> {
+        let known = self.motor(motor)?;
+        let Pace { speed: RotationsPerSecond(fast), acceleration } = pace(&known, Some(speed.abs()))?;
+        self.seconds(seconds, 0.01)?;
+        let speed = RotationsPerSecond(if speed < 0.0 { -fast } else { fast });
+        let motor = MotorAddress(motor);
+        self.order(host::Command::Jog { motor, speed, acceleration });
+        let until = Instant::now() + Duration::from_secs_f64(seconds);
+        self.error = None;
+        while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
+            self.order(host::Command::Alive);
+            if let Some(Event::Told(host::Event::Closed(why))) = self.next(left.min(ALIVE)).await? {
+                return Err(self.closed(why));
+            }
+            if let Some((code, motor)) = self.error {
+                return Err(super::failed(code, motor));
+            }
+            self.progress(format_args!("motor {motor} runs, {:.1} s more", left.as_secs_f64()))?;
+        }
+        self.order(host::Command::StopMotor(motor));
+        let at = self.rests(motor, SPARE).await?;
+        self.say(format_args!("motor {motor} rests at {}", Shown(at)))
+    }
+
+    pub(super) async fn go(&mut self, motor: u8, position: f64, speed: Option<f64>) -> Result<(), Trouble> {
+        let known = self.motor(motor)?;
+        let pace = pace(&known, speed)?;
+        let (Some(here), Some(range)) = (known.relative_position(), known.range()) else {
+            let line = format!(
+                "motor {motor} is not calibrated: do that first (drive kos ADDRESS calibrate {motor} BEGIN END)"
+            );
+            return Err(Trouble::Refused(line));
+        };
+        let (low, high) = (range.0.min(0.0), range.0.max(0.0));
+        if !(f64::from(low)..=f64::from(high)).contains(&position) {
+            let line = format!(
+                "motor {motor}: {position} is beyond its range: give a position from {low} to {high} rotations"
+            );
+            return Err(Trouble::Refused(line));
+        }
+        let way = position - f64::from(here.0);
+        let at = self.travel(MotorAddress(motor), Some(position), way, pace).await?;
+        // What it says is counted as the rig counts; what it was told, from the begin of its range.
+        let begin = f64::from(known.position.0) - f64::from(here.0);
+        let rests = f64::from(at.0) - begin;
+        if (rests - position).abs() > NEAR {
+            let line = format!("motor {motor} rests at {rests:.3}, not at {position}: look what is in its way");
+            return Err(Trouble::Failed(line));
+        }
+        self.say(format_args!("motor {motor} rests at {}", Shown(Rotations(at.0 - known.position.0 + here.0))))
+    }
+
+    pub(super) async fn calibrate(&mut self, motor: u8, begin: f64, end: f64) -> Result<(), Trouble> {
+        let known = self.motor(motor)?;
+        let pace = pace(&known, None)?;
+        let far = |position: f64| !position.is_finite() || position.abs() > 25_000.0;
+        if far(begin) || far(end) || (end - begin).abs() < NEAR {
+            let line = "give two positions some way from each other, in rotations as info shows them";
+            return Err(Trouble::Refused(line.to_owned()));
+        }
+        let here = f64::from(known.relative_position().unwrap_or(known.position).0);
+        let motor = MotorAddress(motor);
+        // Its range would hold it back.
+        self.order(host::Command::ResetAxis(motor));
+        self.wait("which ranges it has", self.options.patience, |event| {
+            (*event == Event::Told(host::Event::Motors)).then_some(())
+        })
+        .await?;
+        self.bump(motor, begin - here, pace).await?;
+        self.order(host::Command::MarkBegin(motor));
+        self.say(format_args!("motor {motor} is where its range begins"))?;
+        self.bump(motor, end - begin, pace).await?;
+        self.order(host::Command::MarkEnd(motor));
+        let calibrated = Event::Told(host::Event::Calibrated(motor));
+        self.wait("that the range is marked", self.options.patience, |event| (*event == calibrated).then_some(()))
+            .await?;
+        let range = self.motor(motor.0)?.range().unwrap_or_default();
+        if (f64::from(range.0) - (end - begin)).abs() > NEAR {
+            let line = format!("motor {motor} has a range of {}: something was in its way", Shown(range));
+            return Err(Trouble::Failed(line));
+        }
+        self.say(format_args!("motor {motor} is calibrated: from 0 to {} rotations", Shown(range)))
+    }
+
+    async fn bump(&mut self, motor: MotorAddress, by: f64, pace: Pace) -> Result<(), Trouble> {
+        if by.abs() < 1e-6 {
+            return Ok(());
+        }
+        let from = self.motor(motor.0)?.position;
+        let at = self.travel(motor, None, by, pace).await?;
+        let gone = f64::from(at.0) - f64::from(from.0);
+        if (gone - by).abs() > NEAR {
+            let line = format!("motor {motor} went {gone:.3} rotations, not {by:.3}: look what is in its way");
+            return Err(Trouble::Failed(line));
+        }
+        Ok(())
+    }
+
+    /// Sends a motor to a position, or a way from where it is, and waits until it rests; says where it is meanwhile.
+    #[expect(clippy::cast_possible_truncation, reason = "the protocol has no other number")]
+    async fn travel(
+        &mut self,
+        motor: MotorAddress,
+        to: Option<f64>,
+        way: f64,
+        pace: Pace,
+    ) -> Result<Rotations, Trouble> {
+        let Pace { speed, acceleration } = pace;
+        let position = Rotations(to.unwrap_or(way) as f32);
+        let go = Go { motor, position, speed, acceleration };
+        self.order(if to.is_some() { host::Command::MoveTo(go) } else { host::Command::Bump(go) });
+        let takes = way.abs() / f64::from(speed.0) + f64::from(speed.0) / f64::from(acceleration.0);
+        self.rests(motor, SPARE + Duration::from_secs_f64(2.0 * takes)).await
+    }
+
+    /// Waits until a motor rests.
+    async fn rests(&mut self, motor: MotorAddress, time: Duration) -> Result<Rotations, Trouble> {
+        let until = Instant::now() + time;
+        loop {
+            let left = until.saturating_duration_since(Instant::now());
+            let rests = self.wait("that the motor rests", left.min(Duration::from_secs(1)), |event| match event {
+                Event::Told(host::Event::MotorRests(it, at)) if it.number() == motor.0 => Some(*at),
+                _ => None,
+            });
+            match rests.await {
+                Ok(at) => return Ok(at),
+                Err(Trouble::Failed(_)) if self.error.is_none() && left > Duration::from_secs(1) => {}
+                Err(trouble) => return Err(trouble),
+            }
+            // The answer comes with the next events, and what it says is known then.
+            self.session.command(Order::Ask(Get::MotorInfo));
+            let at = self.motor(motor.0)?.position;
+            self.progress(format_args!("motor {motor} is on its way, at {}", Shown(at)))?;
+        }
+    }
+}

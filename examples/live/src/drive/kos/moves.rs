@@ -1,0 +1,203 @@
+//! Moves: stored, made ready, played, followed to their end.
+
+use std::path::Path;
+use std::time::Duration;
+
+use examples::moves::Move;
+use kos_proto::host::{self, Move as Told, MoveState};
+use kos_proto::message::{MotorAddress, Normalized, Seconds};
+use kos_proto::summary::Direction;
+use kos_proto::trajectory::{Delay, LiveMotion, Loop, Play, Style, TimeLapseMotion, Trajectory};
+use rigs::kos_host::{Command as Order, Event, StoredMove};
+use tokio::time::Instant;
+
+use super::{Drive, failed, plan};
+use crate::drive::Trouble;
+use crate::drive::command::Shots;
+
+/// How long motors may take to where a move begins: the rig's client finds it worth a remark after two minutes.
+const HOME: Duration = Duration::from_secs(600);
+/// How far from its place a motor may rest, in parts of its range.
+const NEAR: f64 = 1e-3;
+
+/// What became of a move.
+enum End {
+    /// It was played to its end.
+    Reached,
+    /// The connection was lost, and is there again; the move is not.
+    Unseen,
+}
+
+impl Drive<'_> {
+    /// Reads a file, and looks whether the rig can play it.
+    fn planned(&mut self, file: &Path, play: impl Fn(&Move) -> Result<Play, Trouble>) -> Result<StoredMove, Trouble> {
+        let file = Move::read(file).map_err(|error| Trouble::Refused(error.to_string()))?;
+        let (_, note) = plan::axes(&file)?;
+        let stored = plan::stored(&file, play(&file)?)?;
+        plan::check(&file, &stored, &self.motors())?;
+        if let Some(note) = note {
+            self.say(format_args!("{note}"))?;
+        }
+        Ok(stored)
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "the protocol has no other number")]
+    fn live(&mut self, file: &Path) -> Result<StoredMove, Trouble> {
+        let home_speed = self.home_speed()?;
+        self.planned(file, |file| {
+            let duration = Seconds(file.duration as f32);
+            Ok(Play::Live(LiveMotion { duration, repeat: Loop::Once, delay: Delay::None, home_speed }))
+        })
+    }
+
+    fn home_speed(&self) -> Result<Normalized, Trouble> {
+        let part = self.options.home_speed;
+        if part > 0.0 && part <= 1.0 {
+            return Ok(Normalized(part));
+        }
+        Err(Trouble::Refused(format!("{part} is no part of the greatest speed: give more than 0, and at most 1")))
+    }
+
+    pub(super) async fn upload(&mut self, file: &Path) -> Result<(), Trouble> {
+        let stored = self.live(file)?;
+        self.load(stored, Direction::Forward, true).await?;
+        self.say(format_args!("the move is stored and ready; the motors stay where they are until it is played"))
+    }
+
+    pub(super) async fn run(&mut self, file: &Path, reverse: bool) -> Result<(), Trouble> {
+        let stored = self.live(file)?;
+        let way = if reverse { Direction::Reverse } else { Direction::Forward };
+        self.play(stored, way).await
+    }
+
+    pub(super) async fn program(&mut self, file: &Path, shots: &Shots) -> Result<(), Trouble> {
+        let home_speed = self.home_speed()?;
+        let exposure = self.seconds(shots.exposure, 0.0)?;
+        let interval = self.seconds(shots.interval - shots.exposure, 0.0).map_err(|_| {
+            Trouble::Refused(format!("an interval of {} s is too short for the exposure: make it longer", shots.interval))
+        })?;
+        if shots.shots == 0 || interval.0 + exposure.0 <= 0.0 {
+            return Err(Trouble::Refused("give at least one photo, and some time for each".to_owned()));
+        }
+        let lapse = TimeLapseMotion {
+            style: if shots.continuous { Style::Continuous } else { Style::ShootMoveShoot },
+            interval,
+            exposure,
+            photos: shots.shots,
+            photos_before: 0,
+            photos_after: 0,
+            delay: Delay::None,
+            home_speed,
+        };
+        let stored = self.planned(file, |_| Ok(Play::TimeLapse(lapse)))?;
+        self.play(stored, Direction::Forward).await?;
+        self.say(format_args!("{} photos are taken", shots.shots))
+    }
+
+    /// Stores a move, and makes it ready.
+    async fn load(&mut self, stored: StoredMove, way: Direction, delay_return: bool) -> Result<(), Trouble> {
+        self.session.command(Order::Load { stored, way, delay_return });
+        if !delay_return {
+            self.say(format_args!("the motors go to where the move {}", begins(way)))?;
+        }
+        let ready = Event::Told(host::Event::Move(Told::Ready));
+        self.wait("that the move is ready", HOME, |event| (*event == ready).then_some(())).await
+    }
+
+    async fn play(&mut self, stored: StoredMove, way: Direction) -> Result<(), Trouble> {
+        self.load(stored.clone(), way, false).await?;
+        self.order(host::Command::Play);
+        match self.follow().await? {
+            End::Reached => self.say(format_args!("the move is over")),
+            End::Unseen => self.judge(&stored, way).await,
+        }
+    }
+
+    /// Follows a move to its end; also behind a lost connection.
+    async fn follow(&mut self) -> Result<End, Trouble> {
+        let (mut reached, mut lost) = (false, None::<Instant>);
+        self.error = None;
+        loop {
+            let left = lost.map(|lost| self.options.patience.saturating_sub(lost.elapsed()));
+            if left.is_some_and(|left| left.is_zero()) {
+                let why = self.session.why().unwrap_or("the rig is gone");
+                return Err(Trouble::Line(format!(
+                    "{why}: the move goes on without us, perhaps: look at the rig, and at its emergency stop"
+                )));
+            }
+            match self.next(left.unwrap_or(Duration::from_secs(60))).await? {
+                Some(Event::Told(host::Event::Closed(_))) => {
+                    if lost.is_none() {
+                        self.say(format_args!("the connection is lost: the move goes on, and is looked for"))?;
+                    }
+                    lost = lost.or_else(|| Some(Instant::now()));
+                }
+                Some(Event::Told(host::Event::Ready { .. })) if lost.is_some() => {
+                    if !self.move_state().runs() {
+                        return Ok(End::Unseen);
+                    }
+                    lost = None;
+                    self.say(format_args!("the connection is there again, and the move still runs"))?;
+                }
+                Some(Event::Told(host::Event::Move(told))) => match told {
+                    Told::Running(_) | Told::Found(_) => {
+                        reached = self.move_state() == MoveState::Ended;
+                        self.how_far("it runs", None)?;
+                    }
+                    Told::Progress { elapsed, photos, .. } => {
+                        let part = format!("{:.0} %", 100.0 * elapsed.0);
+                        self.how_far(&part, photos.and_then(|photos| photos.count()))?;
+                    }
+                    Told::EndReached => reached = true,
+                    Told::Failed(code) => return Err(failed(code, MotorAddress::ALL)),
+                    Told::Finished { .. } if reached => return Ok(End::Reached),
+                    Told::Finished { .. } => {
+                        let stopped = || Trouble::Failed("somebody stopped the move: look at the rig".to_owned());
+                        return Err(self.error.map_or_else(stopped, |(code, motor)| failed(code, motor)));
+                    }
+                    _ => {}
+                },
+                _ => {}
+            }
+        }
+    }
+
+    fn how_far(&mut self, part: &str, photos: Option<u32>) -> Result<(), Trouble> {
+        let places: Vec<String> = self
+            .motors()
+            .iter()
+            .map(|motor| format!("motor {} at {}", motor.motor_address, super::Shown(motor.position)))
+            .collect();
+        let photos = photos.filter(|photos| *photos > 0).map_or(String::new(), |photos| format!(", {photos} photos"));
+        self.progress(format_args!("{part}{photos}: {}", places.join(", ")))
+    }
+
+    /// The move was over before the connection was there again: whether it got to its end, only the motors tell. They
+    /// are stopped first, for nothing else says that they rest.
+    async fn judge(&mut self, stored: &StoredMove, way: Direction) -> Result<(), Trouble> {
+        self.order(host::Command::Stop);
+        let stopped = |event: &Event| (*event == Event::Stopped).then_some(());
+        self.wait("that all rests", self.options.patience, stopped).await?;
+        let data = stored.data();
+        let end = if way == Direction::Forward { 1.0 } else { 0.0 };
+        let tracks = Trajectory::new(&data).map_err(|error| Trouble::Failed(error.to_string()))?;
+        let motors = self.motors();
+        let all = tracks.tracks().all(|track| {
+            let known = motors.iter().find(|known| known.motor_address.number() == track.motor().number());
+            let range = known.and_then(|known| Some((known.relative_position()?, known.range()?)));
+            let part = range.map(|(at, range)| f64::from(at.0) / f64::from(range.0));
+            part.zip(track.at_elapsed(end)).is_some_and(|(is, should)| (is - should.position).abs() < NEAR)
+        });
+        if all {
+            return self.say(format_args!("the move is over: its motors rest at its end, where nobody saw them arrive"));
+        }
+        Err(Trouble::Failed("the move ended on its way while the connection was lost: look at the rig".to_owned()))
+    }
+}
+
+const fn begins(way: Direction) -> &'static str {
+    match way {
+        Direction::Forward => "begins",
+        Direction::Reverse => "ends",
+    }
+}

@@ -1,0 +1,126 @@
+//! Move files as moves of kOS motors.
+
+use std::fmt::Write as _;
+
+use examples::moves::{Kos, Move, MoveAxis};
+use kos_proto::lint::Context;
+use kos_proto::message::{Motor, MotorAddress};
+use kos_proto::trajectory::bezier::{Point, Segment};
+use kos_proto::trajectory::{MotorPlan, Plan, Play, Trajectory, Way};
+use motion_core::trajectory::{Map, Range};
+use rigs::kos_host::StoredMove;
+
+use crate::drive::Trouble;
+
+/// A range of the rig is the one of the file, if they differ by less: this part of it.
+const SAME: f64 = 1e-3;
+
+/// The axes of a move that kOS motors move; those that are left out are named in the note.
+///
+/// # Errors
+///
+/// [`Trouble::Refused`], if there is none.
+pub fn axes(file: &Move) -> Result<(Vec<(&MoveAxis, Kos)>, Option<String>), Trouble> {
+    let ours: Vec<_> = file.axes.iter().filter_map(|axis| Some((axis, axis.kos?))).collect();
+    if ours.is_empty() {
+        return Err(Trouble::Refused(format!(
+            "the move {:?} has no axis for kOS: give one a \"kos\" motor in its file",
+            file.name
+        )));
+    }
+    let mut note = String::new();
+    for axis in file.axes.iter().filter(|axis| axis.kos.is_none()) {
+        let comma = if note.is_empty() { "without a kOS motor, and left out: " } else { ", " };
+        let _ = write!(note, "{comma}{:?}", axis.name);
+    }
+    Ok((ours, Some(note).filter(|note| !note.is_empty())))
+}
+
+/// The blocks of a move.
+///
+/// # Errors
+///
+/// [`Trouble::Refused`] says why kOS cannot have such a move.
+pub fn stored(file: &Move, play: Play) -> Result<StoredMove, Trouble> {
+    let refused = |why: &dyn std::fmt::Display| Trouble::Refused(format!("the move {:?}: {why}", file.name));
+    let (axes, _) = axes(file)?;
+    let mut ways = Vec::new();
+    for (axis, kos) in axes {
+        ways.push((MotorAddress(kos.motor), segments(axis, &kos, file.duration).map_err(|why| refused(&why))?));
+    }
+    let motors: Vec<_> = ways
+        .iter()
+        .map(|(motor, segments)| MotorPlan { motor: *motor, way: Way::Segments(segments) })
+        .collect();
+    StoredMove::of(&Plan::new(play, &motors)).map_err(|why| refused(&why))
+}
+
+/// The curves of an axis, in parts of the move and of the range; where nothing is said, it rests.
+fn segments(axis: &MoveAxis, kos: &Kos, duration: f64) -> Result<Vec<Segment>, String> {
+    let curve = axis.curve();
+    let rest = |from: f64, to: f64, position: f64| {
+        let at = |part: f64| Point::new(from + part * (to - from), position);
+        (from < to).then(|| Segment::new([at(0.0), at(1.0 / 3.0), at(2.0 / 3.0), at(1.0)]))
+    };
+    let before = rest(0.0, curve.start(), curve.position(curve.start())).transpose();
+    let behind = rest(curve.end(), duration, curve.position(curve.end())).transpose();
+    let wrong = |error: &dyn std::fmt::Display| format!("axis {:?}: {error}", axis.name);
+    let (before, behind) = (before.map_err(|error| wrong(&error))?, behind.map_err(|error| wrong(&error))?);
+    let time = Map::new(Range::new(0.0, duration), Range::UNIT).map_err(|error| wrong(&error))?;
+    before
+        .iter()
+        .chain(curve.segments())
+        .chain(&behind)
+        .map(|segment| segment.mapped(&time, &kos.normalized).map_err(|error| wrong(&error)))
+        .collect()
+}
+
+/// Whether the rig can play a move as its file means it: its motors are there, calibrated over the ranges of the file,
+/// and fast enough.
+///
+/// # Errors
+///
+/// [`Trouble::Refused`] says what is not so, and what to do.
+pub fn check(file: &Move, stored: &StoredMove, motors: &[Motor]) -> Result<(), Trouble> {
+    for (axis, kos) in axes(file)?.0 {
+        let known = motors.iter().find(|known| known.motor_address.number() == kos.motor);
+        let Some(known) = known else { return Err(no_motor(kos.motor, motors)) };
+        let Range { from, to } = kos.range;
+        let width = kos.range.width();
+        let begin = f64::from(known.begin_position.map_or(0.0, |begin| begin.0));
+        let calibrate = format!("drive kos ADDRESS calibrate {} {from} {to}", kos.motor);
+        let Some(range) = known.range() else {
+            return Err(Trouble::Refused(format!("motor {} is not calibrated: {calibrate}", kos.motor)));
+        };
+        // A device that counts from where its range begins says nothing of where that is.
+        let elsewhere = begin != 0.0 && (begin - from).abs() > SAME * width.abs();
+        if (f64::from(range.0) - width).abs() > SAME * width.abs() || elsewhere {
+            return Err(Trouble::Refused(format!(
+                "motor {} is calibrated over {range} rotations, but axis {:?} is planned over {width}: {calibrate}",
+                kos.motor, axis.name
+            )));
+        }
+    }
+    if let Some(excess) = file.excesses().next() {
+        return Err(Trouble::Refused(format!("the move {:?}: {excess}: make it slower", file.name)));
+    }
+    let data = stored.data();
+    let excess = Trajectory::new(&data).ok().and_then(|trajectory| {
+        let known = Context::default().with_motors(motors);
+        trajectory.excesses(&known).next()
+    });
+    match excess {
+        Some(excess) => Err(Trouble::Refused(format!("the move {:?}: {excess}: make it slower", file.name))),
+        None => Ok(()),
+    }
+}
+
+/// What is said of a motor that is not there.
+pub(super) fn no_motor(motor: u8, motors: &[Motor]) -> Trouble {
+    let numbers: Vec<String> = motors.iter().map(|known| known.motor_address.number().to_string()).collect();
+    Trouble::Refused(match &numbers[..] {
+        [] => format!("there is no motor {motor}: the rig has none"),
+        [only] => format!("there is no motor {motor}: the rig has motor {only}"),
+        numbers => format!("there is no motor {motor}: the rig has motors {}", numbers.join(", ")),
+    })
+}
