@@ -154,8 +154,8 @@ pub struct KosHost {
     token: u16,
     /// The motors that were set in motion from here since all was known to rest.
     moved: MotorSet,
-    /// Whether the connection was lost while something moved, or motors were sent home: then only a stop, or the end of
-    /// the move, tells that they rest.
+    /// Whether the connection was lost while something moved, or a move ended before its end, or motors were sent home:
+    /// then only a stop, or the end of the move, tells that all rest.
     unsure: bool,
     stopping: Option<Stopping>,
     outgoing: VecDeque<Outgoing>,
@@ -264,7 +264,7 @@ impl KosHost {
 
     /// Gives something to the machine, and does all that follows; whether it refused.
     fn step(&mut self, now: Millis, input: Input<'_>, content: &Content<'_>) -> bool {
-        let moved = self.machine.moves();
+        let before = (self.machine.moves(), self.machine.move_state());
         let (machine, output) = self.machine.clone().step(now, input);
         (self.machine, self.wake) = (machine, output.wake);
         let device_password = match content.message {
@@ -290,7 +290,7 @@ impl KosHost {
         let mut again = false;
         for &event in &output.events {
             refused |= matches!(event, host::Event::Refused(_));
-            again |= self.look(event, moved);
+            again |= self.look(event, before);
             self.tell(event, content.message);
         }
         if again {
@@ -301,7 +301,7 @@ impl KosHost {
     }
 
     /// Keeps in mind what may move; whether a stop has to be sent again.
-    fn look(&mut self, event: host::Event, moved: bool) -> bool {
+    fn look(&mut self, event: host::Event, (moved, played): (bool, MoveState)) -> bool {
         match event {
             host::Event::Open(_) => self.outgoing.push_back(Outgoing::Open(LINE)),
             host::Event::Closed(_) => {
@@ -316,9 +316,11 @@ impl KosHost {
                 }
             }
             host::Event::Move(host::Move::Finished { requested }) => {
-                self.unsure = false;
                 if let Some(stopping) = self.stopping.as_mut().filter(|_| requested) {
                     stopping.is_heard = true;
+                } else if played.moves() {
+                    // At its end all rest; elsewhere they are slowing down at best.
+                    self.unsure = played != MoveState::Ended;
                 }
             }
             host::Event::Move(host::Move::Home) => self.unsure = false,

@@ -41,7 +41,7 @@ impl Drive<'_> {
     pub(super) async fn jog(&mut self, motor: u8, speed: f64, seconds: f64) -> Result<(), Trouble> {
         let known = self.motor(motor)?;
         let Pace { speed: RotationsPerSecond(fast), acceleration } = pace(&known, Some(speed.abs()))?;
-        self.seconds(seconds, 0.01)?;
+        super::time(seconds, 0.01)?;
         let speed = RotationsPerSecond(if speed < 0.0 { -fast } else { fast });
         let motor = MotorAddress(motor);
         self.order(host::Command::Jog { motor, speed, acceleration });

@@ -7,6 +7,8 @@ mod discover;
 mod hand;
 mod moves;
 pub mod plan;
+#[cfg(test)]
+mod tests;
 
 use std::fmt;
 use std::io::Write;
@@ -126,10 +128,13 @@ impl Drive<'_> {
     async fn next(&mut self, time: Duration) -> Result<Option<Event>, Trouble> {
         let event = self.session.next_within(time).await?;
         match event {
+            Some(Event::Told(host::Event::Error(ErrorCode::LOCKED_OUT, _))) => {
+                return Err(Trouble::Refused("wrong password: give the one of the rig with --password".to_owned()));
+            }
             Some(Event::Told(host::Event::Error(code, motor))) => self.error = Some((code, motor)),
             Some(Event::Told(host::Event::Refused(why))) => return Err(refused(why)),
             Some(Event::Told(host::Event::Locked)) => {
-                return Err(Trouble::Refused("wrong password: give the one of the rig with --password".to_owned()));
+                return Err(Trouble::Refused("the rig is locked: give its password with --password".to_owned()));
             }
             _ => {}
         }
@@ -215,8 +220,8 @@ impl Drive<'_> {
             self.say(format_args!("network: {}, {}", network.ip_address, network.mac_address))?;
         }
         if let Some(Answer::Guid(guid)) = self.ask(Get::DeviceGuid).await? {
-            let digits: String = guid.iter().map(|byte| format!("{byte:02x}")).collect();
-            self.say(format_args!("number: {digits}"))?;
+            let digits: Vec<String> = guid.iter().map(|byte| format!("{byte:02x}")).collect();
+            self.say(format_args!("number: {}", digits.concat()))?;
         }
         for motor in self.motors() {
             let (number, position) = (motor.motor_address, motor.position);
@@ -236,7 +241,7 @@ impl Drive<'_> {
     }
 
     async fn expose(&mut self, seconds: f64) -> Result<(), Trouble> {
-        let exposure = self.seconds(seconds, 0.0)?;
+        let exposure = time(seconds, 0.0)?;
         self.order(host::Command::TakePicture(exposure));
         // Photos are not answered; a question behind one is, and tells that nothing failed.
         self.ask(Get::DeviceInfo).await?;
@@ -246,14 +251,16 @@ impl Drive<'_> {
                 return Err(self.closed(why));
             }
         }
-        self.say(format_args!("the shutter was open for {seconds} s, if a camera is there: kOS does not confirm photos"))
+        self.say(format_args!(
+            "the shutter was open for {seconds} s, if a camera is there: kOS does not confirm photos"
+        ))
     }
 
     /// Stops everything, first of all; then again, when it is known which motors there are.
     async fn stop(&mut self) -> Result<(), Trouble> {
         self.session.command(Order::Connect);
         self.order(host::Command::Stop);
-        let unconfirmed = |_| Trouble::Failed("the rig did not confirm the stop: press its emergency stop".to_owned());
+        let unconfirmed = || Trouble::Failed("the rig did not confirm the stop: press its emergency stop".to_owned());
         let until = Instant::now() + self.options.patience;
         let (mut stopped, mut ready) = (false, false);
         while !(stopped && ready) {
@@ -263,37 +270,31 @@ impl Drive<'_> {
                 // Who is locked may stop all the same.
                 Some(Event::Told(host::Event::Ready { .. } | host::Event::Locked)) => ready = true,
                 Some(Event::Told(host::Event::Closed(why))) => return Err(self.closed(why)),
-                Some(_) => {}
-                None if left.is_zero() => return Err(unconfirmed(())),
-                None => {}
+                None if left.is_zero() => return Err(unconfirmed()),
+                Some(_) | None => {}
             }
         }
         self.order(host::Command::Stop);
         let is = |event: &Event| (*event == Event::Stopped).then_some(());
         self.wait("that all rests", self.options.patience, is).await.map_err(|trouble| match trouble {
-            Trouble::Failed(_) => unconfirmed(()),
+            Trouble::Failed(_) => unconfirmed(),
             trouble => trouble,
         })?;
         self.say(format_args!("everything rests: the rig confirmed the stop"))
     }
 
-    /// A time that makes sense.
-    #[expect(clippy::cast_possible_truncation, reason = "the protocol has no other number")]
-    fn seconds(&self, seconds: f64, least: f64) -> Result<Seconds, Trouble> {
-        if seconds.is_finite() && seconds >= least && seconds <= 86_400.0 {
-            return Ok(Seconds(seconds as f32));
-        }
-        Err(Trouble::Refused(format!("{seconds} s: give a time from {least} to 86400 seconds")))
-    }
-
-    /// Whether the connection is there.
-    fn is_ready(&self) -> bool {
-        self.session.host().machine().state() == host::State::Ready
-    }
-
     fn move_state(&self) -> MoveState {
         self.session.host().machine().move_state()
     }
+}
+
+/// A time that makes sense.
+#[expect(clippy::cast_possible_truncation, reason = "the protocol has no other number")]
+fn time(seconds: f64, least: f64) -> Result<Seconds, Trouble> {
+    if seconds.is_finite() && seconds >= least && seconds <= 86_400.0 {
+        return Ok(Seconds(seconds as f32));
+    }
+    Err(Trouble::Refused(format!("{seconds} s: give a time from {least} to 86400 seconds")))
 }
 
 /// Why a command was not even sent.

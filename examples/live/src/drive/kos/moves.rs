@@ -5,18 +5,18 @@ use std::time::Duration;
 
 use examples::moves::Move;
 use kos_proto::host::{self, Move as Told, MoveState};
-use kos_proto::message::{MotorAddress, Normalized, Seconds};
+use kos_proto::message::{MotorAddress, Normalized, Photos, Seconds};
 use kos_proto::summary::Direction;
 use kos_proto::trajectory::{Delay, LiveMotion, Loop, Play, Style, TimeLapseMotion, Trajectory};
 use rigs::kos_host::{Command as Order, Event, StoredMove};
 use tokio::time::Instant;
 
-use super::{Drive, failed, plan};
+use super::{Drive, failed, plan, time};
 use crate::drive::Trouble;
 use crate::drive::command::Shots;
 
 /// How long motors may take to where a move begins: the rig's client finds it worth a remark after two minutes.
-const HOME: Duration = Duration::from_secs(600);
+const HOME: Duration = Duration::from_mins(10);
 /// How far from its place a motor may rest, in parts of its range.
 const NEAR: f64 = 1e-3;
 
@@ -32,10 +32,9 @@ impl Drive<'_> {
     /// Reads a file, and looks whether the rig can play it.
     fn planned(&mut self, file: &Path, play: impl Fn(&Move) -> Result<Play, Trouble>) -> Result<StoredMove, Trouble> {
         let file = Move::read(file).map_err(|error| Trouble::Refused(error.to_string()))?;
-        let (_, note) = plan::axes(&file)?;
         let stored = plan::stored(&file, play(&file)?)?;
         plan::check(&file, &stored, &self.motors())?;
-        if let Some(note) = note {
+        if let Some(note) = plan::left_out(&file) {
             self.say(format_args!("{note}"))?;
         }
         Ok(stored)
@@ -72,9 +71,12 @@ impl Drive<'_> {
 
     pub(super) async fn program(&mut self, file: &Path, shots: &Shots) -> Result<(), Trouble> {
         let home_speed = self.home_speed()?;
-        let exposure = self.seconds(shots.exposure, 0.0)?;
-        let interval = self.seconds(shots.interval - shots.exposure, 0.0).map_err(|_| {
-            Trouble::Refused(format!("an interval of {} s is too short for the exposure: make it longer", shots.interval))
+        let exposure = time(shots.exposure, 0.0)?;
+        let interval = time(shots.interval - shots.exposure, 0.0).map_err(|_| {
+            Trouble::Refused(format!(
+                "an interval of {} s is too short for the exposure: make it longer",
+                shots.interval
+            ))
         })?;
         if shots.shots == 0 || interval.0 + exposure.0 <= 0.0 {
             return Err(Trouble::Refused("give at least one photo, and some time for each".to_owned()));
@@ -125,7 +127,7 @@ impl Drive<'_> {
                     "{why}: the move goes on without us, perhaps: look at the rig, and at its emergency stop"
                 )));
             }
-            match self.next(left.unwrap_or(Duration::from_secs(60))).await? {
+            match self.next(left.unwrap_or(Duration::from_mins(1))).await? {
                 Some(Event::Told(host::Event::Closed(_))) => {
                     if lost.is_none() {
                         self.say(format_args!("the connection is lost: the move goes on, and is looked for"))?;
@@ -146,7 +148,7 @@ impl Drive<'_> {
                     }
                     Told::Progress { elapsed, photos, .. } => {
                         let part = format!("{:.0} %", 100.0 * elapsed.0);
-                        self.how_far(&part, photos.and_then(|photos| photos.count()))?;
+                        self.how_far(&part, photos.and_then(Photos::count))?;
                     }
                     Told::EndReached => reached = true,
                     Told::Failed(code) => return Err(failed(code, MotorAddress::ALL)),
@@ -189,7 +191,8 @@ impl Drive<'_> {
             part.zip(track.at_elapsed(end)).is_some_and(|(is, should)| (is - should.position).abs() < NEAR)
         });
         if all {
-            return self.say(format_args!("the move is over: its motors rest at its end, where nobody saw them arrive"));
+            return self
+                .say(format_args!("the move is over: its motors rest at its end, where nobody saw them arrive"));
         }
         Err(Trouble::Failed("the move ended on its way while the connection was lost: look at the rig".to_owned()))
     }

@@ -1,7 +1,5 @@
 //! Move files as moves of kOS motors.
 
-use std::fmt::Write as _;
-
 use examples::moves::{Kos, Move, MoveAxis};
 use kos_proto::lint::Context;
 use kos_proto::message::{Motor, MotorAddress};
@@ -15,12 +13,12 @@ use crate::drive::Trouble;
 /// A range of the rig is the one of the file, if they differ by less: this part of it.
 const SAME: f64 = 1e-3;
 
-/// The axes of a move that kOS motors move; those that are left out are named in the note.
+/// The axes of a move that kOS motors move.
 ///
 /// # Errors
 ///
 /// [`Trouble::Refused`], if there is none.
-pub fn axes(file: &Move) -> Result<(Vec<(&MoveAxis, Kos)>, Option<String>), Trouble> {
+pub fn axes(file: &Move) -> Result<Vec<(&MoveAxis, Kos)>, Trouble> {
     let ours: Vec<_> = file.axes.iter().filter_map(|axis| Some((axis, axis.kos?))).collect();
     if ours.is_empty() {
         return Err(Trouble::Refused(format!(
@@ -28,12 +26,14 @@ pub fn axes(file: &Move) -> Result<(Vec<(&MoveAxis, Kos)>, Option<String>), Trou
             file.name
         )));
     }
-    let mut note = String::new();
-    for axis in file.axes.iter().filter(|axis| axis.kos.is_none()) {
-        let comma = if note.is_empty() { "without a kOS motor, and left out: " } else { ", " };
-        let _ = write!(note, "{comma}{:?}", axis.name);
-    }
-    Ok((ours, Some(note).filter(|note| !note.is_empty())))
+    Ok(ours)
+}
+
+/// What to say of the axes that no kOS motor moves, if there are any.
+pub(super) fn left_out(file: &Move) -> Option<String> {
+    let others = file.axes.iter().filter(|axis| axis.kos.is_none());
+    let names: Vec<String> = others.map(|axis| format!("{:?}", axis.name)).collect();
+    (!names.is_empty()).then(|| format!("without a kOS motor, and left out: {}", names.join(", ")))
 }
 
 /// The blocks of a move.
@@ -43,15 +43,12 @@ pub fn axes(file: &Move) -> Result<(Vec<(&MoveAxis, Kos)>, Option<String>), Trou
 /// [`Trouble::Refused`] says why kOS cannot have such a move.
 pub fn stored(file: &Move, play: Play) -> Result<StoredMove, Trouble> {
     let refused = |why: &dyn std::fmt::Display| Trouble::Refused(format!("the move {:?}: {why}", file.name));
-    let (axes, _) = axes(file)?;
     let mut ways = Vec::new();
-    for (axis, kos) in axes {
+    for (axis, kos) in axes(file)? {
         ways.push((MotorAddress(kos.motor), segments(axis, &kos, file.duration).map_err(|why| refused(&why))?));
     }
-    let motors: Vec<_> = ways
-        .iter()
-        .map(|(motor, segments)| MotorPlan { motor: *motor, way: Way::Segments(segments) })
-        .collect();
+    let motors: Vec<_> =
+        ways.iter().map(|(motor, segments)| MotorPlan { motor: *motor, way: Way::Segments(segments) }).collect();
     StoredMove::of(&Plan::new(play, &motors)).map_err(|why| refused(&why))
 }
 
@@ -82,7 +79,7 @@ fn segments(axis: &MoveAxis, kos: &Kos, duration: f64) -> Result<Vec<Segment>, S
 ///
 /// [`Trouble::Refused`] says what is not so, and what to do.
 pub fn check(file: &Move, stored: &StoredMove, motors: &[Motor]) -> Result<(), Trouble> {
-    for (axis, kos) in axes(file)?.0 {
+    for (axis, kos) in axes(file)? {
         let known = motors.iter().find(|known| known.motor_address.number() == kos.motor);
         let Some(known) = known else { return Err(no_motor(kos.motor, motors)) };
         let Range { from, to } = kos.range;
@@ -96,8 +93,8 @@ pub fn check(file: &Move, stored: &StoredMove, motors: &[Motor]) -> Result<(), T
         let elsewhere = begin != 0.0 && (begin - from).abs() > SAME * width.abs();
         if (f64::from(range.0) - width).abs() > SAME * width.abs() || elsewhere {
             return Err(Trouble::Refused(format!(
-                "motor {} is calibrated over {range} rotations, but axis {:?} is planned over {width}: {calibrate}",
-                kos.motor, axis.name
+                "motor {} is calibrated over {} rotations, but axis {:?} is planned over {width}: {calibrate}",
+                kos.motor, range.0, axis.name
             )));
         }
     }
