@@ -16,63 +16,69 @@ use rigs::{Rig as _, Scene};
 
 /// How far a motor may be from the planned curve, in rotations: the protocol says positions as `f32`, so parts of the
 /// range to 6e-8, and rotations up to 64 to 4e-6. Ten of such roundings, at most.
-pub const TOLERANCE: f64 = 5e-5;
+pub(crate) const TOLERANCE: f64 = 5e-5;
 
-pub const M1: MotorAddress = MotorAddress(1);
-pub const M2: MotorAddress = MotorAddress(2);
+pub(crate) const M1: MotorAddress = MotorAddress(1);
+pub(crate) const M2: MotorAddress = MotorAddress(2);
 
 /// How long the range of each motor is: of the second it runs backward.
-pub const RANGES: [f64; 2] = [40.0, -12.0];
+pub(crate) const RANGES: [f64; 2] = [40.0, -12.0];
 
-pub struct Bench {
-    pub scene: Scene<KosHost, KosDevice>,
+pub(crate) struct Bench {
+    pub(crate) scene: Scene<KosHost, KosDevice>,
     /// What the client told, and was not looked at.
     events: VecDeque<Event>,
     /// All that it told, and when.
-    pub trace: Vec<(Millis, String)>,
+    pub(crate) trace: Vec<(Millis, String)>,
 }
 
 impl Bench {
-    pub fn with(setup: Setup, options: host::Options, password: Option<&[u8]>, faults: Faults, seed: u64) -> Self {
+    pub(crate) fn with(
+        setup: Setup,
+        options: host::Options,
+        password: Option<&[u8]>,
+        faults: Faults,
+        seed: u64,
+    ) -> Self {
         let (host, rig) = (KosHost::new(options, password), KosDevice::new(setup));
         let scene = Scene::new(host, rig, Carrier::Stream, faults, seed);
         Self { scene, events: VecDeque::new(), trace: Vec::new() }
     }
 
     /// A client that is ready, with a device of two motors.
-    pub fn ready(setup: Setup) -> Self {
+    pub(crate) fn ready(setup: Setup) -> Self {
         let mut bench = Self::with(setup, host::Options::default(), None, Faults::NONE, 1);
         bench.connect();
         bench
     }
 
     /// The same, with both ranges marked.
-    pub fn calibrated() -> Self {
+    pub(crate) fn calibrated() -> Self {
         Self::ready(Setup::with_motors(2)).with_ranges()
     }
 
-    pub fn with_ranges(mut self) -> Self {
+    pub(crate) fn with_ranges(mut self) -> Self {
         self.calibrate(M1, RANGES[0]);
         self.calibrate(M2, RANGES[1]);
         self
     }
 
-    pub fn connect(&mut self) {
+    pub(crate) fn connect(&mut self) {
         self.scene.command(Command::Connect);
         self.told(|event| matches!(event, host::Event::Ready { .. }));
     }
 
-    pub fn now(&self) -> u64 {
+    pub(crate) fn now(&self) -> u64 {
         self.scene.now().0
     }
 
     /// A millisecond goes by.
-    pub fn tick(&mut self) {
+    pub(crate) fn tick(&mut self) {
         self.pass(1);
     }
 
     /// Some time goes by, in one go.
-    pub fn pass(&mut self, millis: u64) {
+    pub(crate) fn pass(&mut self, millis: u64) {
         let until = self.scene.now().after(millis);
         let (events, trace) = (&mut self.events, &mut self.trace);
         self.scene.run(until, |scene, event| {
@@ -82,12 +88,12 @@ impl Bench {
         });
     }
 
-    pub fn event(&mut self) -> Option<Event> {
+    pub(crate) fn event(&mut self) -> Option<Event> {
         self.events.pop_front()
     }
 
     /// Waits until something is told, for two minutes at most.
-    pub fn wait<T>(&mut self, mut look: impl FnMut(&Event) -> Option<T>) -> T {
+    pub(crate) fn wait<T>(&mut self, mut look: impl FnMut(&Event) -> Option<T>) -> T {
         for _ in 0..120_000 {
             while let Some(event) = self.event() {
                 if let Some(found) = look(&event) {
@@ -99,43 +105,43 @@ impl Bench {
         panic!("it did not come: {:#?}", self.trace);
     }
 
-    pub fn told(&mut self, look: impl Fn(&host::Event) -> bool) {
+    pub(crate) fn told(&mut self, look: impl Fn(&host::Event) -> bool) {
         self.wait(|event| matches!(event, Event::Told(told) if look(told)).then_some(()));
     }
 
-    pub fn told_move(&mut self, wanted: Move) {
+    pub(crate) fn told_move(&mut self, wanted: Move) {
         self.told(|event| *event == host::Event::Move(wanted));
     }
 
-    pub fn send(&mut self, command: host::Command) {
+    pub(crate) fn send(&mut self, command: host::Command) {
         self.scene.command(Command::Do(command));
     }
 
     /// Stops everything, and waits until the device confirmed it.
-    pub fn stop(&mut self) {
+    pub(crate) fn stop(&mut self) {
         self.send(host::Command::Stop);
         self.wait(|event| (*event == Event::Stopped).then_some(()));
         assert!(self.rests() && !self.scene.host.may_move());
     }
 
     /// Whether all motors rest.
-    pub fn rests(&self) -> bool {
+    pub(crate) fn rests(&self) -> bool {
         let now = self.scene.now();
         self.scene.rig.motors().iter().all(|motor| motor.at(now).velocity == 0.0)
     }
 
     /// Where a motor is, as the rig counts.
-    pub fn at(&self, motor: MotorAddress) -> f64 {
+    pub(crate) fn at(&self, motor: MotorAddress) -> f64 {
         self.scene.rig.motors()[usize::from(motor.0) - 1].at(self.scene.now()).position
     }
 
-    pub fn bump(&mut self, motor: MotorAddress, by: f64) {
+    pub(crate) fn bump(&mut self, motor: MotorAddress, by: f64) {
         self.send(host::Command::Bump(go(motor, by)));
         self.told(|event| matches!(event, host::Event::MotorRests(it, _) if *it == motor));
     }
 
     /// Marks a range from where the motor is.
-    pub fn calibrate(&mut self, motor: MotorAddress, length: f64) {
+    pub(crate) fn calibrate(&mut self, motor: MotorAddress, length: f64) {
         self.send(host::Command::ResetAxis(motor));
         self.told(|event| *event == host::Event::Motors);
         self.send(host::Command::MarkBegin(motor));
@@ -145,34 +151,34 @@ impl Bench {
     }
 
     /// Whether the curves are played just now.
-    pub fn plays(&self) -> bool {
+    pub(crate) fn plays(&self) -> bool {
         use playback::State;
         matches!(self.scene.rig.machine().playback(), State::Forward | State::Reverse | State::ForwardC)
     }
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "as the protocol has it")]
-pub fn go(motor: MotorAddress, position: f64) -> Go {
+pub(crate) fn go(motor: MotorAddress, position: f64) -> Go {
     let (speed, acceleration) = (RotationsPerSecond(20.0), RotationsPerSecondSquared(50.0));
     Go { motor, position: Rotations(position as f32), speed, acceleration }
 }
 
 /// The ways of both motors, in rotations from the begins of their ranges.
-pub fn keys() -> [Vec<Key>; 2] {
+pub(crate) fn keys() -> [Vec<Key>; 2] {
     let key = |time, position| Key { time, position, arrive: Ease::Flat(0.4), leave: Ease::Flat(0.4) };
     let through = Key { arrive: Ease::Linear, leave: Ease::Linear, ..key(2.0, -5.0) };
     [vec![key(0.0, 2.0), key(3.0, 38.0), key(5.0, 10.5)], vec![key(0.0, -1.0), through, key(5.0, -11.0)]]
 }
 
 /// Where a motor should be, in rotations from where the rig began to count.
-pub fn planned(motor: MotorAddress, begin: f64, seconds: f64) -> f64 {
+pub(crate) fn planned(motor: MotorAddress, begin: f64, seconds: f64) -> f64 {
     let keys = &keys()[usize::from(motor.0) - 1];
     let pair = keys.windows(2).rfind(|pair| pair[0].time <= seconds).unwrap_or(&keys[..2]);
     begin + Segment::between(&pair[0], &pair[1]).unwrap().position(seconds)
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "as the protocol has it")]
-pub fn stored(play: Play) -> StoredMove {
+pub(crate) fn stored(play: Play) -> StoredMove {
     let keys = keys();
     let range = |motor: usize| Rotations(RANGES[motor] as f32);
     let motors = [(M1, 0), (M2, 1)].map(|(motor, index)| {
@@ -188,13 +194,13 @@ pub fn stored(play: Play) -> StoredMove {
 }
 
 /// The move, of five seconds.
-pub fn live(repeat: Loop) -> StoredMove {
+pub(crate) fn live(repeat: Loop) -> StoredMove {
     let home_speed = Normalized(0.2);
     stored(Play::Live(LiveMotion { duration: Seconds(5.0), repeat, delay: Delay::None, home_speed }))
 }
 
 /// The same for photos.
-pub fn lapse(style: Style, photos: u32, around: u32) -> StoredMove {
+pub(crate) fn lapse(style: Style, photos: u32, around: u32) -> StoredMove {
     stored(Play::TimeLapse(TimeLapseMotion {
         style,
         interval: Seconds(0.4),
@@ -207,9 +213,14 @@ pub fn lapse(style: Style, photos: u32, around: u32) -> StoredMove {
     }))
 }
 
-pub fn play(bench: &mut Bench, stored: StoredMove, way: Direction) {
+pub(crate) fn play(bench: &mut Bench, stored: StoredMove, way: Direction) {
     bench.scene.command(Command::Load { stored, way, delay_return: false });
     bench.told_move(Move::Ready);
     bench.send(host::Command::Play);
     bench.told_move(Move::Running(way));
+}
+
+/// A small whole number.
+pub(crate) fn number(number: impl TryInto<u32>) -> f64 {
+    f64::from(number.try_into().ok().expect("a small number"))
 }

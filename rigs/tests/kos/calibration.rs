@@ -2,7 +2,7 @@
 
 use kos_proto::device::motor::State;
 use kos_proto::host::{self, Get};
-use kos_proto::message::{Rotations, RotationsPerSecond, RotationsPerSecondSquared};
+use kos_proto::message::{Motor, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
 use rigs::kos_device::Setup;
 use rigs::kos_host::{Answer, Command, Event};
 
@@ -32,7 +32,7 @@ fn a_range_is_marked_by_jogs_and_bumps() {
     bench.bump(M1, 10.0);
     bench.send(host::Command::MarkEnd(M1));
     bench.told(|event| *event == host::Event::Calibrated(M1));
-    let range = bench.scene.host.motor(M1).and_then(|motor| motor.range()).unwrap();
+    let range = bench.scene.host.motor(M1).and_then(Motor::range).unwrap();
     assert!((f64::from(range.0) - 40.0).abs() < TOLERANCE, "{range}");
     // Commands count from the begin, and stay within.
     for (to, expected) in [(10.0, 10.0), (55.0, 40.0), (-3.0, 0.0)] {

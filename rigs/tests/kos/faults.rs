@@ -44,7 +44,7 @@ impl Watched {
         // A bad day, and a worse one.
         let all = Faults::all(Carrier::Stream);
         let worse = Faults { silence: 3.0, reset: 30.0, stall: 15.0, ..all };
-        let faults = if seed % 2 == 0 { all } else { worse };
+        let faults = if seed.is_multiple_of(2) { all } else { worse };
         let bench = Bench::with(Setup::with_motors(2), Options::default(), None, faults, seed);
         Self { bench, rested: Default::default(), ranges: [false; 2], ends: 0, begins: 0, last: Is::Empty }
     }

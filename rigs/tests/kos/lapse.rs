@@ -8,7 +8,7 @@ use kos_proto::trajectory::Style;
 use rigs::Rig as _;
 use rigs::kos_host::Command;
 
-use crate::bench::{Bench, M1, M2, TOLERANCE, lapse, planned};
+use crate::bench::{Bench, M1, M2, TOLERANCE, lapse, number, planned};
 
 /// Plays a time lapse to its end; where both motors were at each photo, and whether they rested.
 fn photos(bench: &mut Bench, style: Style, photos: u32, around: u32) -> Vec<([f64; 2], bool)> {
@@ -42,7 +42,7 @@ fn shoot_move_shoot_rests_for_each_photo() {
     assert_eq!((taken.len(), bench.scene.rig.photo_count()), (10, 10));
     for (index, (places, rested)) in taken.iter().enumerate() {
         assert!(rested, "photo {index}");
-        let part = (index.clamp(2, 7) - 2) as f64 / 5.0;
+        let part = number(index.clamp(2, 7) - 2) / 5.0;
         for ((motor, place), begin) in [M1, M2].into_iter().zip(places).zip(begins) {
             let should = planned(motor, begin, 5.0 * part);
             assert!((place - should).abs() < TOLERANCE, "photo {index}: motor {motor} at {place}, should be {should}");
@@ -64,7 +64,7 @@ fn a_continuous_lapse_keeps_its_rhythm_and_its_curves() {
     }
     // 5 s of move in all, of the same curves; the first photo after its pause.
     for (index, (photo, (places, _))) in all.iter().zip(&taken).enumerate().skip(1).take(10) {
-        let seconds = 0.4 + 0.5 * (index - 1) as f64;
+        let seconds = 0.4 + 0.5 * number(index - 1);
         assert!((photo.moment.unwrap() - seconds).abs() < 2e-3, "{photo:?}");
         for (motor, place) in [M1, M2].into_iter().zip(places) {
             let should = planned(motor, 0.0, photo.moment.unwrap());

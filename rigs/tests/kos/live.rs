@@ -7,7 +7,7 @@ use kos_proto::summary::Direction;
 use kos_proto::trajectory::{Loop, Times};
 use rigs::Rig as _;
 
-use crate::bench::{Bench, M1, M2, RANGES, TOLERANCE, live, planned, play};
+use crate::bench::{Bench, M1, M2, RANGES, TOLERANCE, live, number, planned, play};
 
 /// Follows a move to its end, and compares each tick of each leg with the plan; the ways that were gone.
 ///
@@ -23,7 +23,7 @@ fn follow(bench: &mut Bench, rapid: u64) -> Vec<State> {
         }
         if bench.plays() {
             let takes = if state == legs[0] { 5000 } else { rapid };
-            let part = (bench.now() - start) as f64 / takes as f64;
+            let part = number(bench.now() - start) / number(takes);
             let seconds = 5.0 * if state == State::Forward { part } else { 1.0 - part };
             let moment = bench.scene.rig.moment().unwrap();
             assert!((moment - seconds).abs() < 1e-9, "{moment} is not {seconds}");

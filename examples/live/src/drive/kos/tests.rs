@@ -27,12 +27,15 @@ const LINE: LineId = LineId(0);
 /// How far a motor may be from its curve, in rotations; why, stands in `rigs/tests/kos/bench.rs`.
 const TOLERANCE: f64 = 5e-5;
 
+/// Seconds of the move, and where the motors were.
+type Seen = Vec<(f64, Vec<f64>)>;
+
 /// A rig that serves one client at a time.
 struct Served {
     rig: Arc<Mutex<KosDevice>>,
     address: SocketAddr,
-    /// Seconds of the move, and where the motors were, at each tick of a move.
-    path: Arc<Mutex<Vec<(f64, Vec<f64>)>>>,
+    /// What was seen at each tick of a move.
+    path: Arc<Mutex<Seen>>,
     /// Each message cuts the client off.
     cut: mpsc::UnboundedSender<()>,
     serving: tokio::task::JoinHandle<()>,
@@ -68,7 +71,7 @@ impl Served {
         let mut said = String::from_utf8(out).unwrap();
         if done.is_err() && session.host().may_move() {
             let stopped = session.stop().await;
-            said += &format!("{stopped:?}\n");
+            said = format!("{said}{stopped:?}\n");
         }
         if let Err(trouble) = &mut done {
             assert!(!trouble.to_string().contains('\n'), "{trouble}");
@@ -99,7 +102,7 @@ impl Served {
 async fn serve(
     listener: TcpListener,
     rig: Arc<Mutex<KosDevice>>,
-    path: Arc<Mutex<Vec<(f64, Vec<f64>)>>>,
+    path: Arc<Mutex<Seen>>,
     mut cuts: mpsc::UnboundedReceiver<()>,
 ) {
     let start = Instant::now();
@@ -143,7 +146,9 @@ async fn serve(
             accepted = listener.accept(), if is_free => {
                 client = accepted.ok().map(|(client, _)| client);
                 // The clock would not stand still for the time that a message is held back.
-                client.iter().for_each(|client| client.set_nodelay(true).unwrap());
+                if let Some(client) = &client {
+                    client.set_nodelay(true).unwrap();
+                }
                 rig.lock().unwrap().open(now(), LINE);
             }
             Some(()) = cuts.recv() => {
