@@ -7,6 +7,8 @@
 //! of a motor is forgotten then.
 
 mod camera;
+mod doing;
+mod motion;
 mod playing;
 mod rig;
 mod setup;
@@ -14,34 +16,24 @@ mod setup;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use kos_proto::device::{
-    DeviceMachine, Event, Ignored, Input, MotorProfile, Profile, Report, SESSIONS, Scratch, Send, SessionId, To, What,
-};
-use kos_proto::message::{
-    DeviceType, ErrorCode, FirmwareVersion, LedMode, MotorAddress, NetworkInfo, Normalized, Rotations,
-};
+use kos_proto::device::{DeviceMachine, Input, MotorProfile, Profile, Report, SESSIONS, Scratch, Send, To, What};
+use kos_proto::message::{DeviceType, FirmwareVersion, LedMode, MotorAddress, NetworkInfo, Rotations};
 use kos_proto::summary::MotorSet;
-use kos_proto::{Frame, Frames, HostMessage};
+use kos_proto::{Frame, Frames};
 use motion_core::machine::Machine as _;
 use motion_core::profile::Limits;
 use motion_core::time::Millis;
 use motion_core::wire::{Bool, Password};
-use tracing::{debug, info, warn};
+use tracing::{debug, warn};
 
 use self::camera::Camera;
-use self::playing::{Playing, Stage};
+use self::playing::Playing;
 use crate::kos_host::StoredMove;
-use crate::motor::{Happening, Motor};
-use crate::{LineId, Outgoing, TICK};
+use crate::motor::Motor;
+use crate::{LineId, Outgoing};
 
 pub use camera::Photo;
 pub use setup::{MotorSetup, QuirkError, Setup};
-
-/// Milliseconds that it needs to start.
-const BOOT: u64 = 500;
-
-/// A motor that is told to be further in a tick than it can go, loses its move; by so much more, for rounding.
-const SLACK: f64 = 1e-3;
 
 /// A simulated kOS device.
 #[derive(Debug)]
@@ -195,87 +187,6 @@ impl KosDevice {
         (1_u8..).map(MotorAddress).take(self.motors.len())
     }
 
-    /// Does what is due at a moment, and no later.
-    fn tick(&mut self, now: Millis) {
-        self.now = now;
-        if self.starts.is_some_and(|starts| starts <= now) {
-            self.starts = None;
-            info!("kOS: it runs");
-            self.step(now, Input::Rig(Report::Started), None);
-        }
-        let lost = self.follow(now);
-        let happened: Vec<_> =
-            self.addresses().zip(&mut self.motors).map(|(motor, it)| (motor, it.advance(now))).collect();
-        for motor in lost {
-            warn!("motor {motor} cannot follow its curve");
-            self.report(now, Report::Fault(motor, ErrorCode::PVT_INTEGRITY));
-        }
-        for (motor, happened) in happened.into_iter().filter_map(|(motor, happened)| Some((motor, happened?))) {
-            match happened {
-                Happening::Rests => self.rests(now, motor),
-                Happening::Tripped { upper } => {
-                    warn!("motor {motor} ran into the {} end of its travel", if upper { "upper" } else { "lower" });
-                    self.report(now, Report::Fault(motor, ErrorCode::FAULT));
-                }
-            }
-        }
-        if self.wake.is_some_and(|wake| wake <= now) {
-            self.sync();
-            self.step(now, Input::Wake, None);
-        }
-        if self.playing.as_ref().is_some_and(|playing| playing.is_over(now)) {
-            self.release(now);
-        }
-    }
-
-    /// Leads the motors along the curves that are played, and names those that cannot follow.
-    fn follow(&mut self, now: Millis) -> Vec<MotorAddress> {
-        let Some(playing) = self.playing.as_ref().filter(|playing| playing.runs()) else { return Vec::new() };
-        let mut lost = Vec::new();
-        for way in playing.ways() {
-            let index = usize::from(way.motor.number()).wrapping_sub(1);
-            let (Some(motor), Some(mut place)) = (self.motors.get_mut(index), playing.place(way, now)) else {
-                continue;
-            };
-            let most = motor.limits().velocity;
-            #[expect(clippy::cast_precision_loss, reason = "a tick is a millisecond")]
-            let reach = most * TICK as f64 / 1000.0 * (1.0 + SLACK) + SLACK;
-            if (place.position - motor.at(now).position).abs() > reach {
-                motor.halt(now);
-                lost.push(way.motor);
-            } else {
-                place.velocity = place.velocity.clamp(-most, most);
-                motor.lead(place);
-            }
-        }
-        lost
-    }
-
-    /// The curves are at their end: the motors rest where these end.
-    fn release(&mut self, now: Millis) {
-        let Some(playing) = self.playing.as_mut().filter(|playing| playing.runs()) else { return };
-        playing.stage = Stage::At(playing.elapsed(now));
-        for way in playing.ways() {
-            if let Some(motor) = self.motors.get_mut(usize::from(way.motor.number()).wrapping_sub(1)) {
-                motor.halt(now);
-            }
-        }
-    }
-
-    /// A motor rests: where it was sent, or it did not get there.
-    fn rests(&mut self, now: Millis, motor: MotorAddress) {
-        let Some((it, drive)) = self.motor(motor) else { return };
-        let position = it.at(now).position;
-        let missed = drive.goal.take().is_some_and(|goal| (goal - position).abs() > SLACK);
-        debug!("motor {motor} rests at {position:.4}");
-        if missed {
-            warn!("motor {motor} did not get to where the move wants it");
-            self.report(now, Report::CannotHome(motor));
-        } else {
-            self.report(now, Report::Arrived(motor, rotations(position)));
-        }
-    }
-
     /// Tells the machine what happened.
     fn report(&mut self, now: Millis, report: Report) {
         if self.runs() {
@@ -363,149 +274,6 @@ impl KosDevice {
             }
         }
         bytes
-    }
-
-    /// Does what the machine wants done.
-    fn happens(&mut self, now: Millis, event: Event, given: Option<&Frame<'_>>) {
-        match event {
-            Event::Move { motor, to, speed, acceleration } => {
-                debug!("motor {motor} goes to {to}, {speed}, {acceleration}");
-                if let Some((it, drive)) = self.motor(motor) {
-                    drive.goal = None;
-                    it.go_to(now, to.0.into(), speed.0.into(), acceleration.0.into());
-                }
-            }
-            Event::StopMotor { motor, acceleration } => {
-                info!("motor {motor} stops");
-                if let Some((it, drive)) = self.motor(motor) {
-                    drive.goal = None;
-                    it.stop(now, acceleration.map(|acceleration| acceleration.0.into()));
-                }
-            }
-            Event::StopAll => {
-                info!("everything stops");
-                self.stop_all(now);
-            }
-            Event::Home { way, speed, motors } => {
-                info!(
-                    "its motors go to where the move {}",
-                    if let Stage::At(1.0) = home(way) { "ends" } else { "begins" }
-                );
-                self.playing = self.store.trajectory.as_ref().and_then(|stored| {
-                    let told = |motor: MotorAddress| {
-                        self.drives.get(usize::from(motor.number()).wrapping_sub(1)).map(|drive| drive.told)
-                    };
-                    Playing::new(stored, &self.machine, told)
-                });
-                self.go_to_part(now, home(way), motors, Some(speed));
-            }
-            Event::Play { way, millis } => {
-                info!("the move is played {way:?}, in {millis} ms");
-                if let Some(playing) = &mut self.playing {
-                    playing.stage = Stage::Runs { way, start: now, millis };
-                }
-            }
-            Event::MoveToFrame { frame, last } => {
-                debug!("its motors go to place {frame} of {last}");
-                let part = f64::from(frame) / f64::from(last.max(1));
-                self.go_to_part(now, Stage::At(part), MotorSet::of(self.addresses()), None);
-            }
-            Event::OpenShutter { millis } => {
-                let moment = self.playing.as_ref().map(|playing| playing.moment(now));
-                self.camera.open(Photo { opened: now, closes: now.after(millis), moment });
-                info!("photo {}, for {millis} ms", self.camera.count());
-            }
-            Event::MoveOver => {
-                info!("the move is over");
-                self.release(now);
-                self.playing = None;
-            }
-            event => self.stores(event, given),
-        }
-    }
-
-    /// Sends motors to a part of the move: as fast as they can, or at a part of their setup speed.
-    fn go_to_part(&mut self, now: Millis, stage: Stage, motors: MotorSet, speed: Option<Normalized>) {
-        let (Some(playing), Stage::At(part)) = (&mut self.playing, stage) else { return };
-        playing.stage = stage;
-        for way in playing.ways().iter().filter(|way| motors.contains(way.motor)) {
-            let index = usize::from(way.motor.number()).wrapping_sub(1);
-            let (Some(motor), Some(drive)) = (self.motors.get_mut(index), self.drives.get_mut(index)) else { continue };
-            let (Some(profile), Some(to)) = (self.profiles.get(index), way.position(part)) else { continue };
-            let speed = match speed {
-                Some(part) => f64::from(part.0) * f64::from(profile.max_max_setup_speed.0),
-                None => profile.max_max_move_speed.0.into(),
-            };
-            drive.goal = Some(to);
-            motor.go_to(now, to, speed, profile.max_max_acceleration.0.into());
-        }
-    }
-
-    /// What is stored, connected and ignored.
-    fn stores(&mut self, event: Event, given: Option<&Frame<'_>>) {
-        let message = given.and_then(|frame| HostMessage::decode(frame).ok());
-        match (event, message) {
-            (Event::Leds { master, slave }, _) => self.store.leds = (master, slave),
-            (Event::StorePassword, Some(HostMessage::SetDevicePassword(given))) => {
-                info!("another password is stored");
-                self.store.password = given.password.0.into();
-            }
-            (Event::StoreTrajectory, Some(HostMessage::SetTrajectoryData(data))) => {
-                info!("a move is stored");
-                self.store.trajectory = StoredMove::new(&data).ok();
-            }
-            (Event::BadTrajectory(error), _) => {
-                info!("a move cannot be played: {error}");
-                self.store.trajectory = None;
-            }
-            (Event::StorePlatform(platform), _) => self.store.platform = platform,
-            (Event::Close(session, why), _) => {
-                info!("client {} is disconnected: {why:?}", session.0);
-                self.hang_up(session);
-            }
-            (Event::Reboot, _) => {
-                info!("it starts anew");
-                self.start_anew();
-            }
-            (Event::Ignored(Ignored::Off), _) => {}
-            (Event::Ignored(why), _) => info!("ignored: {why:?}"),
-            (event, _) => warn!("nothing is done about {event:?}"),
-        }
-    }
-
-    fn stop_all(&mut self, now: Millis) {
-        self.playing = None;
-        self.camera.close(now);
-        for (motor, drive) in self.motors.iter_mut().zip(&mut self.drives) {
-            drive.goal = None;
-            motor.stop(now, None);
-        }
-    }
-
-    fn hang_up(&mut self, session: SessionId) {
-        if let Some(line) = self.lines.get_mut(usize::from(session.0)).filter(|line| line.is_open) {
-            *line = Line::default();
-            self.outgoing.push_back(Outgoing::HangUp(LineId(session.0)));
-        }
-    }
-
-    fn start_anew(&mut self) {
-        for session in SessionId::ALL {
-            self.hang_up(session);
-        }
-        self.machine = DeviceMachine::new(self.setup.options.with_platform(self.store.platform));
-        self.store.trajectory = None;
-        self.store.leds = (LedMode::OFF, LedMode::OFF);
-        self.drives.fill(Drive::default());
-        (self.starts, self.wake) = (Some(self.now.after(BOOT)), None);
-    }
-}
-
-/// Where a move that is played this way begins.
-const fn home(way: kos_proto::summary::Direction) -> Stage {
-    match way {
-        kos_proto::summary::Direction::Forward => Stage::At(0.0),
-        kos_proto::summary::Direction::Reverse => Stage::At(1.0),
     }
 }
 

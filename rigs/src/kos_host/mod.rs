@@ -215,10 +215,12 @@ impl KosHost {
         self.motors().find(|known| known.motor_address.number() == motor.number())
     }
 
-    /// Whether something that was set in motion from here is not known to rest.
+    /// Whether something that was set in motion from here, or was to stop, is not known to rest. What others set in motion
+    /// is theirs: see [`HostMachine::moves`].
     #[must_use]
     pub fn may_move(&self) -> bool {
-        self.machine.moves() || self.unsure || self.stopping.is_some()
+        let moves = self.machine.moves() || self.unsure;
+        self.stopping.is_some() || (moves && !self.moved.is_empty())
     }
 
     /// Bytes that it holds: of messages that are not whole, and of messages that nobody took yet.

@@ -9,7 +9,7 @@ use motion_core::trajectory::Range;
 use rigs::Rig as _;
 use rigs::faults::Faults;
 use rigs::kos_device::{MotorSetup, Setup};
-use rigs::kos_host::{Command, Event};
+use rigs::kos_host::{Command, Event, KosHost};
 
 use crate::bench::{Bench, M1, M2, go, live, play};
 
@@ -102,6 +102,22 @@ fn a_cable_that_is_pulled_while_a_motor_is_jogged_stops_it() {
     bench.scene.unplug();
     bench.pass(500);
     assert!(bench.rests() && bench.scene.host.may_move());
+    bench.stop();
+}
+
+#[test]
+fn a_move_of_somebody_else_is_stopped_only_if_it_is_meant() {
+    let mut bench = Bench::calibrated();
+    play(&mut bench, live(Loop::Once), Direction::Forward);
+    bench.pass(500);
+    bench.scene.unplug();
+    bench.scene.host = KosHost::new(host::Options::default(), None);
+    bench.connect();
+    assert!(!bench.rests() && !bench.scene.host.may_move() && bench.scene.host.machine().moves());
+    bench.scene.command(Command::Load { stored: live(Loop::Once), way: Direction::Forward, delay_return: false });
+    bench.told(|event| *event == host::Event::Refused(Refusal::MoveRuns));
+    assert!(!bench.rests() && !bench.scene.host.may_move());
+    // A stop means everything, and is not over before everything rests.
     bench.stop();
 }
 

@@ -132,6 +132,8 @@ impl Drive<'_> {
                 return Err(Trouble::Refused("wrong password: give the one of the rig with --password".to_owned()));
             }
             Some(Event::Told(host::Event::Error(code, motor))) => self.error = Some((code, motor)),
+            // A question of the kind is not answered yet: its answer will do.
+            Some(Event::Told(host::Event::Refused(Refusal::Busy))) => {}
             Some(Event::Told(host::Event::Refused(why))) => return Err(refused(why)),
             Some(Event::Told(host::Event::Locked)) => {
                 return Err(Trouble::Refused("the rig is locked: give its password with --password".to_owned()));
@@ -306,7 +308,7 @@ fn refused(why: Refusal) -> Trouble {
             Refusal::NoMotor => "the rig has no such motor: see drive kos ADDRESS info",
             Refusal::Number => "a number is none, or not positive where it should be",
             Refusal::NotConnected | Refusal::NotReady => "there is no connection to the rig: try again",
-            _ => "the rig is busy: try again",
+            _ => "the rig cannot do that now: try again",
         }
         .to_owned(),
     )

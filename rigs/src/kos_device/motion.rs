@@ -1,0 +1,124 @@
+//! The motors of a device: along curves, to places, to rest.
+
+use kos_proto::device::{Input, Report};
+use kos_proto::message::{ErrorCode, MotorAddress, Normalized};
+use kos_proto::summary::MotorSet;
+use motion_core::time::Millis;
+use tracing::{debug, info, warn};
+
+use super::playing::Stage;
+use super::{KosDevice, rotations};
+use crate::TICK;
+use crate::motor::Happening;
+
+/// A motor that is told to be further in a tick than it can go, loses its move; by so much more, for rounding.
+const SLACK: f64 = 1e-3;
+
+impl KosDevice {
+    /// Does what is due at a moment, and no later.
+    pub(super) fn tick(&mut self, now: Millis) {
+        self.now = now;
+        if self.starts.is_some_and(|starts| starts <= now) {
+            self.starts = None;
+            info!("kOS: it runs");
+            self.step(now, Input::Rig(Report::Started), None);
+        }
+        let lost = self.follow(now);
+        let happened: Vec<_> =
+            self.addresses().zip(&mut self.motors).map(|(motor, it)| (motor, it.advance(now))).collect();
+        for motor in lost {
+            warn!("motor {motor} cannot follow its curve");
+            self.report(now, Report::Fault(motor, ErrorCode::PVT_INTEGRITY));
+        }
+        for (motor, happened) in happened.into_iter().filter_map(|(motor, happened)| Some((motor, happened?))) {
+            match happened {
+                Happening::Rests => self.rests(now, motor),
+                Happening::Tripped { upper } => {
+                    warn!("motor {motor} ran into the {} end of its travel", if upper { "upper" } else { "lower" });
+                    self.report(now, Report::Fault(motor, ErrorCode::FAULT));
+                }
+            }
+        }
+        if self.wake.is_some_and(|wake| wake <= now) {
+            self.sync();
+            self.step(now, Input::Wake, None);
+        }
+        if self.playing.as_ref().is_some_and(|playing| playing.is_over(now)) {
+            self.release(now);
+        }
+    }
+
+    /// Leads the motors along the curves that are played, and names those that cannot follow.
+    fn follow(&mut self, now: Millis) -> Vec<MotorAddress> {
+        let Some(playing) = self.playing.as_ref().filter(|playing| playing.runs()) else { return Vec::new() };
+        let mut lost = Vec::new();
+        for way in playing.ways() {
+            let index = usize::from(way.motor.number()).wrapping_sub(1);
+            let (Some(motor), Some(mut place)) = (self.motors.get_mut(index), playing.place(way, now)) else {
+                continue;
+            };
+            let most = motor.limits().velocity;
+            #[expect(clippy::cast_precision_loss, reason = "a tick is a millisecond")]
+            let reach = most * TICK as f64 / 1000.0 * (1.0 + SLACK) + SLACK;
+            if (place.position - motor.at(now).position).abs() > reach {
+                motor.halt(now);
+                lost.push(way.motor);
+            } else {
+                place.velocity = place.velocity.clamp(-most, most);
+                motor.lead(place);
+            }
+        }
+        lost
+    }
+
+    /// The curves are at their end: the motors rest where these end.
+    pub(super) fn release(&mut self, now: Millis) {
+        let Some(playing) = self.playing.as_mut().filter(|playing| playing.runs()) else { return };
+        playing.stage = Stage::At(playing.elapsed(now));
+        for way in playing.ways() {
+            if let Some(motor) = self.motors.get_mut(usize::from(way.motor.number()).wrapping_sub(1)) {
+                motor.halt(now);
+            }
+        }
+    }
+
+    /// A motor rests: where it was sent, or it did not get there.
+    fn rests(&mut self, now: Millis, motor: MotorAddress) {
+        let Some((it, drive)) = self.motor(motor) else { return };
+        let position = it.at(now).position;
+        let missed = drive.goal.take().is_some_and(|goal| (goal - position).abs() > SLACK);
+        debug!("motor {motor} rests at {position:.4}");
+        if missed {
+            warn!("motor {motor} did not get to where the move wants it");
+            self.report(now, Report::CannotHome(motor));
+        } else {
+            self.report(now, Report::Arrived(motor, rotations(position)));
+        }
+    }
+
+    /// Sends motors to a part of the move: as fast as they can, or at a part of their setup speed.
+    pub(super) fn go_to_part(&mut self, now: Millis, stage: Stage, motors: MotorSet, speed: Option<Normalized>) {
+        let (Some(playing), Stage::At(part)) = (&mut self.playing, stage) else { return };
+        playing.stage = stage;
+        for way in playing.ways().iter().filter(|way| motors.contains(way.motor)) {
+            let index = usize::from(way.motor.number()).wrapping_sub(1);
+            let (Some(motor), Some(drive)) = (self.motors.get_mut(index), self.drives.get_mut(index)) else { continue };
+            let (Some(profile), Some(to)) = (self.profiles.get(index), way.position(part)) else { continue };
+            let speed = match speed {
+                Some(part) => f64::from(part.0) * f64::from(profile.max_max_setup_speed.0),
+                None => profile.max_max_move_speed.0.into(),
+            };
+            drive.goal = Some(to);
+            motor.go_to(now, to, speed, profile.max_max_acceleration.0.into());
+        }
+    }
+
+    pub(super) fn stop_all(&mut self, now: Millis) {
+        self.playing = None;
+        self.camera.close(now);
+        for (motor, drive) in self.motors.iter_mut().zip(&mut self.drives) {
+            drive.goal = None;
+            motor.stop(now, None);
+        }
+    }
+}
