@@ -337,8 +337,8 @@ impl KosHost {
 
     /// All rests, if it does.
     fn settle(&mut self) {
-        let rests = |stopping: Stopping| stopping.is_heard && stopping.motors.is_empty();
-        if self.stopping.is_some_and(rests) && !self.machine.moves() {
+        // The machine knows whether the stop was heard.
+        if self.stopping.is_some_and(|stopping| stopping.motors.is_empty()) && !self.machine.moves() {
             (self.stopping, self.moved, self.unsure) = (None, MotorSet::NONE, false);
             self.events.push_back(Event::Stopped);
         }

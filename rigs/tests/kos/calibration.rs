@@ -92,6 +92,7 @@ fn what_is_set_is_stored() {
     bench.told(|event| matches!(event, host::Event::Ready { .. }));
     assert_eq!((bench.scene.rig.platform(), bench.scene.rig.password()), (7, &b"gaffer"[..]));
     assert_eq!(bench.scene.rig.machine().calibration(M2), Some(State::Uncalibrated));
+    assert_eq!(bench.scene.host.machine().platform(), Some(7));
 }
 
 #[test]

@@ -1,15 +1,16 @@
 //! What goes wrong: passwords, ends of the travel, power, cables, stuck motors.
 
+use kos_proto::DeviceMessage;
 use kos_proto::device::motor::State;
 use kos_proto::host::{self, Move, Refusal};
-use kos_proto::message::{ErrorCode, MotorAddress};
+use kos_proto::message::{ErrorCode, MotorAddress, MotorPosition, Rotations};
 use kos_proto::summary::Direction;
 use kos_proto::trajectory::Loop;
 use motion_core::trajectory::Range;
-use rigs::Rig as _;
 use rigs::faults::Faults;
 use rigs::kos_device::{MotorSetup, Setup};
 use rigs::kos_host::{Command, Event, KosHost};
+use rigs::{Rig as _, Side};
 
 use crate::bench::{Bench, M1, M2, go, live, play};
 
@@ -57,10 +58,24 @@ fn a_stuck_motor_and_a_lost_one_end_the_move_for_all() {
     bench.scene.rig.stall(now);
     bench.told(|event| *event == host::Event::Error(ErrorCode::RUNAWAY, M1));
     bench.told_move(Move::Finished { requested: false });
+    // The other one is slowing down.
+    assert!(!bench.rests() && bench.scene.host.may_move());
     bench.pass(1000);
     assert!(bench.rests());
     let calibration = |motor: MotorAddress| bench.scene.rig.machine().calibration(motor);
     assert_eq!([M1, M2].map(calibration), [Some(State::Uncalibrated), Some(State::Calibrated)]);
+}
+
+#[test]
+fn a_motor_that_does_not_get_home_ends_the_move() {
+    let mut setup = Setup::with_motors(2);
+    setup.motors[1].profile.max_max_setup_speed.0 = 0.0;
+    let mut bench = Bench::ready(setup).with_ranges();
+    bench.scene.command(Command::PlayDirect { stored: live(Loop::Once), way: Direction::Forward });
+    bench.told_move(Move::Failed(ErrorCode::RETURN_TO_FIRST_KEYFRAME));
+    bench.told_move(Move::Finished { requested: true });
+    assert!(bench.scene.host.may_move());
+    bench.stop();
 }
 
 #[test]
@@ -133,6 +148,37 @@ fn a_stop_without_a_line_is_the_first_thing_on_the_next_one() {
     assert!(!bench.rests());
     bench.wait(|event| (*event == Event::Stopped).then_some(()));
     assert!(bench.rests() && !bench.scene.host.may_move());
+}
+
+#[test]
+fn a_stop_whose_line_breaks_behind_its_confirmation_is_sent_again() {
+    let mut bench = Bench::calibrated();
+    play(&mut bench, live(Loop::Once), Direction::Forward);
+    bench.pass(1500);
+    bench.send(host::Command::Stop);
+    bench.told_move(Move::Finished { requested: true });
+    assert!(!bench.rests());
+    bench.scene.unplug();
+    bench.wait(|event| (*event == Event::Stopped).then_some(()));
+    assert!(bench.rests() && !bench.scene.host.may_move());
+}
+
+#[test]
+fn what_rested_before_a_stop_does_not_count() {
+    let mut bench = Bench::calibrated();
+    play(&mut bench, live(Loop::Once), Direction::Forward);
+    bench.pass(1500);
+    // What the device said of both, before it heard of the stop.
+    let mut late = Vec::new();
+    for motor_address in [M1, M2] {
+        let message =
+            DeviceMessage::MotorPosition(MotorPosition { motor_address, position: Rotations(1.0), tail: &[] });
+        let mut bytes = [0; 16];
+        let len = message.encode_into(&mut bytes).unwrap();
+        late.extend_from_slice(&bytes[..len]);
+    }
+    bench.scene.inject(Side::Rig, &late);
+    bench.stop();
 }
 
 #[test]
