@@ -1,164 +1,27 @@
 //! Flows over loopback TCP, on the clock of tokio that stands still while nothing happens.
 
-use std::net::SocketAddr;
+mod served;
+
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use examples::moves::Move;
+use kos_proto::HostMessage;
 use kos_proto::device::motor::State;
-use kos_proto::message::MotorAddress;
+use kos_proto::message::{MotorAddress, RotationsPerSecondSquared, SetPositionSpeedAcceleration};
 use motion_core::time::Millis;
 use rigs::kos_device::{KosDevice, Setup};
-use rigs::kos_host::KosHost;
-use rigs::{LineId, Outgoing, Party as _, Rig as _};
-use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
-use tokio::net::{TcpListener, TcpStream, UdpSocket};
+use rigs::{Outgoing, Party as _, Rig as _};
+use tokio::net::UdpSocket;
 use tokio::sync::mpsc;
-use tokio::time::{Instant, sleep_until};
 
-use super::{Options, discover, drive};
+use self::served::{LINE, Served};
+use super::discover;
 use crate::drive::command::Shots;
 use crate::drive::{Command, Stopped, Trouble};
-use crate::session::{Session, Target};
-
-const LINE: LineId = LineId(0);
 
 /// How far a motor may be from its curve, in rotations; why, stands in `rigs/tests/kos/bench.rs`.
 const TOLERANCE: f64 = 5e-5;
-
-/// Seconds of the move, and where the motors were.
-type Seen = Vec<(f64, Vec<f64>)>;
-
-/// A rig that serves one client at a time.
-struct Served {
-    rig: Arc<Mutex<KosDevice>>,
-    address: SocketAddr,
-    /// What was seen at each tick of a move.
-    path: Arc<Mutex<Seen>>,
-    /// Each message cuts the client off.
-    cut: mpsc::UnboundedSender<()>,
-    serving: tokio::task::JoinHandle<()>,
-}
-
-impl Served {
-    async fn new(setup: Setup) -> Self {
-        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
-        let address = listener.local_addr().unwrap();
-        let rig = Arc::new(Mutex::new(KosDevice::new(setup)));
-        let path = Arc::new(Mutex::new(Vec::new()));
-        let (cut, cuts) = mpsc::unbounded_channel();
-        let serving = tokio::spawn(serve(listener, Arc::clone(&rig), Arc::clone(&path), cuts));
-        Self { rig, address, path, cut, serving }
-    }
-
-    /// Does a command as a program would that is started for it; what it says, and how it ends.
-    async fn drive(&self, command: Command) -> (String, Result<(), Trouble>) {
-        let (_keep, interrupts) = mpsc::unbounded_channel();
-        self.drive_until(command, None, interrupts).await
-    }
-
-    async fn drive_until(
-        &self,
-        command: Command,
-        password: Option<&[u8]>,
-        interrupts: mpsc::UnboundedReceiver<()>,
-    ) -> (String, Result<(), Trouble>) {
-        let host = KosHost::new(kos_proto::host::Options::default(), password);
-        let mut session = Session::connect(host, Target::Tcp(self.address), interrupts).await.unwrap();
-        let mut out = Vec::new();
-        let mut done = drive(&mut session, &command, &Options::default(), &mut out).await;
-        let mut said = String::from_utf8(out).unwrap();
-        if done.is_err() && session.host().may_move() {
-            let stopped = session.stop().await;
-            said = format!("{said}{stopped:?}\n");
-        }
-        if let Err(trouble) = &mut done {
-            assert!(!trouble.to_string().contains('\n'), "{trouble}");
-        }
-        (said, done)
-    }
-
-    async fn done(&self, command: Command) -> String {
-        let (said, done) = self.drive(command).await;
-        done.unwrap_or_else(|trouble| panic!("{said}{trouble}"));
-        said
-    }
-
-    async fn trouble(&self, command: Command) -> String {
-        let (said, done) = self.drive(command).await;
-        done.expect_err(&said).to_string()
-    }
-
-    fn at(&self, motor: usize) -> f64 {
-        self.rig.lock().unwrap().motors()[motor].at(Millis(u64::MAX / 2)).position
-    }
-
-    fn rests(&self) -> bool {
-        self.rig.lock().unwrap().motors().iter().all(rigs::motor::Motor::is_idle)
-    }
-}
-
-async fn serve(
-    listener: TcpListener,
-    rig: Arc<Mutex<KosDevice>>,
-    path: Arc<Mutex<Seen>>,
-    mut cuts: mpsc::UnboundedReceiver<()>,
-) {
-    let start = Instant::now();
-    let now = || Millis(u64::try_from(start.elapsed().as_millis()).unwrap());
-    let (mut client, mut buffer) = (None::<TcpStream>, [0; 4096]);
-    loop {
-        let (outgoing, wake) = {
-            let mut rig = rig.lock().unwrap();
-            rig.advance(now());
-            if let Some(moment) = rig.moment() {
-                let places = rig.motors().iter().map(|motor| motor.at(now()).position).collect();
-                path.lock().unwrap().push((moment, places));
-            }
-            (std::iter::from_fn(|| rig.poll()).collect::<Vec<_>>(), rig.wake())
-        };
-        for outgoing in outgoing {
-            match (outgoing, &mut client) {
-                (Outgoing::Bytes(LINE, bytes), Some(client)) => drop(client.write_all(&bytes).await),
-                (Outgoing::HangUp(LINE), client) => *client = None,
-                _ => {}
-            }
-        }
-        // Time goes by in small steps, for nobody tells the clock what is on its way through the system.
-        let soon = Instant::now() + Duration::from_millis(2);
-        let wake = wake.map_or(soon, |wake| soon.min(start + Duration::from_millis(wake.0)));
-        let is_free = client.is_none();
-        let read = async {
-            match &mut client {
-                Some(client) => client.read(&mut buffer).await,
-                None => std::future::pending().await,
-            }
-        };
-        tokio::select! {
-            read = read => match read {
-                Ok(len) if len > 0 => rig.lock().unwrap().receive(now(), LINE, &buffer[..len]),
-                _ => {
-                    client = None;
-                    rig.lock().unwrap().close(now(), LINE);
-                }
-            },
-            accepted = listener.accept(), if is_free => {
-                client = accepted.ok().map(|(client, _)| client);
-                // The clock would not stand still for the time that a message is held back.
-                if let Some(client) = &client {
-                    client.set_nodelay(true).unwrap();
-                }
-                rig.lock().unwrap().open(now(), LINE);
-            }
-            Some(()) = cuts.recv() => {
-                client = None;
-                rig.lock().unwrap().close(now(), LINE);
-            }
-            () = sleep_until(wake) => {}
-        }
-    }
-}
 
 fn slide() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../moves/slide.json")
@@ -272,6 +135,65 @@ async fn what_cannot_be_is_refused_in_one_line() {
         assert!(line.contains(expected), "{line}");
     }
     assert!(served.rests());
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_move_beyond_the_limits_of_its_file_is_refused() {
+    let served = Served::new(Setup::with_motors(1)).await;
+    served.done(CALIBRATE).await;
+    let text = std::fs::read_to_string(slide()).unwrap().replace("\"velocity\": 250", "\"velocity\": 100");
+    let file = std::env::temp_dir().join(format!("kos-fast-{}.json", std::process::id()));
+    std::fs::write(&file, text).unwrap();
+    let line = served.trouble(Command::Run { file: file.clone(), reverse: false }).await;
+    std::fs::remove_file(file).unwrap();
+    assert!(line.contains("the limit is 100 mm/s: make it slower"), "{line}");
+    assert!((served.at(0) - 40.0).abs() < TOLERANCE);
+}
+
+#[tokio::test(start_paused = true)]
+async fn who_is_stopped_by_somebody_else_says_so() {
+    let served = Served::new(Setup::with_motors(1)).await;
+    served.done(CALIBRATE).await;
+    for (command, expected) in [
+        (Command::Move { motor: 1, position: 2.0, speed: None }, "not at 2: look what is in its way"),
+        (Command::Calibrate { motor: 1, begin: 0.0, end: 30.0 }, "look what is in its way"),
+        (run(), "somebody stopped the move: look at the rig"),
+    ] {
+        let stop = async {
+            tokio::time::sleep(Duration::from_millis(if command == run() { 6000 } else { 700 })).await;
+            let motor = MotorAddress(1);
+            let message = SetPositionSpeedAcceleration::stop(motor, None, RotationsPerSecondSquared(100.0));
+            let mut bytes = [0; 64];
+            let len = HostMessage::SetPositionSpeedAcceleration(message).encode_into(&mut bytes).unwrap();
+            assert!(!served.rests());
+            let mut rig = served.rig.lock().unwrap();
+            let now = rig.wake().unwrap();
+            rig.receive(now, LINE, &bytes[..len]);
+        };
+        let ((said, done), ()) = tokio::join!(served.drive(command.clone()), stop);
+        let line = done.expect_err(&said).to_string();
+        assert!(line.contains(expected), "{said}{line}");
+        assert!(served.rests());
+        served.done(CALIBRATE).await;
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_move_that_broke_off_unseen_is_told_of() {
+    let served = Served::new(Setup::with_motors(1)).await;
+    served.done(CALIBRATE).await;
+    let breaks = async {
+        tokio::time::sleep(Duration::from_secs(8)).await;
+        served.cut.send(()).unwrap();
+        tokio::time::sleep(Duration::from_millis(100)).await;
+        let mut rig = served.rig.lock().unwrap();
+        let now = rig.wake().unwrap();
+        rig.stall(now);
+    };
+    let ((said, done), ()) = tokio::join!(served.drive(run()), breaks);
+    let line = done.expect_err(&said).to_string();
+    assert_eq!(line, "the move ended on its way while the connection was lost: look at the rig");
+    assert!(served.rests(), "{said}");
 }
 
 #[tokio::test(start_paused = true)]
