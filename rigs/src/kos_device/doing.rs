@@ -12,7 +12,7 @@ use super::camera::Photo;
 use super::playing::{Playing, Stage};
 use super::{Drive, KosDevice, Line};
 use crate::kos_host::StoredMove;
-use crate::{LineId, Outgoing};
+use crate::{LineId, Outgoing, Rig as _};
 
 /// Milliseconds that it needs to start.
 const BOOT: u64 = 500;
@@ -22,8 +22,12 @@ impl KosDevice {
     pub(super) fn happens(&mut self, now: Millis, event: Event, given: Option<&Frame<'_>>) {
         match event {
             Event::Move { motor, to, speed, acceleration } => {
-                debug!("motor {motor} goes to {to}, {speed}, {acceleration}");
                 if let Some((it, drive)) = self.motor(motor) {
+                    if it.rests() {
+                        info!("motor {motor} is sent to {:.3}, at {} rev/s", to.0, speed.0);
+                    } else {
+                        debug!("motor {motor} is sent on to {:.3}, at {} rev/s", to.0, speed.0);
+                    }
                     drive.goal = None;
                     it.go_to(now, to.0.into(), speed.0.into(), acceleration.0.into());
                 }
@@ -64,7 +68,7 @@ impl KosDevice {
                 self.go_to_part(now, Stage::At(part), MotorSet::of(self.addresses()), None);
             }
             Event::OpenShutter { millis } => {
-                let moment = self.playing.as_ref().map(|playing| playing.moment(now));
+                let moment = self.moment();
                 self.camera.open(Photo { opened: now, closes: now.after(millis), moment });
                 info!("photo {}, for {millis} ms", self.camera.count());
             }

@@ -24,7 +24,7 @@ use motion_core::machine::Machine as _;
 use motion_core::profile::Limits;
 use motion_core::time::Millis;
 use motion_core::wire::{Bool, Password};
-use tracing::{debug, warn};
+use tracing::{debug, info, warn};
 
 use self::camera::Camera;
 use self::playing::Playing;
@@ -222,6 +222,15 @@ impl KosDevice {
     }
 
     fn send(&mut self, send: &Send, given: Option<&Frame<'_>>) {
+        match send.what {
+            What::ErrorStatus { code, motor: MotorAddress::ALL } => info!("tells an error: {code}"),
+            What::ErrorStatus { code, motor } => info!("tells an error of motor {motor}: {code}"),
+            What::MotorCalibrated { motor, begin, end } if end.0 != 0.0 => {
+                info!("motor {motor} has a range from {} to {}", begin.0, end.0);
+            }
+            What::MotorCalibrated { motor, .. } => info!("motor {motor} has no range"),
+            _ => {}
+        }
         let bytes = self.encoded(send, given);
         match send.to {
             To::Broadcast => self.outgoing.push_back(Outgoing::Announce(bytes)),

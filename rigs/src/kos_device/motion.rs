@@ -4,7 +4,7 @@ use kos_proto::device::{Input, Report};
 use kos_proto::message::{ErrorCode, MotorAddress, Normalized};
 use kos_proto::summary::MotorSet;
 use motion_core::time::Millis;
-use tracing::{debug, info, warn};
+use tracing::{info, warn};
 
 use super::playing::Stage;
 use super::{KosDevice, rotations};
@@ -87,7 +87,7 @@ impl KosDevice {
         let Some((it, drive)) = self.motor(motor) else { return };
         let position = it.at(now).position;
         let missed = drive.goal.take().is_some_and(|goal| (goal - position).abs() > SLACK);
-        debug!("motor {motor} rests at {position:.4}");
+        info!("motor {motor} rests at {position:.3}");
         if missed {
             warn!("motor {motor} did not get to where the move wants it");
             self.report(now, Report::CannotHome(motor));

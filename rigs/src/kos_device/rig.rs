@@ -1,5 +1,6 @@
 //! What a device is told: of its lines, its clock, and its mishaps.
 
+use kos_proto::device::playback::State;
 use kos_proto::device::{Input, Report, SESSIONS, SessionId};
 use kos_proto::message::ErrorCode;
 use kos_proto::summary::Transport;
@@ -105,8 +106,11 @@ impl Rig for KosDevice {
         &self.motors
     }
 
+    /// None either while its motors go to where the move begins, or to the next photo.
     fn moment(&self) -> Option<f64> {
-        self.playing.as_ref().map(|playing| playing.moment(self.now))
+        use State::{Exposing, Forward, ForwardC, FrameDelay, Post, Pre, Reverse};
+        let played = [Pre, Forward, Reverse, ForwardC, FrameDelay, Exposing, Post].contains(&self.machine.playback());
+        self.playing.as_ref().filter(|_| played).map(|playing| playing.moment(self.now))
     }
 
     fn reset(&mut self, now: Millis) {

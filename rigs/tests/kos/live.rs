@@ -48,6 +48,9 @@ fn position(bench: &Bench, motor: kos_proto::message::MotorAddress) -> f64 {
 fn started(stored: rigs::kos_host::StoredMove, way: Direction) -> Bench {
     let mut bench = Bench::calibrated();
     bench.scene.command(rigs::kos_host::Command::Load { stored, way, delay_return: false });
+    bench.pass(100);
+    // On the way to its begin no move is played.
+    assert!(!bench.rests() && bench.scene.rig.moment().is_none());
     bench.told_move(Move::Ready);
     bench.send(host::Command::Play);
     // It arrives at this moment.

@@ -227,14 +227,14 @@ impl Drive<'_> {
         }
         for motor in self.motors() {
             let (number, position) = (motor.motor_address, motor.position);
-            let (speed, acceleration) = (motor.max_max_move_speed, motor.max_max_acceleration);
+            let (speed, acceleration) = (motor.max_max_move_speed.0, motor.max_max_acceleration.0);
             match (motor.relative_position(), motor.range()) {
                 (Some(at), Some(range)) => self.say(format_args!(
-                    "motor {number}: at {} of {} rotations, at most {speed}, {acceleration}",
+                    "motor {number}: at {} of {} rotations, at most {speed} rev/s, {acceleration} rev/s²",
                     at.0, range.0
                 ))?,
                 _ => self.say(format_args!(
-                    "motor {number}: at {} rotations, not calibrated, at most {speed}, {acceleration}",
+                    "motor {number}: at {} rotations, not calibrated, at most {speed} rev/s, {acceleration} rev/s²",
                     position.0
                 ))?,
             }

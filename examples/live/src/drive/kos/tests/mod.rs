@@ -77,9 +77,6 @@ async fn the_path_is_that_of_the_file() {
     assert!(served.rig.lock().unwrap().stored_move().is_some());
     let (said, done) = served.drive(run()).await;
     assert!(done.is_ok(), "{said}");
-    // On the way to the begin it is not on the curve.
-    let begin = served.path.lock().unwrap().iter().position(|(moment, _)| *moment > 0.0).unwrap();
-    served.path.lock().unwrap().drain(..begin);
     follows_the_file(&served);
 }
 
