@@ -1,4 +1,5 @@
 //! Simulated rigs on real transports, and hosts for real rigs.
 
 pub mod drive;
+pub mod serve;
 pub mod session;
