@@ -26,6 +26,6 @@ fn main() -> ExitCode {
 
 #[tokio::main(flavor = "current_thread")]
 async fn run(args: &Args) -> Result<(), String> {
-    let interrupts = interrupts().map_err(|error| format!("Ctrl-C cannot be noticed: {error}"))?;
+    let interrupts = interrupts(false).map_err(|error| format!("Ctrl-C cannot be noticed: {error}"))?;
     Box::pin(simulate(args, interrupts)).await
 }

@@ -45,23 +45,26 @@ pub fn log(level: Level) {
         .init();
 }
 
-/// A message for each Ctrl-C; and where there is one, for each SIGTERM. From now on neither ends the program.
+/// A message for each Ctrl-C, and where there are such things, for each SIGTERM, and each SIGHUP if its `terminal` is to
+/// be missed. From now on none of them ends the program.
 ///
 /// # Errors
 ///
 /// What the operating system says.
-pub fn interrupts() -> io::Result<UnboundedReceiver<()>> {
+pub fn interrupts(terminal: bool) -> io::Result<UnboundedReceiver<()>> {
     let (send, interrupts) = unbounded_channel();
     #[cfg(unix)]
     {
         use tokio::signal::unix::{SignalKind, signal};
-        for kind in [SignalKind::interrupt(), SignalKind::terminate()] {
+        let hangup = terminal.then(SignalKind::hangup);
+        for kind in [SignalKind::interrupt(), SignalKind::terminate()].into_iter().chain(hangup) {
             let (mut signals, send) = (signal(kind)?, send.clone());
             tokio::spawn(async move { while signals.recv().await.is_some() && send.send(()).is_ok() {} });
         }
     }
     #[cfg(windows)]
     {
+        let _ = terminal;
         let mut signals = tokio::signal::windows::ctrl_c()?;
         tokio::spawn(async move { while signals.recv().await.is_some() && send.send(()).is_ok() {} });
     }

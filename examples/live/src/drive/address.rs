@@ -29,13 +29,16 @@ impl Address {
         let refused = |why: &str| Trouble::Refused(format!("{text:?}: {why}"));
         let is_kos = protocol == Protocol::Kos;
         if let Some(ours) = text.strip_prefix("udp://") {
-            let ours = ours.parse().map_err(|_| refused("after udp:// comes an address and a port of this computer"))?;
+            let ours =
+                ours.parse().map_err(|_| refused("after udp:// comes an address and a port of this computer"))?;
             return is_kos.then_some(Self::Announced(ours)).ok_or_else(|| refused("only kOS rigs announce themselves"));
         }
         let number = text.get(..3).filter(|start| start.eq_ignore_ascii_case("com")).and_then(|_| text.get(3..));
         if text.contains(['/', '\\']) || number.is_some_and(|number| number.parse::<u16>().is_ok()) {
             let serial = Self::Serial(text.to_owned());
-            return (!is_kos).then_some(serial).ok_or_else(|| refused("kOS rigs have no serial line: give HOST[:PORT]"));
+            return (!is_kos)
+                .then_some(serial)
+                .ok_or_else(|| refused("kOS rigs have no serial line: give HOST[:PORT]"));
         }
         let (host, port) = match text.rsplit_once(':') {
             // An address of IPv6 alone has colons of its own.
@@ -85,6 +88,7 @@ mod tests {
         Address::parse(text, protocol).map_err(|trouble| trouble.to_string())
     }
 
+    #[expect(clippy::unnecessary_wraps, reason = "it is compared with what may fail")]
     fn host(host: &str, port: Option<u16>) -> Result<Address, String> {
         Ok(Address::Host(host.to_owned(), port))
     }
