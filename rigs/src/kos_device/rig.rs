@@ -106,7 +106,8 @@ impl Rig for KosDevice {
     }
 
     fn moment(&self) -> Option<f64> {
-        self.playing.as_ref().map(|playing| playing.moment(self.now))
+        let playing = self.playing.as_ref().filter(|playing| playing.runs());
+        playing.map(|playing| playing.moment(self.now))
     }
 
     fn reset(&mut self, now: Millis) {

@@ -72,19 +72,19 @@ pub async fn drive(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<(),
             let host = KosHost::new(kos_proto::host::Options::default(), password);
             let options = kos::Options { home_speed: args.home_speed, ..kos::Options::default() };
             let flow = async |session: &mut _| kos::drive(session, command, &options, &mut out).await;
-            with(host, target, interrupts, flow).await
+            Box::pin(with(host, target, interrupts, flow)).await
         }
         Protocol::Dmc => {
             let target = address.target(args.baud.unwrap_or(115_200)).await?;
             let host = DmcHost::new(dmc_proto::host::Options::default());
             let flow = async |session: &mut _| dmc::drive(session, command, &mut out).await;
-            with(host, target, interrupts, flow).await
+            Box::pin(with(host, target, interrupts, flow)).await
         }
         Protocol::Hoot => {
             let target = address.target(args.baud.unwrap_or(57_600)).await?;
             let node = hoot_proto::Address(args.node);
             let flow = async |session: &mut _| hoot::drive(session, command, node, &mut out).await;
-            with(hoot::master(node)?, target, interrupts, flow).await
+            Box::pin(with(hoot::master(node)?, target, interrupts, flow)).await
         }
     }
 }
@@ -98,7 +98,8 @@ async fn find(args: &Args, address: &Address) -> Result<Target, Trouble> {
     Ok(Target::Tcp(SocketAddr::new(rig, args.port)))
 }
 
-/// Does something over a line. Whatever may move when that ends, is stopped; and everything, if somebody interrupts.
+/// Does something over a line. What it set in motion is stopped if that comes to trouble; and everything, if somebody
+/// interrupts.
 async fn with<H: Driven>(
     host: H,
     target: Target,
@@ -106,17 +107,12 @@ async fn with<H: Driven>(
     flow: impl AsyncFnOnce(&mut Session<H>) -> Result<(), Trouble>,
 ) -> Result<(), Trouble> {
     let mut session = Session::connect(host, target, interrupts).await?;
-    let result = flow(&mut session).await;
-    if result.is_ok() {
-        return Ok(());
+    let Err(trouble) = flow(&mut session).await else { return Ok(()) };
+    if !session.host().may_move() && !matches!(trouble, Trouble::Interrupted) {
+        return Err(trouble);
     }
-    if !session.host().may_move() && !matches!(result, Err(Trouble::Interrupted)) {
-        return result;
-    }
-    let stopped = session.stop().await;
-    let why = result.err().map(|trouble| format!("{trouble}: ")).unwrap_or_default();
-    Err(Trouble::Failed(match stopped {
-        Stopped::Confirmed => format!("{why}the rig confirmed that it stopped"),
-        Stopped::NotConfirmed => format!("{why}the stop is NOT confirmed: press the emergency stop"),
+    Err(Trouble::Failed(match session.stop().await {
+        Stopped::Confirmed => format!("{trouble}: the rig confirmed that it stopped"),
+        Stopped::NotConfirmed => format!("{trouble}: the stop is NOT confirmed: press the emergency stop"),
     }))
 }

@@ -59,7 +59,7 @@ fn words_that_nobody_knows() {
         ("simulate", vec!["kos", "--pty"], "kOS has no serial line: leave --pty out"),
         ("simulate", vec!["dmc", "--record", "/no/such/folder"], "/no/such/folder: "),
         ("drive", vec!["kos", "127.0.0.1"], "requires a subcommand"),
-        ("drive", vec!["kos", "127.0.0.1", "dance"], "unrecognized subcommand 'dance'"),
+        ("drive", vec!["kos", "127.0.0.1", "dance"], "'dance'"),
         ("drive", vec!["dmc", "rig", "info"], "\"rig\": give HOST:PORT, or a serial device"),
         ("drive", vec!["hoot", "127.0.0.1:1", "info", "--node", "1"], "nodes have 2 to 255"),
     ]
@@ -73,7 +73,7 @@ fn words_that_nobody_knows() {
 #[test]
 fn a_wrong_password() {
     let rig = Rig::start("a_wrong_password", "kos", &["--password", "gaffer"]);
-    rig.drive(&["info", "--password", "grip"]).failed("password");
+    rig.drive(&["info", "--password", "grip"]).failed("drive: wrong password: give the one of the rig with --password");
     assert!(rig.drive(&["info", "--password", "gaffer"]).done().contains("motor 1"));
     rig.end();
 }

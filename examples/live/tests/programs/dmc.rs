@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use examples::moves::Move;
 
-use crate::process::{Rig, file};
-use crate::record::{Planned, Row, last};
+use crate::process::{Rig, done_or_at_rest, file, together};
+use crate::record::{Planned, Row, is_at, last};
 
 /// Two seconds at 24 frames a second: frames 1 to 49.
 const MOVE: &str = r#"{
@@ -28,9 +28,31 @@ fn check(rows: &[Row]) {
     let position = |frame: f64| f64::from(scale.steps(curve.position((frame - 1.0) / 24.0)).unwrap());
     Planned { motor: 2, moments: (1.0, 49.0), rate: 24.0, position, tolerance: 15.0 }.check(rows);
     let whole = rows.iter().filter(|row| row.motor == 2);
-    for (row, frame) in whole.filter_map(|row| Some((row, row.moment?))).filter(|(_, frame)| frame.fract() == 0.0) {
+    for (row, frame) in whole.filter_map(|row| Some((row, row.moment?))).filter(|(_, frame)| is_at(frame.fract(), 0.0))
+    {
         assert!((row.position - position(frame)).abs() < 0.5, "{row:?}");
     }
+}
+
+#[test]
+fn scenarios() {
+    together(&[
+        ("dmc_an_upload_and_a_run_over_a_terminal", |test| upload_and_run(test, &["--pty"])),
+        ("dmc_an_upload_and_a_run_over_tcp", |test| upload_and_run(test, &["--tcp"])),
+        ("dmc_an_upload_and_a_run_with_the_vendors_habits", |test| upload_and_run(test, &["--quirks", "vendor"])),
+        ("dmc_a_shoot_over_a_terminal", |test| shoot(test, &["--pty"])),
+        ("dmc_a_shoot_over_tcp", |test| shoot(test, &["--tcp"])),
+        ("dmc_ctrl_c_stops_the_motors_first", ctrl_c_stops_the_motors_first),
+        (
+            "dmc_without_its_host_a_run_goes_on_and_the_next_one_can_stop_it",
+            without_its_host_a_run_goes_on_and_the_next_one_can_stop_it,
+        ),
+        ("dmc_a_rig_that_is_killed_is_missed", |test| a_rig_that_is_killed_is_missed(test, "--pty")),
+        ("dmc_a_rig_that_is_killed_over_tcp", |test| a_rig_that_is_killed_is_missed(test, "--tcp")),
+        ("dmc_with_all_faults_1", |test| with_all_faults(test, "--pty", "1")),
+        ("dmc_with_all_faults_2", |test| with_all_faults(test, "--pty", "2")),
+        ("dmc_with_all_faults_3", |test| with_all_faults(test, "--tcp", "3")),
+    ]);
 }
 
 fn upload_and_run(test: &str, args: &[&str]) {
@@ -43,22 +65,7 @@ fn upload_and_run(test: &str, args: &[&str]) {
     assert!(said.contains("frame ") && said.ends_with("the move is done\n"), "{said}");
     let rows = rig.end();
     check(&rows);
-    assert_eq!(last(&rows, 2), 8000.0);
-}
-
-#[test]
-fn an_upload_and_a_run_over_a_terminal() {
-    upload_and_run("dmc_an_upload_and_a_run_over_a_terminal", &["--pty"]);
-}
-
-#[test]
-fn an_upload_and_a_run_over_tcp() {
-    upload_and_run("dmc_an_upload_and_a_run_over_tcp", &["--tcp"]);
-}
-
-#[test]
-fn an_upload_and_a_run_with_the_vendors_habits() {
-    upload_and_run("dmc_an_upload_and_a_run_with_the_vendors_habits", &["--quirks", "vendor"]);
+    assert!(is_at(last(&rows, 2), 8000.0));
 }
 
 fn shoot(test: &str, args: &[&str]) {
@@ -68,27 +75,15 @@ fn shoot(test: &str, args: &[&str]) {
     let said = rig.drive(&program).done();
     assert!(said.contains("shot 1 of 5") && said.contains("shot 5 of 5"), "{said}");
     let rows = rig.end();
-    assert_eq!(last(&rows, 2), 8000.0);
+    assert!(is_at(last(&rows, 2), 8000.0));
 }
 
-#[test]
-fn a_shoot_over_a_terminal() {
-    shoot("dmc_a_shoot_over_a_terminal", &["--pty"]);
-}
-
-#[test]
-fn a_shoot_over_tcp() {
-    shoot("dmc_a_shoot_over_tcp", &["--tcp"]);
-}
-
-#[test]
-fn ctrl_c_stops_the_motors_first() {
-    let test = "dmc_ctrl_c_stops_the_motors_first";
+fn ctrl_c_stops_the_motors_first(test: &str) {
     let path = file(test, MOVE);
     let rig = Rig::start(test, "dmc", &[]);
     for args in [vec!["run", path.to_str().unwrap()], vec!["jog", "1", "10", "--for", "30"]] {
         let drive = rig.begin(&args);
-        sleep(Duration::from_millis(2000));
+        sleep(Duration::from_secs(2));
         drive.interrupt();
         drive.end().failed("drive: interrupted: the rig confirmed that it stopped");
         rig.rests();
@@ -98,9 +93,7 @@ fn ctrl_c_stops_the_motors_first() {
     assert!(last(&rows, 1) > 100.0 && last(&rows, 1) < 20_000.0, "{}", last(&rows, 1));
 }
 
-#[test]
-fn without_its_host_a_run_goes_on_and_the_next_one_can_stop_it() {
-    let test = "dmc_without_its_host_a_run_goes_on";
+fn without_its_host_a_run_goes_on_and_the_next_one_can_stop_it(test: &str) {
     let path = file(test, MOVE);
     let rig = Rig::start(test, "dmc", &[]);
     let mut drive = rig.begin(&["run", path.to_str().unwrap()]);
@@ -113,42 +106,21 @@ fn without_its_host_a_run_goes_on_and_the_next_one_can_stop_it() {
     rig.end();
 }
 
-#[test]
-fn a_rig_that_is_killed_is_missed() {
-    for (test, args) in
-        [("dmc_a_rig_that_is_killed_is_missed", "--pty"), ("dmc_a_rig_that_is_killed_over_tcp", "--tcp")]
-    {
-        let path = file(test, MOVE);
-        let rig = Rig::start(test, "dmc", &[args]);
-        let mut drive = rig.begin(&["run", path.to_str().unwrap()]);
-        drive.line("frame ");
-        rig.kill();
-        drive.end().failed("NOT confirmed: press the emergency stop");
-    }
+fn a_rig_that_is_killed_is_missed(test: &str, line: &str) {
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "dmc", &[line]);
+    let mut drive = rig.begin(&["run", path.to_str().unwrap()]);
+    drive.line("frame ");
+    rig.kill();
+    drive.end().failed("NOT confirmed: press the emergency stop");
 }
 
-#[test]
-fn with_all_faults_it_is_done_or_at_rest() {
-    let path = file("dmc_with_all_faults", MOVE);
-    let path = path.to_str().unwrap();
-    std::thread::scope(|scope| {
-        for (seed, args) in [("1", "--pty"), ("2", "--pty"), ("3", "--tcp")] {
-            scope.spawn(move || {
-                let test = format!("dmc_with_all_faults_{seed}");
-                let rig = Rig::start(&test, "dmc", &["--faults", "all", "--seed", seed, args]);
-                let outcome = rig.drive(&["run", path]);
-                if outcome.status.success() {
-                    assert_eq!(last(&rig.end(), 2), 8000.0);
-                    return;
-                }
-                let line = outcome.failed("drive: ");
-                if !line.contains("NOT confirmed") {
-                    rig.rests();
-                }
-                rig.end();
-            });
-        }
-    });
+fn with_all_faults(test: &str, line: &str, seed: &str) {
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "dmc", &["--faults", "all", "--seed", seed, line]);
+    let is_done = done_or_at_rest(&rig, rig.drive(&["run", path.to_str().unwrap()]));
+    let rows = rig.end();
+    assert!(!is_done || is_at(last(&rows, 2), 8000.0), "{}", last(&rows, 2));
 }
 
 /// As `top` tells it, in hundredths of a second.

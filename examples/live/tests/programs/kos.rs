@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use examples::moves::Move;
 
-use crate::process::{Outcome, Program, Rig, file};
+use crate::process::{Program, Rig, done_or_at_rest, file, together};
 use crate::record::{Planned, Row, last};
 
 /// Two and a half seconds, and the last of them at rest.
@@ -46,8 +46,22 @@ fn check(rows: &[Row]) {
 }
 
 #[test]
-fn a_calibration_and_a_live_move() {
-    let test = "kos_a_calibration_and_a_live_move";
+fn scenarios() {
+    together(&[
+        ("kos_a_calibration_and_a_live_move", a_calibration_and_a_live_move),
+        ("kos_a_move_from_its_end_to_its_start", a_move_from_its_end_to_its_start),
+        ("kos_a_time_lapse", a_time_lapse),
+        ("kos_a_rig_that_announces_itself_is_found", a_rig_that_announces_itself_is_found),
+        ("kos_ctrl_c_stops_the_motors_first", ctrl_c_stops_the_motors_first),
+        ("kos_without_its_client_a_move_goes_on", without_its_client_a_move_goes_on),
+        ("kos_a_rig_that_is_killed_is_missed", a_rig_that_is_killed_is_missed),
+        ("kos_with_all_faults_1", |test| with_all_faults(test, "1")),
+        ("kos_with_all_faults_2", |test| with_all_faults(test, "2")),
+        ("kos_with_all_faults_3", |test| with_all_faults(test, "3")),
+    ]);
+}
+
+fn a_calibration_and_a_live_move(test: &str) {
     let path = file(test, MOVE);
     let run = ["run", path.to_str().unwrap(), QUICK[0], QUICK[1]];
     let rig = Rig::start(test, "kos", &[]);
@@ -65,9 +79,7 @@ fn a_calibration_and_a_live_move() {
     assert!((last(&rows, 1) - 20.0).abs() < 1e-3 && (last(&rows, 2) + 4.5).abs() < 1e-3);
 }
 
-#[test]
-fn a_move_from_its_end_to_its_start() {
-    let test = "kos_a_move_from_its_end_to_its_start";
+fn a_move_from_its_end_to_its_start(test: &str) {
     let path = file(test, MOVE);
     let rig = calibrated(test, &[]);
     rig.drive(&["run", path.to_str().unwrap(), "--reverse", QUICK[0], QUICK[1]]).done();
@@ -75,9 +87,7 @@ fn a_move_from_its_end_to_its_start() {
     assert!(last(&rows, 1).abs() < 1e-3 && (last(&rows, 2) - 4.5).abs() < 1e-3, "{:?}", rows.last());
 }
 
-#[test]
-fn a_time_lapse() {
-    let test = "kos_a_time_lapse";
+fn a_time_lapse(test: &str) {
     let path = file(test, MOVE);
     let rig = calibrated(test, &[]);
     let program = [
@@ -98,9 +108,7 @@ fn a_time_lapse() {
     assert!((last(&rows, 1) - 20.0).abs() < 1e-3 && (last(&rows, 2) + 4.5).abs() < 1e-3, "{:?}", rows.last());
 }
 
-#[test]
-fn a_rig_that_announces_itself_is_found() {
-    let test = "kos_a_rig_that_announces_itself_is_found";
+fn a_rig_that_announces_itself_is_found(test: &str) {
     let ours = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
     let rig = Rig::start(test, "kos", &["--announce", &ours]);
     let port = rig.address.rsplit(':').next().unwrap();
@@ -109,9 +117,7 @@ fn a_rig_that_announces_itself_is_found() {
     rig.end();
 }
 
-#[test]
-fn ctrl_c_stops_the_motors_first() {
-    let test = "kos_ctrl_c_stops_the_motors_first";
+fn ctrl_c_stops_the_motors_first(test: &str) {
     let path = file(test, MOVE);
     let rig = calibrated(test, &[]);
     for args in [vec!["run", path.to_str().unwrap(), QUICK[0], QUICK[1]], vec!["jog", "3", "2", "--for", "30"]] {
@@ -125,9 +131,7 @@ fn ctrl_c_stops_the_motors_first() {
     assert!(last(&rows, 3) > 0.5 && last(&rows, 3) < 10.0, "{}", last(&rows, 3));
 }
 
-#[test]
-fn without_its_client_a_move_goes_on() {
-    let test = "kos_without_its_client_a_move_goes_on";
+fn without_its_client_a_move_goes_on(test: &str) {
     let path = file(test, MOVE);
     let rig = calibrated(test, &[]);
     let mut drive = rig.begin(&["run", path.to_str().unwrap(), QUICK[0], QUICK[1]]);
@@ -138,9 +142,7 @@ fn without_its_client_a_move_goes_on() {
     check(&rig.end());
 }
 
-#[test]
-fn a_rig_that_is_killed_is_missed() {
-    let test = "kos_a_rig_that_is_killed_is_missed";
+fn a_rig_that_is_killed_is_missed(test: &str) {
     let path = file(test, MOVE);
     let rig = calibrated(test, &[]);
     let mut drive = rig.begin(&["run", path.to_str().unwrap(), QUICK[0], QUICK[1]]);
@@ -149,38 +151,12 @@ fn a_rig_that_is_killed_is_missed() {
     drive.end().failed("NOT confirmed: press the emergency stop");
 }
 
-#[test]
-fn with_all_faults_it_is_done_or_at_rest() {
-    let path = file("kos_with_all_faults", MOVE);
-    let path = path.to_str().unwrap();
-    std::thread::scope(|scope| {
-        for seed in ["1", "2", "3"] {
-            scope.spawn(move || {
-                let test = format!("kos_with_all_faults_{seed}");
-                let rig = Rig::start(&test, "kos", &["--faults", "all", "--seed", seed]);
-                let mut calibrated = 0;
-                for args in [["calibrate", "1", "0", "30"], ["calibrate", "2", "-5", "5"]] {
-                    calibrated += i32::from(done_or_at_rest(&rig, rig.drive(&args)));
-                }
-                let ran = done_or_at_rest(&rig, rig.drive(&["run", path, QUICK[0], QUICK[1]]));
-                let rows = rig.end();
-                if ran && calibrated == 2 {
-                    assert!((last(&rows, 1) - 20.0).abs() < 1e-3, "{}", last(&rows, 1));
-                }
-            });
-        }
-    });
-}
-
-/// Whether it is done; otherwise everything rests, unless it was said that nobody knows.
-#[track_caller]
-fn done_or_at_rest(rig: &Rig, outcome: Outcome) -> bool {
-    if outcome.status.success() {
-        return true;
-    }
-    let line = outcome.failed("drive: ");
-    if !line.contains("NOT confirmed") {
-        rig.rests();
-    }
-    false
+fn with_all_faults(test: &str, seed: &str) {
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "kos", &["--faults", "all", "--seed", seed]);
+    let calibrations = [["calibrate", "1", "0", "30"], ["calibrate", "2", "-5", "5"]];
+    let calibrated = calibrations.into_iter().all(|args| done_or_at_rest(&rig, rig.drive(&args)));
+    let ran = done_or_at_rest(&rig, rig.drive(&["run", path.to_str().unwrap(), QUICK[0], QUICK[1]]));
+    let rows = rig.end();
+    assert!(!(calibrated && ran) || (last(&rows, 1) - 20.0).abs() < 1e-3, "{}", last(&rows, 1));
 }

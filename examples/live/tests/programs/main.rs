@@ -3,6 +3,7 @@
 
 mod bad;
 mod dmc;
+mod hoot;
 mod kos;
 mod process;
 mod record;

@@ -36,11 +36,12 @@ impl Program {
     pub(crate) fn start(name: &str, args: &[impl AsRef<OsStr>]) -> Self {
         let here = std::env::current_exe().expect("a test has a path");
         let built = here.ancestors().nth(2).expect("in a folder of a folder").join("examples").join(name);
+        let advice = "build the programs: cargo build -p live --examples";
+        let age = |path: &Path| path.metadata().and_then(|about| about.modified()).ok();
+        assert!(age(&built) >= age(&library(&here)), "{} is of yesterday: {advice}", built.display());
         let mut command = Command::new(&built);
         command.args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut child = command.spawn().unwrap_or_else(|error| {
-            panic!("{}: {error}: build it: cargo build -p live --examples", built.display());
-        });
+        let mut child = command.spawn().unwrap_or_else(|error| panic!("{}: {error}: {advice}", built.display()));
         let (out, out_reader) = listen(child.stdout.take().expect("piped"));
         let (err, err_reader) = listen(child.stderr.take().expect("piped"));
         Self { child, out, err, readers: vec![out_reader, err_reader] }
@@ -156,6 +157,14 @@ impl Rig {
         self.program.kill();
     }
 
+    /// Waits until it plays a move.
+    pub(crate) fn plays(&self) {
+        within("a move", || {
+            let is_moment = |line: &&str| line.rsplit(',').next().is_some_and(|moment| moment.parse::<f64>().is_ok());
+            std::fs::read_to_string(&self.record).unwrap().lines().rev().take(20).find(is_moment).map(drop)
+        });
+    }
+
     /// Waits until its motors have not moved for a moment.
     pub(crate) fn rests(&self) {
         let mut last = (0, Instant::now());
@@ -178,6 +187,32 @@ impl Rig {
     }
 }
 
+/// Whether it is done; otherwise everything rests, unless it was said that nobody knows.
+#[track_caller]
+pub(crate) fn done_or_at_rest(rig: &Rig, outcome: Outcome) -> bool {
+    if outcome.status.success() {
+        return true;
+    }
+    let line = outcome.failed("drive: ");
+    if !line.contains("NOT confirmed") {
+        rig.rests();
+    }
+    false
+}
+
+/// Scenarios by their names, all at once: most of the time each of them waits.
+pub(crate) fn together(scenarios: &[(&'static str, fn(&str))]) {
+    let threads = scenarios.iter().map(|&(name, scenario)| {
+        // Not all in the same moment.
+        thread::sleep(Duration::from_millis(100));
+        let thread = thread::Builder::new().name(name.to_owned()).spawn(move || scenario(name));
+        (name, thread.unwrap())
+    });
+    let threads: Vec<_> = threads.collect();
+    let failed: Vec<_> = threads.into_iter().filter_map(|(name, thread)| thread.join().err().map(|_| name)).collect();
+    assert!(failed.is_empty(), "failed: {failed:?}");
+}
+
 /// A folder for a test of this name.
 pub(crate) fn folder(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
@@ -186,9 +221,9 @@ pub(crate) fn folder(test: &str) -> PathBuf {
 }
 
 /// A move file of a test.
-pub(crate) fn file(test: &str, text: &str) -> PathBuf {
+pub(crate) fn file(test: &str, json: &str) -> PathBuf {
     let path = folder(test).join("move.json");
-    std::fs::write(&path, text).unwrap();
+    std::fs::write(&path, json).unwrap();
     path
 }
 
@@ -203,6 +238,18 @@ pub(crate) fn within<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
         assert!(start.elapsed() < BOUND, "{what} did not come");
         thread::sleep(Duration::from_millis(5));
     }
+}
+
+/// The newest build of the library: `cargo test --test` builds it, but not the programs.
+fn library(test: &Path) -> PathBuf {
+    let folder = test.parent().expect("in a folder").read_dir().expect("that can be read");
+    let built = folder.filter_map(|entry| {
+        let entry = entry.ok()?;
+        let name = entry.file_name().into_string().ok()?;
+        let is_library = name.starts_with("liblive-") && name.ends_with(".rlib");
+        is_library.then(|| Some((entry.metadata().ok()?.modified().ok()?, entry.path())))?
+    });
+    built.max().expect("the library is built").1
 }
 
 /// Reads what a program says as it says it.

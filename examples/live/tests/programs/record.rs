@@ -77,3 +77,8 @@ impl<F: Fn(f64) -> f64> Planned<F> {
 pub(crate) fn last(rows: &[Row], motor: u8) -> f64 {
     rows.iter().rfind(|row| row.motor == motor).expect("each motor has a row").position
 }
+
+/// Whether a motor is where it should be, but for the last digits.
+pub(crate) fn is_at(position: f64, goal: f64) -> bool {
+    (position - goal).abs() < 1e-6
+}
