@@ -81,16 +81,20 @@ fn shoot(test: &str, args: &[&str]) {
 fn ctrl_c_stops_the_motors_first(test: &str) {
     let path = file(test, MOVE);
     let rig = Rig::start(test, "dmc", &[]);
-    for args in [vec!["run", path.to_str().unwrap()], vec!["jog", "1", "10", "--for", "30"]] {
-        let drive = rig.begin(&args);
-        sleep(Duration::from_secs(2));
-        drive.interrupt();
-        drive.end().failed("drive: interrupted: the rig confirmed that it stopped");
-        rig.rests();
-    }
+    let drive = rig.begin(&["run", path.to_str().unwrap()]);
+    rig.plays();
+    sleep(Duration::from_millis(500));
+    drive.interrupt();
+    drive.end().failed("drive: interrupted: the rig confirmed that it stopped");
+    rig.rests();
+    let drive = rig.begin(&["jog", "1", "10", "--for", "30"]);
+    rig.moves(1);
+    drive.interrupt();
+    drive.end().failed("drive: interrupted: the rig confirmed that it stopped");
+    rig.rests();
     let rows = rig.end();
     assert!(last(&rows, 2) > 0.0 && last(&rows, 2) < 8000.0, "{}", last(&rows, 2));
-    assert!(last(&rows, 1) > 100.0 && last(&rows, 1) < 20_000.0, "{}", last(&rows, 1));
+    assert!(last(&rows, 1) > 100.0 && last(&rows, 1) < 50_000.0, "{}", last(&rows, 1));
 }
 
 fn without_its_host_a_run_goes_on_and_the_next_one_can_stop_it(test: &str) {

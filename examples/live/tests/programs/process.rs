@@ -13,7 +13,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use crate::record::Row;
 
 /// No test waits longer than this for anything.
-pub(crate) const BOUND: Duration = Duration::from_secs(60);
+pub(crate) const BOUND: Duration = Duration::from_mins(1);
 
 /// A program that runs, and what it has said so far.
 pub(crate) struct Program {
@@ -160,8 +160,18 @@ impl Rig {
     /// Waits until it plays a move.
     pub(crate) fn plays(&self) {
         within("a move", || {
-            let is_moment = |line: &&str| line.rsplit(',').next().is_some_and(|moment| moment.parse::<f64>().is_ok());
+            // The last row may be half in the file.
+            let is_moment = |row: &&str| row.split(',').nth(3).is_some_and(|moment| moment.parse::<f64>().is_ok());
             std::fs::read_to_string(&self.record).unwrap().lines().rev().take(20).find(is_moment).map(drop)
+        });
+    }
+
+    /// Waits until a motor that has never moved before is on its way.
+    pub(crate) fn moves(&self, motor: u8) {
+        let is_it = |row: &&str| row.split(',').nth(1).and_then(|number| number.parse().ok()) == Some(motor);
+        within("motion", || {
+            let rows = std::fs::read_to_string(&self.record).unwrap();
+            (rows.lines().filter(is_it).count() > 100).then_some(())
         });
     }
 
@@ -200,8 +210,11 @@ pub(crate) fn done_or_at_rest(rig: &Rig, outcome: Outcome) -> bool {
     false
 }
 
-/// Scenarios by their names, all at once: most of the time each of them waits.
-pub(crate) fn together(scenarios: &[(&'static str, fn(&str))]) {
+/// Something to be tried out, by a name that is a folder as well.
+pub(crate) type Scenario = (&'static str, fn(&str));
+
+/// Scenarios, all at once: most of the time each of them waits.
+pub(crate) fn together(scenarios: &[Scenario]) {
     let threads = scenarios.iter().map(|&(name, scenario)| {
         // Not all in the same moment.
         thread::sleep(Duration::from_millis(100));
@@ -246,7 +259,7 @@ fn library(test: &Path) -> PathBuf {
     let built = folder.filter_map(|entry| {
         let entry = entry.ok()?;
         let name = entry.file_name().into_string().ok()?;
-        let is_library = name.starts_with("liblive-") && name.ends_with(".rlib");
+        let is_library = name.starts_with("liblive-") && Path::new(&name).extension().is_some_and(|end| end == "rlib");
         is_library.then(|| Some((entry.metadata().ok()?.modified().ok()?, entry.path())))?
     });
     built.max().expect("the library is built").1
