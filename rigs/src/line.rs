@@ -19,6 +19,8 @@ pub struct Line {
     last: Millis,
     /// Until when nothing arrives.
     silent: Millis,
+    /// Bytes in the pieces.
+    held: usize,
     is_broken: bool,
 }
 
@@ -27,7 +29,7 @@ impl Line {
     #[must_use]
     pub fn new(faults: Faults, seed: u64) -> Self {
         let rng = ChaCha8Rng::seed_from_u64(seed);
-        Self { faults, rng, pieces: VecDeque::new(), last: Millis(0), silent: Millis(0), is_broken: false }
+        Self { faults, rng, pieces: VecDeque::new(), last: Millis(0), silent: Millis(0), held: 0, is_broken: false }
     }
 
     /// Puts a piece on its way.
@@ -60,6 +62,7 @@ impl Line {
             && let Some((due, before)) = self.pieces.back_mut()
             && *due >= now
         {
+            self.held += piece.len();
             before.extend(piece);
         } else {
             self.put(now, piece);
@@ -80,7 +83,9 @@ impl Line {
     /// The next piece that has arrived.
     pub fn pop(&mut self, now: Millis) -> Option<Vec<u8>> {
         self.wake().filter(|due| *due <= now)?;
-        self.pieces.pop_front().map(|(_, piece)| piece)
+        let (_, piece) = self.pieces.pop_front()?;
+        self.held -= piece.len();
+        Some(piece)
     }
 
     /// Whether the line broke, and all that was to arrive has arrived.
@@ -91,14 +96,15 @@ impl Line {
 
     /// Bytes on their way.
     #[must_use]
-    pub fn held(&self) -> usize {
-        self.pieces.iter().map(|(_, piece)| piece.len()).sum()
+    pub const fn held(&self) -> usize {
+        self.held
     }
 
     fn put(&mut self, now: Millis, piece: Vec<u8>) {
         if !piece.is_empty() {
             let late = self.rng.random_range(0..=self.faults.delay);
             self.last = self.last.max(now.after(late));
+            self.held += piece.len();
             self.pieces.push_back((self.last, piece));
         }
     }
@@ -124,6 +130,7 @@ mod tests {
             while let Some(piece) = line.pop(Millis(now)) {
                 arrived.extend(piece);
             }
+            assert_eq!(line.held(), line.pieces.iter().map(|(_, piece)| piece.len()).sum::<usize>());
         }
         (arrived, line)
     }

@@ -1,9 +1,12 @@
 //! What the program `drive` does, and what a host must know for it.
 
+pub mod address;
 pub mod command;
 pub mod dmc;
 pub mod hoot;
 pub mod kos;
+pub mod printer;
+pub mod program;
 
 use motion_core::time::Millis;
 use rigs::Host;

@@ -1,0 +1,118 @@
+//! What the program `drive` does: a command, and a stop if it comes to trouble.
+
+use std::io;
+use std::net::{IpAddr, SocketAddr};
+use std::time::Duration;
+
+use clap::Parser;
+use rigs::dmc_host::DmcHost;
+use rigs::kos_host::KosHost;
+use tokio::sync::mpsc::UnboundedReceiver;
+
+use super::address::Address;
+use super::printer::Printer;
+use super::{Command, Driven, Stopped, Trouble, dmc, hoot, kos};
+use crate::session::{Session, Target};
+use crate::simulate::Protocol;
+
+/// A host for a rig, simulated or real.
+#[derive(Debug, Clone, PartialEq, Parser)]
+#[command(version, about, long_about = None)]
+pub struct Args {
+    /// Which protocol the rig speaks.
+    #[arg(value_enum)]
+    pub protocol: Protocol,
+    /// Where it is: HOST[:PORT]; a serial device such as /dev/ttyUSB0 or COM3 (DMC, hoot); udp://ADDRESS:PORT to wait
+    /// there for one that announces itself (kOS).
+    pub address: String,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    /// The password of the rig (kOS); the one that it tells, if none is said.
+    #[arg(long, global = true, value_name = "TEXT")]
+    pub password: Option<String>,
+    /// The TCP port of a rig that announced itself (kOS).
+    #[arg(long, global = true, default_value_t = kos_proto::discovery::DEFAULT_PORT)]
+    pub port: u16,
+    /// For how many seconds to wait for an announcement (kOS).
+    #[arg(long, global = true, value_name = "SECONDS", default_value_t = 15)]
+    pub wait: u16,
+    /// How fast motors go to where a move begins, as a part of their greatest speed (kOS).
+    #[arg(long, global = true, value_name = "PART", default_value_t = kos::Options::default().home_speed)]
+    pub home_speed: f32,
+    /// Bits a second of the serial line [default: 115200 for DMC, 57600 for hoot]
+    #[arg(long, global = true)]
+    pub baud: Option<u32>,
+    /// The address of the node (hoot).
+    #[arg(long, global = true, default_value_t = hoot_proto::Address::DEFAULT.0)]
+    pub node: u8,
+    /// Log what happens to the line; twice, each message; three times, each piece.
+    #[arg(long, short, global = true, action = clap::ArgAction::Count)]
+    pub verbose: u8,
+}
+
+/// Does what it is told to. Trouble is one line that says what to do.
+///
+/// # Errors
+///
+/// [`Trouble`]. Whatever was set in motion is stopped by then, or the trouble says that nobody confirmed it.
+pub async fn drive(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<(), Trouble> {
+    let address = Address::parse(&args.address, args.protocol)?;
+    let mut out = Printer::new(io::stdout());
+    let command = &args.command;
+    match args.protocol {
+        Protocol::Kos => {
+            let mut interrupts = interrupts;
+            let target = tokio::select! {
+                biased;
+                Some(()) = interrupts.recv() => return Err(Trouble::Interrupted),
+                target = find(args, &address) => target?,
+            };
+            let password = args.password.as_deref().map(str::as_bytes);
+            let host = KosHost::new(kos_proto::host::Options::default(), password);
+            let options = kos::Options { home_speed: args.home_speed, ..kos::Options::default() };
+            let flow = async |session: &mut _| kos::drive(session, command, &options, &mut out).await;
+            Box::pin(with(host, target, interrupts, flow)).await
+        }
+        Protocol::Dmc => {
+            let target = address.target(args.baud.unwrap_or(115_200)).await?;
+            let host = DmcHost::new(dmc_proto::host::Options::default());
+            let flow = async |session: &mut _| dmc::drive(session, command, &mut out).await;
+            Box::pin(with(host, target, interrupts, flow)).await
+        }
+        Protocol::Hoot => {
+            let target = address.target(args.baud.unwrap_or(57_600)).await?;
+            let node = hoot_proto::Address(args.node);
+            let flow = async |session: &mut _| hoot::drive(session, command, node, &mut out).await;
+            Box::pin(with(hoot::master(node)?, target, interrupts, flow)).await
+        }
+    }
+}
+
+/// Where a kOS rig is; if need be, it is waited for.
+async fn find(args: &Args, address: &Address) -> Result<Target, Trouble> {
+    let Address::Announced(ours) = *address else { return address.target(0).await };
+    let found = kos::discover(ours, None, Duration::from_secs(args.wait.into()), false).await?;
+    let first = found.first().map(|device| IpAddr::V4(device.address().into()));
+    let rig = first.ok_or_else(|| Trouble::Line(format!("{ours}: no kOS rig announced itself")))?;
+    Ok(Target::Tcp(SocketAddr::new(rig, args.port)))
+}
+
+/// Does something over a line. What it set in motion is stopped if that comes to trouble; and everything, if somebody
+/// interrupts.
+async fn with<H: Driven>(
+    host: H,
+    target: Target,
+    interrupts: UnboundedReceiver<()>,
+    flow: impl AsyncFnOnce(&mut Session<H>) -> Result<(), Trouble>,
+) -> Result<(), Trouble> {
+    let mut session = Session::connect(host, target, interrupts).await?;
+    let Err(trouble) = flow(&mut session).await else { return Ok(()) };
+    if !session.host().may_move() && !matches!(trouble, Trouble::Interrupted) {
+        return Err(trouble);
+    }
+    Err(Trouble::Failed(match session.stop().await {
+        Stopped::Confirmed => format!("{trouble}: the rig confirmed that it stopped"),
+        Stopped::NotConfirmed => format!("{trouble}: the stop is NOT confirmed: press the emergency stop"),
+    }))
+}

@@ -1,0 +1,340 @@
+//! A rig on real lines, in real time.
+//!
+//! One [`Server`] owns the rig, and alone calls it; a task for each line carries its bytes. What arrives waits at the
+//! door until the server has room for it, so that a flood costs no memory; whoever does not read what the rig says is
+//! cut off once [`PATIENCE`] bytes wait for him. A client that is cut off, hangs up or breaks something hurts nobody else.
+
+mod datagrams;
+mod link;
+mod listen;
+#[cfg(unix)]
+mod pty;
+mod record;
+
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use motion_core::time::Millis;
+use rigs::faults::{Carrier, Faults, Mishap, Mishaps};
+use rigs::line::Line;
+use rigs::{LineId, Outgoing, Rig};
+use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::sync::{mpsc, oneshot};
+use tokio::time::{Instant, sleep_until};
+use tracing::{info, warn};
+
+pub use datagrams::Announcer;
+pub use listen::listen;
+#[cfg(unix)]
+pub use pty::Pty;
+pub use record::Record;
+
+use datagrams::Datagrams;
+use link::Link;
+
+/// Bytes that may wait for a client to read them.
+pub const PATIENCE: usize = 256 * 1024;
+/// Bytes on their way to the rig, from which on nothing more is read.
+const ROOM: usize = 64 * 1024;
+/// Milliseconds for which a serial line is dead after a reset.
+const REOPEN: u64 = 5;
+/// What waits at the door of the server.
+const DOOR: usize = 16;
+
+/// How a rig is served.
+#[derive(Debug, Default)]
+pub struct Options {
+    /// What happens on its lines, and to it. Those of its datagrams are the [`Announcer`]'s.
+    pub faults: Faults,
+    /// Where all that is random comes from.
+    pub seed: u64,
+    /// Where its motors go is written down here.
+    pub record: Option<Record>,
+    /// The socket for its datagrams.
+    pub announcer: Option<Announcer>,
+}
+
+/// A way into the server, for whatever brings clients.
+#[derive(Debug, Clone)]
+pub struct Door(mpsc::Sender<Event>);
+
+/// What carries bytes.
+pub trait Stream: AsyncRead + AsyncWrite + Send + Unpin {}
+impl<T: AsyncRead + AsyncWrite + Send + Unpin> Stream for T {}
+
+impl Door {
+    /// Brings a client, whose line is free again once what is returned has ended. Nothing if nobody serves any more.
+    ///
+    /// A TCP connection ends when the rig is reset; the others are lines that stay.
+    pub async fn enter(
+        &self,
+        name: &str,
+        carrier: Carrier,
+        stream: impl Stream + 'static,
+    ) -> Option<oneshot::Receiver<()>> {
+        let (here, end) = oneshot::channel();
+        let came = Event::Came(Came { name: name.to_owned(), carrier, stream: Box::new(stream), here });
+        self.0.send(came).await.ok()?;
+        Some(end)
+    }
+}
+
+/// A client that came.
+struct Came {
+    name: String,
+    carrier: Carrier,
+    stream: Box<dyn Stream>,
+    /// Is dropped once its line is free again.
+    here: oneshot::Sender<()>,
+}
+
+/// What the server is told.
+enum Event {
+    Came(Came),
+    Piece { client: u64, bytes: Vec<u8> },
+    Gone { client: u64, why: String },
+    Datagram { from: SocketAddr, bytes: Vec<u8> },
+}
+
+/// A rig, its lines, and the clock of the computer.
+pub struct Server<R> {
+    rig: R,
+    faults: Faults,
+    seed: u64,
+    start: Instant,
+    mishaps: Mishaps,
+    /// By line: who is there.
+    links: Vec<Option<Link>>,
+    /// How many clients there have been.
+    clients: u64,
+    record: Option<Record>,
+    datagrams: Option<Datagrams>,
+    /// Who sent the datagram that the rig was just given.
+    asker: Option<SocketAddr>,
+    door: mpsc::Sender<Event>,
+    events: mpsc::Receiver<Event>,
+}
+
+impl<R: Rig> Server<R> {
+    /// A server, and the door to it. The rig's clock begins now.
+    #[must_use]
+    pub fn new(rig: R, options: Options) -> (Self, Door) {
+        let Options { faults, seed, record, announcer } = options;
+        let (door, events) = mpsc::channel(DOOR);
+        let datagrams = announcer.map(|announcer| Datagrams::new(announcer, seed, door.clone()));
+        let server = Self {
+            rig,
+            faults,
+            seed,
+            start: Instant::now(),
+            mishaps: Mishaps::new(faults, seed, Millis(0)),
+            links: (0..R::LINES).map(|_| None).collect(),
+            clients: 0,
+            record,
+            datagrams,
+            asker: None,
+            door: door.clone(),
+            events,
+        };
+        (server, Door(door))
+    }
+
+    /// Serves until `stop` is there, and gives the rig back.
+    pub async fn run(mut self, stop: impl Future<Output = ()>) -> R {
+        tokio::pin!(stop);
+        loop {
+            self.work();
+            let wake = self.wake().map(|wake| self.start + Duration::from_millis(wake.0));
+            tokio::select! {
+                biased;
+                () = &mut stop => break,
+                Some(event) = self.events.recv() => self.event(event),
+                () = sleep_until(wake.unwrap_or_else(far)) => {}
+            }
+        }
+        if let Some(record) = &mut self.record {
+            record.flush();
+        }
+        self.rig
+    }
+
+    fn now(&self) -> Millis {
+        Millis(u64::try_from(self.start.elapsed().as_millis()).unwrap_or(u64::MAX))
+    }
+
+    fn wake(&self) -> Option<Millis> {
+        let own = [self.rig.wake(), self.mishaps.wake(), self.record.as_ref().and_then(Record::wake)];
+        let datagrams = self.datagrams.as_ref().and_then(Datagrams::wake);
+        own.into_iter().chain([datagrams]).chain(self.links.iter().flatten().map(Link::wake)).flatten().min()
+    }
+
+    fn event(&mut self, event: Event) {
+        let now = self.now();
+        match event {
+            Event::Came(came) => self.came(now, came),
+            Event::Piece { client, bytes } => {
+                if let Some((_, link)) = self.find(client) {
+                    link.arrived(now, &bytes);
+                }
+            }
+            Event::Gone { client, why } => {
+                if let Some((_, link)) = self.find(client) {
+                    link.leave(why);
+                }
+            }
+            Event::Datagram { from, bytes } => {
+                if let Some(datagrams) = &mut self.datagrams {
+                    datagrams.arrived(now, from, &bytes);
+                }
+            }
+        }
+    }
+
+    fn find(&mut self, client: u64) -> Option<(LineId, &mut Link)> {
+        let links = (0..).map(LineId).zip(&mut self.links);
+        links.filter_map(|(line, link)| Some((line, link.as_mut()?))).find(|(_, link)| link.client == client)
+    }
+
+    fn came(&mut self, now: Millis, came: Came) {
+        // Whoever is gone makes room, even if not all that he said has arrived.
+        let places = [Option::is_none, |link: &Option<Link>| link.as_ref().is_some_and(Link::is_gone)];
+        let Some(index) = places.into_iter().find_map(|is_free| self.links.iter().position(is_free)) else {
+            warn!("{} is turned away: there are {} clients already", came.name, R::LINES);
+            return;
+        };
+        let Some(line) = (0..).map(LineId).nth(index) else { return };
+        if self.links[index].take().is_some() {
+            self.rig.close(now, line);
+        }
+        self.clients += 1;
+        let seed = self.seed.wrapping_add(2 * self.clients);
+        let lines = (Line::new(self.faults, seed), Line::new(self.faults, seed.wrapping_add(1)));
+        info!("{} is connected", came.name);
+        self.links[index] = Some(Link::new(self.clients, came, lines, self.door.clone()));
+        self.rig.open(now, line);
+        self.settle(now);
+    }
+
+    /// Does all that is due.
+    fn work(&mut self) {
+        let now = self.now();
+        self.rig.advance(now);
+        while let Some(mishap) = self.mishaps.next(now) {
+            self.mishap(now, mishap);
+        }
+        self.settle(now);
+        while let Some((from, bytes)) = self.datagrams.as_mut().and_then(|datagrams| datagrams.pop(now)) {
+            self.asker = Some(from);
+            self.rig.datagram(now, &bytes);
+            self.settle(now);
+            self.asker = None;
+        }
+        for index in 0..R::LINES {
+            self.carry(now, LineId(index));
+        }
+        if let Some(datagrams) = &mut self.datagrams {
+            datagrams.send(now);
+        }
+        if let Some(record) = &mut self.record {
+            record.look(now, self.rig.motors(), self.rig.moment());
+        }
+    }
+
+    fn mishap(&mut self, now: Millis, mishap: Mishap) {
+        match mishap {
+            Mishap::Silence(millis) => {
+                info!("fault: the rig hears nothing and says nothing for {millis} ms");
+                self.links.iter_mut().flatten().for_each(|link| link.hold(now.after(millis)));
+            }
+            Mishap::Reset => {
+                warn!("fault: the rig is reset");
+                self.rig.reset(now);
+                for index in 0..R::LINES {
+                    self.cut(now, LineId(index));
+                }
+            }
+            Mishap::Stall => {
+                warn!("fault: a motor gets stuck");
+                self.rig.stall(now);
+            }
+        }
+    }
+
+    /// Cuts a line off, as a reset does: a connection ends, a serial line is dead for a moment.
+    fn cut(&mut self, now: Millis, at: LineId) {
+        let Some(slot) = self.links.get_mut(usize::from(at.0)) else { return };
+        let Some(link) = slot else { return };
+        if link.carrier == Carrier::Stream {
+            info!("{} is cut off", link.name);
+            link.abort();
+            *slot = None;
+        } else {
+            self.clients += 1;
+            let seed = self.seed.wrapping_add(2 * self.clients);
+            let lines = (Line::new(self.faults, seed), Line::new(self.faults, seed.wrapping_add(1)));
+            link.restart(now.after(REOPEN), lines);
+        }
+        self.rig.close(now, at);
+    }
+
+    /// Brings what has arrived on a line, and takes away what is due on it.
+    fn carry(&mut self, now: Millis, at: LineId) {
+        let index = usize::from(at.0);
+        if self.links[index].as_mut().is_some_and(|link| link.opens(now)) {
+            self.rig.open(now, at);
+            self.settle(now);
+        }
+        while let Some(bytes) = self.links[index].as_mut().and_then(|link| link.up.pop(now)) {
+            self.rig.receive(now, at, &bytes);
+            self.settle(now);
+        }
+        let Some(link) = &mut self.links[index] else { return };
+        match link.carry(now) {
+            Ok(()) => {}
+            Err(why) => {
+                info!("{}: {why}", link.name);
+                link.abort();
+                self.links[index] = None;
+                self.rig.close(now, at);
+                self.settle(now);
+            }
+        }
+    }
+
+    /// Does what the rig wants done.
+    fn settle(&mut self, now: Millis) {
+        while let Some(outgoing) = self.rig.poll() {
+            match outgoing {
+                Outgoing::Bytes(line, bytes) => {
+                    if let Some(Some(link)) = self.links.get_mut(usize::from(line.0)) {
+                        link.send(now, &bytes);
+                    }
+                }
+                Outgoing::HangUp(line) => {
+                    if let Some(link) = self.links.get_mut(usize::from(line.0)).and_then(Option::take) {
+                        info!("{}: the rig hangs up", link.name);
+                        link.finish();
+                        self.rig.close(now, line);
+                    }
+                }
+                Outgoing::Announce(bytes) => {
+                    if let Some(datagrams) = &mut self.datagrams {
+                        datagrams.announce(now, &bytes);
+                    }
+                }
+                Outgoing::Answer(bytes) => {
+                    if let (Some(datagrams), Some(asker)) = (&mut self.datagrams, self.asker) {
+                        datagrams.answer(now, asker, &bytes);
+                    }
+                }
+                // A rig calls nobody.
+                Outgoing::Open(_) => {}
+            }
+        }
+    }
+}
+
+/// Nothing is due: a moment to look around all the same.
+fn far() -> Instant {
+    Instant::now() + Duration::from_hours(1)
+}

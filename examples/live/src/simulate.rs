@@ -1,0 +1,256 @@
+//! What the program `simulate` does: a rig as it was asked for, on the lines that it was asked for.
+
+use std::io::{self, Write};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
+
+use clap::{Parser, ValueEnum};
+use dmc_proto::device::Quirks;
+use hoot_proto::device;
+use rigs::Rig;
+use rigs::dmc_device::{self, DmcDevice};
+use rigs::faults::{Carrier, Faults};
+use rigs::hoot_node::{self, HootNode};
+use rigs::kos_device::{self, KosDevice};
+use tokio::net::TcpListener;
+use tokio::sync::mpsc::UnboundedReceiver;
+use tracing::info;
+
+use crate::serve::{Announcer, Door, Options, Record, Server, listen};
+
+/// A simulated rig on a real transport.
+#[derive(Debug, Clone, PartialEq, Parser)]
+#[command(version, about, long_about = None)]
+pub struct Args {
+    /// Which protocol the rig speaks.
+    #[arg(value_enum)]
+    pub protocol: Protocol,
+    /// Where to listen for TCP connections.
+    #[arg(long, value_name = "ADDRESS", default_value_t = IpAddr::from(Ipv4Addr::LOCALHOST))]
+    pub listen: IpAddr,
+    /// At which port; 0 for any that is free [default: 5520 for kOS, 5521 for DMC, 5522 for hoot]
+    #[arg(long)]
+    pub port: Option<u16>,
+    /// Announce the rig by datagrams to this address, and answer questions (kOS).
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    pub announce: Option<SocketAddr>,
+    /// Serve a pseudo-terminal, which is what DMC and hoot do by themselves where there are any.
+    #[arg(long, conflicts_with = "tcp")]
+    pub pty: bool,
+    /// Serve TCP, which is what kOS does by itself.
+    #[arg(long)]
+    pub tcp: bool,
+    /// How many motors the rig has [default: 3 for kOS and hoot, 4 for DMC]
+    #[arg(long)]
+    pub motors: Option<u8>,
+    /// Where all that is random comes from.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// What goes wrong: "all", or a list such as "delay=40,reset=20" (a wrong name tells which there are).
+    #[arg(long, value_name = "LIST")]
+    pub faults: Option<String>,
+    /// How the rig differs from the specification: a list (a wrong name tells which there are).
+    #[arg(long, value_name = "LIST")]
+    pub quirks: Option<String>,
+    /// The password of the rig (kOS).
+    #[arg(long, value_name = "TEXT")]
+    pub password: Option<String>,
+    /// Write down where the motors go: millis, motor, position, and moment of the move, as CSV.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// Log each message; twice, each piece.
+    #[arg(long, short, action = clap::ArgAction::Count)]
+    pub verbose: u8,
+}
+
+/// A protocol.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Protocol {
+    /// Kessler kOS: TCP, and UDP to find each other.
+    Kos,
+    /// Dragonframe DMC: a serial line.
+    Dmc,
+    /// NMX / `MoCoBus`: a serial line.
+    Hoot,
+}
+
+impl Protocol {
+    /// As it is written.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Kos => "kOS",
+            Self::Dmc => "DMC",
+            Self::Hoot => "hoot",
+        }
+    }
+
+    /// The port of the simulated rig. That of kOS is the protocol's; the others have none.
+    #[must_use]
+    pub const fn port(self) -> u16 {
+        match self {
+            Self::Kos => kos_proto::discovery::DEFAULT_PORT,
+            Self::Dmc => 5521,
+            Self::Hoot => 5522,
+        }
+    }
+}
+
+/// Serves the rig until somebody interrupts. An error is one line, and says what to do.
+///
+/// # Errors
+///
+/// What was asked for is not there, or cannot be had.
+pub async fn simulate(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<(), String> {
+    match args.protocol {
+        Protocol::Kos => Box::pin(serve(KosDevice::new(kos(args)?), args, interrupts)).await,
+        Protocol::Dmc => Box::pin(serve(DmcDevice::new(dmc(args)?), args, interrupts)).await,
+        Protocol::Hoot => Box::pin(serve(HootNode::new(hoot(args)?), args, interrupts)).await,
+    }
+}
+
+fn kos(args: &Args) -> Result<kos_device::Setup, String> {
+    if args.pty {
+        return Err("kOS has no serial line: leave --pty out".to_owned());
+    }
+    let mut setup = kos_device::Setup::with_motors(motors(args, 3, kos_proto::summary::MOTORS)?.into());
+    setup.password = args.password.clone().unwrap_or_default().into_bytes();
+    setup.number = args.seed;
+    if let IpAddr::V4(address) = args.listen {
+        setup.address = address;
+    }
+    match &args.quirks {
+        Some(quirks) => setup.with_quirks(quirks).map_err(|error| error.to_string()),
+        None => Ok(setup),
+    }
+}
+
+fn dmc(args: &Args) -> Result<dmc_device::Setup, String> {
+    only_kos(args)?;
+    let known = [
+        ("vendor", Quirks::VENDOR),
+        ("wide-ack", Quirks::WIDE_ACK),
+        ("short-greeting", Quirks::SHORT_GREETING),
+        ("positions-apart", Quirks::POSITIONS_APART),
+        ("ack-for-move", Quirks::ACK_FOR_MOVE),
+        ("reset-told-first", Quirks::RESET_TOLD_FIRST),
+        ("end-per-pass", Quirks::END_PER_PASS),
+        ("no-end-of-shot", Quirks::NO_END_OF_SHOT),
+        ("one-lock-code", Quirks::ONE_LOCK_CODE),
+    ];
+    let quirks = quirks(args, &known)?.into_iter().fold(Quirks::default(), |all, one| all | one);
+    Ok(dmc_device::Setup::of(motors(args, 4, 32)?).with_quirks(quirks))
+}
+
+fn hoot(args: &Args) -> Result<hoot_node::Options, String> {
+    only_kos(args)?;
+    let known: [(_, fn(&mut device::Quirks)); 6] = [
+        ("firmware", |quirks| *quirks = device::Quirks::FIRMWARE),
+        ("refuses-stop", |quirks| quirks.refuses_stop = true),
+        ("drops-top-byte", |quirks| quirks.drops_top_byte = true),
+        ("short-moves", |quirks| quirks.short_moves = true),
+        ("answers-twice", |quirks| quirks.answers_twice = true),
+        ("deaf", |quirks| quirks.is_deaf = true),
+    ];
+    let mut has = device::Quirks::NONE;
+    quirks(args, &known)?.into_iter().for_each(|quirk| quirk(&mut has));
+    let device = device::Options::default().with_quirks(has);
+    Ok(hoot_node::Options::default().with_motors(motors(args, 3, 3)?).with_device(device))
+}
+
+fn only_kos(args: &Args) -> Result<(), String> {
+    let name = args.protocol.name();
+    match (&args.announce, &args.password) {
+        (Some(_), _) => Err(format!("{name} has no datagrams: leave --announce out")),
+        (None, Some(_)) => Err(format!("{name} has no passwords: leave --password out")),
+        (None, None) => Ok(()),
+    }
+}
+
+fn motors(args: &Args, usual: u8, most: usize) -> Result<u8, String> {
+    let motors = args.motors.unwrap_or(usual);
+    let can_be = (1..=most).contains(&usize::from(motors));
+    can_be.then_some(motors).ok_or_else(|| format!("{} has 1 to {most} motors, not {motors}", args.protocol.name()))
+}
+
+/// What a list of names stands for.
+fn quirks<T: Copy>(args: &Args, known: &[(&str, T)]) -> Result<Vec<T>, String> {
+    let list = args.quirks.iter().flat_map(|list| list.split(',')).map(str::trim);
+    list.map(|name| {
+        let quirk = known.iter().find(|(known, _)| *known == name);
+        quirk.map(|(_, quirk)| *quirk).ok_or_else(|| {
+            let known: Vec<_> = known.iter().map(|(name, _)| *name).collect();
+            format!("{} has no quirk {name:?}: it has {}", args.protocol.name(), known.join(", "))
+        })
+    })
+    .collect()
+}
+
+/// What goes wrong on its lines, and with its datagrams. A list is for whichever it fits.
+fn faults(args: &Args, carrier: Carrier) -> Result<(Faults, Faults), String> {
+    let Some(list) = &args.faults else { return Ok(Default::default()) };
+    let (lines, datagrams) = (Faults::parse(list, carrier), Faults::parse(list, Carrier::Datagram));
+    match (lines, datagrams) {
+        (Ok(lines), datagrams) => Ok((lines, datagrams.unwrap_or_default())),
+        (Err(_), Ok(datagrams)) if args.announce.is_some() => Ok((Faults::NONE, datagrams)),
+        (Err(error), _) => Err(error.to_string()),
+    }
+}
+
+async fn serve<R: Rig>(rig: R, args: &Args, mut interrupts: UnboundedReceiver<()>) -> Result<(), String> {
+    let Args { protocol, seed, .. } = *args;
+    let tcp = args.tcp || protocol == Protocol::Kos || !(args.pty || cfg!(unix));
+    let carrier = if tcp { Carrier::Stream } else { Carrier::Serial };
+    let (faults, of_datagrams) = faults(args, carrier)?;
+    let listener = if tcp { Some(bind(args).await?) } else { None };
+    let announcer = match (&listener, args.announce) {
+        (Some(listener), Some(to)) => {
+            let here = listener.local_addr().map_err(|error| error.to_string())?;
+            let announcer = Announcer::bind(here, to, of_datagrams).await;
+            Some(announcer.map_err(|error| format!("{here}, for datagrams: {error}: choose another --port"))?)
+        }
+        _ => None,
+    };
+    let record = args.record.as_deref().map(|path| {
+        Record::create(path).map_err(|error| format!("{}: {error}: choose another --record", path.display()))
+    });
+    let record = record.transpose()?;
+    let (server, door) = Server::new(rig, Options { faults, seed, record, announcer });
+    let address = match listener {
+        Some(listener) => {
+            let address = listener.local_addr().map_err(|error| error.to_string())?;
+            tokio::spawn(listen(listener, door));
+            address.to_string()
+        }
+        None => terminal(door)?,
+    };
+    // A reader who has seen enough is no reason to end.
+    let _ = writeln!(io::stdout(), "{} rig at {address}", protocol.name());
+    server.run(async { interrupts.recv().await.unwrap_or_default() }).await;
+    info!("the end: somebody interrupted");
+    Ok(())
+}
+
+async fn bind(args: &Args) -> Result<TcpListener, String> {
+    let address = SocketAddr::new(args.listen, args.port.unwrap_or(args.protocol.port()));
+    TcpListener::bind(address).await.map_err(|error| match error.kind() {
+        io::ErrorKind::AddrInUse => format!("{address} is taken: choose another --port, or 0 for any that is free"),
+        io::ErrorKind::AddrNotAvailable => format!("{address} is no address of this computer: choose another --listen"),
+        io::ErrorKind::PermissionDenied => format!("{address} is not for you: choose a --port above 1023"),
+        _ => format!("{address}: {error}"),
+    })
+}
+
+#[cfg(unix)]
+fn terminal(door: Door) -> Result<String, String> {
+    let no_terminal = |error| format!("there is no pseudo-terminal to be had: {error}: use --tcp");
+    let pty = crate::serve::Pty::new().map_err(no_terminal)?;
+    let path = pty.path().to_owned();
+    tokio::spawn(pty.serve(door));
+    Ok(path)
+}
+
+#[cfg(not(unix))]
+fn terminal(_: Door) -> Result<String, String> {
+    Err("this system has no pseudo-terminals: use --tcp".to_owned())
+}

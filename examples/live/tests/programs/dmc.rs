@@ -1,0 +1,146 @@
+//! DMC: TCP, and a pseudo-terminal.
+
+use std::thread::sleep;
+use std::time::Duration;
+
+use examples::moves::Move;
+
+use crate::process::{Rig, done_or_at_rest, file, together};
+use crate::record::{Planned, Row, is_at, last};
+
+/// Two seconds at 24 frames a second: frames 1 to 49.
+const MOVE: &str = r#"{
+    "move": 1, "name": "Short", "rate": 24, "duration": 2,
+    "axes": [
+        { "name": "Slide", "unit": "mm", "limits": { "velocity": 200, "acceleration": 800 },
+          "keys": [ { "time": 0.2, "position": 0 }, { "time": 1, "position": 60 }, { "time": 1.8, "position": 100 } ],
+          "dmc": { "motor": 2, "steps_per_unit": 80 } }
+    ]
+}"#;
+
+/// The motor was where the curve of the move file has it. Between two frames it goes straight on, and the curve does not:
+/// 64,000 steps/s² over half of 1/24 s are 14 steps at the most, and a step for rounding.
+#[track_caller]
+fn check(rows: &[Row]) {
+    let planned = Move::parse("move", MOVE).unwrap();
+    let axis = &planned.axes[0];
+    let (scale, curve) = (axis.dmc.unwrap().scale, axis.curve());
+    let position = |frame: f64| f64::from(scale.steps(curve.position((frame - 1.0) / 24.0)).unwrap());
+    Planned { motor: 2, moments: (1.0, 49.0), rate: 24.0, position, tolerance: 15.0 }.check(rows);
+    let whole = rows.iter().filter(|row| row.motor == 2);
+    for (row, frame) in whole.filter_map(|row| Some((row, row.moment?))).filter(|(_, frame)| is_at(frame.fract(), 0.0))
+    {
+        assert!((row.position - position(frame)).abs() < 0.5, "{row:?}");
+    }
+}
+
+#[test]
+fn scenarios() {
+    together(&[
+        ("dmc_an_upload_and_a_run_over_a_terminal", |test| upload_and_run(test, &["--pty"])),
+        ("dmc_an_upload_and_a_run_over_tcp", |test| upload_and_run(test, &["--tcp"])),
+        ("dmc_an_upload_and_a_run_with_the_vendors_habits", |test| upload_and_run(test, &["--quirks", "vendor"])),
+        ("dmc_a_shoot_over_a_terminal", |test| shoot(test, &["--pty"])),
+        ("dmc_a_shoot_over_tcp", |test| shoot(test, &["--tcp"])),
+        ("dmc_ctrl_c_stops_the_motors_first", ctrl_c_stops_the_motors_first),
+        (
+            "dmc_without_its_host_a_run_goes_on_and_the_next_one_can_stop_it",
+            without_its_host_a_run_goes_on_and_the_next_one_can_stop_it,
+        ),
+        ("dmc_a_rig_that_is_killed_is_missed", |test| a_rig_that_is_killed_is_missed(test, "--pty")),
+        ("dmc_a_rig_that_is_killed_over_tcp", |test| a_rig_that_is_killed_is_missed(test, "--tcp")),
+        ("dmc_with_all_faults_1", |test| with_all_faults(test, "--pty", "1")),
+        ("dmc_with_all_faults_2", |test| with_all_faults(test, "--pty", "2")),
+        ("dmc_with_all_faults_3", |test| with_all_faults(test, "--tcp", "3")),
+    ]);
+}
+
+fn upload_and_run(test: &str, args: &[&str]) {
+    let path = file(test, MOVE);
+    let path = path.to_str().unwrap();
+    let rig = Rig::start(test, "dmc", args);
+    let said = rig.drive(&["upload", path]).done();
+    assert!(said.contains("uploaded: 49 frames of 1 motors"), "{said}");
+    let said = rig.drive(&["run", path]).done();
+    assert!(said.contains("frame ") && said.ends_with("the move is done\n"), "{said}");
+    let rows = rig.end();
+    check(&rows);
+    assert!(is_at(last(&rows, 2), 8000.0));
+}
+
+fn shoot(test: &str, args: &[&str]) {
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "dmc", args);
+    let program = ["program", path.to_str().unwrap(), "--shots", "5", "--interval", "0.3", "--exposure", "0.05"];
+    let said = rig.drive(&program).done();
+    assert!(said.contains("shot 1 of 5") && said.contains("shot 5 of 5"), "{said}");
+    let rows = rig.end();
+    assert!(is_at(last(&rows, 2), 8000.0));
+}
+
+fn ctrl_c_stops_the_motors_first(test: &str) {
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "dmc", &[]);
+    let drive = rig.begin(&["run", path.to_str().unwrap()]);
+    rig.plays();
+    sleep(Duration::from_millis(500));
+    drive.interrupt();
+    drive.end().failed("drive: interrupted: the rig confirmed that it stopped");
+    rig.rests();
+    let drive = rig.begin(&["jog", "1", "10", "--for", "30"]);
+    rig.moves(1);
+    drive.interrupt();
+    drive.end().failed("drive: interrupted: the rig confirmed that it stopped");
+    rig.rests();
+    let rows = rig.end();
+    assert!(last(&rows, 2) > 0.0 && last(&rows, 2) < 8000.0, "{}", last(&rows, 2));
+    assert!(last(&rows, 1) > 100.0 && last(&rows, 1) < 50_000.0, "{}", last(&rows, 1));
+}
+
+fn without_its_host_a_run_goes_on_and_the_next_one_can_stop_it(test: &str) {
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "dmc", &[]);
+    let mut drive = rig.begin(&["run", path.to_str().unwrap()]);
+    drive.line("frame ");
+    drive.kill();
+    let said = rig.drive(&["stop"]).done();
+    assert!(said.contains("the rig confirmed it"), "{said}");
+    rig.rests();
+    assert!(rig.drive(&["info"]).done().contains("motor 2 rests"));
+    rig.end();
+}
+
+fn a_rig_that_is_killed_is_missed(test: &str, line: &str) {
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "dmc", &[line]);
+    let mut drive = rig.begin(&["run", path.to_str().unwrap()]);
+    drive.line("frame ");
+    rig.kill();
+    drive.end().failed("NOT confirmed: press the emergency stop");
+}
+
+fn with_all_faults(test: &str, line: &str, seed: &str) {
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "dmc", &["--faults", "all", "--seed", seed, line]);
+    let is_done = done_or_at_rest(&rig, rig.drive(&["run", path.to_str().unwrap()]));
+    let rows = rig.end();
+    assert!(!is_done || is_at(last(&rows, 2), 8000.0), "{}", last(&rows, 2));
+}
+
+/// As `top` tells it, in hundredths of a second.
+#[cfg(target_os = "linux")]
+#[test]
+fn waiting_costs_nothing() {
+    let rig = Rig::start("dmc_waiting_costs_nothing", "dmc", &["--pty"]);
+    rig.drive(&["info"]).done();
+    let stat = format!("/proc/{}/stat", rig.id().as_raw_nonzero());
+    let time = || {
+        let text = std::fs::read_to_string(&stat).unwrap();
+        text.split(' ').skip(13).take(2).map(|ticks| ticks.parse::<u32>().unwrap()).sum::<u32>()
+    };
+    let before = time();
+    sleep(Duration::from_secs(1));
+    assert!(time() - before <= 3, "{} hundredths of a second", time() - before);
+    assert!(rig.log().contains("has hung up"));
+    rig.end();
+}

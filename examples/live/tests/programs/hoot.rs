@@ -1,0 +1,129 @@
+//! hoot: TCP, and a pseudo-terminal.
+
+use std::thread::sleep;
+use std::time::Duration;
+
+use examples::moves::Move;
+
+use crate::process::{Rig, done_or_at_rest, file, together};
+use crate::record::{Planned, Row, is_at, last};
+
+/// Two seconds from one key frame to the other, which is what a node can plan.
+const MOVE: &str = r#"{
+    "move": 1, "name": "Short", "rate": 24, "duration": 2.5,
+    "axes": [
+        { "name": "Pan", "unit": "degrees", "limits": { "velocity": 80, "acceleration": 200 },
+          "keys": [ { "time": 0.25, "position": 0 }, { "time": 2.25, "position": 45 } ],
+          "hoot": { "motor": 2, "steps_per_unit": 80 } }
+    ]
+}"#;
+
+/// The motor was where the curve of the move file has it: within what its own plan is off at the most, which is a step, a
+/// step for whole ones, and half a millisecond at 2700 steps a second.
+#[track_caller]
+fn check(rows: &[Row]) {
+    let planned = Move::parse("move", MOVE).unwrap();
+    let axis = &planned.axes[0];
+    let (scale, curve) = (axis.hoot.unwrap().scale, axis.curve());
+    let position = |millis: f64| f64::from(scale.steps(curve.position(millis / 1000.0)).unwrap());
+    Planned { motor: 2, moments: (0.0, 2250.0), rate: 1000.0, position, tolerance: 3.5 }.check(rows);
+}
+
+#[test]
+fn scenarios() {
+    together(&[
+        ("hoot_a_program_over_a_terminal", |test| video(test, "--pty")),
+        ("hoot_a_program_over_tcp", |test| video(test, "--tcp")),
+        ("hoot_photos_over_a_terminal", |test| photos(test, "--pty")),
+        ("hoot_photos_over_tcp", |test| photos(test, "--tcp")),
+        ("hoot_ctrl_c_stops_the_motors_first", ctrl_c_stops_the_motors_first),
+        ("hoot_without_its_master_a_jog_ends", without_its_master_a_jog_ends),
+        ("hoot_without_its_master_a_program_goes_on", without_its_master_a_program_goes_on),
+        ("hoot_a_rig_that_is_killed_is_missed", |test| a_rig_that_is_killed_is_missed(test, "--pty")),
+        ("hoot_a_rig_that_is_killed_over_tcp", |test| a_rig_that_is_killed_is_missed(test, "--tcp")),
+        ("hoot_with_all_faults_1", |test| with_all_faults(test, "--pty", "1")),
+        ("hoot_with_all_faults_2", |test| with_all_faults(test, "--pty", "2")),
+        ("hoot_with_all_faults_3", |test| with_all_faults(test, "--tcp", "3")),
+    ]);
+}
+
+fn video(test: &str, line: &str) {
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "hoot", &[line]);
+    assert!(rig.drive(&["info"]).done().contains("motor 3"));
+    rig.drive(&["run", path.to_str().unwrap()]).done();
+    let rows = rig.end();
+    check(&rows);
+    assert!(is_at(last(&rows, 2), 3600.0));
+}
+
+fn photos(test: &str, line: &str) {
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "hoot", &[line]);
+    let said =
+        rig.drive(&["program", path.to_str().unwrap(), "--shots", "4", "--interval", "1", "--exposure", "0.1"]).done();
+    assert!(said.contains('4'), "{said}");
+    assert!(is_at(last(&rig.end(), 2), 3600.0));
+}
+
+fn ctrl_c_stops_the_motors_first(test: &str) {
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "hoot", &[]);
+    let drive = rig.begin(&["run", path.to_str().unwrap()]);
+    rig.plays();
+    sleep(Duration::from_millis(500));
+    drive.interrupt();
+    drive.end().failed("drive: interrupted: the rig confirmed that it stopped");
+    rig.rests();
+    let drive = rig.begin(&["jog", "1", "500", "--for", "30"]);
+    rig.moves(1);
+    drive.interrupt();
+    drive.end().failed("drive: interrupted: the rig confirmed that it stopped");
+    rig.rests();
+    let rows = rig.end();
+    assert!(last(&rows, 2) > 0.0 && last(&rows, 2) < 3600.0, "{}", last(&rows, 2));
+    assert!(last(&rows, 1) > 20.0 && last(&rows, 1) < 5000.0, "{}", last(&rows, 1));
+}
+
+/// The dead-man stops what nobody holds.
+fn without_its_master_a_jog_ends(test: &str) {
+    let rig = Rig::start(test, "hoot", &[]);
+    let drive = rig.begin(&["jog", "1", "500", "--for", "30"]);
+    rig.moves(1);
+    drive.kill();
+    rig.rests();
+    // It is still told by hand, and takes no questions.
+    rig.drive(&["info"]).failed("joystick mode");
+    rig.drive(&["stop"]).done();
+    assert!(rig.drive(&["info"]).done().contains("motor 1"));
+    let rows = rig.end();
+    assert!(last(&rows, 1) > 20.0 && last(&rows, 1) < 5000.0, "{}", last(&rows, 1));
+}
+
+fn without_its_master_a_program_goes_on(test: &str) {
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "hoot", &[]);
+    let drive = rig.begin(&["run", path.to_str().unwrap()]);
+    rig.plays();
+    drive.kill();
+    assert!(rig.drive(&["info"]).done().contains("motor 1"));
+    rig.rests();
+    check(&rig.end());
+}
+
+fn a_rig_that_is_killed_is_missed(test: &str, line: &str) {
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "hoot", &[line]);
+    let drive = rig.begin(&["run", path.to_str().unwrap()]);
+    rig.plays();
+    rig.kill();
+    drive.end().failed("NOT confirmed: press the emergency stop");
+}
+
+fn with_all_faults(test: &str, line: &str, seed: &str) {
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "hoot", &["--faults", "all", "--seed", seed, line]);
+    let is_done = done_or_at_rest(&rig, rig.drive(&["run", path.to_str().unwrap()]));
+    let rows = rig.end();
+    assert!(!is_done || is_at(last(&rows, 2), 3600.0), "{}", last(&rows, 2));
+}

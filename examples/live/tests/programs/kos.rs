@@ -1,0 +1,167 @@
+//! kOS: TCP, and UDP to find each other.
+
+use std::net::UdpSocket;
+use std::thread::sleep;
+use std::time::Duration;
+
+use examples::moves::Move;
+
+use crate::process::{Program, Rig, done_or_at_rest, file, together};
+use crate::record::{Planned, Row, last};
+
+/// Two and a half seconds, and the last of them at rest.
+const MOVE: &str = r#"{
+    "move": 1, "name": "Short", "rate": 24, "duration": 2.5,
+    "axes": [
+        { "name": "Slide", "unit": "mm", "limits": { "velocity": 800, "acceleration": 4000 },
+          "keys": [ { "time": 0.25, "position": 0 }, { "time": 1.25, "position": 250 }, { "time": 2.25, "position": 400 } ],
+          "kos": { "motor": 1, "rotations_per_unit": 0.05, "range": [0, 30] } },
+        { "name": "Pan", "unit": "degrees", "limits": { "velocity": 90, "acceleration": 500 },
+          "keys": [ { "time": 0, "position": 45 }, { "time": 2, "position": -45, "ease": 0.3 } ],
+          "kos": { "motor": 2, "rotations_per_unit": 0.1, "range": [-5, 5] } }
+    ]
+}"#;
+
+/// Motors go to where a move begins as fast as they can.
+const QUICK: [&str; 2] = ["--home-speed", "1"];
+
+/// A rig whose motors know their ranges.
+fn calibrated(test: &str, args: &[&str]) -> Rig {
+    let rig = Rig::start(test, "kos", args);
+    rig.drive(&["calibrate", "1", "0", "30"]).done();
+    rig.drive(&["calibrate", "2", "-5", "5"]).done();
+    rig
+}
+
+/// Each motor was where the curve of the move file has it. A device computes with 32 bits: within a thousandth of a rotation.
+#[track_caller]
+fn check(rows: &[Row]) {
+    let planned = Move::parse("move", MOVE).unwrap();
+    for axis in &planned.axes {
+        let (kos, curve) = (axis.kos.unwrap(), axis.curve());
+        let position = |time| kos.rotations.at(curve.position(time));
+        let motor = kos.motor;
+        Planned { motor, moments: (0.0, planned.duration), rate: 1.0, position, tolerance: 1e-3 }.check(rows);
+    }
+}
+
+#[test]
+fn scenarios() {
+    together(&[
+        ("kos_a_calibration_and_a_live_move", a_calibration_and_a_live_move),
+        ("kos_a_move_from_its_end_to_its_start", a_move_from_its_end_to_its_start),
+        ("kos_a_time_lapse", a_time_lapse),
+        ("kos_a_rig_that_announces_itself_is_found", a_rig_that_announces_itself_is_found),
+        ("kos_ctrl_c_stops_the_motors_first", ctrl_c_stops_the_motors_first),
+        ("kos_without_its_client_a_move_goes_on", without_its_client_a_move_goes_on),
+        ("kos_a_rig_that_is_killed_is_missed", a_rig_that_is_killed_is_missed),
+        ("kos_with_all_faults_1", |test| with_all_faults(test, "1")),
+        ("kos_with_all_faults_2", |test| with_all_faults(test, "2")),
+        ("kos_with_all_faults_3", |test| with_all_faults(test, "3")),
+    ]);
+}
+
+fn a_calibration_and_a_live_move(test: &str) {
+    let path = file(test, MOVE);
+    let run = ["run", path.to_str().unwrap(), QUICK[0], QUICK[1]];
+    let rig = Rig::start(test, "kos", &[]);
+    // Never over another range than planned.
+    rig.drive(&run).failed("calibrate 1 0 30");
+    let said = rig.drive(&["calibrate", "1", "0", "30"]).done();
+    assert!(said.contains("motor 1 is calibrated: from 0 to 30 rotations"), "{said}");
+    rig.drive(&["calibrate", "2", "-5", "5"]).done();
+    let said = rig.drive(&["info"]).done();
+    assert!(said.contains("motor 2") && !said.lines().any(|line| line.contains("motor 1: at 0")), "{said}");
+    let said = rig.drive(&run).done();
+    assert!(said.contains(" %: motor 1 at ") && said.ends_with("the move is over\n"), "{said}");
+    let rows = rig.end();
+    check(&rows);
+    assert!((last(&rows, 1) - 20.0).abs() < 1e-3 && (last(&rows, 2) + 4.5).abs() < 1e-3);
+}
+
+fn a_move_from_its_end_to_its_start(test: &str) {
+    let path = file(test, MOVE);
+    let rig = calibrated(test, &[]);
+    rig.drive(&["run", path.to_str().unwrap(), "--reverse", QUICK[0], QUICK[1]]).done();
+    let rows = rig.end();
+    assert!(last(&rows, 1).abs() < 1e-3 && (last(&rows, 2) - 4.5).abs() < 1e-3, "{:?}", rows.last());
+}
+
+fn a_time_lapse(test: &str) {
+    let path = file(test, MOVE);
+    let rig = calibrated(test, &[]);
+    let program = [
+        "program",
+        path.to_str().unwrap(),
+        "--shots",
+        "4",
+        "--interval",
+        "0.6",
+        "--exposure",
+        "0.1",
+        QUICK[0],
+        QUICK[1],
+    ];
+    let said = rig.drive(&program).done();
+    assert!(said.contains("photo"), "{said}");
+    let rows = rig.end();
+    assert!((last(&rows, 1) - 20.0).abs() < 1e-3 && (last(&rows, 2) + 4.5).abs() < 1e-3, "{:?}", rows.last());
+}
+
+fn a_rig_that_announces_itself_is_found(test: &str) {
+    let ours = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
+    let rig = Rig::start(test, "kos", &["--announce", &ours]);
+    let port = rig.address.rsplit(':').next().unwrap();
+    let found = ["kos", &format!("udp://{ours}"), "info", "--port", port];
+    assert!(Program::start("drive", &found).end().done().contains("motor 3"));
+    rig.end();
+}
+
+fn ctrl_c_stops_the_motors_first(test: &str) {
+    let path = file(test, MOVE);
+    let rig = calibrated(test, &[]);
+    let drive = rig.begin(&["run", path.to_str().unwrap(), QUICK[0], QUICK[1]]);
+    rig.plays();
+    sleep(Duration::from_millis(500));
+    drive.interrupt();
+    drive.end().failed("drive: interrupted: the rig confirmed that it stopped");
+    rig.rests();
+    let drive = rig.begin(&["jog", "3", "2", "--for", "30"]);
+    rig.moves(3);
+    drive.interrupt();
+    drive.end().failed("drive: interrupted: the rig confirmed that it stopped");
+    rig.rests();
+    let rows = rig.end();
+    assert!(last(&rows, 1) > 0.0 && last(&rows, 1) < 19.0, "{}", last(&rows, 1));
+    assert!(last(&rows, 3) > 0.1 && last(&rows, 3) < 20.0, "{}", last(&rows, 3));
+}
+
+fn without_its_client_a_move_goes_on(test: &str) {
+    let path = file(test, MOVE);
+    let rig = calibrated(test, &[]);
+    let mut drive = rig.begin(&["run", path.to_str().unwrap(), QUICK[0], QUICK[1]]);
+    drive.line(" %: motor 1 at ");
+    drive.kill();
+    assert!(rig.drive(&["info"]).done().contains("motor 1"));
+    rig.rests();
+    check(&rig.end());
+}
+
+fn a_rig_that_is_killed_is_missed(test: &str) {
+    let path = file(test, MOVE);
+    let rig = calibrated(test, &[]);
+    let mut drive = rig.begin(&["run", path.to_str().unwrap(), QUICK[0], QUICK[1]]);
+    drive.line(" %: motor 1 at ");
+    rig.kill();
+    drive.end().failed("NOT confirmed: press the emergency stop");
+}
+
+fn with_all_faults(test: &str, seed: &str) {
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "kos", &["--faults", "all", "--seed", seed]);
+    let calibrations = [["calibrate", "1", "0", "30"], ["calibrate", "2", "-5", "5"]];
+    let calibrated = calibrations.into_iter().all(|args| done_or_at_rest(&rig, rig.drive(&args)));
+    let ran = done_or_at_rest(&rig, rig.drive(&["run", path.to_str().unwrap(), QUICK[0], QUICK[1]]));
+    let rows = rig.end();
+    assert!(!(calibrated && ran) || (last(&rows, 1) - 20.0).abs() < 1e-3, "{}", last(&rows, 1));
+}

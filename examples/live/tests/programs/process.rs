@@ -1,0 +1,281 @@
+//! Programs that are started, waited for, interrupted and killed. None outlives its test.
+
+use std::ffi::OsStr;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::record::Row;
+
+/// No test waits longer than this for anything.
+pub(crate) const BOUND: Duration = Duration::from_mins(1);
+
+/// A program that runs, and what it has said so far.
+pub(crate) struct Program {
+    child: Child,
+    out: Arc<Mutex<String>>,
+    err: Arc<Mutex<String>>,
+    readers: Vec<thread::JoinHandle<()>>,
+}
+
+/// How a program ended.
+#[derive(Debug)]
+pub(crate) struct Outcome {
+    pub(crate) status: ExitStatus,
+    pub(crate) out: String,
+    pub(crate) err: String,
+}
+
+impl Program {
+    /// Starts one of the examples, which are built with the tests.
+    pub(crate) fn start(name: &str, args: &[impl AsRef<OsStr>]) -> Self {
+        let here = std::env::current_exe().expect("a test has a path");
+        let built = here.ancestors().nth(2).expect("in a folder of a folder").join("examples").join(name);
+        let advice = "build the programs: cargo build -p live --examples";
+        let age = |path: &Path| path.metadata().and_then(|about| about.modified()).ok();
+        assert!(age(&built) >= age(&library(&here)), "{} is of yesterday: {advice}", built.display());
+        let mut command = Command::new(&built);
+        command.args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap_or_else(|error| panic!("{}: {error}: {advice}", built.display()));
+        let (out, out_reader) = listen(child.stdout.take().expect("piped"));
+        let (err, err_reader) = listen(child.stderr.take().expect("piped"));
+        Self { child, out, err, readers: vec![out_reader, err_reader] }
+    }
+
+    /// Waits until it has said something on standard output, and gives the line.
+    pub(crate) fn line(&mut self, part: &str) -> String {
+        let found = within(&format!("{part:?}"), || {
+            let out = self.out.lock().unwrap();
+            let line = out.lines().find(|line| line.contains(part)).map(str::to_owned);
+            line.or_else(|| self.child.try_wait().unwrap().map(|_| String::new()))
+        });
+        assert!(found.contains(part), "it ended without {part:?}: {} {}", self.out.lock().unwrap(), self.said());
+        found
+    }
+
+    /// What it has said on standard error so far.
+    pub(crate) fn said(&self) -> String {
+        self.err.lock().unwrap().clone()
+    }
+
+    pub(crate) fn id(&self) -> Pid {
+        Pid::from_child(&self.child)
+    }
+
+    /// As Ctrl-C does.
+    pub(crate) fn interrupt(&self) {
+        kill_process(self.id(), Signal::INT).unwrap();
+    }
+
+    pub(crate) fn kill(mut self) {
+        self.child.kill().unwrap();
+    }
+
+    /// Waits for its end.
+    pub(crate) fn end(mut self) -> Outcome {
+        let status = within("the end", || self.child.try_wait().unwrap());
+        self.readers.drain(..).for_each(|reader| reader.join().unwrap());
+        let (out, err) = (self.out.lock().unwrap().clone(), self.said());
+        Outcome { status, out, err }
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        // It may have ended.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Outcome {
+    /// It did what it was told, and has nothing to complain of.
+    #[track_caller]
+    pub(crate) fn done(self) -> String {
+        assert!(self.status.success(), "{self:?}");
+        self.out
+    }
+
+    /// It failed with status 1, and one line.
+    #[track_caller]
+    pub(crate) fn failed(self, part: &str) -> String {
+        assert_eq!(self.status.code(), Some(1), "{self:?}");
+        assert!(self.err.ends_with('\n') && self.err.lines().count() == 1, "{self:?}");
+        assert!(self.err.contains(part), "{part:?}: {self:?}");
+        self.err
+    }
+}
+
+/// A rig that is simulated.
+pub(crate) struct Rig {
+    program: Program,
+    pub(crate) protocol: &'static str,
+    /// Where it is, as it said.
+    pub(crate) address: String,
+    record: PathBuf,
+}
+
+impl Rig {
+    /// A rig for a test of this name.
+    pub(crate) fn start(test: &str, protocol: &'static str, args: &[&str]) -> Self {
+        let record = folder(test).join("record.csv");
+        let mut all = vec![protocol, "--port", "0", "--record", record.to_str().unwrap()];
+        all.extend(args);
+        let mut program = Program::start("simulate", &all);
+        let line = program.line(" rig at ");
+        let address = line.split(" rig at ").last().unwrap().to_owned();
+        Self { program, protocol, address, record }
+    }
+
+    /// Begins a command.
+    pub(crate) fn begin(&self, args: &[&str]) -> Program {
+        let mut all = vec![self.protocol, self.address.as_str()];
+        all.extend(args);
+        Program::start("drive", &all)
+    }
+
+    /// Does a command.
+    pub(crate) fn drive(&self, args: &[&str]) -> Outcome {
+        self.begin(args).end()
+    }
+
+    /// What it has logged so far.
+    pub(crate) fn log(&self) -> String {
+        self.program.said()
+    }
+
+    pub(crate) fn id(&self) -> Pid {
+        self.program.id()
+    }
+
+    pub(crate) fn kill(self) {
+        self.program.kill();
+    }
+
+    /// Waits until it plays a move.
+    pub(crate) fn plays(&self) {
+        within("a move", || {
+            // The last row may be half in the file.
+            let is_moment = |row: &&str| row.split(',').nth(3).is_some_and(|moment| moment.parse::<f64>().is_ok());
+            std::fs::read_to_string(&self.record).unwrap().lines().rev().take(20).find(is_moment).map(drop)
+        });
+    }
+
+    /// Waits until a motor that has never moved before is on its way.
+    pub(crate) fn moves(&self, motor: u8) {
+        let is_it = |row: &&str| row.split(',').nth(1).and_then(|number| number.parse().ok()) == Some(motor);
+        within("motion", || {
+            let rows = std::fs::read_to_string(&self.record).unwrap();
+            (rows.lines().filter(is_it).count() > 100).then_some(())
+        });
+    }
+
+    /// Waits until its motors have not moved for a moment.
+    pub(crate) fn rests(&self) {
+        let mut last = (0, Instant::now());
+        within("rest", || {
+            // Rows are in the file after half a second at the latest.
+            let len = self.record.metadata().unwrap().len();
+            if len != last.0 {
+                last = (len, Instant::now());
+            }
+            (last.1.elapsed() > Duration::from_millis(1200)).then_some(())
+        });
+    }
+
+    /// Ends it as Ctrl-C does, and gives what its motors did.
+    pub(crate) fn end(self) -> Vec<Row> {
+        self.program.interrupt();
+        let outcome = self.program.end();
+        assert!(outcome.status.success() && outcome.err.contains("the end"), "{outcome:?}");
+        Row::read(&self.record)
+    }
+}
+
+/// Whether it is done; otherwise everything rests, unless it was said that nobody knows.
+#[track_caller]
+pub(crate) fn done_or_at_rest(rig: &Rig, outcome: Outcome) -> bool {
+    if outcome.status.success() {
+        return true;
+    }
+    let line = outcome.failed("drive: ");
+    if !line.contains("NOT confirmed") {
+        rig.rests();
+    }
+    false
+}
+
+/// Something to be tried out, by a name that is a folder as well.
+pub(crate) type Scenario = (&'static str, fn(&str));
+
+/// Scenarios, all at once: most of the time each of them waits.
+pub(crate) fn together(scenarios: &[Scenario]) {
+    let threads = scenarios.iter().map(|&(name, scenario)| {
+        // Not all in the same moment.
+        thread::sleep(Duration::from_millis(100));
+        let thread = thread::Builder::new().name(name.to_owned()).spawn(move || scenario(name));
+        (name, thread.unwrap())
+    });
+    let threads: Vec<_> = threads.collect();
+    let failed: Vec<_> = threads.into_iter().filter_map(|(name, thread)| thread.join().err().map(|_| name)).collect();
+    assert!(failed.is_empty(), "failed: {failed:?}");
+}
+
+/// A folder for a test of this name.
+pub(crate) fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// A move file of a test.
+pub(crate) fn file(test: &str, json: &str) -> PathBuf {
+    let path = folder(test).join("move.json");
+    std::fs::write(&path, json).unwrap();
+    path
+}
+
+/// Waits until there is something.
+#[track_caller]
+pub(crate) fn within<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(start.elapsed() < BOUND, "{what} did not come");
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// The newest build of the library: `cargo test --test` builds it, but not the programs.
+fn library(test: &Path) -> PathBuf {
+    let folder = test.parent().expect("in a folder").read_dir().expect("that can be read");
+    let built = folder.filter_map(|entry| {
+        let entry = entry.ok()?;
+        let name = entry.file_name().into_string().ok()?;
+        let is_library = name.starts_with("liblive-") && Path::new(&name).extension().is_some_and(|end| end == "rlib");
+        is_library.then(|| Some((entry.metadata().ok()?.modified().ok()?, entry.path())))?
+    });
+    built.max().expect("the library is built").1
+}
+
+/// Reads what a program says as it says it.
+fn listen(from: impl Read + Send + 'static) -> (Arc<Mutex<String>>, thread::JoinHandle<()>) {
+    let said = Arc::new(Mutex::new(String::new()));
+    let heard = Arc::clone(&said);
+    let reader = thread::spawn(move || {
+        let mut from = BufReader::new(from);
+        let mut line = Vec::new();
+        while from.read_until(b'\n', &mut line).is_ok_and(|len| len > 0) {
+            heard.lock().unwrap().push_str(&String::from_utf8_lossy(&line));
+            line.clear();
+        }
+    });
+    (said, reader)
+}
