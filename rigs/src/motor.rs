@@ -96,6 +96,12 @@ impl Motor {
         self.limits
     }
 
+    /// Where its travel ends, if it does.
+    #[must_use]
+    pub const fn travel(&self) -> Option<Range> {
+        self.travel
+    }
+
     /// Where it is, at the last moment that it was told of or a later one.
     #[must_use]
     pub fn at(&self, now: Millis) -> Place {

@@ -1,1 +1,0 @@
-//! A hoot node: a rig of three motors in microsteps, and a camera.
