@@ -1,0 +1,353 @@
+//! A simulated NMX: a node with three motors and a camera.
+//!
+//! Its lines are its ports: 0 is USB, 1 is Bluetooth, 2 is the bus. What comes at one and is for another node goes out at
+//! the others, as the node says: it is a bridge. It reads as firmware does: one wrong byte costs a packet, and so does
+//! another packet that comes together with it. Positions are microsteps. A direction of 1 counts upwards, one of 0
+//! downwards, and the other way round when the motor was told so (`MotorSetDirection`); places mean the same always.
+//!
+//! ```
+//! use hoot_proto::HostMessage;
+//! use hoot_proto::message::Start;
+//! use motion_core::time::Millis;
+//! use rigs::hoot_node::{HootNode, Options};
+//! use rigs::{LineId, Outgoing, Party};
+//!
+//! let mut node = HootNode::new(Options::default());
+//! node.open(Millis(0), LineId(0));
+//! node.receive(Millis(1), LineId(0), &[0, 0, 0, 0, 0, 0xFF, 3, 0, 2, 0]);
+//! let ok = vec![0, 0, 0, 0, 0, 0xFF, 0, 0, 1, 0];
+//! assert_eq!(node.poll(), Some(Outgoing::Bytes(LineId(0), ok)));
+//! ```
+
+mod camera;
+mod lead;
+mod motors;
+mod options;
+
+use std::collections::VecDeque;
+
+use hoot_proto::device::{Answer, Command, DeviceMachine, Event, Forward, Input, Output, Port, ProgramState};
+use hoot_proto::frame::{MAX_DATA, MAX_FRAME};
+use hoot_proto::message::{Microstep, ProgramMode};
+use hoot_proto::query::Profile;
+use hoot_proto::{Address, Frame, HostMessage, Item, Strict};
+use motion_core::machine::Machine;
+use motion_core::stream;
+use motion_core::time::Millis;
+use tracing::{debug, info, warn};
+
+pub use camera::{Camera, PHOTOS, Photo};
+use lead::Lead;
+pub use options::Options;
+
+use crate::motor::Motor;
+use crate::{LineId, Outgoing, Party, Rig, TICK};
+
+/// After how many milliseconds of silence inside a packet it is dropped: more than 100 (hoot, section 1.1).
+const GAP: u64 = 101;
+
+/// The ports, in the order of the lines.
+const PORTS: [Port; 3] = [Port::Usb, Port::Bluetooth, Port::Bus];
+
+/// A port with what arrives at it.
+#[derive(Debug)]
+struct Wire {
+    is_open: bool,
+    frames: stream::Frames<Strict, { 2 * MAX_FRAME }>,
+    /// When the rest of what is being read is not awaited any more.
+    until: Option<Millis>,
+}
+
+impl Wire {
+    /// What comes next is the beginning of a packet.
+    fn forget(&mut self) {
+        self.frames.reset();
+        self.until = None;
+    }
+}
+
+/// A simulated node.
+#[derive(Debug)]
+pub struct HootNode {
+    machine: DeviceMachine,
+    profile: Profile,
+    wake: Option<Millis>,
+    now: Millis,
+    wires: [Wire; 3],
+    motors: Vec<Motor>,
+    /// What each motor is led along, and when it was led last.
+    leads: [Option<Lead>; 3],
+    led_at: [Millis; 3],
+    /// Which way each motor runs.
+    ways: [f64; 3],
+    /// Where the machine believes each motor to be.
+    told: [i32; 3],
+    microsteps: [Microstep; 3],
+    camera: Camera,
+    out_is_on: bool,
+    pulses: u64,
+    outgoing: VecDeque<Outgoing>,
+}
+
+impl HootNode {
+    /// A node that has just been switched on, at moment 0.
+    #[must_use]
+    pub fn new(options: Options) -> Self {
+        let wire = || Wire { is_open: false, frames: stream::Frames::new(), until: None };
+        let motor = Motor::new(options.limits).within(options.travel);
+        Self {
+            machine: DeviceMachine::new(options.device),
+            profile: options.device.profile,
+            wake: None,
+            now: Millis(0),
+            wires: [wire(), wire(), wire()],
+            motors: vec![motor; options.motors.min(3).into()],
+            leads: [None; 3],
+            led_at: [Millis(0); 3],
+            ways: [1.0; 3],
+            told: [0; 3],
+            microsteps: [Microstep::QUARTER; 3],
+            camera: Camera::default(),
+            out_is_on: false,
+            pulses: 0,
+            outgoing: VecDeque::new(),
+        }
+    }
+
+    /// The node itself, with all that it was set to.
+    #[must_use]
+    pub const fn machine(&self) -> &DeviceMachine {
+        &self.machine
+    }
+
+    /// The camera.
+    #[must_use]
+    pub const fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// Whether the auxiliary output is on.
+    #[must_use]
+    pub const fn out_is_on(&self) -> bool {
+        self.out_is_on
+    }
+
+    /// How often it told other nodes by the common line that the next picture comes.
+    #[must_use]
+    pub const fn pulses(&self) -> u64 {
+        self.pulses
+    }
+
+    /// Bytes that wait: for the rest of their packet, or to be taken by [`poll`](Party::poll).
+    #[must_use]
+    pub fn held(&self) -> usize {
+        let out = self.outgoing.iter().map(|out| if let Outgoing::Bytes(_, bytes) = out { bytes.len() } else { 0 });
+        self.wires.iter().map(|wire| wire.frames.held()).sum::<usize>() + out.sum::<usize>()
+    }
+
+    /// Somebody at the node does something: a button is pressed, a contact closed.
+    pub fn touch(&mut self, now: Millis, input: Input<'_>) {
+        self.advance(now);
+        self.step(input, &[]);
+    }
+
+    /// Tells the machine what happened, and does what follows. `packet` is what has just arrived.
+    fn step(&mut self, input: Input<'_>, packet: &[u8]) {
+        let (machine, output) = self.machine.clone().step(self.now, input);
+        self.machine = machine;
+        let Output { send, events, wake, .. } = output;
+        self.wake = wake;
+        for event in events {
+            self.does(event, packet);
+        }
+        for send in send {
+            let mut bytes = [0; MAX_FRAME];
+            let mut scratch = [0; MAX_DATA];
+            if let (Ok(message), Ok(len)) = (send.answer.message(&mut scratch), send.answer.encode_into(&mut bytes)) {
+                debug!("{:?} < {message}", send.port);
+                self.put(send.port, &bytes[..len]);
+            }
+        }
+    }
+
+    fn does(&mut self, event: Event, packet: &[u8]) {
+        match event {
+            Event::Motor { motor, motion } => self.set_in_motion(motor, motion),
+            Event::Camera { focus, shutter } => self.camera.lines(self.now, focus, shutter),
+            Event::AltOut { on } => {
+                info!("auxiliary output {}", if on { "on" } else { "off" });
+                self.out_is_on = on;
+            }
+            Event::CommonLine => self.pulses += 1,
+            Event::DebugLed => info!("lamp switched"),
+            Event::Program(state) => info!("program: {state:?}"),
+            Event::Set(part) => debug!("set: {part:?}"),
+            Event::Address(Address(address)) => info!("address {address} from now on; by USB from power-up on"),
+            Event::Forward(Forward { from, to }) => {
+                debug!("passed on from {from:?}, for {}", to.0);
+                for port in from.beyond() {
+                    self.put(*port, packet);
+                }
+            }
+            Event::Ignored(why) => debug!("not answered: {why:?}"),
+            _ => {}
+        }
+    }
+
+    /// Sends a packet, if somebody is at the port.
+    fn put(&mut self, port: Port, bytes: &[u8]) {
+        let line = line(port);
+        if self.wires[line].is_open {
+            self.outgoing.push_back(Outgoing::Bytes(LINES[line], bytes.to_vec()));
+        }
+    }
+
+    /// A whole packet arrived.
+    fn packet(&mut self, port: Port, packet: &[u8]) {
+        let Ok(frame) = Frame::decode(packet) else { return };
+        let message = HostMessage::decode(&frame);
+        let to = frame.address();
+        debug!("{port:?} > {}: {message}", to.0);
+        let before = self.outgoing.len();
+        self.step(Input::Received { port, to, message }, packet);
+        let mut refused = [0; MAX_FRAME];
+        let len = Answer::Error.encode_into(&mut refused).unwrap_or(0);
+        let is_refused = |out: &Outgoing| matches!(out, Outgoing::Bytes(_, bytes) if bytes[..] == refused[..len]);
+        if to == self.machine.address(port) && self.outgoing.iter().skip(before).any(is_refused) {
+            let why = if self.machine.controller().joystick_mode { ", perhaps for it is in joystick mode" } else { "" };
+            info!("refused{why}: {message}");
+        }
+    }
+
+    /// Drops what a silence has cut off.
+    fn drop_cut_off(&mut self) {
+        for line in 0..self.wires.len() {
+            if self.wires[line].until.is_some_and(|until| self.now >= until) {
+                warn!("{:?}: a part of a packet, and then silence", PORTS[line]);
+                self.wires[line].forget();
+                self.step(Input::Noise, &[]);
+            }
+        }
+    }
+}
+
+/// The lines, in their order.
+const LINES: [LineId; 3] = [LineId(0), LineId(1), LineId(2)];
+
+/// The number of a port's line.
+const fn line(port: Port) -> usize {
+    match port {
+        Port::Usb => 0,
+        Port::Bluetooth => 1,
+        Port::Bus => 2,
+    }
+}
+
+impl Party for HootNode {
+    fn open(&mut self, now: Millis, line: LineId) {
+        self.advance(now);
+        let Some(wire) = self.wires.get_mut(usize::from(line.0)) else { return };
+        wire.is_open = true;
+        wire.forget();
+        let port = PORTS[usize::from(line.0)];
+        info!("{port:?}: somebody is there");
+        self.step(Input::LinkUp(port), &[]);
+    }
+
+    fn close(&mut self, now: Millis, line: LineId) {
+        self.advance(now);
+        let Some(wire) = self.wires.get_mut(usize::from(line.0)).filter(|wire| wire.is_open) else { return };
+        wire.is_open = false;
+        wire.forget();
+        self.outgoing.retain(|out| !matches!(out, Outgoing::Bytes(of, _) if *of == line));
+        let port = PORTS[usize::from(line.0)];
+        info!("{port:?}: nobody is there any more");
+        self.step(Input::LinkDown(port), &[]);
+    }
+
+    fn receive(&mut self, now: Millis, line: LineId, bytes: &[u8]) {
+        self.advance(now);
+        let number = usize::from(line.0);
+        let Some(wire) = self.wires.get_mut(number).filter(|wire| wire.is_open) else { return };
+        wire.until = Some(now.after(GAP));
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            let taken = self.wires[number].frames.push(rest);
+            rest = &rest[taken..];
+            while let Some(item) = self.wires[number].frames.next() {
+                if let Item::Frame(frame) = item {
+                    let packet = frame.bytes().to_vec();
+                    // What came together with it is dropped, as by firmware.
+                    self.wires[number].forget();
+                    self.packet(PORTS[number], &packet);
+                    return;
+                }
+                warn!("{:?}: {} bytes that are no packet", PORTS[number], item.bytes().len());
+                self.step(Input::Noise, &[]);
+            }
+        }
+    }
+
+    fn advance(&mut self, now: Millis) {
+        self.now = self.now.max(now);
+        self.move_motors();
+        if self.wake.is_some_and(|wake| wake <= self.now) {
+            self.step(Input::Wake, &[]);
+        }
+        self.drop_cut_off();
+    }
+
+    fn wake(&self) -> Option<Millis> {
+        let cut_off = self.wires.iter().filter_map(|wire| wire.until);
+        let tick = self.is_moving().then(|| self.now.after(TICK));
+        cut_off.chain(self.wake).chain(tick).min()
+    }
+
+    fn poll(&mut self) -> Option<Outgoing> {
+        self.outgoing.pop_front()
+    }
+}
+
+impl Rig for HootNode {
+    const LINES: u8 = 3;
+
+    fn motors(&self) -> &[Motor] {
+        &self.motors
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "exact for 285,000 years")]
+    fn moment(&self) -> Option<f64> {
+        let program = self.machine.program();
+        let controller = self.machine.controller();
+        let delay = controller.start_delay;
+        let delay = delay.milliseconds(self.profile).unwrap_or(delay.0.into());
+        (program.state() == ProgramState::Running).then(|| match controller.program_mode {
+            ProgramMode::VIDEO => program.run_time(self.now).saturating_sub(delay) as f64,
+            _ => program.shots().into(),
+        })
+    }
+
+    fn reset(&mut self, now: Millis) {
+        self.advance(now);
+        warn!("the power fails for a moment");
+        self.leads = [None; 3];
+        for motor in &mut self.motors {
+            motor.halt(now);
+        }
+        for (wire, port) in self.wires.iter_mut().zip(PORTS) {
+            if std::mem::take(&mut wire.is_open) {
+                debug!("{port:?}: closed");
+            }
+            wire.forget();
+        }
+        self.camera.lines(self.now, false, false);
+        self.out_is_on = false;
+        self.step(Input::Command(Command::PowerUp), &[]);
+        self.outgoing.clear();
+    }
+
+    fn stall(&mut self, now: Millis) {
+        self.advance(now);
+        self.get_stuck();
+    }
+}

@@ -1,0 +1,219 @@
+//! The motors behind a node: what they are told, and what they tell.
+
+use hoot_proto::device::{Input, Motion, MotorSettings, MotorState, ProgramState};
+use hoot_proto::message::{self, Direction, Microstep, ProgramMode};
+use motion_core::profile::Limits;
+use motion_core::trajectory::Range;
+use tracing::{debug, info, warn};
+
+use super::{HootNode, Lead};
+use crate::motor::{Happening, Motor, Place};
+
+impl HootNode {
+    /// Whether a motor has something to do, or a machine waits for one that is not there.
+    pub(super) fn is_moving(&self) -> bool {
+        let waits = |motor: &message::Motor| self.machine.motor(*motor).is_moving();
+        self.motors.iter().any(|motor| !motor.is_idle()) || self.missing().iter().any(waits)
+    }
+
+    /// The motors that are not plugged in.
+    fn missing(&self) -> &'static [message::Motor] {
+        const ALL: &[message::Motor] = &message::Motor::ALL;
+        ALL.get(self.motors.len()..).unwrap_or_default()
+    }
+
+    fn settings(&self, motor: message::Motor) -> &MotorSettings {
+        self.machine.motor(motor).settings()
+    }
+
+    /// Has a motor do what the machine says.
+    pub(super) fn set_in_motion(&mut self, which: message::Motor, motion: Motion) {
+        let index = index(which);
+        let now = self.now;
+        let settings = *self.settings(which);
+        let speed = self.speed_of_moves(which);
+        let Some(motor) = self.motors.get_mut(index) else { return };
+        let here = motor.at(now);
+        let acceleration = f64::from(settings.acceleration.0.abs());
+        let acceleration = if acceleration > 0.0 { acceleration } else { motor.limits().acceleration };
+        if !matches!(motion, Motion::Power(_) | Motion::Rebase { .. }) {
+            self.leads[index] = None;
+        }
+        match motion {
+            Motion::Stop => {
+                info!("motor {which} stops at {:.0}", here.position);
+                motor.halt(now);
+            }
+            Motion::By { direction, steps } => {
+                let to = here.position.round() + way(direction, settings.direction) * f64::from(steps.0);
+                info!("motor {which} moves from {:.0} to {to:.0}", here.position);
+                motor.go_to(now, to, speed, acceleration);
+            }
+            Motion::To(to) => self.send(which, to.0.into(), speed, acceleration),
+            Motion::Run { direction, speed } => {
+                self.ways[index] = way(direction, settings.direction);
+                let velocity = self.ways[index] * f64::from(speed.0);
+                info!("motor {which} runs at {velocity:.0} a second");
+                motor.run(now, velocity, acceleration);
+            }
+            Motion::Speed(speed) => motor.run(now, self.ways[index] * f64::from(speed.0), acceleration),
+            Motion::Along { plan, elapsed } => {
+                info!("motor {which} follows its plan from {} to {} in {} ms", plan.start, plan.stop, plan.travel);
+                self.lead(which, Lead::Plan { plan, elapsed, since: now });
+            }
+            Motion::Microstep(microstep) => self.rescale(which, microstep),
+            Motion::Rebase { by } => {
+                motor.rebase(now, here.position - f64::from(by.0));
+                self.told[index] = round(motor.at(now).position);
+                self.leads[index] = self.leads[index].map(|lead| lead.rebased(by));
+            }
+            Motion::Power(on) => debug!("motor {which}: current {}", if on { "on" } else { "off" }),
+            _ => warn!("motor {which} does not know what this is: {motion:?}"),
+        }
+    }
+
+    /// Sends a motor to a place; in a time lapse so that it is there when the next picture comes.
+    fn send(&mut self, which: message::Motor, to: f64, speed: f64, acceleration: f64) {
+        let motor = &mut self.motors[index(which)];
+        let from = motor.at(self.now).position;
+        debug!("motor {which} goes from {from:.0} to {to:.0}");
+        let runs = self.machine.program().state() == ProgramState::Running;
+        if runs && self.machine.controller().program_mode == ProgramMode::CONTINUOUS {
+            let millis = self.machine.camera().settings().interval.0.max(1).into();
+            self.lead(which, Lead::Line { from, to, since: self.now, millis });
+        } else {
+            motor.go_to(self.now, to, speed, acceleration);
+        }
+    }
+
+    /// How fast a motor goes to a place: as it was set, and in a program as fast as it may.
+    fn speed_of_moves(&self, which: message::Motor) -> f64 {
+        let settings = self.settings(which);
+        let (set, most) = (f64::from(settings.speed.0.abs()), f64::from(settings.max_step_speed.0));
+        let is_program = self.machine.program().state() == ProgramState::Running;
+        if is_program || set == 0.0 { most } else { set.min(most) }
+    }
+
+    fn lead(&mut self, which: message::Motor, lead: Lead) {
+        let motor = &mut self.motors[index(which)];
+        let position = motor.at(self.now).position;
+        motor.lead(Place { position, velocity: 0.0 });
+        self.leads[index(which)] = Some(lead);
+        self.led_at[index(which)] = self.now;
+    }
+
+    /// Counts in other microsteps: what a motor can do, and where the rig ends, stays the same on the rig.
+    fn rescale(&mut self, which: message::Motor, microstep: Microstep) {
+        let index = index(which);
+        let position = self.machine.motor(which).position().0;
+        let old = std::mem::replace(&mut self.microsteps[index], microstep);
+        let scale = f64::from(microstep.0) / f64::from(old.0.max(1));
+        let (limits, travel) = (self.motors[index].limits(), self.motors[index].travel());
+        let scaled = Limits {
+            velocity: limits.velocity * scale,
+            acceleration: limits.acceleration * scale,
+            jerk: limits.jerk.map(|jerk| jerk * scale),
+        };
+        let mut motor = Motor::new(scaled);
+        if let Some(travel) = travel {
+            motor = motor.within(Range::new(travel.from * scale, travel.to * scale));
+        }
+        motor.lead(Place { position: position.into(), velocity: 0.0 });
+        motor.halt(self.now);
+        self.motors[index] = motor;
+        self.told[index] = position;
+    }
+
+    /// Moves what moves, and tells the machine.
+    pub(super) fn move_motors(&mut self) {
+        for index in 0..self.motors.len() {
+            let which = message::Motor::ALL[index];
+            self.follow(index);
+            let first = self.motors[index].advance(self.now);
+            self.report(which);
+            let mut next = first;
+            while let Some(happening) = next {
+                self.happened(which, happening);
+                next = self.motors[index].advance(self.now);
+            }
+        }
+        for motor in self.missing() {
+            if self.machine.motor(*motor).is_moving() {
+                warn!("motor {motor} is not plugged in");
+                self.step(Input::Fault(*motor), &[]);
+            }
+        }
+    }
+
+    /// Leads a motor as far as it can go since it was led last.
+    #[expect(clippy::cast_precision_loss, reason = "a moment ago")]
+    fn follow(&mut self, index: usize) {
+        let Some(lead) = self.leads[index] else { return };
+        let motor = &mut self.motors[index];
+        let here = motor.at(self.now).position;
+        let there = lead.at(self.now);
+        let seconds = self.now.since(self.led_at[index]) as f64 / 1000.0;
+        self.led_at[index] = self.now;
+        if seconds > 0.0 {
+            // A step is the least that it can do.
+            let reach = (motor.limits().velocity * seconds).max(1.0);
+            let position = here + (there - here).clamp(-reach, reach);
+            motor.lead(Place { position, velocity: (position - here) / seconds });
+        }
+        if lead.is_over(self.now) && (motor.at(self.now).position - there).abs() < 1e-9 {
+            self.leads[index] = None;
+            motor.halt(self.now);
+        }
+    }
+
+    /// Tells the machine where a motor is, if that is another place than before.
+    fn report(&mut self, which: message::Motor) {
+        let position = round(self.motors[index(which)].at(self.now).position);
+        if std::mem::replace(&mut self.told[index(which)], position) != position {
+            self.step(Input::Position { motor: which, position: position.into() }, &[]);
+        }
+    }
+
+    fn happened(&mut self, which: message::Motor, happening: Happening) {
+        match happening {
+            // Who runs at speed 0 still runs.
+            Happening::Rests if self.machine.motor(which).state() != MotorState::Moving => {}
+            Happening::Rests => {
+                info!("motor {which} rests at {}", self.told[index(which)]);
+                self.step(Input::Arrived(which), &[]);
+            }
+            Happening::Tripped { upper } => {
+                let end = if upper { "upper" } else { "lower" };
+                warn!("motor {which} has run into its {end} end, at {}", self.told[index(which)]);
+                self.leads[index(which)] = None;
+                self.step(Input::Fault(which), &[]);
+            }
+        }
+    }
+
+    /// The first motor that moves gets stuck.
+    pub(super) fn get_stuck(&mut self) {
+        let moves = |motor: &message::Motor| self.motors.get(index(*motor)).is_some_and(|motor| !motor.rests());
+        let Some(which) = message::Motor::ALL.into_iter().find(moves) else { return };
+        warn!("motor {which} is stuck");
+        self.leads[index(which)] = None;
+        self.motors[index(which)].halt(self.now);
+        self.report(which);
+        self.step(Input::Fault(which), &[]);
+    }
+}
+
+const fn index(motor: message::Motor) -> usize {
+    motor as usize - 1
+}
+
+/// Which way a direction counts, for a motor with this setting.
+fn way(direction: Direction, setting: Direction) -> f64 {
+    if (direction.0 != 0) == (setting.0 != 0) { -1.0 } else { 1.0 }
+}
+
+/// The step that a position is in.
+#[expect(clippy::cast_possible_truncation, reason = "what is beyond all steps is the last one")]
+fn round(position: f64) -> i32 {
+    position.round() as i32
+}

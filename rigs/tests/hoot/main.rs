@@ -1,0 +1,8 @@
+//! Scenarios of hoot: a master and a simulated node on a virtual clock.
+
+mod bridge;
+mod faults;
+mod programs;
+mod trouble;
+mod usual;
+mod world;
