@@ -40,7 +40,8 @@ impl<T: AsyncRead + AsyncWrite + Send + Unpin> Stream for T {}
 /// A host, its line, and the clock of the computer.
 pub struct Session<H> {
     host: H,
-    target: Target,
+    /// Where the line is opened; none where it was given.
+    target: Option<Target>,
     start: Instant,
     line: Option<Box<dyn Stream>>,
     interrupts: UnboundedReceiver<()>,
@@ -53,11 +54,21 @@ impl<H: Driven> Session<H> {
     ///
     /// [`Trouble::Line`] if it cannot be opened, [`Trouble::Interrupted`].
     pub async fn connect(host: H, target: Target, interrupts: UnboundedReceiver<()>) -> Result<Self, Trouble> {
-        let mut session = Self { host, target, start: Instant::now(), line: None, interrupts };
+        let mut session = Self { host, target: Some(target), start: Instant::now(), line: None, interrupts };
         if !H::OPENS {
             session.open().await?;
         }
         Ok(session)
+    }
+
+    /// A session on a line that is open: whatever carries bytes. It is not opened again when it is lost.
+    pub fn over<S>(host: H, line: S, interrupts: UnboundedReceiver<()>) -> Self
+    where
+        S: AsyncRead + AsyncWrite + Send + Unpin + 'static,
+    {
+        let mut session = Self { host, target: None, start: Instant::now(), line: Some(Box::new(line)), interrupts };
+        session.host.open(Millis(0), LINE);
+        session
     }
 
     /// The host, to look at.
@@ -188,10 +199,13 @@ impl<H: Driven> Session<H> {
     }
 
     async fn open(&mut self) -> Result<(), Trouble> {
+        let Some(target) = &self.target else {
+            return Err(Trouble::Line("the line is gone, and there is no way to open it again".to_owned()));
+        };
         self.line = Some(tokio::select! {
             biased;
             Some(()) = self.interrupts.recv() => return Err(Trouble::Interrupted),
-            line = open(&self.target) => line?,
+            line = open(target) => line?,
         });
         let now = self.now();
         self.host.open(now, LINE);
