@@ -185,6 +185,7 @@ mod tests {
 
     const SLIDE: &str = include_str!("slide.json");
     const CRANE: &str = include_str!("crane.json");
+    const PAN: &str = include_str!("pan.json");
     const WHIP: &str = include_str!("whip.json");
 
     /// A small move, with something else in the place of a part of it.
@@ -210,7 +211,9 @@ mod tests {
         assert_eq!((kos.motor, kos.normalized.apply(400.0), kos.rotations.at(400.0)), (1, 0.5, 20.0));
         assert_eq!(axis.dmc.unwrap().scale.steps(2.0), Ok(160));
         assert_eq!((axis.hoot.unwrap().address, axis.hoot.unwrap().motor), (3, 1));
-        for sample in [slide, Move::parse("crane.json", CRANE).unwrap()] {
+        let [crane, pan] =
+            [("crane.json", CRANE), ("pan.json", PAN)].map(|(name, text)| Move::parse(name, text).unwrap());
+        for sample in [slide, crane, pan] {
             let excesses: Vec<String> = sample.excesses().map(|excess| excess.to_string()).collect();
             assert_eq!(excesses, [""; 0]);
         }

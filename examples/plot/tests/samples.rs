@@ -11,7 +11,7 @@ use plot::cli;
 
 fn samples() -> impl Iterator<Item = PathBuf> {
     let moves = Path::new(env!("CARGO_MANIFEST_DIR")).join("../moves");
-    ["slide", "crane", "whip"].into_iter().map(move |name| moves.join(name).with_extension("json"))
+    ["slide", "crane", "pan", "whip"].into_iter().map(move |name| moves.join(name).with_extension("json"))
 }
 
 /// The numbers of the points of all lines of an SVG, x and y.

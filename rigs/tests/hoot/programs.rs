@@ -34,7 +34,8 @@ fn moment(stage: &Stage<HootNode>) -> Option<u32> {
 }
 
 /// In video mode each motor is at every tick exactly where its plan has it: they are led by whole milliseconds. And the
-/// plan of this one is the curve 3u² - 2u³ to a step, which is that of a move file with two smooth key frames.
+/// plan of this one is the curve 3u² - 2u³, which is that of a move file with two smooth key frames: to a whole step, and
+/// what the 20 bits behind the point of a plan leave.
 #[test]
 fn a_video_is_its_plan() {
     let other = Plan { start: Steps(500), stop: Steps(-1500), travel: Span(2000), ..smooth() };
@@ -50,7 +51,7 @@ fn a_video_is_its_plan() {
         assert_eq!(stage.place(2).to_bits(), f64::from(behind).to_bits(), "after {gone} ms");
         let u = f64::from(gone) / 3000.0;
         let curve = 6000.0 * (3.0 - 2.0 * u) * u * u;
-        assert!((stage.place(0) - curve).abs() <= 1.001, "{} for {curve}", stage.place(0));
+        assert!((stage.place(0) - curve).abs() <= 1.01, "{} for {curve}", stage.place(0));
         stage.tick();
     }
     assert_eq!(stage.now() - began, 3000);

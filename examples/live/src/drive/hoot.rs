@@ -1,1 +1,0 @@
-//! Commands as hoot has them.

@@ -1,0 +1,229 @@
+//! Planned moves: stored, played by the clock, and with photos.
+
+use std::path::Path;
+
+use examples::moves::Move;
+use hoot_proto::HostMessage;
+use hoot_proto::message::{
+    self, Motor, ProgramMode, ProgramModeQuery, RunState, RunStatus, RunTime, ShortMilliseconds, ShortShots, ShortSpan,
+    Span, StartDelay, ValueType,
+};
+use hoot_proto::query::AnyReply;
+use motion_core::wire::Bool;
+use tokio::time::Instant;
+
+use super::motion::milliseconds;
+use super::plan::{Count, Planned, plans};
+use super::talk::Talk;
+use crate::drive::Trouble;
+use crate::drive::command::Shots;
+
+impl Talk<'_> {
+    pub(super) async fn upload(&mut self, file: &Path) -> Result<(), Trouble> {
+        let planned = self.read(file, Count::Video, false)?;
+        self.store(&planned, ProgramMode::VIDEO).await?;
+        self.dead_man(false).await?;
+        self.say("stored, and at its start: start it when you like")
+    }
+
+    pub(super) async fn run(&mut self, file: &Path, reverse: bool) -> Result<(), Trouble> {
+        let planned = self.read(file, Count::Video, reverse)?;
+        self.store(&planned, ProgramMode::VIDEO).await?;
+        // Without a camera the end of the move is the end of the program.
+        self.set(HostMessage::CameraSetEnable(message::CameraSetEnable { enable: Bool::FALSE })).await?;
+        let millis = planned.iter().map(|it| it.lead_in.saturating_add(it.plan.travel.0)).max().unwrap_or(0);
+        self.play(&planned, f64::from(millis) / 1000.0).await?;
+        self.say("the move is done, and all motors rest at its end")
+    }
+
+    pub(super) async fn program(&mut self, file: &Path, shots: Shots) -> Result<(), Trouble> {
+        let Shots { shots, interval, exposure, continuous } = shots;
+        let max_shots = u16::try_from(shots).ok().filter(|shots| *shots >= 2).map(ShortShots);
+        let max_shots =
+            max_shots.ok_or_else(|| Trouble::Refused(format!("{shots} photos: a node takes 2 to 65535")))?;
+        let (pause, open) = (milliseconds("an interval", interval)?, milliseconds("an exposure", exposure)?);
+        if open >= pause {
+            return Err(Trouble::Refused(format!(
+                "an exposure of {exposure} s does not fit into an interval of {interval} s: take a longer one"
+            )));
+        }
+        let planned = self.read(file, Count::Shots(shots), false)?;
+        let mode = if continuous { ProgramMode::CONTINUOUS } else { ProgramMode::SMS };
+        self.store(&planned, mode).await?;
+        self.camera(exposure).await?;
+        let interval_set = message::CameraSetInterval { interval: message::Milliseconds(pause) };
+        let (none, no) = (ShortMilliseconds(0), Bool::FALSE);
+        for message in [
+            HostMessage::CameraSetInterval(interval_set),
+            HostMessage::CameraSetFocusTime(message::CameraSetFocusTime { focus_time: none }),
+            HostMessage::CameraSetExposureDelay(message::CameraSetExposureDelay { exposure_delay: none }),
+            HostMessage::CameraSetMirrorUp(message::CameraSetMirrorUp { mirror_up: no }),
+        ] {
+            self.set(message).await?;
+        }
+        let set = HostMessage::CameraSetMaxShots(message::CameraSetMaxShots { max_shots });
+        let query = HostMessage::CameraMaxShots(message::CameraMaxShots {});
+        let is_so = |answer: AnyReply<'_>| matches!(answer, AnyReply::CameraMaxShots(it) if it.value.0 == shots);
+        self.set_and_see(set, query, is_so).await?;
+        self.play(&planned, f64::from(shots - 1) * interval + exposure).await?;
+        self.say(&format!("{shots} photos, and all motors rest"))
+    }
+
+    /// Reads a move file, and makes planned moves of it.
+    fn read(&mut self, file: &Path, count: Count, reverse: bool) -> Result<Vec<Planned>, Trouble> {
+        let file = Move::read(file).map_err(|error| Trouble::Refused(error.to_string()))?;
+        let planned = plans(&file, self.node, count, reverse)?;
+        for it in &planned {
+            let (start, stop) = (it.plan.start, it.plan.stop);
+            self.say(&format!("motor {}: from {start} to {stop}, {:.0} steps off at most", it.motor, it.deviation))?;
+        }
+        Ok(planned)
+    }
+
+    /// Stores planned moves, sees that the node has them, and sends the motors to their start. Motors without one have
+    /// none afterwards.
+    async fn store(&mut self, planned: &[Planned], program_mode: ProgramMode) -> Result<(), Trouble> {
+        self.prepare().await?;
+        // A paused program would go on instead of beginning.
+        self.set(HostMessage::Stop(message::Stop {})).await?;
+        for it in planned.iter().filter(|_| program_mode == ProgramMode::VIDEO) {
+            let (most, asked) = (self.greatest_speed(it.motor).await?, it.peak() * 1000.0);
+            if asked > most {
+                return Err(Trouble::Refused(format!(
+                    "motor {}: the move needs {asked:.0} steps a second, the node does {most}: make it slower",
+                    it.motor
+                )));
+            }
+        }
+        self.dead_man(true).await?;
+        let set = HostMessage::SetProgramMode(message::SetProgramMode { program_mode });
+        let query = HostMessage::ProgramMode(ProgramModeQuery {});
+        let is_so = |answer: AnyReply<'_>| matches!(answer, AnyReply::ProgramMode(it) if it.value == program_mode);
+        self.set_and_see(set, query, is_so).await?;
+        for message in [
+            HostMessage::SetTimingMaster(message::SetTimingMaster { timing_master: Bool::TRUE }),
+            HostMessage::SetStartDelay(message::SetStartDelay { start_delay: StartDelay(0) }),
+            HostMessage::SetMaxRunTime(message::SetMaxRunTime { max_run_time: message::Milliseconds(0) }),
+            HostMessage::SetPingPong(message::SetPingPong { ping_pong: Bool::FALSE }),
+        ] {
+            self.set(message).await?;
+        }
+        for motor in Motor::ALL {
+            match planned.iter().find(|it| it.motor == motor) {
+                Some(it) => self.store_one(it).await?,
+                None => self.set_travel(motor, Span(0)).await?,
+            }
+        }
+        for it in planned {
+            let motor = it.motor;
+            self.enable(motor).await?;
+            let most = self.greatest_speed(motor).await?;
+            #[expect(clippy::cast_possible_truncation, reason = "no more than 65,535")]
+            self.set_speed(motor, most as f32).await?;
+            let answered = self.set_off(HostMessage::MotorSendToStart(message::MotorSendToStart { motor })).await?;
+            self.arrive(motor, it.plan.start.0, answered).await?;
+        }
+        Ok(())
+    }
+
+    async fn store_one(&mut self, Planned { motor, plan, lead_in, .. }: &Planned) -> Result<(), Trouble> {
+        let (motor, plan) = (*motor, *plan);
+        let is_so =
+            |at| move |answer: AnyReply<'_>| matches!(answer, AnyReply::MotorProgramStart(it) if it.value == at);
+        let set = HostMessage::MotorSetProgramStart(message::MotorSetProgramStart { motor, position: plan.start });
+        let query = HostMessage::MotorProgramStart(message::MotorProgramStart { motor });
+        self.set_and_see(set, query, is_so(plan.start)).await?;
+        let is_so = |answer: AnyReply<'_>| matches!(answer, AnyReply::MotorProgramStop(it) if it.value == plan.stop);
+        let set = HostMessage::MotorSetProgramStop(message::MotorSetProgramStop { motor, position: plan.stop });
+        let query = HostMessage::MotorProgramStop(message::MotorProgramStop { motor });
+        self.set_and_see(set, query, is_so).await?;
+        self.set_travel(motor, plan.travel).await?;
+        let acceleration = plan.acceleration;
+        let set = message::MotorSetProgramAcceleration { motor, acceleration };
+        let query = HostMessage::MotorProgramAcceleration(message::MotorProgramAcceleration { motor });
+        let is_so =
+            |answer: AnyReply<'_>| matches!(answer, AnyReply::MotorProgramAcceleration(it) if it.value == acceleration);
+        self.set_and_see(HostMessage::MotorSetProgramAcceleration(set), query, is_so).await?;
+        let deceleration = plan.deceleration;
+        let set = message::MotorSetProgramDeceleration { motor, deceleration };
+        let query = HostMessage::MotorProgramDeceleration(message::MotorProgramDeceleration { motor });
+        let is_so =
+            |answer: AnyReply<'_>| matches!(answer, AnyReply::MotorProgramDeceleration(it) if it.value == deceleration);
+        self.set_and_see(HostMessage::MotorSetProgramDeceleration(set), query, is_so).await?;
+        let set = HostMessage::MotorSetEasing(message::MotorSetEasing { motor, easing: plan.easing });
+        let query = HostMessage::MotorEasing(message::MotorEasing { motor });
+        let is_so = |answer: AnyReply<'_>| matches!(answer, AnyReply::MotorEasing(it) if it.value == plan.easing);
+        self.set_and_see(set, query, is_so).await?;
+        self.set_lead_in(motor, *lead_in).await
+    }
+
+    async fn set_travel(&mut self, motor: Motor, travel: Span) -> Result<(), Trouble> {
+        let set = HostMessage::MotorSetTravel(message::MotorSetTravel { motor, travel });
+        let query = HostMessage::MotorTravel(message::MotorTravel { motor });
+        let is_so = |answer: AnyReply<'_>| matches!(answer, AnyReply::MotorTravel(it) if it.value == travel);
+        self.set_and_see(set, query, is_so).await
+    }
+
+    /// The lead-in has 16 bits in older firmware.
+    async fn set_lead_in(&mut self, motor: Motor, lead_in: u32) -> Result<(), Trouble> {
+        let set = if self.facts().lead_in == ValueType::ULONG {
+            HostMessage::MotorSetLeadInLong(message::MotorSetLeadInLong { motor, lead_in: Span(lead_in) })
+        } else {
+            let short = u16::try_from(lead_in).map(ShortSpan).map_err(|_| {
+                Trouble::Refused(format!(
+                    "motor {motor} is to wait for {lead_in} before it moves, and this firmware counts to 65535: \
+                     let the axis begin earlier"
+                ))
+            })?;
+            HostMessage::MotorSetLeadIn(message::MotorSetLeadIn { motor, lead_in: short })
+        };
+        let query = HostMessage::MotorLeadIn(message::MotorLeadIn { motor });
+        self.set_and_see(set, query, |answer| matches!(answer, AnyReply::MotorLeadIn(it) if it.value.0 == lead_in))
+            .await
+    }
+
+    /// Starts what is stored, tells how far it is, and sees where it ends.
+    async fn play(&mut self, planned: &[Planned], seconds: f64) -> Result<(), Trouble> {
+        let began = Instant::now();
+        let answered = self.set_off(HostMessage::Start(message::Start {})).await?;
+        let profile = self.session.host().profile(self.node);
+        let mut has_run = false;
+        loop {
+            let (status, time) = (RunStatus {}, RunTime {});
+            let state = self.ask(HostMessage::RunStatus(status)).await?.read(&status).unwrap_or(RunState::STOPPED);
+            let gone = self.ask(HostMessage::RunTime(time)).await?.read(&time).unwrap_or_default().0;
+            if state.is_running(profile) == Some(false) {
+                // A program that has come to its end, or was stopped, forgets how long it ran; a paused one does not.
+                if gone > 0 {
+                    return Err(Trouble::Failed(format!(
+                        "node {} paused after {gone} ms: a motor failed, somebody pressed its button, or it heard \
+                         nothing for a second",
+                        self.node.0
+                    )));
+                }
+                break;
+            }
+            has_run = true;
+            let mut places = Vec::new();
+            for it in planned {
+                places.push(format!("motor {} at {}", it.motor, self.position(it.motor).await?));
+            }
+            self.progress(|| format!("{:.1} of {seconds:.1} s: {}", f64::from(gone) / 1000.0, places.join(", ")))?;
+        }
+        let took = began.elapsed().as_secs_f64();
+        for it in planned {
+            self.arrive(it.motor, it.plan.stop.0, answered || has_run).await?;
+        }
+        // No clock of a node is wrong by that much; motors may be at their end long before the last photo.
+        if took < 0.99 * seconds {
+            return Err(Trouble::Failed(format!(
+                "node {} ended after {took:.1} s instead of {seconds:.1} s: somebody stopped it, or its power failed",
+                self.node.0
+            )));
+        }
+        for motor in Motor::ALL.into_iter().filter(|motor| planned.iter().all(|it| it.motor != *motor)) {
+            self.until_rest(motor).await?;
+        }
+        self.dead_man(false).await
+    }
+}

@@ -1,0 +1,227 @@
+//! Motors one by one: run, sent to a place, calibrated; and a photo.
+
+use std::time::Duration;
+
+use hoot_proto::HostMessage;
+use hoot_proto::host::Command as MasterCommand;
+use hoot_proto::message::{
+    self, CameraExposing, Direction, FirmwareVersion, JoystickMode, MaxStepRate, Milliseconds, Motor, MotorEnable,
+    MotorEndLimit, MotorMaxStepSpeed, RunStatus, Steps,
+};
+use hoot_proto::query::AnyReply;
+use motion_core::wire::Bool;
+use tokio::time::Instant;
+
+use super::talk::Talk;
+use crate::drive::Trouble;
+
+/// The number of a motor, or which there are.
+pub(super) fn motor(number: u8) -> Result<Motor, Trouble> {
+    Motor::new(number).ok_or_else(|| Trouble::Refused(format!("motor {number}: hoot has motors 1 to 3")))
+}
+
+/// A position in whole steps.
+#[expect(clippy::cast_possible_truncation, reason = "it was looked at")]
+fn whole(position: f64) -> Result<i32, Trouble> {
+    let steps = position.round();
+    if (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&steps) {
+        return Ok(steps as i32);
+    }
+    Err(Trouble::Refused(format!("position {position}: hoot counts steps from {} to {}", i32::MIN, i32::MAX)))
+}
+
+impl Talk<'_> {
+    /// Sees to it that the node can be told to move: it is there, in no joystick mode, and runs no program.
+    pub(super) async fn prepare(&mut self) -> Result<(), Trouble> {
+        self.ask(HostMessage::FirmwareVersion(FirmwareVersion {})).await?;
+        let joystick = JoystickMode {};
+        if self.ask(HostMessage::JoystickMode(joystick)).await?.read(&joystick).is_some_and(Bool::get) {
+            self.joystick(Bool::FALSE).await?;
+        }
+        let status = RunStatus {};
+        let found = self.ask(HostMessage::RunStatus(status)).await?.read(&status);
+        let profile = self.session.host().profile(self.node);
+        if found.is_none_or(|found| found.is_running(profile) == Some(true)) {
+            return Err(Trouble::Refused(format!("node {} runs a program: stop it first", self.node.0)));
+        }
+        Ok(())
+    }
+
+    /// Switches a motor on. One that is off says OK to everything, and does nothing.
+    pub(super) async fn enable(&mut self, motor: Motor) -> Result<(), Trouble> {
+        let set = HostMessage::MotorSetEnable(message::MotorSetEnable { motor, enable: Bool::TRUE });
+        let query = HostMessage::MotorEnable(MotorEnable { motor });
+        self.set_and_see(set, query, |answer| matches!(answer, AnyReply::MotorEnable(on) if on.value.get())).await
+    }
+
+    /// How fast a motor may go, in steps a second.
+    pub(super) async fn greatest_speed(&mut self, motor: Motor) -> Result<f64, Trouble> {
+        let query = MotorMaxStepSpeed { motor };
+        let most = self.ask(HostMessage::MotorMaxStepSpeed(query)).await?.read(&query).unwrap_or_default().0;
+        if !self.facts().has_max_step_rate {
+            return Ok(most.into());
+        }
+        let all = MaxStepRate {};
+        let all = self.ask(HostMessage::MaxStepRate(all)).await?.read(&all).unwrap_or_default().0;
+        Ok(most.min(all).into())
+    }
+
+    pub(super) async fn dead_man(&mut self, on: bool) -> Result<(), Trouble> {
+        self.set(HostMessage::SetManualMove(message::SetManualMove { manual_move: on.into() })).await
+    }
+
+    async fn joystick(&mut self, on: Bool) -> Result<(), Trouble> {
+        self.set(HostMessage::SetJoystickMode(message::SetJoystickMode { joystick_mode: on })).await
+    }
+
+    /// Makes a motor ready to go, with the dead-man on.
+    async fn ready(&mut self, motor: Motor, speed: Option<f64>) -> Result<(), Trouble> {
+        self.prepare().await?;
+        let most = self.greatest_speed(motor).await?;
+        let speed = speed.unwrap_or(most);
+        if !speed.is_finite() || speed <= 0.0 {
+            return Err(Trouble::Refused(format!("speed {speed}: it needs a number of steps a second, more than 0")));
+        }
+        if speed > most {
+            return Err(Trouble::Refused(format!(
+                "speed {speed}: motor {motor} of node {} takes at most {most} steps a second",
+                self.node.0
+            )));
+        }
+        self.enable(motor).await?;
+        #[expect(clippy::cast_possible_truncation, reason = "no more than 65,535")]
+        self.set_speed(motor, speed as f32).await?;
+        self.dead_man(true).await
+    }
+
+    pub(super) async fn jog(&mut self, number: u8, speed: f64, seconds: f64) -> Result<(), Trouble> {
+        let motor = motor(number)?;
+        let time = Duration::try_from_secs_f64(seconds).ok().filter(|time| *time <= Duration::from_hours(1));
+        let time =
+            time.ok_or_else(|| Trouble::Refused(format!("{seconds} seconds: it needs a number from 0 to 3600")))?;
+        self.ready(motor, Some(speed.abs())).await?;
+        let from = self.position(motor).await?;
+        let on = MasterCommand::KeepAlive { to: self.node, on: true };
+        self.session.command(on);
+        let direction = Direction((speed > 0.0).into());
+        let until = Instant::now() + time;
+        // Some firmware takes no run in joystick mode, so that comes behind it.
+        let answered = self.set_off(HostMessage::MotorRun(message::MotorRun { motor, direction })).await?;
+        self.joystick(Bool::TRUE).await?;
+        while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
+            if let Some(event) = self.session.next_within(left).await? {
+                self.overhear(&event)?;
+            }
+        }
+        self.set(HostMessage::MotorStop(message::MotorStop { motor })).await?;
+        self.session.command(MasterCommand::KeepAlive { to: self.node, on: false });
+        self.joystick(Bool::FALSE).await?;
+        let to = self.until_rest(motor).await?;
+        self.dead_man(false).await?;
+        if to == from {
+            let why = if answered { "is it plugged in, or at its end?" } else { "nobody answered: try again" };
+            return Err(Trouble::Failed(format!("motor {motor} did not move from {from}: {why}")));
+        }
+        self.say(&format!("motor {motor} went from {from} to {to}"))
+    }
+
+    pub(super) async fn go(&mut self, number: u8, position: f64, speed: Option<f64>) -> Result<(), Trouble> {
+        let (motor, to) = (motor(number)?, whole(position)?);
+        self.ready(motor, speed).await?;
+        self.go_to(motor, to).await?;
+        self.dead_man(false).await?;
+        self.say(&format!("motor {motor} is at {to}"))
+    }
+
+    /// Sends a motor to a place, and sees it there.
+    async fn go_to(&mut self, motor: Motor, to: i32) -> Result<(), Trouble> {
+        let set = message::MotorSetProgramStop { motor, position: Steps(to) };
+        let query = HostMessage::MotorProgramStop(message::MotorProgramStop { motor });
+        let is_so = |answer: AnyReply<'_>| matches!(answer, AnyReply::MotorProgramStop(at) if at.value == Steps(to));
+        self.set_and_see(HostMessage::MotorSetProgramStop(set), query, is_so).await?;
+        let answered = self.set_off(HostMessage::MotorSendToStop(message::MotorSendToStop { motor })).await?;
+        self.arrive(motor, to, answered).await
+    }
+
+    /// Waits until a motor rests, and sees whether it is where it was sent.
+    pub(super) async fn arrive(&mut self, motor: Motor, to: i32, answered: bool) -> Result<(), Trouble> {
+        let at = self.until_rest(motor).await?;
+        if at == to {
+            return Ok(());
+        }
+        let why = if answered {
+            "is it plugged in, at its end, or stuck? did the node hear nothing for a second?"
+        } else {
+            "nobody answered when it was sent there: try again"
+        };
+        Err(Trouble::Failed(format!("motor {motor} rests at {at} instead of {to}: {why}")))
+    }
+
+    /// Waits until a motor rests, tells where it is meanwhile, and gives where it is then.
+    pub(super) async fn until_rest(&mut self, motor: Motor) -> Result<i32, Trouble> {
+        while self.is_running(motor).await? {
+            let at = self.position(motor).await?;
+            self.progress(|| format!("motor {motor}: at {at}"))?;
+        }
+        self.position(motor).await
+    }
+
+    pub(super) async fn calibrate(&mut self, number: u8, begin: f64, end: f64) -> Result<(), Trouble> {
+        let (motor, begin, end) = (motor(number)?, whole(begin)?, whole(end)?);
+        let width = end.checked_sub(begin).filter(|width| *width != 0);
+        let width = width.ok_or_else(|| {
+            Trouble::Refused(format!("from {begin} to {end} is no range: give two places, not too far apart"))
+        })?;
+        self.ready(motor, None).await?;
+        self.go_to(motor, begin).await?;
+        self.set(HostMessage::MotorSetHomeHere(message::MotorSetHomeHere { motor })).await?;
+        self.go_to(motor, width).await?;
+        let set = HostMessage::MotorSetEndHere(message::MotorSetEndHere { motor });
+        let query = HostMessage::MotorEndLimit(MotorEndLimit { motor });
+        let is_so = |answer: AnyReply<'_>| matches!(answer, AnyReply::MotorEndLimit(at) if at.value == Steps(width));
+        self.set_and_see(set, query, is_so).await?;
+        self.dead_man(false).await?;
+        self.say(&format!("motor {motor}: home is where {begin} was, the end limit is {width} from there"))
+    }
+
+    /// Sets a camera to an exposure.
+    pub(super) async fn camera(&mut self, seconds: f64) -> Result<u32, Trouble> {
+        let exposure = milliseconds("exposure", seconds)?;
+        let (enable, exposure_time) = (Bool::TRUE, Milliseconds(exposure));
+        self.set(HostMessage::CameraSetEnable(message::CameraSetEnable { enable })).await?;
+        let set = HostMessage::CameraSetExposureTime(message::CameraSetExposureTime { exposure_time });
+        let query = HostMessage::CameraExposureTime(message::CameraExposureTime {});
+        let is_so =
+            |answer: AnyReply<'_>| matches!(answer, AnyReply::CameraExposureTime(it) if it.value == exposure_time);
+        self.set_and_see(set, query, is_so).await?;
+        Ok(exposure)
+    }
+
+    pub(super) async fn expose(&mut self, seconds: f64) -> Result<(), Trouble> {
+        milliseconds("exposure", seconds)?;
+        self.prepare().await?;
+        self.camera(seconds).await?;
+        let query = CameraExposing {};
+        let answered = self.set_off(HostMessage::CameraExpose(message::CameraExpose {})).await?;
+        let mut was_busy = false;
+        while self.ask(HostMessage::CameraExposing(query)).await?.read(&query).is_some_and(Bool::get) {
+            was_busy = true;
+            self.progress(|| "the shutter is open".to_owned())?;
+        }
+        if !answered && !was_busy {
+            let node = self.node.0;
+            return Err(Trouble::Failed(format!("node {node} did not answer: look whether there is a photo")));
+        }
+        self.say(&format!("one photo of {seconds} s"))
+    }
+}
+
+/// A time in milliseconds, if as many arrive.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it was looked at")]
+pub(super) fn milliseconds(what: &str, seconds: f64) -> Result<u32, Trouble> {
+    let millis = (seconds * 1000.0).round();
+    if (1.0..=f64::from(message::MAX_ARRIVING)).contains(&millis) {
+        return Ok(millis as u32);
+    }
+    Err(Trouble::Refused(format!("{what} of {seconds} s: a node takes 0.001 to 16777.215 s")))
+}

@@ -1,0 +1,297 @@
+//! The commands of `drive hoot`, on a line in memory and a clock that jumps.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use hoot_proto::Address;
+use hoot_proto::device::{self, ProgramState, Quirks};
+use hoot_proto::message::{Motor, Steps};
+use hoot_proto::query::Profile;
+use live::drive::command::Shots;
+use live::drive::{Command, Stopped, Trouble, hoot};
+use live::session::Session;
+use motion_core::time::Millis;
+use motion_core::trajectory::Range;
+use rigs::hoot_master::HootMaster;
+use rigs::hoot_node::{HootNode, Options};
+use rigs::{LineId, Outgoing, Party, Rig};
+use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
+use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
+use tokio::task::JoinHandle;
+use tokio::time::{Instant, sleep, sleep_until};
+
+const USB: LineId = LineId(0);
+const NODE: Address = Address::DEFAULT;
+
+/// A simulated node at the other end, and a session with it.
+struct Bench {
+    rig: Arc<Mutex<HootNode>>,
+    /// Where each motor was at each millisecond in which the program ran, and that moment.
+    trace: Arc<Mutex<Vec<(f64, f64)>>>,
+    session: Session<HootMaster>,
+    interrupt: UnboundedSender<()>,
+    server: JoinHandle<()>,
+    said: Vec<u8>,
+}
+
+fn bench(options: Options) -> Bench {
+    let rig = Arc::new(Mutex::new(HootNode::new(options)));
+    let trace = Arc::default();
+    let (near, far) = tokio::io::duplex(256);
+    let server = tokio::spawn(serve(Arc::clone(&rig), Arc::clone(&trace), far));
+    let (interrupt, interrupts) = unbounded_channel();
+    let session = Session::over(hoot::master(NODE).unwrap(), near, interrupts);
+    Bench { rig, trace, session, interrupt, server, said: Vec::new() }
+}
+
+/// Carries bytes and time to a rig, until the line is closed; then only time.
+async fn serve(rig: Arc<Mutex<HootNode>>, trace: Arc<Mutex<Vec<(f64, f64)>>>, mut line: DuplexStream) {
+    let start = Instant::now();
+    let now = || Millis(start.elapsed().as_millis().try_into().unwrap());
+    let lock = || rig.lock().unwrap_or_else(PoisonError::into_inner);
+    lock().open(now(), USB);
+    let mut buffer = [0; 64];
+    let mut is_open = true;
+    loop {
+        let moment = lock().moment();
+        if let Some(moment) = moment {
+            let place = lock().motors()[0].at(now()).position;
+            trace.lock().unwrap().push((moment, place));
+        }
+        loop {
+            let Some(out) = lock().poll() else { break };
+            if let Outgoing::Bytes(USB, bytes) = out {
+                is_open &= line.write_all(&bytes).await.is_ok();
+            }
+        }
+        let wake = lock().wake().map_or(Duration::from_hours(1), |wake| Duration::from_millis(wake.0));
+        tokio::select! {
+            read = line.read(&mut buffer), if is_open => match read {
+                Ok(len) if len > 0 => lock().receive(now(), USB, &buffer[..len]),
+                _ => {
+                    is_open = false;
+                    lock().close(now(), USB);
+                }
+            },
+            () = sleep_until(start + wake) => lock().advance(now()),
+        }
+    }
+}
+
+impl Bench {
+    async fn drive(&mut self, command: Command) -> Result<(), Trouble> {
+        hoot::drive(&mut self.session, &command, NODE, &mut self.said).await
+    }
+
+    /// Does a command that is done, and leaves nothing that may move.
+    async fn done(&mut self, command: Command) -> String {
+        self.said.clear();
+        let done = self.drive(command).await;
+        let said = String::from_utf8(self.said.clone()).unwrap();
+        assert!(done.is_ok(), "{done:?}: {said}");
+        assert!(!self.session.host().may_move() && self.is_at_rest(), "{said}");
+        assert!(!self.rig(|rig| rig.machine().controller().manual_move), "the dead-man is off again");
+        said
+    }
+
+    /// Does a command that cannot be done; then stops, if something may move, as the program does.
+    async fn fails(&mut self, command: Command) -> String {
+        let line = self.drive(command).await.unwrap_err().to_string();
+        assert!(!line.contains('\n'), "{line}");
+        if self.session.host().may_move() {
+            assert_eq!(self.session.stop().await, Stopped::Confirmed, "{line}");
+        }
+        assert!(self.is_at_rest(), "{line}");
+        line
+    }
+
+    fn rig<T>(&self, look: impl FnOnce(&mut HootNode) -> T) -> T {
+        look(&mut self.rig.lock().unwrap())
+    }
+
+    fn is_at_rest(&self) -> bool {
+        self.rig(|rig| rig.motors().iter().all(rigs::motor::Motor::rests))
+    }
+
+    fn position(&self, motor: Motor) -> i32 {
+        self.rig(|rig| rig.machine().motor(motor).position().0)
+    }
+}
+
+fn sample(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../moves").join(name)
+}
+
+fn shots(shots: u32, continuous: bool) -> Shots {
+    Shots { shots, interval: 1.0, exposure: 0.1, continuous }
+}
+
+#[tokio::test(start_paused = true)]
+async fn info_tells_what_it_is() {
+    for profile in [Profile::Sheet, Profile::V033, Profile::V035, Profile::V070] {
+        let mut bench = bench(Options::default().with_device(device::Options::default().with_profile(profile)));
+        let said = bench.done(Command::Info).await;
+        assert!(said.contains("node 3: DEFAULT, firmware") && said.lines().count() >= 5, "{said}");
+        assert!(said.contains("motor 3: at 0, rests, switched off; 4 microsteps, no end limit"), "{said}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn jog_move_calibrate() {
+    let mut bench = bench(Options::default());
+    let said = bench.done(Command::Jog { motor: 2, speed: -1000.0, seconds: 2.0 }).await;
+    let at = bench.position(Motor::Two);
+    assert!((-2050..-1700).contains(&at) && said.ends_with(&format!("motor 2 went from 0 to {at}\n")), "{said}");
+    let said = bench.done(Command::Move { motor: 2, position: 6000.4, speed: Some(2000.0) }).await;
+    assert_eq!(bench.position(Motor::Two), 6000);
+    // Some four seconds, a line a second at most.
+    assert!((2..=6).contains(&said.lines().count()) && said.ends_with("motor 2 is at 6000\n"), "{said}");
+    bench.done(Command::Calibrate { motor: 2, begin: 1000.0, end: 4000.0 }).await;
+    assert_eq!(bench.position(Motor::Two), 3000);
+    assert_eq!(bench.rig(|rig| rig.machine().motor(Motor::Two).settings().end_limit), Steps(3000));
+    assert_eq!(bench.done(Command::Stop).await, "all motors rest: the node confirmed it\n");
+}
+
+/// What is stored is where the file begins, and the motor stands there.
+#[tokio::test(start_paused = true)]
+async fn upload_and_run_a_file() {
+    let mut bench = bench(Options::default());
+    bench.done(Command::Move { motor: 1, position: 700.0, speed: None }).await;
+    bench.done(Command::Upload { file: sample("pan.json") }).await;
+    assert_eq!(bench.position(Motor::One), 0);
+    assert_eq!(bench.rig(|rig| rig.machine().motor(Motor::One).settings().plan.stop), Steps(9000));
+    for (reverse, at) in [(false, 9000), (true, 0), (true, 0)] {
+        bench.trace.lock().unwrap().clear();
+        let said = bench.done(Command::Run { file: sample("pan.json"), reverse }).await;
+        assert!(said.contains("of 4.5 s: motor 1 at"), "{said}");
+        assert_eq!(bench.position(Motor::One), at);
+        // The path that the motor took is that of the file, to a step and what the plan is off.
+        let trace = bench.trace.lock().unwrap();
+        assert!(trace.len() > 4000, "{}", trace.len());
+        for (moment, place) in trace.iter() {
+            let u = ((moment / 1000.0 - 0.5) / 4.0).clamp(0.0, 1.0);
+            let planned = 9000.0 * (3.0 - 2.0 * u) * u * u;
+            let planned = if reverse { 9000.0 - planned } else { planned };
+            assert!((place - planned).abs() < 1.05, "{place} for {planned} at {moment}");
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_program_takes_its_photos() {
+    for continuous in [false, true] {
+        let mut bench = bench(Options::default());
+        let said = bench.done(Command::Program { file: sample("pan.json"), shots: shots(6, continuous) }).await;
+        assert!(said.ends_with("6 photos, and all motors rest\n"), "{said}");
+        assert_eq!((bench.rig(|rig| rig.camera().taken()), bench.position(Motor::One)), (6, 9000));
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn expose_takes_one_photo() {
+    let mut bench = bench(Options::default());
+    bench.done(Command::Expose { seconds: 1.5 }).await;
+    let photos = bench.rig(|rig| rig.camera().photos().map(|it| it.closed.since(it.opened)).collect::<Vec<_>>());
+    assert_eq!(photos, [1500]);
+}
+
+/// Each is one line that says what is wrong, before anything moves.
+#[tokio::test(start_paused = true)]
+async fn what_cannot_be_done_is_refused() {
+    let mut bench = bench(Options::default());
+    let go = |motor, position, speed| Command::Move { motor, position, speed };
+    let run = |name| Command::Run { file: sample(name), reverse: false };
+    let mut program = shots(6, false);
+    program.exposure = 3.0;
+    for (command, part) in [
+        (go(4, 0.0, None), "hoot has motors 1 to 3"),
+        (go(1, f64::NAN, None), "position NaN"),
+        (go(1, 1e12, None), "counts steps"),
+        (go(1, 100.0, Some(6000.0)), "at most 5000 steps a second"),
+        (go(1, 100.0, Some(-1.0)), "more than 0"),
+        (Command::Jog { motor: 1, speed: 0.0, seconds: 1.0 }, "more than 0"),
+        (Command::Jog { motor: 1, speed: 100.0, seconds: -1.0 }, "0 to 3600"),
+        (Command::Calibrate { motor: 1, begin: 5.0, end: 5.0 }, "no range"),
+        (run("slide.json"), "4 key frames"),
+        (run("none.json"), "none.json: "),
+        (Command::Program { file: sample("pan.json"), shots: program }, "does not fit"),
+        (Command::Program { file: sample("pan.json"), shots: shots(1, false) }, "2 to 65535"),
+        (Command::Expose { seconds: 0.0 }, "0.001 to"),
+    ] {
+        let line = bench.fails(command).await;
+        assert!(line.contains(part), "{line}");
+    }
+    assert_eq!(bench.rig(|rig| rig.camera().taken()), 0);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_motor_that_does_not_get_there_fails() {
+    let mut bench = bench(Options::default().with_motors(1).with_travel(Range::new(-500.0, 500.0)));
+    let line = bench.fails(Command::Move { motor: 1, position: 2000.0, speed: None }).await;
+    assert!(line.contains("motor 1 rests at 500 instead of 2000"), "{line}");
+    let line = bench.fails(Command::Move { motor: 3, position: 2000.0, speed: None }).await;
+    assert!(line.contains("motor 3 rests at 0 instead of 2000: is it plugged in"), "{line}");
+    let line = bench.fails(Command::Jog { motor: 3, speed: 2000.0, seconds: 0.5 }).await;
+    assert!(line.contains("did not move"), "{line}");
+    let line = bench.fails(Command::Run { file: sample("pan.json"), reverse: false }).await;
+    assert!(line.contains("node 3 paused"), "{line}");
+}
+
+/// Ctrl-C in a move: everything stops, and the node confirms it, with all habits of firmware too.
+#[tokio::test(start_paused = true)]
+async fn interrupted_it_stops() {
+    for quirks in [Quirks::NONE, Quirks::FIRMWARE] {
+        for command in [
+            Command::Move { motor: 1, position: 50_000.0, speed: None },
+            Command::Jog { motor: 1, speed: 1000.0, seconds: 60.0 },
+            Command::Run { file: sample("pan.json"), reverse: false },
+        ] {
+            let mut bench = bench(Options::default().with_device(device::Options::default().with_quirks(quirks)));
+            let interrupt = bench.interrupt.clone();
+            let rig = Arc::clone(&bench.rig);
+            tokio::spawn(async move {
+                while rig.lock().unwrap().motors().iter().all(rigs::motor::Motor::rests) {
+                    sleep(Duration::from_millis(10)).await;
+                }
+                sleep(Duration::from_millis(1500)).await;
+                interrupt.send(()).unwrap();
+            });
+            let trouble = bench.drive(command).await.unwrap_err();
+            assert!(matches!(trouble, Trouble::Interrupted), "{trouble}");
+            assert!(bench.session.host().may_move() && !bench.is_at_rest());
+            assert_eq!(bench.session.stop().await, Stopped::Confirmed);
+            assert!(bench.is_at_rest() && !bench.session.host().may_move());
+        }
+    }
+}
+
+/// The program dies in a move: the node stops by itself, a second later.
+#[tokio::test(start_paused = true)]
+async fn killed_the_node_stops_by_itself() {
+    let mut bench = bench(Options::default());
+    let run = Command::Run { file: sample("pan.json"), reverse: false };
+    let died = tokio::time::timeout(Duration::from_secs(4), bench.drive(run)).await;
+    assert!(died.is_err() && !bench.is_at_rest());
+    let Bench { session, rig, .. } = bench;
+    drop(session);
+    sleep(Duration::from_millis(1200)).await;
+    let rig = rig.lock().unwrap();
+    assert!(rig.motors().iter().all(rigs::motor::Motor::rests));
+    assert_eq!(rig.machine().program().state(), ProgramState::Paused);
+}
+
+/// The node dies in a move: one line, and no hope of a confirmation.
+#[tokio::test(start_paused = true)]
+async fn a_lost_line_is_told() {
+    let mut bench = bench(Options::default());
+    let server = bench.server.abort_handle();
+    tokio::spawn(async move {
+        sleep(Duration::from_secs(3)).await;
+        server.abort();
+    });
+    let trouble = bench.drive(Command::Move { motor: 1, position: 90_000.0, speed: None }).await.unwrap_err();
+    assert!(matches!(&trouble, Trouble::Line(line) if line.contains("look at its cable")), "{trouble:?}");
+    assert!(bench.session.host().may_move());
+    assert_eq!(bench.session.stop().await, Stopped::NotConfirmed);
+}
