@@ -192,6 +192,37 @@ async fn info_tells_what_it_is() {
     }
 }
 
+/// Firmware of all ages, with all its habits, does what is asked for.
+#[tokio::test(start_paused = true)]
+async fn firmware_of_all_ages() {
+    for age in ["library-2014-09-25", "sheet", "january-2015", "v0.33", "v0.35", "v0.70"] {
+        let options = Options::default().with_quirks(&format!("firmware,{age}")).unwrap();
+        let mut bench = bench(options);
+        bench.done(Command::Jog { motor: 1, speed: 500.0, seconds: 1.0 }).await;
+        bench.done(Command::Calibrate { motor: 1, begin: 100.0, end: 9500.0 }).await;
+        bench.done(Command::Run { file: sample("pan.json"), reverse: false }).await;
+        bench.done(Command::Program { file: sample("pan.json"), shots: shots(3, false) }).await;
+        assert_eq!((bench.position(Motor::One), bench.rig(|rig| rig.camera().taken())), (9000, 3), "{age}");
+        bench.done(Command::Stop).await;
+    }
+}
+
+/// A node that somebody left in joystick mode is taken out of it.
+#[tokio::test(start_paused = true)]
+async fn joystick_mode_is_left() {
+    let mut bench = bench(Options::default());
+    let jog = Command::Jog { motor: 1, speed: 500.0, seconds: 60.0 };
+    let jog = tokio::time::timeout(Duration::from_secs(5), bench.drive(jog)).await;
+    assert!(jog.is_err() && bench.rig(|rig| rig.machine().controller().joystick_mode));
+    assert_eq!(bench.session.stop().await, Stopped::Confirmed);
+    bench.rig(|rig| rig.receive(Millis(20_000), USB, &[0, 0, 0, 0, 0, 0xFF, 3, 0, 23, 1, 1]));
+    sleep(Duration::from_secs(20)).await;
+    bench.said.clear();
+    bench.drive(Command::Info).await.unwrap();
+    assert!(bench.said.ends_with(b"it is in joystick mode, in which it says no more\n"));
+    bench.done(Command::Move { motor: 1, position: 10.0, speed: None }).await;
+}
+
 #[tokio::test(start_paused = true)]
 async fn jog_move_calibrate() {
     let mut bench = bench(Options::default());

@@ -38,7 +38,7 @@ use tracing::{debug, info, warn};
 
 pub use camera::{Camera, PHOTOS, Photo};
 use lead::Lead;
-pub use options::Options;
+pub use options::{Options, QuirksError};
 
 use crate::motor::Motor;
 use crate::{LineId, Outgoing, Party, Rig, TICK};

@@ -14,6 +14,10 @@ use crate::drive::Trouble;
 impl Talk<'_> {
     pub(super) async fn info(&mut self) -> Result<(), Trouble> {
         let node = self.node.0;
+        let joystick = JoystickMode {};
+        if self.ask(HostMessage::JoystickMode(joystick)).await?.read(&joystick).is_some_and(Bool::get) {
+            return self.say(&format!("node {node}: it is in joystick mode, in which it says no more"));
+        }
         let version = self.ask(HostMessage::FirmwareVersion(FirmwareVersion {})).await?;
         let name = self.ask(HostMessage::Name(NameQuery {})).await?;
         let name = match name.answer() {
@@ -31,11 +35,7 @@ impl Talk<'_> {
         {
             self.say(&format!("supply: {volts} V, {amperes} A"))?;
         }
-        let (status, joystick, mode) = (RunStatus {}, JoystickMode {}, ProgramModeQuery {});
-        let joystick = self.ask(HostMessage::JoystickMode(joystick)).await?.read(&joystick);
-        if joystick.is_some_and(Bool::get) {
-            return self.say("it is in joystick mode, in which it says no more");
-        }
+        let (status, mode) = (RunStatus {}, ProgramModeQuery {});
         let status = self.ask(HostMessage::RunStatus(status)).await?.read(&status);
         let mode = self.ask(HostMessage::ProgramMode(mode)).await?.read(&mode);
         let state = match status.and_then(|status| status.is_running(profile)) {
