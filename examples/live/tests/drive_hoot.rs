@@ -412,7 +412,7 @@ async fn whatever_goes_wrong_nothing_is_left_moving() {
                     }
                     let Bench { session, rig, .. } = bench;
                     drop(session);
-                    sleep(Duration::from_millis(3000)).await;
+                    sleep(Duration::from_secs(3)).await;
                     assert!(rig.lock().unwrap().motors().iter().all(rigs::motor::Motor::rests), "seed {seed}: {line}");
                 }
             }

@@ -25,8 +25,10 @@ pub struct Options {
 #[error("{0:?} is no quirk: there are none, firmware, {list}", list = names())]
 pub struct QuirksError(String);
 
-/// Habits of firmware as texts name them.
-const QUIRKS: [(&str, fn(&mut Quirks)); 5] = [
+/// A habit of firmware as texts name it, and how it is switched on.
+type Habit = (&'static str, fn(&mut Quirks));
+
+const QUIRKS: [Habit; 5] = [
     ("refuses-stop", |quirks| quirks.refuses_stop = true),
     ("drops-top-byte", |quirks| quirks.drops_top_byte = true),
     ("short-moves", |quirks| quirks.short_moves = true),
