@@ -1,7 +1,7 @@
 //! The commands of `drive hoot`, on a line in memory and a clock that jumps.
 
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use hoot_proto::Address;
@@ -13,8 +13,10 @@ use live::drive::{Command, Stopped, Trouble, hoot};
 use live::session::Session;
 use motion_core::time::Millis;
 use motion_core::trajectory::Range;
+use rigs::faults::{Carrier, Faults, Mishap, Mishaps};
 use rigs::hoot_master::HootMaster;
 use rigs::hoot_node::{HootNode, Options};
+use rigs::line::Line;
 use rigs::{LineId, Outgoing, Party, Rig};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
@@ -36,45 +38,98 @@ struct Bench {
 }
 
 fn bench(options: Options) -> Bench {
+    troubled(options, Faults::NONE, 0)
+}
+
+/// On a line with faults.
+fn troubled(options: Options, faults: Faults, seed: u64) -> Bench {
     let rig = Arc::new(Mutex::new(HootNode::new(options)));
     let trace = Arc::default();
     let (near, far) = tokio::io::duplex(256);
-    let server = tokio::spawn(serve(Arc::clone(&rig), Arc::clone(&trace), far));
+    let carried = Carried {
+        rig: Arc::clone(&rig),
+        trace: Arc::clone(&trace),
+        up: Line::new(faults, seed),
+        down: Line::new(faults, seed + 1),
+        mishaps: Mishaps::new(faults, seed, Millis(0)),
+    };
+    let server = tokio::spawn(carried.serve(far));
     let (interrupt, interrupts) = unbounded_channel();
     let session = Session::over(hoot::master(NODE).unwrap(), near, interrupts);
     Bench { rig, trace, session, interrupt, server, said: Vec::new() }
 }
 
-/// Carries bytes and time to a rig, until the line is closed; then only time.
-async fn serve(rig: Arc<Mutex<HootNode>>, trace: Arc<Mutex<Vec<(f64, f64)>>>, mut line: DuplexStream) {
-    let start = Instant::now();
-    let now = || Millis(start.elapsed().as_millis().try_into().unwrap());
-    let lock = || rig.lock().unwrap_or_else(PoisonError::into_inner);
-    lock().open(now(), USB);
-    let mut buffer = [0; 64];
-    let mut is_open = true;
-    loop {
-        let moment = lock().moment();
+/// A rig, and what happens to bytes on their way to and from it.
+struct Carried {
+    rig: Arc<Mutex<HootNode>>,
+    trace: Arc<Mutex<Vec<(f64, f64)>>>,
+    up: Line,
+    down: Line,
+    mishaps: Mishaps,
+}
+
+impl Carried {
+    fn lock(&self) -> MutexGuard<'_, HootNode> {
+        self.rig.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Does what is due, and gives what is to be written.
+    fn work(&mut self, now: Millis) -> Vec<Vec<u8>> {
+        self.lock().advance(now);
+        let moment = self.lock().moment();
         if let Some(moment) = moment {
-            let place = lock().motors()[0].at(now()).position;
-            trace.lock().unwrap().push((moment, place));
+            let place = self.lock().motors()[0].at(now).position;
+            self.trace.lock().unwrap().push((moment, place));
         }
-        loop {
-            let Some(out) = lock().poll() else { break };
-            if let Outgoing::Bytes(USB, bytes) = out {
-                is_open &= line.write_all(&bytes).await.is_ok();
+        while let Some(mishap) = self.mishaps.next(now) {
+            match mishap {
+                Mishap::Silence(millis) => {
+                    self.up.hold(now.after(millis));
+                    self.down.hold(now.after(millis));
+                }
+                Mishap::Reset => {
+                    self.lock().reset(now);
+                    self.lock().open(now, USB);
+                }
+                Mishap::Stall => self.lock().stall(now),
             }
         }
-        let wake = lock().wake().map_or(Duration::from_hours(1), |wake| Duration::from_millis(wake.0));
-        tokio::select! {
-            read = line.read(&mut buffer), if is_open => match read {
-                Ok(len) if len > 0 => lock().receive(now(), USB, &buffer[..len]),
-                _ => {
-                    is_open = false;
-                    lock().close(now(), USB);
-                }
-            },
-            () = sleep_until(start + wake) => lock().advance(now()),
+        while let Some(piece) = self.up.pop(now) {
+            self.lock().receive(now, USB, &piece);
+        }
+        loop {
+            let Some(out) = self.lock().poll() else { break };
+            if let Outgoing::Bytes(USB, bytes) = out {
+                self.down.push(now, &bytes);
+            }
+        }
+        std::iter::from_fn(|| self.down.pop(now)).collect()
+    }
+
+    /// Carries bytes and time to a rig, until the line is closed; then only time.
+    async fn serve(mut self, mut line: DuplexStream) {
+        let start = Instant::now();
+        let now = || Millis(start.elapsed().as_millis().try_into().unwrap());
+        self.lock().open(now(), USB);
+        let mut buffer = [0; 64];
+        let mut is_open = true;
+        loop {
+            for bytes in self.work(now()) {
+                is_open &= line.write_all(&bytes).await.is_ok();
+            }
+            let wakes = [self.lock().wake(), self.mishaps.wake(), self.up.wake(), self.down.wake()];
+            let wake = wakes.into_iter().flatten().min();
+            let wake = wake.map_or(Duration::from_hours(1), |wake| Duration::from_millis(wake.0));
+            tokio::select! {
+                read = line.read(&mut buffer), if is_open => match read {
+                    Ok(len) if len > 0 => self.up.push(now(), &buffer[..len]),
+                    _ => {
+                        is_open = false;
+                        self.lock().close(now(), USB);
+                    }
+                },
+                () = sleep_until(start + wake) => {}
+            }
         }
     }
 }
@@ -135,6 +190,37 @@ async fn info_tells_what_it_is() {
         assert!(said.contains("node 3: DEFAULT, firmware") && said.lines().count() >= 5, "{said}");
         assert!(said.contains("motor 3: at 0, rests, switched off; 4 microsteps, no end limit"), "{said}");
     }
+}
+
+/// Firmware of all ages, with all its habits, does what is asked for.
+#[tokio::test(start_paused = true)]
+async fn firmware_of_all_ages() {
+    for age in ["library-2014-09-25", "sheet", "january-2015", "v0.33", "v0.35", "v0.70"] {
+        let options = Options::default().with_quirks(&format!("firmware,{age}")).unwrap();
+        let mut bench = bench(options);
+        bench.done(Command::Jog { motor: 1, speed: 500.0, seconds: 1.0 }).await;
+        bench.done(Command::Calibrate { motor: 1, begin: 100.0, end: 9500.0 }).await;
+        bench.done(Command::Run { file: sample("pan.json"), reverse: false }).await;
+        bench.done(Command::Program { file: sample("pan.json"), shots: shots(3, false) }).await;
+        assert_eq!((bench.position(Motor::One), bench.rig(|rig| rig.camera().taken())), (9000, 3), "{age}");
+        bench.done(Command::Stop).await;
+    }
+}
+
+/// A node that somebody left in joystick mode is taken out of it.
+#[tokio::test(start_paused = true)]
+async fn joystick_mode_is_left() {
+    let mut bench = bench(Options::default());
+    let jog = Command::Jog { motor: 1, speed: 500.0, seconds: 60.0 };
+    let jog = tokio::time::timeout(Duration::from_secs(5), bench.drive(jog)).await;
+    assert!(jog.is_err() && bench.rig(|rig| rig.machine().controller().joystick_mode));
+    assert_eq!(bench.session.stop().await, Stopped::Confirmed);
+    bench.rig(|rig| rig.receive(Millis(20_000), USB, &[0, 0, 0, 0, 0, 0xFF, 3, 0, 23, 1, 1]));
+    sleep(Duration::from_secs(20)).await;
+    bench.said.clear();
+    bench.drive(Command::Info).await.unwrap();
+    assert!(bench.said.ends_with(b"it is in joystick mode, in which it says no more\n"));
+    bench.done(Command::Move { motor: 1, position: 10.0, speed: None }).await;
 }
 
 #[tokio::test(start_paused = true)]
@@ -294,4 +380,43 @@ async fn a_lost_line_is_told() {
     assert!(matches!(&trouble, Trouble::Line(line) if line.contains("look at its cable")), "{trouble:?}");
     assert!(bench.session.host().may_move());
     assert_eq!(bench.session.stop().await, Stopped::NotConfirmed);
+}
+
+/// Everything goes wrong at once. What is said to be done is done, and rests; what is not says so in a line, is stopped,
+/// and rests: by the stop that was confirmed, or by the dead-man, a second after the program has given up.
+#[tokio::test(start_paused = true)]
+async fn whatever_goes_wrong_nothing_is_left_moving() {
+    let (mut done, mut confirmed) = (0, 0);
+    for seed in 0..20 {
+        for command in [
+            Command::Move { motor: 1, position: 5000.0, speed: None },
+            Command::Run { file: sample("pan.json"), reverse: false },
+            Command::Program { file: sample("pan.json"), shots: shots(4, seed % 2 == 0) },
+        ] {
+            let mut bench = troubled(Options::default(), Faults::all(Carrier::Serial), 10 * seed);
+            match bench.drive(command.clone()).await {
+                Ok(()) => {
+                    done += 1;
+                    let end = if matches!(command, Command::Move { .. }) { 5000 } else { 9000 };
+                    assert_eq!(bench.position(Motor::One), end, "seed {seed}: {command:?}");
+                    assert!(!bench.session.host().may_move() && bench.is_at_rest(), "seed {seed}: {command:?}");
+                    let photos = if matches!(command, Command::Program { .. }) { 4 } else { 0 };
+                    assert!(bench.rig(|rig| rig.camera().taken()) >= photos, "seed {seed}: {command:?}");
+                }
+                Err(trouble) => {
+                    let line = trouble.to_string();
+                    assert!(!line.contains('\n') && line.len() > 20, "{line}");
+                    if bench.session.host().may_move() && bench.session.stop().await == Stopped::Confirmed {
+                        confirmed += 1;
+                        assert!(bench.is_at_rest(), "seed {seed}: {command:?}: {line}");
+                    }
+                    let Bench { session, rig, .. } = bench;
+                    drop(session);
+                    sleep(Duration::from_secs(3)).await;
+                    assert!(rig.lock().unwrap().motors().iter().all(rigs::motor::Motor::rests), "seed {seed}: {line}");
+                }
+            }
+        }
+    }
+    assert!(done >= 15 && confirmed >= 5, "{done} of 60 done, {confirmed} stops confirmed");
 }

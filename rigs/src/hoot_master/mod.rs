@@ -251,9 +251,9 @@ impl HootMaster {
                     self.moving.done(self.profile(to), to, &message, ended.answer());
                 }
             }
-            Outcome::Refused(_)
-            | Outcome::Failed(Failure::NotTaken(_) | Failure::Dropped { was_sent: false, .. } | Failure::Refused(_)) => {
-                self.moving.not_done(&added)
+            // A refusal might be one of something else: only what did not go out set nothing in motion.
+            Outcome::Failed(Failure::NotTaken(_) | Failure::Dropped { was_sent: false, .. }) => {
+                self.moving.not_done(&added);
             }
             _ => {}
         }

@@ -39,7 +39,7 @@ impl Moving {
         all.filter(|part| self.0.insert(*part)).collect()
     }
 
-    /// It did not go out after all, or was refused.
+    /// It did not go out after all.
     pub(super) fn not_done(&mut self, added: &[(Address, u8)]) {
         for part in added {
             self.0.remove(part);

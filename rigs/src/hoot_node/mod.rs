@@ -38,7 +38,7 @@ use tracing::{debug, info, warn};
 
 pub use camera::{Camera, PHOTOS, Photo};
 use lead::Lead;
-pub use options::Options;
+pub use options::{Options, QuirksError};
 
 use crate::motor::Motor;
 use crate::{LineId, Outgoing, Party, Rig, TICK};
@@ -221,9 +221,9 @@ impl HootNode {
 
     /// Drops what a silence has cut off.
     fn drop_cut_off(&mut self) {
-        for line in 0..self.wires.len() {
+        for (line, port) in PORTS.into_iter().enumerate() {
             if self.wires[line].until.is_some_and(|until| self.now >= until) {
-                warn!("{:?}: a part of a packet, and then silence", PORTS[line]);
+                warn!("{port:?}: a part of a packet, and then silence");
                 self.wires[line].forget();
                 self.step(Input::Noise, &[]);
             }

@@ -1,6 +1,7 @@
 //! What a simulated node is.
 
-use hoot_proto::device;
+use hoot_proto::device::{self, Quirks};
+use hoot_proto::query::Profile;
 use motion_core::profile::Limits;
 use motion_core::trajectory::Range;
 
@@ -17,6 +18,37 @@ pub struct Options {
     /// Where the rig ends, in microsteps from where the motors are at first, at quarter steps. A motor that gets there
     /// stops dead, and fails.
     pub travel: Range,
+}
+
+/// Why a text names no quirks.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0:?} is no quirk: there are none, firmware, {list}", list = names())]
+pub struct QuirksError(String);
+
+/// A habit of firmware as texts name it, and how it is switched on.
+type Habit = (&'static str, fn(&mut Quirks));
+
+const QUIRKS: [Habit; 5] = [
+    ("refuses-stop", |quirks| quirks.refuses_stop = true),
+    ("drops-top-byte", |quirks| quirks.drops_top_byte = true),
+    ("short-moves", |quirks| quirks.short_moves = true),
+    ("answers-twice", |quirks| quirks.answers_twice = true),
+    ("deaf", |quirks| quirks.is_deaf = true),
+];
+
+/// Firmware as texts name it.
+const PROFILES: [(&str, Profile); 6] = [
+    ("library-2014-09-25", Profile::Library20140925),
+    ("sheet", Profile::Sheet),
+    ("january-2015", Profile::January2015),
+    ("v0.33", Profile::V033),
+    ("v0.35", Profile::V035),
+    ("v0.70", Profile::V070),
+];
+
+fn names() -> String {
+    let names: Vec<_> = QUIRKS.iter().map(|(name, _)| *name).chain(PROFILES.iter().map(|(name, _)| *name)).collect();
+    names.join(", ")
 }
 
 impl Default for Options {
@@ -48,5 +80,45 @@ impl Options {
     #[must_use]
     pub const fn with_travel(self, travel: Range) -> Self {
         Self { travel, ..self }
+    }
+
+    /// The same with the habits of firmware that a text names: `none`, `firmware` for all that firmware of the sheet's
+    /// date has, or a list such as `v0.33,answers-twice` of versions and habits.
+    ///
+    /// # Errors
+    ///
+    /// [`QuirksError`] says what is not known, and what there is.
+    pub fn with_quirks(self, text: &str) -> Result<Self, QuirksError> {
+        let mut quirks = Quirks::NONE;
+        let mut device = self.device;
+        for name in text.split(',').map(str::trim) {
+            if let Some((_, set)) = QUIRKS.iter().find(|(of, _)| *of == name) {
+                set(&mut quirks);
+            } else if let Some((_, profile)) = PROFILES.iter().find(|(of, _)| *of == name) {
+                device = device.with_profile(*profile);
+            } else if name == "firmware" {
+                quirks = Quirks::FIRMWARE;
+            } else if name != "none" {
+                return Err(QuirksError(name.to_owned()));
+            }
+        }
+        Ok(Self { device: device.with_quirks(quirks), ..self })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_name_quirks() {
+        let of = |text| Options::default().with_quirks(text).map(|it| (it.device.quirks, it.device.profile));
+        assert_eq!(of("none"), Ok((Quirks::NONE, Profile::Sheet)));
+        assert_eq!(of("firmware, v0.70"), Ok((Quirks::FIRMWARE, Profile::V070)));
+        let all = QUIRKS.map(|(name, _)| name).join(",");
+        assert_eq!(of(&all), Ok((Quirks::FIRMWARE, Profile::Sheet)));
+        assert_ne!(of("deaf"), of("none"));
+        let error = of("deaf,loud").unwrap_err().to_string();
+        assert!(error.starts_with("\"loud\" is no quirk: there are none, firmware, refuses-stop, "), "{error}");
     }
 }

@@ -6,6 +6,7 @@ use hoot_proto::message::{
     MotorMicrostep, NameQuery, ProgramModeQuery, RunStatus, Steps, Voltage,
 };
 use hoot_proto::query::AnyReply;
+use motion_core::wire::Bool;
 
 use super::talk::Talk;
 use crate::drive::Trouble;
@@ -13,6 +14,10 @@ use crate::drive::Trouble;
 impl Talk<'_> {
     pub(super) async fn info(&mut self) -> Result<(), Trouble> {
         let node = self.node.0;
+        let joystick = JoystickMode {};
+        if self.ask(HostMessage::JoystickMode(joystick)).await?.read(&joystick).is_some_and(Bool::get) {
+            return self.say(&format!("node {node}: it is in joystick mode, in which it says no more"));
+        }
         let version = self.ask(HostMessage::FirmwareVersion(FirmwareVersion {})).await?;
         let name = self.ask(HostMessage::Name(NameQuery {})).await?;
         let name = match name.answer() {
@@ -24,16 +29,13 @@ impl Talk<'_> {
         let [volts, amperes] = [HostMessage::Voltage(Voltage {}), HostMessage::Current(Current {})];
         let (volts, amperes) = (self.ask(volts).await?, self.ask(amperes).await?);
         let profile = self.session.host().profile(self.node);
-        if let (Some(volts), Some(amperes)) = (volts.answer(), amperes.answer()) {
-            if volts.is_reliable(profile) && amperes.is_reliable(profile) {
-                self.say(&format!("supply: {volts} V, {amperes} A"))?;
-            }
+        if let (Some(volts), Some(amperes)) = (volts.answer(), amperes.answer())
+            && volts.is_reliable(profile)
+            && amperes.is_reliable(profile)
+        {
+            self.say(&format!("supply: {volts} V, {amperes} A"))?;
         }
-        let (status, joystick, mode) = (RunStatus {}, JoystickMode {}, ProgramModeQuery {});
-        let joystick = self.ask(HostMessage::JoystickMode(joystick)).await?.read(&joystick);
-        if joystick.is_some_and(|on| on.get()) {
-            return self.say("it is in joystick mode, in which it says no more");
-        }
+        let (status, mode) = (RunStatus {}, ProgramModeQuery {});
         let status = self.ask(HostMessage::RunStatus(status)).await?.read(&status);
         let mode = self.ask(HostMessage::ProgramMode(mode)).await?.read(&mode);
         let state = match status.and_then(|status| status.is_running(profile)) {
@@ -56,7 +58,7 @@ impl Talk<'_> {
         let enable = self.ask(HostMessage::MotorEnable(enable)).await?.read(&enable);
         let microstep = self.ask(HostMessage::MotorMicrostep(microstep)).await?.read(&microstep);
         let end = self.ask(HostMessage::MotorEndLimit(end)).await?.read(&end);
-        let enabled = if enable.is_some_and(|on| on.get()) { "" } else { ", switched off" };
+        let enabled = if enable.is_some_and(Bool::get) { "" } else { ", switched off" };
         let end = match end {
             Some(Steps(0)) | None => "no end limit".to_owned(),
             Some(end) => format!("end limit {end}"),

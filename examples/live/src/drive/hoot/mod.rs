@@ -13,8 +13,11 @@
 //! | `stop` | an emergency stop |
 //!
 //! A planned move knows two places, a time, and how speed is gained and lost: [`plan`] says which axes it can do. While
-//! something moves, the dead-man is on: should the program or the line die, the motors stop after a second. When they
-//! rest it is switched off.
+//! something moves, the dead-man is on: should the program or the line die, the motors stop after a second. When all is
+//! done it is switched off; behind a trouble it stays on.
+//!
+//! hoot has no checksum, and firmware says OK to much that it does not do: what is set is asked for, and what was to move
+//! is asked where it is. What sets something in motion is sent once; if nobody answers it, the motors are asked.
 
 mod follow;
 mod info;

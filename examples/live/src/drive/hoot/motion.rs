@@ -33,11 +33,12 @@ fn whole(position: f64) -> Result<i32, Trouble> {
 impl Talk<'_> {
     /// Sees to it that the node can be told to move: it is there, in no joystick mode, and runs no program.
     pub(super) async fn prepare(&mut self) -> Result<(), Trouble> {
-        self.ask(HostMessage::FirmwareVersion(FirmwareVersion {})).await?;
+        // In joystick mode older firmware answers nothing but this.
         let joystick = JoystickMode {};
         if self.ask(HostMessage::JoystickMode(joystick)).await?.read(&joystick).is_some_and(Bool::get) {
             self.joystick(Bool::FALSE).await?;
         }
+        self.ask(HostMessage::FirmwareVersion(FirmwareVersion {})).await?;
         let status = RunStatus {};
         let found = self.ask(HostMessage::RunStatus(status)).await?.read(&status);
         let profile = self.session.host().profile(self.node);

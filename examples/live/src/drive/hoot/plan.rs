@@ -253,7 +253,9 @@ mod tests {
         let back = plans(&file, NODE, Count::Video, true).unwrap()[0];
         assert_eq!((back.plan.start, back.plan.stop, back.lead_in), (Steps(9000), Steps(0), 1500));
         for at in 0..=4000 {
-            assert!((back.plan.at(at).0 - there.plan.at(4000 - at).0).abs() <= 1);
+            let off = back.plan.at(at).0 - there.plan.at(4000 - at).0;
+            // Both are cut to whole steps, towards their own start.
+            assert!(off.abs() <= 2, "{off} at {at}: {there:?}");
         }
     }
 

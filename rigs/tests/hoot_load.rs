@@ -1,0 +1,171 @@
+//! Load on a node: a master that asks as fast as the protocol allows, and ten thousand messages a second at another port,
+//! on bad lines.
+//!
+//! A master has one request under way, and leaves 40 ms between two at least: that is some 25 a second on a good line. What comes by
+//! Bluetooth meanwhile comes without that courtesy.
+//!
+//! hoot has no checksum: a wrong bit in a number makes another number, and the OK to that looks like any other. So lines
+//! here lose, double, delay, cut and add bytes, fall silent and reset; bits stay right. With wrong bits too, the last test
+//! counts what they do.
+
+use std::time::Instant;
+
+use hoot_proto::host::{Command, Options, Outcome, Request, Token};
+use hoot_proto::message::{self, Motor, Steps};
+use hoot_proto::{Address, HostMessage};
+use motion_core::time::Millis;
+use rigs::faults::{Carrier, Faults};
+use rigs::hoot_master::{Event, HootMaster};
+use rigs::hoot_node::{HootNode, Options as NodeOptions};
+use rigs::line::Line;
+use rigs::{LineId, Outgoing, Party, Scene};
+
+const BLUETOOTH: LineId = LineId(1);
+/// Messages by Bluetooth in a millisecond.
+const MESSAGES: u64 = 10;
+/// Bytes that may wait: two packets in each of the readers, and what is under way on the line.
+const HELD: usize = 1024;
+
+/// What came of it.
+#[derive(Debug, Default)]
+struct Count {
+    asked: u32,
+    ended: u32,
+    done: u32,
+    /// Done, says the node, but it has another number.
+    wrong: u32,
+    sent: u64,
+    answered: u64,
+    most_held: usize,
+}
+
+fn set_start(motor: Motor, position: i32) -> HostMessage<'static> {
+    HostMessage::MotorSetProgramStart(message::MotorSetProgramStart { motor, position: Steps(position) })
+}
+
+fn start_of(rig: &HootNode, motor: Motor) -> i32 {
+    rig.machine().motor(motor).settings().plan.start.0
+}
+
+fn load(seconds: u64, faults: Faults, seed: u64) -> Count {
+    // Lines are silent for a second and a half: who waits for less takes late answers for others.
+    let options = Options::default().with_gap(40).with_settle(1).with_timeout(2000);
+    let (master, node) = (HootMaster::new(options), HootNode::new(NodeOptions::default()));
+    let mut scene = Scene::new(master, node, Carrier::Serial, faults, seed);
+    let mut other = Line::new(faults, seed + 1000);
+    let mut count = Count::default();
+    let mut waits = 0;
+    for now in 0..seconds * 1000 {
+        if now % 100 == 0 {
+            // Somebody is there again, should the power have failed.
+            scene.rig.open(Millis(now), BLUETOOTH);
+        }
+        while waits < 8 && now > 10 {
+            count.asked += 1;
+            waits += 1;
+            let message = set_start(Motor::One, i32::try_from(count.asked).unwrap());
+            let request = Request { token: Token(count.asked), to: Address::DEFAULT, message };
+            scene.command(Command::Request(request));
+        }
+        scene.run(Millis(now), |scene, event| {
+            let Event::Ended(ended) = event else { return None::<()> };
+            waits -= 1;
+            count.ended += 1;
+            if let Outcome::Done(_) = ended.outcome {
+                count.done += 1;
+                count.wrong += u32::from(start_of(&scene.rig, Motor::One) != i32::try_from(ended.token.0).unwrap());
+            }
+            None
+        });
+        flood(&mut scene, &mut other, now, &mut count);
+        count.most_held = count.most_held.max(scene.held() + scene.rig.held() + scene.host.held());
+    }
+    count.ended += u32::try_from(scene.host.machine().pending()).unwrap();
+    count
+}
+
+/// Ten messages at the other port. An OK is an OK to the number that came last.
+fn flood(scene: &mut Scene<HootMaster, HootNode>, line: &mut Line, now: u64, count: &mut Count) {
+    let now = Millis(now);
+    for _ in 0..MESSAGES {
+        count.sent += 1;
+        let mut packet = [0; 42];
+        let number = i32::try_from(count.sent).unwrap();
+        let len = set_start(Motor::Two, number).encode_into(Address::DEFAULT, &mut packet).unwrap();
+        line.push(now, &packet[..len]);
+    }
+    let mut before = start_of(&scene.rig, Motor::Two);
+    while let Some(piece) = line.pop(now) {
+        scene.rig.receive(now, BLUETOOTH, &piece);
+        while let Some(out) = scene.rig.poll() {
+            let Outgoing::Bytes(BLUETOOTH, bytes) = out else { continue };
+            assert_eq!(bytes, [0, 0, 0, 0, 0, 0xFF, 0, 0, 1, 0], "nothing is refused");
+            count.answered += 1;
+            // Doubled, it is what it was; a number of earlier is never written over a later one.
+            let after = start_of(&scene.rig, Motor::Two);
+            assert!(after >= before && u64::try_from(after).unwrap() <= count.sent, "{before} then {after}");
+            before = after;
+        }
+    }
+}
+
+fn bad() -> Faults {
+    Faults { corruption: 0.0, ..Faults::all(Carrier::Serial) }
+}
+
+fn holds(seconds: u64) {
+    let began = Instant::now();
+    let count = load(seconds, bad(), 7);
+    println!("{seconds} s of load took {:?}: {count:?}", began.elapsed());
+    assert_eq!((count.asked, count.wrong), (count.ended, 0), "each request ends, and what is done is done");
+    assert!(u64::from(count.done) > 5 * seconds, "{count:?}");
+    // A packet that is cut in two costs some of those behind it: nodes look for no break.
+    assert!(count.sent == seconds * 1000 * MESSAGES && count.answered > count.sent / 50, "{count:?}");
+    assert!(count.most_held < HELD, "{count:?}");
+}
+
+/// On a good line each of ten thousand messages a second is answered, and the master has its turn all the same.
+#[test]
+fn two_seconds_without_faults() {
+    let count = load(2, Faults::NONE, 1);
+    assert_eq!((count.asked, count.wrong, count.answered), (count.ended, 0, count.sent));
+    assert!(count.done >= 45 && count.most_held < HELD, "{count:?}");
+}
+
+#[test]
+fn five_seconds_of_load() {
+    holds(5);
+}
+
+#[test]
+#[ignore = "a minute of it, which takes some seconds: with --release"]
+fn a_minute_of_load() {
+    holds(60);
+}
+
+/// What a protocol without checksum costs: of what the node says OK to, some is another number.
+#[test]
+fn wrong_bits_are_not_noticed() {
+    let faults = Faults { corruption: 0.2, reset: 0.0, ..Faults::NONE };
+    let options = Options::default().with_gap(40).with_settle(1);
+    let node = HootNode::new(NodeOptions::default());
+    let mut scene = Scene::new(HootMaster::new(options), node, Carrier::Serial, faults, 3);
+    scene.run(Millis(10), |_, _| None::<()>);
+    let (mut done, mut wrong) = (0, 0);
+    for asked in 1..400 {
+        let message = set_start(Motor::One, asked);
+        let token = Token(asked.unsigned_abs());
+        scene.command(Command::Request(Request { token, to: Address::DEFAULT, message }));
+        let until = scene.now().after(3000);
+        let is_done = scene.run(until, |_, event| match event {
+            Event::Ended(ended) if ended.token == token => Some(ended.is_done()),
+            _ => None,
+        });
+        if is_done == Some(true) {
+            done += 1;
+            wrong += i32::from(start_of(&scene.rig, Motor::One) != asked);
+        }
+    }
+    // A fifth of the packets has a wrong bit, of which 32 in 112 are in the number.
+    assert!(done > 250 && (8..60).contains(&wrong), "{wrong} of {done}");
+}
