@@ -1,12 +1,14 @@
 //! What all motors do together, moment by moment.
 
 use dmc_proto::device::Input;
-use dmc_proto::message::{FrameNumber, RunFlags, Triggers};
+use dmc_proto::message::{FrameNumber, Motor as Number, RunFlags, Triggers};
 use motion_core::profile::Limits;
-use tracing::{debug, info};
+use tracing::{debug, info, warn};
 
+use super::core::Core;
 use super::job::{Job, Kind, Way};
-use super::{Core, index, seconds, steps};
+use super::store::Store;
+use super::{index, seconds, steps};
 use crate::motor::{Motor, Place};
 
 /// Seconds in which a jog of all motors gets up to speed.
@@ -87,18 +89,12 @@ impl Core {
     pub(super) fn jog_all(&mut self, rate: f64, to: FrameNumber) {
         let now = self.clock;
         let limits = Limits { velocity: rate, acceleration: rate / JOG_ROLL, jerk: None };
-        let mut frame = match &self.course {
-            Course::JogAll { frame, .. } => {
-                let mut faster = Motor::new(limits);
-                faster.lead(frame.at(now));
-                faster
-            }
-            _ => {
-                let mut frame = Motor::new(limits);
-                frame.rebase(now, f64::from(self.stood_on.unwrap_or(to).0));
-                frame
-            }
-        };
+        let mut frame = Motor::new(limits);
+        if let Course::JogAll { frame: before, .. } = &self.course {
+            frame.lead(before.at(now));
+        } else {
+            frame.rebase(now, f64::from(self.stood_on.unwrap_or(to).0));
+        }
         let told = steps(frame.at(now).position);
         frame.go_to(now, f64::from(to.0), rate, rate / JOG_ROLL);
         self.course = Course::JogAll { frame, told };
@@ -122,18 +118,21 @@ impl Core {
         let this = steps(if velocity < 0.0 { at.ceil() } else { at.floor() });
         let is_new = this != *told && !rests;
         *told = this;
-        for index in 0..self.motors.len() {
-            let motor = super::number(index);
-            if let Some(position) = self.store.between(motor, at) {
-                let ahead = self.store.between(motor, at.floor() + 1.0).unwrap_or(position);
-                let behind = self.store.between(motor, at.floor()).unwrap_or(position);
-                self.motors[index].lead(Place { position, velocity: (ahead - behind) * velocity });
-                if rests {
-                    self.motors[index].halt(now);
-                }
-            }
+        for motor in (1..=self.count()).map(Number) {
+            let Some(position) = self.store.between(motor, at) else { continue };
+            let ahead = self.store.between(motor, at.floor() + 1.0).unwrap_or(position);
+            let behind = self.store.between(motor, at.floor()).unwrap_or(position);
+            self.lead_one(motor, Place { position, velocity: (ahead - behind) * velocity });
+        }
+        if !self.course.is_busy() {
+            return;
         }
         if rests {
+            for (number, motor) in (1..).map(Number).zip(&mut self.motors) {
+                if self.store.has(number) {
+                    motor.halt(now);
+                }
+            }
             self.course = Course::Free;
             self.owes_rest = true;
         } else if is_new {
@@ -185,12 +184,26 @@ impl Core {
     }
 
     /// Puts each motor of the run where it has to be.
-    fn lead(&mut self, place: impl Fn(&Job, &Way, &super::Store) -> Place) {
+    fn lead(&mut self, place: impl Fn(&Job, &Way, &Store) -> Place) {
         let Course::Runs(run) = &self.course else { return };
-        for way in &run.job.ways {
-            if let Some(motor) = index(way.motor).and_then(|index| self.motors.get_mut(index)) {
-                motor.lead(place(&run.job, way, &self.store));
-            }
+        let places: Vec<_> = run.job.ways.iter().map(|way| (way.motor, place(&run.job, way, &self.store))).collect();
+        for (motor, place) in places {
+            self.lead_one(motor, place);
+        }
+    }
+
+    /// Puts a motor where it has to be. One that cannot be so fast gets stuck.
+    fn lead_one(&mut self, number: Number, place: Place) {
+        let now = self.clock;
+        let Some(motor) = index(number).and_then(|index| self.motors.get_mut(index)) else { return };
+        if !self.course.is_busy() {
+            // Another one got stuck just now, and all stop.
+        } else if place.velocity.abs() <= motor.limits().velocity {
+            motor.lead(place);
+        } else {
+            motor.halt(now);
+            warn!(motor = %number, speed = place.velocity, "cannot follow, and is stuck");
+            self.step(Input::Fault(Some(number)));
         }
     }
 
@@ -260,7 +273,9 @@ impl Core {
             run.job.turn(from, to, &self.store);
             (run.phase, run.told) = (Phase::Back, None);
             let goals: Vec<_> = run.job.ways.iter().map(|way| (way.motor, way.before(run.job.up))).collect();
-            goals.into_iter().for_each(|(motor, goal)| self.send_to(motor, goal));
+            for (motor, goal) in goals {
+                self.send_to(motor, goal);
+            }
             return;
         }
         let end = FrameNumber(run.job.to);

@@ -1,7 +1,7 @@
 //! What a simulated device is made of.
 
 use dmc_proto::device::{Options, Quirks};
-use dmc_proto::message::{Capabilities, Hi, Name};
+use dmc_proto::message::{Acceleration, Capabilities, Hi, MotorFlags, Name, Speed, Steps};
 use motion_core::profile::Limits;
 use motion_core::trajectory::Range;
 
@@ -16,9 +16,24 @@ pub struct Setup {
     pub motors: Vec<Motor>,
 }
 
+/// What was set of a motor: forgotten at a reset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tuning {
+    /// What it is used for.
+    pub flags: MotorFlags,
+    /// Its greatest speed.
+    pub speed: Speed,
+    /// Its greatest acceleration.
+    pub acceleration: Acceleration,
+    /// The lower limit that was set.
+    pub lower: Option<Steps>,
+    /// The upper limit that was set.
+    pub upper: Option<Steps>,
+}
+
 impl Setup {
-    /// What each motor can: 30,000 steps a second, after half a second.
-    pub const LIMITS: Limits = Limits { velocity: 30_000.0, acceleration: 60_000.0, jerk: None };
+    /// What each motor can: 50,000 steps a second, after half a second.
+    pub const LIMITS: Limits = Limits { velocity: 50_000.0, acceleration: 100_000.0, jerk: None };
     /// Where the limit switches of each motor are, in steps.
     pub const TRAVEL: Range = Range::new(-200_000.0, 200_000.0);
     /// Frames that can be uploaded: as many as the vendor's firmware says.
@@ -66,5 +81,22 @@ impl Default for Setup {
     /// Four motors.
     fn default() -> Self {
         Self::of(4)
+    }
+}
+
+impl Tuning {
+    /// What holds before anything is set: all that the motor can, but for half of its acceleration, which is left for
+    /// stops that have to be harder.
+    pub(super) fn of(motor: &Motor) -> Self {
+        let limits = motor.limits();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cut to what fits")]
+        let whole = |value: f64| value.round().clamp(1.0, f64::from(u32::MAX)) as u32;
+        Self {
+            flags: MotorFlags::ENABLED,
+            speed: Speed(whole(limits.velocity)),
+            acceleration: Acceleration(whole(limits.acceleration / 2.0)),
+            lower: None,
+            upper: None,
+        }
     }
 }
