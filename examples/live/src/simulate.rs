@@ -6,7 +6,6 @@ use std::path::PathBuf;
 
 use clap::{Parser, ValueEnum};
 use dmc_proto::device::Quirks;
-use hoot_proto::device;
 use rigs::Rig;
 use rigs::dmc_device::{self, DmcDevice};
 use rigs::faults::{Carrier, Faults};
@@ -138,24 +137,24 @@ fn dmc(args: &Args) -> Result<dmc_device::Setup, String> {
         ("no-end-of-shot", Quirks::NO_END_OF_SHOT),
         ("one-lock-code", Quirks::ONE_LOCK_CODE),
     ];
-    let quirks = quirks(args, &known)?.into_iter().fold(Quirks::default(), |all, one| all | one);
-    Ok(dmc_device::Setup::of(motors(args, 4, 32)?).with_quirks(quirks))
+    let mut has = Quirks::default();
+    for name in args.quirks.iter().flat_map(|list| list.split(',')).map(str::trim) {
+        let Some((_, quirk)) = known.iter().find(|(known, _)| *known == name) else {
+            let known = known.map(|(known, _)| known).join(", ");
+            return Err(format!("a DMC device has no quirk {name:?}: it has {known}"));
+        };
+        has |= *quirk;
+    }
+    Ok(dmc_device::Setup::of(motors(args, 4, 32)?).with_quirks(has))
 }
 
 fn hoot(args: &Args) -> Result<hoot_node::Options, String> {
     only_kos(args)?;
-    let known: [(_, fn(&mut device::Quirks)); 6] = [
-        ("firmware", |quirks| *quirks = device::Quirks::FIRMWARE),
-        ("refuses-stop", |quirks| quirks.refuses_stop = true),
-        ("drops-top-byte", |quirks| quirks.drops_top_byte = true),
-        ("short-moves", |quirks| quirks.short_moves = true),
-        ("answers-twice", |quirks| quirks.answers_twice = true),
-        ("deaf", |quirks| quirks.is_deaf = true),
-    ];
-    let mut has = device::Quirks::NONE;
-    quirks(args, &known)?.into_iter().for_each(|quirk| quirk(&mut has));
-    let device = device::Options::default().with_quirks(has);
-    Ok(hoot_node::Options::default().with_motors(motors(args, 3, 3)?).with_device(device))
+    let options = hoot_node::Options::default().with_motors(motors(args, 3, 3)?);
+    match &args.quirks {
+        Some(quirks) => options.with_quirks(quirks).map_err(|error| error.to_string()),
+        None => Ok(options),
+    }
 }
 
 fn only_kos(args: &Args) -> Result<(), String> {
@@ -171,19 +170,6 @@ fn motors(args: &Args, usual: u8, most: usize) -> Result<u8, String> {
     let motors = args.motors.unwrap_or(usual);
     let can_be = (1..=most).contains(&usize::from(motors));
     can_be.then_some(motors).ok_or_else(|| format!("{} has 1 to {most} motors, not {motors}", args.protocol.name()))
-}
-
-/// What a list of names stands for.
-fn quirks<T: Copy>(args: &Args, known: &[(&str, T)]) -> Result<Vec<T>, String> {
-    let list = args.quirks.iter().flat_map(|list| list.split(',')).map(str::trim);
-    list.map(|name| {
-        let quirk = known.iter().find(|(known, _)| *known == name);
-        quirk.map(|(_, quirk)| *quirk).ok_or_else(|| {
-            let known: Vec<_> = known.iter().map(|(name, _)| *name).collect();
-            format!("{} has no quirk {name:?}: it has {}", args.protocol.name(), known.join(", "))
-        })
-    })
-    .collect()
 }
 
 /// What goes wrong on its lines, and with its datagrams. A list is for whichever it fits.
