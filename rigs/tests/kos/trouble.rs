@@ -229,3 +229,54 @@ fn it_announces_itself_and_answers_questions() {
     assert_eq!(said(5002, None, true), [true; 0]);
     assert_eq!(said(60_000, None, false), [true; 4], "the client was silent for 30 s, and is gone");
 }
+
+/// What a device does next: the lines that it sends on, and those that it hangs up.
+fn outgoing(rig: &mut rigs::kos_device::KosDevice) -> (Vec<u8>, Vec<u8>) {
+    use rigs::{Outgoing, Party as _};
+    let (mut told, mut gone) = (Vec::new(), Vec::new());
+    while let Some(outgoing) = rig.poll() {
+        match outgoing {
+            Outgoing::Bytes(line, _) => told.push(line.0),
+            Outgoing::HangUp(line) => gone.push(line.0),
+            _ => {}
+        }
+    }
+    told.dedup();
+    (told, gone)
+}
+
+#[test]
+fn four_clients_are_told_and_a_fifth_is_turned_away() {
+    use motion_core::time::Millis;
+    use rigs::{LineId, Party as _};
+
+    let mut rig = rigs::kos_device::KosDevice::new(Setup::default());
+    for line in 0..5 {
+        rig.open(Millis(1), LineId(line));
+    }
+    assert_eq!(outgoing(&mut rig), (vec![], vec![4]));
+    // A stop, in two pieces: all are told that all is over.
+    let stop = b"\x04\0\x07\0\x80\0\x06";
+    rig.receive(Millis(2), LineId(1), &stop[..3]);
+    assert_eq!(outgoing(&mut rig), (vec![], vec![]));
+    rig.receive(Millis(2), LineId(1), &stop[3..]);
+    let (told, gone) = outgoing(&mut rig);
+    assert_eq!((&told[..4], gone), (&[0, 1, 2, 3][..], vec![]));
+    // What is no stream of messages ends its own line only, and what comes behind it counts for nothing.
+    rig.receive(Millis(3), LineId(2), b"GET / HTTP/1.1\r\n\x04\0\x07\0\x80\0\x06");
+    assert_eq!(outgoing(&mut rig), (vec![], vec![2]));
+    rig.receive(Millis(3), LineId(2), stop);
+    rig.receive(Millis(3), LineId(9), stop);
+    assert_eq!(outgoing(&mut rig), (vec![], vec![]));
+    rig.receive(Millis(4), LineId(0), stop);
+    assert_eq!(outgoing(&mut rig).0[..3], [0, 1, 3]);
+    rig.open(Millis(5), LineId(2));
+    rig.reset(Millis(6));
+    assert_eq!(outgoing(&mut rig), (vec![], vec![0, 1, 2, 3]));
+    assert_eq!(rig.held(), 0);
+    // While it starts, nobody is let in.
+    rig.open(Millis(7), LineId(0));
+    assert_eq!(outgoing(&mut rig), (vec![], vec![0]));
+    rig.open(Millis(600), LineId(0));
+    assert_eq!(outgoing(&mut rig).1, [0; 0]);
+}
