@@ -1,1 +1,0 @@
-//! A DMC device: a rig of motors in steps, and its operator.

@@ -1,0 +1,71 @@
+//! The camera: what it took, and when.
+
+use std::collections::VecDeque;
+
+use motion_core::time::Millis;
+use tracing::info;
+
+/// Photos that are kept on record.
+const RECORD: usize = 10_000;
+
+/// A photo.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Photo {
+    /// When the shutter opened.
+    pub at: Millis,
+    /// Until when it was open; `None` while it is.
+    pub until: Option<Millis>,
+    /// The frame of the move that it belongs to; `None` if it was triggered by hand.
+    pub frame: Option<i32>,
+}
+
+/// A camera with one shutter.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Camera {
+    photos: VecDeque<Photo>,
+    count: u64,
+    /// When the shutter closes by itself.
+    closes: Option<Millis>,
+    pub(super) is_filming: bool,
+}
+
+impl Camera {
+    /// Opens the shutter; for so many milliseconds, or until it is closed.
+    pub(super) fn open(&mut self, now: Millis, time: Option<u64>, frame: Option<i32>) {
+        self.close(now);
+        self.count += 1;
+        info!(number = self.count, frame, "photo");
+        if self.photos.len() == RECORD {
+            self.photos.pop_front();
+        }
+        self.photos.push_back(Photo { at: now, until: None, frame });
+        self.closes = time.map(|time| now.after(time));
+        self.advance(now);
+    }
+
+    /// Closes the shutter, if it is open.
+    pub(super) fn close(&mut self, now: Millis) {
+        if let Some(photo) = self.photos.back_mut().filter(|photo| photo.until.is_none()) {
+            photo.until = Some(now);
+            self.closes = None;
+        }
+    }
+
+    pub(super) fn advance(&mut self, now: Millis) {
+        if let Some(closes) = self.closes.filter(|closes| *closes <= now) {
+            self.close(closes);
+        }
+    }
+
+    pub(super) const fn wake(&self) -> Option<Millis> {
+        self.closes
+    }
+
+    pub(super) const fn count(&self) -> u64 {
+        self.count
+    }
+
+    pub(super) fn photos(&self) -> impl Iterator<Item = &Photo> {
+        self.photos.iter()
+    }
+}

@@ -1,0 +1,212 @@
+//! Runs and shots: which way each motor goes, and how it gets up to speed and to rest.
+
+use dmc_proto::message::{Direction, FrameNumber, HostMessage, Motor, MotorPair, RtRunMove, RunFlags};
+
+use super::store::Store;
+use crate::motor::Place;
+
+/// Milliseconds in which motors get up to speed before a shutter opens, and come to rest once it is closed.
+const SHOT_ROLL: f64 = 0.25;
+
+/// A run or a shot.
+#[derive(Debug, Clone)]
+pub(super) struct Job {
+    pub(super) kind: Kind,
+    /// The frame where the pass begins, and where it ends.
+    pub(super) from: i32,
+    pub(super) to: i32,
+    /// Frames a second.
+    rate: f64,
+    /// Seconds of a pass, and of getting up to speed and to rest.
+    pub(super) seconds: f64,
+    pub(super) up: f64,
+    pub(super) down: f64,
+    /// The ways of the motors that take part.
+    pub(super) ways: Vec<Way>,
+}
+
+#[derive(Debug, Clone)]
+pub(super) enum Kind {
+    Run {
+        /// Whether lights and outputs run along.
+        sync: bool,
+        flags: RunFlags,
+        /// Milliseconds for which the shutter is open at each frame, if it is.
+        shutter: Option<u64>,
+    },
+    Shot {
+        /// Milliseconds for which the shutter is open.
+        exposure: u64,
+    },
+}
+
+/// The way of one motor in a pass.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Way {
+    pub(super) motor: Motor,
+    /// Where it begins and ends if it does not follow the uploaded move.
+    own: Option<(f64, f64)>,
+    begin: Place,
+    end: Place,
+}
+
+impl Job {
+    /// What a message asks for; `None` if it asks for no run or shot, or outside the uploaded move.
+    pub(super) fn of(message: &HostMessage<'_>, store: &Store, motors: u8) -> Option<Self> {
+        let follow = (1..=motors).map(Motor).filter(|motor| store.has(*motor));
+        let mut job = match message {
+            HostMessage::RtRunMove(run) => Self::run(run),
+            HostMessage::RtShootFrame(shot) => {
+                let part = if shot.blur_x10.0.0 == 0 { 1.0 } else { f64::from(shot.blur_x10.0.0.min(1000)) / 1000.0 };
+                let (from, to) = if shot.direction == Direction::BACKWARD { (part, 0.0) } else { (0.0, part) };
+                Self::shot(shot.frame, shot.exposure_ms.0, (from, to), shot.motors)
+            }
+            HostMessage::RtShootFrame2(shot) => {
+                // The vendor's firmware takes a second for no exposure (decision D-27).
+                let exposure = if shot.exposure_ms.0 == 0 { 1000 } else { shot.exposure_ms.0 };
+                let part = |angle: u16| f64::from(angle) / 360.0;
+                Self::shot(shot.frame, exposure, (part(shot.open_angle.0), part(shot.close_angle.0)), shot.motors)
+            }
+            _ => return None,
+        };
+        for motor in follow.filter(|motor| !job.ways.iter().any(|way| way.motor == *motor)).collect::<Vec<_>>() {
+            job.ways.push(Way { motor, own: None, begin: Place::default(), end: Place::default() });
+        }
+        job.find_ends(store)?;
+        Some(job)
+    }
+
+    fn run(run: &RtRunMove<'_>) -> Self {
+        let (from, to) = (run.start_frame.0, run.end_frame.0);
+        let rate = f64::from(run.fps_x1000.0.0.max(1)) / 1000.0;
+        let flags = run.flags.unwrap_or_default();
+        let angle = |angle: Option<_>| angle.map_or(0.0, |degrees: dmc_proto::message::Degrees| f64::from(degrees.0));
+        let open = ((angle(run.close_angle) - angle(run.open_angle)) / 360.0 / rate).max(0.0);
+        let shutter = flags.contains(RunFlags::CAMERA_EVERY_FRAME).then(|| super::millis(open));
+        let seconds = |millis: u32| f64::from(millis) / 1000.0;
+        Self {
+            kind: Kind::Run { sync: run.sync_dmx.get(), flags, shutter },
+            from,
+            to,
+            rate,
+            seconds: (f64::from(to) - f64::from(from)).abs() / rate,
+            up: seconds(run.pre_roll_ms.0),
+            down: seconds(run.post_roll_ms.0),
+            ways: Vec::new(),
+        }
+    }
+
+    fn shot(frame: FrameNumber, exposure: u32, part: (f64, f64), pairs: &[MotorPair]) -> Self {
+        let mut ways: Vec<Way> = Vec::new();
+        for pair in pairs {
+            let (a, b) = (f64::from(pair.pos_a().0), f64::from(pair.pos_b().0));
+            let at = |part: f64| a + (b - a) * part;
+            let own = Some((at(part.0), at(part.1)));
+            let way = Way { motor: pair.motor(), own, begin: Place::default(), end: Place::default() };
+            // Of one that is named twice, the later one counts.
+            ways.retain(|other| other.motor != way.motor);
+            ways.push(way);
+        }
+        Self {
+            kind: Kind::Shot { exposure: exposure.into() },
+            from: frame.0,
+            to: frame.0,
+            rate: 0.0,
+            seconds: f64::from(exposure) / 1000.0,
+            up: SHOT_ROLL,
+            down: SHOT_ROLL,
+            ways,
+        }
+    }
+
+    /// How a pass goes on after this one.
+    pub(super) fn turn(&mut self, from: i32, to: i32, store: &Store) {
+        (self.from, self.to) = (from, to);
+        // The frames were looked at before the first pass.
+        let _ = self.find_ends(store);
+    }
+
+    /// From where to where, and how fast, each motor goes in a pass; `None` if there is no such frame.
+    fn find_ends(&mut self, store: &Store) -> Option<()> {
+        let (from, to, rate, seconds) = (self.from, self.to, self.rate, self.seconds);
+        let way = to.saturating_sub(from).signum();
+        for each in &mut self.ways {
+            (each.begin, each.end) = if let Some((begin, end)) = each.own {
+                let velocity = if seconds > 0.0 { (end - begin) / seconds } else { 0.0 };
+                (Place { position: begin, velocity }, Place { position: end, velocity })
+            } else {
+                let at = |frame: i32| store.position(each.motor, FrameNumber(frame)).map(f64::from);
+                let (begin, end) = (at(from)?, at(to)?);
+                let first = (at(from.saturating_add(way))? - begin) * rate;
+                let last = (end - at(to.saturating_sub(way))?) * rate;
+                (Place { position: begin, velocity: first }, Place { position: end, velocity: last })
+            };
+        }
+        Some(())
+    }
+
+    /// The frame, with its fraction, that a pass has come to after so many seconds.
+    pub(super) fn moment(&self, seconds: f64) -> f64 {
+        let (from, to) = (f64::from(self.from), f64::from(self.to));
+        let gone = seconds * self.rate;
+        if gone >= (to - from).abs() { to } else { from + gone * (to - from).signum() }
+    }
+
+    /// Where a motor is in a pass.
+    pub(super) fn along(&self, way: &Way, seconds: f64, store: &Store) -> Place {
+        if seconds >= self.seconds {
+            return way.end;
+        }
+        if way.own.is_some() {
+            return Place { position: way.begin.position + way.begin.velocity * seconds, ..way.begin };
+        }
+        let moment = self.moment(seconds);
+        let back = self.to < self.from;
+        // On a frame it goes as it will until the next one.
+        let (before, after) =
+            if back { (moment.ceil(), moment.ceil() - 1.0) } else { (moment.floor(), moment.floor() + 1.0) };
+        let at = |moment: f64| store.between(way.motor, moment).unwrap_or(way.end.position);
+        Place { position: at(moment), velocity: (at(after) - at(before)) * self.rate }
+    }
+}
+
+impl Way {
+    /// Where it rests before it gets up to speed, which takes so many seconds.
+    pub(super) fn before(&self, up: f64) -> f64 {
+        self.begin.position - self.begin.velocity * up / 2.0
+    }
+
+    /// Where it comes to rest behind its end.
+    pub(super) fn behind(&self, down: f64) -> f64 {
+        self.end.position + self.end.velocity * down / 2.0
+    }
+
+    /// Where the pass begins.
+    pub(super) const fn begin(&self) -> Place {
+        self.begin
+    }
+
+    /// Where it is after so many seconds of getting up to speed, at an even acceleration.
+    pub(super) fn rolls_up(&self, up: f64, seconds: f64) -> Place {
+        let part = seconds / up;
+        let velocity = self.begin.velocity * part;
+        Place { position: self.before(up) + velocity * seconds / 2.0, velocity }
+    }
+
+    /// Where it is after so many seconds of coming to rest.
+    pub(super) fn rolls_down(&self, down: f64, seconds: f64) -> Place {
+        if seconds >= down {
+            return Place { position: self.behind(down), velocity: 0.0 };
+        }
+        let velocity = self.end.velocity * (1.0 - seconds / down);
+        Place { position: self.end.position + seconds * f64::midpoint(self.end.velocity, velocity), velocity }
+    }
+
+    /// The least and the greatest position of a pass, without its rolls.
+    pub(super) fn span(&self, job: &Job, store: &Store) -> (f64, f64) {
+        let ends = [self.begin.position, self.end.position];
+        let frames = if self.own.is_some() { 0..=-1 } else { job.from.min(job.to)..=job.from.max(job.to) };
+        let between = frames.filter_map(|frame| store.position(self.motor, FrameNumber(frame))).map(f64::from);
+        between.chain(ends).fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), at| (least.min(at), most.max(at)))
+    }
+}

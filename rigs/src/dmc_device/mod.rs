@@ -1,0 +1,453 @@
+//! A DMC controller with its motors and its camera.
+//!
+//! What the protocol says is in the crate's machine; what the motors do is here. Between two frames of an uploaded move
+//! each motor goes straight from one position to the next: so it never leaves what lies between them, and what was held
+//! against limits frame by frame holds in between.
+//!
+//! A run starts from rest as far before its first position as the motor needs to get up to speed in the time of the
+//! pre-roll, at an even acceleration; it ends likewise. Shots do so too. Behind both, the motors return to the frame. In a
+//! loop, the motors come to rest behind each pass, and go to where the next one begins.
+
+mod camera;
+mod course;
+mod job;
+mod obey;
+mod setup;
+mod store;
+mod verdict;
+
+use std::collections::VecDeque;
+
+use dmc_proto::device::{self, DeviceMachine, Input, Scratch, State};
+use dmc_proto::message::{Acceleration, FrameNumber, Motor as Number, MotorFlags, Motors, Speed, Steps, Triggers};
+use dmc_proto::upload::Room;
+use dmc_proto::{Frames, Item};
+use motion_core::machine::Machine;
+use motion_core::time::Millis;
+use tracing::{debug, info, warn};
+
+use crate::motor::{Happening, Motor};
+use crate::{LineId, Outgoing, Party, Rig, TICK};
+
+pub use camera::Photo;
+pub use setup::Setup;
+
+use camera::Camera;
+use course::Course;
+use store::Store;
+
+/// The only line.
+const LINE: LineId = LineId(0);
+/// Milliseconds without a byte, after which a frame that is not whole will not be.
+const GAP: u64 = 250;
+
+/// A DMC controller with its motors and its camera. It has one line.
+#[derive(Debug)]
+pub struct DmcDevice {
+    is_open: bool,
+    frames: Frames,
+    /// When a frame that is not whole is given up.
+    gap: Option<Millis>,
+    core: Core,
+}
+
+/// What was set of a motor: forgotten at a reset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tuning {
+    /// What it is used for.
+    pub flags: MotorFlags,
+    /// Its greatest speed.
+    pub speed: Speed,
+    /// Its greatest acceleration.
+    pub acceleration: Acceleration,
+    /// The lower limit that was set.
+    pub lower: Option<Steps>,
+    /// The upper limit that was set.
+    pub upper: Option<Steps>,
+}
+
+/// The device behind its line.
+#[derive(Debug)]
+struct Core {
+    setup: Setup,
+    clock: Millis,
+    machine: DeviceMachine,
+    /// When the machine wants to be woken.
+    wake: Option<Millis>,
+    motors: Vec<Motor>,
+    tuning: Vec<Tuning>,
+    store: Store,
+    course: Course,
+    /// Whether the machine waits to be told that all motors rest.
+    owes_rest: bool,
+    camera: Camera,
+    outputs: Triggers,
+    levels: Vec<u8>,
+    received: u64,
+    out: VecDeque<Outgoing>,
+}
+
+impl DmcDevice {
+    /// A device at rest, all its motors at 0.
+    #[must_use]
+    pub fn new(setup: Setup) -> Self {
+        Self { is_open: false, frames: Frames::new(), gap: None, core: Core::new(setup) }
+    }
+
+    /// What the protocol takes it to be doing.
+    #[must_use]
+    pub const fn state(&self) -> State {
+        self.core.machine.state()
+    }
+
+    /// The frame of the uploaded move that it stands on.
+    #[must_use]
+    pub const fn on_frame(&self) -> Option<FrameNumber> {
+        self.core.machine.on_frame()
+    }
+
+    /// Whether there is a move that can be run.
+    #[must_use]
+    pub fn is_loaded(&self) -> bool {
+        self.core.machine.is_loaded()
+    }
+
+    /// Where the uploaded move has a motor at a frame.
+    #[must_use]
+    pub fn uploaded(&self, motor: Number, frame: FrameNumber) -> Option<Steps> {
+        self.core.store.position(motor, frame).map(Steps)
+    }
+
+    /// The photos that were taken, the oldest first; the last ten thousand of them.
+    pub fn photos(&self) -> impl Iterator<Item = &Photo> {
+        self.core.camera.photos()
+    }
+
+    /// How many photos were taken.
+    #[must_use]
+    pub const fn photo_count(&self) -> u64 {
+        self.core.camera.count()
+    }
+
+    /// What was set of a motor, from 1 on.
+    #[must_use]
+    pub fn tuning(&self, motor: Number) -> Option<Tuning> {
+        self.core.tuning.get(index(motor)?).copied()
+    }
+
+    /// The outputs that are on.
+    #[must_use]
+    pub const fn outputs(&self) -> Triggers {
+        self.core.outputs
+    }
+
+    /// The level of each light.
+    #[must_use]
+    pub fn levels(&self) -> &[u8] {
+        &self.core.levels
+    }
+
+    /// How many sound requests arrived.
+    #[must_use]
+    pub const fn received(&self) -> u64 {
+        self.core.received
+    }
+
+    /// Bytes of input and output that it holds.
+    #[must_use]
+    pub fn held(&self) -> usize {
+        let len = |outgoing: &Outgoing| if let Outgoing::Bytes(_, bytes) = outgoing { bytes.len() } else { 0 };
+        self.frames.held() + self.core.out.iter().map(len).sum::<usize>()
+    }
+
+    /// Somebody presses the emergency stop, or releases it.
+    pub fn emergency_stop(&mut self, now: Millis, pressed: bool) {
+        self.advance(now);
+        warn!(pressed, "emergency stop");
+        self.core.step(Input::EmergencyStop(pressed));
+    }
+
+    /// The operator presses the switch that starts what is ready.
+    pub fn operator_go(&mut self, now: Millis) {
+        self.advance(now);
+        info!("the operator says go");
+        self.core.step(Input::OperatorGo);
+    }
+
+    /// These inputs are on from now on.
+    pub fn set_inputs(&mut self, now: Millis, inputs: Triggers) {
+        self.advance(now);
+        info!(%inputs, "inputs");
+        self.core.step(Input::Inputs(inputs));
+    }
+}
+
+impl Core {
+    fn new(mut setup: Setup) -> Self {
+        setup.motors.truncate(32);
+        let count = u8::try_from(setup.motors.len()).unwrap_or(32);
+        setup.options.hi.motor_count = count;
+        let hi = setup.options.hi;
+        let room = Room { motors: count, channels: hi.dmx_count, frames: hi.upload_frame_count };
+        Self {
+            clock: Millis(0),
+            machine: DeviceMachine::new(setup.options),
+            wake: None,
+            motors: setup.motors.clone(),
+            tuning: setup.motors.iter().map(Tuning::of).collect(),
+            store: Store::new(room),
+            course: Course::Free,
+            owes_rest: false,
+            camera: Camera::default(),
+            outputs: Triggers::NONE,
+            levels: vec![0; hi.dmx_count.into()],
+            received: 0,
+            out: VecDeque::new(),
+            setup,
+        }
+    }
+
+    /// Everything but the motors, the camera and what they know is as it was at first.
+    fn reset(&mut self) {
+        self.machine = DeviceMachine::new(self.setup.options);
+        self.wake = None;
+        self.tuning = self.setup.motors.iter().map(Tuning::of).collect();
+        self.store.clear();
+        self.course = Course::Free;
+        self.owes_rest = false;
+        self.outputs = Triggers::NONE;
+        self.levels.fill(0);
+        self.out.clear();
+        self.camera.close(self.clock);
+        self.camera.is_filming = false;
+        for motor in &mut self.motors {
+            motor.halt(self.clock);
+            motor.advance(self.clock);
+            // A controller that counts steps has nothing to count from.
+            motor.rebase(self.clock, 0.0);
+        }
+    }
+
+    fn step(&mut self, input: Input<'_>) {
+        let (machine, output) = self.machine.clone().step(self.clock, input);
+        self.machine = machine;
+        self.wake = output.wake;
+        for event in output.events {
+            self.obey(event, input);
+        }
+        for send in output.send {
+            let (mut scratch, mut bytes) = (Scratch::default(), [0; 256]);
+            let message = send.message(self, &mut scratch);
+            debug!("sends {message}");
+            match message.encode_into(send.id, &mut bytes) {
+                Ok(len) => self.out.push_back(Outgoing::Bytes(LINE, bytes[..len].to_vec())),
+                Err(error) => warn!(%error, "an answer that cannot be sent"),
+            }
+        }
+    }
+
+    fn received(&mut self, item: Item<'_, dmc_proto::Frame<'_>, dmc_proto::Header>) {
+        match item {
+            Item::Frame(frame) => {
+                self.received += 1;
+                let input = Input::frame(&frame, |message| {
+                    debug!("receives {message}");
+                    self.verdict(message)
+                });
+                self.step(input);
+            }
+            Item::Corrupt { header, why, .. } => {
+                warn!(%why, "a message arrived damaged");
+                self.step(Input::Corrupt(header.id(), header.kind()));
+            }
+            Item::Noise { bytes, why } => warn!(%why, len = bytes.len(), "noise"),
+            Item::Fatal(why) => warn!(%why, "the stream cannot go on"),
+        }
+    }
+
+    /// Whether motors have to be looked at every millisecond.
+    fn is_busy(&self) -> bool {
+        self.owes_rest || self.course.is_busy() || self.motors.iter().any(|motor| !motor.is_idle())
+    }
+
+    fn next(&self) -> Option<Millis> {
+        let tick = self.is_busy().then(|| self.clock.after(TICK));
+        [tick, self.wake, self.camera.wake()].into_iter().flatten().min()
+    }
+
+    /// Does what is due at a moment.
+    fn tick(&mut self, now: Millis) {
+        self.clock = now;
+        self.camera.advance(now);
+        self.follow();
+        for index in 0..self.motors.len() {
+            if let Some(Happening::Tripped { upper }) = self.motors[index].advance(now) {
+                let motor = number(index);
+                warn!(%motor, upper, "ran into its limit switch");
+                self.step(Input::Limit { motor, upper });
+            }
+        }
+        if self.wake.is_some_and(|wake| wake <= now) {
+            self.step(Input::Wake);
+        }
+        if self.owes_rest && !self.course.is_busy() && self.motors.iter().all(Motor::is_idle) {
+            self.owes_rest = false;
+            info!(state = self.machine.state().name(), "all motors rest");
+            self.step(Input::AtRest);
+        } else if self.machine.state() == State::Moving {
+            let moving = (0..self.motors.len()).filter(|index| !self.motors[*index].is_idle()).map(number);
+            let moving = Motors::from_iter(moving);
+            if moving != self.machine.moving() && moving != Motors::NONE {
+                self.step(Input::Moving(moving));
+            }
+        }
+    }
+
+    fn place(&self, motor: Number) -> f64 {
+        index(motor).and_then(|index| self.motors.get(index)).map_or(0.0, |motor| motor.at(self.clock).position)
+    }
+}
+
+impl device::Rig for Core {
+    fn position(&self, motor: Number) -> Steps {
+        Steps(steps(self.place(motor)))
+    }
+}
+
+impl Party for DmcDevice {
+    fn open(&mut self, now: Millis, line: LineId) {
+        self.advance(now);
+        if line == LINE && !self.is_open {
+            info!("line open");
+            self.is_open = true;
+            self.frames.reset();
+            self.core.step(Input::LinkUp);
+        }
+    }
+
+    fn close(&mut self, now: Millis, line: LineId) {
+        self.advance(now);
+        if line == LINE && self.is_open {
+            info!("line gone");
+            (self.is_open, self.gap) = (false, None);
+            self.core.step(Input::LinkDown);
+            // Nobody is there to hear it.
+            self.core.out.clear();
+        }
+    }
+
+    fn receive(&mut self, now: Millis, line: LineId, bytes: &[u8]) {
+        self.advance(now);
+        if line != LINE || !self.is_open {
+            return;
+        }
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            let taken = self.frames.push(rest);
+            rest = &rest[taken..];
+            while let Some(item) = self.frames.next() {
+                self.core.received(item);
+            }
+        }
+        self.gap = (self.frames.held() > 0).then(|| now.after(GAP));
+    }
+
+    fn advance(&mut self, now: Millis) {
+        while let Some(next) = self.wake().filter(|next| *next <= now) {
+            self.core.tick(next.max(self.core.clock));
+            if self.gap.is_some_and(|gap| gap <= next) {
+                self.gap = None;
+                self.frames.gap();
+                while let Some(item) = self.frames.next() {
+                    self.core.received(item);
+                }
+            }
+        }
+        self.core.clock = self.core.clock.max(now);
+    }
+
+    fn wake(&self) -> Option<Millis> {
+        [self.core.next(), self.gap].into_iter().flatten().min()
+    }
+
+    fn poll(&mut self) -> Option<Outgoing> {
+        let next = self.core.out.pop_front();
+        if self.is_open { next } else { None }
+    }
+}
+
+impl Rig for DmcDevice {
+    const LINES: u8 = 1;
+
+    fn motors(&self) -> &[Motor] {
+        &self.core.motors
+    }
+
+    fn moment(&self) -> Option<f64> {
+        self.core.moment()
+    }
+
+    fn reset(&mut self, now: Millis) {
+        self.advance(now);
+        warn!("reset");
+        (self.is_open, self.gap) = (false, None);
+        self.frames.reset();
+        self.core.reset();
+    }
+
+    fn stall(&mut self, now: Millis) {
+        self.advance(now);
+        let core = &mut self.core;
+        let stuck = core.motors.iter().position(|motor| motor.at(now).velocity != 0.0);
+        if let Some(index) = stuck {
+            let motor = number(index);
+            warn!(%motor, "is stuck");
+            core.motors[index].halt(now);
+            core.step(Input::Fault(Some(motor)));
+        }
+    }
+}
+
+impl Tuning {
+    /// What holds before anything is set: all that the motor can, but for half of its acceleration, which is left for
+    /// stops that have to be harder.
+    fn of(motor: &Motor) -> Self {
+        let limits = motor.limits();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cut to what fits")]
+        let whole = |value: f64| value.round().clamp(1.0, f64::from(u32::MAX)) as u32;
+        Self {
+            flags: MotorFlags::ENABLED,
+            speed: Speed(whole(limits.velocity)),
+            acceleration: Acceleration(whole(limits.acceleration / 2.0)),
+            lower: None,
+            upper: None,
+        }
+    }
+}
+
+/// The place of a motor, whose numbers begin with 1.
+fn index(motor: Number) -> Option<usize> {
+    usize::from(motor.0).checked_sub(1)
+}
+
+/// The number of the motor in a place.
+fn number(index: usize) -> Number {
+    Number(u8::try_from(index + 1).unwrap_or(u8::MAX))
+}
+
+/// The step that a position is nearest to.
+#[expect(clippy::cast_possible_truncation, reason = "cut to what fits")]
+const fn steps(position: f64) -> i32 {
+    position.round() as i32
+}
+
+/// Whole milliseconds of so many seconds.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cut to what fits")]
+const fn millis(seconds: f64) -> u64 {
+    (seconds * 1000.0).round() as u64
+}
+
+#[expect(clippy::cast_precision_loss, reason = "exact for 285,000 years")]
+const fn seconds(moment: Millis) -> f64 {
+    moment.0 as f64 / 1000.0
+}

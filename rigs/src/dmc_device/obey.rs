@@ -1,0 +1,175 @@
+//! Doing what the machine says.
+
+use dmc_proto::device::{Event, Input, Stop};
+use dmc_proto::message::{
+    Acceleration, CameraFlags, FrameNumber, HostMessage, JogSpeed, Motor as Number, MotorSetSpeed, Speed, Steps,
+};
+use tracing::{debug, info, warn};
+
+use super::course::Course;
+use super::job::Job;
+use super::{Core, Tuning, index};
+
+impl Core {
+    pub(super) fn obey(&mut self, event: Event, input: Input<'_>) {
+        match event {
+            Event::Stop(stop) => self.stop(stop),
+            Event::TriggersOff => self.outputs.0 &= !self.store.mask().0,
+            Event::Apply => {
+                if let Input::Received { message, .. } = input {
+                    self.apply(&message);
+                }
+            }
+            Event::Store(store) => {
+                let Input::Received { message, .. } = input else { return };
+                let code = self.store.receive(&message);
+                self.step(Input::Stored(store, code));
+            }
+            Event::Move(motor, to) => {
+                info!(%motor, %to, "goes");
+                self.send_to(motor, to.0.into());
+            }
+            Event::Jog(motor, speed, to) => self.jog(motor, speed, to),
+            Event::ToFrame(frame) => self.go_to_frame(frame),
+            Event::JogAll(rate, to) => {
+                info!(%rate, %to, "all motors jog");
+                self.jog_all(f64::from(rate.0.0) / 1000.0, to);
+            }
+            Event::Prepare => self.prepare(input),
+            Event::Go => {
+                info!("go");
+                self.go();
+            }
+            Event::NextPass(from, to) => self.next_pass(from, to),
+            Event::PostRoll => {
+                if self.camera.is_filming {
+                    info!("the camera stops");
+                    self.camera.is_filming = false;
+                }
+            }
+            Event::LastPass => info!("this is the last pass"),
+            Event::Unlocked => info!("takes requests again"),
+            Event::Acknowledgement(..) | Event::Stray => debug!(?event, "of no use"),
+            // This rig has no virtual motors; the machine refuses what would move them.
+            _ => warn!(?event, "not understood"),
+        }
+    }
+
+    fn stop(&mut self, stop: Stop) {
+        info!(?stop, "stops");
+        let now = self.clock;
+        if let Stop::Motor(motor) = stop {
+            let acceleration = self.tuned(motor).map(|tuning| f64::from(tuning.acceleration.0));
+            if let Some(motor) = index(motor).and_then(|index| self.motors.get_mut(index)) {
+                motor.stop(now, acceleration);
+            }
+        } else {
+            // As sharply as they can, if it is not said how sharply.
+            let is_soft = matches!(stop, Stop::All { .. });
+            for (motor, tuning) in self.motors.iter_mut().zip(&self.tuning) {
+                motor.stop(now, is_soft.then_some(tuning.acceleration.0.into()));
+            }
+            self.course = Course::Free;
+            self.camera.close(now);
+            self.camera.is_filming = false;
+        }
+        self.owes_rest = true;
+    }
+
+    fn tuned(&self, motor: Number) -> Option<Tuning> {
+        self.tuning.get(index(motor)?).copied()
+    }
+
+    /// Sends a motor to a position, as fast as it was set.
+    pub(super) fn send_to(&mut self, motor: Number, to: f64) {
+        self.send_at(motor, to, 1.0);
+    }
+
+    /// The same, with a part of its speed and acceleration.
+    fn send_at(&mut self, motor: Number, to: f64, part: f64) {
+        let (now, tuning) = (self.clock, self.tuned(motor));
+        let motor = index(motor).and_then(|index| self.motors.get_mut(index));
+        if let (Some(motor), Some(Tuning { speed, acceleration, .. })) = (motor, tuning) {
+            motor.go_to(now, to, part * f64::from(speed.0), part * f64::from(acceleration.0));
+            self.owes_rest = true;
+        }
+    }
+
+    /// A jog ends at a limit that was set, and does not turn round for one that is behind it.
+    fn jog(&mut self, motor: Number, speed: JogSpeed, to: Steps) {
+        info!(%motor, %speed, %to, "jogs");
+        let Some(tuning) = self.tuned(motor) else { return };
+        let (here, wanted) = (self.place(motor), f64::from(to.0));
+        let goal = if wanted > here {
+            tuning.upper.map_or(wanted, |upper| wanted.min(f64::from(upper.0)).max(here))
+        } else {
+            tuning.lower.map_or(wanted, |lower| wanted.max(f64::from(lower.0)).min(here))
+        };
+        self.send_at(motor, goal, f64::from(speed.0.0) / f64::from(JogSpeed::FULL.0.0));
+    }
+
+    fn go_to_frame(&mut self, frame: FrameNumber) {
+        info!(%frame, "all motors go to a frame");
+        self.course = Course::Free;
+        let axes: Vec<_> = self.axes().collect();
+        for motor in axes {
+            if let Some(to) = self.store.position(motor, frame) {
+                self.send_to(motor, to.into());
+            }
+        }
+        self.owes_rest = true;
+    }
+
+    fn prepare(&mut self, input: Input<'_>) {
+        self.owes_rest = true;
+        let Input::Received { message, .. } = input else { return };
+        let Some(job) = Job::of(&message, &self.store, self.count()) else { return };
+        info!(from = job.from, to = job.to, "gets ready");
+        for way in &job.ways {
+            self.send_to(way.motor, way.before(job.up));
+        }
+        self.course = Course::Ready(job);
+    }
+
+    /// Sets what a message says.
+    fn apply(&mut self, message: &HostMessage<'_>) {
+        info!("sets {message}");
+        let now = self.clock;
+        match message {
+            HostMessage::MotorResetPosition(it) => {
+                if let Some(motor) = index(it.motor).and_then(|index| self.motors.get_mut(index)) {
+                    motor.rebase(now, it.position.0.into());
+                }
+            }
+            HostMessage::MotorConfigure(it) => self.tune(it.motor, |tuning| tuning.flags = it.flags),
+            HostMessage::MotorSetSpeed(MotorSetSpeed { motor, max_velocity, max_accel, .. }) => {
+                // What the vendor's firmware takes for none.
+                let speed = max_velocity.0.max(10);
+                let acceleration = if max_accel.0 == 0 { speed / 2 } else { max_accel.0 };
+                self.tune(*motor, |tuning| {
+                    (tuning.speed, tuning.acceleration) = (Speed(speed), Acceleration(acceleration));
+                });
+            }
+            HostMessage::MotorSetLimits(it) => self.tune(it.motor, |tuning| {
+                tuning.lower = it.lower_enable.get().then_some(it.lower);
+                tuning.upper = it.upper_enable.get().then_some(it.upper);
+            }),
+            HostMessage::GioOut(it) => self.outputs = it.triggers,
+            HostMessage::GioCam(it) if it.flags.contains(CameraFlags::SHUTTER) => self.camera.open(now, None, None),
+            HostMessage::GioCam(_) => self.camera.close(now),
+            HostMessage::Dmx(it) => {
+                let first = usize::from(it.start_channel.0).saturating_sub(1);
+                for (place, level) in self.levels.iter_mut().skip(first).zip(it.values) {
+                    *place = *level;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn tune(&mut self, motor: Number, how: impl FnOnce(&mut Tuning)) {
+        if let Some(tuning) = index(motor).and_then(|index| self.tuning.get_mut(index)) {
+            how(tuning);
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! The uploaded move, in memory of the device's own.
+
+use std::fmt;
+
+use dmc_proto::message::{AckCode, DmxChannel, FrameNumber, HostMessage, Motor, Triggers};
+use dmc_proto::upload::{Memory, Room, Track, UploadBuffer};
+use self_cell::{MutBorrow, self_cell};
+
+/// Room for a move, as a device has it from the start.
+struct Tables {
+    positions: Vec<i32>,
+    levels: Vec<u8>,
+    triggers: Vec<Triggers>,
+    written: Vec<u32>,
+}
+
+self_cell!(
+    struct Cell {
+        owner: MutBorrow<Tables>,
+        #[covariant]
+        dependent: UploadBuffer,
+    }
+);
+
+/// The uploaded move.
+pub(super) struct Store(Cell);
+
+impl Store {
+    pub(super) fn new(room: Room) -> Self {
+        let tables = Tables {
+            positions: vec![0; room.positions()],
+            levels: vec![0; room.levels()],
+            triggers: vec![Triggers::NONE; room.triggers()],
+            written: vec![0; room.written()],
+        };
+        Self(Cell::new(MutBorrow::new(tables), |tables| {
+            let Tables { positions, levels, triggers, written } = tables.borrow_mut();
+            let memory = Memory { positions, levels, triggers, written };
+            UploadBuffer::new(room, memory).expect("memory made for this room")
+        }))
+    }
+
+    fn buffer(&self) -> &UploadBuffer<'_> {
+        self.0.borrow_dependent()
+    }
+
+    /// Takes a message of an upload, and says what to answer.
+    pub(super) fn receive(&mut self, message: &HostMessage<'_>) -> AckCode {
+        let code = self.0.with_dependent_mut(|_, buffer| buffer.receive(message));
+        code.unwrap_or(AckCode::ERR_GENERAL)
+    }
+
+    /// Forgets the move.
+    pub(super) fn clear(&mut self) {
+        self.0.with_dependent_mut(|_, buffer| buffer.clear());
+    }
+
+    pub(super) fn has(&self, motor: Motor) -> bool {
+        self.buffer().is_loaded() && self.buffer().contains(Track::Axis(motor))
+    }
+
+    /// Where a motor is at a frame; `None` outside the move.
+    pub(super) fn position(&self, motor: Motor, frame: FrameNumber) -> Option<i32> {
+        let index = self.buffer().index(frame)?;
+        self.buffer().position(motor, index).map(|steps| steps.0)
+    }
+
+    /// Where a motor is between two frames: on a straight way from one to the next, so that it never leaves what lies
+    /// between them. Outside the move it is where the move begins or ends.
+    pub(super) fn between(&self, motor: Motor, moment: f64) -> Option<f64> {
+        let frame = |moment: f64| super::steps(moment);
+        let (before, part) = (frame(moment.floor()), moment - moment.floor());
+        let at = |number: i32| self.position(motor, FrameNumber(number)).map(f64::from);
+        let (from, to) = (at(before), at(before.saturating_add(1)));
+        let (from, to) = (from.or(to)?, to.or(from)?);
+        Some(from + (to - from) * part)
+    }
+
+    /// The outputs that are on at a frame, of those that the move switches.
+    pub(super) fn triggers(&self, frame: FrameNumber) -> Triggers {
+        self.buffer().index(frame).map_or(Triggers::NONE, |index| self.buffer().triggers(index))
+    }
+
+    /// The outputs that the move switches.
+    pub(super) fn mask(&self) -> Triggers {
+        self.buffer().mask()
+    }
+
+    /// The level of a light at a frame.
+    pub(super) fn level(&self, channel: DmxChannel, frame: FrameNumber) -> Option<u8> {
+        self.buffer().level(channel, self.buffer().index(frame)?)
+    }
+}
+
+impl fmt::Debug for Store {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Store").field(self.buffer()).finish()
+    }
+}

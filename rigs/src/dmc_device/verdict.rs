@@ -1,0 +1,73 @@
+//! What the rig has to say to a request, were it done now: limits that were set, and pre-rolls.
+
+use dmc_proto::device::State;
+use dmc_proto::message::{AckCode, FrameNumber, HostMessage, Motor, RunFlags};
+
+use super::job::{Job, Kind};
+use super::{Core, index};
+
+impl Core {
+    /// `OK`, or what speaks against a request.
+    pub(super) fn verdict(&self, message: &HostMessage<'_>) -> AckCode {
+        let refused = match message {
+            HostMessage::MotorMove(it) => self.beyond(it.motor, it.position.0.into()),
+            HostMessage::RtPositionFrame(it) => {
+                let positions = self.axes().map(|motor| (motor, self.store.position(motor, it.frame)));
+                positions.filter_map(|(motor, at)| self.beyond(motor, at?.into())).next()
+            }
+            // What is refused because something moves, needs no long look.
+            HostMessage::RtJogAll(it) if matches!(self.machine.state(), State::Idle | State::JogAll) => {
+                self.beyond_along(it.destination)
+            }
+            _ if self.machine.state() == State::Idle => {
+                let job = Job::of(message, &self.store, self.count());
+                job.and_then(|job| self.beyond_job(&job))
+            }
+            _ => None,
+        };
+        refused.unwrap_or(AckCode::OK)
+    }
+
+    pub(super) fn count(&self) -> u8 {
+        u8::try_from(self.motors.len()).unwrap_or(u8::MAX)
+    }
+
+    /// The motors of the uploaded move.
+    pub(super) fn axes(&self) -> impl Iterator<Item = Motor> {
+        (1..=self.count()).map(Motor).filter(|motor| self.store.has(*motor))
+    }
+
+    /// Whether a position is beyond a limit of a motor that was set.
+    fn beyond(&self, motor: Motor, position: f64) -> Option<AckCode> {
+        let tuning = self.tuning.get(index(motor)?)?;
+        if tuning.upper.is_some_and(|upper| position > f64::from(upper.0)) {
+            return Some(AckCode::ERR_SOFT_UP);
+        }
+        tuning.lower.is_some_and(|lower| position < f64::from(lower.0)).then_some(AckCode::ERR_SOFT_LOW)
+    }
+
+    /// Whether the way to a frame leads beyond a limit.
+    fn beyond_along(&self, to: FrameNumber) -> Option<AckCode> {
+        let from = super::steps(self.moment().or(self.machine.on_frame().map(|frame| f64::from(frame.0)))?);
+        self.store.position(self.axes().next()?, to)?;
+        let frames = from.min(to.0)..=from.max(to.0);
+        let places = frames.flat_map(|frame| self.axes().map(move |motor| (motor, FrameNumber(frame))));
+        places.filter_map(|(motor, frame)| self.beyond(motor, self.store.position(motor, frame)?.into())).next()
+    }
+
+    fn beyond_job(&self, job: &Job) -> Option<AckCode> {
+        let spans = job.ways.iter().map(|way| (way.motor, way.span(job, &self.store)));
+        let mut ends = spans.flat_map(|(motor, (least, most))| [(motor, least), (motor, most)]);
+        if let Some(code) = ends.find_map(|(motor, position)| self.beyond(motor, position)) {
+            return Some(code);
+        }
+        // There and back, each end is where a pass begins and where one ends.
+        let there_and_back = matches!(job.kind, Kind::Run { flags, .. } if flags.contains(RunFlags::PING_PONG));
+        let (up, down) = if there_and_back { (job.up.max(job.down), job.up.max(job.down)) } else { (job.up, job.down) };
+        if job.ways.iter().any(|way| self.beyond(way.motor, way.before(up)).is_some()) {
+            return Some(AckCode::ERR_PREROLL);
+        }
+        let behind = job.ways.iter().any(|way| self.beyond(way.motor, way.behind(down)).is_some());
+        behind.then_some(AckCode::ERR_POSTROLL)
+    }
+}

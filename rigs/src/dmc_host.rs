@@ -1,1 +1,0 @@
-//! A DMC host.

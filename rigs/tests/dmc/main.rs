@@ -1,0 +1,4 @@
+//! A DMC host and a simulated device, together.
+
+mod runs;
+mod stage;
