@@ -1,0 +1,221 @@
+//! Asking, waiting, and looking at what comes in meanwhile.
+
+use std::time::Duration;
+
+use dmc_proto::host::{Stop, Token};
+use dmc_proto::message::{Empty, FrameNumber, Hi, HostMessage, Motor, Motors};
+use rigs::dmc_host::{Answer, Command, DmcHost, Event, Positions, Progress, Shot};
+use tokio::time::Instant;
+
+use super::plan::Plan;
+use super::why;
+use crate::drive::Trouble;
+use crate::session::Session;
+
+/// From one question whether motors still move to the next.
+const ASK: Duration = Duration::from_millis(100);
+/// How often progress is told at most.
+const TELL: Duration = Duration::from_secs(1);
+/// How long a stop may take to be confirmed.
+const STOP: Duration = Duration::from_secs(10);
+
+/// A command on its way.
+pub(super) struct Flow<'s> {
+    session: &'s mut Session<DmcHost>,
+    last: u32,
+    told: Instant,
+}
+
+impl<'s> Flow<'s> {
+    pub(super) fn new(session: &'s mut Session<DmcHost>) -> Self {
+        Self { session, last: 0, told: Instant::now() }
+    }
+
+    /// Waits until the device is known.
+    pub(super) async fn up(&mut self) -> Result<(), Trouble> {
+        loop {
+            match self.session.next().await? {
+                Event::Up(_) => return Ok(()),
+                Event::NoAnswer => {
+                    return Err(Trouble::Line(
+                        "no DMC rig answers: is it on, is this its line, and is the speed of the line right?"
+                            .to_owned(),
+                    ));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// What the device said of itself.
+    pub(super) fn device(&self) -> Result<Hi<'static>, Trouble> {
+        let lost = || Trouble::Failed("the rig was reset, and has forgotten all: begin again".to_owned());
+        self.session.host().device().ok_or_else(lost)
+    }
+
+    /// A motor of the command line, if there is one of this number.
+    pub(super) fn motor(&self, number: u8) -> Result<Motor, Trouble> {
+        let count = self.device()?.motor_count;
+        if (1..=count).contains(&number) {
+            return Ok(Motor(number));
+        }
+        let has = if count == 0 { "no motors".to_owned() } else { format!("motors 1 to {count}") };
+        Err(Trouble::Refused(format!("motor {number} is not there: this rig has {has}")))
+    }
+
+    /// Whether the device can take a move at all.
+    pub(super) fn fits(&self, plan: &Plan) -> Result<(), Trouble> {
+        let hi = self.device()?;
+        if let Some(motor) = plan.motors().iter().find(|motor| motor.0 > hi.motor_count) {
+            let count = hi.motor_count;
+            return Err(Trouble::Refused(format!(
+                "the move needs motor {motor}: this rig has {count}; change the file"
+            )));
+        }
+        let frames = plan.last.0 - plan.first.0 + 1;
+        if u32::try_from(frames).unwrap_or(u32::MAX) > hi.upload_frame_count {
+            let room = hi.upload_frame_count;
+            return Err(Trouble::Refused(format!(
+                "the move has {frames} frames, and this rig has room for {room}: make the move shorter, or its \"rate\" lower"
+            )));
+        }
+        let fits = self.session.host().fits(&plan.table);
+        fits.map(|_| ()).map_err(|error| Trouble::Refused(format!("this rig cannot take the move: {error}")))
+    }
+
+    /// What the host tells next, unless it is trouble.
+    async fn event(&mut self, within: Duration) -> Result<Option<Event>, Trouble> {
+        let event = self.session.next_within(within).await?;
+        match event {
+            Some(Event::HardStop(reason, motor)) => Err(why::hard_stop(reason, motor)),
+            Some(Event::DeviceReset) => Err(why::failed("the command", dmc_proto::host::Failure::DeviceReset)),
+            event => Ok(event),
+        }
+    }
+
+    const fn token(&mut self) -> Token {
+        self.last += 1;
+        Token(self.last)
+    }
+
+    /// Asks for something, and waits for the answer.
+    pub(super) async fn ask(&mut self, what: &str, message: HostMessage<'static>) -> Result<Answer, Trouble> {
+        let token = self.token();
+        self.session.command(Command::Ask(token, message));
+        self.end(what, token).await
+    }
+
+    async fn end(&mut self, what: &str, token: Token) -> Result<Answer, Trouble> {
+        loop {
+            match self.event(STOP).await? {
+                Some(Event::Done(done, answer)) if done == token => return Ok(answer),
+                Some(Event::Failed(failed, failure)) if failed == token => return Err(why::failed(what, failure)),
+                _ => {}
+            }
+        }
+    }
+
+    pub(super) fn begin(&mut self, message: HostMessage<'static>) -> Token {
+        let token = self.token();
+        self.session.command(Command::Begin(token, message));
+        token
+    }
+
+    pub(super) fn shoot(&mut self, shot: Shot) -> Token {
+        let token = self.token();
+        self.session.command(Command::Shoot(token, shot));
+        token
+    }
+
+    pub(super) async fn upload(&mut self, plan: &Plan) -> Result<(), Trouble> {
+        let token = self.token();
+        self.session.command(Command::Upload(token, plan.table.clone()));
+        self.end("the upload", token).await?;
+        let frames = plan.last.0 - plan.first.0 + 1;
+        println!("uploaded: {frames} frames of {} motors", plan.motors().iter().count());
+        Ok(())
+    }
+
+    /// Follows a run or a shot to its end, and starts it when it is ready.
+    pub(super) async fn play(&mut self, what: &str, token: Token, last: FrameNumber) -> Result<(), Trouble> {
+        loop {
+            match self.event(STOP).await? {
+                Some(Event::Ready(ready)) if ready == token => self.session.command(Command::Go),
+                Some(Event::Done(done, _)) if done == token => return Ok(()),
+                Some(Event::Failed(failed, failure)) if failed == token => return Err(why::failed(what, failure)),
+                Some(Event::Positions(positions)) => {
+                    let runs = self.session.host().progress() == Some(Progress::Runs);
+                    let frame = positions.moment.0.0 / 1000;
+                    self.tell(|| if runs { format!("frame {frame} of {last}") } else { places(&positions) });
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Tells how far it is, if it is time to.
+    fn tell(&mut self, text: impl FnOnce() -> String) {
+        if self.told.elapsed() >= TELL {
+            self.told = Instant::now();
+            println!("{}", text());
+        }
+    }
+
+    /// Lets time pass.
+    pub(super) async fn pass(&mut self, time: Duration) -> Result<(), Trouble> {
+        let until = Instant::now() + time;
+        while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
+            if let Some(Event::Positions(positions)) = self.event(left).await? {
+                self.tell(|| places(&positions));
+            }
+        }
+        Ok(())
+    }
+
+    /// The motors that move.
+    pub(super) async fn status(&mut self) -> Result<Motors, Trouble> {
+        let answer = self.ask("the question what moves", HostMessage::MotorStatus(Empty { tail: &[] })).await?;
+        if let Answer::Moving(motors) = answer { Ok(motors) } else { Ok(Motors::NONE) }
+    }
+
+    /// Waits until all motors rest.
+    pub(super) async fn rest(&mut self) -> Result<(), Trouble> {
+        while self.status().await? != Motors::NONE {
+            self.pass(ASK).await?;
+        }
+        Ok(())
+    }
+
+    /// Where the motors are.
+    pub(super) async fn positions(&mut self) -> Result<Vec<i32>, Trouble> {
+        let answer = self.ask("the question for positions", HostMessage::MotorGetPosition(Empty { tail: &[] })).await?;
+        if let Answer::Positions(Positions { positions, .. }) = answer { Ok(positions) } else { Ok(Vec::new()) }
+    }
+
+    pub(super) async fn position(&mut self, motor: Motor) -> Result<i32, Trouble> {
+        let positions = self.positions().await?;
+        let index = usize::from(motor.0).saturating_sub(1);
+        positions
+            .get(index)
+            .copied()
+            .ok_or_else(|| Trouble::Failed(format!("the rig does not say where motor {motor} is")))
+    }
+
+    /// Stops, and waits until it is confirmed.
+    pub(super) async fn stop(&mut self, stop: Stop) -> Result<(), Trouble> {
+        self.session.command(Command::Stop(stop));
+        let until = Instant::now() + STOP;
+        while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
+            // A hard stop is one as well, but not the one that is waited for.
+            if let Some(Event::Stopped(_)) = self.session.next_within(left).await? {
+                return Ok(());
+            }
+        }
+        Err(Trouble::Failed("the stop is NOT confirmed: press the emergency stop of the rig".to_owned()))
+    }
+}
+
+fn places(positions: &Positions) -> String {
+    let places: Vec<_> = positions.positions.iter().map(i32::to_string).collect();
+    format!("motors at {} steps", places.join(", "))
+}

@@ -1,0 +1,257 @@
+//! Commands as DMC has them. Positions are steps, and so are speeds, a second; a jog is told in percent.
+
+mod flow;
+mod plan;
+mod why;
+
+use std::time::Duration;
+
+use dmc_proto::host::Stop;
+use dmc_proto::message::{
+    Acceleration, BloopOutputs, CameraFlags, Capabilities, DmxChannel, GioCam, HardwareLimitSet, HostMessage, JogSpeed,
+    Milliseconds, Motor, MotorJog, MotorMove, MotorSetLimits, MotorSetSpeed, RtRunMove, ShortMilliseconds, Speed,
+    Steps,
+};
+use examples::moves::Move;
+use motion_core::fixed::Scaled;
+use motion_core::time::Millis;
+use motion_core::wire::Bool;
+use rigs::dmc_host::{DmcHost, Event};
+use tokio::time::Instant;
+
+use super::command::Shots;
+use super::{Command, Driven, Stopped, Trouble};
+use crate::session::Session;
+
+use flow::Flow;
+use plan::Plan;
+
+/// Milliseconds for getting up to speed before a move, and for coming to rest behind it.
+const ROLL: u32 = 500;
+
+impl Driven for DmcHost {
+    const OPENS: bool = false;
+
+    fn may_move(&self) -> bool {
+        self.may_move()
+    }
+
+    fn stop_all(&mut self, now: Millis) {
+        self.stop_all(now);
+    }
+
+    fn stopped(event: &Event) -> Option<Stopped> {
+        match event {
+            Event::Stopped(Stop::All | Stop::AllSilent) => Some(Stopped::Confirmed),
+            Event::StopNotConfirmed(_) => Some(Stopped::NotConfirmed),
+            _ => None,
+        }
+    }
+}
+
+/// Does a command, and prints what comes of it.
+///
+/// # Errors
+///
+/// [`Trouble`] says in one line why it was not done, and what to do.
+pub async fn drive(session: &mut Session<DmcHost>, command: &Command) -> Result<(), Trouble> {
+    let mut flow = Flow::new(session);
+    // Nothing stands before a stop, not even the question who is there.
+    if *command == Command::Stop {
+        flow.stop(Stop::All).await?;
+        println!("stopped: the rig confirmed it");
+        return Ok(());
+    }
+    flow.up().await?;
+    match command {
+        Command::Info => info(&mut flow).await,
+        Command::Jog { motor, speed, seconds } => jog(&mut flow, *motor, *speed, *seconds).await,
+        Command::Move { motor, position, speed } => {
+            let motor = flow.motor(*motor)?;
+            set_speed(&mut flow, motor, *speed).await?;
+            go(&mut flow, motor, *position).await
+        }
+        Command::Calibrate { motor, begin, end } => calibrate(&mut flow, *motor, *begin, *end).await,
+        Command::Upload { file } => {
+            let plan = read(&flow, file)?;
+            flow.upload(&plan).await
+        }
+        Command::Run { file, reverse } => run(&mut flow, file, *reverse).await,
+        Command::Program { file, shots } => program(&mut flow, file, shots).await,
+        Command::Expose { seconds } => expose(&mut flow, *seconds).await,
+        Command::Stop => Ok(()),
+    }
+}
+
+fn read(flow: &Flow<'_>, file: &std::path::Path) -> Result<Plan, Trouble> {
+    let read = Move::read(file).map_err(|error| Trouble::Refused(error.to_string()))?;
+    let plan = Plan::new(&file.display().to_string(), &read)?;
+    flow.fits(&plan)?;
+    Ok(plan)
+}
+
+async fn info(flow: &mut Flow<'_>) -> Result<(), Trouble> {
+    let hi = flow.device()?;
+    println!("{}, firmware {}.{}.{}", hi.name, hi.fw_major, hi.fw_minor, hi.fw_rev);
+    println!(
+        "{} motors, {} lights, {} outputs, {} inputs",
+        hi.motor_count, hi.dmx_count, hi.gio_out_count, hi.gio_in_count
+    );
+    println!("room for {} frames of a move; it can do {}", hi.upload_frame_count, hi.capabilities);
+    let moving = flow.status().await?;
+    for (number, steps) in (1..).zip(flow.positions().await?) {
+        let how = if moving.contains(Motor(number)) { "moves" } else { "rests" };
+        println!("motor {number} {how} at {steps} steps");
+    }
+    Ok(())
+}
+
+async fn jog(flow: &mut Flow<'_>, motor: u8, percent: f64, seconds: f64) -> Result<(), Trouble> {
+    let motor = flow.motor(motor)?;
+    let time = duration(seconds)?;
+    let hundredths = (percent.abs() * 100.0).round();
+    if !(1.0..=10_000.0).contains(&hundredths) {
+        return Err(Trouble::Refused(format!(
+            "a speed of {percent} %: give one from 0.01 to 100, or from -100 to -0.01"
+        )));
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 1 to 10,000")]
+    let speed = JogSpeed(Scaled(hundredths as u16));
+    let destination = Steps(if percent < 0.0 { i32::MIN } else { i32::MAX });
+    let jog = MotorJog { motor, speed, destination, tail: &[] };
+    flow.ask("the jog", HostMessage::MotorJog(jog)).await?;
+    flow.pass(time).await?;
+    flow.stop(Stop::Motor(motor)).await?;
+    flow.rest().await?;
+    let steps = flow.position(motor).await?;
+    println!("motor {motor} rests at {steps} steps");
+    Ok(())
+}
+
+async fn set_speed(flow: &mut Flow<'_>, motor: Motor, speed: Option<f64>) -> Result<(), Trouble> {
+    let Some(speed) = speed else { return Ok(()) };
+    if !(1.0..=1e9).contains(&speed) {
+        return Err(Trouble::Refused(format!("a speed of {speed} steps/s: give one from 1 to 1000000000")));
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 1 to 1e9")]
+    let velocity = speed.round() as u32;
+    // Half a second to full speed. There is no asking what it was.
+    let (max_velocity, max_accel) = (Speed(velocity), Acceleration(velocity * 2));
+    let message = MotorSetSpeed { motor, max_velocity, max_accel, tail: &[] };
+    flow.ask("the speed", HostMessage::MotorSetSpeed(message)).await.map(|_| ())
+}
+
+/// Sends a motor to a position, and waits until it is there.
+async fn go(flow: &mut Flow<'_>, motor: Motor, position: f64) -> Result<(), Trouble> {
+    let position = steps(position)?;
+    let message = MotorMove { motor, position, tail: &[] };
+    flow.ask("the move", HostMessage::MotorMove(message)).await?;
+    flow.rest().await?;
+    let here = flow.position(motor).await?;
+    if here != position.0 {
+        return Err(Trouble::Failed(format!(
+            "motor {motor} rests at {here} steps, not at {position}: somebody stopped it, or a limit did: look at the rig"
+        )));
+    }
+    println!("motor {motor} rests at {here} steps");
+    Ok(())
+}
+
+/// The limits are set first, so that the way to both ends is within them.
+async fn calibrate(flow: &mut Flow<'_>, motor: u8, begin: f64, end: f64) -> Result<(), Trouble> {
+    let motor = flow.motor(motor)?;
+    let (one, other) = (steps(begin)?, steps(end)?);
+    if one == other {
+        return Err(Trouble::Refused("a range that begins where it ends: give two positions".to_owned()));
+    }
+    let (lower, upper) = (one.min(other), one.max(other));
+    // Which switches are a motor's, is set by the same message: those of its own number, if there are any.
+    let own = if motor.0 <= flow.device()?.hw_limit_count { motor.0 } else { 0 };
+    let hw_set = HardwareLimitSet(own);
+    let (lower_enable, upper_enable) = (Bool::TRUE, Bool::TRUE);
+    let limits = MotorSetLimits { motor, lower_enable, lower, upper_enable, upper, hw_set, tail: &[] };
+    flow.ask("the limits", HostMessage::MotorSetLimits(limits)).await?;
+    go(flow, motor, begin).await?;
+    go(flow, motor, end).await?;
+    println!("motor {motor} may go from {lower} to {upper} steps, until the rig is switched off");
+    Ok(())
+}
+
+async fn run(flow: &mut Flow<'_>, file: &std::path::Path, reverse: bool) -> Result<(), Trouble> {
+    let plan = read(flow, file)?;
+    flow.upload(&plan).await?;
+    let (start_frame, end_frame) = if reverse { (plan.last, plan.first) } else { (plan.first, plan.last) };
+    let run = RtRunMove {
+        fps_x1000: plan.rate,
+        start_frame,
+        end_frame,
+        pre_roll_ms: Milliseconds(ROLL),
+        post_roll_ms: Milliseconds(ROLL),
+        sync_dmx: Bool::FALSE,
+        bloop_location: BloopOutputs::empty(),
+        bloop_dmx_channel: DmxChannel(0),
+        bloop_ms: ShortMilliseconds(0),
+        flags: None,
+        open_angle: None,
+        close_angle: None,
+        tail: &[],
+    };
+    let run = run.for_device(flow.device()?.capabilities);
+    let token = flow.begin(HostMessage::RtRunMove(run));
+    flow.play("the run", token, plan.last).await?;
+    println!("the move is done");
+    Ok(())
+}
+
+async fn program(flow: &mut Flow<'_>, file: &std::path::Path, shots: &Shots) -> Result<(), Trouble> {
+    let capabilities = flow.device()?.capabilities;
+    if !capabilities.intersects(Capabilities::SHOOT_FRAME | Capabilities::SHOOT_FRAME2) {
+        return Err(Trouble::Refused("this rig cannot shoot frames: play the move with `run`".to_owned()));
+    }
+    if shots.shots == 0 {
+        return Err(Trouble::Refused("no shots: give one or more with --shots".to_owned()));
+    }
+    let (interval, exposure) = (duration(shots.interval)?, duration(shots.exposure)?);
+    let exposure = u32::try_from(exposure.as_millis()).unwrap_or(u32::MAX);
+    let plan = read(flow, file)?;
+    flow.upload(&plan).await?;
+    let mut due = Instant::now();
+    for number in 0..shots.shots {
+        flow.pass(due.saturating_duration_since(Instant::now())).await?;
+        due = Instant::now() + interval;
+        let mut shot = plan.shot(number, shots.shots, exposure, shots.continuous);
+        shot.is_second_form = !capabilities.contains(Capabilities::SHOOT_FRAME);
+        let frame = shot.frame;
+        let token = flow.shoot(shot);
+        flow.play("the shot", token, frame).await?;
+        println!("shot {} of {}, at frame {frame}", number + 1, shots.shots);
+    }
+    Ok(())
+}
+
+/// A photo without a move: by the output of the camera. What the motors do while the shutter is open is for `program`.
+async fn expose(flow: &mut Flow<'_>, seconds: f64) -> Result<(), Trouble> {
+    let time = duration(seconds)?;
+    let shutter = |flags| HostMessage::GioCam(GioCam { flags, tail: &[] });
+    flow.ask("the photo", shutter(CameraFlags::SHUTTER)).await?;
+    flow.pass(time).await?;
+    flow.ask("the end of the photo", shutter(CameraFlags::empty())).await?;
+    println!("a photo of {seconds} s");
+    Ok(())
+}
+
+/// Seconds from the command line.
+fn duration(seconds: f64) -> Result<Duration, Trouble> {
+    let wrong = || Trouble::Refused(format!("{seconds} s: give seconds from 0 to 86400"));
+    if (0.0..=86_400.0).contains(&seconds) { Ok(Duration::from_secs_f64(seconds)) } else { Err(wrong()) }
+}
+
+/// A position from the command line.
+#[expect(clippy::cast_possible_truncation, reason = "looked at before")]
+fn steps(position: f64) -> Result<Steps, Trouble> {
+    let nearest = position.round();
+    if (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&nearest) {
+        return Ok(Steps(nearest as i32));
+    }
+    Err(Trouble::Refused(format!("position {position}: give whole steps from {} to {}", i32::MIN, i32::MAX)))
+}
