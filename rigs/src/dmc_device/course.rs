@@ -95,7 +95,7 @@ impl Core {
             }
             _ => {
                 let mut frame = Motor::new(limits);
-                frame.rebase(now, self.machine.on_frame().map_or(f64::from(to.0), |frame| f64::from(frame.0)));
+                frame.rebase(now, f64::from(self.stood_on.unwrap_or(to).0));
                 frame
             }
         };

@@ -78,6 +78,8 @@ struct Core {
     tuning: Vec<Tuning>,
     store: Store,
     course: Course,
+    /// The frame that it stood on before this step.
+    stood_on: Option<FrameNumber>,
     /// Whether the machine waits to be told that all motors rest.
     owes_rest: bool,
     camera: Camera,
@@ -197,6 +199,7 @@ impl Core {
             tuning: setup.motors.iter().map(Tuning::of).collect(),
             store: Store::new(room),
             course: Course::Free,
+            stood_on: None,
             owes_rest: false,
             camera: Camera::default(),
             outputs: Triggers::NONE,
@@ -229,6 +232,7 @@ impl Core {
     }
 
     fn step(&mut self, input: Input<'_>) {
+        self.stood_on = self.machine.on_frame();
         let (machine, output) = self.machine.clone().step(self.clock, input);
         self.machine = machine;
         self.wake = output.wake;

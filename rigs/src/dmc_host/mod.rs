@@ -240,8 +240,8 @@ impl Core {
                 Event::Done(token, answer)
             }
             Told::Failed(token, failure) => {
-                self.asked.remove(&token);
-                self.safety.failed(token, failure);
+                let asked = self.asked.remove(&token);
+                self.safety.failed(token, asked.as_ref().map(Asked::message), failure);
                 Event::Failed(token, failure)
             }
             Told::Ready(token) => Event::Ready(token),

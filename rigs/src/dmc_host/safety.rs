@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use dmc_proto::host::{Failure, Name, Send, Stop, Token, What};
-use dmc_proto::message::{CameraFlags, HostMessage, Motors};
+use dmc_proto::message::{AckCode, CameraFlags, HostMessage, Motors};
 
 use super::Answer;
 
@@ -71,10 +71,19 @@ impl Safety {
         }
     }
 
-    pub(super) fn failed(&mut self, token: Token, failure: Failure) {
+    pub(super) fn failed(&mut self, token: Token, message: Option<HostMessage<'_>>, failure: Failure) {
         self.asked.remove(&token);
-        // What was refused moves nothing that did not move before.
-        self.left |= self.sent.remove(&token) && !matches!(failure, Failure::Refused(_));
+        let was_sent = self.sent.remove(&token);
+        match failure {
+            _ if !was_sent => {}
+            // Nobody knows what it was that arrived wrong, nor what moves.
+            Failure::Refused(AckCode::ERR_CHECKSUM | AckCode::ERR_MOVING) => self.left = true,
+            // It was only asked for once all stood on the first frame.
+            Failure::Refused(_) if matches!(message, Some(HostMessage::RtRunMove(_))) => self.left = false,
+            // What was refused moves nothing that did not move before.
+            Failure::Refused(_) => {}
+            _ => self.left = true,
+        }
     }
 
     /// What is asked and sent later may be younger than this.

@@ -1,4 +1,8 @@
 //! A DMC host and a simulated device, together.
 
+mod faults;
+mod motors;
 mod runs;
+mod shots;
 mod stage;
+mod trouble;

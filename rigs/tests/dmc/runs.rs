@@ -1,13 +1,17 @@
 //! Uploads and runs: each motor where the move has it, moment by moment.
 
-use dmc_proto::device::State;
+use dmc_proto::device::{Quirks, State};
 use dmc_proto::host::Failure;
-use dmc_proto::message::{AckCode, FrameNumber, HostMessage, Motor, RtPositionFrame, RunFlags};
+use dmc_proto::message::{
+    AckCode, FrameNumber, FramesPerSecond, HostMessage, Motor, RtJogAll, RtPositionFrame, RunFlags,
+};
 use examples::moves::Move;
+use motion_core::fixed::Scaled;
 use rigs::Rig as _;
 use rigs::dmc_device::Setup;
-use rigs::dmc_host::{Answer, Event};
+use rigs::dmc_host::{Answer, Command, Event};
 
+use super::motors::limits;
 use super::stage::{EMPTY, Stage, run, sample};
 
 /// Holds the motors against the curves, and says which moment of the move it was.
@@ -79,4 +83,173 @@ fn a_move_is_uploaded_and_run() {
             .collect();
         assert!((1..=last).all(|frame| told.contains(&frame)));
     }
+}
+
+/// A device with a move, on its first frame.
+fn loaded(name: &str, quirks: Quirks) -> (Stage, Move) {
+    let (sample, table) = sample(name);
+    let mut stage = Stage::up(Setup::default().with_quirks(quirks));
+    stage.upload(table).unwrap();
+    let to_frame = RtPositionFrame { frame: FrameNumber(1), tail: &[] };
+    let token = stage.begin(HostMessage::RtPositionFrame(to_frame));
+    assert_eq!(stage.end(token, 60_000), Ok(Answer::Done));
+    assert_eq!(stage.rig().on_frame(), Some(FrameNumber(1)));
+    (stage, sample)
+}
+
+#[test]
+fn a_part_of_a_move_is_run_backwards_with_rolls() {
+    for quirks in [Quirks::empty(), Quirks::VENDOR] {
+        let (mut stage, sample) = loaded("crane", quirks);
+        let token = stage.begin(run(48_000, 300, 200, 700, RunFlags::empty()));
+        stage.start(token).unwrap();
+        let mut moments = Vec::new();
+        while stage.rig().state() != State::Idle {
+            stage.tick();
+            moments.extend(hold(&stage, &sample));
+        }
+        assert_eq!(stage.end(token, 5000), Ok(Answer::Done));
+        assert!(moments.is_sorted_by(|one, other| one > other), "backwards");
+        assert!(moments[0] > 299.9 && *moments.last().unwrap() < 200.1);
+        assert_eq!(stage.rig().on_frame(), Some(FrameNumber(200)));
+    }
+}
+
+#[test]
+fn a_run_gets_up_to_speed_evenly() {
+    let (mut stage, _) = loaded("crane", Quirks::empty());
+    let token = stage.begin(run(24_000, 200, 260, 500, RunFlags::empty()));
+    stage.start(token).unwrap();
+    let mut before: Option<Vec<f64>> = None;
+    let mut sharpest = 0.0_f64;
+    while stage.rig().state() != State::Idle {
+        stage.tick();
+        let now = stage.now();
+        let speeds: Vec<f64> = stage.rig().motors().iter().map(|motor| motor.at(now).velocity).collect();
+        if let Some(before) = &before {
+            let jumps = speeds.iter().zip(before).map(|(now, before)| (now - before).abs());
+            sharpest = jumps.fold(sharpest, f64::max);
+        }
+        before = Some(speeds);
+    }
+    // The fastest motor runs at 13,000 steps a second: half a second to get there is 26 a millisecond. Where one
+    // straight way meets the next, 24 times a second, its speed jumps by as much as it changes in a frame: 417.
+    assert!((10.0..450.0).contains(&sharpest), "{sharpest}");
+    assert_eq!(stage.end(token, 5000), Ok(Answer::Done));
+}
+
+#[test]
+fn loops_go_on_until_they_are_ended() {
+    for (flags, quirks) in [
+        (RunFlags::LOOP, Quirks::empty()),
+        (RunFlags::PING_PONG, Quirks::empty()),
+        (RunFlags::LOOP, Quirks::VENDOR),
+        (RunFlags::PING_PONG, Quirks::VENDOR),
+    ] {
+        let (mut stage, sample) = loaded("slide", quirks);
+        let token = stage.begin(run(24_000, 90, 120, 200, flags));
+        stage.start(token).unwrap();
+        let (mut passes, mut before, mut ways) = (0, None, Vec::new());
+        for millis in 0..30_000 {
+            stage.tick();
+            let moment = hold(&stage, &sample);
+            if let (None, Some(moment)) = (before, moment) {
+                passes += 1;
+                ways.push(moment < 100.0);
+                if passes == 3 {
+                    let ends = stage.token();
+                    stage.scene.command(Command::Ask(ends, HostMessage::RtStopLoop(EMPTY)));
+                }
+            }
+            before = moment;
+            if stage.rig().state() == State::Idle {
+                assert!(millis > 3000);
+                break;
+            }
+        }
+        assert_eq!(stage.end(token, 10_000), Ok(Answer::Done));
+        let there_and_back = flags == RunFlags::PING_PONG;
+        assert_eq!(ways, [true, !there_and_back, true]);
+        assert_eq!(stage.rig().on_frame(), Some(FrameNumber(120)));
+        let told = stage.told.iter().filter(|(_, event)| *event == Event::PassEnded(token)).count();
+        assert_eq!(told, if quirks.contains(Quirks::END_PER_PASS) { 2 } else { 0 });
+    }
+}
+
+#[test]
+fn all_motors_jog_along_the_move_and_can_be_sent_elsewhere() {
+    let (mut stage, sample) = loaded("crane", Quirks::empty());
+    let jog_all = |fps: u32, frame| {
+        let (fps_x1000, destination) = (FramesPerSecond(Scaled(fps * 1000)), FrameNumber(frame));
+        HostMessage::RtJogAll(RtJogAll { fps_x1000, destination, tail: &[] })
+    };
+    let token = stage.begin(jog_all(40, 400));
+    let mut most = 0.0_f64;
+    for _ in 0..3000 {
+        stage.tick();
+        most = hold(&stage, &sample).map_or(most, |moment| moment.max(most));
+    }
+    assert!((100.0..200.0).contains(&most), "three seconds at 40 frames a second: {most}");
+    assert!(stage.stop());
+    assert!(matches!(stage.end(token, 5000), Err(Failure::Stopped)));
+    stage.pass(2000);
+    let again = stage.begin(jog_all(40, 10));
+    assert_eq!(stage.end(again, 5000), Err(Failure::Refused(AckCode::ERR_NOT_IN_POSITION)));
+
+    let to_frame = RtPositionFrame { frame: FrameNumber(100), tail: &[] };
+    let token = stage.begin(HostMessage::RtPositionFrame(to_frame));
+    stage.end(token, 60_000).unwrap();
+    let token = stage.begin(jog_all(40, 10));
+    while stage.rig().state() != State::Idle || stage.rig().on_frame() == Some(FrameNumber(100)) {
+        stage.tick();
+        hold(&stage, &sample);
+    }
+    assert_eq!(stage.end(token, 5000), Ok(Answer::Done));
+    assert_eq!(stage.rig().on_frame(), Some(FrameNumber(10)));
+}
+
+#[test]
+fn a_run_that_would_pass_a_limit_is_refused_whole() {
+    // The slide goes from 0 to 48,000 steps, and is in the middle of it fast.
+    let (mut stage, _) = loaded("slide", Quirks::empty());
+    let place = f64::from(sample("slide").1.steps(Motor(1), FrameNumber(60)).unwrap());
+    #[expect(clippy::cast_possible_truncation, reason = "whole steps")]
+    let place = place as i32;
+    for (low, high, start, end, code) in [
+        (-10, 20_000, 1, 193, AckCode::ERR_SOFT_UP),
+        (10, 50_000, 1, 193, AckCode::ERR_SOFT_LOW),
+        (place - 10, 50_000, 60, 100, AckCode::ERR_PREROLL),
+        (-10, place + 10, 1, 60, AckCode::ERR_POSTROLL),
+    ] {
+        // Where it stands, and that it may go to the first frame, is no matter here.
+        let (wide, begin) = (limits(1, -100_000, 100_000), RtPositionFrame { frame: FrameNumber(start), tail: &[] });
+        stage.ask(wide).unwrap();
+        let token = stage.begin(HostMessage::RtPositionFrame(begin));
+        stage.end(token, 60_000).unwrap();
+        stage.ask(limits(1, low, high)).unwrap();
+        let token = stage.begin(run(24_000, start, end, 500, RunFlags::empty()));
+        let ended = stage.end(token, 60_000);
+        assert_eq!(ended, Err(Failure::Refused(code)));
+        assert!(stage.all_rest());
+        // Of one that was refused its first frame, nobody has asked whether all rest.
+        assert_eq!(stage.scene.host.may_move(), code == AckCode::ERR_SOFT_LOW);
+        assert!(stage.stop() && !stage.scene.host.may_move());
+    }
+}
+
+#[test]
+fn the_operator_may_start_a_run() {
+    let (mut stage, sample) = loaded("slide", Quirks::empty());
+    let token = stage.begin(run(24_000, 1, 25, 100, RunFlags::empty()));
+    stage.wait(60_000, |event| (*event == Event::Ready(token)).then_some(())).unwrap();
+    let now = stage.now();
+    stage.rig().operator_go(now);
+    let mut followed = 0;
+    while stage.rig().state() != State::Idle {
+        stage.tick();
+        followed += u32::from(hold(&stage, &sample).is_some());
+    }
+    assert!((999..=1000).contains(&followed), "24 frames: {followed} ms");
+    assert_eq!(stage.end(token, 5000), Ok(Answer::Done));
+    assert!(stage.told.iter().any(|(_, event)| *event == Event::Started(token)));
 }

@@ -1,0 +1,221 @@
+//! Motors each for themselves: questions, moves, jogs, limits, stops.
+
+use dmc_proto::device::{Quirks, State};
+use dmc_proto::host::{Failure, Stop};
+use dmc_proto::message::{
+    Acceleration, AckCode, HardwareLimitSet, HostMessage, Motor, MotorResetPosition, MotorSetLimits, MotorSetSpeed,
+    Motors, Speed, Steps, StopReason, Triggers,
+};
+use motion_core::profile::Profile;
+use motion_core::wire::Bool;
+use rigs::dmc_device::Setup;
+use rigs::dmc_host::{Answer, Command, Event};
+
+use super::stage::{EMPTY, Stage, jog, move_to};
+
+fn reset_position(motor: u8, position: i32) -> HostMessage<'static> {
+    let (motor, position) = (Motor(motor), Steps(position));
+    HostMessage::MotorResetPosition(MotorResetPosition { motor, position, tail: &[] })
+}
+
+pub(crate) fn limits(motor: u8, lower: i32, upper: i32) -> HostMessage<'static> {
+    HostMessage::MotorSetLimits(MotorSetLimits {
+        motor: Motor(motor),
+        lower_enable: Bool::TRUE,
+        lower: Steps(lower),
+        upper_enable: Bool::TRUE,
+        upper: Steps(upper),
+        hw_set: HardwareLimitSet(motor),
+        tail: &[],
+    })
+}
+
+/// With and without the quirks of the vendor's firmware.
+fn stages() -> impl Iterator<Item = Stage> {
+    [Quirks::empty(), Quirks::VENDOR].into_iter().map(|quirks| Stage::up(Setup::default().with_quirks(quirks)))
+}
+
+#[test]
+fn it_says_what_it_is_and_where_it_is() {
+    for mut stage in stages() {
+        let hi = stage.scene.host.device().unwrap();
+        assert_eq!((hi.name.as_str(), hi.motor_count), (Some("Simulated DMC"), 4));
+        assert_eq!(stage.status(), Motors::NONE);
+        for motor in 1..=4 {
+            stage.ask(reset_position(motor, i32::from(motor) * 1000)).unwrap();
+        }
+        match stage.ask(HostMessage::MotorGetPosition(EMPTY)) {
+            Ok(Answer::Positions(positions)) => assert_eq!(positions.positions, [1000, 2000, 3000, 4000]),
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_motor_goes_where_it_is_sent_as_its_profile_has_it() {
+    for mut stage in stages() {
+        let speed =
+            MotorSetSpeed { motor: Motor(2), max_velocity: Speed(10_000), max_accel: Acceleration(20_000), tail: &[] };
+        stage.ask(HostMessage::MotorSetSpeed(speed)).unwrap();
+        let token = stage.token();
+        stage.scene.command(Command::Ask(token, move_to(2, 30_000)));
+        let began = stage.now();
+        stage.tick();
+        let limits = motion_core::profile::Limits { velocity: 10_000.0, acceleration: 20_000.0, jerk: None };
+        let planned = Profile::new(0.0, 30_000.0, limits).unwrap();
+        while stage.rig().state() != State::Idle {
+            let seconds = f64::from(u32::try_from(stage.now().since(began)).unwrap()) / 1000.0;
+            // The device counts as it is told: to a hundredth of a step there is nothing in between.
+            assert!((stage.at(2) - planned.at(seconds).position).abs() < 0.01, "after {seconds} s");
+            stage.tick();
+        }
+        assert!((3500..3510).contains(&stage.now().since(began)), "{:?}", stage.now());
+        assert_eq!(stage.at(2).to_bits(), 30_000.0_f64.to_bits());
+        assert_eq!(stage.end(token, 0), Ok(Answer::Done));
+        assert!(stage.scene.host.may_move(), "it does not know yet");
+        assert_eq!(stage.status(), Motors::NONE);
+        assert!(!stage.scene.host.may_move());
+    }
+}
+
+#[test]
+fn the_status_tells_which_motors_move() {
+    let mut stage = Stage::up(Setup::default());
+    stage.ask(move_to(1, 2000)).unwrap();
+    stage.ask(move_to(3, 60_000)).unwrap();
+    assert_eq!(stage.status(), Motors(0b101));
+    stage.pass(1500);
+    assert_eq!(stage.status(), Motors(0b100));
+    stage.pass(3000);
+    assert_eq!(stage.status(), Motors::NONE);
+}
+
+#[test]
+fn a_jog_goes_on_until_it_is_stopped() {
+    for mut stage in stages() {
+        stage.ask(jog(1, 50, i32::MIN)).unwrap();
+        stage.pass(2000);
+        let now = stage.now();
+        assert_eq!(rigs::Rig::motors(stage.rig())[0].at(now).velocity.to_bits(), (-15_000.0_f64).to_bits());
+        stage.scene.command(Command::Stop(Stop::Motor(Motor(1))));
+        let stopped = |event: &Event| matches!(event, Event::Stopped(Stop::Motor(Motor(1)))).then_some(());
+        assert!(stage.wait(1000, stopped).is_some());
+        stage.pass(1000);
+        assert!(stage.all_rest());
+        assert_eq!((stage.rig().state(), stage.status()), (State::Idle, Motors::NONE));
+    }
+}
+
+#[test]
+fn limits_that_were_set_refuse_moves_and_end_jogs() {
+    for mut stage in stages() {
+        stage.ask(limits(1, -5000, 8000)).unwrap();
+        let tuning = stage.rig().tuning(Motor(1)).unwrap();
+        assert_eq!((tuning.lower, tuning.upper), (Some(Steps(-5000)), Some(Steps(8000))));
+        assert_eq!(stage.ask(move_to(1, 8001)), Err(Failure::Refused(AckCode::ERR_SOFT_UP)));
+        assert_eq!(stage.ask(move_to(1, -5001)), Err(Failure::Refused(AckCode::ERR_SOFT_LOW)));
+        assert!(stage.all_rest() && stage.at(1) == 0.0, "nothing moved");
+        assert!(!stage.scene.host.may_move());
+        for (destination, end) in [(i32::MAX, 8000.0), (i32::MIN, -5000.0)] {
+            stage.ask(jog(1, 100, destination)).unwrap();
+            stage.pass(3000);
+            assert!(stage.all_rest());
+            assert_eq!(stage.at(1), end);
+            assert_eq!(stage.rig().state(), State::Idle, "no lock");
+        }
+        // Outside its limits, a jog does not turn round for them.
+        stage.ask(reset_position(1, 10_000)).unwrap();
+        stage.ask(jog(1, 100, i32::MAX)).unwrap();
+        stage.pass(500);
+        assert!(stage.all_rest() && stage.at(1) == 10_000.0);
+        stage.ask(jog(1, 100, 7000)).unwrap();
+        stage.pass(3000);
+        assert_eq!(stage.at(1), 7000.0);
+    }
+}
+
+#[test]
+fn a_limit_switch_stops_everything_and_locks_for_a_while() {
+    for quirks in [Quirks::empty(), Quirks::VENDOR] {
+        let mut stage = Stage::up(Setup::default().with_quirks(quirks));
+        stage.ask(reset_position(1, 195_000)).unwrap();
+        stage.ask(jog(2, 100, i32::MAX)).unwrap();
+        stage.ask(jog(1, 100, i32::MAX)).unwrap();
+        // The place is called 195,000, and the switch is where it was.
+        let hard = |event: &Event| {
+            matches!(event, Event::HardStop(StopReason::UPPER_LIMIT, Some(Motor(1) | Motor(2)))).then_some(())
+        };
+        assert!(stage.wait(10_000, hard).is_some());
+        assert_eq!(stage.rig().state(), State::Locked);
+        stage.pass(600);
+        assert!(stage.all_rest());
+        let code = if quirks.is_empty() { AckCode::ERR_HARD_UP } else { AckCode::ERR_HARD_LOW };
+        assert_eq!(stage.ask(move_to(3, 5)), Err(Failure::Refused(code)));
+        assert!(stage.stop(), "a stop is always taken");
+        stage.pass(2500);
+        assert_eq!(stage.rig().state(), State::Idle);
+        let tripped = if stage.at(2) == 200_000.0 { 2 } else { 1 };
+        assert_eq!(stage.ask(move_to(tripped, 1000)), Ok(Answer::Done), "off the switch");
+        stage.pass(20_000);
+        assert_eq!(stage.at(tripped), 1000.0);
+    }
+}
+
+#[test]
+fn the_emergency_stop_locks_until_it_is_released() {
+    let mut stage = Stage::up(Setup::default());
+    stage.ask(jog(1, 100, i32::MAX)).unwrap();
+    stage.pass(1000);
+    let now = stage.now();
+    stage.rig().emergency_stop(now, true);
+    let hard = |event: &Event| matches!(event, Event::HardStop(StopReason::EMERGENCY_STOP, None)).then_some(());
+    assert!(stage.wait(1000, hard).is_some());
+    stage.pass(5000);
+    assert!(stage.all_rest());
+    assert_eq!(stage.ask(move_to(1, 0)), Err(Failure::Refused(AckCode::ERR_GENERAL)));
+    let now = stage.now();
+    stage.rig().emergency_stop(now, false);
+    stage.pass(100);
+    assert_eq!(stage.ask(move_to(1, 0)), Ok(Answer::Done));
+}
+
+#[test]
+fn a_second_stop_is_harder() {
+    let way = |stops: u32| {
+        let mut stage = Stage::up(Setup::default());
+        stage.ask(jog(1, 100, i32::MAX)).unwrap();
+        stage.pass(2000);
+        let from = stage.at(1);
+        for _ in 0..stops {
+            assert!(stage.stop());
+            stage.pass(50);
+        }
+        stage.pass(2000);
+        assert!(stage.all_rest());
+        stage.at(1) - from
+    };
+    assert!(way(2) < way(1) * 0.8, "{} {}", way(2), way(1));
+}
+
+#[test]
+fn a_motor_that_gets_stuck_stops_all() {
+    let mut stage = Stage::up(Setup::default());
+    stage.ask(jog(2, 100, i32::MAX)).unwrap();
+    stage.ask(jog(3, 100, i32::MAX)).unwrap();
+    stage.pass(500);
+    let now = stage.now();
+    rigs::Rig::stall(stage.rig(), now);
+    let stuck = |event: &Event| matches!(event, Event::HardStop(StopReason::ENGINE_EXCEPTION, _)).then_some(());
+    assert!(stage.wait(1000, stuck).is_some());
+    stage.pass(1000);
+    assert!(stage.all_rest());
+}
+
+#[test]
+fn inputs_are_told() {
+    let mut stage = Stage::up(Setup::default());
+    let now = stage.now();
+    stage.rig().set_inputs(now, Triggers(0b10));
+    assert!(stage.wait(100, |event| (*event == Event::Inputs(Triggers(0b10))).then_some(())).is_some());
+    assert_eq!(stage.ask(HostMessage::GioIn(EMPTY)), Ok(Answer::Inputs(Triggers(0b10))));
+}

@@ -1,0 +1,120 @@
+//! Shots: photos along a move, with motors at rest and on their way.
+
+use dmc_proto::device::{Quirks, State};
+use dmc_proto::host::Failure;
+use dmc_proto::message::{
+    AckCode, CameraFlags, Degrees, FrameNumber, GioCam, HostMessage, Motor, MotorPair, RtPositionFrame, RunFlags, Steps,
+};
+use rigs::dmc_device::Setup;
+use rigs::dmc_host::{Answer, Command, Event, Shot};
+
+use super::stage::{Stage, run, sample};
+
+#[test]
+fn a_move_is_shot_frame_by_frame() {
+    for quirks in [Quirks::empty(), Quirks::VENDOR] {
+        let (_, table) = sample("slide");
+        let mut stage = Stage::up(Setup::default().with_quirks(quirks));
+        stage.upload(table.clone()).unwrap();
+        for (number, frame) in (1..=193).step_by(64).enumerate() {
+            let token = stage.token();
+            stage.scene.command(Command::Shoot(token, Shot::of(FrameNumber(frame), 200)));
+            stage.start(token).unwrap();
+            assert_eq!(stage.end(token, 20_000), Ok(Answer::Done));
+            let photo = *stage.rig().photos().last().unwrap();
+            assert_eq!((photo.frame, photo.until.unwrap().since(photo.at)), (Some(frame), 200));
+            assert_eq!(stage.rig().photo_count(), u64::try_from(number).unwrap() + 1);
+            assert_eq!(stage.at(1), f64::from(table.steps(Motor(1), FrameNumber(frame)).unwrap()));
+            assert_eq!(stage.rig().on_frame(), Some(FrameNumber(frame)));
+        }
+    }
+}
+
+#[test]
+fn a_blurred_motor_goes_its_way_while_the_shutter_is_open() {
+    for is_second_form in [false, true] {
+        let (_, table) = sample("slide");
+        let mut stage = Stage::up(Setup::default());
+        stage.upload(table.clone()).unwrap();
+        let pair = MotorPair::new(Motor(1), Steps(1000), Steps(3000));
+        let (open_angle, close_angle) = (Degrees(0), Degrees(180));
+        let motors = vec![pair, MotorPair::new(Motor(4), Steps(0), Steps(-400))];
+        let mut shot = Shot { motors, is_second_form, open_angle, close_angle, ..Shot::of(FrameNumber(5), 1000) };
+        shot.blur_x10.0.0 = 500;
+        let token = stage.token();
+        stage.scene.command(Command::Shoot(token, shot));
+        stage.start(token).unwrap();
+        let mut open = 0;
+        while stage.rig().state() != State::Idle {
+            stage.tick();
+            let now = stage.now();
+            let Some(photo) = stage.rig().photos().last().copied() else { continue };
+            if photo.until.is_none() {
+                open += 1;
+                let part = f64::from(u32::try_from(now.since(photo.at)).unwrap()) / 1000.0;
+                // Half of its way, for a shutter of 180 degrees; evenly, but for a millisecond of it.
+                assert!((stage.at(1) - (1000.0 + 1000.0 * part)).abs() <= 1.01, "{} at {part}", stage.at(1));
+                assert!((stage.at(4) + 200.0 * part).abs() <= 0.21, "{} at {part}", stage.at(4));
+            }
+        }
+        assert!((999..=1001).contains(&open), "{open} ms");
+        assert_eq!(stage.end(token, 5000), Ok(Answer::Done));
+        assert_eq!(stage.at(1), f64::from(table.steps(Motor(1), FrameNumber(5)).unwrap()), "back on the frame");
+    }
+}
+
+#[test]
+fn without_a_move_a_shot_needs_motors_of_its_own() {
+    let mut stage = Stage::up(Setup::default());
+    let token = stage.token();
+    stage.scene.command(Command::Shoot(token, Shot::of(FrameNumber(1), 100)));
+    assert_eq!(stage.end(token, 1000), Err(Failure::Refused(AckCode::ERR_GENERAL)));
+    assert!(!stage.scene.host.may_move());
+    let motors = vec![MotorPair::new(Motor(2), Steps(0), Steps(100))];
+    let token = stage.token();
+    stage.scene.command(Command::Shoot(token, Shot { motors, ..Shot::of(FrameNumber(1), 100) }));
+    stage.start(token).unwrap();
+    assert_eq!(stage.end(token, 20_000), Ok(Answer::Done));
+    assert_eq!(stage.rig().photo_count(), 1);
+}
+
+#[test]
+fn the_camera_is_triggered_by_hand_and_by_runs() {
+    let mut stage = Stage::up(Setup::default());
+    for flags in [CameraFlags::SHUTTER, CameraFlags::empty()] {
+        stage.ask(HostMessage::GioCam(GioCam { flags, tail: &[] })).unwrap();
+        assert_eq!(stage.scene.host.may_move(), !flags.is_empty());
+        stage.pass(300);
+    }
+    let photo = *stage.rig().photos().last().unwrap();
+    assert!((300..320).contains(&photo.until.unwrap().since(photo.at)));
+
+    let (_, table) = sample("slide");
+    stage.upload(table).unwrap();
+    let token = stage.begin(run(24_000, 1, 49, 0, RunFlags::CAMERA_EVERY_FRAME));
+    stage.start(token).unwrap();
+    assert_eq!(stage.end(token, 20_000), Ok(Answer::Done));
+    let frames: Vec<_> = stage.rig().photos().filter_map(|photo| photo.frame).collect();
+    assert_eq!(frames, (1..=49).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_stop_closes_the_shutter() {
+    let (_, table) = sample("slide");
+    let mut stage = Stage::up(Setup::default());
+    stage.upload(table).unwrap();
+    let token = stage.token();
+    stage.scene.command(Command::Shoot(token, Shot::of(FrameNumber(1), 60_000)));
+    stage.start(token).unwrap();
+    stage.wait(5000, |event| matches!(event, Event::Started(_)).then_some(())).unwrap();
+    stage.pass(1000);
+    assert!(stage.rig().photos().last().unwrap().until.is_none());
+    assert!(stage.stop());
+    assert!(stage.rig().photos().last().unwrap().until.is_some());
+    stage.pass(1000);
+    // A way to a frame begins only once all rest.
+    let to_frame = RtPositionFrame { frame: FrameNumber(193), tail: &[] };
+    let token = stage.begin(HostMessage::RtPositionFrame(to_frame));
+    assert_eq!(stage.end(token, 60_000), Ok(Answer::Done));
+    assert_eq!(stage.rig().on_frame(), Some(FrameNumber(193)));
+}
