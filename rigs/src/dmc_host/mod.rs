@@ -3,6 +3,7 @@
 //! It keeps what the crate's machine only names: the messages, and the data of a move. What it tells carries the answers,
 //! so that an application needs to look at nothing else. A device is taken for configured as soon as it is known.
 
+mod check;
 mod safety;
 mod table;
 mod types;
@@ -13,7 +14,7 @@ use std::mem;
 use dmc_proto::host::{self, Event as Told, HostMachine, Input, Name, Options, Outcome, State};
 use dmc_proto::lint::Context;
 use dmc_proto::message::{
-    CameraFlags, DeviceMessage, GioCam, Hi, HostMessage, RtShootFrame, RtShootFrame2, RtUploadMoveBegin,
+    CameraFlags, DeviceMessage, Empty, GioCam, Hi, HostMessage, RtShootFrame, RtShootFrame2, RtUploadMoveBegin,
 };
 use dmc_proto::upload::{self, SCRATCH, Section, SectionSize};
 use dmc_proto::{EncodeError, Frames, Item};
@@ -27,6 +28,7 @@ pub use dmc_proto::host::{Failure, Progress, Stop, Token};
 pub use table::Table;
 pub use types::{Answer, Command, Event, Positions, Shot};
 
+use check::Check;
 use safety::Safety;
 
 /// The only line.
@@ -43,8 +45,9 @@ pub struct DmcHost {
     core: Core,
 }
 
-/// The token of what the host asks by itself.
+/// The tokens of what the host asks by itself.
 const SHUTTER: Token = Token(u32::MAX);
+const CHECK: Token = Token(u32::MAX - 1);
 
 /// The host behind its line.
 #[derive(Debug)]
@@ -54,11 +57,14 @@ struct Core {
     wake: Option<Millis>,
     /// What was asked and has not ended.
     asked: BTreeMap<Token, Asked>,
-    /// The move that is uploaded.
+    /// The move that is uploaded, and whether the device has it.
     table: Table,
+    uploaded: bool,
     /// Where the motors were when they were told last.
     positions: Option<Positions>,
     safety: Safety,
+    /// What is over, and not yet known to be done.
+    check: Option<Check>,
     out: VecDeque<Outgoing>,
     events: VecDeque<Event>,
 }
@@ -179,8 +185,10 @@ impl Core {
             wake: None,
             asked: BTreeMap::new(),
             table: Table::default(),
+            uploaded: false,
             positions: None,
             safety: Safety::default(),
+            check: None,
             out: VecDeque::new(),
             events: VecDeque::new(),
         }
@@ -200,7 +208,7 @@ impl Core {
 
     fn send(&mut self, send: host::Send) {
         let (mut scratch, mut bytes) = ([0; SCRATCH], [0; 1048]);
-        let lost = HostMessage::MotorStatus(dmc_proto::message::Empty { tail: &[] });
+        let lost = HostMessage::MotorStatus(Empty { tail: &[] });
         let message = send.message(|name| match name {
             // What the machine names has been given to it, and has not ended.
             Name::Message(token) => self.asked.get(&token).map_or(lost, Asked::message),
@@ -227,21 +235,24 @@ impl Core {
             },
             Told::NoAnswer => Event::NoAnswer,
             Told::Closed => Event::Closed,
-            Told::DeviceReset => Event::DeviceReset,
+            Told::DeviceReset => {
+                self.uploaded = false;
+                Event::DeviceReset
+            }
             Told::NextSection(behind) => {
                 let (size, table) = (SectionSize::default(), &self.table);
                 let section = behind.map_or_else(|| Section::first(table, size), |section| section.next(table, size));
                 return self.step(Input::Section(section));
             }
-            Told::Done(token, outcome) => {
-                let answer = self.answer(token, outcome, input);
-                let asked = self.asked.remove(&token);
-                self.safety.done(token, asked.as_ref().map(Asked::message), &answer);
-                Event::Done(token, answer)
-            }
+            Told::Done(token, outcome) => return self.done(token, outcome, input),
             Told::Failed(token, failure) => {
                 let asked = self.asked.remove(&token);
                 self.safety.failed(token, asked.as_ref().map(Asked::message), failure);
+                match token {
+                    CHECK => return self.checked(Err(failure)),
+                    SHUTTER => return,
+                    _ => {}
+                }
                 Event::Failed(token, failure)
             }
             Told::Ready(token) => Event::Ready(token),
@@ -268,6 +279,38 @@ impl Core {
             _ => return,
         };
         self.events.push_back(event);
+    }
+
+    fn done(&mut self, token: Token, outcome: Outcome, input: Input<'_>) {
+        let answer = self.answer(token, outcome, input);
+        let asked = self.asked.remove(&token);
+        let message = asked.as_ref().map(Asked::message);
+        self.safety.done(token, message, &answer);
+        if token == SHUTTER {
+            return;
+        }
+        if token == CHECK {
+            let check = self.check.as_ref();
+            let holds = check.map_or(Ok(()), |check| check.holds(self.positions.as_ref(), &self.table));
+            return self.checked(holds);
+        }
+        let check = message.as_ref().and_then(|message| Check::of(token, message));
+        if outcome == Outcome::Finished && check.is_some() && self.uploaded {
+            self.check = check;
+            return self.command(Command::Ask(CHECK, HostMessage::MotorGetPosition(Empty { tail: &[] })));
+        }
+        self.uploaded |= matches!(message, Some(HostMessage::RtUploadMoveBegin(_)));
+        self.events.push_back(Event::Done(token, answer));
+    }
+
+    /// What was over is done, or not.
+    fn checked(&mut self, end: Result<(), Failure>) {
+        if let Some(Check { token, .. }) = self.check.take() {
+            self.events.push_back(match end {
+                Ok(()) => Event::Done(token, Answer::Done),
+                Err(failure) => Event::Failed(token, failure),
+            });
+        }
     }
 
     fn answer(&self, token: Token, outcome: Outcome, input: Input<'_>) -> Answer {
@@ -327,7 +370,7 @@ impl Core {
                 let context = self.machine.device().map(Context::of).unwrap_or_default();
                 match upload::begin(&table, &context) {
                     Ok(begin) if self.machine.progress().is_none() => {
-                        self.table = table;
+                        (self.table, self.uploaded) = (table, false);
                         (token, Asked::Message(HostMessage::RtUploadMoveBegin(begin)), true)
                     }
                     begin => {
@@ -338,7 +381,7 @@ impl Core {
                 }
             }
         };
-        if self.asked.contains_key(&token) {
+        if self.asked.contains_key(&token) || (is_sequence && self.check.is_some()) {
             return self.events.push_back(Event::Failed(token, Failure::Busy));
         }
         self.safety.asked(token, &asked.message());

@@ -9,7 +9,7 @@ use dmc_proto::message::{
 use super::Table;
 
 /// What the host is told to do. A token is the application's own name for what it asks, free again once that has ended;
-/// the greatest number is the host's.
+/// the two greatest numbers are the host's.
 #[derive(Debug, Clone)]
 pub enum Command {
     /// Greet the device again, after it was silent.
@@ -101,7 +101,8 @@ pub enum Event {
     Closed,
     /// The device was reset: all that was asked has failed, uploads and what was set are forgotten.
     DeviceReset,
-    /// What was asked is done.
+    /// What was asked is done. Of a way along a move that was uploaded here, the motors were asked whether they are where
+    /// it ends; if they are not, it has failed as unclear.
     Done(Token, Answer),
     /// What was asked has failed.
     Failed(Token, Failure),

@@ -121,3 +121,16 @@ fn a_limit_switch_ends_a_run() {
     stage.pass(3000);
     assert_eq!(stage.rig().state(), State::Idle);
 }
+
+#[test]
+fn a_run_that_broke_off_unseen_is_not_told_as_done() {
+    use rigs::Party as _;
+
+    let (mut stage, token) = running();
+    let now = stage.now();
+    stage.rig().stall(now);
+    // All that it says of it is lost, and nobody asks in the time that the run should take.
+    while stage.rig().poll().is_some() {}
+    assert_eq!(stage.end(token, 60_000), Err(Failure::Unclear));
+    assert!(!stage.told.iter().any(|(_, event)| matches!(event, Event::HardStop(..))));
+}
