@@ -1,5 +1,7 @@
 //! Asking, waiting, and looking at what comes in meanwhile.
 
+use std::fmt;
+use std::io::Write;
 use std::time::Duration;
 
 use dmc_proto::host::{Stop, Token};
@@ -22,13 +24,20 @@ const STOP: Duration = Duration::from_secs(10);
 /// A command on its way.
 pub(super) struct Flow<'s> {
     session: &'s mut Session<DmcHost>,
+    out: &'s mut (dyn Write + Send),
     last: u32,
     told: Instant,
 }
 
 impl<'s> Flow<'s> {
-    pub(super) fn new(session: &'s mut Session<DmcHost>) -> Self {
-        Self { session, last: 0, told: Instant::now() }
+    pub(super) fn new(session: &'s mut Session<DmcHost>, out: &'s mut (dyn Write + Send)) -> Self {
+        Self { session, out, last: 0, told: Instant::now() }
+    }
+
+    /// Says a line. That nobody can hear it is trouble: somebody should know what moves.
+    pub(super) fn say(&mut self, line: fmt::Arguments<'_>) -> Result<(), Trouble> {
+        let written = writeln!(self.out, "{line}").and_then(|()| self.out.flush());
+        written.map_err(|error| Trouble::Failed(format!("nobody reads what is said here: {error}")))
     }
 
     /// Waits until the device is known.
@@ -132,7 +141,7 @@ impl<'s> Flow<'s> {
         self.session.command(Command::Upload(token, plan.table.clone()));
         self.end("the upload", token).await?;
         let frames = plan.last.0 - plan.first.0 + 1;
-        println!("uploaded: {frames} frames of {} motors", plan.motors().iter().count());
+        self.say(format_args!("uploaded: {frames} frames of {} motors", plan.motors().iter().count()))?;
         Ok(())
     }
 
@@ -146,7 +155,7 @@ impl<'s> Flow<'s> {
                 Some(Event::Positions(positions)) => {
                     let runs = self.session.host().progress() == Some(Progress::Runs);
                     let frame = positions.moment.0.0 / 1000;
-                    self.tell(|| if runs { format!("frame {frame} of {last}") } else { places(&positions) });
+                    self.tell(|| if runs { format!("frame {frame} of {last}") } else { places(&positions) })?;
                 }
                 _ => {}
             }
@@ -154,11 +163,12 @@ impl<'s> Flow<'s> {
     }
 
     /// Tells how far it is, if it is time to.
-    fn tell(&mut self, text: impl FnOnce() -> String) {
+    fn tell(&mut self, text: impl FnOnce() -> String) -> Result<(), Trouble> {
         if self.told.elapsed() >= TELL {
             self.told = Instant::now();
-            println!("{}", text());
+            self.say(format_args!("{}", text()))?;
         }
+        Ok(())
     }
 
     /// Lets time pass.
@@ -166,7 +176,7 @@ impl<'s> Flow<'s> {
         let until = Instant::now() + time;
         while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
             if let Some(Event::Positions(positions)) = self.event(left).await? {
-                self.tell(|| places(&positions));
+                self.tell(|| places(&positions))?;
             }
         }
         Ok(())

@@ -4,6 +4,7 @@ mod flow;
 mod plan;
 mod why;
 
+use std::io::Write;
 use std::time::Duration;
 
 use dmc_proto::host::Stop;
@@ -49,17 +50,21 @@ impl Driven for DmcHost {
     }
 }
 
-/// Does a command, and prints what comes of it.
+/// Does a command, and writes what comes of it to `out`, line by line.
 ///
 /// # Errors
 ///
 /// [`Trouble`] says in one line why it was not done, and what to do.
-pub async fn drive(session: &mut Session<DmcHost>, command: &Command) -> Result<(), Trouble> {
-    let mut flow = Flow::new(session);
+pub async fn drive(
+    session: &mut Session<DmcHost>,
+    command: &Command,
+    out: &mut (dyn Write + Send),
+) -> Result<(), Trouble> {
+    let mut flow = Flow::new(session, out);
     // Nothing stands before a stop, not even the question who is there.
     if *command == Command::Stop {
         flow.stop(Stop::All).await?;
-        println!("stopped: the rig confirmed it");
+        flow.say(format_args!("stopped: the rig confirmed it"))?;
         return Ok(());
     }
     flow.up().await?;
@@ -92,16 +97,16 @@ fn read(flow: &Flow<'_>, file: &std::path::Path) -> Result<Plan, Trouble> {
 
 async fn info(flow: &mut Flow<'_>) -> Result<(), Trouble> {
     let hi = flow.device()?;
-    println!("{}, firmware {}.{}.{}", hi.name, hi.fw_major, hi.fw_minor, hi.fw_rev);
-    println!(
+    flow.say(format_args!("{}, firmware {}.{}.{}", hi.name, hi.fw_major, hi.fw_minor, hi.fw_rev))?;
+    flow.say(format_args!(
         "{} motors, {} lights, {} outputs, {} inputs",
         hi.motor_count, hi.dmx_count, hi.gio_out_count, hi.gio_in_count
-    );
-    println!("room for {} frames of a move; it can do {}", hi.upload_frame_count, hi.capabilities);
+    ))?;
+    flow.say(format_args!("room for {} frames of a move; it can do {}", hi.upload_frame_count, hi.capabilities))?;
     let moving = flow.status().await?;
     for (number, steps) in (1..).zip(flow.positions().await?) {
         let how = if moving.contains(Motor(number)) { "moves" } else { "rests" };
-        println!("motor {number} {how} at {steps} steps");
+        flow.say(format_args!("motor {number} {how} at {steps} steps"))?;
     }
     Ok(())
 }
@@ -124,7 +129,7 @@ async fn jog(flow: &mut Flow<'_>, motor: u8, percent: f64, seconds: f64) -> Resu
     flow.stop(Stop::Motor(motor)).await?;
     flow.rest().await?;
     let steps = flow.position(motor).await?;
-    println!("motor {motor} rests at {steps} steps");
+    flow.say(format_args!("motor {motor} rests at {steps} steps"))?;
     Ok(())
 }
 
@@ -153,7 +158,7 @@ async fn go(flow: &mut Flow<'_>, motor: Motor, position: f64) -> Result<(), Trou
             "motor {motor} rests at {here} steps, not at {position}: somebody stopped it, or a limit did: look at the rig"
         )));
     }
-    println!("motor {motor} rests at {here} steps");
+    flow.say(format_args!("motor {motor} rests at {here} steps"))?;
     Ok(())
 }
 
@@ -173,7 +178,7 @@ async fn calibrate(flow: &mut Flow<'_>, motor: u8, begin: f64, end: f64) -> Resu
     flow.ask("the limits", HostMessage::MotorSetLimits(limits)).await?;
     go(flow, motor, begin).await?;
     go(flow, motor, end).await?;
-    println!("motor {motor} may go from {lower} to {upper} steps, until the rig is switched off");
+    flow.say(format_args!("motor {motor} may go from {lower} to {upper} steps, until the rig is switched off"))?;
     Ok(())
 }
 
@@ -199,7 +204,7 @@ async fn run(flow: &mut Flow<'_>, file: &std::path::Path, reverse: bool) -> Resu
     let run = run.for_device(flow.device()?.capabilities);
     let token = flow.begin(HostMessage::RtRunMove(run));
     flow.play("the run", token, plan.last).await?;
-    println!("the move is done");
+    flow.say(format_args!("the move is done"))?;
     Ok(())
 }
 
@@ -224,7 +229,7 @@ async fn program(flow: &mut Flow<'_>, file: &std::path::Path, shots: &Shots) -> 
         let frame = shot.frame;
         let token = flow.shoot(shot);
         flow.play("the shot", token, frame).await?;
-        println!("shot {} of {}, at frame {frame}", number + 1, shots.shots);
+        flow.say(format_args!("shot {} of {}, at frame {frame}", number + 1, shots.shots))?;
     }
     Ok(())
 }
@@ -236,7 +241,7 @@ async fn expose(flow: &mut Flow<'_>, seconds: f64) -> Result<(), Trouble> {
     flow.ask("the photo", shutter(CameraFlags::SHUTTER)).await?;
     flow.pass(time).await?;
     flow.ask("the end of the photo", shutter(CameraFlags::empty())).await?;
-    println!("a photo of {seconds} s");
+    flow.say(format_args!("a photo of {seconds} s"))?;
     Ok(())
 }
 
