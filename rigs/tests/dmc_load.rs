@@ -79,6 +79,9 @@ impl Party for Flood {
     }
 
     fn receive(&mut self, _: Millis, _: LineId, bytes: &[u8]) {
+        if !self.is_open {
+            return;
+        }
         let mut frames = std::mem::take(&mut self.frames);
         let mut rest = bytes;
         while !rest.is_empty() {

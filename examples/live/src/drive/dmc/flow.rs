@@ -4,7 +4,7 @@ use std::fmt;
 use std::io::Write;
 use std::time::Duration;
 
-use dmc_proto::host::{Stop, Token};
+use dmc_proto::host::{State, Stop, Token};
 use dmc_proto::message::{Empty, FrameNumber, Hi, HostMessage, Motor, Motors};
 use rigs::dmc_host::{Answer, Command, DmcHost, Event, Positions, Progress, Shot};
 use tokio::time::Instant;
@@ -42,6 +42,9 @@ impl<'s> Flow<'s> {
 
     /// Waits until the device is known.
     pub(super) async fn up(&mut self) -> Result<(), Trouble> {
+        if self.session.host().state() == State::Up {
+            return Ok(());
+        }
         loop {
             match self.session.next().await? {
                 Event::Up(_) => return Ok(()),

@@ -2,6 +2,8 @@
 
 mod flow;
 mod plan;
+#[cfg(test)]
+mod tests;
 mod why;
 
 use std::io::Write;

@@ -1,0 +1,244 @@
+//! Commands against a simulated rig, over loopback and in real time.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+
+use dmc_proto::device::State;
+use dmc_proto::message::Capabilities;
+use rigs::dmc_device::{DmcDevice, Setup};
+use rigs::{LineId, Outgoing, Party as _, Rig as _};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
+use tokio::sync::oneshot;
+use tokio::time::sleep;
+
+use super::*;
+use crate::session::Target;
+
+/// A move of one and a half seconds.
+const SHORT: &str = r#"{
+    "move": 1, "name": "Short", "rate": 24, "duration": 1.5,
+    "axes": [{
+        "name": "Slide", "unit": "mm",
+        "keys": [{ "time": 0, "position": 0 }, { "time": 1.5, "position": 100 }],
+        "dmc": { "motor": 2, "steps_per_unit": 80 }
+    }]
+}"#;
+
+/// A rig that listens, and a session with it.
+struct Stand {
+    rig: Arc<Mutex<DmcDevice>>,
+    start: Instant,
+    session: Session<DmcHost>,
+    said: Vec<u8>,
+    interrupt: UnboundedSender<()>,
+    /// Cuts the line off.
+    cut: Option<oneshot::Sender<()>>,
+}
+
+impl Stand {
+    async fn new(setup: Setup) -> Self {
+        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let target = Target::Tcp(listener.local_addr().unwrap());
+        let (rig, start) = (Arc::new(Mutex::new(DmcDevice::new(setup))), Instant::now());
+        let (cut, is_cut) = oneshot::channel();
+        let served = Arc::clone(&rig);
+        tokio::spawn(async move {
+            let (line, _) = listener.accept().await.unwrap();
+            tokio::select! {
+                () = serve(line, &served, start) => {}
+                Ok(()) = is_cut => {}
+            }
+            served.lock().unwrap().close(now(start), LineId(0));
+        });
+        let (interrupt, interrupts) = unbounded_channel();
+        let session = Session::connect(DmcHost::default(), target, interrupts).await.unwrap();
+        Self { rig, start, session, said: Vec::new(), interrupt, cut: Some(cut) }
+    }
+
+    async fn drive(&mut self, command: Command) -> Result<(), Trouble> {
+        drive(&mut self.session, &command, &mut self.said).await
+    }
+
+    /// The one line that says why not.
+    async fn refused(&mut self, command: Command) -> String {
+        let line = self.drive(command).await.unwrap_err().to_string();
+        assert!(!line.contains('\n'), "{line}");
+        line
+    }
+
+    fn rig<T>(&self, look: impl FnOnce(&mut DmcDevice) -> T) -> T {
+        let mut rig = self.rig.lock().unwrap();
+        rig.advance(now(self.start));
+        look(&mut rig)
+    }
+
+    fn at(&self, motor: usize) -> f64 {
+        let now = now(self.start);
+        self.rig(|rig| rig.motors()[motor - 1].at(now).position)
+    }
+}
+
+fn now(start: Instant) -> Millis {
+    Millis(u64::try_from(start.elapsed().as_millis()).unwrap())
+}
+
+async fn serve(mut line: TcpStream, rig: &Mutex<DmcDevice>, start: Instant) {
+    rig.lock().unwrap().open(now(start), LineId(0));
+    let mut buffer = [0; 1024];
+    loop {
+        let mut out = Vec::new();
+        let wake = {
+            let mut rig = rig.lock().unwrap();
+            rig.advance(now(start));
+            while let Some(outgoing) = rig.poll() {
+                if let Outgoing::Bytes(_, bytes) = outgoing {
+                    out.extend(bytes);
+                }
+            }
+            rig.wake().map_or(Duration::from_secs(1), |wake| Duration::from_millis(wake.since(now(start))))
+        };
+        if line.write_all(&out).await.is_err() {
+            return;
+        }
+        tokio::select! {
+            read = line.read(&mut buffer) => match read {
+                Ok(len) if len > 0 => rig.lock().unwrap().receive(now(start), LineId(0), &buffer[..len]),
+                _ => return,
+            },
+            () = sleep(wake) => {}
+        }
+    }
+}
+
+fn file(name: &str, text: &str) -> PathBuf {
+    let path = std::env::temp_dir().join(format!("dmc-{}-{name}.json", std::process::id()));
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+#[tokio::test]
+async fn motors_are_asked_moved_and_jogged() {
+    let to = |motor, position| Command::Move { motor, position, speed: Some(20_000.0) };
+    let jog = |motor, speed, seconds| Command::Jog { motor, speed, seconds };
+    let range = |motor, begin, end| Command::Calibrate { motor, begin, end };
+    let mut stand = Stand::new(Setup::default()).await;
+    for command in [Command::Info, to(2, 2000.0), jog(1, -50.0, 0.3), range(3, 500.0, -500.0)] {
+        stand.drive(command).await.unwrap();
+    }
+    for (wrong, what) in [
+        (to(3, 501.0), "the rig refuses the move: that is beyond the upper limit of a motor: "),
+        (to(5, 1.0), "motor 5 is not there: this rig has motors 1 to 4"),
+        (to(2, 3e9), "position 3000000000: give whole steps"),
+        (jog(1, 101.0, 1.0), "a speed of 101 %: give one from"),
+        (jog(1, 0.0, 1.0), "a speed of 0 %: give one from"),
+        (jog(1, 1.0, f64::NAN), "NaN s: give seconds"),
+        (range(1, 1.0, 1.0), "a range that begins where it ends"),
+    ] {
+        let line = stand.refused(wrong).await;
+        assert!(line.starts_with(what), "{line}");
+    }
+    assert_eq!((stand.at(2), stand.at(3)), (2000.0, -500.0));
+    assert!((-6000.0..-1000.0).contains(&stand.at(1)), "{}", stand.at(1));
+    assert!(!stand.session.host().may_move());
+    let said = String::from_utf8(stand.said).unwrap();
+    for line in ["motor 4 rests at 0 steps\n", "motor 2 rests at 2000 steps\n", "motor 3 may go from -500 to 500 steps"]
+    {
+        assert!(said.contains(line), "{said}");
+    }
+}
+
+#[tokio::test]
+async fn a_move_file_is_run_both_ways_and_shot() {
+    let file = file("short", SHORT);
+    let mut stand = Stand::new(Setup::default()).await;
+    for (reverse, end) in [(false, 8000.0), (true, 0.0)] {
+        stand.drive(Command::Run { file: file.clone(), reverse }).await.unwrap();
+        assert_eq!(stand.at(2), end);
+    }
+    let shots = Shots { shots: 2, interval: 0.1, exposure: 0.1, continuous: true };
+    stand.drive(Command::Program { file: file.clone(), shots }).await.unwrap();
+    stand.drive(Command::Expose { seconds: 0.1 }).await.unwrap();
+    assert_eq!(stand.rig(|rig| rig.photo_count()), 3);
+    assert_eq!(stand.at(2), 8000.0, "the last shot is at the last frame");
+    let line = stand.refused(Command::Upload { file: "no/such.json".into() }).await;
+    assert!(line.starts_with("no/such.json: "), "{line}");
+    assert!(!stand.session.host().may_move());
+}
+
+#[tokio::test]
+async fn what_cannot_be_is_said_before_anything_moves() {
+    let mut setup = Setup::of(1).with_frames(30);
+    setup.options.hi.capabilities = Capabilities::REAL_TIME;
+    let mut stand = Stand::new(setup).await;
+    let run = |name: &str, text: &str| Command::Run { file: file(name, text), reverse: false };
+    let own = SHORT.replace("\"motor\": 2", "\"motor\": 1");
+    let shots = Shots { shots: 2, interval: 0.1, exposure: 0.1, continuous: false };
+    for (command, what) in [
+        (run("other", SHORT), "the move needs motor 2: this rig has 1; change the file"),
+        (run("long", &own), "the move has 37 frames, and this rig has room for 30: "),
+        (run("none", &SHORT.replace("\"dmc\"", "\"hoot\"")), ": no axis has a DMC motor"),
+        (
+            run("fast", &own.replace("\"keys\"", "\"limits\": { \"velocity\": 50, \"acceleration\": 1000 }, \"keys\"")),
+            ": make the move slower",
+        ),
+        (run("broken", "{"), "line 1, column 1"),
+        (Command::Program { file: file("shots", &own), shots }, "this rig cannot shoot frames"),
+    ] {
+        let line = stand.refused(command).await;
+        assert!(line.contains(what), "{line}");
+    }
+    assert_eq!(stand.at(1), 0.0);
+    assert!(!stand.session.host().may_move());
+}
+
+#[tokio::test]
+async fn an_interrupt_in_the_middle_is_followed_by_a_stop() {
+    let mut stand = Stand::new(Setup::default()).await;
+    let interrupt = stand.interrupt.clone();
+    tokio::spawn(async move {
+        sleep(Duration::from_millis(700)).await;
+        interrupt.send(()).unwrap();
+    });
+    let long = Command::Move { motor: 1, position: 150_000.0, speed: None };
+    assert!(matches!(stand.drive(long).await, Err(Trouble::Interrupted)));
+    assert!(stand.session.host().may_move());
+    assert_eq!(stand.session.stop().await, Stopped::Confirmed);
+    assert!(!stand.session.host().may_move());
+    sleep(Duration::from_millis(1200)).await;
+    assert_eq!(stand.rig(|rig| rig.state()), State::Idle);
+    assert!((1000.0..100_000.0).contains(&stand.at(1)), "{}", stand.at(1));
+}
+
+#[tokio::test]
+async fn a_line_that_is_lost_in_a_run_is_said_and_the_rig_stops() {
+    let mut stand = Stand::new(Setup::default()).await;
+    let cut = stand.cut.take().unwrap();
+    tokio::spawn(async move {
+        sleep(Duration::from_millis(1500)).await;
+        cut.send(()).unwrap();
+    });
+    let path = file("lost", SHORT);
+    let line = stand.refused(Command::Run { file: path, reverse: false }).await;
+    assert!(line.starts_with("the rig is gone: "), "{line}");
+    assert!(stand.session.host().may_move(), "nobody knows");
+    assert_eq!(stand.session.stop().await, Stopped::NotConfirmed);
+    sleep(Duration::from_millis(700)).await;
+    assert!(stand.rig(|rig| rig.state() == State::Idle && rig.motors().iter().all(rigs::motor::Motor::rests)));
+}
+
+#[tokio::test]
+async fn a_stop_is_sent_before_anything_is_known() {
+    let mut stand = Stand::new(Setup::default()).await;
+    stand.drive(Command::Stop).await.unwrap();
+}
+
+#[tokio::test]
+async fn a_limit_switch_is_said() {
+    let mut setup = Setup::default();
+    setup.motors[0] = setup.motors[0].clone().within(motion_core::trajectory::Range::new(-500.0, 500.0));
+    let mut stand = Stand::new(setup).await;
+    let line = stand.refused(Command::Move { motor: 1, position: 1000.0, speed: None }).await;
+    assert_eq!(line, "motor 1 ran into its upper limit switch: jog it back, and stay below it");
+}
