@@ -5,8 +5,10 @@ use dmc_proto::message::{FrameNumber, RunFlags, Triggers};
 use motion_core::profile::Limits;
 use tracing::{debug, info};
 
+use super::core::Core;
 use super::job::{Job, Kind, Way};
-use super::{Core, index, seconds, steps};
+use super::store::Store;
+use super::{index, seconds, steps};
 use crate::motor::{Motor, Place};
 
 /// Seconds in which a jog of all motors gets up to speed.
@@ -87,18 +89,12 @@ impl Core {
     pub(super) fn jog_all(&mut self, rate: f64, to: FrameNumber) {
         let now = self.clock;
         let limits = Limits { velocity: rate, acceleration: rate / JOG_ROLL, jerk: None };
-        let mut frame = match &self.course {
-            Course::JogAll { frame, .. } => {
-                let mut faster = Motor::new(limits);
-                faster.lead(frame.at(now));
-                faster
-            }
-            _ => {
-                let mut frame = Motor::new(limits);
-                frame.rebase(now, f64::from(self.stood_on.unwrap_or(to).0));
-                frame
-            }
-        };
+        let mut frame = Motor::new(limits);
+        if let Course::JogAll { frame: before, .. } = &self.course {
+            frame.lead(before.at(now));
+        } else {
+            frame.rebase(now, f64::from(self.stood_on.unwrap_or(to).0));
+        }
         let told = steps(frame.at(now).position);
         frame.go_to(now, f64::from(to.0), rate, rate / JOG_ROLL);
         self.course = Course::JogAll { frame, told };
@@ -185,7 +181,7 @@ impl Core {
     }
 
     /// Puts each motor of the run where it has to be.
-    fn lead(&mut self, place: impl Fn(&Job, &Way, &super::Store) -> Place) {
+    fn lead(&mut self, place: impl Fn(&Job, &Way, &Store) -> Place) {
         let Course::Runs(run) = &self.course else { return };
         for way in &run.job.ways {
             if let Some(motor) = index(way.motor).and_then(|index| self.motors.get_mut(index)) {
@@ -260,7 +256,9 @@ impl Core {
             run.job.turn(from, to, &self.store);
             (run.phase, run.told) = (Phase::Back, None);
             let goals: Vec<_> = run.job.ways.iter().map(|way| (way.motor, way.before(run.job.up))).collect();
-            goals.into_iter().for_each(|(motor, goal)| self.send_to(motor, goal));
+            for (motor, goal) in goals {
+                self.send_to(motor, goal);
+            }
             return;
         }
         let end = FrameNumber(run.job.to);

@@ -204,9 +204,9 @@ impl Way {
 
     /// The least and the greatest position of a pass, without its rolls.
     pub(super) fn span(&self, job: &Job, store: &Store) -> (f64, f64) {
-        let ends = [self.begin.position, self.end.position];
-        let frames = if self.own.is_some() { 0..=-1 } else { job.from.min(job.to)..=job.from.max(job.to) };
+        let frames = (job.from.min(job.to)..=job.from.max(job.to)).filter(|_| self.own.is_none());
         let between = frames.filter_map(|frame| store.position(self.motor, FrameNumber(frame))).map(f64::from);
+        let ends = [self.begin.position, self.end.position];
         between.chain(ends).fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), at| (least.min(at), most.max(at)))
     }
 }

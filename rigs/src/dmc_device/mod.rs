@@ -9,6 +9,7 @@
 //! loop, the motors come to rest behind each pass, and go to where the next one begins.
 
 mod camera;
+mod core;
 mod course;
 mod job;
 mod obey;
@@ -16,25 +17,19 @@ mod setup;
 mod store;
 mod verdict;
 
-use std::collections::VecDeque;
-
-use dmc_proto::device::{self, DeviceMachine, Input, Scratch, State};
-use dmc_proto::message::{Acceleration, FrameNumber, Motor as Number, MotorFlags, Motors, Speed, Steps, Triggers};
-use dmc_proto::upload::Room;
-use dmc_proto::{Frames, Item};
-use motion_core::machine::Machine;
+use dmc_proto::Frames;
+use dmc_proto::device::{Input, State};
+use dmc_proto::message::{FrameNumber, Motor as Number, Steps, Triggers};
 use motion_core::time::Millis;
-use tracing::{debug, info, warn};
+use tracing::{info, warn};
 
-use crate::motor::{Happening, Motor};
-use crate::{LineId, Outgoing, Party, Rig, TICK};
+use crate::motor::Motor;
+use crate::{LineId, Outgoing, Party, Rig};
 
 pub use camera::Photo;
-pub use setup::Setup;
+pub use setup::{Setup, Tuning};
 
-use camera::Camera;
-use course::Course;
-use store::Store;
+use self::core::Core;
 
 /// The only line.
 const LINE: LineId = LineId(0);
@@ -45,55 +40,17 @@ const GAP: u64 = 250;
 #[derive(Debug)]
 pub struct DmcDevice {
     is_open: bool,
-    frames: Frames,
+    frames: Box<Frames>,
     /// When a frame that is not whole is given up.
     gap: Option<Millis>,
     core: Core,
-}
-
-/// What was set of a motor: forgotten at a reset.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Tuning {
-    /// What it is used for.
-    pub flags: MotorFlags,
-    /// Its greatest speed.
-    pub speed: Speed,
-    /// Its greatest acceleration.
-    pub acceleration: Acceleration,
-    /// The lower limit that was set.
-    pub lower: Option<Steps>,
-    /// The upper limit that was set.
-    pub upper: Option<Steps>,
-}
-
-/// The device behind its line.
-#[derive(Debug)]
-struct Core {
-    setup: Setup,
-    clock: Millis,
-    machine: DeviceMachine,
-    /// When the machine wants to be woken.
-    wake: Option<Millis>,
-    motors: Vec<Motor>,
-    tuning: Vec<Tuning>,
-    store: Store,
-    course: Course,
-    /// The frame that it stood on before this step.
-    stood_on: Option<FrameNumber>,
-    /// Whether the machine waits to be told that all motors rest.
-    owes_rest: bool,
-    camera: Camera,
-    outputs: Triggers,
-    levels: Vec<u8>,
-    received: u64,
-    out: VecDeque<Outgoing>,
 }
 
 impl DmcDevice {
     /// A device at rest, all its motors at 0.
     #[must_use]
     pub fn new(setup: Setup) -> Self {
-        Self { is_open: false, frames: Frames::new(), gap: None, core: Core::new(setup) }
+        Self { is_open: false, frames: Box::new(Frames::new()), gap: None, core: Core::new(setup) }
     }
 
     /// What the protocol takes it to be doing.
@@ -181,140 +138,6 @@ impl DmcDevice {
         self.advance(now);
         info!(%inputs, "inputs");
         self.core.step(Input::Inputs(inputs));
-    }
-}
-
-impl Core {
-    fn new(mut setup: Setup) -> Self {
-        setup.motors.truncate(32);
-        let count = u8::try_from(setup.motors.len()).unwrap_or(32);
-        setup.options.hi.motor_count = count;
-        let hi = setup.options.hi;
-        let room = Room { motors: count, channels: hi.dmx_count, frames: hi.upload_frame_count };
-        Self {
-            clock: Millis(0),
-            machine: DeviceMachine::new(setup.options),
-            wake: None,
-            motors: setup.motors.clone(),
-            tuning: setup.motors.iter().map(Tuning::of).collect(),
-            store: Store::new(room),
-            course: Course::Free,
-            stood_on: None,
-            owes_rest: false,
-            camera: Camera::default(),
-            outputs: Triggers::NONE,
-            levels: vec![0; hi.dmx_count.into()],
-            received: 0,
-            out: VecDeque::new(),
-            setup,
-        }
-    }
-
-    /// Everything but the motors, the camera and what they know is as it was at first.
-    fn reset(&mut self) {
-        self.machine = DeviceMachine::new(self.setup.options);
-        self.wake = None;
-        self.tuning = self.setup.motors.iter().map(Tuning::of).collect();
-        self.store.clear();
-        self.course = Course::Free;
-        self.owes_rest = false;
-        self.outputs = Triggers::NONE;
-        self.levels.fill(0);
-        self.out.clear();
-        self.camera.close(self.clock);
-        self.camera.is_filming = false;
-        for motor in &mut self.motors {
-            motor.halt(self.clock);
-            motor.advance(self.clock);
-            // A controller that counts steps has nothing to count from.
-            motor.rebase(self.clock, 0.0);
-        }
-    }
-
-    fn step(&mut self, input: Input<'_>) {
-        self.stood_on = self.machine.on_frame();
-        let (machine, output) = self.machine.clone().step(self.clock, input);
-        self.machine = machine;
-        self.wake = output.wake;
-        for event in output.events {
-            self.obey(event, input);
-        }
-        for send in output.send {
-            let (mut scratch, mut bytes) = (Scratch::default(), [0; 256]);
-            let message = send.message(self, &mut scratch);
-            debug!("sends {message}");
-            match message.encode_into(send.id, &mut bytes) {
-                Ok(len) => self.out.push_back(Outgoing::Bytes(LINE, bytes[..len].to_vec())),
-                Err(error) => warn!(%error, "an answer that cannot be sent"),
-            }
-        }
-    }
-
-    fn received(&mut self, item: Item<'_, dmc_proto::Frame<'_>, dmc_proto::Header>) {
-        match item {
-            Item::Frame(frame) => {
-                self.received += 1;
-                let input = Input::frame(&frame, |message| {
-                    debug!("receives {message}");
-                    self.verdict(message)
-                });
-                self.step(input);
-            }
-            Item::Corrupt { header, why, .. } => {
-                warn!(%why, "a message arrived damaged");
-                self.step(Input::Corrupt(header.id(), header.kind()));
-            }
-            Item::Noise { bytes, why } => warn!(%why, len = bytes.len(), "noise"),
-            Item::Fatal(why) => warn!(%why, "the stream cannot go on"),
-        }
-    }
-
-    /// Whether motors have to be looked at every millisecond.
-    fn is_busy(&self) -> bool {
-        self.owes_rest || self.course.is_busy() || self.motors.iter().any(|motor| !motor.is_idle())
-    }
-
-    fn next(&self) -> Option<Millis> {
-        let tick = self.is_busy().then(|| self.clock.after(TICK));
-        [tick, self.wake, self.camera.wake()].into_iter().flatten().min()
-    }
-
-    /// Does what is due at a moment.
-    fn tick(&mut self, now: Millis) {
-        self.clock = now;
-        self.camera.advance(now);
-        self.follow();
-        for index in 0..self.motors.len() {
-            if let Some(Happening::Tripped { upper }) = self.motors[index].advance(now) {
-                let motor = number(index);
-                warn!(%motor, upper, "ran into its limit switch");
-                self.step(Input::Limit { motor, upper });
-            }
-        }
-        if self.wake.is_some_and(|wake| wake <= now) {
-            self.step(Input::Wake);
-        }
-        if self.owes_rest && !self.course.is_busy() && self.motors.iter().all(Motor::is_idle) {
-            self.owes_rest = false;
-            info!(state = self.machine.state().name(), "all motors rest");
-            self.step(Input::AtRest);
-        } else if self.machine.state() == State::Moving {
-            let moving = (0..self.motors.len()).filter(|index| !self.motors[*index].is_idle()).map(number);
-            let moving = Motors::from_iter(moving);
-            if moving != self.machine.moving() && moving != Motors::NONE {
-                self.step(Input::Moving(moving));
-            }
-        }
-    }
-
-    fn place(&self, motor: Number) -> f64 {
-        index(motor).and_then(|index| self.motors.get(index)).map_or(0.0, |motor| motor.at(self.clock).position)
-    }
-}
-
-impl device::Rig for Core {
-    fn position(&self, motor: Number) -> Steps {
-        Steps(steps(self.place(motor)))
     }
 }
 
@@ -408,23 +231,6 @@ impl Rig for DmcDevice {
             warn!(%motor, "is stuck");
             core.motors[index].halt(now);
             core.step(Input::Fault(Some(motor)));
-        }
-    }
-}
-
-impl Tuning {
-    /// What holds before anything is set: all that the motor can, but for half of its acceleration, which is left for
-    /// stops that have to be harder.
-    fn of(motor: &Motor) -> Self {
-        let limits = motor.limits();
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cut to what fits")]
-        let whole = |value: f64| value.round().clamp(1.0, f64::from(u32::MAX)) as u32;
-        Self {
-            flags: MotorFlags::ENABLED,
-            speed: Speed(whole(limits.velocity)),
-            acceleration: Acceleration(whole(limits.acceleration / 2.0)),
-            lower: None,
-            upper: None,
         }
     }
 }

@@ -6,9 +6,11 @@ use dmc_proto::message::{
 };
 use tracing::{debug, info, warn};
 
+use super::core::Core;
 use super::course::Course;
+use super::index;
 use super::job::Job;
-use super::{Core, Tuning, index};
+use super::setup::Tuning;
 
 impl Core {
     pub(super) fn obey(&mut self, event: Event, input: Input<'_>) {

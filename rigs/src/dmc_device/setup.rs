@@ -1,7 +1,7 @@
 //! What a simulated device is made of.
 
 use dmc_proto::device::{Options, Quirks};
-use dmc_proto::message::{Capabilities, Hi, Name};
+use dmc_proto::message::{Acceleration, Capabilities, Hi, MotorFlags, Name, Speed, Steps};
 use motion_core::profile::Limits;
 use motion_core::trajectory::Range;
 
@@ -14,6 +14,21 @@ pub struct Setup {
     pub options: Options,
     /// Its motors, 32 at most, with what they can and where the limit switches are.
     pub motors: Vec<Motor>,
+}
+
+/// What was set of a motor: forgotten at a reset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tuning {
+    /// What it is used for.
+    pub flags: MotorFlags,
+    /// Its greatest speed.
+    pub speed: Speed,
+    /// Its greatest acceleration.
+    pub acceleration: Acceleration,
+    /// The lower limit that was set.
+    pub lower: Option<Steps>,
+    /// The upper limit that was set.
+    pub upper: Option<Steps>,
 }
 
 impl Setup {
@@ -66,5 +81,22 @@ impl Default for Setup {
     /// Four motors.
     fn default() -> Self {
         Self::of(4)
+    }
+}
+
+impl Tuning {
+    /// What holds before anything is set: all that the motor can, but for half of its acceleration, which is left for
+    /// stops that have to be harder.
+    pub(super) fn of(motor: &Motor) -> Self {
+        let limits = motor.limits();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cut to what fits")]
+        let whole = |value: f64| value.round().clamp(1.0, f64::from(u32::MAX)) as u32;
+        Self {
+            flags: MotorFlags::ENABLED,
+            speed: Speed(whole(limits.velocity)),
+            acceleration: Acceleration(whole(limits.acceleration / 2.0)),
+            lower: None,
+            upper: None,
+        }
     }
 }

@@ -3,8 +3,9 @@
 use dmc_proto::device::State;
 use dmc_proto::message::{AckCode, FrameNumber, HostMessage, Motor, RunFlags};
 
+use super::core::Core;
+use super::index;
 use super::job::{Job, Kind};
-use super::{Core, index};
 
 impl Core {
     /// `OK`, or what speaks against a request.
@@ -12,13 +13,14 @@ impl Core {
         let refused = match message {
             HostMessage::MotorMove(it) => self.beyond(it.motor, it.position.0.into()),
             HostMessage::RtPositionFrame(it) => {
-                let positions = self.axes().map(|motor| (motor, self.store.position(motor, it.frame)));
-                positions.filter_map(|(motor, at)| self.beyond(motor, at?.into())).next()
+                let mut positions = self.axes().map(|motor| (motor, self.store.position(motor, it.frame)));
+                positions.find_map(|(motor, at)| self.beyond(motor, at?.into()))
             }
-            // What is refused because something moves, needs no long look.
+            // What is refused because something moves, or nothing stands on a frame, needs no long look.
             HostMessage::RtJogAll(it) if matches!(self.machine.state(), State::Idle | State::JogAll) => {
                 self.beyond_along(it.destination)
             }
+            HostMessage::RtRunMove(_) if self.machine.on_frame().is_none() => None,
             _ if self.machine.state() == State::Idle => {
                 let job = Job::of(message, &self.store, self.count());
                 job.and_then(|job| self.beyond_job(&job))
@@ -51,8 +53,8 @@ impl Core {
         let from = super::steps(self.moment().or(self.machine.on_frame().map(|frame| f64::from(frame.0)))?);
         self.store.position(self.axes().next()?, to)?;
         let frames = from.min(to.0)..=from.max(to.0);
-        let places = frames.flat_map(|frame| self.axes().map(move |motor| (motor, FrameNumber(frame))));
-        places.filter_map(|(motor, frame)| self.beyond(motor, self.store.position(motor, frame)?.into())).next()
+        let mut places = frames.flat_map(|frame| self.axes().map(move |motor| (motor, FrameNumber(frame))));
+        places.find_map(|(motor, frame)| self.beyond(motor, self.store.position(motor, frame)?.into()))
     }
 
     fn beyond_job(&self, job: &Job) -> Option<AckCode> {

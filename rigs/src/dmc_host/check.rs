@@ -4,7 +4,7 @@
 //! the end of each way along an uploaded move is held against that move before it is told as done.
 
 use dmc_proto::host::{Failure, Token};
-use dmc_proto::message::{FrameNumber, HostMessage, Motor, RunFlags};
+use dmc_proto::message::{FrameNumber, HostMessage, Motor, MotorPair, RunFlags};
 use dmc_proto::upload::MoveSource;
 
 use super::{Positions, Table};
@@ -34,11 +34,11 @@ impl Check {
             }
             HostMessage::RtRunMove(message) => [message.end_frame; 2],
             HostMessage::RtShootFrame(message) => {
-                others.extend(message.motors.iter().map(|pair| pair.motor()));
+                others.extend(message.motors.iter().map(MotorPair::motor));
                 [message.frame; 2]
             }
             HostMessage::RtShootFrame2(message) => {
-                others.extend(message.motors.iter().map(|pair| pair.motor()));
+                others.extend(message.motors.iter().map(MotorPair::motor));
                 [message.frame; 2]
             }
             _ => return None,

@@ -162,6 +162,14 @@ impl Stage {
         self.scene.rig.motors()[usize::from(motor) - 1].at(now).position
     }
 
+    /// The step that a motor stands on, if it stands on one.
+    pub(crate) fn steps(&self, motor: u8) -> Option<i32> {
+        let at = self.at(motor);
+        #[expect(clippy::cast_possible_truncation, reason = "within its travel")]
+        let nearest = at.round() as i32;
+        ((at - f64::from(nearest)).abs() < 1e-9).then_some(nearest)
+    }
+
     pub(crate) fn all_rest(&self) -> bool {
         let now = self.scene.now();
         self.scene.rig.motors().iter().all(|motor| motor.at(now).velocity == 0.0 && motor.rests())

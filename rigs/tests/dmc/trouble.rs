@@ -116,7 +116,7 @@ fn a_limit_switch_ends_a_run() {
     assert!(stage.told.iter().any(|(_, event)| *event == Event::Failed(token, Failure::HardStop)));
     stage.pass(100);
     assert!(stage.all_rest());
-    assert_eq!(stage.at(1), 20_000.0);
+    assert_eq!(stage.steps(1), Some(20_000));
     assert_eq!(stage.rig().state(), State::Locked);
     stage.pass(3000);
     assert_eq!(stage.rig().state(), State::Idle);

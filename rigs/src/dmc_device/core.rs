@@ -1,0 +1,176 @@
+//! The device behind its line: the machine, the motors, and what they tell each other.
+
+use std::collections::VecDeque;
+
+use dmc_proto::Item;
+use dmc_proto::device::{self, DeviceMachine, Input, Scratch, State};
+use dmc_proto::message::{FrameNumber, Motor as Number, Motors, Steps, Triggers};
+use dmc_proto::upload::Room;
+use motion_core::machine::Machine;
+use motion_core::time::Millis;
+use tracing::{debug, info, warn};
+
+use super::camera::Camera;
+use super::course::Course;
+use super::setup::{Setup, Tuning};
+use super::store::Store;
+use super::{LINE, index, number, steps};
+use crate::motor::{Happening, Motor};
+use crate::{Outgoing, TICK};
+
+/// The device behind its line.
+#[derive(Debug)]
+pub(super) struct Core {
+    pub(super) setup: Setup,
+    pub(super) clock: Millis,
+    pub(super) machine: DeviceMachine,
+    /// When the machine wants to be woken.
+    pub(super) wake: Option<Millis>,
+    pub(super) motors: Vec<Motor>,
+    pub(super) tuning: Vec<Tuning>,
+    pub(super) store: Store,
+    pub(super) course: Course,
+    /// The frame that it stood on before this step.
+    pub(super) stood_on: Option<FrameNumber>,
+    /// Whether the machine waits to be told that all motors rest.
+    pub(super) owes_rest: bool,
+    pub(super) camera: Camera,
+    pub(super) outputs: Triggers,
+    pub(super) levels: Vec<u8>,
+    pub(super) received: u64,
+    pub(super) out: VecDeque<Outgoing>,
+}
+
+impl Core {
+    pub(super) fn new(mut setup: Setup) -> Self {
+        setup.motors.truncate(32);
+        let count = u8::try_from(setup.motors.len()).unwrap_or(32);
+        setup.options.hi.motor_count = count;
+        let hi = setup.options.hi;
+        let room = Room { motors: count, channels: hi.dmx_count, frames: hi.upload_frame_count };
+        Self {
+            clock: Millis(0),
+            machine: DeviceMachine::new(setup.options),
+            wake: None,
+            motors: setup.motors.clone(),
+            tuning: setup.motors.iter().map(Tuning::of).collect(),
+            store: Store::new(room),
+            course: Course::Free,
+            stood_on: None,
+            owes_rest: false,
+            camera: Camera::default(),
+            outputs: Triggers::NONE,
+            levels: vec![0; hi.dmx_count.into()],
+            received: 0,
+            out: VecDeque::new(),
+            setup,
+        }
+    }
+
+    /// Everything but the motors, the camera and what they know is as it was at first.
+    pub(super) fn reset(&mut self) {
+        self.machine = DeviceMachine::new(self.setup.options);
+        self.wake = None;
+        self.tuning = self.setup.motors.iter().map(Tuning::of).collect();
+        self.store.clear();
+        self.course = Course::Free;
+        self.owes_rest = false;
+        self.outputs = Triggers::NONE;
+        self.levels.fill(0);
+        self.out.clear();
+        self.camera.close(self.clock);
+        self.camera.is_filming = false;
+        for motor in &mut self.motors {
+            motor.halt(self.clock);
+            motor.advance(self.clock);
+            // A controller that counts steps has nothing to count from.
+            motor.rebase(self.clock, 0.0);
+        }
+    }
+
+    pub(super) fn step(&mut self, input: Input<'_>) {
+        self.stood_on = self.machine.on_frame();
+        let (machine, output) = self.machine.clone().step(self.clock, input);
+        self.machine = machine;
+        self.wake = output.wake;
+        for event in output.events {
+            self.obey(event, input);
+        }
+        for send in output.send {
+            let (mut scratch, mut bytes) = (Scratch::default(), [0; 256]);
+            let message = send.message(self, &mut scratch);
+            debug!("sends {message}");
+            match message.encode_into(send.id, &mut bytes) {
+                Ok(len) => self.out.push_back(Outgoing::Bytes(LINE, bytes[..len].to_vec())),
+                Err(error) => warn!(%error, "an answer that cannot be sent"),
+            }
+        }
+    }
+
+    pub(super) fn received(&mut self, item: Item<'_, dmc_proto::Frame<'_>, dmc_proto::Header>) {
+        match item {
+            Item::Frame(frame) => {
+                self.received += 1;
+                let input = Input::frame(&frame, |message| {
+                    debug!("receives {message}");
+                    self.verdict(message)
+                });
+                self.step(input);
+            }
+            Item::Corrupt { header, why, .. } => {
+                warn!(%why, "a message arrived damaged");
+                self.step(Input::Corrupt(header.id(), header.kind()));
+            }
+            Item::Noise { bytes, why } => warn!(%why, len = bytes.len(), "noise"),
+            Item::Fatal(why) => warn!(%why, "the stream cannot go on"),
+        }
+    }
+
+    /// Whether motors have to be looked at every millisecond.
+    fn is_busy(&self) -> bool {
+        self.owes_rest || self.course.is_busy() || self.motors.iter().any(|motor| !motor.is_idle())
+    }
+
+    pub(super) fn next(&self) -> Option<Millis> {
+        let tick = self.is_busy().then(|| self.clock.after(TICK));
+        [tick, self.wake, self.camera.wake()].into_iter().flatten().min()
+    }
+
+    /// Does what is due at a moment.
+    pub(super) fn tick(&mut self, now: Millis) {
+        self.clock = now;
+        self.camera.advance(now);
+        self.follow();
+        for index in 0..self.motors.len() {
+            if let Some(Happening::Tripped { upper }) = self.motors[index].advance(now) {
+                let motor = number(index);
+                warn!(%motor, upper, "ran into its limit switch");
+                self.step(Input::Limit { motor, upper });
+            }
+        }
+        if self.wake.is_some_and(|wake| wake <= now) {
+            self.step(Input::Wake);
+        }
+        if self.owes_rest && !self.course.is_busy() && self.motors.iter().all(Motor::is_idle) {
+            self.owes_rest = false;
+            info!(state = self.machine.state().name(), "all motors rest");
+            self.step(Input::AtRest);
+        } else if self.machine.state() == State::Moving {
+            let moving = (0..self.motors.len()).filter(|index| !self.motors[*index].is_idle()).map(number);
+            let moving: Motors = moving.collect();
+            if moving != self.machine.moving() && moving != Motors::NONE {
+                self.step(Input::Moving(moving));
+            }
+        }
+    }
+
+    pub(super) fn place(&self, motor: Number) -> f64 {
+        index(motor).and_then(|index| self.motors.get(index)).map_or(0.0, |motor| motor.at(self.clock).position)
+    }
+}
+
+impl device::Rig for Core {
+    fn position(&self, motor: Number) -> Steps {
+        Steps(steps(self.place(motor)))
+    }
+}
