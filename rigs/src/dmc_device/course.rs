@@ -1,9 +1,9 @@
 //! What all motors do together, moment by moment.
 
 use dmc_proto::device::Input;
-use dmc_proto::message::{FrameNumber, RunFlags, Triggers};
+use dmc_proto::message::{FrameNumber, Motor as Number, RunFlags, Triggers};
 use motion_core::profile::Limits;
-use tracing::{debug, info};
+use tracing::{debug, info, warn};
 
 use super::core::Core;
 use super::job::{Job, Kind, Way};
@@ -118,18 +118,21 @@ impl Core {
         let this = steps(if velocity < 0.0 { at.ceil() } else { at.floor() });
         let is_new = this != *told && !rests;
         *told = this;
-        for index in 0..self.motors.len() {
-            let motor = super::number(index);
-            if let Some(position) = self.store.between(motor, at) {
-                let ahead = self.store.between(motor, at.floor() + 1.0).unwrap_or(position);
-                let behind = self.store.between(motor, at.floor()).unwrap_or(position);
-                self.motors[index].lead(Place { position, velocity: (ahead - behind) * velocity });
-                if rests {
-                    self.motors[index].halt(now);
-                }
-            }
+        for motor in (1..=self.count()).map(Number) {
+            let Some(position) = self.store.between(motor, at) else { continue };
+            let ahead = self.store.between(motor, at.floor() + 1.0).unwrap_or(position);
+            let behind = self.store.between(motor, at.floor()).unwrap_or(position);
+            self.lead_one(motor, Place { position, velocity: (ahead - behind) * velocity });
+        }
+        if !self.course.is_busy() {
+            return;
         }
         if rests {
+            for (number, motor) in (1..).map(Number).zip(&mut self.motors) {
+                if self.store.has(number) {
+                    motor.halt(now);
+                }
+            }
             self.course = Course::Free;
             self.owes_rest = true;
         } else if is_new {
@@ -183,10 +186,24 @@ impl Core {
     /// Puts each motor of the run where it has to be.
     fn lead(&mut self, place: impl Fn(&Job, &Way, &Store) -> Place) {
         let Course::Runs(run) = &self.course else { return };
-        for way in &run.job.ways {
-            if let Some(motor) = index(way.motor).and_then(|index| self.motors.get_mut(index)) {
-                motor.lead(place(&run.job, way, &self.store));
-            }
+        let places: Vec<_> = run.job.ways.iter().map(|way| (way.motor, place(&run.job, way, &self.store))).collect();
+        for (motor, place) in places {
+            self.lead_one(motor, place);
+        }
+    }
+
+    /// Puts a motor where it has to be. One that cannot be so fast gets stuck.
+    fn lead_one(&mut self, number: Number, place: Place) {
+        let now = self.clock;
+        let Some(motor) = index(number).and_then(|index| self.motors.get_mut(index)) else { return };
+        if !self.course.is_busy() {
+            // Another one got stuck just now, and all stop.
+        } else if place.velocity.abs() <= motor.limits().velocity {
+            motor.lead(place);
+        } else {
+            motor.halt(now);
+            warn!(motor = %number, speed = place.velocity, "cannot follow, and is stuck");
+            self.step(Input::Fault(Some(number)));
         }
     }
 

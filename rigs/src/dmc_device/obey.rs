@@ -11,6 +11,7 @@ use super::course::Course;
 use super::index;
 use super::job::Job;
 use super::setup::Tuning;
+use crate::motor::Motor;
 
 impl Core {
     pub(super) fn obey(&mut self, event: Event, input: Input<'_>) {
@@ -60,16 +61,18 @@ impl Core {
     fn stop(&mut self, stop: Stop) {
         info!(?stop, "stops");
         let now = self.clock;
-        if let Stop::Motor(motor) = stop {
-            let acceleration = self.tuned(motor).map(|tuning| f64::from(tuning.acceleration.0));
-            if let Some(motor) = index(motor).and_then(|index| self.motors.get_mut(index)) {
-                motor.stop(now, acceleration);
+        // However gently a motor was set to move, it stops within a second.
+        let soft = |motor: &Motor, tuning: &Tuning| f64::from(tuning.acceleration.0).max(motor.at(now).velocity.abs());
+        if let Stop::Motor(number) = stop {
+            let place = index(number).and_then(|index| self.motors.get_mut(index).zip(self.tuning.get(index)));
+            if let Some((motor, tuning)) = place {
+                motor.stop(now, Some(soft(motor, tuning)));
             }
         } else {
             // As sharply as they can, if it is not said how sharply.
             let is_soft = matches!(stop, Stop::All { .. });
             for (motor, tuning) in self.motors.iter_mut().zip(&self.tuning) {
-                motor.stop(now, is_soft.then_some(tuning.acceleration.0.into()));
+                motor.stop(now, is_soft.then(|| soft(motor, tuning)));
             }
             self.course = Course::Free;
             self.camera.close(now);

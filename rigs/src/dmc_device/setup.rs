@@ -32,8 +32,8 @@ pub struct Tuning {
 }
 
 impl Setup {
-    /// What each motor can: 30,000 steps a second, after half a second.
-    pub const LIMITS: Limits = Limits { velocity: 30_000.0, acceleration: 60_000.0, jerk: None };
+    /// What each motor can: 50,000 steps a second, after half a second.
+    pub const LIMITS: Limits = Limits { velocity: 50_000.0, acceleration: 100_000.0, jerk: None };
     /// Where the limit switches of each motor are, in steps.
     pub const TRAVEL: Range = Range::new(-200_000.0, 200_000.0);
     /// Frames that can be uploaded: as many as the vendor's firmware says.

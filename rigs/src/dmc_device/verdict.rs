@@ -66,10 +66,16 @@ impl Core {
         // There and back, each end is where a pass begins and where one ends.
         let there_and_back = matches!(job.kind, Kind::Run { flags, .. } if flags.contains(RunFlags::PING_PONG));
         let (up, down) = if there_and_back { (job.up.max(job.down), job.up.max(job.down)) } else { (job.up, job.down) };
-        if job.ways.iter().any(|way| self.beyond(way.motor, way.before(up)).is_some()) {
+        let is_beyond = |motor: Motor, at: f64| !is_step(at) || self.beyond(motor, at).is_some();
+        if job.ways.iter().any(|way| is_beyond(way.motor, way.before(up))) {
             return Some(AckCode::ERR_PREROLL);
         }
-        let behind = job.ways.iter().any(|way| self.beyond(way.motor, way.behind(down)).is_some());
+        let behind = job.ways.iter().any(|way| is_beyond(way.motor, way.behind(down)));
         behind.then_some(AckCode::ERR_POSTROLL)
     }
+}
+
+/// Whether a position is one that can be counted.
+fn is_step(position: f64) -> bool {
+    (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&position)
 }

@@ -1,21 +1,24 @@
 //! The data of a move, as it is uploaded.
 
-use dmc_proto::message::{FrameNumber, Motor, Motors, Steps};
+use dmc_proto::message::{DmxChannel, FrameNumber, Motor, Motors, Steps, Triggers};
 use dmc_proto::upload::MoveSource;
 
-/// A move: the steps of each motor at each frame.
+/// A move: the steps of each motor at each frame, and what the lights and outputs do meanwhile.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Table {
     first: FrameNumber,
     frames: u32,
     axes: Vec<(Motor, Vec<i32>)>,
+    lights: Vec<(DmxChannel, Vec<u8>)>,
+    mask: Triggers,
+    triggers: Vec<Triggers>,
 }
 
 impl Table {
     /// A move of so many frames without motors, whose first frame has this number.
     #[must_use]
     pub const fn new(first: FrameNumber, frames: u32) -> Self {
-        Self { first, frames, axes: Vec::new() }
+        Self { first, frames, axes: Vec::new(), lights: Vec::new(), mask: Triggers::NONE, triggers: Vec::new() }
     }
 
     /// The same, with the steps of a motor: behind the last of them it rests. Of a motor that is given twice, the later
@@ -27,6 +30,22 @@ impl Table {
             self.axes.push((motor, steps));
         }
         self
+    }
+
+    /// The same, with the levels of a light: behind the last of them it stays as it is.
+    #[must_use]
+    pub fn with_light(mut self, channel: DmxChannel, levels: Vec<u8>) -> Self {
+        self.lights.retain(|(other, _)| *other != channel);
+        if !levels.is_empty() {
+            self.lights.push((channel, levels));
+        }
+        self
+    }
+
+    /// The same, switching these outputs: those that are on at each frame. Behind the last of them, all are off.
+    #[must_use]
+    pub fn with_outputs(self, mask: Triggers, triggers: Vec<Triggers>) -> Self {
+        Self { mask, triggers, ..self }
     }
 
     /// The number of the last frame.
@@ -71,4 +90,25 @@ impl MoveSource for Table {
         let steps = i32::try_from(frame).ok().and_then(|frame| self.steps(motor, FrameNumber(frame)));
         Steps(steps.unwrap_or_default())
     }
+
+    fn has_channel(&self, channel: DmxChannel) -> bool {
+        self.lights.iter().any(|(other, _)| *other == channel)
+    }
+
+    fn level(&self, channel: DmxChannel, index: u32) -> u8 {
+        let light = self.lights.iter().find(|(other, _)| *other == channel);
+        light.and_then(|(_, levels)| value(levels, index).or(levels.last())).copied().unwrap_or_default()
+    }
+
+    fn mask(&self) -> Triggers {
+        self.mask
+    }
+
+    fn triggers(&self, index: u32) -> Triggers {
+        value(&self.triggers, index).copied().unwrap_or_default()
+    }
+}
+
+fn value<T>(values: &[T], index: u32) -> Option<&T> {
+    values.get(usize::try_from(index).ok()?)
 }

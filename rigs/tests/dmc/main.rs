@@ -1,6 +1,7 @@
 //! A DMC host and a simulated device, together.
 
 mod faults;
+mod hostile;
 mod motors;
 mod runs;
 mod shots;

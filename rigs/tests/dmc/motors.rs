@@ -96,7 +96,7 @@ fn a_jog_goes_on_until_it_is_stopped() {
         stage.ask(jog(1, 50, i32::MIN)).unwrap();
         stage.pass(2000);
         let now = stage.now();
-        assert_eq!(rigs::Rig::motors(stage.rig())[0].at(now).velocity.to_bits(), (-15_000.0_f64).to_bits());
+        assert_eq!(rigs::Rig::motors(stage.rig())[0].at(now).velocity.to_bits(), (-25_000.0_f64).to_bits());
         stage.scene.command(Command::Stop(Stop::Motor(Motor(1))));
         let stopped = |event: &Event| matches!(event, Event::Stopped(Stop::Motor(Motor(1)))).then_some(());
         assert!(stage.wait(1000, stopped).is_some());

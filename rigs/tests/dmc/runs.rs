@@ -3,10 +3,12 @@
 use dmc_proto::device::{Quirks, State};
 use dmc_proto::host::Failure;
 use dmc_proto::message::{
-    AckCode, FrameNumber, FramesPerSecond, HostMessage, Motor, RtJogAll, RtPositionFrame, RunFlags,
+    AckCode, DmxChannel, FrameNumber, FramesPerSecond, HostMessage, Motor, RtJogAll, RtPositionFrame, RtRunMove,
+    RunFlags, Triggers,
 };
 use examples::moves::Move;
 use motion_core::fixed::Scaled;
+use motion_core::wire::Bool;
 use rigs::Rig as _;
 use rigs::dmc_device::Setup;
 use rigs::dmc_host::{Answer, Command, Event};
@@ -251,4 +253,43 @@ fn the_operator_may_start_a_run() {
     assert!((999..=1000).contains(&followed), "24 frames: {followed} ms");
     assert_eq!(stage.end(token, 5000), Ok(Answer::Done));
     assert!(stage.told.iter().any(|(_, event)| *event == Event::Started(token)));
+}
+
+#[test]
+fn lights_and_outputs_run_along_and_outputs_go_off_at_the_end() {
+    let (_, table) = sample("slide");
+    let on = |frame: u32| if frame.is_multiple_of(3) { Triggers(0b100) } else { Triggers::NONE };
+    let level = |frame: u32| u8::try_from(frame).unwrap();
+    let table = table
+        .with_light(DmxChannel(2), (1..=193).map(level).collect())
+        .with_outputs(Triggers(0b110), (1..=193).map(on).collect());
+    for (sync, stopped) in [(true, false), (true, true), (false, false)] {
+        let mut stage = Stage::up(Setup::default());
+        stage.upload(table.clone()).unwrap();
+        let HostMessage::RtRunMove(message) = run(24_000, 1, 60, 0, RunFlags::empty()) else { unreachable!() };
+        let token = stage.begin(HostMessage::RtRunMove(RtRunMove { sync_dmx: Bool::from(sync), ..message }));
+        stage.start(token).unwrap();
+        let mut seen = 0;
+        while stage.rig().state() != State::Idle {
+            stage.tick();
+            let Some(moment) = stage.rig().moment() else { continue };
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 1 to 60")]
+            let frame = moment.floor() as u32;
+            let (outputs, light) = (stage.rig().outputs(), stage.rig().levels()[1]);
+            if sync {
+                assert_eq!((outputs, light), (on(frame), level(frame)), "frame {frame}");
+                seen += outputs.0;
+            } else {
+                assert_eq!((outputs, light), (Triggers::NONE, 0));
+            }
+            // In the middle of frame 30, whose output is on.
+            if stopped && moment > 30.5 {
+                assert!(stage.stop());
+                assert_eq!(stage.rig().outputs(), Triggers::NONE);
+            }
+        }
+        assert_eq!(stage.rig().outputs(), Triggers::NONE);
+        assert_eq!(stage.end(token, 5000).is_ok(), !stopped);
+        assert_eq!(seen > 0, sync);
+    }
 }

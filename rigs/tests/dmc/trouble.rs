@@ -134,3 +134,18 @@ fn a_run_that_broke_off_unseen_is_not_told_as_done() {
     assert_eq!(stage.end(token, 60_000), Err(Failure::Unclear));
     assert!(!stage.told.iter().any(|(_, event)| matches!(event, Event::HardStop(..))));
 }
+
+#[test]
+fn a_run_that_is_too_fast_for_a_motor_ends_by_a_hard_stop() {
+    let (_, table) = sample("slide");
+    let mut stage = Stage::up(Setup::default());
+    stage.upload(table).unwrap();
+    // Ten times as fast as it was made for.
+    let token = stage.begin(run(240_000, 1, 193, 500, RunFlags::empty()));
+    stage.start(token).unwrap();
+    let stuck = |event: &Event| (*event == Event::HardStop(StopReason::ENGINE_EXCEPTION, Some(Motor(1)))).then_some(());
+    assert!(stage.wait(10_000, stuck).is_some());
+    stage.pass(100);
+    assert!(stage.all_rest());
+    assert_eq!(stage.end(token, 0), Err(Failure::HardStop));
+}

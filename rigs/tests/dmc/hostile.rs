@@ -1,0 +1,167 @@
+//! Requests with any numbers in them, one after another: nothing falls over, and a stop stops.
+
+use dmc_proto::MessageId;
+use dmc_proto::device::{Quirks, State};
+use dmc_proto::message::{
+    Acceleration, BlurPercent, CameraFlags, Degrees, Direction, FrameNumber, FramesPerSecond, GioCam, HardwareLimitSet,
+    HostMessage, JogSpeed, Milliseconds, Motor, MotorConfigure, MotorFlags, MotorJog, MotorMove, MotorPair,
+    MotorResetPosition, MotorSetLimits, MotorSetSpeed, MotorStop, MotorStopAll, RtJogAll, RtPositionFrame, RtRunMove,
+    RtShootFrame, RtShootFrame2, RtUploadMoveAxis, RtUploadMoveBegin, RunFlags, Speed, StartIndex, Steps,
+};
+use motion_core::fixed::Scaled;
+use motion_core::time::Millis;
+use motion_core::wire::Bool;
+use rand::{Rng as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
+use rigs::dmc_device::{DmcDevice, Setup};
+use rigs::{LineId, Party as _, Rig as _};
+use zerocopy::little_endian::I32;
+
+use super::stage::{EMPTY, run};
+
+const LINE: LineId = LineId(0);
+
+struct Any(ChaCha8Rng);
+
+impl Any {
+    /// Small ones mostly, and the ends of what there is.
+    fn number(&mut self) -> i32 {
+        match self.0.random_range(0..20) {
+            0 => i32::MIN,
+            1 => i32::MAX,
+            2 => self.0.random(),
+            3..=8 => self.0.random_range(-50_000..50_000),
+            _ => self.0.random_range(0..60),
+        }
+    }
+
+    fn count(&mut self) -> u32 {
+        if self.0.random_bool(0.1) { u32::MAX } else { self.0.random_range(0..2000) }
+    }
+
+    fn motor(&mut self) -> Motor {
+        Motor(self.0.random_range(0..=5))
+    }
+
+    fn steps(&mut self) -> Steps {
+        Steps(self.number())
+    }
+
+    fn frame(&mut self) -> FrameNumber {
+        FrameNumber(self.number())
+    }
+
+    /// A request, as bytes of its frame.
+    fn request(&mut self) -> Vec<u8> {
+        let (motor, position, frame) = (self.motor(), self.steps(), self.frame());
+        let pairs: Vec<_> = (0..self.0.random_range(0..4))
+            .map(|_| MotorPair::new(Motor(self.0.random_range(1..=4)), self.steps(), self.steps()))
+            .collect();
+        let positions: Vec<_> = (0..self.0.random_range(0..60)).map(|_| I32::new(self.number())).collect();
+        let (motors, tail) = (&pairs[..], &[][..]);
+        let fps_x1000 = FramesPerSecond(Scaled(self.count()));
+        let exposure_ms = Milliseconds(self.count());
+        let message = match self.0.random_range(0..20) {
+            0 => HostMessage::MotorMove(MotorMove { motor, position, tail }),
+            1 => {
+                let speed = JogSpeed(Scaled(self.0.random_range(0..=10_001)));
+                HostMessage::MotorJog(MotorJog { motor, speed, destination: position, tail })
+            }
+            2 => HostMessage::MotorStop(MotorStop { motor, tail }),
+            3 => HostMessage::MotorStopAll(MotorStopAll { flags: None, tail }),
+            4 => HostMessage::MotorResetPosition(MotorResetPosition { motor, position, tail }),
+            5 => {
+                let flags = MotorFlags::from_bits_retain(self.0.random());
+                HostMessage::MotorConfigure(MotorConfigure { motor, flags, tail })
+            }
+            6 => {
+                let (max_velocity, max_accel) = (Speed(self.count()), Acceleration(self.count()));
+                HostMessage::MotorSetSpeed(MotorSetSpeed { motor, max_velocity, max_accel, tail })
+            }
+            7 => HostMessage::MotorSetLimits(MotorSetLimits {
+                motor,
+                lower_enable: Bool::from(self.0.random_bool(0.2)),
+                lower: self.steps(),
+                upper_enable: Bool::from(self.0.random_bool(0.2)),
+                upper: self.steps(),
+                hw_set: HardwareLimitSet(0),
+                tail,
+            }),
+            8 | 9 => {
+                let start_index = StartIndex::new(self.0.random_range(0..60), self.0.random()).unwrap();
+                HostMessage::RtUploadMoveAxis(RtUploadMoveAxis { motor, start_index, positions: &positions, tail })
+            }
+            10 => HostMessage::RtUploadMoveBegin(RtUploadMoveBegin {
+                start_frame: FrameNumber(0),
+                end_frame: frame,
+                tail,
+            }),
+            11 => HostMessage::RtUploadMoveEnd(EMPTY),
+            12 => HostMessage::RtPositionFrame(RtPositionFrame { frame, tail }),
+            13 => {
+                let flags = RunFlags::from_bits_retain(self.0.random::<u16>() & 0x33);
+                let HostMessage::RtRunMove(run) = run(1, frame.0, self.number(), self.count(), flags) else {
+                    unreachable!()
+                };
+                let post_roll_ms = Milliseconds(self.count());
+                HostMessage::RtRunMove(RtRunMove { fps_x1000, post_roll_ms, ..run })
+            }
+            14 => {
+                let direction = Direction(self.0.random_range(0..2));
+                let blur_x10 = BlurPercent(Scaled(self.0.random_range(0..1100)));
+                HostMessage::RtShootFrame(RtShootFrame { frame, direction, exposure_ms, blur_x10, motors, tail })
+            }
+            15 => {
+                let mut angle = || Degrees(self.0.random_range(0..=360));
+                let (open_angle, close_angle) = (angle(), angle());
+                HostMessage::RtShootFrame2(RtShootFrame2 { frame, exposure_ms, open_angle, close_angle, motors, tail })
+            }
+            16 | 17 => HostMessage::RtGo(EMPTY),
+            18 => HostMessage::RtJogAll(RtJogAll { fps_x1000, destination: frame, tail }),
+            _ => HostMessage::GioCam(GioCam { flags: CameraFlags::from_bits_retain(self.0.random_range(0..4)), tail }),
+        };
+        bytes(&message)
+    }
+}
+
+fn bytes(message: &HostMessage<'_>) -> Vec<u8> {
+    let mut bytes = vec![0; message.encoded_len()];
+    message.encode_into(MessageId(1), &mut bytes).unwrap();
+    bytes
+}
+
+#[test]
+fn whatever_is_asked_a_stop_stops() {
+    let mut been = std::collections::BTreeSet::new();
+    for seed in 0..40 {
+        let mut any = Any(ChaCha8Rng::seed_from_u64(seed));
+        let quirks = if seed % 2 == 0 { Quirks::empty() } else { Quirks::VENDOR };
+        let mut rig = DmcDevice::new(Setup::default().with_frames(60).with_quirks(quirks));
+        let mut now = Millis(0);
+        rig.open(now, LINE);
+        for _ in 0..60 {
+            for _ in 0..any.0.random_range(1..12) {
+                now = now.after(any.0.random_range(0..60));
+                rig.receive(now, LINE, &any.request());
+                been.insert(rig.state().name());
+                while rig.poll().is_some() {}
+                let finite = |motor: &rigs::motor::Motor| motor.at(now).position.is_finite();
+                assert!(rig.motors().iter().all(finite), "seed {seed}");
+            }
+            if any.0.random_bool(0.2) {
+                now = now.after(any.0.random_range(0..5000));
+                rig.advance(now);
+            }
+            if any.0.random_bool(0.5) {
+                rig.receive(now, LINE, &bytes(&HostMessage::MotorStopAll(MotorStopAll { flags: None, tail: &[] })));
+                now = now.after(1500);
+                rig.advance(now);
+                let rests = |motor: &rigs::motor::Motor| motor.rests();
+                assert!(rig.motors().iter().all(rests), "seed {seed}: {:?}", rig.motors());
+                assert!(matches!(rig.state(), State::Idle | State::Locked), "seed {seed}: {:?}", rig.state());
+            }
+        }
+    }
+    // It was not all refused.
+    assert!(been.len() >= State::ALL.len() - 1, "{been:?}");
+}
