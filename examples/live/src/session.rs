@@ -148,6 +148,10 @@ impl<H: Driven> Session<H> {
     pub async fn stop(&mut self) -> Stopped {
         let now = self.now();
         self.host.stop_all(now);
+        if self.line.is_none() && !H::OPENS {
+            // It cannot be sent, and somebody has to know that now.
+            return Stopped::NotConfirmed;
+        }
         let until = Instant::now() + STOP;
         while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
             match self.next_within(left).await {
