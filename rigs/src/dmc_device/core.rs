@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 
 use dmc_proto::Item;
-use dmc_proto::device::{self, DeviceMachine, Input, Scratch, State};
-use dmc_proto::message::{FrameNumber, Motor as Number, Motors, Steps, Triggers};
+use dmc_proto::device::{self, DeviceMachine, Input, Scratch, State, What};
+use dmc_proto::message::{AckCode, FrameNumber, Motor as Number, Motors, Steps, Triggers};
 use dmc_proto::upload::Room;
 use motion_core::machine::Machine;
 use motion_core::time::Millis;
@@ -98,6 +98,11 @@ impl Core {
         }
         for send in output.send {
             let (mut scratch, mut bytes) = (Scratch::default(), [0; 256]);
+            if let What::Ack { of, code, .. } = send.what
+                && code != AckCode::OK
+            {
+                info!(request = %of, why = ?code, "refuses");
+            }
             let message = send.message(self, &mut scratch);
             debug!("sends {message}");
             match message.encode_into(send.id, &mut bytes) {
@@ -153,7 +158,7 @@ impl Core {
         }
         if self.owes_rest && !self.course.is_busy() && self.motors.iter().all(Motor::is_idle) {
             self.owes_rest = false;
-            info!(state = self.machine.state().name(), "all motors rest");
+            info!(after = self.machine.state().name(), "all motors rest");
             self.step(Input::AtRest);
         } else if self.machine.state() == State::Moving {
             let moving = (0..self.motors.len()).filter(|index| !self.motors[*index].is_idle()).map(number);

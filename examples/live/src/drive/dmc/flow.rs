@@ -144,12 +144,11 @@ impl<'s> Flow<'s> {
         self.session.command(Command::Upload(token, plan.table.clone()));
         self.end("the upload", token).await?;
         let frames = plan.last.0 - plan.first.0 + 1;
-        self.say(format_args!("uploaded: {frames} frames of {} motors", plan.motors().iter().count()))?;
-        Ok(())
+        self.say(format_args!("uploaded: {frames} frames of {} motors", plan.motors().iter().count()))
     }
 
-    /// Follows a run or a shot to its end, and starts it when it is ready.
-    pub(super) async fn play(&mut self, what: &str, token: Token, last: FrameNumber) -> Result<(), Trouble> {
+    /// Follows a run or a shot to its end, and starts it when it is ready. Of a run, tells the frames up to the last.
+    pub(super) async fn play(&mut self, what: &str, token: Token, last: Option<FrameNumber>) -> Result<(), Trouble> {
         loop {
             match self.event(STOP).await? {
                 Some(Event::Ready(ready)) if ready == token => self.session.command(Command::Go),
@@ -158,7 +157,10 @@ impl<'s> Flow<'s> {
                 Some(Event::Positions(positions)) => {
                     let runs = self.session.host().progress() == Some(Progress::Runs);
                     let frame = positions.moment.0.0 / 1000;
-                    self.tell(|| if runs { format!("frame {frame} of {last}") } else { places(&positions) })?;
+                    self.tell(|| match last {
+                        Some(last) if runs => format!("frame {frame} of {last}"),
+                        _ => places(&positions),
+                    })?;
                 }
                 _ => {}
             }

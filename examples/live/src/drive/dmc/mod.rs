@@ -205,7 +205,7 @@ async fn run(flow: &mut Flow<'_>, file: &std::path::Path, reverse: bool) -> Resu
     };
     let run = run.for_device(flow.device()?.capabilities);
     let token = flow.begin(HostMessage::RtRunMove(run));
-    flow.play("the run", token, plan.last).await?;
+    flow.play("the run", token, Some(plan.last)).await?;
     flow.say(format_args!("the move is done"))?;
     Ok(())
 }
@@ -230,7 +230,7 @@ async fn program(flow: &mut Flow<'_>, file: &std::path::Path, shots: &Shots) -> 
         shot.is_second_form = !capabilities.contains(Capabilities::SHOOT_FRAME);
         let frame = shot.frame;
         let token = flow.shoot(shot);
-        flow.play("the shot", token, frame).await?;
+        flow.play("the shot", token, None).await?;
         flow.say(format_args!("shot {} of {}, at frame {frame}", number + 1, shots.shots))?;
     }
     Ok(())
