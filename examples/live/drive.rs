@@ -15,7 +15,7 @@ fn main() -> ExitCode {
         Err(status) => return status,
     };
     log(match args.verbose {
-        0 => Level::WARN,
+        0 => Level::ERROR,
         1 => Level::INFO,
         2 => Level::DEBUG,
         _ => Level::TRACE,

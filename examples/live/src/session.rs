@@ -9,7 +9,7 @@ use rigs::{LineId, Outgoing};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::sync::mpsc::UnboundedReceiver;
-use tokio::time::{Instant, sleep_until, timeout};
+use tokio::time::{Instant, sleep, sleep_until, timeout, timeout_at};
 use tokio_serial::SerialPortBuilderExt;
 use tracing::{debug, trace};
 
@@ -21,6 +21,10 @@ const CONNECT: Duration = Duration::from_secs(5);
 const WRITE: Duration = Duration::from_secs(2);
 /// How long a stop may take to be confirmed, before somebody has to press the emergency stop.
 const STOP: Duration = Duration::from_secs(10);
+/// How long a lost line may take to be there again for a stop.
+const REACH: Duration = Duration::from_secs(2);
+/// From one try to open it to the next.
+const AGAIN: Duration = Duration::from_millis(100);
 
 const LINE: LineId = LineId(0);
 
@@ -154,22 +158,49 @@ impl<H: Driven> Session<H> {
     }
 
     /// Stops everything, and waits for the rig to confirm it; not for ever, and only until the next Ctrl-C.
+    ///
+    /// A line that is lost is opened again for it, if that can be done soon; otherwise somebody has to know at once that
+    /// the stop cannot be sent.
     pub async fn stop(&mut self) -> Stopped {
-        let now = self.now();
-        self.host.stop_all(now);
-        if self.line.is_none() && !H::OPENS {
-            // It cannot be sent, and somebody has to know that now.
-            return Stopped::NotConfirmed;
-        }
         let until = Instant::now() + STOP;
-        while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
-            match self.next_within(left).await {
-                Ok(Some(event)) if H::stopped(&event) == Some(Stopped::Confirmed) => return Stopped::Confirmed,
-                Ok(_) => {}
+        while Instant::now() < until {
+            if !H::OPENS && self.line.is_none() && !self.reach().await {
+                break;
+            }
+            let now = self.now();
+            self.host.stop_all(now);
+            match self.confirmed(until).await {
+                Ok(stopped) => return stopped,
+                Err(Trouble::Line(why)) => debug!("line lost in a stop: {why}"),
                 Err(_) => break,
             }
         }
         Stopped::NotConfirmed
+    }
+
+    /// Waits for the rig to confirm a stop.
+    async fn confirmed(&mut self, until: Instant) -> Result<Stopped, Trouble> {
+        while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
+            if let Some(event) = self.next_within(left).await?
+                && H::stopped(&event) == Some(Stopped::Confirmed)
+            {
+                return Ok(Stopped::Confirmed);
+            }
+        }
+        Ok(Stopped::NotConfirmed)
+    }
+
+    /// Opens a lost line again, and says whether that could be done soon.
+    async fn reach(&mut self) -> bool {
+        let until = Instant::now() + REACH;
+        while self.target.is_some() {
+            match timeout_at(until, self.open()).await {
+                Ok(Ok(())) => return true,
+                Ok(Err(Trouble::Line(_))) if Instant::now() + AGAIN < until => sleep(AGAIN).await,
+                _ => return false,
+            }
+        }
+        false
     }
 
     /// Does what the host wants done.
