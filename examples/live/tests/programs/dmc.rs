@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use examples::moves::Move;
 
+use crate::cable::Cable;
 use crate::process::{Rig, done_or_at_rest, file, together};
 use crate::record::{Planned, Row, is_at, last};
 
@@ -49,6 +50,7 @@ fn scenarios() {
         ),
         ("dmc_a_rig_that_is_killed_is_missed", |test| a_rig_that_is_killed_is_missed(test, "--pty")),
         ("dmc_a_rig_that_is_killed_over_tcp", |test| a_rig_that_is_killed_is_missed(test, "--tcp")),
+        ("dmc_a_connection_that_breaks_is_made_anew_for_a_stop", a_connection_that_breaks_is_made_anew_for_a_stop),
         ("dmc_with_all_faults_1", |test| with_all_faults(test, "--pty", "1")),
         ("dmc_with_all_faults_2", |test| with_all_faults(test, "--pty", "2")),
         ("dmc_with_all_faults_3", |test| with_all_faults(test, "--tcp", "3")),
@@ -110,6 +112,19 @@ fn without_its_host_a_run_goes_on_and_the_next_one_can_stop_it(test: &str) {
     rig.end();
 }
 
+fn a_connection_that_breaks_is_made_anew_for_a_stop(test: &str) {
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "dmc", &["--tcp"]);
+    let cable = Cable::new(&rig.address);
+    let drive = rig.begin_over(&cable.address, &["run", path.to_str().unwrap()]);
+    rig.plays();
+    cable.cut();
+    drive.end().failed("the rig confirmed that it stopped");
+    rig.rests();
+    let rows = rig.end();
+    assert!(last(&rows, 2) < 8000.0, "{}", last(&rows, 2));
+}
+
 fn a_rig_that_is_killed_is_missed(test: &str, line: &str) {
     let path = file(test, MOVE);
     let rig = Rig::start(test, "dmc", &[line]);
@@ -121,26 +136,10 @@ fn a_rig_that_is_killed_is_missed(test: &str, line: &str) {
 
 fn with_all_faults(test: &str, line: &str, seed: &str) {
     let path = file(test, MOVE);
+    let path = path.to_str().unwrap();
     let rig = Rig::start(test, "dmc", &["--faults", "all", "--seed", seed, line]);
-    let is_done = done_or_at_rest(&rig, rig.drive(&["run", path.to_str().unwrap()]));
+    done_or_at_rest(&rig, rig.drive(&["program", path, "--shots", "4", "--interval", "0.3"]));
+    let is_done = done_or_at_rest(&rig, rig.drive(&["run", path]));
     let rows = rig.end();
     assert!(!is_done || is_at(last(&rows, 2), 8000.0), "{}", last(&rows, 2));
-}
-
-/// As `top` tells it, in hundredths of a second.
-#[cfg(target_os = "linux")]
-#[test]
-fn waiting_costs_nothing() {
-    let rig = Rig::start("dmc_waiting_costs_nothing", "dmc", &["--pty"]);
-    rig.drive(&["info"]).done();
-    let stat = format!("/proc/{}/stat", rig.id().as_raw_nonzero());
-    let time = || {
-        let text = std::fs::read_to_string(&stat).unwrap();
-        text.split(' ').skip(13).take(2).map(|ticks| ticks.parse::<u32>().unwrap()).sum::<u32>()
-    };
-    let before = time();
-    sleep(Duration::from_secs(1));
-    assert!(time() - before <= 3, "{} hundredths of a second", time() - before);
-    assert!(rig.log().contains("has hung up"));
-    rig.end();
 }

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use examples::moves::Move;
 
+use crate::cable::Cable;
 use crate::process::{Rig, done_or_at_rest, file, together};
 use crate::record::{Planned, Row, is_at, last};
 
@@ -41,6 +42,7 @@ fn scenarios() {
         ("hoot_without_its_master_a_program_goes_on", without_its_master_a_program_goes_on),
         ("hoot_a_rig_that_is_killed_is_missed", |test| a_rig_that_is_killed_is_missed(test, "--pty")),
         ("hoot_a_rig_that_is_killed_over_tcp", |test| a_rig_that_is_killed_is_missed(test, "--tcp")),
+        ("hoot_a_connection_that_breaks_is_made_anew_for_a_stop", a_connection_that_breaks_is_made_anew_for_a_stop),
         ("hoot_with_all_faults_1", |test| with_all_faults(test, "--pty", "1")),
         ("hoot_with_all_faults_2", |test| with_all_faults(test, "--pty", "2")),
         ("hoot_with_all_faults_3", |test| with_all_faults(test, "--tcp", "3")),
@@ -110,6 +112,19 @@ fn without_its_master_a_program_goes_on(test: &str) {
     check(&rig.end());
 }
 
+fn a_connection_that_breaks_is_made_anew_for_a_stop(test: &str) {
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "hoot", &["--tcp"]);
+    let cable = Cable::new(&rig.address);
+    let drive = rig.begin_over(&cable.address, &["run", path.to_str().unwrap()]);
+    rig.plays();
+    cable.cut();
+    drive.end().failed("the rig confirmed that it stopped");
+    rig.rests();
+    let rows = rig.end();
+    assert!(last(&rows, 2) < 3600.0, "{}", last(&rows, 2));
+}
+
 fn a_rig_that_is_killed_is_missed(test: &str, line: &str) {
     let path = file(test, MOVE);
     let rig = Rig::start(test, "hoot", &[line]);
@@ -121,8 +136,10 @@ fn a_rig_that_is_killed_is_missed(test: &str, line: &str) {
 
 fn with_all_faults(test: &str, line: &str, seed: &str) {
     let path = file(test, MOVE);
+    let path = path.to_str().unwrap();
     let rig = Rig::start(test, "hoot", &["--faults", "all", "--seed", seed, line]);
-    let is_done = done_or_at_rest(&rig, rig.drive(&["run", path.to_str().unwrap()]));
+    done_or_at_rest(&rig, rig.drive(&["program", path, "--shots", "3", "--interval", "1"]));
+    let is_done = done_or_at_rest(&rig, rig.drive(&["run", path]));
     let rows = rig.end();
     assert!(!is_done || is_at(last(&rows, 2), 3600.0), "{}", last(&rows, 2));
 }

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use examples::moves::Move;
 
+use crate::cable::Cable;
 use crate::process::{Program, Rig, done_or_at_rest, file, together};
 use crate::record::{Planned, Row, last};
 
@@ -55,6 +56,7 @@ fn scenarios() {
         ("kos_ctrl_c_stops_the_motors_first", ctrl_c_stops_the_motors_first),
         ("kos_without_its_client_a_move_goes_on", without_its_client_a_move_goes_on),
         ("kos_a_rig_that_is_killed_is_missed", a_rig_that_is_killed_is_missed),
+        ("kos_a_connection_that_breaks_is_made_anew", a_connection_that_breaks_is_made_anew),
         ("kos_with_all_faults_1", |test| with_all_faults(test, "1")),
         ("kos_with_all_faults_2", |test| with_all_faults(test, "2")),
         ("kos_with_all_faults_3", |test| with_all_faults(test, "3")),
@@ -147,6 +149,18 @@ fn without_its_client_a_move_goes_on(test: &str) {
     check(&rig.end());
 }
 
+/// The rig plays the move alone, and is found again.
+fn a_connection_that_breaks_is_made_anew(test: &str) {
+    let path = file(test, MOVE);
+    let rig = calibrated(test, &[]);
+    let cable = Cable::new(&rig.address);
+    let drive = rig.begin_over(&cable.address, &["run", path.to_str().unwrap(), QUICK[0], QUICK[1]]);
+    rig.plays();
+    cable.cut();
+    assert!(drive.end().done().ends_with("the move is over\n"));
+    check(&rig.end());
+}
+
 fn a_rig_that_is_killed_is_missed(test: &str) {
     let path = file(test, MOVE);
     let rig = calibrated(test, &[]);
@@ -158,10 +172,18 @@ fn a_rig_that_is_killed_is_missed(test: &str) {
 
 fn with_all_faults(test: &str, seed: &str) {
     let path = file(test, MOVE);
-    let rig = Rig::start(test, "kos", &["--faults", "all", "--seed", seed]);
+    let path = path.to_str().unwrap();
+    let ours = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
+    let rig = Rig::start(test, "kos", &["--faults", "all", "--seed", seed, "--announce", &ours]);
+    let (udp, port) = (format!("udp://{ours}"), rig.address.rsplit(':').next().unwrap());
+    // What is announced may be lost, or damaged so that it is not known again; then it is announced once more.
+    let found = rig.begin_over(&udp, &["info", "--port", port, "--wait", "40"]).end();
+    assert!(found.done().contains("motor 3"));
     let calibrations = [["calibrate", "1", "0", "30"], ["calibrate", "2", "-5", "5"]];
     let calibrated = calibrations.into_iter().all(|args| done_or_at_rest(&rig, rig.drive(&args)));
-    let ran = done_or_at_rest(&rig, rig.drive(&["run", path.to_str().unwrap(), QUICK[0], QUICK[1]]));
+    let lapse = ["program", path, "--shots", "4", "--interval", "0.6", QUICK[0], QUICK[1]];
+    done_or_at_rest(&rig, rig.drive(&lapse));
+    let ran = done_or_at_rest(&rig, rig.drive(&["run", path, QUICK[0], QUICK[1]]));
     let rows = rig.end();
     assert!(!(calibrated && ran) || (last(&rows, 1) - 20.0).abs() < 1e-3, "{}", last(&rows, 1));
 }

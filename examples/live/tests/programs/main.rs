@@ -2,8 +2,10 @@
 #![cfg(unix)]
 
 mod bad;
+mod cable;
 mod dmc;
 mod hoot;
 mod kos;
 mod process;
 mod record;
+mod serving;

@@ -134,7 +134,12 @@ impl Rig {
 
     /// Begins a command.
     pub(crate) fn begin(&self, args: &[&str]) -> Program {
-        let mut all = vec![self.protocol, self.address.as_str()];
+        self.begin_over(&self.address, args)
+    }
+
+    /// Begins a command over something that stands between.
+    pub(crate) fn begin_over(&self, address: &str, args: &[&str]) -> Program {
+        let mut all = vec![self.protocol, address];
         all.extend(args);
         Program::start("drive", &all)
     }
@@ -197,17 +202,15 @@ impl Rig {
     }
 }
 
-/// Whether it is done; otherwise everything rests, unless it was said that nobody knows.
+/// Whether it is done; otherwise it was said in one line why not. Then everything rests, however it went.
 #[track_caller]
 pub(crate) fn done_or_at_rest(rig: &Rig, outcome: Outcome) -> bool {
-    if outcome.status.success() {
-        return true;
+    let is_done = outcome.status.success();
+    if !is_done {
+        outcome.failed("drive: ");
     }
-    let line = outcome.failed("drive: ");
-    if !line.contains("NOT confirmed") {
-        rig.rests();
-    }
-    false
+    rig.rests();
+    is_done
 }
 
 /// Something to be tried out, by a name that is a folder as well.
