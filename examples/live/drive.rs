@@ -1,4 +1,32 @@
-//! A host for a rig, simulated or real: `cargo run --example drive -- kos 127.0.0.1 info`.
+//! A host for a rig, simulated or real.
+//!
+//! ```text
+//! $ cargo run --example drive -- dmc /dev/pts/0 info
+//! "Simulated DMC", firmware 1.0.0
+//! 4 motors, 16 lights, 8 outputs, 8 inputs
+//! room for 10000 frames of a move; it can do REAL_TIME | SHOOT_FRAME | SHOOT_FRAME2 | LOOP | CAMERA_TRIGGER
+//! motor 1 rests at 0 steps
+//! motor 2 rests at 0 steps
+//! motor 3 rests at 0 steps
+//! motor 4 rests at 0 steps
+//! $ cargo run --example drive -- dmc /dev/pts/0 run examples/moves/slide.json
+//! uploaded: 193 frames of 1 motors
+//! frame 6 of 193
+//! frame 30 of 193
+//! frame 55 of 193
+//! frame 79 of 193
+//! ^Cdrive: interrupted: the rig confirmed the stop
+//! $ cargo run --example drive -- hoot /dev/pts/0 run examples/moves/pan.json
+//! motor 1: from 0 to 9000, 1 steps off at most
+//! 0.1 of 4.5 s: motor 1 at 0
+//! 1.2 of 4.5 s: motor 1 at 893
+//! 2.3 of 4.5 s: motor 1 at 4071
+//! 3.4 of 4.5 s: motor 1 at 7514
+//! the move is done, and all motors rest at its end
+//! $ cargo run --example drive -- kos udp://127.0.0.1:5530 info
+//! ```
+//!
+//! These rigs are heavy. Point it at one only with an emergency stop at hand that needs no software.
 
 use std::process::ExitCode;
 

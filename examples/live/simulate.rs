@@ -1,4 +1,16 @@
-//! A simulated rig on a real transport: `cargo run --example simulate -- kos`.
+//! A simulated rig on a real transport.
+//!
+//! ```text
+//! $ cargo run --example simulate -- kos --announce 127.0.0.1:5530
+//! kOS rig at 127.0.0.1:5520
+//! $ cargo run --example simulate -- dmc --quirks vendor --faults loss=0.01,delay=40
+//! DMC rig at /dev/pts/0
+//! $ cargo run --example simulate -- hoot --tcp --port 0 --record motors.csv
+//! hoot rig at 127.0.0.1:37719
+//! ```
+//!
+//! The line on standard output says where it is, once it can be reached. The log on standard error says what happens, in
+//! seconds since it began; with `-v` each message. Ctrl-C ends it.
 
 use std::process::ExitCode;
 

@@ -108,7 +108,7 @@ impl KosDevice {
                 self.start_anew();
             }
             (Event::Ignored(Ignored::Off), _) => {}
-            (Event::Ignored(why), _) => info!("ignored: {why:?}"),
+            (Event::Ignored(why), _) => debug!("ignored: {why:?}"),
             (event, _) => warn!("nothing is done about {event:?}"),
         }
     }

@@ -112,7 +112,7 @@ async fn with<H: Driven>(
         return Err(trouble);
     }
     Err(Trouble::Failed(match session.stop().await {
-        Stopped::Confirmed => format!("{trouble}: the rig confirmed that it stopped"),
+        Stopped::Confirmed => format!("{trouble}: the rig confirmed the stop"),
         Stopped::NotConfirmed => format!("{trouble}: the stop is NOT confirmed: press the emergency stop"),
     }))
 }

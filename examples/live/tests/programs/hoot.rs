@@ -75,12 +75,12 @@ fn ctrl_c_stops_the_motors_first(test: &str) {
     rig.plays();
     sleep(Duration::from_millis(500));
     drive.interrupt();
-    drive.end().failed("drive: interrupted: the rig confirmed that it stopped");
+    drive.end().failed("drive: interrupted: the rig confirmed the stop");
     rig.rests();
     let drive = rig.begin(&["jog", "1", "500", "--for", "30"]);
     rig.moves(1);
     drive.interrupt();
-    drive.end().failed("drive: interrupted: the rig confirmed that it stopped");
+    drive.end().failed("drive: interrupted: the rig confirmed the stop");
     rig.rests();
     let rows = rig.end();
     assert!(last(&rows, 2) > 0.0 && last(&rows, 2) < 3600.0, "{}", last(&rows, 2));
@@ -119,7 +119,7 @@ fn a_connection_that_breaks_is_made_anew_for_a_stop(test: &str) {
     let drive = rig.begin_over(&cable.address, &["run", path.to_str().unwrap()]);
     rig.plays();
     cable.cut();
-    drive.end().failed("the rig confirmed that it stopped");
+    drive.end().failed("the rig confirmed the stop");
     rig.rests();
     let rows = rig.end();
     assert!(last(&rows, 2) < 3600.0, "{}", last(&rows, 2));

@@ -126,12 +126,12 @@ fn ctrl_c_stops_the_motors_first(test: &str) {
     rig.plays();
     sleep(Duration::from_millis(500));
     drive.interrupt();
-    drive.end().failed("drive: interrupted: the rig confirmed that it stopped");
+    drive.end().failed("drive: interrupted: the rig confirmed the stop");
     rig.rests();
     let drive = rig.begin(&["jog", "3", "2", "--for", "30"]);
     rig.moves(3);
     drive.interrupt();
-    drive.end().failed("drive: interrupted: the rig confirmed that it stopped");
+    drive.end().failed("drive: interrupted: the rig confirmed the stop");
     rig.rests();
     let rows = rig.end();
     assert!(last(&rows, 1) > 0.0 && last(&rows, 1) < 19.0, "{}", last(&rows, 1));
