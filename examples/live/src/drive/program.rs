@@ -22,7 +22,7 @@ pub struct Args {
     /// Which protocol the rig speaks.
     #[arg(value_enum)]
     pub protocol: Protocol,
-    /// Where it is: HOST[:PORT]; a serial device such as /dev/ttyUSB0 or COM3 (DMC, hoot); udp://ADDRESS:PORT to wait
+    /// Where it is: HOST or HOST:PORT; a serial device such as /dev/ttyUSB0 or COM3 (DMC, hoot); udp://ADDRESS:PORT to wait
     /// there for one that announces itself (kOS).
     pub address: String,
     /// What to do.

@@ -91,7 +91,9 @@ fn floods_hurt_nobody() {
                 }
             });
             let said = rig.drive(&["calibrate", "1", "0", "5"]);
-            floods.into_iter().for_each(|flood| flood.join().unwrap());
+            for flood in floods {
+                flood.join().unwrap();
+            }
             visits.join().unwrap();
             said
         });
