@@ -178,13 +178,17 @@ impl<H: Driven> Session<H> {
         Stopped::NotConfirmed
     }
 
-    /// Waits for the rig to confirm a stop.
+    /// Waits for the rig to confirm a stop; not long for a line that the host opens by itself.
     async fn confirmed(&mut self, until: Instant) -> Result<Stopped, Trouble> {
-        while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
-            if let Some(event) = self.next_within(left).await?
+        let mut reached = Instant::now();
+        while Instant::now() < until && reached.elapsed() < REACH {
+            if let Some(event) = self.next_within(AGAIN).await?
                 && H::stopped(&event) == Some(Stopped::Confirmed)
             {
                 return Ok(Stopped::Confirmed);
+            }
+            if self.line.is_some() {
+                reached = Instant::now();
             }
         }
         Ok(Stopped::NotConfirmed)
