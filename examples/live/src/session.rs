@@ -9,6 +9,7 @@ use rigs::{LineId, Outgoing};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::sync::mpsc::UnboundedReceiver;
+use tokio::task::yield_now;
 use tokio::time::{Instant, sleep, sleep_until, timeout, timeout_at};
 use tokio_serial::SerialPortBuilderExt;
 use tracing::{debug, trace};
@@ -145,7 +146,7 @@ impl<H: Driven> Session<H> {
                     }
                     Err(error) => self.lost(&error.to_string())?,
                 },
-                () = sleep_until(wake.unwrap_or(until).min(until)) => {
+                () = due(wake.unwrap_or(until).min(until)) => {
                     let now = self.now();
                     self.host.advance(now);
                     if Instant::now() >= until {
@@ -273,6 +274,13 @@ impl<H: Driven> Session<H> {
         }
         Err(Trouble::Line(format!("the rig is gone: {why}: look at its cable and its power")))
     }
+}
+
+/// A moment, once all that has arrived until then was looked at: a computer that is busy must not take an answer that is
+/// there for none.
+pub(crate) async fn due(moment: Instant) {
+    sleep_until(moment).await;
+    yield_now().await;
 }
 
 async fn open(target: &Target) -> Result<Box<dyn Stream>, Trouble> {

@@ -20,7 +20,7 @@ use rigs::line::Line;
 use rigs::{LineId, Outgoing, Rig};
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::sync::{mpsc, oneshot};
-use tokio::time::{Instant, sleep_until};
+use tokio::time::Instant;
 use tracing::{info, warn};
 
 pub use datagrams::Announcer;
@@ -29,6 +29,7 @@ pub use listen::listen;
 pub use pty::Pty;
 pub use record::Record;
 
+use crate::session::due;
 use datagrams::Datagrams;
 use link::Link;
 
@@ -149,7 +150,7 @@ impl<R: Rig> Server<R> {
                 biased;
                 () = &mut stop => break,
                 Some(event) = self.events.recv() => self.event(event),
-                () = sleep_until(wake.unwrap_or_else(far)) => {}
+                () = due(wake.unwrap_or_else(far)) => {}
             }
         }
         if let Some(record) = &mut self.record {
