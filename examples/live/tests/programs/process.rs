@@ -4,6 +4,7 @@ use std::ffi::OsStr;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -14,6 +15,10 @@ use crate::record::Row;
 
 /// No test waits longer than this for anything.
 pub(crate) const BOUND: Duration = Duration::from_mins(1);
+
+/// How many scenarios of a protocol run at a time. With more of them, acknowledgements that have half a second to come
+/// would be late on a small computer.
+const AT_A_TIME: usize = 8;
 
 /// A program that runs, and what it has said so far.
 pub(crate) struct Program {
@@ -216,16 +221,23 @@ pub(crate) fn done_or_at_rest(rig: &Rig, outcome: Outcome) -> bool {
 /// Something to be tried out, by a name that is a folder as well.
 pub(crate) type Scenario = (&'static str, fn(&str));
 
-/// Scenarios, all at once: most of the time each of them waits.
+/// Scenarios, some at a time: mostly each of them waits.
 pub(crate) fn together(scenarios: &[Scenario]) {
-    let threads = scenarios.iter().map(|&(name, scenario)| {
-        // Not all in the same moment.
-        thread::sleep(Duration::from_millis(100));
-        let thread = thread::Builder::new().name(name.to_owned()).spawn(move || scenario(name));
-        (name, thread.unwrap())
+    let next = AtomicUsize::new(0);
+    let failed = Mutex::new(Vec::new());
+    thread::scope(|scope| {
+        for _ in 0..AT_A_TIME {
+            scope.spawn(|| {
+                while let Some(&(name, scenario)) = scenarios.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let thread = thread::Builder::new().name(name.to_owned()).spawn(move || scenario(name));
+                    if thread.unwrap().join().is_err() {
+                        failed.lock().unwrap().push(name);
+                    }
+                }
+            });
+        }
     });
-    let threads: Vec<_> = threads.collect();
-    let failed: Vec<_> = threads.into_iter().filter_map(|(name, thread)| thread.join().err().map(|_| name)).collect();
+    let failed = failed.into_inner().unwrap();
     assert!(failed.is_empty(), "failed: {failed:?}");
 }
 
