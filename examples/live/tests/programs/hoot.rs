@@ -6,7 +6,7 @@ use std::time::Duration;
 use examples::moves::Move;
 
 use crate::cable::Cable;
-use crate::process::{Rig, done_or_at_rest, file, together};
+use crate::process::{Rig, Scenario, done_or_at_rest, file, within};
 use crate::record::{Planned, Row, is_at, last};
 
 /// Two seconds from one key frame to the other, which is what a node can plan.
@@ -30,24 +30,23 @@ fn check(rows: &[Row]) {
     Planned { motor: 2, moments: (0.0, 2250.0), rate: 1000.0, position, tolerance: 3.5 }.check(rows);
 }
 
-#[test]
-fn scenarios() {
-    together(&[
-        ("hoot_a_program_over_a_terminal", |test| video(test, "--pty")),
-        ("hoot_a_program_over_tcp", |test| video(test, "--tcp")),
-        ("hoot_photos_over_a_terminal", |test| photos(test, "--pty")),
-        ("hoot_photos_over_tcp", |test| photos(test, "--tcp")),
-        ("hoot_ctrl_c_stops_the_motors_first", ctrl_c_stops_the_motors_first),
-        ("hoot_without_its_master_a_jog_ends", without_its_master_a_jog_ends),
-        ("hoot_without_its_master_a_program_goes_on", without_its_master_a_program_goes_on),
-        ("hoot_a_rig_that_is_killed_is_missed", |test| a_rig_that_is_killed_is_missed(test, "--pty")),
-        ("hoot_a_rig_that_is_killed_over_tcp", |test| a_rig_that_is_killed_is_missed(test, "--tcp")),
-        ("hoot_a_connection_that_breaks_is_made_anew_for_a_stop", a_connection_that_breaks_is_made_anew_for_a_stop),
-        ("hoot_with_all_faults_1", |test| with_all_faults(test, "--pty", "1")),
-        ("hoot_with_all_faults_2", |test| with_all_faults(test, "--pty", "2")),
-        ("hoot_with_all_faults_3", |test| with_all_faults(test, "--tcp", "3")),
-    ]);
-}
+pub(crate) const SCENARIOS: &[Scenario] = &[
+    ("hoot_a_program_over_a_terminal", |test| video(test, "--pty")),
+    ("hoot_a_program_over_tcp", |test| video(test, "--tcp")),
+    ("hoot_photos_over_a_terminal", |test| photos(test, "--pty")),
+    ("hoot_photos_over_tcp", |test| photos(test, "--tcp")),
+    ("hoot_ctrl_c_stops_the_motors_first", ctrl_c_stops_the_motors_first),
+    ("hoot_without_its_master_a_jog_ends", without_its_master_a_jog_ends),
+    ("hoot_without_its_master_a_program_goes_on", without_its_master_a_program_goes_on),
+    ("hoot_without_its_master_photos_go_on", without_its_master_photos_go_on),
+    ("hoot_a_rig_that_is_killed_between_photos", a_rig_that_is_killed_between_photos),
+    ("hoot_a_rig_that_is_killed_is_missed", |test| a_rig_that_is_killed_is_missed(test, "--pty")),
+    ("hoot_a_rig_that_is_killed_over_tcp", |test| a_rig_that_is_killed_is_missed(test, "--tcp")),
+    ("hoot_a_connection_that_breaks_is_made_anew_for_a_stop", a_connection_that_breaks_is_made_anew_for_a_stop),
+    ("hoot_with_all_faults_1", |test| with_all_faults(test, "--pty", "1")),
+    ("hoot_with_all_faults_2", |test| with_all_faults(test, "--pty", "2")),
+    ("hoot_with_all_faults_3", |test| with_all_faults(test, "--tcp", "3")),
+];
 
 fn video(test: &str, line: &str) {
     let path = file(test, MOVE);
@@ -59,11 +58,15 @@ fn video(test: &str, line: &str) {
     assert!(is_at(last(&rows, 2), 3600.0));
 }
 
+/// Four photos of a move.
+fn shots(path: &str) -> [&str; 8] {
+    ["program", path, "--shots", "4", "--interval", "1", "--exposure", "0.1"]
+}
+
 fn photos(test: &str, line: &str) {
     let path = file(test, MOVE);
     let rig = Rig::start(test, "hoot", &[line]);
-    let said =
-        rig.drive(&["program", path.to_str().unwrap(), "--shots", "4", "--interval", "1", "--exposure", "0.1"]).done();
+    let said = rig.drive(&shots(path.to_str().unwrap())).done();
     assert!(said.contains('4'), "{said}");
     assert!(is_at(last(&rig.end(), 2), 3600.0));
 }
@@ -112,6 +115,27 @@ fn without_its_master_a_program_goes_on(test: &str) {
     check(&rig.end());
 }
 
+fn without_its_master_photos_go_on(test: &str) {
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "hoot", &[]);
+    let drive = rig.begin(&shots(path.to_str().unwrap()));
+    rig.plays();
+    drive.kill();
+    assert!(rig.drive(&["info"]).done().contains("motor 1"));
+    within("the last photo", || rig.log().contains("program: Stopped").then_some(()));
+    rig.rests();
+    assert!(is_at(last(&rig.end(), 2), 3600.0));
+}
+
+fn a_rig_that_is_killed_between_photos(test: &str) {
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "hoot", &[]);
+    let drive = rig.begin(&shots(path.to_str().unwrap()));
+    rig.plays();
+    rig.kill();
+    drive.end().failed("NOT confirmed: press the emergency stop");
+}
+
 fn a_connection_that_breaks_is_made_anew_for_a_stop(test: &str) {
     let path = file(test, MOVE);
     let rig = Rig::start(test, "hoot", &["--tcp"]);
@@ -138,8 +162,12 @@ fn with_all_faults(test: &str, line: &str, seed: &str) {
     let path = file(test, MOVE);
     let path = path.to_str().unwrap();
     let rig = Rig::start(test, "hoot", &["--faults", "all", "--seed", seed, line]);
-    done_or_at_rest(&rig, rig.drive(&["program", path, "--shots", "3", "--interval", "1"]));
+    done_or_at_rest(&rig, rig.drive(&shots(path)));
+    let before = rig.rows();
     let is_done = done_or_at_rest(&rig, rig.drive(&["run", path]));
     let rows = rig.end();
-    assert!(!is_done || is_at(last(&rows, 2), 3600.0), "{}", last(&rows, 2));
+    if is_done {
+        check(&rows[before..]);
+        assert!(is_at(last(&rows, 2), 3600.0), "{}", last(&rows, 2));
+    }
 }

@@ -9,3 +9,11 @@ mod kos;
 mod process;
 mod record;
 mod serving;
+
+/// Those with faults, which take longest, come first.
+#[test]
+fn scenarios() {
+    let all = [kos::SCENARIOS, hoot::SCENARIOS, dmc::SCENARIOS].concat();
+    let (faulty, clean): (Vec<_>, Vec<_>) = all.into_iter().partition(|(name, _)| name.contains("_faults_"));
+    process::together(&[faulty, clean].concat());
+}

@@ -16,9 +16,9 @@ use crate::record::Row;
 /// No test waits longer than this for anything.
 pub(crate) const BOUND: Duration = Duration::from_mins(1);
 
-/// How many scenarios of a protocol run at a time. With more of them, acknowledgements that have half a second to come
+/// How many scenarios run at a time. With more of them, acknowledgements that have half a second to come
 /// would be late on a small computer.
-const AT_A_TIME: usize = 8;
+const AT_A_TIME: usize = 12;
 
 /// A program that runs, and what it has said so far.
 pub(crate) struct Program {
@@ -42,8 +42,6 @@ impl Program {
         let here = std::env::current_exe().expect("a test has a path");
         let built = here.ancestors().nth(2).expect("in a folder of a folder").join("examples").join(name);
         let advice = "build the programs: cargo build -p live --examples";
-        let age = |path: &Path| path.metadata().and_then(|about| about.modified()).ok();
-        assert!(age(&built) >= age(&library(&here)), "{} is of yesterday: {advice}", built.display());
         let mut command = Command::new(&built);
         command.args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().unwrap_or_else(|error| panic!("{}: {error}: {advice}", built.display()));
@@ -185,6 +183,11 @@ impl Rig {
         });
     }
 
+    /// How many rows it has recorded so far.
+    pub(crate) fn rows(&self) -> usize {
+        std::fs::read_to_string(&self.record).unwrap().matches('\n').count() - 1
+    }
+
     /// Waits until its motors have not moved for a moment.
     pub(crate) fn rests(&self) {
         let mut last = (0, Instant::now());
@@ -221,7 +224,7 @@ pub(crate) fn done_or_at_rest(rig: &Rig, outcome: Outcome) -> bool {
 /// Something to be tried out, by a name that is a folder as well.
 pub(crate) type Scenario = (&'static str, fn(&str));
 
-/// Scenarios, some at a time: mostly each of them waits.
+/// Tries them out, some at a time, for mostly each of them waits.
 pub(crate) fn together(scenarios: &[Scenario]) {
     let next = AtomicUsize::new(0);
     let failed = Mutex::new(Vec::new());
@@ -229,10 +232,12 @@ pub(crate) fn together(scenarios: &[Scenario]) {
         for _ in 0..AT_A_TIME {
             scope.spawn(|| {
                 while let Some(&(name, scenario)) = scenarios.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let began = Instant::now();
                     let thread = thread::Builder::new().name(name.to_owned()).spawn(move || scenario(name));
                     if thread.unwrap().join().is_err() {
                         failed.lock().unwrap().push(name);
                     }
+                    println!("{name}: {:.1} s", began.elapsed().as_secs_f64());
                 }
             });
         }
@@ -266,18 +271,6 @@ pub(crate) fn within<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
         assert!(start.elapsed() < BOUND, "{what} did not come");
         thread::sleep(Duration::from_millis(5));
     }
-}
-
-/// The newest build of the library: `cargo test --test` builds it, but not the programs.
-fn library(test: &Path) -> PathBuf {
-    let folder = test.parent().expect("in a folder").read_dir().expect("that can be read");
-    let built = folder.filter_map(|entry| {
-        let entry = entry.ok()?;
-        let name = entry.file_name().into_string().ok()?;
-        let is_library = name.starts_with("liblive-") && Path::new(&name).extension().is_some_and(|end| end == "rlib");
-        is_library.then(|| Some((entry.metadata().ok()?.modified().ok()?, entry.path())))?
-    });
-    built.max().expect("the library is built").1
 }
 
 /// Reads what a program says as it says it.
