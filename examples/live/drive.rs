@@ -10,14 +10,14 @@
 //! motor 3 rests at 0 steps
 //! motor 4 rests at 0 steps
 //! $ cargo run --example drive -- dmc /dev/pts/0 run examples/moves/slide.json
-//! uploaded: 193 frames of 1 motors
+//! uploaded: 193 frames, of motors 1
 //! frame 6 of 193
 //! frame 30 of 193
 //! frame 55 of 193
 //! frame 79 of 193
 //! ^Cdrive: interrupted: the rig confirmed the stop
 //! $ cargo run --example drive -- hoot /dev/pts/0 run examples/moves/pan.json
-//! motor 1: from 0 to 9000, 1 steps off at most
+//! motor 1: from 0 to 9000, off by 1 at most
 //! 0.1 of 4.5 s: motor 1 at 0
 //! 1.2 of 4.5 s: motor 1 at 893
 //! 2.3 of 4.5 s: motor 1 at 4071

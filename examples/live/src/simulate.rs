@@ -19,7 +19,7 @@ use crate::serve::{Announcer, Door, Options, Record, Server, listen};
 
 /// A simulated rig on a real transport.
 #[derive(Debug, Clone, PartialEq, Parser)]
-#[command(version, about, long_about = None)]
+#[command(version)]
 pub struct Args {
     /// Which protocol the rig speaks.
     #[arg(value_enum)]
@@ -69,7 +69,7 @@ pub enum Protocol {
     Kos,
     /// Dragonframe DMC: a serial line.
     Dmc,
-    /// NMX / `MoCoBus`: a serial line.
+    /// Dynamic Perception NMX: a serial line.
     Hoot,
 }
 

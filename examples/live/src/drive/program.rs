@@ -17,7 +17,7 @@ use crate::simulate::Protocol;
 
 /// A host for a rig, simulated or real.
 #[derive(Debug, Clone, PartialEq, Parser)]
-#[command(version, about, long_about = None)]
+#[command(version)]
 pub struct Args {
     /// Which protocol the rig speaks.
     #[arg(value_enum)]

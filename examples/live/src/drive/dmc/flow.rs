@@ -144,7 +144,7 @@ impl<'s> Flow<'s> {
         self.session.command(Command::Upload(token, plan.table.clone()));
         self.end("the upload", token).await?;
         let frames = plan.last.0 - plan.first.0 + 1;
-        self.say(format_args!("uploaded: {frames} frames of {} motors", plan.motors().iter().count()))
+        self.say(format_args!("uploaded: {frames} frames, of motors {}", plan.motors()))
     }
 
     /// Follows a run or a shot to its end, and starts it when it is ready. Of a run, tells the frames up to the last.

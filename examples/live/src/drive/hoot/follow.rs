@@ -75,7 +75,7 @@ impl Talk<'_> {
         let planned = plans(&file, self.node, count, reverse)?;
         for it in &planned {
             let (start, stop) = (it.plan.start, it.plan.stop);
-            self.say(&format!("motor {}: from {start} to {stop}, {:.0} steps off at most", it.motor, it.deviation))?;
+            self.say(&format!("motor {}: from {start} to {stop}, off by {:.0} at most", it.motor, it.deviation))?;
         }
         Ok(planned)
     }
