@@ -181,11 +181,12 @@ impl Motor {
         };
     }
 
-    /// Comes to rest with an acceleration; as sharply as it can without one, and never more sharply than that.
+    /// Comes to rest with an acceleration; as sharply as it can without one, and never more sharply than that. If it slows
+    /// down more sharply already, it goes on so: no stop is made softer by another one.
     pub fn stop(&mut self, now: Millis, acceleration: Option<f64>) {
         let hardest = self.limits.acceleration;
         let hard = acceleration.map_or(hardest, f64::abs);
-        let hard = if hard > 0.0 { hard.min(hardest) } else { hardest };
+        let hard = if hard > 0.0 { hard.max(self.slowing(now)).min(hardest) } else { hardest };
         self.from = self.at(now);
         self.owes_rest = true;
         self.motion = self.braking(seconds(now), hard, Then::Rest(None));
@@ -305,6 +306,16 @@ impl Motor {
         };
     }
 
+    /// How sharply it slows down just now; 0 if it does not.
+    fn slowing(&self, now: Millis) -> f64 {
+        let acceleration = match &self.motion {
+            Motion::Profile { start, profile } => profile.at(seconds(now) - start).acceleration,
+            Motion::Ramp { start, seconds: lasts, acceleration, .. } if seconds(now) - start < *lasts => *acceleration,
+            Motion::Rest | Motion::Led | Motion::Ramp { .. } => 0.0,
+        };
+        if acceleration * self.at(now).velocity < 0.0 { acceleration.abs() } else { 0.0 }
+    }
+
     fn braking(&self, start: f64, hard: f64, then: Then) -> Motion {
         let velocity = self.from.velocity;
         Motion::Ramp { start, seconds: velocity.abs() / hard, acceleration: -hard.copysign(velocity), then }
@@ -390,6 +401,31 @@ mod tests {
         assert_eq!(motor.at(Millis(10_700)).velocity.to_bits(), 4.0_f64.to_bits());
         motor.stop(Millis(10_700), Some(4.0));
         assert_eq!(run(&mut motor, 10_700), [(11_700, Happening::Rests)]);
+    }
+
+    #[test]
+    fn no_stop_makes_another_one_softer() {
+        let mut motor = Motor::new(LIMITS);
+        for (first, then, rests) in [(None, Some(1.0), 1500), (Some(5.0), Some(1.0), 3000), (Some(5.0), None, 1650)] {
+            motor.run(Millis(0), 10.0, 20.0);
+            motor.advance(Millis(1000));
+            motor.stop(Millis(1000), first);
+            motor.advance(Millis(1200));
+            motor.stop(Millis(1200), then);
+            let told = run(&mut motor, 1200);
+            assert!(
+                matches!(told[..], [(at, Happening::Rests)] if at.abs_diff(rests) <= 1),
+                "{told:?} and not {rests}"
+            );
+        }
+        // Nor does it make the end of a move softer.
+        motor.halt(Millis(0));
+        motor.rebase(Millis(0), 0.0);
+        motor.go_to(Millis(0), 20.0, 10.0, 20.0);
+        motor.advance(Millis(2200));
+        motor.stop(Millis(2200), Some(1.0));
+        run(&mut motor, 2200);
+        assert!((motor.at(Millis(3000)).position - 20.0).abs() < 1e-9);
     }
 
     #[test]

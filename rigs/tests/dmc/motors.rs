@@ -134,6 +134,24 @@ fn limits_that_were_set_refuse_moves_and_end_jogs() {
     }
 }
 
+/// What brakes for an emergency is not let go by the stop that a host sends then.
+#[test]
+fn a_stop_does_not_soften_the_emergency_stop() {
+    let way = |stops: bool| {
+        let mut stage = Stage::up(Setup::default());
+        stage.ask(jog(1, 100, i32::MAX)).unwrap();
+        stage.pass(2000);
+        let (from, now) = (stage.at(1), stage.now());
+        stage.rig().emergency_stop(now, true);
+        stage.pass(10);
+        assert!(!stops || stage.stop());
+        stage.pass(2000);
+        assert!(stage.all_rest());
+        stage.at(1) - from
+    };
+    assert!((way(true) - way(false)).abs() < 1.0, "{} {}", way(true), way(false));
+}
+
 #[test]
 fn a_limit_switch_stops_everything_and_locks_for_a_while() {
     for quirks in [Quirks::empty(), Quirks::VENDOR] {
