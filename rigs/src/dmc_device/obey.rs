@@ -11,7 +11,7 @@ use super::course::Course;
 use super::index;
 use super::job::Job;
 use super::setup::Tuning;
-use crate::motor::Motor;
+use crate::motor::{Motor, Place};
 
 impl Core {
     pub(super) fn obey(&mut self, event: Event, input: Input<'_>) {
@@ -90,12 +90,20 @@ impl Core {
         self.send_at(motor, to, 1.0);
     }
 
-    /// The same, with a part of its speed and acceleration.
+    /// The same, with a part of its speed and acceleration. To slow down, or to turn round, it has all of its
+    /// acceleration, and more if a limit that was set is too near for that.
     fn send_at(&mut self, motor: Number, to: f64, part: f64) {
         let (now, tuning) = (self.clock, self.tuned(motor));
         let motor = index(motor).and_then(|index| self.motors.get_mut(index));
-        if let (Some(motor), Some(Tuning { speed, acceleration, .. })) = (motor, tuning) {
-            motor.go_to(now, to, part * f64::from(speed.0), part * f64::from(acceleration.0));
+        if let (Some(motor), Some(tuning)) = (motor, tuning) {
+            let Place { position, velocity } = motor.at(now);
+            let (speed, acceleration) = (part * f64::from(tuning.speed.0), f64::from(tuning.acceleration.0));
+            let slows_down = velocity.abs() > speed || velocity * (to - position) < 0.0;
+            let acceleration = if slows_down { acceleration } else { part * acceleration };
+            let limit = if velocity > 0.0 { tuning.upper } else { tuning.lower };
+            let room = limit.map(|limit| ((f64::from(limit.0) - position) * velocity.signum()).max(0.0));
+            let needed = room.filter(|_| velocity != 0.0).map_or(0.0, |room| velocity * velocity / (2.0 * room));
+            motor.go_to(now, to, speed, acceleration.max(needed));
             self.owes_rest = true;
         }
     }

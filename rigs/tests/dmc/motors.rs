@@ -134,6 +134,32 @@ fn limits_that_were_set_refuse_moves_and_end_jogs() {
     }
 }
 
+/// A slow jog is gentle, but not where a fast one has to be slowed down before a limit.
+#[test]
+fn a_slow_jog_behind_a_fast_one_stays_within_the_limits_too() {
+    let speed = |max_accel| {
+        let (motor, max_velocity) = (Motor(1), Speed(50_000));
+        HostMessage::MotorSetSpeed(MotorSetSpeed { motor, max_velocity, max_accel: Acceleration(max_accel), tail: &[] })
+    };
+    for (destination, max_accel) in [(i32::MAX, 50_000), (i32::MIN, 50_000), (i32::MAX, 5000), (i32::MIN, 5000)] {
+        let mut stage = Stage::up(Setup::default());
+        stage.ask(limits(1, -80_000, 80_000)).unwrap();
+        stage.ask(jog(1, 100, i32::MAX)).unwrap();
+        stage.pass(1700);
+        stage.ask(speed(max_accel)).unwrap();
+        stage.ask(jog(1, 1, destination)).unwrap();
+        for _ in 0..5000 {
+            stage.tick();
+            assert!(stage.at(1) < 80_000.01, "{}", stage.at(1));
+        }
+        if destination == i32::MAX {
+            assert_eq!((stage.rig().state(), stage.steps(1)), (State::Idle, Some(80_000)));
+        } else {
+            assert_eq!(stage.rig().state(), State::Moving, "slowly back");
+        }
+    }
+}
+
 /// What brakes for an emergency is not let go by the stop that a host sends then.
 #[test]
 fn a_stop_does_not_soften_the_emergency_stop() {
