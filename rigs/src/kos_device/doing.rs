@@ -36,7 +36,9 @@ impl KosDevice {
                 info!("motor {motor} stops");
                 if let Some((it, drive)) = self.motor(motor) {
                     drive.goal = None;
-                    it.stop(now, acceleration.map(|acceleration| acceleration.0.into()));
+                    // However gently it is to stop, it stops within a second.
+                    let least = it.at(now).velocity.abs();
+                    it.stop(now, acceleration.map(|acceleration| f64::from(acceleration.0).max(least)));
                 }
             }
             Event::StopAll => {

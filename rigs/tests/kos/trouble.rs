@@ -1,11 +1,14 @@
 //! What goes wrong: passwords, ends of the travel, power, cables, stuck motors.
 
-use kos_proto::DeviceMessage;
 use kos_proto::device::motor::State;
 use kos_proto::host::{self, Move, Refusal};
-use kos_proto::message::{ErrorCode, MotorAddress, MotorPosition, Rotations};
+use kos_proto::message::{
+    ErrorCode, MotorAddress, MotorPosition, Rotations, RotationsPerSecond, RotationsPerSecondSquared,
+    SetPositionSpeedAcceleration,
+};
 use kos_proto::summary::Direction;
 use kos_proto::trajectory::Loop;
+use kos_proto::{DeviceMessage, HostMessage};
 use motion_core::trajectory::Range;
 use rigs::faults::Faults;
 use rigs::kos_device::{MotorSetup, Setup};
@@ -27,6 +30,28 @@ fn a_wrong_password_moves_nothing_but_stops() {
     bench.told(|event| matches!(event, host::Event::Ready { .. }));
     bench.bump(M1, 5.0);
     assert_eq!((bench.at(M1).to_bits(), bench.at(M2).to_bits()), (5.0_f64.to_bits(), 0));
+}
+
+/// Nobody stops a motor so gently that it does not stop.
+#[test]
+fn a_gentle_stop_is_a_stop() {
+    let mut bench = Bench::ready(Setup::with_motors(2));
+    bench.send(host::Command::Bump(go(M1, 1000.0)));
+    bench.pass(2000);
+    assert!(!bench.rests());
+    let stop = SetPositionSpeedAcceleration {
+        motor_address: M1,
+        position: Rotations(0.0),
+        speed: RotationsPerSecond(0.0),
+        acceleration: RotationsPerSecondSquared(1e-6),
+        tail: &[],
+    };
+    let stop = HostMessage::SetPositionSpeedAcceleration(stop);
+    let mut bytes = vec![0; stop.encoded_len()];
+    stop.encode_into(&mut bytes).unwrap();
+    bench.scene.inject(Side::Host, &bytes);
+    bench.pass(1100);
+    assert!(bench.rests());
 }
 
 /// The range of the second motor, whose travel ends within it now.
