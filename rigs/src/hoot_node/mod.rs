@@ -219,6 +219,16 @@ impl HootNode {
         }
     }
 
+    /// Does what is due at a moment.
+    fn tick(&mut self, now: Millis) {
+        self.now = self.now.max(now);
+        self.move_motors();
+        if self.wake.is_some_and(|wake| wake <= self.now) {
+            self.step(Input::Wake, &[]);
+        }
+        self.drop_cut_off();
+    }
+
     /// Drops what a silence has cut off.
     fn drop_cut_off(&mut self) {
         for (line, port) in PORTS.into_iter().enumerate() {
@@ -289,12 +299,10 @@ impl Party for HootNode {
     }
 
     fn advance(&mut self, now: Millis) {
-        self.now = self.now.max(now);
-        self.move_motors();
-        if self.wake.is_some_and(|wake| wake <= self.now) {
-            self.step(Input::Wake, &[]);
+        while let Some(due) = self.wake().filter(|due| *due <= now) {
+            self.tick(due);
         }
-        self.drop_cut_off();
+        self.now = self.now.max(now);
     }
 
     fn wake(&self) -> Option<Millis> {

@@ -1,18 +1,24 @@
 //! What is done every day: ask, move, jog, stop.
 
-use hoot_proto::device::MotorState;
+use hoot_proto::device::{MotorState, ProgramState};
+use hoot_proto::frame::MAX_FRAME;
 use hoot_proto::host::{self, Command};
 use hoot_proto::message::{
-    self, CoreDeviceId, FirmwareVersion, Microstep, Milliseconds, Motor, NameQuery, StepsPerSecond,
+    self, CoreDeviceId, Easing, FirmwareVersion, Microstep, Milliseconds, Motor, NameQuery, ProgramMode, Span,
+    StepsPerSecond,
 };
+use hoot_proto::program::Plan;
 use hoot_proto::query::{AnyReply, Profile};
 use hoot_proto::{Address, HostMessage};
 use motion_core::profile::{self, Limits};
+use motion_core::time::Millis;
 use motion_core::wire::Bool;
-use rigs::hoot_node::Options;
+use rigs::hoot_node::{HootNode, Options};
+use rigs::{LineId, Party as _};
 
 use crate::world::{
-    EXPOSING, NODE, ONE, STATUS, STOP, dead_man, joystick, motor_stop, move_by, photos, run, set_speed, stage,
+    EXPOSING, NODE, ONE, START, STATUS, STOP, dead_man, joystick, mode, motor_stop, move_by, photos, planned, ready,
+    run, set_speed, smooth, stage,
 };
 
 #[test]
@@ -211,6 +217,29 @@ fn a_speed_beyond_the_greatest_is_ignored() {
     assert_eq!(stage.ok(HostMessage::CameraInterval(message::CameraInterval {})).answer().map(|it| it.to_string()), {
         Some(Milliseconds(0).to_string())
     });
+}
+
+/// A clock that is looked at seldom changes nothing: what was due comes one after the other.
+#[test]
+fn seldom_or_often_is_the_same() {
+    let plan =
+        Plan { travel: Span(9), acceleration: Span(3), deceleration: Span(3), easing: Easing::LINEAR, ..smooth() };
+    let node = |every: u64| {
+        let mut node = HootNode::new(Options::default());
+        node.open(Millis(0), LineId(0));
+        let program = planned(ONE, 0, plan).into_iter().chain(photos(10, 100, 500));
+        for message in ready(ONE, 1000.0).into_iter().chain(program).chain([mode(ProgramMode::SMS), START]) {
+            let mut packet = [0; MAX_FRAME];
+            let len = message.encode_into(NODE, &mut packet).unwrap();
+            node.receive(Millis(0), LineId(0), &packet[..len]);
+        }
+        (1..=20_000 / every).for_each(|count| node.advance(Millis(count * every)));
+        let at = rigs::Rig::motors(&node)[0].at(Millis(20_000));
+        (node.camera().photos().copied().collect::<Vec<_>>(), node.machine().program().state(), at)
+    };
+    assert_eq!((node(1).0.len(), node(1).1), (10, ProgramState::Stopped));
+    assert_eq!(node(1), node(250));
+    assert_eq!(node(1), node(20_000));
 }
 
 /// A node takes another address at once on the bus, and by USB when the power has been off.
