@@ -140,7 +140,7 @@ impl<H: Host, R: Rig> Scene<H, R> {
             self.state = State::Open;
             self.seed = self.seed.wrapping_add(2);
             self.up = Line::new(self.faults, self.seed);
-            self.down = Line::new(self.faults, self.seed + 1);
+            self.down = Line::new(self.faults, self.seed.wrapping_add(1));
             self.rig.open(self.now, LINE);
             self.host.open(self.now, LINE);
         }

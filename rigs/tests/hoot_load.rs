@@ -36,6 +36,10 @@ struct Count {
     wrong: u32,
     sent: u64,
     answered: u64,
+    /// Answered, where it is known which number it must be now.
+    proved: u64,
+    /// Whether the last piece was answered: then the node reads from the beginning of the next one.
+    reads_anew: bool,
     most_held: usize,
 }
 
@@ -96,17 +100,30 @@ fn flood(scene: &mut Scene<HootMaster, HootNode>, line: &mut Line, now: u64, cou
     }
     let mut before = start_of(&scene.rig, Motor::Two);
     while let Some(piece) = line.pop(now) {
+        let reads_anew = std::mem::take(&mut count.reads_anew);
+        let whole = number_of(&piece).filter(|_| reads_anew);
         scene.rig.receive(now, BLUETOOTH, &piece);
         while let Some(out) = scene.rig.poll() {
             let Outgoing::Bytes(BLUETOOTH, bytes) = out else { continue };
             assert_eq!(bytes, [0, 0, 0, 0, 0, 0xFF, 0, 0, 1, 0], "nothing is refused");
             count.answered += 1;
+            count.reads_anew = true;
             // Doubled, it is what it was; a number of earlier is never written over a later one.
             let after = start_of(&scene.rig, Motor::Two);
             assert!(after >= before && u64::try_from(after).unwrap() <= count.sent, "{before} then {after}");
             before = after;
+            if let Some(number) = whole {
+                assert_eq!(after, number, "OK, says the node, and it is not so");
+                count.proved += 1;
+            }
         }
     }
+}
+
+/// The number that a piece sets, if it is one packet, or begins with one.
+fn number_of(piece: &[u8]) -> Option<i32> {
+    let packet = piece.get(..14).filter(|packet| packet.starts_with(&[0, 0, 0, 0, 0, 0xFF]))?;
+    packet.last_chunk().map(|number| i32::from_be_bytes(*number))
 }
 
 fn bad() -> Faults {
@@ -121,6 +138,7 @@ fn holds(seconds: u64) {
     assert!(u64::from(count.done) > 5 * seconds, "{count:?}");
     // A packet that is cut in two costs some of those behind it: nodes look for no break.
     assert!(count.sent == seconds * 1000 * MESSAGES && count.answered > count.sent / 50, "{count:?}");
+    assert!(count.proved > count.answered / 4, "{count:?}");
     assert!(count.most_held < HELD, "{count:?}");
 }
 
@@ -128,7 +146,7 @@ fn holds(seconds: u64) {
 #[test]
 fn two_seconds_without_faults() {
     let count = load(2, Faults::NONE, 1);
-    assert_eq!((count.asked, count.wrong, count.answered), (count.ended, 0, count.sent));
+    assert_eq!((count.asked, count.wrong, count.answered, count.proved), (count.ended, 0, count.sent, count.sent - 1));
     assert!(count.done >= 45 && count.most_held < HELD, "{count:?}");
 }
 
