@@ -134,7 +134,8 @@ impl Motor {
         self.rests() && !self.owes_rest
     }
 
-    /// Goes to a position, and rests there. It turns round as soon as it can, if it must.
+    /// Goes to a position, and rests there. What lies ahead of it, it does not go beyond if it can help it, however gently
+    /// it was told to go; it turns round as soon as it can, if it must.
     ///
     /// What is no number, and speeds of 0, stop it.
     pub fn go_to(&mut self, now: Millis, to: f64, velocity: f64, acceleration: f64) {
@@ -151,9 +152,10 @@ impl Motor {
         }
         self.from = here;
         let (way, towards) = (to - here.position, (to - here.position).signum());
-        let (speed, hard) = (here.velocity * towards, limits.acceleration);
-        let braking = speed * speed / (2.0 * hard);
-        self.motion = if speed > 0.0 && braking <= way.abs() {
+        let speed = here.velocity * towards;
+        let needed = if speed > 0.0 { speed * speed / (2.0 * way.abs()) } else { 0.0 };
+        let hard = limits.acceleration.max(needed).min(self.limits.acceleration);
+        self.motion = if speed > 0.0 && needed <= hard {
             let peak = (hard * way.abs() + speed * speed / 2.0).sqrt().min(limits.velocity);
             let change = (peak - speed).abs() / hard;
             let left = way.abs() - change * f64::midpoint(speed, peak) - peak * peak / (2.0 * hard);
@@ -275,7 +277,7 @@ impl Motor {
                                 return;
                             }
                             let braking = reached.abs() / acceleration.abs();
-                            let position = at - reached * braking / 2.0;
+                            let position = place.position + reached * seconds;
                             self.from = Place { position, velocity: reached };
                             self.motion = Motion::Ramp {
                                 start: over + seconds,
@@ -383,6 +385,24 @@ mod tests {
         assert_eq!(motor.at(Millis(1000)), before);
         assert_eq!(run(&mut motor, 1000), [(4500, Happening::Rests)], "one way of 40");
         assert_eq!(motor.at(Millis(5000)).position.to_bits(), 40.0_f64.to_bits());
+    }
+
+    #[test]
+    fn what_lies_ahead_is_not_passed_if_that_can_be() {
+        for (to, gentle, most) in [(14.0, 0.5, 14.0), (10.0, 20.0, 10.0), (9.0, 0.5, 10.0), (30.0, 0.5, 30.0)] {
+            let mut motor = Motor::new(LIMITS);
+            motor.run(Millis(0), 10.0, 20.0);
+            motor.advance(Millis(1000));
+            assert_eq!(motor.at(Millis(1000)).position.to_bits(), 7.5_f64.to_bits());
+            motor.go_to(Millis(1000), to, 10.0, gentle);
+            let mut farthest = 0.0_f64;
+            for now in 1000..9000 {
+                motor.advance(Millis(now));
+                farthest = farthest.max(motor.at(Millis(now)).position);
+            }
+            assert!(farthest <= most + 1e-9, "{farthest} on the way to {to}");
+            assert_eq!(motor.at(Millis(9000)), Place { position: to, velocity: 0.0 });
+        }
     }
 
     #[test]
