@@ -44,9 +44,6 @@ impl Pty {
         unlockpt(&ours)?;
         let path = ptsname(&ours, Vec::new())?.into_string().map_err(io::Error::other)?;
         let theirs = users_end(&path)?;
-        let mut settings = tcgetattr(&theirs)?;
-        settings.make_raw();
-        tcsetattr(&theirs, OptionalActions::Now, &settings)?;
         let flags = rustix::fs::fcntl_getfl(&ours)?;
         rustix::fs::fcntl_setfl(&ours, flags | OFlags::NONBLOCK)?;
         Ok(Self { ours: File::from(ours), theirs, path })
@@ -95,8 +92,13 @@ fn ends(ours: &File) -> io::Result<(pipe::Receiver, pipe::Sender)> {
     Ok((from, to))
 }
 
+/// The end for users, in raw mode, whatever mode the last one left it in.
 fn users_end(path: &str) -> io::Result<OwnedFd> {
-    Ok(open(path, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty())?)
+    let theirs = open(path, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty())?;
+    let mut settings = tcgetattr(&theirs)?;
+    settings.make_raw();
+    tcsetattr(&theirs, OptionalActions::Now, &settings)?;
+    Ok(theirs)
 }
 
 fn unlock(theirs: &OwnedFd) {
