@@ -27,7 +27,7 @@ pub enum Command {
         motor: u8,
         /// Where to.
         position: f64,
-        /// How fast, a second: what the rig takes for usual, if it is not said.
+        /// How fast, a second [default: a quarter of the greatest; of DMC, what the rig is set to]
         #[arg(long)]
         speed: Option<f64>,
     },

@@ -37,7 +37,7 @@ pub struct Args {
     /// For how many seconds to wait for an announcement (kOS).
     #[arg(long, global = true, value_name = "SECONDS", default_value_t = 15)]
     pub wait: u16,
-    /// How fast motors go to where a move begins, as a part of their greatest speed (kOS).
+    /// How fast motors go to where a move begins, as a part of their greatest speed (kOS, hoot).
     #[arg(long, global = true, value_name = "PART", default_value_t = kos::Options::default().home_speed)]
     pub home_speed: f32,
     /// Bits a second of the serial line [default: 115200 for DMC, 57600 for hoot]
@@ -83,7 +83,7 @@ pub async fn drive(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<(),
         Protocol::Hoot => {
             let target = address.target(args.baud.unwrap_or(57_600)).await?;
             let node = hoot_proto::Address(args.node);
-            let flow = async |session: &mut _| hoot::drive(session, command, node, &mut out).await;
+            let flow = async |session: &mut _| hoot::drive(session, command, node, args.home_speed, &mut out).await;
             Box::pin(with(hoot::master(node)?, target, interrupts, flow)).await
         }
     }
@@ -107,10 +107,14 @@ async fn with<H: Driven>(
     flow: impl AsyncFnOnce(&mut Session<H>) -> Result<(), Trouble>,
 ) -> Result<(), Trouble> {
     let mut session = Session::connect(host, target, interrupts).await?;
-    let Err(trouble) = flow(&mut session).await else { return Ok(()) };
-    if !session.host().may_move() && !matches!(trouble, Trouble::Interrupted) {
-        return Err(trouble);
-    }
+    let done = flow(&mut session).await;
+    let may_move = session.host().may_move();
+    let trouble = match done {
+        Ok(()) if !may_move => return Ok(()),
+        Ok(()) => Trouble::Failed("it is done, but the rig did not say that all rests".to_owned()),
+        Err(trouble) if !may_move && !matches!(trouble, Trouble::Interrupted) => return Err(trouble),
+        Err(trouble) => trouble,
+    };
     Err(Trouble::Failed(match session.stop().await {
         Stopped::Confirmed => format!("{trouble}: the rig confirmed the stop"),
         Stopped::NotConfirmed => format!("{trouble}: the stop is NOT confirmed: press the emergency stop"),

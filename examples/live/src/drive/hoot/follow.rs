@@ -71,6 +71,11 @@ impl Talk<'_> {
 
     /// Reads a move file, and makes planned moves of it.
     fn read(&mut self, file: &Path, count: Count, reverse: bool) -> Result<Vec<Planned>, Trouble> {
+        let part = self.home_speed;
+        if !(part > 0.0 && part <= 1.0) {
+            let line = format!("{part} is no part of the greatest speed: give more than 0, and at most 1");
+            return Err(Trouble::Refused(line));
+        }
         let file = Move::read(file).map_err(|error| Trouble::Refused(error.to_string()))?;
         let planned = plans(&file, self.node, count, reverse)?;
         for it in &planned {
@@ -119,7 +124,7 @@ impl Talk<'_> {
             self.enable(motor).await?;
             let most = self.greatest_speed(motor).await?;
             #[expect(clippy::cast_possible_truncation, reason = "no more than 65,535")]
-            self.set_speed(motor, most as f32).await?;
+            self.set_speed(motor, most as f32 * self.home_speed).await?;
             let answered = self.set_off(HostMessage::MotorSendToStart(message::MotorSendToStart { motor })).await?;
             self.arrive(motor, it.plan.start.0, answered).await?;
         }

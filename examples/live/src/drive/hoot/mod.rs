@@ -68,7 +68,8 @@ pub fn master(node: Address) -> Result<HootMaster, Trouble> {
     Ok(HootMaster::new(Options::default().with_nodes(nodes)))
 }
 
-/// Does a command at a node, and prints what comes of it.
+/// Does a command at a node, and prints what comes of it. Motors go to where a move begins at this part of their greatest
+/// speed.
 ///
 /// # Errors
 ///
@@ -77,9 +78,10 @@ pub async fn drive(
     session: &mut Session<HootMaster>,
     command: &Command,
     node: Address,
+    home_speed: f32,
     out: &mut dyn Write,
 ) -> Result<(), Trouble> {
-    let mut talk = Talk::new(session, node, out);
+    let mut talk = Talk::new(session, node, home_speed, out);
     match command {
         Command::Info => talk.info().await,
         Command::Jog { motor, speed, seconds } => talk.jog(*motor, *speed, *seconds).await,

@@ -79,7 +79,8 @@ impl Talk<'_> {
     async fn ready(&mut self, motor: Motor, speed: Option<f64>) -> Result<(), Trouble> {
         self.prepare().await?;
         let most = self.greatest_speed(motor).await?;
-        let speed = speed.unwrap_or(most);
+        // As with kOS: the greatest is nothing for a camera that somebody may stand beside.
+        let speed = speed.unwrap_or(most / 4.0);
         if !speed.is_finite() || speed <= 0.0 {
             return Err(Trouble::Refused(format!("speed {speed}: it needs a number of steps a second, more than 0")));
         }

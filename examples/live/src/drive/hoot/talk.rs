@@ -23,6 +23,7 @@ const TELL: Duration = Duration::from_secs(1);
 pub(super) struct Talk<'a> {
     pub(super) session: &'a mut Session<HootMaster>,
     pub(super) node: Address,
+    pub(super) home_speed: f32,
     pub(super) out: &'a mut dyn Write,
     token: u32,
     /// When progress was told last.
@@ -30,8 +31,13 @@ pub(super) struct Talk<'a> {
 }
 
 impl<'a> Talk<'a> {
-    pub(super) fn new(session: &'a mut Session<HootMaster>, node: Address, out: &'a mut dyn Write) -> Self {
-        Self { session, node, out, token: 0, told: None }
+    pub(super) fn new(
+        session: &'a mut Session<HootMaster>,
+        node: Address,
+        home_speed: f32,
+        out: &'a mut dyn Write,
+    ) -> Self {
+        Self { session, node, home_speed, out, token: 0, told: None }
     }
 
     /// Prints a line.
