@@ -24,6 +24,10 @@ const WRITE: Duration = Duration::from_secs(2);
 const STOP: Duration = Duration::from_secs(10);
 /// How long a lost line may take to be there again for a stop.
 const REACH: Duration = Duration::from_secs(2);
+/// For how long another Ctrl-C does not give up a stop: who is frightened presses it more than once.
+const FRIGHT: Duration = Duration::from_secs(1);
+/// How much later than agreed waiting may end on a line that is never silent.
+const LATE: Duration = Duration::from_millis(100);
 /// From one try to open it to the next.
 const AGAIN: Duration = Duration::from_millis(100);
 
@@ -50,6 +54,8 @@ pub struct Session<H> {
     start: Instant,
     line: Option<Box<dyn Stream>>,
     interrupts: UnboundedReceiver<()>,
+    /// Until when a Ctrl-C changes nothing.
+    deaf: Instant,
     /// Why there is no line, for hosts that open it by themselves.
     why: Option<String>,
 }
@@ -62,7 +68,7 @@ impl<H: Driven> Session<H> {
     /// [`Trouble::Line`] if it cannot be opened, [`Trouble::Interrupted`].
     pub async fn connect(host: H, target: Target, interrupts: UnboundedReceiver<()>) -> Result<Self, Trouble> {
         let (target, start) = (Some(target), Instant::now());
-        let mut session = Self { host, target, start, line: None, interrupts, why: None };
+        let mut session = Self { host, target, start, line: None, interrupts, deaf: start, why: None };
         if !H::OPENS {
             session.open().await?;
         }
@@ -75,7 +81,7 @@ impl<H: Driven> Session<H> {
         S: AsyncRead + AsyncWrite + Send + Unpin + 'static,
     {
         let (line, start): (Box<dyn Stream>, _) = (Box::new(line), Instant::now());
-        let mut session = Self { host, target: None, start, line: Some(line), interrupts, why: None };
+        let mut session = Self { host, target: None, start, line: Some(line), interrupts, deaf: start, why: None };
         session.host.open(Millis(0), LINE);
         session
     }
@@ -127,6 +133,9 @@ impl<H: Driven> Session<H> {
             if let Some(event) = self.host.next_event() {
                 return Ok(Some(event));
             }
+            if Instant::now() >= until + LATE {
+                return Ok(None);
+            }
             let wake = self.host.wake().map(|wake| self.start + Duration::from_millis(wake.0));
             let read = async {
                 match &mut self.line {
@@ -136,7 +145,7 @@ impl<H: Driven> Session<H> {
             };
             tokio::select! {
                 biased;
-                Some(()) = self.interrupts.recv() => return Err(Trouble::Interrupted),
+                () = interrupted(&mut self.interrupts, self.deaf) => return Err(Trouble::Interrupted),
                 read = read => match read {
                     Ok(0) => self.lost("the other end hung up")?,
                     Ok(len) => {
@@ -158,12 +167,14 @@ impl<H: Driven> Session<H> {
         }
     }
 
-    /// Stops everything, and waits for the rig to confirm it; not for ever, and only until the next Ctrl-C.
+    /// Stops everything, and waits for the rig to confirm it; not for ever, and only until another Ctrl-C that comes more
+    /// than a second later: until then nobody has decided that waiting is of no use.
     ///
     /// A line that is lost is opened again for it, if that can be done soon; otherwise somebody has to know at once that
     /// the stop cannot be sent.
     pub async fn stop(&mut self) -> Stopped {
         let until = Instant::now() + STOP;
+        self.deaf = Instant::now() + FRIGHT;
         while Instant::now() < until {
             if !H::OPENS && self.line.is_none() && !self.reach().await {
                 break;
@@ -214,12 +225,11 @@ impl<H: Driven> Session<H> {
             match outgoing {
                 Outgoing::Bytes(LINE, bytes) => {
                     let Some(line) = &mut self.line else { continue };
-                    let written = timeout(WRITE, async {
-                        line.write_all(&bytes).await?;
-                        line.flush().await
-                    });
+                    // No flush: nothing is held back here, and that of a serial line keeps the whole thread waiting until a
+                    // device takes the bytes, stops and Ctrl-C too.
+                    let written = timeout(WRITE, line.write_all(&bytes)).await;
                     trace!(len = bytes.len(), "written");
-                    match written.await {
+                    match written {
                         Ok(Ok(())) => {}
                         Ok(Err(error)) => self.lost(&error.to_string())?,
                         Err(_) => self.lost("it takes nothing any more")?,
@@ -227,13 +237,14 @@ impl<H: Driven> Session<H> {
                 }
                 Outgoing::Open(LINE) => {
                     if let Err(trouble) = self.open().await {
+                        // Also if it was interrupted: a stop needs another try.
+                        let now = self.now();
+                        self.host.close(now, LINE);
                         if matches!(trouble, Trouble::Interrupted) {
                             return Err(trouble);
                         }
                         debug!("{trouble}");
                         self.why = Some(trouble.to_string());
-                        let now = self.now();
-                        self.host.close(now, LINE);
                     }
                 }
                 Outgoing::HangUp(LINE) => {
@@ -254,7 +265,7 @@ impl<H: Driven> Session<H> {
         };
         self.line = Some(tokio::select! {
             biased;
-            Some(()) = self.interrupts.recv() => return Err(Trouble::Interrupted),
+            () = interrupted(&mut self.interrupts, self.deaf) => return Err(Trouble::Interrupted),
             line = open(target) => line?,
         });
         let now = self.now();
@@ -281,6 +292,16 @@ impl<H: Driven> Session<H> {
 pub(crate) async fn due(moment: Instant) {
     sleep_until(moment).await;
     yield_now().await;
+}
+
+/// A Ctrl-C that counts.
+async fn interrupted(interrupts: &mut UnboundedReceiver<()>, deaf: Instant) {
+    while interrupts.recv().await.is_some() {
+        if Instant::now() >= deaf {
+            return;
+        }
+    }
+    std::future::pending::<()>().await;
 }
 
 async fn open(target: &Target) -> Result<Box<dyn Stream>, Trouble> {

@@ -136,7 +136,7 @@ impl Carried {
 
 impl Bench {
     async fn drive(&mut self, command: Command) -> Result<(), Trouble> {
-        hoot::drive(&mut self.session, &command, NODE, &mut self.said).await
+        hoot::drive(&mut self.session, &command, NODE, 0.1, &mut self.said).await
     }
 
     /// Does a command that is done, and leaves nothing that may move.
@@ -341,6 +341,8 @@ async fn interrupted_it_stops() {
                     sleep(Duration::from_millis(10)).await;
                 }
                 sleep(Duration::from_millis(1500)).await;
+                // Who presses it twice does not give up the stop.
+                interrupt.send(()).unwrap();
                 interrupt.send(()).unwrap();
             });
             let trouble = bench.drive(command).await.unwrap_err();
@@ -349,6 +351,22 @@ async fn interrupted_it_stops() {
             assert_eq!(bench.session.stop().await, Stopped::Confirmed);
             assert!(bench.is_at_rest() && !bench.session.host().may_move());
         }
+    }
+}
+
+/// Nobody said how fast: a quarter of the greatest speed, and to where a move begins a tenth of it, as it was asked for.
+#[tokio::test(start_paused = true)]
+async fn without_a_speed_it_goes_slowly() {
+    for (command, speed) in [
+        (Command::Move { motor: 1, position: 50_000.0, speed: None }, 1250.0),
+        (Command::Run { file: sample("pan.json"), reverse: true }, 500.0),
+    ] {
+        let mut bench = bench(Options::default());
+        let died = tokio::time::timeout(Duration::from_secs(8), bench.drive(command)).await;
+        assert!(died.is_err());
+        let rig = bench.rig.lock().unwrap();
+        let velocity = rig.motors()[0].at(rig.wake().unwrap()).velocity;
+        assert!((velocity - speed).abs() < 1.0, "{velocity}");
     }
 }
 
