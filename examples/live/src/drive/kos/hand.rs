@@ -15,6 +15,8 @@ const ALIVE: Duration = Duration::from_millis(250);
 /// How much longer than computed a motor may take, and how far from its place it may rest.
 const SPARE: Duration = Duration::from_secs(10);
 const NEAR: f64 = 0.01;
+/// The longest that a way is waited for, however slow it is.
+const LONG: Duration = Duration::from_hours(24);
 
 /// How a motor is moved.
 #[derive(Clone, Copy)]
@@ -150,7 +152,8 @@ impl Drive<'_> {
         let go = Go { motor, position, speed, acceleration };
         self.order(if to.is_some() { host::Command::MoveTo(go) } else { host::Command::Bump(go) });
         let takes = way.abs() / f64::from(speed.0) + f64::from(speed.0) / f64::from(acceleration.0);
-        self.rests(motor, SPARE + Duration::from_secs_f64(2.0 * takes)).await
+        let takes = Duration::try_from_secs_f64(2.0 * takes).unwrap_or(LONG).min(LONG);
+        self.rests(motor, SPARE + takes).await
     }
 
     /// Waits until a motor rests.

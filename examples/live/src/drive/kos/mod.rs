@@ -34,6 +34,10 @@ impl Driven for KosHost {
     }
 
     fn stop_all(&mut self, now: Millis) {
+        // A lost connection is tried again ever less often: a stop does not wait for that.
+        if matches!(self.machine().state(), host::State::Discovering | host::State::Disconnected) {
+            self.command(now, Order::Connect);
+        }
         self.command(now, Order::Do(host::Command::Stop));
     }
 

@@ -135,6 +135,23 @@ async fn what_cannot_be_is_refused_in_one_line() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_motor_may_take_longer_than_anybody_waits() {
+    let served = Served::new(Setup::with_motors(1)).await;
+    served.done(CALIBRATE).await;
+    for speed in [1e-30, 1e-12] {
+        let (interrupt, interrupts) = mpsc::unbounded_channel();
+        let later = async {
+            tokio::time::sleep(Duration::from_secs(5)).await;
+            interrupt.send(()).unwrap();
+        };
+        let command = Command::Move { motor: 1, position: 2.0, speed: Some(speed) };
+        let ((said, done), ()) = tokio::join!(served.drive_until(command, None, interrupts), later);
+        assert!(matches!(done, Err(Trouble::Interrupted)), "{said}{done:?}");
+        assert!(said.contains("is on its way"), "{said}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_move_beyond_the_limits_of_its_file_is_refused() {
     let served = Served::new(Setup::with_motors(1)).await;
     served.done(CALIBRATE).await;
@@ -221,7 +238,7 @@ async fn ctrl_c_stops_the_move_and_says_so() {
     };
     let ((said, done), ()) = tokio::join!(served.drive_until(run(), None, interrupts), interrupted);
     assert!(matches!(done, Err(Trouble::Interrupted)), "{done:?}");
-    assert!(said.ends_with(&format!("{:?}\n", Stopped::Confirmed)), "{said}");
+    assert!(said.ends_with(&format!("stop: {:?}\n", Stopped::Confirmed)), "{said}");
     let there = served.at(0);
     assert!(served.rests() && there < 29.0);
     tokio::time::sleep(Duration::from_secs(20)).await;
@@ -248,6 +265,24 @@ async fn a_move_is_found_again_or_judged_by_its_end() {
     }
 }
 
+/// The client has tried for three seconds by then, and waits for four more until it tries again.
+#[tokio::test(start_paused = true)]
+async fn a_stop_does_not_wait_for_the_next_try() {
+    let served = Served::new(Setup::with_motors(1)).await;
+    served.done(CALIBRATE).await;
+    let (interrupt, interrupts) = mpsc::unbounded_channel();
+    let back = async {
+        tokio::time::sleep(Duration::from_secs(8)).await;
+        served.serving.abort();
+        tokio::time::sleep(Duration::from_millis(3500)).await;
+        served.again().await;
+        interrupt.send(()).unwrap();
+    };
+    let ((said, done), ()) = tokio::join!(served.drive_until(run(), None, interrupts), back);
+    assert!(matches!(done, Err(Trouble::Interrupted)), "{done:?}");
+    assert!(said.ends_with(&format!("stop: {:?}\n", Stopped::Confirmed)), "{said}");
+}
+
 #[tokio::test(start_paused = true)]
 async fn a_rig_that_is_gone_is_told_of_in_one_line() {
     let served = Served::new(Setup::with_motors(1)).await;
@@ -259,7 +294,7 @@ async fn a_rig_that_is_gone_is_told_of_in_one_line() {
     let ((said, done), ()) = tokio::join!(served.drive(run()), gone);
     let line = done.unwrap_err().to_string();
     assert!(line.contains("nobody listens there") && line.contains("the move goes on without us, perhaps"), "{line}");
-    assert!(said.ends_with(&format!("{:?}\n", Stopped::NotConfirmed)), "{said}");
+    assert!(said.ends_with(&format!("stop: {:?}\n", Stopped::NotConfirmed)), "{said}");
     let line = served.trouble(Command::Info).await;
     assert!(line.starts_with(&format!("{}: nobody listens there", served.address)), "{line}");
 }
@@ -277,7 +312,7 @@ async fn a_fault_in_a_move_is_told() {
     let ((said, done), ()) = tokio::join!(served.drive(run()), stall);
     let line = done.unwrap_err().to_string();
     assert!(line.starts_with("motor 1 has a fault (RUNAWAY), and its range is forgotten"), "{said}{line}");
-    assert!(said.ends_with(&format!("{:?}\n", Stopped::Confirmed)), "{said}");
+    assert!(said.ends_with(&format!("stop: {:?}\n", Stopped::Confirmed)), "{said}");
     let calibration = served.rig.lock().unwrap().machine().calibration(MotorAddress(1));
     assert_eq!((calibration, served.rests()), (Some(State::Uncalibrated), true));
 }

@@ -46,6 +46,18 @@ impl Served {
         Self { rig, address, start, path, cut, serving }
     }
 
+    /// Serves again, where nobody has served for a while.
+    pub(super) async fn again(&self) {
+        let listener = TcpListener::bind(self.address).await.unwrap();
+        self.rig.lock().unwrap().close(since(self.start), LINE);
+        let (keep, cuts) = mpsc::unbounded_channel();
+        let serving = serve(listener, self.start, Arc::clone(&self.rig), Arc::clone(&self.path), cuts);
+        tokio::spawn(async move {
+            let _keep = keep;
+            serving.await;
+        });
+    }
+
     /// Does a command as a program would that is started for it; what it says, and how it ends.
     pub(super) async fn drive(&self, command: Command) -> (String, Result<(), Trouble>) {
         let (_keep, interrupts) = mpsc::unbounded_channel();
@@ -65,7 +77,7 @@ impl Served {
         let mut said = String::from_utf8(out).unwrap();
         if done.is_err() && session.host().may_move() {
             let stopped = session.stop().await;
-            said = format!("{said}{stopped:?}\n");
+            said = format!("{said}stop: {stopped:?}\n");
         }
         if let Err(trouble) = &mut done {
             assert!(!trouble.to_string().contains('\n'), "{trouble}");
