@@ -190,7 +190,10 @@ impl<'s> Flow<'s> {
     /// The motors that move.
     pub(super) async fn status(&mut self) -> Result<Motors, Trouble> {
         let answer = self.ask("the question what moves", HostMessage::MotorStatus(Empty { tail: &[] })).await?;
-        if let Answer::Moving(motors) = answer { Ok(motors) } else { Ok(Motors::NONE) }
+        if let Answer::Moving(motors) = answer {
+            return Ok(motors);
+        }
+        Err(Trouble::Failed("the rig does not say what moves: look at it".to_owned()))
     }
 
     /// Waits until all motors rest.
