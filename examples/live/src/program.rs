@@ -45,8 +45,9 @@ pub fn log(level: Level) {
         .init();
 }
 
-/// A message for each Ctrl-C, and where there are such things, for each SIGTERM, and each SIGHUP if its `terminal` is to
-/// be missed. From now on none of them ends the program.
+/// A message for each Ctrl-C, and where there are such things, for each SIGTERM; and if its `terminal` is to be missed,
+/// for each SIGHUP, Ctrl-\ and Ctrl-Z: motors go on while their program sleeps. From now on none of them ends the program,
+/// nor sends it to sleep.
 ///
 /// # Errors
 ///
@@ -56,8 +57,9 @@ pub fn interrupts(terminal: bool) -> io::Result<UnboundedReceiver<()>> {
     #[cfg(unix)]
     {
         use tokio::signal::unix::{SignalKind, signal};
-        let hangup = terminal.then(SignalKind::hangup);
-        for kind in [SignalKind::interrupt(), SignalKind::terminate()].into_iter().chain(hangup) {
+        let sleep = SignalKind::from_raw(rustix::process::Signal::TSTP.as_raw());
+        let others = [SignalKind::hangup(), SignalKind::quit(), sleep].into_iter().filter(|_| terminal);
+        for kind in [SignalKind::interrupt(), SignalKind::terminate()].into_iter().chain(others) {
             let (mut signals, send) = (signal(kind)?, send.clone());
             tokio::spawn(async move { while signals.recv().await.is_some() && send.send(()).is_ok() {} });
         }

@@ -75,6 +75,11 @@ impl Program {
         kill_process(self.id(), Signal::INT).unwrap();
     }
 
+    /// As Ctrl-Z does.
+    pub(crate) fn suspend(&self) {
+        kill_process(self.id(), Signal::TSTP).unwrap();
+    }
+
     pub(crate) fn kill(mut self) {
         self.child.kill().unwrap();
     }
