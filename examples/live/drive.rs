@@ -42,13 +42,15 @@ fn main() -> ExitCode {
         Ok(args) => args,
         Err(status) => return status,
     };
-    log(match args.verbose {
+    let log = log(match args.verbose {
         0 => Level::ERROR,
         1 => Level::INFO,
         2 => Level::DEBUG,
         _ => Level::TRACE,
     });
-    match run(&args) {
+    let done = run(&args);
+    drop(log);
+    match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(trouble) => fail(NAME, &trouble.to_string()),
     }

@@ -25,12 +25,14 @@ fn main() -> ExitCode {
         Ok(args) => args,
         Err(status) => return status,
     };
-    log(match args.verbose {
+    let log = log(match args.verbose {
         0 => Level::INFO,
         1 => Level::DEBUG,
         _ => Level::TRACE,
     });
-    match run(&args) {
+    let done = run(&args);
+    drop(log);
+    match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => fail(NAME, &why),
     }

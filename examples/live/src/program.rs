@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 use tracing::Level;
+use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::fmt::time::uptime;
 
 /// Understands the command line; or says in one line what is wrong with it, with status 1. Help is no failure.
@@ -33,16 +34,24 @@ pub fn fail(program: &str, message: &str) -> ExitCode {
     ExitCode::FAILURE
 }
 
+/// Lines of the log that may wait for somebody to read them; more of them are lost.
+const LINES: usize = 4096;
+
 /// Writes the log to standard error, from a level on: seconds since now, level, text. Colours are for terminals.
-pub fn log(level: Level) {
+///
+/// A thread of its own does so, until what is returned is dropped: a standard error that takes nothing holds up neither a
+/// stop nor a rig.
+pub fn log(level: Level) -> WorkerGuard {
+    let (writer, guard) = NonBlockingBuilder::default().buffered_lines_limit(LINES).finish(io::stderr());
     tracing_subscriber::fmt()
-        .with_writer(io::stderr)
+        .with_writer(writer)
         .with_ansi(io::stderr().is_terminal())
         .with_timer(uptime())
         .with_target(false)
         .with_max_level(level)
         .log_internal_errors(false)
         .init();
+    guard
 }
 
 /// A message for each Ctrl-C, and where there are such things, for each SIGTERM; and if its `terminal` is to be missed,
