@@ -26,7 +26,9 @@
 //! $ cargo run --example drive -- kos udp://127.0.0.1:5530 info
 //! ```
 //!
-//! These rigs are heavy. Point it at one only with an emergency stop at hand that needs no software.
+//! These rigs are heavy. Point it at one only with an emergency stop at hand that needs no software: whoever kills this
+//! program, or cuts its cable, leaves a kOS move and a hoot program running, as their protocols mean it, and a DMC jog
+//! until the rig notices or meets a limit, for DMC knows no sign of life.
 
 use std::process::ExitCode;
 
