@@ -11,23 +11,11 @@ use dmc_proto::message::{
 };
 use dmc_proto::upload::{MoveSource, SCRATCH, Section, SectionSize};
 use dmc_proto::{DecodeError, DeviceMessage, Frame, HostMessage, MessageId, MessageType};
-use fuzz::machines::{Bytes, Line, STEPS, Tokens, Watched, print};
-use libfuzzer_sys::fuzz_target;
+use fuzz::fuzz_world;
+use fuzz::machines::{Bytes, Line, Tokens, Watched, print};
 use motion_core::time::Millis;
 
-fuzz_target!(|input: &[u8]| {
-    let mut bytes = Bytes::new(input);
-    let mut world = World::new(&mut bytes);
-    for _ in 0..STEPS {
-        if bytes.is_empty() {
-            break;
-        }
-        world.now = bytes.clock(world.now, [world.host.wake, world.device.wake]);
-        world.act(&mut bytes);
-    }
-    print(&world.host.machine);
-    print(&world.device.machine);
-});
+fuzz_world!(World);
 
 /// A rig that can do everything, with eight motors.
 fn hi() -> Hi<'static> {

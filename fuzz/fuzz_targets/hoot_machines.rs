@@ -4,31 +4,19 @@
 
 #![no_main]
 
-use fuzz::machines::{Bytes, Line, STEPS, Tokens, Watched, print};
+use fuzz::fuzz_world;
+use fuzz::machines::{Bytes, Line, Tokens, Watched};
 use hoot_proto::device::{self, Command as AtNode, Contact, DeviceMachine, Port, Quirks};
 use hoot_proto::frame::MAX_FRAME;
 use hoot_proto::host::{self, Command, Event, HostMachine, Nodes, Request, Token};
 use hoot_proto::message::{Amperes, Level, Motor, RingTip, Steps, StepsPerSecond, Volts};
 use hoot_proto::query::Profile;
 use hoot_proto::{Address, DeviceMessage, Frame, HostMessage};
-use libfuzzer_sys::fuzz_target;
 use motion_core::fixed::Scaled;
 use motion_core::time::Millis;
 use motion_core::wire::Messages;
 
-fuzz_target!(|input: &[u8]| {
-    let mut bytes = Bytes::new(input);
-    let mut world = World::new(&mut bytes);
-    for _ in 0..STEPS {
-        if bytes.is_empty() {
-            break;
-        }
-        world.now = bytes.clock(world.now, [world.host.wake, world.device.wake]);
-        world.act(&mut bytes);
-    }
-    print(&world.host.machine);
-    print(&world.device.machine);
-});
+fuzz_world!(World);
 
 const PORTS: [Port; 3] = [Port::Bus, Port::Usb, Port::Bluetooth];
 const PROFILES: [Profile; 6] =

@@ -4,7 +4,8 @@
 
 #![no_main]
 
-use fuzz::machines::{Bytes, Line, STEPS, Tokens, Watched, print};
+use fuzz::fuzz_world;
+use fuzz::machines::{Bytes, Line, Tokens, Watched};
 use kos_proto::device::{
     self, DeviceMachine, Event as Told, MotorProfile, Profile, Report, Scratch, SessionId, To, session,
 };
@@ -16,23 +17,10 @@ use kos_proto::message::{
 use kos_proto::summary::{Direction, MoveSummary, Transport};
 use kos_proto::trajectory::TrajectoryData;
 use kos_proto::{DeviceMessage, Frame, HostMessage, MessageId, MessageType};
-use libfuzzer_sys::fuzz_target;
 use motion_core::time::Millis;
 use motion_core::wire::{Message, Password};
 
-fuzz_target!(|input: &[u8]| {
-    let mut bytes = Bytes::new(input);
-    let mut world = World::new(&mut bytes);
-    for _ in 0..STEPS {
-        if bytes.is_empty() {
-            break;
-        }
-        world.now = bytes.clock(world.now, [world.host.wake, world.device.wake]);
-        world.act(&mut bytes);
-    }
-    print(&world.host.machine);
-    print(&world.device.machine);
-});
+fuzz_world!(World);
 
 /// The connection of the client; all others are strangers'.
 const CLIENT: SessionId = SessionId(0);

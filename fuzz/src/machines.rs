@@ -18,6 +18,27 @@ const MAX_TEXT: usize = 1 << 16;
 /// Frames that a line holds; what is more is lost.
 const MAX_LINE: usize = 64;
 
+/// The target of a world with the fields `now`, `host` and `device`, made by `new` from the first bytes of an input: `act`
+/// makes a step of the bytes that follow.
+#[macro_export]
+macro_rules! fuzz_world {
+    ($world:ident) => {
+        libfuzzer_sys::fuzz_target!(|input: &[u8]| {
+            let mut bytes = $crate::machines::Bytes::new(input);
+            let mut world = $world::new(&mut bytes);
+            for _ in 0..$crate::machines::STEPS {
+                if bytes.is_empty() {
+                    break;
+                }
+                world.now = bytes.clock(world.now, [world.host.wake, world.device.wake]);
+                world.act(&mut bytes);
+            }
+            $crate::machines::print(&world.host.machine);
+            $crate::machines::print(&world.device.machine);
+        });
+    };
+}
+
 /// An input that is read from its front.
 pub struct Bytes<'i>(&'i [u8]);
 

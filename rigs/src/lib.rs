@@ -17,6 +17,7 @@
 
 pub mod dmc_device;
 pub mod dmc_host;
+mod dmc_reader;
 pub mod faults;
 pub mod hoot_master;
 pub mod hoot_node;

@@ -17,12 +17,12 @@ mod setup;
 mod store;
 mod verdict;
 
-use dmc_proto::Frames;
 use dmc_proto::device::{Input, State};
 use dmc_proto::message::{FrameNumber, Motor as Number, Steps, Triggers};
 use motion_core::time::Millis;
 use tracing::{info, warn};
 
+use crate::dmc_reader::Reader;
 use crate::motor::Motor;
 use crate::{LineId, Outgoing, Party, Rig};
 
@@ -33,16 +33,12 @@ use self::core::Core;
 
 /// The only line.
 const LINE: LineId = LineId(0);
-/// Milliseconds without a byte, after which a frame that is not whole will not be.
-const GAP: u64 = 250;
 
 /// A DMC controller with its motors and its camera. It has one line.
 #[derive(Debug)]
 pub struct DmcDevice {
     is_open: bool,
-    frames: Box<Frames>,
-    /// When a frame that is not whole is given up.
-    gap: Option<Millis>,
+    reader: Reader,
     core: Core,
 }
 
@@ -50,7 +46,7 @@ impl DmcDevice {
     /// A device at rest, all its motors at 0.
     #[must_use]
     pub fn new(setup: Setup) -> Self {
-        Self { is_open: false, frames: Box::new(Frames::new()), gap: None, core: Core::new(setup) }
+        Self { is_open: false, reader: Reader::new(), core: Core::new(setup) }
     }
 
     /// What the protocol takes it to be doing.
@@ -116,7 +112,7 @@ impl DmcDevice {
     #[must_use]
     pub fn held(&self) -> usize {
         let len = |outgoing: &Outgoing| if let Outgoing::Bytes(_, bytes) = outgoing { bytes.len() } else { 0 };
-        self.frames.held() + self.core.out.iter().map(len).sum::<usize>()
+        self.reader.held() + self.core.out.iter().map(len).sum::<usize>()
     }
 
     /// Somebody presses the emergency stop, or releases it.
@@ -147,7 +143,7 @@ impl Party for DmcDevice {
         if line == LINE && !self.is_open {
             info!("line open");
             self.is_open = true;
-            self.frames.reset();
+            self.reader.reset();
             self.core.step(Input::LinkUp);
         }
     }
@@ -156,7 +152,8 @@ impl Party for DmcDevice {
         self.advance(now);
         if line == LINE && self.is_open {
             info!("line gone");
-            (self.is_open, self.gap) = (false, None);
+            self.is_open = false;
+            self.reader.reset();
             self.core.step(Input::LinkDown);
             // Nobody is there to hear it.
             self.core.out.clear();
@@ -168,33 +165,19 @@ impl Party for DmcDevice {
         if line != LINE || !self.is_open {
             return;
         }
-        let mut rest = bytes;
-        while !rest.is_empty() {
-            let taken = self.frames.push(rest);
-            rest = &rest[taken..];
-            while let Some(item) = self.frames.next() {
-                self.core.received(item);
-            }
-        }
-        self.gap = (self.frames.held() > 0).then(|| now.after(GAP));
+        self.reader.receive(now, bytes, |item| self.core.received(item));
     }
 
     fn advance(&mut self, now: Millis) {
         while let Some(next) = self.wake().filter(|next| *next <= now) {
             self.core.tick(next.max(self.core.clock));
-            if self.gap.is_some_and(|gap| gap <= next) {
-                self.gap = None;
-                self.frames.gap();
-                while let Some(item) = self.frames.next() {
-                    self.core.received(item);
-                }
-            }
+            self.reader.give_up(next, |item| self.core.received(item));
         }
         self.core.clock = self.core.clock.max(now);
     }
 
     fn wake(&self) -> Option<Millis> {
-        [self.core.next(), self.gap].into_iter().flatten().min()
+        [self.core.next(), self.reader.wake()].into_iter().flatten().min()
     }
 
     fn poll(&mut self) -> Option<Outgoing> {
@@ -217,8 +200,8 @@ impl Rig for DmcDevice {
     fn reset(&mut self, now: Millis) {
         self.advance(now);
         warn!("reset");
-        (self.is_open, self.gap) = (false, None);
-        self.frames.reset();
+        self.is_open = false;
+        self.reader.reset();
         self.core.reset();
     }
 

@@ -11,13 +11,14 @@ mod types;
 
 use std::mem;
 
+use dmc_proto::EncodeError;
 use dmc_proto::host::{Input, Options, State};
 use dmc_proto::lint::Context;
 use dmc_proto::message::{CameraFlags, GioCam, Hi, HostMessage, RtUploadMoveBegin};
 use dmc_proto::upload;
-use dmc_proto::{EncodeError, Frames};
 use motion_core::time::Millis;
 
+use crate::dmc_reader::Reader;
 use crate::{Host, LineId, Outgoing, Party};
 
 pub use dmc_proto::host::{Failure, Progress, Stop, Token};
@@ -28,15 +29,12 @@ use self::core::{Core, SHUTTER};
 
 /// The only line.
 const LINE: LineId = LineId(0);
-/// Milliseconds without a byte, after which a frame that is not whole will not be.
-const GAP: u64 = 250;
 
 /// A host of DMC controllers. It takes its line as it is, and does not ask for it.
 #[derive(Debug)]
 pub struct DmcHost {
     is_open: bool,
-    frames: Box<Frames>,
-    gap: Option<Millis>,
+    reader: Reader,
     core: Core,
 }
 
@@ -44,7 +42,7 @@ impl DmcHost {
     /// A host that waits for its line to be open.
     #[must_use]
     pub fn new(options: Options) -> Self {
-        Self { is_open: false, frames: Box::new(Frames::new()), gap: None, core: Core::new(options) }
+        Self { is_open: false, reader: Reader::new(), core: Core::new(options) }
     }
 
     /// What the device said of itself.
@@ -108,7 +106,7 @@ impl DmcHost {
     #[must_use]
     pub fn held(&self) -> usize {
         let len = |outgoing: &Outgoing| if let Outgoing::Bytes(_, bytes) = outgoing { bytes.len() } else { 0 };
-        self.frames.held() + self.core.out.iter().map(len).sum::<usize>()
+        self.reader.held() + self.core.out.iter().map(len).sum::<usize>()
     }
 }
 
@@ -123,7 +121,7 @@ impl Party for DmcHost {
         self.advance(now);
         if line == LINE {
             self.is_open = true;
-            self.frames.reset();
+            self.reader.reset();
             self.core.step(Input::LinkUp);
         }
     }
@@ -131,7 +129,7 @@ impl Party for DmcHost {
     fn close(&mut self, now: Millis, line: LineId) {
         self.advance(now);
         if line == LINE && mem::take(&mut self.is_open) {
-            self.gap = None;
+            self.reader.reset();
             self.core.out.clear();
             self.core.step(Input::LinkDown);
         }
@@ -142,27 +140,13 @@ impl Party for DmcHost {
         if line != LINE || !self.is_open {
             return;
         }
-        let mut rest = bytes;
-        while !rest.is_empty() {
-            let taken = self.frames.push(rest);
-            rest = &rest[taken..];
-            while let Some(item) = self.frames.next() {
-                self.core.received(item);
-            }
-        }
-        self.gap = (self.frames.held() > 0).then(|| now.after(GAP));
+        self.reader.receive(now, bytes, |item| self.core.received(item));
     }
 
     fn advance(&mut self, now: Millis) {
         while let Some(next) = self.wake().filter(|next| *next <= now) {
             self.core.clock = self.core.clock.max(next);
-            if self.gap.is_some_and(|gap| gap <= next) {
-                self.gap = None;
-                self.frames.gap();
-                while let Some(item) = self.frames.next() {
-                    self.core.received(item);
-                }
-            }
+            self.reader.give_up(next, |item| self.core.received(item));
             if self.core.wake.is_some_and(|wake| wake <= next) {
                 self.core.step(Input::Wake);
             }
@@ -171,7 +155,7 @@ impl Party for DmcHost {
     }
 
     fn wake(&self) -> Option<Millis> {
-        [self.core.wake, self.gap].into_iter().flatten().min()
+        [self.core.wake, self.reader.wake()].into_iter().flatten().min()
     }
 
     fn poll(&mut self) -> Option<Outgoing> {

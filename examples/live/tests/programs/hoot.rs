@@ -1,12 +1,8 @@
 //! hoot: TCP, and a pseudo-terminal.
 
-use std::thread::sleep;
-use std::time::Duration;
-
 use examples::moves::Move;
 
-use crate::cable::Cable;
-use crate::process::{Rig, Scenario, done_or_at_rest, file, within};
+use crate::process::{Program, Rig, Scenario, cut, done_or_at_rest, file, interrupted, missed, within};
 use crate::record::{Planned, Row, is_at, last};
 
 /// Two seconds from one key frame to the other, which is what a node can plan.
@@ -67,26 +63,17 @@ fn photos(test: &str, line: &str) {
     let path = file(test, MOVE);
     let rig = Rig::start(test, "hoot", &[line]);
     let said = rig.drive(&shots(path.to_str().unwrap())).done();
-    assert!(said.contains('4'), "{said}");
+    assert!(said.ends_with("4 photos, and all motors rest\n"), "{said}");
+    assert_eq!(rig.log().matches("photo ").count(), 4);
     assert!(is_at(last(&rig.end(), 2), 3600.0));
 }
 
 fn ctrl_c_stops_the_motors_first(test: &str) {
     let path = file(test, MOVE);
     let rig = Rig::start(test, "hoot", &[]);
-    let drive = rig.begin(&["run", path.to_str().unwrap()]);
-    rig.plays();
-    sleep(Duration::from_millis(500));
-    drive.interrupt();
-    drive.end().failed("drive: interrupted: the rig confirmed the stop");
-    rig.rests();
-    let drive = rig.begin(&["jog", "1", "500", "--for", "30"]);
-    rig.moves(1);
     // Nobody may be sent to sleep who lets something run.
-    drive.suspend();
-    drive.end().failed("drive: interrupted: the rig confirmed the stop");
-    rig.rests();
-    let rows = rig.end();
+    let rows =
+        interrupted(rig, &["run", path.to_str().unwrap()], &["jog", "1", "500", "--for", "30"], Program::suspend);
     assert!(last(&rows, 2) > 0.0 && last(&rows, 2) < 3600.0, "{}", last(&rows, 2));
     assert!(last(&rows, 1) > 20.0 && last(&rows, 1) < 5000.0, "{}", last(&rows, 1));
 }
@@ -132,21 +119,12 @@ fn a_rig_that_is_killed_between_photos(test: &str) {
     let path = file(test, MOVE);
     let rig = Rig::start(test, "hoot", &[]);
     let drive = rig.begin(&shots(path.to_str().unwrap()));
-    rig.plays();
-    rig.kill();
-    drive.end().failed("NOT confirmed: press the emergency stop");
+    missed(rig, drive);
 }
 
 fn a_connection_that_breaks_is_made_anew_for_a_stop(test: &str) {
     let path = file(test, MOVE);
-    let rig = Rig::start(test, "hoot", &["--tcp"]);
-    let cable = Cable::new(&rig.address);
-    let drive = rig.begin_over(&cable.address, &["run", path.to_str().unwrap()]);
-    rig.plays();
-    cable.cut();
-    drive.end().failed("the rig confirmed the stop");
-    rig.rests();
-    let rows = rig.end();
+    let rows = cut(Rig::start(test, "hoot", &["--tcp"]), &["run", path.to_str().unwrap()]);
     assert!(last(&rows, 2) < 3600.0, "{}", last(&rows, 2));
 }
 
@@ -154,9 +132,7 @@ fn a_rig_that_is_killed_is_missed(test: &str, line: &str) {
     let path = file(test, MOVE);
     let rig = Rig::start(test, "hoot", &[line]);
     let drive = rig.begin(&["run", path.to_str().unwrap()]);
-    rig.plays();
-    rig.kill();
-    drive.end().failed("NOT confirmed: press the emergency stop");
+    missed(rig, drive);
 }
 
 fn with_all_faults(test: &str, line: &str, seed: &str) {

@@ -105,7 +105,8 @@ fn a_time_lapse(test: &str) {
     let path = file(test, MOVE);
     let rig = calibrated(test, &[]);
     let said = rig.drive(&lapse(path.to_str().unwrap())).done();
-    assert!(said.contains("photo"), "{said}");
+    assert!(said.ends_with("4 photos are taken\n"), "{said}");
+    assert_eq!(rig.log().matches("photo ").count(), 4);
     is_over(&rig.end());
 }
 

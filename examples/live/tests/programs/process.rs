@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 
+use crate::cable::Cable;
 use crate::record::Row;
 
 /// No test waits longer than this for anything.
@@ -213,6 +214,45 @@ impl Rig {
         assert!(outcome.status.success() && outcome.err.contains("the end"), "{outcome:?}");
         Row::read(&self.record)
     }
+}
+
+/// Interrupts a run, and then a jog of motor 1 as `jog` says: each time the rig confirms that it stopped, and rests.
+/// Gives what its motors did.
+#[track_caller]
+pub(crate) fn interrupted(rig: Rig, run: &[&str], jog: &[&str], interrupt: fn(&Program)) -> Vec<Row> {
+    let confirmed = "drive: interrupted: the rig confirmed the stop";
+    let drive = rig.begin(run);
+    rig.plays();
+    thread::sleep(Duration::from_millis(500));
+    drive.interrupt();
+    drive.end().failed(confirmed);
+    rig.rests();
+    let drive = rig.begin(jog);
+    rig.moves(1);
+    interrupt(&drive);
+    drive.end().failed(confirmed);
+    rig.rests();
+    rig.end()
+}
+
+/// Kills a rig that plays what `drive` has begun: it is said that no stop is confirmed.
+#[track_caller]
+pub(crate) fn missed(rig: Rig, drive: Program) {
+    rig.plays();
+    rig.kill();
+    drive.end().failed("NOT confirmed: press the emergency stop");
+}
+
+/// Cuts the cable in a run: the line is opened again for a stop. Gives what the motors did.
+#[track_caller]
+pub(crate) fn cut(rig: Rig, run: &[&str]) -> Vec<Row> {
+    let cable = Cable::new(&rig.address);
+    let drive = rig.begin_over(&cable.address, run);
+    rig.plays();
+    cable.cut();
+    drive.end().failed("the rig confirmed the stop");
+    rig.rests();
+    rig.end()
 }
 
 /// Whether it is done; otherwise it was said in one line why not. Then everything rests, however it went.
