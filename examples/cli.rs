@@ -2,12 +2,13 @@
 
 use std::ffi::OsString;
 use std::fs::File;
-use std::io::{self, ErrorKind, Read, Write};
+use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
 
+use crate::program::{fail, reason};
 use crate::text::{Format, Senders, Source, SourceError};
 
 /// Show the frames of a motion-control rig as typed messages
@@ -165,40 +166,16 @@ pub fn exit(result: Result<(), Stop>) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(Stop::Help(help)) => end(help.print()),
         Err(Stop::Output(error)) => end(Err(error)),
-        Err(stop) => fail(&stop.to_string()),
+        Err(stop) => fail("inspect", &stop.to_string()),
     }
 }
 
 /// Ends the program after its last output.
 fn end(output: io::Result<()>) -> ExitCode {
     match output {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => fail(&error.to_string()),
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => fail("inspect", &error.to_string()),
         _ => ExitCode::SUCCESS,
     }
-}
-
-fn fail(message: &str) -> ExitCode {
-    // Nobody is left to tell when standard error is closed too.
-    let _ = writeln!(io::stderr(), "inspect: {}", one_line(message));
-    ExitCode::FAILURE
-}
-
-/// The first paragraph of clap's message, which holds the reason.
-fn reason(error: &clap::Error) -> String {
-    let message = error.to_string();
-    let reason = message.split("\n\n").next().unwrap_or_default();
-    let reason = reason.strip_prefix("error: ").unwrap_or(reason);
-    let words: Vec<&str> = reason.split_whitespace().collect();
-    format!("{} (see --help)", words.join(" "))
-}
-
-/// Escapes line ends and other control characters: file names may hold them.
-fn one_line(message: &str) -> String {
-    let escape = |char: char| match char {
-        char if char.is_control() => char.escape_default().to_string(),
-        char => char.to_string(),
-    };
-    message.chars().map(escape).collect()
 }
 
 #[cfg(test)]
@@ -279,7 +256,6 @@ mod tests {
             assert!(!text.contains(['\n', '\r']), "{text:?}");
         }
         assert_eq!(exit(request_of("inspect --json").map(drop)), ExitCode::FAILURE);
-        assert_eq!(one_line("a\nb\u{1b}é"), "a\\nb\\u{1b}é");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 pub mod cli;
 pub mod moves;
 pub mod print;
+pub mod program;
 pub mod record;
 pub mod tap;
 pub mod text;

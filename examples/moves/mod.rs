@@ -82,6 +82,8 @@ use std::{fs, io};
 
 use motion_core::trajectory::FrameTimes;
 
+use crate::program::one_line;
+
 pub use axis::{Dmc, Hoot, Kos, MoveAxis, Rotations};
 pub use limits::{Excess, What};
 
@@ -170,13 +172,6 @@ impl Move {
     pub fn excesses(&self) -> impl Iterator<Item = Excess<'_>> {
         self.axes.iter().flat_map(limits::excesses)
     }
-}
-
-/// Escapes line ends and other control characters.
-fn one_line(text: &str) -> String {
-    text.chars()
-        .map(|char| if char.is_control() { char.escape_default().to_string() } else { char.to_string() })
-        .collect()
 }
 
 #[cfg(test)]

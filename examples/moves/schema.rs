@@ -9,9 +9,10 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error};
 use serde_json::Value;
 
+use super::Move;
 use super::axis::{Dmc, Hoot, Kos, MoveAxis, Rotations};
 use super::ease::{self, Ease, Eased};
-use super::{Move, one_line};
+use crate::program::one_line;
 
 /// The longest name, in characters.
 const LONGEST: usize = 80;

@@ -8,6 +8,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use examples::moves::{Move, MoveError};
+use examples::program::{fail, reason};
 
 /// Draw a move file: position, velocity and acceleration of each axis over time
 ///
@@ -100,14 +101,6 @@ fn write(say: &mut impl Write, path: &Path, bytes: &[u8]) -> Result<(), Stop> {
     }
 }
 
-/// The first paragraph of clap's message, which holds the reason.
-fn reason(error: &clap::Error) -> String {
-    let message = error.to_string();
-    let reason = message.split("\n\n").next().unwrap_or_default();
-    let words: Vec<&str> = reason.strip_prefix("error: ").unwrap_or(reason).split_whitespace().collect();
-    format!("{} (see --help)", words.join(" "))
-}
-
 /// Ends the program: status 0, or one line on standard error and status 1.
 ///
 /// Help is no failure, nor is a reader of the output that has seen enough.
@@ -120,10 +113,6 @@ pub fn exit(result: Result<(), Stop>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(Stop::Output(error)) if error.kind() == ErrorKind::BrokenPipe => ExitCode::SUCCESS,
-        Err(stop) => {
-            // Nobody is left to tell when standard error is closed too.
-            let _ = writeln!(io::stderr(), "plot: {}", stop.to_string().replace(char::is_control, " "));
-            ExitCode::FAILURE
-        }
+        Err(stop) => fail("plot", &stop.to_string()),
     }
 }

@@ -27,6 +27,8 @@ pub mod line;
 pub mod motor;
 mod scene;
 
+use std::collections::VecDeque;
+
 use motion_core::time::Millis;
 
 pub use scene::{Scene, Side};
@@ -53,6 +55,21 @@ pub enum Outgoing {
     Announce(Vec<u8>),
     /// A datagram to the one whose datagram was just given in.
     Answer(Vec<u8>),
+}
+
+/// Bytes that wait to be taken.
+fn waiting(outgoing: &VecDeque<Outgoing>) -> usize {
+    let len = |outgoing: &Outgoing| match outgoing {
+        Outgoing::Bytes(_, bytes) | Outgoing::Announce(bytes) | Outgoing::Answer(bytes) => bytes.len(),
+        Outgoing::Open(_) | Outgoing::HangUp(_) => 0,
+    };
+    outgoing.iter().map(len).sum()
+}
+
+/// A moment, or a time, in seconds.
+#[expect(clippy::cast_precision_loss, reason = "exact for 285,000 years")]
+const fn seconds(moment: Millis) -> f64 {
+    moment.0 as f64 / 1000.0
 }
 
 /// One end of a line: a rig or a host.

@@ -8,6 +8,8 @@ use motion_core::profile::{Limits, Profile};
 use motion_core::time::Millis;
 use motion_core::trajectory::Range;
 
+use crate::seconds;
+
 /// A motor.
 #[derive(Debug, Clone)]
 pub struct Motor {
@@ -332,12 +334,6 @@ impl Motor {
             jerk: self.limits.jerk,
         }
     }
-}
-
-/// A moment in seconds.
-#[expect(clippy::cast_precision_loss, reason = "exact for 285,000 years")]
-fn seconds(moment: Millis) -> f64 {
-    moment.0 as f64 / 1000.0
 }
 
 #[cfg(test)]

@@ -1,13 +1,16 @@
 //! What both programs do alike: one line for what is wrong, a log, and Ctrl-C.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::process::ExitCode;
 
 use clap::Parser;
+use examples::program::reason;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 use tracing::Level;
 use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::fmt::time::uptime;
+
+pub use examples::program::fail;
 
 /// Understands the command line; or says in one line what is wrong with it, with status 1. Help is no failure.
 ///
@@ -17,21 +20,13 @@ use tracing_subscriber::fmt::time::uptime;
 pub fn arguments<T: Parser>(program: &str) -> Result<T, ExitCode> {
     T::try_parse().map_err(|error| {
         if error.use_stderr() {
-            fail(program, &format!("{} (see --help)", reason(&error)))
+            fail(program, &reason(&error))
         } else {
             // Nobody is left to tell when standard output is closed.
             let _ = error.print();
             ExitCode::SUCCESS
         }
     })
-}
-
-/// Says in one line what is wrong.
-#[must_use]
-pub fn fail(program: &str, message: &str) -> ExitCode {
-    // Nobody is left to tell when standard error is closed.
-    let _ = writeln!(io::stderr(), "{program}: {}", one_line(message));
-    ExitCode::FAILURE
 }
 
 /// Lines of the log that may wait for somebody to read them; more of them are lost.
@@ -80,45 +75,4 @@ pub fn interrupts(terminal: bool) -> io::Result<UnboundedReceiver<()>> {
         tokio::spawn(async move { while signals.recv().await.is_some() && send.send(()).is_ok() {} });
     }
     Ok(interrupts)
-}
-
-/// The first paragraph of clap's message, which holds the reason.
-fn reason(error: &clap::Error) -> String {
-    let message = error.to_string();
-    let reason = message.split("\n\n").next().unwrap_or_default();
-    let reason = reason.strip_prefix("error: ").unwrap_or(reason);
-    reason.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-/// Escapes line ends and other control characters: file names and what rigs are called may hold them.
-fn one_line(message: &str) -> String {
-    let escape = |char: char| match char {
-        char if char.is_control() => char.escape_default().to_string(),
-        char => char.to_string(),
-    };
-    message.chars().map(escape).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[derive(Debug, Parser)]
-    struct Args {
-        #[arg(long)]
-        seed: u64,
-    }
-
-    #[test]
-    fn bad_usage_is_one_line() {
-        for (line, expected) in [
-            ("x", "the following required arguments were not provided: --seed <SEED>"),
-            ("x --seed \u{1b}", "invalid value"),
-            ("x --speed 1", "unexpected argument '--speed' found"),
-        ] {
-            let reason = one_line(&reason(&Args::try_parse_from(line.split(' ')).unwrap_err()));
-            assert!(reason.starts_with(expected) && !reason.contains(char::is_control), "{reason:?}");
-        }
-        assert_eq!(one_line("a\nb\u{1b}é"), "a\\nb\\u{1b}é");
-    }
 }

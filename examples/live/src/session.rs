@@ -15,6 +15,7 @@ use tokio_serial::SerialPortBuilderExt;
 use tracing::{debug, trace};
 
 use crate::drive::{Driven, Stopped, Trouble};
+use crate::serve::Stream;
 
 /// How long a connection may take to be there.
 const CONNECT: Duration = Duration::from_secs(5);
@@ -41,10 +42,6 @@ pub enum Target {
     /// At a serial line, at so many bits a second.
     Serial(String, u32),
 }
-
-/// What bytes go over.
-trait Stream: AsyncRead + AsyncWrite + Send + Unpin {}
-impl<T: AsyncRead + AsyncWrite + Send + Unpin> Stream for T {}
 
 /// A host, its line, and the clock of the computer.
 pub struct Session<H> {

@@ -8,8 +8,9 @@ use tracing::{debug, info, warn};
 use super::core::Core;
 use super::job::{Job, Kind, Way};
 use super::store::Store;
-use super::{index, seconds, steps};
+use super::{index, steps};
 use crate::motor::{Motor, Place};
+use crate::seconds;
 
 /// Seconds in which a jog of all motors gets up to speed.
 const JOG_ROLL: f64 = 0.5;

@@ -24,7 +24,7 @@ use tracing::{info, warn};
 
 use crate::dmc_reader::Reader;
 use crate::motor::Motor;
-use crate::{LineId, Outgoing, Party, Rig};
+use crate::{LineId, Outgoing, Party, Rig, waiting};
 
 pub use camera::Photo;
 pub use setup::{Setup, Tuning};
@@ -111,8 +111,7 @@ impl DmcDevice {
     /// Bytes of input and output that it holds.
     #[must_use]
     pub fn held(&self) -> usize {
-        let len = |outgoing: &Outgoing| if let Outgoing::Bytes(_, bytes) = outgoing { bytes.len() } else { 0 };
-        self.reader.held() + self.core.out.iter().map(len).sum::<usize>()
+        self.reader.held() + waiting(&self.core.out)
     }
 
     /// Somebody presses the emergency stop, or releases it.
@@ -238,9 +237,4 @@ const fn steps(position: f64) -> i32 {
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cut to what fits")]
 const fn millis(seconds: f64) -> u64 {
     (seconds * 1000.0).round() as u64
-}
-
-#[expect(clippy::cast_precision_loss, reason = "exact for 285,000 years")]
-const fn seconds(moment: Millis) -> f64 {
-    moment.0 as f64 / 1000.0
 }

@@ -105,8 +105,7 @@ impl DmcHost {
     /// Bytes of input and output that it holds.
     #[must_use]
     pub fn held(&self) -> usize {
-        let len = |outgoing: &Outgoing| if let Outgoing::Bytes(_, bytes) = outgoing { bytes.len() } else { 0 };
-        self.reader.held() + self.core.out.iter().map(len).sum::<usize>()
+        self.reader.held() + crate::waiting(&self.core.out)
     }
 }
 

@@ -195,8 +195,7 @@ impl HootMaster {
     /// Bytes that wait: for the rest of their packet, or to be taken by [`poll`](Party::poll).
     #[must_use]
     pub fn held(&self) -> usize {
-        let out = self.outgoing.iter().map(|out| if let Outgoing::Bytes(_, bytes) = out { bytes.len() } else { 0 });
-        self.frames.held() + out.sum::<usize>()
+        self.frames.held() + crate::waiting(&self.outgoing)
     }
 
     fn step(&mut self, input: Input<'_>) {

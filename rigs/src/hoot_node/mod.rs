@@ -141,8 +141,7 @@ impl HootNode {
     /// Bytes that wait: for the rest of their packet, or to be taken by [`poll`](Party::poll).
     #[must_use]
     pub fn held(&self) -> usize {
-        let out = self.outgoing.iter().map(|out| if let Outgoing::Bytes(_, bytes) = out { bytes.len() } else { 0 });
-        self.wires.iter().map(|wire| wire.frames.held()).sum::<usize>() + out.sum::<usize>()
+        self.wires.iter().map(|wire| wire.frames.held()).sum::<usize>() + crate::waiting(&self.outgoing)
     }
 
     /// Somebody at the node does something: a button is pressed, a contact closed.

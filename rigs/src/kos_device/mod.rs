@@ -165,11 +165,7 @@ impl KosDevice {
     #[must_use]
     pub fn held(&self) -> usize {
         let frames = self.lines.iter().filter_map(|line| line.frames.as_ref()).map(|frames| frames.held());
-        let waiting = self.outgoing.iter().map(|outgoing| match outgoing {
-            Outgoing::Bytes(_, bytes) | Outgoing::Announce(bytes) | Outgoing::Answer(bytes) => bytes.len(),
-            Outgoing::Open(_) | Outgoing::HangUp(_) => 0,
-        });
-        frames.chain(waiting).sum()
+        frames.sum::<usize>() + crate::waiting(&self.outgoing)
     }
 
     /// Whether it is on.

@@ -8,6 +8,7 @@ use motion_core::time::Millis;
 
 use crate::kos_host::StoredMove;
 use crate::motor::Place;
+use crate::seconds;
 
 /// The ways of the motors of a move, and how far it is.
 #[derive(Debug, Clone)]
@@ -72,7 +73,7 @@ impl Playing {
         match self.stage {
             Stage::At(part) => part,
             Stage::Runs { way, start, millis } => {
-                let part = (seconds(now.since(start)) / seconds(millis.max(1))).min(1.0);
+                let part = (seconds(Millis(now.since(start))) / seconds(Millis(millis.max(1)))).min(1.0);
                 if way == Direction::Forward { part } else { 1.0 - part }
             }
         }
@@ -97,8 +98,8 @@ impl Playing {
     pub(super) fn place(&self, way: &Way, now: Millis) -> Option<Place> {
         let (direction, takes) = match self.stage {
             Stage::At(_) => (0.0, 1.0),
-            Stage::Runs { way: Direction::Forward, millis, .. } => (1.0, seconds(millis.max(1))),
-            Stage::Runs { way: Direction::Reverse, millis, .. } => (-1.0, seconds(millis.max(1))),
+            Stage::Runs { way: Direction::Forward, millis, .. } => (1.0, seconds(Millis(millis.max(1)))),
+            Stage::Runs { way: Direction::Reverse, millis, .. } => (-1.0, seconds(Millis(millis.max(1)))),
         };
         let motion = way.at(self.elapsed(now))?;
         Some(Place {
@@ -118,9 +119,4 @@ impl Way {
     pub(super) fn position(&self, part: f64) -> Option<f64> {
         self.at(part).map(|motion| self.begin + motion.position * self.range)
     }
-}
-
-#[expect(clippy::cast_precision_loss, reason = "exact for 285,000 years")]
-fn seconds(millis: u64) -> f64 {
-    millis as f64 / 1000.0
 }

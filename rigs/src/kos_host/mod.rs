@@ -226,8 +226,7 @@ impl KosHost {
     /// Bytes that it holds: of messages that are not whole, and of messages that nobody took yet.
     #[must_use]
     pub fn held(&self) -> usize {
-        let waiting = self.outgoing.iter().map(|out| if let Outgoing::Bytes(_, bytes) = out { bytes.len() } else { 0 });
-        self.frames.as_ref().map_or(0, |frames| frames.held()) + waiting.sum::<usize>()
+        self.frames.as_ref().map_or(0, |frames| frames.held()) + crate::waiting(&self.outgoing)
     }
 
     /// The motors that a command sets in motion, if it is followed.
