@@ -11,9 +11,9 @@
 //!
 //! | | a rig | a host |
 //! |---|---|---|
-//! | kOS | `kos_device::KosDevice` | [`kos_host::KosHost`] |
-//! | DMC | `dmc_device::DmcDevice` | [`dmc_host::DmcHost`] |
-//! | hoot | `hoot_node::HootNode` | [`hoot_master::HootMaster`] |
+//! | kOS | [`kos_device::KosDevice`] | [`kos_host::KosHost`] |
+//! | DMC | [`dmc_device::DmcDevice`] | [`dmc_host::DmcHost`] |
+//! | hoot | [`hoot_node::HootNode`] | [`hoot_master::HootMaster`] |
 
 pub mod dmc_device;
 pub mod dmc_host;

@@ -124,7 +124,7 @@ impl Host for Flood {
 }
 
 fn flood(seconds: u64) {
-    let rig = DmcDevice::new(Setup::of(32).with_quirks(Quirks::WIDE_ACK));
+    let rig = DmcDevice::new(Setup::with_motors(32).with_quirks(Quirks::WIDE_ACK));
     let mut scene = Scene::new(Flood::default(), rig, Carrier::Serial, Faults::all(Carrier::Serial), 1);
     let (mut on_line, mut in_rig, mut acknowledged) = (0, 0, 0);
     for millis in 1..=seconds * 1000 {
@@ -170,7 +170,7 @@ fn ten_thousand_messages_a_second_for_a_minute() {
 /// As fast as a host of the protocol can: four requests on their way at once.
 fn window(seconds: u64) {
     let host = DmcHost::new(Options::default().with_window(4));
-    let rig = DmcDevice::new(Setup::of(32));
+    let rig = DmcDevice::new(Setup::with_motors(32));
     let mut scene = Scene::new(host, rig, Carrier::Serial, Faults::all(Carrier::Serial), 2);
     // No two requests on their way are about the same motor: what is repeated may arrive behind what was asked later.
     let (mut last, mut asked) = (0_u32, BTreeMap::new());

@@ -16,7 +16,7 @@ use hoot_proto::{Address, HostMessage};
 use motion_core::time::Millis;
 use rigs::faults::{Carrier, Faults};
 use rigs::hoot_master::{Event, HootMaster};
-use rigs::hoot_node::{HootNode, Options as NodeOptions};
+use rigs::hoot_node::{HootNode, Setup};
 use rigs::line::Line;
 use rigs::{LineId, Outgoing, Party, Scene};
 
@@ -54,7 +54,7 @@ fn start_of(rig: &HootNode, motor: Motor) -> i32 {
 fn load(seconds: u64, faults: Faults, seed: u64) -> Count {
     // Lines are silent for a second and a half: who waits for less takes late answers for others.
     let options = Options::default().with_gap(40).with_settle(1).with_timeout(2000);
-    let (master, node) = (HootMaster::new(options), HootNode::new(NodeOptions::default()));
+    let (master, node) = (HootMaster::new(options), HootNode::new(Setup::default()));
     let mut scene = Scene::new(master, node, Carrier::Serial, faults, seed);
     let mut other = Line::new(faults, seed + 1000);
     let mut count = Count::default();
@@ -166,7 +166,7 @@ fn a_minute_of_load() {
 fn wrong_bits_are_not_noticed() {
     let faults = Faults { corruption: 0.2, reset: 0.0, ..Faults::NONE };
     let options = Options::default().with_gap(40).with_settle(1);
-    let node = HootNode::new(NodeOptions::default());
+    let node = HootNode::new(Setup::default());
     let mut scene = Scene::new(HootMaster::new(options), node, Carrier::Serial, faults, 3);
     scene.run(Millis(10), |_, _| None::<()>);
     let (mut done, mut wrong) = (0, 0);

@@ -145,15 +145,15 @@ fn dmc(args: &Args) -> Result<dmc_device::Setup, String> {
         };
         has |= *quirk;
     }
-    Ok(dmc_device::Setup::of(motors(args, 4, 32)?).with_quirks(has))
+    Ok(dmc_device::Setup::with_motors(motors(args, 4, 32)?).with_quirks(has))
 }
 
-fn hoot(args: &Args) -> Result<hoot_node::Options, String> {
+fn hoot(args: &Args) -> Result<hoot_node::Setup, String> {
     only_kos(args)?;
-    let options = hoot_node::Options::default().with_motors(motors(args, 3, 3)?);
+    let setup = hoot_node::Setup::with_motors(motors(args, 3, 3)?);
     match &args.quirks {
-        Some(quirks) => options.with_quirks(quirks).map_err(|error| error.to_string()),
-        None => Ok(options),
+        Some(quirks) => setup.with_quirks(quirks).map_err(|error| error.to_string()),
+        None => Ok(setup),
     }
 }
 

@@ -15,7 +15,7 @@ use motion_core::time::Millis;
 use motion_core::trajectory::Range;
 use rigs::faults::{Carrier, Faults, Mishap, Mishaps};
 use rigs::hoot_master::HootMaster;
-use rigs::hoot_node::{HootNode, Options};
+use rigs::hoot_node::{HootNode, Setup};
 use rigs::line::Line;
 use rigs::{LineId, Outgoing, Party, Rig};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
@@ -37,13 +37,13 @@ struct Bench {
     said: Vec<u8>,
 }
 
-fn bench(options: Options) -> Bench {
-    troubled(options, Faults::NONE, 0)
+fn bench(setup: Setup) -> Bench {
+    troubled(setup, Faults::NONE, 0)
 }
 
 /// On a line with faults.
-fn troubled(options: Options, faults: Faults, seed: u64) -> Bench {
-    let rig = Arc::new(Mutex::new(HootNode::new(options)));
+fn troubled(setup: Setup, faults: Faults, seed: u64) -> Bench {
+    let rig = Arc::new(Mutex::new(HootNode::new(setup)));
     let trace = Arc::default();
     let (near, far) = tokio::io::duplex(256);
     let carried = Carried {
@@ -185,7 +185,7 @@ fn shots(shots: u32, continuous: bool) -> Shots {
 #[tokio::test(start_paused = true)]
 async fn info_tells_what_it_is() {
     for profile in [Profile::Sheet, Profile::V033, Profile::V035, Profile::V070] {
-        let mut bench = bench(Options::default().with_device(device::Options::default().with_profile(profile)));
+        let mut bench = bench(Setup::default().with_options(device::Options::default().with_profile(profile)));
         let said = bench.done(Command::Info).await;
         assert!(said.contains("node 3: DEFAULT, firmware") && said.lines().count() >= 5, "{said}");
         assert!(said.contains("motor 3: at 0, rests, switched off; 4 microsteps, no end limit"), "{said}");
@@ -196,8 +196,8 @@ async fn info_tells_what_it_is() {
 #[tokio::test(start_paused = true)]
 async fn firmware_of_all_ages() {
     for age in ["library-2014-09-25", "sheet", "january-2015", "v0.33", "v0.35", "v0.70"] {
-        let options = Options::default().with_quirks(&format!("firmware,{age}")).unwrap();
-        let mut bench = bench(options);
+        let setup = Setup::default().with_quirks(&format!("firmware,{age}")).unwrap();
+        let mut bench = bench(setup);
         bench.done(Command::Jog { motor: 1, speed: 500.0, seconds: 1.0 }).await;
         bench.done(Command::Calibrate { motor: 1, begin: 100.0, end: 9500.0 }).await;
         bench.done(Command::Run { file: sample("pan.json"), reverse: false }).await;
@@ -210,7 +210,7 @@ async fn firmware_of_all_ages() {
 /// A node that somebody left in joystick mode is taken out of it.
 #[tokio::test(start_paused = true)]
 async fn joystick_mode_is_left() {
-    let mut bench = bench(Options::default());
+    let mut bench = bench(Setup::default());
     let jog = Command::Jog { motor: 1, speed: 500.0, seconds: 60.0 };
     let jog = tokio::time::timeout(Duration::from_secs(5), bench.drive(jog)).await;
     assert!(jog.is_err() && bench.rig(|rig| rig.machine().controller().joystick_mode));
@@ -225,7 +225,7 @@ async fn joystick_mode_is_left() {
 
 #[tokio::test(start_paused = true)]
 async fn jog_move_calibrate() {
-    let mut bench = bench(Options::default());
+    let mut bench = bench(Setup::default());
     let said = bench.done(Command::Jog { motor: 2, speed: -1000.0, seconds: 2.0 }).await;
     let at = bench.position(Motor::Two);
     assert!((-2050..-1700).contains(&at) && said.ends_with(&format!("motor 2 went from 0 to {at}\n")), "{said}");
@@ -242,7 +242,7 @@ async fn jog_move_calibrate() {
 /// What is stored is where the file begins, and the motor stands there.
 #[tokio::test(start_paused = true)]
 async fn upload_and_run_a_file() {
-    let mut bench = bench(Options::default());
+    let mut bench = bench(Setup::default());
     bench.done(Command::Move { motor: 1, position: 700.0, speed: None }).await;
     bench.done(Command::Upload { file: sample("pan.json") }).await;
     assert_eq!(bench.position(Motor::One), 0);
@@ -267,7 +267,7 @@ async fn upload_and_run_a_file() {
 #[tokio::test(start_paused = true)]
 async fn a_program_takes_its_photos() {
     for continuous in [false, true] {
-        let mut bench = bench(Options::default());
+        let mut bench = bench(Setup::default());
         let said = bench.done(Command::Program { file: sample("pan.json"), shots: shots(6, continuous) }).await;
         assert!(said.ends_with("6 photos, and all motors rest\n"), "{said}");
         assert_eq!((bench.rig(|rig| rig.camera().taken()), bench.position(Motor::One)), (6, 9000));
@@ -276,7 +276,7 @@ async fn a_program_takes_its_photos() {
 
 #[tokio::test(start_paused = true)]
 async fn expose_takes_one_photo() {
-    let mut bench = bench(Options::default());
+    let mut bench = bench(Setup::default());
     bench.done(Command::Expose { seconds: 1.5 }).await;
     let photos = bench.rig(|rig| rig.camera().photos().map(|it| it.closed.since(it.opened)).collect::<Vec<_>>());
     assert_eq!(photos, [1500]);
@@ -285,7 +285,7 @@ async fn expose_takes_one_photo() {
 /// Each is one line that says what is wrong, before anything moves.
 #[tokio::test(start_paused = true)]
 async fn what_cannot_be_done_is_refused() {
-    let mut bench = bench(Options::default());
+    let mut bench = bench(Setup::default());
     let go = |motor, position, speed| Command::Move { motor, position, speed };
     let run = |name| Command::Run { file: sample(name), reverse: false };
     let mut program = shots(6, false);
@@ -313,7 +313,7 @@ async fn what_cannot_be_done_is_refused() {
 
 #[tokio::test(start_paused = true)]
 async fn a_motor_that_does_not_get_there_fails() {
-    let mut bench = bench(Options::default().with_motors(1).with_travel(Range::new(-500.0, 500.0)));
+    let mut bench = bench(Setup::with_motors(1).with_travel(Range::new(-500.0, 500.0)));
     let line = bench.fails(Command::Move { motor: 1, position: 2000.0, speed: None }).await;
     assert!(line.contains("motor 1 rests at 500 instead of 2000"), "{line}");
     let line = bench.fails(Command::Move { motor: 3, position: 2000.0, speed: None }).await;
@@ -333,7 +333,7 @@ async fn interrupted_it_stops() {
             Command::Jog { motor: 1, speed: 1000.0, seconds: 60.0 },
             Command::Run { file: sample("pan.json"), reverse: false },
         ] {
-            let mut bench = bench(Options::default().with_device(device::Options::default().with_quirks(quirks)));
+            let mut bench = bench(Setup::default().with_options(device::Options::default().with_quirks(quirks)));
             let interrupt = bench.interrupt.clone();
             let rig = Arc::clone(&bench.rig);
             tokio::spawn(async move {
@@ -361,7 +361,7 @@ async fn without_a_speed_it_goes_slowly() {
         (Command::Move { motor: 1, position: 50_000.0, speed: None }, 1250.0),
         (Command::Run { file: sample("pan.json"), reverse: true }, 500.0),
     ] {
-        let mut bench = bench(Options::default());
+        let mut bench = bench(Setup::default());
         let died = tokio::time::timeout(Duration::from_secs(8), bench.drive(command)).await;
         assert!(died.is_err());
         let rig = bench.rig.lock().unwrap();
@@ -373,7 +373,7 @@ async fn without_a_speed_it_goes_slowly() {
 /// The program dies in a move: the node stops by itself, a second later.
 #[tokio::test(start_paused = true)]
 async fn killed_the_node_stops_by_itself() {
-    let mut bench = bench(Options::default());
+    let mut bench = bench(Setup::default());
     let run = Command::Run { file: sample("pan.json"), reverse: false };
     let died = tokio::time::timeout(Duration::from_secs(4), bench.drive(run)).await;
     assert!(died.is_err() && !bench.is_at_rest());
@@ -388,7 +388,7 @@ async fn killed_the_node_stops_by_itself() {
 /// The node dies in a move: one line, and no hope of a confirmation.
 #[tokio::test(start_paused = true)]
 async fn a_lost_line_is_told() {
-    let mut bench = bench(Options::default());
+    let mut bench = bench(Setup::default());
     let server = bench.server.abort_handle();
     tokio::spawn(async move {
         sleep(Duration::from_secs(3)).await;
@@ -411,7 +411,7 @@ async fn whatever_goes_wrong_nothing_is_left_moving() {
             Command::Run { file: sample("pan.json"), reverse: false },
             Command::Program { file: sample("pan.json"), shots: shots(4, seed % 2 == 0) },
         ] {
-            let mut bench = troubled(Options::default(), Faults::all(Carrier::Serial), 10 * seed);
+            let mut bench = troubled(Setup::default(), Faults::all(Carrier::Serial), 10 * seed);
             match bench.drive(command.clone()).await {
                 Ok(()) => {
                     done += 1;

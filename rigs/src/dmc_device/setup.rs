@@ -41,7 +41,7 @@ impl Setup {
 
     /// A device with this many motors, 32 at most, all alike. It can do all but virtual motors.
     #[must_use]
-    pub fn of(motors: u8) -> Self {
+    pub fn with_motors(motors: u8) -> Self {
         let capabilities = Capabilities::REAL_TIME
             | Capabilities::SHOOT_FRAME
             | Capabilities::SHOOT_FRAME2
@@ -80,7 +80,7 @@ impl Setup {
 impl Default for Setup {
     /// Four motors.
     fn default() -> Self {
-        Self::of(4)
+        Self::with_motors(4)
     }
 }
 

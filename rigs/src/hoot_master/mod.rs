@@ -11,9 +11,9 @@
 //! use rigs::Scene;
 //! use rigs::faults::{Carrier, Faults};
 //! use rigs::hoot_master::{Event, HootMaster};
-//! use rigs::hoot_node::{HootNode, Options as NodeOptions};
+//! use rigs::hoot_node::{HootNode, Setup};
 //!
-//! let (master, node) = (HootMaster::new(Options::default()), HootNode::new(NodeOptions::default()));
+//! let (master, node) = (HootMaster::new(Options::default()), HootNode::new(Setup::default()));
 //! let mut scene = Scene::new(master, node, Carrier::Serial, Faults::NONE, 1);
 //! scene.run(Millis(10), |_, event| matches!(event, Event::Line(true)).then_some(()));
 //!

@@ -6,13 +6,11 @@
 //! downwards, and the other way round when the motor was told so (`MotorSetDirection`); places mean the same always.
 //!
 //! ```
-//! use hoot_proto::HostMessage;
-//! use hoot_proto::message::Start;
 //! use motion_core::time::Millis;
-//! use rigs::hoot_node::{HootNode, Options};
+//! use rigs::hoot_node::{HootNode, Setup};
 //! use rigs::{LineId, Outgoing, Party};
 //!
-//! let mut node = HootNode::new(Options::default());
+//! let mut node = HootNode::new(Setup::default());
 //! node.open(Millis(0), LineId(0));
 //! node.receive(Millis(1), LineId(0), &[0, 0, 0, 0, 0, 0xFF, 3, 0, 2, 0]);
 //! let ok = vec![0, 0, 0, 0, 0, 0xFF, 0, 0, 1, 0];
@@ -22,7 +20,7 @@
 mod camera;
 mod lead;
 mod motors;
-mod options;
+mod setup;
 
 use std::collections::VecDeque;
 
@@ -38,7 +36,7 @@ use tracing::{debug, info, warn};
 
 pub use camera::{Camera, PHOTOS, Photo};
 use lead::Lead;
-pub use options::{Options, QuirksError};
+pub use setup::{QuirkError, Setup};
 
 use crate::motor::Motor;
 use crate::{LineId, Outgoing, Party, Rig, TICK};
@@ -92,16 +90,16 @@ pub struct HootNode {
 impl HootNode {
     /// A node that has just been switched on, at moment 0.
     #[must_use]
-    pub fn new(options: Options) -> Self {
+    pub fn new(setup: Setup) -> Self {
         let wire = || Wire { is_open: false, frames: stream::Frames::new(), until: None };
-        let motor = Motor::new(options.limits).within(options.travel);
+        let motor = Motor::new(setup.limits).within(setup.travel);
         Self {
-            machine: DeviceMachine::new(options.device),
-            profile: options.device.profile,
+            machine: DeviceMachine::new(setup.options),
+            profile: setup.options.profile,
             wake: None,
             now: Millis(0),
             wires: [wire(), wire(), wire()],
-            motors: vec![motor; options.motors.min(3).into()],
+            motors: vec![motor; setup.motors.min(3).into()],
             leads: [None; 3],
             led_at: [Millis(0); 3],
             ways: [1.0; 3],

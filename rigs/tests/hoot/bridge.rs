@@ -5,7 +5,7 @@ use hoot_proto::message::{self, AnySubAddress, Motor};
 use hoot_proto::{Address, HostMessage, device, host};
 use motion_core::time::Millis;
 use rigs::faults::Faults;
-use rigs::hoot_node::{HootNode, Options};
+use rigs::hoot_node::{HootNode, Setup};
 use rigs::motor::Motor as RigMotor;
 use rigs::{LineId, Outgoing, Party, Rig};
 
@@ -24,7 +24,7 @@ struct Chain {
 impl Chain {
     fn new(near: device::Options) -> Self {
         let far = device::Options::default().with_address(FAR);
-        let [mut near, mut far] = [near, far].map(|device| HootNode::new(Options::default().with_device(device)));
+        let [mut near, mut far] = [near, far].map(|device| HootNode::new(Setup::default().with_options(device)));
         near.open(Millis(0), BUS);
         far.open(Millis(0), BUS);
         Self { near, far, ready: std::collections::VecDeque::new() }

@@ -14,14 +14,14 @@ use hoot_proto::{Query, query::Answer};
 use motion_core::wire::Bool;
 use rigs::Rig;
 use rigs::faults::{Carrier, Faults};
-use rigs::hoot_node::{HootNode, Options};
+use rigs::hoot_node::{HootNode, Setup};
 
 use crate::world::{NODE, ONE, START, STATUS, STOP, Stage, dead_man, mode, planned, ready, smooth};
 
 const SEEDS: u64 = 24;
 
 fn troubled(seed: u64) -> Stage<HootNode> {
-    Stage::new(HootNode::new(Options::default()), Faults::all(Carrier::Serial), seed)
+    Stage::new(HootNode::new(Setup::default()), Faults::all(Carrier::Serial), seed)
 }
 
 impl Stage<HootNode> {

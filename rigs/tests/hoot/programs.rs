@@ -6,13 +6,13 @@ use hoot_proto::message::{self, Easing, Milliseconds, Motor, ProgramMode, Span, 
 use hoot_proto::program::Plan;
 use motion_core::wire::Bool;
 use rigs::Rig;
-use rigs::hoot_node::{HootNode, Options};
+use rigs::hoot_node::{HootNode, Setup};
 
 use crate::world::{ONE, PAUSE, START, STATUS, Stage, mode, photos, planned, smooth, stage};
 
 /// A node with planned moves for some motors, and a camera or none.
 fn with(mode_of: ProgramMode, plans: &[(Motor, u16, Plan)], camera: Vec<HostMessage<'static>>) -> Stage<HootNode> {
-    let mut stage = stage(Options::default());
+    let mut stage = stage(Setup::default());
     stage.ok(mode(mode_of));
     for (motor, lead_in, plan) in plans {
         stage.enable(*motor, 1000.0);

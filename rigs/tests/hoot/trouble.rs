@@ -7,14 +7,14 @@ use hoot_proto::message::{self, Milliseconds, Motor, ProgramMode, Steps};
 use motion_core::trajectory::Range;
 use motion_core::wire::Bool;
 use rigs::Rig;
-use rigs::hoot_node::Options;
+use rigs::hoot_node::Setup;
 
 use crate::world::{NODE, ONE, START, STOP, dead_man, millis, mode, move_by, planned, run, smooth, stage};
 
 /// At the end of the rig the motor stops dead, and the program pauses: the other motor stops as well.
 #[test]
 fn an_end_of_the_rig_stops_a_program() {
-    let mut stage = stage(Options::default().with_travel(Range::new(-4000.0, 4000.0)));
+    let mut stage = stage(Setup::default().with_travel(Range::new(-4000.0, 4000.0)));
     stage.ok(mode(ProgramMode::VIDEO));
     let plan = hoot_proto::program::Plan { stop: Steps(2000), ..smooth() };
     for (motor, plan) in [(ONE, smooth()), (Motor::Two, plan)] {
@@ -34,7 +34,7 @@ fn an_end_of_the_rig_stops_a_program() {
 /// A limit that was set stops a motor before the end of the rig.
 #[test]
 fn an_end_limit_stops_a_motor() {
-    let mut stage = stage(Options::default());
+    let mut stage = stage(Setup::default());
     stage.enable(ONE, 1000.0);
     stage.ok(move_by(ONE, 500));
     stage.pass(2000);
@@ -49,7 +49,7 @@ fn an_end_limit_stops_a_motor() {
 
 #[test]
 fn a_motor_gets_stuck() {
-    let mut stage = stage(Options::default());
+    let mut stage = stage(Setup::default());
     stage.enable(ONE, 1000.0);
     stage.ok(run(ONE));
     stage.pass(300);
@@ -60,7 +60,7 @@ fn a_motor_gets_stuck() {
 /// Who moves a motor that is not plugged in finds it at rest, where it was.
 #[test]
 fn a_motor_is_not_there() {
-    let mut stage = stage(Options::default().with_motors(1));
+    let mut stage = stage(Setup::with_motors(1));
     assert_eq!(stage.scene.rig.motors().len(), 1);
     stage.enable(Motor::Two, 1000.0);
     stage.ok(move_by(Motor::Two, 500));
@@ -72,7 +72,7 @@ fn a_motor_is_not_there() {
 /// The power fails in the middle: everything rests, what is stored stays, and the node says that the power was off.
 #[test]
 fn a_reset_in_the_middle() {
-    let mut stage = stage(Options::default());
+    let mut stage = stage(Setup::default());
     stage.ok(mode(ProgramMode::VIDEO));
     stage.enable(ONE, 1000.0);
     for message in planned(ONE, 0, smooth()) {
@@ -101,7 +101,7 @@ fn a_reset_in_the_middle() {
 /// without a line is carried out when there is one.
 #[test]
 fn the_cable_is_pulled_in_the_middle() {
-    let mut stage = stage(Options::default());
+    let mut stage = stage(Setup::default());
     stage.enable(ONE, 1000.0);
     stage.ok(dead_man(Bool::TRUE));
     stage.ok(run(ONE));
@@ -119,7 +119,7 @@ fn the_cable_is_pulled_in_the_middle() {
 /// Without a dead-man a program outlives its master, as time lapses do; the next one can stop it.
 #[test]
 fn a_program_outlives_its_line() {
-    let mut stage = stage(Options::default());
+    let mut stage = stage(Setup::default());
     stage.ok(mode(ProgramMode::VIDEO));
     stage.enable(ONE, 1000.0);
     for message in planned(ONE, 0, smooth()) {
@@ -136,7 +136,7 @@ fn a_program_outlives_its_line() {
 /// The greatest run time ends a program, and the button at the node pauses one.
 #[test]
 fn other_ends_of_a_program() {
-    let mut stage = stage(Options::default());
+    let mut stage = stage(Setup::default());
     stage.ok(mode(ProgramMode::VIDEO));
     stage.enable(ONE, 1000.0);
     for message in planned(ONE, 0, smooth()) {
@@ -155,7 +155,7 @@ fn other_ends_of_a_program() {
 /// Firmware reads packet by packet: what comes together with one, or behind a wrong byte, is lost.
 #[test]
 fn a_node_reads_like_firmware() {
-    let mut stage = stage(Options::default());
+    let mut stage = stage(Setup::default());
     let ask = [0, 0, 0, 0, 0, 0xFF, 3, 0, 101, 0];
     let answers = |stage: &mut crate::world::Stage<_>, bytes: &[u8]| {
         let before = stage.scene.host.strays();

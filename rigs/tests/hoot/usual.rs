@@ -13,7 +13,7 @@ use hoot_proto::{Address, HostMessage};
 use motion_core::profile::{self, Limits};
 use motion_core::time::Millis;
 use motion_core::wire::Bool;
-use rigs::hoot_node::{HootNode, Options};
+use rigs::hoot_node::{HootNode, Setup};
 use rigs::{LineId, Party as _};
 
 use crate::world::{
@@ -23,7 +23,7 @@ use crate::world::{
 
 #[test]
 fn a_node_says_what_it_is() {
-    let mut stage = stage(Options::default());
+    let mut stage = stage(Setup::default());
     let version = stage.ok(HostMessage::FirmwareVersion(FirmwareVersion {}));
     assert_eq!(version.read(&FirmwareVersion {}), Some(message::Version(6)));
     assert_eq!(stage.scene.host.profile(NODE), Profile::Sheet);
@@ -40,7 +40,7 @@ fn a_node_says_what_it_is() {
 /// nearest to where it was.
 #[test]
 fn a_move_goes_along_its_profile() {
-    let mut stage = stage(Options::default());
+    let mut stage = stage(Setup::default());
     stage.enable(ONE, 2000.0);
     stage.send_to(NODE, move_by(ONE, 4000));
     stage.until(500, |stage| !stage.is_at_rest());
@@ -68,7 +68,7 @@ fn a_move_goes_along_its_profile() {
 /// Directions count up and down, and the other way round when the motor was told so.
 #[test]
 fn directions_and_microsteps() {
-    let mut stage = stage(Options::default());
+    let mut stage = stage(Setup::default());
     stage.enable(ONE, 4000.0);
     let turn = message::MotorSetDirection { motor: ONE, direction: message::Direction(1) };
     for (message, to) in
@@ -97,7 +97,7 @@ fn directions_and_microsteps() {
 /// With a joystick: speeds many times a second, a node that is kept alive, and a stop by speed 0.
 #[test]
 fn a_joystick_runs_a_motor() {
-    let mut stage = stage(Options::default());
+    let mut stage = stage(Setup::default());
     stage.enable(ONE, 0.0);
     stage.ok(dead_man(Bool::TRUE));
     stage.ok(joystick(Bool::TRUE));
@@ -121,7 +121,7 @@ fn a_joystick_runs_a_motor() {
 /// Joystick mode leaves the node little, and always its stops.
 #[test]
 fn joystick_mode_is_a_gate() {
-    let mut stage = stage(Options::default());
+    let mut stage = stage(Setup::default());
     stage.enable(ONE, 1000.0);
     stage.ok(joystick(Bool::TRUE));
     let refused = stage.ask(STATUS);
@@ -138,7 +138,7 @@ fn joystick_mode_is_a_gate() {
 /// The master falls silent: the dead-man stops the motors after a second, and not before.
 #[test]
 fn a_silent_master_stops_what_runs() {
-    let mut stage = stage(Options::default());
+    let mut stage = stage(Setup::default());
     stage.enable(ONE, 1000.0);
     stage.ok(dead_man(Bool::TRUE));
     let before = stage.now();
@@ -151,7 +151,7 @@ fn a_silent_master_stops_what_runs() {
 
 #[test]
 fn stops_stop_at_once() {
-    let mut stage = stage(Options::default());
+    let mut stage = stage(Setup::default());
     for stop in [STOP, motor_stop(ONE)] {
         stage.enable(ONE, 4000.0);
         stage.ok(run(ONE));
@@ -169,7 +169,7 @@ fn an_emergency_stop_is_confirmed() {
     let firmware = hoot_proto::device::Options::default().with_quirks(hoot_proto::device::Quirks::FIRMWARE);
     for device in [hoot_proto::device::Options::default(), firmware] {
         for stick in [Bool::FALSE, Bool::TRUE] {
-            let mut stage = stage(Options::default().with_device(device));
+            let mut stage = stage(Setup::default().with_options(device));
             for motor in Motor::ALL {
                 stage.enable(motor, 3000.0);
             }
@@ -189,7 +189,7 @@ fn an_emergency_stop_is_confirmed() {
 /// A photo has the time of its exposure, and one at a time is taken.
 #[test]
 fn the_camera_takes_a_photo() {
-    let mut stage = stage(Options::default());
+    let mut stage = stage(Setup::default());
     for message in photos(0, 250, 1000) {
         stage.ok(message);
     }
@@ -208,7 +208,7 @@ fn the_camera_takes_a_photo() {
 /// What a node acknowledges and ignores: the OK is worth nothing, the question is.
 #[test]
 fn a_speed_beyond_the_greatest_is_ignored() {
-    let mut stage = stage(Options::default());
+    let mut stage = stage(Setup::default());
     stage.enable(ONE, 1000.0);
     stage.ok(set_speed(ONE, 9000.0));
     let query = message::MotorContinuousSpeed { motor: ONE };
@@ -225,7 +225,7 @@ fn seldom_or_often_is_the_same() {
     let plan =
         Plan { travel: Span(9), acceleration: Span(3), deceleration: Span(3), easing: Easing::LINEAR, ..smooth() };
     let node = |every: u64| {
-        let mut node = HootNode::new(Options::default());
+        let mut node = HootNode::new(Setup::default());
         node.open(Millis(0), LineId(0));
         let program = planned(ONE, 0, plan).into_iter().chain(photos(10, 100, 500));
         for message in ready(ONE, 1000.0).into_iter().chain(program).chain([mode(ProgramMode::SMS), START]) {
@@ -245,7 +245,7 @@ fn seldom_or_often_is_the_same() {
 /// A node takes another address at once on the bus, and by USB when the power has been off.
 #[test]
 fn a_new_address_counts_by_usb_after_power_up() {
-    let mut stage = stage(Options::default());
+    let mut stage = stage(Setup::default());
     let other = Address(7);
     stage.ok(HostMessage::SetAddress(message::SetAddress { new_address: other }));
     stage.ok(STATUS);

@@ -12,7 +12,7 @@ use motion_core::time::Millis;
 use motion_core::wire::Bool;
 use rigs::faults::{Carrier, Faults};
 use rigs::hoot_master::{Ended, Event, HootMaster};
-use rigs::hoot_node::{HootNode, Options};
+use rigs::hoot_node::{HootNode, Setup};
 use rigs::{Rig, Scene};
 
 pub(crate) const NODE: Address = Address::DEFAULT;
@@ -28,8 +28,8 @@ pub(crate) struct Stage<R> {
 }
 
 /// With a node as the options have it, on a line without faults.
-pub(crate) fn stage(options: Options) -> Stage<HootNode> {
-    Stage::new(HootNode::new(options), Faults::NONE, 1)
+pub(crate) fn stage(setup: Setup) -> Stage<HootNode> {
+    Stage::new(HootNode::new(setup), Faults::NONE, 1)
 }
 
 impl<R: Rig> Stage<R> {

@@ -174,7 +174,7 @@ async fn a_move_file_is_run_both_ways_and_shot() {
 
 #[tokio::test]
 async fn what_cannot_be_is_said_before_anything_moves() {
-    let mut setup = Setup::of(1).with_frames(30);
+    let mut setup = Setup::with_motors(1).with_frames(30);
     setup.options.hi.capabilities = Capabilities::REAL_TIME;
     let mut stand = Stand::new(setup).await;
     let run = |name: &str, text: &str| Command::Run { file: file(name, text), reverse: false };

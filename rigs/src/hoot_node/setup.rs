@@ -7,9 +7,9 @@ use motion_core::trajectory::Range;
 
 /// What a simulated node is, from the start on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
+pub struct Setup {
     /// Its address, name, firmware and habits.
-    pub device: device::Options,
+    pub options: device::Options,
     /// How many motors are plugged in, from motor 1 on: at most 3. A node knows three; one that is not there fails as
     /// soon as it is to move.
     pub motors: u8,
@@ -23,7 +23,7 @@ pub struct Options {
 /// Why a text names no quirks.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0:?} is no quirk: there are none, firmware, {list}", list = names())]
-pub struct QuirksError(String);
+pub struct QuirkError(String);
 
 /// A habit of firmware as texts name it, and how it is switched on.
 type Habit = (&'static str, fn(&mut Quirks));
@@ -51,11 +51,11 @@ fn names() -> String {
     names.join(", ")
 }
 
-impl Default for Options {
+impl Default for Setup {
     /// A new node with three motors on rigs of 50,000 steps each way.
     fn default() -> Self {
         Self {
-            device: device::Options::default(),
+            options: device::Options::default(),
             motors: 3,
             limits: Limits { velocity: 5000.0, acceleration: 20_000.0, jerk: None },
             travel: Range::new(-200_000.0, 200_000.0),
@@ -63,17 +63,17 @@ impl Default for Options {
     }
 }
 
-impl Options {
-    /// The same with other options of the device machine.
+impl Setup {
+    /// A node with so many motors, at most 3.
     #[must_use]
-    pub const fn with_device(self, device: device::Options) -> Self {
-        Self { device, ..self }
+    pub fn with_motors(count: u8) -> Self {
+        Self { motors: count.min(3), ..Self::default() }
     }
 
-    /// The same with so many motors, at most 3.
+    /// The same with other options of the device machine.
     #[must_use]
-    pub const fn with_motors(self, motors: u8) -> Self {
-        Self { motors: if motors > 3 { 3 } else { motors }, ..self }
+    pub const fn with_options(self, options: device::Options) -> Self {
+        Self { options, ..self }
     }
 
     /// The same with other ends.
@@ -87,22 +87,22 @@ impl Options {
     ///
     /// # Errors
     ///
-    /// [`QuirksError`] says what is not known, and what there is.
-    pub fn with_quirks(self, text: &str) -> Result<Self, QuirksError> {
+    /// [`QuirkError`] says what is not known, and what there is.
+    pub fn with_quirks(self, text: &str) -> Result<Self, QuirkError> {
         let mut quirks = Quirks::NONE;
-        let mut device = self.device;
+        let mut options = self.options;
         for name in text.split(',').map(str::trim) {
             if let Some((_, set)) = QUIRKS.iter().find(|(of, _)| *of == name) {
                 set(&mut quirks);
             } else if let Some((_, profile)) = PROFILES.iter().find(|(of, _)| *of == name) {
-                device = device.with_profile(*profile);
+                options = options.with_profile(*profile);
             } else if name == "firmware" {
                 quirks = Quirks::FIRMWARE;
             } else if name != "none" {
-                return Err(QuirksError(name.to_owned()));
+                return Err(QuirkError(name.to_owned()));
             }
         }
-        Ok(Self { device: device.with_quirks(quirks), ..self })
+        Ok(Self { options: options.with_quirks(quirks), ..self })
     }
 }
 
@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn texts_name_quirks() {
-        let of = |text| Options::default().with_quirks(text).map(|it| (it.device.quirks, it.device.profile));
+        let of = |text| Setup::default().with_quirks(text).map(|it| (it.options.quirks, it.options.profile));
         assert_eq!(of("none"), Ok((Quirks::NONE, Profile::Sheet)));
         assert_eq!(of("firmware, v0.70"), Ok((Quirks::FIRMWARE, Profile::V070)));
         let all = QUIRKS.map(|(name, _)| name).join(",");
