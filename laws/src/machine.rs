@@ -1,4 +1,4 @@
-//! What holds of every step of every machine.
+//! Laws of every step of every machine.
 
 use std::fmt::Debug;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -6,28 +6,45 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use motion_core::machine::{Machine, Output};
 use motion_core::time::Millis;
 
-/// Takes a step, after it has been checked: it is a function, loses nothing, and wakes later than now.
+/// Output of a machine, as the laws look at it.
+pub trait Follows: Eq + Hash + Debug {
+    /// Number of effects that had no room.
+    fn lost(&self) -> u16;
+    /// Time at which the machine wants to be woken.
+    fn wake(&self) -> Option<Millis>;
+}
+
+impl<Transmit, Event, const N: usize> Follows for Output<Transmit, Event, N>
+where
+    Transmit: Eq + Hash + Debug,
+    Event: Eq + Hash + Debug,
+{
+    fn lost(&self) -> u16 {
+        self.lost()
+    }
+
+    fn wake(&self) -> Option<Millis> {
+        self.wake
+    }
+}
+
+/// Takes a step and checks it: a step is a function, loses no effect, and wakes later than now.
 ///
 /// # Panics
 ///
-/// If one of these does not hold.
-pub fn step<M, Send, Event, const SENDS: usize, const EVENTS: usize>(
-    machine: M,
-    now: Millis,
-    input: M::Input<'_>,
-) -> (M, M::Output)
+/// If one of these laws is broken.
+pub fn step<'a, M>(machine: M, now: Millis, input: M::Input<'a>) -> (M, M::Output<'a>)
 where
-    M: Machine<Output = Output<Send, Event, SENDS, EVENTS>> + Clone + Eq + Hash + Debug,
-    for<'a> M::Input<'a>: Copy,
-    Send: Eq + Hash + Debug,
-    Event: Eq + Hash + Debug,
+    M: Machine + Clone + Eq + Hash + Debug,
+    M::Input<'a>: Copy,
+    M::Output<'a>: Follows,
 {
     let (again, same) = machine.clone().step(now, input);
     let (next, output) = machine.step(now, input);
     assert_eq!((&next, &output), (&again, &same), "a step is a function of state, moment and input");
-    assert_eq!(hash(&(&next, &output)), hash(&(&again, &same)), "what is equal has the same hash");
-    assert_eq!(output.lost(), 0, "the capacities of an output hold all that follows: {output:?}");
-    assert!(output.wake.is_none_or(|wake| wake > now), "a wake is later than {now:?}: {output:?}");
+    assert_eq!(hash(&(&next, &output)), hash(&(&again, &same)), "equal values have the same hash");
+    assert_eq!(output.lost(), 0, "an output has room for all that follows: {output:?}");
+    assert!(output.wake().is_none_or(|wake| wake > now), "a wake is later than {now:?}: {output:?}");
     (next, output)
 }
 

@@ -49,18 +49,20 @@
 //! assert!(matches!(cut, Err(Err::Error(error)) if error.code == ErrorKind::Eof));
 //! ```
 
-use nom::error::{ErrorKind, ParseError};
-use nom::{Err, IResult};
+use nom::error::{ErrorKind, FromExternalError, ParseError};
+use nom::{Err, IResult, Parser};
 
 use crate::stream::{Framing, Head, Memo, Noise};
+use crate::wire::{DecodeError, Framed};
 
 /// Parsers for input that holds all there is.
 pub mod complete {
     use nom::IResult;
-    use nom::error::{ErrorKind, ParseError};
+    use nom::error::{ErrorKind, FromExternalError, ParseError};
 
     use super::error;
     use crate::stream::Framing;
+    use crate::wire::{DecodeError, Framed};
 
     /// Parses one frame.
     ///
@@ -70,14 +72,28 @@ pub mod complete {
     pub fn frame<'a, F: Framing, E: ParseError<&'a [u8]>>(input: &'a [u8]) -> IResult<&'a [u8], F::Frame<'a>, E> {
         super::frame::<F, E>(input, |_| error(input, ErrorKind::Eof))
     }
+
+    /// Parses one message of a side.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`frame`], and one of the kind `MapRes`, made from the [`DecodeError`](crate::wire::DecodeError), if
+    /// the body of the frame is too short.
+    pub fn message<'a, S: Framed, E>(input: &'a [u8]) -> IResult<&'a [u8], S::Message<'a>, E>
+    where
+        E: ParseError<&'a [u8]> + FromExternalError<&'a [u8], DecodeError>,
+    {
+        super::decoded::<S, E>(frame::<S::Framing, E>, input)
+    }
 }
 
 /// Parsers for input that may go on.
 pub mod streaming {
-    use nom::error::ParseError;
+    use nom::error::{FromExternalError, ParseError};
     use nom::{Err, IResult, Needed};
 
     use crate::stream::Framing;
+    use crate::wire::{DecodeError, Framed};
 
     /// Parses one frame.
     ///
@@ -87,6 +103,19 @@ pub mod streaming {
     /// [`Framing::MAX`] bytes.
     pub fn frame<'a, F: Framing, E: ParseError<&'a [u8]>>(input: &'a [u8]) -> IResult<&'a [u8], F::Frame<'a>, E> {
         super::frame::<F, E>(input, |missing| Err::Incomplete(Needed::new(missing)))
+    }
+
+    /// Parses one message of a side.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`frame`], and one of the kind `MapRes`, made from the [`DecodeError`](crate::wire::DecodeError), if
+    /// the body of the frame is too short.
+    pub fn message<'a, S: Framed, E>(input: &'a [u8]) -> IResult<&'a [u8], S::Message<'a>, E>
+    where
+        E: ParseError<&'a [u8]> + FromExternalError<&'a [u8], DecodeError>,
+    {
+        super::decoded::<S, E>(frame::<S::Framing, E>, input)
     }
 }
 
@@ -117,6 +146,82 @@ fn frame<'a, F: Framing, E: ParseError<&'a [u8]>>(
         Head::Fatal(_) => return Err(Err::Failure(E::from_error_kind(input, ErrorKind::Tag))),
     };
     Err(error(input, kind))
+}
+
+/// Parses one frame and decodes its message.
+fn decoded<'a, S: Framed, E>(
+    frame: impl Fn(&'a [u8]) -> IResult<&'a [u8], <S::Framing as Framing>::Frame<'a>, E>,
+    input: &'a [u8],
+) -> IResult<&'a [u8], S::Message<'a>, E>
+where
+    E: ParseError<&'a [u8]> + FromExternalError<&'a [u8], DecodeError>,
+{
+    frame.map_res(|frame| S::decode(&frame)).parse(input)
+}
+
+/// Makes the parsers of one protocol, over its framing and the types of its two sides.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! parsers {
+    ($framing:ty, $host:ty, $device:ty) => {
+        $crate::parsers! { @mode
+            /// Parsers for input that holds all there is.
+            complete ($framing, $host, $device)
+        }
+        $crate::parsers! { @mode
+            /// Parsers for input that may go on.
+            streaming ($framing, $host, $device)
+        }
+    };
+    (@mode $(#[$meta:meta])* $mode:ident ($framing:ty, $host:ty, $device:ty)) => {
+        $(#[$meta])*
+        pub mod $mode {
+            use $crate::nom::$mode;
+            use $crate::stream::Framing;
+            use $crate::wire::{DecodeError, Side};
+            use nom::IResult;
+            use nom::error::{FromExternalError, ParseError};
+
+            /// Parses one frame.
+            ///
+            /// # Errors
+            ///
+            /// The errors that [`motion_core::nom`](https://docs.rs/motion-core/latest/motion_core/nom) lists.
+            pub fn frame<'a, E: ParseError<&'a [u8]>>(
+                input: &'a [u8],
+            ) -> IResult<&'a [u8], <$framing as Framing>::Frame<'a>, E> {
+                $mode::frame::<$framing, E>(input)
+            }
+
+            /// Parses one message from the host.
+            ///
+            /// # Errors
+            ///
+            /// The errors of [`frame`], and one made from a [`DecodeError`].
+            pub fn host_message<'a, E>(
+                input: &'a [u8],
+            ) -> IResult<&'a [u8], <$host as Side>::Message<'a>, E>
+            where
+                E: ParseError<&'a [u8]> + FromExternalError<&'a [u8], DecodeError>,
+            {
+                $mode::message::<$host, E>(input)
+            }
+
+            /// Parses one message from the device.
+            ///
+            /// # Errors
+            ///
+            /// The errors of [`frame`], and one made from a [`DecodeError`].
+            pub fn device_message<'a, E>(
+                input: &'a [u8],
+            ) -> IResult<&'a [u8], <$device as Side>::Message<'a>, E>
+            where
+                E: ParseError<&'a [u8]> + FromExternalError<&'a [u8], DecodeError>,
+            {
+                $mode::message::<$device, E>(input)
+            }
+        }
+    };
 }
 
 fn error<'a, E: ParseError<&'a [u8]>>(input: &'a [u8], kind: ErrorKind) -> Err<E> {

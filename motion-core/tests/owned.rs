@@ -178,7 +178,7 @@ impl Fields for Odd<'_> {
 }
 
 messages! {
-    /// All of them.
+    /// A message of each shape.
     pub enum Everything<'a> {
         1 => Jog(Jog<'a>),
         2 => Shoot(Shoot<'a>),

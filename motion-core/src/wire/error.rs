@@ -88,10 +88,11 @@ pub enum EncodeError {
         /// The greatest value.
         max: i64,
     },
-    /// A message kept as it came, although a reader would take it for one with a type of its own. No decoder makes it.
-    #[error("{what}: kept as it came, but a reader would take it for that message")]
-    Known {
-        /// The message it would be taken for.
+    /// A message without a type has the number and the bytes of a message with a type: the receiver would read that one.
+    /// No decoder makes such a message.
+    #[error("{what}: given as a message without a type, but its receiver would read this message")]
+    Typed {
+        /// The message that the receiver would read.
         what: &'static str,
     },
     /// [`encode_checked`](crate::lint) found something that a strict peer refuses.

@@ -2,9 +2,11 @@
 //! where other crates use them. The tests below say what each arm makes.
 
 use crate::fixed::Milli;
+use crate::lint::Lints;
+use crate::stream::{Framing, Head};
 use crate::wire::{
-    Bool, Bytes, Counted, DecodeError, Empty, EncodeError, Fields, Message, Messages, Newer, Other, Password, Rest,
-    Row, Text16, Visitor,
+    Bool, Bytes, Conduct, Counted, DecodeError, Empty, EncodeError, Envelope, Fields, Message, Newer, Other, Password,
+    Purpose, Rest, Row, Text16, Visitor,
 };
 use crate::{element, flags, message, messages, open_enum, side, unit};
 
@@ -112,6 +114,9 @@ message! {
         count: Newer<u32>,
     }
 
+    /// Bytes that another message of the same number refuses.
+    pub struct Inexact<'a> in BE {}
+
     /// Anything.
     pub struct Raw<'a> in BE {
         ;
@@ -160,48 +165,164 @@ impl Fields for Ack<'_> {
 }
 
 messages! {
-    /// All of them.
-    pub enum Everything<'a> {
-        1 => Go(Empty<'a>),
-        2 => Jog(Jog<'a>),
-        3 => Exact(Exact)
+    /// A message of each shape, with every kind of conduct.
+    pub enum Everything<'a> from host {
+        1 => Go(Empty<'a>) [moves once, in sequence],
+        2 => Jog(Jog<'a>) [by jog],
+        3 => Exact(Exact) [sets]
             or
-            /// What has another length.
-            Inexact(Empty<'a>),
-        4 => Run(Run<'a>),
-        5 => Shoot(Shoot<'a>),
-        6 => Count(Count<'a>),
-        7 | 17 => Info(Info<'a>),
-        8 => Raw(Raw<'a>),
-        0x80..=0xff => Ack(Ack<'a>),
+            /// Bytes of another length.
+            Inexact(Inexact<'a>) [sets once],
+        4 => Run(Run<'a>) [arms],
+        5 => Shoot(Shoot<'a>) [moves],
+        6 => Count(Count<'a>) [stops],
+        7 | 17 => Info(Info<'a>) [asks],
+        8 => Raw(Raw<'a>) [resets once],
+        0x80..=0xff => Ack(Ack<'a>) [asks, in sequence],
     }
 }
 
 messages! {
-    /// Told apart byte by byte.
+    /// Messages that are told apart byte by byte.
     pub enum Bytewise<'a> {
         [0, 2, 0] => Go(Empty<'a>),
         [0, 2, 1..=3] => Exact(Exact)
             or
-            /// What has another length.
-            Inexact(Empty<'a>),
+            /// Bytes of another length.
+            Inexact(Inexact<'a>),
         [1, 2, 0..=255] => Raw(Raw<'a>),
     }
 }
 
+messages! {
+    /// Commands that are told apart byte by byte.
+    pub enum BytewiseCommand<'a> from host {
+        [0, 2, 0] => Go(Empty<'a>) [moves],
+        [0, 2, 1..=3] => Exact(Exact) [stops]
+            or
+            /// Bytes of another length.
+            Inexact(Inexact<'a>) [asks],
+    }
+}
+
+/// A jog without speed is a stop.
+const fn jog(jog: &Jog<'_>) -> Conduct {
+    if jog.speed == 0 { Conduct::new(Purpose::Stops) } else { Conduct::new(Purpose::Moves).once() }
+}
+
 impl Everything<'_> {
-    fn encoded_len(&self) -> usize {
-        self.body_len()
+    /// Nothing is found.
+    #[allow(clippy::unused_self, clippy::trivially_copy_pass_by_ref, reason = "as all messages have it")]
+    fn lint(&self, (): &()) -> Lints {
+        Lints::new()
+    }
+}
+
+impl Bytewise<'_> {
+    /// Nothing is found.
+    #[allow(clippy::unused_self, clippy::trivially_copy_pass_by_ref, reason = "as all messages have it")]
+    fn lint(&self, (): &()) -> Lints {
+        Lints::new()
+    }
+}
+
+/// A frame: the number of the message and the length of its body, a byte each, then the body.
+pub enum Plain {}
+
+impl Plain {
+    fn write(
+        number: u32,
+        out: &mut [u8],
+        body: impl FnOnce(&mut [u8]) -> Result<usize, EncodeError>,
+    ) -> Result<usize, EncodeError> {
+        let small = EncodeError::BufferTooSmall { needed: 2, have: out.len() };
+        let (header, place) = out.split_first_chunk_mut().ok_or(small)?;
+        let len = body(place)?;
+        let [low, ..] = number.to_le_bytes();
+        *header = [low, u8::try_from(len).unwrap_or(u8::MAX)];
+        Ok(len.saturating_add(2))
+    }
+}
+
+impl Framing for Plain {
+    const MAX: usize = 257;
+    type Header = ();
+    type Frame<'a> = &'a [u8];
+    type Memo<const N: usize> = ();
+
+    fn head(bytes: &[u8]) -> Head {
+        match bytes {
+            [_, len, ..] => Head::Total(usize::from(*len).saturating_add(2)),
+            _ => Head::More(2),
+        }
     }
 
-    fn encode_into(&self, _: Motor, out: &mut [u8]) -> Result<usize, EncodeError> {
-        self.encode_body(out)
+    fn header(_: &[u8]) -> Option<()> {
+        Some(())
+    }
+
+    fn frame(bytes: &[u8]) -> Option<&[u8]> {
+        Some(bytes)
+    }
+}
+
+impl Envelope for Plain {
+    type Frame<'a> = &'a [u8];
+    type Label = Motor;
+
+    fn open<'a>(frame: &Self::Frame<'a>) -> Result<(u32, &'a [u8]), DecodeError> {
+        match *frame {
+            [number, _, body @ ..] => Ok((u32::from(*number), body)),
+            short => Err(DecodeError::Truncated { what: "frame", needed: 2, have: short.len() }),
+        }
+    }
+
+    fn frame_len(_: u32, body_len: usize) -> usize {
+        body_len.saturating_add(2)
+    }
+
+    fn seal(
+        _: Motor,
+        number: u32,
+        _: usize,
+        out: &mut [u8],
+        body: impl FnOnce(&mut [u8]) -> Result<usize, EncodeError>,
+    ) -> Result<usize, EncodeError> {
+        Self::write(number, out, body)
+    }
+}
+
+/// The same frame, for a side whose frames say nothing else.
+pub enum Unlabelled {}
+
+impl Envelope for Unlabelled {
+    type Frame<'a> = &'a [u8];
+    type Label = ();
+
+    fn open<'a>(frame: &Self::Frame<'a>) -> Result<(u32, &'a [u8]), DecodeError> {
+        Plain::open(frame)
+    }
+
+    fn frame_len(number: u32, body_len: usize) -> usize {
+        Plain::frame_len(number, body_len)
+    }
+
+    fn seal(
+        (): (),
+        number: u32,
+        _: usize,
+        out: &mut [u8],
+        body: impl FnOnce(&mut [u8]) -> Result<usize, EncodeError>,
+    ) -> Result<usize, EncodeError> {
+        Plain::write(number, out, body)
     }
 }
 
 side! {
-    /// Who sends them.
-    pub enum Sender in LE: Everything(to: Motor);
+    /// A side whose frames name a motor.
+    pub enum Sender in LE: Everything(to: Motor) by Plain, over Plain, lint ();
+    /// A side whose decoder cannot fail.
+    pub enum Commander in LE: Bytewise() by Unlabelled, or other, over Plain, lint ();
 }
 
 const _: fn(&Other<'_>) -> u32 = |other| other.id();
@@ -209,7 +330,7 @@ const _: fn(&Other<'_>) -> u32 = |other| other.id();
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wire::PartKind;
+    use crate::wire::{Messages, PartKind};
     use std::format;
     use std::vec::Vec;
 
@@ -326,6 +447,24 @@ mod tests {
     }
 
     #[test]
+    fn a_row_states_the_conduct_of_its_messages() {
+        let rows: Vec<_> =
+            Everything::ALL.iter().map(|kind| kind.conduct.map(|conduct| format!("{conduct}"))).collect();
+        let rows: Vec<_> = rows.iter().map(|row| row.as_deref().unwrap_or("by its values")).collect();
+        let expected = ["moves once, in sequence", "by its values", "sets", "sets once", "arms", "moves", "stops"];
+        assert_eq!(rows[..7], expected);
+        assert_eq!(rows[7..], ["asks", "resets once", "asks, in sequence"]);
+
+        let jog = |speed| Everything::from(Jog { motor: Motor(3), speed, destination: Steps(0), tail: &[] }).conduct();
+        assert!(jog(0).is_stop() && jog(0).repeatable && !jog(0).may_move());
+        assert!(jog(1).may_move() && !jog(1).repeatable);
+        assert_eq!(Everything::other(99, &[]).conduct(), Conduct::UNKNOWN);
+        assert_eq!(BytewiseCommand::from(Empty { tail: &[] }).conduct(), Conduct::new(Purpose::Moves));
+        assert_eq!(Messages::conduct(&Bytewise::other(99, &[])), None, "no host sends it");
+        assert_eq!(format!("{:?}", Conduct::UNKNOWN), "Conduct(moves once)");
+    }
+
+    #[test]
     fn two_messages_may_share_a_number() {
         assert!(matches!(Everything::decode_body(3, &[0; 5]), Ok(Everything::Exact(_))));
         assert!(matches!(Everything::decode_body(3, &[0; 6]), Ok(Everything::Inexact(_))));
@@ -334,12 +473,24 @@ mod tests {
     #[test]
     #[cfg(all(feature = "alloc", feature = "bytes"))]
     fn a_whole_frame_goes_into_a_vector_or_a_buffer() {
-        for len in [3, 300] {
-            let message = Everything::decode_body(8, &[7; 300][..len]).unwrap();
-            assert_eq!(message.to_vec(Motor(1)), Ok(std::vec![7; len]));
+        for len in [3, 200] {
+            let body = &[7; 200][..len];
+            let message = Everything::decode_body(8, body).unwrap();
+            let frame = [&[8, u8::try_from(len).unwrap()], body].concat();
+            assert_eq!(message.to_vec(Motor(1)), Ok(frame.clone()));
             let mut buf = Vec::new();
-            assert_eq!(message.encode(Motor(1), &mut buf), Ok(len));
-            assert_eq!(buf, [7; 300][..len]);
+            assert_eq!(message.encode(Motor(1), &mut buf), Ok(frame.len()));
+            assert_eq!(buf, frame);
+            assert_eq!(Everything::decode(&&frame[..]), Ok(message));
         }
+    }
+
+    #[test]
+    fn a_decoder_that_cannot_fail_gives_other() {
+        assert_eq!(Bytewise::decode(&&[7, 1, 9][..]), Bytewise::other(7, &[9]));
+        assert_eq!(Bytewise::decode(&&[7][..]), Bytewise::other(0, &[]));
+        let mut out = [0; 3];
+        assert_eq!(Bytewise::other(7, &[9]).encode_checked(&(), &mut out), Ok(3));
+        assert_eq!(out, [7, 1, 9]);
     }
 }

@@ -97,7 +97,7 @@ macro_rules! __arbitrary {
 pub fn arbitrary_message<'a, M: super::Messages<'a>>(u: &mut arbitrary::Unstructured<'a>) -> arbitrary::Result<M> {
     use super::{Kind, PartKind, Row};
 
-    let unknown = Kind { number: u.int_in_range(0..=0xffff)?, name: "Other", layout: &[] };
+    let unknown = Kind { number: u.int_in_range(0..=0xffff)?, name: "Other", layout: &[], conduct: None };
     let kind = if u.ratio(1, 16)? { &unknown } else { u.choose(M::ALL)? };
     let fixed = |row: &Row| if row.part == PartKind::Fixed { row.size } else { 0 };
     let least: usize = kind.layout.iter().map(fixed).fold(0, usize::saturating_add);

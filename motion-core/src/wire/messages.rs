@@ -1,21 +1,24 @@
 use core::fmt;
 
-use super::{DecodeError, EncodeError, FieldView, Fields, Rest, Row, Value, Visitor};
+use super::{Conduct, DecodeError, EncodeError, FieldView, Fields, Rest, Row, Value, Visitor};
 
 /// One row of a table of messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Kind {
-    /// Its number; of a message with several, the first.
+    /// Number of the message; the first one of a message with several numbers.
     pub number: u32,
-    /// Its name, which is that of the variant.
+    /// Name of the message, which is the name of the variant.
     pub name: &'static str,
-    /// The layout of its body.
+    /// Layout of the body.
     pub layout: &'static [Row],
+    /// Conduct of every message of this kind. `None` if the values of the message decide, which
+    /// [`Messages::conduct`] tells then, and for messages that no host sends.
+    pub conduct: Option<Conduct>,
 }
 
 /// All messages that one side of a protocol sends: an enum, made by [`messages!`](crate::messages) from one table.
 pub trait Messages<'a>: Copy + PartialEq + fmt::Debug + fmt::Display + Fields {
-    /// The table: number, name and layout of every message that is known.
+    /// The table: number, name, layout and conduct of every message that is known.
     const ALL: &'static [Kind];
 
     /// Decodes the body of message `number`; an unknown number gives the variant `Other`, never an error.
@@ -25,19 +28,24 @@ pub trait Messages<'a>: Copy + PartialEq + fmt::Debug + fmt::Display + Fields {
     /// [`DecodeError`], if the number is known and the body is too short for it.
     fn decode_body(number: u32, body: &'a [u8]) -> Result<Self, DecodeError>;
 
-    /// A message that is kept as it came, whatever its number; one with a type of its own can only be encoded as that.
+    /// Makes the variant `Other` from a number and a body, whatever the number is. If the number and the body are those of
+    /// a message with a type of its own, it cannot be encoded.
     fn other(number: u32, body: &'a [u8]) -> Self;
 
-    /// The number it is sent under.
+    /// Number under which the message is sent.
     fn number(&self) -> u32;
 
-    /// Its name in the specification, or `Other`.
+    /// Name of the message in the specification, or `Other`.
     fn name(&self) -> &'static str;
 
-    /// Bytes of its body.
+    /// How the message may be treated; `None` for messages that no host sends. The conduct of `Other` is
+    /// [`Conduct::UNKNOWN`].
+    fn conduct(&self) -> Option<Conduct>;
+
+    /// Length of the body in bytes.
     fn body_len(&self) -> usize;
 
-    /// Writes its body to the front of `out`, and says how many bytes it took.
+    /// Writes the body to the front of `out` and returns its length in bytes.
     ///
     /// # Errors
     ///
@@ -45,10 +53,10 @@ pub trait Messages<'a>: Copy + PartialEq + fmt::Debug + fmt::Display + Fields {
     fn encode_body(&self, out: &mut [u8]) -> Result<usize, EncodeError>;
 }
 
-/// The bytes of a number, the highest first.
+/// Bytes of a number, the highest first.
 ///
-/// As `u32::to_be_bytes`, by way of the order that most processors have: no byte is swapped where the number was put
-/// together from bytes by shifts.
+/// The result is that of `u32::to_be_bytes`. It is made from the little-endian bytes, so that most processors swap no
+/// bytes when the number was put together from bytes by shifts.
 #[doc(hidden)]
 #[must_use]
 #[inline]
@@ -57,9 +65,9 @@ pub const fn big_endian(number: u32) -> [u8; 4] {
     [d, c, b, a]
 }
 
-/// A message without a type of its own, kept as it came.
+/// A message without a type of its own: its number and its bytes.
 ///
-/// Its parts are private, so that a number which gets a name later breaks nobody.
+/// The fields are private, so that a number can get a type in a later version without breaking code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Other<'a> {
     number: u32,
@@ -73,13 +81,13 @@ impl<'a> Other<'a> {
         Self { number, payload }
     }
 
-    /// Its number, as the protocol's tables count.
+    /// Number of the message, as the tables of the protocol count.
     #[must_use]
     pub const fn id(&self) -> u32 {
         self.number
     }
 
-    /// Its body.
+    /// Body of the message.
     #[must_use]
     pub const fn payload(&self) -> &'a [u8] {
         self.payload
@@ -107,54 +115,102 @@ impl Fields for Other<'_> {
 
 /// Turns one table of numbers and variants into the enum of one side, its decoder, its encoder and `ALL`.
 ///
+/// A table `from host` states after each body, in brackets, how the message may be treated: see
+/// [`Conduct`](crate::wire::Conduct). A row without it does not compile. Each body of a table belongs to one row, and
+/// converts into the enum by `From`.
+///
 /// `FIRST..=LAST` and `FIRST | ANOTHER` are numbers that one message shares; it decides by
 /// [`decode_as`](crate::wire::Message::decode_as) and [`number`](crate::wire::Message::number). `A(A) or B(B)` are two
 /// messages under one number, told apart by their data: what `A` refuses is read as `B`.
 ///
-/// Where each byte of a number says something, a table may say them one by one: `[2, 4, 0..=255]` are the numbers
-/// `0x02_04_00` to `0x02_04_FF`. They are then looked up byte by byte, which is a jump where bytes are dense and whole
-/// numbers are not.
+/// A table may give a number as bytes: `[2, 4, 0..=255]` are the numbers `0x02_04_00` to `0x02_04_FF`. They are looked up
+/// byte by byte, which is a jump if the bytes are dense; a lookup of the whole numbers would be a search.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! messages {
     (
         $(#[$meta:meta])*
-        $vis:vis enum $name:ident<$lt:lifetime> {
-            $($(#[$variant_meta:meta])* $first:literal $(..= $last:literal)? $(| $another:literal)* => $variant:ident($body:ty)
-                $(or $(#[$or_meta:meta])* $or_variant:ident($or_body:ty))?,)*
+        $vis:vis enum $name:ident<$lt:lifetime> from host {
+            $($(#[$variant_meta:meta])* $first:literal $(..= $last:literal)? $(| $another:literal)*
+                => $variant:ident($body:ty) [$($conduct:tt)+]
+                $(or $(#[$or_meta:meta])* $or_variant:ident($or_body:ty) [$($or_conduct:tt)+])?,)*
         }
     ) => {
-        $crate::messages! { @by core::convert::identity,
+        $crate::messages! { @by core::convert::identity, other [moves once],
             $(#[$meta])*
             $vis enum $name<$lt> {
-                $($(#[$variant_meta])* { $first } $first $(..= $last)? $(| $another)* => $variant($body)
-                    $(or $(#[$or_meta])* $or_variant($or_body))?,)*
+                $($(#[$variant_meta])* { $first } $first $(..= $last)? $(| $another)* => $variant($body) [$($conduct)+]
+                    $(or $(#[$or_meta])* $or_variant($or_body) [$($or_conduct)+])?,)*
+            }
+        }
+        $crate::messages! { @conduct $name }
+    };
+    (
+        $(#[$meta:meta])*
+        $vis:vis enum $name:ident<$lt:lifetime> from host {
+            $($(#[$variant_meta:meta])* [$high:literal, $middle:literal, $low:literal $(..= $last:literal)?]
+                => $variant:ident($body:ty) [$($conduct:tt)+]
+                $(or $(#[$or_meta:meta])* $or_variant:ident($or_body:ty) [$($or_conduct:tt)+])?,)*
+        }
+    ) => {
+        $crate::messages! { @by $crate::wire::big_endian, other [moves once],
+            $(#[$meta])*
+            $vis enum $name<$lt> {
+                $($(#[$variant_meta])* { u32::from_be_bytes([0, $high, $middle, $low]) }
+                    [0, $high, $middle, $low $(..= $last)?] => $variant($body) [$($conduct)+]
+                    $(or $(#[$or_meta])* $or_variant($or_body) [$($or_conduct)+])?,)*
+            }
+        }
+        $crate::messages! { @conduct $name }
+    };
+    (
+        $(#[$meta:meta])*
+        $vis:vis enum $name:ident<$lt:lifetime> {
+            $($(#[$variant_meta:meta])* $first:literal $(..= $last:literal)? $(| $another:literal)*
+                => $variant:ident($body:ty) $(or $(#[$or_meta:meta])* $or_variant:ident($or_body:ty))?,)*
+        }
+    ) => {
+        $crate::messages! { @by core::convert::identity, other [],
+            $(#[$meta])*
+            $vis enum $name<$lt> {
+                $($(#[$variant_meta])* { $first } $first $(..= $last)? $(| $another)* => $variant($body) []
+                    $(or $(#[$or_meta])* $or_variant($or_body) [])?,)*
             }
         }
     };
     (
         $(#[$meta:meta])*
         $vis:vis enum $name:ident<$lt:lifetime> {
-            $($(#[$variant_meta:meta])* [$high:literal, $middle:literal, $low:literal $(..= $last:literal)?] => $variant:ident($body:ty)
-                $(or $(#[$or_meta:meta])* $or_variant:ident($or_body:ty))?,)*
+            $($(#[$variant_meta:meta])* [$high:literal, $middle:literal, $low:literal $(..= $last:literal)?]
+                => $variant:ident($body:ty) $(or $(#[$or_meta:meta])* $or_variant:ident($or_body:ty))?,)*
         }
     ) => {
-        $crate::messages! { @by $crate::wire::big_endian,
+        $crate::messages! { @by $crate::wire::big_endian, other [],
             $(#[$meta])*
             $vis enum $name<$lt> {
                 $($(#[$variant_meta])* { u32::from_be_bytes([0, $high, $middle, $low]) }
-                    [0, $high, $middle, $low $(..= $last)?] => $variant($body)
-                    $(or $(#[$or_meta])* $or_variant($or_body))?,)*
+                    [0, $high, $middle, $low $(..= $last)?] => $variant($body) []
+                    $(or $(#[$or_meta])* $or_variant($or_body) [])?,)*
+            }
+        }
+    };
+
+    (@conduct $name:ident) => {
+        impl $name<'_> {
+            /// How the message may be treated: what it does, and whether it may be sent again.
+            #[must_use]
+            pub fn conduct(&self) -> $crate::wire::Conduct {
+                $crate::wire::Messages::conduct(self).unwrap_or($crate::wire::Conduct::UNKNOWN)
             }
         }
     };
 
     // `$key` makes of a number what the patterns match.
-    (@by $key:path,
+    (@by $key:path, other [$($other:tt)*],
         $(#[$meta:meta])*
         $vis:vis enum $name:ident<$lt:lifetime> {
-            $($(#[$variant_meta:meta])* { $first:expr } $numbers:pat => $variant:ident($body:ty)
-                $(or $(#[$or_meta:meta])* $or_variant:ident($or_body:ty))?,)*
+            $($(#[$variant_meta:meta])* { $first:expr } $numbers:pat => $variant:ident($body:ty) [$($conduct:tt)*]
+                $(or $(#[$or_meta:meta])* $or_variant:ident($or_body:ty) [$($or_conduct:tt)*])?,)*
         }
     ) => {
         $(#[$meta])*
@@ -162,17 +218,47 @@ macro_rules! messages {
         #[non_exhaustive]
         $vis enum $name<$lt> {
             $($(#[$variant_meta])* $variant($body), $($(#[$or_meta])* $or_variant($or_body),)?)*
-            /// A message without a type of its own, kept as it came.
+            /// A message without a type of its own: its number and its bytes.
             Other($crate::wire::Other<$lt>),
         }
 
+        $(
+            impl<$lt> From<$body> for $name<$lt> {
+                #[inline]
+                fn from(message: $body) -> Self {
+                    Self::$variant(message)
+                }
+            }
+
+            $(
+                impl<$lt> From<$or_body> for $name<$lt> {
+                    #[inline]
+                    fn from(message: $or_body) -> Self {
+                        Self::$or_variant(message)
+                    }
+                }
+            )?
+        )*
+
         const _: () = {
-            use $crate::wire::{DecodeError, EncodeError, Fields, Kind, Message, Messages, Other, Visitor, print};
+            use $crate::wire::{Conduct, DecodeError, EncodeError, Fields, Kind, Message, Messages, Other, Visitor, print};
 
             impl<$lt> Messages<$lt> for $name<$lt> {
                 const ALL: &'static [Kind] = &[
-                    $(Kind { number: $first, name: stringify!($variant), layout: <$body as Message<$lt>>::LAYOUT },
-                    $(Kind { number: $first, name: stringify!($or_variant), layout: <$or_body as Message<$lt>>::LAYOUT },)?)*
+                    $(
+                        Kind {
+                            number: $first,
+                            name: stringify!($variant),
+                            layout: <$body as Message<$lt>>::LAYOUT,
+                            conduct: $crate::__conduct!(row [$($conduct)*]),
+                        },
+                        $(Kind {
+                            number: $first,
+                            name: stringify!($or_variant),
+                            layout: <$or_body as Message<$lt>>::LAYOUT,
+                            conduct: $crate::__conduct!(row [$($or_conduct)*]),
+                        },)?
+                    )*
                 ];
 
                 #[allow(clippy::inline_always, reason = "a program that knows what it gets reads only that")]
@@ -208,6 +294,14 @@ macro_rules! messages {
                     }
                 }
 
+                fn conduct(&self) -> Option<Conduct> {
+                    match self {
+                        $(Self::$variant(message) => $crate::__conduct!(of message [$($conduct)*]),
+                        $(Self::$or_variant(message) => $crate::__conduct!(of message [$($or_conduct)*]),)?)*
+                        Self::Other(other) => $crate::__conduct!(of other [$($other)*]),
+                    }
+                }
+
                 #[inline]
                 fn body_len(&self) -> usize {
                     match self {
@@ -227,14 +321,14 @@ macro_rules! messages {
                 }
             }
 
-            /// Writes what is kept as it came, unless it would come as something else: a stop must not travel as a
-            /// message of which nobody knows that it stops.
+            /// Writes a message that has no type, unless its receiver would read a typed message: a stop must not travel
+            /// as a message of which no machine knows that it stops.
             #[cold]
             #[inline(never)]
             fn encode_other(other: &Other<'_>, out: &mut [u8]) -> Result<usize, EncodeError> {
                 match $name::decode_body(other.id(), other.payload()) {
                     Ok($name::Other(_)) | Err(_) => other.encode_into(out),
-                    Ok(known) => Err(EncodeError::Known { what: known.name() }),
+                    Ok(known) => Err(EncodeError::Typed { what: known.name() }),
                 }
             }
 

@@ -2,14 +2,16 @@
 //!
 //! A message is one list of fields, in wire order, in one place: the `message!` table makes of it the struct with its
 //! public fields, its decoder, its encoder, its length and its [layout](Row) as data. A second table a side,
-//! `messages!`, says number and variant once, and makes the enum of that side. Both macros are for the protocol crates
+//! `messages!`, says number, variant and [conduct](Conduct) once, and makes the enum of that side. Both macros are for the protocol crates
 //! and outside any promise of stability.
 //!
 //! - [`Field`]: a value of fixed size. Units, open enums and flags are types that implement it.
 //! - [`Part`]: what may follow the fixed fields: optional fields, lists, counted lists, texts and blocks.
-//! - [`Message`], [`Messages`], [`Side`]: one body; all bodies of one side; the side itself.
+//! - [`Message`], [`Messages`], [`Side`]: one body; all bodies of one side; the side itself. [`Envelope`] and [`Framed`]: how
+//!   bodies travel in frames.
 //! - [`Fields`], [`Visitor`]: the values of a message by name, for printing, JSON and the laws.
 
+mod conduct;
 mod cursor;
 mod error;
 #[allow(dead_code, unreachable_pub, reason = "tables expanded for the lints and the tests")]
@@ -26,6 +28,7 @@ mod value;
 
 #[doc(hidden)]
 pub use bitflags;
+pub use conduct::{Conduct, Purpose};
 pub use cursor::{Reader, Writer};
 pub use error::{DecodeError, EncodeError};
 #[doc(hidden)]
@@ -41,5 +44,5 @@ pub use messages::{Kind, Messages, Other};
 #[doc(hidden)]
 pub use newtype::{from_array, to_array};
 pub use part::{Block16, Check, Counted, Element, Newer, Part, Password, Rest, Text16, trim_nuls};
-pub use side::Side;
+pub use side::{Envelope, Framed, Side};
 pub use value::{FieldView, Fields, List, PartKind, Row, Value, Visitor};
