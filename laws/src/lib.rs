@@ -1,10 +1,10 @@
-//! The laws that every message and every stream obeys, written once, over any table and any framing.
+//! The laws that every message, stream and machine obeys, written once, over any table, framing and machine.
 //!
-//! The tests of each crate and the fuzz targets call them; a broken law is a panic that names its number in
-//! `docs/architecture.md`.
+//! The tests of each crate, the fuzz targets and the model checks call them. A broken law is a panic that names its number
+//! in `docs/architecture.md`.
 
 pub mod machine;
 pub mod message;
 pub mod owned;
-
 pub mod stream;
+pub mod world;

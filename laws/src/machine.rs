@@ -12,6 +12,8 @@ pub trait Follows: Eq + Hash + Debug {
     fn lost(&self) -> u16;
     /// Time at which the machine wants to be woken.
     fn wake(&self) -> Option<Millis>;
+    /// Whether nothing is to be sent or told.
+    fn is_quiet(&self) -> bool;
 }
 
 impl<Transmit, Event, const N: usize> Follows for Output<Transmit, Event, N>
@@ -25,6 +27,10 @@ where
 
     fn wake(&self) -> Option<Millis> {
         self.wake
+    }
+
+    fn is_quiet(&self) -> bool {
+        self.effects.is_empty()
     }
 }
 
