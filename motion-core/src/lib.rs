@@ -1,16 +1,16 @@
-//! What the codecs of three motion-control protocols share: `kos-proto`, `dmc-proto` and `hoot-proto` stand on it, and
-//! so can a protocol of your own.
+//! Shared parts of the codecs of three motion-control protocols, `kos-proto`, `dmc-proto` and `hoot-proto`. A protocol of
+//! your own can be built on them too.
 //!
 //! - [`wire`]: fields, parts, and the tables that turn one list of fields into a message;
-//! - [`stream`]: bytes in pieces become whole frames, whatever was sent, in linear work and without allocation;
+//! - [`stream`]: frames from bytes that arrive in pieces, in linear work and without allocation, whatever was sent;
 //! - [`fletcher`]: the checksum of DMC, fast on long frames and on short ones;
 //! - [`fixed`]: decimal numbers that travel as integers, exact in both directions;
-//! - [`lint`]: what decodes, but a strict peer would refuse, or a wise sender would not send;
-//! - [`machine`]: state machines as pure functions, and what one step of them gives;
+//! - [`lint`]: findings about messages that decode, but that a strict peer would refuse or a wise sender would not send;
+//! - [`machine`]: state machines without I/O, and the contract that all of them keep;
 //! - [`time`]: milliseconds that the caller counts;
-//! - [`trajectory`]: axes of several curves, sampled by time or by frame, as steps, and compared.
+//! - [`bezier`], [`trajectory`], [`profile`]: curves, axes of several curves, and point-to-point moves.
 //!
-//! There is no I/O here and no clock, nothing allocates unless a feature says so, and nothing panics.
+//! The crate does no I/O and reads no clock. It allocates only if a feature says so, and it never panics.
 //!
 //! ```
 //! use motion_core::fixed::Milli;
@@ -36,12 +36,12 @@
 //!
 //! # Features
 //!
-//! All only add. `std` and `alloc` cost nothing else; the others bring in the crate that they are named after.
+//! Features only add. `std` and `alloc` cost nothing else; each other feature brings in the crate that it is named after.
 //!
-//! | feature | what it brings |
+//! | feature | brings |
 //! |---|---|
 //! | `alloc` | owned messages |
-//! | `std` | nothing yet but `alloc`, for programs that switch it on everywhere |
+//! | `std` | `alloc`, and nothing else yet; for programs that switch it on everywhere |
 //! | `bytes` | encoding into any `BufMut` |
 //! | `serde` | `Serialize` for every message; with `alloc`, `Deserialize` for owned ones |
 //! | `defmt` | `Format` for every message |

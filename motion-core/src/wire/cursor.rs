@@ -2,9 +2,9 @@ use core::marker::PhantomData;
 
 use zerocopy::ByteOrder;
 
-/// Reads fields off the front of a body, in the byte order `O`.
+/// Reader of fields from the front of a body, in the byte order `O`.
 ///
-/// It has no index and no panic: what is not there is `None`.
+/// The reader has no index and cannot panic: bytes that are missing give `None`.
 #[derive(Debug, Clone)]
 pub struct Reader<'a, O> {
     rest: &'a [u8],
@@ -20,7 +20,7 @@ impl<'a, O: ByteOrder> Reader<'a, O> {
         Self { rest: bytes, closed: false, order: PhantomData }
     }
 
-    /// The next `N` bytes, or `None` (and nothing is taken) if there are fewer.
+    /// Takes the next `N` bytes. If there are fewer, takes nothing and gives `None`.
     #[inline]
     pub fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
         let (head, rest) = self.rest.split_first_chunk()?;
@@ -28,7 +28,7 @@ impl<'a, O: ByteOrder> Reader<'a, O> {
         Some(*head)
     }
 
-    /// The next `len` bytes, borrowed, or `None` (and nothing is taken) if there are fewer.
+    /// Lends the next `len` bytes. If there are fewer, takes nothing and gives `None`.
     #[inline]
     pub fn take(&mut self, len: usize) -> Option<&'a [u8]> {
         let (head, rest) = self.rest.split_at_checked(len)?;
@@ -36,20 +36,20 @@ impl<'a, O: ByteOrder> Reader<'a, O> {
         Some(head)
     }
 
-    /// All bytes not read yet; they stay.
+    /// Bytes that are not read yet. They stay unread.
     #[must_use]
     #[inline]
     pub const fn rest(&self) -> &'a [u8] {
         self.rest
     }
 
-    /// Notes that an optional field was not there: what follows belongs to the tail.
+    /// Notes that an optional field was absent: all bytes after it belong to the tail.
     #[inline]
     pub const fn close(&mut self) {
         self.closed = true;
     }
 
-    /// Whether an optional field was not there.
+    /// Whether an optional field was absent.
     #[must_use]
     #[inline]
     pub const fn is_closed(&self) -> bool {
@@ -57,7 +57,7 @@ impl<'a, O: ByteOrder> Reader<'a, O> {
     }
 }
 
-/// Writes fields to the front of a buffer, in the byte order `O`.
+/// Writer of fields to the front of a buffer, in the byte order `O`.
 #[derive(Debug)]
 pub struct Writer<'o, O> {
     rest: &'o mut [u8],
@@ -72,7 +72,7 @@ impl<'o, O: ByteOrder> Writer<'o, O> {
         Self { rest: out, order: PhantomData }
     }
 
-    /// Writes `N` bytes, or nothing and `None` if they do not fit.
+    /// Writes `N` bytes. If they do not fit, writes nothing and gives `None`.
     #[inline]
     pub fn array<const N: usize>(&mut self, bytes: [u8; N]) -> Option<()> {
         let (head, rest) = core::mem::take(&mut self.rest).split_first_chunk_mut()?;
@@ -81,7 +81,7 @@ impl<'o, O: ByteOrder> Writer<'o, O> {
         Some(())
     }
 
-    /// Writes `bytes`, or nothing and `None` if they do not fit.
+    /// Writes `bytes`. If they do not fit, writes nothing and gives `None`.
     #[inline]
     pub fn bytes(&mut self, bytes: &[u8]) -> Option<()> {
         let (head, rest) = core::mem::take(&mut self.rest).split_at_mut_checked(bytes.len())?;

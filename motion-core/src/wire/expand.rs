@@ -90,7 +90,7 @@ message! {
         motors: &'a [Place],
     }
 
-    /// A counted list, and a field behind it.
+    /// A counted list and a field after it.
     pub struct Count<'a> in BE {
         ;
         /// The motors.

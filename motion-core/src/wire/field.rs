@@ -9,20 +9,20 @@ use crate::fixed::Scaled;
 ///
 /// [`Display`](fmt::Display) is what a person reads, without the unit.
 pub trait Field: Copy + Eq + Default + fmt::Debug + fmt::Display {
-    /// Its bytes.
+    /// Size in bytes.
     const SIZE: usize;
-    /// Its type on the wire, as documents name it.
+    /// Type on the wire, as documents name it.
     const WIRE: &'static str;
-    /// Its unit, or nothing.
+    /// Unit; empty if there is none.
     const UNIT: &'static str = "";
 
-    /// Takes it off the front, or `None` if the bytes end before.
+    /// Reads the field from the front of a body; `None` if the bytes end before the field does.
     fn read<O: ByteOrder>(reader: &mut Reader<'_, O>) -> Option<Self>;
 
-    /// Puts it to the front, or `None` if it does not fit.
+    /// Writes the field; `None` if it does not fit.
     fn write<O: ByteOrder>(&self, writer: &mut Writer<'_, O>) -> Option<()>;
 
-    /// Its raw value.
+    /// Raw value, as it stands on the wire.
     fn value(&self) -> Value<'_>;
 }
 
@@ -96,9 +96,9 @@ where
     }
 }
 
-/// A yes or no, in one byte.
+/// Yes or no in one byte.
 ///
-/// Zero is no, everything else is yes; the byte is kept and written back as it was.
+/// Zero means no, every other value means yes. The byte is kept and written back unchanged.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[repr(transparent)]
 pub struct Bool(pub u8);
@@ -109,7 +109,7 @@ impl Bool {
     /// Yes: 1.
     pub const TRUE: Self = Self(1);
 
-    /// Whether it says yes.
+    /// Whether the byte means yes.
     #[must_use]
     pub const fn get(self) -> bool {
         self.0 != 0
@@ -157,7 +157,7 @@ impl Field for Bool {
     }
 }
 
-/// `N` bytes without further structure, printed as hex.
+/// `N` bytes without further structure. They print as hex.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(transparent)]
 pub struct Bytes<const N: usize>(pub [u8; N]);

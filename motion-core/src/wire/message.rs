@@ -1,50 +1,50 @@
 use super::{DecodeError, EncodeError, FieldView, Fields, Rest, Row, Value, Visitor};
 
-/// The body of one kind of message.
+/// Body of one kind of message.
 ///
-/// [`message!`](crate::message) makes it from a list of fields; irregular bodies are written by hand and obey the same
-/// laws.
+/// [`message!`](crate::message) implements the trait from a list of fields. Irregular bodies implement it by hand and obey
+/// the same laws.
 pub trait Message<'a>: Copy + Fields {
-    /// Its layout, in wire order.
+    /// Layout of the body: its fields, in wire order.
     const LAYOUT: &'static [Row];
 
-    /// Decodes a body, which is all of `body`.
+    /// Decodes all of `body`.
     ///
     /// # Errors
     ///
-    /// [`DecodeError`], if the body ends before its fields do, or goes on behind them and the message keeps no tail.
+    /// [`DecodeError`], if the body ends before its fields do, or if bytes follow and the message keeps no tail.
     fn decode(body: &'a [u8]) -> Result<Self, DecodeError>;
 
-    /// Decodes a body that came under `number`, where one message has several numbers.
+    /// Decodes a body that came under `number`, for messages with several numbers.
     ///
     /// # Errors
     ///
-    /// Those of [`decode`](Self::decode).
+    /// The errors of [`decode`](Self::decode).
     #[inline]
     fn decode_as(number: u32, body: &'a [u8]) -> Result<Self, DecodeError> {
         let _ = number;
         Self::decode(body)
     }
 
-    /// The number it is sent under; `declared` is the one in its table.
+    /// Number under which the message is sent; `declared` is the one in its table.
     #[inline]
     fn number(&self, declared: u32) -> u32 {
         declared
     }
 
-    /// Bytes that [`encode_into`](Self::encode_into) writes.
+    /// Number of bytes that [`encode_into`](Self::encode_into) writes.
     fn encoded_len(&self) -> usize;
 
-    /// Writes the body to the front of `out`, and says how many bytes it took.
+    /// Writes the body to the front of `out` and returns its length in bytes.
     ///
     /// # Errors
     ///
-    /// [`EncodeError`], if the buffer is too small or the body would be read back as something else. Then nothing is
+    /// [`EncodeError`], if the buffer is too small, or if a reader would read another message. Then nothing is
     /// written.
     fn encode_into(&self, out: &mut [u8]) -> Result<usize, EncodeError>;
 }
 
-/// Gives each row the sum of the sizes before it as offset, up to the first part of variable length.
+/// Sets the offset of each row to the sum of the sizes before it, up to the first part of variable length.
 #[doc(hidden)]
 #[must_use]
 pub const fn place<const N: usize>(mut rows: [Row; N]) -> [Row; N] {
@@ -64,9 +64,9 @@ pub const fn place<const N: usize>(mut rows: [Row; N]) -> [Row; N] {
 
 /// Turns one list of fields, in wire order, into a message: its struct, decoder, encoder, length and layout.
 ///
-/// Fields before the `;` are always there and of fixed size ([`Field`](crate::wire::Field)); what follows it is a
-/// [`Part`](crate::wire::Part). A literal behind the type is a unit that the type does not name. With a lifetime, bytes
-/// behind the last field are kept in `tail`; without one they are an error, and there are only fixed fields.
+/// Fields before the `;` are always present and of fixed size ([`Field`](crate::wire::Field)); each entry after it is a
+/// [`Part`](crate::wire::Part). A literal after a type is a unit that the type does not name. A message with a lifetime
+/// keeps bytes after the last field in `tail`. For one without, such bytes are an error, and it has fixed fields only.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! message {
@@ -90,7 +90,7 @@ macro_rules! message {
         #[derive(Clone, Copy, PartialEq, Eq, Hash)]
         $($head)* { $($fields)* }
 
-        // `this` and `reader` are named here so that both expansions mean the same variables.
+        // `this` and `reader` are passed on, so that both expansions mean the same variables.
         $crate::message! { @code 'm [$name] $name $order $fixed $parts this reader
             tail [{ let _ = this; &[] }]
             keep []
@@ -103,7 +103,7 @@ macro_rules! message {
         #[derive(Clone, Copy, PartialEq, Eq, Hash)]
         $($head)*<$lt> {
             $($fields)*
-            /// Bytes behind the known fields, kept as they came.
+            /// Bytes after the known fields, unchanged.
             pub tail: &$lt [u8],
         }
 
@@ -218,7 +218,7 @@ macro_rules! message {
                 }
             }
 
-            // Bounded like `Display`, and unlike a derived one it cannot panic.
+            // The text is bounded like that of `Display`. A derived `Debug` could panic.
             impl<$lt> core::fmt::Debug for $self {
                 fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
                     wire::print::message(f, stringify!($name), self)
@@ -230,14 +230,14 @@ macro_rules! message {
     };
 }
 
-/// The unit that a table states, or else the one of the type.
+/// Unit that a table states, or the unit of the type if the table states none.
 #[doc(hidden)]
 #[must_use]
 pub const fn unit(of_type: &'static str, of_table: &'static str) -> &'static str {
     if of_table.is_empty() { of_type } else { of_table }
 }
 
-/// Shows an unknown tail, if there is one.
+/// Shows the tail to a visitor, unless it is empty.
 #[doc(hidden)]
 pub fn visit_tail(tail: &[u8], visitor: &mut dyn Visitor) {
     if !tail.is_empty() {

@@ -4,8 +4,8 @@ use super::{Field, Reader, Writer};
 
 /// Makes a number with named values and room for unnamed ones: an open enum.
 ///
-/// Every number of the representation is a value, so nothing is lost, and a number that gets a name later breaks
-/// nobody. `Display` and `Debug` print the name, or the number.
+/// Every number of the representation is a value, so decoding loses nothing, and a number can get a name in a later
+/// version without breaking code. `Display` and `Debug` print the name, or the number if it has no name.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! open_enum {
@@ -21,7 +21,7 @@ macro_rules! open_enum {
         impl $name {
             $($(#[$value_meta])* pub const $value: Self = Self($number);)*
 
-            /// The name of the value, if it has one.
+            /// Name of the value, if it has one.
             #[must_use]
             pub const fn name(self) -> Option<&'static str> {
                 match self.0 {
@@ -44,7 +44,7 @@ macro_rules! open_enum {
     )*};
 }
 
-/// Makes a number with a meaning and, mostly, a unit: a type of its own, so that it cannot be mixed up.
+/// Makes a type for a number with a meaning and, mostly, a unit, so that different quantities cannot be mixed up.
 ///
 /// IEEE numbers compare and hash by their bits, so that NaN survives a round trip like any other value.
 #[doc(hidden)]
@@ -58,7 +58,7 @@ macro_rules! unit {
         $vis struct $name(pub f32);
 
         impl $name {
-            /// The number.
+            /// The number without its type.
             #[must_use]
             pub const fn get(self) -> f32 {
                 self.0
@@ -126,7 +126,7 @@ macro_rules! unit {
         $vis struct $name(pub $repr);
 
         impl $name {
-            /// The number.
+            /// The number without its type.
             #[must_use]
             pub const fn get(self) -> $repr {
                 self.0
@@ -185,7 +185,7 @@ macro_rules! flags {
     )*};
 }
 
-/// What every newtype over a field has: `Debug`, `From`, and its own place as a field.
+/// Makes the implementations that every newtype over a field has: `Debug`, `From` and `Field`.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __newtype {
@@ -224,7 +224,7 @@ macro_rules! __newtype {
     };
 }
 
-/// The bytes of a field; `N` is its size.
+/// Bytes of a field; `N` is its size.
 #[doc(hidden)]
 #[must_use]
 #[inline]
@@ -235,7 +235,7 @@ pub fn to_array<O: ByteOrder, T: Field, const N: usize>(field: T) -> [u8; N] {
     bytes
 }
 
-/// The field in these bytes; `N` is its size.
+/// Field that these bytes hold; `N` is its size.
 #[doc(hidden)]
 #[must_use]
 #[inline]
@@ -243,7 +243,8 @@ pub fn from_array<O: ByteOrder, T: Field, const N: usize>(bytes: &[u8; N]) -> T 
     T::read(&mut Reader::<O>::new(bytes)).unwrap_or_default()
 }
 
-/// Makes a group of fixed fields that lists are made of: alignment one, so that a list of them is a slice of the bytes.
+/// Makes a group of fixed fields that can be the element of a list. It has alignment one, so that a list of groups is a
+/// slice of the received bytes.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! element {
@@ -268,7 +269,7 @@ macro_rules! element {
         }
 
         impl $name {
-            /// Puts one together.
+            /// Makes a group from its fields.
             #[must_use]
             pub fn new($($field: $type),*) -> Self {
                 Self {

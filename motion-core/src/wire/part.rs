@@ -4,44 +4,44 @@ use zerocopy::{ByteOrder, FromBytes, I16, I32, Immutable, IntoBytes, KnownLayout
 
 use super::{EncodeError, Field, FieldView, List, PartKind, Reader, Row, Value, Visitor, Writer, print};
 
-/// A part of a body behind the fixed fields: optional, or of variable length.
+/// Part of a body after the fixed fields: optional, or of variable length.
 pub trait Part<'a>: Copy {
-    /// What kind of part it is.
+    /// Kind of the part.
     const KIND: PartKind;
-    /// Its type on the wire.
+    /// Type on the wire, as documents name it.
     const WIRE: &'static str;
-    /// Its bytes, if it is a field; of a list, those of one element; of a text or block, those of its length.
+    /// Size in bytes: of a field, its own; of a list, that of one element; of a text or block, that of its length field.
     const SIZE: usize;
-    /// Its unit, or nothing.
+    /// Unit; empty if there is none.
     const UNIT: &'static str = "";
-    /// The layout of one element, if it is a list of groups.
+    /// Layout of one element of a list of groups; empty for every other part.
     const ELEMENT: &'static [Row] = &[];
 
-    /// Takes it off the front.
+    /// Takes the part off the front of the bytes that are left.
     ///
     /// # Errors
     ///
-    /// How many bytes, from its first, would have been needed.
+    /// Number of bytes, counted from the first byte of the part, that would have been needed.
     fn take<O: ByteOrder>(reader: &mut Reader<'a, O>) -> Result<Self, usize>;
 
-    /// Refuses what cannot be written, or would be read back as something else.
+    /// Checks that the part can be written, and that a reader would read the same part back.
     ///
     /// # Errors
     ///
     /// [`EncodeError`], naming the part `what`.
     fn check(&self, what: &'static str, check: &mut Check) -> Result<(), EncodeError>;
 
-    /// Bytes it takes.
+    /// Length of the part in bytes.
     fn encoded_len(&self) -> usize;
 
-    /// Puts it to the front, or `None` if it does not fit.
+    /// Writes the part; `None` if it does not fit.
     fn put<O: ByteOrder>(&self, writer: &mut Writer<'_, O>) -> Option<()>;
 
-    /// Shows it, unless it is absent.
+    /// Shows the part to a visitor, unless it is absent.
     fn visit(&self, name: &'static str, unit: &'static str, visitor: &mut dyn Visitor);
 }
 
-/// What an encoder knows while it checks one part after another.
+/// State of an encoder that checks the parts of a message one after another.
 #[derive(Debug, Clone, Copy)]
 pub struct Check {
     tail: usize,
@@ -49,23 +49,23 @@ pub struct Check {
 }
 
 impl Check {
-    /// Before the first part, of a message with `tail` bytes of tail.
+    /// State before the first part of a message with `tail` bytes of tail.
     #[must_use]
     pub const fn new(tail: usize) -> Self {
         Self { tail, absent: false }
     }
 
-    /// A field that is there.
+    /// Notes a field that is present.
     const fn present(&self, what: &'static str) -> Result<(), EncodeError> {
         if self.absent { Err(EncodeError::Hole { what }) } else { Ok(()) }
     }
 
-    /// A part that would swallow a tail of `size` bytes or more.
+    /// Notes a part that a reader would find in a tail of `size` bytes or more.
     const fn swallows(&self, what: &'static str, size: usize) -> Result<(), EncodeError> {
         if self.tail < size { Ok(()) } else { Err(EncodeError::Tail { what, len: self.tail }) }
     }
 
-    /// A field that is not there, which a reader would find in `size` bytes of tail.
+    /// Notes a field that is absent, which a reader would find in a tail of `size` bytes or more.
     const fn absent(&mut self, what: &'static str, size: usize) -> Result<(), EncodeError> {
         if self.absent {
             return Ok(());
@@ -79,7 +79,7 @@ fn at_most(what: &'static str, len: usize, max: usize) -> Result<(), EncodeError
     if len <= max { Ok(()) } else { Err(EncodeError::TooLong { what, len, max }) }
 }
 
-/// A fixed field behind a part of variable length.
+/// A fixed field after a part of variable length.
 impl<'a, T: Field> Part<'a> for T {
     const KIND: PartKind = PartKind::Fixed;
     const WIRE: &'static str = T::WIRE;
@@ -111,7 +111,7 @@ impl<'a, T: Field> Part<'a> for T {
     }
 }
 
-/// A field that older peers leave out; where it is cut short, its bytes belong to the tail.
+/// A field that older peers leave out. If the body ends inside it, the bytes belong to the tail.
 impl<'a, T: Field> Part<'a> for Option<T> {
     const KIND: PartKind = PartKind::Optional;
     const WIRE: &'static str = T::WIRE;
@@ -152,9 +152,9 @@ impl<'a, T: Field> Part<'a> for Option<T> {
     }
 }
 
-/// A field that a newer dialect adds at the end: the body either ends before it, or holds it whole.
+/// A field that a newer dialect adds at the end: the body either ends before the field or holds all of it.
 ///
-/// Unlike an [`Option`], a part of it is an error, since no dialect ends there.
+/// Unlike for an [`Option`], a body that ends inside the field is an error, because no dialect ends there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(transparent)]
 pub struct Newer<T>(pub Option<T>);
@@ -193,16 +193,16 @@ impl<'a, T: Field> Part<'a> for Newer<T> {
     }
 }
 
-/// An element of a list: any type of alignment one, so that one slice serves viewing and building.
+/// Element of a list: a type of alignment one, so that the same slice type views received bytes and builds messages.
 pub trait Element: FromBytes + IntoBytes + Immutable + KnownLayout + Unaligned + Copy + Eq + fmt::Debug {
-    /// Its type on the wire.
+    /// Type on the wire, as documents name it.
     const WIRE: &'static str;
-    /// Its layout, if it is a group.
+    /// Layout of the element, if it is a group of fields.
     const ROWS: &'static [Row] = &[];
-    /// The name of the number that counts such elements, where one does.
+    /// Name of the number that counts such elements, in a counted list.
     const COUNT: &'static str = "count";
 
-    /// Its raw value.
+    /// Raw value, as it stands on the wire.
     fn value(&self) -> Value<'_>;
 }
 
@@ -248,7 +248,7 @@ impl<T: Element, const N: usize> List for [T; N] {
     }
 }
 
-/// As many whole elements as the body holds; what is left over belongs to the tail.
+/// As many whole elements as the body holds. Bytes that are left over belong to the tail.
 impl<'a, T: Element> Part<'a> for &'a [T] {
     const KIND: PartKind = PartKind::List;
     const WIRE: &'static str = T::WIRE;
@@ -282,13 +282,13 @@ impl<'a, T: Element> Part<'a> for &'a [T] {
     }
 }
 
-/// The next `count` elements, borrowed.
+/// Lends the next `count` elements.
 fn elements<'a, T: Element, O: ByteOrder>(reader: &mut Reader<'a, O>, count: usize) -> Option<&'a [T]> {
     let bytes = reader.take(count.checked_mul(size_of::<T>())?)?;
     <[T]>::ref_from_bytes(bytes).ok()
 }
 
-/// Elements that a `u8` before them counts.
+/// List whose elements are counted by a `u8` before them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(transparent)]
 pub struct Counted<'a, T>(pub &'a [T]);
@@ -331,13 +331,13 @@ impl<'a, T: Element> Part<'a> for Counted<'a, T> {
     }
 }
 
-/// The next `u16` length, and as many bytes.
+/// Takes a `u16` length and as many bytes.
 fn prefixed<'a, O: ByteOrder>(reader: &mut Reader<'a, O>) -> Result<&'a [u8], usize> {
     let len = u16::read(reader).ok_or(2usize)?;
     reader.take(len.into()).ok_or(usize::from(len).saturating_add(2))
 }
 
-/// A `u16` length, and `bytes`.
+/// Writes a `u16` length and `bytes`.
 fn write_prefixed<O: ByteOrder>(bytes: &[u8], writer: &mut Writer<'_, O>) -> Option<()> {
     u16::try_from(bytes.len()).ok()?.write(writer)?;
     writer.bytes(bytes)
@@ -397,22 +397,22 @@ macro_rules! prefixed_parts {
     )*};
 }
 prefixed_parts! {
-    /// A text: a `u16` that counts its bytes, and these.
+    /// Text after a `u16` that counts its bytes.
     Text16, Text16, Text, |this| this.without_nuls(), print::text;
-    /// A password: on the wire a [`Text16`], but neither printed nor shown unless asked for.
+    /// Password: on the wire a [`Text16`], but printed and shown only on request.
     Password, Text16, Secret, |this| Text16(this.0).without_nuls(), print::secret;
-    /// A block of bytes: a `u16` that counts them, and these.
+    /// Block of bytes after a `u16` that counts them.
     Block16, Block16, Bytes, |this| this.0, print::hex;
 }
 
 impl<'a> Text16<'a> {
-    /// Its bytes without the NULs at the end.
+    /// Bytes of the text, without the NULs at the end.
     #[must_use]
     pub fn without_nuls(self) -> &'a [u8] {
         trim_nuls(self.0)
     }
 
-    /// Its text without the NULs at the end, if it is UTF-8.
+    /// The text without the NULs at the end, if it is UTF-8.
     #[must_use]
     pub fn as_str(self) -> Option<&'a str> {
         core::str::from_utf8(self.without_nuls()).ok()
@@ -420,14 +420,14 @@ impl<'a> Text16<'a> {
 }
 
 impl<'a> Password<'a> {
-    /// Its text without the NULs at the end, if it is UTF-8.
+    /// The text without the NULs at the end, if it is UTF-8.
     #[must_use]
     pub fn as_str(self) -> Option<&'a str> {
         Text16(self.0).as_str()
     }
 }
 
-/// `text` without the NULs at its end.
+/// Returns `text` without the NULs at its end.
 #[must_use]
 pub fn trim_nuls(mut text: &[u8]) -> &[u8] {
     while let [rest @ .., 0] = text {
@@ -436,7 +436,7 @@ pub fn trim_nuls(mut text: &[u8]) -> &[u8] {
     text
 }
 
-/// All the rest of a body.
+/// All bytes that are left of a body.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(transparent)]
 pub struct Rest<'a>(pub &'a [u8]);

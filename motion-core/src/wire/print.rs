@@ -1,17 +1,17 @@
-//! Printing that ends: every message prints within a bound, whatever its bytes are, and hides control characters.
+//! Bounded printing: every message prints within a bound, whatever its bytes are, and escapes control characters.
 
 use core::fmt::{self, Write};
 
 use super::{FieldView, Fields, List, Value};
 
-/// Bytes of text that a printed message takes at most, before an ellipsis and the count of what was left out.
+/// Greatest length of a printed message in bytes, before an ellipsis and the number of bytes left out.
 pub const MAX_PRINTED: usize = 4096;
 
 /// Prints `name { field: value unit, .. }`, at most [`MAX_PRINTED`] bytes and an ellipsis.
 ///
 /// # Errors
 ///
-/// Only those of `out`.
+/// The errors of `out` only.
 pub fn message(out: &mut dyn Write, name: &str, fields: &dyn Fields) -> fmt::Result {
     let mut bounded = Bounded { out, left: MAX_PRINTED, dropped: 0 };
     bounded.write_str(name)?;
@@ -19,7 +19,7 @@ pub fn message(out: &mut dyn Write, name: &str, fields: &dyn Fields) -> fmt::Res
     bounded.finish()
 }
 
-/// Prints `{ field: value unit, .. }`, or nothing where there is no field.
+/// Prints `{ field: value unit, .. }`, or nothing if there is no field.
 fn group(out: &mut dyn Write, open: &str, fields: &dyn Fields) -> fmt::Result {
     let mut result = Ok(());
     let mut separator = open;
@@ -69,13 +69,13 @@ fn value(out: &mut dyn Write, value: Value<'_>) -> fmt::Result {
     }
 }
 
-/// Prints an IEEE number, the shortest text that reads back to the same value.
+/// Prints an IEEE number as the shortest text that reads back to the same value.
 ///
-/// Core's own float printing is not used: it cannot be proven free of panics.
+/// Float printing of `core` is not used because it cannot be proven free of panics.
 ///
 /// # Errors
 ///
-/// Only those of `out`.
+/// The errors of `out` only.
 pub fn float(out: &mut dyn Write, number: f32) -> fmt::Result {
     out.write_str(zmij::Buffer::new().format(number))
 }
@@ -84,16 +84,16 @@ pub fn float(out: &mut dyn Write, number: f32) -> fmt::Result {
 ///
 /// # Errors
 ///
-/// Only those of `out`.
+/// The errors of `out` only.
 pub fn hex(out: &mut dyn Write, bytes: &[u8]) -> fmt::Result {
     bytes.iter().try_for_each(|byte| write!(out, "{byte:02x}"))
 }
 
-/// Prints a text in quotes: control and direction characters escaped, bytes that are no UTF-8 as `\xNN`.
+/// Prints a text in quotes. Control and direction characters are escaped; bytes that are not UTF-8 print as `\xNN`.
 ///
 /// # Errors
 ///
-/// Only those of `out`.
+/// The errors of `out` only.
 pub fn text(out: &mut dyn Write, bytes: &[u8]) -> fmt::Result {
     out.write_char('"')?;
     for chunk in bytes.utf8_chunks() {
@@ -112,22 +112,22 @@ pub fn text(out: &mut dyn Write, bytes: &[u8]) -> fmt::Result {
     out.write_char('"')
 }
 
-/// Characters that move the cursor, turn the reading direction, or cannot be seen.
+/// Whether a character moves the cursor, turns the reading direction, or cannot be seen.
 fn is_hidden(character: char) -> bool {
     character.is_control()
         || matches!(character, '\u{ad}' | '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
 }
 
-/// Prints that there is a secret, and how long it is.
+/// Prints the length of a secret, not the secret.
 ///
 /// # Errors
 ///
-/// Only those of `out`.
+/// The errors of `out` only.
 pub fn secret(out: &mut dyn Write, bytes: &[u8]) -> fmt::Result {
     if bytes.is_empty() { out.write_str("none") } else { write!(out, "redacted, {} bytes", bytes.len()) }
 }
 
-/// Lets `left` bytes of text through and counts the rest.
+/// Writer that passes `left` bytes of text on and counts the rest.
 struct Bounded<'o> {
     out: &'o mut dyn Write,
     left: usize,
@@ -145,9 +145,9 @@ impl Bounded<'_> {
 
 impl Write for Bounded<'_> {
     fn write_str(&mut self, text: &str) -> fmt::Result {
-        // Once something was left out, nothing follows it.
+        // After something was left out, nothing follows.
         let room = if self.dropped > 0 { 0 } else { self.left.min(text.len()) };
-        // A character is four bytes at most, so one of these four places is between two.
+        // A character has at most four bytes, so one of these four places is between two characters.
         let cut = (0..4).filter_map(|back| room.checked_sub(back)).find_map(|at| text.split_at_checked(at));
         let (shown, hidden) = cut.unwrap_or(("", text));
         self.left = self.left.saturating_sub(shown.len());

@@ -1,79 +1,79 @@
 use core::fmt;
 
-/// One row of a layout: a field, where it stands, and what it means.
+/// One row of a layout: a field, its place and its meaning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Row {
-    /// Its name, the same in code, documents and JSON.
+    /// Name of the field, the same in code, documents and JSON.
     pub name: &'static str,
-    /// Its type on the wire: `u16`, `i32`, `f32`, `[u8; 6]`.
+    /// Type on the wire: `u16`, `i32`, `f32`, `[u8; 6]`.
     pub wire: &'static str,
-    /// Bytes from the start of the body; `None` behind a part of variable length.
+    /// Offset from the start of the body in bytes; `None` after a part of variable length.
     pub offset: Option<usize>,
-    /// Bytes it takes; of a list, the bytes of one element; of a text or block, those of its length field.
+    /// Size in bytes: of a list, that of one element; of a text or block, that of its length field.
     pub size: usize,
-    /// What kind of part it is.
+    /// Kind of the part.
     pub part: PartKind,
-    /// Its unit, or nothing: `steps`, `ms`, `rev/s`.
+    /// Unit, such as `steps`, `ms`, `rev/s`; empty if there is none.
     pub unit: &'static str,
-    /// Of a list of groups, the layout of one element.
+    /// Layout of one element of a list of groups; empty for every other row.
     pub element: &'static [Row],
 }
 
-/// The kinds of parts that bodies are made of.
+/// Kind of a part of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum PartKind {
-    /// Always there, of fixed size.
+    /// Field of fixed size that is always present.
     Fixed,
-    /// Left out, with all that follows it, by older peers.
+    /// Field that older peers leave out, with all fields after it.
     Optional,
-    /// As many elements as the body holds.
+    /// List of as many elements as the body holds.
     List,
-    /// A `u8` that counts the elements, and these.
+    /// List after a `u8` that counts its elements.
     Counted,
-    /// A `u16` that counts bytes, and these, a text.
+    /// Text after a `u16` that counts its bytes.
     Text16,
-    /// A `u16` that counts bytes, and these.
+    /// Block of bytes after a `u16` that counts them.
     Block16,
-    /// All the rest of the body.
+    /// All bytes that are left of the body.
     Rest,
 }
 
-/// The raw value of a field, as it stands on the wire.
+/// Raw value of a field, as it stands on the wire.
 #[derive(Clone, Copy)]
 pub enum Value<'a> {
-    /// A number without sign, a flag word, an open enum.
+    /// Unsigned number, word of flags, or open enum.
     Unsigned(u64),
-    /// A number with sign.
+    /// Signed number.
     Signed(i64),
-    /// An IEEE-754 binary32, every bit kept.
+    /// IEEE-754 binary32, with every bit.
     Float(f32),
-    /// A text, mostly UTF-8.
+    /// Text, mostly UTF-8.
     Text(&'a [u8]),
-    /// A text that is not to be shown unless asked for.
+    /// Text that is shown only on request.
     Secret(&'a [u8]),
     /// Bytes without further structure.
     Bytes(&'a [u8]),
-    /// Several values of one kind.
+    /// List of values of one kind.
     List(&'a dyn List),
-    /// Several named values.
+    /// Group of named values.
     Group(&'a dyn Fields),
 }
 
-/// A field of a message, as a [`Visitor`] sees it.
+/// Field of a message, as a [`Visitor`] sees it.
 #[derive(Clone, Copy)]
 pub struct FieldView<'a> {
-    /// Its name, the same as in [`Row`].
+    /// Name of the field, the same as in [`Row`].
     pub name: &'static str,
-    /// Its unit, or nothing.
+    /// Unit; empty if there is none.
     pub unit: &'static str,
-    /// What stands on the wire.
+    /// Value as it stands on the wire.
     pub value: Value<'a>,
-    /// What a person reads, without the unit: names of open enums and flags, decimals of scaled numbers.
+    /// Value as a person reads it, without the unit: names of open enums and flags, decimals of scaled numbers.
     pub text: &'a dyn fmt::Display,
 }
 
-/// Sees the fields of a message one by one, in wire order.
+/// Visitor that sees the fields of a message one by one, in wire order.
 pub trait Visitor {
     /// Sees a field. Optional fields that are absent are not seen.
     fn visit(&mut self, field: &FieldView<'_>);
@@ -85,16 +85,16 @@ impl<F: FnMut(&FieldView<'_>)> Visitor for F {
     }
 }
 
-/// What has named fields: every message, and every group in a list.
+/// Type with named fields: every message, and every group in a list.
 ///
-/// Printing, JSON and the laws are written once against this.
+/// Printing, JSON and the laws are written once, against this trait.
 pub trait Fields {
-    /// Shows all fields to `visitor`, in wire order; an unknown tail, if there is one, last, under the name `tail`.
+    /// Shows all fields to `visitor`, in wire order. A tail that is not empty comes last, under the name `tail`.
     fn fields(&self, visitor: &mut dyn Visitor);
 }
 
-/// What holds several values of one kind.
+/// Type that holds several values of one kind.
 pub trait List {
-    /// Shows them in order.
+    /// Shows the values in order.
     fn each(&self, item: &mut dyn FnMut(Value<'_>));
 }
