@@ -5,18 +5,18 @@
 //! seven parts. Position, velocity and acceleration at a time are closed formulas; nothing is stepped.
 //!
 //! ```
-//! use motion_core::profile::{Limits, Profile};
+//! use motion_core::profile::{Limits, MotionProfile};
 //!
 //! let limits = Limits { velocity: 20.0, acceleration: 10.0, jerk: None };
-//! let pan = Profile::new(0.0, 90.0, limits)?;
+//! let pan = MotionProfile::new(0.0, 90.0, limits)?;
 //! // 2 s to full speed, 2.5 s at it, 2 s to rest.
 //! assert_eq!(pan.duration(), 6.5);
 //! assert_eq!(pan.at(2.0).velocity, 20.0);
 //! assert_eq!(pan.at(6.5).position, 90.0);
 //!
-//! let soft = Profile::new(0.0, 90.0, Limits { jerk: Some(20.0), ..limits })?;
+//! let soft = MotionProfile::new(0.0, 90.0, Limits { jerk: Some(20.0), ..limits })?;
 //! assert_eq!(soft.duration(), 7.0);
-//! # Ok::<(), motion_core::profile::ProfileError>(())
+//! # Ok::<(), motion_core::profile::MotionProfileError>(())
 //! ```
 //!
 //! # What holds
@@ -42,7 +42,7 @@ pub struct Limits {
 /// Why there is no profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
-pub enum ProfileError {
+pub enum MotionProfileError {
     /// A position is infinite or not a number.
     #[error("move: a position is not finite")]
     NotFinite,
@@ -67,7 +67,7 @@ pub struct State {
 
 /// A move from one position to another, at rest before and after.
 #[derive(Clone, Copy, PartialEq)]
-pub struct Profile {
+pub struct MotionProfile {
     from: f64,
     to: f64,
     limits: Limits,
@@ -85,7 +85,7 @@ pub struct Profile {
 debug_numbers! {
     Limits { velocity, acceleration, jerk }
     State { position, velocity, acceleration }
-    Profile { from, to, limits, acceleration, velocity, growing, holding, cruising }
+    MotionProfile { from, to, limits, acceleration, velocity, growing, holding, cruising }
 }
 
 impl Shown for Limits {
@@ -94,19 +94,19 @@ impl Shown for Limits {
     }
 }
 
-impl Profile {
+impl MotionProfile {
     /// The fastest move within the limits.
     ///
     /// # Errors
     ///
-    /// [`ProfileError`] says what is not finite, not positive or out of range.
-    pub fn new(from: f64, to: f64, limits: Limits) -> Result<Self, ProfileError> {
+    /// [`MotionProfileError`] says what is not finite, not positive or out of range.
+    pub fn new(from: f64, to: f64, limits: Limits) -> Result<Self, MotionProfileError> {
         if !(from.is_finite() && to.is_finite()) {
-            return Err(ProfileError::NotFinite);
+            return Err(MotionProfileError::NotFinite);
         }
         let sound = |limit: f64| limit.is_finite() && limit > 0.0;
         if !(sound(limits.velocity) && sound(limits.acceleration) && limits.jerk.is_none_or(sound)) {
-            return Err(ProfileError::Limit);
+            return Err(MotionProfileError::Limit);
         }
         let way = (to - from).abs();
         let [growing, holding, cruising] = if way == 0.0 { [0.0; 3] } else { times(way, &limits) };
@@ -120,7 +120,7 @@ impl Profile {
         if moves && way.is_finite() && velocity.is_finite() && profile.duration().is_finite() {
             Ok(profile)
         } else {
-            Err(ProfileError::OutOfRange)
+            Err(MotionProfileError::OutOfRange)
         }
     }
 
