@@ -1,8 +1,8 @@
-//! Printing without core's own printing of floats, which cannot be proven free of panics.
+//! Debug output of floats without core's own printing, which cannot be proven free of panics.
 
 use core::fmt;
 
-/// A number that prints as the shortest text which reads back to it.
+/// A number that prints as the shortest text that reads back to the same number.
 struct Number(f64);
 
 impl fmt::Debug for Number {
@@ -11,7 +11,7 @@ impl fmt::Debug for Number {
     }
 }
 
-/// How the value of a field prints.
+/// The debug form of the value of a field.
 pub(crate) trait Shown {
     fn shown(&self) -> impl fmt::Debug;
 }
@@ -28,7 +28,7 @@ impl Shown for Option<f64> {
     }
 }
 
-/// What prints itself without a way to panic.
+/// Implements [`Shown`] for types whose own `Debug` cannot panic.
 macro_rules! shown_as_it_is {
     ($($name:ty)*) => {$(
         impl $crate::bezier::print::Shown for $name {
@@ -41,7 +41,7 @@ macro_rules! shown_as_it_is {
 
 shown_as_it_is! { u32 usize }
 
-/// Implements `Debug` as `derive` does, for structures of numbers.
+/// Implements `Debug` like `derive`, for structures of numbers.
 macro_rules! debug_numbers {
     ($($name:ident { $($field:ident),+ })+) => {$(
         impl core::fmt::Debug for $name {
@@ -62,7 +62,7 @@ mod tests {
     use crate::bezier::{Ease, Key, Motion, Point};
 
     #[test]
-    fn prints_as_derived() {
+    fn debug_prints_like_a_derived_one() {
         let motion = Motion { position: 1.5, velocity: Some(-0.25), acceleration: None };
         assert_eq!(format!("{motion:?}"), "Motion { position: 1.5, velocity: Some(-0.25), acceleration: None }");
         let key = Key { time: 1.0, position: 0.1, arrive: Ease::Flat(0.5), leave: Ease::Handle(Point::ZERO) };
