@@ -1,6 +1,8 @@
 //! Encoding into a [`BufMut`]. The feature `bytes` adds the dependency `bytes`, which has no dependencies of its own.
 //! It needs an allocator and a processor with atomic compare-and-swap.
 
+#![doc(hidden)]
+
 use bytes::BufMut;
 
 use crate::owned::to_vec;

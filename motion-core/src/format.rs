@@ -1,5 +1,7 @@
 //! Messages in `defmt` logs, as the text that [`Display`](core::fmt::Display) prints.
 
+#![doc(hidden)]
+
 use core::fmt;
 
 use defmt::{Display2Format, Formatter};

@@ -150,6 +150,7 @@ impl<S: Side, B: AsRef<[u8]>> fmt::Debug for Owned<S, B> {
 /// # Errors
 ///
 /// The errors of `write`.
+#[doc(hidden)]
 pub fn to_vec(len: usize, write: impl FnOnce(&mut [u8]) -> Result<usize, EncodeError>) -> Result<Vec<u8>, EncodeError> {
     let mut bytes = alloc::vec![0; len];
     let written = write(&mut bytes)?;

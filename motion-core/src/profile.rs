@@ -56,7 +56,7 @@ pub enum MotionProfileError {
 
 /// Position, velocity and acceleration of an axis during a move. All numbers are finite.
 #[derive(Clone, Copy, Default, PartialEq)]
-pub struct State {
+pub struct MotionState {
     /// Position, in the caller's units.
     pub position: f64,
     /// Velocity, in units per second; negative towards smaller positions.
@@ -84,7 +84,7 @@ pub struct MotionProfile {
 
 debug_numbers! {
     Limits { velocity, acceleration, jerk }
-    State { position, velocity, acceleration }
+    MotionState { position, velocity, acceleration }
     MotionProfile { from, to, limits, acceleration, velocity, rising, holding, cruising }
 }
 
@@ -161,20 +161,20 @@ impl MotionProfile {
     /// NaN counts as a time before the start. In a trapezoid, acceleration jumps; at a jump it has the value of the
     /// part that is nearer to the middle of the move.
     #[must_use]
-    pub fn at(&self, time: f64) -> State {
+    pub fn at(&self, time: f64) -> MotionState {
         let (left, sign) = (self.duration() - time, if self.to < self.from { -1.0 } else { 1.0 });
         if time.is_nan() || time < 0.0 || self.duration() == 0.0 {
-            return State { position: self.from, ..State::default() };
+            return MotionState { position: self.from, ..MotionState::default() };
         }
         if left < 0.0 {
-            return State { position: self.to, ..State::default() };
+            return MotionState { position: self.to, ..MotionState::default() };
         }
         // The second half is the first half, reversed.
         let (begin, side, time) = if time <= left { (self.from, sign, time) } else { (self.to, -sign, left) };
         let (distance, velocity, acceleration) = self.first_half(time);
         // Rounding must not lead beyond the ends of a short distance between large numbers.
         let (least, most) = (self.from.min(self.to), self.from.max(self.to));
-        State {
+        MotionState {
             // `clamp` is not used, because it panics if an end is NaN.
             position: (begin + side * distance).max(least).min(most),
             velocity: sign * velocity.min(self.velocity),

@@ -20,6 +20,7 @@ use crate::wire::{FieldView, Fields, List, Value, print};
 /// # Errors
 ///
 /// Only those of the serializer.
+#[doc(hidden)]
 pub fn fields<S: Serializer>(fields: &dyn Fields, serializer: S) -> Result<S::Ok, S::Error> {
     Map { fields, secrets: true }.serialize(serializer)
 }

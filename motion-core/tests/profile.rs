@@ -2,7 +2,7 @@
 
 #![expect(clippy::float_cmp, reason = "what is exact by law is compared exactly")]
 
-use motion_core::profile::{Limits, MotionProfile, MotionProfileError, State};
+use motion_core::profile::{Limits, MotionProfile, MotionProfileError, MotionState};
 use proptest::prelude::*;
 
 const PLAIN: Limits = Limits { velocity: 2.0, acceleration: 1.0, jerk: None };
@@ -21,15 +21,15 @@ fn trapezoid_and_triangle() {
     let long = MotionProfile::new(1.0, 11.0, PLAIN).unwrap();
     assert_eq!((long.duration(), long.peak_velocity()), (7.0, 2.0));
     let at = |time| long.at(time);
-    assert_eq!(at(0.0), State { position: 1.0, velocity: 0.0, acceleration: 1.0 });
-    assert_eq!(at(1.0), State { position: 1.5, velocity: 1.0, acceleration: 1.0 });
-    assert_eq!(at(3.5), State { position: 6.0, velocity: 2.0, acceleration: 0.0 });
-    assert_eq!(at(6.0), State { position: 10.5, velocity: 1.0, acceleration: -1.0 });
-    assert_eq!(at(7.5), State { position: 11.0, velocity: 0.0, acceleration: 0.0 });
+    assert_eq!(at(0.0), MotionState { position: 1.0, velocity: 0.0, acceleration: 1.0 });
+    assert_eq!(at(1.0), MotionState { position: 1.5, velocity: 1.0, acceleration: 1.0 });
+    assert_eq!(at(3.5), MotionState { position: 6.0, velocity: 2.0, acceleration: 0.0 });
+    assert_eq!(at(6.0), MotionState { position: 10.5, velocity: 1.0, acceleration: -1.0 });
+    assert_eq!(at(7.5), MotionState { position: 11.0, velocity: 0.0, acceleration: 0.0 });
 
     let short = MotionProfile::new(0.0, -1.0, PLAIN).unwrap();
     assert_eq!((short.duration(), short.peak_velocity()), (2.0, 1.0));
-    assert_eq!(short.at(0.5), State { position: -0.125, velocity: -0.5, acceleration: -1.0 });
+    assert_eq!(short.at(0.5), MotionState { position: -0.125, velocity: -0.5, acceleration: -1.0 });
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn no_way_takes_no_time() {
     let still = MotionProfile::new(3.0, 3.0, soft(1.0)).unwrap();
     assert_eq!(still.duration(), 0.0);
     for time in [-1.0, 0.0, 1.0, f64::NAN, f64::INFINITY] {
-        assert_eq!(still.at(time), State { position: 3.0, ..State::default() });
+        assert_eq!(still.at(time), MotionState { position: 3.0, ..MotionState::default() });
     }
 }
 
@@ -166,7 +166,7 @@ proptest! {
     fn never_nan(from: f64, to: f64, velocity: f64, acceleration: f64, jerk: Option<f64>, time: f64, share in 0.0..1.0) {
         if let Ok(profile) = MotionProfile::new(from, to, Limits { velocity, acceleration, jerk }) {
             for time in [time, share * profile.duration(), profile.duration()] {
-                let State { position, velocity, acceleration } = profile.at(time);
+                let MotionState { position, velocity, acceleration } = profile.at(time);
                 prop_assert!(position.is_finite() && velocity.is_finite() && acceleration.is_finite());
             }
         }

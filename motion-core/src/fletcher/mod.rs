@@ -115,15 +115,10 @@ impl Sum {
 }
 
 /// Whether a whole frame, including its check bytes, sums to zero.
+///
+/// If the length of the frame is known at compile time, the code has no loops.
 #[inline]
 #[must_use]
 pub fn verify(frame: &[u8]) -> bool {
     Sum::of(frame).is_zero()
-}
-
-/// Like [`verify`], for a frame whose length is known at compile time: the code has no loops.
-#[inline]
-#[must_use]
-pub fn verify_array<const N: usize>(frame: &[u8; N]) -> bool {
-    verify(frame)
 }

@@ -69,10 +69,11 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         self.end.saturating_sub(self.start)
     }
 
-    /// Work done so far: bytes skipped, moved, read or summed, and headers read without finding a frame.
+    /// Work done so far, for tests: bytes skipped, moved, read or summed, and headers read without finding a frame.
     ///
     /// It grows at most in proportion to the number of bytes received, which tests and fuzz targets check. The count
     /// wraps around.
+    #[doc(hidden)]
     #[must_use]
     pub fn work(&self) -> usize {
         self.work.wrapping_add(self.memo.work())

@@ -27,7 +27,7 @@ impl Tolerance {
 
     /// A tolerance for time and position only, for moves that have corners on purpose.
     #[must_use]
-    pub const fn corners(tolerance: f64) -> Self {
+    pub const fn ignoring_velocity(tolerance: f64) -> Self {
         Self { velocity: f64::INFINITY, ..Self::all(tolerance) }
     }
 }
@@ -100,8 +100,8 @@ mod tests {
             found
         };
         assert_eq!(joints(Tolerance::all(1e-4)), [Some(2), Some(3), Some(4), None, None]);
-        assert_eq!(joints(Tolerance::corners(1e-4)), [Some(3), None, None, None, None]);
-        assert_eq!(joints(Tolerance { time: 1.0, ..Tolerance::corners(2.0) }), [None; 5]);
+        assert_eq!(joints(Tolerance::ignoring_velocity(1e-4)), [Some(3), None, None, None, None]);
+        assert_eq!(joints(Tolerance { time: 1.0, ..Tolerance::ignoring_velocity(2.0) }), [None; 5]);
         assert_eq!(joints(Tolerance::all(f64::NAN)).iter().flatten().count(), 4);
 
         let corner = axis.joints(Tolerance::all(1e-4)).next().unwrap();

@@ -57,7 +57,7 @@ pub use distance::Distance;
 pub use joints::{Joint, Tolerance};
 pub use range::{Map, MapError, Range};
 pub use rate::{FrameRate, FrameRateError, FrameTimes};
-pub use steps::{OutOfSteps, ScaleError, StepScale, StepsError};
+pub use steps::{ScaleError, StepScale, StepsError, StepsOutOfRange};
 
 /// Why segments cannot form an axis.
 #[derive(Clone, Copy, PartialEq, thiserror::Error)]

@@ -23,15 +23,15 @@ pub struct ScaleError;
 /// Error: a position in steps is NaN or does not fit 32 bits.
 #[derive(Clone, Copy, PartialEq, thiserror::Error)]
 #[error("steps: {} do not fit 32 bits", Number(*.steps))]
-pub struct OutOfSteps {
+pub struct StepsOutOfRange {
     /// Number of steps, not rounded.
     pub steps: f64,
 }
 
 // A derived `Debug` would print numbers with core's own printing.
-impl fmt::Debug for OutOfSteps {
+impl fmt::Debug for StepsOutOfRange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "OutOfSteps({self})")
+        write!(f, "StepsOutOfRange({self})")
     }
 }
 
@@ -74,15 +74,15 @@ impl StepScale {
     ///
     /// # Errors
     ///
-    /// [`OutOfSteps`] if the steps do not fit 32 bits; they are never limited to fit.
-    pub fn steps(&self, position: f64) -> Result<i32, OutOfSteps> {
+    /// [`StepsOutOfRange`] if the steps do not fit 32 bits; they are never limited to fit.
+    pub fn steps(&self, position: f64) -> Result<i32, StepsOutOfRange> {
         let steps = position * self.per_unit + self.offset;
         let whole = libm::round(steps);
         if f64::from(i32::MIN) <= whole && whole <= f64::from(i32::MAX) {
             #[expect(clippy::cast_possible_truncation, reason = "whole, and in range")]
             Ok(whole as i32)
         } else {
-            Err(OutOfSteps { steps })
+            Err(StepsOutOfRange { steps })
         }
     }
 
@@ -129,7 +129,7 @@ impl<'a> Axis<'a> {
     /// [`StepsError`] if the steps do not fit 32 bits.
     pub fn steps_at(&self, frames: FrameTimes, frame: u32, scale: StepScale) -> Result<i32, StepsError> {
         let time = frames.time(frame);
-        scale.steps(self.position(time)).map_err(|OutOfSteps { steps }| StepsError { frame, time, steps })
+        scale.steps(self.position(time)).map_err(|StepsOutOfRange { steps }| StepsError { frame, time, steps })
     }
 
     /// Steps at all frames, in order.
@@ -188,7 +188,7 @@ mod tests {
         let (least, most) = (f64::from(i32::MIN), f64::from(i32::MAX));
         assert_eq!((scale.steps(least - 0.25), scale.steps(most + 0.25)), (Ok(i32::MIN), Ok(i32::MAX)));
         for steps in [least - 0.5, most + 0.5, 1e300] {
-            assert_eq!(scale.steps(steps), Err(OutOfSteps { steps }));
+            assert_eq!(scale.steps(steps), Err(StepsOutOfRange { steps }));
         }
         assert!(scale.steps(f64::NAN).is_err());
         for (per_unit, offset) in [(0.0, 0.0), (f64::NAN, 0.0), (f64::INFINITY, 0.0), (1.0, f64::NAN)] {
