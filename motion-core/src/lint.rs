@@ -8,6 +8,8 @@ use core::fmt;
 
 use arrayvec::ArrayVec;
 
+use crate::bezier::print::debug_as_text;
+
 /// Severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
@@ -82,13 +84,9 @@ impl fmt::Display for Lint {
     }
 }
 
-// A derived `Debug` would print texts with escapes, which cannot be proven free of panics.
-impl fmt::Debug for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Problem({self})")
-    }
-}
+debug_as_text! { Problem }
 
+// A derived `Debug` would print texts with escapes, which cannot be proven free of panics.
 impl fmt::Debug for Lint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "Lint({}: {self})", self.severity)

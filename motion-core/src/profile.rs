@@ -26,7 +26,7 @@
 //! - Velocity and acceleration never exceed their limits.
 //! - No faster move within the limits exists.
 
-use crate::bezier::print::{Shown, debug_numbers};
+use crate::bezier::print::{debug_numbers, shown_as_it_is};
 
 /// Limits of an axis: velocity, acceleration and jerk.
 #[derive(Clone, Copy, PartialEq)]
@@ -88,11 +88,7 @@ debug_numbers! {
     MotionProfile { from, to, limits, acceleration, velocity, rising, holding, cruising }
 }
 
-impl Shown for Limits {
-    fn shown(&self) -> impl core::fmt::Debug {
-        *self
-    }
-}
+shown_as_it_is! { Limits }
 
 impl MotionProfile {
     /// The fastest move between two positions within the limits.

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::print::{Shown, debug_numbers};
+use super::print::{Shown, debug_numbers, shown_as_it_is};
 use super::{OutOfRange, Point, Segment};
 
 /// Ease of an axis at a key frame: how the axis leaves it, or arrives at it.
@@ -38,11 +38,7 @@ impl fmt::Debug for Ease {
     }
 }
 
-impl Shown for Ease {
-    fn shown(&self) -> impl fmt::Debug {
-        *self
-    }
-}
+shown_as_it_is! { Ease }
 
 /// A key frame: the position of an axis at a time, and how the axis arrives and leaves.
 #[derive(Clone, Copy, PartialEq)]

@@ -1,13 +1,19 @@
-//! Debug output of floats without core's own printing, which cannot be proven free of panics.
+//! Printing of numbers and errors without core's own printing, which cannot be proven free of panics.
 
 use core::fmt;
 
 /// A number that prints as the shortest text that reads back to the same number.
-struct Number(f64);
+pub(crate) struct Number(pub(crate) f64);
+
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(zmij::Buffer::new().format(self.0))
+    }
+}
 
 impl fmt::Debug for Number {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(zmij::Buffer::new().format(self.0))
+        fmt::Display::fmt(self, f)
     }
 }
 
@@ -53,7 +59,18 @@ macro_rules! debug_numbers {
     )+};
 }
 
-pub(crate) use {debug_numbers, shown_as_it_is};
+/// Implements `Debug` as the name of the type around its `Display` text.
+macro_rules! debug_as_text {
+    ($($name:ident)+) => {$(
+        impl core::fmt::Debug for $name {
+            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                write!(f, concat!(stringify!($name), "({})"), self)
+            }
+        }
+    )+};
+}
+
+pub(crate) use {debug_as_text, debug_numbers, shown_as_it_is};
 
 #[cfg(test)]
 mod tests {

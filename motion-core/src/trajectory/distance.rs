@@ -181,14 +181,11 @@ impl Search {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bezier::{Ease, Key};
 
     fn line(from: (f64, f64), to: (f64, f64)) -> Segment {
-        let [first, last] = [from, to].map(|(time, position)| Point::new(time, position));
-        let third = |share: f64| {
-            let step = |from: f64, to: f64| from + (to - from) * share;
-            Point::new(step(from.0, to.0), step(from.1, to.1))
-        };
-        Segment::new([first, third(1.0 / 3.0), third(2.0 / 3.0), last]).unwrap()
+        let key = |(time, position)| Key { time, position, arrive: Ease::Linear, leave: Ease::Linear };
+        Segment::between(&key(from), &key(to)).unwrap()
     }
 
     fn apart(one: &[Segment], other: &[Segment]) -> Option<(f64, f64)> {

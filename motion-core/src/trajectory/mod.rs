@@ -49,7 +49,7 @@ mod steps;
 
 use core::fmt;
 
-use crate::bezier::print::debug_numbers;
+use crate::bezier::print::{Number, debug_as_text, debug_numbers};
 use crate::bezier::{Motion, Segment};
 
 pub use cursor::AxisCursor;
@@ -88,21 +88,7 @@ pub enum AxisError {
     },
 }
 
-// A derived `Debug` would print numbers with core's own printing.
-impl fmt::Debug for AxisError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "AxisError({self})")
-    }
-}
-
-/// A number as text, because core's own printing of floats cannot be proven free of panics.
-struct Number(f64);
-
-impl fmt::Display for Number {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(zmij::Buffer::new().format(self.0))
-    }
-}
+debug_as_text! { AxisError }
 
 /// Greatest rate of an axis, and the segment that has it.
 #[derive(Clone, Copy, PartialEq)]

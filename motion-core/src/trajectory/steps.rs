@@ -1,9 +1,7 @@
 //! Positions in whole steps of a motor.
 
-use core::fmt;
-
-use super::{Axis, FrameTimes, Number};
-use crate::bezier::print::debug_numbers;
+use super::{Axis, FrameTimes};
+use crate::bezier::print::{Number, debug_as_text, debug_numbers};
 
 /// Scale from positions to steps: `position * per_unit + offset`, rounded to the nearest whole step. Halves are rounded
 /// away from zero.
@@ -28,13 +26,6 @@ pub struct StepsOutOfRange {
     pub steps: f64,
 }
 
-// A derived `Debug` would print numbers with core's own printing.
-impl fmt::Debug for StepsOutOfRange {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "StepsOutOfRange({self})")
-    }
-}
-
 /// Error: the position at a frame, in steps, does not fit 32 bits.
 #[derive(Clone, Copy, PartialEq, thiserror::Error)]
 #[error("steps: {} at {} s, frame {frame}, do not fit 32 bits", Number(*.steps), Number(*.time))]
@@ -47,12 +38,7 @@ pub struct StepsError {
     pub steps: f64,
 }
 
-// A derived `Debug` would print numbers with core's own printing.
-impl fmt::Debug for StepsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "StepsError({self})")
-    }
-}
+debug_as_text! { StepsOutOfRange StepsError }
 
 impl StepScale {
     /// A scale from the number of steps per unit, and the number of steps at position 0.
