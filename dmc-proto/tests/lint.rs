@@ -454,7 +454,7 @@ fn what_is_unwise_is_a_warning_and_no_reason_to_refuse() {
     let bits = MotorStopAll { flags: Some(StopFlags(6)), tail: &[] };
     unwise(HostMessage::MotorStopAll(bits), "flags: reserved bits 0x6 are set");
     let tail = MotorStopAll { flags: Some(StopFlags(1)), tail: &[0] };
-    unwise(HostMessage::MotorStopAll(tail), "tail: 1 bytes behind the known fields");
+    unwise(HostMessage::MotorStopAll(tail), "tail: 1 bytes after the known fields");
 
     let outputs = GioOut { triggers: Triggers(0x1f), tail: &[] };
     unwise(HostMessage::GioOut(outputs), "triggers: reserved bits 0x10 are set");
@@ -559,7 +559,7 @@ fn a_device_keeps_to_what_it_said_of_itself() {
     let ack = |response_code, tail| DeviceMessage::Ack(Ack { of: MessageType(0x31), response_code, tail });
     wrong(ack(None, &[0x10]), "response_code: absent");
     wrong(ack(Some(AckCode::ERR_AIM_COD), &[]), "response_code: not of the specification; send ERR_RANGE");
-    odd(ack(Some(AckCode::OK), &[0]), "tail: 1 bytes behind the known fields");
+    odd(ack(Some(AckCode::OK), &[0]), "tail: 1 bytes after the known fields");
     assert_eq!(
         ack(Some(AckCode::OK), &[0, 0]).lint(&Context::of(hi())),
         Lints::new(),

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use motion_core::bezier::Segment;
-use motion_core::profile::{Limits, Profile};
+use motion_core::profile::{Limits, MotionProfile};
 use motion_core::trajectory::{Axis, AxisError, FrameRate, FrameTimes, Map, Range, StepScale};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error};
@@ -260,7 +260,7 @@ impl TryFrom<FileLimits> for Checked {
     fn try_from(FileLimits { velocity, acceleration, jerk }: FileLimits) -> Result<Self, Self::Error> {
         let limits = Limits { velocity, acceleration, jerk };
         // What a move of no length can be made for, a move can be made for.
-        Profile::new(0.0, 0.0, limits).map_err(|_| "each of the \"limits\" must be more than 0")?;
+        MotionProfile::new(0.0, 0.0, limits).map_err(|_| "each of the \"limits\" must be more than 0")?;
         Ok(Self(limits))
     }
 }

@@ -1,23 +1,26 @@
-//! Encoding into [`BufMut`]. Feature `bytes`; it adds the dependency `bytes`, which has none. It needs an allocator, and a
-//! processor with atomic compare-and-swap.
+//! Encoding into a [`BufMut`]. The feature `bytes` adds the dependency `bytes`, which has no dependencies of its own.
+//! It needs an allocator and a processor with atomic compare-and-swap.
+
+#![doc(hidden)]
 
 use bytes::BufMut;
 
 use crate::owned::to_vec;
 use crate::wire::EncodeError;
 
-/// Frames of up to so many bytes are put together on the stack.
+/// Length in bytes up to which a frame is put together on the stack.
 const SHORT: usize = 128;
 
-/// Puts what `write` writes into a buffer of `len` bytes at the end of `buf`, and says how many bytes it took.
+/// Appends to `buf` the bytes that `write` writes into a buffer of `len` bytes, and returns their number.
 ///
-/// The protocol crates make `encode` of their messages from it. A `BufMut` lends only memory that holds no values yet,
-/// which safe code cannot write a frame into; so the frame is put together elsewhere and copied. Up to 128 bytes, which
-/// nearly all messages are, that place is on the stack; longer ones cost an allocation.
+/// The protocol crates build the `encode` of their messages on it. A `BufMut` lends only uninitialized memory, and safe
+/// code cannot write a frame into that. So the frame is put together elsewhere and copied. A frame of up to 128 bytes,
+/// as nearly all messages are, is put together on the stack. A longer one costs an allocation.
 ///
 /// # Errors
 ///
-/// [`EncodeError::BufferTooSmall`], if `buf` has less room than `len`, and those of `write`. Then nothing is put.
+/// [`EncodeError::BufferTooSmall`] if `buf` has room for fewer than `len` bytes, and the errors of `write`. Then
+/// nothing is appended.
 ///
 /// ```
 /// use motion_core::wire::EncodeError;
@@ -58,7 +61,7 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    /// What a writer of `len` bytes puts into a buffer with this much room.
+    /// The buffer of `room` bytes after a writer of `len` bytes.
     fn put_into(room: usize, len: usize) -> Result<Vec<u8>, EncodeError> {
         let mut place = std::vec![0xa5; room];
         let mut rest = &mut place[..];
@@ -75,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn short_and_long_frames_are_put_whole() {
+    fn short_and_long_frames_are_appended_whole() {
         for len in [0, 1, SHORT - 1, SHORT, SHORT + 1, 5000] {
             let expected = [std::vec![7; len], std::vec![0xa5; 3]].concat();
             assert_eq!(put_into(len + 3, len), Ok(expected));
@@ -87,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_written_puts_nothing() {
+    fn a_failed_write_appends_nothing() {
         let hole = EncodeError::Hole { what: "Run.reason" };
         for len in [4, 5000] {
             let mut buf = Vec::new();

@@ -1,5 +1,5 @@
-//! Frames as a `tokio_util` codec. Feature `tokio`; it adds the dependencies `bytes` and `tokio-util`, which brings tokio
-//! without its runtime, and needs the standard library.
+//! Frames as a `tokio_util` codec. The feature `tokio` adds the dependencies `bytes` and `tokio-util`; the latter
+//! brings tokio without its runtime and needs the standard library.
 //!
 //! ```
 //! # use motion_core::stream::{Framing, Head, Noise};
@@ -19,7 +19,7 @@
 //! use motion_core::codec::{Codec, Item};
 //! use tokio_util::codec::{Decoder, Encoder};
 //!
-//! // The frames of `Pair` are a `!` and one byte. A `Framed` calls `decode` and `encode` like this.
+//! // A frame of `Pair` is a `!` and one byte. A `Framed` calls `decode` and `encode` like this.
 //! let mut codec = Codec::<Pair, 4>::new();
 //! let mut received = BytesMut::from("!a..!");
 //! assert_eq!(codec.decode(&mut received)?, Some(Item::Frame("!a".into())));
@@ -30,7 +30,7 @@
 //!
 //! let mut to_send = BytesMut::new();
 //! codec.encode(b"!c", &mut to_send)?;
-//! assert!(codec.encode(b"!cd", &mut to_send).is_err(), "no whole frame");
+//! assert!(codec.encode(b"!cd", &mut to_send).is_err(), "more than one frame");
 //! assert_eq!(to_send, "!c");
 //! # Ok::<(), std::io::Error>(())
 //! ```
@@ -43,75 +43,75 @@ use tokio_util::codec::{Decoder, Encoder};
 
 use crate::stream::{self, Corrupt, Fatal, Frames, Framing, Head, Noise};
 
-/// Takes the frames of a protocol out of a byte stream, and writes whole frames into one.
+/// Codec that finds the frames of a protocol in a byte stream, and writes whole frames into one.
 ///
-/// It finds frames by a [`Frames`] of `N` bytes, which is at least twice [`Framing::MAX`], and keeps all promises of
-/// that. The bytes of the items are not copied: they are split off the buffer that was read into. So that buffer is the
-/// codec's alone, until the stream ends: whoever changes it has to [`reset`](Self::reset) the codec.
+/// It finds frames with a [`Frames`] of `N` bytes, which is at least twice [`Framing::MAX`], and keeps all promises of
+/// `Frames`. The bytes of the items are not copied: they are split off the receive buffer. So only the codec may change
+/// that buffer until the stream ends. If anything else changes it, [`reset`](Self::reset) the codec.
 ///
-/// Nothing but a fatal error ends the stream, and that only if nobody heeds it: asked again without a
-/// [`resync`](Self::resync) or a [`reset`](Self::reset), the codec gives it as an [`io::Error`]. Where the bytes end, what
-/// waited for more is given up, as after a gap.
+/// Only a fatal error ends the stream, and only if the caller ignores it: when the codec is called again without a
+/// [`resync`](Self::resync) or a [`reset`](Self::reset), it returns that error as an [`io::Error`]. At the end of the
+/// stream, an incomplete frame is given up, as after a gap.
 #[derive(Debug)]
 pub struct Codec<F: Framing, const N: usize> {
     frames: Box<Frames<F, N>>,
-    /// The last item was a fatal error.
+    /// Whether the last item was a fatal error.
     stuck: bool,
 }
 
-/// What a stream is made of, in bytes of its own: [`stream::Item`] that outlives the buffer.
+/// Item of a stream that owns its bytes: a [`stream::Item`] that outlives the buffer.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Item<H> {
     /// A whole, verified frame; [`Framing::frame`] reads it without verifying it again.
     Frame(Bytes),
-    /// The first frame of an episode that does not verify.
+    /// The first frame of an episode whose checksum is wrong.
     Corrupt {
-        /// What the header says, itself doubtful.
+        /// The header, which may be damaged as well.
         header: H,
-        /// What is wrong.
+        /// Why the frame is corrupt.
         why: Corrupt,
-        /// What is given up with it, perhaps no more than the marker.
+        /// The bytes that are given up with it, perhaps only the marker.
         bytes: Bytes,
     },
     /// Bytes outside any frame.
     Noise {
         /// At least one byte.
         bytes: Bytes,
-        /// Why the first of them begins no frame.
+        /// Why no frame begins at the first of them.
         why: Noise,
     },
-    /// The stream cannot go on, unless the codec is told to [`resync`](Codec::resync).
+    /// An error after which the stream cannot go on, except after a [`resync`](Codec::resync).
     Fatal(Fatal),
 }
 
 impl<F: Framing, const N: usize> Codec<F, N> {
-    /// A codec at the start of a stream. Allocates its `N` bytes of buffer.
+    /// A codec at the start of a stream. It allocates its buffer of `N` bytes.
     #[must_use]
     pub fn new() -> Self {
         Self { frames: Box::default(), stuck: false }
     }
 
-    /// Takes note that the line has fallen silent, as [`Frames::gap`] does: what waits for more bytes will not get them.
+    /// Reports that the line fell silent, as [`Frames::gap`] does: an incomplete frame stays incomplete.
     ///
-    /// Call it when nothing more was to be decoded. A `Framed` asks again when more bytes arrive; what was given up comes
-    /// first then.
+    /// Call it when `decode` has returned `None`. A `Framed` decodes again when more bytes arrive; the bytes that were
+    /// given up come first then.
     pub fn gap(&mut self) {
         self.frames.gap();
     }
 
-    /// Leaves a fatal error behind, as [`Frames::resync`] does.
+    /// Skips what caused a fatal error, as [`Frames::resync`] does.
     pub fn resync(&mut self) {
         self.frames.resync();
         self.stuck = false;
     }
 
-    /// Forgets everything held: a new connection begins, with an empty buffer.
+    /// Drops all bytes that are held, for a new connection whose receive buffer is empty.
     pub fn reset(&mut self) {
         self.frames.reset();
         self.stuck = false;
     }
 
-    /// The next item of what the frames hold, which is the front of `src`.
+    /// The next item from the bytes that the frames hold, which are the front of `src`.
     fn next(&mut self, src: &mut BytesMut) -> Option<Item<F::Header>> {
         let item = self.frames.next()?;
         let len = item.bytes().len().min(src.len());
@@ -145,10 +145,10 @@ impl<F: Framing, const N: usize> Decoder for Codec<F, N> {
                 }
                 (None, _) => {}
             }
-            // What the frames hold stays in `src` as well, until it is an item.
+            // Bytes that the frames hold stay in `src` as well until they are part of an item.
             match src.get(self.frames.held()..) {
                 None | Some([]) => return Ok(None),
-                // All of it was an item, or there is room for a byte at least.
+                // There is room for at least one byte, because the frames have no more items.
                 Some(fresh) => _ = self.frames.push(fresh),
             }
         }
@@ -172,8 +172,8 @@ impl<F: Framing, const N: usize, B: AsRef<[u8]>> Encoder<B> for Codec<F, N> {
     ///
     /// # Errors
     ///
-    /// [`io::ErrorKind::InvalidInput`], if its header says that it is no frame of this length. The checksum is not
-    /// looked at.
+    /// [`io::ErrorKind::InvalidInput`] if the bytes are not exactly one frame by their header. The checksum is not
+    /// verified.
     fn encode(&mut self, frame: B, dst: &mut BytesMut) -> io::Result<()> {
         let frame = frame.as_ref();
         if frame.is_empty() || F::head(frame) != Head::Total(frame.len()) {

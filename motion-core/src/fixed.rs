@@ -1,8 +1,8 @@
 //! Decimal numbers that travel as integers: hundredths, thousandths and finer.
 //!
-//! The scale is part of the type, so a position in thousandths cannot be taken for one in hundredths.
-//! Nothing is lost on the way: the integer of the wire stays as it is, text is read and printed digit
-//! by digit, and a number that went to `f64` comes back as the same integer.
+//! The scale is part of the type, so a position in thousandths cannot be taken for one in hundredths. Nothing is lost:
+//! the integer from the wire is kept as it is, text is read and printed digit by digit, and a number that was converted
+//! to `f64` converts back to the same integer.
 //!
 //! ```
 //! use motion_core::fixed::{Centi, FixedError, Milli};
@@ -20,7 +20,7 @@
 use core::fmt;
 use core::str::FromStr;
 
-/// An integer of at most 32 bits that a [`Scaled`] number can be kept in.
+/// An integer of at most 32 bits that can hold a [`Scaled`] number.
 pub trait Integer: Copy + Into<i64> + Into<f64> + TryFrom<i64> + sealed::Sealed {
     /// The least and the greatest value.
     const RANGE: (Self, Self);
@@ -40,58 +40,58 @@ macro_rules! integers {
 }
 integers! { i16 u16 i32 u32 }
 
-/// A number in steps of one part in `SCALE`, kept as the integer number of such steps.
+/// A decimal number in steps of 1 / `SCALE`, stored as an integer number of steps.
 ///
-/// `SCALE` is a power of ten; anything else does not compile where text or floats are concerned.
+/// `SCALE` is a power of ten. Conversions of any other scale to text and floats do not compile.
 #[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(transparent)]
 pub struct Scaled<T, const SCALE: u32>(pub T);
 
-/// Tenths.
+/// A number in tenths.
 pub type Deci<T = i32> = Scaled<T, 10>;
-/// Hundredths.
+/// A number in hundredths.
 pub type Centi<T = i32> = Scaled<T, 100>;
-/// Thousandths.
+/// A number in thousandths.
 pub type Milli<T = i32> = Scaled<T, 1_000>;
-/// Hundred-thousandths, which are ten millionths each.
+/// A number in hundred-thousandths; one step is ten millionths.
 pub type TenMicro<T = i32> = Scaled<T, 100_000>;
 
-/// Why a number is not kept as a [`Scaled`] one.
+/// Why a number cannot be stored as a [`Scaled`] number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum FixedError {
-    /// A float is infinite or not a number.
+    /// The float is infinite or NaN.
     #[error("scaled number: not finite")]
     NotFinite,
     /// The number of steps does not fit the integer.
     #[error("scaled number: not in {least}..={most} when multiplied by {scale}")]
     OutOfRange {
-        /// The least number of steps that fits.
+        /// Least number of steps that fits.
         least: i64,
-        /// The greatest number of steps that fits.
+        /// Greatest number of steps that fits.
         most: i64,
-        /// Steps to the whole.
+        /// Number of steps in one whole.
         scale: u32,
     },
-    /// There is no text.
-    #[error("scaled number: no text")]
+    /// The text is empty.
+    #[error("scaled number: empty text")]
     Empty,
-    /// The text is something else than an optional sign, digits, and at most one point among them.
-    #[error("scaled number: neither sign, digit nor point at byte {at}")]
+    /// The text is not an optional sign, then digits with at most one decimal point.
+    #[error("scaled number: no sign, digit or decimal point at byte {at}")]
     NotANumber {
-        /// Where it goes wrong.
+        /// Position of the first wrong byte, from 0.
         at: usize,
     },
-    /// The text has more decimals than there are, and they are not zero.
+    /// The text has more decimals than the type, and they are not zero.
     #[error("scaled number: more than {decimals} decimals")]
     TooFine {
-        /// How many there are.
+        /// Number of decimals of the type.
         decimals: u32,
     },
 }
 
 impl<T, const SCALE: u32> Scaled<T, SCALE> {
-    /// Takes a number of steps, as the wire has it.
+    /// A number from its steps, as they stand on the wire.
     #[inline]
     #[must_use]
     pub const fn from_raw(steps: T) -> Self {
@@ -100,31 +100,31 @@ impl<T, const SCALE: u32> Scaled<T, SCALE> {
 }
 
 impl<T: Integer, const SCALE: u32> Scaled<T, SCALE> {
-    /// How many decimals there are.
+    /// Number of decimals of the type.
     const DECIMALS: u32 = {
         let decimals = SCALE.ilog10();
         assert!(10_u32.pow(decimals) == SCALE, "the scale of a Scaled number is a power of ten");
         decimals
     };
 
-    /// The number of steps, as the wire has it.
+    /// The number of steps, as it stands on the wire.
     #[inline]
     #[must_use]
     pub const fn raw(self) -> T {
         self.0
     }
 
-    /// Takes a whole number.
+    /// A number from a whole number.
     ///
     /// # Errors
     ///
-    /// [`FixedError::OutOfRange`] if its steps do not fit the integer.
+    /// [`FixedError::OutOfRange`] if the number of steps does not fit the integer.
     pub fn from_whole(whole: T) -> Result<Self, FixedError> {
         let whole: i64 = whole.into();
         Self::from_steps(whole.saturating_mul(SCALE.into()))
     }
 
-    /// The number, to the nearest `f64`.
+    /// The nearest `f64` to the number.
     #[inline]
     #[must_use]
     pub fn to_f64(self) -> f64 {
@@ -133,10 +133,10 @@ impl<T: Integer, const SCALE: u32> Scaled<T, SCALE> {
         steps / f64::from(SCALE)
     }
 
-    /// Takes the nearest step, or of two that are equally near the one away from zero.
+    /// The nearest step to a float. A float in the middle between two steps is rounded away from zero.
     ///
-    /// What [`to_f64`](Self::to_f64) gave comes back as it was. The product with the scale is computed
-    /// in `f64`, whose error of one part in 2^53 comes first.
+    /// The result of [`to_f64`](Self::to_f64) converts back to the same number. The product with the scale is computed
+    /// in `f64` before it is rounded to a step, with an error of one part in 2^53.
     ///
     /// # Errors
     ///
@@ -148,10 +148,9 @@ impl<T: Integer, const SCALE: u32> Scaled<T, SCALE> {
         Self::from_float_steps(libm::round(value * f64::from(SCALE)))
     }
 
-    /// Takes the next step towards zero, as C firmware does that casts a product of `float`s.
+    /// The next step towards zero, as in C firmware that casts a product of `float`s.
     ///
-    /// The product is computed in `f32`, and rounded there first: 0.29 gives 29 hundredths, 1.999
-    /// gives 199.
+    /// The product is computed and rounded in `f32` first: 0.29 becomes 29 hundredths, 1.999 becomes 199.
     ///
     /// # Errors
     ///
@@ -165,7 +164,7 @@ impl<T: Integer, const SCALE: u32> Scaled<T, SCALE> {
         Self::from_float_steps(libm::truncf(value * scale).into())
     }
 
-    /// Takes a whole number of steps.
+    /// A number from a whole number of steps.
     fn from_float_steps(steps: f64) -> Result<Self, FixedError> {
         let (least, most): (f64, f64) = (T::RANGE.0.into(), T::RANGE.1.into());
         if !(least..=most).contains(&steps) {
@@ -187,12 +186,13 @@ impl<T: Integer, const SCALE: u32> Scaled<T, SCALE> {
 
 /// Prints the exact number, always with all its decimals: `12.30` is a number of hundredths.
 ///
-/// Width, fill, sign and leading zeros are honoured; a precision is not.
+/// Width, fill, sign and leading zeros of the format are respected; a precision is ignored.
 impl<T: Integer, const SCALE: u32> fmt::Display for Scaled<T, SCALE> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let steps: i64 = self.0.into();
         let mut rest = steps.unsigned_abs();
-        // From behind, until all decimals and one more digit are there: at most ten, and a point.
+        // Digits are written from the last to the first, until all decimals and one digit more are there: at most ten
+        // digits, and a point.
         let mut text = [0; 11];
         let mut start = text.len();
         let mut put = |byte| {
@@ -222,7 +222,7 @@ impl<T: Integer, const SCALE: u32> fmt::Debug for Scaled<T, SCALE> {
     }
 }
 
-/// Reads `-12.34`, `+5`, `.5` or `7.`: the exact number, or nothing.
+/// Reads the exact number from text such as `-12.34`, `+5`, `.5` or `7.`; text that is not exact is an error.
 impl<T: Integer, const SCALE: u32> FromStr for Scaled<T, SCALE> {
     type Err = FixedError;
 
@@ -232,7 +232,7 @@ impl<T: Integer, const SCALE: u32> FromStr for Scaled<T, SCALE> {
         }
         let mut steps = 0_u64;
         let mut digits = 0_usize;
-        // How many digits stand behind the point, if there is one.
+        // Number of digits after the point, if there is a point.
         let mut decimals: Option<u32> = None;
         for (at, byte) in text.bytes().enumerate() {
             match byte {
@@ -269,18 +269,18 @@ mod tests {
 
     use super::*;
 
-    /// Everything a number can be turned into gives the same number back.
+    /// Every form that a number converts to converts back to the same number.
     fn comes_back<T: Integer + PartialEq, const SCALE: u32>(steps: T) {
         let number = Scaled::<T, SCALE>::from_raw(steps);
         assert_eq!(Scaled::from_f64(number.to_f64()), Ok(number), "by f64");
         assert_eq!(number.to_string().parse(), Ok(number), "by text");
         assert_eq!(number.to_string(), reference(number.0.into(), SCALE));
-        // The text, read by somebody else, is the same float: the quotient was rounded once.
+        // Core reads the text as the same float, because the quotient was rounded once.
         let read: f64 = number.to_string().parse().unwrap();
         assert_eq!(number.to_f64().to_bits(), read.to_bits(), "{number} as f64");
     }
 
-    fn on_every_scale<T: Integer + PartialEq>(steps: T) {
+    fn comes_back_on_every_scale<T: Integer + PartialEq>(steps: T) {
         comes_back::<T, 1>(steps);
         comes_back::<T, 10>(steps);
         comes_back::<T, 100>(steps);
@@ -299,32 +299,32 @@ mod tests {
     #[test]
     fn every_16_bit_number_comes_back() {
         for steps in i16::MIN..=i16::MAX {
-            on_every_scale(steps);
+            comes_back_on_every_scale(steps);
         }
         for steps in 0..=u16::MAX {
-            on_every_scale(steps);
+            comes_back_on_every_scale(steps);
         }
     }
 
     #[test]
-    fn edges_come_back() {
+    fn the_least_and_greatest_numbers_come_back() {
         for near in -200_000..=200_000 {
             comes_back::<i32, 1_000>(i32::MIN.wrapping_add(near));
             comes_back::<u32, 100_000>(u32::MIN.wrapping_add_signed(near));
         }
         for steps in [i32::MIN, i32::MIN + 1, -1, 0, 1, i32::MAX - 1, i32::MAX] {
-            on_every_scale(steps);
+            comes_back_on_every_scale(steps);
         }
         for steps in [0, 1, u32::MAX - 1, u32::MAX] {
-            on_every_scale(steps);
+            comes_back_on_every_scale(steps);
         }
     }
 
     proptest! {
         #[test]
         fn any_number_comes_back(signed: i32, unsigned: u32) {
-            on_every_scale(signed);
-            on_every_scale(unsigned);
+            comes_back_on_every_scale(signed);
+            comes_back_on_every_scale(unsigned);
         }
 
         #[test]
@@ -334,7 +334,7 @@ mod tests {
                 let other: f64 = text.parse().unwrap();
                 prop_assert!((number.to_f64() - other).abs() == 0.0, "{text} is {other}, not {number}");
             }
-            // Nobody else reads what is refused as no number at all.
+            // Core refuses every text that is refused because it is not a number.
             if matches!(read, Err(FixedError::NotANumber { .. } | FixedError::Empty)) {
                 prop_assert!(text.parse::<f64>().is_err());
             }
@@ -348,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn halves_go_away_from_zero() {
+    fn halves_are_rounded_away_from_zero() {
         for (value, steps) in [(0.5, 1), (1.5, 2), (2.5, 3), (-0.5, -1), (-2.5, -3), (0.499, 0), (-0.499, 0)] {
             assert_eq!(Scaled::<i32, 1>::from_f64(value), Ok(Scaled(steps)), "{value}");
         }
@@ -356,17 +356,17 @@ mod tests {
     }
 
     #[test]
-    fn floats_are_cut_as_firmware_cuts_them() {
-        let cut = |value| Centi::<i32>::from_f32_truncated(value).map(Centi::raw);
+    fn floats_are_truncated_as_firmware_truncates_them() {
+        let truncated = |value| Centi::<i32>::from_f32_truncated(value).map(Centi::raw);
         for (value, steps) in [(0.29, 29), (1.999, 199), (-1.999, -199), (-0.004, 0), (123.45, 12_345)] {
-            assert_eq!(cut(value), Ok(steps), "{value}");
+            assert_eq!(truncated(value), Ok(steps), "{value}");
         }
-        assert_eq!(cut(f32::NAN), Err(FixedError::NotFinite));
-        assert_eq!(cut(f32::MAX), Err(Centi::<i32>::out_of_range()));
+        assert_eq!(truncated(f32::NAN), Err(FixedError::NotFinite));
+        assert_eq!(truncated(f32::MAX), Err(Centi::<i32>::out_of_range()));
     }
 
     #[test]
-    fn what_does_not_fit_is_refused() {
+    fn numbers_that_do_not_fit_are_refused() {
         let refused = Err(FixedError::OutOfRange { least: 0, most: 65_535, scale: 100 });
         for value in [-0.01, 655.36, 1e308, -1e308] {
             assert_eq!(Centi::<u16>::from_f64(value), refused, "{value}");
@@ -407,21 +407,21 @@ mod tests {
     }
 
     #[test]
-    fn printing_honours_the_format() {
+    fn printing_respects_the_format() {
         let number = Centi::<i32>::from_raw(-1_230);
         assert_eq!(format!("{number} {number:?} [{number:>8}] [{number:08}]"), "-12.30 -12.30 [  -12.30] [-0012.30]");
         assert_eq!(format!("{:+}", Milli::<u16>::from_raw(7)), "+0.007");
     }
 
     #[test]
-    fn errors_say_what_and_where() {
+    fn errors_name_the_problem_and_its_place() {
         let texts =
             [FixedError::NotANumber { at: 3 }, FixedError::TooFine { decimals: 2 }, Centi::<i16>::out_of_range()]
                 .map(|error| error.to_string());
         assert_eq!(
             texts,
             [
-                "scaled number: neither sign, digit nor point at byte 3",
+                "scaled number: no sign, digit or decimal point at byte 3",
                 "scaled number: more than 2 decimals",
                 "scaled number: not in -32768..=32767 when multiplied by 100",
             ]

@@ -1,4 +1,6 @@
-//! Messages in `defmt` logs: the text that [`Display`](core::fmt::Display) prints.
+//! Messages in `defmt` logs, as the text that [`Display`](core::fmt::Display) prints.
+
+#![doc(hidden)]
 
 use core::fmt;
 
@@ -14,7 +16,7 @@ impl fmt::Display for Text<'_> {
     }
 }
 
-/// Logs `name { field: value unit, .. }`.
+/// Logs a message as `name { field: value unit, .. }`.
 pub fn message(f: Formatter<'_>, name: &'static str, fields: &dyn Fields) {
     defmt::write!(f, "{}", Display2Format(&Text(name, fields)));
 }

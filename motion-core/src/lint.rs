@@ -1,18 +1,21 @@
-//! What decodes, but a strict peer would refuse, or a wise sender would not send.
+//! Findings about messages that decode, although a strict peer would refuse them or a careful sender would not send
+//! them.
 //!
-//! Decoders take everything and lose nothing; whether a message is wise is a question of its own, which each protocol
-//! crate answers by a `lint` for each of its messages. The answers are data of this module.
+//! Decoders accept everything and lose nothing. Whether a message is sensible is a separate question, and each protocol
+//! crate answers it with a `lint` for each of its messages. The types of the answers are in this module.
 
 use core::fmt;
 
 use arrayvec::ArrayVec;
 
-/// How bad a finding is.
+use crate::bezier::print::debug_as_text;
+
+/// Severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
-    /// Legal, but mostly not meant.
+    /// The message is legal, but rarely intended.
     Warning,
-    /// A strict peer refuses it, or does something else than it says.
+    /// A strict peer refuses the message, or does something else than the message says.
     Error,
 }
 
@@ -25,40 +28,40 @@ impl fmt::Display for Severity {
     }
 }
 
-/// One finding.
+/// One finding about a message.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub struct Lint {
-    /// How bad it is.
+    /// Severity of the finding.
     pub severity: Severity,
-    /// The field, by its name in the layout, or the message.
+    /// Name of the field in the layout, or of the message.
     pub what: &'static str,
-    /// What is wrong with it.
+    /// Problem that was found.
     pub problem: Problem,
 }
 
-/// What is wrong with a field.
+/// Problem of a field or of a message.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Problem {
-    /// A number outside its range.
+    /// The number is outside its range.
     Range {
-        /// The number.
+        /// The number of the field.
         value: i64,
-        /// The least that is allowed.
+        /// Least number that is allowed.
         min: i64,
-        /// The greatest that is allowed.
+        /// Greatest number that is allowed.
         max: i64,
     },
-    /// Bits that the specification reserves, or does not name.
+    /// Bits are set that the specification reserves or does not name.
     ReservedBits(u32),
-    /// A number that the specification does not name.
+    /// The specification does not name the number.
     Unnamed(u32),
-    /// An IEEE number that is infinite or none at all; these are its bits.
+    /// The IEEE number with these bits is NaN or infinite.
     NonFinite(u32),
-    /// Bytes behind the known fields.
+    /// This number of bytes follows the known fields.
     Tail(usize),
-    /// Anything else, in one sentence.
+    /// Another problem, in one sentence.
     Note(&'static str),
 }
 
@@ -69,7 +72,7 @@ impl fmt::Display for Problem {
             Self::ReservedBits(bits) => write!(f, "reserved bits {bits:#x} are set"),
             Self::Unnamed(number) => write!(f, "{number} has no meaning in the specification"),
             Self::NonFinite(bits) => write!(f, "{bits:#010x} is no finite number"),
-            Self::Tail(bytes) => write!(f, "{bytes} bytes behind the known fields"),
+            Self::Tail(bytes) => write!(f, "{bytes} bytes after the known fields"),
             Self::Note(note) => f.write_str(note),
         }
     }
@@ -81,36 +84,33 @@ impl fmt::Display for Lint {
     }
 }
 
-// Derived ones would print texts with escapes, which cannot be proven free of panics.
-impl fmt::Debug for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Problem({self})")
-    }
-}
+debug_as_text! { Problem }
 
+// A derived `Debug` would print texts with escapes, which cannot be proven free of panics.
 impl fmt::Debug for Lint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "Lint({}: {self})", self.severity)
     }
 }
 
-/// Findings kept of one message; a message with more has this many and a note that says so.
+/// Greatest number of findings that are kept of one message. If there are more, the last one is a note that says so.
 pub const MAX_LINTS: usize = 16;
 
-/// Collects the findings of one message, in the order of its fields.
+/// The findings of one message, in the order of its fields.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Lints {
     found: ArrayVec<Lint, MAX_LINTS>,
 }
 
 impl Lints {
-    /// None yet.
+    /// An empty collection of findings.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a finding. Where there are too many, the last one is replaced by a note, as severe as the worst left out.
+    /// Adds a finding. If there are too many, the last one is replaced by a note with the greatest severity of those
+    /// left out.
     pub fn push(&mut self, severity: Severity, what: &'static str, problem: Problem) {
         if self.found.try_push(Lint { severity, what, problem }).is_err() {
             if let Some(last) = self.found.last_mut() {
@@ -120,7 +120,7 @@ impl Lints {
         }
     }
 
-    /// An error, if `value` is not in `min` to `max`.
+    /// Adds an error if `value` is not in `min` to `max`.
     pub fn range(&mut self, what: &'static str, value: impl Into<i64>, min: impl Into<i64>, max: impl Into<i64>) {
         let (value, min, max) = (value.into(), min.into(), max.into());
         if value < min || value > max {
@@ -128,7 +128,7 @@ impl Lints {
         }
     }
 
-    /// A warning, if any of the `reserved` bits is set.
+    /// Adds a warning if any of the `reserved` bits is set.
     pub fn reserved(&mut self, what: &'static str, bits: impl Into<u32>, reserved: impl Into<u32>) {
         let set = bits.into() & reserved.into();
         if set != 0 {
@@ -136,39 +136,39 @@ impl Lints {
         }
     }
 
-    /// An error, if `number` is infinite or none at all.
+    /// Adds an error if `number` is NaN or infinite.
     pub fn finite(&mut self, what: &'static str, number: f32) {
         if !number.is_finite() {
             self.push(Severity::Error, what, Problem::NonFinite(number.to_bits()));
         }
     }
 
-    /// A warning, if `name` is not there, for open enums.
+    /// Adds a warning if the number of an open enum has no name.
     pub fn named(&mut self, what: &'static str, number: impl Into<u32>, name: Option<&'static str>) {
         if name.is_none() {
             self.push(Severity::Warning, what, Problem::Unnamed(number.into()));
         }
     }
 
-    /// A warning, if there are bytes behind the known fields.
+    /// Adds a warning if there are bytes after the known fields.
     pub fn tail(&mut self, tail: &[u8]) {
         if !tail.is_empty() {
             self.push(Severity::Warning, "tail", Problem::Tail(tail.len()));
         }
     }
 
-    /// A finding in one sentence.
+    /// Adds a finding in one sentence.
     pub fn note(&mut self, severity: Severity, what: &'static str, note: &'static str) {
         self.push(severity, what, Problem::Note(note));
     }
 
-    /// The findings.
+    /// The findings as a slice.
     #[must_use]
     pub fn as_slice(&self) -> &[Lint] {
         &self.found
     }
 
-    /// The first finding of the severity `Error`.
+    /// The first finding of severity `Error`.
     #[must_use]
     pub fn first_error(&self) -> Option<Lint> {
         self.found.iter().copied().find(|lint| lint.severity == Severity::Error)
@@ -191,7 +191,7 @@ mod tests {
     use std::vec::Vec;
 
     #[test]
-    fn findings_keep_their_order_and_say_what_is_wrong() {
+    fn findings_keep_their_order_and_name_the_problem() {
         let mut lints = Lints::new();
         lints.range("motor", 33, 1, 32);
         lints.range("motor", 32, 1, 32);
@@ -207,14 +207,14 @@ mod tests {
                 "warning flags: reserved bits 0x80 are set",
                 "error speed: 0x7fc00000 is no finite number",
                 "warning code: 7 has no meaning in the specification",
-                "warning tail: 2 bytes behind the known fields",
+                "warning tail: 2 bytes after the known fields",
             ]
         );
         assert_eq!(lints.first_error().map(|lint| lint.what), Some("motor"));
     }
 
     #[test]
-    fn too_many_findings_leave_a_note_as_severe_as_the_worst() {
+    fn too_many_findings_end_in_a_note_of_the_greatest_severity() {
         let mut lints = Lints::new();
         for _ in 0..MAX_LINTS {
             lints.note(Severity::Warning, "field", "odd");

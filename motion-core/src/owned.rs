@@ -1,7 +1,7 @@
-//! Messages that outlive the buffer they came in. Feature `alloc`; it adds no dependency.
+//! Messages that outlive their receive buffer. The feature `alloc` adds no dependency.
 //!
-//! An owned message is its number and its own bytes, decoded again on access. So there is one type for each message,
-//! not a lent and an owned one, and nothing is lost in between.
+//! An owned message is a number and a copy of the body, which is decoded again on each access. So each message needs
+//! one type, not a borrowed and an owned one, and no conversion can lose anything.
 //!
 //! ```
 //! # use motion_core::{message, messages, unit, zerocopy};
@@ -12,12 +12,12 @@
 //! # message! {
 //! #     /// Go.
 //! #     pub struct Go<'a> in LE {
-//! #         /// Which motor.
+//! #         /// Number of the motor.
 //! #         motor: Motor,
 //! #     }
 //! # }
 //! # messages! {
-//! #     /// What a host sends.
+//! #     /// The messages of a host.
 //! #     pub enum HostMessage<'a> {
 //! #         /// Go.
 //! #         7 => Go(Go<'a>),
@@ -54,19 +54,21 @@
 //! # As JSON
 //!
 //! With the feature `serde` (its dependency is `serde`, without the derive macros) an owned message can be written and
-//! read in any format that describes itself, such as JSON or CBOR. It is a map of three entries,
-//! `{ "message": "Go", "number": 7, "fields": { "motor": 3, "tail": "7461696c" } }`; the fields have the form that the
-//! module `serialize` describes. What is read becomes bytes by the layout of the message, and these have to decode to the
-//! same fields. So a message that its layout alone does not make is an error, never wrong bytes; errors name the field.
+//! read in any self-describing format, such as JSON or CBOR. It is a map of three entries,
+//! `{ "message": "Go", "number": 7, "fields": { "motor": 3, "tail": "7461696c" } }`; the module `serialize` describes
+//! the form of the fields. When a map is read, the layout of the message turns it into bytes, and these have to decode
+//! to the same fields. So a message that its layout does not fully describe is an error, never wrong bytes. Errors name
+//! the field.
 //!
-//! - `number` may be left out where the name says enough; a message that shares its name with others, such as an
-//!   acknowledgement, needs it. `message` may be left out of a known number. A message without a type of its own is named
-//!   `Other`, and has a number, and its body as `data`.
-//! - `null` stands for an absent field, `false` and `true` for 0 and 1. A number for an IEEE field is rounded to it.
-//! - Entries beside the three do no harm; fields that the message does not have are an error.
+//! - `number` may be left out if only one message has the name; a message that shares its name with others, such as an
+//!   acknowledgement, needs it. `message` may be left out if the number is known. A message without a type of its own
+//!   has the name `Other`, a number, and its body as `data`.
+//! - `null` means an absent field; `false` and `true` mean 0 and 1. A number for an IEEE field is rounded to the
+//!   nearest `f32`.
+//! - Entries other than these three are ignored; fields that the message does not have are an error.
 //!
-//! The bytes come back as they were, with one exception: a text drops the NULs at its end, and a text of fixed size what
-//! follows its first NUL.
+//! The bytes come back unchanged, with one exception: a text loses the NULs at its end, and a text of fixed size loses
+//! all bytes after its first NUL.
 
 #[doc(hidden)]
 pub use alloc::vec::Vec;
@@ -77,8 +79,8 @@ use crate::wire::{EncodeError, Messages, Side};
 
 /// A message of the side `S` that owns its bytes.
 ///
-/// The bytes are a vector unless said otherwise; `bytes::Bytes` for `B` makes clones cheap. Two are equal if number and
-/// bytes are. Decoding costs what it costs the first time: little, and no copy.
+/// The bytes are a vector by default; with `bytes::Bytes` for `B`, clones are cheap. Two messages are equal if their
+/// numbers and bytes are equal. Each access decodes the bytes again, without a copy.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub struct Owned<S: Side, B = Vec<u8>> {
     number: u32,
@@ -87,11 +89,11 @@ pub struct Owned<S: Side, B = Vec<u8>> {
 }
 
 impl<S: Side> Owned<S> {
-    /// Keeps a message.
+    /// An owned copy of a message.
     ///
     /// # Errors
     ///
-    /// [`EncodeError`], if it cannot be written, or would be read back as something else.
+    /// [`EncodeError`] if the message cannot be written, or would be read back as something else.
     pub fn new(message: &S::Message<'_>) -> Result<Self, EncodeError> {
         let body = to_vec(message.body_len(), |out| message.encode_body(out))?;
         Ok(Self::from_parts(message.number(), body))
@@ -99,32 +101,32 @@ impl<S: Side> Owned<S> {
 }
 
 impl<S: Side, B: AsRef<[u8]>> Owned<S, B> {
-    /// A message of this number and body, as the protocol's tables count.
+    /// A message from its number, as in the tables of the protocol, and its body.
     #[must_use]
     pub const fn from_parts(number: u32, body: B) -> Self {
         Self { number, body, side: PhantomData }
     }
 
-    /// The message. Where the body is too short for what its number says, it is kept as `Other`.
+    /// The decoded message; `Other` if the body is too short for the message with this number.
     #[must_use]
     pub fn message(&self) -> S::Message<'_> {
         let body = self.body();
         S::Message::decode_body(self.number, body).unwrap_or_else(|_| S::Message::other(self.number, body))
     }
 
-    /// The number it is sent under, as the protocol's tables count.
+    /// The number of the message, as in the tables of the protocol.
     #[must_use]
     pub const fn number(&self) -> u32 {
         self.number
     }
 
-    /// The bytes of its body, without the envelope.
+    /// The bytes of the body, without the envelope.
     #[must_use]
     pub fn body(&self) -> &[u8] {
         self.body.as_ref()
     }
 
-    /// Gives the bytes of its body away.
+    /// The bytes of the body, moved out of the message.
     #[must_use]
     pub fn into_body(self) -> B {
         self.body
@@ -143,11 +145,12 @@ impl<S: Side, B: AsRef<[u8]>> fmt::Debug for Owned<S, B> {
     }
 }
 
-/// What `write` writes into a buffer of `len` bytes, as a vector.
+/// A vector with the bytes that `write` writes into a buffer of `len` bytes.
 ///
 /// # Errors
 ///
-/// Those of `write`.
+/// The errors of `write`.
+#[doc(hidden)]
 pub fn to_vec(len: usize, write: impl FnOnce(&mut [u8]) -> Result<usize, EncodeError>) -> Result<Vec<u8>, EncodeError> {
     let mut bytes = alloc::vec![0; len];
     let written = write(&mut bytes)?;

@@ -1,8 +1,12 @@
-//! Messages as serde maps: names of the layout, raw values of the wire.
+//! Messages as serde maps, from the field names of the layout to the raw values on the wire.
 //!
-//! The same form that the conformance vectors have. Texts are strings, or hex under the name with `_bytes` behind it
-//! where they are no UTF-8; other bytes are hex texts; IEEE numbers are numbers, widened exactly, or `"0x7fc00000"`
-//! where they are not finite; absent optional fields are absent.
+//! The conformance vectors have the same form:
+//!
+//! - Texts are strings. A text that is not UTF-8 is a string of hex digits, and `_bytes` is added to the name of its
+//!   field.
+//! - Other bytes are strings of hex digits.
+//! - IEEE numbers are numbers, widened exactly. One that is NaN or infinite is a string of its bits, `"0x7fc00000"`.
+//! - Optional fields that are absent have no entry.
 
 use core::fmt;
 
@@ -11,20 +15,21 @@ use serde::{Serialize, Serializer};
 
 use crate::wire::{FieldView, Fields, List, Value, print};
 
-/// Serializes the fields of a message as a map, secrets included.
+/// Serializes the fields of a message as a map, including secrets.
 ///
 /// # Errors
 ///
 /// Only those of the serializer.
+#[doc(hidden)]
 pub fn fields<S: Serializer>(fields: &dyn Fields, serializer: S) -> Result<S::Ok, S::Error> {
     Map { fields, secrets: true }.serialize(serializer)
 }
 
 /// The fields of a message, as a map.
 pub struct Map<'a> {
-    /// The message.
+    /// The message that has the fields.
     pub fields: &'a dyn Fields,
-    /// Whether secrets are shown; otherwise `"(redacted)"` stands in their place.
+    /// Whether secrets are written; otherwise `"(redacted)"` takes their place.
     pub secrets: bool,
 }
 
@@ -37,7 +42,7 @@ impl Serialize for Map<'_> {
 }
 
 impl Map<'_> {
-    /// Adds the fields to a map that holds other entries as well.
+    /// Adds the fields to a map that has other entries as well.
     ///
     /// # Errors
     ///
@@ -64,7 +69,7 @@ fn entry<M: SerializeMap>(map: &mut M, field: &FieldView<'_>, secrets: bool) -> 
     }
 }
 
-/// A value where no name stands beside it.
+/// A value without a name of its own.
 struct Raw<'a> {
     value: Value<'a>,
     secrets: bool,
@@ -117,7 +122,7 @@ impl fmt::Display for Hex<'_> {
     }
 }
 
-/// What is written as the text it prints.
+/// A value that is written as the text it prints.
 struct Shown<'a>(fmt::Arguments<'a>);
 
 impl Serialize for Shown<'_> {
@@ -126,7 +131,7 @@ impl Serialize for Shown<'_> {
     }
 }
 
-/// A map of `message`, `number` and `fields`; feature `alloc`.
+/// An owned message as a map of `message`, `number` and `fields`; feature `alloc`.
 #[cfg(feature = "alloc")]
 impl<S: crate::wire::Side, B: AsRef<[u8]>> Serialize for crate::owned::Owned<S, B> {
     fn serialize<T: Serializer>(&self, serializer: T) -> Result<T::Ok, T::Error> {

@@ -270,13 +270,13 @@ fn a_name_or_a_number_may_be_left_out() {
 fn errors_name_the_field() {
     let jog = |from: &str, to: &str| read(&JOG.replace(from, to)).unwrap_err();
     for (error, expected) in [
-        (jog(r#""motor":3,"#, ""), "Jog.motor: missing; without it the layout does not make this message"),
+        (jog(r#""motor":3,"#, ""), "Jog.motor: missing; the layout needs it for this message"),
         (jog(r#""motor":3"#, r#""motor":256"#), "Jog.motor: out of the range of u8"),
         (jog(r#""motor":3"#, r#""motor":3.0"#), "Jog.motor: should be an integer"),
         (jog(r#""motor":3"#, r#""motor":3,"rotor":3"#), "Jog.rotor: is not read back"),
         (jog(r#""motor":3"#, r#""motor":3,"motor":4"#), "motor: given twice"),
         (jog("0.1", "1e39"), "Jog.turns: out of the range of f32"),
-        (jog("0001020304", "000102030"), "Jog.address: should be a text of hex digits, two a byte"),
+        (jog("0001020304", "000102030"), "Jog.address: should be a text of hex digits, two for each byte"),
         (jog("0001020304", "00010203"), "Jog.address: takes 5 bytes, should take 6"),
         (jog(r#""ab""#, r#""abcde""#), "Jog.tag: takes 5 bytes, should take 4"),
         (jog(r#""ab""#, r#""a\u0000b""#), "Jog.tag: is read back as something else"),

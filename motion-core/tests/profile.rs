@@ -2,7 +2,7 @@
 
 #![expect(clippy::float_cmp, reason = "what is exact by law is compared exactly")]
 
-use motion_core::profile::{Limits, Profile, ProfileError, State};
+use motion_core::profile::{Limits, MotionProfile, MotionProfileError, MotionState};
 use proptest::prelude::*;
 
 const PLAIN: Limits = Limits { velocity: 2.0, acceleration: 1.0, jerk: None };
@@ -18,63 +18,66 @@ fn close(a: f64, b: f64, bound: f64) -> bool {
 #[test]
 fn trapezoid_and_triangle() {
     // 2 s and 2 units to full speed, 3 s at it.
-    let long = Profile::new(1.0, 11.0, PLAIN).unwrap();
+    let long = MotionProfile::new(1.0, 11.0, PLAIN).unwrap();
     assert_eq!((long.duration(), long.peak_velocity()), (7.0, 2.0));
     let at = |time| long.at(time);
-    assert_eq!(at(0.0), State { position: 1.0, velocity: 0.0, acceleration: 1.0 });
-    assert_eq!(at(1.0), State { position: 1.5, velocity: 1.0, acceleration: 1.0 });
-    assert_eq!(at(3.5), State { position: 6.0, velocity: 2.0, acceleration: 0.0 });
-    assert_eq!(at(6.0), State { position: 10.5, velocity: 1.0, acceleration: -1.0 });
-    assert_eq!(at(7.5), State { position: 11.0, velocity: 0.0, acceleration: 0.0 });
+    assert_eq!(at(0.0), MotionState { position: 1.0, velocity: 0.0, acceleration: 1.0 });
+    assert_eq!(at(1.0), MotionState { position: 1.5, velocity: 1.0, acceleration: 1.0 });
+    assert_eq!(at(3.5), MotionState { position: 6.0, velocity: 2.0, acceleration: 0.0 });
+    assert_eq!(at(6.0), MotionState { position: 10.5, velocity: 1.0, acceleration: -1.0 });
+    assert_eq!(at(7.5), MotionState { position: 11.0, velocity: 0.0, acceleration: 0.0 });
 
-    let short = Profile::new(0.0, -1.0, PLAIN).unwrap();
+    let short = MotionProfile::new(0.0, -1.0, PLAIN).unwrap();
     assert_eq!((short.duration(), short.peak_velocity()), (2.0, 1.0));
-    assert_eq!(short.at(0.5), State { position: -0.125, velocity: -0.5, acceleration: -1.0 });
+    assert_eq!(short.at(0.5), MotionState { position: -0.125, velocity: -0.5, acceleration: -1.0 });
 }
 
 #[test]
 fn s_curves_of_seven_five_and_four_parts() {
     // Acceleration grows in 0.5 s and holds for 1.5 s, velocity holds for 2.5 s.
-    assert_eq!(Profile::new(0.0, 10.0, soft(2.0)).unwrap().duration(), 7.5);
+    assert_eq!(MotionProfile::new(0.0, 10.0, soft(2.0)).unwrap().duration(), 7.5);
     // Too short for full speed: a (g + h) (2 g + h) with g = h = 0.5.
-    assert_eq!(Profile::new(0.0, 1.5, soft(2.0)).unwrap().duration(), 3.0);
+    assert_eq!(MotionProfile::new(0.0, 1.5, soft(2.0)).unwrap().duration(), 3.0);
     // Too short for full acceleration: 2 j g³ with g = 0.25.
-    assert_eq!(Profile::new(0.0, 0.0625, soft(2.0)).unwrap().duration(), 1.0);
+    assert_eq!(MotionProfile::new(0.0, 0.0625, soft(2.0)).unwrap().duration(), 1.0);
     // Full speed before full acceleration: g² = v / j = 4, and 1 s at full speed.
-    let gentle = Profile::new(0.0, 10.0, soft(0.5)).unwrap();
+    let gentle = MotionProfile::new(0.0, 10.0, soft(0.5)).unwrap();
     assert_eq!((gentle.duration(), gentle.at(2.0).acceleration), (9.0, 1.0));
 }
 
 #[test]
 fn no_way_takes_no_time() {
-    let still = Profile::new(3.0, 3.0, soft(1.0)).unwrap();
+    let still = MotionProfile::new(3.0, 3.0, soft(1.0)).unwrap();
     assert_eq!(still.duration(), 0.0);
     for time in [-1.0, 0.0, 1.0, f64::NAN, f64::INFINITY] {
-        assert_eq!(still.at(time), State { position: 3.0, ..State::default() });
+        assert_eq!(still.at(time), MotionState { position: 3.0, ..MotionState::default() });
     }
 }
 
 #[test]
 fn refused() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        assert_eq!(Profile::new(bad, 0.0, PLAIN), Err(ProfileError::NotFinite));
-        assert_eq!(Profile::new(0.0, bad, PLAIN), Err(ProfileError::NotFinite));
+        assert_eq!(MotionProfile::new(bad, 0.0, PLAIN), Err(MotionProfileError::NotFinite));
+        assert_eq!(MotionProfile::new(0.0, bad, PLAIN), Err(MotionProfileError::NotFinite));
     }
     for bad in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
         let limits = [Limits { velocity: bad, ..PLAIN }, Limits { acceleration: bad, ..PLAIN }, soft(bad)];
         for limits in limits {
-            assert_eq!(Profile::new(0.0, 1.0, limits), Err(ProfileError::Limit));
+            assert_eq!(MotionProfile::new(0.0, 1.0, limits), Err(MotionProfileError::Limit));
         }
     }
-    assert_eq!(Profile::new(-f64::MAX, f64::MAX, PLAIN), Err(ProfileError::OutOfRange));
+    assert_eq!(MotionProfile::new(-f64::MAX, f64::MAX, PLAIN), Err(MotionProfileError::OutOfRange));
     let crawling = Limits { velocity: 1e-300, ..PLAIN };
-    assert_eq!(Profile::new(0.0, 1e300, crawling), Err(ProfileError::OutOfRange));
-    assert_eq!(Profile::new(0.0, 1e-300, Limits { acceleration: 1e300, ..PLAIN }), Err(ProfileError::OutOfRange));
+    assert_eq!(MotionProfile::new(0.0, 1e300, crawling), Err(MotionProfileError::OutOfRange));
+    assert_eq!(
+        MotionProfile::new(0.0, 1e-300, Limits { acceleration: 1e300, ..PLAIN }),
+        Err(MotionProfileError::OutOfRange)
+    );
 }
 
 #[test]
 fn times_that_are_none() {
-    let profile = Profile::new(1.0, 2.0, PLAIN).unwrap();
+    let profile = MotionProfile::new(1.0, 2.0, PLAIN).unwrap();
     assert_eq!(profile.at(f64::NAN).position, 1.0);
     assert_eq!(profile.at(f64::NEG_INFINITY).position, 1.0);
     assert_eq!(profile.at(f64::INFINITY).position, 2.0);
@@ -87,9 +90,9 @@ fn size() -> impl Strategy<Value = f64> {
 
 prop_compose! {
     fn moves()(from in -1e3..1e3, way in size(), back: bool, velocity in size(), acceleration in size(),
-        jerk in proptest::option::of(size())) -> Profile {
+        jerk in proptest::option::of(size())) -> MotionProfile {
         let to = if back { from - way } else { from + way };
-        Profile::new(from, to, Limits { velocity, acceleration, jerk }).unwrap()
+        MotionProfile::new(from, to, Limits { velocity, acceleration, jerk }).unwrap()
     }
 }
 
@@ -161,9 +164,9 @@ proptest! {
     /// Anything is refused or gives finite numbers.
     #[test]
     fn never_nan(from: f64, to: f64, velocity: f64, acceleration: f64, jerk: Option<f64>, time: f64, share in 0.0..1.0) {
-        if let Ok(profile) = Profile::new(from, to, Limits { velocity, acceleration, jerk }) {
+        if let Ok(profile) = MotionProfile::new(from, to, Limits { velocity, acceleration, jerk }) {
             for time in [time, share * profile.duration(), profile.duration()] {
-                let State { position, velocity, acceleration } = profile.at(time);
+                let MotionState { position, velocity, acceleration } = profile.at(time);
                 prop_assert!(position.is_finite() && velocity.is_finite() && acceleration.is_finite());
             }
         }

@@ -4,7 +4,7 @@
 
 use motion_core::bezier::{Motion, Point, Segment};
 use motion_core::trajectory::{
-    Axis, FrameRate, FrameTimes, Joint, Map, OutOfSteps, Range, StepScale, StepsError, Tolerance,
+    Axis, FrameRate, FrameTimes, Joint, Map, Range, StepScale, StepsError, StepsOutOfRange, Tolerance,
 };
 use proptest::prelude::*;
 
@@ -160,7 +160,7 @@ proptest! {
                 prop_assert!((f64::from(steps) - exact).abs() <= 0.5);
                 prop_assert_eq!(scale.steps(scale.position(steps)), Ok(steps));
             }
-            Err(OutOfSteps { steps }) => prop_assert!(steps == exact && exact.abs() > f64::from(i32::MAX)),
+            Err(StepsOutOfRange { steps }) => prop_assert!(steps == exact && exact.abs() > f64::from(i32::MAX)),
         }
     }
 
@@ -230,7 +230,7 @@ proptest! {
     #[test]
     fn joints_are_found(segments in chain(1..10, true)) {
         let axis = axis(&segments);
-        let joints: Vec<Joint> = axis.joints(Tolerance::corners(1e-4)).collect();
+        let joints: Vec<Joint> = axis.joints(Tolerance::ignoring_velocity(1e-4)).collect();
         let made: Vec<usize> = (1..segments.len())
             .filter(|&i| {
                 let (last, first) = (segments[i - 1].points()[3], segments[i].points()[0]);

@@ -1,10 +1,10 @@
 //! A motor: where it is at each moment, in the units of its rig.
 //!
-//! What it is told, it does within its own limits: from rest it goes by a [`Profile`] of `motion-core`, and while it moves
-//! it changes its speed evenly. Positions on a curve are told it moment by moment, by [`lead`](Motor::lead). Should it get
-//! to an end of its travel, it stops dead there, as motors do that trip a limit switch.
+//! What it is told, it does within its own limits: from rest it goes by a [`MotionProfile`] of `motion-core`, and while
+//! it moves it changes its speed evenly. Positions on a curve are told it moment by moment, by [`lead`](Motor::lead).
+//! Should it get to an end of its travel, it stops dead there, as motors do that trip a limit switch.
 
-use motion_core::profile::{Limits, Profile};
+use motion_core::profile::{Limits, MotionProfile};
 use motion_core::time::Millis;
 use motion_core::trajectory::Range;
 
@@ -60,7 +60,7 @@ enum Motion {
     /// From rest to rest.
     Profile {
         start: f64,
-        profile: Profile,
+        profile: MotionProfile,
     },
 }
 
@@ -217,7 +217,7 @@ impl Motor {
         match &mut self.motion {
             Motion::Rest | Motion::Led => {}
             Motion::Profile { profile, .. } => {
-                let moved = Profile::new(profile.start() + by, profile.target() + by, profile.limits());
+                let moved = MotionProfile::new(profile.start() + by, profile.target() + by, profile.limits());
                 if let Ok(moved) = moved {
                     *profile = moved;
                 }
@@ -303,7 +303,7 @@ impl Motor {
     /// Goes from rest to rest.
     fn depart(&mut self, start: f64, here: f64, to: f64, limits: Limits) {
         self.from = Place { position: here, velocity: 0.0 };
-        self.motion = match Profile::new(here, to, limits) {
+        self.motion = match MotionProfile::new(here, to, limits) {
             Ok(profile) => Motion::Profile { start, profile },
             // Too far for numbers to tell, or too near: it stays.
             Err(_) => Motion::Rest,

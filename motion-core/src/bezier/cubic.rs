@@ -1,8 +1,8 @@
-//! One coordinate of a segment as a polynomial, and the curve parameter that belongs to a time.
+//! A coordinate of a segment as a cubic polynomial, and the solution of the time polynomial.
 
 use super::double::Double;
 
-/// `a u³ + b u² + c u`: a coordinate, measured from the end point where `u` is 0.
+/// The polynomial `a u³ + b u² + c u`: a coordinate, measured from the end point where `u` is 0.
 #[derive(Clone, Copy)]
 pub(super) struct Cubic {
     pub(super) a: f64,
@@ -11,7 +11,7 @@ pub(super) struct Cubic {
 }
 
 impl Cubic {
-    /// From the differences of the other three control points to the first.
+    /// The polynomial from the differences of the other three control points to the first one.
     pub(super) fn new([first, second, third]: [f64; 3]) -> Self {
         Self { a: third - 3.0 * (second - first), b: 3.0 * (second - 2.0 * first), c: 3.0 * first }
     }
@@ -32,7 +32,7 @@ impl Cubic {
         3.0 * self.a * u + self.b
     }
 
-    /// Value, slope and half the second derivative, in fewer steps than one by one.
+    /// Value, slope and half the second derivative, in fewer operations than one by one.
     #[inline]
     pub(super) fn derivatives(&self, u: f64) -> [f64; 3] {
         let first = self.a * u;
@@ -48,17 +48,17 @@ impl Cubic {
         Self { a: self.a, b: self.bend(u), c: self.slope(u) }
     }
 
-    /// The sizes of the terms of [`slope`](Self::slope) together: what its rounding is measured by.
+    /// Sum of the absolute values of the terms of [`slope`](Self::slope), to which its rounding error is proportional.
     pub(super) fn slope_size(&self, u: f64) -> f64 {
         (3.0 * self.a.abs() * u + 2.0 * self.b.abs()) * u + self.c.abs()
     }
 
-    /// Where it turns, in order, moved to the nearest of 0 and 1 if it lies outside.
+    /// The parameters of both extrema in order, each moved into 0 to 1.
     pub(super) fn turns(&self) -> [f64; 2] {
         quadratic(3.0 * self.a, 2.0 * self.b, self.c)
     }
 
-    /// The step of Halley's method, of third order, from `u` with the residual `off`.
+    /// The step of Halley's method, which is of third order, from `u` with the residual `off`.
     #[inline]
     fn step(&self, u: f64, off: f64) -> f64 {
         let slope = self.slope(u);
@@ -66,13 +66,13 @@ impl Cubic {
     }
 }
 
-/// The roots of `a u² + b u + c` in order, each moved into 0 to 1; 0 where there is none.
+/// The roots of `a u² + b u + c` in order, each moved into 0 to 1; 0 if a root does not exist.
 pub(super) fn quadratic(a: f64, b: f64, c: f64) -> [f64; 2] {
     let discriminant = b * b - 4.0 * a * c;
     if discriminant.is_nan() || discriminant < 0.0 {
         return [0.0; 2];
     }
-    // Both roots without cancellation: the larger over a, and c over the larger.
+    // Both roots without cancellation: one is `larger / a`, the other `c / larger`.
     let larger = -0.5 * (b + libm::copysign(libm::sqrt(discriminant), b));
     let inside = |root: f64| if root > 0.0 { root.min(1.0) } else { 0.0 };
     let (one, other) = (inside(larger / a), inside(c / larger));
@@ -83,9 +83,9 @@ pub(super) fn quadratic(a: f64, b: f64, c: f64) -> [f64; 2] {
 #[derive(Clone, Copy)]
 pub(super) struct Clock {
     pub(super) cubic: Cubic,
-    /// The differences of the other three control points to the first.
+    /// The differences of the other three control points to the first one.
     ahead: [Double; 3],
-    /// Whether the parameter is sought that is farthest from 0, or the nearest.
+    /// Whether the root farthest from 0 counts, or else the nearest.
     farthest: bool,
 }
 
@@ -94,26 +94,26 @@ impl Clock {
         Self { cubic: Cubic::new(ahead.map(|difference| difference.high)), ahead, farthest }
     }
 
-    /// The whole time from the first control point to the last.
+    /// Time from the first control point to the last.
     pub(super) fn whole(&self) -> f64 {
         let [_, _, whole] = self.ahead;
         whole.high
     }
 
-    /// Whether both handles lie within the segment's time, so that time cannot fold.
+    /// Whether both handles are within the time of the segment, so that time cannot fold.
     pub(super) fn ordered(&self) -> bool {
         let [first, second, whole] = self.ahead.map(|difference| difference.high);
         first >= 0.0 && first <= whole && second >= 0.0 && second <= whole
     }
 
-    /// The parameter at which the time is `after`, which lies between 0 and the whole.
+    /// The parameter at the time `after`, which is between 0 and the whole.
     pub(super) fn solve(&self, after: Double) -> f64 {
         self.quick(after.high).unwrap_or_else(|| self.exact(after))
     }
 
-    /// A few steps without brackets: taken only where the last was short and time runs well.
+    /// A few steps without a bracket. The result counts only if the last step was short and time does not run slowly.
     ///
-    /// The error behind a step is its cube times the square of `bend / slope`, at most 1e4 here.
+    /// The error after a step is the cube of the step times the square of `bend / slope`, which is at most 1e4 here.
     #[inline]
     fn quick(&self, after: f64) -> Option<f64> {
         const STEPS: usize = 6;
@@ -134,7 +134,7 @@ impl Clock {
         None
     }
 
-    /// Each stretch between turns in the wanted order, searched with residuals of twice the digits.
+    /// Searches the stretches between the extrema in the required order, with residuals of twice the digits.
     #[cold]
     fn exact(&self, after: Double) -> f64 {
         let [turn1, turn2] = self.cubic.turns();
@@ -147,7 +147,7 @@ impl Clock {
             .into_iter()
             .filter(|(low, high)| low < high)
             .find_map(|(low, high)| search(&self.cubic, residual, low, high))
-            // The ends lie on both sides of the time, so some stretch holds it.
+            // The ends are on both sides of the time, so one stretch contains it.
             .unwrap_or(1.0)
     }
 
@@ -160,13 +160,13 @@ impl Clock {
     }
 }
 
-/// A slope of time, as part of its mean, from which on `f64` alone is good enough.
+/// Slope of time, as a part of its mean, from which on `f64` alone is exact enough.
 pub(super) const STEEP: f64 = 1.0 / 16.0;
 
-/// The root of `residual` between `low` and `high`, not negative; `None` if both have the same sign.
+/// The root of `residual` between `low` and `high`, which are not negative; `None` if it has the same sign at both.
 ///
-/// Steps that leave the bracket, or do not halve the residual, give way to halving the bracket
-/// among the floats that exist: so it ends, at small parameters too, after some 130 rounds at most.
+/// A step that leaves the bracket, or does not halve the residual, is replaced by bisection of the bits of the bracket.
+/// So the search ends after about 130 rounds at most, also at small parameters.
 pub(super) fn search(cubic: &Cubic, residual: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> Option<f64> {
     const ROUNDS: usize = 160;
     let (at_low, at_high) = (residual(low), residual(high));
@@ -190,7 +190,7 @@ pub(super) fn search(cubic: &Cubic, residual: impl Fn(f64) -> f64, mut low: f64,
             low = u;
         }
         let mut next = u - cubic.step(u, off);
-        #[expect(clippy::float_cmp, reason = "a step that changes nothing ends the search")]
+        #[expect(clippy::float_cmp, reason = "a step without effect ends the search")]
         if next == u {
             break;
         }
@@ -212,11 +212,11 @@ pub(super) fn search(cubic: &Cubic, residual: impl Fn(f64) -> f64, mut low: f64,
 mod tests {
     use super::*;
 
-    /// `4 u³ - 6 u² + 3 u`: it stands still at a half.
+    /// The polynomial `4 u³ - 6 u² + 3 u`, whose slope is 0 at one half.
     const STILL: Cubic = Cubic { a: 4.0, b: -6.0, c: 3.0 };
 
     #[test]
-    fn from_control_points() {
+    fn a_polynomial_is_made_from_control_points() {
         let Cubic { a, b, c } = Cubic::new([1.0, 0.0, 1.0]);
         assert_eq!((a, b, c), (STILL.a, STILL.b, STILL.c));
         assert_eq!([0.0, 0.5, 1.0].map(|u| STILL.value(u)), [0.0, 0.5, 1.0]);
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn derivatives_together_and_elsewhere() {
+    fn derivatives_agree_with_single_values_and_with_a_moved_origin() {
         for u in [-0.5, 0.0, 0.25, 0.75, 1.0] {
             assert_eq!(STILL.derivatives(u), [STILL.value(u), STILL.slope(u), STILL.bend(u)]);
             let moved = STILL.moved(u);
@@ -235,31 +235,31 @@ mod tests {
     }
 
     #[test]
-    fn roots_of_quadratics() {
+    fn quadratics_have_the_right_roots() {
         assert_eq!(quadratic(1.0, -0.75, 0.125), [0.25, 0.5]);
         assert_eq!(quadratic(-1.0, 0.75, -0.125), [0.25, 0.5]);
         assert_eq!(quadratic(0.0, 2.0, -1.0), [0.0, 0.5]);
         assert_eq!(quadratic(1.0, 0.0, 1.0), [0.0, 0.0]);
         assert_eq!(quadratic(1.0, -4.5, 2.0), [0.5, 1.0]);
-        // The smaller root keeps its digits beside a larger one.
+        // A small root keeps its digits next to a large one.
         let [small, large] = quadratic(1.0, -1.0, 1e-20);
         assert_eq!((small, large), (1e-20, 1.0));
     }
 
     #[test]
-    fn searching() {
+    fn the_search_finds_a_root_or_none() {
         let line = Cubic { a: 0.0, b: 0.0, c: 2.0 };
         let find = |target: f64| search(&line, |u| line.value(u) - target, 0.0, 1.0);
         assert_eq!([0.0, 0.5, 1e-30, 2.0].map(find), [Some(0.0), Some(0.25), Some(5e-31), Some(1.0)]);
         assert_eq!([-1.0, 3.0].map(find), [None, None]);
-        // Where it stands still, Newton's method alone would not come near.
+        // Newton's method alone would not converge where the slope is 0.
         let found = search(&STILL, |u| STILL.value(u) - 0.5, 0.0, 0.9).unwrap();
         assert!((found - 0.5).abs() < 1e-5, "{found}");
     }
 
     #[test]
-    fn both_ends_of_a_fold() {
-        // Time runs to 0.52 and back to 0.48: three parameters have one half, and the outer are told.
+    fn the_nearest_and_the_farthest_root_of_a_fold_are_found() {
+        // Time runs to 0.52 and back to 0.48: three parameters belong to one half, and the outer two are found.
         let ahead = [1.2, -0.2, 1.0].map(|time| Double::difference(time, 0.0));
         let found = [false, true].map(|farthest| Clock::new(ahead, farthest).solve(Double::difference(0.5, 0.0)));
         let [nearest, farthest] = found;

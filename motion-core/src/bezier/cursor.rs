@@ -1,4 +1,4 @@
-//! Many times on one segment, the nearer to each other the faster.
+//! Evaluation of one segment at many times, which is faster if the times are close to each other.
 
 use core::fmt;
 
@@ -6,24 +6,24 @@ use super::near::{Near, PAIRS, Pair};
 use super::view::View;
 use super::{Motion, Place, Segment};
 
-/// A segment made ready for many times, which remembers where the last one was.
+/// A segment prepared for evaluation at many times. It remembers the place of the last time.
 ///
-/// Any order of times is right; times in order, close to each other, are fast: sixteen are solved
-/// together while they span a few hundredths of the segment. A position differs from
-/// [`Segment::position`] by at most 1e-13 of the largest coordinate of a control point, where time
-/// runs well, and not at all elsewhere; rates have the errors of [`Segment::at`].
+/// Times may come in any order. Sorted times close to each other are fast: sixteen of them are solved together if they
+/// span at most a few hundredths of the segment. A position differs from [`Segment::position`] by at most 1e-13 of the
+/// largest coordinate of a control point, and not at all where time runs slowly along the curve. Rates have the errors
+/// of [`Segment::at`].
 #[derive(Clone, Copy)]
 pub struct Cursor {
     segment: Segment,
     start: View,
-    /// Whether predictions are of use: time has a length and does not fold.
+    /// Whether predictions are useful: the duration is not 0, and time does not fold.
     smooth: bool,
-    /// Where the last times were.
+    /// The surroundings of the last times.
     near: Near,
 }
 
 impl Cursor {
-    /// Starts at the first end point.
+    /// A cursor at the first end point.
     #[must_use]
     pub fn new(segment: Segment) -> Self {
         let start = View::from_start(&segment);
@@ -31,13 +31,13 @@ impl Cursor {
         Self { segment, start, smooth, near: Near::new(&start, 0.0) }
     }
 
-    /// The segment.
+    /// The segment that is evaluated.
     #[must_use]
     pub fn segment(&self) -> &Segment {
         &self.segment
     }
 
-    /// The position at a time, as [`Segment::position`] has it.
+    /// Position at a time, as from [`Segment::position`].
     pub fn position(&mut self, time: f64) -> f64 {
         let mut position = [0.0];
         self.sample(&[time], &mut position);
@@ -45,7 +45,7 @@ impl Cursor {
         position
     }
 
-    /// Position, velocity and acceleration at a time, as [`Segment::at`] has them.
+    /// Position, velocity and acceleration at a time, as from [`Segment::at`].
     pub fn at(&mut self, time: f64) -> Motion {
         let mut motion = [Motion::default()];
         self.sample_motion(&[time], &mut motion);
@@ -53,12 +53,12 @@ impl Cursor {
         motion
     }
 
-    /// Writes the position at each time, as many as the shorter slice holds.
+    /// Writes the position at each time, up to the length of the shorter slice.
     pub fn sample(&mut self, times: &[f64], out: &mut [f64]) {
         self.batch(times, out, Near::position, Place::position);
     }
 
-    /// Writes position, velocity and acceleration at each time, as many as the shorter slice holds.
+    /// Writes position, velocity and acceleration at each time, up to the length of the shorter slice.
     pub fn sample_motion(&mut self, times: &[f64], out: &mut [Motion]) {
         self.batch(times, out, Near::motion, Place::motion);
     }
@@ -76,9 +76,9 @@ impl Cursor {
         }
     }
 
-    /// All times at once: where the cursor then stands, and how far the parameters are from there.
+    /// All times at once: the new surroundings, and the distances of the parameters from them.
     ///
-    /// `None` if the times are not near enough to each other, or time runs slowly.
+    /// `None` if the times are too far from each other, or time runs slowly along the curve.
     #[inline]
     fn together(&mut self, times: &[f64]) -> Option<(Near, [Pair; PAIRS])> {
         let (Some(first), Some(last), true) = (times.first(), times.last(), self.smooth) else { return None };
@@ -88,7 +88,7 @@ impl Cursor {
         near.solve(times, begin, self.start.clock.whole()).map(|steps| (near, steps))
     }
 
-    /// The exact way; the cursor then stands at the last time.
+    /// The exact computation, after which the cursor is at the last time.
     #[cold]
     fn alone<T>(&mut self, times: &[f64], out: &mut [T], exact: impl Fn(&Place) -> T) {
         let mut u = 0.0;

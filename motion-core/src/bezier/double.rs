@@ -1,6 +1,6 @@
-//! Sums and products with twice the digits of `f64`, for residuals where time nearly stands still.
+//! Sums and products with twice the digits of `f64`, for residuals where time hardly changes along the curve.
 
-/// The unevaluated sum of a number and what rounding left over.
+/// The unevaluated sum of a number and its rounding error.
 #[derive(Clone, Copy)]
 pub(super) struct Double {
     pub(super) high: f64,
@@ -10,19 +10,19 @@ pub(super) struct Double {
 impl Double {
     pub(super) const ZERO: Self = Self { high: 0.0, low: 0.0 };
 
-    /// `a - b`, exactly.
+    /// The exact difference `a - b`.
     pub(super) fn difference(a: f64, b: f64) -> Self {
         Self::sum(a, -b)
     }
 
-    /// `a + b`, exactly, whichever is larger.
+    /// The exact sum `a + b`, in any order of size.
     fn sum(a: f64, b: f64) -> Self {
         let high = a + b;
         let of_b = high - a;
         Self { high, low: (a - (high - of_b)) + (b - of_b) }
     }
 
-    /// `a * b`, exactly, by halves of 26 bits.
+    /// The exact product `a * b`, computed from halves of 26 bits.
     fn product(a: f64, b: f64) -> Self {
         let (high, (a1, a2), (b1, b2)) = (a * b, halves(a), halves(b));
         Self { high, low: ((a1 * b1 - high) + a1 * b2 + a2 * b1) + a2 * b2 }
@@ -45,7 +45,7 @@ impl Double {
 }
 
 fn halves(a: f64) -> (f64, f64) {
-    /// 2^27 + 1, which moves the upper half of the digits to where rounding cuts.
+    /// The factor 2^27 + 1, which makes rounding cut off the lower half of the digits.
     const SPLITTER: f64 = 134_217_729.0;
     let scaled = SPLITTER * a;
     let upper = scaled - (scaled - a);
@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn sums_keep_what_rounding_drops() {
+    fn sums_keep_the_rounding_error() {
         assert_eq!(parts(Double::sum(1.0, TINY)), (1.0, TINY));
         assert_eq!(parts(Double::sum(TINY, 1.0)), (1.0, TINY));
         let third = Double::difference(1.0, TINY);

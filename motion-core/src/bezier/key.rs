@@ -1,24 +1,24 @@
-//! Key frames: how people give a curve.
+//! Key frames, from which people describe a curve.
 
 use core::fmt;
 
-use super::print::{Shown, debug_numbers};
+use super::print::{Shown, debug_numbers, shown_as_it_is};
 use super::{OutOfRange, Point, Segment};
 
-/// How an axis leaves a key frame, or arrives at it.
+/// Ease of an axis at a key frame: how the axis leaves it, or arrives at it.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Ease {
-    /// Straight for the other key frame: the handle lies a third of the way there.
+    /// Straight towards the other key frame: the handle is at one third of the line between them.
     Linear,
-    /// From rest or to rest: the handle is flat, and as long as this part of the time between the
-    /// key frames. 0 draws the handle back into the key frame; time folds beyond 1.
+    /// From rest or to rest: the handle is flat, and its length is this part of the time between the key frames. With 0
+    /// the handle is at the key frame itself; above 1 time can fold.
     Flat(f64),
-    /// Any handle, as its distance from the key frame: time and position; backwards for arriving.
+    /// Any handle, as its distance in time and position from the key frame; the time is negative for arriving.
     Handle(Point),
 }
 
 impl Ease {
-    /// The handle at `key` on the way to `other`.
+    /// The handle of `key` towards `other`.
     fn handle(self, key: Point, other: Point) -> Point {
         match self {
             Self::Linear => key.toward(other, 1.0 / 3.0),
@@ -38,22 +38,18 @@ impl fmt::Debug for Ease {
     }
 }
 
-impl Shown for Ease {
-    fn shown(&self) -> impl fmt::Debug {
-        *self
-    }
-}
+shown_as_it_is! { Ease }
 
-/// A key frame: where the axis is at a time, and how it gets there and on.
+/// A key frame: the position of an axis at a time, and how the axis arrives and leaves.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Key {
-    /// The time.
+    /// Time, in the caller's unit.
     pub time: f64,
-    /// The position.
+    /// Position, in the caller's unit.
     pub position: f64,
-    /// How the axis arrives, if a segment ends here.
+    /// Ease of the segment that ends at the key frame, if there is one.
     pub arrive: Ease,
-    /// How the axis leaves, if a segment starts here.
+    /// Ease of the segment that starts at the key frame, if there is one.
     pub leave: Ease,
 }
 
@@ -66,7 +62,7 @@ impl Key {
 }
 
 impl Segment {
-    /// The segment from one key frame to the next.
+    /// A segment from one key frame to the next.
     ///
     /// # Errors
     ///
@@ -76,10 +72,10 @@ impl Segment {
         Self::new([first, from.leave.handle(first, last), to.arrive.handle(last, first), last])
     }
 
-    /// The key frames at both ends, with the handles as they are; beyond them it goes on straight.
+    /// The key frames at both ends, with the handles of the segment. On the outer sides their ease is [`Ease::Linear`].
     ///
-    /// [`Segment::between`] them is this segment, its handles within the rounding of one subtraction
-    /// and one addition.
+    /// [`Segment::between`] these key frames is this segment; its handles differ at most by the rounding of one
+    /// subtraction and one addition.
     #[must_use]
     pub fn keys(&self) -> (Key, Key) {
         let [first, leave, arrive, last] = self.points();
@@ -96,17 +92,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn handles() {
+    fn each_ease_has_its_handle() {
         let (here, there) = (Point::new(2.0, 1.0), Point::new(5.0, 7.0));
         assert!(Ease::Linear.handle(here, there).within(1e-15, Point::new(3.0, 3.0)));
         assert_eq!(Ease::Flat(0.5).handle(here, there), Point::new(3.5, 1.0));
-        // Arriving, the other key frame is the earlier one.
+        // For arriving, the other key frame is the earlier one.
         assert_eq!(Ease::Flat(0.5).handle(there, here), Point::new(3.5, 7.0));
         assert_eq!(Ease::Handle(Point::new(-1.0, 0.5)).handle(there, here), Point::new(4.0, 7.5));
     }
 
     #[test]
-    fn beyond_the_segment_it_goes_on_straight() {
+    fn keys_are_linear_on_the_outer_sides() {
         let handle = |time| Ease::Handle(Point::new(time, 0.0));
         let from = Key { time: 0.0, position: 0.0, arrive: Ease::Flat(0.1), leave: handle(0.25) };
         let to = Key { time: 1.0, position: 1.0, arrive: handle(-0.5), leave: Ease::Flat(0.1) };

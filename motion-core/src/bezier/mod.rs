@@ -1,9 +1,9 @@
-//! A cubic Bezier segment of an axis, in time and position: where it is at a time, and how fast.
+//! Cubic Bezier segments of an axis, in time and position, which give position, velocity and acceleration at a time.
 //!
-//! The curve is given by four control points, as kOS trajectories have it (kOS, `TrajectoryData`,
-//! block 6): the ends, which it meets, and two handles, which it starts towards and arrives from.
-//! Its points belong to a curve parameter from 0 to 1. A rig needs them at a time, so the time
-//! polynomial is solved first. Everything is computed in `f64`; units are the caller's.
+//! A segment has four control points, as in kOS trajectories (kOS, `TrajectoryData`, block 6): the two ends, through
+//! which the curve passes, and two handles. It leaves the first end towards the first handle, and arrives at the last
+//! end from the direction of the second handle. Each point of the curve belongs to a curve parameter from 0 to 1. A rig
+//! needs the point at a time, so the time polynomial is solved first. All numbers are `f64`, in the caller's units.
 //!
 //! ```
 //! use motion_core::bezier::{Cursor, Ease, Key, Segment};
@@ -19,7 +19,7 @@
 //! let fastest = pan.peak_velocity().expect("no vertical tangent");
 //! assert!((fastest - middle.velocity.unwrap()).abs() < 1e-12);
 //!
-//! // Many times: 24 frames a second.
+//! // Positions at many times: 24 frames per second.
 //! let times: [f64; 97] = std::array::from_fn(|frame| frame as f64 / 24.0);
 //! let mut positions = [0.0; 97];
 //! Cursor::new(pan).sample(&times, &mut positions);
@@ -27,18 +27,18 @@
 //! # Ok::<(), motion_core::bezier::OutOfRange>(())
 //! ```
 //!
-//! # What holds
+//! # Guarantees
 //!
-//! - No result is ever infinite or not a number: [`Motion`] has no rate where there is none.
-//! - The end points are exact. Before the start the axis is at the first one, after the end at the
-//!   last one, both at rest. A segment without length gives its last point and velocity 0.
-//! - The curve parameter found belongs to a time within 1e-15 of the one asked for, relative to the
-//!   largest time of a control point, whatever the tangent; where time runs slowly it is found with
-//!   twice the digits of `f64`. So a position is right within 1e-13 of the largest position of a
-//!   control point, at vertical tangents too. At a fold, where the position jumps, a time that close
-//!   to the jump can fall on the other side.
-//! - Where a handle leaves the segment's time, time can fold back, and a time have three positions.
-//!   The one with the largest curve parameter counts, and the position jumps at the fold.
+//! - No result is ever NaN or infinite: where a rate would be infinite, [`Motion`] has `None`.
+//! - The end points are exact. Before the start the axis rests at the first one, and after the end at the last one. A
+//!   segment of duration 0 has the position of its last point, and velocity 0.
+//! - The computed curve parameter belongs to a time within 1e-15 of the given time, relative to the largest time of a
+//!   control point, for any tangent. Where time runs slowly along the curve, it is computed with twice the digits of
+//!   `f64`. So the error of a position is at most 1e-13 of the largest position of a control point, also at vertical
+//!   tangents. At a fold, where the position jumps, a time that is as close as 1e-15 to the jump may give the position
+//!   on the other side.
+//! - If a handle is outside the time of the segment, time can run backwards (fold), and a time can have three
+//!   positions. The position with the largest curve parameter counts, and the position jumps at the fold.
 
 mod cubic;
 mod cursor;
@@ -55,17 +55,17 @@ use view::View;
 pub use cursor::Cursor;
 pub use key::{Ease, Key};
 
-/// A control point.
+/// A control point of a segment.
 #[derive(Clone, Copy, Default, PartialEq)]
 pub struct Point {
-    /// The time, in the caller's unit.
+    /// Time, in the caller's unit.
     pub time: f64,
-    /// The position, in the caller's unit.
+    /// Position, in the caller's unit.
     pub position: f64,
 }
 
 impl Point {
-    /// The origin, at time 0.
+    /// The point at time 0 and position 0.
     pub const ZERO: Self = Self { time: 0.0, position: 0.0 };
 
     /// A point from its time and its position.
@@ -74,7 +74,7 @@ impl Point {
         Self { time, position }
     }
 
-    /// The point at `share` of the way to another one; exact at 0.
+    /// The point at `share` of the distance to another one; exact at 0.
     fn toward(self, other: Self, share: f64) -> Self {
         let step = |from: f64, to: f64| from + (to - from) * share;
         Self { time: step(self.time, other.time), position: step(self.position, other.position) }
@@ -85,20 +85,20 @@ impl Point {
     }
 }
 
-/// Where an axis is at a time, and how fast. All numbers are finite.
+/// Position, velocity and acceleration of an axis at a time. All numbers are finite.
 #[derive(Clone, Copy, Default, PartialEq)]
 pub struct Motion {
-    /// The position.
+    /// Position, in the caller's units.
     pub position: f64,
-    /// The change of position a unit of time; `None` at a vertical tangent, where it is infinite.
+    /// Velocity, in units of position per unit of time; `None` at a vertical tangent, where it is infinite.
     pub velocity: Option<f64>,
-    /// The change of velocity a unit of time; `None` where it is infinite: at vertical tangents, and
-    /// at an end whose handle was drawn back into it, unless the curve is straight there.
+    /// Acceleration, in units of velocity per unit of time; `None` where it is infinite: at vertical tangents, and at
+    /// an end whose handle is at the end itself, except if the curve is straight there.
     pub acceleration: Option<f64>,
 }
 
 impl Motion {
-    /// At rest.
+    /// The motion of an axis at rest.
     const fn resting(position: f64) -> Self {
         Self { position, velocity: Some(0.0), acceleration: Some(0.0) }
     }
@@ -109,31 +109,31 @@ print::debug_numbers! {
     Motion { position, velocity, acceleration }
 }
 
-/// A coordinate of a control point is not a number, or larger than 1e75 either way.
+/// Error: a coordinate of a control point is NaN, or its absolute value is above 1e75.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
-#[error("curve: a coordinate is not a number, or beyond 1e75")]
+#[error("curve: a coordinate is NaN, or beyond 1e75")]
 pub struct OutOfRange;
 
 /// A cubic Bezier curve in time and position.
 ///
-/// Laws: `s.reversed().reversed() == s`; `s.position(s.end()) == s.points()[3].position`; the halves
-/// of [`split`](Self::split) have the positions of the whole, and [`join`](Self::join) gives it back.
+/// Laws: `s.reversed().reversed() == s`; `s.position(s.end()) == s.points()[3].position`; the two parts from
+/// [`split`](Self::split) have the positions of the whole, and [`join`](Self::join) makes the whole of them again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
     points: [Point; 4],
 }
 
 impl Segment {
-    /// The largest coordinate: all that `f32` has, and room for products.
+    /// Largest coordinate: the range of `f32`, and room for products.
     const LARGEST: f64 = 1e75;
-    /// What is shorter has no length: less than `f32` can tell from 0.
+    /// Shortest duration that is not 0: less than the smallest `f32`.
     const SHORTEST: f64 = 1e-75;
 
-    /// A segment from its end points, first and last, and the handles between them.
+    /// A segment from its control points: the first end, its handle, the handle of the last end, the last end.
     ///
     /// # Errors
     ///
-    /// [`OutOfRange`] if a coordinate is infinite, not a number, or beyond 1e75.
+    /// [`OutOfRange`] if a coordinate is NaN, infinite, or beyond 1e75.
     pub fn new(points: [Point; 4]) -> Result<Self, OutOfRange> {
         let sound = |coordinate: f64| coordinate.abs() <= Self::LARGEST;
         if points.iter().all(|point| sound(point.time) && sound(point.position)) {
@@ -143,16 +143,16 @@ impl Segment {
         }
     }
 
-    /// A segment from times and positions in turn, as a kOS segment block holds them.
+    /// A segment from pairs of time and position, as in a segment block of kOS.
     ///
     /// # Errors
     ///
-    /// [`OutOfRange`] if a coordinate is infinite or not a number.
+    /// [`OutOfRange`] if a coordinate is NaN or infinite.
     pub fn from_f32(points: [[f32; 2]; 4]) -> Result<Self, OutOfRange> {
         Self::new(points.map(|[time, position]| Point::new(time.into(), position.into())))
     }
 
-    /// Times and positions in turn, each as the nearest `f32`; what came from `f32` comes back.
+    /// Pairs of time and position, each as the nearest `f32`; a segment from `f32` gives the same numbers back.
     ///
     /// # Errors
     ///
@@ -169,54 +169,54 @@ impl Segment {
         self.points
     }
 
-    /// The time of the first end point.
+    /// Time of the first end point.
     #[must_use]
     pub const fn start(&self) -> f64 {
         let [first, ..] = self.points;
         first.time
     }
 
-    /// The time of the last end point.
+    /// Time of the last end point.
     #[must_use]
     pub const fn end(&self) -> f64 {
         let [.., last] = self.points;
         last.time
     }
 
-    /// The time from start to end; 0 if the end is not later, or by less than 1e-75.
+    /// Time from start to end; 0 if the end is less than 1e-75 later, or not later.
     #[must_use]
     pub fn duration(&self) -> f64 {
         let length = self.end() - self.start();
         if length >= Self::SHORTEST { length } else { 0.0 }
     }
 
-    /// The position at a time; before the start the first one, after the end the last one.
+    /// Position at a time; before the start that of the first end, after the end that of the last end.
     ///
-    /// A time that is not a number is taken as one before the start.
+    /// NaN counts as a time before the start.
     #[must_use]
     pub fn position(&self, time: f64) -> f64 {
         self.locate(time).position()
     }
 
-    /// Position, velocity and acceleration at a time; outside the segment the axis rests.
+    /// Position, velocity and acceleration at a time; outside the segment the axis is at rest.
     ///
-    /// At the ends, velocity and acceleration are those of the segment's side. They lose digits where
-    /// time runs slowly on the curve: with both coordinates from 0 to 1 and time `n` times slower than
-    /// on average, velocity is right within 1e-14 times `n³`, and acceleration within 1e-13 times `n⁵`.
+    /// At the ends, velocity and acceleration are those inside the segment. They lose digits where time runs slowly
+    /// along the curve: with both coordinates from 0 to 1 and time `n` times slower than on average, the error of
+    /// velocity is at most 1e-14 times `n³`, and that of acceleration at most 1e-13 times `n⁵`.
     #[must_use]
     pub fn at(&self, time: f64) -> Motion {
         self.locate(time).motion()
     }
 
-    /// The curve parameter that belongs to a time: 0 at the start and before, 1 at the end and after.
+    /// Curve parameter that belongs to a time: 0 at the start and before, 1 at the end and after.
     ///
-    /// Where time folds back it is the largest of the parameters that do.
+    /// Where time folds back, it is the largest parameter that belongs to the time.
     #[must_use]
     pub fn parameter(&self, time: f64) -> f64 {
         self.locate(time).parameter()
     }
 
-    /// Whether time runs backwards anywhere, so that some times have three positions.
+    /// Whether time runs backwards anywhere on the curve, so that some times have three positions.
     #[must_use]
     pub fn folds(&self) -> bool {
         let clock = View::from_start(self).clock;
@@ -225,10 +225,10 @@ impl Segment {
         !clock.ordered() && [0.0, lowest, 1.0].iter().any(|&u| clock.cubic.slope(u) < -noise)
     }
 
-    /// The same way back in the same time: what was at `start() + t` is at `end() - t`.
+    /// The reverse move in the same duration: the position at `start() + t` moves to `end() - t`.
     ///
-    /// Twice reversed is as before, bit for bit: times are mirrored by exchanging start and end and
-    /// negating both, so the reversed segment runs from `-end()` to `-start()`.
+    /// Times are negated, so the reversed segment runs from `-end()` to `-start()`. Reversed twice, a segment is the
+    /// same, bit for bit.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let mut points = self.points.map(|point| Point::new(-point.time, point.position));
@@ -236,9 +236,9 @@ impl Segment {
         Self { points }
     }
 
-    /// The parts before and after a time, which meet in it; `None` unless it lies inside.
+    /// The two parts before and after a time; `None` if the time is not inside the segment.
     ///
-    /// Both have the positions of the whole within 1e-13, where time runs well.
+    /// Both parts have the positions of the whole within 1e-13, except where time runs slowly along the curve.
     #[must_use]
     pub fn split(&self, time: f64) -> Option<(Self, Self)> {
         if !(self.start() < time && time < self.end()) || self.duration() == 0.0 {
@@ -251,12 +251,12 @@ impl Segment {
         Some((left, right))
     }
 
-    /// The one segment that this and the next one are the parts of; `None` if there is none whose
-    /// parts have the same control points, each coordinate within `tolerance`.
+    /// The segment whose two parts are this segment and the next one; `None` if no segment has parts with the same
+    /// control points, each coordinate within `tolerance`.
     #[must_use]
     pub fn join(&self, next: &Self, tolerance: f64) -> Option<Self> {
         let ([p0, p1, before, middle], [_, after, p2, p3]) = (self.points, next.points);
-        // The inner handles lie on either side of the joint as the joint lies in the whole.
+        // The joint divides the line between the inner handles in the same ratio as it divides the whole.
         let (width, rise) = (after.time - before.time, after.position - before.position);
         let share = if width.abs() >= rise.abs() {
             (middle.time - before.time) / width
@@ -273,7 +273,7 @@ impl Segment {
         parts.zip(given).all(|(part, given)| part.within(tolerance, given)).then_some(whole)
     }
 
-    /// Both parts at a curve parameter, by de Casteljau's construction.
+    /// Both parts at a curve parameter, by de Casteljau's algorithm.
     fn divide(&self, u: f64) -> (Self, Self) {
         let [p0, p1, p2, p3] = self.points;
         let (leave, between, arrive) = (p0.toward(p1, u), p1.toward(p2, u), p2.toward(p3, u));
@@ -303,7 +303,7 @@ impl Segment {
     }
 }
 
-/// Where a time is.
+/// Place of a time on or beside the curve.
 enum Place {
     /// Before the curve: at its first end point.
     Before(Point),

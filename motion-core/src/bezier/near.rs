@@ -1,30 +1,30 @@
-//! A segment around one curve parameter, where a few terms of a series solve the time polynomial.
+//! The surroundings of one curve parameter, where a few terms of a series solve the time polynomial.
 
 use super::Motion;
 use super::cubic::{Cubic, STEEP};
 use super::view::View;
 
-/// Two numbers that take the same steps: the lanes of a register.
+/// Two numbers that take the same operations, as the lanes of a vector register.
 pub(super) type Pair = [f64; 2];
 
-/// How many pairs are solved together.
+/// Number of pairs that are solved together.
 pub(super) const PAIRS: usize = 8;
 
 /// Both coordinates, measured from the point at one curve parameter.
 ///
-/// All times of a batch take the same steps without a branch, in short loops over pairs, which the
-/// compiler turns into two lanes; one check behind them says for all whether the result is good.
+/// All times of a batch take the same operations without a branch, in short loops over pairs, which the compiler turns
+/// into two lanes. One check after the loops says for all times whether the results are good.
 #[derive(Clone, Copy)]
 pub(super) struct Near {
-    /// The curve parameter.
+    /// Curve parameter at which the surroundings are.
     u: f64,
-    /// Its time, after the start of the segment.
+    /// Time at the parameter, after the start of the segment.
     passed: f64,
-    /// Its position.
+    /// Position at the parameter.
     origin: f64,
     time: Cubic,
     position: Cubic,
-    /// The first four derivatives of the parameter by time, divided by 1, 2, 6 and 24.
+    /// The first four derivatives of the parameter with respect to time, divided by 1, 2, 6 and 24.
     series: [f64; 4],
 }
 
@@ -43,23 +43,23 @@ impl Near {
         Self { u, passed: clock.value(u), origin: start.position(u), time, position, series }
     }
 
-    /// About the parameter at a time after the start, within 0 to 1.
+    /// An estimate of the parameter at a time after the start, within 0 to 1.
     ///
-    /// A straight line will do: whatever the parameter is, both coordinates are measured from it.
+    /// A linear estimate is enough, because both coordinates are measured from the estimated parameter.
     #[inline]
     pub(super) fn guess(&self, after: f64) -> f64 {
         let [rate, ..] = self.series;
         (self.u + rate * (after - self.passed)).clamp(0.0, 1.0)
     }
 
-    /// The parameters at some times, as distances from the one here; an odd time comes twice.
+    /// The parameters at some times, as distances from the parameter here; a last odd time comes twice.
     ///
-    /// The series predicts them, and Newton's method betters them, mostly in one step. `begin` is the
-    /// time of the segment's start, `whole` how long it is. `None` if a time is not a number, lies
-    /// outside or too far away, or if time runs slowly near it.
+    /// The series predicts them, and Newton's method improves them, mostly in one step. `begin` is the start time of
+    /// the segment, and `whole` its duration. `None` if a time is NaN, outside the segment or too far away, or if time
+    /// runs slowly near it.
     #[inline]
     pub(super) fn solve(&self, times: &[f64], begin: f64, whole: f64) -> Option<[Pair; PAIRS]> {
-        /// How many steps more than one may be taken.
+        /// Number of steps that may follow the first one.
         const MORE: usize = 2;
         let ahead = |time: f64| (time - begin) - self.passed;
         let (mut all, mut steps, mut far) = ([[0.0; 2]; PAIRS], [[0.0; 2]; PAIRS], [0.0; 2]);
@@ -91,9 +91,9 @@ impl Near {
         around.exact(squares).then_some(steps)
     }
 
-    /// One step of Newton's method for each time; gives the sum of the squared residuals before it.
+    /// Takes one step of Newton's method for each time, and returns the sum of the squared residuals before it.
     ///
-    /// Unlike the greatest of them, the sum is not a number if any of them is not.
+    /// Unlike the greatest residual, the sum is NaN if any residual is NaN.
     #[inline]
     fn newton(&self, steps: &mut [Pair], ahead: &[Pair]) -> f64 {
         let mut squares = [0.0; 2];
@@ -107,7 +107,7 @@ impl Near {
         even + odd
     }
 
-    /// How time runs as far as the times are; `None` if they reach the ends, or time runs slowly.
+    /// Bounds of the slope of time as far as the times reach; `None` if they reach the ends, or time runs slowly.
     #[inline]
     fn around(&self, far: f64, whole: f64) -> Option<Around> {
         let reach = series(self.series.map(f64::abs), far);
@@ -122,7 +122,7 @@ impl Near {
         self.origin + self.position.value(step)
     }
 
-    /// As [`View::motion`], where time does not run slowly: then all rates are finite.
+    /// Like [`View::motion`], but only where time does not run slowly, so that all rates are finite.
     #[inline]
     pub(super) fn motion(&self, step: f64) -> Motion {
         let [_, slope, bend] = self.time.derivatives(step);
@@ -134,44 +134,43 @@ impl Near {
     }
 }
 
-/// How time runs around: up to twice as far as the series leads, by its terms without signs.
+/// Bounds of the slope of time, up to twice the reach of the series with its terms taken without signs.
 ///
-/// While residuals are within half of `reach * slope`, three steps of Newton's method stay around. The
-/// parameter sought is within `residual / slope` then, and the step leaves an error of at most
-/// `bend (residual / slope)² / slope`.
+/// While residuals are at most half of `reach * slope`, three steps of Newton's method stay within these bounds. Then
+/// the root is within `residual / slope`, and the error after the step is at most `bend (residual / slope)² / slope`.
 struct Around {
-    /// The farthest that the series leads.
+    /// Greatest distance that the series reaches.
     reach: f64,
-    /// The greatest half of the second derivative.
+    /// Greatest half of the second derivative.
     bend: f64,
-    /// The least slope.
+    /// Least slope.
     slope: f64,
 }
 
 impl Around {
-    /// Whether the steps stay around, by the sum of the squared residuals before one.
+    /// Whether the next steps stay within the bounds, from the sum of the squared residuals.
     #[inline]
     fn holds(&self, squares: f64) -> bool {
         let off = 0.5 * self.reach * self.slope;
         squares <= off * off
     }
 
-    /// Whether Newton's step was good enough, by the sum of the squared residuals before it.
+    /// Whether the last step was exact enough, from the sum of the squared residuals before it.
     #[inline]
     fn exact(&self, squares: f64) -> bool {
-        /// The error of the parameter that may be left.
+        /// Allowed error of the parameter.
         const LEFT: f64 = 1e-14;
         squares * self.bend <= LEFT * self.slope * self.slope * self.slope
     }
 }
 
-/// Not `max`, which has rules for what is not a number and so takes longer.
+/// The greater number. It is faster than `max`, which has rules for NaN.
 #[inline]
 fn greater(one: f64, other: f64) -> f64 {
     if other > one { other } else { one }
 }
 
-/// Both lanes of two pairs, joined.
+/// A function of two numbers, applied to both lanes of two pairs.
 #[inline]
 fn zip([a0, a1]: Pair, [b0, b1]: Pair, join: impl Fn(f64, f64) -> f64) -> Pair {
     [join(a0, b0), join(a1, b1)]
@@ -187,7 +186,7 @@ mod tests {
     use super::*;
     use crate::bezier::{Point, Segment};
 
-    /// x = u + u² - u³, less than a third away from a straight line.
+    /// The time x = u + u² - u³, which is less than a third away from a straight line.
     fn view() -> View {
         let at = Point::new;
         let segment = [Point::ZERO, at(1.0 / 3.0, 0.0), at(1.0, 1.0), at(1.0, 1.0)];
@@ -195,16 +194,16 @@ mod tests {
     }
 
     #[test]
-    fn series_is_the_inverse_to_the_fourth_order() {
+    fn the_series_is_the_inverse_to_the_fourth_order() {
         let near = Near::new(&view(), 0.25);
         let off = |step: f64| (series(near.series, near.time.value(step)) - step).abs();
-        // Half the step leaves a thirty-second of the error.
+        // Half the step has one thirty-second of the error.
         let ratio = off(0.02) / off(0.01);
         assert!((25.0..40.0).contains(&ratio), "{ratio}");
     }
 
     #[test]
-    fn solves_what_is_near() {
+    fn times_near_the_parameter_are_solved() {
         let view = view();
         let near = Near::new(&view, 0.25);
         let right: [f64; 5] = [-0.01, -0.003, 0.0, 0.004, 0.01];
@@ -216,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_what_is_not() {
+    fn times_that_are_far_or_not_finite_are_refused() {
         let near = Near::new(&view(), 0.25);
         for bad in [f64::NAN, f64::INFINITY, -0.01, 0.9, 1.1] {
             assert_eq!(near.solve(&[0.26, bad, 0.26], 0.0, 1.0), None, "{bad}");

@@ -1,17 +1,23 @@
-//! Printing without core's own printing of floats, which cannot be proven free of panics.
+//! Printing of numbers and errors without core's own printing, which cannot be proven free of panics.
 
 use core::fmt;
 
-/// A number that prints as the shortest text which reads back to it.
-struct Number(f64);
+/// A number that prints as the shortest text that reads back to the same number.
+pub(crate) struct Number(pub(crate) f64);
 
-impl fmt::Debug for Number {
+impl fmt::Display for Number {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(zmij::Buffer::new().format(self.0))
     }
 }
 
-/// How the value of a field prints.
+impl fmt::Debug for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+/// The debug form of the value of a field.
 pub(crate) trait Shown {
     fn shown(&self) -> impl fmt::Debug;
 }
@@ -28,7 +34,7 @@ impl Shown for Option<f64> {
     }
 }
 
-/// What prints itself without a way to panic.
+/// Implements [`Shown`] for types whose own `Debug` cannot panic.
 macro_rules! shown_as_it_is {
     ($($name:ty)*) => {$(
         impl $crate::bezier::print::Shown for $name {
@@ -41,7 +47,7 @@ macro_rules! shown_as_it_is {
 
 shown_as_it_is! { u32 usize }
 
-/// Implements `Debug` as `derive` does, for structures of numbers.
+/// Implements `Debug` like `derive`, for structures of numbers.
 macro_rules! debug_numbers {
     ($($name:ident { $($field:ident),+ })+) => {$(
         impl core::fmt::Debug for $name {
@@ -53,7 +59,18 @@ macro_rules! debug_numbers {
     )+};
 }
 
-pub(crate) use {debug_numbers, shown_as_it_is};
+/// Implements `Debug` as the name of the type around its `Display` text.
+macro_rules! debug_as_text {
+    ($($name:ident)+) => {$(
+        impl core::fmt::Debug for $name {
+            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                write!(f, concat!(stringify!($name), "({})"), self)
+            }
+        }
+    )+};
+}
+
+pub(crate) use {debug_as_text, debug_numbers, shown_as_it_is};
 
 #[cfg(test)]
 mod tests {
@@ -62,7 +79,7 @@ mod tests {
     use crate::bezier::{Ease, Key, Motion, Point};
 
     #[test]
-    fn prints_as_derived() {
+    fn debug_prints_like_a_derived_one() {
         let motion = Motion { position: 1.5, velocity: Some(-0.25), acceleration: None };
         assert_eq!(format!("{motion:?}"), "Motion { position: 1.5, velocity: Some(-0.25), acceleration: None }");
         let key = Key { time: 1.0, position: 0.1, arrive: Ease::Flat(0.5), leave: Ease::Handle(Point::ZERO) };

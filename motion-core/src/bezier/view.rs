@@ -1,15 +1,15 @@
-//! A segment seen from one of its ends, where numbers are small and so keep their digits.
+//! A segment measured from one of its ends, where numbers are small and so keep their digits.
 
 use super::cubic::{Clock, Cubic};
 use super::double::Double;
 use super::{Motion, Segment};
 
-/// Both coordinates, measured from one end point; from the last one, time runs backwards.
+/// Both coordinates, measured from one end point. From the last end point, time runs backwards.
 #[derive(Clone, Copy)]
 pub(super) struct View {
     pub(super) clock: Clock,
     pub(super) position: Cubic,
-    /// The position of the end point.
+    /// Position of the end point.
     pub(super) origin: f64,
     backwards: bool,
 }
@@ -41,7 +41,7 @@ impl View {
         self.origin + self.position.value(u)
     }
 
-    /// The curve parameter as it counts from the first control point.
+    /// The curve parameter counted from the first control point.
     pub(super) fn forwards(&self, u: f64) -> f64 {
         if self.backwards { 1.0 - u } else { u }
     }
@@ -71,7 +71,7 @@ impl View {
         self.rates_at_rest(u)
     }
 
-    /// Time stands still: the limit, if position stands still as well.
+    /// Rates where the slope of time is 0: their limits, if the slope of position is 0 as well.
     #[cold]
     fn rates_at_rest(&self, u: f64) -> (Option<f64>, Option<f64>) {
         let (time, position) = (&self.clock.cubic, &self.position);
@@ -79,7 +79,7 @@ impl View {
         if position.slope(u).abs() > 2.0 * f64::EPSILON * position.slope_size(u) {
             (None, None)
         } else if bend > 0.0 {
-            // Velocity changes as the next term says, in no time; on a straight line it does not.
+            // Velocity changes while time stands still, so acceleration is infinite, except on a straight line.
             let straight = position.a * bend - rise * time.a;
             (Some(rise / bend), (straight == 0.0).then_some(0.0))
         } else if rise == 0.0 && time.a > 0.0 {
@@ -96,7 +96,7 @@ mod tests {
     use crate::bezier::Point;
 
     #[test]
-    fn both_ends_see_the_same() {
+    fn both_ends_give_the_same_motion() {
         let at = Point::new;
         let segment = Segment::new([at(1.0, 5.0), at(1.5, 5.0), at(2.0, 8.0), at(3.0, 9.0)]).unwrap();
         let (start, end) = (View::from_start(&segment), View::from_end(&segment));

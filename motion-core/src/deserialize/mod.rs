@@ -1,7 +1,8 @@
-//! Owned messages from serde maps: the way back of [`serialize`](crate::serialize). [`Owned`] says what users may expect.
+//! Owned messages from serde maps, the reverse of [`serialize`](crate::serialize). [`Owned`] documents the form for
+//! users.
 //!
-//! A map becomes bytes by the layout of the message. These are decoded, and every field has to come back as it was given:
-//! so a message that its layout does not fully describe is an error, never wrong bytes.
+//! The layout of the message turns a map into bytes. These are decoded, and every field has to come back as it was
+//! given. So a message that its layout does not fully describe is an error, never wrong bytes.
 
 mod node;
 
@@ -25,7 +26,7 @@ impl<'de, S: Side> Deserialize<'de> for Owned<S> {
     }
 }
 
-/// What is wrong with a value, and where it stands.
+/// A problem with a value, and the place of the value.
 struct Problem {
     place: String,
     why: Why,
@@ -35,9 +36,9 @@ struct Problem {
 enum Why {
     #[error("missing")]
     Missing,
-    #[error("missing; without it the layout does not make this message")]
+    #[error("missing; the layout needs it for this message")]
     Needed,
-    #[error("is not read back: there is no such field, or one before it is missing")]
+    #[error("is not read back: there is no such field, or an earlier field is missing")]
     NotRead,
     #[error("there is no such message")]
     UnknownMessage,
@@ -51,7 +52,7 @@ enum Why {
     TooLong { len: usize, max: usize },
     #[error("the layout does not say how {0} is written")]
     Wire(&'static str),
-    #[error("is read back as something else; the layout alone does not make this message")]
+    #[error("is read back as something else; the layout does not fully describe this message")]
     Differs,
     #[error("{0}")]
     Decode(DecodeError),
@@ -103,9 +104,9 @@ fn unknown<S: Side>(number: u32, fields: &Map) -> Result<Owned<S>, Problem> {
     Ok(Owned::from_parts(number, body))
 }
 
-/// A message of the table, made by its layout, and read back.
+/// A message of the table, written by its layout and read back.
 ///
-/// Fields that an older dialect leaves out in the middle may be absent: what is read back decides.
+/// Fields in the middle that an older dialect leaves out may be absent: the message that is read back decides.
 fn known<S: Side>(kind: &Kind, number: u32, fields: &Map) -> Result<Owned<S>, Problem> {
     let mut body = Vec::new();
     let made = write::<S::Order>(kind.layout, fields, &mut body).and_then(|()| {
@@ -124,12 +125,12 @@ fn known<S: Side>(kind: &Kind, number: u32, fields: &Map) -> Result<Owned<S>, Pr
     }
 }
 
-/// Writes the fields of a layout that are there, in wire order.
+/// Writes the given fields of a layout, in wire order.
 fn write<O: ByteOrder>(rows: &[Row], fields: &Map, out: &mut Vec<u8>) -> Result<(), Problem> {
     rows.iter().try_for_each(|row| Given::find(fields, row.name).map_or(Ok(()), |given| given.write::<O>(row, out)))
 }
 
-/// The first field that is not there although the layout has it.
+/// The first field of the layout that is not given.
 fn missing(rows: &[Row], fields: &Map) -> Option<Problem> {
     rows.iter().find_map(|row| match Given::find(fields, row.name) {
         None if row.part == PartKind::Optional => None,
@@ -144,12 +145,12 @@ fn missing(rows: &[Row], fields: &Map) -> Option<Problem> {
     })
 }
 
-/// Whether a field is a text of its own kind: `text[32]`.
+/// Whether a field is a text of fixed size, such as `text[32]`.
 fn is_text(row: &Row) -> bool {
     row.wire.starts_with("text[")
 }
 
-/// The value of a field, and whether it stands under the name with `_bytes`.
+/// The given value of a field, and whether its name ends with `_bytes`.
 struct Given<'a> {
     node: &'a Node,
     raw: bool,
@@ -161,7 +162,7 @@ impl<'a> Given<'a> {
         text.or_else(|| fields.get(&format!("{name}_bytes")).map(|node| Self { node, raw: true }))
     }
 
-    /// The bytes of a text or of other bytes, as the row has them.
+    /// The bytes of a text, or other bytes, as the row says.
     fn bytes(&self, row: &Row) -> Result<Vec<u8>, Why> {
         if is_text(row) { self.text() } else { self.node.hex() }
     }
@@ -202,7 +203,7 @@ impl<'a> Given<'a> {
             out.extend(self.bytes(row)?);
             return Ok(());
         }
-        // `[u8; 4]`
+        // An array, such as `[u8; 4]`.
         if let Some((wire, _)) = row.wire.strip_prefix('[').and_then(|array| array.split_once(';')) {
             return self.node.list()?.iter().try_for_each(|node| node.write::<O>(wire, row.wire, out));
         }
@@ -224,7 +225,7 @@ impl<'a> Given<'a> {
     }
 }
 
-/// Whether the fields of a message are those that were given: all of them, no others, and each with its value.
+/// Checks that a message has exactly the given fields, each with its value.
 fn same(fields: &dyn Fields, given: &Map) -> Result<(), Problem> {
     let mut names = Vec::new();
     fields.fields(&mut |field: &FieldView<'_>| names.push(field.name));
@@ -241,7 +242,7 @@ fn same(fields: &dyn Fields, given: &Map) -> Result<(), Problem> {
     result
 }
 
-/// Refuses fields that have none of these names.
+/// Refuses fields with other names than these.
 fn all_read(given: &Map, names: &[&str]) -> Result<(), Problem> {
     let is_read = |key: &str| {
         let raw = key.strip_suffix("_bytes").filter(|name| !given.contains_key(*name));

@@ -12,7 +12,7 @@ use crate::wire::{Field, Writer};
 
 pub(super) type Map = BTreeMap<String, Node>;
 
-/// Any value, until the layout says what it means.
+/// A value of any kind, before the layout says what it means.
 pub(super) enum Node {
     Integer(i128),
     Float(f64),
@@ -37,7 +37,7 @@ impl Node {
 
     /// Bytes from a text of hex digits.
     pub(super) fn hex(&self) -> Result<Vec<u8>, Why> {
-        let why = Why::Kind("a text of hex digits, two a byte");
+        let why = Why::Kind("a text of hex digits, two for each byte");
         let Self::Text(text) = self else { return Err(why) };
         let digit = |&digit: &u8| char::from(digit).to_digit(16).and_then(|digit| u8::try_from(digit).ok());
         let byte = |pair: &[u8]| if let [high, low] = pair { Some(digit(high)? << 4 | digit(low)?) } else { None };
@@ -67,7 +67,7 @@ impl Node {
         if number.is_finite() { Ok(number) } else { Err(Why::Range("f32")) }
     }
 
-    /// Writes a number as the layout says.
+    /// Writes a number in the type that the layout says.
     pub(super) fn write<O: ByteOrder>(&self, wire: &str, row: &'static str, out: &mut Vec<u8>) -> Result<(), Why> {
         match wire {
             "u8" => store::<u8, O>(self.integer()?, out),
@@ -151,7 +151,7 @@ impl<'de> Visitor<'de> for Nodes {
     }
 }
 
-/// A number, in the byte order `O`.
+/// Writes a number in the byte order `O`.
 fn store<T: Field, O: ByteOrder>(number: T, out: &mut Vec<u8>) {
     let mut bytes = [0; 4];
     if let (Some(()), Some(bytes)) = (number.write(&mut Writer::<O>::new(&mut bytes)), bytes.get(..T::SIZE)) {
@@ -159,7 +159,7 @@ fn store<T: Field, O: ByteOrder>(number: T, out: &mut Vec<u8>) {
     }
 }
 
-/// A `u16` length, and as many bytes.
+/// Writes a `u16` length and this number of bytes.
 pub(super) fn prefixed<O: ByteOrder>(bytes: &[u8], out: &mut Vec<u8>) -> Result<(), Why> {
     let (len, max) = (bytes.len(), u16::MAX.into());
     store::<u16, O>(u16::try_from(len).map_err(|_| Why::TooLong { len, max })?, out);

@@ -1,14 +1,13 @@
-//! The loops that add bytes, and the bounds that keep their sums from overflowing.
+//! Loops that add bytes, and the bounds that keep their sums from overflowing.
 //!
-//! Words are little-endian. A word is `even + 256 * odd`, where `even` and `odd` hold every other one
-//! of its bytes, each in a lane of 16 bits. Sums of words come apart in the same way. So the loops add
-//! whole words and odd bytes, which takes one shift and at most one mask a word, and the even bytes
-//! are found in the end.
+//! Words are little-endian. A word is `even + 256 * odd`, where `even` and `odd` hold the bytes at even and at odd
+//! places, each in a lane of 16 bits. Sums of words split in the same way. So the loops add whole words and odd bytes,
+//! which takes one shift and at most one mask for each word, and the sum of the even bytes is computed at the end.
 //!
-//! Where a message does not divide into words, the odd piece comes first: zero bytes in front of a
-//! message change neither sum, so there the first word is filled up with them.
+//! If the length of a message is not a multiple of a word, the short word comes first and is filled with zero bytes in
+//! front: zero bytes in front of a message change neither sum.
 
-/// Both sums of some bytes, before the modulo.
+/// Both sums of some bytes, before the modulo operation.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Raw {
     pub(super) f0: u32,
@@ -16,10 +15,10 @@ pub(super) struct Raw {
 }
 
 impl Raw {
-    /// The sums of `self`'s bytes followed by the `len` bytes of `next`.
+    /// The sums of the bytes of `self`, followed by the `len` bytes of `next`.
     #[inline]
     pub(super) const fn then(self, next: Self, len: usize) -> Self {
-        // Each of those adds the first sum once more to the second.
+        // Each byte of `next` adds the first sum of `self` to the second sum once more.
         #[expect(clippy::cast_possible_truncation, reason = "below 255")]
         let times = (len % 255) as u32;
         Self {
@@ -28,8 +27,8 @@ impl Raw {
         }
     }
 
-    /// Adds what was before the last row of `row` bytes: second sums, in two lanes of 32 bits. Each
-    /// stands for a first sum that counts once more for each byte of a row.
+    /// Adds the second sums before the last row of `row` bytes, in two lanes of 32 bits. Each is a sum of first sums,
+    /// which count once more for each byte of a row.
     #[inline]
     const fn and_before(self, before: u64, row: u32) -> Self {
         let before = ((before & 0xFFFF_FFFF) as u32).wrapping_add((before >> 32) as u32);
@@ -43,7 +42,7 @@ impl Raw {
     }
 }
 
-/// Below this length [`short`] is faster, from it on [`long`].
+/// Length in bytes from which on [`long`] is faster than [`short`].
 const LONG: usize = 128;
 
 /// Sums any number of bytes.
@@ -57,11 +56,11 @@ pub(super) fn sum(bytes: &[u8]) -> Raw {
 fn short(bytes: &[u8]) -> Raw {
     let begin = bytes.len() % 8;
     let first = match bytes.first_chunk() {
-        // Two shifts, since one by all 64 bits would be none.
+        // Two shifts, because one shift by all 64 bits would be no shift.
         Some(word) => u64::from_le_bytes(*word) << 56_usize.wrapping_sub(begin.wrapping_mul(8)) << 8,
         None => bytes.iter().fold(0, |word, &byte| (word >> 8) | (u64::from(byte) << 56)),
     };
-    // First sums, and second ones: what the first were before each word, added up.
+    // The first sums, and the second sums, which add up the first sums before each word.
     let (mut whole, mut odd) = (first, odd_bytes(first));
     let (mut wholes, mut odds) = (0_u64, 0_u64);
     for word in bytes.get(begin..).unwrap_or_default().chunks_exact(8) {
@@ -71,7 +70,7 @@ fn short(bytes: &[u8]) -> Raw {
         whole = whole.wrapping_add(word);
         odd = odd.wrapping_add(odd_bytes(word));
     }
-    // Even and odd together, a lane of the second sums is at most 2 * 255 * (0 + .. + 15) = 61,200.
+    // With even and odd bytes together, a lane of the second sums is at most 2 * 255 * (0 + .. + 15) = 61,200.
     let before = wholes.wrapping_sub(odds << 8).wrapping_add(odds);
     within(whole.wrapping_sub(odd << 8), odd).and_before(pairs(before), 8)
 }
@@ -82,7 +81,7 @@ fn long(bytes: &[u8]) -> Raw {
     rows.chunks(16 * 23).fold(short(odd), |sum, block| sum.then(Columns::of(block).sums(), block.len()).modulo_255())
 }
 
-/// Eight lanes of 16 bits, as a vector register has them.
+/// Eight lanes of 16 bits, as in a vector register.
 type Lanes = [u16; 8];
 
 /// The sums of rows of 16 bytes, lane by lane, while rows are added.
@@ -91,7 +90,7 @@ struct Rows {
     /// First sums.
     whole: Lanes,
     odd: Lanes,
-    /// Second sums: what the first were before each row, added up.
+    /// Second sums, which add up the first sums before each row.
     wholes: Lanes,
     odds: Lanes,
 }
@@ -109,7 +108,7 @@ impl Rows {
     }
 }
 
-/// The same sums in the end: of even bytes, and of odd ones.
+/// The final sums of the even bytes and of the odd bytes.
 struct Columns {
     even: Lanes,
     odd: Lanes,
@@ -118,11 +117,11 @@ struct Columns {
 }
 
 impl Columns {
-    /// Sums at most 23 rows: a first sum is then at most 255 * 23 = 5,865, a second one
-    /// 255 * (0 + .. + 22) = 64,515.
+    /// Sums at most 23 rows. Then a first sum is at most 255 * 23 = 5,865, and a second sum is at most 255 * (0 + .. +
+    /// 22) = 64,515.
     ///
-    /// Out of line: that the results go to memory is what makes the compiler hold each of them in a
-    /// vector register all along. And two rows a turn, since it does not always unroll the loop.
+    /// It is not inlined: the compiler holds each result in a vector register only if the results go to memory at the
+    /// end. It adds two rows in each turn, because the compiler does not always unroll the loop.
     #[inline(never)]
     fn of(rows: &[u8]) -> Self {
         let mut sums = Rows::default();
@@ -181,11 +180,11 @@ const fn odd_bytes(word: u64) -> u64 {
     (word >> 8) & 0x00FF_00FF_00FF_00FF
 }
 
-/// Both sums of eight bytes, or of the sums of such bytes, with at most 6,553 in a lane: then the
-/// weighted lanes, 10 times as much, still fit 16 bits.
+/// Both sums of eight bytes, or of sums of such bytes. A lane is at most 6,553, so that the weighted lanes, which are
+/// up to 10 times as much, fit 16 bits.
 #[inline]
 const fn within(even: u64, odd: u64) -> Raw {
-    // The top lane of such a product is the sum of all lanes, times 1, or times 4, 3, 2, 1.
+    // The top lane of a product with these is the sum of all lanes, times 1, or times 4, 3, 2, 1.
     const ONCE: u64 = 0x0001_0001_0001_0001;
     const WEIGHTED: u64 = 0x0004_0003_0002_0001;
     let odds = odd.wrapping_mul(ONCE) >> 48;
@@ -197,7 +196,7 @@ const fn within(even: u64, odd: u64) -> Raw {
     }
 }
 
-/// The four lanes, whatever they hold, as two of 32 bits.
+/// The four lanes, with any values, added into two lanes of 32 bits.
 #[inline]
 const fn pairs(lanes: u64) -> u64 {
     const LOW: u64 = 0x0000_FFFF_0000_FFFF;

@@ -1,9 +1,8 @@
 //! Fletcher-16 as Dragonframe DMC uses it: two running sums, both modulo 255.
 //!
-//! The first sum, `f0`, adds the bytes. The second, `f1`, adds the first sum after each byte, so it
-//! also notices bytes that changed places. A sender appends two check bytes that bring both sums to
-//! zero. A receiver sums the whole frame, check bytes included, and accepts it when both sums are
-//! zero.
+//! The first sum, `f0`, adds the bytes. The second, `f1`, adds the first sum after each byte, so it also detects bytes
+//! in a wrong order. A sender appends two check bytes that make both sums zero. A receiver sums the whole frame,
+//! including the check bytes, and accepts it if both sums are zero.
 //!
 //! ```
 //! use motion_core::fletcher::{Sum, verify};
@@ -17,10 +16,9 @@
 //! assert!(!verify(&frame));
 //! ```
 //!
-//! Modulo 255 a byte of 0 and a byte of 255 weigh the same. Check bytes are therefore never compared:
-//! a peer may write 0 where [`Sum::check_bytes`] gives 255. Only [`verify`] tells a sound frame from
-//! a corrupt one. For the same reason a 0 that turned into a 255 stays undetected: that is a weakness
-//! of the checksum itself.
+//! Modulo 255, a byte of 0 and a byte of 255 are equal. So check bytes are never compared: a peer may write 0 where
+//! [`Sum::check_bytes`] returns 255. Only [`verify`] tells a valid frame from a corrupt one. For the same reason, a 0
+//! that was changed to 255 is not detected: this is a weakness of the checksum itself.
 //!
 //! Source: DMC, Computing and Validating the Checksum.
 
@@ -30,10 +28,10 @@ mod prefix;
 use kernels::Raw;
 pub use prefix::PrefixSums;
 
-/// The two sums of some bytes, each reduced to 0..=254.
+/// The two Fletcher-16 sums of some bytes, each in 0..=254.
 ///
-/// Sums of neighbouring pieces are joined in constant time by [`then`](Self::then) and taken apart
-/// again by [`after`](Self::after).
+/// Sums of adjacent pieces are joined by [`then`](Self::then) and separated again by [`after`](Self::after), in
+/// constant time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Sum {
     f0: u8,
@@ -41,48 +39,46 @@ pub struct Sum {
 }
 
 impl Sum {
-    /// The sum of no bytes, and of every sound frame.
+    /// The sum of no bytes, and of every valid frame.
     pub const ZERO: Self = Self { f0: 0, f1: 0 };
 
-    /// Sums `bytes`, however many they are.
+    /// The sum of any number of bytes.
     #[inline]
     #[must_use]
     pub fn of(bytes: &[u8]) -> Self {
         Self::modulo_255(kernels::sum(bytes))
     }
 
-    /// Sums what `self` has summed, followed by `bytes`.
+    /// The sum of the bytes of `self`, followed by `bytes`.
     ///
-    /// Any cutting of a message into pieces gives the sum of the whole.
+    /// The sum of a message does not depend on how it is cut into pieces.
     #[inline]
     #[must_use]
     pub fn update(self, bytes: &[u8]) -> Self {
         self.then(Self::of(bytes), bytes.len())
     }
 
-    /// Joins neighbours: what `self` has summed, followed by the `next_len` bytes that `next` has
-    /// summed.
+    /// The sum of two adjacent pieces: the bytes of `self`, followed by the `next_len` bytes of `next`.
     #[inline]
     #[must_use]
     pub const fn then(self, next: Self, next_len: usize) -> Self {
         Self::modulo_255(self.raw().then(next.raw(), next_len))
     }
 
-    /// Takes a prefix off: the sum of the last `len` bytes of what `self` has summed, where `prefix`
-    /// is the sum of everything before them.
+    /// The sum without a prefix: of the last `len` bytes of `self`, if `prefix` is the sum of all bytes before them.
     ///
-    /// It undoes a join: `x.then(y, len).after(x, len) == y`. With the sums of all prefixes of a
-    /// buffer at hand, any range of it is summed in constant time.
+    /// It reverses a join: `x.then(y, len).after(x, len) == y`. With the sums of all prefixes of a buffer, any range of
+    /// the buffer is summed in constant time.
     #[inline]
     #[must_use]
     pub const fn after(self, prefix: Self, len: usize) -> Self {
-        // The prefix with its sign turned, modulo 255.
+        // The prefix with its sign changed, modulo 255.
         let Raw { f0, f1 } = prefix.raw();
         let negated = Raw { f0: 255_u32.wrapping_sub(f0), f1: 255_u32.wrapping_sub(f1) };
         Self::modulo_255(negated.then(self.raw(), len))
     }
 
-    /// Whether both sums are zero, as they are over a whole sound frame.
+    /// Whether both sums are zero, as for every valid frame with its check bytes.
     #[inline]
     #[must_use]
     pub const fn is_zero(self) -> bool {
@@ -97,13 +93,13 @@ impl Sum {
         u16::from_le_bytes([self.f0, self.f1])
     }
 
-    /// The two bytes, in wire order, that bring the sum to zero when they follow.
+    /// The two check bytes, in wire order, that make the sum zero if they follow.
     ///
-    /// Each is in 1..=255: where a 0 would do, the specification's formula gives 255.
+    /// Each is in 1..=255: the specification's formula gives 255 instead of 0.
     #[inline]
     #[must_use]
     pub const fn check_bytes(self) -> [u8; 2] {
-        // The specification's c1 = 255 - (f0 + c0) mod 255 comes down to f1, with 255 for 0.
+        // The specification's c1 = 255 - (f0 + c0) mod 255 equals f1, with 255 for 0.
         let c1 = if self.f1 == 0 { 255 } else { self.f1 };
         let Raw { f0, f1 } = self.raw();
         [255_u8.wrapping_sub((f0.wrapping_add(f1) % 255) as u8), c1]
@@ -118,16 +114,11 @@ impl Sum {
     }
 }
 
-/// Whether a whole frame, check bytes included, sums to zero.
+/// Whether a whole frame, including its check bytes, sums to zero.
+///
+/// If the length of the frame is known at compile time, the code has no loops.
 #[inline]
 #[must_use]
 pub fn verify(frame: &[u8]) -> bool {
     Sum::of(frame).is_zero()
-}
-
-/// [`verify`] for a frame whose length is known when the program is compiled: straight-line code.
-#[inline]
-#[must_use]
-pub fn verify_array<const N: usize>(frame: &[u8; N]) -> bool {
-    verify(frame)
 }

@@ -1,42 +1,42 @@
-//! Prefix sums: any range of a buffer checked in constant time.
+//! Prefix sums, which verify any range of a buffer in constant time.
 
 use super::{Sum, verify};
 use crate::stream::Memo;
 
-/// Work that failed checks may cost for each byte of the stream that was passed.
+/// Bytes of failed checks that are allowed for each byte of the stream.
 const CREDIT: usize = 3;
-/// How many times longer it takes to enter a byte into the sums than to check it directly.
+/// How many times slower it is to enter a byte into the sums than to check it directly.
 const SLOWER: usize = 8;
-/// How many bytes enter the sums before they are needed: a few at a time are dear.
+/// Number of bytes that enter the sums before they are needed, because a few bytes at a time are slow.
 const AHEAD: usize = 64;
-/// Work that failed checks may cost from the start: a fault or two in short frames.
+/// Bytes of failed checks that are allowed from the start: one or two faults in short frames.
 const FIRST_BUDGET: usize = 256;
 
-/// What DMC verification remembers of a buffer of `N` bytes: the sum of all bytes before each byte.
+/// Sums of all bytes before each byte of a buffer of `N` bytes, which the verification of DMC frames remembers.
 ///
-/// A wrong length makes a receiver check again at the next marker, and a hostile stream is all
-/// markers and long lengths: checked one by one, each byte would be summed thousands of times. So a
-/// frame is summed directly only while checks that failed have cost no more than three bytes for each
-/// byte of the stream. After that, prefix sums decide in constant time, and each byte enters them once.
+/// After a wrong length, a receiver checks again at the next marker. A hostile stream consists of markers and long
+/// lengths: if each frame were summed on its own, each byte would be summed thousands of times. So a frame is summed
+/// directly only while failed checks have cost at most three bytes for each byte of the stream. After that, prefix sums
+/// decide in constant time, and each byte enters the sums once.
 ///
-/// Without failures it costs nothing but memory: two bytes for each byte of the buffer.
+/// Without failures it costs only memory: two bytes for each byte of the buffer.
 #[derive(Clone, Debug)]
 pub struct PrefixSums<const N: usize> {
-    /// Sums of the bytes before each one in `..to`, counted from an arbitrary earlier byte.
+    /// Sums of the bytes before each byte in `..to`, counted from an arbitrary earlier byte.
     before: [[u8; 2]; N],
     /// Sums of the bytes before `to`.
     last: [u8; 2],
-    /// First byte that has not entered the sums.
+    /// Position of the first byte that has not entered the sums.
     to: usize,
-    /// How many bytes of checks may still fail before the sums are asked.
+    /// Bytes of checks that may still fail before the sums are used.
     budget: usize,
-    /// The bytes before this one have paid into the budget.
+    /// Position before which all bytes have added to the budget.
     paid: usize,
     work: usize,
 }
 
 impl<const N: usize> PrefixSums<N> {
-    /// Sums of the bytes before `at`, which is in `..=to`.
+    /// The sums of the bytes before `at`, which is in `..=to`.
     #[inline]
     fn before(&self, at: usize) -> [u8; 2] {
         if at == self.to { self.last } else { self.before.get(at).copied().unwrap_or_default() }
@@ -46,11 +46,11 @@ impl<const N: usize> PrefixSums<N> {
     #[inline]
     fn sound(&self, at: usize, end: usize) -> bool {
         let (before, after) = (self.before(at), self.before(end));
-        // The first sums tell all but one in 255 apart.
+        // The first sums differ in all cases except one in 255.
         before[0] % 255 == after[0] % 255 && sum(after).after(sum(before), end.saturating_sub(at)).is_zero()
     }
 
-    /// Whether a check of `len` bytes at `at` is paid for, should it fail.
+    /// Whether the budget allows that a check of `len` bytes at `at` fails.
     #[inline]
     fn affords(&mut self, at: usize, len: usize) -> bool {
         if len > self.budget {
@@ -59,14 +59,14 @@ impl<const N: usize> PrefixSums<N> {
         len <= self.budget
     }
 
-    /// Lets the bytes before `at` pay.
+    /// Adds to the budget for the bytes before `at`.
     fn earn(&mut self, at: usize) {
         let earned = at.saturating_sub(self.paid).saturating_mul(CREDIT);
         self.budget = self.budget.saturating_add(earned).min(N.saturating_mul(CREDIT));
         self.paid = self.paid.max(at);
     }
 
-    /// Enters all bytes up to `end` into the sums. Out of line, since good frames have no need of it.
+    /// Enters all bytes up to `end` into the sums. It is not inlined, because valid frames do not need it.
     #[inline(never)]
     fn cover(&mut self, filled: &[u8], end: usize) {
         let new = filled.get(self.to..end).unwrap_or_default();
@@ -83,13 +83,13 @@ impl<const N: usize> PrefixSums<N> {
     }
 }
 
-/// Sums where 255 may stand for 0, in their proper form.
+/// A sum from two bytes in which 255 may mean 0.
 fn sum(sums: [u8; 2]) -> Sum {
     let [f0, f1] = sums.map(|sum| sum % 255);
     Sum { f0, f1 }
 }
 
-/// Adds modulo 255 with the carry brought around, the quickest way there is. 255 stands for 0 as well.
+/// Adds modulo 255 with an end-around carry, which is the fastest way. The result may be 255 for 0.
 fn add(a: u8, b: u8) -> u8 {
     let (sum, carry) = a.overflowing_add(b);
     sum.wrapping_add(u8::from(carry))
@@ -110,7 +110,7 @@ impl<const N: usize> Memo for PrefixSums<N> {
             return self.sound(at, end);
         }
         let Some(frame) = filled.get(at..end) else { return false };
-        // Where the sums lead nearly to the end, going on with them beats a direct check.
+        // If the sums reach nearly to the end, it is faster to continue them than to check directly.
         let near = at <= self.to && end.saturating_sub(self.to).saturating_mul(SLOWER) <= len;
         if near || !self.affords(at, len) {
             self.cover(filled, end.saturating_add(AHEAD).min(filled.len()));
@@ -150,7 +150,7 @@ mod tests {
 
     use super::*;
 
-    /// Bytes that hold sound ranges at many places: those between equal sums.
+    /// Bytes with valid ranges at many places: those between equal sums.
     fn bytes(len: usize) -> Vec<u8> {
         let mut state = 7_u32;
         let mut next = || {
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn agrees_with_a_direct_check_whatever_it_remembers() {
+    fn prefix_sums_agree_with_a_direct_check() {
         const N: usize = 300;
         let stream = bytes(1000);
         let mut sound = 0;
@@ -181,11 +181,11 @@ mod tests {
                 }
             }
         }
-        assert!(sound > 30, "only {sound} sound ranges were tried");
+        assert!(sound > 30, "only {sound} valid ranges were tried");
     }
 
     #[test]
-    fn failed_checks_are_paid_for_by_the_bytes_that_came() {
+    fn failed_checks_cost_at_most_three_bytes_for_each_byte_received() {
         let mut memo = PrefixSums::<4096>::NEW;
         let flood = [1; 4096];
         for at in 0..3000 {
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn sums_are_entered_only_when_checks_that_failed_cost_too_much() {
+    fn bytes_enter_the_sums_only_after_too_many_failed_checks() {
         let flood = [1; 4096];
         let mut memo = PrefixSums::<4096>::NEW;
         let cost = |memo: &mut PrefixSums<4096>, at, len| {
@@ -205,31 +205,35 @@ mod tests {
             memo.work() - before
         };
         assert_eq!(cost(&mut memo, 0, FIRST_BUDGET), FIRST_BUDGET);
-        assert_eq!(cost(&mut memo, 100, 100 * CREDIT), 100 * CREDIT, "directly, for what was earned");
-        assert_eq!(cost(&mut memo, 120, 1000), 1120 + AHEAD, "all bytes from the first on");
-        assert_eq!(cost(&mut memo, 130, 1000), 0, "known already");
+        assert_eq!(cost(&mut memo, 100, 100 * CREDIT), 100 * CREDIT, "directly, within the budget");
+        assert_eq!(cost(&mut memo, 120, 1000), 1120 + AHEAD, "all bytes from the first one");
+        assert_eq!(cost(&mut memo, 130, 1000), 0, "the sums are known");
         memo.budget = 4096;
-        assert_eq!(cost(&mut memo, 190, 1000), 6 + AHEAD, "a few more, though a direct check could be paid");
-        assert_eq!(cost(&mut memo, 1000, 1000), 1000, "directly again, far ahead of the sums");
+        assert_eq!(
+            cost(&mut memo, 190, 1000),
+            6 + AHEAD,
+            "a few bytes more, although the budget allows a direct check"
+        );
+        assert_eq!(cost(&mut memo, 1000, 1000), 1000, "directly again, far after the end of the sums");
     }
 
     #[test]
-    fn bytes_that_left_the_buffer_have_paid() {
+    fn bytes_that_left_the_buffer_count_once_for_the_budget() {
         let mut memo = PrefixSums::<4096>::NEW;
         let flood = [1; 4096];
         memo.shift(400);
         memo.shift(100);
         assert!(!memo.verify(&flood, 10, 1000));
-        assert_eq!(memo.work(), 1000, "directly, for what was earned");
+        assert_eq!(memo.work(), 1000, "directly, within the budget");
         assert!(!memo.verify(&flood, 20, 1000));
-        assert_eq!(memo.work(), 1000 + 1020 + AHEAD, "no longer");
+        assert_eq!(memo.work(), 1000 + 1020 + AHEAD, "the budget is used up");
         let budget = memo.budget;
         memo.shift(20);
-        assert_eq!(memo.budget, budget, "these have paid already");
+        assert_eq!(memo.budget, budget, "these bytes were counted before");
     }
 
     #[test]
-    fn a_range_outside_the_buffer_is_not_sound() {
+    fn a_range_outside_the_buffer_is_not_valid() {
         let mut memo = PrefixSums::<8>::NEW;
         assert!(memo.verify(&[0; 8], 4, 4));
         assert!(!memo.verify(&[0; 8], 4, 5));

@@ -1,51 +1,50 @@
-//! The buffer between bytes in pieces and frames.
+//! The buffer that collects bytes in pieces and finds frames in them.
 
 use core::fmt;
 
 use super::{Corrupt, Fatal, Framing, Head, Item, Memo, Noise};
 
-/// A stream's bytes that wait to become items: at most `N`, which is at least twice
-/// [`Framing::MAX`].
+/// Buffer of a stream that finds its frames. It holds at most `N` bytes, at least twice [`Framing::MAX`].
 ///
-/// Use it in a circle: [`push`](Self::push) bytes (or read them into [`spare_mut`](Self::spare_mut)
-/// and [`commit`](Self::commit) them), then call [`next`](Self::next) until it has nothing more to
-/// give. The first half of the circle then always has room, and makes progress.
+/// Use it in a loop: [`push`](Self::push) bytes (or read them into [`spare_mut`](Self::spare_mut) and
+/// [`commit`](Self::commit) them), then call [`next`](Self::next) until it returns `None`. Then there is always room
+/// for more bytes, and each turn of the loop makes progress.
 ///
-/// A buffer smaller than twice the longest frame does not compile: half a buffer must be free when
-/// the other half moves down, or moving would cost more than reading.
+/// A buffer smaller than twice the longest frame does not compile. Half of the buffer must be free when the other half
+/// moves to its start, because moving would cost more than reading otherwise.
 pub struct Frames<F: Framing, const N: usize> {
     buf: [u8; N],
-    /// First byte that no item has taken.
+    /// Position of the first byte that no item has taken.
     start: usize,
-    /// First byte that is not filled.
+    /// Position of the first byte that is not filled.
     end: usize,
-    /// Before the buffer is filled up to here, another look tells nothing new.
+    /// Position up to which the buffer must be filled before another look can find something new.
     wake: usize,
-    /// Where the last gap lies. Frames before it get no byte from behind it.
+    /// Position of the last gap. A frame before the gap gets no byte from after it.
     gap: usize,
-    /// How many bytes to come are noise already, and why the run of noise began.
+    /// Number of bytes to come that are known to be noise, and why the run of noise began.
     skip: (usize, Noise),
-    /// A corrupt frame was reported, and no good one has come since.
+    /// Whether a corrupt frame was reported and no valid frame has come since.
     episode: bool,
-    /// What would be fatal is noise, until the next good frame.
+    /// Whether fatal errors become noise, until the next valid frame.
     resync: bool,
-    /// Bytes skipped and moved, and headers looked at in vain.
+    /// Number of bytes skipped and moved, and of headers read without finding a frame.
     work: usize,
     memo: F::Memo<N>,
 }
 
-/// What the bytes from some place on turn out to be, and how long it is.
+/// Result of a look at the bytes from some position on, with its length in bytes.
 enum Found {
-    /// As many bytes as its header says, sound or not.
+    /// A frame of the length that its header says, valid or not.
     Frame(usize),
     Noise(usize, Noise),
     Fatal(Fatal),
-    /// Perhaps a frame: this many bytes in all will tell more.
+    /// Perhaps a frame; the judgement needs this many bytes in all.
     Open(usize),
 }
 
 impl<F: Framing, const N: usize> Frames<F, N> {
-    /// An empty buffer, at the start of a stream.
+    /// An empty buffer at the start of a stream.
     #[must_use]
     pub const fn new() -> Self {
         const { assert!(N >= F::MAX.saturating_mul(2), "the buffer must hold twice the longest frame") }
@@ -63,29 +62,30 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         }
     }
 
-    /// How many bytes wait to become items.
+    /// Number of bytes that are not part of an item yet.
     #[inline]
     #[must_use]
     pub const fn held(&self) -> usize {
         self.end.saturating_sub(self.start)
     }
 
-    /// How much was done so far: bytes skipped, moved, read or summed, and headers looked at in vain.
+    /// Work done so far, for tests: bytes skipped, moved, read or summed, and headers read without finding a frame.
     ///
-    /// It grows with the number of bytes received, whatever they are; tests hold that against it. The
-    /// count wraps around.
+    /// It grows at most in proportion to the number of bytes received, which tests and fuzz targets check. The count
+    /// wraps around.
+    #[doc(hidden)]
     #[must_use]
     pub fn work(&self) -> usize {
         self.work.wrapping_add(self.memo.work())
     }
 
-    /// Takes bytes that were received, as many as there is room for, and says how many.
+    /// Adds received bytes, as many as there is room for, and returns their number.
     ///
-    /// Takes at least one, if there is one and [`next`](Self::next) has nothing more to give.
+    /// At least one byte is added, if `bytes` is not empty and [`next`](Self::next) has returned `None`.
     #[inline]
     #[must_use = "the bytes that were not taken have to be pushed again"]
     pub fn push(&mut self, bytes: &[u8]) -> usize {
-        // Serial lines bring bytes one by one: that has to be cheap.
+        // Serial lines deliver single bytes, so this case has to be fast.
         let end = self.end;
         if let ([byte], Some(slot)) = (bytes, self.buf.get_mut(end)) {
             *slot = *byte;
@@ -95,7 +95,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         self.push_many(bytes)
     }
 
-    /// [`push`](Self::push), out of line: a loop over single bytes has no registers to spare for it.
+    /// The rest of [`push`](Self::push). It is not inlined, to leave more registers to a loop over single bytes.
     #[inline(never)]
     fn push_many(&mut self, bytes: &[u8]) -> usize {
         let spare = self.room(bytes.len());
@@ -107,27 +107,25 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         n
     }
 
-    /// Room for bytes to be received. [`commit`](Self::commit) those that were.
+    /// Room for bytes to be received. Report them with [`commit`](Self::commit).
     ///
-    /// It is never empty when [`next`](Self::next) has nothing more to give.
+    /// It is never empty when [`next`](Self::next) has returned `None`.
     #[inline]
     pub fn spare_mut(&mut self) -> &mut [u8] {
         self.room(N / 2)
     }
 
-    /// Takes the first `n` bytes of [`spare_mut`](Self::spare_mut) as received, or all if there are
-    /// fewer.
+    /// Adds the first `n` bytes of [`spare_mut`](Self::spare_mut) as received, or all bytes if there are fewer.
     #[inline]
     pub fn commit(&mut self, n: usize) {
         self.end = self.end.saturating_add(n).min(N);
     }
 
-    /// Takes note that the line has fallen silent: what waits for more bytes will not get them.
+    /// Reports that the line fell silent: an incomplete frame will not be completed.
     ///
-    /// After it, [`next`](Self::next) gives up what it waited for, until nothing is held. Bytes that
-    /// arrive later are never joined to those from before, whether `next` was called in between or
-    /// not. Only the last gap is remembered: call `next` until it has nothing more to give before
-    /// another one.
+    /// After it, [`next`](Self::next) gives up incomplete frames, until no byte is held. Bytes that arrive later never
+    /// complete a frame from before the gap, whether `next` was called in between or not. Only the last gap is
+    /// remembered: call `next` until it returns `None` before you report another gap.
     pub fn gap(&mut self) {
         self.gap = self.end;
         if self.held() == 0 {
@@ -137,16 +135,16 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         }
     }
 
-    /// Leaves a fatal error behind: what would be fatal is noise, until the next good frame.
+    /// Continues after a fatal error: fatal errors become noise, until the next valid frame.
     ///
-    /// Bytes of a payload can look like a frame, so this is a gamble; a new connection is not. Does
-    /// nothing if the stream is in order.
+    /// Bytes of a payload can look like a frame, so this may find wrong frames; a new connection cannot. It does
+    /// nothing if the stream has no fatal error.
     pub fn resync(&mut self) {
         let bytes = self.buf.get(self.start..self.reach()).unwrap_or_default();
         self.resync |= self.skip.0 == 0 && !bytes.is_empty() && matches!(F::head(bytes), Head::Fatal(_));
     }
 
-    /// Forgets everything held: a new connection begins.
+    /// Drops all bytes that are held, for a new connection.
     pub fn reset(&mut self) {
         self.start = self.end;
         self.move_down();
@@ -156,17 +154,17 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         self.resync = false;
     }
 
-    /// The next item, lent until the following call; `None` when more bytes are needed.
+    /// The next item, borrowed until the following call; `None` if more bytes are needed.
     #[inline]
     #[expect(clippy::should_implement_trait, reason = "an iterator cannot lend from itself")]
     pub fn next(&mut self) -> Option<Item<'_, F::Frame<'_>, F::Header>> {
         if self.end < self.wake { None } else { self.look() }
     }
 
-    /// What [`next`](Self::next) does once there is something to look at.
+    /// The part of [`next`](Self::next) after the check that there are new bytes.
     ///
-    /// Nearly all looks find a frame, or the beginning of one. These stay here, where no answer is built in memory and no
-    /// register has to be saved: that makes short frames twice as fast. All else is out of line.
+    /// Nearly all looks find a frame or the beginning of one. These cases stay here, where no answer is built in memory
+    /// and no register has to be saved, which makes short frames twice as fast. All other cases are not inlined.
     #[inline(never)]
     fn look(&mut self) -> Option<Item<'_, F::Frame<'_>, F::Header>> {
         if self.skip.0 > 0 {
@@ -179,7 +177,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
                 if !self.memo.verify(self.buf.get(..reach).unwrap_or_default(), from, len) {
                     return self.corrupt(len);
                 }
-                // Borrowed anew, to be lent; neither bounds nor header are looked at again, the optimiser knows them.
+                // Borrowed again, for the returned item. The optimiser removes the second checks of bounds and header.
                 let bytes = self.buf.get(from..reach).and_then(|bytes| bytes.get(..len)).unwrap_or_default();
                 let item = F::frame(bytes).map_or(Item::Noise { bytes, why: Noise::Refused }, Item::Frame);
                 self.episode = false;
@@ -196,7 +194,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         }
     }
 
-    /// Looks at what is no frame, nor the beginning of one that may still come.
+    /// Looks at bytes that are no frame and no beginning of a frame that may still be completed.
     #[cold]
     #[inline(never)]
     fn look_closely(&mut self) -> Option<Item<'_, F::Frame<'_>, F::Header>> {
@@ -215,10 +213,10 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         }
     }
 
-    /// Reports a whole frame of `len` bytes that does not verify: once an episode as that, and else as noise.
+    /// Reports a whole frame of `len` bytes that does not verify: as corrupt once in an episode, otherwise as noise.
     #[cold]
     #[inline(never)]
-    #[expect(clippy::unnecessary_wraps, reason = "it writes the answer of its callers, which do nothing more")]
+    #[expect(clippy::unnecessary_wraps, reason = "it builds the answer of its callers in place")]
     fn corrupt(&mut self, len: usize) -> Option<Item<'_, F::Frame<'_>, F::Header>> {
         let bytes = self.buf.get(self.start..self.reach()).unwrap_or_default();
         let (header, lost) = (F::header(bytes), F::give_up(bytes));
@@ -251,7 +249,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
             Head::Total(_) | Head::More(_) if self.cut_off() => Found::Noise(F::give_up(bytes), Noise::CutOff),
             Head::Total(total) | Head::More(total) => {
                 let need = total.max(bytes.len().saturating_add(1));
-                // To wait for more than the longest frame would be to wait for ever.
+                // The buffer may have no room for more than the longest frame, so the wait might never end.
                 if need > F::MAX { Found::Noise(1, Noise::TooLong { total, max: F::MAX }) } else { Found::Open(need) }
             }
             Head::Skip(len, why) => Found::Noise(len, why),
@@ -260,15 +258,15 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         }
     }
 
-    /// Goes on over noise that began with `len` bytes, for as far as it reaches, so that it becomes one
-    /// item. Says how many bytes of it are there.
+    /// Extends noise that began with `len` bytes as far as it reaches, so that it becomes one item. Returns the number
+    /// of its bytes that have arrived.
     fn run_on(&mut self, len: usize, why: Noise) -> usize {
         let reach = self.reach();
         let mut at = self.start.saturating_add(len.max(1));
         let mut looks = 1_usize;
         while at < reach {
             looks = looks.wrapping_add(1);
-            // Anything else is found again by the next look, as an item of its own.
+            // The next look finds anything else again, as an item of its own.
             let Found::Noise(len, _) = self.judge(at) else { break };
             at = at.saturating_add(len.max(1));
         }
@@ -279,19 +277,19 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         run
     }
 
-    /// Whether a gap ends what is looked at.
+    /// Whether a gap ends the bytes that are looked at.
     #[inline]
     const fn cut_off(&self) -> bool {
         self.gap > self.start
     }
 
-    /// How far the frame at `start` can reach: to the gap, or else to the last byte.
+    /// Position up to which the frame at `start` can reach: the gap, or else the last byte.
     #[inline]
     const fn reach(&self) -> usize {
         if self.cut_off() { self.gap } else { self.end }
     }
 
-    /// Takes the next `len` bytes out of the stream.
+    /// Takes the next `len` bytes from the stream.
     #[inline]
     fn take(&mut self, len: usize) -> &[u8] {
         let from = self.start;
@@ -300,7 +298,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         self.buf.get(from..self.start).unwrap_or_default()
     }
 
-    /// Room for as many bytes as `wanted`, or fewer if that would move too much.
+    /// Room for `wanted` bytes, or for fewer if that would move too many bytes.
     #[inline]
     fn room(&mut self, wanted: usize) -> &mut [u8] {
         if self.start > 0 && (self.start == self.end || wanted > N.saturating_sub(self.end)) {
@@ -309,8 +307,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         self.buf.get_mut(self.end..).unwrap_or_default()
     }
 
-    /// Moves what is held to the start of the buffer, if that costs no more than was taken since the
-    /// last time.
+    /// Moves the held bytes to the start of the buffer, if they are not more than the bytes taken since the last move.
     fn move_down(&mut self) {
         let (start, held) = (self.start, self.held());
         if held > start {
@@ -348,7 +345,7 @@ impl<F: Framing, const N: usize> fmt::Debug for Frames<F, N> {
 mod tests {
     use super::*;
 
-    /// A framing that breaks every promise: each byte says what the header claims.
+    /// A framing that breaks every promise: each byte decides what the header claims.
     enum Liar {}
 
     impl Framing for Liar {
@@ -381,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn a_framing_that_lies_can_neither_stall_the_stream_nor_lose_a_byte() {
+    fn a_wrong_framing_can_neither_stall_the_stream_nor_lose_a_byte() {
         let mut frames = Frames::<Liar, 9>::new();
         let (mut pushed, mut taken) = (0, 0);
         for byte in 0..=255_u8 {
@@ -415,15 +412,15 @@ mod tests {
     #[test]
     fn work_counts_what_is_moved_and_skipped() {
         let mut frames = Frames::<Liar, 9>::new();
-        // Two bytes of noise, of which one is yet to come, then three bytes that wait for a fourth.
+        // Two bytes of noise, of which the second has not arrived, then three bytes that wait for a fourth.
         assert_eq!(frames.push(&[16 + 2]), 1);
         assert!(matches!(frames.next(), Some(Item::Noise { bytes: [18], .. })));
-        assert_eq!(frames.work(), 2, "a look, and a byte skipped");
+        assert_eq!(frames.work(), 2, "one look, and one byte skipped");
         assert_eq!(frames.push(&[9, 32, 0, 0]), 4);
         assert!(matches!(frames.next(), Some(Item::Noise { bytes: [9], .. })));
         assert!(frames.next().is_none());
-        assert_eq!(frames.work(), 5, "the other byte skipped, a look behind it");
-        // The three begin at 1 or 2: too near to the start to be moved.
+        assert_eq!(frames.work(), 5, "the other byte skipped, and one look after it");
+        // The three bytes begin at 1 or 2, which is too near to the start to move them.
         assert_eq!(frames.push(&[0; 9]), 5);
         assert_eq!((frames.work(), frames.held()), (5, 8));
         assert!(matches!(frames.next(), Some(Item::Noise { bytes: [32, 0, ..], .. })));
@@ -431,6 +428,6 @@ mod tests {
         let (work, held) = (frames.work(), frames.held());
         assert!(held > 0);
         assert_eq!(frames.push(&[0; 3]), 3);
-        assert_eq!(frames.work(), work + held, "those that wait were moved");
+        assert_eq!(frames.work(), work + held, "the held bytes were moved");
     }
 }

@@ -1,22 +1,20 @@
-//! Bytes in pieces become whole frames.
+//! Whole frames from bytes that arrive in pieces.
 //!
-//! A protocol says in a [`Framing`] how its header reads. [`Frames`] does the rest, the same for all
-//! protocols: it holds the bytes that wait, finds the frames in them, and hands out every byte exactly
-//! once, as part of an [`Item`]. It allocates nothing, and it lends what it finds.
+//! A protocol implements [`Framing`], which says how to read its header. [`Frames`] does the rest, the same for all
+//! protocols: it holds the bytes that arrived, finds the frames in them, and returns every byte exactly once, as part
+//! of an [`Item`]. It allocates nothing, and items borrow from its buffer.
 //!
-//! Three promises hold for any bytes whatever, however they are cut into pieces:
+//! Three guarantees hold for any bytes, in pieces of any size:
 //!
-//! - The items, put end to end, are the stream. Noise that lies side by side may come as one item or
-//!   as several; nothing else depends on the cutting.
-//! - The frames are those that a search from each byte in turn would find. Noise never costs the frame
-//!   behind it.
-//! - The work grows with the number of bytes and with nothing else. Nobody can send a stream that is
-//!   dear to read.
+//! - The bytes of all items, in order, are the stream. Adjacent noise may be one item or several; nothing else depends
+//!   on the pieces.
+//! - The frames are the same as in a search from each byte in turn. A frame after noise is always found.
+//! - The work for each byte is bounded by a constant, whatever is sent.
 //!
 //! ```
 //! use motion_core::stream::{Frames, Framing, Head, Item, Noise};
 //!
-//! /// A `!`, the length of the text, the text.
+//! /// A protocol whose frames are a `!`, the length of a text, and the text.
 //! enum Shout {}
 //!
 //! impl Framing for Shout {
@@ -50,7 +48,7 @@
 //!             match item {
 //!                 Item::Frame(frame) => texts.push(frame[2..].to_vec()),
 //!                 Item::Noise { bytes, .. } => assert_eq!(bytes, b".."),
-//!                 Item::Corrupt { .. } | Item::Fatal(_) => unreachable!("no checksum, no version"),
+//!                 Item::Corrupt { .. } | Item::Fatal(_) => unreachable!("it has no checksum and no version"),
 //!             }
 //!         }
 //!     }
@@ -66,52 +64,52 @@ use core::fmt::Debug;
 
 pub use frames::Frames;
 
-/// How the frames of one protocol are told from the bytes around them.
+/// Framing of one protocol: how to tell its frames from the bytes around them.
 ///
-/// The functions are pure and read no more than the header, so their cost does not depend on the
-/// frame. A type that implements this holds nothing: it only names the protocol.
+/// The functions are pure and read only the header, so their cost does not depend on the length of the frame. A type
+/// that implements this trait holds no data; it only names the protocol.
 pub trait Framing {
-    /// Length in bytes of the longest frame that is taken for one, at least that of a header.
+    /// Length in bytes of the longest frame that is accepted, at least the length of a header.
     ///
-    /// It bounds how long a lying header can make the stream wait.
+    /// It limits how many bytes the stream waits for after a header with a wrong length.
     const MAX: usize;
 
-    /// What a header says. It is handed out with a corrupt frame, which may have to be answered.
+    /// Contents of a header. It is returned with a corrupt frame, because a receiver may have to answer it.
     type Header: Copy + Debug + PartialEq;
 
-    /// A whole frame, lent: header and payload. As bytes it is exactly what arrived.
+    /// A whole frame, header and payload, borrowed from the buffer. Its bytes are exactly those that arrived.
     type Frame<'a>: Copy + AsRef<[u8]>;
 
-    /// What verification remembers about a buffer of `N` bytes: `()` where frames have no checksum.
+    /// Memory of the verification about a buffer of `N` bytes; `()` if frames have no checksum.
     type Memo<const N: usize>: Memo;
 
-    /// Says what can begin at the first of `bytes`, of which there is at least one.
+    /// Judges what can begin at the first of `bytes`, which are not empty.
     ///
-    /// More bytes may turn [`Head::More`] into any other answer, and change no other one.
+    /// With more bytes, [`Head::More`] may become any other answer; no other answer may change.
     fn head(bytes: &[u8]) -> Head;
 
-    /// Reads the header of a frame whose length [`head`](Self::head) gave.
+    /// Reads the header of a frame whose length [`head`](Self::head) returned.
     fn header(bytes: &[u8]) -> Option<Self::Header>;
 
-    /// Reads a frame: `bytes` is as long as [`head`](Self::head) said, and verified.
+    /// Reads a verified frame; `bytes` has the length that [`head`](Self::head) returned.
     ///
-    /// Refused bytes (`None`) become noise.
+    /// If it returns `None`, the bytes become noise.
     fn frame(bytes: &[u8]) -> Option<Self::Frame<'_>>;
 
-    /// How many of `bytes` are given up with a frame that began with the first of them, but does not
-    /// verify or was cut off by a gap. The search goes on behind them.
+    /// Number of bytes to give up if a frame begins at the first of `bytes`, but does not verify or is cut off by a
+    /// gap. The search continues after them.
     ///
-    /// One, unless said otherwise. A marker can be given up whole where no other one can begin within
-    /// it. A protocol without a marker gives up all bytes, since any payload could look like a frame.
+    /// The default is 1. A whole marker can be given up if no other marker can begin within it. A protocol without a
+    /// marker gives up all bytes, because any payload could look like a frame.
     #[must_use]
     fn give_up(bytes: &[u8]) -> usize {
         let _ = bytes;
         1
     }
 
-    /// How many of `bytes` to leave behind when [`Frames::resync`] gives up the first of them.
+    /// Number of bytes to skip when [`Frames::resync`] gives up the first of `bytes`.
     ///
-    /// Up to the next byte that is not fatal, unless said otherwise.
+    /// The default is up to the next byte at which [`head`](Self::head) is not fatal.
     #[must_use]
     fn resync(bytes: &[u8]) -> usize {
         (1..bytes.len())
@@ -120,45 +118,46 @@ pub trait Framing {
     }
 }
 
-/// What can begin at a byte, judged from the header alone.
+/// Judgement of what can begin at a byte, from the header alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Head {
-    /// Perhaps a frame: this many bytes in all, more than there are, will tell more.
+    /// Perhaps a frame. The judgement needs this many bytes in all, which are more than there are.
     More(usize),
-    /// A frame of this length, which is 1..=[`Framing::MAX`], if it verifies.
+    /// A frame of this length in bytes, which is 1..=[`Framing::MAX`], if it verifies.
     Total(usize),
-    /// No frame: this many bytes can be left behind, at least one. They need not all be there yet.
+    /// No frame. This many bytes can be skipped, at least one; some of them may not have arrived yet.
     Skip(usize, Noise),
-    /// No frame, and no way to find the next one.
+    /// No frame, and the next frame cannot be found.
     Fatal(Fatal),
 }
 
-/// What a stream is made of: frames `F` with headers `H`, and what lies between them.
+/// Item of a stream: a frame `F`, a corrupt frame with its header `H`, bytes between frames, or a fatal error.
 ///
-/// Each item lends exactly the bytes that it takes from the stream. [`Fatal`](Self::Fatal) takes none.
+/// Each item borrows exactly the bytes that it takes from the stream. [`Fatal`](Self::Fatal) takes no bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Item<'a, F, H> {
     /// A whole, verified frame.
     Frame(F),
-    /// The first frame of an episode that does not verify. Later ones are noise, until a good frame
-    /// ends the episode: one fault on the line is reported once.
+    /// The first frame of an episode that does not verify. Later ones are noise, until a valid frame ends the episode.
+    /// So one fault on the line is reported once.
     Corrupt {
-        /// What the header says, itself doubtful.
+        /// The header, which may be damaged as well.
         header: H,
-        /// What is wrong.
+        /// Why the frame is corrupt.
         why: Corrupt,
-        /// What [`Framing::give_up`] gave up, perhaps no more than the marker. The bytes behind it are
-        /// searched anew, since the fault may lie in the length, and good frames behind it.
+        /// The bytes that [`Framing::give_up`] gave up, perhaps only the marker. The bytes after them are searched
+        /// again, because the fault may be in the length, and valid frames may follow.
         bytes: &'a [u8],
     },
     /// Bytes outside any frame.
     Noise {
         /// At least one byte.
         bytes: &'a [u8],
-        /// Why the first of them begins no frame. The others may have other reasons.
+        /// Why no frame begins at the first of them. The others may have other reasons.
         why: Noise,
     },
-    /// The stream cannot go on. Comes again and again, until [`Frames::resync`] or [`Frames::reset`].
+    /// An error after which the stream cannot go on. It is returned again until [`Frames::resync`] or
+    /// [`Frames::reset`].
     Fatal(Fatal),
 }
 
@@ -189,21 +188,21 @@ pub enum Noise {
         /// Length in bytes of the longest frame that is accepted.
         max: usize,
     },
-    /// One more frame does not verify, in an episode that was reported as [`Item::Corrupt`].
+    /// Another frame does not verify, in an episode that was reported as [`Item::Corrupt`].
     #[error("another frame with a wrong checksum")]
     Checksum,
     /// The line fell silent before the frame was whole.
-    #[error("a gap cut the frame off")]
+    #[error("a gap cut off the frame")]
     CutOff,
-    /// [`Frames::resync`] left these bytes behind.
-    #[error("left behind to find the next frame")]
+    /// [`Frames::resync`] skipped these bytes.
+    #[error("skipped to find the next frame")]
     Resync,
     /// [`Framing::frame`] refused the whole frame.
     #[error("the whole frame was refused")]
     Refused,
 }
 
-/// What is wrong with a corrupt frame.
+/// Why a frame is corrupt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum Corrupt {
@@ -219,46 +218,50 @@ pub enum Corrupt {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum Fatal {
-    /// The byte that says the protocol version says another one.
+    /// The byte of the protocol version has an unknown value.
     #[error("protocol version is {found}, should be {expected}")]
     BadVersion {
         /// The byte on the wire.
         found: u8,
-        /// The version that is understood.
+        /// The version that is supported.
         expected: u8,
     },
-    /// The length of the whole frame does not even cover the header.
+    /// The length of the whole frame is shorter than the header.
     #[error("frame length is {found}, should be at least {least}")]
     BadLength {
-        /// Length on the wire in bytes.
+        /// Length of the whole frame in bytes, as its header claims.
         found: usize,
         /// Length of the header in bytes.
         least: usize,
     },
 }
 
-/// What verification remembers about the bytes of a buffer, so that no byte is summed again and again.
+/// Memory of the verification about the bytes of a buffer, so that no byte is summed many times.
 ///
-/// Positions count from the start of the buffer. [`Frames`] reports what happens to it.
+/// Positions count from the start of the buffer. [`Frames`] reports each change of the buffer.
 pub trait Memo {
-    /// Nothing remembered.
+    /// An empty memory.
     const NEW: Self;
 
-    /// Whether `frame`, which is all of one, is sound.
+    /// Whether a whole frame is valid.
     fn is_sound(frame: &[u8]) -> bool;
 
-    /// Whether the `len` bytes from `at` on are a sound frame. `filled` is the buffer up to its last
-    /// byte; `at` never falls, but by what [`shift`](Self::shift) says. The bytes that it passes pay for the work.
+    /// Whether the `len` bytes from `at` on are a valid frame. `filled` is the buffer up to its last byte. `at` never
+    /// decreases, except by the bytes that [`shift`](Self::shift) reports. The work is bounded by the number of bytes
+    /// that `at` has passed.
     fn verify(&mut self, filled: &[u8], at: usize, len: usize) -> bool;
 
-    /// Takes note that the buffer dropped its first `n` bytes, and moved the others down.
+    /// Reports that the buffer dropped its first `n` bytes and moved the others to its start.
     fn shift(&mut self, n: usize);
 
-    /// How many bytes were read, summed or moved so far.
-    fn work(&self) -> usize;
+    /// Number of bytes that were read, summed or moved so far, for tests; it wraps around.
+    #[doc(hidden)]
+    fn work(&self) -> usize {
+        0
+    }
 }
 
-/// Nothing to verify, nothing to remember.
+/// No memory, for frames without a checksum.
 impl Memo for () {
     const NEW: Self = ();
 
@@ -274,9 +277,4 @@ impl Memo for () {
 
     #[inline]
     fn shift(&mut self, _: usize) {}
-
-    #[inline]
-    fn work(&self) -> usize {
-        0
-    }
 }

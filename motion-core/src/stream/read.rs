@@ -3,15 +3,15 @@ use embedded_io::Read;
 use super::{Frames, Framing};
 
 impl<F: Framing, const N: usize> Frames<F, N> {
-    /// Reads once, as much as there is and has room; says how many bytes. Feature `embedded-io`; it adds the dependency
-    /// of that name, which has none.
+    /// Reads once from a reader into the free part of the buffer, and returns the number of bytes. The feature
+    /// `embedded-io` adds the dependency of that name, which has no dependencies of its own.
     ///
-    /// Call it when [`next`](Self::next) has nothing more to give, since else there may be no room. Then `Ok(0)` is the
-    /// end of the stream, and after a [`gap`](Self::gap) `next` gives what was held.
+    /// Call it when [`next`](Self::next) returns `None`, because there may be no room otherwise. Then `Ok(0)` means the
+    /// end of the stream; call [`gap`](Self::gap) there, and `next` returns the bytes that are still held.
     ///
     /// # Errors
     ///
-    /// Those of the reader. What is held stays, so it can be tried again.
+    /// The errors of the reader. The bytes that are held stay, so the call can be repeated.
     ///
     /// ```
     /// # use motion_core::stream::{Frames, Framing, Head, Item, Noise};
@@ -27,7 +27,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
     /// #     fn header(_: &[u8]) -> Option<()> { Some(()) }
     /// #     fn frame(bytes: &[u8]) -> Option<&[u8]> { Some(bytes) }
     /// # }
-    /// // The frames of `Pair` are a `!` and one byte; a slice is a reader.
+    /// // A frame of `Pair` is a `!` and one byte; a slice is a reader.
     /// let mut serial_line = &b"!a!b..!c!"[..];
     /// let mut frames = Frames::<Pair, 4>::new();
     /// let mut found = Vec::new();
@@ -39,11 +39,11 @@ impl<F: Framing, const N: usize> Frames<F, N> {
     ///     }
     /// }
     /// assert_eq!(found, *b"abc");
-    /// assert_eq!(frames.held(), 1, "a frame that was cut off");
+    /// assert_eq!(frames.held(), 1, "an incomplete frame");
     /// # Ok::<(), core::convert::Infallible>(())
     /// ```
     ///
-    /// Of an asynchronous reader, such as `embedded_io_async::Read`, the same in two lines:
+    /// With an asynchronous reader, such as `embedded_io_async::Read`, it is two lines:
     ///
     /// ```text
     /// let n = reader.read(frames.spare_mut()).await?;
@@ -63,7 +63,7 @@ mod tests {
     use super::*;
     use crate::stream::{Head, Item, Noise};
 
-    /// A `!` and one byte.
+    /// Frames of a `!` and one byte.
     enum Pair {}
 
     impl Framing for Pair {
@@ -83,7 +83,7 @@ mod tests {
         }
     }
 
-    /// Gives `0` bytes at most at a time, and fails once in between.
+    /// A reader that returns at most this many of these bytes at a time, and fails once if the last field is set.
     struct Line<'a>(usize, &'a [u8], bool);
 
     #[derive(Debug, PartialEq, thiserror::Error)]
@@ -102,7 +102,7 @@ mod tests {
 
     impl Read for Line<'_> {
         fn read(&mut self, buf: &mut [u8]) -> Result<usize, Parity> {
-            assert!(!buf.is_empty(), "nothing can be read into no room");
+            assert!(!buf.is_empty(), "there is room to read into");
             if core::mem::take(&mut self.2) {
                 return Err(Parity);
             }
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn pieces_become_frames_and_an_error_loses_nothing() {
+    fn frames_are_read_in_pieces_and_an_error_loses_no_byte() {
         for most in 1..9 {
             let mut frames = Frames::<Pair, 5>::new();
             let mut found = Vec::new();

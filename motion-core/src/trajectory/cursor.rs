@@ -1,21 +1,22 @@
-//! Many times on one axis.
+//! Evaluation of one axis at many times.
 
 use core::fmt;
 
 use super::Axis;
 use crate::bezier::{Cursor, Motion, Segment};
 
-/// An axis made ready for many times, which remembers where the last one was.
+/// An axis prepared for evaluation at many times. It remembers the place of the last time.
 ///
-/// Any order of times is right. In sorted times the segments cost one step each, however many times there are; a
-/// step back costs a binary search. A position differs from [`Axis::position`] by what [`Cursor`] says.
+/// Times may come in any order. With sorted times, the search for segments costs one step for each segment, for any
+/// number of times; a step backwards costs a binary search. A position differs from [`Axis::position`] by at most what
+/// [`Cursor`] documents.
 #[derive(Clone, Copy)]
 pub struct AxisCursor<'a> {
     segments: &'a [Segment],
     index: usize,
-    /// The times that belong to the segment: from here,
+    /// Start of the times that belong to the segment.
     from: f64,
-    /// and to before here.
+    /// End of the times that belong to the segment, exclusive.
     until: f64,
     cursor: Cursor,
 }
@@ -34,35 +35,35 @@ impl<'a> AxisCursor<'a> {
         new
     }
 
-    /// The number of the segment that the last time belonged to.
+    /// Number of the segment that the last time belonged to.
     #[must_use]
     pub const fn index(&self) -> usize {
         self.index
     }
 
-    /// The position at a time, as [`Axis::position`] has it.
+    /// Position at a time, as from [`Axis::position`].
     pub fn position(&mut self, time: f64) -> f64 {
         self.seek(time);
         self.cursor.position(time)
     }
 
-    /// Position, velocity and acceleration at a time, as [`Axis::at`] has them.
+    /// Position, velocity and acceleration at a time, as from [`Axis::at`].
     pub fn at(&mut self, time: f64) -> Motion {
         self.seek(time);
         self.cursor.at(time)
     }
 
-    /// Writes the position at each time, as many as the shorter slice holds.
+    /// Writes the position at each time, up to the length of the shorter slice.
     pub fn sample(&mut self, times: &[f64], out: &mut [f64]) {
         self.batch(times, out, Cursor::sample);
     }
 
-    /// Writes position, velocity and acceleration at each time, as many as the shorter slice holds.
+    /// Writes position, velocity and acceleration at each time, up to the length of the shorter slice.
     pub fn sample_motion(&mut self, times: &[f64], out: &mut [Motion]) {
         self.batch(times, out, Cursor::sample_motion);
     }
 
-    /// Each run of times on one segment at once.
+    /// Evaluates each run of times on the same segment at once.
     fn batch<T>(&mut self, times: &[f64], mut out: &mut [T], sample: impl Fn(&mut Cursor, &[f64], &mut [T])) {
         let mut times = times.get(..out.len()).unwrap_or(times);
         while let Some(&first) = times.first() {
@@ -85,7 +86,7 @@ impl<'a> AxisCursor<'a> {
         }
         let started = |segment: &Segment| segment.start() <= time;
         let index = if time >= self.until {
-            // Twice as far each time, so that a short way is short and a long way is not long.
+            // The width doubles each time, so that the cost grows with the logarithm of the distance.
             let ahead = self.segments.get(self.index..).unwrap_or_default();
             let mut width = 2_usize;
             while ahead.get(width).is_some_and(started) {

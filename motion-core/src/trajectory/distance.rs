@@ -1,30 +1,32 @@
-//! How far two axes are apart at most.
+//! Greatest distance between two axes.
 
 use super::Axis;
 use crate::bezier::print::debug_numbers;
 use crate::bezier::{Point, Segment};
 
-/// The largest distance between the positions of two axes in the time that they share.
+/// Greatest distance between the positions of two axes in the time that they share.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Distance {
-    /// A time at which they are this far apart, in seconds. Where an axis jumps it is at both ends of the jump.
+    /// A time at which the axes have this distance, in seconds. If an axis jumps at this time, both ends of the jump
+    /// count.
     pub time: f64,
-    /// How far, in units.
+    /// The distance, in units.
     pub value: f64,
-    /// They are nowhere farther apart than this, but for rounding: 1e-12 of the largest coordinate.
+    /// Upper bound of the distance at all times, in units, except for rounding errors of 1e-12 of the largest
+    /// coordinate.
     pub bound: f64,
 }
 
 debug_numbers! { Distance { time, value, bound } }
 
 impl Axis<'_> {
-    /// How far this axis and another one are apart at most, from the later start to the earlier end; `None` if they
+    /// The greatest distance between this axis and another one, from the later start to the earlier end; `None` if they
     /// share no time.
     ///
-    /// It is found by halving times, and leaving out what cannot be farther apart than is known by more than
-    /// `tolerance`. So `bound` is at most `value + tolerance`, unless the work ends first: 4096 halvings from one end of
-    /// a segment, of either axis, to the next. With positions of some 100 units that is enough for a tolerance of 1e-3,
-    /// at vertical tangents too.
+    /// The search halves spans of time, and leaves out spans that cannot exceed the greatest known distance by more
+    /// than `tolerance`. So `bound` is at most `value + tolerance`, except if the work is not enough: at most 4096
+    /// halvings from one end of a segment, of either axis, to the next. With positions of about 100 units, this is
+    /// enough for a tolerance of 1e-3, also at vertical tangents.
     #[must_use]
     pub fn distance(&self, other: &Self, tolerance: f64) -> Option<Distance> {
         let (start, end) = (self.start().max(other.start()), self.end().min(other.end()));
@@ -39,7 +41,7 @@ impl Axis<'_> {
             search.stretch(&Pair(self.piece(from), other.piece(from)), from, until);
             from = until;
         }
-        // The last segments may have no length.
+        // The last segments may have a duration of 0.
         search.see(end, self.position(end) - other.position(end));
         let Distance { time, value, bound } = search.most;
         Some(Distance { time, value, bound: bound.max(value) })
@@ -55,7 +57,7 @@ impl Axis<'_> {
         }
     }
 
-    /// The segment that counts from a time on; a resting one in a gap.
+    /// The segment that counts from a time on, or rest in a gap.
     fn piece(&self, time: f64) -> Piece {
         let segment = self.segment_at(time);
         if segment.duration() > 0.0 && time < segment.end() {
@@ -66,7 +68,7 @@ impl Axis<'_> {
     }
 }
 
-/// What an axis does in a stretch of time.
+/// Motion of an axis in a stretch of time.
 enum Piece {
     Moving(Segment),
     Resting(f64),
@@ -80,7 +82,7 @@ impl Piece {
         }
     }
 
-    /// How far the curve leaves its chord between two times, below and above.
+    /// Greatest distances of the curve from its chord between two times, below and above.
     fn off_chord(&self, from: f64, until: f64) -> (f64, f64) {
         let Self::Moving(segment) = self else { return (0.0, 0.0) };
         let late = segment.split(from).map_or(*segment, |(_, late)| late);
@@ -91,14 +93,14 @@ impl Piece {
         if let Ok(off) = Segment::new(part.points().map(off)) {
             off.range()
         } else {
-            // So steep that it is beyond numbers: the whole height, either way.
+            // The curve is too steep for the range of numbers; the bound is its whole height in both directions.
             let (lowest, highest) = part.range();
             (lowest - highest, highest - lowest)
         }
     }
 }
 
-/// What two axes do in the same stretch.
+/// Motion of both axes in the same stretch of time.
 struct Pair(Piece, Piece);
 
 impl Pair {
@@ -107,7 +109,7 @@ impl Pair {
     }
 }
 
-/// A time from one end to another, with the differences there, and how large they can be between.
+/// A span of time, with the differences at both ends and the bound of the difference between them.
 struct Span {
     from: (f64, f64),
     until: (f64, f64),
@@ -117,28 +119,28 @@ struct Span {
 impl Span {
     fn new(pair: &Pair, from: (f64, f64), until: (f64, f64)) -> Self {
         let (one, other) = (pair.0.off_chord(from.0, until.0), pair.1.off_chord(from.0, until.0));
-        // The difference is that of the chords, which is largest at an end, and what is off them.
+        // The difference is that of the chords, which is largest at an end, plus the distances from the chords.
         let highest = from.1.max(until.1) + (one.1 - other.0);
         let lowest = from.1.min(until.1) + (one.0 - other.1);
         Self { from, until, bound: highest.max(-lowest) }
     }
 }
 
-/// How many times of a stretch are looked at before it is searched.
+/// Number of parts of a stretch whose ends are compared before the search.
 const PARTS: u32 = 32;
-/// How often times of a stretch are halved.
+/// Greatest number of halvings in a stretch.
 const WORK: u32 = 4096;
-/// How often one time is halved again.
+/// Greatest number of halvings of one span within another.
 const DEPTH: u32 = 64;
 
-/// The largest distance that is known so far.
+/// The search for the greatest distance, with the greatest one found so far.
 struct Search {
     most: Distance,
     tolerance: f64,
 }
 
 impl Search {
-    /// Takes notice of the difference at a time, and gives both back.
+    /// Records the difference at a time, and returns both.
     fn see(&mut self, time: f64, difference: f64) -> (f64, f64) {
         if difference.abs() > self.most.value {
             self.most = Distance { time, value: difference.abs(), ..self.most };
@@ -156,7 +158,7 @@ impl Search {
         self.halve(pair, &Span::new(pair, from, until), WORK, DEPTH);
     }
 
-    /// Searches a span of time, and says how much of the work it left.
+    /// Searches a span of time, and returns the number of halvings that are left.
     fn halve(&mut self, pair: &Pair, span: &Span, work: u32, depth: u32) -> u32 {
         let time = span.from.0 + 0.5 * (span.until.0 - span.from.0);
         let divisible = span.from.0 < time && time < span.until.0;
@@ -168,7 +170,7 @@ impl Search {
         };
         let middle = self.see(time, pair.difference(time));
         let (early, late) = (Span::new(pair, span.from, middle), Span::new(pair, middle, span.until));
-        // The more promising half gets half of the work, and what the other one does not need.
+        // The half with the greater bound gets half of the work, plus what the other half does not use.
         let (less, more) = if early.bound < late.bound { (early, late) } else { (late, early) };
         let half = left / 2;
         let spared = self.halve(pair, &less, half, depth);
@@ -179,14 +181,11 @@ impl Search {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bezier::{Ease, Key};
 
     fn line(from: (f64, f64), to: (f64, f64)) -> Segment {
-        let [first, last] = [from, to].map(|(time, position)| Point::new(time, position));
-        let third = |share: f64| {
-            let step = |from: f64, to: f64| from + (to - from) * share;
-            Point::new(step(from.0, to.0), step(from.1, to.1))
-        };
-        Segment::new([first, third(1.0 / 3.0), third(2.0 / 3.0), last]).unwrap()
+        let key = |(time, position)| Key { time, position, arrive: Ease::Linear, leave: Ease::Linear };
+        Segment::between(&key(from), &key(to)).unwrap()
     }
 
     fn apart(one: &[Segment], other: &[Segment]) -> Option<(f64, f64)> {
@@ -197,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_apart_at_an_end() {
+    fn lines_are_farthest_apart_at_an_end() {
         let (rising, level) = (line((0.0, 0.0), (4.0, 8.0)), line((1.0, 1.0), (3.0, 1.0)));
         assert_eq!(apart(&[rising], &[level]), Some((3.0, 5.0)));
         assert_eq!(apart(&[level], &[rising]), Some((3.0, 5.0)));
@@ -206,37 +205,38 @@ mod tests {
     }
 
     #[test]
-    fn the_top_of_a_bow_is_found() {
-        // Position is 4 t (1 - t), twice as high as its handles less the ends.
-        let bow = [(0.0, 0.0), (1.0, 4.0), (2.0, 4.0), (3.0, 0.0)].map(|(time, position)| Point::new(time, position));
-        let (bow, level) = (Segment::new(bow).unwrap(), line((0.0, 0.0), (3.0, 0.0)));
-        let (time, value) = apart(&[bow], &[level]).unwrap();
+    fn the_top_of_a_curve_is_found() {
+        // Position is 12 s (1 - s) with s from 0 to 1, so its top is at 3.
+        let curve = [(0.0, 0.0), (1.0, 4.0), (2.0, 4.0), (3.0, 0.0)].map(|(time, position)| Point::new(time, position));
+        let (curve, level) = (Segment::new(curve).unwrap(), line((0.0, 0.0), (3.0, 0.0)));
+        let (time, value) = apart(&[curve], &[level]).unwrap();
         assert!((time - 1.5).abs() < 1e-4 && (value - 3.0).abs() < 1e-9, "{value} at {time}");
     }
 
     #[test]
     fn gaps_and_jumps_count() {
         let level = line((0.0, 0.0), (9.0, 0.0));
-        // Rests at 2 from time 1 to 5, then starts anew.
+        // It rests at 2 from time 1 to 5, then starts again.
         let gap = [line((0.0, 0.0), (1.0, 2.0)), line((5.0, 0.0), (9.0, 1.0))];
         assert_eq!(apart(&gap, &[level]), Some((1.0, 2.0)));
-        // A segment without length at the end is a jump, too.
+        // A segment of duration 0 at the end is a jump as well.
         let jump = [level, line((9.0, -7.0), (9.0, -7.0))];
         assert_eq!(apart(&jump, &[level]), Some((9.0, 7.0)));
     }
 
-    /// What work is not enough for is not known: the bound says so.
+    /// If the work is not enough, the bound is greater than the value by more than the tolerance.
     #[test]
-    fn the_bound_is_honest() {
-        let bow = [(0.0, 0.0), (1.0, 1e6), (2.0, -1e6), (3.0, 0.0)].map(|(time, position)| Point::new(time, position));
-        let moved = bow.map(|point| Point::new(point.time, point.position + 1.0));
-        let (bow, moved) = ([Segment::new(bow).unwrap()], [Segment::new(moved).unwrap()]);
-        let (bow, moved) = (Axis::new(&bow, "").unwrap(), Axis::new(&moved, "").unwrap());
-        let found = bow.distance(&moved, 0.0).unwrap();
+    fn the_bound_holds_when_the_work_is_not_enough() {
+        let curve =
+            [(0.0, 0.0), (1.0, 1e6), (2.0, -1e6), (3.0, 0.0)].map(|(time, position)| Point::new(time, position));
+        let moved = curve.map(|point| Point::new(point.time, point.position + 1.0));
+        let (curve, moved) = ([Segment::new(curve).unwrap()], [Segment::new(moved).unwrap()]);
+        let (curve, moved) = (Axis::new(&curve, "").unwrap(), Axis::new(&moved, "").unwrap());
+        let found = curve.distance(&moved, 0.0).unwrap();
         assert!(
             (found.value - 1.0).abs() < 1e-9 && found.bound > found.value + 1e-9 && found.bound < 10.0,
             "{found:?}"
         );
-        assert_eq!(bow.distance(&moved, f64::NAN).unwrap().bound.to_bits(), found.bound.to_bits());
+        assert_eq!(curve.distance(&moved, f64::NAN).unwrap().bound.to_bits(), found.bound.to_bits());
     }
 }

@@ -1,56 +1,58 @@
-//! Where the segments of an axis meet, and where they do not.
+//! Joints between the segments of an axis, and jumps at them.
 
 use super::Axis;
 use crate::bezier::print::debug_numbers;
 
-/// How much time, position and velocity may jump from one segment to the next.
+/// Tolerances for jumps of time, position and velocity from one segment to the next.
 ///
-/// What must not be looked at has the tolerance `f64::INFINITY`.
+/// With the tolerance `f64::INFINITY`, a jump is not checked.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Tolerance {
-    /// A gap, in seconds.
+    /// Greatest gap or overlap, in seconds.
     pub time: f64,
-    /// A jump of position, in units.
+    /// Greatest jump of position, in units.
     pub position: f64,
-    /// A jump of velocity, in units a second.
+    /// Greatest jump of velocity, in units per second.
     pub velocity: f64,
 }
 
 debug_numbers! { Tolerance { time, position, velocity } }
 
 impl Tolerance {
-    /// The same number for all three; 1e-4 is what kOS devices get (kOS, `TrajectoryData`; decision K-J8).
+    /// The same tolerance for all three; for kOS devices it is 1e-4 (kOS, `TrajectoryData`; decision K-J8).
     #[must_use]
     pub const fn all(tolerance: f64) -> Self {
         Self { time: tolerance, position: tolerance, velocity: tolerance }
     }
 
-    /// Time and position alone: corners are meant.
+    /// A tolerance for time and position only, for moves that have corners on purpose.
     #[must_use]
-    pub const fn corners(tolerance: f64) -> Self {
+    pub const fn ignoring_velocity(tolerance: f64) -> Self {
         Self { velocity: f64::INFINITY, ..Self::all(tolerance) }
     }
 }
 
-/// A jump from one segment to the next. Each amount is what the later one begins with, less what the earlier ends with.
+/// A joint with a jump from one segment to the next. Each amount is the value at the start of the later segment, minus
+/// the value at the end of the earlier one.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Joint {
-    /// The number of the later segment.
+    /// Number of the later segment, from 0.
     pub index: usize,
-    /// When the later segment starts, in seconds.
+    /// Start of the later segment, in seconds.
     pub time: f64,
-    /// How much later that is than the end of the earlier one, in seconds; negative if they overlap.
+    /// Time from the end of the earlier segment to this start, in seconds; negative if the segments overlap.
     pub gap: f64,
-    /// The jump of position, in units.
+    /// Jump of position, in units.
     pub position: f64,
-    /// The jump of velocity, in units a second; `None` if one of them has no limit. Rest in a gap does not count.
+    /// Jump of velocity, in units per second; `None` if one of the velocities has no limit. The rest in a gap does not
+    /// count.
     pub velocity: Option<f64>,
 }
 
 debug_numbers! { Joint { index, time, gap, position, velocity } }
 
 impl<'a> Axis<'a> {
-    /// The places between segments where time, position or velocity jumps by more than a tolerance.
+    /// The joints at which time, position or velocity jumps by more than a tolerance.
     pub fn joints(&self, tolerance: Tolerance) -> impl Iterator<Item = Joint> + use<'a> {
         let pairs = self.segments.iter().zip(self.segments.iter().skip(1));
         pairs.zip(1..).filter_map(move |((before, after), index)| {
@@ -58,7 +60,7 @@ impl<'a> Axis<'a> {
             let (ended, begins) = (before.at(end), after.at(time));
             let velocity = ended.velocity.zip(begins.velocity).map(|(ended, begins)| begins - ended);
             let joint = Joint { index, time, gap: time - end, position: begins.position - ended.position, velocity };
-            // Written so that a tolerance that is not a number tolerates nothing.
+            // With these comparisons, a tolerance that is NaN tolerates nothing.
             let smooth = joint.gap.abs() <= tolerance.time
                 && joint.position.abs() <= tolerance.position
                 && velocity.map_or(f64::INFINITY, f64::abs) <= tolerance.velocity;
@@ -78,17 +80,17 @@ mod tests {
     }
 
     #[test]
-    fn each_kind_of_jump_is_told() {
+    fn each_kind_of_jump_is_found() {
         let steep = Ease::Handle(crate::bezier::Point::new(0.0, -1.0));
         let segments = [
             segment((0.0, 0.0), (1.0, 1.0), Ease::Linear),
-            // Smooth,
+            // No jump.
             segment((1.0, 1.0), (2.0, 2.0), Ease::Linear),
-            // a corner,
+            // A corner.
             segment((2.0, 2.0), (3.0, 0.0), Ease::Linear),
-            // a gap and a jump,
+            // A gap and a jump of position.
             segment((3.5, 1.0), (4.0, 0.0), steep),
-            // and no velocity before.
+            // The velocity before this segment has no limit.
             segment((4.0, 0.0), (5.0, 0.0), Ease::Linear),
         ];
         let axis = Axis::new(&segments, "").unwrap();
@@ -98,8 +100,8 @@ mod tests {
             found
         };
         assert_eq!(joints(Tolerance::all(1e-4)), [Some(2), Some(3), Some(4), None, None]);
-        assert_eq!(joints(Tolerance::corners(1e-4)), [Some(3), None, None, None, None]);
-        assert_eq!(joints(Tolerance { time: 1.0, ..Tolerance::corners(2.0) }), [None; 5]);
+        assert_eq!(joints(Tolerance::ignoring_velocity(1e-4)), [Some(3), None, None, None, None]);
+        assert_eq!(joints(Tolerance { time: 1.0, ..Tolerance::ignoring_velocity(2.0) }), [None; 5]);
         assert_eq!(joints(Tolerance::all(f64::NAN)).iter().flatten().count(), 4);
 
         let corner = axis.joints(Tolerance::all(1e-4)).next().unwrap();

@@ -1,4 +1,4 @@
-//! An axis of a move: Bezier segments one after the other, in physical units, sampled by time or by frame.
+//! Axes of a move: Bezier segments in the order of time, in physical units, sampled by time or by frame.
 //!
 //! ```
 //! use motion_core::bezier::{Ease, Key, Segment};
@@ -14,31 +14,31 @@
 //! let pan = Axis::new(&segments, "degrees")?;
 //! assert_eq!(pan.position(4.5), 90.0);
 //!
-//! // Who is fast, where, and how fast.
+//! // The greatest speed, and the segment that has it.
 //! let fastest = pan.peak_velocity();
 //! assert_eq!(fastest.segment, 1);
 //! assert!(fastest.value.is_some_and(|value| (40.0..50.0).contains(&value)));
 //!
-//! // As a rig with 100 steps a degree gets it, at 23.976 frames a second.
+//! // Steps for a rig with 100 steps per degree, at 23.976 frames per second.
 //! let rate: FrameRate = "24000/1001".parse()?;
 //! let frames = FrameTimes::covering(pan.start(), pan.end(), rate).expect("some thousand frames at most");
 //! let scale = StepScale::new(100.0, 0.0)?;
 //! let steps: Result<Vec<i32>, _> = pan.steps(frames, scale).collect();
 //! assert_eq!(steps?[96..120], [9000; 24]);
 //!
-//! // There is a gap between the segments.
+//! // A joint is reported for the gap between the segments.
 //! let joint = pan.joints(Tolerance::all(1e-4)).next().expect("they do not meet");
 //! assert_eq!((joint.index, joint.gap), (1, 1.0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # What holds
+//! # Guarantees
 //!
-//! - Positions are those of the segments. Between two segments the axis rests where the first one ends, before
-//!   all of them where they begin, and behind all of them where they end.
-//! - Where segments meet, the later one counts.
+//! - Positions are those of the segments. Between two segments, the axis rests at the end of the first one. Before all
+//!   segments it rests at their start, and after all segments at their end.
+//! - At the time where two segments meet, the later one counts.
 //! - Frame `n` is at `start + n / rate`, computed from `n` alone: errors do not add up.
-//! - A position that does not fit into steps is an error, never another position.
+//! - A position that does not fit into steps is an error; it is never changed to fit.
 
 mod cursor;
 mod distance;
@@ -49,7 +49,7 @@ mod steps;
 
 use core::fmt;
 
-use crate::bezier::print::debug_numbers;
+use crate::bezier::print::{Number, debug_as_text, debug_numbers};
 use crate::bezier::{Motion, Segment};
 
 pub use cursor::AxisCursor;
@@ -57,78 +57,64 @@ pub use distance::Distance;
 pub use joints::{Joint, Tolerance};
 pub use range::{Map, MapError, Range};
 pub use rate::{FrameRate, FrameRateError, FrameTimes};
-pub use steps::{OutOfSteps, ScaleError, StepScale, StepsError};
+pub use steps::{ScaleError, StepScale, StepsError, StepsOutOfRange};
 
-/// Why segments are no axis.
+/// Why segments cannot form an axis.
 #[derive(Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AxisError {
-    /// There is no segment.
+    /// There are no segments.
     #[error("axis: no segments")]
     Empty,
     /// A segment ends before it starts.
     #[error("axis: segment {segment} ends at {}, before it starts at {}", Number(*.end), Number(*.start))]
     Backwards {
-        /// Which one, from 0.
+        /// Number of the segment, from 0.
         segment: usize,
-        /// When it starts.
+        /// Start of the segment, in seconds.
         start: f64,
-        /// When it ends.
+        /// End of the segment, in seconds.
         end: f64,
     },
-    /// A segment starts before the last one ends.
-    #[error("axis: segment {segment} starts at {}, the last one ends {} later", Number(*.start), Number(*.by))]
+    /// A segment starts before the previous one ends.
+    #[error("axis: segment {segment} starts at {}, the previous one ends {} later", Number(*.start), Number(*.by))]
     Overlap {
-        /// Which one, from 0.
+        /// Number of the segment, from 0.
         segment: usize,
-        /// When it starts.
+        /// Start of the segment, in seconds.
         start: f64,
-        /// How much later the one before it ends.
+        /// Time from this start to the end of the previous segment, in seconds.
         by: f64,
     },
 }
 
-// A derived one would print numbers as core does.
-impl fmt::Debug for AxisError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "AxisError({self})")
-    }
-}
+debug_as_text! { AxisError }
 
-/// A number as text; core's own printing of floats cannot be proven free of panics.
-struct Number(f64);
-
-impl fmt::Display for Number {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(zmij::Buffer::new().format(self.0))
-    }
-}
-
-/// The greatest rate of an axis, and the segment that has it.
+/// Greatest rate of an axis, and the segment that has it.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Peak {
-    /// Which segment, from 0; the first of several.
+    /// Number of the segment, from 0; the first one if several have the rate.
     pub segment: usize,
-    /// The rate without a sign, in units a second, or a second squared; `None` if there is no limit to it, as at
-    /// a vertical tangent.
+    /// The rate without a sign, in units per second or per second squared; `None` if it has no limit, as at a vertical
+    /// tangent.
     pub value: Option<f64>,
 }
 
 debug_numbers! { Peak { segment, value } }
 
-/// Segments in the order of time, with the unit of their positions. Times are in seconds.
+/// Axis of a move: segments in the order of time, with the unit of their positions. Times are in seconds.
 ///
 /// It borrows the segments: nothing is copied or allocated.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Axis<'a> {
     segments: &'a [Segment],
-    /// The ends of the slice, which are there because it is not empty.
+    /// The first and the last segment, which exist because the slice is not empty.
     first: &'a Segment,
     last: &'a Segment,
     unit: &'a str,
 }
 
-// Not its unit, whose text core would escape with code that cannot be proven free of panics.
+// The unit is left out, because core would escape its text with code that cannot be proven free of panics.
 impl fmt::Debug for Axis<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Axis").field("segments", &self.segments).finish_non_exhaustive()
@@ -140,18 +126,20 @@ impl<'a> Axis<'a> {
     ///
     /// # Errors
     ///
-    /// [`AxisError`] if there is no segment, or time goes back in one or between two.
+    /// [`AxisError`] if there are no segments, or if time goes backwards within or between segments.
     pub fn new(segments: &'a [Segment], unit: &'a str) -> Result<Self, AxisError> {
         Self::overlapping(segments, unit, 0.0)
     }
 
-    /// An axis of segments whose ends are not quite the beginnings of the next, as after a change of number format.
+    /// An axis of segments that may overlap slightly, as after a conversion of number formats.
     ///
-    /// A segment may start before the last one ends, by at most `overlap` seconds; then it cuts the last one short.
+    /// A segment may start before the previous one ends, by at most `overlap` seconds; then it cuts off the end of the
+    /// previous one.
     ///
     /// # Errors
     ///
-    /// [`AxisError`], as [`new`](Self::new); also if a segment starts before the last one starts, or ends before it ends.
+    /// [`AxisError`] as for [`new`](Self::new), and also if a segment starts before the previous one starts, or ends
+    /// before the previous one ends.
     pub fn overlapping(segments: &'a [Segment], unit: &'a str, overlap: f64) -> Result<Self, AxisError> {
         let (Some(first), Some(last)) = (segments.first(), segments.last()) else {
             return Err(AxisError::Empty);
@@ -172,49 +160,49 @@ impl<'a> Axis<'a> {
         Ok(Self { segments, first, last, unit })
     }
 
-    /// The segments, at least one.
+    /// The segments of the axis, at least one.
     #[must_use]
     pub const fn segments(&self) -> &'a [Segment] {
         self.segments
     }
 
-    /// The unit of the positions, as it was given.
+    /// The unit of the positions, as given to [`new`](Self::new).
     #[must_use]
     pub const fn unit(&self) -> &'a str {
         self.unit
     }
 
-    /// When the first segment starts, in seconds.
+    /// Start of the first segment, in seconds.
     #[must_use]
     pub const fn start(&self) -> f64 {
         self.first.start()
     }
 
-    /// When the last segment ends, in seconds.
+    /// End of the last segment, in seconds.
     #[must_use]
     pub const fn end(&self) -> f64 {
         self.last.end()
     }
 
-    /// The time from start to end, in seconds.
+    /// Time from start to end, in seconds.
     #[must_use]
     pub fn duration(&self) -> f64 {
         self.end() - self.start()
     }
 
-    /// The position at a time, as [`Segment::position`] has it. The segment is found by binary search.
+    /// Position at a time, as from [`Segment::position`]. The segment is found by binary search.
     #[must_use]
     pub fn position(&self, time: f64) -> f64 {
         self.segment_at(time).position(time)
     }
 
-    /// Position, velocity and acceleration at a time, as [`Segment::at`] has them; at rest where no segment is.
+    /// Position, velocity and acceleration at a time, as from [`Segment::at`]; at rest outside the segments.
     #[must_use]
     pub fn at(&self, time: f64) -> Motion {
         self.segment_at(time).at(time)
     }
 
-    /// The number of the segment that counts at a time: the last that has started, or the first.
+    /// Number of the segment that counts at a time: the last one that has started, or the first one.
     #[must_use]
     pub fn index(&self, time: f64) -> usize {
         self.segments.partition_point(|segment| segment.start() <= time).saturating_sub(1)
@@ -224,23 +212,23 @@ impl<'a> Axis<'a> {
         self.segments.get(self.index(time)).unwrap_or(self.first)
     }
 
-    /// For many times, the nearer to each other the faster.
+    /// A cursor for evaluation at many times, which is faster if the times are close to each other.
     #[must_use]
     pub fn cursor(&self) -> AxisCursor<'a> {
         AxisCursor::new(*self)
     }
 
-    /// Writes the position at each time, as many as the shorter slice holds.
+    /// Writes the position at each time, up to the length of the shorter slice.
     pub fn sample(&self, times: &[f64], out: &mut [f64]) {
         self.cursor().sample(times, out);
     }
 
-    /// Writes position, velocity and acceleration at each time, as many as the shorter slice holds.
+    /// Writes position, velocity and acceleration at each time, up to the length of the shorter slice.
     pub fn sample_motion(&self, times: &[f64], out: &mut [Motion]) {
         self.cursor().sample_motion(times, out);
     }
 
-    /// From the least position to the greatest, as [`Segment::range`] has them.
+    /// The range from the least position to the greatest, as from [`Segment::range`].
     #[must_use]
     pub fn range(&self) -> Range {
         let none = Range { from: f64::INFINITY, to: f64::NEG_INFINITY };
@@ -250,13 +238,13 @@ impl<'a> Axis<'a> {
             .fold(none, |range, (least, greatest)| Range { from: range.from.min(least), to: range.to.max(greatest) })
     }
 
-    /// The greatest speed within segments; jumps between them are found by [`joints`](Self::joints).
+    /// The greatest speed within segments. [`joints`](Self::joints) finds jumps between segments.
     #[must_use]
     pub fn peak_velocity(&self) -> Peak {
         self.peak(Segment::peak_velocity)
     }
 
-    /// The greatest acceleration within segments, either way.
+    /// The greatest acceleration within segments, in either direction.
     #[must_use]
     pub fn peak_acceleration(&self) -> Peak {
         self.peak(Segment::peak_acceleration)
@@ -283,13 +271,13 @@ mod tests {
     use super::*;
     use crate::bezier::Point;
 
-    /// Level, at a position, with an own handle so that it moves.
+    /// A segment that stays at one position, with handles at its ends.
     fn segment(start: f64, end: f64, position: f64) -> Segment {
         Segment::new([start, start, end, end].map(|time| Point::new(time, position))).unwrap()
     }
 
     #[test]
-    fn time_must_not_go_back() {
+    fn time_must_not_go_backwards() {
         assert_eq!(Axis::new(&[], "m"), Err(AxisError::Empty));
         let backwards = [segment(0.0, 1.0, 0.0), segment(2.0, 1.5, 0.0)];
         let error = Axis::new(&backwards, "m").unwrap_err();
@@ -298,7 +286,7 @@ mod tests {
         let overlap = [segment(0.0, 1.0, 0.0), segment(0.75, 2.0, 0.0)];
         let error = Axis::new(&overlap, "m").unwrap_err();
         assert_eq!(error, AxisError::Overlap { segment: 1, start: 0.75, by: 0.25 });
-        assert_eq!(error.to_string(), "axis: segment 1 starts at 0.75, the last one ends 0.25 later");
+        assert_eq!(error.to_string(), "axis: segment 1 starts at 0.75, the previous one ends 0.25 later");
     }
 
     #[test]
@@ -307,14 +295,14 @@ mod tests {
         assert!(Axis::overlapping(&overlap, "", 0.24).is_err() && Axis::overlapping(&overlap, "", f64::NAN).is_err());
         let axis = Axis::overlapping(&overlap, "", 0.25).unwrap();
         assert_eq!([0.7, 0.75, 0.9].map(|time| axis.position(time)), [1.0, 2.0, 2.0]);
-        // Not even then may a segment lie within another, or start before it.
+        // Even then, a segment may not be inside another one, or start before it.
         for (start, end) in [(0.5, 0.9), (-0.1, 1.1)] {
             assert!(Axis::overlapping(&[segment(0.0, 1.0, 1.0), segment(start, end, 2.0)], "", 9.0).is_err());
         }
     }
 
     #[test]
-    fn rests_before_between_and_behind() {
+    fn the_axis_rests_before_between_and_after_segments() {
         let segments = [segment(1.0, 2.0, 1.0), segment(3.0, 3.0, 5.0), segment(4.0, 5.0, 2.0)];
         let axis = Axis::new(&segments, "m").unwrap();
         assert_eq!((axis.start(), axis.end(), axis.duration(), axis.unit()), (1.0, 5.0, 4.0, "m"));

@@ -1,14 +1,14 @@
-//! Ranges of time and position, and maps between them: normalized curves become physical ones, and back.
+//! Ranges of time and position, and maps between them, which convert normalized curves to physical ones and back.
 
 use crate::bezier::print::{debug_numbers, shown_as_it_is};
 use crate::bezier::{OutOfRange, Point, Segment};
 
-/// From one value to another, of time or of position; `to` may be less.
+/// A range of time or position from one value to another; `to` may be less than `from`.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Range {
-    /// Where it begins.
+    /// Start of the range.
     pub from: f64,
-    /// Where it ends.
+    /// End of the range.
     pub to: f64,
 }
 
@@ -16,7 +16,7 @@ shown_as_it_is! { Range }
 debug_numbers! { Range { from, to } }
 
 impl Range {
-    /// From 0 to 1: what normalized curves run through, as those of kOS.
+    /// The range from 0 to 1 of normalized curves, such as those of kOS.
     pub const UNIT: Self = Self { from: 0.0, to: 1.0 };
 
     /// A range from its two ends.
@@ -25,7 +25,7 @@ impl Range {
         Self { from, to }
     }
 
-    /// The way from one end to the other; negative if `to` is less.
+    /// Difference between both ends; negative if `to` is less than `from`.
     #[must_use]
     pub fn width(&self) -> f64 {
         self.to - self.from
@@ -36,24 +36,24 @@ impl Range {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum MapError {
-    /// An end of a range, or the way between both, is infinite or not a number.
+    /// An end of a range, or its width, is NaN or infinite.
     #[error("map: a range is not finite")]
     NotFinite,
-    /// Both ends of the first range are the same, or too close for the quotient of the widths.
+    /// Both ends of the first range are equal, or so close that the scale of the map is infinite.
     #[error("map: the first range has no width")]
     NoWidth,
 }
 
 /// The affine map that takes the ends of one range to those of another: `to.from + (value - from.from) * scale`.
 ///
-/// Both ends are exact. A kOS position from 0 to 1 becomes one in rotations by the map from [`Range::UNIT`] to the
-/// motor's range, and so a time in seconds by that to the move's duration.
+/// Both ends are exact. The map from [`Range::UNIT`] to the range of a motor converts a kOS position from 0 to 1 to
+/// rotations. In the same way, the map to the duration of the move converts a kOS time to seconds.
 ///
 /// ```
 /// use motion_core::bezier::Segment;
 /// use motion_core::trajectory::{Map, Range};
 ///
-/// // The whole move takes 8 seconds, and the motor has 30 rotations, of which it starts at the 3rd.
+/// // The whole move takes 8 seconds. The range of the motor is 30 rotations, from 3 to 33.
 /// let segment = Segment::from_f32([[0.0, 0.0], [0.125, 0.0], [0.25, 0.5], [0.5, 0.5]])?;
 /// let time = Map::new(Range::UNIT, Range::new(0.0, 8.0))?;
 /// let position = Map::new(Range::UNIT, Range::new(3.0, 33.0))?;
@@ -72,14 +72,14 @@ pub struct Map {
 debug_numbers! { Map { from, to } }
 
 impl Map {
-    /// The map from one range to another; the other one may have no width.
+    /// The map from one range to another. The width of the second range may be 0.
     ///
     /// # Errors
     ///
-    /// [`MapError`] if a range is not finite, or the first has no width.
+    /// [`MapError`] if a range is not finite, or the width of the first range is 0.
     pub fn new(from: Range, to: Range) -> Result<Self, MapError> {
         let (width, other) = (from.width(), to.width());
-        // An end that is not finite makes the width so.
+        // If an end is not finite, the width is not finite.
         if !(width.is_finite() && other.is_finite()) {
             return Err(MapError::NotFinite);
         }
@@ -87,34 +87,34 @@ impl Map {
         if scale.is_finite() { Ok(Self { from, to, scale }) } else { Err(MapError::NoWidth) }
     }
 
-    /// The map back.
+    /// The inverse map.
     ///
     /// # Errors
     ///
-    /// [`MapError::NoWidth`] if the second range has none: then all values have become one.
+    /// [`MapError::NoWidth`] if the width of the second range is 0, because all values were mapped to one.
     pub fn inverse(&self) -> Result<Self, MapError> {
         Self::new(self.to, self.from)
     }
 
-    /// How much a unit of the first range is in the second; negative if the map turns the order round.
+    /// Ratio of the widths of the second and the first range; negative if the map reverses the order.
     #[must_use]
     pub const fn scale(&self) -> f64 {
         self.scale
     }
 
-    /// Maps a value, inside the range or outside.
+    /// Maps a value, which may be outside the range.
     #[must_use]
     pub fn apply(&self, value: f64) -> f64 {
         let (gone, left) = (value - self.from.from, self.from.to - value);
-        // From the nearer end, so that both are exact.
+        // Measured from the nearer end, so that both ends are exact.
         if gone.abs() <= left.abs() { self.to.from + gone * self.scale } else { self.to.to - left * self.scale }
     }
 }
 
 impl Segment {
-    /// The same curve over other ranges of time and position; its end points are mapped exactly as [`Map::apply`] does.
+    /// The same curve over other ranges of time and position. Its end points are exactly those from [`Map::apply`].
     ///
-    /// A map that turns time round turns the order of the control points round too: the way back.
+    /// A map that reverses time also reverses the order of the control points: the result is the reverse move.
     ///
     /// # Errors
     ///
@@ -133,7 +133,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_has_no_width_is_refused() {
+    fn ranges_without_a_width_are_refused() {
         let map = |from, to| Map::new(Range::new(from, to), Range::UNIT).map(|map| map.scale());
         assert_eq!(map(2.0, 2.0), Err(MapError::NoWidth));
         assert_eq!(map(0.0, 1e-310), Err(MapError::NoWidth));
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn time_turned_round_is_the_way_back() {
+    fn reversed_time_is_the_reverse_move() {
         let points =
             [(0.0, 0.0), (0.25, 0.5), (0.5, 1.0), (1.0, 1.0)].map(|(time, position)| Point::new(time, position));
         let there = Segment::new(points).unwrap();

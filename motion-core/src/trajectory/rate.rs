@@ -1,4 +1,4 @@
-//! Frame rates, exact, and the times of frames.
+//! Exact frame rates, and the times of frames.
 
 use core::fmt;
 use core::str::FromStr;
@@ -6,7 +6,7 @@ use core::str::FromStr;
 use crate::bezier::print::{debug_numbers, shown_as_it_is};
 use crate::fixed::{FixedError, Milli};
 
-/// Frames a second, as a fraction: 24, 23.976 or 24000/1001, each of them exactly.
+/// Frame rate as an exact fraction, in frames per second: 24, 23.976 or 24000/1001.
 ///
 /// ```
 /// use motion_core::fixed::Milli;
@@ -14,40 +14,40 @@ use crate::fixed::{FixedError, Milli};
 ///
 /// let rate: FrameRate = "24000/1001".parse()?;
 /// assert_eq!(rate.seconds(24_000), 1_001.0);
-/// // What DMC carries is a rate of its own: an hour later it is 3 milliseconds apart.
+/// // The rate that DMC sends is another rate: after an hour, the difference is 3 milliseconds.
 /// assert_eq!(rate.to_milli()?, Milli::from_raw(23_976));
 /// assert_ne!(FrameRate::try_from(Milli::from_raw(23_976))?, rate);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct FrameRate {
-    /// This many frames, in lowest terms,
+    /// Number of frames in this number of seconds, in lowest terms.
     frames: u32,
-    /// in this many seconds.
+    /// Number of seconds, in lowest terms.
     seconds: u32,
 }
 
-/// Why something is no frame rate.
+/// Why a frame rate is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum FrameRateError {
-    /// No frames, or in no time.
+    /// The number of frames or of seconds is 0.
     #[error("frame rate: 0, or a division by 0")]
     Zero,
     /// The text is neither a decimal number nor a fraction of two.
     #[error("frame rate: not a number such as 24, 23.976 or 24000/1001")]
     NotANumber,
-    /// A decimal number is beyond what thousandths in 32 bits hold, or finer.
+    /// A decimal number is too large for thousandths in 32 bits, or has more than three decimals.
     #[error("frame rate: {0}")]
     Number(#[from] FixedError),
 }
 
 impl FrameRate {
-    /// So many frames in so many seconds.
+    /// A rate from a number of frames and the number of seconds that they take.
     ///
     /// # Errors
     ///
-    /// [`FrameRateError::Zero`] if one of them is 0.
+    /// [`FrameRateError::Zero`] if one of the numbers is 0.
     pub fn new(frames: u32, seconds: u32) -> Result<Self, FrameRateError> {
         let (mut divisor, mut rest) = (frames, seconds);
         while let Some(next) = divisor.checked_rem(rest) {
@@ -59,29 +59,29 @@ impl FrameRate {
         }
     }
 
-    /// Numerator and denominator in lowest terms: so many frames in so many seconds.
+    /// Numerator and denominator in lowest terms: the number of frames, and the number of seconds that they take.
     #[must_use]
     pub const fn fraction(self) -> (u32, u32) {
         (self.frames, self.seconds)
     }
 
-    /// Frames a second, to the nearest `f64`.
+    /// Frames per second, as the nearest `f64`.
     #[must_use]
     pub fn to_f64(self) -> f64 {
         f64::from(self.frames) / f64::from(self.seconds)
     }
 
-    /// The nearest thousandth, as DMC carries it.
+    /// The nearest thousandth of a frame per second, as DMC sends it.
     ///
     /// # Errors
     ///
-    /// [`FixedError::OutOfRange`] from 4294967.296 frames a second on.
+    /// [`FixedError::OutOfRange`] above 4294967.295 frames per second.
     pub fn to_milli(self) -> Result<Milli<u32>, FixedError> {
         Milli::from_f64(self.to_f64())
     }
 
-    /// When a frame is, in seconds after frame 0; right to the last digit as long as the frame number times
-    /// [`fraction`](Self::fraction)'s seconds is below 2^53.
+    /// Time of a frame, in seconds after frame 0. It is exact to the last digit if the product of the frame number and
+    /// the seconds of [`fraction`](Self::fraction) is below 2^53.
     #[must_use]
     pub fn seconds(self, frame: u32) -> f64 {
         f64::from(frame) * f64::from(self.seconds) / f64::from(self.frames)
@@ -91,13 +91,13 @@ impl FrameRate {
 impl TryFrom<Milli<u32>> for FrameRate {
     type Error = FrameRateError;
 
-    /// Takes thousandths of a frame a second, as DMC carries them.
+    /// The rate from thousandths of a frame per second, as DMC sends them.
     fn try_from(rate: Milli<u32>) -> Result<Self, FrameRateError> {
         Self::new(rate.raw(), 1_000)
     }
 }
 
-/// Reads `24`, `23.976` or `24000/1001`.
+/// Reads a rate from text such as `24`, `23.976` or `24000/1001`.
 impl FromStr for FrameRate {
     type Err = FrameRateError;
 
@@ -114,7 +114,7 @@ impl FromStr for FrameRate {
     }
 }
 
-/// Prints the fraction, or a whole number: what is read again as the same rate.
+/// Prints the fraction, or a whole number; the text is read back as the same rate.
 impl fmt::Display for FrameRate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.seconds {
@@ -124,14 +124,14 @@ impl fmt::Display for FrameRate {
     }
 }
 
-/// The times of the frames of a move, the same for all its axes.
+/// Times of the frames of a move, the same for all its axes.
 #[derive(Clone, Copy, PartialEq)]
 pub struct FrameTimes {
-    /// When frame 0 is, in seconds.
+    /// Time of frame 0, in seconds.
     pub start: f64,
-    /// How many frames there are in a second.
+    /// Frame rate.
     pub rate: FrameRate,
-    /// How many frames there are, the first and the last included.
+    /// Number of frames, including the first and the last.
     pub count: u32,
 }
 
@@ -139,13 +139,13 @@ shown_as_it_is! { FrameRate }
 debug_numbers! { FrameTimes { start, rate, count } }
 
 impl FrameTimes {
-    /// The frames from `start`, itself one, to the last that is not later than `end`.
+    /// The frames from `start`, which is a frame, to the last one that is not later than `end`.
     ///
-    /// `None` if `end` is before `start`, or more than 2^32 - 2 frames later, or one of them is not a number.
+    /// `None` if `end` is before `start`, or more than 2^32 - 2 frames later, or if one of them is NaN.
     #[must_use]
     pub fn within(start: f64, end: f64, rate: FrameRate) -> Option<Self> {
         let frames = Self { start, rate, count: 0 };
-        // Rounding may have made it one too many, or too few.
+        // Because of rounding, it may be one frame too many or too few.
         let near = frames.near(end)?;
         let last = [near.checked_add(1), Some(near), near.checked_sub(1)]
             .into_iter()
@@ -154,8 +154,8 @@ impl FrameTimes {
         Some(Self { count: last.checked_add(1)?, ..frames })
     }
 
-    /// The frames from `start`, itself one, to the first that is not earlier than `end`: what a move needs that must
-    /// reach its end.
+    /// The frames from `start`, which is a frame, to the first one that is not earlier than `end`. A move that must
+    /// reach its end needs these frames.
     ///
     /// `None` as for [`within`](Self::within).
     #[must_use]
@@ -169,10 +169,10 @@ impl FrameTimes {
         }
     }
 
-    /// The last frame before a time, or one beside it.
+    /// The last frame before a time, or the one before or after that.
     fn near(&self, time: f64) -> Option<u32> {
         let frame = (time - self.start) * self.rate.to_f64();
-        // Written so that what is not a number is outside.
+        // With these comparisons, NaN is outside.
         if !(time >= self.start && frame <= f64::from(u32::MAX)) {
             return None;
         }
@@ -180,20 +180,20 @@ impl FrameTimes {
         Some(frame as u32)
     }
 
-    /// When a frame is, in seconds; one beyond the last too.
+    /// Time of a frame, in seconds; also of a frame after the last one.
     #[must_use]
     pub fn time(&self, frame: u32) -> f64 {
         self.start + self.rate.seconds(frame)
     }
 
-    /// The times of all frames, in order.
+    /// Times of all frames in order, in seconds.
     #[must_use]
     pub fn times(&self) -> impl ExactSizeIterator<Item = f64> + DoubleEndedIterator + Clone + use<> {
         let frames = *self;
         (0..frames.count).map(move |frame| frames.time(frame))
     }
 
-    /// Writes the times of the frames from `first` on, as many as there are and as the slice holds; says how many.
+    /// Writes the times of the frames from `first` on, up to the length of the slice, and returns their number.
     pub fn fill(&self, first: u32, out: &mut [f64]) -> usize {
         let left = self.count.saturating_sub(first);
         (first..first.saturating_add(left)).zip(out).map(|(frame, slot)| *slot = self.time(frame)).count()
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn thousandths_come_back() {
+    fn thousandths_are_converted_exactly() {
         for raw in [1, 23_976, 24_000, 59_940, u32::MAX] {
             assert_eq!(FrameRate::try_from(Milli::from_raw(raw)).unwrap().to_milli(), Ok(Milli::from_raw(raw)));
         }
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn first_and_last_are_counted() {
+    fn the_first_and_the_last_frame_are_counted() {
         let rate = FrameRate::new(24, 1).unwrap();
         let count = |end| FrameTimes::within(1.0, end, rate).map(|frames| frames.count);
         let covering = |end| FrameTimes::covering(1.0, end, rate).map(|frames| frames.count);

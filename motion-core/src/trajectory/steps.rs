@@ -1,12 +1,10 @@
-//! Positions as whole steps of a motor.
+//! Positions in whole steps of a motor.
 
-use core::fmt;
+use super::{Axis, FrameTimes};
+use crate::bezier::print::{Number, debug_as_text, debug_numbers};
 
-use super::{Axis, FrameTimes, Number};
-use crate::bezier::print::debug_numbers;
-
-/// How positions become steps: `position * per_unit + offset`, to the nearest whole step, of two that are equally near
-/// the one away from zero.
+/// Scale from positions to steps: `position * per_unit + offset`, rounded to the nearest whole step. Halves are rounded
+/// away from zero.
 #[derive(Clone, Copy, PartialEq)]
 pub struct StepScale {
     per_unit: f64,
@@ -15,53 +13,41 @@ pub struct StepScale {
 
 debug_numbers! { StepScale { per_unit, offset } }
 
-/// Steps a unit are infinite, not a number or 0, or the offset is infinite or not a number.
+/// Error: the steps per unit are NaN, infinite or 0, or the offset is NaN or infinite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
-#[error("steps: steps a unit and their offset must be finite, and not 0 a unit")]
+#[error("steps: steps per unit and offset must be finite, and steps per unit not 0")]
 pub struct ScaleError;
 
-/// A position is more steps than 32 bits hold, or not a number.
+/// Error: a position in steps is NaN or does not fit 32 bits.
 #[derive(Clone, Copy, PartialEq, thiserror::Error)]
 #[error("steps: {} do not fit 32 bits", Number(*.steps))]
-pub struct OutOfSteps {
-    /// How many steps it is, not rounded.
+pub struct StepsOutOfRange {
+    /// Number of steps, not rounded.
     pub steps: f64,
 }
 
-// A derived one would print numbers as core does.
-impl fmt::Debug for OutOfSteps {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "OutOfSteps({self})")
-    }
-}
-
-/// At a frame, the position is more steps than 32 bits hold.
+/// Error: the position at a frame, in steps, does not fit 32 bits.
 #[derive(Clone, Copy, PartialEq, thiserror::Error)]
 #[error("steps: {} at {} s, frame {frame}, do not fit 32 bits", Number(*.steps), Number(*.time))]
 pub struct StepsError {
-    /// The frame, from 0.
+    /// Number of the frame, from 0.
     pub frame: u32,
-    /// When it is, in seconds.
+    /// Time of the frame, in seconds.
     pub time: f64,
-    /// How many steps it is, not rounded.
+    /// Number of steps, not rounded.
     pub steps: f64,
 }
 
-// A derived one would print numbers as core does.
-impl fmt::Debug for StepsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "StepsError({self})")
-    }
-}
+debug_as_text! { StepsOutOfRange StepsError }
 
 impl StepScale {
-    /// So many steps a unit, and at position 0 so many steps.
+    /// A scale from the number of steps per unit, and the number of steps at position 0.
     ///
-    /// Steps a unit are negative for a motor that runs against its axis.
+    /// The steps per unit are negative for a motor that runs against its axis.
     ///
     /// # Errors
     ///
-    /// [`ScaleError`].
+    /// [`ScaleError`] if a number is not finite, or the steps per unit are 0.
     pub fn new(per_unit: f64, offset: f64) -> Result<Self, ScaleError> {
         if per_unit.is_finite() && per_unit != 0.0 && offset.is_finite() {
             Ok(Self { per_unit, offset })
@@ -70,19 +56,19 @@ impl StepScale {
         }
     }
 
-    /// The steps at a position, to the nearest whole step; halves go away from zero.
+    /// The steps at a position, rounded to the nearest whole step; halves are rounded away from zero.
     ///
     /// # Errors
     ///
-    /// [`OutOfSteps`], nothing is cut.
-    pub fn steps(&self, position: f64) -> Result<i32, OutOfSteps> {
+    /// [`StepsOutOfRange`] if the steps do not fit 32 bits; they are never limited to fit.
+    pub fn steps(&self, position: f64) -> Result<i32, StepsOutOfRange> {
         let steps = position * self.per_unit + self.offset;
         let whole = libm::round(steps);
         if f64::from(i32::MIN) <= whole && whole <= f64::from(i32::MAX) {
             #[expect(clippy::cast_possible_truncation, reason = "whole, and in range")]
             Ok(whole as i32)
         } else {
-            Err(OutOfSteps { steps })
+            Err(StepsOutOfRange { steps })
         }
     }
 
@@ -93,20 +79,21 @@ impl StepScale {
     }
 }
 
-/// How many frames are computed together.
+/// Number of frames that are computed together.
 const BLOCK: usize = 64;
 
 impl<'a> Axis<'a> {
-    /// The position at each frame, in order.
+    /// Positions at all frames, in order.
     #[must_use]
     pub fn positions(&self, frames: FrameTimes) -> impl ExactSizeIterator<Item = f64> + use<'a> {
         let axis = *self;
         frames.times().map(move |time| axis.position(time))
     }
 
-    /// Writes the position at the frames from `first` on, as many as there are and as the slice holds; says how many.
+    /// Writes the positions at the frames from `first` on, up to the length of the slice, and returns their number.
     ///
-    /// It is faster than [`positions`](Self::positions), and differs from it by what [`AxisCursor`](super::AxisCursor) says.
+    /// It is faster than [`positions`](Self::positions), and differs from it by at most what
+    /// [`AxisCursor`](super::AxisCursor) documents.
     pub fn sample_frames(&self, frames: FrameTimes, first: u32, out: &mut [f64]) -> usize {
         let mut cursor = self.cursor();
         let mut written = 0_usize;
@@ -119,19 +106,19 @@ impl<'a> Axis<'a> {
         written
     }
 
-    /// The steps at a frame.
+    /// Steps at a frame.
     ///
-    /// They depend on nothing else: whoever asks again, in any order, gets the same.
+    /// They depend on nothing else, so repeated calls, in any order, return the same steps.
     ///
     /// # Errors
     ///
-    /// [`StepsError`] if they do not fit 32 bits.
+    /// [`StepsError`] if the steps do not fit 32 bits.
     pub fn steps_at(&self, frames: FrameTimes, frame: u32, scale: StepScale) -> Result<i32, StepsError> {
         let time = frames.time(frame);
-        scale.steps(self.position(time)).map_err(|OutOfSteps { steps }| StepsError { frame, time, steps })
+        scale.steps(self.position(time)).map_err(|StepsOutOfRange { steps }| StepsError { frame, time, steps })
     }
 
-    /// The steps at each frame, in order.
+    /// Steps at all frames, in order.
     #[must_use]
     pub fn steps(
         &self,
@@ -142,11 +129,11 @@ impl<'a> Axis<'a> {
         (0..frames.count).map(move |frame| axis.steps_at(frames, frame, scale))
     }
 
-    /// Writes the steps at the frames from `first` on, as many as there are and as the slice holds; says how many.
+    /// Writes the steps at the frames from `first` on, up to the length of the slice, and returns their number.
     ///
     /// # Errors
     ///
-    /// [`StepsError`] for the first frame whose steps do not fit; those before it are written.
+    /// [`StepsError`] for the first frame whose steps do not fit; the steps of the frames before it are written.
     pub fn sample_steps(
         &self,
         frames: FrameTimes,
@@ -173,7 +160,7 @@ mod tests {
     use crate::trajectory::FrameRate;
 
     #[test]
-    fn the_nearest_step_and_halves_away_from_zero() {
+    fn positions_are_rounded_to_the_nearest_step_and_halves_away_from_zero() {
         let scale = StepScale::new(-10.0, 2.0).unwrap();
         let positions = [0.0, 0.04, 0.05, -0.05, 0.25, 0.35];
         // 2, 1.6, 1.5, 2.5, -0.5 and -1.5 steps.
@@ -182,12 +169,12 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_cut_to_fit() {
+    fn steps_are_never_limited_to_fit() {
         let scale = StepScale::new(1.0, 0.0).unwrap();
         let (least, most) = (f64::from(i32::MIN), f64::from(i32::MAX));
         assert_eq!((scale.steps(least - 0.25), scale.steps(most + 0.25)), (Ok(i32::MIN), Ok(i32::MAX)));
         for steps in [least - 0.5, most + 0.5, 1e300] {
-            assert_eq!(scale.steps(steps), Err(OutOfSteps { steps }));
+            assert_eq!(scale.steps(steps), Err(StepsOutOfRange { steps }));
         }
         assert!(scale.steps(f64::NAN).is_err());
         for (per_unit, offset) in [(0.0, 0.0), (f64::NAN, 0.0), (f64::INFINITY, 0.0), (1.0, f64::NAN)] {
@@ -196,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn the_frame_that_does_not_fit_is_named() {
+    fn the_error_names_the_first_frame_that_does_not_fit() {
         let key = |time, position| Key { time, position, arrive: Ease::Linear, leave: Ease::Linear };
         let segments = [Segment::between(&key(0.0, 0.0), &key(100.0, 4e9)).unwrap()];
         let axis = Axis::new(&segments, "mm").unwrap();

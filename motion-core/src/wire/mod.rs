@@ -18,6 +18,7 @@ mod error;
 mod expand;
 mod features;
 mod field;
+mod list;
 mod message;
 mod messages;
 mod newtype;
@@ -35,6 +36,7 @@ pub use error::{DecodeError, EncodeError};
 #[cfg(feature = "arbitrary")]
 pub use features::arbitrary_message;
 pub use field::{Bool, Bytes, Field};
+pub use list::{IntegerElement, ListTooLong, fill, values};
 pub use message::{Empty, Message};
 #[doc(hidden)]
 pub use message::{place, unit, visit_tail};

@@ -56,7 +56,7 @@ pub fn first<const N: usize>(input: &[u8]) -> [u8; N] {
 
 fn curves(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     use motion_core::bezier::{Cursor, Motion, Segment};
-    use motion_core::profile::{Limits, Profile};
+    use motion_core::profile::{Limits, MotionProfile};
 
     let mut numbers = input.chunks(8).map(|bytes| f64::from_le_bytes(first(bytes)));
     let mut number = || numbers.next().unwrap_or_default();
@@ -78,7 +78,7 @@ fn curves(input: &[u8], out: &mut dyn Write) -> fmt::Result {
         writeln!(out, "{:?} {:#?} {:?}", Cursor::new(segment), motions.first(), segment.keys())?;
     }
     let limits = Limits { velocity: number(), acceleration: number(), jerk: Some(number()) };
-    match Profile::new(number(), number(), limits) {
+    match MotionProfile::new(number(), number(), limits) {
         Ok(profile) => writeln!(out, "{profile:?} {:?}", profile.at(number())),
         Err(_) => writeln!(out, "no profile"),
     }

@@ -6,7 +6,7 @@ use dmc_proto::message::{
     Acceleration, AckCode, HardwareLimitSet, HostMessage, Motor, MotorResetPosition, MotorSetLimits, MotorSetSpeed,
     Motors, Speed, Steps, StopReason, Triggers,
 };
-use motion_core::profile::Profile;
+use motion_core::profile::MotionProfile;
 use motion_core::wire::Bool;
 use rigs::dmc_device::Setup;
 use rigs::dmc_host::{Answer, Command, Event};
@@ -62,7 +62,7 @@ fn a_motor_goes_where_it_is_sent_as_its_profile_has_it() {
         let began = stage.now();
         stage.tick();
         let limits = motion_core::profile::Limits { velocity: 10_000.0, acceleration: 20_000.0, jerk: None };
-        let planned = Profile::new(0.0, 30_000.0, limits).unwrap();
+        let planned = MotionProfile::new(0.0, 30_000.0, limits).unwrap();
         while stage.rig().state() != State::Idle {
             let seconds = f64::from(u32::try_from(stage.now().since(began)).unwrap()) / 1000.0;
             // The device counts as it is told: to a hundredth of a step there is nothing in between.

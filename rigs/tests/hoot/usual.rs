@@ -46,7 +46,7 @@ fn a_move_goes_along_its_profile() {
     stage.until(500, |stage| !stage.is_at_rest());
     let began = stage.now();
     let limits = Limits { velocity: 2000.0, acceleration: 5000.0, jerk: None };
-    let planned = profile::Profile::new(0.0, 4000.0, limits).unwrap();
+    let planned = profile::MotionProfile::new(0.0, 4000.0, limits).unwrap();
     let mut ticks = 0_u32;
     while !stage.is_at_rest() {
         let moment = f64::from(u32::try_from(stage.now() - began).unwrap()) / 1000.0;
