@@ -226,12 +226,12 @@ fn list(text: &str, is_item: impl Fn(&str) -> bool) -> Vec<String> {
 /// What lies between two ids that differ in their last number only.
 fn between(first: &str, last: &str) -> Vec<String> {
     let split = |id: &str| {
-        let list = id.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned();
-        let number = id[list.len()..].parse::<u32>().unwrap_or_default();
-        (list, number)
+        let prefix = id.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned();
+        let number = id[prefix.len()..].parse::<u32>().unwrap_or_default();
+        (prefix, number)
     };
-    let ((list, from), (_, to)) = (split(first), split(last));
-    (from + 1..to).map(|number| format!("{list}{number}")).collect()
+    let ((prefix, from), (_, to)) = (split(first), split(last));
+    (from + 1..to).map(|number| format!("{prefix}{number}")).collect()
 }
 
 /// All citations of a file, each with its offset. If neither the words nor the path say which protocol is meant, there is

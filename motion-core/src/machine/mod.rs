@@ -33,7 +33,7 @@
 //!     type Input<'a> = Input<'a>;
 //!     type Output<'a> = Output<&'static str, &'a str, 2>;
 //!
-//!     fn advance<'a>(&mut self, now: Millis, input: Input<'a>) -> Self::Output<'a> {
+//!     fn advance<'a>(&mut self, now: Millis, input: Self::Input<'a>) -> Self::Output<'a> {
 //!         let mut output = Output::default();
 //!         match input {
 //!             Input::LinkUp => self.next = Some(now),
