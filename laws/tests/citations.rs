@@ -264,7 +264,9 @@ fn citations(source: &Source) -> Vec<(usize, Vec<Cited>)> {
                 }
             }
             "law" | "Law" | "laws" | "Laws" => {
-                list(rest, is_number).into_iter().for_each(|id| cite(vec![Cited::Law(id.parse().unwrap())]));
+                for id in list(rest, is_number) {
+                    cite(vec![Cited::Law(id.parse().unwrap())]);
+                }
             }
             "kOS" | "DMC" => {
                 let protocol = if word == "DMC" { Protocol::Dmc } else { Protocol::Kos };
