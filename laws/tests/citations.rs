@@ -271,10 +271,14 @@ fn citations(source: &Source) -> Vec<(usize, Vec<Cited>)> {
             "kOS" | "DMC" => {
                 let protocol = if word == "DMC" { Protocol::Dmc } else { Protocol::Kos };
                 let is_item = |word: &str| !is_number(word) && is_section(protocol, word);
-                list(rest, is_item).into_iter().for_each(|id| cite(vec![Cited::Section(protocol, id)]));
+                for id in list(rest, is_item) {
+                    cite(vec![Cited::Section(protocol, id)]);
+                }
             }
             _ if is_decision(word) => {
-                list(here, is_decision).into_iter().for_each(|id| cite(vec![Cited::Decision(id)]));
+                for id in list(here, is_decision) {
+                    cite(vec![Cited::Decision(id)]);
+                }
             }
             _ => {}
         }
