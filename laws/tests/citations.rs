@@ -325,6 +325,7 @@ fn every_citation_is_defined_once() {
 
 /// The last cell of a decision names tests between backquotes. Names in brackets after them are those of vectors.
 #[test]
+#[allow(clippy::case_sensitive_file_extension_comparisons, reason = "the files of the repository have these endings")]
 fn every_test_of_a_decision_exists() {
     let sources = sources();
     let code = sources.iter().filter(|source| source.path.ends_with(".rs"));
