@@ -2,6 +2,7 @@
 //! every test that a decision names exists.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -65,13 +66,14 @@ fn is_row(protocol: Protocol, word: &str) -> bool {
 /// A file of the repository. Its lines are joined, without the marks of comments, because a citation may cross lines.
 struct Source {
     path: String,
+    is_code: bool,
     text: String,
     /// Where each line begins in `text`.
     starts: Vec<usize>,
 }
 
 impl Source {
-    fn new(path: String, content: &str) -> Self {
+    fn new(path: String, is_code: bool, content: &str) -> Self {
         let (mut text, mut starts) = (String::new(), vec![]);
         for line in content.lines() {
             starts.push(text.len());
@@ -80,7 +82,7 @@ impl Source {
             text.push_str(line);
             text.push(' ');
         }
-        Self { path, text, starts }
+        Self { path, is_code, text, starts }
     }
 
     /// The place of an offset, as `path:line`.
@@ -116,8 +118,9 @@ fn sources() -> Vec<Source> {
                 if !name.starts_with('.') && name != "target" && shown != "docs/api" {
                     folders.push(path);
                 }
-            } else if path.extension().is_some_and(|extension| extension == "rs" || extension == "md") {
-                sources.push(Source::new(shown, &fs::read_to_string(&path).unwrap()));
+            } else if let Some("md" | "rs") = path.extension().and_then(OsStr::to_str) {
+                let is_code = path.extension().is_some_and(|extension| extension == "rs");
+                sources.push(Source::new(shown, is_code, &fs::read_to_string(&path).unwrap()));
             }
         }
     }
@@ -208,7 +211,7 @@ fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
 
 /// The items of a list such as `1, 2 and 4`, `2.2 to 2.4` or `K-F1 to K-F9`, with what lies between the ends of a range.
 fn list(text: &str, is_item: impl Fn(&str) -> bool) -> Vec<String> {
-    let (mut items, mut rest, mut from): (Vec<String>, _, Option<String>) = (vec![], text, None);
+    let (mut items, mut rest, mut from): (Vec<String>, &str, Option<String>) = (vec![], text, None);
     while let Some((_, item)) = words(rest).next().filter(|(start, word)| *start == 0 && is_item(word)) {
         if let Some(from) = from.take() {
             items.extend(between(&from, item));
@@ -216,7 +219,7 @@ fn list(text: &str, is_item: impl Fn(&str) -> bool) -> Vec<String> {
         items.push(item.into());
         rest = &rest[item.len()..];
         let joints = [", and ", " and ", ", ", " to "];
-        let Some(joint) = joints.into_iter().find(|joint| rest.starts_with(joint)) else { break };
+        let Some(joint) = joints.into_iter().find(|end| rest.starts_with(end)) else { break };
         from = (joint == " to ").then(|| item.into());
         rest = &rest[joint.len()..];
     }
@@ -224,13 +227,10 @@ fn list(text: &str, is_item: impl Fn(&str) -> bool) -> Vec<String> {
 }
 
 /// What lies between two ids that differ in their last number only.
-fn between(first: &str, last: &str) -> Vec<String> {
-    let split = |id: &str| {
-        let prefix = id.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned();
-        let number = id[prefix.len()..].parse::<u32>().unwrap_or_default();
-        (prefix, number)
-    };
-    let ((prefix, from), (_, to)) = (split(first), split(last));
+fn between(from: &str, to: &str) -> Vec<String> {
+    let prefix = from.trim_end_matches(|c: char| c.is_ascii_digit());
+    let number = |id: &str| id.get(prefix.len()..).and_then(|number| number.parse::<u32>().ok());
+    let (Some(from), Some(to)) = (number(from), number(to)) else { return vec![] };
     (from + 1..to).map(|number| format!("{prefix}{number}")).collect()
 }
 
@@ -325,10 +325,9 @@ fn every_citation_is_defined_once() {
 
 /// The last cell of a decision names tests between backquotes. Names in brackets after them are those of vectors.
 #[test]
-#[allow(clippy::case_sensitive_file_extension_comparisons, reason = "the files of the repository have these endings")]
 fn every_test_of_a_decision_exists() {
     let sources = sources();
-    let code = sources.iter().filter(|source| source.path.ends_with(".rs"));
+    let code = sources.iter().filter(|source| source.is_code);
     let functions: BTreeSet<_> = code
         .flat_map(|source| source.text.split("fn ").skip(1))
         .filter_map(|function| function.split(['(', '<']).next())
@@ -338,7 +337,7 @@ fn every_test_of_a_decision_exists() {
         for (at, cells) in source.rows() {
             let without_brackets = cells[3].split('(').map(|part| part.split_once(')').map_or(part, |(_, rest)| rest));
             for name in without_brackets.flat_map(|part| part.split('`').skip(1).step_by(2)) {
-                if !name.ends_with(".rs") && !functions.contains(name.rsplit("::").next().unwrap_or(name)) {
+                if !name.contains('.') && !functions.contains(name.rsplit("::").next().unwrap_or(name)) {
                     wrong.insert(format!("{at}: there is no test {name}"));
                 }
             }
