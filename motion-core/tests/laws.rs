@@ -1,4 +1,4 @@
-//! The laws over a table that has every kind of part.
+//! The laws for a table that has every kind of part.
 
 // The module names what it needs as `crate::..`, and is the one that the library expands for the lints.
 use motion_core::{element, fixed, flags, message, messages, open_enum, side, unit, wire};
