@@ -72,7 +72,7 @@
 //! | `"smooth"` | the default: through the key frame without a corner, and never beyond the positions of its neighbours; at rest at the first and the last key frame, and where the axis changes its direction |
 //! | `"linear"` | straight towards the other key frame |
 //! | a number from 0 to 1 | to rest or from rest, with a flat handle whose length is this part of the time between the key frames |
-//! | `[seconds, units]` | a Bezier handle, as its distance from the key frame: forwards in time to leave, backwards to arrive, and not beyond the other key frame |
+//! | `[seconds, units]` | a Bezier handle, as its distance from the key frame: positive seconds to leave, negative seconds to arrive, and not beyond the other key frame |
 
 mod axis;
 mod ease;

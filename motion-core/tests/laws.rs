@@ -1,6 +1,6 @@
 //! The laws for a table that has every kind of part.
 
-// The module names what it needs as `crate::..`, and is the one that the library expands for the lints.
+// The module imports these as `crate::..`. The library expands the same module for its lints.
 use motion_core::{element, fixed, flags, message, messages, open_enum, side, unit, wire};
 
 #[allow(dead_code, missing_docs, unreachable_pub, reason = "the tables of the library, used here for their laws")]

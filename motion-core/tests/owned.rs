@@ -75,14 +75,14 @@ message! {
         time: Option<i16>,
     }
 
-    /// A list to the end.
+    /// A list up to the end of the body.
     pub struct Shoot<'a> in BE {
         ;
         /// Positions of the motors.
         motors: &'a [Place],
     }
 
-    /// Numbers to the end.
+    /// Numbers up to the end of the body.
     pub struct Curve<'a> in BE {
         ;
         /// The numbers of the curve.
