@@ -1,9 +1,9 @@
-//! Bezier segments beside peers: the position of an axis at a time.
+//! Bezier segments compared with other crates: the position of an axis at a time.
 //!
-//! All contenders get the same segments and times. Each is first asked for all positions, which must be
-//! those of a search by bisection, within the bound that stands beside its name; the greatest errors are
-//! printed. `keyframe` 1.1.1 is asked, but not timed: it looks its guesses up in a table with steps of 20
-//! instead of a 19th, and from some of them finds another root.
+//! All contenders get the same segments and times. First, the positions of each are compared with those of a search by
+//! bisection: they must agree within the bound next to the name, and the greatest errors are printed. `keyframe` 1.1.1
+//! is compared but not timed: its table of first guesses has steps of 20 instead of 1/19, so it finds another root from
+//! some of them.
 
 use std::hint::black_box;
 
@@ -12,13 +12,14 @@ use criterion::{Criterion, Throughput};
 use kurbo::ParamCurve;
 use motion_core::bezier::{Cursor, Motion, Point, Segment};
 
-/// Times that are asked for together.
+/// Number of times in a batch.
 const BATCH: usize = 16;
-/// How many segments there are, and of how many times each: a second at 1 kHz.
+/// Number of segments.
 const SEGMENTS: usize = 32;
+/// Number of times on each segment: one second at 1 kHz.
 const TIMES: usize = 992;
 
-/// A segment from (0, 0) to (1, 1), in every contender's form.
+/// A segment from (0, 0) to (1, 1), in the form of each contender.
 struct Curve {
     handles: [f64; 4],
     ours: Segment,
@@ -51,7 +52,7 @@ impl Curve {
         move |u| ((a * u + b) * u + c) * u + d
     }
 
-    /// By bisection down to the last digit, and de Casteljau's construction.
+    /// The position by bisection down to the last digit, and de Casteljau's algorithm.
     fn reference(&self, time: f64) -> f64 {
         let [x1, y1, x2, y2] = self.handles;
         let at = |a: f64, b: f64, u: f64| {
@@ -87,14 +88,14 @@ impl Curve {
         flo_curves::bezier::basis(found.last().copied().unwrap_or(1.0), 0.0, y1, y2, 1.0)
     }
 
-    /// A function of time, with a table of its own.
+    /// The position as a function of time, with its own table.
     fn easing(&self) -> impl Fn(f64) -> f64 + use<> {
         let [x1, y1, x2, y2] = self.handles;
         let easing = bezier_easing::bezier_easing(x1, y1, x2, y2).expect("handles within the segment");
         move |time| easing.sample(time)
     }
 
-    /// A function of time, with a table of its own, in `f32`.
+    /// The position as a function of time in `f32`, with its own table.
     fn keyframe(&self) -> impl Fn(f64) -> f64 + use<> {
         #[expect(clippy::cast_possible_truncation, reason = "it has nothing wider")]
         let [x1, y1, x2, y2] = self.handles.map(|handle| handle as f32);
@@ -135,7 +136,7 @@ fn main() {
     criterion.final_summary();
 }
 
-/// Each contender takes the next segment, over and over.
+/// Work on the next segment in each call, in an endless cycle.
 fn turns<'a, T>(curves: &'a [Curve], mut work: impl FnMut(&'a Curve) -> T + 'a) -> impl FnMut() -> T + 'a {
     let mut next = curves.iter().cycle();
     move || work(black_box(next.next().expect("an endless cycle")))
@@ -155,7 +156,7 @@ fn batches<'a>(curves: &'a [Curve], times: &'a [f64]) -> Vec<Contender<'a>> {
                 }
             }),
         ),
-        // What any solver must do at the end, the yardsticks: in the form of a batch, two lanes at once...
+        // Two yardsticks, the last part of every solver. The first is in the form of a batch, two lanes at once.
         contender(
             "y alone",
             turns(curves, move |curve| {
@@ -168,7 +169,7 @@ fn batches<'a>(curves: &'a [Curve], times: &'a [f64]) -> Vec<Contender<'a>> {
                 }
             }),
         ),
-        // ... and one by one, added up, as the peers below are asked.
+        // The second adds up single positions, as for the peers below.
         contender("y alone, added up", turns(curves, |curve| sum(black_box(times), curve.height()))),
         contender("kurbo, bisection", turns(curves, |curve| sum(black_box(times), |time| curve.kurbo(time)))),
         contender("lyon_geom", turns(curves, |curve| sum(black_box(times), |time| curve.lyon(time)))),
@@ -198,7 +199,7 @@ fn sum(times: &[f64], position: impl Fn(f64) -> f64) -> f64 {
     times.iter().map(|&time| position(time)).sum()
 }
 
-/// All positions are those of the reference, within each contender's bound.
+/// Checks that all positions are those of the reference, within the bound of each contender.
 fn agree(name: &str, curves: &[Curve], times: &[f64]) {
     let bounds = [
         ("motion-core, single", 1e-13),

@@ -1,4 +1,4 @@
-//! An axis of a move.
+//! Axes of a move, and the motors that move them.
 
 use motion_core::bezier::{Key, Segment};
 use motion_core::profile::Limits;
@@ -7,55 +7,55 @@ use serde::Deserialize;
 
 use super::schema::{FileDmc, FileHoot, FileKos};
 
-/// What one axis does in a move, and which motors do it.
+/// One axis of a move: its curve, its limits, and the motors that move it.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MoveAxis {
-    /// What it is called.
+    /// Name of the axis.
     pub name: String,
-    /// The unit of its positions.
+    /// Unit of its positions.
     pub unit: String,
-    /// Its key frames, at least two.
+    /// Key frames, at least two.
     pub keys: Vec<Key>,
-    /// How fast it may be, in its units.
+    /// Limits of the axis, in its units, if the file has them.
     pub limits: Option<Limits>,
-    /// The kOS motor that moves it.
+    /// The kOS motor that moves the axis.
     pub kos: Option<Kos>,
-    /// The DMC motor that moves it.
+    /// The DMC motor that moves the axis.
     pub dmc: Option<Dmc>,
-    /// The NMX motor that moves it.
+    /// The NMX motor that moves the axis.
     pub hoot: Option<Hoot>,
     pub(super) segments: Vec<Segment>,
 }
 
 impl MoveAxis {
-    /// Its positions over time.
+    /// Positions of the axis over time.
     #[must_use]
-    #[expect(clippy::missing_panics_doc, reason = "the segments were tried when the file was read")]
+    #[expect(clippy::missing_panics_doc, reason = "the segments were checked when the file was read")]
     pub fn curve(&self) -> Axis<'_> {
         Axis::new(&self.segments, &self.unit).expect("segments in the order of time")
     }
 }
 
-/// A motor of a kOS device, which is told positions as parts of its range.
+/// A motor of a kOS device, which receives positions as parts of its range.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
 #[serde(try_from = "FileKos")]
 #[non_exhaustive]
 pub struct Kos {
-    /// Its address, from 1 to 10.
+    /// Address of the motor, from 1 to 10.
     pub motor: u8,
-    /// Its rotations at a position of the axis.
+    /// Conversion from positions of the axis to rotations.
     pub rotations: Rotations,
-    /// Its calibrated range, in rotations.
+    /// Calibrated range of the motor, in rotations.
     pub range: Range,
-    /// Positions of the axis as parts of that range, 0 where it begins and 1 where it ends.
+    /// Map from positions of the axis to parts of the range, from 0 at its start to 1 at its end.
     pub normalized: Map,
 }
 
-/// How positions of an axis become rotations of a motor.
+/// Conversion from positions of an axis to rotations of a motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotations {
-    /// Rotations a unit; negative if the motor runs against the axis.
+    /// Rotations per unit; negative if the motor runs against the axis.
     pub per_unit: f64,
     /// Rotations at position 0.
     pub offset: f64,
@@ -73,9 +73,9 @@ impl Rotations {
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
 #[serde(try_from = "FileDmc")]
 pub struct Dmc {
-    /// Its number, from 1 to 32.
+    /// Number of the motor, from 1 to 32.
     pub motor: u8,
-    /// Its steps at a position of the axis.
+    /// Scale from positions of the axis to steps.
     pub scale: StepScale,
 }
 
@@ -83,10 +83,10 @@ pub struct Dmc {
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
 #[serde(try_from = "FileHoot")]
 pub struct Hoot {
-    /// The address of its node, from 2 to 255.
+    /// Address of the node, from 2 to 255.
     pub address: u8,
-    /// Its number in the node, from 1 to 3.
+    /// Number of the motor in the node, from 1 to 3.
     pub motor: u8,
-    /// Its steps at a position of the axis.
+    /// Scale from positions of the axis to steps.
     pub scale: StepScale,
 }

@@ -1,4 +1,4 @@
-//! Eases as files have them, and the handles that they become.
+//! Eases as in move files, and their conversion to handles.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use motion_core::bezier::{self, Key, Point};
 use serde::de::value::SeqAccessDeserializer;
 use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Unexpected, Visitor};
 
-/// How an axis passes a key frame, on one side of it.
+/// Ease of an axis on one side of a key frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) enum Ease {
     #[default]
@@ -59,22 +59,22 @@ impl<'de> Deserialize<'de> for Ease {
     }
 }
 
-/// A key frame of a file, its eases settled.
+/// A key frame of a file, with the ease of each side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Eased {
+pub(super) struct EasedKey {
     pub(super) time: f64,
     pub(super) position: f64,
     pub(super) arrive: Ease,
     pub(super) leave: Ease,
 }
 
-/// The handle of a key frame that reaches beyond the other one, or away from it.
-pub(super) struct Beyond;
+/// Error: a handle of the key frame reaches beyond the other key frame, or away from it.
+pub(super) struct BadHandle;
 
-/// The key frame, between the one before it and the one behind it.
-pub(super) fn key(before: Option<&Eased>, this: &Eased, behind: Option<&Eased>) -> Result<Key, Beyond> {
-    let slope = slope(before, this, behind);
-    let ease = |ease: Ease, other: Option<&Eased>| {
+/// The key frame with its handles, from the key frames before and after it.
+pub(super) fn key(before: Option<&EasedKey>, this: &EasedKey, after: Option<&EasedKey>) -> Result<Key, BadHandle> {
+    let slope = slope(before, this, after);
+    let ease = |ease: Ease, other: Option<&EasedKey>| {
         let Some(other) = other else { return Ok(bezier::Ease::Linear) };
         let way = other.time - this.time;
         match ease {
@@ -84,21 +84,22 @@ pub(super) fn key(before: Option<&Eased>, this: &Eased, behind: Option<&Eased>) 
             Ease::Handle(seconds, units) if (0.0..=1.0).contains(&(seconds / way)) => {
                 Ok(bezier::Ease::Handle(Point::new(seconds, units)))
             }
-            Ease::Handle(..) => Err(Beyond),
+            Ease::Handle(..) => Err(BadHandle),
         }
     };
-    let (arrive, leave) = (ease(this.arrive, before)?, ease(this.leave, behind)?);
+    let (arrive, leave) = (ease(this.arrive, before)?, ease(this.leave, after)?);
     Ok(Key { time: this.time, position: this.position, arrive, leave })
 }
 
-/// How fast a smooth axis passes a key frame: as from the one before to the one behind, but never so fast that a curve
-/// with handles of a third would pass its neighbours. At rest at the ends, and where the axis turns.
-fn slope(before: Option<&Eased>, this: &Eased, behind: Option<&Eased>) -> f64 {
-    let (Some(before), Some(behind)) = (before, behind) else { return 0.0 };
-    let rise = |from: &Eased, to: &Eased| (to.position - from.position) / (to.time - from.time);
-    let (arriving, leaving) = (rise(before, this), rise(this, behind));
+/// Velocity of a smooth axis at a key frame: the mean velocity from the key frame before to the one after, limited so
+/// that a curve with handles of one third stays between its neighbours. It is 0 at the ends, and where the axis changes
+/// its direction.
+fn slope(before: Option<&EasedKey>, this: &EasedKey, after: Option<&EasedKey>) -> f64 {
+    let (Some(before), Some(after)) = (before, after) else { return 0.0 };
+    let rise = |from: &EasedKey, to: &EasedKey| (to.position - from.position) / (to.time - from.time);
+    let (arriving, leaving) = (rise(before, this), rise(this, after));
     if arriving * leaving <= 0.0 {
         return 0.0;
     }
-    rise(before, behind).abs().min(3.0 * arriving.abs()).min(3.0 * leaving.abs()).copysign(leaving)
+    rise(before, after).abs().min(3.0 * arriving.abs()).min(3.0 * leaving.abs()).copysign(leaving)
 }

@@ -1,4 +1,4 @@
-//! Move files: what each axis of a rig does in a move, in physical units, as JSON.
+//! Move files: JSON files that describe the move of each axis of a rig, in physical units.
 //!
 //! ```
 //! use examples::moves::Move;
@@ -24,7 +24,7 @@
 //! let slide = &kettle.axes[0];
 //! assert_eq!(slide.curve().position(7.5), 600.0);
 //!
-//! // What a controller of stepper motors is sent: steps at each frame.
+//! // Steps at each frame, as sent to a controller of stepper motors.
 //! let scale = slide.dmc.as_ref().unwrap().scale;
 //! let steps: Vec<i32> = slide.curve().steps(kettle.frames, scale).collect::<Result<_, _>>()?;
 //! assert_eq!((steps[0], steps[191]), (0, 48_000));
@@ -34,43 +34,45 @@
 //!
 //! # The file
 //!
-//! An object; a member that is not named here is an error. Names are 1 to 80 characters long, units 1 to 12.
+//! The file is an object; a member that is not named here is an error. Names have 1 to 80 characters, units 1 to 12.
 //!
-//! | member | what it is |
+//! | member | meaning |
 //! |---|---|
 //! | `move` | 1, the version of this schema |
-//! | `name` | what the move is called |
-//! | `rate` | frames a second: `24`, `23.976`, or an exact fraction as text, `"24000/1001"` |
-//! | `duration` | how long the move takes, in seconds; without it, as long as its last key frame needs |
-//! | `axes` | 1 to 64 axes, each with another name |
+//! | `name` | the name of the move |
+//! | `rate` | frames per second: `24`, `23.976`, or an exact fraction as text, `"24000/1001"` |
+//! | `duration` | duration of the move, in seconds; by default, it ends at its last key frame |
+//! | `axes` | 1 to 64 axes with different names |
 //!
-//! An axis:
+//! An axis has these members:
 //!
-//! | member | what it is |
+//! | member | meaning |
 //! |---|---|
 //! | `name`, `unit` | labels; `unit` is the unit of all positions of the axis |
-//! | `keys` | at least two key frames, in the order of time. Before the first and behind the last, the axis rests |
-//! | `limits` | how fast the axis may be: `velocity` (units a second), `acceleration` (units a second²), and if there is one `jerk` (units a second³). Curves are held against the first two; what the rig does on its own, such as going to the start, against all |
-//! | `kos` | if a kOS motor moves the axis: `motor`, its address from 1 to 10; `rotations_per_unit`; `offset`, its rotations at position 0 (0 if it is not said); `range`, its calibrated range as two numbers of rotations |
-//! | `dmc` | if a DMC motor moves the axis: `motor`, its number from 1 to 32; `steps_per_unit`; `offset`, its steps at position 0 (0 if it is not said) |
-//! | `hoot` | the same for a motor of an NMX: `address` of its node from 2 to 255 (3 if it is not said); `motor` from 1 to 3; `steps_per_unit`; `offset` |
+//! | `keys` | at least two key frames, in the order of time. Before the first and after the last, the axis rests |
+//! | `limits` | limits of the axis: `velocity` (units per second), `acceleration` (units per second²), and optionally `jerk` (units per second³). Curves are compared with the first two; moves that the rig makes on its own, such as the move to the start, respect all three |
+//! | `kos` | if a kOS motor moves the axis: `motor`, its address from 1 to 10; `rotations_per_unit`; `offset`, its rotations at position 0 (default 0); `range`, its calibrated range as two numbers of rotations |
+//! | `dmc` | if a DMC motor moves the axis: `motor`, its number from 1 to 32; `steps_per_unit`; `offset`, its steps at position 0 (default 0) |
+//! | `hoot` | the same for a motor of an NMX: `address` of its node from 2 to 255 (default 3); `motor` from 1 to 3; `steps_per_unit`; `offset` |
 //!
-//! A motor that runs against its axis has a negative `rotations_per_unit` or `steps_per_unit`. A key frame:
+//! A motor that runs against its axis has a negative `rotations_per_unit` or `steps_per_unit`.
 //!
-//! | member | what it is |
+//! A key frame has these members:
+//!
+//! | member | meaning |
 //! |---|---|
-//! | `time`, `position` | where the axis is when: seconds from the start of the move, 0 or more, and units |
+//! | `time`, `position` | position of the axis in units, and its time in seconds from the start of the move, 0 or more |
 //! | `arrive`, `leave` | the ease on either side of it |
-//! | `ease` | the ease on each side that is not said by itself |
+//! | `ease` | the ease on each side that has no ease of its own |
 //!
-//! An ease:
+//! An ease has one of these values:
 //!
-//! | value | what it is |
+//! | value | meaning |
 //! |---|---|
-//! | `"smooth"` | what is taken if nothing is said: through the key frame without a corner, never beyond its neighbours; from rest to rest at the first, the last, and where the axis turns |
-//! | `"linear"` | straight for the other key frame |
-//! | a number from 0 to 1 | to rest, or from rest, with a flat handle as long as this part of the time between the key frames |
-//! | `[seconds, units]` | a Bezier handle, as its distance from the key frame: forwards in time to leave, backwards to arrive, and not beyond the other key frame |
+//! | `"smooth"` | the default: through the key frame without a corner, and never beyond the positions of its neighbours; at rest at the first and the last key frame, and where the axis changes its direction |
+//! | `"linear"` | straight towards the other key frame |
+//! | a number from 0 to 1 | to rest or from rest, with a flat handle whose length is this part of the time between the key frames |
+//! | `[seconds, units]` | a Bezier handle, as its distance from the key frame: positive seconds to leave, negative seconds to arrive, and not beyond the other key frame |
 
 mod axis;
 mod ease;
@@ -85,58 +87,58 @@ use motion_core::trajectory::FrameTimes;
 use crate::program::one_line;
 
 pub use axis::{Dmc, Hoot, Kos, MoveAxis, Rotations};
-pub use limits::{Excess, What};
+pub use limits::{Excess, ExcessKind};
 
-/// A move: what all axes of a rig do in the same time.
+/// A move of all axes of a rig in the same time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Move {
-    /// What it is called.
+    /// Name of the move.
     pub name: String,
-    /// How long it takes, in seconds.
+    /// Duration, in seconds.
     pub duration: f64,
-    /// Its frames, from the start to the first at the end or behind it.
+    /// Frames, from the start to the first one that is not before the end.
     pub frames: FrameTimes,
-    /// What each axis does.
+    /// The axes with their curves and motors.
     pub axes: Vec<MoveAxis>,
 }
 
-/// Why a file is no move. One line that begins with the name of the file.
+/// Why a file cannot be read as a move. The text is one line that begins with the name of the file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MoveError {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error("{name}: {error}")]
     Unreadable {
         /// The name of the file.
         name: String,
-        /// What the operating system says.
+        /// The error of the operating system.
         #[source]
         error: io::Error,
     },
-    /// It is no JSON, or a part of it is not as it should be.
+    /// The file is not JSON, or a part of it is wrong.
     #[error("{name}, line {line}, column {column}: {what}")]
     Wrong {
         /// The name of the file.
         name: String,
-        /// The line from 1: where the part ends that is wrong.
+        /// Line where the wrong part ends, from 1.
         line: usize,
-        /// The byte of the line, from 1.
+        /// Byte of the line where the wrong part ends, from 1.
         column: usize,
-        /// What is wrong, and what would be right.
+        /// The problem, and how to correct it.
         what: String,
     },
-    /// Its parts are as they should be, but do not fit together.
+    /// The parts of the file are valid, but do not fit together.
     #[error("{name}: {what}")]
     Unfit {
         /// The name of the file.
         name: String,
-        /// What does not fit.
+        /// The problem, and how to correct it.
         what: String,
     },
 }
 
 impl Move {
-    /// Reads a file.
+    /// Reads a move from a file.
     ///
     /// # Errors
     ///
@@ -149,7 +151,7 @@ impl Move {
         }
     }
 
-    /// Understands the text of a file; `name` is for errors.
+    /// Reads a move from the text of a file; `name` is used in errors.
     ///
     /// # Errors
     ///
@@ -168,7 +170,7 @@ impl Move {
         file.into_move().map_err(|unfit| MoveError::Unfit { name, what: unfit.to_string() })
     }
 
-    /// Where curves ask for more than the limits of their axis, in the order of axes and time.
+    /// The places where curves exceed the limits of their axis, in the order of axes and time.
     pub fn excesses(&self) -> impl Iterator<Item = Excess<'_>> {
         self.axes.iter().flat_map(limits::excesses)
     }
@@ -183,7 +185,7 @@ mod tests {
     const PAN: &str = include_str!("pan.json");
     const WHIP: &str = include_str!("whip.json");
 
-    /// A small move, with something else in the place of a part of it.
+    /// The error of a small move in which a part is replaced.
     fn error(part: &str, other: &str) -> String {
         assert!(SLIDE.contains(part), "{part}");
         let error = Move::parse("slide.json", &SLIDE.replacen(part, other, 1)).unwrap_err().to_string();
@@ -192,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn the_samples_are_moves() {
+    fn the_sample_files_are_valid_moves() {
         let slide = Move::parse("slide.json", SLIDE).unwrap();
         assert_eq!((slide.frames.count, slide.frames.rate.to_string().as_str()), (193, "24"));
         let axis = &slide.axes[0];
@@ -215,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn smooth_is_smooth_and_stays_between_its_key_frames() {
+    fn smooth_eases_have_no_corners_and_stay_between_key_frames() {
         let crane = Move::parse("crane.json", CRANE).unwrap();
         for axis in crane.axes.iter().filter(|axis| axis.name != "Pan") {
             let corners = motion_core::trajectory::Tolerance::all(1e-9);
@@ -243,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said_with_its_place() {
+    fn errors_name_the_problem_and_its_place() {
         for (part, other, expected) in [
             (
                 "\"position\": 250",
@@ -260,7 +262,7 @@ mod tests {
                 "\"time\": 3",
                 "line 21, column 5: axis \"Slide\": key frame 3 at 3 s is not later than the one before it",
             ),
-            ("\"time\": 0.5", "\"time\": -1", "key frame 1 at -1 s is before the move"),
+            ("\"time\": 0.5", "\"time\": -1", "key frame 1 at -1 s is before the start of the move"),
             (
                 "\"ease\": 0.6",
                 "\"ease\": 1.5",
@@ -286,7 +288,7 @@ mod tests {
                 "\"range\": [0, 25]",
                 "\"kos\": 30 rotations at position 600 are beyond its \"range\"",
             ),
-            ("\"range\": [0, 40]", "\"range\": [5, 5]", "a \"range\" of some width"),
+            ("\"range\": [0, 40]", "\"range\": [5, 5]", "a \"range\" with different ends"),
             ("\"rotations_per_unit\": 0.05", "\"rotations_per_unit\": 0", "\"rotations_per_unit\" other than 0"),
             (
                 "\"kos\": { \"motor\": 1",
@@ -304,8 +306,8 @@ mod tests {
                 "\"hoot\": { \"motor\": 1, \"steps_per_unit\": 0",
                 "\"hoot\" needs \"steps_per_unit\" other than 0",
             ),
-            ("\"unit\": \"mm\"", "\"unit\": \" \"", "is no name or unit: here it needs 1 to 12 visible characters"),
-            ("\"name\": \"Slide\"", "\"name\": \"a\\nb\"", "is no name or unit"),
+            ("\"unit\": \"mm\"", "\"unit\": \" \"", "cannot be a name or unit: it needs 1 to 12 visible characters"),
+            ("\"name\": \"Slide\"", "\"name\": \"a\\nb\"", "cannot be a name or unit"),
             ("\"unit\": \"mm\"", "\"a\\nb\": 1", "unknown field `a\\nb`"),
             ("\"position\": 250 },", "\"position\": 250 }", "line 14, column 17: expected `,` or `]`"),
             ("\"position\": 250", "\"position\": 1e80", "out of range"),
@@ -323,14 +325,14 @@ mod tests {
     fn two_axes_do_not_share_a_name_or_a_motor() {
         let twice = CRANE.replace("\"Focus\"", "\"Pan\"");
         let error = Move::parse("a.json", &twice).unwrap_err().to_string();
-        assert_eq!(error, "a.json: two axes are called \"Pan\": give each its own name");
+        assert_eq!(error, "a.json: two axes have the name \"Pan\": give each its own name");
         let shared = CRANE.replace("\"motor\": 4", "\"motor\": 1");
         let error = Move::parse("a.json", &shared).unwrap_err().to_string();
         assert_eq!(error, "a.json: axes \"Track\" and \"Focus\" have the same DMC motor: give each its own");
     }
 
     #[test]
-    fn a_move_without_duration_is_as_long_as_it_needs() {
+    fn a_move_without_duration_ends_at_its_last_key_frame() {
         let short = Move::parse("", &SLIDE.replacen("    \"duration\": 8,\n", "", 1)).unwrap();
         assert_eq!((short.duration.to_bits(), short.frames.count), (7.5_f64.to_bits(), 181));
     }

@@ -1,4 +1,4 @@
-//! The members of the file, and how they become a move.
+//! The members of a move file, and their conversion to a move.
 
 use std::collections::HashSet;
 
@@ -11,17 +11,17 @@ use serde_json::Value;
 
 use super::Move;
 use super::axis::{Dmc, Hoot, Kos, MoveAxis, Rotations};
-use super::ease::{self, Ease, Eased};
+use super::ease::{self, Ease, EasedKey};
 use crate::program::one_line;
 
-/// The longest name, in characters.
+/// Greatest length of a name, in characters.
 const LONGEST: usize = 80;
-/// The longest unit, in characters: it has to find room beside a picture.
+/// Greatest length of a unit, in characters, because it has to fit beside a picture.
 const LONGEST_UNIT: usize = 12;
-/// The most axes of a move: more than any device has.
+/// Greatest number of axes of a move, more than any device has.
 const MOST_AXES: usize = 64;
 
-/// The most frames of a move: what DMC can count.
+/// Greatest number of frames of a move, which DMC can count.
 const MOST_FRAMES: u32 = dmc_proto::upload::MAX_FRAMES;
 
 #[derive(Deserialize)]
@@ -36,14 +36,14 @@ pub(super) struct File {
     axes: Vec<MoveAxis>,
 }
 
-/// Why parts of a file make no move.
+/// Why the parts of a file do not fit together.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum Unfit {
+pub(super) enum MoveProblem {
     #[error("there is no axis: \"axes\" needs one")]
     NoAxis,
     #[error("{0} axes are too many: at most {MOST_AXES}")]
     ManyAxes(usize),
-    #[error("two axes are called {0:?}: give each its own name")]
+    #[error("two axes have the name {0:?}: give each its own name")]
     Twice(String),
     #[error("axes {1:?} and {2:?} have the same {0} motor: give each its own")]
     Shared(&'static str, String, String),
@@ -56,41 +56,41 @@ pub(super) enum Unfit {
 }
 
 impl File {
-    pub(super) fn into_move(self) -> Result<Move, Unfit> {
+    pub(super) fn into_move(self) -> Result<Move, MoveProblem> {
         let Self { name: Label(name), rate, duration, axes, .. } = self;
         let last = axes.iter().max_by(|one, other| one.curve().end().total_cmp(&other.curve().end()));
-        let last = last.ok_or(Unfit::NoAxis)?;
+        let last = last.ok_or(MoveProblem::NoAxis)?;
         if axes.len() > MOST_AXES {
-            return Err(Unfit::ManyAxes(axes.len()));
+            return Err(MoveProblem::ManyAxes(axes.len()));
         }
         let end = last.curve().end();
         let duration = duration.unwrap_or(end);
         if duration < end {
-            return Err(Unfit::Short { duration, axis: last.name.clone(), key: end });
+            return Err(MoveProblem::Short { duration, axis: last.name.clone(), key: end });
         }
         let mut names = HashSet::new();
         if let Some(axis) = axes.iter().find(|axis| !names.insert(&axis.name)) {
-            return Err(Unfit::Twice(axis.name.clone()));
+            return Err(MoveProblem::Twice(axis.name.clone()));
         }
         shared(&axes, "kOS", |axis| axis.kos.map(|kos| kos.motor))?;
         shared(&axes, "DMC", |axis| axis.dmc.map(|dmc| dmc.motor))?;
         shared(&axes, "hoot", |axis| axis.hoot.map(|hoot| (hoot.address, hoot.motor)))?;
         let frames = FrameTimes::covering(0.0, duration, rate).filter(|frames| frames.count <= MOST_FRAMES);
-        let frames = frames.ok_or_else(|| Unfit::Long { frames: (duration * rate.to_f64()).ceil() })?;
+        let frames = frames.ok_or_else(|| MoveProblem::Long { frames: (duration * rate.to_f64()).ceil() })?;
         Ok(Move { name, duration, frames, axes })
     }
 }
 
-/// Refuses a motor that moves two axes.
+/// Refuses a motor that is given for two axes.
 fn shared<M: PartialEq>(
     axes: &[MoveAxis],
     protocol: &'static str,
     motor: impl Fn(&MoveAxis) -> Option<M>,
-) -> Result<(), Unfit> {
+) -> Result<(), MoveProblem> {
     for (index, axis) in axes.iter().enumerate() {
         let Some(this) = motor(axis) else { continue };
         if let Some(other) = axes[..index].iter().find(|other| motor(other).is_some_and(|motor| motor == this)) {
-            return Err(Unfit::Shared(protocol, other.name.clone(), axis.name.clone()));
+            return Err(MoveProblem::Shared(protocol, other.name.clone(), axis.name.clone()));
         }
     }
     Ok(())
@@ -112,7 +112,7 @@ impl TryFrom<u64> for Version {
     }
 }
 
-/// A text that people read, of so many characters at most.
+/// A text for people, of at most `MOST` characters.
 #[derive(Deserialize)]
 #[serde(try_from = "String")]
 struct Label<const MOST: usize>(String);
@@ -123,7 +123,7 @@ impl<const MOST: usize> TryFrom<String> for Label<MOST> {
     fn try_from(text: String) -> Result<Self, String> {
         if text.trim().is_empty() || text.chars().count() > MOST || text.chars().any(char::is_control) {
             return Err(format!(
-                "{:?} is no name or unit: here it needs 1 to {MOST} visible characters",
+                "{:?} cannot be a name or unit: it needs 1 to {MOST} visible characters",
                 one_line(&text)
             ));
         }
@@ -131,7 +131,7 @@ impl<const MOST: usize> TryFrom<String> for Label<MOST> {
     }
 }
 
-/// A number or a text, with all digits as they are in the file.
+/// The frame rate from a number or a text, with all digits of the file.
 fn rate<'de, D: Deserializer<'de>>(deserializer: D) -> Result<FrameRate, D::Error> {
     let text = match Value::deserialize(deserializer)? {
         Value::Number(number) => number.to_string(),
@@ -165,17 +165,17 @@ struct FileKey {
     leave: Option<Ease>,
 }
 
-/// Why key frames make no axis. Key frames are counted from 1.
+/// Why key frames cannot form an axis. Key frames are counted from 1.
 #[derive(Debug, thiserror::Error)]
-enum Unmade {
+enum AxisProblem {
     #[error("{0} key frames are too few: an axis needs two")]
     Few(usize),
-    #[error("key frame {0} at {1} s is before the move: times begin at 0")]
+    #[error("key frame {0} at {1} s is before the start of the move: times are 0 or more")]
     Early(usize, f64),
     #[error("key frame {0} at {1} s is not later than the one before it: put them in the order of time")]
     Order(usize, f64),
     #[error(
-        "key frame {0} at {1} s: a handle reaches beyond the other key frame, or away from it: [seconds, units] is its distance, backwards to arrive"
+        "key frame {0} at {1} s: a handle reaches beyond the other key frame, or away from it: [seconds, units] is its distance, with negative seconds to arrive"
     )]
     Handle(usize, f64),
     #[error("a time or a position is out of range")]
@@ -187,20 +187,20 @@ enum Unmade {
 }
 
 impl FileAxis {
-    fn make(self) -> Result<MoveAxis, Unmade> {
-        let keys: Vec<Eased> = self.keys.iter().map(FileKey::eased).collect();
+    fn make(self) -> Result<MoveAxis, AxisProblem> {
+        let keys: Vec<EasedKey> = self.keys.iter().map(FileKey::eased).collect();
         if keys.len() < 2 {
-            return Err(Unmade::Few(keys.len()));
+            return Err(AxisProblem::Few(keys.len()));
         }
         if keys[0].time < 0.0 {
-            return Err(Unmade::Early(1, keys[0].time));
+            return Err(AxisProblem::Early(1, keys[0].time));
         }
         if let Some(late) = (1..keys.len()).find(|&index| keys[index].time <= keys[index - 1].time) {
-            return Err(Unmade::Order(late + 1, keys[late].time));
+            return Err(AxisProblem::Order(late + 1, keys[late].time));
         }
-        let made = |(index, this): (usize, &Eased)| {
+        let made = |(index, this): (usize, &EasedKey)| {
             let before = index.checked_sub(1).and_then(|index| keys.get(index));
-            ease::key(before, this, keys.get(index + 1)).map_err(|_| Unmade::Handle(index + 1, this.time))
+            ease::key(before, this, keys.get(index + 1)).map_err(|_| AxisProblem::Handle(index + 1, this.time))
         };
         let keys = keys.iter().enumerate().map(made).collect::<Result<Vec<_>, _>>()?;
         let segments: Result<Vec<Segment>, _> =
@@ -213,14 +213,14 @@ impl FileAxis {
             kos: self.kos,
             dmc: self.dmc,
             hoot: self.hoot,
-            segments: segments.map_err(|_| Unmade::Range)?,
+            segments: segments.map_err(|_| AxisProblem::Range)?,
         };
         let range = Axis::new(&axis.segments, &axis.unit)?.range();
         if let Some(kos) = axis.kos {
-            // What rounding may put outside.
+            // The tolerance allows for rounding.
             let outside = |position: &f64| !(-1e-9..=1.0 + 1e-9).contains(&kos.normalized.apply(*position));
             if let Some(position) = [range.from, range.to].into_iter().find(outside) {
-                return Err(Unmade::Beyond { position, rotations: kos.rotations.at(position) });
+                return Err(AxisProblem::Beyond { position, rotations: kos.rotations.at(position) });
             }
         }
         Ok(axis)
@@ -228,9 +228,9 @@ impl FileAxis {
 }
 
 impl FileKey {
-    fn eased(&self) -> Eased {
+    fn eased(&self) -> EasedKey {
         let Self { time, position, ease, arrive, leave } = *self;
-        Eased { time, position, arrive: arrive.unwrap_or(ease), leave: leave.unwrap_or(ease) }
+        EasedKey { time, position, arrive: arrive.unwrap_or(ease), leave: leave.unwrap_or(ease) }
     }
 }
 
@@ -238,7 +238,7 @@ impl<'de> Deserialize<'de> for MoveAxis {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let axis = FileAxis::deserialize(deserializer)?;
         let name = axis.name.0.clone();
-        axis.make().map_err(|unmade| D::Error::custom(format!("axis {name:?}: {unmade}")))
+        axis.make().map_err(|problem| D::Error::custom(format!("axis {name:?}: {problem}")))
     }
 }
 
@@ -259,7 +259,7 @@ impl TryFrom<FileLimits> for Checked {
 
     fn try_from(FileLimits { velocity, acceleration, jerk }: FileLimits) -> Result<Self, Self::Error> {
         let limits = Limits { velocity, acceleration, jerk };
-        // What a move of no length can be made for, a move can be made for.
+        // Limits that are valid for a move of distance 0 are valid for every move.
         MotionProfile::new(0.0, 0.0, limits).map_err(|_| "each of the \"limits\" must be more than 0")?;
         Ok(Self(limits))
     }
@@ -283,9 +283,9 @@ impl TryFrom<FileKos> for Kos {
     ) -> Result<Self, String> {
         numbered("kos", "motor", motor, 1, 10)?;
         let position = |rotations: f64| (rotations - offset) / per_unit;
-        // A scale of 0 makes no finite positions.
+        // With a scale of 0, positions are not finite.
         let normalized = Map::new(Range::new(position(from), position(to)), Range::UNIT)
-            .map_err(|_| "\"kos\" needs \"rotations_per_unit\" other than 0, and a \"range\" of some width")?;
+            .map_err(|_| "\"kos\" needs \"rotations_per_unit\" other than 0, and a \"range\" with different ends")?;
         Ok(Self { motor, rotations: Rotations { per_unit, offset }, range: Range::new(from, to), normalized })
     }
 }

@@ -1,4 +1,4 @@
-//! The command line of `plot`, and what it does.
+//! The command line of `plot`, and its execution.
 
 use std::ffi::OsString;
 use std::fs;
@@ -12,19 +12,19 @@ use examples::program::{fail, reason};
 
 /// Draw a move file: position, velocity and acceleration of each axis over time
 ///
-/// Limits are dashed lines. Where a curve is beyond them it is red, and a line of the output says so.
+/// Limits are dashed lines. A curve is red where it exceeds them, and the output has a line for each excess.
 #[derive(Debug, Parser)]
 #[command(name = "plot", version)]
 struct Args {
     /// The move file, such as examples/moves/crane.json
     file: PathBuf,
-    /// The folder for an SVG and a PNG with the name of the file; the current one if nothing is said
+    /// The folder for an SVG and a PNG with the name of the file; by default the current folder
     #[arg(long, conflicts_with_all = ["svg", "png"])]
     out: Option<PathBuf>,
-    /// Where to write an SVG
+    /// The file for an SVG
     #[arg(long)]
     svg: Option<PathBuf>,
-    /// Where to write a PNG
+    /// The file for a PNG
     #[arg(long)]
     png: Option<PathBuf>,
 }
@@ -32,14 +32,14 @@ struct Args {
 /// Why the program ends without a picture.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum Stop {
-    /// Help or the version was asked for.
+pub enum CliError {
+    /// The command line asks for the help or the version.
     #[error("{0}")]
     Help(clap::Error),
     /// The command line is wrong.
     #[error("{0}")]
     Usage(String),
-    /// The file is no move.
+    /// The file cannot be read as a move.
     #[error("{0}")]
     Move(#[from] MoveError),
     /// The picture cannot be drawn.
@@ -48,29 +48,30 @@ pub enum Stop {
     /// A picture cannot be written.
     #[error("{name}: {error}")]
     File {
-        /// The name of the file.
+        /// Name of the file.
         name: String,
-        /// What the operating system says.
+        /// The error of the operating system.
         #[source]
         error: io::Error,
     },
-    /// The output cannot be written on.
+    /// The standard output cannot be written.
     #[error("{0}")]
     Output(#[from] io::Error),
 }
 
-/// Does what a command line asks for, the program's name first; `say` gets the excesses, and the names of the pictures.
+/// Executes a command line, which begins with the name of the program. The excesses and the names of the pictures are
+/// written to `output`.
 ///
 /// # Errors
 ///
-/// [`Stop`].
-pub fn run(args: impl IntoIterator<Item = OsString>, say: &mut impl Write) -> Result<(), Stop> {
+/// [`CliError`].
+pub fn run(args: impl IntoIterator<Item = OsString>, output: &mut impl Write) -> Result<(), CliError> {
     let args: Vec<OsString> = args.into_iter().collect();
     if args.len() < 2 {
-        return Err(Stop::Usage("which move file? Try examples/moves/crane.json (see --help)".to_owned()));
+        return Err(CliError::Usage("which move file? Try examples/moves/crane.json (see --help)".to_owned()));
     }
     let args = Args::try_parse_from(args)
-        .map_err(|error| if error.use_stderr() { Stop::Usage(reason(&error)) } else { Stop::Help(error) })?;
+        .map_err(|error| if error.use_stderr() { CliError::Usage(reason(&error)) } else { CliError::Help(error) })?;
     let subject = Move::read(&args.file)?;
     let (svg, png) = match (args.svg, args.png) {
         (None, None) => {
@@ -80,39 +81,39 @@ pub fn run(args: impl IntoIterator<Item = OsString>, say: &mut impl Write) -> Re
         given => given,
     };
     for excess in subject.excesses() {
-        writeln!(say, "{excess}")?;
+        writeln!(output, "{excess}")?;
     }
     if let Some(path) = svg {
-        write(say, &path, crate::svg(&subject)?.as_bytes())?;
+        write(output, &path, crate::svg(&subject)?.as_bytes())?;
     }
     if let Some(path) = png {
         let mut bytes = Vec::new();
         crate::png(&subject, &mut bytes)?;
-        write(say, &path, &bytes)?;
+        write(output, &path, &bytes)?;
     }
     Ok(())
 }
 
-fn write(say: &mut impl Write, path: &Path, bytes: &[u8]) -> Result<(), Stop> {
+fn write(output: &mut impl Write, path: &Path, bytes: &[u8]) -> Result<(), CliError> {
     let name = path.display().to_string();
     match fs::write(path, bytes) {
-        Ok(()) => Ok(writeln!(say, "{name}")?),
-        Err(error) => Err(Stop::File { name, error }),
+        Ok(()) => Ok(writeln!(output, "{name}")?),
+        Err(error) => Err(CliError::File { name, error }),
     }
 }
 
-/// Ends the program: status 0, or one line on standard error and status 1.
+/// The exit code of the program: 0, or 1 after one line on standard error.
 ///
-/// Help is no failure, nor is a reader of the output that has seen enough.
+/// Help is a success. So is a broken pipe, which means that the reader of the output has stopped reading.
 #[must_use]
-pub fn exit(result: Result<(), Stop>) -> ExitCode {
+pub fn exit(result: Result<(), CliError>) -> ExitCode {
     let result = match result {
-        Err(Stop::Help(help)) => help.print().map_err(Stop::from),
+        Err(CliError::Help(help)) => help.print().map_err(CliError::from),
         other => other,
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        Err(Stop::Output(error)) if error.kind() == ErrorKind::BrokenPipe => ExitCode::SUCCESS,
-        Err(stop) => fail("plot", &stop.to_string()),
+        Err(CliError::Output(error)) if error.kind() == ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(error) => fail("plot", &error.to_string()),
     }
 }

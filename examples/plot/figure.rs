@@ -11,10 +11,10 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use crate::trace::{self, Line, Traces};
 
-/// The name under which the font is known; in an SVG the viewer takes its own.
+/// The name of the font; for an SVG, the viewer uses its own font.
 pub(crate) const FONT: &str = "sans-serif";
 
-/// Lengths in pixels of the SVG.
+/// Lengths of the layout, in pixels of the SVG.
 const WIDTH: i32 = 1_100;
 const LEFT: i32 = 190;
 const RIGHT: i32 = 70;
@@ -23,10 +23,10 @@ const HEADING: i32 = 38;
 const PANELS: [i32; 3] = [150, 110, 110];
 const GAP: i32 = 8;
 const TIMES: i32 = 26;
-/// The height of an axis: its name, its panels, and the times below.
+/// Height of an axis: its name, its panels, and the times below.
 const AXIS: i32 = HEADING + PANELS[0] + PANELS[1] + PANELS[2] + 3 * GAP + TIMES;
 
-/// A line of text, in pixels of the SVG.
+/// Sizes of text, in pixels of the SVG.
 const LARGE: i32 = 22;
 const MIDDLE: i32 = 17;
 const SMALL: i32 = 14;
@@ -36,26 +36,26 @@ const GREY: RGBColor = RGBColor(0x66, 0x66, 0x66);
 const FRAME: RGBColor = RGBColor(0xB0, 0xB0, 0xB0);
 const GRID: RGBColor = RGBColor(0xEC, 0xEC, 0xEC);
 const BEYOND: RGBColor = RGBColor(0xC6, 0x28, 0x28);
-/// One for each axis in turn, told apart by the colour-blind too.
+/// Colours for the axes in turn, which colour-blind people can distinguish.
 const COLOURS: [RGBColor; 4] =
     [RGBColor(0x00, 0x72, 0xB2), RGBColor(0x00, 0x8A, 0x64), RGBColor(0x8E, 0x4F, 0xA8), RGBColor(0xA8, 0x6F, 0x00)];
 
 type Panel<'a, DB> = ChartContext<'a, DB, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
 
-/// Width and height of the figure in pixels, each `fine` times as many as in the SVG.
+/// Width and height of the figure in pixels, each `fine` times as great as in the SVG.
 pub(crate) fn size(subject: &Move, fine: i32) -> (u32, u32) {
     let height = subject.axes.iter().fold(TITLE, |height, _| height + AXIS);
     ((WIDTH * fine).unsigned_abs(), (height * fine).unsigned_abs())
 }
 
-/// Draws all of it.
+/// Draws the whole figure.
 pub(crate) fn draw<DB: DrawingBackend>(subject: &Move, area: &DrawingArea<DB, Shift>, fine: i32) -> Drawn<DB> {
     let pen = Pen { area, fine };
     area.fill(&WHITE)?;
     pen.text(&subject.name, (20, 16), LARGE, INK)?;
     let (seconds, frames) = (number(subject.duration), subject.frames);
-    let about = format!("{seconds} s, {} frames at {} a second", frames.count, frames.rate);
+    let about = format!("{seconds} s, {} frames at {} per second", frames.count, frames.rate);
     pen.text(&about, (20, 42), SMALL, GREY)?;
     let mut top = TITLE;
     for (axis, colour) in subject.axes.iter().zip(COLOURS.iter().cycle()) {
@@ -65,7 +65,7 @@ pub(crate) fn draw<DB: DrawingBackend>(subject: &Move, area: &DrawingArea<DB, Sh
     area.present()
 }
 
-/// What a panel shows.
+/// The contents of a panel.
 struct Content<'a> {
     title: &'a str,
     unit: String,
@@ -75,7 +75,7 @@ struct Content<'a> {
     keys: &'a [Key],
 }
 
-/// Draws on an area with a number of pixels for each of the SVG.
+/// A pen that draws on an area with `fine` pixels for each pixel of the SVG.
 struct Pen<'a, DB: DrawingBackend> {
     area: &'a DrawingArea<DB, Shift>,
     fine: i32,
@@ -147,7 +147,7 @@ impl<DB: DrawingBackend> Pen<'_, DB> {
             .x_labels(12)
             .y_labels(labels)
             .x_label_formatter(&|time| format!("{} s", number(*time)))
-            // Zero is found by adding up steps.
+            // The library computes zero as a sum of steps.
             .y_label_formatter(&|value| number(if value.abs() < 1e-9 * width { 0.0 } else { *value }))
             .label_style(self.style(SMALL, GREY))
             .bold_line_style(self.stroke(GRID))
@@ -157,7 +157,7 @@ impl<DB: DrawingBackend> Pen<'_, DB> {
             .draw()
     }
 
-    /// Zero, the times of key frames, and the limits.
+    /// Draws the zero line, the times of key frames, and the limits.
     fn marks(&self, panel: &mut Panel<'_, DB>, content: &Content<'_>, axis: &MoveAxis, duration: f64) -> Drawn<DB> {
         let Range { start: low, end: high } = content.values;
         let keys = axis.keys.iter().map(|key| PathElement::new([(key.time, low), (key.time, high)], self.stroke(GRID)));
@@ -177,7 +177,7 @@ impl<DB: DrawingBackend> Pen<'_, DB> {
         Ok(())
     }
 
-    /// The curve, in another colour where it is beyond the limits, and the key frames on it.
+    /// Draws the curve, in another colour where it exceeds the limits, and the key frames on it.
     fn curve(&self, panel: &mut Panel<'_, DB>, content: &Content<'_>, colour: RGBColor) -> Drawn<DB> {
         let Range { start: low, end: high } = content.values;
         let limit = content.limit.unwrap_or(f64::INFINITY);
@@ -207,13 +207,13 @@ impl<DB: DrawingBackend> Pen<'_, DB> {
         colour.stroke_width(self.fine.unsigned_abs())
     }
 
-    /// A length of the SVG in pixels.
+    /// A length of the SVG, in pixels of the area.
     fn px(&self, length: i32) -> i32 {
         length * self.fine
     }
 }
 
-/// A number with as many decimals as it needs, six at most; very large and very small ones with an exponent.
+/// A number as text with as many decimals as it needs, at most six. Very large and very small numbers have an exponent.
 fn number(value: f64) -> String {
     if value != 0.0 && !(1e-5..1e7).contains(&value.abs()) {
         return format!("{value:.2e}");

@@ -1,4 +1,4 @@
-//! Draws moves: position, velocity and acceleration of each axis over time, as SVG and PNG.
+//! Drawings of moves: position, velocity and acceleration of each axis over time, as SVG and PNG.
 
 pub mod cli;
 mod figure;
@@ -11,17 +11,17 @@ use examples::moves::Move;
 use plotters::prelude::{BitMapBackend, FontStyle, IntoDrawingArea, SVGBackend};
 use plotters::style::register_font;
 
-/// Source Sans 3, under the licence beside it.
+/// The font Source Sans 3; its licence is in the same folder.
 static FONT: &[u8] = include_bytes!("font/SourceSans3-Regular.ttf");
 
-/// How many pixels of a PNG there are to one of the SVG, each way.
+/// Number of pixels of the PNG for each pixel of the SVG, in each direction.
 const FINE: i32 = 2;
 
 /// The drawing as SVG.
 ///
 /// # Errors
 ///
-/// Of the library that draws.
+/// The errors of the drawing library.
 pub fn svg(subject: &Move) -> Result<String, Box<dyn Error>> {
     font()?;
     let mut text = String::new();
@@ -29,11 +29,11 @@ pub fn svg(subject: &Move) -> Result<String, Box<dyn Error>> {
     Ok(text)
 }
 
-/// Writes the drawing as PNG, with twice the pixels of the SVG each way.
+/// Writes the drawing as PNG, with twice as many pixels as the SVG in each direction.
 ///
 /// # Errors
 ///
-/// Of the library that draws, and of `out`.
+/// The errors of the drawing library and of `out`.
 pub fn png(subject: &Move, out: impl Write) -> Result<(), Box<dyn Error>> {
     font()?;
     let (width, height) = figure::size(subject, FINE);
@@ -50,5 +50,5 @@ pub fn png(subject: &Move, out: impl Write) -> Result<(), Box<dyn Error>> {
 }
 
 fn font() -> Result<(), &'static str> {
-    register_font(figure::FONT, FontStyle::Normal, FONT).map_err(|_| "the bundled font is none")
+    register_font(figure::FONT, FontStyle::Normal, FONT).map_err(|_| "the bundled font cannot be read")
 }

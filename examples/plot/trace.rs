@@ -1,13 +1,13 @@
-//! Curves as lines that can be drawn, and the values that a panel shows of them.
+//! Curves as lines for drawing, and the range of values that a panel shows.
 
 use std::ops::Range;
 
 use examples::moves::MoveAxis;
 use motion_core::bezier::Motion;
 
-/// How many points a line has from the begin of a move to its end, at least.
+/// Least number of points for the whole duration of a move.
 const POINTS: f64 = 1_200.0;
-/// And how many from one key frame to the next, at least.
+/// Least number of points from one key frame to the next.
 const LEAST: f64 = 40.0;
 
 /// A line: times and values.
@@ -15,8 +15,8 @@ pub(crate) type Line = Vec<(f64, f64)>;
 
 /// Position, velocity and acceleration of an axis over time.
 ///
-/// Each stretch between key frames is a line of its own, so that jumps are gaps. Where a rate has no limit there is no
-/// point.
+/// Each stretch between key frames is a separate line, so that jumps are gaps. Where a rate has no limit, the line has
+/// no point.
 pub(crate) struct Traces {
     pub(crate) position: Vec<Line>,
     pub(crate) velocity: Vec<Line>,
@@ -59,15 +59,15 @@ impl Traces {
     }
 }
 
-/// The positions that a panel shows: all, and some room.
+/// The range of positions that a panel shows: all positions, and some room.
 pub(crate) fn positions(lines: &[Line]) -> Range<f64> {
     let (least, most) = bounds(lines);
     roomy(least, most)
 }
 
-/// The rates that a panel shows: 0, the limit if it is not far away, and what most of the time happens.
+/// The range of rates that a panel shows: 0, the limit if it is not far away, and the usual rates.
 ///
-/// At a vertical tangent a rate has no limit; drawn to scale, everything else would be a straight line.
+/// At a vertical tangent a rate has no limit. If it were drawn to scale, all other values would be a straight line.
 pub(crate) fn rates(lines: &[Line], limit: Option<f64>) -> Range<f64> {
     let mut sizes: Vec<f64> = lines.iter().flatten().map(|(_, rate)| rate.abs()).collect();
     sizes.sort_by(f64::total_cmp);
@@ -98,7 +98,7 @@ pub(crate) fn clip(line: &[(f64, f64)], values: &Range<f64>) -> Vec<Line> {
     let mut parts = vec![Line::new()];
     for pair in line.windows(2) {
         let [from, to] = [pair[0], pair[1]];
-        // Where it crosses one of both values, if it does.
+        // The point where the line crosses one of the two values.
         let at = |value: f64| {
             let share = ((value - from.1) / (to.1 - from.1)).clamp(0.0, 1.0);
             (from.0 + share * (to.0 - from.0), value)
@@ -137,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_are_cut_where_they_leave_the_panel() {
+    fn lines_end_where_they_leave_the_panel() {
         let line = [(0.0, 0.0), (1.0, 4.0), (2.0, 8.0), (3.0, 0.0), (4.0, -4.0)];
         let parts = clip(&line, &(-2.0..6.0));
         assert_eq!(parts, [vec![(0.0, 0.0), (1.0, 4.0), (1.5, 6.0)], vec![(2.25, 6.0), (3.0, 0.0), (3.5, -2.0)]]);
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn a_peak_without_limit_does_not_flatten_the_rest() {
+    fn an_infinite_peak_does_not_flatten_the_other_values() {
         let steep = [(0..1_000).map(|i| (f64::from(i), if i == 500 { 1e12 } else { 2.0 })).collect()];
         assert_eq!(rates(&steep, None), -0.4..4.4);
         assert_eq!(rates(&steep, Some(2.5)), -0.5..5.5);

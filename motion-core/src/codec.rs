@@ -75,7 +75,7 @@ pub enum Item<H> {
     },
     /// Bytes outside any frame.
     Noise {
-        /// At least one byte.
+        /// The bytes, at least one.
         bytes: Bytes,
         /// Why no frame begins at the first of them.
         why: Noise,

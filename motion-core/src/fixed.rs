@@ -1,4 +1,4 @@
-//! Decimal numbers that travel as integers: hundredths, thousandths and finer.
+//! Decimal numbers that are sent as integers: hundredths, thousandths and finer.
 //!
 //! The scale is part of the type, so a position in thousandths cannot be taken for one in hundredths. Nothing is lost:
 //! the integer from the wire is kept as it is, text is read and printed digit by digit, and a number that was converted
@@ -215,7 +215,7 @@ impl<T: Integer, const SCALE: u32> fmt::Display for Scaled<T, SCALE> {
     }
 }
 
-/// Prints what `Display` prints.
+/// Prints the same text as `Display`.
 impl<T: Integer, const SCALE: u32> fmt::Debug for Scaled<T, SCALE> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Display::fmt(self, f)

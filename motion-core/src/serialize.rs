@@ -19,7 +19,7 @@ use crate::wire::{FieldView, Fields, List, Value, print};
 ///
 /// # Errors
 ///
-/// Only those of the serializer.
+/// The errors of the serializer.
 #[doc(hidden)]
 pub fn fields<S: Serializer>(fields: &dyn Fields, serializer: S) -> Result<S::Ok, S::Error> {
     Map { fields, secrets: true }.serialize(serializer)
@@ -46,7 +46,7 @@ impl Map<'_> {
     ///
     /// # Errors
     ///
-    /// Only those of the serializer.
+    /// The errors of the serializer.
     pub fn entries<M: SerializeMap>(&self, map: &mut M) -> Result<(), M::Error> {
         let mut result = Ok(());
         self.fields.fields(&mut |field: &FieldView<'_>| {

@@ -1,4 +1,4 @@
-//! Bezier segments: accuracy against a reference with twice the digits, and the laws of the module.
+//! Bezier segments: their accuracy compared with a reference of twice the digits, and the laws of the module.
 
 #![expect(clippy::float_cmp, reason = "what is exact by law is compared exactly")]
 #![expect(clippy::many_single_char_names, reason = "control points and parameters, as the formulas have them")]
@@ -6,7 +6,7 @@
 use motion_core::bezier::{Cursor, Ease, Key, Motion, OutOfRange, Point, Segment};
 use proptest::prelude::*;
 
-/// Double-double numbers, on fused multiplication: independent of what the library does.
+/// Double-double numbers with fused multiplication, independent of the library.
 #[derive(Clone, Copy)]
 struct Wide(f64, f64);
 
@@ -38,7 +38,7 @@ impl Wide {
     }
 }
 
-/// Value, first and second derivative of one coordinate at a parameter, by Bernstein's polynomials.
+/// Value, first and second derivative of one coordinate at a parameter, by Bernstein polynomials.
 fn bernstein(p: [f64; 4], u: Wide) -> [Wide; 3] {
     let w = Wide::of(1.0).add(u.neg());
     let mix = |a: Wide, b: Wide| a.mul(w).add(b.mul(u));
@@ -59,7 +59,7 @@ fn positions(segment: &Segment) -> [f64; 4] {
     segment.points().map(|point| point.position)
 }
 
-/// The parameter at a time that runs forwards, by bisection.
+/// The parameter at a time by bisection, for a segment whose time does not fold.
 fn reference(segment: &Segment, time: f64) -> Wide {
     let (mut low, mut step) = (Wide::of(0.0), 1.0);
     for _ in 0..106 {
@@ -73,7 +73,7 @@ fn reference(segment: &Segment, time: f64) -> Wide {
     low
 }
 
-/// The greatest errors over many segments and times.
+/// Greatest errors over many segments and times.
 #[derive(Debug, Default)]
 struct Errors {
     backward: f64,
@@ -88,11 +88,11 @@ struct Random(u64);
 impl Random {
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        // 52 random digits behind 1, less the 1.
+        // 52 random digits after the 1, minus the 1.
         f64::from_bits(1.0_f64.to_bits() | (self.0 >> 12)) - 1.0
     }
 
-    /// Mostly anywhere in 0 to 1, else very close to an end or to the middle.
+    /// A time that is mostly anywhere in 0 to 1, and otherwise very close to an end or to the middle.
     fn time(&mut self) -> f64 {
         let (kind, value) = (self.next(), self.next());
         let tiny = 0.1_f64.powf(20.0 * value);
@@ -125,7 +125,7 @@ fn measure(count: usize, mut make: impl FnMut(&mut Random) -> Segment) -> Errors
             let found = bernstein(times(&segment), Wide::of(segment.parameter(time)))[0];
             errors.backward = errors.backward.max(found.add(Wide::of(-time)).0.abs());
             errors.position = errors.position.max((motion.position - position.0).abs());
-            // Rates by the scale they lose digits at: how much slower time runs than on average.
+            // Errors of rates are scaled by the digits that rates lose where time runs slower than on average.
             let velocity = rise.0 / slope;
             let acceleration = (curl.0 - velocity * bend) / slope / slope;
             let slow = (1.0 / slope).max(1.0);
@@ -199,9 +199,9 @@ fn accuracy_with_flat_and_drawn_back_handles() {
     );
 }
 
-/// A batch is as right as single times are, for handles of all kinds and times in any order.
+/// A batch is as exact as single times, for handles of all kinds and times in any order.
 #[test]
-fn batches() {
+fn batches_are_as_exact_as_single_times() {
     let mut random = Random(13);
     let steady: Vec<f64> = (0..=1000).map(|i| f64::from(i) / 1000.0).collect();
     let film: Vec<f64> = (0..=48).map(|i| f64::from(i) / 48.0).collect();
@@ -241,14 +241,14 @@ fn batches() {
         }
     }
     println!("{worst:?}");
-    // Batches are solved together where time runs at a sixteenth of its mean, or faster, so the errors
-    // of single rates are at most 1e-14 times 16³, and 1e-13 times 16⁵.
+    // Batches are solved together where time runs at a sixteenth of its mean or faster. So the errors of single rates
+    // are at most 1e-14 times 16³ and 1e-13 times 16⁵.
     assert!(worst[0] <= 1e-13 && worst[1] <= 4e-11 && worst[2] <= 1e-7, "{worst:?}");
 }
 
-/// Where time folds the parameter belongs to the time, and none that is larger does.
+/// Where time folds, the parameter belongs to the time, and no larger parameter does.
 #[test]
-fn folded_time() {
+fn the_largest_parameter_counts_where_time_folds() {
     let mut random = Random(3);
     let (mut folded, mut worst) = (0, 0.0_f64);
     for _ in 0..600 {
@@ -271,7 +271,7 @@ fn folded_time() {
 }
 
 #[test]
-fn rates_where_time_stands_still() {
+fn rates_have_limits_or_are_none_where_time_stands_still() {
     // Vertical tangents at the start, the end and in the middle.
     for (segment, time) in
         [(unit(0.0, 0.5, 0.5, 0.5), 0.0), (unit(0.5, 0.5, 1.0, 0.5), 1.0), (unit(1.0, 0.5, 0.0, 0.5), 0.5)]
@@ -280,7 +280,7 @@ fn rates_where_time_stands_still() {
         assert_eq!((motion.velocity, motion.acceleration), (None, None), "{segment:?}");
         assert_eq!(segment.peak_velocity(), None);
     }
-    // Handles drawn back into their ends: as on the straight line.
+    // With both handles at their ends, the motion is that of a straight line.
     let line = unit(0.0, 0.0, 1.0, 1.0);
     for time in [0.0, 1e-9, 0.3, 1.0] {
         let motion = line.at(time);
@@ -289,13 +289,13 @@ fn rates_where_time_stands_still() {
     }
     let start = unit(0.0, 0.0, 0.5, 1.0).at(0.0);
     assert_eq!((start.velocity, start.acceleration), (Some(2.0), None));
-    // Both handles in the start: velocity is the ratio of the third terms.
+    // With both handles at the start, velocity is the ratio of the third terms.
     let start = unit(0.0, 0.0, 0.0, 0.0).at(0.0);
     assert_eq!((start.velocity, start.acceleration), (Some(1.0), Some(0.0)));
 }
 
 #[test]
-fn without_length() {
+fn a_segment_of_duration_0_rests_at_its_last_point() {
     let at = |time, position| Point::new(time, position);
     for end in [1.0, 0.5] {
         let none = Segment::new([at(1.0, 2.0), at(1.0, 3.0), at(4.0, 4.0), at(end, 5.0)]).unwrap();
@@ -309,7 +309,7 @@ fn without_length() {
 }
 
 #[test]
-fn refused_and_converted() {
+fn coordinates_out_of_range_are_refused_and_f32_comes_back() {
     for bad in [f64::NAN, f64::INFINITY, -1e76] {
         assert_eq!(Segment::new([Point::ZERO, Point::ZERO, Point::new(0.0, bad), Point::ZERO]), Err(OutOfRange));
         assert_eq!(Segment::new([Point::new(bad, 0.0), Point::ZERO, Point::ZERO, Point::ZERO]), Err(OutOfRange));
@@ -321,7 +321,7 @@ fn refused_and_converted() {
 }
 
 #[test]
-fn key_frames() {
+fn a_segment_is_made_between_key_frames() {
     let from = Key { time: 2.0, position: 10.0, arrive: Ease::Linear, leave: Ease::Flat(0.5) };
     let to = Key { time: 4.0, position: 40.0, arrive: Ease::Linear, leave: Ease::Linear };
     let segment = Segment::between(&from, &to).unwrap();
@@ -337,13 +337,13 @@ fn key_frames() {
 }
 
 #[test]
-fn peaks_of_known_curves() {
+fn known_curves_have_known_peaks() {
     // x = u, y = 3u² - 2u³: velocity 6u - 6u², acceleration 6 - 12u.
     let smooth = unit(1.0 / 3.0, 0.0, 2.0 / 3.0, 1.0);
     assert!((smooth.peak_velocity().unwrap() - 1.5).abs() < 1e-14);
     assert!((smooth.peak_acceleration().unwrap() - 6.0).abs() < 1e-13);
     assert_eq!(smooth.range(), (0.0, 1.0));
-    // Handles beyond the ends: the curve goes beyond them as well, as far on either side.
+    // With handles beyond the ends, the curve goes beyond the ends by the same distance on both sides.
     let swinging = unit(1.0 / 3.0, 4.0, 2.0 / 3.0, -3.0);
     let (least, most) = swinging.range();
     assert!((least + most - 1.0).abs() < 1e-14 && most > 1.0, "symmetric about the middle: {least} {most}");
@@ -355,7 +355,7 @@ fn share() -> impl Strategy<Value = f64> {
     prop_oneof![8 => 0.0..=1.0, 1 => Just(0.0), 1 => Just(1.0)]
 }
 
-/// Segments whose time does not fold, of any place and length.
+/// Segments of any place and duration whose time does not fold.
 fn forwards() -> impl Strategy<Value = Segment> {
     (-100.0..100.0, 0.01..100.0, share(), share(), prop::array::uniform4(-10.0..10.0)).prop_map(
         |(start, length, x1, x2, y)| {
@@ -366,7 +366,7 @@ fn forwards() -> impl Strategy<Value = Segment> {
     )
 }
 
-/// Segments whose time is steep everywhere.
+/// Segments whose time does not run slowly anywhere.
 fn steep() -> impl Strategy<Value = Segment> {
     forwards().prop_filter("time runs well", |segment| {
         let [t0, t1, t2, t3] = times(segment).map(|time| (time - segment.start()) / segment.duration());
@@ -395,7 +395,7 @@ proptest! {
     }
 
     #[test]
-    fn never_nan(segment in anything(), time in prop_oneof![any::<f64>(), -1.0..1.0], part in 0.0..1.0) {
+    fn results_are_never_nan(segment in anything(), time in prop_oneof![any::<f64>(), -1.0..1.0], part in 0.0..1.0) {
         for time in [time, segment.start() + part * segment.duration(), segment.start(), segment.end()] {
             let motions = [segment.at(time), Cursor::new(segment).at(time)];
             for Motion { position, velocity, acceleration } in motions {
@@ -411,15 +411,15 @@ proptest! {
         }
     }
 
-    /// Where position is time, the curve is its own inverse.
+    /// If position equals time at all control points, position equals time everywhere.
     #[test]
-    fn inverse(x1 in share(), x2 in share(), time in 0.0..=1.0) {
+    fn a_curve_with_equal_coordinates_is_its_own_inverse(x1 in share(), x2 in share(), time in 0.0..=1.0) {
         prop_assert!((unit(x1, x1, x2, x2).position(time) - time).abs() <= 1e-15);
     }
 
-    /// In any order, with any gaps, a cursor says what the segment says.
+    /// For times in any order, a cursor gives the same motion as the segment.
     #[test]
-    fn batch_is_single(segment in forwards(), mut parts in prop::collection::vec(-0.1..1.1, 1..70), dense: bool, sorted: bool) {
+    fn a_cursor_agrees_with_single_times(segment in forwards(), mut parts in prop::collection::vec(-0.1..1.1, 1..70), dense: bool, sorted: bool) {
         if dense {
             for part in &mut parts {
                 *part = 0.3 + *part * 0.01;
@@ -445,7 +445,7 @@ proptest! {
     }
 
     #[test]
-    fn shorter_slices_count(segment in forwards(), times in 0_usize..40, room in 0_usize..40) {
+    fn the_shorter_slice_limits_the_results(segment in forwards(), times in 0_usize..40, room in 0_usize..40) {
         let mut out = vec![99.0; room];
         Cursor::new(segment).sample(&vec![segment.end(); times], &mut out);
         let written = times.min(room);
@@ -466,7 +466,7 @@ proptest! {
     }
 
     #[test]
-    fn reversing(segment in prop_oneof![forwards(), anything()], part in 0.0_f64..=1.0) {
+    fn a_reversed_segment_is_the_reverse_move(segment in prop_oneof![forwards(), anything()], part in 0.0_f64..=1.0) {
         let back = segment.reversed();
         prop_assert_eq!(back.reversed(), segment);
         let time = segment.start() + part * segment.duration();
@@ -477,7 +477,7 @@ proptest! {
     }
 
     #[test]
-    fn keys_and_back(segment in forwards()) {
+    fn a_segment_comes_back_from_its_keys(segment in forwards()) {
         let (from, to) = segment.keys();
         let again = Segment::between(&from, &to).unwrap();
         for (one, other) in again.points().into_iter().zip(segment.points()) {
@@ -485,9 +485,9 @@ proptest! {
         }
     }
 
-    /// No sample is beyond the peaks, and a sample near comes close to them.
+    /// No sample is beyond the peaks, and the greatest sample is close to them.
     #[test]
-    fn peaks(segment in steep()) {
+    fn no_sample_is_beyond_the_peaks(segment in steep()) {
         let samples: Vec<Motion> =
             (0..=2_000).map(|i| segment.at(segment.start() + f64::from(i) / 2e3 * segment.duration())).collect();
         let most = |rate: fn(&Motion) -> f64| samples.iter().map(rate).fold(0.0, f64::max);

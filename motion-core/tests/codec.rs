@@ -1,4 +1,4 @@
-//! The tokio codec finds what `Frames` finds, and a `Framed` brings it there and back.
+//! The tokio codec finds the same items as `Frames`, and a `Framed` sends and receives frames.
 
 #[allow(dead_code, reason = "the framings of the stream tests, without their rescans")]
 #[path = "stream/framings.rs"]
@@ -52,7 +52,7 @@ fn decode<F: Framing, const N: usize>(stream: &[u8], cuts: &[usize]) -> Vec<Owne
     items
 }
 
-/// Whole, cut and damaged frames, and noise that looks like them.
+/// Whole and damaged frames, and noise that looks like a frame.
 fn streams(marker: &'static [u8], frame: fn(&[u8]) -> Vec<u8>) -> impl Strategy<Value = Vec<u8>> {
     let data = || vec(prop_oneof![any::<u8>(), prop::sample::select(marker)], 0..20);
     let part = prop_oneof![
@@ -68,27 +68,27 @@ fn streams(marker: &'static [u8], frame: fn(&[u8]) -> Vec<u8>) -> impl Strategy<
     vec(part, 0..20).prop_map(|parts| parts.concat())
 }
 
-fn same<F: Framing, const N: usize>(stream: &[u8], cuts: &[usize]) {
+fn assert_same<F: Framing, const N: usize>(stream: &[u8], cuts: &[usize]) {
     let expected = read::<F, N>(stream, &[], Drain::AtGap, || usize::MAX).items;
     assert_eq!(decode::<F, N>(stream, cuts), expected);
 }
 
 proptest! {
     #[test]
-    fn finds_what_frames_find(
+    fn the_codec_finds_the_same_items_as_frames(
         dmc in streams(b"DF", |data| dmc_frame(7, 1, data)),
         kos in streams(&[4, 0, 6], |data| kos_frame(2, data)),
         hoot in streams(&[0, 0xff], |data| hoot_frame([1, 2, 3], data)),
         cuts in vec(1..60_usize, 1..9),
     ) {
-        same::<Dmc<40>, 80>(&dmc, &cuts);
-        same::<Kos<40>, 80>(&kos, &cuts);
-        same::<Hoot, 84>(&hoot, &cuts);
+        assert_same::<Dmc<40>, 80>(&dmc, &cuts);
+        assert_same::<Kos<40>, 80>(&kos, &cuts);
+        assert_same::<Hoot, 84>(&hoot, &cuts);
     }
 }
 
 #[test]
-fn frames_are_split_off_and_not_copied() {
+fn frames_are_split_off_the_buffer_and_not_copied() {
     let mut codec = Codec::<Kos<40>, 80>::new();
     let mut src = BytesMut::from(&kos_frame(1, b"abc")[..]);
     let place = src.as_ptr();
@@ -97,7 +97,7 @@ fn frames_are_split_off_and_not_copied() {
 }
 
 #[test]
-fn a_fatal_error_that_nobody_heeds_ends_the_stream() {
+fn a_fatal_error_that_the_caller_ignores_ends_the_stream() {
     let fatal = Fatal::BadVersion { found: 9, expected: 4 };
     let mut codec = Codec::<Kos<40>, 80>::new();
     let mut src = BytesMut::from(&[9, 9, 9][..]);
@@ -111,7 +111,7 @@ fn a_fatal_error_that_nobody_heeds_ends_the_stream() {
     assert!(matches!(codec.decode(&mut src).unwrap(), Some(Item::Noise { why: Noise::Resync, .. })));
     assert!(matches!(codec.decode(&mut src).unwrap(), Some(Item::Frame(_))));
 
-    // A new connection has a new buffer, and the codec that served the old one.
+    // A new connection has a new buffer, and the same codec after a reset.
     let mut src = BytesMut::from(&[9][..]);
     assert_eq!(codec.decode(&mut src).unwrap(), Some(Item::Fatal(fatal)));
     codec.reset();
@@ -120,7 +120,7 @@ fn a_fatal_error_that_nobody_heeds_ends_the_stream() {
 }
 
 #[test]
-fn bytes_before_a_gap_are_not_joined_to_those_behind_it() {
+fn bytes_after_a_gap_do_not_complete_a_frame_before_it() {
     let frame = dmc_frame(1, 2, b"data");
     let mut codec = Codec::<Dmc<40>, 80>::new();
     let mut src = BytesMut::from(&frame[..9]);
@@ -149,7 +149,7 @@ fn run<T: Debug>(future: impl Future<Output = T>) -> T {
 }
 
 #[test]
-fn framed_there_and_back() {
+fn a_framed_sends_and_receives_frames() {
     let frames = [dmc_frame(1, 2, b"one"), dmc_frame(2, 3, b""), dmc_frame(3, 4, &[b'D'; 20])];
     let (here, there) = tokio::io::duplex(5);
     run(async {

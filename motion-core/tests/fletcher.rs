@@ -1,4 +1,4 @@
-//! Fletcher-16 against the conformance vectors, and against the definition taken byte by byte.
+//! Fletcher-16 compared with the conformance vectors, and with the definition byte by byte.
 
 use std::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
-/// The definition: two sums, reduced after every byte.
+/// The definition of the checksum: two sums, reduced after every byte.
 fn reference(bytes: &[u8]) -> u16 {
     let (f0, f1) = bytes.iter().fold((0, 0), |(f0, f1), &byte| {
         let f0 = (f0 + u16::from(byte)) % 255;
@@ -16,7 +16,7 @@ fn reference(bytes: &[u8]) -> u16 {
     f1 << 8 | f0
 }
 
-/// Random bytes, as the vectors' `lcg` rule makes them.
+/// Random bytes by the `lcg` rule of the vectors.
 fn lcg(seed: u32, len: usize) -> Vec<u8> {
     let step = |state: &u32| Some(state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
     std::iter::successors(step(&seed), step).map(|state| state.to_be_bytes()[0]).take(len).collect()
@@ -29,13 +29,13 @@ fn hex(bytes: &[u8]) -> String {
     })
 }
 
-/// `bytes` and the check bytes behind them.
+/// The bytes, followed by their check bytes.
 fn sealed(bytes: &[u8]) -> Vec<u8> {
     [bytes, &Sum::of(bytes).check_bytes()].concat()
 }
 
 #[test]
-fn vectors() {
+fn the_vectors_have_the_right_checksums() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../vectors/fletcher16.json");
     let file: Value = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
     let vectors = file["vectors"].as_array().unwrap();
@@ -61,10 +61,9 @@ fn vectors() {
     }
 }
 
-/// Every length up to several blocks, with the bytes that come nearest to an overflow, and at
-/// random.
+/// Every length up to several blocks, with the bytes that are nearest to an overflow, and with random bytes.
 #[test]
-fn every_length() {
+fn every_length_has_the_right_checksum() {
     let fills = [vec![0xFF; 5_000], vec![0xFE; 5_000], lcg(7, 5_000)];
     for fill in &fills {
         for len in 0..=fill.len() {
@@ -74,7 +73,7 @@ fn every_length() {
 }
 
 #[test]
-fn long_inputs() {
+fn long_inputs_have_the_right_checksum() {
     for len in [65_535, 65_547, 1_000_003, 16_777_216] {
         for bytes in [vec![0xFE; len], lcg(3, len)] {
             assert_eq!(Sum::of(&bytes).value(), reference(&bytes), "{len} bytes");
@@ -82,9 +81,9 @@ fn long_inputs() {
     }
 }
 
-/// Two bytes reach each of the 255 * 255 sums.
+/// Two bytes are enough to reach each of the 255 * 255 sums.
 #[test]
-fn every_sum_is_brought_to_zero() {
+fn check_bytes_make_every_sum_zero() {
     let mut seen = std::collections::HashSet::new();
     for first in 0..255 {
         for second in 0..255 {
@@ -92,7 +91,7 @@ fn every_sum_is_brought_to_zero() {
             let [c0, c1] = sum.check_bytes();
             assert!(c0 > 0 && c1 > 0, "{sum:?} gives {c0}, {c1}");
             assert_eq!(sum.update(&[c0, c1]), Sum::ZERO, "{sum:?}");
-            // The specification's formula, as it stands.
+            // The formula of the specification.
             let (f0, f1) = (sum.value() & 0xFF, sum.value() >> 8);
             let published = 255 - (f0 + f1) % 255;
             assert_eq!([u16::from(c0), u16::from(c1)], [published, 255 - (f0 + published) % 255], "{sum:?}");
@@ -102,17 +101,17 @@ fn every_sum_is_brought_to_zero() {
     assert_eq!(seen.len(), 255 * 255);
 }
 
-/// A 0 for a 255 passes, among check bytes and elsewhere; nothing else within a byte does.
+/// A 0 in place of a 255 is accepted, in check bytes and elsewhere; any other change of one byte is detected.
 #[test]
-fn zero_and_255_look_alike() {
+fn only_0_and_255_are_accepted_for_each_other() {
     assert!(verify(&[]) && verify(&[0, 0]) && verify(&[0xFF, 0xFF]) && verify(&[0, 0xFF]));
     let frame = sealed(&lcg(11, 40));
     for at in 0..frame.len() {
         for byte in 0..=255 {
             let mut other = frame.clone();
             other[at] = byte;
-            let alike = byte % 255 == frame[at] % 255;
-            assert_eq!(verify(&other), alike, "byte {at}: {} turned into {byte}", frame[at]);
+            let equal = byte % 255 == frame[at] % 255;
+            assert_eq!(verify(&other), equal, "byte {at}: {} changed to {byte}", frame[at]);
         }
     }
 }
@@ -123,7 +122,7 @@ fn arrays_are_verified_like_slices() {
         let mut frame: [u8; N] = sealed(&lcg(5, N - 2)).try_into().unwrap();
         assert!(verify(&frame), "{N} bytes");
         frame[N / 2] ^= 0x10;
-        assert!(!verify(&frame), "{N} bytes, one bit turned over");
+        assert!(!verify(&frame), "{N} bytes, one bit flipped");
     }
     check::<2>();
     check::<12>();
@@ -138,14 +137,14 @@ fn arrays_are_verified_like_slices() {
 
 proptest! {
     #[test]
-    fn any_bytes(bytes in proptest::collection::vec(any::<u8>(), 0..5_000)) {
+    fn any_bytes_have_the_right_checksum(bytes in proptest::collection::vec(any::<u8>(), 0..5_000)) {
         prop_assert_eq!(Sum::of(&bytes).value(), reference(&bytes));
         prop_assert!(verify(&sealed(&bytes)));
     }
 
-    /// Pieces are summed one by one, joined and taken apart again.
+    /// Pieces are summed one by one, joined and separated again.
     #[test]
-    fn any_cutting(
+    fn the_sum_does_not_depend_on_the_pieces(
         bytes in proptest::collection::vec(any::<u8>(), 0..5_000),
         cuts in proptest::collection::vec(any::<proptest::sample::Index>(), 0..8),
     ) {

@@ -1,4 +1,4 @@
-//! The nom parsers agree with `Frames`, and say what is missing.
+//! The nom parsers agree with a rescan, and report how many bytes are missing.
 
 #[allow(dead_code, reason = "the framings of the stream tests, without their rescans")]
 #[path = "stream/framings.rs"]
@@ -12,8 +12,8 @@ use nom::{Err, Needed};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-/// Holds both parsers against a rescan, for bytes of any kind.
-fn agrees<'a, F: Framing>(input: &'a [u8], rescan: impl Fn(&[u8]) -> Result<usize, usize>) {
+/// Compares both parsers with a rescan, for bytes of any kind.
+fn assert_agreement<'a, F: Framing>(input: &'a [u8], rescan: impl Fn(&[u8]) -> Result<usize, usize>) {
     let found = complete::frame::<F, Error<&'a [u8]>>(input);
     match rescan(input) {
         Ok(len) => {
@@ -26,16 +26,16 @@ fn agrees<'a, F: Framing>(input: &'a [u8], rescan: impl Fn(&[u8]) -> Result<usiz
     match (streaming::frame::<F, Error<&'a [u8]>>(input), found) {
         (Err(Err::Incomplete(Needed::Size(more))), Err(error)) => {
             assert!(cut(&error), "{error:?}");
-            assert!(input.len() + more.get() <= F::MAX, "asks for more than there can be");
+            assert!(input.len() + more.get() <= F::MAX, "it asks for more than the longest frame");
         }
         (Err(one), Err(other)) => assert_eq!(one, other),
         (Ok((one, _)), Ok((other, _))) => assert_eq!(one, other),
-        _ => panic!("only one finds a frame"),
+        _ => panic!("only one of the parsers finds a frame"),
     }
 }
 
-/// Feeds a frame byte by byte; each answer says how many bytes will tell more.
-fn counts<F: Framing>(frame: &[u8]) {
+/// Feeds a frame in pieces of the lengths that the parser asks for.
+fn assert_asks_for_missing_bytes<F: Framing>(frame: &[u8]) {
     let mut asked = 0;
     let mut have = 0;
     while have < frame.len() {
@@ -45,20 +45,20 @@ fn counts<F: Framing>(frame: &[u8]) {
         have += more.get();
         asked += 1;
     }
-    assert_eq!(have, frame.len(), "asks for no byte behind the frame");
-    assert!(asked <= 3, "an empty input, a marker, a header: asked {asked} times");
+    assert_eq!(have, frame.len(), "it asks for no byte after the frame");
+    assert!(asked <= 3, "one question each for an empty input, a marker and a header: {asked}");
     assert!(matches!(streaming::frame::<F, Error<&[u8]>>(frame), Ok((&[], _))));
 }
 
 #[test]
-fn asks_for_what_is_missing() {
-    counts::<Dmc<400>>(&dmc_frame(1, 2, &[7; 300]));
-    counts::<Kos<400>>(&kos_frame(1, &[7; 300]));
-    counts::<Hoot>(&hoot_frame([1, 2, 3], &[7; 30]));
+fn a_parser_asks_for_the_missing_bytes() {
+    assert_asks_for_missing_bytes::<Dmc<400>>(&dmc_frame(1, 2, &[7; 300]));
+    assert_asks_for_missing_bytes::<Kos<400>>(&kos_frame(1, &[7; 300]));
+    assert_asks_for_missing_bytes::<Hoot>(&hoot_frame([1, 2, 3], &[7; 30]));
 }
 
 #[test]
-fn errors_have_kinds() {
+fn each_error_has_its_kind() {
     let kind = |error: Err<Error<&[u8]>>| match error {
         Err::Error(error) => (error.code, "error"),
         Err::Failure(error) => (error.code, "failure"),
@@ -76,7 +76,7 @@ fn errors_have_kinds() {
 
 proptest! {
     #[test]
-    fn finds_what_a_rescan_finds(
+    fn the_parsers_find_what_a_rescan_finds(
         data in vec(any::<u8>(), 0..50),
         rest in vec(any::<u8>(), 0..20),
         cut in any::<prop::sample::Index>(),
@@ -90,8 +90,8 @@ proptest! {
             bytes[at] ^= by;
             bytes
         };
-        agrees::<Dmc<40>>(&damage(dmc_frame(1, 2, &data)), dmc_rescan(40));
-        agrees::<Kos<40>>(&damage(kos_frame(1, &data)), kos_rescan(40));
-        agrees::<Hoot>(&damage(hoot_frame([1, 2, 3], &data[..data.len().min(40)])), hoot_rescan);
+        assert_agreement::<Dmc<40>>(&damage(dmc_frame(1, 2, &data)), dmc_rescan(40));
+        assert_agreement::<Kos<40>>(&damage(kos_frame(1, &data)), kos_rescan(40));
+        assert_agreement::<Hoot>(&damage(hoot_frame([1, 2, 3], &data[..data.len().min(40)])), hoot_rescan);
     }
 }

@@ -1,4 +1,4 @@
-//! Owned messages and their JSON, over a table that has every kind of part.
+//! Owned messages and their JSON, with a table that has every kind of part.
 
 #![expect(missing_docs, reason = "a table for tests")]
 
@@ -20,7 +20,7 @@ unit! {
     pub struct Turns(f32) "rev";
 }
 
-/// Four letters, and bytes that nothing shows behind the first NUL.
+/// Four letters; bytes after the first NUL are not shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Tag([u8; 4]);
 
@@ -46,11 +46,11 @@ impl motion_core::wire::Field for Tag {
 }
 
 element! {
-    /// Where a motor is.
+    /// Position of a motor.
     pub struct Place in BE, "place_count" {
-        /// Which one.
+        /// Number of the motor.
         motor: Motor,
-        /// Where.
+        /// Position of the motor.
         position: Steps,
     }
 }
@@ -58,41 +58,41 @@ element! {
 message! {
     /// Fixed fields, and optional ones.
     pub struct Jog<'a> in BE {
-        /// Which motor.
+        /// Number of the motor.
         motor: Motor,
-        /// How far.
+        /// Distance of the jog.
         turns: Turns,
-        /// Whether.
+        /// Whether the motor is on.
         on: Bool,
-        /// Six bytes.
+        /// An address of six bytes.
         address: Bytes<6>,
-        /// Four letters.
+        /// A tag of four letters.
         tag: Tag,
         ;
-        /// How fast.
+        /// Speed of the jog.
         speed: Option<u16>,
-        /// How long.
+        /// Duration of the jog.
         time: Option<i16>,
     }
 
-    /// A list to the end.
+    /// A list up to the end of the body.
     pub struct Shoot<'a> in BE {
         ;
-        /// The motors.
+        /// Positions of the motors.
         motors: &'a [Place],
     }
 
-    /// Numbers to the end.
+    /// Numbers up to the end of the body.
     pub struct Curve<'a> in BE {
         ;
-        /// The numbers.
+        /// The numbers of the curve.
         points: &'a [zerocopy::I32<BE>],
     }
 
     /// Parts of variable length in the middle.
     pub struct Info<'a> in BE {
         ;
-        /// The motors.
+        /// Positions of the motors.
         motors: Counted<'a, Place>,
         /// A name.
         name: Text16<'a>,
@@ -100,14 +100,14 @@ message! {
         password: Password<'a>,
         /// A block.
         block: Block16<'a>,
-        /// What came later.
+        /// A count that newer dialects add.
         count: Newer<u32>,
     }
 
-    /// Anything.
+    /// A message of any bytes.
     pub struct Raw<'a> in BE {
         ;
-        /// All of it.
+        /// All bytes of the body.
         data: Rest<'a>,
     }
 }
@@ -145,7 +145,7 @@ impl Fields for Ack<'_> {
     }
 }
 
-/// A message whose layout says less than there is: bytes that come in the other order than it says.
+/// A message whose layout does not fully describe it: its bytes are in the other order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Odd<'a>(Little<'a>);
 
@@ -178,7 +178,11 @@ impl Fields for Odd<'_> {
 }
 
 messages! {
+<<<<<<< HEAD
     /// A message of each shape.
+=======
+    /// All messages of the table.
+>>>>>>> 833a00cb86233a072e01ab4ef314e892103a9966
     pub enum Everything<'a> {
         1 => Jog(Jog<'a>),
         2 => Shoot(Shoot<'a>),
@@ -198,7 +202,7 @@ impl Side for All {
     type Order = BE;
 }
 
-/// Its layout is not enough.
+/// Messages whose layout does not fully describe them.
 const IRREGULAR: &[&str] = &["Odd"];
 
 const JOG: &str = r#"{"message":"Jog","number":1,"fields":{"motor":3,"turns":0.1,"on":1,"address":"000102030405","tag":"ab","speed":500,"tail":"ff"}}"#;
@@ -208,26 +212,26 @@ fn read(json: &str) -> Result<Owned<All>, String> {
     serde_json::from_str(json).map_err(|error| error.to_string())
 }
 
-/// The body that the JSON of a message with these fields makes, or why it makes none.
+/// The body from the JSON of a message with these fields, or the error.
 fn body(message: &str, fields: &str) -> Result<Vec<u8>, String> {
     let json = format!(r#"{{"message":"{message}","fields":{fields}}}"#);
     read(&json).map(Owned::into_body)
 }
 
 #[test]
-fn every_message_of_the_table() {
+fn every_message_of_the_table_obeys_the_laws() {
     laws::owned::table::<All>(IRREGULAR);
 }
 
 proptest! {
     #[test]
-    fn any_body_of_any_message(number in 0_u32..0x90, body in proptest::collection::vec(any::<u8>(), 0..200)) {
+    fn any_body_of_any_message_obeys_the_laws(number in 0_u32..0x90, body in proptest::collection::vec(any::<u8>(), 0..200)) {
         laws::owned::any_body::<All>(number, &body, IRREGULAR);
     }
 }
 
 #[test]
-fn fields_become_the_bytes_that_the_layout_says() {
+fn the_layout_turns_fields_into_bytes() {
     let jog = read(JOG).unwrap();
     assert_eq!((jog.number(), jog.body()), (1, JOG_BYTES));
     let Everything::Jog(message) = jog.message() else { panic!("{jog:?}") };
@@ -240,7 +244,7 @@ fn fields_become_the_bytes_that_the_layout_says() {
 }
 
 #[test]
-fn what_is_no_json_number_or_text_has_another_form() {
+fn nan_and_texts_that_are_not_utf_8_have_another_form() {
     let jog = JOG.replace("0.1", r#""0x7fc00001""#).replace(r#""tag":"ab""#, r#""tag_bytes":"ff""#);
     let jog = read(&jog).unwrap();
     assert_eq!((&jog.body()[1..5], &jog.body()[12..16]), (&[0x7f, 0xc0, 0, 1][..], &[0xff, 0, 0, 0][..]));
@@ -249,7 +253,7 @@ fn what_is_no_json_number_or_text_has_another_form() {
 }
 
 #[test]
-fn texts_drop_what_their_json_does_not_show() {
+fn texts_lose_the_bytes_that_their_json_does_not_show() {
     let mut bytes = JOG_BYTES.to_vec();
     bytes[15] = b'x';
     let json = serde_json::to_string(&Owned::<All>::from_parts(1, bytes)).unwrap();

@@ -1,4 +1,4 @@
-//! Moves from rest to rest: the laws of `motion_core::profile`.
+//! Motion profiles from rest to rest: the laws of `motion_core::profile`.
 
 #![expect(clippy::float_cmp, reason = "what is exact by law is compared exactly")]
 
@@ -16,8 +16,8 @@ fn close(a: f64, b: f64, bound: f64) -> bool {
 }
 
 #[test]
-fn trapezoid_and_triangle() {
-    // 2 s and 2 units to full speed, 3 s at it.
+fn a_long_move_is_a_trapezoid_and_a_short_one_a_triangle() {
+    // 2 s and 2 units to full speed, 3 s at full speed.
     let long = MotionProfile::new(1.0, 11.0, PLAIN).unwrap();
     assert_eq!((long.duration(), long.peak_velocity()), (7.0, 2.0));
     let at = |time| long.at(time);
@@ -33,20 +33,20 @@ fn trapezoid_and_triangle() {
 }
 
 #[test]
-fn s_curves_of_seven_five_and_four_parts() {
-    // Acceleration grows in 0.5 s and holds for 1.5 s, velocity holds for 2.5 s.
+fn s_curves_have_seven_five_or_four_parts() {
+    // Acceleration rises for 0.5 s and is constant for 1.5 s; velocity is constant for 2.5 s.
     assert_eq!(MotionProfile::new(0.0, 10.0, soft(2.0)).unwrap().duration(), 7.5);
-    // Too short for full speed: a (g + h) (2 g + h) with g = h = 0.5.
+    // Too short for full speed: a (r + h) (2 r + h) with r = h = 0.5.
     assert_eq!(MotionProfile::new(0.0, 1.5, soft(2.0)).unwrap().duration(), 3.0);
-    // Too short for full acceleration: 2 j g³ with g = 0.25.
+    // Too short for full acceleration: 2 j r³ with r = 0.25.
     assert_eq!(MotionProfile::new(0.0, 0.0625, soft(2.0)).unwrap().duration(), 1.0);
-    // Full speed before full acceleration: g² = v / j = 4, and 1 s at full speed.
+    // Full speed before full acceleration: r² = v / j = 4, and 1 s at full speed.
     let gentle = MotionProfile::new(0.0, 10.0, soft(0.5)).unwrap();
     assert_eq!((gentle.duration(), gentle.at(2.0).acceleration), (9.0, 1.0));
 }
 
 #[test]
-fn no_way_takes_no_time() {
+fn a_move_of_distance_0_has_duration_0() {
     let still = MotionProfile::new(3.0, 3.0, soft(1.0)).unwrap();
     assert_eq!(still.duration(), 0.0);
     for time in [-1.0, 0.0, 1.0, f64::NAN, f64::INFINITY] {
@@ -55,7 +55,7 @@ fn no_way_takes_no_time() {
 }
 
 #[test]
-fn refused() {
+fn positions_and_limits_out_of_range_are_refused() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         assert_eq!(MotionProfile::new(bad, 0.0, PLAIN), Err(MotionProfileError::NotFinite));
         assert_eq!(MotionProfile::new(0.0, bad, PLAIN), Err(MotionProfileError::NotFinite));
@@ -76,7 +76,7 @@ fn refused() {
 }
 
 #[test]
-fn times_that_are_none() {
+fn nan_and_infinite_times_are_before_or_after_the_move() {
     let profile = MotionProfile::new(1.0, 2.0, PLAIN).unwrap();
     assert_eq!(profile.at(f64::NAN).position, 1.0);
     assert_eq!(profile.at(f64::NEG_INFINITY).position, 1.0);
@@ -99,9 +99,9 @@ prop_compose! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2_000))]
 
-    /// Exact at both ends, and never beyond them or a limit.
+    /// The ends are exact, and neither an end nor a limit is exceeded.
     #[test]
-    fn ends_and_limits(profile in moves(), share in 0.0..=1.0) {
+    fn ends_are_exact_and_limits_hold(profile in moves(), share in 0.0..=1.0) {
         let (from, to, limits) = (profile.start(), profile.target(), profile.limits());
         prop_assert_eq!(profile.at(0.0).position, from);
         prop_assert_eq!(profile.at(profile.duration()).position, to);
@@ -113,15 +113,15 @@ proptest! {
         prop_assert!(state.velocity * (to - from) >= 0.0);
     }
 
-    /// Velocity is the derivative of position, acceleration that of velocity, and jerk is limited:
-    /// what a span gains is its length times the rate in the middle, within what the limits allow.
+    /// Velocity is the derivative of position, acceleration that of velocity, and jerk is limited: the gain over a span
+    /// is its length times the rate in the middle, within a bound from the limits.
     #[test]
     fn rates_are_derivatives(profile in moves(), share in 0.0..1.0, part in 1e-4..1e-2) {
         let (limits, span) = (profile.limits(), part * profile.duration());
         let begin = share * (profile.duration() - span);
         let [a, b, c] = [begin, begin + 0.5 * span, begin + span].map(|time| profile.at(time));
         let noise = 1e-9;
-        // Mean velocity differs from that in the middle by at most half the span times acceleration.
+        // The mean velocity differs from that in the middle by at most half the span times acceleration.
         let largest = profile.start().abs().max(profile.target().abs());
         let gone = c.position - a.position;
         let bound = 0.25 * span * span * limits.acceleration * (1.0 + noise) + 8.0 * f64::EPSILON * largest;
@@ -136,9 +136,9 @@ proptest! {
         }
     }
 
-    /// What is left before the end is what was gone after the start.
+    /// The distance that is left before the end equals the distance travelled after the start.
     #[test]
-    fn symmetric(profile in moves(), share in 0.0..=1.0) {
+    fn profiles_are_symmetric(profile in moves(), share in 0.0..=1.0) {
         let time = share * profile.duration();
         let (early, late) = (profile.at(time), profile.at(profile.duration() - time));
         let (gone, left) = (early.position - profile.start(), profile.target() - late.position);
@@ -146,11 +146,11 @@ proptest! {
         prop_assert!(close(gone, left, 1e-12 * largest), "{gone} and {left}");
     }
 
-    /// Velocity, acceleration or jerk is at its limit at every time: so no move is faster.
+    /// At every time, velocity, acceleration or jerk is at its limit, so no faster move exists.
     #[test]
     fn some_limit_is_reached(profile in moves(), share in 0.01..0.49) {
         let (limits, time, span) = (profile.limits(), share * profile.duration(), 1e-6 * profile.duration());
-        // A corner between two parts can lie before the time or after it, not on both sides.
+        // A corner between two parts can be before the time or after it, but not on both sides.
         let [before, now, after] = [time - span, time, time + span].map(|time| profile.at(time));
         let reached = [(before, now), (now, after)].into_iter().any(|(one, other)| {
             let swing = (other.acceleration - one.acceleration).abs() / span;
@@ -161,9 +161,9 @@ proptest! {
         prop_assert!(reached, "{before:?} {after:?}");
     }
 
-    /// Anything is refused or gives finite numbers.
+    /// Any numbers are refused, or give finite results.
     #[test]
-    fn never_nan(from: f64, to: f64, velocity: f64, acceleration: f64, jerk: Option<f64>, time: f64, share in 0.0..1.0) {
+    fn results_are_never_nan(from: f64, to: f64, velocity: f64, acceleration: f64, jerk: Option<f64>, time: f64, share in 0.0..1.0) {
         if let Ok(profile) = MotionProfile::new(from, to, Limits { velocity, acceleration, jerk }) {
             for time in [time, share * profile.duration(), profile.duration()] {
                 let MotionState { position, velocity, acceleration } = profile.at(time);

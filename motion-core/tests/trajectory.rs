@@ -8,7 +8,7 @@ use motion_core::trajectory::{
 };
 use proptest::prelude::*;
 
-/// The segments of an axis: each from where the last one ends, or after a jump; at once, or after a rest.
+/// The segments of an axis. Each begins at the end of the previous one, or after a gap or a jump.
 fn chain(segments: impl Into<prop::collection::SizeRange>, jumps: bool) -> impl Strategy<Value = Vec<Segment>> {
     let share = prop_oneof![Just(0.0), Just(1.0), 0.0..=1.0];
     let handles = ([share.clone(), share], [-100.0..100.0, -100.0..100.0]);
@@ -45,9 +45,9 @@ fn rate() -> impl Strategy<Value = FrameRate> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
-    /// The segment that has started last counts, in a batch, with a cursor, and alone.
+    /// The segment that has started last counts, in a batch, with a cursor, and for a single time.
     #[test]
-    fn batch_is_single(segments in chain(1..12, true), mut parts in prop::collection::vec(-0.1..1.1, 1..90), sorted: bool) {
+    fn batches_agree_with_single_times(segments in chain(1..12, true), mut parts in prop::collection::vec(-0.1..1.1, 1..90), sorted: bool) {
         let axis = axis(&segments);
         if sorted {
             parts.sort_by(f64::total_cmp);
@@ -74,7 +74,7 @@ proptest! {
     }
 
     #[test]
-    fn shorter_slices_count(segments in chain(1..5, true), times in 0_usize..40, room in 0_usize..40) {
+    fn the_shorter_slice_limits_the_results(segments in chain(1..5, true), times in 0_usize..40, room in 0_usize..40) {
         let axis = axis(&segments);
         let mut out = vec![999.0; room];
         axis.sample(&vec![axis.end(); times], &mut out);
@@ -84,7 +84,7 @@ proptest! {
     }
 
     #[test]
-    fn range_and_peaks_hold_everywhere(segments in chain(1..6, true), part in 0.0..1.0) {
+    fn no_motion_is_beyond_range_and_peaks(segments in chain(1..6, true), part in 0.0..1.0) {
         let axis = axis(&segments);
         let motion = axis.at(axis.start() + part * axis.duration());
         let range = axis.range();
@@ -92,7 +92,7 @@ proptest! {
         let peak = axis.peak_velocity();
         match (peak.value, motion.velocity) {
             (Some(most), Some(velocity)) => prop_assert!(velocity.abs() <= most * (1.0 + 1e-6) + 1e-9),
-            (Some(_), None) => prop_assert!(false, "no limit where there is one"),
+            (Some(_), None) => prop_assert!(false, "velocity has no limit, but its peak has one"),
             (None, _) => {}
         }
         prop_assert_eq!(segments[peak.segment].peak_velocity(), peak.value);
@@ -100,7 +100,7 @@ proptest! {
         prop_assert_eq!(segments[peak.segment].peak_acceleration(), peak.value);
     }
 
-    /// The frames of a length are those whose time is within it, and one more reaches its end.
+    /// The frames within a length have times within it, and one more frame covers its end.
     #[test]
     fn frames_are_counted_by_their_times(start in -10.0..10.0, length in 0.0..100.0, rate in rate(), number in 0_u32..100_000) {
         let frames = FrameTimes::within(start, start + length, rate).unwrap();
@@ -109,19 +109,19 @@ proptest! {
         let covering = FrameTimes::covering(start, start + length, rate).unwrap();
         prop_assert!(covering.time(covering.count - 1) >= start + length);
         prop_assert!(covering.count == 1 || covering.time(covering.count - 2) < start + length);
-        // A length that ends with a frame has that frame, whatever rounding does.
+        // A length that ends at a frame includes that frame, in spite of rounding.
         for make in [FrameTimes::within, FrameTimes::covering] {
             prop_assert_eq!(make(start, frames.time(number), rate).unwrap().count, number + 1);
         }
     }
 
-    /// Errors do not add up: each time is the quotient of integers, rounded once.
+    /// Errors do not add up, because each time is a quotient of integers, rounded once.
     #[test]
     fn frame_times_are_exact(frame: u32, rate in rate()) {
         let (frames, seconds) = rate.fraction();
         let (frames, product) = (u128::from(frames), u128::from(frame) * u128::from(seconds));
         let time = rate.seconds(frame);
-        // Times a power of two it is whole, so that both sides can be compared as integers.
+        // Multiplied by a power of two it is whole, so both sides can be compared as integers.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole, and at most 2^127")]
         let scaled = (time * 2_f64.powi(60)) as u128;
         let error = (scaled * frames).abs_diff(product << 60);
@@ -164,9 +164,10 @@ proptest! {
         }
     }
 
-    /// Written into a slice, one by one, or asked for alone, the steps are the same; the first frame without is named.
+    /// The steps are the same in a slice, from the iterator, and for a single frame; an error names the first frame
+    /// that does not fit.
     #[test]
-    fn steps_of_frames(segments in chain(1..5, true), rate in rate(), first in 0_u32..200, room in 0_usize..300, large: bool) {
+    fn slices_and_single_frames_have_the_same_steps(segments in chain(1..5, true), rate in rate(), first in 0_u32..200, room in 0_usize..300, large: bool) {
         let axis = axis(&segments);
         let frames = FrameTimes::within(axis.start(), axis.end(), rate).unwrap();
         let per_unit = if large { 5e7 } else { 100.0 };
@@ -194,7 +195,7 @@ proptest! {
     }
 
     #[test]
-    fn maps_there_and_back(
+    fn a_map_and_its_inverse_give_the_value_back(
         from in (-1e3_f64..1e3, prop_oneof![0.1_f64..1e3, -1e3_f64..-0.1]),
         to in (-1e3_f64..1e3, prop_oneof![0.1_f64..1e3, -1e3_f64..-0.1]),
         part in -0.5_f64..1.5,
@@ -211,14 +212,14 @@ proptest! {
 
     /// A mapped curve has the mapped positions at the mapped times.
     #[test]
-    fn mapped_segments(segments in chain(1..2, false), part in 0.0..1.0, seconds in 0.1..1e3, turns in prop_oneof![0.1_f64..1e3, -1e3_f64..-0.1]) {
+    fn mapped_segments_have_mapped_positions(segments in chain(1..2, false), part in 0.0..1.0, seconds in 0.1..1e3, turns in prop_oneof![0.1_f64..1e3, -1e3_f64..-0.1]) {
         let segment = segments[0];
         let time = Map::new(Range::new(segment.start(), segment.end()), Range::new(0.0, seconds)).unwrap();
         let position = Map::new(Range::new(-100.0, 100.0), Range::new(0.0, turns)).unwrap();
         let mapped = segment.mapped(&time, &position).unwrap();
         prop_assert_eq!((mapped.start(), mapped.end()), (0.0, seconds));
         let at = segment.start() + part * segment.duration();
-        // Where the tangent is vertical a rounded time is another position.
+        // At a vertical tangent, a rounded time gives another position.
         let slope = segment.at(at).velocity.map_or(f64::INFINITY, f64::abs);
         let expected = position.apply(segment.position(at));
         if slope <= 1e4 {
@@ -226,7 +227,7 @@ proptest! {
         }
     }
 
-    /// Joints are where they were made: a jump of position, a gap, and nowhere else.
+    /// Joints are found at each jump of position and each gap, and nowhere else.
     #[test]
     fn joints_are_found(segments in chain(1..10, true)) {
         let axis = axis(&segments);
@@ -244,7 +245,7 @@ proptest! {
         }
     }
 
-    /// Split where no tangent is vertical, a smooth curve stays smooth.
+    /// A smooth curve stays smooth when it is split where the tangent is not vertical.
     #[test]
     fn splitting_makes_no_joint(p1 in -10.0..10.0, p2 in -10.0..10.0, part in 0.1..0.9) {
         let points = [(0.0, 0.0), (1.0, p1), (2.0, p2), (3.0, 1.0)].map(|(time, position)| Point::new(time, position));
@@ -256,7 +257,7 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
-    /// No sample is farther away than the bound; the value is a distance at its time, and near the bound.
+    /// No sample is farther away than the bound. The value is the distance at its time, and is close to the bound.
     #[test]
     fn distance_bounds_every_sample(one in chain(1..4, true), other in chain(1..4, true), parts in prop::collection::vec(0.0..=1.0, 50)) {
         let (one, other) = (axis(&one), axis(&other));
@@ -273,7 +274,7 @@ proptest! {
         }
         prop_assert!(start <= found.time && found.time <= end && found.value <= found.bound);
         prop_assert!(found.bound <= found.value + tolerance, "{found:?}");
-        // At the value's time, or right before it where an axis jumps.
+        // The distance is found at the time of the value, or just before it if an axis jumps.
         let before = f64::from_bits(if found.time > 0.0 { found.time.to_bits() - 1 } else { found.time.to_bits() + 1 });
         let near = [found.time, before].map(|time| (apart(time) - found.value).abs());
         let steep = one.at(before).velocity.is_none() || other.at(before).velocity.is_none();
@@ -281,7 +282,7 @@ proptest! {
     }
 
     #[test]
-    fn distance_to_itself_and_to_itself_moved(segments in chain(1..4, true), shift in prop_oneof![-50.0..-1.0, 1.0..50.0]) {
+    fn a_moved_axis_has_the_distance_that_it_was_moved(segments in chain(1..4, true), shift in prop_oneof![-50.0..-1.0, 1.0..50.0]) {
         let still = axis(&segments).distance(&axis(&segments), 1e-3).unwrap();
         prop_assert!(still.value == 0.0 && still.bound <= 1e-3 + 1e-10, "{still:?}");
         let map = Map::new(Range::UNIT, Range::new(shift, 1.0 + shift)).unwrap();

@@ -1,4 +1,4 @@
-//! The sample files, drawn: as the library does it, and as the program does.
+//! The sample files, drawn by the library and by the program.
 
 use std::ffi::OsString;
 use std::fs;
@@ -14,7 +14,7 @@ fn samples() -> impl Iterator<Item = PathBuf> {
     ["slide", "crane", "pan", "whip"].into_iter().map(move |name| moves.join(name).with_extension("json"))
 }
 
-/// The numbers of the points of all lines of an SVG, x and y.
+/// The coordinates x and y of the points of all lines of an SVG.
 fn points(svg: &str) -> Vec<(f64, f64)> {
     let lists = svg.split("points=\"").skip(1).filter_map(|rest| rest.split('"').next());
     let pairs = lists.flat_map(|list| list.split_whitespace().filter_map(|pair| pair.split_once(',')));
@@ -42,7 +42,7 @@ fn every_axis_has_its_curves_inside_the_picture() {
 }
 
 #[test]
-fn pictures_are_coloured_where_the_curves_are() {
+fn pictures_have_the_colours_of_the_curves() {
     for path in samples() {
         let subject = Move::read(&path).unwrap();
         let mut bytes = Vec::new();
@@ -52,7 +52,7 @@ fn pictures_are_coloured_where_the_curves_are() {
         let info = reader.next_frame(&mut pixels).unwrap();
         assert!(info.width == 2_200 && info.height > 900, "{} by {}", info.width, info.height);
         let pixels = pixels.as_chunks::<3>().0;
-        // The first axis is blue, and no picture is without ground.
+        // The first axis is blue, and most of the picture is white.
         let count = |wanted: [u8; 3]| pixels.iter().filter(|&&pixel| pixel == wanted).count();
         assert!(count([0x00, 0x72, 0xB2]) > 5_000 && count([0xFF; 3]) > pixels.len() / 2);
         let red = count([0xC6, 0x28, 0x28]);
@@ -63,17 +63,17 @@ fn pictures_are_coloured_where_the_curves_are() {
 fn run(args: &[&str]) -> Result<String, String> {
     let mut said = Vec::new();
     let args = ["plot"].iter().chain(args).map(OsString::from);
-    let result = cli::run(args, &mut said).map_err(|stop| {
-        let line = stop.to_string();
+    let result = cli::run(args, &mut said).map_err(|error| {
+        let line = error.to_string();
         assert_eq!(line.lines().count(), 1, "{line}");
-        assert_eq!(cli::exit(Err(stop)), ExitCode::FAILURE);
+        assert_eq!(cli::exit(Err(error)), ExitCode::FAILURE);
         line
     });
     result.map(|()| String::from_utf8(said).unwrap())
 }
 
 #[test]
-fn the_program_writes_what_it_says() {
+fn the_program_writes_the_pictures_that_it_names() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pictures");
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();

@@ -151,7 +151,7 @@ pub enum Item<'a, F, H> {
     },
     /// Bytes outside any frame.
     Noise {
-        /// At least one byte.
+        /// The bytes, at least one.
         bytes: &'a [u8],
         /// Why no frame begins at the first of them. The others may have other reasons.
         why: Noise,
@@ -221,7 +221,7 @@ pub enum Fatal {
     /// The byte of the protocol version has an unknown value.
     #[error("protocol version is {found}, should be {expected}")]
     BadVersion {
-        /// The byte on the wire.
+        /// The version byte on the wire.
         found: u8,
         /// The version that is supported.
         expected: u8,

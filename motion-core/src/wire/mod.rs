@@ -9,6 +9,7 @@
 //! - [`Part`]: what may follow the fixed fields: optional fields, lists, counted lists, texts and blocks.
 //! - [`Message`], [`Messages`], [`Side`]: one body; all bodies of one side; the side itself. [`Envelope`] and [`Framed`]: how
 //!   bodies travel in frames.
+//! - [`fill`], [`values`]: numbers into a list field, and back.
 //! - [`Fields`], [`Visitor`]: the values of a message by name, for printing, JSON and the laws.
 
 mod conduct;

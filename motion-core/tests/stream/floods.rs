@@ -1,11 +1,11 @@
-//! Streams made to be dear, and how much work they cause: counted, so that no clock decides.
+//! Streams that are designed to be expensive. Their work is counted, so the tests do not depend on a clock.
 
 use laws::stream::{Drain, read};
 use motion_core::stream::Framing;
 
 use crate::framings::{Dmc, Hoot, Kos, dmc_frame, dmc_rescan, hoot_frame, kos_frame};
 
-/// Most work for each byte of any flood: bytes read, summed, skipped and moved, and headers looked at.
+/// Greatest work for each byte of any flood: bytes read, summed, skipped and moved, and headers read.
 const WORST: usize = 8;
 
 fn dmc_head(len: usize) -> Vec<u8> {
@@ -13,7 +13,7 @@ fn dmc_head(len: usize) -> Vec<u8> {
     vec![b'D', b'F', 1, 0, 0, 0, 0x36, 0, l0, l1]
 }
 
-/// Markers every five bytes, each of which reads the same length out of the next but one.
+/// A marker every five bytes. The length field of each header is at the end of the next five bytes.
 fn dense(len: usize) -> Vec<u8> {
     let [l0, l1] = u16::try_from(len).unwrap().to_le_bytes();
     vec![b'D', b'F', 9, l0, l1]
@@ -21,17 +21,17 @@ fn dense(len: usize) -> Vec<u8> {
 
 fn dmc_floods(max: usize) -> Vec<(&'static str, Vec<u8>)> {
     let longest = max - 12;
-    let behind = [dmc_head(longest), dmc_frame(1, 0x34, &[0; 7]).repeat(max / 19)].concat();
+    let after_wrong_length = [dmc_head(longest), dmc_frame(1, 0x34, &[0; 7]).repeat(max / 19)].concat();
     let mixed = [dense(8).repeat(max / 10), dense(longest).repeat(max / 10)].concat();
     [
-        ("lying lengths", dmc_head(longest)),
+        ("wrong lengths", dmc_head(longest)),
         ("half the longest", dmc_head(longest / 2 + 7)),
         ("length 0", dmc_head(0)),
         ("dense markers, longest", dense(longest)),
         ("dense markers, short", dense(8)),
         ("dense markers, length 0", dense(0)),
         ("dense markers, mixed", mixed),
-        ("good frames behind a lie", behind),
+        ("valid frames after a wrong length", after_wrong_length),
         ("markers", b"DF".to_vec()),
         ("markers, every third byte", b"DF\x09".to_vec()),
         ("half markers", b"D".to_vec()),
@@ -67,20 +67,20 @@ fn hoot_floods() -> Vec<(&'static str, Vec<u8>)> {
     .into()
 }
 
-/// Whole, in pieces of 64 bytes, and byte by byte.
+/// Checks each flood whole, in pieces of 64 bytes, and byte by byte.
 fn bounded<F: Framing, const N: usize>(floods: Vec<(&'static str, Vec<u8>)>) {
     for (name, flood) in floods {
         for cut in [usize::MAX, 64, 1] {
             let work = read::<F, N>(&flood, &[], Drain::AtGap, || cut).work;
             let tenths = work * 10 / flood.len();
-            println!("longest frame {}, {name}, pieces of {cut}: {tenths} tenths a byte", F::MAX);
+            println!("longest frame {}, {name}, pieces of {cut}: {tenths} tenths for each byte", F::MAX);
             assert!(work <= WORST * flood.len(), "{name}, pieces of {cut}: {work} for {} bytes", flood.len());
         }
     }
 }
 
 #[test]
-fn work_a_byte_is_bounded_whatever_the_longest_frame() {
+fn work_for_each_byte_is_bounded_for_any_longest_frame() {
     fn dmc<const MAX: usize, const N: usize>() {
         bounded::<Dmc<MAX>, N>(dmc_floods(MAX));
     }

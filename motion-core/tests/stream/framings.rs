@@ -1,14 +1,14 @@
-//! Framings shaped like those of the three protocols, each with the rescan that it is held against.
+//! Framings like those of the three protocols, each with a rescan for comparison.
 //!
-//! The rescans are written on their own: they share no line with the framings.
+//! The rescans are written separately and share no line with the framings.
 
 use motion_core::fletcher::{PrefixSums, Sum};
 use motion_core::stream::{Fatal, Framing, Head, Noise};
 
-/// Shaped like DMC: `DF`, id u32, type u16, length u16, data, two check bytes.
+/// Framing like DMC: `DF`, id u32, type u16, length u16, data, two check bytes.
 pub(crate) enum Dmc<const MAX: usize> {}
 
-/// Id and type.
+/// The header: id and type.
 pub(crate) type DmcHeader = (u32, u16);
 
 impl<const MAX: usize> Framing for Dmc<MAX> {
@@ -70,7 +70,7 @@ pub(crate) fn dmc_rescan(max: usize) -> impl Fn(&[u8]) -> Result<usize, usize> {
     }
 }
 
-/// Shaped like kOS: version 4, length of the whole u16 big-endian, id u16, type u8.
+/// Framing like kOS: version 4, length of the whole frame u16 big-endian, id u16, type u8.
 pub(crate) enum Kos<const MAX: usize> {}
 
 impl<const MAX: usize> Framing for Kos<MAX> {
@@ -130,7 +130,7 @@ pub(crate) fn kos_rescan(max: usize) -> impl Fn(&[u8]) -> Result<usize, usize> {
     }
 }
 
-/// Shaped like hoot: `00 00 00 00 00 FF`, address, sub-address, command, length of the data.
+/// Framing like hoot: `00 00 00 00 00 FF`, address, sub-address, command, length of the data.
 pub(crate) enum Hoot {}
 
 const BREAK: [u8; 6] = [0, 0, 0, 0, 0, 0xFF];
