@@ -1,12 +1,7 @@
 //! The laws for a table that has every kind of part.
 
-<<<<<<< HEAD
-// The module names what it needs as `crate::..`, and is the one that the library expands for the lints.
-use motion_core::{element, fixed, flags, lint, message, messages, open_enum, side, stream, unit, wire};
-=======
 // The module imports these as `crate::..`. The library expands the same module for its lints.
-use motion_core::{element, fixed, flags, message, messages, open_enum, side, unit, wire};
->>>>>>> 833a00cb86233a072e01ab4ef314e892103a9966
+use motion_core::{element, fixed, flags, lint, message, messages, open_enum, side, stream, unit, wire};
 
 #[allow(dead_code, missing_docs, unreachable_pub, reason = "the tables of the library, used here for their laws")]
 #[path = "../src/wire/expand.rs"]

@@ -178,11 +178,7 @@ impl Fields for Odd<'_> {
 }
 
 messages! {
-<<<<<<< HEAD
     /// A message of each shape.
-=======
-    /// All messages of the table.
->>>>>>> 833a00cb86233a072e01ab4ef314e892103a9966
     pub enum Everything<'a> {
         1 => Jog(Jog<'a>),
         2 => Shoot(Shoot<'a>),
