@@ -86,8 +86,8 @@ impl<'a> Datagram<'a> {
     #[must_use]
     pub fn encoded_len(&self) -> usize {
         match *self {
-            Self::Question(question) => HostMessage::GetNetworkInfo(question).encoded_len(),
-            Self::Announcement(info) => DeviceMessage::NetworkInfo(info).encoded_len(),
+            Self::Question(question) => HostMessage::from(question).encoded_len(),
+            Self::Announcement(info) => DeviceMessage::from(info).encoded_len(),
         }
     }
 
@@ -98,8 +98,8 @@ impl<'a> Datagram<'a> {
     /// [`EncodeError`], if it does not fit.
     pub fn encode_into(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
         match *self {
-            Self::Question(question) => HostMessage::GetNetworkInfo(question).encode_into(out),
-            Self::Announcement(info) => DeviceMessage::NetworkInfo(info).encode_into(out),
+            Self::Question(question) => HostMessage::from(question).encode_into(out),
+            Self::Announcement(info) => DeviceMessage::from(info).encode_into(out),
         }
     }
 }

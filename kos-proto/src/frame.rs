@@ -17,7 +17,7 @@ use core::fmt;
 
 use motion_core::open_enum;
 use motion_core::stream::{self, Fatal, Framing, Head, Noise};
-use motion_core::wire::{DecodeError, EncodeError, Messages};
+use motion_core::wire::{DecodeError, EncodeError, Envelope};
 use zerocopy::big_endian::U16;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
@@ -178,15 +178,6 @@ impl<'a> Frame<'a> {
     pub const fn bytes(&self) -> &'a [u8] {
         self.bytes
     }
-
-    /// The number of the message, and its body.
-    #[inline]
-    pub(crate) fn number_and_body(&self) -> Result<(u32, &'a [u8]), DecodeError> {
-        let number = self.header.number();
-        let Some(what) = sub_of(number) else { return Ok((number, self.payload)) };
-        let (sub, body) = self.payload.split_first().ok_or(DecodeError::Truncated { what, needed: 1, have: 0 })?;
-        Ok((number | u32::from(*sub), body))
-    }
 }
 
 impl AsRef<[u8]> for Frame<'_> {
@@ -283,47 +274,21 @@ pub(crate) fn parts(number: u32) -> (MessageId, MessageType, Option<(&'static st
 /// [`EncodeError`], if the message would be longer than 65535 bytes or does not fit into `out`. Then nothing is
 /// written.
 pub fn encode(id: MessageId, kind: MessageType, payload: &[u8], out: &mut [u8]) -> Result<usize, EncodeError> {
-    envelope(id, kind, payload.len(), out, |place| {
+    frame(id, kind, payload.len(), out, |place| {
         place.copy_from_slice(payload);
         Ok(())
     })
 }
 
-/// Writes a typed message.
+/// Length of the payload of a message whose body has `body_len` bytes.
 #[inline]
-pub(crate) fn encode_message<'a, M: Messages<'a>>(message: &M, out: &mut [u8]) -> Result<usize, EncodeError> {
-    let number = message.number();
-    let (id, kind, sub) = parts(number);
-    if let (None, [.., unsaid @ 1..=u8::MAX]) = (sub, number.to_be_bytes()) {
-        return Err(EncodeError::OutOfRange { what: "action or note", value: unsaid.into(), min: 0, max: 0 });
-    }
-    envelope(id, kind, payload_len(number, message), out, |place| {
-        let body = match (place, sub) {
-            ([first, body @ ..], Some((_, sub))) => {
-                message.encode_body(body)?;
-                *first = sub;
-                return Ok(());
-            }
-            (body, _) => body,
-        };
-        message.encode_body(body).map(drop)
-    })
+fn payload_len(number: u32, body_len: usize) -> usize {
+    body_len.saturating_add(usize::from(sub_of(number).is_some()))
 }
 
-/// Bytes of a typed message, header included.
+/// Writes the header, and what `payload` writes; the header last, so that a refused payload leaves nothing written.
 #[inline]
-pub(crate) fn message_len<'a, M: Messages<'a>>(message: &M) -> usize {
-    payload_len(message.number(), message).saturating_add(HEADER_LEN)
-}
-
-#[inline]
-fn payload_len<'a, M: Messages<'a>>(number: u32, message: &M) -> usize {
-    message.body_len().saturating_add(usize::from(sub_of(number).is_some()))
-}
-
-/// The header, and what `payload` writes; the header last, so that a refused payload leaves nothing written.
-#[inline]
-fn envelope(
+fn frame(
     id: MessageId,
     kind: MessageType,
     len: usize,
@@ -351,6 +316,49 @@ fn envelope(
 /// gamble (safety decision 6, decisions K-F2, K-F3).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kos<const CAP: usize = MAX_FRAME> {}
+
+impl<const CAP: usize> Envelope for Kos<CAP> {
+    type Frame<'a> = Frame<'a>;
+    type Label = ();
+
+    #[inline]
+    fn open<'a>(frame: &<Self as Envelope>::Frame<'a>) -> Result<(u32, &'a [u8]), DecodeError> {
+        let number = frame.header.number();
+        let Some(what) = sub_of(number) else { return Ok((number, frame.payload)) };
+        let (sub, body) = frame.payload.split_first().ok_or(DecodeError::Truncated { what, needed: 1, have: 0 })?;
+        Ok((number | u32::from(*sub), body))
+    }
+
+    #[inline]
+    fn frame_len(number: u32, body_len: usize) -> usize {
+        payload_len(number, body_len).saturating_add(HEADER_LEN)
+    }
+
+    #[inline]
+    fn seal(
+        (): (),
+        number: u32,
+        body_len: usize,
+        out: &mut [u8],
+        body: impl FnOnce(&mut [u8]) -> Result<usize, EncodeError>,
+    ) -> Result<usize, EncodeError> {
+        let (id, kind, sub) = parts(number);
+        if let (None, [.., unsaid @ 1..=u8::MAX]) = (sub, number.to_be_bytes()) {
+            return Err(EncodeError::OutOfRange { what: "action or note", value: unsaid.into(), min: 0, max: 0 });
+        }
+        frame(id, kind, payload_len(number, body_len), out, |place| {
+            let place = match (place, sub) {
+                ([first, rest @ ..], Some((_, sub))) => {
+                    body(rest)?;
+                    *first = sub;
+                    return Ok(());
+                }
+                (place, _) => place,
+            };
+            body(place).map(drop)
+        })
+    }
+}
 
 impl<const CAP: usize> Framing for Kos<CAP> {
     const MAX: usize = CAP;
@@ -395,6 +403,7 @@ pub type Frames<const N: usize = { 2 * MAX_FRAME }> = stream::Frames<Kos, N>;
 mod tests {
     use super::*;
     use crate::HostMessage;
+    use motion_core::wire::Messages;
     use std::vec;
 
     #[test]

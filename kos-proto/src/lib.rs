@@ -46,7 +46,7 @@
 //! let (speed, acceleration) = (RotationsPerSecond(100.0), RotationsPerSecondSquared(100.0));
 //! let jog = SetPositionSpeedAcceleration::jog(MotorAddress(3), speed, acceleration);
 //! let mut out = [0; 64];
-//! let len = HostMessage::SetPositionSpeedAcceleration(jog).encode_checked(&Context::default(), &mut out)?;
+//! let len = HostMessage::from(jog).encode_checked(&Context::default(), &mut out)?;
 //! assert_eq!(&out[..len], b"\x04\0\x14\0\x80\0\x1c\x03\x46\xc3\x50\0\x42\xc8\0\0\x42\xc8\0\0");
 //! # Ok::<(), kos_proto::EncodeError>(())
 //! ```
@@ -54,44 +54,45 @@
 //! A move of several motors is planned in seconds and rotations, checked, and looked at before it is played:
 //! [`trajectory`].
 //!
-//! What to say when, and what a silence means, know two machines: [`host::HostMachine`] for a client and
-//! [`device::DeviceMachine`] for a device. They are values: a step takes what happened at a moment, and gives what to
-//! send, what to tell, and when to wake. Sockets, clock and motors are the caller's.
+//! Two state machines know when to send what, and what a silence means: [`host::HostMachine`] for a client and
+//! [`device::DeviceMachine`] for a device. They are values without sockets, clock and motors, which are the caller's.
 //!
 //! | you have | call |
 //! |---|---|
 //! | bytes of a connection | [`Frames`], then [`HostMessage::decode`] or [`DeviceMessage::decode`] |
 //! | reports over USB | [`usb`], then the same |
 //! | a datagram | [`discovery`] |
-//! | a message, a command, a report of the rig, or a deadline | `step` of a machine |
-//! | what it wants to send | its `message`, then `encode_into` |
-//! | a move | [`summary::MoveSummary::of`]: what it is to the machines, or why no device plays it |
+//! | a frame, a command, a report of the rig, or the time of a wake | `advance` of a machine |
+//! | a `Transmit` of a machine | its `message`, then `encode_into` |
+//! | a move | [`MoveSummary::of`]: what the machines know of it, or why no device plays it |
+//!
+//! Each call of a machine returns effects, to be carried out in their order, and a time at which to wake it:
 //!
 //! ```
-//! use kos_proto::host::{Command, Endpoint, Event, HostMachine, Input, Options, Source};
-//! use kos_proto::{DeviceMessage, Frame, HostMessage};
-//! use motion_core::machine::Machine;
-//! use motion_core::time::Millis;
+//! use kos_proto::host::{Command, Endpoint, HostMachine, Input, Options, Source, Token};
+//! use kos_proto::{Effect, Frame, Millis};
 //!
-//! // What a device says of itself when it is asked, with the password "x".
-//! let says = b"\x04\0\x20\0\x0f\x02\x0a\0\0\0\x01\0\x01\x05\0\0\0\x01x\0\0\0\0\0\0\0\0\0\0\0\0\0";
-//! let message = DeviceMessage::decode(&Frame::decode(says)?)?;
-//! let DeviceMessage::DeviceInfo(info) = message else { panic!("{message}") };
-//! let source = Source { device_password: info.device_password, ..Source::default() };
+//! // The answer of a device with the password "x" to the question what it is.
+//! let answer = b"\x04\0\x20\0\x0f\x02\x0a\0\0\0\x01\0\x01\x05\0\0\0\x01x\0\0\0\0\0\0\0\0\0\0\0\0\0";
+//! let inputs = [
+//!     Input::Command(Token(1), Command::Connect(Endpoint::Usb)),
+//!     Input::LinkUp,
+//!     Input::received(&Frame::decode(answer)?),
+//! ];
 //!
-//! let inputs = [Input::Command(Command::Connect(Endpoint::Usb)), Input::Opened, Input::Received(message)];
 //! let (mut host, mut wire) = (HostMachine::new(Options::default()), [0; 64]);
 //! for (now, input) in (0..).map(Millis).zip(inputs) {
-//!     let (next, output) = host.step(now, input);
-//!     host = next;
-//!     for send in &output.send {
-//!         let len = send.message(&source).encode_into(&mut wire)?;
-//!         println!("to the device: {:02x?}", &wire[..len]);
+//!     let output = host.advance(now, input);
+//!     println!("wait until {:?}, or until something happens", output.wake);
+//!     for effect in output {
+//!         match effect {
+//!             Effect::Transmit(transmit) => {
+//!                 let len = transmit.message(&Source::default()).encode_into(&mut wire)?;
+//!                 println!("to the device: {:02x?}", &wire[..len]);
+//!             }
+//!             Effect::Event(event) => println!("to the user: {event:?}"),
+//!         }
 //!     }
-//!     for event in &output.events {
-//!         println!("to the user: {event:?}");
-//!     }
-//!     println!("until {:?}, or until something happens", output.wake);
 //! }
 //! assert_eq!(host.state().name(), "AwaitMotorInfo");
 //! # Ok::<(), Box<dyn core::error::Error>>(())
@@ -116,8 +117,8 @@
 //!
 //! A position of 0 is a place to go to; what stops a motor is a speed of 0, as
 //! [`stop`](message::SetPositionSpeedAcceleration::stop) sends it, and `StopPlayback` stops all. The device drops a
-//! silent connection after 30 seconds, and what a move does then nobody says. The machines obey a stop in every state,
-//! in the step in which it comes, and say when it is not confirmed. Every rig needs an emergency stop that no
+//! silent connection after 30 seconds, and nothing says what a move does then. The machines obey a stop in every state,
+//! in the call in which it comes, and tell when it is not confirmed. Every rig needs an emergency stop that no
 //! computer is part of. The password goes over the line in clear, to anyone who asks: it is no protection.
 //!
 //! Decisions such as K-F3 are explained, with the evidence, in `docs/decisions.md` of the repository.
@@ -146,22 +147,28 @@ pub mod frame;
 pub mod host;
 pub mod lint;
 pub mod message;
+pub mod move_summary;
 #[cfg(feature = "nom")]
 pub mod nom;
 mod side;
-pub mod summary;
+mod times;
 pub mod trajectory;
+mod transport;
 pub mod usb;
 
 pub use frame::{Frame, FrameError, Frames, Header, Kos, MessageId, MessageType};
 pub use message::{DeviceMessage, HostMessage};
+pub use motion_core::machine::{Effect, Machine, Token};
 #[cfg(feature = "alloc")]
 pub use motion_core::owned::Owned;
 pub use motion_core::stream::Item;
+pub use motion_core::time::Millis;
 pub use motion_core::wire::{DecodeError, EncodeError};
+pub use move_summary::MoveSummary;
 #[cfg(feature = "tokio")]
 pub use side::Codec;
 pub use side::{Device, Host};
+pub use transport::Transport;
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]

@@ -1,18 +1,19 @@
-//! The two sides as types, and what the optional features add to their messages.
+//! Types that name the two sides, and what their messages can do: decoding, encoding, and what the features add.
 
 use motion_core::side;
 
-use crate::{DeviceMessage, HostMessage};
+use crate::lint::Context;
+use crate::{DeviceMessage, HostMessage, Kos};
 
 side! {
-    /// A client, where a type says whose messages are meant.
+    /// Side of the client.
     ///
     /// ```
     /// # #[cfg(all(feature = "alloc", feature = "bytes"))] {
-    /// use kos_proto::message::Empty;
+    /// use kos_proto::message::GetDeviceInfo;
     /// use kos_proto::{Host, HostMessage, Owned};
     ///
-    /// let get = HostMessage::GetDeviceInfo(Empty { tail: &[] });
+    /// let get = HostMessage::from(GetDeviceInfo::default());
     /// let kept: Owned<Host> = Owned::new(&get)?;
     /// assert_eq!(kept.message(), get);
     ///
@@ -23,13 +24,13 @@ side! {
     /// # }
     /// # Ok::<(), kos_proto::EncodeError>(())
     /// ```
-    pub enum Host in BE: HostMessage();
-    /// A device, where a type says whose messages are meant.
-    pub enum Device in BE: DeviceMessage();
+    pub enum Host in BE: HostMessage() by Kos, over Kos, lint Context<'_>;
+    /// Side of the device.
+    pub enum Device in BE: DeviceMessage() by Kos, over Kos, lint Context<'_>;
 }
 
 /// Frames as a `tokio_util` codec, with a buffer of `N` bytes, at least twice [`MAX_FRAME`](crate::frame::MAX_FRAME).
 ///
 /// For other limits, name the framing: `motion_core::codec::Codec<Kos<1024>, 2048>`.
 #[cfg(feature = "tokio")]
-pub type Codec<const N: usize = { 2 * crate::frame::MAX_FRAME }> = motion_core::codec::Codec<crate::Kos, N>;
+pub type Codec<const N: usize = { 2 * crate::frame::MAX_FRAME }> = motion_core::codec::Codec<Kos, N>;

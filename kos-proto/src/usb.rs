@@ -6,9 +6,9 @@
 //! ```
 //! use kos_proto::usb::{self, Report};
 //! use kos_proto::{Frame, HostMessage};
-//! use kos_proto::message::Empty;
+//! use kos_proto::message::GetDeviceInfo;
 //!
-//! let report = Report::encode(&HostMessage::GetDeviceInfo(Empty { tail: &[] }))?;
+//! let report = Report::encode(&HostMessage::from(GetDeviceInfo::default()))?;
 //! assert_eq!(report.as_ref().len(), 64);
 //!
 //! // Some libraries hand out reports without their id.
@@ -30,10 +30,10 @@
 //! Source: kOS, USB; safety decision 4, decisions K-U1 to K-U8.
 
 use motion_core::time::Millis;
-use motion_core::wire::{EncodeError, Messages};
+use motion_core::wire::{EncodeError, Envelope, Messages};
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
-use crate::frame::{self, Frame, FrameError, MAX_FRAME, VERSION};
+use crate::frame::{Frame, FrameError, Kos, MAX_FRAME, VERSION};
 
 /// The id of every report: its first byte.
 pub const REPORT_ID: u8 = 0x01;
@@ -73,8 +73,9 @@ impl Report {
     /// [`EncodeError::TooLong`], if it does not fit, and the other reasons why a message cannot be written.
     pub fn encode<'m, M: Messages<'m>>(message: &M) -> Result<Self, EncodeError> {
         let mut report = Self::filled(&[]);
-        fits(frame::message_len(message))?;
-        frame::encode_message(message, &mut report.data)?;
+        let (number, body_len) = (message.number(), message.body_len());
+        fits(<Kos>::frame_len(number, body_len))?;
+        <Kos>::seal((), number, body_len, &mut report.data, |place| message.encode_body(place))?;
         Ok(report)
     }
 

@@ -23,7 +23,7 @@ const POSITION: &[u8] = b"\x04\0\x0c\0\x81\x02\x07\x03\x41\x3f\xb8\0";
 
 fn position() -> DeviceMessage<'static> {
     let (motor_address, position) = (MotorAddress(3), Rotations(11.982_422));
-    DeviceMessage::MotorPosition(MotorPosition { motor_address, position, tail: &[] })
+    DeviceMessage::from(MotorPosition { motor_address, position, tail: &[] })
 }
 
 fn frame(bytes: &[u8]) -> Frame<'_> {
@@ -255,7 +255,7 @@ fn a_stop_is_a_speed_of_0() {
     for at in [None, Some(Rotations(0.0)), Some(Rotations(3.0)), Some(Rotations(-7.5))] {
         let stop = SetPositionSpeedAcceleration::stop(MotorAddress(2), at, sharp);
         let mut out = [0; 20];
-        HostMessage::SetPositionSpeedAcceleration(stop).encode_into(&mut out).unwrap();
+        HostMessage::from(stop).encode_into(&mut out).unwrap();
         assert_eq!(out[12..16], [0; 4], "the speed on the wire");
         assert_eq!(stop.position, at.unwrap_or(JOG_DISTANCE));
     }

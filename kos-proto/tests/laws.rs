@@ -2,48 +2,21 @@
 
 mod recorded;
 
-use kos_proto::lint::Context;
 use kos_proto::trajectory::Block;
-use kos_proto::{DeviceMessage, HostMessage, Item, Kos};
-use laws::message::Side;
+use kos_proto::{Device, DeviceMessage, Host, HostMessage, Item, Kos};
 use laws::stream::{Owned, check};
-use motion_core::lint::Lints;
 use motion_core::stream::{Fatal, Frames, Framing, Noise};
-use motion_core::wire::Messages;
+use motion_core::wire::{Messages, Side};
+use motion_core::zerocopy::BE;
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-struct Host;
-
-impl Side for Host {
-    type Message<'a> = HostMessage<'a>;
-    const BIG_ENDIAN: bool = true;
-
-    fn lint(message: &HostMessage<'_>) -> Lints {
-        message.lint(&Context::default())
-    }
-}
-
-struct Device;
-
-impl Side for Device {
-    type Message<'a> = DeviceMessage<'a>;
-    const BIG_ENDIAN: bool = true;
-
-    fn lint(message: &DeviceMessage<'_>) -> Lints {
-        message.lint(&Context::default())
-    }
-}
-
-struct Blocks;
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Blocks {}
 
 impl Side for Blocks {
     type Message<'a> = Block<'a>;
-    const BIG_ENDIAN: bool = true;
-
-    fn lint(_: &Block<'_>) -> Lints {
-        Lints::new()
-    }
+    type Order = BE;
 }
 
 /// Any number, and each of the tables.

@@ -1,15 +1,7 @@
 //! Law 14, and what lint finds: each rule of the decisions, and nothing in what is legal.
 
 use kos_proto::lint::Context;
-use kos_proto::message::{
-    AuxInputStatus, AuxInputs, AxisKind, BumpPositionSpeedAcceleration, DeviceGUID, DeviceInfo, DeviceType, Empty,
-    ErrorCode, ErrorStatus, FirmwareVersion, GetNetworkInfo, Ipv4, LEDStatus, LedMode, MacAddress, MarkBeginPosition,
-    MarkEndPosition, Motor, MotorAddress, MotorCalibrated, MotorEntry, MotorInfo, MotorInfos, MotorPlace,
-    MotorPosition, MotorPresence, MotorStatus, MotorType, NetworkInfo, Normalized, OldMotorEntry, Photos,
-    PlaybackDirection, PlaybackMode, PlaybackState, PlaybackStatus, ResetAxis, Rotations, RotationsPerSecond,
-    RotationsPerSecondSquared, Seconds, SetPassword, SetPositionSpeedAcceleration, SetupPlayback, SoftwareID,
-    StartPlayback, TakePicture, UnsupportedMessage,
-};
+use kos_proto::message::*;
 use kos_proto::trajectory::{
     Axis, Block, Blocks, DelayInterval, DelayMode, LoopCount, Playback, Point, Points, Segment, TimeLapse,
     TrajectoryData,
@@ -17,10 +9,9 @@ use kos_proto::trajectory::{
 use kos_proto::{DeviceMessage, EncodeError, Frame, HostMessage};
 use motion_core::lint::Severity::{Error, Warning};
 use motion_core::lint::{Lints, Severity};
-use motion_core::wire::{Block16, Bool, Counted, Messages, Newer, Password, Rest};
+use motion_core::wire::Messages;
 use proptest::prelude::*;
 
-const NOTHING: Empty<'_> = Empty { tail: &[] };
 const MOTOR: MotorAddress = MotorAddress(2);
 const ACCELERATION: RotationsPerSecondSquared = RotationsPerSecondSquared(50.0);
 const SPEED: RotationsPerSecond = RotationsPerSecond(20.0);
@@ -51,11 +42,11 @@ fn entry(address: u8) -> MotorEntry {
 fn go(position: f32, speed: f32, acceleration: f32) -> HostMessage<'static> {
     let (speed, acceleration) = (RotationsPerSecond(speed), RotationsPerSecondSquared(acceleration));
     let message = SetPositionSpeedAcceleration::move_to(MOTOR, Rotations(position), speed, acceleration);
-    HostMessage::SetPositionSpeedAcceleration(message)
+    HostMessage::from(message)
 }
 
 fn bump(delta: f32, speed: f32, acceleration: f32) -> HostMessage<'static> {
-    HostMessage::BumpPositionSpeedAcceleration(BumpPositionSpeedAcceleration {
+    HostMessage::from(BumpPositionSpeedAcceleration {
         motor_address: MOTOR,
         delta: Rotations(delta),
         speed: RotationsPerSecond(speed),
@@ -64,8 +55,12 @@ fn bump(delta: f32, speed: f32, acceleration: f32) -> HostMessage<'static> {
     })
 }
 
-fn password(text: &[u8]) -> SetPassword<'_> {
-    SetPassword { password: Password(text), tail: &[] }
+fn user(text: &[u8]) -> UserPassword<'_> {
+    UserPassword { password: Password(text), tail: &[] }
+}
+
+fn stored(text: &[u8]) -> DevicePassword<'_> {
+    DevicePassword { password: Password(text), tail: &[] }
 }
 
 fn playback() -> Playback<'static> {
@@ -118,7 +113,7 @@ const SECOND: [(f32, f32); 4] = [(0.5, 0.5), (0.6, 0.5), (0.9, 1.0), (1.0, 1.0)]
 fn blocks(blocks: &[Block<'_>]) -> Vec<(Severity, &'static str)> {
     let mut out = [0; 1024];
     let blocks = Blocks::encode(blocks, &mut out).unwrap();
-    host(HostMessage::SetTrajectoryData(TrajectoryData { blocks, tail: &[] }))
+    host(HostMessage::from(TrajectoryData { blocks, tail: &[] }))
 }
 
 /// What lint says of a sound move, played in this way.
@@ -145,28 +140,28 @@ fn nothing_is_found_in_what_a_client_may_send() {
         [Block::Playback(playback()), Block::TimeLapse(time_lapse()), axis(2), segment(0, FIRST), segment(1, SECOND)];
     let move_data = TrajectoryData { blocks: Blocks::encode(&sound, &mut out).unwrap(), tail: &[] };
     let messages = [
-        HostMessage::KeepAlive(NOTHING),
-        HostMessage::GetNetworkInfo(GetNetworkInfo::new(true)),
-        HostMessage::GetLEDStatus(NOTHING),
-        HostMessage::SetLEDStatus(lamps),
-        HostMessage::GetMotorInfo(NOTHING),
-        HostMessage::GetDeviceInfo(NOTHING),
-        HostMessage::SetUserPassword(password(b"")),
-        HostMessage::SetDevicePassword(password(b"thirty-two bytes are not a flaw.")),
-        HostMessage::GetTrajectoryData(NOTHING),
-        HostMessage::SetTrajectoryData(move_data),
-        HostMessage::GetDeviceGUID(NOTHING),
-        HostMessage::GetSoftwareID(NOTHING),
-        HostMessage::SetSoftwareID(SoftwareID { platform: 200, tail: &[] }),
-        HostMessage::ResetDevice(NOTHING),
-        HostMessage::ResetAxis(reset),
-        HostMessage::MarkBeginPosition(MarkBeginPosition { motor_address: MotorAddress(1), tail: &[] }),
-        HostMessage::MarkEndPosition(MarkEndPosition { motor_address: MotorAddress(10), tail: &[] }),
-        HostMessage::StartPlayback(start),
-        HostMessage::StopPlayback(NOTHING),
-        HostMessage::RapidToFirstKeyFrame(NOTHING),
-        HostMessage::TakePicture(TakePicture { motor_address: MotorAddress::ALL, exposure: Seconds(0.5), tail: &[] }),
-        HostMessage::SetupPlayback(setup),
+        HostMessage::from(KeepAlive::default()),
+        HostMessage::from(GetNetworkInfo::new(true)),
+        HostMessage::from(GetLEDStatus::default()),
+        HostMessage::from(lamps),
+        HostMessage::from(GetMotorInfo::default()),
+        HostMessage::from(GetDeviceInfo::default()),
+        HostMessage::from(user(b"")),
+        HostMessage::from(stored(b"thirty-two bytes are not a flaw.")),
+        HostMessage::from(GetTrajectoryData::default()),
+        HostMessage::from(move_data),
+        HostMessage::from(GetDeviceGUID::default()),
+        HostMessage::from(GetSoftwareID::default()),
+        HostMessage::from(SoftwareID { platform: 200, tail: &[] }),
+        HostMessage::from(ResetDevice::default()),
+        HostMessage::from(reset),
+        HostMessage::from(MarkBeginPosition { motor_address: MotorAddress(1), tail: &[] }),
+        HostMessage::from(MarkEndPosition { motor_address: MotorAddress(10), tail: &[] }),
+        HostMessage::from(start),
+        HostMessage::from(StopPlayback::default()),
+        HostMessage::from(RapidToFirstKeyFrame::default()),
+        HostMessage::from(TakePicture { motor_address: MotorAddress::ALL, exposure: Seconds(0.5), tail: &[] }),
+        HostMessage::from(setup),
         go(10.0, 20.0, 50.0),
         bump(-3.0, 20.0, 50.0),
     ];
@@ -186,42 +181,38 @@ fn nothing_is_found_in_what_a_device_may_send() {
     let info = |more, motors| DeviceMessage::MotorInfo(MotorInfo { more, motors, tail: &[] });
     let status = |photo_count, motors| {
         let (playback_status, elapsed_time) = (PlaybackState::START_FRAME, Normalized(0.25));
-        DeviceMessage::PlaybackStatus(PlaybackStatus { playback_status, elapsed_time, photo_count, motors, tail: &[] })
+        DeviceMessage::from(PlaybackStatus { playback_status, elapsed_time, photo_count, motors, tail: &[] })
     };
     let calibrated = |begin_position| {
         let (motor_address, end_position) = (MOTOR, Rotations(-3.0));
-        DeviceMessage::MotorCalibrated(MotorCalibrated { motor_address, begin_position, end_position, tail: &[] })
+        DeviceMessage::from(MotorCalibrated { motor_address, begin_position, end_position, tail: &[] })
     };
     let failed = |error_code, address| {
-        DeviceMessage::ErrorStatus(ErrorStatus { error_code, motor_address: MotorAddress(address), tail: &[] })
+        DeviceMessage::from(ErrorStatus { error_code, motor_address: MotorAddress(address), tail: &[] })
     };
     let presence = [MotorPresence::new(MOTOR, Bool::TRUE, MotorType::FIZ, SPEED, SPEED, ACCELERATION)];
     let places = [MotorPlace::new(MOTOR, Rotations(1.0))];
     let messages = [
-        DeviceMessage::NetworkInfo(network_info()),
-        DeviceMessage::LEDStatus(LEDStatus {
-            master_status: LedMode::OFF,
-            slave_status: LedMode::SLOW_BLINK,
-            tail: &[],
-        }),
+        DeviceMessage::from(network_info()),
+        DeviceMessage::from(LEDStatus { master_status: LedMode::OFF, slave_status: LedMode::SLOW_BLINK, tail: &[] }),
         info(true, MotorInfos::New(&new)),
         info(false, MotorInfos::New(&[])),
         info(false, MotorInfos::Old(&old)),
-        DeviceMessage::DeviceInfo(device_info()),
-        DeviceMessage::TrajectoryData(TrajectoryData::default()),
-        DeviceMessage::DeviceGUID(DeviceGUID { guid: Block16(&[7; 16]), tail: &[] }),
-        DeviceMessage::SoftwareID(SoftwareID { platform: 1, tail: &[] }),
-        DeviceMessage::MotorStatus(MotorStatus { motors: Counted(&presence), tail: &[] }),
+        DeviceMessage::from(device_info()),
+        DeviceMessage::from(TrajectoryData::default()),
+        DeviceMessage::from(DeviceGUID { guid: Block16(&[7; 16]), tail: &[] }),
+        DeviceMessage::from(SoftwareID { platform: 1, tail: &[] }),
+        DeviceMessage::from(MotorStatus { motors: Counted(&presence), tail: &[] }),
         status(Some(Photos(10.0)), &places),
         status(None, &[]),
         failed(ErrorCode::RUNAWAY, 3),
         failed(ErrorCode::BAD_MOTOR_ADDRESS, 77),
         failed(ErrorCode::LOCKED_OUT, 0),
-        DeviceMessage::MotorPosition(MotorPosition { motor_address: MOTOR, position: Rotations(1.0), tail: &[] }),
+        DeviceMessage::from(MotorPosition { motor_address: MOTOR, position: Rotations(1.0), tail: &[] }),
         calibrated(Some(Rotations(0.0))),
         calibrated(None),
-        DeviceMessage::AuxInputStatus(AuxInputStatus { status: AuxInputs::SLAVE_PRESENT, tail: &[] }),
-        DeviceMessage::UnsupportedMessage(UnsupportedMessage { message: Rest(&[4, 0, 6, 0, 0x77, 1]), tail: &[] }),
+        DeviceMessage::from(AuxInputStatus { status: AuxInputs::SLAVE_PRESENT, tail: &[] }),
+        DeviceMessage::from(UnsupportedMessage { message: Rest(&[4, 0, 6, 0, 0x77, 1]), tail: &[] }),
     ];
     for message in messages {
         assert_eq!(device(message), [], "{message}");
@@ -288,13 +279,13 @@ fn a_stop_is_refused_for_its_address_alone() {
 
     for address in [0, 11, 0x7f] {
         let stop = SetPositionSpeedAcceleration::stop(MotorAddress(address), None, ACCELERATION);
-        let stop = HostMessage::SetPositionSpeedAcceleration(stop);
+        let stop = HostMessage::from(stop);
         assert_eq!(host(stop), [(Error, "motor_address")]);
         let refused = stop.encode_checked(&Context::default(), &mut out);
         assert!(matches!(refused, Err(EncodeError::Refused(lint)) if lint.what == "motor_address"));
     }
     let marked = SetPositionSpeedAcceleration::stop(MotorAddress(0x82), None, ACCELERATION);
-    assert_eq!(host(HostMessage::SetPositionSpeedAcceleration(marked)), [(Warning, "motor_address")]);
+    assert_eq!(host(HostMessage::from(marked)), [(Warning, "motor_address")]);
 }
 
 /// Decisions K-M6, K-M7, K-M9 and K-N1.
@@ -317,14 +308,14 @@ fn moves_are_measured_by_the_motor() {
     assert_eq!(measured(bump(7.0, 20.0, 50.0)), []);
     assert_eq!(measured(go(10.0, 100.1, 50.1)), [(Warning, "speed"), (Warning, "acceleration")]);
     let other = MarkEndPosition { motor_address: MotorAddress(1), tail: &[] };
-    assert_eq!(measured(HostMessage::MarkEndPosition(other)), [(Error, "motor_address")]);
+    assert_eq!(measured(HostMessage::from(other)), [(Error, "motor_address")]);
 
     let uncalibrated = [Motor { end_position: Rotations(0.0), ..motor() }];
     let measured = |message: HostMessage<'_>| found(message.lint(&Context::default().with_motors(&uncalibrated)));
     assert_eq!(measured(go(3.0, 20.0, 50.0)), [(Warning, "position")]);
     for speed in [20.0, -20.0] {
         let jog = SetPositionSpeedAcceleration::jog(MOTOR, RotationsPerSecond(speed), ACCELERATION);
-        assert_eq!(measured(HostMessage::SetPositionSpeedAcceleration(jog)), []);
+        assert_eq!(measured(HostMessage::from(jog)), []);
     }
     let backward = [Motor { end_position: Rotations(-8.0), position: Rotations(-1.0), ..motor() }];
     let measured = |message: HostMessage<'_>| found(message.lint(&Context::default().with_motors(&backward)));
@@ -386,7 +377,7 @@ fn a_range_need_not_begin_at_0() {
         let reported = |part: f32| {
             let position = Rotations(begin + range * part);
             let message = MotorPosition { motor_address: MOTOR, position, tail: &[] };
-            found(DeviceMessage::MotorPosition(message).lint(&context))
+            found(DeviceMessage::from(message).lint(&context))
         };
         let outside = [(Warning, "position")];
         for part in [0.0, 0.5, 1.0] {
@@ -400,10 +391,10 @@ fn a_range_need_not_begin_at_0() {
         assert_eq!(reported(1.0005), [], "a motor that rests a hair behind its end");
     }
     let stranger = MotorPosition { motor_address: MOTOR, position: Rotations(99.0), tail: &[] };
-    assert_eq!(device(DeviceMessage::MotorPosition(stranger)), [], "nothing is known of it");
+    assert_eq!(device(DeviceMessage::from(stranger)), [], "nothing is known of it");
     let uncalibrated = [Motor { end_position: Rotations(0.0), ..motor() }];
     let context = Context::default().with_motors(&uncalibrated);
-    assert_eq!(found(DeviceMessage::MotorPosition(stranger).lint(&context)), []);
+    assert_eq!(found(DeviceMessage::from(stranger).lint(&context)), []);
 }
 
 fn any_float() -> impl Strategy<Value = f32> {
@@ -454,16 +445,16 @@ proptest! {
         let halt = BumpPositionSpeedAcceleration { motor_address, delta: position, speed, acceleration, tail: &[] };
         let known = SetPositionSpeedAcceleration::stop(motor_address, Some(position), acceleration);
         for message in [
-            HostMessage::SetPositionSpeedAcceleration(stop),
-            HostMessage::BumpPositionSpeedAcceleration(halt),
-            HostMessage::SetPositionSpeedAcceleration(known),
-            HostMessage::StopPlayback(NOTHING),
+            HostMessage::from(stop),
+            HostMessage::from(halt),
+            HostMessage::from(known),
+            HostMessage::from(StopPlayback::default()),
         ] {
             let mut out = [0; 20];
             prop_assert_eq!(message.encode_checked(&context, &mut out), Ok(message.encoded_len()));
             prop_assert_eq!(HostMessage::decode(&Frame::decode(&out[..message.encoded_len()]).unwrap()), Ok(message));
         }
-        prop_assert_eq!(found(HostMessage::SetPositionSpeedAcceleration(known).lint(&context)), []);
+        prop_assert_eq!(found(HostMessage::from(known).lint(&context)), []);
     }
 }
 
@@ -471,14 +462,11 @@ proptest! {
 #[test]
 fn only_a_reset_is_for_all_motors() {
     let (motor_address, tail) = (MotorAddress::ALL, &[][..]);
-    assert_eq!(
-        host(HostMessage::MarkBeginPosition(MarkBeginPosition { motor_address, tail })),
-        [(Error, "motor_address")]
-    );
-    assert_eq!(host(HostMessage::MarkEndPosition(MarkEndPosition { motor_address, tail })), [(Error, "motor_address")]);
+    assert_eq!(host(HostMessage::from(MarkBeginPosition { motor_address, tail })), [(Error, "motor_address")]);
+    assert_eq!(host(HostMessage::from(MarkEndPosition { motor_address, tail })), [(Error, "motor_address")]);
     let picture = |address, exposure| {
         let (motor_address, exposure) = (MotorAddress(address), Seconds(exposure));
-        host(HostMessage::TakePicture(TakePicture { motor_address, exposure, tail }))
+        host(HostMessage::from(TakePicture { motor_address, exposure, tail }))
     };
     assert_eq!(picture(2, -0.5), [(Warning, "motor_address"), (Error, "exposure")]);
     assert_eq!(picture(11, 0.5), [(Error, "motor_address"), (Warning, "motor_address")]);
@@ -487,14 +475,14 @@ fn only_a_reset_is_for_all_motors() {
 /// Decisions K-T1, K-T2, K-T4 and K-F4.
 #[test]
 fn passwords_are_ascii_short_and_without_nuls() {
-    let accented = HostMessage::SetUserPassword(password("pé".as_bytes()));
+    let accented = HostMessage::from(user("pé".as_bytes()));
     assert_eq!(host(accented), [(Error, "password")]);
     assert_eq!(found(accented.lint(&Context::default().with_byte_counts())), [(Warning, "password")]);
-    assert_eq!(host(HostMessage::SetDevicePassword(password(b"kos\0"))), [(Warning, "password")]);
-    assert_eq!(host(HostMessage::SetDevicePassword(password(&[b'x'; 33]))), [(Warning, "password")]);
-    let tail = SetPassword { password: Password(b"kos"), tail: &[0] };
-    assert_eq!(host(HostMessage::SetUserPassword(tail)), [(Warning, "tail")]);
-    for message in [accented, HostMessage::SetUserPassword(password(b"hush"))] {
+    assert_eq!(host(HostMessage::from(stored(b"kos\0"))), [(Warning, "password")]);
+    assert_eq!(host(HostMessage::from(stored(&[b'x'; 33]))), [(Warning, "password")]);
+    let tail = UserPassword { password: Password(b"kos"), tail: &[0] };
+    assert_eq!(host(HostMessage::from(tail)), [(Warning, "tail")]);
+    for message in [accented, HostMessage::from(user(b"hush"))] {
         let shown = format!("{message} {message:?} {:?}", message.lint(&Context::default()));
         assert!(!shown.contains("hush") && !shown.contains('é'), "{shown}");
     }
@@ -504,16 +492,16 @@ fn passwords_are_ascii_short_and_without_nuls() {
 #[test]
 fn what_nobody_knows_is_unwise() {
     let limited = GetNetworkInfo { limited_response: Some(Bool(2)), tail: &[] };
-    assert_eq!(host(HostMessage::GetNetworkInfo(limited)), [(Warning, "limited_response")]);
+    assert_eq!(host(HostMessage::from(limited)), [(Warning, "limited_response")]);
     let lamps = LEDStatus { master_status: LedMode(4), slave_status: LedMode(9), tail: &[] };
-    assert_eq!(host(HostMessage::SetLEDStatus(lamps)), [(Warning, "master_status"), (Warning, "slave_status")]);
-    assert_eq!(device(DeviceMessage::LEDStatus(lamps)), [(Warning, "master_status"), (Warning, "slave_status")]);
+    assert_eq!(host(HostMessage::from(lamps)), [(Warning, "master_status"), (Warning, "slave_status")]);
+    assert_eq!(device(DeviceMessage::from(lamps)), [(Warning, "master_status"), (Warning, "slave_status")]);
     let (direction, start_time, tail) = (PlaybackDirection::REVERSE, Seconds(1.0), &[1][..]);
-    let start = HostMessage::StartPlayback(StartPlayback { direction, start_time, tail });
+    let start = HostMessage::from(StartPlayback { direction, start_time, tail });
     assert_eq!(host(start), [(Warning, "direction"), (Warning, "start_time"), (Warning, "tail")]);
     let setup = SetupPlayback { direction, start_time: Seconds(-1.0), delay_return: Bool(3), tail: &[] };
     let wanted = [(Warning, "direction"), (Error, "start_time"), (Warning, "delay_return")];
-    assert_eq!(host(HostMessage::SetupPlayback(setup)), wanted);
+    assert_eq!(host(HostMessage::from(setup)), wanted);
     assert_eq!(host(HostMessage::other(0x0080_0063, &[])), [(Warning, "message")]);
     assert_eq!(device(DeviceMessage::other(0x0025_0200, &[])), [(Warning, "message")]);
 }
@@ -523,7 +511,7 @@ fn what_nobody_knows_is_unwise() {
 fn devices_have_rules_too() {
     let strange = NetworkInfo { dhcp: Bool(7), device_type: DeviceType(200), device_addr: 1, ..network_info() };
     let wanted = [(Warning, "dhcp"), (Warning, "device_type"), (Warning, "device_addr")];
-    assert_eq!(device(DeviceMessage::NetworkInfo(strange)), wanted);
+    assert_eq!(device(DeviceMessage::from(strange)), wanted);
 
     let strange = DeviceInfo {
         device_type: DeviceType(1),
@@ -550,7 +538,7 @@ fn devices_have_rules_too() {
         (Error, "delay_time_remaining"),
         (Warning, "elapsed_time"),
     ];
-    assert_eq!(device(DeviceMessage::DeviceInfo(strange)), wanted);
+    assert_eq!(device(DeviceMessage::from(strange)), wanted);
 
     let entries = [
         entry(0),
@@ -567,7 +555,7 @@ fn devices_have_rules_too() {
     let info = MotorInfo { more: false, motors: MotorInfos::New(&entries), tail: &[] };
     let wanted =
         [(Warning, "motor_count"), (Error, "motor_address"), (Error, "max_max_move_speed"), (Error, "position")];
-    assert_eq!(device(DeviceMessage::MotorInfo(info)), wanted);
+    assert_eq!(device(DeviceMessage::from(info)), wanted);
 
     let presence = [MotorPresence::new(
         MotorAddress(11),
@@ -585,7 +573,7 @@ fn devices_have_rules_too() {
         (Error, "max_max_setup_speed"),
         (Error, "max_max_acceleration"),
     ];
-    assert_eq!(device(DeviceMessage::MotorStatus(status)), wanted);
+    assert_eq!(device(DeviceMessage::from(status)), wanted);
 
     let status = PlaybackStatus {
         playback_status: PlaybackState(99),
@@ -601,11 +589,11 @@ fn devices_have_rules_too() {
         (Error, "motor_address"),
         (Error, "position"),
     ];
-    assert_eq!(device(DeviceMessage::PlaybackStatus(status)), wanted);
+    assert_eq!(device(DeviceMessage::from(status)), wanted);
 
     let failed = |code, address| {
         let (error_code, motor_address) = (ErrorCode(code), MotorAddress(address));
-        device(DeviceMessage::ErrorStatus(ErrorStatus { error_code, motor_address, tail: &[] }))
+        device(DeviceMessage::from(ErrorStatus { error_code, motor_address, tail: &[] }))
     };
     assert_eq!(failed(5, 0), [(Warning, "error_code")]);
     assert_eq!(failed(16, 0), [(Error, "motor_address")], "a fault is one of a motor");
@@ -613,17 +601,17 @@ fn devices_have_rules_too() {
 
     let (motor_address, tail) = (MotorAddress(0), &[][..]);
     let position = MotorPosition { motor_address, position: Rotations(1.0), tail };
-    assert_eq!(device(DeviceMessage::MotorPosition(position)), [(Error, "motor_address")]);
+    assert_eq!(device(DeviceMessage::from(position)), [(Error, "motor_address")]);
     let calibrated = MotorCalibrated { motor_address, begin_position: None, end_position: Rotations(f32::NAN), tail };
     let wanted = [(Error, "motor_address"), (Error, "end_position")];
-    assert_eq!(device(DeviceMessage::MotorCalibrated(calibrated)), wanted);
+    assert_eq!(device(DeviceMessage::from(calibrated)), wanted);
     let guid = DeviceGUID { guid: Block16(&[1; 15]), tail };
-    assert_eq!(device(DeviceMessage::DeviceGUID(guid)), [(Warning, "guid")]);
+    assert_eq!(device(DeviceMessage::from(guid)), [(Warning, "guid")]);
     assert_eq!(guid.to_bytes(), None);
     let echo = UnsupportedMessage { message: Rest(&[3]), tail };
-    assert_eq!(device(DeviceMessage::UnsupportedMessage(echo)), [(Warning, "message")]);
+    assert_eq!(device(DeviceMessage::from(echo)), [(Warning, "message")]);
     let inputs = AuxInputStatus { status: AuxInputs(0xe0), tail };
-    assert_eq!(device(DeviceMessage::AuxInputStatus(inputs)), [(Warning, "status")]);
+    assert_eq!(device(DeviceMessage::from(inputs)), [(Warning, "status")]);
 }
 
 /// Decisions K-J3 to K-J6, K-J10 and K-J11, safety decision 5.

@@ -77,9 +77,9 @@ fn an_uncalibrated_motor_moves_as_printed() {
     let printed = b"\x04\x00\x14\x00\x80\x00\x1c\x03\x46\xc3\x50\x00\x42\xc8\x00\x00\x42\xc8\x00\x00";
     let (speed, acceleration) = (RotationsPerSecond(100.0), RotationsPerSecondSquared(100.0));
     let jog = SetPositionSpeedAcceleration::jog(MotorAddress(3), speed, acceleration);
-    assert_eq!(from_host(printed), HostMessage::SetPositionSpeedAcceleration(jog));
+    assert_eq!(from_host(printed), HostMessage::from(jog));
     let mut out = [0; 20];
-    assert_eq!(HostMessage::SetPositionSpeedAcceleration(jog).encode_into(&mut out), Ok(20));
+    assert_eq!(HostMessage::from(jog).encode_into(&mut out), Ok(20));
     assert_eq!(out, *printed);
 }
 
@@ -98,7 +98,7 @@ fn a_calibrated_motor_as_printed_ends_the_stream() {
     let (speed, acceleration) = (RotationsPerSecond(100.0), RotationsPerSecondSquared(100.0));
     let position = Rotations(-50.910_233);
     let message = SetPositionSpeedAcceleration::move_to(MotorAddress(1), position, speed, acceleration);
-    assert_eq!(from_host(&corrected), HostMessage::SetPositionSpeedAcceleration(message));
+    assert_eq!(from_host(&corrected), HostMessage::from(message));
 }
 
 #[test]

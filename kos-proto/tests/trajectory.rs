@@ -184,7 +184,7 @@ fn a_move_without_motors_has_to_be_asked_for() {
     let trajectory = Trajectory::new(&data).unwrap();
     assert_eq!((trajectory.play(), trajectory.tracks().count()), (Play::TimeLapse(PHOTOS), 0));
     assert_eq!(trajectory.track(MOTOR), None);
-    let refused = HostMessage::SetTrajectoryData(data).encode_checked(&Context::default(), &mut [0; 100]);
+    let refused = HostMessage::from(data).encode_checked(&Context::default(), &mut [0; 100]);
     assert!(matches!(refused, Err(EncodeError::Refused(lint)) if lint.what == "axis"));
     assert_eq!(built(live(LIVE), &[segments(&[])]), Err("motor 2: way has no segment".into()));
     let lonely = [key(0.0, 0.0)];
@@ -553,7 +553,7 @@ fn moves_are_measured_by_the_motors() {
     let plan = [MotorPlan::new(&known, &keys).unwrap()];
     let data = Plan::new(live(LIVE), &plan).encode(&mut out).unwrap();
     let lint = |context: &Context<'_>| {
-        let lints = HostMessage::SetTrajectoryData(data).lint(context).into_iter();
+        let lints = HostMessage::from(data).lint(context).into_iter();
         lints.map(|lint| (lint.severity, lint.what)).collect::<Vec<_>>()
     };
     let context = Context::default();

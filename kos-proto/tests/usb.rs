@@ -3,7 +3,7 @@
 mod recorded;
 mod reports;
 
-use kos_proto::message::{Empty, MotorAddress, RotationsPerSecondSquared, SetPositionSpeedAcceleration};
+use kos_proto::message::{KeepAlive, MotorAddress, RotationsPerSecondSquared, SetPositionSpeedAcceleration};
 use kos_proto::usb::{
     Ambiguous, CAPACITY, CONTINUE_WITHIN, Dropped, Fragments, REPORT_LEN, Reassembly, Report, ReportError, decode,
 };
@@ -82,7 +82,7 @@ fn a_move_in_two_reports() {
 
 #[test]
 fn a_keep_alive_is_a_report_of_its_own() {
-    let keep_alive = HostMessage::KeepAlive(Empty { tail: &[] });
+    let keep_alive = HostMessage::from(KeepAlive::default());
     assert_eq!(Report::encode(&keep_alive), Ok(Report::KEEP_ALIVE));
     let frame = decode(Report::KEEP_ALIVE.as_ref()).unwrap();
     assert_eq!((HostMessage::decode(&frame), frame.bytes()), (Ok(keep_alive), &[4, 0, 6, 0, 0, 0][..]));
@@ -153,7 +153,7 @@ fn cut(message: &[u8]) -> Vec<Vec<u8>> {
 fn a_lost_piece_never_swallows_a_stop() {
     let stop_motor = SetPositionSpeedAcceleration::stop(MotorAddress(1), None, RotationsPerSecondSquared(100.0));
     let mut buffer = [0; 32];
-    let len = HostMessage::SetPositionSpeedAcceleration(stop_motor).encode_into(&mut buffer).unwrap();
+    let len = HostMessage::from(stop_motor).encode_into(&mut buffer).unwrap();
     for (stop, numbered) in [(&STOP[..], true), (&STOP, false), (&buffer[..len], true), (&buffer[..len], false)] {
         for pieces in 1..3 {
             let message = long(180);

@@ -1,174 +1,112 @@
-//! The photos of a time lapse: before, in and behind the move (kOS 7.5).
+//! Photos of a time lapse: before, in and after the move (kOS 7.5).
 
 use motion_core::time::Millis;
 
-use super::motor::Drives;
-use super::playback::{Playback, State};
-use super::{Event, Turn};
-use crate::message::{ErrorCode, PlaybackState};
-use crate::summary::{Direction, Kind, MotorSet, MoveSummary, Shots};
+use super::effects::Effects;
+use super::event::Event;
+use super::playback::{Playback, Rig};
+use super::stage::{Lapse, Shot};
+use crate::message::{Direction, ErrorCode, MotorSet, PlaybackState};
+use crate::move_summary::{Kind, MoveSummary, Shots};
 
-/// How far a time lapse is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Lapse {
-    /// Photos before the move; so many are taken.
-    Before { shot: Shot, taken: u32 },
-    /// Photos while the motors move.
-    Continuous(Shot),
-    /// A photo while the motors rest.
-    Frame(Shot),
-    /// The motors go to the next place.
-    Moving { waiting: MotorSet, limit: Option<Millis> },
-    /// Photos behind the move; so many are taken.
-    After { shot: Shot, taken: u32 },
-}
-
-/// A photo: first it waits, then the shutter is open.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) struct Shot {
-    exposing: bool,
-    until: Millis,
-    /// When it should be over: a wake that is late shortens no photo, and does not change the rhythm.
-    planned: Millis,
-}
-
-impl Shot {
-    fn wait(from: Millis, shots: Shots, now: Millis) -> Self {
-        let planned = from.after(shots.delay);
-        Self { exposing: false, until: planned.max(now.after(1)), planned }
-    }
-
-    /// Opens the shutter; `None` if it was open long enough.
-    fn open(self, turn: &mut Turn<'_>, shots: Shots) -> Option<Self> {
-        if self.exposing {
-            return None;
+impl Playback {
+    /// The time lapse begins: with photos before the move, or with the move.
+    pub(super) fn begin_lapse(&mut self, now: Millis, output: &mut Effects<'_, '_>, rig: Rig<'_>, plan: &MoveSummary) {
+        let Some(shots) = plan.shots() else { return };
+        if shots.before == 0 {
+            return self.begin_shots(now, output, rig, shots);
         }
-        turn.output.event(Event::OpenShutter { millis: shots.exposure });
-        let until = turn.now.after(shots.exposure.max(1));
-        Some(Self { exposing: true, until, planned: self.planned.after(shots.exposure) })
+        self.set_lapse(Lapse::Before { shot: Shot::wait(now, now, shots), taken: 0 });
+        self.say(now, output, rig, PlaybackState::PRE_MOVE_PHOTOS_STARTED);
     }
-}
 
-impl Lapse {
-    pub(super) const fn state(self) -> State {
-        match self {
-            Self::Before { .. } => State::Pre,
-            Self::Continuous(_) => State::ForwardC,
-            Self::Frame(Shot { exposing: false, .. }) => State::FrameDelay,
-            Self::Frame(Shot { exposing: true, .. }) => State::Exposing,
-            Self::Moving { .. } => State::Moving,
-            Self::After { .. } => State::Post,
+    /// The move begins.
+    fn begin_shots(&mut self, now: Millis, output: &mut Effects<'_, '_>, rig: Rig<'_>, shots: Shots) {
+        let shot = Shot::wait(now, now, shots);
+        if let Some(Kind::Continuous(_)) = self.plan().map(|plan| plan.kind) {
+            let millis = shots.interval().saturating_mul(shots.moving.into());
+            self.set_lapse(Lapse::Continuous(shot));
+            output.event(Event::Play { way: Direction::Forward, millis });
+            self.say(now, output, rig, PlaybackState::START_FORWARD);
+        } else {
+            self.set_lapse(Lapse::Frame(shot));
+            self.say(now, output, rig, PlaybackState::START_FORWARD);
+            self.say(now, output, rig, PlaybackState::START_FRAME);
         }
     }
 
-    /// The photo that is being taken; none, while the motors move to the next place.
-    fn shot_mut(&mut self) -> Option<&mut Shot> {
-        match self {
-            Self::Before { shot, .. } | Self::Continuous(shot) | Self::Frame(shot) | Self::After { shot, .. } => {
-                Some(shot)
-            }
-            Self::Moving { .. } => None,
+    /// All motors are at the next place, if none is waited for.
+    pub(super) fn frame_reached(&mut self, now: Millis, output: &mut Effects<'_, '_>, rig: Rig<'_>, waiting: MotorSet) {
+        let Some(shots) = self.plan().and_then(MoveSummary::shots).filter(|_| waiting.is_empty()) else { return };
+        self.say(now, output, rig, PlaybackState::SMS_MOTORS_STOPPED);
+        self.set_lapse(Lapse::Frame(Shot::wait(now, now, shots)));
+        self.say(now, output, rig, PlaybackState::START_FRAME);
+    }
+
+    /// Deals with a deadline that has come.
+    pub(super) fn wake_lapse(
+        &mut self,
+        now: Millis,
+        output: &mut Effects<'_, '_>,
+        rig: Rig<'_>,
+        mut lapse: Lapse,
+    ) -> Result<(), ErrorCode> {
+        let Some(shots) = self.plan().and_then(MoveSummary::shots) else { return Ok(()) };
+        let Some(shot) = lapse.shot_mut() else { return Err(ErrorCode::CANNOT_EXECUTE_MOVE) };
+        if let Some(open) = shot.open(now, output, shots) {
+            *shot = open;
+            self.set_lapse(lapse);
+        } else {
+            let next = Shot::wait(now, shot.planned, shots);
+            self.taken(now, output, rig, shots, (lapse, next));
         }
+        Ok(())
     }
 
-    pub(super) const fn deadline(self) -> Option<Millis> {
-        match self {
-            Self::Before { shot, .. } | Self::Continuous(shot) | Self::Frame(shot) | Self::After { shot, .. } => {
-                Some(shot.until)
-            }
-            Self::Moving { limit, .. } => limit,
-        }
-    }
-}
-
-/// The time lapse begins: photos before the move, or the move.
-pub(super) fn begin(playback: &mut Playback, turn: &mut Turn<'_>, drives: &Drives, plan: &MoveSummary) {
-    let Some(shots) = plan.shots() else { return };
-    if shots.before == 0 {
-        return go(playback, turn, drives, shots);
-    }
-    playback.lapse(Lapse::Before { shot: Shot::wait(turn.now, shots, turn.now), taken: 0 });
-    playback.say(turn, drives, PlaybackState::PRE_MOVE_PHOTOS_STARTED);
-}
-
-/// The move begins.
-fn go(playback: &mut Playback, turn: &mut Turn<'_>, drives: &Drives, shots: Shots) {
-    let shot = Shot::wait(turn.now, shots, turn.now);
-    if let Some(Kind::Continuous(_)) = playback.plan().map(|plan| plan.kind) {
-        let millis = shots.interval().saturating_mul(shots.moving.into());
-        playback.lapse(Lapse::Continuous(shot));
-        turn.output.event(Event::Play { way: Direction::Forward, millis });
-        playback.say(turn, drives, PlaybackState::START_FORWARD);
-    } else {
-        playback.lapse(Lapse::Frame(shot));
-        playback.say(turn, drives, PlaybackState::START_FORWARD);
-        playback.say(turn, drives, PlaybackState::START_FRAME);
-    }
-}
-
-/// All motors are at the next place.
-pub(super) fn arrived(playback: &mut Playback, turn: &mut Turn<'_>, drives: &Drives, waiting: MotorSet) {
-    let Some(shots) = playback.plan().and_then(MoveSummary::shots).filter(|_| waiting.is_empty()) else { return };
-    playback.say(turn, drives, PlaybackState::SMS_MOTORS_STOPPED);
-    playback.lapse(Lapse::Frame(Shot::wait(turn.now, shots, turn.now)));
-    playback.say(turn, drives, PlaybackState::START_FRAME);
-}
-
-/// Deals with a deadline that has come.
-pub(super) fn wake(
-    playback: &mut Playback,
-    turn: &mut Turn<'_>,
-    drives: &Drives,
-    mut lapse: Lapse,
-) -> Result<(), ErrorCode> {
-    let Some(shots) = playback.plan().and_then(MoveSummary::shots) else { return Ok(()) };
-    let Some(shot) = lapse.shot_mut() else { return Err(ErrorCode::CANNOT_EXECUTE_MOVE) };
-    if let Some(open) = shot.open(turn, shots) {
-        *shot = open;
-        playback.lapse(lapse);
-    } else {
-        let next = Shot::wait(shot.planned, shots, turn.now);
-        taken(playback, turn, drives, shots, lapse, next);
-    }
-    Ok(())
-}
-
-/// A photo is taken: the next one, the next place, or the next part of the time lapse follows.
-fn taken(playback: &mut Playback, turn: &mut Turn<'_>, drives: &Drives, shots: Shots, lapse: Lapse, next: Shot) {
-    match lapse {
-        Lapse::Before { taken, .. } => match taken.saturating_add(1) {
-            taken if taken < shots.before => playback.lapse(Lapse::Before { shot: next, taken }),
-            _ => go(playback, turn, drives, shots),
-        },
-        Lapse::After { taken, .. } => match taken.saturating_add(1) {
-            taken if taken < shots.after => playback.lapse(Lapse::After { shot: next, taken }),
-            _ => {
-                playback.say(turn, drives, PlaybackState::POST_MOVE_PHOTOS_COMPLETED);
-                playback.done(turn, drives);
-            }
-        },
-        Lapse::Continuous(_) | Lapse::Frame(_) | Lapse::Moving { .. } => {
-            playback.photos = playback.photos.saturating_add(1);
-            if playback.photos >= shots.moving {
-                end(playback, turn, drives, shots);
-            } else if let Lapse::Continuous(_) = lapse {
-                playback.lapse(Lapse::Continuous(next));
-                playback.say(turn, drives, PlaybackState::START_FORWARD);
-            } else {
-                let waiting = playback.plan().map_or(MotorSet::NONE, |plan| plan.motors);
-                playback.lapse(Lapse::Moving { waiting, limit: turn.travel_limit() });
-                let (frame, last) = (playback.photos, shots.moving.saturating_sub(1));
-                turn.output.event(Event::MoveToFrame { frame, last });
+    /// A photo is taken: the next one, the next place, or the next part of the time lapse follows.
+    fn taken(
+        &mut self,
+        now: Millis,
+        output: &mut Effects<'_, '_>,
+        rig: Rig<'_>,
+        shots: Shots,
+        (lapse, next): (Lapse, Shot),
+    ) {
+        match lapse {
+            Lapse::Before { taken, .. } => match taken.saturating_add(1) {
+                taken if taken < shots.before => self.set_lapse(Lapse::Before { shot: next, taken }),
+                _ => self.begin_shots(now, output, rig, shots),
+            },
+            Lapse::After { taken, .. } => match taken.saturating_add(1) {
+                taken if taken < shots.after => self.set_lapse(Lapse::After { shot: next, taken }),
+                _ => {
+                    self.say(now, output, rig, PlaybackState::POST_MOVE_PHOTOS_COMPLETED);
+                    self.done(now, output, rig);
+                }
+            },
+            Lapse::Continuous(_) | Lapse::Frame(_) | Lapse::Moving { .. } => {
+                self.photos = self.photos.saturating_add(1);
+                if self.photos >= shots.moving {
+                    self.end_shots(now, output, rig, shots);
+                } else if let Lapse::Continuous(_) = lapse {
+                    self.set_lapse(Lapse::Continuous(next));
+                    self.say(now, output, rig, PlaybackState::START_FORWARD);
+                } else {
+                    let waiting = self.plan().map_or(MotorSet::NONE, |plan| plan.motors);
+                    self.set_lapse(Lapse::Moving { waiting, limit: rig.travel_limit(now) });
+                    let (frame, last) = (self.photos, shots.moving.saturating_sub(1));
+                    output.event(Event::MoveToFrame { frame, last });
+                }
             }
         }
     }
-}
 
-/// The move is at its end: photos behind it, or all is over.
-fn end(playback: &mut Playback, turn: &mut Turn<'_>, drives: &Drives, shots: Shots) {
-    playback.say(turn, drives, PlaybackState::END_OF_MOVE);
-    if shots.after == 0 {
-        return playback.done(turn, drives);
+    /// The move is at its end: photos after it follow, or all is over.
+    fn end_shots(&mut self, now: Millis, output: &mut Effects<'_, '_>, rig: Rig<'_>, shots: Shots) {
+        self.say(now, output, rig, PlaybackState::END_OF_MOVE);
+        if shots.after == 0 {
+            return self.done(now, output, rig);
+        }
+        self.set_lapse(Lapse::After { shot: Shot::wait(now, now, shots), taken: 0 });
     }
-    playback.lapse(Lapse::After { shot: Shot::wait(turn.now, shots, turn.now), taken: 0 });
 }

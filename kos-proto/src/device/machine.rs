@@ -1,52 +1,41 @@
-//! The machine of a device: who may say what, and what is answered (kOS 7.1).
+//! The machine of a device: which client may do what, and what is answered (kOS 7.1).
 
-use motion_core::machine::Machine;
 use motion_core::time::Millis;
 use motion_core::wire::{Bool, DecodeError, Password};
+use motion_core::{debug, machine, states};
 
+use super::Output;
+use super::effects::Effects;
+use super::event::{Event, Ignored};
+use super::input::{Input, Report};
 use super::motor::{Drive, Drives, Motion};
-use super::playback::{self, Playback};
-use super::session::{self, CloseReason, SessionId, Sessions, Table};
-use super::{Doing, Event, Ignored, Input, MotorReport, Options, Output, Report, Send, To, What};
+use super::options::Options;
+use super::playback::{self, Playback, Rig};
+use super::session::{self, DisconnectReason, SessionId, Sessions, Table};
+use super::transmit::{Activity, Contents, Destination, MotorReport};
 use crate::HostMessage;
 use crate::frame::{MessageId, MessageType};
-use crate::message::{
-    AuxInputs, ErrorCode, LedMode, MotorAddress, Normalized, PlaybackDirection, PlaybackState, Seconds,
-};
-use crate::summary::{Direction, MoveSummary, debug_fields};
+use crate::message::{AuxInputs, Direction, ErrorCode, LedMode, MotorAddress, PlaybackDirection, Seconds};
+use crate::move_summary::MoveSummary;
 
-/// Whether a device can be found and connected to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Link {
-    /// It starts, or starts anew.
-    Rebooting,
-    /// Nobody is connected over TCP, and it says every five seconds where it is.
-    Advertising,
-    /// Somebody is.
-    Connected,
-}
-
-impl Link {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Rebooting, Self::Advertising, Self::Connected];
-
-    /// Its name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Rebooting => "Rebooting",
-            Self::Advertising => "Advertising",
-            Self::Connected => "Connected",
-        }
+states! {
+    /// State of the link: whether the device can be found and connected to.
+    pub enum Link {
+        /// The device starts, or starts anew.
+        Rebooting,
+        /// No client is connected over TCP, and the device tells its address every five seconds.
+        Advertising,
+        /// A client is connected over TCP.
+        Connected,
     }
 }
 
-/// A device: see the [module](super).
+/// Machine of a device: see the [module](super).
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub struct DeviceMachine {
     pub(super) options: Options,
     on: bool,
-    /// When it says again where it is.
+    /// Time at which the device tells its address again.
     announce: Option<Millis>,
     pub(super) sessions: Table,
     pub(super) drives: Drives,
@@ -56,67 +45,12 @@ pub struct DeviceMachine {
     platform: u8,
 }
 
-debug_fields! { DeviceMachine { options, on, announce, sessions, drives, playback, inputs, leds, platform } }
+debug! { DeviceMachine { options on announce sessions drives playback inputs leds platform } }
 
-/// One step: its moment, what follows from it, who is told, and who asked.
-pub(super) struct Turn<'o> {
-    pub(super) now: Millis,
-    pub(super) options: Options,
-    pub(super) output: &'o mut Output,
-    /// Those that are told what happens: the unlocked ones.
-    pub(super) told: Sessions,
-    /// The one that sent the message.
-    pub(super) asker: Sessions,
-}
-
-impl Turn<'_> {
-    fn send(&mut self, to: Sessions, what: What) {
-        if !to.is_empty() {
-            self.output.send(Send { to: To::Sessions(to), what });
-        }
-    }
-
-    /// Answers the one that asked.
-    pub(super) fn answer(&mut self, what: What) {
-        self.send(self.asker, what);
-    }
-
-    /// Tells all that are unlocked, and these.
-    pub(super) fn tell(&mut self, others: Sessions, what: What) {
-        self.send(self.told.with(others), what);
-    }
-
-    pub(super) fn answer_error(&mut self, code: ErrorCode, motor: MotorAddress) {
-        self.answer(What::ErrorStatus { code, motor });
-    }
-
-    pub(super) fn tell_error(&mut self, code: ErrorCode, motor: MotorAddress) {
-        self.tell(Sessions::NONE, What::ErrorStatus { code, motor });
-    }
-
-    /// Refuses what was asked: only the asker hears of it, for it is nothing that happened (decision K-S3).
-    pub(super) fn refuse(&mut self, code: ErrorCode) {
-        self.answer_error(code, MotorAddress::ALL);
-    }
-
-    pub(super) fn status(&mut self, state: PlaybackState, elapsed: Normalized, photos: u32, drives: &Drives) {
-        let positions = drives.positions();
-        // A stop is confirmed to the one that asked for it, locked or not.
-        let also = if state == PlaybackState::FULL_STOP { self.asker } else { Sessions::NONE };
-        self.tell(also, What::PlaybackStatus { state, elapsed, photos, positions });
-    }
-
-    pub(super) fn travel_limit(&self) -> Option<Millis> {
-        self.options.travel_limit.map(|limit| self.now.after(limit))
-    }
-
-    pub(super) fn ignore(&mut self, why: Ignored) {
-        self.output.event(Event::Ignored(why));
-    }
-}
+machine! { DeviceMachine }
 
 impl DeviceMachine {
-    /// A device that is switched off: [`Report::Started`] follows.
+    /// Makes a device that is switched off: [`Report::Started`] follows.
     #[must_use]
     pub fn new(options: Options) -> Self {
         Self {
@@ -124,15 +58,15 @@ impl DeviceMachine {
             on: false,
             announce: None,
             sessions: Table::default(),
-            drives: Drives::new(options.motors),
+            drives: Drives::new(options.motors()),
             playback: Playback::default(),
             inputs: AuxInputs::default(),
             leds: (LedMode::OFF, LedMode::OFF),
-            platform: options.platform,
+            platform: options.platform(),
         }
     }
 
-    /// Whether it can be found and connected to.
+    /// State of the link.
     #[must_use]
     pub fn link(&self) -> Link {
         match (self.on, self.sessions.has_tcp()) {
@@ -142,145 +76,161 @@ impl DeviceMachine {
         }
     }
 
-    /// How far a connection is.
+    /// State of a connection.
     #[must_use]
     pub fn session(&self, session: SessionId) -> session::State {
         self.sessions.state(session)
     }
 
-    /// How far it is with its move.
+    /// State of the move.
     #[must_use]
     pub const fn playback(&self) -> playback::State {
         self.playback.state()
     }
 
-    /// The move that is stored.
+    /// Move that is stored.
     #[must_use]
     pub const fn stored_move(&self) -> Option<&MoveSummary> {
         self.playback.plan()
     }
 
-    /// A motor, if it is there.
+    /// Motor, if it is there.
     #[must_use]
     pub fn motor(&self, motor: MotorAddress) -> Option<&Drive> {
         self.drives.get(motor)
     }
 
-    fn received(&mut self, turn: &mut Turn<'_>, session: SessionId, message: HostMessage<'_>, stored: Password<'_>) {
+    fn received<'a>(
+        &mut self,
+        now: Millis,
+        output: &mut Effects<'_, 'a>,
+        session: SessionId,
+        (message, bytes): (HostMessage<'a>, &'a [u8]),
+        stored: Password<'_>,
+    ) {
         let locked = match self.sessions.state(session) {
-            session::State::Closed => return turn.ignore(Ignored::NoSession(session)),
+            session::State::Closed => return output.ignore(Ignored::NoSession(session)),
             session::State::Locked => true,
             session::State::Unlocked => false,
         };
-        self.sessions.heard(turn.now, session, &self.options);
+        self.sessions.heard(now, session, &self.options);
         // Stops come first, and ask for no password (safety decision 2).
         match message {
-            HostMessage::StopPlayback(_) => return self.stop_all(turn),
+            HostMessage::StopPlayback(_) => return self.stop_all(now, output),
             HostMessage::SetPositionSpeedAcceleration(message) if message.is_stop() => {
-                return self.stop_motor(turn, message.motor_address, message.acceleration);
+                return self.stop_motor(now, output, message.motor_address, message.acceleration);
             }
             HostMessage::BumpPositionSpeedAcceleration(message) if message.is_stop() => {
-                return self.stop_motor(turn, message.motor_address, message.acceleration);
+                return self.stop_motor(now, output, message.motor_address, message.acceleration);
             }
             _ => {}
         }
         match message {
             HostMessage::KeepAlive(_) => {}
-            HostMessage::GetNetworkInfo(_) => turn.answer(What::NetworkInfo),
-            HostMessage::GetDeviceInfo(_) => turn.answer(What::DeviceInfo(self.doing(turn.now))),
+            HostMessage::GetNetworkInfo(_) => output.answer(Contents::NetworkInfo),
+            HostMessage::GetDeviceInfo(_) => output.answer(Contents::DeviceInfo(self.activity(now))),
             HostMessage::SetUserPassword(given) => {
                 if !self.sessions.user_password(session, given.password, stored) {
-                    turn.answer_error(ErrorCode::LOCKED_OUT, MotorAddress::ALL);
-                    turn.ignore(Ignored::WrongPassword(session));
+                    output.answer_error(ErrorCode::LOCKED_OUT, MotorAddress::ALL);
+                    output.ignore(Ignored::WrongPassword(session));
                 }
             }
-            _ if locked => turn.ignore(Ignored::Locked(session)),
-            message => self.unlocked(turn, session, message, stored),
+            _ if locked => output.ignore(Ignored::Locked(session)),
+            message => self.unlocked(now, output, session, (message, bytes), stored),
         }
     }
 
-    fn unlocked(&mut self, turn: &mut Turn<'_>, session: SessionId, message: HostMessage<'_>, stored: Password<'_>) {
+    fn unlocked<'a>(
+        &mut self,
+        now: Millis,
+        output: &mut Effects<'_, 'a>,
+        session: SessionId,
+        (message, bytes): (HostMessage<'a>, &'a [u8]),
+        stored: Password<'_>,
+    ) {
+        let rig = Rig::of(&self.drives, &self.options);
         match message {
             HostMessage::SetDevicePassword(given) => {
                 self.sessions.device_password(given.password, stored);
-                turn.output.event(Event::StorePassword);
+                output.event(Event::StorePassword(given.password));
             }
             HostMessage::GetLEDStatus(_) => {
                 let (master, slave) = self.leds;
-                turn.answer(What::LedStatus { master, slave });
+                output.answer(Contents::LedStatus { master, slave });
             }
             HostMessage::SetLEDStatus(leds) => {
                 let (master, slave) = (leds.master_status, leds.slave_status);
                 if master.name().is_none() || slave.name().is_none() {
-                    return turn.ignore(Ignored::Unsupported(session));
+                    return output.ignore(Ignored::Unsupported(session));
                 }
                 self.leds = (master, slave);
-                turn.output.event(Event::Leds { master, slave });
+                output.event(Event::Leds { master, slave });
             }
-            HostMessage::GetMotorInfo(_) => self.motor_info(turn),
+            HostMessage::GetMotorInfo(_) => self.motor_info(output),
             HostMessage::GetTrajectoryData(_) => {
-                turn.answer(What::TrajectoryData { stored: self.playback.plan().is_some() });
+                output.answer(Contents::TrajectoryData { stored: self.playback.plan().is_some() });
             }
-            HostMessage::SetTrajectoryData(data) => self.playback.store(turn, MoveSummary::of(&data)),
-            HostMessage::GetDeviceGUID(_) => turn.answer(What::DeviceGuid),
-            HostMessage::GetSoftwareID(_) => turn.answer(What::SoftwareId { platform: self.platform }),
+            HostMessage::SetTrajectoryData(data) => self.playback.store(output, data),
+            HostMessage::GetDeviceGUID(_) => output.answer(Contents::DeviceGuid),
+            HostMessage::GetSoftwareID(_) => output.answer(Contents::SoftwareId { platform: self.platform }),
             HostMessage::SetSoftwareID(software) => {
                 self.platform = software.platform;
-                turn.output.event(Event::StorePlatform(software.platform));
+                output.event(Event::StorePlatform(software.platform));
             }
-            HostMessage::ResetDevice(_) => self.reboot(turn),
-            HostMessage::ResetAxis(message) => self.reset_axis(turn, message.motor_address),
-            HostMessage::MarkBeginPosition(message) => self.mark_begin(turn, message.motor_address),
-            HostMessage::MarkEndPosition(message) => self.mark_end(turn, message.motor_address),
+            HostMessage::ResetDevice(_) => self.reboot(output),
+            HostMessage::ResetAxis(message) => self.reset_axis(output, message.motor_address),
+            HostMessage::MarkBeginPosition(message) => self.mark_begin(output, message.motor_address),
+            HostMessage::MarkEndPosition(message) => self.mark_end(output, message.motor_address),
             HostMessage::SetupPlayback(message) => {
-                if let Some(way) = way(turn, message.direction, message.start_time) {
-                    self.playback.setup(turn, &self.drives, way, message.delay_return.get());
+                if let Some(way) = way(output, message.direction, message.start_time) {
+                    self.playback.setup(now, output, rig, way, message.delay_return.get());
                 }
             }
             HostMessage::StartPlayback(message) => {
-                if let Some(way) = way(turn, message.direction, message.start_time) {
-                    self.playback.start(turn, &self.drives, way);
+                if let Some(way) = way(output, message.direction, message.start_time) {
+                    self.playback.start(now, output, rig, way);
                 }
             }
-            HostMessage::RapidToFirstKeyFrame(_) => self.playback.rapid(turn, &self.drives),
-            HostMessage::TakePicture(message) => self.take_picture(turn, message.exposure),
+            HostMessage::RapidToFirstKeyFrame(_) => self.playback.rapid(now, output, rig),
+            HostMessage::TakePicture(message) => self.take_picture(output, message.exposure),
             HostMessage::SetPositionSpeedAcceleration(message) => {
                 let pace = (message.speed, message.acceleration);
                 let target = |drive: &Drive| drive.target(message.position);
-                self.go(turn, session, message.motor_address, target, pace);
+                self.go(output, session, message.motor_address, target, pace);
             }
             HostMessage::BumpPositionSpeedAcceleration(message) => {
                 let pace = (message.speed, message.acceleration);
                 let target = |drive: &Drive| drive.target_by(message.delta);
-                self.go(turn, session, message.motor_address, target, pace);
+                self.go(output, session, message.motor_address, target, pace);
             }
-            message => unknown(turn, session, message.id(), message.kind()),
+            message => unknown(output, session, (message.id(), message.kind(), bytes)),
         }
     }
 
-    fn malformed(
+    fn malformed<'a>(
         &mut self,
-        turn: &mut Turn<'_>,
+        now: Millis,
+        output: &mut Effects<'_, 'a>,
         session: SessionId,
-        about: (MessageId, MessageType),
+        about: (MessageId, MessageType, &'a [u8]),
         error: DecodeError,
     ) {
         if self.sessions.state(session) == session::State::Closed {
-            return turn.ignore(Ignored::NoSession(session));
+            return output.ignore(Ignored::NoSession(session));
         }
-        self.sessions.heard(turn.now, session, &self.options);
-        turn.ignore(Ignored::Malformed(session, error));
+        self.sessions.heard(now, session, &self.options);
+        output.ignore(Ignored::Malformed(session, error));
         if self.sessions.state(session) == session::State::Unlocked {
             match about {
-                (MessageId::TRAJECTORY_DATA, MessageType::SET) => self.playback.forget(turn),
-                (id, kind) => unknown(turn, session, id, kind),
+                (MessageId::TRAJECTORY_DATA, MessageType::SET, _) => self.playback.forget(output),
+                about => unknown(output, session, about),
             }
         }
     }
 
-    fn doing(&self, now: Millis) -> Doing {
+    fn activity(&self, now: Millis) -> Activity {
         let playback = &self.playback;
-        Doing {
+        Activity {
             mode: playback.mode(),
             state: playback.status(),
             inputs: self.inputs,
@@ -289,37 +239,43 @@ impl DeviceMachine {
         }
     }
 
-    /// One motor a message, and more until the last (decision K-M3).
-    fn motor_info(&self, turn: &mut Turn<'_>) {
+    /// Tells one motor a message, and more until the last (decision K-M3).
+    fn motor_info(&self, output: &mut Effects<'_, '_>) {
         let mut motors = self.drives.iter().peekable();
         if motors.peek().is_none() {
-            turn.answer(What::MotorInfo { motor: None, more: false });
+            output.answer(Contents::MotorInfo { motor: None, more: false });
         }
         while let Some((motor, drive)) = motors.next() {
             let (position, (begin, end)) = (drive.position(), drive.range());
             let motor = Some(MotorReport { motor, position, begin, end });
-            turn.answer(What::MotorInfo { motor, more: motors.peek().is_some() });
+            output.answer(Contents::MotorInfo { motor, more: motors.peek().is_some() });
         }
     }
 
-    fn reboot(&mut self, turn: &mut Turn<'_>) {
-        turn.output.event(Event::StopAll);
+    fn reboot(&mut self, output: &mut Effects<'_, '_>) {
+        output.event(Event::StopAll);
         for session in self.sessions.all().iter() {
-            turn.output.event(Event::Close(session, CloseReason::Reset));
+            output.event(Event::Disconnect { session, reason: DisconnectReason::Reset });
         }
-        turn.output.event(Event::Reboot);
+        output.event(Event::Reboot);
         *self = Self { platform: self.platform, ..Self::new(self.options) };
     }
 
+    /// Closes a connection, after what its client moved by hand is stopped.
+    fn disconnect(&mut self, now: Millis, output: &mut Effects<'_, '_>, session: SessionId, reason: DisconnectReason) {
+        self.close(now, output, session);
+        output.event(Event::Disconnect { session, reason });
+    }
+
     /// A connection is gone, and what its client moved by hand stops.
-    fn close(&mut self, turn: &mut Turn<'_>, session: SessionId) {
+    fn close(&mut self, now: Millis, output: &mut Effects<'_, '_>, session: SessionId) {
         let had_tcp = self.sessions.has_tcp();
         self.sessions.close(session);
-        turn.told = self.sessions.unlocked();
+        output.told = self.sessions.unlocked();
         for (motor, drive) in self.drives.iter_mut() {
             match drive.motion() {
                 Motion::Moving(by) if by == session => {
-                    turn.output.event(Event::StopMotor { motor, acceleration: None });
+                    output.event(Event::StopMotor { motor, acceleration: None });
                     drive.set_motion(Motion::Stopping(Sessions::NONE));
                 }
                 Motion::Stopping(waiting) => {
@@ -329,58 +285,57 @@ impl DeviceMachine {
             }
         }
         if had_tcp && !self.sessions.has_tcp() {
-            self.announce = Some(turn.now.after(self.options.announce_every));
+            self.announce = Some(now.after(self.options.announce_every()));
         }
-        if self.options.stop_when_alone && self.sessions.all().is_empty() && self.playback.state().runs() {
-            self.stop_all(turn);
+        if self.options.stop_when_alone() && self.sessions.all().is_empty() && self.playback.state().runs() {
+            self.stop_all(now, output);
         }
     }
 
-    fn report(&mut self, turn: &mut Turn<'_>, report: Report) {
+    fn report(&mut self, now: Millis, output: &mut Effects<'_, '_>, report: Report) {
         match report {
-            Report::Started if self.on => turn.ignore(Ignored::Report),
+            Report::Started if self.on => output.ignore(Ignored::Report),
             Report::Started => {
                 self.on = true;
-                self.announce = Some(turn.now);
+                self.announce = Some(now);
             }
             Report::At(motor, position) | Report::Arrived(motor, position) => {
                 let Some(drive) = self.drives.get_mut(motor).filter(|_| position.0.is_finite()) else {
-                    return turn.ignore(Ignored::Report);
+                    return output.ignore(Ignored::Report);
                 };
                 drive.is_at(position);
                 if let Report::Arrived(..) = report {
-                    self.arrived(turn, motor);
+                    self.arrived(now, output, motor);
                 }
             }
             Report::CannotHome(motor) => {
                 if self.playback.is_homing() && self.drives.get(motor).is_some() {
-                    self.fail(turn, ErrorCode::RETURN_TO_FIRST_KEYFRAME, MotorAddress::ALL);
+                    self.fail(now, output, ErrorCode::RETURN_TO_FIRST_KEYFRAME, MotorAddress::ALL);
                 } else {
-                    turn.ignore(Ignored::Report);
+                    output.ignore(Ignored::Report);
                 }
             }
-            Report::Fault(motor, code) => self.fault(turn, motor, code),
-            Report::Online(motor, online) => self.online(turn, motor, online),
+            Report::Fault(motor, code) => self.fault(now, output, motor, code),
+            Report::Online(motor, online) => self.online(now, output, motor, online),
             Report::Inputs(inputs) => {
                 self.inputs = inputs;
-                turn.tell(Sessions::NONE, What::AuxInputStatus(inputs));
+                output.tell(Sessions::NONE, Contents::AuxInputStatus(inputs));
             }
         }
     }
 
-    fn timers(&mut self, turn: &mut Turn<'_>) {
-        for session in self.sessions.silent(turn.now).iter() {
-            turn.output.event(Event::Close(session, CloseReason::Silence));
-            self.close(turn, session);
+    fn timers(&mut self, now: Millis, output: &mut Effects<'_, '_>) {
+        for session in self.sessions.silent(now).iter() {
+            self.disconnect(now, output, session, DisconnectReason::Silence);
         }
-        let pushed = self.sessions.push(turn.now, &self.options);
-        turn.send(pushed, What::NetworkInfo);
-        if self.link() == Link::Advertising && self.announce.is_some_and(|announce| announce <= turn.now) {
-            turn.output.send(Send { to: To::Broadcast, what: What::NetworkInfo });
-            self.announce = Some(turn.now.after(self.options.announce_every));
+        let pushed = self.sessions.push(now, &self.options);
+        output.transmit(Destination::Sessions(pushed), Contents::NetworkInfo);
+        if self.link() == Link::Advertising && self.announce.is_some_and(|announce| announce <= now) {
+            output.transmit(Destination::Broadcast, Contents::NetworkInfo);
+            self.announce = Some(now.after(self.options.announce_every()));
         }
-        if let Err(code) = self.playback.wake(turn, &self.drives) {
-            self.fail(turn, code, MotorAddress::ALL);
+        if let Err(code) = self.playback.wake(now, output, Rig::of(&self.drives, &self.options)) {
+            self.fail(now, output, code, MotorAddress::ALL);
         }
     }
 
@@ -388,71 +343,71 @@ impl DeviceMachine {
         let announce = self.announce.filter(|_| self.link() == Link::Advertising);
         [announce, self.sessions.deadline(), self.playback.deadline()].into_iter().flatten().min()
     }
-}
 
-impl Machine for DeviceMachine {
-    type Input<'a> = Input<'a>;
-    type Output = Output;
-
-    fn step(mut self, now: Millis, input: Input<'_>) -> (Self, Output) {
-        let mut output = Output::default();
+    fn run<'a>(&mut self, now: Millis, output: &mut Output<'a>, input: Input<'a>) {
         let asker = match input {
             Input::Received { session, .. } | Input::Malformed { session, .. } => Sessions::one(session),
             _ => Sessions::NONE,
         };
-        let told = self.sessions.unlocked();
-        let mut turn = Turn { now, options: self.options, output: &mut output, told, asker };
+        let mut output = Effects { output, told: self.sessions.unlocked(), asker };
+        self.take(now, &mut output, input);
+        (output.told, output.asker) = (self.sessions.unlocked(), Sessions::NONE);
+        self.timers(now, &mut output);
+        output.output.wake = self.deadline().map(|deadline| deadline.max(now.after(1)));
+    }
+
+    fn take<'a>(&mut self, now: Millis, output: &mut Effects<'_, 'a>, input: Input<'a>) {
         match input {
-            Input::Rig(Report::Started) => self.report(&mut turn, Report::Started),
+            Input::Rig(Report::Started) => self.report(now, output, Report::Started),
             Input::Wake => {}
-            _ if !self.on => turn.ignore(Ignored::Off),
-            Input::Opened { session, transport, password } => {
-                self.close(&mut turn, session);
+            _ if !self.on => output.ignore(Ignored::Off),
+            Input::LinkUp { session, transport, password } => {
+                self.close(now, output, session);
                 if !self.sessions.open(now, session, transport, password, &self.options) {
-                    turn.output.event(Event::Close(session, CloseReason::NoRoom));
+                    output.event(Event::Disconnect { session, reason: DisconnectReason::NoRoom });
                 }
             }
-            Input::Closed(session) => self.close(&mut turn, session),
-            Input::Received { session, message, password } => self.received(&mut turn, session, message, password),
-            Input::Malformed { session, id, kind, error } => self.malformed(&mut turn, session, (id, kind), error),
-            Input::Fatal(session) => {
-                turn.output.event(Event::Close(session, CloseReason::Framing));
-                self.close(&mut turn, session);
+            Input::LinkDown(session) => self.close(now, output, session),
+            Input::Received { session, message, bytes, password } => {
+                self.received(now, output, session, (message, bytes), password);
             }
-            Input::Datagram(HostMessage::GetNetworkInfo(question)) => {
+            Input::Malformed { session, id, kind, error, bytes } => {
+                self.malformed(now, output, session, (id, kind, bytes), error);
+            }
+            Input::Fatal(session) => self.disconnect(now, output, session, DisconnectReason::Framing),
+            Input::Datagram { from, message: HostMessage::GetNetworkInfo(question) } => {
                 let broadcast = question.limited_response.is_some_and(Bool::get);
-                let to = if broadcast { To::Broadcast } else { To::Asker };
-                turn.output.send(Send { to, what: What::NetworkInfo });
+                let destination = if broadcast { Destination::Broadcast } else { Destination::Datagram(from) };
+                output.transmit(destination, Contents::NetworkInfo);
             }
-            Input::Datagram(_) => turn.ignore(Ignored::Datagram),
-            Input::Rig(report) => self.report(&mut turn, report),
+            Input::Datagram { .. } => output.ignore(Ignored::Datagram),
+            Input::Rig(report) => self.report(now, output, report),
         }
-        turn.told = self.sessions.unlocked();
-        turn.asker = Sessions::NONE;
-        self.timers(&mut turn);
-        output.wake = self.deadline().map(|deadline| deadline.max(now.after(1))).filter(|&wake| wake > now);
-        (self, output)
     }
 }
 
-/// Which way a move is to be played. What has no meaning that is known moves nothing (decision K-J7).
-fn way(turn: &mut Turn<'_>, direction: PlaybackDirection, start_time: Seconds) -> Option<Direction> {
+/// Direction in which a move is to be played. Numbers without a known meaning move nothing (decision K-J7).
+fn way(output: &mut Effects<'_, '_>, direction: PlaybackDirection, start_time: Seconds) -> Option<Direction> {
     if start_time.0 != 0.0 {
-        turn.refuse(ErrorCode::INVALID_MOVE_TIME);
+        output.refuse(ErrorCode::INVALID_MOVE_TIME);
         return None;
     }
     let way = Direction::of(direction);
     if way.is_none() {
-        turn.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);
+        output.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);
     }
     way
 }
 
-/// A message that the device does not know is sent back, unless it is one that only devices send (decision K-P10).
-fn unknown(turn: &mut Turn<'_>, session: SessionId, id: MessageId, kind: MessageType) {
+/// Sends a message back that the device does not know, unless it is one that only devices send (decision K-P10).
+fn unknown<'a>(
+    output: &mut Effects<'_, 'a>,
+    session: SessionId,
+    (id, kind, bytes): (MessageId, MessageType, &'a [u8]),
+) {
     if id == MessageId::NOTIFICATION || !matches!(kind, MessageType::SET | MessageType::GET) {
-        return turn.ignore(Ignored::NotForDevices(session));
+        return output.ignore(Ignored::NotForDevices(session));
     }
-    turn.answer(What::UnsupportedMessage);
-    turn.ignore(Ignored::Unsupported(session));
+    output.answer(Contents::UnsupportedMessage(bytes));
+    output.ignore(Ignored::Unsupported(session));
 }

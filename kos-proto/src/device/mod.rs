@@ -1,96 +1,95 @@
 //! The device: a rig, and up to four clients that are connected to it.
 //!
-//! [`DeviceMachine`] knows what to answer, who may say what, where the motors may go, and how a move is made ready,
-//! played and stopped. It moves no motor: it tells the rig what to do, by events, and is told what happened, by
-//! [`Report`]s. What is long stays with the caller: the stored move, the password, what the motors can do; they are put
-//! in where a message is made, from a [`Profile`].
+//! [`DeviceMachine`] knows what to answer, which client may do what, where the motors may go, and how a move is made
+//! ready, played and stopped. It moves no motor: events tell the rig what to do, and [`Report`]s tell the machine what
+//! happened. Long data stay with the caller: the stored move, the password, the limits of the motors. A [`Source`] lends
+//! them when a message is made.
 //!
-//! # When do I call what
+//! # Calling it
 //!
-//! | what happened | input |
+//! | something happened | input |
 //! |---|---|
 //! | the device runs | [`Report::Started`] |
-//! | a client connects, or is gone | [`Input::Opened`], [`Input::Closed`] |
-//! | a message came, or one cut short, or a fatal item | [`Input::Received`], [`Input::Malformed`], [`Input::Fatal`] |
+//! | a client connects, or is gone | [`Input::LinkUp`], [`Input::LinkDown`] |
+//! | a frame came, or a fatal item | [`Input::received`], [`Input::Fatal`] |
 //! | a datagram came | [`Input::Datagram`] |
-//! | the rig has something to say | [`Input::Rig`] |
-//! | the time of [`Output::wake`](motion_core::machine::Output::wake) has come | [`Input::Wake`] |
+//! | the rig has something to report | [`Input::Rig`] |
+//! | the time of the last wake has come | [`Input::Wake`] |
 //!
-//! After each, do the events in their order, then send what is to be sent, then wait.
+//! After each call of [`advance`](DeviceMachine::advance), carry out the effects in their order, then wait, at most until
+//! the wake.
 //!
 //! ```
-//! use kos_proto::device::{DeviceMachine, Event, Input, Options, Profile, Report, Scratch, SessionId, To};
-//! use kos_proto::message::{MotorAddress, RotationsPerSecond, RotationsPerSecondSquared, SetPositionSpeedAcceleration};
-//! use kos_proto::summary::Transport;
-//! use kos_proto::{DeviceMessage, HostMessage};
-//! use motion_core::machine::Machine;
-//! use motion_core::time::Millis;
-//! use motion_core::wire::Password;
+//! use kos_proto::device::{DeviceMachine, Event, Input, Options, Report, Scratch, SessionId, Source};
+//! use kos_proto::message::{MotorAddress, Password, RotationsPerSecond, RotationsPerSecondSquared};
+//! use kos_proto::message::SetPositionSpeedAcceleration;
+//! use kos_proto::{Effect, Frame, HostMessage, Millis, Transport};
 //!
 //! let (session, password) = (SessionId(0), Password(b""));
 //! let (speed, acceleration) = (RotationsPerSecond(20.0), RotationsPerSecondSquared(50.0));
-//! let jog = SetPositionSpeedAcceleration::jog(MotorAddress(1), speed, acceleration);
+//! let jog: HostMessage = SetPositionSpeedAcceleration::jog(MotorAddress(1), speed, acceleration).into();
+//! let mut bytes = [0; 20];
+//! jog.encode_into(&mut bytes)?;
 //! let inputs = [
 //!     Input::Rig(Report::Started),
-//!     Input::Opened { session, transport: Transport::Tcp, password },
-//!     Input::Received { session, message: HostMessage::SetPositionSpeedAcceleration(jog), password },
+//!     Input::LinkUp { session, transport: Transport::Tcp, password },
+//!     Input::received(session, &Frame::decode(&bytes)?, password),
 //! ];
 //!
 //! let mut device = DeviceMachine::new(Options::default());
 //! let mut told = Vec::new();
 //! for (now, input) in (0..).map(Millis).zip(inputs) {
-//!     let (next, output) = device.step(now, input);
-//!     device = next;
-//!     told.extend(output.events); // do them
-//!     for send in &output.send {
-//!         let mut scratch = Scratch::default();
-//!         match send.message(&Profile::default(), &mut scratch) {
-//!             DeviceMessage::NetworkInfo(_) => assert_eq!(send.to, To::Broadcast),
-//!             message => panic!("{message}"),
+//!     let output = device.advance(now, input);
+//!     let _ = output.wake; // wait until then, or until something happens
+//!     for effect in output {
+//!         match effect {
+//!             Effect::Event(event) => told.push(event), // the rig does it
+//!             Effect::Transmit(transmit) => {
+//!                 println!("to {:?}: {}", transmit.destination, transmit.message(&Source::default(), &mut Scratch::default()));
+//!             }
 //!         }
 //!     }
-//!     assert!(output.wake > Some(now)); // wait for it, or for something to happen
 //! }
 //! assert!(matches!(told[..], [Event::Move { motor: MotorAddress(1), .. }]));
+//! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 //!
 //! # Safety of people
 //!
-//! A stop is obeyed in every state, in the step in which it comes, whoever sends it, locked or not. While a move runs,
-//! nothing else that a client says moves a motor, and the stop of any one motor stops the move (safety decisions 1 and
-//! 2). A client that is gone takes along what it moved by hand; a move goes on, unless the options say otherwise.
+//! A stop is obeyed in every state, in the call in which it comes, whoever sends it, locked or not. While a move runs,
+//! nothing else that a client sends moves a motor, and the stop of any one motor stops the move (safety decisions 1 and
+//! 2). When a client is gone, what it moved by hand is stopped; a move goes on, unless the options say otherwise.
 
-mod hand;
-mod io;
+mod effects;
+mod event;
+mod input;
 mod lapse;
 mod machine;
+mod manual;
 pub mod motor;
 mod options;
 pub mod playback;
-mod send;
 pub mod session;
+mod stage;
+mod transmit;
 
-use arrayvec::ArrayVec;
-
-pub use io::{Event, Ignored, Input, Report};
+pub use event::{Event, Ignored};
+pub use input::{Input, Report};
 pub use machine::{DeviceMachine, Link};
-pub use options::Options;
-pub use send::{Doing, MotorProfile, MotorReport, Profile, Scratch, Send, To, What};
-pub use session::{CloseReason, SESSIONS, SessionId, Sessions};
+pub use options::{Options, Quirks};
+pub use session::{DisconnectReason, SESSIONS, SessionId, Sessions};
+pub use transmit::{Activity, Contents, Destination, MotorReport, MotorSpecs, Positions, Scratch, Source, Transmit};
 
-use self::machine::Turn;
-use crate::message::MotorPlace;
-use crate::summary::MOTORS;
+/// Greatest number of effects of one call.
+///
+/// - 15 for four clients that are silent for too long: ten motors are stopped, the move with them, four connections are
+///   closed.
+/// - 12 for a stop, or an answer about ten motors: the stop, the end of the move, and ten motors at rest.
+/// - 6 for two steps of a move.
+/// - 3: the address over TCP, an announcement, an input that is ignored.
+pub const EFFECTS: usize = 36;
 
-/// Where the motors are.
-pub type Positions = ArrayVec<MotorPlace, MOTORS>;
-
-/// Messages of one step, at most: ten motors are told of, or a stop says that all is over and where ten motors rest;
-/// with that may come an announcement, addresses over TCP, and two steps of a move.
-pub const SENDS: usize = 16;
-/// Events of one step, at most: four connections are closed, ten motors are stopped for it, and the move with them; with
-/// that may come two steps of a move, and what was ignored.
-pub const EVENTS: usize = 20;
-
-/// What follows from a step of a device.
-pub type Output = motion_core::machine::Output<Send, Event, SENDS, EVENTS>;
+/// All that follows from an input of a device.
+pub type Output<'a> = motion_core::machine::Output<Transmit<'a>, Event<'a>, EFFECTS>;
+/// One thing that follows from an input of a device.
+pub type Effect<'a> = motion_core::machine::Effect<Transmit<'a>, Event<'a>>;

@@ -1,54 +1,42 @@
-//! A motor of a device: where it is, how far it goes, and whether it moves by hand (kOS 7.3).
+//! Motors of a device: position, range, and motion by hand (kOS 7.3).
 
-use super::Positions;
+use motion_core::states;
+
 use super::session::{SessionId, Sessions};
-use crate::message::{MotorAddress, MotorPlace, Rotations};
-use crate::summary::{MOTORS, MotorSet};
+use super::transmit::Positions;
+use crate::message::{MOTORS, MotorAddress, MotorPlace, MotorSet, Rotations};
 
-/// How much is known of the range of a motor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum State {
-    /// Nothing.
-    #[default]
-    Uncalibrated,
-    /// Where it begins.
-    BeginMarked,
-    /// Both its ends.
-    Calibrated,
-}
-
-impl State {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Uncalibrated, Self::BeginMarked, Self::Calibrated];
-
-    /// Its name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Uncalibrated => "Uncalibrated",
-            Self::BeginMarked => "BeginMarked",
-            Self::Calibrated => "Calibrated",
-        }
+states! {
+    /// State of the range of a motor.
+    #[derive(Default)]
+    pub enum State {
+        /// Neither end is known.
+        #[default]
+        Uncalibrated,
+        /// The begin is known.
+        BeginMarked,
+        /// Both ends are known.
+        Calibrated,
     }
 }
 
-/// Whether a motor moves by hand, outside a move.
+/// Motion of a motor by hand, outside a move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Motion {
-    /// It rests.
+    /// The motor rests.
     #[default]
     Resting,
-    /// It goes where this client sent it.
+    /// The motor goes where this client sent it.
     Moving(SessionId),
-    /// It was told to stop and does not rest yet. These clients wait for it although they are locked.
+    /// The motor was told to stop and does not rest yet. These clients wait for it although they are locked.
     Stopping(Sessions),
 }
 
 impl Motion {
-    /// The names of all of them.
+    /// Names of all motions.
     pub const NAMES: [&'static str; 3] = ["Resting", "Moving", "Stopping"];
 
-    /// Its name.
+    /// Name of the motion.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -59,7 +47,7 @@ impl Motion {
     }
 }
 
-/// One motor.
+/// Motor of a device.
 ///
 /// The rig counts positions from anywhere; `zero` is where the count that clients see begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -71,35 +59,35 @@ pub struct Drive {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 struct Places {
-    /// Where the motor is, as the rig counts.
+    /// Position of the motor, as the rig counts.
     rig: Rotations,
-    /// Where the clients' count begins, as the rig counts.
+    /// Begin of the clients' count, as the rig counts.
     zero: Rotations,
-    /// The range, as clients count.
+    /// Range of the motor, as clients count.
     begin: Rotations,
     end: Rotations,
 }
 
 impl Drive {
-    /// How much is known of its range.
+    /// State of the range.
     #[must_use]
     pub const fn state(&self) -> State {
         self.state
     }
 
-    /// Whether it moves by hand.
+    /// Motion by hand.
     #[must_use]
     pub const fn motion(&self) -> Motion {
         self.motion
     }
 
-    /// Where it is, as clients count.
+    /// Position, as clients count.
     #[must_use]
     pub fn position(&self) -> Rotations {
         Rotations(self.place.rig.0 - self.place.zero.0)
     }
 
-    /// The range, as clients are told: the end is 0 where it is not known.
+    /// Range, as clients are told: the end is 0 if it is not known.
     #[must_use]
     pub const fn range(&self) -> (Rotations, Rotations) {
         match self.state {
@@ -108,7 +96,7 @@ impl Drive {
         }
     }
 
-    /// The rig says where it is.
+    /// Notes the position that the rig reports.
     pub(super) fn is_at(&mut self, rig: Rotations) {
         self.place.rig = rig;
     }
@@ -117,7 +105,8 @@ impl Drive {
         self.motion = motion;
     }
 
-    /// Where the rig shall send it for a position that a client asks for: within the range, once that is known.
+    /// Position to which the rig shall send the motor for a position that a client asks for: within the range, if that
+    /// is known.
     pub(super) fn target(&self, position: Rotations) -> Rotations {
         let Places { zero, begin, end, .. } = self.place;
         if self.state != State::Calibrated {
@@ -128,19 +117,19 @@ impl Drive {
         Rotations(zero.0 + begin.0 + inside)
     }
 
-    /// Where the rig shall send it for a distance from here.
+    /// Position to which the rig shall send the motor for a distance from here.
     pub(super) fn target_by(&self, delta: Rotations) -> Rotations {
         let begin = if self.state == State::Calibrated { self.place.begin.0 } else { 0.0 };
         self.target(Rotations(self.position().0 - begin + delta.0))
     }
 
-    /// The range begins here; where it ended before does not matter any more.
+    /// Marks the begin of the range here. The old end does not count any more.
     pub(super) fn mark_begin(&mut self) {
         self.state = State::BeginMarked;
         self.place.begin = self.position();
     }
 
-    /// The range ends here; `false` if it does not begin, or has no length.
+    /// Marks the end of the range here; `false` if the range has no begin, or no length.
     ///
     /// The count begins anew with the range, unless the device is one that keeps it (decision K-M8).
     pub(super) fn mark_end(&mut self, keep_count: bool) -> bool {
@@ -160,7 +149,7 @@ impl Drive {
         true
     }
 
-    /// The range is forgotten, and the count begins here.
+    /// Forgets the range, and begins the count here.
     pub(super) fn reset(&mut self) {
         let Places { rig, .. } = self.place;
         self.state = State::Uncalibrated;
@@ -168,7 +157,7 @@ impl Drive {
     }
 }
 
-/// The motors of a rig, by their numbers; those that are not there are `None`.
+/// Motors of a rig, by their numbers; `None` if a motor is not there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub(super) struct Drives([Option<Drive>; MOTORS]);
 
@@ -191,7 +180,7 @@ impl Drives {
         self.place(motor)?.as_mut()
     }
 
-    /// A motor that comes back begins anew: nobody knows where it was moved to.
+    /// Notes that a motor came or went. A motor that comes back begins anew: nobody knows where it was moved to.
     pub(super) fn set_online(&mut self, motor: MotorAddress, online: bool) {
         if let Some(place) = self.place(motor) {
             *place = online.then(Drive::default);
@@ -206,21 +195,21 @@ impl Drives {
         (1..=10).map(MotorAddress).zip(&mut self.0).filter_map(|(motor, drive)| Some((motor, drive.as_mut()?)))
     }
 
-    /// Those that are there.
+    /// Motors that are there.
     pub(super) fn online(&self) -> MotorSet {
         MotorSet::of(self.iter().map(|(motor, _)| motor))
     }
 
-    /// Those that do not rest.
+    /// Motors that do not rest.
     pub(super) fn moving(&self) -> MotorSet {
         MotorSet::of(self.iter().filter(|(_, drive)| drive.motion() != Motion::Resting).map(|(motor, _)| motor))
     }
 
-    /// Where all are.
+    /// Positions of all motors.
     pub(super) fn positions(&self) -> Positions {
         let mut positions = Positions::new();
         for (motor, drive) in self.iter() {
-            // There is room: no more motors are here than there.
+            // There is room: both lists hold as many motors.
             let _ = positions.try_push(MotorPlace::new(motor, drive.position()));
         }
         positions

@@ -1,101 +1,62 @@
-//! What a device machine can be told once, at its begin.
+//! Options of a device machine, given once at its start.
+
+use motion_core::{flags, options};
 
 use crate::discovery::ANNOUNCE_EVERY;
-use crate::message::MotorAddress;
-use crate::summary::{MotorSet, debug_fields, with};
+use crate::message::{MotorAddress, MotorSet};
+use crate::times::some_time;
 
-/// How a device behaves where the specification leaves it open, and what is known of it. Times are in milliseconds.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub struct Options {
-    /// The motors that are there at the begin: 1 to 3, as on a Second Shooter.
-    pub motors: MotorSet,
-    /// Silence after which a client over TCP is gone: 30 000, as specified.
-    pub tcp_silence: u64,
-    /// Silence after which a client over USB is gone: 10 000, two keep-alives and some (decision K-U6).
-    pub usb_silence: u64,
-    /// Time between announcements while no client is connected: 5000, as specified.
-    pub announce_every: u64,
-    /// Time between addresses told unasked over TCP; `None`, for clients need not know them (decision K-D3).
-    pub push_every: Option<u64>,
-    /// Time between reports of a live move that runs: 1000.
-    pub progress_every: Option<u64>,
-    /// Time after which a motor that is not home, or at the next place, has failed: ten minutes, for it may go slowly.
-    pub travel_limit: Option<u64>,
-    /// Milliseconds since 1970 at `Millis(0)`; `None` without a clock: then no move waits for a moment (safety
-    /// decision 5).
-    pub unix_millis_at_zero: Option<u64>,
-    /// Whether a session is locked until the password comes, although it is empty; no (decision K-P4).
-    pub require_empty_password: bool,
-    /// Whether the count of positions stays when a range is marked, as on firmware 1.0.1.5; no (decision K-M8).
-    pub quirk_begin_nonzero: bool,
-    /// Whether a move is stopped when the last client is gone; no, for a time lapse takes hours.
-    pub stop_when_alone: bool,
-    /// The platform that calibrated the motors: 0.
-    pub platform: u8,
+flags! {
+    /// Deviations from what the specification says, which some devices have.
+    pub struct Quirks(u8) {
+        /// The count of positions stays when a range is marked, as on firmware 1.0.1.5 (decision K-M8).
+        BEGIN_NONZERO = 0x01,
+        /// A session is locked until the password comes, although it is empty (decision K-P4).
+        REQUIRE_EMPTY_PASSWORD = 0x02,
+    }
 }
 
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            motors: MotorSet::of([MotorAddress(1), MotorAddress(2), MotorAddress(3)]),
-            tcp_silence: 30_000,
-            usb_silence: 10_000,
-            announce_every: ANNOUNCE_EVERY,
-            push_every: None,
-            progress_every: Some(1000),
-            travel_limit: Some(600_000),
-            unix_millis_at_zero: None,
-            require_empty_password: false,
-            quirk_begin_nonzero: false,
-            stop_when_alone: false,
-            platform: 0,
-        }
+/// Motors of a Second Shooter: 1 to 3.
+const THREE: MotorSet = {
+    let mut motors = MotorSet::NONE;
+    motors.insert(MotorAddress(1));
+    motors.insert(MotorAddress(2));
+    motors.insert(MotorAddress(3));
+    motors
+};
+
+options! {
+    /// Options of a device: its behaviour where the specification leaves it open. Times are in milliseconds.
+    pub struct Options {
+        /// Motors that are there at the start.
+        motors with_motors: MotorSet = THREE;
+        /// Silence after which a client over TCP is gone, as specified.
+        tcp_silence with_tcp_silence: u64 = 30_000, in 1..=u64::MAX;
+        /// Silence after which a client over USB is gone: two keep-alives and some (decision K-U6).
+        usb_silence with_usb_silence: u64 = 10_000, in 1..=u64::MAX;
+        /// Time between announcements while no client is connected, as specified.
+        announce_every with_announce_every: u64 = ANNOUNCE_EVERY, in 1..=u64::MAX;
+        /// Time between addresses told unasked over TCP, which clients need not know (decision K-D3).
+        push_every with_push_every: Option<u64> = None, by some_time;
+        /// Time between reports of a live move that runs.
+        progress_every with_progress_every: Option<u64> = Some(1000), by some_time;
+        /// Time after which a motor that is not home, or not at the next place, has failed. It may go slowly.
+        travel_limit with_travel_limit: Option<u64> = Some(600_000), by some_time;
+        /// Milliseconds since 1970 at `Millis(0)`; `None` without a clock. Then no move waits for a moment (safety
+        /// decision 5).
+        unix_millis_at_zero with_unix_millis_at_zero: Option<u64> = None;
+        /// Whether a move is stopped when the last client is gone. A time lapse takes hours.
+        stop_when_alone with_stop_when_alone: bool = false;
+        /// Platform that calibrated the motors.
+        platform with_platform: u8 = 0;
+        /// Deviations of the device.
+        quirks with_quirks: Quirks = Quirks::empty();
     }
 }
 
 impl Options {
-    with! {
-        /// With these motors.
-        with_motors motors: MotorSet;
-        /// With this silence over TCP.
-        with_tcp_silence tcp_silence: u64;
-        /// With this silence over USB.
-        with_usb_silence usb_silence: u64;
-        /// With this time between announcements.
-        with_announce_every announce_every: u64;
-        /// With addresses told unasked over TCP, so often.
-        with_push_every push_every: Option<u64>;
-        /// With this time between reports of a move.
-        with_progress_every progress_every: Option<u64>;
-        /// With this time for motors to get home.
-        with_travel_limit travel_limit: Option<u64>;
-        /// With a clock.
-        with_unix_millis_at_zero unix_millis_at_zero: Option<u64>;
-        /// With a lock that wants the empty password, too.
-        with_require_empty_password require_empty_password: bool;
-        /// With a count of positions that stays.
-        with_quirk_begin_nonzero quirk_begin_nonzero: bool;
-        /// With moves that stop when the last client is gone.
-        with_stop_when_alone stop_when_alone: bool;
-        /// With this platform.
-        with_platform platform: u8;
-    }
-}
-
-debug_fields! {
-    Options {
-        motors,
-        tcp_silence,
-        usb_silence,
-        announce_every,
-        push_every,
-        progress_every,
-        travel_limit,
-        unix_millis_at_zero,
-        require_empty_password,
-        quirk_begin_nonzero,
-        stop_when_alone,
-        platform,
+    /// Whether the device has a deviation.
+    pub(super) const fn has(&self, quirk: Quirks) -> bool {
+        self.quirks().contains(quirk)
     }
 }

@@ -1,32 +1,33 @@
-//! The sessions of a device: who is connected, who is unlocked, who was silent for too long (kOS 7.1).
+//! Sessions of a device: which clients are connected, unlocked, or silent for too long (kOS 7.1).
 
+use motion_core::states;
 use motion_core::time::Millis;
 use motion_core::wire::{Password, Text16};
 
-use super::Options;
-use crate::summary::Transport;
+use super::options::{Options, Quirks};
+use crate::transport::Transport;
 
-/// How many clients can be connected at once.
+/// Greatest number of clients that can be connected at once.
 pub const SESSIONS: usize = 4;
 
-/// A connection of a client, 0 to 3, as the caller counts.
+/// Number of a client's connection, 0 to 3, which the caller chooses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SessionId(pub u8);
 
 impl SessionId {
-    /// All there can be.
+    /// All numbers that there can be.
     pub const ALL: [Self; SESSIONS] = [Self(0), Self(1), Self(2), Self(3)];
 }
 
-/// A set of connections.
+/// Set of connections.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Sessions(u8);
 
 impl Sessions {
-    /// None.
+    /// Set without connections.
     pub const NONE: Self = Self(0);
 
-    /// This one.
+    /// Set of one connection.
     #[must_use]
     pub const fn one(session: SessionId) -> Self {
         match session.0 {
@@ -35,84 +36,71 @@ impl Sessions {
         }
     }
 
-    /// Whether a connection is one of them.
+    /// Whether a connection is in the set.
     #[must_use]
     pub const fn contains(self, session: SessionId) -> bool {
         self.0 & Self::one(session).0 != 0
     }
 
-    /// Whether there is none.
+    /// Whether the set is empty.
     #[must_use]
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// They and others.
+    /// Connections of both sets.
     #[must_use]
     pub const fn with(self, others: Self) -> Self {
         Self(self.0 | others.0)
     }
 
-    /// They without others.
+    /// Connections that the other set does not have.
     #[must_use]
     pub const fn without(self, others: Self) -> Self {
         Self(self.0 & !others.0)
     }
 
-    /// They, by their numbers.
+    /// Connections of the set, by their numbers.
     pub fn iter(self) -> impl Iterator<Item = SessionId> {
         SessionId::ALL.into_iter().filter(move |&session| self.contains(session))
     }
 }
 
-/// How far a connection is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum State {
-    /// There is none.
-    Closed,
-    /// The password is not known yet: only questions of who the device is, and stops (safety decision 2).
-    Locked,
-    /// Everything goes.
-    Unlocked,
-}
-
-impl State {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Closed, Self::Locked, Self::Unlocked];
-
-    /// Its name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Closed => "Closed",
-            Self::Locked => "Locked",
-            Self::Unlocked => "Unlocked",
-        }
+states! {
+    /// State of a connection.
+    pub enum State {
+        /// There is no connection.
+        Closed,
+        /// The password did not come yet: only questions what and where the device is, and stops, are answered (safety
+        /// decision 2).
+        Locked,
+        /// Everything is answered.
+        Unlocked,
     }
 }
 
-/// Why the device closes a connection.
+/// Reason why the device closes a connection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum CloseReason {
-    /// It was silent for too long.
+pub enum DisconnectReason {
+    /// The client was silent for too long.
     Silence,
-    /// What it sent is no stream of messages (safety decision 6).
+    /// The bytes from the client are no stream of messages (safety decision 6).
     Framing,
     /// The device starts anew.
     Reset,
-    /// There is room for four connections, 0 to 3.
+    /// There is no such number: connections are 0 to 3.
     NoRoom,
 }
 
-/// One connection.
+/// Connection of a client.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Session {
     transport: Transport,
     unlocked: bool,
-    /// When it was silent for too long.
+    /// Time at which the client was silent for too long.
     silent: Millis,
-    /// When its device says again where it is, if it does so over TCP.
+    /// Time at which the device tells its address again, if it does so over TCP.
     push: Option<Millis>,
 }
 
@@ -141,7 +129,7 @@ impl Table {
         wanted.map(Sessions::one).fold(Sessions::NONE, Sessions::with)
     }
 
-    /// Those that are told what happens.
+    /// Connections that are told what happens.
     pub(super) fn unlocked(&self) -> Sessions {
         self.filter(|session| session.unlocked)
     }
@@ -162,7 +150,7 @@ impl Table {
         }
     }
 
-    /// A client connects; `false` if there is no room for such a number.
+    /// Opens a connection; `false` if there is no such number.
     ///
     /// Without a password the lock is open, unless the device is one that wants the empty one (decision K-P4).
     pub(super) fn open(
@@ -173,8 +161,8 @@ impl Table {
         password: Password<'_>,
         options: &Options,
     ) -> bool {
-        let free = same(password, Password(&[])) && !options.require_empty_password;
-        let push = options.push_every.filter(|_| transport == Transport::Tcp).map(|every| now.after(every));
+        let free = same(password, Password(&[])) && !options.has(Quirks::REQUIRE_EMPTY_PASSWORD);
+        let push = options.push_every().filter(|_| transport == Transport::Tcp).map(|every| now.after(every));
         let silent = now.after(silence(options, transport));
         let unlocked = transport == Transport::Usb || free;
         let place = self.sessions.get_mut(usize::from(id.0));
@@ -187,14 +175,14 @@ impl Table {
         }
     }
 
-    /// A message came, whatever it says.
+    /// Notes that a message came, whatever it says.
     pub(super) fn heard(&mut self, now: Millis, id: SessionId, options: &Options) {
         if let Some(session) = self.get_mut(id) {
             session.silent = now.after(silence(options, session.transport));
         }
     }
 
-    /// The password of this session; `false` if it is wrong. Over USB it does not matter (decision K-U7).
+    /// Takes the password of a session; `false` if it is wrong. Over USB it does not matter (decision K-U7).
     pub(super) fn user_password(&mut self, id: SessionId, given: Password<'_>, stored: Password<'_>) -> bool {
         let Some(session) = self.get_mut(id) else { return true };
         if session.transport == Transport::Tcp {
@@ -203,7 +191,7 @@ impl Table {
         session.unlocked
     }
 
-    /// Another password is stored: who is unlocked knew the old one, and is locked, unless it is the same.
+    /// Locks all sessions over TCP because another password is stored, unless it is the same.
     pub(super) fn device_password(&mut self, given: Password<'_>, stored: Password<'_>) {
         let kept = same(given, stored);
         for session in self.sessions.iter_mut().flatten() {
@@ -211,23 +199,23 @@ impl Table {
         }
     }
 
-    /// Those that were silent for too long.
+    /// Connections whose clients were silent for too long.
     pub(super) fn silent(&self, now: Millis) -> Sessions {
         self.filter(|session| now >= session.silent)
     }
 
-    /// Those that are told now where the device is, and when they are told next.
+    /// Connections that are told the address now, and notes when they are told it next.
     pub(super) fn push(&mut self, now: Millis, options: &Options) -> Sessions {
         let due = self.filter(|session| session.push.is_some_and(|push| now >= push));
         for id in due.iter() {
             if let Some(session) = self.get_mut(id) {
-                session.push = options.push_every.map(|every| now.after(every));
+                session.push = options.push_every().map(|every| now.after(every));
             }
         }
         due
     }
 
-    /// The next moment that something follows from.
+    /// Next time at which something follows.
     pub(super) fn deadline(&self) -> Option<Millis> {
         self.sessions
             .iter()
@@ -239,7 +227,7 @@ impl Table {
 
 const fn silence(options: &Options, transport: Transport) -> u64 {
     match transport {
-        Transport::Tcp => options.tcp_silence,
-        Transport::Usb => options.usb_silence,
+        Transport::Tcp => options.tcp_silence(),
+        Transport::Usb => options.usb_silence(),
     }
 }

@@ -1,71 +1,47 @@
-//! The machine of a client: connection, commands, and what the device says (kOS 7.2).
+//! The machine of a client: connection, questions, and keep-alive (kOS 7.2).
 
-use motion_core::machine::Machine;
 use motion_core::time::Millis;
+use motion_core::{debug, machine, states};
 
-use super::calibration::{self, Calibration};
-use super::io::{CloseReason, Endpoint, Event, Input};
+use super::Output;
+use super::calibration::{Calibration, CalibrationState};
+use super::event::{Event, Failure, LinkDownReason, MoveState, Outcome};
+use super::input::{Endpoint, Get, Input};
 use super::motors::Motors;
-use super::requests::{Asker, Failure, Get, Requests};
-use super::send::{PasswordOf, Send};
-use super::tracker::{self, Tracker};
-use super::{Identity, Options, Output};
+use super::options::{Identity, Options};
+use super::playback::Playback;
+use super::requests::{Asker, Requests};
+use super::stops::Stops;
+use super::transmit::{PasswordOf, Transmit};
+use crate::DeviceMessage;
 use crate::message::Motor;
-use crate::summary::{Transport, debug_fields};
+use crate::transport::Transport;
 
-/// How far the connection is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum State {
-    /// There is none, and none is wanted.
-    Discovering,
-    /// It is being made.
-    Connecting,
-    /// The device has to say what it is.
-    AwaitDeviceInfo,
-    /// It has to say which motors it has; it does, if the password is right.
-    AwaitMotorInfo,
-    /// It has to say which of all devices it is.
-    AwaitGuid,
-    /// It has to say which platform calibrated it.
-    AwaitSoftware,
-    /// It wants a password.
-    Locked,
-    /// It can be used.
-    Ready,
-    /// It is lost, and may be tried again soon.
-    Disconnected,
+states! {
+    /// State of the connection.
+    pub enum State {
+        /// There is no connection, and none is wanted.
+        Discovering,
+        /// The connection is being made.
+        Connecting,
+        /// The device has to say what it is.
+        AwaitDeviceInfo,
+        /// The device has to say which motors it has; it does so if the password is right.
+        AwaitMotorInfo,
+        /// The device has to say which of all devices it is.
+        AwaitGuid,
+        /// The device has to say which platform calibrated it.
+        AwaitSoftware,
+        /// The device wants a password.
+        Locked,
+        /// The device can be used.
+        Ready,
+        /// The connection is lost, and may be made again soon.
+        Disconnected,
+    }
 }
 
 impl State {
-    /// All of them.
-    pub const ALL: [Self; 9] = [
-        Self::Discovering,
-        Self::Connecting,
-        Self::AwaitDeviceInfo,
-        Self::AwaitMotorInfo,
-        Self::AwaitGuid,
-        Self::AwaitSoftware,
-        Self::Locked,
-        Self::Ready,
-        Self::Disconnected,
-    ];
-
-    /// Its name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Discovering => "Discovering",
-            Self::Connecting => "Connecting",
-            Self::AwaitDeviceInfo => "AwaitDeviceInfo",
-            Self::AwaitMotorInfo => "AwaitMotorInfo",
-            Self::AwaitGuid => "AwaitGuid",
-            Self::AwaitSoftware => "AwaitSoftware",
-            Self::Locked => "Locked",
-            Self::Ready => "Ready",
-            Self::Disconnected => "Disconnected",
-        }
-    }
-
     /// Whether there is a connection.
     #[must_use]
     pub const fn is_connected(self) -> bool {
@@ -73,67 +49,73 @@ impl State {
     }
 }
 
-/// When the line was used for too little.
+/// Deadlines of the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-struct Line {
-    /// Nothing was sent for so long that a keep-alive is due; over USB one is due anyway.
+struct Deadlines {
+    /// Time at which a keep-alive is due because nothing was sent; over USB it is due anyway.
     quiet: Millis,
-    /// Nothing was heard for so long that one is due.
+    /// Time at which a keep-alive is due because nothing was received.
     deaf: Millis,
-    /// Nothing was heard for so long that the connection is given up.
+    /// Time at which the connection is given up because nothing was received.
     silent: Option<Millis>,
 }
 
-/// A question that is asked behind a stop: when it is answered, so is all that was sent before it.
+/// Question that is asked after a stop: when it is answered, so is all that was sent before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Fence {
+    /// No question is needed.
     Down,
-    /// It is on its way, for the so manyth time.
+    /// The question was sent; the number counts how often.
     Up(u8),
-    /// One is on its way that was asked before the last stop; it will be asked again.
+    /// A question is under way that was asked before the last stop; it will be asked again.
     Late,
-    /// It was not answered, over TCP, where no answer is lost: only another connection has nothing late on its way. It
-    /// is made in the next step, for this one has much to tell already.
+    /// The question was not answered over TCP. Late answers can be ruled out only by another connection, which is made at
+    /// this time: the call that finds it out has much to tell already.
     Stale(Millis),
 }
 
-/// A client: see the [module](super).
+/// Machine of a client: see the [module](super).
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub struct HostMachine {
     pub(super) options: Options,
     pub(super) state: State,
     pub(super) endpoint: Option<Endpoint>,
-    /// When to ask who is there, or to connect again.
+    /// Time at which to ask who is there, or to connect again.
     at: Option<Millis>,
-    /// How often it was asked what it is, or tried to connect.
+    /// Number of questions what the device is, or of tries to connect.
     pub(super) tries: u8,
-    line: Line,
+    deadlines: Deadlines,
     requests: Requests,
     fence: Fence,
-    /// How often it was asked what the device is, less the answers, also where they were not waited for any longer.
+    /// Number of questions what the device is, less the answers, also after they were not waited for any longer.
     owed: u8,
     pub(super) motors: Motors,
     pub(super) calibration: Calibration,
-    pub(super) tracker: Tracker,
-    pub(super) guid: Option<[u8; 16]>,
-    pub(super) platform: Option<u8>,
+    pub(super) playback: Playback,
+    pub(super) stops: Stops,
+    guid: Option<[u8; 16]>,
+    platform: Option<u8>,
     expected: Option<Identity>,
+    /// Whether the device could be used before.
+    was_ready: bool,
 }
 
-debug_fields! {
+debug! {
     HostMachine {
-        options, state, endpoint, at, tries, line, requests, fence, owed, motors, calibration, tracker, guid,
-        platform, expected,
+        options state endpoint at tries deadlines requests fence owed motors calibration playback stops guid platform
+        expected was_ready
     }
 }
 
+machine! { HostMachine }
+
 impl HostMachine {
-    /// How often a device is asked what it is, before it is given up.
+    /// Number of questions what a device is, before it is given up.
     const QUESTIONS: u8 = 3;
-    /// How often the time before another try is doubled.
+    /// Number of times that the time before another try is doubled.
     const DOUBLINGS: u8 = 5;
 
-    /// A client without a connection.
+    /// Makes a client without a connection.
     #[must_use]
     pub fn new(options: Options) -> Self {
         Self {
@@ -142,71 +124,82 @@ impl HostMachine {
             endpoint: None,
             at: None,
             tries: 0,
-            line: Line::default(),
+            deadlines: Deadlines::default(),
             requests: Requests::default(),
             fence: Fence::Down,
             owed: 0,
             motors: Motors::default(),
             calibration: Calibration::default(),
-            tracker: Tracker::default(),
+            playback: Playback::default(),
+            stops: Stops::default(),
             guid: None,
             platform: None,
-            expected: options.expected,
+            expected: options.expected(),
+            was_ready: false,
         }
     }
 
-    /// How far the connection is.
+    /// State of the connection.
     #[must_use]
     pub const fn state(&self) -> State {
         self.state
     }
 
-    /// How far the move on the device is.
+    /// State of the move on the device.
     #[must_use]
-    pub const fn move_state(&self) -> tracker::State {
-        self.tracker.state
+    pub const fn move_state(&self) -> MoveState {
+        self.playback.state
     }
 
-    /// How often the move was played again, back or forward; up to 255.
+    /// Number of times that the move was played again, back or forward; at most 255.
     #[must_use]
     pub const fn loops(&self) -> u8 {
-        self.tracker.loops()
+        self.playback.loops()
     }
 
-    /// How far the range is whose end was marked last.
+    /// State of the range whose end was marked last.
     #[must_use]
-    pub const fn calibration(&self) -> calibration::State {
+    pub const fn calibration(&self) -> CalibrationState {
         self.calibration.state()
     }
 
-    /// The motors that the device has, as it said last.
+    /// Motors that the device has, as it reported last.
     pub fn motors(&self) -> impl Iterator<Item = &Motor> {
         self.motors.iter()
     }
 
-    /// Whether anything moves, as far as the device said.
+    /// Whether anything may still move because of this client.
+    ///
+    /// The answer is no only if rest is known: no command that may move was sent since, or the device reported the end of
+    /// what it began. It stays yes when the connection goes down and when a motor goes off line, until a stop of
+    /// everything is confirmed.
     #[must_use]
-    pub fn moves(&self) -> bool {
-        self.tracker.moves() || self.motors.any_moves()
+    pub fn may_move(&self) -> bool {
+        self.stops.may_move() || !self.playback.moving().is_empty() || self.motors.any_moves()
     }
 
-    /// The number of the device, if it has one of 16 bytes.
+    /// Whether anything moves as far as is known, whoever moves it.
+    pub(super) fn moves(&self) -> bool {
+        self.playback.moves() || self.motors.any_moves()
+    }
+
+    /// Number of the device, if it has one of 16 bytes.
     #[must_use]
     pub const fn guid(&self) -> Option<[u8; 16]> {
         self.guid
     }
 
-    /// The platform that calibrated the motors, if the device says so.
+    /// Platform that calibrated the motors, if the device told it.
     #[must_use]
     pub const fn platform(&self) -> Option<u8> {
         self.platform
     }
 
     /// Asks the device something; `false` if that is asked already.
-    pub(super) fn ask(&mut self, now: Millis, output: &mut Output, get: Get, asker: Asker) -> bool {
-        let asks = self.requests.ask(get, asker, now.after(self.options.request_timeout));
+    pub(super) fn ask(&mut self, now: Millis, output: &mut Output<'_>, get: Get, asker: Asker) -> bool {
+        let asks = self.requests.ask(get, asker, now.after(self.options.request_timeout()));
         if asks {
-            output.send(Send::Get(get));
+            output.transmit(Transmit::Get(get));
             if get == Get::DeviceInfo {
                 self.owed = self.owed.saturating_add(1);
             }
@@ -217,39 +210,45 @@ impl HostMachine {
         asks
     }
 
-    /// A part of an answer is there; the next has the full time.
+    /// Gives the next part of an answer the full time.
     pub(super) fn more(&mut self, now: Millis, get: Get) {
-        self.requests.go_on(get, now.after(self.options.request_timeout));
+        self.requests.go_on(get, now.after(self.options.request_timeout()));
     }
 
-    /// An answer is there: who asked is told. Whether it was asked at all.
-    pub(super) fn answered(&mut self, now: Millis, output: &mut Output, get: Get) -> bool {
+    /// Ends a question with its answer; `false` if it was not asked.
+    pub(super) fn answered<'a>(
+        &mut self,
+        now: Millis,
+        output: &mut Output<'a>,
+        get: Get,
+        message: DeviceMessage<'a>,
+    ) -> bool {
         self.pay(get);
-        // One that is late answers an earlier question, not the one behind the stop.
+        // A late answer belongs to an earlier question, not to the one after the stop.
         let late = get == Get::DeviceInfo && matches!(self.fence, Fence::Up(_)) && self.is_owed();
         match if late { None } else { self.requests.end(get) } {
             None => {
-                output.event(Event::Told(get.id()));
+                output.event(Event::Unsolicited(message));
                 if let (Fence::Stale(_), false) = (self.fence, self.is_owed()) {
                     self.fence = Fence::Down;
                 }
                 return false;
             }
-            Some(Asker::Application(token)) => output.event(Event::Answered(get, token)),
+            Some(Asker::Application(token)) => output.event(Event::ended(token, Outcome::Done(Some(message)))),
             Some(Asker::Machine) => {}
         }
         self.passed(now, output, get);
         true
     }
 
-    /// An answer will not come: who asked is told, or what waits for it goes on without.
-    pub(super) fn failed(&mut self, now: Millis, output: &mut Output, get: Get, why: Failure) {
+    /// Ends a question without an answer. What waits for it goes on without.
+    pub(super) fn failed(&mut self, now: Millis, output: &mut Output<'_>, get: Get, why: Failure) {
         if matches!(why, Failure::Unsupported | Failure::Malformed) {
             self.pay(get);
         }
         match self.requests.end(get) {
             None => return,
-            Some(Asker::Application(token)) => output.event(Event::Failed(get, token, why)),
+            Some(Asker::Application(token)) => output.event(Event::ended(token, Outcome::Failed(why))),
             Some(Asker::Machine) => {}
         }
         match (self.state, get) {
@@ -257,7 +256,7 @@ impl HostMachine {
                 self.tries = self.tries.saturating_add(1);
                 self.ask(now, output, get, Asker::Machine);
             }
-            (State::AwaitDeviceInfo, Get::DeviceInfo) => return self.close(now, output, CloseReason::NoAnswer),
+            (State::AwaitDeviceInfo, Get::DeviceInfo) => return self.close(now, output, LinkDownReason::NoAnswer),
             (State::AwaitMotorInfo, Get::MotorInfo) => self.lock(output),
             (State::AwaitGuid, Get::DeviceGuid) => self.has_guid(now, output, None),
             (State::AwaitSoftware, Get::SoftwareId) => self.has_platform(output, None),
@@ -266,22 +265,21 @@ impl HostMachine {
         self.passed(now, output, get);
     }
 
-    /// An answer is there, whatever it says.
+    /// Counts an answer, whatever it says.
     fn pay(&mut self, get: Get) {
         if get == Get::DeviceInfo {
             self.owed = self.owed.saturating_sub(1);
         }
     }
 
-    /// Whether an answer is still on its way, as far as that can be known: over USB it may be lost.
+    /// Whether an answer is still under way, as far as that can be known: over USB it may be lost.
     fn is_owed(&self) -> bool {
         let tcp = self.endpoint.is_some_and(|endpoint| endpoint.transport() == Transport::Tcp);
         tcp && self.owed > 0
     }
 
-    /// A question behind a stop is over; if the last stop was sent behind it, or it is not answered, another one is
-    /// asked.
-    fn passed(&mut self, now: Millis, output: &mut Output, get: Get) {
+    /// Ends a question after a stop. If the last stop was sent after it, or it is not answered, another one is asked.
+    fn passed(&mut self, now: Millis, output: &mut Output<'_>, get: Get) {
         if get != Get::DeviceInfo {
             return;
         }
@@ -294,77 +292,72 @@ impl HostMachine {
         };
     }
 
-    fn fence_again(&mut self, now: Millis, output: &mut Output, tries: u8) -> Fence {
+    fn fence_again(&mut self, now: Millis, output: &mut Output<'_>, tries: u8) -> Fence {
         self.ask(now, output, Get::DeviceInfo, Asker::Machine);
         Fence::Up(tries.saturating_add(1))
     }
 
-    /// The password is wrong, or missing. A device that is locked will not say which motors it has.
-    pub(super) fn lock(&mut self, output: &mut Output) {
+    /// Asks after a stop, so that its confirmation can be told from one that comes late.
+    pub(super) fn raise_fence(&mut self, now: Millis, output: &mut Output<'_>) {
+        self.fence = if self.ask(now, output, Get::DeviceInfo, Asker::Machine) { Fence::Up(1) } else { Fence::Late };
+    }
+
+    /// The password is wrong or missing. A device that is locked will not say which motors it has.
+    pub(super) fn lock(&mut self, output: &mut Output<'_>) {
         if let Some(Asker::Application(token)) = self.requests.end(Get::MotorInfo) {
-            output.event(Event::Failed(Get::MotorInfo, token, Failure::NoAnswer));
+            output.event(Event::ended(token, Outcome::Failed(Failure::NoAnswer)));
         }
         self.state = State::Locked;
         output.event(Event::Locked);
     }
 
-    /// The device said what it is: it gets the password, and is asked for its motors.
-    pub(super) fn unlock(&mut self, now: Millis, output: &mut Output, of: PasswordOf) {
+    /// Tells the device the password, and asks for its motors.
+    pub(super) fn unlock<'a>(&mut self, now: Millis, output: &mut Output<'a>, of: PasswordOf<'a>) {
         self.state = State::AwaitMotorInfo;
-        output.send(Send::UserPassword(of));
+        output.transmit(Transmit::UserPassword(of));
         self.ask(now, output, Get::MotorInfo, Asker::Machine);
     }
 
-    pub(super) fn has_motors(&mut self, now: Millis, output: &mut Output) {
+    pub(super) fn has_motors(&mut self, now: Millis, output: &mut Output<'_>) {
         self.state = State::AwaitGuid;
         self.ask(now, output, Get::DeviceGuid, Asker::Machine);
     }
 
-    pub(super) fn has_guid(&mut self, now: Millis, output: &mut Output, guid: Option<[u8; 16]>) {
+    pub(super) fn has_guid(&mut self, now: Millis, output: &mut Output<'_>, guid: Option<[u8; 16]>) {
         self.guid = guid;
         self.state = State::AwaitSoftware;
         self.ask(now, output, Get::SoftwareId, Asker::Machine);
     }
 
-    pub(super) fn has_platform(&mut self, output: &mut Output, platform: Option<u8>) {
+    pub(super) fn has_platform(&mut self, output: &mut Output<'_>, platform: Option<u8>) {
         self.platform = platform;
         let identity = self.guid.zip(platform).map(|(guid, platform)| Identity { guid, platform });
         let ranges_void = identity.is_none() || identity != self.expected;
         self.expected = identity.or(self.expected);
         (self.state, self.tries) = (State::Ready, 0);
-        output.event(Event::Ready { ranges_void });
+        output.event(Event::Ready { reconnected: self.was_ready, ranges_void });
+        self.was_ready = true;
     }
 
-    /// Stops the move: whatever it is, and whoever began it.
-    pub(super) fn stop_move(&mut self, now: Millis, output: &mut Output) {
-        output.send(Send::StopPlayback);
-        self.tracker.stop(Some(now.after(self.options.stop_timeout)));
-    }
-
-    /// Asks behind a stop, so that its confirmation is told from one that comes late.
-    pub(super) fn raise_fence(&mut self, now: Millis, output: &mut Output) {
-        self.fence = if self.ask(now, output, Get::DeviceInfo, Asker::Machine) { Fence::Up(1) } else { Fence::Late };
-    }
-
-    pub(super) fn open(&mut self, output: &mut Output, endpoint: Endpoint) {
+    pub(super) fn connect(&mut self, output: &mut Output<'_>, endpoint: Endpoint) {
         (self.endpoint, self.state, self.at) = (Some(endpoint), State::Connecting, None);
-        output.event(Event::Open(endpoint));
+        output.event(Event::Connect(endpoint));
     }
 
     /// The connection is there. A stop that was not confirmed goes first.
-    fn opened(&mut self, now: Millis, output: &mut Output) {
+    fn link_up(&mut self, now: Millis, output: &mut Output<'_>) {
         let Some(endpoint) = self.endpoint.filter(|_| self.state == State::Connecting) else {
             return output.event(Event::Ignored);
         };
         (self.state, self.tries) = (State::AwaitDeviceInfo, 1);
         let keep_alive = match endpoint.transport() {
-            Transport::Tcp => self.options.tcp_keep_alive,
-            Transport::Usb => self.options.usb_keep_alive,
+            Transport::Tcp => self.options.tcp_keep_alive(),
+            Transport::Usb => self.options.usb_keep_alive(),
         };
-        let silent = (endpoint.transport() == Transport::Tcp).then(|| now.after(self.options.silence));
-        self.line = Line { quiet: now.after(keep_alive), deaf: now.after(keep_alive), silent };
-        if self.tracker.state == tracker::State::Stopping {
-            self.stop_move(now, output);
+        let silent = (endpoint.transport() == Transport::Tcp).then(|| now.after(self.options.silence()));
+        self.deadlines = Deadlines { quiet: now.after(keep_alive), deaf: now.after(keep_alive), silent };
+        if self.playback.state == MoveState::Stopping {
+            self.stop_playback(now, output);
             self.raise_fence(now, output);
         } else {
             self.ask(now, output, Get::DeviceInfo, Asker::Machine);
@@ -372,51 +365,51 @@ impl HostMachine {
     }
 
     /// The connection is over.
-    pub(super) fn close(&mut self, now: Millis, output: &mut Output, why: CloseReason) {
+    pub(super) fn close(&mut self, now: Millis, output: &mut Output<'_>, why: LinkDownReason) {
         for get in Get::ALL {
             if let Some(Asker::Application(token)) = self.requests.end(get) {
-                output.event(Event::Failed(get, token, Failure::Closed));
+                output.event(Event::ended(token, Outcome::Failed(Failure::LinkDown)));
             }
         }
         self.calibration.lost(output);
-        self.motors.lost(output);
-        self.tracker.lost(output);
-        output.event(Event::Closed(why));
-        (self.fence, self.owed, self.line) = (Fence::Down, 0, Line::default());
-        if why == CloseReason::Asked {
+        self.motors.lost(output, &mut self.stops);
+        self.playback.lost(output, &mut self.stops);
+        self.stops.lost(output);
+        output.event(Event::LinkDown(why));
+        (self.fence, self.owed, self.deadlines) = (Fence::Down, 0, Deadlines::default());
+        if why == LinkDownReason::Asked {
             (self.state, self.endpoint, self.tries) = (State::Discovering, None, 0);
-            self.at = self.options.ask_every.map(|every| now.after(every));
+            self.at = self.options.ask_every().map(|every| now.after(every));
         } else {
-            // It was asked what it is, not tried to be connected, unless it was never connected.
+            // The tries counted questions what the device is, unless it was never connected.
             let doublings = if self.state == State::Connecting { self.tries.min(Self::DOUBLINGS) } else { 0 };
             self.tries = doublings.saturating_add(1);
-            let wait = self.options.back_off.saturating_mul(1_u64.wrapping_shl(doublings.into()));
+            let wait = self.options.back_off().saturating_mul(1_u64.wrapping_shl(doublings.into()));
             (self.state, self.at) = (State::Disconnected, Some(now.after(wait)));
         }
     }
 
-    fn timers(&mut self, now: Millis, output: &mut Output) {
+    fn timers(&mut self, now: Millis, output: &mut Output<'_>) {
         if self.state == State::Disconnected && self.at.is_some_and(|at| at <= now) {
             (self.state, self.at) = (State::Discovering, None);
-            if let Some(endpoint) = self.endpoint.filter(|_| self.options.reconnect) {
-                self.open(output, endpoint);
+            if let Some(endpoint) = self.endpoint.filter(|_| self.options.reconnect()) {
+                self.connect(output, endpoint);
             }
         }
-        if let (State::Discovering, Some(every)) = (self.state, self.options.ask_every) {
+        if let (State::Discovering, Some(every)) = (self.state, self.options.ask_every()) {
             if self.at.is_none_or(|at| at <= now) {
-                output.send(Send::Question);
+                output.transmit(Transmit::Discover);
                 self.at = Some(now.after(every));
             }
         }
-        if self.state.is_connected() && self.line.silent.is_some_and(|silent| silent <= now) {
-            self.close(now, output, CloseReason::Silence);
+        if self.state.is_connected() && self.deadlines.silent.is_some_and(|silent| silent <= now) {
+            self.close(now, output, LinkDownReason::Silence);
         }
         if self.stale().is_some_and(|stale| stale <= now) {
-            self.close(now, output, CloseReason::NoAnswer);
+            self.close(now, output, LinkDownReason::NoAnswer);
         }
-        // Stops first.
-        if self.tracker.wake(now, output) {
-            self.stop_move(now, output);
+        if self.playback.wake(now, output) {
+            self.stop_playback(now, output);
             self.raise_fence(now, output);
         }
         self.motors.wake(now, output, &self.options);
@@ -426,88 +419,85 @@ impl HostMachine {
             }
         }
         self.calibration.wake(now, output);
+        self.stops.wake(now, output);
         self.keep_alive(now, output);
         if self.fence == Fence::Down {
-            self.tracker.settle();
+            self.playback.settle();
         }
+        let moves = self.moves();
+        self.stops.settle(output, moves);
     }
 
-    /// When the connection is given up, because of what may come late.
+    /// Time at which the connection is given up because of what may come late.
     const fn stale(&self) -> Option<Millis> {
         if let Fence::Stale(at) = self.fence { Some(at) } else { None }
     }
 
-    /// Keeps the line alive. Over TCP a question does it, also where much is sent and nothing is heard: the device may
+    /// Keeps the line alive. Over TCP a question does it, also if much is sent and nothing is received: the device may
     /// have nothing to say (decision K-S15).
-    fn keep_alive(&mut self, now: Millis, output: &mut Output) {
+    fn keep_alive(&mut self, now: Millis, output: &mut Output<'_>) {
         let Some(endpoint) = self.endpoint.filter(|_| self.state.is_connected()) else { return };
-        let quiet = self.line.quiet <= now;
+        let quiet = self.deadlines.quiet <= now;
         match endpoint.transport() {
             Transport::Usb if quiet => {
-                output.send(Send::KeepAlive);
-                self.line.quiet = now.after(self.options.usb_keep_alive);
-                // The word that a move is over may be lost (decision K-S21).
-                if self.tracker.state.runs() {
+                output.transmit(Transmit::KeepAlive);
+                self.deadlines.quiet = now.after(self.options.usb_keep_alive());
+                // The report that a move is over may be lost (decision K-S21).
+                if self.playback.state.runs() {
                     self.ask(now, output, Get::DeviceInfo, Asker::Machine);
                 }
             }
             Transport::Usb => {}
             Transport::Tcp => {
-                let (deaf, next) = (self.line.deaf <= now, now.after(self.options.tcp_keep_alive));
-                if deaf || (quiet && output.send.is_empty()) {
+                let (deaf, next) = (self.deadlines.deaf <= now, now.after(self.options.tcp_keep_alive()));
+                let sends = output.transmits().next().is_some();
+                if deaf || (quiet && !sends) {
                     self.ask(now, output, Get::NetworkInfo, Asker::Machine);
-                    self.line.deaf = next;
+                    self.deadlines.deaf = next;
                 }
-                if quiet || !output.send.is_empty() {
-                    self.line.quiet = next;
+                if quiet || output.transmits().next().is_some() {
+                    self.deadlines.quiet = next;
                 }
             }
         }
     }
 
-    /// Something came: the device is there.
+    /// The device sent something, so it is there.
     pub(super) fn heard(&mut self, now: Millis) {
-        if let Some(silent) = &mut self.line.silent {
-            *silent = now.after(self.options.silence);
-            self.line.deaf = now.after(self.options.tcp_keep_alive);
+        if let Some(silent) = &mut self.deadlines.silent {
+            *silent = now.after(self.options.silence());
+            self.deadlines.deaf = now.after(self.options.tcp_keep_alive());
         }
     }
 
     fn deadline(&self) -> Option<Millis> {
-        let line = self.state.is_connected().then(|| match self.line {
-            Line { quiet, deaf, silent: Some(silent) } => quiet.min(deaf).min(silent),
-            Line { quiet, .. } => quiet,
+        let line = self.state.is_connected().then(|| match self.deadlines {
+            Deadlines { quiet, deaf, silent: Some(silent) } => quiet.min(deaf).min(silent),
+            Deadlines { quiet, .. } => quiet,
         });
-        let own = [self.at, line, self.stale(), self.requests.deadline(), self.tracker.deadline()];
-        let parts = [self.motors.deadline(), self.calibration.deadline()];
+        let own = [self.at, line, self.stale(), self.requests.deadline(), self.playback.deadline()];
+        let parts = [self.motors.deadline(), self.calibration.deadline(), self.stops.deadline()];
         own.into_iter().chain(parts).flatten().min()
     }
-}
 
-impl Machine for HostMachine {
-    type Input<'a> = Input<'a>;
-    type Output = Output;
-
-    fn step(mut self, now: Millis, input: Input<'_>) -> (Self, Output) {
-        let mut output = Output::default();
+    fn run<'a>(&mut self, now: Millis, output: &mut Output<'a>, input: Input<'a>) {
         match input {
-            Input::Command(command) => self.command(now, &mut output, command),
-            Input::Opened => self.opened(now, &mut output),
-            Input::Closed if self.state.is_connected() || self.state == State::Connecting => {
-                self.close(now, &mut output, CloseReason::Ended);
+            Input::Command(token, command) => self.command(now, output, token, command),
+            Input::LinkUp => self.link_up(now, output),
+            Input::LinkDown if self.state.is_connected() || self.state == State::Connecting => {
+                self.close(now, output, LinkDownReason::Ended);
             }
-            Input::Fatal if self.state.is_connected() => self.close(now, &mut output, CloseReason::Framing),
-            Input::Received(message) if self.state.is_connected() => self.received(now, &mut output, &message),
+            Input::Fatal if self.state.is_connected() => self.close(now, output, LinkDownReason::Framing),
+            Input::Received(message) if self.state.is_connected() => self.received(now, output, message),
             Input::Malformed { id, kind, error } if self.state.is_connected() => {
-                self.malformed(now, &mut output, (id, kind), error);
+                self.malformed(now, output, (id, kind), error);
             }
             Input::Wake => {}
-            Input::Closed | Input::Fatal | Input::Received(_) | Input::Malformed { .. } => {
+            Input::LinkDown | Input::Fatal | Input::Received(_) | Input::Malformed { .. } => {
                 output.event(Event::Ignored);
             }
         }
-        self.timers(now, &mut output);
-        output.wake = self.deadline().map(|deadline| deadline.max(now.after(1))).filter(|&wake| wake > now);
-        (self, output)
+        self.timers(now, output);
+        output.wake = self.deadline().map(|deadline| deadline.max(now.after(1)));
     }
 }

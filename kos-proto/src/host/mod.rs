@@ -1,81 +1,94 @@
-//! The client, or host: what controls a device.
+//! The client, or host: it controls a device.
 //!
-//! [`HostMachine`] makes the acquaintance of a device, keeps the line alive, asks one question of a kind at a time, keeps
-//! what is known of the motors, and follows the move on the device by what the device says. It stops whatever moves, as
-//! often as it takes. What is long stays with the application: the blocks of a move, and passwords; they are put in
-//! where a message is made, from a [`Source`].
+//! [`HostMachine`] connects to a device, asks what it is, keeps the line alive, knows the motors, and follows the move on
+//! the device. It stops whatever moves, as often as it takes. Long data stay with the application: the blocks of a move,
+//! and passwords. A [`Source`] lends them when a message is made.
 //!
-//! # When do I call what
+//! # Calling it
 //!
-//! | what happened | input |
+//! | something happened | input |
 //! |---|---|
-//! | the user wants something | [`Input::Command`] |
-//! | the connection of [`Event::Open`] is there, or none is (any more) | [`Input::Opened`], [`Input::Closed`] |
-//! | a message came, or one cut short, or a fatal item | [`Input::Received`], [`Input::Malformed`], [`Input::Fatal`] |
-//! | the time of [`Output::wake`](motion_core::machine::Output::wake) has come | [`Input::Wake`] |
+//! | the application wants something | [`Input::Command`], with a [`Token`] |
+//! | the connection of [`Event::Connect`] is there, or there is none (any more) | [`Input::LinkUp`], [`Input::LinkDown`] |
+//! | a frame came, or a fatal item | [`Input::received`], [`Input::Fatal`] |
+//! | the time of the last wake has come | [`Input::Wake`] |
 //!
-//! After each, send what is to be sent, in its order, then look at the events, then wait. Who is out there is for
-//! [`discovery::Devices`](crate::discovery::Devices) to say; the machine only asks, if it is told to
-//! ([`Options::ask_every`]).
+//! After each call of [`advance`](HostMachine::advance), carry out the effects in their order, then wait, at most until
+//! the wake. [`discovery::Devices`](crate::discovery::Devices) tells which devices are in the network; the machine only
+//! asks for them, if [`Options::ask_every`] says so.
 //!
 //! ```
-//! use kos_proto::HostMessage;
-//! use kos_proto::host::{Command, Endpoint, Event, HostMachine, Input, Options, Source};
-//! use motion_core::machine::Machine;
-//! use motion_core::time::Millis;
+//! use kos_proto::host::{Command, Endpoint, Event, HostMachine, Input, Options, Outcome, Source, Token};
+//! use kos_proto::{Effect, Millis};
 //!
-//! let inputs = [Input::Command(Command::Connect(Endpoint::Usb)), Input::Opened, Input::Command(Command::Stop)];
+//! let inputs = [
+//!     Input::Command(Token(1), Command::Connect(Endpoint::Usb)),
+//!     Input::LinkUp,
+//!     Input::Command(Token(2), Command::Stop),
+//! ];
 //!
 //! let mut host = HostMachine::new(Options::default());
 //! let (mut wire, mut told) = (Vec::new(), Vec::new());
 //! for (now, input) in (0..).map(Millis).zip(inputs) {
-//!     let (next, output) = host.step(now, input);
-//!     host = next;
-//!     for send in &output.send {
-//!         let mut message = [0; 64];
-//!         let len = send.message(&Source::default()).encode_into(&mut message)?;
-//!         wire.push(message[..len].to_vec());
+//!     let output = host.advance(now, input);
+//!     let _ = output.wake; // wait until then, or until something happens
+//!     for effect in output {
+//!         match effect {
+//!             Effect::Transmit(transmit) => {
+//!                 let mut message = [0; 64];
+//!                 let len = transmit.message(&Source::default()).encode_into(&mut message)?;
+//!                 wire.push(message[..len].to_vec());
+//!             }
+//!             Effect::Event(event) => told.push(event),
+//!         }
 //!     }
-//!     told.extend(output.events); // show them
-//!     let _ = output.wake; // wait for it, or for something to happen
 //! }
-//! assert_eq!(told, [Event::Open(Endpoint::Usb)]);
-//! assert_eq!(wire, [&b"\x04\0\x06\0\x0f\x01"[..], b"\x04\0\x07\0\x80\0\x06"], "who are you, and stop");
+//! assert_eq!(told[0], Event::Connect(Endpoint::Usb));
+//! assert_eq!(told.last(), Some(&Event::Ended { token: Token(2), outcome: Outcome::Sent }));
+//! assert_eq!(wire, [&b"\x04\0\x06\0\x0f\x01"[..], b"\x04\0\x07\0\x80\0\x06"], "a question, and a stop");
+//! assert!(host.may_move(), "until the stop is confirmed");
 //! # Ok::<(), kos_proto::EncodeError>(())
 //! ```
 //!
 //! # Safety of people
 //!
-//! [`Command::Stop`] is sent in the step in which it comes, before anything else, whatever the machine waits for; it is
-//! sent again every two seconds until the device confirms it, and first of all when a lost connection is there again.
-//! Each time it is not confirmed the application is told. Commands that could move something twice are never repeated
-//! ([`Send::is_repeatable`]).
+//! [`Command::Stop`] is sent in the call in which it comes, before everything else, in every state. It is sent again every
+//! two seconds until the device obeys it, and first of all when a lost connection is there again. Each time it is not
+//! confirmed, [`Event::StopNotConfirmed`] tells it; in the end [`Event::Stopped`] tells that all rests. Messages that are
+//! not repeatable are sent once for their command ([`Transmit::conduct`]). [`HostMachine::may_move`] says whether anything
+//! may still move because of this client. After a reconnect, nothing should be moved unasked ([`Event::Ready`]).
 
 mod calibration;
-mod command;
-mod io;
+mod commands;
+mod event;
+mod input;
 mod machine;
 mod motors;
 mod options;
+mod playback;
 mod received;
 mod requests;
-mod send;
-mod tracker;
+mod stops;
+mod transmit;
 
-pub use calibration::State as CalibrationState;
-pub use io::{CloseReason, Command, Endpoint, Event, Go, Input, Move, Refusal};
+pub use calibration::CalibrationState;
+pub use event::{Event, Failure, LinkDownReason, Move, MoveState, Outcome, Refusal, StopTarget};
+pub use input::{Command, Endpoint, Get, Go, Input};
 pub use machine::{HostMachine, State};
+pub use motion_core::machine::Token;
 pub use options::{Identity, Options};
-pub use requests::{Failure, Get, Token};
-pub use send::{PasswordOf, Send, Source};
-pub use tracker::State as MoveState;
+pub use transmit::{PasswordOf, Source, Transmit};
 
-/// Messages of one step, at most: a stop of everything, one of each of ten motors, a question behind it, a keep-alive,
-/// and two questions that are asked again or next.
-pub const SENDS: usize = 16;
-/// Events of one step, at most: ten motors come or go, seven questions fail, ten stops are not confirmed, nor that of
-/// everything; nobody is alive, a range fails, a move is slow. With a lost connection it is fewer.
-pub const EVENTS: usize = 32;
+/// Greatest number of effects of one call.
+///
+/// - 30 for ten motors, of each: it came or went, its stop is sent again, and that is told; or its command ends.
+/// - 3 for a stop of everything that is sent again, told, and followed by a question.
+/// - 9 for seven questions that fail, and two that are asked after them.
+/// - 6: a question for the motors, a range that fails, nobody alive, motors that do not rest, a keep-alive with a
+///   question.
+pub const EFFECTS: usize = 48;
 
-/// What follows from a step of a client.
-pub type Output = motion_core::machine::Output<Send, Event, SENDS, EVENTS>;
+/// All that follows from an input of a client.
+pub type Output<'a> = motion_core::machine::Output<Transmit<'a>, Event<'a>, EFFECTS>;
+/// One thing that follows from an input of a client.
+pub type Effect<'a> = motion_core::machine::Effect<Transmit<'a>, Event<'a>>;

@@ -1,286 +1,370 @@
-//! The motors that a client knows, and what it does with them by hand.
+//! Motors that a client knows, and how it moves them by hand.
 //!
 //! Commands to one motor are not sent faster than the device bears: of those that come too fast, the last one counts. A
-//! stop overtakes them all, and is sent again until the motor says that it rests.
+//! stop overtakes them all, and is sent again until the motor rests.
 
 use arrayvec::ArrayVec;
 use motion_core::time::Millis;
 
-use super::io::{Event, Go, Refusal};
-use super::send::Send;
-use super::{Options, Output};
+use super::event::{Event, Failure, Outcome, Refusal, StopTarget};
+use super::input::Go;
+use super::stops::{Stops, transmit_stop};
+use super::transmit::Transmit;
+use super::{Options, Output, Token};
 use crate::message::{
-    Motor, MotorAddress, MotorCalibrated, MotorPlace, Rotations, RotationsPerSecond, RotationsPerSecondSquared,
-    SetPositionSpeedAcceleration,
+    ErrorCode, MOTORS, Motor, MotorAddress, MotorCalibrated, MotorPlace, MotorSet, Rotations, RotationsPerSecond,
+    RotationsPerSecondSquared, SetPositionSpeedAcceleration,
 };
-use crate::summary::{MOTORS, MotorSet};
 
-/// A motor, and what it was told.
+/// Motor of the device, and its motion by hand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-struct Known {
+struct Followed {
     motor: Motor,
     hand: Hand,
 }
 
-/// What a motor was told by hand.
+/// Motion of a motor by hand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 struct Hand {
     motion: Motion,
-    /// When the next command may be sent.
+    /// Time at which the next command may be sent.
     next: Option<Millis>,
-    /// The command that waits for it.
-    wanted: Option<Send>,
+    /// Motion that waits for that time.
+    wanted: Option<Go>,
+    /// Command that ends when the motor rests.
+    token: Option<Token>,
+    /// Number of positions that were sent and after which the motor did not say that it rests; 2 counts for more. From 2
+    /// on the next report may be about any of them.
+    unreported: u8,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 enum Motion {
-    /// It rests, as far as anybody said.
+    /// The motor rests, as far as is known.
     #[default]
     Resting,
-    /// It goes where it was sent, and will say that it rests; when that would be late.
+    /// The motor goes where it was sent, and will say that it rests; the time at which that is late.
     Going(Option<Millis>),
-    /// It runs until it is stopped, as long as the application says something.
+    /// The motor runs until it is stopped.
     Jogging,
-    /// It was told to stop; when that is sent again.
+    /// The motor was told to stop; the time at which that is sent again.
     Stopping(Millis),
 }
 
 /// All motors of the device.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
 pub(super) struct Motors {
-    list: ArrayVec<Known, MOTORS>,
-    /// Those that the series told of that is under way.
-    told: MotorSet,
-    /// When the application has said nothing for too long, while a motor jogs.
+    list: ArrayVec<Followed, MOTORS>,
+    /// Motors that the series under way reported.
+    reported: MotorSet,
+    /// Time until which the application has to give a command, while a motor jogs.
     alive_until: Option<Millis>,
 }
 
 impl Motors {
     pub(super) fn iter(&self) -> impl Iterator<Item = &Motor> {
-        self.list.iter().map(|known| &known.motor)
+        self.list.iter().map(|followed| &followed.motor)
     }
 
-    fn find(&mut self, motor: MotorAddress) -> Option<&mut Known> {
-        self.list.iter_mut().find(|known| known.motor.motor_address.number() == motor.number())
+    fn find(&mut self, motor: MotorAddress) -> Option<&mut Followed> {
+        self.list.iter_mut().find(|followed| followed.motor.motor_address.number() == motor.number())
     }
 
     pub(super) fn get(&self, motor: MotorAddress) -> Option<&Motor> {
         self.iter().find(|known| known.motor_address.number() == motor.number())
     }
 
-    /// A series begins.
-    pub(super) fn begin_series(&mut self) {
-        self.told = MotorSet::NONE;
+    /// Motors of the device.
+    pub(super) fn all(&self) -> MotorSet {
+        MotorSet::of(self.iter().map(|motor| motor.motor_address))
     }
 
-    /// The series goes on; `false` if there is no room, or no motor can have the address.
+    /// Motors that do not rest, as far as is known.
+    pub(super) fn moving(&self) -> MotorSet {
+        let moving = self.list.iter().filter(|followed| followed.hand.motion != Motion::Resting);
+        MotorSet::of(moving.map(|followed| followed.motor.motor_address))
+    }
+
+    /// Begins a series of reports.
+    pub(super) fn begin_series(&mut self) {
+        self.reported = MotorSet::NONE;
+    }
+
+    /// Takes a report of the series; `false` if there is no room, or no motor can have the address.
     pub(super) fn learn(&mut self, motor: Motor) -> bool {
         if MotorSet::of([motor.motor_address]).is_empty() {
             return false;
         }
-        self.told.insert(motor.motor_address);
-        if let Some(known) = self.find(motor.motor_address) {
-            known.motor = motor;
+        self.reported.insert(motor.motor_address);
+        if let Some(followed) = self.find(motor.motor_address) {
+            followed.motor = motor;
             return true;
         }
-        self.list.try_push(Known { motor, hand: Hand::default() }).is_ok()
+        self.list.try_push(Followed { motor, hand: Hand::default() }).is_ok()
     }
 
-    /// The series ends: who was not in it is not there.
-    pub(super) fn end_series(&mut self) {
-        let told = self.told;
-        self.list.retain(|known| told.contains(known.motor.motor_address));
-        self.told = MotorSet::NONE;
+    /// Ends the series, and returns the motors that it did not report: they are not there.
+    pub(super) fn end_series(&mut self) -> MotorSet {
+        let gone = self.all().without(self.reported);
+        self.reported = MotorSet::NONE;
+        gone
     }
 
-    /// A motor is not there any more.
-    pub(super) fn forget(&mut self, motor: MotorAddress) {
-        self.list.retain(|known| known.motor.motor_address.number() != motor.number());
+    /// Forgets a motor that is not there any more. If it does not rest, it may come back and still move.
+    pub(super) fn forget(&mut self, output: &mut Output<'_>, stops: &mut Stops, motor: MotorAddress) {
+        if let Some(followed) = self.find(motor) {
+            followed.lose(output, stops, Failure::MotorOffline);
+        }
+        self.list.retain(|followed| followed.motor.motor_address.number() != motor.number());
+        stops.gone(motor);
+        self.watch();
     }
 
-    /// A motor is somewhere.
+    /// Notes where a motor is.
     pub(super) fn is_at(&mut self, place: MotorPlace) {
-        if let Some(known) = self.find(place.motor_address()) {
-            known.motor.position = place.position();
+        if let Some(followed) = self.find(place.motor_address()) {
+            followed.motor.position = place.position();
         }
     }
 
-    /// A motor rests. One that jogs does not, unless it was told to stop: what is said of it is of before. Nor does one
-    /// that is told to go on as soon as may be.
-    pub(super) fn rests(&mut self, motor: MotorAddress, position: Rotations) {
-        if let Some(known) = self.find(motor) {
-            known.motor.position = position;
-            if known.hand.motion != Motion::Jogging && known.hand.wanted.is_none() {
-                known.hand.motion = Motion::Resting;
+    /// Takes a report that a motor rests.
+    ///
+    /// It says nothing while the motor jogs, because then it is about the time before the jog, nor while another motion
+    /// of the motor waits to be sent.
+    pub(super) fn rests(&mut self, output: &mut Output<'_>, stops: &mut Stops, motor: MotorAddress, at: Rotations) {
+        match self.find(motor) {
+            Some(followed) => {
+                followed.motor.position = at;
+                let hand = &mut followed.hand;
+                if hand.wanted.is_some() && hand.unreported == 1 {
+                    hand.unreported = 0;
+                }
+                if hand.motion != Motion::Jogging && hand.wanted.is_none() {
+                    hand.rests(output, stops, MotorAddress(motor.number()));
+                    stops.rests(motor);
+                }
             }
+            None => stops.rests(motor),
         }
         self.watch();
     }
 
     pub(super) fn calibrated(&mut self, message: &MotorCalibrated<'_>) {
-        if let Some(Known { motor, .. }) = self.find(message.motor_address) {
+        if let Some(Followed { motor, .. }) = self.find(message.motor_address) {
             motor.end_position = message.end_position;
             motor.begin_position = message.begin_position.or(motor.begin_position);
         }
     }
 
-    /// A motor lost its range, and stands.
-    pub(super) fn lost_range(&mut self, motor: MotorAddress) {
-        if let Some(known) = self.find(motor) {
-            known.motor.end_position = Rotations(0.0);
+    /// Takes an error about a motor: it does not do what it was told, and may have lost its range.
+    pub(super) fn error(&mut self, output: &mut Output<'_>, code: ErrorCode, motor: MotorAddress) {
+        if let Some(followed) = self.find(motor) {
+            if code.resets_axis() {
+                followed.motor.end_position = Rotations(0.0);
+            }
+            if code == ErrorCode::BAD_MOTOR_ADDRESS {
+                followed.hand.end(output, Outcome::Refused(Refusal::Device(code)));
+            } else if code.names_motor() {
+                followed.hand.end(output, Outcome::Failed(Failure::Device(code)));
+            }
         }
     }
 
-    /// Whether a motor does not rest, as far as anybody said.
+    /// Whether a motor does not rest, as far as is known.
     pub(super) fn moves(&self, motor: MotorAddress) -> bool {
-        let is_it = |known: &&Known| known.motor.motor_address.number() == motor.number();
-        self.list.iter().find(is_it).is_some_and(|known| known.hand.motion != Motion::Resting)
+        self.moving().contains(motor)
     }
 
     pub(super) fn any_moves(&self) -> bool {
-        self.list.iter().any(|known| known.hand.motion != Motion::Resting)
+        !self.moving().is_empty()
     }
 
-    /// Sends a motor to a position, or soon.
+    /// Sends a motor to a position, now or as soon as the device bears it.
     pub(super) fn move_to(
         &mut self,
         now: Millis,
-        output: &mut Output,
+        output: &mut Output<'_>,
         options: &Options,
         go: Go,
+        token: Token,
     ) -> Result<(), Refusal> {
-        let known = self.find(go.motor).ok_or(Refusal::NoMotor)?;
-        if matches!(known.hand.motion, Motion::Jogging | Motion::Stopping(_)) {
-            return Err(Refusal::Moves);
-        }
-        known.hand.motion = Motion::Going(Some(now.after(options.setup_timeout)));
-        known.hand.command(now, output, options, Send::MoveTo(go));
+        let Followed { hand, .. } = self.find(go.motor).ok_or(Refusal::NoMotor)?;
+        hand.allows(|motion| matches!(motion, Motion::Resting | Motion::Going(_)))?;
+        hand.end(output, Outcome::Failed(Failure::Superseded));
+        (hand.motion, hand.token) = (Motion::Going(Some(now.after(options.setup_timeout()))), Some(token));
+        hand.command(now, output, options, go);
         Ok(())
     }
 
-    /// Sends a motor a distance, once: from where it does not rest, nobody knows where that would be.
-    pub(super) fn bump(&mut self, now: Millis, output: &mut Output, options: &Options, go: Go) -> Result<(), Refusal> {
-        let known = self.find(go.motor).ok_or(Refusal::NoMotor)?;
-        if known.hand.motion != Motion::Resting {
-            return Err(Refusal::Moves);
-        }
-        known.hand.motion = Motion::Going(Some(now.after(options.setup_timeout)));
-        output.send(Send::Bump(go));
+    /// Sends a motor a distance, once: where that leads from a place where it does not rest, nobody knows.
+    pub(super) fn bump(
+        &mut self,
+        now: Millis,
+        output: &mut Output<'_>,
+        options: &Options,
+        go: Go,
+        token: Token,
+    ) -> Result<(), Refusal> {
+        let Followed { hand, .. } = self.find(go.motor).ok_or(Refusal::NoMotor)?;
+        hand.allows(|motion| motion == Motion::Resting)?;
+        (hand.motion, hand.token) = (Motion::Going(Some(now.after(options.setup_timeout()))), Some(token));
+        hand.unreported = 1;
+        output.transmit(Transmit::Bump(go));
         Ok(())
     }
 
-    /// Lets a motor run.
+    /// Runs a motor until it is stopped.
     pub(super) fn jog(
         &mut self,
         now: Millis,
-        output: &mut Output,
+        output: &mut Output<'_>,
         options: &Options,
         jog: &SetPositionSpeedAcceleration<'_>,
     ) -> Result<(), Refusal> {
-        let known = self.find(jog.motor_address).ok_or(Refusal::NoMotor)?;
-        if matches!(known.hand.motion, Motion::Going(_) | Motion::Stopping(_)) {
-            return Err(Refusal::Moves);
-        }
-        known.hand.motion = Motion::Jogging;
-        known.hand.command(now, output, options, Send::MoveTo(go_of(jog)));
+        let Followed { hand, .. } = self.find(jog.motor_address).ok_or(Refusal::NoMotor)?;
+        hand.allows(|motion| matches!(motion, Motion::Resting | Motion::Jogging))?;
+        hand.motion = Motion::Jogging;
+        hand.command(now, output, options, go_of(jog));
         self.alive(now, options);
         Ok(())
     }
 
-    /// The application is there.
+    /// Notes that the application is there.
     pub(super) fn alive(&mut self, now: Millis, options: &Options) {
-        let jogs = self.list.iter().any(|known| known.hand.motion == Motion::Jogging);
-        self.alive_until = jogs.then(|| now.after(options.dead_man));
+        let jogs = self.list.iter().any(|followed| followed.hand.motion == Motion::Jogging);
+        self.alive_until = jogs.then(|| now.after(options.dead_man()));
     }
 
-    /// Nobody has to be watched, if nothing jogs.
+    /// Ends the watch for the application if nothing jogs.
     fn watch(&mut self) {
-        if !self.list.iter().any(|known| known.hand.motion == Motion::Jogging) {
+        if !self.list.iter().any(|followed| followed.hand.motion == Motion::Jogging) {
             self.alive_until = None;
         }
     }
 
-    /// Stops a motor, at once; what waits is forgotten.
-    pub(super) fn stop(&mut self, now: Millis, output: &mut Output, options: &Options, motor: MotorAddress) {
-        match self.find(motor) {
-            Some(known) => {
-                known.hand.motion = Motion::Stopping(now.after(options.stop_timeout));
-                output.send(known.stop());
+    /// Stops a motor, at once; a motion that waits is forgotten. `false` if nothing can follow the motor.
+    pub(super) fn stop(
+        &mut self,
+        now: Millis,
+        output: &mut Output<'_>,
+        options: &Options,
+        motor: MotorAddress,
+    ) -> bool {
+        let followed = self.find(motor);
+        let is_followed = followed.is_some();
+        match followed {
+            Some(followed) => {
+                followed.stop(now, output, options);
+                followed.hand.end(output, Outcome::Failed(Failure::Stopped));
             }
-            None => output.send(Send::MoveTo(stop_of(motor, None))),
+            None => transmit_stop(output, Transmit::MoveTo(stop_of(motor, None))),
         }
         self.watch();
+        is_followed
     }
 
-    /// Stops all motors, at once. Whether those rest that rested anyway need not be confirmed.
-    pub(super) fn stop_all(&mut self, now: Millis, output: &mut Output, options: &Options) {
-        for known in &mut self.list {
-            if known.hand.motion != Motion::Resting {
-                known.hand.motion = Motion::Stopping(now.after(options.stop_timeout));
+    /// Stops all motors, at once. Motors that rested before need not confirm it.
+    pub(super) fn stop_all(&mut self, now: Millis, output: &mut Output<'_>, options: &Options) {
+        for followed in &mut self.list {
+            if followed.hand.motion == Motion::Resting {
+                transmit_stop(output, followed.stop_message());
+            } else {
+                followed.stop(now, output, options);
             }
-            output.send(known.stop());
+        }
+        for followed in &mut self.list {
+            followed.hand.end(output, Outcome::Failed(Failure::Stopped));
         }
         self.alive_until = None;
     }
 
-    /// The connection is lost: what moves now, nobody knows.
-    pub(super) fn lost(&mut self, output: &mut Output) {
-        for known in &mut self.list {
-            if let Motion::Stopping(_) = known.hand.motion {
-                output.event(Event::StopNotConfirmed(Some(known.motor.motor_address)));
-            }
-            known.hand = Hand::default();
+    /// Notes that the connection went down: nobody knows what moves.
+    pub(super) fn lost(&mut self, output: &mut Output<'_>, stops: &mut Stops) {
+        for followed in &mut self.list {
+            followed.lose(output, stops, Failure::LinkDown);
         }
-        (self.told, self.alive_until) = (MotorSet::NONE, None);
+        (self.reported, self.alive_until) = (MotorSet::NONE, None);
     }
 
     /// Deals with the deadlines that have come.
-    pub(super) fn wake(&mut self, now: Millis, output: &mut Output, options: &Options) {
+    pub(super) fn wake(&mut self, now: Millis, output: &mut Output<'_>, options: &Options) {
         if self.alive_until.is_some_and(|until| until <= now) {
-            output.event(Event::DeadMan);
-            for known in self.list.iter_mut().filter(|known| known.hand.motion == Motion::Jogging) {
-                known.hand.motion = Motion::Stopping(now.after(options.stop_timeout));
-                output.send(known.stop());
+            for followed in self.list.iter_mut().filter(|followed| followed.hand.motion == Motion::Jogging) {
+                followed.stop(now, output, options);
             }
+            output.event(Event::DeadMan);
             self.alive_until = None;
         }
-        for known in &mut self.list {
-            let motor = known.motor.motor_address;
-            match known.hand.motion {
+        for followed in &mut self.list {
+            let motor = MotorAddress(followed.motor.motor_address.number());
+            match followed.hand.motion {
                 Motion::Stopping(again) if again <= now => {
-                    known.hand.motion = Motion::Stopping(now.after(options.stop_timeout));
-                    output.event(Event::StopNotConfirmed(Some(motor)));
-                    output.send(known.stop());
+                    followed.stop(now, output, options);
+                    output.event(Event::StopNotConfirmed(StopTarget::Motor(motor)));
                 }
                 Motion::Going(Some(late)) if late <= now => {
-                    known.hand.motion = Motion::Going(None);
+                    followed.hand.motion = Motion::Going(None);
                     output.event(Event::MotorSlow(motor));
                 }
                 _ => {}
             }
-            if known.hand.next.is_some_and(|next| next <= now) {
-                known.hand.next = None;
-                if let Some(wanted) = known.hand.wanted.take() {
-                    known.hand.command(now, output, options, wanted);
+            if followed.hand.next.is_some_and(|next| next <= now) {
+                followed.hand.next = None;
+                if let Some(wanted) = followed.hand.wanted.take() {
+                    followed.hand.command(now, output, options, wanted);
                 }
             }
         }
     }
 
     pub(super) fn deadline(&self) -> Option<Millis> {
-        let hands = self.list.iter().filter_map(|known| known.hand.deadline());
+        let hands = self.list.iter().filter_map(|followed| followed.hand.deadline());
         hands.chain(self.alive_until).min()
     }
 }
 
 impl Hand {
-    fn command(&mut self, now: Millis, output: &mut Output, options: &Options, send: Send) {
-        if self.next.is_some_and(|next| next > now) {
-            self.wanted = Some(send);
-        } else {
-            output.send(send);
-            self.next = Some(now.after(options.motor_interval));
+    /// Whether a command may be followed in this motion.
+    fn allows(&self, motion: impl Fn(Motion) -> bool) -> Result<(), Refusal> {
+        match self.motion {
+            allowed if motion(allowed) => Ok(()),
+            Motion::Stopping(_) => Err(Refusal::Stopping),
+            _ => Err(Refusal::Moves),
         }
+    }
+
+    fn command(&mut self, now: Millis, output: &mut Output<'_>, options: &Options, go: Go) {
+        if self.next.is_some_and(|next| next > now) {
+            self.wanted = Some(go);
+        } else {
+            if let Motion::Going(_) = self.motion {
+                self.unreported = self.unreported.saturating_add(1).min(2);
+            }
+            output.transmit(Transmit::MoveTo(go));
+            self.next = Some(now.after(options.motor_interval()));
+        }
+    }
+
+    /// Ends the command that waits for the motor, if there is one.
+    fn end(&mut self, output: &mut Output<'_>, outcome: Outcome<'static>) {
+        if let Some(token) = self.token.take() {
+            output.event(Event::ended(token, outcome));
+        }
+    }
+
+    /// Takes a report that the motor rests. If the motor was sent on before, nobody knows which motion the report is
+    /// about, unless everything was stopped meanwhile.
+    fn rests(&mut self, output: &mut Output<'_>, stops: &mut Stops, motor: MotorAddress) {
+        let is_sure = self.unreported < 2 || stops.is_obeyed();
+        if !is_sure {
+            stops.lose(MotorSet::of([motor]));
+        }
+        self.end(output, if is_sure { Outcome::Done(None) } else { Outcome::NotConfirmed });
+        if let Motion::Stopping(_) = self.motion {
+            let target = StopTarget::Motor(motor);
+            output.event(if is_sure { Event::Stopped(target) } else { Event::StopNotConfirmed(target) });
+        }
+        (self.motion, self.unreported) = (Motion::Resting, 0);
     }
 
     fn deadline(&self) -> Option<Millis> {
@@ -293,14 +377,33 @@ impl Hand {
     }
 }
 
-impl Known {
-    fn stop(&mut self) -> Send {
+impl Followed {
+    fn stop(&mut self, now: Millis, output: &mut Output<'_>, options: &Options) {
+        self.hand.motion = Motion::Stopping(now.after(options.stop_timeout()));
+        transmit_stop(output, self.stop_message());
+    }
+
+    /// Message that stops the motor. What waits is forgotten.
+    fn stop_message(&mut self) -> Transmit<'static> {
         (self.hand.wanted, self.hand.next) = (None, None);
-        Send::MoveTo(stop_of(self.motor.motor_address, Some(&self.motor)))
+        Transmit::MoveTo(stop_of(self.motor.motor_address, Some(&self.motor)))
+    }
+
+    /// Nothing follows the motor any more.
+    fn lose(&mut self, output: &mut Output<'_>, stops: &mut Stops, why: Failure) {
+        let motor = MotorAddress(self.motor.motor_address.number());
+        if self.hand.motion != Motion::Resting {
+            stops.lose(MotorSet::of([motor]));
+        }
+        if let Motion::Stopping(_) = self.hand.motion {
+            output.event(Event::StopNotConfirmed(StopTarget::Motor(motor)));
+        }
+        self.hand.end(output, Outcome::Failed(why));
+        self.hand = Hand::default();
     }
 }
 
-/// A stop at the last known place, with the greatest acceleration (safety decision 3).
+/// Stop at the last known position, with the greatest acceleration (safety decision 3).
 fn stop_of(motor: MotorAddress, known: Option<&Motor>) -> Go {
     let acceleration = known.map_or(RotationsPerSecondSquared(0.0), |known| known.max_max_acceleration);
     let motor = MotorAddress(motor.number());
@@ -312,7 +415,7 @@ fn go_of(message: &SetPositionSpeedAcceleration<'_>) -> Go {
     Go { motor: motor_address, position, speed, acceleration }
 }
 
-/// A command that is worth sending: to a motor's plain number, with numbers that mean something (decision K-N1).
+/// Motion that is worth sending: to a motor's plain number, with numbers that mean something (decision K-N1).
 pub(super) fn checked(go: Go) -> Result<Go, Refusal> {
     let positive = |number: f32| number.is_finite() && number > 0.0;
     if go.position.0.is_finite() && positive(go.speed.0) && positive(go.acceleration.0) {
@@ -322,7 +425,7 @@ pub(super) fn checked(go: Go) -> Result<Go, Refusal> {
     }
 }
 
-/// A jog that is worth sending.
+/// Jog that is worth sending.
 pub(super) fn checked_jog(
     motor: MotorAddress,
     speed: RotationsPerSecond,

@@ -1,82 +1,75 @@
-//! What the device says, and what a client makes of it (kOS 7.2 and 7.6).
+//! Messages from the device, and what a client makes of them (kOS 7.2 and 7.6).
 
 use motion_core::time::Millis;
 use motion_core::wire::{Bool, DecodeError};
 
 use super::Output;
-use super::io::Event;
+use super::event::{Event, Failure};
+use super::input::Get;
 use super::machine::{HostMachine, State};
-use super::requests::{Asker, Failure, Get, echoed};
-use super::send::PasswordOf;
+use super::requests::Asker;
+use super::transmit::PasswordOf;
 use crate::DeviceMessage;
 use crate::frame::{MessageId, MessageType};
 use crate::message::{
-    ErrorCode, ErrorStatus, Motor, MotorAddress, MotorCalibrated, MotorInfo, MotorPosition, MotorStatus, PlaybackStatus,
+    ErrorCode, ErrorStatus, Motor, MotorAddress, MotorCalibrated, MotorInfo, MotorPosition, MotorSet, MotorStatus,
 };
-use crate::summary::MotorSet;
 
 impl HostMachine {
-    pub(super) fn received(&mut self, now: Millis, output: &mut Output, message: &DeviceMessage<'_>) {
+    pub(super) fn received<'a>(&mut self, now: Millis, output: &mut Output<'a>, message: DeviceMessage<'a>) {
         self.heard(now);
         match message {
             DeviceMessage::DeviceInfo(info) => {
                 let status = info.playback_status;
-                if !self.answered(now, output, Get::DeviceInfo) {
-                    self.tracker.said(output, status);
-                } else if self.state == State::AwaitDeviceInfo {
-                    self.tracker.found(output, status);
-                    let echo = self.options.echo_password;
-                    self.unlock(now, output, if echo { PasswordOf::Device } else { PasswordOf::User });
+                if self.answered(now, output, Get::DeviceInfo, message) && self.state == State::AwaitDeviceInfo {
+                    self.playback.found(output, status);
+                    let device = PasswordOf::Device(info.device_password);
+                    self.unlock(now, output, if self.options.echo_password() { device } else { PasswordOf::User });
                 } else {
-                    self.tracker.said(output, status);
+                    self.playback.said(output, &mut self.stops, status);
                 }
             }
-            DeviceMessage::MotorInfo(info) => self.motor_info(now, output, info),
+            DeviceMessage::MotorInfo(info) => self.motor_info(now, output, &info),
             DeviceMessage::DeviceGUID(guid) => {
-                let guid = guid.to_bytes();
-                if self.answered(now, output, Get::DeviceGuid) && self.state == State::AwaitGuid {
-                    self.has_guid(now, output, guid);
+                if self.answered(now, output, Get::DeviceGuid, message) && self.state == State::AwaitGuid {
+                    self.has_guid(now, output, guid.to_bytes());
                 }
             }
             DeviceMessage::SoftwareID(software) => {
-                if self.answered(now, output, Get::SoftwareId) && self.state == State::AwaitSoftware {
+                if self.answered(now, output, Get::SoftwareId, message) && self.state == State::AwaitSoftware {
                     self.has_platform(output, Some(software.platform));
                 }
             }
             DeviceMessage::NetworkInfo(_) => {
-                self.answered(now, output, Get::NetworkInfo);
+                self.answered(now, output, Get::NetworkInfo, message);
             }
             DeviceMessage::LEDStatus(_) => {
-                self.answered(now, output, Get::LedStatus);
+                self.answered(now, output, Get::LedStatus, message);
             }
             DeviceMessage::TrajectoryData(_) => {
-                self.answered(now, output, Get::TrajectoryData);
+                self.answered(now, output, Get::TrajectoryData, message);
             }
-            DeviceMessage::MotorStatus(status) => self.motor_status(now, output, status),
-            DeviceMessage::PlaybackStatus(status) => self.playback_status(output, status),
-            DeviceMessage::ErrorStatus(error) => self.error(now, output, error),
+            DeviceMessage::MotorStatus(status) => self.motor_status(now, output, &status),
+            DeviceMessage::PlaybackStatus(status) => {
+                status.motors.iter().for_each(|&place| self.motors.is_at(place));
+                self.playback.status(now, output, &self.options, &mut self.stops, &status);
+            }
+            DeviceMessage::ErrorStatus(error) => self.error(now, output, &error),
             DeviceMessage::MotorPosition(MotorPosition { motor_address, position, .. }) => {
-                self.motors.rests(*motor_address, *position);
-                output.event(Event::MotorRests(*motor_address, *position));
+                output.event(Event::MotorRests(motor_address, position));
+                self.motors.rests(output, &mut self.stops, motor_address, position);
             }
-            DeviceMessage::MotorCalibrated(message) => self.calibrated(now, output, message),
+            DeviceMessage::MotorCalibrated(message) => self.calibrated(now, output, &message),
             DeviceMessage::AuxInputStatus(inputs) => output.event(Event::Inputs(inputs.status)),
-            DeviceMessage::UnsupportedMessage(message) => {
-                let echo = echoed(message.message.0);
-                output.event(Event::Unsupported(echo.map(|(id, _)| id)));
-                let question = echo.filter(|&(_, kind)| kind == MessageType::GET).and_then(|(id, _)| Get::of(id));
-                if let Some(get) = question {
-                    self.failed(now, output, get, Failure::Unsupported);
-                }
-            }
-            DeviceMessage::Other(_) => output.event(Event::Told(message.id())),
+            DeviceMessage::UnsupportedMessage(message) => self.unsupported(now, output, message.message.0),
+            DeviceMessage::Other(_) => output.event(Event::Unsolicited(message)),
         }
     }
 
     pub(super) fn malformed(
         &mut self,
         now: Millis,
-        output: &mut Output,
+        output: &mut Output<'_>,
         (id, kind): (MessageId, MessageType),
         error: DecodeError,
     ) {
@@ -88,7 +81,20 @@ impl HostMachine {
         }
     }
 
-    fn motor_info(&mut self, now: Millis, output: &mut Output, info: &MotorInfo<'_>) {
+    /// The device does not know a message. It sends back as much of it as fits, from the version byte on.
+    fn unsupported(&mut self, now: Millis, output: &mut Output<'_>, echo: &[u8]) {
+        let (id, kind) = match *echo {
+            [_, _, _, i0, i1, kind, ..] => (Some(MessageId(u16::from_be_bytes([i0, i1]))), Some(MessageType(kind))),
+            _ => (None, None),
+        };
+        let action = echo.get(6).copied().filter(|_| id == Some(MessageId::ACTION));
+        output.event(Event::Unsupported { id, kind, action });
+        if let Some(get) = id.filter(|_| kind == Some(MessageType::GET)).and_then(Get::of) {
+            self.failed(now, output, get, Failure::Unsupported);
+        }
+    }
+
+    fn motor_info<'a>(&mut self, now: Millis, output: &mut Output<'a>, info: &MotorInfo<'a>) {
         let mut all = true;
         for motor in info.motors.iter() {
             all &= self.motors.learn(motor);
@@ -99,8 +105,8 @@ impl HostMachine {
         if info.more {
             return self.more(now, Get::MotorInfo);
         }
-        if self.answered(now, output, Get::MotorInfo) {
-            self.motors.end_series();
+        if self.answered(now, output, Get::MotorInfo, (*info).into()) {
+            self.motors.end_series().iter().for_each(|motor| self.forget(output, motor));
             if self.state == State::AwaitMotorInfo {
                 self.has_motors(now, output);
             }
@@ -110,7 +116,7 @@ impl HostMachine {
         self.calibration.known(output, |motor| motors.get(motor).is_some_and(Motor::is_calibrated));
     }
 
-    fn motor_status(&mut self, now: Millis, output: &mut Output, status: &MotorStatus<'_>) {
+    fn motor_status(&mut self, now: Millis, output: &mut Output<'_>, status: &MotorStatus<'_>) {
         let mut told = MotorSet::NONE;
         for presence in status.motors.0 {
             let motor = MotorAddress(presence.motor_address().number());
@@ -121,29 +127,30 @@ impl HostMachine {
             let online = presence.online_status() != Bool::FALSE;
             output.event(Event::MotorOnline(motor, online));
             if !online {
-                self.motors.forget(motor);
+                self.forget(output, motor);
             } else if self.motors.get(motor).is_none() {
                 self.ask(now, output, Get::MotorInfo, Asker::Machine);
             }
         }
     }
 
-    fn playback_status(&mut self, output: &mut Output, status: &PlaybackStatus<'_>) {
-        for &place in status.motors {
-            self.motors.is_at(place);
+    /// A motor is not there any more. If it is part of a move that runs, it may come back and still move.
+    fn forget(&mut self, output: &mut Output<'_>, motor: MotorAddress) {
+        if self.playback.moving().contains(motor) {
+            self.stops.lose(MotorSet::of([motor]));
         }
-        self.tracker.status(output, status);
+        self.motors.forget(output, &mut self.stops, motor);
     }
 
-    /// What is said of the range is not all: the motors are asked for, and that counts (decision K-M8).
-    fn calibrated(&mut self, now: Millis, output: &mut Output, message: &MotorCalibrated<'_>) {
+    /// The message does not say all of the range: the motors are asked for, and that counts (decision K-M8).
+    fn calibrated(&mut self, now: Millis, output: &mut Output<'_>, message: &MotorCalibrated<'_>) {
         self.motors.calibrated(message);
         self.calibration.calibrated(message.motor_address);
         output.event(Event::MotorChanged(message.motor_address));
         self.ask(now, output, Get::MotorInfo, Asker::Machine);
     }
 
-    fn error(&mut self, now: Millis, output: &mut Output, error: &ErrorStatus<'_>) {
+    fn error(&mut self, now: Millis, output: &mut Output<'_>, error: &ErrorStatus<'_>) {
         let (code, motor) = (error.error_code, error.motor_address);
         output.event(Event::Error(code, motor));
         if code == ErrorCode::LOCKED_OUT {
@@ -152,13 +159,14 @@ impl HostMachine {
             }
             return;
         }
+        self.motors.error(output, code, motor);
         if code.resets_axis() {
-            self.motors.lost_range(motor);
             output.event(Event::MotorChanged(motor));
         }
         self.calibration.error(output, code, motor);
-        if self.tracker.error(output, code) {
-            self.stop_move(now, output);
+        if self.playback.error(output, code) {
+            self.await_rest();
+            self.stop_playback(now, output);
             self.raise_fence(now, output);
         }
     }

@@ -5,8 +5,9 @@ use motion_core::lint::{Lints, Severity};
 use super::{Context, address, common, not_negative, password, trajectory, unknown, yes_or_no, zero};
 use crate::HostMessage;
 use crate::message::{
-    AxisKind, BumpPositionSpeedAcceleration, JOG_DISTANCE, Motor, MotorAddress, PlaybackDirection, Rotations,
-    RotationsPerSecond, RotationsPerSecondSquared, Seconds, SetPositionSpeedAcceleration, TakePicture,
+    AxisKind, BumpPositionSpeedAcceleration, DevicePassword, JOG_DISTANCE, Motor, MotorAddress, PlaybackDirection,
+    Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds, SetPositionSpeedAcceleration, TakePicture,
+    UserPassword,
 };
 
 impl HostMessage<'_> {
@@ -28,9 +29,10 @@ impl HostMessage<'_> {
                 lints.named("master_status", message.master_status.0, message.master_status.name());
                 lints.named("slave_status", message.slave_status.0, message.slave_status.name());
             }
-            Self::SetUserPassword(message) | Self::SetDevicePassword(message) => {
+            Self::SetUserPassword(UserPassword { password: given, .. })
+            | Self::SetDevicePassword(DevicePassword { password: given, .. }) => {
                 let ascii = if context.counts_bytes { Severity::Warning } else { Severity::Error };
-                password(&mut lints, "password", message.password, ascii);
+                password(&mut lints, "password", *given, ascii);
             }
             Self::SetTrajectoryData(message) => trajectory::check(&mut lints, context, message),
             Self::ResetAxis(message) => {

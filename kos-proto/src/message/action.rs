@@ -1,6 +1,6 @@
 //! Actions: what a client tells a device to do.
 
-use motion_core::wire::Bool;
+use motion_core::wire::{Bool, Conduct, Purpose};
 use motion_core::{message, open_enum};
 
 use super::{MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds};
@@ -12,6 +12,19 @@ pub const JOG_DISTANCE: Rotations = Rotations(25_000.0);
 const FALLBACK: RotationsPerSecondSquared = RotationsPerSecondSquared(50.0);
 
 message! {
+    /// Start the device anew. It answers nothing, and closes all connections. Source: kOS, `ResetDevice`.
+    #[derive(Default)]
+    pub struct ResetDevice<'a> in BE {}
+
+    /// Stop all motors and the move: answered by `PlaybackStatus` `FullStop`, and one `MotorPosition` for each motor at
+    /// rest. Source: kOS, `StopPlayback`; safety decisions 2 and 8.
+    #[derive(Default)]
+    pub struct StopPlayback<'a> in BE {}
+
+    /// Send the motors of the stored move to where it begins. Source: kOS, `RapidToFirstKeyFrame`.
+    #[derive(Default)]
+    pub struct RapidToFirstKeyFrame<'a> in BE {}
+
     /// Forget the range of a motor, or of all: answered by `MotorCalibrated`, but for all by nothing.
     ///
     /// Source: kOS, `ResetAxis`.
@@ -33,6 +46,7 @@ message! {
     }
 
     /// Play the move: go to its begin first, if need be. Source: kOS, `StartPlayback`; decision K-J7.
+    #[derive(Default)]
     pub struct StartPlayback<'a> in BE {
         /// Which way; 0.
         direction: PlaybackDirection,
@@ -41,6 +55,7 @@ message! {
     }
 
     /// Take one photo. Source: kOS, `TakePicture`.
+    #[derive(Default)]
     pub struct TakePicture<'a> in BE {
         /// 0.
         motor_address: MotorAddress,
@@ -51,6 +66,7 @@ message! {
     /// Get ready to play the move: answered by `PlaybackStatus`, in the end `SetupCompleted`.
     ///
     /// Source: kOS, `SetupPlayback`; decision K-J7.
+    #[derive(Default)]
     pub struct SetupPlayback<'a> in BE {
         /// Which way; 0.
         direction: PlaybackDirection,
@@ -100,7 +116,55 @@ open_enum! {
     }
 }
 
+/// Direction in which a move is played.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Direction {
+    /// From the begin of the move.
+    Forward,
+    /// From the end of the move.
+    Reverse,
+}
+
+impl Direction {
+    /// Direction of a message; `None` where the number has no known meaning.
+    #[must_use]
+    pub const fn of(direction: PlaybackDirection) -> Option<Self> {
+        match direction {
+            PlaybackDirection::FORWARD => Some(Self::Forward),
+            PlaybackDirection::REVERSE => Some(Self::Reverse),
+            _ => None,
+        }
+    }
+
+    /// Number of the direction in a message.
+    #[must_use]
+    pub const fn as_sent(self) -> PlaybackDirection {
+        match self {
+            Self::Forward => PlaybackDirection::FORWARD,
+            Self::Reverse => PlaybackDirection::REVERSE,
+        }
+    }
+
+    /// The opposite direction.
+    #[must_use]
+    pub const fn back(self) -> Self {
+        match self {
+            Self::Forward => Self::Reverse,
+            Self::Reverse => Self::Forward,
+        }
+    }
+}
+
+/// Conduct of a message that moves a motor, or stops it by speed 0 (safety decision 3).
+const fn by_speed(speed: RotationsPerSecond) -> Conduct {
+    if speed.0 == 0.0 { Conduct::new(Purpose::Stops) } else { Conduct::new(Purpose::Moves).once() }
+}
+
 impl SetPositionSpeedAcceleration<'_> {
+    pub(super) const fn conduct(&self) -> Conduct {
+        by_speed(self.speed)
+    }
+
     /// Stops a motor (safety decision 3).
     ///
     /// `last_known` is where a calibrated motor is, as commands count (see `Motor::relative_position`), so that a
@@ -149,18 +213,22 @@ impl SetPositionSpeedAcceleration<'_> {
         Self { motor_address, position, speed, acceleration, tail: &[] }
     }
 
-    /// Whether it stops the motor.
+    /// Whether the message stops the motor.
     #[must_use]
-    pub fn is_stop(&self) -> bool {
-        self.speed.0 == 0.0
+    pub const fn is_stop(&self) -> bool {
+        self.conduct().is_stop()
     }
 }
 
 impl BumpPositionSpeedAcceleration<'_> {
-    /// Whether it stops the motor.
+    pub(super) const fn conduct(&self) -> Conduct {
+        by_speed(self.speed)
+    }
+
+    /// Whether the message stops the motor.
     #[must_use]
-    pub fn is_stop(&self) -> bool {
-        self.speed.0 == 0.0
+    pub const fn is_stop(&self) -> bool {
+        self.conduct().is_stop()
     }
 }
 

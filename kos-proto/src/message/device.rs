@@ -10,9 +10,34 @@ use zerocopy::ByteOrder;
 use super::{Normalized, PlaybackState, Seconds};
 
 message! {
+    /// The line is in use. Not answered. Source: kOS, USB; decision K-U6.
+    #[derive(Default)]
+    pub struct KeepAlive<'a> in BE {}
+
+    /// What do the lamps do? Source: kOS, (Get)`LEDStatus`.
+    #[derive(Default)]
+    pub struct GetLEDStatus<'a> in BE {}
+
+    /// What is the device, and what does it do at present? Source: kOS, (Get)`DeviceInfo`.
+    #[derive(Default)]
+    pub struct GetDeviceInfo<'a> in BE {}
+
+    /// Which move is stored? Source: kOS, (Get)`TrajectoryData`.
+    #[derive(Default)]
+    pub struct GetTrajectoryData<'a> in BE {}
+
+    /// Which of all devices is it? Source: kOS, (Get)`DeviceGUID`.
+    #[derive(Default)]
+    pub struct GetDeviceGUID<'a> in BE {}
+
+    /// Which platform calibrated the motors? Source: kOS, (Get)`SoftwareID`.
+    #[derive(Default)]
+    pub struct GetSoftwareID<'a> in BE {}
+
     /// Where are you in the network? On UDP it finds devices; on TCP it keeps the connection alive.
     ///
     /// Source: kOS, (Get)`NetworkInfo`; decisions K-D2 to K-D5.
+    #[derive(Default)]
     pub struct GetNetworkInfo<'a> in BE {
         ;
         /// Whether the device shall answer by broadcast to 255.255.255.255. Left out, it means no.
@@ -22,6 +47,7 @@ message! {
     /// Where the device is in the network: asked, and every five seconds while no client is connected.
     ///
     /// Source: kOS, `NetworkInfo`; decisions K-D2, K-D3 and K-D6.
+    #[derive(Default)]
     pub struct NetworkInfo<'a> in BE {
         /// Whether it got its address from a server.
         dhcp: Bool,
@@ -73,17 +99,27 @@ message! {
         photo_count: Newer<u32>,
     }
 
-    /// A password: of this session under `SetUserPassword`, to be stored under `SetDevicePassword`.
+    /// Password of this session.
     ///
     /// Sent as bytes, which the length counts; with ASCII, peers that count characters agree. Source: kOS,
-    /// UserPassword, DevicePassword; decisions K-T1 to K-T4 and K-P1 to K-P6.
-    pub struct SetPassword<'a> in BE {
+    /// `UserPassword`; decisions K-T1 to K-T4 and K-P1 to K-P6.
+    pub struct UserPassword<'a> in BE {
+        ;
+        /// The password; empty for none.
+        password: Password<'a>,
+    }
+
+    /// Password that the device shall store.
+    ///
+    /// Sent as bytes, as [`UserPassword`] is. Source: kOS, `DevicePassword`; decisions K-T1 to K-T4 and K-P1 to K-P6.
+    pub struct DevicePassword<'a> in BE {
         ;
         /// The password; empty for none.
         password: Password<'a>,
     }
 
     /// The lamps of the device and of its slave. Source: kOS, `LEDStatus`.
+    #[derive(Default)]
     pub struct LEDStatus<'a> in BE {
         /// The lamp of the device.
         master_status: LedMode,
@@ -101,6 +137,7 @@ message! {
     /// The platform of the client that calibrated the motors; another one voids what it stored.
     ///
     /// Source: kOS, `SoftwareID`; safety decision 9, decision K-P8.
+    #[derive(Default)]
     pub struct SoftwareID<'a> in BE {
         /// Its number. The specification lists none.
         platform: u8,

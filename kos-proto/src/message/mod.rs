@@ -10,19 +10,23 @@ mod action;
 mod device;
 mod dialect;
 mod motor;
+mod motor_set;
 mod notification;
 mod units;
 
 pub use action::{
-    BumpPositionSpeedAcceleration, JOG_DISTANCE, MarkBeginPosition, MarkEndPosition, PlaybackDirection, ResetAxis,
-    SetPositionSpeedAcceleration, SetupPlayback, StartPlayback, TakePicture,
+    BumpPositionSpeedAcceleration, Direction, JOG_DISTANCE, MarkBeginPosition, MarkEndPosition, PlaybackDirection,
+    RapidToFirstKeyFrame, ResetAxis, ResetDevice, SetPositionSpeedAcceleration, SetupPlayback, StartPlayback,
+    StopPlayback, TakePicture,
 };
 pub use device::{
-    AuxInputs, DeviceGUID, DeviceInfo, DeviceType, FirmwareVersion, GetNetworkInfo, Ipv4, LEDStatus, LedMode,
-    MacAddress, NetworkInfo, PlaybackMode, SetPassword, SoftwareID,
+    AuxInputs, DeviceGUID, DeviceInfo, DevicePassword, DeviceType, FirmwareVersion, GetDeviceGUID, GetDeviceInfo,
+    GetLEDStatus, GetNetworkInfo, GetSoftwareID, GetTrajectoryData, Ipv4, KeepAlive, LEDStatus, LedMode, MacAddress,
+    NetworkInfo, PlaybackMode, SoftwareID, UserPassword,
 };
-pub use motion_core::wire::{Empty, Other};
-pub use motor::{AxisKind, Motor, MotorEntry, MotorInfo, MotorInfos, OldMotorEntry};
+pub use motion_core::wire::{Block16, Bool, Bytes, Conduct, Counted, Newer, Other, Password, Purpose, Rest};
+pub use motor::{AxisKind, GetMotorInfo, Motor, MotorEntry, MotorInfo, MotorInfos, OldMotorEntry};
+pub use motor_set::{MOTORS, MotorSet};
 pub use notification::{
     AuxInputStatus, ErrorCode, ErrorStatus, MotorCalibrated, MotorPlace, MotorPosition, MotorPresence, MotorStatus,
     MotorType, Photos, PlaybackState, PlaybackStatus, UnsupportedMessage,
@@ -30,68 +34,69 @@ pub use notification::{
 pub use units::{MotorAddress, Normalized, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds};
 
 use motion_core::messages;
-use motion_core::wire::{DecodeError, EncodeError, FieldView, Fields, Messages, Value, Visitor};
+use motion_core::wire::{FieldView, Fields, Messages, Value, Visitor};
 
-use crate::frame::{self, Frame, MessageId, MessageType};
-use crate::lint::Context;
+use crate::frame::{self, MessageId, MessageType};
 use crate::trajectory::TrajectoryData;
 
 messages! {
-    /// What a client, the host, sends.
-    pub enum HostMessage<'a> {
+    /// Message from the client, or host. Each row states how the message may be treated: see [`Conduct`].
+    pub enum HostMessage<'a> from host {
         /// The line is in use: every four seconds over USB.
-        0x0000_00_00 => KeepAlive(Empty<'a>),
-        /// Where are you in the network?
-        0x0002_01_00 => GetNetworkInfo(GetNetworkInfo<'a>),
-        /// What do the lamps do?
-        0x0007_01_00 => GetLEDStatus(Empty<'a>),
-        /// Switch the lamps.
-        0x0007_00_00 => SetLEDStatus(LEDStatus<'a>),
-        /// Where are the motors, and how far do they go?
-        0x000B_01_00 => GetMotorInfo(Empty<'a>),
-        /// What are you, and what do you do just now? The first message of a connection.
-        0x000F_01_00 => GetDeviceInfo(Empty<'a>),
-        /// The password of this session.
-        0x0010_00_00 => SetUserPassword(SetPassword<'a>),
-        /// Store another password; it locks this session until the new one is sent.
-        0x0011_00_00 => SetDevicePassword(SetPassword<'a>),
-        /// Which move have you stored?
-        0x0012_01_00 => GetTrajectoryData(Empty<'a>),
-        /// Store this move.
-        0x0012_00_00 => SetTrajectoryData(TrajectoryData<'a>),
-        /// Which of all devices are you?
-        0x001F_01_00 => GetDeviceGUID(Empty<'a>),
-        /// Which platform calibrated the motors?
-        0x0026_01_00 => GetSoftwareID(Empty<'a>),
-        /// This platform calibrates the motors.
-        0x0026_00_00 => SetSoftwareID(SoftwareID<'a>),
-        /// Start anew: the connection is lost.
-        0x0080_00_01 => ResetDevice(Empty<'a>),
-        /// Forget the range of a motor, or of all.
-        0x0080_00_02 => ResetAxis(ResetAxis<'a>),
-        /// The range of a motor begins here.
-        0x0080_00_03 => MarkBeginPosition(MarkBeginPosition<'a>),
-        /// The range of a motor ends here.
-        0x0080_00_04 => MarkEndPosition(MarkEndPosition<'a>),
-        /// Play the move.
-        0x0080_00_05 => StartPlayback(StartPlayback<'a>),
-        /// Stop everything, also while locked (safety decisions 2 and 8).
-        0x0080_00_06 => StopPlayback(Empty<'a>),
-        /// Go to where the move begins.
-        0x0080_00_07 => RapidToFirstKeyFrame(Empty<'a>),
-        /// Take one photo.
-        0x0080_00_09 => TakePicture(TakePicture<'a>),
-        /// Get ready to play the move.
-        0x0080_00_0F => SetupPlayback(SetupPlayback<'a>),
-        /// Go to a position, or stop.
-        0x0080_00_1C => SetPositionSpeedAcceleration(SetPositionSpeedAcceleration<'a>),
-        /// Go a distance, or stop.
-        0x0080_00_28 => BumpPositionSpeedAcceleration(BumpPositionSpeedAcceleration<'a>),
+        0x0000_00_00 => KeepAlive(KeepAlive<'a>) [sets],
+        /// Asks where the device is in the network.
+        0x0002_01_00 => GetNetworkInfo(GetNetworkInfo<'a>) [asks],
+        /// Asks for the lamps.
+        0x0007_01_00 => GetLEDStatus(GetLEDStatus<'a>) [asks],
+        /// Switches the lamps.
+        0x0007_00_00 => SetLEDStatus(LEDStatus<'a>) [sets],
+        /// Asks for the motors: where they are, and how far they go.
+        0x000B_01_00 => GetMotorInfo(GetMotorInfo<'a>) [asks],
+        /// Asks what the device is, and what it does at present. The first message of a connection.
+        0x000F_01_00 => GetDeviceInfo(GetDeviceInfo<'a>) [asks],
+        /// Tells the password of this session.
+        0x0010_00_00 => SetUserPassword(UserPassword<'a>) [sets],
+        /// Stores another password in the device; it locks this session until the new one is sent.
+        0x0011_00_00 => SetDevicePassword(DevicePassword<'a>) [sets once],
+        /// Asks for the move that is stored.
+        0x0012_01_00 => GetTrajectoryData(GetTrajectoryData<'a>) [asks],
+        /// Stores a move.
+        0x0012_00_00 => SetTrajectoryData(TrajectoryData<'a>) [arms once],
+        /// Asks for the number that no other device has.
+        0x001F_01_00 => GetDeviceGUID(GetDeviceGUID<'a>) [asks],
+        /// Asks which platform calibrated the motors.
+        0x0026_01_00 => GetSoftwareID(GetSoftwareID<'a>) [asks],
+        /// Stores which platform calibrates the motors.
+        0x0026_00_00 => SetSoftwareID(SoftwareID<'a>) [sets],
+        /// Starts the device anew: the connection is lost.
+        0x0080_00_01 => ResetDevice(ResetDevice<'a>) [resets once],
+        /// Forgets the range of a motor, or of all motors.
+        0x0080_00_02 => ResetAxis(ResetAxis<'a>) [sets once],
+        /// Marks where the range of a motor begins.
+        0x0080_00_03 => MarkBeginPosition(MarkBeginPosition<'a>) [sets once],
+        /// Marks where the range of a motor ends.
+        0x0080_00_04 => MarkEndPosition(MarkEndPosition<'a>) [sets once],
+        /// Plays the move.
+        0x0080_00_05 => StartPlayback(StartPlayback<'a>) [moves once],
+        /// Stops everything, also while locked (safety decisions 2 and 8).
+        0x0080_00_06 => StopPlayback(StopPlayback<'a>) [stops],
+        /// Sends the motors to where the move begins.
+        0x0080_00_07 => RapidToFirstKeyFrame(RapidToFirstKeyFrame<'a>) [moves once],
+        /// Takes one photo.
+        0x0080_00_09 => TakePicture(TakePicture<'a>) [sets once],
+        /// Makes the move ready to be played.
+        0x0080_00_0F => SetupPlayback(SetupPlayback<'a>) [arms once],
+        /// Sends a motor to a position, or stops it.
+        0x0080_00_1C => SetPositionSpeedAcceleration(SetPositionSpeedAcceleration<'a>)
+            [by SetPositionSpeedAcceleration::conduct],
+        /// Sends a motor a distance, or stops it.
+        0x0080_00_28 => BumpPositionSpeedAcceleration(BumpPositionSpeedAcceleration<'a>)
+            [by BumpPositionSpeedAcceleration::conduct],
     }
 }
 
 messages! {
-    /// What a device sends.
+    /// Message from the device.
     pub enum DeviceMessage<'a> {
         /// Where I am in the network, asked or not.
         0x0002_02_00 => NetworkInfo(NetworkInfo<'a>),
@@ -139,39 +144,25 @@ impl<'a, M: Messages<'a>> Fields for Numbered<'_, M> {
     }
 }
 
-macro_rules! sides {
+macro_rules! specified {
     ($($side:ident)*) => {$(
-        impl<'a> $side<'a> {
-            /// Decodes a message from this side.
-            ///
-            /// An id, type, action or notification that is not known from this side gives `Other`, never an error.
-            ///
-            /// # Errors
-            ///
-            /// [`DecodeError`], if the body ends before the fields of its kind do. The frame itself is sound.
-            // Who matches on the message at once, as all do, then never builds it.
-            #[inline(always)]
-            pub fn decode(frame: &Frame<'a>) -> Result<Self, DecodeError> {
-                let (number, body) = frame.number_and_body()?;
-                Self::decode_body(number, body)
-            }
-
-            /// What it is about.
+        impl $side<'_> {
+            /// Id of the message: the subject.
             #[must_use]
             #[inline]
             pub fn id(&self) -> MessageId {
                 frame::parts(self.number()).0
             }
 
-            /// Whether it sets, asks or answers.
+            /// Type of the message: whether it sets, asks or answers.
             #[must_use]
             #[inline]
             pub fn kind(&self) -> MessageType {
                 frame::parts(self.number()).1
             }
 
-            /// What the specification calls it, without saying whether it sets or asks: `LEDStatus`, `StartPlayback`;
-            /// `Action` or `Notification` where only its number is known, otherwise `Other`.
+            /// Name of the message in the specification, which does not say whether it sets or asks: `LEDStatus`,
+            /// `StartPlayback`. `Action` or `Notification` if only its number is known, otherwise `Other`.
             #[must_use]
             pub fn specification_name(&self) -> &'static str {
                 let name = self.name();
@@ -182,36 +173,7 @@ macro_rules! sides {
                     _ => name,
                 }
             }
-
-            /// Bytes of the whole message, header included.
-            #[must_use]
-            #[inline]
-            pub fn encoded_len(&self) -> usize {
-                frame::message_len(self)
-            }
-
-            /// Writes the whole message to the front of `out`, and says how many bytes it took.
-            ///
-            /// # Errors
-            ///
-            /// [`EncodeError`], if it does not fit, or a reader would take it for something else.
-            #[inline]
-            pub fn encode_into(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
-                frame::encode_message(self, out)
-            }
-
-            /// Writes it like [`encode_into`](Self::encode_into), unless [`lint`](Self::lint) finds an error.
-            ///
-            /// # Errors
-            ///
-            /// [`EncodeError::Refused`] with the first error that was found, and those of `encode_into`.
-            pub fn encode_checked(&self, context: &Context<'_>, out: &mut [u8]) -> Result<usize, EncodeError> {
-                match self.lint(context).first_error() {
-                    Some(error) => Err(EncodeError::Refused(error)),
-                    None => self.encode_into(out),
-                }
-            }
         }
     )*};
 }
-sides! { HostMessage DeviceMessage }
+specified! { HostMessage DeviceMessage }

@@ -1,12 +1,16 @@
 //! What a device says of its motors: where they are, how far and how fast they go.
 
-use core::fmt;
-
 use motion_core::wire::{Counted, DecodeError, EncodeError, Fields, Message, Row, Visitor};
 use motion_core::{__message_features, element, message};
 
 use super::dialect::{Dialect, exact};
 use super::{MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
+
+message! {
+    /// Where are the motors, and how far do they go? Source: kOS, (Get)`MotorInfo`.
+    #[derive(Default)]
+    pub struct GetMotorInfo<'a> in BE {}
+}
 
 element! {
     /// One motor of a [`MotorInfo`].
@@ -134,18 +138,9 @@ impl AxisKind {
     }
 }
 
-// A derived one of so many fields cannot be proven free of panics.
-impl fmt::Debug for Motor {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Motor")
-            .field("motor_address", &self.motor_address)
-            .field("position", &self.position)
-            .field("begin_position", &self.begin_position)
-            .field("end_position", &self.end_position)
-            .field("max_max_setup_speed", &self.max_max_setup_speed)
-            .field("max_max_move_speed", &self.max_max_move_speed)
-            .field("max_max_acceleration", &self.max_max_acceleration)
-            .finish()
+motion_core::debug! {
+    Motor {
+        motor_address position begin_position end_position max_max_setup_speed max_max_move_speed max_max_acceleration
     }
 }
 

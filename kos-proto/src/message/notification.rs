@@ -15,6 +15,7 @@ message! {
     }
 
     /// Something failed. Source: kOS, `ErrorStatus`; safety decision 9, decisions K-P3 and K-P12.
+    #[derive(Default)]
     pub struct ErrorStatus<'a> in BE {
         /// What.
         error_code: ErrorCode,
@@ -23,6 +24,7 @@ message! {
     }
 
     /// A motor rests: once for each time it was told to move. Source: kOS, `MotorPosition`; decision K-M10.
+    #[derive(Default)]
     pub struct MotorPosition<'a> in BE {
         /// Which motor.
         motor_address: MotorAddress,
@@ -31,6 +33,7 @@ message! {
     }
 
     /// An input changed. Source: kOS, `AuxInputStatus`.
+    #[derive(Default)]
     pub struct AuxInputStatus<'a> in BE {
         /// All inputs.
         status: AuxInputs,

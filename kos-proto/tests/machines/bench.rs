@@ -1,15 +1,14 @@
 //! A device on the bench: a machine, a clock, and what came of the last step in words.
 
+use kos_proto::Transport;
 use kos_proto::device::{
-    DeviceMachine, Event, Input, MotorProfile, Options, Output, Profile, Report, Scratch, Send, SessionId, To, What,
+    Contents, Destination, DeviceMachine, Effect, Event, Input, MotorSpecs, Options, Output, Report, Scratch,
+    SessionId, Source, Transmit,
 };
 use kos_proto::message::*;
-use kos_proto::summary::Transport;
 use kos_proto::trajectory::*;
-use kos_proto::{DeviceMessage, Frame, HostMessage};
+use kos_proto::{DeviceMessage, Frame, HostMessage, Millis};
 use laws::machine::step;
-use motion_core::time::Millis;
-use motion_core::wire::{Bool, Password};
 
 pub(super) const ZERO: SessionId = SessionId(0);
 pub(super) const ONE: SessionId = SessionId(1);
@@ -25,7 +24,7 @@ pub(super) struct Bench {
     /// What was sent since it was looked at.
     pub(super) said: Vec<String>,
     /// What the rig was told since it was looked at.
-    pub(super) told: Vec<Event>,
+    pub(super) told: Vec<Event<'static>>,
     pub(super) wake: Option<u64>,
 }
 
@@ -44,27 +43,36 @@ impl Bench {
         Self { machine, now: 1000, password: b"", said: Vec::new(), told: Vec::new(), wake: None }
     }
 
-    pub(super) fn step(&mut self, input: Input<'_>) {
+    pub(super) fn step(&mut self, input: Input<'static>) {
         let (machine, output): (_, Output) = step(self.machine.clone(), Millis(self.now), input);
         self.machine = machine;
         self.wake = output.wake.map(|wake| wake.0);
-        for send in &output.send {
-            check(send);
-            self.said.push(text(send));
+        stops_first(&output);
+        for effect in output {
+            match effect {
+                Effect::Transmit(transmit) => {
+                    check(&transmit);
+                    self.said.push(text(&transmit));
+                }
+                Effect::Event(event) => self.told.push(event),
+            }
         }
-        self.told.extend(output.events);
     }
 
     pub(super) fn open(&mut self, session: SessionId, transport: Transport) {
-        self.step(Input::Opened { session, transport, password: Password(self.password) });
+        self.step(Input::LinkUp { session, transport, password: Password(self.password) });
     }
 
-    pub(super) fn from(&mut self, session: SessionId, message: HostMessage<'_>) {
-        self.step(Input::Received { session, message, password: Password(self.password) });
+    /// A client sends a message.
+    pub(super) fn from<'a>(&mut self, session: SessionId, message: impl Into<HostMessage<'a>>) {
+        let message = message.into();
+        let mut bytes = vec![0; message.encoded_len()];
+        message.encode_into(&mut bytes).unwrap();
+        self.step(Input::received(session, &Frame::decode(bytes.leak()).unwrap(), Password(self.password)));
     }
 
-    /// The first client says something.
-    pub(super) fn hear(&mut self, message: HostMessage<'_>) {
+    /// The first client sends a message.
+    pub(super) fn hear<'a>(&mut self, message: impl Into<HostMessage<'a>>) {
         self.from(ZERO, message);
     }
 
@@ -93,7 +101,7 @@ impl Bench {
         while left > 0 {
             let part = left.min(10_000);
             self.pass(part);
-            self.hear(HostMessage::KeepAlive(EMPTY));
+            self.hear(KeepAlive::default());
             left -= part;
         }
     }
@@ -104,7 +112,7 @@ impl Bench {
     }
 
     /// What the rig was told since it was asked last.
-    pub(super) fn told(&mut self) -> Vec<Event> {
+    pub(super) fn told(&mut self) -> Vec<Event<'static>> {
         std::mem::take(&mut self.told)
     }
 
@@ -127,7 +135,7 @@ impl Bench {
         let mut bench = Self::new(options);
         bench.calibrate(1);
         bench.calibrate(2);
-        bench.hear(HostMessage::SetTrajectoryData(data));
+        bench.hear(HostMessage::from(data));
         assert_eq!(bench.machine.playback().name(), "Loaded", "{:?}", bench.told());
         bench.clear();
         bench
@@ -144,13 +152,28 @@ impl Bench {
     }
 }
 
+/// What stops something stands before all that tells of it: the end of the move, an error, or where motors rest.
+pub(super) fn stops_first(output: &Output<'_>) {
+    let stop = |effect: &Effect<'_>| matches!(effect, Effect::Event(Event::StopAll | Event::StopMotor { .. }));
+    let Some(stop) = output.effects.iter().position(stop) else { return };
+    let early = output.effects[..stop].iter().find(|effect| {
+        let Effect::Transmit(transmit) = effect else { return false };
+        match transmit.contents {
+            Contents::PlaybackStatus { state, .. } => state == PlaybackState::FULL_STOP,
+            Contents::ErrorStatus { .. } => true,
+            _ => false,
+        }
+    });
+    assert_eq!(early, None, "told before it is done: {output:?}");
+}
+
 /// Every message can be made, and read again.
-fn check(send: &Send) {
-    let motors = [MotorProfile { motor_type: MotorType::FIZ, ..MotorProfile::default() }; 3];
+fn check(transmit: &Transmit<'_>) {
+    let motors = [MotorSpecs { motor_type: MotorType::FIZ, ..MotorSpecs::default() }; 3];
     for older_dialect in [false, true] {
-        let profile = Profile { older_dialect, motors: &motors, received: &[4, 0, 6, 0, 0], ..Profile::default() };
+        let source = Source { older_dialect, motors: &motors, ..Source::default() };
         let mut scratch = Scratch::default();
-        let message = send.message(&profile, &mut scratch);
+        let message = transmit.message(&source, &mut scratch);
         let mut bytes = vec![0; message.encoded_len()];
         assert_eq!(message.encode_into(&mut bytes), Ok(bytes.len()), "{message}");
         let frame = Frame::decode(&bytes).unwrap();
@@ -159,33 +182,32 @@ fn check(send: &Send) {
 }
 
 /// A message in few words: to whom, what.
-fn text(send: &Send) -> String {
-    let to: String = match send.to {
-        To::Sessions(sessions) => sessions.iter().map(|session| session.0.to_string()).collect(),
-        To::Broadcast => "all".into(),
-        To::Asker => "asker".into(),
+fn text(transmit: &Transmit<'_>) -> String {
+    let to: String = match transmit.destination {
+        Destination::Sessions(sessions) => sessions.iter().map(|session| session.0.to_string()).collect(),
+        Destination::Broadcast => "all".into(),
+        Destination::Datagram(address) => address.to_string(),
     };
-    let what = match &send.what {
-        What::PlaybackStatus { state, .. } => state.to_string(),
-        What::ErrorStatus { code, motor } => format!("error {} {motor}", code.0),
-        What::MotorPosition { motor, position } => format!("{motor} rests at {position}"),
-        What::MotorCalibrated { motor, begin, end } => format!("{motor} goes {begin} to {end}"),
-        What::MotorInfo { motor: Some(report), more } => {
+    let what = match &transmit.contents {
+        Contents::PlaybackStatus { state, .. } => state.to_string(),
+        Contents::ErrorStatus { code, motor } => format!("error {} {motor}", code.0),
+        Contents::MotorPosition { motor, position } => format!("{motor} rests at {position}"),
+        Contents::MotorCalibrated { motor, begin, end } => format!("{motor} goes {begin} to {end}"),
+        Contents::MotorInfo { motor: Some(report), more } => {
             let more = if *more { ", more" } else { "" };
             format!("{} at {} of {} to {}{more}", report.motor, report.position, report.begin, report.end)
         }
-        What::MotorStatus { motor, online } => format!("{motor} online {online}"),
-        What::DeviceInfo(doing) => format!("DeviceInfo {}", doing.state),
+        Contents::MotorStatus { motor, online } => format!("{motor} online {online}"),
+        Contents::DeviceInfo(activity) => format!("DeviceInfo {}", activity.state),
         what => format!("{what:?}"),
     };
     format!("{to}: {what}")
 }
 
-pub(super) const EMPTY: Empty<'static> = Empty { tail: &[] };
-pub(super) const STOP: HostMessage<'static> = HostMessage::StopPlayback(EMPTY);
+pub(super) const STOP: HostMessage<'static> = HostMessage::StopPlayback(StopPlayback { tail: &[] });
 
 pub(super) fn set_psa(motor: u8, position: f32, speed: f32) -> HostMessage<'static> {
-    HostMessage::SetPositionSpeedAcceleration(SetPositionSpeedAcceleration::move_to(
+    HostMessage::from(SetPositionSpeedAcceleration::move_to(
         MotorAddress(motor),
         Rotations(position),
         RotationsPerSecond(speed),
@@ -194,7 +216,7 @@ pub(super) fn set_psa(motor: u8, position: f32, speed: f32) -> HostMessage<'stat
 }
 
 pub(super) fn bump(motor: u8, delta: f32, speed: f32) -> HostMessage<'static> {
-    HostMessage::BumpPositionSpeedAcceleration(BumpPositionSpeedAcceleration {
+    HostMessage::from(BumpPositionSpeedAcceleration {
         motor_address: MotorAddress(motor),
         delta: Rotations(delta),
         speed: RotationsPerSecond(speed),
@@ -204,15 +226,15 @@ pub(super) fn bump(motor: u8, delta: f32, speed: f32) -> HostMessage<'static> {
 }
 
 pub(super) fn mark_begin(motor: u8) -> HostMessage<'static> {
-    HostMessage::MarkBeginPosition(MarkBeginPosition { motor_address: MotorAddress(motor), tail: &[] })
+    HostMessage::from(MarkBeginPosition { motor_address: MotorAddress(motor), tail: &[] })
 }
 
 pub(super) fn mark_end(motor: u8) -> HostMessage<'static> {
-    HostMessage::MarkEndPosition(MarkEndPosition { motor_address: MotorAddress(motor), tail: &[] })
+    HostMessage::from(MarkEndPosition { motor_address: MotorAddress(motor), tail: &[] })
 }
 
 pub(super) fn reset_axis(motor: u8) -> HostMessage<'static> {
-    HostMessage::ResetAxis(ResetAxis { motor_address: MotorAddress(motor), tail: &[] })
+    HostMessage::from(ResetAxis { motor_address: MotorAddress(motor), tail: &[] })
 }
 
 pub(super) fn start() -> HostMessage<'static> {
@@ -220,11 +242,11 @@ pub(super) fn start() -> HostMessage<'static> {
 }
 
 pub(super) fn start_to(direction: PlaybackDirection) -> HostMessage<'static> {
-    HostMessage::StartPlayback(StartPlayback { direction, start_time: Seconds(0.0), tail: &[] })
+    HostMessage::from(StartPlayback { direction, start_time: Seconds(0.0), tail: &[] })
 }
 
 pub(super) fn setup(delay_return: bool) -> HostMessage<'static> {
-    HostMessage::SetupPlayback(SetupPlayback {
+    HostMessage::from(SetupPlayback {
         direction: PlaybackDirection::FORWARD,
         start_time: Seconds(0.0),
         delay_return: delay_return.into(),
@@ -232,8 +254,12 @@ pub(super) fn setup(delay_return: bool) -> HostMessage<'static> {
     })
 }
 
-pub(super) fn password(password: &[u8]) -> SetPassword<'_> {
-    SetPassword { password: Password(password), tail: &[] }
+pub(super) fn user_password(password: &[u8]) -> HostMessage<'_> {
+    UserPassword { password: Password(password), tail: &[] }.into()
+}
+
+pub(super) fn device_password(password: &[u8]) -> HostMessage<'_> {
+    DevicePassword { password: Password(password), tail: &[] }.into()
 }
 
 /// A live move of ten seconds.

@@ -2,14 +2,14 @@
 
 use kos_proto::HostMessage;
 use kos_proto::device::motor::State;
-use kos_proto::device::{Event, Ignored, Options, Report};
+use kos_proto::device::{Event, Ignored, Options, Quirks, Report};
 use kos_proto::message::*;
 
 use super::bench::*;
 
 const MOTOR: MotorAddress = MotorAddress(1);
 
-fn moved(motor: u8, to: f32) -> Event {
+fn moved(motor: u8, to: f32) -> Event<'static> {
     let (speed, acceleration) = (RotationsPerSecond(10.0), RotationsPerSecondSquared(50.0));
     Event::Move { motor: MotorAddress(motor), to: Rotations(to), speed, acceleration }
 }
@@ -45,7 +45,7 @@ fn speed_0_stops_wherever_the_position_says() {
             let acceleration = RotationsPerSecondSquared(acceleration);
             let stop = match (set_psa(1, position, 0.0), bump(1, position, -0.0)) {
                 (HostMessage::SetPositionSpeedAcceleration(set), _) if !is_bump => {
-                    HostMessage::SetPositionSpeedAcceleration(SetPositionSpeedAcceleration { acceleration, ..set })
+                    HostMessage::from(SetPositionSpeedAcceleration { acceleration, ..set })
                 }
                 (_, bump) => bump,
             };
@@ -100,10 +100,11 @@ fn between_the_marks_it_moves_freely() {
 /// 7.3-5: the count begins with the range, or, as on firmware 1.0.1.5, stays as it was (decision K-M8).
 #[test]
 fn the_range_ends_where_the_motor_rests() {
-    for (quirk, said, position, five) in
-        [(false, "0: 1 goes 0.0 to -8.0", -8.0, 0.0), (true, "0: 1 goes 5.0 to -3.0", -3.0, 5.0)]
-    {
-        let mut bench = Bench::new(Options::default().with_quirk_begin_nonzero(quirk));
+    for (quirk, said, position, five) in [
+        (Quirks::empty(), "0: 1 goes 0.0 to -8.0", -8.0, 0.0),
+        (Quirks::BEGIN_NONZERO, "0: 1 goes 5.0 to -3.0", -3.0, 5.0),
+    ] {
+        let mut bench = Bench::new(Options::default().with_quirks(quirk));
         bench.arrive(1, 5.0);
         bench.hear(mark_begin(1));
         bench.hear(set_psa(1, -25_000.0, 10.0));

@@ -1,10 +1,10 @@
 //! The fullest steps that we know of: `laws::machine::step` checks that nothing of them is lost.
 
 use kos_proto::HostMessage;
+use kos_proto::Transport;
 use kos_proto::device::{self, SessionId};
-use kos_proto::host::{Command, Endpoint, Event, Get, Options, Send, Token};
+use kos_proto::host::{Command, Endpoint, Event, Failure, Get, Options, Outcome, Transmit};
 use kos_proto::message::*;
-use kos_proto::summary::{MotorSet, Transport};
 
 use super::bench::*;
 use super::client::*;
@@ -22,14 +22,14 @@ fn a_device_tells_of_ten_motors_while_a_move_ends() {
     for motor in 1..=10 {
         bench.calibrate(motor);
     }
-    bench.hear(HostMessage::SetTrajectoryData(live_move(live())));
+    bench.hear(HostMessage::from(live_move(live())));
     bench.hear(start());
     bench.home();
     // The move takes ten seconds, of which two announcements are five each.
     bench.pass(9_000);
     bench.clear();
     bench.now += 2_000;
-    bench.hear(HostMessage::GetMotorInfo(EMPTY));
+    bench.hear(GetMotorInfo::default());
     assert_eq!(bench.said().len(), 10 + 1 + 2);
 }
 
@@ -64,7 +64,7 @@ fn everything_is_late_at_once() {
 
     client.command(Command::MarkBegin(MotorAddress(10)));
     for get in Get::ALL {
-        client.command(Command::Get(get, Token(1)));
+        client.command(Command::Get(get));
     }
     client.command(Command::MarkEnd(MotorAddress(10)));
     for motor in 1..=10 {
@@ -80,10 +80,11 @@ fn everything_is_late_at_once() {
     client.hear(presences(&(1..=10).map(presence).collect::<Vec<_>>()));
     let told = client.told();
     let late = told.iter().filter(|event| matches!(event, Event::StopNotConfirmed(_))).count();
-    let failed = told.iter().filter(|event| matches!(event, Event::Failed(..))).count();
+    let ended = client.ended();
+    let failed = ended.iter().filter(|outcome| **outcome == Outcome::Failed(Failure::NoAnswer)).count();
     let online = told.iter().filter(|event| matches!(event, Event::MotorOnline(..))).count();
     assert_eq!((late, failed, online), (11, 7, 10));
-    assert!(told.contains(&Event::CalibrationFailed(MotorAddress(10))));
+    assert!(ended.contains(&Outcome::NotConfirmed), "the range");
     let sent = client.sent();
-    assert_eq!((sent[0], sent.len()), (Send::StopPlayback, 1 + 10 + 1 + 1));
+    assert_eq!((sent[0], sent.len()), (Transmit::StopPlayback, 1 + 10 + 1 + 1));
 }

@@ -3,11 +3,8 @@
 use kos_proto::device::Positions;
 use kos_proto::host::*;
 use kos_proto::message::*;
-use kos_proto::summary::MoveSummary;
-use kos_proto::{DeviceMessage, Frame, HostMessage};
+use kos_proto::{DeviceMessage, Frame, HostMessage, Millis, MoveSummary};
 use laws::machine::step;
-use motion_core::time::Millis;
-use motion_core::wire::{Block16, Counted, Newer, Password, Rest};
 
 use super::bench::{live, live_move};
 
@@ -20,22 +17,35 @@ pub(super) const GUID: [u8; 16] = [7; 16];
 pub(super) struct Client {
     pub(super) machine: HostMachine,
     pub(super) now: u64,
-    pub(super) sent: Vec<Send>,
-    pub(super) told: Vec<Event>,
+    pub(super) sent: Vec<Transmit<'static>>,
+    /// What was told, without the ends of commands.
+    pub(super) told: Vec<Event<'static>>,
+    /// How commands ended, by their tokens.
+    pub(super) ended: Vec<(Token, Outcome<'static>)>,
+    /// Number of the last command.
+    pub(super) token: u32,
     pub(super) wake: Option<u64>,
 }
 
 impl Client {
     pub(super) fn new(options: Options) -> Self {
-        Self { machine: HostMachine::new(options), now: 1000, sent: Vec::new(), told: Vec::new(), wake: None }
+        Self {
+            machine: HostMachine::new(options),
+            now: 1000,
+            sent: Vec::new(),
+            told: Vec::new(),
+            ended: Vec::new(),
+            token: 0,
+            wake: None,
+        }
     }
 
     /// A client with a connection, that asked the device what it is.
     pub(super) fn connected(options: Options, endpoint: Endpoint) -> Self {
         let mut client = Self::new(options);
         client.command(Command::Connect(endpoint));
-        assert_eq!(client.told(), [Event::Open(endpoint)]);
-        client.step(Input::Opened);
+        assert_eq!(client.told(), [Event::Connect(endpoint)]);
+        client.step(Input::LinkUp);
         client
     }
 
@@ -68,7 +78,7 @@ impl Client {
 
     pub(super) fn motor(&mut self, motor: u8, position: f32, end: f32, more: bool) {
         let motors = [entry(motor, position, end)];
-        self.hear(DeviceMessage::MotorInfo(MotorInfo { more, motors: MotorInfos::New(&motors), tail: &[] }));
+        self.hear(DeviceMessage::from(MotorInfo { more, motors: MotorInfos::New(&motors), tail: &[] }));
     }
 
     /// A client with a move that is being made ready.
@@ -102,21 +112,36 @@ impl Client {
         client
     }
 
-    pub(super) fn step(&mut self, input: Input<'_>) {
+    pub(super) fn step(&mut self, input: Input<'static>) {
         let (machine, output) = step(self.machine.clone(), Millis(self.now), input);
         self.machine = machine;
         self.wake = output.wake.map(|wake| wake.0);
-        output.send.iter().for_each(check);
-        self.sent.extend(output.send);
-        self.told.extend(output.events);
+        stops_first(&output);
+        for effect in output {
+            match effect {
+                Effect::Transmit(transmit) => {
+                    check(&transmit);
+                    self.sent.push(transmit);
+                }
+                Effect::Event(Event::Ended { token, outcome }) => self.ended.push((token, outcome)),
+                Effect::Event(event) => self.told.push(event),
+            }
+        }
     }
 
+    /// Gives a command, with the next token.
     pub(super) fn command(&mut self, command: Command) {
-        self.step(Input::Command(command));
+        self.token += 1;
+        self.step(Input::Command(Token(self.token), command));
     }
 
-    pub(super) fn hear(&mut self, message: DeviceMessage<'_>) {
-        self.step(Input::Received(message));
+    pub(super) fn hear<'a>(&mut self, message: impl Into<DeviceMessage<'a>>) {
+        self.step(Input::received(&Frame::decode(leaked(message.into())).unwrap()));
+    }
+
+    /// How commands ended since it was asked last.
+    pub(super) fn ended(&mut self) -> Vec<Outcome<'static>> {
+        std::mem::take(&mut self.ended).into_iter().map(|(_, outcome)| outcome).collect()
     }
 
     /// The device says how far it is.
@@ -128,17 +153,17 @@ impl Client {
             motors: &Positions::new(),
             tail: &[],
         };
-        self.hear(DeviceMessage::PlaybackStatus(status));
+        self.hear(DeviceMessage::from(status));
     }
 
     pub(super) fn error(&mut self, code: u8, motor: u8) {
         let (error_code, motor_address) = (ErrorCode(code), MotorAddress(motor));
-        self.hear(DeviceMessage::ErrorStatus(ErrorStatus { error_code, motor_address, tail: &[] }));
+        self.hear(DeviceMessage::from(ErrorStatus { error_code, motor_address, tail: &[] }));
     }
 
     pub(super) fn rests(&mut self, motor: u8, position: f32) {
         let (motor_address, position) = (MotorAddress(motor), Rotations(position));
-        self.hear(DeviceMessage::MotorPosition(MotorPosition { motor_address, position, tail: &[] }));
+        self.hear(DeviceMessage::from(MotorPosition { motor_address, position, tail: &[] }));
     }
 
     /// Lets time pass, and wakes the machine whenever it wants to be woken, and at the end.
@@ -152,25 +177,26 @@ impl Client {
         self.step(Input::Wake);
     }
 
-    pub(super) fn sent(&mut self) -> Vec<Send> {
+    pub(super) fn sent(&mut self) -> Vec<Transmit<'static>> {
         std::mem::take(&mut self.sent)
     }
 
-    pub(super) fn told(&mut self) -> Vec<Event> {
+    pub(super) fn told(&mut self) -> Vec<Event<'static>> {
         std::mem::take(&mut self.told)
     }
 
     pub(super) fn clear(&mut self) {
         self.sent.clear();
         self.told.clear();
+        self.ended.clear();
     }
 
     /// What a command is refused for, and that nothing is sent for it.
     pub(super) fn refused(&mut self, command: Command) -> Option<Refusal> {
         self.clear();
         self.command(command);
-        match self.told()[..] {
-            [Event::Refused(why)] => {
+        match self.ended()[..] {
+            [Outcome::Refused(why)] => {
                 assert_eq!(self.sent(), [], "{command:?}");
                 Some(why)
             }
@@ -187,10 +213,24 @@ impl Client {
     }
 }
 
+/// A message that lives as long as the test.
+pub(super) fn leaked(message: DeviceMessage<'_>) -> &'static [u8] {
+    let mut bytes = vec![0; message.encoded_len()];
+    message.encode_into(&mut bytes).unwrap();
+    bytes.leak()
+}
+
+/// A stop goes out before everything else, so also before anybody is told of it.
+pub(super) fn stops_first(output: &Output<'_>) {
+    let is_stop = |effect: &Effect<'_>| matches!(effect, Effect::Transmit(transmit) if transmit.conduct().is_stop());
+    let stops = output.effects.iter().filter(|effect| is_stop(effect)).count();
+    assert!(output.effects[..stops].iter().all(is_stop), "{output:?}");
+}
+
 /// Every message can be made, and read again.
-fn check(send: &Send) {
+fn check(transmit: &Transmit<'_>) {
     let source = Source { user_password: Password(b"user"), new_password: Password(b"new"), ..Source::default() };
-    let message = send.message(&source);
+    let message = transmit.message(&source);
     let mut bytes = vec![0; message.encoded_len()];
     assert_eq!(message.encode_into(&mut bytes), Ok(bytes.len()), "{message}");
     assert_eq!(HostMessage::decode(&Frame::decode(&bytes).unwrap()), Ok(message));
@@ -204,7 +244,7 @@ fn entry(motor: u8, position: f32, end: f32) -> MotorEntry {
 }
 
 pub(super) fn device_info(playback_status: PlaybackState) -> DeviceMessage<'static> {
-    DeviceMessage::DeviceInfo(DeviceInfo {
+    DeviceMessage::from(DeviceInfo {
         device_type: DeviceType::SECOND_SHOOTER_PRO,
         device_addr: 0,
         playback_mode: PlaybackMode::LIVE_MOTION,
@@ -222,19 +262,19 @@ pub(super) fn device_info(playback_status: PlaybackState) -> DeviceMessage<'stat
 }
 
 pub(super) fn guid(guid: &[u8]) -> DeviceMessage<'_> {
-    DeviceMessage::DeviceGUID(DeviceGUID { guid: Block16(guid), tail: &[] })
+    DeviceMessage::from(DeviceGUID { guid: Block16(guid), tail: &[] })
 }
 
 pub(super) fn software(platform: u8) -> DeviceMessage<'static> {
-    DeviceMessage::SoftwareID(SoftwareID { platform, tail: &[] })
+    DeviceMessage::from(SoftwareID { platform, tail: &[] })
 }
 
 pub(super) fn unsupported(message: &[u8]) -> DeviceMessage<'_> {
-    DeviceMessage::UnsupportedMessage(UnsupportedMessage { message: Rest(message), tail: &[] })
+    DeviceMessage::from(UnsupportedMessage { message: Rest(message), tail: &[] })
 }
 
 pub(super) fn calibrated(motor: MotorAddress, end: f32) -> DeviceMessage<'static> {
-    DeviceMessage::MotorCalibrated(MotorCalibrated {
+    DeviceMessage::from(MotorCalibrated {
         motor_address: motor,
         begin_position: Some(Rotations(0.0)),
         end_position: Rotations(end),
@@ -243,7 +283,7 @@ pub(super) fn calibrated(motor: MotorAddress, end: f32) -> DeviceMessage<'static
 }
 
 pub(super) fn presences(motors: &[MotorPresence]) -> DeviceMessage<'_> {
-    DeviceMessage::MotorStatus(MotorStatus { motors: Counted(motors), tail: &[] })
+    DeviceMessage::from(MotorStatus { motors: Counted(motors), tail: &[] })
 }
 
 pub(super) fn summary() -> MoveSummary {
@@ -251,7 +291,7 @@ pub(super) fn summary() -> MoveSummary {
 }
 
 pub(super) fn load() -> Command {
-    Command::Load { summary: summary(), way: kos_proto::summary::Direction::Forward, delay_return: false }
+    Command::Load { summary: summary(), way: Direction::Forward, delay_return: false }
 }
 
 pub(super) fn go(motor: MotorAddress, position: f32) -> Go {
@@ -268,7 +308,12 @@ pub(super) fn jog(motor: MotorAddress, speed: f32) -> Command {
 }
 
 /// What stops motor 1, which is calibrated and was seen at 3, and motor 2, which is not.
-pub(super) fn stop(motor: MotorAddress) -> Send {
+pub(super) fn stop(motor: MotorAddress) -> Transmit<'static> {
     let position = if motor == ONE { Rotations(3.0) } else { JOG_DISTANCE };
-    Send::MoveTo(Go { motor, position, speed: RotationsPerSecond(0.0), acceleration: RotationsPerSecondSquared(80.0) })
+    Transmit::MoveTo(Go {
+        motor,
+        position,
+        speed: RotationsPerSecond(0.0),
+        acceleration: RotationsPerSecondSquared(80.0),
+    })
 }

@@ -5,14 +5,13 @@ use core::net::Ipv4Addr;
 use kos_proto::discovery::{self, Datagram, Devices};
 use kos_proto::host::*;
 use kos_proto::message::*;
-use kos_proto::{DecodeError, DeviceMessage, MessageId, MessageType};
-use motion_core::time::Millis;
-use motion_core::wire::{Bool, Messages};
+use kos_proto::{DecodeError, DeviceMessage, MessageId, MessageType, Millis};
+use motion_core::wire::Messages;
 
 use super::client::*;
 
-const ASKS: Send = Send::Get(Get::DeviceInfo);
-const PING: Send = Send::Get(Get::NetworkInfo);
+const ASKS: Transmit<'static> = Transmit::Get(Get::DeviceInfo);
+const PING: Transmit<'static> = Transmit::Get(Get::NetworkInfo);
 
 fn network_info() -> NetworkInfo<'static> {
     NetworkInfo {
@@ -38,10 +37,10 @@ fn a_device_is_found() {
     let Ok(Some(discovery::Event::Found(device))) = output.heard else { panic!("{output:?}") };
     let mut client = Client::new(Options::default());
     client.command(Command::Connect(Endpoint::Tcp(device.address())));
-    assert_eq!(client.told(), [Event::Open(AT)]);
+    assert_eq!(client.told(), [Event::Connect(AT)]);
     // A message without a connection means nothing.
     let mut client = Client::new(Options::default());
-    client.hear(DeviceMessage::NetworkInfo(network_info()));
+    client.hear(DeviceMessage::from(network_info()));
     assert_eq!((client.told(), client.state()), (vec![Event::Ignored], "Discovering"));
 }
 
@@ -51,9 +50,9 @@ fn it_may_ask_who_is_there() {
     let mut client = Client::new(Options::default().with_ask_every(Some(Options::ASK_EVERY)));
     client.step(Input::Wake);
     client.pass(9_999);
-    assert_eq!(client.sent(), [Send::Question; 2]);
+    assert_eq!(client.sent(), [Transmit::Discover; 2]);
     client.pass(1);
-    assert_eq!(client.sent(), [Send::Question]);
+    assert_eq!(client.sent(), [Transmit::Discover]);
     client.command(Command::Connect(AT));
     client.pass(60_000);
     assert_eq!(client.sent(), []);
@@ -66,13 +65,13 @@ fn it_may_ask_who_is_there() {
 #[test]
 fn it_connects_where_it_is_told_to() {
     let mut client = Client::new(Options::default());
-    for command in [Command::Disconnect, Command::Get(Get::LedStatus, Token(1)), load(), Command::ChangePassword] {
+    for command in [Command::Disconnect, Command::Get(Get::LedStatus), load(), Command::ChangePassword] {
         assert_eq!(client.refused(command), Some(Refusal::NotConnected), "{command:?}");
     }
-    client.step(Input::Opened);
+    client.step(Input::LinkUp);
     assert_eq!(client.told(), [Event::Ignored]);
     client.command(Command::Connect(AT));
-    assert_eq!((client.told(), client.state()), (vec![Event::Open(AT)], "Connecting"));
+    assert_eq!((client.told(), client.state()), (vec![Event::Connect(AT)], "Connecting"));
     assert_eq!(client.refused(Command::Connect(Endpoint::Usb)), Some(Refusal::Connected));
 }
 
@@ -87,11 +86,11 @@ fn first_it_asks_what_the_device_is() {
 /// 7.2-5.
 #[test]
 fn then_it_says_the_password_and_asks_for_the_motors() {
-    for (echo, password) in [(true, PasswordOf::Device), (false, PasswordOf::User)] {
+    for (echo, password) in [(true, PasswordOf::Device(Password(b"open"))), (false, PasswordOf::User)] {
         let mut client = Client::connected(Options::default().with_echo_password(echo), AT);
         client.clear();
         client.hear(device_info(PlaybackState::NO_MOVE));
-        assert_eq!(client.sent(), [Send::UserPassword(password), Send::Get(Get::MotorInfo)]);
+        assert_eq!(client.sent(), [Transmit::UserPassword(password), Transmit::Get(Get::MotorInfo)]);
         assert_eq!(client.state(), "AwaitMotorInfo");
     }
 }
@@ -115,17 +114,18 @@ fn the_motors_come_one_by_one() {
     assert_eq!((client.told(), client.state()), (vec![Event::Motors], "AwaitGuid"));
     assert_eq!(client.machine.motors().count(), 10);
     assert_eq!(client.machine.motors().last().map(|motor| motor.position), Some(Rotations(5.0)));
-    assert_eq!(client.sent().pop(), Some(Send::Get(Get::DeviceGuid)));
+    assert_eq!(client.sent().pop(), Some(Transmit::Get(Get::DeviceGuid)));
 }
 
 /// 7.2-7: who is not in a new series is not there any more.
 #[test]
 fn a_new_series_tells_who_is_there() {
     let mut client = Client::ready();
-    client.command(Command::Get(Get::MotorInfo, Token(5)));
+    client.command(Command::Get(Get::MotorInfo));
     client.motor(2, 1.0, 0.0, true);
     client.motor(3, 1.0, 0.0, false);
-    assert_eq!(client.told(), [Event::Answered(Get::MotorInfo, Token(5)), Event::Motors]);
+    assert_eq!(client.told(), [Event::Motors]);
+    assert!(matches!(client.ended()[..], [Outcome::Done(Some(DeviceMessage::MotorInfo(_)))]));
     let motors: Vec<_> = client.machine.motors().map(|motor| motor.motor_address.0).collect();
     assert_eq!(motors, [2, 3]);
 }
@@ -167,10 +167,10 @@ fn then_it_asks_which_device_it_is_and_who_calibrated_it() {
             client.motors();
             client.clear();
             says_guid(&mut client);
-            assert_eq!((client.sent(), client.state()), (vec![Send::Get(Get::SoftwareId)], "AwaitSoftware"));
+            assert_eq!((client.sent(), client.state()), (vec![Transmit::Get(Get::SoftwareId)], "AwaitSoftware"));
             client.clear();
             says_platform(&mut client);
-            assert_eq!(client.told().pop(), Some(Event::Ready { ranges_void: true }));
+            assert_eq!(client.told().pop(), Some(Event::Ready { reconnected: false, ranges_void: true }));
             assert_eq!((client.machine.guid(), client.machine.platform()), (guid, platform));
         }
     }
@@ -184,14 +184,14 @@ fn another_device_or_platform_voids_ranges() {
         let options = Options::default().with_expected(Some(Identity { platform, ..expected }));
         let mut client = Client::connected(options, AT);
         client.introduce(PlaybackState::NO_MOVE);
-        assert_eq!(client.told().pop(), Some(Event::Ready { ranges_void }));
+        assert_eq!(client.told().pop(), Some(Event::Ready { reconnected: false, ranges_void }));
     }
     let mut client = Client::ready();
-    client.step(Input::Closed);
+    client.step(Input::LinkDown);
     client.pass(1_000);
-    client.step(Input::Opened);
+    client.step(Input::LinkUp);
     client.introduce(PlaybackState::NO_MOVE);
-    assert_eq!(client.told().pop(), Some(Event::Ready { ranges_void: false }));
+    assert_eq!(client.told().pop(), Some(Event::Ready { reconnected: true, ranges_void: false }));
 }
 
 /// 7.2-11.
@@ -202,7 +202,7 @@ fn a_locked_device_gets_the_password_of_the_application() {
     client.error(15, 0);
     client.clear();
     client.command(Command::Unlock);
-    assert_eq!(client.sent(), [Send::UserPassword(PasswordOf::User), Send::Get(Get::MotorInfo)]);
+    assert_eq!(client.sent(), [Transmit::UserPassword(PasswordOf::User), Transmit::Get(Get::MotorInfo)]);
     assert_eq!(client.state(), "AwaitMotorInfo");
 }
 
@@ -210,12 +210,12 @@ fn a_locked_device_gets_the_password_of_the_application() {
 #[test]
 fn a_question_that_a_lock_swallowed_fails() {
     let mut client = Client::ready();
-    client.command(Command::Get(Get::MotorInfo, Token(6)));
+    client.command(Command::Get(Get::MotorInfo));
     client.error(15, 0);
-    assert!(client.told().contains(&Event::Failed(Get::MotorInfo, Token(6), Failure::NoAnswer)));
+    assert!(client.ended().contains(&Outcome::Failed(Failure::NoAnswer)));
     client.clear();
     client.command(Command::Unlock);
-    assert_eq!(client.sent(), [Send::UserPassword(PasswordOf::User), Send::Get(Get::MotorInfo)]);
+    assert_eq!(client.sent(), [Transmit::UserPassword(PasswordOf::User), Transmit::Get(Get::MotorInfo)]);
 }
 
 /// 7.2-12.
@@ -233,7 +233,7 @@ fn a_ready_device_may_lock() {
 fn the_password_is_changed_while_nothing_moves() {
     let mut client = Client::ready();
     client.command(Command::ChangePassword);
-    assert_eq!(client.sent(), [Send::DevicePassword, Send::UserPassword(PasswordOf::New)]);
+    assert_eq!(client.sent(), [Transmit::DevicePassword, Transmit::UserPassword(PasswordOf::New)]);
     assert_eq!(client.state(), "Ready");
     for mut client in [Client::setting_up(), Client::starting(), Client::running()] {
         assert_eq!(client.refused(Command::ChangePassword), Some(Refusal::Moves));
@@ -265,7 +265,7 @@ fn over_tcp_a_question_keeps_the_line() {
     assert_eq!(client.sent(), []);
     client.pass(1);
     assert_eq!(client.sent(), [PING]);
-    client.hear(DeviceMessage::NetworkInfo(network_info()));
+    client.hear(DeviceMessage::from(network_info()));
     assert_eq!(client.told(), []);
     client.pass(9_000);
     client.command(Command::SetPlatform(1));
@@ -293,7 +293,7 @@ fn over_usb_there_are_keep_alives() {
         client.pass(3_999);
         assert_eq!(client.sent(), []);
         client.pass(1);
-        assert_eq!(client.sent(), [Send::KeepAlive]);
+        assert_eq!(client.sent(), [Transmit::KeepAlive]);
     }
     client.pass(600_000);
     assert_eq!(client.state(), "Ready");
@@ -307,7 +307,7 @@ fn a_silent_device_is_given_up() {
     assert_eq!((client.sent(), client.state()), (vec![PING; 2], "Ready"));
     client.clear();
     client.pass(1);
-    assert_eq!((client.told(), client.state()), (vec![Event::Closed(CloseReason::Silence)], "Disconnected"));
+    assert_eq!((client.told(), client.state()), (vec![Event::LinkDown(LinkDownReason::Silence)], "Disconnected"));
     // Anything that comes is a sign of life, also what is cut short.
     let mut client = Client::ready();
     let error = DecodeError::Truncated { what: "LEDStatus", needed: 2, have: 0 };
@@ -325,14 +325,14 @@ fn a_silent_device_is_given_up() {
 #[test]
 fn what_is_said_unasked_is_told() {
     let mut client = Client::ready();
-    client.hear(DeviceMessage::NetworkInfo(network_info()));
+    client.hear(DeviceMessage::from(network_info()));
     client.hear(DeviceMessage::other(0x0025_0200, &[]));
-    client.hear(DeviceMessage::AuxInputStatus(AuxInputStatus { status: AuxInputs::SLAVE_TIP, tail: &[] }));
+    client.hear(DeviceMessage::from(AuxInputStatus { status: AuxInputs::SLAVE_TIP, tail: &[] }));
     client.rests(1, 5.0);
     client.error(4, 9);
     let told = [
-        Event::Told(MessageId::NETWORK_INFO),
-        Event::Told(MessageId(0x25)),
+        Event::Unsolicited(network_info().into()),
+        Event::Unsolicited(DeviceMessage::other(0x0025_0200, &[])),
         Event::Inputs(AuxInputs::SLAVE_TIP),
         Event::MotorRests(ONE, Rotations(5.0)),
         Event::Error(ErrorCode::BAD_MOTOR_ADDRESS, MotorAddress(9)),
@@ -354,7 +354,7 @@ fn what_is_said_unasked_is_told() {
         motors: &motors,
         tail: &[],
     };
-    client.hear(DeviceMessage::PlaybackStatus(status));
+    client.hear(DeviceMessage::from(status));
     assert_eq!(client.machine.motors().last().map(|motor| motor.position.0), Some(9.0));
 
     // Motors come and go, each told of once, however often it is named.
@@ -365,7 +365,7 @@ fn what_is_said_unasked_is_told() {
     client.clear();
     client.hear(presences(&[[presence(1, false); 100], [presence(0x83, true); 100]].concat()));
     assert_eq!(client.told(), [Event::MotorOnline(ONE, false), Event::MotorOnline(MotorAddress(3), true)]);
-    assert_eq!((client.machine.motors().count(), client.sent()), (1, vec![Send::Get(Get::MotorInfo)]));
+    assert_eq!((client.machine.motors().count(), client.sent()), (1, vec![Transmit::Get(Get::MotorInfo)]));
 }
 
 /// 7.2-18: a question of a kind at a time; each is answered, or told to fail.
@@ -373,32 +373,38 @@ fn what_is_said_unasked_is_told() {
 fn every_question_comes_to_an_end() {
     for get in Get::ALL {
         let mut client = Client::ready();
-        client.command(Command::Get(get, Token(1)));
-        assert_eq!(client.sent(), [Send::Get(get)]);
-        assert_eq!(client.refused(Command::Get(get, Token(2))), Some(Refusal::Busy));
+        client.command(Command::Get(get));
+        assert_eq!(client.sent(), [Transmit::Get(get)]);
+        assert_eq!(client.refused(Command::Get(get)), Some(Refusal::Busy));
         let mut ends = [client.clone(), client.clone(), client.clone(), client];
         let [late, no, cut, closed] = &mut ends;
         late.pass(3_000);
-        assert_eq!(late.told(), [Event::Failed(get, Token(1), Failure::NoAnswer)]);
+        assert_eq!((late.told(), late.ended()), (vec![], vec![Outcome::Failed(Failure::NoAnswer)]));
         let [i0, i1] = get.id().0.to_be_bytes();
         no.hear(unsupported(&[4, 0, 6, i0, i1, 0]));
         no.hear(unsupported(&[4, 0, 6, i0, i1]));
-        assert_eq!(no.told(), [Event::Unsupported(Some(get.id())), Event::Unsupported(None)], "not the question");
+        let (id, kind, action) = (Some(get.id()), Some(MessageType::SET), None);
+        let unknown = Event::Unsupported { id: None, kind: None, action };
+        assert_eq!(no.told(), [Event::Unsupported { id, kind, action }, unknown], "not the question");
+        assert_eq!(no.ended(), []);
         no.hear(unsupported(&[4, 0, 6, i0, i1, 1]));
-        assert_eq!(no.told()[1..], [Event::Failed(get, Token(1), Failure::Unsupported)]);
+        assert_eq!(no.ended(), [Outcome::Failed(Failure::Unsupported)]);
         let error = DecodeError::Truncated { what: "x", needed: 1, have: 0 };
         cut.step(Input::Malformed { id: get.id(), kind: MessageType::RESPONSE, error });
-        assert_eq!(cut.told(), [Event::Malformed(get.id(), error), Event::Failed(get, Token(1), Failure::Malformed)]);
-        closed.step(Input::Closed);
-        assert_eq!(closed.told()[0], Event::Failed(get, Token(1), Failure::Closed));
+        assert_eq!(cut.told(), [Event::Malformed(get.id(), error)]);
+        assert_eq!(cut.ended(), [Outcome::Failed(Failure::Malformed)]);
+        closed.step(Input::LinkDown);
+        assert_eq!(closed.ended(), [Outcome::Failed(Failure::LinkDown)]);
         for end in &mut ends[..3] {
-            assert_eq!(end.refused(Command::Get(get, Token(3))), None, "it can be asked again");
+            assert_eq!(end.refused(Command::Get(get)), None, "it can be asked again");
         }
     }
     let mut client = Client::ready();
-    client.command(Command::Get(Get::DeviceInfo, Token(9)));
+    client.command(Command::Get(Get::DeviceInfo));
     client.hear(device_info(PlaybackState::NO_MOVE));
-    assert_eq!(client.told(), [Event::Answered(Get::DeviceInfo, Token(9))]);
+    let (token, outcome) = client.ended.pop().unwrap();
+    assert_eq!(token, Token(client.token));
+    assert_eq!((client.told(), outcome), (vec![], Outcome::Done(Some(device_info(PlaybackState::NO_MOVE)))));
 }
 
 /// 7.2-19.
@@ -408,32 +414,32 @@ fn a_device_that_does_not_say_what_it_is_is_given_up() {
     client.pass(8_999);
     assert_eq!((client.sent(), client.told()), (vec![ASKS; 3], vec![]));
     client.pass(1);
-    assert_eq!((client.told(), client.state()), (vec![Event::Closed(CloseReason::NoAnswer)], "Disconnected"));
+    assert_eq!((client.told(), client.state()), (vec![Event::LinkDown(LinkDownReason::NoAnswer)], "Disconnected"));
 }
 
 /// 7.2-20: it tries again, more and more rarely, until it is told not to.
 #[test]
 fn a_lost_connection_is_tried_again() {
-    for (end, why) in [(Input::Closed, CloseReason::Ended), (Input::Fatal, CloseReason::Framing)] {
+    for (end, why) in [(Input::LinkDown, LinkDownReason::Ended), (Input::Fatal, LinkDownReason::Framing)] {
         let mut client = Client::armed();
         client.step(end);
-        assert_eq!(client.told(), [Event::Move(Move::Lost), Event::Closed(why)]);
+        assert_eq!(client.told(), [Event::Move(Move::Lost), Event::LinkDown(why)]);
         assert_eq!((client.state(), client.move_state()), ("Disconnected", "NoMove"));
         for wait in [1_000, 2_000, 4_000, 8_000, 16_000, 32_000, 32_000] {
             client.pass(wait - 1);
             assert_eq!(client.told(), []);
             client.pass(1);
-            assert_eq!((client.told(), client.state()), (vec![Event::Open(AT)], "Connecting"));
-            client.step(Input::Closed);
-            assert_eq!(client.told(), [Event::Closed(CloseReason::Ended)]);
+            assert_eq!((client.told(), client.state()), (vec![Event::Connect(AT)], "Connecting"));
+            client.step(Input::LinkDown);
+            assert_eq!(client.told(), [Event::LinkDown(LinkDownReason::Ended)]);
         }
         client.command(Command::Disconnect);
-        assert_eq!((client.told(), client.state()), (vec![Event::Closed(CloseReason::Asked)], "Discovering"));
+        assert_eq!((client.told(), client.state()), (vec![Event::LinkDown(LinkDownReason::Asked)], "Discovering"));
         client.pass(600_000);
         assert_eq!(client.told(), []);
     }
     let mut client = Client::ready_at(Options::default().with_reconnect(false), AT);
-    client.step(Input::Closed);
+    client.step(Input::LinkDown);
     client.clear();
     client.pass(600_000);
     assert_eq!((client.told(), client.state()), (vec![], "Discovering"));
@@ -447,7 +453,12 @@ fn what_is_set_is_sent_once() {
     client.command(Command::SetPlatform(3));
     client.command(Command::TakePicture(Seconds(0.5)));
     client.command(Command::ResetDevice);
-    let sent = [Send::Leds { master, slave }, Send::Platform(3), Send::TakePicture(Seconds(0.5)), Send::ResetDevice];
+    let sent = [
+        Transmit::Leds { master, slave },
+        Transmit::Platform(3),
+        Transmit::TakePicture(Seconds(0.5)),
+        Transmit::ResetDevice,
+    ];
     assert_eq!((client.sent(), client.told()), (sent.to_vec(), vec![]));
     assert_eq!(client.refused(Command::TakePicture(Seconds(f32::NAN))), Some(Refusal::Number));
 }

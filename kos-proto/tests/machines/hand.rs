@@ -5,8 +5,8 @@ use kos_proto::message::*;
 
 use super::client::*;
 
-fn move_to(motor: MotorAddress, position: f32) -> Send {
-    Send::MoveTo(go(motor, position))
+fn move_to(motor: MotorAddress, position: f32) -> Transmit<'static> {
+    Transmit::MoveTo(go(motor, position))
 }
 
 /// 7.3-8: of many commands in a short time the last one counts, twenty a second to a motor.
@@ -43,13 +43,13 @@ fn a_motor_that_is_to_go_on_does_not_rest() {
     client.command(Command::MoveTo(go(ONE, 1.0)));
     client.command(Command::MoveTo(go(ONE, 2.0)));
     client.rests(1, 1.0);
-    assert!(client.machine.moves());
+    assert!(client.machine.may_move());
     assert_eq!(client.refused(Command::Bump(go(ONE, 1.0))), Some(Refusal::Moves));
     client.clear();
     client.pass(50);
-    assert_eq!((client.sent(), client.machine.moves()), (vec![move_to(ONE, 2.0)], true));
+    assert_eq!((client.sent(), client.machine.may_move()), (vec![move_to(ONE, 2.0)], true));
     client.rests(1, 2.0);
-    assert!(!client.machine.moves());
+    assert!(!client.machine.may_move());
 }
 
 /// 7.3-2: a stop overtakes all that waits, and is sent again until the motor rests.
@@ -66,7 +66,10 @@ fn a_stop_overtakes_what_waits() {
     assert_eq!((client.sent(), client.told()), (vec![], vec![]));
     for _ in 0..5 {
         client.pass(1);
-        assert_eq!((client.sent(), client.told()), (vec![stop(ONE)], vec![Event::StopNotConfirmed(Some(ONE))]));
+        assert_eq!(
+            (client.sent(), client.told()),
+            (vec![stop(ONE)], vec![Event::StopNotConfirmed(StopTarget::Motor(ONE))])
+        );
         client.pass(1_999);
         client.hear(device_info(PlaybackState::NO_MOVE));
         client.told();
@@ -100,12 +103,12 @@ fn speed_0_is_a_stop() {
     let acceleration = RotationsPerSecondSquared(50.0);
     assert_eq!(
         client.sent(),
-        [Send::MoveTo(Go { speed: still, acceleration, position: JOG_DISTANCE, ..go(ONE, 0.0) })]
+        [Transmit::MoveTo(Go { speed: still, acceleration, position: JOG_DISTANCE, ..go(ONE, 0.0) })]
     );
     assert_eq!(client.refused(Command::StopMotor(MotorAddress(0))), Some(Refusal::NoMotor));
     let mut nobody = Client::new(Options::default());
     nobody.command(Command::StopMotor(ONE));
-    assert_eq!(nobody.told(), [Event::StopNotConfirmed(Some(ONE))]);
+    assert_eq!(nobody.told(), [Event::StopNotConfirmed(StopTarget::Motor(ONE))]);
 }
 
 /// 7.3-1: a jog goes on as long as the application says something.
@@ -114,7 +117,7 @@ fn a_jog_needs_somebody_alive() {
     let mut client = Client::ready();
     client.command(jog(TWO, -5.0));
     let speed = RotationsPerSecond(5.0);
-    assert_eq!(client.sent(), [Send::MoveTo(Go { speed, ..go(TWO, -JOG_DISTANCE.0) })]);
+    assert_eq!(client.sent(), [Transmit::MoveTo(Go { speed, ..go(TWO, -JOG_DISTANCE.0) })]);
     for _ in 0..20 {
         client.pass(999);
         client.command(Command::Alive);
@@ -127,7 +130,10 @@ fn a_jog_needs_somebody_alive() {
     client.pass(1);
     assert_eq!((client.sent(), client.told()), (vec![stop(TWO)], vec![Event::DeadMan]));
     client.pass(2_000);
-    assert_eq!((client.sent(), client.told()), (vec![stop(TWO)], vec![Event::StopNotConfirmed(Some(TWO))]));
+    assert_eq!(
+        (client.sent(), client.told()),
+        (vec![stop(TWO)], vec![Event::StopNotConfirmed(StopTarget::Motor(TWO))])
+    );
     client.rests(2, 7.0);
     client.clear();
     client.pass(5_000);
@@ -148,7 +154,7 @@ fn a_jog_may_change_its_speed() {
     client.clear();
     client.pass(50);
     let speed = RotationsPerSecond(7.0);
-    assert_eq!(client.sent(), [Send::MoveTo(Go { speed, ..go(TWO, -JOG_DISTANCE.0) })]);
+    assert_eq!(client.sent(), [Transmit::MoveTo(Go { speed, ..go(TWO, -JOG_DISTANCE.0) })]);
     assert_eq!(client.refused(Command::MoveTo(go(TWO, 1.0))), Some(Refusal::Moves));
     assert_eq!(client.refused(Command::Bump(go(TWO, 1.0))), Some(Refusal::Moves));
     client.command(Command::MoveTo(go(ONE, 1.0)));
@@ -160,7 +166,7 @@ fn a_jog_may_change_its_speed() {
 fn a_bump_is_sent_once() {
     let mut client = Client::ready();
     client.command(Command::Bump(go(TWO, -2.0)));
-    assert_eq!(client.sent(), [Send::Bump(go(TWO, -2.0))]);
+    assert_eq!(client.sent(), [Transmit::Bump(go(TWO, -2.0))]);
     assert_eq!(client.refused(Command::Bump(go(TWO, -2.0))), Some(Refusal::Moves));
     client.pass(9_000);
     assert_eq!(client.sent(), []);
@@ -223,14 +229,14 @@ fn a_range_is_marked() {
     client.rests(2, 6.0);
     client.clear();
     client.command(Command::MarkEnd(TWO));
-    assert_eq!((client.sent(), client.machine.calibration().name()), (vec![Send::MarkEnd(TWO)], "AwaitCalibrated"));
+    assert_eq!((client.sent(), client.machine.calibration().name()), (vec![Transmit::MarkEnd(TWO)], "AwaitCalibrated"));
     assert_eq!(client.refused(Command::MarkEnd(TWO)), Some(Refusal::Busy));
     client.hear(calibrated(TWO, 6.0));
-    assert_eq!((client.sent(), client.told()), (vec![Send::Get(Get::MotorInfo)], vec![Event::MotorChanged(TWO)]));
+    assert_eq!((client.sent(), client.told()), (vec![Transmit::Get(Get::MotorInfo)], vec![Event::MotorChanged(TWO)]));
     assert_eq!(client.machine.calibration().name(), "AwaitRange");
     client.motor(1, 3.0, 8.0, true);
     client.motor(2, 6.0, 6.0, false);
-    assert_eq!(client.told(), [Event::Motors, Event::Calibrated(TWO)]);
+    assert_eq!((client.told(), client.ended()), (vec![Event::Motors], vec![Outcome::Done(None)]));
     assert_eq!(client.machine.calibration().name(), "Idle");
     assert_eq!(client.refused(Command::MarkEnd(TWO)), Some(Refusal::NotMarked), "once");
 }
@@ -238,28 +244,35 @@ fn a_range_is_marked() {
 /// 7.3-6: an error, silence, no range after all, or no connection: never twice, and always told.
 #[test]
 fn a_range_that_is_none_is_told() {
-    let fails: [fn(&mut Client); 6] = [
-        |client| client.error(14, 2),
-        |client| client.error(2, 0),
-        |client| client.pass(3_000),
-        |client| {
-            client.hear(calibrated(TWO, 6.0));
-            client.motors();
-        },
-        |client| {
-            client.hear(calibrated(TWO, 6.0));
-            client.pass(3_000);
-        },
-        |client| client.step(Input::Closed),
+    let refused = |code| Outcome::Refused(Refusal::Device(code));
+    let fails: [(fn(&mut Client), Outcome<'_>); 6] = [
+        (|client| client.error(14, 2), refused(ErrorCode::CALIBRATION)),
+        (|client| client.error(2, 0), refused(ErrorCode::CANNOT_EXECUTE_MOVE)),
+        (|client| client.pass(3_000), Outcome::NotConfirmed),
+        (
+            |client| {
+                client.hear(calibrated(TWO, 6.0));
+                client.motors();
+            },
+            Outcome::Failed(Failure::NoRange),
+        ),
+        (
+            |client| {
+                client.hear(calibrated(TWO, 6.0));
+                client.pass(3_000);
+            },
+            Outcome::NotConfirmed,
+        ),
+        (|client| client.step(Input::LinkDown), Outcome::Failed(Failure::LinkDown)),
     ];
-    for fail in fails {
+    for (fail, outcome) in fails {
         let mut client = Client::ready();
         client.command(Command::MarkBegin(TWO));
         client.command(Command::MarkEnd(TWO));
         client.clear();
         fail(&mut client);
-        assert!(client.told().contains(&Event::CalibrationFailed(TWO)));
-        assert!(client.sent().iter().all(Send::is_repeatable));
+        assert_eq!(client.ended(), [outcome]);
+        assert!(client.sent().iter().all(|transmit| transmit.conduct().repeatable));
         assert_eq!(client.machine.calibration().name(), "Idle");
     }
 }
@@ -269,9 +282,9 @@ fn a_range_that_is_none_is_told() {
 fn ranges_are_forgotten() {
     let mut client = Client::ready();
     client.command(Command::ResetAxis(ONE));
-    assert_eq!(client.sent(), [Send::ResetAxis(ONE)]);
+    assert_eq!(client.sent(), [Transmit::ResetAxis(ONE)]);
     client.command(Command::ResetAxis(MotorAddress::ALL));
-    assert_eq!(client.sent(), [Send::ResetAxis(MotorAddress::ALL), Send::Get(Get::MotorInfo)]);
+    assert_eq!(client.sent(), [Transmit::ResetAxis(MotorAddress::ALL), Transmit::Get(Get::MotorInfo)]);
 }
 
 /// While a move runs, nothing is moved by hand: the device would refuse it, or stop the move (safety decision 1).
@@ -303,8 +316,11 @@ fn a_lost_connection_leaves_stops_unconfirmed() {
     client.command(Command::MoveTo(go(ONE, 5.0)));
     client.command(Command::StopMotor(ONE));
     client.clear();
-    client.step(Input::Closed);
-    assert_eq!(client.told(), [Event::StopNotConfirmed(Some(ONE)), Event::Closed(CloseReason::Ended)]);
+    client.step(Input::LinkDown);
+    assert_eq!(
+        client.told(),
+        [Event::StopNotConfirmed(StopTarget::Motor(ONE)), Event::LinkDown(LinkDownReason::Ended)]
+    );
     client.pass(900);
     assert_eq!((client.sent(), client.told()), (vec![], vec![]), "nobody is there to be stopped");
 }

@@ -3,12 +3,11 @@
 use kos_proto::HostMessage;
 use kos_proto::device::{Event, Options};
 use kos_proto::message::*;
-use kos_proto::summary::Direction;
 use kos_proto::trajectory::*;
 
 use super::bench::*;
 
-const OPEN: Event = Event::OpenShutter { millis: 1000 };
+const OPEN: Event<'static> = Event::OpenShutter { millis: 1000 };
 
 /// A time lapse with 2 s before a photo of 1 s.
 fn lapse(mode: PlaybackMode, before: u32, moving: u32, after: u32) -> TrajectoryData<'static> {
@@ -172,7 +171,7 @@ fn what_is_no_time_lapse_is_refused() {
     assert_eq!((bench.said(), bench.state()), (vec!["0: error 2 0".to_owned()], "Loaded"));
     let mode = PlaybackMode::TIME_LAPSE_CONTINUOUS;
     for photos in [photos(0.0, 0.0, 0, 5, 0), photos(1.0, 1.0, 0, 0, 0)] {
-        bench.hear(HostMessage::SetTrajectoryData(trajectory(Playback { playback_mode: mode, ..live() }, photos)));
+        bench.hear(HostMessage::from(trajectory(Playback { playback_mode: mode, ..live() }, photos)));
         assert_eq!((bench.said(), bench.state()), (vec!["0: error 17 0".to_owned()], "Empty"));
     }
 }
@@ -181,11 +180,7 @@ fn what_is_no_time_lapse_is_refused() {
 fn one_photo_is_taken_when_no_move_runs() {
     let mut bench = Bench::new(Options::default());
     let picture = |exposure| {
-        HostMessage::TakePicture(TakePicture {
-            motor_address: MotorAddress::ALL,
-            exposure: Seconds(exposure),
-            tail: &[],
-        })
+        HostMessage::from(TakePicture { motor_address: MotorAddress::ALL, exposure: Seconds(exposure), tail: &[] })
     };
     bench.hear(picture(1.0));
     assert_eq!((bench.told(), bench.said().len()), (vec![OPEN], 0));

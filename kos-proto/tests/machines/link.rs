@@ -1,24 +1,19 @@
 //! kOS 7.1: link and lock of the device.
 
+use core::net::{Ipv4Addr, SocketAddrV4};
+
+use kos_proto::Transport;
 use kos_proto::device::session::State;
-use kos_proto::device::{CloseReason, Event, Ignored, Input, Options, Report, SessionId};
+use kos_proto::device::{DisconnectReason, Event, Ignored, Input, Options, Quirks, Report, SessionId};
 use kos_proto::message::*;
-use kos_proto::summary::{MotorSet, Transport};
 use kos_proto::{DecodeError, HostMessage, MessageId, MessageType};
 use motion_core::wire::Messages;
 
 use super::bench::*;
 
 const LIMITED: HostMessage<'static> = HostMessage::GetNetworkInfo(GetNetworkInfo { limited_response: None, tail: &[] });
-const DEVICE_INFO: HostMessage<'static> = HostMessage::GetDeviceInfo(EMPTY);
-
-fn user(password: &[u8]) -> HostMessage<'_> {
-    HostMessage::SetUserPassword(super::bench::password(password))
-}
-
-fn device(password: &[u8]) -> HostMessage<'_> {
-    HostMessage::SetDevicePassword(super::bench::password(password))
-}
+const FROM: SocketAddrV4 = SocketAddrV4::new(Ipv4Addr::new(192, 168, 50, 7), 5520);
+const DEVICE_INFO: HostMessage<'static> = HostMessage::GetDeviceInfo(GetDeviceInfo { tail: &[] });
 
 /// A device with a password, and a client over TCP that did not say it yet.
 fn locked() -> Bench {
@@ -45,7 +40,7 @@ fn it_advertises_while_no_client_is_connected() {
     assert_eq!(bench.machine.link().name(), "Connected");
     bench.pass_with_client(20_000);
     assert_eq!(bench.said().len(), 0);
-    bench.step(Input::Closed(ZERO));
+    bench.step(Input::LinkDown(ZERO));
     bench.pass(4999);
     assert_eq!(bench.said().len(), 0);
     bench.pass(1);
@@ -56,12 +51,13 @@ fn it_advertises_while_no_client_is_connected() {
 #[test]
 fn a_question_by_datagram_is_answered_as_it_asks() {
     let mut bench = Bench::new(Options::default());
-    let ask = |limited| Input::Datagram(HostMessage::GetNetworkInfo(GetNetworkInfo::new(limited)));
+    let datagram = |message| Input::Datagram { from: FROM, message };
+    let ask = |limited| datagram(GetNetworkInfo::new(limited).into());
     bench.step(ask(true));
     bench.step(ask(false));
-    bench.step(Input::Datagram(LIMITED));
-    assert_eq!(bench.said(), ["all: NetworkInfo", "asker: NetworkInfo", "asker: NetworkInfo"]);
-    bench.step(Input::Datagram(STOP));
+    bench.step(datagram(LIMITED));
+    assert_eq!(bench.said(), ["all: NetworkInfo", "192.168.50.7:5520: NetworkInfo", "192.168.50.7:5520: NetworkInfo"]);
+    bench.step(datagram(STOP));
     assert_eq!(bench.told(), [Event::Ignored(Ignored::Datagram)]);
 }
 
@@ -70,9 +66,9 @@ fn a_question_by_datagram_is_answered_as_it_asks() {
 fn without_a_password_there_is_no_lock() {
     assert_eq!(Bench::new(Options::default()).machine.session(ZERO), State::Unlocked);
     assert_eq!(locked().machine.session(ZERO), State::Locked);
-    let mut strict = Bench::new(Options::default().with_require_empty_password(true));
+    let mut strict = Bench::new(Options::default().with_quirks(Quirks::REQUIRE_EMPTY_PASSWORD));
     assert_eq!(strict.machine.session(ZERO), State::Locked);
-    strict.hear(user(b""));
+    strict.hear(user_password(b""));
     assert_eq!(strict.machine.session(ZERO), State::Unlocked);
 }
 
@@ -82,12 +78,12 @@ fn over_usb_there_is_no_lock() {
     let mut bench = locked();
     bench.open(ONE, Transport::Usb);
     assert_eq!(bench.machine.session(ONE), State::Unlocked);
-    bench.from(ONE, user(b"wrong"));
+    bench.from(ONE, user_password(b"wrong"));
     assert_eq!((bench.machine.session(ONE), bench.said().len()), (State::Unlocked, 0));
-    bench.from(ONE, device(b"other"));
+    bench.from(ONE, device_password(b"other"));
     assert_eq!(bench.machine.session(ONE), State::Unlocked);
     // And a client over USB is none over TCP.
-    bench.step(Input::Closed(ZERO));
+    bench.step(Input::LinkDown(ZERO));
     assert_eq!(bench.machine.link().name(), "Advertising");
 }
 
@@ -95,13 +91,19 @@ fn over_usb_there_is_no_lock() {
 #[test]
 fn any_message_is_a_sign_of_life() {
     let error = DecodeError::Truncated { what: "x", needed: 1, have: 0 };
-    let malformed = Input::Malformed { session: ZERO, id: MessageId::LED_STATUS, kind: MessageType::SET, error };
+    let malformed = Input::Malformed {
+        session: ZERO,
+        id: MessageId::LED_STATUS,
+        kind: MessageType::SET,
+        error,
+        bytes: &[4, 0, 7, 0, 7, 0, 1],
+    };
     let mut bench = locked();
     for round in 0..6 {
         bench.pass(29_000);
         match round % 3 {
-            0 => bench.hear(HostMessage::KeepAlive(EMPTY)),
-            1 => bench.hear(HostMessage::GetMotorInfo(EMPTY)),
+            0 => bench.hear(KeepAlive::default()),
+            1 => bench.hear(GetMotorInfo::default()),
             _ => bench.step(malformed),
         }
         assert_eq!(bench.machine.session(ZERO), State::Locked);
@@ -124,14 +126,14 @@ fn while_locked_it_says_what_it_is_and_where() {
 #[test]
 fn the_password_opens_and_closes_the_lock() {
     let mut bench = locked();
-    bench.hear(user(b"opem"));
+    bench.hear(user_password(b"opem"));
     assert_eq!(bench.said(), ["0: error 15 0"]);
     assert_eq!(bench.told(), [Event::Ignored(Ignored::WrongPassword(ZERO))]);
     for right in [&b"open"[..], b"open\0"] {
-        bench.hear(user(right));
+        bench.hear(user_password(right));
         assert_eq!((bench.machine.session(ZERO), bench.said().len()), (State::Unlocked, 0));
     }
-    bench.hear(user(b"ope"));
+    bench.hear(user_password(b"ope"));
     assert_eq!((bench.machine.session(ZERO), bench.said()), (State::Locked, vec!["0: error 15 0".into()]));
 }
 
@@ -166,8 +168,8 @@ fn a_stop_needs_no_password() {
 #[test]
 fn while_locked_nothing_else_goes() {
     let motions = [set_psa(1, 5.0, 10.0), bump(1, 5.0, 10.0), start(), setup(false), mark_begin(1), reset_axis(0)];
-    let gets = [HostMessage::GetMotorInfo(EMPTY), HostMessage::GetDeviceGUID(EMPTY), device(b"")];
-    for message in motions.into_iter().chain(gets).chain([HostMessage::ResetDevice(EMPTY)]) {
+    let gets = [GetMotorInfo::default().into(), GetDeviceGUID::default().into(), device_password(b"")];
+    for message in motions.into_iter().chain(gets).chain([ResetDevice::default().into()]) {
         let mut bench = locked();
         let before = bench.machine.clone();
         bench.hear(message);
@@ -182,15 +184,15 @@ fn another_password_locks() {
     let mut bench = locked();
     bench.open(ONE, Transport::Tcp);
     for session in [ZERO, ONE] {
-        bench.from(session, user(b"open"));
+        bench.from(session, user_password(b"open"));
     }
-    bench.hear(device(b"open"));
+    bench.hear(device_password(b"open"));
     assert_eq!([ZERO, ONE].map(|session| bench.machine.session(session)), [State::Unlocked; 2]);
-    bench.hear(device(b"new"));
+    bench.hear(device_password(b"new"));
     assert_eq!([ZERO, ONE].map(|session| bench.machine.session(session)), [State::Locked; 2]);
-    assert_eq!(bench.told(), [Event::StorePassword; 2]);
+    assert_eq!(bench.told(), [Event::StorePassword(Password(b"open")), Event::StorePassword(Password(b"new"))]);
     bench.password = b"new";
-    bench.hear(user(b"new"));
+    bench.hear(user_password(b"new"));
     assert_eq!([ZERO, ONE].map(|session| bench.machine.session(session)), [State::Unlocked, State::Locked]);
 }
 
@@ -203,8 +205,8 @@ fn who_is_locked_is_told_no_more() {
     bench.pass(9_999);
     bench.clear();
     bench.now += 1;
-    bench.hear(device(b"new"));
-    assert_eq!((bench.told(), bench.said().len()), (vec![Event::StorePassword, Event::MoveOver], 0));
+    bench.hear(device_password(b"new"));
+    assert_eq!((bench.told(), bench.said().len()), (vec![Event::StorePassword(Password(b"new")), Event::MoveOver], 0));
 }
 
 /// 7.1-15: one motor a message, and more until the last (decision K-M3).
@@ -213,17 +215,17 @@ fn what_is_asked_is_answered() {
     let mut bench = Bench::new(Options::default().with_platform(7));
     bench.calibrate(2);
     bench.clear();
-    bench.hear(HostMessage::GetMotorInfo(EMPTY));
+    bench.hear(GetMotorInfo::default());
     assert_eq!(
         bench.said(),
         ["0: 1 at 0.0 of 0.0 to 0.0, more", "0: 2 at 8.0 of 0.0 to 8.0, more", "0: 3 at 0.0 of 0.0 to 0.0"]
     );
     for get in [
-        HostMessage::GetLEDStatus(EMPTY),
+        GetLEDStatus::default().into(),
         DEVICE_INFO,
-        HostMessage::GetTrajectoryData(EMPTY),
-        HostMessage::GetDeviceGUID(EMPTY),
-        HostMessage::GetSoftwareID(EMPTY),
+        GetTrajectoryData::default().into(),
+        GetDeviceGUID::default().into(),
+        GetSoftwareID::default().into(),
     ] {
         bench.hear(get);
     }
@@ -237,7 +239,7 @@ fn what_is_asked_is_answered() {
     assert_eq!(bench.said(), answers);
 
     let mut bare = Bench::new(Options::default().with_motors(MotorSet::NONE));
-    bare.hear(HostMessage::GetMotorInfo(EMPTY));
+    bare.hear(GetMotorInfo::default());
     assert_eq!(bare.said(), ["0: MotorInfo { motor: None, more: false }"]);
 }
 
@@ -246,24 +248,22 @@ fn what_is_asked_is_answered() {
 fn what_is_set_is_kept_without_an_answer() {
     let mut bench = Bench::new(Options::default());
     let leds = |master| LEDStatus { master_status: LedMode(master), slave_status: LedMode::OFF, tail: &[] };
-    bench.hear(HostMessage::SetLEDStatus(leds(2)));
-    bench.hear(HostMessage::SetLEDStatus(leds(9)));
-    bench.hear(HostMessage::SetSoftwareID(SoftwareID { platform: 4, tail: &[] }));
-    bench.hear(HostMessage::SetTrajectoryData(live_move(live())));
+    bench.hear(HostMessage::from(leds(2)));
+    bench.hear(HostMessage::from(leds(9)));
+    bench.hear(HostMessage::from(SoftwareID { platform: 4, tail: &[] }));
+    bench.hear(HostMessage::from(live_move(live())));
     assert_eq!(bench.said().len(), 0);
     let (master, slave) = (LedMode::SLOW_BLINK, LedMode::OFF);
     let told = [
         Event::Leds { master, slave },
         Event::Ignored(Ignored::Unsupported(ZERO)),
         Event::StorePlatform(4),
-        Event::StoreTrajectory,
+        Event::StoreTrajectory(live_move(live())),
     ];
     assert_eq!(bench.told(), told);
-    for get in
-        [HostMessage::GetLEDStatus(EMPTY), HostMessage::GetSoftwareID(EMPTY), HostMessage::GetTrajectoryData(EMPTY)]
-    {
-        bench.hear(get);
-    }
+    bench.hear(GetLEDStatus::default());
+    bench.hear(GetSoftwareID::default());
+    bench.hear(GetTrajectoryData::default());
     let answers = [
         "0: LedStatus { master: LedMode(SLOW_BLINK), slave: LedMode(OFF) }",
         "0: SoftwareId { platform: 4 }",
@@ -272,13 +272,22 @@ fn what_is_set_is_kept_without_an_answer() {
     assert_eq!(bench.said(), answers);
 }
 
+/// Bytes of a message without a body.
+fn bytes_of(number: u32) -> Vec<u8> {
+    let mut bytes = vec![0; 7];
+    let len = HostMessage::other(number, &[]).encode_into(&mut bytes).unwrap();
+    bytes.truncate(len);
+    bytes
+}
+
 /// 7.1-17: what nobody knows is sent back, but not what only devices send (decision K-P10).
 #[test]
 fn what_it_does_not_know_is_sent_back() {
     let mut bench = Bench::new(Options::default());
     for number in [0x0025_0100, 0x0002_0000, 0x000B_0000, 0x0080_0008, 0x0077_0000] {
         bench.hear(HostMessage::other(number, &[]));
-        assert_eq!(bench.said(), ["0: UnsupportedMessage"], "{number:#x}");
+        let frame = format!("{:?}", bytes_of(number));
+        assert_eq!(bench.said(), [format!("0: UnsupportedMessage({frame})")]);
         assert_eq!(bench.told(), [Event::Ignored(Ignored::Unsupported(ZERO))]);
     }
     for number in [0x0081_02FF, 0x0081_0000, 0x000F_0200, 0x000B_8200] {
@@ -288,8 +297,14 @@ fn what_it_does_not_know_is_sent_back() {
     }
     // So is what is cut short (decision K-S4).
     let error = DecodeError::Truncated { what: "SetLEDStatus", needed: 2, have: 1 };
-    bench.step(Input::Malformed { session: ZERO, id: MessageId::LED_STATUS, kind: MessageType::SET, error });
-    assert_eq!(bench.said(), ["0: UnsupportedMessage"]);
+    bench.step(Input::Malformed {
+        session: ZERO,
+        id: MessageId::LED_STATUS,
+        kind: MessageType::SET,
+        error,
+        bytes: &[4, 0, 7, 0, 7, 0, 1],
+    });
+    assert_eq!(bench.said(), ["0: UnsupportedMessage([4, 0, 7, 0, 7, 0, 1])"]);
     assert_eq!(bench.told()[0], Event::Ignored(Ignored::Malformed(ZERO, error)));
 }
 
@@ -300,9 +315,17 @@ fn a_reset_stops_closes_and_starts_anew() {
     bench.open(ONE, Transport::Usb);
     bench.hear(start());
     bench.clear();
-    bench.hear(HostMessage::ResetDevice(EMPTY));
-    let reset = CloseReason::Reset;
-    assert_eq!(bench.told(), [Event::StopAll, Event::Close(ZERO, reset), Event::Close(ONE, reset), Event::Reboot]);
+    bench.hear(ResetDevice::default());
+    let reason = DisconnectReason::Reset;
+    assert_eq!(
+        bench.told(),
+        [
+            Event::StopAll,
+            Event::Disconnect { session: ZERO, reason },
+            Event::Disconnect { session: ONE, reason },
+            Event::Reboot
+        ]
+    );
     assert_eq!((bench.machine.link().name(), bench.wake), ("Rebooting", None));
     bench.open(ZERO, Transport::Tcp);
     bench.arrive(1, 0.0);
@@ -331,7 +354,7 @@ fn it_may_say_over_tcp_where_it_is() {
 /// 7.1-20: a client that is gone takes along what it moved by hand, and nothing else.
 #[test]
 fn who_is_gone_stops_what_he_moved_by_hand() {
-    let why = [CloseReason::Silence, CloseReason::Framing];
+    let why = [DisconnectReason::Silence, DisconnectReason::Framing];
     for gone in 0..3 {
         let mut bench = Bench::new(Options::default());
         bench.open(ONE, Transport::Usb);
@@ -342,15 +365,15 @@ fn who_is_gone_stops_what_he_moved_by_hand() {
             0 => {
                 for _ in 0..4 {
                     bench.pass(7_500);
-                    bench.from(ONE, HostMessage::KeepAlive(EMPTY));
+                    bench.from(ONE, KeepAlive::default());
                 }
             }
             1 => bench.step(Input::Fatal(ZERO)),
-            _ => bench.step(Input::Closed(ZERO)),
+            _ => bench.step(Input::LinkDown(ZERO)),
         }
         let mut told = bench.told();
-        if let Some(&why) = why.get(gone) {
-            assert_eq!(told.remove(0), Event::Close(ZERO, why));
+        if let Some(&reason) = why.get(gone) {
+            assert_eq!(told.pop(), Some(Event::Disconnect { session: ZERO, reason }), "after the stop");
         }
         assert_eq!(told, [Event::StopMotor { motor: MotorAddress(1), acceleration: None }]);
         assert_eq!(bench.machine.session(ZERO), State::Closed);
@@ -376,7 +399,7 @@ fn a_move_goes_on_alone_unless_told_otherwise() {
         bench.home();
         assert_eq!(bench.state(), "Forward");
         bench.clear();
-        bench.step(Input::Closed(ZERO));
+        bench.step(Input::LinkDown(ZERO));
         assert_eq!(bench.told().contains(&Event::StopAll), stops);
         assert_eq!(bench.said().len(), 0, "nobody is there to be told");
         assert_eq!(bench.state(), if stops { "Empty" } else { "Forward" });
@@ -388,7 +411,7 @@ fn a_move_goes_on_alone_unless_told_otherwise() {
 fn motors_come_and_go() {
     let mut bench = locked();
     bench.open(ONE, Transport::Usb);
-    bench.from(ONE, HostMessage::KeepAlive(EMPTY));
+    bench.from(ONE, KeepAlive::default());
     bench.rig(Report::Online(MotorAddress(2), false));
     bench.rig(Report::Online(MotorAddress(2), false));
     bench.rig(Report::Online(MotorAddress(2), true));
@@ -409,7 +432,7 @@ fn inputs_are_told() {
 fn a_fifth_client_has_no_place() {
     let mut bench = Bench::new(Options::default());
     bench.open(SessionId(4), Transport::Tcp);
-    assert_eq!(bench.told(), [Event::Close(SessionId(4), CloseReason::NoRoom)]);
+    assert_eq!(bench.told(), [Event::Disconnect { session: SessionId(4), reason: DisconnectReason::NoRoom }]);
     bench.from(SessionId(3), STOP);
     assert_eq!(bench.told(), [Event::Ignored(Ignored::NoSession(SessionId(3)))]);
 }

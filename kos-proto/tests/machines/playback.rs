@@ -1,14 +1,13 @@
 //! kOS 7.4: live motion.
 
-use kos_proto::HostMessage;
-use kos_proto::device::{Event, Options, Report};
+use kos_proto::device::{Contents, Event, Input, Options, Report};
 use kos_proto::message::*;
-use kos_proto::summary::{Direction, MotorSet};
 use kos_proto::trajectory::*;
+use kos_proto::{HostMessage, Millis};
 
 use super::bench::*;
 
-const RAPID: HostMessage<'static> = HostMessage::RapidToFirstKeyFrame(EMPTY);
+const RAPID: HostMessage<'static> = HostMessage::RapidToFirstKeyFrame(RapidToFirstKeyFrame { tail: &[] });
 /// The clock of the device: half an hour before this moment at `Millis(0)`.
 const NOON: u32 = 1_700_000_000;
 const RESTS: [&str; 3] = ["0: 1 rests at 8.0", "0: 2 rests at 8.0", "0: 3 rests at 0.0"];
@@ -17,7 +16,7 @@ const RESTS: [&str; 3] = ["0: 1 rests at 8.0", "0: 2 rests at 8.0", "0: 3 rests 
 type Spoil = fn(&mut Bench);
 
 fn set(data: TrajectoryData<'_>) -> HostMessage<'_> {
-    HostMessage::SetTrajectoryData(data)
+    HostMessage::from(data)
 }
 
 fn loaded() -> Bench {
@@ -48,11 +47,11 @@ fn waiting(seconds: f32) -> Playback<'static> {
     Playback { delay_mode: DelayMode::INTERVAL, delay_interval_bits, ..live() }
 }
 
-fn home(way: Direction) -> Event {
+fn home(way: Direction) -> Event<'static> {
     Event::Home { way, speed: Normalized(1.0), motors: MotorSet::of([MotorAddress(1), MotorAddress(2)]) }
 }
 
-fn play(way: Direction, millis: u64) -> Event {
+fn play(way: Direction, millis: u64) -> Event<'static> {
     Event::Play { way, millis }
 }
 
@@ -83,11 +82,11 @@ fn a_move_is_stored() {
     let mut bench = played(live());
     bench.hear(STOP);
     bench.clear();
-    bench.hear(HostMessage::GetDeviceInfo(EMPTY));
+    bench.hear(GetDeviceInfo::default());
     bench.hear(set(live_move(live())));
-    bench.hear(HostMessage::GetDeviceInfo(EMPTY));
+    bench.hear(GetDeviceInfo::default());
     assert_eq!(bench.said(), ["0: DeviceInfo FULL_STOP", "0: DeviceInfo NO_MOVE"]);
-    assert_eq!((bench.told(), bench.state()), (vec![Event::StoreTrajectory], "Loaded"));
+    assert_eq!((bench.told(), bench.state()), (vec![Event::StoreTrajectory(live_move(live()))], "Loaded"));
 }
 
 /// 7.4-2: and the one before it is forgotten; what takes no time has a code of its own (decision K-J10).
@@ -109,7 +108,7 @@ fn a_move_that_cannot_be_is_refused() {
     let mut bench = loaded();
     let error = kos_proto::DecodeError::Truncated { what: "Axis", needed: 2, have: 1 };
     let (id, kind) = (kos_proto::MessageId::TRAJECTORY_DATA, kos_proto::MessageType::SET);
-    bench.step(kos_proto::device::Input::Malformed { session: ZERO, id, kind, error });
+    bench.step(Input::Malformed { session: ZERO, id, kind, error, bytes: &[] });
     assert_eq!((bench.said(), bench.state()), (vec!["0: error 3 0".into()], "Empty"));
 }
 
@@ -325,7 +324,7 @@ fn it_waits_for_its_time() {
         let mut bench = played(playback);
         assert_eq!(bench.state(), "Delay");
         bench.pass_with_client(wait - 500);
-        bench.hear(HostMessage::GetDeviceInfo(EMPTY));
+        bench.hear(GetDeviceInfo::default());
         assert_eq!(bench.said(), ["0: DeviceInfo DELAY_TIMER_STARTED"]);
         bench.pass(499);
         assert_eq!((bench.said().len(), bench.state()), (0, "Delay"));
@@ -343,13 +342,13 @@ fn it_waits_for_its_time() {
     assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: DELAY_TIMER_STARTED"]);
     // What is left of it stands in DeviceInfo.
     bench.now += 1_500;
-    let get = HostMessage::GetDeviceInfo(EMPTY);
-    let input =
-        kos_proto::device::Input::Received { session: ZERO, message: get, password: motion_core::wire::Password(b"") };
-    let now = motion_core::time::Millis(bench.now);
-    let (_, output) = laws::machine::step(bench.machine.clone(), now, input);
-    let kos_proto::device::What::DeviceInfo(doing) = output.send[0].what else { panic!("{output:?}") };
-    assert_eq!(doing.times.0, Seconds(1.0));
+    let (message, password) = (GetDeviceInfo::default().into(), Password(b""));
+    let input = Input::Received { session: ZERO, message, bytes: &[], password };
+    let output = bench.machine.advance(Millis(bench.now), input);
+    let Some(Contents::DeviceInfo(activity)) = output.transmits().next().map(|transmit| &transmit.contents) else {
+        panic!("{output:?}")
+    };
+    assert_eq!(activity.times.0, Seconds(1.0));
 }
 
 /// 7.4-19.
@@ -372,7 +371,7 @@ fn at_its_end_all_is_over() {
     bench.pass(1);
     assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: FULL_STOP"]);
     assert_eq!((bench.told(), bench.state(), bench.machine.stored_move()), (vec![Event::MoveOver], "Empty", None));
-    bench.hear(HostMessage::GetTrajectoryData(EMPTY));
+    bench.hear(GetTrajectoryData::default());
     assert_eq!(bench.said(), ["0: TrajectoryData { stored: false }"], "decision K-J15");
     bench.hear(start());
     assert_eq!(bench.said(), ["0: error 2 0"], "decision K-J14");
@@ -401,7 +400,7 @@ fn it_goes_back_rapidly_and_again() {
         Playback { loop_after_rapid_reverse: LoopCount::FOREVER, rapid_reverse_duration: Seconds(2.0), ..live() };
     let mut bench = played(rapid);
     for _ in 0..300 {
-        bench.hear(HostMessage::KeepAlive(EMPTY));
+        bench.hear(KeepAlive::default());
         bench.pass(10_000);
         assert_eq!(bench.told(), [play(Direction::Reverse, 2_000)]);
         bench.pass(2_000);
@@ -428,7 +427,7 @@ fn it_is_played_from_its_end() {
 
     let mut bench = loaded();
     let late = StartPlayback { direction: PlaybackDirection::FORWARD, start_time: Seconds(1.0), tail: &[] };
-    bench.hear(HostMessage::StartPlayback(late));
+    bench.hear(HostMessage::from(late));
     bench.hear(start_to(PlaybackDirection(2)));
     assert_eq!((bench.said(), bench.told().len()), (vec!["0: error 17 0".into(), "0: error 2 0".to_owned()], 0));
 }
@@ -493,7 +492,7 @@ fn a_stop_of_one_motor_leaves_a_move_that_is_ready() {
 #[test]
 fn while_a_move_runs_nothing_else_moves() {
     let picture = TakePicture { motor_address: MotorAddress::ALL, exposure: Seconds(1.0), tail: &[] };
-    let others = [mark_begin(1), mark_end(1), reset_axis(0), reset_axis(1), HostMessage::TakePicture(picture)];
+    let others = [mark_begin(1), mark_end(1), reset_axis(0), reset_axis(1), HostMessage::from(picture)];
     let moves = [setup(false), setup(true), RAPID, set_psa(1, 1.0, 1.0), bump(3, 1.0, 1.0), start()];
     for message in others.into_iter().chain(moves).chain([set(live_move(live()))]) {
         for mut bench in running() {
@@ -501,7 +500,7 @@ fn while_a_move_runs_nothing_else_moves() {
             if state == "HomingSetup" && matches!(message, HostMessage::StartPlayback(_)) {
                 continue;
             }
-            bench.open(ONE, kos_proto::summary::Transport::Usb);
+            bench.open(ONE, kos_proto::Transport::Usb);
             let before = bench.machine.clone();
             bench.from(ONE, message);
             assert_eq!((bench.said(), bench.told().len()), (vec!["1: error 2 0".into()], 0), "{state}: {message}");
@@ -545,7 +544,7 @@ fn camera_roll_is_never_told() {
 fn a_late_wake_is_late() {
     let mut bench = played(Playback { loop_after_reverse: LoopCount(1), ..live() });
     bench.now += 25_000;
-    bench.step(kos_proto::device::Input::Wake);
+    bench.step(Input::Wake);
     assert_eq!(bench.told(), [play(Direction::Reverse, 10_000)]);
     bench.pass(9_999);
     assert_eq!(bench.state(), "Reverse");

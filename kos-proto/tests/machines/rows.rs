@@ -101,9 +101,9 @@ fn every_state_is_drawn_and_every_drawn_state_is_one() {
 fn sizes() {
     let sizes = [
         ("DeviceMachine", size_of::<kos_proto::device::DeviceMachine>(), 768),
-        ("device::Output", size_of::<kos_proto::device::Output>(), 2560),
+        ("device::Output", size_of::<kos_proto::device::Output<'_>>(), 4096),
         ("HostMachine", size_of::<host::HostMachine>(), 1536),
-        ("host::Output", size_of::<host::Output>(), 2304),
+        ("host::Output", size_of::<host::Output<'_>>(), 5120),
     ];
     for (name, size, most) in sizes {
         println!("{name}: {size} bytes");

@@ -2,24 +2,23 @@
 
 use kos_proto::host::*;
 use kos_proto::message::*;
-use kos_proto::summary::Direction;
 
 use super::client::*;
 
-const STOP: Send = Send::StopPlayback;
-const ASKS: Send = Send::Get(Get::DeviceInfo);
+const STOP: Transmit<'static> = Transmit::StopPlayback;
+const ASKS: Transmit<'static> = Transmit::Get(Get::DeviceInfo);
 
-fn said(happened: Move) -> Vec<Event> {
+fn said(happened: Move) -> Vec<Event<'static>> {
     vec![Event::Move(happened)]
 }
 
-fn progress(state: PlaybackState) -> Vec<Event> {
+fn progress(state: PlaybackState) -> Vec<Event<'static>> {
     said(Move::Progress { state, elapsed: Normalized(0.5), photos: Some(Photos(0.0)) })
 }
 
 /// What the device says takes the move from one state to another.
 #[track_caller]
-fn row(mut client: Client, says: PlaybackState, told: Vec<Event>, next: &str) -> Client {
+fn row(mut client: Client, says: PlaybackState, told: Vec<Event<'static>>, next: &str) -> Client {
     client.say(says);
     assert_eq!((client.told(), client.move_state()), (told, next));
     assert_eq!(client.sent(), []);
@@ -68,7 +67,7 @@ fn all() -> Vec<Client> {
 fn a_move_is_loaded() {
     let mut client = Client::ready();
     client.command(load());
-    assert_eq!(client.sent(), [Send::Trajectory, Send::Setup { way: Direction::Forward, delay_return: false }]);
+    assert_eq!(client.sent(), [Transmit::Trajectory, Transmit::Setup { way: Direction::Forward, delay_return: false }]);
     assert_eq!(client.move_state(), "SettingUp");
     assert_eq!(Client::armed().refused(load()), Some(Refusal::MoveRuns), "stop the one that is ready first");
     let mut client = Client::ready();
@@ -83,7 +82,7 @@ fn a_move_is_played_directly() {
     client.command(Command::PlayDirect { summary: summary(), way: Direction::Reverse });
     assert_eq!(
         (client.sent(), client.move_state()),
-        (vec![Send::Trajectory, Send::Start(Direction::Reverse)], "Starting")
+        (vec![Transmit::Trajectory, Transmit::Start(Direction::Reverse)], "Starting")
     );
 }
 
@@ -105,7 +104,7 @@ fn a_way_home_may_be_long() {
             client.pass(9_999);
             client.hear(device_info(PlaybackState::NO_MOVE));
         }
-        client.told.retain(|event| *event != Event::Told(kos_proto::MessageId::DEVICE_INFO));
+        client.told.retain(|event| !matches!(event, Event::Unsolicited(_)));
         assert_eq!(client.told(), []);
         client.pass(1_000);
         assert_eq!((client.told(), client.move_state()), (said(Move::Slow), state));
@@ -119,7 +118,7 @@ fn a_way_home_may_be_long() {
 fn a_move_that_is_ready_is_played_once() {
     let mut client = Client::armed();
     client.command(Command::Play);
-    assert_eq!((client.sent(), client.move_state()), (vec![Send::Start(Direction::Forward)], "Starting"));
+    assert_eq!((client.sent(), client.move_state()), (vec![Transmit::Start(Direction::Forward)], "Starting"));
     assert_eq!(client.refused(Command::Play), Some(Refusal::MoveRuns));
     assert_eq!(Client::ready().refused(Command::Play), Some(Refusal::NoMove));
 }
@@ -129,7 +128,7 @@ fn a_move_that_is_ready_is_played_once() {
 fn a_move_that_is_ready_goes_home_rapidly() {
     let mut client = Client::armed();
     client.command(Command::RapidToFirstKeyFrame);
-    assert_eq!(client.sent(), [Send::RapidToFirstKeyFrame]);
+    assert_eq!(client.sent(), [Transmit::RapidToFirstKeyFrame]);
     assert_eq!(client.refused(Command::Play), Some(Refusal::Moves));
     let mut client = row(client, PlaybackState::MOTORS_HOME, said(Move::Home), "Armed");
     assert_eq!(client.refused(Command::Play), None);
@@ -242,7 +241,7 @@ fn a_stop_is_sent_until_it_is_confirmed() {
             client.clear();
             client.pass(1);
             assert_eq!(client.sent()[0], STOP);
-            assert_eq!(client.told(), [Event::StopNotConfirmed(None)]);
+            assert_eq!(client.told(), [Event::StopNotConfirmed(StopTarget::All)]);
         }
         client.say(PlaybackState::FULL_STOP);
         assert_eq!(client.told(), said(Move::Finished { requested: true }));
@@ -286,7 +285,7 @@ fn a_stop_is_over_when_all_is_answered() {
     // The end that was on its way, and then the answer to the stop.
     client.say(PlaybackState::FULL_STOP);
     client.rests(1, 4.0);
-    assert_eq!((client.move_state(), client.refused(load())), ("Stopping", Some(Refusal::MoveRuns)));
+    assert_eq!((client.move_state(), client.refused(load())), ("Stopping", Some(Refusal::Stopping)));
     client.clear();
     let mut client = row(client, PlaybackState::FULL_STOP, progress(PlaybackState::FULL_STOP), "Stopping");
     client.hear(device_info(PlaybackState::FULL_STOP));
@@ -309,7 +308,7 @@ fn a_stop_is_over_when_the_question_behind_it_is() {
     assert_eq!(client.move_state(), "NoMove");
 
     let mut client = Client::running();
-    client.command(Command::Get(Get::DeviceInfo, Token(1)));
+    client.command(Command::Get(Get::DeviceInfo));
     client.clear();
     client.command(Command::Stop);
     assert!(!client.sent().contains(&ASKS));
@@ -325,13 +324,13 @@ fn a_stop_is_over_when_the_question_behind_it_is() {
 fn late_answers_do_not_end_a_stop() {
     let mut client = stopping();
     client.pass(2_000);
-    assert!(client.sent().contains(&Send::StopPlayback), "it is not confirmed");
+    assert!(client.sent().contains(&Transmit::StopPlayback), "it is not confirmed");
     client.pass(1_000);
     assert_eq!(client.sent(), [ASKS], "nor is the question answered that was asked before it was sent again");
     // What was late comes: the answers to the first stop, and to its question.
     client.say(PlaybackState::FULL_STOP);
     client.hear(device_info(PlaybackState::FULL_STOP));
-    assert_eq!((client.move_state(), client.refused(load())), ("Stopping", Some(Refusal::MoveRuns)));
+    assert_eq!((client.move_state(), client.refused(load())), ("Stopping", Some(Refusal::Stopping)));
     client.say(PlaybackState::FULL_STOP);
     client.hear(device_info(PlaybackState::FULL_STOP));
     assert_eq!(client.move_state(), "NoMove");
@@ -352,7 +351,7 @@ fn a_stop_without_its_answer_ends_the_connection() {
     assert_eq!((client.told(), client.state()), (vec![], "Ready"), "in the next step");
     let mut paid = client.clone();
     client.pass(1);
-    assert_eq!((client.told(), client.move_state()), (vec![Event::Closed(CloseReason::NoAnswer)], "NoMove"));
+    assert_eq!((client.told(), client.move_state()), (vec![Event::LinkDown(LinkDownReason::NoAnswer)], "NoMove"));
 
     // One that comes before that is in time, but it has to be the last.
     for client in [&mut late, &mut paid] {
@@ -383,10 +382,10 @@ fn a_lost_connection_loses_the_move_until_it_is_found() {
             (4, Some(MoveState::Ended)),
         ] {
             let mut client = client.clone();
-            client.step(Input::Closed);
+            client.step(Input::LinkDown);
             assert_eq!((client.told()[0], client.move_state()), (Event::Move(Move::Lost), "NoMove"));
             client.pass(1_000);
-            client.step(Input::Opened);
+            client.step(Input::LinkUp);
             client.introduce(PlaybackState(status));
             assert_eq!(client.machine.move_state(), found.unwrap_or(MoveState::NoMove));
             let told = client.told();
@@ -400,36 +399,36 @@ fn a_lost_connection_loses_the_move_until_it_is_found() {
 fn a_stop_survives_a_lost_connection() {
     for lost_first in [false, true] {
         let mut client = Client::running();
-        let unconfirmed = Event::StopNotConfirmed(None);
+        let unconfirmed = Event::StopNotConfirmed(StopTarget::All);
         if lost_first {
-            client.step(Input::Closed);
+            client.step(Input::LinkDown);
             client.clear();
             client.command(Command::Stop);
             assert_eq!((client.told(), client.sent()), (vec![unconfirmed], vec![]));
         } else {
             client.command(Command::Stop);
             client.clear();
-            client.step(Input::Closed);
+            client.step(Input::LinkDown);
             assert!(client.told().contains(&unconfirmed));
         }
         assert_eq!(client.move_state(), "Stopping");
         client.clear();
         client.pass(1_000);
-        client.step(Input::Opened);
+        client.step(Input::LinkUp);
         assert_eq!((client.sent(), client.move_state()), (vec![STOP, ASKS], "Stopping"));
         client.say(PlaybackState::FULL_STOP);
         client.introduce(PlaybackState::FULL_STOP);
         assert_eq!((client.state(), client.move_state()), ("Ready", "NoMove"));
     }
     let mut client = stopping();
-    client.step(Input::Closed);
+    client.step(Input::LinkDown);
     client.clear();
     client.pass(60_000);
     assert_eq!((client.sent(), client.state()), (vec![], "Connecting"), "there is nobody to send it to");
     let mut client = stopping();
     client.command(Command::Disconnect);
     assert_eq!(client.move_state(), "NoMove", "who gives up was told");
-    assert!(client.told().contains(&Event::StopNotConfirmed(None)));
+    assert!(client.told().contains(&Event::StopNotConfirmed(StopTarget::All)));
 }
 
 /// 7.6-22.
@@ -458,14 +457,10 @@ fn what_does_not_fit_is_told() {
 fn an_end_that_was_not_told_is_found_out() {
     for status in [PlaybackState::FULL_STOP, PlaybackState::NO_MOVE] {
         for mut client in [delayed(), pre_shoot(), Client::running(), ended()] {
-            client.command(Command::Get(Get::DeviceInfo, Token(1)));
+            client.command(Command::Get(Get::DeviceInfo));
             client.clear();
             client.hear(device_info(status));
-            let told = client.told();
-            assert_eq!(
-                told,
-                [Event::Answered(Get::DeviceInfo, Token(1)), Event::Move(Move::Finished { requested: false })]
-            );
+            assert_eq!(client.told(), said(Move::Finished { requested: false }));
             assert_eq!(client.move_state(), "NoMove");
         }
     }
@@ -481,12 +476,12 @@ fn an_end_that_was_not_told_is_found_out() {
 fn over_usb_it_asks_whether_a_move_still_runs() {
     let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
     client.pass(4_000);
-    assert_eq!(client.sent(), [Send::KeepAlive]);
+    assert_eq!(client.sent(), [Transmit::KeepAlive]);
     client.command(Command::PlayDirect { summary: summary(), way: Direction::Forward });
     client.say(PlaybackState::START_FORWARD);
     client.clear();
     client.pass(4_000);
-    assert_eq!(client.sent(), [Send::KeepAlive, ASKS]);
+    assert_eq!(client.sent(), [Transmit::KeepAlive, ASKS]);
     client.hear(device_info(PlaybackState::FULL_STOP));
     assert_eq!(client.told(), said(Move::Finished { requested: false }));
 }
@@ -496,29 +491,30 @@ fn over_usb_it_asks_whether_a_move_still_runs() {
 fn what_moves_something_is_never_repeated() {
     let zero = Go { speed: RotationsPerSecond(0.0), ..go(ONE, 1.0) };
     let repeatable = [
-        Send::Question,
-        Send::KeepAlive,
+        Transmit::Discover,
+        Transmit::KeepAlive,
         ASKS,
-        Send::UserPassword(PasswordOf::User),
-        Send::Leds { master: LedMode::ON, slave: LedMode::ON },
-        Send::Platform(1),
+        Transmit::UserPassword(PasswordOf::User),
+        Transmit::Leds { master: LedMode::ON, slave: LedMode::ON },
+        Transmit::Platform(1),
         STOP,
-        Send::MoveTo(zero),
+        Transmit::MoveTo(zero),
+        Transmit::Bump(zero),
     ];
     let never = [
-        Send::DevicePassword,
-        Send::Trajectory,
-        Send::ResetDevice,
-        Send::ResetAxis(ONE),
-        Send::MarkBegin(ONE),
-        Send::MarkEnd(ONE),
-        Send::Setup { way: Direction::Forward, delay_return: false },
-        Send::Start(Direction::Forward),
-        Send::RapidToFirstKeyFrame,
-        Send::TakePicture(Seconds(1.0)),
-        Send::MoveTo(go(ONE, 1.0)),
-        Send::Bump(zero),
+        Transmit::DevicePassword,
+        Transmit::Trajectory,
+        Transmit::ResetDevice,
+        Transmit::ResetAxis(ONE),
+        Transmit::MarkBegin(ONE),
+        Transmit::MarkEnd(ONE),
+        Transmit::Setup { way: Direction::Forward, delay_return: false },
+        Transmit::Start(Direction::Forward),
+        Transmit::RapidToFirstKeyFrame,
+        Transmit::TakePicture(Seconds(1.0)),
+        Transmit::MoveTo(go(ONE, 1.0)),
+        Transmit::Bump(go(ONE, 1.0)),
     ];
-    assert!(repeatable.iter().all(Send::is_repeatable));
-    assert!(!never.iter().any(Send::is_repeatable));
+    assert!(repeatable.iter().all(|transmit| transmit.conduct().repeatable));
+    assert!(!never.iter().any(|transmit| transmit.conduct().repeatable));
 }

@@ -16,7 +16,7 @@ use motion_core::wire::Message;
 /// Any bytes as a move: what is read can be asked anything and be planned again, what is not is refused by lint too.
 pub(crate) fn read(body: &[u8]) {
     let Ok(data) = TrajectoryData::decode(body) else { return };
-    let message = HostMessage::SetTrajectoryData(data);
+    let message = HostMessage::from(data);
     let refused = message.lint(&Context::default()).first_error().is_some();
     let mut again = vec![0; data.encoded_len()];
     assert_eq!((data.encode_into(&mut again), &again[..]), (Ok(body.len()), body));
@@ -107,7 +107,7 @@ fn only_asked_for(plan: &Plan<'_>, data: &TrajectoryData<'_>) {
     if *plan == Plan::without_motors(how) {
         wanted.push((Severity::Error, "axis"));
     }
-    let lints = HostMessage::SetTrajectoryData(*data).lint(&Context::default());
+    let lints = HostMessage::from(*data).lint(&Context::default());
     let found: Vec<_> = lints.into_iter().map(|lint| (lint.severity, lint.what)).collect();
     assert_eq!(found, wanted);
 }

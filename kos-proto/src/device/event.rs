@@ -1,0 +1,116 @@
+//! Events of a device machine: what the rig has to do, or should know.
+
+use motion_core::wire::{DecodeError, Password};
+
+use super::session::{DisconnectReason, SessionId};
+use crate::message::{
+    Direction, LedMode, MotorAddress, MotorSet, Normalized, Rotations, RotationsPerSecond, RotationsPerSecondSquared,
+};
+use crate::move_summary::SummaryError;
+use crate::trajectory::TrajectoryData;
+
+/// Something that the rig has to do, or should know.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Event<'a> {
+    /// Send a motor to a position.
+    Move {
+        /// Motor to move.
+        motor: MotorAddress,
+        /// Position, as the rig counts.
+        to: Rotations,
+        /// Greatest speed; the rig's own limits stand over it.
+        speed: RotationsPerSecond,
+        /// Acceleration of start and stop.
+        acceleration: RotationsPerSecondSquared,
+    },
+    /// Stop a motor.
+    StopMotor {
+        /// Motor to stop.
+        motor: MotorAddress,
+        /// Acceleration; `None` for the greatest that is safe.
+        acceleration: Option<RotationsPerSecondSquared>,
+    },
+    /// Stop all motors and the move, and close the shutter.
+    StopAll,
+    /// Send motors to where the move begins, or ends if it will be played in reverse.
+    Home {
+        /// Direction in which the move will be played.
+        way: Direction,
+        /// Speed, as a part of the greatest speed of each motor.
+        speed: Normalized,
+        /// Motors of the move.
+        motors: MotorSet,
+    },
+    /// Play the whole move in this time. It begins now, even if the rig was late before.
+    Play {
+        /// Direction in which the move is played.
+        way: Direction,
+        /// Duration in milliseconds.
+        millis: u64,
+    },
+    /// Send the motors of the move to the next place: `frame` of `last` parts of the move.
+    MoveToFrame {
+        /// Number of the place, from 1.
+        frame: u32,
+        /// Number of the place where the move ends.
+        last: u32,
+    },
+    /// Open the shutter.
+    OpenShutter {
+        /// Exposure in milliseconds.
+        millis: u64,
+    },
+    /// The move is at its end and will not go on.
+    MoveOver,
+    /// Switch the lamps.
+    Leds {
+        /// Mode of the lamp of the device.
+        master: LedMode,
+        /// Mode of the lamp of its slave.
+        slave: LedMode,
+    },
+    /// Store this password.
+    StorePassword(Password<'a>),
+    /// Store this move, in place of the one that is stored.
+    StoreTrajectory(TrajectoryData<'a>),
+    /// A client sent a move that cannot be played. The one that was stored is forgotten.
+    BadTrajectory(SummaryError),
+    /// Store the platform that calibrates the motors.
+    StorePlatform(u8),
+    /// Close a connection.
+    Disconnect {
+        /// Number of the connection.
+        session: SessionId,
+        /// Reason why it is closed.
+        reason: DisconnectReason,
+    },
+    /// Start the device anew, and report [`Started`](super::Report::Started) then.
+    Reboot,
+    /// An input was ignored.
+    Ignored(Ignored),
+}
+
+/// Reason why an input was ignored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Ignored {
+    /// The client is locked.
+    Locked(SessionId),
+    /// The password was wrong.
+    WrongPassword(SessionId),
+    /// The message ends before its fields do.
+    Malformed(SessionId, DecodeError),
+    /// The device does not know the message, or a value in it.
+    Unsupported(SessionId),
+    /// A client sent a message that only devices send; it is not answered (decision K-P10).
+    NotForDevices(SessionId),
+    /// There is no such connection.
+    NoSession(SessionId),
+    /// The datagram is no question for devices.
+    Datagram,
+    /// The rig reported something that cannot be: about no motor, or a position that is NaN or infinite.
+    Report,
+    /// The device starts anew.
+    Off,
+}

@@ -1,0 +1,100 @@
+//! Inputs of a device machine.
+
+use core::net::SocketAddrV4;
+
+use motion_core::wire::{DecodeError, Password};
+
+use super::session::SessionId;
+use crate::HostMessage;
+use crate::frame::{Frame, MessageId, MessageType};
+use crate::message::{AuxInputs, ErrorCode, MotorAddress, Rotations};
+use crate::transport::Transport;
+
+/// Something that happened to a device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Input<'a> {
+    /// A client is connected, under a number that the caller chooses. An earlier connection of that number is gone.
+    LinkUp {
+        /// Number of the connection.
+        session: SessionId,
+        /// Transport of the connection.
+        transport: Transport,
+        /// Password that is stored at present.
+        password: Password<'a>,
+    },
+    /// A client is gone.
+    LinkDown(SessionId),
+    /// A client sent a message.
+    Received {
+        /// Number of the connection.
+        session: SessionId,
+        /// The message.
+        message: HostMessage<'a>,
+        /// Bytes of the message from its version byte on. The device sends them back if it does not know the message.
+        bytes: &'a [u8],
+        /// Password that is stored at present.
+        password: Password<'a>,
+    },
+    /// A client sent a message that ends before its fields do.
+    Malformed {
+        /// Number of the connection.
+        session: SessionId,
+        /// Id of the message.
+        id: MessageId,
+        /// Type of the message.
+        kind: MessageType,
+        /// Error of the decoder.
+        error: DecodeError,
+        /// Bytes of the message from its version byte on. The device sends them back.
+        bytes: &'a [u8],
+    },
+    /// The bytes from a client are no stream of messages: a `Fatal` item (safety decision 6).
+    Fatal(SessionId),
+    /// A datagram came.
+    Datagram {
+        /// Address of the sender.
+        from: SocketAddrV4,
+        /// The message.
+        message: HostMessage<'a>,
+    },
+    /// The rig reports what happened to it.
+    Rig(Report),
+    /// The time of the last wake has come.
+    Wake,
+}
+
+impl<'a> Input<'a> {
+    /// Input for a frame from a client: [`Received`](Self::Received), or [`Malformed`](Self::Malformed).
+    #[must_use]
+    pub fn received(session: SessionId, frame: &Frame<'a>, password: Password<'a>) -> Self {
+        let bytes = frame.bytes();
+        match HostMessage::decode(frame) {
+            Ok(message) => Self::Received { session, message, bytes, password },
+            Err(error) => Self::Malformed { session, id: frame.id(), kind: frame.kind(), error, bytes },
+        }
+    }
+}
+
+/// Report of the rig. Positions are counted as the rig counts, from anywhere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Report {
+    /// The device runs and can be connected to.
+    Started,
+    /// A motor on its way is at this position.
+    At(MotorAddress, Rotations),
+    /// A motor rests at this position: where it was sent, or where it was stopped.
+    ///
+    /// The rig reports it of every motor that was told to move, stop or go home, or to the next place of a move, also if
+    /// the motor did not have to move.
+    Arrived(MotorAddress, Rotations),
+    /// A motor cannot get to where the move begins.
+    CannotHome(MotorAddress),
+    /// A motor has a fault: `RUNAWAY`, `FAULT` and the like.
+    Fault(MotorAddress, ErrorCode),
+    /// A motor is there, or not any more.
+    Online(MotorAddress, bool),
+    /// An input changed; these are all inputs.
+    Inputs(AuxInputs),
+}

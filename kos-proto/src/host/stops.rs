@@ -1,0 +1,134 @@
+//! Stops of everything, and the motors that are not known to rest although nothing follows them any more.
+
+use core::mem;
+
+use motion_core::machine::Effect;
+use motion_core::time::Millis;
+
+use super::event::{Event, StopTarget};
+use super::transmit::Transmit;
+use super::{Options, Output};
+use crate::message::{MotorAddress, MotorSet};
+
+/// Puts a stop before everything else that is to be done, and after the stops that are there already.
+pub(super) fn transmit_stop<'a>(output: &mut Output<'a>, stop: Transmit<'a>) {
+    let mut carried = Effect::Transmit(stop);
+    let mut is_front = true;
+    for effect in &mut output.effects {
+        is_front &= matches!(effect, Effect::Transmit(transmit) if transmit.conduct().is_stop());
+        if !is_front {
+            mem::swap(effect, &mut carried);
+        }
+    }
+    match carried {
+        Effect::Transmit(transmit) => output.transmit(transmit),
+        Effect::Event(event) => output.event(event),
+    }
+}
+
+/// State of the stops of everything.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub(super) struct Stops {
+    /// Motors that may move because of this client although nothing follows them any more: the connection went down, the
+    /// motor was forgotten, or a move was ended. Only a confirmed stop tells that they rest, or a move that includes them.
+    astray: MotorSet,
+    pending: Option<Pending>,
+}
+
+/// Stop of everything that is not confirmed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct Pending {
+    /// Whether the device said that it obeys. A motor that said before that it rests may have meant something else.
+    is_obeyed: bool,
+    /// Motors that did not say yet that they rest.
+    waiting: MotorSet,
+    /// Time at which the motors should have said it.
+    until: Option<Millis>,
+}
+
+impl Stops {
+    /// Whether something of this client is not known to rest.
+    pub(super) const fn may_move(&self) -> bool {
+        self.pending.is_some() || !self.astray.is_empty()
+    }
+
+    /// Motors that nothing follows any more.
+    pub(super) const fn astray(&self) -> MotorSet {
+        self.astray
+    }
+
+    /// Whether a stop is obeyed, so that each report of rest means what it says.
+    pub(super) fn is_obeyed(&self) -> bool {
+        self.pending.is_some_and(|pending| pending.is_obeyed)
+    }
+
+    /// Notes a stop of everything, which is over when all these motors rest.
+    pub(super) fn begin(&mut self, motors: MotorSet) {
+        let waiting = self.pending.map_or(motors, |pending| pending.waiting.with(motors));
+        self.pending = Some(Pending { is_obeyed: false, waiting, until: None });
+    }
+
+    /// Notes that the device obeys a stop.
+    pub(super) fn obeyed(&mut self, now: Millis, options: &Options) {
+        if let Some(pending) = &mut self.pending {
+            (pending.is_obeyed, pending.until) = (true, Some(now.after(options.stop_timeout())));
+        }
+    }
+
+    /// Notes motors that may move and are not followed any more.
+    pub(super) const fn lose(&mut self, motors: MotorSet) {
+        self.astray = self.astray.with(motors);
+    }
+
+    /// Notes motors that rest because a move has come to where it begins, or ends.
+    pub(super) const fn at_rest(&mut self, motors: MotorSet) {
+        self.astray = self.astray.without(motors);
+    }
+
+    /// Notes that a motor said that it rests.
+    pub(super) fn rests(&mut self, motor: MotorAddress) {
+        if let Some(pending) = self.pending.as_mut().filter(|pending| pending.is_obeyed) {
+            pending.waiting.remove(motor);
+        }
+    }
+
+    /// Notes that a motor is gone. It is waited for all the same if it may move.
+    pub(super) fn gone(&mut self, motor: MotorAddress) {
+        if let Some(pending) = self.pending.as_mut().filter(|_| !self.astray.contains(motor)) {
+            pending.waiting.remove(motor);
+        }
+    }
+
+    /// Notes that the connection went down. A stop that waits stays: only another one tells whether all rest.
+    pub(super) fn lost(&mut self, output: &mut Output<'_>) {
+        if let Some(pending) = &mut self.pending {
+            // The move tells it otherwise.
+            if pending.is_obeyed {
+                output.event(Event::StopNotConfirmed(StopTarget::All));
+            }
+            (pending.is_obeyed, pending.until) = (false, None);
+        }
+    }
+
+    /// Tells that motors do not rest in time after a stop that is obeyed.
+    pub(super) fn wake(&mut self, now: Millis, output: &mut Output<'_>) {
+        if let Some(pending) = self.pending.as_mut().filter(|pending| pending.until.is_some_and(|until| until <= now)) {
+            pending.until = None;
+            if !pending.waiting.is_empty() {
+                output.event(Event::StopNotConfirmed(StopTarget::All));
+            }
+        }
+    }
+
+    /// Ends the stop if it is obeyed and all motors rest.
+    pub(super) fn settle(&mut self, output: &mut Output<'_>, moves: bool) {
+        if self.pending.is_some_and(|pending| pending.is_obeyed && pending.waiting.is_empty()) && !moves {
+            *self = Self::default();
+            output.event(Event::Stopped(StopTarget::All));
+        }
+    }
+
+    pub(super) fn deadline(&self) -> Option<Millis> {
+        self.pending.and_then(|pending| pending.until)
+    }
+}
