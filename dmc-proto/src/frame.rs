@@ -17,7 +17,7 @@ use core::fmt;
 
 use motion_core::fletcher::{self, PrefixSums, Sum};
 use motion_core::stream::{self, Framing, Head, Noise};
-use motion_core::wire::{EncodeError, Messages};
+use motion_core::wire::{DecodeError, EncodeError, Envelope};
 use zerocopy::little_endian::{U16, U32};
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
@@ -66,6 +66,11 @@ pub struct MessageType(pub u16);
 
 impl MessageType {
     const ACK: u16 = 0x8000;
+
+    /// Type of the message with a number of the tables, which hold none above 0xffff.
+    pub(crate) fn of(number: u32) -> Self {
+        Self(u16::try_from(number).unwrap_or(u16::MAX))
+    }
 
     /// Whether it marks an acknowledgement. Only devices send these.
     #[must_use]
@@ -275,15 +280,42 @@ pub fn encode(id: MessageId, kind: MessageType, data: &[u8], out: &mut [u8]) -> 
     })
 }
 
-/// Writes a message in its frame.
-pub(crate) fn encode_message<'a, M: Messages<'a>>(
-    message: &M,
-    id: MessageId,
-    out: &mut [u8],
-) -> Result<usize, EncodeError> {
-    // The tables hold no number above 0xffff, and `Other` keeps the one it came with.
-    let number = u16::try_from(message.number()).unwrap_or(u16::MAX);
-    envelope(id, MessageType(number), message.body_len(), out, |place| message.encode_body(place))
+/// The frame as the envelope of messages, which a host sends, or a device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Enclosed<const BY_HOST: bool> {}
+
+impl<const BY_HOST: bool> Envelope for Enclosed<BY_HOST> {
+    type Frame<'a> = Frame<'a>;
+    type Label = MessageId;
+
+    #[inline]
+    fn open<'a>(frame: &Self::Frame<'a>) -> Result<(u32, &'a [u8]), DecodeError> {
+        Ok((frame.kind().0.into(), frame.payload()))
+    }
+
+    #[inline]
+    fn frame_len(_: u32, body_len: usize) -> usize {
+        frame_len(body_len)
+    }
+
+    /// The id 0 is only for devices (decision D-13).
+    fn check(id: MessageId) -> Result<(), EncodeError> {
+        if BY_HOST && id == MessageId::UNSOLICITED {
+            return Err(EncodeError::OutOfRange { what: "id", value: 0, min: 1, max: u32::MAX.into() });
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn seal(
+        id: MessageId,
+        number: u32,
+        body_len: usize,
+        out: &mut [u8],
+        body: impl FnOnce(&mut [u8]) -> Result<usize, EncodeError>,
+    ) -> Result<usize, EncodeError> {
+        envelope(id, MessageType::of(number), body_len, out, body)
+    }
 }
 
 /// Bytes of a frame around `len` bytes of data.
@@ -455,7 +487,7 @@ mod tests {
     fn a_message_that_cannot_be_written_leaves_the_buffer_alone() {
         let motors = crate::message::RtShootFrame2 { tail: &[0; 9], ..Message::decode(&[0; 12]).unwrap() };
         let mut out = [0xa5; 64];
-        let refused = crate::HostMessage::RtShootFrame2(motors).encode_into(MessageId(1), &mut out);
+        let refused = crate::HostMessage::from(motors).encode_into(MessageId(1), &mut out);
         assert_eq!(refused, Err(EncodeError::Tail { what: "RtShootFrame2.motors", len: 9 }));
         assert_eq!(out, [0xa5; 64]);
     }
@@ -472,7 +504,7 @@ mod tests {
         assert_eq!(frames.push(&bytes), bytes.len());
         let Some(stream::Item::Corrupt { header, .. }) = frames.next() else { panic!("it is corrupt") };
         assert_eq!((header.id(), header.kind()), (MessageId(0x0403_0201), MessageType(0x0605)));
-        let ack = DeviceMessage::Ack(Ack::new(header.kind(), AckCode::ERR_CHECKSUM));
+        let ack = DeviceMessage::from(Ack::new(header.kind(), AckCode::ERR_CHECKSUM));
         let mut out = [0; 14];
         assert_eq!(ack.encode_into(header.id(), &mut out), Ok(14));
         assert_eq!(&out[..12], b"DF\x01\x02\x03\x04\x05\x86\x02\0\x11\0", "decision D-8");

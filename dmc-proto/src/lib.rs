@@ -41,29 +41,31 @@
 //!
 //! let jog = MotorJog { motor: Motor(3), speed: JogSpeed::SLOWEST, destination: Steps(-2000), tail: &[] };
 //! let mut out = [0; 64];
-//! let len = HostMessage::MotorJog(jog).encode_checked(MessageId(1), &Context::default(), &mut out)?;
+//! let len = HostMessage::from(jog).encode_checked(MessageId(1), &Context::default(), &mut out)?;
 //! assert_eq!(&out[..len], b"DF\x01\0\0\0\x36\0\x07\0\x03\x01\0\x30\xf8\xff\xff\xb3\x56");
 //! # Ok::<(), dmc_proto::EncodeError>(())
 //! ```
 //!
 //! A whole move is sent and stored with [`upload`].
 //!
-//! When to send what, and what a silence means, is known to two state machines: [`host::HostMachine`] controls,
-//! [`device::DeviceMachine`] moves. They are pure functions, from what happened to what follows: what to send, what to
-//! tell, when to look again. Both begin with a table of what to call when, and a loop that drives them.
+//! Two state machines know when to send what, and what a silence means: [`host::HostMachine`] controls,
+//! [`device::DeviceMachine`] moves. An input goes in; messages to send, events to tell and the next wake come out. Both
+//! modules begin with a table of what to call when, and a loop that drives the machine.
 //!
 //! ```
-//! use dmc_proto::host::{Command, HostMachine, Input, Options, State, Stop, What};
-//! use motion_core::machine::Machine;
-//! use motion_core::time::Millis;
+//! use dmc_proto::Millis;
+//! use dmc_proto::host::{Command, Contents, Effect, HostMachine, Input, Options, State, StopTarget, Token, Transmit};
 //!
-//! let (host, output) = HostMachine::new(Options::default()).step(Millis(0), Input::LinkUp);
-//! assert_eq!((host.state(), output.send[0].what), (State::Greeting, What::Greeting));
+//! let mut host = HostMachine::new(Options::default());
+//! let output = host.advance(Millis(0), Input::LinkUp);
+//! assert!(matches!(output.effects[..], [Effect::Transmit(Transmit { contents: Contents::Greeting, .. })]));
+//! assert_eq!(host.state(), State::Greeting);
 //! assert_eq!(output.wake, Some(Millis(1000)), "if the device has not said who it is by then, it is asked again");
 //!
 //! // A stop waits for nothing, not even for that.
-//! let (_, output) = host.step(Millis(5), Input::Command(Command::Stop(Stop::All)));
-//! assert_eq!(output.send[0].what, What::Stop(Stop::All));
+//! let output = host.advance(Millis(5), Input::Command(Token(1), Command::Stop(StopTarget::All)));
+//! let first = &output.effects[0];
+//! assert!(matches!(first, Effect::Transmit(Transmit { contents: Contents::Stop(StopTarget::All), .. })));
 //! ```
 //!
 //! # Units
@@ -120,12 +122,14 @@ pub mod upload;
 
 pub use frame::{Dmc, Frame, FrameError, Frames, Header, MessageId, MessageType};
 pub use message::{DeviceMessage, HostMessage};
+pub use motion_core::machine::{Effect, Machine, Token};
 #[cfg(feature = "alloc")]
 pub use motion_core::owned::Owned;
 pub use motion_core::stream::Item;
+pub use motion_core::time::Millis;
 pub use motion_core::wire::{DecodeError, EncodeError};
 #[cfg(feature = "tokio")]
-pub use side::Codec;
+pub use side::{Codec, CodecItem};
 pub use side::{Device, Host};
 
 #[doc = include_str!("../README.md")]

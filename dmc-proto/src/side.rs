@@ -2,6 +2,8 @@
 
 use motion_core::side;
 
+use crate::frame::Enclosed;
+use crate::lint::Context;
 use crate::{DeviceMessage, HostMessage};
 
 side! {
@@ -9,10 +11,10 @@ side! {
     ///
     /// ```
     /// # #[cfg(all(feature = "alloc", feature = "bytes"))] {
-    /// use dmc_proto::message::Empty;
+    /// use dmc_proto::message::HiRequest;
     /// use dmc_proto::{Host, HostMessage, MessageId, Owned};
     ///
-    /// let hi = HostMessage::Hi(Empty { tail: &[] });
+    /// let hi = HostMessage::from(HiRequest::default());
     /// let kept: Owned<Host> = Owned::new(&hi)?;
     /// assert_eq!(kept.message(), hi);
     ///
@@ -23,9 +25,9 @@ side! {
     /// # }
     /// # Ok::<(), dmc_proto::EncodeError>(())
     /// ```
-    pub enum Host in LE: HostMessage(id: crate::MessageId);
+    pub enum Host in LE: HostMessage(id: crate::MessageId) by Enclosed<true>, over crate::Dmc, lint Context<'_>;
     /// A controller, where a type says whose messages are meant.
-    pub enum Device in LE: DeviceMessage(id: crate::MessageId);
+    pub enum Device in LE: DeviceMessage(id: crate::MessageId) by Enclosed<false>, over crate::Dmc, lint Context<'_>;
 }
 
 /// Frames as a `tokio_util` codec, with a buffer of `N` bytes, at least twice [`MAX_FRAME`](crate::frame::MAX_FRAME).
@@ -33,3 +35,7 @@ side! {
 /// For other limits, name the framing: `motion_core::codec::Codec<Dmc<1048>, 2096>`.
 #[cfg(feature = "tokio")]
 pub type Codec<const N: usize = { 2 * crate::frame::MAX_FRAME }> = motion_core::codec::Codec<crate::Dmc, N>;
+
+/// Items that the [`Codec`] yields: frames, corrupt frames and noise, as bytes.
+#[cfg(feature = "tokio")]
+pub type CodecItem = motion_core::codec::Item<crate::Header>;

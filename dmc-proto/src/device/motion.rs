@@ -1,78 +1,47 @@
-//! What the motors do: DMC D2 and D3.
+//! Motion of a device: DMC D2 and D3.
 
+use motion_core::states;
 use motion_core::time::Millis;
 
 use crate::message::{AckCode, FrameNumber, Motors};
 
-/// What a device is doing, for those who look at it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum State {
-    /// Nothing: all motors stand.
-    Idle,
-    /// Motors move, each for itself.
-    Moving,
-    /// Motors come to rest, because they were told to stop.
-    Stopping,
-    /// All motors of the uploaded move go to a frame.
-    ToFrame,
-    /// All motors run along the uploaded move.
-    JogAll,
-    /// All motors go to where a run or a shot begins.
-    PreRoll,
-    /// The device waits for the signal to start.
-    Ready,
-    /// A run or a shot.
-    Running,
-    /// All motors come to rest behind a run or a shot.
-    PostRoll,
-    /// A hard stop: no motor may move for now.
-    Locked,
-}
-
-impl State {
-    /// All of them.
-    pub const ALL: [Self; 10] = [
-        Self::Idle,
-        Self::Moving,
-        Self::Stopping,
-        Self::ToFrame,
-        Self::JogAll,
-        Self::PreRoll,
-        Self::Ready,
-        Self::Running,
-        Self::PostRoll,
-        Self::Locked,
-    ];
-
-    /// Its name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Idle => "Idle",
-            Self::Moving => "Moving",
-            Self::Stopping => "Stopping",
-            Self::ToFrame => "ToFrame",
-            Self::JogAll => "JogAll",
-            Self::PreRoll => "PreRoll",
-            Self::Ready => "Ready",
-            Self::Running => "Running",
-            Self::PostRoll => "PostRoll",
-            Self::Locked => "Locked",
-        }
+states! {
+    /// State of a device: what its motors do.
+    #[non_exhaustive]
+    pub enum State {
+        /// All motors rest.
+        Idle,
+        /// Motors move, each for itself.
+        Moving,
+        /// Motors come to rest, because they were told to stop.
+        Stopping,
+        /// All motors of the uploaded move go to a frame.
+        ToFrame,
+        /// All motors run along the uploaded move.
+        JogAll,
+        /// All motors go to where a run or a shot begins.
+        PreRoll,
+        /// The device waits for the signal to start.
+        Ready,
+        /// The device runs or shoots.
+        Running,
+        /// All motors come to rest after a run or a shot.
+        PostRoll,
+        /// No motor may move for now, because of a hard stop.
+        Locked,
     }
 }
 
-/// What a device is doing, with all that belongs to it.
+/// State of a device, with all that belongs to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub(super) enum Motion {
     #[default]
     Idle,
     Moving,
-    /// Until then, a second stop is a harder one.
+    /// Until this time a second stop is a harder one.
     Stopping(Option<Millis>),
     ToFrame(FrameNumber),
-    /// Where it is, and where it ends.
+    /// Frame that it has come to, and frame where it ends.
     JogAll(FrameNumber, FrameNumber),
     PreRoll(Job),
     Ready(Job),
@@ -97,7 +66,7 @@ impl Motion {
         }
     }
 
-    /// Whether positions are to be told now and then.
+    /// Whether positions are reported regularly.
     pub(super) const fn is_in_motion(&self) -> bool {
         match self {
             Self::Idle | Self::Ready(_) => false,
@@ -106,7 +75,7 @@ impl Motion {
         }
     }
 
-    /// The run or shot.
+    /// The run or shot, if there is one.
     pub(super) const fn job(&self) -> Option<Job> {
         match self {
             Self::PreRoll(job) | Self::Ready(job) | Self::Running(job) | Self::PostRoll(job) => Some(*job),
@@ -114,7 +83,8 @@ impl Motion {
         }
     }
 
-    /// Whether all motors of the uploaded move act as one; with those of a run or shot, if it has its own.
+    /// Motors that act as one: those of the uploaded move (`axes`), or those of the run or shot. `None` if motors move each
+    /// for itself.
     pub(super) fn coordinated(&self, axes: Motors) -> Option<Motors> {
         match self {
             Self::ToFrame(_) | Self::JogAll(..) => Some(axes),
@@ -123,17 +93,17 @@ impl Motion {
     }
 }
 
-/// A run or a shot, once it was accepted.
+/// A run or a shot that was accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Job {
     pub(super) kind: JobKind,
-    /// Where the pass begins.
+    /// Frame where the pass begins.
     pub(super) from: FrameNumber,
-    /// Where the pass ends.
+    /// Frame where the pass ends.
     pub(super) to: FrameNumber,
-    /// The frame it has come to.
+    /// Frame that it has come to.
     pub(super) at: FrameNumber,
-    /// The motors that take part.
+    /// Motors that take part.
     pub(super) axes: Motors,
 }
 
@@ -146,7 +116,7 @@ pub(super) enum JobKind {
 }
 
 impl Job {
-    /// The pass behind this one; `None` if this is the last.
+    /// The next pass; `None` if this is the last one.
     pub(super) fn next(self) -> Option<Self> {
         match self.kind {
             JobKind::Shot | JobKind::Once => None,
@@ -155,29 +125,29 @@ impl Job {
         }
     }
 
-    /// The same, ending with its pass.
+    /// The same job, ending with its pass.
     pub(super) fn last(self) -> Self {
         let kind = if self.kind == JobKind::Shot { JobKind::Shot } else { JobKind::Once };
         Self { kind, ..self }
     }
 }
 
-/// A hard stop, until it is over.
+/// Lock after a hard stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Lock {
-    /// What requests are answered.
+    /// Code with which requests are answered.
     pub(super) code: AckCode,
     /// Whether the emergency stop is pressed.
     pub(super) is_pressed: bool,
-    /// Whether all motors stand.
+    /// Whether all motors rest.
     pub(super) is_at_rest: bool,
-    /// Until then it lasts at least.
+    /// Time until which the lock lasts at least.
     pub(super) until: Option<Millis>,
 }
 
 impl Lock {
-    /// Whether it is over: all motors have stood for a while, and the emergency stop is released. A limit switch may still
-    /// be pressed: the motor has to be driven off it.
+    /// Whether the lock is over: all motors have rested for a while, and the emergency stop is released. A limit switch may
+    /// still be pressed, because the motor has to be driven off it.
     pub(super) const fn is_over(&self) -> bool {
         self.is_at_rest && self.until.is_none() && !self.is_pressed
     }

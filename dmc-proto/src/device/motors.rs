@@ -1,16 +1,17 @@
-//! Motors each for themselves, and virtual ones: DMC D2 and D4.
+//! Motion of single motors and of virtual ones: DMC D2 and D4.
 
 use motion_core::time::Millis;
 
-use super::io::{Event, Output};
+use super::event::Event;
 use super::machine::{Answer, DeviceMachine, Request, allowed};
 use super::motion::Motion;
 use super::options::Quirks;
+use super::transmit::Output;
 use crate::message::{AckCode, HostMessage, Motors, RigKind, VirtConfig};
 
 impl DeviceMachine {
-    /// A move or a jog of one motor.
-    pub(super) fn move_motor(&mut self, request: &Request<'_>, output: &mut Output) -> Answer {
+    /// Moves or jogs one motor.
+    pub(super) fn move_motor(&mut self, output: &mut Output<'_>, request: &Request<'_>) -> Answer {
         let (motor, event) = match request.message {
             HostMessage::MotorMove(message) => (message.motor, Event::Move(message.motor, message.position)),
             HostMessage::MotorJog(message) => {
@@ -37,53 +38,57 @@ impl DeviceMachine {
         Ok(())
     }
 
-    /// Another number for where a motor stands: then it is on no frame any more (decision D-57).
-    pub(super) fn reset(&mut self, now: Millis, request: &Request<'_>, output: &mut Output) -> Answer {
+    /// Gives the place where a motor stands another number. Then the motor is on no frame any more (decision D-57).
+    pub(super) fn reset<'a>(&mut self, now: Millis, output: &mut Output<'a>, request: &Request<'a>) -> Answer {
         self.at_rest()?;
         allowed(request.rig)?;
         self.on_frame = None;
-        output.event(Event::Apply);
+        output.event(Event::Apply(request.message));
         let told_first = self.has(Quirks::RESET_TOLD_FIRST);
         if told_first {
             self.report(now, output);
         }
-        self.ack(request.id, request.message.kind(), AckCode::OK, output);
+        self.ack(output, request.id, request.message.kind(), AckCode::OK);
         if !told_first {
             self.report(now, output);
         }
         Ok(())
     }
 
-    /// Virtual motors, or none any more. What the rig refuses, leaves those that there were.
-    pub(super) fn configure_virtuals(&mut self, config: &VirtConfig<'_>, rig: AckCode, output: &mut Output) -> Answer {
+    /// Configures virtual motors, or none. If the rig refuses, those before stay.
+    pub(super) fn configure_virtuals<'a>(
+        &mut self,
+        output: &mut Output<'a>,
+        rig: AckCode,
+        config: VirtConfig<'a>,
+    ) -> Answer {
         self.at_rest()?;
         allowed(rig)?;
         self.has_virtuals = config.kind() != RigKind::NONE;
-        output.event(Event::Apply);
+        output.event(Event::Apply(config.into()));
         Ok(())
     }
 
-    /// A move or jog of virtual motors. Which motors follow, only the rig knows: until it tells, all of them count as
-    /// moving.
-    pub(super) fn move_virtuals(&mut self, rig: AckCode, output: &mut Output) -> Answer {
+    /// Moves or jogs virtual motors. Only the rig knows which motors follow: until it tells, all of them count as moving.
+    pub(super) fn move_virtuals<'a>(&mut self, output: &mut Output<'a>, request: &Request<'a>) -> Answer {
         self.virtuals()?;
-        allowed(rig)?;
+        allowed(request.rig)?;
         self.on_frame = None;
         self.motion = Motion::Moving;
         self.moving = self.all_motors();
-        output.event(Event::MoveVirtual);
+        output.event(Event::MoveVirtual(request.message));
         Ok(())
     }
 
-    /// Another point to aim at.
-    pub(super) fn aim(&mut self, rig: AckCode, output: &mut Output) -> Answer {
+    /// Aims at another point.
+    pub(super) fn aim<'a>(&mut self, output: &mut Output<'a>, request: &Request<'a>) -> Answer {
         self.virtuals()?;
-        allowed(rig)?;
-        output.event(Event::Apply);
+        allowed(request.rig)?;
+        output.event(Event::Apply(request.message));
         Ok(())
     }
 
-    /// Whether virtual motors are there, and free.
+    /// Checks that virtual motors are configured and free.
     fn virtuals(&self) -> Answer {
         if !self.has_virtuals {
             return Err(AckCode::ERR_GENERAL);
@@ -94,11 +99,11 @@ impl DeviceMachine {
         }
     }
 
-    /// All motors stand, as the rig says.
-    pub(super) fn arrived(&mut self, now: Millis, output: &mut Output) {
+    /// All motors rest, as the rig says.
+    pub(super) fn arrived(&mut self, now: Millis, output: &mut Output<'_>) {
         let frame = match self.motion {
             Motion::Idle | Motion::Ready(_) => return self.moving = Motors::NONE,
-            Motion::Running(_) => return output.event(Event::Stray),
+            Motion::Running(_) => return output.event(Event::UnexpectedReport),
             Motion::Moving => self.on_frame,
             Motion::Stopping(_) | Motion::Locked(_) | Motion::PreRoll(_) => None,
             Motion::ToFrame(frame) | Motion::JogAll(_, frame) => Some(frame),
@@ -111,7 +116,7 @@ impl DeviceMachine {
             Motion::Locked(lock) if lock.is_at_rest => {}
             Motion::Locked(lock) => {
                 lock.is_at_rest = true;
-                lock.until = Some(now.after(self.options.hold.into()));
+                lock.until = Some(now.after(self.options.hold().into()));
                 self.report(now, output);
             }
             _ => {

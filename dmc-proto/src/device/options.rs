@@ -1,90 +1,59 @@
-//! What a device is, and how it differs from the book.
+//! Options of a device, and its differences from the specification.
 
-use motion_core::flags;
+use motion_core::{flags, options};
 
 use crate::message::{Capabilities, Hi, Name};
 
-/// What a device says of itself, and the times it keeps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub struct Options {
-    /// What it says of itself. It is all that decides which requests it takes: motors, channels, capabilities.
-    ///
-    /// Without [`of`](Self::of): a nameless device that has and can do nothing.
-    pub hi: Hi<'static>,
-    /// How it differs from the specification; not at all, unless told.
-    pub quirks: Quirks,
-    /// Milliseconds between two reports of positions while motors move.
-    pub(super) report_every: u32,
-    /// Milliseconds within which a second stop of everything is a harder one.
-    pub(super) harder_within: u32,
-    /// Milliseconds that a device stays locked after a hard stop, once all motors stand.
-    pub(super) hold: u32,
+options! {
+    /// Options of a device: what it says of itself, and its times.
+    pub struct Options {
+        /// Greeting of the device. It alone decides which requests the device takes: motors, channels, capabilities.
+        ///
+        /// The default is a device without a name that has nothing and can do nothing.
+        hi with_hi: Hi<'static> = NOTHING;
+        /// Differences of the device from the specification.
+        quirks with_quirks: Quirks = Quirks(0);
+        /// Time between two reports of positions while motors move, in milliseconds. The default is that of the
+        /// specification.
+        report_every with_report_every: u32 = 100, in 1..=u32::MAX;
+        /// Time within which a second stop of everything counts as an emergency, in milliseconds. The default is that of
+        /// the vendor's firmware (DMC D2, decision D-22).
+        harder_within with_harder_within: u32 = 1000, in 1..=u32::MAX;
+        /// Time that the device stays locked after a hard stop, from when all motors rest, in milliseconds. The default is
+        /// that of the vendor's firmware (DMC D2).
+        hold with_hold: u32 = 2000, in 1..=u32::MAX;
+    }
 }
 
 impl Options {
-    /// Those of a device that says this of itself.
+    /// Options of a device with this greeting.
     #[must_use]
     pub const fn of(hi: Hi<'static>) -> Self {
-        Self { hi, quirks: Quirks(0), report_every: 100, harder_within: 1000, hold: 2000 }
-    }
-
-    /// The same, with these quirks.
-    #[must_use]
-    pub const fn with_quirks(mut self, quirks: Quirks) -> Self {
-        self.quirks = quirks;
-        self
-    }
-
-    /// The same, with reports of positions this many milliseconds apart while motors move: 100 unless told otherwise, as
-    /// the specification says. 0 counts as 1.
-    #[must_use]
-    pub const fn with_report_every(mut self, millis: u32) -> Self {
-        self.report_every = if millis == 0 { 1 } else { millis };
-        self
-    }
-
-    /// The same, taking a second stop of everything within this many milliseconds for an emergency: 1000 unless told
-    /// otherwise, as the vendor's firmware has it (DMC D2, decision D-22).
-    #[must_use]
-    pub const fn with_harder_within(mut self, millis: u32) -> Self {
-        self.harder_within = millis;
-        self
-    }
-
-    /// The same, locked after a hard stop for this many milliseconds from when all motors stand: 2000 unless told otherwise,
-    /// as the vendor's firmware has it (DMC D2).
-    #[must_use]
-    pub const fn with_hold(mut self, millis: u32) -> Self {
-        self.hold = millis;
-        self
+        Self::new().with_hi(hi)
     }
 }
 
-impl Default for Options {
-    fn default() -> Self {
-        Self::of(Hi {
-            name: Name::default(),
-            fw_major: 0,
-            fw_minor: 0,
-            fw_rev: 0,
-            motor_count: 0,
-            dmx_count: 0,
-            gio_out_count: 0,
-            gio_in_count: 0,
-            hw_limit_count: 0,
-            upload_frame_count: 0,
-            capabilities: Capabilities(0),
-            protocol_version: Some(2),
-            tail: &[],
-        })
-    }
-}
+/// Greeting of a device without a name that has nothing and can do nothing.
+const NOTHING: Hi<'static> = Hi {
+    name: Name([0; 32]),
+    fw_major: 0,
+    fw_minor: 0,
+    fw_rev: 0,
+    motor_count: 0,
+    dmx_count: 0,
+    gio_out_count: 0,
+    gio_in_count: 0,
+    hw_limit_count: 0,
+    upload_frame_count: 0,
+    capabilities: Capabilities(0),
+    protocol_version: Some(2),
+    tail: &[],
+};
 
 flags! {
-    /// What devices in the field do otherwise than the specification says: for simulators that stand for one of them.
+    /// Differences of devices in the field from the specification, for simulators that stand for one of them.
     ///
-    /// None of them touches a stop.
+    /// None of them concerns a stop.
     pub struct Quirks(u16) {
         /// Acknowledgements have four bytes, the upper two zero (decision D-6).
         WIDE_ACK = 0x0001,
@@ -93,7 +62,7 @@ flags! {
         /// A request for positions is answered by an acknowledgement, and the positions come before it with id 0 (decision
         /// D-18).
         POSITIONS_APART = 0x0004,
-        /// A move is acknowledged, instead of answered by a status (decision D-17).
+        /// A move is acknowledged instead of answered by a status (decision D-17).
         ACK_FOR_MOVE = 0x0008,
         /// New positions are told before the request that set them is acknowledged (decision D-19).
         RESET_TOLD_FIRST = 0x0010,
@@ -107,6 +76,6 @@ flags! {
 }
 
 impl Quirks {
-    /// Those of the vendor's own firmware, dmc-lite.
+    /// Differences of the vendor's own firmware, dmc-lite.
     pub const VENDOR: Self = Self(0x00FF);
 }

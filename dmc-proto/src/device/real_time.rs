@@ -1,16 +1,17 @@
-//! All motors along the uploaded move: to a frame, jogs, runs, shots. DMC D3.
+//! Motion of all motors along the uploaded move: to a frame, jogs, runs, shots. DMC D3.
 
 use motion_core::time::Millis;
 
-use super::io::{Event, Output, What};
+use super::event::Event;
 use super::machine::{Answer, DeviceMachine, allowed};
 use super::motion::{Job, JobKind, Motion};
 use super::options::Quirks;
-use crate::message::{AckCode, FrameNumber, MotorPair, Motors, RtJogAll, RtRunMove, RunFlags};
+use super::transmit::{Contents, Output};
+use crate::message::{AckCode, FrameNumber, HostMessage, MotorPair, Motors, RtJogAll, RtRunMove, RunFlags};
 
 impl DeviceMachine {
-    /// To a frame, instead of whatever moves; but not out of a run, nor out of a stop.
-    pub(super) fn go_to_frame(&mut self, frame: FrameNumber, rig: AckCode, output: &mut Output) -> Answer {
+    /// Goes to a frame, instead of what moves now, except out of a run or a stop.
+    pub(super) fn go_to_frame(&mut self, output: &mut Output<'_>, rig: AckCode, frame: FrameNumber) -> Answer {
         if matches!(self.motion, Motion::Running(_) | Motion::Stopping(_)) {
             return Err(AckCode::ERR_MOVING);
         }
@@ -26,7 +27,7 @@ impl DeviceMachine {
         Ok(())
     }
 
-    pub(super) fn jog_all(&mut self, message: &RtJogAll<'_>, rig: AckCode, output: &mut Output) -> Answer {
+    pub(super) fn jog_all(&mut self, output: &mut Output<'_>, rig: AckCode, message: &RtJogAll<'_>) -> Answer {
         let at = match self.motion {
             Motion::Idle => self.on_frame.ok_or(AckCode::ERR_NOT_IN_POSITION)?,
             Motion::JogAll(at, _) => at,
@@ -41,7 +42,7 @@ impl DeviceMachine {
         Ok(())
     }
 
-    pub(super) fn run(&mut self, message: &RtRunMove<'_>, rig: AckCode, output: &mut Output) -> Answer {
+    pub(super) fn run_move<'a>(&mut self, output: &mut Output<'a>, rig: AckCode, message: RtRunMove<'a>) -> Answer {
         self.at_rest()?;
         self.on_frame.ok_or(AckCode::ERR_NOT_IN_POSITION)?;
         self.upload.reach(message.start_frame)?;
@@ -55,17 +56,19 @@ impl DeviceMachine {
         } else {
             JobKind::Once
         };
-        self.prepare(kind, message.start_frame, message.end_frame, self.upload.axes(), output);
+        output.event(Event::Prepare(message.into()));
+        self.prepare(kind, message.start_frame, message.end_frame, self.upload.axes());
         Ok(())
     }
 
-    /// A shot. Without an uploaded move it can be made with motors of its own only (decision D-58).
-    pub(super) fn shoot(
+    /// Prepares a shot of a frame with motors of its own. Without these it needs an uploaded move (decision D-58).
+    pub(super) fn shoot<'a>(
         &mut self,
+        output: &mut Output<'a>,
+        rig: AckCode,
+        message: HostMessage<'a>,
         frame: FrameNumber,
         motors: &[MotorPair],
-        rig: AckCode,
-        output: &mut Output,
     ) -> Answer {
         self.at_rest()?;
         if self.upload.loaded().is_some() || motors.is_empty() {
@@ -74,19 +77,19 @@ impl DeviceMachine {
         allowed(rig)?;
         let own: Motors = motors.iter().map(MotorPair::motor).collect();
         let axes = Motors(own.0 | self.upload.axes().0);
-        self.prepare(JobKind::Shot, frame, frame, axes, output);
+        output.event(Event::Prepare(message));
+        self.prepare(JobKind::Shot, frame, frame, axes);
         Ok(())
     }
 
-    fn prepare(&mut self, kind: JobKind, from: FrameNumber, to: FrameNumber, axes: Motors, output: &mut Output) {
-        output.event(Event::Prepare);
+    fn prepare(&mut self, kind: JobKind, from: FrameNumber, to: FrameNumber, axes: Motors) {
         self.on_frame = None;
         self.motion = Motion::PreRoll(Job { kind, from, to, at: from, axes });
         self.moving.0 |= axes.0;
     }
 
-    /// The signal to start, from whoever gives it.
-    pub(super) fn go(&mut self, output: &mut Output) -> Answer {
+    /// Starts, because the host or the operator gives the signal.
+    pub(super) fn go(&mut self, output: &mut Output<'_>) -> Answer {
         let Motion::Ready(job) = self.motion else { return Err(AckCode::ERR_NOT_IN_POSITION) };
         output.event(Event::Go);
         self.motion = Motion::Running(job);
@@ -94,8 +97,8 @@ impl DeviceMachine {
         Ok(())
     }
 
-    /// The pass that runs, or will run, is the last one.
-    pub(super) fn stop_loop(&mut self, output: &mut Output) {
+    /// Makes the pass that runs, or will run, the last one.
+    pub(super) fn stop_loop(&mut self, output: &mut Output<'_>) {
         let (Motion::PreRoll(job) | Motion::Ready(job) | Motion::Running(job)) = &mut self.motion else { return };
         if job.next().is_some() {
             *job = job.last();
@@ -104,23 +107,23 @@ impl DeviceMachine {
     }
 
     /// The rig has come to a frame.
-    pub(super) fn passed(&mut self, now: Millis, frame: FrameNumber, output: &mut Output) {
+    pub(super) fn at_frame(&mut self, now: Millis, output: &mut Output<'_>, frame: FrameNumber) {
         match &mut self.motion {
             Motion::Running(job) => job.at = frame,
             Motion::JogAll(at, _) => *at = frame,
-            _ => return output.event(Event::Stray),
+            _ => return output.event(Event::UnexpectedReport),
         }
         self.report(now, output);
     }
 
     /// The rig has come to the end of a pass, or has made a shot.
-    pub(super) fn pass_end(&mut self, output: &mut Output) {
-        let Motion::Running(job) = self.motion else { return output.event(Event::Stray) };
+    pub(super) fn pass_end(&mut self, output: &mut Output<'_>) {
+        let Motion::Running(job) = self.motion else { return output.event(Event::UnexpectedReport) };
         if let Some(next) = job.next() {
-            if self.has(Quirks::END_PER_PASS) {
-                Self::tell(What::End, output);
-            }
             output.event(Event::NextPass(next.from, next.to));
+            if self.has(Quirks::END_PER_PASS) {
+                Self::tell(output, Contents::End);
+            }
             self.motion = Motion::Running(next);
             return;
         }
@@ -128,9 +131,9 @@ impl DeviceMachine {
         output.event(Event::TriggersOff);
         output.event(Event::PostRoll);
         self.motion = Motion::PostRoll(job);
-        Self::tell(self.positions(), output);
+        Self::tell(output, self.positions());
         if job.kind != JobKind::Shot || !self.has(Quirks::NO_END_OF_SHOT) {
-            Self::tell(What::End, output);
+            Self::tell(output, Contents::End);
         }
     }
 }

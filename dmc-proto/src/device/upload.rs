@@ -1,27 +1,12 @@
-//! Whether there is a move, and of which frames: DMC D3, uploads. The values lie in the caller's
-//! [`UploadBuffer`](crate::upload::UploadBuffer), which has the last word on each section.
+//! The uploaded move of a device, without its values: DMC D3.
+//!
+//! The values lie in the caller's [`UploadBuffer`](crate::upload::UploadBuffer), which has the last word on each section.
 
-use crate::frame::{MessageId, MessageType};
-use crate::message::{AckCode, FrameNumber, HostMessage, Motor, Motors};
+use super::event::{Part, Store};
+use crate::frame::MessageId;
+use crate::message::{AckCode, FrameNumber, HostMessage, Motors};
 
-/// A message of an upload that is to be stored, by its name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Store {
-    pub(super) id: MessageId,
-    pub(super) kind: MessageType,
-    what: Part,
-}
-
-/// Which part of an upload.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-enum Part {
-    Begin(FrameNumber, FrameNumber),
-    Axis(Motor),
-    Other,
-    End,
-}
-
-/// What a device has of a move.
+/// State of the uploaded move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub(super) enum Upload {
     #[default]
@@ -30,7 +15,7 @@ pub(super) enum Upload {
     Loaded(Frames),
 }
 
-/// The frames and motors of a move.
+/// Frames and motors of a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Frames {
     first: FrameNumber,
@@ -39,10 +24,12 @@ pub(super) struct Frames {
 }
 
 impl Upload {
-    /// What to do with a message of an upload: store it, or answer it at once with this code, which is `OK` for an end
-    /// that ends nothing. A begin is only given here when all is at rest, since what there was is forgotten with it.
+    /// Takes a message of an upload. It is to be stored, or answered at once with this code: `OK` for an end that ends
+    /// nothing.
+    ///
+    /// A begin comes here only while all motors rest, because it makes the device forget its move.
     pub(super) fn receive(&mut self, id: MessageId, message: &HostMessage<'_>) -> Result<Store, AckCode> {
-        let what = match (message, *self) {
+        let part = match (message, *self) {
             (HostMessage::RtUploadMoveBegin(begin), _) => {
                 // Until it is stored, there is nothing that could be run.
                 *self = Self::None;
@@ -54,12 +41,12 @@ impl Upload {
             (_, Self::Loading(_)) => Part::Other,
             (_, Self::None | Self::Loaded(_)) => return Err(AckCode::ERR_GENERAL),
         };
-        Ok(Store { id, kind: message.kind(), what })
+        Ok(Store { id, kind: message.kind(), part })
     }
 
-    /// What was stored is part of the move.
+    /// Takes what was stored into the move.
     pub(super) fn stored(&mut self, store: Store) {
-        *self = match (store.what, *self) {
+        *self = match (store.part, *self) {
             (Part::Begin(first, last), _) => Self::Loading(Frames { first, last, axes: Motors::NONE }),
             (Part::Axis(motor), Self::Loading(mut frames)) => {
                 frames.axes.0 |= Motors::from_iter([motor]).0;
@@ -70,7 +57,7 @@ impl Upload {
         };
     }
 
-    /// The frames that can be run; `None` if no upload is complete.
+    /// Frames that can be run; `None` if no upload is complete.
     pub(super) fn loaded(&self) -> Option<Frames> {
         match self {
             Self::Loaded(frames) => Some(*frames),
@@ -78,12 +65,12 @@ impl Upload {
         }
     }
 
-    /// The motors of the move.
+    /// Motors of the move.
     pub(super) fn axes(&self) -> Motors {
         self.loaded().map_or(Motors::NONE, |frames| frames.axes)
     }
 
-    /// Whether a frame can be gone to: a move is there, and the frame is part of it.
+    /// Checks that there is a move, and that a frame is part of it.
     pub(super) fn reach(&self, frame: FrameNumber) -> Result<(), AckCode> {
         let frames = self.loaded().ok_or(AckCode::ERR_GENERAL)?;
         if (frames.first..=frames.last).contains(&frame) { Ok(()) } else { Err(AckCode::ERR_RANGE) }

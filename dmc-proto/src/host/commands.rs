@@ -1,218 +1,252 @@
-//! What the application wants, and what its sequences want in turn.
+//! Commands of the application, and the steps of its sequence.
 
+use motion_core::machine::Token;
 use motion_core::time::Millis;
 
 use super::connection::Connection;
-use super::io::{Command, Event, Failure, Name, Outcome, Output, Token};
+use super::event::{Event, Failure, Outcome, Refusal, StopTarget};
+use super::input::Command;
 use super::machine::HostMachine;
-use super::requests::{Owner, Request, Role};
+use super::progress::Next;
+use super::requests::{Owner, Reply, Request, Role};
 use super::run::Run;
-use super::sequence::{Course, Next, Reply, Sequence};
-use super::stops::Stop;
+use super::sequence::{Course, Sequence};
+use super::transmit::{Output, Source};
 use super::upload::Upload;
+use crate::frame::MessageId;
 use crate::lint::Context;
-use crate::message::{DeviceMessage, HostMessage, MotorFlags, Motors};
+use crate::message::{DeviceMessage, HostMessage, Motor, Motors};
 use crate::upload::Section;
 
+/// The end of a command at once, or `None` if it ends later.
+type Taken = Result<Option<Outcome<'static>>, Refusal>;
+
 impl HostMachine {
-    pub(super) fn command(&mut self, now: Millis, command: &Command<'_>, output: &mut Output) {
-        match command {
-            Command::Stop(stop) => self.stop(now, *stop, output),
-            Command::EndStops => self.stops.clear(),
-            Command::Request(token, message) => {
-                if let Some(stop) = Stop::of(message) {
-                    self.stop(now, stop, output);
-                    output.event(Event::Done(*token, Outcome::TakenAsStop));
-                } else if let Err(failure) = self.request(*token, message) {
-                    output.event(Event::Failed(*token, failure));
-                }
-            }
-            Command::Sequence(token, message) => {
-                if let Err(failure) = self.begin(*token, message, output) {
-                    output.event(Event::Failed(*token, failure));
-                }
-            }
-            Command::Go => match self.sequence.as_mut().and_then(Sequence::run).and_then(Run::go) {
-                Some(request) => self.ask(request, output),
-                None => output.event(Event::Ignored),
+    pub(super) fn command(&mut self, now: Millis, output: &mut Output<'_>, token: Token, command: &Command<'_>) {
+        let taken = match command {
+            Command::Stop(target) => Ok(Some(self.stop(now, output, *target))),
+            Command::Request(message) => match StopTarget::of(message) {
+                Some(target) => Ok(Some(self.stop(now, output, target))),
+                None => self.request(token, message),
             },
-            Command::Greet if self.state == Connection::Silent => self.greet(now, 1, output),
-            Command::Configured if self.state == Connection::Configuring(false) => {
-                self.state = Connection::Configuring(true);
+            Command::Sequence(message) => self.begin(output, token, message),
+            Command::Go => self.go(output, token),
+            Command::Greet => self.greet_again(now, output),
+            Command::Configured => self.configured(),
+            Command::EndStops => {
+                self.stops.clear();
+                Ok(Some(Outcome::Done(None)))
             }
-            Command::Greet | Command::Configured => output.event(Event::Ignored),
+        };
+        if let Some(outcome) = taken.unwrap_or_else(|refusal| Some(Outcome::Refused(refusal))) {
+            output.event(Event::Ended { token, outcome });
         }
     }
 
-    /// Safety decision 1: it is sent first, and then all that could move anything is called off.
-    fn stop(&mut self, now: Millis, stop: Stop, output: &mut Output) {
+    /// Stops: the stop is sent, and all that could move anything is called off (safety decision 1).
+    fn stop(&mut self, now: Millis, output: &mut Output<'_>, target: StopTarget) -> Outcome<'static> {
+        let is_armed = self.is_armed();
         let run = self.sequence.as_mut().and_then(Sequence::run);
-        // A motor that is driven by hand is no part of a run, once nothing more has to be asked for it.
-        let spares = match (stop, &run) {
-            (Stop::Motor(motor), Some(run)) => self.live.contains(motor) && run.is_under_way(),
+        // A motor that is driven by hand is no part of a run, once nothing more has to be asked for the run.
+        let spares = match (target, &run) {
+            (StopTarget::Motor(motor), Some(run)) => self.live.contains(motor) && run.is_under_way(),
             _ => false,
         };
-        let is_coordinated = run.is_some() || self.is_armed;
-        let stop = if is_coordinated && !spares && !stop.is_all() { Stop::All } else { stop };
-        if self.state == Connection::Closed {
-            self.stops.keep(stop, output);
+        let is_coordinated = run.is_some() || is_armed;
+        let target = if is_coordinated && !spares && !target.is_all() { StopTarget::All } else { target };
+        let outcome = if self.connection == Connection::Offline {
+            self.stops.keep(output, target);
+            Outcome::NotConfirmed
         } else {
-            let (stops, mut line) = self.line(now, output);
-            stops.submit(stop, &mut line);
+            self.stops.submit(now, output, &self.options, &mut self.ids, target);
+            Outcome::Sent
+        };
+        let spared = if spares { self.sequence.take() } else { None };
+        self.fail(output, Failure::Stopped, |request| request.conduct.may_move());
+        if spared.is_some() {
+            self.sequence = spared;
         }
-        let kept = if spares { self.sequence.take() } else { None };
-        self.fail(|request| request.conduct.starts_motion, Failure::Stopped, output);
-        if kept.is_some() {
-            self.sequence = kept;
-        }
+        outcome
     }
 
     /// Whether a message may be sent at all.
-    fn check(&self, message: &HostMessage<'_>) -> Result<(), Failure> {
+    fn check(&self, message: &HostMessage<'_>) -> Result<(), Refusal> {
         if self.stops.forbid(message) {
-            return Err(Failure::Stopped);
+            return Err(Refusal::Stopping);
         }
-        if let (true, Some(device)) = (self.options.is_gated, self.device) {
+        if let (true, Some(device)) = (self.options.gates(), self.device) {
             if let Some(code) = message.refusal(&Context::of(device)) {
-                return Err(Failure::WouldBeRefused(code));
+                return Err(Refusal::WouldBeRefused(code));
             }
         }
         // Nobody answers an acknowledgement (decision D-5).
-        if message.kind().is_ack() { Err(Failure::Sequence) } else { Ok(()) }
+        if message.kind().is_ack() { Err(Refusal::Misplaced) } else { Ok(()) }
     }
 
-    fn request(&mut self, token: Token, message: &HostMessage<'_>) -> Result<(), Failure> {
-        let is_ready = match self.state {
-            Connection::Configuring(_) => !message.starts_motion(),
-            Connection::Up => true,
-            Connection::Closed | Connection::Greeting(..) | Connection::Silent => false,
-        };
-        if !is_ready {
-            return Err(Failure::NotUp);
+    /// Whether the connection is so far that this can be sent.
+    fn is_open_to(&self, may_move: bool) -> Result<(), Refusal> {
+        match self.connection {
+            Connection::Offline => Err(Refusal::NotConnected),
+            Connection::Configuring(_) if !may_move => Ok(()),
+            Connection::Greeting(..) | Connection::Silent | Connection::Configuring(_) => Err(Refusal::NotReady),
+            Connection::Ready => Ok(()),
         }
-        if is_part_of_sequence(message) {
-            return Err(Failure::Sequence);
+    }
+
+    fn request(&mut self, token: Token, message: &HostMessage<'_>) -> Taken {
+        self.is_open_to(message.conduct().may_move())?;
+        if message.conduct().in_sequence {
+            return Err(Refusal::Misplaced);
         }
         self.check(message)?;
-        let request = Request::named(Owner::Application(token), Name::Message(token), message);
+        let request = Request::of_application(Owner::Application(token), Source::Command(token), message);
         if !self.requests.submit(request) {
-            return Err(Failure::Busy);
+            return Err(Refusal::Busy);
         }
-        if let HostMessage::MotorConfigure(configure) = message {
-            let motor = Motors::from_iter([configure.motor]).0;
-            let live = configure.flags.contains(MotorFlags::LIVE);
-            self.live.0 = if live { self.live.0 | motor } else { self.live.0 & !motor };
+        if let Role::Live(motor, _) = request.role {
+            // Until the device has said so, nobody knows.
+            self.set_live(motor, false);
         }
-        Ok(())
+        Ok(None)
     }
 
-    fn begin(&mut self, token: Token, message: &HostMessage<'_>, output: &mut Output) -> Result<(), Failure> {
-        if self.state != Connection::Up {
-            return Err(Failure::NotUp);
-        }
+    /// Keeps whether a motor is driven by hand.
+    pub(super) fn set_live(&mut self, motor: Motor, is_live: bool) {
+        let motor = Motors::from_iter([motor]).0;
+        self.live.0 = if is_live { self.live.0 | motor } else { self.live.0 & !motor };
+    }
+
+    fn begin(&mut self, output: &mut Output<'_>, token: Token, message: &HostMessage<'_>) -> Taken {
+        self.is_open_to(true)?;
         if self.sequence.is_some() {
-            return Err(Failure::Busy);
+            return Err(Refusal::Busy);
         }
         self.check(message)?;
-        let begin = Request::named(Owner::Sequence, Name::Message(token), message);
+        let begin = Request::of_application(Owner::Sequence, Source::Command(token), message);
         let (course, first) = if let HostMessage::RtUploadMoveBegin(_) = message {
             self.is_loaded = None;
             (Course::Upload(Upload::Begins), begin)
         } else {
-            let (run, first) = Run::new(begin, message).ok_or(Failure::Sequence)?;
+            let (run, first) = Run::new(begin, message).ok_or(Refusal::Misplaced)?;
             (Course::Run(run), first)
         };
         self.sequence = Some(Sequence { token, course });
-        self.ask(first, output);
-        Ok(())
+        self.ask(output, first);
+        Ok(None)
     }
 
-    /// Sends what a sequence asks for: there is always room for one request of it.
-    fn ask(&mut self, request: Request, output: &mut Output) {
-        self.is_armed |= request.conduct.role == Role::Arms;
-        if !self.requests.submit(request) {
-            self.sequence_over(Err(Failure::Busy), output);
+    fn go(&mut self, output: &mut Output<'_>, token: Token) -> Taken {
+        self.is_open_to(true)?;
+        let run = self.sequence.as_mut().and_then(Sequence::run);
+        let request = run.and_then(|run| run.go(token)).ok_or(Refusal::Unexpected)?;
+        self.ask(output, request);
+        Ok(None)
+    }
+
+    fn greet_again(&mut self, now: Millis, output: &mut Output<'_>) -> Taken {
+        match self.connection {
+            Connection::Offline => Err(Refusal::NotConnected),
+            Connection::Silent => {
+                self.greet(now, output, 1);
+                Ok(Some(Outcome::Sent))
+            }
+            Connection::Greeting(..) | Connection::Configuring(_) | Connection::Ready => Err(Refusal::Unexpected),
         }
     }
 
-    fn follow(&mut self, next: Next, output: &mut Output) {
+    fn configured(&mut self) -> Taken {
+        match self.connection {
+            Connection::Offline => Err(Refusal::NotConnected),
+            Connection::Greeting(..) | Connection::Silent => Err(Refusal::NotReady),
+            Connection::Configuring(false) => {
+                self.connection = Connection::Configuring(true);
+                Ok(Some(Outcome::Done(None)))
+            }
+            Connection::Configuring(true) | Connection::Ready => Err(Refusal::Unexpected),
+        }
+    }
+
+    /// Asks for the sequence. There is always room for one request of it.
+    fn ask(&mut self, output: &mut Output<'_>, request: Request) {
+        if !self.requests.submit(request) {
+            self.sequence_over(output, Outcome::Refused(Refusal::Busy));
+        }
+    }
+
+    fn follow(&mut self, output: &mut Output<'_>, next: Next) {
         match next {
             Next::Wait => {}
-            Next::Ask(request) => self.ask(request, output),
+            Next::Ask(request) => self.ask(output, request),
             Next::Tell(event) => output.event(event),
-            Next::Done => self.sequence_over(Ok(()), output),
-            Next::Failed(failure) => self.sequence_over(Err(failure), output),
+            Next::End(outcome) => self.sequence_over(output, outcome),
+        }
+        if let Some(token) = self.sequence.as_mut().and_then(Sequence::run).and_then(Run::signal_done) {
+            output.event(Event::Ended { token, outcome: Outcome::Done(None) });
         }
     }
 
-    /// The sequence is over, well or not, and what it still asks is called off.
-    pub(super) fn sequence_over(&mut self, end: Result<(), Failure>, output: &mut Output) {
-        self.requests.cancel(|request| request.owner == Owner::Sequence);
+    /// The sequence is over. What it still asks is called off.
+    pub(super) fn sequence_over(&mut self, output: &mut Output<'_>, outcome: Outcome<'static>) {
+        self.cancel(|request| request.owner == Owner::Sequence);
         let Some(Sequence { token, course }) = self.sequence.take() else { return };
-        match (end, course) {
-            (Ok(()), Course::Upload(_)) => self.is_loaded = Some(true),
-            (Ok(()), Course::Run(_)) => self.is_armed = false,
-            (Err(_), _) => {}
+        let signal = match &course {
+            Course::Upload(_) => None,
+            Course::Run(run) => run.signal(),
+        };
+        if let Outcome::Done(_) = outcome {
+            match course {
+                Course::Upload(_) => self.is_loaded = Some(true),
+                Course::Run(_) => self.motion.is_armed = false,
+            }
         }
-        output.event(match end {
-            Ok(()) => Event::Done(token, Outcome::Finished),
-            Err(failure) => Event::Failed(token, failure),
-        });
-    }
-
-    pub(super) fn sequence_answered(&mut self, now: Millis, reply: Reply, output: &mut Output) {
-        if let Some(sequence) = &mut self.sequence {
-            let next = sequence.answered(now, reply, &self.options);
-            self.follow(next, output);
+        for token in [Some(token), signal].into_iter().flatten() {
+            output.event(Event::Ended { token, outcome });
         }
     }
 
-    pub(super) fn sequence_due(&mut self, now: Millis, output: &mut Output) {
+    pub(super) fn sequence_answered(
+        &mut self,
+        now: Millis,
+        output: &mut Output<'_>,
+        reply: &Reply<'_>,
+        is_outdated: bool,
+    ) {
+        let Some(sequence) = &mut self.sequence else { return };
+        let next = sequence.answered(now, &self.options, reply);
+        if reply.rests() && !is_outdated && !matches!(next, Next::Wait) {
+            self.motion.may_move = false;
+        }
+        self.follow(output, next);
+    }
+
+    pub(super) fn sequence_due(&mut self, now: Millis, output: &mut Output<'_>) {
         if let Some(run) = self.sequence.as_mut().and_then(Sequence::run) {
             let next = run.due(now, &self.options);
-            self.follow(next, output);
+            self.follow(output, next);
         }
     }
 
-    pub(super) fn section(&mut self, section: Option<Section>, output: &mut Output) {
+    pub(super) fn section(&mut self, output: &mut Output<'_>, section: Option<Section>) {
         let next = match &mut self.sequence {
             Some(Sequence { course: Course::Upload(upload), .. }) => upload.section(section),
-            _ => Next::Tell(Event::Ignored),
+            _ => Next::Tell(Event::SectionNotWanted),
         };
-        self.follow(next, output);
+        self.follow(output, next);
     }
 
-    /// The device says unasked that something begins or ends.
-    pub(super) fn told(&mut self, now: Millis, message: &DeviceMessage<'_>, output: &mut Output) {
+    /// The device tells by itself that something begins or ends.
+    pub(super) fn told<'a>(&mut self, now: Millis, output: &mut Output<'a>, id: MessageId, message: DeviceMessage<'a>) {
         let next = match &mut self.sequence {
-            Some(Sequence { token, course: Course::Run(run) }) => run.told(now, *token, message, &self.options),
+            Some(Sequence { token, course: Course::Run(run) }) => run.told(now, &self.options, *token, &message),
             _ => None,
         };
         match next {
             Some(next) => {
-                // What is still asked is answered by this.
-                self.requests.cancel(|request| request.owner == Owner::Sequence);
-                self.follow(next, output);
+                // This answers what the sequence still asks.
+                self.cancel(|request| request.owner == Owner::Sequence);
+                self.follow(output, next);
             }
-            None => output.event(Event::Unasked(message.kind())),
+            None => output.event(Event::Unsolicited(id, message)),
         }
     }
-}
-
-/// What only makes sense as part of a sequence: it begins one, or goes on with it.
-fn is_part_of_sequence(message: &HostMessage<'_>) -> bool {
-    matches!(
-        message,
-        HostMessage::RtUploadMoveBegin(_)
-            | HostMessage::RtUploadMoveAxis(_)
-            | HostMessage::RtUploadMoveDmx(_)
-            | HostMessage::RtUploadMoveTriggers(_)
-            | HostMessage::RtUploadMoveEnd(_)
-            | HostMessage::RtPositionFrame(_)
-            | HostMessage::RtRunMove(_)
-            | HostMessage::RtShootFrame(_)
-            | HostMessage::RtShootFrame2(_)
-            | HostMessage::RtGo(_)
-            | HostMessage::RtJogAll(_)
-    )
 }

@@ -1,68 +1,53 @@
-//! How far a connection is: DMC D5.
+//! States of a connection: DMC D5.
 
+use motion_core::states;
 use motion_core::time::Millis;
 
 use crate::message::Hi;
 
-/// How far a connection is, for those who look at it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum State {
-    /// The line is not open.
-    Closed,
-    /// The device is asked who it is.
-    Greeting,
-    /// The device does not say who it is.
-    Silent,
-    /// The application configures the device.
-    Configuring,
-    /// Everything can be sent.
-    Up,
-}
-
-impl State {
-    /// All of them.
-    pub const ALL: [Self; 5] = [Self::Closed, Self::Greeting, Self::Silent, Self::Configuring, Self::Up];
-
-    /// Its name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Closed => "Closed",
-            Self::Greeting => "Greeting",
-            Self::Silent => "Silent",
-            Self::Configuring => "Configuring",
-            Self::Up => "Up",
-        }
+states! {
+    /// State of a connection.
+    #[non_exhaustive]
+    pub enum State {
+        /// There is no link.
+        Offline,
+        /// The device is asked who it is.
+        Greeting,
+        /// The device does not say who it is.
+        Silent,
+        /// The application configures the device.
+        Configuring,
+        /// Everything can be sent.
+        Ready,
     }
 }
 
-/// How far a connection is, with all that belongs to it.
+/// State of a connection, with all that belongs to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Connection {
-    Closed,
-    /// How many greetings were sent, and until when the last one may be answered.
+    Offline,
+    /// Number of greetings that were sent, and until when the last one may be answered.
     Greeting(u8, Millis),
     Silent,
-    /// Whether the application says that it is done.
+    /// Whether the application said that it is done.
     Configuring(bool),
-    Up,
+    Ready,
 }
 
 impl Connection {
     pub(super) const fn state(self) -> State {
         match self {
-            Self::Closed => State::Closed,
+            Self::Offline => State::Offline,
             Self::Greeting(..) => State::Greeting,
             Self::Silent => State::Silent,
             Self::Configuring(_) => State::Configuring,
-            Self::Up => State::Up,
+            Self::Ready => State::Ready,
         }
     }
 }
 
-/// What can be kept of a greeting: all but what is behind its fields.
-pub(super) fn kept(hi: &Hi<'_>) -> Hi<'static> {
+/// The greeting without the bytes after its fields, so that it borrows nothing.
+pub(super) const fn without_tail(hi: &Hi<'_>) -> Hi<'static> {
     let Hi { name, fw_major, fw_minor, fw_rev, motor_count, dmx_count, gio_out_count, gio_in_count, .. } = *hi;
     let Hi { hw_limit_count, upload_frame_count, capabilities, protocol_version, .. } = *hi;
     Hi {

@@ -1,213 +1,260 @@
-//! The machine itself: the connection, what arrives over it, and what time it is. DMC D5.
+//! The machine itself: the connection, what arrives over it, and the deadlines. DMC D5.
 
-use core::fmt;
-
-use motion_core::machine::Machine;
+use arrayvec::ArrayVec;
 use motion_core::time::Millis;
+use motion_core::{debug, machine};
 
-use super::connection::{Connection, State, kept};
-use super::io::{Event, Failure, Input, Outcome, Output, Send, What};
+use super::connection::{Connection, State, without_tail};
+use super::event::{Event, Failure, Outcome, Refusal, StopTarget};
+use super::input::Input;
+use super::motion::Motion;
 use super::options::{GREETINGS, Options};
-use super::requests::{Garbled, Ids, Owner, Request, Requests, Role};
-use super::sequence::{Course, Progress, Reply, Sequence};
-use super::stops::{Acknowledged, Line, Stop, Stops};
+use super::progress::Progress;
+use super::requests::{ALL, Damaged, Ids, Owner, Pending, Reply, Request, Requests, Role};
+use super::sequence::{Course, Sequence};
+use super::stops::{Acknowledged, Stops, Told};
+use super::transmit::{Contents, Output, Transmit};
 use crate::frame::{MessageId, MessageType};
-use crate::message::{Ack, AckCode, DeviceMessage, HardStop, Hi, Motors};
+use crate::message::{Ack, AckCode, DeviceMessage, HardStop, Hi, Motors, Purpose};
 
-/// A host: when it sends what, and what came of it.
+/// State machine of a host: it knows when to send which message, and what comes of it.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub struct HostMachine {
     pub(super) options: Options,
-    pub(super) state: Connection,
+    pub(super) connection: Connection,
+    /// Whether everything could be sent before.
+    was_ready: bool,
     pub(super) device: Option<Hi<'static>>,
     pub(super) ids: Ids,
     pub(super) requests: Requests,
     pub(super) stops: Stops,
     pub(super) sequence: Option<Sequence>,
-    /// Whether the device may wait for the signal to start something, or do it.
-    pub(super) is_armed: bool,
-    /// The motors that are driven by hand during a move.
+    pub(super) motion: Motion,
+    /// Motors that are driven by hand during a move.
     pub(super) live: Motors,
     /// Whether the device has a move, as far as is known.
     pub(super) is_loaded: Option<bool>,
 }
 
+machine! { HostMachine }
+debug! {
+    HostMachine { options connection was_ready device ids requests stops sequence motion live is_loaded }
+}
+
 impl HostMachine {
-    /// A host whose line is closed.
+    /// Makes a host without a link.
     #[must_use]
     pub fn new(options: Options) -> Self {
         Self {
             options,
-            state: Connection::Closed,
+            connection: Connection::Offline,
+            was_ready: false,
             device: None,
-            ids: Ids::default(),
+            ids: Ids::up_to(u32::MAX),
             requests: Requests::default(),
             stops: Stops::default(),
             sequence: None,
-            is_armed: false,
+            motion: Motion::default(),
             live: Motors::NONE,
             is_loaded: None,
         }
     }
 
-    /// How far the connection is.
+    /// Counts ids from 1 to `last`, at least 64, then from 1 again. Few ids keep the number of states small where these
+    /// are explored.
+    #[doc(hidden)]
     #[must_use]
-    pub const fn state(&self) -> State {
-        self.state.state()
+    pub fn with_last_id(mut self, last: u32) -> Self {
+        // Four times as many ids as can be under way at once.
+        self.ids = Ids::up_to(last.max(64));
+        self
     }
 
-    /// What it was made with.
+    /// State of the connection.
+    #[must_use]
+    pub const fn state(&self) -> State {
+        self.connection.state()
+    }
+
+    /// Options of the machine.
     #[must_use]
     pub const fn options(&self) -> &Options {
         &self.options
     }
 
-    /// What the device said of itself in this connection.
+    /// Greeting of the device in this connection.
     #[must_use]
     pub const fn device(&self) -> Option<Hi<'static>> {
         self.device
     }
 
-    /// How far the sequence is, if one runs.
+    /// Progress of the sequence; `None` if none runs.
     #[must_use]
     pub fn progress(&self) -> Option<Progress> {
         self.sequence.as_ref().map(Sequence::progress)
     }
 
-    /// Whether the device has a move that can be run; `None` if nobody knows.
+    /// Whether the device has a move that can be run; `None` if that is not known.
     #[must_use]
     pub const fn is_loaded(&self) -> Option<bool> {
         self.is_loaded
     }
 
-    /// Whether the device may still begin a run or a shot, or be in one. It stays so after a sequence that failed midway:
-    /// only a stop of everything makes it safe to come near. Neither a hard stop nor a reset ends it, since the news of them
-    /// may be older than what is on its way to the device (decision D-60).
+    /// Whether anything may still move because of this host.
+    ///
+    /// The answer is no only if that is known: nothing that may move was sent, or the motors rest since. A status in which
+    /// no motor moves tells so (answer to the request `MotorStatus`, which the machine also asks in sequences and after a
+    /// silence), unless something that may move was sent after the question. The answer stays yes
+    ///
+    /// - while a request that may move is under way, a sequence runs that moves motors, or a run or shot [may still
+    ///   begin](Self::is_armed);
+    /// - while a stop is not confirmed;
+    /// - after an acknowledged stop until a status tells that nothing moves, because motors take time to come to rest;
+    /// - after the link went down, the device was reset or stopped hard.
     #[must_use]
-    pub const fn is_armed(&self) -> bool {
-        self.is_armed
+    pub fn may_move(&self) -> bool {
+        self.motion.may_move
+            || self.is_armed()
+            || self.requests.sent().any(|request| request.conduct.may_move())
+            || matches!(self.sequence, Some(Sequence { course: Course::Run(_), .. }))
+            || self.stops.iter().next().is_some()
     }
 
-    /// The stops that are not confirmed.
-    pub fn unconfirmed_stops(&self) -> impl Iterator<Item = Stop> {
+    /// Whether the device may still begin a run or a shot, or be in one.
+    ///
+    /// This stays so after a sequence that failed midway: only a stop of everything makes it safe to come near. Neither a
+    /// hard stop nor a reset ends it, because the news of them may be older than what is on its way to the device
+    /// (decision D-60).
+    #[must_use]
+    pub fn is_armed(&self) -> bool {
+        self.motion.is_armed || self.requests.any(Request::arms)
+    }
+
+    /// Whether the shutter of the camera may be open because a `GioCam` opened it. Only a `GioCam` that closes it ends
+    /// this.
+    #[must_use]
+    pub fn may_have_shutter_open(&self) -> bool {
+        self.motion.is_shutter_open || self.requests.any(|request| request.role == Role::Shutter(true))
+    }
+
+    /// Targets of the stops that are not confirmed.
+    pub fn unconfirmed_stops(&self) -> impl Iterator<Item = StopTarget> {
         self.stops.iter()
     }
 
-    /// The requests on their way: id and type.
+    /// Ids and types of the requests under way.
     pub fn pending(&self) -> impl Iterator<Item = (MessageId, MessageType)> {
         self.requests.pending()
     }
 
-    pub(super) fn line<'l>(&'l mut self, now: Millis, output: &'l mut Output) -> (&'l mut Stops, Line<'l>) {
-        (&mut self.stops, Line { now, options: &self.options, ids: &mut self.ids, output })
-    }
-
     /// Asks the device who it is, and forgets what it was.
-    pub(super) fn greet(&mut self, now: Millis, tries: u8, output: &mut Output) {
-        let id = self.ids.next(&self.options);
-        output.send(Send { id, what: What::Greeting });
-        self.state = Connection::Greeting(tries, now.after(self.options.times.greeting.into()));
+    pub(super) fn greet(&mut self, now: Millis, output: &mut Output<'_>, tries: u8) {
+        let id = self.ids.next();
+        output.transmit(Transmit { id, contents: Contents::Greeting });
+        self.connection = Connection::Greeting(tries, now.after(self.options.greeting_timeout().into()));
         self.device = None;
         self.live = Motors::NONE;
     }
 
-    fn link_up(&mut self, now: Millis, output: &mut Output) {
+    fn link_up(&mut self, now: Millis, output: &mut Output<'_>) {
         self.link_down(output);
-        let (stops, mut line) = self.line(now, output);
-        stops.link_up(&mut line);
+        self.stops.link_up(now, output, &self.options, &mut self.ids);
         self.is_loaded = None;
-        self.greet(now, 1, output);
+        self.greet(now, output, 1);
     }
 
-    /// What was on its way is lost. If the line was closed already, nothing is.
-    fn link_down(&mut self, output: &mut Output) {
-        if self.state == Connection::Closed {
+    /// What was on its way is lost. Without a link, nothing was.
+    fn link_down(&mut self, output: &mut Output<'_>) {
+        if self.connection == Connection::Offline {
             return;
         }
-        self.state = Connection::Closed;
-        output.event(Event::Closed);
+        self.connection = Connection::Offline;
+        output.event(Event::LinkDown);
         self.stops.link_down(output);
-        self.fail(|_| true, Failure::NotUp, output);
+        self.fail(output, Failure::LinkDown, |_| true);
     }
 
-    /// Fails requests, and the sequence if it moves motors or everything fails.
-    pub(super) fn fail(&mut self, which: impl Fn(&Request) -> bool, failure: Failure, output: &mut Output) {
-        for request in self.requests.cancel(which) {
+    /// Ends requests, and the sequence if it moves motors or everything ends.
+    pub(super) fn fail(&mut self, output: &mut Output<'_>, failure: Failure, which: impl Fn(&Request) -> bool) {
+        for (request, _) in self.cancel(which) {
             if let Owner::Application(token) = request.owner {
-                output.event(Event::Failed(token, failure));
+                output.event(Event::Ended { token, outcome: Outcome::Failed(failure) });
             }
         }
-        let is_stopped = |sequence: &Sequence| match sequence.course {
+        let is_over = |sequence: &Sequence| match sequence.course {
             Course::Run(_) => true,
-            Course::Upload(_) => matches!(failure, Failure::NotUp | Failure::DeviceReset),
+            Course::Upload(_) => matches!(failure, Failure::LinkDown | Failure::DeviceReset),
         };
-        if self.sequence.as_ref().is_some_and(is_stopped) {
-            self.sequence_over(Err(failure), output);
+        if self.sequence.as_ref().is_some_and(is_over) {
+            self.sequence_over(output, Outcome::Failed(failure));
         }
     }
 
-    fn received(&mut self, now: Millis, id: MessageId, message: &DeviceMessage<'_>, output: &mut Output) {
-        let stray = Event::Stray(id, message.kind());
+    /// Calls requests off. The device may do those that were sent.
+    pub(super) fn cancel(&mut self, which: impl Fn(&Request) -> bool) -> ArrayVec<(Request, bool), ALL> {
+        let gone = self.requests.cancel(which);
+        for (request, _) in gone.iter().filter(|(_, was_sent)| *was_sent) {
+            self.motion.may_be_done(request);
+        }
+        gone
+    }
+
+    fn received<'a>(&mut self, now: Millis, output: &mut Output<'a>, id: MessageId, message: DeviceMessage<'a>) {
         match message {
-            _ if self.state == Connection::Closed => output.event(stray),
-            DeviceMessage::Hi(hi) => self.greeted(now, id, hi, output),
-            DeviceMessage::Ack(ack) => self.acknowledged(now, id, ack, output),
-            DeviceMessage::MotorHardStop(stop) => self.hard_stop(stop, output),
+            _ if self.connection == Connection::Offline => output.event(Event::Unsolicited(id, message)),
+            DeviceMessage::Hi(hi) => self.greeted(now, output, id, &hi, message),
+            DeviceMessage::Ack(ack) => self.acknowledged(now, output, id, ack),
+            DeviceMessage::MotorHardStop(stop) => self.hard_stop(output, &stop),
             DeviceMessage::MotorStatus(status) => {
-                let armed = self.is_armed;
-                let (stops, mut line) = self.line(now, output);
-                if !stops.status(id, status.motor_status, armed, &mut line) {
-                    self.answered(now, id, message.kind(), Reply::Moving(status.motor_status), output);
+                let told = (id, status.motor_status, self.is_armed());
+                match self.stops.status(now, output, &self.options, &mut self.ids, told) {
+                    Told::Other => self.answered(now, output, id, message),
+                    Told::Answer { all_rest } => self.motion.may_move &= !all_rest,
                 }
             }
-            DeviceMessage::RtGo(_) | DeviceMessage::RtEnd(_) => self.told(now, message, output),
-            DeviceMessage::MotorMove(_) => self.answered(now, id, message.kind(), Reply::Answered, output),
+            DeviceMessage::RtGo(_) | DeviceMessage::RtEnd(_) => self.told(now, output, id, message),
             DeviceMessage::GioIn(_)
+            | DeviceMessage::MotorMove(_)
             | DeviceMessage::MotorGetPosition(_)
             | DeviceMessage::VirtGetPosition(_)
-            | DeviceMessage::VirtAimPoint(_) => self.asked_or_not(now, id, message, output),
-            DeviceMessage::Other(_) => output.event(stray),
+            | DeviceMessage::VirtAimPoint(_) => self.answered(now, output, id, message),
+            DeviceMessage::Other(_) => output.event(Event::Unsolicited(id, message)),
         }
     }
 
-    /// What a device tells when it is asked, and also unasked.
-    fn asked_or_not(&mut self, now: Millis, id: MessageId, message: &DeviceMessage<'_>, output: &mut Output) {
-        if let Some(request) = self.requests.answered(id, message.kind()) {
-            return self.settle(now, request, Reply::Answered, output);
-        }
-        let run = self.sequence.as_mut().and_then(Sequence::run);
-        if let (DeviceMessage::MotorGetPosition(_), Some(run)) = (message, run) {
-            run.heard(now);
-        }
-        output.event(Event::Unasked(message.kind()));
-    }
-
-    /// Decision D-46: with id 0, and not while it is waited for, the device was reset.
-    fn greeted(&mut self, now: Millis, id: MessageId, hi: &Hi<'_>, output: &mut Output) {
-        match self.state {
+    /// A greeting with id 0 that nobody waits for tells that the device was reset (decision D-46).
+    fn greeted<'a>(
+        &mut self,
+        now: Millis,
+        output: &mut Output<'a>,
+        id: MessageId,
+        hi: &Hi<'_>,
+        message: DeviceMessage<'a>,
+    ) {
+        match self.connection {
             Connection::Greeting(..) | Connection::Silent => {
-                self.device = Some(kept(hi));
+                let device = without_tail(hi);
+                self.device = Some(device);
                 if id == MessageId::UNSOLICITED {
                     self.is_loaded = Some(false);
                 }
-                self.state = Connection::Configuring(false);
-                output.event(Event::Greeted);
+                self.connection = Connection::Configuring(false);
+                output.event(Event::Greeted(device));
             }
             _ if id == MessageId::UNSOLICITED => {
                 output.event(Event::DeviceReset);
-                self.fail(|_| true, Failure::DeviceReset, output);
+                self.fail(output, Failure::DeviceReset, |_| true);
                 self.is_loaded = Some(false);
-                self.greet(now, 1, output);
+                self.greet(now, output, 1);
             }
-            _ => self.answered(now, id, DeviceMessage::Hi(*hi).kind(), Reply::Answered, output),
+            _ => self.answered(now, output, id, message),
         }
     }
 
-    fn acknowledged(&mut self, now: Millis, id: MessageId, ack: &Ack<'_>, output: &mut Output) {
-        let (stops, mut line) = self.line(now, output);
-        match stops.acknowledged(id, ack, &mut line) {
-            Acknowledged::Confirms(stop) => {
-                self.is_armed &= !stop.is_all();
+    fn acknowledged<'a>(&mut self, now: Millis, output: &mut Output<'a>, id: MessageId, ack: Ack<'a>) {
+        match self.stops.acknowledged(now, output, &self.options, &mut self.ids, (id, &ack)) {
+            Acknowledged::Confirms(target) => {
+                self.motion.is_armed &= !target.is_all();
                 return;
             }
             Acknowledged::Refuses => return,
@@ -215,39 +262,43 @@ impl HostMachine {
         }
         let reply = match ack.response_code {
             Some(AckCode::OK) => Reply::Acknowledged,
-            Some(AckCode::ERR_CHECKSUM) => return self.garbled(now, id, ack, output),
-            Some(code) => Reply::Failed(Failure::Refused(code)),
-            None => Reply::Failed(Failure::Unclear),
+            Some(AckCode::ERR_CHECKSUM) => return self.damaged(now, output, id, ack),
+            Some(code) => Reply::Refused(code),
+            None => Reply::Unclear,
         };
-        self.answered(now, id, ack.of, reply, output);
-    }
-
-    /// The request is known by its id alone: its type may be what arrived wrong (decision D-8).
-    fn garbled(&mut self, now: Millis, id: MessageId, ack: &Ack<'_>, output: &mut Output) {
-        match self.requests.garbled(now, id, &self.options) {
-            Garbled::Over(request) => {
-                self.settle(now, request, Reply::Failed(Failure::Refused(AckCode::ERR_CHECKSUM)), output);
-            }
-            Garbled::Again => {}
-            Garbled::Unknown => output.event(Event::Stray(id, ack.of.ack())),
+        match self.requests.answered(id, ack.of) {
+            Some(pending) => self.settle(now, output, pending, reply),
+            None => output.event(Event::Unsolicited(id, ack.into())),
         }
     }
 
-    fn answered(&mut self, now: Millis, id: MessageId, kind: MessageType, reply: Reply, output: &mut Output) {
-        match self.requests.answered(id, kind) {
-            Some(request) => self.settle(now, request, reply, output),
-            None => output.event(Event::Stray(id, kind)),
+    /// The request is known by its id alone, because its type may be what arrived damaged (decision D-8).
+    fn damaged<'a>(&mut self, now: Millis, output: &mut Output<'a>, id: MessageId, ack: Ack<'a>) {
+        match self.requests.damaged(now, &self.options, id) {
+            Damaged::Over(pending) => self.settle(now, output, pending, Reply::Refused(AckCode::ERR_CHECKSUM)),
+            Damaged::Again => {}
+            Damaged::Unknown => output.event(Event::Unsolicited(id, ack.into())),
         }
+    }
+
+    /// A message arrived that answers a request, or is told unasked.
+    fn answered<'a>(&mut self, now: Millis, output: &mut Output<'a>, id: MessageId, message: DeviceMessage<'a>) {
+        if let Some(pending) = self.requests.answered(id, message.kind()) {
+            return self.settle(now, output, pending, Reply::Answered(message));
+        }
+        let run = self.sequence.as_mut().and_then(Sequence::run);
+        if let (DeviceMessage::MotorGetPosition(_), Some(run)) = (message, run) {
+            run.heard(now);
+        }
+        output.event(Event::Unsolicited(id, message));
     }
 
     /// A request is over.
-    fn settle(&mut self, now: Millis, request: Request, reply: Reply, output: &mut Output) {
-        match (request.conduct.role, reply) {
-            (Role::Configures, Reply::Failed(_)) => self.live = Motors::NONE,
-            // If something moves, that may be what an earlier request began; and who knows what arrived wrong.
-            (Role::Arms, Reply::Failed(Failure::Refused(code))) => {
-                self.is_armed &= matches!(code, AckCode::ERR_MOVING | AckCode::ERR_CHECKSUM);
-            }
+    fn settle<'a>(&mut self, now: Millis, output: &mut Output<'a>, pending: Pending, reply: Reply<'a>) {
+        let request = pending.request;
+        self.motion.ended(&pending, &reply);
+        match (request.role, reply) {
+            (Role::Live(motor, is_live), Reply::Acknowledged) => self.set_live(motor, is_live),
             (Role::StopsLoop, Reply::Acknowledged) => {
                 if let Some(run) = self.sequence.as_mut().and_then(Sequence::run) {
                     run.loop_ends(now);
@@ -255,96 +306,91 @@ impl HostMachine {
             }
             _ => {}
         }
+        if request.owner == Owner::Sequence {
+            return self.sequence_answered(now, output, &reply, pending.is_outdated);
+        }
+        // A run may rest for a moment between two ways: it has to come to its end.
+        if reply.rests() && !pending.is_outdated && self.sequence.as_mut().and_then(Sequence::run).is_none() {
+            self.motion.may_move = false;
+        }
         match (request.owner, reply) {
-            (Owner::Sequence, _) => self.sequence_answered(now, reply, output),
-            (Owner::Question, Reply::Moving(motors)) => output.event(Event::Moving(motors)),
-            (Owner::Question, _) => {}
-            (Owner::Application(token), Reply::Failed(failure)) => output.event(Event::Failed(token, failure)),
-            (Owner::Application(token), Reply::Acknowledged) => {
-                output.event(Event::Done(token, Outcome::Acknowledged));
+            (Owner::Question, Reply::Answered(DeviceMessage::MotorStatus(status))) => {
+                output.event(Event::Moving(status.motor_status));
             }
-            (Owner::Application(token), _) => output.event(Event::Done(token, Outcome::Answered)),
+            (Owner::Application(token), _) => {
+                let outcome = match reply {
+                    Reply::Acknowledged => Outcome::Done(None),
+                    Reply::Answered(message) => Outcome::Done(Some(message)),
+                    Reply::Refused(code) => Outcome::Refused(Refusal::Device(code)),
+                    Reply::Unclear => Outcome::NotConfirmed,
+                };
+                output.event(Event::Ended { token, outcome });
+            }
+            (Owner::Question | Owner::Sequence, _) => {}
         }
     }
 
-    fn hard_stop(&mut self, stop: &HardStop<'_>, output: &mut Output) {
+    fn hard_stop(&mut self, output: &mut Output<'_>, stop: &HardStop<'_>) {
         output.event(Event::HardStop(stop.reason, stop.motor));
-        self.fail(|request| request.conduct.starts_motion, Failure::HardStop, output);
+        self.fail(output, Failure::HardStop, |request| request.conduct.may_move());
     }
 
-    /// Deals with the deadlines that have come, sends what has its turn, and says which deadline is next.
-    fn watch(&mut self, now: Millis, output: &mut Output) {
-        match self.state {
-            Connection::Closed => return,
+    /// A request got no answer.
+    fn unanswered(&mut self, now: Millis, output: &mut Output<'_>, pending: Pending) {
+        match pending.request {
+            Request { owner: Owner::Application(token), conduct, .. } if conduct.purpose == Purpose::Asks => {
+                output.event(Event::Ended { token, outcome: Outcome::Failed(Failure::NoAnswer) });
+            }
+            _ => self.settle(now, output, pending, Reply::Unclear),
+        }
+        if !pending.request.conduct.repeatable && !self.requests.any(|request| request.owner == Owner::Question) {
+            self.requests.submit(Request::own(Owner::Question, Contents::Status));
+        }
+    }
+
+    /// Deals with the deadlines that have come, sends what has its turn, and finds the next deadline.
+    fn watch(&mut self, now: Millis, output: &mut Output<'_>) {
+        match self.connection {
+            Connection::Offline => return,
             Connection::Greeting(tries, until) if until <= now => {
                 if tries < GREETINGS {
-                    self.greet(now, tries.saturating_add(1), output);
+                    self.greet(now, output, tries.saturating_add(1));
                 } else {
-                    self.state = Connection::Silent;
-                    output.event(Event::NoAnswer);
+                    self.connection = Connection::Silent;
+                    output.event(Event::Silent);
                 }
             }
             _ => {}
         }
-        let (stops, mut line) = self.line(now, output);
-        stops.due(&mut line);
+        self.stops.due(now, output, &self.options, &mut self.ids);
         self.sequence_due(now, output);
-        for request in self.requests.due(now, &self.options, &mut self.ids, output) {
-            self.settle(now, request, Reply::Failed(Failure::Timeout), output);
-            if !request.conduct.is_repeatable && !self.requests.has(Owner::Question) {
-                if let Some(question) = Request::own(Owner::Question, What::Status) {
-                    self.requests.submit(question);
-                }
-            }
+        for pending in self.requests.due(now, output, &self.options, &mut self.ids) {
+            self.unanswered(now, output, pending);
         }
-        if self.state == Connection::Configuring(true) && self.requests.is_empty() {
-            self.state = Connection::Up;
-            output.event(Event::Up);
+        if self.connection == Connection::Configuring(true) && self.requests.is_empty() {
+            self.connection = Connection::Ready;
+            output.event(Event::Ready { reconnected: core::mem::replace(&mut self.was_ready, true) });
         }
-        self.requests.send(now, &self.options, &mut self.ids, output);
-        let greeting = match self.state {
+        self.requests.send(now, output, &self.options, &mut self.ids);
+        let greeting = match self.connection {
             Connection::Greeting(_, until) => Some(until),
             _ => None,
         };
         let sequence = self.sequence.as_ref().and_then(Sequence::wake);
-        let wakes = [greeting, self.requests.wake(), self.stops.wake(), sequence];
-        // At the end of time nothing is later than now.
-        output.wake = wakes.into_iter().flatten().filter(|&wake| wake > now).min();
+        output.wake = [greeting, self.requests.wake(), self.stops.wake(), sequence].into_iter().flatten().min();
     }
-}
 
-impl Machine for HostMachine {
-    type Input<'a> = Input<'a>;
-    type Output = Output;
-
-    fn step(mut self, now: Millis, input: Input<'_>) -> (Self, Output) {
-        let mut output = Output::default();
+    fn run<'a>(&mut self, now: Millis, output: &mut Output<'a>, input: Input<'a>) {
         match input {
-            Input::LinkUp => self.link_up(now, &mut output),
-            Input::LinkDown => self.link_down(&mut output),
-            Input::Received(id, message) => self.received(now, id, &message, &mut output),
-            Input::Malformed(..) | Input::Corrupt => output.event(Event::Unreadable),
-            Input::Command(command) => self.command(now, &command, &mut output),
-            Input::Section(section) => self.section(section, &mut output),
+            Input::LinkUp => self.link_up(now, output),
+            Input::LinkDown => self.link_down(output),
+            Input::Received(id, message) => self.received(now, output, id, message),
+            Input::Malformed(id, kind) => output.event(Event::Malformed(id, kind)),
+            Input::Corrupt => output.event(Event::Corrupt),
+            Input::Command(token, command) => self.command(now, output, token, &command),
+            Input::Section(section) => self.section(output, section),
             Input::Wake => {}
         }
-        self.watch(now, &mut output);
-        (self, output)
-    }
-}
-
-// What is derived for so many fields cannot be proven free of panics.
-impl fmt::Debug for HostMachine {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("HostMachine")
-            .field("state", &self.state)
-            .field("ids", &self.ids)
-            .field("requests", &self.requests)
-            .field("stops", &self.stops)
-            .field("sequence", &self.sequence)
-            .field("is_armed", &self.is_armed)
-            .field("live", &self.live)
-            .field("is_loaded", &self.is_loaded)
-            .finish_non_exhaustive()
+        self.watch(now, output);
     }
 }

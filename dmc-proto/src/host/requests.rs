@@ -1,30 +1,41 @@
-//! Requests on their way, and those that wait: DMC D5, safety decisions 2 and 3.
+//! Requests under way, and those that wait: DMC D5, safety decisions 2 and 3.
 
 use arrayvec::ArrayVec;
+use motion_core::machine::Token;
 use motion_core::time::Millis;
+use motion_core::wire::{Conduct, Purpose};
 
-use super::io::{Name, Output, Send, Token, What};
 use super::options::{MAX_WINDOW, Options, TRIES};
+use super::transmit::{Contents, Output, Source, Transmit};
 use crate::frame::{MessageId, MessageType};
-use crate::message::HostMessage;
+use crate::message::{AckCode, CameraFlags, DeviceMessage, HostMessage, Motor, MotorFlags, MotorStatusRequest, Motors};
 
-/// How many requests may wait: if there are as many, the application's next one has failed.
+/// Number of requests that may wait. If as many wait, the application's next one is refused.
 pub const MAX_QUEUE: usize = 8;
 
-/// Two places more, that the application cannot take: for a sequence, and for a question after a silence.
+/// Places in the queue. The application cannot take the last two: one is for a sequence, one for a question after a
+/// silence.
 const QUEUE: usize = MAX_QUEUE + 2;
 
-/// All requests that there can be.
+/// Greatest number of requests.
 pub(super) const ALL: usize = MAX_WINDOW + QUEUE;
 
-/// The ids of requests.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
-pub(super) struct Ids(MessageId);
+/// Ids of requests, one after the other.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Ids {
+    used: MessageId,
+    /// Id after which the count begins again.
+    greatest: u32,
+}
 
 impl Ids {
-    pub(super) fn next(&mut self, options: &Options) -> MessageId {
-        self.0 = if self.0.0 < options.last_id { self.0.next() } else { MessageId(1) };
-        self.0
+    pub(super) const fn up_to(greatest: u32) -> Self {
+        Self { used: MessageId::UNSOLICITED, greatest }
+    }
+
+    pub(super) fn next(&mut self) -> MessageId {
+        self.used = if self.used.0 < self.greatest { self.used.next() } else { MessageId(1) };
+        self.used
     }
 }
 
@@ -33,85 +44,107 @@ impl Ids {
 pub(super) enum Owner {
     Application(Token),
     Sequence,
-    /// The machine's own question whether motors move.
+    /// The machine itself asks whether motors move.
     Question,
 }
 
-/// What is asked.
+/// Request to the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Request {
     pub(super) owner: Owner,
     pub(super) conduct: Conduct,
-    kind: MessageType,
-    what: What,
-}
-
-/// What may be done with a request, and what it does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Conduct {
-    pub(super) is_repeatable: bool,
-    pub(super) starts_motion: bool,
     pub(super) role: Role,
+    kind: MessageType,
+    contents: Contents,
 }
 
-/// What else the machine has to know of a request.
+/// What the machine has to know of a request besides its conduct.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Role {
     Plain,
-    /// It says which motors are driven by hand.
-    Configures,
+    /// It says whether a motor is driven by hand.
+    Live(Motor, bool),
     /// It ends a loop.
     StopsLoop,
-    /// Because of it, a run or a shot may begin.
-    Arms,
+    /// It opens the shutter of the camera, or closes it.
+    Shutter(bool),
 }
 
 impl Request {
-    /// A message that stays with the application.
-    pub(super) fn named(owner: Owner, name: Name, message: &HostMessage<'_>) -> Self {
-        Self::new(owner, What::Named(name), message)
+    /// Request whose message the application holds.
+    pub(super) fn of_application(owner: Owner, source: Source, message: &HostMessage<'_>) -> Self {
+        Self::new(owner, Contents::Application(source), message)
     }
 
-    /// A message of the machine's own.
-    pub(super) fn own(owner: Owner, what: What) -> Option<Self> {
-        what.own().map(|message| Self::new(owner, what, &message))
+    /// Request whose message the machine makes.
+    pub(super) fn own(owner: Owner, contents: Contents) -> Self {
+        Self::new(owner, contents, &contents.message(|_| MotorStatusRequest::default().into()))
     }
 
-    fn new(owner: Owner, what: What, message: &HostMessage<'_>) -> Self {
-        let (is_repeatable, starts_motion) = (message.is_repeatable(), message.starts_motion());
+    fn new(owner: Owner, contents: Contents, message: &HostMessage<'_>) -> Self {
         let role = match message {
-            HostMessage::MotorConfigure(_) => Role::Configures,
+            HostMessage::MotorConfigure(message) => Role::Live(message.motor, message.flags.contains(MotorFlags::LIVE)),
             HostMessage::RtStopLoop(_) => Role::StopsLoop,
-            HostMessage::RtRunMove(_) | HostMessage::RtShootFrame(_) | HostMessage::RtShootFrame2(_) => Role::Arms,
+            HostMessage::GioCam(message) => Role::Shutter(message.flags.contains(CameraFlags::SHUTTER)),
             _ => Role::Plain,
         };
-        let conduct = Conduct { is_repeatable, starts_motion, role };
-        Self { owner, conduct, kind: message.kind(), what }
+        Self { owner, conduct: message.conduct(), role, kind: message.kind(), contents }
+    }
+
+    /// Whether a run or a shot may begin because of the request.
+    pub(super) const fn arms(&self) -> bool {
+        matches!(self.conduct.purpose, Purpose::Arms)
     }
 }
 
-/// A request on its way.
+/// Request that was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-struct Pending {
-    request: Request,
+pub(super) struct Pending {
+    pub(super) request: Request,
+    /// Number of times that it was sent.
+    pub(super) tries: u8,
+    /// Whether something that may move was sent after it: its answer can be older than that motion.
+    pub(super) is_outdated: bool,
     id: MessageId,
-    tries: u8,
-    /// Until then its answer is waited for; or, if that is known to be wanted, until it is sent again.
+    /// Until when its answer is waited for. If its frame arrived damaged, until when it is not sent again.
     until: Millis,
-    again: bool,
+    is_damaged: bool,
 }
 
-/// What becomes of a request whose checksum was wrong.
-pub(super) enum Garbled {
+/// End of a request, except that it was called off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Reply<'a> {
+    Acknowledged,
+    Answered(DeviceMessage<'a>),
+    Refused(AckCode),
+    /// No answer came, or one that does not say how it ended.
+    Unclear,
+}
+
+impl Reply<'_> {
+    /// Whether the device says that no motor moves.
+    pub(super) const fn rests(&self) -> bool {
+        matches!(self, Self::Answered(DeviceMessage::MotorStatus(status)) if status.motor_status.0 == Motors::NONE.0)
+    }
+
+    /// Whether the device refused because of the request itself. Other refusals do not say that nothing moves: motors may
+    /// move because of an earlier request, and nobody knows what it was that arrived damaged.
+    pub(super) const fn is_plain_refusal(&self) -> bool {
+        matches!(self, Self::Refused(code) if !matches!(*code, AckCode::ERR_MOVING | AckCode::ERR_CHECKSUM))
+    }
+}
+
+/// What becomes of a request whose frame arrived damaged.
+pub(super) enum Damaged {
     /// There is no such request.
     Unknown,
     /// It is sent again.
     Again,
     /// It is over.
-    Over(Request),
+    Over(Pending),
 }
 
-/// All requests.
+/// Requests under way and waiting.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
 pub(super) struct Requests {
     window: ArrayVec<Pending, MAX_WINDOW>,
@@ -119,7 +152,7 @@ pub(super) struct Requests {
 }
 
 impl Requests {
-    /// Lets a request wait for its turn: `false`, if there is no room.
+    /// Lets a request wait for its turn. Returns `false` if there is no room.
     pub(super) fn submit(&mut self, request: Request) -> bool {
         let room = match request.owner {
             Owner::Application(_) => MAX_QUEUE,
@@ -132,91 +165,109 @@ impl Requests {
         self.window.is_empty() && self.queue.is_empty()
     }
 
-    /// Whether somebody has a request here.
-    pub(super) fn has(&self, owner: Owner) -> bool {
-        self.window.iter().any(|pending| pending.request.owner == owner)
-            || self.queue.iter().any(|request| request.owner == owner)
+    /// Whether there is such a request, under way or waiting.
+    pub(super) fn any(&self, which: impl Fn(&Request) -> bool) -> bool {
+        self.sent().any(&which) || self.queue.iter().any(which)
     }
 
-    /// Requests that are sent, with what became of them.
+    /// Requests under way.
+    pub(super) fn sent(&self) -> impl Iterator<Item = &Request> {
+        self.window.iter().map(|pending| &pending.request)
+    }
+
+    /// Ids and types of the requests under way.
     pub(super) fn pending(&self) -> impl Iterator<Item = (MessageId, MessageType)> {
         self.window.iter().map(|pending| (pending.id, pending.request.kind))
     }
 
-    /// Takes the request that a message of this id and type answers. It may wait to be sent again, if the device got it
-    /// twice, and once of that wrong.
-    pub(super) fn answered(&mut self, id: MessageId, kind: MessageType) -> Option<Request> {
+    /// Takes the request that a message of this id and type answers. The request may wait to be sent again: the device
+    /// may have got it twice, and damaged once.
+    pub(super) fn answered(&mut self, id: MessageId, kind: MessageType) -> Option<Pending> {
         let at = self.window.iter().position(|pending| pending.id == id && pending.request.kind == kind)?;
-        self.window.pop_at(at).map(|pending| pending.request)
+        self.window.pop_at(at)
     }
 
-    /// The device says that the checksum of this id was wrong: the request is sent again in a while, if it may be.
+    /// The device says that the frame of this id arrived damaged: the request is sent again after a pause, if it may be.
     /// Otherwise it is over.
-    pub(super) fn garbled(&mut self, now: Millis, id: MessageId, options: &Options) -> Garbled {
-        let is_it = |pending: &Pending| pending.id == id && !pending.again;
-        let Some(pending) = self.window.iter_mut().find(|pending| is_it(pending)) else { return Garbled::Unknown };
-        let request = pending.request;
-        if request.conduct.is_repeatable && pending.tries < TRIES {
-            pending.again = true;
-            pending.until = now.after(options.times.pause.into());
-            return Garbled::Again;
+    pub(super) fn damaged(&mut self, now: Millis, options: &Options, id: MessageId) -> Damaged {
+        let found = self.window.iter().position(|pending| pending.id == id && !pending.is_damaged);
+        let Some((at, pending)) = found.and_then(|at| Some((at, self.window.get_mut(at)?))) else {
+            return Damaged::Unknown;
+        };
+        if pending.request.conduct.repeatable && pending.tries < TRIES {
+            pending.is_damaged = true;
+            pending.until = now.after(options.pause().into());
+            return Damaged::Again;
         }
-        self.window.retain(|pending| !is_it(pending));
-        Garbled::Over(request)
+        self.window.pop_at(at).map_or(Damaged::Unknown, Damaged::Over)
     }
 
-    /// Takes away the requests that `which` says, on their way and waiting.
-    pub(super) fn cancel(&mut self, which: impl Fn(&Request) -> bool) -> ArrayVec<Request, ALL> {
-        let sent = self.window.iter().map(|pending| pending.request);
-        let gone = sent.chain(self.queue.iter().copied()).filter(|request| which(request)).take(ALL).collect();
+    /// Takes the requests away that `which` names, with whether each was sent.
+    pub(super) fn cancel(&mut self, which: impl Fn(&Request) -> bool) -> ArrayVec<(Request, bool), ALL> {
+        let sent = self.sent().map(|request| (*request, true));
+        let waiting = self.queue.iter().map(|request| (*request, false));
+        let gone = sent.chain(waiting).filter(|(request, _)| which(request)).take(ALL).collect();
         self.window.retain(|pending| !which(&pending.request));
         self.queue.retain(|request| !which(request));
         gone
     }
 
-    /// Sends again what may be, and takes away what is overdue.
+    /// Sends again what may be sent again, and takes away what is overdue.
     pub(super) fn due(
         &mut self,
         now: Millis,
+        output: &mut Output<'_>,
         options: &Options,
         ids: &mut Ids,
-        output: &mut Output,
-    ) -> ArrayVec<Request, MAX_WINDOW> {
+    ) -> ArrayVec<Pending, MAX_WINDOW> {
         let mut over = ArrayVec::new();
+        let mut moves = false;
         self.window.retain(|pending| {
             if pending.until > now {
                 return true;
             }
-            let may = pending.again || (pending.request.conduct.is_repeatable && pending.tries < TRIES);
-            if may {
-                pending.id = ids.next(options);
-                pending.tries = pending.tries.saturating_add(1);
-                pending.until = now.after(options.times.request.into());
-                pending.again = false;
-                output.send(Send { id: pending.id, what: pending.request.what });
-                true
-            } else {
-                over.try_push(pending.request).is_err()
+            let may_repeat = pending.is_damaged || (pending.request.conduct.repeatable && pending.tries < TRIES);
+            if !may_repeat {
+                return over.try_push(*pending).is_err();
             }
+            pending.id = ids.next();
+            pending.tries = pending.tries.saturating_add(1);
+            pending.until = now.after(options.request_timeout().into());
+            pending.is_damaged = false;
+            pending.is_outdated = false;
+            moves |= pending.request.conduct.may_move();
+            output.transmit(Transmit { id: pending.id, contents: pending.request.contents });
+            true
         });
+        self.outdate(moves);
         over
     }
 
-    /// Sends what has its turn. No motion is asked for while another is not answered, and nothing overtakes.
-    pub(super) fn send(&mut self, now: Millis, options: &Options, ids: &mut Ids, output: &mut Output) {
-        while self.window.len() < options.window.into() {
-            let is_moving = self.window.iter().any(|pending| pending.request.conduct.starts_motion);
+    /// Sends what has its turn. Nothing that may move is sent while such a request is not answered, and no request
+    /// overtakes another.
+    pub(super) fn send(&mut self, now: Millis, output: &mut Output<'_>, options: &Options, ids: &mut Ids) {
+        while self.window.len() < options.window().into() {
+            let is_moving = self.sent().any(|request| request.conduct.may_move());
             let Some(&request) = self.queue.first() else { return };
-            if request.conduct.starts_motion && is_moving {
+            if request.conduct.may_move() && is_moving {
                 return;
             }
             self.queue.pop_at(0);
-            let id = ids.next(options);
-            let until = now.after(options.times.request.into());
-            output.send(Send { id, what: request.what });
-            if self.window.try_push(Pending { request, id, tries: 1, until, again: false }).is_err() {
+            let id = ids.next();
+            let until = now.after(options.request_timeout().into());
+            output.transmit(Transmit { id, contents: request.contents });
+            self.outdate(request.conduct.may_move());
+            let pending = Pending { request, tries: 1, is_outdated: false, id, until, is_damaged: false };
+            if self.window.try_push(pending).is_err() {
                 return;
             }
+        }
+    }
+
+    /// Something that may move was sent: what is under way already says nothing of that motion.
+    fn outdate(&mut self, moves: bool) {
+        for pending in &mut self.window {
+            pending.is_outdated |= moves;
         }
     }
 

@@ -1,29 +1,33 @@
-//! What moves all motors together, from the first request to rest: DMC D5.
+//! Sequences that move all motors together, from the first request to rest: DMC D5.
 
+use motion_core::machine::Token;
 use motion_core::time::Millis;
 
-use super::io::{Event, Failure, Token, What};
+use super::event::{Event, Outcome, Refusal};
 use super::options::{Options, PATIENCE, TRIES};
-use super::requests::{Owner, Request, Role};
-use super::sequence::{Next, Progress, Reply};
-use crate::message::{AckCode, DeviceMessage, FrameNumber, HostMessage, Motors, RtRunMove, RunFlags};
+use super::progress::{Next, Progress};
+use super::requests::{Owner, Reply, Request};
+use super::transmit::Contents;
+use crate::message::{AckCode, DeviceMessage, FrameNumber, HostMessage, RtRunMove, RunFlags};
 
 /// A move to a frame, a jog of all motors, a run or a shot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Run {
     goal: Goal,
-    /// The application's message.
+    /// Message of the application that asked for it.
     begin: Request,
     phase: Phase,
+    /// Token of the signal to start, as long as that has not ended.
+    go: Option<Token>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Goal {
-    /// To be at rest at a frame.
+    /// To be at rest on a frame.
     Travel,
-    /// To run from a frame, for so many milliseconds or a multiple of it.
+    /// To run from a frame. One pass takes `lasts` milliseconds.
     Run { start: FrameNumber, lasts: u64, loops: bool },
-    /// To shoot, for so many milliseconds.
+    /// To shoot, for `lasts` milliseconds.
     Shot { lasts: u64 },
 }
 
@@ -33,47 +37,47 @@ enum Phase {
     ToStart,
     /// The application's message is on its way.
     Begins,
-    /// It is asked whether motors still move.
+    /// The device is asked whether motors still move.
     Watch(Watch, Then),
     /// The device waits for the signal to start.
-    Ready,
-    /// The signal is on its way, or waits to be given again, for the how manieth time.
+    Armed,
+    /// The signal was sent. The number counts its refusals; the time is when to send it again.
     Goes(u8, Option<Millis>),
-    /// It runs. Should its end not be told, it is asked for then.
+    /// The device runs. If its end is not told until then, the host asks for it.
     Runs(Millis),
 }
 
-/// What comes when all motors stand.
+/// What follows when all motors rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Then {
     Begin,
-    Ready,
-    Done,
+    Arm,
+    End,
 }
 
-/// Asking until motors stand.
+/// Questions until the motors rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Watch {
     /// When to give up.
     until: Millis,
     /// When to ask next; `None` while an answer is on its way.
     ask: Option<Millis>,
-    /// Whether they stood when asked last.
-    stood: bool,
+    /// Whether the motors rested at the last answer.
+    rested: bool,
 }
 
 impl Watch {
     fn new(now: Millis, options: &Options) -> Self {
-        Self { until: now.after(options.times.travel.into()), ask: Some(pause(now, options)), stood: false }
+        Self { until: now.after(options.travel_timeout().into()), ask: Some(pause(now, options)), rested: false }
     }
 }
 
 fn pause(now: Millis, options: &Options) -> Millis {
-    now.after(options.times.pause.into())
+    now.after(options.pause().into())
 }
 
 impl Run {
-    /// What a message begins, and what is asked first; `None` if it begins nothing.
+    /// The run that a message begins, and the first request; `None` if the message begins none.
     pub(super) fn new(begin: Request, message: &HostMessage<'_>) -> Option<(Self, Request)> {
         let goal = match message {
             HostMessage::RtPositionFrame(_) | HostMessage::RtJogAll(_) => Goal::Travel,
@@ -87,98 +91,102 @@ impl Run {
             _ => return None,
         };
         let (phase, first) = match goal {
-            Goal::Run { start, .. } => (Phase::ToStart, Request::own(Owner::Sequence, What::ToFrame(start))?),
+            Goal::Run { start, .. } => (Phase::ToStart, Request::own(Owner::Sequence, Contents::ToFrame(start))),
             Goal::Travel | Goal::Shot { .. } => (Phase::Begins, begin),
         };
-        Some((Self { goal, begin, phase }, first))
+        Some((Self { goal, begin, phase, go: None }, first))
     }
 
-    /// Whether all that moves motors has been asked and answered: nothing more is sent but questions.
+    /// Whether all that moves motors was sent and answered: nothing more is sent except questions.
     pub(super) const fn is_under_way(&self) -> bool {
-        matches!(self.phase, Phase::Runs(_) | Phase::Watch(_, Then::Done))
+        matches!(self.phase, Phase::Runs(_) | Phase::Watch(_, Then::End))
     }
 
-    /// Whether a run or a shot waits for the signal to start.
-    pub(super) const fn is_ready(&self) -> bool {
-        matches!(self.phase, Phase::Ready)
-    }
-
-    /// How far it is.
     pub(super) const fn progress(&self) -> Progress {
         match self.phase {
             Phase::ToStart => Progress::ToStart,
             Phase::Watch(_, Then::Begin) => Progress::Travels,
             Phase::Begins => Progress::Begins,
-            Phase::Watch(_, Then::Ready) => Progress::PreRoll,
-            Phase::Ready => Progress::Ready,
+            Phase::Watch(_, Then::Arm) => Progress::PreRoll,
+            Phase::Armed => Progress::Armed,
             Phase::Goes(..) => Progress::Goes,
             Phase::Runs(_) => Progress::Runs,
-            Phase::Watch(_, Then::Done) => Progress::Ends,
+            Phase::Watch(_, Then::End) => Progress::Ends,
         }
     }
 
-    /// What follows from an answer.
-    pub(super) fn answered(&mut self, now: Millis, token: Token, reply: Reply, options: &Options) -> Next {
+    /// Next step after an answer.
+    pub(super) fn answered(&mut self, now: Millis, options: &Options, token: Token, reply: &Reply<'_>) -> Next {
         match (&mut self.phase, reply) {
-            // It has started already, or is not ready after all: safety decision 2.
-            (Phase::Goes(asked, again), Reply::Failed(Failure::Refused(AckCode::ERR_NOT_IN_POSITION)))
-                if *asked < TRIES =>
-            {
-                *asked = asked.saturating_add(1);
+            // The run has started already, or is not ready after all: safety decision 2.
+            (Phase::Goes(refused, again), Reply::Refused(AckCode::ERR_NOT_IN_POSITION)) if *refused < TRIES => {
+                *refused = refused.saturating_add(1);
                 *again = Some(pause(now, options));
                 Next::Wait
             }
-            (_, Reply::Failed(failure)) => Next::Failed(failure),
-            (Phase::ToStart, _) => self.watch(now, Then::Begin, options),
+            (_, Reply::Refused(code)) => Next::End(Outcome::Refused(Refusal::Device(*code))),
+            (_, Reply::Unclear) => Next::End(Outcome::NotConfirmed),
+            (Phase::ToStart, _) => self.watch(now, options, Then::Begin),
             (Phase::Begins, _) => {
-                let then = if self.begin.conduct.role == Role::Arms { Then::Ready } else { Then::Done };
-                self.watch(now, then, options)
+                let then = if self.begin.arms() { Then::Arm } else { Then::End };
+                self.watch(now, options, then)
             }
-            (Phase::Watch(watch, then), Reply::Moving(Motors::NONE)) => {
-                // A device may stand for a moment between two ways: it has to stand twice, but for the way to the first
-                // frame, which is followed by a request that the device refuses if it still moves.
-                if watch.stood || *then == Then::Begin {
-                    self.stands(token)
+            (Phase::Watch(watch, then), reply) if reply.rests() => {
+                // A device may rest for a moment between two ways, so it has to rest twice. The way to the first frame is
+                // an exception: the request after it is refused if motors still move.
+                if watch.rested || *then == Then::Begin {
+                    self.rests(token)
                 } else {
-                    (watch.stood, watch.ask) = (true, Some(pause(now, options)));
+                    (watch.rested, watch.ask) = (true, Some(pause(now, options)));
                     Next::Wait
                 }
             }
             (Phase::Watch(watch, _), _) => {
-                (watch.stood, watch.ask) = (false, Some(pause(now, options)));
+                (watch.rested, watch.ask) = (false, Some(pause(now, options)));
                 Next::Wait
             }
             (Phase::Goes(..), _) => self.started(now, token),
-            (Phase::Ready | Phase::Runs(_), _) => Next::Wait,
+            (Phase::Armed | Phase::Runs(_), _) => Next::Wait,
         }
     }
 
-    fn watch(&mut self, now: Millis, then: Then, options: &Options) -> Next {
+    fn watch(&mut self, now: Millis, options: &Options, then: Then) -> Next {
         self.phase = Phase::Watch(Watch::new(now, options), then);
         Next::Wait
     }
 
-    fn stands(&mut self, token: Token) -> Next {
+    fn rests(&mut self, token: Token) -> Next {
         match self.phase {
             Phase::Watch(_, Then::Begin) => {
                 self.phase = Phase::Begins;
                 Next::Ask(self.begin)
             }
-            Phase::Watch(_, Then::Ready) => {
-                self.phase = Phase::Ready;
-                Next::Tell(Event::Ready(token))
+            Phase::Watch(_, Then::Arm) => {
+                self.phase = Phase::Armed;
+                Next::Tell(Event::Armed(token))
             }
-            _ => Next::Done,
+            _ => Next::End(Outcome::Done(None)),
         }
     }
 
-    /// The application gives the signal to start.
-    pub(super) fn go(&mut self) -> Option<Request> {
-        if !self.is_ready() {
+    /// The application gives the signal to start. Returns `None` if nothing waits for it.
+    pub(super) fn go(&mut self, token: Token) -> Option<Request> {
+        if self.phase != Phase::Armed {
             return None;
         }
         self.phase = Phase::Goes(0, None);
-        Request::own(Owner::Sequence, What::Go)
+        self.go = Some(token);
+        Some(Request::own(Owner::Sequence, Contents::Go))
+    }
+
+    /// Takes the token of the signal to start, once the run has started.
+    pub(super) fn signal_done(&mut self) -> Option<Token> {
+        self.go.take_if(|_| !matches!(self.phase, Phase::Goes(..)))
+    }
+
+    /// Token of the signal to start, if that has not ended.
+    pub(super) const fn signal(&self) -> Option<Token> {
+        self.go
     }
 
     fn started(&mut self, now: Millis, token: Token) -> Next {
@@ -186,7 +194,7 @@ impl Run {
         Next::Tell(Event::Started(token))
     }
 
-    /// When it should be over; of a loop, when a pass should be.
+    /// Time at which the run should be over; of a loop, the pass.
     fn end(&self, now: Millis) -> Millis {
         match self.goal {
             Goal::Run { lasts, .. } | Goal::Shot { lasts } => now.after(lasts).after(PATIENCE),
@@ -206,7 +214,7 @@ impl Run {
         matches!(self.goal, Goal::Run { loops: true, .. })
     }
 
-    /// The device takes the pass that runs, or will run, for the last one. Before it knew of the run, it took nothing.
+    /// The device takes the pass that runs, or will run, as the last one. Before it knew of the run, it took nothing.
     pub(super) fn loop_ends(&mut self, now: Millis) {
         if matches!(self.progress(), Progress::ToStart | Progress::Travels | Progress::Begins) {
             return;
@@ -219,42 +227,42 @@ impl Run {
         }
     }
 
-    /// What follows from what the device tells unasked; `None` if nothing does.
+    /// Next step after what the device tells by itself; `None` if that does not concern the run.
     pub(super) fn told(
         &mut self,
         now: Millis,
+        options: &Options,
         token: Token,
         message: &DeviceMessage<'_>,
-        options: &Options,
     ) -> Option<Next> {
         match (message, self.phase) {
-            (DeviceMessage::RtGo(_), Phase::Watch(_, Then::Ready) | Phase::Ready | Phase::Goes(..)) => {
+            (DeviceMessage::RtGo(_), Phase::Watch(_, Then::Arm) | Phase::Armed | Phase::Goes(..)) => {
                 Some(self.started(now, token))
             }
-            // What ends a pass has begun.
+            // A pass that ends has begun.
             (DeviceMessage::RtEnd(_), Phase::Goes(..)) if self.loops() => Some(self.started(now, token)),
             (DeviceMessage::RtEnd(_), Phase::Runs(_)) if self.loops() => {
                 self.heard(now);
                 Some(Next::Tell(Event::PassEnded(token)))
             }
-            (DeviceMessage::RtEnd(_), Phase::Goes(..) | Phase::Runs(_)) => Some(self.watch(now, Then::Done, options)),
+            (DeviceMessage::RtEnd(_), Phase::Goes(..) | Phase::Runs(_)) => Some(self.watch(now, options, Then::End)),
             _ => None,
         }
     }
 
-    /// What has to be done by now.
+    /// Next step at a deadline.
     pub(super) fn due(&mut self, now: Millis, options: &Options) -> Next {
         match &mut self.phase {
-            Phase::Watch(watch, _) if watch.until <= now => Next::Failed(Failure::Timeout),
+            Phase::Watch(watch, _) if watch.until <= now => Next::End(Outcome::NotConfirmed),
             Phase::Watch(watch, _) if watch.ask.is_some_and(|ask| ask <= now) => {
                 watch.ask = None;
-                ask(What::Status)
+                Next::Ask(Request::own(Owner::Sequence, Contents::Status))
             }
             Phase::Goes(_, again) if again.is_some_and(|again| again <= now) => {
                 *again = None;
-                ask(What::Go)
+                Next::Ask(Request::own(Owner::Sequence, Contents::Go))
             }
-            Phase::Runs(until) if *until <= now => self.watch(now, Then::Done, options),
+            Phase::Runs(until) if *until <= now => self.watch(now, options, Then::End),
             _ => Next::Wait,
         }
     }
@@ -264,16 +272,12 @@ impl Run {
             Phase::Watch(Watch { until, ask, .. }, _) => Some(ask.map_or(until, |ask| ask.min(until))),
             Phase::Goes(_, again) => again,
             Phase::Runs(until) => Some(until),
-            Phase::ToStart | Phase::Begins | Phase::Ready => None,
+            Phase::ToStart | Phase::Begins | Phase::Armed => None,
         }
     }
 }
 
-fn ask(what: What) -> Next {
-    Request::own(Owner::Sequence, what).map_or(Next::Failed(Failure::Sequence), Next::Ask)
-}
-
-/// How long one pass of a run takes, in milliseconds.
+/// Duration of one pass of a run, in milliseconds.
 fn lasts(run: &RtRunMove<'_>) -> u64 {
     let frames = u64::from(run.start_frame.0.abs_diff(run.end_frame.0)).saturating_add(1);
     let millis = frames.saturating_mul(1_000_000).checked_div(run.fps_x1000.0.0.into()).unwrap_or(0);

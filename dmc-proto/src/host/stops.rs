@@ -3,247 +3,223 @@
 use arrayvec::ArrayVec;
 use motion_core::time::Millis;
 
-use super::io::{Event, Output, Send, What};
+use super::event::{Event, StopTarget};
 use super::options::{Options, TRIES};
 use super::requests::Ids;
+use super::transmit::{Contents, Output, Transmit, transmit_stop};
 use crate::frame::MessageId;
-use crate::message::{
-    Ack, AckCode, HostMessage, Motor, MotorStop, MotorStopAll, Motors, StopFlags, VirtStop, VirtualMotor,
-};
+use crate::message::{Ack, AckCode, HostMessage, Motors};
 
-/// What shall stop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Stop {
-    /// One motor. While a run, a shot or any other coordinated move is followed, or may still begin, this is a stop of
-    /// everything, unless the motor is driven by hand (`MotorFlags::LIVE`).
-    Motor(Motor),
-    /// One virtual motor; likewise.
-    Virtual(VirtualMotor),
-    /// Everything.
-    All,
-    /// Everything, without warnings of the device.
-    AllSilent,
-}
-
-impl Stop {
-    /// The stop that a message is.
-    pub(super) fn of(message: &HostMessage<'_>) -> Option<Self> {
-        match message {
-            HostMessage::MotorStop(stop) => Some(Self::Motor(stop.motor)),
-            HostMessage::VirtStop(stop) => Some(Self::Virtual(stop.virtual_motor)),
-            HostMessage::MotorStopAll(stop) => {
-                let silent = stop.flags.unwrap_or_default().contains(StopFlags::SILENT);
-                Some(if silent { Self::AllSilent } else { Self::All })
-            }
-            _ => None,
-        }
-    }
-
-    pub(super) const fn message(self) -> HostMessage<'static> {
-        match self {
-            Self::Motor(motor) => HostMessage::MotorStop(MotorStop { motor, tail: &[] }),
-            Self::Virtual(virtual_motor) => HostMessage::VirtStop(VirtStop { virtual_motor, tail: &[] }),
-            Self::All => HostMessage::MotorStopAll(MotorStopAll { flags: None, tail: &[] }),
-            Self::AllSilent => HostMessage::MotorStopAll(MotorStopAll { flags: Some(StopFlags::SILENT), tail: &[] }),
-        }
-    }
-
-    pub(super) const fn is_all(self) -> bool {
-        matches!(self, Self::All | Self::AllSilent)
-    }
-
-    /// Whether it is obeyed, if these motors move.
-    fn is_obeyed(self, moving: Motors) -> bool {
-        match self {
-            Self::Motor(motor) => !moving.contains(motor),
-            _ => moving == Motors::NONE,
-        }
-    }
-}
-
-/// Different stops that are followed at once; one more is a stop of everything.
+/// Number of different stops that are followed at once. One more is a stop of everything.
 const MAX_STOPS: usize = 4;
 
-/// Stops that are not confirmed yet.
+/// Stops that are not confirmed.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
 pub(super) struct Stops {
     slots: ArrayVec<Slot, MAX_STOPS>,
-    /// The question whether motors still move, and until when it is waited for.
+    /// Question whether motors still move, and until when its answer is waited for.
     question: Option<(MessageId, Millis)>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Slot {
-    stop: Stop,
-    /// The last ids that it was sent under: the answer to an earlier try is as good.
+    target: StopTarget,
+    /// The last ids under which the stop was sent. An answer to an earlier try counts as well.
     ids: ArrayVec<MessageId, { TRIES as usize }>,
-    /// How often it was sent, up to one more than it takes to tell.
+    /// Number of times that the stop was sent, up to one more than it takes to tell the application.
     tries: u8,
-    /// Until when its answer is waited for; `None` if it is asked whether it was obeyed.
+    /// Until when the answer is waited for; `None` if the device is asked whether motors still move.
     until: Option<Millis>,
 }
 
-/// What an acknowledgement means to the stops.
+/// Meaning of an acknowledgement to the stops.
 pub(super) enum Acknowledged {
-    /// It is of none.
+    /// It acknowledges no stop.
     Other,
-    /// This one is obeyed.
-    Confirms(Stop),
-    /// It does not say that one is obeyed.
+    /// This stop is obeyed.
+    Confirms(StopTarget),
+    /// It does not say that a stop is obeyed.
     Refuses,
 }
 
-/// How a stop is sent.
-pub(super) struct Line<'l> {
-    pub(super) now: Millis,
-    pub(super) options: &'l Options,
-    pub(super) ids: &'l mut Ids,
-    pub(super) output: &'l mut Output,
-}
-
-impl Line<'_> {
-    fn patience(&self) -> Millis {
-        self.now.after(self.options.times.stop.into())
-    }
-
-    fn send(&mut self, what: What) -> MessageId {
-        let id = self.ids.next(self.options);
-        self.output.send(Send { id, what });
-        id
-    }
+/// Meaning of a status to the stops.
+pub(super) enum Told {
+    /// It answers another question.
+    Other,
+    /// It is the answer to the question of the stops.
+    Answer {
+        /// Whether nothing moves, after a stop of everything.
+        all_rest: bool,
+    },
 }
 
 impl Slot {
-    fn send(&mut self, line: &mut Line<'_>) {
+    fn send(&mut self, now: Millis, output: &mut Output<'_>, options: &Options, ids: &mut Ids) {
+        let id = ids.next();
+        transmit_stop(output, Transmit { id, contents: Contents::Stop(self.target) });
         if self.tries == TRIES {
-            line.output.event(Event::StopNotConfirmed(self.stop));
+            output.event(Event::StopNotConfirmed(self.target));
         }
         self.tries = self.tries.saturating_add(1).min(TRIES.saturating_add(1));
-        let id = line.send(What::Stop(self.stop));
         if self.ids.is_full() {
             self.ids.pop_at(0);
         }
         if self.ids.try_push(id).is_ok() {
-            self.until = Some(line.patience());
+            self.until = Some(patience(now, options));
         }
+    }
+}
+
+fn patience(now: Millis, options: &Options) -> Millis {
+    now.after(options.stop_timeout().into())
+}
+
+/// Whether a stop is obeyed when these motors move.
+fn is_obeyed(target: StopTarget, moving: Motors) -> bool {
+    match target {
+        StopTarget::Motor(motor) => !moving.contains(motor),
+        _ => moving == Motors::NONE,
     }
 }
 
 impl Stops {
     /// Sends a stop and follows it. A stop of everything takes the place of all others.
-    pub(super) fn submit(&mut self, stop: Stop, line: &mut Line<'_>) {
-        let slot = self.place(stop);
-        if let Some(slot) = slot {
+    pub(super) fn submit(
+        &mut self,
+        now: Millis,
+        output: &mut Output<'_>,
+        options: &Options,
+        ids: &mut Ids,
+        target: StopTarget,
+    ) {
+        if let Some(slot) = self.place(target) {
             (slot.tries, slot.until) = (0, None);
-            slot.send(line);
+            slot.send(now, output, options, ids);
         }
     }
 
-    /// Keeps a stop while the line is closed: it is sent as soon as that is open again.
-    pub(super) fn keep(&mut self, stop: Stop, output: &mut Output) {
-        if let Some(slot) = self.place(stop) {
-            output.event(Event::StopNotConfirmed(slot.stop));
+    /// Keeps a stop while there is no link: it is sent as soon as there is one.
+    pub(super) fn keep(&mut self, output: &mut Output<'_>, target: StopTarget) {
+        if let Some(slot) = self.place(target) {
+            output.event(Event::StopNotConfirmed(slot.target));
         }
     }
 
-    /// The place of a stop, old or new.
-    fn place(&mut self, stop: Stop) -> Option<&mut Slot> {
-        let is_known = self.slots.iter().any(|slot| slot.stop == stop);
-        let stop = if is_known || !self.slots.is_full() { stop } else { Stop::All };
-        if stop.is_all() {
-            self.slots.retain(|slot| slot.stop == stop);
+    /// The slot of a stop, old or new.
+    fn place(&mut self, target: StopTarget) -> Option<&mut Slot> {
+        let is_followed = self.iter().any(|followed| followed == target);
+        let target = if is_followed || !self.slots.is_full() { target } else { StopTarget::All };
+        if target.is_all() {
+            self.slots.retain(|slot| slot.target == target);
         }
-        if !self.slots.iter().any(|slot| slot.stop == stop) {
-            let new = Slot { stop, ids: ArrayVec::new(), tries: 0, until: None };
-            self.slots.try_push(new).ok()?;
+        if !self.iter().any(|followed| followed == target) {
+            self.slots.try_push(Slot { target, ids: ArrayVec::new(), tries: 0, until: None }).ok()?;
         }
-        self.slots.iter_mut().find(|slot| slot.stop == stop)
+        self.slots.iter_mut().find(|slot| slot.target == target)
     }
 
-    /// Whether a message would move what shall stop (decision D-70). What moves motors together, or unknown ones, would.
+    /// Whether a message would move what has to stop (decision D-70). A message that moves motors together, or unknown
+    /// motors, would.
     pub(super) fn forbid(&self, message: &HostMessage<'_>) -> bool {
         let one = match message {
-            HostMessage::MotorMove(message) => Some(Stop::Motor(message.motor)),
-            HostMessage::MotorJog(message) => Some(Stop::Motor(message.motor)),
+            HostMessage::MotorMove(message) => Some(StopTarget::Motor(message.motor)),
+            HostMessage::MotorJog(message) => Some(StopTarget::Motor(message.motor)),
             _ => None,
         };
-        let is_moved = |stop: Stop| match (stop, one) {
-            (Stop::Motor(_), Some(one)) => stop == one,
+        let is_moved = |target: StopTarget| match (target, one) {
+            (StopTarget::Motor(_), Some(one)) => target == one,
             _ => true,
         };
-        message.starts_motion() && self.iter().any(is_moved)
+        message.conduct().may_move() && self.iter().any(is_moved)
     }
 
-    /// The stops that are not confirmed.
-    pub(super) fn iter(&self) -> impl Iterator<Item = Stop> {
-        self.slots.iter().map(|slot| slot.stop)
+    /// Targets of the stops that are not confirmed.
+    pub(super) fn iter(&self) -> impl Iterator<Item = StopTarget> {
+        self.slots.iter().map(|slot| slot.target)
     }
 
     pub(super) fn clear(&mut self) {
         *self = Self::default();
     }
 
-    /// The line is gone.
-    pub(super) fn link_down(&mut self, output: &mut Output) {
+    /// The link is gone.
+    pub(super) fn link_down(&mut self, output: &mut Output<'_>) {
         self.question = None;
         for slot in &mut self.slots {
             (slot.tries, slot.until) = (0, None);
             slot.ids.clear();
-            output.event(Event::StopNotConfirmed(slot.stop));
+            output.event(Event::StopNotConfirmed(slot.target));
         }
     }
 
-    /// The line is open: what waited is sent.
-    pub(super) fn link_up(&mut self, line: &mut Line<'_>) {
+    /// The link is open: the stops that wait are sent.
+    pub(super) fn link_up(&mut self, now: Millis, output: &mut Output<'_>, options: &Options, ids: &mut Ids) {
         for slot in &mut self.slots {
-            slot.send(line);
+            slot.send(now, output, options, ids);
         }
     }
 
-    /// Takes an acknowledgement. One that refuses a stop leads to the question whether motors move.
-    pub(super) fn acknowledged(&mut self, id: MessageId, ack: &Ack<'_>, line: &mut Line<'_>) -> Acknowledged {
+    /// Takes an acknowledgement. If it refuses a stop, the device is asked whether motors move.
+    pub(super) fn acknowledged(
+        &mut self,
+        now: Millis,
+        output: &mut Output<'_>,
+        options: &Options,
+        ids: &mut Ids,
+        (id, ack): (MessageId, &Ack<'_>),
+    ) -> Acknowledged {
         let code = ack.response_code;
         // The id alone is not enough to believe that a stop is obeyed.
-        let is_of = |stop: Stop| stop.message().kind() == ack.of || code == Some(AckCode::ERR_CHECKSUM);
-        let is_it = |slot: &&mut Slot| slot.ids.contains(&id) && is_of(slot.stop);
+        let is_of =
+            |target: StopTarget| HostMessage::from(target).kind() == ack.of || code == Some(AckCode::ERR_CHECKSUM);
+        let is_it = |slot: &&mut Slot| slot.ids.contains(&id) && is_of(slot.target);
         let Some(slot) = self.slots.iter_mut().find(is_it) else { return Acknowledged::Other };
         if code == Some(AckCode::OK) {
-            let stop = slot.stop;
-            self.slots.retain(|slot| slot.stop != stop);
-            line.output.event(Event::Stopped(stop));
-            return Acknowledged::Confirms(stop);
+            let target = slot.target;
+            self.slots.retain(|slot| slot.target != target);
+            output.event(Event::Stopped(target));
+            return Acknowledged::Confirms(target);
         }
         if code == Some(AckCode::ERR_CHECKSUM) && slot.tries < TRIES {
-            slot.send(line);
+            slot.send(now, output, options, ids);
         } else {
             slot.until = None;
         }
         Acknowledged::Refuses
     }
 
-    /// Takes the answer to the question whether motors move: `false`, if it is of another one. While a run may still
-    /// begin, that nothing moves proves nothing (decision D-60).
-    pub(super) fn status(&mut self, id: MessageId, moving: Motors, armed: bool, line: &mut Line<'_>) -> bool {
+    /// Takes a status. While a run may still begin, that nothing moves proves nothing (decision D-60).
+    pub(super) fn status(
+        &mut self,
+        now: Millis,
+        output: &mut Output<'_>,
+        options: &Options,
+        ids: &mut Ids,
+        (id, moving, is_armed): (MessageId, Motors, bool),
+    ) -> Told {
         if self.question.is_none_or(|(asked, _)| asked != id) {
-            return false;
+            return Told::Other;
         }
         self.question = None;
+        let mut all_rest = false;
         self.slots.retain(|slot| {
-            let is_obeyed = slot.until.is_none() && slot.stop.is_obeyed(moving) && !armed;
+            if slot.until.is_some() {
+                return true;
+            }
+            let is_obeyed = is_obeyed(slot.target, moving) && !is_armed;
             if is_obeyed {
-                line.output.event(Event::Stopped(slot.stop));
-            } else if slot.until.is_none() {
-                slot.send(line);
+                all_rest |= slot.target.is_all();
+                output.event(Event::Stopped(slot.target));
+            } else {
+                slot.send(now, output, options, ids);
             }
             !is_obeyed
         });
-        true
+        Told::Answer { all_rest }
     }
 
     /// Asks, and sends again, where an answer is overdue.
-    pub(super) fn due(&mut self, line: &mut Line<'_>) {
-        let now = line.now;
+    pub(super) fn due(&mut self, now: Millis, output: &mut Output<'_>, options: &Options, ids: &mut Ids) {
         for slot in &mut self.slots {
             slot.until = slot.until.filter(|&until| until > now);
         }
@@ -253,11 +229,12 @@ impl Stops {
             }
             self.question = None;
             for slot in self.slots.iter_mut().filter(|slot| slot.until.is_none()) {
-                slot.send(line);
+                slot.send(now, output, options, ids);
             }
         } else if self.slots.iter().any(|slot| slot.until.is_none()) {
-            let id = line.send(What::Status);
-            self.question = Some((id, line.patience()));
+            let id = ids.next();
+            output.transmit(Transmit { id, contents: Contents::Status });
+            self.question = Some((id, patience(now, options)));
         }
     }
 

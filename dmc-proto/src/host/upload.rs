@@ -1,17 +1,20 @@
 //! The upload of a move, section by section: DMC D5.
 
-use super::io::{Event, Failure, Name, What};
-use super::requests::{Owner, Request};
-use super::sequence::{Next, Reply};
-use crate::message::{HostMessage, RtUploadMoveAxis, RtUploadMoveDmx, RtUploadMoveTriggers, StartIndex, Triggers};
+use motion_core::machine::Token;
+
+use super::event::{Event, Outcome, Refusal};
+use super::progress::Next;
+use super::requests::{Owner, Reply, Request};
+use super::transmit::{Contents, Source};
+use crate::message::{HostMessage, RtUploadMoveAxis, RtUploadMoveDmx, RtUploadMoveTriggers};
 use crate::upload::{Section, Track};
 
-/// How far an upload is.
+/// Phase of an upload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Upload {
     /// The begin is on its way.
     Begins,
-    /// The application is asked for the section behind this one.
+    /// The application is asked for the section after this one.
     Wants(Option<Section>),
     /// This section is on its way.
     Sends(Section),
@@ -20,49 +23,43 @@ pub(super) enum Upload {
 }
 
 impl Upload {
-    /// What follows from an answer.
-    pub(super) fn answered(&mut self, reply: Reply) -> Next {
-        if let Reply::Failed(failure) = reply {
-            return Next::Failed(failure);
+    /// Next step after an answer.
+    pub(super) fn answered(&mut self, token: Token, reply: &Reply<'_>) -> Next {
+        match reply {
+            Reply::Refused(code) => return Next::End(Outcome::Refused(Refusal::Device(*code))),
+            Reply::Unclear => return Next::End(Outcome::NotConfirmed),
+            Reply::Acknowledged | Reply::Answered(_) => {}
         }
-        let behind = match *self {
+        let after = match *self {
             Self::Begins => None,
             Self::Sends(section) => Some(section),
             Self::Wants(_) => return Next::Wait,
-            Self::Ends => return Next::Done,
+            Self::Ends => return Next::End(Outcome::Done(None)),
         };
-        *self = Self::Wants(behind);
-        Next::Tell(Event::NextSection(behind))
+        *self = Self::Wants(after);
+        Next::Tell(Event::NextSection { token, after })
     }
 
-    /// What follows from the application's next section.
+    /// Next step after the application gave its next section.
     pub(super) fn section(&mut self, section: Option<Section>) -> Next {
         if !matches!(self, Self::Wants(_)) {
-            return Next::Tell(Event::Ignored);
+            return Next::Tell(Event::SectionNotWanted);
         }
-        let request = if let Some(section) = section {
+        Next::Ask(if let Some(section) = section {
             *self = Self::Sends(section);
-            Some(Request::named(Owner::Sequence, Name::Section(section), &sample(section)))
+            Request::of_application(Owner::Sequence, Source::Section(section), &sample(section))
         } else {
             *self = Self::Ends;
-            Request::own(Owner::Sequence, What::UploadEnd)
-        };
-        request.map_or(Next::Failed(Failure::Sequence), Next::Ask)
+            Request::own(Owner::Sequence, Contents::UploadEnd)
+        })
     }
 }
 
 /// A message of the type of a section, without its values.
 fn sample(section: Section) -> HostMessage<'static> {
-    let (start_index, tail): (_, &[u8]) = (StartIndex::default(), &[]);
     match section.track() {
-        Track::Axis(motor) => {
-            HostMessage::RtUploadMoveAxis(RtUploadMoveAxis { motor, start_index, positions: &[], tail })
-        }
-        Track::Channel(channel) => {
-            HostMessage::RtUploadMoveDmx(RtUploadMoveDmx { channel, start_index, levels: &[], tail })
-        }
-        Track::Triggers => {
-            HostMessage::RtUploadMoveTriggers(RtUploadMoveTriggers { mask: Triggers::NONE, pairs: &[], tail })
-        }
+        Track::Axis(motor) => RtUploadMoveAxis { motor, ..Default::default() }.into(),
+        Track::Channel(channel) => RtUploadMoveDmx { channel, ..Default::default() }.into(),
+        Track::Triggers => RtUploadMoveTriggers::default().into(),
     }
 }

@@ -1,10 +1,9 @@
 //! What speaks against a message of the device.
 
 use motion_core::lint::Lints;
-use motion_core::wire::{EncodeError, Messages};
+use motion_core::wire::Messages;
 
 use super::{Context, MAX_CHANNELS, MAX_MOTORS, MAX_PINS, PROTOCOL_VERSION, Rules, number};
-use crate::frame::MessageId;
 use crate::message::{
     Ack, AckCode, Capabilities, DeviceMessage, HardStop, Hi, Motor, MotorPositions, MotorStatus, Motors, StopReason,
     Triggers,
@@ -37,19 +36,6 @@ impl DeviceMessage<'_> {
             rules.tail(self);
         }
         rules.found
-    }
-
-    /// [`encode_into`](Self::encode_into), but only if lint finds no error.
-    ///
-    /// # Errors
-    ///
-    /// [`EncodeError::Refused`] with the first error that [`lint`](Self::lint) finds, and the errors of
-    /// [`encode_into`](Self::encode_into).
-    pub fn encode_checked(&self, id: MessageId, context: &Context<'_>, out: &mut [u8]) -> Result<usize, EncodeError> {
-        match self.lint(context).first_error() {
-            Some(error) => Err(EncodeError::Refused(error)),
-            None => self.encode_into(id, out),
-        }
     }
 }
 

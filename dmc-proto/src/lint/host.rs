@@ -1,10 +1,9 @@
 //! What speaks against a message of the host.
 
 use motion_core::lint::{Lint, Lints, Problem};
-use motion_core::wire::{EncodeError, Messages};
+use motion_core::wire::Messages;
 
 use super::{Context, Rules};
-use crate::frame::MessageId;
 use crate::message::{AckCode, Capabilities, HostMessage};
 
 /// A device without what a message is for: it answers `ERR_UNSUPPORTED`.
@@ -78,6 +77,16 @@ impl HostMessage<'_> {
     /// It finds nothing in messages with legal values that the device is able to do.
     #[must_use]
     pub fn lint(&self, context: &Context<'_>) -> Lints {
+        let mut rules = self.rules(context);
+        rules.tail(self);
+        rules.found
+    }
+
+    /// All findings except those about bytes after the known fields, which are warnings.
+    ///
+    /// Looking at these bytes goes over all fields with their printing, which a device that only wants to refuse should
+    /// not have to link.
+    fn rules<'c>(&self, context: &'c Context<'_>) -> Rules<'c> {
         let mut rules = Rules::new(context, self.body_len());
         rules.gate(&gate(self));
         match self {
@@ -123,8 +132,7 @@ impl HostMessage<'_> {
             }
             Self::Other(_) => rules.unknown(self.kind()),
         }
-        rules.tail(self);
-        rules.found
+        rules
     }
 
     /// What a device that is described by `context` answers to this message instead of doing it, as far as the message
@@ -137,23 +145,7 @@ impl HostMessage<'_> {
         match self {
             Self::Other(_) if self.kind().is_ack() => None,
             Self::Other(_) => Some(AckCode::ERR_UNSUPPORTED),
-            _ => self.lint(context).first_error().map(answer),
-        }
-    }
-
-    /// [`encode_into`](Self::encode_into), but only if lint finds no error.
-    ///
-    /// # Errors
-    ///
-    /// [`EncodeError::Refused`] with the first error that [`lint`](Self::lint) finds; [`EncodeError::OutOfRange`] for
-    /// the id 0, which is a device's (decision D-13); and the errors of [`encode_into`](Self::encode_into).
-    pub fn encode_checked(&self, id: MessageId, context: &Context<'_>, out: &mut [u8]) -> Result<usize, EncodeError> {
-        if id == MessageId::UNSOLICITED {
-            return Err(EncodeError::OutOfRange { what: "id", value: 0, min: 1, max: u32::MAX.into() });
-        }
-        match self.lint(context).first_error() {
-            Some(error) => Err(EncodeError::Refused(error)),
-            None => self.encode_into(id, out),
+            _ => self.rules(context).found.first_error().map(answer),
         }
     }
 }

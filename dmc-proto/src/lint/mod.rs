@@ -8,7 +8,7 @@
 //! use dmc_proto::message::{Motor, MotorMove, Steps};
 //! use dmc_proto::{HostMessage, MessageId};
 //!
-//! let message = HostMessage::MotorMove(MotorMove { motor: Motor(0), position: Steps(500), tail: &[] });
+//! let message = HostMessage::from(MotorMove { motor: Motor(0), position: Steps(500), tail: &[] });
 //! let context = Context::default();
 //! assert_eq!(message.lint(&context).as_slice()[0].to_string(), "motor: 0 is not in 1 to 32");
 //!

@@ -9,10 +9,15 @@ use zerocopy::ByteOrder;
 use crate::frame::MessageType;
 
 message! {
+    /// Question who the device is: the greeting of a host. Source: DMC, MSG_HI.
+    #[derive(Default)]
+    pub struct HiRequest<'a> in LE {}
+
     /// Who the device is and what it can do, as the answer to the host's greeting or, with id 0, at boot.
     ///
     /// A greeting with id 0 in mid-session means that the device was reset: all that was asked is lost, and all that
     /// was set is forgotten. Source: DMC, MSG_HI; decisions D-43 to D-46.
+    #[derive(Default)]
     pub struct Hi<'a> in LE {
         /// What the device calls itself.
         name: Name,

@@ -68,7 +68,16 @@ impl fmt::Display for Motors {
 __newtype! { Motors(u32) "" }
 
 message! {
+    /// Question which motors move. Source: DMC, MSG_MOTOR_STATUS.
+    #[derive(Default)]
+    pub struct MotorStatusRequest<'a> in LE {}
+
+    /// Question where the motors are. Source: DMC, MSG_MOTOR_GET_POSITION.
+    #[derive(Default)]
+    pub struct MotorGetPosition<'a> in LE {}
+
     /// Which motors move. Source: DMC, MSG_MOTOR_STATUS; decision D-16.
+    #[derive(Default)]
     pub struct MotorStatus<'a> in LE {
         /// The motors that move.
         motor_status: Motors,
@@ -77,6 +86,7 @@ message! {
     }
 
     /// Go to a position. Source: DMC, MSG_MOTOR_MOVE.
+    #[derive(Default)]
     pub struct MotorMove<'a> in LE {
         /// Which motor.
         motor: Motor,
@@ -85,12 +95,14 @@ message! {
     }
 
     /// The answer to [`MotorMove`]; some devices send an acknowledgement instead (decision D-17).
+    #[derive(Default)]
     pub struct MotorMoving<'a> in LE {
         /// Whether the motor moves now.
         moving: Bool,
     }
 
     /// Stop one motor. Of a real-time move, this stops all of it. Source: DMC, MSG_MOTOR_STOP; safety decision 1.
+    #[derive(Default)]
     pub struct MotorStop<'a> in LE {
         /// Which motor.
         motor: Motor,
@@ -99,6 +111,7 @@ message! {
     /// Stop everything, whatever the flags say; again within a second, it stops harder.
     ///
     /// Source: DMC, MSG_MOTOR_STOP_ALL; safety decisions 1 and 4, decision D-22.
+    #[derive(Default)]
     pub struct MotorStopAll<'a> in LE {
         ;
         /// How the device takes it.
@@ -108,6 +121,7 @@ message! {
     /// Where the motors are: the answer, and sent unasked about every 100 ms while they move.
     ///
     /// Source: DMC, MSG_MOTOR_GET_POSITION; decision D-18.
+    #[derive(Default)]
     pub struct MotorPositions<'a> in LE {
         /// Where in the move they are.
         move_time: MoveTime,
@@ -117,6 +131,7 @@ message! {
     }
 
     /// Call the place where a motor stands by another number. Source: DMC, MSG_MOTOR_RESET_POSITION.
+    #[derive(Default)]
     pub struct MotorResetPosition<'a> in LE {
         /// Which motor.
         motor: Motor,
@@ -125,6 +140,7 @@ message! {
     }
 
     /// Run towards a position until told otherwise. Source: DMC, MSG_MOTOR_JOG; decision D-30.
+    #[derive(Default)]
     pub struct MotorJog<'a> in LE {
         /// Which motor.
         motor: Motor,
@@ -135,6 +151,7 @@ message! {
     }
 
     /// What a motor is used for. Source: DMC, MSG_MOTOR_CONFIGURE.
+    #[derive(Default)]
     pub struct MotorConfigure<'a> in LE {
         /// Which motor.
         motor: Motor,
@@ -143,6 +160,7 @@ message! {
     }
 
     /// How fast a motor may be. Source: DMC, MSG_MOTOR_SET_SPEED.
+    #[derive(Default)]
     pub struct MotorSetSpeed<'a> in LE {
         /// Which motor.
         motor: Motor,
@@ -153,6 +171,7 @@ message! {
     }
 
     /// How far a motor may go. Source: DMC, MSG_MOTOR_SET_LIMITS; safety decision 8.
+    #[derive(Default)]
     pub struct MotorSetLimits<'a> in LE {
         /// Which motor.
         motor: Motor,
@@ -171,6 +190,7 @@ message! {
     /// A motor ran into a limit, or everything was stopped: sent unasked, with id 0.
     ///
     /// Source: DMC, MSG_MOTOR_HARD_STOP; decision D-20.
+    #[derive(Default)]
     pub struct HardStop<'a> in LE {
         /// Why.
         reason: StopReason,

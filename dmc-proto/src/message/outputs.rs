@@ -9,6 +9,7 @@ use super::{DmxChannel, set};
 
 message! {
     /// Set the levels of neighbouring DMX channels. Source: DMC, MSG_DMX; decision D-50.
+    #[derive(Default)]
     pub struct Dmx<'a> in LE {
         /// Whether the levels are reached by a ramp, and not at once.
         ramp: Bool,
@@ -20,20 +21,27 @@ message! {
     }
 
     /// Switch the general purpose outputs. Source: DMC, MSG_GIO_OUT.
+    #[derive(Default)]
     pub struct GioOut<'a> in LE {
         /// The outputs that are on.
         triggers: Triggers,
     }
 
+    /// Question which general purpose inputs are on. Source: DMC, MSG_GIO_IN.
+    #[derive(Default)]
+    pub struct GioInRequest<'a> in LE {}
+
     /// Which general purpose inputs are on: the answer, and sent unasked whenever it changes.
     ///
     /// Source: DMC, MSG_GIO_IN; decision D-15.
+    #[derive(Default)]
     pub struct GioIn<'a> in LE {
         /// The inputs that are on.
         triggers: Triggers,
     }
 
     /// Try the outputs of the camera. Source: DMC, MSG_GIO_CAM.
+    #[derive(Default)]
     pub struct GioCam<'a> in LE {
         /// The outputs that are on.
         flags: CameraFlags,

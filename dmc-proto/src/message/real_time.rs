@@ -27,6 +27,7 @@ message! {
     /// Send all motors, and the DMX channels, where the uploaded move has them at a frame.
     ///
     /// Source: DMC, MSG_RT_POSITION_FRAME; decision D-31, safety decision 8.
+    #[derive(Default)]
     pub struct RtPositionFrame<'a> in LE {
         /// Which frame.
         frame: FrameNumber,
@@ -35,6 +36,7 @@ message! {
     /// Get ready to run the uploaded move: go to the start, then to the pre-roll point, and wait for the start signal.
     ///
     /// Source: DMC, MSG_RT_RUN_MOVE; safety decision 9, decisions D-23 and D-24.
+    #[derive(Default)]
     pub struct RtRunMove<'a> in LE {
         /// How fast.
         fps_x1000: FramesPerSecond,
@@ -64,6 +66,7 @@ message! {
     }
 
     /// Get ready to move through one frame while the shutter is open. Source: DMC, MSG_RT_SHOOT_FRAME; decision D-25.
+    #[derive(Default)]
     pub struct RtShootFrame<'a> in LE {
         /// Which frame.
         frame: FrameNumber,
@@ -81,6 +84,7 @@ message! {
     /// Get ready to move through one frame, with a shutter that is described by its angles.
     ///
     /// Source: DMC, MSG_RT_SHOOT_FRAME2; decisions D-1, D-25, D-27 and D-28.
+    #[derive(Default)]
     pub struct RtShootFrame2<'a> in LE {
         /// Which frame.
         frame: FrameNumber,
@@ -95,9 +99,24 @@ message! {
         motors: &'a [MotorPair],
     }
 
+    /// Start of what the device prepared: the signal of the host, or the news that the operator gave it.
+    ///
+    /// Source: DMC, MSG_RT_GO.
+    #[derive(Default)]
+    pub struct RtGo<'a> in LE {}
+
+    /// News that the move, or the frame, is done. Source: DMC, MSG_RT_END.
+    #[derive(Default)]
+    pub struct RtEnd<'a> in LE {}
+
+    /// Request to end a loop at its next end point. Source: DMC, MSG_RT_STOP_LOOP.
+    #[derive(Default)]
+    pub struct RtStopLoop<'a> in LE {}
+
     /// Run all motors towards a frame of the uploaded move; they have to be on one.
     ///
     /// Source: DMC, MSG_RT_JOG_ALL; safety decision 8.
+    #[derive(Default)]
     pub struct RtJogAll<'a> in LE {
         /// How fast.
         fps_x1000: FramesPerSecond,

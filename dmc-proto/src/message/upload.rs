@@ -11,6 +11,7 @@ message! {
     /// Begin the upload of a move. What was uploaded before is forgotten.
     ///
     /// Source: DMC, MSG_RT_UPLOAD_MOVE_BEGIN; decision D-31.
+    #[derive(Default)]
     pub struct RtUploadMoveBegin<'a> in LE {
         /// The first frame of the move; its index is 0.
         start_frame: FrameNumber,
@@ -19,6 +20,7 @@ message! {
     }
 
     /// One section of one motor's positions of a move. Source: DMC, MSG_RT_UPLOAD_MOVE_AXIS; decision D-32.
+    #[derive(Default)]
     pub struct RtUploadMoveAxis<'a> in LE {
         /// Which motor.
         motor: Motor,
@@ -30,6 +32,7 @@ message! {
     }
 
     /// One section of one DMX channel's levels of a move. Source: DMC, MSG_RT_UPLOAD_MOVE_DMX; decision D-32.
+    #[derive(Default)]
     pub struct RtUploadMoveDmx<'a> in LE {
         /// Which channel.
         channel: DmxChannel,
@@ -40,9 +43,14 @@ message! {
         levels: &'a [u8],
     }
 
+    /// End of the upload of a move. Source: DMC, MSG_RT_UPLOAD_MOVE_END.
+    #[derive(Default)]
+    pub struct RtUploadMoveEnd<'a> in LE {}
+
     /// Which outputs are on at which frames of a move; a frame that is not named has them all off.
     ///
     /// Source: DMC, MSG_RT_UPLOAD_MOVE_TRIGGERS; safety decision 6, decision D-33.
+    #[derive(Default)]
     pub struct RtUploadMoveTriggers<'a> in LE {
         /// The outputs that the move switches at all, the same in each section.
         mask: Triggers,

@@ -46,6 +46,7 @@ open_enum! {
 
 message! {
     /// A boom on a swing on a track: its motors and measures.
+    #[derive(Default)]
     pub struct BoomRig in LE {
         /// The motor of the boom.
         boom_motor: RigMotor,
@@ -103,6 +104,7 @@ message! {
     }
 
     /// A swing and a pan.
+    #[derive(Default)]
     pub struct SwingPan<'a> in LE {
         /// The motor of the swing.
         swing_motor: RigMotor,

@@ -50,7 +50,12 @@ open_enum! {
 }
 
 message! {
+    /// Question where the virtual motors are. Source: DMC, MSG_VIRT_GET_POSITION.
+    #[derive(Default)]
+    pub struct VirtGetPosition<'a> in LE {}
+
     /// Send a virtual motor to a position. Source: DMC, MSG_VIRT_MOVE; decision D-38.
+    #[derive(Default)]
     pub struct VirtMove<'a> in LE {
         /// Which virtual motor.
         virtual_motor: VirtualMotor,
@@ -59,6 +64,7 @@ message! {
     }
 
     /// Stop a virtual motor. Source: DMC, MSG_VIRT_STOP; safety decisions 1 and 7.
+    #[derive(Default)]
     pub struct VirtStop<'a> in LE {
         /// Which virtual motor.
         virtual_motor: VirtualMotor,
@@ -68,6 +74,7 @@ message! {
     ///
     /// Today only the slowest and the full speed are sent, and the destination is as far away as can be: it says which
     /// way. Source: DMC, MSG_VIRT_JOG; safety decision 10, decision D-39.
+    #[derive(Default)]
     pub struct VirtJog<'a> in LE {
         /// Which virtual motor.
         virtual_motor: VirtualMotor,
@@ -78,6 +85,7 @@ message! {
     }
 
     /// Run the camera along a line until told otherwise. Source: DMC, MSG_VIRT_JOG_ON_LINE; decision D-40.
+    #[derive(Default)]
     pub struct VirtJogOnLine<'a> in LE {
         /// Which line.
         axis: LineAxis,
@@ -88,6 +96,7 @@ message! {
     /// Keep the camera aimed at a point, or not: asked for by the host, confirmed by the device at any time.
     ///
     /// Source: DMC, MSG_VIRT_AIM_POINT; decision D-42.
+    #[derive(Default)]
     pub struct VirtAimPoint<'a> in LE {
         /// Whether it is aimed.
         enable: Bool,
@@ -123,7 +132,7 @@ message! {
 ///
 /// Devices that can aim add whether they do and, all three or none, where. Source: DMC, `MSG_VIRT_GET_POSITION`;
 /// decision D-41.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct VirtPositions<'a> {
     /// Along the track.
     pub track: VirtualPosition,

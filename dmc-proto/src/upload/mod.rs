@@ -9,7 +9,7 @@
 //!
 //! ```
 //! use dmc_proto::lint::Context;
-//! use dmc_proto::message::{AckCode, Empty, FrameNumber, Motor, Motors, Steps};
+//! use dmc_proto::message::{AckCode, FrameNumber, Motor, Motors, RtUploadMoveEnd, Steps};
 //! use dmc_proto::upload::{self, Memory, MoveSource, Room, SCRATCH, SectionSize, Track, UploadBuffer};
 //! use dmc_proto::HostMessage;
 //!
@@ -41,11 +41,11 @@
 //! // The host: what it would send, each message given to the device at once.
 //! let mut send = |message: &HostMessage<'_>| assert_eq!(buffer.receive(message), Some(AckCode::OK));
 //! let mut scratch = [0; SCRATCH];
-//! send(&HostMessage::RtUploadMoveBegin(upload::begin(&Ramp, &Context::default())?));
+//! send(&upload::begin(&Ramp, &Context::default())?.into());
 //! for section in upload::sections(&Ramp, SectionSize::default()) {
 //!     send(&section.message(&Ramp, &mut scratch));
 //! }
-//! send(&HostMessage::RtUploadMoveEnd(Empty { tail: &[] }));
+//! send(&RtUploadMoveEnd::default().into());
 //!
 //! assert_eq!(buffer.position(Motor(3), 2), Some(Steps(2000)));
 //! assert_eq!(buffer.position(Motor(3), 99), Some(Steps(4000)), "held to the end, though it was not sent");

@@ -133,15 +133,15 @@ impl Section {
         match self.track {
             Track::Axis(motor) => {
                 let positions = put(scratch, frames.map(|index| I32::new(source.position(motor, index).0)));
-                HostMessage::RtUploadMoveAxis(RtUploadMoveAxis { motor, start_index, positions, tail: &[] })
+                RtUploadMoveAxis { motor, start_index, positions, tail: &[] }.into()
             }
             Track::Channel(channel) => {
                 let levels = put(scratch, frames.map(|index| source.level(channel, index)));
-                HostMessage::RtUploadMoveDmx(RtUploadMoveDmx { channel, start_index, levels, tail: &[] })
+                RtUploadMoveDmx { channel, start_index, levels, tail: &[] }.into()
             }
             Track::Triggers => {
                 let pairs = put(scratch, frames.filter_map(|index| Some(TriggerPair::new(index, on(source, index)?))));
-                HostMessage::RtUploadMoveTriggers(RtUploadMoveTriggers { mask: source.mask(), pairs, tail: &[] })
+                RtUploadMoveTriggers { mask: source.mask(), pairs, tail: &[] }.into()
             }
         }
     }

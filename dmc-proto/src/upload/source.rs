@@ -90,7 +90,7 @@ pub fn begin<S: MoveSource + ?Sized>(
     let end_frame = FrameNumber(i32::try_from(end).map_err(|_| wrong)?);
     let begin = RtUploadMoveBegin { start_frame, end_frame, tail: &[] };
 
-    check(&HostMessage::RtUploadMoveBegin(begin), context)?;
+    check(&begin.into(), context)?;
     for track in tracks(source) {
         check(&Section::empty(track).message(source, &mut [0; SCRATCH]), context)?;
     }

@@ -69,6 +69,16 @@ pub trait Envelope {
     /// Length in bytes of a frame whose message has this number and a body of so many bytes.
     fn frame_len(number: u32, body_len: usize) -> usize;
 
+    /// Checks what the frame would say beside the message. Only encoding that is checked by lint asks for it.
+    ///
+    /// # Errors
+    ///
+    /// [`EncodeError`], if the sender may not use this label.
+    fn check(label: Self::Label) -> Result<(), EncodeError> {
+        let _ = label;
+        Ok(())
+    }
+
     /// Writes a frame around what `body` writes to the front of `out`, and returns its length in bytes.
     ///
     /// # Errors
@@ -177,6 +187,7 @@ macro_rules! side {
                 context: &$context,
                 out: &mut [u8],
             ) -> Result<usize, $crate::wire::EncodeError> {
+                <$envelope as $crate::wire::Envelope>::check(($($label)?))?;
                 match self.lint(context).first_error() {
                     Some(error) => Err($crate::wire::EncodeError::Refused(error)),
                     None => self.encode_into($($label,)? out),

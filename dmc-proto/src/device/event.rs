@@ -1,0 +1,88 @@
+//! Events of a device's machine: what the rig has to do, and what it is told.
+
+use crate::frame::{MessageId, MessageType};
+use crate::message::{FrameNumber, FramesPerSecond, HostMessage, JogSpeed, Motor, Steps, VirtualMotor};
+
+/// Something that the rig has to do, or is told.
+///
+/// An event stands before the message that acknowledges it: the rig acts before the host is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Event<'a> {
+    /// Stop. A later stop never makes this one softer.
+    Stop(StopKind),
+    /// Switch off all outputs of the uploaded move (safety decision 6).
+    TriggersOff,
+    /// Do what this message says: it sets something.
+    Apply(HostMessage<'a>),
+    /// Give this message to the upload buffer, and give the buffer's answer to the machine as
+    /// [`Input::Stored`](super::Input::Stored).
+    Store {
+        /// Name of the message, for the answer.
+        store: Store,
+        /// The message.
+        message: HostMessage<'a>,
+    },
+    /// Send a motor to a position.
+    Move(Motor, Steps),
+    /// Run a motor towards a position, and come to rest there, or at a limit that was set.
+    Jog(Motor, JogSpeed, Steps),
+    /// Move virtual motors as this message says.
+    MoveVirtual(HostMessage<'a>),
+    /// Send all motors of the uploaded move to a frame, instead of what they do.
+    ToFrame(FrameNumber),
+    /// Run all motors along the uploaded move, to a frame.
+    JogAll(FramesPerSecond, FrameNumber),
+    /// Get ready for the run or shot of this message, and rest where it begins.
+    Prepare(HostMessage<'a>),
+    /// Begin the run or shot that was prepared. For a shot, also move the shutter.
+    Go,
+    /// Begin the next pass of the run, from one frame to another.
+    NextPass(FrameNumber, FrameNumber),
+    /// The pass that runs is the last one.
+    LastPass,
+    /// The run or shot is over: come to rest after it.
+    PostRoll,
+    /// The device takes requests again, after a hard stop.
+    Unlocked,
+    /// An acknowledgement arrived, which only devices send. It is not answered (decision D-5).
+    Acknowledgement(MessageId, MessageType),
+    /// The rig reported something that does not fit what it was told. Nothing was done.
+    UnexpectedReport,
+}
+
+/// Kind of a stop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum StopKind {
+    /// One motor, with its own deceleration.
+    Motor(Motor),
+    /// One virtual motor.
+    Virtual(VirtualMotor),
+    /// Everything.
+    All {
+        /// Whether the device shows no warning (safety decision 4).
+        silent: bool,
+    },
+    /// Everything, harder, because it is the second stop within a second.
+    Harder,
+    /// Everything, as fast as possible: a limit switch, a fault, the emergency stop.
+    Hard,
+}
+
+/// Name of a message of an upload that is to be stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Store {
+    pub(super) id: MessageId,
+    pub(super) kind: MessageType,
+    pub(super) part: Part,
+}
+
+/// Part of an upload.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Part {
+    Begin(FrameNumber, FrameNumber),
+    Axis(Motor),
+    Other,
+    End,
+}

@@ -1,0 +1,181 @@
+//! Events of a host's machine: what the application is told.
+
+use motion_core::machine::Token;
+
+use crate::frame::{MessageId, MessageType};
+use crate::message::{
+    AckCode, DeviceMessage, Hi, HostMessage, Motor, MotorStop, MotorStopAll, Motors, StopFlags, StopReason, VirtStop,
+    VirtualMotor,
+};
+use crate::upload::Section;
+
+/// Something that the application is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Event<'a> {
+    /// The device said who it is. It can be configured now; nothing that moves is sent yet.
+    Greeted(Hi<'static>),
+    /// The device does not answer greetings. [`Command::Greet`](super::Command::Greet) tries again. A greeting that the
+    /// device sends at boot is taken as well.
+    Silent,
+    /// Everything can be sent.
+    Ready {
+        /// Whether everything could be sent before, and the link or the device was lost since. Then do not move anything
+        /// without a person's consent: nobody knows who stands beside the rig.
+        reconnected: bool,
+    },
+    /// The link is gone. All requests and the sequence have ended.
+    LinkDown,
+    /// The device was reset: all requests and the sequence have ended, and the device has forgotten what was uploaded and
+    /// configured.
+    DeviceReset,
+    /// A command has ended. Each command ends exactly once.
+    Ended {
+        /// Token of the command.
+        token: Token,
+        /// How the command ended.
+        outcome: Outcome<'a>,
+    },
+    /// An upload wants its next section, by [`Input::Section`](super::Input::Section).
+    NextSection {
+        /// Token of the upload.
+        token: Token,
+        /// Section after which the next one comes; `None` if the first one is wanted.
+        after: Option<Section>,
+    },
+    /// A section was given that no upload asked for. Nothing was done.
+    SectionNotWanted,
+    /// The run or shot with this token waits for [`Command::Go`](super::Command::Go), or for the operator.
+    Armed(Token),
+    /// The run or shot with this token has started.
+    Started(Token),
+    /// A pass of the loop with this token is over.
+    PassEnded(Token),
+    /// A stop is confirmed: the device said so, or the motors rest. After an acknowledgement motors may still come to rest;
+    /// [`may_move`](super::HostMachine::may_move) says so until a status tells that nothing moves.
+    Stopped(StopTarget),
+    /// A stop was not confirmed after three tries, or there is no link to send it over. The machine goes on trying until
+    /// the stop is confirmed, or given up by [`Command::EndStops`](super::Command::EndStops). Tell a person beside the
+    /// rig to press the emergency stop.
+    StopNotConfirmed(StopTarget),
+    /// The device stopped everything hard, for this reason, because of this motor. All requests that move and the run, if
+    /// there is one, have ended.
+    HardStop(StopReason, Option<Motor>),
+    /// These motors move: the device was asked, because a request that must not be repeated was not answered.
+    Moving(Motors),
+    /// A message arrived that answers nothing that is asked: positions and inputs that the device tells by itself, the
+    /// start by an operator, the end of a run, a late answer.
+    Unsolicited(MessageId, DeviceMessage<'a>),
+    /// A frame arrived whose data ends before the fields of its message do. The request that it answered is left to its
+    /// timeout.
+    Malformed(MessageId, MessageType),
+    /// A frame with a wrong checksum arrived.
+    Corrupt,
+}
+
+/// End of a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Outcome<'a> {
+    /// The device did it, or the command only concerned the machine. The message is the answer of the device, where it
+    /// answered with more than an acknowledgement.
+    ///
+    /// A sequence that is done has come to rest. A device that stops hard says so once, and that message can be lost: who
+    /// has to know whether a run came to its end compares the positions.
+    Done(Option<DeviceMessage<'a>>),
+    /// Sent, and the protocol has no answer to it. Events tell what comes of it: of a stop
+    /// [`Event::Stopped`] or [`Event::StopNotConfirmed`], of a greeting [`Event::Greeted`] or [`Event::Silent`].
+    Sent,
+    /// The machine or the device refused the command. It was not done.
+    Refused(Refusal),
+    /// Something else ended the command. If it had been sent, the device may have done it.
+    Failed(Failure),
+    /// Nobody knows whether the device did it. It was sent, and no answer came, or none that is clear; or it is a stop
+    /// that waits for a link.
+    NotConfirmed,
+}
+
+/// Reason why a command was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// There is no link.
+    NotConnected,
+    /// The device is not known, or not configured yet.
+    NotReady,
+    /// Too many requests wait, or another sequence runs.
+    Busy,
+    /// A stop is not confirmed yet, and the message would move what has to stop.
+    Stopping,
+    /// The command does not fit the state of the machine: no run is armed, or the device is greeted or configured already.
+    Unexpected,
+    /// The message does not fit the command: it belongs to a sequence, it begins none, or it is an acknowledgement.
+    Misplaced,
+    /// The device would answer with this code, going by its greeting. Nothing was sent.
+    WouldBeRefused(AckCode),
+    /// The device answered with this code.
+    Device(AckCode),
+}
+
+/// Something that ended a command other than its answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Failure {
+    /// No answer came to a question, after three tries.
+    NoAnswer,
+    /// A stop called the command off.
+    Stopped,
+    /// The device stopped everything hard.
+    HardStop,
+    /// The device was reset.
+    DeviceReset,
+    /// The link is gone.
+    LinkDown,
+}
+
+/// What a stop is to stop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum StopTarget {
+    /// One motor. While a run, a shot or any other coordinated move is followed, or may still begin, this is a stop of
+    /// everything, unless the motor is driven by hand (`MotorFlags::LIVE`).
+    Motor(Motor),
+    /// One virtual motor. A coordinated move makes this a stop of everything too.
+    Virtual(VirtualMotor),
+    /// Everything.
+    All,
+    /// Everything, without warnings of the device.
+    AllSilent,
+}
+
+impl StopTarget {
+    /// The target of a message that is a stop.
+    pub(super) fn of(message: &HostMessage<'_>) -> Option<Self> {
+        match message {
+            HostMessage::MotorStop(stop) => Some(Self::Motor(stop.motor)),
+            HostMessage::VirtStop(stop) => Some(Self::Virtual(stop.virtual_motor)),
+            HostMessage::MotorStopAll(stop) => {
+                let silent = stop.flags.unwrap_or_default().contains(StopFlags::SILENT);
+                Some(if silent { Self::AllSilent } else { Self::All })
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether everything is to stop.
+    pub(super) const fn is_all(self) -> bool {
+        matches!(self, Self::All | Self::AllSilent)
+    }
+}
+
+impl From<StopTarget> for HostMessage<'static> {
+    /// The stop as a message.
+    fn from(target: StopTarget) -> Self {
+        match target {
+            StopTarget::Motor(motor) => MotorStop { motor, tail: &[] }.into(),
+            StopTarget::Virtual(virtual_motor) => VirtStop { virtual_motor, tail: &[] }.into(),
+            StopTarget::All => MotorStopAll { flags: None, tail: &[] }.into(),
+            StopTarget::AllSilent => MotorStopAll { flags: Some(StopFlags::SILENT), tail: &[] }.into(),
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! Knowledge of a host about what may still move because of it.
+
+use super::requests::{Pending, Reply, Request, Role};
+
+/// What may move because of the host, apart from the requests that are under way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub(super) struct Motion {
+    /// Whether something that may move was sent, and rest is not known since.
+    pub(super) may_move: bool,
+    /// Whether the device may wait for the signal to start a run or shot, or be in one.
+    pub(super) is_armed: bool,
+    /// Whether the shutter may be open by hand.
+    pub(super) is_shutter_open: bool,
+}
+
+impl Motion {
+    /// A request is over.
+    pub(super) const fn ended(&mut self, pending: &Pending, reply: &Reply<'_>) {
+        // Of a request that was sent several times, one copy may have been done before another was refused.
+        if !(reply.is_plain_refusal() && pending.tries == 1) {
+            self.may_be_done(&pending.request);
+        }
+        if let (Role::Shutter(false), Reply::Acknowledged) = (pending.request.role, reply) {
+            self.is_shutter_open = false;
+        }
+    }
+
+    /// Nobody knows whether the device does a request, or it does.
+    pub(super) const fn may_be_done(&mut self, request: &Request) {
+        self.may_move |= request.conduct.may_move();
+        self.is_armed |= request.arms();
+        self.is_shutter_open |= matches!(request.role, Role::Shutter(true));
+    }
+}
