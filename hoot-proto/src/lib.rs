@@ -130,6 +130,7 @@
 #[cfg(any(test, feature = "std"))]
 extern crate std;
 
+#[cfg(feature = "beyond")]
 pub mod beyond;
 pub mod device;
 pub mod frame;
@@ -141,14 +142,17 @@ pub mod nom;
 pub mod program;
 pub mod query;
 mod side;
-mod state;
 
 pub use frame::{Address, Frame, FrameError, Frames, Header, Hoot, Selector, Strict, Table};
 pub use message::{DeviceMessage, HostMessage};
+#[cfg(feature = "tokio")]
+pub use motion_core::codec::Item as CodecItem;
+pub use motion_core::machine::{Effect, Machine, Token};
 #[cfg(feature = "alloc")]
 pub use motion_core::owned::Owned;
 pub use motion_core::stream::Item;
-pub use motion_core::wire::{DecodeError, EncodeError};
+pub use motion_core::time::Millis;
+pub use motion_core::wire::{Conduct, DecodeError, EncodeError, Purpose};
 pub use query::{AnyQuery, AnyReply, Query, ReplyError};
 #[cfg(feature = "tokio")]
 pub use side::Codec;

@@ -32,7 +32,7 @@ macro_rules! machine {
             type Input<'a> = Input<'a>;
             type Output<'a> = Output<'a>;
 
-            fn advance<'a>(&mut self, now: $crate::time::Millis, input: Input<'a>) -> Output<'a> {
+            fn advance<'a>(&mut self, now: $crate::time::Millis, input: Self::Input<'a>) -> Self::Output<'a> {
                 Self::advance(self, now, input)
             }
         }

@@ -81,6 +81,11 @@ pub trait Envelope {
         out: &mut [u8],
         body: impl FnOnce(&mut [u8]) -> Result<usize, EncodeError>,
     ) -> Result<usize, EncodeError>;
+
+    /// Adds to the findings about a message what is wrong with its label. Most labels have no rules.
+    fn lint(label: Self::Label, found: &mut Lints) {
+        let _ = (label, found);
+    }
 }
 
 /// Makes the type of a side, and the methods that all its messages have: decoding, encoding, and what the features `alloc`
@@ -165,19 +170,22 @@ macro_rules! side {
                 <$envelope>::seal(($($label)?), self.number(), self.body_len(), out, |place| self.encode_body(place))
             }
 
-            /// Writes the whole frame like [`encode_into`](Self::encode_into), unless [`lint`](Self::lint) finds an error.
+            /// Writes the whole frame like [`encode_into`](Self::encode_into), unless [`lint`](Self::lint) finds an error in
+            /// the message, or the label of the frame is wrong.
             ///
             /// # Errors
             ///
-            /// [`EncodeError::Refused`](crate::EncodeError::Refused) with the first error that `lint` found, and the
-            /// errors of `encode_into`. Then nothing is written.
+            /// [`EncodeError::Refused`](crate::EncodeError::Refused) with the first error that was found, and the errors of
+            /// `encode_into`. Then nothing is written.
             pub fn encode_checked(
                 &self,
                 $($label: $type,)?
                 context: &$context,
                 out: &mut [u8],
             ) -> Result<usize, $crate::wire::EncodeError> {
-                match self.lint(context).first_error() {
+                let mut found = self.lint(context);
+                <$envelope as $crate::wire::Envelope>::lint(($($label)?), &mut found);
+                match found.first_error() {
                     Some(error) => Err($crate::wire::EncodeError::Refused(error)),
                     None => self.encode_into($($label,)? out),
                 }
