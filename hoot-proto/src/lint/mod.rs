@@ -10,7 +10,7 @@
 //!
 //! // The firmware would see 0 steps, and run for ever.
 //! let motion = MotorMove { motor: Motor::One, direction: Direction(0), steps: StepCount(16_777_216) };
-//! let message = HostMessage::MotorMove(motion);
+//! let message = HostMessage::from(motion);
 //! let context = Context::default();
 //! assert_eq!(message.lint(&context).as_slice()[0].to_string(), "steps: 16777216 is not in 1 to 16777215");
 //!

@@ -199,6 +199,7 @@ message! {
 /// Conduct by the purpose of the contacts: a contact that starts something arms the node.
 ///
 /// An operator, or a machine at the contact, may start the program from then on.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "tables call it with a reference")]
 pub(super) const fn alt_modes(set: &SetAltModes) -> Conduct {
     const fn starts(mode: AltMode) -> bool {
         matches!(mode, AltMode::START | AltMode::TOGGLE | AltMode::EXTERNAL_INTERVALOMETER | AltMode::REVERSE_DIRECTION)

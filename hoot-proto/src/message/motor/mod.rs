@@ -246,6 +246,7 @@ sub_messages! {
 ///
 /// In joystick mode this command starts a motor; the message does not tell the mode. A speed of 0 moves nothing, but it is
 /// no stop either: some firmware does not answer it.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "tables call it with a reference")]
 pub(super) const fn continuous_speed(set: &MotorSetContinuousSpeed) -> Conduct {
     Conduct::new(if set.speed.0 == 0.0 { Purpose::Sets } else { Purpose::Moves }).once()
 }
