@@ -16,6 +16,7 @@
 use core::fmt;
 
 use motion_core::fletcher::{self, PrefixSums, Sum};
+use motion_core::lint::Lints;
 use motion_core::stream::{self, Framing, Head, Noise};
 use motion_core::wire::{DecodeError, EncodeError, Envelope};
 use zerocopy::little_endian::{U16, U32};
@@ -299,11 +300,10 @@ impl<const BY_HOST: bool> Envelope for Enclosed<BY_HOST> {
     }
 
     /// The id 0 is only for devices (decision D-13).
-    fn check(id: MessageId) -> Result<(), EncodeError> {
-        if BY_HOST && id == MessageId::UNSOLICITED {
-            return Err(EncodeError::OutOfRange { what: "id", value: 0, min: 1, max: u32::MAX.into() });
+    fn lint(id: MessageId, found: &mut Lints) {
+        if BY_HOST {
+            found.range("id", id.0, 1, u32::MAX);
         }
-        Ok(())
     }
 
     #[inline]

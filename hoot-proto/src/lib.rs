@@ -1,10 +1,9 @@
 //! `MoCoBus`, the protocol of Dynamic Perception's NMX motion controllers ("hoot"): typed messages of both sides,
 //! without I/O, allocation or panics.
 //!
-//! A bus has one master and up to 254 nodes, each with three motors and a camera. The master sends a request and waits;
-//! the node that is addressed answers with a response code and perhaps a value. Nothing in a reply says what it
-//! answers: the query that was asked reads it. Bytes from a line, in pieces of any size, become frames, and frames
-//! become messages:
+//! A bus has one master and up to 254 nodes, each with three motors and a camera. The master sends a request and waits; the
+//! node that is addressed answers with a response code and perhaps a value. Nothing in a reply says what it answers: the
+//! query that was asked reads it. Bytes from a line, in pieces of any size, become frames, and frames become messages:
 //!
 //! ```
 //! use hoot_proto::message::{Motor, MotorPosition, Steps};
@@ -41,53 +40,57 @@
 //!
 //! let motion = MotorMove::new(Motor::Two, Direction(1), StepCount(1000)).expect("1 to 16,777,215 steps");
 //! let mut out = [0; 42];
-//! let len = HostMessage::MotorMove(motion).encode_checked(Address::DEFAULT, &Context::default(), &mut out)?;
+//! let len = HostMessage::from(motion).encode_checked(Address::DEFAULT, &Context::default(), &mut out)?;
 //! assert_eq!(out[..len], *b"\0\0\0\0\0\xFF\x03\x02\x0F\x05\x01\0\0\x03\xE8");
 //! # Ok::<(), hoot_proto::EncodeError>(())
 //! ```
 //!
-//! Two machines know when to send what, what a silence means, and what may never be sent twice. They are pure functions;
-//! line, clock and rig are the caller's. Each input is a step; a step says what to send, what happened, and when to wake
-//! the machine. This is all that a master needs:
+//! Two machines know when to send which message, what a silence means, and what must never be sent twice. Line, clock and
+//! rig belong to the caller, who hands in what happened and carries out the effects in their order. This is all that a
+//! master needs:
 //!
 //! ```
-//! use hoot_proto::host::{Command, HostMachine, Input, Options};
-//! use hoot_proto::{DeviceMessage, EncodeError, Frames, Item};
-//! use motion_core::machine::Machine;
-//! use motion_core::time::Millis;
+//! use hoot_proto::host::{Command, Effect, HostMachine, Input, Options};
+//! use hoot_proto::{EncodeError, Frames, Item, Millis, Token};
 //!
-//! let (mut master, mut frames, mut line) = (HostMachine::new(Options::default()), Frames::<84>::new(), vec![]);
-//! let mut step = |now, input: Input<'_>| {
-//!     let (next, output) = master.clone().step(Millis(now), input);
-//!     master = next;
-//!     output.events.iter().for_each(|event| println!("{event:?}"));
-//!     for send in output.send {
-//!         let mut packet = [0; 42];
-//!         let len = send.encode_into(&mut packet)?;
-//!         line.extend_from_slice(&packet[..len]);
+//! let (mut master, mut frames, mut line) = (HostMachine::new(Options::new()), Frames::<84>::new(), vec![]);
+//! let mut advance = |now, input: Input<'_>| {
+//!     let output = master.advance(Millis(now), input);
+//!     let wake = output.wake;
+//!     for effect in output {
+//!         match effect {
+//!             Effect::Event(event) => println!("{event:?}"),
+//!             Effect::Transmit(transmit) => {
+//!                 let mut packet = [0; 42];
+//!                 let len = transmit.encode_into(&mut packet)?;
+//!                 line.extend_from_slice(&packet[..len]);
+//!             }
+//!         }
 //!     }
-//!     Ok::<_, EncodeError>(output.wake)
+//!     Ok::<_, EncodeError>(wake)
 //! };
-//! step(0, Input::LinkUp)?;
-//! step(5, Input::Command(Command::EmergencyStop))?;
+//! advance(0, Input::LinkUp)?;
+//! advance(5, Input::Command(Token(1), Command::EmergencyStop))?;
 //! frames.push(b"\0\0\0\0\0\xFF\0\0\x01\0");
 //! while let Some(item) = frames.next() {
 //!     let wake = match item {
-//!         Item::Frame(frame) => step(14, Input::Received(DeviceMessage::decode(&frame)))?,
-//!         _ => step(14, Input::Noise)?,
+//!         Item::Frame(frame) => advance(14, Input::received(&frame))?,
+//!         _ => advance(14, Input::Noise)?,
 //!     };
-//!     assert_eq!(wake, Some(Millis(65)), "60 ms behind the first stop");
+//!     assert_eq!(wake, Some(Millis(65)), "60 ms after the first stop");
 //! }
-//! step(65, Input::Wake)?;
+//! advance(65, Input::Wake)?;
 //! assert_eq!(line, b"\0\0\0\0\0\xFF\x03\x01\x04\0\0\0\0\0\0\xFF\x03\x02\x04\0", "motors 1 and 2 are told to stop");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! - [`host`]: the master: a queue, retries of what may be repeated, stops that overtake all else, the emergency stop.
-//!   [`device`]: the node: link, settings, motors, camera, program. [`program`]: where a planned move is, and when.
+//! - [`host`]: the master, with a queue, repeats of what may be repeated, stops that overtake everything, and the emergency
+//!   stop. [`device`]: the node, with its link, settings, motors, camera and program. [`program`]: the positions of a planned
+//!   move at each time.
 //! - [`frame`]: the envelope, and two framings: [`Hoot`] finds packets in any noise, [`Strict`] loses what firmware loses.
-//! - [`message`]: [`HostMessage`], [`DeviceMessage`] and their fields. [`query`]: what replies mean, and what firmware of
-//!   different ages does differently. [`lint`]: what is not wise. [`beyond`]: commands that the published sheet has not.
+//! - [`message`]: [`HostMessage`], [`DeviceMessage`] and their fields. [`query`]: the meaning of replies, and the differences
+//!   between firmware of different ages. [`lint`]: findings about messages that are not wise.
+//! - `beyond`, with the feature of that name: commands that the published sheet does not have.
 //!
 //! # Units
 //!
@@ -105,12 +108,29 @@
 //!
 //! # Safety
 //!
-//! This moves machines. There is no checksum, no answer says which request it is for, and firmware acknowledges much that
-//! it does not do: ask for the state instead of trusting an OK. Never repeat by yourself what starts a movement, as
-//! [`HostMessage::is_repeatable`] tells. Of numbers of 32 bits firmware drops the top byte: constructors and
-//! `encode_checked` refuse what would not arrive. A broadcast stop does not pass a bridge, and the controller's
-//! [`Stop`](message::Stop) is refused in joystick mode: to stop for certain, send [`MotorStop`](message::MotorStop) to
-//! each motor of each node. An emergency stop belongs into hardware.
+//! This moves machines. There is no checksum, no answer says which request it answers, and firmware acknowledges much that
+//! it does not do: ask for the state instead of trusting an OK. Never repeat a message by yourself unless its
+//! [`conduct`](HostMessage::conduct) is repeatable: what starts a motion is not. Of numbers of 32 bits firmware drops the top
+//! byte: constructors and `encode_checked` refuse what would not arrive. A broadcast stop does not pass a bridge, and the
+//! controller's [`Stop`](message::Stop) is refused in joystick mode: to stop for certain, send
+//! [`MotorStop`](message::MotorStop) to each motor of each node. An emergency stop belongs into hardware.
+//!
+//! # Features
+//!
+//! All features only add. None is on by default.
+//!
+//! | feature | what it brings |
+//! |---|---|
+//! | `beyond` | commands of later firmware, which the published sheet does not have |
+//! | `alloc` | owned messages |
+//! | `std` | `alloc`; nothing else needs the standard library, except some of the adapters |
+//! | `bytes` | encoding into any `BufMut` |
+//! | `serde` | `Serialize` for every message; with `alloc`, `Deserialize` for owned ones |
+//! | `defmt` | `Format` for every message |
+//! | `arbitrary` | `Arbitrary` for every message; implies `std` |
+//! | `tokio` | frames as a `tokio_util` codec; implies `std` |
+//! | `embedded-io` | frames from an `embedded_io` reader |
+//! | `nom` | frames and messages as nom parsers |
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -130,6 +150,7 @@
 #[cfg(any(test, feature = "std"))]
 extern crate std;
 
+#[cfg(feature = "beyond")]
 pub mod beyond;
 pub mod device;
 pub mod frame;
@@ -141,14 +162,17 @@ pub mod nom;
 pub mod program;
 pub mod query;
 mod side;
-mod state;
 
 pub use frame::{Address, Frame, FrameError, Frames, Header, Hoot, Selector, Strict, Table};
 pub use message::{DeviceMessage, HostMessage};
+#[cfg(feature = "tokio")]
+pub use motion_core::codec::Item as CodecItem;
+pub use motion_core::machine::{Effect, Machine, Token};
 #[cfg(feature = "alloc")]
 pub use motion_core::owned::Owned;
 pub use motion_core::stream::Item;
-pub use motion_core::wire::{DecodeError, EncodeError};
+pub use motion_core::time::Millis;
+pub use motion_core::wire::{Conduct, DecodeError, EncodeError, Fields, Messages, Purpose};
 pub use query::{AnyQuery, AnyReply, Query, ReplyError};
 #[cfg(feature = "tokio")]
 pub use side::Codec;

@@ -17,7 +17,6 @@
 //! ```
 
 use crate::message::{Easing, Span, Steps};
-use crate::state::debug;
 
 /// The planned move of one motor, without its lead-in. Source: hoot, sections 2.3 and 4.2.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -36,7 +35,7 @@ pub struct Plan {
     pub easing: Easing,
 }
 
-debug! { Plan { start stop travel acceleration deceleration easing } }
+motion_core::debug! { Plan { start stop travel acceleration deceleration easing } }
 
 impl Plan {
     /// Whether it goes nowhere.

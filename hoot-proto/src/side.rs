@@ -2,6 +2,8 @@
 
 use motion_core::side;
 
+use crate::frame::{Hoot, ReplyEnvelope, RequestEnvelope};
+use crate::lint::Context;
 use crate::{DeviceMessage, HostMessage};
 
 side! {
@@ -12,9 +14,9 @@ side! {
     /// use hoot_proto::message::Stop;
     /// use hoot_proto::{Address, Host, HostMessage, Owned};
     ///
-    /// let stop = HostMessage::Stop(Stop {});
-    /// let kept: Owned<Host> = Owned::new(&stop)?;
-    /// assert_eq!(kept.message(), stop);
+    /// let stop = HostMessage::from(Stop {});
+    /// let owned: Owned<Host> = Owned::new(&stop)?;
+    /// assert_eq!(owned.message(), stop);
     ///
     /// let frame: Vec<u8> = stop.to_vec(Address::DEFAULT)?;
     /// let mut buf = Vec::new();
@@ -23,13 +25,13 @@ side! {
     /// # }
     /// # Ok::<(), hoot_proto::EncodeError>(())
     /// ```
-    pub enum Host in BE: HostMessage(to: crate::Address);
+    pub enum Host in BE: HostMessage(to: crate::Address) by RequestEnvelope, or other, over Hoot, lint Context;
     /// A node, where a type says whose messages are meant.
-    pub enum Device in BE: DeviceMessage();
+    pub enum Device in BE: DeviceMessage() by ReplyEnvelope, or other, over Hoot, lint Context;
 }
 
 /// Frames as a `tokio_util` codec, with a buffer of `N` bytes, at least twice [`MAX_FRAME`](crate::frame::MAX_FRAME).
 ///
 /// For a node, or for other limits, name the framing: `motion_core::codec::Codec<Strict, 84>`.
 #[cfg(feature = "tokio")]
-pub type Codec<const N: usize = { 2 * crate::frame::MAX_FRAME }> = motion_core::codec::Codec<crate::Hoot, N>;
+pub type Codec<const N: usize = { 2 * crate::frame::MAX_FRAME }> = motion_core::codec::Codec<Hoot, N>;

@@ -1,28 +1,16 @@
 //! The commands beyond the sheet: the laws, and that they stand beside the sheet's own.
 
-use hoot_proto::beyond::HostMessage;
+use hoot_proto::beyond::{Host, HostMessage};
 use hoot_proto::lint::Context;
 use hoot_proto::query::Profile;
 use hoot_proto::{Address, EncodeError, Frame, frame};
-use laws::message::Side;
-use motion_core::lint::{Lints, Severity};
+use motion_core::lint::Severity;
 use motion_core::wire::{Messages, Row};
 use proptest::prelude::*;
 
-struct Beyond;
-
-impl Side for Beyond {
-    type Message<'a> = HostMessage<'a>;
-    const BIG_ENDIAN: bool = true;
-
-    fn lint(message: &HostMessage<'_>) -> Lints {
-        message.lint(&Context::default())
-    }
-}
-
 #[test]
 fn every_message_of_the_table() {
-    laws::message::table::<Beyond>();
+    laws::message::table::<Host>();
 }
 
 proptest! {
@@ -31,7 +19,7 @@ proptest! {
         kind in any::<prop::sample::Index>(),
         body in proptest::collection::vec(any::<u8>(), 0..12),
     ) {
-        laws::message::prefixes::<Beyond>(kind.get(HostMessage::ALL).number, &body);
+        laws::message::prefixes::<Host>(kind.get(HostMessage::ALL).number, &body);
     }
 }
 
@@ -71,7 +59,7 @@ fn packets() {
 }
 
 #[test]
-fn lint_is_silent_but_for_what_does_not_arrive() {
+fn lint_is_silent_except_about_what_does_not_arrive() {
     let (later, bridge) = (Context::default(), Context::through_bridge());
     let mut sheet = Context::default();
     sheet.profile = Profile::Sheet;

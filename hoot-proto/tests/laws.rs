@@ -1,35 +1,9 @@
 //! The laws over every message of both sides, and over the stream.
 
-use hoot_proto::lint::Context;
-use hoot_proto::{DeviceMessage, Hoot, HostMessage, Strict};
-use laws::message::Side;
+use hoot_proto::{Device, DeviceMessage, Hoot, Host, HostMessage, Messages, Strict};
 use laws::stream::{Drain, Owned, read};
-use motion_core::lint::Lints;
-use motion_core::wire::Messages;
 use proptest::prelude::*;
 use serde_json::Value;
-
-struct Host;
-
-impl Side for Host {
-    type Message<'a> = HostMessage<'a>;
-    const BIG_ENDIAN: bool = true;
-
-    fn lint(message: &HostMessage<'_>) -> Lints {
-        message.lint(&Context::default())
-    }
-}
-
-struct Device;
-
-impl Side for Device {
-    type Message<'a> = DeviceMessage<'a>;
-    const BIG_ENDIAN: bool = true;
-
-    fn lint(message: &DeviceMessage<'_>) -> Lints {
-        message.lint(&Context::default())
-    }
-}
 
 #[test]
 fn every_message_of_both_tables() {

@@ -275,15 +275,16 @@ fn what_one_firmware_takes_and_another_does_not() {
 
 #[test]
 fn only_stops_and_queries_may_be_sent_again() {
-    let stops = ["Pause", "Stop", "MotorStop"];
+    let stops = ["Pause", "Stop", "MotorStop", "BroadcastStop", "BroadcastPause"];
     let mut repeatable = 0;
     for message in requests() {
-        let asks = (100..=121).contains(&message.selector().command) || message.name().starts_with("Core");
+        // Command 0 does nothing.
+        let asks = matches!(message.selector().command, 0 | 100..=121) || message.name().starts_with("Core");
         let changes = ["PowerCycled", "CoreAssignAddress"].contains(&message.name());
-        assert_eq!(message.is_repeatable(), stops.contains(&message.name()) || asks && !changes, "{message}");
-        repeatable += usize::from(message.is_repeatable());
+        assert_eq!(message.conduct().repeatable, stops.contains(&message.name()) || asks && !changes, "{message}");
+        repeatable += usize::from(message.conduct().repeatable);
     }
-    assert_eq!(repeatable, 3 + 52 - 1);
+    assert_eq!(repeatable, stops.len() + 1 + 52 - 1);
 }
 
 #[test]

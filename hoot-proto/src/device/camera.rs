@@ -1,15 +1,16 @@
-//! The camera: what it is set to, and where a picture is. The table of hoot, section 4.4.
+//! The camera: its settings, and the steps of a picture. The table of hoot, section 4.4.
 
+use motion_core::states;
 use motion_core::time::Millis;
 
 use super::{Event, Output};
 use crate::message::{Milliseconds, ShortMilliseconds, ShortShots};
-use crate::state::{debug, set_back, states};
 
 states! {
-    /// What the camera does. It is busy in all but the first. Source: hoot, section 4.4.
+    /// State of the camera. It is busy in all states except the first. Source: hoot, section 4.4.
+    #[derive(Default)]
     pub enum CameraState {
-        /// Nothing.
+        /// The camera does nothing.
         #[default]
         Idle,
         /// The focus is held.
@@ -21,43 +22,43 @@ states! {
     }
 }
 
-/// What a master sets of the camera, and can ask for. Source: hoot, section 2.4.
+/// Settings of the camera, which a master can write and ask for. Source: hoot, section 2.4.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub struct CameraSettings {
     /// Whether there is a camera.
     pub enable: bool,
-    /// How long the shutter is held.
+    /// Time for which the shutter is held.
     pub exposure_time: Milliseconds,
-    /// How long the focus is held before.
+    /// Time for which the focus is held before the shutter.
     pub focus_time: ShortMilliseconds,
-    /// After how many pictures a program ends; 0 for no end.
+    /// Number of pictures after which a program ends; 0 for no end.
     pub max_shots: ShortShots,
-    /// How long to wait after a picture.
+    /// Time to wait after a picture.
     pub exposure_delay: ShortMilliseconds,
     /// Whether the focus is held together with the shutter.
     pub focus_with_shutter: bool,
-    /// Whether a first release only brings the mirror up.
+    /// Whether a first release brings the mirror up, and takes no picture.
     pub mirror_up: bool,
-    /// The time from one picture of a program to the next.
+    /// Time from one picture of a program to the next.
     pub interval: Milliseconds,
 }
 
-debug! { CameraSettings { enable exposure_time focus_time max_shots exposure_delay focus_with_shutter mirror_up interval } }
+motion_core::debug! { CameraSettings { enable exposure_time focus_time max_shots exposure_delay focus_with_shutter mirror_up interval } }
 
-/// Which release this is, of one picture.
+/// Role of a release in a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 enum Release {
-    /// The only one.
+    /// The only release.
     #[default]
     Only,
-    /// The one that brings the mirror up.
+    /// The release that brings the mirror up.
     Mirror,
-    /// The one behind that.
+    /// The release after that.
     Picture,
 }
 
-/// The camera.
+/// The camera of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct CameraUnit {
     pub(super) settings: CameraSettings,
@@ -67,36 +68,36 @@ pub struct CameraUnit {
 }
 
 impl CameraUnit {
-    /// What it is set to.
+    /// Settings of the camera.
     #[must_use]
     pub const fn settings(&self) -> &CameraSettings {
         &self.settings
     }
 
-    /// What it does.
+    /// State of the camera.
     #[must_use]
     pub const fn state(&self) -> CameraState {
         self.state
     }
 
-    /// Whether it does anything.
+    /// Whether the camera does anything.
     #[must_use]
     pub fn is_busy(&self) -> bool {
         self.state != CameraState::Idle
     }
 
-    pub(super) fn set_back(&mut self, by: u64) {
-        self.until = self.until.map(|until| set_back(until, by));
+    pub(super) fn set_back(&mut self, by: Millis) {
+        self.until = self.until.map(|until| Millis(until.since(by)));
     }
 
-    /// When something is due.
+    /// Time at which the next step is due.
     pub(super) const fn until(&self) -> Option<Millis> {
         self.until
     }
 
-    /// Takes a picture, by two releases if the mirror goes up first. A camera that is busy goes on with what it does
-    /// (decision H-15), one that is not enabled does nothing.
-    pub(super) fn expose(&mut self, now: Millis, output: &mut Output, mirror_up: bool) {
+    /// Takes a picture, by two releases if the mirror goes up first. A busy camera goes on with its picture (decision
+    /// H-15); a camera that is not enabled does nothing.
+    pub(super) fn expose(&mut self, now: Millis, output: &mut Output<'_>, mirror_up: bool) {
         if self.settings.enable && !self.is_busy() {
             self.release = if mirror_up { Release::Mirror } else { Release::Only };
             match self.settings.focus_time.0 {
@@ -106,16 +107,16 @@ impl CameraUnit {
         }
     }
 
-    /// Lets go of focus and shutter.
-    pub(super) fn stop(&mut self, output: &mut Output) {
+    /// Releases focus and shutter.
+    pub(super) fn stop(&mut self, output: &mut Output<'_>) {
         if self.is_busy() {
             (self.state, self.release, self.until) = (CameraState::Idle, Release::Only, None);
             self.lines(output);
         }
     }
 
-    /// Goes on, if a moment has come that it waits for, and says whether a picture is to be counted.
-    pub(super) fn wake(&mut self, now: Millis, output: &mut Output) -> bool {
+    /// Takes the next step if it is due, and returns whether a picture is to be counted.
+    pub(super) fn wake(&mut self, now: Millis, output: &mut Output<'_>) -> bool {
         if self.until.is_none_or(|until| now < until) {
             return false;
         }
@@ -136,18 +137,18 @@ impl CameraUnit {
         false
     }
 
-    fn open(&mut self, now: Millis, output: &mut Output) {
+    fn open(&mut self, now: Millis, output: &mut Output<'_>) {
         self.enter(now, output, CameraState::Exposing, self.settings.exposure_time.0.into());
     }
 
-    /// Each state takes a millisecond at least.
-    fn enter(&mut self, now: Millis, output: &mut Output, state: CameraState, time: u64) {
+    /// Enters a state for a time, which is at least a millisecond.
+    fn enter(&mut self, now: Millis, output: &mut Output<'_>, state: CameraState, time: u64) {
         self.state = state;
         self.until = Some(now.after(time.max(1)));
         self.lines(output);
     }
 
-    fn lines(&self, output: &mut Output) {
+    fn lines(&self, output: &mut Output<'_>) {
         let shutter = self.state == CameraState::Exposing;
         let focus = self.state == CameraState::Focus || shutter && self.settings.focus_with_shutter;
         output.event(Event::Camera { focus, shutter });

@@ -1,28 +1,16 @@
-//! The planned move, step by step. The table of hoot, section 4.2, and the cycle behind it.
+//! The planned move, step by step: the table of hoot, section 4.2, and the cycle of pictures and moves.
 
+use motion_core::states;
 use motion_core::time::Millis;
 
-use super::{AltOut, DeviceMachine, Event, Motion, MotorState, MotorUnit, Output};
+use super::{AltOut, DeviceMachine, Event, Motion, MotorState, MotorUnit, Output, ProgramState};
 use crate::message::{AltMode, CommonLine, ProgramMode};
-use crate::state::{debug, set_back, states};
 
 states! {
-    /// Whether the planned move runs. Source: hoot, section 4.2.
-    pub enum ProgramState {
-        /// It does not, and begins anew when it is started.
-        #[default]
-        Stopped,
-        /// It was started, and waits for the delay before the start.
-        Delay,
-        /// It runs.
-        Running,
-        /// It does not, and goes on when it is started.
-        Paused,
-    }
-
-    /// Where a running program is. Source: hoot, section 4.2.
+    /// Phase of a running program. Source: hoot, section 4.2.
+    #[derive(Default)]
     pub enum Phase {
-        /// It waits for the next picture.
+        /// The program waits for the next picture.
         #[default]
         Clear,
         /// The auxiliary output comes before the picture.
@@ -41,70 +29,70 @@ states! {
 pub struct Program {
     pub(super) state: ProgramState,
     phase: Phase,
-    /// How long it ran until `since`.
+    /// Run time until `since`, in milliseconds.
     ran: u64,
     since: Option<Millis>,
     shots: u32,
-    /// How often the motors were to move, which is what the lead-in counts.
+    /// Number of moves of the motors, which the lead-in counts.
     moves: u32,
-    /// What the phase waits for.
+    /// Time that the phase waits for.
     until: Option<Millis>,
-    /// When the picture behind the one that is being taken may come.
+    /// Earliest time of the picture after the one that is being taken.
     next: Option<Millis>,
     /// Whether the auxiliary output is on.
     out_is_on: bool,
 }
 
-debug! { Program { state phase ran since shots moves until next out_is_on } }
+motion_core::debug! { Program { state phase ran since shots moves until next out_is_on } }
 
 impl Program {
-    /// Whether it runs.
+    /// State of the planned move.
     #[must_use]
     pub const fn state(&self) -> ProgramState {
         self.state
     }
 
-    /// Where it is, while it runs.
+    /// Phase of the planned move, while it runs.
     #[must_use]
     pub const fn phase(&self) -> Phase {
         self.phase
     }
 
-    /// Pictures it has taken.
+    /// Number of pictures that were taken.
     #[must_use]
     pub const fn shots(&self) -> u32 {
         self.shots
     }
 
-    /// How long it has run, the delay before the start included, pauses not.
+    /// Run time in milliseconds, with the delay before the start and without pauses.
     #[must_use]
     pub fn run_time(&self, now: Millis) -> u64 {
         self.ran.saturating_add(self.since.map_or(0, |since| now.since(since)))
     }
 
-    /// What it ran before the clock begins, it has run.
-    pub(super) fn set_back(&mut self, by: u64) {
-        let before = self.since.map_or(0, |since| by.saturating_sub(since.0));
+    /// Sets the clock back; the run time stays.
+    pub(super) fn set_back(&mut self, by: Millis) {
+        let before = self.since.map_or(0, |since| by.since(since));
         self.ran = self.ran.saturating_add(before);
         for moment in [&mut self.since, &mut self.until, &mut self.next] {
-            *moment = moment.map(|moment| set_back(moment, by));
+            *moment = moment.map(|moment| Millis(moment.since(by)));
         }
     }
 
-    /// When it will have run so long; never, while its clock stands.
+    /// Time at which the program will have run so long; `None` while it does not run.
     fn at(&self, run_time: u64) -> Option<Millis> {
         self.since.map(|since| since.after(run_time.saturating_sub(self.ran)))
     }
 
-    /// Whether it runs, or will by itself.
+    /// Whether the program runs, or will run when its delay is over.
     pub(super) fn is_going(&self) -> bool {
         matches!(self.state, ProgramState::Delay | ProgramState::Running)
     }
 }
 
 impl DeviceMachine {
-    /// Starts, or goes on. While it runs, nothing changes. What moves otherwise is stopped first (decision H-3).
-    pub(super) fn start(&mut self, now: Millis, output: &mut Output) {
+    /// Starts or resumes the program. While it runs, nothing changes. Other motion is stopped first (decision H-3).
+    pub(super) fn start(&mut self, now: Millis, output: &mut Output<'_>) {
         if self.program.is_going() {
             return;
         }
@@ -121,15 +109,15 @@ impl DeviceMachine {
         }
     }
 
-    /// Stops for a while; where it is is kept.
-    pub(super) fn pause(&mut self, now: Millis, output: &mut Output) {
-        self.camera.stop(output);
-        // In video mode they are sent again from where they would be (decision H-11).
+    /// Pauses the program and keeps its place. The motors stop first.
+    pub(super) fn pause(&mut self, now: Millis, output: &mut Output<'_>) {
+        // In video mode the motors are started again from where they would be (decision H-11).
         let by_clock = self.controller.program_mode == ProgramMode::VIDEO;
         for motor in self.motors.iter_mut().filter(|motor| by_clock && motor.is_moving()) {
             motor.done = 0;
         }
         self.stop_motors(output);
+        self.camera.stop(output);
         self.drop_out(output);
         if self.program.is_going() {
             self.program.ran = self.program.run_time(now);
@@ -138,10 +126,10 @@ impl DeviceMachine {
         }
     }
 
-    /// Stops, and forgets where it was.
-    pub(super) fn stop(&mut self, output: &mut Output) {
-        self.camera.stop(output);
+    /// Stops the program and forgets its place. The motors stop first.
+    pub(super) fn stop(&mut self, output: &mut Output<'_>) {
         self.stop_motors(output);
+        self.camera.stop(output);
         self.drop_out(output);
         self.set_program(output, ProgramState::Stopped);
         self.program = Program::default();
@@ -150,35 +138,35 @@ impl DeviceMachine {
         }
     }
 
-    fn set_program(&mut self, output: &mut Output, state: ProgramState) {
+    fn set_program(&mut self, output: &mut Output<'_>, state: ProgramState) {
         if self.program.state != state {
             self.program.state = state;
             output.event(Event::Program(state));
         }
     }
 
-    pub(super) fn stop_motors(&mut self, output: &mut Output) {
+    pub(super) fn stop_motors(&mut self, output: &mut Output<'_>) {
         for motor in &mut self.motors {
             motor.stop(output);
         }
     }
 
-    /// Stops what has run for longer than it may; only a timing master counts.
-    pub(super) fn limit_run_time(&mut self, now: Millis, output: &mut Output) {
+    /// Stops a program that has run for longer than it may; only a timing master counts.
+    pub(super) fn limit_run_time(&mut self, now: Millis, output: &mut Output<'_>) {
         if self.run_time_ends().is_some_and(|end| now >= end) {
             self.stop(output);
         }
     }
 
-    /// When the program has run for longer than it may.
+    /// Time at which the program has run for longer than it may.
     pub(super) fn run_time_ends(&self) -> Option<Millis> {
         let limit = u64::from(self.controller.max_run_time.0);
         if limit == 0 || !self.controller.timing_master { None } else { self.program.at(limit.saturating_add(1)) }
     }
 
-    /// Goes on with what waits for a moment, or for motors and camera. Each picture takes a millisecond at least, so it
+    /// Goes on with what waits for a time, for motors or for the camera. Each picture takes at least a millisecond, so this
     /// comes to an end.
-    pub(super) fn advance(&mut self, now: Millis, output: &mut Output) {
+    pub(super) fn go_on(&mut self, now: Millis, output: &mut Output<'_>) {
         let counts = self.camera.wake(now, output) && self.program.phase == Phase::Shoot;
         self.program.shots = self.program.shots.saturating_add(counts.into());
         if self.program.state == ProgramState::Delay && self.program.at(self.start_delay()).is_some_and(|at| now >= at)
@@ -209,14 +197,14 @@ impl DeviceMachine {
         }
     }
 
-    /// The delay before the start, in milliseconds. Where the unit cannot be told, it is milliseconds.
+    /// Delay before the start, in milliseconds. If the unit is not known, it is taken for milliseconds.
     fn start_delay(&self) -> u64 {
         let delay = self.controller.start_delay;
-        delay.milliseconds(self.options.profile).unwrap_or(delay.0.into())
+        delay.milliseconds(self.options.profile()).unwrap_or(delay.0.into())
     }
 
-    /// Whether the next picture comes by the clock: not while the camera is busy, not for a node that waits for the
-    /// common line, nor for one with an external intervalometer. In video mode without a camera nothing comes.
+    /// Whether the next picture comes by the clock: not while the camera is busy, not in a node that waits for the common
+    /// line, and not with an external intervalometer. In video mode without a camera there are no pictures.
     fn waits_for_time(&self) -> bool {
         let is_pulsed = !self.controller.timing_master || self.has_contact(AltMode::EXTERNAL_INTERVALOMETER);
         !is_pulsed && self.can_begin()
@@ -227,21 +215,21 @@ impl DeviceMachine {
         !moves_by_clock && !self.camera.is_busy()
     }
 
-    /// The common line, or the external intervalometer, asks for the next picture.
-    pub(super) fn pulse(&mut self, now: Millis, output: &mut Output) {
+    /// Takes the next picture, for which the common line or the external intervalometer asks.
+    pub(super) fn pulse(&mut self, now: Millis, output: &mut Output<'_>) {
         let waits = self.program.state == ProgramState::Running && self.program.phase == Phase::Clear;
         if waits && self.can_begin() && !self.is_finished() {
             self.begin(now, output);
         }
     }
 
-    /// The next picture, or, without a camera, the next move.
-    fn begin(&mut self, now: Millis, output: &mut Output) {
+    /// Begins the next picture, or, without a camera, the next move.
+    fn begin(&mut self, now: Millis, output: &mut Output<'_>) {
         if self.controller.timing_master && self.controller.common_line != CommonLine::OFF {
             output.event(Event::CommonLine);
         }
-        // Counted from the moment at which it was due, however late the machine was woken; but a picture that was
-        // missed is not made up for.
+        // Counted from the time at which it was due, however late the machine was woken. A picture that was missed is not
+        // made up for.
         let interval = u64::from(self.camera.settings.interval.0).max(1);
         let next = self.program.until.map(|due| due.after(interval)).filter(|next| *next > now);
         let next = next.unwrap_or(now.after(interval));
@@ -257,19 +245,19 @@ impl DeviceMachine {
         }
     }
 
-    /// When to move again, if there is no camera to wait for: when the motors rest, or, if they are not waited for,
-    /// after the interval (decision H-9).
+    /// Time of the next move without a camera: when the motors rest, or, in continuous mode, after the interval (decision
+    /// H-9).
     fn without_camera(&self, now: Millis, next: Millis) -> Millis {
         if self.controller.program_mode == ProgramMode::CONTINUOUS { next } else { now.after(1) }
     }
 
-    fn shoot(&mut self, now: Millis, output: &mut Output) {
+    fn shoot(&mut self, now: Millis, output: &mut Output<'_>) {
         self.program.phase = Phase::Shoot;
         self.program.until = None;
         self.camera.expose(now, output, self.camera.settings.mirror_up);
     }
 
-    fn after_picture(&mut self, now: Millis, output: &mut Output) {
+    fn after_picture(&mut self, now: Millis, output: &mut Output<'_>) {
         if self.has_contact(AltMode::OUT_AFTER) {
             self.enter_out(now, Phase::OutAfter);
         } else {
@@ -287,8 +275,8 @@ impl DeviceMachine {
         self.program.until = Some(now.after(u64::from(self.out_times().delay.0).max(1)));
     }
 
-    /// The auxiliary output goes on after its delay, and off after its time.
-    fn switch_out(&mut self, now: Millis, output: &mut Output) {
+    /// Switches the auxiliary output on after its delay, and off after its time.
+    fn switch_out(&mut self, now: Millis, output: &mut Output<'_>) {
         self.program.out_is_on = !self.program.out_is_on;
         output.event(Event::AltOut { on: self.program.out_is_on });
         if self.program.out_is_on {
@@ -301,16 +289,16 @@ impl DeviceMachine {
         }
     }
 
-    fn drop_out(&mut self, output: &mut Output) {
+    fn drop_out(&mut self, output: &mut Output<'_>) {
         self.program.next = None;
         if core::mem::take(&mut self.program.out_is_on) {
             output.event(Event::AltOut { on: false });
         }
     }
 
-    /// Has each motor make the next step of its planned move. In continuous mode nobody waits for them, in video mode
-    /// they go by the clock.
-    fn move_on(&mut self, output: &mut Output) {
+    /// Makes the next step of the planned move of each motor. In continuous mode the motors are not waited for; in video
+    /// mode they follow the clock.
+    fn move_on(&mut self, output: &mut Output<'_>) {
         self.program.moves = self.program.moves.saturating_add(1);
         if self.controller.program_mode == ProgramMode::VIDEO {
             self.program.phase = Phase::Clear;
@@ -330,8 +318,8 @@ impl DeviceMachine {
         self.program.phase = if waits { Phase::Move } else { Phase::Clear };
     }
 
-    /// Sends motors again where a pause kept them from going (decision H-11).
-    fn follow_plans(&mut self, output: &mut Output) {
+    /// Sends motors again to the positions that a pause kept them from (decision H-11).
+    fn follow_plans(&mut self, output: &mut Output<'_>) {
         for motor in &mut self.motors {
             let to = motor.settings.plan.at(motor.done);
             if motor.has_plan() && motor.done > 0 && to != motor.position {
@@ -340,7 +328,7 @@ impl DeviceMachine {
         }
     }
 
-    /// When a motor begins its planned move in video mode: after the delay and its lead-in (decision H-10).
+    /// Time at which a motor begins its planned move in video mode: after the delay and its lead-in (decision H-10).
     fn video_begins(&self, motor: &MotorUnit) -> Option<Millis> {
         let waits = self.controller.program_mode == ProgramMode::VIDEO && motor.has_plan() && motor.done == 0;
         if !waits || self.program.state != ProgramState::Running {
@@ -349,8 +337,8 @@ impl DeviceMachine {
         self.program.at(self.start_delay().saturating_add(motor.settings.lead_in.0.into()))
     }
 
-    /// Starts the motors of video mode whose lead-in is over, and those that a pause has stopped on their way.
-    fn follow_the_clock(&mut self, now: Millis, output: &mut Output) {
+    /// Starts, in video mode, the motors whose lead-in is over, and the motors that a pause has stopped.
+    fn follow_the_clock(&mut self, now: Millis, output: &mut Output<'_>) {
         if self.controller.program_mode != ProgramMode::VIDEO {
             return;
         }
@@ -366,7 +354,7 @@ impl DeviceMachine {
         }
     }
 
-    /// Whether a motor has come to the end of its planned move, or has none.
+    /// Whether a motor is at the end of its planned move, or has none.
     fn is_done(&self, motor: &MotorUnit) -> bool {
         let steps = if self.controller.program_mode == ProgramMode::VIDEO { 1 } else { motor.settings.plan.travel.0 };
         !motor.has_plan() || motor.done >= steps && motor.state != MotorState::Moving
@@ -382,8 +370,8 @@ impl DeviceMachine {
         }
     }
 
-    /// The end, or the way back. A program that moves nothing has no way back (decision H-12).
-    fn finish(&mut self, now: Millis, output: &mut Output) {
+    /// Ends the program, or begins the way back. A program that moves nothing has no way back (decision H-12).
+    fn finish(&mut self, now: Millis, output: &mut Output<'_>) {
         let goes_back = self.controller.ping_pong && self.motors.iter().any(MotorUnit::has_plan);
         self.stop(output);
         if goes_back {
@@ -397,8 +385,8 @@ impl DeviceMachine {
         }
     }
 
-    /// Adds the moments that the program waits for.
-    pub(super) fn program_wakes(&self, output: &mut Output) {
+    /// Adds the times that the program waits for.
+    pub(super) fn program_wakes(&self, output: &mut Output<'_>) {
         let running = self.program.state == ProgramState::Running;
         let delay = if self.program.state == ProgramState::Delay { self.program.at(self.start_delay()) } else { None };
         let by_clock = match self.program.phase {

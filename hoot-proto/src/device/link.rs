@@ -1,27 +1,29 @@
-//! What becomes of a packet. The table of hoot, section 4.1, from the check of the break on; what stands before it is
-//! the framing [`Strict`](crate::Strict).
+//! Packets that arrive: the table of hoot, section 4.1, from the check of the break on. The rows before it are the framing
+//! [`Strict`](crate::Strict).
 
+use arrayvec::ArrayVec;
 use motion_core::time::Millis;
 use motion_core::wire::{Bool, Messages};
 
-use super::{Answer, DeviceMachine, Event, Forward, Ignored, Output, Port, Send};
+use super::{Answer, Contents, DeviceMachine, Event, Ignored, Output, Port, Quirks, Transmit};
 use crate::frame::{Address, MAX_DATA, Selector, Table};
 use crate::message::{CoreVersion, HostMessage, MotorContinuousSpeed, Text};
 use crate::query::{AnyQuery, AnyReply, Gate};
 
-/// How long a node blinks, and hears nothing, after its address has changed. Source: hoot, section 2.5.
+/// Time for which a node blinks and hears nothing after its address has changed, in milliseconds. Source: hoot, section
+/// 2.5.
 const DEAF: u64 = 2500;
 
-/// What became of a request.
+/// Outcome of a request.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Outcome {
-    /// It is answered.
+    /// The request is answered.
     Answered(Answer),
-    /// It is refused; firmware says OK behind that (hoot, sections 2.1 and 2.3).
+    /// The request is refused; firmware answers OK after that (hoot, sections 2.1 and 2.3).
     RefusedThenOk,
-    /// It is done, without a word.
+    /// The request is done, without an answer.
     Silent,
-    /// There is no such command.
+    /// The node has no such command.
     Unknown,
 }
 
@@ -35,61 +37,73 @@ impl Outcome {
 }
 
 impl DeviceMachine {
-    pub(super) fn received(
+    /// Acts on a packet and returns the packets to send.
+    pub(super) fn received<'a>(
         &mut self,
         now: Millis,
-        output: &mut Output,
+        output: &mut Output<'a>,
         port: Port,
         to: Address,
-        message: &HostMessage<'_>,
-    ) {
+        message: HostMessage<'a>,
+    ) -> ArrayVec<Transmit<'a>, 2> {
         let selector = message.selector();
-        if self.deaf_until.is_some() {
-            output.event(Event::Ignored(Ignored::Deaf));
+        let why = if self.deaf_until.is_some() {
+            Ignored::Deaf
         } else if selector.command == 0 && selector.table != Table::Core {
-            output.event(Event::Ignored(Ignored::Noop));
+            Ignored::Noop
         } else if to == Address::BROADCAST {
-            self.broadcast(now, output, message);
+            if self.broadcast(now, output, &message) {
+                return ArrayVec::new();
+            }
+            Ignored::Broadcast
         } else if to != self.address(port) {
-            output.event(Event::Forward(Forward { from: port, to }));
+            let forward = |port: &Port| Transmit { port: *port, contents: Contents::Forward { to, message } };
+            return port.beyond().iter().map(forward).take(2).collect();
         } else {
-            let outcome = self.directed(now, output, selector, message);
-            self.answer(now, output, port, message, outcome);
-        }
+            let outcome = self.directed(now, output, selector, &message);
+            match self.answers(now, &message, outcome) {
+                Ok(answers) => {
+                    let answers = answers.into_iter().flatten();
+                    return answers.map(|answer| Transmit { port, contents: Contents::Answer(answer) }).collect();
+                }
+                Err(why) => why,
+            }
+        };
+        output.event(Event::Ignored { port, to, message, why });
+        ArrayVec::new()
     }
 
-    /// Sends what an outcome is answered with.
-    fn answer(&self, now: Millis, output: &mut Output, port: Port, message: &HostMessage<'_>, outcome: Outcome) {
-        let mut send = |answer| output.send(Send { port, answer });
-        let twice = self.options.quirks.answers_twice;
+    /// Answers of an outcome, or why there is none.
+    fn answers(
+        &self,
+        now: Millis,
+        message: &HostMessage<'_>,
+        outcome: Outcome,
+    ) -> Result<[Option<Answer>; 2], Ignored> {
+        let facts = self.options.profile().facts();
+        let twice = self.options.quirks().contains(Quirks::ANSWERS_TWICE);
+        let second = match (outcome, message) {
+            // The sheet's firmware does not end after this answer, and goes on into the next one.
+            (Outcome::Answered(Answer::Value(_)), HostMessage::MotorRunning(query))
+                if twice && facts.answers_running_twice =>
+            {
+                let next = AnyQuery::MotorContinuousSpeed(MotorContinuousSpeed { motor: query.motor });
+                if let Outcome::Answered(answer) = self.value(now, next) { Some(answer) } else { None }
+            }
+            (Outcome::RefusedThenOk, _) if twice => Some(Answer::Ok),
+            _ => None,
+        };
         match outcome {
-            Outcome::Answered(answer) => {
-                send(answer);
-                let twice = twice && self.options.profile.facts().answers_running_twice;
-                if let (Answer::Value(_), HostMessage::MotorRunning(query), true) = (answer, message, twice) {
-                    // The sheet's firmware has no end behind this answer, and goes on into the next one.
-                    let next = AnyQuery::MotorContinuousSpeed(MotorContinuousSpeed { motor: query.motor });
-                    if let Outcome::Answered(answer) = self.value(now, next) {
-                        send(answer);
-                    }
-                }
-            }
-            Outcome::RefusedThenOk => {
-                send(Answer::Error);
-                if twice {
-                    send(Answer::Ok);
-                }
-            }
-            Outcome::Unknown if self.options.profile.facts().is_silent == Some(true) => {
-                output.event(Event::Ignored(Ignored::Unknown));
-            }
-            Outcome::Unknown => send(Answer::Error),
-            Outcome::Silent => output.event(Event::Ignored(Ignored::Silent)),
+            Outcome::Answered(answer) => Ok([Some(answer), second]),
+            Outcome::Unknown if facts.is_silent == Some(true) => Err(Ignored::Unknown),
+            Outcome::RefusedThenOk | Outcome::Unknown => Ok([Some(Answer::Error), second]),
+            Outcome::Silent => Err(Ignored::Silent),
         }
     }
 
-    /// The table of broadcasts: none is answered, and the sub-address says nothing. Source: hoot, section 2.5.
-    fn broadcast(&mut self, now: Millis, output: &mut Output, message: &HostMessage<'_>) {
+    /// Carries out a broadcast and returns whether it exists. No broadcast is answered, and the sub-address says nothing.
+    /// Source: hoot, section 2.5.
+    fn broadcast(&mut self, now: Millis, output: &mut Output<'_>, message: &HostMessage<'_>) -> bool {
         let mut buffer = [0; MAX_DATA];
         let (message, _) = complete(message, &mut buffer);
         match message {
@@ -99,32 +113,40 @@ impl DeviceMachine {
             HostMessage::BroadcastAssignAddress(assign) if assign.new_address.is_node() => {
                 self.move_to(now, output, assign.new_address);
             }
-            _ => output.event(Event::Ignored(Ignored::Broadcast)),
+            _ => return false,
         }
+        true
     }
 
-    /// Takes another address, at all ports but USB.
-    pub(super) fn move_to(&mut self, now: Millis, output: &mut Output, address: Address) {
+    /// Takes another address, at all ports except USB.
+    pub(super) fn move_to(&mut self, now: Millis, output: &mut Output<'_>, address: Address) {
         self.address = address;
         output.event(Event::Address(address));
-        if self.options.quirks.is_deaf {
+        if self.options.quirks().contains(Quirks::IS_DEAF) {
             self.deaf_until = Some(now.after(DEAF));
         }
     }
 
-    fn directed(&mut self, now: Millis, output: &mut Output, selector: Selector, message: &HostMessage<'_>) -> Outcome {
+    /// Carries out a request to this node.
+    fn directed(
+        &mut self,
+        now: Millis,
+        output: &mut Output<'_>,
+        selector: Selector,
+        message: &HostMessage<'_>,
+    ) -> Outcome {
         let mut buffer = [0; MAX_DATA];
         let (message, is_short) = complete(message, &mut buffer);
         if selector.table != Table::Node || selector.command == 1 {
             return self.core(now, output, &message);
         }
-        // Whatever it is, and even if it is refused: somebody is there (hoot, section 4.1).
-        self.heard_until = Some(now.after(u64::from(self.options.dead_man).saturating_add(1)));
+        // Whatever the request is, and even if it is refused, a master is there (hoot, section 4.1).
+        self.heard_until = Some(now.after(u64::from(self.options.dead_man()).saturating_add(1)));
         if self.gate_refuses(selector) || selector.sub_address > 4 {
             return Outcome::ERROR;
         }
         let is_motion = matches!(message, HostMessage::MotorMove(_) | HostMessage::MotorRun(_));
-        if is_motion && is_short && !self.options.quirks.short_moves {
+        if is_motion && is_short && !self.options.quirks().contains(Quirks::SHORT_MOVES) {
             return Outcome::ERROR;
         }
         if let Some(query) = message.query() {
@@ -137,22 +159,23 @@ impl DeviceMachine {
         }
     }
 
-    /// Whether joystick mode leaves no room for it; a stop is taken all the same (safety decision 2).
+    /// Whether joystick mode refuses a command; a stop is carried out all the same (safety decision 2).
     fn gate_refuses(&self, selector: Selector) -> bool {
         let is_stop = selector.sub_address == 0 && selector.command == 4;
-        let gate = self.options.profile.facts().gate.unwrap_or(Gate::Sheet);
-        let is_open = is_stop && !self.options.quirks.refuses_stop;
+        let gate = self.options.profile().facts().gate.unwrap_or(Gate::Sheet);
+        let is_open = is_stop && !self.options.quirks().contains(Quirks::REFUSES_STOP);
         self.controller.joystick_mode && gate.refuses(selector) && !is_open
     }
 
-    /// Whether the firmware says nothing to the speed of runs, since a joystick does not listen (hoot, section 7).
+    /// Whether the firmware does not answer the speed of runs, because a joystick does not listen (hoot, section 7).
     pub(super) fn is_silent_at_speed(&self) -> bool {
-        self.controller.joystick_mode && self.options.profile.facts().gate == Some(Gate::Later)
+        self.controller.joystick_mode && self.options.profile().facts().gate == Some(Gate::Later)
     }
 
-    /// The core protocol, which no joystick gate and no dead-man clock knows of. Source: hoot, section 1.
-    fn core(&mut self, now: Millis, output: &mut Output, message: &HostMessage<'_>) -> Outcome {
-        let profile = self.options.profile;
+    /// Carries out a request of the core protocol, to which neither joystick mode nor the dead-man applies. Source: hoot,
+    /// section 1.
+    fn core(&mut self, now: Millis, output: &mut Output<'_>, message: &HostMessage<'_>) -> Outcome {
+        let profile = self.options.profile();
         let value = match message {
             HostMessage::CoreProtocolVersion(query) => {
                 AnyReply::CoreProtocolVersion(query.answer(CoreVersion(1), profile))
@@ -163,7 +186,7 @@ impl DeviceMachine {
                 AnyReply::CoreDeviceVersion(query.answer(CoreVersion(version), profile))
             }
             HostMessage::CoreAssignAddress(assign) => {
-                // Firmware takes 0 and 1 too, and cannot be reached any more (safety decision 5).
+                // Firmware takes 0 and 1 too, and cannot be reached from then on (safety decision 5).
                 let is_node = assign.new_address.is_node();
                 if is_node {
                     self.move_to(now, output, assign.new_address);
@@ -176,10 +199,10 @@ impl DeviceMachine {
     }
 }
 
-/// A command with data of another length, as firmware reads it: surplus bytes are left out, missing ones are zero. Says
-/// whether there were any missing. Source: hoot, section 1.1.
+/// A command with data of another length, as firmware reads it: surplus bytes are left out, missing bytes are zero. The
+/// result says whether bytes were missing. Source: hoot, section 1.1.
 fn complete<'b>(message: &HostMessage<'_>, buffer: &'b mut [u8; MAX_DATA]) -> (HostMessage<'b>, bool) {
-    // What is no `Other` owns what it says; in bytes it is the same, so this is only a change of lifetime.
+    // A typed message is written and read again, which changes nothing except its lifetime.
     let number = message.number();
     let have = match message {
         HostMessage::Other(other) => {
@@ -205,7 +228,7 @@ fn complete<'b>(message: &HostMessage<'_>, buffer: &'b mut [u8; MAX_DATA]) -> (H
     }
 }
 
-/// A yes or no, as queries answer it.
+/// A yes or a no, as queries answer it.
 pub(super) fn yes(answer: bool) -> Bool {
     answer.into()
 }

@@ -1,57 +1,59 @@
-//! One motor: what it is set to, and what it does. The table of hoot, section 4.3.
+//! One motor: its settings and its state. The table of hoot, section 4.3.
+
+use motion_core::states;
 
 use super::{Event, Motion, Output};
 use crate::message::{
     Backlash, Direction, Easing, Microstep, Motor, Span, StepRate, Steps, StepsPerSecond, StepsPerSecondSquared,
 };
 use crate::program::Plan;
-use crate::state::{debug, states};
 
 states! {
-    /// What a motor does. Source: hoot, section 4.3.
+    /// State of a motor. Source: hoot, section 4.3.
+    #[derive(Default)]
     pub enum MotorState {
-        /// It does nothing, whatever it is told, and says OK.
+        /// The motor is not enabled: commands are acknowledged, and nothing moves.
         #[default]
         Disabled,
-        /// It rests.
+        /// The motor rests.
         Idle,
-        /// It goes to a place.
+        /// The motor moves to a position.
         Moving,
-        /// It runs until told otherwise.
+        /// The motor runs until the next command.
         Continuous,
     }
 }
 
-/// What a master sets of a motor, and can ask for. Source: hoot, section 2.3.
+/// Settings of a motor, which a master can write and ask for. Source: hoot, section 2.3.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub struct MotorSettings {
-    /// Whether it has no current while it rests.
+    /// Whether the motor has no current while it rests.
     pub sleep: bool,
-    /// Steps that the rig adds when it turns the other way.
+    /// Steps that the rig adds when the motor reverses.
     pub backlash: Backlash,
-    /// Into how many microsteps a step is divided.
+    /// Number of microsteps in a step.
     pub microstep: Microstep,
-    /// Its greatest speed.
+    /// Greatest speed of the motor.
     pub max_step_speed: StepRate,
-    /// Which way is forward.
+    /// Direction that is forward.
     pub direction: Direction,
-    /// Where its way ends; 0 for nowhere.
+    /// Position of the end limit; 0 for no limit.
     pub end_limit: Steps,
-    /// The speed of runs. A move by a number of steps needs one other than 0 too (safety decision 8).
+    /// Speed of runs. A move by a number of steps needs a speed other than 0 too (safety decision 8).
     pub speed: StepsPerSecond,
-    /// How quickly runs gain and lose speed.
+    /// Acceleration of runs.
     pub acceleration: StepsPerSecondSquared,
-    /// How long it waits before its planned move: shots, or milliseconds in video mode.
+    /// Wait before the planned move of the motor: shots, or milliseconds in video mode.
     pub lead_in: Span,
-    /// Its planned move.
+    /// Planned move of the motor.
     pub plan: Plan,
 }
 
-debug! { MotorSettings { sleep backlash microstep max_step_speed direction end_limit speed acceleration lead_in plan } }
+motion_core::debug! { MotorSettings { sleep backlash microstep max_step_speed direction end_limit speed acceleration lead_in plan } }
 
 impl Default for MotorSettings {
-    /// Of a new node. The speed is 0, so that nothing moves before a master has said how fast (safety decision 8).
+    /// Settings of a new node. The speed is 0, so that nothing moves before a master has set a speed (safety decision 8).
     fn default() -> Self {
         Self {
             sleep: true,
@@ -68,14 +70,14 @@ impl Default for MotorSettings {
     }
 }
 
-/// One motor.
+/// One motor of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct MotorUnit {
     pub(super) motor: Motor,
     pub(super) settings: MotorSettings,
     pub(super) state: MotorState,
     pub(super) position: Steps,
-    /// How far the planned move is: shots, or in video mode 1 from the moment at which it was started.
+    /// Progress of the planned move: shots, or in video mode 1 from its start on.
     pub(super) done: u32,
 }
 
@@ -85,46 +87,46 @@ impl MotorUnit {
         Self { motor, settings, state: MotorState::default(), position: Steps(0), done: 0 }
     }
 
-    /// What it is set to.
+    /// Settings of the motor.
     #[must_use]
     pub const fn settings(&self) -> &MotorSettings {
         &self.settings
     }
 
-    /// What it does.
+    /// State of the motor.
     #[must_use]
     pub const fn state(&self) -> MotorState {
         self.state
     }
 
-    /// Where it was, when the rig said so last.
+    /// Position of the motor, as the rig reported it last.
     #[must_use]
     pub const fn position(&self) -> Steps {
         self.position
     }
 
-    /// Whether it moves, in any way.
+    /// Whether the motor moves.
     #[must_use]
     pub const fn is_moving(&self) -> bool {
         matches!(self.state, MotorState::Moving | MotorState::Continuous)
     }
 
-    /// Whether it has a planned move that it can make.
+    /// Whether the motor has a planned move that it can make.
     pub(super) fn has_plan(&self) -> bool {
         self.state != MotorState::Disabled && !self.settings.plan.is_empty()
     }
 
-    /// Whether a move by steps or to a place does anything (safety decision 8).
+    /// Whether a move by steps or to a position does anything (safety decision 8).
     fn can_go(&self) -> bool {
         self.state != MotorState::Disabled && self.settings.speed.0 != 0.0
     }
 
-    fn tell(&self, output: &mut Output, motion: Motion) {
+    fn tell(&self, output: &mut Output<'_>, motion: Motion) {
         output.event(Event::Motor { motor: self.motor, motion });
     }
 
-    /// Has the rig move, and wakes the driver first, if it sleeps.
-    fn set_off(&mut self, output: &mut Output, state: MotorState, motion: Motion) {
+    /// Tells the rig to move the motor, after waking its driver if that sleeps.
+    fn set_off(&mut self, output: &mut Output<'_>, state: MotorState, motion: Motion) {
         if self.settings.sleep && !self.is_moving() {
             self.tell(output, Motion::Power(true));
         }
@@ -132,30 +134,30 @@ impl MotorUnit {
         self.tell(output, motion);
     }
 
-    /// A move that a master asked for, or nothing, if the motor cannot.
-    pub(super) fn go(&mut self, output: &mut Output, motion: Motion) {
+    /// Makes a move that a master asked for, if the motor can.
+    pub(super) fn go(&mut self, output: &mut Output<'_>, motion: Motion) {
         if self.can_go() {
             self.set_off(output, MotorState::Moving, motion);
         }
     }
 
-    /// A step of the planned move, whose speed is the rig's affair.
-    pub(super) fn follow(&mut self, output: &mut Output, motion: Motion) {
+    /// Makes a step of the planned move, at a speed that the rig chooses.
+    pub(super) fn follow(&mut self, output: &mut Output<'_>, motion: Motion) {
         if self.state != MotorState::Disabled {
             self.set_off(output, MotorState::Moving, motion);
         }
     }
 
-    /// Runs until told otherwise.
-    pub(super) fn run(&mut self, output: &mut Output, direction: Direction) {
+    /// Runs until the next command.
+    pub(super) fn run(&mut self, output: &mut Output<'_>, direction: Direction) {
         if self.state != MotorState::Disabled {
             let speed = self.settings.speed;
             self.set_off(output, MotorState::Continuous, Motion::Run { direction, speed });
         }
     }
 
-    /// The speed of runs. It is ignored beyond the greatest rate, and if it is no number.
-    pub(super) fn set_speed(&mut self, output: &mut Output, speed: StepsPerSecond, max: StepRate) {
+    /// Sets the speed of runs. A speed above the greatest rate is ignored, and NaN.
+    pub(super) fn set_speed(&mut self, output: &mut Output<'_>, speed: StepsPerSecond, max: StepRate) {
         if speed.0.abs() <= f32::from(max.0) {
             self.settings.speed = speed;
             if self.state == MotorState::Continuous {
@@ -164,16 +166,16 @@ impl MotorUnit {
         }
     }
 
-    /// Stops, if it moves. It comes to rest at once; the rig may take its time over the way.
-    pub(super) fn stop(&mut self, output: &mut Output) {
+    /// Stops the motor, if it moves. Its state is at rest at once; the rig may need time to slow down.
+    pub(super) fn stop(&mut self, output: &mut Output<'_>) {
         if self.is_moving() {
             self.tell(output, Motion::Stop);
             self.rest(output);
         }
     }
 
-    /// The rig says that it rests.
-    pub(super) fn rest(&mut self, output: &mut Output) {
+    /// The motor rests, as the rig says.
+    pub(super) fn rest(&mut self, output: &mut Output<'_>) {
         if self.is_moving() {
             self.state = MotorState::Idle;
             if self.settings.sleep {
@@ -182,8 +184,8 @@ impl MotorUnit {
         }
     }
 
-    /// Where it is. At its end limit it stops, if it has gone on.
-    pub(super) fn moved(&mut self, output: &mut Output, position: Steps) {
+    /// The motor has a new position. It stops if it has moved on at or beyond its end limit.
+    pub(super) fn moved(&mut self, output: &mut Output<'_>, position: Steps) {
         let (before, end) = (self.position.0, self.settings.end_limit.0);
         self.position = position;
         let beyond = match end {
@@ -196,14 +198,14 @@ impl MotorUnit {
         }
     }
 
-    pub(super) fn set_sleep(&mut self, output: &mut Output, sleep: bool) {
+    pub(super) fn set_sleep(&mut self, output: &mut Output<'_>, sleep: bool) {
         let was = core::mem::replace(&mut self.settings.sleep, sleep);
         if was != sleep && !self.is_moving() {
             self.tell(output, Motion::Power(!sleep));
         }
     }
 
-    pub(super) fn set_enable(&mut self, output: &mut Output, enable: bool) {
+    pub(super) fn set_enable(&mut self, output: &mut Output<'_>, enable: bool) {
         if !enable {
             self.stop(output);
             self.state = MotorState::Disabled;
@@ -212,9 +214,9 @@ impl MotorUnit {
         }
     }
 
-    /// Another division of a step: everything that is stored in steps is scaled. A move under way counts in the old
-    /// ones, so it is stopped first (decision H-13).
-    pub(super) fn set_microstep(&mut self, output: &mut Output, microstep: Microstep) {
+    /// Sets the number of microsteps in a step, and scales everything that is stored in steps. A move under way is stopped
+    /// first, because it counts in the old steps (decision H-13).
+    pub(super) fn set_microstep(&mut self, output: &mut Output<'_>, microstep: Microstep) {
         let old = self.settings.microstep;
         if microstep.name().is_none() || microstep == old {
             return;
@@ -233,8 +235,8 @@ impl MotorUnit {
         self.tell(output, Motion::Microstep(microstep));
     }
 
-    /// Here is 0, and all that is stored keeps its place on the rig.
-    pub(super) fn set_home(&mut self, output: &mut Output) {
+    /// Makes the present position 0; stored positions keep their place on the rig.
+    pub(super) fn set_home(&mut self, output: &mut Output<'_>) {
         let by = self.position;
         for place in self.places() {
             place.0 = place.0.saturating_sub(by.0);
@@ -242,27 +244,27 @@ impl MotorUnit {
         self.rebase(output);
     }
 
-    /// Here is 0, without limits, and with a planned move from here to here.
-    pub(super) fn reset_limits(&mut self, output: &mut Output) {
+    /// Makes the present position 0, without limits, and with a planned move that begins and ends here.
+    pub(super) fn reset_limits(&mut self, output: &mut Output<'_>) {
         for place in self.places() {
             place.0 = 0;
         }
         self.rebase(output);
     }
 
-    fn rebase(&mut self, output: &mut Output) {
+    fn rebase(&mut self, output: &mut Output<'_>) {
         let by = core::mem::take(&mut self.position);
         self.tell(output, Motion::Rebase { by });
     }
 
-    /// What is stored in steps; 0 for no limit must stay 0, so a limit of 0 is not among it.
+    /// Positions that are stored. An end limit of 0 means no limit and must stay 0, so it is left out.
     fn places(&mut self) -> impl Iterator<Item = &mut Steps> {
         let end = (self.settings.end_limit.0 != 0).then_some(&mut self.settings.end_limit);
         end.into_iter().chain([&mut self.settings.plan.start, &mut self.settings.plan.stop])
     }
 
-    /// Goes on by one step of the planned move, or back; `false` if there is none.
-    pub(super) fn single_step(&mut self, output: &mut Output, forward: bool) -> bool {
+    /// Goes on or back by one step of the planned move; `false` if there is none.
+    pub(super) fn single_step(&mut self, output: &mut Output<'_>, forward: bool) -> bool {
         let has_plan = self.has_plan();
         if has_plan {
             let travel = self.settings.plan.travel.0;

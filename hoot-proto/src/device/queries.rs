@@ -1,4 +1,4 @@
-//! What a node answers when it is asked. Source: hoot, sections 2.2 to 2.4.
+//! Answers of a node to queries. Source: hoot, sections 2.2 to 2.4.
 
 use motion_core::fixed::Scaled;
 use motion_core::time::Millis;
@@ -9,7 +9,7 @@ use crate::message::{Acceleration, Milliseconds, RunState, Shots, Speed, SpeedOr
 use crate::query::{AnyQuery, AnyReply};
 
 impl DeviceMachine {
-    /// Answers a query. One of them changes something: whether the power has been off is said once.
+    /// Answers a query. One query changes something: that the power was off is answered once.
     pub(super) fn ask(&mut self, now: Millis, query: AnyQuery) -> Outcome {
         let outcome = self.value(now, query);
         if let AnyQuery::PowerCycled(_) = query {
@@ -18,15 +18,15 @@ impl DeviceMachine {
         outcome
     }
 
-    /// The answer to a query, under the type of the profile.
+    /// Answer to a query, under the type of the profile.
     pub(super) fn value(&self, now: Millis, query: AnyQuery) -> Outcome {
-        let profile = self.options.profile;
+        let profile = self.options.profile();
         let facts = profile.facts();
         match query {
             AnyQuery::Name(_) => return Outcome::Answered(Answer::Name(self.name)),
             AnyQuery::MaxStepRate(_) if !facts.has_max_step_rate => return Outcome::Unknown,
             AnyQuery::PingPong(_) if !facts.has_ping_pong_query => return Outcome::Unknown,
-            // Firmware that does not tell the sleep by it refuses it.
+            // Firmware that does not answer by it whether the motor sleeps refuses it.
             AnyQuery::MotorMaxProgramSpeed(_) if facts.query_117 != ValueType::BYTE => return Outcome::ERROR,
             _ => {}
         }
@@ -35,7 +35,7 @@ impl DeviceMachine {
     }
 
     fn of_controller(&self, now: Millis, query: AnyQuery) -> Option<AnyReply<'static>> {
-        let profile = self.options.profile;
+        let profile = self.options.profile();
         let controller = &self.controller;
         let run_time = u32::try_from(self.program.run_time(now)).unwrap_or(u32::MAX);
         Some(match query {
@@ -64,10 +64,10 @@ impl DeviceMachine {
         })
     }
 
-    /// What the profile's firmware says of the program: the sheet's says 0 when it is paused (hoot, section 4.2). Where
-    /// it cannot be told which it is, it is the later one (decision H-7).
+    /// Run status in the numbers of the profile. The sheet's firmware answers 0 when the program is paused (hoot, section
+    /// 4.2). An unknown firmware counts as a later one (decision H-7).
     fn run_state(&self) -> RunState {
-        let is_old = self.options.profile.facts().one_is_paused == Some(false);
+        let is_old = self.options.profile().facts().one_is_paused == Some(false);
         match self.program.state {
             ProgramState::Stopped => RunState::STOPPED,
             ProgramState::Paused if is_old => RunState::STOPPED,
@@ -79,7 +79,7 @@ impl DeviceMachine {
     }
 
     fn of_motor(&self, query: AnyQuery) -> Option<AnyReply<'static>> {
-        let profile = self.options.profile;
+        let profile = self.options.profile();
         let of = |motor| self.motor(motor);
         let set = |motor| self.motor(motor).settings();
         Some(match query {
@@ -124,7 +124,7 @@ impl DeviceMachine {
     }
 
     fn of_camera(&self, query: AnyQuery) -> Option<AnyReply<'static>> {
-        let profile = self.options.profile;
+        let profile = self.options.profile();
         let set = self.camera.settings();
         Some(match query {
             AnyQuery::CameraEnable(q) => AnyReply::CameraEnable(q.answer(yes(set.enable), profile)),
@@ -143,12 +143,12 @@ impl DeviceMachine {
     }
 }
 
-/// A number in hundredths, as firmware makes it: multiplied as an IEEE number, then cut towards zero. Source: hoot,
-/// section 1.2.
+/// A number in hundredths, as firmware computes it: multiplied as an IEEE number, then truncated towards zero. Source:
+/// hoot, section 1.2.
 fn hundredths(number: f32) -> i32 {
     #[expect(
         clippy::cast_possible_truncation,
-        reason = "it is meant to be cut, and what is too great becomes the greatest"
+        reason = "it is meant to be truncated, and a number that is too great becomes the greatest one"
     )]
     let cut = (number * 100.0) as i32;
     cut

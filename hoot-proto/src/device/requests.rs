@@ -1,27 +1,32 @@
-//! What the commands to the controller, a motor and the camera do. Source: hoot, sections 2.1, 2.3 and 2.4.
+//! Commands to the controller, a motor and the camera. Source: hoot, sections 2.1, 2.3 and 2.4.
 
 use motion_core::time::Millis;
 
 use super::link::Outcome;
-use super::{DeviceMachine, Event, Motion, Output, Part, StoredName};
+use super::{DeviceMachine, Event, Motion, Output, Part, Quirks, StoredName};
 use crate::message::{CommonLine, HostMessage, Level, MAX_ARRIVING, Motor, Span, StepRate, Steps, ValueType};
 
 /// The step rates that firmware takes. Source: hoot, section 2.1, command 11.
 const STEP_RATES: [u16; 5] = [1000, 2000, 4000, 5000, 10_000];
 
 impl DeviceMachine {
-    /// What arrives of a number of 32 bits, if it is taken at all (safety decision 3).
+    /// The part of a number of 32 bits that arrives, if the number is not refused (safety decision 3).
     fn arriving(&self, number: u32) -> Option<u32> {
-        if self.options.quirks.drops_top_byte {
+        if self.options.quirks().contains(Quirks::DROPS_TOP_BYTE) {
             Some(number & MAX_ARRIVING)
         } else {
             Some(number).filter(|&number| number <= MAX_ARRIVING)
         }
     }
 
-    /// Commands 2 to 24 of the controller.
-    pub(super) fn set_controller(&mut self, now: Millis, output: &mut Output, message: &HostMessage<'_>) -> Outcome {
-        let known = self.options.profile.facts();
+    /// Carries out a command to the controller, 2 to 24.
+    pub(super) fn set_controller(
+        &mut self,
+        now: Millis,
+        output: &mut Output<'_>,
+        message: &HostMessage<'_>,
+    ) -> Outcome {
+        let known = self.options.profile().facts();
         match message {
             HostMessage::Start(_) => {
                 self.start(now, output);
@@ -61,7 +66,7 @@ impl DeviceMachine {
         })
     }
 
-    /// Keeps a setting of the controller, and says whether it could; `None` if it is no setting.
+    /// Keeps a setting of the controller, and returns whether it could; `None` if the message is no setting.
     fn keep(&mut self, message: &HostMessage<'_>) -> Option<bool> {
         let arriving = |number| self.arriving(number);
         match message {
@@ -105,18 +110,18 @@ impl DeviceMachine {
         Some(true)
     }
 
-    /// All motors go home. A program would move them too, so it pauses (decision H-3).
-    fn return_home(&mut self, now: Millis, output: &mut Output) {
+    /// Sends all motors home. A program would move them too, so it pauses first (decision H-3).
+    fn return_home(&mut self, now: Millis, output: &mut Output<'_>) {
         self.pause(now, output);
         for motor in &mut self.motors {
             motor.go(output, Motion::To(Steps(0)));
         }
     }
 
-    /// Commands 2 to 27 of a motor.
-    pub(super) fn set_motor(&mut self, now: Millis, output: &mut Output, message: &HostMessage<'_>) -> Outcome {
+    /// Carries out a command to a motor, 2 to 27.
+    pub(super) fn set_motor(&mut self, now: Millis, output: &mut Output<'_>, message: &HostMessage<'_>) -> Outcome {
         let Some(motor) = Motor::new(message.selector().sub_address) else { return Outcome::ERROR };
-        let known = self.options.profile.facts();
+        let known = self.options.profile().facts();
         let max_rate = self.controller.max_step_rate;
         let is_silent_at_speed = self.is_silent_at_speed();
         if let Some(span) = self.span(message) {
@@ -127,7 +132,7 @@ impl DeviceMachine {
         match message {
             HostMessage::MotorStop(_) => {
                 unit.stop(output);
-                // It would be moved again (decision H-30).
+                // The program would move it again (decision H-30).
                 if self.program.is_going() {
                     self.pause(now, output);
                 }
@@ -165,8 +170,14 @@ impl DeviceMachine {
         Outcome::OK
     }
 
-    /// Keeps a setting of a motor, and says whether it is one.
-    fn keep_of_motor(&mut self, output: &mut Output, motor: Motor, max: StepRate, message: &HostMessage<'_>) -> bool {
+    /// Keeps a setting of a motor, and returns whether the message is one.
+    fn keep_of_motor(
+        &mut self,
+        output: &mut Output<'_>,
+        motor: Motor,
+        max: StepRate,
+        message: &HostMessage<'_>,
+    ) -> bool {
         let unit = self.motor_mut(motor);
         match message {
             HostMessage::MotorSetSleep(set) => unit.set_sleep(output, set.sleep.get()),
@@ -195,11 +206,11 @@ impl DeviceMachine {
         true
     }
 
-    /// The number of a command that sets a part of the planned move, as the profile's firmware reads it.
+    /// Number of a message that sets a part of the planned move, as the firmware of the profile reads it.
     fn span(&self, message: &HostMessage<'_>) -> Option<u32> {
-        let is_long = self.options.profile.facts().lead_in == ValueType::ULONG;
+        let is_long = self.options.profile().facts().lead_in == ValueType::ULONG;
         Some(match message {
-            // The bytes that are missing come last, those that are too many too.
+            // Bytes that are missing, or too many, are the last ones.
             HostMessage::MotorSetLeadIn(set) if is_long => u32::from(set.lead_in.0) << 16,
             HostMessage::MotorSetLeadIn(set) => set.lead_in.0.into(),
             HostMessage::MotorSetLeadInLong(set) if is_long => set.lead_in.0,
@@ -211,7 +222,7 @@ impl DeviceMachine {
         })
     }
 
-    fn set_span(&mut self, output: &mut Output, motor: Motor, message: &HostMessage<'_>, span: u32) -> Outcome {
+    fn set_span(&mut self, output: &mut Output<'_>, motor: Motor, message: &HostMessage<'_>, span: u32) -> Outcome {
         let Some(span) = self.arriving(span).map(Span) else { return Outcome::ERROR };
         let settings = &mut self.motor_mut(motor).settings;
         match message {
@@ -224,8 +235,8 @@ impl DeviceMachine {
         Outcome::OK
     }
 
-    /// Commands 2 to 10 of the camera.
-    pub(super) fn set_camera(&mut self, now: Millis, output: &mut Output, message: &HostMessage<'_>) -> Outcome {
+    /// Carries out a command to the camera, 2 to 10.
+    pub(super) fn set_camera(&mut self, now: Millis, output: &mut Output<'_>, message: &HostMessage<'_>) -> Outcome {
         let long = match message {
             HostMessage::CameraSetExposureTime(set) => self.arriving(set.exposure_time.0),
             HostMessage::CameraSetInterval(set) => self.arriving(set.interval.0),

@@ -20,8 +20,9 @@ use core::cmp::Ordering;
 use core::fmt;
 
 pub use framing::{Frames, Hoot, Strict};
+use motion_core::lint::Lints;
 use motion_core::unit;
-use motion_core::wire::EncodeError;
+use motion_core::wire::{DecodeError, EncodeError, Envelope};
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
 /// What every packet begins with.
@@ -310,20 +311,84 @@ pub fn encode(
     })
 }
 
-/// Bytes of a packet around `len` bytes of data.
+/// Length of a packet with so many bytes of data.
 pub(crate) fn frame_len(len: usize) -> usize {
     len.saturating_add(HEADER_LEN)
 }
 
-/// Bytes of a request with `len` bytes of parameters.
-pub(crate) fn request_len(table: Table, len: usize) -> usize {
-    frame_len(len.saturating_add((table == Table::Core).into()))
+/// Envelope of what a master sends: a packet that names its receiver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum RequestEnvelope {}
+
+impl Envelope for RequestEnvelope {
+    type Frame<'a> = Frame<'a>;
+    type Label = Address;
+
+    #[inline]
+    fn open<'a>(frame: &Self::Frame<'a>) -> Result<(u32, &'a [u8]), DecodeError> {
+        let (selector, parameters) = frame.request();
+        Ok((selector.number(), parameters))
+    }
+
+    #[inline]
+    fn frame_len(number: u32, body_len: usize) -> usize {
+        let Selector { table, .. } = Selector::from_number(number);
+        frame_len(body_len.saturating_add((table == Table::Core).into()))
+    }
+
+    #[inline]
+    fn seal(
+        to: Address,
+        number: u32,
+        body_len: usize,
+        out: &mut [u8],
+        body: impl FnOnce(&mut [u8]) -> Result<usize, EncodeError>,
+    ) -> Result<usize, EncodeError> {
+        request(Selector::from_number(number), to, body_len, out, body)
+    }
+
+    /// Finds an error in the address of the master, which sends no requests to itself.
+    fn lint(to: Address, found: &mut Lints) {
+        found.range("address", to.0, 1, u8::MAX);
+    }
 }
 
-/// A request, and in it what `parameters` writes.
+/// Envelope of what a node sends. The numbers are `address << 16 | sub_address << 8 | response code`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ReplyEnvelope {}
+
+impl Envelope for ReplyEnvelope {
+    type Frame<'a> = Frame<'a>;
+    type Label = ();
+
+    #[inline]
+    fn open<'a>(frame: &Self::Frame<'a>) -> Result<(u32, &'a [u8]), DecodeError> {
+        let number = u32::from_le_bytes([frame.command(), frame.sub_address(), frame.address().0, 0]);
+        Ok((number, frame.payload()))
+    }
+
+    #[inline]
+    fn frame_len(_: u32, body_len: usize) -> usize {
+        frame_len(body_len)
+    }
+
+    #[inline]
+    fn seal(
+        (): (),
+        number: u32,
+        body_len: usize,
+        out: &mut [u8],
+        body: impl FnOnce(&mut [u8]) -> Result<usize, EncodeError>,
+    ) -> Result<usize, EncodeError> {
+        let [_, to @ ..] = number.to_be_bytes();
+        envelope(to, body_len, out, body)
+    }
+}
+
+/// Writes a request around what `parameters` writes.
 ///
 /// Broadcasts go to [`Address::BROADCAST`], and nothing else does: their numbers mean other commands.
-pub(crate) fn request(
+fn request(
     Selector { table, command, sub_address }: Selector,
     to: Address,
     len: usize,
@@ -336,7 +401,7 @@ pub(crate) fn request(
         return Err(EncodeError::OutOfRange { what: "address", value: to.0.into(), min, max });
     }
     if table == Table::Node && command == CORE_COMMAND && len > 0 {
-        return Err(EncodeError::Known { what: "core command" });
+        return Err(EncodeError::Typed { what: "core command" });
     }
     if table != Table::Core {
         return envelope([to.0, sub_address, command], len, out, parameters);
@@ -350,8 +415,8 @@ pub(crate) fn request(
     })
 }
 
-/// The header of `to`, which is address, sub-address and command, and behind it what `data` writes.
-pub(crate) fn envelope(
+/// Writes a packet around what `data` writes; `to` is address, sub-address and command.
+fn envelope(
     to: [u8; 3],
     len: usize,
     out: &mut [u8],
@@ -388,8 +453,8 @@ mod tests {
         use motion_core::wire::Messages;
 
         let encoded = |number, body| HostMessage::other(number, body).encode_into(Address(3), &mut [0; 42]);
-        assert_eq!(encoded(0x0400, &[]), Err(EncodeError::Known { what: "Stop" }));
-        assert_eq!(encoded(0x0100, &[0, 63]), Err(EncodeError::Known { what: "core command" }));
+        assert_eq!(encoded(0x0400, &[]), Err(EncodeError::Typed { what: "Stop" }));
+        assert_eq!(encoded(0x0100, &[0, 63]), Err(EncodeError::Typed { what: "core command" }));
         // Firmware takes it with any data; here it has a length of its own.
         assert_eq!(encoded(0x0400, &[1]), Ok(11));
     }

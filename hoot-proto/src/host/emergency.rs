@@ -1,28 +1,28 @@
 //! The emergency stop: safety decision 2.
 //!
-//! A round sends a stop to each motor of each listed node and then to its controller, on a bus without a bridge behind a
-//! broadcast (decision H-21), and then asks each motor whether it moves. Only a round in which each question was answered
-//! by a no ends it: after a silence, a late answer could be taken for that of another motor.
+//! A round sends a stop to each motor of each listed node and then to its controller; on a bus without a bridge, a broadcast
+//! goes first (decision H-21). Then the round asks each motor whether it moves. An emergency stop ends only with a round in
+//! which each question was answered by a no: after a silence, a late answer could be taken for that of another motor.
 //!
-//! The sheet's firmware refuses these questions in joystick mode. So from the second round on each node is taken out of
-//! it (decision H-26).
+//! The firmware of the published sheet refuses these questions in joystick mode. So from the second round on, each node is
+//! told to leave it (decision H-26).
 
+use motion_core::states;
 use motion_core::time::Millis;
-use motion_core::wire::Bool;
 
-use super::line::{Job, Line};
-use super::{Dropped, Event, HostMachine, Nodes, Output, Request, Send, State};
+use super::event::{Event, Failure, Outcome, StopTarget};
+use super::jobs::{Job, Pending};
+use super::line::{Line, State};
+use super::{HostMachine, Nodes, Output, Transmit};
 use crate::frame::Address;
-use crate::message::{
-    AnySubAddress, BroadcastStop, HostMessage, Motor, MotorRunning, MotorStop, Reply, SetJoystickMode, Stop,
-};
+use crate::message::{BroadcastStop, HostMessage, Motor, MotorRunning, MotorStop, Reply, SetJoystickMode, Stop};
 use crate::query::Query;
-use crate::state::states;
 
 states! {
-    /// How far an emergency stop is.
+    /// State of an emergency stop.
+    #[derive(Default)]
     pub enum StopState {
-        /// There is none.
+        /// No emergency stop is under way.
         #[default]
         Calm,
         /// Stops are being sent.
@@ -32,59 +32,68 @@ states! {
     }
 }
 
-/// Rounds after which the application is told that the stop is not confirmed.
+/// Number of rounds after which the application is told that the stop is not confirmed.
 const ROUNDS: u8 = 3;
 
 /// An emergency stop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Emergency {
-    /// Rounds that are over, up to [`ROUNDS`].
+    /// Number of rounds that are over, up to [`ROUNDS`].
     rounds: u8,
-    /// The next packet of this round.
+    /// Index of the next packet of this round.
     step: usize,
-    /// Whether the application was told that it is not confirmed.
+    /// Whether each stop of this round was answered by an OK that cannot be the answer to something else.
+    all_stops_ok: bool,
+    /// Whether the application was told that the stop is not confirmed.
     is_told: bool,
 }
 
-/// A packet of a round: first what stops, then, from the second round on, what ends joystick mode, then the questions.
+impl Emergency {
+    /// Begins the round with its first packet.
+    const fn restart(&mut self) {
+        (self.step, self.all_stops_ok) = (0, true);
+    }
+}
+
+/// A packet of a round: first the stops, then, from the second round on, the end of joystick mode, then the questions.
 ///
-/// Without a known node there is nothing better than a broadcast, bridge or not.
-fn packet(nodes: &Nodes, bridge: bool, Emergency { rounds, step, .. }: Emergency) -> Option<Send> {
+/// If no node is listed, a broadcast is all there is, with a bridge or without.
+fn packet(nodes: &Nodes, bridge: bool, Emergency { rounds, step, .. }: Emergency) -> Option<Transmit> {
     let nodes = nodes.as_slice();
-    let sub_address = AnySubAddress(0);
-    let everybody = Send { to: Address::BROADCAST, message: HostMessage::BroadcastStop(BroadcastStop { sub_address }) };
+    let everybody = Transmit { to: Address::BROADCAST, message: BroadcastStop::default().into() };
     let broadcast = (!bridge || nodes.is_empty()).then_some(everybody);
     let stops = nodes.iter().flat_map(|&to| {
-        let motors = Motor::ALL.map(|motor| HostMessage::MotorStop(MotorStop { motor }));
-        motors.into_iter().chain([HostMessage::Stop(Stop {})]).map(move |message| Send { to, message })
+        let motors = Motor::ALL.map(|motor| HostMessage::from(MotorStop { motor }));
+        motors.into_iter().chain([Stop {}.into()]).map(move |message| Transmit { to, message })
     });
-    let leave = HostMessage::SetJoystickMode(SetJoystickMode { joystick_mode: Bool::FALSE });
-    let leaving = nodes.iter().filter(|_| rounds > 0).map(|&to| Send { to, message: leave });
-    let questions = nodes.iter().flat_map(|&to| {
-        Motor::ALL.map(|motor| Send { to, message: HostMessage::MotorRunning(MotorRunning { motor }) })
-    });
+    let leave = SetJoystickMode { joystick_mode: false.into() }.into();
+    let leaving = nodes.iter().filter(|_| rounds > 0).map(|&to| Transmit { to, message: leave });
+    let questions =
+        nodes.iter().flat_map(|&to| Motor::ALL.map(|motor| Transmit { to, message: MotorRunning { motor }.into() }));
     broadcast.into_iter().chain(stops).chain(leaving).chain(questions).nth(step)
 }
 
 impl HostMachine {
-    /// How far an emergency stop is.
+    /// State of the emergency stop.
     #[must_use]
     pub fn stopping(&self) -> StopState {
         match self.next_packet() {
             _ if self.emergency.is_none() => StopState::Calm,
-            Some(send) if send.message.query().is_none() => StopState::Stopping,
+            Some(packet) if packet.message.query().is_none() => StopState::Stopping,
             _ => StopState::Asking,
         }
     }
 
-    /// Drops everything, and begins to stop everything. Pressed again while motors are asked, it begins a new round;
-    /// while stops are being sent it changes nothing, or the last nodes would never be reached.
-    pub(super) fn emergency_stop(&mut self, output: &mut Output) {
+    /// Ends all commands and begins to stop everything. Pressed again while motors are asked, it begins a new round; while
+    /// stops are being sent it changes nothing, because the last nodes would never be reached (decision H-28).
+    pub(super) fn emergency_stop(&mut self, output: &mut Output<'_>) {
         output.event(Event::Stopping);
         match self.stopping() {
             StopState::Calm => {
-                self.drop_all(output, Dropped::Emergency);
-                self.emergency = Some(Emergency::default());
+                // The late answer to something else could be taken for that to a stop.
+                let all_stops_ok = self.line == Line::Idle;
+                self.drop_all(output, Failure::Stopped);
+                self.emergency = Some(Emergency { rounds: 0, step: 0, all_stops_ok, is_told: false });
                 if self.line == Line::Offline {
                     self.tell_not_confirmed(output);
                 }
@@ -94,72 +103,71 @@ impl HostMachine {
         }
     }
 
-    /// Ends all requests, whatever they wait for. The line is free for stops after the gap.
-    pub(super) fn drop_all(&mut self, output: &mut Output, why: Dropped) {
+    /// Ends all commands, whatever they wait for. The line is free for stops after the gap.
+    pub(super) fn drop_all(&mut self, output: &mut Output<'_>, why: Failure) {
         if let Line::Waiting(waiting) = self.line {
-            if let Job::Request(Request { token, .. }) = waiting.job {
-                output.event(Event::dropped(token, why, true));
-            } else if let Job::Stop(stop) = waiting.job {
-                self.stops.put_back(stop);
-            }
+            self.give_up(output, waiting.job, why);
         }
         if self.line != Line::Offline {
             self.line = Line::Idle;
         }
-        self.stops.drop_all(output, why);
-        for request in core::mem::take(&mut self.queue) {
-            output.event(Event::dropped(request.token, why, false));
+        self.drop_stops(output, why);
+        for Pending { token, .. } in core::mem::take(&mut self.queue) {
+            output.event(Event::Ended { token, outcome: Outcome::Failed(why) });
         }
-        self.speeds.clear();
+        for speed in core::mem::take(&mut self.speeds) {
+            output.event(Event::Ended { token: speed.token, outcome: Outcome::Failed(why) });
+        }
         self.kept.clear();
     }
 
-    fn tell_not_confirmed(&mut self, output: &mut Output) {
+    fn tell_not_confirmed(&mut self, output: &mut Output<'_>) {
         if let Some(emergency) = self.emergency.as_mut().filter(|emergency| !emergency.is_told) {
             emergency.is_told = true;
-            output.event(Event::StopNotConfirmed { node: None });
+            self.tell_not_stopped(output, StopTarget::All);
         }
     }
 
-    fn new_round(&mut self, output: &mut Output) {
+    fn new_round(&mut self, output: &mut Output<'_>) {
         if self.line != Line::Offline {
             self.line = Line::Idle;
         }
         let Some(emergency) = &mut self.emergency else { return };
-        emergency.step = 0;
+        emergency.restart();
         emergency.rounds = emergency.rounds.saturating_add(1).min(ROUNDS);
         if emergency.rounds == ROUNDS {
             self.tell_not_confirmed(output);
         }
     }
 
-    /// The line has gone: nothing is known of the rig any more.
-    pub(super) fn emergency_without_line(&mut self, output: &mut Output) {
+    /// Begins the round anew, because nothing is known of the rig after the line went down.
+    pub(super) fn emergency_without_line(&mut self, output: &mut Output<'_>) {
         if let Some(emergency) = &mut self.emergency {
-            emergency.step = 0;
+            emergency.restart();
         }
         self.tell_not_confirmed(output);
     }
 
-    /// The next packet of an emergency stop. Without one the round is over, and so is the emergency.
-    pub(super) fn send_emergency(&mut self, now: Millis, output: &mut Output) {
-        // Where nobody can be asked, the rounds go on.
-        if self.options.nodes.as_slice().is_empty() && self.next_packet().is_none() {
+    /// Sends the next packet of an emergency stop. If there is none, the round is over, and so is the emergency stop.
+    pub(super) fn send_emergency(&mut self, now: Millis, output: &mut Output<'_>) {
+        let nodes = self.options.nodes();
+        // Without a listed node no motor can be asked, so the stops are repeated.
+        if nodes.as_slice().is_empty() && self.next_packet().is_none() {
             self.new_round(output);
         }
-        if let Some(send) = self.next_packet() {
-            self.send(now, output, Job::Emergency(send));
+        if let Some(packet) = self.next_packet() {
+            self.send(now, output, Job::Emergency(packet));
             if self.line.state() == State::Quiet {
                 self.next_step();
             }
-        } else {
-            self.emergency = None;
-            output.event(Event::StopConfirmed);
+        } else if let Some(emergency) = self.emergency.take() {
+            self.moving.all_rest(&nodes, emergency.all_stops_ok);
+            output.event(Event::Stopped(StopTarget::All));
         }
     }
 
-    fn next_packet(&self) -> Option<Send> {
-        self.emergency.and_then(|emergency| packet(&self.options.nodes, self.options.bridge, emergency))
+    fn next_packet(&self) -> Option<Transmit> {
+        self.emergency.and_then(|emergency| packet(&self.options.nodes(), self.options.bridge(), emergency))
     }
 
     fn next_step(&mut self) {
@@ -168,13 +176,23 @@ impl HostMachine {
         }
     }
 
-    /// A packet of an emergency stop has its answer, or none.
-    pub(super) fn emergency_ended(&mut self, now: Millis, output: &mut Output, send: &Send, answer: Option<Reply<'_>>) {
-        let HostMessage::MotorRunning(query) = send.message else {
+    /// Goes on after the answer to a packet of an emergency stop, or after the silence in its place.
+    pub(super) fn emergency_answered(
+        &mut self,
+        now: Millis,
+        output: &mut Output<'_>,
+        packet: &Transmit,
+        answer: Option<Reply<'_>>,
+    ) {
+        let HostMessage::MotorRunning(query) = packet.message else {
             self.next_step();
+            if let Some(emergency) = &mut self.emergency {
+                let is_ok = answer.is_some_and(|reply| reply.is_ok());
+                emergency.all_stops_ok &= is_ok || !packet.message.conduct().is_stop();
+            }
             // Stops follow each other as quickly as they may; the first question comes when all answers are in.
             self.line = match self.stopping() {
-                StopState::Asking => Line::Settling(now.after(self.options.drain.into())),
+                StopState::Asking => Line::Settling(now.after(self.options.drain().into())),
                 _ => Line::Idle,
             };
             return;
@@ -183,13 +201,11 @@ impl HostMachine {
         if rests { self.next_step() } else { self.new_round(output) }
     }
 
-    /// The application gives up.
-    pub(super) fn end_emergency(&mut self, now: Millis, output: &mut Output) {
-        if self.emergency.take().is_some() {
-            if self.line != Line::Offline {
-                self.line = Line::Settling(now.after(self.options.drain.into()));
-            }
-            output.event(Event::EmergencyEnded);
+    /// Gives up an emergency stop: it is not confirmed.
+    pub(super) fn end_emergency(&mut self, now: Millis, output: &mut Output<'_>) {
+        self.tell_not_confirmed(output);
+        if self.emergency.take().is_some() && self.line != Line::Offline {
+            self.line = Line::Settling(now.after(self.options.drain().into()));
         }
     }
 }

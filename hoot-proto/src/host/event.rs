@@ -1,174 +1,143 @@
-//! What comes out of a master: packets, and what became of requests.
+//! Events of a master: how commands ended, and what else happened.
 
-use arrayvec::ArrayVec;
-use motion_core::lint::Lint;
-use motion_core::wire::EncodeError;
+use motion_core::machine::Token;
+use motion_core::wire::{EncodeError, Purpose};
 
-use super::Token;
-use crate::frame::{Address, MAX_DATA};
-use crate::message::{HostMessage, Motor, Reply, ResponseCode};
+use crate::frame::Address;
+use crate::message::{DeviceMessage, HostMessage, Motor, Reply, ResponseCode};
 
-/// A packet to send.
-///
-/// Drop what has arrived and is not yet read before it is written, with `reset` of the stream: it cannot be an answer to
-/// it.
+/// Something that a master tells the application.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Send {
-    /// Whom it is for.
-    pub to: Address,
-    /// What it says.
-    pub message: HostMessage<'static>,
-}
-
-impl Send {
-    /// Writes its whole packet to the front of `out`, and says how many bytes it took: at most 42.
-    ///
-    /// # Errors
-    ///
-    /// [`EncodeError::BufferTooSmall`]; the machine has looked at all else.
-    pub fn encode_into(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
-        self.message.encode_into(self.to, out)
-    }
-}
-
-/// A reply that is kept.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub struct Received {
-    code: ResponseCode,
-    data: ArrayVec<u8, MAX_DATA>,
-}
-
-impl Received {
-    /// Keeps a reply, of whose data no more than a packet of a node can hold.
-    pub(super) fn new(reply: Reply<'_>) -> Self {
-        Self { code: reply.code, data: reply.data.iter().copied().take(MAX_DATA).collect() }
-    }
-
-    /// The reply, for the query that asked for it.
-    #[must_use]
-    pub fn reply(&self) -> Reply<'_> {
-        Reply { code: self.code, data: &self.data }
-    }
-}
-
-/// What happened.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum Event {
-    /// A request has come to its end: each does, once.
-    Ended {
-        /// Which one.
-        token: Token,
-        /// How.
-        outcome: Outcome,
+pub enum Event<'a> {
+    /// Everything can be sent from now on.
+    Ready {
+        /// Whether the line was up before. After a reconnect, move nothing without a new command of the operator: the
+        /// state of the rig may have changed.
+        reconnected: bool,
     },
-    /// A reply that nobody waits for: the second one to a request, or one that comes late, or has another type than
-    /// what was asked for.
-    Unsolicited(Received),
-    /// A packet that is not for the master: its own echo, or traffic of others on the bus.
+    /// The line is down. Motors go on with what they do.
+    LinkDown,
+    /// A command ended. Each command ends once.
+    Ended {
+        /// Token of the command.
+        token: Token,
+        /// How the command ended.
+        outcome: Outcome<'a>,
+    },
+    /// A reply that answers nothing that is asked: the second one to a request, one that comes late, or one whose value
+    /// has another type than the query asks for.
+    Unsolicited(Reply<'a>),
+    /// A packet for another address: the echo of a request, or traffic of others on the bus.
     Overheard {
-        /// Whom it is for.
+        /// Address of the receiver.
         to: Address,
+        /// The message.
+        message: DeviceMessage<'a>,
     },
     /// Bytes arrived that are no packet.
     Noise,
-    /// The speed of a motor was not set: the node refused it, or the machine did not take it.
-    SpeedFailed {
-        /// The node.
-        to: Address,
-        /// The motor.
-        motor: Motor,
-        /// Why.
-        why: Failure,
-    },
-    /// A node did not answer a keep-alive. It is asked again; its motors may have been stopped by its dead-man.
+    /// A node did not answer a keep-alive. It is asked again; its dead-man may have stopped its motors.
     KeepAliveLost {
-        /// The node.
+        /// Address of the node.
         to: Address,
     },
-    /// An emergency stop is under way. All requests have ended.
+    /// An emergency stop began or was repeated. All other commands have ended.
     Stopping,
-    /// Each motor of each listed node says that it rests: the emergency stop is over.
-    StopConfirmed,
+    /// A stop is confirmed: the node said OK to it, or, for [`StopTarget::All`], each motor of each listed node said that
+    /// it rests.
+    Stopped(StopTarget),
     /// A stop is not confirmed. Something may still move: cut the power.
     ///
-    /// An emergency stop goes on all the same, until it is confirmed or ended.
-    StopNotConfirmed {
-        /// The node; none in an emergency stop, which is for all.
-        node: Option<Address>,
-    },
-    /// The application has ended an emergency stop that is not confirmed.
-    EmergencyEnded,
-    /// A command that the machine did not take: a list of nodes during an emergency stop, or one keep-alive too many.
-    NotTaken(NotTaken),
+    /// An emergency stop goes on until it is confirmed or ended.
+    StopNotConfirmed(StopTarget),
 }
 
-/// How a request ended.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+/// Target of a stop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum Outcome {
-    /// The node did it, and perhaps said something, which the query reads.
-    Done(Received),
-    /// The node refused. It never says why.
-    Refused(Received),
-    /// It was sent, and nobody answers it: a broadcast, command 0, or a stop in the middle of an emergency stop.
-    Sent,
-    /// There is no answer, and will be none.
-    Failed(Failure),
+pub enum StopTarget {
+    /// All nodes.
+    All,
+    /// One node, with its motors and its program.
+    Node(Address),
+    /// One motor of a node.
+    Motor(Address, Motor),
 }
 
-/// Why there is no answer to a request.
+impl StopTarget {
+    /// Target of a stop that is sent to this address.
+    pub(super) fn of(to: Address, stop: &HostMessage<'_>) -> Self {
+        match stop {
+            HostMessage::MotorStop(stop) => Self::Motor(to, stop.motor),
+            _ if to == Address::BROADCAST => Self::All,
+            _ => Self::Node(to),
+        }
+    }
+}
+
+/// How a command ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Outcome<'a> {
+    /// The node did it. The query that was asked reads the value of the reply.
+    Done(Reply<'a>),
+    /// The message was sent, and no node answers it: a broadcast, command 0, or a stop while an emergency stop goes on.
+    /// Events tell what follows.
+    Sent,
+    /// The command changed the machine itself, and nothing had to be sent for it.
+    Applied,
+    /// The command was not done, because the machine or the node refused it.
+    Refused(Refusal),
+    /// The command ended for another reason, and was not done.
+    Failed(Failure),
+    /// The message was sent, and no clear answer came: it may or may not have been done. Ask for the state; after a
+    /// change of the address, ask at the new address (safety decision 1).
+    ///
+    /// Bridges drop replies that refuse, and later firmware is silent at commands that it does not know.
+    NotConfirmed,
+}
+
+impl Outcome<'_> {
+    /// End of a message that no answer is awaited for any more: it may have been done, if it was sent and does more than
+    /// ask.
+    pub(super) fn unanswered(message: &HostMessage<'_>, was_sent: bool, why: Failure) -> Self {
+        let asks = message.conduct().purpose == Purpose::Asks;
+        if was_sent && !asks { Self::NotConfirmed } else { Self::Failed(why) }
+    }
+}
+
+/// Why a command was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// The line is down.
+    NotConnected,
+    /// There is no room for more: as many commands wait as the machine can hold.
+    Busy,
+    /// An emergency stop is under way.
+    Stopping,
+    /// A bridge does not pass the message on (safety decision 4). Instead of a broadcast stop, each listed node is stopped
+    /// (decision H-20).
+    Bridge,
+    /// The message cannot go to this address: broadcasts go to 1, everything else to 2 to 255.
+    Address,
+    /// The message cannot be written, or [`lint`](crate::lint) finds an error in it.
+    Invalid(EncodeError),
+    /// The node refused with this response code. It does not say why.
+    Device(ResponseCode),
+}
+
+/// Why a command failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Failure {
-    /// Nothing came in time. The node may have done it, may not know the command, or may have refused it: bridges lose
-    /// that answer. Ask for the state; behind a change of address, ask at the new one (safety decision 1).
-    Silence,
-    /// It was dropped.
-    Dropped {
-        /// Why.
-        why: Dropped,
-        /// Whether it was sent, and may have been done.
-        was_sent: bool,
-    },
-    /// It was never taken, and not sent.
-    NotTaken(NotTaken),
-    /// The node refused it with this code.
-    Refused(ResponseCode),
-}
-
-/// Why a request was dropped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Dropped {
-    /// A stop came.
-    Stop,
-    /// The same stop came again, and is sent in its place.
-    Again,
-    /// An emergency stop came.
-    Emergency,
-    /// The line has gone.
-    Link,
-}
-
-/// Why something was not taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum NotTaken {
-    /// There is no room for more.
-    Full,
-    /// There is no line.
-    Link,
-    /// An emergency stop is under way.
-    Emergency,
-    /// A bridge does not pass it on (safety decision 4). In place of a stop, each listed node is stopped (decision H-20).
-    Bridge,
-    /// It is not for this address: broadcasts go to 1, all else to 2 to 255.
-    Address,
-    /// It has more data than a node has room for.
-    TooLong,
-    /// It cannot be written, as a message kept as it came that nodes take for another; `encode_into` says why.
-    Encode,
-    /// It is an error; lint says which.
-    Lint(Lint),
+    /// No answer came in time to a message that only asks.
+    NoAnswer,
+    /// A stop removed the command before it was sent, or ended the wait for the answer of a query.
+    Stopped,
+    /// A newer command took its place before it was sent: another speed of the same motor, or the same stop.
+    Superseded,
+    /// The line went down before the command was sent, or before the answer of a query came.
+    LinkDown,
 }

@@ -1,33 +1,35 @@
-//! The line: who is waited for, and until when nothing may be sent. The table of hoot, section 5.
+//! The line: which answer is awaited, and until when nothing may be sent. The table of hoot, section 5.
 
+use motion_core::states;
 use motion_core::time::Millis;
+use motion_core::wire::Purpose;
 
-use super::stops::Stop;
-use super::stream::Speed;
-use super::{Dropped, Event, Failure, HostMachine, Outcome, Output, Received, Request, Send, Token};
+use super::event::{Event, Failure, Outcome, Refusal, StopTarget};
+use super::jobs::Job;
+use super::{HostMachine, Output};
 use crate::frame::{Address, Selector, Table};
 use crate::message::{DeviceMessage, HostMessage, Reply};
 use crate::query::Query;
-use crate::state::{set_back, states};
 
 states! {
-    /// What the master does with the line. Source: hoot, section 5.
+    /// State of the line of a master. Source: hoot, section 5.
+    #[derive(Default)]
     pub enum State {
-        /// There is none.
+        /// The line is down.
         #[default]
         Offline,
-        /// It may send.
+        /// The next packet may be sent.
         Idle,
-        /// It waits for an answer.
+        /// An answer is awaited.
         Waiting,
-        /// It listens for what comes late, or twice.
+        /// Late and second answers are awaited, and dropped.
         Settling,
-        /// It leaves the nodes alone, for nobody answers, or their addresses have changed.
+        /// Nothing is sent for a while, because nobody answers what was sent, or because addresses have changed.
         Quiet,
     }
 }
 
-/// The line, with what its state needs.
+/// The line, with the data of its state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Line {
     Offline,
@@ -37,46 +39,15 @@ pub(super) enum Line {
     Quiet(Millis),
 }
 
-/// A packet that is out.
+/// A packet whose answer is awaited.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Waiting {
     pub(super) job: Job,
     until: Millis,
-    /// How often it may still be sent again.
+    /// Number of times that the packet may still be repeated.
     left: u8,
-    /// Whether it was: then more than one answer may come.
+    /// Whether the packet was repeated: then more than one answer may come.
     is_repeated: bool,
-}
-
-/// What for a packet is out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Job {
-    Request(Request),
-    Stop(Stop),
-    Speed(Speed),
-    KeepAlive(Address),
-    Emergency(Send),
-}
-
-impl Job {
-    /// Its packet.
-    pub(super) fn send(&self) -> Send {
-        match *self {
-            Self::Request(Request { to, message, .. }) | Self::Stop(Stop { to, message, .. }) => Send { to, message },
-            Self::Speed(speed) => speed.send(),
-            Self::KeepAlive(to) => super::stream::keep_alive(to),
-            Self::Emergency(send) => send,
-        }
-    }
-
-    /// What the application calls it, if it is the application's.
-    const fn token(&self) -> Option<Token> {
-        match self {
-            Self::Request(request) => Some(request.token),
-            Self::Stop(stop) => stop.token,
-            Self::Speed(_) | Self::KeepAlive(_) | Self::Emergency(_) => None,
-        }
-    }
 }
 
 impl Line {
@@ -90,16 +61,16 @@ impl Line {
         }
     }
 
-    pub(super) const fn set_back(self, by: u64) -> Self {
+    pub(super) const fn set_back(self, by: Millis) -> Self {
         match self {
             Self::Offline | Self::Idle => self,
-            Self::Waiting(waiting) => Self::Waiting(Waiting { until: set_back(waiting.until, by), ..waiting }),
-            Self::Settling(until) => Self::Settling(set_back(until, by)),
-            Self::Quiet(until) => Self::Quiet(set_back(until, by)),
+            Self::Waiting(waiting) => Self::Waiting(Waiting { until: Millis(waiting.until.since(by)), ..waiting }),
+            Self::Settling(until) => Self::Settling(Millis(until.since(by))),
+            Self::Quiet(until) => Self::Quiet(Millis(until.since(by))),
         }
     }
 
-    /// When something is due.
+    /// Time at which the state ends by itself.
     pub(super) const fn until(&self) -> Option<Millis> {
         match self {
             Self::Offline | Self::Idle => None,
@@ -108,8 +79,8 @@ impl Line {
     }
 }
 
-/// Whether a reply can answer what was asked, as far as can be told: a refusal always; an OK if its value is of the
-/// type that the query asks for, or if it has none and nothing was asked for.
+/// Whether a reply can answer a message, as far as can be told: a refusal always can; an OK can, if its value has the type
+/// that the query asks for, or if it has no value and the message asks for nothing.
 fn answers(message: &HostMessage<'_>, reply: Reply<'_>) -> bool {
     match (message.query(), message) {
         _ if !reply.is_ok() => true,
@@ -119,34 +90,39 @@ fn answers(message: &HostMessage<'_>, reply: Reply<'_>) -> bool {
     }
 }
 
-/// Whether anybody answers it: not a broadcast, and not command 0.
+/// Whether nodes answer a message: they answer neither broadcasts nor command 0.
 pub(super) fn is_answered(message: &HostMessage<'_>) -> bool {
     let Selector { table, command, .. } = message.selector();
     table != Table::Broadcast && (table == Table::Core || command != 0)
 }
 
+/// Whether a node has another address after a message, and hears nothing for a while.
+fn resets(message: &HostMessage<'_>) -> bool {
+    message.conduct().purpose == Purpose::Resets
+}
+
 impl HostMachine {
-    pub(super) fn received(&mut self, now: Millis, output: &mut Output, message: &DeviceMessage<'_>) {
+    pub(super) fn received<'a>(&mut self, now: Millis, output: &mut Output<'a>, message: DeviceMessage<'a>) {
         let reply = match message {
-            DeviceMessage::Reply(reply) => *reply,
+            DeviceMessage::Reply(reply) => reply,
             DeviceMessage::Other(other) => {
                 let [_, to, ..] = other.id().to_be_bytes();
-                output.event(Event::Overheard { to: Address(to) });
+                output.event(Event::Overheard { to: Address(to), message });
                 return;
             }
         };
         match self.line {
-            Line::Waiting(waiting) if answers(&waiting.job.send().message, reply) => {
-                let settle = if waiting.is_repeated { self.options.drain } else { self.options.settle };
+            Line::Waiting(waiting) if answers(&waiting.job.transmit().message, reply) => {
+                let settle = if waiting.is_repeated { self.options.drain() } else { self.options.settle() };
                 self.line = Line::Settling(now.after(settle.into()));
-                self.ended(now, output, waiting.job, Ok(reply));
+                self.job_ended(now, output, waiting.job, Some(reply));
             }
-            _ => output.event(Event::Unsolicited(Received::new(reply))),
+            _ => output.event(Event::Unsolicited(reply)),
         }
     }
 
-    /// Deals with a moment that the line waited for.
-    pub(super) fn line_is_due(&mut self, now: Millis, output: &mut Output) {
+    /// Acts when the time of the line's state is over.
+    pub(super) fn line_is_due(&mut self, now: Millis, output: &mut Output<'_>) {
         if self.line.until().is_none_or(|until| now < until) {
             return;
         }
@@ -154,105 +130,115 @@ impl HostMachine {
             self.line = Line::Idle;
             return;
         };
-        let send = waiting.job.send();
-        if waiting.left > 0 && send.message.is_repeatable() {
+        if waiting.left > 0 && waiting.job.transmit().message.conduct().repeatable {
             let left = waiting.left.saturating_sub(1);
             self.line = Line::Waiting(Waiting { left, is_repeated: true, ..waiting });
             self.write(now, output, waiting.job);
         } else {
-            self.line = Line::Settling(now.after(self.options.drain.into()));
-            self.ended(now, output, waiting.job, Err(()));
+            self.line = Line::Settling(now.after(self.options.drain().into()));
+            self.job_ended(now, output, waiting.job, None);
         }
     }
 
-    /// Sends a packet and waits for its answer, if there will be one.
-    pub(super) fn send(&mut self, now: Millis, output: &mut Output, job: Job) {
-        let message = job.send().message;
+    /// Sends a packet and waits for its answer, if nodes answer it.
+    pub(super) fn send(&mut self, now: Millis, output: &mut Output<'_>, job: Job) {
+        let message = job.transmit().message;
         let is_answered = is_answered(&message);
         self.line = if is_answered {
             let left = match job {
-                Job::Request(_) | Job::Stop(_) => self.options.retries,
+                Job::Request(_) | Job::Stop(_) => self.options.retries(),
                 Job::Speed(_) | Job::KeepAlive(_) | Job::Emergency(_) => 0,
             };
             Line::Waiting(Waiting { job, until: now, left, is_repeated: false })
         } else {
-            let quiet = if message.changes_address() { self.options.deaf } else { self.options.gap };
+            let quiet = if resets(&message) { self.options.deaf() } else { self.options.gap() };
             Line::Quiet(now.after(quiet.into()))
         };
         self.write(now, output, job);
-        if !is_answered {
-            if let Some(token) = job.token() {
-                output.event(Event::Ended { token, outcome: Outcome::Sent });
-            }
+        if let Some(token) = job.token().filter(|_| !is_answered) {
+            output.event(Event::Ended { token, outcome: Outcome::Sent });
         }
     }
 
-    /// Puts a packet out, and moves what waits for its answer.
-    pub(super) fn write(&mut self, now: Millis, output: &mut Output, job: Job) {
-        let send = job.send();
-        let time = self.time_of(&job);
+    /// Transmits a packet and sets the time until which its answer is awaited.
+    pub(super) fn write(&mut self, now: Millis, output: &mut Output<'_>, job: Job) {
+        let transmit = job.transmit();
+        let time = self.time_to_wait(&job);
         if let Line::Waiting(waiting) = &mut self.line {
-            // Not before the gap is over, since it may be sent again then.
-            waiting.until = now.after(time.max(self.options.gap).into());
+            // Not before the gap is over, because the packet may be repeated then.
+            waiting.until = now.after(time.max(self.options.gap()).into());
         }
-        self.free_at = Some(now.after(self.options.gap.into()));
-        self.spoken_to(now, &send);
-        output.send(send);
+        self.free_at = Some(now.after(self.options.gap().into()));
+        self.spoken_to(now, &transmit);
+        self.moving.sent(&self.options.nodes(), &transmit);
+        // The packet stands before the events of the same step: a stop goes out before anybody is told of it.
+        if output.effects.try_insert(0, super::Effect::Transmit(transmit)).is_err() {
+            output.transmit(transmit);
+        }
     }
 
-    fn time_of(&self, job: &Job) -> u32 {
-        let short = self.options.short_timeout;
+    fn time_to_wait(&self, job: &Job) -> u32 {
         match job {
-            Job::Request(Request { message: HostMessage::Start(_), .. }) => self.options.start_timeout,
-            Job::Speed(_) | Job::KeepAlive(_) => short,
-            Job::Emergency(send) if send.message.query().is_none() => short,
-            Job::Request(_) | Job::Stop(_) | Job::Emergency(_) => self.options.timeout,
+            Job::Request(request) if matches!(request.transmit.message, HostMessage::Start(_)) => {
+                self.options.start_timeout()
+            }
+            Job::Speed(_) | Job::KeepAlive(_) => self.options.short_timeout(),
+            Job::Emergency(transmit) if transmit.message.query().is_none() => self.options.short_timeout(),
+            Job::Request(_) | Job::Stop(_) | Job::Emergency(_) => self.options.timeout(),
         }
     }
 
-    /// A packet has its answer, or none came in time.
-    fn ended(&mut self, now: Millis, output: &mut Output, job: Job, answer: Result<Reply<'_>, ()>) {
-        let outcome = || match answer {
-            Ok(reply) if reply.is_ok() => Outcome::Done(Received::new(reply)),
-            Ok(reply) => Outcome::Refused(Received::new(reply)),
-            Err(()) => Outcome::Failed(Failure::Silence),
+    /// Ends a job by its answer, or by the silence in its place.
+    fn job_ended<'a>(&mut self, now: Millis, output: &mut Output<'a>, job: Job, answer: Option<Reply<'a>>) {
+        let transmit = job.transmit();
+        let outcome = match answer {
+            Some(reply) if reply.is_ok() => Outcome::Done(reply),
+            Some(reply) => Outcome::Refused(Refusal::Device(reply.code)),
+            None => Outcome::unanswered(&transmit.message, true, Failure::NoAnswer),
         };
-        let is_done = answer.is_ok_and(|reply| reply.is_ok());
+        if let Some(token) = job.token() {
+            output.event(Event::Ended { token, outcome });
+        }
+        let done = answer.filter(Reply::is_ok);
         match job {
-            Job::Request(Request { token, message, .. }) => {
-                // It may have another address, whatever it said, and is deaf then.
-                if message.changes_address() {
-                    self.line = Line::Quiet(now.after(self.options.deaf.into()));
-                }
-                output.event(Event::Ended { token, outcome: outcome() });
-            }
-            Job::Stop(stop) => {
-                if let Some(token) = stop.token {
-                    output.event(Event::Ended { token, outcome: outcome() });
-                }
-                if !is_done {
-                    self.not_stopped(output, &stop);
+            Job::Request(_) => {
+                // Whatever the node said, it may have another address and hear nothing for a while.
+                if resets(&transmit.message) {
+                    self.line = Line::Quiet(now.after(self.options.deaf().into()));
                 }
             }
-            Job::Speed(speed) => self.speed_ended(output, speed, answer.map(|reply| reply.code).ok()),
-            Job::KeepAlive(to) if answer.is_err() => output.event(Event::KeepAliveLost { to }),
+            Job::Stop(_) if done.is_some() => {
+                output.event(Event::Stopped(StopTarget::of(transmit.to, &transmit.message)));
+            }
+            Job::Stop(stop) => self.not_stopped(output, &stop),
+            Job::Speed(speed) => self.speed_ended(output, speed, done.is_some()),
+            Job::KeepAlive(to) if answer.is_none() => output.event(Event::KeepAliveLost { to }),
             Job::KeepAlive(_) => {}
-            Job::Emergency(send) => self.emergency_ended(now, output, &send, answer.ok()),
+            Job::Emergency(transmit) => self.emergency_answered(now, output, &transmit, answer),
+        }
+        if let (Some(reply), Job::Request(_) | Job::Stop(_)) = (done, job) {
+            self.moving.answered(self.options.profile(), &transmit, reply);
         }
     }
 
-    /// What was out is not waited for any more, for a stop goes first.
-    pub(super) fn overtake(&mut self, now: Millis, output: &mut Output) {
+    /// Ends the wait for an answer, because a stop goes first.
+    pub(super) fn overtake(&mut self, now: Millis, output: &mut Output<'_>) {
         let Line::Waiting(waiting) = self.line else { return };
-        self.line = Line::Settling(now.after(self.options.drain.into()));
-        match waiting.job {
-            Job::Request(Request { token, .. }) => {
-                output.event(Event::dropped(token, Dropped::Stop, true));
-            }
-            Job::Stop(stop) => self.stops.put_back(stop),
-            // A motor that was to come to rest must.
-            Job::Speed(speed) => self.speed_ended(output, speed, None),
-            Job::KeepAlive(_) | Job::Emergency(_) => {}
+        self.line = Line::Settling(now.after(self.options.drain().into()));
+        self.give_up(output, waiting.job, Failure::Stopped);
+        // A motor that was to come to rest must come to rest.
+        if let Job::Speed(speed) = waiting.job {
+            self.speed_ended(output, speed, false);
+        }
+    }
+
+    /// Ends the wait of a job for its answer; a stop waits to be sent again.
+    pub(super) fn give_up(&mut self, output: &mut Output<'_>, job: Job, why: Failure) {
+        if let Job::Stop(stop) = job {
+            self.stops.put_back(stop);
+        } else if let Some(token) = job.token() {
+            let outcome = Outcome::unanswered(&job.transmit().message, true, why);
+            output.event(Event::Ended { token, outcome });
         }
     }
 }

@@ -1,37 +1,29 @@
-//! Stops: they overtake everything, and are sent until they are answered (decision H-19).
+//! Stops: they overtake everything, and are repeated until they are answered (decision H-19).
 //!
-//! A stop that finds the line free is a request like others. One that does not is sent all the same, as soon as the gap
-//! allows; but an answer that comes then may be the answer to what it overtook. So it is sent once more when the line is
-//! clear, and only that time counts.
+//! A stop that finds the line free is sent like any other request. A stop that does not is sent all the same, as soon as
+//! the gap allows; but an answer that comes then may be the answer to the packet that it overtook. So it is sent once more
+//! when the line is clear, and only the answer to that packet counts.
 
 use arrayvec::ArrayVec;
+use motion_core::machine::Token;
 use motion_core::time::Millis;
 
-use super::line::{Job, Line, is_answered};
-use super::{Dropped, Event, Failure, HostMachine, MAX_STOPS, NotTaken, Outcome, Output, Request, Token};
+use super::event::{Event, Failure, Outcome, Refusal, StopTarget};
+use super::jobs::{Job, Pending, Stop};
+use super::line::{Line, is_answered};
+use super::{HostMachine, MAX_STOPS, Output, Transmit};
 use crate::frame::Address;
-use crate::message::{HostMessage, Motor, MotorStop, Pause, Stop as StopMessage};
+use crate::message::{self, HostMessage, Motor, MotorStop, Pause};
 
-/// A stop that is not answered yet.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) struct Stop {
-    pub(super) to: Address,
-    pub(super) message: HostMessage<'static>,
-    /// The application's, or none for those that the machine adds.
-    pub(super) token: Option<Token>,
-    /// Whether it has been sent at all.
-    is_sent: bool,
-}
-
-/// One more than may be added: a speed that a stop overtakes may leave a stop of its own behind.
+/// Room for one stop more than may be added, because a speed that a stop overtakes may add a stop of its own.
 const ROOM: usize = MAX_STOPS + 1;
 
-/// Stops that wait, those first that have not been sent yet.
+/// Stops that wait.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
 pub(super) struct Stops(ArrayVec<Stop, ROOM>);
 
 impl Stops {
-    /// The next one to be sent at once, whatever the line does.
+    /// Takes the next stop that has not been sent yet, which goes out whatever the line does.
     fn take_new(&mut self) -> Option<Stop> {
         self.0.iter().position(|stop| !stop.is_sent).and_then(|at| self.0.pop_at(at))
     }
@@ -48,81 +40,87 @@ impl Stops {
         self.0.len()
     }
 
-    /// The next one to be sent on a free line.
-    pub(super) fn take(&mut self) -> Option<Stop> {
+    /// Takes the next stop to send on a free line.
+    fn take(&mut self) -> Option<Stop> {
         self.take_new().or_else(|| self.0.pop_at(0))
     }
 
-    /// One that has been sent waits again. There is room, for it came out of here.
+    /// Lets a stop that has been sent wait again. There is room, because it came out of here.
     pub(super) fn put_back(&mut self, stop: Stop) {
         let _ = self.0.try_push(Stop { is_sent: true, ..stop });
     }
 
-    /// The same stop for the same node, if it waits.
-    fn same(&mut self, to: Address, message: &HostMessage<'_>) -> Option<&mut Stop> {
-        self.0.iter_mut().find(|stop| stop.to == to && stop.message == *message)
-    }
-
-    /// Ends all of them.
-    pub(super) fn drop_all(&mut self, output: &mut Output, why: Dropped) {
-        for stop in core::mem::take(self).0 {
-            if let Some(token) = stop.token {
-                output.event(Event::dropped(token, why, stop.is_sent));
-            }
-        }
+    /// Finds the same stop for the same node, if it waits.
+    fn same(&mut self, transmit: &Transmit) -> Option<&mut Stop> {
+        self.0.iter_mut().find(|stop| stop.transmit == *transmit)
     }
 }
 
+/// Whether a stop concerns what another message would set in motion: the stop of a motor concerns that motor and what moves
+/// all motors, the stop of a node everything in it, a broadcast everything.
+fn concerns(stop: &Transmit, other: &Transmit) -> bool {
+    let part = |transmit: &Transmit| transmit.message.selector().sub_address;
+    let same_part = part(stop) == 0 || part(other) == 0 || part(stop) == part(other);
+    let to_all = stop.to == Address::BROADCAST || other.to == Address::BROADCAST;
+    to_all || stop.to == other.to && same_part
+}
+
 impl HostMachine {
-    /// Takes a stop of the application.
-    pub(super) fn stop(&mut self, output: &mut Output, Request { token, to, message }: Request) {
-        self.cancel_motion(output, to, &message);
-        self.add_stop(output, to, message, Some(token));
+    /// Whether a stop is not confirmed yet.
+    pub(super) fn is_stopping(&self) -> bool {
+        let out = matches!(self.line, Line::Waiting(waiting) if matches!(waiting.job, Job::Stop(_)));
+        out || !self.stops.is_empty() || self.emergency.is_some()
     }
 
-    /// Has each node do what a broadcast would not tell it through a bridge (decision H-20).
-    pub(super) fn stop_each(&mut self, output: &mut Output, broadcast: &HostMessage<'_>) {
-        self.cancel_motion(output, Address::BROADCAST, broadcast);
-        let message = match broadcast {
-            HostMessage::BroadcastPause(_) => HostMessage::Pause(Pause {}),
-            _ => HostMessage::Stop(StopMessage {}),
+    /// Takes a stop of the application.
+    pub(super) fn stop(&mut self, output: &mut Output<'_>, Pending { token, transmit }: Pending) {
+        self.cancel_motion(output, &transmit);
+        self.add_stop(output, transmit, Some(token));
+    }
+
+    /// Stops each listed node, instead of a broadcast that a bridge would not pass on (decision H-20).
+    pub(super) fn stop_each(&mut self, output: &mut Output<'_>, broadcast: &Transmit) {
+        self.cancel_motion(output, broadcast);
+        let message = match broadcast.message {
+            HostMessage::BroadcastPause(_) => Pause {}.into(),
+            _ => message::Stop {}.into(),
         };
-        let nodes = self.options.nodes;
+        let nodes = self.options.nodes();
         if nodes.as_slice().is_empty() {
             self.emergency_stop(output);
         }
-        for &node in nodes.as_slice() {
-            self.add_stop(output, node, message, None);
+        for &to in nodes.as_slice() {
+            self.add_stop(output, Transmit { to, message }, None);
         }
     }
 
-    /// Puts a stop where it will be sent next. Too many stops that nobody answers are an emergency (decision H-23).
-    pub(super) fn add_stop(
-        &mut self,
-        output: &mut Output,
-        to: Address,
-        message: HostMessage<'static>,
-        token: Option<Token>,
-    ) {
+    /// Adds a motor's stop that nobody asked for.
+    pub(super) fn add_motor_stop(&mut self, output: &mut Output<'_>, to: Address, motor: Motor) {
+        self.add_stop(output, Transmit { to, message: MotorStop { motor }.into() }, None);
+    }
+
+    /// Adds a stop, which goes out before everything else. Too many stops that no node answers are an emergency (decision
+    /// H-23).
+    fn add_stop(&mut self, output: &mut Output<'_>, transmit: Transmit, token: Option<Token>) {
         let out = matches!(self.line, Line::Waiting(waiting) if matches!(waiting.job, Job::Stop(_)));
-        if let Some(same) = self.stops.same(to, &message) {
+        if let Some(same) = self.stops.same(&transmit) {
             let was_sent = core::mem::replace(&mut same.is_sent, false);
             if let Some(before) = token.and_then(|token| same.token.replace(token)) {
-                output.event(Event::dropped(before, Dropped::Again, was_sent));
+                let outcome = Outcome::unanswered(&transmit.message, was_sent, Failure::Superseded);
+                output.event(Event::Ended { token: before, outcome });
             }
         } else if self.stops.len().saturating_add(out.into()) < MAX_STOPS {
-            let _ = self.stops.0.try_push(Stop { to, message, token, is_sent: false });
+            let _ = self.stops.0.try_push(Stop { transmit, token, is_sent: false });
         } else {
             if let Some(token) = token {
-                let outcome = Outcome::Failed(Failure::NotTaken(NotTaken::Full));
-                output.event(Event::Ended { token, outcome });
+                output.event(Event::Ended { token, outcome: Outcome::Refused(Refusal::Busy) });
             }
             self.emergency_stop(output);
         }
     }
 
-    /// Sends a stop that waits: on a free line as a request, past everything else as a first shot.
-    pub(super) fn send_stop(&mut self, now: Millis, output: &mut Output) -> bool {
+    /// Sends a stop that waits: on a free line like any request, otherwise past everything else.
+    pub(super) fn send_stop(&mut self, now: Millis, output: &mut Output<'_>) -> bool {
         let is_free = self.line == Line::Idle && self.emergency.is_none();
         let next = if is_free { self.stops.take() } else { self.stops.take_new() };
         let Some(stop) = next else { return false };
@@ -130,15 +128,15 @@ impl HostMachine {
             self.send(now, output, Job::Stop(stop));
             return true;
         }
-        let doubt = now.after(self.options.drain.into());
+        let doubt = now.after(self.options.drain().into());
         self.overtake(now, output);
         self.line = match self.line {
             Line::Quiet(until) => Line::Quiet(until.max(doubt)),
             _ => Line::Settling(doubt),
         };
         self.write(now, output, Job::Stop(stop));
-        // An emergency stop asks for itself whether all is at rest.
-        if is_answered(&stop.message) && self.emergency.is_none() {
+        // An emergency stop asks the motors itself whether they rest.
+        if is_answered(&stop.transmit.message) && self.emergency.is_none() {
             self.stops.put_back(stop);
         } else if let Some(token) = stop.token {
             output.event(Event::Ended { token, outcome: Outcome::Sent });
@@ -146,36 +144,51 @@ impl HostMachine {
         true
     }
 
-    /// A stop was refused, or nobody answered it.
-    pub(super) fn not_stopped(&mut self, output: &mut Output, stop: &Stop) {
-        output.event(Event::StopNotConfirmed { node: Some(stop.to) });
-        // Firmware refuses the controller's stop in joystick mode, but not those of its motors (safety decision 2); and
-        // through a bridge that looks like silence.
-        if stop.message == HostMessage::Stop(StopMessage {}) {
+    /// Tells that a stop was refused or not answered.
+    pub(super) fn not_stopped(&mut self, output: &mut Output<'_>, stop: &Stop) {
+        let Transmit { to, message } = stop.transmit;
+        self.tell_not_stopped(output, StopTarget::of(to, &message));
+        // Firmware refuses the stop of the controller in joystick mode, but not those of its motors (safety decision 2).
+        // Through a bridge a refusal looks like silence.
+        if matches!(message, HostMessage::Stop(_)) {
             for motor in Motor::ALL {
-                self.add_stop(output, stop.to, HostMessage::MotorStop(MotorStop { motor }), None);
+                self.add_motor_stop(output, to, motor);
             }
         }
     }
 
-    /// Takes out of the queue what would move what a stop stops.
-    fn cancel_motion(&mut self, output: &mut Output, to: Address, stop: &HostMessage<'_>) {
-        self.speeds.retain(|speed| {
-            let send = speed.send();
-            !stop.stops(to, &send.message, send.to)
-        });
-        self.queue.retain(|request| {
-            let is_dropped = request.message.may_start_motion() && stop.stops(to, &request.message, request.to);
-            if is_dropped {
-                output.event(Event::dropped(request.token, Dropped::Stop, false));
-            }
-            !is_dropped
-        });
+    pub(super) fn tell_not_stopped(&mut self, output: &mut Output<'_>, target: StopTarget) {
+        self.moving.not_stopped(&self.options.nodes(), target);
+        output.event(Event::StopNotConfirmed(target));
     }
-}
 
-impl Event {
-    pub(super) const fn dropped(token: Token, why: Dropped, was_sent: bool) -> Self {
-        Self::Ended { token, outcome: Outcome::Failed(Failure::Dropped { why, was_sent }) }
+    /// Ends all stops that wait. An emergency stop takes their place; when the line goes down, they are not confirmed.
+    pub(super) fn drop_stops(&mut self, output: &mut Output<'_>, why: Failure) {
+        for Stop { transmit: Transmit { to, message }, token, is_sent } in core::mem::take(&mut self.stops).0 {
+            if let Some(token) = token {
+                output.event(Event::Ended { token, outcome: Outcome::unanswered(&message, is_sent, why) });
+            }
+            if why == Failure::LinkDown {
+                self.tell_not_stopped(output, StopTarget::of(to, &message));
+            }
+        }
+    }
+
+    /// Removes what waits and would move what a stop stops.
+    fn cancel_motion(&mut self, output: &mut Output<'_>, stop: &Transmit) {
+        self.speeds.retain(|speed| {
+            let stays = !concerns(stop, &speed.transmit());
+            if !stays {
+                output.event(Event::Ended { token: speed.token, outcome: Outcome::Failed(Failure::Stopped) });
+            }
+            stays
+        });
+        self.queue.retain(|Pending { token, transmit }| {
+            let stays = !transmit.message.conduct().may_move() || !concerns(stop, transmit);
+            if !stays {
+                output.event(Event::Ended { token: *token, outcome: Outcome::Failed(Failure::Stopped) });
+            }
+            stays
+        });
     }
 }

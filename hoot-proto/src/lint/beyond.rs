@@ -1,11 +1,11 @@
 //! What the master sends to later firmware.
 
 use motion_core::lint::Lints;
-use motion_core::wire::{EncodeError, FieldView, Fields, Value};
+use motion_core::wire::{FieldView, Fields, Value};
 
-use super::{Context, Rules, refuse};
+use super::{Context, Rules};
 use crate::beyond::HostMessage;
-use crate::frame::{Address, Table};
+use crate::frame::Table;
 use crate::message::MAX_ARRIVING;
 
 impl HostMessage<'_> {
@@ -32,18 +32,5 @@ impl HostMessage<'_> {
             _ => {}
         });
         rules.found
-    }
-
-    /// [`encode_into`](Self::encode_into), but only if lint finds no error, and not to the master's own address.
-    ///
-    /// # Errors
-    ///
-    /// [`EncodeError::Refused`] with the first error that [`lint`](Self::lint) finds, and the errors of
-    /// [`encode_into`](Self::encode_into).
-    pub fn encode_checked(&self, to: Address, context: &Context, out: &mut [u8]) -> Result<usize, EncodeError> {
-        let mut found = self.lint(context);
-        found.range("address", to.0, 1, u8::MAX);
-        refuse(&found)?;
-        self.encode_into(to, out)
     }
 }

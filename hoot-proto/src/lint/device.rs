@@ -1,9 +1,8 @@
 //! What nodes send.
 
 use motion_core::lint::{Lints, Severity};
-use motion_core::wire::EncodeError;
 
-use super::{Context, Rules, refuse};
+use super::{Context, Rules};
 use crate::message::{DeviceMessage, Reply, ResponseCode, ValueType};
 
 impl DeviceMessage<'_> {
@@ -21,17 +20,6 @@ impl DeviceMessage<'_> {
             }
         }
         rules.found
-    }
-
-    /// [`encode_into`](Self::encode_into), but only if lint finds no error.
-    ///
-    /// # Errors
-    ///
-    /// [`EncodeError::Refused`] with the first error that [`lint`](Self::lint) finds, and the errors of
-    /// [`encode_into`](Self::encode_into).
-    pub fn encode_checked(&self, context: &Context, out: &mut [u8]) -> Result<usize, EncodeError> {
-        refuse(&self.lint(context))?;
-        self.encode_into(out)
     }
 }
 

@@ -1,10 +1,10 @@
 //! What the master sends: which rules hold for which message.
 
 use motion_core::lint::Lints;
-use motion_core::wire::{EncodeError, Messages};
+use motion_core::wire::Messages;
 
-use super::{Context, Rules, refuse};
-use crate::frame::{Address, Selector};
+use super::{Context, Rules};
+use crate::frame::Selector;
 use crate::message::HostMessage;
 use crate::query::{DelayUnit, Profile};
 
@@ -32,19 +32,6 @@ impl HostMessage<'_> {
         rules.camera(self);
         rules.all(self);
         rules.found
-    }
-
-    /// [`encode_into`](Self::encode_into), but only if lint finds no error, and not to the master's own address.
-    ///
-    /// # Errors
-    ///
-    /// [`EncodeError::Refused`] with the first error that [`lint`](Self::lint) finds, and the errors of
-    /// [`encode_into`](Self::encode_into).
-    pub fn encode_checked(&self, to: Address, context: &Context, out: &mut [u8]) -> Result<usize, EncodeError> {
-        let mut found = self.lint(context);
-        found.range("address", to.0, 1, u8::MAX);
-        refuse(&found)?;
-        self.encode_into(to, out)
     }
 }
 

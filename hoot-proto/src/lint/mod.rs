@@ -10,7 +10,7 @@
 //!
 //! // The firmware would see 0 steps, and run for ever.
 //! let motion = MotorMove { motor: Motor::One, direction: Direction(0), steps: StepCount(16_777_216) };
-//! let message = HostMessage::MotorMove(motion);
+//! let message = HostMessage::from(motion);
 //! let context = Context::default();
 //! assert_eq!(message.lint(&context).as_slice()[0].to_string(), "steps: 16777216 is not in 1 to 16777215");
 //!
@@ -18,13 +18,13 @@
 //! assert!(message.encode_checked(Address::DEFAULT, &context, &mut out).is_err());
 //! ```
 
+#[cfg(feature = "beyond")]
 mod beyond;
 mod device;
 mod host;
 mod rules;
 
 use motion_core::lint::{Lints, Severity};
-use motion_core::wire::EncodeError;
 
 use crate::frame::MAX_DATA;
 use crate::message::{Motor, StepsPerSecond};
@@ -86,8 +86,4 @@ impl<'c> Rules<'c> {
         let number = |count| i64::try_from(count).unwrap_or(i64::MAX);
         self.found.range("data", number(data.len()), 0, number(MAX_DATA));
     }
-}
-
-fn refuse(found: &Lints) -> Result<(), EncodeError> {
-    found.first_error().map_or(Ok(()), |error| Err(EncodeError::Refused(error)))
 }

@@ -36,7 +36,7 @@ use core::fmt;
 
 use motion_core::wire::EncodeError;
 
-use crate::message::{HostMessage, Reply, ResponseCode, Value, ValueType};
+use crate::message::{Reply, ResponseCode, Value, ValueType};
 use form::Form;
 pub use profile::{DelayUnit, Facts, Gate, Profile};
 pub use table::{AnyQuery, AnyReply};
@@ -116,21 +116,6 @@ impl<T: fmt::Display> fmt::Display for Answer<T> {
 impl<'a, T: ReplyValue<'a>> IntoReply<'a> for Answer<T> {
     fn value(&self) -> Value<'a> {
         self.value.to_value(self.value_type)
-    }
-}
-
-impl HostMessage<'_> {
-    /// Whether it may be sent again by itself when no reply comes: a stop, a pause, or a query that changes nothing.
-    ///
-    /// Never repeat anything else by yourself: it may have been done, and an operator may have stopped the rig since.
-    /// Source: hoot, safety decision 1.
-    #[must_use]
-    pub const fn is_repeatable(&self) -> bool {
-        match self {
-            Self::Stop(_) | Self::Pause(_) | Self::MotorStop(_) => true,
-            Self::PowerCycled(_) => false,
-            _ => self.query().is_some(),
-        }
     }
 }
 

@@ -258,14 +258,14 @@ mod tests {
     #[test]
     fn some_requests_are_answered_twice_and_some_not_at_all() {
         let motor = Motor::One;
-        let line = |line| HostMessage::SetCommonLine(SetCommonLine { common_line: CommonLine(line) });
-        let easing = |easing| HostMessage::MotorSetEasing(MotorSetEasing { motor, easing: Easing(easing) });
+        let line = |line| HostMessage::from(SetCommonLine { common_line: CommonLine(line) });
+        let easing = |easing| HostMessage::from(MotorSetEasing { motor, easing: Easing(easing) });
         let of = |message: &HostMessage<'_>| Profile::Sheet.packets(message);
         assert_eq!([0, 2, 3, 255].map(|number| of(&line(number))), [1, 1, 2, 2]);
         assert_eq!([0, 1, 3, 4].map(|number| of(&easing(number))), [2, 1, 1, 2]);
-        assert_eq!(of(&HostMessage::Noop(Noop::default())), 0);
-        assert_eq!(of(&HostMessage::Stop(Stop {})), 1);
-        let running = HostMessage::MotorRunning(MotorRunning { motor });
+        assert_eq!(of(&HostMessage::from(Noop::default())), 0);
+        assert_eq!(of(&HostMessage::from(Stop {})), 1);
+        let running = HostMessage::from(MotorRunning { motor });
         assert_eq!((of(&running), Profile::V033.packets(&running)), (2, 1));
     }
 }

@@ -8,21 +8,18 @@ const EXPOSE: HostMessage<'static> = HostMessage::CameraExpose(message::CameraEx
 
 fn node(focus: u16, exposure: u32, delay: u16) -> Node {
     let mut node = Node::new(Options::default());
-    node.ok(HostMessage::CameraSetEnable(message::CameraSetEnable { enable: YES }));
+    node.ok(HostMessage::from(message::CameraSetEnable { enable: YES }));
     let focus_time = ShortMilliseconds(focus);
-    node.ok(HostMessage::CameraSetFocusTime(message::CameraSetFocusTime { focus_time }));
+    node.ok(HostMessage::from(message::CameraSetFocusTime { focus_time }));
     let exposure_time = Milliseconds(exposure);
-    node.ok(HostMessage::CameraSetExposureTime(message::CameraSetExposureTime { exposure_time }));
+    node.ok(HostMessage::from(message::CameraSetExposureTime { exposure_time }));
     let exposure_delay = ShortMilliseconds(delay);
-    node.ok(HostMessage::CameraSetExposureDelay(message::CameraSetExposureDelay { exposure_delay }));
+    node.ok(HostMessage::from(message::CameraSetExposureDelay { exposure_delay }));
     node
 }
 
 fn busy(node: &mut Node) -> [Vec<u8>; 2] {
-    [
-        node.ask(HostMessage::Exposing(message::Exposing {})),
-        node.ask(HostMessage::CameraExposing(message::CameraExposing {})),
-    ]
+    [node.ask(HostMessage::from(message::Exposing {})), node.ask(HostMessage::from(message::CameraExposing {}))]
 }
 
 // 4.4-1
@@ -44,7 +41,7 @@ fn a_picture_is_focus_shutter_and_a_rest() {
     assert_eq!(busy(&mut node), [[0, 0], [0, 0]]);
     assert_eq!(node.wake, None);
 
-    node.ok(HostMessage::CameraSetFocusWithShutter(message::CameraSetFocusWithShutter { focus_with_shutter: YES }));
+    node.ok(HostMessage::from(message::CameraSetFocusWithShutter { focus_with_shutter: YES }));
     node.ok(EXPOSE);
     assert_eq!(node.pass(30), [(30, camera(true, true))]);
 }
@@ -65,7 +62,7 @@ fn a_busy_camera_goes_on_with_what_it_does() {
 #[test]
 fn without_a_camera_nothing_is_released() {
     let mut node = node(0, 200, 0);
-    let enable = |enable| HostMessage::CameraSetEnable(message::CameraSetEnable { enable });
+    let enable = |enable| HostMessage::from(message::CameraSetEnable { enable });
     node.ok(EXPOSE);
     assert_eq!(node.ok(enable(NO)), [camera(false, false)], "and what is held is let go");
     assert_eq!(node.ok(EXPOSE), []);

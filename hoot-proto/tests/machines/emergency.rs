@@ -2,17 +2,23 @@
 
 use super::world::*;
 use hoot_proto::Address;
-use hoot_proto::host::{Command, Dropped, Event, Failure, Input, Nodes, NotTaken, Options, Outcome, Output, StopState};
+use hoot_proto::host::{
+    Command, Event, Failure, Input, Nodes, Options, Outcome, Output, Refusal, StopState, StopTarget, Token,
+};
 use hoot_proto::message::{self, HostMessage, Motor};
 
 const STATUS: HostMessage<'static> = HostMessage::RunStatus(message::RunStatus {});
 
-fn press(master: &mut Master) -> Output {
-    master.command(Command::EmergencyStop)
+/// The events that tell of an emergency stop that is not confirmed, and of its end.
+const NOT_CONFIRMED: Event<'static> = Event::StopNotConfirmed(StopTarget::All);
+const STOPPED: Event<'static> = Event::Stopped(StopTarget::All);
+
+fn press(master: &mut Master) -> Output<'static> {
+    master.order(Command::EmergencyStop)
 }
 
 fn running(motor: Motor) -> HostMessage<'static> {
-    HostMessage::MotorRunning(message::MotorRunning { motor })
+    HostMessage::from(message::MotorRunning { motor })
 }
 
 /// A round to one node behind a bridge, from the second on with the end of joystick mode.
@@ -27,15 +33,15 @@ fn round(later: bool) -> Vec<HostMessage<'static>> {
 /// Goes on for so many packets, answered or not, and gives what was sent and what happened.
 fn go_on(
     master: &mut Master,
-    first: Output,
+    first: Output<'static>,
     packets: usize,
     mut answers: impl FnMut(&HostMessage<'_>) -> Option<bool>,
-) -> (Vec<HostMessage<'static>>, Vec<Event>) {
+) -> (Vec<HostMessage<'static>>, Vec<Event<'static>>) {
     let (mut packed, mut events) = (Vec::new(), Vec::new());
     let mut output = first;
     for _ in 0..10_000 {
-        events.extend(output.events.clone());
-        let Some(send) = output.send.first().copied() else {
+        events.extend(others(&output));
+        let Some(send) = output.packets().first().copied() else {
             if packed.len() >= packets || master.wake.is_none() {
                 break;
             }
@@ -62,20 +68,20 @@ fn an_emergency_drops_everything_and_stops_every_motor() {
         let _ = master.request(token, run(Motor::One));
     }
     let speed = message::StepsPerSecond(5.0);
-    let _ = master.command(Command::Speed { to: NODE, motor: Motor::One, speed });
-    let _ = master.command(Command::KeepAlive { to: NODE, on: true });
+    let _ = master.command(Token(6), Command::Speed { to: NODE, motor: Motor::One, speed });
+    let _ = master.order(Command::KeepAlive { to: NODE, on: true });
     master.now += 60;
     let output = press(&mut master);
-    assert_eq!(output.send[0].message, motor_stop(Motor::One), "in the same step, whatever was waited for");
-    assert_eq!(output.events[0], Event::Stopping);
-    let dropped = |was_sent| Outcome::Failed(Failure::Dropped { why: Dropped::Emergency, was_sent });
-    assert_eq!(ended(&output)[0], (1, dropped(true)));
-    assert_eq!(ended(&output)[1..], [2, 3, 4, 5].map(|token| (token, dropped(false))));
+    assert_eq!(output.packets()[0].message, motor_stop(Motor::One), "in the same step, whatever was waited for");
+    assert_eq!(output.told()[0], Event::Stopping);
+    assert_eq!(ended(&output)[0], (1, Outcome::NotConfirmed), "it was sent");
+    assert_eq!(ended(&output)[1..], [2, 3, 4, 5, 6].map(|token| (token, Outcome::Failed(Failure::Stopped))));
+    assert_eq!(output.told().last(), Some(&Event::Ended { token: UNNAMED, outcome: Outcome::Sent }));
     assert_eq!(master.machine.stopping(), StopState::Stopping);
 
     let (packets, events) = go_on(&mut master, output, 1000, |_| Some(true));
     assert_eq!(packets, round(false));
-    assert_eq!(events.last(), Some(&Event::StopConfirmed));
+    assert_eq!(events.last(), Some(&STOPPED));
     assert_eq!(master.machine.stopping(), StopState::Calm);
     assert_eq!(master.pass(9000), [], "nothing of the past comes back");
 }
@@ -86,7 +92,7 @@ fn within_the_gap_it_waits_for_that_and_nothing_else() {
     let mut master = Master::new(Options::default());
     let _ = master.request(1, START);
     master.now += 20;
-    assert!(press(&mut master).send.is_empty());
+    assert!(press(&mut master).packets().is_empty());
     assert_eq!(sent(&master.pass(40)), [(40, motor_stop(Motor::One))]);
     // A node that does not answer holds up the next stop for 150 ms.
     assert_eq!(sent(&master.pass(150)), [(150, motor_stop(Motor::Two))]);
@@ -111,7 +117,7 @@ fn it_goes_on_until_every_motor_says_that_it_rests() {
     let upto = |later: bool| round(later).into_iter().take_while(|message| *message != running(Motor::Three));
     let wanted: Vec<_> = upto(false).chain(upto(true)).chain(upto(true)).chain(upto(true)).chain(round(true)).collect();
     assert_eq!(sent, wanted, "each new round begins at once with the stops");
-    assert_eq!(events, [Event::Stopping, Event::StopNotConfirmed { node: None }, Event::StopConfirmed]);
+    assert_eq!(events, [Event::Stopping, NOT_CONFIRMED, STOPPED]);
 }
 
 // 5-38
@@ -123,10 +129,13 @@ fn after_three_rounds_it_is_not_confirmed_and_goes_on() {
         let (sent, events) =
             go_on(&mut master, output, 100, |message| if silent { None } else { Some(message.query().is_none()) });
         assert!(sent.len() >= 100);
-        assert_eq!(events, [Event::Stopping, Event::StopNotConfirmed { node: None }], "told once");
+        assert_eq!(events, [Event::Stopping, NOT_CONFIRMED], "told once");
         let asked = sent.iter().position(|message| *message == joystick(NO)).unwrap();
         assert!(sent[..asked].contains(&running(Motor::One)), "joystick mode is left from the second round on");
-        assert!(sent.iter().all(|message| message.is_stop() || message.query().is_some() || *message == joystick(NO)));
+        assert!(
+            sent.iter()
+                .all(|message| message.conduct().is_stop() || message.query().is_some() || *message == joystick(NO))
+        );
     }
 }
 
@@ -141,7 +150,7 @@ fn a_late_answer_confirms_nothing() {
         (!is_late).then_some(true)
     });
     let wanted: Vec<_> = round(false).into_iter().take(5).chain(round(true)).collect();
-    assert_eq!((sent, events.last()), (wanted, Some(&Event::StopConfirmed)), "a round with a silence does not count");
+    assert_eq!((sent, events.last()), (wanted, Some(&STOPPED)), "a round with a silence does not count");
     // Values of other types are not taken for it.
     let mut master = Master::new(Options::default());
     let output = press(&mut master);
@@ -152,7 +161,7 @@ fn a_late_answer_confirms_nothing() {
     }
     assert_eq!(master.now - stopped, 200, "the first question comes when all answers to the stops are in");
     for stray in [&[][..], &[5, 0, 0, 0, 0], &[1, 0, 0]] {
-        assert!(matches!(master.reply(1, stray).events[..], [Event::Unsolicited(_)]));
+        assert!(matches!(master.reply(1, stray).told()[..], [Event::Unsolicited(_)]));
     }
 }
 
@@ -161,14 +170,14 @@ fn a_late_answer_confirms_nothing() {
 fn pressed_again_it_stops_again_but_reaches_every_node() {
     let nodes = [NODE, Address(9)];
     let mut master = Master::offline(Options::default(), &nodes);
-    let _ = master.step(Input::LinkUp);
+    master.line_up();
     let mut output = press(&mut master);
     let mut to = Vec::new();
     for _ in 0..8 {
-        assert_eq!(output.events.first(), Some(&Event::Stopping));
-        to.extend(output.send.iter().map(|send| send.to));
+        assert_eq!(output.told().first(), Some(&Event::Stopping));
+        to.extend(output.packets().iter().map(|send| send.to));
         master.now += 60;
-        to.extend(master.reply(1, &[]).send.iter().map(|send| send.to));
+        to.extend(master.reply(1, &[]).packets().iter().map(|send| send.to));
         output = press(&mut master);
     }
     assert_eq!(to.iter().filter(|to| **to == Address(9)).count(), 4, "pressed every 60 ms: {to:?}");
@@ -181,7 +190,7 @@ fn pressed_again_it_stops_again_but_reaches_every_node() {
     }
     master.now += 60;
     let output = press(&mut master);
-    assert_eq!(output.send[0].message, motor_stop(Motor::One), "at once, in place of the questions");
+    assert_eq!(output.packets()[0].message, motor_stop(Motor::One), "at once, in place of the questions");
 }
 
 // 5-41
@@ -190,27 +199,35 @@ fn the_application_can_end_it() {
     let mut master = Master::new(Options::default());
     let output = press(&mut master);
     go_on(&mut master, output, 30, |_| None);
-    let output = master.command(Command::EndEmergency);
-    assert_eq!(output.events[..], [Event::EmergencyEnded]);
+    let output = master.command(Token(1), Command::EndEmergency);
+    assert_eq!((ended(&output), others(&output)), (vec![(1, Outcome::Applied)], vec![]), "it was told before");
+    assert!(master.machine.may_move());
     assert_eq!(sent(&master.pass(9000)), []);
-    assert_eq!(master.request(1, STATUS).send.len(), 1);
-    assert!(master.command(Command::EndEmergency).events.is_empty(), "there is none");
+    assert_eq!(master.request(1, STATUS).packets().len(), 1);
+    let output = master.command(Token(2), Command::EndEmergency);
+    assert_eq!((ended(&output), others(&output)), (vec![(2, Outcome::Applied)], vec![]), "there is none");
+    // Given up at once, it is not confirmed either.
+    let mut master = Master::new(Options::default());
+    let _ = press(&mut master);
+    assert_eq!(others(&master.order(Command::EndEmergency)), [NOT_CONFIRMED]);
 }
 
 // 5-42
 #[test]
 fn without_a_line_it_is_not_confirmed_and_begins_when_there_is_one() {
     let mut master = Master::offline(Options::default(), &[NODE]);
-    let told = [Event::Stopping, Event::StopNotConfirmed { node: None }];
-    assert_eq!(press(&mut master).events[..], told);
+    let told = [Event::Stopping, NOT_CONFIRMED];
+    assert_eq!(others(&press(&mut master)), told);
     assert_eq!(master.wake, None);
-    assert_eq!(master.step(Input::LinkUp).send[0].message, motor_stop(Motor::One));
+    let output = master.step(Input::LinkUp);
+    assert_eq!(output.packets()[0].message, motor_stop(Motor::One));
     // A line that goes takes all certainty with it.
     let mut master = Master::new(Options::default());
     let output = press(&mut master);
     go_on(&mut master, output, 5, |_| Some(true));
-    assert_eq!(master.step(Input::LinkDown).events[..], told[1..]);
-    assert_eq!(master.step(Input::LinkUp).send[0].message, motor_stop(Motor::One), "from the beginning");
+    assert_eq!(master.step(Input::LinkDown).told(), [Event::LinkDown, NOT_CONFIRMED]);
+    let output = master.step(Input::LinkUp);
+    assert_eq!(output.packets()[0].message, motor_stop(Motor::One), "from the beginning");
 }
 
 // 5-43
@@ -218,18 +235,21 @@ fn without_a_line_it_is_not_confirmed_and_begins_when_there_is_one() {
 fn meanwhile_nothing_else_is_taken_but_stops() {
     let mut master = Master::new(Options::default());
     let _ = press(&mut master);
-    let refused = Outcome::Failed(Failure::NotTaken(NotTaken::Emergency));
-    assert_eq!(ended(&master.request(1, START)), [(1, refused.clone())]);
+    let refused = Outcome::Refused(Refusal::Stopping);
+    assert_eq!(ended(&master.request(1, START)), [(1, refused)]);
     assert_eq!(ended(&master.request(2, STATUS)), [(2, refused)]);
     let speed = message::StepsPerSecond(5.0);
-    let output = master.command(Command::Speed { to: NODE, motor: Motor::One, speed });
-    assert!(matches!(output.events[..], [Event::SpeedFailed { .. }]));
-    for command in [Command::KeepAlive { to: NODE, on: true }, Command::Nodes(Nodes::NONE)] {
-        assert_eq!(master.command(command).events[..], [Event::NotTaken(NotTaken::Emergency)]);
+    let speed = Command::Speed { to: NODE, motor: Motor::One, speed };
+    for command in [speed, Command::KeepAlive { to: NODE, on: true }, Command::Nodes(Nodes::NONE)] {
+        assert_eq!(ended(&master.command(Token(4), command)), [(4, refused)]);
     }
     master.now += 60;
     let output = master.request_to(3, Address(77), STOP);
-    assert_eq!((output.send[0].to, ended(&output)), (Address(77), vec![(3, Outcome::Sent)]), "nobody waits for it");
+    assert_eq!(
+        (output.packets()[0].to, ended(&output)),
+        (Address(77), vec![(3, Outcome::Sent)]),
+        "nobody waits for it"
+    );
     let (sent, _) = go_on(&mut master, Output::default(), 1000, |_| Some(true));
     assert_eq!(sent, round(false), "and the emergency stop goes on where it was");
 }
@@ -238,19 +258,19 @@ fn meanwhile_nothing_else_is_taken_but_stops() {
 #[test]
 fn on_the_bus_itself_a_broadcast_goes_first() {
     let sub_address = message::AnySubAddress(0);
-    let stop = HostMessage::BroadcastStop(message::BroadcastStop { sub_address });
+    let stop = HostMessage::from(message::BroadcastStop { sub_address });
     let mut master = Master::new(Options::default().with_bridge(false));
     let output = press(&mut master);
     let (sent, events) = go_on(&mut master, output, 1000, |_| Some(true));
     assert_eq!(sent, [vec![stop], round(false)].concat());
-    assert_eq!(events.last(), Some(&Event::StopConfirmed));
+    assert_eq!(events.last(), Some(&STOPPED));
     // Without any node it is all there is, bridge or not, and nobody can confirm it.
     let mut master = Master::offline(Options::default(), &[]);
-    let _ = master.step(Input::LinkUp);
+    master.line_up();
     let output = press(&mut master);
     let (sent, events) = go_on(&mut master, output, 20, |_| Some(true));
     assert_eq!(sent, vec![stop; 20]);
-    assert_eq!(events, [Event::Stopping, Event::StopNotConfirmed { node: None }]);
+    assert_eq!(events, [Event::Stopping, NOT_CONFIRMED]);
 }
 
 // 5-45
@@ -263,7 +283,7 @@ fn the_nodes_are_the_application_s() {
     assert_eq!((full.with(Address(10)), full.with(Address(9))), (None, Some(full)));
     assert_eq!(Nodes::default().as_slice(), [NODE]);
     let mut master = Master::new(Options::default());
-    assert!(master.command(Command::Nodes(nodes)).is_quiet());
+    assert_eq!(ended(&master.command(Token(1), Command::Nodes(nodes))), [(1, Outcome::Applied)]);
     assert_eq!(master.machine.nodes().as_slice(), [Address(7)]);
-    assert_eq!(press(&mut master).send[0].to, Address(7));
+    assert_eq!(press(&mut master).packets()[0].to, Address(7));
 }

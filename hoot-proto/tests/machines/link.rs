@@ -1,7 +1,7 @@
 //! The node's link: hoot, section 4.1.
 
 use super::world::*;
-use hoot_proto::device::{Answer, Event, Forward, Ignored, Input, Options, Part, Port, Quirks};
+use hoot_proto::device::{Answer, Contents, Event, Ignored, Input, Options, Part, Port, Quirks, Transmit};
 use hoot_proto::frame;
 use hoot_proto::message::{self, HostMessage, Motor, StepCount};
 use hoot_proto::query::Profile;
@@ -19,15 +19,12 @@ fn drain(node: &mut Node, frames: &mut Frames<Strict, 84>) -> Vec<Vec<u8>> {
     let mut replies = Vec::new();
     while let Some(item) = frames.next() {
         let output = match item {
-            Item::Frame(frame) => {
-                let message = HostMessage::decode(&frame);
-                node.step(Input::Received { port: Port::Bus, to: frame.address(), message })
-            }
+            Item::Frame(frame) => node.step(Input::received(&frame, Port::Bus)),
             _ => node.step(Input::Noise),
         };
-        for send in output.send {
+        for packet in output.transmits() {
             let mut out = [0; 42];
-            let len = send.answer.encode_into(&mut out).unwrap();
+            let len = packet.encode_into(&mut out).unwrap();
             replies.push(out[..len].to_vec());
         }
     }
@@ -92,7 +89,7 @@ fn a_wrong_break_costs_the_packet_and_is_not_answered() {
     let mut bytes = packet(0, 4, &[]);
     bytes[5] = 0xFE;
     assert!(feed(&mut node, &mut frames, &bytes).is_empty());
-    assert_eq!(node.tell(Input::Noise), [Event::Ignored(Ignored::Noise)]);
+    assert_eq!(node.tell(Input::Noise), [Event::Noise]);
     assert_eq!(feed(&mut node, &mut frames, &packet(0, 4, &[])), [OK]);
 }
 
@@ -101,13 +98,15 @@ fn a_wrong_break_costs_the_packet_and_is_not_answered() {
 fn nobody_answers_command_0() {
     let mut node = Node::ready();
     for to in [NODE, Address(9), Address::BROADCAST, Address::MASTER] {
-        let output = node.send(to, HostMessage::Noop(message::Noop::default()));
-        assert_eq!((output.send.len(), &output.events[..]), (0, &[Event::Ignored(Ignored::Noop)][..]), "{to}");
+        let noop = HostMessage::from(message::Noop::default());
+        let output = node.send(to, noop);
+        assert_eq!((output.packets().len(), output.told()), (0, vec![ignored(to, noop, Ignored::Noop)]), "{to}");
     }
     // With data as well, and as a broadcast, whose table has no such command.
     for number in [0x00_03, 0x1_00_00] {
-        let output = node.send(NODE, HostMessage::other(number, &[1]));
-        assert_eq!((output.send.len(), &output.events[..]), (0, &[Event::Ignored(Ignored::Noop)][..]));
+        let noop = HostMessage::other(number, &[1]);
+        let output = node.send(NODE, noop);
+        assert_eq!((output.packets().len(), output.told()), (0, vec![ignored(NODE, noop, Ignored::Noop)]));
     }
 }
 
@@ -115,24 +114,25 @@ fn nobody_answers_command_0() {
 #[test]
 fn broadcasts_are_done_and_never_answered() {
     let sub_address = message::AnySubAddress(9);
-    let start = HostMessage::BroadcastStart(message::BroadcastStart { sub_address });
-    let stop = HostMessage::BroadcastStop(message::BroadcastStop { sub_address });
-    let pause = HostMessage::BroadcastPause(message::BroadcastPause { sub_address });
+    let start = HostMessage::from(message::BroadcastStart { sub_address });
+    let stop = HostMessage::from(message::BroadcastStop { sub_address });
+    let pause = HostMessage::from(message::BroadcastPause { sub_address });
     let mut node = Node::ready();
     node.ok(run(Motor::One));
     let output = node.send(Address::BROADCAST, pause);
-    assert_eq!(output.events[..], [motion(Motor::One, hoot_proto::device::Motion::Stop)]);
-    assert!(output.send.is_empty());
+    assert_eq!(output.told()[..], [motion(Motor::One, hoot_proto::device::Motion::Stop)]);
+    assert!(output.packets().is_empty());
     for message in [start, stop] {
-        assert!(node.send(Address::BROADCAST, message).send.is_empty());
+        assert!(node.send(Address::BROADCAST, message).packets().is_empty());
     }
     // A broadcast that there is not, an address that no node has, and the number of a node's command.
     let new_address = Address(1);
-    let assign = HostMessage::BroadcastAssignAddress(message::BroadcastAssignAddress { sub_address, new_address });
+    let assign = HostMessage::from(message::BroadcastAssignAddress { sub_address, new_address });
     for message in [HostMessage::other(0x1_09_00, &[]), assign, STOP] {
         let output = node.send(Address::BROADCAST, message);
-        assert_eq!(output.events[..], [Event::Ignored(Ignored::Broadcast)], "{message:?}");
-        assert!(output.send.is_empty());
+        let wanted = [ignored(Address::BROADCAST, message, Ignored::Broadcast)];
+        assert_eq!(output.told(), wanted, "{message:?}");
+        assert!(output.packets().is_empty());
     }
 }
 
@@ -146,9 +146,9 @@ fn what_is_for_others_is_passed_on() {
         (Port::Bluetooth, Address(7), &[Port::Bus]),
     ] {
         let output = node.step(Input::Received { port: from, to, message: START });
-        assert!(output.send.is_empty());
-        assert_eq!(output.events[..], [Event::Forward(Forward { from, to })]);
-        assert_eq!(from.beyond(), beyond);
+        let contents = Contents::Forward { to, message: START };
+        let wanted: Vec<_> = beyond.iter().map(|port| Transmit { port: *port, contents }).collect();
+        assert_eq!((output.packets(), output.told()), (wanted, vec![]));
     }
     assert_eq!(node.machine.program().run_time(motion_core::time::Millis(9999)), 0, "nothing was started");
 }
@@ -161,13 +161,12 @@ fn the_core_protocol_answers_for_any_part() {
         let sub_address = message::AnySubAddress(part);
         let version = message::CoreProtocolVersion { sub_address };
         assert_eq!(node.ask(HostMessage::CoreProtocolVersion(version)), [1, 0, 1]);
-        assert_eq!(node.ask(HostMessage::CoreDeviceId(message::CoreDeviceId { sub_address })), b"\x06OMAXISVX");
+        assert_eq!(node.ask(HostMessage::from(message::CoreDeviceId { sub_address })), b"\x06OMAXISVX");
         let version = message::CoreDeviceVersion { sub_address };
         assert_eq!(node.ask(HostMessage::CoreDeviceVersion(version)), [1, 0, 6]);
         node.refused(HostMessage::other(u32::from(part) | 0x01_00, &[]));
         node.refused(HostMessage::other(u32::from(part) | 0x2_09_00, &[]));
-        let assign =
-            |to| HostMessage::CoreAssignAddress(message::CoreAssignAddress { sub_address, new_address: Address(to) });
+        let assign = |to| HostMessage::from(message::CoreAssignAddress { sub_address, new_address: Address(to) });
         node.refused(assign(1));
         assert_eq!(node.ok(assign(9)), [Event::Address(Address(9))]);
         assert_eq!(node.machine.address(Port::Bus), Address(9));
@@ -176,7 +175,7 @@ fn the_core_protocol_answers_for_any_part() {
     let mut node = Node::ready();
     node.ok(joystick(YES));
     let sub_address = message::AnySubAddress(0);
-    assert_eq!(node.ask(HostMessage::CoreProtocolVersion(message::CoreProtocolVersion { sub_address })), [1, 0, 1]);
+    assert_eq!(node.ask(HostMessage::from(message::CoreProtocolVersion { sub_address })), [1, 0, 1]);
 }
 
 /// Whether a request of each number is refused, of those that begin nothing else.
@@ -219,7 +218,7 @@ fn joystick_mode_leaves_motors_what_a_joystick_needs() {
     assert!(!node.running(Motor::Two));
     // Nobody waits for the answer to a joystick.
     let (answers, events) = node.request(speed(Motor::Two, 9.0));
-    assert_eq!((answers, events), (vec![], vec![Event::Ignored(Ignored::Silent)]));
+    assert_eq!((answers, events), (vec![], vec![ignored(NODE, speed(Motor::Two, 9.0), Ignored::Silent)]));
     assert!((node.machine.motor(Motor::Two).settings().speed.0 - 9.0).abs() < 0.1);
 }
 
@@ -227,9 +226,9 @@ fn joystick_mode_leaves_motors_what_a_joystick_needs() {
 #[test]
 fn joystick_mode_leaves_the_camera_alone() {
     let mut node = Node::ready();
-    node.ok(HostMessage::CameraSetEnable(message::CameraSetEnable { enable: YES }));
+    node.ok(HostMessage::from(message::CameraSetEnable { enable: YES }));
     node.ok(joystick(YES));
-    assert_eq!(node.ok(HostMessage::CameraExpose(message::CameraExpose {})), [camera(false, true)]);
+    assert_eq!(node.ok(HostMessage::from(message::CameraExpose {})), [camera(false, true)]);
 }
 
 // 4.1-15
@@ -245,15 +244,16 @@ fn there_is_no_fifth_part() {
 fn the_rest_is_done_or_refused_or_met_with_silence() {
     let mut node = Node::ready();
     assert_eq!(node.request(PAUSE), (vec![Answer::Ok], vec![]));
-    assert_eq!(node.ask(HostMessage::FirmwareVersion(message::FirmwareVersion {})), [0, 6]);
+    assert_eq!(node.ask(HostMessage::from(message::FirmwareVersion {})), [0, 6]);
     let unknown = [0x19_00, 0x7A_00, 0x1C_01, 0x0B_04];
     for number in unknown {
         node.refused(HostMessage::other(number, &[]));
     }
     let mut later = Node::new(Options::default().with_profile(Profile::V033));
     for number in unknown {
-        let silent = (vec![], vec![Event::Ignored(Ignored::Unknown)]);
-        assert_eq!(later.request(HostMessage::other(number, &[])), silent, "{number:x}");
+        let message = HostMessage::other(number, &[]);
+        let silent = (vec![], vec![ignored(NODE, message, Ignored::Unknown)]);
+        assert_eq!(later.request(message), silent, "{number:x}");
     }
     later.refused(HostMessage::other(0x04_05, &[]));
 }
@@ -262,11 +262,11 @@ fn the_rest_is_done_or_refused_or_met_with_silence() {
 #[test]
 fn commands_refresh_the_dead_man_even_when_refused() {
     let mut node = Node::ready();
-    node.ok(HostMessage::SetManualMove(message::SetManualMove { manual_move: YES }));
+    node.ok(HostMessage::from(message::SetManualMove { manual_move: YES }));
     node.ok(run(Motor::One));
     node.ok(joystick(YES));
-    let noop = HostMessage::Noop(message::Noop::default());
-    let core = HostMessage::CoreDeviceId(message::CoreDeviceId::default());
+    let noop = HostMessage::from(message::Noop::default());
+    let core = HostMessage::from(message::CoreDeviceId::default());
     let broadcast = HostMessage::other(0x1_09_00, &[]);
     for (message, to, refreshes) in [
         (PAUSE, NODE, true),
@@ -307,7 +307,7 @@ fn missing_bytes_are_zero_and_surplus_ones_are_left_out() {
 // 4.1-20
 #[test]
 fn a_new_address_counts_at_once_but_by_usb_only_after_power_up() {
-    let set = |to| HostMessage::SetAddress(message::SetAddress { new_address: Address(to) });
+    let set = |to| HostMessage::from(message::SetAddress { new_address: Address(to) });
     let mut node = Node::ready();
     node.refused(set(1));
     assert_eq!(node.ok(set(9)), [Event::Address(Address(9))]);
@@ -320,16 +320,16 @@ fn a_new_address_counts_at_once_but_by_usb_only_after_power_up() {
     let mut node = Node::ready_with(Options::default().with_quirks(Quirks::FIRMWARE));
     node.ok(set(9));
     node.now += 2499;
-    assert_eq!(node.send(Address(9), STOP).events[..], [Event::Ignored(Ignored::Deaf)]);
+    assert_eq!(node.send(Address(9), STOP).told(), [ignored(Address(9), STOP, Ignored::Deaf)]);
     node.now += 1;
-    assert_eq!(node.send(Address(9), STOP).send.len(), 1);
+    assert_eq!(node.send(Address(9), STOP).packets().len(), 1);
 }
 
 // 4.1-21
 #[test]
 fn numbers_whose_top_byte_would_be_lost_are_refused() {
     let max_run_time = message::Milliseconds(0x0100_0000);
-    let limit = HostMessage::SetMaxRunTime(message::SetMaxRunTime { max_run_time });
+    let limit = HostMessage::from(message::SetMaxRunTime { max_run_time });
     let mut node = Node::ready();
     node.refused(limit);
     node.refused(move_by(Motor::One, StepCount::MAX.0 + 1));
@@ -346,9 +346,9 @@ fn numbers_whose_top_byte_would_be_lost_are_refused() {
 // 4.1-22
 #[test]
 fn some_requests_are_answered_twice_by_firmware() {
-    let line = HostMessage::SetCommonLine(message::SetCommonLine { common_line: message::CommonLine(3) });
+    let line = HostMessage::from(message::SetCommonLine { common_line: message::CommonLine(3) });
     let easing = message::MotorSetEasing { motor: Motor::One, easing: message::Easing(4) };
-    let running = HostMessage::MotorRunning(message::MotorRunning { motor: Motor::One });
+    let running = HostMessage::from(message::MotorRunning { motor: Motor::One });
     let (mut node, mut firmware) = (Node::ready(), Node::ready_with(Options::default().with_quirks(Quirks::FIRMWARE)));
     for message in [line, HostMessage::MotorSetEasing(easing)] {
         node.refused(message);

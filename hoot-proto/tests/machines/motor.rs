@@ -10,34 +10,34 @@ use motion_core::wire::Bool;
 const ONE: Motor = Motor::One;
 
 fn enable(motor: Motor, enable: Bool) -> HostMessage<'static> {
-    HostMessage::MotorSetEnable(message::MotorSetEnable { motor, enable })
+    HostMessage::from(message::MotorSetEnable { motor, enable })
 }
 
-fn at(node: &mut Node, motor: Motor, steps: i32) -> Vec<Event> {
+fn at(node: &mut Node, motor: Motor, steps: i32) -> Vec<Event<'static>> {
     node.tell(Input::Position { motor, position: Steps(steps) })
 }
 
 fn end_here(motor: Motor) -> HostMessage<'static> {
-    HostMessage::MotorSetEndHere(message::MotorSetEndHere { motor })
+    HostMessage::from(message::MotorSetEndHere { motor })
 }
 
 fn plan(node: &mut Node, motor: Motor, start: i32, stop: i32, travel: u32) {
     let position = Steps(start);
-    node.ok(HostMessage::MotorSetProgramStart(message::MotorSetProgramStart { motor, position }));
+    node.ok(HostMessage::from(message::MotorSetProgramStart { motor, position }));
     let position = Steps(stop);
-    node.ok(HostMessage::MotorSetProgramStop(message::MotorSetProgramStop { motor, position }));
-    node.ok(HostMessage::MotorSetTravel(message::MotorSetTravel { motor, travel: Span(travel) }));
+    node.ok(HostMessage::from(message::MotorSetProgramStop { motor, position }));
+    node.ok(HostMessage::from(message::MotorSetTravel { motor, travel: Span(travel) }));
 }
 
 fn moves(motor: Motor) -> Vec<HostMessage<'static>> {
     vec![
         move_by(motor, 10),
         run(motor),
-        HostMessage::MotorSendHome(message::MotorSendHome { motor }),
-        HostMessage::MotorSendToEnd(message::MotorSendToEnd { motor }),
-        HostMessage::MotorSendToStart(message::MotorSendToStart { motor }),
-        HostMessage::MotorSendToStop(message::MotorSendToStop { motor }),
-        HostMessage::ReturnHome(message::ReturnHome {}),
+        HostMessage::from(message::MotorSendHome { motor }),
+        HostMessage::from(message::MotorSendToEnd { motor }),
+        HostMessage::from(message::MotorSendToStart { motor }),
+        HostMessage::from(message::MotorSendToStop { motor }),
+        HostMessage::from(message::ReturnHome {}),
     ]
 }
 
@@ -52,7 +52,7 @@ fn a_motor_that_is_not_enabled_says_ok_and_does_nothing() {
     assert_eq!(node.machine.motor(ONE).state(), MotorState::Disabled);
     assert_eq!(node.ok(enable(ONE, YES)), []);
     assert_eq!(node.machine.motor(ONE).state(), MotorState::Idle);
-    assert_eq!(node.ask(HostMessage::MotorEnable(message::MotorEnable { motor: ONE })), [0, 1]);
+    assert_eq!(node.ask(HostMessage::from(message::MotorEnable { motor: ONE })), [0, 1]);
     // Taken away while it moves, it stops.
     node.ok(run(ONE));
     assert_eq!(node.ok(enable(ONE, NO))[0], motion(ONE, Motion::Stop));
@@ -74,7 +74,7 @@ fn a_move_needs_a_speed_and_wakes_the_driver() {
     assert!(node.running(ONE));
     assert_eq!(node.ok(move_by(ONE, 10)), [motion(ONE, by)], "the driver is awake");
     node.tell(Input::Arrived(ONE));
-    let sleep = |sleep| HostMessage::MotorSetSleep(message::MotorSetSleep { motor: ONE, sleep });
+    let sleep = |sleep| HostMessage::from(message::MotorSetSleep { motor: ONE, sleep });
     assert_eq!(node.ok(sleep(NO)), [motion(ONE, Motion::Power(true))]);
     assert_eq!(node.ok(move_by(ONE, 10)), [motion(ONE, by)]);
 }
@@ -110,8 +110,8 @@ fn every_stop_stops_at_once() {
         }
         let mut node = Node::ready();
         node.ok(begin);
-        let stop = HostMessage::BroadcastStop(message::BroadcastStop { sub_address });
-        assert_eq!(node.send(message_address(), stop).events[..], stopped);
+        let stop = HostMessage::from(message::BroadcastStop { sub_address });
+        assert_eq!(node.send(message_address(), stop).told()[..], stopped);
         node.ok(begin);
         let button = Input::Command(hoot_proto::device::Command::EmergencyStop);
         assert_eq!(node.tell(button), stopped);
@@ -131,7 +131,7 @@ fn message_address() -> hoot_proto::Address {
 #[test]
 fn a_motor_rests_at_its_target_or_at_its_end() {
     let mut node = Node::ready();
-    node.ok(HostMessage::MotorSetSleep(message::MotorSetSleep { motor: ONE, sleep: YES }));
+    node.ok(HostMessage::from(message::MotorSetSleep { motor: ONE, sleep: YES }));
     node.ok(move_by(ONE, 10));
     assert_eq!(node.tell(Input::Arrived(ONE)), [motion(ONE, Motion::Power(false))]);
     assert_eq!(node.tell(Input::Arrived(ONE)), [], "once");
@@ -175,7 +175,7 @@ fn here_is_home_moves_what_is_stored_and_not_the_rig() {
     node.ok(end_here(ONE));
     plan(&mut node, ONE, 100, 300, 5);
     at(&mut node, ONE, 150);
-    let home = HostMessage::MotorSetHomeHere(message::MotorSetHomeHere { motor: ONE });
+    let home = HostMessage::from(message::MotorSetHomeHere { motor: ONE });
     assert_eq!(node.ok(home), [motion(ONE, Motion::Rebase { by: Steps(150) })]);
     let unit = node.machine.motor(ONE);
     let set = unit.settings();
@@ -183,11 +183,11 @@ fn here_is_home_moves_what_is_stored_and_not_the_rig() {
 
     // Without a limit there is none afterwards either.
     at(&mut node, Motor::Two, 70);
-    node.ok(HostMessage::MotorSetHomeHere(message::MotorSetHomeHere { motor: Motor::Two }));
+    node.ok(HostMessage::from(message::MotorSetHomeHere { motor: Motor::Two }));
     assert_eq!(node.machine.motor(Motor::Two).settings().end_limit, Steps(0));
 
     at(&mut node, ONE, 30);
-    let reset = HostMessage::MotorResetLimits(message::MotorResetLimits { motor: ONE });
+    let reset = HostMessage::from(message::MotorResetLimits { motor: ONE });
     assert_eq!(node.ok(reset), [motion(ONE, Motion::Rebase { by: Steps(30) })]);
     let unit = node.machine.motor(ONE);
     let set = unit.settings();
@@ -197,7 +197,7 @@ fn here_is_home_moves_what_is_stored_and_not_the_rig() {
 // 4.3-9
 #[test]
 fn a_silent_master_stops_moves_and_runs_after_a_second() {
-    let manual = |manual_move| HostMessage::SetManualMove(message::SetManualMove { manual_move });
+    let manual = |manual_move| HostMessage::from(message::SetManualMove { manual_move });
     for begin in [run(ONE), move_by(ONE, 5)] {
         let mut node = Node::ready();
         node.ok(manual(YES));
@@ -235,9 +235,9 @@ fn another_microstep_scales_what_is_stored() {
     at(&mut node, ONE, 400);
     node.ok(end_here(ONE));
     plan(&mut node, ONE, -100, 300, 5);
-    node.ok(HostMessage::MotorSetBacklash(message::MotorSetBacklash { motor: ONE, backlash: Backlash(8) }));
+    node.ok(HostMessage::from(message::MotorSetBacklash { motor: ONE, backlash: Backlash(8) }));
     node.ok(run(ONE));
-    let micro = |microstep| HostMessage::MotorSetMicrostep(message::MotorSetMicrostep { motor: ONE, microstep });
+    let micro = |microstep| HostMessage::from(message::MotorSetMicrostep { motor: ONE, microstep });
     let told = [motion(ONE, Motion::Stop), motion(ONE, Motion::Microstep(Microstep::SIXTEENTH))];
     assert_eq!(node.ok(micro(Microstep::SIXTEENTH)), told, "it counts in other steps, so it stops (decision H-13)");
     let unit = node.machine.motor(ONE);
@@ -270,8 +270,8 @@ fn a_fault_stops_its_motor_and_pauses_the_program() {
 // 4.3-13
 #[test]
 fn single_steps_need_a_plan() {
-    let forward = HostMessage::MotorStepForward(message::MotorStepForward { motor: ONE });
-    let back = HostMessage::MotorStepBack(message::MotorStepBack { motor: ONE });
+    let forward = HostMessage::from(message::MotorStepForward { motor: ONE });
+    let back = HostMessage::from(message::MotorStepBack { motor: ONE });
     let mut node = Node::ready();
     node.refused(forward);
     node.refused(back);
@@ -304,7 +304,7 @@ fn motors_are_sent_to_what_is_stored() {
 #[test]
 fn contacts_set_limits_and_stop_motors() {
     let contact = |node: &mut Node, ring: AltMode| {
-        node.ok(HostMessage::SetAltModes(message::SetAltModes { ring, tip: AltMode::OFF }));
+        node.ok(HostMessage::from(message::SetAltModes { ring, tip: AltMode::OFF }));
         assert_eq!(node.tell(Input::Alt(Contact::Tip)), [], "the other contact");
         node.tell(Input::Alt(Contact::Ring))
     };

@@ -17,9 +17,9 @@ const PAUSED: Event = Event::Program(ProgramState::Paused);
 /// Shoot, move, shoot: exposures of 100 ms, a second from one to the next; motor 1 goes 100 steps a shot, three times.
 fn sms() -> Node {
     let mut node = moving(ProgramMode::SMS);
-    node.ok(HostMessage::CameraSetEnable(message::CameraSetEnable { enable: YES }));
+    node.ok(HostMessage::from(message::CameraSetEnable { enable: YES }));
     let exposure_time = Milliseconds(100);
-    node.ok(HostMessage::CameraSetExposureTime(message::CameraSetExposureTime { exposure_time }));
+    node.ok(HostMessage::from(message::CameraSetExposureTime { exposure_time }));
     interval(&mut node, 1000);
     node
 }
@@ -30,42 +30,42 @@ fn moving(program_mode: ProgramMode) -> Node {
 
 fn moving_with(options: Options, program_mode: ProgramMode) -> Node {
     let mut node = Node::ready_with(options);
-    node.ok(HostMessage::SetProgramMode(message::SetProgramMode { program_mode }));
+    node.ok(HostMessage::from(message::SetProgramMode { program_mode }));
     let motor = ONE;
-    node.ok(HostMessage::MotorSetProgramStop(message::MotorSetProgramStop { motor, position: Steps(300) }));
+    node.ok(HostMessage::from(message::MotorSetProgramStop { motor, position: Steps(300) }));
     travel(&mut node, 3);
     node
 }
 
 fn travel(node: &mut Node, travel: u32) {
-    node.ok(HostMessage::MotorSetTravel(message::MotorSetTravel { motor: ONE, travel: Span(travel) }));
+    node.ok(HostMessage::from(message::MotorSetTravel { motor: ONE, travel: Span(travel) }));
 }
 
 fn interval(node: &mut Node, interval: u32) {
     let interval = Milliseconds(interval);
-    node.ok(HostMessage::CameraSetInterval(message::CameraSetInterval { interval }));
+    node.ok(HostMessage::from(message::CameraSetInterval { interval }));
 }
 
 fn max_shots(node: &mut Node, shots: u16) {
     let max_shots = ShortShots(shots);
-    node.ok(HostMessage::CameraSetMaxShots(message::CameraSetMaxShots { max_shots }));
+    node.ok(HostMessage::from(message::CameraSetMaxShots { max_shots }));
 }
 
 fn lead_in(node: &mut Node, lead_in: u16) {
     let lead_in = ShortSpan(lead_in);
-    node.ok(HostMessage::MotorSetLeadIn(message::MotorSetLeadIn { motor: ONE, lead_in }));
+    node.ok(HostMessage::from(message::MotorSetLeadIn { motor: ONE, lead_in }));
 }
 
 fn ping_pong(node: &mut Node) {
-    node.ok(HostMessage::SetPingPong(message::SetPingPong { ping_pong: YES }));
+    node.ok(HostMessage::from(message::SetPingPong { ping_pong: YES }));
 }
 
 fn start_delay(node: &mut Node, delay: u32) {
-    node.ok(HostMessage::SetStartDelay(message::SetStartDelay { start_delay: StartDelay(delay) }));
+    node.ok(HostMessage::from(message::SetStartDelay { start_delay: StartDelay(delay) }));
 }
 
 fn alt(node: &mut Node, ring: AltMode) {
-    node.ok(HostMessage::SetAltModes(message::SetAltModes { ring, tip: AltMode::OFF }));
+    node.ok(HostMessage::from(message::SetAltModes { ring, tip: AltMode::OFF }));
 }
 
 fn run_time(node: &Node) -> u64 {
@@ -73,7 +73,7 @@ fn run_time(node: &Node) -> u64 {
 }
 
 /// Where the motor arrives at the target that the last event names.
-fn arrive(node: &mut Node, steps: i32) -> Vec<Event> {
+fn arrive(node: &mut Node, steps: i32) -> Vec<Event<'static>> {
     node.tell(Input::Position { motor: ONE, position: Steps(steps) });
     node.tell(Input::Arrived(ONE))
 }
@@ -82,10 +82,10 @@ fn arrive(node: &mut Node, steps: i32) -> Vec<Event> {
 #[test]
 fn a_start_begins_with_the_first_picture() {
     let sub_address = message::AnySubAddress(0);
-    let broadcast = HostMessage::BroadcastStart(message::BroadcastStart { sub_address });
+    let broadcast = HostMessage::from(message::BroadcastStart { sub_address });
     let begun = [RUNNING, camera(false, true)];
     assert_eq!(sms().ok(START), begun);
-    assert_eq!(sms().send(hoot_proto::Address::BROADCAST, broadcast).events[..], begun);
+    assert_eq!(sms().send(hoot_proto::Address::BROADCAST, broadcast).told()[..], begun);
     assert_eq!(sms().tell(Input::Command(Command::Start)), begun);
     let mut node = sms();
     alt(&mut node, AltMode::START);
@@ -129,8 +129,8 @@ fn a_pause_stops_all_and_keeps_the_counters() {
 
     let mut node = sms();
     node.ok(START);
-    let pause = HostMessage::BroadcastPause(message::BroadcastPause { sub_address });
-    let events = node.send(hoot_proto::Address::BROADCAST, pause).events;
+    let pause = HostMessage::from(message::BroadcastPause { sub_address });
+    let events = node.send(hoot_proto::Address::BROADCAST, pause).told();
     assert_eq!(events[..], [camera(false, false), PAUSED]);
 }
 
@@ -170,7 +170,7 @@ fn a_stop_forgets_where_it_was() {
     let mut node = sms();
     alt(&mut node, AltMode::STOP);
     let sub_address = message::AnySubAddress(0);
-    let broadcast = HostMessage::BroadcastStop(message::BroadcastStop { sub_address });
+    let broadcast = HostMessage::from(message::BroadcastStop { sub_address });
     for stop in 0..4 {
         node.ok(START);
         node.pass(101);
@@ -178,7 +178,7 @@ fn a_stop_forgets_where_it_was() {
             0 => node.ok(STOP),
             1 => node.tell(Input::Command(Command::Stop)),
             2 => node.tell(Input::Alt(Contact::Ring)),
-            _ => node.send(hoot_proto::Address::BROADCAST, broadcast).events.to_vec(),
+            _ => node.send(hoot_proto::Address::BROADCAST, broadcast).told(),
         };
         assert_eq!(events, [motion(ONE, Motion::Stop), STOPPED]);
         assert_eq!((run_time(&node), node.machine.program().shots(), node.wake), (0, 0, None));
@@ -194,12 +194,12 @@ fn a_stop_forgets_where_it_was() {
 #[test]
 fn the_timing_master_stops_after_the_greatest_run_time() {
     let mut node = sms();
-    node.ok(HostMessage::SetMaxRunTime(message::SetMaxRunTime { max_run_time: Milliseconds(50) }));
+    node.ok(HostMessage::from(message::SetMaxRunTime { max_run_time: Milliseconds(50) }));
     node.ok(START);
     assert_eq!(node.pass(50), [], "more than that");
     assert_eq!(node.pass(1), [(1, camera(false, false)), (1, STOPPED)]);
 
-    node.ok(HostMessage::SetTimingMaster(message::SetTimingMaster { timing_master: NO }));
+    node.ok(HostMessage::from(message::SetTimingMaster { timing_master: NO }));
     node.ok(START);
     assert_eq!((node.pass(5000), node.machine.program().state()), (vec![], ProgramState::Running));
 }
@@ -282,7 +282,7 @@ fn a_start_while_it_runs_changes_nothing() {
 // 4.2-11
 #[test]
 fn run_status_is_told_in_the_words_of_the_firmware() {
-    let status = |node: &mut Node| node.ask(HostMessage::RunStatus(message::RunStatus {}))[1];
+    let status = |node: &mut Node| node.ask(HostMessage::from(message::RunStatus {}))[1];
     for (profile, words) in [(Profile::Sheet, [0, 1, 1, 0]), (Profile::V070, [0, 3, 2, 1])] {
         let mut node = moving_with(Options::default().with_profile(profile), ProgramMode::SMS);
         start_delay(&mut node, 1);
@@ -298,7 +298,7 @@ fn run_status_is_told_in_the_words_of_the_firmware() {
     let mut node = sms();
     node.ok(START);
     node.pass(700);
-    assert_eq!(node.ask(HostMessage::RunTime(message::RunTime {})), [4, 0, 0, 2, 188]);
+    assert_eq!(node.ask(HostMessage::from(message::RunTime {})), [4, 0, 0, 2, 188]);
 }
 
 // 4.2-12
@@ -327,9 +327,9 @@ fn shoot_move_shoot_waits_for_the_motors() {
 #[test]
 fn the_mirror_goes_up_by_a_release_of_its_own() {
     let mut node = sms();
-    node.ok(HostMessage::CameraSetMirrorUp(message::CameraSetMirrorUp { mirror_up: YES }));
+    node.ok(HostMessage::from(message::CameraSetMirrorUp { mirror_up: YES }));
     let exposure_delay = ShortMilliseconds(40);
-    node.ok(HostMessage::CameraSetExposureDelay(message::CameraSetExposureDelay { exposure_delay }));
+    node.ok(HostMessage::from(message::CameraSetExposureDelay { exposure_delay }));
     node.ok(START);
     assert_eq!(node.pass(140), [(100, camera(false, false)), (140, camera(false, true))]);
     assert_eq!(node.machine.program().shots(), 1, "counted with the first release (decision H-8)");
@@ -342,12 +342,12 @@ fn the_mirror_goes_up_by_a_release_of_its_own() {
 fn the_auxiliary_output_comes_before_and_after_pictures() {
     let mut node = sms();
     let (ring, tip) = (AltMode::OUT_BEFORE, AltMode::OUT_AFTER);
-    node.ok(HostMessage::SetAltModes(message::SetAltModes { ring, tip }));
+    node.ok(HostMessage::from(message::SetAltModes { ring, tip }));
     let millis = ShortMilliseconds;
-    node.ok(HostMessage::SetOutBeforeDelay(message::SetOutBeforeDelay { delay: millis(10) }));
-    node.ok(HostMessage::SetOutBeforeTime(message::SetOutBeforeTime { time: millis(20) }));
-    node.ok(HostMessage::SetOutAfterDelay(message::SetOutAfterDelay { delay: millis(30) }));
-    node.ok(HostMessage::SetOutAfterTime(message::SetOutAfterTime { time: millis(40) }));
+    node.ok(HostMessage::from(message::SetOutBeforeDelay { delay: millis(10) }));
+    node.ok(HostMessage::from(message::SetOutBeforeTime { time: millis(20) }));
+    node.ok(HostMessage::from(message::SetOutAfterDelay { delay: millis(30) }));
+    node.ok(HostMessage::from(message::SetOutAfterTime { time: millis(40) }));
     assert_eq!(node.ok(START), [RUNNING]);
     let out = |on| Event::AltOut { on };
     let cycle = [
@@ -369,7 +369,7 @@ fn the_auxiliary_output_comes_before_and_after_pictures() {
 #[test]
 fn time_lapse_does_not_wait_for_the_motors() {
     let mut node = sms();
-    node.ok(HostMessage::SetProgramMode(message::SetProgramMode { program_mode: ProgramMode::CONTINUOUS }));
+    node.ok(HostMessage::from(message::SetProgramMode { program_mode: ProgramMode::CONTINUOUS }));
     node.ok(START);
     assert_eq!(node.pass(1000)[1..], [(101, to(ONE, 100)), (1000, camera(false, true))], "it still moves");
     assert_eq!(node.pass(101)[1..], [(101, to(ONE, 200))]);
@@ -409,7 +409,7 @@ fn video_goes_by_the_clock() {
 #[test]
 fn pictures_of_a_video_come_at_their_interval() {
     let mut node = sms();
-    node.ok(HostMessage::SetProgramMode(message::SetProgramMode { program_mode: ProgramMode::VIDEO }));
+    node.ok(HostMessage::from(message::SetProgramMode { program_mode: ProgramMode::VIDEO }));
     travel(&mut node, 60_000);
     max_shots(&mut node, 2);
     let plan = node.machine.motor(ONE).settings().plan;
@@ -434,7 +434,7 @@ fn an_external_intervalometer_takes_the_pictures() {
 #[test]
 fn who_is_not_the_timing_master_waits_for_the_common_line() {
     let mut node = sms();
-    node.ok(HostMessage::SetTimingMaster(message::SetTimingMaster { timing_master: NO }));
+    node.ok(HostMessage::from(message::SetTimingMaster { timing_master: NO }));
     assert_eq!(node.ok(START), [RUNNING]);
     assert_eq!(node.pass(9000), []);
     assert_eq!(node.tell(Input::CommonLine), [camera(false, true)]);
@@ -442,7 +442,7 @@ fn who_is_not_the_timing_master_waits_for_the_common_line() {
 
     let mut master = sms();
     let common_line = message::CommonLine::FIRST;
-    master.ok(HostMessage::SetCommonLine(message::SetCommonLine { common_line }));
+    master.ok(HostMessage::from(message::SetCommonLine { common_line }));
     assert_eq!(master.ok(START), [RUNNING, Event::CommonLine, camera(false, true)]);
     assert_eq!(master.tell(Input::CommonLine), []);
 }
@@ -462,7 +462,7 @@ fn a_contact_starts_and_stops_in_turn() {
 fn going_home_pauses_the_program() {
     let mut node = sms();
     node.ok(START);
-    let home = HostMessage::ReturnHome(message::ReturnHome {});
+    let home = HostMessage::from(message::ReturnHome {});
     assert_eq!(node.ok(home)[..2], [camera(false, false), PAUSED]);
     assert!(Motor::ALL.iter().all(|motor| node.running(*motor)));
 }
@@ -470,11 +470,11 @@ fn going_home_pauses_the_program() {
 // 4.2-22
 #[test]
 fn power_up_forgets_what_ran() {
-    let cycled = |node: &mut Node| node.ask(HostMessage::PowerCycled(message::PowerCycled {}))[1];
+    let cycled = |node: &mut Node| node.ask(HostMessage::from(message::PowerCycled {}))[1];
     let mut node = sms();
     assert_eq!([cycled(&mut node), cycled(&mut node)], [1, 0], "said once");
     node.ok(START);
-    node.ok(HostMessage::SetManualMove(message::SetManualMove { manual_move: YES }));
+    node.ok(HostMessage::from(message::SetManualMove { manual_move: YES }));
     node.ok(joystick(YES));
     assert_eq!(node.tell(Input::Command(Command::PowerUp)), [camera(false, false), STOPPED]);
     assert_eq!(cycled(&mut node), 1);
@@ -486,7 +486,7 @@ fn power_up_forgets_what_ran() {
 fn switching_the_camera_off_does_not_hold_up_the_program() {
     let mut node = sms();
     node.ok(START);
-    let events = node.ok(HostMessage::CameraSetEnable(message::CameraSetEnable { enable: NO }));
+    let events = node.ok(HostMessage::from(message::CameraSetEnable { enable: NO }));
     assert_eq!(events, [camera(false, false), to(ONE, 100)]);
 }
 

@@ -2,23 +2,21 @@
 
 use super::world::*;
 use hoot_proto::Address;
-use hoot_proto::host::{Dropped, Event, Failure, NotTaken, Options, Outcome, State, StopState};
+use hoot_proto::host::{Event, Failure, Input, Options, Outcome, Refusal, State, StopState, StopTarget};
 use hoot_proto::message::{self, HostMessage, Motor};
 use motion_core::wire::Messages;
 
 const STATUS: HostMessage<'static> = HostMessage::RunStatus(message::RunStatus {});
 const ONE: Motor = Motor::One;
 
-fn dropped(why: Dropped, was_sent: bool) -> Outcome {
-    Outcome::Failed(Failure::Dropped { why, was_sent })
-}
+const STOPPED: Outcome<'static> = Outcome::Failed(Failure::Stopped);
 
 // 5-22
 #[test]
 fn a_stop_on_a_free_line_is_a_request() {
     for stop in [STOP, PAUSE, motor_stop(ONE)] {
         let mut master = Master::new(Options::default());
-        assert_eq!(master.request(1, stop).send[0].message, stop);
+        assert_eq!(master.request(1, stop).packets()[0].message, stop);
         assert!(matches!(ended(&master.reply(1, &[]))[..], [(1, Outcome::Done(_))]));
         assert_eq!(master.pass(9000), [], "once");
     }
@@ -31,12 +29,12 @@ fn a_stop_overtakes_and_is_sent_again_when_the_line_is_clear() {
     let _ = master.request(1, START);
     master.now += 100;
     let output = master.request(2, STOP);
-    assert_eq!(output.send[0].message, STOP, "in the same step");
-    assert_eq!(ended(&output), [(1, dropped(Dropped::Stop, true))]);
+    assert_eq!(output.packets()[0].message, STOP, "in the same step");
+    assert_eq!(ended(&output), [(1, Outcome::NotConfirmed)], "it may have been done");
     master.now += 10;
     // This may be the answer to the start: it does not confirm the stop.
     let output = master.reply(1, &[]);
-    assert!(ended(&output).is_empty() && matches!(output.events[..], [Event::Unsolicited(_)]));
+    assert!(ended(&output).is_empty() && matches!(output.told()[..], [Event::Unsolicited(_)]));
     assert_eq!(sent(&master.pass(190)), [(190, STOP)]);
     assert!(matches!(ended(&master.reply(1, &[]))[..], [(2, Outcome::Done(_))]));
 
@@ -44,15 +42,15 @@ fn a_stop_overtakes_and_is_sent_again_when_the_line_is_clear() {
     let mut master = Master::new(Options::default());
     let _ = master.request(1, START);
     master.now += 20;
-    assert!(master.request(2, STOP).send.is_empty());
+    assert!(master.request(2, STOP).packets().is_empty());
     assert_eq!(sent(&master.pass(40)), [(40, STOP)]);
 
     // Neither does it wait for nodes that are deaf; they may be others.
     let mut master = Master::new(Options::default());
-    let _ = master.request(1, HostMessage::SetAddress(message::SetAddress { new_address: Address(9) }));
+    let _ = master.request(1, HostMessage::from(message::SetAddress { new_address: Address(9) }));
     let _ = master.reply(1, &[]);
     master.now += 60;
-    assert_eq!(master.request(2, STOP).send[0].message, STOP);
+    assert_eq!(master.request(2, STOP).packets()[0].message, STOP);
     assert_eq!(master.machine.state(), State::Quiet);
     assert_eq!(sent(&master.pass(2540)), [(2540, STOP)]);
 }
@@ -61,8 +59,8 @@ fn a_stop_overtakes_and_is_sent_again_when_the_line_is_clear() {
 #[test]
 fn a_stop_takes_back_what_would_move_what_it_stops() {
     let other = Address(9);
-    let start_all = HostMessage::BroadcastStart(message::BroadcastStart { sub_address: message::AnySubAddress(0) });
-    let stop_all = HostMessage::BroadcastStop(message::BroadcastStop { sub_address: message::AnySubAddress(0) });
+    let start_all = HostMessage::from(message::BroadcastStart { sub_address: message::AnySubAddress(0) });
+    let stop_all = HostMessage::from(message::BroadcastStop { sub_address: message::AnySubAddress(0) });
     let queued = [
         (NODE, START),
         (NODE, run(ONE)),
@@ -86,11 +84,8 @@ fn a_stop_takes_back_what_would_move_what_it_stops() {
             let _ = master.request_to(token, to, message);
         }
         let output = master.request_to(9, to, stop);
-        let gone: Vec<u32> = ended(&output)
-            .into_iter()
-            .filter(|(_, outcome)| *outcome == dropped(Dropped::Stop, false))
-            .map(|(token, _)| token)
-            .collect();
+        let gone: Vec<u32> =
+            ended(&output).into_iter().filter(|(_, outcome)| *outcome == STOPPED).map(|(token, _)| token).collect();
         assert_eq!(gone, taken, "{stop:?} to {to}");
     }
 }
@@ -104,8 +99,9 @@ fn a_stop_that_nobody_confirms_says_so() {
         let outputs = master.pass(9000);
         assert_eq!(sent(&outputs), [(500, stop), (1000, stop)]);
         let (at, last) = outputs.last().unwrap();
-        assert_eq!((*at, ended(last)), (1500, vec![(1, Outcome::Failed(Failure::Silence))]));
-        assert_eq!(last.events.last(), Some(&Event::StopNotConfirmed { node: Some(NODE) }));
+        assert_eq!((*at, ended(last)), (1500, vec![(1, Outcome::NotConfirmed)]));
+        let target = if stop == PAUSE { StopTarget::Node(NODE) } else { StopTarget::Motor(NODE, ONE) };
+        assert_eq!(others(last), [Event::StopNotConfirmed(target)]);
     }
 }
 
@@ -124,9 +120,11 @@ fn a_stop_of_the_controller_that_fails_is_followed_by_those_of_the_motors() {
         assert_eq!(messages.iter().filter(|message| **message == STOP).count(), if refused { 1 } else { 3 });
         let motors: Vec<_> = messages.into_iter().filter(|message| *message != STOP).collect();
         assert_eq!(motors[..3], Motor::ALL.map(motor_stop), "first each of them at once");
-        let unconfirmed = Event::StopNotConfirmed { node: Some(NODE) };
-        let told = outputs.iter().flat_map(|(_, output)| &output.events).filter(|event| **event == unconfirmed).count();
-        assert_eq!((told, all_ended(&outputs).len()), (4, 1), "nobody answers those either, and that is the end");
+        let told: Vec<_> = outputs.iter().flat_map(|(_, output)| others(output)).collect();
+        let motors = Motor::ALL.map(|motor| StopTarget::Motor(NODE, motor));
+        let targets = [&[StopTarget::Node(NODE)][..], &motors].concat();
+        assert_eq!(told, targets.into_iter().map(Event::StopNotConfirmed).collect::<Vec<_>>(), "nobody answers those");
+        assert_eq!(all_ended(&outputs).len(), 1);
     }
 }
 
@@ -136,17 +134,17 @@ fn stops_overtake_each_other_and_all_come_to_an_end() {
     let mut master = Master::new(Options::default());
     let _ = master.request(1, motor_stop(ONE));
     master.now += 60;
-    assert_eq!(master.request(2, motor_stop(Motor::Two)).send[0].message, motor_stop(Motor::Two), "at once");
+    assert_eq!(master.request(2, motor_stop(Motor::Two)).packets()[0].message, motor_stop(Motor::Two), "at once");
     // The same once more: it is sent at once too, and takes the place of the first.
     master.now += 60;
     let output = master.request(3, motor_stop(Motor::Two));
-    assert_eq!(output.send[0].message, motor_stop(Motor::Two));
-    assert_eq!(ended(&output), [(2, dropped(Dropped::Again, true))]);
+    assert_eq!(output.packets()[0].message, motor_stop(Motor::Two));
+    assert_eq!(ended(&output), [(2, Outcome::NotConfirmed)], "it was sent");
     let mut found = Vec::new();
     for _ in 0..20 {
         if let Some(wake) = master.wake {
             master.now = wake;
-            let output = master.step(hoot_proto::host::Input::Wake);
+            let output = master.step(Input::Wake);
             found.extend(ended(&output));
             if master.machine.state() == State::Waiting {
                 found.extend(ended(&master.reply(1, &[])));
@@ -166,8 +164,8 @@ fn too_many_stops_are_an_emergency() {
         assert_eq!(ended(&master.request_to(u32::from(node), Address(10 + node), STOP)).len(), usize::from(false));
     }
     let output = master.request_to(8, Address(20), STOP);
-    assert_eq!(ended(&output)[0], (8, Outcome::Failed(Failure::NotTaken(NotTaken::Full))));
-    assert!(output.events.contains(&Event::Stopping));
+    assert_eq!(ended(&output)[0], (8, Outcome::Refused(Refusal::Busy)));
+    assert!(output.told().contains(&Event::Stopping));
     assert_eq!(master.machine.stopping(), StopState::Stopping);
     assert_eq!(ended(&output).len(), 10, "all others end too: {output:?}");
 }
@@ -176,28 +174,31 @@ fn too_many_stops_are_an_emergency() {
 #[test]
 fn a_broadcast_stop_behind_a_bridge_goes_to_each_node() {
     let sub_address = message::AnySubAddress(0);
-    let stop = HostMessage::BroadcastStop(message::BroadcastStop { sub_address });
-    let pause = HostMessage::BroadcastPause(message::BroadcastPause { sub_address });
+    let stop = HostMessage::from(message::BroadcastStop { sub_address });
+    let pause = HostMessage::from(message::BroadcastPause { sub_address });
     for (broadcast, single) in [(stop, STOP), (pause, PAUSE)] {
         let mut master = Master::offline(Options::default(), &[NODE, Address(9)]);
-        let _ = master.step(hoot_proto::host::Input::LinkUp);
+        master.line_up();
         let output = master.request_to(1, Address::BROADCAST, broadcast);
-        assert_eq!(ended(&output), [(1, Outcome::Failed(Failure::NotTaken(NotTaken::Bridge)))]);
-        assert_eq!((output.send[0].to, output.send[0].message), (NODE, single));
+        assert_eq!(ended(&output), [(1, Outcome::Refused(Refusal::Bridge))]);
+        assert_eq!((output.packets()[0].to, output.packets()[0].message), (NODE, single));
         let outputs = master.pass(60);
-        assert_eq!((outputs[0].0, outputs[0].1.send[0].to, outputs[0].1.send[0].message), (60, Address(9), single));
+        assert_eq!(
+            (outputs[0].0, outputs[0].1.packets()[0].to, outputs[0].1.packets()[0].message),
+            (60, Address(9), single)
+        );
     }
     // Without a list there is the emergency stop, which asks for one.
     let mut master = Master::offline(Options::default(), &[]);
-    let _ = master.step(hoot_proto::host::Input::LinkUp);
+    master.line_up();
     let output = master.request_to(1, Address::BROADCAST, stop);
-    assert!(output.events.contains(&Event::Stopping));
-    assert_eq!((output.send[0].to, output.send[0].message), (Address::BROADCAST, stop));
+    assert!(output.told().contains(&Event::Stopping));
+    assert_eq!((output.packets()[0].to, output.packets()[0].message), (Address::BROADCAST, stop));
 
     let mut master = Master::new(Options::default().with_bridge(false));
     let _ = master.request(1, STATUS);
     master.now += 60;
     let output = master.request_to(2, Address::BROADCAST, stop);
-    assert_eq!(output.send[0].message, stop, "on the bus itself it goes as it is");
-    assert_eq!(ended(&output), [(1, dropped(Dropped::Stop, true)), (2, Outcome::Sent)]);
+    assert_eq!(output.packets()[0].message, stop, "on the bus itself it goes as it is");
+    assert_eq!(ended(&output), [(1, STOPPED), (2, Outcome::Sent)]);
 }

@@ -1,21 +1,46 @@
 //! What the tests share: a node and a master with a clock each, and short names for what is often said.
 
-use hoot_proto::device::{self, Answer, DeviceMachine, Event, Motion, Port};
+use hoot_proto::device::{self, Answer, Contents, DeviceMachine, Event, Ignored, Motion, Port};
 use hoot_proto::host::{self, HostMachine, Nodes, Outcome, Request, Token};
-use hoot_proto::message::{self, HostMessage, Value};
+use hoot_proto::message::{self, Bool, HostMessage, Value};
 use hoot_proto::message::{DeviceMessage, Motor, Reply, ResponseCode, Steps, StepsPerSecond};
 use hoot_proto::query::{AnyQuery, IntoReply, Profile};
-use hoot_proto::{Address, Query};
-use motion_core::machine::Machine;
-use motion_core::time::Millis;
-use motion_core::wire::Bool;
+use hoot_proto::{Address, Millis, Query};
+use motion_core::machine::Output;
 
 pub(crate) const NODE: Address = Address::DEFAULT;
 pub(crate) const YES: Bool = Bool::TRUE;
 pub(crate) const NO: Bool = Bool::FALSE;
 
-/// How far clocks are set back, to see that nothing else changes. No test waits for a moment before that.
+/// Time by which clocks are set back, to see that nothing else changes. No test waits for a moment before that.
 const EARLIER: u64 = 500;
+
+/// The packets and the events of an output.
+pub(crate) trait Look {
+    type Packet;
+    type Event;
+
+    fn packets(&self) -> Vec<Self::Packet>;
+    fn told(&self) -> Vec<Self::Event>;
+    fn is_quiet(&self) -> bool;
+}
+
+impl<P: Copy, E: Copy, const N: usize> Look for Output<P, E, N> {
+    type Packet = P;
+    type Event = E;
+
+    fn packets(&self) -> Vec<P> {
+        self.transmits().copied().collect()
+    }
+
+    fn told(&self) -> Vec<E> {
+        self.events().copied().collect()
+    }
+
+    fn is_quiet(&self) -> bool {
+        self.effects.is_empty()
+    }
+}
 
 /// A node, at a moment.
 #[derive(Clone, Debug)]
@@ -38,35 +63,39 @@ impl Node {
     pub(crate) fn ready_with(options: device::Options) -> Self {
         let mut node = Self::new(options);
         for motor in Motor::ALL {
-            node.ok(HostMessage::MotorSetEnable(message::MotorSetEnable { motor, enable: YES }));
+            node.ok(HostMessage::from(message::MotorSetEnable { motor, enable: YES }));
             node.ok(speed(motor, 500.0));
-            node.ok(HostMessage::MotorSetSleep(message::MotorSetSleep { motor, sleep: NO }));
+            node.ok(HostMessage::from(message::MotorSetSleep { motor, sleep: NO }));
         }
         node
     }
 
-    pub(crate) fn step(&mut self, input: device::Input<'_>) -> device::Output {
+    pub(crate) fn step<'a>(&mut self, input: device::Input<'a>) -> device::Output<'a> {
         let (machine, output) = laws::machine::step(self.machine.clone(), Millis(self.now), input);
         if self.now >= EARLIER {
             let (other, same) = self.machine.clone().set_back(EARLIER).step(Millis(self.now - EARLIER), input);
             assert_eq!(other, machine.clone().set_back(EARLIER), "the same on a clock that was set back");
-            assert_eq!((same.send, same.events), (output.send.clone(), output.events.clone()));
+            assert_eq!(same.effects, output.effects);
             assert_eq!(same.wake, output.wake.map(|wake| Millis(wake.0 - EARLIER)));
         }
+        let first_packet = output.effects.iter().position(|effect| matches!(effect, device::Effect::Transmit(_)));
+        let is_packet = |effect: &device::Effect<'_>| matches!(effect, device::Effect::Transmit(_));
+        let rest = first_packet.map_or(&[][..], |at| &output.effects[at..]);
+        assert!(rest.iter().all(is_packet), "the rig does first what an answer acknowledges: {output:?}");
         self.machine = machine;
         self.wake = output.wake.map(|wake| wake.0);
         output
     }
 
     /// The events of an input that is no packet.
-    pub(crate) fn tell(&mut self, input: device::Input<'_>) -> Vec<Event> {
+    pub(crate) fn tell(&mut self, input: device::Input<'static>) -> Vec<Event<'static>> {
         let output = self.step(input);
-        assert!(output.send.is_empty(), "{output:?}");
-        output.events.to_vec()
+        assert!(output.packets().is_empty(), "{output:?}");
+        output.told()
     }
 
     /// Lets time pass, wake by wake, and gives all events with their moments.
-    pub(crate) fn pass(&mut self, millis: u64) -> Vec<(u64, Event)> {
+    pub(crate) fn pass(&mut self, millis: u64) -> Vec<(u64, Event<'static>)> {
         let (start, end) = (self.now, self.now + millis);
         let mut all = Vec::new();
         while let Some(wake) = self.wake.filter(|wake| *wake <= end) {
@@ -78,19 +107,19 @@ impl Node {
         all
     }
 
-    pub(crate) fn send(&mut self, to: Address, message: HostMessage<'_>) -> device::Output {
+    pub(crate) fn send<'a>(&mut self, to: Address, message: HostMessage<'a>) -> device::Output<'a> {
         self.step(device::Input::Received { port: Port::Bus, to, message })
     }
 
-    /// What it answers, and what happens.
-    pub(crate) fn request(&mut self, message: HostMessage<'_>) -> (Vec<Answer>, Vec<Event>) {
+    /// The answers to a request, and the events of it.
+    pub(crate) fn request<'a>(&mut self, message: HostMessage<'a>) -> (Vec<Answer>, Vec<Event<'a>>) {
         let output = self.send(NODE, message);
-        (output.send.iter().map(|send| send.answer).collect(), output.events.to_vec())
+        (answers(&output), output.told())
     }
 
     /// A request that is done. What happens?
     #[track_caller]
-    pub(crate) fn ok(&mut self, message: HostMessage<'_>) -> Vec<Event> {
+    pub(crate) fn ok<'a>(&mut self, message: HostMessage<'a>) -> Vec<Event<'a>> {
         let (answers, events) = self.request(message);
         assert_eq!(answers, [Answer::Ok], "{message:?}");
         events.into_iter().filter(|event| !matches!(event, Event::Set(_))).collect()
@@ -113,26 +142,37 @@ impl Node {
     }
 
     pub(crate) fn running(&mut self, motor: Motor) -> bool {
-        self.ask(HostMessage::MotorRunning(message::MotorRunning { motor })) == [0, 1]
+        self.ask(HostMessage::from(message::MotorRunning { motor })) == [0, 1]
     }
 }
 
+/// What a node answers in an output.
+pub(crate) fn answers(output: &device::Output<'_>) -> Vec<Answer> {
+    let of = |packet: &device::Transmit<'_>| {
+        if let Contents::Answer(answer) = packet.contents { Some(answer) } else { None }
+    };
+    output.transmits().filter_map(of).collect()
+}
+
+pub(crate) fn ignored(to: Address, message: HostMessage<'_>, why: Ignored) -> Event<'_> {
+    Event::Ignored { port: Port::Bus, to, message, why }
+}
+
 pub(crate) fn speed(motor: Motor, speed: f32) -> HostMessage<'static> {
-    let speed = StepsPerSecond(speed);
-    HostMessage::MotorSetContinuousSpeed(message::MotorSetContinuousSpeed { motor, speed })
+    message::MotorSetContinuousSpeed { motor, speed: StepsPerSecond(speed) }.into()
 }
 
 pub(crate) fn move_by(motor: Motor, steps: u32) -> HostMessage<'static> {
     let (direction, steps) = (message::Direction(1), message::StepCount(steps));
-    HostMessage::MotorMove(message::MotorMove { motor, direction, steps })
+    message::MotorMove { motor, direction, steps }.into()
 }
 
 pub(crate) fn run(motor: Motor) -> HostMessage<'static> {
-    HostMessage::MotorRun(message::MotorRun { motor, direction: message::Direction(0) })
+    message::MotorRun { motor, direction: message::Direction(0) }.into()
 }
 
 pub(crate) fn joystick(on: Bool) -> HostMessage<'static> {
-    HostMessage::SetJoystickMode(message::SetJoystickMode { joystick_mode: on })
+    message::SetJoystickMode { joystick_mode: on }.into()
 }
 
 pub(crate) const START: HostMessage<'static> = HostMessage::Start(message::Start {});
@@ -140,20 +180,23 @@ pub(crate) const PAUSE: HostMessage<'static> = HostMessage::Pause(message::Pause
 pub(crate) const STOP: HostMessage<'static> = HostMessage::Stop(message::Stop {});
 
 pub(crate) fn motor_stop(motor: Motor) -> HostMessage<'static> {
-    HostMessage::MotorStop(message::MotorStop { motor })
+    message::MotorStop { motor }.into()
 }
 
-pub(crate) fn motion(motor: Motor, motion: Motion) -> Event {
+pub(crate) fn motion(motor: Motor, motion: Motion) -> Event<'static> {
     Event::Motor { motor, motion }
 }
 
-pub(crate) fn to(motor: Motor, steps: i32) -> Event {
+pub(crate) fn to(motor: Motor, steps: i32) -> Event<'static> {
     motion(motor, Motion::To(Steps(steps)))
 }
 
-pub(crate) fn camera(focus: bool, shutter: bool) -> Event {
+pub(crate) fn camera(focus: bool, shutter: bool) -> Event<'static> {
     Event::Camera { focus, shutter }
 }
+
+/// Token of commands whose end no test looks at.
+pub(crate) const UNNAMED: Token = Token(9999);
 
 /// A master, at a moment.
 #[derive(Clone, Debug)]
@@ -167,7 +210,7 @@ impl Master {
     /// With one node, and its line up.
     pub(crate) fn new(options: host::Options) -> Self {
         let mut master = Self::offline(options, &[NODE]);
-        assert!(master.step(host::Input::LinkUp).is_quiet());
+        master.line_up();
         master
     }
 
@@ -176,56 +219,71 @@ impl Master {
         Self { machine: HostMachine::new(options.with_nodes(nodes)), now: 1000, wake: None }
     }
 
-    pub(crate) fn step(&mut self, input: host::Input<'_>) -> host::Output {
+    /// The line comes up for the first time, and nothing else happens.
+    #[track_caller]
+    pub(crate) fn line_up(&mut self) {
+        let output = self.step(host::Input::LinkUp);
+        assert_eq!(output.effects[..], [host::Effect::Event(host::Event::Ready { reconnected: false })]);
+    }
+
+    pub(crate) fn step<'a>(&mut self, input: host::Input<'a>) -> host::Output<'a> {
         let (machine, output) = laws::machine::step(self.machine.clone(), Millis(self.now), input);
         if self.now >= EARLIER {
             let (other, same) = self.machine.clone().set_back(EARLIER).step(Millis(self.now - EARLIER), input);
             assert_eq!(other, machine.clone().set_back(EARLIER), "the same on a clock that was set back");
-            assert_eq!((same.send, same.events), (output.send.clone(), output.events.clone()));
+            assert_eq!(same.effects, output.effects);
             assert_eq!(same.wake, output.wake.map(|wake| Millis(wake.0 - EARLIER)));
         }
+        let events = output.effects.iter().skip(1);
+        let is_event = |effect: &host::Effect<'_>| matches!(effect, host::Effect::Event(_));
+        assert!(events.clone().all(is_event), "a stop goes out before anybody is told of it: {output:?}");
         self.machine = machine;
         self.wake = output.wake.map(|wake| wake.0);
         output
     }
 
-    pub(crate) fn command(&mut self, command: host::Command) -> host::Output {
-        self.step(host::Input::Command(command))
+    pub(crate) fn command(&mut self, token: Token, command: host::Command) -> host::Output<'static> {
+        self.step(host::Input::Command(token, command))
     }
 
-    pub(crate) fn request(&mut self, token: u32, message: HostMessage<'static>) -> host::Output {
+    /// A command whose end no test looks at.
+    pub(crate) fn order(&mut self, command: host::Command) -> host::Output<'static> {
+        self.command(UNNAMED, command)
+    }
+
+    pub(crate) fn request(&mut self, token: u32, message: HostMessage<'static>) -> host::Output<'static> {
         self.request_to(token, NODE, message)
     }
 
-    pub(crate) fn request_to(&mut self, token: u32, to: Address, message: HostMessage<'static>) -> host::Output {
-        self.command(host::Command::Request(Request { token: Token(token), to, message }))
+    pub(crate) fn request_to(
+        &mut self,
+        token: u32,
+        to: Address,
+        message: HostMessage<'static>,
+    ) -> host::Output<'static> {
+        self.command(Token(token), host::Command::Request(Request { to, message }))
     }
 
-    pub(crate) fn reply(&mut self, code: u8, data: &[u8]) -> host::Output {
-        self.step(host::Input::Received(DeviceMessage::Reply(Reply { code: ResponseCode(code), data })))
+    pub(crate) fn reply<'a>(&mut self, code: u8, data: &'a [u8]) -> host::Output<'a> {
+        self.step(host::Input::Received(Reply { code: ResponseCode(code), data }.into()))
     }
 
     /// The answer that a node with motors at rest would give.
-    pub(crate) fn answer(&mut self, sent: &host::Send, at_rest: bool) -> host::Output {
+    pub(crate) fn answer(&mut self, sent: &host::Transmit, at_rest: bool) -> host::Output<'static> {
         let Some(query) = sent.message.query() else { return self.reply(1, &[]) };
-        let mut data = [0; 32];
+        let data = vec![0; 32].leak();
         let reply = match query {
-            AnyQuery::MotorRunning(query) => {
-                query.reply(query.answer((!at_rest).into(), Profile::default()), &mut data)
-            }
-            AnyQuery::JoystickMode(query) => query.reply(query.answer(YES, Profile::default()), &mut data),
-            AnyQuery::RunStatus(query) => {
-                query.reply(query.answer(message::RunState(0), Profile::default()), &mut data)
-            }
+            AnyQuery::MotorRunning(query) => query.reply(query.answer((!at_rest).into(), Profile::default()), data),
+            AnyQuery::JoystickMode(query) => query.reply(query.answer(YES, Profile::default()), data),
+            AnyQuery::RunStatus(query) => query.reply(query.answer(message::RunState(0), Profile::default()), data),
             query => panic!("{query:?}"),
         };
-        let data = reply.unwrap().data.to_vec();
-        self.reply(1, &data)
+        self.reply(1, reply.unwrap().data)
     }
 
     /// Goes to the next wake, which is at most so far away.
     #[track_caller]
-    pub(crate) fn wait(&mut self, most: u64) -> host::Output {
+    pub(crate) fn wait(&mut self, most: u64) -> host::Output<'static> {
         let wake = self.wake.expect("it waits for something");
         assert!(wake > self.now && wake <= self.now + most, "{wake} is not within {most} of {}", self.now);
         self.now = wake;
@@ -233,7 +291,7 @@ impl Master {
     }
 
     /// Lets time pass, wake by wake, and gives all outputs with their moments.
-    pub(crate) fn pass(&mut self, millis: u64) -> Vec<(u64, host::Output)> {
+    pub(crate) fn pass(&mut self, millis: u64) -> Vec<(u64, host::Output<'static>)> {
         let (start, end) = (self.now, self.now + millis);
         let mut all = Vec::new();
         while let Some(wake) = self.wake.filter(|wake| *wake <= end) {
@@ -250,20 +308,25 @@ impl Master {
 }
 
 /// What was sent, in order.
-pub(crate) fn sent(outputs: &[(u64, host::Output)]) -> Vec<(u64, HostMessage<'static>)> {
-    outputs.iter().flat_map(|(at, output)| output.send.iter().map(|send| (*at, send.message))).collect()
+pub(crate) fn sent(outputs: &[(u64, host::Output<'_>)]) -> Vec<(u64, HostMessage<'static>)> {
+    outputs.iter().flat_map(|(at, output)| output.transmits().map(|packet| (*at, packet.message))).collect()
 }
 
-/// How requests ended, in order.
-pub(crate) fn ended(output: &host::Output) -> Vec<(u32, Outcome)> {
-    let of = |event: &host::Event| match event {
-        host::Event::Ended { token, outcome } => Some((token.0, outcome.clone())),
+/// How commands ended, in order, except those without a name.
+pub(crate) fn ended<'a>(output: &host::Output<'a>) -> Vec<(u32, Outcome<'a>)> {
+    let of = |event: &host::Event<'a>| match event {
+        host::Event::Ended { token, outcome } if *token != UNNAMED => Some((token.0, *outcome)),
         _ => None,
     };
-    output.events.iter().filter_map(of).collect()
+    output.events().filter_map(of).collect()
 }
 
-pub(crate) fn all_ended(outputs: &[(u64, host::Output)]) -> Vec<(u64, u32, Outcome)> {
+/// What else was told, in order.
+pub(crate) fn others<'a>(output: &host::Output<'a>) -> Vec<host::Event<'a>> {
+    output.events().filter(|event| !matches!(event, host::Event::Ended { .. })).copied().collect()
+}
+
+pub(crate) fn all_ended<'a>(outputs: &[(u64, host::Output<'a>)]) -> Vec<(u64, u32, Outcome<'a>)> {
     outputs
         .iter()
         .flat_map(|(at, output)| ended(output).into_iter().map(move |(token, outcome)| (*at, token, outcome)))

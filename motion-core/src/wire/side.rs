@@ -69,16 +69,6 @@ pub trait Envelope {
     /// Length in bytes of a frame whose message has this number and a body of so many bytes.
     fn frame_len(number: u32, body_len: usize) -> usize;
 
-    /// Checks what the frame would say beside the message. Only encoding that is checked by lint asks for it.
-    ///
-    /// # Errors
-    ///
-    /// [`EncodeError`], if the sender may not use this label.
-    fn check(label: Self::Label) -> Result<(), EncodeError> {
-        let _ = label;
-        Ok(())
-    }
-
     /// Writes a frame around what `body` writes to the front of `out`, and returns its length in bytes.
     ///
     /// # Errors
@@ -91,6 +81,11 @@ pub trait Envelope {
         out: &mut [u8],
         body: impl FnOnce(&mut [u8]) -> Result<usize, EncodeError>,
     ) -> Result<usize, EncodeError>;
+
+    /// Adds to the findings about a message what is wrong with its label. Most labels have no rules.
+    fn lint(label: Self::Label, found: &mut Lints) {
+        let _ = (label, found);
+    }
 }
 
 /// Makes the type of a side, and the methods that all its messages have: decoding, encoding, and what the features `alloc`
@@ -175,20 +170,22 @@ macro_rules! side {
                 <$envelope>::seal(($($label)?), self.number(), self.body_len(), out, |place| self.encode_body(place))
             }
 
-            /// Writes the whole frame like [`encode_into`](Self::encode_into), unless [`lint`](Self::lint) finds an error.
+            /// Writes the whole frame like [`encode_into`](Self::encode_into), unless [`lint`](Self::lint) finds an error in
+            /// the message, or the label of the frame is wrong.
             ///
             /// # Errors
             ///
-            /// [`EncodeError::Refused`](crate::EncodeError::Refused) with the first error that `lint` found, and the
-            /// errors of `encode_into`. Then nothing is written.
+            /// [`EncodeError::Refused`](crate::EncodeError::Refused) with the first error that was found, and the errors of
+            /// `encode_into`. Then nothing is written.
             pub fn encode_checked(
                 &self,
                 $($label: $type,)?
                 context: &$context,
                 out: &mut [u8],
             ) -> Result<usize, $crate::wire::EncodeError> {
-                <$envelope as $crate::wire::Envelope>::check(($($label)?))?;
-                match self.lint(context).first_error() {
+                let mut found = self.lint(context);
+                <$envelope as $crate::wire::Envelope>::lint(($($label)?), &mut found);
+                match found.first_error() {
                     Some(error) => Err($crate::wire::EncodeError::Refused(error)),
                     None => self.encode_into($($label,)? out),
                 }

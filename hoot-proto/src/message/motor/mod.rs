@@ -7,7 +7,7 @@ mod queries;
 
 use core::fmt;
 
-use motion_core::wire::{Bool, FieldView, Value, Visitor};
+use motion_core::wire::{Bool, Conduct, FieldView, Purpose, Value, Visitor};
 
 pub use motion::{MotorMove, MotorRun};
 pub use queries::{
@@ -240,6 +240,15 @@ sub_messages! {
     /// Lint warns of it: from then on nothing stops the motor at the end of the rail. Source: hoot, section 2.3; safety
     /// decision 9.
     pub struct MotorResetLimits for /** Which motor. */ motor: Motor {}
+}
+
+/// Conduct by the speed: every speed except 0 may set the motor in motion.
+///
+/// In joystick mode this command starts a motor; the message does not tell the mode. A speed of 0 moves nothing, but it is
+/// no stop either: some firmware does not answer it.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "tables call it with a reference")]
+pub(super) const fn continuous_speed(set: &MotorSetContinuousSpeed) -> Conduct {
+    Conduct::new(if set.speed.0 == 0.0 { Purpose::Sets } else { Purpose::Moves }).once()
 }
 
 bounded! {

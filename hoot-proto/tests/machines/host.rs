@@ -1,30 +1,30 @@
 //! The master's line and requests: hoot, section 5.
 
 use super::world::*;
-use hoot_proto::host::{Command, Dropped, Event, Failure, Input, NotTaken, Options, Outcome, Request, State, Token};
+use hoot_proto::host::{Command, Event, Failure, Input, Options, Outcome, Refusal, Request, State, StopTarget, Token};
 use hoot_proto::message::{self, HostMessage, Motor, ResponseCode};
-use hoot_proto::{Address, DeviceMessage, Frame, Frames, Item};
+use hoot_proto::{Address, EncodeError, Frame, Frames, Item};
 use motion_core::wire::Messages;
 
 const STATUS: HostMessage<'static> = HostMessage::RunStatus(message::RunStatus {});
 const POWER: HostMessage<'static> = HostMessage::PowerCycled(message::PowerCycled {});
-const SILENCE: Outcome = Outcome::Failed(Failure::Silence);
+const NO_ANSWER: Outcome<'static> = Outcome::Failed(Failure::NoAnswer);
 
 fn broadcast_start() -> HostMessage<'static> {
-    HostMessage::BroadcastStart(message::BroadcastStart { sub_address: message::AnySubAddress(0) })
+    HostMessage::from(message::BroadcastStart { sub_address: message::AnySubAddress(0) })
 }
 
 fn assign(new_address: Address) -> HostMessage<'static> {
     let sub_address = message::AnySubAddress(0);
-    HostMessage::BroadcastAssignAddress(message::BroadcastAssignAddress { sub_address, new_address })
+    HostMessage::from(message::BroadcastAssignAddress { sub_address, new_address })
 }
 
-fn done(data: &[u8]) -> impl Fn(&Outcome) -> bool {
-    move |outcome| matches!(outcome, Outcome::Done(reply) if reply.reply().data == data)
+fn done(data: &[u8]) -> impl Fn(&Outcome<'_>) -> bool {
+    move |outcome| matches!(outcome, Outcome::Done(reply) if reply.data == data)
 }
 
-fn not_taken(why: NotTaken) -> Outcome {
-    Outcome::Failed(Failure::NotTaken(why))
+const fn refused(why: Refusal) -> Outcome<'static> {
+    Outcome::Refused(why)
 }
 
 // 5-1 5-16
@@ -33,12 +33,12 @@ fn one_request_at_a_time_and_a_gap_between() {
     let mut master = Master::new(Options::default());
     assert_eq!(master.machine.state(), State::Idle);
     let output = master.request(1, START);
-    assert_eq!((output.send[0].to, output.send[0].message), (NODE, START));
-    assert!(master.request(2, STATUS).send.is_empty(), "one at a time");
+    assert_eq!((output.packets()[0].to, output.packets()[0].message), (NODE, START));
+    assert!(master.request(2, STATUS).packets().is_empty(), "one at a time");
     assert_eq!((master.machine.state(), master.machine.pending()), (State::Waiting, 2));
     master.now += 5;
     let output = master.reply(1, &[]);
-    assert!(output.send.is_empty() && done(&[])(&ended(&output)[0].1), "{output:?}");
+    assert!(output.packets().is_empty() && done(&[])(&ended(&output)[0].1), "{output:?}");
     let next = master.pass(60);
     assert_eq!(sent(&next), [(55, STATUS)], "60 ms behind the first");
 }
@@ -48,13 +48,13 @@ fn one_request_at_a_time_and_a_gap_between() {
 fn broadcasts_are_not_answered() {
     let mut master = Master::new(Options::default().with_bridge(false));
     let output = master.request_to(1, Address::BROADCAST, broadcast_start());
-    assert_eq!((output.send.len(), ended(&output)), (1, vec![(1, Outcome::Sent)]));
+    assert_eq!((output.packets().len(), ended(&output)), (1, vec![(1, Outcome::Sent)]));
     assert_eq!(master.machine.state(), State::Quiet);
     let _ = master.request(2, STATUS);
     assert_eq!(sent(&master.pass(60)), [(60, STATUS)]);
     // So is command 0.
     let mut master = Master::new(Options::default());
-    assert_eq!(ended(&master.request(1, HostMessage::Noop(message::Noop::default()))), [(1, Outcome::Sent)]);
+    assert_eq!(ended(&master.request(1, HostMessage::from(message::Noop::default()))), [(1, Outcome::Sent)]);
 }
 
 // 5-3
@@ -67,7 +67,7 @@ fn nodes_with_a_new_address_are_left_alone() {
     assert_eq!(sent(&master.pass(2600)), [(2600, STATUS)]);
 
     let mut master = Master::new(Options::default());
-    let _ = master.request(1, HostMessage::SetAddress(message::SetAddress { new_address: Address(9) }));
+    let _ = master.request(1, HostMessage::from(message::SetAddress { new_address: Address(9) }));
     let _ = master.reply(1, &[]);
     assert_eq!(master.machine.state(), State::Quiet);
     let _ = master.request_to(2, Address(9), STATUS);
@@ -81,21 +81,21 @@ fn an_answer_comes_in_pieces_and_with_noise_around() {
     let mut master = Master::new(Options::default());
     let _ = master.request(1, HostMessage::MotorPosition(query));
     let mut frames = Frames::<84>::new();
-    let mut outputs = Vec::new();
+    let mut events = Vec::new();
     for piece in [&[7, 0, 0, 0][..], &[0, 0, 0, 255, 0, 0, 1], &[5, 3, 0, 0], &[1, 0, 9]] {
         master.now += 20;
         assert_eq!(frames.push(piece), piece.len());
         while let Some(item) = frames.next() {
-            outputs.push(match item {
-                Item::Frame(frame) => master.step(Input::Received(DeviceMessage::decode(&frame))),
+            let output = match item {
+                Item::Frame(frame) => master.step(Input::received(&frame)),
                 _ => master.step(Input::Noise),
-            });
+            };
+            events.push(format!("{:?}", output.told()));
         }
     }
-    let events: Vec<_> = outputs.iter().flat_map(|output| output.events.clone()).collect();
-    assert_eq!(events[0], Event::Noise);
-    let Event::Ended { token: Token(1), outcome: Outcome::Done(reply) } = &events[events.len() - 2] else { panic!() };
-    assert_eq!(reply.reply().data, [3, 0, 0, 1, 0]);
+    assert_eq!(events[0], "[Noise]");
+    let reply = "Reply { code: ResponseCode(OK), data: [3, 0, 0, 1, 0] }";
+    assert_eq!(events[events.len() - 2], format!("[Ended {{ token: Token(1), outcome: Done({reply}) }}]"));
 }
 
 // 5-5 5-6
@@ -109,8 +109,7 @@ fn an_answer_is_told_with_its_code() {
         let mut master = Master::new(Options::default());
         let _ = master.request(1, START);
         let output = master.reply(code, data);
-        let (1, Outcome::Refused(reply)) = &ended(&output)[0] else { panic!("{output:?}") };
-        assert_eq!((reply.reply().code, reply.reply().data), (ResponseCode(code), data));
+        assert_eq!(ended(&output), [(1, refused(Refusal::Device(ResponseCode(code))))]);
         assert_eq!(master.pass(9000), [], "and is not asked again");
     }
 }
@@ -121,8 +120,9 @@ fn what_is_for_others_is_overheard() {
     let mut master = Master::new(Options::default());
     let _ = master.request(1, STATUS);
     let echo = Frame::decode(b"\0\0\0\0\0\xFF\x03\0\x65\0").unwrap();
-    let output = master.step(Input::Received(DeviceMessage::decode(&echo)));
-    assert_eq!(output.events[..], [Event::Overheard { to: NODE }]);
+    let output = master.step(Input::received(&echo));
+    let [Event::Overheard { to: NODE, message }] = output.told()[..] else { panic!("{output:?}") };
+    assert_eq!(message.name(), "Other");
     assert_eq!(master.machine.state(), State::Waiting);
     assert!(done(&[0, 0])(&ended(&master.reply(1, &[0, 0]))[0].1));
 }
@@ -134,7 +134,7 @@ fn queries_are_asked_again_and_then_given_up() {
     let _ = master.request(1, STATUS);
     let outputs = master.pass(2000);
     assert_eq!(sent(&outputs), [(500, STATUS), (1000, STATUS)]);
-    assert_eq!(all_ended(&outputs), [(1500, 1, SILENCE)]);
+    assert_eq!(all_ended(&outputs), [(1500, 1, NO_ANSWER)]);
     // An answer to the second one counts, and what else comes is awaited for longer.
     let mut master = Master::new(Options::default());
     let _ = master.request(1, STATUS);
@@ -155,13 +155,14 @@ fn what_may_not_be_repeated_is_sent_once() {
             let is_broadcast = kind.number >> 16 == 1;
             let to = if is_broadcast { Address::BROADCAST } else { NODE };
             let first = master.request_to(1, to, message);
-            if first.send.is_empty() {
-                assert!(matches!(ended(&first)[..], [(1, Outcome::Failed(Failure::NotTaken(_)))]), "{message:?}");
+            if first.packets().is_empty() {
+                assert!(matches!(ended(&first)[..], [(1, Outcome::Refused(_))]), "{message:?}");
                 continue;
             }
             let outputs = master.pass(20_000);
             let packets = 1 + sent(&outputs).iter().filter(|(_, again)| *again == message).count();
-            assert_eq!(packets, if message.is_repeatable() { 3 } else { 1 }, "{message:?}");
+            let is_answered = ended(&first).is_empty();
+            assert_eq!(packets, if message.conduct().repeatable && is_answered { 3 } else { 1 }, "{message:?}");
             assert_eq!(ended(&first).len() + all_ended(&outputs).len(), 1, "{message:?}");
             once += usize::from(packets == 1);
         }
@@ -169,21 +170,21 @@ fn what_may_not_be_repeated_is_sent_once() {
     assert!(once > 50, "{once}");
     let mut master = Master::new(Options::default());
     let _ = master.request(1, POWER);
-    assert_eq!(all_ended(&master.pass(600)), [(500, 1, SILENCE)], "the answer clears it");
+    assert_eq!(all_ended(&master.pass(600)), [(500, 1, Outcome::NotConfirmed)], "the answer clears it");
 }
 
 // 5-11 5-12
 #[test]
 fn a_second_answer_is_nobodys() {
     let mut master = Master::new(Options::default());
-    let running = HostMessage::MotorRunning(message::MotorRunning { motor: Motor::One });
+    let running = HostMessage::from(message::MotorRunning { motor: Motor::One });
     let _ = master.request(1, running);
     master.now += 10;
     let _ = master.reply(1, &[0, 0]);
     let _ = master.request(2, STATUS);
     master.now += 2;
     let output = master.reply(1, &[5, 0, 0, 0x27, 0x10]);
-    assert!(matches!(output.events[..], [Event::Unsolicited(_)]));
+    assert!(matches!(output.told()[..], [Event::Unsolicited(_)]));
     assert_eq!(master.machine.state(), State::Settling);
     assert_eq!(sent(&master.pass(48)), [(48, STATUS)], "when it has settled, and the gap is over");
     assert_eq!(master.machine.state(), State::Waiting);
@@ -194,21 +195,21 @@ fn a_second_answer_is_nobodys() {
 fn a_late_answer_is_not_taken_for_another() {
     let mut master = Master::new(Options::default().with_retries(0));
     let _ = master.request(1, STATUS);
-    let _ = master.request(2, HostMessage::MotorPosition(message::MotorPosition { motor: Motor::One }));
+    let _ = master.request(2, HostMessage::from(message::MotorPosition { motor: Motor::One }));
     let outputs = master.pass(500);
-    assert_eq!(all_ended(&outputs), [(500, 1, SILENCE)]);
+    assert_eq!(all_ended(&outputs), [(500, 1, NO_ANSWER)]);
     assert_eq!(master.machine.state(), State::Settling);
     master.now += 100;
-    assert!(matches!(master.reply(1, &[0, 1]).events[..], [Event::Unsolicited(_)]), "it is drained");
+    assert!(matches!(master.reply(1, &[0, 1]).told()[..], [Event::Unsolicited(_)]), "it is drained");
     assert_eq!(sent(&master.pass(100)).len(), 1);
     for stray in [&[0, 1][..], &[], &[3, 0], &[5, 0, 0, 0, 0]] {
-        assert!(matches!(master.reply(1, stray).events[..], [Event::Unsolicited(_)]), "not a position: {stray:?}");
+        assert!(matches!(master.reply(1, stray).told()[..], [Event::Unsolicited(_)]), "not a position: {stray:?}");
     }
     assert!(done(&[3, 0, 0, 0, 1])(&ended(&master.reply(1, &[3, 0, 0, 0, 1]))[0].1));
     // Nor is a value the answer to a command.
     let mut master = Master::new(Options::default());
     let _ = master.request(1, START);
-    assert!(matches!(master.reply(1, &[0, 1]).events[..], [Event::Unsolicited(_)]));
+    assert!(matches!(master.reply(1, &[0, 1]).told()[..], [Event::Unsolicited(_)]));
     assert!(done(&[])(&ended(&master.reply(1, &[]))[0].1));
     // What has no type may be answered by anything.
     let mut master = Master::new(Options::default());
@@ -225,7 +226,7 @@ fn a_start_may_take_three_seconds() {
     assert!(done(&[])(&ended(&master.reply(1, &[]))[0].1));
     let mut master = Master::new(Options::default());
     let _ = master.request(1, START);
-    assert_eq!(all_ended(&master.pass(9000)), [(3000, 1, SILENCE)]);
+    assert_eq!(all_ended(&master.pass(9000)), [(3000, 1, Outcome::NotConfirmed)]);
 }
 
 // 5-18
@@ -233,10 +234,10 @@ fn a_start_may_take_three_seconds() {
 fn broadcasts_do_not_pass_a_bridge() {
     let mut master = Master::new(Options::default());
     let output = master.request_to(1, Address::BROADCAST, broadcast_start());
-    assert_eq!((output.send.len(), ended(&output)), (0, vec![(1, not_taken(NotTaken::Bridge))]));
-    let request = Request { token: Token(2), to: Address::BROADCAST, message: broadcast_start() };
-    let output = master.command(Command::Insist(request));
-    assert_eq!((output.send.len(), ended(&output)), (1, vec![(2, Outcome::Sent)]));
+    assert_eq!((output.packets().len(), ended(&output)), (0, vec![(1, refused(Refusal::Bridge))]));
+    let request = Request { to: Address::BROADCAST, message: broadcast_start() };
+    let output = master.command(Token(2), Command::Insist(request));
+    assert_eq!((output.packets().len(), ended(&output)), (1, vec![(2, Outcome::Sent)]));
 }
 
 // 5-19
@@ -246,25 +247,36 @@ fn what_is_an_error_is_not_sent() {
     for (message, to) in [
         (move_by(Motor::One, 0x0100_0000), NODE),
         (move_by(Motor::One, 0), NODE),
-        (HostMessage::SetAddress(message::SetAddress { new_address: Address(1) }), NODE),
+        (HostMessage::from(message::SetAddress { new_address: Address(1) }), NODE),
         (HostMessage::other(0x0F_01, &[1]), NODE),
         (assign(Address(0)), Address::BROADCAST),
     ] {
         let output = master.request_to(1, to, message);
-        assert!(output.send.is_empty(), "{message:?}");
-        let [(1, Outcome::Failed(Failure::NotTaken(NotTaken::Lint(_))))] = ended(&output)[..] else {
+        assert!(output.packets().is_empty(), "{message:?}");
+        let [(1, Outcome::Refused(Refusal::Invalid(EncodeError::Refused(_))))] = ended(&output)[..] else {
             panic!("{output:?}")
         };
     }
     for (message, to) in [(START, Address::MASTER), (STOP, Address::BROADCAST), (broadcast_start(), NODE)] {
-        assert_eq!(ended(&master.request_to(1, to, message)), [(1, not_taken(NotTaken::Address))]);
+        assert_eq!(ended(&master.request_to(1, to, message)), [(1, refused(Refusal::Address))]);
     }
     for message in [HostMessage::other(0x2_09_00, &[0; 32]), HostMessage::other(0x32_00, &[0; 33])] {
-        assert_eq!(ended(&master.request(1, message)), [(1, not_taken(NotTaken::TooLong))]);
+        let too_long = |why: &EncodeError| {
+            matches!(why, EncodeError::Refused(lint) if lint.what == "data")
+                || matches!(why, EncodeError::TooLong { .. })
+        };
+        let output = master.request(1, message);
+        assert!(
+            matches!(&ended(&output)[..], [(1, Outcome::Refused(Refusal::Invalid(why)))] if too_long(why)),
+            "{output:?}"
+        );
     }
     // A stop that is not known to be one, and a command of the core protocol beside its table.
     for message in [HostMessage::other(0x04_00, &[]), HostMessage::other(0x01_00, &[2])] {
-        assert_eq!(ended(&master.request(1, message)), [(1, not_taken(NotTaken::Encode))]);
+        let output = master.request(1, message);
+        let [(1, Outcome::Refused(Refusal::Invalid(EncodeError::Typed { .. })))] = ended(&output)[..] else {
+            panic!("{output:?}")
+        };
     }
 }
 
@@ -275,7 +287,7 @@ fn a_full_queue_says_so() {
     for token in 0..9 {
         assert!(ended(&master.request(token, STATUS)).is_empty(), "one is out, eight wait");
     }
-    assert_eq!(ended(&master.request(9, STATUS)), [(9, not_taken(NotTaken::Full))]);
+    assert_eq!(ended(&master.request(9, STATUS)), [(9, refused(Refusal::Busy))]);
     assert!(ended(&master.request(10, motor_stop(Motor::One))).is_empty(), "stops have room of their own");
 }
 
@@ -286,19 +298,21 @@ fn a_line_that_goes_ends_what_waits() {
     let _ = master.request(1, START);
     let _ = master.request(2, STATUS);
     let output = master.step(Input::LinkDown);
-    let dropped = |was_sent| Outcome::Failed(Failure::Dropped { why: Dropped::Link, was_sent });
-    assert_eq!(ended(&output), [(1, dropped(true)), (2, dropped(false))]);
+    assert_eq!(ended(&output), [(1, Outcome::NotConfirmed), (2, Outcome::Failed(Failure::LinkDown))]);
+    assert_eq!(output.told()[0], Event::LinkDown);
     assert_eq!((master.machine.state(), master.wake), (State::Offline, None));
-    assert_eq!(ended(&master.request(3, STATUS)), [(3, not_taken(NotTaken::Link))]);
+    assert_eq!(ended(&master.request(3, STATUS)), [(3, refused(Refusal::NotConnected))]);
     let output = master.request(4, STOP);
     assert_eq!(
-        output.events[..],
+        output.told()[..],
         [
-            Event::Ended { token: Token(4), outcome: not_taken(NotTaken::Link) },
-            Event::StopNotConfirmed { node: Some(NODE) },
+            Event::Ended { token: Token(4), outcome: refused(Refusal::NotConnected) },
+            Event::StopNotConfirmed(StopTarget::Node(NODE)),
         ]
     );
-    assert!(master.step(Input::LinkUp).is_quiet() && master.step(Input::LinkUp).is_quiet());
-    assert_eq!(master.request(5, STATUS).send.len(), 1);
-    assert!(matches!(master.reply(1, &[0, 0]).events[..], [Event::Ended { token: Token(5), .. }]));
+    assert!(master.step(Input::LinkDown).is_quiet(), "it is down already");
+    assert_eq!(master.step(Input::LinkUp).told(), [Event::Ready { reconnected: true }]);
+    assert!(master.step(Input::LinkUp).is_quiet(), "it is up already");
+    assert_eq!(master.request(5, STATUS).packets().len(), 1);
+    assert!(matches!(master.reply(1, &[0, 0]).told()[..], [Event::Ended { token: Token(5), .. }]));
 }

@@ -1,17 +1,19 @@
-//! The master as a whole: what goes next.
+//! The master as a whole: what is sent next.
 
 use arrayvec::ArrayVec;
-use motion_core::machine::Machine;
+use motion_core::machine;
 use motion_core::time::Millis;
 
 use super::emergency::Emergency;
-use super::line::{Job, Line};
+use super::event::{Event, Failure};
+use super::jobs::{Job, Pending, Speed};
+use super::joystick::KeptNodes;
+use super::line::{Line, State};
+use super::moving::Moving;
 use super::stops::Stops;
-use super::stream::{KeptNodes, Speed};
-use super::{Dropped, Event, Input, MAX_QUEUE, MAX_SPEEDS, Nodes, Options, Output, Request, State};
-use crate::state::{debug, set_back};
+use super::{Input, MAX_QUEUE, MAX_SPEEDS, Nodes, Options, Output};
 
-/// Whose turn it was: nobody waits for ever, however much the others want.
+/// Kind of work that was sent last. The kinds take turns, so that none of them waits for ever.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 enum Turn {
     #[default]
@@ -21,7 +23,7 @@ enum Turn {
 }
 
 impl Turn {
-    /// The three, beginning with the next one.
+    /// All kinds, in the order in which they are asked for the next packet.
     const fn next(self) -> [Self; 3] {
         match self {
             Self::KeepAlive => [Self::Speed, Self::Request, Self::KeepAlive],
@@ -31,25 +33,29 @@ impl Turn {
     }
 }
 
-/// The master of a bus. [`Options`] say how it behaves; [`Machine::step`] takes what happened.
+/// The master of a bus.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub struct HostMachine {
     pub(super) options: Options,
     pub(super) line: Line,
-    /// When the gap behind the last packet is over.
+    /// Time at which the gap after the last packet is over.
     pub(super) free_at: Option<Millis>,
     pub(super) stops: Stops,
-    pub(super) queue: ArrayVec<Request, MAX_QUEUE>,
+    pub(super) queue: ArrayVec<Pending, MAX_QUEUE>,
     pub(super) speeds: ArrayVec<Speed, MAX_SPEEDS>,
     turn: Turn,
     pub(super) kept: KeptNodes,
     pub(super) emergency: Option<Emergency>,
+    pub(super) moving: Moving,
+    was_up: bool,
 }
 
-debug! { HostMachine { options line free_at stops queue speeds turn kept emergency } }
+motion_core::debug! { HostMachine { options line free_at stops queue speeds turn kept emergency moving was_up } }
+
+machine! { HostMachine }
 
 impl HostMachine {
-    /// A master without a line.
+    /// A master whose line is down.
     #[must_use]
     pub fn new(options: Options) -> Self {
         Self {
@@ -62,43 +68,68 @@ impl HostMachine {
             turn: Turn::default(),
             kept: KeptNodes::new(),
             emergency: None,
+            moving: Moving::NOTHING,
+            was_up: false,
         }
     }
 
-    /// The same master, on a clock that was set back by so many milliseconds: for clocks that do not last, and to
-    /// compare what differs by its age alone. What was due before the clock begins is due when it begins.
+    /// The same master on a clock that was set back by so many milliseconds, to compare what differs by its age alone.
+    #[doc(hidden)]
     #[must_use]
     pub fn set_back(mut self, by: u64) -> Self {
+        let by = Millis(by);
         self.line = self.line.set_back(by);
-        self.free_at = self.free_at.map(|free| set_back(free, by));
+        self.free_at = self.free_at.map(|free| Millis(free.since(by)));
         for kept in &mut self.kept {
             kept.set_back(by);
         }
         self
     }
 
-    /// What it does with the line.
+    /// State of the line.
     #[must_use]
     pub const fn state(&self) -> State {
         self.line.state()
     }
 
-    /// The nodes that an emergency stop addresses.
+    /// Nodes that an emergency stop addresses.
     #[must_use]
-    pub const fn nodes(&self) -> &Nodes {
-        &self.options.nodes
+    pub const fn nodes(&self) -> Nodes {
+        self.options.nodes()
     }
 
-    /// Requests that have not come to their end, those of the machine itself left out.
+    /// Number of commands and stops that have not ended.
     #[must_use]
     pub fn pending(&self) -> usize {
-        let out = matches!(self.line, Line::Waiting(waiting) if matches!(waiting.job, Job::Request(_) | Job::Stop(_)));
-        self.queue.len().saturating_add(self.stops.len()).saturating_add(out.into())
+        let out = matches!(self.line, Line::Waiting(waiting) if waiting.job.token().is_some() || matches!(waiting.job, Job::Stop(_)));
+        let waiting = self.queue.len().saturating_add(self.speeds.len());
+        waiting.saturating_add(self.stops.len()).saturating_add(out.into())
     }
 
-    /// Sends what goes next, if anything may: new stops past everything, then an emergency, then on a free line the
-    /// other stops, and then keep-alives, speeds and requests in turn.
-    fn advance(&mut self, now: Millis, output: &mut Output) {
+    fn run<'a>(&mut self, now: Millis, output: &mut Output<'a>, input: Input<'a>) {
+        match input {
+            Input::LinkUp if self.line == Line::Offline => {
+                self.line = Line::Idle;
+                output.event(Event::Ready { reconnected: core::mem::replace(&mut self.was_up, true) });
+            }
+            Input::LinkDown if self.line != Line::Offline => {
+                output.event(Event::LinkDown);
+                self.drop_all(output, Failure::LinkDown);
+                (self.line, self.free_at) = (Line::Offline, None);
+                self.emergency_without_line(output);
+            }
+            Input::Received(message) => self.received(now, output, message),
+            Input::Noise => output.event(Event::Noise),
+            Input::Command(token, command) => self.command(now, output, token, command),
+            Input::LinkUp | Input::LinkDown | Input::Wake => {}
+        }
+        self.send_next(now, output);
+        self.wakes(output);
+    }
+
+    /// Sends the next packet, if one may be sent: first new stops, whatever the line does; then, on a free line, the other
+    /// stops and the emergency stop; then keep-alives, speeds and requests in turn.
+    fn send_next(&mut self, now: Millis, output: &mut Output<'_>) {
         self.line_is_due(now, output);
         if self.free_at.is_some_and(|free| now >= free) {
             self.free_at = None;
@@ -110,7 +141,7 @@ impl HostMachine {
         if self.emergency.is_some() {
             self.send_emergency(now, output);
         }
-        // An emergency stop that goes on has sent something.
+        // An emergency stop that goes on has sent a packet.
         if self.line != Line::Idle {
             return;
         }
@@ -121,7 +152,7 @@ impl HostMachine {
         }
     }
 
-    /// What goes next of one kind.
+    /// Takes the next work of one kind.
     fn take(&mut self, now: Millis, turn: Turn) -> Option<Job> {
         match turn {
             Turn::KeepAlive => self.keep_alive_due(now).map(Job::KeepAlive),
@@ -130,13 +161,13 @@ impl HostMachine {
         }
     }
 
-    /// Whether something is to be sent as soon as the line allows.
+    /// Whether a packet is to be sent as soon as the line allows.
     fn has_work(&self) -> bool {
         let is_stopping = self.emergency.is_some() || !self.stops.is_empty();
         is_stopping || !self.queue.is_empty() || !self.speeds.is_empty()
     }
 
-    fn wakes(&self, output: &mut Output) {
+    fn wakes(&self, output: &mut Output<'_>) {
         if self.line == Line::Offline {
             return;
         }
@@ -151,30 +182,5 @@ impl HostMachine {
         if let Some(due) = self.next_keep_alive().filter(|_| is_idle) {
             output.wake_by(self.free_at.map_or(due, |free| free.max(due)));
         }
-    }
-}
-
-impl Machine for HostMachine {
-    type Input<'a> = Input<'a>;
-    type Output = Output;
-
-    fn step(mut self, now: Millis, input: Input<'_>) -> (Self, Output) {
-        let mut output = Output::default();
-        let out = &mut output;
-        match input {
-            Input::LinkUp if self.line == Line::Offline => self.line = Line::Idle,
-            Input::LinkDown => {
-                self.drop_all(out, Dropped::Link);
-                (self.line, self.free_at) = (Line::Offline, None);
-                self.emergency_without_line(out);
-            }
-            Input::Received(message) => self.received(now, out, &message),
-            Input::Noise => out.event(Event::Noise),
-            Input::Command(command) => self.command(now, out, command),
-            Input::LinkUp | Input::Wake => {}
-        }
-        self.advance(now, out);
-        self.wakes(out);
-        (self, output)
     }
 }

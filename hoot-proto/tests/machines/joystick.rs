@@ -2,39 +2,58 @@
 
 use super::world::*;
 use hoot_proto::Address;
-use hoot_proto::host::{Command, Event, Failure, Input, MAX_KEPT, MAX_SPEEDS, NotTaken, Options, Outcome, Output};
+use hoot_proto::EncodeError;
+use hoot_proto::host::{
+    Command, Event, Failure, Input, MAX_KEPT, MAX_SPEEDS, Options, Outcome, Output, Refusal, Token,
+};
 use hoot_proto::message::{self, HostMessage, Motor, ResponseCode, StepsPerSecond};
 
 const STATUS: HostMessage<'static> = HostMessage::RunStatus(message::RunStatus {});
 const ALIVE: HostMessage<'static> = HostMessage::JoystickMode(message::JoystickMode {});
 const ONE: Motor = Motor::One;
 
-fn stream(master: &mut Master, motor: Motor, speed: f32) -> Output {
+fn stream(master: &mut Master, motor: Motor, speed: f32) -> Output<'static> {
     let speed = StepsPerSecond(speed);
-    master.command(Command::Speed { to: NODE, motor, speed })
+    master.order(Command::Speed { to: NODE, motor, speed })
 }
 
-fn keep(master: &mut Master, to: Address, on: bool) -> Output {
-    master.command(Command::KeepAlive { to, on })
+/// A speed with a token that tests look at.
+fn named(master: &mut Master, token: u32, motor: Motor, speed: f32) -> Output<'static> {
+    let speed = StepsPerSecond(speed);
+    master.command(Token(token), Command::Speed { to: NODE, motor, speed })
+}
+
+fn keep(master: &mut Master, to: Address, on: bool) -> Output<'static> {
+    master.order(Command::KeepAlive { to, on })
+}
+
+/// The end of a command without a name.
+const fn end(outcome: Outcome<'_>) -> Event<'_> {
+    Event::Ended { token: UNNAMED, outcome }
 }
 
 // 5-30
 #[test]
 fn of_speeds_that_wait_the_last_counts() {
     let mut master = Master::new(Options::default());
-    assert_eq!(stream(&mut master, ONE, 1.0).send[0].message, speed(ONE, 1.0));
+    assert_eq!(named(&mut master, 1, ONE, 1.0).packets()[0].message, speed(ONE, 1.0));
+    let superseded = Outcome::Failed(Failure::Superseded);
     for next in 2..50_u8 {
         master.now += 1;
-        assert!(stream(&mut master, ONE, next.into()).is_quiet());
-        assert!(stream(&mut master, Motor::Two, -f32::from(next)).is_quiet());
+        let output = named(&mut master, next.into(), ONE, next.into());
+        let before = (next > 2).then(|| (u32::from(next) - 1, superseded));
+        assert_eq!((ended(&output), output.packets().len()), (Vec::from_iter(before), 0));
+        let output = named(&mut master, 100 + u32::from(next), Motor::Two, -f32::from(next));
+        let before = (next > 2).then(|| (99 + u32::from(next), superseded));
+        assert_eq!((ended(&output), output.packets().len()), (Vec::from_iter(before), 0));
     }
-    let _ = master.reply(1, &[]);
+    assert!(matches!(ended(&master.reply(1, &[]))[..], [(1, Outcome::Done(_))]));
     let outputs = master.pass(60);
     assert_eq!(sent(&outputs), [(40, speed(ONE, 49.0))]);
-    let _ = master.reply(1, &[]);
+    assert_eq!(ended(&master.reply(0, &[])), [(49, Outcome::Refused(Refusal::Device(ResponseCode::ERROR)))]);
     assert_eq!(sent(&master.pass(60)), [(40, speed(Motor::Two, -49.0))]);
-    // Silence is no news: most firmware says nothing, and the next speed comes soon.
-    assert_eq!(master.pass(9000), []);
+    // Silence is usual: most firmware does not answer, and the next speed comes soon.
+    assert_eq!(all_ended(&master.pass(9000)), [(130, 149, Outcome::NotConfirmed)]);
 }
 
 // 5-31
@@ -54,8 +73,7 @@ fn a_speed_of_0_without_an_answer_becomes_a_stop() {
     let mut master = Master::new(Options::default());
     let _ = stream(&mut master, ONE, 0.0);
     let output = master.reply(0, &[]);
-    let why = Failure::Refused(ResponseCode::ERROR);
-    assert_eq!(output.events[..], [Event::SpeedFailed { to: NODE, motor: ONE, why }]);
+    assert_eq!(others(&output), []);
     assert_eq!(sent(&master.pass(60)), [(60, motor_stop(ONE))]);
     // Not if it is answered, nor if the motor is to move again by then.
     let mut master = Master::new(Options::default());
@@ -73,24 +91,25 @@ fn a_speed_of_0_without_an_answer_becomes_a_stop() {
 fn speeds_that_make_no_sense_are_not_sent() {
     let mut master = Master::new(Options::default());
     for bad in [f32::NAN, f32::INFINITY] {
-        let output = stream(&mut master, ONE, bad);
-        assert!(output.send.is_empty());
-        let [Event::SpeedFailed { why: Failure::NotTaken(NotTaken::Lint(_)), .. }] = output.events[..] else {
+        let output = named(&mut master, 1, ONE, bad);
+        assert!(output.packets().is_empty());
+        let [(1, Outcome::Refused(Refusal::Invalid(EncodeError::Refused(_))))] = ended(&output)[..] else {
             panic!("{output:?}")
         };
     }
     let _ = master.request(1, STATUS);
     for place in 0..=MAX_SPEEDS {
         let to = Address(10 + u8::try_from(place).unwrap());
-        let output = master.command(Command::Speed { to, motor: ONE, speed: StepsPerSecond(1.0) });
-        let full = Event::SpeedFailed { to, motor: ONE, why: Failure::NotTaken(NotTaken::Full) };
-        assert_eq!(output.events.first(), (place == MAX_SPEEDS).then_some(&full));
+        let output = master.command(Token(9), Command::Speed { to, motor: ONE, speed: StepsPerSecond(1.0) });
+        let full = (place == MAX_SPEEDS).then_some((9, Outcome::Refused(Refusal::Busy)));
+        assert_eq!(ended(&output), Vec::from_iter(full));
     }
     // A stop takes back the speed that waits.
     let mut master = Master::new(Options::default());
     let _ = master.request(1, STATUS);
-    let _ = stream(&mut master, ONE, 7.0);
-    let _ = master.request(2, motor_stop(ONE));
+    let _ = named(&mut master, 7, ONE, 7.0);
+    let output = master.request(2, motor_stop(ONE));
+    assert_eq!(ended(&output), [(7, Outcome::Failed(Failure::Stopped))]);
     let messages: Vec<_> = sent(&master.pass(9000)).into_iter().map(|(_, message)| message).collect();
     assert!(messages.iter().all(|message| *message == motor_stop(ONE)), "{messages:?}");
 }
@@ -99,20 +118,20 @@ fn speeds_that_make_no_sense_are_not_sent() {
 #[test]
 fn a_node_that_is_kept_alive_hears_something_in_time() {
     let mut master = Master::new(Options::default());
-    assert_eq!(keep(&mut master, NODE, true).send[0].message, ALIVE);
+    assert_eq!(keep(&mut master, NODE, true).packets()[0].message, ALIVE);
     let _ = master.reply(1, &[0, 1]);
     assert_eq!(sent(&master.pass(400)), [(400, ALIVE)]);
     let _ = master.reply(1, &[0, 1]);
     master.pass(300);
-    assert_eq!(stream(&mut master, ONE, 3.0).send.len(), 1);
+    assert_eq!(stream(&mut master, ONE, 3.0).packets().len(), 1);
     let _ = master.reply(1, &[]);
     assert_eq!(sent(&master.pass(400)), [(400, ALIVE)], "a speed keeps it alive as well");
     // Silence is told, and it goes on.
     let outputs = master.pass(400);
-    assert_eq!(outputs[0].1.events[..], [Event::KeepAliveLost { to: NODE }]);
+    assert_eq!(outputs[0].1.told(), [Event::KeepAliveLost { to: NODE }]);
     assert_eq!((outputs[0].0, sent(&outputs)), (150, vec![(400, ALIVE)]));
     let _ = master.reply(1, &[0, 1]);
-    assert!(keep(&mut master, NODE, false).is_quiet());
+    assert_eq!(keep(&mut master, NODE, false).told(), [end(Outcome::Applied)]);
     assert_eq!(master.pass(9000), []);
 }
 
@@ -123,16 +142,16 @@ fn only_so_many_nodes_are_kept_alive() {
     for place in 0..MAX_KEPT {
         let _ = keep(&mut master, Address(10 + u8::try_from(place).unwrap()), true);
     }
-    assert_eq!(keep(&mut master, NODE, true).events[..], [Event::NotTaken(NotTaken::Full)]);
-    assert!(keep(&mut master, Address(10), true).events.is_empty(), "it is among them");
-    assert_eq!(keep(&mut master, Address::MASTER, true).events[..], [Event::NotTaken(NotTaken::Address)]);
+    assert_eq!(keep(&mut master, NODE, true).told(), [end(Outcome::Refused(Refusal::Busy))]);
+    assert_eq!(keep(&mut master, Address(10), true).told(), [end(Outcome::Applied)], "it is among them");
+    assert_eq!(keep(&mut master, Address::MASTER, true).told(), [end(Outcome::Refused(Refusal::Address))]);
     let outputs = master.pass(3000);
     for place in 0..MAX_KEPT {
         let to = Address(10 + u8::try_from(place).unwrap());
-        let heard = outputs.iter().filter(|(_, output)| output.send.iter().any(|send| send.to == to)).count();
+        let heard = outputs.iter().filter(|(_, output)| output.packets().iter().any(|send| send.to == to)).count();
         assert!(heard >= 2, "nobody answers, and {to} hears {heard}");
     }
-    assert_eq!(master.step(Input::LinkDown).events.len(), 0);
+    assert_eq!(master.step(Input::LinkDown).told(), [Event::LinkDown]);
     let _ = master.step(Input::LinkUp);
     assert_eq!(master.pass(3000), [], "a line that goes ends it");
 }

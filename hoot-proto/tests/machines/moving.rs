@@ -1,0 +1,216 @@
+//! Whether anything may still move because of the master.
+
+use super::world::*;
+use hoot_proto::host::{Command, Input, Nodes, Options};
+use hoot_proto::message::{self, HostMessage, Motor};
+use hoot_proto::query::Profile;
+use hoot_proto::{Address, Messages};
+
+const STATUS: HostMessage<'static> = HostMessage::RunStatus(message::RunStatus {});
+const ONE: Motor = Motor::One;
+
+fn running(motor: Motor) -> HostMessage<'static> {
+    message::MotorRunning { motor }.into()
+}
+
+/// A request that is answered, with what it asks for.
+fn done(master: &mut Master, message: HostMessage<'static>, data: &'static [u8]) {
+    assert_eq!(master.request(1, message).packets()[0].message, message);
+    master.now += 5;
+    let _ = master.reply(1, data);
+    master.pass(300);
+}
+
+/// A master to which a run was sent and answered.
+fn after(message: HostMessage<'static>) -> Master {
+    let mut master = Master::new(Options::new());
+    assert!(!master.machine.may_move());
+    done(&mut master, message, &[]);
+    assert!(master.machine.may_move(), "{message:?}");
+    master
+}
+
+#[test]
+fn a_motor_may_move_until_it_rests() {
+    for (message, data) in [(motor_stop(ONE), &[][..]), (STOP, &[]), (PAUSE, &[]), (running(ONE), &[0, 0])] {
+        let mut master = after(run(ONE));
+        done(&mut master, running(ONE), &[0, 1]);
+        done(&mut master, running(Motor::Two), &[0, 0]);
+        done(&mut master, motor_stop(Motor::Two), &[]);
+        assert!(master.machine.may_move(), "nothing of this is about the motor");
+        done(&mut master, message, data);
+        assert!(!master.machine.may_move(), "{message:?}");
+    }
+}
+
+#[test]
+fn a_program_moves_motors_again_that_rest() {
+    let mut master = after(START);
+    for motor in Motor::ALL {
+        done(&mut master, running(motor), &[0, 0]);
+        done(&mut master, motor_stop(motor), &[]);
+    }
+    assert!(master.machine.may_move(), "the program may run");
+    done(&mut master, STATUS, &[0, 2]);
+    done(&mut master, STATUS, &[0, 0]);
+    assert!(master.machine.may_move(), "a motor may have moved since it was asked");
+    for motor in Motor::ALL {
+        assert!(master.machine.may_move());
+        done(&mut master, running(motor), &[0, 0]);
+    }
+    assert!(!master.machine.may_move());
+    // The number 1 has two meanings.
+    for (profile, rests) in [(Profile::Unknown, false), (Profile::Sheet, false), (Profile::V033, true)] {
+        let mut master = Master::new(Options::new().with_profile(profile));
+        done(&mut master, START, &[]);
+        done(&mut master, STATUS, &[0, 1]);
+        for motor in Motor::ALL {
+            done(&mut master, running(motor), &[0, 0]);
+        }
+        assert_eq!(!master.machine.may_move(), rests, "{profile:?}");
+    }
+}
+
+#[test]
+fn what_waits_may_move_until_it_is_taken_back() {
+    let mut master = Master::new(Options::new());
+    let _ = master.request(1, STATUS);
+    let _ = master.request(2, run(ONE));
+    assert!(master.machine.may_move(), "it will be sent");
+    let _ = master.request(3, motor_stop(ONE));
+    assert!(master.machine.may_move(), "the stop is not confirmed");
+    master.pass(300);
+    let _ = master.reply(1, &[]);
+    assert!(!master.machine.may_move(), "it was never sent");
+
+    let mut master = Master::new(Options::new());
+    let _ = master.request(1, STATUS);
+    let speed = message::StepsPerSecond(5.0);
+    let _ = master.order(Command::Speed { to: NODE, motor: ONE, speed });
+    assert!(master.machine.may_move());
+    let _ = master.step(Input::LinkDown);
+    assert!(!master.machine.may_move(), "it was never sent");
+}
+
+#[test]
+fn a_refusal_and_a_silence_say_nothing() {
+    let mut master = Master::new(Options::new());
+    let _ = master.request(1, run(ONE));
+    let _ = master.reply(0, &[]);
+    assert!(master.machine.may_move(), "the refusal may be that of something else");
+    let mut master = Master::new(Options::new());
+    let _ = master.request(1, run(ONE));
+    master.pass(9000);
+    assert!(master.machine.may_move());
+}
+
+#[test]
+fn what_only_sets_moves_nothing() {
+    let mut master = Master::new(Options::new());
+    let acceleration = message::StepsPerSecondSquared(5.0);
+    done(&mut master, message::MotorSetContinuousAcceleration { motor: ONE, acceleration }.into(), &[]);
+    done(&mut master, speed(ONE, 0.0), &[]);
+    done(&mut master, message::MotorSetEnable { motor: ONE, enable: YES }.into(), &[]);
+    done(&mut master, joystick(YES), &[]);
+    assert!(!master.machine.may_move());
+    done(&mut master, speed(ONE, 1.0), &[]);
+    assert!(master.machine.may_move(), "in joystick mode it starts the motor");
+    let master = after(HostMessage::other(0x32_00, &[]));
+    assert!(master.machine.may_move(), "nobody knows what it does");
+}
+
+#[test]
+fn a_stop_that_is_not_confirmed_leaves_all_open() {
+    let mut master = Master::new(Options::new());
+    let _ = master.request(1, motor_stop(ONE));
+    master.pass(9000);
+    assert!(master.machine.may_move());
+    done(&mut master, running(ONE), &[0, 0]);
+    assert!(!master.machine.may_move());
+    // Without a line as well.
+    let mut master = Master::offline(Options::new(), &[NODE]);
+    let _ = master.request(1, STOP);
+    assert!(master.machine.may_move());
+}
+
+#[test]
+fn a_line_that_goes_changes_nothing() {
+    let mut master = after(run(ONE));
+    let _ = master.step(Input::LinkDown);
+    assert!(master.machine.may_move());
+    let _ = master.step(Input::LinkUp);
+    assert!(master.machine.may_move());
+    done(&mut master, motor_stop(ONE), &[]);
+    assert!(!master.machine.may_move());
+}
+
+#[test]
+fn a_broadcast_moves_every_listed_node() {
+    let start = HostMessage::from(message::BroadcastStart::default());
+    let nodes = Nodes::NONE.with(Address(4)).and_then(|nodes| nodes.with(Address(5))).unwrap();
+    let options = Options::new().with_bridge(false);
+    let mut master = Master::new(options);
+    let _ = master.order(Command::Nodes(nodes));
+    let _ = master.request_to(1, Address::BROADCAST, start);
+    master.pass(100);
+    for to in [4, 5] {
+        assert!(master.machine.may_move());
+        let _ = master.request_to(1, Address(to), STOP);
+        let _ = master.reply(1, &[]);
+        master.pass(300);
+    }
+    assert!(!master.machine.may_move());
+    // Without a list nobody can tell.
+    let mut master = Master::offline(options, &[]);
+    master.line_up();
+    let _ = master.request_to(1, Address::BROADCAST, start);
+    master.pass(100);
+    let _ = master.request(1, STOP);
+    let _ = master.reply(1, &[]);
+    master.pass(300);
+    assert!(master.machine.may_move());
+}
+
+/// Goes through a whole emergency stop; `ok` says to which packets the node says OK.
+fn emergency(master: &mut Master, ok: impl Fn(&HostMessage<'_>) -> bool) {
+    let mut output = master.order(Command::EmergencyStop);
+    for _ in 0..200 {
+        assert!(master.machine.may_move() || master.machine.stopping().name() == "Calm");
+        let packet = output.packets().first().copied();
+        output = match packet {
+            Some(packet) if ok(&packet.message) => master.answer(&packet, true),
+            _ if master.machine.stopping().name() == "Calm" => return,
+            _ => master.wait(3000),
+        };
+    }
+    panic!("it is never confirmed");
+}
+
+#[test]
+fn a_confirmed_emergency_stop_ends_it() {
+    for message in [run(ONE), START] {
+        let mut master = after(message);
+        emergency(&mut master, |_| true);
+        assert!(!master.machine.may_move());
+    }
+    // The stop of the controller may have been lost: all motors rest, but the program may move them again.
+    let mut master = after(run(ONE));
+    emergency(&mut master, |message| *message != STOP);
+    assert!(!master.machine.may_move());
+    let mut master = after(START);
+    emergency(&mut master, |message| *message != STOP);
+    assert!(master.machine.may_move());
+    // An answer to something else may have been taken for that to the stop.
+    let mut master = Master::new(Options::new());
+    let _ = master.request(1, START);
+    master.now += 60;
+    emergency(&mut master, |_| true);
+    assert!(master.machine.may_move());
+    done(&mut master, STOP, &[]);
+    assert!(!master.machine.may_move());
+    // Given up, it has stopped nothing for certain.
+    let mut master = Master::new(Options::new());
+    let _ = master.order(Command::EmergencyStop);
+    let _ = master.order(Command::EndEmergency);
+    assert!(master.machine.may_move());
+}
