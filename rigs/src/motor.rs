@@ -41,7 +41,7 @@ pub enum Happening {
     Rests,
     /// The motor ran into an end of its travel and stands there. This is reported once, and then that the motor rests.
     Tripped {
-        /// Whether it is the upper end.
+        /// Whether the end is the upper one.
         upper: bool,
     },
 }
@@ -371,7 +371,7 @@ mod tests {
         motor.go_to(Millis(5), 20.0, 10.0, 20.0);
         assert_eq!(run(&mut motor, 5), [(2505, Happening::Rests)]);
         assert_eq!(motor.at(Millis(9999)), Place { position: 20.0, velocity: 0.0 });
-        // The motor is there already, and reports it all the same.
+        // The motor is there already, and still reports that it rests.
         motor.go_to(Millis(9999), 20.0, 10.0, 20.0);
         assert_eq!(run(&mut motor, 9999), [(9999, Happening::Rests)]);
     }

@@ -78,7 +78,7 @@ impl<'a> Plan<'a> {
         Self { play, motors: &[], without_motors: true }
     }
 
-    /// How the move is played.
+    /// Settings for playing the move.
     #[must_use]
     pub const fn play(&self) -> Play {
         self.play

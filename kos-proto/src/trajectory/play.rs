@@ -10,7 +10,7 @@ use super::error::{MoveError, Place};
 use super::values::{DelayInterval, DelayMode, LoopCount};
 use crate::message::{Normalized, PlaybackMode, Seconds};
 
-/// How a move is played. Source: kOS, `TrajectoryData`, blocks 1 and 2.
+/// Settings for playing a move: live or as a time lapse. Source: kOS, `TrajectoryData`, blocks 1 and 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Play {
     /// Live move: the motors move all the time.
@@ -24,7 +24,7 @@ pub enum Play {
 pub struct LiveMotion {
     /// Time that the move takes once, in seconds; more than 0.
     pub duration: Seconds,
-    /// What happens after the move.
+    /// Loop after the move.
     pub repeat: Loop,
     /// Condition for the start.
     pub delay: Delay,

@@ -47,7 +47,7 @@ impl<'a> Trajectory<'a> {
         Ok(Self { blocks, play: Play::read(&playback, &time_lapse)? })
     }
 
-    /// How the move is played.
+    /// Settings for playing the move.
     #[must_use]
     pub const fn play(&self) -> Play {
         self.play

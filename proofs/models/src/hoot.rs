@@ -90,7 +90,7 @@ struct Packet<Message> {
     message: Message,
     /// Latest time of its arrival.
     by: Millis,
-    /// Whether it comes directly after the packet before it.
+    /// Whether the packet comes directly after the one before.
     follows: bool,
 }
 
