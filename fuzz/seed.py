@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Makes the seeds of the fuzz targets from the conformance vectors.
 
-`seed.py` writes them, `seed.py --check` demands that those in seeds/ are what it would write. Files whose name does not
-begin with "vector-" are left alone: they are what the fuzzers found.
+`seed.py` writes the seeds. `seed.py --check` fails if the files in seeds/ differ from them. Files whose name does not
+begin with "vector-" stay as they are: the fuzzers found them.
 """
 
 import json
@@ -19,7 +19,7 @@ def vectors(name):
 
 
 def fletcher():
-    """Two bytes that say where to cut, and the bytes to be summed."""
+    """Two bytes with the place of the cut, and the bytes to be summed."""
     for vector in vectors("fletcher16")["vectors"]:
         if "hex" in vector and vector["len"] > 0:
             data = bytes.fromhex(vector["hex"])
@@ -42,18 +42,18 @@ def stream():
 
 
 def decode():
-    """The side, the message's number in the tables, and its body: of each number one in each eight bytes of length."""
+    """Side, number in the tables and body: one message for each number and each eight bytes of length."""
     chosen = {}
     for side, number, body in [*kos_bodies(), *dmc_bodies(), *hoot_bodies()]:
         if len(body) <= 300:
-            # In hoot the last byte is the part of the node: the commands without it are seeds enough.
+            # In hoot the last byte is the part of the node. The commands without it are enough seeds.
             kind = number >> 8 if side == 4 else number
             chosen.setdefault(f"{PROTOCOLS[side // 2]}-{side}-{kind:x}-{len(body) // 8}", bytes([side]) + number.to_bytes(4, "little") + body)
     return chosen.items()
 
 
 def dmc_differential():
-    """Whole frames: of each type and direction one in each eight bytes of length."""
+    """Whole frames: one for each type, direction and eight bytes of length."""
     chosen = {}
     for vector in vectors("dmc"):
         frame = bytes.fromhex(vector["hex"])
@@ -68,7 +68,7 @@ def dmc_round_trip():
 
 
 def dmc_stream():
-    """Operations: a frame, noise, one with a wrong byte, a gap, one without its end, a lie, one more frame; pieces."""
+    """Operations: a frame, noise, one with a wrong byte, a gap, one cut off, a wrong length, one more frame; pieces."""
     frames = [frame for _, frame in dmc_differential() if len(frame) <= 60]
     for at in range(0, len(frames) - 4, 7):
         kind_and_data = [bytes([len(frame) - 12]) + frame[6:8] + frame[10:-2] + b"\x0b" for frame in frames[at : at + 4]]
@@ -78,7 +78,7 @@ def dmc_stream():
 
 
 def dmc_upload():
-    """Operations: begin, sections of all three kinds, with gaps and twice, end."""
+    """Operations: the begin, sections of all three kinds, with gaps and repeats, the end."""
     begin, end = bytes([0, 0, 2, 41, 0]), bytes([1, 0])
     axis = lambda motor, start, values: bytes([2, start, motor, len(values), *values])
     dmx = lambda channel, start, values: bytes([9, start, channel, len(values), *values])
@@ -90,7 +90,7 @@ def dmc_upload():
 
 
 def kos_differential():
-    """Whole messages: of each number and direction one in each eight bytes of length."""
+    """Whole messages: one for each number, direction and eight bytes of length."""
     chosen = {}
     for vector in vectors("kos"):
         message = bytes.fromhex(vector["hex"])
@@ -105,7 +105,7 @@ def kos_round_trip():
 
 
 def kos_stream():
-    """Operations: a message, noise, one with a wrong byte, a gap, one without its end, a lie, one more message; pieces."""
+    """Operations: a message, noise, one with a wrong byte, a gap, one cut off, a wrong length, one more; pieces."""
     messages = [message for _, message in kos_differential() if message[3] == 0 and len(message) <= 60]
     for at in range(0, len(messages) - 4, 7):
         one, wrong, cut, last = [bytes([len(message) - 6]) + message[4:] + b"\x0b" for message in messages[at : at + 4]]
@@ -114,8 +114,7 @@ def kos_stream():
 
 
 def kos_trajectory():
-    """Moves as they are stored, and with their blocks in another order; numbers for sound plans of each kind, and for
-    others."""
+    """Stored moves, also with their blocks in reverse order; numbers for plans of each kind, sound or hostile."""
     for vector in vectors("kos"):
         if vector["name"].startswith("traj/"):
             name, body = vector["name"].removeprefix("traj/"), bytes.fromhex(vector["hex"])[6:]
@@ -130,7 +129,7 @@ def kos_trajectory():
 
 
 def blocks(data):
-    """A block is a number, a length of two bytes, and its data; the last one may be cut off."""
+    """Splits blocks: a number, a length of two bytes, and the data. The last block may be cut off."""
     while data:
         total = 3 + int.from_bytes(data[1:3], "big")
         yield data[:total]
@@ -138,7 +137,7 @@ def blocks(data):
 
 
 def kos_usb():
-    """Operations: any report, a long message, whole, with a piece lost, doubled, late; a stop; other reports; a wait."""
+    """Operations: any report; a long message, complete or with a lost, doubled or late piece; a stop; others; a wait."""
     for vector in vectors("kos"):
         if vector["kind"].startswith("usb"):
             data = bytes.fromhex(vector["hex"])
@@ -153,7 +152,7 @@ def kos_usb():
 
 
 def hoot_differential():
-    """Whole packets: of each command, part and direction one in each eight bytes of length."""
+    """Whole packets: one for each command, part, direction and eight bytes of length."""
     chosen = {}
     for vector in vectors("hoot"):
         packet = bytes.fromhex(vector["hex"])
@@ -168,7 +167,7 @@ def hoot_round_trip():
 
 
 def hoot_stream():
-    """Operations: a packet, noise, one with a wrong byte, a gap, one without its end, a lie, one more packet; pieces."""
+    """Operations: a packet, noise, one with a wrong byte, a gap, one cut off, a wrong length, one more; pieces."""
     packets = [packet for _, packet in hoot_differential()]
     for at in range(0, len(packets) - 4, 7):
         one, wrong, cut, last = [packet[9:10] + packet[6:9] + packet[10:] + b"\x0b" for packet in packets[at : at + 4]]
@@ -189,13 +188,13 @@ def hoot_reply():
 
 
 def message(number, body):
-    """A message as the targets of machines read it: that its number is written out, the number, and the body."""
+    """A message as the targets of machines read it: a mark for a written number, the number, and the body."""
     return b"\xfa" + number.to_bytes(4, "little") + bytes([len(body)]) + body
 
 
 def sessions(begin, bodies, step):
-    """A line that comes up, then messages, ten a session, each with what follows from it; the clock stands still, goes on,
-    or goes to what is due, in turn."""
+    """A line that comes up, then messages, ten in a session, each with its consequences. In turn, the clock stands
+    still, advances, or advances to the next deadline."""
     bodies = [(side, number, body) for side, number, body in bodies if len(body) <= 100]
     clocks = [b"\0", b"\5\x20", b"\x09"]
     for at in range(0, len(bodies), max(10, len(bodies) // 12)):
@@ -216,7 +215,7 @@ def dmc_machines():
 
 
 def kos_machines():
-    """Options; a device that runs, a client that connects; then messages of others to either side."""
+    """Options; a device that runs, a client that connects; then messages of other peers to both sides."""
     begin = bytes(10) + b"\0\x0c\0\0" + b"\0\x0f\2\0\0" + b"\0\x0d\0\0\0" + b"\0\0\5\0\4\5" * 4
     asked = lambda number, body: b"\x08\0" + message(number, body) + b"\0"
     told = lambda number, body: b"\x0a" + message(number, body)
@@ -240,7 +239,7 @@ def kos_bodies():
         if vector["kind"].startswith(("ok", "accept")) and len(frame) >= 6:
             side = 0 if vector["direction"] == "host" else 1
             head, body = frame[3:6], frame[6:]
-            # Actions and notifications have a number of their own, in front of their body.
+            # Actions and notifications have a number of their own before their body.
             numbered = head in (b"\0\x80\0", b"\0\x81\2")
             number, body = (head + body[:1], body[1:]) if numbered else (head + b"\0", body)
             yield side, int.from_bytes(number, "big"), body
@@ -267,7 +266,7 @@ def hoot_bodies():
 
 
 def text():
-    """How to take it (0: guess, nobody says who sent it), and marked hex, comments and dumps."""
+    """How to read it (0: guess the format, the senders are unknown), and hex with marks, comments and dumps."""
     for at, vector in enumerate(vectors("dmc")[::20]):
         frame = bytes.fromhex(vector["hex"])
         lines = [f"> {frame.hex(' ')}  // a comment", f"< {frame.hex()}", "", "# 0x in front", f"> 0x{frame.hex('_')}"]
@@ -312,7 +311,7 @@ def main():
         for name, data in wanted.items():
             (folder / name).write_bytes(data)
     if stale:
-        sys.exit("seeds that fuzz/seed.py would write otherwise: " + ", ".join(map(str, sorted(stale))))
+        sys.exit("seeds that differ from those of fuzz/seed.py: " + ", ".join(map(str, sorted(stale))))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-//! Law 14, and what lint finds: each rule of the decisions, and nothing in what is legal.
+//! Law 14 and the findings of lint: each rule of the decisions, and no finding in legal messages.
 
 mod recorded;
 
@@ -19,7 +19,7 @@ use motion_core::lint::{Lint, Lints, Severity};
 use motion_core::wire::{Bool, Message, Messages};
 use zerocopy::little_endian::I32;
 
-/// A rig that can do everything, with eight motors.
+/// A rig with every capability and eight motors.
 fn hi() -> Hi<'static> {
     Hi {
         name: Name::new("test rig").unwrap(),
@@ -219,7 +219,7 @@ fn device_messages() -> Vec<DeviceMessage<'static>> {
 
 /// Law 14.
 #[test]
-fn nothing_is_found_in_legal_messages() {
+fn lint_is_silent_on_legal_messages() {
     let motors = [MotorPair::new(Motor(1), Steps(0), Steps(9)), MotorPair::new(Motor(8), Steps(-1), Steps(9))];
     let pairs = [TriggerPair::new(0, Triggers(1)), TriggerPair::new(999, Triggers(8))];
     let mut out = [0; 2048];
@@ -246,15 +246,15 @@ fn names(all: &[motion_core::wire::Kind]) -> Vec<&'static str> {
     all.iter().map(|kind| kind.name).collect()
 }
 
-/// What is found in the vectors without any knowledge of the peer: they are legal, but these.
+/// Findings in the vectors without knowledge of the peer. Only the vectors that are wrong on purpose have any.
 #[test]
-fn nothing_is_found_in_the_vectors_but_what_is_wrong_on_purpose() {
+fn lint_finds_only_the_vectors_that_are_wrong_on_purpose() {
     let mut found = Vec::new();
     for (vector, wire) in recorded::vectors() {
         let Ok(frame) = Frame::decode(&wire) else { continue };
         let lints = if vector["direction"] == "request" {
             match HostMessage::decode(&frame).unwrap() {
-                // Types without a meaning, which `what_no_device_takes_is_not_sent` looks at.
+                // Types without a meaning; `a_message_that_no_device_takes_is_not_sent` covers them.
                 HostMessage::Other(_) => continue,
                 message => message.lint(&Context::default()),
             }
@@ -282,7 +282,7 @@ const WRONG_ON_PURPOSE: &[&str] = &[
     "marker_inside_payload: error: motor: 68 is not in 1 to 32",
 ];
 
-/// What is found first, and how bad it is.
+/// First finding and its severity.
 fn first(lints: Lints) -> (Severity, String) {
     let lint: Lint = lints.into_iter().next().expect("something is found");
     (lint.severity, lint.to_string())
@@ -307,7 +307,7 @@ fn warning(text: &str) -> (Severity, String, Option<AckCode>) {
 }
 
 #[test]
-fn motors_are_those_that_the_device_has() {
+fn a_motor_that_the_device_lacks_is_refused() {
     for motor in [0, 9, 255] {
         let text = format!("motor: {motor} is not in 1 to 8");
         let stop = HostMessage::MotorStop(MotorStop { motor: Motor(motor), tail: &[] });
@@ -333,7 +333,7 @@ fn shoot<'a>(motors: &'a [MotorPair], tail: &'a [u8]) -> HostMessage<'a> {
     })
 }
 
-/// Decision D-2: what a message needs, and the answer of a device without it. Stops are never held back.
+/// Decision D-2: the capability that a message needs, and the answer of a device without it. Stops are never refused.
 #[test]
 fn a_device_without_the_capability_says_unsupported() {
     let motors = [MotorPair::new(Motor(1), Steps(0), Steps(9))];
@@ -370,12 +370,12 @@ fn a_device_without_the_capability_says_unsupported() {
     assert_eq!(host(HostMessage::VirtAimPoint(AIM), Hi { protocol_version: Some(1), ..hi() }), old);
     let go = HostMessage::RtGo(Empty { tail: &[] });
     for capability in [Capabilities::REAL_TIME, Capabilities::SHOOT_FRAME, Capabilities::SHOOT_FRAME2] {
-        assert_eq!(go.lint(&Context::of(one(capability))), Lints::new(), "one is enough");
+        assert_eq!(go.lint(&Context::of(one(capability))), Lints::new(), "one capability is enough");
     }
 }
 
 #[test]
-fn what_is_out_of_range_is_refused_with_the_range() {
+fn a_value_out_of_range_is_refused_with_the_range() {
     let range = |message, text: &str| assert_eq!(host(message, hi()), error(text, AckCode::ERR_RANGE));
     let jog = |speed| MotorJog { motor: Motor(1), speed: JogSpeed(Scaled(speed)), destination: Steps(0), tail: &[] };
     range(HostMessage::MotorJog(jog(0)), "speed: 0 is not in 1 to 10000");
@@ -408,7 +408,7 @@ fn what_is_out_of_range_is_refused_with_the_range() {
     let Ok(VirtConfig::BoomSwingTrack(boom)) = VirtConfig::decode(&[1; 93]) else { panic!("type 1") };
     let boom = HostMessage::VirtConfig(VirtConfig::BoomSwingTrack(boom));
     range(boom, "boom_motor: 16843009 is not in 0 to 8");
-    assert_eq!(boom.lint(&Context::of(hi())).as_slice().len(), 6, "each motor is looked at");
+    assert_eq!(boom.lint(&Context::of(hi())).as_slice().len(), 6, "each motor is checked");
     range(HostMessage::VirtJog(virt_jog(JogSpeed(Scaled(0)))), "speed: 0 is not in 1 to 10000");
     range(HostMessage::VirtJogOnLine(line(-10_001)), "speed: -10001 is not in -10000 to 10000");
     range(HostMessage::VirtJogOnLine(line(i16::MIN)), "speed: -32768 is not in -10000 to 10000");
@@ -420,7 +420,7 @@ fn what_is_out_of_range_is_refused_with_the_range() {
 
 /// Safety decision 8.
 #[test]
-fn limits_are_compared_only_where_both_count() {
+fn limits_are_compared_only_if_both_are_enabled() {
     let crossed = MotorSetLimits { lower: Steps(101), ..limits() };
     let refused = error("lower: 101 is not in -2147483648 to 100", AckCode::ERR_RANGE);
     assert_eq!(host(HostMessage::MotorSetLimits(crossed), hi()), refused);
@@ -434,7 +434,7 @@ fn limits_are_compared_only_where_both_count() {
 }
 
 #[test]
-fn what_is_unwise_is_a_warning_and_no_reason_to_refuse() {
+fn an_unwise_message_is_a_warning_and_is_not_refused() {
     let unwise = |message, text: &str| assert_eq!(host(message, hi()), warning(text));
     let speed = |velocity, accel| {
         let (max_velocity, max_accel) = (Speed(velocity), Acceleration(accel));
@@ -488,7 +488,7 @@ fn what_is_unwise_is_a_warning_and_no_reason_to_refuse() {
 
 /// Decisions D-5, D-10, D-11 and D-13.
 #[test]
-fn what_no_device_takes_is_not_sent() {
+fn a_message_that_no_device_takes_is_not_sent() {
     let context = Context::default();
     let stop = HostMessage::MotorStop(MotorStop { motor: Motor(1), tail: &[] });
     let mut out = [0; 64];
@@ -496,7 +496,7 @@ fn what_no_device_takes_is_not_sent() {
     assert_eq!(stop.encode_checked(MessageId(0), &context, &mut out), Err(zero));
     let ack = HostMessage::other(0x8032, &[0x10, 0]);
     assert_eq!(first(ack.lint(&context)).0, Severity::Error);
-    assert_eq!(ack.refusal(&context), None, "two that answer each other would never end");
+    assert_eq!(ack.refusal(&context), None, "two peers that answer each other would never end");
     let vendor = HostMessage::other(0x0300, &[]);
     assert_eq!(
         first(vendor.lint(&context)),
@@ -519,7 +519,7 @@ fn what_no_device_takes_is_not_sent() {
     let long = section(258);
     assert_eq!(first(long.lint(&context)).1, "data: 1037 is not in 0 to 1036");
     let Err(EncodeError::Refused(lint)) = long.encode_checked(MessageId(1), &context, &mut [0; 2048]) else {
-        panic!("sent all the same")
+        panic!("sent in spite of the error")
     };
     assert_eq!(lint.what, "data");
     let mut roomy = Context::default();
@@ -528,7 +528,7 @@ fn what_no_device_takes_is_not_sent() {
 }
 
 #[test]
-fn a_device_keeps_to_what_it_said_of_itself() {
+fn messages_of_a_device_match_its_greeting() {
     let wrong = |message, text: &str| assert_eq!(device(message), (Severity::Error, text.into()));
     let odd = |message, text: &str| assert_eq!(device(message), (Severity::Warning, text.into()));
     wrong(DeviceMessage::Hi(Hi { motor_count: 33, ..hi() }), "motor_count: 33 is not in 0 to 32");
@@ -567,6 +567,6 @@ fn a_device_keeps_to_what_it_said_of_itself() {
     );
     let Err(EncodeError::Refused(_)) = ack(None, &[]).encode_checked(MessageId(1), &Context::default(), &mut [0; 64])
     else {
-        panic!("sent all the same")
+        panic!("sent in spite of the error")
     };
 }

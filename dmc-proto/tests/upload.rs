@@ -1,4 +1,5 @@
-//! The laws of uploads: what was cut is put together again, what was lost is a gap, and nothing hostile gets anywhere.
+//! Laws of uploads: sections that were cut are assembled again, a lost section is a gap, and hostile input does no
+//! harm.
 
 mod uploads;
 
@@ -17,7 +18,7 @@ use uploads::{Memories, hostile};
 const ROOM: Room = Room { motors: 4, channels: 6, frames: 700 };
 const END: HostMessage<'_> = HostMessage::RtUploadMoveEnd(Empty { tail: &[] });
 
-/// A move that lies in memory.
+/// A move in memory.
 #[derive(Clone, Debug, Default)]
 struct Recorded {
     start: i32,
@@ -62,7 +63,7 @@ impl MoveSource for Recorded {
     }
 }
 
-/// Values that often stay as they are.
+/// Values that often stay the same.
 fn values<T: Copy + std::fmt::Debug + 'static>(any: impl Strategy<Value = T>) -> impl Strategy<Value = Vec<T>> {
     let run = (any, prop_oneof![3 => 1..3_usize, 1 => 1..400_usize]);
     vec(run, 350..400).prop_map(|runs| runs.into_iter().flat_map(|(value, len)| vec![value; len]).take(700).collect())
@@ -86,7 +87,7 @@ fn recorded() -> impl Strategy<Value = Recorded> {
     )
 }
 
-/// A device that can take all of it.
+/// A device that can take the whole move.
 fn device() -> Context<'static> {
     Context::of(Hi {
         motor_count: ROOM.motors,
@@ -99,12 +100,12 @@ fn device() -> Context<'static> {
     })
 }
 
-/// Sends a message by wire.
+/// Sends a message over the wire.
 fn deliver(buffer: &mut UploadBuffer<'_>, message: &HostMessage<'_>, max_data: usize) -> Option<AckCode> {
     let mut wire = [0; 1048];
     let len = message.encode_checked(MessageId(1), &device(), &mut wire).unwrap();
     assert!(len <= max_data + 12, "{len} bytes");
-    assert_eq!(message.lint(&device()).as_slice(), [], "14: {message}");
+    assert_eq!(message.lint(&device()).as_slice(), [], "law 14: {message}");
     buffer.receive(&HostMessage::decode(&Frame::decode(&wire[..len]).unwrap()).unwrap())
 }
 
@@ -112,7 +113,7 @@ fn all(sections: impl Iterator<Item = Section>) -> Vec<Section> {
     sections.take(10_000).collect()
 }
 
-/// Delivers sections of a move, in the given order.
+/// Sends sections of a move in the given order.
 fn assemble(buffer: &mut UploadBuffer<'_>, source: &Recorded, sections: &[Section], max_data: usize) {
     let begin = upload::begin(source, &device()).unwrap();
     assert_eq!(deliver(buffer, &HostMessage::RtUploadMoveBegin(begin), max_data), Some(AckCode::OK));
@@ -128,13 +129,13 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn what_was_cut_is_put_together_again(
+    fn a_move_cut_into_sections_is_assembled_again(
         source in recorded(),
         order in vec(any::<Index>(), 0..40),
         max_data in prop_oneof![13..60_usize, Just(1036)],
     ) {
         let sections = all(upload::sections(&source, SectionSize::of(max_data)));
-        // Some of them at any places, then all of them: in another order, and some of them twice.
+        // Some sections at any places, then all of them: in another order, and some of them twice.
         let mut shuffled = sections.clone();
         for (at, to) in order.iter().enumerate() {
             if !sections.is_empty() {
@@ -168,7 +169,7 @@ proptest! {
     }
 
     #[test]
-    fn what_was_lost_is_a_gap(source in recorded(), lost in vec(any::<bool>(), 1..20), max_data in 13..400_usize) {
+    fn a_lost_section_is_a_gap(source in recorded(), lost in vec(any::<bool>(), 1..20), max_data in 13..400_usize) {
         let sections = all(upload::sections(&source, SectionSize::of(max_data)));
         let lost = lost.into_iter().cycle();
         let arrived: Vec<_> = sections.into_iter().zip(lost).filter(|(_, lost)| !lost).map(|(it, _)| it).collect();
@@ -191,12 +192,12 @@ proptest! {
     }
 
     #[test]
-    fn nothing_hostile_gets_anywhere(input in vec(any::<u8>(), 0..600)) {
+    fn hostile_sections_do_what_the_model_does(input in vec(any::<u8>(), 0..600)) {
         hostile(&input);
     }
 }
 
-/// Ten frames of a device with 2 motors and 1 channel, begun and ready for sections.
+/// Ten frames of a device with 2 motors and 1 channel, ready for sections.
 fn ten(memories: &mut Memories) -> UploadBuffer<'_> {
     let mut buffer = memories.buffer();
     assert_eq!(buffer.receive(&uploads::begin(100, 109)), Some(AckCode::OK));
@@ -211,12 +212,12 @@ fn positions(buffer: &UploadBuffer<'_>, motor: u8) -> Vec<i32> {
     (0..buffer.frame_count()).map_while(|index| buffer.position(Motor(motor), index)).map(|steps| steps.0).collect()
 }
 
-/// First frame of each gap, and the one behind it.
+/// First frame of each gap, and the frame after it.
 fn gaps(buffer: &UploadBuffer<'_>, motor: u8) -> Vec<(u32, u32)> {
     buffer.gaps(Track::Axis(Motor(motor))).map(|gap| (gap.start, gap.end)).collect()
 }
 
-/// Decision D-32: later sections win, a gap holds the value before it, the last value is repeated.
+/// Decision D-32: later sections win, a gap keeps the value before it, the last value is repeated.
 #[test]
 fn sections_may_overlap_and_leave_gaps() {
     let mut memories = small();
@@ -224,14 +225,15 @@ fn sections_may_overlap_and_leave_gaps() {
     for (start, values) in [(2, &[1, 2, 3][..]), (3, &[9]), (0x8000_0008, &[5])] {
         assert_eq!(uploads::axis(&mut buffer, 1, start, values), AckCode::OK);
     }
-    assert_eq!(buffer.position(Motor(1), 2), None, "not before the end of the upload");
+    assert_eq!(buffer.position(Motor(1), 2), None, "nothing is read before the end of the upload");
     assert_eq!(buffer.receive(&END), Some(AckCode::OK));
     assert_eq!(positions(&buffer, 1), [1, 1, 1, 9, 3, 3, 3, 3, 5, 5]);
     assert_eq!(gaps(&buffer, 1), [(0, 2), (5, 8)]);
     assert_eq!(buffer.position(Motor(1), 10), None);
 }
 
-/// Decision D-32: a last section without values repeats the one before it; without either, nothing happens.
+/// Decision D-32: a last section without values repeats the value before it. If there is no such value, nothing
+/// happens.
 #[test]
 fn a_section_may_have_no_values() {
     let mut memories = small();
@@ -246,7 +248,7 @@ fn a_section_may_have_no_values() {
 
 /// Safety decision 5.
 #[test]
-fn an_axis_without_data_is_no_part_of_the_move() {
+fn an_axis_without_data_is_not_part_of_the_move() {
     let mut memories = small();
     let mut buffer = ten(&mut memories);
     uploads::axis(&mut buffer, 1, 0x8000_0000, &[3]);
@@ -258,11 +260,11 @@ fn an_axis_without_data_is_no_part_of_the_move() {
 
 /// Decisions D-31 and D-32, and the states of an upload.
 #[test]
-fn what_does_not_fit_is_refused_with_its_code() {
+fn a_message_that_does_not_fit_is_refused_with_its_code() {
     let mut memories = small();
     let mut buffer = memories.buffer();
-    assert_eq!(uploads::axis(&mut buffer, 1, 0, &[1]), AckCode::ERR_GENERAL, "nothing was begun");
-    assert_eq!(buffer.receive(&END), Some(AckCode::OK), "and nothing ends");
+    assert_eq!(uploads::axis(&mut buffer, 1, 0, &[1]), AckCode::ERR_GENERAL, "no upload was started");
+    assert_eq!(buffer.receive(&END), Some(AckCode::OK), "without an upload, its end has no effect");
     assert!(!buffer.is_loaded());
     for (start, end) in [(5, 4), (0, 20), (i32::MIN, i32::MAX), (i32::MAX, i32::MIN)] {
         assert_eq!(buffer.receive(&uploads::begin(start, end)), Some(AckCode::ERR_RANGE), "{start} to {end}");
@@ -277,19 +279,19 @@ fn what_does_not_fit_is_refused_with_its_code() {
     ] {
         assert_eq!(uploads::axis(&mut buffer, motor, start, &[1, 2]), code, "motor {motor} from {start}");
     }
-    assert!(!buffer.contains(Track::Axis(Motor(1))), "refused whole");
+    assert!(!buffer.contains(Track::Axis(Motor(1))), "refused as a whole");
     assert_eq!(buffer.receive(&HostMessage::MotorStatus(Empty { tail: &[] })), None);
     buffer.receive(&END);
     assert_eq!(uploads::axis(&mut buffer, 1, 0, &[1]), AckCode::ERR_GENERAL, "the upload is complete");
     assert_eq!(buffer.receive(&uploads::begin(5, 4)), Some(AckCode::ERR_RANGE));
-    assert!(buffer.is_loaded(), "a refused upload leaves the last one alone");
+    assert!(buffer.is_loaded(), "a refused upload does not change the last one");
     buffer.clear();
     assert_eq!((buffer.is_loaded(), buffer.frame_count(), buffer.contains(Track::Axis(Motor(2)))), (false, 0, false));
 }
 
 /// Safety decision 6, decision D-33.
 #[test]
-fn triggers_hold_nothing_over() {
+fn triggers_are_not_kept_from_frame_to_frame() {
     let mut memories = small();
     let mut buffer = ten(&mut memories);
     assert_eq!(uploads::triggers(&mut buffer, 3, &[(2, 1), (10, 1)]), AckCode::ERR_RANGE);
@@ -311,7 +313,7 @@ fn triggers_hold_nothing_over() {
 }
 
 #[test]
-fn the_frame_before_the_first_tells_the_speed() {
+fn the_frame_before_the_first_gives_the_speed() {
     let mut memories = small();
     for (first, second, before) in [(10, 13, 7), (5, 5, 5), (i32::MAX, i32::MIN, i32::MAX), (i32::MIN, 5, i32::MIN)] {
         let mut buffer = ten(&mut memories);
@@ -347,15 +349,15 @@ fn memory_that_is_too_small_is_refused() {
 
 /// Decision D-10.
 #[test]
-fn sections_have_the_sizes_that_every_device_takes() {
+fn sections_are_no_longer_than_every_device_takes() {
     let sizes = |size: SectionSize| (size.positions(), size.levels(), size.pairs());
     assert_eq!(sizes(SectionSize::default()), (256, 1024, 128));
-    assert_eq!(sizes(SectionSize::of(65_535)), (256, 1024, 128), "no more, though there were room");
+    assert_eq!(sizes(SectionSize::of(65_535)), (256, 1024, 128), "no more values, although there is room");
     assert_eq!(sizes(SectionSize::of(100)), (23, 94, 12));
-    assert_eq!(sizes(SectionSize::of(0)), (1, 1, 1), "or there would be no end");
+    assert_eq!(sizes(SectionSize::of(0)), (1, 1, 1), "at least one value, so that the upload ends");
 }
 
-/// Decision D-32: what repeats to the end of the move is not sent.
+/// Decision D-32: values that repeat to the end of the move are not sent.
 #[test]
 fn the_last_section_ends_with_the_last_change() {
     let axis = |values: Vec<i32>| Recorded {
@@ -397,15 +399,15 @@ fn only_frames_with_a_trigger_on_are_sent() {
             })
             .collect()
     };
-    assert_eq!(pairs(&source(0, vec![1; 9])), Vec::<Vec<_>>::new(), "the move switches none");
-    assert_eq!(pairs(&source(1, vec![0; 9])), [[]], "all off, and the device should know");
+    assert_eq!(pairs(&source(0, vec![1; 9])), Vec::<Vec<_>>::new(), "the move switches no output");
+    assert_eq!(pairs(&source(1, vec![0; 9])), [[]], "all outputs are off, and the device gets the mask");
     assert_eq!(pairs(&source(3, vec![4, 1, 0, 6, 0, 7, 0])), [vec![(1, 1), (3, 2)], vec![(5, 3)]]);
-    assert_eq!(pairs(&source(1, vec![1, 0, 0, 1])), [vec![(0, 1), (3, 1)]], "no empty section behind");
+    assert_eq!(pairs(&source(1, vec![1, 0, 0, 1])), [vec![(0, 1), (3, 1)]], "no empty section follows");
 }
 
-/// Decision D-31: a host finds out before it begins.
+/// Decision D-31: the host checks a move before the upload.
 #[test]
-fn a_move_that_the_device_cannot_take_is_not_begun() {
+fn a_move_that_the_device_cannot_take_is_not_started() {
     struct Long(i32, u32);
     impl MoveSource for Long {
         fn start_frame(&self) -> FrameNumber {

@@ -1,4 +1,4 @@
-//! Every conformance vector, against the types: same values, same bytes.
+//! Every conformance vector against the types: the same values and the same bytes.
 
 mod recorded;
 
@@ -8,7 +8,7 @@ use motion_core::wire::Messages;
 use recorded::{bytes, vectors};
 use serde_json::Value;
 
-/// What a side makes of a frame.
+/// Result of reading a frame.
 struct Seen {
     known: bool,
     fields: Value,
@@ -35,7 +35,7 @@ fn seen(vector: &Value, frame: Frame<'_>) -> Seen {
 }
 
 #[test]
-fn every_vector() {
+fn every_vector_has_its_values_and_its_bytes() {
     let (mut known, mut unknown, mut invalid) = (0, 0, 0);
     for (vector, wire) in vectors() {
         let name = &vector["name"];
@@ -53,7 +53,7 @@ fn every_vector() {
 
         let seen = seen(&vector, frame);
         if seen.known {
-            // The vectors leave out the upper half of a code of four bytes; re-encoding below shows that it is kept.
+            // The vectors leave out the upper half of a code of four bytes. The encoding below shows that it is kept.
             let mut fields = seen.fields;
             if let Some(fields) = fields.as_object_mut().filter(|_| vector["fields"].get("tail").is_none()) {
                 let tail = fields.remove("tail");
@@ -75,7 +75,7 @@ fn every_vector() {
 }
 
 #[test]
-fn ids_of_the_vectors_reach_from_none_to_the_last() {
+fn ids_of_the_vectors_include_the_unsolicited_and_the_greatest_id() {
     let ids: Vec<_> = vectors().iter().map(|(vector, _)| vector["id"].as_u64().unwrap()).collect();
     assert!(ids.contains(&MessageId::UNSOLICITED.0.into()) && ids.contains(&u32::MAX.into()));
 }

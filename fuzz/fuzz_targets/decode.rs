@@ -1,6 +1,6 @@
-//! Any bytes as the body of any message of each side of each protocol: the laws of messages.
+//! Laws of messages: any bytes as the body of any message of each side of each protocol.
 //!
-//! The input: which side, the message's number in the tables (`u32`, little-endian), then its body.
+//! Input: the side, the number of the message in the tables (`u32`, little-endian), then its body.
 
 #![no_main]
 
@@ -8,7 +8,7 @@ use fuzz::sides::{DmcDevice, DmcHost, HootDevice, HootHost, KosDevice, KosHost};
 use laws::message::{Side, any_body, prefixes};
 use libfuzzer_sys::fuzz_target;
 
-/// The longest body whose prefixes are all decoded as well.
+/// Length of the longest body whose prefixes are all decoded too.
 const SHORT: usize = 64;
 
 fuzz_target!(|input: &[u8]| {

@@ -1,6 +1,6 @@
-//! DMC: any bytes as a frame, and as the data of any message, against a second decoder that was written with nom.
+//! DMC: any bytes as a frame, and as the data of any message, compared with a second decoder that was written with nom.
 //!
-//! The input: the message's type (`u16`, little-endian), then its data; or a frame.
+//! Input: the type of the message (`u16`, little-endian), then its data; or a frame.
 
 #![no_main]
 

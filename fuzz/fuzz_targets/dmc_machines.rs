@@ -1,6 +1,6 @@
-//! DMC: anything that can happen to a host and to a device, alone and with each other on a bad line, in any order.
+//! DMC: any events for a host and a device, alone and with each other on a faulty line, in any order.
 //!
-//! The input: the window and the quirks, then steps; see `fuzz::machines`.
+//! Input: the window and the quirks, then steps; see `fuzz::machines`.
 
 #![no_main]
 
@@ -17,7 +17,7 @@ use motion_core::time::Millis;
 
 fuzz_world!(World);
 
-/// A rig that can do everything, with eight motors.
+/// A rig with every capability and eight motors.
 fn hi() -> Hi<'static> {
     Hi {
         name: RigName::truncated("fuzz"),
@@ -36,7 +36,8 @@ fn hi() -> Hi<'static> {
     }
 }
 
-/// Motors stand at ten times their number; in the move each goes as many steps a frame as its number says.
+/// Rig whose motors stand at ten times their number. In the move each motor moves as many steps per frame as its
+/// number.
 struct Tens;
 
 impl Rig for Tens {
@@ -70,9 +71,9 @@ struct World<'i> {
     to_device: Line,
     to_host: Line,
     tokens: Tokens,
-    /// What each token from 1 on stands for, and how often it was sent.
+    /// Message of each token from 1 on, and how often it was sent.
     messages: Vec<(HostMessage<'i>, u32)>,
-    /// What was stored last.
+    /// Last stored data.
     store: Option<Store>,
 }
 
@@ -148,7 +149,7 @@ impl<'i> World<'i> {
         }
     }
 
-    /// An id of what is pending, or any small one.
+    /// An id that is pending, or any small id.
     fn id(&self, bytes: &mut Bytes<'_>) -> MessageId {
         let choice = bytes.byte();
         let pending = self.host.machine.pending().nth(choice.into());
@@ -171,7 +172,7 @@ impl<'i> World<'i> {
             12 => device::Input::Fault(Some(motor)),
             13 => device::Input::Inputs(Triggers(which.into())),
             14 => device::Input::Aimed,
-            // Once more.
+            // The last data is stored once more.
             _ => self.store.map_or(device::Input::Wake, |store| device::Input::Stored(store, AckCode(which.into()))),
         }
     }
@@ -201,7 +202,7 @@ impl<'i> World<'i> {
         let output = self.host.step(self.now, input, host::Input::Wake);
         if let host::Input::Command(Command::Stop(_)) = input {
             let is_first = output.send.first().is_some_and(|send| matches!(send.what, What::Stop(_)));
-            assert_eq!(is_first, is_open, "a stop is sent in its step, before all else: {output:?}");
+            assert_eq!(is_first, is_open, "a stop is sent first in its step: {output:?}");
         }
         let mut section = None;
         for event in &output.events {
@@ -217,14 +218,14 @@ impl<'i> World<'i> {
                 Name::Message(Token(token)) => {
                     let (message, times) = &mut self.messages[token as usize - 1];
                     *times += 1;
-                    assert!(*times <= if message.is_repeatable() { 3 } else { 1 }, "{message} for the {times}. time");
+                    assert!(*times <= if message.is_repeatable() { 3 } else { 1 }, "{message} is sent {times} times");
                     *message
                 }
                 Name::Section(section) => section.message(&Tens, &mut scratch),
             });
             let mut frame = vec![0; message.encoded_len()];
             assert_eq!(message.encode_into(send.id, &mut frame), Ok(frame.len()), "{message}");
-            let decoded = Frame::decode(&frame).expect("a frame that was just written");
+            let decoded = Frame::decode(&frame).expect("a frame that was just encoded");
             assert_eq!((decoded.id(), HostMessage::decode(&decoded)), (send.id, Ok(message)));
             self.to_device.put(&frame);
         }
@@ -241,7 +242,7 @@ impl<'i> World<'i> {
             let first = output.events.first();
             assert!(
                 matches!(first, Some(Told::Stop(Stopped::All { .. } | Stopped::Harder | Stopped::Hard))),
-                "a stop is obeyed in its step, before all else: {output:?}"
+                "a stop is obeyed first in its step: {output:?}"
             );
         }
         for send in &output.send {
@@ -249,7 +250,7 @@ impl<'i> World<'i> {
             let message = send.message(&Tens, &mut scratch);
             let mut frame = vec![0; message.encoded_len()];
             assert_eq!(message.encode_into(send.id, &mut frame), Ok(frame.len()), "{message}");
-            let decoded = Frame::decode(&frame).expect("a frame that was just written");
+            let decoded = Frame::decode(&frame).expect("a frame that was just encoded");
             assert_eq!((decoded.id(), DeviceMessage::decode(&decoded)), (send.id, Ok(message)));
             self.to_host.put(&frame);
         }
@@ -262,7 +263,7 @@ impl<'i> World<'i> {
     }
 }
 
-/// The type of a message that is too short, as the tables count.
+/// Type of a message that is too short, from its number in the tables.
 fn kind_of(number: u32, error: DecodeError) -> MessageType {
     print(&error);
     MessageType(u16::try_from(number).unwrap_or_default())

@@ -1,6 +1,6 @@
-//! DMC: any data of any type, decoded, written as a whole frame and read again: the same data, whoever sent it.
+//! DMC: any data of any type, decoded, encoded as a whole frame and read again, gives the same data, for both senders.
 //!
-//! The input: id (`u32`) and type (`u16`) of the message, little-endian, then its data.
+//! Input: id (`u32`) and type (`u16`) of the message, little-endian, then its data.
 
 #![no_main]
 
@@ -15,17 +15,17 @@ macro_rules! there_and_back {
     ($side:ident, $id:ident, $kind:ident, $data:ident, $contexts:expr) => {{
         let mut wire = vec![0; $data.len() + frame::OVERHEAD];
         let written = frame::encode($id, $kind, $data, &mut wire);
-        let given = Frame::decode(&wire).expect("a frame that was just written");
+        let given = Frame::decode(&wire).expect("a frame that was just encoded");
         assert_eq!(written, Ok(wire.len()));
         match $side::decode(&given) {
             Ok(message) => {
                 let mut again = vec![0; message.encoded_len() + 3];
-                let len = message.encode_into($id, &mut again).expect("what was decoded can be written");
+                let len = message.encode_into($id, &mut again).expect("a decoded message can be encoded");
                 assert_eq!((&again[..len], &again[len..]), (&wire[..], &[0; 3][..]));
                 for context in $contexts {
                     let checked = message.encode_checked($id, context, &mut again);
                     let refused = message.lint(context).first_error().map(EncodeError::Refused);
-                    // Which sides may send the id 0, is for them to say.
+                    // The id 0 is allowed only for some senders.
                     assert!(checked == Ok(len) || checked.err() == refused || $id == MessageId::UNSOLICITED);
                 }
                 assert!(message.to_string().len() < 8192);
@@ -42,7 +42,7 @@ fuzz_target!(|input: &[u8]| {
     if data.len() > usize::from(u16::MAX) {
         return;
     }
-    // What a device may have said of itself: nothing, or whatever the data says.
+    // Greeting of a device: none, or the one in the data.
     let contexts = [Context::default(), Hi::decode(data).map(Context::of).unwrap_or_default()];
     there_and_back!(HostMessage, id, kind, data, &contexts);
     there_and_back!(DeviceMessage, id, kind, data, &contexts);

@@ -1,8 +1,8 @@
-//! DMC: a stream made of frames, of frames that were cut or damaged, of markers and of noise, in pieces, with gaps, for
-//! receivers of several limits: the laws of streams, and of each message that is found.
+//! DMC: a stream of frames, cut or damaged frames, markers and noise, in pieces, with gaps, for receivers of several
+//! limits. It checks the laws of streams, and of each message that is found.
 //!
-//! The input is a list of operations, one byte and what it needs: see `build`. Other than in the target `stream`, which
-//! takes the bytes as they are, the checksums here are right, so most of what is tried gets past them.
+//! The input is a list of operations, each one byte and its values: see `build`. The target `stream` takes the bytes as
+//! they are. Here the checksums are right, so most inputs get past them.
 
 #![no_main]
 
@@ -27,14 +27,14 @@ fuzz_target!(|input: &[u8]| {
     check::<Dmc<32>, 64>(&stream, &gaps, cut, |rest| rescan::dmc(rest, 32));
 });
 
-/// The stream, the places of its gaps, and the lengths of its pieces.
+/// Builds the stream, the places of its gaps, and the lengths of its pieces.
 fn build(input: &[u8]) -> (Vec<u8>, Vec<usize>, Vec<usize>) {
     let (mut stream, mut gaps, mut pieces) = (Vec::new(), Vec::new(), Vec::new());
     let mut input = input.iter().copied();
     while let (Some(what), Some(amount)) = (input.next(), input.next()) {
         let amount = usize::from(amount);
         match what % 8 {
-            // A frame, whole, without its end, or with one byte changed.
+            // A frame, complete, without its end, or with one byte changed.
             0..=3 => {
                 let mut data = |len| input.by_ref().take(len).collect::<Vec<u8>>();
                 let kind = data(2).first_chunk().map_or(0, |kind| u16::from_le_bytes(*kind));
@@ -50,7 +50,7 @@ fn build(input: &[u8]) -> (Vec<u8>, Vec<usize>, Vec<usize>) {
                 }
                 stream.extend(wire);
             }
-            // A marker with a length that is a lie, or that comes true later.
+            // A marker with a wrong length, or with one that later bytes fill.
             4 => stream.extend([b"DF\0\0\0\0\x36\0".as_slice(), &(amount as u16 * 16).to_le_bytes()].concat()),
             5 => stream.extend(input.by_ref().take(amount)),
             6 => gaps.push(stream.len()),

@@ -1,4 +1,4 @@
-//! DMC: any sequence of upload messages, against a model of plain vectors.
+//! DMC: any sequence of upload messages, compared with a model of plain vectors.
 //!
 //! The input is a list of operations, as `uploads::hostile` reads them.
 

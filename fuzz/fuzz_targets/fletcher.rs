@@ -1,6 +1,6 @@
-//! Fletcher-16 against a reference that adds byte by byte, cut anywhere.
+//! Fletcher-16 of bytes cut anywhere, compared with a reference that adds byte by byte.
 //!
-//! The first two bytes say where to cut, the others are summed.
+//! Input: two bytes with the place of the cut, then the bytes to be summed.
 
 #![no_main]
 
@@ -14,10 +14,10 @@ fuzz_target!(|input: &[u8]| {
     let (front, back) = bytes.split_at(cut);
 
     let whole = Sum::of(bytes);
-    assert_eq!(whole.value(), fletcher16(bytes), "one shot");
-    assert_eq!(Sum::of(front).update(back), whole, "running");
+    assert_eq!(whole.value(), fletcher16(bytes), "in one call");
+    assert_eq!(Sum::of(front).update(back), whole, "in two calls");
     assert_eq!(Sum::of(front).then(Sum::of(back), back.len()), whole, "joined");
-    assert_eq!(whole.after(Sum::of(front), back.len()), Sum::of(back), "taken apart");
+    assert_eq!(whole.after(Sum::of(front), back.len()), Sum::of(back), "split");
     assert_eq!(verify(bytes), fletcher16(bytes) == 0, "verified");
 
     let check = whole.check_bytes();

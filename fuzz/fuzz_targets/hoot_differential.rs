@@ -1,7 +1,7 @@
-//! hoot: any bytes as a packet, read as a request and as the answer to every query, against a second decoder that was
-//! written with nom.
+//! hoot: any bytes as a packet, read as a request and as the answer to every query, compared with a second decoder that
+//! was written with nom.
 //!
-//! The input: a packet; or all of one but the break and the length.
+//! Input: a packet; or a packet without its break and its length.
 
 #![no_main]
 

@@ -1,6 +1,6 @@
-//! hoot: anything that can happen to a master and to a node, alone and with each other on a bad line, in any order.
+//! hoot: any events for a master and a node, alone and with each other on a faulty line, in any order.
 //!
-//! The input: options, then steps; see `fuzz::machines`.
+//! Input: options, then steps; see `fuzz::machines`.
 
 #![no_main]
 
@@ -22,8 +22,9 @@ const PORTS: [Port; 3] = [Port::Bus, Port::Usb, Port::Bluetooth];
 const PROFILES: [Profile; 6] =
     [Profile::Unknown, Profile::Library20140925, Profile::Sheet, Profile::January2015, Profile::V035, Profile::V070];
 
-/// A master keeps its requests, so their bodies have to live for ever: each is a part of this. It has 64 small numbers of
-/// four bytes, so also of two and one, or of one and four; then 64 speeds, of which half are negative.
+/// Bodies of requests. A master keeps its requests, so their bodies must live as long as the program, and each body is
+/// a part of this array. It holds 64 small numbers of four bytes, which also serve as two and one, or one and four.
+/// Then it holds 64 speeds, half of them negative.
 static BODIES: [u8; 512] = {
     let (mut all, mut number) = ([0; 512], 0);
     while number < 64_u8 {
@@ -128,8 +129,8 @@ impl World {
         }
         for send in output.send {
             let mut packet = [0; MAX_FRAME];
-            let len = send.encode_into(&mut packet).expect("what a master sends can be written");
-            let frame = Frame::decode(&packet[..len]).expect("a packet that was just written");
+            let len = send.encode_into(&mut packet).expect("a request of the master can be encoded");
+            let frame = Frame::decode(&packet[..len]).expect("a packet that was just encoded");
             assert_eq!((frame.address(), HostMessage::decode(&frame)), (send.to, send.message));
             self.to_device.put(&packet[..len]);
         }
@@ -145,8 +146,8 @@ impl World {
             let mut scratch = [0; MAX_FRAME];
             let message = send.answer.message(&mut scratch).expect("room enough");
             let mut packet = [0; MAX_FRAME];
-            let len = send.answer.encode_into(&mut packet).expect("what a node answers can be written");
-            let frame = Frame::decode(&packet[..len]).expect("a packet that was just written");
+            let len = send.answer.encode_into(&mut packet).expect("an answer of the node can be encoded");
+            let frame = Frame::decode(&packet[..len]).expect("a packet that was just encoded");
             assert_eq!(DeviceMessage::decode(&frame), message);
             self.to_host.put(&packet[..len]);
         }
@@ -176,12 +177,13 @@ fn report(bytes: &mut Bytes<'_>) -> device::Input<'static> {
     }
 }
 
-/// Any number of hundredths.
+/// A number with any hundredths.
 fn hundredths(bytes: &mut Bytes<'_>) -> Scaled<i32, 100> {
     Scaled(i32::from_le_bytes(bytes.few()))
 }
 
-/// A message of a master, known or not, as a decoder gives it: command 1 with data has its number in the first byte.
+/// A message of a master, known or unknown, as the decoder gives it. Command 1 with data has its number in the first
+/// byte.
 fn long_lived(bytes: &mut Bytes<'_>) -> HostMessage<'static> {
     let number = match bytes.byte() {
         known @ 0..250 => HostMessage::ALL[usize::from(known) % HostMessage::ALL.len()].number,
@@ -197,7 +199,7 @@ fn long_lived(bytes: &mut Bytes<'_>) -> HostMessage<'static> {
     HostMessage::decode_body(number, body).unwrap_or_else(|_| HostMessage::other(number, body))
 }
 
-/// Some of the nodes from 3 on.
+/// Some of the nodes from address 3 on.
 fn nodes(bytes: &mut Bytes<'_>) -> Nodes {
     (0..bytes.byte() % 4).fold(Nodes::NONE, |nodes, number| nodes.with(Address(3 + number)).expect("room for eight"))
 }

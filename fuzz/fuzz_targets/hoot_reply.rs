@@ -1,7 +1,7 @@
-//! hoot: any data as the answer to any query. What is read can be written again, and reads the same; for the firmware of
-//! every profile, what is written for it is what it would send.
+//! hoot: any data as the answer to any query. A decoded answer can be encoded again and decodes to the same value. For
+//! the firmware of every profile, the encoded answer is the one that this firmware would send.
 //!
-//! The input: the query, which is a command and a sub-address, the response code, and the data of the reply.
+//! Input: the query, which is a command and a sub-address, the response code, and the data of the reply.
 
 #![no_main]
 
@@ -22,7 +22,7 @@ const PROFILES: [Profile; 7] = [
 
 fuzz_target!(|input: &[u8]| {
     let Some((&[command, sub_address, code], data)) = input.split_first_chunk() else { return };
-    // The core protocol's queries are data of command 1.
+    // Queries of the core protocol are data of command 1.
     let core = [0, 0, 0, 0, 0, 0xFF, 3, sub_address, 1, 1, command];
     let plain = [0, 0, 0, 0, 0, 0xFF, 3, sub_address, command, 0];
     let request = if command < 100 { &core[..] } else { &plain };
@@ -44,7 +44,7 @@ fuzz_target!(|input: &[u8]| {
     let mut room = [0; 256];
     let Ok(made) = query.reply(answer, &mut room) else { return assert!(data.len() > room.len()) };
     assert_eq!((made.value(), made.data.len()), (Some(answer.value()), data.len()));
-    assert_eq!(query.decode_reply(made), Ok(answer), "and there again");
+    assert_eq!(query.decode_reply(made), Ok(answer), "the encoded answer decodes to the same value");
 
     for profile in PROFILES {
         let is_float = answer.value_type() == ValueType::FLOAT;

@@ -1,7 +1,7 @@
-//! hoot: any data of any command, decoded, written as a whole packet and read again: the same bytes, whoever sent it, as
-//! the sheet reads it and as later firmware does.
+//! hoot: any data of any command, decoded, encoded as a whole packet and read again, gives the same bytes, for both
+//! senders, as the sheet reads it and as later firmware does.
 //!
-//! The input: address, sub-address and command of the packet, then its data.
+//! Input: address, sub-address and command of the packet, then its data.
 
 #![no_main]
 
@@ -14,7 +14,7 @@ macro_rules! there_and_back {
     ($message:expr, $wire:expr $(, $to:expr)?) => {
         let (message, wire): (_, &[u8]) = ($message, $wire);
         let mut again = [0; MAX_FRAME + 3];
-        let len = message.encode_into($($to,)? &mut again).expect("what was decoded can be written");
+        let len = message.encode_into($($to,)? &mut again).expect("a decoded message can be encoded");
         assert_eq!((&again[..len], &again[len..]), (wire, &[0; MAX_FRAME + 3][len..]));
         assert_eq!(message.encoded_len(), len);
         let few = &mut again[..len - 1];
@@ -35,7 +35,7 @@ fuzz_target!(|input: &[u8]| {
     let written = frame::encode(Address(address), sub_address, command, data, &mut out);
     let Ok(len) = written else { return assert!(data.len() > MAX_DATA) };
     let wire = &out[..len];
-    let packet = Frame::decode(wire).expect("a packet that was just written");
+    let packet = Frame::decode(wire).expect("a packet that was just encoded");
     assert_eq!((packet.bytes(), packet.payload()), (wire, data));
     there_and_back!(HostMessage::decode(&packet), wire, Address(address));
     there_and_back!(beyond::HostMessage::decode(&packet), wire, Address(address));

@@ -1,8 +1,8 @@
-//! hoot: a stream made of packets, of packets that were cut, or that lie about their length, and of noise, in pieces, with
-//! gaps, for masters and nodes of several limits: the laws of streams, and of each packet that is found.
+//! hoot: a stream of packets, cut packets, packets with a wrong length, and noise, in pieces, with gaps, for masters
+//! and nodes of several limits. It checks the laws of streams, and of each packet that is found.
 //!
-//! The input is a list of operations, one byte and what it needs: see `build`. Other than in the target `stream`, which
-//! takes the bytes as they are, the lengths here are right, so most of what is tried stays in step.
+//! The input is a list of operations, each one byte and its values: see `build`. The target `stream` takes the bytes as
+//! they are. Here the lengths are right, so most inputs stay in step.
 
 #![no_main]
 
@@ -30,13 +30,13 @@ fuzz_target!(|input: &[u8]| {
     check::<Strict<0>, 20>(&stream, &gaps, cut, |rest| rescan::hoot_strict(rest, 0));
 });
 
-/// The stream, the places of its gaps, and the lengths of its pieces.
+/// Builds the stream, the places of its gaps, and the lengths of its pieces.
 fn build(input: &[u8]) -> (Vec<u8>, Vec<usize>, Vec<usize>) {
     let (mut stream, mut gaps, mut pieces) = (Vec::new(), Vec::new(), Vec::new());
     let mut input = input.iter().copied();
     while let (Some(what), Some(amount)) = (input.next(), input.next()) {
         match what % 8 {
-            // A packet, whole, without its end, or with one byte changed.
+            // A packet, complete, without its end, or with one byte changed.
             0..=3 => {
                 let [address, sub_address, command] = [(); 3].map(|()| input.next().unwrap_or(0));
                 let data: Vec<u8> = input.by_ref().take(usize::from(amount) % (MAX_DATA + 1)).collect();
@@ -53,7 +53,7 @@ fn build(input: &[u8]) -> (Vec<u8>, Vec<usize>, Vec<usize>) {
                     _ => stream.extend_from_slice(packet),
                 }
             }
-            // A header with a length that is a lie, or that comes true later.
+            // A header with a wrong length, or with one that later bytes fill.
             4 => stream.extend(BREAK.into_iter().chain([3, 0, 7, amount])),
             5 => stream.extend(input.by_ref().take(amount.into())),
             6 => gaps.push(stream.len()),

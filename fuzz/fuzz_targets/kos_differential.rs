@@ -1,6 +1,7 @@
-//! kOS: any bytes as a message, and as the payload of any message, against a second decoder that was written with nom.
+//! kOS: any bytes as a message, and as the payload of any message, compared with a second decoder that was written with
+//! nom.
 //!
-//! The input: id (`u16`, big-endian) and type of the message, then its payload; or a message.
+//! Input: id (`u16`, big-endian) and type of the message, then its payload; or a message.
 
 #![no_main]
 

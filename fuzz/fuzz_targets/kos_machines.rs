@@ -1,6 +1,6 @@
-//! kOS: anything that can happen to a client and to a device, alone and with each other on a bad line, in any order.
+//! kOS: any events for a client and a device, alone and with each other on a faulty line, in any order.
 //!
-//! The input: options, then steps; see `fuzz::machines`.
+//! Input: options, then steps; see `fuzz::machines`.
 
 #![no_main]
 
@@ -22,7 +22,7 @@ use motion_core::wire::{Message, Password};
 
 fuzz_world!(World);
 
-/// The connection of the client; all others are strangers'.
+/// Connection of the client; all others belong to other clients.
 const CLIENT: SessionId = SessionId(0);
 const PASSWORDS: [Password<'static>; 2] = [Password(b""), Password(b"open")];
 const WAYS: [Direction; 2] = [Direction::Forward, Direction::Reverse];
@@ -35,11 +35,11 @@ struct World<'i> {
     to_device: Line,
     to_host: Line,
     tokens: Tokens,
-    /// The password that is stored.
+    /// Stored password.
     password: Password<'static>,
     /// Whether the device speaks the older dialect.
     older_dialect: bool,
-    /// The move that the application has.
+    /// Move of the application.
     trajectory: TrajectoryData<'i>,
 }
 
@@ -119,7 +119,7 @@ impl<'i> World<'i> {
         }
     }
 
-    /// The connection is made or lost, on both sides or on one.
+    /// Makes or loses the connection, on both sides or on one.
     fn line(&mut self, bytes: &mut Bytes<'_>) {
         let (transport, session, password) =
             (bytes.one_of(&[Transport::Tcp, Transport::Usb]), session(bytes), self.password);
@@ -188,7 +188,7 @@ impl<'i> World<'i> {
             19 => Command::Play,
             20 => Command::RapidToFirstKeyFrame,
             _ => {
-                // Without bytes of its own it is the move of before.
+                // Without bytes of its own, the command takes the last move.
                 let body = bytes.some();
                 if !body.is_empty() {
                     self.trajectory = TrajectoryData::decode(body).ok()?;
@@ -203,7 +203,7 @@ impl<'i> World<'i> {
         })
     }
 
-    /// The token of a new question, which has 16 bits.
+    /// Token of a new question, which has 16 bits.
     fn token(&mut self) -> u16 {
         u16::try_from(self.tokens.begin()).expect("fewer steps than tokens")
     }
@@ -234,8 +234,8 @@ impl<'i> World<'i> {
         let output = self.host.step(self.now, input, host::Input::Wake);
         if let host::Input::Command(Command::Stop) = input {
             let is_first = output.send.first() == Some(&Send::StopPlayback);
-            assert_eq!(is_first, is_connected, "a stop is sent in its step, before all else: {output:?}");
-            assert!(output.send.iter().all(Send::is_repeatable), "and nothing that moves with it: {output:?}");
+            assert_eq!(is_first, is_connected, "a stop is sent first in its step: {output:?}");
+            assert!(output.send.iter().all(Send::is_repeatable), "a stop is not sent with a motion: {output:?}");
         }
         for event in output.events {
             if let Event::Answered(_, Token(token)) | Event::Failed(_, Token(token), _) = event {
@@ -253,7 +253,7 @@ impl<'i> World<'i> {
             let message = send.message(&source);
             let mut bytes = vec![0; message.encoded_len()];
             assert_eq!(message.encode_into(&mut bytes), Ok(bytes.len()), "{message}");
-            let frame = Frame::decode(&bytes).expect("a message that was just written");
+            let frame = Frame::decode(&bytes).expect("a message that was just encoded");
             assert_eq!(HostMessage::decode(&frame), Ok(message));
             if send != Send::Question {
                 self.to_device.put(&bytes);
@@ -283,7 +283,7 @@ impl<'i> World<'i> {
             let message = send.message(&profile, &mut scratch);
             let mut bytes = vec![0; message.encoded_len()];
             assert_eq!(message.encode_into(&mut bytes), Ok(bytes.len()), "{message}");
-            let frame = Frame::decode(&bytes).expect("a message that was just written");
+            let frame = Frame::decode(&bytes).expect("a message that was just encoded");
             assert_eq!(DeviceMessage::decode(&frame), Ok(message));
             if matches!(send.to, To::Sessions(sessions) if sessions.iter().any(|session| session == CLIENT)) {
                 self.to_host.put(&bytes);
@@ -296,7 +296,7 @@ fn session(bytes: &mut Bytes<'_>) -> SessionId {
     SessionId(bytes.byte() % 5)
 }
 
-/// Id and type of a message, as the tables count.
+/// Id and type of a message, from its number in the tables.
 fn parts(number: u32) -> (MessageId, MessageType) {
     let [i0, i1, kind, _] = number.to_be_bytes();
     (MessageId(u16::from_be_bytes([i0, i1])), MessageType(kind))

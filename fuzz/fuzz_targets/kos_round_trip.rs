@@ -1,7 +1,7 @@
-//! kOS: any payload of any id and type, decoded, written as a whole message and read again: the same bytes, whoever sent
-//! it; over USB and as a datagram too.
+//! kOS: any payload of any id and type, decoded, encoded as a whole message and read again, gives the same bytes, for
+//! both senders, also over USB and as a datagram.
 //!
-//! The input: id (`u16`, big-endian) and type of the message, then its payload.
+//! Input: id (`u16`, big-endian) and type of the message, then its payload.
 
 #![no_main]
 
@@ -18,7 +18,7 @@ macro_rules! there_and_back {
             Ok(message) => {
                 let wire = $given.bytes();
                 let mut again = vec![0; message.encoded_len() + 3];
-                let len = message.encode_into(&mut again).expect("what was decoded can be written");
+                let len = message.encode_into(&mut again).expect("a decoded message can be encoded");
                 assert_eq!((&again[..len], &again[len..]), (wire, &[0; 3][..]));
 
                 let checked = message.encode_checked(&Context::default(), &mut again);
@@ -34,7 +34,7 @@ macro_rules! there_and_back {
                     assert_eq!(usb::decode(report.as_ref()), Ok($given));
                 }
             }
-            // Those of trajectories count from the start of their block.
+            // In trajectories these lengths count from the start of their block.
             Err(DecodeError::Truncated { needed, have, .. }) => assert!(needed > have),
             Err(error) => panic!("{error}"),
         }
@@ -49,7 +49,7 @@ fuzz_target!(|input: &[u8]| {
         return assert!(written.is_err());
     }
     assert_eq!(written, Ok(wire.len()));
-    let given = Frame::decode(&wire).expect("a message that was just written");
+    let given = Frame::decode(&wire).expect("a message that was just encoded");
     there_and_back!(HostMessage, given);
     there_and_back!(DeviceMessage, given);
 

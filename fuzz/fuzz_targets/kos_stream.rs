@@ -1,8 +1,8 @@
-//! kOS: a stream made of messages, of messages that were cut, or that lie about their length or version, and of noise,
-//! in pieces, with gaps, for receivers of several limits: the laws of streams, and of each message that is found.
+//! kOS: a stream of messages, cut messages, messages with a wrong length or version, and noise, in pieces, with gaps,
+//! for receivers of several limits. It checks the laws of streams, and of each message that is found.
 //!
-//! The input is a list of operations, one byte and what it needs: see `build`. Other than in the target `stream`, which
-//! takes the bytes as they are, the lengths here are right, so most of what is tried stays in step.
+//! The input is a list of operations, each one byte and its values: see `build`. The target `stream` takes the bytes as
+//! they are. Here the lengths are right, so most inputs stay in step.
 
 #![no_main]
 
@@ -27,13 +27,13 @@ fuzz_target!(|input: &[u8]| {
     check::<Kos<7>, 14>(&stream, &gaps, cut, |rest| rescan::kos(rest, 7));
 });
 
-/// The stream, the places of its gaps, and the lengths of its pieces.
+/// Builds the stream, the places of its gaps, and the lengths of its pieces.
 fn build(input: &[u8]) -> (Vec<u8>, Vec<usize>, Vec<usize>) {
     let (mut stream, mut gaps, mut pieces) = (Vec::new(), Vec::new(), Vec::new());
     let mut input = input.iter().copied();
     while let (Some(what), Some(amount)) = (input.next(), input.next()) {
         match what % 8 {
-            // A message, whole, without its end, or with one byte changed.
+            // A message, complete, without its end, or with one byte changed.
             0..=3 => {
                 let (id, kind) = (input.next().unwrap_or(0), input.next().unwrap_or(0));
                 let payload: Vec<u8> = input.by_ref().take(amount.into()).collect();
@@ -48,7 +48,7 @@ fn build(input: &[u8]) -> (Vec<u8>, Vec<usize>, Vec<usize>) {
                 }
                 stream.extend(message);
             }
-            // A header with a length that is a lie, or that comes true later.
+            // A header with a wrong length, or with one that later bytes fill.
             4 => stream.extend([4, amount >> 4, amount << 4, 0, 0x0f, 1]),
             5 => stream.extend(input.by_ref().take(amount.into())),
             6 => gaps.push(stream.len()),

@@ -1,7 +1,7 @@
-//! kOS: any bytes as a move, which is read, evaluated, measured and planned again, and plans of any kind through the
+//! kOS: any bytes as a move that is read, evaluated, measured and planned again; and plans of any kind through the
 //! builder and back.
 //!
-//! The input: which of the three, then the body of `TrajectoryData`, or the numbers of a plan, as `moves` reads them.
+//! Input: which of the three, then the body of `TrajectoryData`, or the numbers of a plan, as `moves` reads them.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! kOS: any sequence of USB reports, against a model of plain vectors.
+//! kOS: any sequence of USB reports, compared with a model of plain vectors.
 //!
 //! The input is a list of operations, as `reports::hostile` reads them.
 

@@ -1,6 +1,6 @@
-//! Any bytes, cut anywhere, with gaps anywhere, through the framings of each protocol: the laws of streams.
+//! Laws of streams: any bytes, cut anywhere, with gaps anywhere, through the framing of each protocol.
 //!
-//! The input: which protocol, the number of pieces and their lengths, which repeat, the number of gaps and their places
+//! Input: the protocol, the number of pieces and their lengths, which repeat, the number of gaps and their places
 //! (`u16`, little-endian), then the stream.
 
 #![no_main]
@@ -16,7 +16,7 @@ fuzz_target!(|input: &[u8]| {
     let _ = run(input);
 });
 
-/// Short limits beside the usual ones: more of what is found is too long, and buffers move more often.
+/// Short limits besides the usual ones: more frames are too long, and buffers move more often.
 fn run(input: &[u8]) -> Option<()> {
     let (&protocol, rest) = input.split_first()?;
     let (&pieces, rest) = rest.split_first()?;

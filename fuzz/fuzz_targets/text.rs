@@ -1,7 +1,7 @@
-//! Any text, as `inspect` reads it: it ends, it does not depend on how it is cut, and what it means can be written down
-//! and read again.
+//! Any text as `inspect` reads it: reading ends, it does not depend on the cuts, and its meaning can be printed and
+//! read again.
 //!
-//! The input: how to take it (bits 0 and 1 the format, bits 2 and 3 who sent it), then the text.
+//! Input: how to read it (bits 0 and 1 the format, bits 2 and 3 the senders), then the text.
 
 #![no_main]
 
@@ -11,7 +11,7 @@ use std::io::{self, Read};
 use examples::text::{Format, Senders, Side, Source};
 use libfuzzer_sys::fuzz_target;
 
-/// Bytes after which reading ends: a `*` of a few letters may stand for a mebibyte.
+/// Number of bytes after which reading ends, because a `*` of a few letters may stand for a mebibyte.
 const ENOUGH: usize = 4 * 1024 * 1024;
 
 fuzz_target!(|input: &[u8]| {
@@ -20,16 +20,16 @@ fuzz_target!(|input: &[u8]| {
     let senders = [None, Some(Senders::Host), Some(Senders::Device), Some(Senders::Both)][usize::from(how >> 2 & 3)];
 
     let (records, error) = read(input, format, senders);
-    assert_eq!(read(Trickle(input), format, senders), (records.clone(), error), "byte by byte");
+    assert_eq!(read(Trickle(input), format, senders), (records.clone(), error), "read byte by byte");
     if !records.is_empty() {
         assert_eq!(read(print(&records).as_bytes(), Format::Hex, None), (records, None), "read again");
     }
 });
 
-/// Who sent what.
+/// Sender and bytes.
 type Record = (Side, Vec<u8>);
 
-/// The records of an input, and the error that ended it.
+/// Records of an input, and the error that ended it.
 fn read(input: impl Read, format: Format, senders: Option<Senders>) -> (Vec<Record>, Option<String>) {
     let mut records: Vec<Record> = Vec::new();
     let mut source = match Source::new(input, format, senders) {
@@ -45,7 +45,7 @@ fn read(input: impl Read, format: Format, senders: Option<Senders>) -> (Vec<Reco
                 match records.last_mut() {
                     Some((side, bytes)) if !piece.first && *side == piece.side => bytes.extend(piece.bytes),
                     _ => {
-                        assert!(piece.first, "a record that nothing began");
+                        assert!(piece.first, "a piece that continues no record");
                         records.push((piece.side, piece.bytes.to_vec()));
                     }
                 }
@@ -57,7 +57,7 @@ fn read(input: impl Read, format: Format, senders: Option<Senders>) -> (Vec<Reco
     (records, None)
 }
 
-/// A line for each record.
+/// Prints one line for each record.
 fn print(records: &[Record]) -> String {
     let mut text = String::new();
     for (side, bytes) in records {
@@ -70,7 +70,7 @@ fn print(records: &[Record]) -> String {
     text
 }
 
-/// Gives one byte at a time.
+/// Reader that gives one byte at a time.
 struct Trickle<'a>(&'a [u8]);
 
 impl Read for Trickle<'_> {

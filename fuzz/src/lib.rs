@@ -1,5 +1,5 @@
-//! What the fuzz targets share: the protocols as the laws want them, references that share no line with them, and worlds
-//! for their machines.
+//! Shared code of the fuzz targets: the protocols for the laws, references that share no line with the libraries, and
+//! worlds for the machines.
 
 pub mod machines;
 pub mod rescan;

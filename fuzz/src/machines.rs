@@ -1,7 +1,7 @@
-//! What the targets of the machines share: bytes as decisions, a machine that is watched, a line that is not always good.
+//! Shared code of the targets of the machines: bytes as decisions, a machine under the laws, and a faulty line.
 //!
-//! An input is a list of steps: how the clock goes, what happens, and what that needs. So fuzzers can cut out and join
-//! steps, and whoever reads an input behind its end finds zeros.
+//! An input is a list of steps. Each step says how the clock advances, what happens, and with which values. So fuzzers
+//! can cut out and join steps. A read beyond the end of the input gives zeros.
 
 use std::collections::{HashSet, VecDeque};
 use std::fmt::Debug;
@@ -11,15 +11,15 @@ use motion_core::machine::{Machine, Output};
 use motion_core::time::Millis;
 use motion_core::wire::{DecodeError, Messages};
 
-/// Steps of an input; what follows them is left alone.
+/// Greatest number of steps of an input; bytes after them are ignored.
 pub const STEPS: usize = 1000;
-/// Bytes of the longest text that a state or an output is printed to.
+/// Greatest length of a printed state or output, in bytes.
 const MAX_TEXT: usize = 1 << 16;
-/// Frames that a line holds; what is more is lost.
+/// Greatest number of frames on a line; more are lost.
 const MAX_LINE: usize = 64;
 
-/// The target of a world with the fields `now`, `host` and `device`, made by `new` from the first bytes of an input: `act`
-/// makes a step of the bytes that follow.
+/// Defines the target of a world. The world has the fields `now`, `host` and `device`. Its `new` reads the first bytes
+/// of an input, and its `act` makes a step from the bytes that follow.
 #[macro_export]
 macro_rules! fuzz_world {
     ($world:ident) => {
@@ -39,48 +39,48 @@ macro_rules! fuzz_world {
     };
 }
 
-/// An input that is read from its front.
+/// Input that is read from its front.
 pub struct Bytes<'i>(&'i [u8]);
 
 impl<'i> Bytes<'i> {
-    /// Begins with an input.
+    /// Starts reading an input.
     pub const fn new(input: &'i [u8]) -> Self {
         Self(input)
     }
 
-    /// Whether all is read.
+    /// Whether everything is read.
     pub const fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// The next byte.
+    /// Reads the next byte.
     pub fn byte(&mut self) -> u8 {
         self.few::<1>()[0]
     }
 
-    /// Whether the next byte is odd.
+    /// Reads a byte and returns whether it is odd.
     pub fn flag(&mut self) -> bool {
         self.byte() % 2 == 1
     }
 
-    /// The next bytes of a number.
+    /// Reads the bytes of a number.
     pub fn few<const N: usize>(&mut self) -> [u8; N] {
         let taken = self.take(N);
         std::array::from_fn(|at| taken.get(at).copied().unwrap_or(0))
     }
 
-    /// As many bytes as the next two say, if there are so many.
+    /// Reads a length of two bytes, and then as many bytes, if there are so many.
     pub fn some(&mut self) -> &'i [u8] {
         let len = u16::from_le_bytes(self.few());
         self.take(len.into())
     }
 
-    /// One of several.
+    /// Chooses one of several values.
     pub fn one_of<T: Copy>(&mut self, all: &[T]) -> T {
         all[usize::from(self.byte()) % all.len()]
     }
 
-    /// A number of a motor, a speed, a place: those that mean something more often than others.
+    /// Reads a number for a motor, a speed or a position. Plausible numbers come up more often than others.
     pub fn float(&mut self) -> f32 {
         match self.byte() {
             small @ 0..200 => f32::from(small.cast_signed()) / 4.0,
@@ -89,7 +89,7 @@ impl<'i> Bytes<'i> {
         }
     }
 
-    /// A message of one side, or its number and what is missing.
+    /// Reads a message of one side. A body that is too short is an error with the number of the message.
     pub fn message<M: Messages<'i>>(&mut self) -> Result<M, (u32, DecodeError)> {
         let number = match usize::from(self.byte()) {
             known if known < 250 => M::ALL[known % M::ALL.len()].number,
@@ -99,7 +99,7 @@ impl<'i> Bytes<'i> {
         M::decode_body(number, self.take(len.into())).map_err(|error| (number, error))
     }
 
-    /// Where the clock goes: mostly nowhere, on for a while, or to a moment at which somebody wants to be woken.
+    /// Advances the clock: mostly not at all, by a while, or to the time when a machine asks to be woken.
     pub fn clock(&mut self, now: Millis, wakes: [Option<Millis>; 2]) -> Millis {
         let wake = wakes.into_iter().flatten().min().unwrap_or(now).max(now);
         match self.byte() % 16 {
@@ -121,22 +121,22 @@ impl<'i> Bytes<'i> {
     }
 }
 
-/// A machine, and when it wants to be woken.
+/// Machine under the laws, with the time when it asks to be woken.
 pub struct Watched<M> {
     /// The machine.
     pub machine: M,
-    /// When it wants to be woken.
+    /// Time when it asks to be woken.
     pub wake: Option<Millis>,
 }
 
 impl<M> Watched<M> {
-    /// Watches a machine from its beginning.
+    /// Starts with a new machine.
     pub const fn new(machine: M) -> Self {
         Self { machine, wake: None }
     }
 
-    /// Takes a step, if all laws hold: also that nothing is left to do at this moment, so that to wake it once more, with
-    /// `wake`, changes nothing.
+    /// Makes a step and checks the laws. Afterwards nothing is left to do at this moment, so waking the machine once
+    /// more with `wake` changes nothing.
     pub fn step<Send, Event, const SENDS: usize, const EVENTS: usize>(
         &mut self,
         now: Millis,
@@ -153,7 +153,7 @@ impl<M> Watched<M> {
         let (woken, quiet) = laws::machine::step(machine.clone(), now, wake);
         assert!(quiet.is_quiet(), "something is left to do: {quiet:?}");
         let (again, quiet) = laws::machine::step(woken.clone(), now, wake);
-        assert!(quiet.is_quiet() && again == woken, "to wake it twice changes it: {quiet:?}");
+        assert!(quiet.is_quiet() && again == woken, "waking it twice changes it: {quiet:?}");
         (self.machine, self.wake) = (machine, output.wake);
         if !output.is_quiet() {
             print(&output);
@@ -162,25 +162,25 @@ impl<M> Watched<M> {
     }
 }
 
-/// Prints a state or an output, which ends within its bound.
+/// Prints a state or an output, and checks the length of the text.
 pub fn print(value: &impl Debug) {
     let len = format!("{value:?}").len();
     assert!(len <= MAX_TEXT, "{len} bytes of text");
 }
 
-/// Frames on their way in one direction. None overtakes another.
+/// Frames in flight in one direction. No frame overtakes another.
 #[derive(Default)]
 pub struct Line(VecDeque<Vec<u8>>);
 
 impl Line {
-    /// Puts a frame on its way.
+    /// Sends a frame.
     pub fn put(&mut self, frame: &[u8]) {
         if self.0.len() < MAX_LINE {
             self.0.push_back(frame.to_vec());
         }
     }
 
-    /// What arrives next: the frame, as it was sent or with a wrong bit, and perhaps again later; or nothing.
+    /// Takes the next arrival: the frame as it was sent or with a wrong bit, and perhaps again later; or nothing.
     pub fn take(&mut self, bytes: &mut Bytes<'_>) -> Option<Vec<u8>> {
         let mut frame = self.0.pop_front()?;
         match bytes.byte() % 16 {
@@ -195,13 +195,13 @@ impl Line {
         Some(frame)
     }
 
-    /// All that is on its way is lost.
+    /// Loses everything in flight.
     pub fn cut(&mut self) {
         self.0.clear();
     }
 }
 
-/// What was asked for and has not come to its end: each ends once.
+/// Requests that have not ended. Each request ends once.
 #[derive(Default)]
 pub struct Tokens {
     last: u32,
@@ -209,19 +209,19 @@ pub struct Tokens {
 }
 
 impl Tokens {
-    /// A token that nobody has, for something that begins.
+    /// Returns a new token for a request that begins.
     pub fn begin(&mut self) -> u32 {
         self.last += 1;
         self.open.insert(self.last);
         self.last
     }
 
-    /// Something has come to its end.
+    /// Ends a request.
     ///
     /// # Panics
     ///
-    /// If it never began, or has ended before.
+    /// If the request never began, or ended before.
     pub fn end(&mut self, token: u32) {
-        assert!(self.open.remove(&token), "{token} ends, and is not open");
+        assert!(self.open.remove(&token), "request {token} ends, but is not open");
     }
 }

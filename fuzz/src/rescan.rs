@@ -1,9 +1,9 @@
-//! Searches for frames that know nothing of buffers, one a protocol, for the laws of streams.
+//! Searches for frames without buffers, one for each protocol, for the laws of streams.
 //!
-//! Given the rest of a stream, never empty, each says that a sound frame of so many bytes stands at its start (`Ok`), or
-//! how many bytes to leave behind (`Err`).
+//! Each function gets the rest of a stream, which is never empty. It returns the length of a sound frame at its start
+//! (`Ok`), or the number of bytes to skip (`Err`).
 
-/// kOS, with messages of up to `max` bytes; what would be fatal is left behind. Source: kOS, Message Header.
+/// Search for kOS messages of up to `max` bytes. Bytes that would be fatal are skipped. Source: kOS, Message Header.
 pub fn kos(bytes: &[u8], max: usize) -> Result<usize, usize> {
     if bytes[0] != 4 {
         return Err(1);
@@ -16,7 +16,7 @@ pub fn kos(bytes: &[u8], max: usize) -> Result<usize, usize> {
     }
 }
 
-/// DMC, with frames of up to `max` bytes. Source: DMC, Message Format.
+/// Search for DMC frames of up to `max` bytes. Source: DMC, Message Format.
 pub fn dmc(bytes: &[u8], max: usize) -> Result<usize, usize> {
     let [b'D', b'F', _, _, _, _, _, _, low, high, ..] = *bytes else { return Err(1) };
     let total = 10 + (usize::from(high) * 256 + usize::from(low)) + 2;
@@ -24,14 +24,15 @@ pub fn dmc(bytes: &[u8], max: usize) -> Result<usize, usize> {
     if fletcher16(frame) == 0 { Ok(total) } else { Err(1) }
 }
 
-/// hoot, as a master searches, with packets of up to `max` bytes of data. Source: hoot, section 1.
+/// Search for hoot packets with up to `max` bytes of data, as a master searches. Source: hoot, section 1.
 pub fn hoot(bytes: &[u8], max: usize) -> Result<usize, usize> {
     let [0, 0, 0, 0, 0, 0xFF, _, _, _, len, data @ ..] = bytes else { return Err(1) };
     let len = usize::from(*len);
     if len <= max && len <= data.len() { Ok(10 + len) } else { Err(1) }
 }
 
-/// hoot, as a node reads: ten bytes, then the data, and a packet only if a break came first. Source: hoot, section 1.1.
+/// Search for hoot packets as a node reads: ten bytes, then the data. They are a packet only if they start with a
+/// break. Source: hoot, section 1.1.
 pub fn hoot_strict(bytes: &[u8], max: usize) -> Result<usize, usize> {
     let Some(&len) = bytes.get(9) else { return Err(bytes.len()) };
     let total = 10 + usize::from(len);

@@ -1,4 +1,4 @@
-//! Each side of each protocol, as the laws of messages want it.
+//! Each side of each protocol, for the laws of messages.
 
 use laws::message::Side;
 use motion_core::lint::Lints;

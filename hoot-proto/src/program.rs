@@ -1,9 +1,9 @@
-//! Where a planned move is, and when.
+//! Position of a motor in a planned move, at any time.
 //!
-//! The sheet names the parts of a planned move, not its curve: the motor stands for the lead-in, then goes from start to
-//! stop in the travel, of which it gains speed for the acceleration and loses speed for the deceleration. All of these
-//! count shots, or milliseconds in video mode. The easing says how speed is gained and lost; the formulas are ours
-//! (decision H-14).
+//! The sheet names the parts of a planned move, not its curve. The motor stands still for the lead-in, then it goes
+//! from start to stop in the travel. At the start of the travel it gains speed for the acceleration, and at the end it
+//! loses speed for the deceleration. All these times are in shots, or in milliseconds in video mode. The easing says
+//! how speed is gained and lost. The formulas are those of this crate (decision H-14).
 //!
 //! ```
 //! use hoot_proto::message::{Easing, Span, Steps};
@@ -18,33 +18,34 @@
 
 use crate::message::{Easing, Span, Steps};
 
-/// The planned move of one motor, without its lead-in. Source: hoot, sections 2.3 and 4.2.
+/// Planned move of one motor, without its lead-in. Source: hoot, sections 2.3 and 4.2.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Plan {
-    /// Where it begins.
+    /// Position at the start, in steps.
     pub start: Steps,
-    /// Where it ends.
+    /// Position at the end, in steps.
     pub stop: Steps,
-    /// How long it takes, in shots or milliseconds.
+    /// Duration of the move, in shots or milliseconds.
     pub travel: Span,
-    /// For how long of that it gains speed. With the deceleration no more than the travel; both are cut in proportion.
+    /// Part of the travel in which the motor gains speed, in shots or milliseconds. If acceleration and deceleration
+    /// together exceed the travel, both are cut in proportion.
     pub acceleration: Span,
-    /// For how long of that it loses speed.
+    /// Part of the travel in which the motor loses speed, in shots or milliseconds.
     pub deceleration: Span,
-    /// How it gains and loses speed; what is no easing is taken for linear.
+    /// Curve of gaining and losing speed. An unknown easing counts as linear.
     pub easing: Easing,
 }
 
 motion_core::debug! { Plan { start stop travel acceleration deceleration easing } }
 
 impl Plan {
-    /// Whether it goes nowhere.
+    /// Whether the motor does not move.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.travel.0 == 0 || self.start == self.stop
     }
 
-    /// Where the motor is, so many shots or milliseconds after the lead-in: at the stop from the end of the travel on.
+    /// Position at a number of shots or milliseconds after the lead-in. From the end of the travel on, it is the stop.
     #[must_use]
     pub fn at(&self, elapsed: u32) -> Steps {
         let travel = self.travel.0;
@@ -62,7 +63,7 @@ impl Plan {
         } else {
             total.saturating_sub(self.ramp(travel.saturating_sub(elapsed), lose))
         };
-        // So many bits less that the way, of 32 bits, times the part that is gone has room in 64.
+        // Number of bits to drop, so that the distance of 32 bits times the covered part fits into 64 bits.
         let surplus = u64::BITS.saturating_sub(total.leading_zeros()).saturating_sub(31);
         let part = |of: u64| of.checked_shr(surplus).unwrap_or(0);
         let way = u64::from(self.start.0.abs_diff(self.stop.0));
@@ -75,7 +76,7 @@ impl Plan {
         })
     }
 
-    /// How long speed is gained and lost, no longer than the travel together.
+    /// Times of gaining and losing speed, together no longer than the travel.
     fn ramps(&self) -> (u32, u32) {
         let (gain, lose, travel) = (self.acceleration.0, self.deceleration.0, self.travel.0);
         let both = u64::from(gain).saturating_add(lose.into());
@@ -87,10 +88,10 @@ impl Plan {
         (gain, travel.saturating_sub(gain))
     }
 
-    /// The way covered in the first `elapsed` of a ramp, if full speed covers [`unit`] of 1 in 1: the integral of the
-    /// speed, which is u, u², or 1 - (1 - u)² at the part u of the ramp.
+    /// Distance covered in the first `elapsed` of a ramp, if full speed covers [`unit`] of 1 in 1. It is the integral
+    /// of the speed, which is u, u², or 1 - (1 - u)² at the part u of the ramp.
     fn ramp(&self, elapsed: u32, ramp: u32) -> u64 {
-        // u has 20 bits behind the point, its third power 60.
+        // u has 20 fractional bits, its third power 60.
         let u = (u64::from(elapsed) << 20).checked_div(ramp.into()).unwrap_or(0);
         let square = u.saturating_mul(u);
         let cube = square.saturating_mul(u);
@@ -103,7 +104,7 @@ impl Plan {
     }
 }
 
-/// Parts of a way are counted in 2 to the power of -31, so that the longest way has room in 64 bits.
+/// Fixed point with 31 fractional bits, so that the longest distance fits into 64 bits.
 fn unit(whole: u32) -> u64 {
     u64::from(whole) << 31
 }

@@ -1,4 +1,4 @@
-//! Law 14: lint is silent on what the constructors make; and what it says of the rest.
+//! Law 14 and the findings of lint: silence on messages of the constructors, and findings in the others.
 
 use hoot_proto::frame::{MAX_DATA, Selector, Table};
 use hoot_proto::lint::Context;
@@ -9,7 +9,7 @@ use motion_core::fixed::Scaled;
 use motion_core::lint::Severity;
 use motion_core::wire::{Bool, Messages, PartKind};
 
-/// Makes messages of their names and fields; those in brackets are made by `new`.
+/// Makes messages from names and fields. Messages in brackets are made by `new`.
 macro_rules! messages {
     ($($name:ident $({ $($field:tt)* })? $(($($argument:expr),*))?;)*) => {
         vec![$(HostMessage::$name(messages!(@ $name $({ $($field)* })? $(($($argument),*))?))),*]
@@ -19,7 +19,7 @@ macro_rules! messages {
     (@ $name:ident) => { $name::default() };
 }
 
-/// One of each message, as its constructor makes it, or with values that are legal.
+/// One message of each kind, made by its constructor or with legal values.
 fn requests() -> Vec<HostMessage<'static>> {
     let (motor, yes, most) = (Motor::Three, Bool::TRUE, MAX_ARRIVING);
     let (ms, position, span) = (Milliseconds(most), Steps(i32::MIN), Span(most));
@@ -101,7 +101,7 @@ fn requests() -> Vec<HostMessage<'static>> {
     requests
 }
 
-/// What lint always warns of.
+/// Requests of which lint always warns.
 const ALWAYS: [&str; 2] = ["Noop", "MotorResetLimits"];
 
 fn to(message: &HostMessage<'_>) -> Address {
@@ -113,7 +113,7 @@ fn says(message: HostMessage<'_>, context: &Context) -> Vec<String> {
 }
 
 #[test]
-fn silent_on_what_constructors_make() {
+fn lint_is_silent_on_requests_of_the_constructors() {
     let requests = requests();
     assert_eq!(
         requests.iter().map(Messages::name).collect::<Vec<_>>(),
@@ -128,7 +128,7 @@ fn silent_on_what_constructors_make() {
     }
 }
 
-/// A value of each type that a query can be asked, as the answer to each.
+/// Answers to a query: one of each type that its reply may have.
 fn answers(query: AnyQuery, profile: Profile) -> impl Iterator<Item = hoot_proto::AnyReply<'static>> {
     const DATA: [&[u8]; 8] = [
         &[0, 1],
@@ -157,7 +157,7 @@ const PROFILES: [Profile; 7] = [
 ];
 
 #[test]
-fn silent_on_the_replies_that_queries_make() {
+fn lint_is_silent_on_replies_of_the_queries() {
     let mut queries = 0;
     for profile in PROFILES {
         let mut context = Context::default();
@@ -169,7 +169,7 @@ fn silent_on_the_replies_that_queries_make() {
                 made += 1;
                 let mut data = [0; MAX_DATA];
                 let message = DeviceMessage::Reply(query.reply(answer, &mut data).unwrap());
-                // Firmware of that time sends garbage; a node of ours that plays it warns of that.
+                // Firmware of that time sends garbage here. A simulated node that copies it causes a warning.
                 let is_garbage = answer.value_type() == ValueType::FLOAT && !profile.facts().float_is_true;
                 assert_eq!(message.lint(&context).as_slice().len(), usize::from(is_garbage), "{message}");
                 assert!(message.encode_checked(&context, &mut [0; 42]).is_ok());
@@ -190,7 +190,7 @@ fn an_answer_has_the_type_of_the_firmware() {
         assert_eq!(FirmwareVersion {}.answer(Version(70), profile).value_type(), value_type);
     }
     let long = FirmwareVersion {}.answer(Version(300), Profile::Sheet);
-    assert_eq!((long.value_type(), long.value()), (ValueType::ULONG, Value::ULong(300)), "it has no place in a byte");
+    assert_eq!((long.value_type(), long.value()), (ValueType::ULONG, Value::ULong(300)), "300 exceeds a byte");
     let lead_in = |profile| MotorLeadIn::default().answer(Span(40_000), profile).value();
     assert_eq!([Profile::V033, Profile::V035].map(lead_in), [Value::UInt(40_000), Value::ULong(40_000)]);
     let running = |profile| MotorRunning::default().answer(Bool::TRUE, profile).value();
@@ -199,14 +199,14 @@ fn an_answer_has_the_type_of_the_firmware() {
     assert_eq!(
         MotorMaxProgramSpeed::default().answer(speed, Profile::V033).value(),
         Value::ULong(0xFFFF_FF6A),
-        "nothing of it fits a byte"
+        "-150 exceeds a byte"
     );
     let modes = RingTip { ring: AltMode(200), tip: AltMode(255) };
     assert_eq!(AltModes {}.answer(modes, Profile::Sheet).value(), Value::Int(-14_081));
 }
 
 #[test]
-fn no_number_of_32_bits_leaves_that_would_not_arrive() {
+fn numbers_that_would_not_arrive_are_refused() {
     let mut seen = 0;
     for kind in HostMessage::ALL {
         let Some(row) = kind.layout.iter().find(|row| row.part == PartKind::Fixed && row.wire == "u32") else {
@@ -220,7 +220,7 @@ fn no_number_of_32_bits_leaves_that_would_not_arrive() {
         let first = message.lint(&Context::default()).first_error().unwrap();
         assert_eq!(first.what, row.name, "{message}");
     }
-    // Of command 15, both messages are the same rows.
+    // The two messages of command 15 have the same rows.
     assert_eq!(seen, 10);
     let too_much = MAX_ARRIVING + 1;
     assert_eq!(SetMaxRunTime::new(Milliseconds(too_much)), None);
@@ -228,7 +228,7 @@ fn no_number_of_32_bits_leaves_that_would_not_arrive() {
 }
 
 #[test]
-fn values_that_the_firmware_refuses_or_ignores() {
+fn values_that_the_firmware_refuses_are_errors_and_ignored_ones_are_warnings() {
     let of = |number, data| says(HostMessage::decode_body(number, data).unwrap(), &Context::default());
     assert_eq!(of(0x08_00, &[1]), ["error new_address: 1 is not in 2 to 255"]);
     assert_eq!(of(0x2_04_00, &[0]), ["error new_address: 0 is not in 2 to 255"]);
@@ -252,7 +252,7 @@ fn values_that_the_firmware_refuses_or_ignores() {
 }
 
 #[test]
-fn what_one_firmware_takes_and_another_does_not() {
+fn findings_depend_on_the_firmware() {
     let of = |number, data| {
         PROFILES.map(|profile| {
             let mut context = Context::default();
@@ -267,8 +267,8 @@ fn what_one_firmware_takes_and_another_does_not() {
     assert_eq!(of(0x19_01, &[]), [None, None, None, None, error, error, error], "a step, or the lead-out");
     assert_eq!(of(0x6A_00, &[]), [None, None, None, None, None, None, warning], "the greatest step rate");
     assert_eq!(of(0x0B_00, &[0x13, 0x88]), of(0x6A_00, &[]));
-    assert_eq!(of(0x79_00, &[]), [None, warning, warning, None, None, None, None], "to and fro");
-    assert_eq!(of(0x75_01, &[]), of(0x79_00, &[]), "two queries that came later");
+    assert_eq!(of(0x79_00, &[]), [None, warning, warning, None, None, None, None], "ping-pong");
+    assert_eq!(of(0x75_01, &[]), of(0x79_00, &[]), "both queries were added later");
     let delay = of(0x15_00, &[0, 0x4C, 0x4B, 0x40]);
     assert_eq!(delay, [warning, error, error, error, error, warning, None], "5,000,000 s");
 }
@@ -288,31 +288,31 @@ fn only_stops_and_queries_may_be_sent_again() {
 }
 
 #[test]
-fn joystick_mode() {
+fn joystick_mode_refuses_other_requests() {
     let of = |profile| {
         let mut context = Context::default();
         (context.joystick, context.profile) = (true, profile);
         let severity = |message: &HostMessage<'_>| message.lint(&context).into_iter().map(|lint| lint.severity).max();
         let count = |wanted| requests().iter().filter(|message| severity(message) == wanted).count();
         let stop = severity(&HostMessage::Stop(Stop {}));
-        assert_eq!(stop, Some(Severity::Warning), "a stop is never kept back");
+        assert_eq!(stop, Some(Severity::Warning), "a stop is never refused");
         let motor_stop = severity(&HostMessage::MotorStop(MotorStop::default()));
-        assert_eq!(motor_stop, None, "and this one works");
+        assert_eq!(motor_stop, None, "a stop of a motor works in joystick mode");
         (count(Some(Severity::Error)), count(None))
     };
     let all = requests().len();
-    // The controller has 45 requests: two are left, and a stop is only warned of. Of the 46 of a motor six are left, since
-    // a run and a move are one command. The other warning is that of command 0.
+    // The controller has 45 requests: two are allowed, and a stop is only a warning. A motor has 46: six are allowed,
+    // because a run and a move are one command. The other warning is that of command 0.
     let (refused, silent) = of(Profile::Sheet);
     assert_eq!((refused, all - refused - silent), (42 + 40, 2));
     let sheet = Selector { table: Table::Node, command: 15, sub_address: 2 };
     assert!(!Gate::Sheet.refuses(sheet) && Gate::Later.refuses(sheet));
-    assert!(of(Profile::Unknown).0 < refused, "only what all refuse");
+    assert!(of(Profile::Unknown).0 < refused, "only requests that every firmware refuses");
     assert!(!Gate::Later.refuses(Selector { command: 106, ..sheet }), "later firmware answers queries");
 }
 
 #[test]
-fn commands_while_the_planned_move_runs() {
+fn lint_warns_of_commands_while_the_planned_move_runs() {
     let mut context = Context::default();
     context.running = true;
     let warned =
@@ -321,12 +321,12 @@ fn commands_while_the_planned_move_runs() {
         let stops = ["Start", "Pause", "Stop", "SetJoystickMode", "MotorStop"].contains(&message.name());
         let asks = message.query().is_some() || message.selector().table != Table::Node;
         assert_eq!(warned(&message), message.name() == "Noop" || !(stops || asks), "{message}");
-        assert!(message.lint(&context).first_error().is_none(), "it is advice");
+        assert!(message.lint(&context).first_error().is_none(), "the finding is a warning");
     }
 }
 
 #[test]
-fn more_steps_than_arrive_are_refused() {
+fn steps_that_would_not_arrive_are_refused() {
     let motor = Motor::One;
     let of = |steps| HostMessage::MotorMove(MotorMove { motor, direction: Direction(0), steps: StepCount(steps) });
     for steps in [0, 0x0100_0000, u32::MAX] {
@@ -334,16 +334,16 @@ fn more_steps_than_arrive_are_refused() {
         assert_eq!(MotorMove::new(motor, Direction(0), StepCount(steps)), None);
     }
     let mut out = [0; 42];
-    assert!(of(u32::MAX).encode_into(Address(3), &mut out).is_ok(), "what was decoded is written back");
+    assert!(of(u32::MAX).encode_into(Address(3), &mut out).is_ok(), "a decoded message can be encoded again");
     assert_eq!(
         of(0).encode_into(Address(3), &mut out),
         Err(EncodeError::OutOfRange { what: "MotorMove.steps", value: 0, min: 1, max: u32::MAX.into() }),
-        "it would be a run"
+        "a move of 0 steps would be a run"
     );
 }
 
 #[test]
-fn broadcasts_and_bridges() {
+fn broadcasts_are_refused_through_a_bridge() {
     let context = Context::through_bridge();
     for message in requests() {
         let refused = message.encode_checked(to(&message), &context, &mut [0; 42]).is_err();
@@ -366,18 +366,18 @@ fn broadcasts_and_bridges() {
 fn an_address_that_means_another_command_is_refused() {
     let mut out = [0xA5; 42];
     let wrong = |value, min, max| Err(EncodeError::OutOfRange { what: "address", value, min, max });
-    // To all nodes, command 4 gives an address; to a node, it stops the motor or the controller.
+    // In a broadcast, command 4 gives an address. Sent to a node, it stops the motor or the controller.
     assert_eq!(HostMessage::Stop(Stop {}).encode_into(Address::BROADCAST, &mut out), wrong(1, 2, 255));
     let all_stop = HostMessage::BroadcastStop(BroadcastStop::default());
     assert_eq!(all_stop.encode_into(Address(3), &mut out), wrong(3, 1, 1));
     assert_eq!(out, [0xA5; 42]);
-    assert!(HostMessage::Stop(Stop {}).encode_into(Address::MASTER, &mut out).is_ok(), "as it came");
+    assert!(HostMessage::Stop(Stop {}).encode_into(Address::MASTER, &mut out).is_ok(), "encoded as it was decoded");
     let refused = HostMessage::Stop(Stop {}).encode_checked(Address::MASTER, &Context::default(), &mut out);
     assert!(matches!(refused, Err(EncodeError::Refused(lint)) if lint.what == "address"));
 }
 
 #[test]
-fn speeds() {
+fn speeds_that_are_not_finite_are_refused() {
     let of = |speed| {
         let message = MotorSetContinuousSpeed { motor: Motor::One, speed: StepsPerSecond(speed) };
         says(HostMessage::MotorSetContinuousSpeed(message), &Context::default())
@@ -403,7 +403,7 @@ fn a_motor_of_speed_0_does_not_move() {
 }
 
 #[test]
-fn names_of_others() {
+fn names_with_nuls_or_breaks_are_found() {
     let of = |name| says(HostMessage::SetName(SetName { name: Name::from_bytes(name).unwrap() }), &Context::default());
     assert_eq!(of(b"ABC\0\0\0\0\0\0\0"), [""; 0]);
     assert_eq!(of(b"A\0B"), ["warning name: the node skips NULs inside"]);
@@ -412,12 +412,12 @@ fn names_of_others() {
 }
 
 #[test]
-fn raw_packets() {
+fn raw_packets_are_checked_by_the_tables() {
     let of = |number, data| says(HostMessage::other(number, data), &Context::default());
     assert_eq!(
         of(0x0F_01, &[1, 0, 3]),
         ["error data: too short: the node reads missing bytes as zero"],
-        "and runs for ever"
+        "the motor would run for ever"
     );
     assert_eq!(of(0x02_00, &[1]), ["warning data: longer than the command's: the node leaves out the rest"]);
     assert_eq!(
@@ -426,19 +426,19 @@ fn raw_packets() {
         "as the sheet prints it"
     );
     assert_eq!(of(0x01_00, &[]), ["error data: the core protocol needs a command of its own"]);
-    assert_eq!(of(0x01_00, &[4, 1]), ["error new_address: 1 is not in 2 to 255"], "known after all");
+    assert_eq!(of(0x01_00, &[4, 1]), ["error new_address: 1 is not in 2 to 255"], "a known command");
     assert_eq!(of(0x01_00, &[9]), [""; 0]);
     assert_eq!(of(0x00_02, &[1])[0], "warning command: nodes are silent at command 0, and bridges do not pass it on");
     assert_eq!(of(0x63_00, &[0; 33]), ["error data: 33 is not in 0 to 32"]);
     assert_eq!(of(0x63_00, &[1, 0, 0, 0, 0, 0, 0xFF]), ["error data: holds a break, the start of a packet"]);
-    assert_eq!(of(0x0F_01, &[0, 1, 0, 0, 0]), ["error steps: 16777216 is not in 1 to 16777215"], "known after all");
+    assert_eq!(of(0x0F_01, &[0, 1, 0, 0, 0]), ["error steps: 16777216 is not in 1 to 16777215"], "a known command");
     let refused =
         HostMessage::other(0x1_4D_00, &[]).encode_checked(Address(1), &Context::through_bridge(), &mut [0; 42]);
     assert!(refused.is_err());
 }
 
 #[test]
-fn replies_of_others() {
+fn unusual_replies_are_found() {
     let of = |code, data| -> Vec<String> {
         let message = DeviceMessage::Reply(Reply { code: ResponseCode(code), data });
         message.lint(&Context::default()).into_iter().map(|lint| format!("{} {lint}", lint.severity)).collect()

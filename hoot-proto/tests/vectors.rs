@@ -1,4 +1,4 @@
-//! The conformance vectors: most are what the public firmware of the controller said in a simulator.
+//! Conformance vectors. Most are answers of the public firmware of the controller in a simulator.
 
 use hoot_proto::frame::MAX_DATA;
 use hoot_proto::message::{Value as Wire, Voltage};
@@ -29,9 +29,9 @@ fn of_direction(direction: &str) -> Vec<Value> {
     vectors().into_iter().filter(|vector| vector["direction"] == direction).collect()
 }
 
-/// Whether a request is of the kinds that have a type, written down here once more: the numbers of section 2, and how
-/// much data each has.
-#[expect(clippy::match_same_arms, reason = "the tables in their own order")]
+/// Whether a request has a type of its own, after a second listing: the numbers of section 2, with the data length of
+/// each.
+#[expect(clippy::match_same_arms, reason = "the order of the tables")]
 fn is_typed(packet: &Frame<'_>) -> bool {
     let len = packet.payload().len();
     let motor = (1..=3).contains(&packet.sub_address());
@@ -60,7 +60,7 @@ fn is_typed(packet: &Frame<'_>) -> bool {
     }
 }
 
-/// Looks at the keys of `fields` that are the packet's own, and gives the others.
+/// Compares the keys of `fields` that belong to the packet, and returns the others.
 fn check_frame(frame: &Frame<'_>, fields: &Value, name: &str) -> Map<String, Value> {
     let mut others = fields.as_object().unwrap().clone();
     let mut same = |key: &str, found: Value| {
@@ -78,7 +78,7 @@ fn check_frame(frame: &Frame<'_>, fields: &Value, name: &str) -> Map<String, Val
 }
 
 #[test]
-fn requests() {
+fn requests_of_the_vectors_survive_the_round_trip() {
     let (mut typed, mut other, mut malformed) = (0, 0, 0);
     for vector in of_direction("request") {
         let (name, sent) = (vector["name"].as_str().unwrap(), bytes(&vector["hex"]));
@@ -94,7 +94,7 @@ fn requests() {
         }
         assert_eq!(strict_frames(&sent), 1, "{name}");
         let frame = Frame::decode(&sent).unwrap();
-        assert_eq!(check_frame(&frame, fields, name), Map::new(), "keys of {name} that nobody looked at");
+        assert_eq!(check_frame(&frame, fields, name), Map::new(), "keys of {name} that were not checked");
 
         let message = HostMessage::decode(&frame);
         assert_eq!(message.selector(), frame.request().0, "{name}");
@@ -111,7 +111,7 @@ fn requests() {
         assert_eq!(message.encode_into(frame.address(), &mut out), Ok(sent.len()), "{name}");
         assert_eq!((&out[..sent.len()], message.encoded_len()), (&sent[..], sent.len()), "{name}");
 
-        // What the node said, and what it passed on.
+        // Packets that the node sent and passed on.
         for key in ["node_reply_hex", "node_forwarded_hex"] {
             replies(&bytes(vector.get(key).unwrap_or(&json!(""))));
         }
@@ -119,7 +119,7 @@ fn requests() {
     assert_eq!((typed, other, malformed), (151, 13, 2));
 }
 
-/// How many packets a node finds, if the line then falls silent.
+/// Number of packets that a node finds if the line then falls silent.
 fn strict_frames(sent: &[u8]) -> u64 {
     let mut frames = motion_core::stream::Frames::<Strict, 84>::new();
     assert_eq!(frames.push(sent), sent.len());
@@ -131,7 +131,7 @@ fn strict_frames(sent: &[u8]) -> u64 {
     found
 }
 
-/// Whole packets, one behind the other, survive the round trip.
+/// Checks that consecutive packets survive the round trip.
 fn replies(sent: &[u8]) {
     let mut frames = Frames::<84>::new();
     assert_eq!(frames.push(sent), sent.len());
@@ -145,14 +145,14 @@ fn replies(sent: &[u8]) {
 }
 
 #[test]
-fn responses() {
+fn responses_of_the_vectors_survive_the_round_trip() {
     let (mut answers, mut refused, mut others) = (0, 0, 0);
     for vector in of_direction("response") {
         let (name, sent) = (vector["name"].as_str().unwrap(), bytes(&vector["hex"]));
         let frame = Frame::decode(&sent).unwrap();
         let mut fields = check_frame(&frame, &vector["fields"], name);
         let message = DeviceMessage::decode(&frame);
-        let DeviceMessage::Reply(reply) = message else { panic!("{name} is no reply: {message}") };
+        let DeviceMessage::Reply(reply) = message else { panic!("{name} is not a reply: {message}") };
 
         let mut out = [0; 42];
         assert_eq!(message.encode_into(&mut out), Ok(sent.len()), "{name}");
@@ -194,7 +194,7 @@ fn responses() {
     assert_eq!((answers, refused, others), (100, 4, 99));
 }
 
-/// What the query says of a reply is what the vector says of it.
+/// Checks that the answer to the query has the values of the vector.
 fn check_answer(answer: AnyReply<'_>, fields: &Value, name: &str) {
     let found = match answer.value() {
         Wire::Byte(number) => json!(number),
@@ -221,7 +221,7 @@ fn check_answer(answer: AnyReply<'_>, fields: &Value, name: &str) {
 }
 
 #[test]
-fn hundredths_of_newer_firmware() {
+fn hundredths_of_newer_firmware_are_decoded() {
     let mut seen = 0;
     for vector in of_direction("response").iter().filter(|vector| vector["fields"].get("rule").is_some()) {
         seen += 1;
@@ -269,5 +269,5 @@ fn two_replies_to_one_request_are_two_packets() {
     while let Some(Item::Frame(frame)) = frames.next() {
         lens.push(frame.payload().len());
     }
-    assert_eq!(lens, [2, 5], "that the motor runs; then the reply to the next query, which nobody asked");
+    assert_eq!(lens, [2, 5], "the motor runs, and the reply to the next query, which was not asked");
 }

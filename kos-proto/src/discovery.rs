@@ -1,21 +1,21 @@
-//! Discovery: datagrams over UDP, by which clients and devices find each other.
+//! Discovery: UDP datagrams with which clients and devices find each other.
 //!
-//! A device without a client announces itself every five seconds; a client listens, and may ask. A datagram is one
-//! message; a bad one is dropped alone. Sockets and clock are the caller's.
+//! A device without a client announces itself every five seconds. A client listens, and may ask. A datagram is one
+//! message, and a bad one is dropped without effect on others. The caller has the sockets and the clock.
 //!
-//! A client keeps the devices it hears of in [`Devices`]:
+//! A client keeps the devices that it heard in [`Devices`]:
 //!
 //! ```
 //! use core::net::Ipv4Addr;
 //! use kos_proto::discovery::{Datagram, Devices, Event, Input};
 //! use motion_core::time::Millis;
 //!
-//! // What it asks, to be sent to 255.255.255.255:5520.
+//! The question, to be sent to 255.255.255.255:5520.
 //! let mut question = [0; 7];
 //! Datagram::question(true).encode_into(&mut question)?;
 //! assert_eq!(question, *b"\x04\0\x07\0\x02\x01\x01");
 //!
-//! // What it hears: a device that does not know its address.
+//! The answer of a device that does not know its address.
 //! let bytes = b"\x04\0\x1b\0\x02\x02\x01\0\x11\x22\x33\x44\x55\0\0\0\0\xff\xff\xff\0\xc0\xa8\x32\x01\x0a\0";
 //! let source = Ipv4Addr::new(192, 168, 50, 7);
 //! let devices: Devices = Devices::default();
@@ -23,15 +23,15 @@
 //! let Ok(Some(Event::Found(device))) = output.heard else { panic!("{output:?}") };
 //! assert_eq!(Ipv4Addr::from(device.address()), source);
 //!
-//! // Fifteen seconds of silence later.
+//! After fifteen seconds of silence, the device is gone.
 //! let (devices, output) = devices.step(output.wake.expect("something to wait for"), Input::Wake);
 //! assert_eq!(output.gone[..], [device]);
 //! assert_eq!(devices.iter().count(), 0);
 //! # Ok::<(), kos_proto::EncodeError>(())
 //! ```
 //!
-//! Source: kOS, `NetworkInfo`; decisions K-D1 to K-D6. Anyone on the network can say anything: what is found is a
-//! suggestion to show to a person.
+//! Source: kOS, `NetworkInfo`; decisions K-D1 to K-D6. Anyone on the network can send anything, so a person should
+//! confirm a device that was found.
 
 use core::fmt;
 
@@ -42,35 +42,36 @@ use motion_core::wire::{Bool, DecodeError, EncodeError};
 use crate::message::{GetNetworkInfo, Ipv4, NetworkInfo};
 use crate::{DeviceMessage, Frame, FrameError, HostMessage, MessageId, MessageType};
 
-/// The port of TCP, and of discovery unless told otherwise: the specification names none for UDP (decision K-D1).
+/// Port of TCP, and the default port of discovery. The specification names no port for UDP (decision K-D1).
 pub const DEFAULT_PORT: u16 = 5520;
-/// Milliseconds between two announcements of a device that no client is connected to, and between two questions of a
-/// client that asks (decision K-D2).
+/// Time between two announcements of a device without a client, and between two questions of a client, in milliseconds
+/// (decision K-D2).
 pub const ANNOUNCE_EVERY: u64 = 5_000;
-/// Milliseconds of silence after which a device is gone: three announcements.
+/// Time of silence after which a device is gone, in milliseconds: three announcements.
 pub const FORGET_AFTER: u64 = 15_000;
 
-/// What a datagram says.
+/// Content of a datagram.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Datagram<'a> {
-    /// A client asks who is there.
+    /// Question of a client: which devices are there.
     Question(GetNetworkInfo<'a>),
-    /// A device says where it is.
+    /// Announcement of a device with its address.
     Announcement(NetworkInfo<'a>),
 }
 
 impl<'a> Datagram<'a> {
-    /// The question of a client, to be answered by broadcast, or else to the one who asks.
+    /// Question of a client, to be answered by broadcast, or else only to the client.
     #[must_use]
     pub fn question(limited_response: bool) -> Self {
         Self::Question(GetNetworkInfo::new(limited_response))
     }
 
-    /// Reads one datagram, from whomever.
+    /// Reads one datagram of a client or a device.
     ///
     /// # Errors
     ///
-    /// [`DatagramError`], if it is no message, another one, or one that is cut short.
+    /// [`DatagramError`] if the datagram is not a message, is cut off, or is a message that does not belong to
+    /// discovery.
     pub fn decode(bytes: &'a [u8]) -> Result<Self, DatagramError> {
         let frame = Frame::decode(bytes)?;
         if let DeviceMessage::NetworkInfo(info) = DeviceMessage::decode(&frame)? {
@@ -82,7 +83,7 @@ impl<'a> Datagram<'a> {
         }
     }
 
-    /// Bytes of the datagram.
+    /// Length of the datagram, in bytes.
     #[must_use]
     pub fn encoded_len(&self) -> usize {
         match *self {
@@ -91,11 +92,11 @@ impl<'a> Datagram<'a> {
         }
     }
 
-    /// Writes the datagram to the front of `out`, and says how many bytes it took.
+    /// Writes the datagram to the front of `out`, and returns the number of bytes written.
     ///
     /// # Errors
     ///
-    /// [`EncodeError`], if it does not fit.
+    /// [`EncodeError`] if it does not fit.
     pub fn encode_into(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
         match *self {
             Self::Question(question) => HostMessage::from(question).encode_into(out),
@@ -104,32 +105,32 @@ impl<'a> Datagram<'a> {
     }
 }
 
-/// Why a datagram is dropped.
+/// Reason why a datagram is dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum DatagramError {
-    /// It is not one message.
+    /// The datagram is not exactly one message.
     #[error(transparent)]
     Frame(#[from] FrameError),
-    /// The message is cut short.
+    /// The message is cut off.
     #[error(transparent)]
     Decode(#[from] DecodeError),
-    /// The message is not one of discovery.
-    #[error("message {id}, {kind}, is not of discovery")]
+    /// The message does not belong to discovery.
+    #[error("message {id}, {kind}, does not belong to discovery")]
     Unrelated {
-        /// What it is about.
+        /// Identifier of the message.
         id: MessageId,
-        /// Whether it sets, asks or answers.
+        /// Type of the message: it sets, asks or answers.
         kind: MessageType,
     },
 }
 
-/// A device that announced itself.
+/// Device that announced itself.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Announced {
-    /// What it said, but for a tail.
+    /// Announced information, without unknown trailing bytes.
     pub info: NetworkInfo<'static>,
-    /// Where the datagram came from.
+    /// Address that the datagram came from.
     pub source: Ipv4,
 }
 
@@ -142,7 +143,8 @@ impl Announced {
         Self { info, source }
     }
 
-    /// Where to connect to: the address that it said, or, if that is 0.0.0.0, the one it sent from (decision K-D6).
+    /// Address to connect to: the announced one, or the source of the datagram if the announced one is 0.0.0.0
+    /// (decision K-D6).
     #[must_use]
     pub fn address(&self) -> Ipv4 {
         if self.info.ip_address == Ipv4::default() { self.source } else { self.info.ip_address }
@@ -155,73 +157,73 @@ impl fmt::Debug for Announced {
     }
 }
 
-/// The devices that a client has heard of, up to `N`, each once by its hardware address.
+/// Devices that a client has heard, up to `N`, each listed once by its hardware address.
 ///
-/// A full table takes no more until one is gone: a flood of invented devices does not drive out those that are known.
+/// A full table takes no new device until one is gone, so a flood of invented devices cannot remove the known ones.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
 pub struct Devices<const N: usize = 16> {
     list: ArrayVec<Heard, N>,
 }
 
-/// A device, and when it was last heard of.
+/// Device, and the time when it was last heard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Heard {
     device: Announced,
     at: Millis,
 }
 
-/// What [`Devices`] are told.
+/// Input of [`Devices`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Input<'a> {
     /// A datagram came.
     Datagram {
-        /// Where it came from.
+        /// Address that it came from.
         source: Ipv4,
-        /// All of it.
+        /// All its bytes.
         bytes: &'a [u8],
     },
-    /// The time has come, or just passed.
+    /// The time to wake has come.
     Wake,
 }
 
-/// What follows from it.
+/// Output of one step.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 #[must_use]
 pub struct Output<const N: usize = 16> {
-    /// The devices that have been silent for too long, and are forgotten.
+    /// Devices that were silent for too long and are forgotten.
     pub gone: ArrayVec<Announced, N>,
-    /// What the datagram said that was not known, or why it was dropped.
+    /// News in the datagram, or the reason why it was dropped.
     pub heard: Result<Option<Event>, DatagramError>,
-    /// When to wake next; never, while no device is known.
+    /// Time of the next wake; `None` while no device is known.
     pub wake: Option<Millis>,
 }
 
-/// What a datagram brought that was not known.
+/// News in a datagram.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Event {
-    /// A device that was not there.
+    /// A device that is new.
     Found(Announced),
-    /// A device that says something else than before, or from somewhere else.
+    /// A device whose announcement or source address changed.
     Changed(Announced),
     /// A device for which the table has no room.
     NoRoom(Announced),
-    /// Some client asks who is there.
+    /// A client asks which devices are there.
     Asked {
-        /// Where it asks from.
+        /// Address of the client.
         source: Ipv4,
-        /// Whether a device shall answer by broadcast; if not, to that address.
+        /// Whether a device should answer by broadcast; if not, to the client only.
         limited_response: bool,
     },
 }
 
 impl<const N: usize> Devices<N> {
-    /// Takes what happened: forgets who was silent for too long, then keeps who was heard of.
+    /// Advances the table: forgets devices that were silent for too long, then stores the announced one.
     pub fn step(self, now: Millis, input: Input<'_>) -> (Self, Output<N>) {
         let (mut list, mut gone) = (ArrayVec::new(), ArrayVec::new());
         for heard in self.list {
-            // There is room: neither list becomes longer than the one that is divided.
+            // There is room, because neither list becomes longer than the one that is divided.
             let _ = if now.since(heard.at) < FORGET_AFTER {
                 list.try_push(heard).is_ok()
             } else {
@@ -294,11 +296,11 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_datagram_of_discovery_says_why() {
+    fn other_datagrams_are_errors_that_say_why() {
         assert_eq!(datagram(&Datagram::question(false)), b"\x04\0\x07\0\x02\x01\0");
         let small = EncodeError::BufferTooSmall { needed: 7, have: 6 };
         assert_eq!(Datagram::question(true).encode_into(&mut [0; 6]), Err(small));
-        // Without its byte it is a question as well (decision K-D5).
+        // Without its byte it is also a question (decision K-D5).
         let bare = Datagram::Question(GetNetworkInfo { limited_response: None, tail: &[] });
         assert_eq!(datagram(&bare), b"\x04\0\x06\0\x02\x01");
 
@@ -314,26 +316,26 @@ mod tests {
         assert_eq!(Datagram::decode(&cut), Err(short.into()));
         let keep_alive = Datagram::decode(&[4, 0, 6, 0, 0, 0]).unwrap_err();
         assert_eq!(keep_alive, DatagramError::Unrelated { id: MessageId::KEEP_ALIVE, kind: MessageType::SET });
-        assert_eq!(keep_alive.to_string(), "message KEEP_ALIVE, SET, is not of discovery");
-        // What nobody may send is no question either.
+        assert_eq!(keep_alive.to_string(), "message KEEP_ALIVE, SET, does not belong to discovery");
+        // A `Set` of the network information is not a question either.
         let set = Datagram::decode(&[4, 0, 7, 0, 2, 0, 1]).unwrap_err();
         assert_eq!(set, DatagramError::Unrelated { id: MessageId::NETWORK_INFO, kind: MessageType::SET });
     }
 
     /// Decision K-D6.
     #[test]
-    fn the_address_is_what_it_says_or_else_where_it_sent_from() {
+    fn the_address_is_the_announced_one_or_the_source() {
         let at = |ip| Announced { info: info(5, ip), source: SOURCE }.address();
         assert_eq!((at(0), at(0x0a00_0001)), (SOURCE, Ipv4(0x0a00_0001)));
     }
 
     #[test]
-    fn a_device_is_found_once_and_told_of_again_when_it_changes() {
+    fn a_device_is_found_once_and_reported_again_when_it_changes() {
         let (devices, output) = announced(Devices::<4>::default(), 0, info(5, 0));
         let first = Announced { info: info(5, 0), source: SOURCE };
         assert_eq!((output.heard, output.wake), (Ok(Some(Event::Found(first))), Some(Millis(FORGET_AFTER))));
 
-        // The same, and with a tail that nobody knows.
+        // The same announcement with an unknown tail.
         let (devices, output) = announced(devices, 5_000, NetworkInfo { tail: &[7], ..info(5, 0) });
         assert_eq!((output.heard, output.wake), (Ok(None), Some(Millis(20_000))));
 
@@ -343,7 +345,7 @@ mod tests {
 
         let (devices, output) = announced(devices, 7_000, info(6, 0));
         assert!(matches!(output.heard, Ok(Some(Event::Found(_)))));
-        assert_eq!(output.wake, Some(Millis(21_000)), "the first that may be gone");
+        assert_eq!(output.wake, Some(Millis(21_000)), "then the first device may be gone");
         let macs: Vec<_> = devices.iter().map(|device| device.info.mac_address).collect();
         assert_eq!(macs, [info(5, 0).mac_address, info(6, 0).mac_address]);
     }
@@ -358,7 +360,7 @@ mod tests {
         assert_eq!(output.gone[..], [Announced { info: info(5, 0), source: SOURCE }]);
         assert_eq!(output.wake, Some(Millis(16_000)));
 
-        // Too late, it is found anew; any datagram tells the time, also a bad one.
+        // An announcement that comes too late is a new device. Any datagram advances the time, even a bad one.
         let (devices, output) = announced(devices, 16_000, info(6, 0));
         assert_eq!(output.gone.len(), 1);
         assert!(matches!(output.heard, Ok(Some(Event::Found(_)))));
@@ -368,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flood_of_devices_does_not_drive_out_those_that_are_known() {
+    fn a_flood_of_devices_does_not_remove_known_devices() {
         let (mut devices, mut found) = (Devices::<3>::default(), 0);
         for mac in 0..200 {
             let (next, output) = announced(devices, mac.into(), info(mac, 0));
@@ -385,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn a_question_says_where_to_answer() {
+    fn a_question_says_where_to_send_the_answer() {
         for (said, limited_response) in [(Datagram::question(true), true), (Datagram::question(false), false)] {
             let input = datagram(&said);
             let input = Input::Datagram { source: SOURCE, bytes: &input };

@@ -1,7 +1,7 @@
 //! USB: messages in HID reports of 64 bytes, for either side.
 //!
-//! A report is its id, 1, and 63 bytes: one message, and padding that means nothing. Whoever opens the device and polls
-//! it is the caller, who also finds it: the specification names neither vendor nor product.
+//! A report is its id, 1, and 63 bytes: one message, and padding without meaning. The caller finds, opens and polls the
+//! device. The specification names neither vendor id nor product id.
 //!
 //! ```
 //! use kos_proto::usb::{self, Report};
@@ -22,10 +22,10 @@
 //! # Messages longer than a report
 //!
 //! No trajectory fits into a report, and the specification does not say how one travels over USB. [`Report`] refuses
-//! what does not fit. [`Fragments`] and [`Reassembly`] assume the plain way, that a message goes on in the next report;
-//! **no device has confirmed it**, hence the word `assume` where they are made. Nothing numbers the pieces: if one in
-//! the middle is lost, the message may be completed by what follows. What such a message says should be asked back
-//! before it is played.
+//! messages that do not fit. [`Fragments`] and [`Reassembly`] make the simplest assumption, that a message continues in
+//! the next report. **No device has confirmed it**, so their constructors are named `assume`. The pieces have no
+//! numbers: if a piece in the middle is lost, later bytes may complete the message. Read such a message back from the
+//! device before it is played.
 //!
 //! Source: kOS, USB; safety decision 4, decisions K-U1 to K-U8.
 
@@ -35,21 +35,21 @@ use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
 use crate::frame::{Frame, FrameError, Kos, MAX_FRAME, VERSION};
 
-/// The id of every report: its first byte.
+/// Id of every report: its first byte.
 pub const REPORT_ID: u8 = 0x01;
-/// Bytes of message that a report has room for.
+/// Bytes of a report that are free for a message.
 pub const CAPACITY: usize = 63;
-/// Bytes of a report, its id included (decision K-U1).
+/// Bytes of a report, including its id (decision K-U1).
 pub const REPORT_LEN: usize = size_of::<Report>();
-/// Milliseconds between two keep-alives of a client that has nothing else to say (decision K-U6).
+/// Time between two keep-alives of a client that sends nothing else, in milliseconds (decision K-U6).
 pub const KEEP_ALIVE_EVERY: u64 = 4_000;
-/// Milliseconds after which the next piece of a message comes too late (safety decision 4).
+/// Time after which the next piece of a message is too late, in milliseconds (safety decision 4).
 pub const CONTINUE_WITHIN: u64 = 100;
 
-/// The longest buffer that a HID library fills with one report: some add a byte.
+/// Longest buffer that a HID library fills with one report, because some libraries add a byte.
 const LONGEST_BUFFER: usize = REPORT_LEN + 1;
 
-/// One report as it is sent: always 64 bytes, its id first, zeros behind the message.
+/// One report as it is sent: always 64 bytes, with the id first and zeros after the message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
 #[repr(C)]
 pub struct Report {
@@ -58,7 +58,8 @@ pub struct Report {
 }
 
 impl Report {
-    /// What a client sends every [`KEEP_ALIVE_EVERY`], so that the device does not take it for gone. Nothing answers.
+    /// Keep-alive that a client sends every [`KEEP_ALIVE_EVERY`] milliseconds, so that the device does not take it for
+    /// gone. There is no answer.
     pub const KEEP_ALIVE: Self = {
         let mut data = [0; CAPACITY];
         [data[0], data[2]] = [VERSION, 6];
@@ -70,7 +71,7 @@ impl Report {
     ///
     /// # Errors
     ///
-    /// [`EncodeError::TooLong`], if it does not fit, and the other reasons why a message cannot be written.
+    /// [`EncodeError::TooLong`] if the message does not fit, and the other reasons why a message cannot be written.
     pub fn encode<'m, M: Messages<'m>>(message: &M) -> Result<Self, EncodeError> {
         let mut report = Self::filled(&[]);
         let (number, body_len) = (message.number(), message.body_len());
@@ -79,17 +80,17 @@ impl Report {
         Ok(report)
     }
 
-    /// Puts a message that is bytes already into a report.
+    /// Puts a message that is encoded already into a report.
     ///
     /// # Errors
     ///
-    /// [`EncodeError::TooLong`], if it does not fit.
+    /// [`EncodeError::TooLong`] if the message does not fit.
     pub fn new(message: Frame<'_>) -> Result<Self, EncodeError> {
         fits(message.bytes().len())?;
         Ok(Self::filled(message.bytes()))
     }
 
-    /// As much of `bytes` as there is room for, and zeros.
+    /// Report with as much of `bytes` as fits, and zeros after it.
     fn filled(bytes: &[u8]) -> Self {
         let mut data = [0; CAPACITY];
         data.iter_mut().zip(bytes).for_each(|(place, byte)| *place = *byte);
@@ -97,7 +98,7 @@ impl Report {
     }
 }
 
-/// All 64 bytes.
+/// All 64 bytes of the report.
 impl AsRef<[u8]> for Report {
     fn as_ref(&self) -> &[u8] {
         self.as_bytes()
@@ -108,42 +109,42 @@ const fn fits(len: usize) -> Result<(), EncodeError> {
     if len <= CAPACITY { Ok(()) } else { Err(EncodeError::TooLong { what: "USB report", len, max: CAPACITY }) }
 }
 
-/// Why a report brings no message.
+/// Reason why a report holds no message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
-    /// A HID library gives 1 to 65 bytes.
+    /// A buffer whose length is not 1 to 65 bytes.
     #[error("USB report: {found} bytes, should be 1 to {LONGEST_BUFFER}")]
     BadLength {
-        /// Bytes of the buffer.
+        /// Length of the buffer, in bytes.
         found: usize,
     },
-    /// It begins neither with the id of a report nor with a message (decision K-U2).
+    /// A report that starts neither with the id of a report nor with a message (decision K-U2).
     #[error("USB report: id is {found}, should be {REPORT_ID}")]
     BadId {
-        /// The byte in front.
+        /// First byte of the report.
         found: u8,
     },
-    /// What it holds is no message, or only part of one.
+    /// Content that is not a message, or only part of one.
     #[error(transparent)]
     Frame(#[from] FrameError),
-    /// All of a message came, but [`Reassembly`] has no room for it. Its reports are behind.
-    #[error("USB message: {total} bytes, there is room for {max}")]
+    /// A message that came complete, but is too long for the buffer of [`Reassembly`]. Its reports are consumed.
+    #[error("USB message: {total} bytes, at most {max} fit")]
     TooLong {
-        /// Bytes of the message.
+        /// Length of the message, in bytes.
         total: usize,
-        /// Bytes of the buffer.
+        /// Length of the buffer, in bytes.
         max: usize,
     },
 }
 
-/// Finds the message in a report, as a HID library hands it out: with its id or without, and of 1 to 65 bytes.
+/// Finds the message in a report as a HID library returns it: with or without its id, 1 to 65 bytes.
 ///
-/// What is behind the message is padding; no second message is looked for in it (decision K-U5).
+/// Bytes after the message are padding, and are not searched for a second message (decision K-U5).
 ///
 /// # Errors
 ///
-/// [`ReportError`]. [`FrameError::Truncated`] in it says that the message is longer than the report.
+/// [`ReportError`]. A [`FrameError::Truncated`] in it means that the message is longer than the report.
 pub fn decode(report: &[u8]) -> Result<Frame<'_>, ReportError> {
     let data = data(report, is_numbered(report))?;
     match Frame::decode(data) {
@@ -155,12 +156,12 @@ pub fn decode(report: &[u8]) -> Result<Frame<'_>, ReportError> {
     }
 }
 
-/// Whether a report that begins a message carries its id, or the message itself is in front.
+/// Whether a report that starts a message carries its id. Otherwise the message is at its front.
 fn is_numbered(report: &[u8]) -> bool {
     report.first() != Some(&VERSION)
 }
 
-/// What a report holds behind its id, which may have been taken off.
+/// Content of a report after its id, which may already be removed.
 fn data(report: &[u8], numbered: bool) -> Result<&[u8], ReportError> {
     let data = match report {
         [] => return Err(ReportError::BadLength { found: 0 }),
@@ -172,15 +173,15 @@ fn data(report: &[u8], numbered: bool) -> Result<&[u8], ReportError> {
     Ok(data.get(..CAPACITY).unwrap_or(data))
 }
 
-/// Whether a report is a whole message, followed by zeros only.
+/// Whether a report is a complete message, followed by zeros only.
 fn stands_alone(report: &[u8]) -> bool {
     let (Ok(message), Ok(data)) = (decode(report), data(report, is_numbered(report))) else { return false };
     data.iter().skip(message.bytes().len()).all(|&byte| byte == 0)
 }
 
-/// A message of any length as reports, by an assumption that no device has confirmed.
+/// Iterator over the reports of a message of any length, by an assumption that no device has confirmed.
 ///
-/// Send them one right after the other: anything between them, be it a keep-alive, ends the message.
+/// Send the reports without anything between them: any other message, even a keep-alive, ends the message.
 ///
 /// ```
 /// use kos_proto::Frame;
@@ -197,15 +198,15 @@ pub struct Fragments<'a> {
 }
 
 impl<'a> Fragments<'a> {
-    /// Cuts a message into reports of 63 bytes each, assuming that the device joins them again.
+    /// Cuts a message into reports of 63 bytes each, and assumes that the device joins them again.
     ///
     /// # Errors
     ///
-    /// [`Ambiguous`], if a piece of it looks like a message of its own. A device that missed the piece before would do
-    /// what it says.
+    /// [`Ambiguous`] if a piece of the message looks like a message of its own. A device that missed the piece before
+    /// would act on it.
     pub fn assume(message: Frame<'a>) -> Result<Self, Ambiguous> {
         let all = Self { rest: message.bytes() };
-        // A library may take the id off on the other side.
+        // A library at the receiver may remove the id.
         let is_message = |report: &Report| decode(report.as_bytes()).is_ok() || decode(&report.data).is_ok();
         match all.clone().enumerate().skip(1).find(|(_, report)| is_message(report)) {
             Some((index, _)) => Err(Ambiguous { index }),
@@ -234,19 +235,19 @@ impl Iterator for Fragments<'_> {
 
 impl ExactSizeIterator for Fragments<'_> {}
 
-/// A piece of a long message looks like a message of its own.
+/// Error about a piece of a long message that looks like a message of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[error("USB report {index} of the message would be taken for a message of its own")]
 pub struct Ambiguous {
-    /// Which report, counted from 0.
+    /// Number of the report, counted from 0.
     pub index: usize,
 }
 
 /// Joins reports to messages of up to `N` bytes, by an assumption that no device has confirmed.
 ///
-/// A message that fits into one report comes at once, and is lent from the report. A longer one waits for its other
-/// pieces, no longer than [`CONTINUE_WITHIN`] for each; and a report that is itself a whole message, followed by zeros
-/// only, ends the wait: a lost piece never swallows a `StopPlayback` (safety decision 4).
+/// A message that fits into one report is returned at once, and is borrowed from the report. A longer one waits for its
+/// other pieces, for at most [`CONTINUE_WITHIN`] milliseconds each. A report that is itself a complete message,
+/// followed by zeros only, ends the wait. So a lost piece never swallows a `StopPlayback` (safety decision 4).
 ///
 /// ```
 /// use kos_proto::usb::{Fragments, Reassembly};
@@ -270,45 +271,45 @@ pub struct Reassembly<const N: usize = MAX_FRAME> {
     partial: Option<Partial>,
 }
 
-/// What has come of a message.
+/// Message of which some pieces have come.
 #[derive(Debug, Clone, Copy)]
 struct Partial {
     needed: usize,
     have: usize,
-    /// Whether its reports carry their id. Its later ones may begin with any byte, so the first one decides.
+    /// Whether the reports carry their id. Later reports may start with any byte, so the first one decides.
     numbered: bool,
     last: Millis,
 }
 
 impl<const N: usize> Reassembly<N> {
-    /// Waits for a message, assuming that a long one goes on in the next report.
+    /// Reassembly that waits for a message, and assumes that a long message continues in the next report.
     #[must_use]
     pub const fn assume() -> Self {
         Self { buf: [0; N], partial: None }
     }
 
-    /// Bytes that have come of a message that is not whole yet.
+    /// Number of bytes held of an incomplete message.
     #[must_use]
     pub fn held(&self) -> usize {
         self.partial.map_or(0, |partial| partial.have)
     }
 
-    /// When the message that is not whole yet is given up, unless a report comes before.
+    /// Time when the incomplete message is given up, unless a report comes before.
     #[must_use]
     pub fn deadline(&self) -> Option<Millis> {
         self.partial.map(|partial| partial.last.after(CONTINUE_WITHIN))
     }
 
-    /// Gives up the message that is not whole yet, if its next report is too late. [`push`](Self::push) does so too.
+    /// Gives up the incomplete message if its next report is too late. [`push`](Self::push) does so too.
     pub fn expire(&mut self, now: Millis) -> Option<Dropped> {
         let Partial { needed, have, .. } =
             self.partial.take_if(|partial| now.since(partial.last) >= CONTINUE_WITHIN)?;
         Some(Dropped::Late { needed, have })
     }
 
-    /// Takes one report, as a HID library hands it out: with its id or without, and of 1 to 65 bytes.
+    /// Takes one report as a HID library returns it: with or without its id, 1 to 65 bytes.
     ///
-    /// A report that is refused for its length or its id leaves the message that is not whole yet as it is.
+    /// A report that is refused for its length or its id does not change the incomplete message.
     pub fn push<'a>(&'a mut self, now: Millis, report: &'a [u8]) -> Received<'a> {
         let dropped = self.expire(now).or_else(|| {
             let Partial { needed, have, .. } = self.partial.take_if(|_| stands_alone(report))?;
@@ -351,7 +352,7 @@ impl<const N: usize> Reassembly<N> {
         Ok(Some(Frame::decode(bytes)?))
     }
 
-    /// Keeps a piece. One that is not all in the buffer belongs to a message that is too long, and is only counted.
+    /// Stores a piece. A piece that does not fit belongs to a message that is too long, and is only counted.
     fn keep(&mut self, at: usize, piece: &[u8]) {
         if let Some(place) = self.buf.get_mut(at..).and_then(|free| free.get_mut(..piece.len())) {
             place.copy_from_slice(piece);
@@ -365,35 +366,35 @@ impl<const N: usize> Default for Reassembly<N> {
     }
 }
 
-/// What a report brought.
+/// Result of one report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[must_use]
 pub struct Received<'a> {
-    /// A message that was not whole, and is given up for this report.
+    /// Incomplete message that was given up because of this report.
     pub dropped: Option<Dropped>,
-    /// A whole message; nothing, while more of it has to come.
+    /// Complete message; `None` while pieces of it are missing.
     ///
-    /// [`FrameError::Truncated`] stands for a message whose piece was shorter than a report: it is given up as well.
+    /// [`FrameError::Truncated`] means that a piece was shorter than a full report. Its message is given up too.
     pub message: Result<Option<Frame<'a>>, ReportError>,
 }
 
-/// Why a message that was not whole is given up.
+/// Reason why an incomplete message was given up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 pub enum Dropped {
-    /// The next report of it came too late.
-    #[error("USB message: have {have} of {needed} bytes, and the next came too late")]
+    /// The next report came too late.
+    #[error("USB message: have {have} of {needed} bytes, the next report came too late")]
     Late {
-        /// Bytes of the message.
+        /// Length of the message, in bytes.
         needed: usize,
-        /// Bytes that came.
+        /// Number of bytes that came.
         have: usize,
     },
     /// The next report was another message.
-    #[error("USB message: have {have} of {needed} bytes, and another message came")]
+    #[error("USB message: have {have} of {needed} bytes, the next report was another message")]
     Interrupted {
-        /// Bytes of the message.
+        /// Length of the message, in bytes.
         needed: usize,
-        /// Bytes that came.
+        /// Number of bytes that came.
         have: usize,
     },
 }

@@ -1,12 +1,16 @@
-//! The bugs of the one public client, kssp, and of its history, and those that the published document invites: a test
-//! for each. What kssp does was seen by running it.
+//! A test for each bug of the one public client, kssp, and of its history, and for each mistake that the published
+//! document invites. The behaviour of kssp was seen by running it.
 //!
-//! Some are bugs of a program, not of its codec, and their tests are those of the machines (`tests/machines`): one flag
-//! that says "ready" for all answers, so that one `Get` takes the answer to another (`what_is_said_unasked_is_told`,
-//! `late_answers_do_not_end_a_stop`); keep-alives by the clock of the processor, which stands while the program waits
-//! (`over_tcp_a_question_keeps_the_line`); a `Get` that waits for ever (`every_question_comes_to_an_end`); a destructor
-//! that waits for a read (no machine waits); no state for a closed connection, so that the same error is thrown again
-//! and again (`a_lost_connection_is_tried_again`).
+//! Some bugs are those of a program and not of its codec. Tests of the machines (`tests/machines`) cover them:
+//!
+//! - One flag that says "ready" for all answers, so that one `Get` takes the answer to another:
+//!   `what_is_said_unasked_is_told`, `late_answers_do_not_end_a_stop`.
+//! - Keep-alives by the clock of the processor, which stands while the program waits:
+//!   `over_tcp_a_question_keeps_the_line`.
+//! - A `Get` that waits for ever: `every_question_comes_to_an_end`.
+//! - A destructor that waits for a read: no machine waits.
+//! - No state for a closed connection, so that the same error is thrown again and again:
+//!   `a_lost_connection_is_tried_again`.
 
 use kos_proto::message::{
     BumpPositionSpeedAcceleration, JOG_DISTANCE, Motor, MotorAddress, MotorCalibrated, MotorInfo, MotorInfos,
@@ -34,7 +38,7 @@ fn device(bytes: &[u8]) -> DeviceMessage<'_> {
     DeviceMessage::decode(&frame(bytes)).expect("a sound message")
 }
 
-/// Reads what a device sends, in pieces of `cut` bytes: each message is given to `see`. The stream stays in step.
+/// Reads the bytes of a device in pieces of `cut` bytes and gives each message to `see`. The stream stays in step.
 fn read(stream: &[u8], cut: usize, mut see: impl FnMut(Result<DeviceMessage<'_>, DecodeError>)) {
     let mut frames: Box<Frames> = Box::default();
     for piece in stream.chunks(cut) {
@@ -49,8 +53,8 @@ fn read(stream: &[u8], cut: usize, mut see: impl FnMut(Result<DeviceMessage<'_>,
     assert_eq!(frames.held(), 0, "nothing is left over");
 }
 
-/// Reads `bytes` with a motor position behind them, in one piece, which must be found: nothing took more than its
-/// length, or less.
+/// Reads `bytes` followed by a motor position, in one piece. The position must be found, which shows that the message
+/// before it took exactly its own length.
 fn before_a_position(bytes: &[u8], mut see: impl FnMut(Result<DeviceMessage<'_>, DecodeError>)) {
     let mut seen = 0;
     read(&[bytes, POSITION].concat(), usize::MAX, |message| {
@@ -63,7 +67,7 @@ fn before_a_position(bytes: &[u8], mut see: impl FnMut(Result<DeviceMessage<'_>,
     assert_eq!(seen, 2);
 }
 
-/// kssp reads field by field and ignores the length, so a message with fields it does not know shifts all behind it.
+/// kssp reads field by field and ignores the length. Unknown fields at the end of a message shift everything after it.
 #[test]
 fn a_longer_message_does_not_shift_what_follows() {
     before_a_position(b"\x04\0\x0e\0\x81\x02\x07\x03\x41\x3f\xb8\0\x04\x04", |message| match message {
@@ -74,7 +78,7 @@ fn a_longer_message_does_not_shift_what_follows() {
     });
 }
 
-/// And one that lacks fields takes them from the next message.
+/// kssp takes the missing fields of a shorter message from the next message.
 #[test]
 fn a_shorter_message_takes_nothing_from_what_follows() {
     before_a_position(b"\x04\0\x0b\0\x81\x02\x07\x03\x41\x3f\xb8", |message| {
@@ -82,7 +86,7 @@ fn a_shorter_message_takes_nothing_from_what_follows() {
     });
 }
 
-/// kssp takes what one read gives: 11.9375 for 11.982422, where a float comes in two segments.
+/// kssp takes what one read returns: 11.9375 instead of 11.982422 if a float comes in two segments.
 #[test]
 fn a_float_may_come_in_two_segments() {
     for cut in 1..=POSITION.len() {
@@ -95,7 +99,7 @@ fn a_float_may_come_in_two_segments() {
     }
 }
 
-/// kssp reads one byte too many of an `UnsupportedMessage`, and loses the message behind it.
+/// kssp reads one byte too many of an `UnsupportedMessage`, and loses the message after it.
 #[test]
 fn an_echo_ends_with_its_message() {
     let unknown = [4, 0, 6, 0, 0x77, 1];
@@ -109,12 +113,12 @@ fn an_echo_ends_with_its_message() {
             message => panic!("{message:?}"),
         });
     }
-    // An echo of an echo is bytes, and nobody goes down into it.
+    // An echo of an echo is bytes, and is not read any deeper.
     let twice = [&[4, 0, 14, 0, 0x81, 2, 0xff, 4, 0, 13, 0, 0x81, 2][..], &[0xff]].concat();
     assert!(matches!(device(&twice), DeviceMessage::UnsupportedMessage(echo) if echo.message == Rest(&twice[7..])));
 }
 
-/// kssp reads one motor from every `PlaybackStatus`: of none, it makes motor 0 at 9.9e-32, out of the next header.
+/// kssp reads one motor from every `PlaybackStatus`. Without motors it reads motor 0 at 9.9e-32 from the next header.
 #[test]
 fn a_playback_status_may_have_no_motor() {
     for count in [0_u8, 1, 2, 10] {
@@ -134,12 +138,12 @@ fn a_playback_status_may_have_no_motor() {
     }
 }
 
-/// kssp does not know `TrajectoryData` and `SoftwareID`, looks for the next byte 4 in what they hold, and takes that for
-/// a header.
+/// kssp does not know `TrajectoryData` and `SoftwareID`. It searches their content for the next byte 4, and takes that
+/// for a header.
 #[test]
 fn an_unknown_response_is_skipped_by_its_length() {
     for (id, kind) in [(0x25, 2), (0x99, 2), (0x0f, 0x83), (0x81, 0x82), (0x12, 0)] {
-        // The payload is a message itself: "motor 9 rests".
+        // The payload looks like a message: "motor 9 rests".
         let trap = [4, 0, 12, 0, 0x81, 2, 7, 9, 0, 0, 0, 0];
         let mut bytes = [0; 64];
         let len = frame::encode(MessageId(id), MessageType(kind), &trap, &mut bytes).unwrap();
@@ -155,7 +159,7 @@ fn an_unknown_response_is_skipped_by_its_length() {
     }
 }
 
-/// A byte 4 is nothing to hold on to: once the stream is out of step, it stays so until somebody says otherwise.
+/// A byte 4 does not mark a header. Once the stream is out of step, it stays so until the caller resynchronises it.
 #[test]
 fn no_byte_4_is_taken_for_a_header() {
     let mut frames: Box<Frames> = Box::default();
@@ -175,12 +179,12 @@ fn no_byte_4_is_taken_for_a_header() {
             item => panic!("{item:?}"),
         }
     }
-    assert_eq!(found, [MessageId::NOTIFICATION; 2], "asked to, it tries again");
+    assert_eq!(found, [MessageId::NOTIFICATION; 2], "resync searches for a header");
 }
 
-/// A length below that of the header leads nowhere: who adds it up stands still for ever.
+/// A length below that of the header does not advance. A reader that adds it up never gets on.
 #[test]
-fn no_length_stands_still() {
+fn a_length_below_the_header_ends_the_stream() {
     for found in 0..6 {
         let mut frames: Box<Frames> = Box::default();
         assert_eq!(frames.push(&[4, 0, u8::try_from(found).unwrap(), 0, 0x81, 2]), 6);
@@ -191,9 +195,9 @@ fn no_length_stands_still() {
     }
 }
 
-/// kssp copies as many bytes as the device says into 16.
+/// kssp copies as many bytes as the device says into a buffer of 16 bytes.
 #[test]
-fn a_guid_is_as_long_as_it_is() {
+fn a_guid_is_as_long_as_its_length_says() {
     for len in [0, 1, 15, 16, 17, 255, 4000_u16] {
         let body = [&len.to_be_bytes()[..], &vec![7; len.into()]].concat();
         let mut bytes = vec![0; body.len() + 6];
@@ -206,13 +210,13 @@ fn a_guid_is_as_long_as_it_is() {
             message => panic!("{message:?}"),
         });
     }
-    // One that claims more than the message has takes nothing from the next.
+    // A GUID with a length beyond its message takes nothing from the next message.
     before_a_position(b"\x04\0\x0a\0\x1f\x02\0\x10\x07\x07", |message| {
         assert_eq!(message, Err(DecodeError::Truncated { what: "DeviceGUID.guid", needed: 18, have: 4 }));
     });
 }
 
-/// kssp reads a password into memory without a NUL behind it, and then as far as it finds one.
+/// kssp stores a password without a NUL after it, and then reads on to the next NUL in memory.
 #[test]
 fn a_password_ends_where_its_length_says() {
     for (text, shown) in [(&b"kos"[..], "kos"), (b"", ""), (b"kos\0", "kos"), (b"a\0b", "a\0b")] {
@@ -233,7 +237,7 @@ fn a_password_ends_where_its_length_says() {
     }
 }
 
-/// kssp took reported positions for commanded ones, on a device whose ranges do not begin at 0.
+/// kssp took reported positions for commanded positions, on a device whose ranges do not begin at 0.
 #[test]
 fn positions_count_from_the_begin_of_the_range() {
     // Motor 1 stands at 5, between 2 and 12.
@@ -242,13 +246,13 @@ fn positions_count_from_the_begin_of_the_range() {
     let DeviceMessage::MotorInfo(MotorInfo { motors, .. }) = device(bytes) else { panic!() };
     let motor: Motor = motors.iter().next().expect("one motor");
     assert_eq!((motor.relative_position(), motor.range()), (Some(Rotations(3.0)), Some(Rotations(10.0))));
-    // To send it where it is, it is sent to 3: at 5, it would move.
+    // To keep the motor where it is, the command has to say 3. At 5, the motor would move.
     let stop =
         SetPositionSpeedAcceleration::stop(motor.motor_address, motor.relative_position(), motor.max_max_acceleration);
     assert_eq!(stop.position, Rotations(3.0));
 }
 
-/// kssp once stopped a motor, when a key was let go, by position 0 and not by speed 0: the motor drove to 0.
+/// kssp once stopped a motor on key release with position 0 instead of speed 0. The motor drove to 0.
 #[test]
 fn a_stop_is_a_speed_of_0() {
     let sharp = RotationsPerSecondSquared(100.0);
@@ -267,7 +271,7 @@ fn a_stop_is_a_speed_of_0() {
     assert!(!nowhere.is_stop());
 }
 
-/// The document prints a `MotorInfo` of 32 bytes with the length of the older dialect, 28. The length is believed.
+/// The document prints a `MotorInfo` of 32 bytes with the length of the older dialect, 28. The length counts.
 #[test]
 fn a_stale_length_is_not_repaired() {
     let printed = b"\x04\x00\x1c\x00\x0b\x82\x01\x01\xc2\x41\x70\x00\x00\x00\x00\x00\xc3\x54\x20\x40\x43\x26\xb3\x33\x43\x26\xb3\x33\x43\x48\x00\x00";
@@ -277,8 +281,8 @@ fn a_stale_length_is_not_repaired() {
     assert!(matches!(frames.next(), Some(Item::Fatal(Fatal::BadVersion { found: 0x43, .. }))));
 }
 
-/// kssp began with the older dialect, and lost step on a device that speaks the newer: its `MotorInfo` and
-/// `MotorCalibrated` are 4 bytes longer. Nobody has to say which one is spoken.
+/// kssp started with the older dialect, and lost step on a device with the newer one, whose `MotorInfo` and
+/// `MotorCalibrated` are 4 bytes longer. Here the length of the message tells the dialects apart.
 #[test]
 fn either_dialect_is_read_by_its_length() {
     let (begin, end) = (b"\x40\0\0\0", b"\x41\x40\0\0");
@@ -309,8 +313,8 @@ fn either_dialect_is_read_by_its_length() {
     }
 }
 
-/// The document counts photos in a float in `PlaybackStatus`, and in an integer in `DeviceInfo`. 42 photos read as the
-/// other one would be none, or a thousand million.
+/// The document counts photos as a float in `PlaybackStatus`, and as an integer in `DeviceInfo`. 42 photos read as the
+/// other type would be 0, or a thousand million.
 #[test]
 fn photos_are_a_float_in_one_message_only() {
     let status = b"\x04\0\x11\0\x81\x02\x02\x06\0\0\0\0\x42\x28\0\0\0";
@@ -323,7 +327,7 @@ fn photos_are_a_float_in_one_message_only() {
 
 /// The document describes the two loop counts in one order and sends them in the other.
 #[test]
-fn the_loop_counts_stand_as_they_are_sent() {
+fn loop_counts_are_in_the_order_of_the_wire() {
     let mut bytes = vec![4, 0, 47, 0, 0x12, 2, 1, 1, 0, 37];
     bytes.resize(47, 0);
     bytes[10 + 9] = 3;

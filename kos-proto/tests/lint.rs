@@ -1,4 +1,4 @@
-//! Law 14, and what lint finds: each rule of the decisions, and nothing in what is legal.
+//! Law 14 and the findings of lint: each rule of the decisions, and no finding in legal messages.
 
 use kos_proto::lint::Context;
 use kos_proto::message::*;
@@ -28,7 +28,7 @@ fn device(message: DeviceMessage<'_>) -> Vec<(Severity, &'static str)> {
     found(message.lint(&Context::default()))
 }
 
-/// A motor that goes from 2 to 12, and stands at 5.
+/// A motor with a range from 2 to 12, at position 5.
 fn motor() -> Motor {
     Motor::from(&entry(MOTOR.0))
 }
@@ -109,27 +109,27 @@ fn segment(segment_number: u8, points: [(f32, f32); 4]) -> Block<'static> {
 const FIRST: [(f32, f32); 4] = [(0.0, 0.0), (0.1, 0.0), (0.4, 0.5), (0.5, 0.5)];
 const SECOND: [(f32, f32); 4] = [(0.5, 0.5), (0.6, 0.5), (0.9, 1.0), (1.0, 1.0)];
 
-/// What lint says of a move of these blocks.
+/// Findings in a move of these blocks.
 fn blocks(blocks: &[Block<'_>]) -> Vec<(Severity, &'static str)> {
     let mut out = [0; 1024];
     let blocks = Blocks::encode(blocks, &mut out).unwrap();
     host(HostMessage::from(TrajectoryData { blocks, tail: &[] }))
 }
 
-/// What lint says of a sound move, played in this way.
+/// Findings in a sound move that is played with these settings.
 fn played(playback: Playback<'_>) -> Vec<(Severity, &'static str)> {
     let (playback, time_lapse) = (Block::Playback(playback), Block::TimeLapse(time_lapse()));
     blocks(&[playback, time_lapse, axis(2), segment(0, FIRST), segment(1, SECOND)])
 }
 
-/// What lint says of a sound move but for these segments.
+/// Findings in a sound move with these segments instead of its own.
 fn segments(count: u8, segments: &[Block<'_>]) -> Vec<(Severity, &'static str)> {
     let first = [Block::Playback(playback()), Block::TimeLapse(time_lapse()), axis(count)];
     blocks(&[&first, segments].concat())
 }
 
 #[test]
-fn nothing_is_found_in_what_a_client_may_send() {
+fn lint_is_silent_on_legal_messages_of_a_client() {
     let reset = ResetAxis { motor_address: MotorAddress::ALL, tail: &[] };
     let start = StartPlayback { direction: PlaybackDirection::FORWARD, start_time: Seconds(0.0), tail: &[] };
     let StartPlayback { direction, start_time, tail } = start;
@@ -171,11 +171,11 @@ fn nothing_is_found_in_what_a_client_may_send() {
         assert_eq!(found(message.lint(&Context::default().with_motors(&motors))), [], "{message}");
     }
     let names = messages.map(|message| message.name());
-    assert!(HostMessage::ALL.iter().map(|kind| kind.name).eq(names), "all of them, in the order of the table");
+    assert!(HostMessage::ALL.iter().map(|kind| kind.name).eq(names), "all messages, in the order of the table");
 }
 
 #[test]
-fn nothing_is_found_in_what_a_device_may_send() {
+fn lint_is_silent_on_legal_messages_of_a_device() {
     let (new, old) =
         ([entry(0x83)], [OldMotorEntry::new(MOTOR, Rotations(1.0), Rotations(2.0), SPEED, SPEED, ACCELERATION)]);
     let info = |more, motors| DeviceMessage::MotorInfo(MotorInfo { more, motors, tail: &[] });
@@ -219,7 +219,7 @@ fn nothing_is_found_in_what_a_device_may_send() {
     }
     let mut names = messages.map(|message| message.name()).to_vec();
     names.dedup();
-    assert!(DeviceMessage::ALL.iter().map(|kind| kind.name).eq(names), "all of them, in the order of the table");
+    assert!(DeviceMessage::ALL.iter().map(|kind| kind.name).eq(names), "all messages, in the order of the table");
 }
 
 fn network_info() -> NetworkInfo<'static> {
@@ -255,7 +255,7 @@ fn device_info() -> DeviceInfo<'static> {
 
 /// Safety decision 3, decision K-N1.
 #[test]
-fn a_stop_is_refused_for_its_address_alone() {
+fn a_stop_is_refused_only_for_its_address() {
     let mut out = [0; 20];
     let known = [motor()];
     for context in [Context::default(), Context::default().with_motors(&known)] {
@@ -290,7 +290,7 @@ fn a_stop_is_refused_for_its_address_alone() {
 
 /// Decisions K-M6, K-M7, K-M9 and K-N1.
 #[test]
-fn moves_are_measured_by_the_motor() {
+fn moves_are_compared_with_the_limits_of_the_motor() {
     assert_eq!(host(go(1.0, -1.0, 50.0)), [(Error, "speed")]);
     assert_eq!(host(go(1.0, 1.0, -50.0)), [(Error, "acceleration")]);
     assert_eq!(host(go(1.0, 1.0, 0.0)), [(Warning, "acceleration")]);
@@ -304,7 +304,7 @@ fn moves_are_measured_by_the_motor() {
     let measured = |message: HostMessage<'_>| found(message.lint(&Context::default().with_motors(&known)));
     assert_eq!(measured(go(10.1, 20.0, 50.0)), [(Warning, "position")]);
     assert_eq!(measured(go(-0.1, 20.0, 50.0)), [(Warning, "position")]);
-    assert_eq!(measured(bump(7.1, 20.0, 50.0)), [(Warning, "position")], "it stands 3 from the begin of 10");
+    assert_eq!(measured(bump(7.1, 20.0, 50.0)), [(Warning, "position")], "it stands at 3 of 10");
     assert_eq!(measured(bump(7.0, 20.0, 50.0)), []);
     assert_eq!(measured(go(10.0, 100.1, 50.1)), [(Warning, "speed"), (Warning, "acceleration")]);
     let other = MarkEndPosition { motor_address: MotorAddress(1), tail: &[] };
@@ -324,11 +324,11 @@ fn moves_are_measured_by_the_motor() {
 
 /// Decision K-M6.
 #[test]
-fn moves_are_measured_by_the_kind_of_axis() {
+fn moves_are_compared_with_the_limits_of_the_kind_of_axis() {
     let mut known = [motor()];
     known[0].max_max_move_speed = RotationsPerSecond(170.0);
     known[0].max_max_acceleration = RotationsPerSecondSquared(80.0);
-    // The specification's limits, and which of the motor's own are lower: none, but for pan the acceleration.
+    // Limits of the specification. Of the motor's own limits only the acceleration of pan is lower.
     for (kind, speed, acceleration, measured_speed, measured_acceleration) in [
         (AxisKind::Slider, 165.0, 100.0, 165.0, 80.0),
         (AxisKind::Pan, 165.0, 100.0, 165.0, 80.0),
@@ -352,15 +352,15 @@ fn moves_are_measured_by_the_kind_of_axis() {
         }
     }
     let iris = [(MOTOR, AxisKind::Iris)];
-    assert_eq!(found(go(1.0, 1e6, 1e6).lint(&Context::default().with_kinds(&iris))), [], "nothing is said of it");
-    // What no motor is can still be compared.
+    assert_eq!(found(go(1.0, 1e6, 1e6).lint(&Context::default().with_kinds(&iris))), [], "no limits are specified");
+    // An impossible motor can still be compared.
     known[0].max_max_move_speed = RotationsPerSecond(f32::NAN);
     let tilt = [(MOTOR, AxisKind::Tilt)];
     let context = Context::default().with_kinds(&tilt).with_motors(&known);
     assert_eq!(found(go(1.0, 65.1, 50.0).lint(&context)), [(Warning, "speed")]);
 }
 
-/// Decision K-M5: what is reported counts between the ends of the range, what is commanded from 0.
+/// Decision K-M5: reported positions lie between the ends of the range, commanded positions count from 0.
 #[test]
 fn a_range_need_not_begin_at_0() {
     for (begin, end) in [(2.0, 12.0), (-40.0, -30.0), (12.0, 2.0)] {
@@ -388,10 +388,10 @@ fn a_range_need_not_begin_at_0() {
             assert_eq!((commanded(part), reported(part)), (outside.into(), outside.into()), "{begin} to {end}, {part}");
             assert_eq!(bumped(part - 0.5), outside, "from the middle of {begin} to {end}");
         }
-        assert_eq!(reported(1.0005), [], "a motor that rests a hair behind its end");
+        assert_eq!(reported(1.0005), [], "a motor may rest a little past its end");
     }
     let stranger = MotorPosition { motor_address: MOTOR, position: Rotations(99.0), tail: &[] };
-    assert_eq!(device(DeviceMessage::from(stranger)), [], "nothing is known of it");
+    assert_eq!(device(DeviceMessage::from(stranger)), [], "the motor is not known");
     let uncalibrated = [Motor { end_position: Rotations(0.0), ..motor() }];
     let context = Context::default().with_motors(&uncalibrated);
     assert_eq!(found(DeviceMessage::from(stranger).lint(&context)), []);
@@ -422,7 +422,7 @@ fn any_kind() -> impl Strategy<Value = AxisKind> {
 }
 
 proptest! {
-    /// Safety decision 3: whatever is known of a device, one of its motors may be stopped.
+    /// Safety decision 3: every motor of the device may be stopped, whatever is known of the device.
     #[test]
     fn a_motor_of_the_device_may_always_be_stopped(
         motors in proptest::collection::vec(any_motor(), 0..4),
@@ -490,7 +490,7 @@ fn passwords_are_ascii_short_and_without_nuls() {
 
 /// Decisions K-Q1, K-J7 and K-F6.
 #[test]
-fn what_nobody_knows_is_unwise() {
+fn unknown_values_are_warnings() {
     let limited = GetNetworkInfo { limited_response: Some(Bool(2)), tail: &[] };
     assert_eq!(host(HostMessage::from(limited)), [(Warning, "limited_response")]);
     let lamps = LEDStatus { master_status: LedMode(4), slave_status: LedMode(9), tail: &[] };
@@ -508,7 +508,7 @@ fn what_nobody_knows_is_unwise() {
 
 /// Safety decision 9, decisions K-B1, K-M1, K-M3, K-P7, K-P10 and K-Q1.
 #[test]
-fn devices_have_rules_too() {
+fn messages_of_devices_are_checked_too() {
     let strange = NetworkInfo { dhcp: Bool(7), device_type: DeviceType(200), device_addr: 1, ..network_info() };
     let wanted = [(Warning, "dhcp"), (Warning, "device_type"), (Warning, "device_addr")];
     assert_eq!(device(DeviceMessage::from(strange)), wanted);
@@ -596,7 +596,7 @@ fn devices_have_rules_too() {
         device(DeviceMessage::from(ErrorStatus { error_code, motor_address, tail: &[] }))
     };
     assert_eq!(failed(5, 0), [(Warning, "error_code")]);
-    assert_eq!(failed(16, 0), [(Error, "motor_address")], "a fault is one of a motor");
+    assert_eq!(failed(16, 0), [(Error, "motor_address")], "a fault belongs to a motor");
     assert_eq!(failed(2, 11), [(Error, "motor_address")]);
 
     let (motor_address, tail) = (MotorAddress(0), &[][..]);
@@ -616,7 +616,7 @@ fn devices_have_rules_too() {
 
 /// Decisions K-J3 to K-J6, K-J10 and K-J11, safety decision 5.
 #[test]
-fn a_move_is_played_in_one_way() {
+fn the_settings_of_a_move_are_checked() {
     assert_eq!(played(playback()), []);
     let both = Playback { loop_after_rapid_reverse: LoopCount(1), ..playback() };
     assert_eq!(played(both), [(Error, "loop_after_reverse")]);
@@ -673,7 +673,7 @@ fn a_move_is_played_in_one_way() {
 
 /// Decisions K-J1, K-J8 and K-J9.
 #[test]
-fn blocks_have_to_make_a_move() {
+fn blocks_that_do_not_make_a_move_are_errors() {
     let wanted = [(Error, "playback"), (Error, "time_lapse"), (Error, "axis")];
     assert_eq!(blocks(&[]), wanted);
     let (play, photos) = (Block::Playback(playback()), Block::TimeLapse(time_lapse()));
@@ -685,8 +685,8 @@ fn blocks_have_to_make_a_move() {
     assert_eq!(segments(2, &[second, first]), [], "in any order");
     assert_eq!(segments(1, &[first, second]), [(Error, "segment_count"), (Warning, "points")]);
     assert_eq!(segments(2, &[first, first]), [(Error, "segment_number"), (Warning, "points")]);
-    assert_eq!(segments(1, &[first]), [(Warning, "points")], "it ends before the move does");
-    assert_eq!(segments(1, &[segment(0, SECOND)]), [(Warning, "points")], "it begins after the move does");
+    assert_eq!(segments(1, &[first]), [(Warning, "points")], "the way ends before the move");
+    assert_eq!(segments(1, &[segment(0, SECOND)]), [(Warning, "points")], "the way starts after the move");
     let alone = blocks(&[play, photos, first]);
     assert_eq!(alone, [(Error, "axis"), (Error, "segment")]);
     let nobody = Axis { motor_address: MotorAddress(0), segment_count: 0, tail: &[] };
@@ -703,10 +703,10 @@ fn blocks_have_to_make_a_move() {
 
 /// Decision K-J8.
 #[test]
-fn curves_go_on_in_time_and_join() {
+fn curves_advance_in_time_and_join() {
     let one = |points| segments(1, &[segment(0, points)]);
     assert_eq!(one([(0.0, 0.0), (0.3, 0.3), (0.6, 0.6), (1.0, 1.0)]), []);
-    assert_eq!(one([(0.0, 0.0), (0.6, 0.3), (0.3, 0.6), (1.0, 1.0)]), [(Error, "points")], "time folds back");
+    assert_eq!(one([(0.0, 0.0), (0.6, 0.3), (0.3, 0.6), (1.0, 1.0)]), [(Error, "points")], "time runs backward");
     assert_eq!(one([(0.0, 0.0), (0.0, 0.3), (0.0, 0.6), (0.0, 1.0)]), [(Error, "points"), (Warning, "points")]);
     assert_eq!(one([(0.0, 0.0), (0.3, -0.3), (0.6, 1.6), (1.0, 1.0)]), [(Warning, "points")]);
     assert_eq!(one([(0.0, -0.1), (0.3, 0.3), (0.6, 0.6), (1.0, 1.0)]), [(Error, "points")]);

@@ -1,4 +1,4 @@
-//! The examples that the specification prints, as they are and corrected (section 4 of the decisions; decision K-F1).
+//! Examples that the specification prints, as printed and corrected (section 4 of the specification; decision K-F1).
 
 use kos_proto::message::{Motor, MotorAddress, MotorInfos, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
 use kos_proto::message::{MotorInfo, SetPositionSpeedAcceleration};
@@ -13,7 +13,7 @@ fn from_device(bytes: &[u8]) -> DeviceMessage<'_> {
     DeviceMessage::decode(&Frame::decode(bytes).unwrap()).unwrap()
 }
 
-/// What a stream makes of bytes whose length is wrong: the first message, and the error behind it.
+/// Reads a stream with a wrong length: the first message, and then the error.
 fn out_of_step(bytes: &[u8], first: impl FnOnce(Frame<'_>)) -> Fatal {
     let mut frames: Box<Frames> = Box::default();
     assert_eq!(frames.push(bytes), bytes.len());
@@ -28,15 +28,16 @@ fn out_of_step(bytes: &[u8], first: impl FnOnce(Frame<'_>)) -> Fatal {
 }
 
 #[test]
-fn questions_are_right() {
+fn printed_questions_are_decoded() {
     assert!(matches!(from_host(b"\x04\x00\x06\x00\x0f\x01"), HostMessage::GetDeviceInfo(_)));
     assert!(matches!(from_host(b"\x04\x00\x06\x00\x0b\x01"), HostMessage::GetMotorInfo(_)));
     assert!(matches!(from_host(b"\x04\x00\x06\x00\x00\x00"), HostMessage::KeepAlive(_)));
 }
 
-/// 28 bytes are claimed, 32 printed: read as the older dialect, and the stream ends at what is left.
+/// The length says 28 bytes, but 32 are printed. The message is read as the older dialect, and the stream ends at the
+/// rest.
 #[test]
-fn motor_info_as_printed_ends_the_stream() {
+fn the_printed_motor_info_ends_the_stream() {
     let printed = b"\x04\x00\x1c\x00\x0b\x82\x01\x01\xc2\x41\x70\x00\x00\x00\x00\x00\xc3\x54\x20\x40\x43\x26\xb3\x33\x43\x26\xb3\x33\x43\x48\x00\x00";
     let fatal = out_of_step(printed, |frame| {
         let DeviceMessage::MotorInfo(MotorInfo { more, motors, .. }) = DeviceMessage::decode(&frame).unwrap() else {
@@ -52,7 +53,7 @@ fn motor_info_as_printed_ends_the_stream() {
 }
 
 #[test]
-fn motor_info_corrected() {
+fn the_corrected_motor_info_is_decoded() {
     let corrected = b"\x04\x00\x20\x00\x0b\x82\x01\x01\xc2\x45\x70\x00\x00\x00\x00\x00\xc3\x54\x20\x40\x43\x26\xb3\x33\x43\x26\xb3\x33\x43\x48\x00\x00";
     let message = from_device(corrected);
     let DeviceMessage::MotorInfo(MotorInfo { more: true, motors, tail: &[] }) = message else { panic!("{message}") };
@@ -69,11 +70,11 @@ fn motor_info_corrected() {
     };
     assert_eq!(motor, wanted);
     assert_eq!(motor.relative_position(), Some(Rotations(-49.359_375)));
-    assert_eq!((speed.get() * 60.0).round().to_bits(), 10_002.0_f32.to_bits(), "the text counts turns a minute");
+    assert_eq!((speed.get() * 60.0).round().to_bits(), 10_002.0_f32.to_bits(), "the text has rotations per minute");
 }
 
 #[test]
-fn an_uncalibrated_motor_moves_as_printed() {
+fn the_printed_jog_of_an_uncalibrated_motor_is_decoded_and_encoded() {
     let printed = b"\x04\x00\x14\x00\x80\x00\x1c\x03\x46\xc3\x50\x00\x42\xc8\x00\x00\x42\xc8\x00\x00";
     let (speed, acceleration) = (RotationsPerSecond(100.0), RotationsPerSecondSquared(100.0));
     let jog = SetPositionSpeedAcceleration::jog(MotorAddress(3), speed, acceleration);
@@ -83,9 +84,9 @@ fn an_uncalibrated_motor_moves_as_printed() {
     assert_eq!(out, *printed);
 }
 
-/// 16 bytes are claimed, 20 printed: the message is cut short, and the stream ends at what is left.
+/// The length says 16 bytes, but 20 are printed. The message is cut off, and the stream ends at the rest.
 #[test]
-fn a_calibrated_motor_as_printed_ends_the_stream() {
+fn the_printed_move_of_a_calibrated_motor_ends_the_stream() {
     let printed = b"\x04\x00\x10\x00\x80\x00\x1c\x01\xc2\x4b\xa4\x14\x42\xc8\x00\x00\x42\xc8\x00\x00";
     let fatal = out_of_step(printed, |frame| {
         let truncated = DecodeError::Truncated { what: "SetPositionSpeedAcceleration", needed: 13, have: 9 };
@@ -102,7 +103,7 @@ fn a_calibrated_motor_as_printed_ends_the_stream() {
 }
 
 #[test]
-fn a_motor_position_is_right() {
+fn the_printed_motor_position_is_decoded() {
     let message = from_device(b"\x04\x00\x0c\x00\x81\x02\x07\x03\x41\x3f\xb8\x00");
     let DeviceMessage::MotorPosition(position) = message else { panic!("{message}") };
     assert_eq!((position.motor_address, position.position), (MotorAddress(3), Rotations(11.982_422)));

@@ -1,4 +1,5 @@
-//! Moves: what the builder makes and refuses, and what is read, asked and measured. The rules are K-J1 to K-J15.
+//! Moves: what the builder makes and refuses, what the reader reads, and the positions and limits. The rules are K-J1
+//! to K-J15.
 
 mod moves;
 mod recorded;
@@ -41,7 +42,7 @@ const fn key(time: f64, position: f64) -> Key {
     Key { time, position, arrive: Ease::Linear, leave: Ease::Linear }
 }
 
-/// The straight way through the whole range, in all the time there is.
+/// Straight way through the whole range in the whole time of the move.
 fn straight() -> bezier::Segment {
     bezier::Segment::between(&key(0.0, 0.0), &key(1.0, 1.0)).unwrap()
 }
@@ -66,7 +67,7 @@ fn segments(segments: &[bezier::Segment]) -> MotorPlan<'_> {
     MotorPlan { motor: MOTOR, way: Way::Segments(segments) }
 }
 
-/// The blocks of a plan; what the builder says, as text, where there are none.
+/// Blocks of a plan, or the builder's error as text.
 fn built(play: Play, motors: &[MotorPlan<'_>]) -> Result<Vec<u8>, String> {
     let mut out = [0; Plan::MAX_LEN];
     let data = Plan::new(play, motors).encode(&mut out).map_err(|error| error.to_string())?;
@@ -75,12 +76,12 @@ fn built(play: Play, motors: &[MotorPlan<'_>]) -> Result<Vec<u8>, String> {
     Ok(body)
 }
 
-/// A straight way of one motor, played so.
+/// Blocks of a move with a straight way of one motor.
 fn played(play: Play) -> Result<Vec<u8>, String> {
     built(play, &[segments(&[straight()])])
 }
 
-/// Why it is not played so.
+/// Error of the builder about such a move.
 fn refused(play: Play) -> String {
     played(play).unwrap_err()
 }
@@ -89,14 +90,14 @@ fn live(live: LiveMotion) -> Play {
     Play::Live(live)
 }
 
-/// What the reader says of blocks.
+/// Settings that the reader finds in blocks, or its error as text.
 fn read(blocks: &[Block<'_>]) -> Result<Play, String> {
     let mut out = [0; 4096];
     let data = TrajectoryData { blocks: Blocks::encode(blocks, &mut out).unwrap(), tail: &[] };
     Trajectory::new(&data).map(|trajectory| trajectory.play()).map_err(|error| error.to_string())
 }
 
-/// The blocks of a move as a device may have them.
+/// Blocks of a move as a device may store them.
 fn blocks(body: &[u8]) -> Vec<Block<'_>> {
     TrajectoryData::decode(body).unwrap().blocks.iter().collect()
 }
@@ -106,7 +107,7 @@ fn playback(body: &[u8]) -> Playback<'_> {
     playback
 }
 
-/// Decisions K-J1 to K-J5, K-J10: the moves of the vectors, byte by byte.
+/// Decisions K-J1 to K-J5, K-J10: the builder makes the moves of the vectors, byte by byte.
 #[test]
 fn the_moves_of_the_vectors_are_built() {
     let until = Delay::Until(1_700_000_000);
@@ -145,7 +146,7 @@ fn the_moves_of_the_vectors_are_built() {
 
 /// Decision K-J1.
 #[test]
-fn a_move_has_its_blocks_in_order_and_is_read_in_any() {
+fn a_move_is_written_in_order_and_read_in_any_order() {
     let halves = [
         curve([(0.0, 0.0), (0.1, 0.0), (0.4, 0.5), (0.5, 0.5)]),
         curve([(0.5, 0.5), (0.6, 0.5), (0.9, 1.0), (1.0, 1.0)]),
@@ -175,7 +176,7 @@ fn a_move_has_its_blocks_in_order_and_is_read_in_any() {
     }
 }
 
-/// Decision K-J1: a strict device wants a motor.
+/// Decision K-J1: a strict device requires a motor.
 #[test]
 fn a_move_without_motors_has_to_be_asked_for() {
     assert_eq!(built(live(LIVE), &[]), Err("move: no motor takes part".into()));
@@ -192,9 +193,9 @@ fn a_move_without_motors_has_to_be_asked_for() {
     assert_eq!(built(live(LIVE), &[lonely]), Err("motor 2: way has no segment".into()));
 }
 
-/// Decision K-J2: 255 blocks, however they are divided.
+/// Decision K-J2: 255 blocks, in any division among motors.
 #[test]
-fn blocks_can_be_counted() {
+fn a_move_has_at_most_255_blocks() {
     let keys = |count: u8| (0..=count).map(|at| key(f64::from(at) * 10.0 / f64::from(count), 1.0)).collect::<Vec<_>>();
     for motors in [1_u8, 2, 10] {
         let segments = 253 - motors;
@@ -229,7 +230,7 @@ fn blocks_can_be_counted() {
 
 /// Decision K-J3, safety decision 5.
 #[test]
-fn a_moment_is_an_integer_unless_asked_for() {
+fn a_moment_is_an_integer_unless_a_float_is_asked_for() {
     let until = |delay| live(LiveMotion { delay, ..LIVE });
     let written = |delay| {
         let body = played(until(delay)).unwrap();
@@ -245,7 +246,7 @@ fn a_moment_is_an_integer_unless_asked_for() {
 
     let wrong = "move: the moment 1321205760 would be read as an IEEE number";
     assert_eq!(refused(until(Delay::Until(1_321_205_760))), wrong);
-    let wrong = "move: the moment 1000000000 is not in 2004 to 2038";
+    let wrong = "move: the moment 1000000000 is not from 2004 to 2038";
     assert_eq!(refused(until(Delay::UntilFloat(1_000_000_000))), wrong);
     assert_eq!(refused(until(Delay::For(Seconds(-1.0)))), "move: delay_interval_bits: -1.0 is negative");
     let none = refused(until(Delay::For(Seconds(f32::NAN))));
@@ -254,7 +255,7 @@ fn a_moment_is_an_integer_unless_asked_for() {
 
 /// Decisions K-J4 and K-J10.
 #[test]
-fn loops_are_counted_and_exclude_each_other() {
+fn only_one_kind_of_loop_counts() {
     assert_eq!([0, 255].map(Times::new), [None, None]);
     let times = Times::new(254).unwrap();
     assert_eq!((times.count(), Times::FOREVER.count()), (Some(254), None));
@@ -269,8 +270,8 @@ fn loops_are_counted_and_exclude_each_other() {
     assert_eq!(written(forever), (LoopCount::FOREVER, LoopCount::NONE));
 
     for (name, error) in [
-        ("traj/both-loops", "move: loop_after_reverse excludes loop_after_rapid_reverse"),
-        ("traj/timelapse-with-loop", "move: loop_after_reverse is set, and a time lapse does not loop"),
+        ("traj/both-loops", "move: loop_after_reverse cannot be set with loop_after_rapid_reverse"),
+        ("traj/timelapse-with-loop", "move: loop_after_reverse is set, but a time lapse does not loop"),
     ] {
         let vectors = recorded::vectors();
         let message = vectors.iter().find(|vector| vector["name"] == name).map(recorded::bytes).unwrap();
@@ -280,7 +281,7 @@ fn loops_are_counted_and_exclude_each_other() {
 
 /// Decision K-J5.
 #[test]
-fn a_rapid_way_back_takes_as_long_as_the_move_unless_asked_for() {
+fn a_rapid_way_back_takes_as_long_as_the_move_unless_set() {
     let rapid = |duration| {
         let repeat = Loop::RapidReverse { times: Times::new(1).unwrap(), duration };
         live(LiveMotion { repeat, ..LIVE })
@@ -293,14 +294,14 @@ fn a_rapid_way_back_takes_as_long_as_the_move_unless_asked_for() {
     assert_eq!(written(live(LIVE)), LIVE.duration);
     assert_eq!(written(rapid(None)), LIVE.duration);
     assert_eq!(written(rapid(Some(Seconds(2.5)))), Seconds(2.5));
-    let none = "move: rapid_reverse_duration: 0.0 is no time for a way back";
+    let none = "move: rapid_reverse_duration: 0.0 is too short for a way back";
     assert_eq!(refused(rapid(Some(Seconds(0.0)))), none);
     assert_eq!(refused(rapid(Some(Seconds(-2.0)))), "move: rapid_reverse_duration: -2.0 is negative");
 }
 
 /// Decision K-J6, safety decision 9.
 #[test]
-fn the_way_to_the_begin_has_a_speed() {
+fn the_speed_on_the_way_to_the_start_is_above_0_and_at_most_1() {
     let home = |part| {
         let home_speed = Normalized(part);
         let live = played(live(LiveMotion { home_speed, ..LIVE }));
@@ -310,7 +311,7 @@ fn the_way_to_the_begin_has_a_speed() {
     };
     assert_eq!((home(1.0), home(0.01)), (Ok(1.0), Ok(0.01)));
     let wrong = |text| Err(format!("move: return_to_home_percent: {text}"));
-    assert_eq!(home(0.0), wrong("0.0 may never bring the motors to the begin"));
+    assert_eq!(home(0.0), wrong("0.0 may never bring the motors to the start"));
     assert_eq!(home(50.0), wrong("50.0 is not in 0 to 1"));
     assert_eq!(home(-0.5), wrong("-0.5 is negative"));
     assert_eq!(home(f32::INFINITY), wrong("0x7f800000 is no finite number"));
@@ -318,25 +319,25 @@ fn the_way_to_the_begin_has_a_speed() {
 
 /// Decision K-J8.
 #[test]
-fn ways_go_on_from_begin_to_end() {
+fn segments_join_from_the_start_to_the_end() {
     let wrong = |way: &[bezier::Segment]| built(live(LIVE), &[segments(way)]).unwrap_err();
     let first = curve([(0.0, 0.0), (0.1, 0.0), (0.4, 0.5), (0.5, 0.5)]);
     let begins = |time, position| curve([(time, position), (0.7, 0.5), (0.9, 1.0), (1.0, 1.0)]);
     assert_eq!(
         wrong(&[first, begins(0.625, 0.5)]),
-        "motor 2, segment 1: begins at [0.625, 0.5], the segment before ends at [0.5, 0.5]"
+        "motor 2, segment 1: starts at [0.625, 0.5], the segment before ends at [0.5, 0.5]"
     );
     assert!(built(live(LIVE), &[segments(&[first, begins(0.50005, 0.49995)])]).is_ok());
-    assert_eq!(wrong(&[first]), "motor 2, segment 0: points: 0.5 is where the last segment ends, not 1");
+    assert_eq!(wrong(&[first]), "motor 2, segment 0: points: 0.5 is the end of the last segment, not 1");
     assert_eq!(
         wrong(&[begins(0.25, 0.0)]),
-        "motor 2, segment 0: points: 0.25 is where the first segment begins, not 0"
+        "motor 2, segment 0: points: 0.25 is the start of the first segment, not 0"
     );
-    // Lint takes these ends; what is built meets them.
+    // Lint tolerates these ends. The builder refuses them.
     let late = begins(5e-5, 0.0);
-    assert!(wrong(&[late]).ends_with("is where the first segment begins, not 0"));
+    assert!(wrong(&[late]).ends_with("is the start of the first segment, not 0"));
     let early = curve([(0.0, 0.0), (0.1, 0.0), (0.9, 1.0), (0.99995, 1.0)]);
-    assert!(wrong(&[early]).ends_with("is where the last segment ends, not 1"));
+    assert!(wrong(&[early]).ends_with("is the end of the last segment, not 1"));
     let one = |points| wrong(&[curve(points)]);
     assert_eq!(
         one([(0.0, 0.0), (0.75, 0.0), (0.25, 1.0), (1.0, 1.0)]),
@@ -346,19 +347,22 @@ fn ways_go_on_from_begin_to_end() {
         one([(0.0, 0.0), (0.25, 0.0), (0.5, 1.0), (1.0, 1.5)]),
         "motor 2, segment 0: points: 1.5 is not in 0 to 1"
     );
-    assert!(one([(0.0, 0.0), (0.25, -1.0), (0.5, 1.0), (1.0, 1.0)]).ends_with("is where the curve leaves the range"),);
+    assert!(
+        one([(0.0, 0.0), (0.25, -1.0), (0.5, 1.0), (1.0, 1.0)])
+            .ends_with("is a position of the curve outside the range"),
+    );
     let still_inside = curve([(0.0, 0.5), (0.25, -0.1), (0.5, 1.1), (1.0, 0.5)]);
     assert!(built(live(LIVE), &[segments(&[still_inside])]).is_ok());
-    // f32 cannot tell these two apart.
+    // In f32 these two times are the same.
     let parts = [straight().split(0.5).unwrap(), straight().split(0.5 + 1e-9).unwrap()];
     let between = parts[1].0.split(0.5).unwrap().1;
-    let collapsed = "motor 2, segment 1: points: 0.5 is both begin and end";
+    let collapsed = "motor 2, segment 1: points: 0.5 is both start and end";
     assert_eq!(wrong(&[parts[0].0, between, parts[1].1]), collapsed);
 }
 
-/// Decision K-J8: what was the same and in order is so on the wire, however it is rounded.
+/// Decision K-J8: points that were equal and in order stay so on the wire, however they are rounded.
 #[test]
-fn rounding_moves_nothing_past_anything() {
+fn rounding_keeps_the_order_of_points() {
     for hundredths in 1..=1000_u16 {
         let (exact, near) = (f64::from(hundredths) / 100.0, f32::from(hundredths) / 100.0);
         let keys = [key(0.0, 0.0), key(exact / 3.0, exact), key(exact, exact)];
@@ -369,7 +373,7 @@ fn rounding_moves_nothing_past_anything() {
         assert_eq!(first.points.0[3], last.points.0[0]);
         assert_eq!((last.points.0[3].time, last.points.0[3].position), (Normalized(1.0), Normalized(1.0)));
     }
-    // Times that ought to be the same, and differ by one step of f32.
+    // Times that should be equal, and differ by one step of f32.
     let (step, third) = (f64::from(f32::EPSILON) / 4.0, f64::from(0.3_f32));
     let handles = |out: f64, into: f64| curve([(0.0, 0.0), (out, 0.0), (into, 0.5), (third, 0.5)]);
     let rest = |out: f64| curve([(third, 0.5), (out, 0.5), (0.9, 1.0), (1.0, 1.0)]);
@@ -388,7 +392,7 @@ fn rounding_moves_nothing_past_anything() {
     }
 }
 
-/// Decision K-J8: what a person gives, said in his units.
+/// Decision K-J8: key frames in seconds and rotations.
 #[test]
 fn key_frames_lie_in_the_move_and_the_range() {
     let way = |range, keys: &[Key]| {
@@ -399,7 +403,7 @@ fn key_frames_lie_in_the_move_and_the_range() {
     let outside = "motor 2, segment 1: 51.0 rev is not in 0 to 50.0";
     assert_eq!(way(50.0, &[key(0.0, 0.0), key(5.0, 50.0), key(10.0, 51.0)]), Err(outside.into()));
     assert_eq!(way(-50.0, &there(1.0)), Err("motor 2, segment 0: 1.0 rev is not in 0 to -50.0".into()));
-    let last = "motor 2, segment 0: points: 0.9 is where the last segment ends, not 1";
+    let last = "motor 2, segment 0: points: 0.9 is the end of the last segment, not 1";
     assert_eq!(way(50.0, &[key(0.0, 0.0), key(9.0, 50.0)]), Err(last.into()));
     let back = "motor 2, segment 0: points: -0.2 is earlier than the point before";
     assert!(way(50.0, &[key(0.0, 0.0), key(-2.0, 1.0), key(10.0, 1.0)]).unwrap_err().starts_with(&back[..26]));
@@ -419,14 +423,14 @@ fn key_frames_lie_in_the_move_and_the_range() {
 
 /// Decisions K-J9, K-M1 and K-M2.
 #[test]
-fn motors_are_real_calibrated_and_there_once() {
+fn motors_are_known_calibrated_and_listed_once() {
     let straight = [straight()];
     let at = |address| MotorPlan { motor: MotorAddress(address), ..segments(&straight) };
     assert_eq!(built(live(LIVE), &[at(0)]), Err("motor 0: not one of 1 to 10".into()));
     assert_eq!(built(live(LIVE), &[at(11)]), Err("motor 11: not one of 1 to 10".into()));
-    assert_eq!(built(live(LIVE), &[at(1), at(2), at(1)]), Err("motor 1: axis is there twice".into()));
-    assert_eq!(built(live(LIVE), &[at(0x82)]), built(live(LIVE), &[at(2)]), "the mark is left out");
-    assert_eq!(built(live(LIVE), &[at(0x82), at(2)]), Err("motor 2: axis is there twice".into()));
+    assert_eq!(built(live(LIVE), &[at(1), at(2), at(1)]), Err("motor 1: axis is present twice".into()));
+    assert_eq!(built(live(LIVE), &[at(0x82)]), built(live(LIVE), &[at(2)]), "the flag is left out");
+    assert_eq!(built(live(LIVE), &[at(0x82), at(2)]), Err("motor 2: axis is present twice".into()));
     let uncalibrated = MoveError::Uncalibrated { motor: motor(0.0).motor_address };
     assert_eq!(MotorPlan::new(&motor(0.0), &[]), Err(uncalibrated));
 
@@ -457,7 +461,7 @@ fn motors_are_real_calibrated_and_there_once() {
 fn times_are_estimated() {
     for duration in [0.0, -1.0, f32::NAN] {
         let refused = refused(live(LiveMotion { duration: Seconds(duration), ..LIVE }));
-        assert_eq!(refused, format!("move: duration: {duration:?} is no time for a move"));
+        assert_eq!(refused, format!("move: duration: {duration:?} is too short for a move"));
     }
     let infinite = refused(live(LiveMotion { duration: Seconds(f32::INFINITY), ..LIVE }));
     assert_eq!(infinite, "move: duration: 0x7f800000 is no finite number");
@@ -465,9 +469,9 @@ fn times_are_estimated() {
     let body = played(photos(PHOTOS)).unwrap();
     assert_eq!(playback(&body).duration, Seconds(0.0), "unused");
     let still = TimeLapseMotion { photos: 0, ..PHOTOS };
-    assert_eq!(refused(photos(still)), "move: move_photos: 0.0 is no move");
+    assert_eq!(refused(photos(still)), "move: move_photos: 0.0 is less than one photo");
     let at_once = TimeLapseMotion { interval: Seconds(0.0), exposure: Seconds(0.0), ..PHOTOS };
-    assert_eq!(refused(photos(at_once)), "move: delay and exposure: 0.0 is no time for a move");
+    assert_eq!(refused(photos(at_once)), "move: delay and exposure: 0.0 is too short for a move");
     let negative = TimeLapseMotion { exposure: Seconds(-1.0), ..PHOTOS };
     assert_eq!(refused(photos(negative)), "move: exposure: -1.0 is negative");
     let negative = TimeLapseMotion { interval: Seconds(-1.0), exposure: Seconds(2.0), ..PHOTOS };
@@ -485,10 +489,10 @@ fn times_are_estimated() {
     assert_eq!(times(live(LiveMotion { delay: Delay::Until(7), ..LIVE })), (10.0, Some(10.0), None));
 }
 
-/// Decision K-J4 and 7.4: forward, back, and forward; it ends at the end.
+/// Decision K-J4 and 7.4: the move goes forward, back and forward, and it ends at its end.
 #[test]
 #[expect(clippy::float_cmp, reason = "halves and wholes come out exactly")]
-fn elapsed_goes_back_and_forth() {
+fn elapsed_time_rises_and_falls_with_loops() {
     let repeat = Loop::RapidReverse { times: Times::new(2).unwrap(), duration: Some(Seconds(2.0)) };
     let play = live(LiveMotion { repeat, ..LIVE });
     let at = [-1.0, 0.0, 5.0, 10.0, 11.0, 12.0, 17.0, 23.0, 24.0, 34.0, 99.0];
@@ -500,9 +504,9 @@ fn elapsed_goes_back_and_forth() {
 
 /// Decision K-J11.
 #[test]
-fn what_is_not_supported_is_sent_as_0_and_read_past() {
+fn unsupported_fields_are_sent_as_0_and_ignored_when_read() {
     let body = played(live(LIVE)).unwrap();
-    assert!(body[4 + 16..4 + 33].iter().all(|&byte| byte == 0), "all between the delay and the speed");
+    assert!(body[4 + 16..4 + 33].iter().all(|&byte| byte == 0), "all bytes between the delay and the speed");
     let mut changed = body.clone();
     changed[4 + 16..4 + 33].fill(7);
     changed[4 + 37 + 3 + 12] = 9;
@@ -512,9 +516,9 @@ fn what_is_not_supported_is_sent_as_0_and_read_past() {
     assert_eq!(read(&more), Ok(live(LIVE)));
 }
 
-/// Decision K-J15: the answer when no move is stored; and kinds that nobody knows.
+/// Decision K-J15: without blocks no move is stored. Kinds without a name are refused.
 #[test]
-fn no_blocks_are_no_move() {
+fn without_blocks_there_is_no_move() {
     assert_eq!(read(&[]), Err("move: playback is missing".into()));
     let body = played(Play::TimeLapse(PHOTOS)).unwrap();
     let mut blocks = blocks(&body);
@@ -524,9 +528,9 @@ fn no_blocks_are_no_move() {
     assert_eq!(read(&blocks), Err("move: delay_mode: 3 has no meaning in the specification".into()));
 }
 
-/// A straight way of 60 rotations in 10 seconds, then a gentle one, measured by a motor that can do 8 rev/s and 4 rev/s².
+/// A way of 50 rotations in 10 seconds with a steep part, and a motor that can do 8 rev/s and 4 rev/s².
 #[test]
-fn moves_are_measured_by_the_motors() {
+fn moves_are_compared_with_the_limits_of_their_motors() {
     let gentle = |time, position| Key { arrive: Ease::Flat(0.5), leave: Ease::Flat(0.5), ..key(time, position) };
     let (slow, fast) = (gentle(6.0, 20.0), gentle(7.0, 30.0));
     let keys = [gentle(0.0, 0.0), slow, fast, gentle(10.0, 35.0)];
@@ -546,10 +550,10 @@ fn moves_are_measured_by_the_motors() {
     assert_eq!(found.len(), 2, "{found:?}");
     assert!(found[0].starts_with("motor 2, segment 1: ") && found[0].ends_with(" rev/s, at most 8.0"), "{found:?}");
     assert!(found[1].starts_with("motor 2, segment 1: ") && found[1].ends_with(" rev/s², at most 4.0"), "{found:?}");
-    assert_eq!(measured(live(LIVE), &[], &mut out), ["motor 2: none of the device's motors"]);
+    assert_eq!(measured(live(LIVE), &[], &mut out), ["motor 2: the device has no such motor"]);
     assert_eq!(measured(live(LIVE), &[motor(0.0)], &mut out), ["motor 2: not calibrated"]);
 
-    // A kind of axis may allow less, and lint says the same as the reader.
+    // A kind of axis may allow less. Lint agrees with the reader.
     let plan = [MotorPlan::new(&known, &keys).unwrap()];
     let data = Plan::new(live(LIVE), &plan).encode(&mut out).unwrap();
     let lint = |context: &Context<'_>| {
@@ -568,7 +572,7 @@ fn moves_are_measured_by_the_motors() {
     assert_eq!(lint(&context.with_motors(&[other])), [(Severity::Error, "motor_address")]);
     assert_eq!(lint(&context.with_motors(&[motor(0.0)])), [(Severity::Error, "motor_address")]);
 
-    // The estimated time of a time lapse counts; between stops nobody knows.
+    // The estimated time of a time lapse counts. If the motors stop for each photo, their speed is not known.
     let style = |style| {
         let second = TimeLapseMotion { interval: Seconds(0.5), exposure: Seconds(0.5), photos: 10, style, ..PHOTOS };
         Play::TimeLapse(second)
@@ -576,7 +580,7 @@ fn moves_are_measured_by_the_motors() {
     assert_eq!(measured(style(Style::Continuous), &[known], &mut out), found);
     assert_eq!(measured(style(Style::ShootMoveShoot), &[known], &mut out), [""; 0]);
     assert_eq!(measured(style(Style::ShootMoveShoot), &[motor(0.0)], &mut out), ["motor 2: not calibrated"]);
-    // A device may store what the builder refuses.
+    // A device may store a move that the builder refuses.
     let mut body = played(style(Style::Continuous)).unwrap();
     body[1 + 40 + 3..][..8].fill(0);
     let no_time = Trajectory::new(&TrajectoryData::decode(&body).unwrap()).unwrap();
@@ -586,9 +590,9 @@ fn moves_are_measured_by_the_motors() {
     );
 }
 
-/// 50 rotations in 10 seconds, ever faster: half a rotation times the square of the time.
+/// 50 rotations in 10 seconds with rising speed: half a rotation times the square of the time.
 #[test]
-fn places_and_speeds_are_in_parts_or_in_rotations() {
+fn positions_and_speeds_are_in_parts_or_in_rotations() {
     let parabola = [curve([(0.0, 0.0), (1.0 / 3.0, 0.0), (2.0 / 3.0, 1.0 / 3.0), (1.0, 1.0)])];
     let body = built(live(LIVE), &[segments(&parabola)]).unwrap();
     let data = TrajectoryData::decode(&body).unwrap();
@@ -612,9 +616,9 @@ fn places_and_speeds_are_in_parts_or_in_rotations() {
     assert_eq!((parts.len(), parts.is_empty(), parts.motor()), (1, false, MOTOR));
 }
 
-/// Vertical tangents have no greatest speed, and no limit allows that.
+/// A vertical tangent has an unbounded speed, and no limit allows that.
 #[test]
-fn what_is_infinite_is_beyond_every_limit() {
+fn an_unbounded_speed_exceeds_every_limit() {
     let vertical = [curve([(0.0, 0.0), (0.0, 0.5), (0.5, 1.0), (1.0, 1.0)])];
     let mut out = [0; Plan::MAX_LEN];
     let plan = [segments(&vertical)];
@@ -636,13 +640,13 @@ fn what_is_infinite_is_beyond_every_limit() {
     let body = played(live(LIVE)).unwrap();
     let track = Trajectory::new(&TrajectoryData::decode(&body).unwrap()).unwrap().track(MOTOR).unwrap();
     assert_eq!([none.and(any), any.and(none)].map(|limits| track.excesses(limits).count()), [2; 2]);
-    assert_eq!(track.excesses(none).count(), 2, "a limit that is no number allows nothing");
+    assert_eq!(track.excesses(none).count(), 2, "a limit that is NaN allows nothing");
     assert_eq!(track.excesses(any).count(), 0);
 }
 
 proptest! {
     #[test]
-    fn any_sound_plan_is_built_and_comes_back(input in vec(any::<u8>(), 0..200)) {
+    fn any_sound_plan_is_built_and_read_back(input in vec(any::<u8>(), 0..200)) {
         moves::plan(&input);
     }
 
@@ -665,7 +669,7 @@ proptest! {
     }
 }
 
-/// The moves of the vectors.
+/// Moves of the vectors.
 fn stored() -> Vec<Vec<u8>> {
     let moves = recorded::vectors();
     let moves = moves.iter().filter(|vector| vector["name"].as_str().is_some_and(|name| name.starts_with("traj/")));

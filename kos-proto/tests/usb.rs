@@ -1,4 +1,4 @@
-//! Reports of a USB device: the vectors, every kind of buffer, and long messages whose pieces go astray.
+//! Reports of a USB device: the vectors, every kind of buffer, and long messages with lost, doubled and late pieces.
 
 mod recorded;
 mod reports;
@@ -15,7 +15,7 @@ use proptest::prelude::*;
 use reports::{STOP, hostile, report};
 use serde_json::Value;
 
-/// Kinds of vectors, and how many there are.
+/// Vectors of one kind; `count` is their number.
 fn of_kind(kind: &str, count: usize) -> Vec<(Value, Vec<u8>)> {
     let vectors = recorded::vectors().into_iter().filter(|vector| vector["kind"] == kind);
     let vectors: Vec<_> = vectors.map(|vector| (vector.clone(), recorded::bytes(&vector))).collect();
@@ -23,7 +23,7 @@ fn of_kind(kind: &str, count: usize) -> Vec<(Value, Vec<u8>)> {
     vectors
 }
 
-/// The name and the fields of a message, and the report that it makes.
+/// Name and fields of a message, and the report with it.
 macro_rules! see {
     ($side:ident, $frame:expr) => {{
         let message = $side::decode(&$frame).unwrap();
@@ -33,11 +33,11 @@ macro_rules! see {
 }
 
 #[test]
-fn whole_messages_of_the_vectors() {
+fn messages_of_the_vectors_are_found_in_every_buffer() {
     for (vector, bytes) in of_kind("usb", 4) {
         let name = &vector["name"];
         assert_eq!(bytes.len(), REPORT_LEN, "{name}");
-        // With the id, without it, and with a byte that a library adds.
+        // The report with its id, without it, and with a byte that a library adds.
         for buffer in [&bytes[..], &bytes[1..], &[&bytes[..], &[0xff]].concat(), &[&bytes[1..], &[0xff; 2]].concat()] {
             let frame = decode(buffer).unwrap();
             let (message, fields, encoded) =
@@ -53,19 +53,19 @@ fn whole_messages_of_the_vectors() {
 }
 
 #[test]
-fn what_does_not_fit_is_refused() {
+fn a_message_that_does_not_fit_into_a_report_is_refused() {
     for (_, bytes) in of_kind("usb-too-long", 1) {
         let frame = Frame::decode(&bytes).unwrap();
         let refused = Err(EncodeError::TooLong { what: "USB report", len: 64, max: CAPACITY });
         assert_eq!(Report::new(frame), refused);
         assert_eq!(Report::encode(&HostMessage::decode(&frame).unwrap()), refused);
-        // In a buffer of 64 bytes, the last one is no part of a report whose id was taken off.
+        // In a buffer of 64 bytes the last byte does not belong to a report whose id was removed.
         assert_eq!(decode(&bytes), Err(FrameError::Truncated { needed: 64, have: 63 }.into()));
     }
 }
 
 #[test]
-fn a_move_in_two_reports() {
+fn a_move_in_two_reports_is_joined() {
     for (_, bytes) in of_kind("usb-assumed", 1) {
         let reports: Vec<&[u8]> = bytes.chunks(REPORT_LEN).collect();
         let mut joined: Reassembly<256> = Reassembly::default();
@@ -89,7 +89,7 @@ fn a_keep_alive_is_a_report_of_its_own() {
 }
 
 #[test]
-fn buffers_of_every_length() {
+fn buffers_of_every_length_are_decoded_or_refused() {
     for numbered in [true, false] {
         let whole = [&report(&STOP, numbered)[..], &[0; 4]].concat();
         let needed = STOP.len() + usize::from(numbered);
@@ -115,7 +115,7 @@ fn other_reports_are_refused_and_change_nothing() {
     assert_eq!(decode(&[0; 64]), Err(ReportError::BadId { found: 0 }));
     assert_eq!(decode(&[1, 5, 0, 6, 0, 0, 0]), Err(FrameError::BadVersion { found: 5 }.into()));
     assert_eq!(decode(&[1, 4, 0, 5, 0, 0, 0]), Err(FrameError::BadLength { found: 5 }.into()));
-    // Padding need not be zero, and holds no second message.
+    // Padding need not be zero, and is not searched for a second message.
     let two = [&[1][..], &STOP, &STOP].concat();
     assert_eq!(decode(&two).unwrap().bytes(), STOP);
 
@@ -135,7 +135,7 @@ fn other_reports_are_refused_and_change_nothing() {
     assert_eq!(joined.push(Millis(2), &reports[1]).message.unwrap().unwrap().bytes(), message);
 }
 
-/// A message of `len` bytes, no piece of which looks like another.
+/// A message of `len` bytes without a piece that looks like another message.
 fn long(len: usize) -> Vec<u8> {
     let mut message = vec![0; len];
     let payload = vec![0xee; len - 6];
@@ -148,7 +148,7 @@ fn cut(message: &[u8]) -> Vec<Vec<u8>> {
     fragments.map(|report| report.as_ref().to_vec()).collect()
 }
 
-/// Safety decision 4: the rest of a move is lost, and somebody wants it to stop.
+/// Safety decision 4: the rest of a move is lost, and a stop is sent.
 #[test]
 fn a_lost_piece_never_swallows_a_stop() {
     let stop_motor = SetPositionSpeedAcceleration::stop(MotorAddress(1), None, RotationsPerSecondSquared(100.0));
@@ -168,7 +168,7 @@ fn a_lost_piece_never_swallows_a_stop() {
             assert_eq!(received.dropped, Some(Dropped::Interrupted { needed: 180, have: 63 * pieces }));
         }
     }
-    // Among reports that carry their id, one without is heard as well.
+    // Among reports with their id, a report without it is read too.
     let mut joined: Reassembly<256> = Reassembly::assume();
     assert_eq!(joined.push(Millis(0), &cut(&long(180))[0]).message, Ok(None));
     assert_eq!(joined.push(Millis(0), &report(&STOP, false)).message.unwrap().unwrap().bytes(), STOP);
@@ -184,7 +184,7 @@ fn a_message_that_fills_its_report_interrupts_too() {
 }
 
 #[test]
-fn the_next_piece_has_a_tenth_of_a_second() {
+fn the_next_piece_has_100_milliseconds() {
     assert_eq!(CONTINUE_WITHIN, 100);
     let message = long(180);
     let reports = cut(&message);
@@ -192,7 +192,7 @@ fn the_next_piece_has_a_tenth_of_a_second() {
         let mut joined: Reassembly<256> = Reassembly::assume();
         assert_eq!(joined.push(Millis(1000), &reports[0]).message, Ok(None));
         let received = joined.push(Millis(1000 + late), &reports[1]);
-        // Alone, it is no message.
+        // The piece alone is not a message.
         assert_eq!(
             received.message,
             if held == 0 { Err(FrameError::BadVersion { found: 0xee }.into()) } else { Ok(None) }
@@ -232,7 +232,8 @@ fn a_short_piece_ends_the_message() {
 
 #[test]
 fn no_piece_may_look_like_a_message() {
-    // A reset of the device within a password, at the start of its second report; the id taken off, and not.
+    // A reset of the device inside a password, at the start of its second report, with and without the id of the
+    // report.
     for (hidden, index) in [(&b"\x04\0\x07\0\x80\0\x01"[..], 1), (b"\x01\x04\0\x07\0\x80\0\x01", 1)] {
         let mut message = long(120);
         message[63..63 + hidden.len()].copy_from_slice(hidden);
@@ -240,29 +241,29 @@ fn no_piece_may_look_like_a_message() {
         message[63] = 2;
         assert_eq!(cut(&message).len(), 2);
     }
-    // At its very start, a message may look like what it is.
+    // At its start, a message may look like a message.
     assert_eq!(cut(&long(63)).len(), 1);
 }
 
 #[test]
-fn errors_say_what_how_much_and_where() {
+fn errors_name_the_fault_and_the_values() {
     let text = |error: &dyn std::error::Error| error.to_string();
     assert_eq!(text(&ReportError::BadLength { found: 66 }), "USB report: 66 bytes, should be 1 to 65");
     assert_eq!(text(&ReportError::BadId { found: 2 }), "USB report: id is 2, should be 1");
     let short = ReportError::from(FrameError::Truncated { needed: 64, have: 63 });
     assert_eq!(text(&short), "frame: need 64 bytes, have 63");
-    assert_eq!(text(&ReportError::TooLong { total: 9, max: 8 }), "USB message: 9 bytes, there is room for 8");
+    assert_eq!(text(&ReportError::TooLong { total: 9, max: 8 }), "USB message: 9 bytes, at most 8 fit");
     let late = Dropped::Late { needed: 9, have: 8 };
-    assert_eq!(text(&late), "USB message: have 8 of 9 bytes, and the next came too late");
+    assert_eq!(text(&late), "USB message: have 8 of 9 bytes, the next report came too late");
     let interrupted = Dropped::Interrupted { needed: 9, have: 8 };
-    assert_eq!(text(&interrupted), "USB message: have 8 of 9 bytes, and another message came");
+    assert_eq!(text(&interrupted), "USB message: have 8 of 9 bytes, the next report was another message");
     let ambiguous = Ambiguous { index: 1 };
     assert_eq!(text(&ambiguous), "USB report 1 of the message would be taken for a message of its own");
 }
 
 proptest! {
     #[test]
-    fn any_sequence_of_reports(input in vec(prop_oneof![any::<u8>(), 0..8_u8, Just(0)], 0..600)) {
+    fn any_sequence_of_reports_is_read_like_the_model(input in vec(prop_oneof![any::<u8>(), 0..8_u8, Just(0)], 0..600)) {
         hostile::<256>(&input);
         hostile::<0>(&input);
         hostile::<1024>(&input);

@@ -1,4 +1,4 @@
-//! The conformance vectors: every kind, every message, every field.
+//! Conformance vectors: every kind, every message, every field.
 
 mod recorded;
 
@@ -11,7 +11,7 @@ use motion_core::lint::{Lints, Severity};
 use motion_core::serialize::Map;
 use serde_json::{Value, json};
 
-/// What became of a frame.
+/// Result of reading a frame.
 struct Seen {
     summary: Value,
     encoded: Vec<u8>,
@@ -38,7 +38,7 @@ fn see(vector: &Value, frame: Frame<'_>) -> Result<Seen, DecodeError> {
     }
 }
 
-/// Fields that the vectors leave out where they are 0.
+/// Fields that the vectors leave out if they are 0.
 const UNSUPPORTED: [&str; 9] = [
     "camera_roll_enabled",
     "camera_roll_pre_delay",
@@ -51,7 +51,7 @@ const UNSUPPORTED: [&str; 9] = [
     "not_used",
 ];
 
-/// Whether `found` is `wanted`, but for an unknown tail, and for fields that nobody uses.
+/// Whether `found` equals `wanted`, except for an unknown tail and unused fields.
 fn covers(found: &Value, wanted: &Value) -> bool {
     match (found, wanted) {
         (Value::Object(found), Value::Object(wanted)) => {
@@ -69,7 +69,7 @@ fn covers(found: &Value, wanted: &Value) -> bool {
     }
 }
 
-/// Reads a vector as a stream that ends.
+/// Reads a vector as a stream.
 fn decoded(vector: &Value, bytes: &[u8]) {
     let (name, kind) = (&vector["name"], vector["kind"].as_str().unwrap());
     let mut frames: Box<Frames> = Box::default();
@@ -82,7 +82,7 @@ fn decoded(vector: &Value, bytes: &[u8]) {
         rest = &rest[seen.encoded.len()..];
         found.push(seen);
     }
-    assert!(rest.is_empty() && frames.held() == 0, "{name}: all of it");
+    assert!(rest.is_empty() && frames.held() == 0, "{name}: all bytes are read");
     let wanted = vector["messages"].as_array().unwrap();
     assert_eq!(found.len(), wanted.len(), "{name}");
     for (seen, wanted) in found.iter().zip(wanted) {
@@ -94,7 +94,7 @@ fn decoded(vector: &Value, bytes: &[u8]) {
                 assert_eq!(error, None, "{name}");
                 assert!(!seen.summary["fields"].as_object().unwrap().contains_key("tail"), "{name}");
             }
-            "accept-invalid" => assert!(error.is_some(), "{name}: the move is refused"),
+            "accept-invalid" => assert!(error.is_some(), "{name}: lint finds an error in the move"),
             "accept-unknown" => assert!(!known && error.is_none(), "{name}"),
             "accept" | "accept-legacy" => assert!(known, "{name}"),
             other => panic!("{name}: {other}"),
@@ -102,7 +102,7 @@ fn decoded(vector: &Value, bytes: &[u8]) {
     }
 }
 
-/// The stream ends at it, or the message is an error.
+/// Checks that the stream ends, or that the message is an error.
 fn refused(vector: &Value, bytes: &[u8]) {
     let name = &vector["name"];
     let mut frames: Box<Frames> = Box::default();
@@ -117,7 +117,7 @@ fn refused(vector: &Value, bytes: &[u8]) {
     }
 }
 
-/// The stream waits, and a datagram is too short.
+/// Checks that the stream waits, and that a datagram is too short.
 fn incomplete(vector: &Value, bytes: &[u8]) {
     let mut frames: Box<Frames> = Box::default();
     assert_eq!(frames.push(bytes), bytes.len());
@@ -127,14 +127,14 @@ fn incomplete(vector: &Value, bytes: &[u8]) {
 }
 
 #[test]
-fn all_vectors() {
+fn every_vector_is_read_as_its_kind_says() {
     let mut kinds = BTreeMap::<String, usize>::new();
     for vector in recorded::vectors() {
         let (kind, bytes) = (vector["kind"].as_str().unwrap(), recorded::bytes(&vector));
         match kind {
             "reject" | "reject-or-desync" => refused(&vector, &bytes),
             "incomplete" => incomplete(&vector, &bytes),
-            // Reports of a USB device are taken apart elsewhere.
+            // Reports of a USB device have tests of their own.
             "usb" | "usb-too-long" | "usb-assumed" => {}
             _ => decoded(&vector, &bytes),
         }
@@ -155,10 +155,10 @@ fn all_vectors() {
         ("usb-assumed", 1),
         ("usb-too-long", 1),
     ];
-    assert_eq!(kinds, wanted, "none is left out: 179 are held, 6 are reports");
+    assert_eq!(kinds, wanted, "all vectors: 179 messages and streams, 6 USB reports");
 }
 
-/// The names of some vectors say which status they carry.
+/// Some vectors have the name of their status in their own name.
 #[test]
 fn a_status_has_the_name_that_the_vectors_give_it() {
     let mut named = 0;
@@ -168,7 +168,7 @@ fn a_status_has_the_name_that_the_vectors_give_it() {
         else {
             continue;
         };
-        // Others say how many motors there are.
+        // Other vectors have the number of motors in their name.
         if let (Ok(number), true) = (number.parse(), name != "motors") {
             let known = PlaybackState(number).name().unwrap();
             assert!(known.replace('_', "").eq_ignore_ascii_case(name), "{number} is {known}, not {name}");
@@ -179,7 +179,7 @@ fn a_status_has_the_name_that_the_vectors_give_it() {
 }
 
 #[test]
-fn lint_warns_of_what_the_vectors_say_is_unwise() {
+fn lint_warns_of_the_unwise_vectors() {
     let warned = |wanted: &str| {
         let vectors = recorded::vectors();
         let vector = vectors.iter().find(|vector| vector["name"] == wanted).unwrap();

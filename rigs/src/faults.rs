@@ -1,4 +1,4 @@
-//! What goes wrong, how often, and when: all from a seed.
+//! Faults of lines and rigs: kind, rate and time, all from a seed.
 //!
 //! ```
 //! use rigs::faults::{Carrier, Faults};
@@ -6,7 +6,7 @@
 //! assert_eq!(Faults::parse("all", Carrier::Serial)?, Faults::all(Carrier::Serial));
 //! let some = Faults::parse("loss=0.01,delay=40", Carrier::Serial)?;
 //! assert_eq!((some.loss, some.delay, some.garbage), (0.01, 40, 0.0));
-//! // TCP loses nothing. What it can do is to break.
+//! TCP loses nothing. It can only break.
 //! assert!(Faults::parse("loss=0.01", Carrier::Stream).is_err());
 //! # Ok::<(), rigs::faults::FaultsError>(())
 //! ```
@@ -17,55 +17,55 @@ use motion_core::time::Millis;
 use rand::{Rng as _, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// What carries bytes, and so what can happen to them.
+/// Carrier of bytes, which decides the faults that are possible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Carrier {
-    /// A serial line: bytes are lost, doubled, damaged, and others come in between.
+    /// Serial line: bytes are lost, doubled or damaged, and other bytes come in between.
     Serial,
-    /// TCP: bytes come whole, in order and once, until the connection breaks.
+    /// TCP: bytes come complete, in order and once, until the connection breaks.
     Stream,
-    /// UDP: each datagram whole, or lost, doubled, damaged.
+    /// UDP: each datagram comes complete, or is lost, doubled or damaged.
     Datagram,
 }
 
-/// How often things go wrong. Rates are from 0 to 1, of pieces as they are written or read; 0 is never.
+/// Rates of faults. Rates are from 0 to 1, per piece as it is written or read; 0 means never.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Faults {
-    /// A piece is lost.
+    /// Rate of pieces that are lost.
     pub loss: f64,
-    /// A piece comes twice.
+    /// Rate of pieces that come twice.
     pub duplication: f64,
-    /// A bit of a piece is wrong.
+    /// Rate of pieces with one wrong bit.
     pub corruption: f64,
-    /// Bytes that nobody sent come before a piece.
+    /// Rate of pieces with random bytes before them.
     pub garbage: f64,
-    /// A piece is cut in two; or it waits for the next one, and both come as one.
+    /// Rate of pieces that are cut in two, or that wait for the next piece and arrive with it as one.
     pub cutting: f64,
-    /// The connection breaks in the middle of a piece.
+    /// Rate of pieces in the middle of which the connection breaks.
     pub break_off: f64,
-    /// The most that a piece is late, in milliseconds. No piece overtakes another.
+    /// Greatest delay of a piece, in milliseconds. No piece overtakes another.
     pub delay: u64,
-    /// Seconds between two silences of the device, on average: for up to a second and a half it hears nothing and says
-    /// nothing. What arrives waits.
+    /// Mean time between two silences of the device, in seconds. For up to a second and a half, the device receives and
+    /// sends nothing. Bytes that arrive wait.
     pub silence: f64,
-    /// Seconds between two resets, on average.
+    /// Mean time between two resets, in seconds.
     pub reset: f64,
-    /// Seconds between two motors that get stuck, on average.
+    /// Mean time between two motors that get stuck, in seconds.
     pub stall: f64,
 }
 
-/// Why a text names no faults.
+/// Error in a text that should name faults.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct FaultsError(String);
 
-/// A fault as texts name it.
+/// Fault that a text can name.
 struct Named {
     name: &'static str,
     unit: Unit,
-    /// Where it can be.
+    /// Carriers that can have the fault.
     carriers: &'static [Carrier],
-    /// What `all` sets.
+    /// Value that `all` sets.
     usual: f64,
     put: fn(&mut Faults, f64),
 }
@@ -104,13 +104,13 @@ const fn named(
     Named { name, unit, carriers, usual, put }
 }
 
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "what was read is from 0 to 60,000")]
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the reader accepts 0 to 60,000")]
 const fn millis(value: f64) -> u64 {
     value as u64
 }
 
 impl Faults {
-    /// None.
+    /// No faults.
     pub const NONE: Self = Self {
         loss: 0.0,
         duplication: 0.0,
@@ -124,7 +124,7 @@ impl Faults {
         stall: 0.0,
     };
 
-    /// All that a carrier can have, as often as on a bad day.
+    /// All faults that a carrier can have, at the rates of a bad day.
     #[must_use]
     pub fn all(carrier: Carrier) -> Self {
         let mut all = Self::NONE;
@@ -134,11 +134,11 @@ impl Faults {
         all
     }
 
-    /// Understands `all`, `none`, or a list such as `loss=0.01,delay=40`; a name alone is as often as in `all`.
+    /// Reads `all`, `none`, or a list such as `loss=0.01,delay=40`. A name alone has the value that it has in `all`.
     ///
     /// # Errors
     ///
-    /// [`FaultsError`] says which part is wrong, and what would be right.
+    /// [`FaultsError`] names the wrong part and the values that are allowed.
     pub fn parse(text: &str, carrier: Carrier) -> Result<Self, FaultsError> {
         match text {
             "all" => return Ok(Self::all(carrier)),
@@ -171,7 +171,7 @@ impl Named {
     }
 }
 
-/// The faults of a carrier, as texts name them.
+/// Names of the faults of a carrier.
 fn names(carrier: Carrier) -> String {
     let names: Vec<_> = ALL.iter().filter(|named| named.carriers.contains(&carrier)).map(|named| named.name).collect();
     names.join(", ")
@@ -187,18 +187,18 @@ impl fmt::Display for Carrier {
     }
 }
 
-/// What befalls a device as a whole.
+/// Fault of a device as a whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mishap {
-    /// It hears nothing and says nothing for so many milliseconds.
+    /// The device receives and sends nothing for this time, in milliseconds.
     Silence(u64),
-    /// Its power fails for a moment.
+    /// The power fails for a moment.
     Reset,
     /// A motor gets stuck.
     Stall,
 }
 
-/// When which mishap comes.
+/// Times of the faults of a device.
 #[derive(Debug, Clone)]
 pub struct Mishaps {
     rng: ChaCha8Rng,
@@ -207,7 +207,7 @@ pub struct Mishaps {
 }
 
 impl Mishaps {
-    /// Those of a seed, from a moment on.
+    /// Faults from a seed, from a moment on.
     #[must_use]
     pub fn new(faults: Faults, seed: u64, now: Millis) -> Self {
         let mut mishaps = Self { rng: ChaCha8Rng::seed_from_u64(seed), faults, next: [None; 3] };
@@ -215,13 +215,13 @@ impl Mishaps {
         mishaps
     }
 
-    /// When the next one comes.
+    /// Time of the next fault.
     #[must_use]
     pub fn wake(&self) -> Option<Millis> {
         self.next.iter().flatten().min().copied()
     }
 
-    /// One that is due.
+    /// Next fault that is due.
     pub fn next(&mut self, now: Millis) -> Option<Mishap> {
         let due = self.next.iter().position(|next| next.is_some_and(|next| next <= now))?;
         let mean = [self.faults.silence, self.faults.reset, self.faults.stall][due];
@@ -233,7 +233,7 @@ impl Mishaps {
         })
     }
 
-    /// From half the mean to half as much again.
+    /// A time from half the mean to one and a half times the mean.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 1.5e9, and more than 0")]
     fn draw(&mut self, mean: f64, now: Millis) -> Option<Millis> {
         (mean > 0.0).then(|| now.after(1 + (mean * self.rng.random_range(500.0..1500.0)) as u64))
@@ -245,7 +245,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn texts_name_faults() {
+    fn texts_are_read_as_faults() {
         for carrier in [Carrier::Serial, Carrier::Stream, Carrier::Datagram] {
             assert_eq!(Faults::parse(&names(carrier).replace(' ', ""), carrier), Ok(Faults::all(carrier)));
             assert_eq!(Faults::parse("none", carrier), Ok(Faults::NONE));

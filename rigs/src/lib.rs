@@ -1,13 +1,13 @@
 //! Simulated rigs, and the hosts that control them, on a virtual clock.
 //!
-//! A [`Rig`] is a device with motors and cameras behind it; a [`Host`] is what talks to it. Both are bytes in, bytes out,
-//! and both are told what time it is, so that an hour passes in a moment and the same seed gives the same hour. Around
-//! them stands whatever carries bytes: a [`Scene`] in a test, sockets and serial lines in the programs `simulate` and
-//! `drive`.
+//! A [`Rig`] is a device with its motors and cameras. A [`Host`] is the program that controls it. Both take bytes and
+//! give bytes, and both are told the time, so that an hour passes in a moment and the same seed gives the same hour.
+//! Other code carries the bytes between them: a [`Scene`] in a test, sockets and serial lines in the programs
+//! `simulate` and `drive`.
 //!
-//! What goes wrong on the way is in [`faults`]: lost, doubled, late and damaged bytes, resets, motors that get stuck.
+//! Faults are in [`faults`]: lost, doubled, late and damaged bytes, resets, motors that get stuck.
 //!
-//! # Which is which
+//! # Types
 //!
 //! | | a rig | a host |
 //! |---|---|---|
@@ -35,29 +35,29 @@ pub use scene::{Scene, Side};
 
 use motor::Motor;
 
-/// Milliseconds between two looks at motors that move.
+/// Time between two updates of moving motors, in milliseconds.
 pub const TICK: u64 = 1;
 
-/// A line of a party: a connection, or a port, from 0 on. Who has one line calls it 0.
+/// Line of a party: a connection or a port, from 0 on. Parties with one line use `LineId(0)`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct LineId(pub u8);
 
-/// What a party wants done, in this order.
+/// Request of a party. Requests are carried out in order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outgoing {
-    /// Bytes on a line: one message, or several.
+    /// Bytes to send on a line: one message, or several.
     Bytes(LineId, Vec<u8>),
-    /// Open this line, and say so by [`Party::open`], or by [`Party::close`] that it cannot be.
+    /// Line to open. Report success with [`Party::open`], or failure with [`Party::close`].
     Open(LineId),
-    /// Hang up.
+    /// Line to close.
     HangUp(LineId),
-    /// A datagram to everybody.
+    /// Datagram to broadcast.
     Announce(Vec<u8>),
-    /// A datagram to the one whose datagram was just given in.
+    /// Datagram to the sender of the datagram that was given in last.
     Answer(Vec<u8>),
 }
 
-/// Bytes that wait to be taken.
+/// Number of bytes that wait to be taken.
 fn waiting(outgoing: &VecDeque<Outgoing>) -> usize {
     let len = |outgoing: &Outgoing| match outgoing {
         Outgoing::Bytes(_, bytes) | Outgoing::Announce(bytes) | Outgoing::Answer(bytes) => bytes.len(),
@@ -66,7 +66,7 @@ fn waiting(outgoing: &VecDeque<Outgoing>) -> usize {
     outgoing.iter().map(len).sum()
 }
 
-/// A moment, or a time, in seconds.
+/// Moment or duration in seconds.
 #[expect(clippy::cast_precision_loss, reason = "exact for 285,000 years")]
 const fn seconds(moment: Millis) -> f64 {
     moment.0 as f64 / 1000.0
@@ -74,63 +74,64 @@ const fn seconds(moment: Millis) -> f64 {
 
 /// One end of a line: a rig or a host.
 ///
-/// Each call says what time it is, never an earlier one than before, and does all that is due until then. After each,
-/// take what [`poll`](Self::poll) gives until it gives nothing.
+/// Each call gives the time, which never decreases, and does everything that is due until then. After each call, call
+/// [`poll`](Self::poll) until it returns nothing.
 pub trait Party {
-    /// A line is open.
+    /// Reports that a line is open.
     fn open(&mut self, now: Millis, line: LineId);
 
-    /// A line is gone, or cannot be opened.
+    /// Reports that a line is closed, or cannot be opened.
     fn close(&mut self, now: Millis, line: LineId);
 
-    /// Bytes arrived, cut anywhere. On a line that is not open they count for nothing.
+    /// Takes bytes that arrived, cut anywhere. Bytes on a line that is not open are ignored.
     fn receive(&mut self, now: Millis, line: LineId, bytes: &[u8]);
 
-    /// Does all that is due.
+    /// Does everything that is due.
     fn advance(&mut self, now: Millis);
 
-    /// When something is due next, if nothing happens before.
+    /// Time when something is due next, if nothing happens before.
     fn wake(&self) -> Option<Millis>;
 
-    /// What to do next.
+    /// Next request of the party.
     fn poll(&mut self) -> Option<Outgoing>;
 }
 
 /// A simulated rig.
 pub trait Rig: Party {
-    /// How many lines can be open at once.
+    /// Greatest number of lines that can be open at once.
     const LINES: u8;
 
-    /// A datagram arrived. Rigs without datagrams take no notice.
+    /// Takes a datagram that arrived. Rigs without datagrams ignore it.
     fn datagram(&mut self, now: Millis, bytes: &[u8]) {
         let _ = (now, bytes);
     }
 
-    /// Its motors, the first of them motor 1, in the units of the protocol: rotations (kOS), steps (DMC), microsteps
+    /// Motors of the rig, starting with motor 1, in the units of the protocol: rotations (kOS), steps (DMC), microsteps
     /// (hoot).
     fn motors(&self) -> &[Motor];
 
-    /// How far the move is that is played just now: seconds of the move (kOS), frames from its first frame's number on
-    /// (DMC), milliseconds or shots (hoot). `None` while none is.
+    /// Elapsed part of the move that is played now: seconds of the move (kOS), number of the frame (DMC), milliseconds
+    /// or shots (hoot). `None` while no move is played.
     fn moment(&self) -> Option<f64>;
 
-    /// The power fails for a moment: all lines close, all motors stop dead, and what is not stored is forgotten.
+    /// Interrupts the power for a moment: all lines close, all motors stop dead, and everything that is not stored is
+    /// lost.
     fn reset(&mut self, now: Millis);
 
-    /// A motor that moves gets stuck: the rig notices, and does what it does at faults.
+    /// Makes a moving motor get stuck. The rig notices it and reacts as it does to faults.
     fn stall(&mut self, now: Millis);
 }
 
-/// What talks to a rig. It has one line.
+/// Host of a rig, with one line.
 pub trait Host: Party {
-    /// What it can be told to do.
+    /// Command to the host.
     type Command;
-    /// What it tells.
+    /// Event of the host.
     type Event;
 
-    /// Does what it is told.
+    /// Carries out a command.
     fn command(&mut self, now: Millis, command: Self::Command);
 
-    /// What it tells next.
+    /// Next event.
     fn next_event(&mut self) -> Option<Self::Event>;
 }

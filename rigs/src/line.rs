@@ -1,4 +1,4 @@
-//! One direction of a line, and what happens to bytes on it.
+//! One direction of a line, and the faults of its bytes.
 
 use std::collections::VecDeque;
 
@@ -8,31 +8,31 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::faults::Faults;
 
-/// Bytes on their way.
+/// Bytes in flight.
 #[derive(Debug, Clone)]
 pub struct Line {
     faults: Faults,
     rng: ChaCha8Rng,
-    /// What arrives when, in this order.
+    /// Pieces with their times of arrival, in order.
     pieces: VecDeque<(Millis, Vec<u8>)>,
-    /// When the last of them was put on its way.
+    /// Arrival of the last piece.
     last: Millis,
-    /// Until when nothing arrives.
+    /// Time before which nothing arrives.
     silent: Millis,
-    /// Bytes in the pieces.
+    /// Number of bytes in the pieces.
     held: usize,
     is_broken: bool,
 }
 
 impl Line {
-    /// A line without anything on it.
+    /// Line without any bytes.
     #[must_use]
     pub fn new(faults: Faults, seed: u64) -> Self {
         let rng = ChaCha8Rng::seed_from_u64(seed);
         Self { faults, rng, pieces: VecDeque::new(), last: Millis(0), silent: Millis(0), held: 0, is_broken: false }
     }
 
-    /// Puts a piece on its way.
+    /// Sends a piece.
     pub fn push(&mut self, now: Millis, bytes: &[u8]) {
         let Faults { loss, duplication, corruption, garbage, cutting, break_off, .. } = self.faults;
         if self.is_broken || bytes.is_empty() || self.chance(loss) {
@@ -69,18 +69,18 @@ impl Line {
         }
     }
 
-    /// Nothing arrives before this moment; what does not, waits.
+    /// Delays every arrival to this moment at least.
     pub fn hold(&mut self, until: Millis) {
         self.silent = self.silent.max(until);
     }
 
-    /// When the next piece arrives.
+    /// Time when the next piece arrives.
     #[must_use]
     pub fn wake(&self) -> Option<Millis> {
         self.pieces.front().map(|(due, _)| (*due).max(self.silent))
     }
 
-    /// The next piece that has arrived.
+    /// Next piece that has arrived.
     pub fn pop(&mut self, now: Millis) -> Option<Vec<u8>> {
         self.wake().filter(|due| *due <= now)?;
         let (_, piece) = self.pieces.pop_front()?;
@@ -88,13 +88,13 @@ impl Line {
         Some(piece)
     }
 
-    /// Whether the line broke, and all that was to arrive has arrived.
+    /// Whether the line broke, and everything in flight has arrived.
     #[must_use]
     pub fn is_broken(&self) -> bool {
         self.is_broken && self.pieces.is_empty()
     }
 
-    /// Bytes on their way.
+    /// Number of bytes in flight.
     #[must_use]
     pub const fn held(&self) -> usize {
         self.held
@@ -119,7 +119,7 @@ mod tests {
     use super::*;
     use crate::faults::Carrier;
 
-    /// What arrives of ten thousand pieces of ten bytes, a millisecond apart.
+    /// Bytes that arrive of ten thousand pieces of ten bytes, sent one millisecond apart.
     fn sent(faults: Faults, seed: u64) -> (Vec<u8>, Line) {
         let mut line = Line::new(faults, seed);
         let mut arrived = Vec::new();
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn without_faults_all_arrives_at_once() {
+    fn without_faults_everything_arrives_at_once() {
         let mut line = Line::new(Faults::NONE, 1);
         line.push(Millis(5), b"one");
         assert_eq!((line.wake(), line.held()), (Some(Millis(5)), 3));
@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn tcp_is_late_and_cut_and_no_worse_until_it_breaks() {
+    fn tcp_is_only_late_and_cut_until_it_breaks() {
         let faults = Faults { break_off: 0.0, ..Faults::all(Carrier::Stream) };
         let whole: Vec<u8> = (0..10_000_u32).flat_map(|now| [u8::try_from(now % 250).unwrap(); 10]).collect();
         assert_eq!(sent(faults, 1).0, whole);

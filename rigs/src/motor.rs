@@ -1,8 +1,8 @@
-//! A motor: where it is at each moment, in the units of its rig.
+//! Simulated motor: its position at each moment, in the units of its rig.
 //!
-//! What it is told, it does within its own limits: from rest it goes by a [`MotionProfile`] of `motion-core`, and while
-//! it moves it changes its speed evenly. Positions on a curve are told it moment by moment, by [`lead`](Motor::lead).
-//! Should it get to an end of its travel, it stops dead there, as motors do that trip a limit switch.
+//! A motor obeys commands within its own limits. From rest it moves by a [`MotionProfile`] of `motion-core`. While it
+//! moves, it changes its speed with constant acceleration. Positions on a curve are set moment by moment with
+//! [`lead`](Motor::lead). At an end of its travel a motor stops dead, like a motor that trips a limit switch.
 
 use motion_core::profile::{Limits, MotionProfile};
 use motion_core::time::Millis;
@@ -10,37 +10,38 @@ use motion_core::trajectory::Range;
 
 use crate::seconds;
 
-/// A motor.
+/// Simulated motor.
 #[derive(Debug, Clone)]
 pub struct Motor {
     limits: Limits,
     travel: Option<Range>,
-    /// Where it was, and how fast, when it was told last.
+    /// Position and velocity at the last command.
     from: Place,
     motion: Motion,
-    /// Whether it has yet to say that it rests.
+    /// Whether the motor has yet to report that it rests.
     owes_rest: bool,
-    /// Whether it has said that it ran into an end, and has not left it.
+    /// Whether the motor reported that it ran into an end, and has not left the end since.
     is_tripped: bool,
 }
 
-/// Where a motor is, and how fast.
+/// Position and velocity of a motor.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Place {
-    /// The position, in the units of the rig.
+    /// Position, in the units of the rig.
     pub position: f64,
-    /// The velocity, in units a second.
+    /// Velocity, in units per second.
     pub velocity: f64,
 }
 
-/// What happened to a motor by itself.
+/// Event that a motor reports by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Happening {
-    /// It rests: where it was sent, or where it was stopped. Once for all that it was told since it rested last.
+    /// The motor rests at its target or where it was stopped. This is reported once for all commands since the motor
+    /// rested last.
     Rests,
-    /// It ran into an end of its travel, and stands there. It says so once, and that it rests as well.
+    /// The motor ran into an end of its travel and stands there. This is reported once, and then that the motor rests.
     Tripped {
-        /// Whether it is the upper end.
+        /// Whether the end is the upper one.
         upper: bool,
     },
 }
@@ -48,16 +49,17 @@ pub enum Happening {
 #[derive(Debug, Clone)]
 enum Motion {
     Rest,
-    /// Its positions are told.
+    /// The positions are set from outside.
     Led,
-    /// Its velocity changes evenly from a moment on, and stays; then comes something else, or nothing.
+    /// The velocity changes with constant acceleration from a moment on. Then the next motion follows, or the velocity
+    /// stays.
     Ramp {
         start: f64,
         seconds: f64,
         acceleration: f64,
         then: Then,
     },
-    /// From rest to rest.
+    /// Motion from rest to rest.
     Profile {
         start: f64,
         profile: MotionProfile,
@@ -66,45 +68,45 @@ enum Motion {
 
 #[derive(Debug, Clone, Copy)]
 enum Then {
-    /// It goes on as fast as it is by then.
+    /// Goes on with the velocity that it has then.
     Run,
-    /// It goes on like that for so many seconds, and stops with this acceleration.
+    /// Goes on with that velocity for a time, and stops with this acceleration.
     RunAndStop { seconds: f64, acceleration: f64, at: f64 },
-    /// It rests, here if it is known.
+    /// Rests, at this position if it is known.
     Rest(Option<f64>),
-    /// It goes elsewhere.
+    /// Goes to another position.
     Go(f64, Limits),
 }
 
 impl Motor {
-    /// A motor that rests at 0 and can go anywhere.
+    /// Motor that rests at 0 and has no ends of its travel.
     ///
-    /// What it is told is cut to the limits. With a jerk in them, moves from rest are S-curves.
+    /// Commands are cut to the limits. With a jerk limit, moves from rest are S-curves.
     #[must_use]
     pub const fn new(limits: Limits) -> Self {
         let from = Place { position: 0.0, velocity: 0.0 };
         Self { limits, travel: None, from, motion: Motion::Rest, owes_rest: false, is_tripped: false }
     }
 
-    /// The same between two ends.
+    /// The same motor between two ends.
     #[must_use]
     pub const fn within(self, travel: Range) -> Self {
         Self { travel: Some(travel), ..self }
     }
 
-    /// The limits that it keeps.
+    /// Limits of the motor.
     #[must_use]
     pub const fn limits(&self) -> Limits {
         self.limits
     }
 
-    /// Where its travel ends, if it does.
+    /// Ends of the travel, if there are any.
     #[must_use]
     pub const fn travel(&self) -> Option<Range> {
         self.travel
     }
 
-    /// Where it is, at the last moment that it was told of or a later one.
+    /// Position and velocity at the moment of the last command, or later.
     #[must_use]
     pub fn at(&self, now: Millis) -> Place {
         let now = seconds(now);
@@ -124,22 +126,24 @@ impl Motor {
         }
     }
 
-    /// Whether it rests.
+    /// Whether the motor rests.
     #[must_use]
     pub const fn rests(&self) -> bool {
         matches!(self.motion, Motion::Rest)
     }
 
-    /// Whether it rests, and has said so.
+    /// Whether the motor rests and has reported it.
     #[must_use]
     pub const fn is_idle(&self) -> bool {
         self.rests() && !self.owes_rest
     }
 
-    /// Goes to a position, and rests there. What lies ahead of it, it does not go beyond if it can help it, however gently
-    /// it was told to go; it turns round as soon as it can, if it must.
+    /// Moves to a position, and rests there.
     ///
-    /// What is no number, and speeds of 0, stop it.
+    /// The motor does not go beyond a target ahead of it if it can stop in time, however small the commanded
+    /// acceleration is. If it cannot, or the target lies behind it, the motor turns round as soon as it can.
+    ///
+    /// A target or a speed that is NaN or infinite, or a speed of 0, stops the motor.
     pub fn go_to(&mut self, now: Millis, to: f64, velocity: f64, acceleration: f64) {
         let limits = self.cut(velocity, acceleration);
         let here = self.at(now);
@@ -168,7 +172,7 @@ impl Motor {
         };
     }
 
-    /// Runs with a velocity, until it is told otherwise.
+    /// Runs with a velocity until the next command.
     pub fn run(&mut self, now: Millis, velocity: f64, acceleration: f64) {
         let limits = self.cut(velocity.abs(), acceleration);
         if limits.velocity <= 0.0 || limits.acceleration <= 0.0 || !velocity.is_finite() {
@@ -185,8 +189,8 @@ impl Motor {
         };
     }
 
-    /// Comes to rest with an acceleration; as sharply as it can without one, and never more sharply than that. If it slows
-    /// down more sharply already, it goes on so: no stop is made softer by another one.
+    /// Comes to rest with an acceleration, or as sharply as possible without one, and never more sharply than possible.
+    /// A motor that slows down more sharply already goes on so: a stop never softens an earlier one.
     pub fn stop(&mut self, now: Millis, acceleration: Option<f64>) {
         let hardest = self.limits.acceleration;
         let hard = acceleration.map_or(hardest, f64::abs);
@@ -203,14 +207,14 @@ impl Motor {
         self.owes_rest = true;
     }
 
-    /// Is at a position, with a velocity, as a curve has it: until it is told otherwise, from tick to tick.
+    /// Sets position and velocity from a curve. They hold until the next call, or the next command.
     pub fn lead(&mut self, place: Place) {
         self.from = place;
         self.motion = Motion::Led;
         self.owes_rest = true;
     }
 
-    /// Calls the place where it is another number; the motion goes on.
+    /// Gives the present position another number. The motion goes on.
     pub fn rebase(&mut self, now: Millis, position: f64) {
         let by = position - self.at(now).position;
         self.from.position += by;
@@ -232,7 +236,8 @@ impl Motor {
         }
     }
 
-    /// Does what is due, and says what happened. Call it every [`TICK`](crate::TICK) while the motor is not idle.
+    /// Does everything that is due, and returns the event. Call it every [`TICK`](crate::TICK) while the motor is not
+    /// idle.
     pub fn advance(&mut self, now: Millis) -> Option<Happening> {
         self.turn(seconds(now));
         let here = self.at(now);
@@ -258,7 +263,7 @@ impl Motor {
         None
     }
 
-    /// Goes on to what comes behind what is over.
+    /// Starts the motion that follows the finished one.
     fn turn(&mut self, now: f64) {
         loop {
             match self.motion.clone() {
@@ -300,17 +305,17 @@ impl Motor {
         }
     }
 
-    /// Goes from rest to rest.
+    /// Moves from rest to rest.
     fn depart(&mut self, start: f64, here: f64, to: f64, limits: Limits) {
         self.from = Place { position: here, velocity: 0.0 };
         self.motion = match MotionProfile::new(here, to, limits) {
             Ok(profile) => Motion::Profile { start, profile },
-            // Too far for numbers to tell, or too near: it stays.
+            // The distance is too great or too small for the numbers, so the motor stays.
             Err(_) => Motion::Rest,
         };
     }
 
-    /// How sharply it slows down just now; 0 if it does not.
+    /// Present deceleration; 0 if the motor does not slow down.
     fn slowing(&self, now: Millis) -> f64 {
         let acceleration = match &self.motion {
             Motion::Profile { start, profile } => profile.at(seconds(now) - start).acceleration,
@@ -342,7 +347,7 @@ mod tests {
 
     const LIMITS: Limits = Limits { velocity: 10.0, acceleration: 20.0, jerk: None };
 
-    /// Runs until the motor is idle, and says what happened when. Between two ticks no motor jumps.
+    /// Runs until the motor is idle, and returns the events with their times. Between two ticks no motor jumps.
     fn run(motor: &mut Motor, from: u64) -> Vec<(u64, Happening)> {
         let mut told = Vec::new();
         let mut before = motor.at(Millis(from)).position;
@@ -361,12 +366,12 @@ mod tests {
     }
 
     #[test]
-    fn it_goes_where_it_is_sent() {
+    fn a_motor_goes_where_it_is_sent() {
         let mut motor = Motor::new(LIMITS);
         motor.go_to(Millis(5), 20.0, 10.0, 20.0);
         assert_eq!(run(&mut motor, 5), [(2505, Happening::Rests)]);
         assert_eq!(motor.at(Millis(9999)), Place { position: 20.0, velocity: 0.0 });
-        // There already: it says so all the same.
+        // The motor is there already, and still reports that it rests.
         motor.go_to(Millis(9999), 20.0, 10.0, 20.0);
         assert_eq!(run(&mut motor, 9999), [(9999, Happening::Rests)]);
     }
@@ -384,7 +389,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_ahead_is_not_passed_if_that_can_be() {
+    fn a_target_ahead_is_not_passed_if_the_motor_can_stop_in_time() {
         for (to, gentle, most) in [(14.0, 0.5, 14.0), (10.0, 20.0, 10.0), (9.0, 0.5, 10.0), (30.0, 0.5, 30.0)] {
             let mut motor = Motor::new(LIMITS);
             motor.run(Millis(0), 10.0, 20.0);
@@ -402,7 +407,7 @@ mod tests {
     }
 
     #[test]
-    fn it_turns_round_and_slows_down() {
+    fn a_motor_turns_round_and_slows_down() {
         let mut motor = Motor::new(LIMITS);
         motor.run(Millis(0), 10.0, 20.0);
         motor.advance(Millis(1000));
@@ -420,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn no_stop_makes_another_one_softer() {
+    fn a_stop_does_not_soften_another_stop() {
         let mut motor = Motor::new(LIMITS);
         for (first, then, rests) in [(None, Some(1.0), 1500), (Some(5.0), Some(1.0), 3000), (Some(5.0), None, 1650)] {
             motor.run(Millis(0), 10.0, 20.0);
@@ -434,7 +439,7 @@ mod tests {
                 "{told:?} and not {rests}"
             );
         }
-        // Nor does it make the end of a move softer.
+        // A stop does not soften the end of a move either.
         motor.halt(Millis(0));
         motor.rebase(Millis(0), 0.0);
         motor.go_to(Millis(0), 20.0, 10.0, 20.0);
@@ -445,7 +450,7 @@ mod tests {
     }
 
     #[test]
-    fn an_end_of_its_travel_trips_it_once() {
+    fn an_end_of_the_travel_trips_a_motor_once() {
         let mut motor = Motor::new(LIMITS).within(Range::new(-1.0, 5.0));
         motor.run(Millis(0), 10.0, 20.0);
         let told = run(&mut motor, 0);
@@ -456,7 +461,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_stops_it() {
+    fn nan_infinity_and_zero_stop_a_motor() {
         for (to, velocity, acceleration) in
             [(f64::NAN, 1.0, 1.0), (f64::INFINITY, 1.0, 1.0), (1.0, f64::NAN, 1.0), (1.0, 0.0, 1.0), (1.0, 1.0, 0.0)]
         {
@@ -470,7 +475,7 @@ mod tests {
     }
 
     #[test]
-    fn another_number_for_the_place_changes_no_way() {
+    fn another_number_for_the_position_does_not_change_the_motion() {
         let mut motor = Motor::new(LIMITS);
         motor.go_to(Millis(0), 20.0, 10.0, 20.0);
         motor.advance(Millis(700));

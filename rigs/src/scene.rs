@@ -1,4 +1,4 @@
-//! A host and a rig on one line, on a virtual clock.
+//! Host and rig on one line, on a virtual clock.
 
 use motion_core::time::Millis;
 
@@ -6,22 +6,22 @@ use crate::faults::{Carrier, Faults, Mishap, Mishaps};
 use crate::line::Line;
 use crate::{Host, LineId, Outgoing, Rig};
 
-/// Milliseconds until a line that was asked for is open.
+/// Time from the request to the open line, in milliseconds.
 const CONNECT: u64 = 5;
 
-/// The line that both use.
+/// Line that both use.
 const LINE: LineId = LineId(0);
 
-/// A host, a rig, the line between them, and a clock.
+/// Host, rig, the line between them, and a clock.
 ///
-/// A serial line is open from the start, and opens again after a reset; over TCP the host asks for it.
+/// A serial line is open from the start, and opens again after a reset. Over TCP the host asks for the connection.
 #[derive(Debug, Clone)]
 pub struct Scene<H, R> {
-    /// The host.
+    /// Host of the scene.
     pub host: H,
-    /// The rig.
+    /// Rig of the scene.
     pub rig: R,
-    /// What happens to bytes on their way.
+    /// Faults of the bytes in flight.
     faults: Faults,
     carrier: Carrier,
     mishaps: Mishaps,
@@ -32,7 +32,7 @@ pub struct Scene<H, R> {
     state: State,
 }
 
-/// One end of the line.
+/// End of the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
     /// The host.
@@ -49,7 +49,7 @@ enum State {
 }
 
 impl<H: Host, R: Rig> Scene<H, R> {
-    /// Both at moment 0. The same seed gives the same scene.
+    /// Scene at time 0. The same seed gives the same scene.
     #[must_use]
     pub fn new(host: H, rig: R, carrier: Carrier, faults: Faults, seed: u64) -> Self {
         let state = if carrier == Carrier::Serial { State::Opening(Millis(0)) } else { State::Closed };
@@ -59,19 +59,19 @@ impl<H: Host, R: Rig> Scene<H, R> {
         Self { host, rig, faults, carrier, mishaps, seed, now, up: lines.0, down: lines.1, state }
     }
 
-    /// What time it is.
+    /// Present time.
     #[must_use]
     pub const fn now(&self) -> Millis {
         self.now
     }
 
-    /// Bytes on their way, both ways.
+    /// Number of bytes in flight in both directions.
     #[must_use]
     pub fn held(&self) -> usize {
         self.up.held() + self.down.held()
     }
 
-    /// Tells the host what to do.
+    /// Gives a command to the host.
     pub fn command(&mut self, command: H::Command) {
         self.host.command(self.now, command);
         self.settle();
@@ -86,14 +86,14 @@ impl<H: Host, R: Rig> Scene<H, R> {
         self.settle();
     }
 
-    /// Cuts the line off, as if somebody had pulled the plug. A serial line is plugged in again at once.
+    /// Cuts the line, like a pulled plug. A serial line is plugged in again at once.
     pub fn unplug(&mut self) {
         match self.state {
             State::Open => {
                 self.rig.close(self.now, LINE);
                 self.host.close(self.now, LINE);
             }
-            // Who asked for it hears that it cannot be.
+            // The host that asked for the line learns that it cannot be opened.
             State::Opening(_) if self.carrier != Carrier::Serial => self.host.close(self.now, LINE),
             State::Opening(_) | State::Closed => {}
         }
@@ -104,13 +104,13 @@ impl<H: Host, R: Rig> Scene<H, R> {
         self.settle();
     }
 
-    /// Takes away the power of the rig for a moment.
+    /// Interrupts the power of the rig for a moment.
     pub fn reset(&mut self) {
         self.rig.reset(self.now);
         self.unplug();
     }
 
-    /// Runs until a moment at the latest, looking at all that the host tells; stops where `look` gives something.
+    /// Runs up to a moment and gives each event of the host to `look`. Stops when `look` returns a value.
     pub fn run<T>(&mut self, until: Millis, mut look: impl FnMut(&mut Self, H::Event) -> Option<T>) -> Option<T> {
         loop {
             while let Some(event) = self.host.next_event() {
@@ -125,14 +125,14 @@ impl<H: Host, R: Rig> Scene<H, R> {
         }
     }
 
-    /// When something happens next.
+    /// Time of the next thing that happens.
     fn wake(&self) -> Option<Millis> {
         let opening = if let State::Opening(at) = self.state { Some(at) } else { None };
         let wakes = [self.host.wake(), self.rig.wake(), self.mishaps.wake(), self.up.wake(), self.down.wake(), opening];
         wakes.into_iter().flatten().min()
     }
 
-    /// Does all that is due at this moment.
+    /// Does everything that is due now.
     fn work(&mut self) {
         if let State::Opening(at) = self.state
             && at <= self.now
@@ -170,7 +170,7 @@ impl<H: Host, R: Rig> Scene<H, R> {
         }
     }
 
-    /// Does what both want done.
+    /// Carries out the requests of both sides.
     fn settle(&mut self) {
         while let Some(outgoing) = self.host.poll() {
             match outgoing {

@@ -1,4 +1,4 @@
-//! Putting sections together, in memory of the caller's.
+//! Assembly of a move from sections, in memory of the caller.
 
 use core::fmt;
 
@@ -9,38 +9,38 @@ use crate::message::{
     Triggers,
 };
 
-/// What a device can store of a move: as much as it says of itself in its greeting.
+/// Capacity of a device for a move, as it says in its greeting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Room {
-    /// Motors, 32 at most.
+    /// Number of motors, at most 32.
     pub motors: u8,
-    /// DMX channels, 512 at most.
+    /// Number of DMX channels, at most 512.
     pub channels: u16,
-    /// Frames of a move.
+    /// Number of frames.
     pub frames: u32,
 }
 
 impl Room {
-    /// Positions to be stored: one for each frame of each motor.
+    /// Number of positions to store: one for each frame of each motor.
     #[must_use]
     pub const fn positions(self) -> usize {
         self.frames().saturating_mul(self.motors as usize)
     }
 
-    /// Levels to be stored: one for each frame of each channel.
+    /// Number of levels to store: one for each frame of each channel.
     #[must_use]
     pub const fn levels(self) -> usize {
         self.frames().saturating_mul(self.channels as usize)
     }
 
-    /// Sets of outputs to be stored: one for each frame.
+    /// Number of output sets to store: one for each frame.
     #[must_use]
     pub const fn triggers(self) -> usize {
         self.frames()
     }
 
-    /// Words of 32 bits that say which positions and levels have arrived: a bit for each, and one for each track, rounded
-    /// up for each track.
+    /// Number of 32-bit words that record which values arrived. A track has one bit for each frame and one bit more,
+    /// rounded up to whole words.
     #[must_use]
     pub const fn written(self) -> usize {
         let tracks = (self.motors as usize).saturating_add(self.channels as usize);
@@ -52,43 +52,43 @@ impl Room {
     }
 }
 
-/// The memory that a move is stored in. Each slice has at least the length that [`Room`] says.
+/// Memory for a move. Each slice has at least the length that [`Room`] says.
 #[derive(Debug)]
 pub struct Memory<'m> {
-    /// [`Room::positions`] numbers, in steps.
+    /// Positions, in steps; length [`Room::positions`].
     pub positions: &'m mut [i32],
-    /// [`Room::levels`] numbers.
+    /// Levels; length [`Room::levels`].
     pub levels: &'m mut [u8],
-    /// [`Room::triggers`] sets, or none of a device that switches no outputs.
+    /// Output sets; length [`Room::triggers`], or empty for a device that switches no outputs.
     pub triggers: &'m mut [Triggers],
-    /// [`Room::written`] words.
+    /// Record of the values that arrived; length [`Room::written`].
     pub written: &'m mut [u32],
 }
 
-/// Memory that is too small for what shall be stored in it.
+/// Error about a slice that is too short.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[error("{what}: need {needed}, have {have}")]
 #[non_exhaustive]
 pub struct RoomError {
-    /// Which slice.
+    /// Name of the slice.
     pub what: &'static str,
-    /// How long it should be.
+    /// Length that is needed.
     pub needed: usize,
-    /// How long it is.
+    /// Length that it has.
     pub have: usize,
 }
 
-// A derived one would print `what` with escapes, which cannot be proven free of panics.
+// A derived `Debug` would print `what` with escapes, which cannot be proven free of panics.
 impl fmt::Debug for RoomError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "RoomError({self})")
     }
 }
 
-/// The move of a device, while it is uploaded and when it is run.
+/// Move of a device, while it is uploaded and while it runs.
 ///
-/// It stores only what lies within the move, whatever arrives: another motor, channel or index is refused. Of what
-/// arrives twice, the later one counts. Until the end of the upload, nothing is read from it.
+/// The buffer stores only values within the move. It refuses any other motor, channel or index. If a value arrives
+/// twice, the later one counts. Until the end of the upload, nothing is read from it.
 #[derive(Debug)]
 pub struct UploadBuffer<'m> {
     room: Room,
@@ -99,7 +99,7 @@ pub struct UploadBuffer<'m> {
     mask_changed: bool,
     state: State,
     start_frame: FrameNumber,
-    /// Frames of the move.
+    /// Number of frames of the move.
     count: usize,
 }
 
@@ -110,15 +110,15 @@ enum State {
     Loaded,
 }
 
-/// Nothing to refuse, or the code that says why.
+/// Success, or the code of a refusal.
 type Stored = Result<(), AckCode>;
 
 impl<'m> UploadBuffer<'m> {
-    /// Takes the memory, which may hold anything.
+    /// Makes a buffer over memory with any content.
     ///
     /// # Errors
     ///
-    /// [`RoomError`], if a slice is shorter than `room` needs it to be.
+    /// [`RoomError`] if a slice is shorter than `room` requires.
     pub fn new(room: Room, memory: Memory<'m>) -> Result<Self, RoomError> {
         let Memory { positions, levels, triggers, written } = memory;
         let positions = enough("positions", room.positions(), positions)?;
@@ -140,11 +140,12 @@ impl<'m> UploadBuffer<'m> {
         })
     }
 
-    /// Takes a message of an upload, and says what to answer; `None`, and nothing is done, to any other message.
+    /// Takes a message of an upload and returns the code to answer. For any other message it does nothing and returns
+    /// `None`.
     ///
-    /// `ERR_RANGE` tells of a motor, channel, index or frame that there is no room for; `ERR_GENERAL` of a section that
-    /// comes while no upload runs; `ERR_UNSUPPORTED` of triggers, where there is no memory for any. What is refused is
-    /// refused whole. Whether the device may take an upload now, is for its state to say (safety decision 7).
+    /// `ERR_RANGE` means a motor, channel, index or frame beyond the capacity. `ERR_GENERAL` means a section outside an
+    /// upload. `ERR_UNSUPPORTED` means triggers without memory for them. A message is refused as a whole. Whether the
+    /// device may take an upload now depends on its state, which this buffer does not know (safety decision 7).
     pub fn receive(&mut self, message: &HostMessage<'_>) -> Option<AckCode> {
         let stored = match message {
             HostMessage::RtUploadMoveBegin(begin) => self.begin(begin),
@@ -166,7 +167,7 @@ impl<'m> UploadBuffer<'m> {
         Some(stored.err().unwrap_or(AckCode::OK))
     }
 
-    /// Decision D-31.
+    /// Starts an upload (decision D-31).
     fn begin(&mut self, begin: &RtUploadMoveBegin<'_>) -> Stored {
         let count = i64::from(begin.end_frame.0).wrapping_sub(begin.start_frame.0.into()).wrapping_add(1);
         if !(1..=self.room.frames.into()).contains(&count) {
@@ -182,12 +183,12 @@ impl<'m> UploadBuffer<'m> {
         Ok(())
     }
 
-    /// The number of frames of the move that is being uploaded.
+    /// Number of frames of the move that is being uploaded.
     fn loading(&self) -> Result<usize, AckCode> {
         if self.state == State::Loading { Ok(self.count) } else { Err(AckCode::ERR_GENERAL) }
     }
 
-    /// Decision D-33.
+    /// Stores a section of triggers (decision D-33).
     fn switch(&mut self, section: &RtUploadMoveTriggers<'_>) -> Stored {
         if self.triggers.is_empty() {
             return Err(AckCode::ERR_UNSUPPORTED);
@@ -207,7 +208,7 @@ impl<'m> UploadBuffer<'m> {
         Ok(())
     }
 
-    /// Every frame gets a value, so that running the move only looks them up.
+    /// Gives every frame a value, so that running the move only reads them.
     fn end(&mut self) {
         if self.state == State::Loading {
             self.axes.fill(self.count);
@@ -221,33 +222,33 @@ impl<'m> UploadBuffer<'m> {
         (self.state, self.count) = (State::Empty, 0);
     }
 
-    /// Whether there is a move that can be run.
+    /// Whether there is a complete move.
     #[must_use]
     pub fn is_loaded(&self) -> bool {
         self.state == State::Loaded
     }
 
-    /// What there is room for.
+    /// Capacity of the buffer.
     #[must_use]
     pub const fn room(&self) -> Room {
         self.room
     }
 
-    /// How many frames the move has; 0 if there is none.
+    /// Number of frames of the move; 0 if there is no move.
     #[must_use]
     pub fn frame_count(&self) -> u32 {
         u32::try_from(self.count).unwrap_or(u32::MAX)
     }
 
-    /// The index of a frame of the move, from 0; `None` outside the move.
+    /// Index of a frame of the move, from 0; `None` outside the move.
     #[must_use]
     pub fn index(&self, frame: FrameNumber) -> Option<u32> {
         let index = i64::from(frame.0).wrapping_sub(self.start_frame.0.into());
         u32::try_from(index).ok().filter(|&index| index < self.frame_count())
     }
 
-    /// Whether anything arrived for a track. What nothing arrived for is no part of the move: it never moves (safety
-    /// decision 5).
+    /// Whether anything arrived for a track. A track without data is not part of the move, and its motor does not move
+    /// (safety decision 5).
     #[must_use]
     pub fn contains(&self, track: Track) -> bool {
         self.count > 0
@@ -258,17 +259,17 @@ impl<'m> UploadBuffer<'m> {
             }
     }
 
-    /// Where a motor is at a frame, by its index; `None` if the motor is no part of the move, or the frame is not, or no
-    /// upload is complete.
+    /// Position of a motor at a frame, given by its index; `None` if the motor or the frame is not part of the move, or
+    /// if the upload is not complete.
     ///
-    /// In a gap it is where it was before, and before its first position it is there already.
+    /// In a gap the motor keeps the position before it. Before its first position it has that position already.
     #[must_use]
     pub fn position(&self, motor: Motor, index: u32) -> Option<Steps> {
         self.value(&self.axes, motor.0.into(), index).map(Steps)
     }
 
-    /// Where a motor would be one frame before the first: as far from it as the second one is, on the other side. It
-    /// tells the speed with which the move begins.
+    /// Position of a motor one frame before the first: as far from the first position as the second one is, in the
+    /// opposite direction. It gives the speed at the start of the move.
     #[must_use]
     pub fn before_start(&self, motor: Motor) -> Option<Steps> {
         let first = self.position(motor, 0)?;
@@ -278,33 +279,33 @@ impl<'m> UploadBuffer<'m> {
         i32::try_from(nearest).ok().map(Steps)
     }
 
-    /// The level of a DMX channel at a frame, as [`position`](Self::position) has it for motors.
+    /// Level of a DMX channel at a frame, with the same rules as [`position`](Self::position).
     #[must_use]
     pub fn level(&self, channel: DmxChannel, index: u32) -> Option<u8> {
         self.value(&self.channels, channel.0, index)
     }
 
-    /// The outputs that are on at a frame. Nothing is held over from the frame before (safety decision 6).
+    /// Outputs that are on at a frame. Nothing is kept from the frame before (safety decision 6).
     #[must_use]
     pub fn triggers(&self, index: u32) -> Triggers {
         let values = self.place(index).and_then(|index| self.triggers.get(index));
         Triggers(values.map_or(0, |values| values.0 & self.mask.0))
     }
 
-    /// The outputs that the move switches.
+    /// Outputs that the move switches.
     #[must_use]
     pub const fn mask(&self) -> Triggers {
         self.mask
     }
 
-    /// Whether the sections of this upload did not agree on [`mask`](Self::mask); the last one counts (decision D-33).
+    /// Whether sections of this upload had different [masks](Self::mask). The last one counts (decision D-33).
     #[must_use]
     pub const fn mask_changed(&self) -> bool {
         self.mask_changed
     }
 
-    /// The frames of a track that no value arrived for, as ranges of indices: all of them, if the track is not part of
-    /// the move. Of triggers there are none, since frames without one are not sent.
+    /// Frames of a track without a value of their own, as ranges of indices: all frames, if the track is not part of
+    /// the move. Triggers have no gaps, because frames without a trigger are not sent.
     #[must_use]
     pub fn gaps(&self, track: Track) -> Gaps<'_> {
         let gaps = match track {
@@ -320,13 +321,13 @@ impl<'m> UploadBuffer<'m> {
         if rows.has_any(row) { rows.values(row)?.get(index).copied() } else { None }
     }
 
-    /// Where the values of a frame lie, once the upload is complete.
+    /// Place of the values of a frame, if the upload is complete.
     fn place(&self, index: u32) -> Option<usize> {
         usize::try_from(index).ok().filter(|&index| self.is_loaded() && index < self.count)
     }
 }
 
-/// The row of a motor or channel, whose numbers begin with 1.
+/// Row of a motor or channel, whose numbers start with 1.
 fn row(number: u16) -> Option<usize> {
     number.checked_sub(1).map(usize::from)
 }
@@ -349,7 +350,7 @@ fn store<T: Copy>(
     Ok(())
 }
 
-/// The first `needed` places of a slice.
+/// First `needed` places of a slice.
 fn enough<'m, T>(what: &'static str, needed: usize, slice: &'m mut [T]) -> Result<&'m mut [T], RoomError> {
     let have = slice.len();
     slice.get_mut(..needed).ok_or(RoomError { what, needed, have })

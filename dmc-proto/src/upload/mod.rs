@@ -1,11 +1,11 @@
-//! Moves on their way to a device: cut into sections on one side, put together on the other.
+//! Upload of moves: a host cuts a move into sections, and a device assembles it from them.
 //!
-//! A host describes its move by a [`MoveSource`], which gives the value of a track at a frame. [`sections`] names the
-//! pieces in which it travels, and [`Section::message`] makes the message of one. A section is a name of a few bytes that
-//! borrows nothing: whoever has to send it again, makes its message again.
+//! A host describes its move by a [`MoveSource`], which gives the value of a track at a frame. [`sections`] lists the
+//! sections of the move, and [`Section::message`] makes the message of one section. A section is a few bytes that
+//! borrow nothing. To send a section again, make its message again.
 //!
-//! A device has an [`UploadBuffer`] over memory of its own. It takes the messages in any order and any number of times,
-//! says what to answer to each, and gives the values of each frame once the upload is complete.
+//! A device has an [`UploadBuffer`] over its own memory. The buffer takes the messages in any order and any number of
+//! times, gives the answer to each, and gives the values of each frame once the upload is complete.
 //!
 //! ```
 //! use dmc_proto::lint::Context;
@@ -13,7 +13,7 @@
 //! use dmc_proto::upload::{self, Memory, MoveSource, Room, SCRATCH, SectionSize, Track, UploadBuffer};
 //! use dmc_proto::HostMessage;
 //!
-//! /// Motor 3 goes from 0 to 4000 steps in frames 1 to 5, and stays there.
+//! /// Motor 3 moves from 0 to 4000 steps in frames 1 to 5, and stays there.
 //! struct Ramp;
 //!
 //! impl MoveSource for Ramp {
@@ -38,7 +38,7 @@
 //! let memory = Memory { positions: &mut positions, levels: &mut [], triggers: &mut [], written: &mut written };
 //! let mut buffer = UploadBuffer::new(ROOM, memory)?;
 //!
-//! // The host: what it would send, each message given to the device at once.
+//! The host: each message that it would send goes directly to the device.
 //! let mut send = |message: &HostMessage<'_>| assert_eq!(buffer.receive(message), Some(AckCode::OK));
 //! let mut scratch = [0; SCRATCH];
 //! send(&upload::begin(&Ramp, &Context::default())?.into());
@@ -48,8 +48,8 @@
 //! send(&RtUploadMoveEnd::default().into());
 //!
 //! assert_eq!(buffer.position(Motor(3), 2), Some(Steps(2000)));
-//! assert_eq!(buffer.position(Motor(3), 99), Some(Steps(4000)), "held to the end, though it was not sent");
-//! assert_eq!(buffer.position(Motor(1), 2), None, "not part of the move: it must not be moved");
+//! assert_eq!(buffer.position(Motor(3), 99), Some(Steps(4000)), "held to the end, although it was not sent");
+//! assert_eq!(buffer.position(Motor(1), 2), None, "not part of the move, so it must not move");
 //! assert_eq!(buffer.gaps(Track::Axis(Motor(3))).next(), None);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -66,5 +66,5 @@ pub use rows::Gaps;
 pub use section::{SCRATCH, Section, SectionSize, sections};
 pub use source::{MoveSource, Track, begin};
 
-/// Frames that a move can have: their indices, from 0, leave bit 31 free (decision D-32).
+/// Greatest number of frames in a move. Their indices, from 0, leave bit 31 free (decision D-32).
 pub const MAX_FRAMES: u32 = 0x8000_0000;

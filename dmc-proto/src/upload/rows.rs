@@ -1,19 +1,20 @@
-//! Values in rows, and which of them have arrived.
+//! Values in rows, and a record of the values that arrived.
 
 use core::ops::Range;
 
-/// Rows of values, one a track, in memory of the caller's, with a bit for each value that was written.
+/// Rows of values, one for each track, in memory of the caller, with a bit for each value that was written.
 ///
-/// Row and index may be anything: nothing is read or written outside the row.
+/// Any row and index is allowed: nothing is read or written outside the row.
 #[derive(Debug)]
 pub(super) struct Rows<'m, T> {
     values: &'m mut [T],
     written: &'m mut [u32],
-    /// Values in a row.
+    /// Number of values in a row.
     len: usize,
 }
 
-/// Words of bits for a row of `len` values: the first bit says whether there is any value, then there is one for each.
+/// Number of words for the bits of a row with `len` values. The first bit says whether there is any value. Then there
+/// is one bit for each value.
 pub(super) const fn words(len: usize) -> usize {
     (len / WORD).saturating_add(1)
 }
@@ -21,7 +22,7 @@ pub(super) const fn words(len: usize) -> usize {
 const WORD: usize = 32;
 
 impl<'m, T: Copy> Rows<'m, T> {
-    /// Rows of `len` values, as many as there is memory for.
+    /// Rows of `len` values, as many as the memory holds.
     pub(super) fn new(values: &'m mut [T], written: &'m mut [u32], len: usize) -> Self {
         Self { values, written, len }
     }
@@ -31,7 +32,7 @@ impl<'m, T: Copy> Rows<'m, T> {
         self.written.fill(0);
     }
 
-    /// The values of a row.
+    /// Values of a row.
     pub(super) fn values(&self, row: usize) -> Option<&[T]> {
         self.values.get(place(row, self.len)?)
     }
@@ -41,7 +42,7 @@ impl<'m, T: Copy> Rows<'m, T> {
         self.bits(row).is_some_and(|bits| bit(bits, 0))
     }
 
-    /// The first `len` values of a row that were not written.
+    /// Gaps in the first `len` values of a row.
     pub(super) fn gaps(&self, row: usize, len: usize) -> Gaps<'_> {
         Gaps { bits: self.bits(row).unwrap_or_default(), rest: 0..len.min(self.len) }
     }
@@ -56,7 +57,7 @@ impl<'m, T: Copy> Rows<'m, T> {
         Some((self.values.get_mut(values)?, self.written.get_mut(bits)?))
     }
 
-    /// Writes values from index `at` on; `None`, and nothing is written, where they reach beyond the row.
+    /// Writes values from index `at` on. If they reach beyond the row, it writes nothing and returns `None`.
     pub(super) fn write(&mut self, row: usize, at: usize, new: impl ExactSizeIterator<Item = T>) -> Option<()> {
         let (values, bits) = self.row(row)?;
         let places = at..at.checked_add(new.len())?;
@@ -67,7 +68,8 @@ impl<'m, T: Copy> Rows<'m, T> {
         Some(())
     }
 
-    /// Repeats the value before index `at` up to the end of the first `len` values. Where there is none, nothing happens.
+    /// Repeats the value before index `at` up to the end of the first `len` values. Without such a value it does
+    /// nothing.
     pub(super) fn repeat(&mut self, row: usize, at: usize, len: usize) -> Option<()> {
         let (values, bits) = self.row(row)?;
         let before = (0..at).rev().find(|&index| bit(bits, index.saturating_add(1)));
@@ -78,8 +80,8 @@ impl<'m, T: Copy> Rows<'m, T> {
         Some(())
     }
 
-    /// Fills the gaps in the first `len` values of all rows: each with the value before it, and one at the start with the
-    /// value behind it. The gaps stay on record.
+    /// Fills the gaps in the first `len` values of all rows: each gap with the value before it, and a gap at the start
+    /// with the value after it. The gaps stay recorded.
     pub(super) fn fill(&mut self, len: usize) {
         let words = words(self.len).max(1);
         let rows = self.values.chunks_exact_mut(self.len.max(1)).zip(self.written.chunks_exact(words));
@@ -99,7 +101,7 @@ impl<'m, T: Copy> Rows<'m, T> {
     }
 }
 
-/// Where a row of `len` lies.
+/// Place of a row of length `len`.
 fn place(row: usize, len: usize) -> Option<Range<usize>> {
     let start = row.checked_mul(len)?;
     Some(start..start.checked_add(len)?)
@@ -109,7 +111,7 @@ fn bit(bits: &[u32], at: usize) -> bool {
     bits.get(at / WORD).is_some_and(|word| word & mask(at) != 0)
 }
 
-/// Sets the bits of values, and the one that says that there are any.
+/// Sets the bits of values, and the bit that says that there are any.
 fn mark(bits: &mut [u32], values: Range<usize>) {
     if values.is_empty() {
         return;
@@ -126,7 +128,7 @@ fn mask(at: usize) -> u32 {
     1_u32.rotate_left(u32::try_from(at % WORD).unwrap_or(0))
 }
 
-/// The gaps of a track: frames without a value of their own, as ranges of indices, ascending.
+/// Gaps of a track: frames without a value of their own, as ranges of indices, in ascending order.
 #[derive(Clone, Debug)]
 pub struct Gaps<'a> {
     bits: &'a [u32],

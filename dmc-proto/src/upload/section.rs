@@ -1,4 +1,4 @@
-//! Cutting a move into sections.
+//! Division of a move into sections.
 
 use core::ops::Range;
 
@@ -12,42 +12,42 @@ use crate::message::{
     HostMessage, RtUploadMoveAxis, RtUploadMoveDmx, RtUploadMoveTriggers, StartIndex, TriggerPair, Triggers,
 };
 
-/// Bytes of the values of the longest section that is ever sent: 256 positions, 1024 levels or 128 pairs of triggers.
+/// Bytes of the values in the longest section that is ever sent: 256 positions, 1024 levels or 128 pairs of triggers.
 pub const SCRATCH: usize = 1024;
 
-/// How many values a section has at most.
+/// Greatest number of values in a section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SectionSize {
     max_data: usize,
 }
 
 impl SectionSize {
-    /// For a device that takes `max_data` bytes of data in a frame. It should take 1036 (decision D-10); more are not
-    /// used. However few they are, a section has at least one value.
+    /// Section size for a device that takes `max_data` bytes of data in a frame. A device should take 1036 (decision
+    /// D-10); more are not used. A section has at least one value, however small `max_data` is.
     #[must_use]
     pub const fn of(max_data: usize) -> Self {
         Self { max_data }
     }
 
-    /// Positions in a section, 256 at most.
+    /// Number of positions in a section, at most 256.
     #[must_use]
     pub fn positions(self) -> usize {
         self.values::<I32>(5)
     }
 
-    /// Levels in a section, 1024 at most.
+    /// Number of levels in a section, at most 1024.
     #[must_use]
     pub fn levels(self) -> usize {
         self.values::<u8>(6)
     }
 
-    /// Pairs of triggers in a section, 128 at most.
+    /// Number of pairs of triggers in a section, at most 128.
     #[must_use]
     pub fn pairs(self) -> usize {
         self.values::<TriggerPair>(4)
     }
 
-    /// Values of a type that fit behind `fixed` bytes.
+    /// Number of values of a type that fit after `fixed` bytes.
     fn values<T>(self, fixed: usize) -> usize {
         let bytes = self.max_data.saturating_sub(fixed).min(SCRATCH);
         bytes.checked_div(size_of::<T>()).unwrap_or(0).max(1)
@@ -55,15 +55,15 @@ impl SectionSize {
 }
 
 impl Default for SectionSize {
-    /// For a device that takes what the specification asks for.
+    /// Section size for a device that takes the data length of the specification.
     fn default() -> Self {
         Self::of(MAX_DATA)
     }
 }
 
-/// The name of one section of a move: some frames of one track.
+/// Section of a move: some frames of one track.
 ///
-/// It holds no values, so it can be kept, compared, and sent again; [`message`](Self::message) looks the values up.
+/// It holds no values, so it can be kept, compared and sent again. [`message`](Self::message) reads the values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Section {
     track: Track,
@@ -72,16 +72,16 @@ pub struct Section {
 }
 
 impl Section {
-    /// The first section of a move; `None` if the move has no track or no frame.
+    /// First section of a move; `None` if the move has no track or no frame.
     #[must_use]
     pub fn first<S: MoveSource + ?Sized>(source: &S, size: SectionSize) -> Option<Self> {
         Self::cut(tracks(source).next()?, 0, source, size)
     }
 
-    /// The section behind this one; `None` behind the last one of the last track.
+    /// Section after this one; `None` after the last section of the last track.
     ///
-    /// The move is asked for the values of the section and of the frames behind it, until one of these differs from the
-    /// last value that fits: if none does, nothing more has to be sent.
+    /// The values of the section are read from the source, and those of the frames after it until one differs from the
+    /// last value that fits. If none differs, nothing more has to be sent.
     #[must_use]
     pub fn next<S: MoveSource + ?Sized>(self, source: &S, size: SectionSize) -> Option<Self> {
         if self.is_last() {
@@ -92,41 +92,41 @@ impl Section {
         }
     }
 
-    /// The section of a track without values.
+    /// Section of a track without values.
     pub(super) const fn empty(track: Track) -> Self {
         Self { track, start: StartIndex::LAST, count: 0 }
     }
 
-    /// What it is a section of.
+    /// Track that the section belongs to.
     #[must_use]
     pub const fn track(&self) -> Track {
         self.track
     }
 
-    /// The index of its first frame.
+    /// Index of its first frame.
     #[must_use]
     pub const fn from(&self) -> u32 {
         self.start.index()
     }
 
-    /// How many frames it covers.
+    /// Number of frames that it covers.
     #[must_use]
     pub const fn count(&self) -> u32 {
         self.count
     }
 
-    /// Whether no other section of its track is behind it: the last value holds to the end of the move.
+    /// Whether this is the last section of its track, so that its last value holds to the end of the move.
     #[must_use]
     pub const fn is_last(&self) -> bool {
         self.start.is_last()
     }
 
-    /// The index behind its last frame.
+    /// Index after its last frame.
     const fn end(&self) -> u32 {
         self.from().saturating_add(self.count)
     }
 
-    /// Its message, with the values that the move has for it. They are put into `scratch`.
+    /// Message of the section with the values of the source, which are stored in `scratch`.
     #[must_use]
     pub fn message<'s, S: MoveSource + ?Sized>(&self, source: &S, scratch: &'s mut [u8; SCRATCH]) -> HostMessage<'s> {
         let (frames, start_index) = (self.from()..self.end(), self.start);
@@ -146,7 +146,7 @@ impl Section {
         }
     }
 
-    /// The section of a track that begins with frame `from`, as long as it may be.
+    /// Longest section of a track that starts with frame `from`.
     fn cut<S: MoveSource + ?Sized>(track: Track, from: u32, source: &S, size: SectionSize) -> Option<Self> {
         let frames = source.frame_count().min(MAX_FRAMES);
         if from >= frames {
@@ -162,12 +162,12 @@ impl Section {
     }
 }
 
-/// All sections of a move, in the order in which they are sent.
+/// All sections of a move, in the order of sending.
 pub fn sections<S: MoveSource + ?Sized>(source: &S, size: SectionSize) -> impl Iterator<Item = Section> {
     core::iter::successors(Section::first(source, size), move |section| section.next(source, size))
 }
 
-/// The outputs of the move that are on at a frame, if there are any.
+/// Outputs of the move that are on at a frame, if any.
 fn on<S: MoveSource + ?Sized>(source: &S, index: u32) -> Option<Triggers> {
     let values = Triggers(source.triggers(index).0 & source.mask().0);
     (values != Triggers::NONE).then_some(values)
@@ -175,7 +175,7 @@ fn on<S: MoveSource + ?Sized>(source: &S, index: u32) -> Option<Triggers> {
 
 /// As many frames from `from` on as fit, and whether the last value among them holds to the end of the move.
 ///
-/// Values that repeat to the end are left out. So a section is the last one if nothing changes behind its `max` frames.
+/// Values that repeat to the end are left out. So a section is the last one if nothing changes after its `max` frames.
 fn values<T: PartialEq>(from: u32, frames: u32, max: usize, value: impl Fn(u32) -> T) -> (Range<u32>, bool) {
     let limit = from.saturating_add(u32::try_from(max).unwrap_or(u32::MAX));
     let (mut latest, mut held) = (from, value(from));
@@ -191,8 +191,8 @@ fn values<T: PartialEq>(from: u32, frames: u32, max: usize, value: impl Fn(u32) 
     (from..latest.saturating_add(1), true)
 }
 
-/// The frames from the first one at `from` or later where a trigger is on, to the last one that still fits, and whether
-/// there is none behind it. Of a move without any, no frame: its section tells the mask.
+/// Frames from the first one at `from` or later with a trigger on, up to the last one that fits, and whether no such
+/// frame comes after them. If no trigger is ever on, the range is empty and the section only carries the mask.
 fn pairs(from: u32, frames: u32, max: usize, is_on: impl Fn(u32) -> bool) -> (Range<u32>, bool) {
     let mut on = (from..frames).filter(|&index| is_on(index));
     let Some(first) = on.next() else { return (from..from, true) };
@@ -200,7 +200,7 @@ fn pairs(from: u32, frames: u32, max: usize, is_on: impl Fn(u32) -> bool) -> (Ra
     (first..latest.saturating_add(1), on.next().is_none())
 }
 
-/// Puts values into memory, as many as fit.
+/// Stores values in memory, as many as fit.
 fn put<T>(scratch: &mut [u8; SCRATCH], values: impl Iterator<Item = T>) -> &[T]
 where
     T: FromBytes + IntoBytes + KnownLayout + Immutable,

@@ -1,6 +1,6 @@
-//! A second decoder of every message, written with nom from the specification alone, for the tests and for a fuzzer.
+//! Second decoder of every message, written with nom from the specification alone, for the tests and for a fuzzer.
 //!
-//! It shares no line with the crate: frames, sums, fields and names are all said again here.
+//! It shares no line with the crate: frames, sums, fields and names are all written again here.
 
 use dmc_proto::{DeviceMessage, Frame, HostMessage};
 use motion_core::wire::Messages;
@@ -21,7 +21,7 @@ pub(crate) fn frame(bytes: &[u8]) -> Option<(u32, u16, &[u8])> {
     (sum(all) == 0).then_some((id, kind, data))
 }
 
-/// The listing at the end of the specification.
+/// Checksum after the listing at the end of the specification.
 fn sum(data: &[u8]) -> u16 {
     let (mut sum1, mut sum2) = (0_u16, 0_u16);
     for block in data.chunks(20) {
@@ -40,7 +40,7 @@ fn hex(bytes: &[u8]) -> String {
     digits.map(|digit| char::from_digit(digit.into(), 16).unwrap()).collect()
 }
 
-/// Numbers, with a name each.
+/// Numbers, each with a name.
 fn named<T: Into<Value>, const N: usize>(names: [&str; N], numbers: Vec<T>) -> Value {
     names
         .into_iter()
@@ -50,7 +50,7 @@ fn named<T: Into<Value>, const N: usize>(names: [&str; N], numbers: Vec<T>) -> V
         .into()
 }
 
-/// The fields of a body, those that are absent left out, and what is behind them.
+/// Fields of a body without absent ones, and the bytes after them.
 fn fields<'a>(
     body: &'a [u8],
     mut parser: impl Parser<&'a [u8], Output = Value, Error = Error<&'a [u8]>>,
@@ -64,7 +64,7 @@ fn fields<'a>(
     Some(fields)
 }
 
-/// What Dragonframe sends.
+/// Messages of Dragonframe.
 fn host(kind: u16, body: &[u8]) -> Option<Value> {
     match kind {
         0x0001 | 0x0022 | 0x0030 | 0x0034 => fields(body, success(json!({}))),
@@ -112,7 +112,7 @@ fn host(kind: u16, body: &[u8]) -> Option<Value> {
     }
 }
 
-/// The chapter on real-time moves.
+/// Messages of the chapter on real-time moves.
 fn real_time(kind: u16, body: &[u8]) -> Option<Value> {
     let motor_pair = map((le_u8, le_i32, le_i32), |(motor, a, b)| json!({ "motor": motor, "pos_a": a, "pos_b": b }));
     match kind {
@@ -175,7 +175,7 @@ fn real_time(kind: u16, body: &[u8]) -> Option<Value> {
     }
 }
 
-/// The chapter on virtual motors.
+/// Messages of the chapter on virtual motors.
 fn virtuals(kind: u16, body: &[u8]) -> Option<Value> {
     match kind {
         0x0200 => virtual_rig(body),
@@ -206,7 +206,7 @@ fn aim_point(body: &[u8]) -> IResult<&[u8], Value> {
     .parse(body)
 }
 
-/// The layout of a rig depends on the type before it.
+/// Layout of a rig, which depends on the type before it.
 fn virtual_rig(body: &[u8]) -> Option<Value> {
     let (&kind, rest) = body.split_first()?;
     let mut rig = match kind {
@@ -240,7 +240,7 @@ fn boom_swing_track(body: &[u8]) -> IResult<&[u8], Value> {
     Ok((tail, rig))
 }
 
-/// What a controller sends.
+/// Messages of a controller.
 fn device(kind: u16, body: &[u8]) -> Option<Value> {
     match kind {
         0x0001 => fields(body, greeting),
@@ -258,7 +258,7 @@ fn device(kind: u16, body: &[u8]) -> Option<Value> {
         0x0205 => {
             let names = ["track", "ew", "ns", "pan", "tilt", "roll"];
             let pose = map(many_m_n(6, 6, le_i32), |numbers| named(names, numbers));
-            // The aim counts whole; otherwise only its first byte does.
+            // The aim counts as a whole. Otherwise only its first byte counts.
             let aim = opt(alt((aim_point, map(le_u8, |enable| json!({ "enable": enable })))));
             fields(
                 body,
@@ -294,7 +294,7 @@ fn greeting(body: &[u8]) -> IResult<&[u8], Value> {
     Ok((tail, fields))
 }
 
-/// Both decoders give the same values, or both refuse.
+/// Checks that both decoders give the same values, or that both refuse.
 pub(crate) fn agree(kind: u16, body: &[u8]) {
     let message = HostMessage::decode_body(kind.into(), body);
     assert_eq!(
@@ -310,7 +310,7 @@ pub(crate) fn agree(kind: u16, body: &[u8]) {
     );
 }
 
-/// Both give the same id, type and data, or both refuse.
+/// Checks that both give the same id, type and data, or that both refuse.
 pub(crate) fn frames_agree(bytes: &[u8]) {
     let ours = Frame::decode(bytes).ok().map(|frame| (frame.id().0, frame.kind().0, frame.payload()));
     assert_eq!(ours, frame(bytes));

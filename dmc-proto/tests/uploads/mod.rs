@@ -1,4 +1,4 @@
-//! Uploads against a model of plain vectors, for the laws and for a fuzzer.
+//! Uploads compared with a model of plain vectors, for the laws and for a fuzzer.
 
 use dmc_proto::HostMessage;
 use dmc_proto::message::{
@@ -8,7 +8,7 @@ use dmc_proto::message::{
 use dmc_proto::upload::{Memory, Room, Track, UploadBuffer};
 use motion_core::zerocopy::little_endian::I32;
 
-/// Memory for an upload, with places behind it that nobody may write.
+/// Memory for an upload, followed by guard values that must not change.
 #[derive(Debug)]
 pub(crate) struct Memories {
     room: Room,
@@ -21,7 +21,7 @@ pub(crate) struct Memories {
 const GUARD: usize = 40;
 
 impl Memories {
-    /// Memory that holds anything but zeros.
+    /// Memory filled with values other than zero.
     pub(crate) fn new(room: Room) -> Self {
         Self {
             room,
@@ -32,7 +32,7 @@ impl Memories {
         }
     }
 
-    /// A buffer over it.
+    /// Buffer over this memory.
     pub(crate) fn buffer(&mut self) -> UploadBuffer<'_> {
         let memory = Memory {
             positions: &mut self.positions,
@@ -43,7 +43,7 @@ impl Memories {
         UploadBuffer::new(self.room, memory).unwrap()
     }
 
-    /// What lies behind it was not written.
+    /// Whether the guard values after the memory are unchanged.
     fn is_intact(&self) -> bool {
         self.positions[self.room.positions()..].iter().all(|&value| value == -77)
             && self.levels[self.room.levels()..].iter().all(|&value| value == 0x77)
@@ -52,13 +52,13 @@ impl Memories {
     }
 }
 
-/// The message that begins an upload.
+/// Message that starts an upload.
 pub(crate) fn begin(start: i32, end: i32) -> HostMessage<'static> {
     let (start_frame, end_frame) = (FrameNumber(start), FrameNumber(end));
     HostMessage::RtUploadMoveBegin(RtUploadMoveBegin { start_frame, end_frame, tail: &[] })
 }
 
-/// Gives a section of positions.
+/// Gives a section of positions to a buffer.
 pub(crate) fn axis(buffer: &mut UploadBuffer<'_>, motor: u8, start: u32, values: &[i32]) -> AckCode {
     let positions: Vec<I32> = values.iter().map(|&steps| I32::new(steps)).collect();
     let (motor, start_index) = (Motor(motor), StartIndex(start));
@@ -66,21 +66,21 @@ pub(crate) fn axis(buffer: &mut UploadBuffer<'_>, motor: u8, start: u32, values:
     buffer.receive(&HostMessage::RtUploadMoveAxis(section)).unwrap()
 }
 
-/// Gives a section of levels.
+/// Gives a section of levels to a buffer.
 pub(crate) fn dmx(buffer: &mut UploadBuffer<'_>, channel: u16, start: u32, levels: &[u8]) -> AckCode {
     let (channel, start_index) = (DmxChannel(channel), StartIndex(start));
     let section = RtUploadMoveDmx { channel, start_index, levels, tail: &[] };
     buffer.receive(&HostMessage::RtUploadMoveDmx(section)).unwrap()
 }
 
-/// Gives a section of triggers.
+/// Gives a section of triggers to a buffer.
 pub(crate) fn triggers(buffer: &mut UploadBuffer<'_>, mask: u32, pairs: &[(u32, u32)]) -> AckCode {
     let pairs: Vec<_> = pairs.iter().map(|&(frame, values)| TriggerPair::new(frame, Triggers(values))).collect();
     let section = RtUploadMoveTriggers { mask: Triggers(mask), pairs: &pairs, tail: &[] };
     buffer.receive(&HostMessage::RtUploadMoveTriggers(section)).unwrap()
 }
 
-/// What a buffer should hold, in vectors. `None` is a value that did not arrive.
+/// Expected content of a buffer, in vectors. `None` is a value that did not arrive.
 #[derive(Default)]
 struct Model {
     state: &'static str,
@@ -128,7 +128,7 @@ impl Model {
     }
 }
 
-/// Puts a section into its track.
+/// Stores a section in its track.
 fn store<T: Copy>(state: &str, tracks: &mut [Vec<Option<T>>], number: u16, start: u32, values: &[T]) -> AckCode {
     if state != "loading" {
         return AckCode::ERR_GENERAL;
@@ -153,7 +153,7 @@ fn store<T: Copy>(state: &str, tracks: &mut [Vec<Option<T>>], number: u16, start
     AckCode::OK
 }
 
-/// The value of a frame: its own, or the one before it, or the first one.
+/// Value of a frame: its own, or the one before it, or the first one.
 fn held<T: Copy>(track: &[Option<T>], index: usize) -> Option<T> {
     let at = track.get(index).map(|_| &track[..=index])?;
     at.iter().rev().chain(track).find_map(|value| *value)
@@ -186,11 +186,11 @@ fn agree(buffer: &UploadBuffer<'_>, model: &Model) {
     }
 }
 
-/// Takes bytes as a sequence of messages, gives them to a buffer and to the model, and holds one against the other.
+/// Reads bytes as a sequence of messages, gives them to a buffer and to the model, and compares the two.
 ///
 /// # Panics
 ///
-/// If they differ, or something was written outside the memory.
+/// If they differ, or if something was written outside the memory.
 pub(crate) fn hostile(input: &[u8]) {
     let room = Room { motors: 3, channels: 2, frames: 40 };
     let mut memories = Memories::new(room);
@@ -200,7 +200,7 @@ pub(crate) fn hostile(input: &[u8]) {
     let mut next = || bytes.next();
     while let Some(kind) = next() {
         let mut byte = || next().unwrap_or(0);
-        // Indices near the start, near the end of what there is room for, or anywhere.
+        // Indices near the start, near the end of the room, or anywhere.
         let start = match byte() {
             near @ 0..=100 => u32::from(near % 50),
             near @ 101..=200 => 0x8000_0000 | u32::from(near % 50),

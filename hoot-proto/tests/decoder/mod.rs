@@ -1,8 +1,8 @@
-//! A second decoder of requests and replies, written with nom from the specification alone.
+//! Second decoder of requests and replies, written with nom from the specification alone.
 //!
-//! The decimal numbers of the tables are the truth. What a request holds is written as in the tables: `B` a Byte, `U` an
-//! `UInt`, `L` a Long, `N` an `ULong`, `F` a float, `S` a string of 1 to 10. What a query asks for is written by the type
-//! bytes that it may come with, and how the number is to be read.
+//! The decimal numbers of the tables count. The data of a request is written as in the tables: `B` a Byte, `U` an
+//! `UInt`, `L` a Long, `N` an `ULong`, `F` a float, `S` a string of 1 to 10. The answer to a query is given by the type
+//! bytes that it may have, and by the way to read the number.
 
 use hoot_proto::message::SpeedOrSleep;
 use hoot_proto::{AnyReply, DeviceMessage, Frame, HostMessage, Query};
@@ -15,23 +15,23 @@ use nom::number::complete::{be_f32, be_i16, be_i32, be_u8, be_u16, be_u32};
 
 type Parsed<'a, T> = nom::IResult<&'a [u8], T>;
 
-/// How an answer is to be read, beyond its type byte.
+/// Way to read an answer, beyond its type byte.
 #[derive(Clone, Copy, PartialEq)]
 enum How {
-    /// As the type says.
+    /// The type byte gives the type.
     Plain,
-    /// 32 bits have a sign, whatever the type says.
+    /// 32 bits are signed, whatever the type byte.
     Signed,
-    /// 16 bits have none, whatever the type says.
+    /// 16 bits are unsigned, whatever the type byte.
     Unsigned,
-    /// A yes or no: what has no room in a byte is a yes.
+    /// A yes or no. A value that does not fit into a byte is a yes.
     YesNo,
     /// Two bytes, the ring and the tip.
     Pair,
 }
 use How::{Pair, Plain, Signed, Unsigned, YesNo};
 
-/// Number, name, parameters; of a query the types of the answer.
+/// Number, name and parameters, and for a query the types of the answer.
 type Row = (u8, &'static str, &'static str, Option<(&'static [u8], How)>);
 
 const BYTE: Option<(&[u8], How)> = Some((&[0], Plain));
@@ -43,7 +43,7 @@ const BOOL: Option<(&[u8], How)> = Some((&[0, 2], YesNo));
 const PAIR: Option<(&[u8], How)> = Some((&[2], Pair));
 const TEXT: Option<(&[u8], How)> = Some((&[6], Plain));
 
-/// Sections 2.1 and 2.2.
+/// Commands of the controller: sections 2.1 and 2.2.
 const MAIN: &[Row] = &[
     (2, "Start", "", None),
     (3, "Pause", "", None),
@@ -92,7 +92,7 @@ const MAIN: &[Row] = &[
     (121, "PingPong", "", BYTE),
 ];
 
-/// Section 2.3.
+/// Commands of a motor: section 2.3.
 const MOTOR: &[Row] = &[
     (2, "MotorSetSleep", "B", None),
     (3, "MotorSetEnable", "B", None),
@@ -141,7 +141,7 @@ const MOTOR: &[Row] = &[
     (117, "MotorMaxProgramSpeed", "", Some((&[0, 4, 5], Signed))),
 ];
 
-/// Section 2.4.
+/// Commands of the camera: section 2.4.
 const CAMERA: &[Row] = &[
     (2, "CameraSetEnable", "B", None),
     (3, "CameraExpose", "", None),
@@ -163,7 +163,7 @@ const CAMERA: &[Row] = &[
     (108, "CameraInterval", "", ULONG),
 ];
 
-/// Section 2.5.
+/// Broadcasts: section 2.5.
 const BROADCAST: &[Row] = &[
     (1, "BroadcastStart", "", None),
     (2, "BroadcastStop", "", None),
@@ -171,7 +171,7 @@ const BROADCAST: &[Row] = &[
     (4, "BroadcastAssignAddress", "B", None),
 ];
 
-/// Section 1: the first byte of the data of command 1.
+/// Core protocol, section 1: commands by the first byte of the data of command 1.
 const CORE: &[Row] = &[
     (1, "CoreProtocolVersion", "", UINT),
     (2, "CoreDeviceId", "", TEXT),
@@ -181,14 +181,14 @@ const CORE: &[Row] = &[
 
 const NOOP: &[Row] = &[(0, "Noop", "", None)];
 
-/// What a field or an answer says: numbers as on the wire, floats by their bits.
+/// Value of a field or an answer: numbers as on the wire, floats by their bits.
 #[derive(Clone, Debug, PartialEq)]
 enum Said {
     Number(i64),
     Text(Vec<u8>),
 }
 
-/// Address, sub-address, name and parameters; a request without a type of its own is `Other` with all of its data.
+/// Address, sub-address, name and parameters. A request without a type of its own is `Other` with all its data.
 type Request = (u8, u8, &'static str, Vec<Said>);
 
 /// `00 00 00 00 00 FF | addr | sub | cmd | len | data[len]`
@@ -212,7 +212,7 @@ fn number<T: Into<i64>>(number: T) -> Said {
     Said::Number(number.into())
 }
 
-/// One parameter, in the letters of the tables.
+/// One parameter, given by its letter in the tables.
 fn parameter(letter: char, data: &[u8]) -> Parsed<'_, Said> {
     match letter {
         'B' => be_u8.map(number).parse(data),
@@ -247,7 +247,7 @@ fn oracle(bytes: &[u8]) -> Option<(Request, Option<&'static Row>)> {
         .filter(|row| row.0 == command)
         .find_map(|row| parameters(row.2, data).map(|parameters| (row, parameters)));
     Some(match known {
-        // Without steps it is a run; the direction comes first.
+        // Without steps the command is a run. The direction comes first.
         Some((row, parameters)) if row.1 == "MotorMove" && parameters[1] == Said::Number(0) => {
             ((address, sub, "MotorRun", parameters), Some(row))
         }
@@ -256,24 +256,24 @@ fn oracle(bytes: &[u8]) -> Option<(Request, Option<&'static Row>)> {
     })
 }
 
-/// What the crate reads, in the oracle's words.
+/// The same request as decoded by the crate.
 fn ours(bytes: &[u8]) -> Option<Request> {
     let frame = Frame::decode(bytes).ok()?;
     let message = HostMessage::decode(&frame);
     let mut said = Vec::new();
     message.fields(&mut |field: &FieldView<'_>| match field.value {
-        // It is the sub-address, and no parameter.
+        // The motor is the sub-address, and not a parameter.
         Value::Unsigned(motor) if field.name == "motor" => assert_eq!(motor, u64::from(frame.sub_address())),
         Value::Unsigned(number) => said.push(Said::Number(i64::try_from(number).unwrap())),
         Value::Signed(number) => said.push(Said::Number(number)),
         Value::Float(number) => said.push(Said::Number(number.to_bits().into())),
         Value::Text(bytes) | Value::Bytes(bytes) => said.push(Said::Text(bytes.to_vec())),
-        _ => panic!("a field that the oracle does not know: {}", field.name),
+        _ => panic!("unknown field: {}", field.name),
     });
     Some((frame.address().0, frame.sub_address(), message.name(), said))
 }
 
-/// `00 (master) | 00 | code | len | [type | value]`, code 1 is OK; then by the query.
+/// `00 (master) | 00 | code | len | [type | value]`, where code 1 is OK. The query decides how the value is read.
 fn reply_oracle(types: &[u8], how: How, bytes: &[u8]) -> Option<Said> {
     let (_, (0, 0, 1, data)) = packet(bytes).ok()? else { return None };
     let (value, value_type) =
@@ -303,9 +303,9 @@ macro_rules! said {
             AnyReply::MotorMaxProgramSpeed(answer) => match answer.value {
                 SpeedOrSleep::Speed(speed) => number(speed.0.raw()),
                 SpeedOrSleep::Sleep(sleep) => number(sleep.0),
-                other => panic!("an answer that the oracle does not know: {other}"),
+                other => panic!("unknown answer: {other}"),
             },
-            other => panic!("an answer that the oracle does not know: {other}"),
+            other => panic!("unknown answer: {other}"),
         }
     };
 }
@@ -330,14 +330,15 @@ fn reply_ours(query: &HostMessage<'_>, bytes: &[u8]) -> Option<Said> {
     })
 }
 
-/// Both read the packet as a request. Whether it has a type of its own.
+/// Checks that both read the packet as the same request, and returns whether the request has a type of its own.
 pub(crate) fn agree_on_request(bytes: &[u8]) -> bool {
     let wanted = oracle(bytes).map(|(request, _)| request);
     assert_eq!(ours(bytes), wanted, "{bytes:02x?}");
     wanted.is_some_and(|(_, _, name, _)| name != "Other")
 }
 
-/// Both read the packet as the reply to each query. How many it can answer.
+/// Checks that both read the packet as the same reply to each query, and returns the number of queries that it can
+/// answer.
 pub(crate) fn agree_on_reply(bytes: &[u8]) -> usize {
     let parts = [(0, MAIN), (2, MOTOR), (4, CAMERA)];
     let asked = parts.iter().flat_map(|&(sub, rows)| rows.iter().map(move |row| (sub, row.0, None, row)));
@@ -356,7 +357,7 @@ pub(crate) fn agree_on_reply(bytes: &[u8]) -> usize {
     answered
 }
 
-/// Commands and queries of all tables together.
+/// Number of commands and queries in all tables.
 pub(crate) fn rows() -> usize {
     [MAIN, MOTOR, CAMERA, BROADCAST, CORE, NOOP].iter().map(|rows| rows.len()).sum()
 }

@@ -1,4 +1,4 @@
-//! A list of blocks, each a number, a length and its data. Source: kOS, `TrajectoryData`; decisions K-B2, K-J1 and K-J2.
+//! List of blocks, each with a number, a length and data. Source: kOS, `TrajectoryData`; decisions K-B2, K-J1 and K-J2.
 
 use core::fmt;
 
@@ -12,21 +12,23 @@ use super::values::{DelayInterval, DelayMode, LoopCount, Points};
 use crate::message::{MotorAddress, Normalized, PlaybackMode, Seconds};
 
 message! {
-    /// How a move is played. 37 bytes; what devices do not support stands in it too, and is sent as 0 (decision K-J11).
+    /// Settings for playing a move, 37 bytes. Fields that devices do not support are part of it and are sent as 0
+    /// (decision K-J11).
     pub struct Playback<'a> in BE {
-        /// Which kind of move.
+        /// Kind of move.
         playback_mode: PlaybackMode,
-        /// How long it takes; unused in time lapses (decision K-J10).
+        /// Time that the move takes once, in seconds; unused in time lapses (decision K-J10).
         duration: Seconds,
-        /// How long a rapid way back takes; as long as `duration`, unless meant otherwise (decision K-J5).
+        /// Time that a rapid way back takes, in seconds; normally equal to `duration` (decision K-J5).
         rapid_reverse_duration: Seconds,
-        /// How often it goes back rapidly and starts again; not both this and the next (decision K-J4).
+        /// Number of rapid ways back, each followed by the move again. Only one of this and the next field may be set
+        /// (decision K-J4).
         loop_after_rapid_reverse: LoopCount,
-        /// How often it is played back and starts again.
+        /// Number of times that the move is played backward and then forward again.
         loop_after_reverse: LoopCount,
-        /// What it waits for before it begins.
+        /// Condition for the start: none, a time or a moment.
         delay_mode: DelayMode,
-        /// How long or until when it waits, in its raw bits.
+        /// Time or moment to wait for, in its raw bits.
         delay_interval_bits: DelayInterval,
         /// Not supported.
         camera_roll_enabled: Bool,
@@ -44,74 +46,74 @@ message! {
         use_external_trigger: u8,
         /// Not supported.
         using_lanc: u8,
-        /// How fast the motors go to where the move begins, as a part of their greatest speed (decision K-J6).
+        /// Speed on the way to the start of the move, as a part of the greatest speed of each motor (decision K-J6).
         return_to_home_percent: Normalized,
     }
 
-    /// How a time lapse takes its photos; all 0 in a live move. 21 bytes.
+    /// Photos of a time lapse, 21 bytes; all 0 in a live move.
     pub struct TimeLapse<'a> in BE {
-        /// Time between photos.
+        /// Time between photos, in seconds.
         delay: Seconds,
-        /// How long the shutter is open.
+        /// Time that the shutter is open, in seconds.
         exposure: Seconds,
-        /// Photos in the move.
+        /// Number of photos in the move.
         move_photos: u32,
-        /// 0.
+        /// Unused byte; 0.
         not_used: u8,
-        /// Photos before the move.
+        /// Number of photos before the move.
         pre_move_photos: u32,
-        /// Photos behind the move.
+        /// Number of photos after the move.
         post_move_photos: u32,
     }
 
-    /// A motor of the move, and how many segments it has. 2 bytes.
+    /// Motor of the move and the number of its segments. 2 bytes.
     pub struct Axis<'a> in BE {
-        /// Which motor.
+        /// Motor that takes part.
         motor_address: MotorAddress,
-        /// Its segments.
+        /// Number of its segments.
         segment_count: u8,
     }
 
-    /// A part of a motor's way: a Bézier curve that begins where the one before it ends. 34 bytes (decision K-J8).
+    /// Part of a motor's way: a Bézier curve that starts where the segment before it ends. 34 bytes (decision K-J8).
     pub struct Segment<'a> in BE {
-        /// Which motor.
+        /// Motor that the segment belongs to.
         motor_address: MotorAddress,
-        /// Which of its segments, from 0.
+        /// Number of the segment within its motor, from 0.
         segment_number: u8,
-        /// Begin, two handles, end.
+        /// Points of the curve: start, two handles, end.
         points: Points,
     }
 }
 
 messages! {
-    /// A part of a move.
+    /// Part of a move.
     pub enum Block<'a> {
-        /// How the move is played.
+        /// Settings for playing the move.
         1 => Playback(Playback<'a>),
-        /// How a time lapse takes its photos.
+        /// Photos of a time lapse.
         2 => TimeLapse(TimeLapse<'a>),
-        /// A motor of the move.
+        /// Motor of the move and the number of its segments.
         5 => Axis(Axis<'a>),
-        /// A part of a motor's way.
+        /// Part of a motor's way.
         6 => Segment(Segment<'a>),
     }
 }
 
 impl Block<'_> {
-    /// Bytes before the data: the number, and the length.
+    /// Bytes before the data: the number and the length.
     pub(super) const HEADER_LEN: usize = 3;
 
-    /// Bytes of the block with its number and length.
+    /// Bytes of the block, including its number and length.
     #[must_use]
     pub fn encoded_len(&self) -> usize {
         self.body_len().saturating_add(Self::HEADER_LEN)
     }
 
-    /// Writes the block with its number and length to the front of `out`, and says how many bytes it took.
+    /// Writes the block with its number and length to the front of `out`, and returns the number of bytes written.
     ///
     /// # Errors
     ///
-    /// [`EncodeError`], if it does not fit, or is longer than its length can say. Then nothing is written.
+    /// [`EncodeError`] if the block does not fit or is longer than its length field can say. Then nothing is written.
     pub fn encode_into(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
         let (number, len, needed) = (self.number(), self.body_len(), self.encoded_len());
         let range = EncodeError::OutOfRange { what: "block_id", value: number.into(), min: 0, max: 255 };
@@ -126,8 +128,8 @@ impl Block<'_> {
     }
 }
 
-/// Takes a block off the front of `bytes`, and gives what is behind it.
-#[expect(clippy::inline_always, reason = "where only the length of a block is asked for, nothing else is read")]
+/// Takes a block off the front of `bytes`, and returns it with the remaining bytes.
+#[expect(clippy::inline_always, reason = "callers that need only the length then read nothing else")]
 #[inline(always)]
 fn split_block(bytes: &[u8]) -> Result<(Block<'_>, &[u8]), DecodeError> {
     let short = |needed| DecodeError::Truncated { what: "TrajectoryData.blocks", needed, have: bytes.len() };
@@ -137,7 +139,7 @@ fn split_block(bytes: &[u8]) -> Result<(Block<'_>, &[u8]), DecodeError> {
     Ok((Block::decode_body(id.into(), data)?, rest))
 }
 
-/// The blocks of a move: at most 255, each of which can be decoded.
+/// Blocks of a move: at most 255, each of which can be decoded.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Blocks<'a> {
     count: u8,
@@ -145,20 +147,21 @@ pub struct Blocks<'a> {
 }
 
 impl<'a> Blocks<'a> {
-    /// How many blocks can be counted (decision K-J2).
+    /// Greatest number of blocks that can be counted (decision K-J2).
     pub const MAX: usize = u8::MAX as usize;
 
-    /// Writes blocks to the front of `out`, and lends them from there.
+    /// Writes blocks to the front of `out`, and borrows them from there.
     ///
     /// # Errors
     ///
-    /// [`EncodeError`], if there are more than [`MAX`](Self::MAX), or they do not fit, or one cannot be written.
+    /// [`EncodeError`] if there are more than [`MAX`](Self::MAX) blocks, if they do not fit, or if one cannot be
+    /// written.
     pub fn encode(blocks: &[Block<'_>], out: &'a mut [u8]) -> Result<Self, EncodeError> {
         let needed = blocks.iter().map(Block::encoded_len).fold(0, usize::saturating_add);
         Self::write(blocks.len(), needed, blocks.iter().map(|&block| Ok(block)), out)
     }
 
-    /// Writes `len` blocks, which take `needed` bytes.
+    /// Writes `len` blocks, which take `needed` bytes in total.
     pub(super) fn write<'b, E: From<EncodeError>>(
         len: usize,
         needed: usize,
@@ -177,7 +180,7 @@ impl<'a> Blocks<'a> {
         Ok(Self { count, bytes })
     }
 
-    /// Takes `count` blocks off the front of `bytes`, and gives what is behind them.
+    /// Takes `count` blocks off the front of `bytes`, and returns them with the remaining bytes.
     fn split(count: u8, bytes: &'a [u8]) -> Result<(Self, &'a [u8]), DecodeError> {
         let mut rest = bytes;
         for _ in 0..count {
@@ -187,45 +190,45 @@ impl<'a> Blocks<'a> {
         Ok((Self { count, bytes: taken }, rest))
     }
 
-    /// How many there are.
+    /// Number of blocks.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.count as usize
     }
 
-    /// Whether there is none: no move.
+    /// Whether there are no blocks, and so no move.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.count == 0
     }
 
-    /// Them, one by one.
+    /// Iterator over the blocks.
     #[must_use]
     pub const fn iter(&self) -> BlockIter<'a> {
         BlockIter { bytes: self.bytes }
     }
 
-    /// Those that say how the move is played: one, in a move.
+    /// Blocks that say how the move is played. A move has one.
     pub(super) fn playbacks(&self) -> impl Iterator<Item = Playback<'a>> + use<'a> {
         self.iter().filter_map(|block| if let Block::Playback(playback) = block { Some(playback) } else { None })
     }
 
-    /// Those that say how photos are taken: one, in a move.
+    /// Blocks that say how photos are taken. A move has one.
     pub(super) fn time_lapses(&self) -> impl Iterator<Item = TimeLapse<'a>> + use<'a> {
         self.iter().filter_map(|block| if let Block::TimeLapse(photos) = block { Some(photos) } else { None })
     }
 
-    /// The motors.
+    /// Motors of the move.
     pub(super) fn axes(&self) -> impl Iterator<Item = Axis<'a>> + use<'a> {
         self.iter().filter_map(|block| if let Block::Axis(axis) = block { Some(axis) } else { None })
     }
 
-    /// The segments of all motors.
+    /// Segments of all motors.
     pub(super) fn segments(&self) -> impl Iterator<Item = Segment<'a>> + use<'a> {
         self.iter().filter_map(|block| if let Block::Segment(segment) = block { Some(segment) } else { None })
     }
 
-    /// The segments of one motor, in the order of their blocks.
+    /// Segments of one motor, in the order of their blocks.
     pub(super) fn segments_of(&self, motor: MotorAddress) -> impl Iterator<Item = Segment<'a>> + use<'a> {
         self.segments().filter(move |segment| segment.motor_address.number() == motor.number())
     }
@@ -240,7 +243,7 @@ impl<'a> IntoIterator for &Blocks<'a> {
     }
 }
 
-/// Blocks, one by one.
+/// Iterator over blocks.
 #[derive(Clone, Debug)]
 pub struct BlockIter<'a> {
     bytes: &'a [u8],
@@ -249,7 +252,7 @@ pub struct BlockIter<'a> {
 impl<'a> Iterator for BlockIter<'a> {
     type Item = Block<'a>;
 
-    #[expect(clippy::inline_always, reason = "as for what it calls")]
+    #[expect(clippy::inline_always, reason = "the function that it calls is inlined too")]
     #[inline(always)]
     fn next(&mut self) -> Option<Block<'a>> {
         let (block, behind) = split_block(self.bytes).ok()?;
@@ -272,7 +275,7 @@ impl fmt::Debug for Blocks<'_> {
     }
 }
 
-/// A block with its number among the fields.
+/// Block whose number is one of its fields.
 struct NumberedBlock<'a>(Block<'a>);
 
 impl Fields for NumberedBlock<'_> {
@@ -283,15 +286,15 @@ impl Fields for NumberedBlock<'_> {
     }
 }
 
-/// A move, to be stored or as it is stored. Without blocks there is none.
+/// Move to be stored, or the move that is stored. Without blocks, no move is stored.
 ///
-/// At most some 9400 bytes; over USB it would need several reports, which the specification does not describe (decision
-/// K-U4). A device takes it without an answer. Source: kOS, `TrajectoryData`; decisions K-J1 and K-J2.
+/// Its size is at most some 9400 bytes. Over USB it would need several reports, which the specification does not
+/// describe (decision K-U4). A device does not answer it. Source: kOS, `TrajectoryData`; decisions K-J1 and K-J2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct TrajectoryData<'a> {
-    /// Its blocks.
+    /// Blocks of the move.
     pub blocks: Blocks<'a>,
-    /// Bytes behind the known fields, kept as they came.
+    /// Bytes after the known fields, kept unchanged.
     pub tail: &'a [u8],
 }
 
@@ -355,7 +358,7 @@ mod tests {
     const AXIS: Block<'_> = Block::Axis(Axis { motor_address: MotorAddress(1), segment_count: 0, tail: &[] });
 
     #[test]
-    fn blocks_are_written_one_behind_the_other() {
+    fn blocks_are_written_one_after_the_other() {
         let mut out = [0xa5; 16];
         let blocks = Blocks::encode(&[AXIS, Block::other(3, b"xy")], &mut out).unwrap();
         assert_eq!((blocks.len(), blocks.is_empty()), (2, false));
@@ -368,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_written_is_refused() {
+    fn blocks_that_cannot_be_written_are_refused() {
         let mut out = [0; 2048];
         let many = Blocks::encode(&[AXIS; 256], &mut out);
         assert_eq!(many, Err(EncodeError::TooLong { what: "TrajectoryData.blocks", len: 256, max: 255 }));
@@ -381,7 +384,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_say_which_block_lacks_how_much() {
+    fn errors_name_the_block_and_its_missing_bytes() {
         let short = TrajectoryData::decode(&[1, 1, 0, 36, 0]);
         assert_eq!(short, Err(DecodeError::Truncated { what: "TrajectoryData.blocks", needed: 39, have: 4 }));
         let mut body = [0; 40];

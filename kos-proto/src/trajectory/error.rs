@@ -1,4 +1,4 @@
-//! What keeps blocks from being a move, or a plan from becoming one.
+//! Errors of blocks that are not a move, and of plans that cannot become one.
 
 use core::fmt;
 
@@ -9,26 +9,26 @@ use super::values::Point;
 use crate::message::{MotorAddress, Rotations};
 
 unit! {
-    /// The number that an error is about, in the unit of its field.
+    /// Number that an error reports, in the unit of its field.
     pub struct Amount(f32) "";
 }
 
 impl Amount {
-    /// The nearest to a number that is computed with, infinite if that is too great.
+    /// Nearest amount to a number of a computation; infinite if that number is too great.
     #[expect(clippy::cast_possible_truncation, reason = "only shown")]
     pub(super) const fn shown(number: f64) -> Self {
         Self(number as f32)
     }
 }
 
-/// Where in a move.
+/// Place of an error in a move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Place {
-    /// In what is said of the move as a whole.
+    /// The move as a whole.
     Move,
-    /// In what is said of a motor.
+    /// One motor.
     Motor(MotorAddress),
-    /// In a segment of a motor, counted from 0: the one that a key frame of this number begins.
+    /// One segment of a motor, counted from 0. A key frame with this number starts it.
     Segment(MotorAddress, u8),
 }
 
@@ -42,131 +42,132 @@ impl fmt::Display for Place {
     }
 }
 
-/// What is wrong with a move, where, and how much. Decisions K-J1 to K-J10.
+/// Error in a move: the fault, its place and its size. Decisions K-J1 to K-J10.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum MoveError {
-    /// A number that no move has.
+    /// A number that is not allowed in a move.
     #[error("{place}: {what}: {value} {note}")]
     Number {
-        /// Where.
+        /// Place of the error.
         place: Place,
-        /// The field.
+        /// Name of the field.
         what: &'static str,
-        /// The number.
+        /// Value of the field.
         value: Amount,
-        /// What is wrong with it.
+        /// Text that says what is wrong with the value.
         note: &'static str,
     },
-    /// A number that is infinite, or none at all (decision K-N1).
+    /// A number that is NaN or infinite (decision K-N1).
     #[error("{place}: {what}: {bits:#010x} is no finite number")]
     NotFinite {
-        /// Where.
+        /// Place of the error.
         place: Place,
-        /// The field.
+        /// Name of the field.
         what: &'static str,
-        /// Its bits.
+        /// Bits of the number.
         bits: u32,
     },
-    /// Something that contradicts the rest of the move: missing, there twice, or of no use.
+    /// A block or field that contradicts the rest of the move: missing, present twice, or without use.
     #[error("{place}: {what} {note}")]
     Contradiction {
-        /// Where.
+        /// Place of the error.
         place: Place,
-        /// The block or the field.
+        /// Name of the block or field.
         what: &'static str,
-        /// What is wrong with it.
+        /// Text that says what is wrong with it.
         note: &'static str,
     },
-    /// No motor takes part, and nobody said that this is meant (decision K-J1).
+    /// No motor takes part, and the plan did not ask for that (decision K-J1).
     #[error("move: no motor takes part")]
     NoMotors,
-    /// A motor that no device has, or all of them at once (decision K-M1).
+    /// An address that no device has, or the address of all motors (decision K-M1).
     #[error("motor {motor}: not one of 1 to 10")]
     Address {
-        /// The motor.
+        /// Motor address.
         motor: MotorAddress,
     },
-    /// A motor whose range is not known, so that nothing can be a part of it (decision K-J9).
+    /// A motor whose range is not known, so that no position can be a part of it (decision K-J9).
     #[error("motor {motor}: not calibrated")]
     Uncalibrated {
-        /// The motor.
+        /// Motor address.
         motor: MotorAddress,
     },
-    /// A motor has not as many segments as its axis says (decision K-J9).
+    /// A motor whose number of segments differs from the number in its axis block (decision K-J9).
     #[error("motor {motor}: {have} segments, not {said}")]
     SegmentCount {
-        /// The motor.
+        /// Motor address.
         motor: MotorAddress,
-        /// Segments that its axis says it has.
+        /// Number of segments in the axis block.
         said: u8,
-        /// Segments that it has.
+        /// Number of segment blocks.
         have: u8,
     },
     /// A key frame outside the motor's range.
     #[error("{place}: {position} rev is not in 0 to {range}")]
     Outside {
-        /// Where.
+        /// Place of the error.
         place: Place,
-        /// The position of the key frame.
+        /// Position of the key frame.
         position: Rotations,
-        /// Where the range ends.
+        /// End of the range.
         range: Rotations,
     },
-    /// A segment does not begin where the one before it ends (decision K-J8).
-    #[error("{place}: begins at {begin}, the segment before ends at {end}")]
+    /// A segment that does not start where the segment before it ends (decision K-J8).
+    #[error("{place}: starts at {begin}, the segment before ends at {end}")]
     Apart {
-        /// Where.
+        /// Place of the error.
         place: Place,
-        /// The end of the segment before.
+        /// End of the segment before.
         end: Point,
-        /// The begin of this one.
+        /// Start of this segment.
         begin: Point,
     },
-    /// A rapid way back that takes another time than the move, which the specification advises against (decision K-J5).
-    #[error("move: rapid_reverse_duration: {value} s, not as long as the move")]
+    /// A rapid way back that takes another time than the move. The specification advises against it (decision K-J5).
+    #[error("move: rapid_reverse_duration: {value} s is not the duration of the move")]
     OtherRapidReverse {
-        /// Seconds that it takes.
+        /// Time of the way back, in seconds.
         value: Amount,
     },
-    /// A moment as IEEE number, which a device that reads an integer takes for one long past (safety decision 5).
-    #[error("move: a moment as IEEE number may start the move at once")]
+    /// A moment written as an IEEE number. A device that reads an integer takes it for a moment long past (safety
+    /// decision 5).
+    #[error("move: a moment written as an IEEE number may start the move at once")]
     FloatMoment,
-    /// A moment that would be read as another one (decision K-J3).
+    /// A moment that would be read as another moment (decision K-J3).
     #[error("move: the moment {seconds} {note}")]
     Moment {
-        /// Seconds since 1970.
+        /// Moment in seconds since 1970.
         seconds: u32,
-        /// What is wrong with it.
+        /// Text that says what is wrong with it.
         note: &'static str,
     },
-    /// A number that the specification does not name, so that nobody knows what it does.
+    /// A number to which the specification gives no meaning.
     #[error("move: {what}: {value} has no meaning in the specification")]
     Unnamed {
-        /// The field.
+        /// Name of the field.
         what: &'static str,
-        /// The number.
+        /// Value of the field.
         value: u8,
     },
-    /// More blocks than can be counted (decision K-J2).
+    /// More blocks than the count field can hold (decision K-J2).
     #[error("move: {needed} blocks, at most 255 can be counted")]
     TooManyBlocks {
-        /// Blocks of the move.
+        /// Number of blocks that the move needs.
         needed: usize,
     },
-    /// The blocks could not be written.
+    /// An error while the blocks are written.
     #[error("{0}")]
     Encode(#[from] EncodeError),
 }
 
 impl MoveError {
-    /// A number that no move has.
+    /// Makes an error about a number that is not allowed in a move.
     pub(super) const fn number(place: Place, what: &'static str, value: f32, note: &'static str) -> Self {
         Self::Number { place, what, value: Amount(value), note }
     }
 }
 
-// A derived one would print texts with escapes, which cannot be proven free of panics.
+// A derived `Debug` would print texts with escapes, which cannot be proven free of panics.
 impl fmt::Debug for MoveError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "MoveError({self})")

@@ -1,23 +1,23 @@
-//! What motors can do, and what a move asks of them.
+//! Limits of motors, and the speeds and accelerations that a move needs.
 
 use core::fmt;
 
 use super::error::{Amount, Place};
 use crate::message::{AxisKind, Motor, MotorAddress, RotationsPerSecond, RotationsPerSecondSquared};
 
-/// The greatest speed and acceleration of a segment, in the units of its track; `None` where there is no limit to it: at
-/// a vertical tangent, or where time folds back.
+/// Greatest speed and acceleration of a segment, in the units of its track. `None` if it is unbounded, at a vertical
+/// tangent or where time runs backward.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Peaks {
-    /// Which segment, from 0.
+    /// Number of the segment, from 0.
     pub segment: u8,
-    /// The greatest speed, either way.
+    /// Greatest speed in either direction.
     pub speed: Option<f64>,
-    /// The greatest acceleration, either way.
+    /// Greatest acceleration in either direction.
     pub acceleration: Option<f64>,
 }
 
-// The printing of core for `f64` cannot be proven free of panics.
+// The printing of `f64` in core cannot be proven free of panics.
 impl fmt::Debug for Peaks {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Peaks")
@@ -28,17 +28,18 @@ impl fmt::Debug for Peaks {
     }
 }
 
-/// What a motor can do at most.
+/// Limits of a motor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Limits {
-    /// The greatest speed.
+    /// Greatest speed, in rotations per second.
     pub speed: RotationsPerSecond,
-    /// The greatest acceleration.
+    /// Greatest acceleration, in rotations per second².
     pub acceleration: RotationsPerSecondSquared,
 }
 
 impl Limits {
-    /// The smaller ones of both: of the motor, and of what it carries (decision K-M6).
+    /// Smaller of two limits, for speed and acceleration each: those of a motor and of the axis that it drives
+    /// (decision K-M6).
     #[must_use]
     pub const fn and(self, other: Self) -> Self {
         Self {
@@ -47,7 +48,7 @@ impl Limits {
         }
     }
 
-    /// What of a segment is beyond them; a limit that is not a number allows nothing.
+    /// Speed and acceleration of a segment that exceed the limits. A limit that is NaN allows nothing.
     pub(super) fn exceeded(self, motor: MotorAddress, peaks: Peaks) -> impl Iterator<Item = Excess> {
         let place = Place::Segment(motor, peaks.segment);
         let speed = beyond(peaks.speed, self.speed.0).map(RotationsPerSecond);
@@ -65,7 +66,7 @@ impl From<&Motor> for Limits {
     }
 }
 
-/// What the specification allows a kind of axis; infinite where it says nothing.
+/// Limits of the specification for a kind of axis; infinite if it names none.
 impl From<AxisKind> for Limits {
     fn from(kind: AxisKind) -> Self {
         Self {
@@ -75,57 +76,57 @@ impl From<AxisKind> for Limits {
     }
 }
 
-/// The smaller one. Not `min`, which prefers any number to what is none: such a limit allows nothing.
+/// Smaller of two numbers. `min` would prefer any number to NaN, but a limit that is NaN has to allow nothing.
 const fn lesser(one: f32, other: f32) -> f32 {
     if one < other || one.is_nan() { one } else { other }
 }
 
-/// The peak, if it is beyond the limit; infinite, if there is no limit to it.
+/// The peak if it exceeds the limit; infinite if the peak is unbounded.
 fn beyond(peak: Option<f64>, limit: f32) -> Option<f32> {
     let peak = peak.unwrap_or(f64::INFINITY);
     let allowed = peak <= f64::from(limit);
     (!allowed).then_some(Amount::shown(peak).0)
 }
 
-/// What a motor cannot do of a move, where, and how much.
+/// Part of a move that a motor cannot do: its place and its size.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum Excess {
-    /// The device has no such motor.
-    #[error("motor {motor}: none of the device's motors")]
+    /// A motor that the device does not have.
+    #[error("motor {motor}: the device has no such motor")]
     Absent {
-        /// The motor.
+        /// Motor address.
         motor: MotorAddress,
     },
-    /// The range is not known, so that nothing can be a part of it (decision K-J9).
+    /// A motor whose range is not known, so that no position can be a part of it (decision K-J9).
     #[error("motor {motor}: not calibrated")]
     Uncalibrated {
-        /// The motor.
+        /// Motor address.
         motor: MotorAddress,
     },
-    /// It would have to be too fast.
+    /// A speed above the limit.
     #[error("{place}: {speed} rev/s, at most {limit}")]
     Speed {
-        /// Where.
+        /// Place in the move.
         place: Place,
-        /// The greatest speed there, which may be infinite.
+        /// Greatest speed there, in rotations per second; may be infinite.
         speed: RotationsPerSecond,
-        /// The greatest that is allowed.
+        /// Greatest speed allowed.
         limit: RotationsPerSecond,
     },
-    /// It would have to change its speed too fast.
+    /// An acceleration above the limit.
     #[error("{place}: {acceleration} rev/s², at most {limit}")]
     Acceleration {
-        /// Where.
+        /// Place in the move.
         place: Place,
-        /// The greatest acceleration there, which may be infinite.
+        /// Greatest acceleration there, in rotations per second²; may be infinite.
         acceleration: RotationsPerSecondSquared,
-        /// The greatest that is allowed.
+        /// Greatest acceleration allowed.
         limit: RotationsPerSecondSquared,
     },
 }
 
-// A derived one cannot be proven free of panics.
+// A derived `Debug` cannot be proven free of panics.
 impl fmt::Debug for Excess {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "Excess({self})")

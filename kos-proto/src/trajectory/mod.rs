@@ -1,20 +1,21 @@
-//! Moves: planned in seconds and rotations, written as blocks, read back, looked at before they are played.
+//! Moves: planned in seconds and rotations, written as blocks, read back, and checked before they are played.
 //!
 //! On the wire a move is a list of [`Blocks`]: one [`Playback`], one [`TimeLapse`] (zeros in a live move), and for each
-//! motor an [`Axis`] with its [`Segment`]s, Bézier curves of time and position, both from 0 to 1. They are read in any
-//! order, and unknown ones are kept.
+//! motor an [`Axis`] with its [`Segment`]s. A segment is a Bézier curve of time and position, both from 0 to 1. Blocks
+//! are read in any order, and unknown blocks are kept.
 //!
-//! A [`Plan`] says the same as people mean it, and makes the blocks, or says what is wrong, where and how much. A
-//! [`Trajectory`] is what blocks mean: how they are [played](Play), and the [`Track`] of each motor, with its key frames,
-//! its place at any time, and what it asks of the [motor](Limits). What makes blocks a move is written once; the
-//! builder, the reader and [`lint`](crate::HostMessage::lint) ask there.
+//! A [`Plan`] describes a move in the units of its user. It makes the blocks, or an error that names the fault, its
+//! place and its size. A [`Trajectory`] is the meaning of blocks: how they are [played](Play), and the [`Track`] of
+//! each motor. A track gives its key frames, the position at any time, and the speeds and accelerations to compare with
+//! the [limits](Limits) of the motor. The rules of a move are written once; the builder, the reader and
+//! [`lint`](crate::HostMessage::lint) all use them.
 //!
 //! ```
 //! use kos_proto::message::{MotorAddress, Normalized, Rotations, Seconds};
 //! use kos_proto::trajectory::bezier::{Ease, Key};
 //! use kos_proto::trajectory::{Delay, LiveMotion, Loop, MotorPlan, Plan, Play, Times, Trajectory, Way};
 //!
-//! // Ten seconds from rest to rest, and back, three times; to the begin at a fifth of the greatest speed.
+//! Ten seconds from rest to rest, and back, three times; then home at a fifth of the greatest speed.
 //! let (duration, home_speed) = (Seconds(10.0), Normalized(0.2));
 //! let repeat = Loop::Reverse(Times::new(3).expect("1 to 254"));
 //! let play = Play::Live(LiveMotion { duration, repeat, delay: Delay::For(Seconds(5.0)), home_speed });
@@ -25,7 +26,7 @@
 //! let mut out = [0; Plan::MAX_LEN];
 //! let data = Plan::new(play, &[slider]).encode(&mut out)?;
 //!
-//! // What a device will make of it, from the very bytes that it gets.
+//! The device reads the move from the same bytes.
 //! let trajectory = Trajectory::new(&data)?;
 //! assert_eq!(trajectory.play().total_time(), Some(75.0));
 //! let track = trajectory.track(MotorAddress(1)).expect("planned").in_rotations(Rotations(50.0))?;
@@ -36,11 +37,11 @@
 //! # Ok::<(), kos_proto::trajectory::MoveError>(())
 //! ```
 //!
-//! # What is not known
+//! # Open questions
 //!
-//! No public program sends moves, so all of this follows from the specification alone: what a device does with handles
-//! outside its range, how it counts photos, how long it needs to get to the begin. Moves are small and slow at first,
-//! with a hand on the emergency stop.
+//! No public program sends moves, so all of this follows from the specification alone. It is not known what a device
+//! does with handles outside the range, how it counts photos, and how long it needs to reach the start. Test moves
+//! small and slow at first, with a hand on the emergency stop.
 //!
 //! Source: kOS, `TrajectoryData`; decisions K-B2 and K-J1 to K-J11.
 

@@ -1,4 +1,5 @@
-//! The builder: a move as people mean it becomes blocks, or an error that says what, where and how much.
+//! Builder: turns a move in seconds and rotations into blocks, or into an error that names the fault, its place and its
+//! size.
 
 use core::iter;
 
@@ -12,7 +13,7 @@ use super::rules;
 use super::values::{Point, Points};
 use crate::message::{Motor, MotorAddress, Normalized, Rotations};
 
-/// A move that is to become blocks: how it is played, and the way of each motor.
+/// Plan of a move: how it is played, and the way of each motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan<'a> {
     play: Play,
@@ -20,24 +21,25 @@ pub struct Plan<'a> {
     without_motors: bool,
 }
 
-/// The way of one motor.
+/// Way of one motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotorPlan<'a> {
-    /// Which motor, 1 to 10; the mark of focus, iris and zoom is left out when it is written (decision K-M2).
+    /// Motor address, 1 to 10. The flag for focus, iris and zoom is left out when the address is written (decision
+    /// K-M2).
     pub motor: MotorAddress,
-    /// Where it goes.
+    /// Way of the motor.
     pub way: Way<'a>,
 }
 
-/// Where a motor goes in the time of the move.
+/// Path of a motor over the time of the move.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Way<'a> {
-    /// From key frame to key frame: at least two, the first at the begin of the move and the last at its end.
+    /// Key frames: at least two, the first at the start of the move and the last at its end.
     Keys {
-        /// Where the motor's range ends, in rotations from its begin; not 0: see [`Motor::range`].
+        /// End of the motor's range, in rotations from the begin of the range; not 0. See [`Motor::range`].
         range: Rotations,
-        /// Times in seconds from the begin of the move, to its [`move_time`](Play::move_time); positions in rotations
-        /// from the begin of the range, as commands count.
+        /// Key frames. Times are in seconds from the start of the move, up to its [`move_time`](Play::move_time).
+        /// Positions are in rotations from the begin of the range, as in commands.
         keys: &'a [Key],
     },
     /// Curves in parts of the move and of the range, each from 0 to 1.
@@ -45,11 +47,11 @@ pub enum Way<'a> {
 }
 
 impl<'a> MotorPlan<'a> {
-    /// The way of a motor that the device told of, from key frame to key frame.
+    /// Way of a motor that the device reported, from key frame to key frame.
     ///
     /// # Errors
     ///
-    /// [`MoveError::Uncalibrated`], if its range is not known.
+    /// [`MoveError::Uncalibrated`] if the range of the motor is not known.
     pub fn new(motor: &Motor, keys: &'a [Key]) -> Result<Self, MoveError> {
         let (motor, range) = (motor.motor_address, motor.range());
         let range = range.ok_or(MoveError::Uncalibrated { motor })?;
@@ -58,24 +60,25 @@ impl<'a> MotorPlan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    /// Bytes that the blocks of any move fit into.
+    /// Bytes that are enough for the blocks of any move.
     pub const MAX_LEN: usize = FIXED_LEN + AXIS_LEN + (Blocks::MAX - FIXED_BLOCKS - 1) * SEGMENT_LEN;
 
-    /// A move of motors.
+    /// Plan of a move with motors.
     #[must_use]
     pub const fn new(play: Play, motors: &'a [MotorPlan<'a>]) -> Self {
         Self { play, motors, without_motors: false }
     }
 
-    /// A move in which nothing moves but the shutter.
+    /// Plan of a move in which only the shutter moves.
     ///
-    /// The specification wants a motor, so a strict device refuses it, and lint does (decision K-J1).
+    /// The specification requires a motor, so a strict device refuses this move, and lint reports an error (decision
+    /// K-J1).
     #[must_use]
     pub const fn without_motors(play: Play) -> Self {
         Self { play, motors: &[], without_motors: true }
     }
 
-    /// How it is played.
+    /// Settings for playing the move.
     #[must_use]
     pub const fn play(&self) -> Play {
         self.play
@@ -88,15 +91,15 @@ impl<'a> Plan<'a> {
         self.motors.iter().map(axis).fold(FIXED_LEN, usize::saturating_add)
     }
 
-    /// Writes the blocks to the front of `out`, and lends them from there.
+    /// Writes the blocks to the front of `out`, and borrows them from there.
     ///
-    /// What it writes, lint finds nothing in: but for a time of its own for the way back, for a moment as IEEE number,
-    /// and for a move without motors, which all have to be asked for.
+    /// Lint is silent on the result, except for three options that must be asked for: another time for the rapid way
+    /// back, a moment as an IEEE number, and a move without motors.
     ///
     /// # Errors
     ///
-    /// [`MoveError`], if there are too many blocks, they do not fit, or they would be no move. Then what stands in `out`
-    /// has no meaning.
+    /// [`MoveError`] if there are too many blocks, if they do not fit, or if they would not be a move. Then the content
+    /// of `out` has no meaning.
     pub fn encode<'o>(&self, out: &'o mut [u8]) -> Result<TrajectoryData<'o>, MoveError> {
         let segments = self.motors.iter().map(|motor| motor.way.len());
         let needed = segments.fold(self.motors.len().saturating_add(FIXED_BLOCKS), usize::saturating_add);
@@ -126,25 +129,25 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// Seconds that the move takes once, more than 0.
+    /// Time that the move takes once, in seconds; more than 0.
     fn span(&self) -> Result<f64, MoveError> {
         let span = self.play.move_time();
         let what = match self.play {
             Play::Live(_) => "duration",
             Play::TimeLapse(_) => "delay and exposure",
         };
-        let none = MoveError::number(Place::Move, what, Amount::shown(span).0, "is no time for a move");
+        let none = MoveError::number(Place::Move, what, Amount::shown(span).0, "is too short for a move");
         if span > 0.0 { Ok(span) } else { Err(none) }
     }
 }
 
-/// `Playback` and `TimeLapse`.
+/// Number of `Playback` and `TimeLapse` blocks.
 const FIXED_BLOCKS: usize = 2;
 const FIXED_LEN: usize = block_len(Playback::LAYOUT).saturating_add(block_len(TimeLapse::LAYOUT));
 const AXIS_LEN: usize = block_len(Axis::LAYOUT);
 const SEGMENT_LEN: usize = block_len(Segment::LAYOUT);
 
-/// Bytes of a block of these fields.
+/// Bytes of a block with these fields.
 const fn block_len(fields: &[Row]) -> usize {
     let (mut len, mut fields) = (Block::HEADER_LEN, fields);
     while let Some((field, rest)) = fields.split_first() {
@@ -155,7 +158,7 @@ const fn block_len(fields: &[Row]) -> usize {
 }
 
 impl MotorPlan<'_> {
-    /// Its axis, and its segments one behind the other; what comes after an error has no meaning.
+    /// The axis block, then the segment blocks in order. Blocks after an error have no meaning.
     fn blocks(&self, span: f64) -> impl Iterator<Item = Result<Block<'static>, MoveError>> {
         let motor_address = MotorAddress(self.motor.number());
         iter::once(self.axis(motor_address)).chain((0..=u8::MAX).take(self.way.len()).map(move |segment_number| {
@@ -184,7 +187,7 @@ impl MotorPlan<'_> {
 }
 
 impl Way<'_> {
-    /// How many segments it has.
+    /// Number of segments.
     #[must_use]
     pub const fn len(&self) -> usize {
         match self {
@@ -193,13 +196,13 @@ impl Way<'_> {
         }
     }
 
-    /// Whether it has none, and so goes nowhere.
+    /// Whether there are no segments, so that the way leads nowhere.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The points of a segment as they are written.
+    /// Points of a segment as they are written.
     fn points(&self, number: u8, place: Place, span: f64) -> Result<Points, MoveError> {
         let at = usize::from(number);
         let missing = MoveError::Contradiction { place, what: "segment", note: "is missing" };
@@ -215,7 +218,7 @@ impl Way<'_> {
                 rounded(&curve, span, range.0.into())
             }
         };
-        // Lint takes a little less or more for the ends of the move; what is made here meets them.
+        // Lint tolerates small differences at the ends of the move. This builder meets the ends exactly.
         let Points([begin, .., end]) = points;
         let (first, last) = (number == 0, at.saturating_add(1) == self.len());
         let error = |time: Normalized, note| Err(MoveError::number(place, "points", time.0, note));
@@ -227,13 +230,13 @@ impl Way<'_> {
     }
 }
 
-/// What rounding may do to a number between 0 and 1.
+/// Greatest change of a number between 0 and 1 by rounding.
 const ROUNDING: f32 = f32::EPSILON;
 
-/// The points in parts of a span and a range, as the wire has them.
+/// Points in parts of a span and a range, as they are on the wire.
 ///
-/// Rounding keeps the order of numbers, so times stay sorted, and equal points equal. But two that should be equal, and
-/// were computed apart, may come out in turn; then they are made equal.
+/// Rounding keeps the order of numbers, so times stay sorted and equal points stay equal. But two numbers that should
+/// be equal and were computed separately may change their order. Such numbers are made equal.
 fn rounded(curve: &bezier::Segment, span: f64, range: f64) -> Points {
     let [begin, out, into, end] =
         curve.points().map(|point| Point::new(part(point.time / span), part(point.position / range)));
@@ -245,8 +248,8 @@ fn rounded(curve: &bezier::Segment, span: f64, range: f64) -> Points {
     Points([begin, Point::new(out_time, out.position.0), Point::new(into_time, into.position.0), end])
 }
 
-/// A part of a whole, as the wire has it; what is beside 0 or 1 by rounding alone is 0 or 1.
-#[expect(clippy::cast_possible_truncation, reason = "rounds to the nearest; the rules find what is infinite")]
+/// Part of a whole, as it is on the wire. A number that differs from 0 or 1 only by rounding becomes 0 or 1.
+#[expect(clippy::cast_possible_truncation, reason = "rounds to the nearest; the rules report infinite numbers")]
 fn part(part: f64) -> f32 {
     let part = part as f32;
     if part.abs() <= ROUNDING {
@@ -258,7 +261,7 @@ fn part(part: f64) -> f32 {
     }
 }
 
-/// Whether a key frame lies in the range, said in rotations.
+/// Whether a key frame lies in the range, which is in rotations.
 fn inside(key: &Key, range: Rotations, place: Place) -> Result<(), MoveError> {
     let position = Rotations(Amount::shown(key.position).0);
     let outside = MoveError::Outside { place, position, range };
@@ -266,7 +269,7 @@ fn inside(key: &Key, range: Rotations, place: Place) -> Result<(), MoveError> {
     if inside { Ok(()) } else { Err(outside) }
 }
 
-/// Which number of two key frames no curve can have: an infinite one, none at all, or one beyond all rigs.
+/// Finds the number of two key frames that no curve can have: NaN, infinite, or far beyond any rig.
 fn not_finite(place: Place, from: &Key, to: &Key) -> MoveError {
     let numbers = |ease| match ease {
         Ease::Linear => [0.0, 0.0],

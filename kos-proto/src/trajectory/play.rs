@@ -1,4 +1,4 @@
-//! How a move is played, as people mean it: what cannot be meant cannot be said.
+//! Playing a move, in the terms of its user. These types cannot express combinations that make no sense.
 
 use core::fmt;
 use core::num::NonZeroU8;
@@ -10,91 +10,91 @@ use super::error::{MoveError, Place};
 use super::values::{DelayInterval, DelayMode, LoopCount};
 use crate::message::{Normalized, PlaybackMode, Seconds};
 
-/// How a move is played. Source: kOS, `TrajectoryData`, blocks 1 and 2.
+/// Settings for playing a move: live or as a time lapse. Source: kOS, `TrajectoryData`, blocks 1 and 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Play {
-    /// The motors move all the time.
+    /// Live move: the motors move all the time.
     Live(LiveMotion),
-    /// The motors move from photo to photo; there is no loop.
+    /// Time lapse: the motors move from photo to photo. It has no loops.
     TimeLapse(TimeLapseMotion),
 }
 
-/// A move in real time.
+/// Move in real time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct LiveMotion {
-    /// How long it takes once: more than 0.
+    /// Time that the move takes once, in seconds; more than 0.
     pub duration: Seconds,
-    /// What comes then.
+    /// Loop after the move.
     pub repeat: Loop,
-    /// What it waits for before it begins.
+    /// Condition for the start.
     pub delay: Delay,
-    /// How fast the motors go to where the move begins, as a part of their greatest speed: more than 0, at most 1
+    /// Speed on the way to the start of the move, as a part of the greatest speed of each motor: more than 0, at most 1
     /// (decision K-J6).
     ///
-    /// There is no default: how fast a camera may sweep through a room, only who stands there can say (safety decision
-    /// 9).
+    /// There is no default, because only a person at the rig can say how fast the camera may move through the room
+    /// (safety decision 9).
     pub home_speed: Normalized,
 }
 
-/// A move from photo to photo.
+/// Move from photo to photo.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct TimeLapseMotion {
-    /// What the motors do while the shutter is open.
+    /// State of the motors while the shutter is open.
     pub style: Style,
-    /// Time from the end of one exposure to the next.
+    /// Time from the end of one exposure to the next, in seconds.
     pub interval: Seconds,
-    /// How long the shutter is open.
+    /// Time that the shutter is open, in seconds.
     pub exposure: Seconds,
-    /// Photos in the move: at least one.
+    /// Number of photos in the move: at least one.
     pub photos: u32,
-    /// Photos before the move.
+    /// Number of photos before the move.
     pub photos_before: u32,
-    /// Photos behind the move.
+    /// Number of photos after the move.
     pub photos_after: u32,
-    /// What it waits for before it begins.
+    /// Condition for the start.
     pub delay: Delay,
-    /// How fast the motors go to where the move begins, as in [`LiveMotion::home_speed`].
+    /// Speed on the way to the start of the move, as in [`LiveMotion::home_speed`].
     pub home_speed: Normalized,
 }
 
-/// What the motors do while the shutter is open.
+/// State of the motors while the shutter is open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Style {
-    /// They move on.
+    /// The motors move on.
     Continuous,
-    /// They stand still: shoot, move, shoot.
+    /// The motors stand still: shoot, move, shoot.
     ShootMoveShoot,
 }
 
-/// What comes after a live move; one loop excludes the other (decision K-J4).
+/// Loops of a live move. Only one of the two kinds can be used (decision K-J4).
 ///
-/// After `n` loops the move was played forward `n + 1` times, and ends where it ends.
+/// After `n` loops the move was played forward `n + 1` times, and it ends at its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Loop {
-    /// Nothing.
+    /// No loop.
     Once,
-    /// It is played back, and then again.
+    /// The move is played backward, and then forward again.
     Reverse(Times),
-    /// The motors go back at once, and then it is played again.
+    /// The motors go back directly, and then the move is played again.
     RapidReverse {
-        /// How often.
+        /// Number of loops.
         times: Times,
-        /// How long the way back takes, more than 0; as long as the move if not said.
+        /// Time that the way back takes, in seconds, more than 0; `None` for the duration of the move.
         ///
-        /// The specification wants no other, so lint warns of one (decision K-J5).
+        /// The specification advises the duration of the move, so lint warns of another time (decision K-J5).
         duration: Option<Seconds>,
     },
 }
 
-/// A number of loops: 1 to 254, or for ever (decision K-J4).
+/// Number of loops: 1 to 254, or for ever (decision K-J4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Times(NonZeroU8);
 
 impl Times {
-    /// Until it is stopped.
+    /// Loops until the move is stopped.
     pub const FOREVER: Self = Self(NonZeroU8::MAX);
 
-    /// So many times; `None` unless 1 to 254.
+    /// Number of loops; `None` unless it is 1 to 254.
     #[must_use]
     pub const fn new(count: u8) -> Option<Self> {
         match NonZeroU8::new(count) {
@@ -103,7 +103,7 @@ impl Times {
         }
     }
 
-    /// How many; `None` for ever.
+    /// Number of loops; `None` if they go on for ever.
     #[must_use]
     pub const fn count(self) -> Option<u8> {
         if self.0.get() == NonZeroU8::MAX.get() { None } else { Some(self.0.get()) }
@@ -116,27 +116,28 @@ impl From<Times> for LoopCount {
     }
 }
 
-/// What a move waits for before it begins.
+/// Condition for the start of a move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Delay {
-    /// Nothing.
+    /// No delay.
     None,
-    /// A time.
+    /// Time to wait, in seconds.
     For(Seconds),
-    /// A moment, in seconds since 1970 (decision K-J3).
+    /// Moment to wait for, in seconds since 1970 (decision K-J3).
     ///
-    /// A device without a clock, or past that moment, should not start. One that reads an IEEE number never does, which
-    /// is the safe mistake (safety decision 5). The moments of 2011-09-26 to 2012-01-01 would be read as such and are
-    /// refused.
+    /// A device without a clock should not start, and neither should one whose clock is past that moment. A device that
+    /// reads an IEEE number never starts, which is the safe mistake (safety decision 5). Moments from 2011-09-26 to
+    /// 2012-01-01 would be read as IEEE numbers and are refused.
     Until(u32),
-    /// A moment of 2004 to 2038 as IEEE number, rounded to 128 seconds.
+    /// Moment from 2004 to 2038 as an IEEE number, rounded to 128 seconds.
     ///
-    /// Only for a device that is known to read it so: one that reads an integer starts at once. Lint warns of it.
+    /// Use it only for a device that is known to read an IEEE number, because a device that reads an integer starts at
+    /// once. Lint warns of it.
     UntilFloat(u32),
 }
 
 impl Play {
-    /// What it waits for before it begins.
+    /// Condition for the start.
     #[must_use]
     pub const fn delay(&self) -> Delay {
         match self {
@@ -145,7 +146,7 @@ impl Play {
         }
     }
 
-    /// How fast the motors go to where the move begins, as a part of their greatest speed.
+    /// Speed on the way to the start of the move, as a part of the greatest speed of each motor.
     #[must_use]
     pub const fn home_speed(&self) -> Normalized {
         match self {
@@ -154,10 +155,10 @@ impl Play {
         }
     }
 
-    /// Seconds from the begin of the move to its end, once; key frames are measured by it.
+    /// Time from the start of the move to its end, once, in seconds. Key frames are measured in it.
     ///
-    /// For a time lapse an estimate, interval and exposure times the photos: how a device counts is not said (decision
-    /// K-J10).
+    /// For a time lapse it is an estimate: interval plus exposure, times the number of photos. The specification does
+    /// not say how a device counts (decision K-J10).
     #[must_use]
     pub fn move_time(&self) -> f64 {
         match self {
@@ -166,8 +167,8 @@ impl Play {
         }
     }
 
-    /// Seconds from the begin of the move to its end, with loops, and with the photos before and behind; `None` if it
-    /// ends only when it is stopped.
+    /// Time from the start of the move to its end, in seconds, with loops and with the photos before and after. `None`
+    /// if the move ends only when it is stopped.
     #[must_use]
     pub fn playing_time(&self) -> Option<f64> {
         let time = match self {
@@ -184,10 +185,10 @@ impl Play {
         Some(time).filter(|time| time.is_finite())
     }
 
-    /// Seconds from the moment when the motors stand at the begin, to the end: [`playing_time`](Self::playing_time) and
-    /// the delay. `None` if it ends only when it is stopped, or waits for a moment.
+    /// Time from the moment when the motors stand at the start until the end, in seconds: the delay and the
+    /// [`playing_time`](Self::playing_time). `None` if the move ends only when it is stopped, or waits for a moment.
     ///
-    /// How long the motors need to get to the begin is not in it: nobody but the device knows.
+    /// The time that the motors need to reach the start is not included, because only the device knows it.
     #[must_use]
     pub fn total_time(&self) -> Option<f64> {
         let delay = match self.delay() {
@@ -198,11 +199,11 @@ impl Play {
         self.playing_time().map(|time| time + delay).filter(|time| time.is_finite())
     }
 
-    /// How far in the move it is so many seconds after its begin, 0 to 1, as `PlaybackStatus` reports it; on a way back
-    /// it goes down.
+    /// Part of the move that has elapsed at a time after its start, 0 to 1, as `PlaybackStatus` reports it. On a way
+    /// back it decreases.
     ///
-    /// It is 0 before the begin and 1 behind the end. A time lapse is taken to go on evenly for its
-    /// [`move_time`](Self::move_time); the photos before the move are over.
+    /// It is 0 before the start and 1 after the end. A time lapse is assumed to advance evenly over its
+    /// [`move_time`](Self::move_time), after the photos before the move.
     #[must_use]
     pub fn elapsed_at(&self, seconds: f64) -> f64 {
         let forward = self.move_time();
@@ -223,7 +224,7 @@ impl Play {
         up_to(elapsed, 1.0)
     }
 
-    /// The two blocks that say this.
+    /// The two blocks that describe this.
     pub(super) fn blocks(&self) -> Result<(Playback<'static>, TimeLapse<'static>), MoveError> {
         let (delay_mode, delay_interval_bits) = self.delay().bits()?;
         let off = Seconds(0.0);
@@ -259,7 +260,7 @@ impl Play {
             Self::Live(live) => (live.playback(playback)?, time_lapse),
             Self::TimeLapse(photos) => {
                 if photos.photos == 0 {
-                    return Err(MoveError::number(Place::Move, "move_photos", 0.0, "is no move"));
+                    return Err(MoveError::number(Place::Move, "move_photos", 0.0, "is less than one photo"));
                 }
                 let playback_mode = match photos.style {
                     Style::Continuous => PlaybackMode::TIME_LAPSE_CONTINUOUS,
@@ -270,7 +271,7 @@ impl Play {
         })
     }
 
-    /// What two blocks say.
+    /// Reads two blocks.
     pub(super) fn read(playback: &Playback<'_>, photos: &TimeLapse<'_>) -> Result<Self, MoveError> {
         let delay = Delay::read(playback.delay_mode, playback.delay_interval_bits)?;
         let home_speed = playback.return_to_home_percent;
@@ -296,18 +297,18 @@ impl Play {
     }
 }
 
-/// The number without what is behind the point; for one too great for that, something smaller.
+/// Number without its fraction. A number too great for `u64` becomes smaller.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_precision_loss,
     clippy::cast_sign_loss,
-    reason = "never negative; beyond 2^53 there is nothing behind the point"
+    reason = "never negative; numbers above 2^53 have no fraction"
 )]
 fn whole(number: f64) -> f64 {
     number as u64 as f64
 }
 
-/// The number between 0 and the greatest; what is no number is 0, as nothing divided by nothing.
+/// Number limited to 0 and the greatest. NaN, for example 0 / 0, becomes 0.
 fn up_to(number: f64, most: f64) -> f64 {
     if number > 0.0 { number.min(most) } else { 0.0 }
 }
@@ -323,7 +324,7 @@ impl LiveMotion {
                 let back = other.unwrap_or(duration);
                 if back.0 == 0.0 {
                     let what = "rapid_reverse_duration";
-                    return Err(MoveError::number(Place::Move, what, back.0, "is no time for a way back"));
+                    return Err(MoveError::number(Place::Move, what, back.0, "is too short for a way back"));
                 }
                 Playback { loop_after_rapid_reverse: times.into(), rapid_reverse_duration: back, ..playback }
             }
@@ -331,7 +332,7 @@ impl LiveMotion {
     }
 }
 
-// A derived one of so many fields cannot be proven free of panics.
+// A derived `Debug` of so many fields cannot be proven free of panics.
 impl fmt::Debug for TimeLapseMotion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("TimeLapseMotion")
@@ -359,14 +360,14 @@ impl TimeLapseMotion {
         }
     }
 
-    /// Seconds that so many photos take (decision K-J10).
+    /// Time that a number of photos takes, in seconds (decision K-J10).
     fn time_of(&self, photos: f64) -> f64 {
         (f64::from(self.interval.0) + f64::from(self.exposure.0)) * photos
     }
 }
 
 impl Loop {
-    /// How often it comes back, `None` for ever, and how many seconds each way back takes.
+    /// Number of loops, `None` for ever, and the time of each way back in seconds.
     fn loops(self, duration: Seconds) -> (Option<u8>, f64) {
         match self {
             Self::Once => (Some(0), 0.0),
@@ -375,7 +376,7 @@ impl Loop {
         }
     }
 
-    /// The loop of a live move, which has at most one.
+    /// Loop of a live move, which has at most one.
     fn read(playback: &Playback<'_>) -> Self {
         let times = |LoopCount(count)| NonZeroU8::new(count).map(Times);
         let other = Some(playback.rapid_reverse_duration).filter(|&other| other != playback.duration);
@@ -393,7 +394,7 @@ impl Delay {
             if interval.is_float_time() == float {
                 return Ok((DelayMode::UNTIL, interval));
             }
-            let note = if float { "is not in 2004 to 2038" } else { "would be read as an IEEE number" };
+            let note = if float { "is not from 2004 to 2038" } else { "would be read as an IEEE number" };
             Err(MoveError::Moment { seconds, note })
         };
         match self {

@@ -1,4 +1,4 @@
-//! The rules of a move, each in one place: the builder, the reader and lint ask here (decisions K-J1 to K-J10).
+//! Rules of a move, each written once. The builder, the reader and lint use them (decisions K-J1 to K-J10).
 
 use core::cmp::Ordering;
 
@@ -10,20 +10,21 @@ use super::error::{Amount, MoveError, Place};
 use super::values::{DelayMode, LoopCount, Point, Points};
 use crate::message::{MotorAddress, PlaybackMode};
 
-/// How far the end of a segment may be from the begin of the next, and the ends of a motor's way from those of the move.
+/// Greatest distance between the end of a segment and the start of the next, and between the ends of a way and of the
+/// move.
 const TOLERANCE: f32 = 1e-4;
 
-/// Where a motor's way should begin.
-pub(super) const LATE: &str = "is where the first segment begins, not 0";
-/// Where it should end.
-pub(super) const EARLY: &str = "is where the last segment ends, not 1";
+/// Note for a motor's way that does not start with the move.
+pub(super) const LATE: &str = "is the start of the first segment, not 0";
+/// Note for a motor's way that does not end with the move.
+pub(super) const EARLY: &str = "is the end of the last segment, not 1";
 
-/// Who is told what is wrong, and how bad it is: an error makes it no move, a warning an unwise one.
+/// Receiver of findings. An error means that the blocks are not a move; a warning means that the move is unwise.
 pub(crate) type Found<'f> = dyn FnMut(Severity, MoveError) + 'f;
 
-/// Looks at a whole move.
+/// Checks a whole move.
 ///
-/// At most 255 blocks are looked through for each of at most 255 blocks.
+/// The cost is at most 255 × 255 blocks.
 pub(crate) fn check(blocks: &Blocks<'_>, found: &mut Found<'_>) {
     let played = only(found, "playback", blocks.playbacks());
     let photos = only(found, "time_lapse", blocks.time_lapses());
@@ -36,11 +37,11 @@ pub(crate) fn check(blocks: &Blocks<'_>, found: &mut Found<'_>) {
     if blocks.axes().next().is_none() {
         found(Error, MoveError::NoMotors);
     }
-    // There are at most 255 blocks, and the range ends there too.
+    // There are at most 255 blocks, so the range is long enough.
     for (axis, before) in blocks.axes().zip(0..=Blocks::MAX) {
         let again = |other: &Axis<'_>| same(other.motor_address, axis.motor_address);
         if blocks.axes().take(before).any(|other| again(&other)) {
-            contradiction(found, Place::Motor(axis.motor_address), "axis", "is there twice");
+            contradiction(found, Place::Motor(axis.motor_address), "axis", "is present twice");
         } else if blocks.axes().filter(again).nth(1).is_none() {
             self::axis(found, blocks, &axis);
         }
@@ -52,7 +53,7 @@ pub(crate) fn check(blocks: &Blocks<'_>, found: &mut Found<'_>) {
     }
 }
 
-/// Whether a motor can have that address (decision K-M1).
+/// Whether a motor can have this address (decision K-M1).
 pub(super) fn is_motor(motor: MotorAddress) -> bool {
     (1..=MotorAddress::LAST.0).contains(&motor.number())
 }
@@ -69,19 +70,19 @@ fn contradiction(found: &mut Found<'_>, place: Place, what: &'static str, note: 
     found(Error, MoveError::Contradiction { place, what, note });
 }
 
-/// The only block of its kind; a strict device wants each once, zeros where it is not used (decision K-J1).
+/// The only block of its kind. A strict device requires each kind once, with zeros if it is not used (decision K-J1).
 fn only<T>(found: &mut Found<'_>, what: &'static str, mut blocks: impl Iterator<Item = T>) -> Option<T> {
     let first = blocks.next();
     if first.is_none() {
         contradiction(found, Place::Move, what, "is missing");
     }
     if blocks.next().is_some() {
-        contradiction(found, Place::Move, what, "is there twice");
+        contradiction(found, Place::Move, what, "is present twice");
     }
     first
 }
 
-/// An amount: finite, and not less than nothing (decision K-N1).
+/// Checks that an amount is finite and not negative (decision K-N1).
 fn amount(found: &mut Found<'_>, what: &'static str, value: f32) {
     if !value.is_finite() {
         found(Error, MoveError::NotFinite { place: Place::Move, what, bits: value.to_bits() });
@@ -98,16 +99,16 @@ fn playback(found: &mut Found<'_>, playback: &Playback<'_>) {
     if is_live(*playback) {
         // Decisions K-J10, K-J5 and K-J4.
         if duration.0 == 0.0 {
-            found(Error, MoveError::number(Place::Move, "duration", duration.0, "is no time for a move"));
+            found(Error, MoveError::number(Place::Move, "duration", duration.0, "is too short for a move"));
         }
         if rapid_reverse != duration {
             found(Warning, MoveError::OtherRapidReverse { value: rapid_reverse.0.into() });
         }
         if rapid != LoopCount::NONE && back != LoopCount::NONE {
-            contradiction(found, Place::Move, "loop_after_reverse", "excludes loop_after_rapid_reverse");
+            contradiction(found, Place::Move, "loop_after_reverse", "cannot be set with loop_after_rapid_reverse");
         }
     } else if rapid != LoopCount::NONE || back != LoopCount::NONE {
-        contradiction(found, Place::Move, "loop_after_reverse", "is set, and a time lapse does not loop");
+        contradiction(found, Place::Move, "loop_after_reverse", "is set, but a time lapse does not loop");
     }
     let interval = playback.delay_interval_bits;
     match playback.delay_mode {
@@ -118,7 +119,7 @@ fn playback(found: &mut Found<'_>, playback: &Playback<'_>) {
     home_speed(found, playback.return_to_home_percent.0);
 }
 
-/// A part of the greatest speed; what 0 means nobody knows (decision K-J6).
+/// Checks a part of the greatest speed. The specification does not say what 0 means (decision K-J6).
 fn home_speed(found: &mut Found<'_>, part: f32) {
     let what = "return_to_home_percent";
     amount(found, what, part);
@@ -126,7 +127,7 @@ fn home_speed(found: &mut Found<'_>, part: f32) {
         found(Warning, MoveError::number(Place::Move, what, part, "is not in 0 to 1"));
     }
     if part == 0.0 {
-        found(Warning, MoveError::number(Place::Move, what, part, "may never bring the motors to the begin"));
+        found(Warning, MoveError::number(Place::Move, what, part, "may never bring the motors to the start"));
     }
 }
 
@@ -135,7 +136,7 @@ fn time_lapse(found: &mut Found<'_>, photos: &TimeLapse<'_>) {
     amount(found, "exposure", photos.exposure.0);
 }
 
-/// The segments of a motor: as many as said, each following the one before (decisions K-J8 and K-J9).
+/// Checks the segments of a motor: as many as its axis says, each following the one before (decisions K-J8 and K-J9).
 fn axis(found: &mut Found<'_>, blocks: &Blocks<'_>, axis: &Axis<'_>) {
     let (motor, said) = (axis.motor_address, axis.segment_count);
     if !is_motor(motor) {
@@ -167,7 +168,8 @@ fn axis(found: &mut Found<'_>, blocks: &Blocks<'_>, axis: &Axis<'_>) {
     }
 }
 
-/// One curve: time goes on, its ends lie in the move and the range, and so does what is between (decision K-J8).
+/// Checks one curve: time increases, and the curve stays in the move and the range, also between its ends (decision
+/// K-J8).
 fn curve(found: &mut Found<'_>, place: Place, points: &Points) {
     let Points([begin, out, into, end]) = points;
     let numbers = points.0.map(|point| [point.time.0, point.position.0]);
@@ -177,7 +179,7 @@ fn curve(found: &mut Found<'_>, place: Place, points: &Points) {
     if let Some((_, &next)) = steps.find(|(one, next)| one.partial_cmp(next).is_none_or(Ordering::is_gt)) {
         found(Error, MoveError::number(place, "points", next, "is earlier than the point before"));
     } else if begin.time.0 >= end.time.0 {
-        found(Error, MoveError::number(place, "points", end.time.0, "is both begin and end"));
+        found(Error, MoveError::number(place, "points", end.time.0, "is both start and end"));
     }
     let ends = [begin.position.0, end.position.0];
     if let Some(&outside) = times.iter().chain(&ends).find(|number| !whole.contains(*number)) {
@@ -187,15 +189,15 @@ fn curve(found: &mut Found<'_>, place: Place, points: &Points) {
     if let Some(&none) = numbers.as_flattened().iter().find(|number| !number.is_finite()) {
         found(Error, MoveError::NotFinite { place, what: "points", bits: none.to_bits() });
     }
-    // A curve stays between its points, so that it can only leave where a handle does.
+    // A curve stays within the hull of its points, so it can leave the range only if a handle does.
     if [out, into].iter().any(|handle| !whole.contains(&handle.position.0)) {
         if let Some(outside) = points.curve().ok().and_then(|curve| outside(&curve)) {
-            found(Warning, MoveError::number(place, "points", outside, "is where the curve leaves the range"));
+            found(Warning, MoveError::number(place, "points", outside, "is a position of the curve outside the range"));
         }
     }
 }
 
-/// The farthest position outside the range, if it is outside by more than rounding.
+/// Farthest position outside the range, if it is outside by more than rounding.
 fn outside(curve: &bezier::Segment) -> Option<f32> {
     let (least, most) = curve.range();
     let (below, above) = (-least, most - 1.0);

@@ -1,4 +1,4 @@
-//! The values that blocks are made of.
+//! Values of the fields of blocks.
 
 use core::fmt;
 
@@ -10,26 +10,26 @@ use zerocopy::ByteOrder;
 use crate::message::{Normalized, Seconds};
 
 open_enum! {
-    /// What a move waits for before it begins. Source: kOS, `TrajectoryData`.
+    /// Condition for the start of a move. Source: kOS, `TrajectoryData`.
     pub struct DelayMode(u8) {
-        /// Nothing.
+        /// No delay.
         NONE = 0,
-        /// A time in seconds.
+        /// Time to wait, in seconds.
         INTERVAL = 1,
-        /// A time of day (safety decision 5).
+        /// Moment to wait for (safety decision 5).
         UNTIL = 2,
     }
 }
 
-/// How often a move is played again: 0 to 254 times, or 255 for ever (decision K-J4).
+/// Number of times that a move is played again: 0 to 254, or 255 for ever (decision K-J4).
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 #[repr(transparent)]
 pub struct LoopCount(pub u8);
 
 impl LoopCount {
-    /// Once, without a loop.
+    /// No loop: the move is played once.
     pub const NONE: Self = Self(0);
-    /// Until it is stopped.
+    /// Loops until the move is stopped.
     pub const FOREVER: Self = Self(255);
 }
 
@@ -44,56 +44,57 @@ impl fmt::Display for LoopCount {
 
 __newtype! { LoopCount(u8) "" }
 
-/// How long or until when a move waits: four bytes whose meaning [`DelayMode`] says.
+/// Time or moment that a move waits for: four bytes whose meaning depends on [`DelayMode`].
 ///
-/// The field is an IEEE number, yet a moment does not fit into one: as a float, Unix time has steps of 128 seconds.
-/// So a moment is sent as an integer, which is also the safe mistake: a device that reads a float never starts. What is
-/// received is told apart by its bits (decision K-J3, safety decision 5).
+/// In the specification the field is an IEEE number, but a moment does not fit into one: as a float, Unix time has
+/// steps of 128 seconds. So a moment is sent as an integer. That is also the safe mistake, because a device that reads
+/// a float never starts. The bits of a received value show how it is written (decision K-J3, safety decision 5).
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[repr(transparent)]
 pub struct DelayInterval(pub u32);
 
 impl DelayInterval {
-    /// A time, for [`DelayMode::INTERVAL`].
+    /// Makes a time, for [`DelayMode::INTERVAL`].
     #[must_use]
     pub const fn from_seconds(seconds: Seconds) -> Self {
         Self(seconds.0.to_bits())
     }
 
-    /// Seconds since 1970, for [`DelayMode::UNTIL`].
+    /// Makes a moment from seconds since 1970, for [`DelayMode::UNTIL`].
     #[must_use]
     pub const fn from_unix_time(seconds: u32) -> Self {
         Self(seconds)
     }
 
-    /// Seconds since 1970 as IEEE number, rounded to 128 seconds, for [`DelayMode::UNTIL`].
+    /// Makes a moment from seconds since 1970 as an IEEE number, rounded to 128 seconds, for [`DelayMode::UNTIL`].
     ///
-    /// Only for a device that is known to read it so: one that reads an integer starts at once (safety decision 5).
+    /// Use it only for a device that is known to read an IEEE number, because a device that reads an integer starts at
+    /// once (safety decision 5).
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "that is what this form of it costs")]
+    #[expect(clippy::cast_precision_loss, reason = "the rounding to 128 seconds is documented")]
     pub const fn from_unix_time_as_float(seconds: u32) -> Self {
         Self((seconds as f32).to_bits())
     }
 
-    /// The time, under [`DelayMode::INTERVAL`].
+    /// Time in seconds, for [`DelayMode::INTERVAL`].
     #[must_use]
     pub const fn seconds(self) -> Seconds {
         Seconds(f32::from_bits(self.0))
     }
 
-    /// Whether a moment is written as an IEEE number: bits that are one of 2004 to 2038, and as an integer would be a
-    /// moment before the protocol was made.
+    /// Whether a moment is written as an IEEE number. Such bits are a moment from 2004 to 2038 as a float. As an
+    /// integer they would be a moment before the protocol was made.
     #[must_use]
     pub const fn is_float_time(self) -> bool {
         matches!(self.0, 0x4E80_0000..=0x4EFF_FFFF)
     }
 
-    /// Seconds since 1970, under [`DelayMode::UNTIL`], whichever way it is written.
+    /// Moment in seconds since 1970, for [`DelayMode::UNTIL`], in either form.
     #[must_use]
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        reason = "the bits of a float time are those of a whole number of 31 bits"
+        reason = "a float time is a whole number of at most 31 bits"
     )]
     pub const fn unix_time(self) -> u32 {
         if self.is_float_time() { f32::from_bits(self.0) as u32 } else { self.0 }
@@ -108,17 +109,17 @@ impl fmt::Display for DelayInterval {
 
 __newtype! { DelayInterval(u32) "" }
 
-/// A point of a curve: when, and where.
+/// Point of a curve: a time and a position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Point {
-    /// When: 0 is the begin of the move, 1 its end.
+    /// Time: 0 is the start of the move, 1 its end.
     pub time: Normalized,
-    /// Where: 0 is the begin of the motor's range, 1 its end.
+    /// Position: 0 is the begin of the motor's range, 1 its end.
     pub position: Normalized,
 }
 
 impl Point {
-    /// A point.
+    /// Makes a point.
     #[must_use]
     pub const fn new(time: f32, position: f32) -> Self {
         Self { time: Normalized(time), position: Normalized(position) }
@@ -138,17 +139,17 @@ impl List for Point {
     }
 }
 
-/// The four points of a curve: begin, two handles, end.
+/// The four points of a curve: start, two handles, end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[repr(transparent)]
 pub struct Points(pub [Point; 4]);
 
 impl Points {
-    /// The curve through them, in parts of the move and of the motor's range.
+    /// Curve through the points, in parts of the move and of the motor's range.
     ///
     /// # Errors
     ///
-    /// [`OutOfRange`], if a number is infinite or none at all.
+    /// [`OutOfRange`] if a number is NaN or infinite.
     pub fn curve(&self) -> Result<bezier::Segment, OutOfRange> {
         bezier::Segment::from_f32(self.0.map(|point| [point.time.0, point.position.0]))
     }
@@ -200,7 +201,7 @@ mod tests {
 
     /// Decision K-J3.
     #[test]
-    fn a_moment_is_told_apart_by_its_bits() {
+    fn the_bits_of_a_moment_show_how_it_is_written() {
         let moment = 1_700_000_000_u32;
         assert_eq!(DelayInterval::from_unix_time(moment).unix_time(), moment);
         assert!(!DelayInterval::from_unix_time(moment).is_float_time());

@@ -1,4 +1,4 @@
-//! The reader: blocks that are a move, as people mean it, and where its motors are at any time.
+//! Reader: the meaning of the blocks of a move, and the positions of its motors at any time.
 
 use core::fmt;
 
@@ -14,7 +14,7 @@ use super::values::Points;
 use crate::lint::Context;
 use crate::message::{MotorAddress, Rotations};
 
-/// Blocks that are a move.
+/// Move that was read from blocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Trajectory<'a> {
     blocks: Blocks<'a>,
@@ -22,13 +22,13 @@ pub struct Trajectory<'a> {
 }
 
 impl<'a> Trajectory<'a> {
-    /// Reads the move in these blocks, which may stand in any order.
+    /// Reads a move from blocks in any order.
     ///
-    /// What lint only warns of is taken, and so is a move without motors.
+    /// A move on which lint only has warnings is accepted, and so is a move without motors.
     ///
     /// # Errors
     ///
-    /// [`MoveError`], if lint finds an error in the blocks, or if the specification does not name the kind of move or of
+    /// [`MoveError`] if lint finds an error in the blocks, or if the specification does not name the kind of move or of
     /// delay.
     pub fn new(data: &TrajectoryData<'a>) -> Result<Self, MoveError> {
         let blocks = data.blocks;
@@ -47,13 +47,13 @@ impl<'a> Trajectory<'a> {
         Ok(Self { blocks, play: Play::read(&playback, &time_lapse)? })
     }
 
-    /// How it is played.
+    /// Settings for playing the move.
     #[must_use]
     pub const fn play(&self) -> Play {
         self.play
     }
 
-    /// The motors and their ways, in the order of their blocks.
+    /// Motors and their ways, in the order of their blocks.
     pub fn tracks(&self) -> impl Iterator<Item = Track<'a>> + use<'a> {
         let Self { blocks, play } = *self;
         blocks.axes().map(move |Axis { motor_address: motor, segment_count, .. }| Track {
@@ -66,10 +66,12 @@ impl<'a> Trajectory<'a> {
         })
     }
 
-    /// What the motors cannot do of it, by what is known of them: their own limits, and those of what they turn.
+    /// Parts of the move that the motors cannot do, according to their known limits and those of the axes that they
+    /// drive.
     ///
-    /// Speeds of a time lapse are those of its estimated time. Where it stops for each photo they are not looked at, for
-    /// nothing says how long the motors take between the photos; nor where it takes no time at all.
+    /// The speeds of a time lapse follow from its estimated time. They are not checked if the motors stop for each
+    /// photo, because the specification does not say how long the motors take between photos. They are also not checked
+    /// if the time lapse takes no time.
     pub fn excesses<'m>(&self, known: &Context<'m>) -> impl Iterator<Item = Excess> + use<'a, 'm> {
         let known = *known;
         let stops = matches!(self.play, Play::TimeLapse(TimeLapseMotion { style: Style::ShootMoveShoot, .. }));
@@ -81,57 +83,57 @@ impl<'a> Trajectory<'a> {
         })
     }
 
-    /// The way of one motor; `None` if it has no part in the move.
+    /// Way of one motor; `None` if the motor does not take part in the move.
     #[must_use]
     pub fn track(&self, motor: MotorAddress) -> Option<Track<'a>> {
         self.tracks().find(|track| track.motor.number() == motor.number())
     }
 }
 
-/// The way of a motor.
+/// Way of a motor.
 ///
-/// In parts of the move and of the motor's range, each from 0 to 1, unless it was turned into seconds and rotations by
-/// [`in_rotations`](Self::in_rotations).
+/// Times and positions are parts of the move and of the motor's range, each from 0 to 1, unless the track was converted
+/// to seconds and rotations by [`in_rotations`](Self::in_rotations).
 #[derive(Clone, Copy, PartialEq)]
 pub struct Track<'a> {
     blocks: Blocks<'a>,
     motor: MotorAddress,
     segment_count: u8,
-    /// Seconds of the move.
+    /// Time of the move, in seconds.
     move_time: f64,
-    /// What a position of 1 is.
+    /// Position that belongs to 1.
     range: f64,
-    /// What a time of 1 is.
+    /// Time that belongs to 1.
     span: f64,
 }
 
 impl<'a> Track<'a> {
-    /// Which motor.
+    /// Motor address.
     #[must_use]
     pub const fn motor(&self) -> MotorAddress {
         self.motor
     }
 
-    /// How many segments it has.
+    /// Number of segments.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.segment_count as usize
     }
 
-    /// Whether it has none: then the motor has a part in the move, and nothing says where it is.
+    /// Whether there are no segments. Then the motor takes part in the move, but its position is not known.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.segment_count == 0
     }
 
-    /// The same way in seconds from the begin of the move, and in rotations from the begin of the motor's range, which
-    /// ends at `range`; see [`Motor::range`](crate::message::Motor::range).
+    /// Same way in seconds from the start of the move, and in rotations from the begin of the motor's range, which ends
+    /// at `range`. See [`Motor::range`](crate::message::Motor::range).
     ///
-    /// The seconds of a time lapse are estimated: see [`Play::move_time`].
+    /// The seconds of a time lapse are an estimate. See [`Play::move_time`].
     ///
     /// # Errors
     ///
-    /// [`MoveError`], if the range is 0, infinite or not a number, or if the time lapse takes no time.
+    /// [`MoveError`] if the range is 0, NaN or infinite, or if the time lapse takes no time.
     pub fn in_rotations(self, range: Rotations) -> Result<Self, MoveError> {
         let place = Place::Motor(self.motor);
         if !range.0.is_finite() {
@@ -141,23 +143,23 @@ impl<'a> Track<'a> {
             return Err(MoveError::Uncalibrated { motor: self.motor });
         }
         if self.move_time <= 0.0 {
-            return Err(MoveError::number(Place::Move, "delay and exposure", 0.0, "is no time for a move"));
+            return Err(MoveError::number(Place::Move, "delay and exposure", 0.0, "is too short for a move"));
         }
         Ok(Self { range: range.0.into(), span: self.move_time, ..self })
     }
 
-    /// Where the motor is at a time on the way forward, and how fast; `None` if nothing says where it is.
+    /// Position, speed and acceleration of the motor at a time on the way forward; `None` if there are no segments.
     ///
-    /// Before the first segment and behind the last it rests at their ends. For the time in a move with loops, see
-    /// [`Play::elapsed_at`]. Each call looks through the blocks once; [`segments`](Self::segments) gives the curves for
-    /// many times.
+    /// Before the first segment and after the last one the motor rests at their ends. For the time in a move with
+    /// loops, see [`Play::elapsed_at`]. Each call searches the blocks once. For many times,
+    /// [`segments`](Self::segments) gives the curves.
     #[must_use]
     pub fn at(&self, time: f64) -> Option<Motion> {
         self.at_elapsed(time / self.span)
     }
 
-    /// Where the motor is so far in the move, 0 to 1, as `PlaybackStatus` reports it and [`Play::elapsed_at`] has it;
-    /// otherwise like [`at`](Self::at).
+    /// Position, speed and acceleration at an elapsed part of the move, 0 to 1, as in `PlaybackStatus` and
+    /// [`Play::elapsed_at`]. Otherwise like [`at`](Self::at).
     #[must_use]
     pub fn at_elapsed(&self, elapsed: f64) -> Option<Motion> {
         let begun = |segment: &Segment<'_>| {
@@ -175,9 +177,9 @@ impl<'a> Track<'a> {
         })
     }
 
-    /// Its curves, one behind the other, in parts of the move and of the range.
+    /// Curves in order, in parts of the move and of the range.
     ///
-    /// At most 255 blocks are looked through for each.
+    /// For each curve, at most 255 blocks are searched.
     pub fn segments(&self) -> impl Iterator<Item = bezier::Segment> + use<'a> {
         let track = *self;
         (0..self.segment_count).filter_map(move |number| {
@@ -186,7 +188,7 @@ impl<'a> Track<'a> {
         })
     }
 
-    /// Its key frames, one more than segments, with their handles; none without segments.
+    /// Key frames with their handles: one more than segments, or none without segments.
     pub fn keys(&self) -> impl Iterator<Item = Key> + use<'a> {
         let track = *self;
         let mut segments = self.segments();
@@ -200,10 +202,10 @@ impl<'a> Track<'a> {
         })
     }
 
-    /// The greatest speed and acceleration of each segment.
+    /// Greatest speed and acceleration of each segment.
     ///
-    /// What happens where segments meet, or where the move begins, is not in it: if the speed jumps there, no motor can
-    /// follow at once.
+    /// Jumps of the speed between segments or at the start of the move are not included. No motor can follow such a
+    /// jump at once.
     pub fn peaks(&self) -> impl Iterator<Item = Peaks> + use<'a> {
         let (range, span) = (self.range.abs(), self.span);
         self.segments().zip(0..=u8::MAX).map(move |(curve, segment)| Peaks {
@@ -213,13 +215,13 @@ impl<'a> Track<'a> {
         })
     }
 
-    /// Where it is faster than these limits, or changes speed faster.
+    /// Segments whose speed or acceleration exceeds these limits.
     pub fn excesses(&self, limits: Limits) -> impl Iterator<Item = Excess> + use<'a> {
         let motor = self.motor;
         self.peaks().flat_map(move |peaks| limits.exceeded(motor, peaks))
     }
 
-    /// The way in rotations, and the limits of its motor; `None` if the move takes no time, so that it has no speed.
+    /// Way in rotations, and the limits of its motor; `None` if the move takes no time, because then it has no speed.
     fn measured(self, known: &Context<'_>) -> Result<Option<(Self, Limits)>, Excess> {
         let motor = self.motor;
         let found = known.motor(motor).ok_or(Excess::Absent { motor })?;
@@ -229,7 +231,7 @@ impl<'a> Track<'a> {
         Ok(self.in_rotations(range).ok().map(|track| (track, limits)))
     }
 
-    /// The segments of this motor, in the order of their blocks.
+    /// Segments of this motor, in the order of their blocks.
     fn numbered(&self) -> impl Iterator<Item = Segment<'a>> + use<'a> {
         self.blocks.segments_of(self.motor)
     }
@@ -242,7 +244,7 @@ impl<'a> Track<'a> {
     }
 }
 
-// The printing of core for `f64` cannot be proven free of panics.
+// The printing of `f64` in core cannot be proven free of panics.
 impl fmt::Debug for Track<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Track")
@@ -254,7 +256,7 @@ impl fmt::Debug for Track<'_> {
     }
 }
 
-/// A rate in other units; `None` if it is infinite, or too great for a number.
+/// Rate in other units; `None` if it is infinite or too great for a number.
 fn finite(rate: Option<f64>, unit: f64) -> Option<f64> {
     rate.map(|rate| rate * unit).filter(|rate| rate.is_finite())
 }

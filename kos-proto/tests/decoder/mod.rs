@@ -1,4 +1,4 @@
-//! A second decoder, written from the tables of the specification with nom.
+//! Second decoder, written with nom from the tables of the specification.
 
 use kos_proto::message::Numbered;
 use kos_proto::{DeviceMessage, Frame, HostMessage};
@@ -12,29 +12,29 @@ use serde_json::{Map, Value, json};
 
 type Object = Map<String, Value>;
 
-/// A type of the specification.
+/// Type of the specification.
 #[derive(Clone, Copy)]
 pub(crate) enum Type {
     U8,
     U32,
     Float,
-    /// A hardware address.
+    /// Hardware address.
     Mac,
     /// Four bytes, one by one.
     Version,
     String,
     Block,
-    /// What may be left out.
+    /// Field that may be left out.
     MaybeU8,
-    /// What may be left out, but not be cut short.
+    /// Field that may be left out, but not be cut off.
     MaybeU32,
-    /// All that is left.
+    /// All remaining bytes.
     Rest,
-    /// A count, and so many groups.
+    /// Count, followed by that many groups.
     Motors(&'static [(&'static str, Type)]),
     /// Four points of two numbers.
     Points,
-    /// A count, and so many blocks.
+    /// Count, followed by that many blocks.
     Blocks,
 }
 use Type::{Block, Blocks, Float, Mac, MaybeU8, MaybeU32, Motors, Points, Rest, String as Text, U8, U32, Version};
@@ -73,7 +73,8 @@ const LED: &[Row] = &[("master_status", U8), ("slave_status", U8)];
 const MOVE: &[Row] = &[("blocks", Blocks)];
 const PASSWORD: &[Row] = &[("password", Text)];
 
-/// Section 2: from the client. Id, type, action; name; what is behind the header, or behind the action.
+/// Section 2: messages of the client. Columns: id, type, action, name, and the fields after the header or after the
+/// action.
 pub(crate) const HOST: &[(u16, u8, u8, &str, &[Row])] = &[
     (0x00, 0, 0, "KeepAlive", &[]),
     (0x02, 1, 0, "NetworkInfo", &[("limited_response", MaybeU8)]),
@@ -113,7 +114,7 @@ pub(crate) const HOST: &[(u16, u8, u8, &str, &[Row])] = &[
     ),
 ];
 
-/// Section 2: from the device. The newer layouts.
+/// Section 2: messages of the device in the newer layouts.
 pub(crate) const DEVICE: &[(u16, u8, u8, &str, &[Row])] = &[
     (
         0x02,
@@ -209,7 +210,8 @@ const BLOCKS: &[(u8, &[Row])] = &[
     (6, &[("motor_address", U8), ("segment_number", U8), ("points", Points)]),
 ];
 
-/// Decision 7: the layout of the older dialect, where the length `len` of the whole message is exactly its own.
+/// Decision 7: layout of the older dialect, if the length `len` of the whole message is exactly that of the older
+/// layout.
 fn older(name: &str, message: &[u8]) -> Option<&'static [Row]> {
     let len = message.len();
     match name {
@@ -240,7 +242,7 @@ fn number(bits: u32) -> Value {
     if number.is_finite() { f64::from(number).into() } else { format!("0x{bits:08x}").into() }
 }
 
-/// A field, into the object.
+/// Reads a field into the object.
 fn field<'a>(input: &'a [u8], (name, kind): Row, object: &mut Object) -> IResult<&'a [u8], ()> {
     let (input, value) = match kind {
         MaybeU8 | MaybeU32 if input.is_empty() => return Ok((input, ())),
@@ -286,7 +288,7 @@ fn group<'a>(input: &'a [u8], rows: &[Row]) -> IResult<&'a [u8], Value> {
     Ok((input, object.into()))
 }
 
-/// Fields, and what is behind them.
+/// Reads fields, and the bytes after them.
 fn with_tail(input: &[u8], rows: &[Row], object: &mut Object) -> Option<()> {
     let (tail, ()) = fields(input, rows, object).ok()?;
     if !tail.is_empty() {
@@ -307,7 +309,7 @@ fn block(input: &[u8]) -> IResult<&[u8], Value> {
     Ok((input, object.into()))
 }
 
-/// Section 1: the header of a message that is all of the input.
+/// Section 1: header of a message that takes all of the input.
 fn header(input: &[u8]) -> IResult<&[u8], (u16, u8)> {
     let whole = input.len();
     let (input, _) = tag(&[4_u8][..]).parse(input)?;
@@ -315,7 +317,7 @@ fn header(input: &[u8]) -> IResult<&[u8], (u16, u8)> {
     (be_u16, be_u8).parse(input)
 }
 
-/// What a message says: its name, id, type and fields; or nothing, if it has to be refused.
+/// Content of a message: its name, id, type and fields; `None` if it has to be refused.
 fn oracle(table: &[(u16, u8, u8, &str, &[Row])], message: &[u8]) -> Option<Value> {
     let (mut body, (id, kind)) = header(message).ok()?;
     let mut object = Object::new();
@@ -351,7 +353,7 @@ macro_rules! decoder {
 decoder! { host, HostMessage }
 decoder! { device, DeviceMessage }
 
-/// Both decoders, on both sides; the values, where they agree on some.
+/// Compares both decoders on both sides, and returns the values on which they agree.
 pub(crate) fn agree(bytes: &[u8]) -> [Option<Value>; 2] {
     let (by_host, by_device) = (oracle(HOST, bytes), oracle(DEVICE, bytes));
     assert_eq!(host(bytes), by_host, "{bytes:02x?}");
@@ -359,7 +361,7 @@ pub(crate) fn agree(bytes: &[u8]) -> [Option<Value>; 2] {
     [by_host, by_device]
 }
 
-/// A message around anything.
+/// Message with any payload.
 pub(crate) fn message(id: u16, kind: u8, payload: &[u8]) -> Vec<u8> {
     let mut bytes = vec![4];
     bytes.extend(u16::try_from(payload.len() + 6).unwrap().to_be_bytes());

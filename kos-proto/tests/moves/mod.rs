@@ -1,4 +1,4 @@
-//! Any bytes as a move, and plans of any kind through the builder: what holds of them all.
+//! Any bytes as a move, plans of any kind through the builder, and the properties that hold for all of them.
 
 use kos_proto::HostMessage;
 use kos_proto::lint::Context;
@@ -13,7 +13,8 @@ use kos_proto::trajectory::{
 use motion_core::lint::Severity;
 use motion_core::wire::Message;
 
-/// Any bytes as a move: what is read can be asked anything and be planned again, what is not is refused by lint too.
+/// Reads any bytes as a move. An accepted move answers every question and can be planned again. A refused move is also
+/// refused by lint.
 pub(crate) fn read(body: &[u8]) {
     let Ok(data) = TrajectoryData::decode(body) else { return };
     let message = HostMessage::from(data);
@@ -29,7 +30,7 @@ pub(crate) fn read(body: &[u8]) {
     }
 }
 
-/// Times at which nothing may be lost.
+/// Times at which every answer must be finite.
 const TIMES: [f64; 9] = [f64::NAN, f64::NEG_INFINITY, -1.0, 0.0, 1e-9, 0.3, 1.0, 7.0, f64::INFINITY];
 
 fn examine(trajectory: &Trajectory<'_>) {
@@ -77,7 +78,7 @@ fn asked(track: &Track<'_>) {
     assert!(track.peaks().all(|peaks| whole(peaks.speed) && whole(peaks.acceleration)));
 }
 
-/// What the builder takes of it comes back as it is.
+/// A move that the builder accepts comes back unchanged.
 fn planned_again(trajectory: &Trajectory<'_>) {
     let ways: Vec<Vec<bezier::Segment>> = trajectory.tracks().map(|track| track.segments().collect()).collect();
     let motor = |(track, way)| MotorPlan { motor: Track::motor(&track), way: Way::Segments(way) };
@@ -95,7 +96,7 @@ fn planned_again(trajectory: &Trajectory<'_>) {
     }
 }
 
-/// Law 14: lint finds nothing but what was asked for.
+/// Law 14: lint finds only the options that were asked for.
 fn only_asked_for(plan: &Plan<'_>, data: &TrajectoryData<'_>) {
     let (how, mut wanted) = (plan.play(), Vec::new());
     if let Play::Live(LiveMotion { duration, repeat: Loop::RapidReverse { duration: Some(other), .. }, .. }) = how {
@@ -112,7 +113,7 @@ fn only_asked_for(plan: &Plan<'_>, data: &TrajectoryData<'_>) {
     assert_eq!(found, wanted);
 }
 
-/// Whether two curves are the same but for the rounding of the wire.
+/// Whether two curves are equal, except for the rounding of the wire.
 fn near(one: &bezier::Segment, other: &bezier::Segment, span: f64, range: f64) -> bool {
     const ROUNDING: f64 = 5e-7;
     let pairs = one.points().into_iter().zip(other.points());
@@ -122,7 +123,7 @@ fn near(one: &bezier::Segment, other: &bezier::Segment, span: f64, range: f64) -
     })
 }
 
-/// Numbers out of bytes; 0 where there are no more.
+/// Source of numbers from bytes; 0 after the last byte.
 struct Source<'a>(&'a [u8]);
 
 impl Source<'_> {
@@ -132,12 +133,12 @@ impl Source<'_> {
         first
     }
 
-    /// One of so many.
+    /// A number below `count`.
     fn one_of(&mut self, count: u8) -> u8 {
         self.byte() % count
     }
 
-    /// A number from 0 to 1, both of which come up often.
+    /// A number from 0 to 1; both ends come up often.
     fn part(&mut self) -> f64 {
         f64::from(u16::from_be_bytes([self.byte(), self.byte()]).saturating_mul(2)) / 65_535.0
     }
@@ -186,7 +187,7 @@ impl Source<'_> {
         })
     }
 
-    /// Key frames from the begin to the end of the move, with handles that stay in the range and in their time.
+    /// Key frames from the start to the end of the move, with handles that stay in the range and in their time.
     fn keys(&mut self, span: f64, range: f64) -> Vec<Key> {
         let lengths: Vec<f64> = (0..=self.one_of(6)).map(|_| 0.001 + self.part()).collect();
         let whole: f64 = lengths.iter().sum();
@@ -221,7 +222,7 @@ impl Source<'_> {
     }
 }
 
-/// A sound plan: it becomes blocks, lint finds nothing, and it comes back as it was, but for rounding.
+/// Checks a sound plan: it becomes blocks, lint finds nothing, and it comes back unchanged, except for rounding.
 pub(crate) fn plan(input: &[u8]) {
     let mut source = Source(input);
     let how = source.play();
@@ -258,7 +259,7 @@ pub(crate) fn plan(input: &[u8]) {
     assert_eq!(trajectory.tracks().count(), given.len());
     for (motor, range, keys) in &given {
         let normalized = trajectory.track(*motor).expect("planned");
-        let track = normalized.in_rotations(*range).expect("a range that was planned with");
+        let track = normalized.in_rotations(*range).expect("the range of the plan");
         let again: Vec<_> = track.keys().collect();
         assert_eq!(again.len(), keys.len());
         for (one, other) in again.windows(2).zip(keys.windows(2)) {
@@ -277,7 +278,7 @@ pub(crate) fn plan(input: &[u8]) {
     }
 }
 
-/// The wire joins what was joined, and keeps the order of times, rounded or not (decision K-J8).
+/// Points that were joined are joined on the wire, and times keep their order, rounded or not (decision K-J8).
 fn in_order(data: &TrajectoryData<'_>) {
     let mut before = None;
     for block in &data.blocks {
@@ -294,14 +295,14 @@ fn in_order(data: &TrajectoryData<'_>) {
                 before = Some((points[3].time.0, left - 1, Some(points[3].position)));
                 assert!(left > 1 || points[3].time == Normalized(1.0));
             }
-            _ => assert_eq!(before, None, "what is said of the move comes first"),
+            _ => assert_eq!(before, None, "the settings of the move come first"),
         }
     }
 }
 
-/// Where curves are at a time, by halving the curve parameter until there is no more.
+/// Position of curves at a time, found by halving the interval of the curve parameter.
 fn bisected(curves: &[bezier::Segment], time: f64) -> f64 {
-    let curve = curves.iter().rfind(|curve| curve.start() <= time).expect("the first begins at 0");
+    let curve = curves.iter().rfind(|curve| curve.start() <= time).expect("the first starts at 0");
     let [p0, p1, p2, p3] = curve.points();
     let cubic = |u: f64, [a, b, c, d]: [f64; 4]| {
         let v = 1.0 - u;
@@ -316,7 +317,7 @@ fn bisected(curves: &[bezier::Segment], time: f64) -> f64 {
     cubic(low, [p0.position, p1.position, p2.position, p3.position])
 }
 
-/// Any numbers as a plan: blocks that lint finds nothing in, or an error; never anything else.
+/// Checks a plan of any numbers: it becomes blocks on which lint is silent, or an error, and nothing else.
 pub(crate) fn hostile_plan(input: &[u8]) {
     let mut source = Source(input);
     let mut how = source.play();

@@ -1,4 +1,4 @@
-//! A receiver of USB reports told in vectors, and any sequence of reports for it and for the real one.
+//! Model of a receiver of USB reports, and any sequence of reports for the model and the real receiver.
 
 use kos_proto::frame::{self, Frame, FrameError, MessageId, MessageType};
 use kos_proto::usb::{Dropped, Fragments, Reassembly, ReportError, decode};
@@ -7,7 +7,7 @@ use motion_core::time::Millis;
 /// `StopPlayback`.
 pub(crate) const STOP: [u8; 7] = [4, 0, 7, 0, 0x80, 0, 6];
 
-/// A message in one report, with the id of the report, or as it is when a library has taken the id off.
+/// A message in one report, with the id of the report, or without it as some libraries return it.
 pub(crate) fn report(message: &[u8], numbered: bool) -> Vec<u8> {
     let mut report = [&[1], message].concat();
     assert!(report.len() <= 64, "it fits");
@@ -15,7 +15,7 @@ pub(crate) fn report(message: &[u8], numbered: bool) -> Vec<u8> {
     if numbered { report } else { report.split_off(1) }
 }
 
-/// What came of a message, and what is known of it.
+/// Message of which some pieces have come.
 struct Waiting {
     bytes: Vec<u8>,
     needed: usize,
@@ -23,7 +23,7 @@ struct Waiting {
     last: u64,
 }
 
-/// A receiver as safety decision 4 describes it.
+/// Receiver as safety decision 4 describes it.
 struct Model {
     room: usize,
     waiting: Option<Waiting>,
@@ -40,7 +40,7 @@ fn stripped(report: &[u8], numbered: bool) -> Result<Vec<u8>, ReportError> {
     Ok(report.iter().skip(usize::from(numbered)).take(63).copied().collect())
 }
 
-/// The message in a report, or why there is none, and what is behind it.
+/// Message in a report and the bytes after it, or the error.
 fn single(report: &[u8]) -> Result<(Vec<u8>, Vec<u8>), ReportError> {
     let data = stripped(report, report.first() != Some(&4))?;
     let have = data.len();
@@ -92,7 +92,7 @@ impl Model {
     }
 }
 
-/// A receiver with room for `N` bytes, and what it should do.
+/// Receiver with room for `N` bytes, and its model.
 struct Both<const N: usize> {
     real: Reassembly<N>,
     model: Model,
@@ -113,10 +113,11 @@ impl<const N: usize> Both<N> {
     }
 }
 
-/// Any sequence of reports, among them long messages with pieces lost, doubled and late: the receiver does what the
-/// model does, a long message that nothing happened to arrives, and `StopPlayback` arrives always.
+/// Sends any sequence of reports, among them long messages with lost, doubled and late pieces. The receiver does what
+/// the model does. An undisturbed long message arrives, and `StopPlayback` always arrives.
 ///
-/// The input is a list of operations: one byte that says what, one that says how much, and what it needs.
+/// The input is a list of operations: one byte for the kind, one byte for the amount, and the bytes that the operation
+/// needs.
 pub(crate) fn hostile<const N: usize>(input: &[u8]) {
     let model = Model { room: N, waiting: None };
     let mut both = Both::<N> { real: Reassembly::assume(), model, now: 0 };
@@ -127,11 +128,11 @@ pub(crate) fn hostile<const N: usize>(input: &[u8]) {
         match what & 7 {
             // Any bytes.
             0 => drop(both.push(&input.by_ref().take(amount.into()).collect::<Vec<u8>>())),
-            // Any bytes behind an id.
+            // Any bytes after an id.
             1 => drop(both.push(&[vec![1], input.by_ref().take(63).collect()].concat())),
-            // A long time.
+            // A wait.
             2 => both.now += u64::from(amount),
-            // A message of any length in its reports; which of them are lost, doubled and late is in two bits each.
+            // A message of any length in its reports. Two bits for each report say whether it is lost, doubled or late.
             3..=5 => {
                 let mishaps =
                     u64::from_le_bytes([0, 0, input.next().unwrap_or(0), input.next().unwrap_or(0), 0, 0, 0, 0]);
@@ -142,9 +143,9 @@ pub(crate) fn hostile<const N: usize>(input: &[u8]) {
                 assert_eq!(written, Ok(message.len()));
                 fragments(&mut both, &message, numbered, mishaps);
             }
-            // A piece that says it goes on for longer than it does.
+            // A piece whose length field says more than comes.
             6 => drop(both.push(&report(&[&[4, 0, amount, 0, 0x12, 0, 4][..], &[amount; 56]].concat(), numbered))),
-            // What has to arrive, with the id or without, in buffers of any length.
+            // A stop that has to arrive, with or without the id, in buffers of any length.
             _ => {
                 let mut stop = report(&STOP, numbered);
                 stop.truncate(usize::from(amount).max(8));
@@ -161,7 +162,7 @@ fn fragments<const N: usize>(both: &mut Both<N>, message: &[u8], numbered: bool,
     let clear = both.model.waiting.is_none();
     let mut arrived = Vec::new();
     for (at, report) in reports.enumerate() {
-        assert!(at == 0 || decode(report.as_ref()).is_err(), "a piece is no message");
+        assert!(at == 0 || decode(report.as_ref()).is_err(), "a piece is not a message");
         let report = if numbered { report.as_ref() } else { &report.as_ref()[1..] };
         let times = match mishaps >> (2 * at) & 3 {
             0 => 1,
@@ -176,6 +177,6 @@ fn fragments<const N: usize>(both: &mut Both<N>, message: &[u8], numbered: bool,
     }
     if clear && mishaps == 0 {
         let wanted = if message.len() <= N.max(63) { vec![message.to_vec()] } else { vec![] };
-        assert_eq!(arrived, wanted, "what nothing happened to arrives whole, if there is room");
+        assert_eq!(arrived, wanted, "an undisturbed message arrives complete, if there is room");
     }
 }

@@ -1,8 +1,8 @@
-//! A host and a device of Dragonframe DMC v2, a line between them that is not always good, and a rig.
+//! Host and device of Dragonframe DMC v2, a faulty line between them, and a rig.
 //!
-//! Every run of the model comes to an end: the application wants each thing once, the line has a bounded number of
-//! faults, and time jumps for nothing only when nobody owes anything; each jump before that, which is delay, is counted.
-//! What is open in a state that nothing follows, stays so for ever.
+//! Every run of the model ends. The application makes each request once, and the line has a bounded number of faults.
+//! Time advances freely only when nothing is outstanding; every other advance is a delay and is counted. A request that
+//! is open in a state without successors stays open for ever.
 
 mod book;
 mod properties;
@@ -26,57 +26,57 @@ pub use book::Fault;
 pub use rig::Report;
 pub use wants::Want;
 
-/// What is explored, and its bounds.
+/// Setup of the model, and its bounds.
 #[derive(Clone, Debug)]
 pub struct Dmc {
-    /// What was done over a good line before; nothing, not even a greeting, if `None`.
+    /// Requests that were done before over a good line. With `None` there was nothing before, not even a greeting.
     pub before: Option<&'static [Want]>,
-    /// What the application wants, each once, at any moment and in any order.
+    /// Requests of the application. Each comes once, at any moment and in any order.
     pub wants: &'static [Want],
-    /// What may happen to messages in each direction.
+    /// Faults of messages in each direction.
     pub line: Faults,
-    /// What else may happen.
+    /// Other events that may happen.
     pub mishaps: Mishaps,
-    /// Requests on their way at once.
+    /// Number of requests in flight at once.
     pub window: u8,
-    /// How the machines are spoilt, to see whether it is found.
+    /// Mistake in a machine that the properties must find.
     pub spoilt: Option<Spoilt>,
 }
 
-/// How often something may happen.
+/// Number of times that each event may happen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub struct Mishaps {
-    /// Time jumps to the next deadline though messages are on their way, or motors on theirs.
+    /// Time advances to the next deadline while messages are in flight, or motors move.
     pub delays: u8,
-    /// A limit switch.
+    /// A limit switch is pressed.
     pub limits: u8,
-    /// The emergency stop.
+    /// The emergency stop is pressed.
     pub emergencies: u8,
     /// The link is cut.
     pub cuts: u8,
     /// The device is reset.
     pub boots: u8,
-    /// The operator starts what is ready.
+    /// The operator starts a move that is ready.
     pub operators: u8,
 }
 
-/// A machine that is wrong.
+/// Mistake in a machine, made on purpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Spoilt {
-    /// A device that acknowledges stops, and does not obey them.
+    /// The device acknowledges stops, and does not obey them.
     DeafDevice,
-    /// A host that sends again whatever is not answered, once more, even a jog.
+    /// The host sends everything without an answer once more, even a jog.
     EagerHost,
-    /// A host that keeps a stop back until it sends something else.
+    /// The host holds a stop back until it sends another message.
     LazyHost,
 }
 
-/// What may happen next.
+/// Next event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Action {
     /// The link is open, or open again.
     Open,
-    /// The application wants this.
+    /// The application makes the request with this place in its list.
     Want(usize),
     /// The application has configured the device.
     Configured,
@@ -84,27 +84,27 @@ pub enum Action {
     Greet,
     /// The application gives the signal to start.
     Go,
-    /// The first message to the device.
+    /// The first message to the device meets its fate.
     ToDevice(Fate),
-    /// The first message to the host.
+    /// The first message to the host meets its fate.
     ToHost(Fate),
     /// The rig reports.
     Report(Report),
-    /// A limit switch.
+    /// A limit switch is pressed.
     Limit,
-    /// The emergency stop.
+    /// The emergency stop is pressed.
     Emergency,
-    /// The operator's switch.
+    /// The operator presses the switch.
     Operator,
-    /// The link is gone.
+    /// The link is cut.
     Cut,
     /// The device is reset.
     Boot,
-    /// The next deadline comes.
+    /// Time advances to the next deadline.
     Wait,
 }
 
-/// All that there is.
+/// State of the world.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct World {
     now: Millis,
@@ -118,16 +118,16 @@ pub struct World {
     to_host: Line<device::Send>,
     rig: Rig,
     mishaps: Mishaps,
-    /// What the application wanted already: bit n of its list.
+    /// Requests that the application has made: bit n for place n of its list.
     wanted: u16,
     book: Book,
-    /// What the lazy host keeps back.
+    /// Messages that the lazy host holds back.
     kept: Vec<host::Send>,
 }
 
 impl World {
     fn new(window: u8) -> Self {
-        // A report of positions says nothing to the machines here, and each would be one more message to lose.
+        // Reports of positions do not affect these machines, and each would be one more message to lose.
         let options = device::Options::of(hi()).with_report_every(5000);
         Self {
             now: Millis(0),
@@ -145,7 +145,7 @@ impl World {
         }
     }
 
-    /// Nothing is on its way, and no motor either.
+    /// Whether no message is in flight, and no motor moves.
     fn is_quiet(&self) -> bool {
         self.to_device.is_empty() && self.to_host.is_empty() && self.rig.reports().is_empty()
     }
@@ -156,13 +156,13 @@ impl World {
 }
 
 impl Dmc {
-    /// What the application asked for with a token.
+    /// Request of the application with this token.
     fn want(&self, token: Token) -> Option<Want> {
         let before = self.before.unwrap_or_default();
         before.iter().chain(self.wants).nth(token.0 as usize).copied()
     }
 
-    /// A step of the host, and what follows from it.
+    /// Makes a step of the host, and everything that follows from it.
     fn tell_host(&self, world: &mut World, input: host::Input<'_>) {
         let is_stop = matches!(input, host::Input::Command(Command::Stop(_)));
         let (host, mut output) = laws::machine::step(world.host.clone(), world.now, input);
@@ -211,17 +211,17 @@ impl Dmc {
         }
     }
 
-    /// The message that the host sends, for as long as it is looked at.
+    /// Gives the message of the host to `look`.
     fn with_message<T>(&self, send: &host::Send, look: impl FnOnce(&dmc_proto::message::HostMessage<'_>) -> T) -> T {
         let mut scratch = [0; SCRATCH];
         let message = send.message(|name| match name {
             Name::Section(section) => section.message(&Ramp, &mut scratch),
-            Name::Message(token) => self.want(token).and_then(Want::message).expect("a token of the application's"),
+            Name::Message(token) => self.want(token).and_then(Want::message).expect("a token of the application"),
         });
         look(&message)
     }
 
-    /// A step of the device, and what follows from it.
+    /// Makes a step of the device, and everything that follows from it.
     fn tell_device(&self, world: &mut World, input: device::Input<'_>) {
         let stop = match input {
             device::Input::Received { message, .. } if message.is_stop() => Some(message.kind()),
@@ -367,7 +367,7 @@ impl Dmc {
         }
     }
 
-    /// A world in which all that was wanted before is done.
+    /// World in which all earlier requests are done.
     fn prepared(&self) -> World {
         let mut world = World::new(self.window);
         let Some(before) = self.before else { return world };
@@ -383,7 +383,7 @@ impl Dmc {
         world
     }
 
-    /// Everything happens that has to, over a good line.
+    /// Lets everything that is outstanding happen, over a good line.
     fn settle(&self, world: &mut World) {
         let mut actions = vec![];
         loop {
@@ -395,7 +395,7 @@ impl Dmc {
         }
     }
 
-    /// What may happen.
+    /// Possible events.
     fn enabled(&self, world: &World, actions: &mut Vec<Action>) {
         let state = world.host.state();
         actions.extend(world.to_device.fates().map(Action::ToDevice));
@@ -435,7 +435,7 @@ impl Model for Dmc {
     }
 
     fn actions(&self, world: &World, actions: &mut Vec<Action>) {
-        // What is wrong once is found, and not followed.
+        // A state with a fault is found, and its successors are not explored.
         if world.book.fault.is_none() {
             self.enabled(world, actions);
         }

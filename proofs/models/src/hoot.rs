@@ -1,7 +1,7 @@
-//! hoot: a master, a node with three motors, and a line on which packets are lost, damaged, late or answered twice.
+//! Master, a node with three motors, and a line on which packets are lost, damaged, late or answered twice.
 //!
-//! Both clocks stand at [`NOW`] in every state, for the machines are set back behind each jump: so situations that differ
-//! by their age alone are one state.
+//! Both clocks stand at [`NOW`] in every state, because the machines are set back after each advance. So states that
+//! differ only in their age are one state.
 
 use hoot_proto::device::{self, Answer, DeviceMachine, Event as Told, Motion, Port, ProgramState};
 use hoot_proto::host::{self, Command, HostMachine, Request, StopState, Token};
@@ -17,93 +17,93 @@ mod rules;
 
 pub use rules::Broken;
 
-/// Where both clocks stand. What is longer ago than this counts as this long ago.
+/// Time of both clocks in every state. Everything longer ago than this counts as this long ago.
 const NOW: Millis = Millis(10_000);
-/// The address of the node.
+/// Address of the node.
 pub const NODE: Address = Address::DEFAULT;
 
-/// What may happen once, at any time.
+/// Event that may happen once, at any time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Wish {
-    /// The application sends a request, whose token is the number of the wish.
+    /// The application sends a request. Its token is the number of the wish.
     Request(HostMessage<'static>),
-    /// It sets the speed of a run.
+    /// The application sets the speed of a run.
     Speed(Motor, StepsPerSecond),
-    /// It stops everything.
+    /// The application stops everything.
     EmergencyStop,
-    /// It gives up an emergency stop.
+    /// The application ends an emergency stop.
     EndEmergency,
-    /// It keeps the node alive from then on.
+    /// The application keeps the node alive from then on.
     KeepAlive,
-    /// The master's line goes, with what is on it.
+    /// The line of the master goes down, with all packets on it.
     LinkDown,
-    /// It comes back.
+    /// The line of the master comes up again.
     LinkUp,
-    /// Somebody presses the node's button for emergencies.
+    /// A person presses the emergency button of the node.
     Button,
-    /// A motor that moves cannot go on.
+    /// A moving motor cannot go on.
     Fault(Motor),
 }
 
-/// Something that is wrong on purpose, so that a property has something to find.
+/// Mistake in a machine that the properties must find.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum Flaw {
-    /// Nothing.
+    /// No mistake.
     #[default]
     None,
-    /// The node says OK to stops, and goes on.
+    /// The node acknowledges stops, and goes on.
     DeafToStops,
-    /// The master sends a request again that nobody answered, whatever it says.
+    /// The master sends every request without an answer again.
     Resends,
-    /// The master takes no stop while it waits for an answer.
+    /// The master sends no stop while it waits for an answer.
     Polite,
-    /// The master forgets to tell that a request has ended.
+    /// The master does not report the end of a request.
     Forgets,
 }
 
-/// What is explored: how the two are set, what may happen, and how bad the line may be.
+/// Setup of the model, and its bounds.
 #[derive(Clone, Debug)]
 pub struct Hoot {
-    /// How the master is set.
+    /// Options of the master.
     pub options: host::Options,
-    /// The node as it is in the beginning; it is set up by [`setup`](Self::setup) first.
+    /// Options of the node. First of all, [`setup`](Self::setup) is sent to it.
     pub node: device::Options,
-    /// What the node was told before.
+    /// Messages that set up the node.
     pub setup: Vec<HostMessage<'static>>,
-    /// What may happen, each once and in any order.
+    /// Events that may happen, each once and in any order.
     pub wishes: Vec<Wish>,
-    /// Faults of the master's packets.
+    /// Faults of the packets of the master.
     pub requests: Faults,
-    /// Faults of the node's.
+    /// Faults of the packets of the node.
     pub replies: Faults,
-    /// For how many milliseconds a packet may be under way.
+    /// Longest time of a packet in flight, in milliseconds.
     pub delay: u64,
-    /// How often time may pass while one is.
+    /// Number of times that time may advance while a packet is in flight.
     pub late: u8,
-    /// What is wrong on purpose.
+    /// Mistake in a machine.
     pub flaw: Flaw,
 }
 
-/// What is on a line.
+/// Packet on a line.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Packet<Message> {
     message: Message,
-    /// When it arrives at the latest.
+    /// Latest time of its arrival.
     by: Millis,
-    /// Whether it comes right behind the one before it.
+    /// Whether the packet comes directly after the one before.
     follows: bool,
 }
 
-/// What a motor of the rig does.
+/// Motion of a motor of the rig.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Way {
     Resting,
-    /// It goes to a place that is known, or by some steps.
+    /// The motor moves to a known position, or by a number of steps.
     Going(Option<Steps>),
     Running,
 }
 
-/// What was told in the last step, to be sure that it happens.
+/// Reports of the last step, to check that each of them is reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub struct Seen {
     done: bool,
@@ -116,7 +116,7 @@ pub struct Seen {
     program_ended: bool,
 }
 
-/// Everything, at a moment.
+/// State of the world.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct World {
     host: HostMachine,
@@ -127,35 +127,35 @@ pub struct World {
     to_host: Line<Packet<Answer>>,
     late: u8,
     rig: [Way; 3],
-    /// Which motors are on their way home, all together.
+    /// Motors that are on their way home together.
     homing: [bool; 3],
-    /// Wishes that have come true.
+    /// Wishes that have come true: bit n for wish n.
     used: u32,
-    /// Requests without an end.
+    /// Requests that have not ended.
     open: u32,
     /// Requests that were sent.
     sent: u32,
-    /// By when a stop has to be sent, and nothing before it.
+    /// Latest time to send a stop. Nothing may be sent before it.
     stop_due: Option<Millis>,
     /// Whether the application knows that the emergency stop is not confirmed.
     is_told: bool,
     seen: Seen,
-    /// The first rule that was broken.
+    /// First rule that was broken.
     broken: Option<Broken>,
 }
 
-/// What happens next.
+/// Next event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
     /// A wish comes true.
     Wish(usize),
-    /// To the first packet to the node.
+    /// The first packet to the node meets its fate.
     ToNode(Fate),
-    /// To the first packet to the master.
+    /// The first packet to the master meets its fate.
     ToHost(Fate),
-    /// A motor comes to its place.
+    /// A motor arrives.
     Arrives(Motor),
-    /// Time passes, to the next moment at which something is due.
+    /// Time advances to the next deadline.
     Wait,
 }
 
@@ -172,12 +172,12 @@ impl World {
         self.to_node.is_empty() && self.to_host.is_empty()
     }
 
-    /// When the first packet arrives at the latest.
+    /// Latest time at which the first packet arrives.
     fn latest(&self) -> Option<Millis> {
         self.to_node.iter().map(|packet| packet.by).chain(self.to_host.iter().map(|packet| packet.by)).min()
     }
 
-    /// When something is due.
+    /// Next deadline.
     fn next(&self) -> Option<Millis> {
         [self.host_wake, self.node_wake, self.latest()].into_iter().flatten().min()
     }
@@ -227,7 +227,7 @@ impl Hoot {
             }
         }
         let by = now.after(self.delay);
-        // A bridge loses replies that refuse.
+        // A bridge loses refusing replies.
         let answers = output.send.iter().map(|send| send.answer);
         let answers = answers.filter(|answer| !(self.options.bridge && *answer == Answer::Error));
         let packets = answers.enumerate().map(|(at, message)| Packet { message, by, follows: at > 0 });
@@ -260,7 +260,7 @@ impl Hoot {
 
     fn to_host(&self, world: &mut World, fate: Fate) {
         let arrived = world.to_host.meet(fate);
-        // What follows comes before the master has settled.
+        // A packet that follows comes before the settling time of the master is over.
         let soon = NOW.after(u64::from(self.options.settle) - 1);
         let next = world.to_host.iter_mut().next();
         if let Some(next) = next.filter(|next| next.follows || fate == Fate::Doubled) {
@@ -302,7 +302,7 @@ impl Hoot {
                 Command::EmergencyStop
             }
             Wish::EndEmergency => {
-                // Before its first packet, that is what the application wants.
+                // The application may end the emergency before its first packet is sent.
                 world.stop_due = None;
                 Command::EndEmergency
             }
@@ -366,7 +366,7 @@ impl Model for Hoot {
 
     fn init_states(&self) -> Vec<World> {
         let (host, _) = step(HostMachine::new(self.options), NOW, host::Input::LinkUp);
-        // What set it up is long ago.
+        // The setup of the node is long ago.
         let mut node = DeviceMachine::new(self.node);
         for &message in &self.setup {
             (node, _) = step(node, Millis(0), device::Input::Received { port: Port::Bus, to: NODE, message });

@@ -1,7 +1,8 @@
-//! A client and a device of kOS, before a rig of one motor.
+//! Client and device of kOS, with a rig of one motor.
 //!
-//! Over TCP messages come in order and whole, and the connection may be cut at any point: of what is under way on either
-//! side any first part still comes, then its end. Over USB messages may be lost and damaged, and replies doubled.
+//! Over TCP, messages come complete and in order. The connection may be cut at any point: then a first part of the
+//! messages in flight still comes in each direction, and after it the end. Over USB, messages may be lost and damaged,
+//! and replies doubled.
 
 mod model;
 mod rig;
@@ -22,50 +23,50 @@ pub use self::state::{Breach, Link, State, Told};
 use crate::line::{Fate, Faults, Line};
 
 const SESSION: SessionId = SessionId(0);
-/// What a damaged report lacks.
+/// Error of a damaged report.
 const CUT: DecodeError = DecodeError::Truncated { what: "report", needed: 1, have: 0 };
 
-/// What is explored, and how far.
+/// Setup of the model, and its bounds.
 #[derive(Clone, Copy, Debug)]
 pub struct Kos {
-    /// Over what they are connected.
+    /// Transport between client and device.
     pub transport: Transport,
-    /// The password of the device; where there is one, the client begins without a connection.
+    /// Password of the device. With a password, the client starts without a connection.
     pub password: &'static [u8],
-    /// The password that the application has.
+    /// Password that the application has.
     pub known: &'static [u8],
-    /// The move, with its blocks.
+    /// Move with its blocks.
     pub data: TrajectoryData<'static>,
-    /// What the application may want, and how often.
+    /// Requests of the application, and the number of times that each may come.
     pub script: &'static [(Wish, u8)],
-    /// How often time goes on.
+    /// Number of times that time advances.
     pub jumps: u8,
-    /// Whether it does so only when no message is on its way: none is late by seconds.
+    /// Whether time advances only when no message is in flight, so that no message is seconds late.
     pub prompt: bool,
-    /// How often the connection may be cut.
+    /// Number of times that the connection may be cut.
     pub cuts: u8,
-    /// What may become of reports over USB: lost and damaged each way, doubled from the device.
+    /// Faults of USB reports: lost and damaged in each direction, doubled from the device.
     pub faults: Faults,
-    /// How often the motor may fail.
+    /// Number of times that the motor may fail.
     pub failures: u8,
-    /// What is done wrong, to see that it is found.
+    /// Mistake that the properties must find.
     pub wrong: Wrong,
 }
 
-/// A mistake that the model has to find.
+/// Mistake in a machine, made on purpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wrong {
-    /// None.
+    /// No mistake.
     Nothing,
-    /// The device does not hear stops.
+    /// The device ignores stops.
     DeafToStops,
-    /// The client starts its move again when it was not confirmed in time.
+    /// The client sends its start again if it is not confirmed in time.
     StartsAgain,
-    /// The client does not begin another connection with a stop that was not confirmed.
+    /// The client does not send an unconfirmed stop first on another connection.
     ForgetsStops,
 }
 
-/// What the application may want.
+/// Request of the application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wish {
     /// Stop everything.
@@ -74,50 +75,50 @@ pub enum Wish {
     StopMotor,
     /// Store the move, and make it ready.
     Load,
-    /// The same, with the motor where it is.
+    /// Store the move, and make it ready with the motor where it is.
     LoadHere,
-    /// Play it.
+    /// Play the move.
     Play,
-    /// Store it, and play it.
+    /// Store the move, and play it.
     PlayDirect,
-    /// Go to where it begins.
+    /// Go to the start of the move.
     Rapid,
-    /// Send the motor somewhere.
+    /// Send the motor to a position.
     MoveTo,
-    /// Send it a distance.
+    /// Send the motor a distance.
     Bump,
-    /// Let it run.
+    /// Run the motor.
     Jog,
-    /// Ask where the motor is.
+    /// Ask for the state of the LEDs.
     Ask,
-    /// Say the password.
+    /// Send the password.
     Unlock,
-    /// Be connected no more.
+    /// Close the connection.
     Disconnect,
 }
 
-/// What happens next.
+/// Next event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Action {
-    /// The application wants something: its place in the script.
+    /// The application makes a request, given by its place in the script.
     Wish(u8),
-    /// The first message on its way to the device.
+    /// The first message to the device meets its fate.
     ToDevice(Fate),
-    /// The first message on its way to the client.
+    /// The first message to the client meets its fate.
     ToHost(Fate),
-    /// The time of the client has come.
+    /// The wake time of the client comes.
     HostWakes,
-    /// The time of the device has come.
+    /// The wake time of the device comes.
     DeviceWakes,
-    /// The connection that the client wants is there.
+    /// The connection that the client wants is open.
     Opens,
-    /// There is none.
+    /// The connection that the client wants cannot be opened.
     OpensNot,
     /// The connection is cut.
     Cut,
-    /// The client sees that it is.
+    /// The client sees the cut.
     HostSees,
-    /// The device sees that it is.
+    /// The device sees the cut.
     DeviceSees,
     /// The motor rests.
     Arrives,
@@ -146,7 +147,7 @@ impl Kos {
         }
     }
 
-    /// A device with a motor that knows its range, and a client; connected and ready, unless there is a password.
+    /// A device with a calibrated motor, and a client; connected and ready, unless there is a password.
     fn begin(&self) -> State {
         let options = device::Options::default().with_motors(MotorSet::of([MOTOR])).with_progress_every(None);
         let mut state = State {
@@ -202,7 +203,7 @@ impl Kos {
         state
     }
 
-    /// The client takes a step, and what follows from it happens.
+    /// Makes a step of the client, and everything that follows from it.
     fn host(&self, state: &mut State, input: host::Input<'_>) {
         let (host, mut output) = step(state.host.clone(), state.now, input);
         state.host = host;
@@ -232,7 +233,7 @@ impl Kos {
         }
     }
 
-    /// The device takes a step, and what follows from it happens.
+    /// Makes a step of the device, and everything that follows from it.
     fn device(&self, state: &mut State, input: device::Input<'_>) {
         let heard = match input {
             device::Input::Received { session, message: HostMessage::StopPlayback(empty), password }
@@ -273,7 +274,7 @@ impl Kos {
         self.host(state, host::Input::Opened);
     }
 
-    /// A report that is not sound is cut short, behind its header.
+    /// Delivers a message to the device. A damaged report is cut off after its header.
     fn arrives_at_device(&self, state: &mut State, send: host::Send, sound: bool) {
         let source = Source { user_password: Password(self.known), trajectory: self.data, ..Source::default() };
         let (message, password) = (send.message(&source), Password(self.password));

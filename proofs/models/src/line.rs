@@ -1,32 +1,32 @@
-//! One direction of a line: messages in order, and what may become of them.
+//! One direction of a line: messages in order, and their faults.
 
 use std::collections::VecDeque;
 
-/// How many faults a line may still have, of each kind. Together they bound the exploration.
+/// Number of faults of each kind that a line may still have. They bound the exploration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub struct Faults {
-    /// Messages that may be lost.
+    /// Messages that may still be lost.
     pub lost: u8,
-    /// Messages whose bytes may be damaged.
+    /// Messages whose bytes may still be damaged.
     pub corrupt: u8,
-    /// Messages that may come twice.
+    /// Messages that may still come twice.
     pub doubled: u8,
 }
 
-/// What happens to the message that is first on a line.
+/// Fate of the first message on a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fate {
-    /// It arrives.
+    /// The message arrives.
     Arrives,
-    /// It arrives, and will arrive once more.
+    /// The message arrives, and will arrive once more.
     Doubled,
-    /// Something arrives that its receiver can tell from a message.
+    /// A damaged message arrives, and its receiver can see the damage.
     Corrupt,
-    /// Nothing arrives.
+    /// The message is lost.
     Lost,
 }
 
-/// Messages on their way, which do not overtake each other; delay is that they stay here while time goes on.
+/// Messages in flight. They do not overtake each other. A late message stays here while time advances.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Line<Message> {
     messages: VecDeque<Message>,
@@ -34,7 +34,7 @@ pub struct Line<Message> {
 }
 
 impl<Message: Clone> Line<Message> {
-    /// An empty line.
+    /// Line without messages.
     #[must_use]
     pub fn new(faults: Faults) -> Self {
         Self { messages: VecDeque::new(), faults }
@@ -45,34 +45,34 @@ impl<Message: Clone> Line<Message> {
         self.messages.extend(messages);
     }
 
-    /// Those on their way, in their order, with whatever the model keeps beside them.
+    /// Messages in flight in order, with the data that the model keeps for each.
     pub fn iter(&self) -> impl Iterator<Item = &Message> {
         self.messages.iter()
     }
 
-    /// The same, to be changed.
+    /// Messages in flight in order, to be changed.
     pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut Message> {
         self.messages.iter_mut()
     }
 
-    /// How many are on their way.
+    /// Number of messages in flight.
     #[must_use]
     pub fn len(&self) -> usize {
         self.messages.len()
     }
 
-    /// Whether none is.
+    /// Whether no message is in flight.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.messages.is_empty()
     }
 
-    /// The link is cut: what is on its way is gone.
+    /// Cuts the link, which loses all messages in flight.
     pub fn cut(&mut self) {
         self.messages.clear();
     }
 
-    /// What may become of the first message now.
+    /// Possible fates of the first message now.
     pub fn fates(&self) -> impl Iterator<Item = Fate> {
         let Faults { lost, corrupt, doubled } = self.faults;
         let possible =
@@ -81,7 +81,7 @@ impl<Message: Clone> Line<Message> {
         possible.into_iter().filter(move |(can, _)| there && *can).map(|(_, fate)| fate)
     }
 
-    /// Lets it happen. What arrives, and whether it is sound; `None` if nothing does.
+    /// Applies a fate to the first message. Returns what arrives, and whether it is sound; `None` if nothing arrives.
     pub fn meet(&mut self, fate: Fate) -> Option<(Message, bool)> {
         let first = self.messages.pop_front()?;
         match fate {

@@ -1,4 +1,4 @@
-//! What was explored of a host and a device of Dragonframe DMC v2: docs/machines-dmc.md, «Explored».
+//! Exploration of host and device of Dragonframe DMC v2: docs/machines-dmc.md, «Explored».
 
 use dmc_proto::host::Stop;
 use dmc_proto::message::{Motor, RunFlags};
@@ -26,7 +26,8 @@ const ONE: Stop = Stop::Motor(Motor(1));
 const STOP: Want = Want::Stop(Stop::All);
 const UNCONFIRMED: &[&str] = &["a stop is not confirmed"];
 
-/// Explores all of it, and says how much that was. Nothing may be wrong, and everything is reached but what is named.
+/// Explores a setup completely, and prints the size. Every rule holds, and every state is reached except those in
+/// `unreached`.
 fn explore(name: &str, model: Dmc, least: usize, unreached: &[&str]) {
     let begin = std::time::Instant::now();
     let properties = model.properties();
@@ -46,7 +47,7 @@ fn explore(name: &str, model: Dmc, least: usize, unreached: &[&str]) {
     assert!(states >= least, "{name}: only {states} states");
 }
 
-/// A machine that is wrong is found.
+/// Checks that the property finds a mistake in a machine.
 fn finds(model: Dmc, property: &'static str) {
     let checker = model.checker().threads(2).timeout(LONGEST).spawn_bfs().join();
     assert!(checker.discovery(property).is_some(), "{property}");
@@ -55,19 +56,19 @@ fn finds(model: Dmc, property: &'static str) {
 #[test]
 fn a_device_that_ignores_stops_is_found() {
     let spoilt = Some(Spoilt::DeafDevice);
-    finds(Dmc { spoilt, ..SMALL }, "a stop is obeyed in the step that it arrives in");
+    finds(Dmc { spoilt, ..SMALL }, "a stop is obeyed in the step of its arrival");
 }
 
 #[test]
 fn a_host_that_repeats_a_jog_is_found() {
     let spoilt = Some(Spoilt::EagerHost);
-    finds(Dmc { spoilt, wants: &[Want::Jog(1)], ..SMALL }, "nothing is repeated that must not be");
+    finds(Dmc { spoilt, wants: &[Want::Jog(1)], ..SMALL }, "a request that must not be repeated is sent once");
 }
 
 #[test]
-fn a_host_that_keeps_a_stop_back_is_found() {
+fn a_host_that_holds_a_stop_back_is_found() {
     let spoilt = Some(Spoilt::LazyHost);
-    finds(Dmc { spoilt, ..SMALL }, "a stop is sent in the step that wants it, before all else");
+    finds(Dmc { spoilt, ..SMALL }, "a stop is sent first in the step of its request");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! hoot, explored: `cargo test --test hoot -- --nocapture` prints how many states there were.
+//! Exploration of hoot. `cargo test --test hoot -- --nocapture` prints the number of states.
 
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -17,11 +17,11 @@ use motion_core::wire::Bool;
 use stateright::{Checker, HasDiscoveries, Model};
 
 const DONE: &str = "a request is done";
-const SILENCE: &str = "a silence is told";
-const REFUSED: &str = "a refusal is told";
+const SILENCE: &str = "a silence is reported";
+const REFUSED: &str = "a refusal is reported";
 const CONFIRMED: &str = "an emergency stop is confirmed";
 const UNSURE: &str = "a stop is not confirmed";
-const NOBODYS: &str = "a reply is nobody's";
+const NOBODYS: &str = "a reply belongs to no request";
 const ARRIVED: &str = "a motor arrives";
 const ENDED: &str = "a program ends";
 
@@ -46,7 +46,7 @@ fn stop(motor: Motor) -> Wish {
     Wish::Request(HostMessage::MotorStop(MotorStop { motor }))
 }
 
-/// A node with two motors that can move, and with a program of one step for the second.
+/// Setup of a node with two enabled motors, and with a program of one step for the second.
 fn hoot(wishes: &[Wish]) -> Hoot {
     let on = |motor| {
         let speed = StepsPerSecond(500.0);
@@ -74,7 +74,7 @@ fn hoot(wishes: &[Wish]) -> Hoot {
     }
 }
 
-/// Explores all of it, and says how many states there were.
+/// Explores a setup completely, and prints the number of states.
 fn explore(name: &str, hoot: Hoot, least: usize, reached: &[&'static str]) {
     let start = Instant::now();
     let checker = hoot.checker().threads(2).spawn_bfs().join();
@@ -90,21 +90,21 @@ fn explore(name: &str, hoot: Hoot, least: usize, reached: &[&'static str]) {
     assert!(count >= least, "{name}: {count} states");
 }
 
-/// The property that finds what is wrong on purpose.
+/// Checks that the property finds the mistake.
 fn finds(hoot: Hoot, property: &'static str) {
     let checker = hoot.checker().threads(2).finish_when(HasDiscoveries::AnyFailures).spawn_bfs().join();
     let found = checker.discovery(property);
     assert!(found.is_some(), "{property}: not found, but {:?}", checker.discoveries().keys());
 }
 
-/// Follows every way to its end, without a checker: no situation comes again, so there is an end, and it is settled.
+/// Follows every run to its end, without a checker. No state comes twice, so every run ends, and its end is settled.
 fn ends(name: &str, hoot: &Hoot, least: usize) {
     let hash = |world: &World| {
         let mut hasher = DefaultHasher::new();
         world.hash(&mut hasher);
         hasher.finish()
     };
-    // Whether a situation is on the way that is being followed, or done with.
+    // Whether a state is on the run that is being followed (`true`), or is finished (`false`).
     let mut on_the_way = HashMap::new();
     let mut stack: Vec<_> = hoot.init_states().into_iter().map(|world| (hash(&world), Some(world))).collect();
     while let Some((key, world)) = stack.pop() {
@@ -113,7 +113,7 @@ fn ends(name: &str, hoot: &Hoot, least: usize) {
             continue;
         };
         match on_the_way.get(&key) {
-            Some(true) => panic!("{name}: it goes round in circles: {world:#?}"),
+            Some(true) => panic!("{name}: a state comes again: {world:#?}"),
             Some(false) => {}
             None => {
                 on_the_way.insert(key, true);
@@ -122,17 +122,18 @@ fn ends(name: &str, hoot: &Hoot, least: usize) {
             }
         }
     }
-    println!("{name}: every way of {} states comes to an end", on_the_way.len());
+    println!("{name}: every run through {} states ends", on_the_way.len());
     assert!(on_the_way.len() >= least);
 }
 
 /// One packet is lost.
 const BAD: Faults = Faults { lost: 1, corrupt: 0, doubled: 0 };
-/// And one is damaged, and one comes twice: of the node's, for no fault doubles a request.
+/// One packet is lost, one is damaged, and one comes twice. Only packets of the node come twice, because no fault
+/// doubles a request.
 const WORSE: Faults = Faults { lost: 1, corrupt: 1, doubled: 1 };
 
 #[test]
-fn every_way_comes_to_an_end() {
+fn every_run_comes_to_an_end() {
     let wishes = [run(Motor::One), Wish::EmergencyStop, STOP];
     ends("emergency", &Hoot { requests: BAD, replies: BAD, late: 2, ..hoot(&wishes) }, 45_000);
     let wishes = [START, HOME, stop(Motor::Two), Wish::LinkDown, Wish::LinkUp];
@@ -140,15 +141,15 @@ fn every_way_comes_to_an_end() {
 }
 
 #[test]
-fn what_is_wrong_is_found() {
+fn mistakes_in_a_machine_are_found() {
     let one = || hoot(&[run(Motor::One), STOP]);
     finds(Hoot { flaw: Flaw::DeafToStops, ..one() }, "a stop that arrives is obeyed in the same step");
     finds(Hoot { flaw: Flaw::Polite, requests: BAD, ..one() }, "a stop waits for nothing but the gap");
-    finds(Hoot { flaw: Flaw::Resends, requests: BAD, ..one() }, "what may not be repeated is sent once");
+    finds(Hoot { flaw: Flaw::Resends, requests: BAD, ..one() }, "a request that may not be repeated is sent once");
     finds(Hoot { flaw: Flaw::Forgets, ..one() }, "no request is forgotten");
-    // An answer to the run that comes later than a master listens for it is taken for that to the stop, which is lost.
+    // An answer to the run that comes after the master's timeout is taken for the answer to the stop, which is lost.
     let late = Hoot { delay: 400, late: 5, ..hoot(&[run(Motor::One), stop(Motor::One)]) };
-    finds(Hoot { requests: BAD, ..late }, "what is confirmed to rest does");
+    finds(Hoot { requests: BAD, ..late }, "motors that are confirmed to rest do not move");
 }
 
 #[test]
@@ -203,7 +204,7 @@ fn broadcasts_on_the_bus_itself() {
     explore("broadcasts", Hoot { requests: BAD, replies: BAD, late: 1, ..hoot }, 90_000, &[CONFIRMED, ENDED]);
 }
 
-/// With the dead-man on.
+/// Setup with the dead-man mode on.
 fn manual(wishes: &[Wish]) -> Hoot {
     let mut hoot = hoot(wishes);
     hoot.setup.push(HostMessage::SetManualMove(message::SetManualMove { manual_move: Bool::TRUE }));
@@ -216,7 +217,7 @@ fn dead_man_button_and_fault() {
     explore("dead-man", Hoot { requests: BAD, replies: BAD, late: 1, ..hoot }, 40_000, &[DONE, ENDED]);
 }
 
-/// Without a program, whose run time would grow for ever.
+/// This setup has no program, because its run time would grow for ever.
 #[test]
 fn a_node_that_is_kept_alive() {
     let speed = Wish::Speed(Motor::One, StepsPerSecond(0.0));
@@ -231,7 +232,7 @@ fn the_line_goes_and_comes() {
     explore("link", hoot, 50_000, &[CONFIRMED, UNSURE, ARRIVED]);
 }
 
-/// Takes minutes: `cargo test --test hoot -- --ignored --nocapture`.
+/// Exploration that takes minutes: `cargo test --test hoot -- --ignored --nocapture`.
 #[test]
 #[ignore = "takes minutes"]
 fn deeper() {

@@ -1,4 +1,4 @@
-//! Client and device of kOS, explored together.
+//! Exploration of client and device of kOS together.
 
 use kos_proto::message::{MotorAddress, Normalized, Seconds};
 use kos_proto::summary::Transport;
@@ -9,10 +9,10 @@ use models::kos::{Kos, Wish, Wrong};
 use models::line::Faults;
 use stateright::{Checker, DiscoveryClassification, HasDiscoveries, Model};
 
-/// How fast the motors go to where a move begins.
+/// Speed of the motors on the way to the start of a move.
 const HOME_SPEED: Normalized = Normalized(1.0);
 
-/// A move of the motor, from one end of its range to the other.
+/// Move of the motor from one end of its range to the other.
 fn data(play: Play) -> TrajectoryData<'static> {
     let third = 1.0 / 3.0;
     let line = [0.0, third, 2.0 * third, 1.0].map(|part| bezier::Point::new(part, part));
@@ -25,7 +25,7 @@ fn live(repeat: Loop, delay: Delay) -> TrajectoryData<'static> {
     data(Play::Live(LiveMotion { duration: Seconds(4.0), repeat, delay, home_speed: HOME_SPEED }))
 }
 
-/// One message each way is lost, one damaged, one reply doubled.
+/// In each direction one message is lost and one damaged; one reply is doubled.
 const ALL: Faults = Faults { lost: 1, corrupt: 1, doubled: 1 };
 
 fn tcp(script: &'static [(Wish, u8)]) -> Kos {
@@ -44,7 +44,7 @@ fn tcp(script: &'static [(Wish, u8)]) -> Kos {
     }
 }
 
-/// Explores, and wants all to hold; how many states there were.
+/// Explores a setup, checks that all properties hold, and prints the number of states.
 fn holds(name: &str, kos: Kos, at_least: usize) {
     let begin = std::time::Instant::now();
     let checker = kos.checker().threads(2).spawn_bfs().join();
@@ -64,7 +64,7 @@ fn holds(name: &str, kos: Kos, at_least: usize) {
     assert!(states >= at_least, "{states}");
 }
 
-/// Everything may be late by seconds.
+/// Every message may be seconds late.
 #[test]
 fn a_move_over_tcp() {
     let script = &[(Wish::Load, 1), (Wish::Play, 1), (Wish::Stop, 2)];
@@ -160,7 +160,7 @@ fn a_wrong_password_over_tcp() {
     holds("a wrong password over TCP, late", Kos { password: b"sesame", ..tcp(script) }, 200_000);
 }
 
-/// All of it later, and more of it: minutes.
+/// Deeper explorations with more delays, which take minutes.
 #[test]
 #[ignore = "takes minutes, and gigabytes"]
 fn deeper() {
@@ -170,7 +170,7 @@ fn deeper() {
     holds("deeper: a move over TCP, cut and late", Kos { cuts: 1, jumps: 4, ..tcp(script) }, 2_500_000);
 }
 
-/// Explores with a mistake, and wants it to be found.
+/// Explores a setup with a mistake, and checks that the property finds it.
 fn finds(property: &'static str, kos: Kos) {
     let checker = kos.checker().threads(2).finish_when(HasDiscoveries::AnyFailures).spawn_bfs().join();
     assert!(checker.discovery(property).is_some(), "{property}");

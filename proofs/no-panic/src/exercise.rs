@@ -1,4 +1,4 @@
-//! Everything that the libraries do with bytes that nobody has checked.
+//! Everything that the libraries do with unchecked bytes.
 
 use core::fmt::{self, Write};
 
@@ -7,10 +7,10 @@ use motion_core::lint::Lints;
 use motion_core::stream::{Frames, Framing, Item};
 use motion_core::wire::{DecodeError, EncodeError, Messages};
 
-/// Bytes that a message is encoded into: too few for some, and that must not panic either.
+/// Bytes for an encoded message. They are too few for some messages, and that must not panic either.
 const ROOM: usize = 512;
 
-/// Does it all, and prints what it finds: what is not used would not be in the program.
+/// Calls everything, and prints the results, because unused code would not be in the program.
 pub fn everything(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     checksums(input, out)?;
     numbers(input, out)?;
@@ -41,11 +41,11 @@ fn numbers(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     outcome(text.parse::<TenMicro<u32>>(), out)?;
     let float = f64::from_le_bytes(first(input));
     outcome(Centi::<i16>::from_f64(float), out)?;
-    #[expect(clippy::cast_possible_truncation, reason = "any number will do")]
+    #[expect(clippy::cast_possible_truncation, reason = "any number is fine")]
     outcome(Centi::<i32>::from_f32_truncated(float as f32), out)
 }
 
-/// The first bytes, as many as there are, and zeros.
+/// The first bytes, and zeros if there are too few.
 pub fn first<const N: usize>(input: &[u8]) -> [u8; N] {
     let mut bytes = [0; N];
     for (to, from) in bytes.iter_mut().zip(input) {
@@ -60,7 +60,7 @@ fn curves(input: &[u8], out: &mut dyn Write) -> fmt::Result {
 
     let mut numbers = input.chunks(8).map(|bytes| f64::from_le_bytes(first(bytes)));
     let mut number = || numbers.next().unwrap_or_default();
-    #[expect(clippy::cast_possible_truncation, reason = "any number will do")]
+    #[expect(clippy::cast_possible_truncation, reason = "any number is fine")]
     let points = [
         [number() as f32, number() as f32],
         [number() as f32, number() as f32],
@@ -84,7 +84,7 @@ fn curves(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     }
 }
 
-/// Bytes as the segments of two axes, and as the numbers they are sampled with.
+/// Reads bytes as the segments of two axes, and as the numbers to sample them with.
 fn axes(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     use motion_core::bezier::{Point, Segment};
     use motion_core::trajectory::{Axis, FrameRate, FrameTimes, Map, Range, StepScale, Tolerance};
@@ -141,7 +141,7 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     outcome(Frame::decode(input), out)
 }
 
-/// Bytes as USB reports, alone and put together.
+/// Reads bytes as USB reports, alone and joined.
 fn reports(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     use kos_proto::usb::{self, Fragments, Reassembly, Report};
     use motion_core::time::Millis;
@@ -165,7 +165,7 @@ fn reports(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     writeln!(out, "{:?}", reassembly.expire(now.after(1000)))
 }
 
-/// Bytes as datagrams of a network.
+/// Reads bytes as datagrams of a network.
 fn datagrams(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     use kos_proto::discovery::{Devices, Input};
     use kos_proto::message::Ipv4;
@@ -227,7 +227,7 @@ fn hoot(input: &[u8], out: &mut dyn Write) -> fmt::Result {
         let device = Ok(DeviceMessage::decode(&found));
         message(device, out, |message| message.lint(&context), |message, room| message.encode_checked(&context, room))?;
         if let Some(query) = host.query() {
-            // Any bytes as the answer to it, there and back.
+            // Any bytes are read as the answer to the query, and written again.
             match query.decode_reply(Reply { code: ResponseCode::OK, data: input }) {
                 Ok(answer) => {
                     writeln!(out, "{answer}")?;
@@ -289,7 +289,7 @@ fn items<F: Framing, const N: usize>(
     Ok(())
 }
 
-/// Prints a message both ways, lints it, and encodes it both ways.
+/// Prints a message in both ways, lints it, and encodes it in both ways.
 fn message<'a, M: Messages<'a>>(
     decoded: Result<M, DecodeError>,
     out: &mut dyn Write,
@@ -309,7 +309,7 @@ fn message<'a, M: Messages<'a>>(
     outcome(encode_checked(&message, &mut room), out)
 }
 
-/// Prints what became of something.
+/// Prints a result.
 fn outcome<T: fmt::Debug, E: fmt::Display + fmt::Debug>(outcome: Result<T, E>, out: &mut dyn Write) -> fmt::Result {
     match outcome {
         Ok(value) => writeln!(out, "{value:?}"),
@@ -317,7 +317,7 @@ fn outcome<T: fmt::Debug, E: fmt::Display + fmt::Debug>(outcome: Result<T, E>, o
     }
 }
 
-/// Bytes as a move, and as the numbers of a plan.
+/// Reads bytes as a move, and as the numbers of a plan.
 fn moves(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     use kos_proto::lint::Context;
     use kos_proto::message::{
@@ -331,7 +331,7 @@ fn moves(input: &[u8], out: &mut dyn Write) -> fmt::Result {
 
     let mut numbers = input.chunks(8).map(|bytes| f64::from_le_bytes(first(bytes)));
     let mut number = || numbers.next().unwrap_or_default();
-    #[expect(clippy::cast_possible_truncation, reason = "any number will do")]
+    #[expect(clippy::cast_possible_truncation, reason = "any number is fine")]
     let mut small = || number() as f32;
     let motor = Motor {
         motor_address: MotorAddress(1),

@@ -1,4 +1,4 @@
-//! The little that the program needs of the operating system.
+//! System calls that the program needs.
 
 use core::fmt;
 use core::panic::PanicInfo;
@@ -9,7 +9,7 @@ unsafe extern "C" {
     fn libc_read(file: i32, into: *mut u8, len: usize) -> isize;
     #[link_name = "write"]
     fn libc_write(file: i32, from: *const u8, len: usize) -> isize;
-    /// Nowhere defined.
+    /// Function that is not defined anywhere.
     fn this_program_can_panic() -> !;
 }
 
@@ -19,7 +19,7 @@ fn panic(_: &PanicInfo<'_>) -> ! {
     unsafe { this_program_can_panic() }
 }
 
-/// What standard input gives at once, at most as much as `into` holds.
+/// Reads standard input once, at most as much as `into` holds.
 pub fn read(into: &mut [u8]) -> &[u8] {
     // SAFETY: the pointer and the length are those of `into`.
     let len = unsafe { libc_read(0, into.as_mut_ptr(), into.len()) };

@@ -1,10 +1,10 @@
-//! The machines of both sides, driven by bytes that nobody has checked.
+//! Machines of both sides, driven by unchecked bytes.
 
 use core::fmt::{self, Write};
 
 use crate::exercise::first;
 
-/// Steps each machine, and prints it with all that follows.
+/// Steps each machine, and prints it with its output.
 pub fn everything(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     kos(input, out)?;
     dmc_host(input, out)?;
@@ -12,7 +12,7 @@ pub fn everything(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     hoot(input, out)
 }
 
-/// Bytes as what happens to a device of kOS, and to its client.
+/// Reads bytes as events of a device of kOS and its client.
 fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     use kos_proto::device::{self, DeviceMachine, Profile, Report, Scratch, SessionId};
     use kos_proto::host::{self, Command, Get, Go, HostMachine, Source, Token};
@@ -136,7 +136,7 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     Ok(())
 }
 
-/// Bytes as what happens to a host of DMC.
+/// Reads bytes as events of a host of DMC.
 fn dmc_host(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     use dmc_proto::host::{Command, HostMachine, Input, Name, Options, Stop, Token};
     use dmc_proto::message::{Empty, Motor};
@@ -183,7 +183,7 @@ fn dmc_host(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     Ok(())
 }
 
-/// Bytes as what happens to a device of DMC.
+/// Reads bytes as events of a device of DMC.
 fn dmc_device(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     use dmc_proto::device::{DeviceMachine, Event, Input, Options, Quirks, Rig, Scratch};
     use dmc_proto::message::{AckCode, FrameNumber, Hi, Motor, Motors, Steps, Triggers};
@@ -242,7 +242,7 @@ fn dmc_device(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     }
     Ok(())
 }
-/// Bytes as what happens to a node, and to the master on its bus.
+/// Reads bytes as events of a node of hoot and the master on its bus.
 fn hoot(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     use hoot_proto::device::{self, DeviceMachine, Port};
     use hoot_proto::host::{self, Command, HostMachine, Nodes, Request, Token};
@@ -293,7 +293,7 @@ fn hoot(input: &[u8], out: &mut dyn Write) -> fmt::Result {
                 speed: StepsPerSecond(f32::from_be_bytes(first(body))),
             }),
             8 => host::Input::Command(Command::Nodes(Nodes::NONE.with(to).unwrap_or_default())),
-            // A request of the application lives as long as the program; the bytes it needs are in no packet.
+            // A request of the application lives as long as the program. The bytes that it needs are in no packet.
             9 | 10 => match HostMessage::decode_body(number, &[]) {
                 Ok(message) => host::Input::Command(Command::Request(Request { token: Token(number), to, message })),
                 Err(_) => host::Input::Wake,

@@ -1,8 +1,8 @@
 //! Links only if nothing in the libraries can panic.
 //!
-//! It reads bytes and does with them everything that the libraries can do with bytes that nobody has checked: find
-//! frames, decode, lint, print and encode them. The panic handler calls a function that does not exist, so whatever the
-//! optimiser could not prove free of panics fails to link, with that function's name. This is the only unsafe code of
+//! The program reads bytes and does everything that the libraries can do with unchecked bytes: it finds frames,
+//! decodes, lints, prints and encodes them. The panic handler calls a function that does not exist. So code that the
+//! optimiser cannot prove free of panics fails to link, with the name of that function. This is the only unsafe code of
 //! the project, and no library contains it.
 
 #![no_std]
@@ -16,7 +16,7 @@ use core::fmt::Write;
 
 use host::Output;
 
-/// Bytes of input that are looked at.
+/// Greatest number of input bytes that are read.
 const INPUT: usize = 16 * 1024;
 
 #[unsafe(no_mangle)]
@@ -24,7 +24,7 @@ extern "C" fn main() -> i32 {
     let mut buffer = [0; INPUT];
     let input = host::read(&mut buffer);
     let mut out = Output;
-    // The proof of the proof: an index that nobody has checked.
+    // Check of the proof: an index that is not checked.
     #[cfg(feature = "control")]
     if input[7] == 7 {
         return 7;

@@ -1,17 +1,17 @@
-//! The board: where the processor starts, and how it talks to the emulator around it (Arm semihosting).
+//! Board: the entry of the processor, and calls to the emulator (Arm semihosting).
 
 use core::arch::asm;
 use core::ffi::CStr;
 
-/// Writes a text that ends with a NUL.
+/// Operation that writes a text, which ends with a NUL.
 const SYS_WRITE0: u32 = 0x04;
-/// Ends the program, for a reason.
+/// Operation that ends the program with a reason.
 const SYS_EXIT: u32 = 0x18;
-/// The reason that makes the emulator's exit status 0; with any other it is 1.
+/// Reason for which the emulator exits with status 0. With any other reason the status is 1.
 const APPLICATION_EXIT: usize = 0x20026;
 const INTERNAL_ERROR: usize = 0x20024;
 
-/// The first two words of memory: the stack, and what runs first.
+/// First two words of memory: the stack pointer and the entry.
 #[unsafe(link_section = ".vectors")]
 #[used]
 static VECTORS: [unsafe extern "C" fn() -> !; 2] = {
@@ -33,6 +33,6 @@ pub fn exit(passed: bool) -> ! {
 }
 
 fn semihost(operation: u32, argument: usize) {
-    // SAFETY: the debugger's breakpoint changes r0 alone, and reads the text, which lives on.
+    // SAFETY: the breakpoint of the debugger changes only r0, and reads the text, which stays valid.
     unsafe { asm!("bkpt #0xab", inout("r0") operation => _, in("r1") argument, options(nostack)) }
 }

@@ -1,6 +1,6 @@
 //! Firmware for an emulated Cortex-M4: one message of each protocol is found in a stream, decoded, checked and encoded.
 //!
-//! It says OK, or which protocol failed, and ends the emulator with the exit status 0 or 1.
+//! It prints OK, or the protocol that failed, and ends the emulator with the exit status 0 or 1.
 
 #![no_std]
 #![no_main]
@@ -16,7 +16,7 @@ fn panic(_: &PanicInfo<'_>) -> ! {
     board::exit(false)
 }
 
-/// What the processor runs first.
+/// Entry of the processor.
 extern "C" fn reset() -> ! {
     let mut passed = true;
     for (failed, check) in messages::CHECKS {

@@ -1,14 +1,14 @@
-//! One message of each protocol, from the conformance vectors: found in a stream, decoded, looked at, encoded again.
+//! One message of each protocol from the conformance vectors: found in a stream, decoded, checked, encoded again.
 
 use core::ffi::CStr;
 
 use motion_core::stream::{Frames, Framing, Item};
 
-/// What to say when a check fails, and the check.
+/// Checks, each with the text for its failure.
 pub const CHECKS: [(&CStr, fn() -> Option<()>); 3] =
     [(c"kOS failed", kos), (c"DMC failed", dmc), (c"hoot failed", hoot)];
 
-/// Move motor 1 at 200 units a second, gaining 50 each second.
+/// Jogs motor 3 with 100 rotations per second and an acceleration of 100 rotations per second².
 fn kos() -> Option<()> {
     use kos_proto::{HostMessage, Kos};
     const STREAM: &[u8] = b"\x04\x00\x14\x00\x80\x00\x1c\x03\x46\xc3\x50\x00\x42\xc8\x00\x00\x42\xc8\x00\x00";
@@ -20,7 +20,7 @@ fn kos() -> Option<()> {
     })
 }
 
-/// Jog motor 3 by an inch, towards the greatest position.
+/// Jogs motor 3 with the lowest speed towards the greatest position.
 fn dmc() -> Option<()> {
     use dmc_proto::{Dmc, HostMessage};
     const STREAM: &[u8] = b"DF\x37\x00\x00\x00\x36\x00\x07\x00\x03\x01\x00\xff\xff\xff\x7f\x26\x57";
@@ -32,7 +32,7 @@ fn dmc() -> Option<()> {
     })
 }
 
-/// Move motor 1 by 1000 steps in direction 1.
+/// Moves motor 1 by 1000 steps in direction 1.
 fn hoot() -> Option<()> {
     use hoot_proto::{Hoot, HostMessage};
     const STREAM: &[u8] = b"\x00\x00\x00\x00\x00\xff\x03\x01\x0f\x05\x01\x00\x00\x03\xe8";
@@ -44,7 +44,7 @@ fn hoot() -> Option<()> {
     })
 }
 
-/// The stream is one frame, and encoding what was decoded gives it again.
+/// Checks that the stream is one frame, and that the decoded message encodes to the same bytes.
 fn there_and_back<F: Framing, const N: usize>(
     stream: &[u8],
     encode: impl Fn(F::Frame<'_>, &mut [u8]) -> Option<usize>,

@@ -1,59 +1,61 @@
-//! What has to be remembered of the past to say whether all is well.
+//! Memory of the past that the rules need.
 
 use dmc_proto::MessageId;
 use dmc_proto::host::{Event, HostMachine, Send, State, Stop, What};
 use dmc_proto::message::{Ack, AckCode, DeviceMessage, HostMessage};
 
-/// What is wrong.
+/// Breach of a rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fault {
-    /// A stop that was wanted was not sent in the same step, as the first message of all.
+    /// A stop was not sent in the step of its request, as the first message of all.
     StopWaits,
-    /// A stop that arrived was not obeyed in the same step, or not acknowledged.
+    /// A stop was not obeyed in the step of its arrival, or was not acknowledged.
     StopIgnored,
-    /// A stop was told as obeyed, and what it stops moves, or may begin to at a sign of the operator's.
+    /// A stop was reported as obeyed, while a motor that it stops moves, or may begin to move at a signal of the
+    /// operator.
     NotStopped,
-    /// A stop was sent four times, and nobody was told.
+    /// A stop was sent four times, and this was not reported.
     StopUntold,
-    /// What must not be repeated was, or something was repeated too often.
+    /// A request that must not be repeated was sent again, or another request too often.
     Repeats,
-    /// What was called off by a stop, a hard stop or a reset was sent.
+    /// A request was sent that a stop, a hard stop or a reset had called off.
     CalledOff,
-    /// Two coordinated moves at once, or one beside a single motor's.
+    /// Two coordinated moves, or one of them and a move of a single motor, were active at once.
     MovesTwice,
-    /// Two requests that move, both unanswered.
+    /// Two motion requests were unanswered at once.
     AsksTwice,
-    /// A token ended twice, or one that was not open.
+    /// A token ended twice, or was never open.
     EndsTwice,
 }
 
-/// What happened so far, as far as it matters.
+/// Memory of the past.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
 pub(super) struct Book {
-    /// Tokens that have not ended: bit n of token n.
+    /// Tokens that have not ended: bit n for token n.
     pub(super) open: u16,
-    /// Tokens that are done.
+    /// Tokens whose requests are done.
     pub(super) done: u16,
-    /// Tokens that must not move anything any more.
+    /// Tokens whose requests must not move anything any more.
     called_off: u16,
-    /// The token of the last sequence.
+    /// Token of the last sequence.
     sequence: u32,
-    /// How often the message of each token was sent.
+    /// Number of times that the message of each token was sent.
     sent: [u8; 12],
-    /// How often the way to the first frame was sent.
+    /// Number of times that the way to the first frame was sent.
     ways: u8,
-    /// How often GO may still be sent.
+    /// Number of times that GO may still be sent.
     signals: u8,
-    /// How often GO may still be refused and sent again.
+    /// Number of times that GO may still be refused and sent again.
     refusals: u8,
-    /// Stops, how often they were sent since they were wanted last, and whether it was told that they are not confirmed.
+    /// Stops, the number of times that each was sent since its last request, and whether it was reported as not
+    /// confirmed.
     stops: Vec<(Stop, u8, bool)>,
-    /// Whether a stop was obeyed, and whether one was told as not confirmed.
+    /// Whether a stop was confirmed, and whether one was reported as not confirmed.
     pub(super) stopped: bool,
     pub(super) unconfirmed: bool,
     /// Whether the device was reset and the host does not know.
     pub(super) unheard_boot: bool,
-    /// Whether the application has said that the device is configured.
+    /// Whether the application has reported that the device is configured.
     pub(super) configured: bool,
     pub(super) fault: Option<Fault>,
 }
@@ -65,7 +67,7 @@ impl Book {
         }
     }
 
-    /// What is asked before this moves nothing any more.
+    /// Calls off all earlier requests: they must not move anything any more.
     fn call_off(&mut self) {
         (self.called_off, self.signals, self.refusals) = (u16::MAX >> 1, 0, 0);
     }
@@ -83,13 +85,13 @@ impl Book {
         (self.signals, self.refusals) = (1, 3);
     }
 
-    /// The application wants a stop: what it asked before is called off.
+    /// The application requests a stop, which calls off its earlier requests.
     pub(super) fn wants_stop(&mut self) {
         self.call_off();
         self.stops.clear();
     }
 
-    /// A stop was wanted, and the host is behind the step.
+    /// The host has made the step of a requested stop.
     pub(super) fn stop_wanted(&mut self, host: &HostMachine, sent: &[Send], events: &[Event]) {
         let is_sent = match host.state() {
             State::Closed => events.iter().any(|event| matches!(event, Event::StopNotConfirmed(_))),
@@ -113,7 +115,7 @@ impl Book {
         }
     }
 
-    /// The host tells.
+    /// The host reports an event.
     pub(super) fn told(&mut self, event: Event) {
         match event {
             Event::Done(token, _) | Event::Failed(token, _) => {
@@ -139,7 +141,7 @@ impl Book {
         }
     }
 
-    /// The host sends.
+    /// The host sends a message.
     pub(super) fn sent(&mut self, host: &HostMachine, token: Option<u32>, what: What, message: &HostMessage<'_>) {
         match (what, token) {
             (What::Stop(stop), _) => {
@@ -177,7 +179,7 @@ impl Book {
         self.blame(Fault::AsksTwice, asked.count() > 1);
     }
 
-    /// Whether it was told of all stops that are not confirmed.
+    /// Whether all unconfirmed stops were reported.
     pub(super) fn tells(&self, stops: impl Iterator<Item = Stop>) -> bool {
         let is_told = |stop| self.stops.iter().any(|known| known.0 == stop && known.2);
         stops.into_iter().all(is_told)
@@ -188,7 +190,7 @@ fn go() -> HostMessage<'static> {
     HostMessage::RtGo(dmc_proto::message::Empty { tail: &[] })
 }
 
-/// One message of each type that moves, of those that a model knows.
+/// One message of each type of motion that a model uses.
 fn motions() -> impl Iterator<Item = HostMessage<'static>> + Clone {
     use super::wants::Want;
     let wants = [Want::Move(1), Want::Jog(1), Want::ToFrame, Want::JogAll, Want::Run(Default::default()), Want::Shoot];

@@ -1,4 +1,4 @@
-//! What has to hold, and what has to be reached.
+//! Rules that must hold, and states that must be reached.
 
 use dmc_proto::device::State;
 use dmc_proto::host;
@@ -6,7 +6,7 @@ use stateright::Property;
 
 use super::{Dmc, Fault, World};
 
-/// Whether nothing follows: then nobody may wait for anything.
+/// Whether nothing can follow. Then no request may be open.
 fn is_end(model: &Dmc, world: &World) -> bool {
     let mut actions = vec![];
     model.enabled(world, &mut actions);
@@ -27,7 +27,7 @@ fn may_begin(world: &World) -> bool {
     matches!(world.device.state(), State::PreRoll | State::Ready | State::Running)
 }
 
-/// Whether both agree on what is loaded, once nothing is on its way.
+/// Whether both agree on what is loaded, once no message is in flight.
 fn agrees(world: &World) -> bool {
     let host = &world.host;
     let is_settled = world.to_device.is_empty()
@@ -38,30 +38,30 @@ fn agrees(world: &World) -> bool {
     !is_settled || host.is_loaded().is_none_or(|is_loaded| is_loaded == world.device.is_loaded())
 }
 
-/// All of them.
+/// All rules and states.
 pub(super) fn all() -> Vec<Property<Dmc>> {
     type P = Property<Dmc>;
     vec![
-        P::always("a stop is sent in the step that wants it, before all else", |_, w| w.is_without(Fault::StopWaits)),
-        P::always("a stop is obeyed in the step that it arrives in", |_, w| w.is_without(Fault::StopIgnored)),
-        P::always("what is told as stopped is", |_, w| w.is_without(Fault::NotStopped)),
-        P::always("a stop that is not confirmed is told", |_, w| w.is_without(Fault::StopUntold)),
-        P::always("a closed line is told for each stop", |_, w| {
+        P::always("a stop is sent first in the step of its request", |_, w| w.is_without(Fault::StopWaits)),
+        P::always("a stop is obeyed in the step of its arrival", |_, w| w.is_without(Fault::StopIgnored)),
+        P::always("motors that are reported as stopped do not move", |_, w| w.is_without(Fault::NotStopped)),
+        P::always("a stop that is not confirmed is reported", |_, w| w.is_without(Fault::StopUntold)),
+        P::always("each stop on a closed line is reported", |_, w| {
             w.host.state() != host::State::Closed || w.book.tells(w.host.unconfirmed_stops())
         }),
-        P::always("nothing is repeated that must not be", |_, w| w.is_without(Fault::Repeats)),
-        P::always("what was called off is not sent", |_, w| w.is_without(Fault::CalledOff)),
+        P::always("a request that must not be repeated is sent once", |_, w| w.is_without(Fault::Repeats)),
+        P::always("a request that was called off is not sent", |_, w| w.is_without(Fault::CalledOff)),
         P::always("one coordinated move at a time", |_, w| w.is_without(Fault::MovesTwice)),
-        P::always("one unanswered request that moves", |_, w| w.is_without(Fault::AsksTwice)),
+        P::always("one unanswered motion request at a time", |_, w| w.is_without(Fault::AsksTwice)),
         P::always("a token ends once", |_, w| w.is_without(Fault::EndsTwice)),
-        P::always("every way ends with all answered", |m, w| w.book.fault.is_some() || !is_end(m, w) || is_over(w)),
+        P::always("every run ends with all answered", |m, w| w.book.fault.is_some() || !is_end(m, w) || is_over(w)),
         P::always("both agree on what is loaded", |_, w| agrees(w)),
-        P::always("what may begin is known to be armed", |_, w| !may_begin(w) || w.host.is_armed()),
+        P::always("the host knows of every motion that may begin", |_, w| !may_begin(w) || w.host.is_armed()),
         P::always("the device knows what its motors do", |_, w| {
             w.book.fault.is_some() || w.rig.is_as(w.device.state())
         }),
         P::sometimes("an end", is_end),
-        P::sometimes("all that was wanted is done", |m, w| w.has_done_all(m)),
+        P::sometimes("every request is done", |m, w| w.has_done_all(m)),
         P::sometimes("a stop is confirmed", |_, w| w.book.stopped),
         P::sometimes("a stop is not confirmed", |_, w| w.book.unconfirmed),
     ]

@@ -1,17 +1,17 @@
-//! A rig as simple as can be: what drives its motors, and what it owes the device.
+//! Rig as simple as possible: the motions of its motors, and the reports that it owes the device.
 
 use dmc_proto::device::{self, Event, Input, State, Stop};
 use dmc_proto::message::{AckCode, FrameNumber, Motor, Motors};
 
 use super::book::Fault;
 
-/// What the motors are at.
+/// Motion of the rig.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Doing {
     Rest,
-    /// Motors move, each for itself.
+    /// Motors move independently of each other.
     Single,
-    /// All go to a frame, or jog.
+    /// All motors go to a frame, or jog.
     Together,
     Preparing,
     Prepared,
@@ -20,22 +20,22 @@ pub(super) enum Doing {
     Stopping,
 }
 
-/// The motors.
+/// State of the rig.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Rig {
     pub(super) doing: Doing,
-    /// The motors that are driven each for itself.
+    /// Motors that move independently.
     pub(super) driven: Motors,
     /// Whether the emergency stop is pressed.
     pub(super) pressed: bool,
 }
 
-/// What a rig may report now.
+/// Report of the rig.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Report {
     /// One motor has arrived, others have not.
     Arrived(Motor),
-    /// All stand.
+    /// All motors stand still.
     AtRest,
     /// The pass is over.
     PassEnd,
@@ -50,7 +50,7 @@ fn only(motor: Motor) -> Motors {
 impl Rig {
     pub(super) const NEW: Self = Self { doing: Doing::Rest, driven: Motors::NONE, pressed: false };
 
-    /// What it owes.
+    /// Reports that the rig owes.
     pub(super) fn reports(&self) -> Vec<Report> {
         let mut reports = match self.doing {
             Doing::Rest | Doing::Prepared => vec![],
@@ -66,7 +66,7 @@ impl Rig {
         reports
     }
 
-    /// What it reports.
+    /// Makes a report.
     pub(super) fn report(&mut self, report: Report) -> Input<'static> {
         match report {
             Report::Arrived(motor) => {
@@ -86,7 +86,7 @@ impl Rig {
         }
     }
 
-    /// Whether something moves, or would at a sign of the operator's, that is not coming to rest because of a stop.
+    /// Whether something moves, or would move at a signal of the operator, and is not coming to rest because of a stop.
     pub(super) const fn is_driven(&self) -> bool {
         !matches!(self.doing, Doing::Rest | Doing::Stopping)
     }
@@ -98,7 +98,7 @@ impl Rig {
         }
     }
 
-    /// Obeys, and looks whether it may.
+    /// Follows an event, and checks whether the motion is allowed.
     pub(super) fn obey(&mut self, event: Event) -> Option<Fault> {
         let was = self.doing;
         let fits = match event {
@@ -108,7 +108,7 @@ impl Rig {
             }
             Event::Stop(stop) => {
                 self.driven = Motors::NONE;
-                // A hard stop is answered also if nothing moved: the lock waits for it.
+                // A hard stop is answered even if nothing moved, because the lock waits for the answer.
                 let is_idle = was == Doing::Rest && stop != Stop::Hard;
                 self.doing = if is_idle { Doing::Rest } else { Doing::Stopping };
                 return None;
@@ -144,7 +144,7 @@ impl Rig {
         (!fits).then_some(Fault::MovesTwice)
     }
 
-    /// Whether what a device says that it is doing is what the rig is at.
+    /// Whether the state of the device matches the motion of the rig.
     pub(super) const fn is_as(&self, state: State) -> bool {
         match state {
             State::Idle => matches!(self.doing, Doing::Rest),
@@ -167,5 +167,5 @@ impl device::Rig for Rig {
     }
 }
 
-/// This rig allows everything.
+/// Verdict of this rig on every message.
 pub(super) const ALLOWS: AckCode = AckCode::OK;

@@ -1,4 +1,4 @@
-//! What the application may want, and the messages that say so.
+//! Requests of the application, and their messages.
 
 use std::sync::LazyLock;
 
@@ -12,28 +12,28 @@ use dmc_proto::upload::MoveSource;
 use motion_core::fixed::Scaled;
 
 const EMPTY: Empty<'static> = Empty { tail: &[] };
-/// A shot brings its motor, so that it can be made without an upload.
+/// A shot names its motor, so that it needs no upload.
 static SHOT: LazyLock<[MotorPair; 1]> = LazyLock::new(|| [MotorPair::new(Motor(1), Steps(0), Steps(9))]);
 const LAST: FrameNumber = FrameNumber(4);
 
-/// Something that the application does once, at any moment.
+/// Request of the application, made once, at any moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Want {
     /// Send a motor to a position.
     Move(u8),
-    /// Let a motor run.
+    /// Run a motor.
     Jog(u8),
-    /// Ask what moves.
+    /// Ask which motors move.
     Status,
     /// Upload a move of one motor.
     Upload,
     /// Send all motors to the first frame.
     ToFrame,
-    /// Let all motors run to the last frame.
+    /// Run all motors to the last frame.
     JogAll,
     /// Run the move once, or in a loop.
     Run(RunFlags),
-    /// Make a shot.
+    /// Take a shot.
     Shoot,
     /// End the loop.
     StopLoop,
@@ -42,13 +42,13 @@ pub enum Want {
 }
 
 impl Want {
-    /// Whether it begins a sequence.
+    /// Whether the request begins a sequence.
     #[must_use]
     pub const fn is_sequence(self) -> bool {
         matches!(self, Self::Upload | Self::ToFrame | Self::JogAll | Self::Run(_) | Self::Shoot)
     }
 
-    /// The message; `None` of a stop, which is a command.
+    /// Message of the request; `None` for a stop, which is a command.
     #[must_use]
     pub fn message(self) -> Option<HostMessage<'static>> {
         let tail: &[u8] = &[];
@@ -96,7 +96,7 @@ impl Want {
     }
 }
 
-/// The move that is uploaded: one motor, one section.
+/// Uploaded move: one motor, one section.
 pub(super) struct Ramp;
 
 impl MoveSource for Ramp {
@@ -117,7 +117,7 @@ impl MoveSource for Ramp {
     }
 }
 
-/// What the device says of itself: two motors, and all that a device can do.
+/// Greeting of the device: two motors, and every capability.
 pub(super) fn hi() -> Hi<'static> {
     Hi {
         name: Name::truncated("model"),

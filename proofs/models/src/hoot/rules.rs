@@ -1,4 +1,4 @@
-//! What has to hold of hoot, and what has to be seen for that to mean anything.
+//! Rules of hoot, and the states that must be reached so that the rules mean something.
 
 use hoot_proto::device::ProgramState;
 use hoot_proto::host::{self, Event, Failure, NotTaken, Outcome, StopState, Token};
@@ -8,49 +8,50 @@ use stateright::Property;
 
 use super::{Flaw, Hoot, NODE, Packet, Way, Wish, World, place};
 
-/// A rule that was broken.
+/// Broken rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Broken {
-    /// Something went before a stop, or it was not sent when the gap was over.
+    /// A packet was sent before a stop, or the stop was not sent when the gap was over.
     StopWaits,
-    /// A stop arrived, and something that it stops goes on.
+    /// A stop arrived, and a motion that it stops goes on.
     StopDisobeyed,
-    /// A stop was confirmed, and something that it stops moves.
+    /// A stop was confirmed, and a motion that it stops goes on.
     StopMistaken,
-    /// A stop ended without a confirmation, and nobody said that it is not confirmed.
+    /// A stop ended without a confirmation, and this was not reported.
     StopUntold,
-    /// A program and the way home at once.
+    /// A program and the way home were active at once.
     TwoMoves,
-    /// Two requests that set something in motion are out.
+    /// Two motion requests were unanswered at once.
     TwoMotions,
-    /// Something that may not be repeated was sent again, or was never asked for.
+    /// A request that may not be repeated was sent again, or was sent without a wish.
     SentAgain,
     /// A request ended twice.
     EndedTwice,
-    /// Node and rig do not agree on what moves.
+    /// Node and rig do not agree on the motions.
     RigDiffers,
 }
 
-/// What may be sent again without the application: stops and queries that change nothing (safety decision 1).
+/// Whether a message may be sent again without the application: stops, and queries that change nothing (safety decision
+/// 1).
 fn may_come_again(message: &HostMessage<'_>) -> bool {
     let is_query = message.query().is_some() && !matches!(message, HostMessage::PowerCycled(_));
     is_stop(message) || is_query
 }
 
-/// The stops of safety decision 1.
+/// Whether a message is a stop of safety decision 1.
 fn is_stop(message: &HostMessage<'_>) -> bool {
     use HostMessage::{BroadcastPause, BroadcastStop, MotorStop, Pause, Stop};
     matches!(message, Stop(_) | Pause(_) | MotorStop(_) | BroadcastStop(_) | BroadcastPause(_))
 }
 
-/// What sets motors in motion, or redirects them.
+/// Whether a message sets motors in motion, or redirects them.
 fn is_motion(message: &HostMessage<'_>) -> bool {
     use HostMessage::{MotorMove, MotorRun, MotorSendHome, ReturnHome, Start};
     matches!(message, Start(_) | ReturnHome(_) | MotorSendHome(_) | MotorMove(_) | MotorRun(_))
 }
 
 impl World {
-    /// Whether nothing moves that a stop stops.
+    /// Whether nothing moves that the stop stops.
     fn rests_after(&self, stop: &HostMessage<'_>) -> bool {
         match stop {
             HostMessage::MotorStop(stop) => self.rig[place(stop.motor)] == Way::Resting,
@@ -62,10 +63,10 @@ impl World {
         matches!(self.node.program().state(), ProgramState::Delay | ProgramState::Running)
     }
 
-    /// The node has got a message; `refuses` says that it copies firmware, which refuses its stop in joystick mode.
+    /// The node has received a message. `refuses` means that it copies firmware that refuses the stop in joystick mode.
     pub(super) fn obeys(&mut self, message: &HostMessage<'_>, refuses: bool) {
         let is_refused = refuses && self.node.controller().joystick_mode && matches!(message, HostMessage::Stop(_));
-        // A program would set the motor in motion again, whichever is stopped.
+        // A program would set the motor in motion again, whichever motor is stopped.
         let obeys = self.rests_after(message) && !self.program_is_going();
         if is_stop(message) && !is_refused && !obeys {
             self.break_rule(Broken::StopDisobeyed);
@@ -82,7 +83,7 @@ impl World {
         }
     }
 
-    /// A stop has come to its end.
+    /// Checks the end of a stop.
     fn stop_ended(&mut self, stop: &HostMessage<'_>, outcome: &Outcome, events: &[Event]) {
         let is_told = events.iter().any(|event| matches!(event, Event::StopNotConfirmed { .. }));
         match outcome {
@@ -135,7 +136,7 @@ impl Hoot {
         }
     }
 
-    /// The requests of the application.
+    /// Requests of the application.
     fn requests(&self) -> impl Iterator<Item = (usize, HostMessage<'static>)> {
         self.wishes.iter().enumerate().filter_map(|(at, wish)| match *wish {
             Wish::Request(message) => Some((at, message)),
@@ -152,7 +153,7 @@ impl Hoot {
         world.to_node.send([Packet { message, by: now.after(self.delay), follows: false }]);
     }
 
-    /// The master has sent a message: all that may not come again are different from each other.
+    /// Records a sent message. All messages that may not be repeated differ from each other.
     fn was_sent(&self, world: &mut World, message: &HostMessage<'_>) {
         let wish = self.requests().find(|(_, wish)| wish == message).map_or(0, |(at, _)| 1 << at);
         let is_asked = world.used & wish != 0 && world.sent & wish == 0;
@@ -185,7 +186,7 @@ impl Hoot {
     }
 }
 
-/// Whether nothing is due at the master, and nothing is on its way to it.
+/// Whether the master has no deadline, and no packet is in flight to it.
 fn is_settled(world: &World) -> bool {
     world.is_quiet() && world.host_wake.is_none()
 }
@@ -199,13 +200,13 @@ pub(super) fn properties() -> Vec<Property<Hoot>> {
     let mut all = never! {
         "a stop waits for nothing but the gap" StopWaits
         "a stop that arrives is obeyed in the same step" StopDisobeyed
-        "what is confirmed to rest does" StopMistaken
-        "a stop that is not confirmed says so" StopUntold
-        "there is one coordinated move" TwoMoves
-        "one motion request is out" TwoMotions
-        "what may not be repeated is sent once" SentAgain
+        "motors that are confirmed to rest do not move" StopMistaken
+        "a stop that is not confirmed is reported" StopUntold
+        "one coordinated move at a time" TwoMoves
+        "one unanswered motion request at a time" TwoMotions
+        "a request that may not be repeated is sent once" SentAgain
         "a request ends once" EndedTwice
-        "node and rig agree" RigDiffers
+        "node and rig agree on the motions" RigDiffers
     };
     all.extend([
         Property::always("no request is forgotten", |_, world| {
@@ -220,7 +221,7 @@ pub(super) fn properties() -> Vec<Property<Hoot>> {
     all
 }
 
-/// What has to be reached for the rules to mean anything; which of them, that depends on what is explored.
+/// States that must be reached so that the rules mean something. Which of them, depends on the setup.
 fn witnesses() -> Vec<Property<Hoot>> {
     macro_rules! some {
         ($($name:literal $seen:ident)*) => {
@@ -229,11 +230,11 @@ fn witnesses() -> Vec<Property<Hoot>> {
     }
     some! {
         "a request is done" done
-        "a silence is told" silence
-        "a refusal is told" refused
+        "a silence is reported" silence
+        "a refusal is reported" refused
         "an emergency stop is confirmed" confirmed
         "a stop is not confirmed" not_confirmed
-        "a reply is nobody's" unsolicited
+        "a reply belongs to no request" unsolicited
         "a motor arrives" arrived
         "a program ends" program_ended
     }

@@ -1,4 +1,4 @@
-//! What may happen next, and what has to hold.
+//! Possible events, and the properties.
 
 use kos_proto::device::{self, Report};
 use kos_proto::host::{self, Event, MoveState};
@@ -72,7 +72,7 @@ impl Model for Kos {
                 let before = state.host.clone();
                 let command = self.command(*wish);
                 let (_, output) = motion_core::machine::Machine::step(before, state.now, host::Input::Command(command));
-                // What is refused changes nothing that would not be reached otherwise.
+                // A refused request changes nothing that is not reached otherwise.
                 if output.events.iter().any(|event| matches!(event, Event::Refused(_))) {
                     return None;
                 }
@@ -149,7 +149,7 @@ impl Model for Kos {
             Property::always("never two unanswered motion requests", never(Breach::TwoRequests)),
             Property::always("nothing of the never-retry list is repeated", never(Breach::Repeated)),
             Property::always("no stop is given up silently", never(Breach::StopForgotten)),
-            Property::always("what is said to be over is over", never(Breach::NotOver)),
+            Property::always("a move that is reported as over is over", never(Breach::NotOver)),
             Property::always("every question and every stop ends in time", |_: &Kos, state: &State| {
                 state.ends_in_time()
             }),
@@ -157,14 +157,14 @@ impl Model for Kos {
                 !state.is_settled() || state.agrees()
             }),
         ];
-        // What has to be reached, so that the rest means something.
+        // States that must be reached, so that the rules above mean something.
         let wants = |wishes: &[Wish]| self.script.iter().any(|(wish, _)| wishes.contains(wish));
         let plays = wants(&[Wish::Play, Wish::PlayDirect]);
         let breaks = self.faults != Faults::default() || self.cuts > 0 || !self.prompt;
         let reached: [(bool, &'static str, Holds); 8] = [
             (true, "a stop is confirmed", |_, state| state.told.stopped),
             (breaks, "a stop is not confirmed", |_, state| state.told.not_confirmed),
-            (true, "all rests behind a stop", |_, state| {
+            (true, "everything rests after a stop", |_, state| {
                 let over = state.is_settled() && state.host.move_state() == MoveState::NoMove;
                 over && state.ledger.stopped && state.rig.rests()
             }),
@@ -181,7 +181,7 @@ impl Model for Kos {
 }
 
 impl State {
-    /// Time goes on to what is due.
+    /// Advances time to the next deadline.
     fn go_on(&mut self) {
         if let Some(due) = self.due() {
             self.jumps -= u8::from(due > self.now);

@@ -1,13 +1,13 @@
-//! A rig of one motor, as simple as can be: it rests, is on its way, runs, or comes to rest.
+//! Rig of one motor, as simple as possible: the motor rests, moves to a target, runs, or comes to rest.
 
 use kos_proto::device::{Event, Report};
 use kos_proto::host::Go;
 use kos_proto::message::{MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
 use motion_core::time::Millis;
 
-/// Its motor.
+/// The motor of the rig.
 pub const MOTOR: MotorAddress = MotorAddress(1);
-/// Where its range ends, and where it rests at the begin.
+/// End of the motor's range. At first the motor rests at the begin of its range.
 pub const RANGE: Rotations = Rotations(8.0);
 
 pub(super) const SPEED: RotationsPerSecond = RotationsPerSecond(10.0);
@@ -17,22 +17,22 @@ pub(super) const fn go(position: f32) -> Go {
     Go { motor: MOTOR, position: Rotations(position), speed: SPEED, acceleration: ACCELERATION }
 }
 
-/// What the motor does.
+/// Motion of the motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Motor {
     Rests,
-    /// It goes there.
+    /// The motor moves to a target.
     Goes(Rotations),
-    /// It comes to rest where it is.
+    /// The motor comes to rest where it is.
     Stops,
 }
 
-/// The rig.
+/// State of the rig.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Rig {
     motor: Motor,
     at: Rotations,
-    /// Until when it plays a move in one go.
+    /// Time until which the rig plays a move without a stop.
     plays: Option<Millis>,
 }
 
@@ -41,7 +41,7 @@ impl Rig {
         Self { motor: Motor::Rests, at: RANGE, plays: None }
     }
 
-    /// Whether something moves it that was not told to stop.
+    /// Whether the motor moves and has no command to stop.
     #[must_use]
     pub fn is_driven(&self) -> bool {
         self.plays.is_some() || matches!(self.motor, Motor::Goes(_))
@@ -53,7 +53,7 @@ impl Rig {
         self.plays.is_none() && self.motor == Motor::Rests
     }
 
-    /// Does what it is told; `false` if that would be two moves at once.
+    /// Follows an event of the device; `false` if that would start a second motion.
     pub(super) fn follow(&mut self, now: Millis, event: &Event) -> bool {
         let (rests, plays) = (self.motor == Motor::Rests, self.plays.is_some());
         match *event {
@@ -93,7 +93,7 @@ impl Rig {
         }
     }
 
-    /// The motor rests, if it was on its way.
+    /// Lets the motor come to rest, if it moves to a target.
     pub(super) fn arrive(&mut self) -> Option<Report> {
         match self.motor {
             Motor::Rests => return None,

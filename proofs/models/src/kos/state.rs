@@ -1,4 +1,4 @@
-//! A state of the world, and what has to be remembered of the past to judge it.
+//! State of the world, with the part of the past that the properties need.
 
 use kos_proto::device::{self, DeviceMachine, What, playback};
 use kos_proto::host::{self, Command, Event, HostMachine, Move, MoveState, Send};
@@ -9,33 +9,33 @@ use motion_core::time::Millis;
 use super::rig::Rig;
 use crate::line::Line;
 
-/// How the connection is.
+/// State of the connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Link {
-    /// There is none.
+    /// No connection.
     Down,
-    /// The client wants one.
+    /// The client wants a connection.
     Opening,
-    /// There is one.
+    /// The connection is open.
     Up,
-    /// It is cut, and seen to be by the one or the other. What was under way may still come.
+    /// The connection is cut, and at least one side sees it. Messages in flight may still come.
     Cut {
-        /// The client sees it.
+        /// Whether the client sees the cut.
         host: bool,
-        /// The device sees it.
+        /// Whether the device sees the cut.
         device: bool,
     },
 }
 
 impl Link {
-    /// Whether the device takes it for open.
+    /// Whether the connection is open for the device.
     #[must_use]
     pub const fn is_open_for_device(self) -> bool {
         matches!(self, Self::Up | Self::Cut { device: false, .. })
     }
 }
 
-/// Everything that there is.
+/// State of the world.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct State {
     pub(super) now: Millis,
@@ -45,47 +45,47 @@ pub struct State {
     pub device: DeviceMachine,
     pub(super) host_wake: Option<Millis>,
     pub(super) device_wake: Option<Millis>,
-    /// What is on its way to the device.
+    /// Messages to the device.
     pub to_device: Line<Send>,
-    /// What is on its way to the client.
+    /// Messages to the client.
     pub to_host: Line<What>,
     /// The connection.
     pub link: Link,
     /// The rig.
     pub rig: Rig,
-    /// How often each place of the script may still be wanted.
+    /// Number of times that each request of the script may still come.
     pub(super) wishes: [u8; 8],
     pub(super) jumps: u8,
     pub(super) cuts: u8,
     pub(super) failures: u8,
-    /// What is remembered.
+    /// Memory of the past.
     pub ledger: Ledger,
-    /// What was told in the last step.
+    /// Reports to the application in the last step.
     pub told: Told,
 }
 
-/// What must not happen in a step.
+/// Breach of a rule in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Breach {
-    /// A stop was not sent first, in the step in which it was wanted.
+    /// A stop was not sent first, in the step of its request.
     StopNotSent,
-    /// A stop came, and was not obeyed in that step; or a client went, and what it moved by hand goes on.
+    /// A stop came, and was not obeyed in that step; or a client left, and its motion by hand goes on.
     StopNotObeyed,
-    /// The rig was told to move twice at once.
+    /// The rig got a command for a second motion.
     TwoMoves,
-    /// Something that moves was sent before what was sent before it was answered.
+    /// A motion request was sent before the last motion request was answered.
     TwoRequests,
-    /// Something was sent again that must not be.
+    /// A request that must not be repeated was sent again.
     Repeated,
-    /// A stop was given up without a word.
+    /// A stop was given up without a report.
     StopForgotten,
-    /// It was said that a move is over that is not.
+    /// A move was reported as over, but it was not.
     NotOver,
 }
 
-/// What the application was told in the last step: only what is looked for.
+/// Reports to the application in the last step, as far as the properties need them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
-#[expect(clippy::struct_excessive_bools, reason = "they are told or not, each for itself")]
+#[expect(clippy::struct_excessive_bools, reason = "the reports are independent of each other")]
 pub struct Told {
     /// A move came to its end.
     pub finished: bool,
@@ -97,30 +97,30 @@ pub struct Told {
     pub answered: bool,
     /// A question is not answered.
     pub failed: bool,
-    /// A move was found again behind a lost connection.
+    /// A move was found again after a lost connection.
     pub found: bool,
 }
 
-/// What was sent and not answered that moves something.
+/// Motion request that was sent and is not answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Request {
-    /// To a position; that may take the place of what is under way by hand (decision K-S20).
+    /// Motion to a position. It may replace a motion by hand (decision K-S20).
     Position,
     Distance,
-    /// With the move.
+    /// Motion of the move.
     Move,
 }
 
-/// What is remembered.
+/// Memory of the past.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
-#[expect(clippy::struct_excessive_bools, reason = "they happened or not, each for itself")]
+#[expect(clippy::struct_excessive_bools, reason = "the events are independent of each other")]
 pub struct Ledger {
     breach: Option<Breach>,
-    /// When a question of the application has to have ended.
+    /// Time by which a question of the application has to end.
     pub(super) asked: Option<Millis>,
-    /// When a stop has to be confirmed, or told not to be.
+    /// Time by which a stop has to be confirmed, or reported as not confirmed.
     pub(super) stopping: Option<Millis>,
-    /// Whether a stop is owed to the next connection.
+    /// Whether the next connection has to start with a stop.
     pub(super) unstopped: bool,
     /// Whether there was another connection before.
     pub(super) reconnected: bool,
@@ -128,14 +128,14 @@ pub struct Ledger {
     pub(super) stopped: bool,
     /// Whether a message was lost, damaged or doubled.
     pub(super) harmed: bool,
-    /// Whether a command to a motor waits for its time.
+    /// Whether a command to a motor waits to be sent.
     waits: bool,
     request: Option<Request>,
-    /// Moves that were started by a command, less those that the device began.
+    /// Number of moves that were started by a command, less those that the device began.
     owed: i8,
 }
 
-/// Whether it stops something.
+/// Whether the request stops something.
 pub(super) fn is_stop(send: Send) -> bool {
     matches!(send, Send::StopPlayback) || matches!(send, Send::MoveTo(go) if go.speed.0 == 0.0)
 }
@@ -145,13 +145,13 @@ impl Ledger {
         self.breach.get_or_insert(breach);
     }
 
-    /// What happened that must not.
+    /// First breach of a rule.
     #[must_use]
     pub const fn breached(&self) -> Option<Breach> {
         self.breach
     }
 
-    /// What moves something is sent: nothing else may be under way.
+    /// A motion request is sent. No other motion request may be unanswered.
     fn request(&mut self, request: Request) {
         let replaces = |other| request == Request::Position && other != Request::Move;
         if self.request.is_some_and(|other| !replaces(other)) {
@@ -162,7 +162,8 @@ impl Ledger {
 
     fn sent(&mut self, input: &host::Input<'_>, send: &Send) {
         let command = if let host::Input::Command(command) = input { Some(command) } else { None };
-        // What may not be repeated is sent in the step of its command only; a command to a position may wait.
+        // A request that must not be repeated is sent only in the step of its command. A command to a position may
+        // wait.
         let wanted = match send {
             send if send.is_repeatable() => true,
             Send::Trajectory => matches!(command, Some(Command::Load { .. } | Command::PlayDirect { .. })),
@@ -192,7 +193,7 @@ impl Ledger {
         }
     }
 
-    /// What is said answers what moves something.
+    /// Answers of the device end the motion requests.
     fn heard(&mut self, message: &DeviceMessage<'_>) {
         let by = |request| self.request == Some(request);
         let answered = match message {
@@ -210,7 +211,7 @@ impl Ledger {
 }
 
 impl State {
-    /// Remembers what the client did.
+    /// Records the step of the client.
     pub(super) fn ledger_of_host(&mut self, input: &host::Input<'_>, output: &host::Output) {
         let connected = self.host.state().is_connected();
         let timeouts = host::Options::default();
@@ -264,7 +265,7 @@ impl State {
             ledger.asked = None;
         }
         if closed {
-            // Whatever was not confirmed is told, and owed to the next connection.
+            // Everything that was not confirmed is reported, and the next connection starts with a stop.
             if ledger.stopping.is_some() && !told.not_confirmed {
                 ledger.breach(Breach::StopForgotten);
             }
@@ -283,7 +284,7 @@ impl State {
         self.told = told;
     }
 
-    /// Remembers what the device did; the rig has followed already.
+    /// Records the step of the device, which the rig has followed already.
     pub(super) fn ledger_of_device(&mut self, input: &device::Input<'_>, output: &device::Output) {
         let device::Input::Received { message, .. } = input else { return };
         let says = |wanted| {
@@ -303,7 +304,7 @@ impl State {
         }
     }
 
-    /// The device begins no more moves than were started.
+    /// The device does not begin more moves than were started.
     fn begun(&mut self, message: &HostMessage<'_>) {
         if let HostMessage::StartPlayback(_) = message {
             self.ledger.owed -= 1;
@@ -313,7 +314,7 @@ impl State {
         }
     }
 
-    /// Whether all that is said has come, over a connection that is sound, to a client that knows the device.
+    /// Whether all messages have arrived, over a sound connection, at a client that knows the device.
     #[must_use]
     pub fn is_settled(&self) -> bool {
         let quiet = self.to_device.is_empty() && self.to_host.is_empty();
@@ -321,7 +322,7 @@ impl State {
         quiet && self.link == Link::Up && knows
     }
 
-    /// Whether both agree on the move; where a message was harmed, that one that runs is taken to run.
+    /// Whether both agree on the move. If a message was damaged, it is enough that a running move is known to run.
     #[must_use]
     pub fn agrees(&self) -> bool {
         use playback::State as Device;
@@ -330,8 +331,8 @@ impl State {
             return !device.runs() || self.host.moves();
         }
         match self.host.move_state() {
-            // Behind another connection a move that is only ready is not this client's (decision K-S17), and there is no
-            // word for one that is on its way home.
+            // After another connection, a move that is only ready is not a move of this client (decision K-S17), and no
+            // status says that a move is on its way home.
             MoveState::NoMove if self.ledger.reconnected => {
                 let homing = matches!(device, Device::HomingSetup | Device::HomingStart | Device::HomingRapid);
                 !device.runs() || homing || self.host.moves()
@@ -347,7 +348,7 @@ impl State {
         }
     }
 
-    /// Whether what is open will end in time: the client wakes for it.
+    /// Whether every open question and stop ends in time, because the client wakes for it.
     #[must_use]
     pub fn ends_in_time(&self) -> bool {
         let wakes =
