@@ -1,6 +1,7 @@
 //! Machines of both sides, driven by unchecked bytes.
 
 use core::fmt::{self, Write};
+use core::net::{Ipv4Addr, SocketAddrV4};
 
 use crate::exercise::first;
 
@@ -14,16 +15,15 @@ pub fn everything(input: &[u8], out: &mut dyn Write) -> fmt::Result {
 
 /// Reads bytes as events of a device of kOS and its client.
 fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
-    use kos_proto::device::{self, DeviceMachine, Profile, Report, Scratch, SessionId};
+    use kos_proto::device::{self, DeviceMachine, Report, Scratch, SessionId};
     use kos_proto::host::{self, Command, Get, Go, HostMachine, Source, Token};
     use kos_proto::message::{
-        AuxInputs, ErrorCode, Ipv4, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds,
+        AuxInputs, Direction, ErrorCode, Ipv4, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared,
+        Seconds,
     };
-    use kos_proto::summary::{Direction, MotorSet, MoveSummary, Transport};
-    use kos_proto::{DeviceMessage, HostMessage};
-    use motion_core::machine::Machine;
-    use motion_core::time::Millis;
-    use motion_core::wire::{Messages, Password};
+    use kos_proto::message::{MotorSet, Password};
+    use kos_proto::{DeviceMessage, Effect, HostMessage, Millis, MoveSummary, Transport};
+    use motion_core::wire::Messages;
 
     let mut device = DeviceMachine::new(device::Options::default().with_motors(MotorSet::of([MotorAddress(1)])));
     let mut host = HostMachine::new(host::Options::default());
@@ -38,12 +38,12 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
         let password = Password(body);
         let motor = MotorAddress(f);
         let input = match h & 15 {
-            0 => device::Input::Opened {
+            0 => device::Input::LinkUp {
                 session,
                 transport: if g > 9 { Transport::Tcp } else { Transport::Usb },
                 password,
             },
-            1 => device::Input::Closed(session),
+            1 => device::Input::LinkDown(session),
             2 => device::Input::Fatal(session),
             3 => device::Input::Wake,
             4 => device::Input::Rig(Report::Started),
@@ -58,26 +58,29 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
                     plan = MoveSummary::of(&data).ok();
                     continue;
                 }
-                Ok(message) if x == 12 => device::Input::Datagram(message),
-                Ok(message) => device::Input::Received { session, message, password },
+                Ok(message) if x == 12 => {
+                    let from = SocketAddrV4::new(Ipv4Addr::from_bits(number), g.into());
+                    device::Input::Datagram { from, message }
+                }
+                Ok(message) => device::Input::Received { session, message, bytes: body, password },
                 Err(error) => device::Input::Malformed {
                     session,
                     id: kos_proto::MessageId(g.into()),
                     kind: kos_proto::MessageType(f),
                     error,
+                    bytes: body,
                 },
             },
         };
-        let (next, output) = device.step(Millis(now), input);
-        device = next;
+        let output = device.advance(Millis(now), input);
         write!(out, "{device:?} {:?}", output.wake)?;
-        for event in &output.events {
-            write!(out, "{event:?}")?;
-        }
-        for send in &output.send {
-            write!(out, "{send:?}")?;
-            let mut scratch = Scratch::default();
-            write!(out, "{}", send.message(&Profile { older_dialect: g > 9, ..Profile::default() }, &mut scratch))?;
+        for effect in output {
+            write!(out, "{effect:?}")?;
+            if let Effect::Transmit(transmit) = effect {
+                let mut scratch = Scratch::default();
+                let source = device::Source { older_dialect: g > 9, ..device::Source::default() };
+                write!(out, "{}", transmit.message(&source, &mut scratch))?;
+            }
         }
         let go = Go {
             motor,
@@ -93,7 +96,7 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
             (4, _) => Command::Disconnect,
             (5, _) => Command::Unlock,
             (6, _) => Command::ChangePassword,
-            (7, _) => Command::Get(Get::MotorInfo, Token(7)),
+            (7, _) => Command::Get(Get::MotorInfo),
             (8, _) => Command::ResetAxis(motor),
             (9, _) => Command::MarkBegin(motor),
             (10, _) => Command::MarkEnd(motor),
@@ -109,11 +112,11 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
             _ => Command::Alive,
         };
         let input = match h & 7 {
-            0 => host::Input::Opened,
-            1 => host::Input::Closed,
+            0 => host::Input::LinkUp,
+            1 => host::Input::LinkDown,
             2 => host::Input::Fatal,
             3 => host::Input::Wake,
-            4 | 5 => host::Input::Command(command),
+            4 | 5 => host::Input::Command(Token(number), command),
             _ => match DeviceMessage::decode_body(number, body) {
                 Ok(message) => host::Input::Received(message),
                 Err(error) => host::Input::Malformed {
@@ -123,14 +126,13 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
                 },
             },
         };
-        let (next, output) = host.step(Millis(now), input);
-        host = next;
-        write!(out, "{host:?} {:?}", output.wake)?;
-        for event in &output.events {
-            write!(out, "{event:?}")?;
-        }
-        for send in &output.send {
-            write!(out, "{send:?} {}", send.message(&Source::default()))?;
+        let output = host.advance(Millis(now), input);
+        write!(out, "{host:?} {:?} {}", output.wake, host.may_move())?;
+        for effect in output {
+            write!(out, "{effect:?}")?;
+            if let Effect::Transmit(transmit) = effect {
+                write!(out, "{}", transmit.message(&Source::default()))?;
+            }
         }
     }
     Ok(())
@@ -138,11 +140,9 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
 
 /// Reads bytes as events of a host of DMC.
 fn dmc_host(input: &[u8], out: &mut dyn Write) -> fmt::Result {
-    use dmc_proto::host::{Command, HostMachine, Input, Name, Options, Stop, Token};
-    use dmc_proto::message::{Empty, Motor};
-    use dmc_proto::{DeviceMessage, HostMessage, MessageId};
-    use motion_core::machine::Machine;
-    use motion_core::time::Millis;
+    use dmc_proto::host::{Command, HostMachine, Input, Options, StopTarget, Token};
+    use dmc_proto::message::{Motor, RtGo};
+    use dmc_proto::{DeviceMessage, HostMessage, MessageId, Millis};
     use motion_core::wire::Messages;
 
     let mut machine = HostMachine::new(Options::default().with_window(first::<1>(input)[0]));
@@ -157,11 +157,11 @@ fn dmc_host(input: &[u8], out: &mut dyn Write) -> fmt::Result {
         let input = match (what % 11, host) {
             (0, _) => Input::LinkUp,
             (1, _) => Input::LinkDown,
-            (2, Ok(message)) => Input::Command(Command::Request(token, message)),
-            (3, Ok(message)) => Input::Command(Command::Sequence(token, message)),
-            (4, _) => Input::Command(Command::Stop(Stop::Motor(Motor(kind)))),
-            (5, _) => Input::Command(Command::Go),
-            (6, _) => Input::Command(Command::Configured),
+            (2, Ok(message)) => Input::Command(token, Command::Request(message)),
+            (3, Ok(message)) => Input::Command(token, Command::Sequence(message)),
+            (4, _) => Input::Command(token, Command::Stop(StopTarget::Motor(Motor(kind)))),
+            (5, _) => Input::Command(token, Command::Go),
+            (6, _) => Input::Command(token, Command::Configured),
             (7, _) => Input::Section(None),
             (8, _) => Input::Wake,
             _ => match DeviceMessage::decode_body(number, body) {
@@ -170,26 +170,21 @@ fn dmc_host(input: &[u8], out: &mut dyn Write) -> fmt::Result {
             },
         };
         writeln!(out, "{input:?}")?;
-        let (next, output) = machine.step(now, input);
-        machine = next;
-        for send in &output.send {
-            let message = send.message(|name| match name {
-                Name::Message(_) | Name::Section(_) => HostMessage::RtGo(Empty { tail: &[] }),
-            });
-            writeln!(out, "{message}")?;
+        let output = machine.advance(now, input);
+        for transmit in output.transmits() {
+            writeln!(out, "{}", transmit.message(|_| RtGo::default().into()))?;
         }
-        writeln!(out, "{machine:?} {output:?}")?;
+        writeln!(out, "{machine:?} {} {output:?}", machine.may_move())?;
     }
     Ok(())
 }
 
 /// Reads bytes as events of a device of DMC.
 fn dmc_device(input: &[u8], out: &mut dyn Write) -> fmt::Result {
+    use dmc_proto::Effect;
     use dmc_proto::device::{DeviceMachine, Event, Input, Options, Quirks, Rig, Scratch};
     use dmc_proto::message::{AckCode, FrameNumber, Hi, Motor, Motors, Steps, Triggers};
-    use dmc_proto::{HostMessage, MessageId, MessageType};
-    use motion_core::machine::Machine;
-    use motion_core::time::Millis;
+    use dmc_proto::{HostMessage, MessageId, MessageType, Millis};
     use motion_core::wire::Messages;
 
     struct Nowhere;
@@ -200,9 +195,8 @@ fn dmc_device(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     }
 
     let [motors, capabilities, quirks] = first(input);
-    let mut options = Options::default().with_quirks(Quirks(quirks.into()));
-    options.hi = Hi { motor_count: motors, capabilities: u32::from(capabilities).into(), ..options.hi };
-    let mut machine = DeviceMachine::new(options);
+    let hi = Hi { motor_count: motors, capabilities: u32::from(capabilities).into(), ..Options::default().hi() };
+    let mut machine = DeviceMachine::new(Options::of(hi).with_quirks(Quirks(quirks.into())));
     let mut now = Millis(0);
     for bytes in input.chunks(48) {
         let [what, gap, id, kind, high, ..] = first::<48>(bytes);
@@ -213,7 +207,7 @@ fn dmc_device(input: &[u8], out: &mut dyn Write) -> fmt::Result {
             0 => Input::LinkUp,
             1 => Input::LinkDown,
             2 => Input::AtRest,
-            3 => Input::Frame(FrameNumber(i32::from(number))),
+            3 => Input::AtFrame(FrameNumber(i32::from(number))),
             4 => Input::PassEnd,
             5 => Input::OperatorGo,
             6 => Input::Limit { motor: Motor(kind), upper: high > 9 },
@@ -228,28 +222,29 @@ fn dmc_device(input: &[u8], out: &mut dyn Write) -> fmt::Result {
             },
         };
         writeln!(out, "{input:?}")?;
-        let (mut next, output) = machine.step(now, input);
-        for event in &output.events {
-            if let Event::Store(store) = event {
-                next = next.step(now, Input::Stored(*store, AckCode::OK)).0;
+        let output = machine.advance(now, input);
+        writeln!(out, "{machine:?} {output:?}")?;
+        for effect in output {
+            match effect {
+                Effect::Event(Event::Store { store, .. }) => {
+                    writeln!(out, "{:?}", machine.advance(now, Input::Stored(store, AckCode::OK)))?;
+                }
+                Effect::Event(_) => {}
+                Effect::Transmit(transmit) => {
+                    writeln!(out, "{}", transmit.message(&Nowhere, &mut Scratch::default()))?;
+                }
             }
         }
-        machine = next;
-        for send in &output.send {
-            writeln!(out, "{}", send.message(&Nowhere, &mut Scratch::default()))?;
-        }
-        writeln!(out, "{machine:?} {output:?}")?;
     }
     Ok(())
 }
+
 /// Reads bytes as events of a node of hoot and the master on its bus.
 fn hoot(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     use hoot_proto::device::{self, DeviceMachine, Port};
     use hoot_proto::host::{self, Command, HostMachine, Nodes, Request, Token};
     use hoot_proto::message::{Motor, Steps, StepsPerSecond};
-    use hoot_proto::{Address, DeviceMessage, HostMessage};
-    use motion_core::machine::Machine;
-    use motion_core::time::Millis;
+    use hoot_proto::{Address, DeviceMessage, HostMessage, Millis};
     use motion_core::wire::Messages;
 
     let mut node = DeviceMachine::new(device::Options::default());
@@ -273,29 +268,28 @@ fn hoot(input: &[u8], out: &mut dyn Write) -> fmt::Result {
             7 => device::Input::Wake,
             _ => device::Input::Received { port: Port::Bus, to, message },
         };
-        let (next, output) = node.step(now, report);
-        node = next;
+        let output = node.advance(now, report);
         writeln!(out, "{node:?} {output:?}")?;
-        for send in &output.send {
-            writeln!(out, "{:?}", send.answer.encode_into(&mut [0; 42]).is_ok())?;
+        for transmit in output.transmits() {
+            writeln!(out, "{:?}", transmit.encode_into(&mut [0; 42]).is_ok())?;
         }
+        let token = Token(number);
         let happened = match what % 13 {
             0 => host::Input::LinkUp,
             1 => host::Input::LinkDown,
             2 => host::Input::Noise,
             3 => host::Input::Wake,
-            4 => host::Input::Command(Command::EmergencyStop),
-            5 => host::Input::Command(Command::EndEmergency),
-            6 => host::Input::Command(Command::KeepAlive { to, on: gap > 9 }),
-            7 => host::Input::Command(Command::Speed {
-                to,
-                motor,
-                speed: StepsPerSecond(f32::from_be_bytes(first(body))),
-            }),
-            8 => host::Input::Command(Command::Nodes(Nodes::NONE.with(to).unwrap_or_default())),
+            4 => host::Input::Command(token, Command::EmergencyStop),
+            5 => host::Input::Command(token, Command::EndEmergency),
+            6 => host::Input::Command(token, Command::KeepAlive { to, on: gap > 9 }),
+            7 => host::Input::Command(
+                token,
+                Command::Speed { to, motor, speed: StepsPerSecond(f32::from_be_bytes(first(body))) },
+            ),
+            8 => host::Input::Command(token, Command::Nodes(Nodes::NONE.with(to).unwrap_or_default())),
             // A request of the application lives as long as the program. The bytes that it needs are in no packet.
             9 | 10 => match HostMessage::decode_body(number, &[]) {
-                Ok(message) => host::Input::Command(Command::Request(Request { token: Token(number), to, message })),
+                Ok(message) => host::Input::Command(token, Command::Request(Request { to, message })),
                 Err(_) => host::Input::Wake,
             },
             _ => match DeviceMessage::decode_body(u32::from(command), body) {
@@ -303,11 +297,10 @@ fn hoot(input: &[u8], out: &mut dyn Write) -> fmt::Result {
                 Err(_) => host::Input::Noise,
             },
         };
-        let (next, output) = master.step(now, happened);
-        master = next;
-        writeln!(out, "{master:?} {output:?}")?;
-        for send in &output.send {
-            writeln!(out, "{:?}", send.encode_into(&mut [0; 42]).is_ok())?;
+        let output = master.advance(now, happened);
+        writeln!(out, "{master:?} {} {output:?}", master.may_move())?;
+        for transmit in output.transmits() {
+            writeln!(out, "{:?}", transmit.encode_into(&mut [0; 42]).is_ok())?;
         }
     }
     Ok(())
