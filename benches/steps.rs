@@ -1,13 +1,13 @@
-//! What the state machines add to decoding: a step of each, beside the decoding of what made it.
+//! Cost of the state machines beside decoding: a call of each machine, and the decoding of the frame that it takes.
 //!
 //! Each machine goes through an exchange that is typical of it, again and again from the beginning:
 //!
-//! - kOS: connect, load a move, play it, 100 notifications of how far it is;
+//! - kOS: connect, load a move, play it, 100 notifications of its progress;
 //! - DMC: greet, upload the positions of 2 motors for 1000 frames in sections, then jog;
 //! - hoot: 100 questions for positions, each with its answer.
 //!
-//! The first column is a step on average, with the decoding of the frame that it took. The second one decodes the same
-//! frames and takes no step; where something else than a frame makes a step, it has nothing to do. Neither encodes.
+//! The first column is the average call, with the decoding of the frame that it takes. The second column only decodes the
+//! same frames; for inputs that are no frames it does nothing. Neither column encodes.
 
 use std::hint::black_box;
 
@@ -15,22 +15,24 @@ use benches::ratios::{Table, contender};
 use motion_core::machine::Machine;
 use motion_core::time::Millis;
 
-/// What happened to a machine: a frame came, or something else.
+/// Something that happened to a machine: a frame arrived, or anything else.
 enum Happened<I> {
     Frame(Vec<u8>),
     Else(I),
 }
 
-/// All that happens to a machine in an exchange, in its order.
+/// All that happens to a machine in an exchange, in order.
 type Exchange<I> = Vec<(Millis, Happened<I>)>;
 
 fn main() {
-    let mut table = Table::new("steps of machines");
-    /// A row of a machine, where `input` makes of what happened what the machine takes.
+    let mut table = Table::new("calls of machines");
+    /// A row of a machine; `input` makes its input from what happened.
     macro_rules! row {
         ($label:literal, $machine:expr, $exchange:expr, $input:path) => {
-            let step = |machine, now, happened: &_| Machine::step(machine, now, $input(happened));
-            row(&mut table, $label, &$machine, &$exchange, step, |happened| _ = black_box($input(happened)));
+            let call = |machine: &mut _, now, happened: &_| {
+                black_box(Machine::advance(machine, now, $input(happened)));
+            };
+            row(&mut table, $label, &$machine, &$exchange, call, |happened| _ = black_box($input(happened)));
         };
     }
     let (client, device) = kos::exchange();
@@ -44,24 +46,21 @@ fn main() {
     row!("hoot node", hoot::node(), node, hoot::node_input);
 }
 
-fn row<M: Clone, I, Output>(
+fn row<M: Clone, I>(
     table: &mut Table,
     label: &str,
     first: &M,
     exchange: &Exchange<I>,
-    step: impl Fn(M, Millis, &Happened<I>) -> (M, Output),
+    call: impl Fn(&mut M, Millis, &Happened<I>),
     decode: impl Fn(&Happened<I>),
 ) {
-    let (mut machine, mut left) = (Some(first.clone()), exchange.iter());
-    let steps = move || {
+    let (mut machine, mut left) = (first.clone(), exchange.iter());
+    let calls = move || {
         let (now, happened) = left.next().unwrap_or_else(|| {
-            (machine, left) = (Some(first.clone()), exchange.iter());
+            (machine, left) = (first.clone(), exchange.iter());
             left.next().expect("something happens")
         });
-        let taken = machine.take().expect("each step gives the next machine");
-        let (next, output) = step(taken, *now, black_box(happened));
-        machine = Some(next);
-        output
+        call(&mut machine, *now, black_box(happened));
     };
     let mut all = exchange.iter().cycle();
     let frames = move || {
@@ -69,25 +68,21 @@ fn row<M: Clone, I, Output>(
             decode(black_box(happened));
         }
     };
-    table.row(label, vec![contender("step", steps), contender("decode", frames)]);
+    table.row(label, vec![contender("call", calls), contender("decode", frames)]);
 }
 
-/// A client and a device, of which each meets the other's messages as a specification has them.
+/// A client and a device. Each receives the messages that the specification describes.
 mod kos {
     use kos_proto::device::{self, DeviceMachine, Positions, Report, SessionId};
-    use kos_proto::host::{self, Command, Endpoint, HostMachine};
+    use kos_proto::host::{self, Command, Endpoint, HostMachine, Token};
     use kos_proto::message::{
-        AuxInputs, DeviceGUID, DeviceInfo, DeviceType, FirmwareVersion, MarkBeginPosition, MarkEndPosition,
-        MotorAddress, MotorEntry, MotorInfo, MotorInfos, MotorPlace, Normalized, Photos, PlaybackDirection,
-        PlaybackMode, PlaybackState, PlaybackStatus, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds,
-        SetupPlayback, SoftwareID, StartPlayback,
+        AuxInputs, Block16, Bool, DeviceGUID, DeviceInfo, DeviceType, Direction, FirmwareVersion, MarkBeginPosition,
+        MarkEndPosition, MotorAddress, MotorEntry, MotorInfo, MotorInfos, MotorPlace, Newer, Normalized, Password,
+        Photos, PlaybackDirection, PlaybackMode, PlaybackState, PlaybackStatus, Rotations, RotationsPerSecond,
+        RotationsPerSecondSquared, Seconds, SetupPlayback, SoftwareID, StartPlayback,
     };
-    use kos_proto::summary::{Direction, MoveSummary, Transport};
     use kos_proto::trajectory::{Delay, LiveMotion, Loop, MotorPlan, Plan, Play, TrajectoryData, Way, bezier};
-    use kos_proto::{DeviceMessage, Frame, HostMessage};
-    use motion_core::machine::Machine;
-    use motion_core::time::Millis;
-    use motion_core::wire::{Block16, Bool, Newer, Password};
+    use kos_proto::{DeviceMessage, Frame, HostMessage, Millis, MoveSummary, Transport};
 
     use super::{Exchange, Happened};
 
@@ -107,9 +102,7 @@ mod kos {
 
     pub(super) fn client_input(happened: &Happened<ClientInput>) -> host::Input<'_> {
         match happened {
-            Happened::Frame(bytes) => host::Input::Received(
-                Frame::decode(bytes).ok().and_then(|frame| DeviceMessage::decode(&frame).ok()).expect("a message"),
-            ),
+            Happened::Frame(bytes) => host::Input::received(&Frame::decode(bytes).expect("a message")),
             Happened::Else(input) => *input,
         }
     }
@@ -118,8 +111,7 @@ mod kos {
         match happened {
             Happened::Frame(bytes) => {
                 let frame = Frame::decode(bytes).expect("a message");
-                let message = HostMessage::decode(&frame).expect("with all its fields");
-                device::Input::Received { session: SESSION, message, password: PASSWORD }
+                device::Input::received(SESSION, &frame, PASSWORD)
             }
             Happened::Else(input) => *input,
         }
@@ -129,13 +121,12 @@ mod kos {
         let exchanges = (of_client(), of_device());
         let (mut client, mut device) = (client(), device());
         for (now, happened) in &exchanges.0 {
-            client = client.step(*now, client_input(happened)).0;
+            let _ = client.advance(*now, client_input(happened));
         }
         assert_eq!(client.move_state().name(), "Running");
         let mut told = 0;
         for (now, happened) in &exchanges.1 {
-            let (next, output) = device.step(*now, device_input(happened));
-            (device, told) = (next, told + output.send.len());
+            told += device.advance(*now, device_input(happened)).transmits().count();
         }
         assert!(device.playback().runs() && told > 100, "{:?}, {told} messages", device.playback());
         exchanges
@@ -150,13 +141,16 @@ mod kos {
         };
         let state = |playback_status| {
             let motors = [1, 2].map(|motor| MotorPlace::new(MotorAddress(motor), Rotations(0.5)));
-            told(DeviceMessage::PlaybackStatus(PlaybackStatus {
-                playback_status,
-                elapsed_time: Normalized(0.5),
-                photo_count: Some(Photos(0.0)),
-                motors: &motors.into_iter().collect::<Positions>(),
-                tail,
-            }))
+            told(
+                PlaybackStatus {
+                    playback_status,
+                    elapsed_time: Normalized(0.5),
+                    photo_count: Some(Photos(0.0)),
+                    motors: &motors.into_iter().collect::<Positions>(),
+                    tail,
+                }
+                .into(),
+            )
         };
         let (speed, acceleration) = (RotationsPerSecond(100.0), RotationsPerSecondSquared(80.0));
         let [zero, end] = [0.0, 8.0].map(Rotations);
@@ -178,14 +172,14 @@ mod kos {
             tail,
         };
         let summary = MoveSummary::of(&trajectory()).expect("a move that can be played");
-        let command = |command| Happened::Else(host::Input::Command(command));
+        let command = |command| Happened::Else(host::Input::Command(Token(1), command));
         let start = [
             command(Command::Connect(Endpoint::Usb)),
-            Happened::Else(host::Input::Opened),
-            told(DeviceMessage::DeviceInfo(info)),
-            told(DeviceMessage::MotorInfo(MotorInfo { more: false, motors: MotorInfos::New(&motors), tail })),
-            told(DeviceMessage::DeviceGUID(DeviceGUID { guid: Block16(&[7; 16]), tail })),
-            told(DeviceMessage::SoftwareID(SoftwareID { platform: 4, tail })),
+            Happened::Else(host::Input::LinkUp),
+            told(info.into()),
+            told(MotorInfo { more: false, motors: MotorInfos::New(&motors), tail }.into()),
+            told(DeviceGUID { guid: Block16(&[7; 16]), tail }.into()),
+            told(SoftwareID { platform: 4, tail }.into()),
             command(Command::Load { summary, way: Direction::Forward, delay_return: false }),
             state(PlaybackState::MOTORS_HOME),
             state(PlaybackState::SETUP_COMPLETED),
@@ -204,20 +198,20 @@ mod kos {
         let arrived =
             |motor, place| Happened::Else(device::Input::Rig(Report::Arrived(MotorAddress(motor), Rotations(place))));
         let (direction, start_time, tail) = (PlaybackDirection::FORWARD, Seconds(0.0), &[][..]);
-        let opened = device::Input::Opened { session: SESSION, transport: Transport::Tcp, password: PASSWORD };
+        let opened = device::Input::LinkUp { session: SESSION, transport: Transport::Tcp, password: PASSWORD };
         let mut all = vec![Happened::Else(device::Input::Rig(Report::Started)), Happened::Else(opened)];
         for motor in [1, 2] {
             let motor_address = MotorAddress(motor);
             all.push(arrived(motor, 0.0));
-            all.push(asked(HostMessage::MarkBeginPosition(MarkBeginPosition { motor_address, tail })));
+            all.push(asked(MarkBeginPosition { motor_address, tail }.into()));
             all.push(arrived(motor, 8.0));
-            all.push(asked(HostMessage::MarkEndPosition(MarkEndPosition { motor_address, tail })));
+            all.push(asked(MarkEndPosition { motor_address, tail }.into()));
         }
-        all.push(asked(HostMessage::SetTrajectoryData(trajectory())));
+        all.push(asked(trajectory().into()));
         let setup = SetupPlayback { direction, start_time, delay_return: Bool::FALSE, tail };
-        all.push(asked(HostMessage::SetupPlayback(setup)));
+        all.push(asked(setup.into()));
         all.extend([arrived(1, 0.0), arrived(2, 0.0)]);
-        all.push(asked(HostMessage::StartPlayback(StartPlayback { direction, start_time, tail })));
+        all.push(asked(StartPlayback { direction, start_time, tail }.into()));
         all.extend(std::iter::repeat_with(|| Happened::Else(device::Input::Wake)).take(100));
         (1000..).step_by(90).map(Millis).zip(all).collect()
     }
@@ -236,14 +230,12 @@ mod kos {
 /// A host and a device on a good line.
 mod dmc {
     use dmc_proto::device::{self, DeviceMachine, Rig};
-    use dmc_proto::host::{self, Command, Event, HostMachine, Name, Outcome, Token};
+    use dmc_proto::host::{self, Command, Event, HostMachine, Outcome, Source, Token};
     use dmc_proto::message::{
         AckCode, Capabilities, FrameNumber, Hi, JogSpeed, Motor, MotorJog, Motors, RtUploadMoveBegin, Steps,
     };
     use dmc_proto::upload::{MoveSource, SCRATCH, Section, SectionSize};
-    use dmc_proto::{Frame, HostMessage};
-    use motion_core::machine::Machine;
-    use motion_core::time::Millis;
+    use dmc_proto::{Effect, Frame, HostMessage, Millis};
 
     use super::{Exchange, Happened};
 
@@ -270,21 +262,21 @@ mod dmc {
     }
 
     pub(super) fn device() -> DeviceMachine {
-        let hi = device::Options::default().hi;
+        let hi = device::Options::default().hi();
         let capabilities = Capabilities::REAL_TIME;
         DeviceMachine::new(device::Options::of(Hi { motor_count: 2, upload_frame_count: FRAMES, capabilities, ..hi }))
     }
 
     pub(super) fn host_input(happened: &Happened<HostInput>) -> host::Input<'_> {
         match happened {
-            Happened::Frame(bytes) => host::Input::frame(&Frame::decode(bytes).expect("a frame")),
+            Happened::Frame(bytes) => host::Input::received(&Frame::decode(bytes).expect("a frame")),
             Happened::Else(input) => *input,
         }
     }
 
     pub(super) fn device_input(happened: &Happened<DeviceInput>) -> device::Input<'_> {
         match happened {
-            Happened::Frame(bytes) => device::Input::frame(&Frame::decode(bytes).expect("a frame"), |_| AckCode::OK),
+            Happened::Frame(bytes) => device::Input::received(&Frame::decode(bytes).expect("a frame"), |_| AckCode::OK),
             Happened::Else(input) => *input,
         }
     }
@@ -295,13 +287,13 @@ mod dmc {
             Recorder { host: host(), device: device(), now: 1000, of_host: vec![], of_device: vec![], done: vec![] };
         for input in [
             host::Input::LinkUp,
-            host::Input::Command(Command::Configured),
-            host::Input::Command(Command::Sequence(Token(0), begin)),
-            host::Input::Command(Command::Request(Token(1), jog)),
+            host::Input::Command(Token(2), Command::Configured),
+            host::Input::Command(Token(0), Command::Sequence(begin)),
+            host::Input::Command(Token(1), Command::Request(jog)),
         ] {
             recorder.tell_host(Happened::Else(input));
         }
-        assert_eq!(recorder.done, [(Token(0), Outcome::Finished), (Token(1), Outcome::Acknowledged)]);
+        assert_eq!(recorder.done, [2, 0, 1].map(Token));
         assert!(recorder.host.is_loaded() == Some(true) && recorder.device.is_loaded());
         (recorder.of_host, recorder.of_device)
     }
@@ -339,54 +331,72 @@ mod dmc {
         now: u64,
         of_host: Exchange<HostInput>,
         of_device: Exchange<DeviceInput>,
-        done: Vec<(Token, Outcome)>,
+        done: Vec<Token>,
     }
 
     impl Recorder {
         fn tell_host(&mut self, happened: Happened<HostInput>) {
+            enum Follow {
+                Device(Vec<u8>),
+                Section(Option<Section>),
+            }
+
             self.now += 1;
-            let (host, output) = self.host.clone().step(Millis(self.now), host_input(&happened));
-            self.host = host;
-            self.of_host.push((Millis(self.now), happened));
-            for event in &output.events {
-                if let Event::Done(token, outcome) = *event {
-                    self.done.push((token, outcome));
+            let mut follow = vec![];
+            let output = self.host.advance(Millis(self.now), host_input(&happened));
+            for effect in output {
+                match effect {
+                    Effect::Transmit(transmit) => {
+                        let mut scratch = [0; SCRATCH];
+                        let message = transmit.message(|source| match source {
+                            Source::Command(token) => MESSAGES[token.0 as usize],
+                            Source::Section(section) => section.message(&Ramp, &mut scratch),
+                        });
+                        let mut frame = vec![0; message.encoded_len()];
+                        message.encode_into(transmit.id, &mut frame).expect("room for it");
+                        follow.push(Follow::Device(frame));
+                    }
+                    Effect::Event(Event::Ended { token, outcome: Outcome::Done(_) }) => self.done.push(token),
+                    Effect::Event(Event::NextSection { after, .. }) => {
+                        let size = SectionSize::of(200);
+                        let next =
+                            after.map_or_else(|| Section::first(&Ramp, size), |section| section.next(&Ramp, size));
+                        follow.push(Follow::Section(next));
+                    }
+                    Effect::Event(_) => {}
                 }
             }
-            for send in output.send {
-                let mut scratch = [0; SCRATCH];
-                let message = send.message(|name| match name {
-                    Name::Message(token) => MESSAGES[token.0 as usize],
-                    Name::Section(section) => section.message(&Ramp, &mut scratch),
-                });
-                let mut frame = vec![0; message.encoded_len()];
-                message.encode_into(send.id, &mut frame).expect("room for it");
-                self.tell_device(Happened::Frame(frame));
-            }
-            for event in output.events {
-                if let Event::NextSection(behind) = event {
-                    let size = SectionSize::of(200);
-                    let next = behind.map_or_else(|| Section::first(&Ramp, size), |section| section.next(&Ramp, size));
-                    self.tell_host(Happened::Else(host::Input::Section(next)));
+            self.of_host.push((Millis(self.now), happened));
+            for next in follow {
+                match next {
+                    Follow::Device(frame) => self.tell_device(Happened::Frame(frame)),
+                    Follow::Section(section) => self.tell_host(Happened::Else(host::Input::Section(section))),
                 }
             }
         }
 
         fn tell_device(&mut self, happened: Happened<DeviceInput>) {
             self.now += 1;
-            let (device, output) = self.device.clone().step(Millis(self.now), device_input(&happened));
-            self.device = device;
-            self.of_device.push((Millis(self.now), happened));
-            for event in output.events {
-                if let device::Event::Store(store) = event {
-                    self.tell_device(Happened::Else(device::Input::Stored(store, AckCode::OK)));
+            let output = self.device.advance(Millis(self.now), device_input(&happened));
+            let (mut stored, mut frames) = (None, vec![]);
+            for effect in output {
+                match effect {
+                    Effect::Transmit(transmit) => {
+                        let mut scratch = device::Scratch::default();
+                        let message = transmit.message(&Ramp, &mut scratch);
+                        let mut frame = vec![0; message.encoded_len()];
+                        message.encode_into(transmit.id, &mut frame).expect("room for it");
+                        frames.push(frame);
+                    }
+                    Effect::Event(device::Event::Store { store, .. }) => stored = Some(store),
+                    Effect::Event(_) => {}
                 }
             }
-            for send in output.send {
-                let mut scratch = device::Scratch::default();
-                let message = send.message(&Ramp, &mut scratch);
-                let mut frame = vec![0; message.encoded_len()];
-                message.encode_into(send.id, &mut frame).expect("room for it");
+            self.of_device.push((Millis(self.now), happened));
+            if let Some(store) = stored {
+                self.tell_device(Happened::Else(device::Input::Stored(store, AckCode::OK)));
+            }
+            for frame in frames {
                 self.tell_host(Happened::Frame(frame));
             }
         }
@@ -399,9 +409,7 @@ mod hoot {
     use hoot_proto::frame::MAX_FRAME;
     use hoot_proto::host::{self, Command, Event, HostMachine, Nodes, Outcome, Request, Token};
     use hoot_proto::message::{Motor, MotorPosition};
-    use hoot_proto::{Address, DeviceMessage, Frame, HostMessage};
-    use motion_core::machine::Machine;
-    use motion_core::time::Millis;
+    use hoot_proto::{Address, Frame, Millis};
 
     use super::{Exchange, Happened};
 
@@ -419,20 +427,14 @@ mod hoot {
 
     pub(super) fn master_input(happened: &Happened<MasterInput>) -> host::Input<'_> {
         match happened {
-            Happened::Frame(bytes) => {
-                host::Input::Received(DeviceMessage::decode(&Frame::decode(bytes).expect("a packet")))
-            }
+            Happened::Frame(bytes) => host::Input::received(&Frame::decode(bytes).expect("a packet")),
             Happened::Else(input) => *input,
         }
     }
 
     pub(super) fn node_input(happened: &Happened<NodeInput>) -> device::Input<'_> {
         match happened {
-            Happened::Frame(bytes) => {
-                let frame = Frame::decode(bytes).expect("a packet");
-                let (to, message) = (frame.address(), HostMessage::decode(&frame));
-                device::Input::Received { port: Port::Bus, to, message }
-            }
+            Happened::Frame(bytes) => device::Input::received(&Frame::decode(bytes).expect("a packet"), Port::Bus),
             Happened::Else(input) => *input,
         }
     }
@@ -440,26 +442,24 @@ mod hoot {
     pub(super) fn exchange() -> (Exchange<MasterInput>, Exchange<NodeInput>) {
         let (mut master, mut node) = (master(), node());
         let (mut of_master, mut of_node) = (vec![(Millis(1000), Happened::Else(host::Input::LinkUp))], vec![]);
-        master = master.step(Millis(1000), host::Input::LinkUp).0;
+        let _ = master.advance(Millis(1000), host::Input::LinkUp);
         for number in 0..100 {
             let now = Millis(2000).after(u64::from(number) * 500);
-            let message = HostMessage::MotorPosition(MotorPosition { motor: Motor::Two });
-            let request = Request { token: Token(number), to: Address::DEFAULT, message };
-            let asked = Happened::Else(host::Input::Command(Command::Request(request)));
-            let (next, output) = master.step(now, master_input(&asked));
-            of_master.push((now, asked));
+            let request = Request { to: Address::DEFAULT, message: MotorPosition { motor: Motor::Two }.into() };
+            let asked = Happened::Else(host::Input::Command(Token(number), Command::Request(request)));
             let mut packet = [0; MAX_FRAME];
-            let len = output.send[0].encode_into(&mut packet).expect("room for it");
+            let output = master.advance(now, master_input(&asked));
+            let question = output.transmits().next().expect("a question");
+            let len = question.encode_into(&mut packet).expect("room for it");
             let question = Happened::Frame(packet[..len].to_vec());
-            let (next_node, output) = node.step(now, node_input(&question));
-            of_node.push((now, question));
-            let len = output.send[0].answer.encode_into(&mut packet).expect("room for it");
+            let output = node.advance(now, node_input(&question));
+            let len = output.transmits().next().expect("an answer").encode_into(&mut packet).expect("room for it");
             let answer = Happened::Frame(packet[..len].to_vec());
-            let (next, output) = next.step(now.after(20), master_input(&answer));
-            of_master.push((now.after(20), answer));
-            let is_end = |event: &Event| matches!(event, Event::Ended { token, outcome: Outcome::Done(_) } if *token == Token(number));
-            assert!(output.events.iter().any(is_end), "{output:?}");
-            (master, node) = (next, next_node);
+            let output = master.advance(now.after(20), master_input(&answer));
+            let is_end = |event: &Event<'_>| matches!(event, Event::Ended { token, outcome: Outcome::Done(_) } if *token == Token(number));
+            assert!(output.events().any(is_end), "{output:?}");
+            of_master.extend([(now, asked), (now.after(20), answer)]);
+            of_node.push((now, question));
         }
         (of_master, of_node)
     }
