@@ -1,9 +1,9 @@
-//! Bezier segments beside peers: the position of an axis at a time.
+//! Bezier segments compared with other crates: the position of an axis at a time.
 //!
-//! All contenders get the same segments and times. Each is first asked for all positions, which must be
-//! those of a search by bisection, within the bound that stands beside its name; the greatest errors are
-//! printed. `keyframe` 1.1.1 is asked, but not timed: it looks its guesses up in a table with steps of 20
-//! instead of a 19th, and from some of them finds another root.
+//! All contenders get the same segments and times. Before the measurement, each contender calculates all
+//! positions. They must equal the positions of a search by bisection, within the bound of the contender.
+//! The greatest errors are printed. `keyframe` 1.1.1 is checked but not timed: its table of first guesses has
+//! steps of 1/20 instead of 1/19, and from some of these guesses it finds another root.
 
 use std::hint::black_box;
 
@@ -12,13 +12,13 @@ use criterion::{Criterion, Throughput};
 use kurbo::ParamCurve;
 use motion_core::bezier::{Cursor, Motion, Point, Segment};
 
-/// Times that are asked for together.
+/// Number of times in one batch.
 const BATCH: usize = 16;
-/// How many segments there are, and of how many times each: a second at 1 kHz.
+/// Number of segments, and number of times in each: about a second at 1 kHz.
 const SEGMENTS: usize = 32;
 const TIMES: usize = 992;
 
-/// A segment from (0, 0) to (1, 1), in every contender's form.
+/// Segment from (0, 0) to (1, 1) in the form of each contender.
 struct Curve {
     handles: [f64; 4],
     ours: Segment,
@@ -44,14 +44,14 @@ impl Curve {
         }
     }
 
-    /// The position as a polynomial of the curve parameter.
+    /// Position as a polynomial of the curve parameter.
     fn height(&self) -> impl Fn(f64) -> f64 + use<> {
         let [_, y1, _, y2] = self.handles;
         let (a, b, c, d) = (1.0 - 3.0 * (y2 - y1), 3.0 * (y2 - 2.0 * y1), 3.0 * y1, self.ours.points()[0].position);
         move |u| ((a * u + b) * u + c) * u + d
     }
 
-    /// By bisection down to the last digit, and de Casteljau's construction.
+    /// Position by bisection to full precision and de Casteljau's construction.
     fn reference(&self, time: f64) -> f64 {
         let [x1, y1, x2, y2] = self.handles;
         let at = |a: f64, b: f64, u: f64| {
@@ -87,16 +87,16 @@ impl Curve {
         flo_curves::bezier::basis(found.last().copied().unwrap_or(1.0), 0.0, y1, y2, 1.0)
     }
 
-    /// A function of time, with a table of its own.
+    /// Position as a function of time, with its own table.
     fn easing(&self) -> impl Fn(f64) -> f64 + use<> {
         let [x1, y1, x2, y2] = self.handles;
         let easing = bezier_easing::bezier_easing(x1, y1, x2, y2).expect("handles within the segment");
         move |time| easing.sample(time)
     }
 
-    /// A function of time, with a table of its own, in `f32`.
+    /// Position as a function of time, with its own table, in `f32`.
     fn keyframe(&self) -> impl Fn(f64) -> f64 + use<> {
-        #[expect(clippy::cast_possible_truncation, reason = "it has nothing wider")]
+        #[expect(clippy::cast_possible_truncation, reason = "the crate has no wider type")]
         let [x1, y1, x2, y2] = self.handles.map(|handle| handle as f32);
         let curve = keyframe::functions::BezierCurve::from([x1, y1].into(), [x2, y2].into());
         move |time| keyframe::EasingFunction::y(&curve, time)
@@ -135,7 +135,7 @@ fn main() {
     criterion.final_summary();
 }
 
-/// Each contender takes the next segment, over and over.
+/// Closure that does the work on the next segment at each call, in an endless cycle.
 fn turns<'a, T>(curves: &'a [Curve], mut work: impl FnMut(&'a Curve) -> T + 'a) -> impl FnMut() -> T + 'a {
     let mut next = curves.iter().cycle();
     move || work(black_box(next.next().expect("an endless cycle")))
@@ -155,7 +155,7 @@ fn batches<'a>(curves: &'a [Curve], times: &'a [f64]) -> Vec<Contender<'a>> {
                 }
             }),
         ),
-        // What any solver must do at the end, the yardsticks: in the form of a batch, two lanes at once...
+        // The last step of any solver, for comparison: as a batch, with two lanes at once...
         contender(
             "y alone",
             turns(curves, move |curve| {
@@ -168,7 +168,7 @@ fn batches<'a>(curves: &'a [Curve], times: &'a [f64]) -> Vec<Contender<'a>> {
                 }
             }),
         ),
-        // ... and one by one, added up, as the peers below are asked.
+        // ... and one position after the other, added up, as for the peers below.
         contender("y alone, added up", turns(curves, |curve| sum(black_box(times), curve.height()))),
         contender("kurbo, bisection", turns(curves, |curve| sum(black_box(times), |time| curve.kurbo(time)))),
         contender("lyon_geom", turns(curves, |curve| sum(black_box(times), |time| curve.lyon(time)))),
@@ -198,7 +198,7 @@ fn sum(times: &[f64], position: impl Fn(f64) -> f64) -> f64 {
     times.iter().map(|&time| position(time)).sum()
 }
 
-/// All positions are those of the reference, within each contender's bound.
+/// Checks that all positions equal those of the reference, within the bound of each contender.
 fn agree(name: &str, curves: &[Curve], times: &[f64]) {
     let bounds = [
         ("motion-core, single", 1e-13),
@@ -226,7 +226,7 @@ fn agree(name: &str, curves: &[Curve], times: &[f64]) {
     println!("{name} handles, greatest errors:");
     for ((peer, bound), worst) in bounds.into_iter().zip(worst) {
         println!("{peer:>22} {worst:.1e}, allowed {bound:.0e}");
-        assert!(worst <= bound, "{peer}, {name}: the same positions");
+        assert!(worst <= bound, "{peer}, {name}: the error is within the bound");
     }
 }
 

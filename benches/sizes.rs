@@ -1,4 +1,4 @@
-//! The table of sizes in `docs/architecture.md` says what the machines are.
+//! Test that the table of sizes in `docs/architecture.md` has the sizes of the machines.
 
 #![cfg(target_pointer_width = "64")]
 
@@ -6,7 +6,7 @@ use motion_core::machine;
 
 const DOCUMENT: &str = include_str!("../docs/architecture.md");
 
-/// A row of the table: sizes in bytes, and how many an output holds.
+/// Row of the table: sizes in bytes, and how many messages and events an output can hold.
 fn row<Machine, Send, Event, const SENDS: usize, const EVENTS: usize>(
     name: &str,
     _: fn() -> machine::Output<Send, Event, SENDS, EVENTS>,
@@ -23,7 +23,7 @@ macro_rules! rows {
 }
 
 #[test]
-fn the_table_of_sizes_is_true() {
+fn the_table_of_sizes_is_correct() {
     let rows = rows! {
         "kOS client": kos_proto host HostMachine;
         "kOS device": kos_proto device DeviceMachine;

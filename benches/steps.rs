@@ -1,13 +1,13 @@
-//! What the state machines add to decoding: a step of each, beside the decoding of what made it.
+//! Cost of the state machines: a step of each, compared with the decoding of the frame that caused it.
 //!
-//! Each machine goes through an exchange that is typical of it, again and again from the beginning:
+//! Each machine repeats a typical exchange from the beginning:
 //!
-//! - kOS: connect, load a move, play it, 100 notifications of how far it is;
+//! - kOS: connect, load a move, play it, 100 notifications of its progress;
 //! - DMC: greet, upload the positions of 2 motors for 1000 frames in sections, then jog;
 //! - hoot: 100 questions for positions, each with its answer.
 //!
-//! The first column is a step on average, with the decoding of the frame that it took. The second one decodes the same
-//! frames and takes no step; where something else than a frame makes a step, it has nothing to do. Neither encodes.
+//! The first column is the average step, with the decoding of its frame. The second column decodes the same frames and
+//! makes no steps. It does nothing for a step that was not caused by a frame. Neither column encodes.
 
 use std::hint::black_box;
 
@@ -15,18 +15,18 @@ use benches::ratios::{Table, contender};
 use motion_core::machine::Machine;
 use motion_core::time::Millis;
 
-/// What happened to a machine: a frame came, or something else.
+/// Cause of a step: a frame, or another input.
 enum Happened<I> {
     Frame(Vec<u8>),
     Else(I),
 }
 
-/// All that happens to a machine in an exchange, in its order.
+/// Causes of all steps of a machine in an exchange, in order.
 type Exchange<I> = Vec<(Millis, Happened<I>)>;
 
 fn main() {
     let mut table = Table::new("steps of machines");
-    /// A row of a machine, where `input` makes of what happened what the machine takes.
+    /// Adds the row of a machine. `input` makes the input of the machine from the cause.
     macro_rules! row {
         ($label:literal, $machine:expr, $exchange:expr, $input:path) => {
             let step = |machine, now, happened: &_| Machine::step(machine, now, $input(happened));
@@ -56,7 +56,7 @@ fn row<M: Clone, I, Output>(
     let steps = move || {
         let (now, happened) = left.next().unwrap_or_else(|| {
             (machine, left) = (Some(first.clone()), exchange.iter());
-            left.next().expect("something happens")
+            left.next().expect("the exchange has a step")
         });
         let taken = machine.take().expect("each step gives the next machine");
         let (next, output) = step(taken, *now, black_box(happened));
@@ -72,7 +72,7 @@ fn row<M: Clone, I, Output>(
     table.row(label, vec![contender("step", steps), contender("decode", frames)]);
 }
 
-/// A client and a device, of which each meets the other's messages as a specification has them.
+/// A client and a device, each with the messages of the other as the specification gives them.
 mod kos {
     use kos_proto::device::{self, DeviceMachine, Positions, Report, SessionId};
     use kos_proto::host::{self, Command, Endpoint, HostMachine};
@@ -118,7 +118,7 @@ mod kos {
         match happened {
             Happened::Frame(bytes) => {
                 let frame = Frame::decode(bytes).expect("a message");
-                let message = HostMessage::decode(&frame).expect("with all its fields");
+                let message = HostMessage::decode(&frame).expect("the message has all its fields");
                 device::Input::Received { session: SESSION, message, password: PASSWORD }
             }
             Happened::Else(input) => *input,
@@ -145,7 +145,7 @@ mod kos {
         let tail = &[][..];
         let told = |message: DeviceMessage<'_>| {
             let mut bytes = vec![0; message.encoded_len()];
-            message.encode_into(&mut bytes).expect("room for it");
+            message.encode_into(&mut bytes).expect("the buffer is large enough");
             Happened::Frame(bytes)
         };
         let state = |playback_status| {
@@ -177,7 +177,7 @@ mod kos {
             photo_count: Newer(Some(0)),
             tail,
         };
-        let summary = MoveSummary::of(&trajectory()).expect("a move that can be played");
+        let summary = MoveSummary::of(&trajectory()).expect("the move can be played");
         let command = |command| Happened::Else(host::Input::Command(command));
         let start = [
             command(Command::Connect(Endpoint::Usb)),
@@ -198,7 +198,7 @@ mod kos {
     fn of_device() -> Exchange<DeviceInput> {
         let asked = |message: HostMessage<'_>| {
             let mut bytes = vec![0; message.encoded_len()];
-            message.encode_into(&mut bytes).expect("room for it");
+            message.encode_into(&mut bytes).expect("the buffer is large enough");
             Happened::Frame(bytes)
         };
         let arrived =
@@ -222,14 +222,14 @@ mod kos {
         (1000..).step_by(90).map(Millis).zip(all).collect()
     }
 
-    /// A live move of ten seconds, of motors 1 and 2.
+    /// Live move of ten seconds, with motors 1 and 2.
     fn trajectory() -> TrajectoryData<'static> {
         let (duration, home_speed) = (Seconds(10.0), Normalized(1.0));
         let play = Play::Live(LiveMotion { duration, repeat: Loop::Once, delay: Delay::None, home_speed });
         let line = [0.0, 0.25, 0.75, 1.0].map(|part| bezier::Point::new(part, part));
         let line = [bezier::Segment::new(line).expect("finite")];
         let motors = [1, 2].map(|motor| MotorPlan { motor: MotorAddress(motor), way: Way::Segments(&line) });
-        Plan::new(play, &motors).encode(vec![0; Plan::MAX_LEN].leak()).expect("a move")
+        Plan::new(play, &motors).encode(vec![0; Plan::MAX_LEN].leak()).expect("the move can be encoded")
     }
 }
 
@@ -306,7 +306,7 @@ mod dmc {
         (recorder.of_host, recorder.of_device)
     }
 
-    /// The move, and the rig.
+    /// The move and the rig.
     struct Ramp;
 
     impl MoveSource for Ramp {
@@ -360,7 +360,7 @@ mod dmc {
                     Name::Section(section) => section.message(&Ramp, &mut scratch),
                 });
                 let mut frame = vec![0; message.encoded_len()];
-                message.encode_into(send.id, &mut frame).expect("room for it");
+                message.encode_into(send.id, &mut frame).expect("the buffer is large enough");
                 self.tell_device(Happened::Frame(frame));
             }
             for event in output.events {
@@ -386,7 +386,7 @@ mod dmc {
                 let mut scratch = device::Scratch::default();
                 let message = send.message(&Ramp, &mut scratch);
                 let mut frame = vec![0; message.encoded_len()];
-                message.encode_into(send.id, &mut frame).expect("room for it");
+                message.encode_into(send.id, &mut frame).expect("the buffer is large enough");
                 self.tell_host(Happened::Frame(frame));
             }
         }
@@ -409,7 +409,7 @@ mod hoot {
     type NodeInput = device::Input<'static>;
 
     pub(super) fn master() -> HostMachine {
-        let nodes = Nodes::NONE.with(Address::DEFAULT).expect("room for one");
+        let nodes = Nodes::NONE.with(Address::DEFAULT).expect("the set has room for one node");
         HostMachine::new(host::Options::default().with_nodes(nodes))
     }
 
@@ -449,11 +449,11 @@ mod hoot {
             let (next, output) = master.step(now, master_input(&asked));
             of_master.push((now, asked));
             let mut packet = [0; MAX_FRAME];
-            let len = output.send[0].encode_into(&mut packet).expect("room for it");
+            let len = output.send[0].encode_into(&mut packet).expect("the buffer is large enough");
             let question = Happened::Frame(packet[..len].to_vec());
             let (next_node, output) = node.step(now, node_input(&question));
             of_node.push((now, question));
-            let len = output.send[0].answer.encode_into(&mut packet).expect("room for it");
+            let len = output.send[0].answer.encode_into(&mut packet).expect("the buffer is large enough");
             let answer = Happened::Frame(packet[..len].to_vec());
             let (next, output) = next.step(now.after(20), master_input(&answer));
             of_master.push((now.after(20), answer));
