@@ -61,7 +61,7 @@ fn words_that_nobody_knows() {
         ("drive", vec!["kos", "127.0.0.1"], "requires a subcommand"),
         ("drive", vec!["kos", "127.0.0.1", "dance"], "'dance'"),
         ("drive", vec!["dmc", "rig", "info"], "\"rig\": give HOST:PORT, or a serial device"),
-        ("drive", vec!["hoot", "127.0.0.1:1", "info", "--node", "1"], "nodes have 2 to 255"),
+        ("drive", vec!["hoot", "127.0.0.1:1", "info", "--node", "1"], "nodes have addresses 2 to 255"),
     ]
     .map(|(program, args, part)| ((program, args), part))
     {

@@ -63,7 +63,7 @@ fn photos(test: &str, line: &str) {
     let path = file(test, MOVE);
     let rig = Rig::start(test, "hoot", &[line]);
     let said = rig.drive(&shots(path.to_str().unwrap())).done();
-    assert!(said.ends_with("4 photos, and all motors rest\n"), "{said}");
+    assert!(said.ends_with("4 photos are taken, and all motors rest\n"), "{said}");
     assert_eq!(rig.log().matches("photo ").count(), 4);
     assert!(is_at(last(&rig.end(), 2), 3600.0));
 }
