@@ -73,7 +73,8 @@ fn words_that_nobody_knows() {
 #[test]
 fn a_wrong_password() {
     let rig = Rig::start("a_wrong_password", "kos", &["--password", "gaffer"]);
-    rig.drive(&["info", "--password", "grip"]).failed("drive: wrong password: give the one of the rig with --password");
+    rig.drive(&["info", "--password", "grip"])
+        .failed("drive: wrong password: give the password of the rig with --password");
     assert!(rig.drive(&["info", "--password", "gaffer"]).done().contains("motor 1"));
     rig.end();
 }
