@@ -54,7 +54,7 @@ fn upload_and_run(test: &str, args: &[&str]) {
     let path = path.to_str().unwrap();
     let rig = Rig::start(test, "dmc", args);
     let said = rig.drive(&["upload", path]).done();
-    assert!(said.contains("uploaded: 49 frames, of motor"), "{said}");
+    assert!(said.contains("uploaded: 49 frames of motor"), "{said}");
     let said = rig.drive(&["run", path]).done();
     assert!(said.contains("frame ") && said.ends_with("the move is done\n"), "{said}");
     let rows = rig.end();
