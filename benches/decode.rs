@@ -1,25 +1,26 @@
-//! D1 to D3: frames that lie in one slice, to typed messages whose fields are all added up.
+//! D1 to D3: frames in one slice are decoded to typed messages, whose fields are all added up.
 //!
-//! A bench names its contenders; how a stream is walked, how the limit is measured, and that all find the same values is
-//! said here, once for the three protocols.
+//! Each bench names its contenders. The walk through the stream, the measurement of the limit and the check of all
+//! values are here, once for the three protocols.
 
 use std::hint::black_box;
 
 use crate::ratios::{Contender, Table, contender};
 use crate::traffic::{Mix, Side, Tally};
 
-/// Reads a stream: each frame, and who sent it, to the sum of its fields.
+/// Function that reads each frame of a stream, with its side, and adds up the fields.
 pub type Read = fn(&Mix) -> Tally;
 
-/// The contender that only walks from length to length, and adds all bytes.
+/// Name of the contender that only walks from length to length and adds up all bytes.
 pub const LIMIT: &str = "walk and touch";
 
-/// With the arguments `count CONTENDER MIX TIMES`, reads the mix so many times with one contender, and does nothing else.
-/// The difference of two runs under `valgrind --tool=callgrind` is the number of instructions. Whether it was asked for.
+/// Handles the arguments `count CONTENDER MIX TIMES`: reads the mix that many times with one contender, and does
+/// nothing else. The difference of two runs under `valgrind --tool=callgrind` is the number of instructions. Returns
+/// whether the arguments were given.
 ///
 /// # Panics
 ///
-/// If there is no such contender, mix, or number.
+/// If the contender or the mix does not exist, or if the number of times is not a number.
 #[must_use]
 pub fn counts(readers: &[(&'static str, Read)], mixes: &[(&str, Mix)]) -> bool {
     let args: Vec<_> = std::env::args().skip_while(|arg| arg != "count").collect();
@@ -32,11 +33,11 @@ pub fn counts(readers: &[(&'static str, Read)], mixes: &[(&str, Mix)]) -> bool {
     true
 }
 
-/// All contenders beside each other, after each has found what is in the mix; that of the limit only walks it.
+/// Prints the table of all contenders. Each must first find all values of the mix; the limit only counts its messages.
 ///
 /// # Panics
 ///
-/// If one has not.
+/// If a contender finds other values.
 pub fn table(title: &'static str, readers: &[(&'static str, Read)], mixes: &[(&'static str, Mix)]) {
     let mut table = Table::new(title);
     for (name, mix) in mixes {
@@ -53,7 +54,8 @@ fn reader<'a>(name: &'static str, read: Read, mix: &'a Mix) -> Contender<'a> {
     contender(name, move || read(black_box(mix)))
 }
 
-/// Goes from frame to frame, as each contender reads one: the sum of its fields, and the bytes behind it.
+/// Walks from frame to frame. `frame` is the contender, and returns the sum of the fields of one frame and the bytes
+/// after the frame.
 #[inline]
 pub fn read<'a>(mix: &'a Mix, frame: impl Fn(&'a [u8], Side) -> Option<(u32, &'a [u8])>) -> Tally {
     let (mut tally, mut stream) = (Tally::default(), &mix.bytes[..]);
@@ -66,7 +68,7 @@ pub fn read<'a>(mix: &'a Mix, frame: impl Fn(&'a [u8], Side) -> Option<(u32, &'a
     tally
 }
 
-/// The limit, for a frame of that length: all its bytes, as numbers of 64 bits.
+/// The limit for a frame of length `len`: adds up all its bytes as numbers of 64 bits.
 #[must_use]
 #[inline]
 pub fn touch(stream: &[u8], len: usize) -> Option<(u32, &[u8])> {

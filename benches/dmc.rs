@@ -1,13 +1,13 @@
-//! DMC, decoded and encoded, beside peers.
+//! Decoding and encoding of DMC, compared with other crates.
 //!
-//! D1: frames that lie in one slice, checksum verified, to typed messages whose fields are all added up. Every contender
-//! knows the four messages of the mixes and their directions, and must find the values that went in. All of them verify
-//! with our checksum: what differs is the way from bytes to values. The limit is to walk from length to length and to add
-//! all bytes.
+//! D1: frames in one slice are verified and decoded to typed messages, whose fields are all added up. Each contender
+//! knows the four messages of the mixes and their directions, and must find the values that were encoded. All verify
+//! with our checksum, so only the way from bytes to values differs. The limit is to walk from length to length and to
+//! add up all bytes.
 //!
-//! E1: one message to the bytes of its frame. The limit is to copy a frame that is there already, and to sum it.
+//! E1: one message is encoded to its frame. The limit is to copy a finished frame and to calculate its checksum.
 //!
-//! `dmc count CONTENDER MIX TIMES` reads a mix so many times with one contender of D1, and does nothing else. The
+//! `dmc count CONTENDER MIX TIMES` reads a mix that many times with one contender of D1, and does nothing else. The
 //! difference of two runs under `valgrind --tool=callgrind` is the number of instructions.
 
 mod peers;
@@ -73,10 +73,10 @@ fn limit(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
     touch(stream, usize::from(u16::from_le_bytes([*stream.get(8)?, *stream.get(9)?])) + 12)
 }
 
-/// Three ways to write the same frame.
+/// Three contenders that write the same frame.
 fn encoders<'a, E: std::fmt::Debug>(encode: impl Fn(&mut [u8]) -> Result<usize, E> + Copy + 'a) -> Vec<Contender<'a>> {
     let mut frame = [0; 2048];
-    let len = encode(&mut frame).expect("a message that can be written");
+    let len = encode(&mut frame).expect("the message can be encoded");
     let frame: Vec<u8> = frame[..len].into();
     assert!(verify(&frame));
 
@@ -106,7 +106,7 @@ fn encoders<'a, E: std::fmt::Debug>(encode: impl Fn(&mut [u8]) -> Result<usize, 
     ]
 }
 
-/// What users of `bytes` write: number by number, then the checksum over what was written.
+/// Encoder as users of `bytes` write it: number by number, then the checksum of the written bytes.
 fn put(buf: &mut BytesMut, head: &[u8; 10], data: &[u8]) {
     let start = buf.len();
     let number = |at: usize| u16::from_le_bytes([head[at], head[at + 1]]);

@@ -1,7 +1,7 @@
-//! Fletcher-16 beside its peers, on frames of the lengths DMC has.
+//! Fletcher-16 compared with other implementations, on frames with the lengths of DMC.
 //!
-//! Every contender gets the same bytes. Those that compute the same sum are checked against each
-//! other first; the byte sum computes less and is there as a yardstick.
+//! All contenders get the same bytes. Those that compute the same sum are compared with each other
+//! first. The byte sum computes less and is only there for comparison.
 
 use std::hint::black_box;
 
@@ -9,7 +9,7 @@ use benches::ratios::{Contender, Table, contender};
 use criterion::{BenchmarkId, Criterion, Throughput};
 use motion_core::fletcher::{Sum, verify};
 
-/// Empty messages, acks, jogs, positions of 16 motors, and the longest uploads.
+/// Lengths of frames, in bytes: empty messages, acks, jogs, positions of 16 motors, and the longest uploads.
 const LENGTHS: [usize; 6] = [12, 14, 19, 80, 1041, 1048];
 
 fn main() {
@@ -41,9 +41,9 @@ fn contenders(frame: &[u8]) -> Vec<Contender<'_>> {
     contenders
 }
 
-/// Ours takes an array; the peers take the same bytes as a slice, as they always do.
+/// Measures a frame as an array. The peers take the same bytes as a slice, as always.
 fn array_row<const N: usize>(table: &mut Table) {
-    let frame: [u8; N] = sound_frame(N).try_into().expect("as long as asked for");
+    let frame: [u8; N] = sound_frame(N).try_into().expect("the frame has N bytes");
     let mut contenders = vec![contender("motion-core, array", || verify(black_box::<&[u8; N]>(&frame)))];
     contenders.extend(peers(&frame));
     table.row(&format!("{N} B"), contenders);
@@ -58,17 +58,17 @@ fn peers(frame: &[u8]) -> [Contender<'_>; 4] {
     ]
 }
 
-/// Adds the bytes, as a plain loop that the compiler may vectorise.
+/// Sum of the bytes, in a plain loop that the compiler may vectorise.
 fn byte_sum(bytes: &[u8]) -> u32 {
     bytes.iter().map(|&byte| u32::from(byte)).sum()
 }
 
-/// The same into 64 bits, which takes vectors twice as many steps.
+/// Sum of the bytes in 64 bits, which takes twice as many vector steps.
 fn wide_byte_sum(bytes: &[u8]) -> u64 {
     bytes.iter().map(|&byte| u64::from(byte)).sum()
 }
 
-/// The specification's own listing, statement by statement.
+/// The listing of the specification, statement by statement.
 fn listing(mut data: &[u8]) -> u16 {
     let (mut sum1, mut sum2) = (0_u16, 0_u16);
     while !data.is_empty() {
@@ -84,7 +84,7 @@ fn listing(mut data: &[u8]) -> u16 {
     (sum2 << 8) | sum1
 }
 
-/// A frame of `len` bytes that verifies: random bytes from a fixed seed, and their check bytes.
+/// Valid frame of `len` bytes: random bytes from a fixed seed, and their check bytes.
 fn sound_frame(len: usize) -> Vec<u8> {
     let mut state = 1_u32;
     let mut frame: Vec<u8> = (2..len)
@@ -97,17 +97,17 @@ fn sound_frame(len: usize) -> Vec<u8> {
     frame
 }
 
-/// All contenders give the same sums, of the frame and of its body, whose sum is not zero.
+/// Checks that all contenders give the same sums of the frame and of its body, whose sum is not zero.
 fn agree(frame: &[u8]) {
     let body = &frame[..frame.len() - 2];
-    assert!(verify(frame) && !verify(body), "a sound frame, and a piece of one");
+    assert!(verify(frame) && !verify(body), "the frame verifies, and its body alone does not");
     for bytes in [frame, body] {
         let ours = Sum::of(bytes).value();
-        assert_eq!(ours, listing(bytes), "the specification's listing");
-        assert_eq!(ours, fletcher::calc_fletcher16(bytes), "crate fletcher");
+        assert_eq!(ours, listing(bytes), "the sum equals that of the listing in the specification");
+        assert_eq!(ours, fletcher::calc_fletcher16(bytes), "the sum equals that of the crate fletcher");
     }
-    assert_eq!(byte_sum(frame) % 255, 0, "the first of both sums");
-    assert_eq!(u64::from(byte_sum(body)), wide_byte_sum(body), "both byte sums");
+    assert_eq!(byte_sum(frame) % 255, 0, "the first of the two sums is zero");
+    assert_eq!(u64::from(byte_sum(body)), wide_byte_sum(body), "both byte sums are equal");
 }
 
 fn criterion_group(criterion: &mut Criterion, frame: &[u8]) {

@@ -1,10 +1,10 @@
-//! DMC streams made to be dear, and what is to be found in them.
+//! DMC streams that are made to be expensive, and the frames in them.
 
 use dmc_proto::{Dmc, MessageId, MessageType};
 use motion_core::fletcher;
 use motion_core::stream::{Frames, Item};
 
-/// Where the frames lie, and how long they are.
+/// Offsets and lengths of the frames that a stream finds.
 pub(crate) fn found<const CAP: usize, const N: usize>(
     frames: &mut Frames<Dmc<CAP>, N>,
     stream: &[u8],
@@ -32,7 +32,7 @@ pub(crate) fn found<const CAP: usize, const N: usize>(
     found
 }
 
-/// The same by a search from each byte in turn.
+/// Offsets and lengths of the frames, found by a search from each byte in turn.
 pub(crate) fn rescan(stream: &[u8], cap: usize) -> Vec<(usize, usize)> {
     let (mut at, mut found) = (0, Vec::new());
     while let Some(rest) = stream.get(at..).filter(|rest| rest.len() >= 12) {
@@ -45,14 +45,14 @@ pub(crate) fn rescan(stream: &[u8], cap: usize) -> Vec<(usize, usize)> {
     found
 }
 
-/// Streams made to be dear where frames may have `cap` bytes, `len` bytes of each.
+/// Expensive streams of `len` bytes each, for frames of up to `cap` bytes.
 pub(crate) fn floods(cap: usize, len: usize) -> [(&'static str, Vec<u8>); 16] {
     let longest = cap - 12;
     let good = frame(&[0; 7]);
     let lie = |data_len| [&b"DF\x01\0\0\0\x36\0"[..], &le(data_len)].concat();
-    // A marker every five bytes: each reads its length out of the next but one.
+    // A marker every five bytes. The length field of each is inside the next marker but one.
     let dense = |data_len| [&b"DF\x09"[..], &le(data_len)].concat();
-    // First sums that are the same at both ends of all that such a marker claims, so that the second decide.
+    // The first sums are equal at both ends of the claimed frames, so that the second sums must decide.
     let even = |data_len| {
         let [l0, l1] = le(data_len);
         let filler = [b'D', b'F', l0, l1].iter().fold(0, |sum, &byte| (sum + u32::from(byte)) % 255);
@@ -83,10 +83,10 @@ pub(crate) fn floods(cap: usize, len: usize) -> [(&'static str, Vec<u8>); 16] {
 }
 
 fn le(len: usize) -> [u8; 2] {
-    u16::try_from(len).expect("a length on the wire").to_le_bytes()
+    u16::try_from(len).expect("the length fits on the wire").to_le_bytes()
 }
 
-/// A sound frame: a jog.
+/// Valid frame: a jog.
 fn frame(data: &[u8]) -> Vec<u8> {
     let mut out = vec![0; data.len() + 12];
     let len = dmc_proto::frame::encode(MessageId(1), MessageType(0x36), data, &mut out);

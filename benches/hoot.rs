@@ -1,15 +1,16 @@
-//! D3: hoot, decoded beside peers.
+//! D3: decoding of hoot, compared with other crates.
 //!
-//! Packets of 10 to 15 bytes that lie in one slice, to typed messages whose fields are all added up, both directions.
-//! Every contender knows the four messages of the mix and their directions, and must find the values that went in. The
-//! limit is to walk from length to length and to add all bytes.
+//! Packets of 10 to 15 bytes in one slice, of both directions, are decoded to typed messages, whose fields are all
+//! added up. Each contender knows the four messages of the mix and their directions, and must find the values that were
+//! encoded. The limit is to walk from length to length and to add up all bytes.
 //!
-//! Nothing in a reply says what it answers. The mix has one kind of query, so ours reads each value through that. By the
-//! type in front of it, as somebody does who only listens, the bench of streams reads the same mix in one slice. Here that
-//! would be a second place that decodes commands, and keep the optimiser from decoding them in the loop, as all peers do.
+//! Nothing in a reply says what it answers. The mix has one kind of query, so our contender reads each value through
+//! that query. A listener reads a value by the type before it, and the bench of streams does that with the same mix in
+//! one slice. Here it would be a second place that decodes commands, and then the optimiser would not decode them in
+//! the loop, as it does for all peers.
 //!
-//! `hoot count CONTENDER mix TIMES` reads the mix so many times with one contender, and does nothing else. The difference of
-//! two runs under `valgrind --tool=callgrind` is the number of instructions.
+//! `hoot count CONTENDER mix TIMES` reads the mix that many times with one contender, and does nothing else. The
+//! difference of two runs under `valgrind --tool=callgrind` is the number of instructions.
 
 #[path = "peers/hoot.rs"]
 mod peers;
@@ -42,8 +43,8 @@ fn ours<'a>(stream: &'a [u8], side: Side, sum: impl Fn(Side, &Frame<'a>) -> u32)
     Some((sum(side, &Hoot::<32>::frame(bytes)?), rest))
 }
 
-/// Requests as the mix reads them, and replies with a value through the query that they answer. For which motor that was
-/// changes nothing.
+/// Sum of a packet: requests as the mix reads them, and replies with a value through the query that they answer. The
+/// motor of the query changes nothing.
 #[inline]
 fn through_query(side: Side, frame: &Frame<'_>) -> u32 {
     if side == Side::Host {

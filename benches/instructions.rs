@@ -1,16 +1,16 @@
-//! The work of the decoders and encoders, to be counted in instructions by `.ci/instructions`.
+//! Work of the decoders and encoders, whose instructions `.ci/instructions` counts.
 //!
 //! Each row of the table is one call of [`measured`], the only function in which callgrind counts. The program prints
 //! the name of each row and the number of messages in it, in the order of the calls.
 //!
-//! The mixes are those of the other benches. The rows `all` read every sound message of the conformance vectors once.
-//! With the argument `each`, every vector has rows of its own instead, so that a change can be traced to a message.
+//! The mixes are those of the other benches. The rows `all` read every valid message of the conformance vectors once.
+//! With the argument `each`, every vector has its own rows instead, so that a change can be traced to a message.
 //!
-//! - `decode`: a slice that is one frame, to a typed message.
-//! - `stream`: a stream in one piece through `Frames`, to typed messages.
-//! - `fields`: the same as `decode`, and all fields of each message are added up.
-//! - `encode`: a typed message, to its frame.
-//! - `wake`: one step of an idle machine.
+//! - `decode`: a slice that is one frame is decoded to a typed message.
+//! - `stream`: a stream in one piece is read through `Frames` and decoded to typed messages.
+//! - `fields`: as `decode`, and all fields of each message are added up.
+//! - `encode`: a typed message is encoded to its frame.
+//! - `wake`: an idle machine makes one step.
 
 use std::hint::black_box;
 
@@ -27,18 +27,19 @@ type Sent<'a> = (Side, &'a [u8]);
 #[inline(never)]
 fn measured(work: &mut dyn FnMut()) {
     work();
-    // A call in the last place would be a jump, and the function would never return.
+    // If the call were the last instruction, it would become a jump, and this function would not return.
     black_box(());
 }
 
 fn row(name: &str, messages: usize, mut work: impl FnMut()) {
-    // The first run fills what is filled once; it is not counted.
+    // The first run is not counted, because it initialises what is initialised once.
     work();
     measured(&mut work);
     println!("{name} {messages}");
 }
 
-/// The rows of one protocol. The three differ in whether decoding can fail, and in what a frame needs beside its message.
+/// Defines the rows of one protocol. The three differ in whether decoding can fail, and in the values that a frame
+/// needs beside its message.
 macro_rules! protocol {
     ($name:ident, $protocol:ident, [$($sound:tt)*], [$($host:expr)?], [$($device:expr)?]) => {
         mod $name {
@@ -70,7 +71,7 @@ macro_rules! protocol {
                 black_box(len.is_ok());
             }
 
-            /// The message, if a stream finds its frame and the frame decodes.
+            /// Message of a frame, if a stream finds the frame and it can be decoded.
             fn message((side, bytes): Sent<'_>) -> Option<Message<'_>> {
                 let mut frames = Box::new(<Frames>::new());
                 if frames.push(bytes) < bytes.len() || !matches!(frames.next(), Some(Item::Frame(_))) {
@@ -83,7 +84,7 @@ macro_rules! protocol {
                 })
             }
 
-            /// The rows of a stream. Frames that do not decode are left out of it.
+            /// Rows of a stream. Frames that cannot be decoded are left out.
             pub(super) fn rows(name: &str, stream: &[Sent<'_>]) {
                 let (stream, messages): (Vec<Sent<'_>>, Vec<Message<'_>>) =
                     stream.iter().filter_map(|&sent| Some((sent, message(sent)?))).unzip();
@@ -156,14 +157,14 @@ fn main() {
     }
 }
 
-/// The rows of one of the mixes.
+/// Rows of one mix.
 fn mix<F: Protocol>(name: &str, mix: &Mix, rows: fn(&str, &[Sent<'_>])) {
     let mut rest = &mix.bytes[..];
     let stream: Vec<Sent<'_>> = mix
         .sides
         .iter()
         .map(|&side| {
-            let Head::Total(len) = F::head(rest) else { panic!("{name} is made of frames") };
+            let Head::Total(len) = F::head(rest) else { panic!("{name} consists of frames") };
             let (frame, after) = rest.split_at(len);
             rest = after;
             (side, frame)
@@ -183,7 +184,7 @@ fn mix<F: Protocol>(name: &str, mix: &Mix, rows: fn(&str, &[Sent<'_>])) {
     assert_eq!(tally, mix.tally, "{name}");
 }
 
-/// The rows of the conformance vectors: of one stream of all, or of each by itself.
+/// Rows of the conformance vectors: of one stream of all vectors, or of each vector.
 fn vectors(name: &str, json: &str, each: bool, rows: fn(&str, &[Sent<'_>])) {
     let vectors: Vec<Value> = serde_json::from_str(json).expect("vectors are JSON");
     let text = |vector: &Value, key: &str| vector[key].as_str().unwrap_or_default().replace(' ', "-");
@@ -209,7 +210,7 @@ fn vectors(name: &str, json: &str, each: bool, rows: fn(&str, &[Sent<'_>])) {
     }
 }
 
-/// The row of a machine that is woken once in a second and has nothing to do.
+/// Row of a machine that is woken once a second and has nothing to do.
 fn wake<M: Machine>(name: &str, machine: M, input: fn() -> M::Input<'static>) {
     let mut idle = Some(black_box(machine));
     row(name, 100, || {

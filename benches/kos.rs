@@ -1,15 +1,16 @@
-//! kOS, decoded and encoded, beside peers.
+//! Decoding and encoding of kOS, compared with other crates.
 //!
-//! D2: frames that lie in one slice, to typed messages whose fields are all added up. Every contender knows the four
-//! messages of the mixes, and must find the values that went in. The limit is to walk from length to length and to add
-//! all bytes.
+//! D2: frames in one slice are decoded to typed messages, whose fields are all added up. Each contender knows the four
+//! messages of the mixes, and must find the values that were encoded. The limit is to walk from length to length and to
+//! add up all bytes.
 //!
-//! D4: streams to typed messages, beside whole parsers of other fields. Each reads its own protocol, so a message is
-//! what is compared: 2000, of 23 bytes in the kOS mix, 56 in that of DMC, 31 in mavlink's and 32 in ublox's, on average.
+//! D4: streams are decoded to typed messages, compared with complete parsers of other protocols. Each parser reads its
+//! own protocol, so times are compared for each message. There are 2000 messages, of 23 bytes on average for kOS, 56
+//! for DMC, 31 for mavlink and 32 for ublox.
 //!
-//! E1: one message to the bytes of its frame. The limit is to copy a frame that is there already.
+//! E1: one message is encoded to its frame. The limit is to copy a finished frame.
 //!
-//! `kos count CONTENDER MIX TIMES` reads a mix so many times with one contender of D2, and does nothing else. The
+//! `kos count CONTENDER MIX TIMES` reads a mix that many times with one contender of D2, and does nothing else. The
 //! difference of two runs under `valgrind --tool=callgrind` is the number of instructions.
 
 #[path = "peers/field.rs"]
@@ -49,7 +50,7 @@ fn main() {
     for len in [12, 32, 42, 3796] {
         let message =
             frames(&mixes[0].1).find(|frame| frame.bytes().len() == len).map(|frame| DeviceMessage::decode(&frame));
-        match message.expect("one of the mix").expect("a sound one") {
+        match message.expect("the mix has the message").expect("the message is valid") {
             DeviceMessage::MotorPosition(it) => {
                 table.row("12 B", encoders(move |out| DeviceMessage::MotorPosition(black_box(it)).encode_into(out)));
             }
@@ -68,9 +69,9 @@ fn main() {
     }
 }
 
-/// Streams, found and verified and decoded, each of its own protocol: what is compared is a message.
+/// Compares complete parsers, which find, verify and decode the frames of their own protocol, message by message.
 fn whole_parsers(kos: &Mix) {
-    let mut table = Table::new("D4, whole parsers of the field, 2000 messages each of their own traffic");
+    let mut table = Table::new("D4, complete parsers, each with 2000 messages of its own protocol");
     let (dmc, mavlink, ublox) = (&traffic::dmc(false), field::mavlink(), field::ublox());
     assert_eq!(field::read_mavlink(&mavlink.bytes), mavlink.tally);
     let mut parser = ublox::Parser::default_proto();
@@ -84,7 +85,7 @@ fn whole_parsers(kos: &Mix) {
     row("DMC small mix", [stream::<Dmc, 4096>(dmc), slice::<Dmc>(dmc)]);
 }
 
-/// Frames that lie in one slice.
+/// Contender that reads frames in one slice.
 fn slice<F: Protocol>(mix: &Mix) -> Contender<'_> {
     let read = |mix: &Mix| {
         let (mut reader, mut rest) = (mix.reader(), &mix.bytes[..]);
@@ -101,7 +102,7 @@ fn slice<F: Protocol>(mix: &Mix) -> Contender<'_> {
     contender("one slice", move || read(black_box(mix)))
 }
 
-/// A stream in one piece.
+/// Contender that reads a stream in one piece.
 fn stream<F: Protocol, const N: usize>(mix: &Mix) -> Contender<'_> {
     let mut frames = Box::new(Frames::<F, N>::new());
     let mut read = move |mix: &Mix| {
@@ -145,17 +146,17 @@ fn frames(mix: &Mix) -> impl Iterator<Item = Frame<'_>> {
     })
 }
 
-/// A move is made of blocks, which are written first.
+/// Encodes a move. Its blocks are encoded first.
 fn move_of(blocks: &[Block<'_>], out: &mut [u8]) -> Result<usize, EncodeError> {
     let mut room = [0; 4096];
     let blocks = Blocks::encode(blocks, &mut room)?;
     DeviceMessage::TrajectoryData(TrajectoryData { blocks, tail: &[] }).encode_into(out)
 }
 
-/// Three ways to write the same frame.
+/// Three contenders that write the same frame.
 fn encoders<'a>(encode: impl Fn(&mut [u8]) -> Result<usize, EncodeError> + 'a) -> Vec<Contender<'a>> {
     let mut ours = [0; 4096];
-    let len = encode(&mut ours).expect("a message that can be written");
+    let len = encode(&mut ours).expect("the message can be encoded");
     let frame: Vec<u8> = ours[..len].into();
 
     let (header, body) = frame.split_first_chunk().expect("a header");
@@ -178,7 +179,7 @@ fn encoders<'a>(encode: impl Fn(&mut [u8]) -> Result<usize, EncodeError> + 'a) -
     ]
 }
 
-/// What users of `bytes` write: number by number.
+/// Encoder as users of `bytes` write it: number by number.
 fn put(buf: &mut BytesMut, [version, l0, l1, i0, i1, kind]: [u8; 6], body: &[u8]) {
     buf.put_u8(version);
     buf.put_u16(u16::from_be_bytes([l0, l1]));

@@ -1,4 +1,4 @@
-//! What the benches share.
+//! Modules that the benches share.
 
 pub mod decode;
 pub mod ratios;

@@ -1,12 +1,12 @@
-//! The peers that take a byte at a time.
+//! Peers that take one byte at a time.
 
-/// A parser as it stands in many a firmware: takes a byte, and now and then has a whole frame.
+/// Parser as in many firmwares. It takes one byte at a time, and returns a frame when it is complete.
 pub(crate) trait Machine: Default + 'static {
     fn byte(&mut self, byte: u8) -> Option<&[u8]>;
 }
 
-/// Sums as it goes, with the modulo left to the end of the frame. It does less than the others: after a wrong checksum it
-/// does not search again.
+/// Parser that adds up the checksum byte by byte and takes the modulo at the end of the frame. It does less than the
+/// others: after a wrong checksum it does not search again.
 pub(crate) struct DmcMachine {
     buf: [u8; 2048],
     len: usize,
@@ -104,7 +104,7 @@ impl Machine for HootMachine {
         self.buf[self.len] = byte;
         match (self.len, byte) {
             (0..5, 0) | (5, 0xFF) | (6..9 | 10.., _) => self.len += 1,
-            // Of more than five zeros, the last five count.
+            // If there are more than five zeros, the last five count.
             (5, 0) => {}
             (9, _) => (self.len, self.total) = (10, 10 + usize::from(byte)),
             _ => self.len = 0,

@@ -1,4 +1,4 @@
-//! The table of sizes in `docs/architecture.md` says what the machines are.
+//! Test that the table of sizes in `docs/architecture.md` has the sizes of the machines.
 
 #![cfg(target_pointer_width = "64")]
 
@@ -6,24 +6,24 @@ use motion_core::machine;
 
 const DOCUMENT: &str = include_str!("../docs/architecture.md");
 
-/// A row of the table: sizes in bytes, and how many an output holds.
-fn row<Machine, Send, Event, const SENDS: usize, const EVENTS: usize>(
+/// Row of the table: sizes in bytes, and the number of effects that an output can hold.
+fn row<Machine, Transmit, Event, const EFFECTS: usize>(
     name: &str,
-    _: fn() -> machine::Output<Send, Event, SENDS, EVENTS>,
+    _: fn() -> machine::Output<Transmit, Event, EFFECTS>,
 ) -> String {
-    let output = size_of::<machine::Output<Send, Event, SENDS, EVENTS>>();
-    let [machine, send, event] = [size_of::<Machine>(), size_of::<Send>(), size_of::<Event>()];
-    format!("| {name} | {machine} | {output} | {SENDS} of {send} | {EVENTS} of {event} |")
+    let output = size_of::<machine::Output<Transmit, Event, EFFECTS>>();
+    let effect = size_of::<machine::Effect<Transmit, Event>>();
+    format!("| {name} | {} | {output} | {EFFECTS} of {effect} |", size_of::<Machine>())
 }
 
 macro_rules! rows {
     ($($name:literal: $protocol:ident $side:ident $machine:ident;)*) => {
-        [$(row::<$protocol::$side::$machine, _, _, _, _>($name, $protocol::$side::Output::default)),*]
+        [$(row::<$protocol::$side::$machine, _, _, _>($name, $protocol::$side::Output::default)),*]
     };
 }
 
 #[test]
-fn the_table_of_sizes_is_true() {
+fn the_table_of_sizes_is_correct() {
     let rows = rows! {
         "kOS client": kos_proto host HostMachine;
         "kOS device": kos_proto device DeviceMachine;

@@ -1,8 +1,8 @@
-//! Streams to typed messages: what pieces cost, beside peers, and what the worst floods cost.
+//! Streams decoded to typed messages: the cost of pieces, compared with peers, and the cost of the worst floods.
 //!
-//! Every contender decodes each message as its side's and adds up all fields, so all times are those of the whole way
-//! from bytes to values. Each is first asked for its tally, which must be that of the values that went into the mix; of
-//! floods, the frames must be those that a search from each byte in turn finds.
+//! Each contender decodes each message as a message of its side and adds up all fields, so all times are for the whole
+//! way from bytes to values. Before the measurement, the tally of each contender must equal that of the values in the
+//! mix. For floods, the frames must be those that a search from each byte in turn finds.
 
 mod floods;
 mod machines;
@@ -23,7 +23,7 @@ use tokio_util::codec::Decoder;
 
 use machines::{DmcMachine, HootMachine, KosMachine, Machine};
 
-/// A network's packets, a fast serial line's reads, a slow one's.
+/// Sizes of the pieces: the whole stream, packets of a network, reads from a fast serial line and from a slow one.
 const PIECES: [(&str, usize); 4] = [("whole", usize::MAX), ("1460 B", 1460), ("64 B", 64), ("1 B", 1)];
 
 fn main() {
@@ -55,7 +55,7 @@ fn main() {
         }
     }
 
-    // The upload mix is the one that costs less a byte.
+    // The upload mix is the one that costs less for each byte.
     for ((name, mix), (piece, cut)) in
         [(&dmc[0], PIECES[0]), (&dmc[0], PIECES[2]), (&dmc[0], PIECES[3]), (&dmc[1], PIECES[0])]
     {
@@ -69,8 +69,8 @@ fn main() {
     criterion.final_summary();
 }
 
-/// Reads a stream in pieces of `cut` bytes. Between two pieces, here as with the peers, everything is in memory: pieces
-/// come one by one, and no optimiser can know the next.
+/// Reads a stream in pieces of `cut` bytes. Between two pieces everything is in memory, here as for the peers, because
+/// pieces arrive one by one and the optimiser cannot know the next one.
 fn read<F: Protocol, const N: usize>(
     frames: &mut Frames<F, N>,
     stream: &[u8],
@@ -87,7 +87,7 @@ fn read<F: Protocol, const N: usize>(
     if cut == 1 {
         for &byte in stream {
             let frames = black_box(&mut *frames);
-            // There is always room for one.
+            // There is always room for one byte.
             _ = frames.push(&[byte]);
             drain(frames);
         }
@@ -104,7 +104,7 @@ fn read<F: Protocol, const N: usize>(
     reader.tally
 }
 
-/// Reads frames that lie in one slice: nothing to buffer, and nothing that could go wrong.
+/// Reads frames in one slice, without a buffer and without errors.
 fn read_slice<F: Protocol>(mut stream: &[u8], mut reader: Reader<'_>) -> Tally {
     while !stream.is_empty() {
         let Head::Total(len) = F::head(stream) else { break };
@@ -117,13 +117,13 @@ fn read_slice<F: Protocol>(mut stream: &[u8], mut reader: Reader<'_>) -> Tally {
     reader.tally
 }
 
-/// [`read`] of a mix, with a buffer of its own.
+/// Contender that calls [`read`] with its own buffer.
 fn ours<'a, F: Protocol, const N: usize>(name: &'static str, mix: &'a Mix, cut: usize) -> Contender<'a> {
     let mut frames = Box::new(Frames::<F, N>::new());
     checked(name, mix, move |mix| read(&mut frames, &mix.bytes, cut, mix.reader()))
 }
 
-/// A contender that finds what is in the mix.
+/// Contender whose tally was checked.
 fn checked<'a>(name: &'static str, mix: &'a Mix, mut work: impl FnMut(&Mix) -> Tally + 'a) -> Contender<'a> {
     assert_eq!(work(mix), mix.tally, "{name}");
     contender(name, move || work(black_box(mix)))
@@ -135,7 +135,7 @@ fn pieces<F: Protocol, const N: usize>(mix: &Mix) -> Vec<Contender<'_>> {
     contenders
 }
 
-/// The byte machine takes part where pieces are single bytes.
+/// Contenders for a mix in pieces. The byte machine is only one of them if a piece is a single byte.
 fn peers<F: Protocol, M: Machine, const N: usize>(mix: &Mix, cut: usize) -> Vec<Contender<'_>> {
     let mut buffer = BytesMut::new();
     let codec = move |mix: &Mix| read_codec::<F>(&mut buffer, &mix.bytes, cut, mix.reader());
@@ -158,13 +158,13 @@ fn read_bytes<F: Protocol>(machine: &mut impl Machine, stream: &[u8], mut reader
     reader.tally
 }
 
-/// What `tokio_util` users write: a codec over `BytesMut` that splits frames off.
+/// Reader as users of `tokio_util` write it: a codec over `BytesMut` that splits off frames.
 fn read_codec<F: Protocol>(buffer: &mut BytesMut, stream: &[u8], cut: usize, mut reader: Reader<'_>) -> Tally {
     let mut codec = Codec(PhantomData::<F>);
     for piece in stream.chunks(cut) {
         let buffer = black_box(&mut *buffer);
         buffer.extend_from_slice(piece);
-        while let Some(bytes) = codec.decode(buffer).expect("nothing fatal") {
+        while let Some(bytes) = codec.decode(buffer).expect("the codec has no errors") {
             if let Some(frame) = F::frame(&bytes) {
                 reader.frame::<F>(&frame);
             }
@@ -201,7 +201,7 @@ impl<F: Framing> Decoder for Codec<F> {
     }
 }
 
-/// A row for each flood: a mix, and the flood through streams of three limits, as many bytes of each.
+/// Prints a row for each flood: a mix, and the flood through streams of three limits, with the same number of bytes.
 fn flood_table(title: &str, mix: &Mix, cut: usize) {
     let len = mix.bytes.len();
     let mut table = Table::new(title);

@@ -1,8 +1,8 @@
-//! The traffic that streams are measured with: mixes of messages in random order, always the same.
+//! Traffic for the benches of streams: mixes of messages in random order, which are the same in each run.
 //!
-//! A mix is what a tap on the line sees: both directions in one stream, each message with the side that sent it. Whoever
-//! reads it decodes each message as that side's and adds up its fields, so that all of them count. What must come out is
-//! known from the values that went in.
+//! A mix is the traffic that a tap on the line sees: both directions in one stream, each message with its sender. A
+//! reader decodes each message as a message of that side and adds up its fields, so that all fields count. The correct
+//! result is known from the values that were encoded.
 
 mod dmc;
 mod hoot;
@@ -15,27 +15,27 @@ pub use dmc::dmc;
 pub use hoot::hoot;
 pub use kos::kos;
 
-/// Who sent a message.
+/// Side that sent a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// The one that controls.
+    /// Side that controls.
     Host,
-    /// The one that moves.
+    /// Side that moves.
     Device,
 }
 
-/// A protocol whose messages can be decoded and added up.
+/// Protocol whose messages can be decoded and added up.
 pub trait Protocol: Framing + 'static {
-    /// The sum of all fields of a message, modulo 2^32.
+    /// Sum of all fields of a message, modulo 2^32.
     fn sum(side: Side, frame: &Self::Frame<'_>) -> u32;
 }
 
-/// What became of a stream.
+/// Result of reading a stream.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Messages found.
+    /// Number of messages.
     pub messages: usize,
-    /// Their sums, entangled so that their order counts.
+    /// Sums of the messages, combined so that their order counts.
     pub value: u32,
 }
 
@@ -46,25 +46,25 @@ impl Tally {
     }
 }
 
-/// Messages in one stream.
+/// Mix of messages in one stream.
 #[derive(Clone, Debug, Default)]
 pub struct Mix {
-    /// Their frames, one behind the other.
+    /// Frames of the messages, one after the other.
     pub bytes: Vec<u8>,
-    /// Who sent each.
+    /// Side that sent each message.
     pub sides: Vec<Side>,
-    /// What a reader must find.
+    /// Result that a reader must find.
     pub tally: Tally,
 }
 
 impl Mix {
-    /// Who reads the messages, from the first one on.
+    /// Reader of the messages, from the first one on.
     #[must_use]
     pub fn reader(&self) -> Reader<'_> {
         Reader { sides: self.sides.iter(), tally: Tally::default() }
     }
 
-    /// Puts a message at the end. `extra` is what a reader adds to the fields.
+    /// Adds a message at the end. `extra` is a number that a reader adds to the fields.
     fn put(
         &mut self,
         side: Side,
@@ -73,23 +73,23 @@ impl Mix {
         encode: impl FnOnce(&mut [u8]) -> Result<usize, EncodeError>,
     ) {
         let mut frame = [0; 4096];
-        let len = encode(&mut frame).expect("a message that can be written");
+        let len = encode(&mut frame).expect("the message can be encoded");
         self.bytes.extend(&frame[..len]);
         self.sides.push(side);
         self.tally.add(sum_of(message).wrapping_add(extra));
     }
 }
 
-/// Decodes the frames that a stream gives, and keeps the tally.
+/// Decoder of the frames of a stream, with the tally.
 #[derive(Clone, Debug)]
 pub struct Reader<'a> {
     sides: std::slice::Iter<'a, Side>,
-    /// What was found so far.
+    /// Tally of the messages so far.
     pub tally: Tally,
 }
 
 impl Reader<'_> {
-    /// Decodes the next frame. Frames beyond those of the mix count as the host's.
+    /// Decodes the next frame. If there are more frames than in the mix, they count as frames of the host.
     #[inline]
     pub fn frame<F: Protocol>(&mut self, frame: &F::Frame<'_>) {
         let side = self.sides.next().copied().unwrap_or(Side::Host);
@@ -97,7 +97,7 @@ impl Reader<'_> {
     }
 }
 
-/// The sum of all fields, found out the slow way, without any decoder.
+/// Sum of all fields, calculated slowly and without a decoder.
 fn sum_of(message: &dyn Fields) -> u32 {
     let mut sum = 0_u32;
     message.fields(&mut |field: &FieldView<'_>| sum = sum.wrapping_add(raw(field.value)));
@@ -105,7 +105,7 @@ fn sum_of(message: &dyn Fields) -> u32 {
 }
 
 fn raw(value: Value<'_>) -> u32 {
-    let low = |wide: u64| u32::try_from(wide & 0xFFFF_FFFF).expect("masked");
+    let low = |wide: u64| u32::try_from(wide & 0xFFFF_FFFF).expect("the value is masked to 32 bits");
     match value {
         Value::Unsigned(number) => low(number),
         Value::Signed(number) => low(number.cast_unsigned()),
@@ -120,7 +120,7 @@ fn raw(value: Value<'_>) -> u32 {
     }
 }
 
-/// Adds up, modulo 2^32.
+/// Sum of numbers, modulo 2^32.
 fn total(numbers: impl IntoIterator<Item = u32>) -> u32 {
     numbers.into_iter().fold(0, u32::wrapping_add)
 }
@@ -148,17 +148,17 @@ impl Rng {
         self.next().to_be_bytes()[0]
     }
 
-    /// A position as a rig has it: some hundred thousand steps either way.
+    /// Position as on a rig, in steps: some hundred thousand in either direction.
     fn steps(&mut self) -> i32 {
         self.next().cast_signed() >> 12
     }
 
-    /// A part of a whole.
+    /// Number from 0 to 1.
     fn part(&mut self) -> f32 {
         f32::from_bits(0x3F80_0000 | self.next() >> 9) - 1.0
     }
 
-    /// Numbers each kind of message as often as said, in random order.
+    /// Numbers of the kinds of messages, each as often as its share, in random order.
     fn shuffle<const KINDS: usize>(&mut self, shares: [usize; KINDS]) -> Vec<usize> {
         let mut kinds: Vec<usize> =
             shares.into_iter().enumerate().flat_map(|(kind, share)| std::iter::repeat_n(kind, share)).collect();

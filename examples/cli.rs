@@ -17,30 +17,30 @@ use crate::text::{Format, Senders, Source, SourceError};
 #[derive(Clone, Debug, Eq, Parser, PartialEq)]
 #[command(name = "inspect", version)]
 pub struct Args {
-    /// What the bytes speak
+    /// Protocol of the bytes
     #[arg(long, value_enum)]
     pub protocol: Protocol,
-    /// Who sent the bytes; text whose lines are marked > (host) and < (device) says it itself
+    /// Sender of the bytes; not needed if the lines of the input are marked > (host) and < (device)
     #[arg(long, value_enum)]
     pub from: Option<Senders>,
-    /// What carried the bytes
+    /// Transport that carried the bytes
     #[arg(long, value_enum, default_value_t)]
     pub transport: Transport,
-    /// How the input holds the bytes
+    /// Format of the input
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
-    /// Print one JSON object a line
+    /// Print one JSON object per line
     #[arg(long)]
     pub json: bool,
-    /// Print passwords as they are
+    /// Print passwords in clear text
     #[arg(long)]
     pub show_secrets: bool,
-    /// The input; - is standard input
+    /// Input file; - is standard input
     #[arg(default_value = "-")]
     pub file: PathBuf,
 }
 
-/// What the bytes speak.
+/// Protocol of the bytes.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, ValueEnum)]
 pub enum Protocol {
     /// Kessler kOS
@@ -51,39 +51,39 @@ pub enum Protocol {
     Hoot,
 }
 
-/// What carried the bytes.
+/// Transport that carried the bytes.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq, ValueEnum)]
 pub enum Transport {
-    /// TCP or a serial line: frames in a row, cut anywhere
+    /// TCP or a serial line: a stream of frames, which may be split anywhere
     #[default]
     Stream,
-    /// UDP: each record of the input is a datagram
+    /// UDP: each record of the input is one datagram
     #[value(alias = "udp")]
     Datagram,
-    /// USB HID: reports in a row, a message each
+    /// USB HID: each report holds one message
     Usb,
-    /// The same, but a message goes on in the next report: an assumption that no device has confirmed
+    /// USB HID: a message may continue in the next report; no device has confirmed this assumption
     UsbFragments,
 }
 
-/// What a command line asks for.
+/// Task that a command line asks for.
 #[derive(Clone, Debug, Eq, PartialEq)]
 pub enum Request {
-    /// The bundled captures: nothing was said.
+    /// Show the bundled captures, because there are no arguments.
     Bundled,
-    /// An input.
+    /// Show an input.
     Inspect(Args),
 }
 
 /// An open input.
 pub struct Input {
-    /// Its bytes.
+    /// Bytes of the input, each piece with its side.
     pub source: Source<Box<dyn Read>>,
-    /// Its length in bytes, where it is a file.
+    /// Length of the input in bytes, if the input is a file.
     pub length: Option<u64>,
 }
 
-/// Why the program ends before its input does.
+/// Reason why the program ends before the end of its input.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Stop {
@@ -93,25 +93,25 @@ pub enum Stop {
     /// The command line is wrong.
     #[error("{0}")]
     Usage(String),
-    /// The input cannot be read on.
+    /// The input cannot be read any further.
     #[error("{name}: {error}")]
     Input {
-        /// The name of the input.
+        /// Name of the input.
         name: String,
-        /// What is wrong with it.
+        /// Failure of the input.
         #[source]
         error: SourceError,
     },
-    /// The output cannot be written on.
+    /// The output cannot be written.
     #[error("{0}")]
     Output(#[from] io::Error),
 }
 
-/// Understands a command line, the program's name first.
+/// Parses a command line, whose first argument is the name of the program.
 ///
 /// # Errors
 ///
-/// [`Stop::Help`] and [`Stop::Usage`].
+/// [`Stop::Help`] if help or the version was asked for, [`Stop::Usage`] if the command line is wrong.
 pub fn request(args: impl IntoIterator<Item = OsString>) -> Result<Request, Stop> {
     let args: Vec<OsString> = args.into_iter().collect();
     if args.len() < 2 {
@@ -129,7 +129,7 @@ impl Args {
     ///
     /// # Errors
     ///
-    /// [`Stop::Input`].
+    /// [`Stop::Input`] if the file cannot be opened, or if its sender is unknown.
     pub fn open(&self) -> Result<Input, Stop> {
         let open = || {
             let (input, length): (Box<dyn Read>, _) = if self.is_standard_input() {
@@ -145,7 +145,7 @@ impl Args {
         open().map_err(|error| self.stop(error))
     }
 
-    /// The input's failure, under the input's name.
+    /// Adds the name of the input to a failure of the input.
     #[must_use]
     pub fn stop(&self, error: SourceError) -> Stop {
         let name = if self.is_standard_input() { "standard input".to_owned() } else { self.file.display().to_string() };
@@ -159,7 +159,7 @@ impl Args {
 
 /// Ends the program: status 0, or one line on standard error and status 1.
 ///
-/// Help is no failure, nor is a reader of the output that has seen enough.
+/// Help is not a failure. A closed output is not a failure either, because its reader needs no more.
 #[must_use]
 pub fn exit(result: Result<(), Stop>) -> ExitCode {
     match result {
@@ -170,7 +170,7 @@ pub fn exit(result: Result<(), Stop>) -> ExitCode {
     }
 }
 
-/// Ends the program after its last output.
+/// Ends the program after its last output, with status 0 if that succeeded or the output was closed.
 fn end(output: io::Result<()>) -> ExitCode {
     match output {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => fail("inspect", &error.to_string()),
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn the_command_line_is_the_documented_one() {
+    fn each_documented_option_is_accepted() {
         assert_eq!(request_of("inspect").unwrap(), Request::Bundled);
         let least = Args {
             protocol: Protocol::Kos,
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_usage_is_one_line() {
+    fn a_usage_error_is_one_line() {
         for (line, expected) in [
             ("inspect --json", "--protocol"),
             ("inspect a.hex", "--protocol"),
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn help_and_a_closed_output_are_no_failures() {
+    fn help_and_a_closed_output_are_not_failures() {
         for line in ["inspect --help", "inspect -h", "inspect --version", "inspect -V"] {
             assert!(matches!(request_of(line), Err(Stop::Help(_))), "{line}");
         }
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn unreadable_input_is_named() {
+    fn an_input_error_names_the_input() {
         let missing = args("inspect --protocol kos --from host no/such/file");
         let stop = missing.open().map(drop).unwrap_err();
         assert!(stop.to_string().starts_with("no/such/file: "), "{stop}");
@@ -279,7 +279,7 @@ mod tests {
         assert!(stop.to_string().starts_with(".: "), "{stop}");
         let stop = args("inspect --protocol kos").stop(SourceError::Unsaid);
         assert!(stop.to_string().starts_with("standard input: "), "{stop}");
-        // A broken pipe at the input is a failure.
+        // A broken pipe is a failure if it is the input.
         let broken = SourceError::from(io::Error::from(ErrorKind::BrokenPipe));
         assert_eq!(exit(Err(missing.stop(broken))), ExitCode::FAILURE);
     }

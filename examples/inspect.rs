@@ -1,4 +1,6 @@
-//! Shows the frames of a motion-control rig as typed messages. Try it without arguments, then with `--help`.
+//! Program that shows the frames of a motion-control rig as typed messages.
+//!
+//! Run it without arguments first, then with `--help`.
 
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::process::ExitCode;
@@ -11,14 +13,14 @@ use examples::tap::tap;
 use examples::text::{Format, Source};
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// Real frames of all three protocols, both directions, with some noise and a corrupt frame each.
+/// Real frames of each protocol, in both directions, with some noise and one corrupt frame.
 const CAPTURES: [(Protocol, &str, &str); 3] = [
     (Protocol::Dmc, "Dragonframe DMC, serial: examples/captures/dmc.txt", include_str!("captures/dmc.txt")),
     (Protocol::Kos, "Kessler kOS, TCP: examples/captures/kos.txt", include_str!("captures/kos.txt")),
     (Protocol::Hoot, "NMX / MoCoBus, RS-485: examples/captures/hoot.txt", include_str!("captures/hoot.txt")),
 ];
 
-/// A file of this many bytes gets a progress bar.
+/// Size from which a file gets a progress bar, in bytes.
 const LARGE: u64 = 8 << 20;
 
 fn main() -> ExitCode {
@@ -75,7 +77,7 @@ fn inspect(args: &Args) -> Result<(), Stop> {
         }
         progress.set_position(source.bytes_read());
     };
-    // What came before a bad line is shown all the same.
+    // Frames before a bad line are shown as well.
     tap.end(&mut see)?;
     progress.finish_and_clear();
     if args.json {
@@ -86,7 +88,7 @@ fn inspect(args: &Args) -> Result<(), Stop> {
     result
 }
 
-/// Standard output, in colour where it is a terminal that has it.
+/// Standard output, in colour if it is a terminal that supports colour.
 fn output() -> impl Write {
     let choice = anstream::AutoStream::choice(&io::stdout());
     anstream::AutoStream::new(Box::new(BufWriter::new(io::stdout().lock())) as Box<dyn Write>, choice)

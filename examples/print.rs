@@ -1,4 +1,4 @@
-//! Records as a person likes to read them.
+//! Printing of records for human readers.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -19,16 +19,16 @@ const BAD: Style = AnsiColor::Red.on_default().bold();
 const DOUBTFUL: Style = AnsiColor::Yellow.on_default();
 const GOOD: Style = AnsiColor::Green.on_default();
 
-/// Columns that fields fill before they go on in the next line.
+/// Width of a line of fields, in columns.
 const WIDTH: usize = 100;
-/// Where fields begin.
+/// Column in which fields begin.
 const INDENT: usize = 12;
-/// Groups of a list from this one on are not shown.
+/// Number of the first group of a list that is not shown.
 const SHOWN_GROUPS: u64 = 33;
-/// Characters of one field's value that are shown.
+/// Number of characters that are shown of the value of one field.
 const MAX_VALUE: usize = 400;
 
-/// Prints records, and in the end what they were in all.
+/// Printer of records and of a summary at their end.
 pub struct Printer<W> {
     out: W,
     secrets: bool,
@@ -36,7 +36,7 @@ pub struct Printer<W> {
     messages: BTreeMap<(&'static str, String), u64>,
 }
 
-/// What one side sent.
+/// Counts of the bytes and frames that one side sent.
 #[derive(Default)]
 struct Sum {
     frames: u64,
@@ -49,7 +49,7 @@ struct Sum {
 }
 
 impl<W: Write> Printer<W> {
-    /// A printer without any record yet; passwords are shown if `secrets` says so.
+    /// A printer without records. Passwords are shown if `secrets` is true.
     pub const fn new(out: W, secrets: bool) -> Self {
         Self { out, secrets, sums: BTreeMap::new(), messages: BTreeMap::new() }
     }
@@ -60,11 +60,11 @@ impl<W: Write> Printer<W> {
         self.sums.is_empty()
     }
 
-    /// Prints what the following records come from.
+    /// Prints the name of the source of the following records.
     ///
     /// # Errors
     ///
-    /// Those of the output.
+    /// Errors of the output.
     pub fn title(&mut self, title: &str) -> io::Result<()> {
         writeln!(self.out, "{BOLD}{title}{BOLD:#}")
     }
@@ -73,7 +73,7 @@ impl<W: Write> Printer<W> {
     ///
     /// # Errors
     ///
-    /// Those of the output.
+    /// Errors of the output.
     pub fn record(&mut self, record: &Record<'_>) -> io::Result<()> {
         self.count(record);
         let (mark, style) = match record.from {
@@ -125,7 +125,7 @@ impl<W: Write> Printer<W> {
         Ok(())
     }
 
-    /// Prints `name value unit`, in the next line where this one is full.
+    /// Prints `name value unit`, in the next line if this one is full.
     fn field(&mut self, field: &FieldView<'_>, column: &mut usize) -> io::Result<()> {
         if let Value::List(list) = field.value
             && self.groups(field.name, list, column)?
@@ -155,7 +155,7 @@ impl<W: Write> Printer<W> {
         write!(self.out, "{DIM}{}{DIM:#} {text}", field.name)
     }
 
-    /// Prints a list of groups, each in lines of its own. Says whether it is such a list.
+    /// Prints a list of groups, each in lines of its own. Returns whether the list has a group.
     fn groups(&mut self, name: &str, list: &dyn List, column: &mut usize) -> io::Result<bool> {
         let (mut result, mut number) = (Ok(()), 0);
         list.each(&mut |value| {
@@ -223,11 +223,11 @@ impl<W: Write> Printer<W> {
         }
     }
 
-    /// Prints what the records were in all, and forgets them.
+    /// Prints the summary of the records and resets the counts.
     ///
     /// # Errors
     ///
-    /// Those of the output.
+    /// Errors of the output.
     pub fn summary(&mut self) -> io::Result<()> {
         let Self { out, sums, messages, .. } = self;
         if sums.is_empty() {
@@ -264,7 +264,7 @@ fn plural(count: u64, what: &str) -> String {
     if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
 }
 
-/// At most [`MAX_VALUE`] characters of a text, and how many are missing.
+/// Cuts a text to [`MAX_VALUE`] characters and adds the number of missing characters.
 fn ellipsis(text: &str) -> String {
     match text.char_indices().nth(MAX_VALUE) {
         None => text.to_owned(),

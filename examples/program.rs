@@ -1,17 +1,17 @@
-//! How the programs end that come to trouble: one line that says why, and status 1.
+//! Failure of a program: one line that says why, and status 1.
 
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-/// Says in one line on standard error what is wrong; the status to end with.
+/// Prints a failure as one line on standard error. Returns the exit status of the program.
 #[must_use]
 pub fn fail(program: &str, message: &str) -> ExitCode {
-    // Nobody is left to tell when standard error is closed.
+    // If standard error is closed, the failure cannot be reported.
     let _ = writeln!(io::stderr(), "{program}: {}", one_line(message));
     ExitCode::FAILURE
 }
 
-/// What clap finds wrong with a command line: the first paragraph of its message, which holds the reason.
+/// Reason why clap rejects a command line: the first paragraph of its message.
 #[must_use]
 pub fn reason(error: &clap::Error) -> String {
     let message = error.to_string();
@@ -20,7 +20,7 @@ pub fn reason(error: &clap::Error) -> String {
     format!("{} (see --help)", words.join(" "))
 }
 
-/// Escapes line ends and other control characters: names of files and rigs may hold them.
+/// Escapes line ends and other control characters, because names of files and rigs may contain them.
 #[must_use]
 pub fn one_line(message: &str) -> String {
     let escape = |char: char| match char {
@@ -43,7 +43,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_usage_is_one_line() {
+    fn a_usage_error_is_one_line() {
         for (line, expected) in [
             ("x", "the following required arguments were not provided: --seed <SEED>"),
             ("x --seed \u{1b}", "invalid value"),

@@ -1,4 +1,4 @@
-//! What `inspect` finds in a stream, before anybody prints it.
+//! Records that `inspect` finds in a stream, before they are printed.
 
 use motion_core::lint::Lint;
 use motion_core::serialize::Map;
@@ -8,50 +8,50 @@ use serde::{Serialize, Serializer};
 
 use crate::text::Side;
 
-/// One find: a frame, or bytes that are none.
+/// One find: a frame, or bytes that are not a frame.
 pub struct Record<'a> {
-    /// Where its first byte stands in what this side sent.
+    /// Offset of the first byte of the record among all bytes of its side.
     pub offset: u64,
-    /// Bytes it takes.
+    /// Length of the record, in bytes.
     pub len: u64,
-    /// The protocol's short name.
+    /// Short name of the protocol.
     pub protocol: &'static str,
-    /// Who sent it.
+    /// Side that sent the record.
     pub from: Side,
-    /// What it is.
+    /// Content of the record.
     pub find: Find<'a>,
 }
 
-/// What was found.
+/// Content of a record.
 pub enum Find<'a> {
     /// A sound frame.
     Frame(Shown<'a>),
-    /// Bytes that are no frame.
+    /// Bytes that are not a frame.
     Other {
-        /// What they are.
+        /// Kind of the bytes.
         kind: Kind,
-        /// Why, in one sentence.
+        /// Reason why the bytes are not a frame, in one sentence.
         why: String,
-        /// The first of them.
+        /// The first of the bytes.
         start: &'a [u8],
     },
 }
 
-/// What bytes are that are no frame.
+/// Kind of bytes that are not a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Between the frames.
+    /// Bytes between frames.
     Noise,
     /// A frame with a wrong checksum.
     Corrupt,
-    /// The stream cannot go on by the protocol's rules.
+    /// Bytes after which the stream must not continue, by the rules of the protocol.
     Fatal,
-    /// The input ends inside a frame.
+    /// A frame that the end of the input cuts off.
     Incomplete,
 }
 
 impl Kind {
-    /// Its key in JSON.
+    /// Key of the kind in JSON.
     #[must_use]
     pub const fn key(self) -> &'static str {
         match self {
@@ -63,40 +63,40 @@ impl Kind {
     }
 }
 
-/// Keys and values that the frame's header gives.
+/// Keys and values from the header of a frame.
 pub type Keys = Vec<(&'static str, serde_json::Value)>;
 
 /// A frame, ready to be printed.
 pub struct Shown<'a> {
-    /// The name of the message in the specification, where it is known.
+    /// Name of the message in the specification, if it is known.
     pub message: Option<&'a str>,
-    /// What a person reads first: what message it is.
+    /// Title for human readers: the name of the message.
     pub title: String,
-    /// What a person reads behind it, less loud.
+    /// Text after the title, less prominent.
     pub subtitle: String,
-    /// What the header says, beside the name.
+    /// Values of the header that JSON shows beside the name.
     pub keys: Keys,
-    /// What the header says, among the fields.
+    /// Values of the header that JSON shows among the fields.
     pub header_fields: Keys,
-    /// The fields.
+    /// Fields of the message, or why it has none.
     pub body: Body<'a>,
-    /// Whether encoding what was decoded gives the same bytes.
+    /// Whether encoding the decoded message gives the same bytes.
     pub canonical: bool,
-    /// What lint says.
+    /// Findings of lint.
     pub lints: Vec<Lint>,
-    /// Whether it has a checksum, which then is right.
+    /// Whether the frame has a checksum, which is then correct.
     pub checked: bool,
 }
 
 /// The body of a frame.
 pub enum Body<'a> {
-    /// Its fields.
+    /// Fields of the message.
     Fields(&'a dyn Fields),
-    /// Why it has none, and its bytes.
+    /// Reason why the message could not be decoded, and the bytes of its body.
     Error(String, &'a [u8]),
 }
 
-/// A record as the one line of JSON that `vectors/README.md` describes.
+/// Record as one line of JSON, as `vectors/README.md` describes it.
 pub struct Json<'a> {
     /// The record.
     pub record: &'a Record<'a>,
@@ -168,7 +168,7 @@ impl Serialize for LintJson<'_> {
     }
 }
 
-/// The side's name in JSON.
+/// Name of a side in JSON.
 #[must_use]
 pub const fn side_name(side: Side) -> &'static str {
     match side {
@@ -177,7 +177,7 @@ pub const fn side_name(side: Side) -> &'static str {
     }
 }
 
-/// Bytes as hex, without spaces.
+/// Bytes as hex digits, without spaces.
 #[must_use]
 pub fn hex(bytes: &[u8]) -> String {
     use std::fmt::Write;

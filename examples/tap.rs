@@ -1,4 +1,4 @@
-//! Taps: what each side of a line says, from bytes in pieces to [`Record`]s.
+//! Taps: the traffic of both sides of a line, from pieces of bytes to [`Record`]s.
 
 mod dmc;
 mod hoot;
@@ -14,34 +14,34 @@ use crate::cli::{Protocol, Stop, Transport};
 use crate::record::{Find, Kind, Record, Shown};
 use crate::text::{Piece, Side};
 
-/// Sees the records, in the order in which they are found.
+/// Callback that gets the records in the order in which they are found.
 pub type See<'s> = dyn FnMut(&Record<'_>) -> Result<(), Stop> + 's;
 
-/// A line that is listened to, with both its sides.
+/// Listener on both sides of a line.
 pub trait Tap {
     /// Takes the next bytes of one side.
     ///
     /// # Errors
     ///
-    /// Those of `see`.
+    /// Errors of `see`.
     fn push(&mut self, piece: Piece<'_>, see: &mut See<'_>) -> Result<(), Stop>;
 
-    /// The input has ended: says what is left.
+    /// Reports the rest, after the input has ended.
     ///
     /// # Errors
     ///
-    /// Those of `see`.
+    /// Errors of `see`.
     fn end(&mut self, see: &mut See<'_>) -> Result<(), Stop>;
 }
 
-/// The tap of a protocol on a transport.
+/// Makes the tap for a protocol on a transport.
 ///
 /// # Errors
 ///
-/// [`Stop::Usage`], where the protocol is not spoken on that transport.
+/// [`Stop::Usage`] if the protocol does not use the transport.
 pub fn tap(protocol: Protocol, transport: Transport) -> Result<Box<dyn Tap>, Stop> {
     let unspoken = |name: &str, transport: &str| {
-        Err(Stop::Usage(format!("{name} is not spoken in {transport}: leave --transport out (see --help)")))
+        Err(Stop::Usage(format!("{name} does not use {transport}: leave out --transport (see --help)")))
     };
     Ok(match (protocol, transport) {
         (Protocol::Kos, Transport::Stream) => Box::new(Stream::<_, { kos::BUFFER }>::new(kos::Kos)),
@@ -57,11 +57,11 @@ pub fn tap(protocol: Protocol, transport: Transport) -> Result<Box<dyn Tap>, Sto
     })
 }
 
-/// How a protocol's frames are shown. Not pure: a reply means something in the light of its request.
+/// Display of the frames of a protocol. It has state, because the meaning of a reply depends on its request.
 trait Show {
-    /// Its short name.
+    /// Short name of the protocol.
     const NAME: &'static str;
-    /// How its frames are found in a stream.
+    /// Framing that finds the frames in a stream.
     type Framing: Framing;
 
     /// Shows a frame.
@@ -73,14 +73,14 @@ trait Show {
     ) -> Result<(), Stop>;
 }
 
-/// A message as it was read from a frame, and what there is to say of it.
+/// Message that was read from a frame, with the findings about it.
 struct Read<M> {
     message: Result<M, DecodeError>,
     lints: Vec<Lint>,
     canonical: bool,
 }
 
-/// Judges a message that was read from a frame, which is all of `bytes`.
+/// Checks a message that was read from a frame. `bytes` are the whole frame.
 fn read<M>(
     bytes: &[u8],
     message: Result<M, DecodeError>,
@@ -95,27 +95,27 @@ fn read<M>(
     Read { message, lints, canonical }
 }
 
-/// A stream of each side.
+/// Tap with one stream for each side.
 struct Stream<S: Show, const N: usize> {
     show: S,
     host: Half<S::Framing, N>,
     device: Half<S::Framing, N>,
 }
 
-/// What one side sends.
+/// Stream of one side.
 struct Half<F: Framing, const N: usize> {
     frames: Box<Frames<F, N>>,
     place: Place,
 }
 
-/// Where a side is, and the noise that was found last, which grows until something else is found.
+/// Position in the stream of a side, and the noise found last. The noise grows until something else is found.
 struct Place {
     from: Side,
     offset: u64,
     noise: Option<Run>,
 }
 
-/// Neighbouring bytes that are no frame.
+/// Adjacent bytes that are not a frame.
 struct Run {
     kind: Kind,
     why: String,
@@ -124,7 +124,7 @@ struct Run {
     start: Vec<u8>,
 }
 
-/// As many bytes of noise are shown.
+/// Number of bytes of noise that are shown.
 const SHOWN: usize = 16;
 
 impl Place {
@@ -132,14 +132,14 @@ impl Place {
         Self { from, offset: 0, noise: None }
     }
 
-    /// Says what the noise so far was.
+    /// Reports the noise so far.
     fn flush(&mut self, protocol: &'static str, see: &mut See<'_>) -> Result<(), Stop> {
         let Some(Run { kind, why, offset, len, start }) = self.noise.take() else { return Ok(()) };
         let find = Find::Other { kind, why, start: &start };
         see(&Record { offset, len, protocol, from: self.from, find })
     }
 
-    /// Adds bytes that are no frame to those before them.
+    /// Adds bytes that are not a frame to the noise before them.
     fn noise(&mut self, kind: Kind, why: &dyn Display, bytes: &[u8]) {
         let offset = self.offset;
         let run =
@@ -150,7 +150,7 @@ impl Place {
         self.offset += len_of(bytes);
     }
 
-    /// Says that bytes are no frame; `len` of them are accounted for here.
+    /// Reports that the bytes `start` are not a frame, and counts them.
     fn other(
         &mut self,
         protocol: &'static str,
@@ -166,7 +166,7 @@ impl Place {
         see(&Record { offset, len, protocol, from: self.from, find: Find::Other { kind, why, start } })
     }
 
-    /// Shows a frame of `len` bytes.
+    /// Shows a frame and counts its bytes.
     fn frame<S: Show>(
         &mut self,
         show: &mut S,
@@ -191,7 +191,7 @@ impl<F: Framing, const N: usize> Half<F, N> {
         Self { frames: Box::default(), place: Place::new(from) }
     }
 
-    /// Says what the bytes so far are; `ended` tells that no more will come.
+    /// Reports the items found so far. `ended` is whether no more bytes will come.
     fn drain<S: Show<Framing = F>>(&mut self, show: &mut S, ended: bool, see: &mut See<'_>) -> Result<(), Stop> {
         let Self { frames, place } = self;
         loop {
@@ -207,7 +207,7 @@ impl<F: Framing, const N: usize> Half<F, N> {
                 }
                 Some(Item::Noise { bytes, why }) => place.noise(Kind::Noise, &why, bytes),
                 Some(Item::Fatal(why)) => {
-                    // A client must close the connection here. Somebody who only listens may gamble and go on.
+                    // A client must close the connection here. A listener may guess and continue.
                     place.other(S::NAME, Kind::Fatal, why.to_string(), &[], see)?;
                     frames.resync();
                 }
@@ -228,7 +228,7 @@ impl<S: Show, const N: usize> Tap for Stream<S, N> {
             Side::Host => (&mut self.host, &mut self.device),
             Side::Device => (&mut self.device, &mut self.host),
         };
-        // Where the sides take turns, noise is shown before the answer to what it disturbed.
+        // If the sides take turns, noise is shown before the answer to the disturbed message.
         other.place.flush(S::NAME, see)?;
         let mut rest = piece.bytes;
         while !rest.is_empty() {
@@ -241,7 +241,7 @@ impl<S: Show, const N: usize> Tap for Stream<S, N> {
 
     fn end(&mut self, see: &mut See<'_>) -> Result<(), Stop> {
         for half in [&mut self.host, &mut self.device] {
-            // What waits for more bytes will not get them; good frames may stand behind it.
+            // A frame that waits for more bytes will not get them, and good frames may follow its first bytes.
             half.frames.gap();
             half.drain(&mut self.show, true, see)?;
             half.place.flush(S::NAME, see)?;
@@ -250,32 +250,32 @@ impl<S: Show, const N: usize> Tap for Stream<S, N> {
     }
 }
 
-/// How a protocol reads records that are a whole each: a datagram, a report.
+/// Protocol whose records are read one at a time: datagrams or reports.
 trait Whole: Show {
-    /// Bytes that are cut off as records of their own, where the input has no records.
+    /// Length in bytes at which a record is cut off, because the input may have no records.
     const RECORD: usize;
 
-    /// Whether a record is a message already, even if it may still grow.
+    /// Whether a record is already a message, even if it may still grow.
     fn is_whole(record: &[u8]) -> bool;
 
-    /// Says what a record is. What it says is where the record begins; the caller goes on behind it.
+    /// Reports a record at its first byte. The caller then moves `place` to the end of the record.
     fn record(&mut self, place: &mut Place, record: &[u8], see: &mut See<'_>) -> Result<(), Stop>;
 
-    /// The input has ended: says what is left of the records before.
+    /// Reports the rest of the records before, after the input has ended.
     fn end(&mut self, place: &mut Place, see: &mut See<'_>) -> Result<(), Stop> {
         let _ = (place, see);
         Ok(())
     }
 }
 
-/// Records of each side.
+/// Tap with records of each side.
 struct Records<W: Whole> {
     show: W,
     host: Gathered,
     device: Gathered,
 }
 
-/// A record that may still grow.
+/// Record that may still grow.
 struct Gathered {
     place: Place,
     bytes: Vec<u8>,
@@ -287,11 +287,11 @@ impl<W: Whole> Records<W> {
         Self { show, host: gathered(Side::Host), device: gathered(Side::Device) }
     }
 
-    /// Says what a record is.
+    /// Reports a record.
     fn record(show: &mut W, place: &mut Place, record: &[u8], see: &mut See<'_>) -> Result<(), Stop> {
         let end = place.offset + len_of(record);
         show.record(place, record, see)?;
-        // A report is longer than its message: what follows counts, but means nothing.
+        // A report is longer than its message. The bytes after the message count, but have no meaning.
         place.offset = end;
         Ok(())
     }
@@ -304,7 +304,7 @@ impl<W: Whole> Tap for Records<W> {
             Side::Host => (host, device),
             Side::Device => (device, host),
         };
-        // A message is shown before the answer to it; in dumps of both sides, the lines of a record may lie apart.
+        // A message is shown before its answer. In dumps of both sides, the lines of a record may be apart.
         if piece.first && W::is_whole(&other.bytes) {
             Self::record(show, &mut other.place, &other.bytes, see)?;
             other.bytes.clear();

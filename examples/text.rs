@@ -1,12 +1,12 @@
-//! Bytes out of files: raw, or written as text by people and by dump programs.
+//! Bytes from files: raw bytes, or text that people or dump programs wrote.
 //!
 //! [`Source`] reads any [`Read`](std::io::Read) in constant memory and lends [`Piece`]s: some
 //! bytes and the side that sent them.
 //!
 //! # The text
 //!
-//! Each line may begin with a mark, `>` (the host sent it) or `<` (the device sent it), which
-//! holds for this line alone. Behind the mark, or without one, stands one of these:
+//! Each line may begin with a mark, `>` (the host sent it) or `<` (the device sent it). A mark
+//! is valid for its line only. After the mark, if there is one, the line has one of these forms:
 //!
 //! | line | example |
 //! |---|---|
@@ -14,36 +14,39 @@
 //! | `xxd` | `00000000: 4446 0100 0000 3000  DF....0.` |
 //! | `hexdump -C` | `00000000  44 46 01 00 00 00 30 00  \|DF....0.\|` |
 //! | `od -A x -t x1z` | `000000 44 46 01 00 00 00 30 00  >DF....0.<` |
-//! | `*`, in a dump | the line before it, again and again up to the next offset |
-//! | a comment, also behind hex digits | `// the hello`, `# the hello` |
-//! | nothing | ends a dump |
+//! | `*`, in a dump | repeats the line before it up to the next offset |
+//! | a comment, also after hex digits | `// the hello`, `# the hello` |
+//! | an empty line | ends a dump |
 //!
-//! **Hex digits.** Blank, tab and `, : ; _ -` separate groups; a group is a whole number of
+//! **Hex digits.** Blank, tab and `, : ; _ -` separate groups. A group is a whole number of
 //! bytes in the order in which they are written, and may begin with `0x`. So `0x0102` is the
-//! byte 1, then the byte 2, and `0x1` is an error. A line may be of any length.
+//! byte 1 and then the byte 2, and `0x1` is an error. A line may have any length.
 //!
-//! **Offsets.** 6 to 16 hex digits together, where the line begins, are an offset or data:
+//! **Offsets.** 6 to 16 hex digits without a separator, at the beginning of a line, are an offset
+//! or data:
 //!
-//! 1. with a colon and then a blank or the end of the line it is an offset (`xxd`);
-//! 2. with single pairs of digits behind it, and a closed text column `|...|` or `>...<` at the
-//!    end, it is an offset (`hexdump -C`, `od`);
-//! 3. with two blanks and then single pairs, but no text column, it is an offset if it is 0;
-//! 4. inside a dump of the kinds 2 and 3 it always is an offset, and alone it ends the dump;
-//! 5. six zeros, one blank and then single pairs could be `od -A x -t x1` or data: an error;
-//! 6. seven digits are an offset of `hexdump` or `od` without options, whose words or octal
-//!    offsets are refused: `hexdump -C` prints what can be read.
+//! 1. digits before a colon and then a blank or the end of the line are an offset (`xxd`);
+//! 2. digits before single pairs of digits and a closed text column, `|...|` or `>...<`, are an
+//!    offset (`hexdump -C`, `od`);
+//! 3. digits before two blanks and then single pairs without a text column are an offset if it is 0;
+//! 4. inside a dump of the kinds 2 and 3, digits are always an offset, and an offset alone ends
+//!    the dump;
+//! 5. six zeros, one blank and then single pairs may be `od -A x -t x1` or data: this is an error;
+//! 6. seven digits are an offset of `hexdump` or `od` without options: this is an error, because
+//!    words and octal offsets are not supported. `hexdump -C` prints a form that is.
 //!
-//! Anything else is data. [`Format::Hex`] looks for no offsets, [`Format::Xxd`] wants one on
-//! each line: either settles what the rules would guess.
+//! Anything else is data. [`Format::Hex`] takes no digits for an offset, and [`Format::Xxd`]
+//! requires an offset in each line. With these two nothing is guessed.
 //!
-//! A dump's line bears no comment, since its text column may look like one.
+//! A line of a dump cannot have a comment, because its text column may look like one.
 //!
-//! The offsets of a dump must follow each other; a dump begins at any offset, and offset 0 always
-//! begins a new one. The two sides, and lines without a mark, count their offsets apart.
+//! The offsets of a dump must follow each other. A dump may begin at any offset, and offset 0
+//! always begins a new dump. Lines of the host, lines of the device and lines without a mark have
+//! separate offsets.
 //!
-//! The text column is never data, and somebody may have edited the bytes beside it. But one as
-//! long as other bytes betrays `xxd -b`, and one that shows the words turned round `xxd -e`: both
-//! are errors.
+//! The text column is never data, and it may differ from the bytes beside it, because somebody may
+//! have edited them. Two differences are errors: a column of another length (as of `xxd -b`), and
+//! a column that shows the bytes of each word in reverse (as of `xxd -e`).
 
 mod dump;
 mod error;
@@ -54,17 +57,17 @@ mod source;
 pub use error::{SourceError, TextError, What};
 pub use source::{Format, Piece, Senders, Source};
 
-/// Who sent some bytes.
+/// Side that sent some bytes.
 #[derive(Clone, Copy, Debug, Eq, Hash, PartialEq)]
 pub enum Side {
-    /// The side that controls: mark `>`.
+    /// Side that controls, with the mark `>`.
     Host,
-    /// The side that moves: mark `<`.
+    /// Side that moves, with the mark `<`.
     Device,
 }
 
-/// The longest part of a line that is kept, in bytes; a longer line is read in such parts.
+/// Length of the longest part of a line that is kept, in bytes. A longer line is read in such parts.
 pub const MAX_LINE: usize = 64 * 1024;
 
-/// The most bytes that one `*` may stand for, so that a short file cannot mean an endless one.
+/// Greatest number of bytes that one `*` may stand for, so that a short file cannot expand without limit.
 pub const MAX_REPEAT: u64 = 1024 * 1024;

@@ -1,4 +1,4 @@
-//! binrw, with its derive macros, lists as vectors, and without a list of errors, which would take longer.
+//! Parser with binrw: its derive macros, lists as vectors, and no list of errors, which would take longer.
 
 use std::io::Cursor;
 
@@ -8,7 +8,7 @@ use binrw::BinRead;
 use super::{Message, frame_len, sound};
 
 #[derive(BinRead)]
-#[expect(dead_code, reason = "read for the sake of the body")]
+#[expect(dead_code, reason = "read to reach the body")]
 #[br(little, magic = b"DF")]
 struct Frame {
     id: u32,
@@ -51,7 +51,7 @@ impl From<Body> for Message {
     }
 }
 
-/// The types of the mixes stand in one direction each, so the side says nothing that the type does not.
+/// Reads one message. Each type of the mixes has one direction, so the side is not needed.
 #[inline]
 pub(crate) fn read(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
     let (bytes, rest) = sound(stream, frame_len(stream)?)?;

@@ -1,4 +1,4 @@
-//! deku, with its derive macros, and lists as vectors.
+//! Parser with deku: its derive macros, and lists as vectors.
 
 use benches::traffic::Side;
 use deku::prelude::*;
@@ -6,7 +6,7 @@ use deku::prelude::*;
 use super::{Message, frame_len, sound};
 
 #[derive(DekuRead)]
-#[expect(dead_code, reason = "read for the sake of the body")]
+#[expect(dead_code, reason = "read to reach the body")]
 #[deku(endian = "little", magic = b"DF")]
 struct Frame {
     id: u32,
@@ -49,7 +49,7 @@ impl From<Body> for Message {
     }
 }
 
-/// The types of the mixes stand in one direction each, so the side says nothing that the type does not.
+/// Reads one message. Each type of the mixes has one direction, so the side is not needed.
 #[inline]
 pub(crate) fn read(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
     let (bytes, rest) = sound(stream, frame_len(stream)?)?;

@@ -1,8 +1,8 @@
-//! Whole parsers of the field, each with traffic of its own protocol: stream in, checksum verified, typed messages out.
+//! Complete parsers of other protocols, each with its own traffic: from a stream with checksums to typed messages.
 //!
-//! Protocols differ, so a message is what is compared: 2000 of them, 60 % of one short kind, 30 % of a longer one, 10 %
-//! of a third, in random order, and each reader adds up all fields. Messages of ublox have 28, 36 and 44 bytes, of
-//! mavlink 24 and 40; raw numbers are added, before any is scaled.
+//! Protocols differ, so times are compared for each message. There are 2000 messages in random order: 60 % of a short
+//! kind, 30 % of a longer kind and 10 % of a third kind. Each reader adds up all fields. Messages of ublox have 28, 36
+//! and 44 bytes, messages of mavlink 24 and 40 bytes. Raw numbers are added, before scaling.
 
 use benches::traffic::Tally;
 use mavlink::dialects::common::{ATTITUDE_DATA, GLOBAL_POSITION_INT_DATA, MavMessage, SYSTEM_TIME_DATA};
@@ -10,13 +10,13 @@ use mavlink::{MavHeader, MavlinkReader, MavlinkVersion, write_v2_msg};
 use ublox::proto23::PacketRef;
 use ublox::{Parser, UbxPacket};
 
-/// Bytes, and what is in them.
+/// Bytes of a stream, and the result that a reader must find.
 pub(crate) struct Stream {
     pub(crate) bytes: Vec<u8>,
     pub(crate) tally: Tally,
 }
 
-/// Which kind of message comes when: the same shares for all.
+/// Kinds of the messages in order, with the same shares for all protocols.
 fn kinds() -> impl Iterator<Item = (u32, u32)> {
     let mut seed = 0x2545_F491_u32;
     std::iter::repeat_with(move || {
@@ -40,7 +40,7 @@ fn total(numbers: impl IntoIterator<Item = u32>) -> u32 {
 pub(crate) fn mavlink() -> Stream {
     let mut stream = Stream { bytes: Vec::new(), tally: Tally::default() };
     for (kind, number) in kinds() {
-        // The highest byte is never 0: trailing zeros would be left out.
+        // The highest byte is never 0, because the format leaves out trailing zeros.
         let (int, float) = (number.cast_signed() | 0x0101_0101, f32::from_bits(0x3F80_0001 | number >> 9));
         let short = i16::from_be_bytes([1, 1]);
         let message = match kind {
@@ -70,7 +70,7 @@ pub(crate) fn mavlink() -> Stream {
             }),
         };
         note(&mut stream.tally, sum_of_mavlink(&message));
-        write_v2_msg(&mut stream.bytes, MavHeader::default(), &message).expect("a vector grows");
+        write_v2_msg(&mut stream.bytes, MavHeader::default(), &message).expect("writing to a vector does not fail");
     }
     stream
 }

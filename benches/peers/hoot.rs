@@ -1,12 +1,12 @@
-//! `MoCoBus` as users of other libraries write it: the four messages of the mix, each parser as its documentation teaches.
+//! Parsers of hoot with other libraries: the four messages of the mix, each parser as its documentation recommends.
 //!
-//! All check the break, the length, and to whom a packet goes; in a position they check the type of the value.
+//! All parsers check the break, the length and the address of a packet. In a position they check the type of the value.
 
 const BREAK: [u8; 6] = [0, 0, 0, 0, 0, 0xFF];
-/// The type of a value that is a 32-bit number with sign.
+/// Type of a value that is a signed number of 32 bits.
 const LONG: u8 = 3;
 
-/// A message. What is small enough is copied, whoever reads it.
+/// Message of the mix, with copied values.
 enum Message {
     Move { motor: u8, direction: u8, steps: u32 },
     Query { motor: u8 },
@@ -15,7 +15,7 @@ enum Message {
 }
 
 impl Message {
-    /// All fields, added up, with the type of the value.
+    /// Sum of all fields and of the type of the value.
     fn sum(&self) -> u32 {
         match *self {
             Self::Move { motor, direction, steps } => total([motor.into(), direction.into(), steps]),
@@ -30,7 +30,7 @@ fn total(numbers: [u32; 3]) -> u32 {
     numbers.into_iter().fold(0, u32::wrapping_add)
 }
 
-/// zerocopy, with structs over the bytes.
+/// Parser with zerocopy: structs over the bytes.
 pub(crate) mod zerocopy {
     use benches::traffic::Side;
     use zerocopy::big_endian::{I32, U32};
@@ -83,7 +83,7 @@ pub(crate) mod zerocopy {
     }
 }
 
-/// nom, with its combinators.
+/// Parser with nom: its combinators.
 pub(crate) mod nom {
     use benches::traffic::Side;
     use nom::bytes::complete::tag;
@@ -126,7 +126,7 @@ pub(crate) mod nom {
     }
 }
 
-/// binrw, with its derive macros, and without a list of errors, which would take half as long again.
+/// Parser with binrw: its derive macros, and no list of errors, which would take 1.5 times as long.
 pub(crate) mod binrw {
     use std::io::Cursor;
 
@@ -136,7 +136,7 @@ pub(crate) mod binrw {
     use super::Message;
 
     #[derive(BinRead)]
-    #[expect(dead_code, reason = "read for the sake of the body")]
+    #[expect(dead_code, reason = "read to reach the body")]
     #[br(big, magic = b"\0\0\0\0\0\xFF", import(side: Side))]
     struct Frame {
         address: u8,

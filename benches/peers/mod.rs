@@ -1,6 +1,6 @@
-//! DMC as users of other libraries write it: the four messages of the mixes, each parser as its documentation teaches.
+//! Parsers of DMC with other libraries: the four messages of the mixes, each parser as its documentation recommends.
 //!
-//! All verify the checksum with ours, before they look at the data.
+//! All parsers verify the checksum with our function, before they read the data.
 
 pub(crate) mod binrw;
 pub(crate) mod deku;
@@ -10,7 +10,7 @@ pub(crate) mod zerocopy;
 
 use motion_core::fletcher::verify;
 
-/// A message that owns its lists.
+/// Message of the mixes that owns its lists.
 pub(crate) enum Message {
     Jog { motor: u8, speed: u16, destination: i32 },
     Upload { motor: u8, start_index: u32, positions: Vec<i32> },
@@ -19,7 +19,7 @@ pub(crate) enum Message {
 }
 
 impl Message {
-    /// All fields, added up.
+    /// Sum of all fields.
     pub(crate) fn sum(&self) -> u32 {
         match self {
             Self::Jog { motor, speed, destination } => {
@@ -40,12 +40,12 @@ fn steps(positions: &[i32]) -> u32 {
     total(positions.iter().map(|steps| steps.cast_unsigned()))
 }
 
-/// The sound frame of `len` bytes at the start, and what is behind it.
+/// Splits a valid frame of `len` bytes from the start. Returns the frame and the bytes after it.
 fn sound(stream: &[u8], len: usize) -> Option<(&[u8], &[u8])> {
     stream.split_at_checked(len).filter(|(frame, _)| verify(frame))
 }
 
-/// Bytes of the frame at the start, for parsers that do not find out by themselves before the checksum has to be known.
+/// Length of the frame at the start, for parsers that do not find it themselves before the checksum is verified.
 fn frame_len(stream: &[u8]) -> Option<usize> {
     let [b'D', b'F', _, _, _, _, _, _, low, high, ..] = stream else { return None };
     Some(usize::from(u16::from_le_bytes([*low, *high])) + 12)

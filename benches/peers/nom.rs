@@ -1,4 +1,4 @@
-//! nom, with its combinators, and lists as vectors.
+//! Parser with nom: its combinators, and lists as vectors.
 
 use benches::traffic::Side;
 use nom::bytes::complete::{tag, take};

@@ -1,4 +1,4 @@
-//! winnow, with its combinators, and lists as vectors.
+//! Parser with winnow: its combinators, and lists as vectors.
 
 use benches::traffic::Side;
 use motion_core::fletcher::verify;

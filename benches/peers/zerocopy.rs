@@ -1,4 +1,4 @@
-//! zerocopy, with structs over the bytes, and lists borrowed.
+//! Parser with zerocopy: structs over the bytes, and borrowed lists.
 
 use benches::traffic::Side;
 use zerocopy::little_endian::{I32, U16, U32};

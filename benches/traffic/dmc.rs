@@ -1,4 +1,4 @@
-//! The mixes of DMC.
+//! Mixes of DMC.
 
 use std::array;
 
@@ -11,8 +11,8 @@ use motion_core::zerocopy::little_endian::I32;
 
 use super::{Mix, Protocol, Rng, SEED, Side, bytes, total};
 
-/// 60 % positions of 16 motors, 20 % acknowledgements, 15 % jogs, 5 % uploads of 256 positions; in the small mix
-/// jogs instead of uploads.
+/// Mix of 60 % positions of 16 motors, 20 % acknowledgements, 15 % jogs and 5 % uploads of 256 positions. The small mix
+/// has jogs instead of uploads.
 #[must_use]
 pub fn dmc(uploads: bool) -> Mix {
     let (mut mix, mut rng) = (Mix::default(), Rng(SEED));

@@ -1,4 +1,4 @@
-//! The mix of hoot.
+//! Mix of hoot.
 
 use hoot_proto::message::{
     Direction, Motor, MotorMove, MotorPosition, Reply, ResponseCode, StepCount, Value, ValueType,
@@ -7,7 +7,7 @@ use hoot_proto::{Address, DeviceMessage, Frame, Hoot, HostMessage};
 
 use super::{Mix, Protocol, Rng, SEED, Side, bytes, total};
 
-/// As many moves, queries, answers and acknowledgements, of 10 to 15 bytes.
+/// Mix of equal numbers of moves, queries, answers and acknowledgements, of 10 to 15 bytes.
 #[must_use]
 pub fn hoot() -> Mix {
     let (mut mix, mut rng) = (Mix::default(), Rng(SEED));

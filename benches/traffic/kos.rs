@@ -1,4 +1,4 @@
-//! The mixes of kOS.
+//! Mixes of kOS.
 
 use std::array;
 
@@ -12,8 +12,8 @@ use motion_core::wire::Messages;
 
 use super::{Mix, Protocol, Rng, SEED, Side, bytes, count, total};
 
-/// All from the device: 60 % motor positions, 30 % playback states of 5 motors, 9 % ranges of a motor, 1 % moves of
-/// 5 motors with 20 segments each; in the small mix motor positions instead of moves.
+/// Mix of messages of the device: 60 % motor positions, 30 % playback states of 5 motors, 9 % ranges of a motor and 1 %
+/// moves of 5 motors with 20 segments each. The small mix has motor positions instead of moves.
 #[must_use]
 pub fn kos(moves: bool) -> Mix {
     let (mut mix, mut rng) = (Mix::default(), Rng(SEED));
@@ -54,10 +54,11 @@ pub fn kos(moves: bool) -> Mix {
 }
 
 fn move_of_5(rng: &mut Rng) -> Vec<Block<'static>> {
-    // What the fields of these two say is all the same here, as long as each counts.
+    // The values of these two do not matter here, but each field must count.
     let fixed = [(1, &[0x3C; 37][..]), (2, &[0x3D; 21][..])];
-    let mut blocks =
-        fixed.map(|(number, body)| Block::decode_body(number, body).expect("as long as its fields")).to_vec();
+    let mut blocks = fixed
+        .map(|(number, body)| Block::decode_body(number, body).expect("the body has the length of its fields"))
+        .to_vec();
     for motor_address in [1, 2, 3, 4, 5].map(MotorAddress) {
         blocks.push(Block::Axis(Axis { motor_address, segment_count: 20, tail: &[] }));
         blocks.extend((0..20).map(|segment_number| {

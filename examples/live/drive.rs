@@ -1,23 +1,23 @@
-//! A host for a rig, simulated or real.
+//! Host program for a rig, simulated or real.
 //!
 //! ```text
 //! $ cargo run --example drive -- dmc /dev/pts/0 info
 //! "Simulated DMC", firmware 1.0.0
 //! 4 motors, 16 lights, 8 outputs, 8 inputs
-//! room for 10000 frames of a move; it can do REAL_TIME | SHOOT_FRAME | SHOOT_FRAME2 | LOOP | CAMERA_TRIGGER
+//! room for 10000 frames; capabilities: REAL_TIME | SHOOT_FRAME | SHOOT_FRAME2 | LOOP | CAMERA_TRIGGER
 //! motor 1 rests at 0 steps
 //! motor 2 rests at 0 steps
 //! motor 3 rests at 0 steps
 //! motor 4 rests at 0 steps
 //! $ cargo run --example drive -- dmc /dev/pts/0 run examples/moves/slide.json
-//! uploaded: 193 frames, of motors 1
+//! uploaded: 193 frames of motors 1
 //! frame 6 of 193
 //! frame 30 of 193
 //! frame 55 of 193
 //! frame 79 of 193
 //! ^Cdrive: interrupted: the rig confirmed the stop
 //! $ cargo run --example drive -- hoot /dev/pts/0 run examples/moves/pan.json
-//! motor 1: from 0 to 9000, off by 1 at most
+//! motor 1: from 0 to 9000, deviation at most 1
 //! 0.1 of 4.5 s: motor 1 at 0
 //! 1.2 of 4.5 s: motor 1 at 893
 //! 2.3 of 4.5 s: motor 1 at 4071
@@ -26,9 +26,9 @@
 //! $ cargo run --example drive -- kos udp://127.0.0.1:5530 info
 //! ```
 //!
-//! These rigs are heavy. Point it at one only with an emergency stop at hand that needs no software: whoever kills this
-//! program, or cuts its cable, leaves a kOS move and a hoot program running, as their protocols mean it, and a DMC jog
-//! until the rig notices or meets a limit, for DMC knows no sign of life.
+//! Real rigs are heavy. Use this program with one only if an emergency stop that needs no software is within reach. If
+//! this program is killed, or its cable is cut, a kOS move and a hoot program go on, as their protocols require. A DMC
+//! jog goes on until the rig notices or reaches a limit, because DMC has no keep-alive.
 
 use std::process::ExitCode;
 
@@ -60,6 +60,6 @@ fn main() -> ExitCode {
 
 #[tokio::main(flavor = "current_thread")]
 async fn run(args: &Args) -> Result<(), Trouble> {
-    let interrupts = interrupts(true).map_err(|error| Trouble::Failed(format!("Ctrl-C cannot be noticed: {error}")))?;
+    let interrupts = interrupts(true).map_err(|error| Trouble::Failed(format!("Ctrl-C cannot be handled: {error}")))?;
     Box::pin(drive(args, interrupts)).await
 }

@@ -1,4 +1,4 @@
-//! A simulated rig on a real transport.
+//! Program that runs a simulated rig on a real transport.
 //!
 //! ```text
 //! $ cargo run --example simulate -- kos --announce 127.0.0.1:5530
@@ -9,8 +9,8 @@
 //! hoot rig at 127.0.0.1:37719
 //! ```
 //!
-//! The line on standard output says where it is, once it can be reached. The log on standard error says what happens, in
-//! seconds since it began; with `-v` each message. Ctrl-C ends it.
+//! The line on standard output gives the address of the rig, as soon as clients can connect. The log on standard error
+//! reports what happens, with the seconds since the start. With `-v` it contains each message. Ctrl-C ends the program.
 
 use std::process::ExitCode;
 
@@ -40,6 +40,6 @@ fn main() -> ExitCode {
 
 #[tokio::main(flavor = "current_thread")]
 async fn run(args: &Args) -> Result<(), String> {
-    let interrupts = interrupts(false).map_err(|error| format!("Ctrl-C cannot be noticed: {error}"))?;
+    let interrupts = interrupts(false).map_err(|error| format!("Ctrl-C cannot be handled: {error}"))?;
     Box::pin(simulate(args, interrupts)).await
 }

@@ -51,7 +51,7 @@ fn shown<'m, 'f: 'm, M: Messages<'f>>(frame: &Frame<'f>, read: &'m Read<M>) -> S
         message,
         title: format!("{}{subject}{unknown}", message.unwrap_or("unknown")),
         subtitle: if frame.id() == MessageId::UNSOLICITED {
-            "unasked".to_owned()
+            "unsolicited".to_owned()
         } else {
             format!("id {}", frame.id())
         },
@@ -67,7 +67,7 @@ fn shown<'m, 'f: 'm, M: Messages<'f>>(frame: &Frame<'f>, read: &'m Read<M>) -> S
     }
 }
 
-/// The name of a request, or its number where it has none.
+/// Name of a request, or its number if it has no name.
 fn request(kind: MessageType) -> String {
     let known = HostMessage::ALL.iter().find(|known| known.number == u32::from(kind.0));
     known.map_or_else(|| kind.to_string(), |known| known.name.to_owned())

@@ -1,4 +1,4 @@
-//! hoot on a bus, or through a bridge.
+//! hoot on a bus or through a bridge.
 
 use hoot_proto::lint::Context;
 use hoot_proto::{Address, AnyQuery, AnyReply, DeviceMessage, Frame, HostMessage, Query, ReplyError};
@@ -10,13 +10,13 @@ use crate::cli::Stop;
 use crate::record::{Body, Keys, Shown, hex};
 use crate::text::Side;
 
-/// Twice the longest packet.
+/// Size of the buffer for one side, in bytes: twice the longest packet.
 pub(super) const BUFFER: usize = 2 * <hoot_proto::Hoot as Framing>::MAX;
 
-/// The packets of a bus, which knows one outstanding request.
+/// Packets of a bus. At most one request is outstanding.
 #[derive(Default)]
 pub(super) struct Hoot {
-    /// The request that the next reply answers, by name, and as a query if it is one.
+    /// Request that the next reply answers: its name, and the query if it is a query.
     asked: Option<(&'static str, Option<AnyQuery>)>,
 }
 
@@ -95,7 +95,7 @@ impl Show for Hoot {
     }
 }
 
-/// Shows hundredths as such, where an answer is made of them. Returns the field that then says less.
+/// Adds fields with hundredths if an answer has that unit. Returns the name of the field that they replace.
 fn hundredths(answer: Option<Result<AnyReply<'_>, ReplyError>>, fields: &mut Keys) -> &'static str {
     let number = match answer {
         Some(Ok(AnyReply::Voltage(answer))) => answer.value.0,
@@ -109,7 +109,7 @@ fn hundredths(answer: Option<Result<AnyReply<'_>, ReplyError>>, fields: &mut Key
     "value"
 }
 
-/// What the header of a packet says.
+/// Header of a packet.
 struct Header {
     address: u8,
     sub_address: u8,
@@ -144,14 +144,14 @@ impl Header {
     }
 }
 
-/// The data of a request that has no type is shown with its header.
+/// Fields of a request without a type: none, because its data is shown with its header.
 struct Nothing;
 
 impl Fields for Nothing {
     fn fields(&self, _: &mut dyn Visitor) {}
 }
 
-/// Fields, but for one.
+/// Fields except one.
 struct Without<'a> {
     fields: &'a dyn Fields,
     hidden: &'static str,

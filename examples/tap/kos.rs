@@ -11,15 +11,15 @@ use crate::cli::Stop;
 use crate::record::{Body, Keys, Kind, Shown};
 use crate::text::Side;
 
-/// Whoever only listens takes messages of any length that a header can say.
+/// Longest message, in bytes. A listener accepts messages of any length that a header can have.
 const LONGEST: usize = 65_535;
-/// Twice the longest message.
+/// Size of the buffer for one side, in bytes: twice the longest message.
 pub(super) const BUFFER: usize = 2 * LONGEST;
 
 type Framed = kos_proto::Kos<LONGEST>;
 type See<'s> = dyn FnMut(Shown<'_>) -> Result<(), Stop> + 's;
 
-/// Messages, in a stream or one a datagram.
+/// Messages in a stream, or one in each datagram.
 pub(super) struct Kos;
 
 impl Show for Kos {
@@ -57,7 +57,7 @@ fn shown<'m, 'f: 'm, M: Messages<'f>>(frame: &Frame<'f>, read: &'m Read<M>, name
     let own = read.message.as_ref().map_or_else(|_| known::<M>(frame), |message| Some(message.name()));
     let subtitle = match own {
         None | Some("Other") => format!("id {}, type {}", frame.id(), frame.kind()),
-        _ if frame.kind() == MessageType::RESPONSE_MORE => "more follow".to_owned(),
+        _ if frame.kind() == MessageType::RESPONSE_MORE => "more messages follow".to_owned(),
         _ => String::new(),
     };
     Shown {
@@ -76,7 +76,7 @@ fn shown<'m, 'f: 'm, M: Messages<'f>>(frame: &Frame<'f>, read: &'m Read<M>, name
     }
 }
 
-/// The number of an action or a notification.
+/// Number of an action or a notification.
 fn sub(frame: &Frame<'_>) -> Keys {
     let name = match (frame.id(), frame.kind()) {
         (MessageId::ACTION, MessageType::SET) => "action_id",
@@ -86,7 +86,7 @@ fn sub(frame: &Frame<'_>) -> Keys {
     frame.payload().first().map(|&number| (name, number.into())).into_iter().collect()
 }
 
-/// The name of a message that could not be decoded.
+/// Name of a message that could not be decoded.
 fn known<'f, M: Messages<'f>>(frame: &Frame<'_>) -> Option<&'static str> {
     let numbered = !sub(frame).is_empty();
     let sub = frame.payload().first().copied().filter(|_| numbered).unwrap_or_default();
@@ -117,7 +117,9 @@ const fn kind(error: FrameError) -> Kind {
     }
 }
 
-/// Messages in USB reports, one each: a longer message is shown as incomplete, for how it goes on is an assumption.
+/// Messages in USB reports, one in each report.
+///
+/// A longer message is shown as incomplete, because it is only an assumption how such a message continues.
 pub(super) struct Reports;
 
 impl Show for Reports {
@@ -151,20 +153,20 @@ const fn kind_of_report(error: ReportError) -> Kind {
     }
 }
 
-/// Messages in USB reports, as many as each takes, on the assumption that it goes on in the next report.
+/// Messages in USB reports, on the assumption that a longer message continues in the next report.
 ///
-/// An input tells no times: what makes a device give up a message, a pause, is not seen here.
+/// A device gives up a message after a pause. An input has no times, so pauses are not seen here.
 #[derive(Default)]
 pub(super) struct Fragments {
     host: Fragmented,
     device: Fragmented,
 }
 
-/// What came of a message of one side.
+/// Message of one side that is not complete.
 #[derive(Default)]
 struct Fragmented {
     message: Box<Reassembly<LONGEST>>,
-    /// Where its first report stands, and all its reports.
+    /// Offset of the first report of the message, and the bytes of all its reports.
     reports: Option<(u64, Vec<u8>)>,
 }
 
@@ -178,7 +180,7 @@ impl Fragments {
 }
 
 impl Fragmented {
-    /// Says why no message comes of the reports so far, where they stand.
+    /// Reports why the reports so far are not a message, at the offset of the first.
     fn give_up(&mut self, place: &mut Place, kind: Kind, why: String, see: &mut super::See<'_>) -> Result<(), Stop> {
         let Some((offset, reports)) = self.reports.take() else { return Ok(()) };
         let here = std::mem::replace(&mut place.offset, offset);
@@ -207,7 +209,7 @@ impl Whole for Fragments {
     fn record(&mut self, place: &mut Place, record: &[u8], see: &mut super::See<'_>) -> Result<(), Stop> {
         let side = self.of(place.from);
         let Received { dropped, message } = side.message.push(Millis(0), record);
-        // What is lent by the reassembly must not wait for what is said before it.
+        // The message is copied, because the dropped one before it must be reported first.
         let message = message.map(|message| message.map(|message| message.bytes().to_vec()));
         if let Some(dropped) = dropped {
             side.give_up(place, Kind::Incomplete, dropped.to_string(), see)?;
@@ -223,7 +225,7 @@ impl Whole for Fragments {
                 }
                 Kos.record(place, &bytes, see)
             }
-            // A report that is none: the message may still go on.
+            // The record is not a report. The message may still continue after it.
             Err(error) if side.message.held() > 0 => {
                 place.other(Self::NAME, kind_of_report(error), error.to_string(), record, see)
             }

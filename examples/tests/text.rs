@@ -1,57 +1,57 @@
-//! Text of each form, as the dump programs print it, read back; and what is refused, and where.
+//! Tests of text in each form that the dump programs print, and of the errors and their places.
 
 use std::io::{self, Read};
 
 use examples::text::{Format, MAX_REPEAT, Piece, Senders, Side, Source, SourceError, TextError, What};
 
-/// The 40 bytes of the dumps below: every sign of the grammar is among their letters.
+/// The 40 bytes of the dumps below. They contain each character that has a meaning in the grammar.
 const BYTES: &[u8] = b"DF\x01\0\0\x000\0\x08\0\0\0 hello | world //# >x<\0\xff\x80\n  ";
 
-/// `xxd`
+/// Output of `xxd`.
 const XXD: &str = "\
 00000000: 4446 0100 0000 3000 0800 0000 2068 656c  DF....0..... hel
 00000010: 6c6f 207c 2077 6f72 6c64 202f 2f23 203e  lo | world //# >
 00000020: 783c 00ff 800a 2020                      x<....  
 ";
-/// `xxd -u -c 20 -g 4`
+/// Output of `xxd -u -c 20 -g 4`.
 const XXD_WIDE: &str = "\
 00000000: 44460100 00003000 08000000 2068656C 6C6F207C  DF....0..... hello |
 00000014: 20776F72 6C64202F 2F23203E 783C00FF 800A2020   world //# >x<....  
 ";
-/// `xxd -p`
+/// Output of `xxd -p`.
 const PLAIN: &str = "\
 4446010000003000080000002068656c6c6f207c20776f726c64202f2f23
 203e783c00ff800a2020
 ";
-/// `hexdump -C`
+/// Output of `hexdump -C`.
 const HEXDUMP: &str = "\
 00000000  44 46 01 00 00 00 30 00  08 00 00 00 20 68 65 6c  |DF....0..... hel|
 00000010  6c 6f 20 7c 20 77 6f 72  6c 64 20 2f 2f 23 20 3e  |lo | world //# >|
 00000020  78 3c 00 ff 80 0a 20 20                           |x<....  |
 00000028
 ";
-/// `od -A x -t x1z`
+/// Output of `od -A x -t x1z`.
 const OD: &str = "\
 000000 44 46 01 00 00 00 30 00 08 00 00 00 20 68 65 6c  >DF....0..... hel<
 000010 6c 6f 20 7c 20 77 6f 72 6c 64 20 2f 2f 23 20 3e  >lo | world //# ><
 000020 78 3c 00 ff 80 0a 20 20                          >x<....  <
 000028
 ";
-/// `hexdump`
+/// Output of `hexdump`.
 const WORDS: &str = "\
 0000000 4644 0001 0000 0030 0008 0000 6820 6c65
 0000010 6f6c 7c20 7720 726f 646c 2f20 232f 3e20
 0000020 3c78 ff00 0a80 2020                    
 0000028
 ";
-/// `od -t x1`
+/// Output of `od -t x1`.
 const OCTAL: &str = "0000000 44 46 01 00\n0000004\n";
-/// `xxd -e`
+/// Output of `xxd -e`.
 const LITTLE: &str = "00000000: 00014644 00300000 00000008 6c656820  DF....0..... hel\n";
-/// `xxd -b -c 6`
+/// Output of `xxd -b -c 6`.
 const BITS: &str = "00000000: 01000100 01000110 00000001 00000000 00000000 00000000  DF....\n";
 
-/// `AB`, a hundred NULs and `zz`, in `hexdump -C`, `xxd -a` and `od -A x -t x1z`.
+/// `AB`, a hundred NULs and `zz` as `hexdump -C`, `xxd -a` and `od -A x -t x1z` print them.
 const STARS: [&str; 3] = [
     "\
 00000000  41 42 00 00 00 00 00 00  00 00 00 00 00 00 00 00  |AB..............|
@@ -80,7 +80,7 @@ const STARS: [&str; 3] = [
 struct Sides {
     host: Vec<u8>,
     device: Vec<u8>,
-    /// The lengths of the records, in order.
+    /// Lengths of the records, in order.
     records: Vec<usize>,
 }
 
@@ -98,7 +98,7 @@ fn read_from(input: impl Read, format: Format, senders: Option<Senders>) -> Resu
             Side::Device => all.device.extend(bytes),
         }
     }
-    assert!(source.next_piece()?.is_none(), "an end lasts");
+    assert!(source.next_piece()?.is_none(), "no piece follows the end");
     Ok(all)
 }
 
@@ -109,10 +109,10 @@ fn marked(mark: &str, text: &str) -> String {
 
 /// The host's bytes in a text that has no marks.
 fn host(text: impl AsRef<[u8]>) -> Vec<u8> {
-    read_from(text.as_ref(), Format::Auto, Some(Senders::Host)).expect("it is sound").host
+    read_from(text.as_ref(), Format::Auto, Some(Senders::Host)).expect("the text is valid").host
 }
 
-/// Line, column and nature of the error in a text without marks.
+/// Line, column and kind of the error in a text without marks.
 fn wrong(text: impl AsRef<[u8]>, format: Format) -> (u64, u64, What) {
     match read_from(text.as_ref(), format, Some(Senders::Host)) {
         Err(SourceError::Text(error) | SourceError::Guessed(error)) => (error.line, error.column, error.what),
@@ -140,7 +140,7 @@ fn dumps_of_all_programs_are_read() {
 }
 
 #[test]
-fn stars_repeat_the_line_before() {
+fn a_star_repeats_the_line_before_it() {
     let mut bytes = b"AB".to_vec();
     bytes.resize(102, 0);
     bytes.extend(b"zz");
@@ -190,10 +190,10 @@ fn hex_is_read_in_every_spelling() {
 }
 
 #[test]
-fn offsets_are_told_from_data() {
+fn offsets_are_distinguished_from_data() {
     let all: [u8; 8] = [0x44, 0x46, 0x01, 0x00, 0x00, 0x00, 0x30, 0x00];
     for text in [
-        // Words of data, apart by one blank, by two, by colons.
+        // Words of data, separated by one blank, by two blanks, by colons.
         "44460100 00003000",
         "44460100  00003000",
         "44460100  00 00 30 00",
@@ -201,19 +201,19 @@ fn offsets_are_told_from_data() {
         "44460100:00003000",
         "444601:00:00:00:30:00",
         "4446: 0100: 0000: 3000",
-        // More digits than an offset has.
+        // More digits than an offset can have.
         "44460100000030",
     ] {
         assert_eq!(host(text), all[..text.bytes().filter(u8::is_ascii_hexdigit).count() / 2]);
     }
-    // Zeros are an offset before two blanks and pairs, and nowhere else.
+    // Zeros are an offset only before two blanks and pairs.
     assert_eq!(host("00000000  44 46"), *b"DF");
     assert_eq!(host("00000000  44 46\n00000002  01 00\n00000004"), *b"DF\x01\0");
     assert_eq!(host("00000000  4446"), *b"\0\0\0\0DF");
     assert_eq!(host("00000000 44 46"), *b"\0\0\0\0DF");
     assert_eq!(host("0000000000ff 03"), *b"\0\0\0\0\0\xff\x03");
     assert_eq!(wrong("000000 44 46", Format::Auto), (1, 1, What::Ambiguous));
-    // The option settles it.
+    // The option decides.
     let read = |text: &str, format| read_from(text.as_bytes(), format, Some(Senders::Host));
     assert_eq!(read("000000 44 46\n000002", Format::Xxd).expect("a dump").host, *b"DF");
     assert_eq!(read("000000 44 46", Format::Hex).expect("hex").host, *b"\0\0\0DF");
@@ -223,21 +223,21 @@ fn offsets_are_told_from_data() {
 }
 
 #[test]
-fn a_dump_has_no_holes() {
+fn a_gap_in_the_offsets_of_a_dump_is_an_error() {
     let jump = |expected, found| What::Jump { expected, found };
     assert_eq!(wrong("00000010: 44\n00000020: 46", Format::Auto), (2, 1, jump(0x11, 0x20)));
     assert_eq!(wrong("00000010: 44\n00000010: 46", Format::Auto), (2, 1, jump(0x11, 0x10)));
     let columns = "00000000  44 46  |DF|\n";
     assert_eq!(wrong(format!("{columns}44460100"), Format::Auto), (2, 1, jump(2, 0x4446_0100)));
     assert_eq!(wrong(format!("{columns}00000004"), Format::Auto), (2, 1, jump(2, 4)));
-    // A blank line, hex digits, or offset 0 begin anew.
+    // A blank line, hex digits or offset 0 begin a new dump.
     assert_eq!(host(format!("{columns}\n44460100")), *b"DFDF\x01\0");
     assert_eq!(host("00000010: 44\n\n00000020: 46"), *b"DF");
     assert_eq!(host("00000010: 44\n45\n00000020: 46"), *b"DEF");
     assert_eq!(host("00000000: 44\n00000000: 46"), *b"DF");
-    // The sides count apart.
+    // Each side has its own offsets.
     let both = "> 00000000: 44\n< 00000000: 61\n> 00000001: 46\n< 00000001: 62\n";
-    let all = read_from(both.as_bytes(), Format::Auto, None).expect("it is sound");
+    let all = read_from(both.as_bytes(), Format::Auto, None).expect("the text is valid");
     assert_eq!(all, Sides { host: b"DF".into(), device: b"ab".into(), records: vec![1, 3] });
 }
 
@@ -253,7 +253,7 @@ fn dumps_of_other_kinds_are_refused() {
 
 #[test]
 fn the_text_column_is_never_data() {
-    // It may lose blanks at its end, and stay behind when somebody edits a byte.
+    // Blanks at its end may be cut off, and it may be unchanged after an edit of the bytes.
     assert_eq!(host("00000000: 4446 2020  DF"), *b"DF  ");
     assert_eq!(host("00000000: 4446 4848  DFGG"), *b"DFHH");
     assert_eq!(host("00000000: 2020 ffee    ..\n"), *b"  \xff\xee");
@@ -267,7 +267,7 @@ fn the_text_column_is_never_data() {
 }
 
 #[test]
-fn errors_say_where() {
+fn errors_name_line_and_column() {
     for (text, line, column, what) in [
         ("44 4g", 1, 4, What::LoneDigit('4')),
         ("44 g4", 1, 4, no_digit("g")),
@@ -298,14 +298,14 @@ fn errors_say_where() {
     assert_eq!(wrong(b"44 \x1b[31m", Format::Hex), (1, 4, no_digit("\\u{1b}")));
     assert_eq!(wrong(b"44 \0", Format::Hex), (1, 4, no_digit("\\0")));
     let error = TextError { line: 3, column: 17, what: no_digit("g") };
-    assert_eq!(error.to_string(), "line 3, column 17: \"g\" is no hex digit");
+    assert_eq!(error.to_string(), "line 3, column 17: \"g\" is not a hex digit");
 }
 
 #[test]
-fn marks_say_who_sent_a_line() {
+fn a_mark_names_the_sender_of_a_line() {
     let marked = "> 44 46\n<0100\n  >  61 // hello\n<\n\n> # nothing\n";
     for senders in [None, Some(Senders::Both)] {
-        let all = read_from(marked.as_bytes(), Format::Auto, senders).expect("it is marked");
+        let all = read_from(marked.as_bytes(), Format::Auto, senders).expect("the text has marks");
         assert_eq!(all, Sides { host: b"DFa".into(), device: vec![1, 0], records: vec![2, 2, 1] });
     }
     let read = |text: &str, senders| match read_from(text.as_bytes(), Format::Auto, senders) {
@@ -322,7 +322,7 @@ fn marks_say_who_sent_a_line() {
 }
 
 #[test]
-fn input_that_is_silent_about_its_sender_is_refused() {
+fn input_without_a_sender_is_refused() {
     for (input, format) in
         [(&b""[..], Format::Auto), (b"# nothing", Format::Auto), (b"DF\0\0", Format::Auto), (b"44", Format::Raw)]
     {
@@ -335,28 +335,28 @@ fn input_that_is_silent_about_its_sender_is_refused() {
 }
 
 #[test]
-fn what_is_no_text_is_raw() {
+fn input_that_is_not_text_is_read_as_raw_bytes() {
     for input in [&b"DF\x01\0"[..], b"44 46\0", b"\xff\xfe4", b"44 \x1b", b"\xc3("] {
-        let all = read_from(input, Format::Auto, Some(Senders::Device)).expect("it is raw");
+        let all = read_from(input, Format::Auto, Some(Senders::Device)).expect("the input is raw");
         assert_eq!((all.device.as_slice(), all.records), (input, vec![input.len()]));
     }
-    let all = read_from(&b"44 46"[..], Format::Raw, Some(Senders::Host)).expect("it is raw");
+    let all = read_from(&b"44 46"[..], Format::Raw, Some(Senders::Host)).expect("the input is raw");
     assert_eq!(all.host, b"44 46");
-    // The first 4096 bytes decide, whatever they cut.
+    // The first 4096 bytes decide, even if a character is cut off at their end.
     let with = |at: usize, end: &str| [" ".repeat(at).as_bytes(), end.as_bytes()].concat();
     assert_eq!(wrong(with(4095, "é\0"), Format::Auto), (1, 4096, no_digit("é")));
     assert_eq!(wrong(with(4096, "\0"), Format::Auto), (1, 4097, no_digit("\\0")));
     assert_eq!(host(with(4095, "\0")), with(4095, "\0"));
-    // One byte is enough where it is no text: a serial line may give no more for long.
+    // One byte that is not text is enough, because a serial line may give no more bytes for a long time.
     let line = [0].as_slice().chain(Silent);
     assert!(Source::new(line, Format::Auto, Some(Senders::Host)).is_ok());
 }
 
-/// A line that nobody speaks on.
+/// Line without traffic.
 struct Silent;
 
 impl Read for Silent {
     fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {
-        panic!("reading here waits for ever")
+        panic!("a read from this line never ends")
     }
 }

@@ -1,4 +1,4 @@
-//! Any bytes in any form, any text, any reader: what is written is read, and all ends.
+//! Properties of reading: written bytes are read back in each form, and reading of any input ends.
 
 use std::fmt::Write as _;
 use std::io::{self, Read};
@@ -6,7 +6,7 @@ use std::io::{self, Read};
 use examples::text::{Format, MAX_LINE, MAX_REPEAT, Senders, Source, SourceError, What};
 use proptest::prelude::*;
 
-/// Gives one byte at a time, and is interrupted before each.
+/// Reader that gives one byte at a time and is interrupted before each byte.
 struct Slow<'a> {
     input: &'a [u8],
     ready: bool,
@@ -23,7 +23,7 @@ impl Read for Slow<'_> {
     }
 }
 
-/// The host's bytes, and how many bytes of the input were read.
+/// Bytes of the host, and the number of bytes of the input that were read.
 fn read(input: impl Read, format: Format) -> Result<(Vec<u8>, u64), SourceError> {
     let mut source = Source::new(input, format, Some(Senders::Host))?;
     let mut bytes = Vec::new();
@@ -34,12 +34,12 @@ fn read(input: impl Read, format: Format) -> Result<(Vec<u8>, u64), SourceError>
 }
 
 fn host(text: &[u8]) -> Vec<u8> {
-    let (bytes, count) = read(text, Format::Auto).expect("it is sound");
+    let (bytes, count) = read(text, Format::Auto).expect("the text is valid");
     assert_eq!(count, text.len() as u64);
     bytes
 }
 
-/// The text column of a dump.
+/// Text column of a dump.
 fn shown(bytes: &[u8]) -> String {
     let char = |byte: &u8| {
         if matches!(byte, b' '..=b'~') { char::from(*byte) } else { '.' }
@@ -47,7 +47,7 @@ fn shown(bytes: &[u8]) -> String {
     bytes.iter().map(char).collect()
 }
 
-/// Prints as `xxd -c COLUMNS -g GROUP` does.
+/// Dump as `xxd -c COLUMNS -g GROUP` prints it.
 fn xxd(bytes: &[u8], columns: usize, group: usize) -> String {
     let mut text = String::new();
     let print = |row: &[u8]| {
@@ -57,12 +57,12 @@ fn xxd(bytes: &[u8], columns: usize, group: usize) -> String {
     let width = print(&vec![0; columns]).len();
     for (index, row) in bytes.chunks(columns).enumerate() {
         let (offset, hex) = (index * columns, print(row));
-        writeln!(text, "{offset:08x}: {hex:width$}  {}", shown(row)).expect("a string grows");
+        writeln!(text, "{offset:08x}: {hex:width$}  {}", shown(row)).expect("writing to a string does not fail");
     }
     text
 }
 
-/// Prints as `hexdump -C` does, with `*` for repeated lines.
+/// Dump as `hexdump -C` prints it, with `*` for repeated lines.
 fn hexdump(bytes: &[u8]) -> String {
     let mut text = String::new();
     let (mut last, mut starred) = (None, false);
@@ -76,15 +76,15 @@ fn hexdump(bytes: &[u8]) -> String {
         let print = |half: &[u8]| half.iter().fold(String::new(), |text, byte| text + &format!(" {byte:02x}"));
         let (left, right) = row.split_at(row.len().min(8));
         let (offset, left, right, shown) = (index * 16, print(left), print(right), shown(row));
-        writeln!(text, "{offset:08x} {left:24} {right:24}  |{shown}|").expect("a string grows");
+        writeln!(text, "{offset:08x} {left:24} {right:24}  |{shown}|").expect("writing to a string does not fail");
     }
     if !bytes.is_empty() {
-        writeln!(text, "{:08x}", bytes.len()).expect("a string grows");
+        writeln!(text, "{:08x}", bytes.len()).expect("writing to a string does not fail");
     }
     text
 }
 
-/// Prints in groups of `group` bytes, `columns` bytes a line.
+/// Hex digits in groups of `group` bytes, with `columns` bytes in each line.
 fn plain(bytes: &[u8], columns: usize, group: usize, upper: bool, lead: &str, gap: &str) -> String {
     let byte = |byte: &u8| {
         if upper { format!("{byte:02X}") } else { format!("{byte:02x}") }
@@ -94,7 +94,7 @@ fn plain(bytes: &[u8], columns: usize, group: usize, upper: bool, lead: &str, ga
     bytes.chunks(columns).map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// Bytes with runs that a dump shortens.
+/// Bytes with runs of equal bytes, which a dump shortens.
 fn runs() -> impl Strategy<Value = Vec<u8>> {
     let run = prop_oneof![
         proptest::collection::vec(any::<u8>(), 0..40),
@@ -104,7 +104,7 @@ fn runs() -> impl Strategy<Value = Vec<u8>> {
     proptest::collection::vec(run, 0..6).prop_map(|runs| runs.concat())
 }
 
-/// Text out of the pieces that the grammar knows, so that it goes deep.
+/// Text made of pieces of the grammar, so that it reaches many paths of the parsers.
 fn texts() -> impl Strategy<Value = String> {
     let piece = prop_oneof![
         "[0-9a-fA-F]{1,9}",
@@ -120,7 +120,7 @@ fn texts() -> impl Strategy<Value = String> {
 
 proptest! {
     #[test]
-    fn what_is_written_is_read(
+    fn written_bytes_are_read_back(
         bytes in runs(),
         columns in 1_usize..70,
         group in 1_usize..9,
@@ -130,21 +130,21 @@ proptest! {
     ) {
         prop_assert_eq!(&host(xxd(&bytes, columns, group).as_bytes()), &bytes);
         prop_assert_eq!(&host(hexdump(&bytes).as_bytes()), &bytes);
-        let (raw, _) = read(&*bytes, Format::Raw).expect("raw bytes are never wrong");
+        let (raw, _) = read(&*bytes, Format::Raw).expect("raw bytes have no errors");
         prop_assert_eq!(&raw, &bytes);
         let text = plain(&bytes, columns, group, upper, lead, &gap);
-        let (hex, count) = read(text.as_bytes(), Format::Hex).expect("it is hex");
+        let (hex, count) = read(text.as_bytes(), Format::Hex).expect("the text is hex digits");
         prop_assert_eq!((&hex, count), (&bytes, text.len() as u64));
         let commented = text.replace('\n', " // 00\n# 00\n");
-        let (hex, _) = read(commented.as_bytes(), Format::Hex).expect("it is hex");
+        let (hex, _) = read(commented.as_bytes(), Format::Hex).expect("the text is hex digits");
         prop_assert_eq!(&hex, &bytes);
     }
 
     #[test]
-    fn any_text_ends(text in texts(), cut in 0_usize..400) {
+    fn reading_of_any_text_ends(text in texts(), cut in 0_usize..400) {
         for format in [Format::Auto, Format::Hex, Format::Xxd] {
             for senders in [None, Some(Senders::Host), Some(Senders::Both)] {
-                let mut source = Source::new(text.as_bytes(), format, senders).expect("it is text");
+                let mut source = Source::new(text.as_bytes(), format, senders).expect("the input is text");
                 let mut total = 0;
                 let end = loop {
                     match source.next_piece() {
@@ -163,17 +163,17 @@ proptest! {
                 prop_assert!(matches!(source.next_piece(), Ok(None)));
             }
         }
-        // However it comes, it is the same.
+        // The result does not depend on the sizes of the reads.
         let slow = Slow { input: text.as_bytes(), ready: false };
         let (whole, slow) = (read(text.as_bytes(), Format::Auto), read(slow, Format::Auto));
         prop_assert_eq!(format!("{whole:?}"), format!("{slow:?}"));
-        // A line begun is no other line.
+        // A text that is cut off anywhere is read without a panic.
         let cut = text.char_indices().nth(cut).map_or(text.len(), |(at, _)| at);
         let _ = read(&text.as_bytes()[..cut], Format::Auto);
     }
 
     #[test]
-    fn any_bytes_end(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
+    fn reading_of_any_bytes_ends(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
         for format in [Format::Auto, Format::Raw, Format::Hex, Format::Xxd] {
             if let Ok((_, count)) = read(&*bytes, format) {
                 prop_assert_eq!(count, bytes.len() as u64);
@@ -186,7 +186,7 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// A long line is cut into parts anywhere: inside a digit pair, a `0x`, a comment.
+    /// A long line may be cut into parts anywhere: inside a pair of digits, a `0x` or a comment.
     #[test]
     fn a_long_line_is_one_line(shift in 0_usize..9, group in 1_usize..9, lead in "(0x)?") {
         let bytes: Vec<u8> = (0..MAX_LINE).map(|byte| byte.to_le_bytes()[0]).collect();
@@ -214,7 +214,7 @@ fn a_group_longer_than_a_part_stays_one_group() {
         let text = " ".repeat(shift) + &"5a".repeat(3 * MAX_LINE);
         assert_eq!(host(text.as_bytes()), vec![0x5a; 3 * MAX_LINE], "{shift}");
         for (end, what) in [("5", What::LoneDigit('5')), ("0x55", What::Prefix)] {
-            let error = read((text.clone() + end).as_bytes(), Format::Hex).expect_err("it is odd");
+            let error = read((text.clone() + end).as_bytes(), Format::Hex).expect_err("the text has an error");
             let SourceError::Text(error) = error else { panic!("{error}") };
             assert_eq!((error.line, error.column), (1, text.len() as u64 + 1));
             assert_eq!(error.what, what);
@@ -223,14 +223,14 @@ fn a_group_longer_than_a_part_stays_one_group() {
 }
 
 #[test]
-fn a_line_of_a_dump_has_its_limit() {
+fn a_line_of_a_dump_has_a_limit() {
     for label in ["00000000: ", "00000010: ", "00000000  ", "000000 "] {
         let text = label.to_owned() + &"44 ".repeat(MAX_LINE);
-        let error = read(text.as_bytes(), Format::Xxd).expect_err("it is too long");
+        let error = read(text.as_bytes(), Format::Xxd).expect_err("the line is too long");
         assert!(matches!(error, SourceError::Text(error) if error.what == What::LongLine), "{label}");
         assert!(read(text.as_bytes(), Format::Auto).is_err(), "{label}");
     }
-    // Data may begin so.
+    // Data may begin like an offset.
     let text = "44460100 ".to_owned() + &"44 ".repeat(MAX_LINE);
     assert_eq!(host(text.as_bytes()).len(), MAX_LINE + 4);
 }

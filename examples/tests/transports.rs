@@ -1,4 +1,4 @@
-//! Captures of kOS in datagrams and in USB reports, as `inspect --json` shows them.
+//! Tests of captures of kOS in datagrams and in USB reports, as `inspect --json` shows them.
 
 use examples::cli::{Protocol, Transport};
 use examples::record::{Json, Record};
@@ -6,24 +6,24 @@ use examples::tap::tap;
 use examples::text::{Format, Source};
 use serde_json::{Value, json};
 
-/// The lines of JSON for a capture.
+/// Lines of JSON for a capture.
 fn inspect(transport: Transport, capture: &str) -> Vec<Value> {
     let mut lines = Vec::new();
     let mut see = |record: &Record<'_>| {
         let line = serde_json::to_string(&Json { record, secrets: false }).expect("a record is JSON");
-        lines.push(serde_json::from_str(&line).expect("and reads back"));
+        lines.push(serde_json::from_str(&line).expect("the JSON can be read back"));
         Ok(())
     };
-    let mut tap = tap(Protocol::Kos, transport).expect("kOS is spoken there");
-    let mut source = Source::new(capture.as_bytes(), Format::Auto, None).expect("marked text");
-    while let Some(piece) = source.next_piece().expect("sound text") {
+    let mut tap = tap(Protocol::Kos, transport).expect("kOS uses the transport");
+    let mut source = Source::new(capture.as_bytes(), Format::Auto, None).expect("the text has marks");
+    while let Some(piece) = source.next_piece().expect("the text is valid") {
         tap.push(piece, &mut see).expect("nothing fails");
     }
     tap.end(&mut see).expect("nothing fails");
     lines
 }
 
-/// Who said what at which offset, in how many bytes; of what is no message, the reason.
+/// Sender, offset, length and name of each record. A record that is not a message has the reason as its name.
 fn heads(lines: &[Value]) -> Vec<Value> {
     let what = |line: &Value| {
         let keys = ["message", "corrupt", "incomplete"];
@@ -32,7 +32,7 @@ fn heads(lines: &[Value]) -> Vec<Value> {
     lines.iter().map(|line| json!([line["from"], line["offset"], line["len"], what(line)])).collect()
 }
 
-/// One line of a capture: a report of 64 bytes with its id.
+/// One line of a capture: a report of 64 bytes, with its id.
 fn report(mark: char, message: &[u8]) -> String {
     let mut report = vec![1];
     report.extend(message);
@@ -41,7 +41,7 @@ fn report(mark: char, message: &[u8]) -> String {
     format!("{mark} {}\n", hex.join(" "))
 }
 
-/// `PlaybackStatus` of 10 motors: 67 bytes, so 63 in the first report and 4 in the second.
+/// `PlaybackStatus` of 10 motors: 67 bytes, of which 63 are in the first report and 4 in the second.
 fn status() -> Vec<u8> {
     let mut status = vec![4, 0, 67, 0, 0x81, 2, 2, 2, 0x3f, 0, 0, 0, 0, 0, 0, 0, 10];
     status.extend((1..=10).flat_map(|address| [address, 0x41, 0x20, 0, 0]));
@@ -52,14 +52,14 @@ const KEEP_ALIVE: &[u8] = &[4, 0, 6, 0, 0, 0];
 const STOP: &[u8] = &[4, 0, 7, 0, 0x80, 0, 6];
 
 #[test]
-fn discovery_is_shown_a_datagram_a_line() {
+fn discovery_shows_one_line_for_each_datagram() {
     let capture = "\
-// Who is there? The first one has bytes behind its message, the last one leaves the parameter out.
+// Questions of the host. The first one has bytes after its message, the last one has no parameter.
 > 04 00 06 00 02 01 04 00
 > 04 00 07 00 02 01 01
 > 04 00 06 00 02 01
 < 04 00 1b 00 02 02 01 00 11 22 33 44 55 c0 a8 32 01 ff ff ff 00 c0 a8 32 01 0a 00
-// Cut off on the way; the next one is not touched by it.
+// A datagram that was cut off. The next datagram is not affected.
 < 04 00 1b 00 02 02 01 00 11
 < 04 00 1b 00 02 02 00 00 11 22 33 44 56 0a 00 00 07 ff 00 00 00 00 00 00 00 0b 00
 ";
@@ -79,7 +79,7 @@ fn discovery_is_shown_a_datagram_a_line() {
 }
 
 #[test]
-fn a_message_over_two_reports_is_shown_to_who_assumes_it() {
+fn a_message_in_two_reports_is_shown_only_with_the_assumption() {
     let status = status();
     let capture = [
         report('>', KEEP_ALIVE),
@@ -115,7 +115,7 @@ fn a_message_over_two_reports_is_shown_to_who_assumes_it() {
 
 /// Safety decision 4.
 #[test]
-fn a_lost_report_swallows_no_stop() {
+fn a_lost_report_does_not_hide_a_stop() {
     let long = [&[4, 0, 150, 0x12, 0x34, 0][..], &[0xff; 144]].concat();
     let capture = [
         report('>', &long[..63]),

@@ -1,4 +1,4 @@
-//! Every conformance vector through `inspect --json`: what it prints holds at least the fields that the vector lists.
+//! Tests of `inspect --json` with each conformance vector: the output has at least the fields that the vector lists.
 
 use std::fs;
 use std::path::Path;
@@ -23,15 +23,15 @@ fn bytes(hex: &str) -> Vec<u8> {
     (0..hex.len()).step_by(2).map(|at| u8::from_str_radix(&hex[at..at + 2], 16).expect("hex")).collect()
 }
 
-/// The lines of JSON for what was said in turn.
+/// Lines of JSON for the bytes that both sides sent, in order.
 fn inspect(protocol: Protocol, transport: Transport, said: &[(Side, Vec<u8>)]) -> Vec<Value> {
     let mut lines = Vec::new();
     let mut see = |record: &Record<'_>| {
         let line = serde_json::to_string(&Json { record, secrets: true }).expect("a record is JSON");
-        lines.push(serde_json::from_str(&line).expect("and reads back"));
+        lines.push(serde_json::from_str(&line).expect("the JSON can be read back"));
         Ok(())
     };
-    let mut tap = tap(protocol, transport).expect("the protocol is spoken there");
+    let mut tap = tap(protocol, transport).expect("the protocol uses the transport");
     for (side, bytes) in said {
         if !bytes.is_empty() {
             tap.push(Piece { side: *side, first: true, bytes }, &mut see).expect("nothing fails");
@@ -46,7 +46,7 @@ fn inspect(protocol: Protocol, transport: Transport, said: &[(Side, Vec<u8>)]) -
     lines
 }
 
-/// What `wanted` lists and `found` has not, or has otherwise.
+/// First difference: a value that `wanted` lists, and that is missing or different in `found`.
 fn missing(wanted: &Value, found: &Value, except: &[&str]) -> Option<String> {
     match (wanted, found) {
         (Value::Object(wanted), Value::Object(found)) => wanted
@@ -68,7 +68,7 @@ fn missing(wanted: &Value, found: &Value, except: &[&str]) -> Option<String> {
 }
 
 #[test]
-fn dmc() {
+fn each_dmc_vector_is_shown_with_its_fields() {
     let (mut shown, mut typed) = (0, 0);
     for vector in vectors("dmc") {
         let name = text(&vector, "name");
@@ -99,7 +99,7 @@ fn dmc() {
 }
 
 #[test]
-fn kos() {
+fn each_kos_vector_is_shown_with_its_fields() {
     let mut compared = 0;
     for vector in vectors("kos") {
         let (name, kind) = (text(&vector, "name"), text(&vector, "kind"));
@@ -112,7 +112,7 @@ fn kos() {
                 assert!(lines.iter().any(bad), "{name}: {lines:?}");
                 continue;
             }
-            // Only a USB sender refuses it.
+            // Only a USB sender refuses such a message.
             "usb-too-long" => {
                 assert!(lines.iter().all(|line| line["canonical"] == true), "{name}: {lines:?}");
                 continue;
@@ -121,14 +121,14 @@ fn kos() {
                 assert!(lines.iter().any(|line| line.get("incomplete").is_some()), "{name}: {lines:?}");
                 continue;
             }
-            // Nobody assumes it but who asks for it.
+            // The assumption is made only on request.
             "usb-assumed" => {
                 assert!(lines.iter().any(|line| line.get("incomplete").is_some()), "{name}: {lines:?}");
                 lines = inspect(Protocol::Kos, Transport::UsbFragments, &[(side, bytes(text(&vector, "hex")))]);
             }
             _ => {}
         }
-        let wanted = vector["messages"].as_array().expect("what it means");
+        let wanted = vector["messages"].as_array().expect("the vector lists its messages");
         assert_eq!(lines.len(), wanted.len(), "{name}: {lines:?}");
         for (wanted, line) in wanted.iter().zip(&lines) {
             for key in ["message", "message_id", "message_type", "fields"] {
@@ -144,7 +144,7 @@ fn kos() {
 }
 
 #[test]
-fn hoot() {
+fn each_hoot_vector_is_shown_with_its_fields() {
     let (mut requests, mut answered) = (0, 0);
     for vector in vectors("hoot") {
         let name = text(&vector, "name");
@@ -164,7 +164,7 @@ fn hoot() {
             let lines = inspect(Protocol::Hoot, Transport::Stream, &[(Side::Host, asked), (Side::Device, packet)]);
             let line =
                 lines.iter().rfind(|line| line["from"] == "device").unwrap_or_else(|| panic!("{name}: {lines:?}"));
-            // Hundredths are shown as such only where the query is known.
+            // Hundredths are shown as such only if the query is known.
             let hundredths = ["raw_i32", "value_fixed_div100"];
             let known = line["fields"].get("raw_i32").is_some();
             let except: Vec<_> = except.iter().chain(hundredths.iter().filter(|_| !known)).copied().collect();

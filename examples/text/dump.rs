@@ -1,4 +1,4 @@
-//! The offsets of dumps: what follows what, and what `*` stands for.
+//! Offsets of dumps: the order of lines, and the meaning of `*`.
 
 use std::mem;
 
@@ -6,20 +6,20 @@ use super::error::At;
 use super::grammar::{After, Label};
 use super::{MAX_REPEAT, Side, TextError, What};
 
-/// A dump that goes on.
+/// Dump that has not ended.
 #[derive(Debug)]
 struct Dump {
-    /// The offset of the next line.
+    /// Offset of the next line.
     next: u64,
-    /// Whether its offsets have no colon: then an offset alone ends it.
+    /// Whether the offsets have no colon. Then an offset alone ends the dump.
     columns: bool,
-    /// The bytes of the last line.
+    /// Bytes of the last line.
     last: Vec<u8>,
     /// A `*` that no offset has ended yet.
     star: Option<At>,
 }
 
-/// The dumps that go on: one of the host's bytes, one of the device's, one without a side.
+/// Dumps that have not ended: one of the host, one of the device, one without a side.
 #[derive(Debug, Default)]
 pub(super) struct Dumps {
     host: Option<Dump>,
@@ -36,13 +36,13 @@ impl Dumps {
         }
     }
 
-    /// Whether a dump whose offsets have no colon goes on.
+    /// Whether a dump without colons has not ended.
     pub(super) fn has_columns(&mut self, side: Option<Side>) -> bool {
         self.of(side).as_ref().is_some_and(|dump| dump.columns)
     }
 
-    /// Joins a line to its dump, or begins one and says so; `bytes` become all that it means,
-    /// the repeated lines before it too.
+    /// Adds a line to its dump, or begins a dump. Returns whether a dump begins. `bytes` are the
+    /// bytes of the line before the call, and after it they also contain the repeated lines before it.
     pub(super) fn line(
         &mut self,
         side: Option<Side>,
@@ -65,7 +65,7 @@ impl Dumps {
         Ok(begins)
     }
 
-    /// Repeats the last line from here to the next offset.
+    /// Marks the last line as repeated up to the next offset.
     pub(super) fn star(&mut self, side: Option<Side>, here: At) -> Result<(), TextError> {
         match self.of(side) {
             Some(dump) if !dump.last.is_empty() => {
@@ -93,7 +93,7 @@ impl Dumps {
 }
 
 impl Dump {
-    /// The bytes between the last line and the line at `offset`.
+    /// Repeated bytes between the last line and the line at `offset`.
     fn repeated(&mut self, here: At, offset: u64) -> Result<Vec<u8>, TextError> {
         let jump = here.error(What::Jump { expected: self.next, found: offset });
         let star = self.star.take();

@@ -1,20 +1,20 @@
-//! What can be wrong with an input, and where.
+//! Errors of an input, with their places.
 
 use std::io;
 
-/// What is wrong with a text, and where.
+/// Error in a text, with its place.
 #[derive(Clone, Debug, Eq, PartialEq, thiserror::Error)]
 #[error("line {line}, column {column}: {what}")]
 pub struct TextError {
-    /// The line, from 1.
+    /// Number of the line, from 1.
     pub line: u64,
-    /// The byte of the line, from 1.
+    /// Number of the byte in the line, from 1.
     pub column: u64,
-    /// What is wrong there.
+    /// Kind of the error.
     pub what: What,
 }
 
-/// A place in a text, lines and bytes counted from 1.
+/// Place in a text. Lines and bytes are counted from 1.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub(super) struct At {
     pub(super) line: u64,
@@ -22,105 +22,105 @@ pub(super) struct At {
 }
 
 impl At {
-    /// The error that `what` is wrong here.
+    /// Error of the kind `what` at this place.
     pub(super) fn error(self, what: What) -> TextError {
         TextError { line: self.line, column: self.column, what }
     }
 }
 
-/// What is wrong with a text.
+/// Kind of an error in a text.
 #[derive(Clone, Debug, Eq, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum What {
-    /// Something stands where only hex digits, separators and comments may.
-    #[error("\"{0}\" is no hex digit")]
+    /// A character that is not part of hex digits, separators or comments.
+    #[error("\"{0}\" is not a hex digit")]
     NoHexDigit(
-        /// The character, or the byte that is none, escaped.
+        /// The character, or the byte that is not part of a character, escaped.
         String,
     ),
     /// A group has an odd number of digits.
-    #[error("\"{0}\" has no partner: a byte is two hex digits")]
+    #[error("\"{0}\" is a single hex digit: a byte has two")]
     LoneDigit(
         /// The last digit of the group.
         char,
     ),
-    /// A `0x` stands inside a group, or without two digits.
-    #[error("\"0x\" begins a group of hex digits, two for each byte")]
+    /// A `0x` inside a group, or without two digits after it.
+    #[error("\"0x\" must begin a group of hex digits, with two digits for each byte")]
     Prefix,
-    /// An offset of seven digits: `hexdump` or `od` without options.
+    /// An offset of seven digits, as `hexdump` and `od` without options print it.
     #[error(
-        "seven hex digits are no whole number of bytes; \
-         a dump can be read as \"hexdump -C\" or \"xxd\" prints it"
+        "seven hex digits are not a whole number of bytes; \
+        if this is a dump, print it with \"hexdump -C\" or \"xxd\""
     )]
     Words,
     /// Six zeros that may be an offset or data.
-    #[error("\"000000\" may be an offset or three bytes: --format xxd or --format hex tells")]
+    #[error("\"000000\" may be an offset or three bytes: give --format xxd or --format hex")]
     Ambiguous,
-    /// A line without an offset, where dumps alone are read.
-    #[error("the line does not begin with an offset, as --format xxd wants it")]
+    /// A line without an offset in an input that may only have dumps.
+    #[error("the line does not begin with an offset, which --format xxd requires")]
     NoOffset,
-    /// A line of a dump does not fit into [`MAX_LINE`](super::MAX_LINE) bytes.
-    #[error("a line of a dump has at most {limit} bytes", limit = super::MAX_LINE)]
+    /// A line of a dump that is longer than [`MAX_LINE`](super::MAX_LINE) bytes.
+    #[error("the line of a dump is longer than {limit} bytes", limit = super::MAX_LINE)]
     LongLine,
-    /// A dump's offset is not the one that its lines so far lead to.
-    #[error("offset {found:#x} does not follow: {expected:#x} does; a blank line ends a dump")]
+    /// An offset that is not the end of the line before it.
+    #[error("the offset is {found:#x}, should be {expected:#x}; a blank line would end the dump")]
     Jump {
-        /// The offset that follows the line before.
+        /// Offset at the end of the line before.
         expected: u64,
-        /// The offset that the line has.
+        /// Offset in the line.
         found: u64,
     },
-    /// The text column is longer or shorter than the bytes beside it.
-    #[error("the text column shows {shown} characters, the hex digits beside it {bytes} bytes")]
+    /// A text column that is longer or shorter than the bytes beside it.
+    #[error("the text column has {shown} characters, but the hex digits beside it are {bytes} bytes")]
     Column {
-        /// Characters, without blanks at the ends.
+        /// Number of characters, without blanks at the ends.
         shown: usize,
-        /// Bytes, without blanks at the ends.
+        /// Number of bytes, without blanks at the ends.
         bytes: usize,
     },
-    /// The text column shows the bytes of each word in reverse.
-    #[error("the text column shows the words reversed, as with \"xxd -e\": print without -e")]
+    /// A text column that shows the bytes of each word in reverse.
+    #[error("the text column shows the bytes of each word in reverse, as with \"xxd -e\": print the dump without -e")]
     Reversed,
     /// A `*` without a dump line before it.
-    #[error("\"*\" repeats a line of a dump, and there is none before it")]
+    #[error("\"*\" repeats a line of a dump, but there is no such line before it")]
     NothingToRepeat,
-    /// A `*` that no offset ends.
-    #[error("no offset follows this \"*\" to say how often the line repeats")]
+    /// A `*` without an offset after it.
+    #[error("no offset follows this \"*\", so it is unknown how often the line repeats")]
     OpenRepeat,
     /// A `*` that does not stand for whole lines.
-    #[error("\"*\" stands for {bytes} bytes, which is no whole number of lines")]
+    #[error("\"*\" stands for {bytes} bytes, which is not a whole number of lines")]
     UnevenRepeat {
-        /// The bytes between the offsets.
+        /// Number of bytes between the offsets.
         bytes: u64,
     },
     /// A `*` that stands for more than [`MAX_REPEAT`](super::MAX_REPEAT) bytes.
-    #[error("\"*\" stands for {bytes} bytes, more than {limit}", limit = super::MAX_REPEAT)]
+    #[error("\"*\" stands for {bytes} bytes, more than the limit of {limit}", limit = super::MAX_REPEAT)]
     LongRepeat {
-        /// The bytes between the offsets.
+        /// Number of bytes between the offsets.
         bytes: u64,
     },
-    /// A line without a mark, and nothing else says who sent it.
-    #[error("no mark \">\" or \"<\": mark each line, or give --from host or --from device")]
+    /// A line without a mark, in an input whose sender is not given.
+    #[error("the line has no mark \">\" or \"<\": mark each line, or give --from host or --from device")]
     Unmarked,
     /// A mark that contradicts the option `--from`.
-    #[error("the mark says that the other side than --from's sent this line")]
+    #[error("the mark of the line contradicts --from")]
     OtherSide,
 }
 
-/// Why a [`Source`](super::Source) ends early.
+/// Error that ends a [`Source`](super::Source) early.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SourceError {
     /// The input cannot be read.
     #[error("{0}")]
     Io(#[from] io::Error),
-    /// The text is wrong.
+    /// The text has an error.
     #[error("{0}")]
     Text(#[from] TextError),
-    /// The text is wrong, and that it is text was a guess.
-    #[error("{0} (the input looks like text; --format raw takes it as it is)")]
+    /// The text has an error, and it was only guessed that the input is text.
+    #[error("{0} (the input looks like text; --format raw reads it as raw bytes)")]
     Guessed(#[source] TextError),
-    /// Raw bytes, or nothing at all, without a word on who sent them.
+    /// Raw bytes, or an input without bytes, whose sender is not given.
     #[error("the input does not say who sent its bytes: give --from host or --from device")]
     Unsaid,
 }

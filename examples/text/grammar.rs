@@ -1,7 +1,7 @@
 //! The grammar of one line.
 //!
-//! Each parser takes what it knows and leaves the rest; where it stops is the column of an error,
-//! and what stands there is the error ([`diagnose`]).
+//! Each parser reads as far as it can and leaves the rest. If the rest is an error, it begins at
+//! the column of the error, and [`diagnose`] finds the kind.
 
 use nom::branch::alt;
 use nom::bytes::complete::{tag, tag_no_case, take, take_while, take_while_m_n, take_while1};
@@ -11,21 +11,21 @@ use nom::{IResult, Parser};
 
 use super::{Side, What};
 
-/// What a parser read, and the rest.
+/// Result of a parser, with the rest of its input.
 pub(super) type Parsed<'a, T> = IResult<&'a [u8], T>;
 
-/// What sets an offset off from the next column.
+/// Separator between an offset and the next column.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub(super) enum After {
     /// A colon, then a blank or the end of the line.
     Colon,
-    /// So many blanks.
+    /// One or more blanks, with their number.
     Blanks(usize),
     /// The end of the line.
     End,
 }
 
-/// An offset at the beginning of a line.
+/// Offset at the beginning of a line.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub(super) struct Label {
     pub(super) offset: u64,
@@ -33,17 +33,17 @@ pub(super) struct Label {
     pub(super) after: After,
 }
 
-/// A blank, as dumps have it between their columns.
+/// Whether a byte is a blank as dumps have it between their columns.
 fn blank(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t')
 }
 
-/// What may stand between groups of hex digits. Line ends are blanks when cut off a line's end.
+/// Whether a byte may stand between groups of hex digits. `\r` may, because a line may end with `\r\n`.
 fn separator(byte: u8) -> bool {
     blank(byte) || matches!(byte, b',' | b':' | b';' | b'_' | b'-' | b'\r')
 }
 
-/// The value of a hex digit.
+/// Value of a hex digit.
 fn nibble(digit: u8) -> Option<u8> {
     match digit {
         b'0'..=b'9' => Some(digit - b'0'),
@@ -53,7 +53,7 @@ fn nibble(digit: u8) -> Option<u8> {
     }
 }
 
-/// Two hex digits: a byte.
+/// Parses two hex digits, which are one byte.
 fn pair(input: &[u8]) -> Parsed<'_, u8> {
     map_opt(take(2_usize), |digits: &[u8]| match digits {
         [high, low] => Some(nibble(*high)? << 4 | nibble(*low)?),
@@ -62,7 +62,7 @@ fn pair(input: &[u8]) -> Parsed<'_, u8> {
     .parse(input)
 }
 
-/// The mark of a side, and the blanks around it.
+/// Parses the mark of a side and the blanks around it.
 pub(super) fn side(input: &[u8]) -> Parsed<'_, Option<Side>> {
     preceded(
         take_while(blank),
@@ -71,7 +71,7 @@ pub(super) fn side(input: &[u8]) -> Parsed<'_, Option<Side>> {
     .parse(input)
 }
 
-/// An offset, up to where the next column begins.
+/// Parses an offset up to the beginning of the next column.
 pub(super) fn label(input: &[u8]) -> Parsed<'_, Label> {
     let (input, digits) = take_while_m_n(6, 16, |byte: u8| byte.is_ascii_hexdigit())(input)?;
     let blank_or_end = alt((take_while_m_n(1, 1, blank), eof));
@@ -86,16 +86,17 @@ pub(super) fn label(input: &[u8]) -> Parsed<'_, Label> {
     Ok((input, Label { offset, digits: digits.len(), after }))
 }
 
-/// What stands beside the bytes of a dump's line.
+/// Parts of a line of a dump, except its bytes.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub(super) struct Row<'a> {
-    /// The length of the first group, in bytes.
+    /// Length of the first group, in bytes.
     pub(super) group: usize,
     /// The text column.
     pub(super) text: Option<&'a [u8]>,
 }
 
-/// What `xxd` prints behind the colon: pairs, at most one blank between two; two blanks end them.
+/// Parses the rest of a line of `xxd` after the colon: pairs with at most one blank between them,
+/// two blanks, and the text.
 pub(super) fn xxd<'a>(input: &'a [u8], bytes: &mut Vec<u8>) -> Parsed<'a, Row<'a>> {
     let (input, _) = take_while(blank)(input)?;
     let mut group = None;
@@ -111,8 +112,8 @@ pub(super) fn xxd<'a>(input: &'a [u8], bytes: &mut Vec<u8>) -> Parsed<'a, Row<'a
     Ok((input, Row { group, text }))
 }
 
-/// What `hexdump -C` and `od` print behind the offset: single pairs, blanks between
-/// two, and the text between bars.
+/// Parses the rest of a line of `hexdump -C` or `od` after the offset: single pairs with blanks
+/// between them, and the text between bars.
 pub(super) fn columns<'a>(input: &'a [u8], bytes: &mut Vec<u8>) -> Parsed<'a, Row<'a>> {
     let apart = || peek(alt((take_while1(blank), eof)));
     let gap = terminated(take_while1(blank), peek((pair, apart())));
@@ -132,9 +133,9 @@ pub(super) fn comment(input: &[u8]) -> bool {
     input.starts_with(b"#") || input.starts_with(b"//")
 }
 
-/// Hex digits in groups, up to what is neither digit nor separator.
+/// Parses hex digits in groups, up to the first byte that is neither digit nor separator.
 ///
-/// `open` says that the input continues a group. Returns whether the rest would.
+/// `open` is whether the input continues a group. Returns whether the rest would continue one.
 pub(super) fn hex<'a>(input: &'a [u8], open: bool, bytes: &mut Vec<u8>) -> Parsed<'a, bool> {
     let prefix = || opt(tag_no_case("0x"));
     let (start, _) = if open {
@@ -151,7 +152,7 @@ pub(super) fn hex<'a>(input: &'a [u8], open: bool, bytes: &mut Vec<u8>) -> Parse
     Ok((left, gap.is_empty()))
 }
 
-/// What is wrong with an input that no parser went on with.
+/// Kind of the error at the beginning of an input that no parser can read.
 pub(super) fn diagnose(input: &[u8]) -> What {
     match input {
         [b'0', b'x' | b'X', ..] => What::Prefix,
@@ -160,7 +161,7 @@ pub(super) fn diagnose(input: &[u8]) -> What {
     }
 }
 
-/// The first character, or the byte that is none, so that it can be printed anywhere.
+/// First character of an input, or its first byte if that is not a character, escaped for printing.
 fn first_char(input: &[u8]) -> String {
     let head = input.get(..4).unwrap_or(input);
     let text = head.utf8_chunks().next().map_or("", |chunk| chunk.valid());
@@ -175,8 +176,8 @@ fn first_char(input: &[u8]) -> String {
 ///
 /// # Errors
 ///
-/// [`What::Reversed`] if it shows the groups turned round; [`What::Column`] if it is longer or
-/// shorter than the bytes. Blanks at the ends do not count: they may be padding, or cut off.
+/// [`What::Reversed`] if the column shows each group in reverse; [`What::Column`] if it is longer or
+/// shorter than the bytes. Blanks at the ends do not count, because they may be padding or be cut off.
 pub(super) fn compare(text: &[u8], bytes: &[u8], group: usize) -> Result<(), What> {
     let text = trim(text);
     let shows = |bytes: &[u8]| {
@@ -196,7 +197,7 @@ pub(super) fn compare(text: &[u8], bytes: &[u8], group: usize) -> Result<(), Wha
     }
 }
 
-/// Cuts blanks off both ends: a text column shows no other white space.
+/// Cuts blanks off both ends. A text column shows no other white space.
 fn trim(mut text: &[u8]) -> &[u8] {
     while let [b' ', inner @ ..] | [inner @ .., b' '] = text {
         text = inner;

@@ -1,4 +1,4 @@
-//! Lines in order: sides, long lines, dumps and their offsets.
+//! Reading of text line by line: sides, long lines, dumps and their offsets.
 
 use std::io::{self, BufRead, Read};
 use std::mem;
@@ -10,18 +10,18 @@ use super::error::At;
 use super::grammar::{self, After, Label, Parsed};
 use super::{MAX_LINE, Side, SourceError, TextError, What};
 
-/// Which lines are looked for.
+/// Kinds of lines that a text may have.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub(super) enum Lines {
-    /// Both, by the rules of the module's documentation.
+    /// Hex digits and dumps, by the rules of the parent module.
     Any,
-    /// Hex digits alone.
+    /// Hex digits only.
     Hex,
-    /// Dumps alone.
+    /// Dumps only.
     Dump,
 }
 
-/// The bytes of a line, or of a part of it.
+/// Bytes of a line, or of a part of it.
 pub(super) struct Chunk<'a> {
     pub(super) line: u64,
     pub(super) side: Option<Side>,
@@ -29,7 +29,7 @@ pub(super) struct Chunk<'a> {
     pub(super) bytes: &'a [u8],
 }
 
-/// What the unread part of a line continues.
+/// Place in a line at which its unread part begins.
 #[derive(Clone, Copy)]
 enum Place {
     Start,
@@ -37,15 +37,15 @@ enum Place {
     Comment,
 }
 
-/// Reads text line by line.
+/// Reader of text, line by line.
 pub(super) struct Text<R> {
     input: R,
     lines: Lines,
-    /// The part of the line that is not understood yet.
+    /// Part of the line that is not parsed yet.
     part: Vec<u8>,
     place: Place,
     line: u64,
-    /// The column of the part's first byte, from 0.
+    /// Column of the first byte of the part, from 0.
     column: u64,
     side: Option<Side>,
     /// Whether the next bytes begin a record.
@@ -74,7 +74,7 @@ impl<R: BufRead> Text<R> {
         &self.input
     }
 
-    /// The bytes of the next line that has any; `None` at the end.
+    /// Bytes of the next line that has any. `None` at the end.
     pub(super) fn next_chunk(&mut self) -> Result<Option<Chunk<'_>>, SourceError> {
         self.bytes.clear();
         while self.bytes.is_empty() {
@@ -88,7 +88,7 @@ impl<R: BufRead> Text<R> {
         Ok(Some(Chunk { line: self.line, side: self.side, first, bytes: &self.bytes }))
     }
 
-    /// Reads on to the end of the line, or until the part is full; false at the end of the input.
+    /// Reads to the end of the line, or until the part is full. Returns false at the end of the input.
     fn read(&mut self) -> io::Result<bool> {
         let room = MAX_LINE.saturating_sub(self.part.len());
         let mut input = self.input.by_ref().take(room as u64);
@@ -101,7 +101,7 @@ impl<R: BufRead> Text<R> {
         Ok(true)
     }
 
-    /// Understands the part, but for its last bytes where the line goes on.
+    /// Parses the part. If the line continues, its last bytes may be left for later.
     fn parse(&mut self) -> Result<(), TextError> {
         let mut part = mem::take(&mut self.part);
         let ended = part.ends_with(b"\n") || part.len() < MAX_LINE;
@@ -123,7 +123,7 @@ impl<R: BufRead> Text<R> {
         Ok(())
     }
 
-    /// Understands a line from its beginning. Returns how many bytes are left.
+    /// Parses a line from its beginning. Returns how many bytes are left.
     fn start(&mut self, text: &[u8], ended: bool) -> Result<usize, TextError> {
         self.first = true;
         let byte_order_mark = if self.line == 1 { "\u{feff}" } else { "" };
@@ -153,7 +153,7 @@ impl<R: BufRead> Text<R> {
         self.hex(text, body, false, ended)
     }
 
-    /// Understands hex digits. Returns how many bytes are left.
+    /// Parses hex digits. Returns how many bytes are left.
     fn hex(&mut self, text: &[u8], body: &[u8], open: bool, ended: bool) -> Result<usize, TextError> {
         let parsed = grammar::hex(body, open, &mut self.bytes);
         let (left, open) = self.parsed(text, parsed)?;
@@ -161,7 +161,7 @@ impl<R: BufRead> Text<R> {
             self.place = Place::Comment;
             return Ok(0);
         }
-        // Where the line goes on, so may a digit, a `0x`, a `/`.
+        // If the line continues, the rest of a digit pair, a `0x` or a `//` may follow.
         if left.is_empty() || (!ended && left.len() < 4) {
             self.place = Place::Hex { open };
             return Ok(left.len());
@@ -169,7 +169,7 @@ impl<R: BufRead> Text<R> {
         Err(self.at(text, left).error(grammar::diagnose(left)))
     }
 
-    /// Understands what stands behind a label, and says whether the label is an offset.
+    /// Parses the rest of a line after a label. Returns whether the label is an offset.
     fn dump(&mut self, text: &[u8], here: At, label: Label, body: &[u8], ended: bool) -> Result<bool, TextError> {
         let inside = self.dumps.has_columns(self.side);
         let row = match label.after {
@@ -210,12 +210,12 @@ impl<R: BufRead> Text<R> {
         Ok(true)
     }
 
-    /// Where `inner`, a part of `text`, begins.
+    /// Place at which `inner`, a part of `text`, begins.
     fn at(&self, text: &[u8], inner: &[u8]) -> At {
         At { line: self.line, column: self.column + text.offset(inner) as u64 + 1 }
     }
 
-    /// What a parser read, or what is wrong where it could not begin.
+    /// Result of a parser, or the error at the place where it could not begin.
     fn parsed<'a, T>(&self, text: &[u8], parsed: Parsed<'a, T>) -> Result<(&'a [u8], T), TextError> {
         parsed.map_err(|error| match error {
             nom::Err::Error(error) | nom::Err::Failure(error) => {

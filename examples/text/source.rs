@@ -1,4 +1,4 @@
-//! Any input as pieces of bytes, each with its side.
+//! Reading of any input as pieces of bytes, each with its side.
 
 use std::io::{self, BufRead, BufReader, Chain, Cursor, ErrorKind, Read};
 use std::mem;
@@ -10,32 +10,32 @@ use super::error::At;
 use super::lines::{Lines, Text};
 use super::{Side, SourceError, What};
 
-/// How many bytes of the input decide whether it is text.
+/// Number of bytes at the beginning of the input that decide whether it is text.
 const HEAD: usize = 4096;
 
-/// How much raw input is read at a time.
+/// Number of bytes of raw input that are read at once.
 const BUFFER: usize = 64 * 1024;
 
-/// How the input holds its bytes.
+/// Format of the input.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq, ValueEnum)]
 pub enum Format {
     /// Text if its first 4096 bytes are UTF-8 without control characters, raw otherwise
     ///
-    /// None of the three protocols sends so many printable bytes in a row. A text that breaks
-    /// the grammar is an error, which says more than its letters shown as noise. An input of
-    /// unknown end, such as a serial line, is decided by its first byte that is no text, or once
-    /// 4096 bytes have come.
+    /// None of the three protocols sends so many printable bytes one after the other. A text that
+    /// breaks the grammar is an error and is not shown as noise, because the error says more. An input
+    /// without a known end, such as a serial line, is raw as soon as one byte is not text, and text
+    /// after 4096 bytes of text.
     #[default]
     Auto,
-    /// The bytes themselves
+    /// Raw bytes
     Raw,
-    /// Text: hex digits, no offsets
+    /// Text: hex digits without offsets
     Hex,
     /// Text: dumps of `xxd`, `hexdump -C`, `od -A x -t x1`
     Xxd,
 }
 
-/// Whose bytes the input holds.
+/// Senders of the bytes of the input.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, ValueEnum)]
 pub enum Senders {
     /// The side that controls
@@ -49,16 +49,16 @@ pub enum Senders {
 /// Some bytes that one side sent.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub struct Piece<'a> {
-    /// Who sent them.
+    /// Side that sent the bytes.
     pub side: Side,
-    /// Whether they begin a record: a line of hex digits or a whole dump, and of raw input all
-    /// of it. In text a record can so be a datagram.
+    /// Whether the bytes begin a record. A record is a line of hex digits, a whole dump, or a whole
+    /// raw input. So a text can have one record for each datagram.
     pub first: bool,
-    /// The bytes, never none.
+    /// The bytes, at least one.
     pub bytes: &'a [u8],
 }
 
-/// An input that is read in constant memory.
+/// Input that is read in constant memory.
 ///
 /// ```
 /// use examples::text::{Format, Side, Source};
@@ -74,7 +74,7 @@ pub struct Piece<'a> {
 pub struct Source<R> {
     input: Input<R>,
     senders: Option<Senders>,
-    /// Whether only its looks say that it is text.
+    /// Whether it was guessed from the first bytes that the input is text.
     guessed: bool,
     /// Whether no bytes have come yet.
     silent: bool,
@@ -82,7 +82,7 @@ pub struct Source<R> {
     done: bool,
 }
 
-/// The input, and before it the bytes that were read to know its format.
+/// The input, after the bytes that were read to find its format.
 type Whole<R> = BufReader<Counted<Chain<Cursor<Vec<u8>>, R>>>;
 
 enum Input<R> {
@@ -91,15 +91,14 @@ enum Input<R> {
 }
 
 impl<R: Read> Source<R> {
-    /// Begins to read `input`, and decides what it is.
+    /// Begins to read `input`, and finds its format.
     ///
-    /// Marked text needs no `senders`; whatever else says nothing about its sender does. A mark
-    /// that contradicts `senders` is an error, for a filter would hide that half of the traffic
-    /// is missing.
+    /// Marked text needs no `senders`, any other input does. A mark that contradicts `senders` is an
+    /// error, because a filter would hide that half of the traffic is missing.
     ///
     /// # Errors
     ///
-    /// [`SourceError::Io`], and [`SourceError::Unsaid`] for raw input without one sender.
+    /// [`SourceError::Io`]; [`SourceError::Unsaid`] for raw input if `senders` is not one side.
     pub fn new(mut input: R, format: Format, senders: Option<Senders>) -> Result<Self, SourceError> {
         let head = match format {
             Format::Auto => read_head(&mut input)?,
@@ -123,13 +122,13 @@ impl<R: Read> Source<R> {
         Ok(Self { input, senders, guessed, silent: true, done: false })
     }
 
-    /// The next bytes; `None` at the end, and after an error.
+    /// The next bytes. `None` at the end and after an error.
     ///
     /// # Errors
     ///
-    /// [`SourceError::Io`]; for text [`SourceError::Text`] or, if it was a guess that it is text,
-    /// [`SourceError::Guessed`]; [`SourceError::Unsaid`] at the end of a text without bytes and
-    /// without senders.
+    /// [`SourceError::Io`]; for text [`SourceError::Text`] or, if the format was guessed,
+    /// [`SourceError::Guessed`]; [`SourceError::Unsaid`] at the end of a text that has no bytes, if no
+    /// senders are given.
     pub fn next_piece(&mut self) -> Result<Option<Piece<'_>>, SourceError> {
         if mem::replace(&mut self.done, true) {
             return Ok(None);
@@ -151,7 +150,7 @@ impl<R: Read> Source<R> {
         Ok(piece)
     }
 
-    /// How many bytes of the input have been read so far, for a progress bar.
+    /// Number of bytes of the input that have been read so far, for a progress bar.
     #[must_use]
     pub fn bytes_read(&self) -> u64 {
         let input = match &self.input {
@@ -166,7 +165,7 @@ impl<R: Read> Source<R> {
 struct Raw<R> {
     input: R,
     side: Side,
-    /// How many bytes of the buffer were lent last.
+    /// Number of bytes of the buffer that were lent last.
     lent: usize,
     first: bool,
 }
@@ -190,7 +189,7 @@ impl<R: BufRead> Raw<R> {
     }
 }
 
-/// The next bytes of a text, and who sent them by its mark and by the option.
+/// The next bytes of a text, with the sender that its mark and the option give.
 fn text_piece<R: BufRead>(text: &mut Text<R>, senders: Option<Senders>) -> Result<Option<Piece<'_>>, SourceError> {
     let Some(chunk) = text.next_chunk()? else {
         return Ok(None);
@@ -206,7 +205,7 @@ fn text_piece<R: BufRead>(text: &mut Text<R>, senders: Option<Senders>) -> Resul
     Ok(Some(Piece { side, first: chunk.first, bytes: chunk.bytes }))
 }
 
-/// Reads the first bytes, until they are enough, or no text.
+/// Reads the first bytes, until there are enough or they are not text.
 fn read_head(input: &mut impl Read) -> io::Result<Vec<u8>> {
     let mut head = Vec::with_capacity(HEAD);
     let mut chunk = [0; HEAD];
@@ -224,7 +223,7 @@ fn read_head(input: &mut impl Read) -> io::Result<Vec<u8>> {
     Ok(head)
 }
 
-/// Whether bytes are UTF-8, but for a last character cut short, without control characters.
+/// Whether bytes are UTF-8 without control characters. The last character may be cut off.
 fn is_text(head: &[u8]) -> bool {
     let cut = |error: Utf8Error| error.error_len().is_none().then_some(error.valid_up_to());
     let length = str::from_utf8(head).map_or_else(cut, |text| Some(text.len()));
@@ -232,7 +231,7 @@ fn is_text(head: &[u8]) -> bool {
     valid.is_some_and(|text| text.chars().all(|char| !char.is_control() || "\t\r\n".contains(char)))
 }
 
-/// Counts what is read.
+/// Reader that counts the bytes it reads.
 struct Counted<R> {
     input: R,
     count: u64,

@@ -1,4 +1,4 @@
-//! binrw, with its derive macros, lists as vectors, and without a list of errors, which would take longer.
+//! Parser with binrw: its derive macros, lists as vectors, and no list of errors, which would take longer.
 
 use std::io::Cursor;
 
@@ -9,7 +9,7 @@ use super::message::Message;
 use super::split;
 
 #[derive(BinRead)]
-#[expect(dead_code, reason = "read for the sake of the body")]
+#[expect(dead_code, reason = "read to reach the body")]
 #[br(big, magic = 4_u8)]
 struct Frame {
     len: u16,

@@ -1,4 +1,4 @@
-//! deku, with its derive macros, and lists as vectors.
+//! Parser with deku: its derive macros, and lists as vectors.
 
 use benches::traffic::Side;
 use deku::prelude::*;
@@ -7,7 +7,7 @@ use super::message::Message;
 use super::{NOTIFICATION, split};
 
 #[derive(DekuRead)]
-#[expect(dead_code, reason = "read for the sake of the body")]
+#[expect(dead_code, reason = "read to reach the body")]
 #[deku(endian = "big", magic = b"\x04")]
 struct Frame {
     len: u16,

@@ -1,11 +1,11 @@
-//! The messages of the mixes as values, read by their derive macros or made by hand.
+//! Messages of the mixes as values, which are read by derive macros or made by hand.
 
 use binrw::BinRead;
 use deku::prelude::*;
 
 use super::{MOTOR_INFO, MOTOR_POSITION, NOTIFICATION, PLAYBACK_STATUS, RESPONSE, TRAJECTORY_DATA};
 
-/// A message that owns its lists, and they their counts.
+/// Message of the mixes that owns its lists, with their counts.
 #[derive(BinRead, DekuRead)]
 #[br(big, return_unexpected_error, import(id: u16, kind: u8))]
 #[deku(
@@ -46,7 +46,7 @@ pub(super) enum Message {
     },
 }
 
-/// Where a motor is.
+/// Position of a motor.
 #[derive(BinRead, DekuRead)]
 #[deku(endian = "endian", ctx = "endian: deku::ctx::Endian")]
 pub(super) struct Place {
@@ -54,7 +54,7 @@ pub(super) struct Place {
     pub(super) position: f32,
 }
 
-/// How far and how fast a motor goes.
+/// Position, range and speeds of a motor.
 #[derive(BinRead, DekuRead)]
 #[deku(endian = "endian", ctx = "endian: deku::ctx::Endian")]
 pub(super) struct Motor {
@@ -67,9 +67,9 @@ pub(super) struct Motor {
     pub(super) acceleration: f32,
 }
 
-/// A part of a move.
+/// Block of a move.
 #[derive(BinRead, DekuRead)]
-#[expect(dead_code, reason = "the length is read for the sake of the body")]
+#[expect(dead_code, reason = "the length is read to reach the body")]
 #[deku(endian = "endian", ctx = "endian: deku::ctx::Endian")]
 pub(super) struct Block {
     pub(super) number: u8,
@@ -111,7 +111,7 @@ pub(super) enum Body {
 }
 
 impl Message {
-    /// All fields, added up.
+    /// Sum of all fields.
     pub(super) fn sum(&self) -> u32 {
         match self {
             Self::Position(place) => place.sum(),

@@ -1,7 +1,7 @@
-//! kOS as users of other libraries write it: the four messages of the mixes, each parser as its documentation teaches.
+//! Parsers of kOS with other libraries: the four messages of the mixes, each parser as its documentation recommends.
 //!
-//! All check the version and the type of a message, take its lists as long as their counts say, and the blocks of a move
-//! by number and length. Those that make values make the ones of [`message`]; zerocopy lends its own from the stream.
+//! All parsers check the version and the type of a message, the counts of its lists, and the number and length of each
+//! block of a move. Parsers that make values make those of [`message`]. zerocopy lends its own from the stream.
 
 pub(crate) mod binrw;
 pub(crate) mod deku;
@@ -18,7 +18,7 @@ const NOTIFICATION: u16 = 0x0081;
 const PLAYBACK_STATUS: u8 = 0x02;
 const MOTOR_POSITION: u8 = 0x07;
 
-/// The frame at the start, and what is behind it, for parsers that read a message from its own bytes.
+/// Splits a frame from the start, for parsers that read a message from its own bytes. Returns it and the rest.
 fn split(stream: &[u8]) -> Option<(&[u8], &[u8])> {
     let [_, high, low, ..] = stream else { return None };
     stream.split_at_checked(u16::from_be_bytes([*high, *low]).into())

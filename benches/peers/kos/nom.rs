@@ -1,4 +1,4 @@
-//! nom, with its combinators, and lists as vectors.
+//! Parser with nom: its combinators, and lists as vectors.
 
 use benches::traffic::Side;
 use nom::bytes::complete::{tag, take};
@@ -18,7 +18,7 @@ fn floats<const N: usize>(input: &[u8]) -> IResult<&[u8], [f32; N]> {
 }
 
 fn bytes<const N: usize>(input: &[u8]) -> IResult<&[u8], [u8; N]> {
-    map(take(N), |bytes: &[u8]| *bytes.first_chunk().expect("as many as were taken")).parse(input)
+    map(take(N), |bytes: &[u8]| *bytes.first_chunk().expect("N bytes were taken")).parse(input)
 }
 
 fn place(input: &[u8]) -> IResult<&[u8], Place> {

@@ -1,4 +1,4 @@
-//! winnow, with its combinators, and lists as vectors.
+//! Parser with winnow: its combinators, and lists as vectors.
 
 use benches::traffic::Side;
 use winnow::binary::{be_f32, be_u8, be_u16, be_u32, length_take};

@@ -1,4 +1,4 @@
-//! zerocopy, with structs over the bytes, and lists borrowed.
+//! Parser with zerocopy: structs over the bytes, and borrowed lists.
 
 use benches::traffic::Side;
 use zerocopy::big_endian::{F32, U16, U32};
@@ -93,7 +93,7 @@ enum Message<'a> {
     Position(&'a Place),
     Status(&'a Status, &'a [Place]),
     Infos(&'a [Motor]),
-    /// So many blocks, which are parsed when somebody goes through them.
+    /// Blocks with their number, which are parsed when they are iterated.
     Trajectory(u8, &'a [u8]),
 }
 
@@ -169,7 +169,7 @@ impl Block<'_> {
     }
 }
 
-/// The number of the block at the start, itself, and what is behind it.
+/// Splits a block from the start. Returns its number, the block and the bytes after it.
 fn block(blocks: &[u8]) -> Option<(u8, Block<'_>, &[u8])> {
     let (header, rest) = BlockHeader::ref_from_prefix(blocks).ok()?;
     let (data, rest) = rest.split_at_checked(header.len.get().into())?;

@@ -1,4 +1,4 @@
-//! What both programs do alike: one line for what is wrong, a log, and Ctrl-C.
+//! Functions that both programs use: arguments, the log, and Ctrl-C.
 
 use std::io::{self, IsTerminal};
 use std::process::ExitCode;
@@ -12,29 +12,29 @@ use tracing_subscriber::fmt::time::uptime;
 
 pub use examples::program::fail;
 
-/// Understands the command line; or says in one line what is wrong with it, with status 1. Help is no failure.
+/// Parses the command line, or prints what is wrong with it in one line. Help is not a failure.
 ///
 /// # Errors
 ///
-/// The status with which the program ends.
+/// The status with which the program must end: 1 for a wrong command line, 0 after help.
 pub fn arguments<T: Parser>(program: &str) -> Result<T, ExitCode> {
     T::try_parse().map_err(|error| {
         if error.use_stderr() {
             fail(program, &reason(&error))
         } else {
-            // Nobody is left to tell when standard output is closed.
+            // If standard output is closed, help cannot be printed.
             let _ = error.print();
             ExitCode::SUCCESS
         }
     })
 }
 
-/// Lines of the log that may wait for somebody to read them; more of them are lost.
+/// Number of lines of the log that may wait to be written. Further lines are lost.
 const LINES: usize = 4096;
 
-/// Writes the log to standard error, from a level on: seconds since now, level, text. Colours are for terminals.
+/// Writes the log to standard error, from a level on: seconds since this call, level, text. A terminal gets colours.
 ///
-/// A thread of its own does so, until what is returned is dropped: a standard error that takes nothing holds up neither a
+/// A separate thread writes until the returned guard is dropped. So a standard error that is blocked delays neither a
 /// stop nor a rig.
 pub fn log(level: Level) -> WorkerGuard {
     let (writer, guard) = NonBlockingBuilder::default().buffered_lines_limit(LINES).finish(io::stderr());
@@ -49,13 +49,14 @@ pub fn log(level: Level) -> WorkerGuard {
     guard
 }
 
-/// A message for each Ctrl-C, and where there are such things, for each SIGTERM; and if its `terminal` is to be missed,
-/// for each SIGHUP, Ctrl-\ and Ctrl-Z: motors go on while their program sleeps. From now on none of them ends the program,
-/// nor sends it to sleep.
+/// Receiver of a message for each Ctrl-C and, on Unix, for each SIGTERM.
+///
+/// With `terminal` there is also a message for each SIGHUP, Ctrl-\ and Ctrl-Z, because motors go on if their program is
+/// suspended. After this call, none of these signals ends or suspends the program.
 ///
 /// # Errors
 ///
-/// What the operating system says.
+/// Error of the operating system.
 pub fn interrupts(terminal: bool) -> io::Result<UnboundedReceiver<()>> {
     let (send, interrupts) = unbounded_channel();
     #[cfg(unix)]

@@ -1,4 +1,4 @@
-//! A host on a real line, in real time.
+//! Session of a host on a real line, in real time.
 
 use std::io;
 use std::net::SocketAddr;
@@ -17,52 +17,52 @@ use tracing::{debug, trace};
 use crate::drive::{Driven, Stopped, Trouble};
 use crate::serve::Stream;
 
-/// How long a connection may take to be there.
+/// Time within which a connection must be made.
 const CONNECT: Duration = Duration::from_secs(5);
-/// How long a line may take no bytes, before it counts as gone.
+/// Time without a written byte after which a line counts as gone.
 const WRITE: Duration = Duration::from_secs(2);
-/// How long a stop may take to be confirmed, before somebody has to press the emergency stop.
+/// Time within which a stop must be confirmed. After it, somebody has to press the emergency stop.
 const STOP: Duration = Duration::from_secs(10);
-/// How long a lost line may take to be there again for a stop.
+/// Time within which a lost line must be open again for a stop.
 const REACH: Duration = Duration::from_secs(2);
-/// For how long another Ctrl-C does not give up a stop: who is frightened presses it more than once.
+/// Time in which another Ctrl-C does not cancel a stop, because a person may press it several times in an emergency.
 const FRIGHT: Duration = Duration::from_secs(1);
-/// How much later than agreed waiting may end on a line that is never silent.
+/// Greatest delay of the end of waiting, on a line that is never silent.
 const LATE: Duration = Duration::from_millis(100);
-/// From one try to open it to the next.
+/// Time between two attempts to open a line.
 const AGAIN: Duration = Duration::from_millis(100);
 
 const LINE: LineId = LineId(0);
 
-/// Where a rig is.
+/// Place at which a rig can be reached.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Target {
-    /// In a network.
+    /// Address in a network.
     Tcp(SocketAddr),
-    /// At a serial line, at so many bits a second.
+    /// Path of a serial line, and its speed in bits per second.
     Serial(String, u32),
 }
 
-/// A host, its line, and the clock of the computer.
+/// Host with its line and the clock of the computer.
 pub struct Session<H> {
     host: H,
-    /// Where the line is opened; none where it was given.
+    /// Target at which the line is opened. `None` if an open line was given.
     target: Option<Target>,
     start: Instant,
     line: Option<Box<dyn Stream>>,
     interrupts: UnboundedReceiver<()>,
-    /// Until when a Ctrl-C changes nothing.
+    /// End of the time in which a Ctrl-C is ignored.
     deaf: Instant,
-    /// Why there is no line, for hosts that open it by themselves.
+    /// Reason why there is no line, for hosts that open it themselves.
     why: Option<String>,
 }
 
 impl<H: Driven> Session<H> {
-    /// Opens the line, if the host does not ask for it by itself. Each message of `interrupts` is a Ctrl-C.
+    /// Starts a session. Opens the line, unless the host requests it itself. Each message of `interrupts` is a Ctrl-C.
     ///
     /// # Errors
     ///
-    /// [`Trouble::Line`] if it cannot be opened, [`Trouble::Interrupted`].
+    /// [`Trouble::Line`] if the line cannot be opened, [`Trouble::Interrupted`] after Ctrl-C.
     pub async fn connect(host: H, target: Target, interrupts: UnboundedReceiver<()>) -> Result<Self, Trouble> {
         let (target, start) = (Some(target), Instant::now());
         let mut session = Self { host, target, start, line: None, interrupts, deaf: start, why: None };
@@ -72,7 +72,7 @@ impl<H: Driven> Session<H> {
         Ok(session)
     }
 
-    /// A session on a line that is open: whatever carries bytes. It is not opened again when it is lost.
+    /// Starts a session on a line that is already open. The line is not opened again when it is lost.
     pub fn over<S>(host: H, line: S, interrupts: UnboundedReceiver<()>) -> Self
     where
         S: AsyncRead + AsyncWrite + Send + Unpin + 'static,
@@ -83,32 +83,32 @@ impl<H: Driven> Session<H> {
         session
     }
 
-    /// The host, to look at.
+    /// The host, for reading its state.
     pub const fn host(&self) -> &H {
         &self.host
     }
 
-    /// Why the line could not be opened, or was lost, the last time.
+    /// Reason why the line was lost, or could not be opened, the last time.
     pub fn why(&self) -> Option<&str> {
         self.why.as_deref()
     }
 
-    /// Milliseconds since the session began.
+    /// Time since the session began, in milliseconds.
     pub fn now(&self) -> Millis {
         Millis(u64::try_from(self.start.elapsed().as_millis()).unwrap_or(u64::MAX))
     }
 
-    /// Tells the host what to do. What follows is done in [`next`](Self::next).
+    /// Gives a command to the host. It is executed in [`next`](Self::next).
     pub fn command(&mut self, command: H::Command) {
         let now = self.now();
         self.host.command(now, command);
     }
 
-    /// What the host tells next, however long it takes.
+    /// Next event of the host, without a time limit.
     ///
     /// # Errors
     ///
-    /// [`Trouble::Interrupted`]; [`Trouble::Line`] if the line is gone and the host does not open it again.
+    /// [`Trouble::Interrupted`] after Ctrl-C; [`Trouble::Line`] if the line is gone and the host does not reopen it.
     pub async fn next(&mut self) -> Result<H::Event, Trouble> {
         loop {
             if let Some(event) = self.next_within(Duration::from_hours(1)).await? {
@@ -117,7 +117,7 @@ impl<H: Driven> Session<H> {
         }
     }
 
-    /// What the host tells next, if it does so in this time.
+    /// Next event of the host, if there is one within this time.
     ///
     /// # Errors
     ///
@@ -144,7 +144,7 @@ impl<H: Driven> Session<H> {
                 biased;
                 () = interrupted(&mut self.interrupts, self.deaf) => return Err(Trouble::Interrupted),
                 read = read => match read {
-                    Ok(0) => self.lost("the other end hung up")?,
+                    Ok(0) => self.lost("the other end closed it")?,
                     Ok(len) => {
                         let now = self.now();
                         trace!(len, "read");
@@ -164,11 +164,11 @@ impl<H: Driven> Session<H> {
         }
     }
 
-    /// Stops everything, and waits for the rig to confirm it; not for ever, and only until another Ctrl-C that comes more
-    /// than a second later: until then nobody has decided that waiting is of no use.
+    /// Stops everything, and waits until the rig confirms the stop, for at most 10 s. Another Ctrl-C ends the wait if
+    /// it comes more than a second later.
     ///
-    /// A line that is lost is opened again for it, if that can be done soon; otherwise somebody has to know at once that
-    /// the stop cannot be sent.
+    /// A lost line is opened again for the stop, if that is possible within 2 s. Otherwise the wait ends at once, so
+    /// that the user learns that the stop cannot be sent.
     pub async fn stop(&mut self) -> Stopped {
         let until = Instant::now() + STOP;
         self.deaf = Instant::now() + FRIGHT;
@@ -187,7 +187,7 @@ impl<H: Driven> Session<H> {
         Stopped::NotConfirmed
     }
 
-    /// Waits for the rig to confirm a stop; not long for a line that the host opens by itself.
+    /// Waits until the rig confirms a stop. If the host opens the line itself, waits only a short time for the line.
     async fn confirmed(&mut self, until: Instant) -> Result<Stopped, Trouble> {
         let mut reached = Instant::now();
         while Instant::now() < until && reached.elapsed() < REACH {
@@ -203,7 +203,7 @@ impl<H: Driven> Session<H> {
         Ok(Stopped::NotConfirmed)
     }
 
-    /// Opens a lost line again, and says whether that could be done soon.
+    /// Opens a lost line again. Returns whether that succeeded in time.
     async fn reach(&mut self) -> bool {
         let until = Instant::now() + REACH;
         while self.target.is_some() {
@@ -216,25 +216,25 @@ impl<H: Driven> Session<H> {
         false
     }
 
-    /// Does what the host wants done.
+    /// Executes the output of the host.
     async fn settle(&mut self) -> Result<(), Trouble> {
         while let Some(outgoing) = self.host.poll() {
             match outgoing {
                 Outgoing::Bytes(LINE, bytes) => {
                     let Some(line) = &mut self.line else { continue };
-                    // No flush: nothing is held back here, and that of a serial line keeps the whole thread waiting until a
-                    // device takes the bytes, stops and Ctrl-C too.
+                    // There is no flush, because nothing is held back here. The flush of a serial line would block the
+                    // thread until the device takes the bytes, and stops and Ctrl-C would have to wait.
                     let written = timeout(WRITE, line.write_all(&bytes)).await;
                     trace!(len = bytes.len(), "written");
                     match written {
                         Ok(Ok(())) => {}
                         Ok(Err(error)) => self.lost(&error.to_string())?,
-                        Err(_) => self.lost("it takes nothing any more")?,
+                        Err(_) => self.lost("it no longer takes any bytes")?,
                     }
                 }
                 Outgoing::Open(LINE) => {
                     if let Err(trouble) = self.open().await {
-                        // Also if it was interrupted: a stop needs another try.
+                        // This is also needed after an interrupt, because a stop needs another attempt.
                         let now = self.now();
                         self.host.close(now, LINE);
                         if matches!(trouble, Trouble::Interrupted) {
@@ -249,7 +249,7 @@ impl<H: Driven> Session<H> {
                     let now = self.now();
                     self.host.close(now, LINE);
                 }
-                // A host has one line, and no datagrams.
+                // A host has one line and no datagrams.
                 _ => {}
             }
         }
@@ -258,7 +258,7 @@ impl<H: Driven> Session<H> {
 
     async fn open(&mut self) -> Result<(), Trouble> {
         let Some(target) = &self.target else {
-            return Err(Trouble::Line("the line is gone, and there is no way to open it again".to_owned()));
+            return Err(Trouble::Line("the line is gone and cannot be opened again".to_owned()));
         };
         self.line = Some(tokio::select! {
             biased;
@@ -270,7 +270,7 @@ impl<H: Driven> Session<H> {
         Ok(())
     }
 
-    /// The line is gone.
+    /// Handles the loss of the line.
     fn lost(&mut self, why: &str) -> Result<(), Trouble> {
         self.line = None;
         let now = self.now();
@@ -280,18 +280,18 @@ impl<H: Driven> Session<H> {
             self.why = Some(format!("the rig is gone: {why}"));
             return Ok(());
         }
-        Err(Trouble::Line(format!("the rig is gone: {why}: look at its cable and its power")))
+        Err(Trouble::Line(format!("the rig is gone: {why}: check its cable and its power")))
     }
 }
 
-/// A moment, once all that has arrived until then was looked at: a computer that is busy must not take an answer that is
-/// there for none.
+/// Waits until a moment, and until everything that has arrived by then is handled. Otherwise a busy computer could
+/// miss an answer that arrived in time.
 pub(crate) async fn due(moment: Instant) {
     sleep_until(moment).await;
     yield_now().await;
 }
 
-/// A Ctrl-C that counts.
+/// Waits for a Ctrl-C that is not ignored.
 async fn interrupted(interrupts: &mut UnboundedReceiver<()>, deaf: Instant) {
     while interrupts.recv().await.is_some() {
         if Instant::now() >= deaf {
@@ -305,21 +305,21 @@ async fn open(target: &Target) -> Result<Box<dyn Stream>, Trouble> {
     match target {
         Target::Tcp(address) => match timeout(CONNECT, TcpStream::connect(address)).await {
             Ok(Ok(line)) => {
-                // A stop must not wait for more bytes to go with.
+                // A stop must not wait until more bytes are sent with it.
                 let quick = line.set_nodelay(true);
                 quick.map_err(|error| Trouble::Line(format!("{address}: {error}")))?;
                 Ok(Box::new(line))
             }
             Ok(Err(error)) if error.kind() == io::ErrorKind::ConnectionRefused => {
-                Err(Trouble::Line(format!("{address}: nobody listens there: is the rig on, and is this its port?")))
+                Err(Trouble::Line(format!("{address}: nothing listens there: is the rig on, and is this its port?")))
             }
             Ok(Err(error)) => Err(Trouble::Line(format!("{address}: {error}"))),
-            Err(_) => Err(Trouble::Line(format!("{address}: no answer in 5 s: is the rig on, and in this network?"))),
+            Err(_) => Err(Trouble::Line(format!("{address}: no answer in 5 s: is the rig on and in this network?"))),
         },
         Target::Serial(path, baud) => match tokio_serial::new(path, *baud).open_native_async() {
             Ok(line) => Ok(Box::new(line)),
             Err(error) => {
-                Err(Trouble::Line(format!("{path}: {error}: is the rig plugged in, and used by nobody else?")))
+                Err(Trouble::Line(format!("{path}: {error}: is the rig plugged in, and the line not in use?")))
             }
         },
     }

@@ -1,4 +1,4 @@
-//! What the program `simulate` does: a rig as it was asked for, on the lines that it was asked for.
+//! The program `simulate`: a rig and its lines, as the arguments describe them.
 
 use std::io::{self, Write};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
@@ -17,55 +17,55 @@ use tracing::info;
 
 use crate::serve::{Announcer, Door, Options, Record, Server, listen};
 
-/// A simulated rig on a real transport.
+/// Run a simulated rig on a real transport.
 #[derive(Debug, Clone, PartialEq, Parser)]
 #[command(version)]
 pub struct Args {
-    /// Which protocol the rig speaks.
+    /// Protocol of the rig.
     #[arg(value_enum)]
     pub protocol: Protocol,
-    /// Where to listen for TCP connections.
+    /// Address at which to listen for TCP connections.
     #[arg(long, value_name = "ADDRESS", default_value_t = IpAddr::from(Ipv4Addr::LOCALHOST))]
     pub listen: IpAddr,
-    /// At which port; 0 for any that is free [default: 5520 for kOS, 5521 for DMC, 5522 for hoot]
+    /// TCP port; 0 for any free port [default: 5520 for kOS, 5521 for DMC, 5522 for hoot]
     #[arg(long)]
     pub port: Option<u16>,
     /// Announce the rig by datagrams to this address, and answer questions (kOS).
     #[arg(long, value_name = "ADDRESS:PORT")]
     pub announce: Option<SocketAddr>,
-    /// Serve a pseudo-terminal, which is what DMC and hoot do by themselves where there are any.
+    /// Serve a pseudo-terminal, which is the default for DMC and hoot on systems with pseudo-terminals.
     #[arg(long, conflicts_with = "tcp")]
     pub pty: bool,
-    /// Serve TCP, which is what kOS does by itself.
+    /// Serve TCP, which is the default for kOS.
     #[arg(long)]
     pub tcp: bool,
-    /// How many motors the rig has [default: 3 for kOS and hoot, 4 for DMC]
+    /// Number of motors of the rig [default: 3 for kOS and hoot, 4 for DMC]
     #[arg(long)]
     pub motors: Option<u8>,
-    /// Where all that is random comes from.
+    /// Seed of everything that is random.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// What goes wrong: "all", or a list such as "delay=40,reset=20" (a wrong name tells which there are).
+    /// Faults: "all", or a list such as "delay=40,reset=20" (an unknown name prints all names).
     #[arg(long, value_name = "LIST")]
     pub faults: Option<String>,
-    /// How the rig differs from the specification: a list (a wrong name tells which there are).
+    /// Differences of the rig from the specification: a list (an unknown name prints all names).
     #[arg(long, value_name = "LIST")]
     pub quirks: Option<String>,
-    /// The password of the rig (kOS).
+    /// Password of the rig (kOS).
     #[arg(long, value_name = "TEXT")]
     pub password: Option<String>,
-    /// Write down where the motors go: millis, motor, position, and moment of the move, as CSV.
+    /// File for a record of the motors as CSV: milliseconds, motor, position, and moment of the move.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
-    /// Log each message; twice, each piece.
+    /// Log each message; given twice, also each piece of bytes.
     #[arg(long, short, action = clap::ArgAction::Count)]
     pub verbose: u8,
 }
 
-/// A protocol.
+/// Protocol of a rig.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Protocol {
-    /// Kessler kOS: TCP, and UDP to find each other.
+    /// Kessler kOS: TCP, and UDP for discovery.
     Kos,
     /// Dragonframe DMC: a serial line.
     Dmc,
@@ -74,7 +74,7 @@ pub enum Protocol {
 }
 
 impl Protocol {
-    /// As it is written.
+    /// Name of the protocol.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -84,7 +84,7 @@ impl Protocol {
         }
     }
 
-    /// The port of the simulated rig. That of kOS is the protocol's; the others have none.
+    /// TCP port of the simulated rig. For kOS it is the port of the protocol; the other protocols define none.
     #[must_use]
     pub const fn port(self) -> u16 {
         match self {
@@ -95,11 +95,11 @@ impl Protocol {
     }
 }
 
-/// Serves the rig until somebody interrupts. An error is one line, and says what to do.
+/// Serves the rig until an interrupt. An error is one line that says what to do.
 ///
 /// # Errors
 ///
-/// What was asked for is not there, or cannot be had.
+/// An argument is not valid for the protocol, or the port, the terminal or the record cannot be opened.
 pub async fn simulate(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<(), String> {
     match args.protocol {
         Protocol::Kos => Box::pin(serve(KosDevice::new(kos(args)?), args, interrupts)).await,
@@ -110,7 +110,7 @@ pub async fn simulate(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<
 
 fn kos(args: &Args) -> Result<kos_device::Setup, String> {
     if args.pty {
-        return Err("kOS has no serial line: leave --pty out".to_owned());
+        return Err("kOS has no serial line: leave out --pty".to_owned());
     }
     let mut setup = kos_device::Setup::with_motors(motors(args, 3, kos_proto::summary::MOTORS)?.into());
     setup.password = args.password.clone().unwrap_or_default().into_bytes();
@@ -160,8 +160,8 @@ fn hoot(args: &Args) -> Result<hoot_node::Setup, String> {
 fn only_kos(args: &Args) -> Result<(), String> {
     let name = args.protocol.name();
     match (&args.announce, &args.password) {
-        (Some(_), _) => Err(format!("{name} has no datagrams: leave --announce out")),
-        (None, Some(_)) => Err(format!("{name} has no passwords: leave --password out")),
+        (Some(_), _) => Err(format!("{name} has no datagrams: leave out --announce")),
+        (None, Some(_)) => Err(format!("{name} has no passwords: leave out --password")),
         (None, None) => Ok(()),
     }
 }
@@ -172,7 +172,7 @@ fn motors(args: &Args, usual: u8, most: usize) -> Result<u8, String> {
     can_be.then_some(motors).ok_or_else(|| format!("{} has 1 to {most} motors, not {motors}", args.protocol.name()))
 }
 
-/// What goes wrong on its lines, and with its datagrams. A list is for whichever it fits.
+/// Faults of the lines, and faults of the datagrams. A list is used for each of them in which all its names exist.
 fn faults(args: &Args, carrier: Carrier) -> Result<(Faults, Faults), String> {
     let Some(list) = &args.faults else { return Ok(Default::default()) };
     let (lines, datagrams) = (Faults::parse(list, carrier), Faults::parse(list, Carrier::Datagram));
@@ -193,7 +193,7 @@ async fn serve<R: Rig>(rig: R, args: &Args, mut interrupts: UnboundedReceiver<()
         (Some(listener), Some(to)) => {
             let here = listener.local_addr().map_err(|error| error.to_string())?;
             let announcer = Announcer::bind(here, to, of_datagrams).await;
-            Some(announcer.map_err(|error| format!("{here}, for datagrams: {error}: choose another --port"))?)
+            Some(announcer.map_err(|error| format!("the datagrams of {here}: {error}: choose another --port"))?)
         }
         _ => None,
     };
@@ -210,26 +210,28 @@ async fn serve<R: Rig>(rig: R, args: &Args, mut interrupts: UnboundedReceiver<()
         }
         None => terminal(door)?,
     };
-    // A reader who has seen enough is no reason to end.
+    // A closed output is not a reason to end.
     let _ = writeln!(io::stdout(), "{} rig at {address}", protocol.name());
     server.run(async { interrupts.recv().await.unwrap_or_default() }).await;
-    info!("the end: somebody interrupted");
+    info!("the end: interrupted");
     Ok(())
 }
 
 async fn bind(args: &Args) -> Result<TcpListener, String> {
     let address = SocketAddr::new(args.listen, args.port.unwrap_or(args.protocol.port()));
     TcpListener::bind(address).await.map_err(|error| match error.kind() {
-        io::ErrorKind::AddrInUse => format!("{address} is taken: choose another --port, or 0 for any that is free"),
-        io::ErrorKind::AddrNotAvailable => format!("{address} is no address of this computer: choose another --listen"),
-        io::ErrorKind::PermissionDenied => format!("{address} is not for you: choose a --port above 1023"),
+        io::ErrorKind::AddrInUse => format!("{address} is in use: choose another --port, or 0 for any free port"),
+        io::ErrorKind::AddrNotAvailable => {
+            format!("{address} is not an address of this computer: choose another --listen")
+        }
+        io::ErrorKind::PermissionDenied => format!("{address} is not permitted: choose a --port above 1023"),
         _ => format!("{address}: {error}"),
     })
 }
 
 #[cfg(unix)]
 fn terminal(door: Door) -> Result<String, String> {
-    let no_terminal = |error| format!("there is no pseudo-terminal to be had: {error}: use --tcp");
+    let no_terminal = |error| format!("no pseudo-terminal can be opened: {error}: use --tcp");
     let pty = crate::serve::Pty::new().map_err(no_terminal)?;
     let path = pty.path().to_owned();
     tokio::spawn(pty.serve(door));

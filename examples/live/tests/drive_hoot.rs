@@ -1,4 +1,4 @@
-//! The commands of `drive hoot`, on a line in memory and a clock that jumps.
+//! Tests of the commands of `drive hoot`, on a line in memory and a paused clock.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -26,10 +26,10 @@ use tokio::time::{Instant, sleep, sleep_until};
 const USB: LineId = LineId(0);
 const NODE: Address = Address::DEFAULT;
 
-/// A simulated node at the other end, and a session with it.
+/// Simulated node, and a session with it.
 struct Bench {
     rig: Arc<Mutex<HootNode>>,
-    /// Where each motor was at each millisecond in which the program ran, and that moment.
+    /// Moment of the program and position of motor 1, at each millisecond of the program.
     trace: Arc<Mutex<Vec<(f64, f64)>>>,
     session: Session<HootMaster>,
     interrupt: UnboundedSender<()>,
@@ -41,7 +41,7 @@ fn bench(setup: Setup) -> Bench {
     troubled(setup, Faults::NONE, 0)
 }
 
-/// On a line with faults.
+/// Bench on a line with faults.
 fn troubled(setup: Setup, faults: Faults, seed: u64) -> Bench {
     let rig = Arc::new(Mutex::new(HootNode::new(setup)));
     let trace = Arc::default();
@@ -59,7 +59,7 @@ fn troubled(setup: Setup, faults: Faults, seed: u64) -> Bench {
     Bench { rig, trace, session, interrupt, server, said: Vec::new() }
 }
 
-/// A rig, and what happens to bytes on their way to and from it.
+/// Rig with a faulty line in each direction.
 struct Carried {
     rig: Arc<Mutex<HootNode>>,
     trace: Arc<Mutex<Vec<(f64, f64)>>>,
@@ -73,7 +73,7 @@ impl Carried {
         self.rig.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Does what is due, and gives what is to be written.
+    /// Does everything that is due. Returns the bytes to write.
     fn work(&mut self, now: Millis) -> Vec<Vec<u8>> {
         self.lock().advance(now);
         let moment = self.lock().moment();
@@ -106,7 +106,7 @@ impl Carried {
         std::iter::from_fn(|| self.down.pop(now)).collect()
     }
 
-    /// Carries bytes and time to a rig, until the line is closed; then only time.
+    /// Carries bytes and time to a rig. After the line is closed, carries only time.
     async fn serve(mut self, mut line: DuplexStream) {
         let start = Instant::now();
         let now = || Millis(start.elapsed().as_millis().try_into().unwrap());
@@ -139,18 +139,18 @@ impl Bench {
         hoot::drive(&mut self.session, &command, NODE, 0.1, &mut self.said).await
     }
 
-    /// Does a command that is done, and leaves nothing that may move.
+    /// Does a command that must succeed and leave all motors at rest.
     async fn done(&mut self, command: Command) -> String {
         self.said.clear();
         let done = self.drive(command).await;
         let said = String::from_utf8(self.said.clone()).unwrap();
         assert!(done.is_ok(), "{done:?}: {said}");
         assert!(!self.session.host().may_move() && self.is_at_rest(), "{said}");
-        assert!(!self.rig(|rig| rig.machine().controller().manual_move), "the dead-man is off again");
+        assert!(!self.rig(|rig| rig.machine().controller().manual_move), "the dead-man switch is off again");
         said
     }
 
-    /// Does a command that cannot be done; then stops, if something may move, as the program does.
+    /// Does a command that must fail. Then stops if a motor may move, as the program does.
     async fn fails(&mut self, command: Command) -> String {
         let line = self.drive(command).await.unwrap_err().to_string();
         assert!(!line.contains('\n'), "{line}");
@@ -183,7 +183,7 @@ fn shots(shots: u32, continuous: bool) -> Shots {
 }
 
 #[tokio::test(start_paused = true)]
-async fn info_tells_what_it_is() {
+async fn info_prints_the_node_and_its_motors() {
     for profile in [Profile::Sheet, Profile::V033, Profile::V035, Profile::V070] {
         let mut bench = bench(Setup::default().with_options(device::Options::default().with_profile(profile)));
         let said = bench.done(Command::Info).await;
@@ -192,9 +192,9 @@ async fn info_tells_what_it_is() {
     }
 }
 
-/// Firmware of all ages, with all its habits, does what is asked for.
+/// Firmware of each version, with all its quirks, executes the commands.
 #[tokio::test(start_paused = true)]
-async fn firmware_of_all_ages() {
+async fn each_firmware_version_executes_the_commands() {
     for age in ["library-2014-09-25", "sheet", "january-2015", "v0.33", "v0.35", "v0.70"] {
         let setup = Setup::default().with_quirks(&format!("firmware,{age}")).unwrap();
         let mut bench = bench(setup);
@@ -207,9 +207,9 @@ async fn firmware_of_all_ages() {
     }
 }
 
-/// A node that somebody left in joystick mode is taken out of it.
+/// A move command switches joystick mode off.
 #[tokio::test(start_paused = true)]
-async fn joystick_mode_is_left() {
+async fn joystick_mode_is_switched_off() {
     let mut bench = bench(Setup::default());
     let jog = Command::Jog { motor: 1, speed: 500.0, seconds: 60.0 };
     let jog = tokio::time::timeout(Duration::from_secs(5), bench.drive(jog)).await;
@@ -219,19 +219,19 @@ async fn joystick_mode_is_left() {
     sleep(Duration::from_secs(20)).await;
     bench.said.clear();
     bench.drive(Command::Info).await.unwrap();
-    assert!(bench.said.ends_with(b"it is in joystick mode, in which it says no more\n"));
+    assert!(bench.said.ends_with(b"it is in joystick mode, so nothing more can be read\n"));
     bench.done(Command::Move { motor: 1, position: 10.0, speed: None }).await;
 }
 
 #[tokio::test(start_paused = true)]
-async fn jog_move_calibrate() {
+async fn jog_move_and_calibrate_end_at_their_positions() {
     let mut bench = bench(Setup::default());
     let said = bench.done(Command::Jog { motor: 2, speed: -1000.0, seconds: 2.0 }).await;
     let at = bench.position(Motor::Two);
     assert!((-2050..-1700).contains(&at) && said.ends_with(&format!("motor 2 went from 0 to {at}\n")), "{said}");
     let said = bench.done(Command::Move { motor: 2, position: 6000.4, speed: Some(2000.0) }).await;
     assert_eq!(bench.position(Motor::Two), 6000);
-    // Some four seconds, a line a second at most.
+    // The move takes about four seconds, with at most one line per second.
     assert!((2..=6).contains(&said.lines().count()) && said.ends_with("motor 2 is at 6000\n"), "{said}");
     bench.done(Command::Calibrate { motor: 2, begin: 1000.0, end: 4000.0 }).await;
     assert_eq!(bench.position(Motor::Two), 3000);
@@ -239,9 +239,9 @@ async fn jog_move_calibrate() {
     assert_eq!(bench.done(Command::Stop).await, "all motors rest: the node confirmed it\n");
 }
 
-/// What is stored is where the file begins, and the motor stands there.
+/// An upload stores the start of the file and moves the motor there. A run follows the file.
 #[tokio::test(start_paused = true)]
-async fn upload_and_run_a_file() {
+async fn an_uploaded_file_is_followed() {
     let mut bench = bench(Setup::default());
     bench.done(Command::Move { motor: 1, position: 700.0, speed: None }).await;
     bench.done(Command::Upload { file: sample("pan.json") }).await;
@@ -252,7 +252,7 @@ async fn upload_and_run_a_file() {
         let said = bench.done(Command::Run { file: sample("pan.json"), reverse }).await;
         assert!(said.contains("of 4.5 s: motor 1 at"), "{said}");
         assert_eq!(bench.position(Motor::One), at);
-        // The path that the motor took is that of the file, to a step and what the plan is off.
+        // The path of the motor is that of the file, within a step and the deviation of the plan.
         let trace = bench.trace.lock().unwrap();
         assert!(trace.len() > 4000, "{}", trace.len());
         for (moment, place) in trace.iter() {
@@ -265,11 +265,11 @@ async fn upload_and_run_a_file() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_program_takes_its_photos() {
+async fn a_program_takes_all_its_photos() {
     for continuous in [false, true] {
         let mut bench = bench(Setup::default());
         let said = bench.done(Command::Program { file: sample("pan.json"), shots: shots(6, continuous) }).await;
-        assert!(said.ends_with("6 photos, and all motors rest\n"), "{said}");
+        assert!(said.ends_with("6 photos are taken, and all motors rest\n"), "{said}");
         assert_eq!((bench.rig(|rig| rig.camera().taken()), bench.position(Motor::One)), (6, 9000));
     }
 }
@@ -282,9 +282,9 @@ async fn expose_takes_one_photo() {
     assert_eq!(photos, [1500]);
 }
 
-/// Each is one line that says what is wrong, before anything moves.
+/// Each error is one line that says what is wrong, before anything moves.
 #[tokio::test(start_paused = true)]
-async fn what_cannot_be_done_is_refused() {
+async fn a_command_that_cannot_be_done_is_refused() {
     let mut bench = bench(Setup::default());
     let go = |motor, position, speed| Command::Move { motor, position, speed };
     let run = |name| Command::Run { file: sample(name), reverse: false };
@@ -293,17 +293,17 @@ async fn what_cannot_be_done_is_refused() {
     for (command, part) in [
         (go(4, 0.0, None), "hoot has motors 1 to 3"),
         (go(1, f64::NAN, None), "position NaN"),
-        (go(1, 1e12, None), "counts steps"),
-        (go(1, 100.0, Some(6000.0)), "at most 5000 steps a second"),
+        (go(1, 1e12, None), "hoot has steps"),
+        (go(1, 100.0, Some(6000.0)), "at most 5000 steps/s"),
         (go(1, 100.0, Some(-1.0)), "more than 0"),
         (Command::Jog { motor: 1, speed: 0.0, seconds: 1.0 }, "more than 0"),
         (Command::Jog { motor: 1, speed: 100.0, seconds: -1.0 }, "0 to 3600"),
-        (Command::Calibrate { motor: 1, begin: 5.0, end: 5.0 }, "no range"),
+        (Command::Calibrate { motor: 1, begin: 5.0, end: 5.0 }, "not a range"),
         (run("slide.json"), "4 key frames"),
         (run("none.json"), "none.json: "),
         (Command::Program { file: sample("pan.json"), shots: program }, "does not fit"),
-        (Command::Program { file: sample("pan.json"), shots: shots(1, false) }, "2 to 65535"),
-        (Command::Expose { seconds: 0.0 }, "0.001 to"),
+        (Command::Program { file: sample("pan.json"), shots: shots(1, false) }, "give 2 to 65535"),
+        (Command::Expose { seconds: 0.0 }, "give 0.001 to"),
     ] {
         let line = bench.fails(command).await;
         assert!(line.contains(part), "{line}");
@@ -312,21 +312,21 @@ async fn what_cannot_be_done_is_refused() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_motor_that_does_not_get_there_fails() {
+async fn a_move_that_does_not_reach_its_target_fails() {
     let mut bench = bench(Setup::with_motors(1).with_travel(Range::new(-500.0, 500.0)));
     let line = bench.fails(Command::Move { motor: 1, position: 2000.0, speed: None }).await;
     assert!(line.contains("motor 1 rests at 500 instead of 2000"), "{line}");
     let line = bench.fails(Command::Move { motor: 3, position: 2000.0, speed: None }).await;
-    assert!(line.contains("motor 3 rests at 0 instead of 2000: is it plugged in"), "{line}");
+    assert!(line.contains("motor 3 rests at 0 instead of 2000: is it unplugged"), "{line}");
     let line = bench.fails(Command::Jog { motor: 3, speed: 2000.0, seconds: 0.5 }).await;
     assert!(line.contains("did not move"), "{line}");
     let line = bench.fails(Command::Run { file: sample("pan.json"), reverse: false }).await;
     assert!(line.contains("node 3 paused"), "{line}");
 }
 
-/// Ctrl-C in a move: everything stops, and the node confirms it, with all habits of firmware too.
+/// After Ctrl-C in a move everything stops and the node confirms it, also with all quirks of firmware.
 #[tokio::test(start_paused = true)]
-async fn interrupted_it_stops() {
+async fn an_interrupted_command_stops_all_motors() {
     for quirks in [Quirks::NONE, Quirks::FIRMWARE] {
         for command in [
             Command::Move { motor: 1, position: 50_000.0, speed: None },
@@ -341,7 +341,7 @@ async fn interrupted_it_stops() {
                     sleep(Duration::from_millis(10)).await;
                 }
                 sleep(Duration::from_millis(1500)).await;
-                // Who presses it twice does not give up the stop.
+                // A second Ctrl-C soon after the first does not cancel the stop.
                 interrupt.send(()).unwrap();
                 interrupt.send(()).unwrap();
             });
@@ -354,9 +354,10 @@ async fn interrupted_it_stops() {
     }
 }
 
-/// Nobody said how fast: a quarter of the greatest speed, and to where a move begins a tenth of it, as it was asked for.
+/// Without a given speed, a move has a quarter of the greatest speed. The way to the start of a move has the home
+/// speed, which is a tenth of the greatest speed here.
 #[tokio::test(start_paused = true)]
-async fn without_a_speed_it_goes_slowly() {
+async fn without_a_given_speed_motors_move_slowly() {
     for (command, speed) in [
         (Command::Move { motor: 1, position: 50_000.0, speed: None }, 1250.0),
         (Command::Run { file: sample("pan.json"), reverse: true }, 500.0),
@@ -370,9 +371,9 @@ async fn without_a_speed_it_goes_slowly() {
     }
 }
 
-/// The program dies in a move: the node stops by itself, a second later.
+/// If the program is killed in a move, the node stops by itself a second later.
 #[tokio::test(start_paused = true)]
-async fn killed_the_node_stops_by_itself() {
+async fn a_node_stops_by_itself_after_the_program_is_killed() {
     let mut bench = bench(Setup::default());
     let run = Command::Run { file: sample("pan.json"), reverse: false };
     let died = tokio::time::timeout(Duration::from_secs(4), bench.drive(run)).await;
@@ -385,9 +386,9 @@ async fn killed_the_node_stops_by_itself() {
     assert_eq!(rig.machine().program().state(), ProgramState::Paused);
 }
 
-/// The node dies in a move: one line, and no hope of a confirmation.
+/// If the node fails in a move, the program prints one line, and the stop is not confirmed.
 #[tokio::test(start_paused = true)]
-async fn a_lost_line_is_told() {
+async fn a_lost_line_is_reported() {
     let mut bench = bench(Setup::default());
     let server = bench.server.abort_handle();
     tokio::spawn(async move {
@@ -395,15 +396,16 @@ async fn a_lost_line_is_told() {
         server.abort();
     });
     let trouble = bench.drive(Command::Move { motor: 1, position: 90_000.0, speed: None }).await.unwrap_err();
-    assert!(matches!(&trouble, Trouble::Line(line) if line.contains("look at its cable")), "{trouble:?}");
+    assert!(matches!(&trouble, Trouble::Line(line) if line.contains("check its cable")), "{trouble:?}");
     assert!(bench.session.host().may_move());
     assert_eq!(bench.session.stop().await, Stopped::NotConfirmed);
 }
 
-/// Everything goes wrong at once. What is said to be done is done, and rests; what is not says so in a line, is stopped,
-/// and rests: by the stop that was confirmed, or by the dead-man, a second after the program has given up.
+/// All faults together. A command that succeeds is done, and all motors rest. A command that fails says so in one line,
+/// and all motors rest as well: because of the confirmed stop, or because of the dead-man switch, a second after the
+/// program has given up.
 #[tokio::test(start_paused = true)]
-async fn whatever_goes_wrong_nothing_is_left_moving() {
+async fn with_all_faults_all_motors_rest_at_the_end() {
     let (mut done, mut confirmed) = (0, 0);
     for seed in 0..20 {
         for command in [

@@ -1,4 +1,4 @@
-//! A rig on real lines: what clients can do to it, and what they cannot. The rig is a toy; the lines are real.
+//! Tests of the server with a toy rig on real lines, and with clients that misbehave.
 
 use std::net::SocketAddr;
 use std::path::Path;
@@ -16,18 +16,18 @@ use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 use tokio::time::{Instant, sleep, timeout};
 
-/// No test waits longer than this for anything.
+/// Longest time that a test waits for anything.
 const BOUND: Duration = Duration::from_secs(20);
 
-/// A rig that gives back what it is told, but for `!` (it says more than anybody waits for), `g` (its motor goes to 10) and
-/// `q` (it says `bye` and hangs up). It announces itself each second.
+/// Rig that echoes what it receives, except `!` (it sends more than a client may leave unread), `g` (its motor goes to
+/// 10) and `q` (it sends `bye` and closes the line). It announces itself each second.
 struct Toy {
     open: [bool; 2],
     motors: [Motor; 1],
     out: Vec<Outgoing>,
     now: Millis,
     announced: u64,
-    /// What happened on its lines.
+    /// Events of its lines.
     told: Vec<String>,
     resets: usize,
     stalls: usize,
@@ -44,7 +44,7 @@ impl Toy {
 impl Party for Toy {
     fn open(&mut self, now: Millis, line: LineId) {
         self.advance(now);
-        assert!(!self.open[usize::from(line.0)], "opened twice");
+        assert!(!self.open[usize::from(line.0)], "a line is not opened twice");
         self.open[usize::from(line.0)] = true;
         self.told.push(format!("open {}", line.0));
     }
@@ -70,7 +70,7 @@ impl Party for Toy {
     }
 
     fn advance(&mut self, now: Millis) {
-        assert!(now >= self.now, "time goes on");
+        assert!(now >= self.now, "time does not go back");
         self.now = now;
         self.motors[0].advance(now);
         if now.0 / 1000 > self.announced {
@@ -117,7 +117,7 @@ impl Rig for Toy {
     }
 }
 
-/// A toy that is served.
+/// Server with a toy.
 struct Served {
     door: Door,
     stop: oneshot::Sender<()>,
@@ -154,10 +154,10 @@ impl Served {
 }
 
 async fn within<T>(future: impl Future<Output = T>) -> T {
-    timeout(BOUND, future).await.expect("in time")
+    timeout(BOUND, future).await.expect("the future is ready in time")
 }
 
-/// Says something, and hears it back.
+/// Sends a text, and checks that it comes back.
 async fn echo(line: &mut (impl AsyncRead + AsyncWrite + Unpin), text: &str) {
     within(line.write_all(text.as_bytes())).await.unwrap();
     let mut heard = vec![0; text.len()];
@@ -165,13 +165,13 @@ async fn echo(line: &mut (impl AsyncRead + AsyncWrite + Unpin), text: &str) {
     assert_eq!(heard, text.as_bytes());
 }
 
-/// Whether the line ends, and nothing more is heard before.
+/// Whether the line ends without further bytes.
 async fn ends(line: &mut (impl AsyncRead + Unpin)) -> bool {
     matches!(within(line.read(&mut [0; 64])).await, Ok(0) | Err(_))
 }
 
 #[tokio::test]
-async fn clients_come_and_go_and_too_many_are_turned_away() {
+async fn clients_come_and_go_and_too_many_are_rejected() {
     let served = serve(Options::default());
     let address = served.listen().await;
     let mut one = TcpStream::connect(address).await.unwrap();
@@ -181,7 +181,7 @@ async fn clients_come_and_go_and_too_many_are_turned_away() {
     let mut three = TcpStream::connect(address).await.unwrap();
     assert!(ends(&mut three).await);
     drop(one);
-    // Its line is free once it is known to be gone.
+    // The line of the first client is free when the server knows that the client is gone.
     let connect = async {
         loop {
             let mut four = TcpStream::connect(address).await.unwrap();
@@ -200,7 +200,7 @@ async fn clients_come_and_go_and_too_many_are_turned_away() {
 }
 
 #[tokio::test]
-async fn who_does_not_read_is_cut_off_and_others_are_not() {
+async fn a_client_that_does_not_read_is_cut_off_and_others_are_not() {
     let served = serve(Options::default());
     let address = served.listen().await;
     let mut quick = TcpStream::connect(address).await.unwrap();
@@ -237,22 +237,22 @@ async fn a_line_that_is_read_in_time_loses_nothing() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_flood_is_not_taken_faster_than_it_is_worked_off() {
-    // So late does it arrive at the rig that soon nothing more may be read.
+async fn a_flood_is_not_read_faster_than_the_rig_takes_it() {
+    // The bytes arrive at the rig so late that soon no more may be read.
     let faults = Faults { delay: 60_000, ..Faults::NONE };
     let served = serve(Options { faults, ..Options::default() });
     let mut line = served.duplex(Carrier::Stream).await;
     let mut taken = 0;
     while let Ok(len) = timeout(Duration::from_millis(1), line.write(&[b'x'; 4096])).await {
         taken += len.unwrap();
-        assert!(taken < 1024 * 1024, "it takes all");
+        assert!(taken < 1024 * 1024, "the server takes everything");
     }
     assert!(taken > 64 * 1024, "{taken}");
     served.end().await;
 }
 
 #[tokio::test]
-async fn the_last_words_of_a_rig_that_hangs_up_arrive() {
+async fn the_last_bytes_of_a_rig_that_closes_its_line_arrive() {
     let served = serve(Options::default());
     let address = served.listen().await;
     let mut line = TcpStream::connect(address).await.unwrap();
@@ -264,14 +264,14 @@ async fn the_last_words_of_a_rig_that_hangs_up_arrive() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn resets_end_connections_and_serial_lines_come_back() {
+async fn a_reset_ends_connections_and_serial_lines_open_again() {
     let faults = Faults { reset: 1.0, stall: 1.0, silence: 2.0, ..Faults::NONE };
     let served = serve(Options { faults, seed: 3, ..Options::default() });
     let mut connection = served.duplex(Carrier::Stream).await;
     let mut serial = served.duplex(Carrier::Serial).await;
     assert!(ends(&mut connection).await);
     for _ in 0..20 {
-        // What is said while it is dead is lost: so it is said again.
+        // Bytes are lost while the line is dead, so they are sent again.
         let heard = loop {
             serial.write_all(b"hello").await.unwrap();
             let mut heard = [0; 64];
@@ -299,7 +299,7 @@ async fn faults_of_a_line_come_from_the_seed() {
             let mut buffer = [0; 64];
             while let Ok(len) = timeout(Duration::from_millis(25), line.read(&mut buffer)).await {
                 let len = len.unwrap();
-                assert!(len > 0, "it stays");
+                assert!(len > 0, "the line stays open");
                 heard.extend_from_slice(&buffer[..len]);
             }
         }
@@ -336,12 +336,12 @@ async fn a_record_has_a_row_for_each_change() {
     sleep(Duration::from_millis(100)).await;
     line.write_all(b"g").await.unwrap();
     sleep(Duration::from_secs(2)).await;
-    // It is in the file before the end.
+    // The rows are in the file before the end.
     let text = std::fs::read_to_string(&path).unwrap();
     let rows: Vec<Vec<&str>> = text.lines().map(|row| row.split(',').collect()).collect();
     assert_eq!(rows[0], ["millis", "motor", "position", "moment"]);
     assert_eq!(rows[1], ["0", "1", "0", ""]);
-    // From rest to rest over 10 at 100 a second, gaining 1000 a second each second: 0.2 s.
+    // From rest to rest over 10 units, at 100 units/s and 1000 units/s²: 0.2 s.
     let start: u64 = rows[2][0].parse().unwrap();
     assert_eq!((rows[2][1], rows[2][3]), ("1", "0.5"));
     let end = (start + 199).to_string();
@@ -377,14 +377,14 @@ mod pty {
     }
 
     #[tokio::test]
-    async fn users_come_and_go() {
+    async fn users_of_a_terminal_come_and_go() {
         let (served, path) = serve_pty();
         for user in 0..5_u8 {
             let mut line = open(&path);
-            // All bytes go through as they are.
+            // All bytes arrive unchanged.
             echo(&mut line, "hello\r\n\x03\x11\x13\x04\x7f").await;
             drop(line);
-            // The next one may come at once.
+            // The next user may come at once.
             if user.is_multiple_of(2) {
                 sleep(Duration::from_millis(30)).await;
             }
@@ -395,7 +395,7 @@ mod pty {
     }
 
     #[tokio::test]
-    async fn what_nobody_read_is_not_for_the_next_user() {
+    async fn unread_bytes_are_not_for_the_next_user() {
         let (served, path) = serve_pty();
         let mut line = open(&path);
         line.write_all(b"unread").await.unwrap();
@@ -406,8 +406,7 @@ mod pty {
         served.end().await;
     }
 
-    /// Programs lock a serial line for themselves. Only the superuser may open what is locked, so it is somebody else who
-    /// tries.
+    /// Programs lock a serial line for themselves. The superuser may open a locked line, so another user tries.
     #[tokio::test]
     async fn a_lock_does_not_outlive_its_user() {
         let (served, path) = serve_pty();
@@ -427,7 +426,7 @@ mod pty {
         drop(said_nothing);
         sleep(Duration::from_millis(600)).await;
         assert!(opens());
-        // It locks by itself.
+        // This function locks the line.
         let mut said_something = open(&path);
         echo(&mut said_something, "hello").await;
         drop(said_something);

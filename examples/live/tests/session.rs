@@ -1,4 +1,4 @@
-//! Lines that keep a session waiting.
+//! Tests of sessions on lines that never end a read, a write or an opening.
 
 use std::io;
 use std::pin::Pin;
@@ -10,10 +10,10 @@ use rigs::dmc_host::DmcHost;
 use tokio::io::{AsyncRead, AsyncWrite, DuplexStream, ReadBuf};
 use tokio::sync::mpsc::unbounded_channel;
 
-/// A line that is drained never, as that of a device which takes nothing.
+/// Line whose flush never ends, like the line of a device that takes no bytes.
 struct Stuck(DuplexStream);
 
-/// A line that is never silent, until this moment.
+/// Line that always has bytes to read, until this moment.
 struct Babble(Instant);
 
 impl AsyncRead for Stuck {
@@ -60,7 +60,7 @@ impl AsyncWrite for Babble {
 }
 
 #[tokio::test(start_paused = true)]
-async fn nobody_waits_until_a_line_is_drained() {
+async fn a_session_does_not_wait_for_the_flush_of_a_line() {
     let (near, _far) = tokio::io::duplex(4096);
     let (_keep, interrupts) = unbounded_channel();
     let mut session = Session::over(DmcHost::default(), Stuck(near), interrupts);
@@ -70,7 +70,7 @@ async fn nobody_waits_until_a_line_is_drained() {
 }
 
 #[tokio::test]
-async fn a_line_that_is_never_silent_keeps_nobody_waiting() {
+async fn a_line_that_is_never_silent_does_not_delay_the_end_of_waiting() {
     let (_keep, interrupts) = unbounded_channel();
     let line = Babble(Instant::now() + Duration::from_secs(10));
     let mut session = Session::over(DmcHost::default(), line, interrupts);
@@ -79,7 +79,7 @@ async fn a_line_that_is_never_silent_keeps_nobody_waiting() {
     assert!(start.elapsed() < Duration::from_secs(5), "{:?}", start.elapsed());
 }
 
-/// Linux does not answer who wants to be connected while as many wait as may.
+/// On Linux, connecting gets no answer while the queue of the listener is full.
 #[cfg(target_os = "linux")]
 #[tokio::test]
 async fn a_stop_opens_the_line_whose_opening_was_interrupted() {
@@ -129,6 +129,6 @@ async fn a_stop_opens_the_line_whose_opening_was_interrupted() {
     };
     tokio::select! {
         () = rig => {}
-        stopped = session.stop() => panic!("{stopped:?}, and the rig was told nothing"),
+        stopped = session.stop() => panic!("{stopped:?}, but the rig received no stop"),
     }
 }

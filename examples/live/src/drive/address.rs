@@ -1,4 +1,4 @@
-//! Where a rig is, as a person says it.
+//! Addresses of rigs on the command line.
 
 use std::net::SocketAddr;
 
@@ -8,29 +8,30 @@ use super::Trouble;
 use crate::session::Target;
 use crate::simulate::Protocol;
 
-/// Where a rig is.
+/// Address of a rig.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Address {
-    /// In a network: a host, and its port if it is said.
+    /// Host in a network, and its port if it is given.
     Host(String, Option<u16>),
-    /// At a serial line.
+    /// Serial line.
     Serial(String),
-    /// Where it announces itself to this address of ours.
+    /// Unknown address of a rig that announces itself to this address of our computer.
     Announced(SocketAddr),
 }
 
 impl Address {
-    /// Understands `HOST`, `HOST:PORT`, a serial device such as `/dev/ttyUSB0` or `COM3`, and `udp://ADDRESS:PORT`.
+    /// Parses `HOST`, `HOST:PORT`, a serial device such as `/dev/ttyUSB0` or `COM3`, and `udp://ADDRESS:PORT`.
     ///
     /// # Errors
     ///
-    /// It is none of them, or none for this protocol.
+    /// [`Trouble::Refused`] if the text has another form, or a form that the protocol does not use.
     pub fn parse(text: &str, protocol: Protocol) -> Result<Self, Trouble> {
         let refused = |why: &str| Trouble::Refused(format!("{text:?}: {why}"));
         let is_kos = protocol == Protocol::Kos;
         if let Some(ours) = text.strip_prefix("udp://") {
-            let ours =
-                ours.parse().map_err(|_| refused("after udp:// comes an address and a port of this computer"))?;
+            let ours = ours
+                .parse()
+                .map_err(|_| refused("udp:// must be followed by an address and a port of this computer"))?;
             return is_kos.then_some(Self::Announced(ours)).ok_or_else(|| refused("only kOS rigs announce themselves"));
         }
         let number = text.get(..3).filter(|start| start.eq_ignore_ascii_case("com")).and_then(|_| text.get(3..));
@@ -41,9 +42,9 @@ impl Address {
                 .ok_or_else(|| refused("kOS rigs have no serial line: give HOST[:PORT]"));
         }
         let (host, port) = match text.rsplit_once(':') {
-            // An address of IPv6 alone has colons of its own.
+            // An IPv6 address without a port contains colons.
             Some((host, port)) if !host.contains(':') || host.ends_with(']') => {
-                (host, Some(port.parse().map_err(|_| refused("after the colon comes a port, from 0 to 65535"))?))
+                (host, Some(port.parse().map_err(|_| refused("the colon must be followed by a port from 0 to 65535"))?))
             }
             _ => (text, None),
         };
@@ -57,11 +58,12 @@ impl Address {
         Ok(Self::Host(host.to_owned(), port))
     }
 
-    /// Finds what to connect to; a line has so many bits a second.
+    /// Finds the target to connect to. `baud` is the speed of a serial line, in bits per second.
     ///
     /// # Errors
     ///
-    /// Nobody knows the host. [`Announced`](Self::Announced) has to be waited for instead.
+    /// [`Trouble::Line`] if the name of the host cannot be resolved. An [`Announced`](Self::Announced) rig has to be
+    /// discovered instead.
     pub async fn target(&self, baud: u32) -> Result<Target, Trouble> {
         match self {
             Self::Serial(path) => Ok(Target::Serial(path.clone(), baud)),
@@ -69,12 +71,12 @@ impl Address {
             Self::Host(host, port) => {
                 let port = port.unwrap_or(kos_proto::discovery::DEFAULT_PORT);
                 let found = lookup_host((host.as_str(), port)).await;
-                let found = found.map_err(|error| Trouble::Line(format!("{host}: {error}: is it spelt right?")))?;
+                let found = found.map_err(|error| Trouble::Line(format!("{host}: {error}: check the spelling")))?;
                 let mut found: Vec<_> = found.collect();
-                // Rigs that know of IPv6 are few.
+                // Few rigs support IPv6.
                 found.sort_by_key(SocketAddr::is_ipv6);
                 let first = found.first().map(|address| Target::Tcp(*address));
-                first.ok_or_else(|| Trouble::Line(format!("{host}: it has no address")))
+                first.ok_or_else(|| Trouble::Line(format!("{host}: this host has no address")))
             }
         }
     }
@@ -88,13 +90,13 @@ mod tests {
         Address::parse(text, protocol).map_err(|trouble| trouble.to_string())
     }
 
-    #[expect(clippy::unnecessary_wraps, reason = "it is compared with what may fail")]
+    #[expect(clippy::unnecessary_wraps, reason = "the value is compared with results")]
     fn host(host: &str, port: Option<u16>) -> Result<Address, String> {
         Ok(Address::Host(host.to_owned(), port))
     }
 
     #[test]
-    fn addresses_are_what_people_write() {
+    fn each_form_of_address_is_parsed() {
         for (text, expected) in [
             ("rig.local", host("rig.local", None)),
             ("10.0.0.7:99", host("10.0.0.7", Some(99))),
@@ -113,13 +115,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said() {
+    fn a_wrong_address_is_refused_with_the_reason() {
         for (text, protocol, expected) in [
             ("", Protocol::Kos, "\"\": give HOST[:PORT]"),
             ("rig", Protocol::Dmc, "\"rig\": give HOST:PORT, or a serial device"),
-            ("rig:port", Protocol::Dmc, "\"rig:port\": after the colon comes a port"),
+            ("rig:port", Protocol::Dmc, "\"rig:port\": the colon must be followed by a port"),
             ("/dev/ttyUSB0", Protocol::Kos, "\"/dev/ttyUSB0\": kOS rigs have no serial line"),
-            ("udp://rig", Protocol::Kos, "\"udp://rig\": after udp:// comes an address"),
+            ("udp://rig", Protocol::Kos, "\"udp://rig\": udp:// must be followed by an address"),
             ("udp://127.0.0.1:9", Protocol::Hoot, "only kOS rigs announce themselves"),
         ] {
             let error = parse(text, protocol).unwrap_err();

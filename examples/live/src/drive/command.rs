@@ -1,70 +1,70 @@
-//! What a rig can be told on the command line.
+//! Commands for a rig on the command line.
 
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-/// What to do. Positions and speeds are in the units of the protocol: rotations (kOS), steps (DMC, hoot), a second.
+/// Command for a rig. Positions are in rotations (kOS) or steps (DMC, hoot), and speeds in the same per second.
 #[derive(Debug, Clone, PartialEq, Subcommand)]
 pub enum Command {
-    /// Tell what the rig is, and where its motors are.
+    /// Print what the rig is, and the positions of its motors.
     Info,
-    /// Run a motor for a while.
+    /// Run a motor for a time.
     #[command(allow_negative_numbers = true)]
     Jog {
-        /// Which motor, from 1 on.
+        /// Number of the motor, from 1.
         motor: u8,
-        /// How fast, a second; backward if negative. Of DMC, in percent of the greatest speed.
+        /// Speed, per second (kOS, hoot) or in percent of the greatest speed (DMC). Negative is backward.
         speed: f64,
-        /// For how many seconds.
+        /// Duration in seconds.
         #[arg(long = "for", value_name = "SECONDS", default_value_t = 1.0)]
         seconds: f64,
     },
     /// Send a motor to a position.
     #[command(allow_negative_numbers = true)]
     Move {
-        /// Which motor, from 1 on.
+        /// Number of the motor, from 1.
         motor: u8,
-        /// Where to.
+        /// Position to move to.
         position: f64,
-        /// How fast, a second [default: a quarter of the greatest; of DMC, what the rig is set to]
+        /// Speed, per second [default: a quarter of the greatest (kOS, hoot), the setting of the rig (DMC)]
         #[arg(long)]
         speed: Option<f64>,
     },
-    /// Mark the range in which a motor may go: it is sent to both ends.
+    /// Set the range in which a motor may move. The motor moves to both ends.
     #[command(allow_negative_numbers = true)]
     Calibrate {
-        /// Which motor, from 1 on.
+        /// Number of the motor, from 1.
         motor: u8,
-        /// Where its range begins.
+        /// Position at which the range begins.
         begin: f64,
-        /// Where its range ends.
+        /// Position at which the range ends.
         end: f64,
     },
-    /// Store a move file, and make it ready.
+    /// Store a move file on the rig, and make the move ready.
     Upload {
         /// The move file.
         file: PathBuf,
     },
-    /// Store a move file, and play it in its own time.
+    /// Store a move file on the rig, and play the move in real time.
     Run {
         /// The move file.
         file: PathBuf,
-        /// From its end to its start.
+        /// Play the move from its end to its start.
         #[arg(long)]
         reverse: bool,
     },
-    /// Store a move file, and take photos along it: a time lapse, or stop motion.
+    /// Store a move file on the rig, and take photos along the move: a time lapse, or stop motion.
     Program {
         /// The move file.
         file: PathBuf,
-        /// How they are taken.
+        /// Settings of the photos.
         #[command(flatten)]
         shots: Shots,
     },
     /// Take one photo.
     Expose {
-        /// For how many seconds the shutter is open.
+        /// Time for which the shutter is open, in seconds.
         #[arg(default_value_t = 0.1)]
         seconds: f64,
     },
@@ -72,19 +72,19 @@ pub enum Command {
     Stop,
 }
 
-/// How photos are taken along a move.
+/// Settings of the photos along a move.
 #[derive(Debug, Clone, Copy, PartialEq, Args)]
 pub struct Shots {
-    /// How many photos.
+    /// Number of photos.
     #[arg(long, default_value_t = 10)]
     pub shots: u32,
-    /// Seconds from one photo to the next.
+    /// Time from one photo to the next, in seconds.
     #[arg(long, default_value_t = 2.0)]
     pub interval: f64,
-    /// Seconds for which the shutter is open.
+    /// Time for which the shutter is open, in seconds.
     #[arg(long, default_value_t = 0.1)]
     pub exposure: f64,
-    /// Whether the motors go on while the shutter is open; otherwise they rest.
+    /// Let the motors move while the shutter is open; otherwise they rest.
     #[arg(long)]
     pub continuous: bool,
 }

@@ -1,4 +1,4 @@
-//! What the program `drive` does, and what a host must know for it.
+//! The program `drive`, and the trait of the hosts that it uses.
 
 pub mod address;
 pub mod command;
@@ -13,44 +13,44 @@ use rigs::Host;
 
 pub use command::Command;
 
-/// A host that can be driven by hand: it knows how to stop everything, and whether it should.
+/// Host that can stop everything, and that knows whether a stop is needed.
 pub trait Driven: Host {
-    /// Whether it asks for its line by itself, and again when it is lost; otherwise a lost line is the end.
+    /// Whether the host requests its line itself, also after the line is lost. Otherwise a lost line ends the session.
     const OPENS: bool;
 
-    /// Whether something that was set in motion here is not known to rest.
+    /// Whether a motor that this host set in motion may still move.
     fn may_move(&self) -> bool;
 
-    /// Stops everything, by the emergency rules of the protocol.
+    /// Stops everything, with the emergency stop of the protocol.
     fn stop_all(&mut self, now: Millis);
 
-    /// What an event says of that stop.
+    /// Result of that stop, if the event contains it.
     fn stopped(event: &Self::Event) -> Option<Stopped>;
 }
 
-/// How a stop went.
+/// Result of a stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stopped {
-    /// The rig confirmed it.
+    /// The rig confirmed the stop.
     Confirmed,
-    /// The rig did not confirm it, so far.
+    /// The rig has not confirmed the stop.
     NotConfirmed,
 }
 
-/// Why a command was not done, in one line that says what to do.
+/// Reason why a command was not done, in one line that says what to do.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Trouble {
-    /// Somebody pressed Ctrl-C.
+    /// Ctrl-C was pressed.
     #[error("interrupted")]
     Interrupted,
-    /// There is no line to the rig, or none any more.
+    /// There is no line to the rig, or the line was lost.
     #[error("{0}")]
     Line(String),
-    /// The rig, or the protocol, does not allow it.
+    /// The rig or the protocol does not allow the command.
     #[error("{0}")]
     Refused(String),
-    /// The rig does not do what it was told.
+    /// The rig did not do the command.
     #[error("{0}")]
     Failed(String),
 }

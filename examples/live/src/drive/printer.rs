@@ -1,4 +1,4 @@
-//! What is said while motors move.
+//! Output that never waits, for the time in which motors move.
 
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -7,15 +7,15 @@ use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread;
 use std::time::Duration;
 
-/// Pieces that may wait to be written; what is more is not said.
+/// Number of pieces that may wait to be written. Further pieces are dropped.
 const WAITING: usize = 1000;
-/// How long the last of them may take.
+/// Time that the last pieces may take to be written.
 const LAST: Duration = Duration::from_secs(1);
 
-/// A writer that never waits: a thread of its own writes.
+/// Writer that never waits, because a thread of its own writes.
 ///
-/// Somebody who scrolls back in what was said must not keep a stop waiting. If nobody can read any more, writing is an
-/// error.
+/// A terminal that is scrolled back may take no output, but it must not delay a stop. If the output is closed, writing
+/// is an error.
 #[derive(Debug)]
 pub struct Printer {
     pieces: Option<SyncSender<Vec<u8>>>,
@@ -24,7 +24,7 @@ pub struct Printer {
 }
 
 impl Printer {
-    /// A writer to another one.
+    /// Makes a printer that writes to `out`.
     #[must_use]
     pub fn new(mut out: impl Write + Send + 'static) -> Self {
         let (send, pieces) = sync_channel::<Vec<u8>>(WAITING);
@@ -57,7 +57,7 @@ impl Write for Printer {
 }
 
 impl Drop for Printer {
-    /// Waits a moment for what is not written yet.
+    /// Waits a short time for the pieces that are not written yet.
     fn drop(&mut self) {
         self.pieces = None;
         let Some(thread) = self.thread.take() else { return };
@@ -78,7 +78,7 @@ mod tests {
 
     use super::*;
 
-    /// Takes a while for each piece; and breaks, if that is no time.
+    /// Writer that needs this time for each piece. With a time of zero, each write is an error.
     #[derive(Clone)]
     struct Slow(Duration, Arc<Mutex<Vec<u8>>>);
 
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn it_never_waits_and_loses_nothing_that_is_read() {
+    fn a_printer_never_waits_and_writes_everything() {
         let read = Arc::default();
         let mut printer = Printer::new(Slow(Duration::from_millis(20), Arc::clone(&read)));
         let start = Instant::now();
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_who_reads_is_an_error() {
+    fn a_closed_output_is_an_error() {
         let mut printer = Printer::new(Slow(Duration::ZERO, Arc::default()));
         let start = Instant::now();
         while printer.write_all(b"hello\n").is_ok() {

@@ -1,4 +1,4 @@
-//! What the program `drive` does: a command, and a stop if it comes to trouble.
+//! The program `drive`: it does a command, and stops all motors if the command fails.
 
 use std::io;
 use std::net::{IpAddr, SocketAddr};
@@ -15,47 +15,48 @@ use super::{Command, Driven, Stopped, Trouble, dmc, hoot, kos};
 use crate::session::{Session, Target};
 use crate::simulate::Protocol;
 
-/// A host for a rig, simulated or real.
+/// Drive a rig, simulated or real.
 #[derive(Debug, Clone, PartialEq, Parser)]
 #[command(version)]
 pub struct Args {
-    /// Which protocol the rig speaks.
+    /// Protocol of the rig.
     #[arg(value_enum)]
     pub protocol: Protocol,
-    /// Where it is: HOST or HOST:PORT; a serial device such as /dev/ttyUSB0 or COM3 (DMC, hoot); udp://ADDRESS:PORT to wait
-    /// there for one that announces itself (kOS).
+    /// Address of the rig: HOST or HOST:PORT; a serial device such as /dev/ttyUSB0 or COM3 (DMC, hoot); or
+    /// udp://ADDRESS:PORT to wait there for a rig that announces itself (kOS).
     pub address: String,
-    /// What to do.
+    /// Command to do.
     #[command(subcommand)]
     pub command: Command,
-    /// The password of the rig (kOS); the one that it tells, if none is said.
+    /// Password of the rig (kOS) [default: the password that the rig reports]
     #[arg(long, global = true, value_name = "TEXT")]
     pub password: Option<String>,
-    /// The TCP port of a rig that announced itself (kOS).
+    /// TCP port of a rig that announced itself (kOS).
     #[arg(long, global = true, default_value_t = kos_proto::discovery::DEFAULT_PORT)]
     pub port: u16,
-    /// For how many seconds to wait for an announcement (kOS).
+    /// Time to wait for an announcement, in seconds (kOS).
     #[arg(long, global = true, value_name = "SECONDS", default_value_t = 15)]
     pub wait: u16,
-    /// How fast motors go to where a move begins, as a part of their greatest speed (kOS, hoot).
+    /// Speed with which motors go to the start of a move, as a part of their greatest speed (kOS, hoot).
     #[arg(long, global = true, value_name = "PART", default_value_t = kos::Options::default().home_speed)]
     pub home_speed: f32,
-    /// Bits a second of the serial line [default: 115200 for DMC, 57600 for hoot]
+    /// Speed of the serial line, in bits per second [default: 115200 for DMC, 57600 for hoot]
     #[arg(long, global = true)]
     pub baud: Option<u32>,
-    /// The address of the node (hoot).
+    /// Address of the node (hoot).
     #[arg(long, global = true, default_value_t = hoot_proto::Address::DEFAULT.0)]
     pub node: u8,
-    /// Log what happens to the line; twice, each message; three times, each piece.
+    /// Log events of the line; given twice, also each message; given three times, also each piece of bytes.
     #[arg(long, short, global = true, action = clap::ArgAction::Count)]
     pub verbose: u8,
 }
 
-/// Does what it is told to. Trouble is one line that says what to do.
+/// Does the command of the arguments.
 ///
 /// # Errors
 ///
-/// [`Trouble`]. Whatever was set in motion is stopped by then, or the trouble says that nobody confirmed it.
+/// [`Trouble`], as one line that says what to do. All motors are stopped by then, or the line says that the stop is not
+/// confirmed.
 pub async fn drive(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<(), Trouble> {
     let address = Address::parse(&args.address, args.protocol)?;
     let mut out = Printer::new(io::stdout());
@@ -89,7 +90,7 @@ pub async fn drive(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<(),
     }
 }
 
-/// Where a kOS rig is; if need be, it is waited for.
+/// Address of a kOS rig. If it is unknown, waits for an announcement.
 async fn find(args: &Args, address: &Address) -> Result<Target, Trouble> {
     let Address::Announced(ours) = *address else { return address.target(0).await };
     let found = kos::discover(ours, None, Duration::from_secs(args.wait.into()), false).await?;
@@ -98,8 +99,8 @@ async fn find(args: &Args, address: &Address) -> Result<Target, Trouble> {
     Ok(Target::Tcp(SocketAddr::new(rig, args.port)))
 }
 
-/// Does something over a line. What it set in motion is stopped if that comes to trouble; and everything, if somebody
-/// interrupts.
+/// Does a command over a line. If the command fails, motors that it set in motion are stopped. If it is interrupted,
+/// everything is stopped.
 async fn with<H: Driven>(
     host: H,
     target: Target,
@@ -111,7 +112,7 @@ async fn with<H: Driven>(
     let may_move = session.host().may_move();
     let trouble = match done {
         Ok(()) if !may_move => return Ok(()),
-        Ok(()) => Trouble::Failed("it is done, but the rig did not say that all rests".to_owned()),
+        Ok(()) => Trouble::Failed("the command is done, but the rig did not report that all motors rest".to_owned()),
         Err(trouble) if !may_move && !matches!(trouble, Trouble::Interrupted) => return Err(trouble),
         Err(trouble) => trouble,
     };

@@ -1,4 +1,4 @@
-//! The datagrams of a rig: what it announces, what it is asked, what it answers.
+//! Datagrams of a rig: announcements, questions and answers.
 
 use std::io;
 use std::net::SocketAddr;
@@ -15,12 +15,12 @@ use tracing::warn;
 
 use super::Event;
 
-/// Datagrams on their way, at most: no more are taken then.
+/// Greatest number of datagrams on the way. Further ones are dropped.
 const ON_THE_WAY: usize = 64;
-/// How long nothing is read after an error.
+/// Pause of reading after an error.
 const PAUSE: Duration = Duration::from_millis(200);
 
-/// A socket, and to whom announcements go.
+/// Socket for datagrams, with the address for announcements.
 #[derive(Debug)]
 pub struct Announcer {
     socket: UdpSocket,
@@ -29,14 +29,14 @@ pub struct Announcer {
 }
 
 impl Announcer {
-    /// Opens a socket that can be asked at `here`, and announces to `to`.
+    /// Opens a socket that receives questions at `here` and sends announcements to `to`.
     ///
     /// # Errors
     ///
-    /// What the operating system says.
+    /// Error of the operating system.
     pub async fn bind(here: SocketAddr, to: SocketAddr, faults: Faults) -> io::Result<Self> {
         let socket = UdpSocket::bind(here).await?;
-        // Without it the system refuses broadcast addresses; it does nothing to others.
+        // Without this option the system refuses broadcast addresses. Other addresses do not need it.
         socket.set_broadcast(true)?;
         Ok(Self { socket, to, faults })
     }
@@ -52,7 +52,7 @@ pub(super) struct Datagrams {
     down: Vec<Flight>,
 }
 
-/// A datagram on its way from or to somebody.
+/// Datagram on the way from or to a peer.
 struct Flight {
     peer: SocketAddr,
     line: Line,
@@ -63,7 +63,7 @@ impl Datagrams {
         let Announcer { socket, to, faults } = announcer;
         let socket = Arc::new(socket);
         tokio::spawn(hear(Arc::clone(&socket), door));
-        // Another seed than that of the lines.
+        // The seed differs from the seeds of the lines.
         Self { socket, to, faults, seed: seed ^ 1 << 63, up: Vec::new(), down: Vec::new() }
     }
 
@@ -71,29 +71,29 @@ impl Datagrams {
         self.up.iter().chain(&self.down).filter_map(|flight| flight.line.wake()).min()
     }
 
-    /// Somebody sent one.
+    /// Takes a datagram that a peer sent.
     pub(super) fn arrived(&mut self, now: Millis, from: SocketAddr, bytes: &[u8]) {
         let flight = self.flight(now, from, bytes);
         put(&mut self.up, flight);
     }
 
-    /// The rig has one for everybody.
+    /// Takes an announcement of the rig.
     pub(super) fn announce(&mut self, now: Millis, bytes: &[u8]) {
         self.answer(now, self.to, bytes);
     }
 
-    /// The rig has one for somebody.
+    /// Takes an answer of the rig for a peer.
     pub(super) fn answer(&mut self, now: Millis, to: SocketAddr, bytes: &[u8]) {
         let flight = self.flight(now, to, bytes);
         put(&mut self.down, flight);
     }
 
-    /// The next one for the rig.
+    /// Next datagram for the rig.
     pub(super) fn pop(&mut self, now: Millis) -> Option<(SocketAddr, Vec<u8>)> {
         pop(&mut self.up, now)
     }
 
-    /// Sends what is due. What the system does not take at once is lost, as datagrams are.
+    /// Sends the datagrams that are due. A datagram that the system does not take at once is lost.
     pub(super) fn send(&mut self, now: Millis) {
         while let Some((to, bytes)) = pop(&mut self.down, now) {
             match self.socket.try_send_to(&bytes, to) {
@@ -122,7 +122,7 @@ fn pop(flights: &mut Vec<Flight>, now: Millis) -> Option<(SocketAddr, Vec<u8>)> 
     flights.iter_mut().find_map(|flight| Some((flight.peer, flight.line.pop(now)?)))
 }
 
-/// Hears datagrams until nobody serves any more.
+/// Receives datagrams until the server has ended.
 async fn hear(socket: Arc<UdpSocket>, door: mpsc::Sender<Event>) {
     let mut buffer = [0; 2048];
     loop {
@@ -133,7 +133,7 @@ async fn hear(socket: Arc<UdpSocket>, door: mpsc::Sender<Event>) {
                     return;
                 }
             }
-            // Somebody whom a datagram was for does not listen, or the like.
+            // For example, a datagram was sent to an address without a listener.
             Err(_) => sleep(PAUSE).await,
         }
     }

@@ -1,4 +1,4 @@
-//! A line of the rig that somebody is at: its two directions, and the task that carries its bytes.
+//! Line of the rig with a client: its two directions, and the task that carries its bytes.
 
 use std::io;
 use std::sync::Arc;
@@ -15,33 +15,33 @@ use tokio::time::timeout;
 
 use super::{Came, Event, PATIENCE, ROOM, Stream};
 
-/// How long a client may take nothing of what is written to it.
+/// Time after which a client that takes no bytes is cut off.
 const WRITE: Duration = Duration::from_secs(30);
-/// How long a client that was hung up on may take to notice.
+/// Time that a client may take to notice that the rig closed the line.
 const LINGER: Duration = Duration::from_secs(1);
 
-/// A line that somebody is at.
+/// Line with a client.
 pub(super) struct Link {
     pub(super) client: u64,
     pub(super) name: String,
     pub(super) carrier: Carrier,
-    /// To the rig.
+    /// Direction to the rig.
     pub(super) up: Line,
-    /// From the rig.
+    /// Direction from the rig.
     down: Line,
-    /// Until when the line is dead after a reset.
+    /// End of the time in which the line is dead after a reset.
     dead: Option<Millis>,
-    /// Why the client is gone; what it has sent before arrives yet.
+    /// Reason why the client is gone. The bytes that it sent before still arrive.
     gone: Option<String>,
-    /// A permit lets the task read once.
+    /// Permits for the task. One permit allows one read.
     reads: Arc<Semaphore>,
-    /// Whether it has one.
+    /// Whether the task has a permit.
     may_read: bool,
     pieces: mpsc::UnboundedSender<Vec<u8>>,
-    /// Bytes in `pieces`.
+    /// Number of bytes in `pieces`.
     waiting: Arc<AtomicUsize>,
     task: JoinHandle<()>,
-    /// Kept for its end; the task keeps it too.
+    /// Sender whose drop shows the end of the line. The task keeps it too.
     _here: Arc<oneshot::Sender<()>>,
 }
 
@@ -63,25 +63,25 @@ impl Link {
         Self { client, name, carrier, up, down, dead, gone, reads, may_read, pieces, waiting, task, _here: here }
     }
 
-    /// When something is due on it.
+    /// Time at which something is due on the line.
     pub(super) fn wake(&self) -> Option<Millis> {
         [self.up.wake(), self.down.wake(), self.dead].into_iter().flatten().min()
     }
 
-    /// Bytes arrived.
+    /// Takes received bytes.
     pub(super) fn arrived(&mut self, now: Millis, bytes: &[u8]) {
         self.may_read = false;
         self.up.push(now, bytes);
     }
 
-    /// The rig says something.
+    /// Takes bytes that the rig sends.
     pub(super) fn send(&mut self, now: Millis, bytes: &[u8]) {
         if self.dead.is_none() && self.gone.is_none() {
             self.down.push(now, bytes);
         }
     }
 
-    /// The client is gone.
+    /// Marks the client as gone.
     pub(super) fn leave(&mut self, why: String) {
         self.gone = Some(why);
     }
@@ -91,33 +91,33 @@ impl Link {
         self.gone.is_some()
     }
 
-    /// Nothing comes through before this moment.
+    /// Holds all bytes back until a moment.
     pub(super) fn hold(&mut self, until: Millis) {
         self.up.hold(until);
         self.down.hold(until);
     }
 
-    /// The line is dead until a moment, and all that was on it is lost.
+    /// Replaces the line by one that is dead until a moment. All bytes on the line are lost.
     pub(super) fn restart(&mut self, dead: Millis, (up, down): (Line, Line)) {
         (self.up, self.down, self.dead) = (up, down, Some(dead));
     }
 
-    /// Whether it comes alive again just now.
+    /// Whether the line opens again now.
     pub(super) fn opens(&mut self, now: Millis) -> bool {
         self.dead.take_if(|until| *until <= now).is_some()
     }
 
-    /// Writes what is due, and lets the task read as long as there is room.
+    /// Writes the bytes that are due, and lets the task read while there is room.
     ///
-    /// An error is the end of the line, and says why.
+    /// An error ends the line, and says why.
     pub(super) fn carry(&mut self, now: Millis) -> Result<(), String> {
         while let Some(bytes) = self.down.pop(now) {
             self.waiting.fetch_add(bytes.len(), Ordering::Relaxed);
-            // A task that has ended says so itself.
+            // A task that has ended reports that itself.
             let _ = self.pieces.send(bytes);
         }
         if self.down.held() + self.waiting.load(Ordering::Relaxed) > PATIENCE {
-            return Err(format!("cut off: it does not read, and {} KiB wait for it", PATIENCE / 1024));
+            return Err(format!("cut off: the client does not read, and {} KiB wait for it", PATIENCE / 1024));
         }
         if self.up.is_broken() || self.down.is_broken() {
             return Err("fault: the line breaks".to_owned());
@@ -139,7 +139,7 @@ impl Link {
         self.task.abort();
     }
 
-    /// Ends the line once all is written.
+    /// Ends the line when all bytes are written.
     pub(super) fn finish(mut self) {
         while let Some(bytes) = self.down.pop(Millis(u64::MAX)) {
             let _ = self.pieces.send(bytes);
@@ -147,7 +147,7 @@ impl Link {
     }
 }
 
-/// Carries bytes both ways until one of them ends, and says why it did.
+/// Carries bytes in both directions until one of them ends. Returns the reason.
 async fn carry(
     stream: Box<dyn Stream>,
     client: u64,
@@ -161,14 +161,14 @@ async fn carry(
         why = read(&mut from, client, reads, door) => return why,
         result = write(to, pieces, waiting) => {
             if let Err(error) = result {
-                return format!("gone: {error}");
+                return format!("the line failed: {error}");
             }
         }
     }
-    // What it still says would make the system throw away what it has yet to read.
+    // Received bytes that nobody reads would make the system discard the last bytes to the client.
     let drain = async { while from.read(&mut [0; 4096]).await.is_ok_and(|len| len > 0) {} };
     let _ = timeout(LINGER, drain).await;
-    "hung up on".to_owned()
+    "the rig closed the line".to_owned()
 }
 
 async fn read(
@@ -181,22 +181,22 @@ async fn read(
     while let Ok(permit) = reads.acquire().await {
         permit.forget();
         match from.read(&mut buffer).await {
-            Ok(0) => return "has hung up".to_owned(),
+            Ok(0) => return "the client closed the line".to_owned(),
             Ok(len) => {
                 let bytes = buffer.get(..len).unwrap_or_default().to_vec();
                 if door.send(Event::Piece { client, bytes }).await.is_err() {
                     break;
                 }
             }
-            // So says a pseudo-terminal that all users have closed.
+            // A pseudo-terminal reports this error when all users have closed it.
             #[cfg(unix)]
             Err(error) if error.raw_os_error() == Some(rustix::io::Errno::IO.raw_os_error()) => {
-                return "has hung up".to_owned();
+                return "the client closed the line".to_owned();
             }
-            Err(error) => return format!("gone: {error}"),
+            Err(error) => return format!("the line failed: {error}"),
         }
     }
-    "is served no more".to_owned()
+    "the server has ended".to_owned()
 }
 
 async fn write(
@@ -205,7 +205,7 @@ async fn write(
     waiting: &AtomicUsize,
 ) -> io::Result<()> {
     while let Some(bytes) = pieces.recv().await {
-        let late = |_| io::Error::other("it takes nothing any more");
+        let late = |_| io::Error::other("it no longer takes any bytes");
         timeout(WRITE, to.write_all(&bytes)).await.map_err(late)??;
         waiting.fetch_sub(bytes.len(), Ordering::Relaxed);
     }

@@ -1,4 +1,4 @@
-//! Clients that come over TCP.
+//! Listener for clients over TCP.
 
 use std::time::Duration;
 
@@ -9,10 +9,10 @@ use tracing::warn;
 
 use super::Door;
 
-/// How long nobody is let in after one could not be: who has no more file handles has none a moment later.
+/// Pause after a client that could not be accepted, for example because there are no more file handles.
 const PAUSE: Duration = Duration::from_millis(200);
 
-/// Lets clients in until nobody serves any more.
+/// Accepts clients until the server has ended.
 pub async fn listen(listener: TcpListener, door: Door) {
     let mut could = true;
     loop {
@@ -30,7 +30,7 @@ pub async fn listen(listener: TcpListener, door: Door) {
             }
             Err(error) => {
                 if could {
-                    warn!("nobody can be let in: {error}");
+                    warn!("no client can be accepted: {error}");
                 }
                 could = false;
                 sleep(PAUSE).await;

@@ -1,8 +1,9 @@
-//! A rig on real lines, in real time.
+//! Server of a rig on real lines, in real time.
 //!
-//! One [`Server`] owns the rig, and alone calls it; a task for each line carries its bytes. What arrives waits at the
-//! door until the server has room for it, so that a flood costs no memory; whoever does not read what the rig says is
-//! cut off once [`PATIENCE`] bytes wait for him. A client that is cut off, hangs up or breaks something hurts nobody else.
+//! One [`Server`] owns the rig, and only the server calls it. A task for each line carries its bytes. Received bytes
+//! wait at the [`Door`] until the server has room for them, so that a flood costs no memory. A client that does not
+//! read is cut off when [`PATIENCE`] bytes wait for it. A client that is cut off, disconnects or causes an error does
+//! not disturb the other clients.
 
 mod datagrams;
 mod link;
@@ -33,40 +34,41 @@ use crate::session::due;
 use datagrams::Datagrams;
 use link::Link;
 
-/// Bytes that may wait for a client to read them.
+/// Number of bytes that may wait for a client to read them.
 pub const PATIENCE: usize = 256 * 1024;
-/// Bytes on their way to the rig, from which on nothing more is read.
+/// Number of bytes on the way to the rig at which reading pauses.
 const ROOM: usize = 64 * 1024;
-/// Milliseconds for which a serial line is dead after a reset.
+/// Time for which a serial line is dead after a reset, in milliseconds.
 const REOPEN: u64 = 5;
-/// What waits at the door of the server.
+/// Number of events that may wait at the door of the server.
 const DOOR: usize = 16;
 
-/// How a rig is served.
+/// Options of a server.
 #[derive(Debug, Default)]
 pub struct Options {
-    /// What happens on its lines, and to it. Those of its datagrams are the [`Announcer`]'s.
+    /// Faults of the lines and of the rig. The [`Announcer`] has the faults of the datagrams.
     pub faults: Faults,
-    /// Where all that is random comes from.
+    /// Seed of everything that is random.
     pub seed: u64,
-    /// Where its motors go is written down here.
+    /// Record of the motion of the motors.
     pub record: Option<Record>,
-    /// The socket for its datagrams.
+    /// Socket for the datagrams.
     pub announcer: Option<Announcer>,
 }
 
-/// A way into the server, for whatever brings clients.
+/// Entry of the server, through which clients come.
 #[derive(Debug, Clone)]
 pub struct Door(mpsc::Sender<Event>);
 
-/// What carries bytes.
+/// Stream that carries the bytes of a client.
 pub trait Stream: AsyncRead + AsyncWrite + Send + Unpin {}
 impl<T: AsyncRead + AsyncWrite + Send + Unpin> Stream for T {}
 
 impl Door {
-    /// Brings a client, whose line is free again once what is returned has ended. Nothing if nobody serves any more.
+    /// Brings a client to the server. The line of the client is free again when the returned receiver ends. `None` if
+    /// the server has ended.
     ///
-    /// A TCP connection ends when the rig is reset; the others are lines that stay.
+    /// A TCP connection ends when the rig is reset. Other lines stay.
     pub async fn enter(
         &self,
         name: &str,
@@ -80,16 +82,16 @@ impl Door {
     }
 }
 
-/// A client that came.
+/// New client.
 struct Came {
     name: String,
     carrier: Carrier,
     stream: Box<dyn Stream>,
-    /// Is dropped once its line is free again.
+    /// Sender that is dropped when the line of the client is free again.
     here: oneshot::Sender<()>,
 }
 
-/// What the server is told.
+/// Event for the server.
 enum Event {
     Came(Came),
     Piece { client: u64, bytes: Vec<u8> },
@@ -97,27 +99,27 @@ enum Event {
     Datagram { from: SocketAddr, bytes: Vec<u8> },
 }
 
-/// A rig, its lines, and the clock of the computer.
+/// Server of a rig, with its lines and the clock of the computer.
 pub struct Server<R> {
     rig: R,
     faults: Faults,
     seed: u64,
     start: Instant,
     mishaps: Mishaps,
-    /// By line: who is there.
+    /// Client of each line.
     links: Vec<Option<Link>>,
-    /// How many clients there have been.
+    /// Number of clients so far.
     clients: u64,
     record: Option<Record>,
     datagrams: Option<Datagrams>,
-    /// Who sent the datagram that the rig was just given.
+    /// Sender of the datagram that the rig handles now.
     asker: Option<SocketAddr>,
     door: mpsc::Sender<Event>,
     events: mpsc::Receiver<Event>,
 }
 
 impl<R: Rig> Server<R> {
-    /// A server, and the door to it. The rig's clock begins now.
+    /// Makes a server and its door. The clock of the rig starts now.
     #[must_use]
     pub fn new(rig: R, options: Options) -> (Self, Door) {
         let Options { faults, seed, record, announcer } = options;
@@ -140,7 +142,7 @@ impl<R: Rig> Server<R> {
         (server, Door(door))
     }
 
-    /// Serves until `stop` is there, and gives the rig back.
+    /// Serves until `stop` is ready. Returns the rig.
     pub async fn run(mut self, stop: impl Future<Output = ()>) -> R {
         tokio::pin!(stop);
         loop {
@@ -197,10 +199,10 @@ impl<R: Rig> Server<R> {
     }
 
     fn came(&mut self, now: Millis, came: Came) {
-        // Whoever is gone makes room, even if not all that he said has arrived.
+        // A client that is gone gives its line to the new client, even if some of its bytes have not arrived.
         let places = [Option::is_none, |link: &Option<Link>| link.as_ref().is_some_and(Link::is_gone)];
         let Some(index) = places.into_iter().find_map(|is_free| self.links.iter().position(is_free)) else {
-            warn!("{} is turned away: there are {} clients already", came.name, R::LINES);
+            warn!("{} is rejected: there are already {} clients", came.name, R::LINES);
             return;
         };
         let Some(line) = (0..).map(LineId).nth(index) else { return };
@@ -216,7 +218,7 @@ impl<R: Rig> Server<R> {
         self.settle(now);
     }
 
-    /// Does all that is due.
+    /// Does everything that is due.
     fn work(&mut self) {
         let now = self.now();
         self.rig.advance(now);
@@ -244,7 +246,7 @@ impl<R: Rig> Server<R> {
     fn mishap(&mut self, now: Millis, mishap: Mishap) {
         match mishap {
             Mishap::Silence(millis) => {
-                info!("fault: the rig hears nothing and says nothing for {millis} ms");
+                info!("fault: the rig receives and sends nothing for {millis} ms");
                 self.links.iter_mut().flatten().for_each(|link| link.hold(now.after(millis)));
             }
             Mishap::Reset => {
@@ -261,7 +263,7 @@ impl<R: Rig> Server<R> {
         }
     }
 
-    /// Cuts a line off, as a reset does: a connection ends, a serial line is dead for a moment.
+    /// Cuts off a line, as a reset does: a connection ends, and a serial line is dead for a moment.
     fn cut(&mut self, now: Millis, at: LineId) {
         let Some(slot) = self.links.get_mut(usize::from(at.0)) else { return };
         let Some(link) = slot else { return };
@@ -278,7 +280,7 @@ impl<R: Rig> Server<R> {
         self.rig.close(now, at);
     }
 
-    /// Brings what has arrived on a line, and takes away what is due on it.
+    /// Gives received bytes of a line to the rig, and writes the bytes that are due.
     fn carry(&mut self, now: Millis, at: LineId) {
         let index = usize::from(at.0);
         if self.links[index].as_mut().is_some_and(|link| link.opens(now)) {
@@ -302,7 +304,7 @@ impl<R: Rig> Server<R> {
         }
     }
 
-    /// Does what the rig wants done.
+    /// Executes the output of the rig.
     fn settle(&mut self, now: Millis) {
         while let Some(outgoing) = self.rig.poll() {
             match outgoing {
@@ -313,7 +315,7 @@ impl<R: Rig> Server<R> {
                 }
                 Outgoing::HangUp(line) => {
                     if let Some(link) = self.links.get_mut(usize::from(line.0)).and_then(Option::take) {
-                        info!("{}: the rig hangs up", link.name);
+                        info!("{}: the rig closes the line", link.name);
                         link.finish();
                         self.rig.close(now, line);
                     }
@@ -328,14 +330,14 @@ impl<R: Rig> Server<R> {
                         datagrams.answer(now, asker, &bytes);
                     }
                 }
-                // A rig calls nobody.
+                // A rig opens no lines.
                 Outgoing::Open(_) => {}
             }
         }
     }
 }
 
-/// Nothing is due: a moment to look around all the same.
+/// Moment of the next look if nothing is due.
 fn far() -> Instant {
     Instant::now() + Duration::from_hours(1)
 }

@@ -1,9 +1,11 @@
-//! A pseudo-terminal: a serial line without a wire, which one program opens as it would open a real one.
+//! Pseudo-terminal: a serial line without a wire, which a program opens like a real one.
 //!
-//! While nobody uses it, its end for users is held open here, so that the first byte of the next user can be waited for:
-//! a pseudo-terminal without users is all errors. Once somebody is there it is let go, and then the last user's leaving is
-//! the end of the line. Programs lock a serial line for themselves, and a pseudo-terminal forgets that lock no sooner than
-//! it is gone itself: so it is taken away again, as nobody but its user needs it.
+//! A pseudo-terminal without users only gives errors. So while it has no user, its end for users is held open here, and
+//! the first byte of the next user can be awaited. When there is a user, this handle is closed. Then the line ends when
+//! the last user closes it.
+//!
+//! Programs lock a serial line for themselves. A pseudo-terminal keeps such a lock until it is removed itself, so the
+//! lock is released here. Only the program that set it needs it.
 
 use std::fs::File;
 use std::io;
@@ -21,10 +23,10 @@ use tracing::warn;
 
 use super::Door;
 
-/// How long a lock of somebody who opened the terminal, said nothing and left, may stay.
+/// Time for which a lock may stay after a user opened the terminal, sent nothing, and closed it.
 const LOCKED: Duration = Duration::from_millis(250);
 
-/// A pseudo-terminal.
+/// Pseudo-terminal with one user at a time.
 #[derive(Debug)]
 pub struct Pty {
     ours: File,
@@ -33,11 +35,11 @@ pub struct Pty {
 }
 
 impl Pty {
-    /// A new one, in raw mode.
+    /// Opens a new pseudo-terminal, in raw mode.
     ///
     /// # Errors
     ///
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn new() -> io::Result<Self> {
         let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
         grantpt(&ours)?;
@@ -49,17 +51,17 @@ impl Pty {
         Ok(Self { ours: File::from(ours), theirs, path })
     }
 
-    /// What a user opens.
+    /// Path that a user opens.
     #[must_use]
     pub fn path(&self) -> &str {
         &self.path
     }
 
-    /// Lets one user after the other in, until nobody serves any more.
+    /// Accepts one user after the other, until the server has ended.
     pub async fn serve(self, door: Door) {
         let Self { ours, mut theirs, path } = self;
         loop {
-            // Both for this user only: an end that was seen once is never forgotten by them.
+            // Both are for this user only, because they never read again after they have seen an end.
             let (from, to) = match ends(&ours) {
                 Ok(ends) => ends,
                 Err(error) => return warn!("{path}: {error}"),
@@ -70,29 +72,29 @@ impl Pty {
             unlock(&theirs);
             drop(theirs);
             let Some(end) = door.enter(&path, Carrier::Serial, join(from, to)).await else { return };
-            // An error is the end, which is what is waited for.
+            // An error is the awaited end.
             let _ = end.await;
             theirs = loop {
                 match users_end(&path) {
                     Ok(theirs) => break theirs,
-                    Err(error) => warn!("{path}: {error}: it is tried again"),
+                    Err(error) => warn!("{path}: {error}: trying again"),
                 }
                 sleep(LOCKED).await;
             };
-            // What nobody has read.
+            // Unread bytes are not for the next user.
             let _ = tcflush(&theirs, QueueSelector::IOFlush);
         }
     }
 }
 
-/// Our end for reading and for writing. Tokio has no other safe way to wait for any file that can be waited for.
+/// Our end for reading and for writing. Tokio has no other safe way to wait for such a file.
 fn ends(ours: &File) -> io::Result<(pipe::Receiver, pipe::Sender)> {
     let from = pipe::Receiver::from_file_unchecked(ours.try_clone()?)?;
     let to = pipe::Sender::from_file_unchecked(ours.try_clone()?)?;
     Ok((from, to))
 }
 
-/// The end for users, in raw mode, whatever mode the last one left it in.
+/// End for users, set to raw mode, because the last user may have changed the mode.
 fn users_end(path: &str) -> io::Result<OwnedFd> {
     let theirs = open(path, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty())?;
     let mut settings = tcgetattr(&theirs)?;
@@ -102,6 +104,6 @@ fn users_end(path: &str) -> io::Result<OwnedFd> {
 }
 
 fn unlock(theirs: &OwnedFd) {
-    // A system without such locks needs nothing.
+    // A system without such locks returns an error, which has no effect.
     let _ = ioctl_tiocnxcl(theirs);
 }

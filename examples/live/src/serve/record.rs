@@ -1,4 +1,4 @@
-//! Where the motors of a rig go, written down.
+//! Record of the motion of the motors of a rig.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -8,28 +8,28 @@ use motion_core::time::Millis;
 use rigs::motor::Motor;
 use tracing::warn;
 
-/// Milliseconds after which a row is in the file at the latest.
+/// Time within which a row is written to the file, in milliseconds.
 const FLUSH: u64 = 500;
 
-/// A file of comma-separated values: `millis,motor,position,moment`.
+/// File of comma-separated values: `millis,motor,position,moment`.
 ///
-/// A row is a motor at a moment of the rig's clock, whenever it is elsewhere than in its last row. The last column is how
-/// far the move is that is played, as [`Rig::moment`](rigs::Rig::moment) has it; it is empty while none is.
+/// There is a row for each change of the position of a motor, with the time of the clock of the rig. The last column is
+/// the progress of the move, as [`Rig::moment`](rigs::Rig::moment) gives it. It is empty while no move is played.
 #[derive(Debug)]
 pub struct Record {
-    /// Nothing, once it could not be written.
+    /// Output, or `None` after a failure of writing.
     out: Option<BufWriter<File>>,
     last: Vec<f64>,
-    /// When the rows that are not in the file must be.
+    /// Time at which all rows must be in the file.
     due: Option<Millis>,
 }
 
 impl Record {
-    /// A new file, in the place of one of this name.
+    /// Creates a new file. An existing file of this name is replaced.
     ///
     /// # Errors
     ///
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn create(path: &Path) -> io::Result<Self> {
         let mut out = BufWriter::new(File::create(path)?);
         writeln!(out, "millis,motor,position,moment")?;
@@ -37,12 +37,12 @@ impl Record {
         Ok(Self { out: Some(out), last: Vec::new(), due: None })
     }
 
-    /// When it wants to be looked at, if nothing happens before.
+    /// Time of the next call of [`look`](Self::look), if there is none before.
     pub(super) const fn wake(&self) -> Option<Millis> {
         self.due
     }
 
-    /// Writes down what has changed.
+    /// Writes a row for each motor whose position has changed.
     pub(super) fn look(&mut self, now: Millis, motors: &[Motor], moment: Option<f64>) {
         self.last.resize(motors.len(), f64::NAN);
         let moment = moment.map(|moment| moment.to_string()).unwrap_or_default();
@@ -63,7 +63,7 @@ impl Record {
         }
     }
 
-    /// Brings all rows into the file.
+    /// Writes all rows to the file.
     pub(super) fn flush(&mut self) {
         self.due = None;
         if let Some(Err(error)) = self.out.as_mut().map(Write::flush) {

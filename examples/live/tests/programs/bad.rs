@@ -1,13 +1,13 @@
-//! What nobody can do: one line that says what to do, and status 1.
+//! Tests of commands that cannot be done: one line that says what to do, and status 1.
 
 use std::net::TcpListener;
 
 use crate::process::{Program, Rig, file};
 
 #[test]
-fn a_broken_move_file() {
-    let rig = Rig::start("a_broken_move_file", "dmc", &["--tcp"]);
-    let path = file("a_broken_move_file", "{\n  \"move\": 1,\n  \"name\": 7\n}");
+fn a_broken_move_file_is_refused() {
+    let rig = Rig::start("a_broken_move_file_is_refused", "dmc", &["--tcp"]);
+    let path = file("a_broken_move_file_is_refused", "{\n  \"move\": 1,\n  \"name\": 7\n}");
     let path = path.to_str().unwrap();
     let line = rig.drive(&["run", path]).failed("line 3, column 11");
     assert!(line.starts_with(&format!("drive: {path}")), "{line}");
@@ -16,22 +16,22 @@ fn a_broken_move_file() {
 }
 
 #[test]
-fn a_port_that_is_taken() {
+fn a_port_that_is_in_use_is_refused() {
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port().to_string();
     for protocol in ["kos", "dmc", "hoot"] {
         let outcome = Program::start("simulate", &[protocol, "--tcp", "--port", &port]).end();
-        outcome.failed(&format!("simulate: 127.0.0.1:{port} is taken: choose another --port"));
+        outcome.failed(&format!("simulate: 127.0.0.1:{port} is in use: choose another --port"));
     }
 }
 
 #[test]
-fn a_rig_that_is_not_there() {
+fn a_rig_that_does_not_exist_is_reported() {
     let free = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
     for (args, part) in [
-        (["kos", &free, "info"], "nobody listens there"),
-        (["dmc", &free, "info"], "nobody listens there"),
-        (["hoot", &free, "info"], "nobody listens there"),
+        (["kos", &free, "info"], "nothing listens there"),
+        (["dmc", &free, "info"], "nothing listens there"),
+        (["hoot", &free, "info"], "nothing listens there"),
         (["dmc", "/dev/no-such-line", "info"], "is the rig plugged in"),
         (["hoot", "/dev/no-such-line", "info"], "is the rig plugged in"),
     ] {
@@ -43,25 +43,25 @@ fn a_rig_that_is_not_there() {
 }
 
 #[test]
-fn words_that_nobody_knows() {
+fn an_unknown_argument_is_refused() {
     for (args, part) in [
         ("simulate", vec!["dfmoco"], "possible values: kos, dmc, hoot"),
         ("simulate", vec!["kos", "--listen", "here"], "invalid value 'here' for '--listen"),
-        ("simulate", vec!["kos", "--listen", "192.0.2.1"], "192.0.2.1:5520 is no address of this computer"),
+        ("simulate", vec!["kos", "--listen", "192.0.2.1"], "192.0.2.1:5520 is not an address of this computer"),
         ("simulate", vec!["kos", "--quirks", "loud"], "a kOS device has no quirk \"loud\": it has"),
         ("simulate", vec!["dmc", "--quirks", "vendor,loud"], "a DMC device has no quirk \"loud\": it has vendor,"),
         ("simulate", vec!["hoot", "--quirks", "loud"], "\"loud\" is no quirk: there are none, firmware,"),
         ("simulate", vec!["kos", "--faults", "loss"], "TCP has no fault \"loss\": it has cutting,"),
         ("simulate", vec!["dmc", "--faults", "loss=2"], "loss=\"2\": it needs a number"),
         ("simulate", vec!["dmc", "--motors", "33"], "DMC has 1 to 32 motors, not 33"),
-        ("simulate", vec!["dmc", "--password", "x"], "DMC has no passwords: leave --password out"),
-        ("simulate", vec!["hoot", "--announce", "127.0.0.1:9"], "hoot has no datagrams: leave --announce out"),
-        ("simulate", vec!["kos", "--pty"], "kOS has no serial line: leave --pty out"),
+        ("simulate", vec!["dmc", "--password", "x"], "DMC has no passwords: leave out --password"),
+        ("simulate", vec!["hoot", "--announce", "127.0.0.1:9"], "hoot has no datagrams: leave out --announce"),
+        ("simulate", vec!["kos", "--pty"], "kOS has no serial line: leave out --pty"),
         ("simulate", vec!["dmc", "--record", "/no/such/folder"], "/no/such/folder: "),
         ("drive", vec!["kos", "127.0.0.1"], "requires a subcommand"),
         ("drive", vec!["kos", "127.0.0.1", "dance"], "'dance'"),
         ("drive", vec!["dmc", "rig", "info"], "\"rig\": give HOST:PORT, or a serial device"),
-        ("drive", vec!["hoot", "127.0.0.1:1", "info", "--node", "1"], "nodes have 2 to 255"),
+        ("drive", vec!["hoot", "127.0.0.1:1", "info", "--node", "1"], "nodes have addresses 2 to 255"),
     ]
     .map(|(program, args, part)| ((program, args), part))
     {
@@ -71,9 +71,10 @@ fn words_that_nobody_knows() {
 }
 
 #[test]
-fn a_wrong_password() {
-    let rig = Rig::start("a_wrong_password", "kos", &["--password", "gaffer"]);
-    rig.drive(&["info", "--password", "grip"]).failed("drive: wrong password: give the one of the rig with --password");
+fn a_wrong_password_is_refused() {
+    let rig = Rig::start("a_wrong_password_is_refused", "kos", &["--password", "gaffer"]);
+    rig.drive(&["info", "--password", "grip"])
+        .failed("drive: wrong password: give the password of the rig with --password");
     assert!(rig.drive(&["info", "--password", "gaffer"]).done().contains("motor 1"));
     rig.end();
 }

@@ -1,13 +1,14 @@
-//! A cable between two programs that can be cut.
+//! Cable between two programs, which can be cut.
 
 use std::io::copy;
 use std::net::{Shutdown, TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
 use std::thread;
 
-/// Carries TCP connections to a rig, until it is cut; later ones are carried again. It ends with its test.
+/// Cable that carries TCP connections to a rig. A cut ends its connections, and later ones are carried again. The cable
+/// ends with its test.
 pub(crate) struct Cable {
-    /// Where it begins.
+    /// Address at which the cable begins.
     pub(crate) address: String,
     carried: Arc<Mutex<Vec<TcpStream>>>,
 }
@@ -24,7 +25,7 @@ impl Cable {
                 for (from, to) in [(&near, &far), (&far, &near)] {
                     let (mut from, mut to) = (from.try_clone().unwrap(), to.try_clone().unwrap());
                     thread::spawn(move || {
-                        // However it ends, the other one hears of it.
+                        // However one direction ends, the other end of the cable must see it.
                         let _ = copy(&mut from, &mut to);
                         let _ = to.shutdown(Shutdown::Both);
                     });
@@ -35,10 +36,10 @@ impl Cable {
         Self { address, carried }
     }
 
-    /// Cuts all that it carries.
+    /// Cuts all connections.
     pub(crate) fn cut(&self) {
         for stream in self.carried.lock().unwrap().drain(..) {
-            // It may have ended by itself.
+            // The connection may have ended by itself.
             let _ = stream.shutdown(Shutdown::Both);
         }
     }

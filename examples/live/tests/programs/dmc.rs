@@ -1,11 +1,11 @@
-//! DMC: TCP, and a pseudo-terminal.
+//! Scenarios of DMC, over TCP and a pseudo-terminal.
 
 use examples::moves::Move;
 
 use crate::process::{Program, Rig, Scenario, cut, done_or_at_rest, file, interrupted, missed};
 use crate::record::{Planned, Row, is_at, last};
 
-/// Two seconds at 24 frames a second: frames 1 to 49.
+/// Move of two seconds at 24 frames per second: frames 1 to 49.
 const MOVE: &str = r#"{
     "move": 1, "name": "Short", "rate": 24, "duration": 2,
     "axes": [
@@ -15,8 +15,8 @@ const MOVE: &str = r#"{
     ]
 }"#;
 
-/// The motor was where the curve of the move file has it. Between two frames it goes straight on, and the curve does not:
-/// 64,000 steps/s² over half of 1/24 s are 14 steps at the most, and a step for rounding.
+/// Checks that the motor followed the curve of the move file. Between two frames the motor moves in a straight line and
+/// the curve does not: 64,000 steps/s² over half of 1/24 s are 14 steps at most, and one step is for rounding.
 #[track_caller]
 fn check(rows: &[Row]) {
     let planned = Move::parse("move", MOVE).unwrap();
@@ -34,16 +34,16 @@ fn check(rows: &[Row]) {
 pub(crate) const SCENARIOS: &[Scenario] = &[
     ("dmc_an_upload_and_a_run_over_a_terminal", |test| upload_and_run(test, &["--pty"])),
     ("dmc_an_upload_and_a_run_over_tcp", |test| upload_and_run(test, &["--tcp"])),
-    ("dmc_an_upload_and_a_run_with_the_vendors_habits", |test| upload_and_run(test, &["--quirks", "vendor"])),
+    ("dmc_an_upload_and_a_run_with_the_quirks_of_the_vendor", |test| upload_and_run(test, &["--quirks", "vendor"])),
     ("dmc_a_shoot_over_a_terminal", |test| shoot(test, &["--pty"])),
     ("dmc_a_shoot_over_tcp", |test| shoot(test, &["--tcp"])),
     ("dmc_ctrl_c_stops_the_motors_first", ctrl_c_stops_the_motors_first),
     ("dmc_without_its_host_a_run_stops", without_its_host_a_run_stops),
     ("dmc_without_its_host_a_shoot_stops", without_its_host_a_shoot_stops),
-    ("dmc_a_rig_that_is_killed_in_a_shoot", a_rig_that_is_killed_in_a_shoot),
-    ("dmc_a_rig_that_is_killed_is_missed", |test| a_rig_that_is_killed_is_missed(test, "--pty")),
-    ("dmc_a_rig_that_is_killed_over_tcp", |test| a_rig_that_is_killed_is_missed(test, "--tcp")),
-    ("dmc_a_connection_that_breaks_is_made_anew_for_a_stop", a_connection_that_breaks_is_made_anew_for_a_stop),
+    ("dmc_a_rig_that_is_killed_in_a_shoot_is_reported", a_rig_that_is_killed_in_a_shoot),
+    ("dmc_a_rig_that_is_killed_is_reported", |test| a_rig_that_is_killed_is_reported(test, "--pty")),
+    ("dmc_a_rig_that_is_killed_is_reported_over_tcp", |test| a_rig_that_is_killed_is_reported(test, "--tcp")),
+    ("dmc_a_broken_connection_is_made_again_for_a_stop", a_broken_connection_is_made_again_for_a_stop),
     ("dmc_with_all_faults_1", |test| with_all_faults(test, "--pty", "1")),
     ("dmc_with_all_faults_2", |test| with_all_faults(test, "--pty", "2")),
     ("dmc_with_all_faults_3", |test| with_all_faults(test, "--tcp", "3")),
@@ -54,7 +54,7 @@ fn upload_and_run(test: &str, args: &[&str]) {
     let path = path.to_str().unwrap();
     let rig = Rig::start(test, "dmc", args);
     let said = rig.drive(&["upload", path]).done();
-    assert!(said.contains("uploaded: 49 frames, of motor"), "{said}");
+    assert!(said.contains("uploaded: 49 frames of motor"), "{said}");
     let said = rig.drive(&["run", path]).done();
     assert!(said.contains("frame ") && said.ends_with("the move is done\n"), "{said}");
     let rows = rig.end();
@@ -62,7 +62,7 @@ fn upload_and_run(test: &str, args: &[&str]) {
     assert!(is_at(last(&rows, 2), 8000.0));
 }
 
-/// Five photos of a move.
+/// Arguments for five photos along a move.
 fn shots(path: &str) -> [&str; 8] {
     ["program", path, "--shots", "5", "--interval", "0.3", "--exposure", "0.05"]
 }
@@ -86,7 +86,7 @@ fn ctrl_c_stops_the_motors_first(test: &str) {
     assert!(last(&rows, 1) > 100.0 && last(&rows, 1) < 50_000.0, "{}", last(&rows, 1));
 }
 
-/// No stop could come any more, so everything stops.
+/// Without its host a rig could not receive a stop, so everything stops.
 fn without_its_host_a_run_stops(test: &str) {
     let path = file(test, MOVE);
     let rig = Rig::start(test, "dmc", &[]);
@@ -117,18 +117,18 @@ fn a_rig_that_is_killed_in_a_shoot(test: &str) {
     let mut drive = rig.begin(&shots(path.to_str().unwrap()));
     drive.line("shot 2 of 5");
     rig.kill();
-    // Between two shots nothing moves that could be stopped.
+    // Between two shots no motor moves, so a stop is not always needed.
     let line = drive.end().failed("drive: the rig is gone: ");
-    assert!(line.contains("look at its cable") || line.contains("NOT confirmed"), "{line}");
+    assert!(line.contains("check its cable") || line.contains("NOT confirmed"), "{line}");
 }
 
-fn a_connection_that_breaks_is_made_anew_for_a_stop(test: &str) {
+fn a_broken_connection_is_made_again_for_a_stop(test: &str) {
     let path = file(test, MOVE);
     let rows = cut(Rig::start(test, "dmc", &["--tcp"]), &["run", path.to_str().unwrap()]);
     assert!(last(&rows, 2) < 8000.0, "{}", last(&rows, 2));
 }
 
-fn a_rig_that_is_killed_is_missed(test: &str, line: &str) {
+fn a_rig_that_is_killed_is_reported(test: &str, line: &str) {
     let path = file(test, MOVE);
     let rig = Rig::start(test, "dmc", &[line]);
     let drive = rig.begin(&["run", path.to_str().unwrap()]);

@@ -1,11 +1,11 @@
-//! hoot: TCP, and a pseudo-terminal.
+//! Scenarios of hoot, over TCP and a pseudo-terminal.
 
 use examples::moves::Move;
 
 use crate::process::{Program, Rig, Scenario, cut, done_or_at_rest, file, interrupted, missed, within};
 use crate::record::{Planned, Row, is_at, last};
 
-/// Two seconds from one key frame to the other, which is what a node can plan.
+/// Move of two seconds between two key frames, which a node can plan.
 const MOVE: &str = r#"{
     "move": 1, "name": "Short", "rate": 24, "duration": 2.5,
     "axes": [
@@ -15,8 +15,8 @@ const MOVE: &str = r#"{
     ]
 }"#;
 
-/// The motor was where the curve of the move file has it: within what its own plan is off at the most, which is a step, a
-/// step for whole ones, and half a millisecond at 2700 steps a second.
+/// Checks that the motor followed the curve of the move file. The tolerance is the greatest deviation of its plan,
+/// which is one step, one step for rounding, and half a millisecond at 2700 steps per second.
 #[track_caller]
 fn check(rows: &[Row]) {
     let planned = Move::parse("move", MOVE).unwrap();
@@ -35,10 +35,10 @@ pub(crate) const SCENARIOS: &[Scenario] = &[
     ("hoot_without_its_master_a_jog_ends", without_its_master_a_jog_ends),
     ("hoot_without_its_master_a_program_goes_on", without_its_master_a_program_goes_on),
     ("hoot_without_its_master_photos_go_on", without_its_master_photos_go_on),
-    ("hoot_a_rig_that_is_killed_between_photos", a_rig_that_is_killed_between_photos),
-    ("hoot_a_rig_that_is_killed_is_missed", |test| a_rig_that_is_killed_is_missed(test, "--pty")),
-    ("hoot_a_rig_that_is_killed_over_tcp", |test| a_rig_that_is_killed_is_missed(test, "--tcp")),
-    ("hoot_a_connection_that_breaks_is_made_anew_for_a_stop", a_connection_that_breaks_is_made_anew_for_a_stop),
+    ("hoot_a_rig_that_is_killed_between_photos_is_reported", a_rig_that_is_killed_between_photos),
+    ("hoot_a_rig_that_is_killed_is_reported", |test| a_rig_that_is_killed_is_reported(test, "--pty")),
+    ("hoot_a_rig_that_is_killed_is_reported_over_tcp", |test| a_rig_that_is_killed_is_reported(test, "--tcp")),
+    ("hoot_a_broken_connection_is_made_again_for_a_stop", a_broken_connection_is_made_again_for_a_stop),
     ("hoot_with_all_faults_1", |test| with_all_faults(test, "--pty", "1")),
     ("hoot_with_all_faults_2", |test| with_all_faults(test, "--pty", "2")),
     ("hoot_with_all_faults_3", |test| with_all_faults(test, "--tcp", "3")),
@@ -54,7 +54,7 @@ fn video(test: &str, line: &str) {
     assert!(is_at(last(&rows, 2), 3600.0));
 }
 
-/// Four photos of a move.
+/// Arguments for four photos along a move.
 fn shots(path: &str) -> [&str; 8] {
     ["program", path, "--shots", "4", "--interval", "1", "--exposure", "0.1"]
 }
@@ -63,7 +63,7 @@ fn photos(test: &str, line: &str) {
     let path = file(test, MOVE);
     let rig = Rig::start(test, "hoot", &[line]);
     let said = rig.drive(&shots(path.to_str().unwrap())).done();
-    assert!(said.ends_with("4 photos, and all motors rest\n"), "{said}");
+    assert!(said.ends_with("4 photos are taken, and all motors rest\n"), "{said}");
     assert_eq!(rig.log().matches("photo ").count(), 4);
     assert!(is_at(last(&rig.end(), 2), 3600.0));
 }
@@ -71,14 +71,14 @@ fn photos(test: &str, line: &str) {
 fn ctrl_c_stops_the_motors_first(test: &str) {
     let path = file(test, MOVE);
     let rig = Rig::start(test, "hoot", &[]);
-    // Nobody may be sent to sleep who lets something run.
+    // A program whose motors move must not be suspended.
     let rows =
         interrupted(rig, &["run", path.to_str().unwrap()], &["jog", "1", "500", "--for", "30"], Program::suspend);
     assert!(last(&rows, 2) > 0.0 && last(&rows, 2) < 3600.0, "{}", last(&rows, 2));
     assert!(last(&rows, 1) > 20.0 && last(&rows, 1) < 5000.0, "{}", last(&rows, 1));
 }
 
-/// The dead-man stops what nobody holds.
+/// The dead-man switch stops a jog without its master.
 fn without_its_master_a_jog_ends(test: &str) {
     let rig = Rig::start(test, "hoot", &[]);
     let drive = rig.begin(&["jog", "1", "500", "--for", "30"]);
@@ -122,13 +122,13 @@ fn a_rig_that_is_killed_between_photos(test: &str) {
     missed(rig, drive);
 }
 
-fn a_connection_that_breaks_is_made_anew_for_a_stop(test: &str) {
+fn a_broken_connection_is_made_again_for_a_stop(test: &str) {
     let path = file(test, MOVE);
     let rows = cut(Rig::start(test, "hoot", &["--tcp"]), &["run", path.to_str().unwrap()]);
     assert!(last(&rows, 2) < 3600.0, "{}", last(&rows, 2));
 }
 
-fn a_rig_that_is_killed_is_missed(test: &str, line: &str) {
+fn a_rig_that_is_killed_is_reported(test: &str, line: &str) {
     let path = file(test, MOVE);
     let rig = Rig::start(test, "hoot", &[line]);
     let drive = rig.begin(&["run", path.to_str().unwrap()]);

@@ -1,4 +1,4 @@
-//! kOS: TCP, and UDP to find each other.
+//! Scenarios of kOS, over TCP, and over UDP for discovery.
 
 use std::net::UdpSocket;
 use std::thread::sleep;
@@ -10,7 +10,7 @@ use crate::cable::Cable;
 use crate::process::{Program, Rig, Scenario, done_or_at_rest, file};
 use crate::record::{Planned, Row, last};
 
-/// Two and a half seconds, and the last of them at rest.
+/// Move of two and a half seconds, with a rest at its end.
 const MOVE: &str = r#"{
     "move": 1, "name": "Short", "rate": 24, "duration": 2.5,
     "axes": [
@@ -23,10 +23,10 @@ const MOVE: &str = r#"{
     ]
 }"#;
 
-/// Motors go to where a move begins as fast as they can.
+/// Arguments for the greatest speed to the start of a move.
 const QUICK: [&str; 2] = ["--home-speed", "1"];
 
-/// A rig whose motors know their ranges.
+/// Starts a rig and calibrates its motors.
 fn calibrated(test: &str, args: &[&str]) -> Rig {
     let rig = Rig::start(test, "kos", args);
     rig.drive(&["calibrate", "1", "0", "30"]).done();
@@ -34,7 +34,8 @@ fn calibrated(test: &str, args: &[&str]) -> Rig {
     rig
 }
 
-/// Each motor was where the curve of the move file has it. A device computes with 32 bits: within a thousandth of a rotation.
+/// Checks that each motor followed the curve of the move file, within a thousandth of a rotation, because a device
+/// computes with 32 bits.
 #[track_caller]
 fn check(rows: &[Row]) {
     let planned = Move::parse("move", MOVE).unwrap();
@@ -53,12 +54,12 @@ pub(crate) const SCENARIOS: &[Scenario] = &[
     ("kos_a_rig_that_announces_itself_is_found", a_rig_that_announces_itself_is_found),
     ("kos_ctrl_c_stops_the_motors_first", ctrl_c_stops_the_motors_first),
     ("kos_without_its_client_a_move_goes_on", without_its_client_a_move_goes_on),
-    ("kos_a_rig_that_is_killed_is_missed", a_rig_that_is_killed_is_missed),
-    ("kos_a_rig_that_is_killed_in_a_time_lapse", a_rig_that_is_killed_in_a_time_lapse),
-    ("kos_a_rig_that_is_killed_in_a_calibration", a_rig_that_is_killed_in_a_calibration),
+    ("kos_a_rig_that_is_killed_is_reported", a_rig_that_is_killed_is_reported),
+    ("kos_a_rig_that_is_killed_in_a_time_lapse_is_reported", a_rig_that_is_killed_in_a_time_lapse),
+    ("kos_a_rig_that_is_killed_in_a_calibration_is_reported", a_rig_that_is_killed_in_a_calibration),
     ("kos_without_its_client_a_time_lapse_goes_on", without_its_client_a_time_lapse_goes_on),
     ("kos_without_its_client_a_calibration_stops", without_its_client_a_calibration_stops),
-    ("kos_a_connection_that_breaks_is_made_anew", a_connection_that_breaks_is_made_anew),
+    ("kos_a_broken_connection_is_made_again", a_broken_connection_is_made_again),
     ("kos_with_all_faults_1", |test| with_all_faults(test, "1")),
     ("kos_with_all_faults_2", |test| with_all_faults(test, "2")),
     ("kos_with_all_faults_3", |test| with_all_faults(test, "3")),
@@ -68,7 +69,7 @@ fn a_calibration_and_a_live_move(test: &str) {
     let path = file(test, MOVE);
     let run = ["run", path.to_str().unwrap(), QUICK[0], QUICK[1]];
     let rig = Rig::start(test, "kos", &[]);
-    // Never over another range than planned.
+    // A move is refused if the range of its motor is not the planned one.
     rig.drive(&run).failed("calibrate 1 0 30");
     let said = rig.drive(&["calibrate", "1", "0", "30"]).done();
     assert!(said.contains("motor 1 is calibrated: from 0 to 30 rotations"), "{said}");
@@ -90,12 +91,12 @@ fn a_move_from_its_end_to_its_start(test: &str) {
     assert!(last(&rows, 1).abs() < 1e-3 && (last(&rows, 2) - 4.5).abs() < 1e-3, "{:?}", rows.last());
 }
 
-/// Four photos of a move.
+/// Arguments for four photos along a move.
 fn lapse(path: &str) -> [&str; 10] {
     ["program", path, "--shots", "4", "--interval", "0.6", "--exposure", "0.1", QUICK[0], QUICK[1]]
 }
 
-/// Each motor came to rest at the end of its curve.
+/// Checks that each motor rests at the end of its curve.
 #[track_caller]
 fn is_over(rows: &[Row]) {
     assert!((last(rows, 1) - 20.0).abs() < 1e-3 && (last(rows, 2) + 4.5).abs() < 1e-3, "{:?}", rows.last());
@@ -130,10 +131,10 @@ fn a_rig_that_is_killed_in_a_time_lapse(test: &str) {
     drive.end().failed("NOT confirmed: press the emergency stop");
 }
 
-/// To its far end at five rotations a second: minutes.
+/// Arguments for a calibration that takes minutes, at five rotations per second.
 const LONG_WAY: [&str; 4] = ["calibrate", "1", "0", "900"];
 
-/// What a client moved by hand stops with it, and its range is not marked.
+/// Without its client, a motor in a calibration stops, and its range is not set.
 fn without_its_client_a_calibration_stops(test: &str) {
     let rig = Rig::start(test, "kos", &[]);
     let drive = rig.begin(&LONG_WAY);
@@ -192,8 +193,8 @@ fn without_its_client_a_move_goes_on(test: &str) {
     check(&rig.end());
 }
 
-/// The rig plays the move alone, and is found again.
-fn a_connection_that_breaks_is_made_anew(test: &str) {
+/// The rig plays the move without its client, and the client connects again.
+fn a_broken_connection_is_made_again(test: &str) {
     let path = file(test, MOVE);
     let rig = calibrated(test, &[]);
     let cable = Cable::new(&rig.address);
@@ -204,7 +205,7 @@ fn a_connection_that_breaks_is_made_anew(test: &str) {
     check(&rig.end());
 }
 
-fn a_rig_that_is_killed_is_missed(test: &str) {
+fn a_rig_that_is_killed_is_reported(test: &str) {
     let path = file(test, MOVE);
     let rig = calibrated(test, &[]);
     let mut drive = rig.begin(&["run", path.to_str().unwrap(), QUICK[0], QUICK[1]]);
@@ -219,7 +220,7 @@ fn with_all_faults(test: &str, seed: &str) {
     let ours = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
     let rig = Rig::start(test, "kos", &["--faults", "all", "--seed", seed, "--announce", &ours]);
     let (udp, port) = (format!("udp://{ours}"), rig.address.rsplit(':').next().unwrap());
-    // What is announced may be lost, or damaged so that it is not known again; then it is announced once more.
+    // An announcement may be lost or damaged. Then the rig announces itself again.
     let found = rig.begin_over(&udp, &["info", "--port", port, "--wait", "40"]).end();
     assert!(found.done().contains("motor 3"));
     let calibrations = [["calibrate", "1", "0", "30"], ["calibrate", "2", "-5", "5"]];

@@ -1,4 +1,4 @@
-//! `simulate` and `drive`, as somebody would start them: over loopback TCP, loopback UDP and pseudo-terminals.
+//! Tests of the programs `simulate` and `drive`, over loopback TCP, loopback UDP and pseudo-terminals.
 #![cfg(unix)]
 
 mod bad;
@@ -10,7 +10,7 @@ mod process;
 mod record;
 mod serving;
 
-/// Those with faults, which take longest, come first.
+/// Runs all scenarios. Those with faults take longest, so they come first.
 #[test]
 fn scenarios() {
     let all = [kos::SCENARIOS, hoot::SCENARIOS, dmc::SCENARIOS].concat();

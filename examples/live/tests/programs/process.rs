@@ -1,4 +1,4 @@
-//! Programs that are started, waited for, interrupted and killed. None outlives its test.
+//! Programs that tests start, wait for, interrupt and kill. No program lives longer than its test.
 
 use std::ffi::OsStr;
 use std::io::{BufRead, BufReader, Read};
@@ -14,14 +14,14 @@ use rustix::process::{Pid, Signal, kill_process};
 use crate::cable::Cable;
 use crate::record::Row;
 
-/// No test waits longer than this for anything.
+/// Longest time that a test waits for anything.
 pub(crate) const BOUND: Duration = Duration::from_mins(1);
 
-/// How many scenarios run at a time. With more of them, acknowledgements that have half a second to come
-/// would be late on a small computer.
+/// Number of scenarios that run at the same time. With more of them, acknowledgements that must come within half a
+/// second would be late on a small computer.
 const AT_A_TIME: usize = 12;
 
-/// A program that runs, and what it has said so far.
+/// Running program, and its output so far.
 pub(crate) struct Program {
     child: Child,
     out: Arc<Mutex<String>>,
@@ -29,7 +29,7 @@ pub(crate) struct Program {
     readers: Vec<thread::JoinHandle<()>>,
 }
 
-/// How a program ended.
+/// Result of a program that has ended.
 #[derive(Debug)]
 pub(crate) struct Outcome {
     pub(crate) status: ExitStatus,
@@ -38,31 +38,36 @@ pub(crate) struct Outcome {
 }
 
 impl Program {
-    /// Starts one of the examples, which are built with the tests.
+    /// Starts an example program, which is built with the tests.
     pub(crate) fn start(name: &str, args: &[impl AsRef<OsStr>]) -> Self {
         let here = std::env::current_exe().expect("a test has a path");
-        let built = here.ancestors().nth(2).expect("in a folder of a folder").join("examples").join(name);
+        let built = here.ancestors().nth(2).expect("the test is in a folder of a folder").join("examples").join(name);
         let advice = "build the programs: cargo build -p live --examples";
         let mut command = Command::new(&built);
         command.args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().unwrap_or_else(|error| panic!("{}: {error}: {advice}", built.display()));
-        let (out, out_reader) = listen(child.stdout.take().expect("piped"));
-        let (err, err_reader) = listen(child.stderr.take().expect("piped"));
+        let (out, out_reader) = listen(child.stdout.take().expect("the stream is piped"));
+        let (err, err_reader) = listen(child.stderr.take().expect("the stream is piped"));
         Self { child, out, err, readers: vec![out_reader, err_reader] }
     }
 
-    /// Waits until it has said something on standard output, and gives the line.
+    /// Waits for a line on standard output that contains `part`. Returns the line.
     pub(crate) fn line(&mut self, part: &str) -> String {
         let found = within(&format!("{part:?}"), || {
             let out = self.out.lock().unwrap();
             let line = out.lines().find(|line| line.contains(part)).map(str::to_owned);
             line.or_else(|| self.child.try_wait().unwrap().map(|_| String::new()))
         });
-        assert!(found.contains(part), "it ended without {part:?}: {} {}", self.out.lock().unwrap(), self.said());
+        assert!(
+            found.contains(part),
+            "the program ended without {part:?}: {} {}",
+            self.out.lock().unwrap(),
+            self.said()
+        );
         found
     }
 
-    /// What it has said on standard error so far.
+    /// Output on standard error so far.
     pub(crate) fn said(&self) -> String {
         self.err.lock().unwrap().clone()
     }
@@ -71,12 +76,12 @@ impl Program {
         Pid::from_child(&self.child)
     }
 
-    /// As Ctrl-C does.
+    /// Interrupts the program, as Ctrl-C does.
     pub(crate) fn interrupt(&self) {
         kill_process(self.id(), Signal::INT).unwrap();
     }
 
-    /// As Ctrl-Z does.
+    /// Suspends the program, as Ctrl-Z does.
     pub(crate) fn suspend(&self) {
         kill_process(self.id(), Signal::TSTP).unwrap();
     }
@@ -85,7 +90,7 @@ impl Program {
         self.child.kill().unwrap();
     }
 
-    /// Waits for its end.
+    /// Waits for the end of the program.
     pub(crate) fn end(mut self) -> Outcome {
         let status = within("the end", || self.child.try_wait().unwrap());
         self.readers.drain(..).for_each(|reader| reader.join().unwrap());
@@ -96,21 +101,21 @@ impl Program {
 
 impl Drop for Program {
     fn drop(&mut self) {
-        // It may have ended.
+        // The program may have ended.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
 impl Outcome {
-    /// It did what it was told, and has nothing to complain of.
+    /// Checks that the program succeeded. Returns its output.
     #[track_caller]
     pub(crate) fn done(self) -> String {
         assert!(self.status.success(), "{self:?}");
         self.out
     }
 
-    /// It failed with status 1, and one line.
+    /// Checks that the program failed with status 1 and one line that contains `part`. Returns the line.
     #[track_caller]
     pub(crate) fn failed(self, part: &str) -> String {
         assert_eq!(self.status.code(), Some(1), "{self:?}");
@@ -120,17 +125,17 @@ impl Outcome {
     }
 }
 
-/// A rig that is simulated.
+/// Simulated rig.
 pub(crate) struct Rig {
     program: Program,
     pub(crate) protocol: &'static str,
-    /// Where it is, as it said.
+    /// Address that the rig printed.
     pub(crate) address: String,
     record: PathBuf,
 }
 
 impl Rig {
-    /// A rig for a test of this name.
+    /// Starts a rig for a test of this name.
     pub(crate) fn start(test: &str, protocol: &'static str, args: &[&str]) -> Self {
         let record = folder(test).join("record.csv");
         let mut all = vec![protocol, "--port", "0", "--record", record.to_str().unwrap()];
@@ -146,7 +151,7 @@ impl Rig {
         self.begin_over(&self.address, args)
     }
 
-    /// Begins a command over something that stands between.
+    /// Begins a command at another address, such as that of a cable.
     pub(crate) fn begin_over(&self, address: &str, args: &[&str]) -> Program {
         let mut all = vec![self.protocol, address];
         all.extend(args);
@@ -158,7 +163,7 @@ impl Rig {
         self.begin(args).end()
     }
 
-    /// What it has logged so far.
+    /// Log of the rig so far.
     pub(crate) fn log(&self) -> String {
         self.program.said()
     }
@@ -171,16 +176,16 @@ impl Rig {
         self.program.kill();
     }
 
-    /// Waits until it plays a move.
+    /// Waits until the rig plays a move.
     pub(crate) fn plays(&self) {
         within("a move", || {
-            // The last row may be half in the file.
+            // The last row may be incomplete.
             let is_moment = |row: &&str| row.split(',').nth(3).is_some_and(|moment| moment.parse::<f64>().is_ok());
             std::fs::read_to_string(&self.record).unwrap().lines().rev().take(20).find(is_moment).map(drop)
         });
     }
 
-    /// Waits until a motor that has never moved before is on its way.
+    /// Waits until a motor moves that has never moved before.
     pub(crate) fn moves(&self, motor: u8) {
         let is_it = |row: &&str| row.split(',').nth(1).and_then(|number| number.parse().ok()) == Some(motor);
         within("motion", || {
@@ -189,12 +194,12 @@ impl Rig {
         });
     }
 
-    /// How many rows it has recorded so far.
+    /// Number of rows that are recorded so far.
     pub(crate) fn rows(&self) -> usize {
         std::fs::read_to_string(&self.record).unwrap().matches('\n').count() - 1
     }
 
-    /// Waits until its motors have not moved for a moment.
+    /// Waits until the motors have not moved for a moment.
     pub(crate) fn rests(&self) {
         let mut last = (0, Instant::now());
         within("rest", || {
@@ -207,7 +212,7 @@ impl Rig {
         });
     }
 
-    /// Ends it as Ctrl-C does, and gives what its motors did.
+    /// Ends the rig, as Ctrl-C does. Returns the record of its motors.
     pub(crate) fn end(self) -> Vec<Row> {
         self.program.interrupt();
         let outcome = self.program.end();
@@ -216,8 +221,8 @@ impl Rig {
     }
 }
 
-/// Interrupts a run, and then a jog of motor 1 as `jog` says: each time the rig confirms that it stopped, and rests.
-/// Gives what its motors did.
+/// Interrupts a run, and then a jog of motor 1. Each time the rig must confirm the stop and rest. Returns the record of
+/// its motors.
 #[track_caller]
 pub(crate) fn interrupted(rig: Rig, run: &[&str], jog: &[&str], interrupt: fn(&Program)) -> Vec<Row> {
     let confirmed = "drive: interrupted: the rig confirmed the stop";
@@ -235,7 +240,7 @@ pub(crate) fn interrupted(rig: Rig, run: &[&str], jog: &[&str], interrupt: fn(&P
     rig.end()
 }
 
-/// Kills a rig that plays what `drive` has begun: it is said that no stop is confirmed.
+/// Kills a rig that plays a move of `drive`. The program must report that the stop is not confirmed.
 #[track_caller]
 pub(crate) fn missed(rig: Rig, drive: Program) {
     rig.plays();
@@ -243,7 +248,7 @@ pub(crate) fn missed(rig: Rig, drive: Program) {
     drive.end().failed("NOT confirmed: press the emergency stop");
 }
 
-/// Cuts the cable in a run: the line is opened again for a stop. Gives what the motors did.
+/// Cuts the cable in a run. The line must be opened again for a stop. Returns the record of the motors.
 #[track_caller]
 pub(crate) fn cut(rig: Rig, run: &[&str]) -> Vec<Row> {
     let cable = Cable::new(&rig.address);
@@ -255,7 +260,8 @@ pub(crate) fn cut(rig: Rig, run: &[&str]) -> Vec<Row> {
     rig.end()
 }
 
-/// Whether it is done; otherwise it was said in one line why not. Then everything rests, however it went.
+/// Returns whether a command succeeded. Otherwise it must have failed with one line. In both cases all motors must be
+/// at rest.
 #[track_caller]
 pub(crate) fn done_or_at_rest(rig: &Rig, outcome: Outcome) -> bool {
     let is_done = outcome.status.success();
@@ -266,10 +272,10 @@ pub(crate) fn done_or_at_rest(rig: &Rig, outcome: Outcome) -> bool {
     is_done
 }
 
-/// Something to be tried out, by a name that is a folder as well.
+/// Scenario with its name, which is also the name of its folder.
 pub(crate) type Scenario = (&'static str, fn(&str));
 
-/// Tries them out, some at a time, for mostly each of them waits.
+/// Runs scenarios, several at the same time, because each of them mostly waits.
 pub(crate) fn together(scenarios: &[Scenario]) {
     let next = AtomicUsize::new(0);
     let failed = Mutex::new(Vec::new());
@@ -291,21 +297,21 @@ pub(crate) fn together(scenarios: &[Scenario]) {
     assert!(failed.is_empty(), "failed: {failed:?}");
 }
 
-/// A folder for a test of this name.
+/// Folder for a test of this name.
 pub(crate) fn folder(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
     std::fs::create_dir_all(&folder).unwrap();
     folder
 }
 
-/// A move file of a test.
+/// Writes a move file for a test.
 pub(crate) fn file(test: &str, json: &str) -> PathBuf {
     let path = folder(test).join("move.json");
     std::fs::write(&path, json).unwrap();
     path
 }
 
-/// Waits until there is something.
+/// Waits until `look` finds something.
 #[track_caller]
 pub(crate) fn within<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     let start = Instant::now();
@@ -318,7 +324,7 @@ pub(crate) fn within<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// Reads what a program says as it says it.
+/// Reads the output of a program while it runs.
 fn listen(from: impl Read + Send + 'static) -> (Arc<Mutex<String>>, thread::JoinHandle<()>) {
     let said = Arc::new(Mutex::new(String::new()));
     let heard = Arc::clone(&said);

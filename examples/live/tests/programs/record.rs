@@ -1,8 +1,8 @@
-//! What the motors of a rig did, and what they should have done.
+//! Recorded motion of the motors of a rig, and the planned motion.
 
 use std::path::Path;
 
-/// A row of a record.
+/// Row of a record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Row {
     pub(crate) millis: u64,
@@ -11,16 +11,16 @@ pub(crate) struct Row {
     pub(crate) moment: Option<f64>,
 }
 
-/// A way as it was planned.
+/// Planned motion of a motor.
 pub(crate) struct Planned<F> {
     pub(crate) motor: u8,
-    /// From the first moment to the last.
+    /// First and last moment.
     pub(crate) moments: (f64, f64),
-    /// How many moments there are in a second.
+    /// Number of moments in a second.
     pub(crate) rate: f64,
-    /// The position at each of them.
+    /// Position at a moment.
     pub(crate) position: F,
-    /// How far off the motor may be.
+    /// Greatest distance of the motor from the planned position.
     pub(crate) tolerance: f64,
 }
 
@@ -40,8 +40,8 @@ impl Row {
 }
 
 impl<F: Fn(f64) -> f64> Planned<F> {
-    /// The motor was where it was planned at each moment of the move, came by no sooner or later than planned, and left
-    /// nothing out.
+    /// Checks that the motor was at its planned position at each moment, that it was neither early nor late, and that
+    /// no part of the move is missing.
     #[track_caller]
     pub(crate) fn check(&self, rows: &[Row]) {
         let Self { motor, moments: (first, last), rate, ref position, tolerance } = *self;
@@ -51,7 +51,7 @@ impl<F: Fn(f64) -> f64> Planned<F> {
             let planned = position(moment);
             assert!((is - planned).abs() <= tolerance, "{is} at moment {moment} ({millis} ms), planned {planned}");
         }
-        // A row says nothing of a motor that stands, and a computer that is busy has other things to do for a while.
+        // There are no rows for a motor that stands, and a busy computer may delay rows.
         let gap = rate * 0.3;
         let mut from = first;
         for pair in path.windows(2) {
@@ -72,13 +72,13 @@ impl<F: Fn(f64) -> f64> Planned<F> {
     }
 }
 
-/// Where a motor was last.
+/// Last position of a motor.
 #[track_caller]
 pub(crate) fn last(rows: &[Row], motor: u8) -> f64 {
     rows.iter().rfind(|row| row.motor == motor).expect("each motor has a row").position
 }
 
-/// Whether a motor is where it should be, but for the last digits.
+/// Whether a position equals the goal, except for the last digits.
 pub(crate) fn is_at(position: f64, goal: f64) -> bool {
     (position - goal).abs() < 1e-6
 }

@@ -1,4 +1,4 @@
-//! What a rig bears while it serves.
+//! Tests of the load on a rig that serves.
 #![cfg(target_os = "linux")]
 
 use std::io::{Read, Write};
@@ -10,13 +10,13 @@ use rustix::process::{Resource, Rlimit, prlimit};
 
 use crate::process::{Rig, within};
 
-/// How long a rig has worked, in hundredths of a second, as `top` tells it.
+/// Processor time of a rig, in hundredths of a second.
 fn worked(rig: &Rig) -> u32 {
     let text = std::fs::read_to_string(format!("/proc/{}/stat", rig.id().as_raw_nonzero())).unwrap();
     text.split(' ').skip(13).take(2).map(|ticks| ticks.parse::<u32>().unwrap()).sum()
 }
 
-/// How much memory a rig uses, in KiB.
+/// Memory that a rig uses, in KiB.
 fn memory(rig: &Rig) -> u64 {
     let text = std::fs::read_to_string(format!("/proc/{}/status", rig.id().as_raw_nonzero())).unwrap();
     let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
@@ -24,11 +24,11 @@ fn memory(rig: &Rig) -> u64 {
 }
 
 #[test]
-fn waiting_costs_nothing() {
+fn a_waiting_rig_uses_almost_no_processor_time() {
     for (test, protocol) in [("waiting_for_dmc", "dmc"), ("waiting_for_hoot", "hoot"), ("waiting_for_kos", "kos")] {
         let rig = Rig::start(test, protocol, &[]);
         rig.drive(&["info"]).done();
-        within("the end of the line", || rig.log().contains("has hung up").then_some(()));
+        within("the end of the line", || rig.log().contains("the client closed the line").then_some(()));
         let before = worked(&rig);
         sleep(Duration::from_secs(1));
         let work = worked(&rig) - before;
@@ -38,7 +38,7 @@ fn waiting_costs_nothing() {
 }
 
 #[test]
-fn without_file_handles_nobody_is_let_in_for_a_while() {
+fn without_file_handles_no_client_is_accepted_for_a_while() {
     let rig = Rig::start("without_file_handles", "kos", &[]);
     let open = std::fs::read_dir(format!("/proc/{}/fd", rig.id().as_raw_nonzero())).unwrap().count();
     let limit = |more: usize| {
@@ -47,7 +47,7 @@ fn without_file_handles_nobody_is_let_in_for_a_while() {
     };
     limit(1);
     let clients: Vec<_> = (0..3).map(|_| TcpStream::connect(&rig.address).unwrap()).collect();
-    within("trouble", || rig.log().contains("nobody can be let in").then_some(()));
+    within("the warning", || rig.log().contains("no client can be accepted").then_some(()));
     let before = worked(&rig);
     sleep(Duration::from_secs(1));
     let work = worked(&rig) - before;
@@ -55,13 +55,13 @@ fn without_file_handles_nobody_is_let_in_for_a_while() {
     limit(100);
     drop(clients);
     rig.drive(&["info"]).done();
-    assert_eq!(rig.log().matches("nobody can be let in").count(), 1, "{}", rig.log());
+    assert_eq!(rig.log().matches("no client can be accepted").count(), 1, "{}", rig.log());
     rig.end();
 }
 
-/// Clients who say nonsense as fast as they can, who never read, and who come and go, while another one does his work.
+/// Clients that send noise as fast as they can, that never read, and that come and go do not stop another client.
 #[test]
-fn floods_hurt_nobody() {
+fn a_flood_does_not_disturb_other_clients() {
     for (test, protocol, question) in [
         // DeviceInfo, whose answer is long.
         ("a_flood_of_kos", "kos", b"\x04\0\x06\0\x0F\x01".as_slice()),
@@ -75,9 +75,9 @@ fn floods_hurt_nobody() {
             let mut line = TcpStream::connect(address).unwrap();
             line.set_write_timeout(Some(Duration::from_secs(5))).unwrap();
             let start = Instant::now();
-            // It never reads, and is cut off; or the rig has hung up.
+            // The client never reads, so it is cut off, or the rig closes the line.
             while line.write_all(&many).is_ok() {
-                assert!(start.elapsed() < Duration::from_secs(20), "it is not cut off");
+                assert!(start.elapsed() < Duration::from_secs(20), "the client is cut off in time");
             }
         };
         let said = std::thread::scope(|scope| {
@@ -86,7 +86,7 @@ fn floods_hurt_nobody() {
                 for _ in 0..200 {
                     let mut line = TcpStream::connect(&rig.address).unwrap();
                     line.set_read_timeout(Some(Duration::from_millis(2))).unwrap();
-                    // Whatever it says, or nothing.
+                    // The answer does not matter.
                     let _ = line.read(&mut [0; 64]);
                 }
             });
@@ -97,7 +97,7 @@ fn floods_hurt_nobody() {
             visits.join().unwrap();
             said
         });
-        // Perhaps there was no room for him; then he was told.
+        // There may have been no free line for this client. Then it reported that.
         if !said.status.success() {
             said.failed("drive: ");
         }

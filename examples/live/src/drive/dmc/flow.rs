@@ -1,4 +1,4 @@
-//! Asking, waiting, and looking at what comes in meanwhile.
+//! Requests to the rig, waiting for their results, and the events that arrive meanwhile.
 
 use std::fmt;
 use std::io::Write;
@@ -14,14 +14,14 @@ use super::why;
 use crate::drive::Trouble;
 use crate::session::Session;
 
-/// From one question whether motors still move to the next.
+/// Time between two questions whether motors still move.
 const ASK: Duration = Duration::from_millis(100);
-/// How often progress is told at most.
+/// Least time between two lines of progress.
 const TELL: Duration = Duration::from_secs(1);
-/// How long a stop may take to be confirmed.
+/// Time within which a stop must be confirmed.
 const STOP: Duration = Duration::from_secs(10);
 
-/// A command on its way.
+/// Command that is in progress.
 pub(super) struct Flow<'s> {
     session: &'s mut Session<DmcHost>,
     out: &'s mut (dyn Write + Send),
@@ -34,10 +34,10 @@ impl<'s> Flow<'s> {
         Self { session, out, last: 0, told: Instant::now() }
     }
 
-    /// Says a line. That nobody can hear it is trouble: somebody should know what moves.
+    /// Prints a line. A closed output is trouble, because somebody should know what moves.
     pub(super) fn say(&mut self, line: fmt::Arguments<'_>) -> Result<(), Trouble> {
         let written = writeln!(self.out, "{line}").and_then(|()| self.out.flush());
-        written.map_err(|error| Trouble::Failed(format!("nobody reads what is said here: {error}")))
+        written.map_err(|error| Trouble::Failed(format!("the output cannot be written: {error}")))
     }
 
     /// Waits until the device is known.
@@ -50,7 +50,7 @@ impl<'s> Flow<'s> {
                 Event::Up(_) => return Ok(()),
                 Event::NoAnswer => {
                     return Err(Trouble::Line(
-                        "no DMC rig answers: is it on, is this its line, and is the speed of the line right?"
+                        "no DMC rig answers: check that it is on, that this is its line, and the speed of the line"
                             .to_owned(),
                     ));
                 }
@@ -59,43 +59,43 @@ impl<'s> Flow<'s> {
         }
     }
 
-    /// What the device said of itself.
+    /// Greeting of the device, with its properties.
     pub(super) fn device(&self) -> Result<Hi<'static>, Trouble> {
-        let lost = || Trouble::Failed("the rig was reset, and has forgotten all: begin again".to_owned());
+        let lost = || Trouble::Failed("the rig was reset and has lost all data: start again".to_owned());
         self.session.host().device().ok_or_else(lost)
     }
 
-    /// A motor of the command line, if there is one of this number.
+    /// Motor with a number from the command line, if the device has it.
     pub(super) fn motor(&self, number: u8) -> Result<Motor, Trouble> {
         let count = self.device()?.motor_count;
         if (1..=count).contains(&number) {
             return Ok(Motor(number));
         }
         let has = if count == 0 { "no motors".to_owned() } else { format!("motors 1 to {count}") };
-        Err(Trouble::Refused(format!("motor {number} is not there: this rig has {has}")))
+        Err(Trouble::Refused(format!("there is no motor {number}: this rig has {has}")))
     }
 
-    /// Whether the device can take a move at all.
+    /// Checks whether the device can take a move.
     pub(super) fn fits(&self, plan: &Plan) -> Result<(), Trouble> {
         let hi = self.device()?;
         if let Some(motor) = plan.motors().iter().find(|motor| motor.0 > hi.motor_count) {
             let count = hi.motor_count;
             return Err(Trouble::Refused(format!(
-                "the move needs motor {motor}: this rig has {count}; change the file"
+                "the move needs motor {motor}, but the last motor of this rig is {count}: change the file"
             )));
         }
         let frames = plan.last.0 - plan.first.0 + 1;
         if u32::try_from(frames).unwrap_or(u32::MAX) > hi.upload_frame_count {
             let room = hi.upload_frame_count;
             return Err(Trouble::Refused(format!(
-                "the move has {frames} frames, and this rig has room for {room}: make the move shorter, or its \"rate\" lower"
+                "the move has {frames} frames, but the rig has room for {room}: make it shorter, or its \"rate\" lower"
             )));
         }
         let fits = self.session.host().fits(&plan.table);
         fits.map(|_| ()).map_err(|error| Trouble::Refused(format!("this rig cannot take the move: {error}")))
     }
 
-    /// What the host tells next, unless it is trouble.
+    /// Next event of the host within a time, or the trouble that it means.
     async fn event(&mut self, within: Duration) -> Result<Option<Event>, Trouble> {
         let event = self.session.next_within(within).await?;
         match event {
@@ -110,7 +110,7 @@ impl<'s> Flow<'s> {
         Token(self.last)
     }
 
-    /// Asks for something, and waits for the answer.
+    /// Sends a request and waits for the answer.
     pub(super) async fn ask(&mut self, what: &str, message: HostMessage<'static>) -> Result<Answer, Trouble> {
         let token = self.token();
         self.session.command(Command::Ask(token, message));
@@ -144,10 +144,10 @@ impl<'s> Flow<'s> {
         self.session.command(Command::Upload(token, plan.table.clone()));
         self.end("the upload", token).await?;
         let frames = plan.last.0 - plan.first.0 + 1;
-        self.say(format_args!("uploaded: {frames} frames, of motors {}", plan.motors()))
+        self.say(format_args!("uploaded: {frames} frames of motors {}", plan.motors()))
     }
 
-    /// Follows a run or a shot to its end, and starts it when it is ready. Of a run, tells the frames up to the last.
+    /// Starts a run or a shot when it is ready, and waits for its end. For a run, prints the frames up to `last`.
     pub(super) async fn play(&mut self, what: &str, token: Token, last: Option<FrameNumber>) -> Result<(), Trouble> {
         loop {
             match self.event(STOP).await? {
@@ -167,7 +167,7 @@ impl<'s> Flow<'s> {
         }
     }
 
-    /// Tells how far it is, if it is time to.
+    /// Prints a line of progress, if the last one is long enough ago.
     fn tell(&mut self, text: impl FnOnce() -> String) -> Result<(), Trouble> {
         if self.told.elapsed() >= TELL {
             self.told = Instant::now();
@@ -176,7 +176,7 @@ impl<'s> Flow<'s> {
         Ok(())
     }
 
-    /// Lets time pass.
+    /// Waits for a time, and prints the progress.
     pub(super) async fn pass(&mut self, time: Duration) -> Result<(), Trouble> {
         let until = Instant::now() + time;
         while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
@@ -187,13 +187,13 @@ impl<'s> Flow<'s> {
         Ok(())
     }
 
-    /// The motors that move.
+    /// Motors that move now.
     pub(super) async fn status(&mut self) -> Result<Motors, Trouble> {
-        let answer = self.ask("the question what moves", HostMessage::MotorStatus(Empty { tail: &[] })).await?;
+        let answer = self.ask("the question which motors move", HostMessage::MotorStatus(Empty { tail: &[] })).await?;
         if let Answer::Moving(motors) = answer {
             return Ok(motors);
         }
-        Err(Trouble::Failed("the rig does not say what moves: look at it".to_owned()))
+        Err(Trouble::Failed("the rig does not say which motors move: check the rig".to_owned()))
     }
 
     /// Waits until all motors rest.
@@ -204,7 +204,7 @@ impl<'s> Flow<'s> {
         Ok(())
     }
 
-    /// Where the motors are.
+    /// Positions of all motors, in steps.
     pub(super) async fn positions(&mut self) -> Result<Vec<i32>, Trouble> {
         let answer = self.ask("the question for positions", HostMessage::MotorGetPosition(Empty { tail: &[] })).await?;
         if let Answer::Positions(Positions { positions, .. }) = answer { Ok(positions) } else { Ok(Vec::new()) }
@@ -216,15 +216,15 @@ impl<'s> Flow<'s> {
         positions
             .get(index)
             .copied()
-            .ok_or_else(|| Trouble::Failed(format!("the rig does not say where motor {motor} is")))
+            .ok_or_else(|| Trouble::Failed(format!("the rig does not report the position of motor {motor}")))
     }
 
-    /// Stops, and waits until it is confirmed.
+    /// Sends a stop, and waits until it is confirmed.
     pub(super) async fn stop(&mut self, stop: Stop) -> Result<(), Trouble> {
         self.session.command(Command::Stop(stop));
         let until = Instant::now() + STOP;
         while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
-            // A hard stop is one as well, but not the one that is waited for.
+            // A hard stop also stops the motors, but it does not confirm this stop.
             if let Some(Event::Stopped(_)) = self.session.next_within(left).await? {
                 return Ok(());
             }

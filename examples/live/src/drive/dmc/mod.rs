@@ -1,4 +1,4 @@
-//! Commands as DMC has them. Positions are steps, and so are speeds, a second; a jog is told in percent.
+//! Commands with DMC. Positions are in steps, speeds in steps per second, and the speed of a jog in percent.
 
 mod flow;
 mod plan;
@@ -29,7 +29,7 @@ use crate::session::Session;
 use flow::Flow;
 use plan::Plan;
 
-/// Milliseconds for getting up to speed before a move, and for coming to rest behind it.
+/// Time for acceleration before a move, and for deceleration after it, in milliseconds.
 const ROLL: u32 = 500;
 
 impl Driven for DmcHost {
@@ -52,18 +52,18 @@ impl Driven for DmcHost {
     }
 }
 
-/// Does a command, and writes what comes of it to `out`, line by line.
+/// Does a command, and writes its results to `out`, line by line.
 ///
 /// # Errors
 ///
-/// [`Trouble`] says in one line why it was not done, and what to do.
+/// [`Trouble`], which says in one line why the command was not done, and what to do.
 pub async fn drive(
     session: &mut Session<DmcHost>,
     command: &Command,
     out: &mut (dyn Write + Send),
 ) -> Result<(), Trouble> {
     let mut flow = Flow::new(session, out);
-    // Nothing stands before a stop, not even the question who is there.
+    // Nothing comes before a stop, not even the greeting.
     if *command == Command::Stop {
         flow.stop(Stop::All).await?;
         flow.say(format_args!("stopped: the rig confirmed it"))?;
@@ -104,7 +104,7 @@ async fn info(flow: &mut Flow<'_>) -> Result<(), Trouble> {
         "{} motors, {} lights, {} outputs, {} inputs",
         hi.motor_count, hi.dmx_count, hi.gio_out_count, hi.gio_in_count
     ))?;
-    flow.say(format_args!("room for {} frames of a move; it can do {}", hi.upload_frame_count, hi.capabilities))?;
+    flow.say(format_args!("room for {} frames; capabilities: {}", hi.upload_frame_count, hi.capabilities))?;
     let moving = flow.status().await?;
     for (number, steps) in (1..).zip(flow.positions().await?) {
         let how = if moving.contains(Motor(number)) { "moves" } else { "rests" };
@@ -119,7 +119,7 @@ async fn jog(flow: &mut Flow<'_>, motor: u8, percent: f64, seconds: f64) -> Resu
     let hundredths = (percent.abs() * 100.0).round();
     if !(1.0..=10_000.0).contains(&hundredths) {
         return Err(Trouble::Refused(format!(
-            "a speed of {percent} %: give one from 0.01 to 100, or from -100 to -0.01"
+            "the speed is {percent} %: give one from 0.01 to 100, or from -100 to -0.01"
         )));
     }
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 1 to 10,000")]
@@ -138,17 +138,17 @@ async fn jog(flow: &mut Flow<'_>, motor: u8, percent: f64, seconds: f64) -> Resu
 async fn set_speed(flow: &mut Flow<'_>, motor: Motor, speed: Option<f64>) -> Result<(), Trouble> {
     let Some(speed) = speed else { return Ok(()) };
     if !(1.0..=1e9).contains(&speed) {
-        return Err(Trouble::Refused(format!("a speed of {speed} steps/s: give one from 1 to 1000000000")));
+        return Err(Trouble::Refused(format!("the speed is {speed} steps/s: give one from 1 to 1000000000")));
     }
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 1 to 1e9")]
     let velocity = speed.round() as u32;
-    // Half a second to full speed. There is no asking what it was.
+    // The motor takes half a second to full speed. DMC has no message that asks for the previous setting.
     let (max_velocity, max_accel) = (Speed(velocity), Acceleration(velocity * 2));
     let message = MotorSetSpeed { motor, max_velocity, max_accel, tail: &[] };
     flow.ask("the speed", HostMessage::MotorSetSpeed(message)).await.map(|_| ())
 }
 
-/// Sends a motor to a position, and waits until it is there.
+/// Moves a motor to a position, and waits until the motor is there.
 async fn go(flow: &mut Flow<'_>, motor: Motor, position: f64) -> Result<(), Trouble> {
     let position = steps(position)?;
     let message = MotorMove { motor, position, tail: &[] };
@@ -157,22 +157,22 @@ async fn go(flow: &mut Flow<'_>, motor: Motor, position: f64) -> Result<(), Trou
     let here = flow.position(motor).await?;
     if here != position.0 {
         return Err(Trouble::Failed(format!(
-            "motor {motor} rests at {here} steps, not at {position}: somebody stopped it, or a limit did: look at the rig"
+            "motor {motor} rests at {here} steps, not at {position}: something stopped it: check the rig"
         )));
     }
     flow.say(format_args!("motor {motor} rests at {here} steps"))?;
     Ok(())
 }
 
-/// The limits are set first, so that the way to both ends is within them.
+/// Sets the range of a motor. The limits are set first, so that the way to both ends is within them.
 async fn calibrate(flow: &mut Flow<'_>, motor: u8, begin: f64, end: f64) -> Result<(), Trouble> {
     let motor = flow.motor(motor)?;
     let (one, other) = (steps(begin)?, steps(end)?);
     if one == other {
-        return Err(Trouble::Refused("a range that begins where it ends: give two positions".to_owned()));
+        return Err(Trouble::Refused("the range is empty: give two different positions".to_owned()));
     }
     let (lower, upper) = (one.min(other), one.max(other));
-    // Which switches are a motor's, is set by the same message: those of its own number, if there are any.
+    // The same message sets which limit switches belong to the motor: those with its own number, if they exist.
     let own = if motor.0 <= flow.device()?.hw_limit_count { motor.0 } else { 0 };
     let hw_set = HardwareLimitSet(own);
     let (lower_enable, upper_enable) = (Bool::TRUE, Bool::TRUE);
@@ -180,7 +180,7 @@ async fn calibrate(flow: &mut Flow<'_>, motor: u8, begin: f64, end: f64) -> Resu
     flow.ask("the limits", HostMessage::MotorSetLimits(limits)).await?;
     go(flow, motor, begin).await?;
     go(flow, motor, end).await?;
-    flow.say(format_args!("motor {motor} may go from {lower} to {upper} steps, until the rig is switched off"))?;
+    flow.say(format_args!("motor {motor} may move from {lower} to {upper} steps, until the rig is switched off"))?;
     Ok(())
 }
 
@@ -216,7 +216,7 @@ async fn program(flow: &mut Flow<'_>, file: &std::path::Path, shots: &Shots) -> 
         return Err(Trouble::Refused("this rig cannot shoot frames: play the move with `run`".to_owned()));
     }
     if shots.shots == 0 {
-        return Err(Trouble::Refused("no shots: give one or more with --shots".to_owned()));
+        return Err(Trouble::Refused("the number of shots is 0: give one or more with --shots".to_owned()));
     }
     let (interval, exposure) = (duration(shots.interval)?, duration(shots.exposure)?);
     let exposure = u32::try_from(exposure.as_millis()).unwrap_or(u32::MAX);
@@ -236,7 +236,7 @@ async fn program(flow: &mut Flow<'_>, file: &std::path::Path, shots: &Shots) -> 
     Ok(())
 }
 
-/// A photo without a move: by the output of the camera. What the motors do while the shutter is open is for `program`.
+/// Takes a photo without a move, with the output for the camera. `program` takes photos along a move.
 async fn expose(flow: &mut Flow<'_>, seconds: f64) -> Result<(), Trouble> {
     let time = duration(seconds)?;
     let shutter = |flags| HostMessage::GioCam(GioCam { flags, tail: &[] });
@@ -247,18 +247,18 @@ async fn expose(flow: &mut Flow<'_>, seconds: f64) -> Result<(), Trouble> {
     Ok(())
 }
 
-/// Seconds from the command line.
+/// Duration from seconds on the command line.
 fn duration(seconds: f64) -> Result<Duration, Trouble> {
-    let wrong = || Trouble::Refused(format!("{seconds} s: give seconds from 0 to 86400"));
+    let wrong = || Trouble::Refused(format!("the time is {seconds} s: give seconds from 0 to 86400"));
     if (0.0..=86_400.0).contains(&seconds) { Ok(Duration::from_secs_f64(seconds)) } else { Err(wrong()) }
 }
 
-/// A position from the command line.
-#[expect(clippy::cast_possible_truncation, reason = "looked at before")]
+/// Position from the command line.
+#[expect(clippy::cast_possible_truncation, reason = "the range is checked")]
 fn steps(position: f64) -> Result<Steps, Trouble> {
     let nearest = position.round();
     if (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&nearest) {
         return Ok(Steps(nearest as i32));
     }
-    Err(Trouble::Refused(format!("position {position}: give whole steps from {} to {}", i32::MIN, i32::MAX)))
+    Err(Trouble::Refused(format!("the position is {position}: give whole steps from {} to {}", i32::MIN, i32::MAX)))
 }

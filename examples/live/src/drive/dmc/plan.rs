@@ -1,4 +1,4 @@
-//! A move file, as DMC motors go along it.
+//! Move files for DMC motors.
 
 use dmc_proto::message::{FrameNumber, FramesPerSecond, Motor, MotorPair, Motors, Steps};
 use dmc_proto::upload::MoveSource;
@@ -7,7 +7,7 @@ use rigs::dmc_host::{Shot, Table};
 
 use crate::drive::Trouble;
 
-/// A move file, as it is uploaded: its first frame is frame 1.
+/// Move as it is uploaded. The first frame of its file is frame 1.
 #[derive(Debug)]
 pub(super) struct Plan {
     pub(super) table: Table,
@@ -43,13 +43,13 @@ impl Plan {
         Ok(Self { table, first, last, rate: FramesPerSecond(rate) })
     }
 
-    /// The motors of the move.
+    /// Motors of the move.
     pub(super) fn motors(&self) -> Motors {
         self.table.motors()
     }
 
-    /// A photo of so many along the move. The motors rest, or go as far as from this frame to the next while the shutter
-    /// is open; at the last frame, as far as they came from the one before.
+    /// Photo `number` of `of` photos along the move. While the shutter is open, the motors rest, or with `moves` they
+    /// move as from this frame to the next one. At the last frame they move as from the frame before.
     pub(super) fn shot(&self, number: u32, of: u32, exposure: u32, moves: bool) -> Shot {
         let frames = i64::from(self.last.0) - i64::from(self.first.0);
         let index = if of > 1 { frames * i64::from(number) / i64::from(of - 1) } else { 0 };

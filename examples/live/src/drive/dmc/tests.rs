@@ -1,4 +1,4 @@
-//! Commands against a simulated rig, over loopback and in real time.
+//! Tests of the commands with a simulated rig, over loopback and in real time.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
@@ -16,7 +16,7 @@ use tokio::time::sleep;
 use super::*;
 use crate::session::Target;
 
-/// A move of one and a half seconds.
+/// Move of one and a half seconds.
 const SHORT: &str = r#"{
     "move": 1, "name": "Short", "rate": 24, "duration": 1.5,
     "axes": [{
@@ -26,14 +26,14 @@ const SHORT: &str = r#"{
     }]
 }"#;
 
-/// A rig that listens, and a session with it.
+/// Rig that listens, and a session with it.
 struct Stand {
     rig: Arc<Mutex<DmcDevice>>,
     start: Instant,
     session: Session<DmcHost>,
     said: Vec<u8>,
     interrupt: UnboundedSender<()>,
-    /// Cuts the line off.
+    /// Sender whose message cuts the line.
     cut: Option<oneshot::Sender<()>>,
 }
 
@@ -61,7 +61,7 @@ impl Stand {
         drive(&mut self.session, &command, &mut self.said).await
     }
 
-    /// The one line that says why not.
+    /// Line that says why a command was refused.
     async fn refused(&mut self, command: Command) -> String {
         let line = self.drive(command).await.unwrap_err().to_string();
         assert!(!line.contains('\n'), "{line}");
@@ -79,7 +79,7 @@ impl Stand {
         self.rig(|rig| rig.motors()[motor - 1].at(now).position)
     }
 
-    /// Whether a motor stands on a step.
+    /// Whether a motor is at a whole step.
     fn stands(&self, motor: usize, steps: i32) -> bool {
         (self.at(motor) - f64::from(steps)).abs() < 1e-9
     }
@@ -124,7 +124,7 @@ fn file(name: &str, text: &str) -> PathBuf {
 }
 
 #[tokio::test]
-async fn motors_are_asked_moved_and_jogged() {
+async fn motors_are_queried_moved_jogged_and_calibrated() {
     let to = |motor, position| Command::Move { motor, position, speed: Some(20_000.0) };
     let jog = |motor, speed, seconds| Command::Jog { motor, speed, seconds };
     let range = |motor, begin, end| Command::Calibrate { motor, begin, end };
@@ -134,12 +134,12 @@ async fn motors_are_asked_moved_and_jogged() {
     }
     for (wrong, what) in [
         (to(3, 501.0), "the rig refuses the move: that is beyond the upper limit of a motor: "),
-        (to(5, 1.0), "motor 5 is not there: this rig has motors 1 to 4"),
-        (to(2, 3e9), "position 3000000000: give whole steps"),
-        (jog(1, 101.0, 1.0), "a speed of 101 %: give one from"),
-        (jog(1, 0.0, 1.0), "a speed of 0 %: give one from"),
-        (jog(1, 1.0, f64::NAN), "NaN s: give seconds"),
-        (range(1, 1.0, 1.0), "a range that begins where it ends"),
+        (to(5, 1.0), "there is no motor 5: this rig has motors 1 to 4"),
+        (to(2, 3e9), "the position is 3000000000: give whole steps"),
+        (jog(1, 101.0, 1.0), "the speed is 101 %: give one from"),
+        (jog(1, 0.0, 1.0), "the speed is 0 %: give one from"),
+        (jog(1, 1.0, f64::NAN), "the time is NaN s: give seconds"),
+        (range(1, 1.0, 1.0), "the range is empty"),
     ] {
         let line = stand.refused(wrong).await;
         assert!(line.starts_with(what), "{line}");
@@ -148,14 +148,15 @@ async fn motors_are_asked_moved_and_jogged() {
     assert!((-6000.0..-1000.0).contains(&stand.at(1)), "{}", stand.at(1));
     assert!(!stand.session.host().may_move());
     let said = String::from_utf8(stand.said).unwrap();
-    for line in ["motor 4 rests at 0 steps\n", "motor 2 rests at 2000 steps\n", "motor 3 may go from -500 to 500 steps"]
+    for line in
+        ["motor 4 rests at 0 steps\n", "motor 2 rests at 2000 steps\n", "motor 3 may move from -500 to 500 steps"]
     {
         assert!(said.contains(line), "{said}");
     }
 }
 
 #[tokio::test]
-async fn a_move_file_is_run_both_ways_and_shot() {
+async fn a_move_file_is_run_in_both_directions_and_with_photos() {
     let file = file("short", SHORT);
     let mut stand = Stand::new(Setup::default()).await;
     for (reverse, end) in [(false, 8000), (true, 0)] {
@@ -173,7 +174,7 @@ async fn a_move_file_is_run_both_ways_and_shot() {
 }
 
 #[tokio::test]
-async fn what_cannot_be_is_said_before_anything_moves() {
+async fn an_impossible_command_is_refused_before_anything_moves() {
     let mut setup = Setup::with_motors(1).with_frames(30);
     setup.options.hi.capabilities = Capabilities::REAL_TIME;
     let mut stand = Stand::new(setup).await;
@@ -181,8 +182,8 @@ async fn what_cannot_be_is_said_before_anything_moves() {
     let own = SHORT.replace("\"motor\": 2", "\"motor\": 1");
     let shots = Shots { shots: 2, interval: 0.1, exposure: 0.1, continuous: false };
     for (command, what) in [
-        (run("other", SHORT), "the move needs motor 2: this rig has 1; change the file"),
-        (run("long", &own), "the move has 37 frames, and this rig has room for 30: "),
+        (run("other", SHORT), "the move needs motor 2, but the last motor of this rig is 1: "),
+        (run("long", &own), "the move has 37 frames, but the rig has room for 30: "),
         (run("none", &SHORT.replace("\"dmc\"", "\"hoot\"")), ": no axis has a DMC motor"),
         (
             run("fast", &own.replace("\"keys\"", "\"limits\": { \"velocity\": 50, \"acceleration\": 1000 }, \"keys\"")),
@@ -199,7 +200,7 @@ async fn what_cannot_be_is_said_before_anything_moves() {
 }
 
 #[tokio::test]
-async fn an_interrupt_in_the_middle_is_followed_by_a_stop() {
+async fn an_interrupted_move_is_stopped() {
     let mut stand = Stand::new(Setup::default()).await;
     let interrupt = stand.interrupt.clone();
     tokio::spawn(async move {
@@ -217,7 +218,7 @@ async fn an_interrupt_in_the_middle_is_followed_by_a_stop() {
 }
 
 #[tokio::test]
-async fn a_line_that_is_lost_in_a_run_is_said_and_the_rig_stops() {
+async fn a_lost_line_in_a_run_is_reported_and_the_rig_stops() {
     let mut stand = Stand::new(Setup::default()).await;
     let cut = stand.cut.take().unwrap();
     tokio::spawn(async move {
@@ -227,20 +228,20 @@ async fn a_line_that_is_lost_in_a_run_is_said_and_the_rig_stops() {
     let path = file("lost", SHORT);
     let line = stand.refused(Command::Run { file: path, reverse: false }).await;
     assert!(line.starts_with("the rig is gone: "), "{line}");
-    assert!(stand.session.host().may_move(), "nobody knows");
+    assert!(stand.session.host().may_move(), "the host does not know whether the motors rest");
     assert_eq!(stand.session.stop().await, Stopped::NotConfirmed);
     sleep(Duration::from_millis(700)).await;
     assert!(stand.rig(|rig| rig.state() == State::Idle && rig.motors().iter().all(rigs::motor::Motor::rests)));
 }
 
 #[tokio::test]
-async fn a_stop_is_sent_before_anything_is_known() {
+async fn a_stop_is_sent_before_the_greeting() {
     let mut stand = Stand::new(Setup::default()).await;
     stand.drive(Command::Stop).await.unwrap();
 }
 
 #[tokio::test]
-async fn a_limit_switch_is_said() {
+async fn a_limit_switch_is_reported() {
     let mut setup = Setup::default();
     setup.motors[0] = setup.motors[0].clone().within(motion_core::trajectory::Range::new(-500.0, 500.0));
     let mut stand = Stand::new(setup).await;

@@ -1,4 +1,4 @@
-//! Planned moves: stored, played by the clock, and with photos.
+//! Planned moves: stored, played in real time, and with photos.
 
 use std::path::Path;
 
@@ -23,13 +23,13 @@ impl Talk<'_> {
         let planned = self.read(file, Count::Video, false)?;
         self.store(&planned, ProgramMode::VIDEO).await?;
         self.dead_man(false).await?;
-        self.say("stored, and at its start: start it when you like")
+        self.say("the move is stored and can be started: its motors are at the start")
     }
 
     pub(super) async fn run(&mut self, file: &Path, reverse: bool) -> Result<(), Trouble> {
         let planned = self.read(file, Count::Video, reverse)?;
         self.store(&planned, ProgramMode::VIDEO).await?;
-        // Without a camera the end of the move is the end of the program.
+        // With the camera off, the program ends when the move ends.
         self.set(HostMessage::CameraSetEnable(message::CameraSetEnable { enable: Bool::FALSE })).await?;
         let millis = planned.iter().map(|it| it.lead_in.saturating_add(it.plan.travel.0)).max().unwrap_or(0);
         self.play(&planned, f64::from(millis) / 1000.0).await?;
@@ -39,12 +39,11 @@ impl Talk<'_> {
     pub(super) async fn program(&mut self, file: &Path, shots: Shots) -> Result<(), Trouble> {
         let Shots { shots, interval, exposure, continuous } = shots;
         let max_shots = u16::try_from(shots).ok().filter(|shots| *shots >= 2).map(ShortShots);
-        let max_shots =
-            max_shots.ok_or_else(|| Trouble::Refused(format!("{shots} photos: a node takes 2 to 65535")))?;
+        let max_shots = max_shots.ok_or_else(|| Trouble::Refused(format!("{shots} photos: give 2 to 65535")))?;
         let (pause, open) = (milliseconds("an interval", interval)?, milliseconds("an exposure", exposure)?);
         if open >= pause {
             return Err(Trouble::Refused(format!(
-                "an exposure of {exposure} s does not fit into an interval of {interval} s: take a longer one"
+                "an exposure of {exposure} s does not fit into an interval of {interval} s: give a longer one"
             )));
         }
         let planned = self.read(file, Count::Shots(shots), false)?;
@@ -66,36 +65,36 @@ impl Talk<'_> {
         let is_so = |answer: AnyReply<'_>| matches!(answer, AnyReply::CameraMaxShots(it) if it.value.0 == shots);
         self.set_and_see(set, query, is_so).await?;
         self.play(&planned, f64::from(shots - 1) * interval + exposure).await?;
-        self.say(&format!("{shots} photos, and all motors rest"))
+        self.say(&format!("{shots} photos are taken, and all motors rest"))
     }
 
-    /// Reads a move file, and makes planned moves of it.
+    /// Reads a move file, and makes planned moves from it.
     fn read(&mut self, file: &Path, count: Count, reverse: bool) -> Result<Vec<Planned>, Trouble> {
         let part = self.home_speed;
         if !(part > 0.0 && part <= 1.0) {
-            let line = format!("{part} is no part of the greatest speed: give more than 0, and at most 1");
+            let line = format!("the home speed is {part}: give more than 0, and at most 1");
             return Err(Trouble::Refused(line));
         }
         let file = Move::read(file).map_err(|error| Trouble::Refused(error.to_string()))?;
         let planned = plans(&file, self.node, count, reverse)?;
         for it in &planned {
             let (start, stop) = (it.plan.start, it.plan.stop);
-            self.say(&format!("motor {}: from {start} to {stop}, off by {:.0} at most", it.motor, it.deviation))?;
+            self.say(&format!("motor {}: from {start} to {stop}, deviation at most {:.0}", it.motor, it.deviation))?;
         }
         Ok(planned)
     }
 
-    /// Stores planned moves, sees that the node has them, and sends the motors to their start. Motors without one have
-    /// none afterwards.
+    /// Stores planned moves, checks that the node has them, and sends the motors to their start. All other motors lose
+    /// their planned moves.
     async fn store(&mut self, planned: &[Planned], program_mode: ProgramMode) -> Result<(), Trouble> {
         self.prepare().await?;
-        // A paused program would go on instead of beginning.
+        // A paused program would continue instead of starting again.
         self.set(HostMessage::Stop(message::Stop {})).await?;
         for it in planned.iter().filter(|_| program_mode == ProgramMode::VIDEO) {
             let (most, asked) = (self.greatest_speed(it.motor).await?, it.peak() * 1000.0);
             if asked > most {
                 return Err(Trouble::Refused(format!(
-                    "motor {}: the move needs {asked:.0} steps a second, the node does {most}: make it slower",
+                    "motor {}: the move needs {asked:.0} steps/s, the node allows {most}: make it slower",
                     it.motor
                 )));
             }
@@ -123,7 +122,7 @@ impl Talk<'_> {
             let motor = it.motor;
             self.enable(motor).await?;
             let most = self.greatest_speed(motor).await?;
-            #[expect(clippy::cast_possible_truncation, reason = "no more than 65,535")]
+            #[expect(clippy::cast_possible_truncation, reason = "at most 65,535")]
             self.set_speed(motor, most as f32 * self.home_speed).await?;
             let answered = self.set_off(HostMessage::MotorSendToStart(message::MotorSendToStart { motor })).await?;
             self.arrive(motor, it.plan.start.0, answered).await?;
@@ -169,15 +168,15 @@ impl Talk<'_> {
         self.set_and_see(set, query, is_so).await
     }
 
-    /// The lead-in has 16 bits in older firmware.
+    /// Sets the lead-in of a motor. It has 16 bits in older firmware.
     async fn set_lead_in(&mut self, motor: Motor, lead_in: u32) -> Result<(), Trouble> {
         let set = if self.facts().lead_in == ValueType::ULONG {
             HostMessage::MotorSetLeadInLong(message::MotorSetLeadInLong { motor, lead_in: Span(lead_in) })
         } else {
             let short = u16::try_from(lead_in).map(ShortSpan).map_err(|_| {
                 Trouble::Refused(format!(
-                    "motor {motor} is to wait for {lead_in} before it moves, and this firmware counts to 65535: \
-                     let the axis begin earlier"
+                    "the lead-in of motor {motor} is {lead_in}, but this firmware allows at most 65535: \
+                     let the axis start earlier"
                 ))
             })?;
             HostMessage::MotorSetLeadIn(message::MotorSetLeadIn { motor, lead_in: short })
@@ -187,7 +186,7 @@ impl Talk<'_> {
             .await
     }
 
-    /// Starts what is stored, tells how far it is, and sees where it ends.
+    /// Starts the stored program, prints its progress, and checks where the motors are at its end.
     async fn play(&mut self, planned: &[Planned], seconds: f64) -> Result<(), Trouble> {
         let began = Instant::now();
         let answered = self.set_off(HostMessage::Start(message::Start {})).await?;
@@ -198,11 +197,11 @@ impl Talk<'_> {
             let state = self.ask(HostMessage::RunStatus(status)).await?.read(&status).unwrap_or(RunState::STOPPED);
             let gone = self.ask(HostMessage::RunTime(time)).await?.read(&time).unwrap_or_default().0;
             if state.is_running(profile) == Some(false) {
-                // A program that has come to its end, or was stopped, forgets how long it ran; a paused one does not.
+                // A program that has ended or was stopped loses its run time. A paused one keeps it.
                 if gone > 0 {
                     return Err(Trouble::Failed(format!(
-                        "node {} paused after {gone} ms: a motor failed, somebody pressed its button, or it heard \
-                         nothing for a second",
+                        "node {} paused after {gone} ms: a motor failed, its button was pressed, or it received \
+                        nothing for a second",
                         self.node.0
                     )));
                 }
@@ -219,10 +218,10 @@ impl Talk<'_> {
         for it in planned {
             self.arrive(it.motor, it.plan.stop.0, answered || has_run).await?;
         }
-        // No clock of a node is wrong by that much; motors may be at their end long before the last photo.
+        // The clock of a node is never wrong by that much. Motors may reach their end long before the last photo.
         if took < 0.99 * seconds {
             return Err(Trouble::Failed(format!(
-                "node {} ended after {took:.1} s instead of {seconds:.1} s: somebody stopped it, or its power failed",
+                "node {} ended after {took:.1} s instead of {seconds:.1} s: it was stopped, or its power failed",
                 self.node.0
             )));
         }

@@ -1,4 +1,4 @@
-//! What a node says of itself.
+//! Command that prints the state of a node.
 
 use hoot_proto::HostMessage;
 use hoot_proto::message::{
@@ -16,7 +16,7 @@ impl Talk<'_> {
         let node = self.node.0;
         let joystick = JoystickMode {};
         if self.ask(HostMessage::JoystickMode(joystick)).await?.read(&joystick).is_some_and(Bool::get) {
-            return self.say(&format!("node {node}: it is in joystick mode, in which it says no more"));
+            return self.say(&format!("node {node}: it is in joystick mode, so nothing more can be read"));
         }
         let version = self.ask(HostMessage::FirmwareVersion(FirmwareVersion {})).await?;
         let name = self.ask(HostMessage::Name(NameQuery {})).await?;
@@ -41,7 +41,7 @@ impl Talk<'_> {
         let state = match status.and_then(|status| status.is_running(profile)) {
             Some(true) => "runs",
             Some(false) => "does not run",
-            None => "runs, or is paused",
+            None => "runs or is paused",
         };
         let mode = mode.map(|mode| mode.to_string()).unwrap_or_default();
         self.say(&format!("program: {mode}, {state}"))?;
@@ -67,7 +67,7 @@ impl Talk<'_> {
         let speed = MotorContinuousSpeed { motor };
         let speed = self.ask(HostMessage::MotorContinuousSpeed(speed)).await?;
         let is_reliable = |speed: &AnyReply<'_>| speed.is_reliable(self.session.host().profile(self.node));
-        let speed = speed.answer().filter(is_reliable).map(|speed| format!(", {speed} steps a second"));
+        let speed = speed.answer().filter(is_reliable).map(|speed| format!(", {speed} steps/s"));
         let speed = speed.unwrap_or_default();
         self.say(&format!("motor {motor}: at {position}, {moves}{enabled}; {microstep} microsteps, {end}{speed}"))
     }

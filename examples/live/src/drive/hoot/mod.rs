@@ -1,23 +1,26 @@
-//! Commands as hoot has them.
+//! Commands with hoot.
 //!
-//! | command | what is done |
+//! | command | effect |
 //! |---|---|
-//! | `info` | asks the node for its version, name, state, and for each of its motors |
-//! | `jog` | runs a motor with the dead-man on, in joystick mode, and keeps the node alive meanwhile |
-//! | `move` | sets the end of the planned move there, and sends the motor to it: a move by a number of steps would go twice as far if the line doubled it |
-//! | `calibrate` | sends the motor to the beginning and makes it home (position 0), and to the end and makes it the end limit |
-//! | `upload` | stores a planned move for each axis of the node, and sends the motors to its start |
-//! | `run` | the same, and plays it by the clock (video mode) |
-//! | `program` | the same, and takes photos along it: shoot, move, shoot; with `--continuous` a time lapse |
+//! | `info` | asks the node for its version, name and state, and for each of its motors |
+//! | `jog` | runs a motor in joystick mode, with the dead-man switch on and keep-alive messages |
+//! | `move` | sets the end of the planned move to the position, and sends the motor there |
+//! | `calibrate` | sends the motor to both ends of the range, and sets them as home (position 0) and as the end limit |
+//! | `upload` | stores a planned move for each axis of the node, and sends the motors to their start |
+//! | `run` | as `upload`, then plays the move in real time (video mode) |
+//! | `program` | as `upload`, then takes photos along the move: shoot, move, shoot; with `--continuous` a time lapse |
 //! | `expose` | takes a photo |
-//! | `stop` | an emergency stop |
+//! | `stop` | makes an emergency stop |
 //!
-//! A planned move knows two places, a time, and how speed is gained and lost: [`plan`] says which axes it can do. While
-//! something moves, the dead-man is on: should the program or the line die, the motors stop after a second. When all is
-//! done it is switched off; behind a trouble it stays on.
+//! `move` does not use a move by a number of steps, which would be twice as long if the line doubled the message.
 //!
-//! hoot has no checksum, and firmware says OK to much that it does not do: what is set is asked for, and what was to move
-//! is asked where it is. What sets something in motion is sent once; if nobody answers it, the motors are asked.
+//! A planned move has two positions, a time, and the lengths of acceleration and deceleration. [`plan`] says which axes
+//! it can follow. While something moves, the dead-man switch is on: if the program or the line fails, the motors stop
+//! after a second. It is switched off when all is done. After a failure it stays on.
+//!
+//! hoot has no checksum, and firmware answers OK to many messages that it does not execute. So each setting is read
+//! back, and each motor is asked for its position after its move. A message that starts motion is sent once; if it is
+//! not answered, the motors are asked.
 
 mod follow;
 mod info;
@@ -57,23 +60,23 @@ impl Driven for HootMaster {
     }
 }
 
-/// The master for one node.
+/// Makes the master for one node.
 ///
 /// # Errors
 ///
 /// [`Trouble::Refused`] if no node can have this address.
 pub fn master(node: Address) -> Result<HootMaster, Trouble> {
     let nodes = Nodes::NONE.with(node);
-    let nodes = nodes.ok_or_else(|| Trouble::Refused(format!("address {}: nodes have 2 to 255", node.0)))?;
+    let nodes = nodes.ok_or_else(|| Trouble::Refused(format!("address {}: nodes have addresses 2 to 255", node.0)))?;
     Ok(HootMaster::new(Options::default().with_nodes(nodes)))
 }
 
-/// Does a command at a node, and prints what comes of it. Motors go to where a move begins at this part of their greatest
-/// speed.
+/// Does a command at a node, and prints its results. `home_speed` is the speed with which motors go to the start of a
+/// move, as a part of their greatest speed.
 ///
 /// # Errors
 ///
-/// [`Trouble`]. Then something may still move: [`Driven::may_move`] says so.
+/// [`Trouble`]. After it, motors may still move; see [`Driven::may_move`].
 pub async fn drive(
     session: &mut Session<HootMaster>,
     command: &Command,
@@ -94,7 +97,7 @@ pub async fn drive(
         Command::Stop => match talk.session.stop().await {
             Stopped::Confirmed => talk.say("all motors rest: the node confirmed it"),
             Stopped::NotConfirmed => Err(Trouble::Failed(format!(
-                "node {} did not confirm the stop: cut the power if something moves",
+                "node {} did not confirm the stop: switch its power off if a motor moves",
                 node.0
             ))),
         },

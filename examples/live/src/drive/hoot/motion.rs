@@ -1,4 +1,4 @@
-//! Motors one by one: run, sent to a place, calibrated; and a photo.
+//! Commands for single motors (jog, move, calibrate), and for one photo.
 
 use std::time::Duration;
 
@@ -15,25 +15,25 @@ use tokio::time::Instant;
 use super::talk::Talk;
 use crate::drive::Trouble;
 
-/// The number of a motor, or which there are.
+/// Motor with a number from the command line.
 pub(super) fn motor(number: u8) -> Result<Motor, Trouble> {
     Motor::new(number).ok_or_else(|| Trouble::Refused(format!("motor {number}: hoot has motors 1 to 3")))
 }
 
-/// A position in whole steps.
-#[expect(clippy::cast_possible_truncation, reason = "it was looked at")]
+/// Position in whole steps.
+#[expect(clippy::cast_possible_truncation, reason = "the range is checked")]
 fn whole(position: f64) -> Result<i32, Trouble> {
     let steps = position.round();
     if (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&steps) {
         return Ok(steps as i32);
     }
-    Err(Trouble::Refused(format!("position {position}: hoot counts steps from {} to {}", i32::MIN, i32::MAX)))
+    Err(Trouble::Refused(format!("position {position}: hoot has steps from {} to {}", i32::MIN, i32::MAX)))
 }
 
 impl Talk<'_> {
-    /// Sees to it that the node can be told to move: it is there, in no joystick mode, and runs no program.
+    /// Makes sure that the node can move its motors: it answers, is not in joystick mode, and runs no program.
     pub(super) async fn prepare(&mut self) -> Result<(), Trouble> {
-        // In joystick mode older firmware answers nothing but this.
+        // In joystick mode, older firmware answers only this query.
         let joystick = JoystickMode {};
         if self.ask(HostMessage::JoystickMode(joystick)).await?.read(&joystick).is_some_and(Bool::get) {
             self.joystick(Bool::FALSE).await?;
@@ -48,14 +48,14 @@ impl Talk<'_> {
         Ok(())
     }
 
-    /// Switches a motor on. One that is off says OK to everything, and does nothing.
+    /// Switches a motor on. A node answers OK for a motor that is off, but the motor does not move.
     pub(super) async fn enable(&mut self, motor: Motor) -> Result<(), Trouble> {
         let set = HostMessage::MotorSetEnable(message::MotorSetEnable { motor, enable: Bool::TRUE });
         let query = HostMessage::MotorEnable(MotorEnable { motor });
         self.set_and_see(set, query, |answer| matches!(answer, AnyReply::MotorEnable(on) if on.value.get())).await
     }
 
-    /// How fast a motor may go, in steps a second.
+    /// Greatest speed of a motor, in steps per second.
     pub(super) async fn greatest_speed(&mut self, motor: Motor) -> Result<f64, Trouble> {
         let query = MotorMaxStepSpeed { motor };
         let most = self.ask(HostMessage::MotorMaxStepSpeed(query)).await?.read(&query).unwrap_or_default().0;
@@ -75,18 +75,18 @@ impl Talk<'_> {
         self.set(HostMessage::SetJoystickMode(message::SetJoystickMode { joystick_mode: on })).await
     }
 
-    /// Makes a motor ready to go, with the dead-man on.
+    /// Makes a motor ready to move, with the dead-man switch on.
     async fn ready(&mut self, motor: Motor, speed: Option<f64>) -> Result<(), Trouble> {
         self.prepare().await?;
         let most = self.greatest_speed(motor).await?;
-        // As with kOS: the greatest is nothing for a camera that somebody may stand beside.
+        // As with kOS: the greatest speed is not safe if somebody stands beside the camera.
         let speed = speed.unwrap_or(most / 4.0);
         if !speed.is_finite() || speed <= 0.0 {
-            return Err(Trouble::Refused(format!("speed {speed}: it needs a number of steps a second, more than 0")));
+            return Err(Trouble::Refused(format!("speed {speed}: give a number of steps/s, more than 0")));
         }
         if speed > most {
             return Err(Trouble::Refused(format!(
-                "speed {speed}: motor {motor} of node {} takes at most {most} steps a second",
+                "speed {speed}: motor {motor} of node {} allows at most {most} steps/s",
                 self.node.0
             )));
         }
@@ -99,15 +99,14 @@ impl Talk<'_> {
     pub(super) async fn jog(&mut self, number: u8, speed: f64, seconds: f64) -> Result<(), Trouble> {
         let motor = motor(number)?;
         let time = Duration::try_from_secs_f64(seconds).ok().filter(|time| *time <= Duration::from_hours(1));
-        let time =
-            time.ok_or_else(|| Trouble::Refused(format!("{seconds} seconds: it needs a number from 0 to 3600")))?;
+        let time = time.ok_or_else(|| Trouble::Refused(format!("{seconds} seconds: give a number from 0 to 3600")))?;
         self.ready(motor, Some(speed.abs())).await?;
         let from = self.position(motor).await?;
         let on = MasterCommand::KeepAlive { to: self.node, on: true };
         self.session.command(on);
         let direction = Direction((speed > 0.0).into());
         let until = Instant::now() + time;
-        // Some firmware takes no run in joystick mode, so that comes behind it.
+        // Some firmware does not start a run in joystick mode, so joystick mode comes after the start.
         let answered = self.set_off(HostMessage::MotorRun(message::MotorRun { motor, direction })).await?;
         self.joystick(Bool::TRUE).await?;
         while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
@@ -121,7 +120,7 @@ impl Talk<'_> {
         let to = self.until_rest(motor).await?;
         self.dead_man(false).await?;
         if to == from {
-            let why = if answered { "is it plugged in, or at its end?" } else { "nobody answered: try again" };
+            let why = if answered { "is it unplugged, or at its end?" } else { "no answer: try again" };
             return Err(Trouble::Failed(format!("motor {motor} did not move from {from}: {why}")));
         }
         self.say(&format!("motor {motor} went from {from} to {to}"))
@@ -135,7 +134,7 @@ impl Talk<'_> {
         self.say(&format!("motor {motor} is at {to}"))
     }
 
-    /// Sends a motor to a place, and sees it there.
+    /// Sends a motor to a position, and checks that it arrives.
     async fn go_to(&mut self, motor: Motor, to: i32) -> Result<(), Trouble> {
         let set = message::MotorSetProgramStop { motor, position: Steps(to) };
         let query = HostMessage::MotorProgramStop(message::MotorProgramStop { motor });
@@ -145,21 +144,21 @@ impl Talk<'_> {
         self.arrive(motor, to, answered).await
     }
 
-    /// Waits until a motor rests, and sees whether it is where it was sent.
+    /// Waits until a motor rests, and checks that it is at its target.
     pub(super) async fn arrive(&mut self, motor: Motor, to: i32, answered: bool) -> Result<(), Trouble> {
         let at = self.until_rest(motor).await?;
         if at == to {
             return Ok(());
         }
         let why = if answered {
-            "is it plugged in, at its end, or stuck? did the node hear nothing for a second?"
+            "is it unplugged, at its end, or stuck, or did the node receive nothing for a second?"
         } else {
-            "nobody answered when it was sent there: try again"
+            "the node did not answer the command to move: try again"
         };
         Err(Trouble::Failed(format!("motor {motor} rests at {at} instead of {to}: {why}")))
     }
 
-    /// Waits until a motor rests, tells where it is meanwhile, and gives where it is then.
+    /// Waits until a motor rests, and prints its positions meanwhile. Returns the last position, in steps.
     pub(super) async fn until_rest(&mut self, motor: Motor) -> Result<i32, Trouble> {
         while self.is_running(motor).await? {
             let at = self.position(motor).await?;
@@ -172,7 +171,9 @@ impl Talk<'_> {
         let (motor, begin, end) = (motor(number)?, whole(begin)?, whole(end)?);
         let width = end.checked_sub(begin).filter(|width| *width != 0);
         let width = width.ok_or_else(|| {
-            Trouble::Refused(format!("from {begin} to {end} is no range: give two places, not too far apart"))
+            Trouble::Refused(format!(
+                "from {begin} to {end} is not a range: give two different positions, not too far apart"
+            ))
         })?;
         self.ready(motor, None).await?;
         self.go_to(motor, begin).await?;
@@ -183,10 +184,12 @@ impl Talk<'_> {
         let is_so = |answer: AnyReply<'_>| matches!(answer, AnyReply::MotorEndLimit(at) if at.value == Steps(width));
         self.set_and_see(set, query, is_so).await?;
         self.dead_man(false).await?;
-        self.say(&format!("motor {motor}: home is where {begin} was, the end limit is {width} from there"))
+        self.say(&format!(
+            "motor {motor}: home is at the old position {begin}, the end limit is {width} steps from home"
+        ))
     }
 
-    /// Sets a camera to an exposure.
+    /// Switches the camera on and sets its exposure. Returns the exposure in milliseconds.
     pub(super) async fn camera(&mut self, seconds: f64) -> Result<u32, Trouble> {
         let exposure = milliseconds("exposure", seconds)?;
         let (enable, exposure_time) = (Bool::TRUE, Milliseconds(exposure));
@@ -212,18 +215,18 @@ impl Talk<'_> {
         }
         if !answered && !was_busy {
             let node = self.node.0;
-            return Err(Trouble::Failed(format!("node {node} did not answer: look whether there is a photo")));
+            return Err(Trouble::Failed(format!("node {node} did not answer: check whether the photo was taken")));
         }
         self.say(&format!("one photo of {seconds} s"))
     }
 }
 
-/// A time in milliseconds, if as many arrive.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it was looked at")]
+/// Time in milliseconds, if it is in the range that hoot can carry.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the range is checked")]
 pub(super) fn milliseconds(what: &str, seconds: f64) -> Result<u32, Trouble> {
     let millis = (seconds * 1000.0).round();
     if (1.0..=f64::from(message::MAX_ARRIVING)).contains(&millis) {
         return Ok(millis as u32);
     }
-    Err(Trouble::Refused(format!("{what} of {seconds} s: a node takes 0.001 to 16777.215 s")))
+    Err(Trouble::Refused(format!("{what} of {seconds} s: give 0.001 to 16777.215 s")))
 }

@@ -1,10 +1,10 @@
-//! Axes of move files as planned moves, which know two places, a time, and how speed is gained and lost.
+//! Axes of move files as planned moves, which have two positions, a time, and lengths of acceleration and deceleration.
 //!
-//! A planned move has three easings, and two lengths over which it gains and loses speed. Of all of these the one is taken
-//! that is nearest to the axis. Two smooth key frames, which are what a move file has if it says nothing else, are exact but
-//! for whole steps: their speed is a parabola, and so is that of an inverse quadratic easing that gains speed for half of
-//! the time and loses it for the other half. Of `examples/moves/pan.json`, which goes over 9000 steps in 4 s, no
-//! millisecond is further off than 1.02 steps. Straight axes are exact too; flat handles of another length are not.
+//! A planned move has one of three easings, and a length of acceleration and one of deceleration. The combination that
+//! is nearest to the axis is chosen. Two smooth key frames, which are the default of a move file, are exact except for
+//! whole steps: their speed is a parabola. An inverse quadratic easing that accelerates for half of the time and
+//! decelerates for the other half has the same speed. `examples/moves/pan.json` moves over 9000 steps in 4 s, and its
+//! planned move is off by at most 1.02 steps. Straight axes are exact too. Flat handles of another length are not.
 
 use examples::moves::{Hoot, Move, MoveAxis};
 use hoot_proto::Address;
@@ -13,41 +13,41 @@ use hoot_proto::program::Plan;
 
 use crate::drive::Trouble;
 
-/// The most that arrives of a number of 32 bits.
+/// Greatest number of 32 bits that arrives.
 const MOST: f64 = hoot_proto::message::MAX_ARRIVING as f64;
-/// How far a planned move may be off, as a part of its way.
+/// Greatest deviation of a planned move, as a part of its distance.
 const CLOSE: f64 = 0.01;
-/// What is nearer by less than this part of a step is no better: plans are cut to whole steps.
+/// Least improvement that counts, in steps, because plans are cut to whole steps.
 const NOISE: f64 = 0.125;
-/// At how many places it is looked at.
+/// Number of places at which a plan is compared with its axis.
 const LOOKS: u32 = 128;
 
-/// What counts the time of a planned move.
+/// Unit of the time of a planned move.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Count {
     /// Milliseconds.
     Video,
-    /// Photos: so many, spread over the whole move.
+    /// Photos: this number, spread over the whole move.
     Shots(u32),
 }
 
-/// A planned move for a motor.
+/// Planned move of a motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Planned {
     /// The motor.
     pub motor: Motor,
-    /// What it is to do.
+    /// The planned move.
     pub plan: Plan,
-    /// For how long it waits before, in milliseconds or photos.
+    /// Time to wait before the move, in milliseconds or photos.
     pub lead_in: u32,
-    /// How far from the axis it is at most, in steps.
+    /// Greatest distance from the axis, in steps.
     pub deviation: f64,
 }
 
 impl Planned {
-    /// The greatest way from one count to the next, in steps: a thousandth of the speed, in video mode.
+    /// Greatest distance from one count to the next, in steps. In video mode this is a thousandth of the speed.
     ///
-    /// Over a number of counts, since positions are whole steps.
+    /// The distance is an average over several counts, because positions are whole steps.
     #[must_use]
     pub fn peak(&self) -> f64 {
         let span = (self.plan.travel.0 / 50).max(1);
@@ -57,7 +57,7 @@ impl Planned {
         ways.fold(0.0, f64::max) / f64::from(span)
     }
 
-    /// The same from its end to its start.
+    /// The same move from its end to its start. `all` is the length of the whole move, in counts.
     fn reversed(self, all: u32) -> Self {
         let Plan { start, stop, travel, acceleration, deceleration, easing, .. } = self.plan;
         let plan =
@@ -66,11 +66,11 @@ impl Planned {
     }
 }
 
-/// The planned moves that a node does in a move.
+/// Makes the planned moves of a node from a move file.
 ///
 /// # Errors
 ///
-/// [`Trouble::Refused`] if the move has no axis for the node, or asks for what a planned move, or the rig, cannot do.
+/// [`Trouble::Refused`] if the move has no axis for the node, or if a planned move or the rig cannot do it.
 pub fn plans(file: &Move, node: Address, count: Count, reverse: bool) -> Result<Vec<Planned>, Trouble> {
     let seconds = match count {
         Count::Video => 0.001,
@@ -84,7 +84,7 @@ pub fn plans(file: &Move, node: Address, count: Count, reverse: bool) -> Result<
         let this = if reverse { this.reversed(all) } else { this };
         if planned.iter().any(|other| other.motor == this.motor) {
             return Err(Trouble::Refused(format!(
-                "axis {:?}: motor {} has an axis already: leave one of them out",
+                "axis {:?}: motor {} already has an axis: remove one of them",
                 axis.name, this.motor
             )));
         }
@@ -97,7 +97,7 @@ pub fn plans(file: &Move, node: Address, count: Count, reverse: bool) -> Result<
         )));
     }
     if let Some(excess) = file.excesses().next() {
-        return Err(Trouble::Refused(format!("the move asks for too much: {excess}")));
+        return Err(Trouble::Refused(format!("the move exceeds a limit: {excess}")));
     }
     Ok(planned)
 }
@@ -105,21 +105,21 @@ pub fn plans(file: &Move, node: Address, count: Count, reverse: bool) -> Result<
 fn fit(axis: &MoveAxis, hoot: &Hoot, seconds: f64) -> Result<Planned, String> {
     let [first, last] = &axis.keys[..] else {
         return Err(format!(
-            "it has {} key frames, and a planned move has two: leave out those between the first and the last",
+            "it has {} key frames, but a planned move has two: remove those between the first and the last",
             axis.keys.len()
         ));
     };
     let steps = |position: f64| {
-        hoot.scale.steps(position).map(Steps).map_err(|error| format!("{error}: fewer steps a unit would do"))
+        hoot.scale.steps(position).map(Steps).map_err(|error| format!("{error}: use fewer steps per unit"))
     };
     let (start, stop) = (steps(first.position)?, steps(last.position)?);
-    let long = || "it is too long: at most 16,777,215 ms or photos arrive".to_owned();
+    let long = || "it is too long: the limit is 16,777,215 ms or photos".to_owned();
     let lead_in = counts(first.time / seconds).ok_or_else(long)?;
     let travel = counts(last.time / seconds).ok_or_else(long)?.saturating_sub(lead_in).max(1);
     let motor = Motor::new(hoot.motor).ok_or("hoot has motors 1 to 3")?;
     let plan = Plan { start, stop, travel: Span(travel), easing: Easing::LINEAR, ..Plan::default() };
 
-    // The axis in steps where it is looked at, between its key frames.
+    // The axis in steps, at the places of the comparison between its key frames.
     let looks = LOOKS.min(travel);
     let axis_at = axis.curve();
     let rise = f64::from(stop.0) - f64::from(start.0);
@@ -133,7 +133,7 @@ fn fit(axis: &MoveAxis, hoot: &Hoot, seconds: f64) -> Result<Planned, String> {
             (at, f64::from(start.0) + rise * gone)
         })
         .collect();
-    // A plan is cut to whole steps, so that on average it is half a step behind.
+    // A plan is cut to whole steps, so on average it is half a step behind the axis.
     let behind = if rise == 0.0 { 0.0 } else { rise.signum() / 2.0 };
     let off = |plan: &Plan| {
         let offs = places.iter().map(|(at, place)| (f64::from(plan.at(*at).0) + behind - place).abs());
@@ -141,18 +141,18 @@ fn fit(axis: &MoveAxis, hoot: &Hoot, seconds: f64) -> Result<Planned, String> {
     };
     let (plan, deviation) = nearest(plan, off);
     let planned = Planned { motor, plan, lead_in, deviation: deviation + behind.abs() };
-    // Photos are counted in whole numbers: half the way from one to the next is as near as they can be.
+    // Photos are whole numbers, so half the distance from one to the next is the best precision.
     let close = if travel > 1000 { CLOSE * rise.abs() } else { (CLOSE * rise.abs()).max(planned.peak() / 2.0) };
     if planned.deviation > close.max(2.0) {
         return Err(format!(
-            "its curve is {:.0} steps away from what a node can do: take smooth key frames, or straight ones",
+            "its curve is {:.0} steps away from any planned move: use smooth key frames, or straight ones",
             planned.deviation
         ));
     }
     Ok(planned)
 }
 
-/// The easing, and the lengths over which speed is gained and lost, that are off by the least.
+/// Finds the easing and the lengths of acceleration and deceleration with the least deviation.
 fn nearest(plan: Plan, off: impl Fn(&Plan) -> f64) -> (Plan, f64) {
     const COARSE: u32 = 24;
     let travel = plan.travel.0;
@@ -199,13 +199,13 @@ fn nearest(plan: Plan, off: impl Fn(&Plan) -> f64) -> (Plan, f64) {
     }
 }
 
-/// So many parts of a whole, rounded down.
+/// `parts` of `of` parts of a whole, rounded down.
 fn share(whole: u32, parts: u32, of: u32) -> u32 {
     u32::try_from(u64::from(whole) * u64::from(parts) / u64::from(of.max(1))).unwrap_or(whole)
 }
 
-/// A number of counts, if so many arrive.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it was looked at")]
+/// Whole number of counts, if it is in the range that hoot can carry.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the range is checked")]
 fn counts(number: f64) -> Option<u32> {
     (0.0..=MOST).contains(&number.round()).then(|| number.round() as u32)
 }
@@ -229,9 +229,9 @@ mod tests {
         }
     }
 
-    /// The move file and the planned move, millisecond by millisecond: how close they are, as the documentation says.
+    /// Compares the move file and the planned move at each millisecond. The documentation states the difference.
     #[test]
-    fn the_sample_is_a_planned_move_to_a_step() {
+    fn the_planned_move_of_the_sample_is_off_by_about_a_step() {
         let file = pan("Pan", "Pan");
         let planned = plans(&file, NODE, Count::Video, false).unwrap()[0];
         assert_eq!((planned.plan.start, planned.plan.stop, planned.lead_in), (Steps(0), Steps(9000), 500));
@@ -247,14 +247,14 @@ mod tests {
     }
 
     #[test]
-    fn backwards_is_the_same_way_back() {
+    fn a_reversed_move_follows_the_same_path_back() {
         let file = pan("\"duration\": 5", "\"duration\": 6");
         let there = plans(&file, NODE, Count::Video, false).unwrap()[0];
         let back = plans(&file, NODE, Count::Video, true).unwrap()[0];
         assert_eq!((back.plan.start, back.plan.stop, back.lead_in), (Steps(9000), Steps(0), 1500));
         for at in 0..=4000 {
             let off = back.plan.at(at).0 - there.plan.at(4000 - at).0;
-            // Both are cut to whole steps, towards their own start.
+            // Both are cut to whole steps, each towards its own start.
             assert!(off.abs() <= 2, "{off} at {at}: {there:?}");
         }
     }
@@ -270,12 +270,12 @@ mod tests {
     }
 
     #[test]
-    fn what_a_planned_move_cannot_do_is_refused() {
+    fn a_move_that_cannot_be_planned_is_refused() {
         let key = "{ \"time\": 4.5";
         let three = refused(key, &format!("{{ \"time\": 2, \"position\": 50 }}, {key}"));
         assert!(three.contains("axis \"Pan\": it has 3 key frames"), "{three}");
         let fast = refused("\"velocity\": 40", "\"velocity\": 20");
-        assert!(fast.contains("too much: axis \"Pan\"") && fast.contains("limit is 20"), "{fast}");
+        assert!(fast.contains("exceeds a limit: axis \"Pan\"") && fast.contains("limit is 20"), "{fast}");
         let wild = refused("\"position\": 90 }", "\"position\": 90, \"arrive\": [-4, 20] }");
         assert!(wild.contains("steps away"), "{wild}");
         let none = refused("\"hoot\": { ", "\"hoot\": { \"address\": 4, ");

@@ -1,4 +1,4 @@
-//! Requests and their ends, and what the application decides when nobody answers.
+//! Requests and their results, and the decisions of the application when a node does not answer.
 
 use std::io::Write;
 use std::time::Duration;
@@ -14,19 +14,19 @@ use tokio::time::Instant;
 use crate::drive::Trouble;
 use crate::session::Session;
 
-/// How often a question, or a setting, is tried when nobody answers.
+/// Number of attempts for a query or a setting, if it is not answered.
 const TRIES: usize = 4;
-/// How often progress is told at most.
+/// Least time between two lines of progress.
 const TELL: Duration = Duration::from_secs(1);
 
-/// A session, and the node that it is about.
+/// Session with one node.
 pub(super) struct Talk<'a> {
     pub(super) session: &'a mut Session<HootMaster>,
     pub(super) node: Address,
     pub(super) home_speed: f32,
     pub(super) out: &'a mut dyn Write,
     token: u32,
-    /// When progress was told last.
+    /// Time at which progress was printed last.
     told: Option<Instant>,
 }
 
@@ -43,7 +43,7 @@ impl<'a> Talk<'a> {
     /// Prints a line.
     pub(super) fn say(&mut self, line: &str) -> Result<(), Trouble> {
         let said = writeln!(self.out, "{line}").and_then(|()| self.out.flush());
-        said.map_err(|error| Trouble::Failed(format!("the output is gone: {error}")))
+        said.map_err(|error| Trouble::Failed(format!("the output cannot be written: {error}")))
     }
 
     /// Prints a line, unless one was printed less than a second ago.
@@ -55,12 +55,12 @@ impl<'a> Talk<'a> {
         Ok(())
     }
 
-    /// What the firmware does.
+    /// Properties of the firmware.
     pub(super) fn facts(&self) -> &'static Facts {
         self.session.host().profile(self.node).facts()
     }
 
-    /// Sends a request once, and waits for its end.
+    /// Sends a request once, and waits for its result.
     pub(super) async fn send(&mut self, message: HostMessage<'static>) -> Result<Ended, Trouble> {
         self.token = self.token.wrapping_add(1);
         let token = Token(self.token);
@@ -73,30 +73,30 @@ impl<'a> Talk<'a> {
         }
     }
 
-    /// What happens beside.
+    /// Handles an event that does not belong to the request.
     pub(super) fn overhear(&mut self, event: &Event) -> Result<(), Trouble> {
         if let Event::Told(Told::KeepAliveLost { to }) = event {
-            self.say(&format!("node {} did not answer in time: its dead-man may have stopped it", to.0))?;
+            self.say(&format!("node {} did not answer in time: its dead-man switch may have stopped it", to.0))?;
         }
         Ok(())
     }
 
-    /// Why a request that has ended is not done.
+    /// Trouble that explains why a request was not done.
     fn trouble(&self, ended: &Ended) -> Trouble {
         let (node, message) = (self.node.0, &ended.message);
         match &ended.outcome {
             Outcome::Refused(received) if received.reply().code == ResponseCode::ERROR => Trouble::Refused(format!(
-                "node {node} refuses {message}: is it in joystick mode, or is this more than its firmware knows?"
+                "node {node} refuses {message}: is it in joystick mode, or does its firmware not support this?"
             )),
             Outcome::Failed(Failure::Silence) => Trouble::Failed(format!(
-                "node {node} does not answer {message}: is it on, is this its address, and does its firmware know that?"
+                "node {node} does not answer {message}: is it on, is its address right, does its firmware support this?"
             )),
             Outcome::Failed(Failure::NotTaken(NotTaken::Lint(lint))) => Trouble::Refused(format!("{message}: {lint}")),
             _ => Trouble::Failed(ended.to_string()),
         }
     }
 
-    /// Asks for something, several times if nobody answers.
+    /// Sends a query, and repeats it if it is not answered.
     pub(super) async fn ask(&mut self, query: HostMessage<'static>) -> Result<Ended, Trouble> {
         for _ in 1..TRIES {
             let ended = self.send(query).await?;
@@ -112,8 +112,8 @@ impl<'a> Talk<'a> {
         if ended.answer().is_some() { Ok(ended) } else { Err(self.trouble(&ended)) }
     }
 
-    /// Sets something while nothing moves: again if nobody answers, for twice is as good as once. What would not be is
-    /// sent once: what may set something in motion, toggles, photos, addresses.
+    /// Sends a setting while nothing moves. A setting without an answer is repeated, because repeating has the same
+    /// effect as sending once. Other messages are sent once: those that may start motion, toggles, photos, addresses.
     pub(super) async fn set(&mut self, message: HostMessage<'static>) -> Result<(), Trouble> {
         let once =
             message.may_start_motion() || matches!(message, HostMessage::SetPingPong(_) | HostMessage::CameraExpose(_));
@@ -127,7 +127,7 @@ impl<'a> Talk<'a> {
         if ended.is_done() { Ok(()) } else { Err(self.trouble(&ended)) }
     }
 
-    /// Sets something of which firmware says OK and may not have done it, and asks for it.
+    /// Sets a value and reads it back, because firmware may answer OK without setting it.
     pub(super) async fn set_and_see(
         &mut self,
         message: HostMessage<'static>,
@@ -141,12 +141,12 @@ impl<'a> Talk<'a> {
             answer => {
                 let found = answer.map(|answer| answer.to_string()).unwrap_or_default();
                 let node = self.node.0;
-                Err(Trouble::Failed(format!("node {node} said OK to {message}, but has {found}: try again")))
+                Err(Trouble::Failed(format!("node {node} answered OK to {message}, but has {found}: try again")))
             }
         }
     }
 
-    /// Sets something in motion: once, whatever comes. `false` if nobody answered: it may move or not.
+    /// Starts motion. The message is sent only once. Returns `false` if it was not answered: the motor may move or not.
     pub(super) async fn set_off(&mut self, message: HostMessage<'static>) -> Result<bool, Trouble> {
         let ended = self.send(message).await?;
         match ended.is_done() {
@@ -156,7 +156,7 @@ impl<'a> Talk<'a> {
         }
     }
 
-    /// Where a motor is.
+    /// Position of a motor, in steps.
     pub(super) async fn position(&mut self, motor: Motor) -> Result<i32, Trouble> {
         let query = MotorPosition { motor };
         let ended = self.ask(HostMessage::MotorPosition(query)).await?;
@@ -170,7 +170,8 @@ impl<'a> Talk<'a> {
         ended.read(&query).map(Bool::get).ok_or_else(|| self.trouble(&ended))
     }
 
-    /// Sets how fast a motor goes. Firmware says OK to what it does not take; what it has, it cannot always tell.
+    /// Sets the speed of a motor. Firmware answers OK to speeds that it does not accept, and cannot always report its
+    /// speed.
     pub(super) async fn set_speed(&mut self, motor: Motor, speed: f32) -> Result<(), Trouble> {
         let speed = StepsPerSecond(speed);
         let message = HostMessage::MotorSetContinuousSpeed(message::MotorSetContinuousSpeed { motor, speed });
@@ -179,7 +180,7 @@ impl<'a> Talk<'a> {
             if ended.is_done() {
                 return Ok(());
             }
-            // Twice is as good as once only while the motor rests.
+            // A repeated speed has the same effect only while the motor rests.
             if !ended.is_silence() || self.is_running(motor).await? {
                 return Err(self.trouble(&ended));
             }

@@ -1,4 +1,4 @@
-//! Who is there: devices that announce themselves by datagrams.
+//! Discovery of devices that announce themselves by datagrams.
 
 use std::net::{IpAddr, SocketAddr};
 use std::time::Duration;
@@ -11,12 +11,12 @@ use tracing::debug;
 
 use crate::drive::Trouble;
 
-/// Listens at an address until a device announces itself, or, if all are wanted, until the time is over. With `ask`,
-/// asks there first who is there.
+/// Listens at an address until a device announces itself, or with `all` until the time is over. With `ask`, first sends
+/// a question to that address.
 ///
 /// # Errors
 ///
-/// [`Trouble::Line`], if nobody can listen there, or nobody announced himself.
+/// [`Trouble::Line`] if the address cannot be used, or if no device announced itself.
 pub async fn discover(
     listen: SocketAddr,
     ask: Option<SocketAddr>,
@@ -24,7 +24,7 @@ pub async fn discover(
     all: bool,
 ) -> Result<Vec<Announced>, Trouble> {
     let failed = |error: &dyn std::fmt::Display| {
-        Trouble::Line(format!("{listen}: {error}: name an address of this computer, and a port that nobody else uses"))
+        Trouble::Line(format!("{listen}: {error}: give an address of this computer, and a port that is not in use"))
     };
     let socket = UdpSocket::bind(listen).await.map_err(|error| failed(&error))?;
     if let Some(to) = ask {
@@ -33,11 +33,11 @@ pub async fn discover(
         question.encode_into(&mut bytes).map_err(|error| failed(&error))?;
         socket.set_broadcast(true).map_err(|error| failed(&error))?;
         let sent = socket.send_to(&bytes, to).await;
-        sent.map_err(|error| Trouble::Line(format!("{to}: {error}: nobody can be asked there")))?;
+        sent.map_err(|error| Trouble::Line(format!("{to}: {error}: a question cannot be sent there")))?;
     }
     let (start, mut devices, mut buffer) = (Instant::now(), Devices::<16>::default(), [0; 2048]);
     while let Ok(received) = timeout_at(start + time, socket.recv_from(&mut buffer)).await {
-        // An error is about a datagram that was sent, to somebody who does not listen.
+        // An error is about a datagram that was sent to an address without a listener.
         let Ok((len, from)) = received else { continue };
         let IpAddr::V4(source) = from.ip().to_canonical() else { continue };
         let now = Millis(u64::try_from(start.elapsed().as_millis()).unwrap_or(u64::MAX));
@@ -54,7 +54,7 @@ pub async fn discover(
     if found.is_empty() {
         let seconds = time.as_secs_f32();
         return Err(Trouble::Line(format!(
-            "{listen}: no kOS rig announced itself in {seconds} s: is it on, and is nobody connected to it?"
+            "{listen}: no kOS rig announced itself in {seconds} s: is it on, and is no other client connected to it?"
         )));
     }
     Ok(found)

@@ -1,4 +1,4 @@
-//! Motion by hand: jogs, positions, ranges.
+//! Commands for single motors: jog, move, calibrate.
 
 use std::time::Duration;
 
@@ -10,29 +10,30 @@ use tokio::time::Instant;
 use super::{Drive, Shown};
 use crate::drive::Trouble;
 
-/// How often a jog says that somebody is there: the rig's client stops it after a second without.
+/// Time between two signs of life in a jog. Our client stops the jog if it gets none for a second.
 const ALIVE: Duration = Duration::from_millis(250);
-/// How much longer than computed a motor may take, and how far from its place it may rest.
+/// Time that a motor may take in addition to the computed time.
 const SPARE: Duration = Duration::from_secs(10);
+/// Greatest distance of a motor at rest from its target, in rotations.
 const NEAR: f64 = 0.01;
-/// The longest that a way is waited for, however slow it is.
+/// Longest time to wait for a move, even if it is slow.
 const LONG: Duration = Duration::from_hours(24);
 
-/// How a motor is moved.
+/// Speed and acceleration of a motor.
 #[derive(Clone, Copy)]
 struct Pace {
     speed: RotationsPerSecond,
     acceleration: RotationsPerSecondSquared,
 }
 
-/// The speed that was asked for, or a quarter of the greatest; with half the greatest acceleration.
-#[expect(clippy::cast_possible_truncation, reason = "the protocol has no other number")]
+/// Pace with the given speed, or a quarter of the greatest speed, and with half of the greatest acceleration.
+#[expect(clippy::cast_possible_truncation, reason = "the protocol has 32-bit numbers")]
 fn pace(motor: &Motor, speed: Option<f64>) -> Result<Pace, Trouble> {
     let most = motor.max_max_setup_speed.0.min(motor.max_max_move_speed.0);
     let speed = speed.map_or(most / 4.0, |speed| speed as f32);
     if !(speed > 0.0 && speed <= most) {
         let number = motor.motor_address;
-        let line = format!("motor {number}: {speed} rotations a second: give more than 0, and at most {most}");
+        let line = format!("motor {number}: the speed is {speed} rev/s: give more than 0, and at most {most}");
         return Err(Trouble::Refused(line));
     }
     let acceleration = RotationsPerSecondSquared(motor.max_max_acceleration.0 / 2.0);
@@ -57,7 +58,7 @@ impl Drive<'_> {
             if let Some((code, motor)) = self.error {
                 return Err(super::failed(code, motor));
             }
-            self.progress(format_args!("motor {motor} runs, {:.1} s more", left.as_secs_f64()))?;
+            self.progress(format_args!("motor {motor} runs for {:.1} s more", left.as_secs_f64()))?;
         }
         self.order(host::Command::StopMotor(motor));
         let at = self.rests(motor, SPARE).await?;
@@ -69,24 +70,24 @@ impl Drive<'_> {
         let pace = pace(&known, speed)?;
         let (Some(here), Some(range)) = (known.relative_position(), known.range()) else {
             let line = format!(
-                "motor {motor} is not calibrated: do that first (drive kos ADDRESS calibrate {motor} BEGIN END)"
+                "motor {motor} is not calibrated: calibrate it first (drive kos ADDRESS calibrate {motor} BEGIN END)"
             );
             return Err(Trouble::Refused(line));
         };
         let (low, high) = (range.0.min(0.0), range.0.max(0.0));
         if !(f64::from(low)..=f64::from(high)).contains(&position) {
             let line = format!(
-                "motor {motor}: {position} is beyond its range: give a position from {low} to {high} rotations"
+                "motor {motor}: {position} is outside its range: give a position from {low} to {high} rotations"
             );
             return Err(Trouble::Refused(line));
         }
         let way = position - f64::from(here.0);
         let at = self.travel(MotorAddress(motor), Some(position), way, pace).await?;
-        // What it says is counted as the rig counts; what it was told, from the begin of its range.
+        // The rig reports positions in its own count. The given position is counted from the beginning of the range.
         let begin = f64::from(known.position.0) - f64::from(here.0);
         let rests = f64::from(at.0) - begin;
         if (rests - position).abs() > NEAR {
-            let line = format!("motor {motor} rests at {rests:.3}, not at {position}: look what is in its way");
+            let line = format!("motor {motor} rests at {rests:.3}, not at {position}: check what blocks it");
             return Err(Trouble::Failed(line));
         }
         self.say(format_args!("motor {motor} rests at {}", Shown(Rotations(at.0 - known.position.0 + here.0))))
@@ -97,14 +98,14 @@ impl Drive<'_> {
         let pace = pace(&known, None)?;
         let far = |position: f64| !position.is_finite() || position.abs() > 25_000.0;
         if far(begin) || far(end) || (end - begin).abs() < NEAR {
-            let line = "give two positions some way from each other, in rotations as info shows them";
+            let line = "give two different positions, in rotations as info shows them";
             return Err(Trouble::Refused(line.to_owned()));
         }
         let here = f64::from(known.relative_position().unwrap_or(known.position).0);
         let motor = MotorAddress(motor);
-        // Its range would hold it back.
+        // The old range would limit the motion.
         self.order(host::Command::ResetAxis(motor));
-        self.wait("which ranges it has", self.options.patience, |event| {
+        self.wait("the ranges of its motors", self.options.patience, |event| {
             (*event == Event::Told(host::Event::Motors)).then_some(())
         })
         .await?;
@@ -114,11 +115,10 @@ impl Drive<'_> {
         self.bump(motor, end - begin, pace).await?;
         self.order(host::Command::MarkEnd(motor));
         let calibrated = Event::Told(host::Event::Calibrated(motor));
-        self.wait("that the range is marked", self.options.patience, |event| (*event == calibrated).then_some(()))
-            .await?;
+        self.wait("that the range is set", self.options.patience, |event| (*event == calibrated).then_some(())).await?;
         let range = self.motor(motor.0)?.range().unwrap_or_default();
         if (f64::from(range.0) - (end - begin)).abs() > NEAR {
-            let line = format!("motor {motor} has a range of {}: something was in its way", Shown(range));
+            let line = format!("motor {motor} has a range of {}: something blocked it", Shown(range));
             return Err(Trouble::Failed(line));
         }
         self.say(format_args!("motor {motor} is calibrated: from 0 to {} rotations", Shown(range)))
@@ -132,14 +132,14 @@ impl Drive<'_> {
         let at = self.travel(motor, None, by, pace).await?;
         let gone = f64::from(at.0) - f64::from(from.0);
         if (gone - by).abs() > NEAR {
-            let line = format!("motor {motor} went {gone:.3} rotations, not {by:.3}: look what is in its way");
+            let line = format!("motor {motor} moved {gone:.3} rotations, not {by:.3}: check what blocks it");
             return Err(Trouble::Failed(line));
         }
         Ok(())
     }
 
-    /// Sends a motor to a position, or a way from where it is, and waits until it rests; says where it is meanwhile.
-    #[expect(clippy::cast_possible_truncation, reason = "the protocol has no other number")]
+    /// Moves a motor to a position, or by a distance, and waits until it rests. Prints its position meanwhile.
+    #[expect(clippy::cast_possible_truncation, reason = "the protocol has 32-bit numbers")]
     async fn travel(
         &mut self,
         motor: MotorAddress,
@@ -170,10 +170,10 @@ impl Drive<'_> {
                 Err(Trouble::Failed(_)) if self.error.is_none() && left > Duration::from_secs(1) => {}
                 Err(trouble) => return Err(trouble),
             }
-            // The answer comes with the next events, and what it says is known then.
+            // The answer comes with the next events, and the position is known then.
             self.session.command(Order::Ask(Get::MotorInfo));
             let at = self.motor(motor.0)?.position;
-            self.progress(format_args!("motor {motor} is on its way, at {}", Shown(at)))?;
+            self.progress(format_args!("motor {motor} moves, at {}", Shown(at)))?;
         }
     }
 }

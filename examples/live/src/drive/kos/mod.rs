@@ -1,7 +1,7 @@
-//! Commands as kOS has them.
+//! Commands with kOS.
 //!
-//! Over TCP a device plays its move alone, and finds its client again: a connection that is lost while a move runs is
-//! made anew, and the move is followed to its end.
+//! Over TCP a device plays its move without the client. If the connection is lost while a move runs, the client
+//! connects again and follows the move to its end.
 
 mod discover;
 mod hand;
@@ -34,7 +34,7 @@ impl Driven for KosHost {
     }
 
     fn stop_all(&mut self, now: Millis) {
-        // A lost connection is tried again ever less often: a stop does not wait for that.
+        // The pauses between attempts to connect again become longer. A stop does not wait for the next attempt.
         if matches!(self.machine().state(), host::State::Discovering | host::State::Disconnected) {
             self.command(now, Order::Connect);
         }
@@ -50,28 +50,28 @@ impl Driven for KosHost {
     }
 }
 
-/// How a rig is driven.
+/// Options of the commands.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// How fast motors go to where a move begins, as a part of their greatest speed: only who stands there knows how
-    /// fast a camera may sweep through the room.
+    /// Speed with which motors go to the start of a move, as a part of their greatest speed. Only a person at the rig
+    /// knows which speed is safe.
     pub home_speed: f32,
-    /// How long a connection may take to be there, or there again while a move runs.
+    /// Time within which a connection must be made, or made again while a move runs.
     pub patience: Duration,
 }
 
 impl Default for Options {
-    /// A tenth of the greatest speed, and ten seconds.
+    /// Home speed of a tenth of the greatest speed, and a patience of ten seconds.
     fn default() -> Self {
         Self { home_speed: 0.1, patience: Duration::from_secs(10) }
     }
 }
 
-/// Does a command, and writes what there is to say to `out`, line by line.
+/// Does a command, and writes its results to `out`, line by line.
 ///
 /// # Errors
 ///
-/// [`Trouble`] says in one line why not, and what to do.
+/// [`Trouble`], which says in one line why the command was not done, and what to do.
 pub async fn drive(
     session: &mut Session<KosHost>,
     command: &Command,
@@ -96,24 +96,24 @@ pub async fn drive(
     }
 }
 
-/// A command that is being done.
+/// Command that is in progress.
 struct Drive<'s> {
     session: &'s mut Session<KosHost>,
     options: Options,
     out: &'s mut (dyn Write + Send),
-    /// When it was said last how far it is.
+    /// Time at which progress was printed last.
     said: Option<Instant>,
-    /// What the rig said last that failed.
+    /// Last failure that the rig reported.
     error: Option<(ErrorCode, MotorAddress)>,
 }
 
 impl Drive<'_> {
     fn say(&mut self, line: fmt::Arguments<'_>) -> Result<(), Trouble> {
         let written = writeln!(self.out, "{line}").and_then(|()| self.out.flush());
-        written.map_err(|error| Trouble::Failed(format!("nobody reads what is said here: {error}")))
+        written.map_err(|error| Trouble::Failed(format!("the output cannot be written: {error}")))
     }
 
-    /// Says how far it is, at most once a second.
+    /// Prints a line of progress, at most once per second.
     fn progress(&mut self, line: fmt::Arguments<'_>) -> Result<(), Trouble> {
         if self.said.is_some_and(|said| said.elapsed() < Duration::from_secs(1)) {
             return Ok(());
@@ -126,17 +126,19 @@ impl Drive<'_> {
         self.session.command(Order::Do(command));
     }
 
-    /// The next event within a time, if it is no trouble; what fails is kept in mind.
+    /// Next event within a time, or the trouble that it means. A failure that the rig reports is stored in `error`.
     ///
-    /// A connection that is lost is trouble, unless a move goes on without it.
+    /// The caller decides whether a lost connection is trouble, because a move goes on without it.
     async fn next(&mut self, time: Duration) -> Result<Option<Event>, Trouble> {
         let event = self.session.next_within(time).await?;
         match event {
             Some(Event::Told(host::Event::Error(ErrorCode::LOCKED_OUT, _))) => {
-                return Err(Trouble::Refused("wrong password: give the one of the rig with --password".to_owned()));
+                return Err(Trouble::Refused(
+                    "wrong password: give the password of the rig with --password".to_owned(),
+                ));
             }
             Some(Event::Told(host::Event::Error(code, motor))) => self.error = Some((code, motor)),
-            // A question of the kind is not answered yet: its answer will do.
+            // A question of this kind is not answered yet. Its answer is enough.
             Some(Event::Told(host::Event::Refused(Refusal::Busy))) => {}
             Some(Event::Told(host::Event::Refused(why))) => return Err(refused(why)),
             Some(Event::Told(host::Event::Locked)) => {
@@ -147,7 +149,7 @@ impl Drive<'_> {
         Ok(event)
     }
 
-    /// Waits for something that the rig says; what fails meanwhile is trouble, and so is a lost connection.
+    /// Waits for a message of the rig. A failure meanwhile is trouble, and so is a lost connection.
     async fn wait<T>(
         &mut self,
         what: &str,
@@ -171,33 +173,33 @@ impl Drive<'_> {
                     }
                 }
                 None if left.is_zero() => {
-                    return Err(Trouble::Failed(format!("the rig does not say {what}: look what it does")));
+                    return Err(Trouble::Failed(format!("the rig does not report {what}: check what it does")));
                 }
                 None => {}
             }
         }
     }
 
-    /// What is said of a lost connection.
+    /// Trouble that a lost connection means.
     fn closed(&self, why: CloseReason) -> Trouble {
         let line = match why {
-            CloseReason::Ended => self.session.why().unwrap_or("the rig hung up: is it on?"),
-            CloseReason::Framing => "what it sends is not kOS: is this the address of a kOS rig?",
-            CloseReason::NoAnswer => "it does not say what it is: is this the address of a kOS rig?",
-            CloseReason::Silence => "the rig fell silent: look at its power, and at the network",
-            _ => "the rig hung up: try again when it runs",
+            CloseReason::Ended => self.session.why().unwrap_or("the rig closed the connection: is it on?"),
+            CloseReason::Framing => "the received bytes are not kOS: is this the address of a kOS rig?",
+            CloseReason::NoAnswer => "the rig does not identify itself: is this the address of a kOS rig?",
+            CloseReason::Silence => "the rig no longer sends anything: check its power and the network",
+            _ => "the rig closed the connection: try again when it runs",
         };
         Trouble::Line(line.to_owned())
     }
 
-    /// Until the rig can be used.
+    /// Connects, and waits until the rig can be used.
     async fn connect(&mut self) -> Result<(), Trouble> {
         self.session.command(Order::Connect);
         let ready = |event: &Event| matches!(event, Event::Told(host::Event::Ready { .. })).then_some(());
         self.wait("that it is ready", self.options.patience, ready).await
     }
 
-    /// A motor of the rig.
+    /// Motor of the rig with this number.
     fn motor(&self, motor: u8) -> Result<Motor, Trouble> {
         let known = self.session.host().motor(MotorAddress(motor)).copied();
         known.filter(|_| motor > 0).ok_or_else(|| plan::no_motor(motor, &self.motors()))
@@ -209,7 +211,7 @@ impl Drive<'_> {
 
     async fn ask(&mut self, get: Get) -> Result<Option<Answer>, Trouble> {
         self.session.command(Order::Ask(get));
-        self.wait("what it was asked", self.options.patience, |event| match event {
+        self.wait("the answer to a question", self.options.patience, |event| match event {
             Event::Answer(answer) => Some(Some(answer.clone())),
             Event::Unanswered(..) => Some(None),
             _ => None,
@@ -220,14 +222,14 @@ impl Drive<'_> {
     async fn info(&mut self) -> Result<(), Trouble> {
         if let Some(Answer::Device(device)) = self.ask(Get::DeviceInfo).await? {
             let (kind, firmware) = (device.device_type, device.firmware);
-            self.say(format_args!("{kind}, firmware {firmware}; its move: {}", device.state))?;
+            self.say(format_args!("{kind}, firmware {firmware}; state of its move: {}", device.state))?;
         }
         if let Some(Answer::Network(network)) = self.ask(Get::NetworkInfo).await? {
             self.say(format_args!("network: {}, {}", network.ip_address, network.mac_address))?;
         }
         if let Some(Answer::Guid(guid)) = self.ask(Get::DeviceGuid).await? {
             let digits: Vec<String> = guid.iter().map(|byte| format!("{byte:02x}")).collect();
-            self.say(format_args!("number: {}", digits.concat()))?;
+            self.say(format_args!("GUID: {}", digits.concat()))?;
         }
         for motor in self.motors() {
             let (number, position) = (motor.motor_address, motor.position);
@@ -249,7 +251,7 @@ impl Drive<'_> {
     async fn expose(&mut self, seconds: f64) -> Result<(), Trouble> {
         let exposure = time(seconds, 0.0)?;
         self.order(host::Command::TakePicture(exposure));
-        // Photos are not answered; a question behind one is, and tells that nothing failed.
+        // Photos are not answered. The answer to a question after a photo shows that nothing failed.
         self.ask(Get::DeviceInfo).await?;
         let until = Instant::now() + Duration::from_secs_f64(seconds);
         while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
@@ -258,11 +260,11 @@ impl Drive<'_> {
             }
         }
         self.say(format_args!(
-            "the shutter was open for {seconds} s, if a camera is there: kOS does not confirm photos"
+            "the shutter was open for {seconds} s, if a camera is connected: kOS does not confirm photos"
         ))
     }
 
-    /// Stops everything, first of all; then again, when it is known which motors there are.
+    /// Stops everything at once, and again when the motors of the rig are known.
     async fn stop(&mut self) -> Result<(), Trouble> {
         self.session.command(Order::Connect);
         self.order(host::Command::Stop);
@@ -273,7 +275,7 @@ impl Drive<'_> {
             let left = until.saturating_duration_since(Instant::now());
             match self.session.next_within(left).await? {
                 Some(Event::Stopped) => stopped = true,
-                // Who is locked may stop all the same.
+                // A stop is also allowed without the password.
                 Some(Event::Told(host::Event::Ready { .. } | host::Event::Locked)) => ready = true,
                 Some(Event::Told(host::Event::Closed(why))) => return Err(self.closed(why)),
                 None if left.is_zero() => return Err(unconfirmed()),
@@ -282,11 +284,11 @@ impl Drive<'_> {
         }
         self.order(host::Command::Stop);
         let is = |event: &Event| (*event == Event::Stopped).then_some(());
-        self.wait("that all rests", self.options.patience, is).await.map_err(|trouble| match trouble {
+        self.wait("that all motors rest", self.options.patience, is).await.map_err(|trouble| match trouble {
             Trouble::Failed(_) => unconfirmed(),
             trouble => trouble,
         })?;
-        self.say(format_args!("everything rests: the rig confirmed the stop"))
+        self.say(format_args!("all motors rest: the rig confirmed the stop"))
     }
 
     fn move_state(&self) -> MoveState {
@@ -294,7 +296,7 @@ impl Drive<'_> {
     }
 }
 
-/// A time that makes sense.
+/// Time from the command line.
 #[expect(clippy::cast_possible_truncation, reason = "the protocol has no other number")]
 fn time(seconds: f64, least: f64) -> Result<Seconds, Trouble> {
     if seconds.is_finite() && seconds >= least && seconds <= 86_400.0 {
@@ -303,14 +305,14 @@ fn time(seconds: f64, least: f64) -> Result<Seconds, Trouble> {
     Err(Trouble::Refused(format!("{seconds} s: give a time from {least} to 86400 seconds")))
 }
 
-/// Why a command was not even sent.
+/// Trouble that explains why the client did not send a command.
 fn refused(why: Refusal) -> Trouble {
     Trouble::Refused(
         match why {
             Refusal::MoveRuns => "a move runs on the rig: stop it first (drive kos ADDRESS stop)",
-            Refusal::Moves => "something moves on the rig: stop it first (drive kos ADDRESS stop)",
+            Refusal::Moves => "motors of the rig move: stop them first (drive kos ADDRESS stop)",
             Refusal::NoMotor => "the rig has no such motor: see drive kos ADDRESS info",
-            Refusal::Number => "a number is none, or not positive where it should be",
+            Refusal::Number => "a number is NaN, infinite or not positive",
             Refusal::NotConnected | Refusal::NotReady => "there is no connection to the rig: try again",
             _ => "the rig cannot do that now: try again",
         }
@@ -318,30 +320,30 @@ fn refused(why: Refusal) -> Trouble {
     )
 }
 
-/// What the rig says that failed.
+/// Trouble that an error of the rig means.
 fn failed(code: ErrorCode, motor: MotorAddress) -> Trouble {
     let what = match code {
         ErrorCode::CANNOT_EXECUTE_MOVE => {
-            "the rig cannot do that now: something moves, or a motor of the move is not calibrated".to_owned()
+            "the rig cannot do that now: motors move, or a motor of the move is not calibrated".to_owned()
         }
         ErrorCode::BAD_MOTOR_ADDRESS => format!("the rig has no motor {motor}: see drive kos ADDRESS info"),
-        ErrorCode::NO_MOTORS => "the rig has no motors: look at its cables".to_owned(),
+        ErrorCode::NO_MOTORS => "the rig has no motors: check its cables".to_owned(),
         ErrorCode::TRAJECTORY => "the rig does not understand the move".to_owned(),
         ErrorCode::RETURN_TO_FIRST_KEYFRAME => {
-            "a motor did not get to where the move begins: look what is in its way".to_owned()
+            "a motor did not reach the start of the move: check what blocks it".to_owned()
         }
-        ErrorCode::INVALID_MOVE_TIME => "the rig does not take the time of the move".to_owned(),
+        ErrorCode::INVALID_MOVE_TIME => "the rig does not accept the duration of the move".to_owned(),
         ErrorCode::CALIBRATION => format!("motor {motor} has no range: calibrate it again"),
         code if code.resets_axis() => format!(
-            "motor {motor} has a fault ({code}), and its range is forgotten: look what is in its way, then calibrate it again"
+            "motor {motor} has a fault ({code}) and has lost its range: check what blocks it, then calibrate it again"
         ),
-        code if code.names_motor() => format!("motor {motor} lost its move ({code}): look what is in its way"),
-        code => format!("the rig says that something failed: {code}"),
+        code if code.names_motor() => format!("motor {motor} left its move ({code}): check what blocks it"),
+        code => format!("the rig reports an error: {code}"),
     };
     Trouble::Failed(what)
 }
 
-/// Rotations as people read them.
+/// Rotations with at most three decimals, for human readers.
 struct Shown(Rotations);
 
 impl fmt::Display for Shown {

@@ -1,4 +1,4 @@
-//! Moves: stored, made ready, played, followed to their end.
+//! Moves: stored, made ready, played and followed to their end.
 
 use std::path::Path;
 use std::time::Duration;
@@ -15,21 +15,21 @@ use super::{Drive, failed, plan, time};
 use crate::drive::Trouble;
 use crate::drive::command::Shots;
 
-/// How long motors may take to where a move begins: the rig's client finds it worth a remark after two minutes.
+/// Time that motors may take to the start of a move. Our client reports a delay after two minutes.
 const HOME: Duration = Duration::from_mins(10);
-/// How far from its place a motor may rest, in parts of its range.
+/// Greatest distance of a motor at rest from its target, as a part of its range.
 const NEAR: f64 = 1e-3;
 
-/// What became of a move.
+/// Result of a move.
 enum End {
-    /// It was played to its end.
+    /// The move was played to its end.
     Reached,
-    /// The connection was lost, and is there again; the move is not.
+    /// The connection was lost, and the move was over when it was made again.
     Unseen,
 }
 
 impl Drive<'_> {
-    /// Reads a file, and looks whether the rig can play it.
+    /// Reads a file, and checks whether the rig can play its move.
     fn planned(&mut self, file: &Path, play: impl Fn(&Move) -> Result<Play, Trouble>) -> Result<StoredMove, Trouble> {
         let file = Move::read(file).map_err(|error| Trouble::Refused(error.to_string()))?;
         let stored = plan::stored(&file, play(&file)?)?;
@@ -40,7 +40,7 @@ impl Drive<'_> {
         Ok(stored)
     }
 
-    #[expect(clippy::cast_possible_truncation, reason = "the protocol has no other number")]
+    #[expect(clippy::cast_possible_truncation, reason = "the protocol has 32-bit numbers")]
     fn live(&mut self, file: &Path) -> Result<StoredMove, Trouble> {
         let home_speed = self.home_speed()?;
         self.planned(file, |file| {
@@ -54,13 +54,13 @@ impl Drive<'_> {
         if part > 0.0 && part <= 1.0 {
             return Ok(Normalized(part));
         }
-        Err(Trouble::Refused(format!("{part} is no part of the greatest speed: give more than 0, and at most 1")))
+        Err(Trouble::Refused(format!("the home speed is {part}: give more than 0, and at most 1")))
     }
 
     pub(super) async fn upload(&mut self, file: &Path) -> Result<(), Trouble> {
         let stored = self.live(file)?;
         self.load(stored, Direction::Forward, true).await?;
-        self.say(format_args!("the move is stored and ready; the motors stay where they are until it is played"))
+        self.say(format_args!("the move is stored and ready; the motors do not move until it is played"))
     }
 
     pub(super) async fn run(&mut self, file: &Path, reverse: bool) -> Result<(), Trouble> {
@@ -74,12 +74,12 @@ impl Drive<'_> {
         let exposure = time(shots.exposure, 0.0)?;
         let interval = time(shots.interval - shots.exposure, 0.0).map_err(|_| {
             Trouble::Refused(format!(
-                "an interval of {} s is too short for the exposure: make it longer",
+                "an interval of {} s is too short for the exposure: give a longer one",
                 shots.interval
             ))
         })?;
         if shots.shots == 0 || interval.0 + exposure.0 <= 0.0 {
-            return Err(Trouble::Refused("give at least one photo, and some time for each".to_owned()));
+            return Err(Trouble::Refused("give at least one photo, and an interval of more than 0 s".to_owned()));
         }
         let lapse = TimeLapseMotion {
             style: if shots.continuous { Style::Continuous } else { Style::ShootMoveShoot },
@@ -96,7 +96,7 @@ impl Drive<'_> {
         self.say(format_args!("{} photos are taken", shots.shots))
     }
 
-    /// Stores a move, and makes it ready.
+    /// Stores a move and makes it ready.
     async fn load(&mut self, stored: StoredMove, way: Direction, delay_return: bool) -> Result<(), Trouble> {
         self.session.command(Order::Load { stored, way, delay_return });
         if !delay_return {
@@ -115,7 +115,7 @@ impl Drive<'_> {
         }
     }
 
-    /// Follows a move to its end; also behind a lost connection.
+    /// Follows a move to its end, also after a lost connection.
     async fn follow(&mut self) -> Result<End, Trouble> {
         let (mut reached, mut lost) = (false, None::<Instant>);
         self.error = None;
@@ -124,13 +124,13 @@ impl Drive<'_> {
             if left.is_some_and(|left| left.is_zero()) {
                 let why = self.session.why().unwrap_or("the rig is gone");
                 return Err(Trouble::Line(format!(
-                    "{why}: the move goes on without us, perhaps: look at the rig, and at its emergency stop"
+                    "{why}: the move may still run: watch the rig, and use its emergency stop if needed"
                 )));
             }
             match self.next(left.unwrap_or(Duration::from_mins(1))).await? {
                 Some(Event::Told(host::Event::Closed(_))) => {
                     if lost.is_none() {
-                        self.say(format_args!("the connection is lost: the move goes on, and is looked for"))?;
+                        self.say(format_args!("the connection is lost: the move goes on, connecting again"))?;
                     }
                     lost = lost.or_else(|| Some(Instant::now()));
                 }
@@ -139,12 +139,12 @@ impl Drive<'_> {
                         return Ok(End::Unseen);
                     }
                     lost = None;
-                    self.say(format_args!("the connection is there again, and the move still runs"))?;
+                    self.say(format_args!("the connection is made again, and the move still runs"))?;
                 }
                 Some(Event::Told(host::Event::Move(told))) => match told {
                     Told::Running(_) | Told::Found(_) => {
                         reached = self.move_state() == MoveState::Ended;
-                        self.how_far("it runs", None)?;
+                        self.how_far("the move runs", None)?;
                     }
                     Told::Progress { elapsed, photos, .. } => {
                         let part = format!("{:.0} %", 100.0 * elapsed.0);
@@ -154,7 +154,8 @@ impl Drive<'_> {
                     Told::Failed(code) => return Err(failed(code, MotorAddress::ALL)),
                     Told::Finished { .. } if reached => return Ok(End::Reached),
                     Told::Finished { .. } => {
-                        let stopped = || Trouble::Failed("somebody stopped the move: look at the rig".to_owned());
+                        let stopped =
+                            || Trouble::Failed("the move was stopped by something else: check the rig".to_owned());
                         return Err(self.error.map_or_else(stopped, |(code, motor)| failed(code, motor)));
                     }
                     _ => {}
@@ -174,8 +175,8 @@ impl Drive<'_> {
         self.progress(format_args!("{part}{photos}: {}", places.join(", ")))
     }
 
-    /// The move was over before the connection was there again: whether it got to its end, only the motors tell. They
-    /// are stopped first, for nothing else says that they rest.
+    /// Decides whether a move reached its end, if it was over before the connection was made again. Only the positions
+    /// of the motors show that. The motors are stopped first, because only a confirmed stop shows that they rest.
     async fn judge(&mut self, stored: &StoredMove, way: Direction) -> Result<(), Trouble> {
         self.order(host::Command::Stop);
         let stopped = |event: &Event| (*event == Event::Stopped).then_some(());
@@ -192,9 +193,9 @@ impl Drive<'_> {
         });
         if all {
             return self
-                .say(format_args!("the move is over: its motors rest at its end, where nobody saw them arrive"));
+                .say(format_args!("the move is over: its motors rest at its end, and were not observed on the way"));
         }
-        Err(Trouble::Failed("the move ended on its way while the connection was lost: look at the rig".to_owned()))
+        Err(Trouble::Failed("the move did not reach its end while the connection was lost: check the rig".to_owned()))
     }
 }
 

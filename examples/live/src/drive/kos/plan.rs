@@ -1,4 +1,4 @@
-//! Move files as moves of kOS motors.
+//! Move files for kOS motors.
 
 use examples::moves::{Kos, Move, MoveAxis};
 use kos_proto::lint::Context;
@@ -10,14 +10,14 @@ use rigs::kos_host::StoredMove;
 
 use crate::drive::Trouble;
 
-/// A range of the rig is the one of the file, if they differ by less: this part of it.
+/// Greatest difference between the range of the rig and the range of the file, as a part of the range.
 const SAME: f64 = 1e-3;
 
-/// The axes of a move that kOS motors move.
+/// Axes of a move that have a kOS motor.
 ///
 /// # Errors
 ///
-/// [`Trouble::Refused`], if there is none.
+/// [`Trouble::Refused`] if no axis has a kOS motor.
 pub fn axes(file: &Move) -> Result<Vec<(&MoveAxis, Kos)>, Trouble> {
     let ours: Vec<_> = file.axes.iter().filter_map(|axis| Some((axis, axis.kos?))).collect();
     if ours.is_empty() {
@@ -29,18 +29,18 @@ pub fn axes(file: &Move) -> Result<Vec<(&MoveAxis, Kos)>, Trouble> {
     Ok(ours)
 }
 
-/// What to say of the axes that no kOS motor moves, if there are any.
+/// Note about the axes without a kOS motor, if there are any.
 pub(super) fn left_out(file: &Move) -> Option<String> {
     let others = file.axes.iter().filter(|axis| axis.kos.is_none());
     let names: Vec<String> = others.map(|axis| format!("{:?}", axis.name)).collect();
-    (!names.is_empty()).then(|| format!("without a kOS motor, and left out: {}", names.join(", ")))
+    (!names.is_empty()).then(|| format!("left out, because they have no kOS motor: {}", names.join(", ")))
 }
 
-/// The blocks of a move.
+/// Blocks of a move, as the rig stores them.
 ///
 /// # Errors
 ///
-/// [`Trouble::Refused`] says why kOS cannot have such a move.
+/// [`Trouble::Refused`], which says why kOS cannot represent the move.
 pub fn stored(file: &Move, play: Play) -> Result<StoredMove, Trouble> {
     let refused = |why: &dyn std::fmt::Display| Trouble::Refused(format!("the move {:?}: {why}", file.name));
     let mut ways = Vec::new();
@@ -52,7 +52,7 @@ pub fn stored(file: &Move, play: Play) -> Result<StoredMove, Trouble> {
     StoredMove::of(&Plan::new(play, &motors)).map_err(|why| refused(&why))
 }
 
-/// The curves of an axis, in parts of the move and of the range; where nothing is said, it rests.
+/// Curves of an axis, in parts of the move and of the range. Before and after its key frames the axis rests.
 fn segments(axis: &MoveAxis, kos: &Kos, duration: f64) -> Result<Vec<Segment>, String> {
     let curve = axis.curve();
     let rest = |from: f64, to: f64, position: f64| {
@@ -72,12 +72,12 @@ fn segments(axis: &MoveAxis, kos: &Kos, duration: f64) -> Result<Vec<Segment>, S
         .collect()
 }
 
-/// Whether the rig can play a move as its file means it: its motors are there, calibrated over the ranges of the file,
-/// and fast enough.
+/// Checks whether the rig can play a move: its motors exist, are calibrated over the ranges of the file, and are fast
+/// enough.
 ///
 /// # Errors
 ///
-/// [`Trouble::Refused`] says what is not so, and what to do.
+/// [`Trouble::Refused`], which says what is missing, and what to do.
 pub fn check(file: &Move, stored: &StoredMove, motors: &[Motor]) -> Result<(), Trouble> {
     for (axis, kos) in axes(file)? {
         let known = motors.iter().find(|known| known.motor_address.number() == kos.motor);
@@ -89,7 +89,7 @@ pub fn check(file: &Move, stored: &StoredMove, motors: &[Motor]) -> Result<(), T
         let Some(range) = known.range() else {
             return Err(Trouble::Refused(format!("motor {} is not calibrated: {calibrate}", kos.motor)));
         };
-        // A device that counts from where its range begins says nothing of where that is.
+        // A device that counts from the beginning of its range does not report where that is.
         let elsewhere = begin != 0.0 && (begin - from).abs() > SAME * width.abs();
         if (f64::from(range.0) - width).abs() > SAME * width.abs() || elsewhere {
             return Err(Trouble::Refused(format!(
@@ -112,7 +112,7 @@ pub fn check(file: &Move, stored: &StoredMove, motors: &[Motor]) -> Result<(), T
     }
 }
 
-/// What is said of a motor that is not there.
+/// Trouble about a motor that the rig does not have.
 pub(super) fn no_motor(motor: u8, motors: &[Motor]) -> Trouble {
     let numbers: Vec<String> = motors.iter().map(|known| known.motor_address.number().to_string()).collect();
     Trouble::Refused(match &numbers[..] {

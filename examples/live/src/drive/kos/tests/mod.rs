@@ -1,4 +1,4 @@
-//! Flows over loopback TCP, on the clock of tokio that stands still while nothing happens.
+//! Tests of the commands over loopback TCP, with the paused clock of tokio.
 
 mod served;
 
@@ -20,7 +20,7 @@ use super::discover;
 use crate::drive::command::Shots;
 use crate::drive::{Command, Stopped, Trouble};
 
-/// How far a motor may be from its curve, in rotations; why, stands in `rigs/tests/kos/bench.rs`.
+/// Greatest distance of a motor from its curve, in rotations. `rigs/tests/kos/bench.rs` explains the value.
 const TOLERANCE: f64 = 5e-5;
 
 fn slide() -> PathBuf {
@@ -33,7 +33,7 @@ fn run() -> Command {
 
 const CALIBRATE: Command = Command::Calibrate { motor: 1, begin: 0.0, end: 40.0 };
 
-/// Each place on the path is where the file has it.
+/// Checks that each position on the path is that of the file.
 fn follows_the_file(served: &Served) {
     let file = Move::read(&slide()).unwrap();
     let path = served.path.lock().unwrap();
@@ -44,7 +44,7 @@ fn follows_the_file(served: &Served) {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_range_is_marked_and_a_move_is_played() {
+async fn a_range_is_set_and_a_move_is_played() {
     let served = Served::new(Setup::with_motors(2)).await;
     let said = served.done(Command::Info).await;
     assert!(said.contains("motor 2: at 0 rotations, not calibrated"), "{said}");
@@ -59,7 +59,7 @@ async fn a_range_is_marked_and_a_move_is_played() {
     assert!(lines.len() > 8 && lines.len() < 14 && said.ends_with("the move is over\n"), "{said}");
     let elapsed = |path: &[(f64, Vec<f64>)]| path.iter().map(|(moment, _)| *moment).fold(0.0, f64::max);
     assert!((elapsed(&served.path.lock().unwrap()) - 8.0).abs() < 0.01);
-    assert!(served.path.lock().unwrap().len() > 7000, "a place each millisecond");
+    assert!(served.path.lock().unwrap().len() > 7000, "one position for each millisecond");
     assert!((served.at(0) - 30.0).abs() < TOLERANCE);
 
     let said = served.done(Command::Move { motor: 1, position: 12.5, speed: None }).await;
@@ -69,7 +69,7 @@ async fn a_range_is_marked_and_a_move_is_played() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_path_is_that_of_the_file() {
+async fn the_path_of_a_move_is_that_of_the_file() {
     let served = Served::new(Setup::with_motors(1)).await;
     served.done(CALIBRATE).await;
     let said = served.done(Command::Upload { file: slide() }).await;
@@ -91,25 +91,25 @@ async fn photos_are_taken_along_a_move() {
     }
     assert!(served.done(Command::Expose { seconds: 0.2 }).await.contains("open for 0.2 s"));
     assert_eq!(served.rig.lock().unwrap().photo_count(), 11);
-    // The same curves in 2.5 s are too much for the motor.
+    // The same curves in 2.5 s exceed the limits of the motor.
     let shots = Shots { shots: 5, interval: 0.5, exposure: 0.1, continuous: true };
     let refused = served.trouble(Command::Program { file: slide(), shots }).await;
     assert!(refused.contains("rev/s², at most 100") && refused.ends_with("make it slower"), "{refused}");
     let shots = Shots { shots: 5, interval: 0.5, exposure: 0.6, continuous: false };
     let refused = served.trouble(Command::Program { file: slide(), shots }).await;
-    assert_eq!(refused, "an interval of 0.5 s is too short for the exposure: make it longer");
+    assert_eq!(refused, "an interval of 0.5 s is too short for the exposure: give a longer one");
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_jog_runs_for_its_time() {
     let served = Served::new(Setup::with_motors(2)).await;
     served.done(Command::Jog { motor: 2, speed: -10.0, seconds: 3.0 }).await;
-    // Three seconds, less the way to speed up, and as much to slow down.
+    // Three seconds at full speed, except for the acceleration and the deceleration.
     assert!(served.rests() && (-31.0..-28.0).contains(&served.at(1)), "{}", served.at(1));
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_cannot_be_is_refused_in_one_line() {
+async fn an_impossible_command_is_refused_in_one_line() {
     let served = Served::new(Setup::with_motors(2)).await;
     served.done(Command::Calibrate { motor: 1, begin: -5.0, end: 20.0 }).await;
     let crane = Path::new(env!("CARGO_MANIFEST_DIR")).join("../moves/whip.json");
@@ -123,7 +123,7 @@ async fn what_cannot_be_is_refused_in_one_line() {
         (Command::Move { motor: 1, position: 1.0, speed: Some(500.0) }, "give more than 0, and at most 165"),
         (Command::Jog { motor: 1, speed: 0.0, seconds: 1.0 }, "give more than 0"),
         (Command::Jog { motor: 1, speed: 1.0, seconds: f64::INFINITY }, "give a time from 0.01"),
-        (Command::Calibrate { motor: 1, begin: 3.0, end: 3.0 }, "give two positions some way from each other"),
+        (Command::Calibrate { motor: 1, begin: 3.0, end: 3.0 }, "give two different positions"),
         (Command::Run { file: crane, reverse: false }, "has no axis for kOS"),
         (Command::Run { file: "no.json".into(), reverse: false }, "no.json: No such file"),
         (Command::Expose { seconds: -1.0 }, "give a time from 0"),
@@ -135,7 +135,7 @@ async fn what_cannot_be_is_refused_in_one_line() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_motor_may_take_longer_than_anybody_waits() {
+async fn a_very_slow_move_can_be_interrupted() {
     let served = Served::new(Setup::with_motors(1)).await;
     served.done(CALIBRATE).await;
     for speed in [1e-30, 1e-12] {
@@ -147,7 +147,7 @@ async fn a_motor_may_take_longer_than_anybody_waits() {
         let command = Command::Move { motor: 1, position: 2.0, speed: Some(speed) };
         let ((said, done), ()) = tokio::join!(served.drive_until(command, None, interrupts), later);
         assert!(matches!(done, Err(Trouble::Interrupted)), "{said}{done:?}");
-        assert!(said.contains("is on its way"), "{said}");
+        assert!(said.contains("motor 1 moves, at"), "{said}");
     }
 }
 
@@ -165,13 +165,13 @@ async fn a_move_beyond_the_limits_of_its_file_is_refused() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn who_is_stopped_by_somebody_else_says_so() {
+async fn a_stop_by_another_client_is_reported() {
     let served = Served::new(Setup::with_motors(1)).await;
     served.done(CALIBRATE).await;
     for (command, expected) in [
-        (Command::Move { motor: 1, position: 2.0, speed: None }, "not at 2: look what is in its way"),
-        (Command::Calibrate { motor: 1, begin: 0.0, end: 30.0 }, "look what is in its way"),
-        (run(), "somebody stopped the move: look at the rig"),
+        (Command::Move { motor: 1, position: 2.0, speed: None }, "not at 2: check what blocks it"),
+        (Command::Calibrate { motor: 1, begin: 0.0, end: 30.0 }, "check what blocks it"),
+        (run(), "the move was stopped by something else: check the rig"),
     ] {
         let stop = async {
             tokio::time::sleep(Duration::from_millis(if command == run() { 6000 } else { 700 })).await;
@@ -193,7 +193,7 @@ async fn who_is_stopped_by_somebody_else_says_so() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_move_that_broke_off_unseen_is_told_of() {
+async fn a_move_that_ended_early_without_a_connection_is_reported() {
     let served = Served::new(Setup::with_motors(1)).await;
     served.done(CALIBRATE).await;
     let breaks = async {
@@ -206,12 +206,12 @@ async fn a_move_that_broke_off_unseen_is_told_of() {
     };
     let ((said, done), ()) = tokio::join!(served.drive(run()), breaks);
     let line = done.expect_err(&said).to_string();
-    assert_eq!(line, "the move ended on its way while the connection was lost: look at the rig");
+    assert_eq!(line, "the move did not reach its end while the connection was lost: check the rig");
     assert!(served.rests(), "{said}");
 }
 
 #[tokio::test(start_paused = true)]
-async fn passwords_are_needed_but_not_for_stops() {
+async fn a_password_is_needed_except_for_stops() {
     let setup = Setup { password: b"gaffer".to_vec(), ..Setup::with_motors(1) };
     let served = Served::new(setup).await;
     let with = async |command, password: &'static [u8]| {
@@ -219,7 +219,7 @@ async fn passwords_are_needed_but_not_for_stops() {
         served.drive_until(command, Some(password), interrupts).await
     };
     let (_, wrong) = with(Command::Info, b"best boy").await;
-    assert_eq!(wrong.unwrap_err().to_string(), "wrong password: give the one of the rig with --password");
+    assert_eq!(wrong.unwrap_err().to_string(), "wrong password: give the password of the rig with --password");
     let (said, stopped) = with(Command::Stop, b"best boy").await;
     assert!(stopped.is_ok() && said.contains("the rig confirmed the stop"), "{said}{stopped:?}");
     let (said, right) = with(Command::Info, b"gaffer").await;
@@ -227,7 +227,7 @@ async fn passwords_are_needed_but_not_for_stops() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn ctrl_c_stops_the_move_and_says_so() {
+async fn an_interrupted_move_is_stopped_and_the_stop_is_reported() {
     let served = Served::new(Setup::with_motors(1)).await;
     served.done(CALIBRATE).await;
     let (interrupt, interrupts) = mpsc::unbounded_channel();
@@ -246,10 +246,10 @@ async fn ctrl_c_stops_the_move_and_says_so() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_move_is_found_again_or_judged_by_its_end() {
+async fn after_a_lost_connection_a_move_is_followed_or_its_end_is_checked() {
     let served = Served::new(Setup::with_motors(1)).await;
     served.done(CALIBRATE).await;
-    for (after, expected) in [(3000, "the move still runs"), (7500, "where nobody saw them arrive")] {
+    for (after, expected) in [(3000, "the move still runs"), (7500, "were not observed on the way")] {
         let cut = async {
             let begun = || served.path.lock().unwrap().iter().any(|(moment, _)| *moment > 0.0);
             served.path.lock().unwrap().clear();
@@ -265,9 +265,9 @@ async fn a_move_is_found_again_or_judged_by_its_end() {
     }
 }
 
-/// The client has tried for three seconds by then, and waits for four more until it tries again.
+/// At the stop, the client has tried to connect for three seconds, and the next attempt is four seconds away.
 #[tokio::test(start_paused = true)]
-async fn a_stop_does_not_wait_for_the_next_try() {
+async fn a_stop_does_not_wait_for_the_next_attempt_to_connect() {
     let served = Served::new(Setup::with_motors(1)).await;
     served.done(CALIBRATE).await;
     let (interrupt, interrupts) = mpsc::unbounded_channel();
@@ -284,7 +284,7 @@ async fn a_stop_does_not_wait_for_the_next_try() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_rig_that_is_gone_is_told_of_in_one_line() {
+async fn a_rig_that_is_gone_is_reported_in_one_line() {
     let served = Served::new(Setup::with_motors(1)).await;
     served.done(CALIBRATE).await;
     let gone = async {
@@ -293,14 +293,14 @@ async fn a_rig_that_is_gone_is_told_of_in_one_line() {
     };
     let ((said, done), ()) = tokio::join!(served.drive(run()), gone);
     let line = done.unwrap_err().to_string();
-    assert!(line.contains("nobody listens there") && line.contains("the move goes on without us, perhaps"), "{line}");
+    assert!(line.contains("nothing listens there") && line.contains("the move may still run"), "{line}");
     assert!(said.ends_with(&format!("stop: {:?}\n", Stopped::NotConfirmed)), "{said}");
     let line = served.trouble(Command::Info).await;
-    assert!(line.starts_with(&format!("{}: nobody listens there", served.address)), "{line}");
+    assert!(line.starts_with(&format!("{}: nothing listens there", served.address)), "{line}");
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_fault_in_a_move_is_told() {
+async fn a_fault_in_a_move_is_reported() {
     let served = Served::new(Setup::with_motors(1)).await;
     served.done(CALIBRATE).await;
     let stall = async {
@@ -311,7 +311,7 @@ async fn a_fault_in_a_move_is_told() {
     };
     let ((said, done), ()) = tokio::join!(served.drive(run()), stall);
     let line = done.unwrap_err().to_string();
-    assert!(line.starts_with("motor 1 has a fault (RUNAWAY), and its range is forgotten"), "{said}{line}");
+    assert!(line.starts_with("motor 1 has a fault (RUNAWAY) and has lost its range"), "{said}{line}");
     assert!(said.ends_with(&format!("stop: {:?}\n", Stopped::Confirmed)), "{said}");
     let calibration = served.rig.lock().unwrap().machine().calibration(MotorAddress(1));
     assert_eq!((calibration, served.rests()), (Some(State::Uncalibrated), true));
@@ -321,15 +321,15 @@ async fn a_fault_in_a_move_is_told() {
 async fn a_rig_that_announces_itself_is_found() {
     let mut rig = KosDevice::new(Setup { address: [127, 0, 0, 1].into(), ..Setup::default() });
     rig.advance(Millis(0));
-    let Some(Outgoing::Announce(bytes)) = rig.poll() else { panic!("it announces itself") };
+    let Some(Outgoing::Announce(bytes)) = rig.poll() else { panic!("the rig announces itself") };
     let speaker = UdpSocket::bind("127.0.0.1:0").await.unwrap();
-    // It answers who asks, too.
+    // The rig also answers questions.
     let asked = speaker.local_addr().unwrap();
     let answer = async {
         let mut question = [0; 64];
         let (len, from) = speaker.recv_from(&mut question).await.unwrap();
         rig.datagram(Millis(1), &question[..len]);
-        let Some(Outgoing::Answer(answer)) = rig.poll() else { panic!("it answers") };
+        let Some(Outgoing::Answer(answer)) = rig.poll() else { panic!("the rig answers") };
         speaker.send_to(b"noise", from).await.unwrap();
         speaker.send_to(&bytes, from).await.unwrap();
         speaker.send_to(&answer, from).await.unwrap();
@@ -340,5 +340,5 @@ async fn a_rig_that_announces_itself_is_found() {
     let none = discover(listen, None, Duration::from_millis(20), true).await.unwrap_err().to_string();
     assert!(none.contains("no kOS rig announced itself in 0.02 s"), "{none}");
     let taken = discover(asked, None, Duration::from_secs(1), false).await.unwrap_err().to_string();
-    assert!(taken.contains("a port that nobody else uses"), "{taken}");
+    assert!(taken.contains("a port that is not in use"), "{taken}");
 }

@@ -1,4 +1,4 @@
-//! A rig that serves over loopback TCP, and programs that drive it.
+//! Rig that serves over loopback TCP, and the commands that drive it.
 
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex};
@@ -19,17 +19,17 @@ use crate::session::{Session, Target};
 
 pub(super) const LINE: LineId = LineId(0);
 
-/// Seconds of the move, and where the motors were.
+/// Time of the move in seconds, with the positions of the motors.
 pub(super) type Seen = Vec<(f64, Vec<f64>)>;
 
-/// A rig that serves one client at a time.
+/// Rig that serves one client at a time.
 pub(super) struct Served {
     pub(super) rig: Arc<Mutex<KosDevice>>,
     pub(super) address: SocketAddr,
     start: Instant,
-    /// What was seen at each tick of a move.
+    /// Positions at each tick of a move.
     pub(super) path: Arc<Mutex<Seen>>,
-    /// Each message cuts the client off.
+    /// Sender whose messages each cut off the client.
     pub(super) cut: mpsc::UnboundedSender<()>,
     pub(super) serving: tokio::task::JoinHandle<()>,
 }
@@ -46,7 +46,7 @@ impl Served {
         Self { rig, address, start, path, cut, serving }
     }
 
-    /// Serves again, where nobody has served for a while.
+    /// Serves again at the same address, after serving was ended.
     pub(super) async fn again(&self) {
         let listener = TcpListener::bind(self.address).await.unwrap();
         self.rig.lock().unwrap().close(since(self.start), LINE);
@@ -58,7 +58,7 @@ impl Served {
         });
     }
 
-    /// Does a command as a program would that is started for it; what it says, and how it ends.
+    /// Does a command as the program does. Returns its output and its result.
     pub(super) async fn drive(&self, command: Command) -> (String, Result<(), Trouble>) {
         let (_keep, interrupts) = mpsc::unbounded_channel();
         self.drive_until(command, None, interrupts).await
@@ -136,7 +136,7 @@ async fn serve(
                 _ => {}
             }
         }
-        // Time goes by in small steps, for nobody tells the clock what is on its way through the system.
+        // Time passes in small steps, because the clock does not know about bytes inside the operating system.
         let soon = Instant::now() + Duration::from_millis(2);
         let wake = wake.map_or(soon, |wake| soon.min(start + Duration::from_millis(wake.0)));
         let is_free = client.is_none();
@@ -156,7 +156,7 @@ async fn serve(
             },
             accepted = listener.accept(), if is_free => {
                 client = accepted.ok().map(|(client, _)| client);
-                // The clock would not stand still for the time that a message is held back.
+                // The clock would go on while a message is held back.
                 if let Some(client) = &client {
                     client.set_nodelay(true).unwrap();
                 }
