@@ -15,7 +15,7 @@ pub enum Port {
 }
 
 impl Port {
-    /// Ports to which a packet for somebody else is forwarded: from a master to the bus, from the bus to both masters.
+    /// Ports to which a packet for another receiver is forwarded: from a master to the bus, from the bus to both masters.
     ///
     /// Source: hoot, section 1.1.
     #[must_use]
