@@ -434,7 +434,7 @@ mod hoot {
 
     pub(super) fn node_input(happened: &Happened<NodeInput>) -> device::Input<'_> {
         match happened {
-            Happened::Frame(bytes) => device::Input::received(&Frame::decode(bytes).expect("a packet"), Port::Bus),
+            Happened::Frame(bytes) => device::Input::received(Port::Bus, &Frame::decode(bytes).expect("a packet")),
             Happened::Else(input) => *input,
         }
     }

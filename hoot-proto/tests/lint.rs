@@ -47,13 +47,13 @@ fn requests() -> Vec<HostMessage<'static>> {
         SetPingPong { ping_pong: yes };
         FirmwareVersion {}; RunStatus {}; RunTime {}; Exposing {}; TimingMaster {};
     };
-    requests.push(HostMessage::Name(NameQuery {}));
+    requests.push(HostMessage::from(NameQuery {}));
     requests.extend(messages! {
         MaxStepRate {}; Voltage {}; Current {}; InputEdge {}; AltModes {}; LimitSwitches {}; OutBeforeDelay {};
         OutAfterDelay {}; OutBeforeTime {}; OutAfterTime {}; OutLevel {};
     });
-    requests.push(HostMessage::StartDelay(StartDelayQuery {}));
-    requests.push(HostMessage::ProgramMode(ProgramModeQuery {}));
+    requests.push(HostMessage::from(StartDelayQuery {}));
+    requests.push(HostMessage::from(ProgramModeQuery {}));
     requests.extend(messages! {
         PowerCycled {}; JoystickMode {}; PingPong {};
         MotorSetSleep { motor, sleep: yes };
@@ -294,9 +294,9 @@ fn joystick_mode_refuses_other_requests() {
         (context.joystick, context.profile) = (true, profile);
         let severity = |message: &HostMessage<'_>| message.lint(&context).into_iter().map(|lint| lint.severity).max();
         let count = |wanted| requests().iter().filter(|message| severity(message) == wanted).count();
-        let stop = severity(&HostMessage::Stop(Stop {}));
+        let stop = severity(&HostMessage::from(Stop {}));
         assert_eq!(stop, Some(Severity::Warning), "a stop is never refused");
-        let motor_stop = severity(&HostMessage::MotorStop(MotorStop::default()));
+        let motor_stop = severity(&HostMessage::from(MotorStop::default()));
         assert_eq!(motor_stop, None, "a stop of a motor works in joystick mode");
         (count(Some(Severity::Error)), count(None))
     };
@@ -328,7 +328,7 @@ fn lint_warns_of_commands_while_the_planned_move_runs() {
 #[test]
 fn steps_that_would_not_arrive_are_refused() {
     let motor = Motor::One;
-    let of = |steps| HostMessage::MotorMove(MotorMove { motor, direction: Direction(0), steps: StepCount(steps) });
+    let of = |steps| HostMessage::from(MotorMove { motor, direction: Direction(0), steps: StepCount(steps) });
     for steps in [0, 0x0100_0000, u32::MAX] {
         assert_eq!(says(of(steps), &Context::default()), [format!("error steps: {steps} is not in 1 to 16777215")]);
         assert_eq!(MotorMove::new(motor, Direction(0), StepCount(steps)), None);
@@ -350,13 +350,10 @@ fn broadcasts_are_refused_through_a_bridge() {
         assert_eq!(refused, message.selector().table == Table::Broadcast, "{message}");
     }
     let sub_address = AnySubAddress(9);
-    let message = HostMessage::BroadcastStart(BroadcastStart { sub_address });
+    let message = HostMessage::from(BroadcastStart { sub_address });
     assert_eq!(says(message, &Context::default()), ["warning sub_address: nodes ignore it in broadcasts"]);
     for address in [0, 1] {
-        let message = HostMessage::BroadcastAssignAddress(BroadcastAssignAddress {
-            new_address: Address(address),
-            ..Default::default()
-        });
+        let message = HostMessage::from(BroadcastAssignAddress { new_address: Address(address), ..Default::default() });
         assert_eq!(says(message, &Context::default()), [format!("error new_address: {address} is not in 2 to 255")]);
         assert_eq!(BroadcastAssignAddress::new(Address(address)), None);
     }
@@ -367,12 +364,12 @@ fn an_address_that_means_another_command_is_refused() {
     let mut out = [0xA5; 42];
     let wrong = |value, min, max| Err(EncodeError::OutOfRange { what: "address", value, min, max });
     // In a broadcast, command 4 gives an address. Sent to a node, it stops the motor or the controller.
-    assert_eq!(HostMessage::Stop(Stop {}).encode_into(Address::BROADCAST, &mut out), wrong(1, 2, 255));
+    assert_eq!(HostMessage::from(Stop {}).encode_into(Address::BROADCAST, &mut out), wrong(1, 2, 255));
     let all_stop = HostMessage::BroadcastStop(BroadcastStop::default());
     assert_eq!(all_stop.encode_into(Address(3), &mut out), wrong(3, 1, 1));
     assert_eq!(out, [0xA5; 42]);
-    assert!(HostMessage::Stop(Stop {}).encode_into(Address::MASTER, &mut out).is_ok(), "encoded as it was decoded");
-    let refused = HostMessage::Stop(Stop {}).encode_checked(Address::MASTER, &Context::default(), &mut out);
+    assert!(HostMessage::from(Stop {}).encode_into(Address::MASTER, &mut out).is_ok(), "encoded as it was decoded");
+    let refused = HostMessage::from(Stop {}).encode_checked(Address::MASTER, &Context::default(), &mut out);
     assert!(matches!(refused, Err(EncodeError::Refused(lint)) if lint.what == "address"));
 }
 
@@ -380,7 +377,7 @@ fn an_address_that_means_another_command_is_refused() {
 fn speeds_that_are_not_finite_are_refused() {
     let of = |speed| {
         let message = MotorSetContinuousSpeed { motor: Motor::One, speed: StepsPerSecond(speed) };
-        says(HostMessage::MotorSetContinuousSpeed(message), &Context::default())
+        says(HostMessage::from(message), &Context::default())
     };
     assert_eq!(of(f32::NAN), ["error speed: 0x7fc00000 is no finite number"]);
     assert_eq!(of(f32::NEG_INFINITY), ["error speed: 0xff800000 is no finite number"]);
@@ -395,10 +392,9 @@ fn speeds_that_are_not_finite_are_refused() {
 fn a_motor_of_speed_0_does_not_move() {
     let mut context = Context::default();
     context.speeds = [None, Some(StepsPerSecond(0.0)), Some(StepsPerSecond(100.0))];
-    let found =
-        Motor::ALL.map(|motor| says(HostMessage::MotorRun(MotorRun { motor, direction: Direction(0) }), &context));
+    let found = Motor::ALL.map(|motor| says(HostMessage::from(MotorRun { motor, direction: Direction(0) }), &context));
     assert_eq!(found, [vec![], vec!["warning motor: nothing moves: its continuous speed is 0".to_string()], vec![]]);
-    let run = HostMessage::MotorRun(MotorRun { motor: Motor::One, direction: Direction(2) });
+    let run = HostMessage::from(MotorRun { motor: Motor::One, direction: Direction(2) });
     assert_eq!(says(run, &context), ["warning direction: 2 is not in 0 to 1"]);
 }
 

@@ -130,7 +130,7 @@ pub enum Part {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Ignored {
-    /// Command 0, whoever it is for. A reply that refuses has the same header, so bridges drop such replies too.
+    /// Command 0, for any receiver. A reply that refuses has the same header, so bridges drop such replies too.
     Noop,
     /// A broadcast that does not exist, or that gives an address that no node can have.
     Broadcast,

@@ -15,7 +15,7 @@ pub enum Port {
 }
 
 impl Port {
-    /// Ports to which a packet for somebody else is forwarded: from a master to the bus, from the bus to both masters.
+    /// Ports to which a packet for another receiver is forwarded: from a master to the bus, from the bus to both masters.
     ///
     /// Source: hoot, section 1.1.
     #[must_use]
@@ -88,7 +88,7 @@ pub enum Input<'a> {
 impl<'a> Input<'a> {
     /// Input of a packet that arrived on a port.
     #[must_use]
-    pub fn received(frame: &Frame<'a>, port: Port) -> Self {
+    pub fn received(port: Port, frame: &Frame<'a>) -> Self {
         Self::Received { port, to: frame.address(), message: HostMessage::decode(frame) }
     }
 }

@@ -57,7 +57,7 @@ impl DeviceMachine {
         }
     }
 
-    /// The same node on a clock that was set back by so many milliseconds, to compare what differs by its age alone.
+    /// The same node on a clock that was set back by so many milliseconds, to compare machines that differ only by their age.
     #[doc(hidden)]
     #[must_use]
     pub fn set_back(mut self, by: u64) -> Self {

@@ -21,7 +21,7 @@
 //!
 //! // Where is motor 1? The line, the clock and the rig belong to the caller.
 //! let question = Frame::decode(b"\0\0\0\0\0\xFF\x03\x01\x6A\0")?;
-//! let output = node.advance(Millis(3), Input::received(&question, Port::Usb));
+//! let output = node.advance(Millis(3), Input::received(Port::Usb, &question));
 //! assert_eq!(output.wake, None, "nothing is to be done later");
 //! for effect in output {
 //!     match effect {

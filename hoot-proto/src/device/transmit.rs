@@ -38,7 +38,7 @@ impl Transmit<'_> {
 pub enum Contents<'a> {
     /// The answer to a request.
     Answer(Answer),
-    /// A packet for somebody else, byte for byte as it arrived on another port. Source: hoot, section 1.1.
+    /// A packet for another receiver, byte for byte as it arrived on another port. Source: hoot, section 1.1.
     Forward {
         /// Address of the receiver: another node, or the master.
         to: Address,

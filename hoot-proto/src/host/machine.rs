@@ -73,7 +73,7 @@ impl HostMachine {
         }
     }
 
-    /// The same master on a clock that was set back by so many milliseconds, to compare what differs by its age alone.
+    /// The same master on a clock that was set back by so many milliseconds, to compare machines that differ only by their age.
     #[doc(hidden)]
     #[must_use]
     pub fn set_back(mut self, by: u64) -> Self {

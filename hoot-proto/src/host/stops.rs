@@ -94,7 +94,7 @@ impl HostMachine {
         }
     }
 
-    /// Adds a motor's stop that nobody asked for.
+    /// Adds the stop of a motor, without a command of the application.
     pub(super) fn add_motor_stop(&mut self, output: &mut Output<'_>, to: Address, motor: Motor) {
         self.add_stop(output, Transmit { to, message: MotorStop { motor }.into() }, None);
     }

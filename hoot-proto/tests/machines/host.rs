@@ -79,7 +79,7 @@ fn nodes_with_a_new_address_are_left_alone() {
 fn an_answer_comes_in_pieces_and_with_noise_around() {
     let query = message::MotorPosition { motor: Motor::One };
     let mut master = Master::new(Options::default());
-    let _ = master.request(1, HostMessage::MotorPosition(query));
+    let _ = master.request(1, HostMessage::from(query));
     let mut frames = Frames::<84>::new();
     let mut events = Vec::new();
     for piece in [&[7, 0, 0, 0][..], &[0, 0, 0, 255, 0, 0, 1], &[5, 3, 0, 0], &[1, 0, 9]] {

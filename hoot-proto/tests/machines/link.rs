@@ -19,7 +19,7 @@ fn drain(node: &mut Node, frames: &mut Frames<Strict, 84>) -> Vec<Vec<u8>> {
     let mut replies = Vec::new();
     while let Some(item) = frames.next() {
         let output = match item {
-            Item::Frame(frame) => node.step(Input::received(&frame, Port::Bus)),
+            Item::Frame(frame) => node.step(Input::received(Port::Bus, &frame)),
             _ => node.step(Input::Noise),
         };
         for packet in output.transmits() {
@@ -151,6 +151,18 @@ fn what_is_for_others_is_passed_on() {
         assert_eq!((output.packets(), output.told()), (wanted, vec![]));
     }
     assert_eq!(node.machine.program().run_time(motion_core::time::Millis(9999)), 0, "nothing was started");
+    // Byte for byte, requests and replies, whatever is in them.
+    for (address, data) in [(9, &[1, 2, 3][..]), (0, &[5, 0, 0, 4, 0xCD]), (0, &[]), (255, &[0; 32])] {
+        for command in 1..=255 {
+            let mut bytes = [0; 42];
+            let len = frame::encode(Address(address), 7, command, data, &mut bytes).unwrap();
+            let output = node.step(Input::received(Port::Usb, &Frame::decode(&bytes[..len]).unwrap()));
+            let mut again = [0; 42];
+            let [packet] = output.packets()[..] else { panic!("{output:?}") };
+            assert_eq!((packet.port, packet.encode_into(&mut again)), (Port::Bus, Ok(len)));
+            assert_eq!(again, bytes);
+        }
+    }
 }
 
 // 4.1-11
@@ -160,10 +172,10 @@ fn the_core_protocol_answers_for_any_part() {
         let mut node = Node::ready();
         let sub_address = message::AnySubAddress(part);
         let version = message::CoreProtocolVersion { sub_address };
-        assert_eq!(node.ask(HostMessage::CoreProtocolVersion(version)), [1, 0, 1]);
+        assert_eq!(node.ask(HostMessage::from(version)), [1, 0, 1]);
         assert_eq!(node.ask(HostMessage::from(message::CoreDeviceId { sub_address })), b"\x06OMAXISVX");
         let version = message::CoreDeviceVersion { sub_address };
-        assert_eq!(node.ask(HostMessage::CoreDeviceVersion(version)), [1, 0, 6]);
+        assert_eq!(node.ask(HostMessage::from(version)), [1, 0, 6]);
         node.refused(HostMessage::other(u32::from(part) | 0x01_00, &[]));
         node.refused(HostMessage::other(u32::from(part) | 0x2_09_00, &[]));
         let assign = |to| HostMessage::from(message::CoreAssignAddress { sub_address, new_address: Address(to) });
@@ -350,7 +362,7 @@ fn some_requests_are_answered_twice_by_firmware() {
     let easing = message::MotorSetEasing { motor: Motor::One, easing: message::Easing(4) };
     let running = HostMessage::from(message::MotorRunning { motor: Motor::One });
     let (mut node, mut firmware) = (Node::ready(), Node::ready_with(Options::default().with_quirks(Quirks::FIRMWARE)));
-    for message in [line, HostMessage::MotorSetEasing(easing)] {
+    for message in [line, HostMessage::from(easing)] {
         node.refused(message);
         assert_eq!(firmware.request(message).0, [Answer::Error, Answer::Ok]);
     }

@@ -30,6 +30,7 @@ fn after(message: HostMessage<'static>) -> Master {
     master
 }
 
+// 5-48
 #[test]
 fn a_motor_may_move_until_it_rests() {
     for (message, data) in [(motor_stop(ONE), &[][..]), (STOP, &[]), (PAUSE, &[]), (running(ONE), &[0, 0])] {
@@ -43,6 +44,7 @@ fn a_motor_may_move_until_it_rests() {
     }
 }
 
+// 5-49
 #[test]
 fn a_program_moves_motors_again_that_rest() {
     let mut master = after(START);
@@ -71,6 +73,7 @@ fn a_program_moves_motors_again_that_rest() {
     }
 }
 
+// 5-50
 #[test]
 fn what_waits_may_move_until_it_is_taken_back() {
     let mut master = Master::new(Options::new());
@@ -92,6 +95,7 @@ fn what_waits_may_move_until_it_is_taken_back() {
     assert!(!master.machine.may_move(), "it was never sent");
 }
 
+// 5-51
 #[test]
 fn a_refusal_and_a_silence_say_nothing() {
     let mut master = Master::new(Options::new());
@@ -104,6 +108,7 @@ fn a_refusal_and_a_silence_say_nothing() {
     assert!(master.machine.may_move());
 }
 
+// 5-52
 #[test]
 fn what_only_sets_moves_nothing() {
     let mut master = Master::new(Options::new());
@@ -119,6 +124,7 @@ fn what_only_sets_moves_nothing() {
     assert!(master.machine.may_move(), "nobody knows what it does");
 }
 
+// 5-53
 #[test]
 fn a_stop_that_is_not_confirmed_leaves_all_open() {
     let mut master = Master::new(Options::new());
@@ -133,6 +139,7 @@ fn a_stop_that_is_not_confirmed_leaves_all_open() {
     assert!(master.machine.may_move());
 }
 
+// 5-54
 #[test]
 fn a_line_that_goes_changes_nothing() {
     let mut master = after(run(ONE));
@@ -144,6 +151,7 @@ fn a_line_that_goes_changes_nothing() {
     assert!(!master.machine.may_move());
 }
 
+// 5-55
 #[test]
 fn a_broadcast_moves_every_listed_node() {
     let start = HostMessage::from(message::BroadcastStart::default());
@@ -186,6 +194,7 @@ fn emergency(master: &mut Master, ok: impl Fn(&HostMessage<'_>) -> bool) {
     panic!("it is never confirmed");
 }
 
+// 5-56
 #[test]
 fn a_confirmed_emergency_stop_ends_it() {
     for message in [run(ONE), START] {

@@ -1,7 +1,7 @@
 //! The node's program: hoot, section 4.2.
 
 use super::world::*;
-use hoot_proto::device::{Command, Contact, Event, Input, Motion, Options, Phase, ProgramState};
+use hoot_proto::device::{Command, Contact, Effect, Event, Input, Motion, Options, Phase, ProgramState};
 use hoot_proto::message::{
     self, AltMode, HostMessage, Milliseconds, Motor, ProgramMode, ShortMilliseconds, ShortShots, ShortSpan, Span,
     StartDelay, Steps,
@@ -500,6 +500,20 @@ fn a_stop_of_one_motor_pauses_the_program() {
     assert_eq!((node.pass(9000), node.wake), (vec![], None), "nothing moves it again");
     assert_eq!(node.ok(motor_stop(ONE)), []);
     assert_eq!(node.ok(START), [RUNNING, to(ONE, 100)]);
+}
+
+// 4.2-26
+#[test]
+fn the_motors_stop_before_everything_else() {
+    for (stop, after) in [(STOP, STOPPED), (PAUSE, PAUSED)] {
+        let mut node = sms();
+        node.ok(HostMessage::from(message::SetProgramMode { program_mode: ProgramMode::CONTINUOUS }));
+        node.ok(START);
+        node.pass(1001);
+        let output = node.send(NODE, stop);
+        assert_eq!(output.told(), [motion(ONE, Motion::Stop), camera(false, false), after], "{stop:?}");
+        assert!(matches!(output.effects.last(), Some(Effect::Transmit(_))), "{output:?}");
+    }
 }
 
 // 4.2-25

@@ -7,105 +7,6 @@ use hoot_proto::query::Profile;
 use hoot_proto::{HostMessage, Query};
 use motion_core::fixed::Scaled;
 
-/// A message of its type, as the message of the master that it is.
-trait Says {
-    fn says(self) -> HostMessage<'static>;
-}
-
-macro_rules! says {
-    ($($variant:ident($message:ty))*) => {$(
-        impl Says for $message {
-            fn says(self) -> HostMessage<'static> {
-                HostMessage::$variant(self)
-            }
-        }
-    )*};
-}
-says! {
-    AltModes(AltModes)
-    CameraEnable(CameraEnable)
-    CameraExposureDelay(CameraExposureDelay)
-    CameraExposureTime(CameraExposureTime)
-    CameraFocusTime(CameraFocusTime)
-    CameraFocusWithShutter(CameraFocusWithShutter)
-    CameraInterval(CameraInterval)
-    CameraMaxShots(CameraMaxShots)
-    CameraMirrorUp(CameraMirrorUp)
-    CameraSetEnable(CameraSetEnable)
-    CameraSetExposureDelay(CameraSetExposureDelay)
-    CameraSetExposureTime(CameraSetExposureTime)
-    CameraSetFocusTime(CameraSetFocusTime)
-    CameraSetFocusWithShutter(CameraSetFocusWithShutter)
-    CameraSetInterval(CameraSetInterval)
-    CameraSetMaxShots(CameraSetMaxShots)
-    CameraSetMirrorUp(CameraSetMirrorUp)
-    Current(Current)
-    FirmwareVersion(FirmwareVersion)
-    InputEdge(InputEdge)
-    JoystickMode(JoystickMode)
-    LimitSwitches(LimitSwitches)
-    MaxStepRate(MaxStepRate)
-    MotorBacklash(MotorBacklash)
-    MotorContinuousAcceleration(MotorContinuousAcceleration)
-    MotorContinuousSpeed(MotorContinuousSpeed)
-    MotorDirection(MotorDirection)
-    MotorEasing(MotorEasing)
-    MotorEnable(MotorEnable)
-    MotorEndLimit(MotorEndLimit)
-    MotorLeadIn(MotorLeadIn)
-    MotorMaxProgramSpeed(MotorMaxProgramSpeed)
-    MotorMaxStepSpeed(MotorMaxStepSpeed)
-    MotorMicrostep(MotorMicrostep)
-    MotorPosition(MotorPosition)
-    MotorProgramAcceleration(MotorProgramAcceleration)
-    MotorProgramDeceleration(MotorProgramDeceleration)
-    MotorProgramStart(MotorProgramStart)
-    MotorProgramStop(MotorProgramStop)
-    MotorRunning(MotorRunning)
-    MotorSetBacklash(MotorSetBacklash)
-    MotorSetContinuousAcceleration(MotorSetContinuousAcceleration)
-    MotorSetDirection(MotorSetDirection)
-    MotorSetEasing(MotorSetEasing)
-    MotorSetEnable(MotorSetEnable)
-    MotorSetEndHere(MotorSetEndHere)
-    MotorSetLeadIn(MotorSetLeadIn)
-    MotorSetLeadInLong(MotorSetLeadInLong)
-    MotorSetMaxStepSpeed(MotorSetMaxStepSpeed)
-    MotorSetMicrostep(MotorSetMicrostep)
-    MotorSetProgramAcceleration(MotorSetProgramAcceleration)
-    MotorSetProgramDeceleration(MotorSetProgramDeceleration)
-    MotorSetProgramStart(MotorSetProgramStart)
-    MotorSetProgramStop(MotorSetProgramStop)
-    MotorSetTravel(MotorSetTravel)
-    MotorTravel(MotorTravel)
-    Name(NameQuery)
-    OutAfterDelay(OutAfterDelay)
-    OutAfterTime(OutAfterTime)
-    OutBeforeDelay(OutBeforeDelay)
-    OutBeforeTime(OutBeforeTime)
-    OutLevel(OutLevel)
-    PingPong(PingPong)
-    ProgramMode(ProgramModeQuery)
-    SetAltModes(SetAltModes)
-    SetCommonLine(SetCommonLine)
-    SetInputEdge(SetInputEdge)
-    SetJoystickMode(SetJoystickMode)
-    SetMaxStepRate(SetMaxStepRate)
-    SetName(SetName)
-    SetOutAfterDelay(SetOutAfterDelay)
-    SetOutAfterTime(SetOutAfterTime)
-    SetOutBeforeDelay(SetOutBeforeDelay)
-    SetOutBeforeTime(SetOutBeforeTime)
-    SetOutLevel(SetOutLevel)
-    SetProgramMode(SetProgramMode)
-    SetStartDelay(SetStartDelay)
-    SetTimingMaster(SetTimingMaster)
-    StartDelay(StartDelayQuery)
-    TimingMaster(TimingMaster)
-    ToggleDebugLed(ToggleDebugLed)
-    Voltage(Voltage)
-}
-
 /// What is set, the query for it, and the bytes of the answer.
 type Asked = (HostMessage<'static>, HostMessage<'static>, &'static [u8]);
 
@@ -117,66 +18,66 @@ fn what_is_set_is_what_is_asked_for() {
     let millis = ShortMilliseconds;
     let name = Name::new("Dolly").unwrap();
     let table: &[Asked] = &[
-        (SetTimingMaster { timing_master: NO }.says(), TimingMaster {}.says(), &[0, 0]),
-        (SetName { name }.says(), NameQuery {}.says(), b"\x06Dolly\0\0\0\0\0"),
-        (SetMaxStepRate { max_step_rate: StepRate(4000) }.says(), MaxStepRate {}.says(), &[1, 15, 160]),
-        (SetInputEdge { edge: Edge::RISING }.says(), InputEdge {}.says(), &[0, 3]),
-        (SetInputEdge { edge: Edge::CHANGE }.says(), InputEdge {}.says(), &[0, 1]),
-        (SetAltModes { ring, tip }.says(), AltModes {}.says(), &[2, 200, 255]),
-        (SetOutBeforeDelay { delay: millis(40_000) }.says(), OutBeforeDelay {}.says(), &[1, 156, 64]),
-        (SetOutAfterDelay { delay: millis(1) }.says(), OutAfterDelay {}.says(), &[1, 0, 1]),
-        (SetOutBeforeTime { time: millis(2) }.says(), OutBeforeTime {}.says(), &[1, 0, 2]),
-        (SetOutAfterTime { time: millis(3) }.says(), OutAfterTime {}.says(), &[1, 0, 3]),
-        (SetOutLevel { level: Level::HIGH }.says(), OutLevel {}.says(), &[0, 1]),
-        (SetStartDelay { start_delay: StartDelay(9) }.says(), StartDelayQuery {}.says(), &[4, 0, 0, 0, 9]),
-        (SetProgramMode { program_mode: ProgramMode(9) }.says(), ProgramModeQuery {}.says(), &[0, 9]),
-        (MotorSetEnable { motor, enable: YES }.says(), MotorEnable { motor }.says(), &[0, 1]),
-        (MotorSetBacklash { motor, backlash: Backlash(300) }.says(), MotorBacklash { motor }.says(), &[1, 1, 44]),
-        (MotorSetMicrostep { motor, microstep: Microstep(8) }.says(), MotorMicrostep { motor }.says(), &[0, 8]),
-        (MotorSetDirection { motor, direction: Direction(1) }.says(), MotorDirection { motor }.says(), &[0, 1]),
+        (SetTimingMaster { timing_master: NO }.into(), TimingMaster {}.into(), &[0, 0]),
+        (SetName { name }.into(), NameQuery {}.into(), b"\x06Dolly\0\0\0\0\0"),
+        (SetMaxStepRate { max_step_rate: StepRate(4000) }.into(), MaxStepRate {}.into(), &[1, 15, 160]),
+        (SetInputEdge { edge: Edge::RISING }.into(), InputEdge {}.into(), &[0, 3]),
+        (SetInputEdge { edge: Edge::CHANGE }.into(), InputEdge {}.into(), &[0, 1]),
+        (SetAltModes { ring, tip }.into(), AltModes {}.into(), &[2, 200, 255]),
+        (SetOutBeforeDelay { delay: millis(40_000) }.into(), OutBeforeDelay {}.into(), &[1, 156, 64]),
+        (SetOutAfterDelay { delay: millis(1) }.into(), OutAfterDelay {}.into(), &[1, 0, 1]),
+        (SetOutBeforeTime { time: millis(2) }.into(), OutBeforeTime {}.into(), &[1, 0, 2]),
+        (SetOutAfterTime { time: millis(3) }.into(), OutAfterTime {}.into(), &[1, 0, 3]),
+        (SetOutLevel { level: Level::HIGH }.into(), OutLevel {}.into(), &[0, 1]),
+        (SetStartDelay { start_delay: StartDelay(9) }.into(), StartDelayQuery {}.into(), &[4, 0, 0, 0, 9]),
+        (SetProgramMode { program_mode: ProgramMode(9) }.into(), ProgramModeQuery {}.into(), &[0, 9]),
+        (MotorSetEnable { motor, enable: YES }.into(), MotorEnable { motor }.into(), &[0, 1]),
+        (MotorSetBacklash { motor, backlash: Backlash(300) }.into(), MotorBacklash { motor }.into(), &[1, 1, 44]),
+        (MotorSetMicrostep { motor, microstep: Microstep(8) }.into(), MotorMicrostep { motor }.into(), &[0, 8]),
+        (MotorSetDirection { motor, direction: Direction(1) }.into(), MotorDirection { motor }.into(), &[0, 1]),
         (
-            MotorSetMaxStepSpeed { motor, max_step_speed: StepRate(3000) }.says(),
-            MotorMaxStepSpeed { motor }.says(),
+            MotorSetMaxStepSpeed { motor, max_step_speed: StepRate(3000) }.into(),
+            MotorMaxStepSpeed { motor }.into(),
             &[1, 11, 184],
         ),
-        (speed(motor, -123.45), MotorContinuousSpeed { motor }.says(), &[5, 255, 255, 207, 199]),
+        (speed(motor, -123.45), MotorContinuousSpeed { motor }.into(), &[5, 255, 255, 207, 199]),
         (
-            MotorSetContinuousAcceleration { motor, acceleration: StepsPerSecondSquared(0.29) }.says(),
-            MotorContinuousAcceleration { motor }.says(),
+            MotorSetContinuousAcceleration { motor, acceleration: StepsPerSecondSquared(0.29) }.into(),
+            MotorContinuousAcceleration { motor }.into(),
             &[5, 0, 0, 0, 29],
         ),
-        (MotorSetEasing { motor, easing: Easing(3) }.says(), MotorEasing { motor }.says(), &[0, 3]),
+        (MotorSetEasing { motor, easing: Easing(3) }.into(), MotorEasing { motor }.into(), &[0, 3]),
         (
-            MotorSetProgramStart { motor, position: Steps(-2) }.says(),
-            MotorProgramStart { motor }.says(),
+            MotorSetProgramStart { motor, position: Steps(-2) }.into(),
+            MotorProgramStart { motor }.into(),
             &[3, 255, 255, 255, 254],
         ),
-        (MotorSetProgramStop { motor, position: Steps(5) }.says(), MotorProgramStop { motor }.says(), &[3, 0, 0, 0, 5]),
-        (MotorSetTravel { motor, travel: Span(6) }.says(), MotorTravel { motor }.says(), &[4, 0, 0, 0, 6]),
-        (MotorSetLeadIn { motor, lead_in: ShortSpan(7) }.says(), MotorLeadIn { motor }.says(), &[1, 0, 7]),
+        (MotorSetProgramStop { motor, position: Steps(5) }.into(), MotorProgramStop { motor }.into(), &[3, 0, 0, 0, 5]),
+        (MotorSetTravel { motor, travel: Span(6) }.into(), MotorTravel { motor }.into(), &[4, 0, 0, 0, 6]),
+        (MotorSetLeadIn { motor, lead_in: ShortSpan(7) }.into(), MotorLeadIn { motor }.into(), &[1, 0, 7]),
         (
-            MotorSetProgramAcceleration { motor, acceleration: Span(8) }.says(),
-            MotorProgramAcceleration { motor }.says(),
+            MotorSetProgramAcceleration { motor, acceleration: Span(8) }.into(),
+            MotorProgramAcceleration { motor }.into(),
             &[4, 0, 0, 0, 8],
         ),
         (
-            MotorSetProgramDeceleration { motor, deceleration: Span(9) }.says(),
-            MotorProgramDeceleration { motor }.says(),
+            MotorSetProgramDeceleration { motor, deceleration: Span(9) }.into(),
+            MotorProgramDeceleration { motor }.into(),
             &[4, 0, 0, 0, 9],
         ),
-        (CameraSetEnable { enable: YES }.says(), CameraEnable {}.says(), &[0, 1]),
+        (CameraSetEnable { enable: YES }.into(), CameraEnable {}.into(), &[0, 1]),
         (
-            CameraSetExposureTime { exposure_time: Milliseconds(1) }.says(),
-            CameraExposureTime {}.says(),
+            CameraSetExposureTime { exposure_time: Milliseconds(1) }.into(),
+            CameraExposureTime {}.into(),
             &[4, 0, 0, 0, 1],
         ),
-        (CameraSetFocusTime { focus_time: millis(2) }.says(), CameraFocusTime {}.says(), &[1, 0, 2]),
-        (CameraSetMaxShots { max_shots: ShortShots(3) }.says(), CameraMaxShots {}.says(), &[4, 0, 0, 0, 3]),
-        (CameraSetExposureDelay { exposure_delay: millis(4) }.says(), CameraExposureDelay {}.says(), &[1, 0, 4]),
-        (CameraSetFocusWithShutter { focus_with_shutter: YES }.says(), CameraFocusWithShutter {}.says(), &[0, 1]),
-        (CameraSetMirrorUp { mirror_up: YES }.says(), CameraMirrorUp {}.says(), &[0, 1]),
-        (CameraSetInterval { interval: Milliseconds(5) }.says(), CameraInterval {}.says(), &[4, 0, 0, 0, 5]),
-        (SetJoystickMode { joystick_mode: YES }.says(), JoystickMode {}.says(), &[0, 1]),
+        (CameraSetFocusTime { focus_time: millis(2) }.into(), CameraFocusTime {}.into(), &[1, 0, 2]),
+        (CameraSetMaxShots { max_shots: ShortShots(3) }.into(), CameraMaxShots {}.into(), &[4, 0, 0, 0, 3]),
+        (CameraSetExposureDelay { exposure_delay: millis(4) }.into(), CameraExposureDelay {}.into(), &[1, 0, 4]),
+        (CameraSetFocusWithShutter { focus_with_shutter: YES }.into(), CameraFocusWithShutter {}.into(), &[0, 1]),
+        (CameraSetMirrorUp { mirror_up: YES }.into(), CameraMirrorUp {}.into(), &[0, 1]),
+        (CameraSetInterval { interval: Milliseconds(5) }.into(), CameraInterval {}.into(), &[4, 0, 0, 0, 5]),
+        (SetJoystickMode { joystick_mode: YES }.into(), JoystickMode {}.into(), &[0, 1]),
     ];
     let mut node = Node::new(Options::default());
     for (set, asked, bytes) in table {
@@ -195,14 +96,14 @@ fn what_firmware_acknowledges_and_ignores() {
     let motor = Motor::One;
     let mut node = Node::new(Options::default());
     let before = node.machine.clone();
-    let max = |speed| MotorSetMaxStepSpeed { motor, max_step_speed: StepRate(speed) }.says();
+    let max = |speed| HostMessage::from(MotorSetMaxStepSpeed { motor, max_step_speed: StepRate(speed) });
     let ignored: [HostMessage<'static>; 6] = [
-        SetMaxStepRate { max_step_rate: StepRate(4001) }.says(),
-        SetInputEdge { edge: Edge(3) }.says(),
-        MotorSetMicrostep { motor, microstep: Microstep(5) }.says(),
+        SetMaxStepRate { max_step_rate: StepRate(4001) }.into(),
+        SetInputEdge { edge: Edge(3) }.into(),
+        MotorSetMicrostep { motor, microstep: Microstep(5) }.into(),
         max(0),
         max(5001),
-        MotorSetContinuousAcceleration { motor, acceleration: StepsPerSecondSquared(f32::NAN) }.says(),
+        MotorSetContinuousAcceleration { motor, acceleration: StepsPerSecondSquared(f32::NAN) }.into(),
     ];
     for message in ignored {
         node.ok(message);
@@ -218,11 +119,11 @@ fn what_firmware_refuses() {
     let mut node = Node::new(Options::default());
     let before = node.machine.clone();
     for message in [
-        SetCommonLine { common_line: CommonLine(3) }.says(),
-        SetOutLevel { level: Level(2) }.says(),
-        MotorSetEasing { motor, easing: Easing(0) }.says(),
-        MotorMaxProgramSpeed { motor }.says(),
-        PingPong {}.says(),
+        SetCommonLine { common_line: CommonLine(3) }.into(),
+        SetOutLevel { level: Level(2) }.into(),
+        MotorSetEasing { motor, easing: Easing(0) }.into(),
+        MotorMaxProgramSpeed { motor }.into(),
+        PingPong {}.into(),
     ] {
         node.refused(message);
     }
@@ -234,23 +135,23 @@ fn what_firmware_refuses() {
 fn firmware_of_other_ages_answers_otherwise() {
     let of = |profile| Node::new(Options::default().with_profile(profile));
     let motor = Motor::Two;
-    let version = FirmwareVersion {}.says();
+    let version = HostMessage::from(FirmwareVersion {});
     assert_eq!(of(Profile::Library20140925).ask(version), [0, 6]);
     assert_eq!(of(Profile::January2015).ask(version), [4, 0, 0, 0, 32]);
     assert_eq!(of(Profile::V033).ask(version), [4, 0, 0, 0, 33]);
     assert_eq!(of(Profile::V035).ask(version), [4, 0, 0, 0, 35]);
     assert_eq!(of(Profile::V070).ask(version), [4, 0, 0, 0, 70]);
-    assert_eq!(of(Profile::Library20140925).ask(MotorRunning { motor }.says()), [2, 0, 0]);
-    assert_eq!(of(Profile::V033).ask(MotorContinuousSpeed { motor }.says()), [4, 0, 0, 0, 0]);
-    assert_eq!(of(Profile::V033).ask(MotorMaxProgramSpeed { motor }.says()), [0, 1], "whether it sleeps");
-    assert_eq!(of(Profile::V033).ask(PingPong {}.says()), [0, 0]);
-    let rate = SetMaxStepRate { max_step_rate: StepRate(1000) }.says();
-    for message in [rate, MaxStepRate {}.says()] {
+    assert_eq!(of(Profile::Library20140925).ask(MotorRunning { motor }.into()), [2, 0, 0]);
+    assert_eq!(of(Profile::V033).ask(MotorContinuousSpeed { motor }.into()), [4, 0, 0, 0, 0]);
+    assert_eq!(of(Profile::V033).ask(MotorMaxProgramSpeed { motor }.into()), [0, 1], "whether it sleeps");
+    assert_eq!(of(Profile::V033).ask(PingPong {}.into()), [0, 0]);
+    let rate = HostMessage::from(SetMaxStepRate { max_step_rate: StepRate(1000) });
+    for message in [rate, MaxStepRate {}.into()] {
         assert!(of(Profile::V070).request(message).0.is_empty(), "gone: {message:?}");
     }
     // The lead-in has two lengths, of which each firmware reads one.
-    let short = MotorSetLeadIn { motor, lead_in: ShortSpan(3) }.says();
-    let long = MotorSetLeadInLong { motor, lead_in: Span(0x0004_0005) }.says();
+    let short = HostMessage::from(MotorSetLeadIn { motor, lead_in: ShortSpan(3) });
+    let long = HostMessage::from(MotorSetLeadInLong { motor, lead_in: Span(0x0004_0005) });
     for (profile, message, lead_in) in [
         (Profile::Sheet, short, 3),
         (Profile::Sheet, long, 4),
@@ -271,13 +172,13 @@ fn what_the_rig_reports_is_what_is_answered() {
     node.tell(Input::Position { motor, position: Steps(-7) });
     node.tell(Input::Supply { volts: Volts(Scaled(1234)), amperes: Amperes(Scaled(-5)) });
     node.tell(Input::Limits(RingTip { ring: Level::HIGH, tip: Level::LOW }));
-    assert_eq!(node.ask(MotorPosition { motor }.says()), [3, 255, 255, 255, 249]);
-    assert_eq!(node.ask(Voltage {}.says()), [5, 0, 0, 4, 210]);
-    assert_eq!(node.ask(Current {}.says()), [5, 255, 255, 255, 251]);
-    assert_eq!(node.ask(LimitSwitches {}.says()), [2, 1, 0]);
-    assert_eq!(node.ask(MotorEndLimit { motor }.says()), [3, 0, 0, 0, 0]);
-    node.ok(MotorSetEndHere { motor }.says());
-    assert_eq!(node.ask(MotorEndLimit { motor }.says()), [3, 255, 255, 255, 249]);
+    assert_eq!(node.ask(MotorPosition { motor }.into()), [3, 255, 255, 255, 249]);
+    assert_eq!(node.ask(Voltage {}.into()), [5, 0, 0, 4, 210]);
+    assert_eq!(node.ask(Current {}.into()), [5, 255, 255, 255, 251]);
+    assert_eq!(node.ask(LimitSwitches {}.into()), [2, 1, 0]);
+    assert_eq!(node.ask(MotorEndLimit { motor }.into()), [3, 0, 0, 0, 0]);
+    node.ok(MotorSetEndHere { motor }.into());
+    assert_eq!(node.ask(MotorEndLimit { motor }.into()), [3, 255, 255, 255, 249]);
 }
 
 // 2-6
@@ -307,7 +208,7 @@ fn every_query_is_answered_in_the_type_of_the_profile() {
 // 2-7
 #[test]
 fn a_name_has_ten_bytes() {
-    let name = NameQuery {}.says();
+    let name = HostMessage::from(NameQuery {});
     assert_eq!(Node::new(Options::default()).ask(name), b"\x06DEFAULT   ");
     let given = Options::default().with_name(StoredName::from(&Name::from_bytes(b"a\0b\0\0c").unwrap()));
     let mut node = Node::new(given);
@@ -321,5 +222,5 @@ fn a_name_has_ten_bytes() {
 // 2-8
 #[test]
 fn the_lamp_is_switched() {
-    assert_eq!(Node::ready().ok(ToggleDebugLed {}.says()), [Event::DebugLed]);
+    assert_eq!(Node::ready().ok(ToggleDebugLed {}.into()), [Event::DebugLed]);
 }

@@ -105,6 +105,20 @@ fn a_stop_that_nobody_confirms_says_so() {
     }
 }
 
+// 5-47
+#[test]
+fn stops_that_wait_are_not_confirmed_without_a_line() {
+    let mut master = Master::new(Options::default());
+    let _ = master.request(1, STATUS);
+    master.now += 60;
+    let _ = master.request(2, STOP);
+    let _ = master.request(3, motor_stop(ONE));
+    let output = master.step(Input::LinkDown);
+    assert_eq!(ended(&output), [(2, Outcome::NotConfirmed), (3, Outcome::Failed(Failure::LinkDown))]);
+    let targets = [StopTarget::Node(NODE), StopTarget::Motor(NODE, ONE)].map(Event::StopNotConfirmed);
+    assert_eq!(others(&output), [&[Event::LinkDown], &targets[..]].concat());
+}
+
 // 5-26
 #[test]
 fn a_stop_of_the_controller_that_fails_is_followed_by_those_of_the_motors() {
