@@ -106,15 +106,16 @@ fn every_state_is_in_its_diagram() {
     assert_eq!(diagram(3), host::Progress::ALL.map(host::Progress::name).into());
 }
 
-/// Sizes in bytes: `cargo test -p dmc-proto --test machines sizes -- --nocapture`. The bounds are there to be told of
-/// growth.
+/// Sizes in bytes: `cargo test -p dmc-proto --test machines sizes -- --nocapture`. The bounds tell of growth.
 #[test]
 fn sizes_are_known() {
     let sizes = [
         ("device machine", size_of::<device::DeviceMachine>(), 256),
-        ("device output", size_of::<device::Output>(), 640),
+        ("device effect", size_of::<device::Effect<'_>>(), 160),
+        ("device output", size_of::<device::Output<'_>>(), 1024),
         ("host machine", size_of::<host::HostMachine>(), 1536),
-        ("host output", size_of::<host::Output>(), 1280),
+        ("host effect", size_of::<host::Effect<'_>>(), 128),
+        ("host output", size_of::<host::Output<'_>>(), 2816),
     ];
     for (what, size, bound) in sizes {
         println!("{what}: {size} bytes");
