@@ -25,10 +25,12 @@ impl HostMachine {
     pub(super) fn command(&mut self, now: Millis, output: &mut Output<'_>, token: Token, command: &Command<'_>) {
         let end = match command {
             Command::Stop(target) => Ok(Some(self.stop(now, output, *target))),
-            Command::Request(message) => match StopTarget::of(message) {
-                Some(target) => Ok(Some(self.stop(now, output, target))),
-                None => self.request(token, message),
-            },
+            // A stop is a stop, however it is given.
+            Command::Request(message) | Command::Sequence(message) if message.conduct().is_stop() => {
+                let target = StopTarget::of(message).unwrap_or(StopTarget::All);
+                Ok(Some(self.stop(now, output, target)))
+            }
+            Command::Request(message) => self.request(token, message),
             Command::Sequence(message) => self.begin(output, token, message),
             Command::Go => self.go(output, token),
             Command::Greet => self.greet_again(now, output),

@@ -383,6 +383,8 @@ fn a_stop_by_request_is_a_stop() {
         let (sent, events) = desk.request(token, message);
         assert_eq!(sent.iter().map(|&(_, what)| what).collect::<Vec<_>>(), [Contents::Stop(what)]);
         assert_eq!(events, [ended(token, Outcome::Sent)]);
+        let (sent, events) = desk.sequence(token, message);
+        assert_eq!((sent[0].1, &events[..]), (Contents::Stop(what), &[ended(token, Outcome::Sent)][..]), "likewise");
     }
 }
 
