@@ -8,6 +8,8 @@ mod connection;
 mod coverage;
 #[path = "machines/host.rs"]
 mod host;
+#[path = "machines/may_move.rs"]
+mod may_move;
 #[path = "machines/random.rs"]
 mod random;
 #[path = "machines/real_time.rs"]

@@ -253,10 +253,7 @@ impl HostMachine {
 
     fn acknowledged<'a>(&mut self, now: Millis, output: &mut Output<'a>, id: MessageId, ack: Ack<'a>) {
         match self.stops.acknowledged(now, output, &self.options, &mut self.ids, (id, &ack)) {
-            Acknowledged::Confirms(target) => {
-                self.motion.is_armed &= !target.is_all();
-                return;
-            }
+            Acknowledged::Confirms(target) => return self.motion.confirmed(target),
             Acknowledged::Refuses => return,
             Acknowledged::Other => {}
         }

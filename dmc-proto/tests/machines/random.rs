@@ -3,11 +3,13 @@
 use std::collections::{HashMap, HashSet};
 
 use dmc_proto::device::{self, DeviceMachine, Quirks, State};
-use dmc_proto::host::{self, Command, HostMachine, Name, Progress, Stop, Token, What};
-use dmc_proto::message::{AckCode, HostMessage, Motor, Motors, RunFlags, Triggers, VirtualMotor};
+use dmc_proto::host::{self, Command, Contents, Failure, HostMachine, Outcome, Progress, Refusal, Source, StopTarget};
+use dmc_proto::message::{
+    AckCode, HiRequest, HostMessage, Motor, MotorStatusRequest, Motors, RtGo, RtStopLoop, RtUploadMoveEnd, RunFlags,
+    Steps, Triggers, VirtualMotor,
+};
 use dmc_proto::upload::{MoveSource, Section, SectionSize};
-use dmc_proto::{MessageId, MessageType};
-use motion_core::time::Millis;
+use dmc_proto::{Effect, MessageId, MessageType, Millis, Token};
 use motion_core::wire::Messages;
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -17,16 +19,16 @@ use proptest::test_runner::TestRunner;
 use proptest_state_machine::{ReferenceStateMachine, StateMachineTest, prop_state_machine};
 
 use super::bench::{
-    EMPTY, SWING_PAN, axis, begin, frame, hi, jog, jog_all, move_to, position_frame, run, shot, stop, stop_all,
-    virtuals,
+    SWING_PAN, axis, begin, frame, hi, jog, jog_all, move_to, position_frame, run, shot, stop, stop_all,
+    stops_go_first, the_rig_acts_first, virtuals,
 };
-use super::world::{Action, Fault, World, answer_id, device_message};
+use super::world::{Action, Ending, Fault, World, answer_id, device_message};
 
 /// Messages that make sense.
 fn sensible() -> Vec<HostMessage<'static>> {
     vec![
-        HostMessage::Hi(EMPTY),
-        HostMessage::MotorStatus(EMPTY),
+        HostMessage::from(HiRequest::default()),
+        HostMessage::from(MotorStatusRequest::default()),
         move_to(1, 5),
         move_to(3, 5),
         jog(2),
@@ -37,7 +39,7 @@ fn sensible() -> Vec<HostMessage<'static>> {
         begin(1, 10),
         axis(1),
         axis(2),
-        HostMessage::RtUploadMoveEnd(EMPTY),
+        HostMessage::from(RtUploadMoveEnd::default()),
         position_frame(1),
         position_frame(12),
         jog_all(5),
@@ -45,8 +47,8 @@ fn sensible() -> Vec<HostMessage<'static>> {
         run(10, 1, RunFlags::PING_PONG),
         run(1, 10, RunFlags::LOOP),
         shot(3),
-        HostMessage::RtGo(EMPTY),
-        HostMessage::RtStopLoop(EMPTY),
+        HostMessage::from(RtGo::default()),
+        HostMessage::from(RtStopLoop::default()),
         virtuals(&SWING_PAN),
         virtuals(&[0]),
     ]
@@ -78,7 +80,7 @@ fn report(what: u8, which: u8) -> device::Input<'static> {
         1 => device::Input::LinkDown,
         2 => device::Input::Moving(Motors(which.into())),
         3..=6 => device::Input::AtRest,
-        7 => device::Input::Frame(frame(which.into())),
+        7 => device::Input::AtFrame(frame(which.into())),
         8 => device::Input::PassEnd,
         9 => device::Input::OperatorGo,
         10 => device::Input::Limit { motor, upper: which > 100 },
@@ -92,36 +94,37 @@ fn report(what: u8, which: u8) -> device::Input<'static> {
 
 /// What a device does in one step: each request is answered once, stops are obeyed, motion begins only by what may begin
 /// it.
-fn device_step(machine: DeviceMachine, now: Millis, input: device::Input<'_>) -> (DeviceMachine, device::Output) {
+fn device_step(machine: DeviceMachine, now: Millis, input: device::Input<'_>) -> (DeviceMachine, device::Output<'_>) {
     let before = machine.state();
     let (machine, output) = laws::machine::step(machine, now, input);
-    let asked = output.send.iter().filter(|send| send.id == MessageId(7)).count();
-    let stores = output.events.iter().any(|event| matches!(event, device::Event::Store(_)));
+    the_rig_acts_first(&output);
+    let asked = output.transmits().filter(|transmit| transmit.id == MessageId(7)).count();
+    let stores = output.events().any(|event| matches!(event, device::Event::Store { .. }));
     if let device::Input::Received { message, .. } = input {
         let answers = usize::from(!message.kind().is_ack() && !stores);
         assert_eq!(asked, answers, "{message} in {before:?}: {output:?}");
         if let HostMessage::MotorStopAll(_) = message {
-            assert!(matches!(output.events[0], device::Event::Stop(_)));
+            assert!(matches!(output.effects[0], Effect::Event(device::Event::Stop(_))));
             assert!(matches!(machine.state(), State::Idle | State::Stopping | State::Locked));
         }
     }
-    for event in &output.events {
+    for event in output.events() {
         let may = match (event, input) {
             (
                 device::Event::Move(..)
                 | device::Event::Jog(..)
-                | device::Event::MoveVirtual
+                | device::Event::MoveVirtual(_)
                 | device::Event::ToFrame(_)
                 | device::Event::JogAll(..),
                 device::Input::Received { message, .. },
             ) => {
-                message.starts_motion() && !matches!(before, State::Running | State::Stopping | State::Locked)
+                message.conduct().may_move() && !matches!(before, State::Running | State::Stopping | State::Locked)
                     || before == State::Running && matches!(event, device::Event::Move(..) | device::Event::Jog(..))
             }
-            (device::Event::Prepare, device::Input::Received { .. }) => before == State::Idle,
+            (device::Event::Prepare(_), device::Input::Received { .. }) => before == State::Idle,
             (device::Event::Go, device::Input::Received { .. } | device::Input::OperatorGo) => before == State::Ready,
             (device::Event::NextPass(..) | device::Event::PostRoll, device::Input::PassEnd) => before == State::Running,
-            (device::Event::Move(..) | device::Event::Prepare | device::Event::Go, _) => false,
+            (device::Event::Move(..) | device::Event::Prepare(_) | device::Event::Go, _) => false,
             _ => true,
         };
         assert!(may, "{event:?} in {before:?}");
@@ -176,8 +179,8 @@ impl MoveSource for Flat {
     fn motors(&self) -> Motors {
         Motors(1)
     }
-    fn position(&self, _: Motor, _: u32) -> dmc_proto::message::Steps {
-        dmc_proto::message::Steps(0)
+    fn position(&self, _: Motor, _: u32) -> Steps {
+        Steps(0)
     }
 }
 
@@ -190,25 +193,27 @@ struct Watched {
     messages: HashMap<Token, HostMessage<'static>>,
     sent: HashMap<Token, u32>,
     signals: u32,
+    last: u32,
 }
 
 impl Watched {
-    fn step(&mut self, input: host::Input<'_>) -> host::Output {
+    fn step<'a>(&mut self, input: host::Input<'a>) -> host::Output<'a> {
         let (machine, output) = laws::machine::step(self.machine.clone(), self.now, input);
         (self.machine, self.wake) = (machine, output.wake);
-        for event in &output.events {
-            if let host::Event::Done(token, _) | host::Event::Failed(token, _) = event {
+        stops_go_first(&output);
+        for event in output.events() {
+            if let host::Event::Ended { token, .. } = event {
                 assert!(self.open.remove(token), "{token:?} ends once");
             }
         }
-        for send in &output.send {
-            match send.what {
-                What::Named(Name::Message(token)) => {
+        for transmit in output.transmits() {
+            match transmit.contents {
+                Contents::Application(Source::Command(token)) => {
                     let times = self.sent.entry(token).or_default();
                     *times += 1;
-                    assert!(*times <= if self.messages[&token].is_repeatable() { 3 } else { 1 });
+                    assert!(*times <= if self.messages[&token].conduct().repeatable { 3 } else { 1 });
                 }
-                What::Go => {
+                Contents::Go => {
                     self.signals += 1;
                     assert!(self.signals <= 4, "a signal, and three times more");
                 }
@@ -231,43 +236,41 @@ impl Watched {
         self.now = end;
     }
 
-    fn token(&mut self, at: Index) -> (Token, HostMessage<'static>) {
-        let token = Token(u32::try_from(self.messages.len()).unwrap());
-        let message = *at.get(&sensible());
-        self.messages.insert(token, message);
+    fn command(&mut self, command: Command<'static>) -> host::Output<'static> {
+        self.last += 1;
+        let token = Token(self.last);
+        if let Command::Request(message) | Command::Sequence(message) = command {
+            self.messages.insert(token, message);
+        }
         self.open.insert(token);
-        (token, message)
+        self.step(host::Input::Command(token, command))
     }
 
     fn act(&mut self, step: &HostStep) {
         match *step {
-            HostStep::Request(at) => {
-                let (token, message) = self.token(at);
-                self.tell(host::Input::Command(Command::Request(token, message)));
-            }
-            HostStep::Sequence(at) => {
-                let (token, message) = self.token(at);
-                self.tell(host::Input::Command(Command::Sequence(token, message)));
-            }
+            HostStep::Request(at) => drop(self.command(Command::Request(*at.get(&sensible())))),
+            HostStep::Sequence(at) => drop(self.command(Command::Sequence(*at.get(&sensible())))),
             HostStep::Stop(which) => {
                 let wanted = match which % 4 {
-                    0 => Stop::Motor(Motor(which)),
-                    1 => Stop::Virtual(VirtualMotor(which)),
-                    2 => Stop::AllSilent,
-                    _ => Stop::All,
+                    0 => StopTarget::Motor(Motor(which)),
+                    1 => StopTarget::Virtual(VirtualMotor(which)),
+                    2 => StopTarget::AllSilent,
+                    _ => StopTarget::All,
                 };
-                let is_open = self.machine.state() != host::State::Closed;
-                let output = self.step(host::Input::Command(Command::Stop(wanted)));
-                assert_eq!(output.send.first().is_some_and(|send| matches!(send.what, What::Stop(_))), is_open);
-                assert!(is_open || matches!(output.events[0], host::Event::StopNotConfirmed(_)));
+                let is_open = self.machine.state() != host::State::Offline;
+                match (self.command(Command::Stop(wanted)).effects[0], is_open) {
+                    (Effect::Transmit(host::Transmit { contents: Contents::Stop(_), .. }), true)
+                    | (Effect::Event(host::Event::StopNotConfirmed(_)), false) => {}
+                    (first, _) => panic!("{first:?}"),
+                }
             }
             HostStep::Command(0) => {
                 self.signals = 0;
-                self.tell(host::Input::Command(Command::Go));
+                let _ = self.command(Command::Go);
             }
-            HostStep::Command(1) => self.tell(host::Input::Command(Command::Configured)),
-            HostStep::Command(2) => self.tell(host::Input::Command(Command::EndStops)),
-            HostStep::Command(_) => self.tell(host::Input::Command(Command::Greet)),
+            HostStep::Command(1) => drop(self.command(Command::Configured)),
+            HostStep::Command(2) => drop(self.command(Command::EndStops)),
+            HostStep::Command(_) => drop(self.command(Command::Greet)),
             HostStep::Answer(choice, code) => {
                 let id = answer_id(&self.machine, choice);
                 let kind = self.machine.pending().find(|pending| pending.0 == id).map_or(MessageType(0x33), |p| p.1);
@@ -306,7 +309,8 @@ fn faults() -> impl Strategy<Value = Vec<Fault>> {
 }
 
 fn action() -> BoxedStrategy<(Action, u64)> {
-    let stops = select(vec![Stop::All, Stop::AllSilent, Stop::Motor(Motor(1)), Stop::Motor(Motor(3))]);
+    let stops =
+        select(vec![StopTarget::All, StopTarget::AllSilent, StopTarget::Motor(Motor(1)), StopTarget::Motor(Motor(3))]);
     let flags = select(vec![RunFlags(0), RunFlags(0), RunFlags::LOOP, RunFlags::PING_PONG]);
     let action = prop_oneof![
         2 => (1..4_u8).prop_map(Action::Move),
@@ -354,49 +358,51 @@ proptest! {
                 DeviceStep::Report(what, which) => device_step(machine, now, report(*what, *which)),
             };
             machine = next;
-            for event in output.events {
-                if let device::Event::Store(store) = event {
-                    stores.push(store);
+            for event in output.events() {
+                if let device::Event::Store { store, .. } = event {
+                    stores.push(*store);
                 }
             }
             // Now and then an answer of the buffer comes late.
             while stores.len() > usize::from(gap % 3 == 1) {
                 let (next, output) = device_step(machine, now, device::Input::Stored(stores.remove(0), AckCode::OK));
-                assert_eq!(output.send.iter().filter(|send| send.id == id).count(), 1);
+                assert_eq!(output.transmits().filter(|transmit| transmit.id == id).count(), 1);
                 machine = next;
             }
             let (same, output) = device_step(machine.clone(), now, device::Input::Wake);
-            assert_eq!((&same, output.is_quiet()), (&machine, true), "all that was due is done");
+            assert_eq!((&same, output.effects.is_empty()), (&machine, true), "all that was due is done");
         }
     }
 
     /// S-1, S-2
     #[test]
     fn a_host_meets_anything(steps in host_steps(), window in 1..5_u8) {
-        let options = host::Options::default().with_window(window).with_last_id(100);
+        let options = host::Options::default().with_window(window);
         let mut host = Watched {
-            machine: HostMachine::new(options),
+            machine: HostMachine::new(options).with_last_id(100),
             now: Millis(0),
             wake: None,
             open: HashSet::new(),
             messages: HashMap::new(),
             sent: HashMap::new(),
             signals: 0,
+            last: 0,
         };
         host.tell(host::Input::LinkUp);
-        host.tell(host::Input::Received(MessageId(0), dmc_proto::DeviceMessage::Hi(hi())));
-        host.tell(host::Input::Command(Command::Configured));
+        host.tell(host::Input::Received(MessageId(0), hi().into()));
+        let _ = host.command(Command::Configured);
         for (gap, step) in steps {
             host.pass(gap);
             host.act(&step);
             let before = host.machine.clone();
-            assert!(host.step(host::Input::Wake).is_quiet(), "all that was due is done");
+            assert!(host.step(host::Input::Wake).effects.is_empty(), "all that was due is done");
             assert_eq!(host.machine, before);
         }
         // Twelve requests, three tries of half a second each, and one place for a sequence.
         host.pass(13 * 1500);
         host.pass(0);
-        let followed = usize::from(host.machine.progress().is_some());
+        // A sequence and the signal to start it.
+        let followed = if host.machine.progress().is_some() { 2 } else { 0 };
         assert!(host.open.len() <= followed, "{:?}", host.open);
         host.tell(host::Input::LinkDown);
         assert!(host.open.is_empty());
@@ -409,7 +415,7 @@ struct Script {
     window: u8,
     quirks: Quirks,
     faults: Vec<Fault>,
-    /// How often it asked for something that has to end.
+    /// Number of commands that it gave.
     asked: usize,
 }
 
@@ -431,7 +437,7 @@ impl ReferenceStateMachine for Actions {
     }
 
     fn apply(mut script: Script, (action, _): &(Action, u64)) -> Script {
-        script.asked += usize::from(action.has_to_end());
+        script.asked += action.commands();
         script
     }
 }
@@ -485,20 +491,24 @@ fn a_bad_line_still_leads_everywhere() {
         world.settle();
         states.extend(world.seen.0);
         progress.extend(world.seen.1);
-        for event in world.ended.into_values() {
-            let what = match event {
-                host::Event::Done(_, outcome) => format!("{outcome:?}"),
-                host::Event::Failed(_, failure) => format!("{failure:?}"),
-                _ => continue,
-            };
-            *outcomes.entry(what).or_default() += 1;
+        for ending in world.ended.into_values() {
+            *outcomes.entry(ending).or_default() += 1;
         }
     }
     assert_eq!(states, State::ALL.into());
     assert_eq!(progress, Progress::ALL.into());
     println!("{outcomes:?}");
-    for outcome in ["Acknowledged", "Answered", "Finished", "Timeout", "Stopped", "HardStop", "NotUp", "Busy"] {
-        assert!(outcomes.get(outcome).is_some_and(|&times| times >= 10), "{outcome}: {outcomes:?}");
+    let others = [
+        Outcome::Done(None),
+        Outcome::Sent,
+        Outcome::NotConfirmed,
+        Outcome::Failed(Failure::Stopped),
+        Outcome::Failed(Failure::HardStop),
+        Outcome::Failed(Failure::LinkDown),
+        Outcome::Refused(Refusal::Busy),
+    ];
+    for ending in others.map(Ending::Other).into_iter().chain([Ending::Answered]) {
+        assert!(outcomes.get(&ending).is_some_and(|&times| times >= 10), "{ending:?}: {outcomes:?}");
     }
 }
 
@@ -523,9 +533,9 @@ fn a_session_comes_to_its_end() {
             world.act(action);
             world.pass(gap);
         }
-        assert_eq!(world.ended.len(), 8);
-        for (token, event) in &world.ended {
-            assert!(matches!(event, host::Event::Done(..)), "{token:?}: {event:?}");
+        assert_eq!(world.ended.len(), 10);
+        for (token, ending) in &world.ended {
+            assert!(matches!(ending, Ending::Answered | Ending::Other(Outcome::Done(None))), "{token:?}: {ending:?}");
         }
         assert_eq!((world.device.state(), world.host.is_loaded()), (State::Idle, Some(true)));
         world.settle();

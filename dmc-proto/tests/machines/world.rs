@@ -3,13 +3,17 @@
 use std::collections::{HashMap, HashSet, VecDeque};
 
 use dmc_proto::device::{self, DeviceMachine, Quirks, State};
-use dmc_proto::host::{self, Command, HostMachine, Name, Progress, Stop, Token};
-use dmc_proto::message::{AckCode, FrameNumber, HostMessage, Motor, MotorConfigure, MotorFlags, RunFlags};
+use dmc_proto::host::{self, Command, HostMachine, Outcome, Progress, Source, StopTarget};
+use dmc_proto::message::{
+    AckCode, FrameNumber, HostMessage, Motor, MotorConfigure, MotorFlags, MotorStatusRequest, Motors, RtStopLoop,
+    RunFlags, Steps,
+};
 use dmc_proto::upload::{MoveSource, SCRATCH, Section, SectionSize};
-use dmc_proto::{DeviceMessage, Frame, MessageId};
-use motion_core::time::Millis;
+use dmc_proto::{DeviceMessage, Effect, Frame, MessageId, Millis, Token};
 
-use super::bench::{EMPTY, Tens, begin, frame, hi, jog, jog_all, move_to, position_frame, run, shot};
+use super::bench::{
+    Tens, begin, frame, hi, jog, jog_all, move_to, position_frame, run, shot, stops_go_first, the_rig_acts_first,
+};
 
 /// What becomes of a frame on the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,7 +39,7 @@ pub(crate) enum Action {
     Shot,
     Go,
     StopLoop,
-    Stop(Stop),
+    Stop(StopTarget),
     OperatorGo,
     Limit(u8),
     Emergency,
@@ -43,12 +47,12 @@ pub(crate) enum Action {
 }
 
 impl Action {
-    /// Whether it asks for something that the machine has to tell the end of.
-    pub(crate) fn has_to_end(self) -> bool {
-        use Action::*;
+    /// Number of commands that it gives: each of them has to end.
+    pub(crate) fn commands(self) -> usize {
         match self {
-            Move(_) | Jog(_) | Live(_) | Status | StopLoop | Upload | ToFrame(_) | JogAll(_) | Run(_) | Shot => true,
-            Go | Stop(_) | OperatorGo | Limit(_) | Emergency | LineGone => false,
+            Self::OperatorGo | Self::Limit(_) | Self::Emergency => 0,
+            Self::LineGone => 2,
+            _ => 1,
         }
     }
 }
@@ -91,6 +95,27 @@ enum Doing {
     Stopping,
 }
 
+/// How a command ended, without the message that answered it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) enum Ending {
+    Answered,
+    Other(Outcome<'static>),
+}
+
+impl Ending {
+    fn of(outcome: Outcome<'_>) -> Self {
+        match outcome {
+            Outcome::Done(Some(_)) => Self::Answered,
+            Outcome::Done(None) => Self::Other(Outcome::Done(None)),
+            Outcome::Sent => Self::Other(Outcome::Sent),
+            Outcome::Refused(refusal) => Self::Other(Outcome::Refused(refusal)),
+            Outcome::Failed(failure) => Self::Other(Outcome::Failed(failure)),
+            Outcome::NotConfirmed => Self::Other(Outcome::NotConfirmed),
+            outcome => panic!("{outcome:?}"),
+        }
+    }
+}
+
 pub(crate) struct World {
     pub(crate) now: Millis,
     pub(crate) host: HostMachine,
@@ -108,10 +133,10 @@ pub(crate) struct World {
     /// Tokens that have not ended.
     pub(crate) open: HashSet<Token>,
     /// How the others did.
-    pub(crate) ended: HashMap<Token, host::Event>,
+    pub(crate) ended: HashMap<Token, Ending>,
     /// Where both have been.
     pub(crate) seen: (HashSet<State>, HashSet<Progress>),
-    /// How often each was sent.
+    /// How often each message was sent.
     sent: HashMap<Token, u32>,
     signals: u32,
     /// Tokens up to this one were called off.
@@ -128,11 +153,11 @@ impl MoveSource for Ramp {
     fn frame_count(&self) -> u32 {
         10
     }
-    fn motors(&self) -> dmc_proto::message::Motors {
-        dmc_proto::message::Motors(3)
+    fn motors(&self) -> Motors {
+        Motors(3)
     }
-    fn position(&self, motor: Motor, index: u32) -> dmc_proto::message::Steps {
-        dmc_proto::message::Steps(i32::from(motor.0) * i32::try_from(index).unwrap())
+    fn position(&self, motor: Motor, index: u32) -> Steps {
+        Steps(i32::from(motor.0) * i32::try_from(index).unwrap())
     }
 }
 
@@ -161,8 +186,9 @@ impl World {
         };
         world.tell_host(host::Input::LinkUp);
         world.pass(1000);
-        world.tell_host(host::Input::Command(Command::Configured));
-        assert_eq!(world.host.state(), host::State::Up);
+        world.command(Command::Configured);
+        assert_eq!(world.host.state(), host::State::Ready);
+        world.ended.clear();
         world.faults = faults.into();
         world
     }
@@ -176,33 +202,24 @@ impl World {
         let (machine, output) = laws::machine::step(self.host.clone(), self.now, input);
         (self.host, self.host_wake) = (machine, output.wake);
         self.seen.1.extend(self.host.progress());
+        stops_go_first(&output);
         let mut asked = None;
-        for event in &output.events {
-            match *event {
-                host::Event::Done(token, _) | host::Event::Failed(token, _) => {
+        for effect in output {
+            match effect {
+                Effect::Event(host::Event::Ended { token, outcome }) => {
                     assert!(self.open.remove(&token), "{token:?} ends once");
-                    self.ended.insert(token, *event);
+                    self.ended.insert(token, Ending::of(outcome));
                 }
-                host::Event::NextSection(behind) => asked = Some(behind),
-                host::Event::DeviceReset => panic!("nobody reset the device"),
-                _ => {}
+                Effect::Event(host::Event::NextSection { after, .. }) => asked = Some(after),
+                Effect::Event(host::Event::DeviceReset) => panic!("nobody reset the device"),
+                Effect::Event(_) => {}
+                Effect::Transmit(transmit) => self.send(transmit),
             }
         }
-        for send in &output.send {
-            let mut scratch = [0; SCRATCH];
-            let message = send.message(|name| match name {
-                Name::Message(token) => self.messages[&token],
-                Name::Section(section) => section.message(&Ramp, &mut scratch),
-            });
-            self.check_sent(send.what, &message);
-            let mut bytes = [0; 2048];
-            let len = message.encode_into(send.id, &mut bytes).unwrap();
-            let fault = self.fault();
-            self.to_device.send(self.now, &bytes[..len], fault);
-        }
-        if let Some(behind) = asked {
+        self.check_motion();
+        if let Some(after) = asked {
             let size = SectionSize::of(29);
-            let section = match behind {
+            let section = match after {
                 None => Section::first(&Ramp, size),
                 Some(section) => section.next(&Ramp, size),
             };
@@ -210,23 +227,42 @@ impl World {
         }
     }
 
+    fn send(&mut self, transmit: host::Transmit) {
+        let mut scratch = [0; SCRATCH];
+        let message = transmit.message(|source| match source {
+            Source::Command(token) => self.messages[&token],
+            Source::Section(section) => section.message(&Ramp, &mut scratch),
+        });
+        self.check_sent(transmit.contents, &message);
+        let mut bytes = [0; 2048];
+        let len = message.encode_into(transmit.id, &mut bytes).unwrap();
+        let fault = self.fault();
+        self.to_device.send(self.now, &bytes[..len], fault);
+    }
+
+    /// A law of hosts: as long as anything moves because of the host, the host says so.
+    fn check_motion(&self) {
+        let moves = self.device.moving() != Motors::NONE || !matches!(self.doing, Doing::Nothing | Doing::Prepared);
+        assert!(!moves || self.host.may_move(), "{:?}, {:?}: {:?}", self.doing, self.device, self.host);
+    }
+
     /// Nothing is sent twice that must not be, nor after it was called off.
-    fn check_sent(&mut self, what: host::What, message: &HostMessage<'_>) {
+    fn check_sent(&mut self, contents: host::Contents, message: &HostMessage<'_>) {
         let mut stops = self.host.unconfirmed_stops();
-        let is_alone = |stop: Stop| matches!(stop, Stop::Motor(_));
-        assert!(!message.starts_motion() || stops.all(is_alone), "{message} against a stop");
-        match what {
-            host::What::Named(Name::Message(token)) => {
+        let is_alone = |stop: StopTarget| matches!(stop, StopTarget::Motor(_));
+        assert!(!message.conduct().may_move() || stops.all(is_alone), "{message} against a stop");
+        match contents {
+            host::Contents::Application(Source::Command(token)) => {
                 let times = self.sent.entry(token).or_default();
                 *times += 1;
-                assert!(*times <= if message.is_repeatable() { 3 } else { 1 }, "{message} for the {times}. time");
-                assert!(!message.starts_motion() || token.0 > self.called_off, "{message} after a stop");
+                assert!(*times <= if message.conduct().repeatable { 3 } else { 1 }, "{message} for the {times}. time");
+                assert!(!message.conduct().may_move() || token.0 > self.called_off, "{message} after a stop");
             }
-            host::What::Go => {
+            host::Contents::Go => {
                 self.signals += 1;
                 assert!(self.signals <= 4);
             }
-            host::What::ToFrame(_) => assert!(self.last > self.called_off),
+            host::Contents::ToFrame(_) => assert!(self.last > self.called_off),
             _ => {}
         }
     }
@@ -234,36 +270,40 @@ impl World {
     /// A step of the device, and what follows from it.
     pub(crate) fn tell_device(&mut self, input: device::Input<'_>) {
         let before = self.device.state();
-        let is_stop = matches!(input, device::Input::Received { message, .. } if message.is_stop());
+        let is_stop = matches!(input, device::Input::Received { message, .. } if message.conduct().is_stop());
         let (machine, output) = laws::machine::step(self.device.clone(), self.now, input);
         (self.device, self.device_wake) = (machine, output.wake);
         self.seen.0.insert(self.device.state());
         if is_stop {
-            let event = output.events.first();
-            assert!(matches!(event, Some(device::Event::Stop(_))), "{event:?} in {before:?}");
+            let first = output.effects.first();
+            assert!(matches!(first, Some(Effect::Event(device::Event::Stop(_)))), "{first:?} in {before:?}");
         }
         let mut stored = None;
-        for event in &output.events {
-            stored = stored.or(self.rig(*event, before));
+        the_rig_acts_first(&output);
+        for effect in output {
+            match effect {
+                Effect::Event(event) => stored = stored.or(self.rig(event, before)),
+                Effect::Transmit(transmit) => {
+                    let mut scratch = device::Scratch::default();
+                    let mut bytes = [0; 2048];
+                    let len = transmit.message(&Tens, &mut scratch).encode_into(transmit.id, &mut bytes).unwrap();
+                    let fault = self.fault();
+                    self.to_host.send(self.now, &bytes[..len], fault);
+                }
+            }
         }
-        for send in &output.send {
-            let mut scratch = device::Scratch::default();
-            let mut bytes = [0; 2048];
-            let len = send.message(&Tens, &mut scratch).encode_into(send.id, &mut bytes).unwrap();
-            let fault = self.fault();
-            self.to_host.send(self.now, &bytes[..len], fault);
-        }
+        self.check_motion();
         if let Some(store) = stored {
             self.tell_device(device::Input::Stored(store, AckCode::OK));
         }
     }
 
     /// The rig obeys; some of it takes time.
-    fn rig(&mut self, event: device::Event, before: State) -> Option<device::Store> {
+    fn rig(&mut self, event: device::Event<'_>, before: State) -> Option<device::Store> {
         let (doing, time) = match event {
-            device::Event::Store(store) => return Some(store),
+            device::Event::Store { store, .. } => return Some(store),
             device::Event::Stop(stop) => {
-                let is_all = !matches!(stop, device::Stop::Motor(_) | device::Stop::Virtual(_));
+                let is_all = !matches!(stop, device::StopKind::Motor(_) | device::StopKind::Virtual(_));
                 if !is_all && self.doing != Doing::Moving {
                     return None;
                 }
@@ -286,7 +326,7 @@ impl World {
                 assert!(matches!(before, State::Idle | State::JogAll));
                 (Doing::Together, 900)
             }
-            device::Event::Prepare => {
+            device::Event::Prepare(_) => {
                 assert_eq!((before, self.doing), (State::Idle, Doing::Nothing), "one coordinated move at a time");
                 (Doing::Preparing, 600)
             }
@@ -319,49 +359,29 @@ impl World {
         }
         self.frames_left -= 1;
         self.rig_due = Some(self.now.after(100));
-        self.tell_device(device::Input::Frame(frame(10 - i32::try_from(self.frames_left).unwrap())));
+        self.tell_device(device::Input::AtFrame(frame(10 - i32::try_from(self.frames_left).unwrap())));
     }
 
     pub(crate) fn act(&mut self, action: Action) {
-        let request = |world: &mut Self, message| {
-            world.last += 1;
-            let token = Token(world.last);
-            world.messages.insert(token, message);
-            world.open.insert(token);
-            token
-        };
         match action {
-            Action::Move(motor) => {
-                let token = request(self, move_to(motor, 5));
-                self.command(Command::Request(token, self.messages[&token]));
-            }
-            Action::Jog(motor) => {
-                let token = request(self, jog(motor));
-                self.command(Command::Request(token, self.messages[&token]));
-            }
+            Action::Move(motor) => self.command(Command::Request(move_to(motor, 5))),
+            Action::Jog(motor) => self.command(Command::Request(jog(motor))),
             Action::Live(motor) => {
                 let configure = MotorConfigure { motor: Motor(motor), flags: MotorFlags::LIVE, tail: &[] };
-                let token = request(self, HostMessage::MotorConfigure(configure));
-                self.command(Command::Request(token, self.messages[&token]));
+                self.command(Command::Request(configure.into()));
             }
-            Action::Status => {
-                let token = request(self, HostMessage::MotorStatus(EMPTY));
-                self.command(Command::Request(token, self.messages[&token]));
-            }
-            Action::StopLoop => {
-                let token = request(self, HostMessage::RtStopLoop(EMPTY));
-                self.command(Command::Request(token, self.messages[&token]));
-            }
-            Action::Upload => self.sequence(begin(1, 10)),
-            Action::ToFrame(number) => self.sequence(position_frame(number)),
-            Action::JogAll(number) => self.sequence(jog_all(number)),
-            Action::Run(flags) => self.sequence(run(1, 10, flags)),
-            Action::Shot => self.sequence(shot(5)),
+            Action::Status => self.command(Command::Request(MotorStatusRequest::default().into())),
+            Action::StopLoop => self.command(Command::Request(RtStopLoop::default().into())),
+            Action::Upload => self.command(Command::Sequence(begin(1, 10))),
+            Action::ToFrame(number) => self.command(Command::Sequence(position_frame(number))),
+            Action::JogAll(number) => self.command(Command::Sequence(jog_all(number))),
+            Action::Run(flags) => self.command(Command::Sequence(run(1, 10, flags))),
+            Action::Shot => self.command(Command::Sequence(shot(5))),
             Action::Go => {
                 self.signals = 0;
                 self.command(Command::Go);
             }
-            Action::Stop(stop) => self.stop(stop),
+            Action::Stop(target) => self.stop(target),
             Action::OperatorGo => self.tell_device(device::Input::OperatorGo),
             Action::Limit(motor) => self.tell_device(device::Input::Limit { motor: Motor(motor), upper: true }),
             Action::Emergency => {
@@ -384,28 +404,26 @@ impl World {
         }
     }
 
-    fn command(&mut self, command: Command<'_>) {
-        self.tell_host(host::Input::Command(command));
-    }
-
-    fn sequence(&mut self, message: HostMessage<'static>) {
+    fn command(&mut self, command: Command<'static>) {
         self.last += 1;
         let token = Token(self.last);
-        self.messages.insert(token, message);
+        if let Command::Request(message) | Command::Sequence(message) = command {
+            self.messages.insert(token, message);
+        }
         self.open.insert(token);
-        self.command(Command::Sequence(token, message));
+        self.tell_host(host::Input::Command(token, command));
     }
 
     /// A stop leaves in the same step, and calls off what moves.
-    fn stop(&mut self, stop: Stop) {
+    fn stop(&mut self, target: StopTarget) {
         let before = self.to_device.frames.len();
         let fault = self.faults.front().copied().unwrap_or(Fault::None);
         let spared = self.host.progress().is_some();
-        self.command(Command::Stop(stop));
-        if fault != Fault::Lost && self.host.state() != host::State::Closed {
+        self.command(Command::Stop(target));
+        if fault != Fault::Lost && self.host.state() != host::State::Offline {
             let bytes = &self.to_device.frames[before].1;
             let message = HostMessage::decode(&Frame::decode(bytes).unwrap()).unwrap();
-            assert!(message.is_stop(), "{message}");
+            assert!(message.conduct().is_stop(), "{message}");
         }
         if !spared || self.host.progress().is_none() {
             self.called_off = self.last;
@@ -426,12 +444,12 @@ impl World {
                 self.tell_device(if is_corrupt {
                     device::Input::Corrupt(frame.id(), frame.kind())
                 } else {
-                    device::Input::frame(&frame, |_| AckCode::OK)
+                    device::Input::received(&frame, |_| AckCode::OK)
                 });
             } else if is_due(self.to_host.next()) {
                 let (_, bytes, is_corrupt) = self.to_host.frames.pop_front().unwrap();
                 let frame = Frame::decode(&bytes).unwrap();
-                self.tell_host(if is_corrupt { host::Input::Corrupt } else { host::Input::frame(&frame) });
+                self.tell_host(if is_corrupt { host::Input::Corrupt } else { host::Input::received(&frame) });
             } else if is_due(self.rig_due) {
                 self.report();
             } else if is_due(self.device_wake) {
@@ -447,26 +465,29 @@ impl World {
     pub(crate) fn settle(&mut self) {
         self.faults.clear();
         self.pass(10_000);
-        if self.host.state() != host::State::Up {
+        if self.host.state() != host::State::Ready {
             self.command(Command::Greet);
             self.pass(10_000);
             self.command(Command::Configured);
         }
         self.pass(60_000);
         match self.host.progress() {
-            None | Some(Progress::Ready) => {}
+            None | Some(Progress::Armed) => {}
             Some(Progress::Runs) => assert_eq!(self.device.state(), State::Running, "a loop"),
             Some(progress) => panic!("{progress:?} for ever"),
         }
-        self.stop(Stop::All);
+        self.stop(StopTarget::All);
         self.pass(10_000);
-        assert_eq!(self.host.state(), host::State::Up);
+        assert_eq!(self.host.state(), host::State::Ready);
         assert_eq!(self.host.unconfirmed_stops().count(), 0);
         assert_eq!(self.host.progress(), None);
         assert_eq!(self.host.pending().count(), 0);
         assert!(self.open.is_empty(), "{:?}", self.open);
         assert_eq!(self.device.state(), State::Idle);
         assert!(!self.host.is_armed());
+        self.act(Action::Status);
+        self.pass(10_000);
+        assert!(!self.host.may_move(), "all rests, and the host knows");
         if let Some(is_loaded) = self.host.is_loaded() {
             assert_eq!(is_loaded, self.device.is_loaded());
         }
