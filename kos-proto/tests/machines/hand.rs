@@ -61,7 +61,7 @@ fn a_stop_overtakes_what_waits() {
     client.clear();
     client.command(Command::StopMotor(MotorAddress(0x81)));
     assert_eq!(client.sent(), [stop(ONE)]);
-    assert_eq!(client.refused(Command::MoveTo(go(ONE, 3.0))), Some(Refusal::Moves));
+    assert_eq!(client.refused(Command::MoveTo(go(ONE, 3.0))), Some(Refusal::Stopping));
     client.pass(1_999);
     assert_eq!((client.sent(), client.told()), (vec![], vec![]));
     for _ in 0..5 {
