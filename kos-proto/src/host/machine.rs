@@ -424,8 +424,9 @@ impl HostMachine {
         if self.fence == Fence::Down {
             self.playback.settle();
         }
-        let moves = self.moves();
-        self.stops.settle(output, moves);
+        if self.playback.state != MoveState::Stopping {
+            self.stops.settle(output);
+        }
     }
 
     /// Time at which the connection is given up because of what may come late.

@@ -5,6 +5,9 @@ use kos_proto::message::*;
 
 use super::client::*;
 
+/// Way in which the marking of a range fails.
+type Fail = fn(&mut Client);
+
 fn move_to(motor: MotorAddress, position: f32) -> Transmit<'static> {
     Transmit::MoveTo(go(motor, position))
 }
@@ -245,7 +248,7 @@ fn a_range_is_marked() {
 #[test]
 fn a_range_that_is_none_is_told() {
     let refused = |code| Outcome::Refused(Refusal::Device(code));
-    let fails: [(fn(&mut Client), Outcome<'_>); 6] = [
+    let fails: [(Fail, Outcome<'_>); 6] = [
         (|client| client.error(14, 2), refused(ErrorCode::CALIBRATION)),
         (|client| client.error(2, 0), refused(ErrorCode::CANNOT_EXECUTE_MOVE)),
         (|client| client.pass(3_000), Outcome::NotConfirmed),
