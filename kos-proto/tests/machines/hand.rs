@@ -30,6 +30,13 @@ fn of_many_commands_the_last_one_counts() {
     client.command(Command::MoveTo(go(ONE, 5.0)));
     assert_eq!(client.sent(), [move_to(ONE, 5.0)]);
 
+    // A command that comes just when the one before might be sent takes its place.
+    client.command(Command::MoveTo(go(ONE, 6.0)));
+    client.now += 50;
+    client.command(Command::MoveTo(go(ONE, 7.0)));
+    client.pass(1_000);
+    assert_eq!(client.sent(), [move_to(ONE, 7.0)]);
+
     let mut stream = Client::ready();
     for step in 0..1_000_u16 {
         stream.command(Command::MoveTo(go(ONE, step.into())));

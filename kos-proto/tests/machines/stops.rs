@@ -360,6 +360,42 @@ fn a_motor_that_is_forgotten_while_it_moves_may_still_move() {
     }
 }
 
+/// A motor that is sent on before it said that it rests: its report may be about the stop, or about the new motion.
+#[test]
+fn a_motor_that_is_sent_on_after_a_stop_may_still_move() {
+    for command in [Command::MoveTo(go(TWO, 5.0)), Command::Bump(go(TWO, 5.0)), jog(TWO, 5.0)] {
+        let mut client = Client::running();
+        client.command(Command::Stop);
+        client.say(PlaybackState::FULL_STOP);
+        client.hear(device_info(PlaybackState::FULL_STOP));
+        client.rests(1, 1.0);
+        client.clear();
+        client.command(command);
+        client.rests(2, 1.0);
+        assert!(!client.ended().contains(&Outcome::Done(None)), "{command:?}");
+        client.command(Command::StopMotor(TWO));
+        client.rests(2, 5.0);
+        assert!(!client.told().iter().any(|event| matches!(event, Event::Stopped(StopTarget::All))), "{command:?}");
+        assert!(client.machine.may_move(), "{command:?}");
+    }
+}
+
+/// A motor of a move that goes off line may still move: no stop is told to be over without it.
+#[test]
+fn a_motor_that_leaves_a_move_is_waited_for() {
+    let (speed, acceleration) = (RotationsPerSecond(1.0), RotationsPerSecondSquared(1.0));
+    for running in [true, false] {
+        let mut client = if running { Client::running() } else { Client::ready() };
+        client.command(Command::Stop);
+        client.hear(presences(&[MotorPresence::new(ONE, Bool::FALSE, MotorType::AXIS, speed, speed, acceleration)]));
+        client.say(PlaybackState::FULL_STOP);
+        client.hear(device_info(PlaybackState::FULL_STOP));
+        client.rests(2, 1.0);
+        let stopped = client.told().contains(&Event::Stopped(StopTarget::All));
+        assert_eq!((stopped, client.machine.may_move()), (!running, running));
+    }
+}
+
 /// The device sends back as much of an unknown message as fits: of an action, its number.
 #[test]
 fn an_unknown_action_is_told_by_its_number() {
