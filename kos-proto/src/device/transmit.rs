@@ -169,7 +169,7 @@ impl MotorSpecs {
 }
 
 /// Data that only the caller stores, borrowed to make messages.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub struct Source<'a> {
     /// Whether the device speaks the older dialect, `CineDrive` (safety decision 7).
     pub older_dialect: bool,

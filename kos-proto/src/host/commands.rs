@@ -143,17 +143,17 @@ impl HostMachine {
         }
         match command {
             Command::MoveTo(go) => {
-                self.motors.move_to(now, output, &self.options, motors::checked(go)?, token)?;
+                self.motors.move_to(now, output, &self.options, &mut self.stops, (motors::checked(go)?, token))?;
                 LATER
             }
             Command::Jog { motor, speed, acceleration } => {
                 let jog = motors::checked_jog(motor, speed, acceleration)?;
-                self.motors.jog(now, output, &self.options, &jog)?;
+                self.motors.jog(now, output, &self.options, &mut self.stops, &jog)?;
                 SENT
             }
             Command::Bump(Go { position, .. }) if position.0 == 0.0 => Err(Refusal::Number),
             Command::Bump(go) => {
-                self.motors.bump(now, output, &self.options, motors::checked(go)?, token)?;
+                self.motors.bump(now, output, &self.options, &mut self.stops, (motors::checked(go)?, token))?;
                 LATER
             }
             Command::Load { .. }

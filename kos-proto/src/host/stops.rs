@@ -57,9 +57,21 @@ impl Stops {
         self.astray
     }
 
-    /// Whether a stop is obeyed, so that each report of rest means what it says.
-    pub(super) fn is_obeyed(&self) -> bool {
-        self.pending.is_some_and(|pending| pending.is_obeyed)
+    /// Whether a report that the motor rests confirms a stop that is obeyed.
+    pub(super) fn confirms(&self, motor: MotorAddress) -> bool {
+        self.pending.is_some_and(|pending| pending.is_obeyed && pending.waiting.contains(motor))
+    }
+
+    /// Notes that a motor is sent on; whether a stop still waits for it. Then no report tells any more whether the stop
+    /// or the new motion is meant.
+    pub(super) fn sent_on(&mut self, motor: MotorAddress) -> bool {
+        match self.pending.as_mut().filter(|pending| pending.waiting.contains(motor)) {
+            Some(pending) => {
+                pending.is_obeyed = false;
+                true
+            }
+            None => false,
+        }
     }
 
     /// Notes a stop of everything, which is over when all these motors rest.
@@ -87,8 +99,11 @@ impl Stops {
 
     /// Notes that a motor said that it rests.
     pub(super) fn rests(&mut self, motor: MotorAddress) {
-        if let Some(pending) = self.pending.as_mut().filter(|pending| pending.is_obeyed) {
-            pending.waiting.remove(motor);
+        if self.confirms(motor) {
+            self.astray.remove(motor);
+            if let Some(pending) = &mut self.pending {
+                pending.waiting.remove(motor);
+            }
         }
     }
 
@@ -103,7 +118,7 @@ impl Stops {
     pub(super) fn lost(&mut self, output: &mut Output<'_>) {
         if let Some(pending) = &mut self.pending {
             // The move tells it otherwise.
-            if pending.is_obeyed {
+            if pending.until.is_some() {
                 output.event(Event::StopNotConfirmed(StopTarget::All));
             }
             (pending.is_obeyed, pending.until) = (false, None);
@@ -121,9 +136,9 @@ impl Stops {
     }
 
     /// Ends the stop if it is obeyed and all motors rest.
-    pub(super) fn settle(&mut self, output: &mut Output<'_>, moves: bool) {
-        if self.pending.is_some_and(|pending| pending.is_obeyed && pending.waiting.is_empty()) && !moves {
-            *self = Self::default();
+    pub(super) fn settle(&mut self, output: &mut Output<'_>) {
+        if self.pending.is_some_and(|pending| pending.is_obeyed && pending.waiting.is_empty()) {
+            self.pending = None;
             output.event(Event::Stopped(StopTarget::All));
         }
     }

@@ -129,8 +129,9 @@ messages! {
     }
 }
 
-/// The fields of a message with the number of the action or notification before them, as the conformance vectors show
-/// it: `action_id` or `note_id`.
+/// Fields of a message after the number of its action or notification, `action_id` or `note_id`, as the conformance
+/// vectors show them.
+#[doc(hidden)]
 #[derive(Debug, Clone, Copy)]
 pub struct Numbered<'m, M>(pub &'m M);
 

@@ -198,7 +198,7 @@ fn another_password_locks() {
 
 /// 7.1-13: who is locked is told no more, from the same step on.
 #[test]
-fn who_is_locked_is_told_no_more() {
+fn a_client_that_is_locked_is_told_no_more() {
     let mut bench = Bench::loaded(Options::default(), live_move(live()));
     bench.hear(start());
     bench.home();
@@ -353,7 +353,7 @@ fn it_may_say_over_tcp_where_it_is() {
 
 /// 7.1-20: a client that is gone takes along what it moved by hand, and nothing else.
 #[test]
-fn who_is_gone_stops_what_he_moved_by_hand() {
+fn a_client_that_is_gone_stops_what_it_moved_by_hand() {
     let why = [DisconnectReason::Silence, DisconnectReason::Framing];
     for gone in 0..3 {
         let mut bench = Bench::new(Options::default());
