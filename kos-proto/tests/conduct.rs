@@ -2,6 +2,7 @@
 
 use kos_proto::HostMessage;
 use kos_proto::message::*;
+use kos_proto::{Conduct, Purpose};
 use motion_core::wire::Messages;
 
 /// Rows of the table by what their messages do. Questions change nothing and may be asked again.

@@ -1,10 +1,8 @@
 //! kOS 7.1: link and lock of the device.
 
-use core::net::{Ipv4Addr, SocketAddrV4};
-
 use kos_proto::Transport;
 use kos_proto::device::session::State;
-use kos_proto::device::{DisconnectReason, Event, Ignored, Input, Options, Quirks, Report, SessionId};
+use kos_proto::device::{DisconnectReason, Event, Ignored, Input, Options, Quirks, Report, Sender, SessionId};
 use kos_proto::message::*;
 use kos_proto::{DecodeError, HostMessage, MessageId, MessageType};
 use motion_core::wire::Messages;
@@ -12,7 +10,7 @@ use motion_core::wire::Messages;
 use super::bench::*;
 
 const LIMITED: HostMessage<'static> = HostMessage::GetNetworkInfo(GetNetworkInfo { limited_response: None, tail: &[] });
-const FROM: SocketAddrV4 = SocketAddrV4::new(Ipv4Addr::new(192, 168, 50, 7), 5520);
+const FROM: Sender = Sender { address: Ipv4(0xc0a8_3207), port: 5520 };
 const DEVICE_INFO: HostMessage<'static> = HostMessage::GetDeviceInfo(GetDeviceInfo { tail: &[] });
 
 /// A device with a password, and a client over TCP that did not say it yet.

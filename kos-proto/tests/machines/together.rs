@@ -295,7 +295,8 @@ impl World {
     fn moves(&self) -> bool {
         let moving = |wire: &Wire| {
             wire.queue.iter().any(|(_, bytes)| {
-                HostMessage::decode(&Frame::decode(bytes).unwrap()).unwrap().conduct().purpose == Purpose::Moves
+                HostMessage::decode(&Frame::decode(bytes).unwrap()).unwrap().conduct().purpose
+                    == kos_proto::Purpose::Moves
             })
         };
         !self.rig.ways.is_empty() || self.rig.is_playing(self.now) || moving(&self.to_device)
