@@ -90,8 +90,8 @@ impl HostMachine {
         output.event(Event::Stopping);
         match self.stopping() {
             StopState::Calm => {
-                // The late answer to something else could be taken for that to a stop.
-                let all_stops_ok = self.line == Line::Idle;
+                // The late answer to something else could be taken for the answer to a stop. A new line has none.
+                let all_stops_ok = matches!(self.line, Line::Idle | Line::Offline);
                 self.drop_all(output, Failure::Stopped);
                 self.emergency = Some(Emergency { rounds: 0, step: 0, all_stops_ok, is_told: false });
                 if self.line == Line::Offline {
