@@ -45,7 +45,7 @@ pub enum Event<'a> {
     /// An emergency stop began or was repeated. All other commands have ended.
     Stopping,
     /// A stop is confirmed: the node said OK to it, or, for [`StopTarget::All`], each motor of each listed node said that
-    /// it rests.
+    /// it rests and no program of these nodes may run that this master started.
     Stopped(StopTarget),
     /// A stop is not confirmed. Something may still move: cut the power.
     ///
