@@ -56,6 +56,7 @@ impl HostMachine {
             Command::Disconnect => {
                 self.close(now, output, LinkDownReason::Asked);
                 self.playback = Playback::default();
+                self.stops.take_deferred();
                 DONE
             }
             Command::Alive => DONE,
@@ -106,6 +107,9 @@ impl HostMachine {
             return Err(Refusal::NoMotor);
         }
         let is_connected = self.state.is_connected();
+        if !is_connected {
+            self.stops.defer(target);
+        }
         if !(is_connected && self.motors.stop(now, output, &self.options, motor)) {
             self.stops.lose(target);
             output.event(Event::StopNotConfirmed(StopTarget::Motor(motor)));

@@ -220,7 +220,7 @@ impl HostMachine {
         output.event(Event::Connect(endpoint));
     }
 
-    /// The connection is there. A stop that was not confirmed goes first.
+    /// The connection is there. Stops that were not confirmed go first.
     fn link_up(&mut self, now: Millis, output: &mut Output<'_>) {
         let Some(endpoint) = self.endpoint.filter(|_| self.state == State::Connecting) else {
             return output.event(Event::Ignored);
@@ -232,6 +232,9 @@ impl HostMachine {
         };
         let silent = (endpoint.transport() == Transport::Tcp).then(|| now.after(self.options.silence()));
         self.deadlines = Deadlines { quiet: now.after(keep_alive), deaf: now.after(keep_alive), silent };
+        for motor in self.stops.take_deferred().iter() {
+            self.motors.stop(now, output, &self.options, motor);
+        }
         if self.playback.state == MoveState::Stopping {
             self.stop_playback(now, output);
             self.raise_fence(now, output);
@@ -250,7 +253,10 @@ impl HostMachine {
         self.calibration.lost(output);
         self.motors.lost(output, &mut self.stops);
         self.playback.lost(output, &mut self.stops);
-        self.stops.lost(output);
+        if self.stops.lost(output) {
+            // The device obeyed, but nobody knows whether all rest: the next connection begins with another stop.
+            self.playback.stop(output, None);
+        }
         output.event(Event::LinkDown(why));
         (self.fence, self.owed, self.deadlines) = (Fence::Down, 0, Deadlines::default());
         if why == LinkDownReason::Asked {

@@ -285,6 +285,9 @@ impl Motors {
     /// Notes that the connection went down: nobody knows what moves.
     pub(super) fn lost(&mut self, output: &mut Output<'_>, stops: &mut Stops) {
         for followed in &mut self.list {
+            if let Motion::Stopping(_) = followed.hand.motion {
+                stops.defer(MotorSet::of([followed.motor.motor_address]));
+            }
             followed.lose(output, stops, Failure::LinkDown);
         }
         (self.reported, self.alive_until) = (MotorSet::NONE, None);

@@ -33,6 +33,8 @@ pub(super) struct Stops {
     /// motor was forgotten, or a move was ended. Only a confirmed stop tells that they rest, or a move that includes them.
     astray: MotorSet,
     pending: Option<Pending>,
+    /// Motors that the next connection stops first, because their stops were not confirmed on the last one.
+    unconfirmed: MotorSet,
 }
 
 /// Stop of everything that is not confirmed.
@@ -92,6 +94,16 @@ impl Stops {
         self.astray = self.astray.with(motors);
     }
 
+    /// Notes motors whose stops are not confirmed, and cannot be sent again without a connection.
+    pub(super) const fn defer(&mut self, motors: MotorSet) {
+        self.unconfirmed = self.unconfirmed.with(motors);
+    }
+
+    /// Takes the motors whose stops go first on this connection.
+    pub(super) const fn take_deferred(&mut self) -> MotorSet {
+        mem::replace(&mut self.unconfirmed, MotorSet::NONE)
+    }
+
     /// Notes motors that rest because a move has come to where it begins, or ends.
     pub(super) const fn at_rest(&mut self, motors: MotorSet) {
         self.astray = self.astray.without(motors);
@@ -114,15 +126,16 @@ impl Stops {
         }
     }
 
-    /// Notes that the connection went down. A stop that waits stays: only another one tells whether all rest.
-    pub(super) fn lost(&mut self, output: &mut Output<'_>) {
-        if let Some(pending) = &mut self.pending {
-            // The move tells it otherwise.
-            if pending.until.is_some() {
-                output.event(Event::StopNotConfirmed(StopTarget::All));
-            }
-            (pending.is_obeyed, pending.until) = (false, None);
+    /// Notes that the connection went down. A stop that waits stays: only another one tells whether all rest. Returns
+    /// whether the device obeyed and motors had time left to come to rest.
+    pub(super) fn lost(&mut self, output: &mut Output<'_>) -> bool {
+        let Some(pending) = &mut self.pending else { return false };
+        let was_waiting = pending.until.is_some();
+        if was_waiting {
+            output.event(Event::StopNotConfirmed(StopTarget::All));
         }
+        (pending.is_obeyed, pending.until) = (false, None);
+        was_waiting
     }
 
     /// Tells that motors do not rest in time after a stop that is obeyed.

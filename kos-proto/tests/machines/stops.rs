@@ -318,6 +318,74 @@ fn a_stop_is_told_when_everything_rests() {
     assert!(!client.machine.may_move());
 }
 
+/// 7.6-21: the next connection begins with the stops that were not confirmed on the last one.
+#[test]
+fn a_stop_that_is_not_confirmed_is_sent_first_on_the_next_connection() {
+    let lost: [(fn(&mut Client), StopTarget); 4] = [
+        (
+            |client| {
+                client.command(jog(TWO, 5.0));
+                client.command(Command::StopMotor(TWO));
+                client.step(Input::LinkDown);
+            },
+            StopTarget::Motor(TWO),
+        ),
+        (
+            |client| {
+                client.command(jog(TWO, 5.0));
+                client.step(Input::LinkDown);
+                assert_eq!(client.refused(Command::StopMotor(TWO)), Some(Refusal::NotConnected));
+            },
+            StopTarget::Motor(TWO),
+        ),
+        (
+            |client| {
+                client.command(Command::Stop);
+                client.step(Input::LinkDown);
+            },
+            StopTarget::All,
+        ),
+        // The device obeyed, but did not report that the motors rest.
+        (
+            |client| {
+                client.command(Command::Stop);
+                client.say(PlaybackState::FULL_STOP);
+                client.hear(device_info(PlaybackState::FULL_STOP));
+                client.step(Input::LinkDown);
+            },
+            StopTarget::All,
+        ),
+    ];
+    for (lose, target) in lost {
+        let mut client = Client::ready();
+        lose(&mut client);
+        assert!(client.told().contains(&Event::StopNotConfirmed(target)), "{target:?}");
+        client.clear();
+        client.pass(1_000);
+        client.step(Input::LinkUp);
+        let first = if target == StopTarget::All { Transmit::StopPlayback } else { stop(TWO) };
+        assert_eq!(client.sent(), [first, Transmit::Get(Get::DeviceInfo)]);
+        if target == StopTarget::All {
+            client.say(PlaybackState::FULL_STOP);
+        }
+        client.introduce(PlaybackState::FULL_STOP);
+        assert!(!client.told().contains(&Event::Stopped(target)));
+        client.rests(1, 3.0);
+        client.rests(2, 3.0);
+        assert!(client.told().contains(&Event::Stopped(target)), "{target:?}");
+    }
+
+    // Another device may be at the end of a connection that the application asks for.
+    let mut client = Client::ready();
+    client.command(jog(TWO, 5.0));
+    client.command(Command::StopMotor(TWO));
+    client.command(Command::Disconnect);
+    client.command(Command::Connect(Endpoint::Usb));
+    client.clear();
+    client.step(Input::LinkUp);
+    assert_eq!(client.sent(), [Transmit::Get(Get::DeviceInfo)]);
+}
+
 /// A motor whose motion is not known to rest is never dropped: it may come back, and still move.
 #[test]
 fn a_motor_that_is_forgotten_while_it_moves_may_still_move() {
