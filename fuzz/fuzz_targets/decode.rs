@@ -4,9 +4,9 @@
 
 #![no_main]
 
-use fuzz::sides::{DmcDevice, DmcHost, HootDevice, HootHost, KosDevice, KosHost};
-use laws::message::{Side, any_body, prefixes};
+use laws::message::{any_body, prefixes};
 use libfuzzer_sys::fuzz_target;
+use motion_core::wire::Side;
 
 /// Length of the longest body whose prefixes are all decoded too.
 const SHORT: usize = 64;
@@ -14,12 +14,12 @@ const SHORT: usize = 64;
 fuzz_target!(|input: &[u8]| {
     let Some((&[side, ref number @ ..], body)) = input.split_first_chunk::<5>() else { return };
     let hold = match side % 6 {
-        0 => hold::<KosHost>,
-        1 => hold::<KosDevice>,
-        2 => hold::<DmcHost>,
-        3 => hold::<DmcDevice>,
-        4 => hold::<HootHost>,
-        _ => hold::<HootDevice>,
+        0 => hold::<kos_proto::Host>,
+        1 => hold::<kos_proto::Device>,
+        2 => hold::<dmc_proto::Host>,
+        3 => hold::<dmc_proto::Device>,
+        4 => hold::<hoot_proto::Host>,
+        _ => hold::<hoot_proto::Device>,
     };
     hold(u32::from_le_bytes(*number), body);
 });

@@ -1,22 +1,20 @@
-//! hoot: any events for a master and a node, alone and with each other on a faulty line, in any order.
+//! hoot: any inputs of a master and a node, alone and with each other on a faulty line, in any order.
 //!
 //! Input: options, then steps; see `fuzz::machines`.
 
 #![no_main]
 
 use fuzz::fuzz_world;
-use fuzz::machines::{Bytes, Line, Tokens, Watched};
-use hoot_proto::device::{self, Command as AtNode, Contact, DeviceMachine, Port, Quirks};
+use fuzz::machines::{Bytes, World, arrival, send, step, world};
+use hoot_proto::device::{self, Command as AtNode, Contact, Contents, DeviceMachine, Port, Quirks};
 use hoot_proto::frame::MAX_FRAME;
-use hoot_proto::host::{self, Command, Event, HostMachine, Nodes, Request, Token};
-use hoot_proto::message::{Amperes, Level, Motor, RingTip, Steps, StepsPerSecond, Volts};
+use hoot_proto::host::{self, Command, Event, HostMachine, Nodes, Request, StopState};
+use hoot_proto::message::{Amperes, Level, Motor, RingTip, Scaled, Steps, StepsPerSecond, Volts};
 use hoot_proto::query::Profile;
-use hoot_proto::{Address, DeviceMessage, Frame, HostMessage};
-use motion_core::fixed::Scaled;
-use motion_core::time::Millis;
-use motion_core::wire::Messages;
+use hoot_proto::{Address, DeviceMessage, Effect, Frame, HostMessage, Messages};
+use laws::world::Tokens;
 
-fuzz_world!(World);
+fuzz_world!(Hoot);
 
 const PORTS: [Port; 3] = [Port::Bus, Port::Usb, Port::Bluetooth];
 const PROFILES: [Profile; 6] =
@@ -37,47 +35,34 @@ static BODIES: [u8; 512] = {
     all
 };
 
-struct World {
-    now: Millis,
-    host: Watched<HostMachine>,
-    device: Watched<DeviceMachine>,
-    to_device: Line,
-    to_host: Line,
+struct Hoot {
+    world: World<HostMachine, DeviceMachine>,
     tokens: Tokens,
 }
 
-impl World {
+impl Hoot {
     fn new(bytes: &mut Bytes<'_>) -> Self {
-        let host = host::Options::default().with_bridge(bytes.flag());
+        let host = host::Options::new().with_bridge(bytes.flag());
         let quirks = if bytes.flag() { Quirks::FIRMWARE } else { Quirks::NONE };
-        let device = device::Options::default().with_profile(bytes.one_of(&PROFILES)).with_quirks(quirks);
-        Self {
-            now: Millis(1000),
-            host: Watched::new(HostMachine::new(host.with_nodes(nodes(bytes)))),
-            device: Watched::new(DeviceMachine::new(device)),
-            to_device: Line::default(),
-            to_host: Line::default(),
-            tokens: Tokens::default(),
-        }
+        let device = device::Options::new().with_profile(bytes.one_of(&PROFILES)).with_quirks(quirks);
+        let host = HostMachine::new(host.with_nodes(nodes(bytes)));
+        Self { world: world(host, DeviceMachine::new(device)), tokens: Tokens::default() }
     }
 
     fn act(&mut self, bytes: &mut Bytes<'_>) {
         match bytes.byte() % 16 {
             0..4 => {
-                if let Some(packet) = self.to_device.take(bytes) {
+                if let Some(packet) = arrival(&mut self.world.up, bytes) {
                     self.tell_device(match Frame::decode(&packet) {
-                        Ok(frame) => {
-                            let (to, message) = (frame.address(), HostMessage::decode(&frame));
-                            device::Input::Received { port: Port::Bus, to, message }
-                        }
+                        Ok(frame) => device::Input::received(Port::Bus, &frame),
                         Err(_) => device::Input::Noise,
                     });
                 }
             }
             4..8 => {
-                if let Some(packet) = self.to_host.take(bytes) {
+                if let Some(packet) = arrival(&mut self.world.down, bytes) {
                     self.tell_host(match Frame::decode(&packet) {
-                        Ok(frame) => host::Input::Received(DeviceMessage::decode(&frame)),
+                        Ok(frame) => host::Input::received(&frame),
                         Err(_) => host::Input::Noise,
                     });
                 }
@@ -112,44 +97,65 @@ impl World {
             3 => Command::Nodes(nodes(bytes)),
             4..7 => Command::Speed { to, motor: bytes.one_of(&Motor::ALL), speed: StepsPerSecond(bytes.float()) },
             what => {
-                let message = long_lived(bytes);
-                let request = Request { token: Token(self.tokens.begin()), to, message };
+                let request = Request { to, message: long_lived(bytes) };
                 if what == 7 { Command::Insist(request) } else { Command::Request(request) }
             }
         };
-        self.tell_host(host::Input::Command(command));
+        let token = self.tokens.begin();
+        self.tell_host(host::Input::Command(token, command));
     }
 
     fn tell_host(&mut self, input: host::Input<'_>) {
-        let output = self.host.step(self.now, input, host::Input::Wake);
-        for event in output.events {
-            if let Event::Ended { token: Token(token), .. } = event {
-                self.tokens.end(token);
+        let output = step(&mut self.world.host, self.world.now, input, host::Input::Wake);
+        for (place, effect) in output.into_iter().enumerate() {
+            match effect {
+                Effect::Event(Event::Ended { token, .. }) => self.tokens.end(token),
+                Effect::Event(_) => {}
+                Effect::Transmit(transmit) => {
+                    assert_eq!(place, 0, "a stop goes out before anybody is told of it");
+                    let mut packet = [0; MAX_FRAME];
+                    let len = transmit.encode_into(&mut packet).expect("a request of the master can be encoded");
+                    let frame = Frame::decode(&packet[..len]).expect("a packet that was just encoded");
+                    assert_eq!((frame.address(), HostMessage::decode(&frame)), (transmit.to, transmit.message));
+                    send(&mut self.world.up, self.world.now, &packet[..len]);
+                }
             }
         }
-        for send in output.send {
-            let mut packet = [0; MAX_FRAME];
-            let len = send.encode_into(&mut packet).expect("a request of the master can be encoded");
-            let frame = Frame::decode(&packet[..len]).expect("a packet that was just encoded");
-            assert_eq!((frame.address(), HostMessage::decode(&frame)), (send.to, send.message));
-            self.to_device.put(&packet[..len]);
-        }
+        let host = &self.world.host.machine;
+        assert!(self.tokens.open().count() <= host.pending(), "no command is forgotten");
+        assert!(host.may_move() || host.stopping() == StopState::Calm, "a stop that goes on is not confirmed");
     }
 
     fn tell_device(&mut self, input: device::Input<'_>) {
-        let output = self.device.step(self.now, input, device::Input::Wake);
+        let output = step(&mut self.world.device, self.world.now, input, device::Input::Wake);
         if let device::Input::Command(AtNode::Stop | AtNode::Pause | AtNode::EmergencyStop) = input {
-            let moves = Motor::ALL.map(|motor| self.device.machine.motor(motor).is_moving());
+            let moves = Motor::ALL.map(|motor| self.world.device.machine.motor(motor).is_moving());
             assert_eq!(moves, [false; 3], "a stop is obeyed in its step: {output:?}");
         }
-        for send in output.send {
-            let mut scratch = [0; MAX_FRAME];
-            let message = send.answer.message(&mut scratch).expect("room enough");
+        let mut acknowledges = false;
+        for effect in output {
+            let Effect::Transmit(transmit) = effect else {
+                assert!(!acknowledges, "the rig does first what an answer acknowledges");
+                continue;
+            };
+            acknowledges = true;
             let mut packet = [0; MAX_FRAME];
-            let len = send.answer.encode_into(&mut packet).expect("an answer of the node can be encoded");
-            let frame = Frame::decode(&packet[..len]).expect("a packet that was just encoded");
-            assert_eq!(DeviceMessage::decode(&frame), message);
-            self.to_host.put(&packet[..len]);
+            let written = transmit.encode_into(&mut packet);
+            match transmit.contents {
+                Contents::Answer(answer) => {
+                    let packet = &packet[..written.expect("an answer of the node can be encoded")];
+                    let frame = Frame::decode(packet).expect("a packet that was just encoded");
+                    assert_eq!(answer.message(&mut [0; MAX_FRAME]), Ok(DeviceMessage::decode(&frame)));
+                    send(&mut self.world.down, self.world.now, packet);
+                }
+                Contents::Forward { to, message } => {
+                    // A message that no decoder made may have no packet.
+                    let Ok(len) = written else { continue };
+                    let frame = Frame::decode(&packet[..len]).expect("a packet that was just encoded");
+                    assert_eq!((frame.address(), HostMessage::decode(&frame)), (to, message));
+                }
+                other => panic!("{other:?} is not known"),
+            }
         }
     }
 }
@@ -177,7 +183,7 @@ fn report(bytes: &mut Bytes<'_>) -> device::Input<'static> {
     }
 }
 
-/// A number with any hundredths.
+/// Any number of hundredths.
 fn hundredths(bytes: &mut Bytes<'_>) -> Scaled<i32, 100> {
     Scaled(i32::from_le_bytes(bytes.few()))
 }

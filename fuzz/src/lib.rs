@@ -1,6 +1,4 @@
-//! Shared code of the fuzz targets: the protocols for the laws, references that share no line with the libraries, and
-//! worlds for the machines.
+//! Shared code of the fuzz targets: references that share no line with the libraries, and worlds for the machines.
 
 pub mod machines;
 pub mod rescan;
-pub mod sides;

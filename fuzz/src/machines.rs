@@ -1,13 +1,14 @@
-//! Shared code of the targets of the machines: bytes as decisions, a machine under the laws, and a faulty line.
+//! Shared code of the targets of the machines: bytes as decisions, and worlds of `laws` on lines that may have any fault.
 //!
 //! An input is a list of steps. Each step says how the clock advances, what happens, and with which values. So fuzzers
 //! can cut out and join steps. A read beyond the end of the input gives zeros.
 
-use std::collections::{HashSet, VecDeque};
 use std::fmt::Debug;
 use std::hash::Hash;
 
-use motion_core::machine::{Machine, Output};
+use laws::machine::Follows;
+use laws::world::{Fate, Faults, Line, Watched};
+use motion_core::machine::Machine;
 use motion_core::time::Millis;
 use motion_core::wire::{DecodeError, Messages};
 
@@ -18,23 +19,24 @@ const MAX_TEXT: usize = 1 << 16;
 /// Greatest number of frames on a line; more are lost.
 const MAX_LINE: usize = 64;
 
-/// Defines the target of a world. The world has the fields `now`, `host` and `device`. Its `new` reads the first bytes
-/// of an input, and its `act` makes a step from the bytes that follow.
+/// Defines a target. The type has a field `world`. Its `new` reads the first bytes of an input, and its `act` makes a step
+/// from the bytes that follow.
 #[macro_export]
 macro_rules! fuzz_world {
-    ($world:ident) => {
+    ($target:ident) => {
         libfuzzer_sys::fuzz_target!(|input: &[u8]| {
             let mut bytes = $crate::machines::Bytes::new(input);
-            let mut world = $world::new(&mut bytes);
+            let mut target = $target::new(&mut bytes);
             for _ in 0..$crate::machines::STEPS {
                 if bytes.is_empty() {
                     break;
                 }
+                let world = &mut target.world;
                 world.now = bytes.clock(world.now, [world.host.wake, world.device.wake]);
-                world.act(&mut bytes);
+                target.act(&mut bytes);
             }
-            $crate::machines::print(&world.host.machine);
-            $crate::machines::print(&world.device.machine);
+            $crate::machines::print(&target.world.host.machine);
+            $crate::machines::print(&target.world.device.machine);
         });
     };
 }
@@ -121,45 +123,31 @@ impl<'i> Bytes<'i> {
     }
 }
 
-/// Machine under the laws, with the time when it asks to be woken.
-pub struct Watched<M> {
-    /// The machine.
-    pub machine: M,
-    /// Time when it asks to be woken.
-    pub wake: Option<Millis>,
+/// Two machines, and frames as bytes on the line between them. Any fault may happen.
+pub type World<H, D> = laws::world::World<H, D, Vec<u8>, Vec<u8>>;
+
+/// Makes the world of two machines at their beginning.
+pub fn world<H, D>(host: H, device: D) -> World<H, D>
+where
+    H: Machine + Clone + Eq + Hash + Debug,
+    D: Machine + Clone + Eq + Hash + Debug,
+{
+    World::new(Millis(1000), host, device, Faults::ANY)
 }
 
-impl<M> Watched<M> {
-    /// Starts with a new machine.
-    pub const fn new(machine: M) -> Self {
-        Self { machine, wake: None }
+/// Takes a step of a machine, if the laws hold, and prints its output. Waking the machine with `wake` at the same time
+/// changes nothing.
+pub fn step<'a, M>(watched: &mut Watched<M>, now: Millis, input: M::Input<'a>, wake: M::Input<'a>) -> M::Output<'a>
+where
+    M: Machine + Clone + Eq + Hash + Debug,
+    M::Input<'a>: Copy,
+    M::Output<'a>: Follows,
+{
+    let output = watched.step_whole(now, input, wake);
+    if !output.is_quiet() {
+        print(&output);
     }
-
-    /// Makes a step and checks the laws. Afterwards nothing is left to do at this moment, so waking the machine once
-    /// more with `wake` changes nothing.
-    pub fn step<Send, Event, const SENDS: usize, const EVENTS: usize>(
-        &mut self,
-        now: Millis,
-        input: M::Input<'_>,
-        wake: M::Input<'_>,
-    ) -> M::Output
-    where
-        M: Machine<Output = Output<Send, Event, SENDS, EVENTS>> + Clone + Eq + Hash + Debug,
-        for<'a> M::Input<'a>: Copy,
-        Send: Eq + Hash + Debug,
-        Event: Eq + Hash + Debug,
-    {
-        let (machine, output) = laws::machine::step(self.machine.clone(), now, input);
-        let (woken, quiet) = laws::machine::step(machine.clone(), now, wake);
-        assert!(quiet.is_quiet(), "something is left to do: {quiet:?}");
-        let (again, quiet) = laws::machine::step(woken.clone(), now, wake);
-        assert!(quiet.is_quiet() && again == woken, "waking it twice changes it: {quiet:?}");
-        (self.machine, self.wake) = (machine, output.wake);
-        if !output.is_quiet() {
-            print(&output);
-        }
-        output
-    }
+    output
 }
 
 /// Prints a state or an output, and checks the length of the text.
@@ -168,60 +156,27 @@ pub fn print(value: &impl Debug) {
     assert!(len <= MAX_TEXT, "{len} bytes of text");
 }
 
-/// Frames in flight in one direction. No frame overtakes another.
-#[derive(Default)]
-pub struct Line(VecDeque<Vec<u8>>);
-
-impl Line {
-    /// Sends a frame.
-    pub fn put(&mut self, frame: &[u8]) {
-        if self.0.len() < MAX_LINE {
-            self.0.push_back(frame.to_vec());
-        }
-    }
-
-    /// Takes the next arrival: the frame as it was sent or with a wrong bit, and perhaps again later; or nothing.
-    pub fn take(&mut self, bytes: &mut Bytes<'_>) -> Option<Vec<u8>> {
-        let mut frame = self.0.pop_front()?;
-        match bytes.byte() % 16 {
-            0 => return None,
-            1 => self.0.push_front(frame.clone()),
-            2 => {
-                let (at, bit) = (usize::from(bytes.byte()) % frame.len(), bytes.byte() % 8);
-                frame[at] ^= 1 << bit;
-            }
-            _ => {}
-        }
-        Some(frame)
-    }
-
-    /// Loses everything in flight.
-    pub fn cut(&mut self) {
-        self.0.clear();
+/// Sends a frame, which is lost if too many are in flight.
+pub fn send(line: &mut Line<Vec<u8>>, now: Millis, frame: &[u8]) {
+    if line.len() < MAX_LINE {
+        line.send(now, frame.to_vec());
     }
 }
 
-/// Requests that have not ended. Each request ends once.
-#[derive(Default)]
-pub struct Tokens {
-    last: u32,
-    open: HashSet<u32>,
-}
-
-impl Tokens {
-    /// Returns a new token for a request that begins.
-    pub fn begin(&mut self) -> u32 {
-        self.last += 1;
-        self.open.insert(self.last);
-        self.last
+/// Takes the next arrival: the frame as it was sent or with a wrong bit, and perhaps again later; or nothing.
+pub fn arrival(line: &mut Line<Vec<u8>>, bytes: &mut Bytes<'_>) -> Option<Vec<u8>> {
+    if line.is_empty() {
+        return None;
     }
-
-    /// Ends a request.
-    ///
-    /// # Panics
-    ///
-    /// If the request never began, or ended before.
-    pub fn end(&mut self, token: u32) {
-        assert!(self.open.remove(&token), "request {token} ends, but is not open");
+    let (mut frame, is_undamaged) = line.meet(match bytes.byte() % 16 {
+        0 => Fate::Lost,
+        1 => Fate::Doubled,
+        2 => Fate::Corrupt,
+        _ => Fate::Arrives,
+    })?;
+    if !is_undamaged {
+        let (at, bit) = (usize::from(bytes.byte()) % frame.len(), bytes.byte() % 8);
+        frame[at] ^= 1 << bit;
     }
+    Some(frame)
 }

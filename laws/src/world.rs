@@ -152,6 +152,20 @@ impl<T> Line<T> {
         self.items.is_empty()
     }
 
+    /// Lets the first message arrive at a moment, unless it arrives earlier already.
+    pub fn hasten(&mut self, moment: Millis) {
+        if let Some((due, _)) = self.items.front_mut() {
+            *due = moment.min(*due);
+        }
+    }
+
+    /// Lets all messages arrive so many milliseconds earlier, because the clock is set back.
+    pub fn set_back(&mut self, by: u64) {
+        for (due, _) in &mut self.items {
+            *due = Millis(due.since(Millis(by)));
+        }
+    }
+
     /// Loses all messages on their way: the link is cut.
     pub fn cut(&mut self) {
         self.items.clear();
@@ -351,6 +365,10 @@ mod tests {
         assert_eq!(line.meet(Fate::Lost), None);
         assert_eq!((line.due(), line.meet(Fate::Corrupt)), (Some(Millis(5)), Some((2, false))));
         assert_eq!(line.fates().collect::<Vec<_>>(), [Fate::Arrives]);
+        line.hasten(Millis(7));
+        line.hasten(Millis(8));
+        line.set_back(2);
+        assert_eq!(line.due(), Some(Millis(5)));
         assert_eq!(line.meet(Fate::Lost), Some((3, true)), "no fault is left");
         assert_eq!((line.len(), line.meet(Fate::Arrives), line.is_empty()), (1, Some((4, true)), true));
     }

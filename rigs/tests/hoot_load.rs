@@ -1,16 +1,16 @@
-//! Load on a node: a master that asks as fast as the protocol allows, and ten thousand messages a second at another port,
+//! Load on a node: a master that asks as fast as the protocol allows, and ten thousand messages a second on another port,
 //! on bad lines.
 //!
-//! A master has one request under way, and leaves 40 ms between two at least: that is some 25 a second on a good line. What comes by
-//! Bluetooth meanwhile comes without that courtesy.
+//! A master has one request under way, and leaves at least 40 ms between two, so it sends some 25 a second on a good line.
+//! The messages on the Bluetooth port come without such gaps.
 //!
-//! hoot has no checksum: a wrong bit in a number makes another number, and the OK to that looks like any other. So lines
-//! here lose, double, delay, cut and add bytes, fall silent and reset; bits stay right. With wrong bits too, the last test
-//! counts what they do.
+//! hoot has no checksum: a wrong bit in a number makes another number, and the node answers OK to it. So the lines lose,
+//! double, delay, cut and add bytes, fall silent and reset, but bits stay right. The last test counts the effects of wrong
+//! bits.
 
 use std::time::Instant;
 
-use hoot_proto::host::{Command, Options, Outcome, Request, Token};
+use hoot_proto::host::{Command, Options, Request, Token};
 use hoot_proto::message::{self, Motor, Steps};
 use hoot_proto::{Address, HostMessage};
 use motion_core::time::Millis;
@@ -23,28 +23,28 @@ use rigs::{LineId, Outgoing, Party, Scene};
 const BLUETOOTH: LineId = LineId(1);
 /// Messages by Bluetooth in a millisecond.
 const MESSAGES: u64 = 10;
-/// Bytes that may wait: two packets in each of the readers, and what is under way on the line.
+/// Number of bytes that may wait: two packets in each of the readers, and the bytes in flight.
 const HELD: usize = 1024;
 
-/// What came of it.
+/// Counts of a test.
 #[derive(Debug, Default)]
 struct Count {
     asked: u32,
     ended: u32,
     done: u32,
-    /// Done, says the node, but it has another number.
+    /// Number of requests that are done, although the node has another number.
     wrong: u32,
     sent: u64,
     answered: u64,
-    /// Answered, where it is known which number it must be now.
+    /// Number of answers for which it is known which number the node must have.
     proved: u64,
-    /// Whether the last piece was answered: then the node reads from the beginning of the next one.
+    /// Whether the last piece was answered. Then the node reads from the beginning of the next one.
     reads_anew: bool,
     most_held: usize,
 }
 
 fn set_start(motor: Motor, position: i32) -> HostMessage<'static> {
-    HostMessage::MotorSetProgramStart(message::MotorSetProgramStart { motor, position: Steps(position) })
+    message::MotorSetProgramStart { motor, position: Steps(position) }.into()
 }
 
 fn start_of(rig: &HootNode, motor: Motor) -> i32 {
@@ -52,7 +52,7 @@ fn start_of(rig: &HootNode, motor: Motor) -> i32 {
 }
 
 fn load(seconds: u64, faults: Faults, seed: u64) -> Count {
-    // Lines are silent for a second and a half: who waits for less takes late answers for others.
+    // Lines are silent for up to a second and a half. With a shorter timeout, late answers are taken for others.
     let options = Options::default().with_gap(40).with_settle(1).with_timeout(2000);
     let (master, node) = (HootMaster::new(options), HootNode::new(Setup::default()));
     let mut scene = Scene::new(master, node, Carrier::Serial, faults, seed);
@@ -61,21 +61,20 @@ fn load(seconds: u64, faults: Faults, seed: u64) -> Count {
     let mut waits = 0;
     for now in 0..seconds * 1000 {
         if now % 100 == 0 {
-            // Somebody is there again, should the power have failed.
+            // A power failure may have closed the port.
             scene.rig.open(Millis(now), BLUETOOTH);
         }
         while waits < 8 && now > 10 {
             count.asked += 1;
             waits += 1;
             let message = set_start(Motor::One, i32::try_from(count.asked).unwrap());
-            let request = Request { token: Token(count.asked), to: Address::DEFAULT, message };
-            scene.command(Command::Request(request));
+            scene.command((Token(count.asked), Command::Request(Request { to: Address::DEFAULT, message })));
         }
         scene.run(Millis(now), |scene, event| {
             let Event::Ended(ended) = event else { return None::<()> };
             waits -= 1;
             count.ended += 1;
-            if let Outcome::Done(_) = ended.outcome {
+            if ended.is_done() {
                 count.done += 1;
                 count.wrong += u32::from(start_of(&scene.rig, Motor::One) != i32::try_from(ended.token.0).unwrap());
             }
@@ -88,7 +87,7 @@ fn load(seconds: u64, faults: Faults, seed: u64) -> Count {
     count
 }
 
-/// Ten messages at the other port. An OK is an OK to the number that came last.
+/// Sends ten messages to the other port. An OK answers the number that came last.
 fn flood(scene: &mut Scene<HootMaster, HootNode>, line: &mut Line, now: u64, count: &mut Count) {
     let now = Millis(now);
     for _ in 0..MESSAGES {
@@ -108,19 +107,19 @@ fn flood(scene: &mut Scene<HootMaster, HootNode>, line: &mut Line, now: u64, cou
             assert_eq!(bytes, [0, 0, 0, 0, 0, 0xFF, 0, 0, 1, 0], "nothing is refused");
             count.answered += 1;
             count.reads_anew = true;
-            // Doubled, it is what it was; a number of earlier is never written over a later one.
+            // An earlier number is never written over a later one, also if a message is doubled.
             let after = start_of(&scene.rig, Motor::Two);
             assert!(after >= before && u64::try_from(after).unwrap() <= count.sent, "{before} then {after}");
             before = after;
             if let Some(number) = whole {
-                assert_eq!(after, number, "OK, says the node, and it is not so");
+                assert_eq!(after, number, "the node answers OK, and has another number");
                 count.proved += 1;
             }
         }
     }
 }
 
-/// The number that a piece sets, if it is one packet, or begins with one.
+/// Number that a piece sets, if it begins with a packet.
 fn number_of(piece: &[u8]) -> Option<i32> {
     let packet = piece.get(..14).filter(|packet| packet.starts_with(&[0, 0, 0, 0, 0, 0xFF]))?;
     packet.last_chunk().map(|number| i32::from_be_bytes(*number))
@@ -134,34 +133,37 @@ fn holds(seconds: u64) {
     let began = Instant::now();
     let count = load(seconds, bad(), 7);
     println!("{seconds} s of load took {:?}: {count:?}", began.elapsed());
-    assert_eq!((count.asked, count.wrong), (count.ended, 0), "each request ends, and what is done is done");
+    assert_eq!(
+        (count.asked, count.wrong),
+        (count.ended, 0),
+        "each request ends, and the node has the number of each request that is done"
+    );
     assert!(u64::from(count.done) > 5 * seconds, "{count:?}");
-    // A packet that is cut in two costs some of those behind it: nodes look for no break.
+    // A packet that is cut costs some of the packets after it, because nodes do not look for the next packet.
     assert!(count.sent == seconds * 1000 * MESSAGES && count.answered > count.sent / 50, "{count:?}");
     assert!(count.proved > count.answered / 4, "{count:?}");
     assert!(count.most_held < HELD, "{count:?}");
 }
 
-/// On a good line each of ten thousand messages a second is answered, and the master has its turn all the same.
 #[test]
-fn two_seconds_without_faults() {
+fn on_a_good_line_each_message_is_answered_and_the_master_too() {
     let count = load(2, Faults::NONE, 1);
     assert_eq!((count.asked, count.wrong, count.answered, count.proved), (count.ended, 0, count.sent, count.sent - 1));
     assert!(count.done >= 45 && count.most_held < HELD, "{count:?}");
 }
 
 #[test]
-fn five_seconds_of_load() {
+fn a_node_holds_five_seconds_of_load() {
     holds(5);
 }
 
 #[test]
-#[ignore = "a minute of it, which takes some seconds: with --release"]
-fn a_minute_of_load() {
+#[ignore = "takes some seconds with --release"]
+fn a_node_holds_a_minute_of_load() {
     holds(60);
 }
 
-/// What a protocol without checksum costs: of what the node says OK to, some is another number.
+/// hoot has no checksum, so the node answers OK to some numbers that are wrong.
 #[test]
 fn wrong_bits_are_not_noticed() {
     let faults = Faults { corruption: 0.2, reset: 0.0, ..Faults::NONE };
@@ -173,7 +175,7 @@ fn wrong_bits_are_not_noticed() {
     for asked in 1..400 {
         let message = set_start(Motor::One, asked);
         let token = Token(asked.unsigned_abs());
-        scene.command(Command::Request(Request { token, to: Address::DEFAULT, message }));
+        scene.command((token, Command::Request(Request { to: Address::DEFAULT, message })));
         let until = scene.now().after(3000);
         let is_done = scene.run(until, |_, event| match event {
             Event::Ended(ended) if ended.token == token => Some(ended.is_done()),
@@ -184,6 +186,6 @@ fn wrong_bits_are_not_noticed() {
             wrong += i32::from(start_of(&scene.rig, Motor::One) != asked);
         }
     }
-    // A fifth of the packets has a wrong bit, of which 32 in 112 are in the number.
+    // A fifth of the packets has a wrong bit, and 32 of the 112 bits of a packet are in the number.
     assert!(done > 250 && (8..60).contains(&wrong), "{wrong} of {done}");
 }

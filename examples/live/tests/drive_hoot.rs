@@ -145,7 +145,7 @@ impl Bench {
         let done = self.drive(command).await;
         let said = String::from_utf8(self.said.clone()).unwrap();
         assert!(done.is_ok(), "{done:?}: {said}");
-        assert!(!self.session.host().may_move() && self.is_at_rest(), "{said}");
+        assert!(!self.session.host().machine().may_move() && self.is_at_rest(), "{said}");
         assert!(!self.rig(|rig| rig.machine().controller().manual_move), "the dead-man switch is off again");
         said
     }
@@ -154,7 +154,7 @@ impl Bench {
     async fn fails(&mut self, command: Command) -> String {
         let line = self.drive(command).await.unwrap_err().to_string();
         assert!(!line.contains('\n'), "{line}");
-        if self.session.host().may_move() {
+        if self.session.host().machine().may_move() {
             assert_eq!(self.session.stop().await, Stopped::Confirmed, "{line}");
         }
         assert!(self.is_at_rest(), "{line}");
@@ -347,9 +347,9 @@ async fn an_interrupted_command_stops_all_motors() {
             });
             let trouble = bench.drive(command).await.unwrap_err();
             assert!(matches!(trouble, Trouble::Interrupted), "{trouble}");
-            assert!(bench.session.host().may_move() && !bench.is_at_rest());
+            assert!(bench.session.host().machine().may_move() && !bench.is_at_rest());
             assert_eq!(bench.session.stop().await, Stopped::Confirmed);
-            assert!(bench.is_at_rest() && !bench.session.host().may_move());
+            assert!(bench.is_at_rest() && !bench.session.host().machine().may_move());
         }
     }
 }
@@ -397,7 +397,7 @@ async fn a_lost_line_is_reported() {
     });
     let trouble = bench.drive(Command::Move { motor: 1, position: 90_000.0, speed: None }).await.unwrap_err();
     assert!(matches!(&trouble, Trouble::Line(line) if line.contains("check its cable")), "{trouble:?}");
-    assert!(bench.session.host().may_move());
+    assert!(bench.session.host().machine().may_move());
     assert_eq!(bench.session.stop().await, Stopped::NotConfirmed);
 }
 
@@ -419,14 +419,17 @@ async fn with_all_faults_all_motors_rest_at_the_end() {
                     done += 1;
                     let end = if matches!(command, Command::Move { .. }) { 5000 } else { 9000 };
                     assert_eq!(bench.position(Motor::One), end, "seed {seed}: {command:?}");
-                    assert!(!bench.session.host().may_move() && bench.is_at_rest(), "seed {seed}: {command:?}");
+                    assert!(
+                        !bench.session.host().machine().may_move() && bench.is_at_rest(),
+                        "seed {seed}: {command:?}"
+                    );
                     let photos = if matches!(command, Command::Program { .. }) { 4 } else { 0 };
                     assert!(bench.rig(|rig| rig.camera().taken()) >= photos, "seed {seed}: {command:?}");
                 }
                 Err(trouble) => {
                     let line = trouble.to_string();
                     assert!(!line.contains('\n') && line.len() > 20, "{line}");
-                    if bench.session.host().may_move() && bench.session.stop().await == Stopped::Confirmed {
+                    if bench.session.host().machine().may_move() && bench.session.stop().await == Stopped::Confirmed {
                         confirmed += 1;
                         assert!(bench.is_at_rest(), "seed {seed}: {command:?}: {line}");
                     }

@@ -89,6 +89,9 @@ impl Selector {
         u32::from_le_bytes([self.sub_address, self.command, self.table as u8, 0])
     }
 
+    /// Greatest number of a selector.
+    const MAX: u32 = 0x2_FFFF;
+
     /// What a number means that [`number`](Self::number) gave.
     #[must_use]
     pub const fn from_number(number: u32) -> Self {
@@ -344,6 +347,7 @@ impl Envelope for RequestEnvelope {
         out: &mut [u8],
         body: impl FnOnce(&mut [u8]) -> Result<usize, EncodeError>,
     ) -> Result<usize, EncodeError> {
+        at_most(number, Selector::MAX)?;
         request(Selector::from_number(number), to, body_len, out, body)
     }
 
@@ -381,8 +385,15 @@ impl Envelope for ReplyEnvelope {
         body: impl FnOnce(&mut [u8]) -> Result<usize, EncodeError>,
     ) -> Result<usize, EncodeError> {
         let [_, to @ ..] = number.to_be_bytes();
+        at_most(number, 0xFF_FFFF)?;
         envelope(to, body_len, out, body)
     }
+}
+
+/// Refuses a number that is not written as a whole, because the receiver would read another message.
+fn at_most(number: u32, max: u32) -> Result<(), EncodeError> {
+    let value = number.into();
+    if number <= max { Ok(()) } else { Err(EncodeError::OutOfRange { what: "number", value, min: 0, max: max.into() }) }
 }
 
 /// Writes a request around what `parameters` writes.
@@ -457,6 +468,10 @@ mod tests {
         assert_eq!(encoded(0x0100, &[0, 63]), Err(EncodeError::Typed { what: "core command" }));
         // Firmware takes it with any data; here it has a length of its own.
         assert_eq!(encoded(0x0400, &[1]), Ok(11));
+        let unwritten = EncodeError::OutOfRange { what: "number", value: 0x0300_0400, min: 0, max: 0x2_FFFF };
+        assert_eq!(encoded(0x0300_0400, &[]), Err(unwritten));
+        let reply = crate::DeviceMessage::other(0x0103_0001, &[]).encode_into(&mut [0; 42]);
+        assert!(matches!(reply, Err(EncodeError::OutOfRange { what: "number", .. })), "{reply:?}");
     }
 
     #[test]

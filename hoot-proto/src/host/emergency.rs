@@ -2,7 +2,9 @@
 //!
 //! A round sends a stop to each motor of each listed node and then to its controller; on a bus without a bridge, a broadcast
 //! goes first (decision H-21). Then the round asks each motor whether it moves. An emergency stop ends only with a round in
-//! which each question was answered by a no: after a silence, a late answer could be taken for that of another motor.
+//! which each question was answered by a no: after a silence, a late answer could be taken for that of another motor. A
+//! program moves motors again that rest. So if a program may run, each stop of that round was answered by an OK too
+//! (decision H-32).
 //!
 //! The firmware of the published sheet refuses these questions in joystick mode. So from the second round on, each node is
 //! told to leave it (decision H-26).
@@ -90,8 +92,8 @@ impl HostMachine {
         output.event(Event::Stopping);
         match self.stopping() {
             StopState::Calm => {
-                // The late answer to something else could be taken for that to a stop.
-                let all_stops_ok = self.line == Line::Idle;
+                // The late answer to something else could be taken for the answer to a stop. A new line has none.
+                let all_stops_ok = matches!(self.line, Line::Idle | Line::Offline);
                 self.drop_all(output, Failure::Stopped);
                 self.emergency = Some(Emergency { rounds: 0, step: 0, all_stops_ok, is_told: false });
                 if self.line == Line::Offline {
@@ -148,11 +150,14 @@ impl HostMachine {
         self.tell_not_confirmed(output);
     }
 
-    /// Sends the next packet of an emergency stop. If there is none, the round is over, and so is the emergency stop.
+    /// Sends the next packet of an emergency stop. If there is none, the round is over, and so is the emergency stop if
+    /// nothing of the listed nodes may move any more.
     pub(super) fn send_emergency(&mut self, now: Millis, output: &mut Output<'_>) {
         let nodes = self.options.nodes();
         // Without a listed node no motor can be asked, so the stops are repeated.
-        if nodes.as_slice().is_empty() && self.next_packet().is_none() {
+        let all_stops_ok = self.emergency.is_some_and(|emergency| emergency.all_stops_ok);
+        if self.next_packet().is_none() && (nodes.as_slice().is_empty() || !self.moving.all_rest(&nodes, all_stops_ok))
+        {
             self.new_round(output);
         }
         if let Some(packet) = self.next_packet() {
@@ -160,8 +165,7 @@ impl HostMachine {
             if self.line.state() == State::Quiet {
                 self.next_step();
             }
-        } else if let Some(emergency) = self.emergency.take() {
-            self.moving.all_rest(&nodes, emergency.all_stops_ok);
+        } else if self.emergency.take().is_some() {
             output.event(Event::Stopped(StopTarget::All));
         }
     }

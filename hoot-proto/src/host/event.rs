@@ -45,12 +45,30 @@ pub enum Event<'a> {
     /// An emergency stop began or was repeated. All other commands have ended.
     Stopping,
     /// A stop is confirmed: the node said OK to it, or, for [`StopTarget::All`], each motor of each listed node said that
-    /// it rests.
+    /// it rests and no program of these nodes may run that this master started.
     Stopped(StopTarget),
     /// A stop is not confirmed. Something may still move: cut the power.
     ///
     /// An emergency stop goes on until it is confirmed or ended.
     StopNotConfirmed(StopTarget),
+}
+
+impl Event<'_> {
+    /// The event without its borrow, to be stored; `None` if it lends the bytes of a message.
+    #[must_use]
+    pub fn to_static(&self) -> Option<Event<'static>> {
+        Some(match *self {
+            Self::Ready { reconnected } => Event::Ready { reconnected },
+            Self::LinkDown => Event::LinkDown,
+            Self::Ended { token, outcome } => Event::Ended { token, outcome: outcome.to_static()? },
+            Self::Unsolicited(_) | Self::Overheard { .. } => return None,
+            Self::Noise => Event::Noise,
+            Self::KeepAliveLost { to } => Event::KeepAliveLost { to },
+            Self::Stopping => Event::Stopping,
+            Self::Stopped(target) => Event::Stopped(target),
+            Self::StopNotConfirmed(target) => Event::StopNotConfirmed(target),
+        })
+    }
 }
 
 /// Target of a stop.
@@ -99,6 +117,20 @@ pub enum Outcome<'a> {
 }
 
 impl Outcome<'_> {
+    /// The outcome without its borrow, to be stored; `None` if it lends the data of a reply.
+    #[must_use]
+    pub const fn to_static(&self) -> Option<Outcome<'static>> {
+        Some(match *self {
+            Self::Done(Reply { code, data: [] }) => Outcome::Done(Reply { code, data: &[] }),
+            Self::Done(_) => return None,
+            Self::Sent => Outcome::Sent,
+            Self::Applied => Outcome::Applied,
+            Self::Refused(why) => Outcome::Refused(why),
+            Self::Failed(why) => Outcome::Failed(why),
+            Self::NotConfirmed => Outcome::NotConfirmed,
+        })
+    }
+
     /// End of a message that no answer is awaited for any more: it may have been done, if it was sent and does more than
     /// ask.
     pub(super) fn unanswered(message: &HostMessage<'_>, was_sent: bool, why: Failure) -> Self {

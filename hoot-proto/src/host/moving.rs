@@ -91,22 +91,25 @@ impl Moving {
         *moving &= !stays;
     }
 
-    /// All motors of the listed nodes rest. Programs have stopped too, if every stop was answered by an OK.
-    pub(super) fn all_rest(&mut self, nodes: &Nodes, all_stops_ok: bool) {
+    /// All motors of the listed nodes rest. Programs have stopped too, if every stop was answered by an OK. Returns whether
+    /// nothing of the listed nodes may move any more.
+    pub(super) fn all_rest(&mut self, nodes: &Nodes, all_stops_ok: bool) -> bool {
+        let mut all_rest = true;
         for node in nodes.as_slice().iter().chain([&Address::BROADCAST]) {
             if let Some(moving) = self.0.get_mut(usize::from(node.0)) {
-                if all_stops_ok || *moving & PROGRAM == 0 {
-                    *moving = 0;
-                }
+                let rests = all_stops_ok || *moving & PROGRAM == 0;
+                *moving = if rests { 0 } else { *moving };
+                all_rest &= rests;
             }
         }
+        all_rest
     }
 }
 
 impl fmt::Debug for Moving {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Pairs of address and bits. A map could not be proven free of panics.
-        f.debug_list().entries(self.0.iter().enumerate().filter(|(_, parts)| **parts != 0)).finish()
+        f.debug_list().entries((0..=u8::MAX).zip(self.0).filter(|(_, parts)| *parts != 0)).finish()
     }
 }
 

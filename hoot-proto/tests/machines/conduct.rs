@@ -94,9 +94,9 @@ fn masters(options: Options) -> Vec<(&'static str, Master)> {
     masters
 }
 
-/// Lets time run, with an OK to everything or with silence, and gives every packet that leaves.
+/// Lets time pass, with an OK to every packet or with silence. Returns every packet that is sent.
 fn leaving(master: &Master, first: &Output<'static>, answers: bool) -> Vec<HostMessage<'static>> {
-    let Master { mut machine, mut now, mut wake } = master.clone();
+    let (mut machine, mut now, mut wake) = (master.machine.clone(), master.now, master.wake);
     let mut packet = first.packets().first().copied();
     let mut found = Vec::new();
     while now < master.now + 20_000 {
@@ -105,14 +105,14 @@ fn leaving(master: &Master, first: &Output<'static>, answers: bool) -> Vec<HostM
         let input = match (packet, wake) {
             (Some(_), _) if answers => Input::Received(Reply { code: ResponseCode::OK, data }.into()),
             (_, Some(wake)) => {
-                now = wake;
+                now = wake.0;
                 Input::Wake
             }
             (_, None) => break,
         };
         let output = machine.advance(Millis(now), input);
         packet = output.packets().first().copied();
-        wake = output.wake.map(|wake| wake.0);
+        wake = output.wake;
     }
     found
 }

@@ -63,7 +63,7 @@ fn go_on(
 #[test]
 fn an_emergency_drops_everything_and_stops_every_motor() {
     let mut master = Master::new(Options::default());
-    let _ = master.request(1, START);
+    let _ = master.request(1, run(Motor::Two));
     for token in 2..6 {
         let _ = master.request(token, run(Motor::One));
     }

@@ -156,9 +156,8 @@ fn stops_overtake_each_other_and_all_come_to_an_end() {
     assert_eq!(ended(&output), [(2, Outcome::NotConfirmed)], "it was sent");
     let mut found = Vec::new();
     for _ in 0..20 {
-        if let Some(wake) = master.wake {
-            master.now = wake;
-            let output = master.step(Input::Wake);
+        if master.wake.is_some() {
+            let output = master.wait(3000);
             found.extend(ended(&output));
             if master.machine.state() == State::Waiting {
                 found.extend(ended(&master.reply(1, &[])));

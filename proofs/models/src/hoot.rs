@@ -3,15 +3,12 @@
 //! Both clocks stand at [`NOW`] in every state, because the machines are set back after each advance. So states that
 //! differ only in their age are one state.
 
-use hoot_proto::device::{self, Answer, DeviceMachine, Event as Told, Motion, Port, ProgramState};
-use hoot_proto::host::{self, Command, HostMachine, Request, StopState, Token};
-use hoot_proto::message::{HostMessage, Motor, Steps, StepsPerSecond};
-use hoot_proto::{Address, Table};
-use laws::machine::step;
-use motion_core::time::Millis;
+use hoot_proto::device::{self, Answer, Contents, DeviceMachine, Event as NodeEvent, Motion, Port, ProgramState};
+use hoot_proto::host::{self, Command, HostMachine, Request, StopState, Token, Transmit};
+use hoot_proto::message::{HostMessage, Motor, RunStatus, Steps, StepsPerSecond};
+use hoot_proto::{Address, Effect, Millis, Table};
+use laws::world::{Fate, Faults, Line};
 use stateright::{Model, Property};
-
-use crate::line::{Fate, Faults, Line};
 
 mod rules;
 
@@ -25,7 +22,7 @@ pub const NODE: Address = Address::DEFAULT;
 /// Event that may happen once, at any time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Wish {
-    /// The application sends a request. Its token is the number of the wish.
+    /// The application sends a request. The token of each command is the number of its wish.
     Request(HostMessage<'static>),
     /// The application sets the speed of a run.
     Speed(Motor, StepsPerSecond),
@@ -84,13 +81,11 @@ pub struct Hoot {
     pub flaw: Flaw,
 }
 
-/// Packet on a line.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct Packet<Message> {
-    message: Message,
-    /// Latest time of its arrival.
-    by: Millis,
-    /// Whether the packet comes directly after the one before.
+/// Reply in flight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct Reply {
+    answer: Answer,
+    /// Whether the reply comes directly after the one before.
     follows: bool,
 }
 
@@ -119,21 +114,17 @@ pub struct Seen {
 /// State of the world.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct World {
-    host: HostMachine,
-    node: DeviceMachine,
-    host_wake: Option<Millis>,
-    node_wake: Option<Millis>,
-    to_node: Line<Packet<host::Send>>,
-    to_host: Line<Packet<Answer>>,
+    /// Master, node and line. A packet arrives at its moment at the latest.
+    both: laws::world::World<HostMachine, DeviceMachine, Transmit, Reply>,
     late: u8,
     rig: [Way; 3],
     /// Motors that are on their way home together.
     homing: [bool; 3],
     /// Wishes that have come true: bit n for wish n.
     used: u32,
-    /// Requests that have not ended.
+    /// Commands that have not ended: bit n for wish n.
     open: u32,
-    /// Requests that were sent.
+    /// Requests that were sent: bit n for wish n.
     sent: u32,
     /// Latest time to send a stop. Nothing may be sent before it.
     stop_due: Option<Millis>,
@@ -165,31 +156,33 @@ fn place(motor: Motor) -> usize {
 
 impl World {
     fn is_up(&self) -> bool {
-        self.host.state() != host::State::Offline
+        self.both.host.machine.state() != host::State::Offline
+    }
+
+    fn stopping(&self) -> StopState {
+        self.both.host.machine.stopping()
     }
 
     fn is_quiet(&self) -> bool {
-        self.to_node.is_empty() && self.to_host.is_empty()
-    }
-
-    /// Latest time at which the first packet arrives.
-    fn latest(&self) -> Option<Millis> {
-        self.to_node.iter().map(|packet| packet.by).chain(self.to_host.iter().map(|packet| packet.by)).min()
+        self.both.up.is_empty() && self.both.down.is_empty()
     }
 
     /// Next deadline.
     fn next(&self) -> Option<Millis> {
-        [self.host_wake, self.node_wake, self.latest()].into_iter().flatten().min()
+        self.both.next(None).map(|(due, _)| due)
     }
 
     /// Sets all clocks back to [`NOW`].
-    fn set_back(&mut self, by: u64) {
+    fn set_back(&mut self) {
+        let both = &mut self.both;
+        let by = both.now.since(NOW);
         let back = |moment: &mut Millis| moment.0 = moment.0.saturating_sub(by);
-        self.host = self.host.clone().set_back(by);
-        self.node = self.node.clone().set_back(by);
-        self.host_wake.iter_mut().chain(&mut self.node_wake).chain(&mut self.stop_due).for_each(back);
-        self.to_node.iter_mut().map(|packet| &mut packet.by).for_each(back);
-        self.to_host.iter_mut().map(|packet| &mut packet.by).for_each(back);
+        both.now = NOW;
+        both.host.machine = both.host.machine.clone().set_back(by);
+        both.device.machine = both.device.machine.clone().set_back(by);
+        both.up.set_back(by);
+        both.down.set_back(by);
+        both.host.wake.iter_mut().chain(&mut both.device.wake).chain(&mut self.stop_due).for_each(back);
     }
 
     fn break_rule(&mut self, broken: Broken) {
@@ -198,20 +191,17 @@ impl World {
 }
 
 impl Hoot {
-    fn host(&self, world: &mut World, now: Millis, input: host::Input<'_>) {
-        let (host, output) = step(world.host.clone(), now, input);
-        world.host = host;
-        world.host_wake = output.wake;
-        self.host_did(world, now, &output);
+    fn host(&self, world: &mut World, input: host::Input<'_>) {
+        let output = world.both.step_host(input);
+        self.host_did(world, &output);
     }
 
-    fn node(&self, world: &mut World, now: Millis, input: device::Input<'_>) {
-        let (node, output) = step(world.node.clone(), now, input);
-        world.node = node;
-        world.node_wake = output.wake;
-        for event in output.events {
-            match event {
-                Told::Motor { motor, motion } => {
+    fn node(&self, world: &mut World, input: device::Input<'_>) {
+        let output = world.both.step_device(input);
+        let mut replies = 0;
+        for effect in output {
+            match effect {
+                Effect::Event(NodeEvent::Motor { motor, motion }) => {
                     let way = match motion {
                         Motion::Stop => Way::Resting,
                         Motion::By { .. } | Motion::Along { .. } => Way::Going(None),
@@ -222,63 +212,57 @@ impl Hoot {
                     world.rig[place(motor)] = way;
                     world.homing[place(motor)] = false;
                 }
-                Told::Program(ProgramState::Stopped) => world.seen.program_ended = true,
+                Effect::Event(NodeEvent::Program(ProgramState::Stopped)) => world.seen.program_ended = true,
+                // A bridge loses replies that refuse.
+                Effect::Transmit(device::Transmit { contents: Contents::Answer(answer), .. })
+                    if world.is_up() && !(self.options.bridge() && answer == Answer::Error) =>
+                {
+                    let due = world.both.now.after(self.delay);
+                    world.both.down.send(due, Reply { answer, follows: replies > 0 });
+                    replies += 1;
+                }
                 _ => {}
             }
-        }
-        let by = now.after(self.delay);
-        // A bridge loses refusing replies.
-        let answers = output.send.iter().map(|send| send.answer);
-        let answers = answers.filter(|answer| !(self.options.bridge && *answer == Answer::Error));
-        let packets = answers.enumerate().map(|(at, message)| Packet { message, by, follows: at > 0 });
-        if world.is_up() {
-            world.to_host.send(packets);
         }
         world.node_is_right();
     }
 
     fn to_node(&self, world: &mut World, fate: Fate) {
-        let Some((packet, is_sound)) = world.to_node.meet(fate) else { return };
-        let message = packet.message.message;
-        if !is_sound {
-            self.node(world, NOW, device::Input::Noise);
+        let Some((Transmit { to, message }, is_undamaged)) = world.both.up.meet(fate) else { return };
+        if !is_undamaged {
+            self.node(world, device::Input::Noise);
             return;
         }
-        let heard = if self.flaw == Flaw::DeafToStops && message.is_stop() {
-            HostMessage::RunStatus(hoot_proto::message::RunStatus {})
-        } else {
-            message
-        };
-        let to = if heard.selector().table == Table::Broadcast { Address::BROADCAST } else { packet.message.to };
-        self.node(world, NOW, device::Input::Received { port: Port::Bus, to, message: heard });
+        let is_deaf = self.flaw == Flaw::DeafToStops && rules::is_stop(&message);
+        let heard = if is_deaf { RunStatus {}.into() } else { message };
+        let to = if heard.selector().table == Table::Broadcast { Address::BROADCAST } else { to };
+        self.node(world, device::Input::Received { port: Port::Bus, to, message: heard });
         if let HostMessage::ReturnHome(_) = message {
             world.homing = world.rig.map(|way| way == Way::Going(Some(Steps(0))));
         }
-        world.obeys(&message, self.node.quirks.refuses_stop);
+        world.obeys(&message, self.node.quirks().contains(device::Quirks::REFUSES_STOP));
         world.node_is_right();
     }
 
     fn to_host(&self, world: &mut World, fate: Fate) {
-        let arrived = world.to_host.meet(fate);
-        // A packet that follows comes before the settling time of the master is over.
-        let soon = NOW.after(u64::from(self.options.settle) - 1);
-        let next = world.to_host.iter_mut().next();
-        if let Some(next) = next.filter(|next| next.follows || fate == Fate::Doubled) {
-            next.by = next.by.min(soon);
+        let arrived = world.both.down.meet(fate);
+        // A reply that follows comes before the settling time of the master is over.
+        if world.both.down.iter().next().is_some_and(|next| next.follows || fate == Fate::Doubled) {
+            world.both.down.hasten(NOW.after(u64::from(self.options.settle()) - 1));
         }
         match arrived {
-            Some((packet, true)) => {
+            Some((reply, true)) => {
                 let mut scratch = [0; 32];
-                let Ok(message) = packet.message.message(&mut scratch) else { return };
-                self.host(world, NOW, host::Input::Received(message));
+                let Ok(message) = reply.answer.message(&mut scratch) else { return };
+                self.host(world, host::Input::Received(message));
             }
-            Some((_, false)) => self.host(world, NOW, host::Input::Noise),
+            Some((_, false)) => self.host(world, host::Input::Noise),
             None => {}
         }
     }
 
     fn wish(&self, world: &mut World, at: usize) {
-        let is_waiting = world.host.state() == host::State::Waiting;
+        let is_waiting = world.both.host.machine.state() == host::State::Waiting;
         if let (Flaw::Polite, Wish::Request(HostMessage::Stop(_)), true) = (self.flaw, self.wishes[at], is_waiting) {
             self.expect_stop(world);
             return;
@@ -286,17 +270,15 @@ impl Hoot {
         world.used |= 1 << at;
         let command = match self.wishes[at] {
             Wish::Request(message) => {
-                world.open |= 1 << at;
-                let token = Token(u32::try_from(at).unwrap_or(u32::MAX));
                 let to = if message.selector().table == Table::Broadcast { Address::BROADCAST } else { NODE };
-                if message.is_stop() {
+                if rules::is_stop(&message) {
                     self.expect_stop(world);
                 }
-                Command::Request(Request { token, to, message })
+                Command::Request(Request { to, message })
             }
             Wish::Speed(motor, speed) => Command::Speed { to: NODE, motor, speed },
             Wish::EmergencyStop => {
-                if world.host.stopping() == StopState::Calm {
+                if world.stopping() == StopState::Calm {
                     self.expect_stop(world);
                 }
                 Command::EmergencyStop
@@ -308,31 +290,23 @@ impl Hoot {
             }
             Wish::KeepAlive => Command::KeepAlive { to: NODE, on: true },
             Wish::LinkDown => {
-                world.to_node.cut();
-                world.to_host.cut();
+                world.both.cut();
                 world.stop_due = None;
-                self.host(world, NOW, host::Input::LinkDown);
-                return;
+                return self.host(world, host::Input::LinkDown);
             }
-            Wish::LinkUp => {
-                self.host(world, NOW, host::Input::LinkUp);
-                return;
-            }
+            Wish::LinkUp => return self.host(world, host::Input::LinkUp),
             Wish::Button => {
-                self.node(world, NOW, device::Input::Command(device::Command::EmergencyStop));
-                return;
+                return self.node(world, device::Input::Command(device::Command::EmergencyStop));
             }
-            Wish::Fault(motor) => {
-                self.node(world, NOW, device::Input::Fault(motor));
-                return;
-            }
+            Wish::Fault(motor) => return self.node(world, device::Input::Fault(motor)),
         };
-        self.host(world, NOW, host::Input::Command(command));
+        world.open |= 1 << at;
+        self.host(world, host::Input::Command(Token(at as u32), command));
     }
 
     fn expect_stop(&self, world: &mut World) {
         if world.is_up() {
-            world.stop_due.get_or_insert(NOW.after(self.options.gap.into()));
+            world.stop_due.get_or_insert(NOW.after(self.options.gap().into()));
         }
     }
 
@@ -344,14 +318,15 @@ impl Hoot {
         if world.stop_due.is_some_and(|due| due < next) {
             world.break_rule(Broken::StopWaits);
         }
-        self.host(world, next, host::Input::Wake);
-        self.node(world, next, device::Input::Wake);
-        world.set_back(next.since(NOW));
+        world.both.now = next;
+        self.host(world, host::Input::Wake);
+        self.node(world, device::Input::Wake);
+        world.set_back();
     }
 
     fn may(&self, world: &World, wish: Wish) -> bool {
         match wish {
-            Wish::EndEmergency => world.host.stopping() != StopState::Calm,
+            Wish::EndEmergency => world.stopping() != StopState::Calm,
             Wish::LinkDown => world.is_up(),
             Wish::LinkUp => !world.is_up(),
             Wish::Fault(motor) => world.rig[place(motor)] != Way::Resting,
@@ -365,20 +340,18 @@ impl Model for Hoot {
     type Action = Action;
 
     fn init_states(&self) -> Vec<World> {
-        let (host, _) = step(HostMachine::new(self.options), NOW, host::Input::LinkUp);
+        let mut host = HostMachine::new(self.options);
+        let _ = host.advance(NOW, host::Input::LinkUp);
         // The setup of the node is long ago.
         let mut node = DeviceMachine::new(self.node);
         for &message in &self.setup {
-            (node, _) = step(node, Millis(0), device::Input::Received { port: Port::Bus, to: NODE, message });
+            let _ = node.advance(Millis(0), device::Input::Received { port: Port::Bus, to: NODE, message });
         }
-        (node, _) = step(node, NOW, device::Input::Wake);
+        let _ = node.advance(NOW, device::Input::Wake);
+        let mut both = laws::world::World::new(NOW, host, node, Faults::default());
+        (both.up, both.down) = (Line::new(self.requests), Line::new(self.replies));
         vec![World {
-            host,
-            node,
-            host_wake: None,
-            node_wake: None,
-            to_node: Line::new(self.requests),
-            to_host: Line::new(self.replies),
+            both,
             late: self.late,
             rig: [Way::Resting; 3],
             homing: [false; 3],
@@ -402,8 +375,8 @@ impl Model for Hoot {
                 .filter(|(at, wish)| world.used & 1 << at == 0 && self.may(world, **wish))
                 .map(|(at, _)| Action::Wish(at)),
         );
-        actions.extend(world.to_node.fates().map(Action::ToNode));
-        actions.extend(world.to_host.fates().map(Action::ToHost));
+        actions.extend(world.both.up.fates().map(Action::ToNode));
+        actions.extend(world.both.down.fates().map(Action::ToHost));
         let going = Motor::ALL.into_iter().filter(|motor| matches!(world.rig[place(*motor)], Way::Going(_)));
         actions.extend(going.map(Action::Arrives));
         let may_wait = world.is_quiet() || world.late > 0;
@@ -420,12 +393,12 @@ impl Model for Hoot {
             Action::ToHost(fate) => self.to_host(&mut world, fate),
             Action::Arrives(motor) => {
                 if let Way::Going(Some(position)) = world.rig[place(motor)] {
-                    self.node(&mut world, NOW, device::Input::Position { motor, position });
+                    self.node(&mut world, device::Input::Position { motor, position });
                 }
                 world.rig[place(motor)] = Way::Resting;
                 world.homing[place(motor)] = false;
                 world.seen.arrived = true;
-                self.node(&mut world, NOW, device::Input::Arrived(motor));
+                self.node(&mut world, device::Input::Arrived(motor));
             }
             Action::Wait => self.wait(&mut world),
         }

@@ -11,4 +11,3 @@
 pub mod dmc;
 pub mod hoot;
 pub mod kos;
-pub mod line;

@@ -8,12 +8,12 @@ use hoot_proto::HostMessage;
 use hoot_proto::device::{self, Quirks};
 use hoot_proto::host;
 use hoot_proto::message::{
-    self, Direction, Motor, MotorMove, MotorRun, MotorSetContinuousSpeed, MotorSetEnable, MotorSetProgramStop,
-    MotorSetSleep, MotorSetTravel, MotorStop, Span, StepCount, Steps, StepsPerSecond,
+    Bool, BroadcastStart, BroadcastStop, Direction, Motor, MotorMove, MotorRun, MotorSetContinuousSpeed,
+    MotorSetEnable, MotorSetProgramStop, MotorSetSleep, MotorSetTravel, MotorStop, Pause, PowerCycled, ReturnHome,
+    RunStatus, SetJoystickMode, SetManualMove, Span, Start, StepCount, Steps, StepsPerSecond, Stop,
 };
+use laws::world::Faults;
 use models::hoot::{Flaw, Hoot, Wish, World};
-use models::line::Faults;
-use motion_core::wire::Bool;
 use stateright::{Checker, HasDiscoveries, Model};
 
 const DONE: &str = "a request is done";
@@ -26,44 +26,39 @@ const ARRIVED: &str = "a motor arrives";
 const ENDED: &str = "a program ends";
 
 const GOOD: Faults = Faults { lost: 0, corrupt: 0, doubled: 0 };
-const START: Wish = Wish::Request(HostMessage::Start(message::Start {}));
-const STOP: Wish = Wish::Request(HostMessage::Stop(message::Stop {}));
-const PAUSE: Wish = Wish::Request(HostMessage::Pause(message::Pause {}));
-const HOME: Wish = Wish::Request(HostMessage::ReturnHome(message::ReturnHome {}));
-const STATUS: Wish = Wish::Request(HostMessage::RunStatus(message::RunStatus {}));
-const POWER_CYCLED: Wish = Wish::Request(HostMessage::PowerCycled(message::PowerCycled {}));
+
+fn request(message: impl Into<HostMessage<'static>>) -> Wish {
+    Wish::Request(message.into())
+}
 
 fn move_by(motor: Motor, steps: u32) -> Wish {
-    let (direction, steps) = (Direction(1), StepCount(steps));
-    Wish::Request(HostMessage::MotorMove(MotorMove { motor, direction, steps }))
+    request(MotorMove { motor, direction: Direction(1), steps: StepCount(steps) })
 }
 
 fn run(motor: Motor) -> Wish {
-    Wish::Request(HostMessage::MotorRun(MotorRun { motor, direction: Direction(0) }))
+    request(MotorRun { motor, direction: Direction(0) })
 }
 
 fn stop(motor: Motor) -> Wish {
-    Wish::Request(HostMessage::MotorStop(MotorStop { motor }))
+    request(MotorStop { motor })
 }
 
 /// Setup of a node with two enabled motors, and with a program of one step for the second.
 fn hoot(wishes: &[Wish]) -> Hoot {
-    let on = |motor| {
+    let on = |motor| -> [HostMessage<'static>; 3] {
         let speed = StepsPerSecond(500.0);
         [
-            HostMessage::MotorSetEnable(MotorSetEnable { motor, enable: Bool::TRUE }),
-            HostMessage::MotorSetContinuousSpeed(MotorSetContinuousSpeed { motor, speed }),
-            HostMessage::MotorSetSleep(MotorSetSleep { motor, sleep: Bool::FALSE }),
+            MotorSetEnable { motor, enable: Bool::TRUE }.into(),
+            MotorSetContinuousSpeed { motor, speed }.into(),
+            MotorSetSleep { motor, sleep: Bool::FALSE }.into(),
         ]
     };
     let motor = Motor::Two;
-    let plan = [
-        HostMessage::MotorSetProgramStop(MotorSetProgramStop { motor, position: Steps(10) }),
-        HostMessage::MotorSetTravel(MotorSetTravel { motor, travel: Span(1) }),
-    ];
+    let plan: [HostMessage<'static>; 2] =
+        [MotorSetProgramStop { motor, position: Steps(10) }.into(), MotorSetTravel { motor, travel: Span(1) }.into()];
     Hoot {
-        options: host::Options::default(),
-        node: device::Options::default(),
+        options: host::Options::new(),
+        node: device::Options::new(),
         setup: [on(Motor::One), on(Motor::Two)].concat().into_iter().chain(plan).collect(),
         wishes: wishes.to_vec(),
         requests: GOOD,
@@ -134,19 +129,19 @@ const WORSE: Faults = Faults { lost: 1, corrupt: 1, doubled: 1 };
 
 #[test]
 fn every_run_comes_to_an_end() {
-    let wishes = [run(Motor::One), Wish::EmergencyStop, STOP];
+    let wishes = [run(Motor::One), Wish::EmergencyStop, request(Stop {})];
     ends("emergency", &Hoot { requests: BAD, replies: BAD, late: 2, ..hoot(&wishes) }, 45_000);
-    let wishes = [START, HOME, stop(Motor::Two), Wish::LinkDown, Wish::LinkUp];
+    let wishes = [request(Start {}), request(ReturnHome {}), stop(Motor::Two), Wish::LinkDown, Wish::LinkUp];
     ends("program", &Hoot { requests: BAD, replies: BAD, late: 1, ..hoot(&wishes) }, 60_000);
 }
 
 #[test]
 fn mistakes_in_a_machine_are_found() {
-    let one = || hoot(&[run(Motor::One), STOP]);
+    let one = || hoot(&[run(Motor::One), request(Stop {})]);
     finds(Hoot { flaw: Flaw::DeafToStops, ..one() }, "a stop that arrives is obeyed in the same step");
     finds(Hoot { flaw: Flaw::Polite, requests: BAD, ..one() }, "a stop waits for nothing but the gap");
     finds(Hoot { flaw: Flaw::Resends, requests: BAD, ..one() }, "a request that may not be repeated is sent once");
-    finds(Hoot { flaw: Flaw::Forgets, ..one() }, "no request is forgotten");
+    finds(Hoot { flaw: Flaw::Forgets, ..one() }, "no command is forgotten");
     // An answer to the run that comes after the master's timeout is taken for the answer to the stop, which is lost.
     let late = Hoot { delay: 400, late: 5, ..hoot(&[run(Motor::One), stop(Motor::One)]) };
     finds(Hoot { requests: BAD, ..late }, "motors that are confirmed to rest do not move");
@@ -162,7 +157,7 @@ fn one_move_one_emergency_one_loss() {
 
 #[test]
 fn requests_and_stops() {
-    let wishes = [run(Motor::One), move_by(Motor::One, 1), STATUS, stop(Motor::One), STOP];
+    let wishes = [run(Motor::One), move_by(Motor::One, 1), request(RunStatus {}), stop(Motor::One), request(Stop {})];
     let replies = Faults { doubled: 1, ..BAD };
     let mut hoot = hoot(&wishes);
     hoot.options = hoot.options.with_retries(1);
@@ -171,22 +166,24 @@ fn requests_and_stops() {
 
 #[test]
 fn programs_and_the_way_home() {
-    let wishes = [START, HOME, PAUSE, move_by(Motor::Two, 1), STOP];
+    let wishes =
+        [request(Start {}), request(ReturnHome {}), request(Pause {}), move_by(Motor::Two, 1), request(Stop {})];
     let hoot = Hoot { requests: BAD, replies: BAD, late: 1, ..hoot(&wishes) };
     explore("programs", hoot, 600_000, &[DONE, ARRIVED, ENDED]);
 }
 
 #[test]
 fn an_emergency_in_between() {
-    let wishes = [run(Motor::One), POWER_CYCLED, Wish::EmergencyStop, STOP];
+    let wishes = [run(Motor::One), request(PowerCycled {}), Wish::EmergencyStop, request(Stop {})];
     let hoot = Hoot { requests: BAD, replies: Faults { lost: 1, corrupt: 0, doubled: 1 }, late: 2, ..hoot(&wishes) };
     explore("emergency", hoot, 400_000, &[SILENCE, CONFIRMED]);
 }
 #[test]
 fn firmware_in_joystick_mode() {
-    let mut hoot = hoot(&[run(Motor::One), Wish::Speed(Motor::One, StepsPerSecond(0.0)), Wish::EmergencyStop, STOP]);
+    let mut hoot =
+        hoot(&[run(Motor::One), Wish::Speed(Motor::One, StepsPerSecond(0.0)), Wish::EmergencyStop, request(Stop {})]);
     hoot.node = hoot.node.with_quirks(Quirks::FIRMWARE);
-    hoot.setup.push(HostMessage::SetJoystickMode(message::SetJoystickMode { joystick_mode: Bool::TRUE }));
+    hoot.setup.push(SetJoystickMode { joystick_mode: Bool::TRUE }.into());
     for (bridge, told) in [(true, UNSURE), (false, REFUSED)] {
         let hoot =
             Hoot { options: hoot.options.with_bridge(bridge), requests: BAD, replies: BAD, late: 1, ..hoot.clone() };
@@ -196,10 +193,9 @@ fn firmware_in_joystick_mode() {
 
 #[test]
 fn broadcasts_on_the_bus_itself() {
-    let sub_address = message::AnySubAddress(0);
-    let start = Wish::Request(HostMessage::BroadcastStart(message::BroadcastStart { sub_address }));
-    let stop = Wish::Request(HostMessage::BroadcastStop(message::BroadcastStop { sub_address }));
-    let mut hoot = hoot(&[start, stop, STATUS, Wish::EmergencyStop]);
+    let start = request(BroadcastStart::default());
+    let stop = request(BroadcastStop::default());
+    let mut hoot = hoot(&[start, stop, request(RunStatus {}), Wish::EmergencyStop]);
     hoot.options = hoot.options.with_bridge(false);
     explore("broadcasts", Hoot { requests: BAD, replies: BAD, late: 1, ..hoot }, 90_000, &[CONFIRMED, ENDED]);
 }
@@ -207,13 +203,13 @@ fn broadcasts_on_the_bus_itself() {
 /// Setup with the dead-man mode on.
 fn manual(wishes: &[Wish]) -> Hoot {
     let mut hoot = hoot(wishes);
-    hoot.setup.push(HostMessage::SetManualMove(message::SetManualMove { manual_move: Bool::TRUE }));
+    hoot.setup.push(SetManualMove { manual_move: Bool::TRUE }.into());
     hoot
 }
 
 #[test]
 fn dead_man_button_and_fault() {
-    let hoot = manual(&[START, run(Motor::One), stop(Motor::One), Wish::Button, Wish::Fault(Motor::Two)]);
+    let hoot = manual(&[request(Start {}), run(Motor::One), stop(Motor::One), Wish::Button, Wish::Fault(Motor::Two)]);
     explore("dead-man", Hoot { requests: BAD, replies: BAD, late: 1, ..hoot }, 40_000, &[DONE, ENDED]);
 }
 
@@ -227,7 +223,14 @@ fn a_node_that_is_kept_alive() {
 
 #[test]
 fn the_line_goes_and_comes() {
-    let wishes = [move_by(Motor::One, 1), Wish::LinkDown, Wish::LinkUp, Wish::EmergencyStop, Wish::EndEmergency, STOP];
+    let wishes = [
+        move_by(Motor::One, 1),
+        Wish::LinkDown,
+        Wish::LinkUp,
+        Wish::EmergencyStop,
+        Wish::EndEmergency,
+        request(Stop {}),
+    ];
     let hoot = Hoot { requests: BAD, late: 1, ..hoot(&wishes) };
     explore("link", hoot, 50_000, &[CONFIRMED, UNSURE, ARRIVED]);
 }
@@ -236,7 +239,14 @@ fn the_line_goes_and_comes() {
 #[test]
 #[ignore = "takes minutes"]
 fn deeper() {
-    let wishes = [run(Motor::One), START, move_by(Motor::Two, 1), Wish::EmergencyStop, stop(Motor::One), STOP];
+    let wishes = [
+        run(Motor::One),
+        request(Start {}),
+        move_by(Motor::Two, 1),
+        Wish::EmergencyStop,
+        stop(Motor::One),
+        request(Stop {}),
+    ];
     let replies = Faults { doubled: 1, ..BAD };
     let hoot = Hoot { requests: BAD, replies, late: 1, ..hoot(&wishes) };
     explore("deeper", hoot, 9_000_000, &[DONE, CONFIRMED, ENDED]);

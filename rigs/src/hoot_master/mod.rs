@@ -1,12 +1,11 @@
-//! The master of a bus: what the application wants goes in, and what became of it comes out with its content.
+//! The master of a bus: commands go in, and events come out together with the answers that they are about.
 //!
-//! It is a [`HostMachine`] with a line. It keeps what was asked, so that answers can be read, and knows whether something
-//! may still move because of it.
+//! It is a [`HostMachine`] with a line. It keeps the commands until they end, so that their answers can be read.
 //!
 //! ```
-//! use hoot_proto::host::{Command, Options, Request, Token};
+//! use hoot_proto::Address;
+//! use hoot_proto::host::{self, Command, Options, Request, Token};
 //! use hoot_proto::message::{Motor, MotorPosition, Steps};
-//! use hoot_proto::{Address, HostMessage};
 //! use motion_core::time::Millis;
 //! use rigs::Scene;
 //! use rigs::faults::{Carrier, Faults};
@@ -15,121 +14,140 @@
 //!
 //! let (master, node) = (HootMaster::new(Options::default()), HootNode::new(Setup::default()));
 //! let mut scene = Scene::new(master, node, Carrier::Serial, Faults::NONE, 1);
-//! scene.run(Millis(10), |_, event| matches!(event, Event::Line(true)).then_some(()));
+//! let first = scene.run(Millis(10), |_, event| Some(event));
+//! assert_eq!(first, Some(Event::Machine(host::Event::Ready { reconnected: false })));
 //!
 //! let query = MotorPosition { motor: Motor::One };
-//! let message = HostMessage::MotorPosition(query);
-//! scene.command(Command::Request(Request { token: Token(1), to: Address::DEFAULT, message }));
+//! let request = Request { to: Address::DEFAULT, message: query.into() };
+//! scene.command((Token(1), Command::Request(request)));
 //! let position = scene.run(Millis(1000), |_, event| {
 //!     if let Event::Ended(ended) = event { ended.read(&query) } else { None }
 //! });
 //! assert_eq!(position, Some(Steps(0)));
 //! ```
 
-mod moving;
-
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
 
 use hoot_proto::frame::MAX_FRAME;
-use hoot_proto::host::{self, Command, Failure, HostMachine, Input, Options, Outcome, Request, Token};
+use hoot_proto::host::{self, Command, Failure, HostMachine, Input, Options, Outcome, Request, Token, Transmit};
+use hoot_proto::message::{MotorSetContinuousSpeed, Reply};
 use hoot_proto::query::{Answer, AnyReply, Profile};
-use hoot_proto::{Address, DeviceMessage, Frames, HostMessage, Item, Query};
-use motion_core::machine::Machine;
+use hoot_proto::{Address, Effect, Frame, Frames, Item, Query};
 use motion_core::time::Millis;
 use tracing::{debug, warn};
 
 use crate::{Host, LineId, Outgoing, Party};
-use moving::Moving;
 
-/// After how many milliseconds of silence the rest of a packet is not awaited any more.
+/// Time of silence after which the rest of a packet is not awaited any more, in milliseconds.
 const GAP: u64 = 101;
-/// The one line.
+/// Only line of a master.
 const LINE: LineId = LineId(0);
 
-/// What a master tells.
+/// Event of a master.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Event {
-    /// The line is there, or has gone.
-    Line(bool),
-    /// A request has come to its end: each does, once.
+    /// A command ended. Each command ends once.
     Ended(Ended),
-    /// What the machine tells beside that: of stops, of speeds and of keep-alives.
-    Told(host::Event),
+    /// The machine tells something else: of the line, of stops, of keep-alives.
+    Machine(host::Event<'static>),
 }
 
-/// A request that has come to its end.
+/// End of a command.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Ended {
-    /// The application's number of it.
+    /// Token of the command.
     pub token: Token,
-    /// Whom it was for.
-    pub to: Address,
-    /// What it said.
-    pub message: HostMessage<'static>,
-    /// How it ended.
-    pub outcome: Outcome,
+    /// The command.
+    pub command: Command,
+    /// How the command ended, without the data of a reply.
+    outcome: Outcome<'static>,
+    data: Vec<u8>,
 }
 
 impl Ended {
+    fn new(token: Token, command: Command, outcome: Outcome<'_>) -> Option<Self> {
+        let (outcome, data) = match outcome {
+            Outcome::Done(Reply { code, data }) => (Outcome::Done(Reply { code, data: &[] }), data.to_vec()),
+            outcome => (outcome.to_static()?, Vec::new()),
+        };
+        Some(Self { token, command, outcome, data })
+    }
+
+    /// How the command ended.
+    #[must_use]
+    pub fn outcome(&self) -> Outcome<'_> {
+        match self.outcome {
+            Outcome::Done(Reply { code, .. }) => Outcome::Done(Reply { code, data: &self.data }),
+            outcome => outcome,
+        }
+    }
+
+    /// Message that the command sends to a node, if it sends one.
+    #[must_use]
+    pub fn request(&self) -> Option<Request> {
+        match self.command {
+            Command::Request(request) | Command::Insist(request) => Some(request),
+            Command::Speed { to, motor, speed } => {
+                Some(Request { to, message: MotorSetContinuousSpeed { motor, speed }.into() })
+            }
+            _ => None,
+        }
+    }
+
     /// Whether the node did it.
     #[must_use]
     pub const fn is_done(&self) -> bool {
         matches!(self.outcome, Outcome::Done(_))
     }
 
-    /// Whether nobody answered: it may have been done all the same.
+    /// Whether no clear answer came. The command may have been done.
     #[must_use]
-    pub const fn is_silence(&self) -> bool {
-        matches!(self.outcome, Outcome::Failed(Failure::Silence))
+    pub const fn is_unanswered(&self) -> bool {
+        matches!(self.outcome, Outcome::NotConfirmed | Outcome::Failed(Failure::NoAnswer))
     }
 
-    /// What the node said, if it was asked for something.
+    /// Value that the node answered, if the message asks for one.
     #[must_use]
     pub fn answer(&self) -> Option<AnyReply<'_>> {
-        let Outcome::Done(received) = &self.outcome else { return None };
-        self.message.query()?.decode_reply(received.reply()).ok()
+        let Outcome::Done(reply) = self.outcome() else { return None };
+        self.request()?.message.query()?.decode_reply(reply).ok()
     }
 
-    /// What the node said to this query.
+    /// Value that the node answered to this query.
     #[must_use]
     pub fn read<'a, Q, T>(&'a self, query: &Q) -> Option<T>
     where
         Q: Query<Reply<'a> = Answer<T>>,
     {
-        let Outcome::Done(received) = &self.outcome else { return None };
-        query.decode_reply(received.reply()).ok().map(|answer| answer.value)
+        let Outcome::Done(reply) = self.outcome() else { return None };
+        query.decode_reply(reply).ok().map(|answer| answer.value)
     }
 }
 
 impl fmt::Display for Ended {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { to: Address(to), message, outcome, .. } = self;
+        let Self { command, outcome, .. } = self;
+        let Some(Request { to: Address(to), message }) = self.request() else {
+            return write!(f, "{command:?}: {outcome:?}");
+        };
         match outcome {
             Outcome::Done(_) => match self.answer() {
                 Some(answer) => write!(f, "node {to}: {message}: {answer}"),
                 None => write!(f, "node {to}: {message}: done"),
             },
-            Outcome::Refused(_) => write!(f, "node {to} refuses {message}"),
             Outcome::Sent => write!(f, "node {to}: {message}: sent"),
-            Outcome::Failed(Failure::Silence) => write!(f, "node {to} does not answer {message}"),
-            Outcome::Failed(Failure::NotTaken(why)) => write!(f, "{message} was not sent: {why:?}"),
-            Outcome::Failed(why) => write!(f, "node {to}: {message}: {why:?}"),
+            Outcome::Refused(host::Refusal::Device(_)) => write!(f, "node {to} refuses {message}"),
+            Outcome::Refused(why) => write!(f, "{message} was not sent: {why:?}"),
+            Outcome::Failed(Failure::NoAnswer) => write!(f, "node {to} does not answer {message}"),
+            Outcome::NotConfirmed => write!(f, "node {to} does not confirm {message}"),
             other => write!(f, "node {to}: {message}: {other:?}"),
         }
     }
 }
 
-/// A request that is under way.
-#[derive(Debug, Clone)]
-struct Pending {
-    request: Request,
-    /// What may move because of it, and did not before.
-    added: Vec<(Address, u8)>,
-}
-
-/// The master of a bus, with a line.
+/// Master of a bus, with its line.
 #[derive(Debug)]
 pub struct HootMaster {
     machine: HostMachine,
@@ -137,9 +155,8 @@ pub struct HootMaster {
     now: Millis,
     frames: Frames,
     heard: Millis,
-    /// No more than the machine has room for.
-    pending: Vec<Pending>,
-    moving: Moving,
+    /// Commands that have not ended. There are no more than the machine has room for.
+    pending: BTreeMap<Token, Command>,
     profiles: BTreeMap<Address, Profile>,
     strays: u64,
     outgoing: VecDeque<Outgoing>,
@@ -156,8 +173,7 @@ impl HootMaster {
             now: Millis(0),
             frames: Frames::new(),
             heard: Millis(0),
-            pending: Vec::new(),
-            moving: Moving::default(),
+            pending: BTreeMap::new(),
             profiles: BTreeMap::new(),
             strays: 0,
             outgoing: VecDeque::new(),
@@ -165,101 +181,76 @@ impl HootMaster {
         }
     }
 
-    /// The machine, to look at.
+    /// Machine of the master, for reading its state.
     #[must_use]
     pub const fn machine(&self) -> &HostMachine {
         &self.machine
     }
 
-    /// The firmware of a node, if it was asked for its version.
+    /// Firmware of a node, if it was asked for its version.
     #[must_use]
     pub fn profile(&self, node: Address) -> Profile {
         self.profiles.get(&node).copied().unwrap_or_default()
     }
 
-    /// Whether something may move that was set in motion from here.
-    ///
-    /// It is over when each motor said that it rests, and the program that it does not run; when the node took a stop; or
-    /// when an emergency stop was confirmed.
-    #[must_use]
-    pub fn may_move(&self) -> bool {
-        !self.moving.is_empty()
-    }
-
-    /// Packets and bytes that were nobody's: noise, late answers, traffic of others.
+    /// Number of packets and noises that answered nothing that was asked: late answers, traffic of others, damaged bytes.
     #[must_use]
     pub const fn strays(&self) -> u64 {
         self.strays
     }
 
-    /// Bytes that wait: for the rest of their packet, or to be taken by [`poll`](Party::poll).
+    /// Number of bytes that wait: for the rest of their packet, or to be taken by [`poll`](Party::poll).
     #[must_use]
     pub fn held(&self) -> usize {
         self.frames.held() + crate::waiting(&self.outgoing)
     }
 
     fn step(&mut self, input: Input<'_>) {
-        let (machine, output) = self.machine.clone().step(self.now, input);
-        self.machine = machine;
+        let output = self.machine.advance(self.now, input);
         self.wake = output.wake;
-        for event in output.events {
-            self.told(event);
-        }
-        for send in output.send {
-            let mut packet = [0; MAX_FRAME];
-            match send.encode_into(&mut packet) {
-                Ok(len) => {
-                    debug!("> {}: {}", send.to.0, send.message);
-                    // What has arrived cannot be an answer to it.
-                    self.frames.reset();
-                    self.outgoing.push_back(Outgoing::Bytes(LINE, packet[..len].to_vec()));
-                }
-                Err(error) => warn!("{}: {error}", send.message),
+        for effect in output {
+            match effect {
+                Effect::Transmit(transmit) => self.transmit(&transmit),
+                Effect::Event(event) => self.event(&event),
             }
         }
     }
 
-    fn told(&mut self, event: host::Event) {
+    fn transmit(&mut self, transmit: &Transmit) {
+        let mut packet = [0; MAX_FRAME];
+        match transmit.encode_into(&mut packet) {
+            Ok(len) => {
+                debug!("> {}: {}", transmit.to.0, transmit.message);
+                // Bytes that have arrived cannot be an answer to this packet.
+                self.frames.reset();
+                self.outgoing.push_back(Outgoing::Bytes(LINE, packet[..len].to_vec()));
+            }
+            Err(error) => warn!("{}: {error}", transmit.message),
+        }
+    }
+
+    fn event(&mut self, event: &host::Event<'_>) {
         match event {
-            host::Event::Ended { token, outcome } => self.ended(token, outcome),
+            host::Event::Ended { token, outcome } => self.ended(*token, *outcome),
             host::Event::Unsolicited(_) | host::Event::Overheard { .. } | host::Event::Noise => {
-                debug!("nobody's: {event:?}");
+                debug!("not an answer: {event:?}");
                 self.strays += 1;
             }
-            host::Event::StopConfirmed => {
-                self.moving.clear();
-                self.events.push_back(Event::Told(event));
-            }
-            event => self.events.push_back(Event::Told(event)),
+            event => self.events.extend(event.to_static().map(Event::Machine)),
         }
     }
 
-    fn ended(&mut self, token: Token, outcome: Outcome) {
-        let Some(at) = self.pending.iter().position(|pending| pending.request.token == token) else { return };
-        let Pending { request: Request { to, message, .. }, added } = self.pending.remove(at);
-        let ended = Ended { token, to, message, outcome };
+    fn ended(&mut self, token: Token, outcome: Outcome<'_>) {
+        let command = self.pending.remove(&token);
+        let Some(ended) = command.and_then(|command| Ended::new(token, command, outcome)) else { return };
         debug!("{ended}");
-        match &ended.outcome {
-            Outcome::Done(_) => {
-                if let Some(AnyReply::FirmwareVersion(version)) = ended.answer() {
-                    self.profiles.insert(to, Profile::of_version(&version));
-                }
-                // An answer from before something was set in motion says nothing of it.
-                let waits = self.pending.iter().any(|other| other.request.to == to && !other.added.is_empty());
-                if !waits {
-                    self.moving.done(self.profile(to), to, &message, ended.answer());
-                }
-            }
-            // A refusal might be one of something else: only what did not go out set nothing in motion.
-            Outcome::Failed(Failure::NotTaken(_) | Failure::Dropped { was_sent: false, .. }) => {
-                self.moving.not_done(&added);
-            }
-            _ => {}
+        if let (Some(request), Some(AnyReply::FirmwareVersion(version))) = (ended.request(), ended.answer()) {
+            self.profiles.insert(request.to, Profile::of_version(&version));
         }
         self.events.push_back(Event::Ended(ended));
     }
 
-    /// Drops what a silence has cut off.
+    /// Drops the beginning of a packet whose rest does not come.
     fn drop_cut_off(&mut self) {
         if self.frames.held() > 0 && self.now >= self.heard.after(GAP) {
             self.frames.gap();
@@ -268,20 +259,14 @@ impl HootMaster {
     }
 
     fn take_packets(&mut self) {
-        loop {
-            let packet = match self.frames.next() {
-                Some(Item::Frame(frame)) => Some(frame.bytes().to_vec()),
-                Some(_) => None,
-                None => return,
-            };
-            let frame = packet.as_deref().and_then(|packet| hoot_proto::Frame::decode(packet).ok());
-            match frame {
-                Some(frame) => {
-                    let message = DeviceMessage::decode(&frame);
-                    debug!("< {message}");
-                    self.step(Input::Received(message));
+        while let Some(item) = self.frames.next() {
+            let packet = if let Item::Frame(frame) = item { frame.bytes().to_vec() } else { Vec::new() };
+            match Frame::decode(&packet) {
+                Ok(frame) => {
+                    debug!("< {}", hoot_proto::DeviceMessage::decode(&frame));
+                    self.step(Input::received(&frame));
                 }
-                None => self.step(Input::Noise),
+                Err(_) => self.step(Input::Noise),
             }
         }
     }
@@ -292,7 +277,6 @@ impl Party for HootMaster {
         self.advance(now);
         if line == LINE {
             self.frames.reset();
-            self.events.push_back(Event::Line(true));
             self.step(Input::LinkUp);
         }
     }
@@ -302,7 +286,6 @@ impl Party for HootMaster {
         if line == LINE {
             self.frames.reset();
             self.outgoing.clear();
-            self.events.push_back(Event::Line(false));
             self.step(Input::LinkDown);
         }
     }
@@ -340,25 +323,13 @@ impl Party for HootMaster {
 }
 
 impl Host for HootMaster {
-    type Command = Command;
+    type Command = (Token, Command);
     type Event = Event;
 
-    fn command(&mut self, now: Millis, command: Command) {
+    fn command(&mut self, now: Millis, (token, command): (Token, Command)) {
         self.advance(now);
-        match command {
-            Command::Request(request) | Command::Insist(request) => {
-                let nodes = *self.machine.nodes();
-                let added = self.moving.asked(nodes.as_slice(), request.to, &request.message);
-                self.pending.push(Pending { request, added });
-            }
-            Command::Speed { to, motor, speed } => {
-                let message = hoot_proto::message::MotorSetContinuousSpeed { motor, speed };
-                let message = HostMessage::MotorSetContinuousSpeed(message);
-                self.moving.asked(&[], to, &message);
-            }
-            _ => {}
-        }
-        self.step(Input::Command(command));
+        self.pending.insert(token, command);
+        self.step(Input::Command(token, command));
     }
 
     fn next_event(&mut self) -> Option<Event> {

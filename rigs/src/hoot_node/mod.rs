@@ -24,12 +24,13 @@ mod setup;
 
 use std::collections::VecDeque;
 
-use hoot_proto::device::{Answer, Command, DeviceMachine, Event, Forward, Input, Output, Port, ProgramState};
+use hoot_proto::device::{
+    Answer, Command, Contents, DeviceMachine, Effect, Event, Input, Port, ProgramState, Transmit,
+};
 use hoot_proto::frame::{MAX_DATA, MAX_FRAME};
 use hoot_proto::message::{Microstep, ProgramMode};
 use hoot_proto::query::Profile;
 use hoot_proto::{Address, Frame, HostMessage, Item, Strict};
-use motion_core::machine::Machine;
 use motion_core::stream;
 use motion_core::time::Millis;
 use tracing::{debug, info, warn};
@@ -95,7 +96,7 @@ impl HootNode {
         let motor = Motor::new(setup.limits).within(setup.travel);
         Self {
             machine: DeviceMachine::new(setup.options),
-            profile: setup.options.profile,
+            profile: setup.options.profile(),
             wake: None,
             now: Millis(0),
             wires: [wire(), wire(), wire()],
@@ -145,30 +146,31 @@ impl HootNode {
     /// Somebody at the node does something: a button is pressed, a contact closed.
     pub fn touch(&mut self, now: Millis, input: Input<'_>) {
         self.advance(now);
-        self.step(input, &[]);
+        self.step(input);
     }
 
-    /// Tells the machine what happened, and does what follows. `packet` is what has just arrived.
-    fn step(&mut self, input: Input<'_>, packet: &[u8]) {
-        let (machine, output) = self.machine.clone().step(self.now, input);
-        self.machine = machine;
-        let Output { send, events, wake, .. } = output;
-        self.wake = wake;
-        for event in events {
-            self.does(event, packet);
-        }
-        for send in send {
-            let mut bytes = [0; MAX_FRAME];
-            let mut scratch = [0; MAX_DATA];
-            if let (Ok(message), Ok(len)) = (send.answer.message(&mut scratch), send.answer.encode_into(&mut bytes)) {
-                debug!("{:?} < {message}", send.port);
-                self.put(send.port, &bytes[..len]);
+    /// Tells the machine what happened, and carries out the effects.
+    fn step(&mut self, input: Input<'_>) {
+        let output = self.machine.advance(self.now, input);
+        self.wake = output.wake;
+        for effect in output {
+            match effect {
+                Effect::Event(event) => self.event(&event),
+                Effect::Transmit(transmit) => {
+                    if let (Contents::Answer(Answer::Error), Input::Received { message, .. }) =
+                        (transmit.contents, input)
+                    {
+                        let in_joystick_mode = self.machine.controller().joystick_mode;
+                        info!("refused{}: {message}", if in_joystick_mode { ", in joystick mode" } else { "" });
+                    }
+                    self.transmit(&transmit);
+                }
             }
         }
     }
 
-    fn does(&mut self, event: Event, packet: &[u8]) {
-        match event {
+    fn event(&mut self, event: &Event<'_>) {
+        match *event {
             Event::Motor { motor, motion } => self.set_in_motion(motor, motion),
             Event::Camera { focus, shutter } => self.camera.lines(self.now, focus, shutter),
             Event::AltOut { on } => {
@@ -176,18 +178,31 @@ impl HootNode {
                 self.out_is_on = on;
             }
             Event::CommonLine => self.pulses += 1,
-            Event::DebugLed => info!("lamp switched"),
+            Event::DebugLed => info!("the lamp for debugging is switched"),
             Event::Program(state) => info!("program: {state:?}"),
             Event::Set(part) => debug!("set: {part:?}"),
-            Event::Address(Address(address)) => info!("address {address} from now on; by USB from power-up on"),
-            Event::Forward(Forward { from, to }) => {
-                debug!("passed on from {from:?}, for {}", to.0);
-                for port in from.beyond() {
-                    self.put(*port, packet);
+            Event::Address(Address(address)) => {
+                info!("the address is {address} from now on, and on the USB port after the next power-up");
+            }
+            Event::Ignored { message, why, .. } => debug!("not answered ({why:?}): {message}"),
+            _ => {}
+        }
+    }
+
+    fn transmit(&mut self, transmit: &Transmit<'_>) {
+        let port = transmit.port;
+        match transmit.contents {
+            Contents::Answer(answer) => {
+                if let Ok(message) = answer.message(&mut [0; MAX_DATA]) {
+                    debug!("{port:?} < {message}");
                 }
             }
-            Event::Ignored(why) => debug!("not answered: {why:?}"),
+            Contents::Forward { to: Address(to), .. } => debug!("{port:?} < a packet for {to}, forwarded"),
             _ => {}
+        }
+        let mut bytes = [0; MAX_FRAME];
+        if let Ok(len) = transmit.encode_into(&mut bytes) {
+            self.put(port, &bytes[..len]);
         }
     }
 
@@ -199,29 +214,12 @@ impl HootNode {
         }
     }
 
-    /// A whole packet arrived.
-    fn packet(&mut self, port: Port, packet: &[u8]) {
-        let Ok(frame) = Frame::decode(packet) else { return };
-        let message = HostMessage::decode(&frame);
-        let to = frame.address();
-        debug!("{port:?} > {}: {message}", to.0);
-        let before = self.outgoing.len();
-        self.step(Input::Received { port, to, message }, packet);
-        let mut refused = [0; MAX_FRAME];
-        let len = Answer::Error.encode_into(&mut refused).unwrap_or(0);
-        let is_refused = |out: &Outgoing| matches!(out, Outgoing::Bytes(_, bytes) if bytes[..] == refused[..len]);
-        if to == self.machine.address(port) && self.outgoing.iter().skip(before).any(is_refused) {
-            let why = if self.machine.controller().joystick_mode { ", perhaps for it is in joystick mode" } else { "" };
-            info!("refused{why}: {message}");
-        }
-    }
-
     /// Does what is due at a moment.
     fn tick(&mut self, now: Millis) {
         self.now = self.now.max(now);
         self.move_motors();
         if self.wake.is_some_and(|wake| wake <= self.now) {
-            self.step(Input::Wake, &[]);
+            self.step(Input::Wake);
         }
         self.drop_cut_off();
     }
@@ -232,7 +230,7 @@ impl HootNode {
             if self.wires[line].until.is_some_and(|until| self.now >= until) {
                 warn!("{port:?}: a part of a packet, and then silence");
                 self.wires[line].forget();
-                self.step(Input::Noise, &[]);
+                self.step(Input::Noise);
             }
         }
     }
@@ -258,7 +256,7 @@ impl Party for HootNode {
         wire.forget();
         let port = PORTS[usize::from(line.0)];
         info!("{port:?}: somebody is there");
-        self.step(Input::LinkUp(port), &[]);
+        self.step(Input::LinkUp(port));
     }
 
     fn close(&mut self, now: Millis, line: LineId) {
@@ -269,7 +267,7 @@ impl Party for HootNode {
         self.outgoing.retain(|out| !matches!(out, Outgoing::Bytes(of, _) if *of == line));
         let port = PORTS[usize::from(line.0)];
         info!("{port:?}: nobody is there any more");
-        self.step(Input::LinkDown(port), &[]);
+        self.step(Input::LinkDown(port));
     }
 
     fn receive(&mut self, now: Millis, line: LineId, bytes: &[u8]) {
@@ -284,13 +282,16 @@ impl Party for HootNode {
             while let Some(item) = self.wires[number].frames.next() {
                 if let Item::Frame(frame) = item {
                     let packet = frame.bytes().to_vec();
-                    // What came together with it is dropped, as by firmware.
+                    // Bytes that came together with the packet are dropped, as by firmware.
                     self.wires[number].forget();
-                    self.packet(PORTS[number], &packet);
+                    if let Ok(frame) = Frame::decode(&packet) {
+                        debug!("{:?} > {}: {}", PORTS[number], frame.address().0, HostMessage::decode(&frame));
+                        self.step(Input::received(PORTS[number], &frame));
+                    }
                     return;
                 }
                 warn!("{:?}: {} bytes that are no packet", PORTS[number], item.bytes().len());
-                self.step(Input::Noise, &[]);
+                self.step(Input::Noise);
             }
         }
     }
@@ -347,7 +348,7 @@ impl Rig for HootNode {
         }
         self.camera.lines(self.now, false, false);
         self.out_is_on = false;
-        self.step(Input::Command(Command::PowerUp), &[]);
+        self.step(Input::Command(Command::PowerUp));
         self.outgoing.clear();
     }
 

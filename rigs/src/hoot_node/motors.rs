@@ -140,7 +140,7 @@ impl HootNode {
         for motor in self.missing() {
             if self.machine.motor(*motor).is_moving() {
                 warn!("motor {motor} is not plugged in");
-                self.step(Input::Fault(*motor), &[]);
+                self.step(Input::Fault(*motor));
             }
         }
     }
@@ -170,7 +170,7 @@ impl HootNode {
     fn report(&mut self, which: message::Motor) {
         let position = round(self.motors[index(which)].at(self.now).position);
         if std::mem::replace(&mut self.told[index(which)], position) != position {
-            self.step(Input::Position { motor: which, position: position.into() }, &[]);
+            self.step(Input::Position { motor: which, position: position.into() });
         }
     }
 
@@ -180,13 +180,13 @@ impl HootNode {
             Happening::Rests if self.machine.motor(which).state() != MotorState::Moving => {}
             Happening::Rests => {
                 info!("motor {which} rests at {}", self.told[index(which)]);
-                self.step(Input::Arrived(which), &[]);
+                self.step(Input::Arrived(which));
             }
             Happening::Tripped { upper } => {
                 let end = if upper { "upper" } else { "lower" };
                 warn!("motor {which} has run into its {end} end, at {}", self.told[index(which)]);
                 self.leads[index(which)] = None;
-                self.step(Input::Fault(which), &[]);
+                self.step(Input::Fault(which));
             }
         }
     }
@@ -199,7 +199,7 @@ impl HootNode {
         self.leads[index(which)] = None;
         self.motors[index(which)].halt(self.now);
         self.report(which);
-        self.step(Input::Fault(which), &[]);
+        self.step(Input::Fault(which));
     }
 }
 

@@ -25,15 +25,13 @@ pub struct Setup {
 #[error("{0:?} is no quirk: there are none, firmware, {list}", list = names())]
 pub struct QuirkError(String);
 
-/// A habit of firmware as texts name it, and how it is switched on.
-type Habit = (&'static str, fn(&mut Quirks));
-
-const QUIRKS: [Habit; 5] = [
-    ("refuses-stop", |quirks| quirks.refuses_stop = true),
-    ("drops-top-byte", |quirks| quirks.drops_top_byte = true),
-    ("short-moves", |quirks| quirks.short_moves = true),
-    ("answers-twice", |quirks| quirks.answers_twice = true),
-    ("deaf", |quirks| quirks.is_deaf = true),
+/// Habits of firmware, with their names in texts.
+const QUIRKS: [(&str, Quirks); 5] = [
+    ("refuses-stop", Quirks::REFUSES_STOP),
+    ("drops-top-byte", Quirks::DROPS_TOP_BYTE),
+    ("short-moves", Quirks::SHORT_MOVES),
+    ("answers-twice", Quirks::ANSWERS_TWICE),
+    ("deaf", Quirks::IS_DEAF),
 ];
 
 /// Firmware as texts name it.
@@ -92,8 +90,8 @@ impl Setup {
         let mut quirks = Quirks::NONE;
         let mut options = self.options;
         for name in text.split(',').map(str::trim) {
-            if let Some((_, set)) = QUIRKS.iter().find(|(of, _)| *of == name) {
-                set(&mut quirks);
+            if let Some((_, quirk)) = QUIRKS.iter().find(|(of, _)| *of == name) {
+                quirks |= *quirk;
             } else if let Some((_, profile)) = PROFILES.iter().find(|(of, _)| *of == name) {
                 options = options.with_profile(*profile);
             } else if name == "firmware" {
@@ -112,7 +110,7 @@ mod tests {
 
     #[test]
     fn texts_name_quirks() {
-        let of = |text| Setup::default().with_quirks(text).map(|it| (it.options.quirks, it.options.profile));
+        let of = |text| Setup::default().with_quirks(text).map(|it| (it.options.quirks(), it.options.profile()));
         assert_eq!(of("none"), Ok((Quirks::NONE, Profile::Sheet)));
         assert_eq!(of("firmware, v0.70"), Ok((Quirks::FIRMWARE, Profile::V070)));
         let all = QUIRKS.map(|(name, _)| name).join(",");

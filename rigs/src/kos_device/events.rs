@@ -43,7 +43,7 @@ impl KosDevice {
                 self.stop_all(now);
             }
             Event::Home { way, speed, motors } => {
-                info!("the motors go to where the move {}", if home(way) == 1.0 { "ends" } else { "begins" });
+                info!("the motors go to where the move {}", if way == Direction::Reverse { "ends" } else { "begins" });
                 self.playing = self.store.trajectory.as_ref().and_then(|stored| {
                     let told = |motor: MotorAddress| {
                         self.drives.get(usize::from(motor.number()).wrapping_sub(1)).map(|drive| drive.told)

@@ -1,20 +1,20 @@
-//! Two nodes on one bus: the one at the master's USB is the bridge to the other.
+//! Two nodes on one bus. The node at the USB port of the master is the bridge to the other node.
 
 use hoot_proto::host::Nodes;
-use hoot_proto::message::{self, AnySubAddress, Motor};
-use hoot_proto::{Address, HostMessage, device, host};
+use hoot_proto::message::{self, Motor};
+use hoot_proto::{Address, device, host};
 use motion_core::time::Millis;
 use rigs::faults::Faults;
 use rigs::hoot_node::{HootNode, Setup};
 use rigs::motor::Motor as RigMotor;
 use rigs::{LineId, Outgoing, Party, Rig};
 
-use crate::world::{NODE, ONE, STATUS, STOP, Stage, ready, run};
+use crate::world::{NODE, ONE, STATUS, STOP, Stage, joystick, ready, run};
 
 const FAR: Address = Address(4);
 const BUS: LineId = LineId(2);
 
-/// Two nodes whose bus lines are joined. The master is at the first one's USB.
+/// Two nodes whose bus lines are joined. The master is at the USB port of the first node.
 struct Chain {
     near: HootNode,
     far: HootNode,
@@ -23,14 +23,14 @@ struct Chain {
 
 impl Chain {
     fn new(near: device::Options) -> Self {
-        let far = device::Options::default().with_address(FAR);
+        let far = device::Options::new().with_address(FAR);
         let [mut near, mut far] = [near, far].map(|device| HootNode::new(Setup::default().with_options(device)));
         near.open(Millis(0), BUS);
         far.open(Millis(0), BUS);
         Self { near, far, ready: std::collections::VecDeque::new() }
     }
 
-    /// Carries what is on the bus.
+    /// Carries the bytes on the bus.
     fn carry(&mut self, now: Millis) {
         loop {
             if let Some(out) = self.near.poll() {
@@ -93,7 +93,7 @@ impl Rig for Chain {
 fn chain(near: device::Options) -> Stage<Chain> {
     let mut stage = Stage::new(Chain::new(near), Faults::NONE, 1);
     let nodes = Nodes::NONE.with(NODE).and_then(|nodes| nodes.with(FAR)).unwrap();
-    stage.scene.command(host::Command::Nodes(nodes));
+    stage.command(host::Command::Nodes(nodes));
     stage
 }
 
@@ -102,8 +102,8 @@ fn rest(stage: &Stage<Chain>) -> [bool; 2] {
 }
 
 #[test]
-fn requests_and_answers_pass_the_bridge() {
-    let mut stage = chain(device::Options::default());
+fn a_bridge_forwards_requests_and_answers() {
+    let mut stage = chain(device::Options::new());
     for message in ready(Motor::Two, 1000.0) {
         assert!(stage.ask_to(FAR, message).is_done());
     }
@@ -114,22 +114,22 @@ fn requests_and_answers_pass_the_bridge() {
     assert_eq!(rest(&stage), [true, true]);
 }
 
-/// A refusal looks like command 0, and bridges do not pass that on: it looks like silence.
+/// A refusal looks like command 0, which bridges do not forward.
 #[test]
-fn a_refusal_behind_a_bridge_is_silence() {
-    let mut stage = chain(device::Options::default());
-    let on = HostMessage::SetJoystickMode(message::SetJoystickMode { joystick_mode: true.into() });
+fn a_refusal_behind_a_bridge_looks_like_silence() {
+    let mut stage = chain(device::Options::new());
     for node in [NODE, FAR] {
-        assert!(stage.ask_to(node, on).is_done());
+        assert!(stage.ask_to(node, joystick(true)).is_done());
     }
-    assert!(matches!(stage.ask_to(NODE, STATUS).outcome, host::Outcome::Refused(_)));
-    assert!(stage.ask_to(FAR, STATUS).is_silence());
+    let refused = stage.ask_to(NODE, STATUS);
+    assert!(matches!(refused.outcome(), host::Outcome::Refused(host::Refusal::Device(_))), "{refused}");
+    assert!(stage.ask_to(FAR, STATUS).is_unanswered());
 }
 
-/// A broadcast stop would not pass: the master stops each node.
+/// A bridge would not forward a broadcast, so the master stops each node.
 #[test]
-fn a_broadcast_stop_reaches_each_node_all_the_same() {
-    let mut stage = chain(device::Options::default());
+fn a_broadcast_stop_reaches_each_node_through_a_bridge() {
+    let mut stage = chain(device::Options::new());
     for node in [NODE, FAR] {
         for message in ready(ONE, 1000.0) {
             assert!(stage.ask_to(node, message).is_done());
@@ -138,15 +138,14 @@ fn a_broadcast_stop_reaches_each_node_all_the_same() {
     }
     stage.pass(200);
     assert_eq!(rest(&stage), [false, false]);
-    let stop = message::BroadcastStop { sub_address: AnySubAddress(0) };
-    stage.send_to(Address::BROADCAST, HostMessage::BroadcastStop(stop));
+    stage.send_to(Address::BROADCAST, message::BroadcastStop::default());
     stage.pass(1000);
     assert_eq!(rest(&stage), [true, true]);
 }
 
 #[test]
-fn an_emergency_stop_confirms_both() {
-    let mut stage = chain(device::Options::default().with_quirks(device::Quirks::FIRMWARE));
+fn an_emergency_stop_is_confirmed_when_both_nodes_rest() {
+    let mut stage = chain(device::Options::new().with_quirks(device::Quirks::FIRMWARE));
     for node in [NODE, FAR] {
         for motor in Motor::ALL {
             for message in ready(motor, 3000.0) {
@@ -157,15 +156,13 @@ fn an_emergency_stop_confirms_both() {
     }
     stage.emergency_stop();
     assert_eq!(rest(&stage), [true, true]);
-    assert!(!stage.scene.host.may_move());
+    assert!(!stage.may_move());
 }
 
-/// An address is given to the far node; it is found there.
 #[test]
-fn the_far_node_moves_away() {
-    let mut stage = chain(device::Options::default());
-    let set = HostMessage::SetAddress(message::SetAddress { new_address: Address(9) });
-    assert!(stage.ask_to(FAR, set).is_done());
-    assert!(stage.ask_to(FAR, STATUS).is_silence());
+fn the_far_node_is_found_at_its_new_address() {
+    let mut stage = chain(device::Options::new());
+    assert!(stage.ask_to(FAR, message::SetAddress { new_address: Address(9) }).is_done());
+    assert!(stage.ask_to(FAR, STATUS).is_unanswered());
     assert!(stage.ask_to(Address(9), STATUS).is_done());
 }

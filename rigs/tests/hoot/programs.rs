@@ -1,16 +1,15 @@
-//! Planned moves: shoot, move, shoot; time lapse; video; to and fro.
+//! Planned moves: shoot, move, shoot; time lapse; video; ping-pong.
 
 use hoot_proto::HostMessage;
 use hoot_proto::device::ProgramState;
 use hoot_proto::message::{self, Easing, Milliseconds, Motor, ProgramMode, Span, Steps};
 use hoot_proto::program::Plan;
-use motion_core::wire::Bool;
 use rigs::Rig;
 use rigs::hoot_node::{HootNode, Setup};
 
-use crate::world::{ONE, PAUSE, START, STATUS, Stage, mode, photos, planned, smooth, stage};
+use crate::world::{ONE, PAUSE, START, STATUS, Stage, enable_camera, mode, photos, planned, smooth, stage};
 
-/// A node with planned moves for some motors, and a camera or none.
+/// Stage with a node that has planned moves for some motors, and these messages for its camera.
 fn with(mode_of: ProgramMode, plans: &[(Motor, u16, Plan)], camera: Vec<HostMessage<'static>>) -> Stage<HootNode> {
     let mut stage = stage(Setup::default());
     stage.ok(mode(mode_of));
@@ -19,7 +18,7 @@ fn with(mode_of: ProgramMode, plans: &[(Motor, u16, Plan)], camera: Vec<HostMess
         for message in planned(*motor, *lead_in, *plan) {
             stage.ok(message);
         }
-        stage.ok(HostMessage::MotorSendToStart(message::MotorSendToStart { motor: *motor }));
+        stage.ok(message::MotorSendToStart { motor: *motor });
     }
     for message in camera {
         stage.ok(message);
@@ -33,11 +32,10 @@ fn moment(stage: &Stage<HootNode>) -> Option<u32> {
     stage.scene.rig.moment().map(|moment| moment as u32)
 }
 
-/// In video mode each motor is at every tick exactly where its plan has it: they are led by whole milliseconds. And the
-/// plan of this one is the curve 3u² - 2u³, which is that of a move file with two smooth key frames: to a whole step, and
-/// what the 20 bits behind the point of a plan leave.
+/// In video mode, motors follow their plans by whole milliseconds. The plan of motor 1 is the curve 3u² - 2u³ of a move file
+/// with two smooth key frames, apart from whole steps and the 20 fractional bits of a plan.
 #[test]
-fn a_video_is_its_plan() {
+fn in_a_video_each_motor_is_exactly_on_its_plan() {
     let other = Plan { start: Steps(500), stop: Steps(-1500), travel: Span(2000), ..smooth() };
     let mut stage = with(ProgramMode::VIDEO, &[(ONE, 0, smooth()), (Motor::Three, 700, other)], photos_off());
     stage.send_to(crate::world::NODE, START);
@@ -47,8 +45,8 @@ fn a_video_is_its_plan() {
         let gone = u32::try_from(stage.now() - began).unwrap();
         assert_eq!(moment(&stage), Some(gone));
         assert_eq!(stage.place(0).to_bits(), f64::from(smooth().at(gone).0).to_bits(), "after {gone} ms");
-        let behind = other.at(gone.saturating_sub(700)).0;
-        assert_eq!(stage.place(2).to_bits(), f64::from(behind).to_bits(), "after {gone} ms");
+        let place = other.at(gone.saturating_sub(700)).0;
+        assert_eq!(stage.place(2).to_bits(), f64::from(place).to_bits(), "after {gone} ms");
         let u = f64::from(gone) / 3000.0;
         let curve = 6000.0 * (3.0 - 2.0 * u) * u * u;
         assert!((stage.place(0) - curve).abs() <= 1.01, "{} for {curve}", stage.place(0));
@@ -60,13 +58,12 @@ fn a_video_is_its_plan() {
 }
 
 fn photos_off() -> Vec<HostMessage<'static>> {
-    vec![HostMessage::CameraSetEnable(message::CameraSetEnable { enable: Bool::FALSE })]
+    vec![enable_camera(false).into()]
 }
 
-/// Shoot, move, shoot: each photo is taken at rest and on the plan, and between two the motor goes one way from the
-/// place of one to the place of the next.
+/// Between two photos the motor moves in one direction, from the position of the first to the position of the second.
 #[test]
-fn shoot_move_shoot_rests_on_the_plan() {
+fn shoot_move_shoot_takes_each_photo_at_rest_and_on_the_plan() {
     let plan =
         Plan { travel: Span(9), acceleration: Span(3), deceleration: Span(3), easing: Easing::LINEAR, ..smooth() };
     let mut stage = with(ProgramMode::SMS, &[(ONE, 0, plan)], photos(10, 100, 500));
@@ -79,21 +76,20 @@ fn shoot_move_shoot_rests_on_the_plan() {
             assert_eq!(place.to_bits(), f64::from(plan.at(taken).0).to_bits(), "photo {}", taken + 1);
         }
         let (from, to) = (plan.at(taken.saturating_sub(1)).0, plan.at(taken).0);
-        assert!((f64::from(from)..=f64::from(to)).contains(&place), "{place} behind photo {taken}");
+        assert!((f64::from(from)..=f64::from(to)).contains(&place), "{place} after photo {taken}");
         assert!(before.1 <= place);
         before = (taken, place);
         stage.tick();
     }
     assert_eq!((stage.scene.rig.camera().taken(), stage.position(ONE)), (10, 6000));
     let opened: Vec<_> = stage.scene.rig.camera().photos().map(|photo| photo.opened.0).collect();
-    // Each is due at its interval, and waits for the motor if that is later.
+    // Each photo is due at its interval, and waits for the motor if the motor is later.
     assert!((0_u64..).zip(&opened).all(|(photo, at)| *at >= opened[0] + 500 * photo), "{opened:?}");
     assert_eq!(opened[1] - opened[0], 500);
 }
 
-/// In a time lapse motors go on while photos are taken: evenly from the place of one photo to that of the next.
 #[test]
-fn a_time_lapse_goes_on() {
+fn in_a_time_lapse_the_motor_moves_evenly_from_photo_to_photo() {
     let plan = Plan { travel: Span(8), acceleration: Span(0), deceleration: Span(0), ..smooth() };
     let mut stage = with(ProgramMode::CONTINUOUS, &[(ONE, 0, plan)], photos(10, 100, 400));
     stage.ok(START);
@@ -103,7 +99,7 @@ fn a_time_lapse_goes_on() {
             first_move = Some(stage.now());
         }
         if let Some(began) = first_move {
-            // 750 steps in 400 ms, as planned; to the tick in which the move was set off.
+            // The plan has 750 steps in 400 ms. The start of the move is known to a tick.
             let gone = f64::from(u32::try_from(stage.now() - began).unwrap());
             let planned = (gone * 750.0 / 400.0).min(6000.0);
             assert!((stage.place(0) - planned).abs() <= 2.0 * 750.0 / 400.0, "{} for {planned}", stage.place(0));
@@ -113,13 +109,13 @@ fn a_time_lapse_goes_on() {
     assert_eq!((stage.scene.rig.camera().taken(), stage.position(ONE)), (10, 6000));
 }
 
-/// To and fro: back at the start after twice the time, and on until it is stopped.
+/// The motor is back at the start after twice the time of the plan.
 #[test]
-fn to_and_fro_until_it_is_stopped() {
+fn a_ping_pong_goes_on_until_it_is_stopped() {
     let plan =
         Plan { travel: Span(1000), acceleration: Span(500), deceleration: Span(500), stop: Steps(900), ..smooth() };
     let mut stage = with(ProgramMode::VIDEO, &[(ONE, 0, plan)], photos_off());
-    stage.ok(HostMessage::SetPingPong(message::SetPingPong { ping_pong: Bool::TRUE }));
+    stage.ok(message::SetPingPong { ping_pong: true.into() });
     stage.send_to(crate::world::NODE, START);
     stage.until(300, |stage| stage.program() == ProgramState::Running);
     let began = stage.now() - u64::from(moment(&stage).unwrap());
@@ -128,7 +124,7 @@ fn to_and_fro_until_it_is_stopped() {
         let (turn, phase) = (gone / 1000, gone % 1000);
         let there = plan.at(phase).0;
         let planned = if turn % 2 == 0 { there } else { 900 - there };
-        // Rounding is towards the start, which is the other end on the way back.
+        // Positions are rounded towards the start, which is the other end on the way back.
         assert!((stage.place(0) - f64::from(planned)).abs() <= 1.0, "{} for {planned} at {gone}", stage.place(0));
         stage.tick();
     }
@@ -136,9 +132,8 @@ fn to_and_fro_until_it_is_stopped() {
     assert!(stage.is_at_rest() && stage.program() == ProgramState::Stopped);
 }
 
-/// A pause keeps the place, and the move goes on from there along its plan.
 #[test]
-fn a_pause_and_on() {
+fn a_paused_program_goes_on_along_its_plan() {
     let mut stage = with(ProgramMode::VIDEO, &[(ONE, 0, smooth())], photos_off());
     stage.ok(START);
     stage.pass(1000);
@@ -160,14 +155,14 @@ fn a_pause_and_on() {
     stage.ok(STATUS);
 }
 
-/// A motor that is not at the start of its plan goes there as fast as it can, and no faster, and then follows it.
+/// A motor that is not at the start of its plan moves at its greatest speed, and no faster, until it has reached the plan.
 #[test]
 fn a_motor_catches_up_with_its_plan() {
     let plan = Plan { start: Steps(3000), stop: Steps(9000), ..smooth() };
     let mut stage = with(ProgramMode::VIDEO, &[(ONE, 0, plan)], photos_off());
-    stage.ok(HostMessage::MotorSendHome(message::MotorSendHome { motor: ONE }));
+    stage.ok(message::MotorSendHome { motor: ONE });
     stage.until(20_000, |stage| stage.is_at_rest());
-    stage.ok(HostMessage::SetMaxRunTime(message::SetMaxRunTime { max_run_time: Milliseconds(10_000) }));
+    stage.ok(message::SetMaxRunTime { max_run_time: Milliseconds(10_000) });
     stage.ok(START);
     let mut before = stage.place(0);
     let mut caught_up = None;

@@ -1,8 +1,7 @@
-//! What goes wrong: ends of the rig, motors that get stuck or are not there, power and cables.
+//! Trouble: ends of the rig, motors that get stuck or are not plugged in, power and cables.
 
-use hoot_proto::HostMessage;
 use hoot_proto::device::{Input, ProgramState};
-use hoot_proto::host::{Command, Event as Told};
+use hoot_proto::host::{Command, Event, StopTarget};
 use hoot_proto::message::{self, Milliseconds, Motor, ProgramMode, Steps};
 use motion_core::trajectory::Range;
 use motion_core::wire::Bool;
@@ -11,9 +10,9 @@ use rigs::hoot_node::Setup;
 
 use crate::world::{NODE, ONE, START, STOP, dead_man, millis, mode, move_by, planned, run, smooth, stage};
 
-/// At the end of the rig the motor stops dead, and the program pauses: the other motor stops as well.
+/// The motor that reaches the end of the rig stops at once. The program pauses, so the other motor stops too.
 #[test]
-fn an_end_of_the_rig_stops_a_program() {
+fn an_end_of_the_rig_pauses_a_program() {
     let mut stage = stage(Setup::default().with_travel(Range::new(-4000.0, 4000.0)));
     stage.ok(mode(ProgramMode::VIDEO));
     let plan = hoot_proto::program::Plan { stop: Steps(2000), ..smooth() };
@@ -31,24 +30,26 @@ fn an_end_of_the_rig_stops_a_program() {
     assert!(!stage.is_running(ONE) && !stage.is_running(Motor::Two));
 }
 
-/// A limit that was set stops a motor before the end of the rig.
 #[test]
-fn an_end_limit_stops_a_motor() {
+fn an_end_limit_stops_a_motor_before_the_end_of_the_rig() {
     let mut stage = stage(Setup::default());
     stage.enable(ONE, 1000.0);
     stage.ok(move_by(ONE, 500));
     stage.pass(2000);
-    stage.ok(HostMessage::MotorSetEndHere(message::MotorSetEndHere { motor: ONE }));
-    stage.ok(HostMessage::MotorSendHome(message::MotorSendHome { motor: ONE }));
+    stage.ok(message::MotorSetEndHere { motor: ONE });
+    stage.ok(message::MotorSendHome { motor: ONE });
     stage.pass(2000);
     stage.ok(run(ONE));
     stage.until(3000, |stage| stage.is_at_rest());
     let place = stage.position(ONE);
-    assert!((500..=501).contains(&place), "{place}: looked at every millisecond, a step too far at the most");
+    assert!(
+        (500..=501).contains(&place),
+        "{place}: positions are compared each millisecond, so it is at most a step too far"
+    );
 }
 
 #[test]
-fn a_motor_gets_stuck() {
+fn a_motor_that_gets_stuck_is_reported_at_rest() {
     let mut stage = stage(Setup::default());
     stage.enable(ONE, 1000.0);
     stage.ok(run(ONE));
@@ -57,9 +58,8 @@ fn a_motor_gets_stuck() {
     assert!(stage.is_at_rest() && !stage.is_running(ONE));
 }
 
-/// Who moves a motor that is not plugged in finds it at rest, where it was.
 #[test]
-fn a_motor_is_not_there() {
+fn a_motor_that_is_not_plugged_in_is_reported_at_rest_where_it_was() {
     let mut stage = stage(Setup::with_motors(1));
     assert_eq!(stage.scene.rig.motors().len(), 1);
     stage.enable(Motor::Two, 1000.0);
@@ -69,9 +69,9 @@ fn a_motor_is_not_there() {
     assert_eq!(stage.position(Motor::Two), 0);
 }
 
-/// The power fails in the middle: everything rests, what is stored stays, and the node says that the power was off.
+/// The node tells, once, that the power was off.
 #[test]
-fn a_reset_in_the_middle() {
+fn after_a_power_failure_everything_rests_and_settings_remain() {
     let mut stage = stage(Setup::default());
     stage.ok(mode(ProgramMode::VIDEO));
     stage.enable(ONE, 1000.0);
@@ -79,46 +79,46 @@ fn a_reset_in_the_middle() {
         stage.ok(message);
     }
     let power = message::PowerCycled {};
-    assert_eq!(stage.ok(HostMessage::PowerCycled(power)).read(&power), Some(Bool::TRUE));
-    assert_eq!(stage.ok(HostMessage::PowerCycled(power)).read(&power), Some(Bool::FALSE));
+    assert_eq!(stage.read(power), Bool::TRUE);
+    assert_eq!(stage.read(power), Bool::FALSE);
     stage.ok(START);
     stage.pass(1000);
     let place = stage.place(0);
     stage.scene.reset();
     assert!(stage.is_at_rest() && stage.program() == ProgramState::Stopped);
-    assert!(stage.scene.host.may_move(), "nobody knows");
+    assert!(stage.may_move(), "the master does not know that the motors rest");
     stage.pass(20);
-    assert_eq!(stage.ok(HostMessage::PowerCycled(power)).read(&power), Some(Bool::TRUE));
+    assert_eq!(stage.read(power), Bool::TRUE);
     assert!((f64::from(stage.position(ONE)) - place).abs() < 5.0);
     assert_eq!(stage.scene.rig.machine().motor(ONE).settings().plan, smooth());
     stage.ok(crate::world::STATUS);
-    assert!(!stage.is_running(ONE) && stage.scene.host.may_move(), "three motors were set off");
+    assert!(!stage.is_running(ONE) && stage.may_move(), "a program may move three motors");
     stage.ok(STOP);
-    assert!(!stage.scene.host.may_move());
+    assert!(!stage.may_move());
 }
 
-/// Somebody pulls the cable: what waits ends, the dead-man stops the motor, and an emergency stop that was asked for
-/// without a line is carried out when there is one.
+/// Commands that wait end, and the dead-man stops the motor.
 #[test]
-fn the_cable_is_pulled_in_the_middle() {
+fn an_emergency_stop_without_a_line_is_made_when_the_line_is_back() {
     let mut stage = stage(Setup::default());
     stage.enable(ONE, 1000.0);
-    stage.ok(dead_man(Bool::TRUE));
+    stage.ok(dead_man(true));
     stage.ok(run(ONE));
     let token = stage.send_to(NODE, crate::world::STATUS);
     stage.scene.unplug();
-    stage.scene.command(Command::EmergencyStop);
+    stage.command(Command::EmergencyStop);
     stage.tick();
     let ended = stage.ended.iter().find(|ended| ended.token == token).unwrap();
     assert!(!ended.is_done(), "{ended}");
-    assert!(stage.told.iter().any(|(_, told)| *told == Told::StopNotConfirmed { node: None }), "{:?}", stage.told);
-    stage.until(3000, |stage| stage.told.iter().any(|(_, told)| *told == Told::StopConfirmed));
-    assert!(stage.is_at_rest() && !stage.scene.host.may_move());
+    assert!(stage.has_told(Event::StopNotConfirmed(StopTarget::All)), "{:?}", stage.events);
+    assert!(stage.may_move());
+    stage.until(3000, |stage| stage.has_told(Event::Stopped(StopTarget::All)));
+    assert!(stage.is_at_rest() && !stage.may_move());
 }
 
-/// Without a dead-man a program outlives its master, as time lapses do; the next one can stop it.
+/// Time lapses need no master while they run, and a master that connects again can stop them.
 #[test]
-fn a_program_outlives_its_line() {
+fn without_a_dead_man_a_program_goes_on_without_a_line() {
     let mut stage = stage(Setup::default());
     stage.ok(mode(ProgramMode::VIDEO));
     stage.enable(ONE, 1000.0);
@@ -133,16 +133,15 @@ fn a_program_outlives_its_line() {
     assert!(stage.is_at_rest());
 }
 
-/// The greatest run time ends a program, and the button at the node pauses one.
 #[test]
-fn other_ends_of_a_program() {
+fn the_greatest_run_time_ends_a_program_and_the_button_pauses_one() {
     let mut stage = stage(Setup::default());
     stage.ok(mode(ProgramMode::VIDEO));
     stage.enable(ONE, 1000.0);
     for message in planned(ONE, 0, smooth()) {
         stage.ok(message);
     }
-    stage.ok(HostMessage::SetMaxRunTime(message::SetMaxRunTime { max_run_time: Milliseconds(1000) }));
+    stage.ok(message::SetMaxRunTime { max_run_time: Milliseconds(1000) });
     stage.ok(START);
     stage.until(1200, |stage| stage.program() == ProgramState::Stopped);
     assert!(stage.is_at_rest() && stage.place(0) < 6000.0);
@@ -152,9 +151,9 @@ fn other_ends_of_a_program() {
     assert!(stage.is_at_rest() && stage.program() == ProgramState::Paused);
 }
 
-/// Firmware reads packet by packet: what comes together with one, or behind a wrong byte, is lost.
+/// Firmware loses bytes that come together with a packet or after a wrong byte.
 #[test]
-fn a_node_reads_like_firmware() {
+fn a_node_reads_one_packet_at_a_time_as_firmware_does() {
     let mut stage = stage(Setup::default());
     let ask = [0, 0, 0, 0, 0, 0xFF, 3, 0, 101, 0];
     let answers = |stage: &mut crate::world::Stage<_>, bytes: &[u8]| {
@@ -166,5 +165,5 @@ fn a_node_reads_like_firmware() {
     assert_eq!(answers(&mut stage, &ask), 1);
     assert_eq!(answers(&mut stage, &[ask, ask].concat()), 1);
     assert_eq!(answers(&mut stage, &[&[0][..], &ask].concat()), 0);
-    assert_eq!(answers(&mut stage, &ask), 1, "100 ms of silence, and it is in step again");
+    assert_eq!(answers(&mut stage, &ask), 1, "after 100 ms of silence the node reads packets again");
 }

@@ -1,12 +1,12 @@
 //! Rules of hoot, and the states that must be reached so that the rules mean something.
 
+use hoot_proto::Effect;
 use hoot_proto::device::ProgramState;
-use hoot_proto::host::{self, Event, Failure, NotTaken, Outcome, StopState, Token};
-use hoot_proto::message::{HostMessage, Motor};
-use motion_core::time::Millis;
+use hoot_proto::host::{self, Event, Outcome, Refusal, StopState, StopTarget, Token, Transmit};
+use hoot_proto::message::{HostMessage, Motor, MotorSetContinuousSpeed};
 use stateright::Property;
 
-use super::{Flaw, Hoot, NODE, Packet, Way, Wish, World, place};
+use super::{Flaw, Hoot, NODE, Way, Wish, World, place};
 
 /// Broken rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -25,8 +25,10 @@ pub enum Broken {
     TwoMotions,
     /// A request that may not be repeated was sent again, or was sent without a wish.
     SentAgain,
-    /// A request ended twice.
+    /// A command ended twice.
     EndedTwice,
+    /// The master said that nothing may move, and something moves because of it.
+    MayMove,
     /// Node and rig do not agree on the motions.
     RigDiffers,
 }
@@ -39,7 +41,7 @@ fn may_come_again(message: &HostMessage<'_>) -> bool {
 }
 
 /// Whether a message is a stop of safety decision 1.
-fn is_stop(message: &HostMessage<'_>) -> bool {
+pub(super) fn is_stop(message: &HostMessage<'_>) -> bool {
     use HostMessage::{BroadcastPause, BroadcastStop, MotorStop, Pause, Stop};
     matches!(message, Stop(_) | Pause(_) | MotorStop(_) | BroadcastStop(_) | BroadcastPause(_))
 }
@@ -60,12 +62,13 @@ impl World {
     }
 
     fn program_is_going(&self) -> bool {
-        matches!(self.node.program().state(), ProgramState::Delay | ProgramState::Running)
+        matches!(self.both.device.machine.program().state(), ProgramState::Delay | ProgramState::Running)
     }
 
     /// The node has received a message. `refuses` means that it copies firmware that refuses the stop in joystick mode.
     pub(super) fn obeys(&mut self, message: &HostMessage<'_>, refuses: bool) {
-        let is_refused = refuses && self.node.controller().joystick_mode && matches!(message, HostMessage::Stop(_));
+        let is_refused =
+            refuses && self.both.device.machine.controller().joystick_mode && matches!(message, HostMessage::Stop(_));
         // A program would set the motor in motion again, whichever motor is stopped.
         let obeys = self.rests_after(message) && !self.program_is_going();
         if is_stop(message) && !is_refused && !obeys {
@@ -73,8 +76,16 @@ impl World {
         }
     }
 
+    /// The master knows that what moves may move. Nobody else sets anything in motion.
+    fn master_is_right(&mut self) {
+        let moves = self.rig != [Way::Resting; 3] || self.program_is_going();
+        if moves && !self.both.host.machine.may_move() {
+            self.break_rule(Broken::MayMove);
+        }
+    }
+
     pub(super) fn node_is_right(&mut self) {
-        let moving = Motor::ALL.map(|motor| self.node.motor(motor).is_moving());
+        let moving = Motor::ALL.map(|motor| self.both.device.machine.motor(motor).is_moving());
         if moving != self.rig.map(|way| way != Way::Resting) {
             self.break_rule(Broken::RigDiffers);
         }
@@ -83,12 +94,16 @@ impl World {
         }
     }
 
-    /// Checks the end of a stop.
-    fn stop_ended(&mut self, stop: &HostMessage<'_>, outcome: &Outcome, events: &[Event]) {
-        let is_told = events.iter().any(|event| matches!(event, Event::StopNotConfirmed { .. }));
+    /// Checks the end of a stop. An emergency stop takes the place of others, and reports for itself.
+    fn stop_ended(&mut self, stop: &HostMessage<'_>, outcome: &Outcome<'_>, output: &host::Output<'_>) {
+        let is_told = output.events().any(|event| matches!(event, Event::StopNotConfirmed(_)));
         match outcome {
             Outcome::Done(_) if !self.rests_after(stop) => self.break_rule(Broken::StopMistaken),
-            Outcome::Refused(_) | Outcome::Failed(Failure::Silence | Failure::NotTaken(NotTaken::Link)) if !is_told => {
+            Outcome::Refused(Refusal::Device(_) | Refusal::NotConnected)
+            | Outcome::Failed(_)
+            | Outcome::NotConfirmed
+                if !is_told && self.stopping() == StopState::Calm =>
+            {
                 self.break_rule(Broken::StopUntold);
             }
             _ => {}
@@ -97,36 +112,36 @@ impl World {
 }
 
 impl Hoot {
-    pub(super) fn host_did(&self, world: &mut World, now: Millis, output: &host::Output) {
-        for &send in &output.send {
-            if world.stop_due.take().is_some() && !is_stop(&send.message) {
-                world.break_rule(Broken::StopWaits);
-            }
-            self.send(world, now, send);
-        }
-        for event in &output.events {
-            match event {
-                Event::Ended { token: Token(at), outcome } => {
-                    self.has_ended(world, *at, outcome, &output.events);
-                    let is_silence = *outcome == Outcome::Failed(Failure::Silence);
-                    let wish = self.wishes[*at as usize];
-                    if let (Flaw::Resends, true, Wish::Request(message)) = (self.flaw, is_silence, wish) {
-                        self.send(world, now, host::Send { to: NODE, message });
+    pub(super) fn host_did(&self, world: &mut World, output: &host::Output<'_>) {
+        for effect in &output.effects {
+            match effect {
+                Effect::Transmit(transmit) => {
+                    if world.stop_due.take().is_some() && !is_stop(&transmit.message) {
+                        world.break_rule(Broken::StopWaits);
+                    }
+                    self.send(world, *transmit);
+                }
+                Effect::Event(Event::Ended { token: Token(at), outcome }) => {
+                    self.has_ended(world, *at, outcome, output);
+                    if let (Flaw::Resends, true, Wish::Request(message)) =
+                        (self.flaw, is_silence(outcome), self.wishes[*at as usize])
+                    {
+                        self.send(world, Transmit { to: NODE, message });
                     }
                 }
-                Event::Stopping => world.is_told = false,
-                Event::StopNotConfirmed { node } => {
-                    world.is_told |= node.is_none();
+                Effect::Event(Event::Stopping) => world.is_told = false,
+                Effect::Event(Event::StopNotConfirmed(target)) => {
+                    world.is_told |= *target == StopTarget::All;
                     world.seen.not_confirmed = true;
                 }
-                Event::StopConfirmed => {
+                Effect::Event(Event::Stopped(StopTarget::All)) => {
                     world.seen.confirmed = true;
-                    if world.rig != [Way::Resting; 3] {
+                    if world.rig != [Way::Resting; 3] || world.program_is_going() {
                         world.break_rule(Broken::StopMistaken);
                     }
                 }
-                Event::Unsolicited(_) => world.seen.unsolicited = true,
-                _ => {}
+                Effect::Event(Event::Unsolicited(_)) => world.seen.unsolicited = true,
+                Effect::Event(_) => {}
             }
         }
         let motions =
@@ -134,23 +149,21 @@ impl Hoot {
         if motions.count() > 1 {
             world.break_rule(Broken::TwoMotions);
         }
+        world.master_is_right();
     }
 
     /// Requests of the application.
     fn requests(&self) -> impl Iterator<Item = (usize, HostMessage<'static>)> {
         self.wishes.iter().enumerate().filter_map(|(at, wish)| match *wish {
             Wish::Request(message) => Some((at, message)),
-            Wish::Speed(motor, speed) => {
-                let set = hoot_proto::message::MotorSetContinuousSpeed { motor, speed };
-                Some((at, HostMessage::MotorSetContinuousSpeed(set)))
-            }
+            Wish::Speed(motor, speed) => Some((at, MotorSetContinuousSpeed { motor, speed }.into())),
             _ => None,
         })
     }
 
-    fn send(&self, world: &mut World, now: Millis, message: host::Send) {
-        self.was_sent(world, &message.message);
-        world.to_node.send([Packet { message, by: now.after(self.delay), follows: false }]);
+    fn send(&self, world: &mut World, transmit: Transmit) {
+        self.was_sent(world, &transmit.message);
+        world.both.up.send(world.both.now.after(self.delay), transmit);
     }
 
     /// Records a sent message. All messages that may not be repeated differ from each other.
@@ -158,37 +171,45 @@ impl Hoot {
         let wish = self.requests().find(|(_, wish)| wish == message).map_or(0, |(at, _)| 1 << at);
         let is_asked = world.used & wish != 0 && world.sent & wish == 0;
         let leaves_joystick = matches!(message, HostMessage::SetJoystickMode(set) if !set.joystick_mode.get())
-            && world.host.stopping() != StopState::Calm;
+            && world.stopping() != StopState::Calm;
         if !is_asked && !may_come_again(message) && !leaves_joystick {
             world.break_rule(Broken::SentAgain);
         }
         world.sent |= wish;
     }
 
-    fn has_ended(&self, world: &mut World, at: u32, outcome: &Outcome, events: &[Event]) {
+    fn has_ended(&self, world: &mut World, at: u32, outcome: &Outcome<'_>, output: &host::Output<'_>) {
         let bit = 1 << at;
-        let Wish::Request(message) = self.wishes[at as usize] else { return };
         if world.open & bit == 0 {
             world.break_rule(Broken::EndedTwice);
         }
-        if self.flaw != Flaw::Forgets || is_stop(&message) {
+        let stop = match self.wishes[at as usize] {
+            Wish::Request(message) => Some(message).filter(is_stop),
+            _ => None,
+        };
+        if self.flaw != Flaw::Forgets || stop.is_some() {
             world.open &= !bit;
         }
+        world.seen.silence |= is_silence(outcome);
         match outcome {
             Outcome::Done(_) => world.seen.done = true,
-            Outcome::Refused(_) => world.seen.refused = true,
-            Outcome::Failed(Failure::Silence) => world.seen.silence = true,
+            Outcome::Refused(Refusal::Device(_)) => world.seen.refused = true,
             _ => {}
         }
-        if is_stop(&message) {
-            world.stop_ended(&message, outcome, events);
+        if let Some(stop) = stop {
+            world.stop_ended(&stop, outcome, output);
         }
     }
 }
 
+/// Whether no clear answer came to what was sent.
+fn is_silence(outcome: &Outcome<'_>) -> bool {
+    matches!(outcome, Outcome::NotConfirmed | Outcome::Failed(host::Failure::NoAnswer))
+}
+
 /// Whether the master has no deadline, and no packet is in flight to it.
 fn is_settled(world: &World) -> bool {
-    world.is_quiet() && world.host_wake.is_none()
+    world.is_quiet() && world.both.host.wake.is_none()
 }
 
 pub(super) fn properties() -> Vec<Property<Hoot>> {
@@ -205,15 +226,16 @@ pub(super) fn properties() -> Vec<Property<Hoot>> {
         "one coordinated move at a time" TwoMoves
         "one unanswered motion request at a time" TwoMotions
         "a request that may not be repeated is sent once" SentAgain
-        "a request ends once" EndedTwice
+        "a command ends once" EndedTwice
+        "the master knows that what moves may move" MayMove
         "node and rig agree on the motions" RigDiffers
     };
     all.extend([
-        Property::always("no request is forgotten", |_, world| {
-            !is_settled(world) || world.open == 0 && world.host.pending() == 0
+        Property::always("no command is forgotten", |_, world| {
+            !is_settled(world) || world.open == 0 && world.both.host.machine.pending() == 0
         }),
         Property::always("no emergency is forgotten", |_, world: &World| {
-            let is_calm = world.host.stopping() == StopState::Calm;
+            let is_calm = world.stopping() == StopState::Calm;
             !is_settled(world) || is_calm || !world.is_up() && world.is_told
         }),
     ]);

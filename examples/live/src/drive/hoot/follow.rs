@@ -5,39 +5,37 @@ use std::path::Path;
 use examples::moves::Move;
 use hoot_proto::HostMessage;
 use hoot_proto::message::{
-    self, Motor, ProgramMode, ProgramModeQuery, RunState, RunStatus, RunTime, ShortMilliseconds, ShortShots, ShortSpan,
-    Span, StartDelay, ValueType,
+    self, Bool, Milliseconds, Motor, ProgramMode, ProgramModeQuery, RunStatus, RunTime, ShortShots, ShortSpan, Shots,
+    Span, ValueType,
 };
-use hoot_proto::query::AnyReply;
-use motion_core::wire::Bool;
 use tokio::time::Instant;
 
 use super::motion::milliseconds;
 use super::plan::{Count, Planned, plans};
 use super::talk::Talk;
 use crate::drive::Trouble;
-use crate::drive::command::Shots;
+use crate::drive::command;
 
 impl Talk<'_> {
     pub(super) async fn upload(&mut self, file: &Path) -> Result<(), Trouble> {
-        let planned = self.read(file, Count::Video, false)?;
+        let planned = self.read_move(file, Count::Video, false)?;
         self.store(&planned, ProgramMode::VIDEO).await?;
         self.dead_man(false).await?;
         self.say("the move is stored and can be started: its motors are at the start")
     }
 
     pub(super) async fn run(&mut self, file: &Path, reverse: bool) -> Result<(), Trouble> {
-        let planned = self.read(file, Count::Video, reverse)?;
+        let planned = self.read_move(file, Count::Video, reverse)?;
         self.store(&planned, ProgramMode::VIDEO).await?;
         // With the camera off, the program ends when the move ends.
-        self.set(HostMessage::CameraSetEnable(message::CameraSetEnable { enable: Bool::FALSE })).await?;
+        self.set(message::CameraSetEnable { enable: Bool::FALSE }).await?;
         let millis = planned.iter().map(|it| it.lead_in.saturating_add(it.plan.travel.0)).max().unwrap_or(0);
         self.play(&planned, f64::from(millis) / 1000.0).await?;
         self.say("the move is done, and all motors rest at its end")
     }
 
-    pub(super) async fn program(&mut self, file: &Path, shots: Shots) -> Result<(), Trouble> {
-        let Shots { shots, interval, exposure, continuous } = shots;
+    pub(super) async fn program(&mut self, file: &Path, shots: command::Shots) -> Result<(), Trouble> {
+        let command::Shots { shots, interval, exposure, continuous } = shots;
         let max_shots = u16::try_from(shots).ok().filter(|shots| *shots >= 2).map(ShortShots);
         let max_shots = max_shots.ok_or_else(|| Trouble::Refused(format!("{shots} photos: give 2 to 65535")))?;
         let (pause, open) = (milliseconds("an interval", interval)?, milliseconds("an exposure", exposure)?);
@@ -46,30 +44,22 @@ impl Talk<'_> {
                 "an exposure of {exposure} s does not fit into an interval of {interval} s: give a longer one"
             )));
         }
-        let planned = self.read(file, Count::Shots(shots), false)?;
+        let planned = self.read_move(file, Count::Shots(shots), false)?;
         let mode = if continuous { ProgramMode::CONTINUOUS } else { ProgramMode::SMS };
         self.store(&planned, mode).await?;
         self.camera(exposure).await?;
-        let interval_set = message::CameraSetInterval { interval: message::Milliseconds(pause) };
-        let (none, no) = (ShortMilliseconds(0), Bool::FALSE);
-        for message in [
-            HostMessage::CameraSetInterval(interval_set),
-            HostMessage::CameraSetFocusTime(message::CameraSetFocusTime { focus_time: none }),
-            HostMessage::CameraSetExposureDelay(message::CameraSetExposureDelay { exposure_delay: none }),
-            HostMessage::CameraSetMirrorUp(message::CameraSetMirrorUp { mirror_up: no }),
-        ] {
-            self.set(message).await?;
-        }
-        let set = HostMessage::CameraSetMaxShots(message::CameraSetMaxShots { max_shots });
-        let query = HostMessage::CameraMaxShots(message::CameraMaxShots {});
-        let is_so = |answer: AnyReply<'_>| matches!(answer, AnyReply::CameraMaxShots(it) if it.value.0 == shots);
-        self.set_and_see(set, query, is_so).await?;
+        self.set(message::CameraSetInterval { interval: Milliseconds(pause) }).await?;
+        self.set(message::CameraSetFocusTime::default()).await?;
+        self.set(message::CameraSetExposureDelay::default()).await?;
+        self.set(message::CameraSetMirrorUp::default()).await?;
+        let set = message::CameraSetMaxShots { max_shots };
+        self.set_and_see(set, message::CameraMaxShots {}, Shots(shots)).await?;
         self.play(&planned, f64::from(shots - 1) * interval + exposure).await?;
         self.say(&format!("{shots} photos are taken, and all motors rest"))
     }
 
     /// Reads a move file, and makes planned moves from it.
-    fn read(&mut self, file: &Path, count: Count, reverse: bool) -> Result<Vec<Planned>, Trouble> {
+    fn read_move(&mut self, file: &Path, count: Count, reverse: bool) -> Result<Vec<Planned>, Trouble> {
         let part = self.home_speed;
         if !(part > 0.0 && part <= 1.0) {
             let line = format!("the home speed is {part}: give more than 0, and at most 1");
@@ -89,7 +79,7 @@ impl Talk<'_> {
     async fn store(&mut self, planned: &[Planned], program_mode: ProgramMode) -> Result<(), Trouble> {
         self.prepare().await?;
         // A paused program would continue instead of starting again.
-        self.set(HostMessage::Stop(message::Stop {})).await?;
+        self.set(message::Stop {}).await?;
         for it in planned.iter().filter(|_| program_mode == ProgramMode::VIDEO) {
             let (most, asked) = (self.greatest_speed(it.motor).await?, it.peak() * 1000.0);
             if asked > most {
@@ -100,18 +90,11 @@ impl Talk<'_> {
             }
         }
         self.dead_man(true).await?;
-        let set = HostMessage::SetProgramMode(message::SetProgramMode { program_mode });
-        let query = HostMessage::ProgramMode(ProgramModeQuery {});
-        let is_so = |answer: AnyReply<'_>| matches!(answer, AnyReply::ProgramMode(it) if it.value == program_mode);
-        self.set_and_see(set, query, is_so).await?;
-        for message in [
-            HostMessage::SetTimingMaster(message::SetTimingMaster { timing_master: Bool::TRUE }),
-            HostMessage::SetStartDelay(message::SetStartDelay { start_delay: StartDelay(0) }),
-            HostMessage::SetMaxRunTime(message::SetMaxRunTime { max_run_time: message::Milliseconds(0) }),
-            HostMessage::SetPingPong(message::SetPingPong { ping_pong: Bool::FALSE }),
-        ] {
-            self.set(message).await?;
-        }
+        self.set_and_see(message::SetProgramMode { program_mode }, ProgramModeQuery {}, program_mode).await?;
+        self.set(message::SetTimingMaster { timing_master: Bool::TRUE }).await?;
+        self.set(message::SetStartDelay::default()).await?;
+        self.set(message::SetMaxRunTime::default()).await?;
+        self.set(message::SetPingPong { ping_pong: Bool::FALSE }).await?;
         for motor in Motor::ALL {
             match planned.iter().find(|it| it.motor == motor) {
                 Some(it) => self.store_one(it).await?,
@@ -124,7 +107,7 @@ impl Talk<'_> {
             let most = self.greatest_speed(motor).await?;
             #[expect(clippy::cast_possible_truncation, reason = "at most 65,535")]
             self.set_speed(motor, most as f32 * self.home_speed).await?;
-            let answered = self.set_off(HostMessage::MotorSendToStart(message::MotorSendToStart { motor })).await?;
+            let answered = self.set_off(message::MotorSendToStart { motor }).await?;
             self.arrive(motor, it.plan.start.0, answered).await?;
         }
         Ok(())
@@ -132,46 +115,28 @@ impl Talk<'_> {
 
     async fn store_one(&mut self, Planned { motor, plan, lead_in, .. }: &Planned) -> Result<(), Trouble> {
         let (motor, plan) = (*motor, *plan);
-        let is_so =
-            |at| move |answer: AnyReply<'_>| matches!(answer, AnyReply::MotorProgramStart(it) if it.value == at);
-        let set = HostMessage::MotorSetProgramStart(message::MotorSetProgramStart { motor, position: plan.start });
-        let query = HostMessage::MotorProgramStart(message::MotorProgramStart { motor });
-        self.set_and_see(set, query, is_so(plan.start)).await?;
-        let is_so = |answer: AnyReply<'_>| matches!(answer, AnyReply::MotorProgramStop(it) if it.value == plan.stop);
-        let set = HostMessage::MotorSetProgramStop(message::MotorSetProgramStop { motor, position: plan.stop });
-        let query = HostMessage::MotorProgramStop(message::MotorProgramStop { motor });
-        self.set_and_see(set, query, is_so).await?;
+        let set = message::MotorSetProgramStart { motor, position: plan.start };
+        self.set_and_see(set, message::MotorProgramStart { motor }, plan.start).await?;
+        let set = message::MotorSetProgramStop { motor, position: plan.stop };
+        self.set_and_see(set, message::MotorProgramStop { motor }, plan.stop).await?;
         self.set_travel(motor, plan.travel).await?;
-        let acceleration = plan.acceleration;
-        let set = message::MotorSetProgramAcceleration { motor, acceleration };
-        let query = HostMessage::MotorProgramAcceleration(message::MotorProgramAcceleration { motor });
-        let is_so =
-            |answer: AnyReply<'_>| matches!(answer, AnyReply::MotorProgramAcceleration(it) if it.value == acceleration);
-        self.set_and_see(HostMessage::MotorSetProgramAcceleration(set), query, is_so).await?;
-        let deceleration = plan.deceleration;
-        let set = message::MotorSetProgramDeceleration { motor, deceleration };
-        let query = HostMessage::MotorProgramDeceleration(message::MotorProgramDeceleration { motor });
-        let is_so =
-            |answer: AnyReply<'_>| matches!(answer, AnyReply::MotorProgramDeceleration(it) if it.value == deceleration);
-        self.set_and_see(HostMessage::MotorSetProgramDeceleration(set), query, is_so).await?;
-        let set = HostMessage::MotorSetEasing(message::MotorSetEasing { motor, easing: plan.easing });
-        let query = HostMessage::MotorEasing(message::MotorEasing { motor });
-        let is_so = |answer: AnyReply<'_>| matches!(answer, AnyReply::MotorEasing(it) if it.value == plan.easing);
-        self.set_and_see(set, query, is_so).await?;
+        let set = message::MotorSetProgramAcceleration { motor, acceleration: plan.acceleration };
+        self.set_and_see(set, message::MotorProgramAcceleration { motor }, plan.acceleration).await?;
+        let set = message::MotorSetProgramDeceleration { motor, deceleration: plan.deceleration };
+        self.set_and_see(set, message::MotorProgramDeceleration { motor }, plan.deceleration).await?;
+        let set = message::MotorSetEasing { motor, easing: plan.easing };
+        self.set_and_see(set, message::MotorEasing { motor }, plan.easing).await?;
         self.set_lead_in(motor, *lead_in).await
     }
 
     async fn set_travel(&mut self, motor: Motor, travel: Span) -> Result<(), Trouble> {
-        let set = HostMessage::MotorSetTravel(message::MotorSetTravel { motor, travel });
-        let query = HostMessage::MotorTravel(message::MotorTravel { motor });
-        let is_so = |answer: AnyReply<'_>| matches!(answer, AnyReply::MotorTravel(it) if it.value == travel);
-        self.set_and_see(set, query, is_so).await
+        self.set_and_see(message::MotorSetTravel { motor, travel }, message::MotorTravel { motor }, travel).await
     }
 
     /// Sets the lead-in of a motor. It has 16 bits in older firmware.
     async fn set_lead_in(&mut self, motor: Motor, lead_in: u32) -> Result<(), Trouble> {
         let set = if self.facts().lead_in == ValueType::ULONG {
-            HostMessage::MotorSetLeadInLong(message::MotorSetLeadInLong { motor, lead_in: Span(lead_in) })
+            HostMessage::from(message::MotorSetLeadInLong { motor, lead_in: Span(lead_in) })
         } else {
             let short = u16::try_from(lead_in).map(ShortSpan).map_err(|_| {
                 Trouble::Refused(format!(
@@ -179,23 +144,19 @@ impl Talk<'_> {
                      let the axis start earlier"
                 ))
             })?;
-            HostMessage::MotorSetLeadIn(message::MotorSetLeadIn { motor, lead_in: short })
+            message::MotorSetLeadIn { motor, lead_in: short }.into()
         };
-        let query = HostMessage::MotorLeadIn(message::MotorLeadIn { motor });
-        self.set_and_see(set, query, |answer| matches!(answer, AnyReply::MotorLeadIn(it) if it.value.0 == lead_in))
-            .await
+        self.set_and_see(set, message::MotorLeadIn { motor }, Span(lead_in)).await
     }
 
     /// Starts the stored program, prints its progress, and checks where the motors are at its end.
     async fn play(&mut self, planned: &[Planned], seconds: f64) -> Result<(), Trouble> {
         let began = Instant::now();
-        let answered = self.set_off(HostMessage::Start(message::Start {})).await?;
+        let answered = self.set_off(message::Start {}).await?;
         let profile = self.session.host().profile(self.node);
         let mut has_run = false;
         loop {
-            let (status, time) = (RunStatus {}, RunTime {});
-            let state = self.ask(HostMessage::RunStatus(status)).await?.read(&status).unwrap_or(RunState::STOPPED);
-            let gone = self.ask(HostMessage::RunTime(time)).await?.read(&time).unwrap_or_default().0;
+            let (state, gone) = (self.read(RunStatus {}).await?, self.read(RunTime {}).await?.0);
             if state.is_running(profile) == Some(false) {
                 // A program that has ended or was stopped loses its run time. A paused one keeps it.
                 if gone > 0 {

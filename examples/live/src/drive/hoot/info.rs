@@ -1,12 +1,10 @@
 //! Command that prints the state of a node.
 
-use hoot_proto::HostMessage;
 use hoot_proto::message::{
-    self, Current, FirmwareVersion, JoystickMode, Motor, MotorContinuousSpeed, MotorEnable, MotorEndLimit,
-    MotorMicrostep, NameQuery, ProgramModeQuery, RunStatus, Steps, Voltage,
+    Current, FirmwareVersion, JoystickMode, Motor, MotorContinuousSpeed, MotorEnable, MotorEndLimit, MotorMicrostep,
+    NameQuery, ProgramModeQuery, RunStatus, Steps, Voltage,
 };
 use hoot_proto::query::AnyReply;
-use motion_core::wire::Bool;
 
 use super::talk::Talk;
 use crate::drive::Trouble;
@@ -14,20 +12,17 @@ use crate::drive::Trouble;
 impl Talk<'_> {
     pub(super) async fn info(&mut self) -> Result<(), Trouble> {
         let node = self.node.0;
-        let joystick = JoystickMode {};
-        if self.ask(HostMessage::JoystickMode(joystick)).await?.read(&joystick).is_some_and(Bool::get) {
+        if self.read(JoystickMode {}).await?.get() {
             return self.say(&format!("node {node}: it is in joystick mode, so nothing more can be read"));
         }
-        let version = self.ask(HostMessage::FirmwareVersion(FirmwareVersion {})).await?;
-        let name = self.ask(HostMessage::Name(NameQuery {})).await?;
+        let version = self.read(FirmwareVersion {}).await?;
+        let name = self.ask(NameQuery {}).await?;
         let name = match name.answer() {
             Some(AnyReply::Name(name)) => name.to_string().trim_matches('"').trim().to_owned(),
             _ => String::new(),
         };
-        let version = version.read(&FirmwareVersion {}).unwrap_or_default();
         self.say(&format!("node {node}: {name}, firmware {version}"))?;
-        let [volts, amperes] = [HostMessage::Voltage(Voltage {}), HostMessage::Current(Current {})];
-        let (volts, amperes) = (self.ask(volts).await?, self.ask(amperes).await?);
+        let (volts, amperes) = (self.ask(Voltage {}).await?, self.ask(Current {}).await?);
         let profile = self.session.host().profile(self.node);
         if let (Some(volts), Some(amperes)) = (volts.answer(), amperes.answer())
             && volts.is_reliable(profile)
@@ -35,15 +30,12 @@ impl Talk<'_> {
         {
             self.say(&format!("supply: {volts} V, {amperes} A"))?;
         }
-        let (status, mode) = (RunStatus {}, ProgramModeQuery {});
-        let status = self.ask(HostMessage::RunStatus(status)).await?.read(&status);
-        let mode = self.ask(HostMessage::ProgramMode(mode)).await?.read(&mode);
-        let state = match status.and_then(|status| status.is_running(profile)) {
+        let (status, mode) = (self.read(RunStatus {}).await?, self.read(ProgramModeQuery {}).await?);
+        let state = match status.is_running(profile) {
             Some(true) => "runs",
             Some(false) => "does not run",
             None => "runs or is paused",
         };
-        let mode = mode.map(|mode| mode.to_string()).unwrap_or_default();
         self.say(&format!("program: {mode}, {state}"))?;
         for motor in Motor::ALL {
             self.info_of(motor).await?;
@@ -54,18 +46,13 @@ impl Talk<'_> {
     async fn info_of(&mut self, motor: Motor) -> Result<(), Trouble> {
         let position = self.position(motor).await?;
         let moves = if self.is_running(motor).await? { "moves" } else { "rests" };
-        let (enable, microstep, end) = (MotorEnable { motor }, MotorMicrostep { motor }, MotorEndLimit { motor });
-        let enable = self.ask(HostMessage::MotorEnable(enable)).await?.read(&enable);
-        let microstep = self.ask(HostMessage::MotorMicrostep(microstep)).await?.read(&microstep);
-        let end = self.ask(HostMessage::MotorEndLimit(end)).await?.read(&end);
-        let enabled = if enable.is_some_and(Bool::get) { "" } else { ", switched off" };
-        let end = match end {
-            Some(Steps(0)) | None => "no end limit".to_owned(),
-            Some(end) => format!("end limit {end}"),
+        let enabled = if self.read(MotorEnable { motor }).await?.get() { "" } else { ", switched off" };
+        let microstep = self.read(MotorMicrostep { motor }).await?.0;
+        let end = match self.read(MotorEndLimit { motor }).await? {
+            Steps(0) => "no end limit".to_owned(),
+            end => format!("end limit {end}"),
         };
-        let microstep = microstep.unwrap_or(message::Microstep(0)).0;
-        let speed = MotorContinuousSpeed { motor };
-        let speed = self.ask(HostMessage::MotorContinuousSpeed(speed)).await?;
+        let speed = self.ask(MotorContinuousSpeed { motor }).await?;
         let is_reliable = |speed: &AnyReply<'_>| speed.is_reliable(self.session.host().profile(self.node));
         let speed = speed.answer().filter(is_reliable).map(|speed| format!(", {speed} steps/s"));
         let speed = speed.unwrap_or_default();

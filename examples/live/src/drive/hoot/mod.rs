@@ -31,7 +31,7 @@ mod talk;
 use std::io::Write;
 
 use hoot_proto::Address;
-use hoot_proto::host::{Command as MasterCommand, Event as Told, Nodes, Options};
+use hoot_proto::host::{Command as MasterCommand, Event as MachineEvent, Nodes, Options, StopTarget, Token};
 use motion_core::time::Millis;
 use rigs::Host;
 use rigs::hoot_master::{Event, HootMaster};
@@ -44,17 +44,17 @@ impl Driven for HootMaster {
     const OPENS: bool = false;
 
     fn may_move(&self) -> bool {
-        HootMaster::may_move(self)
+        self.machine().may_move()
     }
 
     fn stop_all(&mut self, now: Millis) {
-        self.command(now, MasterCommand::EmergencyStop);
+        self.command(now, (Token::default(), MasterCommand::EmergencyStop));
     }
 
     fn stopped(event: &Event) -> Option<Stopped> {
         match event {
-            Event::Told(Told::StopConfirmed) => Some(Stopped::Confirmed),
-            Event::Told(Told::StopNotConfirmed { node: None }) => Some(Stopped::NotConfirmed),
+            Event::Machine(MachineEvent::Stopped(StopTarget::All)) => Some(Stopped::Confirmed),
+            Event::Machine(MachineEvent::StopNotConfirmed(StopTarget::All)) => Some(Stopped::NotConfirmed),
             _ => None,
         }
     }
@@ -68,7 +68,7 @@ impl Driven for HootMaster {
 pub fn master(node: Address) -> Result<HootMaster, Trouble> {
     let nodes = Nodes::NONE.with(node);
     let nodes = nodes.ok_or_else(|| Trouble::Refused(format!("address {}: nodes have addresses 2 to 255", node.0)))?;
-    Ok(HootMaster::new(Options::default().with_nodes(nodes)))
+    Ok(HootMaster::new(Options::new().with_nodes(nodes)))
 }
 
 /// Does a command at a node, and prints its results. `home_speed` is the speed with which motors go to the start of a

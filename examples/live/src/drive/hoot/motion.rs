@@ -2,14 +2,11 @@
 
 use std::time::Duration;
 
-use hoot_proto::HostMessage;
 use hoot_proto::host::Command as MasterCommand;
 use hoot_proto::message::{
-    self, CameraExposing, Direction, FirmwareVersion, JoystickMode, MaxStepRate, Milliseconds, Motor, MotorEnable,
-    MotorEndLimit, MotorMaxStepSpeed, RunStatus, Steps,
+    self, Bool, CameraExposing, Direction, FirmwareVersion, JoystickMode, MaxStepRate, Milliseconds, Motor,
+    MotorEnable, MotorEndLimit, MotorMaxStepSpeed, RunStatus, Steps,
 };
-use hoot_proto::query::AnyReply;
-use motion_core::wire::Bool;
 use tokio::time::Instant;
 
 use super::talk::Talk;
@@ -34,15 +31,12 @@ impl Talk<'_> {
     /// Makes sure that the node can move its motors: it answers, is not in joystick mode, and runs no program.
     pub(super) async fn prepare(&mut self) -> Result<(), Trouble> {
         // In joystick mode, older firmware answers only this query.
-        let joystick = JoystickMode {};
-        if self.ask(HostMessage::JoystickMode(joystick)).await?.read(&joystick).is_some_and(Bool::get) {
-            self.joystick(Bool::FALSE).await?;
+        if self.read(JoystickMode {}).await?.get() {
+            self.joystick(false).await?;
         }
-        self.ask(HostMessage::FirmwareVersion(FirmwareVersion {})).await?;
-        let status = RunStatus {};
-        let found = self.ask(HostMessage::RunStatus(status)).await?.read(&status);
-        let profile = self.session.host().profile(self.node);
-        if found.is_none_or(|found| found.is_running(profile) == Some(true)) {
+        self.ask(FirmwareVersion {}).await?;
+        let status = self.read(RunStatus {}).await?;
+        if status.is_running(self.session.host().profile(self.node)) == Some(true) {
             return Err(Trouble::Refused(format!("node {} runs a program: stop it first", self.node.0)));
         }
         Ok(())
@@ -50,29 +44,25 @@ impl Talk<'_> {
 
     /// Switches a motor on. A node answers OK for a motor that is off, but the motor does not move.
     pub(super) async fn enable(&mut self, motor: Motor) -> Result<(), Trouble> {
-        let set = HostMessage::MotorSetEnable(message::MotorSetEnable { motor, enable: Bool::TRUE });
-        let query = HostMessage::MotorEnable(MotorEnable { motor });
-        self.set_and_see(set, query, |answer| matches!(answer, AnyReply::MotorEnable(on) if on.value.get())).await
+        let enable = Bool::TRUE;
+        self.set_and_see(message::MotorSetEnable { motor, enable }, MotorEnable { motor }, enable).await
     }
 
     /// Greatest speed of a motor, in steps per second.
     pub(super) async fn greatest_speed(&mut self, motor: Motor) -> Result<f64, Trouble> {
-        let query = MotorMaxStepSpeed { motor };
-        let most = self.ask(HostMessage::MotorMaxStepSpeed(query)).await?.read(&query).unwrap_or_default().0;
+        let most = self.read(MotorMaxStepSpeed { motor }).await?.0;
         if !self.facts().has_max_step_rate {
             return Ok(most.into());
         }
-        let all = MaxStepRate {};
-        let all = self.ask(HostMessage::MaxStepRate(all)).await?.read(&all).unwrap_or_default().0;
-        Ok(most.min(all).into())
+        Ok(most.min(self.read(MaxStepRate {}).await?.0).into())
     }
 
     pub(super) async fn dead_man(&mut self, on: bool) -> Result<(), Trouble> {
-        self.set(HostMessage::SetManualMove(message::SetManualMove { manual_move: on.into() })).await
+        self.set(message::SetManualMove { manual_move: on.into() }).await
     }
 
-    async fn joystick(&mut self, on: Bool) -> Result<(), Trouble> {
-        self.set(HostMessage::SetJoystickMode(message::SetJoystickMode { joystick_mode: on })).await
+    async fn joystick(&mut self, on: bool) -> Result<(), Trouble> {
+        self.set(message::SetJoystickMode { joystick_mode: on.into() }).await
     }
 
     /// Makes a motor ready to move, with the dead-man switch on.
@@ -102,21 +92,20 @@ impl Talk<'_> {
         let time = time.ok_or_else(|| Trouble::Refused(format!("{seconds} seconds: give a number from 0 to 3600")))?;
         self.ready(motor, Some(speed.abs())).await?;
         let from = self.position(motor).await?;
-        let on = MasterCommand::KeepAlive { to: self.node, on: true };
-        self.session.command(on);
+        self.command(MasterCommand::KeepAlive { to: self.node, on: true });
         let direction = Direction((speed > 0.0).into());
         let until = Instant::now() + time;
         // Some firmware does not start a run in joystick mode, so joystick mode comes after the start.
-        let answered = self.set_off(HostMessage::MotorRun(message::MotorRun { motor, direction })).await?;
-        self.joystick(Bool::TRUE).await?;
+        let answered = self.set_off(message::MotorRun { motor, direction }).await?;
+        self.joystick(true).await?;
         while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
             if let Some(event) = self.session.next_within(left).await? {
                 self.overhear(&event)?;
             }
         }
-        self.set(HostMessage::MotorStop(message::MotorStop { motor })).await?;
-        self.session.command(MasterCommand::KeepAlive { to: self.node, on: false });
-        self.joystick(Bool::FALSE).await?;
+        self.set(message::MotorStop { motor }).await?;
+        self.command(MasterCommand::KeepAlive { to: self.node, on: false });
+        self.joystick(false).await?;
         let to = self.until_rest(motor).await?;
         self.dead_man(false).await?;
         if to == from {
@@ -137,10 +126,8 @@ impl Talk<'_> {
     /// Sends a motor to a position, and checks that it arrives.
     async fn go_to(&mut self, motor: Motor, to: i32) -> Result<(), Trouble> {
         let set = message::MotorSetProgramStop { motor, position: Steps(to) };
-        let query = HostMessage::MotorProgramStop(message::MotorProgramStop { motor });
-        let is_so = |answer: AnyReply<'_>| matches!(answer, AnyReply::MotorProgramStop(at) if at.value == Steps(to));
-        self.set_and_see(HostMessage::MotorSetProgramStop(set), query, is_so).await?;
-        let answered = self.set_off(HostMessage::MotorSendToStop(message::MotorSendToStop { motor })).await?;
+        self.set_and_see(set, message::MotorProgramStop { motor }, Steps(to)).await?;
+        let answered = self.set_off(message::MotorSendToStop { motor }).await?;
         self.arrive(motor, to, answered).await
     }
 
@@ -177,12 +164,9 @@ impl Talk<'_> {
         })?;
         self.ready(motor, None).await?;
         self.go_to(motor, begin).await?;
-        self.set(HostMessage::MotorSetHomeHere(message::MotorSetHomeHere { motor })).await?;
+        self.set(message::MotorSetHomeHere { motor }).await?;
         self.go_to(motor, width).await?;
-        let set = HostMessage::MotorSetEndHere(message::MotorSetEndHere { motor });
-        let query = HostMessage::MotorEndLimit(MotorEndLimit { motor });
-        let is_so = |answer: AnyReply<'_>| matches!(answer, AnyReply::MotorEndLimit(at) if at.value == Steps(width));
-        self.set_and_see(set, query, is_so).await?;
+        self.set_and_see(message::MotorSetEndHere { motor }, MotorEndLimit { motor }, Steps(width)).await?;
         self.dead_man(false).await?;
         self.say(&format!(
             "motor {motor}: home is at the old position {begin}, the end limit is {width} steps from home"
@@ -192,13 +176,10 @@ impl Talk<'_> {
     /// Switches the camera on and sets its exposure. Returns the exposure in milliseconds.
     pub(super) async fn camera(&mut self, seconds: f64) -> Result<u32, Trouble> {
         let exposure = milliseconds("exposure", seconds)?;
-        let (enable, exposure_time) = (Bool::TRUE, Milliseconds(exposure));
-        self.set(HostMessage::CameraSetEnable(message::CameraSetEnable { enable })).await?;
-        let set = HostMessage::CameraSetExposureTime(message::CameraSetExposureTime { exposure_time });
-        let query = HostMessage::CameraExposureTime(message::CameraExposureTime {});
-        let is_so =
-            |answer: AnyReply<'_>| matches!(answer, AnyReply::CameraExposureTime(it) if it.value == exposure_time);
-        self.set_and_see(set, query, is_so).await?;
+        self.set(message::CameraSetEnable { enable: Bool::TRUE }).await?;
+        let exposure_time = Milliseconds(exposure);
+        let set = message::CameraSetExposureTime { exposure_time };
+        self.set_and_see(set, message::CameraExposureTime {}, exposure_time).await?;
         Ok(exposure)
     }
 
@@ -206,10 +187,9 @@ impl Talk<'_> {
         milliseconds("exposure", seconds)?;
         self.prepare().await?;
         self.camera(seconds).await?;
-        let query = CameraExposing {};
-        let answered = self.set_off(HostMessage::CameraExpose(message::CameraExpose {})).await?;
+        let answered = self.set_off(message::CameraExpose {}).await?;
         let mut was_busy = false;
-        while self.ask(HostMessage::CameraExposing(query)).await?.read(&query).is_some_and(Bool::get) {
+        while self.read(CameraExposing {}).await?.get() {
             was_busy = true;
             self.progress(|| "the shutter is open".to_owned())?;
         }

@@ -1,13 +1,13 @@
 //! Requests and their results, and the decisions of the application when a node does not answer.
 
+use std::fmt::Display;
 use std::io::Write;
 use std::time::Duration;
 
-use hoot_proto::host::{Command, Event as Told, Failure, NotTaken, Outcome, Request, Token};
-use hoot_proto::message::{self, Motor, MotorPosition, MotorRunning, ResponseCode, StepsPerSecond};
-use hoot_proto::query::{AnyReply, Facts};
-use hoot_proto::{Address, HostMessage};
-use motion_core::wire::Bool;
+use hoot_proto::host::{Command, Event as MachineEvent, Outcome, Refusal, Request, Token};
+use hoot_proto::message::{Motor, MotorPosition, MotorRunning, MotorSetContinuousSpeed, StepsPerSecond};
+use hoot_proto::query::{Answer, Facts};
+use hoot_proto::{Address, EncodeError, HostMessage, Query};
 use rigs::hoot_master::{Ended, Event, HootMaster};
 use tokio::time::Instant;
 
@@ -60,11 +60,16 @@ impl<'a> Talk<'a> {
         self.session.host().profile(self.node).facts()
     }
 
-    /// Sends a request once, and waits for its result.
-    pub(super) async fn send(&mut self, message: HostMessage<'static>) -> Result<Ended, Trouble> {
+    /// Gives a command to the master.
+    pub(super) fn command(&mut self, command: Command) -> Token {
         self.token = self.token.wrapping_add(1);
-        let token = Token(self.token);
-        self.session.command(Command::Request(Request { token, to: self.node, message }));
+        self.session.command((Token(self.token), command));
+        Token(self.token)
+    }
+
+    /// Sends a message once, and waits for its result.
+    pub(super) async fn send(&mut self, message: HostMessage<'static>) -> Result<Ended, Trouble> {
+        let token = self.command(Command::Request(Request { to: self.node, message }));
         loop {
             match self.session.next().await? {
                 Event::Ended(ended) if ended.token == token => return Ok(ended),
@@ -75,114 +80,118 @@ impl<'a> Talk<'a> {
 
     /// Handles an event that does not belong to the request.
     pub(super) fn overhear(&mut self, event: &Event) -> Result<(), Trouble> {
-        if let Event::Told(Told::KeepAliveLost { to }) = event {
+        if let Event::Machine(MachineEvent::KeepAliveLost { to }) = event {
             self.say(&format!("node {} did not answer in time: its dead-man switch may have stopped it", to.0))?;
         }
         Ok(())
     }
 
-    /// Trouble that explains why a request was not done.
-    fn trouble(&self, ended: &Ended) -> Trouble {
-        let (node, message) = (self.node.0, &ended.message);
-        match &ended.outcome {
-            Outcome::Refused(received) if received.reply().code == ResponseCode::ERROR => Trouble::Refused(format!(
+    /// Trouble that explains why a message was not done.
+    fn trouble(&self, message: &HostMessage<'_>, ended: &Ended) -> Trouble {
+        let node = self.node.0;
+        match ended.outcome() {
+            Outcome::Refused(Refusal::Device(_)) => Trouble::Refused(format!(
                 "node {node} refuses {message}: is it in joystick mode, or does its firmware not support this?"
             )),
-            Outcome::Failed(Failure::Silence) => Trouble::Failed(format!(
+            Outcome::Refused(Refusal::Invalid(EncodeError::Refused(lint))) => {
+                Trouble::Refused(format!("{message}: {lint}"))
+            }
+            _ if ended.is_unanswered() => Trouble::Failed(format!(
                 "node {node} does not answer {message}: is it on, is its address right, does its firmware support this?"
             )),
-            Outcome::Failed(Failure::NotTaken(NotTaken::Lint(lint))) => Trouble::Refused(format!("{message}: {lint}")),
             _ => Trouble::Failed(ended.to_string()),
         }
     }
 
     /// Sends a query, and repeats it if it is not answered.
-    pub(super) async fn ask(&mut self, query: HostMessage<'static>) -> Result<Ended, Trouble> {
-        for _ in 1..TRIES {
-            let ended = self.send(query).await?;
-            if !ended.is_silence() {
-                return self.answered(ended);
-            }
-        }
-        let ended = self.send(query).await?;
-        self.answered(ended)
+    pub(super) async fn ask(&mut self, query: impl Into<HostMessage<'static>>) -> Result<Ended, Trouble> {
+        let query = query.into();
+        let ended = self.repeated(query).await?;
+        if ended.answer().is_some() { Ok(ended) } else { Err(self.trouble(&query, &ended)) }
     }
 
-    fn answered(&self, ended: Ended) -> Result<Ended, Trouble> {
-        if ended.answer().is_some() { Ok(ended) } else { Err(self.trouble(&ended)) }
+    /// Value that the node answers to a query.
+    pub(super) async fn read<Q, T>(&mut self, query: Q) -> Result<T, Trouble>
+    where
+        Q: Into<HostMessage<'static>>,
+        for<'r> Q: Query<Reply<'r> = Answer<T>>,
+    {
+        let ended = self.ask(query).await?;
+        ended.read(&query).ok_or_else(|| self.trouble(&query.into(), &ended))
     }
 
     /// Sends a setting while nothing moves. A setting without an answer is repeated, because repeating has the same
-    /// effect as sending once. Other messages are sent once: those that may start motion, toggles, photos, addresses.
-    pub(super) async fn set(&mut self, message: HostMessage<'static>) -> Result<(), Trouble> {
-        let once =
-            message.may_start_motion() || matches!(message, HostMessage::SetPingPong(_) | HostMessage::CameraExpose(_));
-        let mut ended = self.send(message).await?;
+    /// effect as sending once. Other messages are sent once: those that may start motion, toggles, photos.
+    pub(super) async fn set(&mut self, message: impl Into<HostMessage<'static>>) -> Result<(), Trouble> {
+        let message = message.into();
+        let is_once = message.conduct().may_move()
+            || matches!(message, HostMessage::SetPingPong(_) | HostMessage::CameraExpose(_));
+        let ended = if is_once { self.send(message).await? } else { self.repeated(message).await? };
+        if ended.is_done() { Ok(()) } else { Err(self.trouble(&message, &ended)) }
+    }
+
+    /// Sends a message, and repeats it if it is not answered.
+    async fn repeated(&mut self, message: HostMessage<'static>) -> Result<Ended, Trouble> {
         for _ in 1..TRIES {
-            if once || !ended.is_silence() {
-                break;
+            let ended = self.send(message).await?;
+            if !ended.is_unanswered() {
+                return Ok(ended);
             }
-            ended = self.send(message).await?;
         }
-        if ended.is_done() { Ok(()) } else { Err(self.trouble(&ended)) }
+        self.send(message).await
     }
 
     /// Sets a value and reads it back, because firmware may answer OK without setting it.
-    pub(super) async fn set_and_see(
+    pub(super) async fn set_and_see<Q, T>(
         &mut self,
-        message: HostMessage<'static>,
-        query: HostMessage<'static>,
-        is_so: impl Fn(AnyReply<'_>) -> bool,
-    ) -> Result<(), Trouble> {
+        message: impl Into<HostMessage<'static>>,
+        query: Q,
+        wanted: T,
+    ) -> Result<(), Trouble>
+    where
+        Q: Into<HostMessage<'static>>,
+        for<'r> Q: Query<Reply<'r> = Answer<T>>,
+        T: PartialEq + Display,
+    {
+        let message = message.into();
         self.set(message).await?;
-        let ended = self.ask(query).await?;
-        match ended.answer() {
-            Some(answer) if is_so(answer) => Ok(()),
-            answer => {
-                let found = answer.map(|answer| answer.to_string()).unwrap_or_default();
-                let node = self.node.0;
-                Err(Trouble::Failed(format!("node {node} answered OK to {message}, but has {found}: try again")))
-            }
+        let found = self.read(query).await?;
+        if found == wanted {
+            return Ok(());
         }
+        let node = self.node.0;
+        Err(Trouble::Failed(format!("node {node} answered OK to {message}, but has {found}: try again")))
     }
 
     /// Starts motion. The message is sent only once. Returns `false` if it was not answered: the motor may move or not.
-    pub(super) async fn set_off(&mut self, message: HostMessage<'static>) -> Result<bool, Trouble> {
+    pub(super) async fn set_off(&mut self, message: impl Into<HostMessage<'static>>) -> Result<bool, Trouble> {
+        let message = message.into();
         let ended = self.send(message).await?;
-        match ended.is_done() {
-            true => Ok(true),
-            false if ended.is_silence() => Ok(false),
-            false => Err(self.trouble(&ended)),
-        }
+        if ended.is_done() || ended.is_unanswered() { Ok(ended.is_done()) } else { Err(self.trouble(&message, &ended)) }
     }
 
     /// Position of a motor, in steps.
     pub(super) async fn position(&mut self, motor: Motor) -> Result<i32, Trouble> {
-        let query = MotorPosition { motor };
-        let ended = self.ask(HostMessage::MotorPosition(query)).await?;
-        ended.read(&query).map(|steps| steps.0).ok_or_else(|| self.trouble(&ended))
+        Ok(self.read(MotorPosition { motor }).await?.0)
     }
 
     /// Whether a motor moves.
     pub(super) async fn is_running(&mut self, motor: Motor) -> Result<bool, Trouble> {
-        let query = MotorRunning { motor };
-        let ended = self.ask(HostMessage::MotorRunning(query)).await?;
-        ended.read(&query).map(Bool::get).ok_or_else(|| self.trouble(&ended))
+        Ok(self.read(MotorRunning { motor }).await?.get())
     }
 
     /// Sets the speed of a motor. Firmware answers OK to speeds that it does not accept, and cannot always report its
     /// speed.
     pub(super) async fn set_speed(&mut self, motor: Motor, speed: f32) -> Result<(), Trouble> {
-        let speed = StepsPerSecond(speed);
-        let message = HostMessage::MotorSetContinuousSpeed(message::MotorSetContinuousSpeed { motor, speed });
+        let message = MotorSetContinuousSpeed { motor, speed: StepsPerSecond(speed) };
         for _ in 1..TRIES {
-            let ended = self.send(message).await?;
+            let ended = self.send(message.into()).await?;
             if ended.is_done() {
                 return Ok(());
             }
             // A repeated speed has the same effect only while the motor rests.
-            if !ended.is_silence() || self.is_running(motor).await? {
-                return Err(self.trouble(&ended));
+            if !ended.is_unanswered() || self.is_running(motor).await? {
+                return Err(self.trouble(&message.into(), &ended));
             }
         }
         self.set(message).await
