@@ -1,15 +1,15 @@
-//! Any sequence of inputs, hostile ones among them, to each machine alone.
+//! Any sequence of inputs, also hostile ones, to each machine alone.
+
+use std::collections::BTreeMap;
 
 use kos_proto::device::motor::Motion;
 use kos_proto::device::{self, DeviceMachine, Quirks, Report, SessionId};
 use kos_proto::host::{self, Command, Get, HostMachine, Outcome, StopTarget, Token, Transmit};
 use kos_proto::message::*;
 use kos_proto::trajectory::*;
-use kos_proto::{DecodeError, DeviceMessage, HostMessage, MessageId, MessageType};
-use kos_proto::{MoveSummary, Transport};
-use laws::machine::step;
-use motion_core::machine::Output;
-use motion_core::time::Millis;
+use kos_proto::{DecodeError, DeviceMessage, HostMessage, MessageId, MessageType, Millis, MoveSummary, Transport};
+use laws::machine::Follows as _;
+use laws::world::Watched;
 use motion_core::wire::Messages;
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -18,12 +18,12 @@ use super::bench::*;
 use super::client::{AT, Client, go, jog, summary};
 use super::world::{device_stops_first, host_stops_first};
 
-/// What the clock does before a step.
+/// Motion of the clock before a step.
 #[derive(Debug, Clone, Copy)]
 enum Time {
     Stands,
     Goes(u64),
-    /// To the moment at which the machine wants to be woken, and so much later.
+    /// The clock goes to the time of the wake, and so many milliseconds further.
     Wakes(u64),
 }
 
@@ -38,16 +38,16 @@ fn time() -> impl Strategy<Value = Time> {
 }
 
 impl Time {
-    fn pass(self, now: u64, wake: Option<u64>) -> u64 {
+    fn pass(self, now: Millis, wake: Option<Millis>) -> Millis {
         match self {
             Self::Stands => now,
-            Self::Goes(millis) => now + millis,
-            Self::Wakes(late) => wake.unwrap_or(now) + late,
+            Self::Goes(millis) => now.after(millis),
+            Self::Wakes(late) => wake.unwrap_or(now).after(late),
         }
     }
 }
 
-/// A message as it came, of a known number or any other.
+/// Message as it stands on the wire, of a known number or any other.
 #[derive(Debug, Clone)]
 struct Wire {
     number: u32,
@@ -55,7 +55,7 @@ struct Wire {
 }
 
 impl Wire {
-    /// The message, or what is missing.
+    /// Message, or the error of the decoder.
     fn decode<'a, M: Messages<'a>>(&'a self) -> Result<M, (MessageId, MessageType, DecodeError)> {
         let [i0, i1, kind, _] = self.number.to_be_bytes();
         let id = MessageId(u16::from_be_bytes([i0, i1]));
@@ -65,7 +65,7 @@ impl Wire {
 
 fn wire(known: Vec<u32>) -> impl Strategy<Value = Wire> {
     let number = prop_oneof![8 => prop::sample::select(known), 1 => any::<u32>()];
-    // Small bytes are motors, counts and flags that mean something.
+    // Small bytes are plausible motors, counts and flags.
     let byte = prop_oneof![2 => 0..5_u8, 1 => any::<u8>()];
     (number, vec(byte, 0..60)).prop_map(|(number, body)| Wire { number, body })
 }
@@ -94,7 +94,7 @@ fn moves() -> impl Strategy<Value = TrajectoryData<'static>> {
     prop_oneof![live_moves, lapses]
 }
 
-/// What a client may send that makes sense, mostly.
+/// Message of a client, plausible more often than not.
 fn host_message() -> impl Strategy<Value = Wire> {
     let known = HostMessage::ALL.iter().map(|kind| kind.number).collect();
     let moved = (any::<bool>(), 0..5_u8, number(), number()).prop_map(|(is_bump, motor, position, speed)| {
@@ -175,7 +175,7 @@ fn device_options() -> impl Strategy<Value = device::Options> {
     })
 }
 
-/// What holds of a step of a device, whatever came.
+/// Checks what holds for every step of a device.
 fn device_holds(before: &DeviceMachine, after: &DeviceMachine, input: &device::Input<'_>, output: &device::Output<'_>) {
     use device::Event;
     device_stops_first(output);
@@ -190,7 +190,7 @@ fn device_holds(before: &DeviceMachine, after: &DeviceMachine, input: &device::I
     let plays = output.events().filter(|event| matches!(event, Event::Play { .. } | Event::MoveToFrame { .. }));
     assert!(plays.count() <= 1, "two moves");
     let stops_all = output.events().any(|event| *event == Event::StopAll);
-    assert!(!stops_all || !after.playback().runs(), "nothing goes on behind a stop");
+    assert!(!stops_all || !after.playback().runs(), "nothing goes on after a stop");
     let device::Input::Received { session, message, .. } = input else { return };
     if message.conduct().is_stop() && before.session(*session) != device::session::State::Closed {
         let by_hand = match message {
@@ -260,7 +260,7 @@ fn command() -> impl Strategy<Value = Command> {
     ]
 }
 
-/// What a device may send that makes sense, mostly.
+/// Message of a device, plausible more often than not.
 fn device_message() -> impl Strategy<Value = Wire> {
     use super::client::{calibrated, device_info, guid, software, unsupported};
     let known = DeviceMessage::ALL.iter().map(|kind| kind.number).chain([0x000B_8200]).collect();
@@ -301,13 +301,13 @@ fn host_op() -> impl Strategy<Value = HostOp> {
     ]
 }
 
-/// What a client sent for which command, and which commands have to end.
+/// Commands of an application, to compare with what the client sends.
 #[derive(Default)]
 struct Ledger {
-    /// Commands that may be sent once each, and to which motor.
+    /// Motors, and the motions that may be sent once each.
     due: Vec<(u8, Command)>,
-    /// Commands that did not end.
-    open: Vec<(Token, Command)>,
+    /// Commands that have not ended.
+    open: BTreeMap<Token, Command>,
 }
 
 impl Ledger {
@@ -315,18 +315,18 @@ impl Ledger {
         use host::Event;
         let mut refused = false;
         if let host::Input::Command(token, command) = *input {
-            self.open.push((token, command));
+            self.open.insert(token, command);
         }
         for event in output.events() {
             if let Event::Ended { token, outcome } = event {
-                let place = self.open.iter().position(|(open, _)| open == token);
-                let (_, command) = self.open.remove(place.expect("a command ends once"));
+                let command = self.open.remove(token).expect("a command ends once");
                 let now = matches!(input, host::Input::Command(this, _) if this == token);
                 refused |= now && matches!(outcome, Outcome::Refused(_));
                 assert!(*outcome != Outcome::Failed(host::Failure::NoAnswer) || matches!(command, Command::Get(_)));
             }
             if let Event::LinkDown(_) = event {
-                self.open.retain(|(token, _)| matches!(input, host::Input::Command(this, _) if this == token));
+                let is_new = |token: &Token| matches!(input, host::Input::Command(this, _) if this == token);
+                assert!(self.open.keys().all(is_new), "all commands end with the connection");
             }
         }
         match *input {
@@ -345,7 +345,7 @@ impl Ledger {
         for transmit in output.transmits().filter(|transmit| !transmit.conduct().repeatable) {
             let commanded = matches!(input, host::Input::Command(..));
             match transmit {
-                // One that had to wait; those that it overtook are never sent.
+                // A motion may have waited. Those that it overtook are never sent.
                 Transmit::MoveTo(sent) => {
                     let motor = sent.motor.number();
                     let wanted = |command: &Command| match command {
@@ -353,7 +353,7 @@ impl Ledger {
                         _ => true,
                     };
                     let place = self.due.iter().rposition(|(other, command)| *other == motor && wanted(command));
-                    let place = place.unwrap_or_else(|| panic!("{sent:?} sent twice"));
+                    let place = place.unwrap_or_else(|| panic!("{sent:?} is sent twice"));
                     let mut index = 0;
                     self.due.retain(|&(other, _)| {
                         index += 1;
@@ -366,9 +366,14 @@ impl Ledger {
     }
 }
 
+/// Checks what holds for every step of a client.
 fn host_holds(before: &HostMachine, after: &HostMachine, input: &host::Input<'_>, output: &host::Output<'_>) {
     use host::Event;
     host_stops_first(output);
+    for event in output.events() {
+        let lends = matches!(event, Event::Unsolicited(_) | Event::Ended { outcome: Outcome::Done(Some(_)), .. });
+        assert_eq!(event.to_static(), Some(*event).filter(|_| !lends), "what lends nothing can be stored");
+    }
     if output.transmits().any(|transmit| transmit.conduct().may_move() && *transmit != Transmit::Trajectory) {
         assert!(after.may_move(), "something that may move was sent: {output:?}");
     }
@@ -379,7 +384,7 @@ fn host_holds(before: &HostMachine, after: &HostMachine, input: &host::Input<'_>
     };
     assert!(
         !before.may_move() || after.may_move() || output.events().any(rested),
-        "it moves until it rests: {output:?}"
+        "motors move until something tells that they rest: {output:?}"
     );
     let host::Input::Command(_, command) = input else { return };
     let connected = before.state().is_connected();
@@ -402,29 +407,24 @@ fn host_holds(before: &HostMachine, after: &HostMachine, input: &host::Input<'_>
     assert!(after.may_move() || !matches!(command, Command::Stop | Command::StopMotor(MotorAddress(1..=10))));
 }
 
-fn is_quiet<T, E, const N: usize>(output: &Output<T, E, N>) -> bool {
-    output.effects.is_empty()
-}
-
 proptest! {
     #[test]
     fn any_inputs_to_a_device(options in device_options(), ops in vec((time(), device_op()), 0..80)) {
-        let mut machine = DeviceMachine::new(options);
-        let (mut now, mut wake) = (0, None);
-        machine = step(machine, Millis(now), device::Input::Rig(Report::Started)).0;
+        let (mut device, mut now) = (Watched::new(DeviceMachine::new(options)), Millis(0));
+        let _ = device.step(now, device::Input::Rig(Report::Started));
         for motor in [1, 2] {
             let session = SessionId(3);
             let open = device::Input::LinkUp { session, transport: Transport::Usb, password: Password(b"") };
-            machine = step(machine, Millis(now), open).0;
+            let _ = device.step(now, open);
             for (position, message) in [(0.0, mark_begin(motor)), (8.0, mark_end(motor))] {
                 let arrived = Report::Arrived(MotorAddress(motor), Rotations(position));
-                machine = step(machine, Millis(now), device::Input::Rig(arrived)).0;
+                let _ = device.step(now, device::Input::Rig(arrived));
                 let input = device::Input::Received { session, message, bytes: &[], password: Password(b"") };
-                machine = step(machine, Millis(now), input).0;
+                let _ = device.step(now, input);
             }
         }
         for (time, op) in &ops {
-            now = time.pass(now, wake);
+            now = time.pass(now, device.wake);
             let stored = Password(b"open");
             let decoded;
             let input = match op {
@@ -453,15 +453,12 @@ proptest! {
                 DeviceOp::Rig(report) => device::Input::Rig(*report),
                 DeviceOp::Wake => device::Input::Wake,
             };
-            let early = wake.is_some_and(|wake| wake > now);
-            let (next, output) = step(machine.clone(), Millis(now), input);
-            device_holds(&machine, &next, &input, &output);
+            let (early, before) = (device.wake.is_some_and(|wake| wake > now), device.machine.clone());
+            let output = device.step_whole(now, input, device::Input::Wake);
+            device_holds(&before, &device.machine, &input, &output);
             if matches!(input, device::Input::Wake) && early {
-                prop_assert!(is_quiet(&output) && next == machine, "to wake it too early changes nothing");
+                prop_assert!(output.is_quiet() && device.machine == before, "an early wake changes nothing");
             }
-            let (again, quiet) = step(next.clone(), Millis(now), device::Input::Wake);
-            prop_assert!(is_quiet(&quiet) && again == next, "to wake it once more changes nothing");
-            (machine, wake) = (next, output.wake.map(|wake| wake.0));
         }
     }
 
@@ -473,10 +470,11 @@ proptest! {
         let options = host::Options::default().with_ask_every(ask.then_some(5_000)).with_reconnect(again);
         let endpoint = if usb { host::Endpoint::Usb } else { AT };
         let client = if ready { Client::ready_at(options, endpoint) } else { Client::new(options) };
-        let (mut machine, mut now, mut wake) = (client.machine, client.now, client.wake);
+        let (mut host, mut now) = (Watched::new(client.machine), Millis(client.now));
+        host.wake = client.wake.map(Millis);
         let (mut ledger, mut token) = (Ledger::default(), 0);
         for (time, op) in &ops {
-            now = time.pass(now, wake);
+            now = time.pass(now, host.wake);
             let decoded;
             let input = match op {
                 HostOp::Opened => host::Input::LinkUp,
@@ -495,35 +493,30 @@ proptest! {
                 }
                 HostOp::Wake => host::Input::Wake,
             };
-            let early = wake.is_some_and(|wake| wake > now);
-            let (next, output) = step(machine.clone(), Millis(now), input);
-            host_holds(&machine, &next, &input, &output);
+            let (early, before) = (host.wake.is_some_and(|wake| wake > now), host.machine.clone());
+            let output = host.step_whole(now, input, host::Input::Wake);
+            host_holds(&before, &host.machine, &input, &output);
             ledger.check(&input, &output);
             if matches!(input, host::Input::Wake) && early {
-                prop_assert!(is_quiet(&output) && next == machine, "to wake it too early changes nothing");
+                prop_assert!(output.is_quiet() && host.machine == before, "an early wake changes nothing");
             }
-            let (again, quiet) = step(next.clone(), Millis(now), host::Input::Wake);
-            prop_assert!(is_quiet(&quiet) && again == next, "to wake it once more changes nothing");
-            (machine, wake) = (next, output.wake.map(|wake| wake.0));
         }
-        // All that was asked comes to an end.
-        let end = now + options.request_timeout();
-        while let Some(due) = wake.filter(|&wake| wake <= end) {
-            let (next, output) = step(machine, Millis(due), host::Input::Wake);
-            ledger.check(&host::Input::Wake, &output);
-            (machine, wake) = (next, output.wake.map(|wake| wake.0));
+        // All questions end.
+        let end = now.after(options.request_timeout());
+        while let Some(due) = host.wake.filter(|&wake| wake <= end) {
+            ledger.check(&host::Input::Wake, &host.step(due, host::Input::Wake));
         }
-        // Motions end when the device says so, or they are stopped; a command that waits for anything else ended.
+        // A motion ends when the device reports it, or when it is stopped. All other commands have ended.
         let motions = |command: &Command| {
             matches!(
                 command,
                 Command::MoveTo(_) | Command::Bump(_) | Command::Load { .. } | Command::Play | Command::PlayDirect { .. }
             )
         };
-        prop_assert!(ledger.open.iter().all(|(_, command)| motions(command)), "{:?}", ledger.open);
+        prop_assert!(ledger.open.values().all(motions), "{:?}", ledger.open);
     }
 
-    /// A summary is what it says, or why there is none: any blocks.
+    /// Any blocks give a valid summary, or an error.
     #[test]
     fn any_summary(body in vec(any::<u8>(), 0..300), data in moves()) {
         let wire = Wire { number: 0x0012_0000, body };
