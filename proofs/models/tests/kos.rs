@@ -144,8 +144,8 @@ fn a_move_over_usb_with_all_faults() {
 #[test]
 fn by_hand_over_usb() {
     let script = &[(Wish::MoveTo, 1), (Wish::Jog, 1), (Wish::StopMotor, 1), (Wish::Stop, 1)];
-    let usb = Kos { transport: Transport::Usb, faults: ALL, prompt: true, ..tcp(script) };
-    holds("by hand over USB, all faults", usb, 2_000_000);
+    let usb = Kos { transport: Transport::Usb, faults: ALL, prompt: true, jumps: 2, ..tcp(script) };
+    holds("by hand over USB, all faults", usb, 1_000_000);
 }
 
 #[test]
