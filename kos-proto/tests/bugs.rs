@@ -4,13 +4,13 @@
 //! Some bugs are those of a program and not of its codec. Tests of the machines (`tests/machines`) cover them:
 //!
 //! - One flag that says "ready" for all answers, so that one `Get` takes the answer to another:
-//!   `what_is_said_unasked_is_told`, `late_answers_do_not_end_a_stop`.
+//!   `a_message_without_a_question_is_told`, `late_answers_do_not_end_a_stop`.
 //! - Keep-alives by the clock of the processor, which stands while the program waits:
-//!   `over_tcp_a_question_keeps_the_line`.
-//! - A `Get` that waits for ever: `every_question_comes_to_an_end`.
+//!   `a_question_keeps_the_connection_over_tcp`.
+//! - A `Get` that waits for ever: `every_question_ends`.
 //! - A destructor that waits for a read: no machine waits.
 //! - No state for a closed connection, so that the same error is thrown again and again:
-//!   `a_lost_connection_is_tried_again`.
+//!   `a_lost_connection_is_made_again`.
 
 use kos_proto::message::{
     BumpPositionSpeedAcceleration, JOG_DISTANCE, Motor, MotorAddress, MotorCalibrated, MotorInfo, MotorInfos,

@@ -6,9 +6,9 @@ mod machines {
     mod capacity;
     mod client;
     mod connect;
-    mod hand;
     mod lapse;
     mod link;
+    mod motors;
     mod playback;
     mod random;
     mod rows;

@@ -25,7 +25,7 @@ fn calibration(bench: &Bench) -> (State, f32, f32) {
 
 /// 7.3-1.
 #[test]
-fn without_a_range_it_runs_until_it_is_stopped() {
+fn a_jog_without_a_range_runs_until_it_is_stopped() {
     for far in [25_000.0, -25_000.0] {
         let mut bench = bench();
         bench.hear(set_psa(1, far, 10.0));
@@ -36,7 +36,7 @@ fn without_a_range_it_runs_until_it_is_stopped() {
 
 /// 7.3-2: wherever the position says, and once a motor for each attempt (decision K-M10).
 #[test]
-fn speed_0_stops_wherever_the_position_says() {
+fn speed_0_stops_a_motor_whatever_the_position_is() {
     for (position, acceleration) in [(0.0, 20.0), (f32::NAN, 0.0), (1e30, f32::NAN)] {
         for is_bump in [false, true] {
             let mut bench = bench();
@@ -83,7 +83,7 @@ fn the_range_begins_where_the_motor_rests() {
 
 /// 7.3-4.
 #[test]
-fn between_the_marks_it_moves_freely() {
+fn a_motor_moves_freely_between_the_marks() {
     let mut bench = bench();
     bench.arrive(1, 5.0);
     bench.hear(mark_begin(1));
@@ -139,7 +139,7 @@ fn a_range_without_a_begin_or_a_length_is_an_error() {
 
 /// 7.3-8, 7.3-9: for a bump as well.
 #[test]
-fn in_its_range_it_goes_where_it_is_sent_and_no_further() {
+fn a_motor_goes_where_it_is_sent_but_not_beyond_its_range() {
     let mut bench = bench();
     bench.calibrate(1);
     bench.clear();
@@ -158,7 +158,7 @@ fn in_its_range_it_goes_where_it_is_sent_and_no_further() {
 
 /// What is no number, runs backward in time, or never gets anywhere moves nothing (decision K-N1).
 #[test]
-fn what_means_nothing_moves_nothing() {
+fn invalid_numbers_move_nothing() {
     let mut bench = bench();
     for (position, speed) in [(f32::NAN, 1.0), (f32::INFINITY, 1.0), (1.0, f32::NAN), (1.0, -1.0), (1.0, f32::INFINITY)]
     {
@@ -177,7 +177,7 @@ fn what_means_nothing_moves_nothing() {
 
 /// 7.3-10: a motor that moves is stopped, for nobody knows now where to.
 #[test]
-fn a_reset_forgets_the_range_of_one() {
+fn a_reset_of_a_motor_forgets_its_range() {
     let mut bench = bench();
     bench.calibrate(1);
     bench.clear();
@@ -194,7 +194,7 @@ fn a_reset_forgets_the_range_of_one() {
 
 /// 7.3-11.
 #[test]
-fn a_reset_of_all_is_silent() {
+fn a_reset_of_all_motors_is_not_answered() {
     let mut bench = bench();
     bench.calibrate(1);
     bench.calibrate(2);
@@ -207,7 +207,7 @@ fn a_reset_of_all_is_silent() {
 
 /// 7.3-12: and it stops; other faults leave the range.
 #[test]
-fn a_fault_voids_the_range_where_it_says_so() {
+fn faults_void_the_range_if_their_code_says_so() {
     for (code, left) in [(10, false), (16, false), (14, false), (11, true), (12, true), (13, true)] {
         let mut bench = bench();
         bench.calibrate(1);
@@ -222,7 +222,7 @@ fn a_fault_voids_the_range_where_it_says_so() {
 
 /// 7.3-13: no motor, and no stop of it either.
 #[test]
-fn there_is_no_such_motor() {
+fn an_unknown_motor_is_an_error() {
     let mut bench = bench();
     for motor in [0, 4, 11, 127] {
         let mark = [mark_begin(motor), mark_end(motor)];

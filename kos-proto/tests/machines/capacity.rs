@@ -15,7 +15,7 @@ fn ten() -> device::Options {
 
 /// Ten motors are told of while a move ends and the device announces itself.
 #[test]
-fn a_device_tells_of_ten_motors_while_a_move_ends() {
+fn a_step_has_room_for_ten_motors_while_a_move_ends() {
     let mut bench = Bench::off(ten());
     bench.rig(device::Report::Started);
     bench.open(ZERO, Transport::Usb);
@@ -35,7 +35,7 @@ fn a_device_tells_of_ten_motors_while_a_move_ends() {
 
 /// Ten motors stop because four clients are gone at once.
 #[test]
-fn four_clients_are_gone_at_once() {
+fn a_step_has_room_for_four_clients_that_are_gone_at_once() {
     let mut bench = Bench::off(ten());
     bench.rig(device::Report::Started);
     for session in SessionId::ALL {
@@ -52,7 +52,7 @@ fn four_clients_are_gone_at_once() {
 
 /// Ten motors, seven questions, a move and a range: all that can be late is, when motors come and go.
 #[test]
-fn everything_is_late_at_once() {
+fn a_step_has_room_for_everything_that_is_late_at_once() {
     let mut client = Client::connected(Options::default(), Endpoint::Usb);
     client.hear(device_info(PlaybackState::NO_MOVE));
     for motor in 1..=10 {

@@ -28,7 +28,7 @@ fn network_info() -> NetworkInfo<'static> {
 
 /// 7.2-1: who is out there is for `discovery::Devices` to say; the client only connects.
 #[test]
-fn a_device_is_found() {
+fn an_announcement_gives_the_address_of_a_device() {
     let mut bytes = [0; 27];
     Datagram::Announcement(network_info()).encode_into(&mut bytes).unwrap();
     let source = Ipv4Addr::new(192, 168, 50, 1).into();
@@ -46,7 +46,7 @@ fn a_device_is_found() {
 
 /// 7.2-2.
 #[test]
-fn it_may_ask_who_is_there() {
+fn a_client_asks_for_devices_if_the_option_is_set() {
     let mut client = Client::new(Options::default().with_ask_every(Some(Options::ASK_EVERY)));
     client.step(Input::Wake);
     client.pass(9_999);
@@ -63,7 +63,7 @@ fn it_may_ask_who_is_there() {
 
 /// 7.2-3: once; nothing else goes before.
 #[test]
-fn it_connects_where_it_is_told_to() {
+fn a_client_connects_to_the_endpoint_of_the_command() {
     let mut client = Client::new(Options::default());
     for command in [Command::Disconnect, Command::Get(Get::LedStatus), load(), Command::ChangePassword] {
         assert_eq!(client.refused(command), Some(Refusal::NotConnected), "{command:?}");
@@ -77,7 +77,7 @@ fn it_connects_where_it_is_told_to() {
 
 /// 7.2-4.
 #[test]
-fn first_it_asks_what_the_device_is() {
+fn the_first_question_asks_what_the_device_is() {
     let mut client = Client::connected(Options::default(), AT);
     assert_eq!((client.sent(), client.state()), (vec![ASKS], "AwaitDeviceInfo"));
     assert_eq!(client.refused(load()), Some(Refusal::NotReady));
@@ -85,7 +85,7 @@ fn first_it_asks_what_the_device_is() {
 
 /// 7.2-5.
 #[test]
-fn then_it_says_the_password_and_asks_for_the_motors() {
+fn the_password_and_a_question_for_the_motors_follow() {
     for (echo, password) in [(true, PasswordOf::Device(Password(b"open"))), (false, PasswordOf::User)] {
         let mut client = Client::connected(Options::default().with_echo_password(echo), AT);
         client.clear();
@@ -97,7 +97,7 @@ fn then_it_says_the_password_and_asks_for_the_motors() {
 
 /// 7.2-6, 7.2-7: each message of the series has the full time; several motors in one are taken as well (K-F10).
 #[test]
-fn the_motors_come_one_by_one() {
+fn the_motors_are_reported_one_by_one() {
     let mut client = Client::connected(Options::default(), AT);
     client.hear(device_info(PlaybackState::NO_MOVE));
     client.clear();
@@ -119,7 +119,7 @@ fn the_motors_come_one_by_one() {
 
 /// 7.2-7: who is not in a new series is not there any more.
 #[test]
-fn a_new_series_tells_who_is_there() {
+fn a_new_series_tells_which_motors_are_there() {
     let mut client = Client::ready();
     client.command(Command::Get(Get::MotorInfo));
     client.motor(2, 1.0, 0.0, true);
@@ -132,7 +132,7 @@ fn a_new_series_tells_who_is_there() {
 
 /// 7.2-8.
 #[test]
-fn without_the_right_password_it_is_locked() {
+fn a_device_is_locked_without_the_right_password() {
     for silent in [false, true] {
         let mut client = Client::connected(Options::default(), AT);
         client.hear(device_info(PlaybackState::NO_MOVE));
@@ -153,7 +153,7 @@ fn without_the_right_password_it_is_locked() {
 
 /// 7.2-9, 7.2-10: a device without a number is asked for its platform as well (safety decision 9).
 #[test]
-fn then_it_asks_which_device_it_is_and_who_calibrated_it() {
+fn questions_for_the_number_and_the_platform_follow() {
     let late = |client: &mut Client| client.pass(3_000);
     let no: fn(&mut Client) = |client| client.hear(unsupported(&[4, 0, 6, 0, 0x26, 1]));
     let no_guid: fn(&mut Client) = |client| client.hear(unsupported(&[4, 0, 6, 0, 0x1f, 1]));
@@ -208,7 +208,7 @@ fn a_locked_device_gets_the_password_of_the_application() {
 
 /// 7.2-11: a question that the locked device passed over does not keep the next one back.
 #[test]
-fn a_question_that_a_lock_swallowed_fails() {
+fn a_question_fails_if_the_device_is_locked_meanwhile() {
     let mut client = Client::ready();
     client.command(Command::Get(Get::MotorInfo));
     client.error(15, 0);
@@ -220,7 +220,7 @@ fn a_question_that_a_lock_swallowed_fails() {
 
 /// 7.2-12.
 #[test]
-fn a_ready_device_may_lock() {
+fn a_device_that_is_ready_may_lock() {
     let mut client = Client::ready();
     client.error(15, 3);
     let locked_out = ErrorCode::LOCKED_OUT;
@@ -230,7 +230,7 @@ fn a_ready_device_may_lock() {
 
 /// 7.2-13: safety decision 2: while anything moves, or may, a stop must not depend on a password.
 #[test]
-fn the_password_is_changed_while_nothing_moves() {
+fn the_password_is_changed_only_while_nothing_moves() {
     let mut client = Client::ready();
     client.command(Command::ChangePassword);
     assert_eq!(client.sent(), [Transmit::DevicePassword, Transmit::UserPassword(PasswordOf::New)]);
@@ -259,7 +259,7 @@ fn the_password_is_changed_while_nothing_moves() {
 
 /// 7.2-14: what is sent or heard keeps the line; if much is sent and nothing heard, it asks as well (K-S15).
 #[test]
-fn over_tcp_a_question_keeps_the_line() {
+fn a_question_keeps_the_connection_over_tcp() {
     let mut client = Client::ready();
     client.pass(9_999);
     assert_eq!(client.sent(), []);
@@ -285,7 +285,7 @@ fn over_tcp_a_question_keeps_the_line() {
 
 /// 7.2-15: whatever else is sent; nothing is expected back (decision K-U6).
 #[test]
-fn over_usb_there_are_keep_alives() {
+fn keep_alives_are_sent_over_usb() {
     let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
     for _ in 0..10 {
         client.command(Command::SetPlatform(1));
@@ -323,7 +323,7 @@ fn a_silent_device_is_given_up() {
 
 /// 7.2-17: what is said unasked is told, and keeps what is known up to date.
 #[test]
-fn what_is_said_unasked_is_told() {
+fn a_message_without_a_question_is_told() {
     let mut client = Client::ready();
     client.hear(DeviceMessage::from(network_info()));
     client.hear(DeviceMessage::other(0x0025_0200, &[]));
@@ -370,7 +370,7 @@ fn what_is_said_unasked_is_told() {
 
 /// 7.2-18: a question of a kind at a time; each is answered, or told to fail.
 #[test]
-fn every_question_comes_to_an_end() {
+fn every_question_ends() {
     for get in Get::ALL {
         let mut client = Client::ready();
         client.command(Command::Get(get));
@@ -409,7 +409,7 @@ fn every_question_comes_to_an_end() {
 
 /// 7.2-19.
 #[test]
-fn a_device_that_does_not_say_what_it_is_is_given_up() {
+fn a_device_that_does_not_answer_what_it_is_is_given_up() {
     let mut client = Client::connected(Options::default(), AT);
     client.pass(8_999);
     assert_eq!((client.sent(), client.told()), (vec![ASKS; 3], vec![]));
@@ -419,7 +419,7 @@ fn a_device_that_does_not_say_what_it_is_is_given_up() {
 
 /// 7.2-20: it tries again, more and more rarely, until it is told not to.
 #[test]
-fn a_lost_connection_is_tried_again() {
+fn a_lost_connection_is_made_again() {
     for (end, why) in [(Input::LinkDown, LinkDownReason::Ended), (Input::Fatal, LinkDownReason::Framing)] {
         let mut client = Client::armed();
         client.step(end);
@@ -446,7 +446,7 @@ fn a_lost_connection_is_tried_again() {
 }
 
 #[test]
-fn what_is_set_is_sent_once() {
+fn settings_are_sent_once() {
     let mut client = Client::ready();
     let (master, slave) = (LedMode::ON, LedMode::OFF);
     client.command(Command::SetLeds { master, slave });

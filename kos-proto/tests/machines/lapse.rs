@@ -31,7 +31,7 @@ fn continuous(before: u32, moving: u32, after: u32) -> Bench {
 
 /// 7.5-1, 7.5-3: each photo before the move waits and is taken like one in it.
 #[test]
-fn photos_before_the_move() {
+fn photos_are_taken_before_the_move() {
     for (mut bench, next, said) in [
         (continuous(2, 1, 0), "ForwardC", vec!["0: START_FORWARD"]),
         (sms(2, 1, 0), "FrameDelay", vec!["0: START_FORWARD", "0: START_FRAME"]),
@@ -47,7 +47,7 @@ fn photos_before_the_move() {
 
 /// 7.5-2, 7.5-5.
 #[test]
-fn without_them_it_begins_at_once() {
+fn a_lapse_without_photos_before_it_begins_at_once() {
     let mut bench = continuous(0, 4, 0);
     assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: START_FORWARD"]);
     assert_eq!(bench.told().pop(), Some(Event::Play { way: Direction::Forward, millis: 12_000 }));
@@ -58,7 +58,7 @@ fn without_them_it_begins_at_once() {
 
 /// 7.5-4, 7.5-9, 7.5-11: while the motors move, a photo every three seconds, until the end.
 #[test]
-fn photos_while_the_motors_move() {
+fn photos_are_taken_while_the_motors_move() {
     let mut bench = continuous(0, 3, 0);
     bench.clear();
     bench.pass(2_000);
@@ -77,7 +77,7 @@ fn photos_while_the_motors_move() {
 
 /// 7.5-4: the next photo keeps its time, also if a wake was late.
 #[test]
-fn the_rhythm_of_photos_is_kept() {
+fn a_late_photo_does_not_delay_the_next_one() {
     let mut bench = continuous(0, 3, 0);
     bench.clear();
     bench.now += 2_400;
@@ -90,7 +90,7 @@ fn the_rhythm_of_photos_is_kept() {
 
 /// 7.5-6, 7.5-7, 7.5-8: shoot, move, shoot.
 #[test]
-fn shoot_move_shoot() {
+fn the_motors_rest_for_each_photo_of_shoot_move_shoot() {
     let mut bench = sms(0, 3, 0);
     for frame in 1..3 {
         bench.clear();
@@ -116,7 +116,7 @@ fn shoot_move_shoot() {
 
 /// 7.5-8: motors that do not get to the next place end it (decision K-S10).
 #[test]
-fn a_motor_that_does_not_get_there_ends_it() {
+fn a_motor_that_does_not_get_to_its_place_ends_the_lapse() {
     let mut bench = sms(0, 2, 0);
     bench.pass(3_000);
     bench.arrive(1, 1.0);
@@ -128,7 +128,7 @@ fn a_motor_that_does_not_get_there_ends_it() {
 
 /// 7.5-9, 7.5-10, 7.5-11.
 #[test]
-fn photos_behind_the_move() {
+fn photos_are_taken_after_the_move() {
     for mut bench in [continuous(0, 1, 2), sms(0, 1, 2)] {
         bench.pass(2_999);
         bench.clear();
@@ -164,7 +164,7 @@ fn a_stop_ends_a_time_lapse_in_every_state() {
 
 /// Back to front, photos are not taken (decision K-J7); photos in no time neither (decision K-S18).
 #[test]
-fn what_is_no_time_lapse_is_refused() {
+fn a_lapse_without_photos_or_times_is_refused() {
     let data = lapse(PlaybackMode::TIME_LAPSE_SMS, 0, 2, 0);
     let mut bench = Bench::loaded(Options::default(), data);
     bench.hear(start_to(PlaybackDirection::REVERSE));
@@ -177,7 +177,7 @@ fn what_is_no_time_lapse_is_refused() {
 }
 
 #[test]
-fn one_photo_is_taken_when_no_move_runs() {
+fn a_photo_is_taken_only_while_no_move_runs() {
     let mut bench = Bench::new(Options::default());
     let picture = |exposure| {
         HostMessage::from(TakePicture { motor_address: MotorAddress::ALL, exposure: Seconds(exposure), tail: &[] })

@@ -25,7 +25,7 @@ fn locked() -> Bench {
 
 /// 7.1-1, 7.1-3: it says where it is until a client is there, and again when the last one is gone.
 #[test]
-fn it_advertises_while_no_client_is_connected() {
+fn a_device_announces_itself_while_no_client_is_connected() {
     let mut bench = Bench::off(Options::default());
     bench.pass(60_000);
     assert_eq!((bench.said().len(), bench.machine.link().name()), (0, "Rebooting"));
@@ -47,7 +47,7 @@ fn it_advertises_while_no_client_is_connected() {
 
 /// 7.1-2.
 #[test]
-fn a_question_by_datagram_is_answered_as_it_asks() {
+fn a_question_by_datagram_is_answered_to_the_receivers_that_it_names() {
     let mut bench = Bench::new(Options::default());
     let datagram = |message| Input::Datagram { from: FROM, message };
     let ask = |limited| datagram(GetNetworkInfo::new(limited).into());
@@ -61,7 +61,7 @@ fn a_question_by_datagram_is_answered_as_it_asks() {
 
 /// 7.1-3: the lock is open where there is no password, unless the device wants the empty one (decision K-P4).
 #[test]
-fn without_a_password_there_is_no_lock() {
+fn a_device_without_a_password_is_not_locked() {
     assert_eq!(Bench::new(Options::default()).machine.session(ZERO), State::Unlocked);
     assert_eq!(locked().machine.session(ZERO), State::Locked);
     let mut strict = Bench::new(Options::default().with_quirks(Quirks::REQUIRE_EMPTY_PASSWORD));
@@ -72,7 +72,7 @@ fn without_a_password_there_is_no_lock() {
 
 /// 7.1-4: over USB nobody asks for a password, and a wrong one is no harm (decision K-U7).
 #[test]
-fn over_usb_there_is_no_lock() {
+fn a_device_is_not_locked_over_usb() {
     let mut bench = locked();
     bench.open(ONE, Transport::Usb);
     assert_eq!(bench.machine.session(ONE), State::Unlocked);
@@ -113,7 +113,7 @@ fn any_message_is_a_sign_of_life() {
 
 /// 7.1-6.
 #[test]
-fn while_locked_it_says_what_it_is_and_where() {
+fn a_locked_device_tells_what_it_is_and_its_address() {
     let mut bench = locked();
     bench.hear(DEVICE_INFO);
     bench.hear(LIMITED);
@@ -164,7 +164,7 @@ fn a_stop_needs_no_password() {
 
 /// 7.1-11: nothing else is answered, and nothing follows from it.
 #[test]
-fn while_locked_nothing_else_goes() {
+fn a_locked_device_ignores_everything_else() {
     let motions = [set_psa(1, 5.0, 10.0), bump(1, 5.0, 10.0), start(), setup(false), mark_begin(1), reset_axis(0)];
     let gets = [GetMotorInfo::default().into(), GetDeviceGUID::default().into(), device_password(b"")];
     for message in motions.into_iter().chain(gets).chain([ResetDevice::default().into()]) {
@@ -178,7 +178,7 @@ fn while_locked_nothing_else_goes() {
 
 /// 7.1-13, 7.1-14: who is unlocked knew the old password, and only the same one keeps the lock open.
 #[test]
-fn another_password_locks() {
+fn a_new_password_locks_the_clients() {
     let mut bench = locked();
     bench.open(ONE, Transport::Tcp);
     for session in [ZERO, ONE] {
@@ -196,7 +196,7 @@ fn another_password_locks() {
 
 /// 7.1-13: who is locked is told no more, from the same step on.
 #[test]
-fn a_client_that_is_locked_is_told_no_more() {
+fn a_locked_client_gets_no_reports() {
     let mut bench = Bench::loaded(Options::default(), live_move(live()));
     bench.hear(start());
     bench.home();
@@ -209,7 +209,7 @@ fn a_client_that_is_locked_is_told_no_more() {
 
 /// 7.1-15: one motor a message, and more until the last (decision K-M3).
 #[test]
-fn what_is_asked_is_answered() {
+fn every_question_is_answered() {
     let mut bench = Bench::new(Options::default().with_platform(7));
     bench.calibrate(2);
     bench.clear();
@@ -243,7 +243,7 @@ fn what_is_asked_is_answered() {
 
 /// 7.1-16.
 #[test]
-fn what_is_set_is_kept_without_an_answer() {
+fn settings_are_stored_without_an_answer() {
     let mut bench = Bench::new(Options::default());
     let leds = |master| LEDStatus { master_status: LedMode(master), slave_status: LedMode::OFF, tail: &[] };
     bench.hear(HostMessage::from(leds(2)));
@@ -280,7 +280,7 @@ fn bytes_of(number: u32) -> Vec<u8> {
 
 /// 7.1-17: what nobody knows is sent back, but not what only devices send (decision K-P10).
 #[test]
-fn what_it_does_not_know_is_sent_back() {
+fn an_unknown_message_is_sent_back() {
     let mut bench = Bench::new(Options::default());
     for number in [0x0025_0100, 0x0002_0000, 0x000B_0000, 0x0080_0008, 0x0077_0000] {
         bench.hear(HostMessage::other(number, &[]));
@@ -308,7 +308,7 @@ fn what_it_does_not_know_is_sent_back() {
 
 /// 7.1-18: everything stops before it starts anew, and it answers nobody until it did.
 #[test]
-fn a_reset_stops_closes_and_starts_anew() {
+fn a_reset_stops_everything_and_closes_the_connections() {
     let mut bench = Bench::loaded(Options::default(), live_move(live()));
     bench.open(ONE, Transport::Usb);
     bench.hear(start());
@@ -336,7 +336,7 @@ fn a_reset_stops_closes_and_starts_anew() {
 
 /// 7.1-19: also to a client that is locked, but only over TCP.
 #[test]
-fn it_may_say_over_tcp_where_it_is() {
+fn a_device_tells_its_address_over_tcp_if_the_option_is_set() {
     let mut bench = Bench::off(Options::default().with_push_every(Some(5_000)));
     bench.password = b"open";
     bench.rig(Report::Started);
@@ -351,7 +351,7 @@ fn it_may_say_over_tcp_where_it_is() {
 
 /// 7.1-20: a client that is gone takes along what it moved by hand, and nothing else.
 #[test]
-fn a_client_that_is_gone_stops_what_it_moved_by_hand() {
+fn motors_stop_when_the_client_that_moved_them_by_hand_is_gone() {
     let why = [DisconnectReason::Silence, DisconnectReason::Framing];
     for gone in 0..3 {
         let mut bench = Bench::new(Options::default());
@@ -390,7 +390,7 @@ fn a_client_that_is_gone_stops_what_it_moved_by_hand() {
 
 /// 7.1-20: a move goes on without a client, unless the options say otherwise (decision K-S5).
 #[test]
-fn a_move_goes_on_alone_unless_told_otherwise() {
+fn a_move_goes_on_without_clients_unless_an_option_says_otherwise() {
     for stops in [false, true] {
         let mut bench = Bench::loaded(Options::default().with_stop_when_alone(stops), live_move(live()));
         bench.hear(start());
@@ -420,14 +420,14 @@ fn motors_come_and_go() {
 
 /// 7.1-22.
 #[test]
-fn inputs_are_told() {
+fn changes_of_inputs_are_told() {
     let mut bench = Bench::new(Options::default());
     bench.rig(Report::Inputs(AuxInputs::MASTER_TIP));
     assert_eq!(bench.said(), ["0: AuxInputStatus(AuxInputs(MASTER_TIP))"]);
 }
 
 #[test]
-fn a_fifth_client_has_no_place() {
+fn a_fifth_client_is_disconnected() {
     let mut bench = Bench::new(Options::default());
     bench.open(SessionId(4), Transport::Tcp);
     assert_eq!(bench.told(), [Event::Disconnect { session: SessionId(4), reason: DisconnectReason::NoRoom }]);

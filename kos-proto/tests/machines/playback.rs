@@ -91,7 +91,7 @@ fn a_move_is_stored() {
 
 /// 7.4-2: and the one before it is forgotten; what takes no time has a code of its own (decision K-J10).
 #[test]
-fn a_move_that_cannot_be_is_refused() {
+fn a_move_that_cannot_be_played_is_refused() {
     let nothing = TrajectoryData { blocks: Blocks::default(), tail: &[] };
     let no_time = live_move(Playback { duration: Seconds(0.0), ..live() });
     let no_mode = live_move(Playback { playback_mode: PlaybackMode(9), ..live() });
@@ -114,7 +114,7 @@ fn a_move_that_cannot_be_is_refused() {
 
 /// 7.4-3.
 #[test]
-fn without_a_move_nothing_is_played() {
+fn nothing_is_played_without_a_move() {
     for message in [setup(false), setup(true), start(), RAPID] {
         let mut bench = Bench::new(Options::default());
         bench.hear(message);
@@ -124,7 +124,7 @@ fn without_a_move_nothing_is_played() {
 
 /// 7.4-4, 7.4-8.
 #[test]
-fn setup_goes_home_and_is_completed() {
+fn setup_sends_the_motors_to_where_the_move_begins() {
     let mut bench = loaded();
     bench.hear(setup(false));
     assert_eq!((bench.told(), bench.said().len(), bench.state()), (vec![home(Direction::Forward)], 0, "HomingSetup"));
@@ -169,7 +169,7 @@ fn setup_may_leave_the_motors_where_they_are() {
 
 /// 7.4-6, 7.4-10, 7.4-14.
 #[test]
-fn start_goes_home_and_plays() {
+fn a_start_sends_the_motors_to_where_the_move_begins_and_plays_it() {
     let mut bench = loaded();
     bench.hear(start());
     assert_eq!((bench.told(), bench.said().len(), bench.state()), (vec![home(Direction::Forward)], 0, "HomingStart"));
@@ -180,7 +180,7 @@ fn start_goes_home_and_plays() {
 
 /// 7.4-7: it is loaded, or ready, as before.
 #[test]
-fn rapid_goes_home_and_that_is_all() {
+fn rapid_to_first_key_frame_moves_the_motors_and_plays_nothing() {
     for ready in [false, true] {
         let mut bench = loaded();
         if ready {
@@ -200,7 +200,7 @@ fn rapid_goes_home_and_that_is_all() {
 
 /// 7.4-9: once, and for the same way.
 #[test]
-fn a_start_while_it_is_made_ready_is_remembered_once() {
+fn a_start_during_the_setup_is_stored_once() {
     let mut bench = loaded();
     bench.hear(setup(false));
     bench.hear(start_to(PlaybackDirection::REVERSE));
@@ -216,7 +216,7 @@ fn a_start_while_it_is_made_ready_is_remembered_once() {
 
 /// 7.4-11: said by the rig, or because it takes too long.
 #[test]
-fn a_motor_that_does_not_get_home_ends_it() {
+fn a_motor_that_does_not_get_to_where_the_move_begins_ends_the_move() {
     for message in [setup(false), start(), RAPID] {
         for late in [false, true] {
             let mut bench = loaded();
@@ -243,7 +243,7 @@ fn a_motor_that_does_not_get_home_ends_it() {
 
 /// 7.4-12.
 #[test]
-fn from_home_it_is_played_at_once() {
+fn a_move_is_played_at_once_if_the_motors_are_where_it_begins() {
     let mut bench = loaded();
     bench.hear(setup(false));
     bench.home();
@@ -254,7 +254,7 @@ fn from_home_it_is_played_at_once() {
 
 /// 7.4-13: moved by hand, or marked anew, a motor is not where the move begins any more (decision K-S7).
 #[test]
-fn moved_by_hand_it_goes_home_again() {
+fn motors_that_were_moved_by_hand_go_back_before_the_move() {
     let disturb: [fn(&mut Bench); 2] = [
         |bench| {
             bench.hear(set_psa(1, 1.0, 1.0));
@@ -276,7 +276,7 @@ fn moved_by_hand_it_goes_home_again() {
 
 /// 7.4-15: safety decision 5: before anything moves, whether it is made ready or not.
 #[test]
-fn a_moment_that_is_over_moves_nothing() {
+fn a_start_time_that_has_passed_moves_nothing() {
     let clocks = [(Some(clock()), NOON - 1800), (None, NOON + 1800)];
     for (clock, moment) in clocks {
         let options = Options::default().with_unix_millis_at_zero(clock);
@@ -296,7 +296,7 @@ fn a_moment_that_is_over_moves_nothing() {
 
 /// 7.4-16.
 #[test]
-fn a_moment_that_passes_on_the_way_home_ends_it() {
+fn a_start_time_that_passes_on_the_way_ends_the_move() {
     let options = Options::default().with_unix_millis_at_zero(Some(clock()));
     let mut bench = Bench::loaded(options, live_move(until(NOON)));
     bench.hear(start());
@@ -319,7 +319,7 @@ fn a_moment_that_passes_on_the_way_home_ends_it() {
 
 /// 7.4-17, 7.4-18: for a time, and for a moment.
 #[test]
-fn it_waits_for_its_time() {
+fn a_move_waits_for_its_time() {
     for (playback, wait) in [(waiting(2.5), 2_500), (until(NOON), 1_799_000)] {
         let mut bench = played(playback);
         assert_eq!(bench.state(), "Delay");
@@ -353,7 +353,7 @@ fn it_waits_for_its_time() {
 
 /// 7.4-19.
 #[test]
-fn how_far_it_is_may_be_told() {
+fn the_progress_of_a_move_is_told_if_the_option_is_set() {
     let mut bench = Bench::loaded(Options::default().with_progress_every(Some(4_000)), live_move(live()));
     bench.hear(start());
     bench.home();
@@ -364,7 +364,7 @@ fn how_far_it_is_may_be_told() {
 
 /// 7.4-20, 7.4-21.
 #[test]
-fn at_its_end_all_is_over() {
+fn a_move_is_forgotten_at_its_end() {
     let mut bench = played(live());
     bench.pass(9_999);
     assert_eq!(bench.said().len(), 0);
@@ -379,7 +379,7 @@ fn at_its_end_all_is_over() {
 
 /// 7.4-21, 7.4-22, 7.4-24: n ways back, and n + 1 forward (decision K-J4).
 #[test]
-fn it_is_played_back_and_again() {
+fn a_loop_plays_the_move_back_and_again() {
     let mut bench = played(Playback { loop_after_reverse: LoopCount(2), ..live() });
     for _ in 0..2 {
         bench.pass_with_client(10_000);
@@ -395,7 +395,7 @@ fn it_is_played_back_and_again() {
 
 /// 7.4-23: in its own time, and for ever without a count that grows.
 #[test]
-fn it_goes_back_rapidly_and_again() {
+fn a_rapid_loop_plays_the_move_back_in_its_own_time() {
     let rapid =
         Playback { loop_after_rapid_reverse: LoopCount::FOREVER, rapid_reverse_duration: Seconds(2.0), ..live() };
     let mut bench = played(rapid);
@@ -410,7 +410,7 @@ fn it_goes_back_rapidly_and_again() {
 
 /// 7.4-25: the other way round (decision K-S8). A direction or a time that means nothing moves nothing.
 #[test]
-fn it_is_played_from_its_end() {
+fn a_move_is_played_in_reverse() {
     let mut bench = loaded();
     bench.hear(set(live_move(Playback { loop_after_reverse: LoopCount(1), ..live() })));
     bench.clear();
@@ -464,7 +464,7 @@ fn a_stop_ends_a_move_in_every_state() {
 
 /// 7.4-27: and again.
 #[test]
-fn a_stop_without_a_move_is_answered_as_well() {
+fn a_stop_without_a_move_is_answered_too() {
     let mut bench = loaded();
     bench.hear(set_psa(3, 7.0, 1.0));
     bench.clear();
@@ -531,7 +531,7 @@ fn a_fault_ends_a_move() {
 
 /// 7.4-31: camera roll is taken, and nothing is said of it.
 #[test]
-fn camera_roll_is_never_told() {
+fn camera_roll_is_not_told() {
     let mut bench =
         played(Playback { camera_roll_enabled: true.into(), camera_roll_pre_delay: Seconds(3.0), ..live() });
     assert_eq!(bench.state(), "Forward");
@@ -541,7 +541,7 @@ fn camera_roll_is_never_told() {
 
 /// A wake that is late is late, no more: each way takes its time from when it began.
 #[test]
-fn a_late_wake_is_late() {
+fn a_late_wake_makes_the_move_late() {
     let mut bench = played(Playback { loop_after_reverse: LoopCount(1), ..live() });
     bench.now += 25_000;
     bench.step(Input::Wake);

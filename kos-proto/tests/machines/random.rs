@@ -409,7 +409,7 @@ fn host_holds(before: &HostMachine, after: &HostMachine, input: &host::Input<'_>
 
 proptest! {
     #[test]
-    fn any_inputs_to_a_device(options in device_options(), ops in vec((time(), device_op()), 0..80)) {
+    fn the_laws_of_a_device_hold_for_any_inputs(options in device_options(), ops in vec((time(), device_op()), 0..80)) {
         let (mut device, mut now) = (Watched::new(DeviceMachine::new(options)), Millis(0));
         let _ = device.step(now, device::Input::Rig(Report::Started));
         for motor in [1, 2] {
@@ -463,7 +463,7 @@ proptest! {
     }
 
     #[test]
-    fn any_inputs_to_a_client(
+    fn the_laws_of_a_client_hold_for_any_inputs(
         ops in vec((time(), host_op()), 0..80),
         [ask, again, usb, ready] in any::<[bool; 4]>(),
     ) {
@@ -518,7 +518,7 @@ proptest! {
 
     /// Any blocks give a valid summary, or an error.
     #[test]
-    fn any_summary(body in vec(any::<u8>(), 0..300), data in moves()) {
+    fn any_blocks_give_a_valid_summary_or_an_error(body in vec(any::<u8>(), 0..300), data in moves()) {
         let wire = Wire { number: 0x0012_0000, body };
         if let Ok(HostMessage::SetTrajectoryData(data)) = wire.decode() {
             let _ = MoveSummary::of(&data);

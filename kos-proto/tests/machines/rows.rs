@@ -81,7 +81,7 @@ fn drawn(document: &str, title: &str) -> BTreeSet<String> {
 }
 
 #[test]
-fn every_state_is_drawn_and_every_drawn_state_is_one() {
+fn the_diagrams_show_exactly_the_states_of_the_code() {
     let document = document();
     let diagrams: [(&str, Vec<&str>); 8] = [
         ("Device: link", Link::ALL.map(Link::name).to_vec()),
@@ -102,7 +102,7 @@ fn every_state_is_drawn_and_every_drawn_state_is_one() {
 
 /// Sizes are printed, and may not double unseen.
 #[test]
-fn sizes() {
+fn the_machines_are_small() {
     let sizes = [
         ("DeviceMachine", size_of::<kos_proto::device::DeviceMachine>(), 768),
         ("device::Output", size_of::<kos_proto::device::Output<'_>>(), 4096),

@@ -154,7 +154,7 @@ fn after_a_stop_nothing_leaves_that_may_move() {
 }
 
 #[test]
-fn in_silence_what_is_not_repeatable_is_sent_once_at_most() {
+fn a_message_that_is_not_repeatable_is_sent_at_most_once_in_silence() {
     for state in states() {
         for command in commands() {
             let mut client = state.clone();
@@ -218,7 +218,7 @@ fn a_stop_goes_out_before_anybody_is_told_of_it() {
 
 /// Each command ends once, and with what became of it.
 #[test]
-fn a_command_ends_with_what_became_of_it() {
+fn each_command_ends_once_with_its_outcome() {
     let sent = [Outcome::Sent];
     let mut client = Client::ready();
     for command in [Command::SetPlatform(1), Command::ResetDevice, Command::TakePicture(Seconds(1.0)), jog(TWO, 5.0)] {
@@ -458,7 +458,7 @@ fn a_motor_that_is_sent_on_after_a_stop_may_still_move() {
 
 /// A motor of a move that goes off line may still move: no stop is told to be over without it.
 #[test]
-fn a_motor_that_leaves_a_move_is_waited_for() {
+fn a_stop_waits_for_a_motor_that_left_the_move() {
     let (speed, acceleration) = (RotationsPerSecond(1.0), RotationsPerSecondSquared(1.0));
     for running in [true, false] {
         let mut client = if running { Client::running() } else { Client::ready() };

@@ -88,7 +88,7 @@ fn a_move_is_played_directly() {
 
 /// 7.6-3, 7.6-4, 7.6-7.
 #[test]
-fn it_gets_ready() {
+fn a_move_gets_ready() {
     let client = row(Client::setting_up(), PlaybackState::MOTORS_HOME, said(Move::Home), "SettingUp");
     row(client, PlaybackState::SETUP_COMPLETED, said(Move::Ready), "Armed");
     row(Client::starting(), PlaybackState::MOTORS_HOME, said(Move::Home), "Starting");
@@ -97,7 +97,7 @@ fn it_gets_ready() {
 
 /// 7.6-5: it is told once, and the move is waited for; the same of one that does not begin.
 #[test]
-fn a_way_home_may_be_long() {
+fn a_long_way_to_where_the_move_begins_is_told() {
     for mut client in [Client::setting_up(), Client::starting()] {
         let state = client.move_state();
         for _ in 0..12 {
@@ -125,7 +125,7 @@ fn a_move_that_is_ready_is_played_once() {
 
 /// The motors go home first: the device would refuse to play it meanwhile.
 #[test]
-fn a_move_that_is_ready_goes_home_rapidly() {
+fn the_motors_of_a_move_that_is_ready_go_back_rapidly() {
     let mut client = Client::armed();
     client.command(Command::RapidToFirstKeyFrame);
     assert_eq!(client.sent(), [Transmit::RapidToFirstKeyFrame]);
@@ -137,7 +137,7 @@ fn a_move_that_is_ready_goes_home_rapidly() {
 
 /// 7.6-8, 7.6-9, 7.6-10.
 #[test]
-fn it_begins() {
+fn a_move_begins() {
     row(Client::starting(), PlaybackState::DELAY_TIMER_STARTED, said(Move::Countdown), "Delay");
     for client in [Client::starting(), delayed()] {
         row(client, PlaybackState::PRE_MOVE_PHOTOS_STARTED, said(Move::PreShoot), "PreShoot");
@@ -153,7 +153,7 @@ fn it_begins() {
 
 /// 7.6-11: in any order (decision K-J12).
 #[test]
-fn it_says_how_far_it_is() {
+fn the_progress_of_a_move_is_told() {
     let mut client = Client::running();
     for says in [13, 6, 2, 3, 6, 13].map(PlaybackState) {
         client = row(client, says, progress(says), "Running");
@@ -162,7 +162,7 @@ fn it_says_how_far_it_is() {
 
 /// 7.6-12, 7.6-13, 7.6-14.
 #[test]
-fn it_ends_or_begins_again() {
+fn a_move_ends_or_is_played_again() {
     let mut client = row(Client::running(), PlaybackState::END_OF_MOVE, said(Move::EndReached), "Ended");
     for loops in 1..300_u32 {
         let (says, way) = if loops % 2 == 1 {
@@ -179,7 +179,7 @@ fn it_ends_or_begins_again() {
 
 /// 7.6-15: whatever the cause.
 #[test]
-fn a_full_stop_ends_it() {
+fn a_full_stop_ends_the_move() {
     for client in all() {
         let requested = client.move_state() == "Stopping";
         let next = if requested { "Stopping" } else { "NoMove" };
@@ -189,7 +189,7 @@ fn a_full_stop_ends_it() {
 
 /// 7.6-16, 7.6-18: and it is stopped, for nobody knows how much of it goes on.
 #[test]
-fn an_error_fails_it() {
+fn an_error_of_a_move_stops_it() {
     for client in all() {
         let state = client.move_state();
         for code in 0..=20 {
@@ -218,7 +218,7 @@ fn an_error_fails_it() {
 
 /// 7.6-17: safety decision 1: a command was refused, and the move goes on.
 #[test]
-fn a_refusal_leaves_a_move_that_runs() {
+fn a_refusal_does_not_end_a_move_that_runs() {
     for mut client in [delayed(), pre_shoot(), Client::running(), ended()] {
         let state = client.move_state();
         client.error(2, 0);
@@ -252,7 +252,7 @@ fn a_stop_is_sent_until_it_is_confirmed() {
 
 /// 7.6-19: also before the device said anything, and while it is locked (safety decision 2).
 #[test]
-fn a_stop_waits_for_nothing() {
+fn a_stop_is_sent_in_every_state_of_the_connection() {
     let mut client = Client::connected(Options::default(), AT);
     let steps: [fn(&mut Client); 4] = [
         |client| client.hear(device_info(PlaybackState::NO_MOVE)),
@@ -299,7 +299,7 @@ fn a_stop_is_over_when_all_is_answered() {
 
 /// 7.6-20: over USB an answer that never comes does not keep it; one to a question from before the stop does not end it.
 #[test]
-fn a_stop_is_over_when_the_question_behind_it_is() {
+fn a_stop_ends_with_the_question_after_it() {
     let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
     client.command(Command::Stop);
     client.say(PlaybackState::FULL_STOP);
@@ -434,7 +434,7 @@ fn a_stop_survives_a_lost_connection() {
 
 /// 7.6-22.
 #[test]
-fn what_does_not_fit_is_told() {
+fn an_unexpected_state_is_told() {
     for client in all() {
         for status in 0..=14 {
             let mut client = client.clone();
@@ -455,7 +455,7 @@ fn what_does_not_fit_is_told() {
 
 /// Where the word of its end was lost, the device says it when it is asked.
 #[test]
-fn an_end_that_was_not_told_is_found_out() {
+fn an_answer_can_tell_the_end_of_a_move() {
     for status in [PlaybackState::FULL_STOP, PlaybackState::NO_MOVE] {
         for mut client in [delayed(), pre_shoot(), Client::running(), ended()] {
             client.command(Command::Get(Get::DeviceInfo));
@@ -474,7 +474,7 @@ fn an_end_that_was_not_told_is_found_out() {
 
 /// Over USB the client asks by itself while a move runs, and not otherwise (decision K-S21).
 #[test]
-fn over_usb_it_asks_whether_a_move_still_runs() {
+fn a_client_asks_over_usb_whether_a_move_still_runs() {
     let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
     client.pass(4_000);
     assert_eq!(client.sent(), [Transmit::KeepAlive]);
@@ -489,7 +489,7 @@ fn over_usb_it_asks_whether_a_move_still_runs() {
 
 /// The list of what is never sent twice without a command.
 #[test]
-fn what_moves_something_is_never_repeated() {
+fn messages_that_may_move_are_never_repeated() {
     let zero = Go { speed: RotationsPerSecond(0.0), ..go(ONE, 1.0) };
     let repeatable = [
         Transmit::Discover,

@@ -14,7 +14,7 @@ fn move_to(motor: MotorAddress, position: f32) -> Transmit<'static> {
 
 /// 7.3-8: of many commands in a short time the last one counts, twenty a second to a motor.
 #[test]
-fn of_many_commands_the_last_one_counts() {
+fn the_last_of_many_positions_counts() {
     let mut client = Client::ready();
     for position in [1.0, 2.0, 3.0, 4.0] {
         client.command(Command::MoveTo(go(ONE, position)));
@@ -48,7 +48,7 @@ fn of_many_commands_the_last_one_counts() {
 
 /// 7.3-8: a motor that rests where it was sent first does not rest while another command waits for it.
 #[test]
-fn a_motor_that_is_to_go_on_does_not_rest() {
+fn a_motor_does_not_rest_while_another_position_waits() {
     let mut client = Client::ready();
     client.command(Command::MoveTo(go(ONE, 1.0)));
     client.command(Command::MoveTo(go(ONE, 2.0)));
@@ -64,7 +64,7 @@ fn a_motor_that_is_to_go_on_does_not_rest() {
 
 /// 7.3-2: a stop overtakes all that waits, and is sent again until the motor rests.
 #[test]
-fn a_stop_overtakes_what_waits() {
+fn a_stop_is_sent_before_positions_that_wait() {
     let mut client = Client::ready();
     client.command(Command::MoveTo(go(ONE, 1.0)));
     client.command(Command::MoveTo(go(ONE, 2.0)));
@@ -156,7 +156,7 @@ fn speed_0_is_a_stop() {
 
 /// 7.3-1: a jog goes on as long as the application says something.
 #[test]
-fn a_jog_needs_somebody_alive() {
+fn a_jog_is_stopped_if_the_application_is_silent() {
     let mut client = Client::ready();
     client.command(jog(TWO, -5.0));
     let speed = RotationsPerSecond(5.0);
@@ -193,7 +193,7 @@ fn a_jog_needs_somebody_alive() {
 
 /// 7.3-1: another speed takes the place of the one before, and no other command does.
 #[test]
-fn a_jog_may_change_its_speed() {
+fn a_jog_can_change_its_speed() {
     let mut client = Client::ready();
     client.command(jog(TWO, 5.0));
     client.command(jog(TWO, -7.0));
@@ -247,7 +247,7 @@ fn a_report_that_may_be_about_an_earlier_motion_confirms_nothing() {
 
 /// 7.3-8: that a motor does not say that it rests is told once; until it is stopped it is taken to move.
 #[test]
-fn a_motor_that_does_not_come_to_rest_is_told() {
+fn a_motor_that_does_not_rest_in_time_is_told() {
     for command in [Command::MoveTo(go(TWO, 5.0)), Command::Bump(go(TWO, 5.0))] {
         let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
         client.command(command);
@@ -266,7 +266,7 @@ fn a_motor_that_does_not_come_to_rest_is_told() {
 
 /// Commands that mean nothing are not sent (decision K-N1).
 #[test]
-fn what_means_nothing_is_not_sent() {
+fn invalid_numbers_are_not_sent() {
     let mut client = Client::ready();
     let accelerations = [0.0, -1.0, f32::NAN, f32::INFINITY].map(RotationsPerSecondSquared);
     for acceleration in accelerations {
@@ -316,7 +316,7 @@ fn a_range_is_marked() {
 
 /// 7.3-6: an error, silence, no range after all, or no connection: never twice, and always told.
 #[test]
-fn a_range_that_is_none_is_told() {
+fn a_range_that_cannot_be_marked_ends_its_command() {
     let refused = |code| Outcome::Refused(Refusal::Device(code));
     let fails: [(Fail, Outcome<'_>); 6] = [
         (|client| client.error(14, 2), refused(ErrorCode::CALIBRATION)),
@@ -352,7 +352,7 @@ fn a_range_that_is_none_is_told() {
 
 /// 7.3-10, 7.3-11: a reset of all is not answered, so the motors are asked for.
 #[test]
-fn ranges_are_forgotten() {
+fn a_reset_of_all_ranges_is_followed_by_a_question() {
     let mut client = Client::ready();
     client.command(Command::ResetAxis(ONE));
     assert_eq!(client.sent(), [Transmit::ResetAxis(ONE)]);
