@@ -1,15 +1,15 @@
-//! The envelope: a header of six bytes, and the body.
+//! Envelope of a message: a header of six bytes, and the body.
 //!
 //! | offset | size | field |
 //! |---|---|---|
 //! | 0 | 1 | protocol version, 4 |
-//! | 1 | 2 | length of the whole message, header included |
+//! | 1 | 2 | length of the message with its header |
 //! | 3 | 2 | message id |
 //! | 5 | 1 | message type: set, get, response |
 //! | 6 | length - 6 | body |
 //!
-//! All numbers are big-endian. There is no marker and no checksum, so the length alone leads from one message to the
-//! next, and it is never repaired: a message that lies about its length puts the stream out of step.
+//! All numbers are big-endian. There is no marker and no checksum: only the length shows where the next message begins,
+//! and it is never corrected. A message with a wrong length puts the stream out of step.
 //!
 //! Source: kOS, Message Header; decisions K-F1 to K-F9.
 
@@ -21,60 +21,60 @@ use motion_core::wire::{DecodeError, EncodeError, Envelope};
 use zerocopy::big_endian::U16;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
-/// The protocol version that is spoken here: the first byte of every message.
+/// Version of the protocol: the first byte of every message.
 pub const VERSION: u8 = 4;
-/// Bytes of a header.
+/// Length of a header in bytes.
 pub const HEADER_LEN: usize = size_of::<Header>();
-/// Bytes of the longest message that a receiver takes unless told otherwise (decision K-F7).
+/// Greatest length of a message that a receiver takes by default, in bytes (decision K-F7).
 ///
-/// The longest one that the specification can make is a trajectory of 9400 bytes; the rest is room for blocks that it
-/// does not name. A device that holds short moves only does well with less: what is longer is skipped and reported,
-/// and the stream stays in step.
+/// The longest message of the specification is a trajectory of 9400 bytes. The rest is room for unknown blocks. A
+/// device that stores only short moves can have a lower limit: longer messages are skipped and reported, and the
+/// stream stays in step.
 pub const MAX_FRAME: usize = 16_384;
 
 open_enum! {
-    /// What a message is about.
+    /// Subject of a message.
     pub struct MessageId(u16) {
-        /// Nothing: the line is in use. Source: kOS, USB; decision K-U6.
+        /// Sign that the connection is in use. Source: kOS, USB; decision K-U6.
         KEEP_ALIVE = 0x0000,
-        /// Addresses of the device in the network.
+        /// Address of the device in the network.
         NETWORK_INFO = 0x0002,
-        /// The lamps.
+        /// Lamps of the device.
         LED_STATUS = 0x0007,
-        /// The motors, where they are and how far they go.
+        /// Positions, ranges and limits of the motors.
         MOTOR_INFO = 0x000B,
-        /// The device, and what it does just now.
+        /// What the device is, and what it does at present.
         DEVICE_INFO = 0x000F,
-        /// The password of this session.
+        /// Password of this session.
         USER_PASSWORD = 0x0010,
-        /// The password that the device stores.
+        /// Password that the device stores.
         DEVICE_PASSWORD = 0x0011,
-        /// The move.
+        /// Move.
         TRAJECTORY_DATA = 0x0012,
-        /// The number that no other device has.
+        /// Number that no other device has.
         DEVICE_GUID = 0x001F,
-        /// The platform of the client that calibrated the motors.
+        /// Platform of the client that calibrated the motors.
         SOFTWARE_ID = 0x0026,
-        /// Something to do; the first byte of the body says what.
+        /// Action; the first byte of the body is its number.
         ACTION = 0x0080,
-        /// Something that happened; the first byte of the body says what.
+        /// Notification; the first byte of the body is its number.
         NOTIFICATION = 0x0081,
     }
 
-    /// Whether a message sets, asks or answers. Source: kOS, Message Type; decision K-F9.
+    /// Type of a message: whether it sets, asks or answers. Source: kOS, Message Type; decision K-F9.
     pub struct MessageType(u8) {
-        /// Take this: client to device.
+        /// The client sets something.
         SET = 0x00,
-        /// What is it? Client to device.
+        /// The client asks for something.
         GET = 0x01,
-        /// It is this: device to client, asked or not.
+        /// The device reports something, asked or not.
         RESPONSE = 0x02,
-        /// It is this, and more of the same follows.
+        /// The device reports something, and more of the same follows.
         RESPONSE_MORE = 0x82,
     }
 }
 
-/// The first six bytes of a message.
+/// Header: the first six bytes of a message.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
 #[repr(C)]
 pub struct Header {
@@ -89,26 +89,26 @@ impl Header {
         Self { version: VERSION, len: U16::new(len), id: U16::new(id.0), kind: kind.0 }
     }
 
-    /// Its id and type as the tables write them, before the number of an action or notification.
+    /// Id and type as the tables write them, without the number of an action or notification.
     #[inline]
     const fn number(self) -> u32 {
         let [.., id0, id1, kind]: [u8; HEADER_LEN] = zerocopy::transmute!(self);
         u32::from_be_bytes([id0, id1, kind, 0])
     }
 
-    /// What the message is about.
+    /// Id of the message: its subject.
     #[must_use]
     pub fn id(&self) -> MessageId {
         MessageId(self.id.get())
     }
 
-    /// Whether it sets, asks or answers.
+    /// Type of the message: whether it sets, asks or answers.
     #[must_use]
     pub const fn kind(&self) -> MessageType {
         MessageType(self.kind)
     }
 
-    /// Bytes of the whole message, this header included.
+    /// Length of the message with this header, in bytes.
     #[must_use]
     pub fn message_len(&self) -> usize {
         self.len.get().into()
@@ -125,7 +125,7 @@ impl fmt::Debug for Header {
     }
 }
 
-/// A whole message, as it came.
+/// Complete message as it came.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Frame<'a> {
     header: &'a Header,
@@ -134,11 +134,11 @@ pub struct Frame<'a> {
 }
 
 impl<'a> Frame<'a> {
-    /// Reads bytes that are exactly one message, as a datagram should be.
+    /// Reads bytes that are exactly one message, such as a datagram.
     ///
     /// # Errors
     ///
-    /// [`FrameError`] says what is wrong with them.
+    /// [`FrameError`] if the bytes are not exactly one message.
     #[inline]
     pub fn decode(bytes: &'a [u8]) -> Result<Self, FrameError> {
         match Header::ref_from_prefix(bytes) {
@@ -149,31 +149,31 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Its header.
+    /// Header of the message.
     #[must_use]
     pub const fn header(&self) -> &'a Header {
         self.header
     }
 
-    /// What it is about.
+    /// Id of the message: its subject.
     #[must_use]
     pub fn id(&self) -> MessageId {
         self.header.id()
     }
 
-    /// Whether it sets, asks or answers.
+    /// Type of the message: whether it sets, asks or answers.
     #[must_use]
     pub const fn kind(&self) -> MessageType {
         self.header.kind()
     }
 
-    /// All behind the header; of an action or a notification, its number first.
+    /// Bytes after the header. In an action or a notification, its number is the first one.
     #[must_use]
     pub const fn payload(&self) -> &'a [u8] {
         self.payload
     }
 
-    /// All of it, header included.
+    /// All bytes of the message, with its header.
     #[must_use]
     pub const fn bytes(&self) -> &'a [u8] {
         self.bytes
@@ -192,39 +192,39 @@ impl fmt::Debug for Frame<'_> {
     }
 }
 
-/// Why bytes are not one message.
+/// Reason why bytes are not exactly one message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum FrameError {
-    /// They end before the message does.
+    /// The bytes end before the message does.
     #[error("frame: need {needed} bytes, have {have}")]
     Truncated {
-        /// Bytes of the whole message, or of a header.
+        /// Length of the message, or of a header.
         needed: usize,
-        /// Bytes there are.
+        /// Number of bytes.
         have: usize,
     },
-    /// They go on behind the message.
+    /// More bytes follow the message.
     #[error("frame: {extra} bytes too many")]
     Trailing {
-        /// Bytes behind it.
+        /// Number of bytes after the message.
         extra: usize,
     },
-    /// The first byte is another protocol version (decision K-F3).
+    /// The first byte is another version of the protocol (decision K-F3).
     #[error("frame: protocol version is {found}, should be {VERSION}")]
     BadVersion {
-        /// The byte on the wire.
+        /// First byte.
         found: u8,
     },
-    /// The length does not even cover the header (decision K-F2).
+    /// The length is less than that of a header (decision K-F2).
     #[error("frame: length is {found}, should be at least {HEADER_LEN}")]
     BadLength {
-        /// The length on the wire.
+        /// Length in the header.
         found: usize,
     },
 }
 
-/// What is wrong with bytes that are not one message. Out of the way of those that are.
+/// Error of bytes that are not exactly one message. A function of its own keeps it out of the usual path.
 #[cold]
 fn not_one_message(bytes: &[u8]) -> FrameError {
     let have = bytes.len();
@@ -239,13 +239,13 @@ fn not_one_message(bytes: &[u8]) -> FrameError {
     }
 }
 
-/// The number of a message in the tables: id, type, and the number of the action or notification.
+/// Number of a message in the tables: id, type, and the number of the action or notification.
 const fn number(id: MessageId, kind: MessageType, sub: u8) -> u32 {
     let [i0, i1] = id.0.to_be_bytes();
     u32::from_be_bytes([i0, i1, kind.0, sub])
 }
 
-/// The name of what the first byte of the body numbers, if it does.
+/// Name of the number in the first byte of the body, if the message has one.
 #[inline]
 const fn sub_of(number: u32) -> Option<&'static str> {
     const ACTION: u32 = self::number(MessageId::ACTION, MessageType::SET, 0);
@@ -257,7 +257,7 @@ const fn sub_of(number: u32) -> Option<&'static str> {
     }
 }
 
-/// Takes a number apart again. The last part is there where the number of an action or notification is.
+/// Parts of a number of the tables. The last part is the number of the action or notification, if there is one.
 #[inline]
 pub(crate) fn parts(number: u32) -> (MessageId, MessageType, Option<(&'static str, u8)>) {
     let [i0, i1, kind, sub] = number.to_be_bytes();
@@ -265,7 +265,7 @@ pub(crate) fn parts(number: u32) -> (MessageId, MessageType, Option<(&'static st
     (id, kind, sub_of(number).map(|what| (what, sub)))
 }
 
-/// Writes a message of any id, type and payload: the way to send what has no type of its own.
+/// Writes a message of any id, type and payload, also of those without a type of their own.
 ///
 /// The payload of an action or a notification begins with its number.
 ///
@@ -286,7 +286,7 @@ fn payload_len(number: u32, body_len: usize) -> usize {
     body_len.saturating_add(usize::from(sub_of(number).is_some()))
 }
 
-/// Writes the header, and what `payload` writes; the header last, so that a refused payload leaves nothing written.
+/// Writes the payload, then the header, so that nothing is written if the payload is refused.
 #[inline]
 fn frame(
     id: MessageId,
@@ -308,12 +308,12 @@ fn frame(
     Ok(needed)
 }
 
-/// The framing of kOS, for messages of up to `CAP` bytes.
+/// Framing of kOS, for messages of up to `CAP` bytes.
 ///
 /// `CAP` is 6 to 65535. A longer message is skipped by its length and reported as noise; the stream stays in step. A
-/// wrong version or a length below 6 is fatal: nothing on the wire says where the next message begins. A TCP client
-/// closes the connection then; a byte 4 in a payload looks like a header, so [`resync`](stream::Frames::resync) is a
-/// gamble (safety decision 6, decisions K-F2, K-F3).
+/// wrong version or a length below 6 is fatal, because nothing shows where the next message begins. A TCP client then
+/// closes the connection. [`resync`](stream::Frames::resync) may find a wrong message, because a byte 4 in a payload
+/// looks like a header (safety decision 6, decisions K-F2, K-F3).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kos<const CAP: usize = MAX_FRAME> {}
 
@@ -388,13 +388,13 @@ impl<const CAP: usize> Framing for Kos<CAP> {
         Frame::decode(bytes).ok()
     }
 
-    /// All of them: without a marker, any payload could look like a message.
+    /// Without a marker, any payload could look like a message.
     fn give_up(bytes: &[u8]) -> usize {
         bytes.len()
     }
 }
 
-/// A stream of kOS messages, in a buffer of `N` bytes, at least twice [`MAX_FRAME`].
+/// Stream of kOS messages, in a buffer of `N` bytes, at least twice [`MAX_FRAME`].
 ///
 /// For other limits, name the framing: `motion_core::stream::Frames<Kos<1024>, 2048>`.
 pub type Frames<const N: usize = { 2 * MAX_FRAME }> = stream::Frames<Kos, N>;
@@ -421,7 +421,7 @@ mod tests {
     }
 
     #[test]
-    fn any_message_can_be_sent_raw_up_to_the_longest() {
+    fn a_message_of_any_id_can_be_written_up_to_the_greatest_length() {
         let mut out = vec![0; 65_540];
         let (id, kind) = (MessageId(0x1234), MessageType::GET);
         assert_eq!(encode(id, kind, b"ab", &mut out), Ok(8));
@@ -434,7 +434,7 @@ mod tests {
     }
 
     #[test]
-    fn an_action_has_its_number_first() {
+    fn the_payload_of_an_action_begins_with_its_number() {
         let frame = Frame::decode(&[4, 0, 6, 0, 0x80, 0]).unwrap();
         let none = DecodeError::Truncated { what: "Action", needed: 1, have: 0 };
         assert_eq!(HostMessage::decode(&frame), Err(none));
@@ -449,7 +449,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_that_no_message_carries_is_not_lost_in_silence() {
+    fn a_number_without_a_place_in_the_message_is_an_error() {
         let message = HostMessage::other(0x0012_3401, &[]);
         let refused = message.encode_into(&mut [0; 16]);
         assert_eq!(refused, Err(EncodeError::OutOfRange { what: "action or note", value: 1, min: 0, max: 0 }));

@@ -1,7 +1,7 @@
-//! What decodes, but a strict peer would refuse, or a wise sender would not send.
+//! Findings in messages that decode: values that a strict peer refuses, or that a sender should not send.
 //!
-//! An error is what a device refuses, ignores or answers with an error, and what may be dangerous; a warning is what is
-//! reserved, unknown or mostly not meant. Each rule names its decision.
+//! An error is a value that a device refuses, ignores or answers with an error, or that may be dangerous. A warning is
+//! a value that is reserved, unknown, or probably not intended. Each rule names its decision.
 
 mod device;
 mod host;
@@ -12,13 +12,13 @@ use motion_core::wire::{Bool, FieldView, Fields, Other, Password, Value};
 
 use crate::message::{AxisKind, Motor, MotorAddress};
 
-/// What is known of the peer; nothing, by default.
+/// Knowledge of the peer; nothing by default.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Context<'a> {
-    /// The motors that the device has, as it said last; none where that is not known.
+    /// Motors of the device as it reported them last; empty if they are not known.
     pub motors: &'a [Motor],
-    /// What the motors turn, as far as somebody said it: the specification limits each kind of axis (decision K-M6).
+    /// Kinds of axis of the motors, if they are known: the specification limits each kind (decision K-M6).
     pub kinds: &'a [(MotorAddress, AxisKind)],
     /// Whether the device is known to count the bytes of a text, not its characters, so that passwords need not be
     /// ASCII (decision K-T1).
@@ -26,40 +26,40 @@ pub struct Context<'a> {
 }
 
 impl<'a> Context<'a> {
-    /// What is known, and these motors.
+    /// The same knowledge with these motors of the device.
     #[must_use]
     pub const fn with_motors(self, motors: &'a [Motor]) -> Self {
         Self { motors, ..self }
     }
 
-    /// What is known, and what these motors turn.
+    /// The same knowledge with these kinds of axis.
     #[must_use]
     pub const fn with_kinds(self, kinds: &'a [(MotorAddress, AxisKind)]) -> Self {
         Self { kinds, ..self }
     }
 
-    /// What is known, and that the device counts the bytes of a text.
+    /// The same knowledge with whether the device counts the bytes of a text.
     #[must_use]
     pub const fn with_byte_counts(self) -> Self {
         Self { counts_bytes: true, ..self }
     }
 
-    /// What the device said last of a motor.
+    /// Last report of the device on a motor.
     pub(crate) fn motor(&self, address: MotorAddress) -> Option<&'a Motor> {
         self.motors.iter().find(|known| known.motor_address.number() == address.number())
     }
 
-    /// What a motor turns.
+    /// Kind of axis of a motor.
     pub(crate) fn kind(&self, address: MotorAddress) -> Option<AxisKind> {
         let known = self.kinds.iter().find(|(known, _)| known.number() == address.number());
         known.map(|(_, kind)| *kind)
     }
 }
 
-/// Bytes of a password with which `DeviceInfo` still fits into one USB report (decision K-T4).
+/// Greatest length of a password with which `DeviceInfo` fits into one USB report (decision K-T4).
 const LONG_PASSWORD: usize = 32;
 
-/// Tails (decision K-F4), and numbers that are none (decision K-N1), wherever they stand.
+/// Checks every field for tails (decision K-F4), NaN and infinity (decision K-N1).
 fn common(lints: &mut Lints, fields: &dyn Fields, non_finite: Severity) {
     fields.fields(&mut |field: &FieldView<'_>| match field.value {
         Value::Bytes(tail) if field.name == "tail" => lints.tail(tail),
@@ -76,36 +76,36 @@ fn finite(lints: &mut Lints, what: &'static str, value: Value<'_>, severity: Sev
     }
 }
 
-/// An amount that cannot be less than nothing (decision K-N1).
+/// Checks a number that cannot be negative (decision K-N1).
 fn not_negative(lints: &mut Lints, what: &'static str, number: f32) {
     if number < 0.0 {
         lints.note(Severity::Error, what, "is negative");
     }
 }
 
-/// A part of a whole that is more than it, or less than nothing (decision K-P7).
+/// Checks a number from 0 to 1 (decision K-P7).
 fn part_of_one(lints: &mut Lints, what: &'static str, number: f32) {
     if number.is_finite() && !(0.0..=1.0).contains(&number) {
         lints.note(Severity::Warning, what, "is not in 0 to 1");
     }
 }
 
-/// A byte of a `Bool` that is neither 0 nor 1 (decision K-Q1).
+/// Checks a `Bool`, whose byte is 0 or 1 (decision K-Q1).
 fn yes_or_no(lints: &mut Lints, what: &'static str, value: Bool) {
     lints.reserved(what, value.0, !1_u8);
 }
 
-/// A byte that the specification wants to be 0.
+/// Checks a byte that the specification wants to be 0.
 fn zero(lints: &mut Lints, what: &'static str, byte: u8) {
     lints.reserved(what, byte, u8::MAX);
 }
 
-/// A motor, from `least` on (decision K-M1).
+/// Checks the number of a motor, which is at least `least` (decision K-M1).
 fn address(lints: &mut Lints, motor: MotorAddress, least: u8) {
     lints.range("motor_address", motor.number(), least, MotorAddress::LAST.0);
 }
 
-/// A password, whose length peers may count in characters, and for whom a NUL may end it (decisions K-T1, K-T2, K-T4).
+/// Checks a password. Peers may count its characters, and a NUL may end it (decisions K-T1, K-T2, K-T4).
 fn password(lints: &mut Lints, what: &'static str, password: Password<'_>, ascii: Severity) {
     let Password(bytes) = password;
     if !bytes.is_ascii() {
@@ -119,7 +119,7 @@ fn password(lints: &mut Lints, what: &'static str, password: Password<'_>, ascii
     }
 }
 
-/// What is known to nobody (decision K-F6).
+/// Reports an unknown message (decision K-F6).
 fn unknown(lints: &mut Lints, other: &Other<'_>) {
     lints.push(Severity::Warning, "message", Problem::Unnamed(other.id()));
 }

@@ -1,4 +1,4 @@
-//! Whether blocks make a move (decisions K-J1 to K-J11): the rules are those of the builder.
+//! Findings in the blocks of a move, by the rules of the builder (decisions K-J1 to K-J11).
 
 use motion_core::lint::{Lints, Problem, Severity};
 
@@ -25,12 +25,12 @@ pub(super) fn check(lints: &mut Lints, context: &Context<'_>, message: &Trajecto
     }
 }
 
-/// What the motors cannot do of it (decisions K-J9 and K-M6).
+/// Reports parts of the move that the motors cannot do (decisions K-J9 and K-M6).
 fn motors(lints: &mut Lints, context: &Context<'_>, message: &TrajectoryData<'_>) {
     let excesses = Trajectory::new(message).into_iter().flat_map(|trajectory| trajectory.excesses(context));
     for excess in excesses {
         match excess {
-            Excess::Absent { .. } => lints.note(Severity::Error, "motor_address", "is none of the device's motors"),
+            Excess::Absent { .. } => lints.note(Severity::Error, "motor_address", "is not a motor of the device"),
             Excess::Uncalibrated { .. } => lints.note(Severity::Error, "motor_address", "is not calibrated"),
             Excess::Speed { .. } => lints.note(Severity::Warning, "points", "are too fast for the motor"),
             Excess::Acceleration { .. } => lints.note(Severity::Warning, "points", "change speed too fast"),
@@ -49,11 +49,13 @@ fn report(lints: &mut Lints, severity: Severity, error: MoveError) {
         MoveError::SegmentCount { .. } => note("segment_count", "is not the number of segments"),
         MoveError::Apart { .. } => note("points", "do not begin where the segment before ends"),
         MoveError::OtherRapidReverse { .. } => note("rapid_reverse_duration", "should be the same as duration"),
-        MoveError::FloatMoment => note("delay_interval_bits", "a moment as IEEE number may start the move at once"),
+        MoveError::FloatMoment => {
+            note("delay_interval_bits", "is a moment as a floating-point number, which may start the move at once")
+        }
         MoveError::NotFinite { what: what @ "delay_interval_bits", bits, .. } => {
             lints.push(severity, what, Problem::NonFinite(bits));
         }
-        // All other numbers are looked at for that in every message; the rest only the builder and the reader find.
+        // Other numbers are checked in every message, and the other errors are found by the builder and the reader.
         MoveError::NotFinite { .. }
         | MoveError::Uncalibrated { .. }
         | MoveError::Outside { .. }
@@ -64,7 +66,7 @@ fn report(lints: &mut Lints, severity: Severity, error: MoveError) {
     }
 }
 
-/// What devices do not support is sent as 0 (decision K-J11).
+/// Checks fields that devices do not support, which should be 0 (decision K-J11).
 fn unsupported(lints: &mut Lints, playback: &Playback<'_>) {
     yes_or_no(lints, "camera_roll_enabled", playback.camera_roll_enabled);
     let bytes = [

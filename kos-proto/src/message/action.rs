@@ -1,117 +1,121 @@
-//! Actions: what a client tells a device to do.
+//! Actions: messages with which a client tells a device to do something.
 
 use motion_core::wire::{Bool, Conduct, Purpose};
 use motion_core::{message, open_enum};
 
 use super::{MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds};
 
-/// Where a motor is sent so that it runs until it is stopped, as long as it is not calibrated (decision K-M7).
+/// Position to which a motor without a range is sent, so that it runs until it is stopped (decision K-M7).
 pub const JOG_DISTANCE: Rotations = Rotations(25_000.0);
-/// The acceleration of a stop where no usable one is given: what the specification allows every kind of motor
+/// Acceleration of a stop if no valid one is given: the specification allows it for every kind of motor
 /// (decision K-M6).
 const FALLBACK: RotationsPerSecondSquared = RotationsPerSecondSquared(50.0);
 
 message! {
-    /// Start the device anew. It answers nothing, and closes all connections. Source: kOS, `ResetDevice`.
+    /// Command to start the device anew. It is not answered, and all connections are closed.
+    ///
+    /// Source: kOS, `ResetDevice`.
     #[derive(Default)]
     pub struct ResetDevice<'a> in BE {}
 
-    /// Stop all motors and the move: answered by `PlaybackStatus` `FullStop`, and one `MotorPosition` for each motor at
-    /// rest. Source: kOS, `StopPlayback`; safety decisions 2 and 8.
+    /// Command to stop all motors and the move. It is answered by `PlaybackStatus` `FullStop`, and a `MotorPosition` of
+    /// each motor when it rests. Source: kOS, `StopPlayback`; safety decisions 2 and 8.
     #[derive(Default)]
     pub struct StopPlayback<'a> in BE {}
 
-    /// Send the motors of the stored move to where it begins. Source: kOS, `RapidToFirstKeyFrame`.
+    /// Command to send the motors of the stored move to where it begins. Source: kOS, `RapidToFirstKeyFrame`.
     #[derive(Default)]
     pub struct RapidToFirstKeyFrame<'a> in BE {}
 
-    /// Forget the range of a motor, or of all: answered by `MotorCalibrated`, but for all by nothing.
+    /// Command to forget the range of a motor, or of all motors. For one motor it is answered by `MotorCalibrated`.
     ///
     /// Source: kOS, `ResetAxis`.
     pub struct ResetAxis<'a> in BE {
-        /// Which motor, or [`MotorAddress::ALL`].
+        /// Address of the motor, or [`MotorAddress::ALL`].
         motor_address: MotorAddress,
     }
 
-    /// The range of a motor begins where it is now. Not answered. Source: kOS, `MarkBeginPosition`.
+    /// Command to begin the range of a motor where it is. It is not answered. Source: kOS, `MarkBeginPosition`.
     pub struct MarkBeginPosition<'a> in BE {
-        /// Which motor.
+        /// Address of the motor.
         motor_address: MotorAddress,
     }
 
-    /// The range of a motor ends where it is now: answered by `MotorCalibrated`. Source: kOS, `MarkEndPosition`.
+    /// Command to end the range of a motor where it is, answered by `MotorCalibrated`. Source: kOS, `MarkEndPosition`.
     pub struct MarkEndPosition<'a> in BE {
-        /// Which motor.
+        /// Address of the motor.
         motor_address: MotorAddress,
     }
 
-    /// Play the move: go to its begin first, if need be. Source: kOS, `StartPlayback`; decision K-J7.
+    /// Command to play the move. The motors go to where it begins first, if necessary.
+    ///
+    /// Source: kOS, `StartPlayback`; decision K-J7.
     #[derive(Default)]
     pub struct StartPlayback<'a> in BE {
-        /// Which way; 0.
+        /// Direction of the move; the specification asks for 0.
         direction: PlaybackDirection,
-        /// 0.
+        /// Time at which the move begins; the specification asks for 0.
         start_time: Seconds,
     }
 
-    /// Take one photo. Source: kOS, `TakePicture`.
+    /// Command to take one photo. Source: kOS, `TakePicture`.
     #[derive(Default)]
     pub struct TakePicture<'a> in BE {
-        /// 0.
+        /// Address of a motor; the specification asks for 0.
         motor_address: MotorAddress,
-        /// How long the shutter is open.
+        /// Time for which the shutter is open.
         exposure: Seconds,
     }
 
-    /// Get ready to play the move: answered by `PlaybackStatus`, in the end `SetupCompleted`.
+    /// Command to make the move ready, answered by `PlaybackStatus`, in the end `SetupCompleted`.
     ///
     /// Source: kOS, `SetupPlayback`; decision K-J7.
     #[derive(Default)]
     pub struct SetupPlayback<'a> in BE {
-        /// Which way; 0.
+        /// Direction of the move; the specification asks for 0.
         direction: PlaybackDirection,
-        /// 0.
+        /// Time at which the move begins; the specification asks for 0.
         start_time: Seconds,
         /// Whether the motors stay where they are until the move is played.
         delay_return: Bool,
     }
 
-    /// Go to a position: answered by one `MotorPosition` once the motor rests. Speed 0 stops it.
+    /// Command to send a motor to a position, answered by a `MotorPosition` when it rests. Speed 0 stops the motor.
     ///
-    /// Positions count from the begin of the range; a motor that is not calibrated is sent [`JOG_DISTANCE`] away, and
+    /// Positions count from the begin of the range. A motor without a range is sent [`JOG_DISTANCE`] away, and then
     /// stopped. Source: kOS, `SetPositionSpeedAcceleration`; safety decisions 1 to 3, decisions K-M7 and K-M10.
     pub struct SetPositionSpeedAcceleration<'a> in BE {
-        /// Which motor.
+        /// Address of the motor.
         motor_address: MotorAddress,
-        /// Where to, from the begin of the range.
+        /// Position, counted from the begin of the range.
         position: Rotations,
-        /// How fast; 0 stops, wherever the motor is.
+        /// Speed. Speed 0 stops the motor, whatever the position is.
         speed: RotationsPerSecond,
-        /// How sharply it starts and stops.
+        /// Acceleration of start and stop.
         acceleration: RotationsPerSecondSquared,
     }
 
-    /// Go a distance from here: answered by one `MotorPosition` once the motor rests. Speed 0 stops it.
+    /// Command to send a motor a distance, answered by a `MotorPosition` when it rests. Speed 0 stops the motor.
     ///
     /// Source: kOS, `BumpPositionSpeedAcceleration`; safety decisions 1 to 3, decision K-M9.
     pub struct BumpPositionSpeedAcceleration<'a> in BE {
-        /// Which motor.
+        /// Address of the motor.
         motor_address: MotorAddress,
-        /// How far; negative is back.
+        /// Distance; negative is backward.
         delta: Rotations,
-        /// How fast; 0 stops.
+        /// Speed. Speed 0 stops the motor.
         speed: RotationsPerSecond,
-        /// How sharply it starts and stops.
+        /// Acceleration of start and stop.
         acceleration: RotationsPerSecondSquared,
     }
 }
 
 open_enum! {
-    /// Which way a move is played (decision K-J7).
+    /// Direction in which a move is played (decision K-J7).
     pub struct PlaybackDirection(u8) {
-        /// From its begin.
+        /// From the begin of the move.
         FORWARD = 0,
-        /// From its end, as it seems: the specification has messages for it, but asks for 0.
+        /// From the end of the move, probably: the specification has reports of it, but asks for 0.
         REVERSE = 1,
     }
 }
@@ -126,7 +130,7 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// Direction of a message; `None` where the number has no known meaning.
+    /// Direction of a message; `None` if the number has no known meaning.
     #[must_use]
     pub const fn of(direction: PlaybackDirection) -> Option<Self> {
         match direction {
@@ -167,10 +171,10 @@ impl SetPositionSpeedAcceleration<'_> {
 
     /// Stops a motor (safety decision 3).
     ///
-    /// `last_known` is where a calibrated motor is, as commands count (see `Motor::relative_position`), so that a
-    /// device that overlooks the speed stays close to it; `None` where the motor is not calibrated, or nobody knows.
-    /// `max_acceleration` is the greatest one of the motor. It is never sent as 0, which might mean never to stop:
-    /// what is not a positive number becomes 50 rev/s².
+    /// `last_known` is the position of a calibrated motor as commands count (see `Motor::relative_position`), so that a
+    /// device that ignores the speed stays close to it; `None` if the motor has no range, or the position is unknown.
+    /// `max_acceleration` is the greatest acceleration of the motor. It is never sent as 0, which might mean that the
+    /// motor never stops: every value that is not a positive number becomes 50 rev/s².
     #[must_use]
     pub fn stop(
         motor_address: MotorAddress,
@@ -187,7 +191,7 @@ impl SetPositionSpeedAcceleration<'_> {
         }
     }
 
-    /// Runs a motor that is not calibrated until it is stopped: backward, if `speed` is negative (decision K-M7).
+    /// Runs a motor without a range until it is stopped, backward if `speed` is negative (decision K-M7).
     #[must_use]
     pub fn jog(
         motor_address: MotorAddress,
@@ -239,7 +243,7 @@ mod tests {
     const MOTOR: MotorAddress = MotorAddress(2);
 
     #[test]
-    fn a_stop_stays_where_the_motor_is_and_always_brakes() {
+    fn a_stop_has_the_last_position_and_an_acceleration_above_0() {
         let stop = SetPositionSpeedAcceleration::stop(MOTOR, Some(Rotations(-3.5)), RotationsPerSecondSquared(100.0));
         assert!(stop.is_stop());
         assert_eq!((stop.position, stop.acceleration.0.to_bits()), (Rotations(-3.5), 100.0_f32.to_bits()));
@@ -254,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn a_jog_runs_the_way_that_the_speed_points() {
+    fn a_jog_goes_in_the_direction_of_its_speed() {
         let jog = |speed| SetPositionSpeedAcceleration::jog(MOTOR, RotationsPerSecond(speed), FALLBACK);
         assert_eq!((jog(20.0).position, jog(20.0).speed), (JOG_DISTANCE, RotationsPerSecond(20.0)));
         assert_eq!((jog(-20.0).position, jog(-20.0).speed), (Rotations(-25_000.0), RotationsPerSecond(20.0)));

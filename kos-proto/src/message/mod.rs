@@ -1,8 +1,8 @@
-//! The messages, a file a chapter of the specification.
+//! Messages, one file for each chapter of the specification.
 //!
-//! A message is known by its id and its type together, an action or a notification by its own number as well. In the
-//! tables the three stand in one number, `0x0080_00_1C`: id, type, and the number of the action or notification,
-//! otherwise 0. [`HostMessage`] is what a client sends, [`DeviceMessage`] what a device sends.
+//! Id and type together identify a message; for an action or a notification, its own number does so, too. In the
+//! tables the three are one number, such as `0x0080_00_1C`: id, type, and the number of the action or notification, or
+//! 0. Clients send a [`HostMessage`], and devices send a [`DeviceMessage`].
 
 #![expect(clippy::unusual_byte_groupings, reason = "the groups are id, type, and number of the action or notification")]
 
@@ -40,23 +40,23 @@ use crate::frame::{self, MessageId, MessageType};
 use crate::trajectory::TrajectoryData;
 
 messages! {
-    /// Message from the client, or host. Each row states how the message may be treated: see [`Conduct`](crate::Conduct).
+    /// Message of a client, or host. Each row states how the message may be treated: see [`Conduct`](crate::Conduct).
     pub enum HostMessage<'a> from host {
-        /// The line is in use: every four seconds over USB.
+        /// Tells that the connection is in use, every four seconds over USB.
         0x0000_00_00 => KeepAlive(KeepAlive<'a>) [sets],
-        /// Asks where the device is in the network.
+        /// Asks for the address of the device in the network.
         0x0002_01_00 => GetNetworkInfo(GetNetworkInfo<'a>) [asks],
-        /// Asks for the lamps.
+        /// Asks for the modes of the lamps.
         0x0007_01_00 => GetLEDStatus(GetLEDStatus<'a>) [asks],
         /// Switches the lamps.
         0x0007_00_00 => SetLEDStatus(LEDStatus<'a>) [sets],
-        /// Asks for the motors: where they are, and how far they go.
+        /// Asks for positions, ranges and limits of the motors.
         0x000B_01_00 => GetMotorInfo(GetMotorInfo<'a>) [asks],
         /// Asks what the device is, and what it does at present. The first message of a connection.
         0x000F_01_00 => GetDeviceInfo(GetDeviceInfo<'a>) [asks],
         /// Tells the password of this session.
         0x0010_00_00 => SetUserPassword(UserPassword<'a>) [sets],
-        /// Stores another password in the device; it locks this session until the new one is sent.
+        /// Stores a new password in the device. The session is locked until the new password is sent.
         0x0011_00_00 => SetDevicePassword(DevicePassword<'a>) [sets once],
         /// Asks for the move that is stored.
         0x0012_01_00 => GetTrajectoryData(GetTrajectoryData<'a>) [asks],
@@ -68,7 +68,7 @@ messages! {
         0x0026_01_00 => GetSoftwareID(GetSoftwareID<'a>) [asks],
         /// Stores which platform calibrates the motors.
         0x0026_00_00 => SetSoftwareID(SoftwareID<'a>) [sets],
-        /// Starts the device anew: the connection is lost.
+        /// Starts the device anew. The connection is lost.
         0x0080_00_01 => ResetDevice(ResetDevice<'a>) [resets once],
         /// Forgets the range of a motor, or of all motors.
         0x0080_00_02 => ResetAxis(ResetAxis<'a>) [sets once],
@@ -84,7 +84,7 @@ messages! {
         0x0080_00_07 => RapidToFirstKeyFrame(RapidToFirstKeyFrame<'a>) [moves once],
         /// Takes one photo.
         0x0080_00_09 => TakePicture(TakePicture<'a>) [sets once],
-        /// Makes the move ready to be played.
+        /// Makes the move ready.
         0x0080_00_0F => SetupPlayback(SetupPlayback<'a>) [arms once],
         /// Sends a motor to a position, or stops it.
         0x0080_00_1C => SetPositionSpeedAcceleration(SetPositionSpeedAcceleration<'a>)
@@ -96,35 +96,35 @@ messages! {
 }
 
 messages! {
-    /// Message from the device.
+    /// Message of a device.
     pub enum DeviceMessage<'a> {
-        /// Where I am in the network, asked or not.
+        /// Address of the device in the network.
         0x0002_02_00 => NetworkInfo(NetworkInfo<'a>),
-        /// What the lamps do.
+        /// Modes of the lamps.
         0x0007_02_00 => LEDStatus(LEDStatus<'a>),
-        /// Where motors are and how far they go; under the type 0x82 until the last.
+        /// Positions, ranges and limits of motors. Messages of a series have the type 0x82, except the last.
         0x000B_02_00 | 0x000B_82_00 => MotorInfo(MotorInfo<'a>),
-        /// What I am, and what I do just now.
+        /// What the device is, and what it does at present.
         0x000F_02_00 => DeviceInfo(DeviceInfo<'a>),
-        /// The move that is stored; without blocks, none is.
+        /// Move that is stored; without blocks, no move is stored.
         0x0012_02_00 => TrajectoryData(TrajectoryData<'a>),
-        /// Which of all devices I am.
+        /// Number that no other device has.
         0x001F_02_00 => DeviceGUID(DeviceGUID<'a>),
-        /// Which platform calibrated the motors.
+        /// Platform that calibrated the motors.
         0x0026_02_00 => SoftwareID(SoftwareID<'a>),
-        /// Motors came or went.
+        /// Report that motors came or went.
         0x0081_02_01 => MotorStatus(MotorStatus<'a>),
-        /// How far I am with the move.
+        /// Progress of the move.
         0x0081_02_02 => PlaybackStatus(PlaybackStatus<'a>),
-        /// Something failed.
+        /// Error of the device.
         0x0081_02_03 => ErrorStatus(ErrorStatus<'a>),
-        /// A motor rests.
+        /// Report that a motor rests.
         0x0081_02_07 => MotorPosition(MotorPosition<'a>),
-        /// The range of a motor is known, or known no more.
+        /// Report that the range of a motor changed, or is void.
         0x0081_02_11 => MotorCalibrated(MotorCalibrated<'a>),
-        /// An input changed.
+        /// Report that an input changed.
         0x0081_02_15 => AuxInputStatus(AuxInputStatus<'a>),
-        /// I do not know that message.
+        /// Report that the device does not know a message.
         0x0081_02_FF => UnsupportedMessage(UnsupportedMessage<'a>),
     }
 }
@@ -148,7 +148,7 @@ impl<'a, M: Messages<'a>> Fields for Numbered<'_, M> {
 macro_rules! specified {
     ($($side:ident)*) => {$(
         impl $side<'_> {
-            /// Id of the message: the subject.
+            /// Id of the message: its subject.
             #[must_use]
             #[inline]
             pub fn id(&self) -> MessageId {
@@ -162,7 +162,7 @@ macro_rules! specified {
                 frame::parts(self.number()).1
             }
 
-            /// Name of the message in the specification, which does not say whether it sets or asks: `LEDStatus`,
+            /// Name of the message in the specification, without whether it sets or asks: `LEDStatus`,
             /// `StartPlayback`. `Action` or `Notification` if only its number is known, otherwise `Other`.
             #[must_use]
             pub fn specification_name(&self) -> &'static str {

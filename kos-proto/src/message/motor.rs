@@ -1,4 +1,4 @@
-//! What a device says of its motors: where they are, how far and how fast they go.
+//! Messages about the motors: positions, ranges and limits.
 
 use motion_core::wire::{Counted, DecodeError, EncodeError, Fields, Message, Row, Visitor};
 use motion_core::{__message_features, element, message};
@@ -7,83 +7,83 @@ use super::dialect::{Dialect, exact};
 use super::{MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
 
 message! {
-    /// Where are the motors, and how far do they go? Source: kOS, (Get)`MotorInfo`.
+    /// Question for positions, ranges and limits of the motors. Source: kOS, (Get)`MotorInfo`.
     #[derive(Default)]
     pub struct GetMotorInfo<'a> in BE {}
 }
 
 element! {
-    /// One motor of a [`MotorInfo`].
+    /// Motor of a [`MotorInfo`].
     pub struct MotorEntry in BE, "motor_count" {
-        /// Which motor.
+        /// Address of the motor.
         motor_address: MotorAddress,
-        /// Where it is, between `begin_position` and `end_position` once calibrated.
+        /// Position; of a calibrated motor between `begin_position` and `end_position`.
         position: Rotations,
-        /// Where its range begins; 0 in the specification, not on every device.
+        /// Begin of the range; 0 in the specification, but not on every device.
         begin_position: Rotations,
-        /// Where its range ends; 0 until it is calibrated.
+        /// End of the range; 0 if the motor is not calibrated.
         end_position: Rotations,
-        /// The greatest speed on the way to where a move begins.
+        /// Greatest speed on the way to where a move begins.
         max_max_setup_speed: RotationsPerSecond,
-        /// The greatest speed in a move.
+        /// Greatest speed in a move.
         max_max_move_speed: RotationsPerSecond,
-        /// The greatest acceleration.
+        /// Greatest acceleration.
         max_max_acceleration: RotationsPerSecondSquared,
     }
 
-    /// One motor of a [`MotorInfo`] of the older dialect, where every range begins at 0.
+    /// Motor of a [`MotorInfo`] of the older dialect, in which every range begins at 0.
     pub struct OldMotorEntry in BE, "motor_count" {
-        /// Which motor.
+        /// Address of the motor.
         motor_address: MotorAddress,
-        /// Where it is.
+        /// Position of the motor.
         position: Rotations,
-        /// Where its range ends; 0 until it is calibrated.
+        /// End of the range; 0 if the motor is not calibrated.
         end_position: Rotations,
-        /// The greatest speed on the way to where a move begins.
+        /// Greatest speed on the way to where a move begins.
         max_max_setup_speed: RotationsPerSecond,
-        /// The greatest speed in a move.
+        /// Greatest speed in a move.
         max_max_move_speed: RotationsPerSecond,
-        /// The greatest acceleration.
+        /// Greatest acceleration.
         max_max_acceleration: RotationsPerSecondSquared,
     }
 }
 
-/// What a device says of a motor, whichever dialect it speaks.
+/// Report of a device on a motor, in either dialect.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Motor {
-    /// Which motor.
+    /// Address of the motor.
     pub motor_address: MotorAddress,
-    /// Where it is, as reported: see [`relative_position`](Self::relative_position).
+    /// Position as reported: see [`relative_position`](Self::relative_position).
     pub position: Rotations,
-    /// Where its range begins; `None` in the older dialect.
+    /// Begin of the range; `None` in the older dialect.
     pub begin_position: Option<Rotations>,
-    /// Where its range ends; 0 until it is calibrated.
+    /// End of the range; 0 if the motor is not calibrated.
     pub end_position: Rotations,
-    /// The greatest speed on the way to where a move begins.
+    /// Greatest speed on the way to where a move begins.
     pub max_max_setup_speed: RotationsPerSecond,
-    /// The greatest speed in a move.
+    /// Greatest speed in a move.
     pub max_max_move_speed: RotationsPerSecond,
-    /// The greatest acceleration.
+    /// Greatest acceleration.
     pub max_max_acceleration: RotationsPerSecondSquared,
 }
 
 impl Motor {
-    /// Whether the ends of its range are known (decision K-M5).
+    /// Whether the motor has a range (decision K-M5).
     #[must_use]
     pub fn is_calibrated(&self) -> bool {
         self.end_position.0 != 0.0
     }
 
-    /// Where it is, as commands count: from the begin of its range; `None` until it is calibrated.
+    /// Position as commands count, from the begin of the range; `None` if the motor is not calibrated.
     ///
-    /// Devices report between begin and end, which need not begin at 0, but take commands from 0 to the length of the
+    /// Devices report positions between begin and end of the range, but take commands from 0 to the length of the
     /// range.
     #[must_use]
     pub fn relative_position(&self) -> Option<Rotations> {
         self.is_calibrated().then(|| Rotations(self.position.0 - self.begin()))
     }
 
-    /// How far it goes, as commands count: from 0 to this, which may be negative; `None` until it is calibrated.
+    /// Length of the range: commands count from 0 to it. It may be negative; `None` if the motor is not calibrated.
     #[must_use]
     pub fn range(&self) -> Option<Rotations> {
         self.is_calibrated().then(|| Rotations(self.end_position.0 - self.begin()))
@@ -94,28 +94,28 @@ impl Motor {
     }
 }
 
-/// What a motor turns, which nothing on the wire says: whoever built the rig knows (decision K-M6).
+/// Kind of an axis. No message tells it: only the builder of the rig knows it (decision K-M6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum AxisKind {
-    /// A carriage on rails.
+    /// Carriage on rails.
     Slider,
-    /// A head, sideways.
+    /// Head, sideways.
     Pan,
-    /// A head, up and down.
+    /// Head, up and down.
     Tilt,
-    /// The focus ring of a lens.
+    /// Focus ring of a lens.
     Focus,
-    /// The iris ring of a lens; the specification sets it no limits.
+    /// Iris ring of a lens. The specification has no limits for it.
     Iris,
-    /// The zoom ring of a lens.
+    /// Zoom ring of a lens.
     Zoom,
 }
 
 impl AxisKind {
-    /// The greatest speed that the specification allows such an axis; `None` where it says nothing.
+    /// Greatest speed that the specification allows for such an axis; `None` if it has no limit.
     ///
-    /// A motor may have other limits, as its `MotorInfo` says: the lower ones count. Source: kOS,
+    /// The `MotorInfo` of a motor may have other limits: the lower ones count. Source: kOS,
     /// `SetPositionSpeedAcceleration` and `BumpPositionSpeedAcceleration`.
     #[must_use]
     pub const fn max_speed(self) -> Option<RotationsPerSecond> {
@@ -127,7 +127,7 @@ impl AxisKind {
         }
     }
 
-    /// The greatest acceleration that the specification allows such an axis; `None` where it says nothing.
+    /// Greatest acceleration that the specification allows for such an axis; `None` if it has no limit.
     #[must_use]
     pub const fn max_acceleration(self) -> Option<RotationsPerSecondSquared> {
         match self {
@@ -172,17 +172,17 @@ impl From<&OldMotorEntry> for Motor {
     }
 }
 
-/// The motors of a [`MotorInfo`], in either dialect.
+/// Motors of a [`MotorInfo`], in either dialect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum MotorInfos<'a> {
-    /// As specified; a list without motors is always one of these.
+    /// Motors as specified. A list without motors is always of this dialect.
     New(&'a [MotorEntry]),
-    /// Of a device of the older dialect: at least one.
+    /// Motors of a device of the older dialect: at least one.
     Old(&'a [OldMotorEntry]),
 }
 
 impl<'a> MotorInfos<'a> {
-    /// How many there are.
+    /// Number of motors.
     #[must_use]
     pub const fn len(&self) -> usize {
         match self {
@@ -191,13 +191,13 @@ impl<'a> MotorInfos<'a> {
         }
     }
 
-    /// Whether there is none.
+    /// Whether the list has no motors.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Them, one by one, in one form.
+    /// Motors of the list, whatever its dialect is.
     pub fn iter(&self) -> impl Iterator<Item = Motor> + use<'a> {
         let (new, old): (&[MotorEntry], &[OldMotorEntry]) = match *self {
             Self::New(motors) => (motors, &[]),
@@ -229,17 +229,17 @@ mod older {
     }
 }
 
-/// Where motors are and how far they go; mostly one motor a message, and `more` until the last.
+/// Positions, ranges and limits of motors: mostly one motor in a message, with `more` in all messages except the last.
 ///
-/// A motor takes 25 bytes, or 21 in the older dialect: the length of the message tells which. Source: kOS, `MotorInfo`;
-/// safety decision 7, decisions K-F10, K-M3 to K-M6.
+/// A motor has 25 bytes, or 21 in the older dialect; the length of the message shows the dialect. Source: kOS,
+/// `MotorInfo`; safety decision 7, decisions K-F10, K-M3 to K-M6.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct MotorInfo<'a> {
-    /// Whether another one follows: the message has the type 0x82.
+    /// Whether another message follows: this message has the type 0x82.
     pub more: bool,
-    /// The motors.
+    /// Motors of the message.
     pub motors: MotorInfos<'a>,
-    /// Bytes behind the known fields, kept as they came.
+    /// Bytes after the known fields, kept as they came.
     pub tail: &'a [u8],
 }
 
@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn both_dialects_look_alike() {
+    fn both_dialects_give_the_same_motors() {
         let (new, old) = ([entry(1, 3.0, 2.0, 6.0), entry(0x84, 0.0, 0.0, 0.0)], [old_entry(3)]);
         let motors: Vec<_> = MotorInfos::New(&new).iter().chain(MotorInfos::Old(&old).iter()).collect();
         let begins: Vec<_> = motors.iter().map(|motor| motor.begin_position).collect();
@@ -346,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn the_length_tells_the_dialects_apart() {
+    fn the_length_shows_the_dialect() {
         let new = [entry(1, 3.0, 2.0, 6.0), entry(2, 0.0, 0.0, 0.0)];
         let old = [old_entry(1), old_entry(2)];
         for len in 0..=2 {
@@ -366,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn what_would_be_read_as_the_newer_dialect_is_not_written_as_the_older() {
+    fn a_message_that_would_be_read_as_the_newer_dialect_is_not_written_as_the_older() {
         let old = [old_entry(1)];
         let tail = EncodeError::Tail { what: "MotorInfo.motors", len: 4 };
         assert_eq!(encode(MotorInfos::Old(&old), &[0; 4]), Err(tail));

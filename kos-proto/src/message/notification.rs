@@ -1,4 +1,4 @@
-//! Notifications: what a device says happened.
+//! Notifications: messages with which a device reports what happened.
 
 use motion_core::wire::{Bool, Counted, DecodeError, EncodeError, Fields, Message, Rest, Row, Visitor};
 use motion_core::{__message_features, element, message, open_enum, unit};
@@ -7,74 +7,74 @@ use super::dialect::{Dialect, InNewer, exact};
 use super::{AuxInputs, MotorAddress, Normalized, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
 
 message! {
-    /// Motors came or went. Source: kOS, `MotorStatus`.
+    /// Report that motors came or went. Source: kOS, `MotorStatus`.
     pub struct MotorStatus<'a> in BE {
         ;
-        /// These.
+        /// Motors of the report.
         motors: Counted<'a, MotorPresence>,
     }
 
-    /// Something failed. Source: kOS, `ErrorStatus`; safety decision 9, decisions K-P3 and K-P12.
+    /// Error of the device. Source: kOS, `ErrorStatus`; safety decision 9, decisions K-P3 and K-P12.
     #[derive(Default)]
     pub struct ErrorStatus<'a> in BE {
-        /// What.
+        /// Code of the error.
         error_code: ErrorCode,
-        /// Which motor, where it is one; otherwise 0, or of no meaning.
+        /// Address of the motor, if the error is about one; otherwise 0, or without a meaning.
         motor_address: MotorAddress,
     }
 
-    /// A motor rests: once for each time it was told to move. Source: kOS, `MotorPosition`; decision K-M10.
+    /// Report that a motor rests, for each command to move or stop. Source: kOS, `MotorPosition`; decision K-M10.
     #[derive(Default)]
     pub struct MotorPosition<'a> in BE {
-        /// Which motor.
+        /// Address of the motor.
         motor_address: MotorAddress,
-        /// Where it is, as reported (see `Motor::relative_position`).
+        /// Position as reported (see `Motor::relative_position`).
         position: Rotations,
     }
 
-    /// An input changed. Source: kOS, `AuxInputStatus`.
+    /// Report that an input changed. Source: kOS, `AuxInputStatus`.
     #[derive(Default)]
     pub struct AuxInputStatus<'a> in BE {
-        /// All inputs.
+        /// State of all inputs.
         status: AuxInputs,
     }
 
-    /// The device does not know a message. Source: kOS, `UnsupportedMessage`; decisions K-P10 and K-P11.
+    /// Report that the device does not know a message. Source: kOS, `UnsupportedMessage`; decisions K-P10 and K-P11.
     pub struct UnsupportedMessage<'a> in BE {
         ;
-        /// The message, from its version byte on, as much of it as fits.
+        /// Bytes of the message, from its version byte on, as many as fit.
         message: Rest<'a>,
     }
 }
 
 element! {
-    /// One motor of a [`MotorStatus`].
+    /// Motor of a [`MotorStatus`].
     pub struct MotorPresence in BE, "motor_count" {
-        /// Which motor.
+        /// Address of the motor.
         motor_address: MotorAddress,
-        /// Whether it is there.
+        /// Whether the motor is there.
         online_status: Bool,
-        /// What it is.
+        /// Type of the motor.
         motor_type: MotorType,
-        /// The greatest speed on the way to where a move begins.
+        /// Greatest speed on the way to where a move begins.
         max_max_setup_speed: RotationsPerSecond,
-        /// The greatest speed in a move.
+        /// Greatest speed in a move.
         max_max_move_speed: RotationsPerSecond,
-        /// The greatest acceleration.
+        /// Greatest acceleration.
         max_max_acceleration: RotationsPerSecondSquared,
     }
 
-    /// One motor of a [`PlaybackStatus`].
+    /// Motor of a [`PlaybackStatus`].
     pub struct MotorPlace in BE, "motor_count" {
-        /// Which motor.
+        /// Address of the motor.
         motor_address: MotorAddress,
-        /// Where it is.
+        /// Position of the motor.
         position: Rotations,
     }
 }
 
 open_enum! {
-    /// What a motor is. Source: kOS, `MotorStatus`.
+    /// Type of a motor. Source: kOS, `MotorStatus`.
     pub struct MotorType(u8) {
         /// Slider, pan, tilt and the like.
         AXIS = 0,
@@ -82,25 +82,25 @@ open_enum! {
         FIZ = 1,
     }
 
-    /// How far a device is with its move. Source: kOS, `PlaybackStatus`; decisions K-J12 to K-J16.
+    /// State of a move. Source: kOS, `PlaybackStatus`; decisions K-J12 to K-J16.
     pub struct PlaybackState(u8) {
-        /// There is no move, or it was not begun.
+        /// No move is stored, or it was not begun.
         NO_MOVE = 0,
         /// The motors are where the move begins.
         MOTORS_HOME = 1,
-        /// The move runs forward; also said again while it does.
+        /// The move runs forward. The report is repeated while it runs.
         START_FORWARD = 2,
-        /// The move runs back; also said again while it does.
+        /// The move runs in reverse. The report is repeated while it runs.
         START_REVERSE = 3,
         /// The move is at its end; a loop or photos may follow.
         END_OF_MOVE = 4,
-        /// All is over and the move forgotten, whatever the cause.
+        /// Everything is over and the move is forgotten, whatever the reason is.
         FULL_STOP = 5,
         /// A frame of a time lapse begins.
         START_FRAME = 6,
         /// The move can be played.
         SETUP_COMPLETED = 7,
-        /// The time until the move begins runs.
+        /// The move waits for its time.
         DELAY_TIMER_STARTED = 8,
         /// Not supported by devices, which never send it.
         PRE_CAMERA_ROLL_STARTED = 9,
@@ -108,29 +108,29 @@ open_enum! {
         POST_CAMERA_ROLL_COMPLETED = 10,
         /// Photos before the move begin.
         PRE_MOVE_PHOTOS_STARTED = 11,
-        /// Photos behind the move are taken.
+        /// The photos after the move are taken.
         POST_MOVE_PHOTOS_COMPLETED = 12,
         /// The motors rest for the next photo.
         SMS_MOTORS_STOPPED = 13,
     }
 
-    /// What failed. Source: kOS, `ErrorStatus`; decision K-P12.
+    /// Code of an error. Source: kOS, `ErrorStatus`; decision K-P12.
     pub struct ErrorCode(u8) {
-        /// The motors did not get to where the move begins.
+        /// A motor did not get to where the move begins.
         RETURN_TO_FIRST_KEYFRAME = 0,
-        /// Obsolete: writing the memory.
+        /// Obsolete: error in writing the memory.
         FLASH_WRITE = 1,
-        /// The move cannot be played, or a command not be followed while it is.
+        /// The move cannot be played, or a command cannot be followed at present.
         CANNOT_EXECUTE_MOVE = 2,
         /// The move is malformed.
         TRAJECTORY = 3,
-        /// There is no such motor.
+        /// The device has no such motor.
         BAD_MOTOR_ADDRESS = 4,
-        /// There is no motor.
+        /// The device has no motors.
         NO_MOTORS = 6,
-        /// Obsolete: reading the memory.
+        /// Obsolete: error in reading the memory.
         FLASH_READ = 7,
-        /// A motor ran away: its range is forgotten.
+        /// A motor ran away. Its range is forgotten.
         RUNAWAY = 10,
         /// A motor left the mode in which it follows a move.
         NOT_IN_PVT_MODE = 11,
@@ -138,29 +138,29 @@ open_enum! {
         PVT_QUICK_STOP = 12,
         /// A motor lost part of a move.
         PVT_INTEGRITY = 13,
-        /// A range cannot be: it is forgotten.
+        /// A range is not possible, and is forgotten.
         CALIBRATION = 14,
         /// The password is wrong.
         LOCKED_OUT = 15,
-        /// A motor has a fault: its range is forgotten.
+        /// A motor has a fault. Its range is forgotten.
         FAULT = 16,
-        /// The time of the move cannot be.
+        /// The duration or the start time of the move is not possible.
         INVALID_MOVE_TIME = 17,
-        /// The setup of an external intervalometer.
+        /// Error in the setup of an external intervalometer.
         INTERVALOMETER_SETUP = 19,
-        /// The input of an external intervalometer.
+        /// Error at the input of an external intervalometer.
         INTERVALOMETER_INPUT = 20,
     }
 }
 
 impl ErrorCode {
-    /// Whether the range of the motor is forgotten with it (decision K-P12).
+    /// Whether the device forgets the range of the motor with this error (decision K-P12).
     #[must_use]
     pub const fn resets_axis(self) -> bool {
         matches!(self, Self::RUNAWAY | Self::CALIBRATION | Self::FAULT)
     }
 
-    /// Whether it is about a motor of the device, which is then named.
+    /// Whether the error is about a motor, and names it.
     #[must_use]
     pub const fn names_motor(self) -> bool {
         matches!(self.0, 10..=14 | 16)
@@ -168,12 +168,12 @@ impl ErrorCode {
 }
 
 unit! {
-    /// A number of photos, as an IEEE number: exact up to 16 777 216 (decision K-N2).
+    /// Number of photos as a floating-point number, exact up to 16 777 216 (decision K-N2).
     pub struct Photos(f32) "";
 }
 
 impl Photos {
-    /// The number, rounded; `None` where it is negative, infinite or none at all.
+    /// Rounded number; `None` if it is negative, infinite or NaN.
     #[must_use]
     #[expect(
         clippy::cast_possible_truncation,
@@ -226,20 +226,20 @@ mod older {
     }
 }
 
-/// How far the device is with its move, unasked at every step, and now and then while it runs.
+/// Progress of the move, sent at every step of the move, and from time to time while it runs.
 ///
 /// Source: kOS, `PlaybackStatus`; safety decision 7, decisions K-M3, K-N2 and K-P7.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct PlaybackStatus<'a> {
-    /// How far.
+    /// State of the move.
     pub playback_status: PlaybackState,
-    /// How much of the move is over.
+    /// Part of the move that is over.
     pub elapsed_time: Normalized,
-    /// Photos taken in it; `None` in the older dialect.
+    /// Number of photos taken in the move; `None` in the older dialect.
     pub photo_count: Option<Photos>,
-    /// Where the motors are.
+    /// Positions of the motors.
     pub motors: &'a [MotorPlace],
-    /// Bytes behind the known fields, kept as they came.
+    /// Bytes after the known fields, kept as they came.
     pub tail: &'a [u8],
 }
 
@@ -258,7 +258,7 @@ impl<'a> PlaybackStatus<'a> {
         }
     }
 
-    /// Whether `len` bytes are exactly those of the older layout, if `count` stands where it counts motors.
+    /// Whether a body of `len` bytes has exactly the older layout, if `count` is its number of motors.
     fn is_older(len: usize, count: u8) -> bool {
         let motors = usize::from(count).saturating_mul(size_of::<MotorPlace>());
         len == motors.saturating_add(Self::OLD_FIXED).saturating_add(1)
@@ -293,7 +293,7 @@ impl<'a> Message<'a> for PlaybackStatus<'a> {
             exact("PlaybackStatus.photo_count", self.tail)?;
             return self.body().encode_into(out);
         };
-        // With a tail of some lengths, the first byte of the photos would be taken for the count of motors.
+        // With a tail of some lengths, a reader would take the first byte of the photos for the number of motors.
         let [first, ..] = photos.0.to_be_bytes();
         if Self::is_older(self.encoded_len(), first) {
             return Err(EncodeError::Tail { what: "PlaybackStatus.motor_count", len: self.tail.len() });
@@ -310,24 +310,24 @@ impl Fields for PlaybackStatus<'_> {
 
 __message_features! { 'a [PlaybackStatus<'a>] PlaybackStatus }
 
-/// The range of a motor is known, or known no more: the answer to `MarkEndPosition` and `ResetAxis`.
+/// Report that the range of a motor changed, or is void: the answer to `MarkEndPosition` and `ResetAxis`.
 ///
-/// What was known of the motor before is void; ask for its `MotorInfo`. Source: kOS, `MotorCalibrated`; safety decision
-/// 7, decision K-M8.
+/// All that was known of the motor before is void; ask for its `MotorInfo`. Source: kOS, `MotorCalibrated`; safety
+/// decision 7, decision K-M8.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct MotorCalibrated<'a> {
-    /// Which motor.
+    /// Address of the motor.
     pub motor_address: MotorAddress,
-    /// Where its range begins; `None` in the older dialect.
+    /// Begin of the range; `None` in the older dialect.
     pub begin_position: Option<Rotations>,
-    /// Where its range ends; 0 where it has none.
+    /// End of the range; 0 if there is none.
     pub end_position: Rotations,
-    /// Bytes behind the known fields, kept as they came.
+    /// Bytes after the known fields, kept as they came.
     pub tail: &'a [u8],
 }
 
 impl<'a> MotorCalibrated<'a> {
-    /// Bytes of the body in the older dialect.
+    /// Length of the body in the older dialect.
     const OLD_LEN: usize = 5;
 
     fn body(&self) -> Dialect<newer::MotorCalibrated<'a>, older::MotorCalibrated<'a>> {
@@ -391,7 +391,7 @@ mod tests {
     #[test]
     fn a_tail_that_would_change_the_dialect_is_refused() {
         let mut out = [0; 32];
-        // The first byte of these photos would count one motor, and the tail would be its last byte.
+        // The first byte of these photos would be the number of motors, 1, and the tail its last byte.
         let photos = Photos(f32::from_bits(0x0100_0000));
         let refused = status(Some(photos), &[0]).encode_into(&mut out);
         assert_eq!(refused, Err(EncodeError::Tail { what: "PlaybackStatus.motor_count", len: 1 }));
@@ -413,7 +413,7 @@ mod tests {
     }
 
     #[test]
-    fn between_the_dialects_a_message_is_cut_short() {
+    fn a_length_between_the_dialects_is_cut_short() {
         for len in 6..9 {
             let truncated = MotorCalibrated::decode(&[1; 9][..len]).unwrap_err();
             assert!(matches!(truncated, DecodeError::Truncated { have, .. } if have == len), "{truncated}");
@@ -423,14 +423,14 @@ mod tests {
     }
 
     #[test]
-    fn errors_say_whether_a_motor_lost_its_range() {
+    fn errors_tell_whether_a_motor_lost_its_range() {
         let all = 0..=u8::MAX;
         assert!(all.clone().map(ErrorCode).filter(|code| code.resets_axis()).map(|code| code.0).eq([10, 14, 16]));
         assert!(all.map(ErrorCode).filter(|code| code.names_motor()).map(|code| code.0).eq([10, 11, 12, 13, 14, 16]));
     }
 
     #[test]
-    fn photos_are_counted_where_they_can_be() {
+    fn photos_are_rounded_to_a_number_if_possible() {
         let counts = [0.0, -0.0, 0.49, 0.5, 42.0, 16_777_216.0, 1e20].map(|photos| Photos(photos).count());
         let wanted = [0, 0, 0, 1, 42, 16_777_216, u32::MAX].map(Some);
         assert_eq!(counts, wanted);
