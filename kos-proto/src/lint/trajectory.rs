@@ -50,7 +50,7 @@ fn report(lints: &mut Lints, severity: Severity, error: MoveError) {
         MoveError::Apart { .. } => note("points", "do not begin where the segment before ends"),
         MoveError::OtherRapidReverse { .. } => note("rapid_reverse_duration", "should be the same as duration"),
         MoveError::FloatMoment => {
-            note("delay_interval_bits", "is a moment as a floating-point number, which may start the move at once")
+            note("delay_interval_bits", "is a moment as a floating-point number, which may start the move at once");
         }
         MoveError::NotFinite { what: what @ "delay_interval_bits", bits, .. } => {
             lints.push(severity, what, Problem::NonFinite(bits));

@@ -1,4 +1,4 @@
-//! A device on the bench: a machine, a clock, and what came of the last step in words.
+//! Device on the bench: a machine, a clock, and the effects of its steps in words.
 
 use kos_proto::Transport;
 use kos_proto::device::{
@@ -15,7 +15,7 @@ use super::world::{device_bytes, device_stops_first};
 pub(super) const ZERO: SessionId = SessionId(0);
 pub(super) const ONE: SessionId = SessionId(1);
 
-/// Where a motor rests after a calibration by [`Bench::calibrate`].
+/// Position of a motor after [`Bench::calibrate`].
 pub(super) const RANGE: f32 = 8.0;
 
 #[derive(Clone)]
@@ -23,15 +23,15 @@ pub(super) struct Bench {
     pub(super) machine: DeviceMachine,
     pub(super) now: u64,
     pub(super) password: &'static [u8],
-    /// What was sent since it was looked at.
+    /// Messages that no test has looked at.
     pub(super) said: Vec<String>,
-    /// What the rig was told since it was looked at.
+    /// Events that no test has looked at.
     pub(super) told: Vec<Event<'static>>,
     pub(super) wake: Option<u64>,
 }
 
 impl Bench {
-    /// A device that runs, with a client over TCP that is unlocked.
+    /// Device that runs, with an unlocked client over TCP.
     pub(super) fn new(options: Options) -> Self {
         let mut bench = Self::off(options);
         bench.rig(Report::Started);
@@ -68,7 +68,7 @@ impl Bench {
         self.step(Input::LinkUp { session, transport, password: Password(self.password) });
     }
 
-    /// A client sends a message.
+    /// Receives a message of a client.
     pub(super) fn from<'a>(&mut self, session: SessionId, message: impl Into<HostMessage<'a>>) {
         let message = message.into();
         let mut bytes = vec![0; message.encoded_len()];
@@ -76,7 +76,7 @@ impl Bench {
         self.step(Input::received(session, &Frame::decode(bytes.leak()).unwrap(), Password(self.password)));
     }
 
-    /// The first client sends a message.
+    /// Receives a message of the first client.
     pub(super) fn hear<'a>(&mut self, message: impl Into<HostMessage<'a>>) {
         self.from(ZERO, message);
     }
@@ -111,12 +111,12 @@ impl Bench {
         }
     }
 
-    /// What was sent since it was asked last.
+    /// Messages that were sent since the last call.
     pub(super) fn said(&mut self) -> Vec<String> {
         std::mem::take(&mut self.said)
     }
 
-    /// What the rig was told since it was asked last.
+    /// Events since the last call.
     pub(super) fn told(&mut self) -> Vec<Event<'static>> {
         std::mem::take(&mut self.told)
     }
@@ -135,7 +135,7 @@ impl Bench {
         assert!(self.machine.motor(MotorAddress(motor)).is_some_and(|drive| drive.range().1.0 == RANGE));
     }
 
-    /// A device with motors 1 and 2 calibrated, and a move for both.
+    /// Device with a stored move for motors 1 and 2, which have ranges.
     pub(super) fn loaded(options: Options, data: TrajectoryData<'_>) -> Self {
         let mut bench = Self::new(options);
         bench.calibrate(1);
@@ -146,7 +146,7 @@ impl Bench {
         bench
     }
 
-    /// Motors 1 and 2 are where the move begins.
+    /// Lets motors 1 and 2 arrive where the move begins.
     pub(super) fn home(&mut self) {
         self.arrive(1, 0.0);
         self.arrive(2, 0.0);
@@ -157,7 +157,7 @@ impl Bench {
     }
 }
 
-/// A message in few words: to whom, what.
+/// Receivers and contents of a message in few words.
 fn text(transmit: &Transmit<'_>) -> String {
     let to: String = match transmit.destination {
         Destination::Sessions(sessions) => sessions.iter().map(|session| session.0.to_string()).collect(),
@@ -238,7 +238,7 @@ pub(super) fn device_password(password: &[u8]) -> HostMessage<'_> {
     DevicePassword { password: Password(password), tail: &[] }.into()
 }
 
-/// A live move of ten seconds.
+/// Live move of ten seconds.
 pub(super) fn live() -> Playback<'static> {
     Playback {
         playback_mode: PlaybackMode::LIVE_MOTION,
@@ -273,7 +273,7 @@ pub(super) fn photos(delay: f32, exposure: f32, before: u32, moving: u32, after:
     }
 }
 
-/// A move of these motors, from one end of their ranges to the other.
+/// Move of these motors from one end of their ranges to the other.
 pub(super) fn trajectory_of(playback: Playback<'_>, photos: TimeLapse<'_>, motors: &[u8]) -> TrajectoryData<'static> {
     let mut blocks = vec![Block::Playback(playback), Block::TimeLapse(photos)];
     for &motor in motors {

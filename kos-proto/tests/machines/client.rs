@@ -1,4 +1,4 @@
-//! A client on the bench: a machine, a clock, and what came of the last step.
+//! Client on the bench: a machine, a clock, and the effects of its steps.
 
 use kos_proto::device::Positions;
 use kos_proto::host::*;
@@ -19,9 +19,9 @@ pub(super) struct Client {
     pub(super) machine: HostMachine,
     pub(super) now: u64,
     pub(super) sent: Vec<Transmit<'static>>,
-    /// What was told, without the ends of commands.
+    /// Events, without the ends of commands.
     pub(super) told: Vec<Event<'static>>,
-    /// How commands ended, by their tokens.
+    /// Ends of commands, by their tokens.
     pub(super) ended: Vec<(Token, Outcome<'static>)>,
     /// Number of the last command.
     pub(super) token: u32,
@@ -41,7 +41,7 @@ impl Client {
         }
     }
 
-    /// A client with a connection, that asked the device what it is.
+    /// Client with a connection that asked what the device is.
     pub(super) fn connected(options: Options, endpoint: Endpoint) -> Self {
         let mut client = Self::new(options);
         client.command(Command::Connect(endpoint));
@@ -50,7 +50,7 @@ impl Client {
         client
     }
 
-    /// A client of a device with motors 1, which has a range, and 2, which has none.
+    /// Client of a device with motor 1, which has a range, and motor 2, which has none.
     pub(super) fn ready_at(options: Options, endpoint: Endpoint) -> Self {
         let mut client = Self::connected(options, endpoint);
         client.introduce(PlaybackState::NO_MOVE);
@@ -63,7 +63,7 @@ impl Client {
         Self::ready_at(Options::default(), AT)
     }
 
-    /// The device says all that it is asked for.
+    /// Receives all answers of a new connection.
     pub(super) fn introduce(&mut self, status: PlaybackState) {
         self.hear(device_info(status));
         self.motors();
@@ -71,7 +71,7 @@ impl Client {
         self.hear(software(4));
     }
 
-    /// The device says which motors it has.
+    /// Receives the motors of the device.
     pub(super) fn motors(&mut self) {
         self.motor(1, 3.0, 8.0, true);
         self.motor(2, 0.0, 0.0, false);
@@ -82,7 +82,7 @@ impl Client {
         self.hear(DeviceMessage::from(MotorInfo { more, motors: MotorInfos::New(&motors), tail: &[] }));
     }
 
-    /// A client with a move that is being made ready.
+    /// Client with a move that is being made ready.
     pub(super) fn setting_up() -> Self {
         let mut client = Self::ready();
         client.command(load());
@@ -142,12 +142,12 @@ impl Client {
         self.step(Input::received(&Frame::decode(leaked(message.into())).unwrap()));
     }
 
-    /// How commands ended since it was asked last.
+    /// Outcomes of the commands that ended since the last call.
     pub(super) fn ended(&mut self) -> Vec<Outcome<'static>> {
         std::mem::take(&mut self.ended).into_iter().map(|(_, outcome)| outcome).collect()
     }
 
-    /// The device says how far it is.
+    /// Receives a state of the move.
     pub(super) fn say(&mut self, state: PlaybackState) {
         let status = PlaybackStatus {
             playback_status: state,
@@ -164,7 +164,7 @@ impl Client {
         self.hear(DeviceMessage::from(ErrorStatus { error_code, motor_address, tail: &[] }));
     }
 
-    /// The device answers the question after a stop.
+    /// Receives the answer to the question after a stop.
     pub(super) fn settle(&mut self, state: PlaybackState) {
         self.hear(device_info(state));
     }
@@ -199,7 +199,7 @@ impl Client {
         self.ended.clear();
     }
 
-    /// What a command is refused for, and that nothing is sent for it.
+    /// Reason why a command is refused, if it is. Then nothing is sent.
     pub(super) fn refused(&mut self, command: Command) -> Option<Refusal> {
         self.clear();
         self.command(command);
@@ -221,7 +221,7 @@ impl Client {
     }
 }
 
-/// A message that lives as long as the test.
+/// Bytes of a message that live as long as the test.
 pub(super) fn leaked(message: DeviceMessage<'_>) -> &'static [u8] {
     let mut bytes = vec![0; message.encoded_len()];
     message.encode_into(&mut bytes).unwrap();
@@ -302,7 +302,7 @@ pub(super) fn jog(motor: MotorAddress, speed: f32) -> Command {
 /// Question after a stop.
 pub(super) const QUESTION: Transmit<'static> = Transmit::Get(Get::DeviceInfo);
 
-/// What stops motor 1, which is calibrated and was seen at 3, and motor 2, which is not.
+/// Stop of motor 1, which has a range and was reported at 3, or of motor 2, which has none.
 pub(super) fn stop(motor: MotorAddress) -> Transmit<'static> {
     let position = if motor == ONE { Rotations(3.0) } else { JOG_DISTANCE };
     Transmit::MoveTo(Go {

@@ -201,8 +201,11 @@ fn device_holds(before: &DeviceMachine, after: &DeviceMachine, input: &device::I
         match by_hand {
             Some(motor) if !ran => {
                 let moved = before.motor(motor).is_some_and(|drive| drive.motion() != Motion::Resting);
-                let stopped = |event: &Event| matches!(event, Event::StopMotor { motor: this, .. } if this.number() == motor.number());
-                assert_eq!(output.events().any(stopped), moved);
+                let stops = |event: &Event| match event {
+                    Event::StopMotor { motor: this, .. } => this.number() == motor.number(),
+                    _ => false,
+                };
+                assert_eq!(output.events().any(stops), moved);
             }
             _ => assert!(stops_all, "a stop is obeyed in the step in which it comes"),
         }
@@ -525,7 +528,9 @@ proptest! {
         }
         if let Ok(plan) = MoveSummary::of(&data) {
             let valid = match plan.kind {
-                kos_proto::move_summary::Kind::Live { duration, loops } => duration > 0 && loops.is_none_or(|loops| loops.duration > 0),
+                kos_proto::move_summary::Kind::Live { duration, loops } => {
+                    duration > 0 && loops.is_none_or(|loops| loops.duration > 0)
+                }
                 _ => plan.shots().is_some_and(|shots| shots.moving > 0 && shots.interval() > 0),
             };
             prop_assert!(valid && !plan.motors.is_empty());

@@ -1,4 +1,4 @@
-//! The document of the machines, these tests and the code agree.
+//! The document of the machines, the tests and the code agree.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -26,7 +26,7 @@ fn ids(text: &str) -> impl Iterator<Item = String> {
     })
 }
 
-/// The tests that carry each id in the comment above them.
+/// Tests by the ids in their comments.
 fn tests() -> Rows {
     let mut rows = Rows::new();
     for entry in fs::read_dir(root().join("tests/machines")).unwrap() {
@@ -71,7 +71,7 @@ fn every_row_has_its_test() {
     }
 }
 
-/// The states of a diagram: both ends of its arrows.
+/// States of a diagram: both ends of its arrows.
 fn drawn(document: &str, title: &str) -> BTreeSet<String> {
     let from = document.find(&format!("### {title}\n")).unwrap_or_else(|| panic!("{title} is not drawn"));
     let diagram = document[from..].split("```").nth(1).unwrap();
@@ -100,7 +100,7 @@ fn the_diagrams_show_exactly_the_states_of_the_code() {
     }
 }
 
-/// Sizes are printed, and may not double unseen.
+/// The sizes are printed. If one doubles, the test fails.
 #[test]
 fn the_machines_are_small() {
     let sizes = [

@@ -9,7 +9,7 @@ use motion_core::wire::Messages;
 
 use super::client::*;
 
-/// Every command, with and without a stop in it.
+/// Every command, also those that are stops by their speed.
 fn commands() -> Vec<Command> {
     let mut commands = vec![
         Command::Connect(AT),
@@ -40,7 +40,7 @@ fn commands() -> Vec<Command> {
     commands
 }
 
-/// A client in each state of its connection, of its move, and of its motors.
+/// Clients in each state of the connection, of the move, and of the motors.
 fn states() -> Vec<Client> {
     let with = |mut client: Client, commands: &[Command]| {
         for &command in commands {
@@ -108,7 +108,7 @@ fn states() -> Vec<Client> {
 /// Way in which a command ends, or a motor is forgotten.
 type End = fn(&mut Client);
 
-/// Everything that a device may answer, as if it did all that it is told, or refused it.
+/// Receives every answer of a device that does everything, and of one that refuses it.
 fn answers(client: &mut Client) {
     client.say(PlaybackState::MOTORS_HOME);
     client.say(PlaybackState::SETUP_COMPLETED);
@@ -143,7 +143,7 @@ fn after_a_stop_nothing_leaves_that_may_move() {
                         answers(&mut client);
                     }
                     client.pass(5_000);
-                    // The connection that is asked for is made.
+                    // The connection is made.
                     client.step(Input::LinkUp);
                 }
                 let sent = client.sent();
@@ -194,8 +194,7 @@ fn the_commands_here_send_every_message_of_the_table() {
     assert_eq!(sent, HostMessage::ALL.iter().map(|kind| kind.name).collect());
 }
 
-/// The bench of clients checks after every call of every test that stops stand before everything else. Here a stop meets
-/// what comes in the same call.
+/// Every call of every test is checked for it. In this test, a stop is sent in the same call in which other things happen.
 #[test]
 fn a_stop_goes_out_before_anybody_is_told_of_it() {
     let mut client = Client::starting();
@@ -216,7 +215,7 @@ fn a_stop_goes_out_before_anybody_is_told_of_it() {
     }
 }
 
-/// Each command ends once, and with what became of it.
+/// Each command ends once, with an outcome that fits to what happened.
 #[test]
 fn each_command_ends_once_with_its_outcome() {
     let sent = [Outcome::Sent];
@@ -225,7 +224,7 @@ fn each_command_ends_once_with_its_outcome() {
         client.command(command);
         assert_eq!(client.ended(), sent, "{command:?}");
     }
-    // Motions end when the motor rests, or something ends them.
+    // A motion ends when the motor rests, or when something else ends it.
     let ends: [(End, Outcome<'_>); 6] = [
         (|client| client.rests(1, 5.0), Outcome::Done(None)),
         (|client| client.command(Command::StopMotor(ONE)), Outcome::Failed(Failure::Stopped)),
@@ -252,7 +251,7 @@ fn each_command_ends_once_with_its_outcome() {
     assert_eq!(client.ended(), [Outcome::NotConfirmed], "nothing tells which of the two");
     assert!(client.machine.may_move(), "it may still be on its way to the second");
 
-    // A move is loaded, played, and over.
+    // A move is loaded and played to its end.
     let mut client = Client::ready();
     client.command(load());
     client.say(PlaybackState::MOTORS_HOME);
@@ -284,7 +283,7 @@ fn each_command_ends_once_with_its_outcome() {
     assert_eq!(client.ended(), [Outcome::Refused(Refusal::Device(ErrorCode::INVALID_MOVE_TIME))]);
 }
 
-/// A stop of everything is told to be over when the device obeyed, and all motors said after that that they rest.
+/// A stop of everything is confirmed when the device obeyed it, and all motors reported after that that they rest.
 #[test]
 fn a_stop_is_told_when_everything_rests() {
     let mut client = Client::running();
@@ -297,7 +296,7 @@ fn a_stop_is_told_when_everything_rests() {
     client.rests(2, 3.0);
     assert!(client.told().contains(&Event::Stopped(StopTarget::All)) && !client.machine.may_move());
 
-    // If motors do not say it in time, that is told, once.
+    // If motors do not report it in time, that is told once.
     let mut client = Client::running();
     client.command(Command::Stop);
     client.say(PlaybackState::FULL_STOP);
@@ -390,7 +389,7 @@ fn a_stop_that_is_not_confirmed_is_sent_first_on_the_next_connection() {
     assert_eq!(client.sent(), [Transmit::Get(Get::DeviceInfo)]);
 }
 
-/// A motor whose motion is not known to rest is never dropped: it may come back, and still move.
+/// A motor that is not known to rest may come back and still move.
 #[test]
 fn a_motor_that_is_forgotten_while_it_moves_may_still_move() {
     let (speed, acceleration) = (RotationsPerSecond(1.0), RotationsPerSecondSquared(1.0));
@@ -401,7 +400,7 @@ fn a_motor_that_is_forgotten_while_it_moves_may_still_move() {
             client.hear(presences(&[on]));
             client.motors();
         },
-        // A series that ends behind its first part, and one that begins there.
+        // The motor is missing in a series of reports, and is back in the next one.
         |client, _| {
             client.command(Command::Get(Get::MotorInfo));
             client.motor(1, 3.0, 8.0, false);
@@ -456,7 +455,7 @@ fn a_motor_that_is_sent_on_after_a_stop_may_still_move() {
     }
 }
 
-/// A motor of a move that goes off line may still move: no stop is told to be over without it.
+/// A motor of a move that goes off line may still move, so a stop is not confirmed without it.
 #[test]
 fn a_stop_waits_for_a_motor_that_left_the_move() {
     let (speed, acceleration) = (RotationsPerSecond(1.0), RotationsPerSecondSquared(1.0));
@@ -472,7 +471,7 @@ fn a_stop_waits_for_a_motor_that_left_the_move() {
     }
 }
 
-/// The device sends back as much of an unknown message as fits: of an action, its number.
+/// The device sends back as much of an unknown message as fits, so also the number of an action.
 #[test]
 fn an_unknown_action_is_told_by_its_number() {
     let mut client = Client::ready();

@@ -16,7 +16,7 @@ fn progress(state: PlaybackState) -> Vec<Event<'static>> {
     said(Move::Progress { state, elapsed: Normalized(0.5), photos: Some(Photos(0.0)) })
 }
 
-/// What the device says takes the move from one state to another.
+/// Checks that a report of the device moves the client from its state to another one.
 #[track_caller]
 fn row(mut client: Client, says: PlaybackState, told: Vec<Event<'static>>, next: &str) -> Client {
     client.say(says);
@@ -62,7 +62,7 @@ fn all() -> Vec<Client> {
     all
 }
 
-/// 7.6-1: a summary is of a move that can be played, so what cannot be is never sent.
+/// 7.6-1: a summary exists only of a move that can be played, so other moves are never sent.
 #[test]
 fn a_move_is_loaded() {
     let mut client = Client::ready();
@@ -95,7 +95,7 @@ fn a_move_gets_ready() {
     row(Client::starting(), PlaybackState::SETUP_COMPLETED, said(Move::Ready), "Starting");
 }
 
-/// 7.6-5: it is told once, and the move is waited for; the same of one that does not begin.
+/// 7.6-5: it is told once, and the client goes on waiting; also for a move that does not begin.
 #[test]
 fn a_long_way_to_where_the_move_begins_is_told() {
     for mut client in [Client::setting_up(), Client::starting()] {
@@ -123,7 +123,7 @@ fn a_move_that_is_ready_is_played_once() {
     assert_eq!(Client::ready().refused(Command::Play), Some(Refusal::NoMove));
 }
 
-/// The motors go home first: the device would refuse to play it meanwhile.
+/// The client does not play the move before the motors are home, because the device would refuse it.
 #[test]
 fn the_motors_of_a_move_that_is_ready_go_back_rapidly() {
     let mut client = Client::armed();
@@ -177,7 +177,7 @@ fn a_move_ends_or_is_played_again() {
     row(client, PlaybackState::POST_MOVE_PHOTOS_COMPLETED, said(Move::PostShot), "Ended");
 }
 
-/// 7.6-15: whatever the cause.
+/// 7.6-15: whatever the reason is.
 #[test]
 fn a_full_stop_ends_the_move() {
     for client in all() {
@@ -187,7 +187,7 @@ fn a_full_stop_ends_the_move() {
     }
 }
 
-/// 7.6-16, 7.6-18: and it is stopped, for nobody knows how much of it goes on.
+/// 7.6-16, 7.6-18: because the client does not know how much of the move goes on.
 #[test]
 fn an_error_of_a_move_stops_it() {
     for client in all() {
@@ -216,7 +216,7 @@ fn an_error_of_a_move_stops_it() {
     }
 }
 
-/// 7.6-17: safety decision 1: a command was refused, and the move goes on.
+/// 7.6-17: only a command was refused (safety decision 1).
 #[test]
 fn a_refusal_does_not_end_a_move_that_runs() {
     for mut client in [delayed(), pre_shoot(), Client::running(), ended()] {
@@ -228,7 +228,7 @@ fn a_refusal_does_not_end_a_move_that_runs() {
     }
 }
 
-/// 7.6-19: in every state, in the same step, first; and again every two seconds until it is confirmed.
+/// 7.6-19: in every state, first in the step of the command, and again every two seconds until it is confirmed.
 #[test]
 fn a_stop_is_sent_until_it_is_confirmed() {
     for mut client in all() {
@@ -250,7 +250,7 @@ fn a_stop_is_sent_until_it_is_confirmed() {
     }
 }
 
-/// 7.6-19: also before the device said anything, and while it is locked (safety decision 2).
+/// 7.6-19: also before the device answered anything, and while it is locked (safety decision 2).
 #[test]
 fn a_stop_is_sent_in_every_state_of_the_connection() {
     let mut client = Client::connected(Options::default(), AT);
@@ -273,8 +273,8 @@ fn a_stop_is_sent_in_every_state_of_the_connection() {
     assert_eq!(client.sent()[0], STOP);
 }
 
-/// 7.6-20: what was under way is only told; motors say where they rest; then all that was sent before has been
-/// answered, and another move may be loaded.
+/// 7.6-20: reports from before the stop are only told. The next move may be loaded when all questions are answered and
+/// all motors rest.
 #[test]
 fn a_stop_is_over_when_all_is_answered() {
     let mut client = stopping();
@@ -282,7 +282,7 @@ fn a_stop_is_over_when_all_is_answered() {
     for says in [PlaybackState::START_FRAME, PlaybackState::END_OF_MOVE] {
         client = row(client, says, progress(says), "Stopping");
     }
-    // The end that was on its way, and then the answer to the stop.
+    // The end of the move was on its way, and the confirmation of the stop follows.
     client.say(PlaybackState::FULL_STOP);
     client.rests(1, 4.0);
     assert_eq!((client.move_state(), client.refused(load())), ("Stopping", Some(Refusal::Stopping)));
@@ -297,7 +297,7 @@ fn a_stop_is_over_when_all_is_answered() {
     assert_eq!(position, Some(Rotations(4.0)));
 }
 
-/// 7.6-20: over USB an answer that never comes does not keep it; one to a question from before the stop does not end it.
+/// 7.6-20: over USB a lost answer does not hold the stop open. An answer to a question from before the stop does not end it.
 #[test]
 fn a_stop_ends_with_the_question_after_it() {
     let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
@@ -320,7 +320,7 @@ fn a_stop_ends_with_the_question_after_it() {
     assert_eq!(client.move_state(), "NoMove");
 }
 
-/// 7.6-20: over TCP answers are late, not lost: each question is waited for, and the last of them counts.
+/// 7.6-20: over TCP answers are late, not lost: the client waits for all of them, and the last one counts.
 #[test]
 fn late_answers_do_not_end_a_stop() {
     let mut client = stopping();
@@ -328,7 +328,7 @@ fn late_answers_do_not_end_a_stop() {
     assert!(client.sent().contains(&Transmit::StopPlayback), "it is not confirmed");
     client.pass(1_000);
     assert_eq!(client.sent(), [ASKS], "nor is the question answered that was asked before it was sent again");
-    // What was late comes: the answers to the first stop, and to its question.
+    // The late answers come: to the first stop, and to its question.
     client.say(PlaybackState::FULL_STOP);
     client.hear(device_info(PlaybackState::FULL_STOP));
     assert_eq!((client.move_state(), client.refused(load())), ("Stopping", Some(Refusal::Stopping)));
@@ -337,7 +337,7 @@ fn late_answers_do_not_end_a_stop() {
     assert_eq!(client.move_state(), "NoMove");
 }
 
-/// 7.6-20: over TCP a question that is not answered three times ends the connection, for only then nothing is late.
+/// 7.6-20: over TCP three missing answers end the connection, because only then no late answer can come.
 #[test]
 fn a_stop_without_its_answer_ends_the_connection() {
     let mut client = stopping();
@@ -354,7 +354,7 @@ fn a_stop_without_its_answer_ends_the_connection() {
     client.pass(1);
     assert_eq!((client.told(), client.move_state()), (vec![Event::LinkDown(LinkDownReason::NoAnswer)], "NoMove"));
 
-    // One that comes before that is in time, but it has to be the last.
+    // An answer before that is in time, if it is the last one.
     for client in [&mut late, &mut paid] {
         for _ in 0..3 {
             assert_eq!((client.state(), client.move_state()), ("Ready", "Stopping"));
@@ -365,7 +365,7 @@ fn a_stop_without_its_answer_ends_the_connection() {
     }
 }
 
-/// 7.6-21: it is found again as the device says; one that is only ready may be anybody's, and is not.
+/// 7.6-21: the state of the device tells it. A move that is only ready is not found, because it may be of another client.
 #[test]
 fn a_lost_connection_loses_the_move_until_it_is_found() {
     for client in all().into_iter().filter(|client| !matches!(client.move_state(), "NoMove" | "Stopping")) {
@@ -395,7 +395,7 @@ fn a_lost_connection_loses_the_move_until_it_is_found() {
     }
 }
 
-/// 7.6-21: a stop that was not confirmed goes first when the connection is there again.
+/// 7.6-21: a stop that was not confirmed is sent first on the next connection.
 #[test]
 fn a_stop_survives_a_lost_connection() {
     for lost_first in [false, true] {
@@ -453,7 +453,7 @@ fn an_unexpected_state_is_told() {
     row(Client::ready(), PlaybackState::START_FORWARD, said(Move::Unexpected(PlaybackState::START_FORWARD)), "NoMove");
 }
 
-/// Where the word of its end was lost, the device says it when it is asked.
+/// If the report of the end is lost, the answer to a question tells it.
 #[test]
 fn an_answer_can_tell_the_end_of_a_move() {
     for status in [PlaybackState::FULL_STOP, PlaybackState::NO_MOVE] {
@@ -472,7 +472,7 @@ fn an_answer_can_tell_the_end_of_a_move() {
     }
 }
 
-/// Over USB the client asks by itself while a move runs, and not otherwise (decision K-S21).
+/// Only over USB, and only while a move runs (decision K-S21).
 #[test]
 fn a_client_asks_over_usb_whether_a_move_still_runs() {
     let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
@@ -487,7 +487,7 @@ fn a_client_asks_over_usb_whether_a_move_still_runs() {
     assert_eq!(client.told(), said(Move::Finished { requested: false }));
 }
 
-/// The list of what is never sent twice without a command.
+/// Messages that are never sent twice without a command.
 #[test]
 fn messages_that_may_move_are_never_repeated() {
     let zero = Go { speed: RotationsPerSecond(0.0), ..go(ONE, 1.0) };
