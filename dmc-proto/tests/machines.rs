@@ -1,5 +1,7 @@
 //! The machines of both sides, row by row of the specification's tables, and at random.
 
+#[path = "machines/app.rs"]
+mod app;
 #[path = "machines/bench.rs"]
 mod bench;
 #[path = "machines/connection.rs"]

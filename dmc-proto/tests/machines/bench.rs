@@ -1,33 +1,18 @@
-//! A device and a host on the bench: what is put in, and what comes out.
+//! Device and host alone: inputs given by hand, and outputs in a form that is easy to compare.
 
-use dmc_proto::device::{self, DeviceMachine, Rig, Scratch};
+use dmc_proto::device::{self, DeviceMachine, Scratch};
 use dmc_proto::host::{self, Command, Event, Failure, HostMachine, Outcome, Refusal};
 use dmc_proto::message::{
-    Ack, AckCode, Bool, Capabilities, FrameNumber, FramesPerSecond, Hi, HostMessage, I32, JogSpeed, Milliseconds,
-    Motor, MotorJog, MotorMove, MotorStatus, MotorStop, MotorStopAll, Motors, MoveTime, Name, RtGo, RtJogAll,
-    RtPositionFrame, RtRunMove, RtShootFrame2, RtUploadMoveAxis, RtUploadMoveBegin, RtUploadMoveEnd, RunFlags, Scaled,
-    ShortMilliseconds, StartIndex, Steps, VirtConfig, VirtualPosition,
+    Ack, AckCode, Bool, FrameNumber, FramesPerSecond, Hi, HostMessage, I32, JogSpeed, Milliseconds, Motor, MotorJog,
+    MotorMove, MotorStatus, MotorStop, MotorStopAll, Motors, MoveTime, RtGo, RtJogAll, RtPositionFrame, RtRunMove,
+    RtShootFrame2, RtUploadMoveAxis, RtUploadMoveBegin, RtUploadMoveEnd, RunFlags, Scaled, StartIndex, Steps,
+    VirtConfig, VirtualPosition,
 };
-use dmc_proto::{DeviceMessage, Effect, MessageId, MessageType, Millis, Token};
+use dmc_proto::{DeviceMessage, MessageId, MessageType, Millis, Token};
 
-/// A rig that can do everything, with eight motors.
-pub(crate) fn hi() -> Hi<'static> {
-    Hi {
-        name: Name::new("bench").unwrap(),
-        fw_major: 1,
-        fw_minor: 2,
-        fw_rev: 3,
-        motor_count: 8,
-        dmx_count: 100,
-        gio_out_count: 4,
-        gio_in_count: 4,
-        hw_limit_count: 2,
-        upload_frame_count: 1000,
-        capabilities: Capabilities(0x07ff),
-        protocol_version: Some(2),
-        tail: &[],
-    }
-}
+use super::app::{Tens, stops_go_first, the_rig_acts_first};
+
+pub(crate) use super::app::hi;
 
 pub(crate) fn frame(frame: i32) -> FrameNumber {
     FrameNumber(frame)
@@ -74,14 +59,8 @@ pub(crate) fn run(start: i32, end: i32, flags: RunFlags) -> HostMessage<'static>
         end_frame: frame(end),
         pre_roll_ms: Milliseconds(200),
         post_roll_ms: Milliseconds(100),
-        sync_dmx: false.into(),
-        bloop_location: 0.into(),
-        bloop_dmx_channel: 0.into(),
-        bloop_ms: ShortMilliseconds(0),
         flags: Some(flags),
-        open_angle: None,
-        close_angle: None,
-        tail: &[],
+        ..RtRunMove::default()
     }
     .into()
 }
@@ -108,15 +87,6 @@ pub(crate) fn virtuals(body: &[u8]) -> HostMessage<'_> {
 
 pub(crate) fn virtual_position(units: i32) -> VirtualPosition {
     VirtualPosition(Scaled(units))
-}
-
-/// Motors stand at ten times their number.
-pub(crate) struct Tens;
-
-impl Rig for Tens {
-    fn position(&self, motor: Motor) -> Steps {
-        Steps(10 * i32::from(motor.0))
-    }
 }
 
 /// What a device sent, in a form that is easy to compare.
@@ -158,20 +128,6 @@ fn said(transmit: &device::Transmit) -> Said {
             Said::Positions(transmit.id.0, time / 1000)
         }
         _ => Said::Other(transmit.id.0, transmit.contents),
-    }
-}
-
-/// A law of each output of a device: the rig acts before anybody is told, and stops before all else.
-pub(crate) fn the_rig_acts_first(output: &device::Output<'_>) {
-    use device::Event;
-    let mut told = false;
-    for (at, effect) in output.effects.iter().enumerate() {
-        match effect {
-            Effect::Transmit(_) => told = true,
-            Effect::Event(Event::Stop(_)) => assert_eq!(at, 0, "a stop is the first effect: {output:?}"),
-            Effect::Event(Event::Unlocked | Event::Acknowledgement(..) | Event::UnexpectedReport) => {}
-            Effect::Event(event) => assert!(!told, "{event:?} comes after the message that tells of it: {output:?}"),
-        }
     }
 }
 
@@ -378,15 +334,6 @@ pub(crate) const fn status(motors: u32) -> DeviceMessage<'static> {
 /// An acknowledgement of the device.
 pub(crate) fn ack(of: u16, code: AckCode) -> DeviceMessage<'static> {
     Ack::new(MessageType(of), code).into()
-}
-
-/// A law of each output of a host: stops go out before all else, and so before anybody is told of them.
-pub(crate) fn stops_go_first(output: &host::Output<'_>) {
-    let is_stop = |effect: &host::Effect<'_>| {
-        matches!(effect, Effect::Transmit(host::Transmit { contents: host::Contents::Stop(_), .. }))
-    };
-    let others = output.effects.iter().skip_while(|effect| is_stop(effect));
-    assert_eq!(others.filter(|effect| is_stop(effect)).count(), 0, "a stop after something else: {output:?}");
 }
 
 impl Desk {

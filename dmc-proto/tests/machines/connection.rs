@@ -560,7 +560,7 @@ fn quirks_are_those_of_devices_in_the_field() {
     let (_, output) = laws::machine::step(machine, bench.now, input);
     let mut scratch = dmc_proto::device::Scratch::default();
     let mut bytes = [0; 64];
-    let message = output.transmits().next().unwrap().message(&super::bench::Tens, &mut scratch);
+    let message = output.transmits().next().unwrap().message(&super::app::Tens, &mut scratch);
     let len = message.encode_into(MessageId(1), &mut bytes).unwrap();
     assert_eq!(bytes[10..len - 2], [0x11, 0, 0, 0], "four bytes");
 }
