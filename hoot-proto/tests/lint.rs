@@ -393,7 +393,14 @@ fn a_motor_of_speed_0_does_not_move() {
     let mut context = Context::default();
     context.speeds = [None, Some(StepsPerSecond(0.0)), Some(StepsPerSecond(100.0))];
     let found = Motor::ALL.map(|motor| says(HostMessage::from(MotorRun { motor, direction: Direction(0) }), &context));
-    assert_eq!(found, [vec![], vec!["warning motor: nothing moves, because the continuous speed of the motor is 0".to_string()], vec![]]);
+    assert_eq!(
+        found,
+        [
+            vec![],
+            vec!["warning motor: nothing moves, because the continuous speed of the motor is 0".to_string()],
+            vec![]
+        ]
+    );
     let run = HostMessage::from(MotorRun { motor: Motor::One, direction: Direction(2) });
     assert_eq!(says(run, &context), ["warning direction: 2 is not in 0 to 1"]);
 }

@@ -460,7 +460,7 @@ mod tests {
 
     /// A stop without a type would be queued like other messages, and would not be recognised as a stop.
     #[test]
-    fn what_is_kept_as_it_came_is_no_other_command() {
+    fn a_message_without_a_type_is_never_written_as_a_typed_one() {
         use crate::HostMessage;
         use motion_core::wire::Messages;
 
@@ -498,7 +498,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_that_are_no_packet_say_why() {
+    fn bytes_that_are_not_a_packet_give_an_error() {
         assert_eq!(Frame::decode(&START).map(|frame| frame.bytes()), Ok(&START[..]));
         assert_eq!(Frame::decode(&START[..9]), Err(FrameError::Truncated { needed: 10, have: 9 }));
         let mut long = START.to_vec();

@@ -17,7 +17,11 @@ impl DeviceMessage<'_> {
             Self::Reply(reply) => rules.reply(reply),
             Self::Other(other) => {
                 rules.length(other.payload());
-                rules.found.note(Severity::Warning, "address", "not a reply, because it is not addressed to the master");
+                rules.found.note(
+                    Severity::Warning,
+                    "address",
+                    "not a reply, because it is not addressed to the master",
+                );
             }
         }
         rules.found

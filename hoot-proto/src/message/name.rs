@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn names_of_others_are_kept_as_they_came() {
+    fn names_of_others_are_kept_unchanged() {
         let padded = Name::from_bytes(b"ABC\0\0\0\0\0\0\0").unwrap();
         assert_eq!((padded.as_bytes().len(), padded.as_str()), (10, Some("ABC")));
         assert_eq!(format!("{padded:?}"), "Name(\"ABC\")");

@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_number_means_is_told_where_it_can_be() {
+    fn the_meaning_of_a_number_is_told_if_it_is_known() {
         let running = |state: u8| {
             [Profile::Unknown, Profile::Sheet, Profile::V033].map(|profile| RunState(state).is_running(profile))
         };

@@ -61,7 +61,7 @@ fn go_on(
 
 // 5-9
 #[test]
-fn an_emergency_drops_everything_and_stops_every_motor() {
+fn an_emergency_stop_ends_all_commands_and_stops_every_motor() {
     let mut master = Master::new(Options::default());
     let _ = master.request(1, run(Motor::Two));
     for token in 2..6 {
@@ -88,7 +88,7 @@ fn an_emergency_drops_everything_and_stops_every_motor() {
 
 // 5-36
 #[test]
-fn within_the_gap_it_waits_for_that_and_nothing_else() {
+fn an_emergency_stop_waits_only_for_the_gap() {
     let mut master = Master::new(Options::default());
     let _ = master.request(1, START);
     master.now += 20;
@@ -104,7 +104,7 @@ fn within_the_gap_it_waits_for_that_and_nothing_else() {
 
 // 5-37
 #[test]
-fn it_goes_on_until_every_motor_says_that_it_rests() {
+fn an_emergency_stop_goes_on_until_every_motor_rests() {
     // The second motor runs on for a while.
     let mut still = 4;
     let mut master = Master::new(Options::default());
@@ -122,7 +122,7 @@ fn it_goes_on_until_every_motor_says_that_it_rests() {
 
 // 5-38
 #[test]
-fn after_three_rounds_it_is_not_confirmed_and_goes_on() {
+fn after_three_rounds_an_emergency_stop_is_not_confirmed_and_goes_on() {
     for silent in [true, false] {
         let mut master = Master::new(Options::default());
         let output = press(&mut master);
@@ -167,7 +167,7 @@ fn a_late_answer_confirms_nothing() {
 
 // 5-40
 #[test]
-fn pressed_again_it_stops_again_but_reaches_every_node() {
+fn a_second_emergency_stop_reaches_every_node_too() {
     let nodes = [NODE, Address(9)];
     let mut master = Master::offline(Options::default(), &nodes);
     master.line_up();
@@ -195,7 +195,7 @@ fn pressed_again_it_stops_again_but_reaches_every_node() {
 
 // 5-41
 #[test]
-fn the_application_can_end_it() {
+fn the_application_can_end_an_emergency_stop() {
     let mut master = Master::new(Options::default());
     let output = press(&mut master);
     go_on(&mut master, output, 30, |_| None);
@@ -214,7 +214,7 @@ fn the_application_can_end_it() {
 
 // 5-42
 #[test]
-fn without_a_line_it_is_not_confirmed_and_begins_when_there_is_one() {
+fn without_a_line_an_emergency_stop_is_not_confirmed_and_begins_with_the_line() {
     let mut master = Master::offline(Options::default(), &[NODE]);
     let told = [Event::Stopping, NOT_CONFIRMED];
     assert_eq!(others(&press(&mut master)), told);
@@ -232,7 +232,7 @@ fn without_a_line_it_is_not_confirmed_and_begins_when_there_is_one() {
 
 // 5-43
 #[test]
-fn meanwhile_nothing_else_is_taken_but_stops() {
+fn during_an_emergency_stop_only_stops_are_accepted() {
     let mut master = Master::new(Options::default());
     let _ = press(&mut master);
     let refused = Outcome::Refused(Refusal::Stopping);
@@ -256,7 +256,7 @@ fn meanwhile_nothing_else_is_taken_but_stops() {
 
 // 5-44
 #[test]
-fn on_the_bus_itself_a_broadcast_goes_first() {
+fn without_a_bridge_a_broadcast_is_sent_first() {
     let sub_address = message::AnySubAddress(0);
     let stop = HostMessage::from(message::BroadcastStop { sub_address });
     let mut master = Master::new(Options::default().with_bridge(false));
@@ -275,7 +275,7 @@ fn on_the_bus_itself_a_broadcast_goes_first() {
 
 // 5-45
 #[test]
-fn the_nodes_are_the_application_s() {
+fn the_application_lists_the_nodes() {
     let nodes = Nodes::NONE.with(Address(7)).unwrap();
     assert_eq!(nodes.with(Address(7)), Some(nodes), "twice is once");
     assert_eq!((nodes.with(Address(1)), nodes.with(Address(0))), (None, None));

@@ -29,7 +29,7 @@ const fn refused(why: Refusal) -> Outcome<'static> {
 
 // 5-1 5-16
 #[test]
-fn one_request_at_a_time_and_a_gap_between() {
+fn one_request_is_sent_at_a_time_with_a_gap_between() {
     let mut master = Master::new(Options::default());
     assert_eq!(master.machine.state(), State::Idle);
     let output = master.request(1, START);
@@ -59,7 +59,7 @@ fn broadcasts_are_not_answered() {
 
 // 5-3
 #[test]
-fn nodes_with_a_new_address_are_left_alone() {
+fn after_a_new_address_nothing_is_sent_for_a_while() {
     let mut master = Master::new(Options::default());
     let output = master.request_to(1, Address::BROADCAST, assign(Address(9)));
     assert_eq!(ended(&output), [(1, Outcome::Sent)], "through a bridge as well: it is for the attached node");
@@ -76,7 +76,7 @@ fn nodes_with_a_new_address_are_left_alone() {
 
 // 5-4 5-13
 #[test]
-fn an_answer_comes_in_pieces_and_with_noise_around() {
+fn an_answer_may_come_in_pieces_and_among_noise() {
     let query = message::MotorPosition { motor: Motor::One };
     let mut master = Master::new(Options::default());
     let _ = master.request(1, HostMessage::from(query));
@@ -116,7 +116,7 @@ fn an_answer_is_told_with_its_code() {
 
 // 5-7
 #[test]
-fn what_is_for_others_is_overheard() {
+fn packets_for_others_are_told_as_overheard() {
     let mut master = Master::new(Options::default());
     let _ = master.request(1, STATUS);
     let echo = Frame::decode(b"\0\0\0\0\0\xFF\x03\0\x65\0").unwrap();
@@ -129,7 +129,7 @@ fn what_is_for_others_is_overheard() {
 
 // 5-8
 #[test]
-fn queries_are_asked_again_and_then_given_up() {
+fn queries_are_repeated_and_then_end_without_an_answer() {
     let mut master = Master::new(Options::default());
     let _ = master.request(1, STATUS);
     let outputs = master.pass(2000);
@@ -146,7 +146,7 @@ fn queries_are_asked_again_and_then_given_up() {
 
 // 5-10 5-14
 #[test]
-fn what_may_not_be_repeated_is_sent_once() {
+fn messages_that_are_not_repeatable_are_sent_once() {
     let mut once = 0;
     for kind in HostMessage::ALL {
         for body in [&[][..], &[2], &[0, 1], &[0; 4], &[0; 5], &[0, 0, 0, 0, 1]] {
@@ -175,7 +175,7 @@ fn what_may_not_be_repeated_is_sent_once() {
 
 // 5-11 5-12
 #[test]
-fn a_second_answer_is_nobodys() {
+fn a_second_answer_is_unsolicited() {
     let mut master = Master::new(Options::default());
     let running = HostMessage::from(message::MotorRunning { motor: Motor::One });
     let _ = master.request(1, running);
@@ -231,7 +231,7 @@ fn a_start_may_take_three_seconds() {
 
 // 5-18
 #[test]
-fn broadcasts_do_not_pass_a_bridge() {
+fn broadcasts_through_a_bridge_are_refused() {
     let mut master = Master::new(Options::default());
     let output = master.request_to(1, Address::BROADCAST, broadcast_start());
     assert_eq!((output.packets().len(), ended(&output)), (0, vec![(1, refused(Refusal::Bridge))]));
@@ -242,7 +242,7 @@ fn broadcasts_do_not_pass_a_bridge() {
 
 // 5-19
 #[test]
-fn what_is_an_error_is_not_sent() {
+fn messages_with_errors_are_refused() {
     let mut master = Master::new(Options::default());
     for (message, to) in [
         (move_by(Motor::One, 0x0100_0000), NODE),
@@ -282,7 +282,7 @@ fn what_is_an_error_is_not_sent() {
 
 // 5-20
 #[test]
-fn a_full_queue_says_so() {
+fn a_full_queue_refuses_requests() {
     let mut master = Master::new(Options::default());
     for token in 0..9 {
         assert!(ended(&master.request(token, STATUS)).is_empty(), "one is out, eight wait");
@@ -293,7 +293,7 @@ fn a_full_queue_says_so() {
 
 // 5-21
 #[test]
-fn a_line_that_goes_ends_what_waits() {
+fn commands_end_when_the_line_goes_down() {
     let mut master = Master::new(Options::default());
     let _ = master.request(1, START);
     let _ = master.request(2, STATUS);

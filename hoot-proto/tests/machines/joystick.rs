@@ -34,7 +34,7 @@ const fn end(outcome: Outcome<'_>) -> Event<'_> {
 
 // 5-30
 #[test]
-fn of_speeds_that_wait_the_last_counts() {
+fn the_last_of_the_speeds_that_wait_is_sent() {
     let mut master = Master::new(Options::default());
     assert_eq!(named(&mut master, 1, ONE, 1.0).packets()[0].message, speed(ONE, 1.0));
     let superseded = Outcome::Failed(Failure::Superseded);
@@ -88,7 +88,7 @@ fn a_speed_of_0_without_an_answer_becomes_a_stop() {
 
 // 5-32
 #[test]
-fn speeds_that_make_no_sense_are_not_sent() {
+fn speeds_without_a_finite_value_are_refused() {
     let mut master = Master::new(Options::default());
     for bad in [f32::NAN, f32::INFINITY] {
         let output = named(&mut master, 1, ONE, bad);
@@ -137,7 +137,7 @@ fn a_node_that_is_kept_alive_hears_something_in_time() {
 
 // 5-34
 #[test]
-fn only_so_many_nodes_are_kept_alive() {
+fn at_most_four_nodes_are_kept_alive() {
     let mut master = Master::new(Options::default());
     for place in 0..MAX_KEPT {
         let _ = keep(&mut master, Address(10 + u8::try_from(place).unwrap()), true);
@@ -182,7 +182,7 @@ fn requests_and_speeds_take_turns() {
 
 // 5-46
 #[test]
-fn nodes_that_are_gone_do_not_keep_requests_waiting() {
+fn requests_have_their_turn_beside_silent_nodes() {
     let mut master = Master::new(Options::default());
     for to in 10..14 {
         let _ = keep(&mut master, Address(to), true);

@@ -52,7 +52,7 @@ fn ten_bytes_are_a_request_without_data() {
 
 // 4.1-4 4.1-5
 #[test]
-fn data_is_read_by_its_length_and_not_beyond_32_bytes() {
+fn data_is_read_by_its_length_up_to_32_bytes() {
     let (mut node, mut frames) = (Node::ready(), Frames::<Strict, 84>::new());
     let bytes = packet(2, 16, &[0xFF, 0xFF, 0xF8, 0x30]);
     for byte in &bytes[..13] {
@@ -95,7 +95,7 @@ fn a_wrong_break_costs_the_packet_and_is_not_answered() {
 
 // 4.1-8
 #[test]
-fn nobody_answers_command_0() {
+fn command_0_is_not_answered() {
     let mut node = Node::ready();
     for to in [NODE, Address(9), Address::BROADCAST, Address::MASTER] {
         let noop = HostMessage::from(message::Noop::default());
@@ -138,7 +138,7 @@ fn broadcasts_are_done_and_never_answered() {
 
 // 4.1-10
 #[test]
-fn what_is_for_others_is_passed_on() {
+fn packets_for_others_are_forwarded() {
     let mut node = Node::ready();
     for (from, to, beyond) in [
         (Port::Bus, Address::MASTER, &[Port::Usb, Port::Bluetooth][..]),
@@ -202,7 +202,7 @@ fn refused_numbers(node: &Node, sub_address: u32) -> Vec<u32> {
 
 // 4.1-12
 #[test]
-fn joystick_mode_leaves_the_controller_little_but_always_its_stop() {
+fn in_joystick_mode_the_controller_accepts_stops_and_little_else() {
     let mut node = Node::ready();
     node.ok(run(Motor::One));
     node.ok(joystick(YES));
@@ -218,7 +218,7 @@ fn joystick_mode_leaves_the_controller_little_but_always_its_stop() {
 
 // 4.1-13
 #[test]
-fn joystick_mode_leaves_motors_what_a_joystick_needs() {
+fn in_joystick_mode_motors_accept_what_a_joystick_needs() {
     let mut node = Node::ready();
     node.ok(joystick(YES));
     let left: Vec<u32> = (2..=121).filter(|number| !refused_numbers(&node, 2).contains(number)).collect();
@@ -236,7 +236,7 @@ fn joystick_mode_leaves_motors_what_a_joystick_needs() {
 
 // 4.1-14
 #[test]
-fn joystick_mode_leaves_the_camera_alone() {
+fn joystick_mode_does_not_concern_the_camera() {
     let mut node = Node::ready();
     node.ok(HostMessage::from(message::CameraSetEnable { enable: YES }));
     node.ok(joystick(YES));
@@ -245,7 +245,7 @@ fn joystick_mode_leaves_the_camera_alone() {
 
 // 4.1-15
 #[test]
-fn there_is_no_fifth_part() {
+fn sub_addresses_above_4_are_refused() {
     for sub_address in [5, 9, 255] {
         Node::ready().refused(HostMessage::other(0x04_00 | sub_address, &[]));
     }
@@ -253,7 +253,7 @@ fn there_is_no_fifth_part() {
 
 // 4.1-16 4.1-19
 #[test]
-fn the_rest_is_done_or_refused_or_met_with_silence() {
+fn other_commands_are_done_refused_or_not_answered() {
     let mut node = Node::ready();
     assert_eq!(node.request(PAUSE), (vec![Answer::Ok], vec![]));
     assert_eq!(node.ask(HostMessage::from(message::FirmwareVersion {})), [0, 6]);
@@ -298,7 +298,7 @@ fn commands_refresh_the_dead_man_even_when_refused() {
 
 // 4.1-18
 #[test]
-fn missing_bytes_are_zero_and_surplus_ones_are_left_out() {
+fn missing_bytes_are_zero_and_surplus_bytes_are_ignored() {
     let mut node = Node::ready();
     // The greatest run time of two bytes; a firmware version with data.
     assert_eq!(node.ok(HostMessage::other(0x14_00, &[0, 2])), []);
@@ -318,7 +318,7 @@ fn missing_bytes_are_zero_and_surplus_ones_are_left_out() {
 
 // 4.1-20
 #[test]
-fn a_new_address_counts_at_once_but_by_usb_only_after_power_up() {
+fn a_new_address_is_used_at_once_but_on_usb_after_power_up() {
     let set = |to| HostMessage::from(message::SetAddress { new_address: Address(to) });
     let mut node = Node::ready();
     node.refused(set(1));
@@ -376,7 +376,7 @@ fn some_requests_are_answered_twice_by_firmware() {
 
 // 4.1-23
 #[test]
-fn the_link_itself_stops_nothing() {
+fn a_link_that_goes_down_stops_nothing() {
     let mut node = Node::ready();
     node.ok(run(Motor::One));
     for input in [Input::LinkDown(Port::Usb), Input::LinkUp(Port::Usb)] {
@@ -386,7 +386,7 @@ fn the_link_itself_stops_nothing() {
 }
 
 #[test]
-fn a_frame_and_its_message_say_the_same() {
+fn the_input_of_a_frame_is_the_input_of_its_message() {
     let bytes = packet(1, 15, &[1, 0, 0, 0, 0]);
     assert_eq!(HostMessage::decode(&Frame::decode(&bytes).unwrap()).name(), "MotorRun");
 }

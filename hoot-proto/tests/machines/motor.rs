@@ -43,7 +43,7 @@ fn moves(motor: Motor) -> Vec<HostMessage<'static>> {
 
 // 4.3-1 4.3-2
 #[test]
-fn a_motor_that_is_not_enabled_says_ok_and_does_nothing() {
+fn a_motor_that_is_not_enabled_answers_ok_and_does_nothing() {
     let mut node = Node::new(Options::default());
     node.ok(speed(ONE, 100.0));
     for message in moves(ONE) {
@@ -169,7 +169,7 @@ fn a_motor_rests_at_its_target_or_at_its_end() {
 
 // 4.3-8
 #[test]
-fn here_is_home_moves_what_is_stored_and_not_the_rig() {
+fn home_here_shifts_stored_positions_and_moves_nothing() {
     let mut node = Node::ready();
     at(&mut node, ONE, 400);
     node.ok(end_here(ONE));
@@ -196,7 +196,7 @@ fn here_is_home_moves_what_is_stored_and_not_the_rig() {
 
 // 4.3-9
 #[test]
-fn a_silent_master_stops_moves_and_runs_after_a_second() {
+fn the_dead_man_stops_moves_and_runs_after_a_second() {
     let manual = |manual_move| HostMessage::from(message::SetManualMove { manual_move });
     for begin in [run(ONE), move_by(ONE, 5)] {
         let mut node = Node::ready();
@@ -230,7 +230,7 @@ fn a_silent_master_stops_moves_and_runs_after_a_second() {
 
 // 4.3-11
 #[test]
-fn another_microstep_scales_what_is_stored() {
+fn another_microstep_setting_scales_stored_positions() {
     let mut node = Node::ready();
     at(&mut node, ONE, 400);
     node.ok(end_here(ONE));
@@ -287,7 +287,7 @@ fn single_steps_need_a_plan() {
 
 // 4.3-14
 #[test]
-fn motors_are_sent_to_what_is_stored() {
+fn motors_are_sent_to_stored_positions() {
     let mut node = Node::ready();
     plan(&mut node, ONE, -50, 700, 10);
     let [_, _, home, end, start, stop, all] = moves(ONE).try_into().unwrap();

@@ -75,7 +75,7 @@ fn a_program_moves_motors_again_that_rest() {
 
 // 5-50
 #[test]
-fn what_waits_may_move_until_it_is_taken_back() {
+fn a_command_that_waits_may_move_until_it_is_removed() {
     let mut master = Master::new(Options::new());
     let _ = master.request(1, STATUS);
     let _ = master.request(2, run(ONE));
@@ -97,7 +97,7 @@ fn what_waits_may_move_until_it_is_taken_back() {
 
 // 5-51
 #[test]
-fn a_refusal_and_a_silence_say_nothing() {
+fn a_refusal_or_a_silence_does_not_change_what_may_move() {
     let mut master = Master::new(Options::new());
     let _ = master.request(1, run(ONE));
     let _ = master.reply(0, &[]);
@@ -110,7 +110,7 @@ fn a_refusal_and_a_silence_say_nothing() {
 
 // 5-52
 #[test]
-fn what_only_sets_moves_nothing() {
+fn settings_move_nothing() {
     let mut master = Master::new(Options::new());
     let acceleration = message::StepsPerSecondSquared(5.0);
     done(&mut master, message::MotorSetContinuousAcceleration { motor: ONE, acceleration }.into(), &[]);
@@ -126,7 +126,7 @@ fn what_only_sets_moves_nothing() {
 
 // 5-53
 #[test]
-fn a_stop_that_is_not_confirmed_leaves_all_open() {
+fn after_a_stop_that_is_not_confirmed_its_target_may_move() {
     let mut master = Master::new(Options::new());
     let _ = master.request(1, motor_stop(ONE));
     master.pass(9000);
@@ -141,7 +141,7 @@ fn a_stop_that_is_not_confirmed_leaves_all_open() {
 
 // 5-54
 #[test]
-fn a_line_that_goes_changes_nothing() {
+fn a_line_that_goes_down_does_not_change_what_may_move() {
     let mut master = after(run(ONE));
     let _ = master.step(Input::LinkDown);
     assert!(master.machine.may_move());

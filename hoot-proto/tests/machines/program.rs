@@ -136,7 +136,7 @@ fn a_pause_stops_all_and_keeps_the_counters() {
 
 // 4.2-4
 #[test]
-fn after_a_pause_it_goes_on() {
+fn after_a_pause_a_program_goes_on() {
     let mut node = sms();
     node.ok(START);
     node.pass(100);
@@ -166,7 +166,7 @@ fn after_a_pause_it_goes_on() {
 
 // 4.2-5
 #[test]
-fn a_stop_forgets_where_it_was() {
+fn a_stop_resets_the_counters() {
     let mut node = sms();
     alt(&mut node, AltMode::STOP);
     let sub_address = message::AnySubAddress(0);
@@ -206,7 +206,7 @@ fn the_timing_master_stops_after_the_greatest_run_time() {
 
 // 4.2-7
 #[test]
-fn it_ends_with_the_last_picture_or_the_last_move() {
+fn a_program_ends_with_the_last_picture_or_the_last_move() {
     let mut node = sms();
     max_shots(&mut node, 2);
     node.ok(START);
@@ -230,7 +230,7 @@ fn it_ends_with_the_last_picture_or_the_last_move() {
 
 // 4.2-8
 #[test]
-fn to_and_fro_swaps_start_and_stop() {
+fn ping_pong_swaps_start_and_stop() {
     let mut node = moving(ProgramMode::SMS);
     ping_pong(&mut node);
     node.ok(START);
@@ -253,7 +253,7 @@ fn to_and_fro_swaps_start_and_stop() {
 
 // 4.2-9
 #[test]
-fn the_button_for_emergencies_pauses() {
+fn the_emergency_button_pauses_a_program() {
     let button = Input::Command(Command::EmergencyStop);
     let mut node = sms();
     node.ok(START);
@@ -266,7 +266,7 @@ fn the_button_for_emergencies_pauses() {
 
 // 4.2-10
 #[test]
-fn a_start_while_it_runs_changes_nothing() {
+fn a_start_while_the_program_runs_changes_nothing() {
     for delay in [0, 5] {
         let mut node = sms();
         start_delay(&mut node, delay);
@@ -281,7 +281,7 @@ fn a_start_while_it_runs_changes_nothing() {
 
 // 4.2-11
 #[test]
-fn run_status_is_told_in_the_words_of_the_firmware() {
+fn run_status_has_the_numbers_of_the_profile() {
     let status = |node: &mut Node| node.ask(HostMessage::from(message::RunStatus {}))[1];
     for (profile, words) in [(Profile::Sheet, [0, 1, 1, 0]), (Profile::V070, [0, 3, 2, 1])] {
         let mut node = moving_with(Options::default().with_profile(profile), ProgramMode::SMS);
@@ -325,7 +325,7 @@ fn shoot_move_shoot_waits_for_the_motors() {
 
 // 4.2-13
 #[test]
-fn the_mirror_goes_up_by_a_release_of_its_own() {
+fn the_mirror_goes_up_by_a_first_release() {
     let mut node = sms();
     node.ok(HostMessage::from(message::CameraSetMirrorUp { mirror_up: YES }));
     let exposure_delay = ShortMilliseconds(40);
@@ -383,7 +383,7 @@ fn time_lapse_does_not_wait_for_the_motors() {
 
 // 4.2-16
 #[test]
-fn video_goes_by_the_clock() {
+fn a_video_follows_the_clock() {
     let mut node = moving(ProgramMode::VIDEO);
     travel(&mut node, 3000);
     lead_in(&mut node, 500);
@@ -432,7 +432,7 @@ fn an_external_intervalometer_takes_the_pictures() {
 
 // 4.2-19
 #[test]
-fn who_is_not_the_timing_master_waits_for_the_common_line() {
+fn a_node_that_is_not_the_timing_master_waits_for_the_common_line() {
     let mut node = sms();
     node.ok(HostMessage::from(message::SetTimingMaster { timing_master: NO }));
     assert_eq!(node.ok(START), [RUNNING]);
@@ -469,7 +469,7 @@ fn going_home_pauses_the_program() {
 
 // 4.2-22
 #[test]
-fn power_up_forgets_what_ran() {
+fn after_power_up_no_program_runs() {
     let cycled = |node: &mut Node| node.ask(HostMessage::from(message::PowerCycled {}))[1];
     let mut node = sms();
     assert_eq!([cycled(&mut node), cycled(&mut node)], [1, 0], "said once");
@@ -518,7 +518,7 @@ fn the_motors_stop_before_everything_else() {
 
 // 4.2-25
 #[test]
-fn a_video_to_and_fro_turns_round_at_once() {
+fn a_video_with_ping_pong_turns_round_at_once() {
     let mut node = moving(ProgramMode::VIDEO);
     ping_pong(&mut node);
     node.ok(START);

@@ -12,7 +12,7 @@ type Asked = (HostMessage<'static>, HostMessage<'static>, &'static [u8]);
 
 // 2-1
 #[test]
-fn what_is_set_is_what_is_asked_for() {
+fn queries_read_settings_back() {
     let motor = Motor::Three;
     let (ring, tip) = (AltMode(200), AltMode(255));
     let millis = ShortMilliseconds;
@@ -92,7 +92,7 @@ fn what_is_set_is_what_is_asked_for() {
 
 // 2-2
 #[test]
-fn what_firmware_acknowledges_and_ignores() {
+fn some_values_are_acknowledged_and_ignored() {
     let motor = Motor::One;
     let mut node = Node::new(Options::default());
     let before = node.machine.clone();
@@ -114,7 +114,7 @@ fn what_firmware_acknowledges_and_ignores() {
 
 // 2-3
 #[test]
-fn what_firmware_refuses() {
+fn some_values_are_refused() {
     let motor = Motor::One;
     let mut node = Node::new(Options::default());
     let before = node.machine.clone();
@@ -132,7 +132,7 @@ fn what_firmware_refuses() {
 
 // 2-4
 #[test]
-fn firmware_of_other_ages_answers_otherwise() {
+fn answers_depend_on_the_profile() {
     let of = |profile| Node::new(Options::default().with_profile(profile));
     let motor = Motor::Two;
     let version = HostMessage::from(FirmwareVersion {});
@@ -166,7 +166,7 @@ fn firmware_of_other_ages_answers_otherwise() {
 
 // 2-5
 #[test]
-fn what_the_rig_reports_is_what_is_answered() {
+fn queries_answer_the_reports_of_the_rig() {
     let mut node = Node::new(Options::default());
     let motor = Motor::Two;
     node.tell(Input::Position { motor, position: Steps(-7) });

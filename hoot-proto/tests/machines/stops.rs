@@ -57,7 +57,7 @@ fn a_stop_overtakes_and_is_sent_again_when_the_line_is_clear() {
 
 // 5-24
 #[test]
-fn a_stop_takes_back_what_would_move_what_it_stops() {
+fn a_stop_removes_from_the_queue_what_would_move_its_target() {
     let other = Address(9);
     let start_all = HostMessage::from(message::BroadcastStart { sub_address: message::AnySubAddress(0) });
     let stop_all = HostMessage::from(message::BroadcastStop { sub_address: message::AnySubAddress(0) });
@@ -92,7 +92,7 @@ fn a_stop_takes_back_what_would_move_what_it_stops() {
 
 // 5-25
 #[test]
-fn a_stop_that_nobody_confirms_says_so() {
+fn a_stop_without_an_answer_is_not_confirmed() {
     for stop in [PAUSE, motor_stop(ONE)] {
         let mut master = Master::new(Options::default());
         let _ = master.request(1, stop);
@@ -121,7 +121,7 @@ fn stops_that_wait_are_not_confirmed_without_a_line() {
 
 // 5-26
 #[test]
-fn a_stop_of_the_controller_that_fails_is_followed_by_those_of_the_motors() {
+fn after_a_failed_stop_of_the_controller_its_motors_are_stopped() {
     // Refused, and refused through a bridge, where that looks like silence.
     for refused in [true, false] {
         let mut master = Master::new(Options::default());
