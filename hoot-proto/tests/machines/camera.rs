@@ -1,4 +1,4 @@
-//! The node's camera: hoot, section 4.4.
+//! Camera of a node: hoot, section 4.4.
 
 use super::world::*;
 use hoot_proto::device::{CameraState, Options};
@@ -64,7 +64,7 @@ fn without_a_camera_nothing_is_released() {
     let mut node = node(0, 200, 0);
     let enable = |enable| HostMessage::from(message::CameraSetEnable { enable });
     node.ok(EXPOSE);
-    assert_eq!(node.ok(enable(NO)), [camera(false, false)], "and what is held is let go");
+    assert_eq!(node.ok(enable(NO)), [camera(false, false)], "the held lines are released");
     assert_eq!(node.ok(EXPOSE), []);
 }
 

@@ -1,4 +1,4 @@
-//! The node's link: hoot, section 4.1.
+//! Link of a node: hoot, section 4.1.
 
 use super::world::*;
 use hoot_proto::device::{Answer, Contents, Event, Ignored, Input, Options, Part, Port, Quirks, Transmit};
@@ -9,7 +9,7 @@ use hoot_proto::{Address, Frame, Item, Strict};
 use motion_core::stream::Frames;
 use motion_core::wire::Messages;
 
-/// What a node gets of bytes: packets as messages, all else as noise.
+/// Gives bytes to a node: packets as messages, and everything else as noise.
 fn feed(node: &mut Node, frames: &mut Frames<Strict, 84>, bytes: &[u8]) -> Vec<Vec<u8>> {
     assert_eq!(frames.push(bytes), bytes.len());
     drain(node, frames)
@@ -76,7 +76,7 @@ fn a_silence_inside_a_packet_drops_it() {
     assert!(feed(&mut node, &mut frames, &bytes[..12]).is_empty());
     frames.gap();
     assert!(drain(&mut node, &mut frames).is_empty());
-    assert!(!node.running(Motor::One), "and what follows completes nothing");
+    assert!(!node.running(Motor::One), "the bytes that follow do not complete it");
     assert!(feed(&mut node, &mut frames, &bytes[12..]).is_empty());
     frames.gap();
     assert!(drain(&mut node, &mut frames).is_empty() && !node.running(Motor::One));
@@ -102,7 +102,7 @@ fn command_0_is_not_answered() {
         let output = node.send(to, noop);
         assert_eq!((output.packets().len(), output.told()), (0, vec![ignored(to, noop, Ignored::Noop)]), "{to}");
     }
-    // With data as well, and as a broadcast, whose table has no such command.
+    // The same with data, and as a broadcast, whose table does not have this command.
     for number in [0x00_03, 0x1_00_00] {
         let noop = HostMessage::other(number, &[1]);
         let output = node.send(NODE, noop);
@@ -125,7 +125,7 @@ fn broadcasts_are_done_and_never_answered() {
     for message in [start, stop] {
         assert!(node.send(Address::BROADCAST, message).packets().is_empty());
     }
-    // A broadcast that there is not, an address that no node has, and the number of a node's command.
+    // An unknown broadcast, an address that no node can have, and the number of a command to a node.
     let new_address = Address(1);
     let assign = HostMessage::from(message::BroadcastAssignAddress { sub_address, new_address });
     for message in [HostMessage::other(0x1_09_00, &[]), assign, STOP] {
@@ -151,7 +151,7 @@ fn packets_for_others_are_forwarded() {
         assert_eq!((output.packets(), output.told()), (wanted, vec![]));
     }
     assert_eq!(node.machine.program().run_time(motion_core::time::Millis(9999)), 0, "nothing was started");
-    // Byte for byte, requests and replies, whatever is in them.
+    // Requests and replies are forwarded byte for byte, with any contents.
     for (address, data) in [(9, &[1, 2, 3][..]), (0, &[5, 0, 0, 4, 0xCD]), (0, &[]), (255, &[0; 32])] {
         for command in 1..=255 {
             let mut bytes = [0; 42];
@@ -183,14 +183,14 @@ fn the_core_protocol_answers_for_any_part() {
         assert_eq!(node.ok(assign(9)), [Event::Address(Address(9))]);
         assert_eq!(node.machine.address(Port::Bus), Address(9));
     }
-    // It knows no joystick mode.
+    // Joystick mode does not concern the core protocol.
     let mut node = Node::ready();
     node.ok(joystick(YES));
     let sub_address = message::AnySubAddress(0);
     assert_eq!(node.ask(HostMessage::from(message::CoreProtocolVersion { sub_address })), [1, 0, 1]);
 }
 
-/// Whether a request of each number is refused, of those that begin nothing else.
+/// Whether a request of each number is refused, without the numbers that begin something else.
 fn refused_numbers(node: &Node, sub_address: u32) -> Vec<u32> {
     let is_refused = |number: &u32| {
         let id = number << 8 | sub_address;
@@ -228,7 +228,7 @@ fn in_joystick_mode_motors_accept_what_a_joystick_needs() {
     node.ok(joystick(YES));
     node.refused(move_by(Motor::Two, 9));
     assert!(!node.running(Motor::Two));
-    // Nobody waits for the answer to a joystick.
+    // Later firmware does not answer speeds of a joystick.
     let (answers, events) = node.request(speed(Motor::Two, 9.0));
     assert_eq!((answers, events), (vec![], vec![ignored(NODE, speed(Motor::Two, 9.0), Ignored::Silent)]));
     assert!((node.machine.motor(Motor::Two).settings().speed.0 - 9.0).abs() < 0.1);
@@ -308,7 +308,7 @@ fn missing_bytes_are_zero_and_surplus_bytes_are_ignored() {
     assert_eq!(node.machine.name().0, *b"eleven byt");
     assert_eq!(node.ok(HostMessage::other(0x07_00, b"")), []);
     assert_eq!(node.machine.name().0, [0; 10]);
-    // A move that was cut off is no run (decision H-1).
+    // A move with missing bytes is not a run (decision H-1).
     node.refused(HostMessage::other(0x0F_01, &[1, 0]));
     let firmware = Options::default().with_quirks(Quirks::FIRMWARE);
     let mut node = Node::ready_with(firmware);
@@ -328,7 +328,7 @@ fn a_new_address_is_used_at_once_but_on_usb_after_power_up() {
     assert_eq!(node.tell(Input::Command(hoot_proto::device::Command::PowerUp)), []);
     assert_eq!(addresses(&node), [9, 9, 9]);
 
-    // Firmware blinks, and is deaf meanwhile; not so this node, unless it is told to (decision H-2).
+    // Firmware blinks, and receives nothing meanwhile. This node does so only with the quirk (decision H-2).
     let mut node = Node::ready_with(Options::default().with_quirks(Quirks::FIRMWARE));
     node.ok(set(9));
     node.now += 2499;

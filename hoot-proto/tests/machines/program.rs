@@ -1,4 +1,4 @@
-//! The node's program: hoot, section 4.2.
+//! Program of a node: hoot, section 4.2.
 
 use super::world::*;
 use hoot_proto::device::{Command, Contact, Effect, Event, Input, Motion, Options, Phase, ProgramState};
@@ -72,7 +72,7 @@ fn run_time(node: &Node) -> u64 {
     node.machine.program().run_time(Millis(node.now))
 }
 
-/// Where the motor arrives at the target that the last event names.
+/// Lets the motor arrive at the target of the last event.
 fn arrive(node: &mut Node, steps: i32) -> Vec<Event<'static>> {
     node.tell(Input::Position { motor: ONE, position: Steps(steps) });
     node.tell(Input::Arrived(ONE))
@@ -90,7 +90,7 @@ fn a_start_begins_with_the_first_picture() {
     let mut node = sms();
     alt(&mut node, AltMode::START);
     assert_eq!(node.tell(Input::Alt(Contact::Ring)), begun);
-    // What moves otherwise comes to rest first (decision H-3).
+    // Other motion is stopped first (decision H-3).
     let mut node = sms();
     node.ok(run(Motor::Two));
     assert_eq!(node.ok(START), [motion(Motor::Two, Motion::Stop), RUNNING, camera(false, true)]);
@@ -104,7 +104,7 @@ fn a_delay_comes_before_the_start() {
     assert_eq!(node.ok(START), [Event::Program(ProgramState::Delay)]);
     assert_eq!(node.pass(1999), []);
     assert_eq!(node.pass(1), [(1, RUNNING), (1, camera(false, true))]);
-    // In milliseconds for later firmware, and where nobody can tell.
+    // The delay is in milliseconds for later firmware, and if the firmware is not known.
     for profile in [Profile::V070, Profile::V035] {
         let mut node = Node::ready_with(Options::default().with_profile(profile));
         start_delay(&mut node, 2);
@@ -125,7 +125,7 @@ fn a_pause_stops_all_and_keeps_the_counters() {
     assert_eq!(node.ok(PAUSE), [motion(ONE, Motion::Stop), PAUSED]);
     assert_eq!((run_time(&node), node.machine.program().shots()), (101, 1));
     node.pass(5000);
-    assert_eq!((run_time(&node), node.wake), (101, None), "its clock stands");
+    assert_eq!((run_time(&node), node.wake), (101, None), "the run time does not grow");
 
     let mut node = sms();
     node.ok(START);
@@ -145,15 +145,15 @@ fn after_a_pause_a_program_goes_on() {
     node.pass(700);
     assert_eq!(node.ok(START), [RUNNING, to(ONE, 100)], "the move that was cut short (decision H-11)");
     assert_eq!((run_time(&node), node.machine.program().shots()), (150, 1));
-    assert_eq!(arrive(&mut node, 100), [camera(false, true)], "and then it shoots again");
-    // Paused while a picture was taken, it takes that again.
+    assert_eq!(arrive(&mut node, 100), [camera(false, true)], "then the next picture is taken");
+    // A picture that the pause cut short is taken again.
     node.ok(STOP);
     node.ok(START);
     node.pass(20);
     node.ok(PAUSE);
     assert_eq!(node.ok(START), [RUNNING, camera(false, true)]);
     assert_eq!(node.machine.program().shots(), 0);
-    // And a delay goes on waiting.
+    // A delay goes on too.
     let mut node = sms();
     start_delay(&mut node, 2);
     node.ok(START);
@@ -196,7 +196,7 @@ fn the_timing_master_stops_after_the_greatest_run_time() {
     let mut node = sms();
     node.ok(HostMessage::from(message::SetMaxRunTime { max_run_time: Milliseconds(50) }));
     node.ok(START);
-    assert_eq!(node.pass(50), [], "more than that");
+    assert_eq!(node.pass(50), [], "the time must be exceeded");
     assert_eq!(node.pass(1), [(1, camera(false, false)), (1, STOPPED)]);
 
     node.ok(HostMessage::from(message::SetTimingMaster { timing_master: NO }));
@@ -223,7 +223,7 @@ fn a_program_ends_with_the_last_picture_or_the_last_move() {
     arrive(&mut node, 200);
     assert_eq!(node.pass(1), [(1, to(ONE, 300))]);
     assert_eq!(arrive(&mut node, 300), [STOPPED]);
-    // Nothing to take and nothing to move: over at once.
+    // Without pictures and moves, the program is over at once.
     let mut node = Node::ready();
     assert_eq!(node.ok(START), [RUNNING, STOPPED]);
 }
@@ -243,8 +243,8 @@ fn ping_pong_swaps_start_and_stop() {
     assert_eq!((plan.start.0, plan.stop.0), (300, 0));
     assert_eq!(node.pass(1), [(1, to(ONE, 200))]);
     assert_eq!(node.ok(STOP), [motion(ONE, Motion::Stop), STOPPED]);
-    assert_eq!(node.pass(5000), [], "a stop ends it for good");
-    // Without anything that moves there is no way back (decision H-12).
+    assert_eq!(node.pass(5000), [], "after a stop nothing goes on");
+    // Without a motor that moves there is no way back (decision H-12).
     let mut node = Node::ready();
     ping_pong(&mut node);
     assert_eq!(node.ok(START), [RUNNING, STOPPED]);
@@ -258,7 +258,7 @@ fn the_emergency_button_pauses_a_program() {
     let mut node = sms();
     node.ok(START);
     assert_eq!(node.tell(button), [camera(false, false), PAUSED]);
-    // And it stops whatever moves, program or not (decision H-6).
+    // The button stops all motors, with or without a program (decision H-6).
     let mut node = sms();
     node.ok(run(Motor::Three));
     assert_eq!(node.tell(button), [motion(Motor::Three, Motion::Stop)]);
@@ -313,8 +313,8 @@ fn shoot_move_shoot_waits_for_the_motors() {
     assert_eq!(node.pass(101), [(100, camera(false, false)), (101, to(ONE, 100))]);
     assert_eq!(phase(&node), Phase::Move);
     assert_eq!(node.pass(5000), [], "however long the motor takes");
-    assert_eq!(arrive(&mut node, 100), [camera(false, true)], "then at once, for the interval is over");
-    // The third and last move, and from then on it only shoots.
+    assert_eq!(arrive(&mut node, 100), [camera(false, true)], "then at once, because the interval is over");
+    // This is the third and last move. From then on only pictures are taken.
     for place in [200, 300] {
         assert_eq!(node.pass(101).last(), Some(&(101, to(ONE, place))));
         arrive(&mut node, place);
@@ -332,7 +332,7 @@ fn the_mirror_goes_up_by_a_first_release() {
     node.ok(HostMessage::from(message::CameraSetExposureDelay { exposure_delay }));
     node.ok(START);
     assert_eq!(node.pass(140), [(100, camera(false, false)), (140, camera(false, true))]);
-    assert_eq!(node.machine.program().shots(), 1, "counted with the first release (decision H-8)");
+    assert_eq!(node.machine.program().shots(), 1, "the first release counts as the picture (decision H-8)");
     assert_eq!(node.pass(140), [(100, camera(false, false)), (140, to(ONE, 100))]);
     assert_eq!(node.machine.program().shots(), 1);
 }
@@ -371,9 +371,9 @@ fn time_lapse_does_not_wait_for_the_motors() {
     let mut node = sms();
     node.ok(HostMessage::from(message::SetProgramMode { program_mode: ProgramMode::CONTINUOUS }));
     node.ok(START);
-    assert_eq!(node.pass(1000)[1..], [(101, to(ONE, 100)), (1000, camera(false, true))], "it still moves");
+    assert_eq!(node.pass(1000)[1..], [(101, to(ONE, 100)), (1000, camera(false, true))], "the motor still moves");
     assert_eq!(node.pass(101)[1..], [(101, to(ONE, 200))]);
-    // Without a camera the interval is the pace (decision H-9).
+    // Without a camera the interval sets the pace (decision H-9).
     let mut node = moving(ProgramMode::CONTINUOUS);
     interval(&mut node, 500);
     assert_eq!(node.ok(START), [RUNNING, to(ONE, 100)]);
@@ -396,7 +396,7 @@ fn a_video_follows_the_clock() {
     node.pass(1000);
     assert_eq!(node.ok(PAUSE), [motion(ONE, Motion::Stop), PAUSED]);
     node.pass(9000);
-    assert_eq!(node.ok(START), [RUNNING, along(1000)], "from where it would be");
+    assert_eq!(node.ok(START), [RUNNING, along(1000)], "from the position of that time");
     assert_eq!(arrive(&mut node, 300), [STOPPED]);
 
     ping_pong(&mut node);
@@ -426,7 +426,7 @@ fn an_external_intervalometer_takes_the_pictures() {
     assert_eq!(node.ok(START), [RUNNING]);
     assert_eq!((node.pass(9000), node.wake), (vec![], None));
     assert_eq!(node.tell(Input::Alt(Contact::Ring)), [camera(false, true)]);
-    assert_eq!(node.tell(Input::Alt(Contact::Ring)), [], "one at a time");
+    assert_eq!(node.tell(Input::Alt(Contact::Ring)), [], "one picture at a time");
     assert_eq!(node.pass(101)[1..], [(101, to(ONE, 100))]);
 }
 

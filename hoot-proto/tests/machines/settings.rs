@@ -1,4 +1,4 @@
-//! What a node keeps and answers: hoot, sections 2.1 to 2.4.
+//! Settings and answers of a node: hoot, sections 2.1 to 2.4.
 
 use super::world::*;
 use hoot_proto::device::{Event, Input, Options, Part, StoredName};
@@ -7,7 +7,7 @@ use hoot_proto::query::Profile;
 use hoot_proto::{HostMessage, Query};
 use motion_core::fixed::Scaled;
 
-/// What is set, the query for it, and the bytes of the answer.
+/// Setting, its query, and the bytes of the answer.
 type Asked = (HostMessage<'static>, HostMessage<'static>, &'static [u8]);
 
 // 2-1
@@ -143,13 +143,17 @@ fn answers_depend_on_the_profile() {
     assert_eq!(of(Profile::V070).ask(version), [4, 0, 0, 0, 70]);
     assert_eq!(of(Profile::Library20140925).ask(MotorRunning { motor }.into()), [2, 0, 0]);
     assert_eq!(of(Profile::V033).ask(MotorContinuousSpeed { motor }.into()), [4, 0, 0, 0, 0]);
-    assert_eq!(of(Profile::V033).ask(MotorMaxProgramSpeed { motor }.into()), [0, 1], "whether it sleeps");
+    assert_eq!(
+        of(Profile::V033).ask(MotorMaxProgramSpeed { motor }.into()),
+        [0, 1],
+        "whether the motor has no current while it rests"
+    );
     assert_eq!(of(Profile::V033).ask(PingPong {}.into()), [0, 0]);
     let rate = HostMessage::from(SetMaxStepRate { max_step_rate: StepRate(1000) });
     for message in [rate, MaxStepRate {}.into()] {
         assert!(of(Profile::V070).request(message).0.is_empty(), "gone: {message:?}");
     }
-    // The lead-in has two lengths, of which each firmware reads one.
+    // The lead-in has two lengths. Each firmware reads one of them.
     let short = HostMessage::from(MotorSetLeadIn { motor, lead_in: ShortSpan(3) });
     let long = HostMessage::from(MotorSetLeadInLong { motor, lead_in: Span(0x0004_0005) });
     for (profile, message, lead_in) in [
