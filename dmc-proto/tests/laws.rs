@@ -2,37 +2,12 @@
 
 mod recorded;
 
-use dmc_proto::lint::Context;
-use dmc_proto::{DeviceMessage, Dmc, HostMessage};
-use laws::message::Side;
+use dmc_proto::{Device, DeviceMessage, Dmc, Host, HostMessage};
 use laws::stream::{Owned, check};
-use motion_core::lint::Lints;
 use motion_core::wire::Messages;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
-
-struct Host;
-
-impl Side for Host {
-    type Message<'a> = HostMessage<'a>;
-    const BIG_ENDIAN: bool = false;
-
-    fn lint(message: &HostMessage<'_>) -> Lints {
-        message.lint(&Context::default())
-    }
-}
-
-struct Device;
-
-impl Side for Device {
-    type Message<'a> = DeviceMessage<'a>;
-    const BIG_ENDIAN: bool = false;
-
-    fn lint(message: &DeviceMessage<'_>) -> Lints {
-        message.lint(&Context::default())
-    }
-}
 
 #[test]
 fn every_message_of_both_tables() {

@@ -1,5 +1,7 @@
 //! The machines of both sides, row by row of the specification's tables, and at random.
 
+#[path = "machines/app.rs"]
+mod app;
 #[path = "machines/bench.rs"]
 mod bench;
 #[path = "machines/connection.rs"]
@@ -8,6 +10,8 @@ mod connection;
 mod coverage;
 #[path = "machines/host.rs"]
 mod host;
+#[path = "machines/may_move.rs"]
+mod may_move;
 #[path = "machines/random.rs"]
 mod random;
 #[path = "machines/real_time.rs"]

@@ -5,7 +5,8 @@ mod uploads;
 
 use dmc_proto::lint::Context;
 use dmc_proto::message::{
-    AckCode, Capabilities, DmxChannel, Empty, FrameNumber, Hi, Motor, Motors, RtUploadMoveBegin, Steps, Triggers,
+    AckCode, Capabilities, DmxChannel, FrameNumber, Hi, Motor, MotorStatusRequest, Motors, RtUploadMoveBegin,
+    RtUploadMoveEnd, Steps, Triggers,
 };
 use dmc_proto::upload::{self, Memory, MoveSource, Room, SCRATCH, Section, SectionSize, Track, UploadBuffer};
 use dmc_proto::{EncodeError, Frame, HostMessage, MessageId};
@@ -16,7 +17,9 @@ use proptest::sample::{Index, select};
 use uploads::{Memories, hostile};
 
 const ROOM: Room = Room { motors: 4, channels: 6, frames: 700 };
-const END: HostMessage<'_> = HostMessage::RtUploadMoveEnd(Empty { tail: &[] });
+fn end() -> HostMessage<'static> {
+    RtUploadMoveEnd::default().into()
+}
 
 /// A move in memory.
 #[derive(Clone, Debug, Default)]
@@ -122,7 +125,7 @@ fn assemble(buffer: &mut UploadBuffer<'_>, source: &Recorded, sections: &[Sectio
         let message = section.message(source, &mut scratch);
         assert_eq!(deliver(buffer, &message, max_data), Some(AckCode::OK), "{message}");
     }
-    assert_eq!(deliver(buffer, &END, max_data), Some(AckCode::OK));
+    assert_eq!(deliver(buffer, &end(), max_data), Some(AckCode::OK));
 }
 
 proptest! {
@@ -226,7 +229,7 @@ fn sections_may_overlap_and_leave_gaps() {
         assert_eq!(uploads::axis(&mut buffer, 1, start, values), AckCode::OK);
     }
     assert_eq!(buffer.position(Motor(1), 2), None, "nothing is read before the end of the upload");
-    assert_eq!(buffer.receive(&END), Some(AckCode::OK));
+    assert_eq!(buffer.receive(&end()), Some(AckCode::OK));
     assert_eq!(positions(&buffer, 1), [1, 1, 1, 9, 3, 3, 3, 3, 5, 5]);
     assert_eq!(gaps(&buffer, 1), [(0, 2), (5, 8)]);
     assert_eq!(buffer.position(Motor(1), 10), None);
@@ -241,7 +244,7 @@ fn a_section_may_have_no_values() {
     for (start, values) in [(0x8000_0000, &[][..]), (10, &[]), (0, &[4, 5]), (0x8000_0004, &[])] {
         assert_eq!(uploads::axis(&mut buffer, 2, start, values), AckCode::OK);
     }
-    buffer.receive(&END);
+    buffer.receive(&end());
     assert_eq!(positions(&buffer, 2), [4, 5, 5, 5, 5, 5, 5, 5, 5, 5]);
     assert_eq!(gaps(&buffer, 2), [(2, 4)]);
 }
@@ -252,7 +255,7 @@ fn an_axis_without_data_is_not_part_of_the_move() {
     let mut memories = small();
     let mut buffer = ten(&mut memories);
     uploads::axis(&mut buffer, 1, 0x8000_0000, &[3]);
-    buffer.receive(&END);
+    buffer.receive(&end());
     assert!(buffer.contains(Track::Axis(Motor(1))) && !buffer.contains(Track::Axis(Motor(2))));
     assert_eq!((buffer.position(Motor(2), 0), buffer.before_start(Motor(2))), (None, None));
     assert_eq!(gaps(&buffer, 2), [(0, 10)]);
@@ -264,7 +267,7 @@ fn a_message_that_does_not_fit_is_refused_with_its_code() {
     let mut memories = small();
     let mut buffer = memories.buffer();
     assert_eq!(uploads::axis(&mut buffer, 1, 0, &[1]), AckCode::ERR_GENERAL, "no upload was started");
-    assert_eq!(buffer.receive(&END), Some(AckCode::OK), "without an upload, its end has no effect");
+    assert_eq!(buffer.receive(&end()), Some(AckCode::OK), "without an upload, its end has no effect");
     assert!(!buffer.is_loaded());
     for (start, end) in [(5, 4), (0, 20), (i32::MIN, i32::MAX), (i32::MAX, i32::MIN)] {
         assert_eq!(buffer.receive(&uploads::begin(start, end)), Some(AckCode::ERR_RANGE), "{start} to {end}");
@@ -280,8 +283,8 @@ fn a_message_that_does_not_fit_is_refused_with_its_code() {
         assert_eq!(uploads::axis(&mut buffer, motor, start, &[1, 2]), code, "motor {motor} from {start}");
     }
     assert!(!buffer.contains(Track::Axis(Motor(1))), "refused as a whole");
-    assert_eq!(buffer.receive(&HostMessage::MotorStatus(Empty { tail: &[] })), None);
-    buffer.receive(&END);
+    assert_eq!(buffer.receive(&MotorStatusRequest::default().into()), None);
+    buffer.receive(&end());
     assert_eq!(uploads::axis(&mut buffer, 1, 0, &[1]), AckCode::ERR_GENERAL, "the upload is complete");
     assert_eq!(buffer.receive(&uploads::begin(5, 4)), Some(AckCode::ERR_RANGE));
     assert!(buffer.is_loaded(), "a refused upload does not change the last one");
@@ -299,7 +302,7 @@ fn triggers_are_not_kept_from_frame_to_frame() {
     assert!(!buffer.mask_changed());
     assert_eq!(uploads::triggers(&mut buffer, 2, &[(9, 2)]), AckCode::OK);
     assert!(buffer.mask_changed());
-    buffer.receive(&END);
+    buffer.receive(&end());
     let on: Vec<_> = (0..11).map(|index| buffer.triggers(index).0).collect();
     assert_eq!(on, [0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0], "the last mask counts");
     assert!(buffer.contains(Track::Triggers) && buffer.gaps(Track::Triggers).next().is_none());
@@ -318,13 +321,13 @@ fn the_frame_before_the_first_gives_the_speed() {
     for (first, second, before) in [(10, 13, 7), (5, 5, 5), (i32::MAX, i32::MIN, i32::MAX), (i32::MIN, 5, i32::MIN)] {
         let mut buffer = ten(&mut memories);
         uploads::axis(&mut buffer, 1, 0, &[first, second]);
-        buffer.receive(&END);
+        buffer.receive(&end());
         assert_eq!(buffer.before_start(Motor(1)), Some(Steps(before)));
     }
     let mut buffer = memories.buffer();
     buffer.receive(&uploads::begin(7, 7));
     uploads::axis(&mut buffer, 1, 0, &[3]);
-    buffer.receive(&END);
+    buffer.receive(&end());
     assert_eq!(buffer.before_start(Motor(1)), Some(Steps(3)), "one frame has no speed");
 }
 

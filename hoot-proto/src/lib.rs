@@ -167,8 +167,6 @@ mod side;
 
 pub use frame::{Address, Frame, FrameError, Frames, Header, Hoot, Selector, Strict, Table};
 pub use message::{DeviceMessage, HostMessage};
-#[cfg(feature = "tokio")]
-pub use motion_core::codec::Item as CodecItem;
 pub use motion_core::machine::{Effect, Machine, Token};
 #[cfg(feature = "alloc")]
 pub use motion_core::owned::Owned;
@@ -177,7 +175,7 @@ pub use motion_core::time::Millis;
 pub use motion_core::wire::{Conduct, DecodeError, EncodeError, Fields, Messages, Purpose};
 pub use query::{AnyQuery, AnyReply, Query, ReplyError};
 #[cfg(feature = "tokio")]
-pub use side::Codec;
+pub use side::{Codec, CodecItem};
 pub use side::{Device, Host};
 
 #[doc = include_str!("../README.md")]

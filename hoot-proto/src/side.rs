@@ -35,3 +35,7 @@ side! {
 /// For a node, or for other limits, name the framing: `motion_core::codec::Codec<Strict, 84>`.
 #[cfg(feature = "tokio")]
 pub type Codec<const N: usize = { 2 * crate::frame::MAX_FRAME }> = motion_core::codec::Codec<Hoot, N>;
+
+/// Items that the [`Codec`] yields: frames, corrupt frames and noise, as bytes.
+#[cfg(feature = "tokio")]
+pub type CodecItem = motion_core::codec::Item<crate::Header>;

@@ -1,40 +1,40 @@
-//! A device under load, with all faults: what it acknowledges is so, and it holds no more than before.
+//! Device under load, with all faults: it has done what it acknowledges, and it does not hold more and more bytes.
 
 use std::collections::{BTreeMap, VecDeque};
 
 use dmc_proto::device::Quirks;
-use dmc_proto::host::{Options, State, Token};
+use dmc_proto::host::{Options, State};
 use dmc_proto::message::{
-    Acceleration, AckCode, HardwareLimitSet, HostMessage, Motor, MotorSetLimits, MotorSetSpeed, Speed, Steps,
+    Acceleration, AckCode, Bool, HardwareLimitSet, Motor, MotorSetLimits, MotorSetSpeed, Speed, Steps,
 };
-use dmc_proto::{DeviceMessage, Frames, Item, MessageId};
+use dmc_proto::{DeviceMessage, Frames, HostMessage, Item, MessageId, Token};
 use motion_core::time::Millis;
-use motion_core::wire::Bool;
 use rigs::dmc_device::{DmcDevice, Setup};
 use rigs::dmc_host::{Command, DmcHost, Event};
 use rigs::faults::{Carrier, Faults};
 use rigs::{Host, LineId, Outgoing, Party, Scene};
 
-/// Messages a millisecond: ten thousand a second.
+/// Number of messages in a millisecond: ten thousand in a second.
 const RATE: u32 = 10;
+/// Number of motors of the rig.
 const MOTORS: u32 = 32;
 
-/// A host that waits for nothing: it sets limits of motors in turn, ten thousand a second, each to its own number.
+/// Host that waits for no answer. It sets the limits of the motors in turn, each time to the number of the message.
 #[derive(Default)]
 struct Flood {
     now: Millis,
     is_open: bool,
     frames: Frames,
     out: VecDeque<Outgoing>,
-    /// The number of the last message, which is its id.
+    /// Number of the last message, which is also its id.
     last: u32,
-    /// What was acknowledged, and not yet looked at.
+    /// Numbers of the messages that were acknowledged, and not yet checked.
     acknowledged: VecDeque<u32>,
     damaged: u64,
     greetings: u64,
 }
 
-/// The motor that a message is about.
+/// Motor of the message with a number.
 fn motor(number: u32) -> Motor {
     Motor(u8::try_from(number % MOTORS + 1).unwrap())
 }
@@ -53,7 +53,7 @@ impl Flood {
             tail: &[],
         };
         let mut bytes = [0; 64];
-        let len = HostMessage::MotorSetLimits(limits).encode_into(MessageId(self.last), &mut bytes).unwrap();
+        let len = HostMessage::from(limits).encode_into(MessageId(self.last), &mut bytes).unwrap();
         self.out.push_back(Outgoing::Bytes(LineId(0), bytes[..len].to_vec()));
     }
 
@@ -130,10 +130,10 @@ fn flood(seconds: u64) {
     for millis in 1..=seconds * 1000 {
         scene.run(Millis(millis), |scene, number| {
             acknowledged += 1;
-            // It is set, or what was sent later to the same motor.
+            // The limits are those of this message, or of a later one to the same motor.
             let tuning = scene.rig.tuning(motor(number)).unwrap();
             let (Some(Steps(lower)), Some(Steps(upper))) = (tuning.lower, tuning.upper) else {
-                panic!("{number} was acknowledged, and is not set");
+                panic!("{number} was acknowledged, and was not done");
             };
             let upper = u32::try_from(upper).unwrap();
             assert!(upper >= number && motor(upper) == motor(number), "{number} is {upper}");
@@ -145,49 +145,49 @@ fn flood(seconds: u64) {
     let Flood { last, damaged, greetings, .. } = scene.host;
     let received = scene.rig.received();
     println!(
-        "{seconds} s: sent {last}, taken {received}, acknowledged {acknowledged}, damaged {damaged}, greetings \
+        "{seconds} s: sent {last}, received {received}, acknowledged {acknowledged}, damaged {damaged}, greetings \
          {greetings}; held at most {on_line} bytes on the line, {in_rig} in the rig"
     );
-    assert!(u64::from(last) >= seconds * 9900, "ten thousand a second");
-    assert!(received * 10 > u64::from(last) * 8 && acknowledged * 10 > received * 8, "most of it is done");
-    // A silence of one and a half seconds, both ways, at 24 bytes a message and 16 an answer: what waits on the line then.
+    assert!(u64::from(last) >= seconds * 9900, "ten thousand in a second");
+    assert!(received * 10 > u64::from(last) * 8 && acknowledged * 10 > received * 8, "most requests are done");
+    // In a silence of one and a half seconds, messages of 24 bytes and answers of 16 bytes collect on the line.
     assert!(on_line < 1_000_000, "{on_line} bytes on the line");
-    // A frame that is not whole yet: all answers are taken at once.
+    // The rig holds one incomplete frame. The line takes all answers at once.
     assert!(in_rig < 4096, "{in_rig} bytes in the rig");
 }
 
 #[test]
-fn ten_thousand_messages_a_second() {
+fn a_device_takes_ten_thousand_messages_in_a_second() {
     flood(5);
 }
 
 #[test]
-#[ignore = "a minute: run it with --release"]
-fn ten_thousand_messages_a_second_for_a_minute() {
+#[ignore = "takes a minute; run it with --release"]
+fn a_device_takes_ten_thousand_messages_in_a_second_for_a_minute() {
     flood(60);
 }
 
-/// As fast as a host of the protocol can: four requests on their way at once.
+/// Sends as fast as the protocol allows: four requests are under way at once.
 fn window(seconds: u64) {
     let host = DmcHost::new(Options::default().with_window(4));
     let rig = DmcDevice::new(Setup::with_motors(32));
     let mut scene = Scene::new(host, rig, Carrier::Serial, Faults::all(Carrier::Serial), 2);
-    // No two requests on their way are about the same motor: what is repeated may arrive behind what was asked later.
+    // No two requests under way are for the same motor, because a repeated request may arrive after a later one.
     let (mut last, mut asked) = (0_u32, BTreeMap::new());
     let (mut done, mut failed, mut held) = (0_u64, 0_u64, 0);
     let until = Millis(seconds * 1000);
     while scene.now() < until {
         scene.run(scene.now().after(1), |scene, event| {
             match event {
-                Event::Done(Token(number), _) => {
+                Event::Ended(Token(number), Ok(_)) => {
                     done += 1;
-                    let motor: Motor = asked.remove(&number).expect("each ends once");
+                    let motor: Motor = asked.remove(&number).expect("each request ends once");
                     let speed = scene.rig.tuning(motor).unwrap().speed.0;
-                    assert_eq!(speed, number + 10, "it is not set");
+                    assert_eq!(speed, number + 10, "the speed is not set");
                 }
-                Event::Failed(Token(number), _) => {
+                Event::Ended(Token(number), Err(_)) => {
                     failed += 1;
-                    asked.remove(&number).expect("each ends once");
+                    asked.remove(&number).expect("each request ends once");
                 }
                 _ => {}
             }
@@ -195,7 +195,7 @@ fn window(seconds: u64) {
         });
         held = held.max(scene.held() + scene.rig.held() + scene.host.held());
         match scene.host.state() {
-            State::Up => {
+            State::Ready => {
                 while asked.len() < 12 {
                     last += 1;
                     let free = (1..=32).map(Motor).find(|motor| asked.values().all(|other| other != motor));
@@ -203,27 +203,27 @@ fn window(seconds: u64) {
                     let (max_velocity, max_accel) = (Speed(last + 10), Acceleration(1000));
                     let message = MotorSetSpeed { motor, max_velocity, max_accel, tail: &[] };
                     asked.insert(last, motor);
-                    scene.command(Command::Ask(Token(last), HostMessage::MotorSetSpeed(message)));
+                    scene.command(Command::Ask(Token(last), message.into()));
                 }
             }
             State::Silent => scene.command(Command::Greet),
             _ => {}
         }
     }
-    println!("{seconds} s: done {done}, failed {failed}; held at most {held} bytes");
+    println!("{seconds} s: done {done}, not done {failed}; held at most {held} bytes");
     assert!(done > seconds * 20, "{done}");
     assert_eq!(u64::from(last), done + failed + u64::try_from(asked.len()).unwrap());
-    // Four requests and their answers, doubled, and noise.
+    // Four requests and their answers, doubled, and noise are held.
     assert!(held < 4096, "{held} bytes");
 }
 
 #[test]
-fn as_fast_as_the_protocol_allows() {
+fn a_host_sends_as_fast_as_the_protocol_allows() {
     window(5);
 }
 
 #[test]
-#[ignore = "a minute: run it with --release"]
-fn as_fast_as_the_protocol_allows_for_a_minute() {
+#[ignore = "takes a minute; run it with --release"]
+fn a_host_sends_as_fast_as_the_protocol_allows_for_a_minute() {
     window(60);
 }

@@ -23,12 +23,14 @@ type Taken = Result<Option<Outcome<'static>>, Refusal>;
 
 impl HostMachine {
     pub(super) fn command(&mut self, now: Millis, output: &mut Output<'_>, token: Token, command: &Command<'_>) {
-        let taken = match command {
+        let end = match command {
             Command::Stop(target) => Ok(Some(self.stop(now, output, *target))),
-            Command::Request(message) => match StopTarget::of(message) {
-                Some(target) => Ok(Some(self.stop(now, output, target))),
-                None => self.request(token, message),
-            },
+            // A stop is a stop, however it is given.
+            Command::Request(message) | Command::Sequence(message) if message.conduct().is_stop() => {
+                let target = StopTarget::of(message).unwrap_or(StopTarget::All);
+                Ok(Some(self.stop(now, output, target)))
+            }
+            Command::Request(message) => self.request(token, message),
             Command::Sequence(message) => self.begin(output, token, message),
             Command::Go => self.go(output, token),
             Command::Greet => self.greet_again(now, output),
@@ -38,7 +40,7 @@ impl HostMachine {
                 Ok(Some(Outcome::Done(None)))
             }
         };
-        if let Some(outcome) = taken.unwrap_or_else(|refusal| Some(Outcome::Refused(refusal))) {
+        if let Some(outcome) = end.unwrap_or_else(|refusal| Some(Outcome::Refused(refusal))) {
             output.event(Event::Ended { token, outcome });
         }
     }
@@ -61,10 +63,10 @@ impl HostMachine {
             self.stops.submit(now, output, &self.options, &mut self.ids, target);
             Outcome::Sent
         };
-        let spared = if spares { self.sequence.take() } else { None };
+        let kept = if spares { self.sequence.take() } else { None };
         self.fail(output, Failure::Stopped, |request| request.conduct.may_move());
-        if spared.is_some() {
-            self.sequence = spared;
+        if kept.is_some() {
+            self.sequence = kept;
         }
         outcome
     }

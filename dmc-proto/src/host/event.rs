@@ -73,6 +73,36 @@ pub enum Event<'a> {
     Corrupt,
 }
 
+impl Event<'_> {
+    /// Returns the same event if it can be kept; `None` if it lends a message of the device.
+    #[must_use]
+    pub const fn to_static(&self) -> Option<Event<'static>> {
+        Some(match *self {
+            Self::Greeted(hi) => Event::Greeted(hi),
+            Self::Silent => Event::Silent,
+            Self::Ready { reconnected } => Event::Ready { reconnected },
+            Self::LinkDown => Event::LinkDown,
+            Self::DeviceReset => Event::DeviceReset,
+            Self::Ended { token, outcome } => match outcome.to_static() {
+                Some(outcome) => Event::Ended { token, outcome },
+                None => return None,
+            },
+            Self::NextSection { token, after } => Event::NextSection { token, after },
+            Self::SectionNotWanted => Event::SectionNotWanted,
+            Self::Armed(token) => Event::Armed(token),
+            Self::Started(token) => Event::Started(token),
+            Self::PassEnded(token) => Event::PassEnded(token),
+            Self::Stopped(target) => Event::Stopped(target),
+            Self::StopNotConfirmed(target) => Event::StopNotConfirmed(target),
+            Self::HardStop(reason, motor) => Event::HardStop(reason, motor),
+            Self::Moving(motors) => Event::Moving(motors),
+            Self::Unsolicited(..) => return None,
+            Self::Malformed(id, kind) => Event::Malformed(id, kind),
+            Self::Corrupt => Event::Corrupt,
+        })
+    }
+}
+
 /// End of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -93,6 +123,21 @@ pub enum Outcome<'a> {
     /// Nobody knows whether the device did it. It was sent, and no answer came, or none that is clear; or it is a stop
     /// that waits for a link.
     NotConfirmed,
+}
+
+impl Outcome<'_> {
+    /// Returns the same end if it can be kept; `None` if it lends an answer of the device.
+    #[must_use]
+    pub const fn to_static(&self) -> Option<Outcome<'static>> {
+        Some(match *self {
+            Self::Done(None) => Outcome::Done(None),
+            Self::Done(Some(_)) => return None,
+            Self::Sent => Outcome::Sent,
+            Self::Refused(refusal) => Outcome::Refused(refusal),
+            Self::Failed(failure) => Outcome::Failed(failure),
+            Self::NotConfirmed => Outcome::NotConfirmed,
+        })
+    }
 }
 
 /// Reason why a command was refused.

@@ -49,7 +49,7 @@ pub enum Command<'a> {
     Greet,
     /// The device is configured: everything may be sent as soon as all requests are answered. Ends at once.
     Configured,
-    /// Send a request. A stop is taken as [`Command::Stop`].
+    /// Send a request. A stop is taken as [`Command::Stop`], also in [`Command::Sequence`].
     Request(HostMessage<'a>),
     /// Send the message that begins a sequence, and follow the sequence to its end. One sequence runs at a time.
     ///

@@ -14,8 +14,9 @@ use super::requests::{ALL, Damaged, Ids, Owner, Pending, Reply, Request, Request
 use super::sequence::{Course, Sequence};
 use super::stops::{Acknowledged, Stops, Told};
 use super::transmit::{Contents, Output, Transmit};
+use crate::Purpose;
 use crate::frame::{MessageId, MessageType};
-use crate::message::{Ack, AckCode, DeviceMessage, HardStop, Hi, Motors, Purpose};
+use crate::message::{Ack, AckCode, DeviceMessage, HardStop, Hi, Motors};
 
 /// State machine of a host: it knows when to send which message, and what comes of it.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -253,10 +254,7 @@ impl HostMachine {
 
     fn acknowledged<'a>(&mut self, now: Millis, output: &mut Output<'a>, id: MessageId, ack: Ack<'a>) {
         match self.stops.acknowledged(now, output, &self.options, &mut self.ids, (id, &ack)) {
-            Acknowledged::Confirms(target) => {
-                self.motion.is_armed &= !target.is_all();
-                return;
-            }
+            Acknowledged::Confirms(target) => return self.motion.confirmed(target),
             Acknowledged::Refuses => return,
             Acknowledged::Other => {}
         }

@@ -1,5 +1,6 @@
 //! Knowledge of a host about what may still move because of it.
 
+use super::event::StopTarget;
 use super::requests::{Pending, Reply, Request, Role};
 
 /// What may move because of the host, apart from the requests that are under way.
@@ -22,6 +23,14 @@ impl Motion {
         }
         if let (Role::Shutter(false), Reply::Acknowledged) = (pending.request.role, reply) {
             self.is_shutter_open = false;
+        }
+    }
+
+    /// The device says that it obeys a stop. Of everything, nothing begins after it; what ran comes to rest.
+    pub(super) const fn confirmed(&mut self, target: StopTarget) {
+        if target.is_all() {
+            self.may_move |= self.is_armed;
+            self.is_armed = false;
         }
     }
 

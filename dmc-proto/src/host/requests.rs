@@ -1,6 +1,7 @@
 //! Requests under way, and those that wait: DMC D5, safety decisions 2 and 3.
 
 use arrayvec::ArrayVec;
+use motion_core::debug;
 use motion_core::machine::Token;
 use motion_core::time::Millis;
 use motion_core::wire::{Conduct, Purpose};
@@ -98,7 +99,7 @@ impl Request {
 }
 
 /// Request that was sent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Pending {
     pub(super) request: Request,
     /// Number of times that it was sent.
@@ -110,6 +111,8 @@ pub(super) struct Pending {
     until: Millis,
     is_damaged: bool,
 }
+
+debug! { Pending { request tries is_outdated id until is_damaged } }
 
 /// End of a request, except that it was called off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,109 +1,80 @@
-//! A device and a host on the bench: what is put in, and what comes out.
+//! Device and host alone: inputs given by hand, and outputs in a form that is easy to compare.
 
-use dmc_proto::device::{self, DeviceMachine, Rig, Scratch};
-use dmc_proto::host::{self, Command, HostMachine, Token};
+use dmc_proto::device::{self, DeviceMachine, Scratch};
+use dmc_proto::host::{self, Command, Event, Failure, HostMachine, Outcome, Refusal};
 use dmc_proto::message::{
-    Ack, AckCode, Capabilities, Empty, FrameNumber, FramesPerSecond, Hi, HostMessage, JogSpeed, Milliseconds, Motor,
-    MotorJog, MotorMove, MotorStatus, MotorStop, MotorStopAll, Motors, MoveTime, Name, RtJogAll, RtPositionFrame,
-    RtRunMove, RtShootFrame2, RtUploadMoveAxis, RtUploadMoveBegin, RunFlags, ShortMilliseconds, StartIndex, Steps,
+    Ack, AckCode, Bool, FrameNumber, FramesPerSecond, Hi, HostMessage, I32, JogSpeed, Milliseconds, Motor, MotorJog,
+    MotorMove, MotorStatus, MotorStop, MotorStopAll, Motors, MoveTime, RtGo, RtJogAll, RtPositionFrame, RtRunMove,
+    RtShootFrame2, RtUploadMoveAxis, RtUploadMoveBegin, RtUploadMoveEnd, RunFlags, Scaled, StartIndex, Steps,
     VirtConfig, VirtualPosition,
 };
-use dmc_proto::{DeviceMessage, MessageId, MessageType};
-use motion_core::fixed::Scaled;
-use motion_core::time::Millis;
-use zerocopy::little_endian::I32;
+use dmc_proto::{DeviceMessage, MessageId, MessageType, Millis, Token};
 
-pub(crate) const EMPTY: Empty<'static> = Empty { tail: &[] };
+use super::app::{Tens, stops_go_first, the_rig_acts_first};
 
-/// A rig that can do everything, with eight motors.
-pub(crate) fn hi() -> Hi<'static> {
-    Hi {
-        name: Name::new("bench").unwrap(),
-        fw_major: 1,
-        fw_minor: 2,
-        fw_rev: 3,
-        motor_count: 8,
-        dmx_count: 100,
-        gio_out_count: 4,
-        gio_in_count: 4,
-        hw_limit_count: 2,
-        upload_frame_count: 1000,
-        capabilities: Capabilities(0x07ff),
-        protocol_version: Some(2),
-        tail: &[],
-    }
-}
+pub(crate) use super::app::hi;
 
 pub(crate) fn frame(frame: i32) -> FrameNumber {
     FrameNumber(frame)
 }
 
 pub(crate) fn move_to(motor: u8, position: i32) -> HostMessage<'static> {
-    HostMessage::MotorMove(MotorMove { motor: Motor(motor), position: Steps(position), tail: &[] })
+    MotorMove { motor: Motor(motor), position: Steps(position), tail: &[] }.into()
 }
 
 pub(crate) fn jog(motor: u8) -> HostMessage<'static> {
-    HostMessage::MotorJog(MotorJog {
-        motor: Motor(motor),
-        speed: JogSpeed::FULL,
-        destination: Steps(i32::MAX),
-        tail: &[],
-    })
+    MotorJog { motor: Motor(motor), speed: JogSpeed::FULL, destination: Steps(i32::MAX), tail: &[] }.into()
 }
 
 pub(crate) fn stop(motor: u8) -> HostMessage<'static> {
-    HostMessage::MotorStop(MotorStop { motor: Motor(motor), tail: &[] })
+    MotorStop { motor: Motor(motor), tail: &[] }.into()
 }
 
 pub(crate) fn stop_all() -> HostMessage<'static> {
-    HostMessage::MotorStopAll(MotorStopAll { flags: None, tail: &[] })
+    MotorStopAll { flags: None, tail: &[] }.into()
 }
 
 pub(crate) fn begin(first: i32, last: i32) -> HostMessage<'static> {
-    HostMessage::RtUploadMoveBegin(RtUploadMoveBegin { start_frame: frame(first), end_frame: frame(last), tail: &[] })
+    RtUploadMoveBegin { start_frame: frame(first), end_frame: frame(last), tail: &[] }.into()
 }
 
 pub(crate) fn axis(motor: u8) -> HostMessage<'static> {
     let (start_index, positions) = (StartIndex::new(0, true).unwrap(), &[I32::ZERO; 2]);
-    HostMessage::RtUploadMoveAxis(RtUploadMoveAxis { motor: Motor(motor), start_index, positions, tail: &[] })
+    RtUploadMoveAxis { motor: Motor(motor), start_index, positions, tail: &[] }.into()
 }
 
 pub(crate) fn position_frame(number: i32) -> HostMessage<'static> {
-    HostMessage::RtPositionFrame(RtPositionFrame { frame: frame(number), tail: &[] })
+    RtPositionFrame { frame: frame(number), tail: &[] }.into()
 }
 
 pub(crate) fn jog_all(destination: i32) -> HostMessage<'static> {
     let fps_x1000 = FramesPerSecond(Scaled(24_000));
-    HostMessage::RtJogAll(RtJogAll { fps_x1000, destination: frame(destination), tail: &[] })
+    RtJogAll { fps_x1000, destination: frame(destination), tail: &[] }.into()
 }
 
 pub(crate) fn run(start: i32, end: i32, flags: RunFlags) -> HostMessage<'static> {
-    HostMessage::RtRunMove(RtRunMove {
+    RtRunMove {
         fps_x1000: FramesPerSecond(Scaled(10_000)),
         start_frame: frame(start),
         end_frame: frame(end),
         pre_roll_ms: Milliseconds(200),
         post_roll_ms: Milliseconds(100),
-        sync_dmx: false.into(),
-        bloop_location: 0.into(),
-        bloop_dmx_channel: 0.into(),
-        bloop_ms: ShortMilliseconds(0),
         flags: Some(flags),
-        open_angle: None,
-        close_angle: None,
-        tail: &[],
-    })
+        ..RtRunMove::default()
+    }
+    .into()
 }
 
 pub(crate) fn shot(number: i32) -> HostMessage<'static> {
-    HostMessage::RtShootFrame2(RtShootFrame2 {
+    RtShootFrame2 {
         frame: frame(number),
         exposure_ms: Milliseconds(500),
         open_angle: 0.into(),
         close_angle: 180.into(),
         motors: &[],
         tail: &[],
-    })
+    }
+    .into()
 }
 
 /// A virtual rig of a kind whose layout is a few bytes: swing and pan.
@@ -111,20 +82,11 @@ pub(crate) const SWING_PAN: [u8; 17] = [2, 1, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 1
 
 pub(crate) fn virtuals(body: &[u8]) -> HostMessage<'_> {
     use motion_core::wire::Message;
-    HostMessage::VirtConfig(VirtConfig::decode(body).unwrap())
+    VirtConfig::decode(body).unwrap().into()
 }
 
 pub(crate) fn virtual_position(units: i32) -> VirtualPosition {
     VirtualPosition(Scaled(units))
-}
-
-/// Motors stand at ten times their number.
-pub(crate) struct Tens;
-
-impl Rig for Tens {
-    fn position(&self, motor: Motor) -> Steps {
-        Steps(10 * i32::from(motor.0))
-    }
 }
 
 /// What a device sent, in a form that is easy to compare.
@@ -133,7 +95,7 @@ pub(crate) enum Said {
     Ack(u32, u16, AckCode),
     /// The time in the move, in frames.
     Positions(u32, i32),
-    Other(u32, device::What),
+    Other(u32, device::Contents),
 }
 
 pub(crate) const UNASKED: u32 = 0;
@@ -146,7 +108,28 @@ pub(crate) struct Bench {
     id: u32,
 }
 
-pub(crate) type Out = (Vec<Said>, Vec<device::Event>);
+/// What a device sent, and what its rig was told.
+pub(crate) type Out<'a> = (Vec<Said>, Vec<device::Event<'a>>);
+
+fn said(transmit: &device::Transmit) -> Said {
+    let mut scratch = Scratch::default();
+    let message = transmit.message(&Tens, &mut scratch);
+    let mut bytes = [0; 256];
+    let len = message.encode_into(transmit.id, &mut bytes).unwrap();
+    let frame = dmc_proto::Frame::decode(&bytes[..len]).unwrap();
+    assert_eq!(DeviceMessage::decode(&frame), Ok(message));
+    match message {
+        DeviceMessage::Ack(Ack { of, response_code, .. }) => Said::Ack(transmit.id.0, of.0, response_code.unwrap()),
+        DeviceMessage::MotorGetPosition(positions) => {
+            let expected: Vec<_> = (1..=8).map(|motor| I32::new(10 * motor)).collect();
+            assert_eq!(positions.positions, expected);
+            let MoveTime(Scaled(time)) = positions.move_time;
+            assert_eq!(time % 1000, 0);
+            Said::Positions(transmit.id.0, time / 1000)
+        }
+        _ => Said::Other(transmit.id.0, transmit.contents),
+    }
+}
 
 impl Bench {
     pub(crate) fn new() -> Self {
@@ -158,38 +141,20 @@ impl Bench {
     }
 
     /// Takes a step; what it sends is also made into bytes and read back, as the host would.
-    pub(crate) fn step(&mut self, input: device::Input<'_>) -> Out {
+    pub(crate) fn step<'a>(&mut self, input: device::Input<'a>) -> Out<'a> {
         let (machine, output) = laws::machine::step(self.machine.clone(), self.now, input);
         (self.machine, self.wake) = (machine, output.wake);
-        let mut said = Vec::new();
-        for send in &output.send {
-            let mut scratch = Scratch::default();
-            let message = send.message(&Tens, &mut scratch);
-            let mut bytes = [0; 256];
-            let len = message.encode_into(send.id, &mut bytes).unwrap();
-            let frame = dmc_proto::Frame::decode(&bytes[..len]).unwrap();
-            assert_eq!(DeviceMessage::decode(&frame), Ok(message));
-            said.push(match message {
-                DeviceMessage::Ack(Ack { of, response_code, .. }) => Said::Ack(send.id.0, of.0, response_code.unwrap()),
-                DeviceMessage::MotorGetPosition(positions) => {
-                    let expected: Vec<_> = (1..=8).map(|motor| I32::new(10 * motor)).collect();
-                    assert_eq!(positions.positions, expected);
-                    let MoveTime(Scaled(time)) = positions.move_time;
-                    assert_eq!(time % 1000, 0);
-                    Said::Positions(send.id.0, time / 1000)
-                }
-                _ => Said::Other(send.id.0, send.what),
-            });
-        }
-        (said, output.events.into_iter().collect())
+        the_rig_acts_first(&output);
+        let said = output.transmits().map(said).collect();
+        (said, output.events().copied().collect())
     }
 
     /// A message arrives, that the rig has nothing against. Its id is 101, then 102, and so on.
-    pub(crate) fn asked(&mut self, message: HostMessage<'_>) -> Out {
+    pub(crate) fn asked<'a>(&mut self, message: HostMessage<'a>) -> Out<'a> {
         self.asked_with(message, AckCode::OK)
     }
 
-    pub(crate) fn asked_with(&mut self, message: HostMessage<'_>, rig: AckCode) -> Out {
+    pub(crate) fn asked_with<'a>(&mut self, message: HostMessage<'a>, rig: AckCode) -> Out<'a> {
         self.id += 1;
         self.step(device::Input::Received { id: MessageId(self.id), message, rig })
     }
@@ -204,11 +169,16 @@ impl Bench {
     }
 
     /// The answer must be OK, and this the only event.
-    pub(crate) fn takes(&mut self, message: HostMessage<'_>, event: device::Event) {
+    pub(crate) fn takes<'a>(&mut self, message: HostMessage<'a>, event: device::Event<'a>) {
         let state = self.machine.state();
         let (said, events) = self.asked(message);
         let expected = (vec![Said::Ack(self.id, message.kind().0, AckCode::OK)], vec![event]);
         assert_eq!((said, events), expected, "{message} in {state:?}");
+    }
+
+    /// The answer must be OK, and the only event be this one, with the message itself.
+    pub(crate) fn takes_as<'a>(&mut self, message: HostMessage<'a>, event: fn(HostMessage<'a>) -> device::Event<'a>) {
+        self.takes(message, event(message));
     }
 
     pub(crate) fn ack(&self, message: &HostMessage<'_>, code: AckCode) -> Said {
@@ -220,7 +190,7 @@ impl Bench {
     }
 
     /// Time passes, and the machine is woken at every moment that it asks for.
-    pub(crate) fn pass(&mut self, millis: u64) -> Out {
+    pub(crate) fn pass(&mut self, millis: u64) -> Out<'static> {
         let end = self.now.after(millis);
         let (mut said, mut events) = (vec![], vec![]);
         while let Some(wake) = self.wake.filter(|&wake| wake <= end) {
@@ -237,7 +207,8 @@ impl Bench {
     pub(crate) fn store(&mut self, message: HostMessage<'_>) -> Said {
         let (said, events) = self.asked(message);
         assert_eq!(said, []);
-        let [device::Event::Store(store)] = events[..] else { panic!("{events:?}") };
+        let [device::Event::Store { store, message: stored }] = events[..] else { panic!("{events:?}") };
+        assert_eq!(stored, message);
         let (said, events) = self.step(device::Input::Stored(store, AckCode::OK));
         assert_eq!(events, []);
         let [said] = &said[..] else { panic!("{said:?}") };
@@ -252,7 +223,7 @@ impl Bench {
     }
 
     pub(crate) fn load(&mut self) {
-        for message in [begin(1, 10), axis(1), axis(2), HostMessage::RtUploadMoveEnd(EMPTY)] {
+        for message in [begin(1, 10), axis(1), axis(2), RtUploadMoveEnd::default().into()] {
             assert_eq!(self.store(message), self.ack(&message, AckCode::OK));
         }
         assert!(self.machine.is_loaded());
@@ -268,7 +239,7 @@ impl Bench {
     }
 
     /// The rig comes to rest.
-    pub(crate) fn rests(&mut self) -> Out {
+    pub(crate) fn rests(&mut self) -> Out<'static> {
         self.step(device::Input::AtRest)
     }
 
@@ -298,12 +269,12 @@ impl Bench {
                 device::State::Running => {
                     bench.asked(run(1, 10, RunFlags::LOOP));
                     bench.rests();
-                    bench.asked(HostMessage::RtGo(EMPTY));
+                    bench.asked(RtGo::default().into());
                 }
                 device::State::PostRoll => {
                     bench.asked(run(1, 10, RunFlags(0)));
                     bench.rests();
-                    bench.asked(HostMessage::RtGo(EMPTY));
+                    bench.asked(RtGo::default().into());
                     bench.step(Input::PassEnd);
                 }
                 device::State::Locked => drop(bench.step(Input::Limit { motor: Motor(2), upper: true })),
@@ -325,7 +296,45 @@ pub(crate) struct Desk {
 }
 
 /// What a host sent, and what its application was told.
-pub(crate) type Told = (Vec<(u32, host::What)>, Vec<host::Event>);
+pub(crate) type Told<'a> = (Vec<(u32, host::Contents)>, Vec<Event<'a>>);
+
+/// Token of commands other than requests and sequences.
+pub(crate) const COMMAND: Token = Token(1000);
+
+pub(crate) const fn ended(token: u32, outcome: Outcome<'_>) -> Event<'_> {
+    Event::Ended { token: Token(token), outcome }
+}
+
+pub(crate) const fn done(token: u32) -> Event<'static> {
+    ended(token, Outcome::Done(None))
+}
+
+pub(crate) const fn answered(token: u32, message: DeviceMessage<'_>) -> Event<'_> {
+    ended(token, Outcome::Done(Some(message)))
+}
+
+pub(crate) const fn failed(token: u32, failure: Failure) -> Event<'static> {
+    ended(token, Outcome::Failed(failure))
+}
+
+pub(crate) const fn refused(token: u32, refusal: Refusal) -> Event<'static> {
+    ended(token, Outcome::Refused(refusal))
+}
+
+pub(crate) const fn not_confirmed(token: u32) -> Event<'static> {
+    ended(token, Outcome::NotConfirmed)
+}
+
+/// A status of the device.
+pub(crate) const fn status(motors: u32) -> DeviceMessage<'static> {
+    let motor_status = Motors(motors);
+    DeviceMessage::MotorStatus(MotorStatus { motor_status, dmx_status: Bool(0), tail: &[] })
+}
+
+/// An acknowledgement of the device.
+pub(crate) fn ack(of: u16, code: AckCode) -> DeviceMessage<'static> {
+    Ack::new(MessageType(of), code).into()
+}
 
 impl Desk {
     pub(crate) fn new() -> Self {
@@ -336,59 +345,69 @@ impl Desk {
         Self { machine: HostMachine::new(options), now: Millis(1000), wake: None }
     }
 
-    /// A host that is up, with a device that can do everything. The last id is 1.
+    /// A host that is ready, with a device that can do everything. The last id is 1.
     pub(crate) fn up() -> Self {
         Self::up_with(host::Options::default(), hi())
     }
 
-    pub(crate) fn up_with(options: host::Options, hi: Hi<'_>) -> Self {
+    pub(crate) fn up_with(options: host::Options, hi: Hi<'static>) -> Self {
         let mut desk = Self::of(options);
-        assert_eq!(desk.step(host::Input::LinkUp), (vec![(1, host::What::Greeting)], vec![]));
-        assert_eq!(desk.hears(1, DeviceMessage::Hi(hi)), (vec![], vec![host::Event::Greeted]));
-        assert_eq!(desk.command(Command::Configured), (vec![], vec![host::Event::Up]));
+        desk.becomes_ready(1, hi);
         desk
     }
 
-    pub(crate) fn step(&mut self, input: host::Input<'_>) -> Told {
-        let (machine, output) = laws::machine::step(self.machine.clone(), self.now, input);
-        (self.machine, self.wake) = (machine, output.wake);
-        let sent = output.send.iter().map(|send| (send.id.0, send.what)).collect();
-        (sent, output.events.into_iter().collect())
+    /// Opens the link and greets; `id` is that of the greeting.
+    pub(crate) fn becomes_ready(&mut self, id: u32, hi: Hi<'static>) {
+        assert_eq!(self.step(host::Input::LinkUp), (vec![(id, host::Contents::Greeting)], vec![]));
+        assert_eq!(self.hears(id, hi.into()), (vec![], vec![Event::Greeted(hi)]));
+        let (sent, events) = self.command(Command::Configured);
+        assert_eq!((sent, events), (vec![], vec![Event::Ready { reconnected: id != 1 }]));
     }
 
-    pub(crate) fn hears(&mut self, id: u32, message: DeviceMessage<'_>) -> Told {
+    pub(crate) fn step<'a>(&mut self, input: host::Input<'a>) -> Told<'a> {
+        let (machine, output) = laws::machine::step(self.machine.clone(), self.now, input);
+        (self.machine, self.wake) = (machine, output.wake);
+        stops_go_first(&output);
+        let sent = output.transmits().map(|transmit| (transmit.id.0, transmit.contents)).collect();
+        (sent, output.events().copied().collect())
+    }
+
+    pub(crate) fn hears<'a>(&mut self, id: u32, message: DeviceMessage<'a>) -> Told<'a> {
         self.step(host::Input::Received(MessageId(id), message))
     }
 
     /// The device acknowledges.
-    pub(crate) fn acked(&mut self, id: u32, of: u16, code: AckCode) -> Told {
-        self.hears(id, DeviceMessage::Ack(Ack::new(MessageType(of), code)))
+    pub(crate) fn acked(&mut self, id: u32, of: u16, code: AckCode) -> Told<'static> {
+        self.hears(id, ack(of, code))
     }
 
     /// The device says which motors move.
-    pub(crate) fn status(&mut self, id: u32, motors: u32) -> Told {
-        let motor_status = Motors(motors);
-        self.hears(id, DeviceMessage::MotorStatus(MotorStatus { motor_status, dmx_status: false.into(), tail: &[] }))
+    pub(crate) fn status(&mut self, id: u32, motors: u32) -> Told<'static> {
+        self.hears(id, status(motors))
     }
 
-    pub(crate) fn command(&mut self, command: Command<'_>) -> Told {
-        self.step(host::Input::Command(command))
+    /// Gives a command. That it is done, or sent, is left out of what is told.
+    pub(crate) fn command<'a>(&mut self, command: Command<'a>) -> Told<'a> {
+        let (sent, mut events) = self.step(host::Input::Command(COMMAND, command));
+        let is_plain = |event: &Event<'_>| *event == done(COMMAND.0) || *event == ended(COMMAND.0, Outcome::Sent);
+        events.retain(|event| !is_plain(event));
+        (sent, events)
     }
 
-    pub(crate) fn request(&mut self, token: u32, message: HostMessage<'_>) -> Told {
-        self.command(Command::Request(Token(token), message))
+    pub(crate) fn request<'a>(&mut self, token: u32, message: HostMessage<'a>) -> Told<'a> {
+        self.step(host::Input::Command(Token(token), Command::Request(message)))
     }
 
-    pub(crate) fn sequence(&mut self, token: u32, message: HostMessage<'_>) -> Told {
-        self.command(Command::Sequence(Token(token), message))
+    pub(crate) fn sequence<'a>(&mut self, token: u32, message: HostMessage<'a>) -> Told<'a> {
+        self.step(host::Input::Command(Token(token), Command::Sequence(message)))
     }
 
-    pub(crate) fn stop(&mut self, stop: host::Stop) -> Told {
-        self.command(Command::Stop(stop))
+    pub(crate) fn stop(&mut self, target: host::StopTarget) -> Told<'static> {
+        self.command(Command::Stop(target))
     }
 
     /// Time passes, and the machine is woken at every moment that it asks for.
-    pub(crate) fn pass(&mut self, millis: u64) -> Told {
+    pub(crate) fn pass(&mut self, millis: u64) -> Told<'static> {
         let end = self.now.after(millis);
         let (mut sent, mut events) = (vec![], vec![]);
         while let Some(wake) = self.wake.filter(|&wake| wake <= end) {
@@ -403,6 +422,6 @@ impl Desk {
 }
 
 /// The message of the application's that has this token.
-pub(crate) const fn named(token: u32) -> host::What {
-    host::What::Named(host::Name::Message(Token(token)))
+pub(crate) const fn named(token: u32) -> host::Contents {
+    host::Contents::Application(host::Source::Command(Token(token)))
 }

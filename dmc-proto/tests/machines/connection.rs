@@ -1,37 +1,41 @@
 //! A device: connection, motors each for themselves, stops. DMC D2, D4, and the quirks.
 
-use dmc_proto::device::{Event, Input, Options, Quirks, State, Stop, What};
+use dmc_proto::device::{Contents, Event, Input, Options, Quirks, State, StopKind};
 use dmc_proto::message::{
-    AckCode, Capabilities, Dmx, DmxChannel, GioOut, Hi, HostMessage, JogSpeed, LineAxis, LineSpeed, Motor,
-    MotorConfigure, MotorFlags, MotorResetPosition, MotorSetLimits, MotorSetSpeed, MotorStopAll, Motors, RunFlags,
-    Speed, Steps, StopFlags, StopReason, Triggers, VirtAimPoint, VirtJogOnLine, VirtMove, VirtStop, VirtualMotor,
+    AckCode, Capabilities, Dmx, DmxChannel, GioInRequest, GioOut, Hi, HiRequest, HostMessage, JogSpeed, LineAxis,
+    LineSpeed, Motor, MotorConfigure, MotorFlags, MotorGetPosition, MotorResetPosition, MotorSetLimits, MotorSetSpeed,
+    MotorStatusRequest, MotorStopAll, Motors, RtGo, RunFlags, Scaled, Speed, Steps, StopFlags, StopReason, Triggers,
+    VirtAimPoint, VirtGetPosition, VirtJogOnLine, VirtMove, VirtStop, VirtualMotor,
 };
-use dmc_proto::{DeviceMessage, MessageId, MessageType};
-use motion_core::fixed::Scaled;
-use motion_core::time::Millis;
+use dmc_proto::{DeviceMessage, MessageId, MessageType, Millis};
 use motion_core::wire::Messages;
 
 use super::bench::{
-    Bench, EMPTY, SWING_PAN, Said, UNASKED, begin, frame, hi, jog, jog_all, move_to, position_frame, run, shot, stop,
+    Bench, SWING_PAN, Said, UNASKED, begin, frame, hi, jog, jog_all, move_to, position_frame, run, shot, stop,
     stop_all, virtual_position, virtuals,
 };
 
-const GET_POSITION: HostMessage<'static> = HostMessage::MotorGetPosition(EMPTY);
-const STATUS: HostMessage<'static> = HostMessage::MotorStatus(EMPTY);
+fn get_position() -> HostMessage<'static> {
+    MotorGetPosition::default().into()
+}
+
+fn status() -> HostMessage<'static> {
+    MotorStatusRequest::default().into()
+}
 
 fn reset(motor: u8) -> HostMessage<'static> {
-    HostMessage::MotorResetPosition(MotorResetPosition { motor: Motor(motor), position: Steps(7), tail: &[] })
+    HostMessage::from(MotorResetPosition { motor: Motor(motor), position: Steps(7), tail: &[] })
 }
 
 fn configure(motor: u8, flags: MotorFlags) -> HostMessage<'static> {
-    HostMessage::MotorConfigure(MotorConfigure { motor: Motor(motor), flags, tail: &[] })
+    HostMessage::from(MotorConfigure { motor: Motor(motor), flags, tail: &[] })
 }
 
 /// D2-1
 #[test]
 fn at_boot_it_greets_unasked() {
     let mut bench = Bench::new();
-    let greeting = Said::Other(UNASKED, What::Greeting(hi()));
+    let greeting = Said::Other(UNASKED, Contents::Greeting(hi()));
     assert_eq!(bench.step(Input::LinkUp), (vec![greeting], vec![]));
     assert_eq!((bench.state(), bench.wake), (State::Idle, None));
 }
@@ -40,8 +44,8 @@ fn at_boot_it_greets_unasked() {
 #[test]
 fn it_says_who_it_is_in_every_state() {
     for mut bench in Bench::everywhere() {
-        let (state, (said, _)) = (bench.state(), bench.asked(HostMessage::Hi(EMPTY)));
-        assert_eq!(said, [Said::Other(bench.id(), What::Greeting(hi()))]);
+        let (state, (said, _)) = (bench.state(), bench.asked(HiRequest::default().into()));
+        assert_eq!(said, [Said::Other(bench.id(), Contents::Greeting(hi()))]);
         assert_eq!(bench.state(), state);
     }
 }
@@ -76,7 +80,7 @@ fn what_it_cannot_do_is_unsupported() {
         bench.refuses(HostMessage::other(0, &[]), AckCode::ERR_UNSUPPORTED);
     }
     let mut bench = Bench::of(Options::of(Hi { capabilities: Capabilities(0), gio_in_count: 0, ..hi() }));
-    for message in [begin(1, 2), position_frame(1), shot(1), HostMessage::GioIn(EMPTY), virtuals(&SWING_PAN)] {
+    for message in [begin(1, 2), position_frame(1), shot(1), GioInRequest::default().into(), virtuals(&SWING_PAN)] {
         bench.refuses(message, AckCode::ERR_UNSUPPORTED);
     }
     assert_eq!(DeviceMessage::ALL.len(), 11, "and a hard stop is no request");
@@ -119,15 +123,15 @@ fn behind_a_hard_stop_only_stops_and_questions_are_taken() {
     ] {
         let mut bench = Bench::on_frame();
         bench.step(input);
-        for message in [move_to(1, 5), jog(1), reset(1), begin(1, 5), position_frame(1), HostMessage::RtGo(EMPTY)] {
+        for message in [move_to(1, 5), jog(1), reset(1), begin(1, 5), position_frame(1), RtGo::default().into()] {
             bench.refuses(message, code);
         }
-        let (said, _) = bench.asked(GET_POSITION);
+        let (said, _) = bench.asked(get_position());
         assert_eq!(said, [Said::Positions(bench.id(), 0)]);
-        let (said, _) = bench.asked(STATUS);
-        assert_eq!(said, [Said::Other(bench.id(), What::Status(Motors::NONE))]);
-        bench.takes(stop(1), Event::Stop(Stop::Motor(Motor(1))));
-        bench.takes(stop_all(), Event::Stop(Stop::All { silent: false }));
+        let (said, _) = bench.asked(status());
+        assert_eq!(said, [Said::Other(bench.id(), Contents::Status(Motors::NONE))]);
+        bench.takes(stop(1), Event::Stop(StopKind::Motor(Motor(1))));
+        bench.takes(stop_all(), Event::Stop(StopKind::All { silent: false }));
         assert_eq!(bench.state(), State::Locked);
     }
 }
@@ -137,17 +141,17 @@ fn behind_a_hard_stop_only_stops_and_questions_are_taken() {
 fn a_motor_moves_and_its_positions_are_told() {
     let mut bench = Bench::on_frame();
     let (said, events) = bench.asked(move_to(3, -40));
-    assert_eq!(said, [Said::Other(bench.id(), What::Moving)]);
+    assert_eq!(said, [Said::Other(bench.id(), Contents::Moving)]);
     assert_eq!(events, [Event::Move(Motor(3), Steps(-40))]);
     assert_eq!((bench.state(), bench.machine.on_frame()), (State::Moving, None));
     bench.takes(jog(4), Event::Jog(Motor(4), JogSpeed::FULL, Steps(i32::MAX)));
-    let (said, _) = bench.asked(STATUS);
-    assert_eq!(said, [Said::Other(bench.id(), What::Status(Motors(0b1100)))], "from the moment they are told");
+    let (said, _) = bench.asked(status());
+    assert_eq!(said, [Said::Other(bench.id(), Contents::Status(Motors(0b1100)))], "from the moment they are told");
     let (said, _) = bench.pass(1000);
     assert_eq!(said, vec![Said::Positions(UNASKED, 0); 10], "every 100 ms");
     bench.step(Input::Moving(Motors(0b1000)));
-    let (said, _) = bench.asked(STATUS);
-    assert_eq!(said, [Said::Other(bench.id(), What::Status(Motors(0b1000)))]);
+    let (said, _) = bench.asked(status());
+    assert_eq!(said, [Said::Other(bench.id(), Contents::Status(Motors(0b1000)))]);
 }
 
 /// D2-10
@@ -158,11 +162,11 @@ fn in_a_coordinated_move_only_live_motors_take_orders() {
         let state = bench.state();
         bench.refuses(move_to(3, 1), AckCode::ERR_MOVING);
         bench.refuses(jog(3), AckCode::ERR_MOVING);
-        bench.takes(configure(3, MotorFlags::LIVE), Event::Apply);
+        bench.takes_as(configure(3, MotorFlags::LIVE), Event::Apply);
         bench.takes(jog(3), Event::Jog(Motor(3), JogSpeed::FULL, Steps(i32::MAX)));
-        bench.takes(stop(3), Event::Stop(Stop::Motor(Motor(3))));
+        bench.takes(stop(3), Event::Stop(StopKind::Motor(Motor(3))));
         assert_eq!(bench.state(), state, "the move goes on");
-        bench.takes(configure(3, MotorFlags::ENABLED), Event::Apply);
+        bench.takes_as(configure(3, MotorFlags::ENABLED), Event::Apply);
         bench.refuses(jog(3), AckCode::ERR_MOVING);
     }
     let mut bench = Bench::on_frame();
@@ -218,8 +222,8 @@ fn a_limit_switch_stops_everything_hard() {
         let has_job = matches!(bench.state(), State::PreRoll | State::Ready | State::Running | State::PostRoll);
         for (upper, reason) in [(true, StopReason::UPPER_LIMIT), (false, StopReason::LOWER_LIMIT)] {
             let (said, events) = bench.step(Input::Limit { motor: Motor(2), upper });
-            assert_eq!(said, [Said::Other(UNASKED, What::HardStop(reason, Some(Motor(2))))]);
-            let mut expected = vec![Event::Stop(Stop::Hard)];
+            assert_eq!(said, [Said::Other(UNASKED, Contents::HardStop(reason, Some(Motor(2))))]);
+            let mut expected = vec![Event::Stop(StopKind::Hard)];
             if has_job && upper {
                 expected.push(Event::TriggersOff);
             }
@@ -229,7 +233,7 @@ fn a_limit_switch_stops_everything_hard() {
     }
     let mut bench = Bench::new();
     let (said, _) = bench.step(Input::Fault(Some(Motor(3))));
-    let fault = What::HardStop(StopReason::ENGINE_EXCEPTION, Some(Motor(3)));
+    let fault = Contents::HardStop(StopReason::ENGINE_EXCEPTION, Some(Motor(3)));
     assert_eq!(said, [Said::Other(UNASKED, fault)]);
 }
 
@@ -238,8 +242,8 @@ fn a_limit_switch_stops_everything_hard() {
 fn the_emergency_stop_stops_everything_hard() {
     for mut bench in Bench::everywhere() {
         let (said, events) = bench.step(Input::EmergencyStop(true));
-        assert_eq!(said, [Said::Other(UNASKED, What::HardStop(StopReason::EMERGENCY_STOP, None))]);
-        assert_eq!(events[0], Event::Stop(Stop::Hard));
+        assert_eq!(said, [Said::Other(UNASKED, Contents::HardStop(StopReason::EMERGENCY_STOP, None))]);
+        assert_eq!(events[0], Event::Stop(StopKind::Hard));
         assert_eq!(bench.state(), State::Locked);
     }
 }
@@ -281,10 +285,10 @@ fn a_stop_of_one_motor_of_a_coordinated_move_stops_all_of_it() {
         let (said, events) = bench.asked(stop(2));
         assert_eq!(said, [bench.ack(&stop(2), AckCode::OK)], "{state:?}");
         assert_eq!(bench.machine.on_frame(), None);
-        let all = Event::Stop(Stop::All { silent: false });
+        let all = Event::Stop(StopKind::All { silent: false });
         let (event, next) = match state {
             State::Idle | State::Moving | State::Stopping | State::Locked => {
-                (Event::Stop(Stop::Motor(Motor(2))), state)
+                (Event::Stop(StopKind::Motor(Motor(2))), state)
             }
             _ => (all, State::Stopping),
         };
@@ -301,8 +305,8 @@ fn a_stop_of_one_motor_of_a_coordinated_move_stops_all_of_it() {
 fn a_stop_of_everything_at_rest_is_all_right() {
     for flags in [None, Some(StopFlags(0)), Some(StopFlags::SILENT), Some(StopFlags(0x8000_0000))] {
         let mut bench = Bench::on_frame();
-        let message = HostMessage::MotorStopAll(MotorStopAll { flags, tail: &[1, 2] });
-        bench.takes(message, Event::Stop(Stop::All { silent: flags == Some(StopFlags::SILENT) }));
+        let message = HostMessage::from(MotorStopAll { flags, tail: &[1, 2] });
+        bench.takes(message, Event::Stop(StopKind::All { silent: flags == Some(StopFlags::SILENT) }));
         assert_eq!((bench.state(), bench.machine.on_frame()), (State::Idle, Some(frame(1))));
     }
 }
@@ -314,10 +318,10 @@ fn a_stop_of_everything_decelerates_and_ends_every_move() {
         let moving = |bench: &Bench| !matches!(bench.state(), State::Idle | State::Stopping | State::Locked);
         for mut bench in Bench::everywhere().into_iter().filter(moving) {
             let state = bench.state();
-            let message = HostMessage::MotorStopAll(MotorStopAll { flags, tail: &[] });
+            let message = HostMessage::from(MotorStopAll { flags, tail: &[] });
             let (said, events) = bench.asked(message);
             assert_eq!(said, [bench.ack(&message, AckCode::OK)]);
-            assert_eq!(events[0], Event::Stop(Stop::All { silent: flags.is_some() }));
+            assert_eq!(events[0], Event::Stop(StopKind::All { silent: flags.is_some() }));
             assert_eq!(bench.state(), State::Stopping, "{state:?}");
             bench.refuses(jog(3), AckCode::ERR_MOVING);
             bench.refuses(position_frame(2), AckCode::ERR_MOVING);
@@ -332,13 +336,13 @@ fn a_stop_of_everything_decelerates_and_ends_every_move() {
 fn a_second_stop_within_a_second_is_harder() {
     let mut bench = Bench::new();
     bench.asked(jog(3));
-    bench.takes(stop_all(), Event::Stop(Stop::All { silent: false }));
+    bench.takes(stop_all(), Event::Stop(StopKind::All { silent: false }));
     bench.pass(999);
-    bench.takes(stop_all(), Event::Stop(Stop::Harder));
+    bench.takes(stop_all(), Event::Stop(StopKind::Harder));
     bench.pass(999);
-    bench.takes(stop_all(), Event::Stop(Stop::Harder));
+    bench.takes(stop_all(), Event::Stop(StopKind::Harder));
     bench.pass(1000);
-    bench.takes(stop_all(), Event::Stop(Stop::All { silent: false }));
+    bench.takes(stop_all(), Event::Stop(StopKind::All { silent: false }));
     assert_eq!(bench.state(), State::Stopping);
     bench.rests();
     assert_eq!(bench.state(), State::Idle);
@@ -362,7 +366,7 @@ fn a_new_number_is_acknowledged_and_then_told() {
     let mut bench = Bench::on_frame();
     let (said, events) = bench.asked(reset(1));
     assert_eq!(said, [bench.ack(&reset(1), AckCode::OK), Said::Positions(UNASKED, 0)]);
-    assert_eq!(events, [Event::Apply]);
+    assert_eq!(events, [Event::Apply(reset(1))]);
     assert_eq!((bench.machine.on_frame(), bench.wake), (None, None));
 }
 
@@ -370,9 +374,9 @@ fn a_new_number_is_acknowledged_and_then_told() {
 #[test]
 fn inputs_that_change_are_told() {
     for mut bench in Bench::everywhere() {
-        let told = |id| Said::Other(id, What::Inputs(Triggers(0b101)));
+        let told = |id| Said::Other(id, Contents::Inputs(Triggers(0b101)));
         assert_eq!(bench.step(Input::Inputs(Triggers(0b101))), (vec![told(UNASKED)], vec![]));
-        let (said, _) = bench.asked(HostMessage::GioIn(EMPTY));
+        let (said, _) = bench.asked(GioInRequest::default().into());
         assert_eq!(said, [told(bench.id())]);
     }
 }
@@ -381,7 +385,7 @@ fn inputs_that_change_are_told() {
 #[test]
 fn settings_are_taken_in_every_state() {
     let limits = |lower_enable: bool, lower| {
-        HostMessage::MotorSetLimits(MotorSetLimits {
+        HostMessage::from(MotorSetLimits {
             motor: Motor(3),
             lower_enable: lower_enable.into(),
             lower: Steps(lower),
@@ -395,15 +399,13 @@ fn settings_are_taken_in_every_state() {
     for mut bench in Bench::everywhere() {
         let state = bench.state();
         let lights = Dmx { ramp: true.into(), start_channel: DmxChannel(1), values: &[1], tail: &[] };
-        bench.takes(HostMessage::Dmx(lights), Event::Apply);
-        bench.takes(HostMessage::GioOut(GioOut { triggers: Triggers(1), tail: &[] }), Event::Apply);
+        bench.takes_as(lights.into(), Event::Apply);
+        bench.takes_as(GioOut { triggers: Triggers(1), tail: &[] }.into(), Event::Apply);
         if state == State::Locked {
             continue;
         }
-        for message in
-            [configure(1, MotorFlags::ENABLED), HostMessage::MotorSetSpeed(speed), limits(true, 5), limits(false, 6)]
-        {
-            bench.takes(message, Event::Apply);
+        for message in [configure(1, MotorFlags::ENABLED), speed.into(), limits(true, 5), limits(false, 6)] {
+            bench.takes_as(message, Event::Apply);
         }
         bench.refuses(limits(true, 6), AckCode::ERR_RANGE);
         let (said, events) = bench.asked_with(limits(true, 1), AckCode::ERR_RANGE);
@@ -416,20 +418,16 @@ fn virtual_messages() -> [HostMessage<'static>; 3] {
     let (virtual_motor, position_x1e5) = (VirtualMotor::PAN, virtual_position(5));
     let line = VirtJogOnLine { axis: LineAxis::X, speed: LineSpeed(Scaled(-50)), tail: &[] };
     let jog = dmc_proto::message::VirtJog { virtual_motor, speed: JogSpeed::FULL, destination: Steps(1), tail: &[] };
-    [
-        HostMessage::VirtMove(VirtMove { virtual_motor, position_x1e5, tail: &[] }),
-        HostMessage::VirtJog(jog),
-        HostMessage::VirtJogOnLine(line),
-    ]
+    [VirtMove { virtual_motor, position_x1e5, tail: &[] }.into(), jog.into(), line.into()]
 }
 
 fn aim() -> HostMessage<'static> {
     let [aim_x, aim_y, aim_z] = [1, 2, 3].map(|at| dmc_proto::message::Coordinate(Scaled(at)));
-    HostMessage::VirtAimPoint(VirtAimPoint { enable: true.into(), aim_x, aim_y, aim_z, tail: &[] })
+    HostMessage::from(VirtAimPoint { enable: true.into(), aim_x, aim_y, aim_z, tail: &[] })
 }
 
 fn virtual_stop() -> HostMessage<'static> {
-    HostMessage::VirtStop(VirtStop { virtual_motor: VirtualMotor::PAN, tail: &[] })
+    HostMessage::from(VirtStop { virtual_motor: VirtualMotor::PAN, tail: &[] })
 }
 
 /// D4-1, D-69
@@ -437,12 +435,12 @@ fn virtual_stop() -> HostMessage<'static> {
 fn virtual_motors_move_once_they_are_configured() {
     for message in virtual_messages() {
         let mut bench = Bench::on_frame();
-        bench.takes(virtuals(&SWING_PAN), Event::Apply);
+        bench.takes_as(virtuals(&SWING_PAN), Event::Apply);
         assert!(bench.machine.has_virtuals());
-        bench.takes(message, Event::MoveVirtual);
+        bench.takes_as(message, Event::MoveVirtual);
         assert_eq!((bench.state(), bench.machine.on_frame()), (State::Moving, None));
         assert_eq!(bench.machine.moving(), Motors(0xff), "any of them may follow");
-        bench.takes(message, Event::MoveVirtual);
+        bench.takes_as(message, Event::MoveVirtual);
         bench.asked(stop_all());
         bench.refuses(message, AckCode::ERR_MOVING);
     }
@@ -452,8 +450,8 @@ fn virtual_motors_move_once_they_are_configured() {
 #[test]
 fn virtual_motors_can_be_given_up() {
     let mut bench = Bench::new();
-    bench.takes(virtuals(&SWING_PAN), Event::Apply);
-    bench.takes(virtuals(&[0]), Event::Apply);
+    bench.takes_as(virtuals(&SWING_PAN), Event::Apply);
+    bench.takes_as(virtuals(&[0]), Event::Apply);
     assert!(!bench.machine.has_virtuals());
     bench.refuses(aim(), AckCode::ERR_GENERAL);
 }
@@ -462,7 +460,7 @@ fn virtual_motors_can_be_given_up() {
 #[test]
 fn a_rig_that_is_refused_leaves_the_one_before() {
     let mut bench = Bench::new();
-    bench.takes(virtuals(&SWING_PAN), Event::Apply);
+    bench.takes_as(virtuals(&SWING_PAN), Event::Apply);
     bench.refuses(virtuals(&[9, 1, 2]), AckCode::ERR_UNSUPPORTED);
     for body in [&SWING_PAN[..], &[3, 1, 2], &[0]] {
         let (said, events) = bench.asked_with(virtuals(body), AckCode::ERR_UNSUPPORTED);
@@ -488,12 +486,12 @@ fn a_stop_of_a_virtual_motor_is_always_taken() {
         let (said, events) = bench.asked(virtual_stop());
         assert_eq!(said, [bench.ack(&virtual_stop(), AckCode::OK)]);
         let is_coordinated = !matches!(state, State::Idle | State::Moving | State::Stopping | State::Locked);
-        let one = Stop::Virtual(VirtualMotor::PAN);
-        let stop = if is_coordinated { Stop::All { silent: false } } else { one };
+        let one = StopKind::Virtual(VirtualMotor::PAN);
+        let stop = if is_coordinated { StopKind::All { silent: false } } else { one };
         assert_eq!(events[0], Event::Stop(stop), "{state:?}");
     }
     let mut bench = Bench::of(Options::of(Hi { capabilities: Capabilities(0), ..hi() }));
-    bench.takes(virtual_stop(), Event::Stop(Stop::Virtual(VirtualMotor::PAN)));
+    bench.takes(virtual_stop(), Event::Stop(StopKind::Virtual(VirtualMotor::PAN)));
 }
 
 /// D4-6
@@ -503,12 +501,12 @@ fn an_aim_is_echoed_or_refused() {
     bench.refuses(aim(), AckCode::ERR_GENERAL);
     bench.asked(virtuals(&SWING_PAN));
     let (said, events) = bench.asked(aim());
-    assert_eq!((said, events), (vec![Said::Other(bench.id(), What::Aim)], vec![Event::Apply]));
+    assert_eq!((said, events), (vec![Said::Other(bench.id(), Contents::Aim)], vec![Event::Apply(aim())]));
     let (said, events) = bench.asked_with(aim(), AckCode::ERR_RANGE);
     assert_eq!((said, events), (vec![bench.ack(&aim(), AckCode::ERR_RANGE)], vec![]));
-    assert_eq!(bench.step(Input::Aimed), (vec![Said::Other(UNASKED, What::Aim)], vec![]));
-    let (said, _) = bench.asked(HostMessage::VirtGetPosition(EMPTY));
-    assert_eq!(said, [Said::Other(bench.id(), What::VirtualPositions)]);
+    assert_eq!(bench.step(Input::Aimed), (vec![Said::Other(UNASKED, Contents::Aim)], vec![]));
+    let (said, _) = bench.asked(VirtGetPosition::default().into());
+    assert_eq!(said, [Said::Other(bench.id(), Contents::VirtualPositions)]);
     bench.load();
     bench.asked(position_frame(1));
     bench.refuses(aim(), AckCode::ERR_MOVING);
@@ -536,7 +534,7 @@ fn without_a_line_nothing_moves() {
         if matches!(state, State::Idle | State::Stopping | State::Locked) {
             assert_eq!((events, bench.state()), (vec![], state));
         } else {
-            assert_eq!(events[0], Event::Stop(Stop::All { silent: false }));
+            assert_eq!(events[0], Event::Stop(StopKind::All { silent: false }));
             assert_eq!(bench.state(), State::Stopping);
         }
     }
@@ -546,10 +544,10 @@ fn without_a_line_nothing_moves() {
 #[test]
 fn quirks_are_those_of_devices_in_the_field() {
     let mut bench = Bench::of(Options::of(hi()).with_quirks(Quirks::VENDOR));
-    let (said, _) = bench.asked(HostMessage::Hi(EMPTY));
-    assert_eq!(said, [Said::Other(bench.id(), What::Greeting(Hi { protocol_version: None, ..hi() }))]);
-    let (said, _) = bench.asked(GET_POSITION);
-    assert_eq!(said, [Said::Positions(UNASKED, 0), bench.ack(&GET_POSITION, AckCode::OK)]);
+    let (said, _) = bench.asked(HiRequest::default().into());
+    assert_eq!(said, [Said::Other(bench.id(), Contents::Greeting(Hi { protocol_version: None, ..hi() }))]);
+    let (said, _) = bench.asked(get_position());
+    assert_eq!(said, [Said::Positions(UNASKED, 0), bench.ack(&get_position(), AckCode::OK)]);
     let (said, _) = bench.asked(reset(1));
     assert_eq!(said, [Said::Positions(UNASKED, 0), bench.ack(&reset(1), AckCode::OK)]);
     let (said, _) = bench.asked(move_to(1, 5));
@@ -562,7 +560,7 @@ fn quirks_are_those_of_devices_in_the_field() {
     let (_, output) = laws::machine::step(machine, bench.now, input);
     let mut scratch = dmc_proto::device::Scratch::default();
     let mut bytes = [0; 64];
-    let message = output.send[0].message(&super::bench::Tens, &mut scratch);
+    let message = output.transmits().next().unwrap().message(&super::app::Tens, &mut scratch);
     let len = message.encode_into(MessageId(1), &mut bytes).unwrap();
     assert_eq!(bytes[10..len - 2], [0x11, 0, 0, 0], "four bytes");
 }
@@ -575,7 +573,7 @@ fn times_of_a_device_are_options() {
     assert_eq!(bench.pass(5).0.len(), 5, "each millisecond, not all the time");
     bench.asked(stop_all());
     bench.pass(10);
-    bench.takes(stop_all(), Event::Stop(Stop::All { silent: false }));
+    bench.takes(stop_all(), Event::Stop(StopKind::All { silent: false }));
     bench.step(Input::EmergencyStop(true));
     bench.step(Input::EmergencyStop(false));
     bench.rests();
@@ -588,12 +586,12 @@ fn what_the_rig_was_not_told_is_stray() {
     let mut bench = Bench::new();
     for input in [
         Input::Moving(Motors(1)),
-        Input::Frame(frame(1)),
+        Input::AtFrame(frame(1)),
         Input::PassEnd,
         Input::OperatorGo,
         Input::EmergencyStop(false),
     ] {
-        assert_eq!(bench.step(input), (vec![], vec![Event::Stray]));
+        assert_eq!(bench.step(input), (vec![], vec![Event::UnexpectedReport]));
     }
     assert_eq!(bench.rests(), (vec![], vec![]), "to stand is nothing new");
 }

@@ -1,29 +1,40 @@
 //! A device: uploads, runs and shots. DMC D3.
 
-use dmc_proto::device::{Event, Input, Options, Quirks, State, Stop, What};
+use dmc_proto::device::{Contents, Event, Input, Options, Quirks, State, StopKind};
 use dmc_proto::message::{
-    AckCode, BlurPercent, Direction, FramesPerSecond, HostMessage, Milliseconds, Motor, MotorPair, Motors,
-    RtShootFrame, RtUploadMoveTriggers, RunFlags, Steps, Triggers,
+    AckCode, BlurPercent, Direction, FramesPerSecond, HostMessage, Milliseconds, Motor, MotorPair, MotorStatusRequest,
+    Motors, RtGo, RtShootFrame, RtStopLoop, RtUploadMoveEnd, RtUploadMoveTriggers, RunFlags, Scaled, Steps, Triggers,
 };
-use motion_core::fixed::Scaled;
 
 use super::bench::{
-    Bench, EMPTY, SWING_PAN, Said, UNASKED, axis, begin, frame, hi, jog, jog_all, position_frame, run, shot, stop_all,
+    Bench, SWING_PAN, Said, UNASKED, axis, begin, frame, hi, jog, jog_all, position_frame, run, shot, stop_all,
     virtuals,
 };
 
-const END: HostMessage<'static> = HostMessage::RtUploadMoveEnd(EMPTY);
-const GO: HostMessage<'static> = HostMessage::RtGo(EMPTY);
-const STOP_LOOP: HostMessage<'static> = HostMessage::RtStopLoop(EMPTY);
-const STATUS: HostMessage<'static> = HostMessage::MotorStatus(EMPTY);
+fn end() -> HostMessage<'static> {
+    RtUploadMoveEnd::default().into()
+}
+
+fn go() -> HostMessage<'static> {
+    RtGo::default().into()
+}
+
+fn stop_loop() -> HostMessage<'static> {
+    RtStopLoop::default().into()
+}
+
+fn status() -> HostMessage<'static> {
+    MotorStatusRequest::default().into()
+}
+
 const ONCE: RunFlags = RunFlags(0);
 
 /// A run of these frames that has begun.
 fn running(from: i32, to: i32, flags: RunFlags) -> Bench {
     let mut bench = Bench::on_frame();
-    bench.takes(run(from, to, flags), Event::Prepare);
+    bench.takes_as(run(from, to, flags), Event::Prepare);
     bench.rests();
-    bench.takes(GO, Event::Go);
+    bench.takes(go(), Event::Go);
     bench
 }
 
@@ -46,16 +57,16 @@ fn the_buffer_has_the_last_word_on_a_section() {
     let mut bench = Bench::new();
     bench.store(begin(1, 10));
     let triggers = RtUploadMoveTriggers { mask: Triggers(1), pairs: &[], tail: &[] };
-    for message in [axis(3), HostMessage::RtUploadMoveTriggers(triggers)] {
+    for message in [axis(3), triggers.into()] {
         assert_eq!(bench.store(message), bench.ack(&message, AckCode::OK));
         let (said, events) = bench.asked(message);
-        let [Event::Store(store)] = events[..] else { panic!("{events:?}") };
+        let [Event::Store { store, .. }] = events[..] else { panic!("{events:?}") };
         assert_eq!(said, [], "it is answered when it is stored");
         let (said, _) = bench.step(Input::Stored(store, AckCode::ERR_RANGE));
         assert_eq!(said, [bench.ack(&message, AckCode::ERR_RANGE)]);
     }
     bench.refuses(axis(9), AckCode::ERR_RANGE);
-    bench.store(END);
+    bench.store(end());
     bench.asked(position_frame(1));
     assert_eq!(bench.machine.moving(), Motors(0b100), "only what was stored is part of the move");
 }
@@ -73,7 +84,7 @@ fn the_end_makes_a_move_that_can_be_run() {
     let mut bench = Bench::new();
     bench.store(begin(1, 10));
     assert!(!bench.machine.is_loaded());
-    assert_eq!(bench.store(END), bench.ack(&END, AckCode::OK));
+    assert_eq!(bench.store(end()), bench.ack(&end(), AckCode::OK));
     assert!(bench.machine.is_loaded());
 }
 
@@ -82,7 +93,7 @@ fn the_end_makes_a_move_that_can_be_run() {
 fn an_end_outside_an_upload_changes_nothing() {
     for mut bench in [Bench::new(), Bench::loaded()] {
         let before = bench.machine.clone();
-        bench.refuses(END, AckCode::OK);
+        bench.refuses(end(), AckCode::OK);
         assert_eq!(bench.machine, before);
     }
 }
@@ -92,7 +103,7 @@ fn an_end_outside_an_upload_changes_nothing() {
 fn a_begin_that_is_not_stored_leaves_no_move() {
     let mut bench = Bench::loaded();
     let (_, events) = bench.asked(begin(1, 5));
-    let [Event::Store(store)] = events[..] else { panic!("{events:?}") };
+    let [Event::Store { store, .. }] = events[..] else { panic!("{events:?}") };
     bench.refuses(position_frame(1), AckCode::ERR_GENERAL);
     bench.step(Input::Stored(store, AckCode::ERR_RANGE));
     bench.refuses(position_frame(1), AckCode::ERR_GENERAL);
@@ -116,7 +127,7 @@ fn all_motors_go_to_a_frame_instead_of_what_they_do() {
         assert_eq!(events.last(), Some(&Event::ToFrame(frame(7))));
         assert_eq!(events.contains(&Event::TriggersOff), has_job);
         assert_eq!((bench.state(), bench.machine.on_frame()), (State::ToFrame, None));
-        bench.refuses(GO, AckCode::ERR_NOT_IN_POSITION);
+        bench.refuses(go(), AckCode::ERR_NOT_IN_POSITION);
         bench.rests();
         assert_eq!((bench.state(), bench.machine.on_frame()), (State::Idle, Some(frame(7))));
     }
@@ -155,7 +166,7 @@ fn all_motors_jog_from_a_frame() {
 fn a_jog_of_all_can_be_sent_elsewhere() {
     let mut bench = Bench::on_frame();
     bench.asked(jog_all(5));
-    bench.step(Input::Frame(frame(3)));
+    bench.step(Input::AtFrame(frame(3)));
     bench.refuses(jog_all(11), AckCode::ERR_RANGE);
     bench.takes(jog_all(2), Event::JogAll(FramesPerSecond(Scaled(24_000)), frame(2)));
     bench.rests();
@@ -169,7 +180,7 @@ fn each_frame_of_a_jog_is_told() {
     bench.asked(jog_all(5));
     for number in 2..=5 {
         bench.pass(42);
-        assert_eq!(bench.step(Input::Frame(frame(number))), (vec![Said::Positions(UNASKED, number)], vec![]));
+        assert_eq!(bench.step(Input::AtFrame(frame(number))), (vec![Said::Positions(UNASKED, number)], vec![]));
     }
 }
 
@@ -222,10 +233,10 @@ fn a_run_begins_where_it_can() {
         let (said, events) = bench.asked_with(run(1, 10, ONCE), code);
         assert_eq!((said, events), (vec![bench.ack(&run(1, 10, ONCE), code)], vec![]));
     }
-    bench.takes(run(1, 10, ONCE), Event::Prepare);
+    bench.takes_as(run(1, 10, ONCE), Event::Prepare);
     assert_eq!((bench.state(), bench.machine.on_frame()), (State::PreRoll, None));
-    let (said, _) = bench.asked(STATUS);
-    assert_eq!(said, [Said::Other(bench.id(), What::Status(Motors(0b11)))]);
+    let (said, _) = bench.asked(status());
+    assert_eq!(said, [Said::Other(bench.id(), Contents::Status(Motors(0b11)))]);
 }
 
 /// D3-16, D-58
@@ -235,11 +246,11 @@ fn a_shot_begins_where_it_can() {
     for number in [0, 11] {
         bench.refuses(shot(number), AckCode::ERR_RANGE);
     }
-    bench.takes(shot(10), Event::Prepare);
+    bench.takes_as(shot(10), Event::Prepare);
     assert_eq!(bench.state(), State::PreRoll);
     Bench::new().refuses(shot(1), AckCode::ERR_GENERAL);
     let motors = [MotorPair::new(Motor(5), Steps(0), Steps(9))];
-    let own = HostMessage::RtShootFrame(RtShootFrame {
+    let own = HostMessage::from(RtShootFrame {
         frame: frame(50),
         direction: Direction::FORWARD,
         exposure_ms: Milliseconds(500),
@@ -248,10 +259,10 @@ fn a_shot_begins_where_it_can() {
         tail: &[],
     });
     let mut bench = Bench::new();
-    bench.takes(own, Event::Prepare);
+    bench.takes_as(own, Event::Prepare);
     assert_eq!(bench.machine.moving(), Motors(0b1_0000));
     let (_, events) = bench.asked(super::bench::stop(5));
-    assert_eq!(events[0], Event::Stop(Stop::All { silent: false }), "its motors are part of it");
+    assert_eq!(events[0], Event::Stop(StopKind::All { silent: false }), "its motors are part of it");
     Bench::loaded().refuses(own, AckCode::ERR_RANGE);
 }
 
@@ -262,8 +273,8 @@ fn at_the_pre_roll_point_the_device_is_ready_and_quiet() {
     bench.asked(run(1, 10, ONCE));
     assert_eq!(bench.rests(), (vec![], vec![]));
     assert_eq!((bench.state(), bench.wake), (State::Ready, None));
-    let (said, _) = bench.asked(STATUS);
-    assert_eq!(said, [Said::Other(bench.id(), What::Status(Motors::NONE))]);
+    let (said, _) = bench.asked(status());
+    assert_eq!(said, [Said::Other(bench.id(), Contents::Status(Motors::NONE))]);
 }
 
 /// D3-18
@@ -272,8 +283,8 @@ fn without_being_ready_nothing_starts() {
     for mut bench in Bench::everywhere() {
         match bench.state() {
             State::Ready => {}
-            State::Locked => bench.refuses(GO, AckCode::ERR_HARD_UP),
-            _ => bench.refuses(GO, AckCode::ERR_NOT_IN_POSITION),
+            State::Locked => bench.refuses(go(), AckCode::ERR_HARD_UP),
+            _ => bench.refuses(go(), AckCode::ERR_NOT_IN_POSITION),
         }
     }
 }
@@ -284,10 +295,10 @@ fn the_host_starts_a_run() {
     let mut bench = Bench::on_frame();
     bench.asked(run(1, 10, ONCE));
     bench.rests();
-    bench.takes(GO, Event::Go);
+    bench.takes(go(), Event::Go);
     assert_eq!(bench.state(), State::Running);
     assert_eq!(bench.machine.moving(), Motors(0b11));
-    bench.refuses(GO, AckCode::ERR_NOT_IN_POSITION);
+    bench.refuses(go(), AckCode::ERR_NOT_IN_POSITION);
 }
 
 /// D3-20
@@ -296,9 +307,9 @@ fn the_operator_starts_a_run() {
     let mut bench = Bench::on_frame();
     bench.asked(run(1, 10, ONCE));
     bench.rests();
-    assert_eq!(bench.step(Input::OperatorGo), (vec![Said::Other(UNASKED, What::Go)], vec![Event::Go]));
+    assert_eq!(bench.step(Input::OperatorGo), (vec![Said::Other(UNASKED, Contents::Go)], vec![Event::Go]));
     assert_eq!(bench.state(), State::Running);
-    assert_eq!(bench.step(Input::OperatorGo), (vec![], vec![Event::Stray]));
+    assert_eq!(bench.step(Input::OperatorGo), (vec![], vec![Event::UnexpectedReport]));
 }
 
 /// D3-21
@@ -307,7 +318,7 @@ fn each_frame_of_a_run_is_told() {
     let mut bench = running(1, 10, ONCE);
     for number in 1..=10 {
         bench.pass(50);
-        assert_eq!(bench.step(Input::Frame(frame(number))), (vec![Said::Positions(UNASKED, number)], vec![]));
+        assert_eq!(bench.step(Input::AtFrame(frame(number))), (vec![Said::Positions(UNASKED, number)], vec![]));
     }
     let (said, _) = bench.pass(100);
     assert_eq!(said, [Said::Positions(UNASKED, 10)], "and what is slower, now and then");
@@ -317,7 +328,7 @@ fn each_frame_of_a_run_is_told() {
 #[test]
 fn the_end_of_a_move_is_told_before_its_post_roll() {
     let mut bench = running(1, 10, ONCE);
-    let ended = vec![Said::Positions(UNASKED, 10), Said::Other(UNASKED, What::End)];
+    let ended = vec![Said::Positions(UNASKED, 10), Said::Other(UNASKED, Contents::End)];
     assert_eq!(bench.step(Input::PassEnd), (ended, vec![Event::TriggersOff, Event::PostRoll]));
     assert_eq!(bench.state(), State::PostRoll);
 
@@ -326,11 +337,11 @@ fn the_end_of_a_move_is_told_before_its_post_roll() {
         bench.load();
         bench.asked(shot(3));
         bench.rests();
-        bench.asked(GO);
+        bench.asked(go());
         bench.step(Input::PassEnd).0
     };
     let options = Options::of(hi());
-    assert_eq!(shoot(options), [Said::Positions(UNASKED, 3), Said::Other(UNASKED, What::End)]);
+    assert_eq!(shoot(options), [Said::Positions(UNASKED, 3), Said::Other(UNASKED, Contents::End)]);
     assert_eq!(shoot(options.with_quirks(Quirks::NO_END_OF_SHOT)), [Said::Positions(UNASKED, 3)]);
 }
 
@@ -353,8 +364,8 @@ fn a_loop_begins_again_and_a_ping_pong_turns() {
     bench.rests();
     bench.asked(run(1, 10, RunFlags::LOOP));
     bench.rests();
-    bench.asked(GO);
-    assert_eq!(bench.step(Input::PassEnd).0, [Said::Other(UNASKED, What::End)]);
+    bench.asked(go());
+    assert_eq!(bench.step(Input::PassEnd).0, [Said::Other(UNASKED, Contents::End)]);
     assert_eq!(bench.state(), State::Running);
 }
 
@@ -364,10 +375,10 @@ fn a_loop_ends_at_its_next_end_point() {
     for (flags, end) in [(RunFlags::LOOP, 10), (RunFlags::PING_PONG, 1)] {
         let mut bench = running(1, 10, flags);
         bench.step(Input::PassEnd);
-        bench.takes(STOP_LOOP, Event::LastPass);
+        bench.takes(stop_loop(), Event::LastPass);
         assert_eq!(bench.state(), State::Running);
         let (said, _) = bench.step(Input::PassEnd);
-        assert_eq!(said, [Said::Positions(UNASKED, end), Said::Other(UNASKED, What::End)]);
+        assert_eq!(said, [Said::Positions(UNASKED, end), Said::Other(UNASKED, Contents::End)]);
         bench.rests();
         assert_eq!(bench.machine.on_frame(), Some(frame(end)));
     }
@@ -378,13 +389,13 @@ fn a_loop_ends_at_its_next_end_point() {
 fn where_nothing_loops_there_is_no_loop_to_end() {
     let mut bench = running(1, 10, ONCE);
     let before = bench.machine.clone();
-    bench.refuses(STOP_LOOP, AckCode::OK);
+    bench.refuses(stop_loop(), AckCode::OK);
     assert_eq!(bench.machine, before);
     let mut bench = Bench::on_frame();
-    bench.refuses(STOP_LOOP, AckCode::OK);
+    bench.refuses(stop_loop(), AckCode::OK);
     bench.asked(run(1, 10, RunFlags::LOOP));
-    bench.takes(STOP_LOOP, Event::LastPass);
-    bench.refuses(STOP_LOOP, AckCode::OK);
+    bench.takes(stop_loop(), Event::LastPass);
+    bench.refuses(stop_loop(), AckCode::OK);
 }
 
 /// D3-26
@@ -394,7 +405,7 @@ fn behind_the_post_roll_the_device_is_on_the_last_frame() {
     bench.step(Input::PassEnd);
     assert_eq!(bench.rests(), (vec![Said::Positions(UNASKED, 10)], vec![]));
     assert_eq!((bench.state(), bench.machine.on_frame()), (State::Idle, Some(frame(10))));
-    bench.takes(run(10, 1, ONCE), Event::Prepare);
+    bench.takes_as(run(10, 1, ONCE), Event::Prepare);
 }
 
 /// D3-27, S-6
@@ -404,7 +415,7 @@ fn a_run_that_is_stopped_has_no_end_and_no_frame() {
     for mut bench in Bench::everywhere().into_iter().filter(|bench| states.contains(&bench.state())) {
         let (said, events) = bench.asked(stop_all());
         assert_eq!(said, [bench.ack(&stop_all(), AckCode::OK)], "no end is told");
-        assert_eq!(events, [Event::Stop(Stop::All { silent: false }), Event::TriggersOff]);
+        assert_eq!(events, [Event::Stop(StopKind::All { silent: false }), Event::TriggersOff]);
         bench.rests();
         assert_eq!((bench.state(), bench.machine.on_frame()), (State::Idle, None));
         assert!(bench.machine.is_loaded(), "the move is still there");

@@ -1,36 +1,48 @@
 //! A host: stops. Safety decision 1.
 
-use dmc_proto::host::{Command, Event, Failure, Input, Options, Outcome, Progress, State, Stop, Token, What};
+use dmc_proto::host::{
+    Command, Contents, Event, Failure, Input, Options, Outcome, Progress, Refusal, State, StopTarget,
+};
 use dmc_proto::message::{
-    AckCode, HardStop, Hi, HostMessage, Motor, MotorConfigure, MotorFlags, RunFlags, StopReason, VirtualMotor,
+    AckCode, HardStop, Hi, HostMessage, Motor, MotorConfigure, MotorFlags, MotorStatusRequest, RtGo, RunFlags,
+    StopReason, VirtualMotor,
 };
 use dmc_proto::{DeviceMessage, MessageId, MessageType};
 
-use super::bench::{Desk, EMPTY, begin, hi, jog, move_to, named, position_frame, run, shot};
+use super::bench::{
+    COMMAND, Desk, ack, answered, begin, ended, failed, hi, jog, move_to, named, position_frame, refused, run, shot,
+    status,
+};
 
-const STATUS: HostMessage<'static> = HostMessage::MotorStatus(EMPTY);
-const ALL: What = What::Stop(Stop::All);
-const TWO: Stop = Stop::Motor(Motor(2));
+fn ask_status() -> HostMessage<'static> {
+    MotorStatusRequest::default().into()
+}
+
+const ALL: Contents = Contents::Stop(StopTarget::All);
+const TWO: StopTarget = StopTarget::Motor(Motor(2));
 
 /// D5-14, S-1
 #[test]
 fn a_stop_is_sent_at_once_and_calls_off_what_moves() {
-    for (what, of) in
-        [(Stop::All, 0x0033), (Stop::AllSilent, 0x0033), (TWO, 0x0032), (Stop::Virtual(VirtualMotor::PAN), 0x0202)]
-    {
+    for (what, of) in [
+        (StopTarget::All, 0x0033),
+        (StopTarget::AllSilent, 0x0033),
+        (TWO, 0x0032),
+        (StopTarget::Virtual(VirtualMotor::PAN), 0x0202),
+    ] {
         let mut desk = Desk::up();
         desk.request(1, move_to(1, 2));
-        desk.request(2, STATUS);
+        desk.request(2, ask_status());
         desk.request(3, jog(1));
-        let failed = |token| Event::Failed(Token(token), Failure::Stopped);
+        let gone = |token| failed(token, Failure::Stopped);
         let (sent, events) = desk.stop(what);
-        assert_eq!(sent, [(3, What::Stop(what)), (4, named(2))], "beside the window, and before all else");
-        assert_eq!(events, [failed(1), failed(3)]);
-        let late = vec![Event::Stray(MessageId(2), MessageType(0x0031))];
+        assert_eq!(sent, [(3, Contents::Stop(what)), (4, named(2))], "beside the window, and before all else");
+        assert_eq!(events, [gone(1), gone(3)]);
+        let late = vec![Event::Unsolicited(MessageId(2), ack(0x0031, AckCode::OK))];
         assert_eq!(desk.acked(2, 0x0031, AckCode::OK), (vec![], late));
         assert_eq!(desk.acked(3, of, AckCode::OK), (vec![], vec![Event::Stopped(what)]));
         assert_eq!(desk.machine.unconfirmed_stops().count(), 0);
-        assert_eq!(desk.status(4, 0).1, [Event::Done(Token(2), Outcome::Answered)]);
+        assert_eq!(desk.status(4, 0).1, [answered(2, status(0))]);
         assert_eq!(desk.wake, None);
     }
 }
@@ -39,19 +51,19 @@ fn a_stop_is_sent_at_once_and_calls_off_what_moves() {
 #[test]
 fn a_stop_without_an_answer_is_sent_again_until_it_is_told_and_then_on() {
     let mut desk = Desk::up();
-    assert_eq!(desk.stop(Stop::All).0, [(2, ALL)]);
-    assert_eq!(desk.pass(250), (vec![(3, What::Status)], vec![]));
+    assert_eq!(desk.stop(StopTarget::All).0, [(2, ALL)]);
+    assert_eq!(desk.pass(250), (vec![(3, Contents::Status)], vec![]));
     assert_eq!(desk.pass(250), (vec![(4, ALL)], vec![]), "silence");
-    assert_eq!(desk.pass(250), (vec![(5, What::Status)], vec![]));
+    assert_eq!(desk.pass(250), (vec![(5, Contents::Status)], vec![]));
     assert_eq!(desk.status(5, 1), (vec![(6, ALL)], vec![]), "it moves: at once");
-    assert_eq!(desk.pass(250), (vec![(7, What::Status)], vec![]));
-    assert_eq!(desk.pass(250), (vec![(8, ALL)], vec![Event::StopNotConfirmed(Stop::All)]), "three tries");
+    assert_eq!(desk.pass(250), (vec![(7, Contents::Status)], vec![]));
+    assert_eq!(desk.pass(250), (vec![(8, ALL)], vec![Event::StopNotConfirmed(StopTarget::All)]), "three tries");
     let (sent, events) = desk.pass(5000);
     assert_eq!((sent.len(), events), (20, vec![]), "it goes on, and is told once");
     assert_eq!(sent.iter().filter(|(_, what)| *what == ALL).count(), 10);
     let mut other = desk.clone();
     let late = sent.iter().rev().find(|(_, what)| *what == ALL).unwrap().0;
-    assert_eq!(desk.acked(late, 0x0033, AckCode::OK), (vec![], vec![Event::Stopped(Stop::All)]));
+    assert_eq!(desk.acked(late, 0x0033, AckCode::OK), (vec![], vec![Event::Stopped(StopTarget::All)]));
     assert_eq!(desk.pass(5000), (vec![], vec![]));
     assert_eq!(other.command(Command::EndStops), (vec![], vec![]));
     assert_eq!(other.pass(5000), (vec![], vec![]), "unless the application ends it");
@@ -64,11 +76,11 @@ fn motors_that_stand_confirm_a_stop() {
     desk.stop(TWO);
     desk.pass(250);
     assert_eq!(desk.status(3, 0b01), (vec![], vec![Event::Stopped(TWO)]), "another motor may move");
-    desk.stop(Stop::All);
+    desk.stop(StopTarget::All);
     desk.pass(250);
     assert_eq!(desk.status(5, 0b01).0, [(6, ALL)]);
     desk.pass(250);
-    assert_eq!(desk.status(7, 0), (vec![], vec![Event::Stopped(Stop::All)]));
+    assert_eq!(desk.status(7, 0), (vec![], vec![Event::Stopped(StopTarget::All)]));
     assert_eq!(desk.wake, None);
 }
 
@@ -77,48 +89,48 @@ fn motors_that_stand_confirm_a_stop() {
 fn a_stop_that_is_refused_is_not_confirmed() {
     for code in [AckCode::ERR_HARD_LOW, AckCode::ERR_GENERAL, AckCode(77)] {
         let mut desk = Desk::up();
-        desk.stop(Stop::All);
-        assert_eq!(desk.acked(2, 0x0033, code), (vec![(3, What::Status)], vec![]), "it is asked at once");
-        assert_eq!(desk.status(3, 0), (vec![], vec![Event::Stopped(Stop::All)]));
+        desk.stop(StopTarget::All);
+        assert_eq!(desk.acked(2, 0x0033, code), (vec![(3, Contents::Status)], vec![]), "it is asked at once");
+        assert_eq!(desk.status(3, 0), (vec![], vec![Event::Stopped(StopTarget::All)]));
     }
     let mut desk = Desk::up();
-    desk.stop(Stop::All);
+    desk.stop(StopTarget::All);
     let garbled = AckCode::ERR_CHECKSUM;
     assert_eq!(desk.acked(2, 0x0033, garbled), (vec![(3, ALL)], vec![]), "at once");
     assert_eq!(desk.acked(3, 0x0033, garbled), (vec![(4, ALL)], vec![]));
-    assert_eq!(desk.acked(4, 0x0033, garbled), (vec![(5, What::Status)], vec![]), "but not for ever");
+    assert_eq!(desk.acked(4, 0x0033, garbled), (vec![(5, Contents::Status)], vec![]), "but not for ever");
 }
 
 /// S-1
 #[test]
 fn the_answer_to_an_earlier_try_is_as_good() {
     let mut desk = Desk::up();
-    desk.stop(Stop::All);
+    desk.stop(StopTarget::All);
     desk.pass(700);
-    let stray = vec![Event::Stray(MessageId(2), MessageType(0x0032))];
-    assert_eq!(desk.acked(2, 0x0032, AckCode::OK), (vec![], stray), "but not one of another type");
-    assert_eq!(desk.acked(2, 0x0033, AckCode::OK), (vec![], vec![Event::Stopped(Stop::All)]));
+    let other = vec![Event::Unsolicited(MessageId(2), ack(0x0032, AckCode::OK))];
+    assert_eq!(desk.acked(2, 0x0032, AckCode::OK), (vec![], other), "but not one of another type");
+    assert_eq!(desk.acked(2, 0x0033, AckCode::OK), (vec![], vec![Event::Stopped(StopTarget::All)]));
 }
 
 /// D-70
 #[test]
 fn what_shall_stop_is_not_moved_until_it_is_confirmed() {
-    let failed = vec![Event::Failed(Token(1), Failure::Stopped)];
+    let forbidden = vec![refused(1, Refusal::Stopping)];
     let mut desk = Desk::up();
     desk.stop(TWO);
     for message in [jog(2), move_to(2, 1)] {
-        assert_eq!(desk.request(1, message), (vec![], failed.clone()));
+        assert_eq!(desk.request(1, message), (vec![], forbidden.clone()));
     }
-    assert_eq!(desk.sequence(1, position_frame(1)), (vec![], failed.clone()), "the motor may be part of it");
+    assert_eq!(desk.sequence(1, position_frame(1)), (vec![], forbidden.clone()), "the motor may be part of it");
     assert_eq!(desk.request(2, jog(1)).0, [(3, named(2))], "another motor");
     desk.acked(3, 0x0036, AckCode::OK);
-    desk.stop(Stop::All);
-    assert_eq!(desk.request(1, jog(1)), (vec![], failed));
-    assert_eq!(desk.request(3, STATUS).0, [(5, named(3))]);
+    desk.stop(StopTarget::All);
+    assert_eq!(desk.request(1, jog(1)), (vec![], forbidden));
+    assert_eq!(desk.request(3, ask_status()).0, [(5, named(3))]);
     desk.acked(4, 0x0033, AckCode::OK);
     desk.status(5, 0);
     assert_eq!(desk.request(1, jog(1)).0, [(6, named(1))]);
-    desk.stop(Stop::All);
+    desk.stop(StopTarget::All);
     desk.command(Command::EndStops);
     desk.request(4, jog(1));
     assert!(desk.machine.pending().any(|(_, kind)| kind == MessageType(0x0036)), "or given up");
@@ -128,7 +140,7 @@ fn what_shall_stop_is_not_moved_until_it_is_confirmed() {
 #[test]
 fn several_stops_are_followed_and_too_many_are_one_of_everything() {
     let mut desk = Desk::up();
-    let motor = |number| Stop::Motor(Motor(number));
+    let motor = |number| StopTarget::Motor(Motor(number));
     for number in 1..=4 {
         assert_eq!(desk.stop(motor(number)).0.len(), 1);
     }
@@ -138,7 +150,7 @@ fn several_stops_are_followed_and_too_many_are_one_of_everything() {
     assert_eq!(desk.machine.unconfirmed_stops().count(), 4);
     let (sent, _) = desk.stop(motor(6));
     assert_eq!(sent.iter().map(|&(_, what)| what).collect::<Vec<_>>(), [ALL]);
-    assert!(desk.machine.unconfirmed_stops().eq([Stop::All]));
+    assert!(desk.machine.unconfirmed_stops().eq([StopTarget::All]));
 }
 
 /// D-60
@@ -147,15 +159,15 @@ fn a_run_that_may_still_begin_is_not_stopped_by_standing() {
     let mut desk = Desk::up();
     desk.sequence(1, run(1, 10, RunFlags(0)));
     desk.acked(2, 0x0110, AckCode::OK);
-    assert_eq!(desk.pass(100).0, [(3, What::Status)]);
+    assert_eq!(desk.pass(100).0, [(3, Contents::Status)]);
     assert_eq!(desk.status(3, 0).0, [(4, named(1))]);
     assert!(desk.machine.is_armed());
     let (sent, events) = desk.stop(TWO);
     assert_eq!(sent, [(5, ALL)], "one motor of a run stops all of it");
-    assert_eq!(events, [Event::Failed(Token(1), Failure::Stopped)]);
-    assert_eq!(desk.pass(250).0, [(6, What::Status)]);
+    assert_eq!(events, [failed(1, Failure::Stopped)]);
+    assert_eq!(desk.pass(250).0, [(6, Contents::Status)]);
     assert_eq!(desk.status(6, 0), (vec![(7, ALL)], vec![]), "it may wait for the operator");
-    assert_eq!(desk.acked(7, 0x0033, AckCode::OK), (vec![], vec![Event::Stopped(Stop::All)]));
+    assert_eq!(desk.acked(7, 0x0033, AckCode::OK), (vec![], vec![Event::Stopped(StopTarget::All)]));
     assert!(!desk.machine.is_armed());
 }
 
@@ -163,17 +175,17 @@ fn a_run_that_may_still_begin_is_not_stopped_by_standing() {
 #[test]
 fn late_news_do_not_hide_a_shot_that_may_still_begin() {
     let reason = StopReason::EMERGENCY_STOP;
-    let hard_stop = DeviceMessage::MotorHardStop(HardStop { reason, motor: None, tail: &[] });
-    for (news, next) in [(hard_stop, 4), (DeviceMessage::Hi(hi()), 5)] {
+    let hard_stop = DeviceMessage::from(HardStop { reason, motor: None, tail: &[] });
+    for (news, next) in [(hard_stop, 4), (hi().into(), 5)] {
         let mut desk = Desk::up();
         desk.sequence(1, shot(1));
         desk.hears(0, news);
         assert!(desk.machine.is_armed(), "the shot may arrive once the lock is over, or the device up");
         desk.hears(0, news);
         assert!(desk.machine.is_armed(), "nor do they if they come twice");
-        desk.stop(Stop::All);
+        desk.stop(StopTarget::All);
         let (sent, _) = desk.pass(250);
-        assert_eq!(sent, [(next, What::Status)]);
+        assert_eq!(sent, [(next, Contents::Status)]);
         assert_eq!(desk.status(next, 0), (vec![(next + 1, ALL)], vec![]));
     }
 }
@@ -183,7 +195,7 @@ fn late_news_do_not_hide_a_shot_that_may_still_begin() {
 fn a_motor_that_is_driven_by_hand_stops_alone() {
     let mut desk = Desk::up();
     let flags = MotorFlags::LIVE;
-    let configure = HostMessage::MotorConfigure(MotorConfigure { motor: Motor(2), flags, tail: &[] });
+    let configure = HostMessage::from(MotorConfigure { motor: Motor(2), flags, tail: &[] });
     desk.request(1, configure);
     desk.acked(2, 0x0037, AckCode::OK);
     desk.sequence(2, position_frame(1));
@@ -192,10 +204,10 @@ fn a_motor_that_is_driven_by_hand_stops_alone() {
     desk.acked(3, 0x0110, AckCode::OK);
     let mut other = desk.clone();
     let (sent, events) = desk.stop(TWO);
-    assert_eq!((sent, events), (vec![(4, What::Stop(TWO))], vec![]), "the move goes on");
+    assert_eq!((sent, events), (vec![(4, Contents::Stop(TWO))], vec![]), "the move goes on");
     assert!(desk.machine.progress().is_some());
-    let (sent, events) = other.stop(Stop::Motor(Motor(3)));
-    assert_eq!((sent, events), (vec![(4, ALL)], vec![Event::Failed(Token(2), Failure::Stopped)]));
+    let (sent, events) = other.stop(StopTarget::Motor(Motor(3)));
+    assert_eq!((sent, events), (vec![(4, ALL)], vec![failed(2, Failure::Stopped)]));
 }
 
 /// D-62
@@ -203,14 +215,14 @@ fn a_motor_that_is_driven_by_hand_stops_alone() {
 fn a_motor_that_stops_alone_leaves_the_run_as_it_is() {
     let mut desk = Desk::up();
     let flags = MotorFlags::LIVE;
-    let configure = HostMessage::MotorConfigure(MotorConfigure { motor: Motor(2), flags, tail: &[] });
+    let configure = HostMessage::from(MotorConfigure { motor: Motor(2), flags, tail: &[] });
     desk.request(1, configure);
     desk.acked(2, 0x0037, AckCode::OK);
     desk.sequence(2, shot(1));
     desk.acked(3, 0x0115, AckCode::OK);
-    desk.hears(0, DeviceMessage::RtGo(EMPTY));
+    desk.hears(0, RtGo::default().into());
     assert_eq!(desk.machine.progress(), Some(Progress::Runs));
-    assert_eq!(desk.stop(TWO).0, [(4, What::Stop(TWO))]);
+    assert_eq!(desk.stop(TWO).0, [(4, Contents::Stop(TWO))]);
     assert_eq!(desk.acked(4, 0x0032, AckCode::OK), (vec![], vec![Event::Stopped(TWO)]));
     assert_eq!((desk.machine.progress(), desk.machine.is_armed()), (Some(Progress::Runs), true));
 }
@@ -219,7 +231,7 @@ fn a_motor_that_stops_alone_leaves_the_run_as_it_is() {
 #[test]
 fn whether_a_motor_is_driven_by_hand_has_to_be_known() {
     let flags = MotorFlags::LIVE;
-    let configure = HostMessage::MotorConfigure(MotorConfigure { motor: Motor(2), flags, tail: &[] });
+    let configure = HostMessage::from(MotorConfigure { motor: Motor(2), flags, tail: &[] });
     let ends = |mut desk: Desk, id| {
         assert_eq!(desk.sequence(2, position_frame(1)).0, [(id, named(2))]);
         desk.acked(id, 0x0110, AckCode::OK);
@@ -232,8 +244,8 @@ fn whether_a_motor_is_driven_by_hand_has_to_be_known() {
     let mut desk = Desk::up();
     desk.request(1, configure);
     desk.acked(2, 0x0037, AckCode::OK);
-    desk.hears(0, DeviceMessage::Hi(hi()));
-    desk.hears(3, DeviceMessage::Hi(hi()));
+    desk.hears(0, hi().into());
+    desk.hears(3, hi().into());
     desk.command(Command::Configured);
     ends(desk, 4);
 }
@@ -244,27 +256,28 @@ fn what_a_sequence_asked_is_called_off_with_it() {
     let mut desk = Desk::up();
     desk.sequence(1, position_frame(1));
     desk.acked(2, 0x0110, AckCode::OK);
-    assert_eq!(desk.pass(100).0, [(3, What::Status)]);
-    desk.stop(Stop::All);
+    assert_eq!(desk.pass(100).0, [(3, Contents::Status)]);
+    desk.stop(StopTarget::All);
     assert_eq!(desk.machine.pending().count(), 0);
     desk.acked(4, 0x0033, AckCode::OK);
     assert_eq!(desk.sequence(2, position_frame(2)).0, [(5, named(2))]);
-    let stray = vec![Event::Stray(MessageId(3), MessageType(0x0030))];
-    assert_eq!(desk.status(3, 0), (vec![], stray), "the answer to an old question");
+    let late = vec![Event::Unsolicited(MessageId(3), status(0))];
+    assert_eq!(desk.status(3, 0), (vec![], late), "the answer to an old question");
 }
 
 /// D-59
 #[test]
 fn a_stop_waits_for_a_line_and_is_told() {
     let mut desk = Desk::new();
-    assert_eq!(desk.stop(Stop::All), (vec![], vec![Event::StopNotConfirmed(Stop::All)]));
+    let waits = ended(COMMAND.0, Outcome::NotConfirmed);
+    assert_eq!(desk.stop(StopTarget::All), (vec![], vec![Event::StopNotConfirmed(StopTarget::All), waits]));
     assert_eq!(desk.wake, None);
-    assert_eq!(desk.step(Input::LinkUp), (vec![(1, ALL), (2, What::Greeting)], vec![]), "it is the first");
+    assert_eq!(desk.step(Input::LinkUp), (vec![(1, ALL), (2, Contents::Greeting)], vec![]), "it is the first");
     assert_eq!(desk.machine.state(), State::Greeting);
-    assert_eq!(desk.acked(1, 0x0033, AckCode::OK), (vec![], vec![Event::Stopped(Stop::All)]));
-    assert_eq!(desk.stop(TWO).0, [(3, What::Stop(TWO))], "also while it is greeted");
+    assert_eq!(desk.acked(1, 0x0033, AckCode::OK), (vec![], vec![Event::Stopped(StopTarget::All)]));
+    assert_eq!(desk.stop(TWO).0, [(3, Contents::Stop(TWO))], "also while it is greeted");
     let events = desk.step(Input::LinkDown).1;
-    assert_eq!(events, [Event::Closed, Event::StopNotConfirmed(TWO)]);
+    assert_eq!(events, [Event::LinkDown, Event::StopNotConfirmed(TWO)]);
 }
 
 /// S-2
@@ -273,14 +286,14 @@ fn after_a_stop_nothing_that_moves_is_sent_again() {
     let mut desk = Desk::up_with(Options::default().with_window(4), hi());
     desk.request(1, move_to(1, 2));
     desk.pass(500);
-    desk.stop(Stop::All);
+    desk.stop(StopTarget::All);
     desk.acked(4, 0x0033, AckCode::OK);
     assert_eq!(desk.pass(60_000), (vec![], vec![]));
     desk.request(2, move_to(1, 2));
     assert_eq!(desk.acked(5, 0x0031, AckCode::ERR_CHECKSUM), (vec![], vec![]), "it waits to be sent again");
-    desk.hears(0, DeviceMessage::Hi(Hi { motor_count: 3, ..hi() }));
+    desk.hears(0, DeviceMessage::from(Hi { motor_count: 3, ..hi() }));
     let (sent, _) = desk.pass(60_000);
-    assert!(sent.iter().all(|&(_, what)| what == What::Greeting), "nor after a reset");
+    assert!(sent.iter().all(|&(_, what)| what == Contents::Greeting), "nor after a reset");
 }
 
 /// All at once: no output is greater, and none of it is lost, as each step of these tests checks.
@@ -288,17 +301,17 @@ fn after_a_stop_nothing_that_moves_is_sent_again() {
 fn the_greatest_outputs_have_room() {
     let mut desk = Desk::up_with(Options::default().with_window(4), hi());
     for number in 1..=4 {
-        desk.stop(Stop::Motor(Motor(number)));
+        desk.stop(StopTarget::Motor(Motor(number)));
     }
     for token in 1..=12 {
-        desk.request(token, STATUS);
+        desk.request(token, ask_status());
     }
-    assert_eq!(desk.request(13, STATUS).1, [Event::Failed(Token(13), Failure::Busy)]);
+    assert_eq!(desk.request(13, ask_status()).1, [refused(13, Refusal::Busy)]);
     desk.sequence(14, begin(1, 2));
     desk.pass(499);
     let sent = desk.pass(1).0;
     assert_eq!(sent.len(), 8, "four stops and four requests again");
     let (_, events) = desk.step(Input::LinkDown);
-    assert_eq!(events.len(), 1 + 4 + 12 + 1, "closed, stops, requests, a sequence");
+    assert_eq!(events.len(), 1 + 4 + 12 + 1, "link down, stops, requests, a sequence");
     assert_eq!(desk.step(Input::LinkUp).0.len(), 5, "four stops and a greeting");
 }

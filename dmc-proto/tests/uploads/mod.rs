@@ -2,7 +2,7 @@
 
 use dmc_proto::HostMessage;
 use dmc_proto::message::{
-    AckCode, DmxChannel, Empty, FrameNumber, Motor, RtUploadMoveAxis, RtUploadMoveBegin, RtUploadMoveDmx,
+    AckCode, DmxChannel, FrameNumber, Motor, RtUploadMoveAxis, RtUploadMoveBegin, RtUploadMoveDmx, RtUploadMoveEnd,
     RtUploadMoveTriggers, StartIndex, Steps, TriggerPair, Triggers,
 };
 use dmc_proto::upload::{Memory, Room, Track, UploadBuffer};
@@ -55,7 +55,7 @@ impl Memories {
 /// Message that starts an upload.
 pub(crate) fn begin(start: i32, end: i32) -> HostMessage<'static> {
     let (start_frame, end_frame) = (FrameNumber(start), FrameNumber(end));
-    HostMessage::RtUploadMoveBegin(RtUploadMoveBegin { start_frame, end_frame, tail: &[] })
+    HostMessage::from(RtUploadMoveBegin { start_frame, end_frame, tail: &[] })
 }
 
 /// Gives a section of positions to a buffer.
@@ -213,7 +213,7 @@ pub(crate) fn hostile(input: &[u8]) {
                 assert_eq!(buffer.receive(&begin(from, to)), Some(model.begin(room, from, to)), "{from} to {to}");
             }
             1 => {
-                assert_eq!(buffer.receive(&HostMessage::RtUploadMoveEnd(Empty { tail: &[] })), Some(AckCode::OK));
+                assert_eq!(buffer.receive(&RtUploadMoveEnd::default().into()), Some(AckCode::OK));
                 model.end();
             }
             2..=8 => {
@@ -240,7 +240,7 @@ pub(crate) fn hostile(input: &[u8]) {
         }
         agree(&buffer, &model);
     }
-    buffer.receive(&HostMessage::RtUploadMoveEnd(Empty { tail: &[] }));
+    buffer.receive(&RtUploadMoveEnd::default().into());
     model.end();
     agree(&buffer, &model);
     assert!(memories.is_intact(), "written outside the memory");

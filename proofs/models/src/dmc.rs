@@ -9,22 +9,29 @@ mod properties;
 mod rig;
 mod wants;
 
-use dmc_proto::MessageId;
 use dmc_proto::device::{self, DeviceMachine};
-use dmc_proto::host::{self, Command, HostMachine, Name, Progress, Token};
-use dmc_proto::message::{AckCode, Motor};
+use dmc_proto::host::{self, Command, HostMachine, Outcome, Progress, Source, StopTarget};
+use dmc_proto::message::{AckCode, HostMessage, Motor};
 use dmc_proto::upload::{SCRATCH, Section, SectionSize};
-use motion_core::time::Millis;
+use dmc_proto::{Effect, MessageId, Millis, Token};
+use laws::world::{self, Fate, Faults, Line};
 use stateright::{Model, Property};
 
-use crate::line::{Fate, Faults, Line};
-use book::Book;
+use book::{Book, is_stop};
 use rig::{ALLOWS, Rig};
 use wants::{Ramp, hi};
 
 pub use book::Fault;
 pub use rig::Report;
 pub use wants::Want;
+
+/// Token of the signal to start. At most one signal is open.
+const GO: Token = Token(14);
+/// Token of commands that end at once and that the application may give again.
+const AT_ONCE: Token = Token(15);
+
+/// Time at which every message arrives. A message is late if other things happen first.
+const ANY_TIME: Millis = Millis(0);
 
 /// Setup of the model, and its bounds.
 #[derive(Clone, Debug)]
@@ -107,51 +114,52 @@ pub enum Action {
 /// State of the world.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct World {
-    now: Millis,
-    /// The host.
-    pub host: HostMachine,
-    host_wake: Option<Millis>,
-    /// The device.
-    pub device: DeviceMachine,
-    device_wake: Option<Millis>,
-    to_device: Line<host::Send>,
-    to_host: Line<device::Send>,
+    /// Both machines, and the messages between them.
+    both: world::World<HostMachine, DeviceMachine, host::Transmit, device::Transmit>,
     rig: Rig,
     mishaps: Mishaps,
     /// Requests that the application has made: bit n for place n of its list.
     wanted: u16,
     book: Book,
-    /// Messages that the lazy host holds back.
-    kept: Vec<host::Send>,
+    /// Stops that the lazy host holds back.
+    held: Vec<host::Transmit>,
 }
 
 impl World {
     fn new(window: u8) -> Self {
+        let host = HostMachine::new(host::Options::default().with_window(window));
         // Reports of positions do not affect these machines, and each would be one more message to lose.
-        let options = device::Options::of(hi()).with_report_every(5000);
+        let device = DeviceMachine::new(device::Options::of(hi()).with_report_every(5000));
         Self {
-            now: Millis(0),
-            host: HostMachine::new(host::Options::default().with_window(window)),
-            host_wake: None,
-            device: DeviceMachine::new(options),
-            device_wake: None,
-            to_device: Line::new(Faults::default()),
-            to_host: Line::new(Faults::default()),
+            both: world::World::new(Millis(0), host, device, Faults::default()),
             rig: Rig::NEW,
             mishaps: Mishaps::default(),
             wanted: 0,
             book: Book::default(),
-            kept: vec![],
+            held: vec![],
         }
+    }
+
+    const fn host(&self) -> &HostMachine {
+        &self.both.host.machine
+    }
+
+    const fn device(&self) -> &DeviceMachine {
+        &self.both.device.machine
+    }
+
+    /// Whether no message is in flight.
+    fn is_line_empty(&self) -> bool {
+        self.both.up.is_empty() && self.both.down.is_empty()
     }
 
     /// Whether no message is in flight, and no motor moves.
     fn is_quiet(&self) -> bool {
-        self.to_device.is_empty() && self.to_host.is_empty() && self.rig.reports().is_empty()
+        self.is_line_empty() && self.rig.reports().is_empty()
     }
 
     fn wake(&self) -> Option<Millis> {
-        [self.host_wake, self.device_wake].into_iter().flatten().min()
+        [self.both.host.wake, self.both.device.wake].into_iter().flatten().min()
     }
 }
 
@@ -164,59 +172,71 @@ impl Dmc {
 
     /// Makes a step of the host, and everything that follows from it.
     fn tell_host(&self, world: &mut World, input: host::Input<'_>) {
-        let is_stop = matches!(input, host::Input::Command(Command::Stop(_)));
-        let (host, mut output) = laws::machine::step(world.host.clone(), world.now, input);
-        (world.host, world.host_wake) = (host, output.wake);
-        if self.spoilt == Some(Spoilt::LazyHost) {
-            let (stops, others) = output.send.iter().partition(|send| matches!(send.what, host::What::Stop(_)));
-            let mut sends: Vec<_> = std::mem::replace(&mut world.kept, stops);
-            sends.extend::<Vec<_>>(others);
-            output.send = sends.into_iter().collect();
-        }
-        if self.spoilt == Some(Spoilt::EagerHost) {
-            for event in &output.events {
-                if let host::Event::Failed(token, host::Failure::Timeout) = *event {
-                    let what = host::What::Named(Name::Message(token));
-                    output.send.extend([host::Send { id: MessageId(99), what }]);
-                }
+        let output = world.both.step_host(input);
+        let mut effects: Vec<_> = output.into_iter().collect();
+        match self.spoilt {
+            Some(Spoilt::LazyHost) => {
+                let held = std::mem::take(&mut world.held);
+                effects.retain(|effect| match effect {
+                    Effect::Transmit(transmit) if is_stop(effect) => {
+                        world.held.push(*transmit);
+                        false
+                    }
+                    _ => true,
+                });
+                effects.splice(0..0, held.into_iter().map(Effect::Transmit));
             }
+            Some(Spoilt::EagerHost) => {
+                let again = effects.iter().find_map(|effect| match *effect {
+                    Effect::Event(host::Event::Ended { token, outcome: Outcome::NotConfirmed }) => Some(token),
+                    _ => None,
+                });
+                effects.extend(again.map(|token| {
+                    let contents = host::Contents::Application(Source::Command(token));
+                    Effect::Transmit(host::Transmit { id: MessageId(99), contents })
+                }));
+            }
+            _ => {}
         }
-        if is_stop {
-            world.book.stop_wanted(&world.host, &output.send, &output.events);
+        if let host::Input::Command(_, Command::Stop(_)) = input {
+            world.book.stop_wanted(&world.both.host.machine, &effects);
         }
         let mut asked = None;
-        for event in &output.events {
-            world.book.told(*event);
-            match event {
-                host::Event::NextSection(behind) => asked = Some(*behind),
-                host::Event::Stopped(host::Stop::Motor(motor)) => {
-                    world.book.blame(Fault::NotStopped, world.rig.drives(*motor));
+        for effect in effects {
+            match effect {
+                Effect::Transmit(transmit) => {
+                    self.with_message(transmit, |message| {
+                        world.book.sent(&world.both.host.machine, transmit.contents, message);
+                    });
+                    world.both.up.send(ANY_TIME, transmit);
                 }
-                host::Event::Stopped(_) => world.book.blame(Fault::NotStopped, world.rig.is_driven()),
-                _ => {}
+                Effect::Event(event) => {
+                    world.book.told(event);
+                    match event {
+                        host::Event::NextSection { after, .. } => asked = Some(after),
+                        host::Event::Stopped(StopTarget::Motor(motor)) => {
+                            world.book.blame(Fault::NotStopped, world.rig.drives(motor));
+                        }
+                        host::Event::Stopped(_) => world.book.blame(Fault::NotStopped, world.rig.is_driven()),
+                        _ => {}
+                    }
+                }
             }
         }
-        for send in &output.send {
-            let token = match send.what {
-                host::What::Named(Name::Message(token)) => Some(token.0),
-                _ => None,
-            };
-            self.with_message(send, |message| world.book.sent(&world.host, token, send.what, message));
-        }
-        world.to_device.send(output.send);
-        if let Some(behind) = asked {
+        world.book.step_ends();
+        if let Some(after) = asked {
             let size = SectionSize::default();
-            let section = behind.map_or_else(|| Section::first(&Ramp, size), |section| section.next(&Ramp, size));
+            let section = after.map_or_else(|| Section::first(&Ramp, size), |section| section.next(&Ramp, size));
             self.tell_host(world, host::Input::Section(section));
         }
     }
 
     /// Gives the message of the host to `look`.
-    fn with_message<T>(&self, send: &host::Send, look: impl FnOnce(&dmc_proto::message::HostMessage<'_>) -> T) -> T {
+    fn with_message<T>(&self, transmit: host::Transmit, look: impl FnOnce(&HostMessage<'_>) -> T) -> T {
         let mut scratch = [0; SCRATCH];
-        let message = send.message(|name| match name {
-            Name::Section(section) => section.message(&Ramp, &mut scratch),
-            Name::Message(token) => self.want(token).and_then(Want::message).expect("a token of the application"),
+        let message = transmit.message(|source| match source {
+            Source::Section(section) => section.message(&Ramp, &mut scratch),
+            Source::Command(token) => self.want(token).and_then(Want::message).expect("a token of the application"),
         });
         look(&message)
     }
@@ -224,97 +244,99 @@ impl Dmc {
     /// Makes a step of the device, and everything that follows from it.
     fn tell_device(&self, world: &mut World, input: device::Input<'_>) {
         let stop = match input {
-            device::Input::Received { message, .. } if message.is_stop() => Some(message.kind()),
+            device::Input::Received { message, .. } if message.conduct().is_stop() => Some(message.kind()),
             _ => None,
         };
-        let (device, mut output) = laws::machine::step(world.device.clone(), world.now, input);
+        let before = world.both.device.clone();
+        let mut output = world.both.step_device(input);
         if stop.is_some() && self.spoilt == Some(Spoilt::DeafDevice) {
-            output.events.clear();
-        } else {
-            (world.device, world.device_wake) = (device, output.wake);
+            world.both.device = before;
+            output.effects.retain(|effect| matches!(effect, Effect::Transmit(_)));
         }
         if let Some(kind) = stop {
-            let is_obeyed = matches!(output.events.first(), Some(device::Event::Stop(_)));
-            let is_ok = |what| matches!(what, device::What::Ack { of, code: AckCode::OK, .. } if of == kind);
-            let is_told = output.send.iter().any(|send| is_ok(send.what));
+            let is_obeyed = matches!(output.effects.first(), Some(Effect::Event(device::Event::Stop(_))));
+            let is_ok =
+                |contents| matches!(contents, device::Contents::Ack { of, code: AckCode::OK, .. } if of == kind);
+            let is_told = output.transmits().any(|transmit| is_ok(transmit.contents));
             world.book.blame(Fault::StopIgnored, !(is_obeyed && is_told));
         }
         let mut stored = None;
-        for event in &output.events {
-            if let device::Event::Store(store) = event {
-                stored = Some(*store);
-            }
-            if let Some(fault) = world.rig.obey(*event) {
-                world.book.blame(fault, true);
+        for effect in output {
+            match effect {
+                Effect::Transmit(transmit) => world.both.down.send(ANY_TIME, transmit),
+                Effect::Event(device::Event::Store { store, .. }) => stored = Some(store),
+                Effect::Event(event) => {
+                    if let Some(fault) = world.rig.obey(event) {
+                        world.book.blame(fault, true);
+                    }
+                }
             }
         }
-        world.to_host.send(output.send);
         if let Some(store) = stored {
             self.tell_device(world, device::Input::Stored(store, AckCode::OK));
         }
     }
 
     fn to_device(&self, world: &mut World, fate: Fate) {
-        let Some((send, is_sound)) = world.to_device.meet(fate) else { return };
-        self.with_message(&send, |message| {
+        let Some((transmit, is_sound)) = world.both.up.meet(fate) else { return };
+        self.with_message(transmit, |message| {
             let input = if is_sound {
-                device::Input::Received { id: send.id, message: *message, rig: ALLOWS }
+                device::Input::Received { id: transmit.id, message: *message, rig: ALLOWS }
             } else {
-                device::Input::Corrupt(send.id, message.kind())
+                device::Input::Corrupt(transmit.id, message.kind())
             };
             self.tell_device(world, input);
         });
     }
 
     fn to_host(&self, world: &mut World, fate: Fate) {
-        let Some((send, is_sound)) = world.to_host.meet(fate) else { return };
+        let Some((transmit, is_sound)) = world.both.down.meet(fate) else { return };
         if !is_sound {
             return self.tell_host(world, host::Input::Corrupt);
         }
         let (rig, mut scratch) = (world.rig, device::Scratch::default());
-        let message = send.message(&rig, &mut scratch);
-        world.book.heard(&world.host, send.id, &message);
-        self.tell_host(world, host::Input::Received(send.id, message));
+        let message = transmit.message(&rig, &mut scratch);
+        world.book.heard(&world.both.host.machine, transmit.id, &message);
+        self.tell_host(world, host::Input::Received(transmit.id, message));
     }
 
-    fn do_want(&self, world: &mut World, at: usize, want: Want) {
-        let command = match want {
-            Want::Stop(stop) => {
+    fn make(&self, world: &mut World, token: Token, want: Want) {
+        let command = match (want, want.message()) {
+            (Want::Stop(target), _) => {
                 world.book.wants_stop();
-                return self.tell_host(world, host::Input::Command(Command::Stop(stop)));
+                Command::Stop(target)
             }
-            _ => want.message(),
+            (_, Some(message)) if want.is_sequence() => Command::Sequence(message),
+            (_, Some(message)) => Command::Request(message),
+            (_, None) => return,
         };
-        let (Some(message), Ok(token)) = (command, u32::try_from(at)) else { return };
-        let is_free = world.host.progress().is_none();
-        world.book.wants(token, want.is_sequence() && is_free);
-        let command = if want.is_sequence() {
-            Command::Sequence(Token(token), message)
-        } else {
-            Command::Request(Token(token), message)
-        };
-        self.tell_host(world, host::Input::Command(command));
+        world.book.wants(token, want.is_sequence() && world.host().progress().is_none());
+        self.tell_host(world, host::Input::Command(token, command));
     }
 
     fn act(&self, world: &mut World, action: Action) {
-        let command = |world: &mut World, command| self.tell_host(world, host::Input::Command(command));
+        let at_once = |world: &mut World, command| {
+            world.book.wants(AT_ONCE, false);
+            self.tell_host(world, host::Input::Command(AT_ONCE, command));
+        };
         match action {
             Action::Open => self.tell_host(world, host::Input::LinkUp),
             Action::Want(at) => {
                 world.wanted |= 1 << at;
-                let at = at + self.before.unwrap_or_default().len();
-                if let Some(want) = u32::try_from(at).ok().and_then(|at| self.want(Token(at))) {
-                    self.do_want(world, at, want);
+                let token = u32::try_from(at + self.before.unwrap_or_default().len()).map(Token);
+                if let Some((token, want)) = token.ok().and_then(|token| Some((token, self.want(token)?))) {
+                    self.make(world, token, want);
                 }
             }
             Action::Configured => {
                 world.book.configured = true;
-                command(world, Command::Configured);
+                at_once(world, Command::Configured);
             }
-            Action::Greet => command(world, Command::Greet),
+            Action::Greet => at_once(world, Command::Greet),
             Action::Go => {
                 world.book.signal();
-                command(world, Command::Go);
+                world.book.wants(GO, false);
+                self.tell_host(world, host::Input::Command(GO, Command::Go));
             }
             Action::ToDevice(fate) => self.to_device(world, fate),
             Action::ToHost(fate) => self.to_host(world, fate),
@@ -337,14 +359,13 @@ impl Dmc {
             }
             Action::Cut => {
                 world.mishaps.cuts -= 1;
-                world.to_device.cut();
-                world.to_host.cut();
+                world.both.cut();
                 self.tell_device(world, device::Input::LinkDown);
                 self.tell_host(world, host::Input::LinkDown);
             }
             Action::Boot => {
                 world.mishaps.boots -= 1;
-                world.device = DeviceMachine::new(*world.device.options());
+                world.both.device.machine = DeviceMachine::new(*world.device().options());
                 world.rig = Rig::NEW;
                 world.book.unheard_boot = true;
                 self.tell_device(world, device::Input::LinkUp);
@@ -358,11 +379,11 @@ impl Dmc {
             world.mishaps.delays -= 1;
         }
         let Some(moment) = world.wake() else { return };
-        world.now = moment;
-        if world.device_wake.is_some_and(|wake| wake <= moment) {
+        world.both.now = moment;
+        if world.both.device.wake.is_some_and(|wake| wake <= moment) {
             self.tell_device(world, device::Input::Wake);
         }
-        if world.host_wake.is_some_and(|wake| wake <= moment) {
+        if world.both.host.wake.is_some_and(|wake| wake <= moment) {
             self.tell_host(world, host::Input::Wake);
         }
     }
@@ -373,11 +394,11 @@ impl Dmc {
         let Some(before) = self.before else { return world };
         self.act(&mut world, Action::Open);
         self.settle(&mut world);
-        for (at, want) in before.iter().enumerate() {
-            self.do_want(&mut world, at, *want);
+        for (token, want) in (0..).map(Token).zip(before) {
+            self.make(&mut world, token, *want);
             self.settle(&mut world);
         }
-        assert_eq!((world.book.open, world.book.fault, world.host.state()), (0, None, host::State::Up));
+        assert_eq!((world.book.open, world.book.fault, world.host().state()), (0, None, host::State::Ready));
         world.book = Book::default();
         world.book.configured = true;
         world
@@ -397,23 +418,23 @@ impl Dmc {
 
     /// Possible events.
     fn enabled(&self, world: &World, actions: &mut Vec<Action>) {
-        let state = world.host.state();
-        actions.extend(world.to_device.fates().map(Action::ToDevice));
-        actions.extend(world.to_host.fates().map(Action::ToHost));
+        let state = world.host().state();
+        actions.extend(world.both.up.fates().map(Action::ToDevice));
+        actions.extend(world.both.down.fates().map(Action::ToHost));
         actions.extend(world.rig.reports().into_iter().map(Action::Report));
         let mishaps = world.mishaps;
-        let is_ready = world.device.state() == device::State::Ready;
+        let is_ready = world.device().state() == device::State::Ready;
         let is_configuring = state == host::State::Configuring && !world.book.configured;
         let others = [
-            (state == host::State::Closed, Action::Open),
+            (state == host::State::Offline, Action::Open),
             (state == host::State::Silent, Action::Greet),
             (is_configuring, Action::Configured),
-            (world.host.progress() == Some(Progress::Ready), Action::Go),
+            (world.host().progress() == Some(Progress::Armed), Action::Go),
             (mishaps.limits > 0, Action::Limit),
             (mishaps.emergencies > 0, Action::Emergency),
             (mishaps.operators > 0 && is_ready, Action::Operator),
-            (mishaps.cuts > 0 && state != host::State::Closed, Action::Cut),
-            (mishaps.boots > 0 && state != host::State::Closed, Action::Boot),
+            (mishaps.cuts > 0 && state != host::State::Offline, Action::Cut),
+            (mishaps.boots > 0 && state != host::State::Offline, Action::Boot),
             (world.wake().is_some() && (world.is_quiet() || mishaps.delays > 0), Action::Wait),
         ];
         actions.extend(others.into_iter().filter(|(can, _)| *can).map(|(_, action)| action));
@@ -428,8 +449,7 @@ impl Model for Dmc {
 
     fn init_states(&self) -> Vec<World> {
         let mut world = self.prepared();
-        world.to_device = Line::new(self.line);
-        world.to_host = Line::new(self.line);
+        (world.both.up, world.both.down) = (Line::new(self.line), Line::new(self.line));
         (world.mishaps, world.wanted) = (self.mishaps, 0);
         vec![world]
     }

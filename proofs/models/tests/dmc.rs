@@ -1,9 +1,9 @@
 //! Exploration of host and device of Dragonframe DMC v2: docs/machines-dmc.md, «Explored».
 
-use dmc_proto::host::Stop;
+use dmc_proto::host::StopTarget;
 use dmc_proto::message::{Motor, RunFlags};
+use laws::world::Faults;
 use models::dmc::{Dmc, Mishaps, Spoilt, Want};
-use models::line::Faults;
 use stateright::{Checker, Expectation, Model, Path};
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ const LONGEST: Duration = Duration::from_secs(300);
 
 const SMALL: Dmc = Dmc {
     before: Some(&[]),
-    wants: &[Want::Move(1), Want::Stop(Stop::All)],
+    wants: &[Want::Move(1), Want::Stop(StopTarget::All)],
     line: Faults { lost: 1, corrupt: 0, doubled: 0 },
     mishaps: Mishaps { delays: 0, limits: 0, emergencies: 0, cuts: 0, boots: 0, operators: 0 },
     window: 1,
@@ -22,8 +22,8 @@ const FEW: Faults = Faults { lost: 1, corrupt: 1, doubled: 1 };
 const CALM: Mishaps = SMALL.mishaps;
 const LOADED: Option<&[Want]> = Some(&[Want::Upload]);
 const ON_FRAME: Option<&[Want]> = Some(&[Want::Upload, Want::ToFrame]);
-const ONE: Stop = Stop::Motor(Motor(1));
-const STOP: Want = Want::Stop(Stop::All);
+const ONE: StopTarget = StopTarget::Motor(Motor(1));
+const STOP: Want = Want::Stop(StopTarget::All);
 const UNCONFIRMED: &[&str] = &["a stop is not confirmed"];
 
 /// Explores a setup completely, and prints the size. Every rule holds, and every state is reached except those in

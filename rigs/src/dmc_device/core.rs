@@ -1,12 +1,11 @@
-//! The device behind its line: the machine, the motors, and what they tell each other.
+//! Device behind its line: the machine, the motors, and what they report to each other.
 
 use std::collections::VecDeque;
 
-use dmc_proto::Item;
-use dmc_proto::device::{self, DeviceMachine, Input, Scratch, State, What};
-use dmc_proto::message::{AckCode, FrameNumber, Motor as Number, Motors, Steps, Triggers};
+use dmc_proto::device::{self, Contents, DeviceMachine, Effect, Input, Scratch, State, Transmit};
+use dmc_proto::message::{AckCode, FrameNumber, Hi, Motor as Number, Motors, Steps, Triggers};
 use dmc_proto::upload::Room;
-use motion_core::machine::Machine;
+use dmc_proto::{Frame, Header, Item};
 use motion_core::time::Millis;
 use tracing::{debug, info, warn};
 
@@ -18,21 +17,21 @@ use super::{LINE, index, number, steps};
 use crate::motor::{Happening, Motor};
 use crate::{Outgoing, TICK};
 
-/// The device behind its line.
+/// Device behind its line.
 #[derive(Debug)]
 pub(super) struct Core {
     pub(super) setup: Setup,
     pub(super) clock: Millis,
     pub(super) machine: DeviceMachine,
-    /// When the machine wants to be woken.
+    /// Time when the machine wants to be woken.
     pub(super) wake: Option<Millis>,
     pub(super) motors: Vec<Motor>,
     pub(super) tuning: Vec<Tuning>,
     pub(super) store: Store,
     pub(super) course: Course,
-    /// The frame that it stood on before this step.
+    /// Frame on which all motors stood before the last step of the machine.
     pub(super) stood_on: Option<FrameNumber>,
-    /// Whether the machine waits to be told that all motors rest.
+    /// Whether the machine waits for the report that all motors rest.
     pub(super) owes_rest: bool,
     pub(super) camera: Camera,
     pub(super) outputs: Triggers,
@@ -45,8 +44,8 @@ impl Core {
     pub(super) fn new(mut setup: Setup) -> Self {
         setup.motors.truncate(32);
         let count = u8::try_from(setup.motors.len()).unwrap_or(32);
-        setup.options.hi.motor_count = count;
-        let hi = setup.options.hi;
+        let hi = Hi { motor_count: count, ..setup.options.hi() };
+        setup.options = setup.options.with_hi(hi);
         let room = Room { motors: count, channels: hi.dmx_count, frames: hi.upload_frame_count };
         Self {
             clock: Millis(0),
@@ -67,7 +66,7 @@ impl Core {
         }
     }
 
-    /// Everything but the motors, the camera and what they know is as it was at first.
+    /// Makes everything new, except the motors and the photos that were taken.
     pub(super) fn reset(&mut self) {
         self.machine = DeviceMachine::new(self.setup.options);
         self.wake = None;
@@ -83,40 +82,44 @@ impl Core {
         for motor in &mut self.motors {
             motor.halt(self.clock);
             motor.advance(self.clock);
-            // A controller that counts steps has nothing to count from.
+            // A controller that counts steps does not know where its motors stand.
             motor.rebase(self.clock, 0.0);
         }
     }
 
+    /// Gives an input to the machine and carries out its effects.
     pub(super) fn step(&mut self, input: Input<'_>) {
         self.stood_on = self.machine.on_frame();
-        let (machine, output) = self.machine.clone().step(self.clock, input);
-        self.machine = machine;
+        let output = self.machine.advance(self.clock, input);
         self.wake = output.wake;
-        for event in output.events {
-            self.obey(event, input);
-        }
-        for send in output.send {
-            let (mut scratch, mut bytes) = (Scratch::default(), [0; 256]);
-            if let What::Ack { of, code, .. } = send.what
-                && code != AckCode::OK
-            {
-                info!(request = %of, why = ?code, "refuses");
-            }
-            let message = send.message(self, &mut scratch);
-            debug!("sends {message}");
-            match message.encode_into(send.id, &mut bytes) {
-                Ok(len) => self.out.push_back(Outgoing::Bytes(LINE, bytes[..len].to_vec())),
-                Err(error) => warn!(%error, "an answer that cannot be sent"),
+        for effect in output {
+            match effect {
+                Effect::Transmit(transmit) => self.transmit(transmit),
+                Effect::Event(event) => self.obey(event),
             }
         }
     }
 
-    pub(super) fn received(&mut self, item: Item<'_, dmc_proto::Frame<'_>, dmc_proto::Header>) {
+    fn transmit(&mut self, transmit: Transmit) {
+        let (mut scratch, mut bytes) = (Scratch::default(), [0; 256]);
+        if let Contents::Ack { of, code, .. } = transmit.contents
+            && code != AckCode::OK
+        {
+            info!(request = %of, why = ?code, "refuses");
+        }
+        let message = transmit.message(self, &mut scratch);
+        debug!("sends {message}");
+        match message.encode_into(transmit.id, &mut bytes) {
+            Ok(len) => self.out.push_back(Outgoing::Bytes(LINE, bytes[..len].to_vec())),
+            Err(error) => warn!(%error, "an answer that cannot be sent"),
+        }
+    }
+
+    pub(super) fn received(&mut self, item: Item<'_, Frame<'_>, Header>) {
         match item {
             Item::Frame(frame) => {
                 self.received += 1;
-                let input = Input::frame(&frame, |message| {
+                let input = Input::received(&frame, |message| {
                     debug!("receives {message}");
                     self.verdict(message)
                 });
@@ -131,11 +134,12 @@ impl Core {
         }
     }
 
-    /// Whether motors have to be looked at every millisecond.
+    /// Whether the motors have to be updated every millisecond.
     fn is_busy(&self) -> bool {
         self.owes_rest || self.course.is_busy() || self.motors.iter().any(|motor| !motor.is_idle())
     }
 
+    /// Time when something is due.
     pub(super) fn next(&self) -> Option<Millis> {
         let tick = self.is_busy().then(|| self.clock.after(TICK));
         [tick, self.wake, self.camera.wake()].into_iter().flatten().min()
@@ -169,6 +173,7 @@ impl Core {
         }
     }
 
+    /// Position of a motor.
     pub(super) fn place(&self, motor: Number) -> f64 {
         index(motor).and_then(|index| self.motors.get(index)).map_or(0.0, |motor| motor.at(self.clock).position)
     }

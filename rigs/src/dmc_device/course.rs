@@ -137,7 +137,7 @@ impl Core {
             self.course = Course::Free;
             self.owes_rest = true;
         } else if is_new {
-            self.step(Input::Frame(FrameNumber(this)));
+            self.step(Input::AtFrame(FrameNumber(this)));
         }
     }
 
@@ -234,7 +234,7 @@ impl Core {
         }
         run.told = Some(frame);
         self.at_frame(frame);
-        self.step(Input::Frame(FrameNumber(frame)));
+        self.step(Input::AtFrame(FrameNumber(frame)));
     }
 
     /// What runs along with the motors.

@@ -1,6 +1,6 @@
-//! Doing what the machine says.
+//! Events of the machine, carried out by the motors.
 
-use dmc_proto::device::{Event, Input, Stop};
+use dmc_proto::device::{Event, Input, StopKind};
 use dmc_proto::message::{
     Acceleration, CameraFlags, FrameNumber, HostMessage, JogSpeed, Motor as Number, MotorSetSpeed, Speed, Steps,
 };
@@ -14,17 +14,12 @@ use super::setup::Tuning;
 use crate::motor::{Motor, Place};
 
 impl Core {
-    pub(super) fn obey(&mut self, event: Event, input: Input<'_>) {
+    pub(super) fn obey(&mut self, event: Event<'_>) {
         match event {
             Event::Stop(stop) => self.stop(stop),
             Event::TriggersOff => self.outputs.0 &= !self.store.mask().0,
-            Event::Apply => {
-                if let Input::Received { message, .. } = input {
-                    self.apply(&message);
-                }
-            }
-            Event::Store(store) => {
-                let Input::Received { message, .. } = input else { return };
+            Event::Apply(message) => self.apply(&message),
+            Event::Store { store, message } => {
                 let code = self.store.receive(&message);
                 self.step(Input::Stored(store, code));
             }
@@ -38,7 +33,7 @@ impl Core {
                 info!(%rate, %to, "all motors jog");
                 self.jog_all(f64::from(rate.0.0) / 1000.0, to);
             }
-            Event::Prepare => self.prepare(input),
+            Event::Prepare(message) => self.prepare(&message),
             Event::Go => {
                 info!("go");
                 self.go();
@@ -52,25 +47,25 @@ impl Core {
             }
             Event::LastPass => info!("this is the last pass"),
             Event::Unlocked => info!("takes requests again"),
-            Event::Acknowledgement(..) | Event::Stray => debug!(?event, "of no use"),
-            // This rig has no virtual motors; the machine refuses what would move them.
-            _ => warn!(?event, "not understood"),
+            Event::Acknowledgement(..) | Event::UnexpectedReport => debug!(?event, "ignored"),
+            // This rig has no virtual motors. The machine refuses what would move them.
+            _ => warn!(?event, "unknown"),
         }
     }
 
-    fn stop(&mut self, stop: Stop) {
+    fn stop(&mut self, stop: StopKind) {
         info!(?stop, "stops");
         let now = self.clock;
-        // However gently a motor was set to move, it stops within a second.
+        // A motor stops within a second, even if it was set to a lower acceleration.
         let soft = |motor: &Motor, tuning: &Tuning| f64::from(tuning.acceleration.0).max(motor.at(now).velocity.abs());
-        if let Stop::Motor(number) = stop {
+        if let StopKind::Motor(number) = stop {
             let place = index(number).and_then(|index| self.motors.get_mut(index).zip(self.tuning.get(index)));
             if let Some((motor, tuning)) = place {
                 motor.stop(now, Some(soft(motor, tuning)));
             }
         } else {
-            // As sharply as they can, if it is not said how sharply.
-            let is_soft = matches!(stop, Stop::All { .. });
+            // A motor without a given deceleration stops as hard as it can.
+            let is_soft = matches!(stop, StopKind::All { .. });
             for (motor, tuning) in self.motors.iter_mut().zip(&self.tuning) {
                 motor.stop(now, is_soft.then(|| soft(motor, tuning)));
             }
@@ -85,13 +80,13 @@ impl Core {
         self.tuning.get(index(motor)?).copied()
     }
 
-    /// Sends a motor to a position, as fast as it was set.
+    /// Sends a motor to a position, with the speed that was set.
     pub(super) fn send_to(&mut self, motor: Number, to: f64) {
         self.send_at(motor, to, 1.0);
     }
 
-    /// The same, with a part of its speed and acceleration. To slow down, or to turn round, it has all of its
-    /// acceleration, and more if a limit that was set is too near for that.
+    /// Sends a motor to a position, with a part of its speed and acceleration. To slow down or to turn round, the motor
+    /// uses its whole acceleration, and more if a limit that was set is too near for that.
     fn send_at(&mut self, motor: Number, to: f64, part: f64) {
         let (now, tuning) = (self.clock, self.tuned(motor));
         let motor = index(motor).and_then(|index| self.motors.get_mut(index));
@@ -108,7 +103,7 @@ impl Core {
         }
     }
 
-    /// A jog ends at a limit that was set, and does not turn round for one that is behind it.
+    /// Jogs a motor. A jog ends at a limit that was set. A motor beyond that limit stays where it is.
     fn jog(&mut self, motor: Number, speed: JogSpeed, to: Steps) {
         info!(%motor, %speed, %to, "jogs");
         let Some(tuning) = self.tuned(motor) else { return };
@@ -133,10 +128,9 @@ impl Core {
         self.owes_rest = true;
     }
 
-    fn prepare(&mut self, input: Input<'_>) {
+    fn prepare(&mut self, message: &HostMessage<'_>) {
         self.owes_rest = true;
-        let Input::Received { message, .. } = input else { return };
-        let Some(job) = Job::of(&message, &self.store, self.count()) else { return };
+        let Some(job) = Job::of(message, &self.store, self.count()) else { return };
         info!(from = job.from, to = job.to, "gets ready");
         for way in &job.ways {
             self.send_to(way.motor, way.before(job.up));
@@ -144,7 +138,7 @@ impl Core {
         self.course = Course::Ready(job);
     }
 
-    /// Sets what a message says.
+    /// Sets the values of a message.
     fn apply(&mut self, message: &HostMessage<'_>) {
         info!("sets {message}");
         let now = self.clock;
@@ -156,7 +150,7 @@ impl Core {
             }
             HostMessage::MotorConfigure(it) => self.tune(it.motor, |tuning| tuning.flags = it.flags),
             HostMessage::MotorSetSpeed(MotorSetSpeed { motor, max_velocity, max_accel, .. }) => {
-                // What the vendor's firmware takes for none.
+                // The vendor's firmware replaces zeros in this way.
                 let speed = max_velocity.0.max(10);
                 let acceleration = if max_accel.0 == 0 { speed / 2 } else { max_accel.0 };
                 self.tune(*motor, |tuning| {

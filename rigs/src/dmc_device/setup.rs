@@ -1,4 +1,4 @@
-//! What a simulated device is made of.
+//! Properties of a simulated device.
 
 use dmc_proto::device::{Options, Quirks};
 use dmc_proto::message::{Acceleration, Capabilities, Hi, MotorFlags, Name, Speed, Steps};
@@ -7,39 +7,39 @@ use motion_core::trajectory::Range;
 
 use crate::motor::Motor;
 
-/// What a device is made of.
+/// Properties of a simulated device.
 #[derive(Debug, Clone)]
 pub struct Setup {
-    /// What it says of itself, its quirks and its times. How many motors it has is for [`motors`](Self::motors) to say.
+    /// Greeting, quirks and times. The number of motors in the greeting is replaced by that of [`motors`](Self::motors).
     pub options: Options,
-    /// Its motors, 32 at most, with what they can and where the limit switches are.
+    /// Motors with their limits and their limit switches, 32 at most.
     pub motors: Vec<Motor>,
 }
 
-/// What was set of a motor: forgotten at a reset.
+/// Settings of a motor. A reset makes them new.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Tuning {
-    /// What it is used for.
+    /// Uses of the motor.
     pub flags: MotorFlags,
-    /// Its greatest speed.
+    /// Greatest speed.
     pub speed: Speed,
-    /// Its greatest acceleration.
+    /// Greatest acceleration.
     pub acceleration: Acceleration,
-    /// The lower limit that was set.
+    /// Lower limit, if one was set.
     pub lower: Option<Steps>,
-    /// The upper limit that was set.
+    /// Upper limit, if one was set.
     pub upper: Option<Steps>,
 }
 
 impl Setup {
-    /// What each motor can: 50,000 steps a second, after half a second.
+    /// Limits of each motor: 50,000 steps per second, reached after half a second.
     pub const LIMITS: Limits = Limits { velocity: 50_000.0, acceleration: 100_000.0, jerk: None };
-    /// Where the limit switches of each motor are, in steps.
+    /// Positions of the limit switches of each motor, in steps.
     pub const TRAVEL: Range = Range::new(-200_000.0, 200_000.0);
-    /// Frames that can be uploaded: as many as the vendor's firmware says.
+    /// Number of frames that can be uploaded, as in the vendor's firmware.
     pub const FRAMES: u32 = 10_000;
 
-    /// A device with this many motors, 32 at most, all alike. It can do all but virtual motors.
+    /// Device with this number of equal motors, 32 at most. It has every capability except virtual motors.
     #[must_use]
     pub fn with_motors(motors: u8) -> Self {
         let capabilities = Capabilities::REAL_TIME
@@ -56,37 +56,48 @@ impl Setup {
             hw_limit_count: motors.min(32),
             upload_frame_count: Self::FRAMES,
             capabilities,
-            ..Options::default().hi
+            ..Options::default().hi()
         };
         let motor = Motor::new(Self::LIMITS).within(Self::TRAVEL);
         Self { options: Options::of(hi), motors: vec![motor; motors.min(32).into()] }
     }
 
-    /// The same, with these quirks.
+    /// Returns the setup with these quirks.
     #[must_use]
     pub fn with_quirks(mut self, quirks: Quirks) -> Self {
         self.options = self.options.with_quirks(quirks);
         self
     }
 
-    /// The same, with room for this many frames of a move.
+    /// Returns the setup with room for this number of frames of a move.
     #[must_use]
-    pub fn with_frames(mut self, frames: u32) -> Self {
-        self.options.hi.upload_frame_count = frames;
+    pub fn with_frames(self, frames: u32) -> Self {
+        self.with_hi(|hi| hi.upload_frame_count = frames)
+    }
+
+    /// Returns the setup with these capabilities.
+    #[must_use]
+    pub fn with_capabilities(self, capabilities: Capabilities) -> Self {
+        self.with_hi(|hi| hi.capabilities = capabilities)
+    }
+
+    fn with_hi(mut self, change: impl FnOnce(&mut Hi<'static>)) -> Self {
+        let mut hi = self.options.hi();
+        change(&mut hi);
+        self.options = self.options.with_hi(hi);
         self
     }
 }
 
 impl Default for Setup {
-    /// Four motors.
+    /// Device with four motors.
     fn default() -> Self {
         Self::with_motors(4)
     }
 }
 
 impl Tuning {
-    /// What holds before anything is set: all that the motor can, but for half of its acceleration, which is left for
-    /// stops that have to be harder.
+    /// Settings of a new motor: its whole speed, and half of its acceleration. The other half is left for harder stops.
     pub(super) fn of(motor: &Motor) -> Self {
         let limits = motor.limits();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cut to what fits")]

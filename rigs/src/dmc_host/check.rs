@@ -1,61 +1,56 @@
-//! Whether a way is done, or only over.
+//! Check at the end of a way: are the motors where the move says?
 //!
-//! A device tells of a hard stop once, and that may be lost; then a run that ended by it looks like one that went well. So
-//! the end of each way along an uploaded move is held against that move before it is told as done.
+//! A device tells of a hard stop once, and that message can be lost. Then a run that ended by a hard stop looks like one
+//! that is complete. So the host compares the positions with the uploaded move before it reports the way as done.
 
-use dmc_proto::host::{Failure, Token};
+use dmc_proto::Token;
 use dmc_proto::message::{FrameNumber, HostMessage, Motor, MotorPair, RunFlags};
 use dmc_proto::upload::MoveSource;
 
 use super::{Positions, Table};
 
-/// Steps that a motor may be off.
-const OFF: i64 = 1;
+/// Greatest difference between a motor and the move, in steps.
+const TOLERANCE: u32 = 1;
 
-/// A way that is over, until it is known where its motors are.
+/// Way that has ended, until the positions of its motors are known.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Check {
     pub(super) token: Token,
-    /// Where it ends; a run there and back ends at either.
+    /// Frames at which the way may end. A run back and forth ends at either of its frames.
     ends: [FrameNumber; 2],
-    /// Motors that went another way.
+    /// Motors that went a way of their own.
     others: Vec<Motor>,
 }
 
 impl Check {
-    /// What has to hold at the end of this; `None` if it is no way along a move.
+    /// Check for the end of the way of this message; `None` if the message does not move motors along a move.
     pub(super) fn of(token: Token, message: &HostMessage<'_>) -> Option<Self> {
-        let mut others = Vec::new();
-        let ends = match message {
-            HostMessage::RtPositionFrame(message) => [message.frame; 2],
-            HostMessage::RtJogAll(message) => [message.destination; 2],
-            HostMessage::RtRunMove(message) if message.flags.unwrap_or_default().contains(RunFlags::PING_PONG) => {
-                [message.start_frame, message.end_frame]
+        let others = |pairs: &[MotorPair]| pairs.iter().map(MotorPair::motor).collect();
+        let (ends, others) = match message {
+            HostMessage::RtPositionFrame(message) => ([message.frame; 2], Vec::new()),
+            HostMessage::RtJogAll(message) => ([message.destination; 2], Vec::new()),
+            HostMessage::RtRunMove(message) => {
+                let is_ping_pong = message.flags.unwrap_or_default().contains(RunFlags::PING_PONG);
+                let other_end = if is_ping_pong { message.start_frame } else { message.end_frame };
+                ([message.end_frame, other_end], Vec::new())
             }
-            HostMessage::RtRunMove(message) => [message.end_frame; 2],
-            HostMessage::RtShootFrame(message) => {
-                others.extend(message.motors.iter().map(MotorPair::motor));
-                [message.frame; 2]
-            }
-            HostMessage::RtShootFrame2(message) => {
-                others.extend(message.motors.iter().map(MotorPair::motor));
-                [message.frame; 2]
-            }
+            HostMessage::RtShootFrame(message) => ([message.frame; 2], others(message.motors)),
+            HostMessage::RtShootFrame2(message) => ([message.frame; 2], others(message.motors)),
             _ => return None,
         };
         Some(Self { token, ends, others })
     }
 
     /// Whether the motors are where the move has them at its end.
-    pub(super) fn holds(&self, positions: Option<&Positions>, table: &Table) -> Result<(), Failure> {
+    pub(super) fn holds(&self, positions: Option<&Positions>, table: &Table) -> bool {
         let places = positions.map(|positions| &positions.positions[..]).unwrap_or_default();
         let at = |motor: Motor| usize::from(motor.0).checked_sub(1).and_then(|index| places.get(index));
-        let is_near = |here: i32, there: i32| (i64::from(here) - i64::from(there)).abs() <= OFF;
         let is_there = |frame: FrameNumber| {
             table.motors().iter().filter(|motor| !self.others.contains(motor)).all(|motor| {
-                at(motor).zip(table.steps(motor, frame)).is_some_and(|(here, there)| is_near(*here, there))
+                let both = at(motor).zip(table.steps(motor, frame));
+                both.is_some_and(|(here, there)| here.abs_diff(there) <= TOLERANCE)
             })
         };
-        if self.ends.into_iter().any(is_there) { Ok(()) } else { Err(Failure::Unclear) }
+        self.ends.into_iter().any(is_there)
     }
 }

@@ -1,46 +1,58 @@
-//! The host behind its line: the machine, and what it only names.
+//! Host behind its line: the machine, and the messages and the move that the machine does not keep.
 
 use std::collections::{BTreeMap, VecDeque};
 
-use dmc_proto::Item;
-use dmc_proto::host::{self, Event as Told, Failure, HostMachine, Input, Name, Options, Outcome, Token};
+use dmc_proto::host::{self, Effect, HostMachine, Input, Options, Outcome, Refusal, Source, Transmit};
 use dmc_proto::lint::Context;
-use dmc_proto::message::{AckCode, DeviceMessage, Empty, HostMessage, RtShootFrame, RtShootFrame2};
+use dmc_proto::message::{
+    AckCode, DeviceMessage, GioCam, HostMessage, MotorGetPosition, MotorStatusRequest, RtUploadMoveBegin,
+};
 use dmc_proto::upload::{self, SCRATCH, Section, SectionSize};
-use motion_core::machine::Machine;
+use dmc_proto::{EncodeError, Frame, Header, Item, Token};
 use motion_core::time::Millis;
 use tracing::{debug, info, warn};
 
 use super::check::Check;
-use super::safety::Safety;
 use super::{Answer, Command, Event, LINE, Positions, Shot, Table};
 use crate::Outgoing;
 
-/// The tokens of what the host asks by itself.
-pub(super) const SHUTTER: Token = Token(u32::MAX);
+/// Least of the tokens that the host uses for its own commands.
+const FIRST_OWN: Token = Token(u32::MAX - 3);
+/// Token of commands that the application gives without a token, and of the end of the configuration.
+const OWN: Token = FIRST_OWN;
+/// Token of the request that closes the shutter.
+pub(super) const SHUTTER: Token = Token(u32::MAX - 2);
+/// Token of the question for positions at the end of a way.
 const CHECK: Token = Token(u32::MAX - 1);
+/// Token of the question whether motors still move after a stop.
+const REST: Token = Token(u32::MAX);
 
-/// The host behind its line.
+/// Greatest number of questions after a stop whether motors still move.
+const QUESTIONS: u8 = 20;
+
+/// Host behind its line.
 #[derive(Debug)]
 pub(super) struct Core {
     pub(super) clock: Millis,
     pub(super) machine: HostMachine,
-    pub(super) wake: Option<Millis>,
-    /// What was asked and has not ended.
+    machine_wake: Option<Millis>,
+    /// Messages of the commands that have not ended.
     asked: BTreeMap<Token, Asked>,
-    /// The move that is uploaded, and whether the device has it.
+    /// Move of the last upload.
     table: Table,
+    /// Whether the device has that move.
     uploaded: bool,
-    /// Where the motors were when they were told last.
+    /// Positions of the motors that the device told last.
     pub(super) positions: Option<Positions>,
-    pub(super) safety: Safety,
-    /// What is over, and not yet known to be done.
+    /// Way that has ended, and is not yet known to be complete.
     check: Option<Check>,
+    /// Time of the next question after a stop whether motors still move, and number of questions that are left.
+    rest: Option<(Millis, u8)>,
     pub(super) out: VecDeque<Outgoing>,
     pub(super) events: VecDeque<Event>,
 }
 
-/// What was asked.
+/// Message of a command.
 #[derive(Debug, Clone)]
 enum Asked {
     Message(HostMessage<'static>),
@@ -56,185 +68,167 @@ impl Asked {
     }
 }
 
-impl Shot {
-    /// In the second form where the device has no first one.
-    fn message(&self) -> HostMessage<'_> {
-        let Self { frame, direction, exposure_ms, blur_x10, open_angle, close_angle, .. } = *self;
-        if self.is_second_form {
-            let motors = &self.motors;
-            let shot = RtShootFrame2 { frame, exposure_ms, open_angle, close_angle, motors, tail: &[] };
-            return HostMessage::RtShootFrame2(shot);
-        }
-        let motors = &self.motors;
-        HostMessage::RtShootFrame(RtShootFrame { frame, direction, exposure_ms, blur_x10, motors, tail: &[] })
-    }
-}
-
 impl Core {
     pub(super) fn new(options: Options) -> Self {
         Self {
             clock: Millis(0),
             machine: HostMachine::new(options),
-            wake: None,
+            machine_wake: None,
             asked: BTreeMap::new(),
             table: Table::default(),
             uploaded: false,
             positions: None,
-            safety: Safety::default(),
             check: None,
+            rest: None,
             out: VecDeque::new(),
             events: VecDeque::new(),
         }
     }
 
+    /// Gives an input to the machine and carries out its effects. Inputs that follow from them come after the last effect.
     pub(super) fn step(&mut self, input: Input<'_>) {
-        let (machine, output) = self.machine.clone().step(self.clock, input);
-        self.machine = machine;
-        self.wake = output.wake;
-        for send in &output.send {
-            self.send(*send);
+        let output = self.machine.advance(self.clock, input);
+        self.machine_wake = output.wake;
+        let mut next = Vec::new();
+        for effect in output {
+            match effect {
+                Effect::Transmit(transmit) => self.transmit(transmit),
+                Effect::Event(event) => next.extend(self.told(event)),
+            }
         }
-        for told in output.events {
-            self.tell(told, input);
+        for input in next {
+            self.step(input);
         }
     }
 
-    fn send(&mut self, send: host::Send) {
+    fn transmit(&mut self, transmit: Transmit) {
         let (mut scratch, mut bytes) = ([0; SCRATCH], [0; 1048]);
-        let lost = HostMessage::MotorStatus(Empty { tail: &[] });
-        let message = send.message(|name| match name {
-            // What the machine names has been given to it, and has not ended.
-            Name::Message(token) => self.asked.get(&token).map_or(lost, Asked::message),
-            Name::Section(section) => section.message(&self.table, &mut scratch),
+        let message = transmit.message(|source| match source {
+            // The machine asks only for messages of commands that have not ended. A question would do no harm.
+            Source::Command(token) => {
+                self.asked.get(&token).map_or(MotorStatusRequest::default().into(), Asked::message)
+            }
+            Source::Section(section) => section.message(&self.table, &mut scratch),
         });
         debug!("sends {message}");
-        self.safety.sent(&send, &message);
-        match message.encode_into(send.id, &mut bytes) {
+        match message.encode_into(transmit.id, &mut bytes) {
             Ok(len) => self.out.push_back(Outgoing::Bytes(LINE, bytes[..len].to_vec())),
             Err(error) => warn!(%error, "a request that cannot be sent"),
         }
     }
 
-    fn tell(&mut self, told: Told, input: Input<'_>) {
-        debug!(?told);
-        let event = match told {
-            Told::Greeted => {
-                self.step(Input::Command(host::Command::Configured));
-                return;
-            }
-            Told::Up => match self.machine.device() {
-                Some(device) => Event::Up(device),
-                None => return,
-            },
-            Told::NoAnswer => Event::NoAnswer,
-            Told::Closed => Event::Closed,
-            Told::DeviceReset => {
-                self.uploaded = false;
-                Event::DeviceReset
-            }
-            Told::NextSection(behind) => {
+    /// Takes an event of the machine. Returns the input that follows from it.
+    fn told(&mut self, event: host::Event<'_>) -> Option<Input<'static>> {
+        debug!(?event);
+        let next = match event {
+            host::Event::Ended { token, outcome } => return self.ended(token, outcome),
+            host::Event::NextSection { after, .. } => {
                 let (size, table) = (SectionSize::default(), &self.table);
-                let section = behind.map_or_else(|| Section::first(table, size), |section| section.next(table, size));
-                return self.step(Input::Section(section));
+                let section = after.map_or_else(|| Section::first(table, size), |section| section.next(table, size));
+                return Some(Input::Section(section));
             }
-            Told::Done(token, outcome) => return self.done(token, outcome, input),
-            Told::Failed(token, failure) => {
-                let asked = self.asked.remove(&token);
-                self.safety.failed(token, asked.as_ref().map(Asked::message), failure);
-                match token {
-                    CHECK => return self.checked(Err(failure)),
-                    SHUTTER => return,
-                    _ => {}
+            // Late answers are of no use, except positions and inputs.
+            host::Event::Unsolicited(_, message) => {
+                if let Answer::Inputs(inputs) = self.heard(&message) {
+                    self.events.push_back(Event::Inputs(inputs));
                 }
-                Event::Failed(token, failure)
+                return None;
             }
-            Told::Ready(token) => Event::Ready(token),
-            Told::Started(token) => Event::Started(token),
-            Told::PassEnded(token) => Event::PassEnded(token),
-            Told::Stopped(stop) => {
-                self.safety.stopped(stop);
-                Event::Stopped(stop)
+            // This host configures nothing.
+            host::Event::Greeted(_) => Some(Input::Command(OWN, host::Command::Configured)),
+            host::Event::DeviceReset => {
+                self.uploaded = false;
+                None
             }
-            Told::StopNotConfirmed(stop) => Event::StopNotConfirmed(stop),
-            Told::HardStop(reason, motor) => Event::HardStop(reason, motor),
-            Told::Moving(motors) => {
-                self.safety.status(motors);
-                Event::Moving(motors)
+            host::Event::LinkDown => {
+                self.rest = None;
+                None
             }
-            Told::Unasked(_) => match input {
-                Input::Received(_, DeviceMessage::GioIn(inputs)) => Event::Inputs(inputs.triggers),
-                // Positions are told where they arrive.
-                _ => return,
-            },
-            Told::Unreadable => Event::Unreadable,
-            Told::Ignored => Event::Ignored,
-            // Late answers are of no use.
-            _ => return,
+            host::Event::Stopped(_) => {
+                self.rest = Some((self.clock, QUESTIONS));
+                None
+            }
+            _ => None,
         };
-        self.events.push_back(event);
+        self.events.extend(event.to_static().map(Event::Machine));
+        next
     }
 
-    fn done(&mut self, token: Token, outcome: Outcome, input: Input<'_>) {
-        let answer = self.answer(token, outcome, input);
-        let asked = self.asked.remove(&token);
-        let message = asked.as_ref().map(Asked::message);
-        self.safety.done(token, message, &answer);
-        if token == SHUTTER {
-            return;
-        }
-        if token == CHECK {
-            let check = self.check.as_ref();
-            let holds = check.map_or(Ok(()), |check| check.holds(self.positions.as_ref(), &self.table));
-            return self.checked(holds);
-        }
-        let check = message.as_ref().and_then(|message| Check::of(token, message));
-        if outcome == Outcome::Finished && check.is_some() && self.uploaded {
-            self.check = check;
-            return self.command(Command::Ask(CHECK, HostMessage::MotorGetPosition(Empty { tail: &[] })));
-        }
-        self.uploaded |= matches!(message, Some(HostMessage::RtUploadMoveBegin(_)));
-        self.events.push_back(Event::Done(token, answer));
-    }
-
-    /// What was over is done, or not.
-    fn checked(&mut self, end: Result<(), Failure>) {
-        if let Some(Check { token, .. }) = self.check.take() {
-            self.events.push_back(match end {
-                Ok(()) => Event::Done(token, Answer::Done),
-                Err(failure) => Event::Failed(token, failure),
-            });
-        }
-    }
-
-    fn answer(&self, token: Token, outcome: Outcome, input: Input<'_>) -> Answer {
-        let asked = self.asked.get(&token).map(Asked::message);
-        match (asked, input) {
-            (_, Input::Received(_, DeviceMessage::MotorStatus(status))) if outcome == Outcome::Answered => {
-                Answer::Moving(status.motor_status)
-            }
-            (_, Input::Received(_, DeviceMessage::GioIn(inputs))) if outcome == Outcome::Answered => {
-                Answer::Inputs(inputs.triggers)
-            }
-            // Some devices tell positions beside an acknowledgement.
-            (Some(HostMessage::MotorGetPosition(_)), _) => {
-                self.positions.clone().map_or(Answer::Done, Answer::Positions)
+    /// Keeps what a message of the device says.
+    fn heard(&mut self, message: &DeviceMessage<'_>) -> Answer {
+        match message {
+            DeviceMessage::MotorStatus(status) => Answer::Moving(status.motor_status),
+            DeviceMessage::GioIn(inputs) => Answer::Inputs(inputs.triggers),
+            DeviceMessage::MotorGetPosition(told) => {
+                let positions = told.positions.iter().map(|steps| steps.get()).collect();
+                let positions = Positions { moment: told.move_time, positions };
+                self.positions = Some(positions.clone());
+                self.events.push_back(Event::Positions(positions.clone()));
+                Answer::Positions(positions)
             }
             _ => Answer::Done,
         }
     }
 
-    pub(super) fn received(&mut self, item: Item<'_, dmc_proto::Frame<'_>, dmc_proto::Header>) {
+    /// Takes the end of a command. Returns the command that follows from it.
+    fn ended(&mut self, token: Token, outcome: Outcome<'_>) -> Option<Input<'static>> {
+        let asked = self.asked.remove(&token);
+        let message = asked.as_ref().map(Asked::message);
+        let end = match (outcome, message) {
+            (Outcome::Done(Some(message)), _) => Ok(self.heard(&message)),
+            // Some devices tell positions beside an acknowledgement.
+            (Outcome::Done(None), Some(HostMessage::MotorGetPosition(_))) => {
+                Ok(self.positions.clone().map_or(Answer::Done, Answer::Positions))
+            }
+            (Outcome::Done(None), _) => Ok(Answer::Done),
+            (other, _) => Err(other.to_static().unwrap_or(Outcome::NotConfirmed)),
+        };
+        match (token, end) {
+            (CHECK, end) => self.checked(end.is_ok()),
+            (OWN, Err(Outcome::Refused(refusal))) => self.events.push_back(Event::Refused(refusal)),
+            // Events tell what comes of a command without a token, and the machine keeps what the others are for.
+            (OWN | SHUTTER | REST, _) => {}
+            (_, Ok(answer)) => {
+                let check = message.as_ref().and_then(|message| Check::of(token, message));
+                if check.is_some() && self.uploaded {
+                    self.check = check;
+                    return Some(self.ask(CHECK, MotorGetPosition::default().into()));
+                }
+                self.uploaded |= matches!(message, Some(HostMessage::RtUploadMoveBegin(_)));
+                self.events.push_back(Event::Ended(token, Ok(answer)));
+            }
+            (_, Err(outcome)) => self.events.push_back(Event::Ended(token, Err(outcome))),
+        }
+        None
+    }
+
+    /// A way has ended, and the positions of its motors are known, or cannot be known.
+    fn checked(&mut self, is_known: bool) {
+        if let Some(check) = self.check.take() {
+            let holds = is_known && check.holds(self.positions.as_ref(), &self.table);
+            let end = if holds { Ok(Answer::Done) } else { Err(Outcome::NotConfirmed) };
+            self.events.push_back(Event::Ended(check.token, end));
+        }
+    }
+
+    /// Command of the host itself that sends a request.
+    fn ask(&mut self, token: Token, message: HostMessage<'static>) -> Input<'static> {
+        self.asked.insert(token, Asked::Message(message));
+        Input::Command(token, host::Command::Request(message))
+    }
+
+    /// Closes the shutter.
+    pub(super) fn close_shutter(&mut self) {
+        let input = self.ask(SHUTTER, GioCam::default().into());
+        self.step(input);
+    }
+
+    pub(super) fn received(&mut self, item: Item<'_, Frame<'_>, Header>) {
         match item {
             Item::Frame(frame) => {
-                let input = Input::frame(&frame);
+                let input = Input::received(&frame);
                 if let Input::Received(_, message) = &input {
                     debug!("receives {message}");
-                    if let DeviceMessage::MotorGetPosition(told) = message {
-                        let positions = told.positions.iter().map(|steps| steps.get()).collect();
-                        let positions = Positions { moment: told.move_time, positions };
-                        self.positions = Some(positions.clone());
-                        self.events.push_back(Event::Positions(positions));
-                    }
                 }
                 self.step(input);
             }
@@ -247,43 +241,71 @@ impl Core {
         }
     }
 
-    pub(super) fn command(&mut self, command: Command) {
-        let (token, asked, is_sequence) = match command {
-            Command::Greet => return self.step(Input::Command(host::Command::Greet)),
-            Command::Go => return self.step(Input::Command(host::Command::Go)),
-            Command::EndStops => return self.step(Input::Command(host::Command::EndStops)),
-            Command::Stop(stop) => {
-                info!(?stop, "stop");
-                return self.step(Input::Command(host::Command::Stop(stop)));
-            }
-            Command::Ask(token, message) => (token, Asked::Message(message), false),
-            Command::Begin(token, message) => (token, Asked::Message(message), true),
-            Command::Shoot(token, shot) => (token, Asked::Shot(shot), true),
-            Command::Upload(token, table) => {
-                let context = self.machine.device().map(Context::of).unwrap_or_default();
-                match upload::begin(&table, &context) {
-                    Ok(begin) if self.machine.progress().is_none() => {
-                        (self.table, self.uploaded) = (table, false);
-                        (token, Asked::Message(HostMessage::RtUploadMoveBegin(begin)), true)
-                    }
-                    begin => {
-                        let code = AckCode::ERR_RANGE;
-                        let busy = if begin.is_ok() { Failure::Busy } else { Failure::WouldBeRefused(code) };
-                        return self.events.push_back(Event::Failed(token, busy));
-                    }
-                }
-            }
-        };
-        if self.asked.contains_key(&token) || (is_sequence && self.check.is_some()) {
-            return self.events.push_back(Event::Failed(token, Failure::Busy));
+    /// Time when something is due.
+    pub(super) fn wake(&self) -> Option<Millis> {
+        [self.machine_wake, self.rest.map(|(due, _)| due)].into_iter().flatten().min()
+    }
+
+    /// Does what is due.
+    pub(super) fn due(&mut self) {
+        if self.machine_wake.is_some_and(|wake| wake <= self.clock) {
+            self.step(Input::Wake);
         }
-        self.safety.asked(token, &asked.message());
+        let Some((_, left)) = self.rest.take_if(|(due, _)| *due <= self.clock) else { return };
+        if left > 0 && self.machine.may_move() {
+            self.rest = Some((self.clock.after(self.machine.options().request_timeout().into()), left - 1));
+            if !self.asked.contains_key(&REST) {
+                let question = self.ask(REST, MotorStatusRequest::default().into());
+                self.step(question);
+            }
+        }
+    }
+
+    pub(super) fn command(&mut self, command: Command) {
+        match command {
+            Command::Greet => self.step(Input::Command(OWN, host::Command::Greet)),
+            Command::Go => self.step(Input::Command(OWN, host::Command::Go)),
+            Command::EndStops => self.step(Input::Command(OWN, host::Command::EndStops)),
+            Command::Stop(target) => {
+                info!(?target, "stop");
+                self.step(Input::Command(OWN, host::Command::Stop(target)));
+            }
+            Command::Ask(token, message) => self.submit(token, &Asked::Message(message), false),
+            Command::Begin(token, message) => self.submit(token, &Asked::Message(message), true),
+            Command::Shoot(token, shot) => self.submit(token, &Asked::Shot(shot), true),
+            Command::Upload(token, table) => match self.fits(&table) {
+                Ok(begin) if !self.is_busy(token, true) => {
+                    (self.table, self.uploaded) = (table, false);
+                    self.submit(token, &Asked::Message(begin.into()), true);
+                }
+                Ok(_) => self.refuse(token, Refusal::Busy),
+                Err(_) => self.refuse(token, Refusal::WouldBeRefused(AckCode::ERR_RANGE)),
+            },
+        }
+    }
+
+    /// Whether a command cannot be taken: its token is in use, or a sequence, or the check at its end, runs.
+    fn is_busy(&self, token: Token, is_sequence: bool) -> bool {
+        let is_taken = token >= FIRST_OWN || self.asked.contains_key(&token);
+        is_taken || (is_sequence && (self.check.is_some() || self.machine.progress().is_some()))
+    }
+
+    fn submit(&mut self, token: Token, asked: &Asked, is_sequence: bool) {
+        if self.is_busy(token, is_sequence) {
+            return self.refuse(token, Refusal::Busy);
+        }
         self.asked.insert(token, asked.clone());
         let message = asked.message();
-        self.step(Input::Command(if is_sequence {
-            host::Command::Sequence(token, message)
-        } else {
-            host::Command::Request(token, message)
-        }));
+        let command = if is_sequence { host::Command::Sequence(message) } else { host::Command::Request(message) };
+        self.step(Input::Command(token, command));
+    }
+
+    fn refuse(&mut self, token: Token, refusal: Refusal) {
+        self.events.push_back(Event::Ended(token, Err(Outcome::Refused(refusal))));
+    }
+
+    /// Message that begins the upload of a move, if the device can take the move.
+    pub(super) fn fits(&self, table: &Table) -> Result<RtUploadMoveBegin<'static>, EncodeError> {
+        upload::begin(table, &self.machine.device().map(Context::of).unwrap_or_default())
     }
 }

@@ -1,36 +1,34 @@
-//! What Dragonframe does with a DMC controller: asks, moves, uploads, runs, shoots, stops.
+//! Host of DMC controllers, as Dragonframe is one: it asks, moves, uploads, runs, shoots and stops.
 //!
-//! It keeps what the crate's machine only names: the messages, and the data of a move. What it tells carries the answers,
-//! so that an application needs to look at nothing else. A device is taken for configured as soon as it is known.
+//! The host keeps what the machine of the crate only names: the messages, and the data of a move. Its events carry the
+//! answers, so that an application needs nothing else. The host counts a device as configured as soon as it is known.
 
 mod check;
 mod core;
-mod safety;
 mod table;
 mod types;
 
 use std::mem;
 
 use dmc_proto::EncodeError;
-use dmc_proto::host::{Input, Options, State};
-use dmc_proto::lint::Context;
-use dmc_proto::message::{CameraFlags, GioCam, Hi, HostMessage, RtUploadMoveBegin};
-use dmc_proto::upload;
+use dmc_proto::host::{Input, Options, State, StopTarget};
+use dmc_proto::message::{Hi, RtUploadMoveBegin};
 use motion_core::time::Millis;
 
 use crate::dmc_reader::Reader;
 use crate::{Host, LineId, Outgoing, Party};
 
-pub use dmc_proto::host::{Failure, Progress, Stop, Token};
+pub use dmc_proto::Token;
+pub use dmc_proto::host::{Failure, Outcome, Progress, Refusal};
 pub use table::Table;
 pub use types::{Answer, Command, Event, Positions, Shot};
 
-use self::core::{Core, SHUTTER};
+use self::core::Core;
 
-/// The only line.
+/// Line of the host.
 const LINE: LineId = LineId(0);
 
-/// A host of DMC controllers. It takes its line as it is, and does not ask for it.
+/// Host of a DMC controller. It uses its line when it is open, and does not request it.
 #[derive(Debug)]
 pub struct DmcHost {
     is_open: bool,
@@ -39,70 +37,71 @@ pub struct DmcHost {
 }
 
 impl DmcHost {
-    /// A host that waits for its line to be open.
+    /// Host that waits until its line is open.
     #[must_use]
     pub fn new(options: Options) -> Self {
         Self { is_open: false, reader: Reader::new(), core: Core::new(options) }
     }
 
-    /// What the device said of itself.
+    /// Greeting of the device.
     #[must_use]
     pub const fn device(&self) -> Option<Hi<'static>> {
         self.core.machine.device()
     }
 
-    /// How far the connection is.
+    /// State of the connection.
     #[must_use]
     pub const fn state(&self) -> State {
         self.core.machine.state()
     }
 
-    /// How far the sequence is, if one runs.
+    /// Progress of the sequence, if one runs.
     #[must_use]
     pub fn progress(&self) -> Option<Progress> {
         self.core.machine.progress()
     }
 
-    /// Whether the device has a move that can be run; `None` if nobody knows.
+    /// Whether the device has a move that can be run; `None` if that is not known.
     #[must_use]
     pub const fn is_loaded(&self) -> Option<bool> {
         self.core.machine.is_loaded()
     }
 
-    /// Where the motors were when they were told last.
+    /// Positions of the motors that the device told last.
     #[must_use]
     pub const fn positions(&self) -> Option<&Positions> {
         self.core.positions.as_ref()
     }
 
-    /// Whether something that was set in motion here is not known to rest, or may still begin. A shutter that is open
-    /// counts as well.
+    /// Whether anything may still move because of this host, or may begin to move. A shutter that may be open counts as
+    /// well.
+    ///
+    /// After each stop that is confirmed, the host asks for some seconds whether motors still move, until the answer is
+    /// no.
     #[must_use]
     pub fn may_move(&self) -> bool {
-        let machine = &self.core.machine;
-        self.core.safety.may_move() || machine.is_armed() || machine.unconfirmed_stops().next().is_some()
+        self.core.machine.may_move() || self.core.machine.may_have_shutter_open()
     }
 
-    /// Stops everything, and closes a shutter that was opened by hand.
+    /// Stops everything, and closes a shutter that a request opened.
     pub fn stop_all(&mut self, now: Millis) {
-        let has_shutter_open = self.core.safety.has_shutter_open();
-        self.command(now, Command::Stop(Stop::All));
-        if has_shutter_open {
-            let off = GioCam { flags: CameraFlags::empty(), tail: &[] };
-            self.command(now, Command::Ask(SHUTTER, HostMessage::GioCam(off)));
+        let may_have_shutter_open = self.core.machine.may_have_shutter_open();
+        self.command(now, Command::Stop(StopTarget::All));
+        if may_have_shutter_open {
+            self.core.close_shutter();
         }
     }
 
-    /// What speaks against the upload of a move to this device, before anything is sent.
+    /// Checks whether this device can take a move, before anything is sent. Returns the message that begins the upload.
     ///
     /// # Errors
     ///
     /// [`EncodeError`] says what does not fit.
     pub fn fits(&self, table: &Table) -> Result<RtUploadMoveBegin<'static>, EncodeError> {
-        upload::begin(table, &self.device().map(Context::of).unwrap_or_default())
+        self.core.fits(table)
     }
 
-    /// Bytes of input and output that it holds.
+    /// Number of bytes of input and output that the host holds.
     #[must_use]
     pub fn held(&self) -> usize {
         self.reader.held() + crate::waiting(&self.core.out)
@@ -146,15 +145,13 @@ impl Party for DmcHost {
         while let Some(next) = self.wake().filter(|next| *next <= now) {
             self.core.clock = self.core.clock.max(next);
             self.reader.give_up(next, |item| self.core.received(item));
-            if self.core.wake.is_some_and(|wake| wake <= next) {
-                self.core.step(Input::Wake);
-            }
+            self.core.due();
         }
         self.core.clock = self.core.clock.max(now);
     }
 
     fn wake(&self) -> Option<Millis> {
-        [self.core.wake, self.reader.wake()].into_iter().flatten().min()
+        [self.core.wake(), self.reader.wake()].into_iter().flatten().min()
     }
 
     fn poll(&mut self) -> Option<Outgoing> {

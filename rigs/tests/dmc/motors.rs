@@ -1,25 +1,24 @@
-//! Motors each for themselves: questions, moves, jogs, limits, stops.
+//! Single motors: questions, moves, jogs, limits, stops.
 
 use dmc_proto::device::{Quirks, State};
-use dmc_proto::host::{Failure, Stop};
+use dmc_proto::host::{self, Outcome, Refusal, StopTarget};
 use dmc_proto::message::{
-    Acceleration, AckCode, HardwareLimitSet, HostMessage, Motor, MotorResetPosition, MotorSetLimits, MotorSetSpeed,
-    Motors, Speed, Steps, StopReason, Triggers,
+    Acceleration, AckCode, Bool, GioInRequest, HardwareLimitSet, Motor, MotorGetPosition, MotorResetPosition,
+    MotorSetLimits, MotorSetSpeed, Motors, Speed, Steps, StopReason, Triggers,
 };
 use motion_core::profile::MotionProfile;
-use motion_core::wire::Bool;
 use rigs::dmc_device::Setup;
 use rigs::dmc_host::{Answer, Command, Event};
 
-use super::stage::{EMPTY, Stage, jog, move_to};
+use super::stage::{Stage, jog, move_to};
 
-fn reset_position(motor: u8, position: i32) -> HostMessage<'static> {
+fn reset_position(motor: u8, position: i32) -> MotorResetPosition<'static> {
     let (motor, position) = (Motor(motor), Steps(position));
-    HostMessage::MotorResetPosition(MotorResetPosition { motor, position, tail: &[] })
+    MotorResetPosition { motor, position, tail: &[] }
 }
 
-pub(crate) fn limits(motor: u8, lower: i32, upper: i32) -> HostMessage<'static> {
-    HostMessage::MotorSetLimits(MotorSetLimits {
+pub(crate) fn limits(motor: u8, lower: i32, upper: i32) -> MotorSetLimits<'static> {
+    MotorSetLimits {
         motor: Motor(motor),
         lower_enable: Bool::TRUE,
         lower: Steps(lower),
@@ -27,16 +26,16 @@ pub(crate) fn limits(motor: u8, lower: i32, upper: i32) -> HostMessage<'static> 
         upper: Steps(upper),
         hw_set: HardwareLimitSet(motor),
         tail: &[],
-    })
+    }
 }
 
-/// With and without the quirks of the vendor's firmware.
+/// Stages with and without the quirks of the vendor's firmware.
 fn stages() -> impl Iterator<Item = Stage> {
     [Quirks::empty(), Quirks::VENDOR].into_iter().map(|quirks| Stage::up(Setup::default().with_quirks(quirks)))
 }
 
 #[test]
-fn it_says_what_it_is_and_where_it_is() {
+fn a_device_tells_its_properties_and_positions() {
     for mut stage in stages() {
         let hi = stage.scene.host.device().unwrap();
         assert_eq!((hi.name.as_str(), hi.motor_count), (Some("Simulated DMC"), 4));
@@ -44,7 +43,7 @@ fn it_says_what_it_is_and_where_it_is() {
         for motor in 1..=4 {
             stage.ask(reset_position(motor, i32::from(motor) * 1000)).unwrap();
         }
-        match stage.ask(HostMessage::MotorGetPosition(EMPTY)) {
+        match stage.ask(MotorGetPosition::default()) {
             Ok(Answer::Positions(positions)) => assert_eq!(positions.positions, [1000, 2000, 3000, 4000]),
             other => panic!("{other:?}"),
         }
@@ -52,34 +51,34 @@ fn it_says_what_it_is_and_where_it_is() {
 }
 
 #[test]
-fn a_motor_goes_where_it_is_sent_as_its_profile_has_it() {
+fn a_motor_moves_to_a_position_along_its_profile() {
     for mut stage in stages() {
         let speed =
             MotorSetSpeed { motor: Motor(2), max_velocity: Speed(10_000), max_accel: Acceleration(20_000), tail: &[] };
-        stage.ask(HostMessage::MotorSetSpeed(speed)).unwrap();
+        stage.ask(speed).unwrap();
         let token = stage.token();
-        stage.scene.command(Command::Ask(token, move_to(2, 30_000)));
+        stage.scene.command(Command::Ask(token, move_to(2, 30_000).into()));
         let began = stage.now();
         stage.tick();
         let limits = motion_core::profile::Limits { velocity: 10_000.0, acceleration: 20_000.0, jerk: None };
         let planned = MotionProfile::new(0.0, 30_000.0, limits).unwrap();
         while stage.rig().state() != State::Idle {
             let seconds = f64::from(u32::try_from(stage.now().since(began)).unwrap()) / 1000.0;
-            // The device counts as it is told: to a hundredth of a step there is nothing in between.
+            // The motor and the profile calculate in different ways, which makes a difference of less than 0.01 steps.
             assert!((stage.at(2) - planned.at(seconds).position).abs() < 0.01, "after {seconds} s");
             stage.tick();
         }
         assert!((3500..3510).contains(&stage.now().since(began)), "{:?}", stage.now());
         assert_eq!(stage.steps(2), Some(30_000));
         assert_eq!(stage.end(token, 0), Ok(Answer::Done));
-        assert!(stage.scene.host.may_move(), "it does not know yet");
+        assert!(stage.scene.host.may_move(), "the host does not know yet that the motor rests");
         assert_eq!(stage.status(), Motors::NONE);
         assert!(!stage.scene.host.may_move());
     }
 }
 
 #[test]
-fn the_status_tells_which_motors_move() {
+fn the_status_tells_the_motors_that_move() {
     let mut stage = Stage::up(Setup::default());
     stage.ask(move_to(1, 2000)).unwrap();
     stage.ask(move_to(3, 60_000)).unwrap();
@@ -97,9 +96,10 @@ fn a_jog_goes_on_until_it_is_stopped() {
         stage.pass(2000);
         let now = stage.now();
         assert_eq!(rigs::Rig::motors(stage.rig())[0].at(now).velocity.to_bits(), (-25_000.0_f64).to_bits());
-        stage.scene.command(Command::Stop(Stop::Motor(Motor(1))));
-        let stopped = |event: &Event| matches!(event, Event::Stopped(Stop::Motor(Motor(1)))).then_some(());
-        assert!(stage.wait(1000, stopped).is_some());
+        let target = StopTarget::Motor(Motor(1));
+        stage.scene.command(Command::Stop(target));
+        let stopped = Event::Machine(host::Event::Stopped(target));
+        assert!(stage.wait(1000, |event| (*event == stopped).then_some(())).is_some());
         stage.pass(1000);
         assert!(stage.all_rest());
         assert_eq!((stage.rig().state(), stage.status()), (State::Idle, Motors::NONE));
@@ -112,8 +112,8 @@ fn limits_that_were_set_refuse_moves_and_end_jogs() {
         stage.ask(limits(1, -5000, 8000)).unwrap();
         let tuning = stage.rig().tuning(Motor(1)).unwrap();
         assert_eq!((tuning.lower, tuning.upper), (Some(Steps(-5000)), Some(Steps(8000))));
-        assert_eq!(stage.ask(move_to(1, 8001)), Err(Failure::Refused(AckCode::ERR_SOFT_UP)));
-        assert_eq!(stage.ask(move_to(1, -5001)), Err(Failure::Refused(AckCode::ERR_SOFT_LOW)));
+        assert_eq!(stage.ask(move_to(1, 8001)), Err(Outcome::Refused(Refusal::Device(AckCode::ERR_SOFT_UP))));
+        assert_eq!(stage.ask(move_to(1, -5001)), Err(Outcome::Refused(Refusal::Device(AckCode::ERR_SOFT_LOW))));
         assert!(stage.all_rest() && stage.steps(1) == Some(0), "nothing moved");
         assert!(!stage.scene.host.may_move());
         for (destination, end) in [(i32::MAX, 8000), (i32::MIN, -5000)] {
@@ -121,9 +121,9 @@ fn limits_that_were_set_refuse_moves_and_end_jogs() {
             stage.pass(3000);
             assert!(stage.all_rest());
             assert_eq!(stage.steps(1), Some(end));
-            assert_eq!(stage.rig().state(), State::Idle, "no lock");
+            assert_eq!(stage.rig().state(), State::Idle, "not locked");
         }
-        // Outside its limits, a jog does not turn round for them.
+        // A motor beyond its limit does not turn round to that limit.
         stage.ask(reset_position(1, 10_000)).unwrap();
         stage.ask(jog(1, 100, i32::MAX)).unwrap();
         stage.pass(500);
@@ -134,12 +134,12 @@ fn limits_that_were_set_refuse_moves_and_end_jogs() {
     }
 }
 
-/// A slow jog is gentle, but not where a fast one has to be slowed down before a limit.
+/// A slow jog has a low acceleration. It still has to slow a fast motor down before a limit.
 #[test]
-fn a_slow_jog_behind_a_fast_one_stays_within_the_limits_too() {
+fn a_slow_jog_after_a_fast_one_stays_within_the_limits() {
     let speed = |max_accel| {
         let (motor, max_velocity) = (Motor(1), Speed(50_000));
-        HostMessage::MotorSetSpeed(MotorSetSpeed { motor, max_velocity, max_accel: Acceleration(max_accel), tail: &[] })
+        MotorSetSpeed { motor, max_velocity, max_accel: Acceleration(max_accel), tail: &[] }
     };
     for (destination, max_accel) in [(i32::MAX, 50_000), (i32::MIN, 50_000), (i32::MAX, 5000), (i32::MIN, 5000)] {
         let mut stage = Stage::up(Setup::default());
@@ -155,12 +155,12 @@ fn a_slow_jog_behind_a_fast_one_stays_within_the_limits_too() {
         if destination == i32::MAX {
             assert_eq!((stage.rig().state(), stage.steps(1)), (State::Idle, Some(80_000)));
         } else {
-            assert_eq!(stage.rig().state(), State::Moving, "slowly back");
+            assert_eq!(stage.rig().state(), State::Moving, "it moves back slowly");
         }
     }
 }
 
-/// What brakes for an emergency is not let go by the stop that a host sends then.
+/// A stop of the host does not make the deceleration of an emergency stop lower.
 #[test]
 fn a_stop_does_not_soften_the_emergency_stop() {
     let way = |stops: bool| {
@@ -184,17 +184,19 @@ fn a_limit_switch_stops_everything_and_locks_for_a_while() {
         let mut stage = Stage::up(Setup::default().with_quirks(quirks));
         stage.ask(jog(2, 100, i32::MAX)).unwrap();
         stage.ask(jog(1, 90, i32::MAX)).unwrap();
-        let hard = |event: &Event| (*event == Event::HardStop(StopReason::UPPER_LIMIT, Some(Motor(2)))).then_some(());
+        let hard = |event: &Event| {
+            (*event == Event::Machine(host::Event::HardStop(StopReason::UPPER_LIMIT, Some(Motor(2))))).then_some(())
+        };
         assert!(stage.wait(10_000, hard).is_some());
         assert_eq!(stage.rig().state(), State::Locked);
         stage.pass(600);
         assert!(stage.all_rest());
         let code = if quirks.is_empty() { AckCode::ERR_HARD_UP } else { AckCode::ERR_HARD_LOW };
-        assert_eq!(stage.ask(move_to(3, 5)), Err(Failure::Refused(code)));
-        assert!(stage.stop(), "a stop is always taken");
+        assert_eq!(stage.ask(move_to(3, 5)), Err(Outcome::Refused(Refusal::Device(code))));
+        assert!(stage.stop(), "a stop is always obeyed");
         stage.pass(2500);
         assert_eq!(stage.rig().state(), State::Idle);
-        assert_eq!(stage.ask(move_to(2, 1000)), Ok(Answer::Done), "off the switch");
+        assert_eq!(stage.ask(move_to(2, 1000)), Ok(Answer::Done), "the motor may move off the switch");
         stage.pass(20_000);
         assert_eq!(stage.steps(2), Some(1000));
     }
@@ -207,11 +209,13 @@ fn the_emergency_stop_locks_until_it_is_released() {
     stage.pass(1000);
     let now = stage.now();
     stage.rig().emergency_stop(now, true);
-    let hard = |event: &Event| matches!(event, Event::HardStop(StopReason::EMERGENCY_STOP, None)).then_some(());
+    let hard = |event: &Event| {
+        matches!(event, Event::Machine(host::Event::HardStop(StopReason::EMERGENCY_STOP, None))).then_some(())
+    };
     assert!(stage.wait(1000, hard).is_some());
     stage.pass(5000);
     assert!(stage.all_rest());
-    assert_eq!(stage.ask(move_to(1, 0)), Err(Failure::Refused(AckCode::ERR_GENERAL)));
+    assert_eq!(stage.ask(move_to(1, 0)), Err(Outcome::Refused(Refusal::Device(AckCode::ERR_GENERAL))));
     let now = stage.now();
     stage.rig().emergency_stop(now, false);
     stage.pass(100);
@@ -237,24 +241,26 @@ fn a_second_stop_is_harder() {
 }
 
 #[test]
-fn a_motor_that_gets_stuck_stops_all() {
+fn a_motor_that_gets_stuck_stops_all_motors() {
     let mut stage = Stage::up(Setup::default());
     stage.ask(jog(2, 100, i32::MAX)).unwrap();
     stage.ask(jog(3, 100, i32::MAX)).unwrap();
     stage.pass(500);
     let now = stage.now();
     rigs::Rig::stall(stage.rig(), now);
-    let stuck = |event: &Event| matches!(event, Event::HardStop(StopReason::ENGINE_EXCEPTION, _)).then_some(());
+    let stuck = |event: &Event| {
+        matches!(event, Event::Machine(host::Event::HardStop(StopReason::ENGINE_EXCEPTION, _))).then_some(())
+    };
     assert!(stage.wait(1000, stuck).is_some());
     stage.pass(1000);
     assert!(stage.all_rest());
 }
 
 #[test]
-fn inputs_are_told() {
+fn a_change_of_inputs_is_reported() {
     let mut stage = Stage::up(Setup::default());
     let now = stage.now();
     stage.rig().set_inputs(now, Triggers(0b10));
     assert!(stage.wait(100, |event| (*event == Event::Inputs(Triggers(0b10))).then_some(())).is_some());
-    assert_eq!(stage.ask(HostMessage::GioIn(EMPTY)), Ok(Answer::Inputs(Triggers(0b10))));
+    assert_eq!(stage.ask(GioInRequest::default()), Ok(Answer::Inputs(Triggers(0b10))));
 }

@@ -1,25 +1,23 @@
-//! Uploads and runs: each motor where the move has it, moment by moment.
+//! Uploads and runs: each motor is where the move has it, at every moment.
 
 use dmc_proto::device::{Quirks, State};
-use dmc_proto::host::Failure;
+use dmc_proto::host::{self, Failure, Outcome, Refusal};
 use dmc_proto::message::{
-    AckCode, DmxChannel, FrameNumber, FramesPerSecond, HostMessage, Motor, RtJogAll, RtPositionFrame, RtRunMove,
-    RunFlags, Triggers,
+    AckCode, Bool, DmxChannel, FrameNumber, FramesPerSecond, Motor, RtJogAll, RtPositionFrame, RtRunMove, RtStopLoop,
+    RunFlags, Scaled, Triggers,
 };
 use examples::moves::Move;
-use motion_core::fixed::Scaled;
-use motion_core::wire::Bool;
 use rigs::Rig as _;
 use rigs::dmc_device::Setup;
 use rigs::dmc_host::{Answer, Command, Event};
 
 use super::motors::limits;
-use super::stage::{EMPTY, Stage, run, sample};
+use super::stage::{Stage, run, sample};
 
-/// Holds the motors against the curves, and says which moment of the move it was.
+/// Compares the motors with the curves. Returns the moment of the move, in frames.
 ///
-/// At a frame a motor is where the curve is, but for half a step of rounding. Between two frames it goes straight, which
-/// is off by an eighth of the acceleration and the time between frames squared, at most.
+/// At a frame a motor is on the curve, with half a step for rounding. Between two frames it moves at a constant speed. The
+/// greatest difference is then an eighth of the acceleration times the square of the time between frames.
 pub(crate) fn hold(stage: &Stage, sample: &Move) -> Option<f64> {
     let moment = stage.scene.rig.moment()?;
     let between = 1.0 / sample.frames.rate.to_f64();
@@ -55,7 +53,7 @@ fn a_move_is_uploaded_and_run() {
         }
 
         let token = stage.begin(run(fps, 1, last, 500, RunFlags::empty()));
-        stage.start(token).unwrap();
+        stage.start(token);
         let mut moments = Vec::new();
         while stage.rig().state() != State::Idle {
             stage.tick();
@@ -64,7 +62,7 @@ fn a_move_is_uploaded_and_run() {
         assert_eq!(stage.end(token, 5000), Ok(Answer::Done));
         assert!(!stage.scene.host.may_move());
         assert_eq!(stage.rig().on_frame(), Some(FrameNumber(last)));
-        // In its own time.
+        // The move takes its own time.
         for pair in moments.windows(2) {
             let gone = pair[1] - pair[0];
             assert!((gone - f64::from(fps) / 1e6).abs() < 1e-6, "{pair:?}");
@@ -73,7 +71,7 @@ fn a_move_is_uploaded_and_run() {
         for motor in 1..=motors {
             assert_eq!(stage.steps(motor), table.steps(Motor(motor), FrameNumber(last)));
         }
-        // Each frame was told once, with its number.
+        // The positions of each frame were told, with its number.
         let told: Vec<i32> = stage
             .told
             .iter()
@@ -86,13 +84,13 @@ fn a_move_is_uploaded_and_run() {
     }
 }
 
-/// A device with a move, on its first frame.
+/// Stage whose device has a move, and stands on its first frame.
 fn loaded(name: &str, quirks: Quirks) -> (Stage, Move) {
     let (sample, table) = sample(name);
     let mut stage = Stage::up(Setup::default().with_quirks(quirks));
     stage.upload(table).unwrap();
     let to_frame = RtPositionFrame { frame: FrameNumber(1), tail: &[] };
-    let token = stage.begin(HostMessage::RtPositionFrame(to_frame));
+    let token = stage.begin(to_frame);
     assert_eq!(stage.end(token, 60_000), Ok(Answer::Done));
     assert_eq!(stage.rig().on_frame(), Some(FrameNumber(1)));
     (stage, sample)
@@ -103,7 +101,7 @@ fn a_part_of_a_move_is_run_backwards_with_rolls() {
     for quirks in [Quirks::empty(), Quirks::VENDOR] {
         let (mut stage, sample) = loaded("crane", quirks);
         let token = stage.begin(run(48_000, 300, 200, 700, RunFlags::empty()));
-        stage.start(token).unwrap();
+        stage.start(token);
         let mut moments = Vec::new();
         while stage.rig().state() != State::Idle {
             stage.tick();
@@ -117,10 +115,10 @@ fn a_part_of_a_move_is_run_backwards_with_rolls() {
 }
 
 #[test]
-fn a_run_gets_up_to_speed_evenly() {
+fn a_run_reaches_its_speed_with_a_constant_acceleration() {
     let (mut stage, _) = loaded("crane", Quirks::empty());
     let token = stage.begin(run(24_000, 200, 260, 500, RunFlags::empty()));
-    stage.start(token).unwrap();
+    stage.start(token);
     let mut before: Option<Vec<f64>> = None;
     let mut sharpest = 0.0_f64;
     while stage.rig().state() != State::Idle {
@@ -133,14 +131,14 @@ fn a_run_gets_up_to_speed_evenly() {
         }
         before = Some(speeds);
     }
-    // The fastest motor runs at 13,000 steps a second: half a second to get there is 26 a millisecond. Where one
-    // straight way meets the next, 24 times a second, its speed jumps by as much as it changes in a frame: 417.
+    // The fastest motor runs at 13,000 steps per second. With half a second for that, its speed changes by 26 in each
+    // millisecond. At each frame its speed changes at once by as much as the curve changes in a frame: 417.
     assert!((10.0..450.0).contains(&sharpest), "{sharpest}");
     assert_eq!(stage.end(token, 5000), Ok(Answer::Done));
 }
 
 #[test]
-fn loops_go_on_until_they_are_ended() {
+fn a_loop_goes_on_until_it_is_ended() {
     for (flags, quirks) in [
         (RunFlags::LOOP, Quirks::empty()),
         (RunFlags::PING_PONG, Quirks::empty()),
@@ -149,7 +147,7 @@ fn loops_go_on_until_they_are_ended() {
     ] {
         let (mut stage, sample) = loaded("slide", quirks);
         let token = stage.begin(run(24_000, 90, 120, 200, flags));
-        stage.start(token).unwrap();
+        stage.start(token);
         let (mut passes, mut before, mut ways) = (0, None, Vec::new());
         for millis in 0..30_000 {
             stage.tick();
@@ -159,7 +157,7 @@ fn loops_go_on_until_they_are_ended() {
                 ways.push(moment < 100.0);
                 if passes == 3 {
                     let ends = stage.token();
-                    stage.scene.command(Command::Ask(ends, HostMessage::RtStopLoop(EMPTY)));
+                    stage.scene.command(Command::Ask(ends, RtStopLoop::default().into()));
                 }
             }
             before = moment;
@@ -172,17 +170,18 @@ fn loops_go_on_until_they_are_ended() {
         let there_and_back = flags == RunFlags::PING_PONG;
         assert_eq!(ways, [true, !there_and_back, true]);
         assert_eq!(stage.rig().on_frame(), Some(FrameNumber(120)));
-        let told = stage.told.iter().filter(|(_, event)| *event == Event::PassEnded(token)).count();
+        let told =
+            stage.told.iter().filter(|(_, event)| *event == Event::Machine(host::Event::PassEnded(token))).count();
         assert_eq!(told, if quirks.contains(Quirks::END_PER_PASS) { 2 } else { 0 });
     }
 }
 
 #[test]
-fn all_motors_jog_along_the_move_and_can_be_sent_elsewhere() {
+fn all_motors_jog_along_the_move() {
     let (mut stage, sample) = loaded("crane", Quirks::empty());
     let jog_all = |fps: u32, frame| {
         let (fps_x1000, destination) = (FramesPerSecond(Scaled(fps * 1000)), FrameNumber(frame));
-        HostMessage::RtJogAll(RtJogAll { fps_x1000, destination, tail: &[] })
+        RtJogAll { fps_x1000, destination, tail: &[] }
     };
     let token = stage.begin(jog_all(40, 400));
     let mut most = 0.0_f64;
@@ -192,13 +191,13 @@ fn all_motors_jog_along_the_move_and_can_be_sent_elsewhere() {
     }
     assert!((100.0..200.0).contains(&most), "three seconds at 40 frames a second: {most}");
     assert!(stage.stop());
-    assert!(matches!(stage.end(token, 5000), Err(Failure::Stopped)));
+    assert!(stage.end(token, 5000) == Err(Outcome::Failed(Failure::Stopped)));
     stage.pass(2000);
     let again = stage.begin(jog_all(40, 10));
-    assert_eq!(stage.end(again, 5000), Err(Failure::Refused(AckCode::ERR_NOT_IN_POSITION)));
+    assert_eq!(stage.end(again, 5000), Err(Outcome::Refused(Refusal::Device(AckCode::ERR_NOT_IN_POSITION))));
 
     let to_frame = RtPositionFrame { frame: FrameNumber(100), tail: &[] };
-    let token = stage.begin(HostMessage::RtPositionFrame(to_frame));
+    let token = stage.begin(to_frame);
     stage.end(token, 60_000).unwrap();
     let token = stage.begin(jog_all(40, 10));
     while stage.rig().state() != State::Idle || stage.rig().on_frame() == Some(FrameNumber(100)) {
@@ -210,8 +209,8 @@ fn all_motors_jog_along_the_move_and_can_be_sent_elsewhere() {
 }
 
 #[test]
-fn a_run_that_would_pass_a_limit_is_refused_whole() {
-    // The slide goes from 0 to 48,000 steps, and is in the middle of it fast.
+fn a_run_that_would_pass_a_limit_is_refused() {
+    // The slide moves from 0 to 48,000 steps, and is fast in the middle.
     let (mut stage, _) = loaded("slide", Quirks::empty());
     let place = f64::from(sample("slide").1.steps(Motor(1), FrameNumber(60)).unwrap());
     #[expect(clippy::cast_possible_truncation, reason = "whole steps")]
@@ -222,19 +221,17 @@ fn a_run_that_would_pass_a_limit_is_refused_whole() {
         (place - 10, 50_000, 60, 100, AckCode::ERR_PREROLL),
         (-10, place + 10, 1, 60, AckCode::ERR_POSTROLL),
     ] {
-        // Where it stands, and that it may go to the first frame, is no matter here.
+        // First the motor goes to the first frame of the run, with wide limits.
         let (wide, begin) = (limits(1, -100_000, 100_000), RtPositionFrame { frame: FrameNumber(start), tail: &[] });
         stage.ask(wide).unwrap();
-        let token = stage.begin(HostMessage::RtPositionFrame(begin));
+        let token = stage.begin(begin);
         stage.end(token, 60_000).unwrap();
         stage.ask(limits(1, low, high)).unwrap();
         let token = stage.begin(run(24_000, start, end, 500, RunFlags::empty()));
         let ended = stage.end(token, 60_000);
-        assert_eq!(ended, Err(Failure::Refused(code)));
+        assert_eq!(ended, Err(Outcome::Refused(Refusal::Device(code))));
         assert!(stage.all_rest());
-        // Of one that was refused its first frame, nobody has asked whether all rest.
-        assert_eq!(stage.scene.host.may_move(), code == AckCode::ERR_SOFT_LOW);
-        assert!(stage.stop() && !stage.scene.host.may_move());
+        assert!(stage.stop() && stage.rests());
     }
 }
 
@@ -242,7 +239,7 @@ fn a_run_that_would_pass_a_limit_is_refused_whole() {
 fn the_operator_may_start_a_run() {
     let (mut stage, sample) = loaded("slide", Quirks::empty());
     let token = stage.begin(run(24_000, 1, 25, 100, RunFlags::empty()));
-    stage.wait(60_000, |event| (*event == Event::Ready(token)).then_some(())).unwrap();
+    stage.wait(60_000, |event| (*event == Event::Machine(host::Event::Armed(token))).then_some(())).unwrap();
     let now = stage.now();
     stage.rig().operator_go(now);
     let mut followed = 0;
@@ -252,7 +249,7 @@ fn the_operator_may_start_a_run() {
     }
     assert!((999..=1000).contains(&followed), "24 frames: {followed} ms");
     assert_eq!(stage.end(token, 5000), Ok(Answer::Done));
-    assert!(stage.told.iter().any(|(_, event)| *event == Event::Started(token)));
+    assert!(stage.told.iter().any(|(_, event)| *event == Event::Machine(host::Event::Started(token))));
 }
 
 #[test]
@@ -266,9 +263,9 @@ fn lights_and_outputs_run_along_and_outputs_go_off_at_the_end() {
     for (sync, stopped) in [(true, false), (true, true), (false, false)] {
         let mut stage = Stage::up(Setup::default());
         stage.upload(table.clone()).unwrap();
-        let HostMessage::RtRunMove(message) = run(24_000, 1, 60, 0, RunFlags::empty()) else { unreachable!() };
-        let token = stage.begin(HostMessage::RtRunMove(RtRunMove { sync_dmx: Bool::from(sync), ..message }));
-        stage.start(token).unwrap();
+        let run = run(24_000, 1, 60, 0, RunFlags::empty());
+        let token = stage.begin(RtRunMove { sync_dmx: Bool::from(sync), ..run });
+        stage.start(token);
         let mut seen = 0;
         while stage.rig().state() != State::Idle {
             stage.tick();

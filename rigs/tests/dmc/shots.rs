@@ -1,9 +1,9 @@
-//! Shots: photos along a move, with motors at rest and on their way.
+//! Shots: photos along a move, with motors that rest or move.
 
 use dmc_proto::device::{Quirks, State};
-use dmc_proto::host::Failure;
+use dmc_proto::host::{self, Outcome, Refusal};
 use dmc_proto::message::{
-    AckCode, CameraFlags, Degrees, FrameNumber, GioCam, HostMessage, Motor, MotorPair, RtPositionFrame, RunFlags, Steps,
+    AckCode, CameraFlags, Degrees, FrameNumber, GioCam, Motor, MotorPair, RtPositionFrame, RunFlags, Steps,
 };
 use rigs::dmc_device::Setup;
 use rigs::dmc_host::{Answer, Command, Event, Shot};
@@ -19,7 +19,7 @@ fn a_move_is_shot_frame_by_frame() {
         for (number, frame) in (1..=193).step_by(64).enumerate() {
             let token = stage.token();
             stage.scene.command(Command::Shoot(token, Shot::of(FrameNumber(frame), 200)));
-            stage.start(token).unwrap();
+            stage.start(token);
             assert_eq!(stage.end(token, 20_000), Ok(Answer::Done));
             let photo = *stage.rig().photos().last().unwrap();
             assert_eq!((photo.frame, photo.until.unwrap().since(photo.at)), (Some(frame), 200));
@@ -31,7 +31,7 @@ fn a_move_is_shot_frame_by_frame() {
 }
 
 #[test]
-fn a_blurred_motor_goes_its_way_while_the_shutter_is_open() {
+fn a_blurred_motor_moves_while_the_shutter_is_open() {
     for is_second_form in [false, true] {
         let (_, table) = sample("slide");
         let mut stage = Stage::up(Setup::default());
@@ -43,7 +43,7 @@ fn a_blurred_motor_goes_its_way_while_the_shutter_is_open() {
         shot.blur_x10.0.0 = 500;
         let token = stage.token();
         stage.scene.command(Command::Shoot(token, shot));
-        stage.start(token).unwrap();
+        stage.start(token);
         let mut open = 0;
         while stage.rig().state() != State::Idle {
             stage.tick();
@@ -52,14 +52,14 @@ fn a_blurred_motor_goes_its_way_while_the_shutter_is_open() {
             if photo.until.is_none() {
                 open += 1;
                 let part = f64::from(u32::try_from(now.since(photo.at)).unwrap()) / 1000.0;
-                // Half of its way, for a shutter of 180 degrees; evenly, but for a millisecond of it.
+                // A shutter of 180 degrees is half of the way, at a constant speed, to within a millisecond.
                 assert!((stage.at(1) - (1000.0 + 1000.0 * part)).abs() <= 1.01, "{} at {part}", stage.at(1));
                 assert!((stage.at(4) + 200.0 * part).abs() <= 0.21, "{} at {part}", stage.at(4));
             }
         }
         assert!((999..=1001).contains(&open), "{open} ms");
         assert_eq!(stage.end(token, 5000), Ok(Answer::Done));
-        assert_eq!(stage.steps(1), table.steps(Motor(1), FrameNumber(5)), "back on the frame");
+        assert_eq!(stage.steps(1), table.steps(Motor(1), FrameNumber(5)), "the motor is back on the frame");
     }
 }
 
@@ -68,12 +68,12 @@ fn without_a_move_a_shot_needs_motors_of_its_own() {
     let mut stage = Stage::up(Setup::default());
     let token = stage.token();
     stage.scene.command(Command::Shoot(token, Shot::of(FrameNumber(1), 100)));
-    assert_eq!(stage.end(token, 1000), Err(Failure::Refused(AckCode::ERR_GENERAL)));
+    assert_eq!(stage.end(token, 1000), Err(Outcome::Refused(Refusal::Device(AckCode::ERR_GENERAL))));
     assert!(!stage.scene.host.may_move());
     let motors = vec![MotorPair::new(Motor(2), Steps(0), Steps(100))];
     let token = stage.token();
     stage.scene.command(Command::Shoot(token, Shot { motors, ..Shot::of(FrameNumber(1), 100) }));
-    stage.start(token).unwrap();
+    stage.start(token);
     assert_eq!(stage.end(token, 20_000), Ok(Answer::Done));
     assert_eq!(stage.rig().photo_count(), 1);
 }
@@ -82,7 +82,7 @@ fn without_a_move_a_shot_needs_motors_of_its_own() {
 fn the_camera_is_triggered_by_hand_and_by_runs() {
     let mut stage = Stage::up(Setup::default());
     for flags in [CameraFlags::SHUTTER, CameraFlags::empty()] {
-        stage.ask(HostMessage::GioCam(GioCam { flags, tail: &[] })).unwrap();
+        stage.ask(GioCam { flags, tail: &[] }).unwrap();
         assert_eq!(stage.scene.host.may_move(), !flags.is_empty());
         stage.pass(300);
     }
@@ -92,7 +92,7 @@ fn the_camera_is_triggered_by_hand_and_by_runs() {
     let (_, table) = sample("slide");
     stage.upload(table).unwrap();
     let token = stage.begin(run(24_000, 1, 49, 0, RunFlags::CAMERA_EVERY_FRAME));
-    stage.start(token).unwrap();
+    stage.start(token);
     assert_eq!(stage.end(token, 20_000), Ok(Answer::Done));
     let frames: Vec<_> = stage.rig().photos().filter_map(|photo| photo.frame).collect();
     assert_eq!(frames, (1..=49).collect::<Vec<_>>());
@@ -105,16 +105,16 @@ fn a_stop_closes_the_shutter() {
     stage.upload(table).unwrap();
     let token = stage.token();
     stage.scene.command(Command::Shoot(token, Shot::of(FrameNumber(1), 60_000)));
-    stage.start(token).unwrap();
-    stage.wait(5000, |event| matches!(event, Event::Started(_)).then_some(())).unwrap();
+    stage.start(token);
+    stage.wait(5000, |event| matches!(event, Event::Machine(host::Event::Started(_))).then_some(())).unwrap();
     stage.pass(1000);
     assert!(stage.rig().photos().last().unwrap().until.is_none());
     assert!(stage.stop());
     assert!(stage.rig().photos().last().unwrap().until.is_some());
     stage.pass(1000);
-    // A way to a frame begins only once all rest.
+    // A way to a frame begins only when all motors rest.
     let to_frame = RtPositionFrame { frame: FrameNumber(193), tail: &[] };
-    let token = stage.begin(HostMessage::RtPositionFrame(to_frame));
+    let token = stage.begin(to_frame);
     assert_eq!(stage.end(token, 60_000), Ok(Answer::Done));
     assert_eq!(stage.rig().on_frame(), Some(FrameNumber(193)));
 }

@@ -1,33 +1,30 @@
-//! A host and a device on a line, what the host was told, and a look at the motors at each millisecond.
+//! Host and device on a line, the events of the host, and a check of the motors at each millisecond.
 
+use dmc_proto::Token;
 use dmc_proto::device::State;
-use dmc_proto::host::{Failure, Stop, Token};
+use dmc_proto::host::{self, Outcome, StopTarget};
 use dmc_proto::message::{
-    BloopOutputs, DmxChannel, FrameNumber, FramesPerSecond, HostMessage, JogSpeed, Milliseconds, Motor, MotorJog,
-    MotorMove, Motors, RtRunMove, RunFlags, ShortMilliseconds, Steps,
+    FrameNumber, FramesPerSecond, HostMessage, JogSpeed, Milliseconds, Motor, MotorJog, MotorMove, MotorStatusRequest,
+    Motors, RtRunMove, RunFlags, Scaled, Steps,
 };
 use examples::moves::Move;
-use motion_core::fixed::Scaled;
 use motion_core::time::Millis;
-use motion_core::wire::Bool;
 use rigs::dmc_device::{DmcDevice, Setup};
 use rigs::dmc_host::{Answer, Command, DmcHost, Event, Table};
 use rigs::faults::{Carrier, Faults};
 use rigs::{Rig as _, Scene};
 
-pub(crate) const EMPTY: dmc_proto::message::Empty<'static> = dmc_proto::message::Empty { tail: &[] };
-
 pub(crate) struct Stage {
     pub(crate) scene: Scene<DmcHost, DmcDevice>,
-    /// All that the host told, and when.
+    /// Events of the host, with their times.
     pub(crate) told: Vec<(Millis, Event)>,
-    /// How much of it has been waited for.
+    /// Number of events that `wait` has looked at.
     seen: usize,
     last: u32,
-    /// Most bytes held on the line, in the host and in the device.
+    /// Greatest number of bytes held on the line, in the host and in the device.
     pub(crate) held: usize,
     before: Vec<f64>,
-    /// Whether a place gets another number just now.
+    /// Whether the position of a motor gets another number at the moment.
     renames: bool,
 }
 
@@ -37,10 +34,10 @@ impl Stage {
         Self { scene, told: Vec::new(), seen: 0, last: 0, held: 0, before: Vec::new(), renames: false }
     }
 
-    /// Without faults, and up.
+    /// Stage without faults, whose host is ready.
     pub(crate) fn up(setup: Setup) -> Self {
         let mut stage = Self::new(setup, Faults::NONE, 1);
-        assert!(stage.wait(5000, |event| matches!(event, Event::Up(_)).then_some(())).is_some());
+        assert!(stage.wait(5000, |event| is_ready(event).then_some(())).is_some());
         stage
     }
 
@@ -52,7 +49,8 @@ impl Stage {
         &mut self.scene.rig
     }
 
-    /// A millisecond. No motor jumps in it, unless its power fails.
+    /// Advances by a millisecond. No motor jumps, unless its power fails. If the host says that nothing may move, nothing
+    /// moves.
     pub(crate) fn tick(&mut self) {
         let told = &mut self.told;
         self.scene.run(self.scene.now().after(1), |scene, event| {
@@ -66,6 +64,7 @@ impl Stage {
             assert!((here - before).abs() <= most || *here == 0.0 || self.renames, "{before} to {here} at {now:?}");
         }
         self.before = here;
+        assert!(self.scene.host.may_move() || self.all_rest(), "at {now:?} a motor moves, and the host does not know");
         let held = self.scene.held() + self.scene.host.held() + self.scene.rig.held();
         self.held = self.held.max(held);
     }
@@ -76,7 +75,7 @@ impl Stage {
         }
     }
 
-    /// Runs until the host tells something, and at most so many milliseconds.
+    /// Runs until an event that `look` takes, or for a number of milliseconds.
     pub(crate) fn wait<T>(&mut self, millis: u64, mut look: impl FnMut(&Event) -> Option<T>) -> Option<T> {
         for _ in 0..=millis {
             while let Some((_, event)) = self.told.get(self.seen) {
@@ -95,26 +94,22 @@ impl Stage {
         Token(self.last)
     }
 
-    /// How something ended, now or before.
-    pub(crate) fn end(&mut self, token: Token, millis: u64) -> Result<Answer, Failure> {
+    /// End of a command, which may have come already.
+    pub(crate) fn end(&mut self, token: Token, millis: u64) -> Result<Answer, Outcome<'static>> {
         let mut looked = 0;
         for _ in 0..=millis {
-            for (_, event) in &self.told[looked..] {
-                match event {
-                    Event::Done(done, answer) if *done == token => return Ok(answer.clone()),
-                    Event::Failed(failed, failure) if *failed == token => return Err(*failure),
-                    _ => {}
-                }
+            if let Some(end) = self.told[looked..].iter().find_map(|(_, event)| end_of(token, event)) {
+                return end;
             }
             looked = self.told.len();
             self.tick();
         }
-        panic!("it does not end in {millis} ms")
+        panic!("{token:?} does not end in {millis} ms")
     }
 
-    /// Asks for something, and waits for how it ends.
-    pub(crate) fn ask(&mut self, message: HostMessage<'static>) -> Result<Answer, Failure> {
-        let token = self.token();
+    /// Sends a request, and waits for its end.
+    pub(crate) fn ask(&mut self, message: impl Into<HostMessage<'static>>) -> Result<Answer, Outcome<'static>> {
+        let (token, message) = (self.token(), message.into());
         self.renames = matches!(message, HostMessage::MotorResetPosition(_));
         self.scene.command(Command::Ask(token, message));
         let answer = self.end(token, 10_000);
@@ -123,35 +118,30 @@ impl Stage {
         answer
     }
 
-    /// Begins something that is followed to its end.
-    pub(crate) fn begin(&mut self, message: HostMessage<'static>) -> Token {
+    /// Begins a sequence.
+    pub(crate) fn begin(&mut self, message: impl Into<HostMessage<'static>>) -> Token {
         let token = self.token();
-        self.scene.command(Command::Begin(token, message));
+        self.scene.command(Command::Begin(token, message.into()));
         token
     }
 
-    pub(crate) fn upload(&mut self, table: Table) -> Result<Answer, Failure> {
+    pub(crate) fn upload(&mut self, table: Table) -> Result<Answer, Outcome<'static>> {
         let token = self.token();
         self.scene.command(Command::Upload(token, table));
         self.end(token, 60_000)
     }
 
-    /// Begins a run or shot, and starts it once it is ready. What it did until then is in `told`.
-    pub(crate) fn start(&mut self, token: Token) -> Result<(), Failure> {
-        let ready = self.wait(60_000, |event| match event {
-            Event::Ready(ready) if *ready == token => Some(Ok(())),
-            Event::Failed(failed, failure) if *failed == token => Some(Err(*failure)),
-            _ => None,
-        });
-        ready.expect("it gets ready in time")?;
+    /// Starts a run or a shot as soon as it is armed.
+    pub(crate) fn start(&mut self, token: Token) {
+        let armed = Event::Machine(host::Event::Armed(token));
+        self.wait(60_000, |event| (*event == armed).then_some(())).expect("it is armed in time");
         assert_eq!(self.rig().state(), State::Ready);
         assert!(self.all_rest());
         self.scene.command(Command::Go);
-        Ok(())
     }
 
     pub(crate) fn status(&mut self) -> Motors {
-        match self.ask(HostMessage::MotorStatus(EMPTY)) {
+        match self.ask(MotorStatusRequest::default()) {
             Ok(Answer::Moving(motors)) => motors,
             other => panic!("{other:?}"),
         }
@@ -162,7 +152,7 @@ impl Stage {
         self.scene.rig.motors()[usize::from(motor) - 1].at(now).position
     }
 
-    /// The step that a motor stands on, if it stands on one.
+    /// Step on which a motor stands; `None` between two steps.
     pub(crate) fn steps(&self, motor: u8) -> Option<i32> {
         let at = self.at(motor);
         #[expect(clippy::cast_possible_truncation, reason = "within its travel")]
@@ -175,40 +165,59 @@ impl Stage {
         self.scene.rig.motors().iter().all(|motor| motor.at(now).velocity == 0.0 && motor.rests())
     }
 
+    /// Stops everything. Returns whether the stop is confirmed.
     pub(crate) fn stop(&mut self) -> bool {
-        self.scene.command(Command::Stop(Stop::All));
-        self.wait(5000, |event| matches!(event, Event::Stopped(Stop::All)).then_some(())).is_some()
+        self.scene.command(Command::Stop(StopTarget::All));
+        self.wait(5000, |event| (*event == STOPPED).then_some(())).is_some()
+    }
+
+    /// Waits until the host knows that nothing moves.
+    pub(crate) fn rests(&mut self) -> bool {
+        (0..3000).any(|_| {
+            self.tick();
+            !self.scene.host.may_move()
+        })
     }
 }
 
-pub(crate) fn move_to(motor: u8, position: i32) -> HostMessage<'static> {
-    HostMessage::MotorMove(MotorMove { motor: Motor(motor), position: Steps(position), tail: &[] })
+/// Event that a stop of everything is confirmed.
+pub(crate) const STOPPED: Event = Event::Machine(host::Event::Stopped(StopTarget::All));
+
+/// Whether the host is ready.
+pub(crate) const fn is_ready(event: &Event) -> bool {
+    matches!(event, Event::Machine(host::Event::Ready { .. }))
 }
 
-pub(crate) fn jog(motor: u8, percent: u16, destination: i32) -> HostMessage<'static> {
+/// End of this command, if the event tells it.
+pub(crate) fn end_of(token: Token, event: &Event) -> Option<Result<Answer, Outcome<'static>>> {
+    match event {
+        Event::Ended(ended, end) if *ended == token => Some(end.clone()),
+        _ => None,
+    }
+}
+
+pub(crate) fn move_to(motor: u8, position: i32) -> MotorMove<'static> {
+    MotorMove { motor: Motor(motor), position: Steps(position), tail: &[] }
+}
+
+pub(crate) fn jog(motor: u8, percent: u16, destination: i32) -> MotorJog<'static> {
     let speed = JogSpeed(Scaled(percent * 100));
-    HostMessage::MotorJog(MotorJog { motor: Motor(motor), speed, destination: Steps(destination), tail: &[] })
+    MotorJog { motor: Motor(motor), speed, destination: Steps(destination), tail: &[] }
 }
 
-pub(crate) fn run(fps_x1000: u32, start: i32, end: i32, roll_ms: u32, flags: RunFlags) -> HostMessage<'static> {
-    HostMessage::RtRunMove(RtRunMove {
+pub(crate) fn run(fps_x1000: u32, start: i32, end: i32, roll_ms: u32, flags: RunFlags) -> RtRunMove<'static> {
+    RtRunMove {
         fps_x1000: FramesPerSecond(Scaled(fps_x1000)),
         start_frame: FrameNumber(start),
         end_frame: FrameNumber(end),
         pre_roll_ms: Milliseconds(roll_ms),
         post_roll_ms: Milliseconds(roll_ms),
-        sync_dmx: Bool::FALSE,
-        bloop_location: BloopOutputs::empty(),
-        bloop_dmx_channel: DmxChannel(0),
-        bloop_ms: ShortMilliseconds(0),
         flags: Some(flags),
-        open_angle: None,
-        close_angle: None,
-        tail: &[],
-    })
+        ..RtRunMove::default()
+    }
 }
 
-/// A sample move, and what is uploaded of it, from frame 1 on.
+/// Sample move, and its steps for an upload, from frame 1 on.
 pub(crate) fn sample(name: &str) -> (Move, Table) {
     let path = format!("{}/../examples/moves/{name}.json", env!("CARGO_MANIFEST_DIR"));
     let sample = Move::read(path.as_ref()).unwrap();

@@ -1,21 +1,22 @@
-//! What goes wrong in the middle of something: stops, resets, cables, switches.
+//! Stops, resets, pulled cables and limit switches in the middle of a run or an upload.
 
+use dmc_proto::Token;
 use dmc_proto::device::State;
-use dmc_proto::host::Failure;
-use dmc_proto::message::{FrameNumber, HostMessage, Motor, RtPositionFrame, RunFlags, StopReason};
+use dmc_proto::host::{self, Failure, Outcome, Refusal, StopTarget};
+use dmc_proto::message::{FrameNumber, Motor, RtPositionFrame, RunFlags, StopReason};
 use rigs::Rig as _;
 use rigs::dmc_device::Setup;
 use rigs::dmc_host::{Answer, Command, Event};
 
-use super::stage::{Stage, jog, run, sample};
+use super::stage::{STOPPED, Stage, is_ready, jog, run, sample};
 
-/// A crane in the middle of its run.
-fn running() -> (Stage, rigs::dmc_host::Token) {
+/// Stage with a crane in the middle of its run.
+fn running() -> (Stage, Token) {
     let (_, table) = sample("crane");
     let mut stage = Stage::up(Setup::default());
     stage.upload(table.clone()).unwrap();
     let token = stage.begin(run(23_976, 1, table.last_frame().0, 500, RunFlags::empty()));
-    stage.start(token).unwrap();
+    stage.start(token);
     stage.pass(8000);
     assert_eq!(stage.rig().state(), State::Running);
     assert!(!stage.all_rest());
@@ -30,8 +31,7 @@ fn a_stop_ends_a_run() {
     stage.pass(2000);
     assert!(stage.all_rest());
     assert_eq!((stage.rig().state(), stage.rig().on_frame()), (State::Idle, None));
-    let failed = |event: &(_, Event)| event.1 == Event::Failed(token, Failure::Stopped);
-    assert!(stage.told.iter().any(failed));
+    assert_eq!(stage.end(token, 0), Err(Outcome::Failed(Failure::Stopped)));
     assert!(!stage.scene.host.may_move());
 }
 
@@ -39,31 +39,29 @@ fn a_stop_ends_a_run() {
 fn a_reset_ends_a_run_and_forgets_the_move() {
     let (mut stage, token) = running();
     stage.scene.reset();
-    assert!(stage.all_rest(), "without power nothing moves");
-    assert!(matches!(stage.end(token, 1000), Err(Failure::NotUp | Failure::DeviceReset)));
-    assert!(stage.scene.host.may_move(), "nobody has said that it rests");
-    stage.wait(5000, |event| matches!(event, Event::Up(_)).then_some(())).unwrap();
+    assert!(stage.all_rest(), "no motor moves without power");
+    assert_eq!(stage.end(token, 1000), Err(Outcome::Failed(Failure::LinkDown)));
+    assert!(stage.scene.host.may_move(), "the host does not know that nothing moves");
+    stage.wait(5000, |event| is_ready(event).then_some(())).unwrap();
     assert!(!stage.rig().is_loaded());
     assert_eq!(stage.scene.host.is_loaded(), Some(false));
     let to_frame = RtPositionFrame { frame: FrameNumber(1), tail: &[] };
-    let token = stage.begin(HostMessage::RtPositionFrame(to_frame));
-    assert!(matches!(stage.end(token, 1000), Err(Failure::Refused(_) | Failure::WouldBeRefused(_))));
-    assert!(stage.stop());
-    assert!(!stage.scene.host.may_move());
+    let token = stage.begin(to_frame);
+    assert!(matches!(stage.end(token, 1000), Err(Outcome::Refused(Refusal::Device(_)))));
+    assert!(stage.stop() && stage.rests());
 }
 
 #[test]
 fn a_cable_that_is_pulled_stops_the_rig() {
     let (mut stage, token) = running();
     stage.scene.unplug();
-    assert!(matches!(stage.end(token, 1000), Err(Failure::NotUp)));
+    assert_eq!(stage.end(token, 1000), Err(Outcome::Failed(Failure::LinkDown)));
     assert!(stage.scene.host.may_move());
     stage.pass(3000);
-    assert!(stage.all_rest(), "nobody could stop it any more");
+    assert!(stage.all_rest(), "the rig stops, because nobody else could stop it");
     assert_eq!(stage.rig().state(), State::Idle);
-    assert!(stage.rig().is_loaded(), "it has not lost its power");
-    assert!(stage.stop());
-    assert!(!stage.scene.host.may_move());
+    assert!(stage.rig().is_loaded(), "the rig has not lost its power");
+    assert!(stage.stop() && stage.rests());
 }
 
 #[test]
@@ -72,32 +70,29 @@ fn a_stop_without_a_line_waits_for_one() {
     stage.ask(jog(1, 100, i32::MAX)).unwrap();
     stage.pass(500);
     stage.scene.unplug();
-    stage.scene.command(Command::Stop(dmc_proto::host::Stop::All));
-    assert!(stage.wait(2000, |event| matches!(event, Event::Stopped(_)).then_some(())).is_some());
+    stage.scene.command(Command::Stop(StopTarget::All));
+    assert!(stage.wait(2000, |event| (*event == STOPPED).then_some(())).is_some());
 }
 
 #[test]
 fn a_reset_in_the_middle_of_an_upload_leaves_no_move() {
     let (_, table) = sample("crane");
     let mut stage = Stage::up(Setup::default());
-    let token = stage.token();
-    stage.scene.command(Command::Upload(token, table.clone()));
-    stage.tick();
-    // Everything arrives at once on a line without delay: a new upload is cut off by hand.
-    stage.end(token, 1000).unwrap();
+    assert_eq!(stage.upload(table.clone()), Ok(Answer::Done));
     assert!(stage.rig().is_loaded());
-    let token = stage.token();
+    // Without a delay an upload takes no time at all.
     let slow = rigs::faults::Faults { delay: 50, ..rigs::faults::Faults::NONE };
     let mut stage = Stage::new(Setup::default(), slow, 3);
-    stage.wait(5000, |event| matches!(event, Event::Up(_)).then_some(())).unwrap();
+    stage.wait(5000, |event| is_ready(event).then_some(())).unwrap();
+    let token = stage.token();
     stage.scene.command(Command::Upload(token, table.clone()));
     stage.pass(200);
-    assert!(!stage.rig().is_loaded(), "in the middle");
+    assert!(!stage.rig().is_loaded(), "the upload is not complete");
     stage.scene.reset();
-    assert!(matches!(stage.end(token, 2000), Err(Failure::NotUp | Failure::DeviceReset)));
-    stage.wait(5000, |event| matches!(event, Event::Up(_)).then_some(())).unwrap();
+    assert_eq!(stage.end(token, 2000), Err(Outcome::Failed(Failure::LinkDown)));
+    stage.wait(5000, |event| is_ready(event).then_some(())).unwrap();
     assert!(!stage.rig().is_loaded());
-    assert_eq!(stage.upload(table), Ok(Answer::Done), "and once more");
+    assert_eq!(stage.upload(table), Ok(Answer::Done), "the next upload succeeds");
     assert!(stage.rig().is_loaded());
 }
 
@@ -105,15 +100,17 @@ fn a_reset_in_the_middle_of_an_upload_leaves_no_move() {
 fn a_limit_switch_ends_a_run() {
     let (_, table) = sample("slide");
     let mut setup = Setup::default();
-    // Its switch is in the middle of the way.
+    // The limit switch is in the middle of the move.
     setup.motors[0] = setup.motors[0].clone().within(motion_core::trajectory::Range::new(-1000.0, 20_000.0));
     let mut stage = Stage::up(setup);
     stage.upload(table).unwrap();
     let token = stage.begin(run(24_000, 1, 193, 500, RunFlags::empty()));
-    stage.start(token).unwrap();
-    let hard = |event: &Event| (*event == Event::HardStop(StopReason::UPPER_LIMIT, Some(Motor(1)))).then_some(());
+    stage.start(token);
+    let hard = |event: &Event| {
+        (*event == Event::Machine(host::Event::HardStop(StopReason::UPPER_LIMIT, Some(Motor(1))))).then_some(())
+    };
     assert!(stage.wait(10_000, hard).is_some());
-    assert!(stage.told.iter().any(|(_, event)| *event == Event::Failed(token, Failure::HardStop)));
+    assert_eq!(stage.end(token, 0), Err(Outcome::Failed(Failure::HardStop)));
     stage.pass(100);
     assert!(stage.all_rest());
     assert_eq!(stage.steps(1), Some(20_000));
@@ -123,16 +120,16 @@ fn a_limit_switch_ends_a_run() {
 }
 
 #[test]
-fn a_run_that_broke_off_unseen_is_not_told_as_done() {
+fn a_run_that_ended_early_is_not_reported_as_done() {
     use rigs::Party as _;
 
     let (mut stage, token) = running();
     let now = stage.now();
     stage.rig().stall(now);
-    // All that it says of it is lost, and nobody asks in the time that the run should take.
+    // The news of it is lost, and the host does not ask before the run should be over.
     while stage.rig().poll().is_some() {}
-    assert_eq!(stage.end(token, 60_000), Err(Failure::Unclear));
-    assert!(!stage.told.iter().any(|(_, event)| matches!(event, Event::HardStop(..))));
+    assert_eq!(stage.end(token, 60_000), Err(Outcome::NotConfirmed));
+    assert!(!stage.told.iter().any(|(_, event)| matches!(event, Event::Machine(host::Event::HardStop(..)))));
 }
 
 #[test]
@@ -140,12 +137,14 @@ fn a_run_that_is_too_fast_for_a_motor_ends_by_a_hard_stop() {
     let (_, table) = sample("slide");
     let mut stage = Stage::up(Setup::default());
     stage.upload(table).unwrap();
-    // Ten times as fast as it was made for.
+    // The run is ten times as fast as the move was made for.
     let token = stage.begin(run(240_000, 1, 193, 500, RunFlags::empty()));
-    stage.start(token).unwrap();
-    let stuck = |event: &Event| (*event == Event::HardStop(StopReason::ENGINE_EXCEPTION, Some(Motor(1)))).then_some(());
+    stage.start(token);
+    let stuck = |event: &Event| {
+        (*event == Event::Machine(host::Event::HardStop(StopReason::ENGINE_EXCEPTION, Some(Motor(1))))).then_some(())
+    };
     assert!(stage.wait(10_000, stuck).is_some());
     stage.pass(100);
     assert!(stage.all_rest());
-    assert_eq!(stage.end(token, 0), Err(Failure::HardStop));
+    assert_eq!(stage.end(token, 0), Err(Outcome::Failed(Failure::HardStop)));
 }

@@ -1,8 +1,8 @@
 //! Memory of the past that the rules need.
 
-use dmc_proto::MessageId;
-use dmc_proto::host::{Event, HostMachine, Send, State, Stop, What};
-use dmc_proto::message::{Ack, AckCode, DeviceMessage, HostMessage};
+use dmc_proto::host::{Contents, Effect, Event, HostMachine, Outcome, Source, State, StopTarget, Transmit};
+use dmc_proto::message::{Ack, AckCode, DeviceMessage, HostMessage, RtGo};
+use dmc_proto::{MessageId, Token};
 
 /// Breach of a rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -49,7 +49,7 @@ pub(super) struct Book {
     refusals: u8,
     /// Stops, the number of times that each was sent since its last request, and whether it was reported as not
     /// confirmed.
-    stops: Vec<(Stop, u8, bool)>,
+    stops: Vec<(StopTarget, u8, bool)>,
     /// Whether a stop was confirmed, and whether one was reported as not confirmed.
     pub(super) stopped: bool,
     pub(super) unconfirmed: bool,
@@ -58,6 +58,11 @@ pub(super) struct Book {
     /// Whether the application has reported that the device is configured.
     pub(super) configured: bool,
     pub(super) fault: Option<Fault>,
+}
+
+/// Whether the effect is a stop that is sent.
+pub(super) const fn is_stop(effect: &Effect<'_>) -> bool {
+    matches!(effect, Effect::Transmit(Transmit { contents: Contents::Stop(_), .. }))
 }
 
 impl Book {
@@ -69,10 +74,11 @@ impl Book {
 
     /// Calls off all earlier requests: they must not move anything any more.
     fn call_off(&mut self) {
-        (self.called_off, self.signals, self.refusals) = (u16::MAX >> 1, 0, 0);
+        (self.called_off, self.signals, self.refusals) = (u16::MAX, 0, 0);
     }
 
-    pub(super) fn wants(&mut self, token: u32, is_sequence: bool) {
+    /// The application gives a command.
+    pub(super) fn wants(&mut self, Token(token): Token, is_sequence: bool) {
         self.open |= 1 << token;
         self.called_off &= !(1 << token);
         if is_sequence {
@@ -92,10 +98,10 @@ impl Book {
     }
 
     /// The host has made the step of a requested stop.
-    pub(super) fn stop_wanted(&mut self, host: &HostMachine, sent: &[Send], events: &[Event]) {
-        let is_sent = match host.state() {
-            State::Closed => events.iter().any(|event| matches!(event, Event::StopNotConfirmed(_))),
-            _ => matches!(sent.first(), Some(Send { what: What::Stop(_), .. })),
+    pub(super) fn stop_wanted(&mut self, host: &HostMachine, effects: &[Effect<'_>]) {
+        let is_sent = match (effects.first(), host.state()) {
+            (Some(Effect::Event(event)), State::Offline) => matches!(event, Event::StopNotConfirmed(_)),
+            (first, _) => first.is_some_and(is_stop),
         };
         self.blame(Fault::StopWaits, !is_sent);
     }
@@ -116,13 +122,13 @@ impl Book {
     }
 
     /// The host reports an event.
-    pub(super) fn told(&mut self, event: Event) {
+    pub(super) fn told(&mut self, event: Event<'_>) {
         match event {
-            Event::Done(token, _) | Event::Failed(token, _) => {
-                let bit = 1 << token.0;
+            Event::Ended { token: Token(token), outcome } => {
+                let bit = 1 << token;
                 self.blame(Fault::EndsTwice, self.open & bit == 0);
                 self.open &= !bit;
-                if matches!(event, Event::Done(..)) {
+                if let Outcome::Done(_) = outcome {
                     self.done |= bit;
                 }
             }
@@ -135,43 +141,40 @@ impl Book {
                 self.stopped = true;
                 self.stops.retain(|known| known.0 != stop);
             }
-            Event::DeviceReset | Event::Closed => self.call_off(),
-            Event::Greeted => self.configured = false,
+            Event::DeviceReset | Event::LinkDown => self.call_off(),
+            Event::Greeted(_) => self.configured = false,
             _ => {}
         }
     }
 
     /// The host sends a message.
-    pub(super) fn sent(&mut self, host: &HostMachine, token: Option<u32>, what: What, message: &HostMessage<'_>) {
-        match (what, token) {
-            (What::Stop(stop), _) => {
+    pub(super) fn sent(&mut self, host: &HostMachine, contents: Contents, message: &HostMessage<'_>) {
+        match contents {
+            Contents::Stop(stop) => {
                 if !self.stops.iter().any(|known| known.0 == stop) {
                     self.stops.push((stop, 0, false));
                 }
                 for known in self.stops.iter_mut().filter(|known| known.0 == stop) {
                     known.1 = known.1.saturating_add(1).min(4);
                 }
-                let is_untold = self.stops.iter().any(|&(_, times, told)| times > 3 && !told);
-                self.blame(Fault::StopUntold, is_untold);
             }
-            (What::Go, _) => {
+            Contents::Go => {
                 self.blame(Fault::Repeats, self.signals == 0);
                 self.signals = self.signals.saturating_sub(1);
             }
-            (What::ToFrame(_), _) => {
+            Contents::ToFrame(_) => {
                 self.ways += 1;
                 self.blame(Fault::Repeats, self.ways > 3);
                 self.blame(Fault::CalledOff, self.called_off & (1 << self.sequence) != 0);
             }
-            (_, Some(token)) => {
+            Contents::Application(Source::Command(Token(token))) => {
+                let conduct = message.conduct();
                 if let Some(times) = self.sent.get_mut(token as usize) {
                     *times += 1;
-                    let most = if message.is_repeatable() { 3 } else { 1 };
-                    let is_often = *times > most;
+                    let is_often = *times > if conduct.repeatable { 3 } else { 1 };
                     self.blame(Fault::Repeats, is_often);
                 }
-                let is_off = message.starts_motion() && self.called_off & (1 << token) != 0;
-                self.blame(Fault::CalledOff, is_off);
+                self.blame(Fault::CalledOff, conduct.may_move() && self.called_off & (1 << token) != 0);
             }
             _ => {}
         }
@@ -179,15 +182,21 @@ impl Book {
         self.blame(Fault::AsksTwice, asked.count() > 1);
     }
 
+    /// All effects of a step of the host are carried out.
+    pub(super) fn step_ends(&mut self) {
+        let is_untold = self.stops.iter().any(|&(_, times, told)| times > 3 && !told);
+        self.blame(Fault::StopUntold, is_untold);
+    }
+
     /// Whether all unconfirmed stops were reported.
-    pub(super) fn tells(&self, stops: impl Iterator<Item = Stop>) -> bool {
+    pub(super) fn tells(&self, stops: impl Iterator<Item = StopTarget>) -> bool {
         let is_told = |stop| self.stops.iter().any(|known| known.0 == stop && known.2);
         stops.into_iter().all(is_told)
     }
 }
 
 fn go() -> HostMessage<'static> {
-    HostMessage::RtGo(dmc_proto::message::Empty { tail: &[] })
+    RtGo::default().into()
 }
 
 /// One message of each type of motion that a model uses.

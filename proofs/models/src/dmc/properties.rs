@@ -14,28 +14,25 @@ fn is_end(model: &Dmc, world: &World) -> bool {
 }
 
 fn is_over(world: &World) -> bool {
-    let host = &world.host;
-    host.state() == host::State::Up
+    let host = world.host();
+    host.state() == host::State::Ready
         && world.book.open == 0
         && host.pending().count() == 0
         && host.progress().is_none()
         && host.unconfirmed_stops().count() == 0
-        && matches!(world.device.state(), State::Idle | State::Ready)
+        && matches!(world.device().state(), State::Idle | State::Ready)
 }
 
 fn may_begin(world: &World) -> bool {
-    matches!(world.device.state(), State::PreRoll | State::Ready | State::Running)
+    matches!(world.device().state(), State::PreRoll | State::Ready | State::Running)
 }
 
 /// Whether both agree on what is loaded, once no message is in flight.
 fn agrees(world: &World) -> bool {
-    let host = &world.host;
-    let is_settled = world.to_device.is_empty()
-        && world.to_host.is_empty()
-        && host.progress().is_none()
-        && host.pending().count() == 0
-        && !world.book.unheard_boot;
-    !is_settled || host.is_loaded().is_none_or(|is_loaded| is_loaded == world.device.is_loaded())
+    let host = world.host();
+    let is_settled =
+        world.is_line_empty() && host.progress().is_none() && host.pending().count() == 0 && !world.book.unheard_boot;
+    !is_settled || host.is_loaded().is_none_or(|is_loaded| is_loaded == world.device().is_loaded())
 }
 
 /// All rules and states.
@@ -47,7 +44,7 @@ pub(super) fn all() -> Vec<Property<Dmc>> {
         P::always("motors that are reported as stopped do not move", |_, w| w.is_without(Fault::NotStopped)),
         P::always("a stop that is not confirmed is reported", |_, w| w.is_without(Fault::StopUntold)),
         P::always("each stop on a closed line is reported", |_, w| {
-            w.host.state() != host::State::Closed || w.book.tells(w.host.unconfirmed_stops())
+            w.host().state() != host::State::Offline || w.book.tells(w.host().unconfirmed_stops())
         }),
         P::always("a request that must not be repeated is sent once", |_, w| w.is_without(Fault::Repeats)),
         P::always("a request that was called off is not sent", |_, w| w.is_without(Fault::CalledOff)),
@@ -56,9 +53,10 @@ pub(super) fn all() -> Vec<Property<Dmc>> {
         P::always("a token ends once", |_, w| w.is_without(Fault::EndsTwice)),
         P::always("every run ends with all answered", |m, w| w.book.fault.is_some() || !is_end(m, w) || is_over(w)),
         P::always("both agree on what is loaded", |_, w| agrees(w)),
-        P::always("the host knows of every motion that may begin", |_, w| !may_begin(w) || w.host.is_armed()),
+        P::always("the host knows of every motion that may begin", |_, w| !may_begin(w) || w.host().is_armed()),
+        P::always("the host knows whether anything may move", |_, w| !w.rig.moves() || w.host().may_move()),
         P::always("the device knows what its motors do", |_, w| {
-            w.book.fault.is_some() || w.rig.is_as(w.device.state())
+            w.book.fault.is_some() || w.rig.is_as(w.device().state())
         }),
         P::sometimes("an end", is_end),
         P::sometimes("every request is done", |m, w| w.has_done_all(m)),

@@ -1,6 +1,6 @@
 //! Rig as simple as possible: the motions of its motors, and the reports that it owes the device.
 
-use dmc_proto::device::{self, Event, Input, State, Stop};
+use dmc_proto::device::{self, Event, Input, State, StopKind};
 use dmc_proto::message::{AckCode, FrameNumber, Motor, Motors};
 
 use super::book::Fault;
@@ -18,6 +18,8 @@ pub(super) enum Doing {
     Running,
     PostRoll,
     Stopping,
+    /// At rest, and the report after a stop is outstanding.
+    Halted,
 }
 
 /// State of the rig.
@@ -86,9 +88,14 @@ impl Rig {
         }
     }
 
+    /// Whether a motor moves.
+    pub(super) const fn moves(&self) -> bool {
+        !matches!(self.doing, Doing::Rest | Doing::Prepared | Doing::Halted)
+    }
+
     /// Whether something moves, or would move at a signal of the operator, and is not coming to rest because of a stop.
     pub(super) const fn is_driven(&self) -> bool {
-        !matches!(self.doing, Doing::Rest | Doing::Stopping)
+        !matches!(self.doing, Doing::Rest | Doing::Stopping | Doing::Halted)
     }
 
     pub(super) fn drives(&self, motor: Motor) -> bool {
@@ -99,18 +106,22 @@ impl Rig {
     }
 
     /// Follows an event, and checks whether the motion is allowed.
-    pub(super) fn obey(&mut self, event: Event) -> Option<Fault> {
+    pub(super) fn obey(&mut self, event: Event<'_>) -> Option<Fault> {
         let was = self.doing;
         let fits = match event {
-            Event::Stop(Stop::Motor(motor)) => {
+            Event::Stop(StopKind::Motor(motor)) => {
                 self.driven.0 &= !only(motor).0;
                 return None;
             }
             Event::Stop(stop) => {
                 self.driven = Motors::NONE;
-                // A hard stop is answered even if nothing moved, because the lock waits for the answer.
-                let is_idle = was == Doing::Rest && stop != Stop::Hard;
-                self.doing = if is_idle { Doing::Rest } else { Doing::Stopping };
+                self.doing = match was {
+                    // A hard stop is answered even if nothing moved, because the lock waits for the answer.
+                    Doing::Rest if stop == StopKind::Hard => Doing::Halted,
+                    Doing::Prepared => Doing::Halted,
+                    Doing::Rest | Doing::Halted => was,
+                    _ => Doing::Stopping,
+                };
                 return None;
             }
             Event::Move(motor, _) | Event::Jog(motor, ..) => {
@@ -126,7 +137,7 @@ impl Rig {
                 self.doing = Doing::Together;
                 matches!(was, Doing::Rest | Doing::Together)
             }
-            Event::Prepare => {
+            Event::Prepare(_) => {
                 self.doing = Doing::Preparing;
                 was == Doing::Rest
             }
@@ -149,13 +160,13 @@ impl Rig {
         match state {
             State::Idle => matches!(self.doing, Doing::Rest),
             State::Moving => matches!(self.doing, Doing::Single),
-            State::Stopping => matches!(self.doing, Doing::Stopping),
+            State::Stopping => matches!(self.doing, Doing::Stopping | Doing::Halted),
             State::ToFrame | State::JogAll => matches!(self.doing, Doing::Together),
             State::PreRoll => matches!(self.doing, Doing::Preparing),
             State::Ready => matches!(self.doing, Doing::Prepared),
             State::Running => matches!(self.doing, Doing::Running),
             State::PostRoll => matches!(self.doing, Doing::PostRoll),
-            State::Locked => matches!(self.doing, Doing::Rest | Doing::Stopping),
+            State::Locked => matches!(self.doing, Doing::Rest | Doing::Stopping | Doing::Halted),
             _ => false,
         }
     }

@@ -2,16 +2,14 @@
 
 use std::sync::LazyLock;
 
-use dmc_proto::host::Stop;
+use dmc_proto::host::StopTarget;
 use dmc_proto::message::{
-    Capabilities, Empty, FrameNumber, FramesPerSecond, Hi, HostMessage, JogSpeed, Milliseconds, Motor, MotorJog,
-    MotorMove, MotorPair, Motors, Name, RtJogAll, RtPositionFrame, RtRunMove, RtShootFrame2, RtUploadMoveBegin,
-    RunFlags, ShortMilliseconds, Steps,
+    Capabilities, FrameNumber, FramesPerSecond, Hi, HostMessage, JogSpeed, Milliseconds, Motor, MotorJog, MotorMove,
+    MotorPair, MotorStatusRequest, Motors, Name, RtJogAll, RtPositionFrame, RtRunMove, RtShootFrame2, RtStopLoop,
+    RtUploadMoveBegin, RunFlags, Scaled, Steps,
 };
 use dmc_proto::upload::MoveSource;
-use motion_core::fixed::Scaled;
 
-const EMPTY: Empty<'static> = Empty { tail: &[] };
 /// A shot names its motor, so that it needs no upload.
 static SHOT: LazyLock<[MotorPair; 1]> = LazyLock::new(|| [MotorPair::new(Motor(1), Steps(0), Steps(9))]);
 const LAST: FrameNumber = FrameNumber(4);
@@ -38,7 +36,7 @@ pub enum Want {
     /// End the loop.
     StopLoop,
     /// Stop.
-    Stop(Stop),
+    Stop(StopTarget),
 }
 
 impl Want {
@@ -54,43 +52,35 @@ impl Want {
         let tail: &[u8] = &[];
         let (first, fps_x1000) = (FrameNumber(1), FramesPerSecond(Scaled(10_000)));
         Some(match self {
-            Self::Move(motor) => HostMessage::MotorMove(MotorMove { motor: Motor(motor), position: Steps(5), tail }),
-            Self::Jog(motor) => HostMessage::MotorJog(MotorJog {
-                motor: Motor(motor),
-                speed: JogSpeed::FULL,
-                destination: Steps(i32::MAX),
-                tail,
-            }),
-            Self::Status => HostMessage::MotorStatus(EMPTY),
-            Self::Upload => {
-                HostMessage::RtUploadMoveBegin(RtUploadMoveBegin { start_frame: first, end_frame: LAST, tail })
+            Self::Move(motor) => MotorMove { motor: Motor(motor), position: Steps(5), tail }.into(),
+            Self::Jog(motor) => {
+                let (motor, destination) = (Motor(motor), Steps(i32::MAX));
+                MotorJog { motor, speed: JogSpeed::FULL, destination, tail }.into()
             }
-            Self::ToFrame => HostMessage::RtPositionFrame(RtPositionFrame { frame: first, tail }),
-            Self::JogAll => HostMessage::RtJogAll(RtJogAll { fps_x1000, destination: LAST, tail }),
-            Self::Run(flags) => HostMessage::RtRunMove(RtRunMove {
+            Self::Status => MotorStatusRequest::default().into(),
+            Self::Upload => RtUploadMoveBegin { start_frame: first, end_frame: LAST, tail }.into(),
+            Self::ToFrame => RtPositionFrame { frame: first, tail }.into(),
+            Self::JogAll => RtJogAll { fps_x1000, destination: LAST, tail }.into(),
+            Self::Run(flags) => RtRunMove {
                 fps_x1000,
                 start_frame: first,
                 end_frame: LAST,
                 pre_roll_ms: Milliseconds(200),
                 post_roll_ms: Milliseconds(100),
-                sync_dmx: false.into(),
-                bloop_location: 0.into(),
-                bloop_dmx_channel: 0.into(),
-                bloop_ms: ShortMilliseconds(0),
                 flags: Some(flags),
-                open_angle: None,
-                close_angle: None,
-                tail,
-            }),
-            Self::Shoot => HostMessage::RtShootFrame2(RtShootFrame2 {
+                ..RtRunMove::default()
+            }
+            .into(),
+            Self::Shoot => RtShootFrame2 {
                 frame: first,
                 exposure_ms: Milliseconds(500),
                 open_angle: 0.into(),
                 close_angle: 180.into(),
                 motors: &*SHOT,
                 tail,
-            }),
-            Self::StopLoop => HostMessage::RtStopLoop(EMPTY),
+            }
+            .into(),
+            Self::StopLoop => RtStopLoop::default().into(),
             Self::Stop(_) => return None,
         })
     }

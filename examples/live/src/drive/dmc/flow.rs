@@ -4,8 +4,9 @@ use std::fmt;
 use std::io::Write;
 use std::time::Duration;
 
-use dmc_proto::host::{State, Stop, Token};
-use dmc_proto::message::{Empty, FrameNumber, Hi, HostMessage, Motor, Motors};
+use dmc_proto::Token;
+use dmc_proto::host::{self, Failure, Outcome, State, StopTarget};
+use dmc_proto::message::{FrameNumber, Hi, HostMessage, Motor, MotorGetPosition, MotorStatusRequest, Motors};
 use rigs::dmc_host::{Answer, Command, DmcHost, Event, Positions, Progress, Shot};
 use tokio::time::Instant;
 
@@ -42,13 +43,13 @@ impl<'s> Flow<'s> {
 
     /// Waits until the device is known.
     pub(super) async fn up(&mut self) -> Result<(), Trouble> {
-        if self.session.host().state() == State::Up {
+        if self.session.host().state() == State::Ready {
             return Ok(());
         }
         loop {
             match self.session.next().await? {
-                Event::Up(_) => return Ok(()),
-                Event::NoAnswer => {
+                Event::Machine(host::Event::Ready { .. }) => return Ok(()),
+                Event::Machine(host::Event::Silent) => {
                     return Err(Trouble::Line(
                         "no DMC rig answers: check that it is on, that this is its line, and the speed of the line"
                             .to_owned(),
@@ -99,8 +100,10 @@ impl<'s> Flow<'s> {
     async fn event(&mut self, within: Duration) -> Result<Option<Event>, Trouble> {
         let event = self.session.next_within(within).await?;
         match event {
-            Some(Event::HardStop(reason, motor)) => Err(why::hard_stop(reason, motor)),
-            Some(Event::DeviceReset) => Err(why::failed("the command", dmc_proto::host::Failure::DeviceReset)),
+            Some(Event::Machine(host::Event::HardStop(reason, motor))) => Err(why::hard_stop(reason, motor)),
+            Some(Event::Machine(host::Event::DeviceReset)) => {
+                Err(why::not_done("the command", Outcome::Failed(Failure::DeviceReset)))
+            }
             event => Ok(event),
         }
     }
@@ -111,25 +114,30 @@ impl<'s> Flow<'s> {
     }
 
     /// Sends a request and waits for the answer.
-    pub(super) async fn ask(&mut self, what: &str, message: HostMessage<'static>) -> Result<Answer, Trouble> {
+    pub(super) async fn ask(
+        &mut self,
+        what: &str,
+        message: impl Into<HostMessage<'static>>,
+    ) -> Result<Answer, Trouble> {
         let token = self.token();
-        self.session.command(Command::Ask(token, message));
+        self.session.command(Command::Ask(token, message.into()));
         self.end(what, token).await
     }
 
     async fn end(&mut self, what: &str, token: Token) -> Result<Answer, Trouble> {
         loop {
             match self.event(STOP).await? {
-                Some(Event::Done(done, answer)) if done == token => return Ok(answer),
-                Some(Event::Failed(failed, failure)) if failed == token => return Err(why::failed(what, failure)),
+                Some(Event::Ended(ended, end)) if ended == token => {
+                    return end.map_err(|outcome| why::not_done(what, outcome));
+                }
                 _ => {}
             }
         }
     }
 
-    pub(super) fn begin(&mut self, message: HostMessage<'static>) -> Token {
+    pub(super) fn begin(&mut self, message: impl Into<HostMessage<'static>>) -> Token {
         let token = self.token();
-        self.session.command(Command::Begin(token, message));
+        self.session.command(Command::Begin(token, message.into()));
         token
     }
 
@@ -147,13 +155,14 @@ impl<'s> Flow<'s> {
         self.say(format_args!("uploaded: {frames} frames of motors {}", plan.motors()))
     }
 
-    /// Starts a run or a shot when it is ready, and waits for its end. For a run, prints the frames up to `last`.
+    /// Starts a run or a shot when it is armed, and waits for its end. For a run, prints the frames up to `last`.
     pub(super) async fn play(&mut self, what: &str, token: Token, last: Option<FrameNumber>) -> Result<(), Trouble> {
         loop {
             match self.event(STOP).await? {
-                Some(Event::Ready(ready)) if ready == token => self.session.command(Command::Go),
-                Some(Event::Done(done, _)) if done == token => return Ok(()),
-                Some(Event::Failed(failed, failure)) if failed == token => return Err(why::failed(what, failure)),
+                Some(Event::Machine(host::Event::Armed(armed))) if armed == token => self.session.command(Command::Go),
+                Some(Event::Ended(ended, end)) if ended == token => {
+                    return end.map(|_| ()).map_err(|outcome| why::not_done(what, outcome));
+                }
                 Some(Event::Positions(positions)) => {
                     let runs = self.session.host().progress() == Some(Progress::Runs);
                     let frame = positions.moment.0.0 / 1000;
@@ -189,7 +198,7 @@ impl<'s> Flow<'s> {
 
     /// Motors that move now.
     pub(super) async fn status(&mut self) -> Result<Motors, Trouble> {
-        let answer = self.ask("the question which motors move", HostMessage::MotorStatus(Empty { tail: &[] })).await?;
+        let answer = self.ask("the question which motors move", MotorStatusRequest::default()).await?;
         if let Answer::Moving(motors) = answer {
             return Ok(motors);
         }
@@ -206,7 +215,7 @@ impl<'s> Flow<'s> {
 
     /// Positions of all motors, in steps.
     pub(super) async fn positions(&mut self) -> Result<Vec<i32>, Trouble> {
-        let answer = self.ask("the question for positions", HostMessage::MotorGetPosition(Empty { tail: &[] })).await?;
+        let answer = self.ask("the question for positions", MotorGetPosition::default()).await?;
         if let Answer::Positions(Positions { positions, .. }) = answer { Ok(positions) } else { Ok(Vec::new()) }
     }
 
@@ -220,12 +229,12 @@ impl<'s> Flow<'s> {
     }
 
     /// Sends a stop, and waits until it is confirmed.
-    pub(super) async fn stop(&mut self, stop: Stop) -> Result<(), Trouble> {
-        self.session.command(Command::Stop(stop));
+    pub(super) async fn stop(&mut self, target: StopTarget) -> Result<(), Trouble> {
+        self.session.command(Command::Stop(target));
         let until = Instant::now() + STOP;
         while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
             // A hard stop also stops the motors, but it does not confirm this stop.
-            if let Some(Event::Stopped(_)) = self.session.next_within(left).await? {
+            if let Some(Event::Machine(host::Event::Stopped(_))) = self.session.next_within(left).await? {
                 return Ok(());
             }
         }

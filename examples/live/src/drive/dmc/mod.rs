@@ -9,16 +9,13 @@ mod why;
 use std::io::Write;
 use std::time::Duration;
 
-use dmc_proto::host::Stop;
+use dmc_proto::host::{self, StopTarget};
 use dmc_proto::message::{
-    Acceleration, BloopOutputs, CameraFlags, Capabilities, DmxChannel, GioCam, HardwareLimitSet, HostMessage, JogSpeed,
-    Milliseconds, Motor, MotorJog, MotorMove, MotorSetLimits, MotorSetSpeed, RtRunMove, ShortMilliseconds, Speed,
-    Steps,
+    Acceleration, Bool, CameraFlags, Capabilities, GioCam, HardwareLimitSet, JogSpeed, Milliseconds, Motor, MotorJog,
+    MotorMove, MotorSetLimits, MotorSetSpeed, RtRunMove, Scaled, Speed, Steps,
 };
 use examples::moves::Move;
-use motion_core::fixed::Scaled;
 use motion_core::time::Millis;
-use motion_core::wire::Bool;
 use rigs::dmc_host::{DmcHost, Event};
 use tokio::time::Instant;
 
@@ -45,8 +42,8 @@ impl Driven for DmcHost {
 
     fn stopped(event: &Event) -> Option<Stopped> {
         match event {
-            Event::Stopped(Stop::All | Stop::AllSilent) => Some(Stopped::Confirmed),
-            Event::StopNotConfirmed(_) => Some(Stopped::NotConfirmed),
+            Event::Machine(host::Event::Stopped(StopTarget::All | StopTarget::AllSilent)) => Some(Stopped::Confirmed),
+            Event::Machine(host::Event::StopNotConfirmed(_)) => Some(Stopped::NotConfirmed),
             _ => None,
         }
     }
@@ -65,7 +62,7 @@ pub async fn drive(
     let mut flow = Flow::new(session, out);
     // Nothing comes before a stop, not even the greeting.
     if *command == Command::Stop {
-        flow.stop(Stop::All).await?;
+        flow.stop(StopTarget::All).await?;
         flow.say(format_args!("stopped: the rig confirmed it"))?;
         return Ok(());
     }
@@ -126,9 +123,9 @@ async fn jog(flow: &mut Flow<'_>, motor: u8, percent: f64, seconds: f64) -> Resu
     let speed = JogSpeed(Scaled(hundredths as u16));
     let destination = Steps(if percent < 0.0 { i32::MIN } else { i32::MAX });
     let jog = MotorJog { motor, speed, destination, tail: &[] };
-    flow.ask("the jog", HostMessage::MotorJog(jog)).await?;
+    flow.ask("the jog", jog).await?;
     flow.pass(time).await?;
-    flow.stop(Stop::Motor(motor)).await?;
+    flow.stop(StopTarget::Motor(motor)).await?;
     flow.rest().await?;
     let steps = flow.position(motor).await?;
     flow.say(format_args!("motor {motor} rests at {steps} steps"))?;
@@ -145,14 +142,14 @@ async fn set_speed(flow: &mut Flow<'_>, motor: Motor, speed: Option<f64>) -> Res
     // The motor takes half a second to full speed. DMC has no message that asks for the previous setting.
     let (max_velocity, max_accel) = (Speed(velocity), Acceleration(velocity * 2));
     let message = MotorSetSpeed { motor, max_velocity, max_accel, tail: &[] };
-    flow.ask("the speed", HostMessage::MotorSetSpeed(message)).await.map(|_| ())
+    flow.ask("the speed", message).await.map(|_| ())
 }
 
 /// Moves a motor to a position, and waits until the motor is there.
 async fn go(flow: &mut Flow<'_>, motor: Motor, position: f64) -> Result<(), Trouble> {
     let position = steps(position)?;
     let message = MotorMove { motor, position, tail: &[] };
-    flow.ask("the move", HostMessage::MotorMove(message)).await?;
+    flow.ask("the move", message).await?;
     flow.rest().await?;
     let here = flow.position(motor).await?;
     if here != position.0 {
@@ -177,7 +174,7 @@ async fn calibrate(flow: &mut Flow<'_>, motor: u8, begin: f64, end: f64) -> Resu
     let hw_set = HardwareLimitSet(own);
     let (lower_enable, upper_enable) = (Bool::TRUE, Bool::TRUE);
     let limits = MotorSetLimits { motor, lower_enable, lower, upper_enable, upper, hw_set, tail: &[] };
-    flow.ask("the limits", HostMessage::MotorSetLimits(limits)).await?;
+    flow.ask("the limits", limits).await?;
     go(flow, motor, begin).await?;
     go(flow, motor, end).await?;
     flow.say(format_args!("motor {motor} may move from {lower} to {upper} steps, until the rig is switched off"))?;
@@ -194,17 +191,10 @@ async fn run(flow: &mut Flow<'_>, file: &std::path::Path, reverse: bool) -> Resu
         end_frame,
         pre_roll_ms: Milliseconds(ROLL),
         post_roll_ms: Milliseconds(ROLL),
-        sync_dmx: Bool::FALSE,
-        bloop_location: BloopOutputs::empty(),
-        bloop_dmx_channel: DmxChannel(0),
-        bloop_ms: ShortMilliseconds(0),
-        flags: None,
-        open_angle: None,
-        close_angle: None,
-        tail: &[],
+        ..RtRunMove::default()
     };
     let run = run.for_device(flow.device()?.capabilities);
-    let token = flow.begin(HostMessage::RtRunMove(run));
+    let token = flow.begin(run);
     flow.play("the run", token, Some(plan.last)).await?;
     flow.say(format_args!("the move is done"))?;
     Ok(())
@@ -239,7 +229,7 @@ async fn program(flow: &mut Flow<'_>, file: &std::path::Path, shots: &Shots) -> 
 /// Takes a photo without a move, with the output for the camera. `program` takes photos along a move.
 async fn expose(flow: &mut Flow<'_>, seconds: f64) -> Result<(), Trouble> {
     let time = duration(seconds)?;
-    let shutter = |flags| HostMessage::GioCam(GioCam { flags, tail: &[] });
+    let shutter = |flags| GioCam { flags, tail: &[] };
     flow.ask("the photo", shutter(CameraFlags::SHUTTER)).await?;
     flow.pass(time).await?;
     flow.ask("the end of the photo", shutter(CameraFlags::empty())).await?;

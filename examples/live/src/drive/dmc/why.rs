@@ -1,24 +1,37 @@
 //! Texts that say why something was not done.
 
-use dmc_proto::host::Failure;
+use dmc_proto::host::{Failure, Outcome, Refusal};
 use dmc_proto::message::{AckCode, Motor, StopReason};
 
 use crate::drive::Trouble;
 
-/// Trouble that a failure of `what` means.
-pub(super) fn failed(what: &str, failure: Failure) -> Trouble {
-    let refused = |code| Trouble::Refused(format!("the rig refuses {what}: {}", reason(code)));
+/// Trouble that it means when `what` is not done.
+pub(super) fn not_done(what: &str, outcome: Outcome<'_>) -> Trouble {
     let failed = |why| Trouble::Failed(format!("{what} failed: {why}"));
-    match failure {
-        Failure::Refused(AckCode::ERR_CHECKSUM) => failed("each time it arrived damaged: check the cable"),
-        Failure::Refused(code) => refused(code),
-        Failure::WouldBeRefused(code) => Trouble::Refused(format!("the rig would refuse {what}: {}", reason(code))),
-        Failure::Unclear => failed("the rig answers, but does not say how it ended: check with `info`"),
-        Failure::Timeout => failed("the rig no longer answers: check its cable and its power"),
-        Failure::Stopped => failed("it was stopped"),
-        Failure::HardStop => failed("the rig made a hard stop: check its limit switches and its emergency stop"),
-        Failure::DeviceReset => failed("the rig was reset and has lost all data: start again"),
-        Failure::NotUp => failed("the line to the rig is gone: check its cable and its power"),
+    match outcome {
+        Outcome::Refused(Refusal::Device(AckCode::ERR_CHECKSUM)) => {
+            failed("each time it arrived damaged: check the cable")
+        }
+        Outcome::Refused(Refusal::Device(code)) => {
+            Trouble::Refused(format!("the rig refuses {what}: {}", reason(code)))
+        }
+        Outcome::Refused(Refusal::WouldBeRefused(code)) => {
+            Trouble::Refused(format!("the rig would refuse {what}: {}", reason(code)))
+        }
+        Outcome::Refused(Refusal::NotConnected) | Outcome::Failed(Failure::LinkDown) => {
+            failed("the line to the rig is gone: check its cable and its power")
+        }
+        Outcome::Refused(Refusal::NotReady) => failed("the rig is not ready yet: wait, and start again"),
+        Outcome::Refused(Refusal::Stopping) => failed("a stop is not confirmed yet: check the rig"),
+        Outcome::Failed(Failure::NoAnswer) => failed("the rig no longer answers: check its cable and its power"),
+        Outcome::Failed(Failure::Stopped) => failed("it was stopped"),
+        Outcome::Failed(Failure::HardStop) => {
+            failed("the rig made a hard stop: check its limit switches and its emergency stop")
+        }
+        Outcome::Failed(Failure::DeviceReset) => failed("the rig was reset and has lost all data: start again"),
+        Outcome::NotConfirmed => {
+            failed("the rig did not say how it ended: check its cable and its power, and the motors with `info`")
+        }
         _ => failed("the rig is busy with something else: wait, or stop it"),
     }
 }

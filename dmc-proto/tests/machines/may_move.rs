@@ -1,0 +1,184 @@
+//! A host: what may still move because of it, and that stops go first. DMC D5.
+
+use dmc_proto::host::{Command, Contents, Event, Input, Options, Progress, StopTarget};
+use dmc_proto::message::{AckCode, HardStop, HostMessage, Motor, MotorStatusRequest, RtGo, RunFlags, VirtualMotor};
+use dmc_proto::{MessageId, MessageType};
+
+use super::bench::{Desk, hi, jog, move_to, position_frame, run, shot, status};
+
+fn ask_status() -> HostMessage<'static> {
+    MotorStatusRequest::default().into()
+}
+
+/// D5-23
+#[test]
+fn a_host_that_moved_something_says_so_until_a_younger_status_tells_rest() {
+    for message in [move_to(1, 5), jog(1)] {
+        let mut desk = Desk::up();
+        assert!(!desk.machine.may_move());
+        desk.request(1, ask_status());
+        assert!(!desk.machine.may_move(), "a question moves nothing");
+        desk.status(2, 0);
+        desk.request(2, message);
+        assert!(desk.machine.may_move(), "it is on its way");
+        desk.acked(3, message.kind().0, AckCode::OK);
+        assert!(desk.machine.may_move(), "the motor moves");
+        desk.request(3, ask_status());
+        desk.status(4, 1);
+        assert!(desk.machine.may_move());
+        desk.hears(99, status(0));
+        assert!(desk.machine.may_move(), "an answer to nothing");
+        desk.request(4, ask_status());
+        desk.status(5, 0);
+        assert!(!desk.machine.may_move(), "it rests");
+    }
+}
+
+/// D5-23
+#[test]
+fn an_older_status_proves_nothing() {
+    let mut desk = Desk::up_with(Options::new().with_window(4), hi());
+    desk.request(1, ask_status());
+    desk.request(2, jog(1));
+    desk.acked(3, 0x0036, AckCode::OK);
+    desk.status(2, 0);
+    assert!(desk.machine.may_move(), "the question was asked before the jog");
+
+    let mut desk = Desk::up_with(Options::new().with_window(4), hi());
+    desk.request(1, move_to(1, 5));
+    desk.pass(100);
+    desk.request(2, ask_status());
+    desk.pass(400);
+    assert_eq!(desk.machine.pending().next(), Some((MessageId(4), MessageType(0x0031))), "the move is sent again");
+    desk.acked(4, 0x0031, AckCode::OK);
+    desk.status(3, 0);
+    assert!(desk.machine.may_move(), "that move may be younger than the status");
+}
+
+/// D5-23
+#[test]
+fn only_a_plain_refusal_of_the_only_try_tells_that_nothing_moves() {
+    let after = |codes: &[AckCode]| {
+        let mut desk = Desk::up();
+        desk.request(1, move_to(1, 5));
+        let mut id = 2;
+        for &code in codes {
+            if code == AckCode::OK {
+                desk.pass(500);
+                id += 1;
+            } else {
+                desk.acked(id, 0x0031, code);
+            }
+        }
+        assert_eq!(desk.machine.pending().count(), 0);
+        desk.machine.may_move()
+    };
+    assert!(!after(&[AckCode::ERR_SOFT_UP]));
+    assert!(after(&[AckCode::ERR_MOVING]), "something moves");
+    assert!(after(&[AckCode::OK, AckCode::ERR_HARD_UP]), "the first try may have been done");
+}
+
+/// D5-23
+#[test]
+fn a_stop_ends_motion_only_after_it_rests() {
+    let mut desk = Desk::up();
+    desk.stop(StopTarget::Motor(Motor(1)));
+    assert!(desk.machine.may_move(), "it is not confirmed");
+    desk.acked(2, 0x0032, AckCode::OK);
+    assert!(!desk.machine.may_move(), "nothing moved before");
+
+    desk.request(1, jog(1));
+    desk.stop(StopTarget::All);
+    desk.acked(4, 0x0033, AckCode::OK);
+    assert!(desk.machine.may_move(), "it takes time to come to rest");
+    desk.request(2, ask_status());
+    desk.status(5, 0);
+    assert!(!desk.machine.may_move());
+
+    desk.request(3, jog(1));
+    desk.stop(StopTarget::All);
+    desk.pass(250);
+    desk.status(8, 0);
+    assert!(!desk.machine.may_move(), "the status that confirms the stop tells rest too");
+}
+
+/// D5-23
+#[test]
+fn a_run_may_move_from_its_first_request_to_its_end() {
+    let mut desk = Desk::up();
+    desk.sequence(1, run(1, 10, RunFlags(0)));
+    while desk.machine.progress().is_some() {
+        assert!(desk.machine.may_move(), "{:?}", desk.machine.progress());
+        let pending = desk.machine.pending().next();
+        match pending {
+            Some((id, MessageType(0x0030))) => desk.status(id.0, 0),
+            Some((id, kind)) => desk.acked(id.0, kind.0, AckCode::OK),
+            None if desk.machine.progress() == Some(Progress::Armed) => desk.command(Command::Go),
+            None => desk.pass(100),
+        };
+    }
+    assert!(!desk.machine.may_move(), "it has come to rest");
+
+    let mut desk = Desk::up();
+    desk.sequence(1, shot(1));
+    desk.acked(2, 0x0115, AckCode::OK);
+    desk.hears(0, RtGo::default().into());
+    desk.stop(StopTarget::All);
+    desk.acked(3, 0x0033, AckCode::OK);
+    assert!(!desk.machine.is_armed() && desk.machine.may_move(), "the shot comes to rest");
+}
+
+/// D5-23
+#[test]
+fn without_news_it_stays_as_it_was() {
+    let moved = || {
+        let mut desk = Desk::up();
+        desk.request(1, jog(1));
+        desk
+    };
+    let mut desk = moved();
+    desk.pass(500);
+    assert!(desk.machine.may_move(), "no answer");
+    desk.status(3, 0);
+    assert!(!desk.machine.may_move(), "the machine asked by itself");
+    let mut desk = moved();
+    desk.step(Input::LinkDown);
+    assert!(desk.machine.may_move(), "nobody can ask");
+    desk.becomes_ready(3, hi());
+    assert!(desk.machine.may_move());
+    let mut desk = moved();
+    desk.hears(0, hi().into());
+    assert!(desk.machine.may_move(), "the news of a reset may be older");
+    let mut desk = moved();
+    desk.hears(0, HardStop::default().into());
+    assert!(desk.machine.may_move(), "likewise");
+    let mut desk = Desk::up();
+    desk.step(Input::LinkDown);
+    assert!(!desk.machine.may_move(), "nothing had moved");
+}
+
+/// D5-24, S-1
+#[test]
+fn a_stop_goes_out_before_anybody_is_told_of_it() {
+    let stop = |id, target| (id, Contents::Stop(target));
+    let targets = [StopTarget::Motor(Motor(1)), StopTarget::Virtual(VirtualMotor::PAN)];
+    let mut desk = Desk::up();
+    for target in targets {
+        desk.stop(target);
+    }
+    desk.pass(1500);
+    desk.request(1, position_frame(1));
+    // Every step of a desk checks that stops stand before all else in its output.
+    let (sent, events) = desk.step(Input::LinkUp);
+    assert_eq!(sent[..2], [stop(sent[0].0, targets[0]), stop(sent[1].0, targets[1])]);
+    assert_eq!(sent[2].1, Contents::Greeting);
+    assert_eq!(events, [Event::LinkDown, Event::StopNotConfirmed(targets[0]), Event::StopNotConfirmed(targets[1])]);
+
+    let mut desk = Desk::up();
+    desk.request(1, ask_status());
+    desk.stop(StopTarget::All);
+    desk.pass(499);
+    desk.now = desk.now.after(1);
+    let (sent, events) = desk.status(2, 0);
+    assert_eq!((sent, events.len()), (vec![stop(5, StopTarget::All)], 1), "a stop that is due goes before the answer");
+}
