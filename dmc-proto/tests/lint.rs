@@ -539,7 +539,10 @@ fn messages_of_a_device_match_its_greeting() {
     let stop = |reason, motor| DeviceMessage::from(HardStop { reason, motor, tail: &[] });
     wrong(stop(StopReason::UPPER_LIMIT, None), "motor: absent, although a limit belongs to a motor");
     wrong(stop(StopReason::LOWER_LIMIT, Some(Motor(9))), "motor: 9 is not in 1 to 8");
-    odd(stop(StopReason::EMERGENCY_STOP, Some(Motor(1))), "motor: present, although an emergency stop concerns all motors");
+    odd(
+        stop(StopReason::EMERGENCY_STOP, Some(Motor(1))),
+        "motor: present, although an emergency stop concerns all motors",
+    );
     assert_eq!(stop(StopReason::ENGINE_EXCEPTION, Some(Motor(1))).lint(&Context::of(hi())), Lints::new());
 
     let ack = |response_code, tail| DeviceMessage::from(Ack { of: MessageType(0x31), response_code, tail });
