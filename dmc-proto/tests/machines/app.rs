@@ -1,4 +1,4 @@
-//! Application of a host, a rig of few words, and laws that hold for every output.
+//! Application of a host, a simple rig, and laws that hold for every output.
 //!
 //! The fuzz target of the machines includes this file too.
 

@@ -1,4 +1,4 @@
-//! A host and a device, a line between them that is not always good, and a rig of few words.
+//! Host and device, a line with faults between them, and a simple rig.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
