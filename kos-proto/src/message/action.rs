@@ -49,7 +49,8 @@ message! {
         motor_address: MotorAddress,
     }
 
-    /// Start of the stored move. The motors go to its begin first, if they are not there. Source: kOS, `StartPlayback`; decision K-J7.
+    /// Start of the stored move. The motors go to its begin first, if they are not there. Source: kOS, `StartPlayback`;
+    /// decision K-J7.
     #[derive(Default)]
     pub struct StartPlayback<'a> in BE {
         /// Direction of the move. The specification asks for 0.
@@ -82,8 +83,9 @@ message! {
 
     /// Run of a motor to a position. Speed 0 stops the motor.
     ///
-    /// The device answers one `MotorPosition` when the motor rests. Positions count from the begin of the range. A motor
-    /// that is not calibrated is sent to [`JOG_DISTANCE`], and stopped. Source: kOS, `SetPositionSpeedAcceleration`; safety decisions 1 to 3, decisions K-M7 and K-M10.
+    /// The device answers one `MotorPosition` when the motor rests. Positions count from the begin of the range. A
+    /// motor that is not calibrated is sent to [`JOG_DISTANCE`] or its negative, and then stopped. Source: kOS,
+    /// `SetPositionSpeedAcceleration`; safety decisions 1 to 3, decisions K-M7 and K-M10.
     pub struct SetPositionSpeedAcceleration<'a> in BE {
         /// Which motor.
         motor_address: MotorAddress,
@@ -97,7 +99,8 @@ message! {
 
     /// Run of a motor by a distance from its present position. Speed 0 stops the motor.
     ///
-    /// The device answers one `MotorPosition` when the motor rests. Source: kOS, `BumpPositionSpeedAcceleration`; safety decisions 1 to 3, decision K-M9.
+    /// The device answers one `MotorPosition` when the motor rests. Source: kOS, `BumpPositionSpeedAcceleration`;
+    /// safety decisions 1 to 3, decision K-M9.
     pub struct BumpPositionSpeedAcceleration<'a> in BE {
         /// Which motor.
         motor_address: MotorAddress,

@@ -36,7 +36,8 @@ message! {
 
     /// Question for the address of the device in the network.
     ///
-    /// On UDP it finds devices; on TCP it keeps the connection alive. Source: kOS, (Get)`NetworkInfo`; decisions K-D2 to K-D5.
+    /// On UDP it finds devices; on TCP it keeps the connection alive. Source: kOS, (Get)`NetworkInfo`; decisions K-D2
+    /// to K-D5.
     #[derive(Default)]
     pub struct GetNetworkInfo<'a> in BE {
         ;
@@ -46,7 +47,8 @@ message! {
 
     /// Address of the device in the network.
     ///
-    /// Devices send it as an answer, and every five seconds while no client is connected. Source: kOS, `NetworkInfo`; decisions K-D2, K-D3 and K-D6.
+    /// Devices send it as an answer, and every five seconds while no client is connected. Source: kOS, `NetworkInfo`;
+    /// decisions K-D2, K-D3 and K-D6.
     #[derive(Default)]
     pub struct NetworkInfo<'a> in BE {
         /// Whether the device got its address from a DHCP server.
@@ -103,9 +105,8 @@ message! {
 
     /// Password of this session.
     ///
-    /// The password is sent as bytes, and its length counts bytes. Some peers count characters; with ASCII both counts are
-    /// the same. Source: kOS,
-    /// `UserPassword`; decisions K-T1 to K-T4 and K-P1 to K-P6.
+    /// The password is sent as bytes, and its length counts bytes. Some peers count characters; with ASCII both counts
+    /// are the same. Source: kOS, `UserPassword`; decisions K-T1 to K-T4 and K-P1 to K-P6.
     #[derive(Default)]
     pub struct UserPassword<'a> in BE {
         ;
@@ -115,7 +116,8 @@ message! {
 
     /// Password that the device shall store.
     ///
-    /// It is sent as bytes, in the same way as [`UserPassword`]. Source: kOS, `DevicePassword`; decisions K-T1 to K-T4 and K-P1 to K-P6.
+    /// It is sent as bytes, in the same way as [`UserPassword`]. Source: kOS, `DevicePassword`; decisions K-T1 to K-T4
+    /// and K-P1 to K-P6.
     #[derive(Default)]
     pub struct DevicePassword<'a> in BE {
         ;
@@ -142,7 +144,8 @@ message! {
 
     /// Platform of the client that calibrated the motors.
     ///
-    /// The calibration is void for a client of another platform. Source: kOS, `SoftwareID`; safety decision 9, decision K-P8.
+    /// The calibration is void for a client of another platform. Source: kOS, `SoftwareID`; safety decision 9, decision
+    /// K-P8.
     #[derive(Default)]
     pub struct SoftwareID<'a> in BE {
         /// Number of the platform. The specification lists no numbers.
@@ -151,7 +154,7 @@ message! {
 }
 
 impl GetNetworkInfo<'_> {
-    /// Question that the device answers by broadcast if `limited_response` is set, and otherwise to the client that asks.
+    /// Question that the device answers by broadcast if `limited_response` is true, otherwise to the client that asks.
     #[must_use]
     pub fn new(limited_response: bool) -> Self {
         Self { limited_response: Some(limited_response.into()), tail: &[] }

@@ -24,8 +24,8 @@ message! {
         motor_address: MotorAddress,
     }
 
-    /// Position of a motor that came to rest, sent once for each command to move. Source: kOS, `MotorPosition`; decision
-    /// K-M10.
+    /// Position of a motor that came to rest, sent once for each command to move. Source: kOS, `MotorPosition`;
+    /// decision K-M10.
     #[derive(Default)]
     pub struct MotorPosition<'a> in BE {
         /// Motor that rests.
@@ -229,7 +229,7 @@ mod older {
     }
 }
 
-/// Progress of the device in its move, sent unasked at every change of state, and from time to time while the move runs.
+/// Progress of the device in its move, sent unasked at each change of state, and from time to time while the move runs.
 ///
 /// Source: kOS, `PlaybackStatus`; safety decision 7, decisions K-M3, K-N2 and K-P7.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -261,8 +261,8 @@ impl<'a> PlaybackStatus<'a> {
         }
     }
 
-    /// Whether a body of `len` bytes has exactly the length of the older layout with `count` motors. `count` is the byte
-    /// at the place where that layout counts the motors.
+    /// Whether a body of `len` bytes has exactly the length of the older layout with `count` motors. `count` is the
+    /// byte at the place where that layout counts the motors.
     fn is_older(len: usize, count: u8) -> bool {
         let motors = usize::from(count).saturating_mul(size_of::<MotorPlace>());
         len == motors.saturating_add(Self::OLD_FIXED).saturating_add(1)
@@ -316,8 +316,8 @@ __message_features! { 'a [PlaybackStatus<'a>] PlaybackStatus }
 
 /// Range of a motor that was calibrated or reset: the answer to `MarkEndPosition` and `ResetAxis`.
 ///
-/// Earlier reports of the motor are void after it; ask for its `MotorInfo`. Source: kOS, `MotorCalibrated`; safety decision
-/// 7, decision K-M8.
+/// Earlier reports of the motor are void after it; ask for its `MotorInfo`. Source: kOS, `MotorCalibrated`; safety
+/// decision 7, decision K-M8.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct MotorCalibrated<'a> {
     /// Motor whose range changed.
