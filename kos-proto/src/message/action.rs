@@ -38,14 +38,14 @@ message! {
 
     /// Begin of the range of a motor, set to its present position. Not answered. Source: kOS, `MarkBeginPosition`.
     pub struct MarkBeginPosition<'a> in BE {
-        /// Which motor.
+        /// Motor whose range begins.
         motor_address: MotorAddress,
     }
 
     /// End of the range of a motor, set to its present position. The device answers `MotorCalibrated`. Source: kOS,
     /// `MarkEndPosition`.
     pub struct MarkEndPosition<'a> in BE {
-        /// Which motor.
+        /// Motor whose range ends.
         motor_address: MotorAddress,
     }
 
@@ -87,7 +87,7 @@ message! {
     /// motor that is not calibrated is sent to [`JOG_DISTANCE`] or its negative, and then stopped. Source: kOS,
     /// `SetPositionSpeedAcceleration`; safety decisions 1 to 3, decisions K-M7 and K-M10.
     pub struct SetPositionSpeedAcceleration<'a> in BE {
-        /// Which motor.
+        /// Motor that moves or stops.
         motor_address: MotorAddress,
         /// Position to go to, from the begin of the range.
         position: Rotations,
@@ -102,7 +102,7 @@ message! {
     /// The device answers one `MotorPosition` when the motor rests. Source: kOS, `BumpPositionSpeedAcceleration`;
     /// safety decisions 1 to 3, decision K-M9.
     pub struct BumpPositionSpeedAcceleration<'a> in BE {
-        /// Which motor.
+        /// Motor that moves or stops.
         motor_address: MotorAddress,
         /// Distance to go. A negative distance goes back.
         delta: Rotations,

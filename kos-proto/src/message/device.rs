@@ -1,4 +1,4 @@
-//! The device: addresses in the network, type and state, passwords, lamps, identities.
+//! Messages about the device: addresses in the network, type and state, passwords, lamps, identities.
 
 use core::fmt;
 use core::net::Ipv4Addr;
@@ -116,7 +116,7 @@ message! {
 
     /// Password that the device shall store.
     ///
-    /// It is sent as bytes, in the same way as [`UserPassword`]. Source: kOS, `DevicePassword`; decisions K-T1 to K-T4
+    /// The password is sent as bytes, in the same way as [`UserPassword`]. Source: kOS, `DevicePassword`; decisions K-T1 to K-T4
     /// and K-P1 to K-P6.
     #[derive(Default)]
     pub struct DevicePassword<'a> in BE {
