@@ -1,11 +1,11 @@
 //! Kessler kOS, the protocol between a client and a motion-control device such as Second Shooter, for both sides.
 //!
-//! The client, or [host](HostMessage), sends settings and questions. The [device](DeviceMessage) sends answers and unasked
-//! reports. The crate turns bytes into frames and frames into messages, and messages into bytes. It does no I/O, does not
-//! allocate, and does not panic.
+//! The client, or [host](HostMessage), sends settings and questions. The [device](DeviceMessage) sends answers and
+//! unasked reports. The crate turns bytes into frames and frames into messages, and messages into bytes. It does no
+//! I/O, does not allocate, and does not panic.
 //!
-//! Reading: the bytes of a stream come in pieces. [`Frames`] finds the frames in them, and each side decodes the messages
-//! of the other side.
+//! Reading: the bytes of a stream come in pieces. [`Frames`] finds the frames in them, and each side decodes the
+//! messages of the other side.
 //!
 //! ```
 //! use kos_proto::message::MotorAddress;
@@ -36,9 +36,9 @@
 //! ```
 //!
 //! Writing: a message is written with its header. Before that, [`lint`] says what a device would refuse. Over TCP, the
-//! bytes are sent as they are. Over USB, they are sent in reports of 64 bytes, which [`usb`] makes and reads. Clients and
-//! devices find each other over UDP, where a datagram is one message; [`discovery`] keeps a list of the devices that were
-//! heard.
+//! bytes are sent as they are. Over USB, they are sent in reports of 64 bytes, which [`usb`] makes and reads. Clients
+//! and devices find each other over UDP, where a datagram is one message; [`discovery`] keeps a list of the devices
+//! that were heard.
 //!
 //! ```
 //! use kos_proto::HostMessage;
@@ -57,7 +57,8 @@
 //! played.
 //!
 //! Two state machines know when to send which message, and what silence means: [`host::HostMachine`] for a client and
-//! [`device::DeviceMachine`] for a device. They are values without sockets, clock and motors, which belong to the caller.
+//! [`device::DeviceMachine`] for a device. They are values without sockets, clock and motors, which belong to the
+//! caller.
 //!
 //! | you have | call |
 //! |---|---|
@@ -66,7 +67,7 @@
 //! | a datagram | [`discovery`] |
 //! | a frame, a command, a report of the rig, or a time at which to wake | `advance` of a machine |
 //! | a `Transmit` of a machine | its `message`, then `encode_into` |
-//! | a move | [`MoveSummary::of`], which gives the part of the move that the machines need, or the reason why no device can play it |
+//! | a move | [`MoveSummary::of`]: its times, photos and motors, or why no device can play it |
 //!
 //! Each call of a machine returns effects, which the caller carries out in their order, and a time at which to wake the
 //! machine:

@@ -116,8 +116,8 @@ message! {
 
     /// Password that the device shall store.
     ///
-    /// The password is sent as bytes, in the same way as [`UserPassword`]. Source: kOS, `DevicePassword`; decisions K-T1 to K-T4
-    /// and K-P1 to K-P6.
+    /// The password is sent as bytes, in the same way as [`UserPassword`]. Source: kOS, `DevicePassword`; decisions
+    /// K-T1 to K-T4 and K-P1 to K-P6.
     #[derive(Default)]
     pub struct DevicePassword<'a> in BE {
         ;
