@@ -157,7 +157,7 @@ open_enum! {
 }
 
 impl ErrorCode {
-    /// Whether the motor lost its range with the error (decision K-P12).
+    /// Whether the error voids the range of the motor (decision K-P12).
     #[must_use]
     pub const fn resets_axis(self) -> bool {
         matches!(self, Self::RUNAWAY | Self::CALIBRATION | Self::FAULT)
