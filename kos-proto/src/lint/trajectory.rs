@@ -31,7 +31,7 @@ fn motors(lints: &mut Lints, context: &Context<'_>, message: &TrajectoryData<'_>
     for excess in excesses {
         match excess {
             Excess::Absent { .. } => {
-                lints.note(Severity::Error, "motor_address", "is not the address of a motor of the device")
+                lints.note(Severity::Error, "motor_address", "is not the address of a motor of the device");
             }
             Excess::Uncalibrated { .. } => lints.note(Severity::Error, "motor_address", "is not calibrated"),
             Excess::Speed { .. } => lints.note(Severity::Warning, "points", "are too fast for the motor"),
@@ -52,7 +52,7 @@ fn report(lints: &mut Lints, severity: Severity, error: MoveError) {
         MoveError::Apart { .. } => note("points", "do not begin where the segment before them ends"),
         MoveError::OtherRapidReverse { .. } => note("rapid_reverse_duration", "should be the same as duration"),
         MoveError::FloatMoment => {
-            note("delay_interval_bits", "holds the moment as an IEEE number, which may start the move at once")
+            note("delay_interval_bits", "holds the moment as an IEEE number, which may start the move at once");
         }
         MoveError::NotFinite { what: what @ "delay_interval_bits", bits, .. } => {
             lints.push(severity, what, Problem::NonFinite(bits));
