@@ -1,4 +1,4 @@
-//! The envelope: a header of six bytes, and the body.
+//! Envelope of a message: a header of six bytes, and the payload.
 //!
 //! | offset | size | field |
 //! |---|---|---|
@@ -6,10 +6,10 @@
 //! | 1 | 2 | length of the whole message, header included |
 //! | 3 | 2 | message id |
 //! | 5 | 1 | message type: set, get, response |
-//! | 6 | length - 6 | body |
+//! | 6 | length - 6 | payload |
 //!
-//! All numbers are big-endian. There is no marker and no checksum, so the length alone leads from one message to the
-//! next, and it is never repaired: a message that lies about its length puts the stream out of step.
+//! All numbers are big-endian. The envelope has no marker and no checksum, so the length alone says where the next
+//! message begins. A wrong length cannot be repaired: the reader then looks for the next message at a wrong place.
 //!
 //! Source: kOS, Message Header; decisions K-F1 to K-F9.
 
@@ -21,60 +21,60 @@ use motion_core::wire::{DecodeError, EncodeError, Envelope};
 use zerocopy::big_endian::U16;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
-/// The protocol version that is spoken here: the first byte of every message.
+/// Protocol version of this crate: the first byte of every message.
 pub const VERSION: u8 = 4;
-/// Bytes of a header.
+/// Length of a header, in bytes.
 pub const HEADER_LEN: usize = size_of::<Header>();
-/// Bytes of the longest message that a receiver takes unless told otherwise (decision K-F7).
+/// Length of the longest message that a receiver takes by default, in bytes (decision K-F7).
 ///
-/// The longest one that the specification can make is a trajectory of 9400 bytes; the rest is room for blocks that it
-/// does not name. A device that holds short moves only does well with less: what is longer is skipped and reported,
-/// and the stream stays in step.
+/// The longest message of the specification is a trajectory of 9400 bytes. The rest is room for blocks that the
+/// specification does not name. A device that only holds short moves can use a lower limit: a longer message is skipped
+/// and reported, and the messages after it are read as usual.
 pub const MAX_FRAME: usize = 16_384;
 
 open_enum! {
-    /// What a message is about.
+    /// Id of a message, which says its subject.
     pub struct MessageId(u16) {
-        /// Nothing: the line is in use. Source: kOS, USB; decision K-U6.
+        /// No subject; the message shows that the line is in use. Source: kOS, USB; decision K-U6.
         KEEP_ALIVE = 0x0000,
         /// Addresses of the device in the network.
         NETWORK_INFO = 0x0002,
-        /// The lamps.
+        /// Lamps of the device and of its slave.
         LED_STATUS = 0x0007,
-        /// The motors, where they are and how far they go.
+        /// Positions, ranges and limits of the motors.
         MOTOR_INFO = 0x000B,
-        /// The device, and what it does just now.
+        /// Type and present state of the device.
         DEVICE_INFO = 0x000F,
-        /// The password of this session.
+        /// Password of this session.
         USER_PASSWORD = 0x0010,
-        /// The password that the device stores.
+        /// Password that the device stores.
         DEVICE_PASSWORD = 0x0011,
-        /// The move.
+        /// Stored move.
         TRAJECTORY_DATA = 0x0012,
-        /// The number that no other device has.
+        /// Number of the device, which no other device has.
         DEVICE_GUID = 0x001F,
-        /// The platform of the client that calibrated the motors.
+        /// Platform of the client that calibrated the motors.
         SOFTWARE_ID = 0x0026,
-        /// Something to do; the first byte of the body says what.
+        /// Action of the device. The first byte of the payload says which.
         ACTION = 0x0080,
-        /// Something that happened; the first byte of the body says what.
+        /// Notification of the client. The first byte of the payload says which.
         NOTIFICATION = 0x0081,
     }
 
-    /// Whether a message sets, asks or answers. Source: kOS, Message Type; decision K-F9.
+    /// Type of a message, which says whether it sets, asks or answers. Source: kOS, Message Type; decision K-F9.
     pub struct MessageType(u8) {
-        /// Take this: client to device.
+        /// Message that sets something, from client to device.
         SET = 0x00,
-        /// What is it? Client to device.
+        /// Question, from client to device.
         GET = 0x01,
-        /// It is this: device to client, asked or not.
+        /// Answer or unasked report, from device to client.
         RESPONSE = 0x02,
-        /// It is this, and more of the same follows.
+        /// Part of an answer that is followed by another part, from device to client.
         RESPONSE_MORE = 0x82,
     }
 }
 
-/// The first six bytes of a message.
+/// Header of a message: its first six bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
 #[repr(C)]
 pub struct Header {
@@ -89,26 +89,26 @@ impl Header {
         Self { version: VERSION, len: U16::new(len), id: U16::new(id.0), kind: kind.0 }
     }
 
-    /// Its id and type as the tables write them, before the number of an action or notification.
+    /// Id and type of the message as the tables write them, with 0 for the number of an action or notification.
     #[inline]
     const fn number(self) -> u32 {
         let [.., id0, id1, kind]: [u8; HEADER_LEN] = zerocopy::transmute!(self);
         u32::from_be_bytes([id0, id1, kind, 0])
     }
 
-    /// What the message is about.
+    /// Id of the message, which says its subject.
     #[must_use]
     pub fn id(&self) -> MessageId {
         MessageId(self.id.get())
     }
 
-    /// Whether it sets, asks or answers.
+    /// Type of the message, which says whether it sets, asks or answers.
     #[must_use]
     pub const fn kind(&self) -> MessageType {
         MessageType(self.kind)
     }
 
-    /// Bytes of the whole message, this header included.
+    /// Length of the whole message in bytes, with this header.
     #[must_use]
     pub fn message_len(&self) -> usize {
         self.len.get().into()
@@ -125,7 +125,7 @@ impl fmt::Debug for Header {
     }
 }
 
-/// A whole message, as it came.
+/// Frame of a whole message, as it came.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Frame<'a> {
     header: &'a Header,
@@ -138,7 +138,7 @@ impl<'a> Frame<'a> {
     ///
     /// # Errors
     ///
-    /// [`FrameError`] says what is wrong with them.
+    /// [`FrameError`], if the bytes are not exactly one message.
     #[inline]
     pub fn decode(bytes: &'a [u8]) -> Result<Self, FrameError> {
         match Header::ref_from_prefix(bytes) {
@@ -149,31 +149,31 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Its header.
+    /// Header of the message.
     #[must_use]
     pub const fn header(&self) -> &'a Header {
         self.header
     }
 
-    /// What it is about.
+    /// Id of the message, which says its subject.
     #[must_use]
     pub fn id(&self) -> MessageId {
         self.header.id()
     }
 
-    /// Whether it sets, asks or answers.
+    /// Type of the message, which says whether it sets, asks or answers.
     #[must_use]
     pub const fn kind(&self) -> MessageType {
         self.header.kind()
     }
 
-    /// All behind the header; of an action or a notification, its number first.
+    /// Bytes after the header. In an action or a notification, its number is the first of them.
     #[must_use]
     pub const fn payload(&self) -> &'a [u8] {
         self.payload
     }
 
-    /// All of it, header included.
+    /// Bytes of the whole message, with the header.
     #[must_use]
     pub const fn bytes(&self) -> &'a [u8] {
         self.bytes
@@ -192,39 +192,39 @@ impl fmt::Debug for Frame<'_> {
     }
 }
 
-/// Why bytes are not one message.
+/// Reason why bytes are not exactly one message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum FrameError {
-    /// They end before the message does.
+    /// The bytes end before the message does.
     #[error("frame: need {needed} bytes, have {have}")]
     Truncated {
-        /// Bytes of the whole message, or of a header.
+        /// Length of the whole message, or of a header, in bytes.
         needed: usize,
-        /// Bytes there are.
+        /// Number of bytes that were given.
         have: usize,
     },
-    /// They go on behind the message.
+    /// The bytes go on after the message.
     #[error("frame: {extra} bytes too many")]
     Trailing {
-        /// Bytes behind it.
+        /// Number of bytes after the message.
         extra: usize,
     },
-    /// The first byte is another protocol version (decision K-F3).
+    /// The first byte is not the protocol version of this crate (decision K-F3).
     #[error("frame: protocol version is {found}, should be {VERSION}")]
     BadVersion {
-        /// The byte on the wire.
+        /// First byte of the message.
         found: u8,
     },
-    /// The length does not even cover the header (decision K-F2).
+    /// The length is less than that of a header (decision K-F2).
     #[error("frame: length is {found}, should be at least {HEADER_LEN}")]
     BadLength {
-        /// The length on the wire.
+        /// Length that the header says, in bytes.
         found: usize,
     },
 }
 
-/// What is wrong with bytes that are not one message. Out of the way of those that are.
+/// Error of bytes that are not exactly one message. Cold, so that valid messages are decoded faster.
 #[cold]
 fn not_one_message(bytes: &[u8]) -> FrameError {
     let have = bytes.len();
@@ -239,13 +239,13 @@ fn not_one_message(bytes: &[u8]) -> FrameError {
     }
 }
 
-/// The number of a message in the tables: id, type, and the number of the action or notification.
+/// Number of a message in the tables: id, type, and the number of the action or notification.
 const fn number(id: MessageId, kind: MessageType, sub: u8) -> u32 {
     let [i0, i1] = id.0.to_be_bytes();
     u32::from_be_bytes([i0, i1, kind.0, sub])
 }
 
-/// The name of what the first byte of the body numbers, if it does.
+/// Name of what the first byte of the payload numbers; `None` in other messages.
 #[inline]
 const fn sub_of(number: u32) -> Option<&'static str> {
     const ACTION: u32 = self::number(MessageId::ACTION, MessageType::SET, 0);
@@ -257,7 +257,8 @@ const fn sub_of(number: u32) -> Option<&'static str> {
     }
 }
 
-/// Takes a number apart again. The last part is there where the number of an action or notification is.
+/// Id, type, and number of the action or notification in a number of the tables. The last part is `None` for all other
+/// messages.
 #[inline]
 pub(crate) fn parts(number: u32) -> (MessageId, MessageType, Option<(&'static str, u8)>) {
     let [i0, i1, kind, sub] = number.to_be_bytes();
@@ -265,7 +266,7 @@ pub(crate) fn parts(number: u32) -> (MessageId, MessageType, Option<(&'static st
     (id, kind, sub_of(number).map(|what| (what, sub)))
 }
 
-/// Writes a message of any id, type and payload: the way to send what has no type of its own.
+/// Writes a message of any id, type and payload, for messages that have no type in this crate.
 ///
 /// The payload of an action or a notification begins with its number.
 ///
@@ -286,7 +287,7 @@ fn payload_len(number: u32, body_len: usize) -> usize {
     body_len.saturating_add(usize::from(sub_of(number).is_some()))
 }
 
-/// Writes the header, and what `payload` writes; the header last, so that a refused payload leaves nothing written.
+/// Writes a header and a payload. The header is written last, so that nothing is written if the payload is refused.
 #[inline]
 fn frame(
     id: MessageId,
@@ -308,12 +309,12 @@ fn frame(
     Ok(needed)
 }
 
-/// The framing of kOS, for messages of up to `CAP` bytes.
+/// Framing of kOS, for messages of up to `CAP` bytes.
 ///
-/// `CAP` is 6 to 65535. A longer message is skipped by its length and reported as noise; the stream stays in step. A
-/// wrong version or a length below 6 is fatal: nothing on the wire says where the next message begins. A TCP client
-/// closes the connection then; a byte 4 in a payload looks like a header, so [`resync`](stream::Frames::resync) is a
-/// gamble (safety decision 6, decisions K-F2, K-F3).
+/// `CAP` is 6 to 65535. A longer message is skipped by its length and reported as noise, and the messages after it are
+/// read as usual. A wrong version or a length below 6 is fatal, because nothing on the wire says where the next message
+/// begins. A TCP client then closes the connection. [`resync`](stream::Frames::resync) is not reliable, because a byte
+/// 4 in a payload looks like the begin of a header (safety decision 6, decisions K-F2, K-F3).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kos<const CAP: usize = MAX_FRAME> {}
 
@@ -388,13 +389,13 @@ impl<const CAP: usize> Framing for Kos<CAP> {
         Frame::decode(bytes).ok()
     }
 
-    /// All of them: without a marker, any payload could look like a message.
+    /// Drops all bytes: kOS has no marker, so any payload could look like a message.
     fn give_up(bytes: &[u8]) -> usize {
         bytes.len()
     }
 }
 
-/// A stream of kOS messages, in a buffer of `N` bytes, at least twice [`MAX_FRAME`].
+/// Stream of kOS messages, in a buffer of `N` bytes, at least twice [`MAX_FRAME`].
 ///
 /// For other limits, name the framing: `motion_core::stream::Frames<Kos<1024>, 2048>`.
 pub type Frames<const N: usize = { 2 * MAX_FRAME }> = stream::Frames<Kos, N>;

@@ -1,4 +1,4 @@
-//! What a client should not send.
+//! Checks of the messages that a client sends.
 
 use motion_core::lint::{Lints, Severity};
 
@@ -11,10 +11,10 @@ use crate::message::{
 };
 
 impl HostMessage<'_> {
-    /// What a strict device would refuse, or a wise client would not send.
+    /// Findings about the message: what a strict device would refuse, or a careful client would not send.
     ///
-    /// A stop is refused for its address alone, whatever stands in its other fields: the motor must not run on because
-    /// of them (safety decision 3).
+    /// A stop has an error only if its address is wrong. The other fields of a stop give warnings at most, because they
+    /// must not be a reason to let the motor run on (safety decision 3).
     #[must_use]
     pub fn lint(&self, context: &Context<'_>) -> Lints {
         let mut lints = Lints::new();
@@ -78,18 +78,18 @@ impl HostMessage<'_> {
     }
 }
 
-/// A motor that is told something (decisions K-M1 and K-M2), and what is known of it.
+/// Checks the address of the motor of a command (decisions K-M1 and K-M2), and returns the motor if it is known.
 fn motor<'a>(lints: &mut Lints, context: &Context<'a>, motor: MotorAddress, least: u8) -> Option<&'a Motor> {
     address(lints, motor, least);
     lints.reserved("motor_address", motor.0, !MotorAddress(u8::MAX).number());
     let known = context.motor(motor);
     if known.is_none() && !context.motors.is_empty() && motor.number() != MotorAddress::ALL.0 {
-        lints.note(Severity::Error, "motor_address", "is none of the device's motors");
+        lints.note(Severity::Error, "motor_address", "is not the address of a motor of the device");
     }
     known
 }
 
-/// Unless they are 0, nobody knows what a device makes of them (decision K-J7).
+/// Checks the fields of a playback that should be 0, because their other values are not specified (decision K-J7).
 fn playback(lints: &mut Lints, direction: PlaybackDirection, start_time: Seconds) {
     zero(lints, "direction", direction.0);
     not_negative(lints, "start_time", start_time.0);
@@ -106,11 +106,11 @@ fn take_picture(lints: &mut Lints, message: &TakePicture<'_>) {
     not_negative(lints, "exposure", message.exposure.0);
 }
 
-/// Positions do not matter in a stop (safety decision 3).
+/// Checks a stop, in which the position does not matter (safety decision 3).
 fn stop(lints: &mut Lints, context: &Context<'_>, address: MotorAddress, acceleration: RotationsPerSecondSquared) {
     motor(lints, context, address, 1);
     if acceleration.0.is_nan() || acceleration.0 <= 0.0 {
-        lints.note(Severity::Warning, "acceleration", "is not positive, and might mean never to come to rest");
+        lints.note(Severity::Warning, "acceleration", "is not positive: the motor might never come to rest");
     }
 }
 
@@ -130,23 +130,24 @@ fn bump(lints: &mut Lints, context: &Context<'_>, message: &BumpPositionSpeedAcc
     pace(lints, known, context.kind(message.motor_address), message.speed, message.acceleration);
 }
 
-/// A device keeps a calibrated motor in its range, and takes a jog only of one that is not (7.3, decision K-M9).
+/// Checks a position. A device keeps a calibrated motor in its range. If a motor is not calibrated, a device only
+/// accepts a jog (7.3, decision K-M9).
 fn position(lints: &mut Lints, motor: &Motor, position: Rotations) {
     match motor.range() {
         Some(range) => {
             let (low, high) = (range.0.min(0.0), range.0.max(0.0));
             if position.0 < low || position.0 > high {
-                lints.note(Severity::Warning, "position", "is outside the motor's range");
+                lints.note(Severity::Warning, "position", "is outside the range of the motor");
             }
         }
         None if position != JOG_DISTANCE && position.0 != -JOG_DISTANCE.0 => {
-            lints.note(Severity::Warning, "position", "means nothing: the motor is not calibrated");
+            lints.note(Severity::Warning, "position", "has no meaning: the motor is not calibrated");
         }
         None => {}
     }
 }
 
-/// Speed and acceleration (decision K-N1), and the lower ones of what the motor and its kind of axis allow (decision
+/// Checks speed and acceleration (decision K-N1). The lower limit of the motor and of its kind of axis counts (decision
 /// K-M6).
 fn pace(
     lints: &mut Lints,
@@ -161,7 +162,7 @@ fn pace(
         lints.note(
             Severity::Warning,
             "acceleration",
-            "is 0: the motor never gets to its speed, or never comes to rest",
+            "is 0: the motor never reaches its speed, or never comes to rest",
         );
     }
     let of_motor = motor.map(|motor| (motor.max_max_move_speed.0, motor.max_max_acceleration.0)).unzip();
@@ -175,8 +176,8 @@ fn pace(
 
 fn at_most(lints: &mut Lints, what: &'static str, number: f32, of_motor: Option<f32>, of_kind: Option<f32>) {
     if of_motor.is_some_and(|greatest| number > greatest) {
-        lints.note(Severity::Warning, what, "is more than the motor's greatest");
+        lints.note(Severity::Warning, what, "is more than the limit of the motor");
     } else if of_kind.is_some_and(|greatest| number > greatest) {
-        lints.note(Severity::Warning, what, "is more than the specification allows such an axis");
+        lints.note(Severity::Warning, what, "is more than the limit of the specification for the kind of axis");
     }
 }

@@ -1,117 +1,124 @@
-//! Actions: what a client tells a device to do.
+//! Actions: messages by which a client tells a device to do something.
 
 use motion_core::wire::{Bool, Conduct, Purpose};
 use motion_core::{message, open_enum};
 
 use super::{MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds};
 
-/// Where a motor is sent so that it runs until it is stopped, as long as it is not calibrated (decision K-M7).
+/// Position that a jog sends a motor to that is not calibrated, so far away that the motor runs until it is stopped
+/// (decision K-M7).
 pub const JOG_DISTANCE: Rotations = Rotations(25_000.0);
-/// The acceleration of a stop where no usable one is given: what the specification allows every kind of motor
+/// Acceleration of a stop if no usable acceleration is given. The specification allows it for every kind of axis
 /// (decision K-M6).
 const FALLBACK: RotationsPerSecondSquared = RotationsPerSecondSquared(50.0);
 
 message! {
-    /// Start the device anew. It answers nothing, and closes all connections. Source: kOS, `ResetDevice`.
+    /// Restart of the device, which closes all connections. Not answered. Source: kOS, `ResetDevice`.
     #[derive(Default)]
     pub struct ResetDevice<'a> in BE {}
 
-    /// Stop all motors and the move: answered by `PlaybackStatus` `FullStop`, and one `MotorPosition` for each motor at
-    /// rest. Source: kOS, `StopPlayback`; safety decisions 2 and 8.
+    /// Stop of all motors and of the move.
+    ///
+    /// The device answers `PlaybackStatus` `FullStop`, and one `MotorPosition` for each motor at rest. Source: kOS,
+    /// `StopPlayback`; safety decisions 2 and 8.
     #[derive(Default)]
     pub struct StopPlayback<'a> in BE {}
 
-    /// Send the motors of the stored move to where it begins. Source: kOS, `RapidToFirstKeyFrame`.
+    /// Run of the motors of the stored move to the position where the move begins. Source: kOS, `RapidToFirstKeyFrame`.
     #[derive(Default)]
     pub struct RapidToFirstKeyFrame<'a> in BE {}
 
-    /// Forget the range of a motor, or of all: answered by `MotorCalibrated`, but for all by nothing.
+    /// Reset of the range of a motor, or of all motors, which are then not calibrated.
     ///
-    /// Source: kOS, `ResetAxis`.
+    /// The device answers `MotorCalibrated` for one motor, and nothing for all motors. Source: kOS, `ResetAxis`.
     pub struct ResetAxis<'a> in BE {
-        /// Which motor, or [`MotorAddress::ALL`].
+        /// Motor whose range is reset, or [`MotorAddress::ALL`].
         motor_address: MotorAddress,
     }
 
-    /// The range of a motor begins where it is now. Not answered. Source: kOS, `MarkBeginPosition`.
+    /// Begin of the range of a motor, set to its present position. Not answered. Source: kOS, `MarkBeginPosition`.
     pub struct MarkBeginPosition<'a> in BE {
-        /// Which motor.
+        /// Motor whose range begins.
         motor_address: MotorAddress,
     }
 
-    /// The range of a motor ends where it is now: answered by `MotorCalibrated`. Source: kOS, `MarkEndPosition`.
+    /// End of the range of a motor, set to its present position. The device answers `MotorCalibrated`. Source: kOS,
+    /// `MarkEndPosition`.
     pub struct MarkEndPosition<'a> in BE {
-        /// Which motor.
+        /// Motor whose range ends.
         motor_address: MotorAddress,
     }
 
-    /// Play the move: go to its begin first, if need be. Source: kOS, `StartPlayback`; decision K-J7.
+    /// Start of the stored move. The motors go to its begin first, if they are not there. Source: kOS, `StartPlayback`;
+    /// decision K-J7.
     #[derive(Default)]
     pub struct StartPlayback<'a> in BE {
-        /// Which way; 0.
+        /// Direction of the move. The specification asks for 0.
         direction: PlaybackDirection,
-        /// 0.
+        /// Time in the move at which it starts. The specification asks for 0.
         start_time: Seconds,
     }
 
-    /// Take one photo. Source: kOS, `TakePicture`.
+    /// Trigger of one photo. Source: kOS, `TakePicture`.
     #[derive(Default)]
     pub struct TakePicture<'a> in BE {
-        /// 0.
+        /// Unused: 0, which is no motor.
         motor_address: MotorAddress,
-        /// How long the shutter is open.
+        /// Exposure: time for which the shutter is open.
         exposure: Seconds,
     }
 
-    /// Get ready to play the move: answered by `PlaybackStatus`, in the end `SetupCompleted`.
+    /// Preparation of the stored move. The device answers `PlaybackStatus`, last `SetupCompleted`.
     ///
     /// Source: kOS, `SetupPlayback`; decision K-J7.
     #[derive(Default)]
     pub struct SetupPlayback<'a> in BE {
-        /// Which way; 0.
+        /// Direction of the move. The specification asks for 0.
         direction: PlaybackDirection,
-        /// 0.
+        /// Time in the move at which it starts. The specification asks for 0.
         start_time: Seconds,
-        /// Whether the motors stay where they are until the move is played.
+        /// Whether the motors stay at their positions until the move is played.
         delay_return: Bool,
     }
 
-    /// Go to a position: answered by one `MotorPosition` once the motor rests. Speed 0 stops it.
+    /// Run of a motor to a position. Speed 0 stops the motor.
     ///
-    /// Positions count from the begin of the range; a motor that is not calibrated is sent [`JOG_DISTANCE`] away, and
-    /// stopped. Source: kOS, `SetPositionSpeedAcceleration`; safety decisions 1 to 3, decisions K-M7 and K-M10.
+    /// The device answers one `MotorPosition` when the motor rests. Positions count from the begin of the range. A
+    /// motor that is not calibrated is sent to [`JOG_DISTANCE`] or its negative, and then stopped. Source: kOS,
+    /// `SetPositionSpeedAcceleration`; safety decisions 1 to 3, decisions K-M7 and K-M10.
     pub struct SetPositionSpeedAcceleration<'a> in BE {
-        /// Which motor.
+        /// Motor that moves or stops.
         motor_address: MotorAddress,
-        /// Where to, from the begin of the range.
+        /// Position to go to, from the begin of the range.
         position: Rotations,
-        /// How fast; 0 stops, wherever the motor is.
+        /// Speed of the motor. Speed 0 stops it, whatever the position says.
         speed: RotationsPerSecond,
-        /// How sharply it starts and stops.
+        /// Acceleration with which the motor starts and stops.
         acceleration: RotationsPerSecondSquared,
     }
 
-    /// Go a distance from here: answered by one `MotorPosition` once the motor rests. Speed 0 stops it.
+    /// Run of a motor by a distance from its present position. Speed 0 stops the motor.
     ///
-    /// Source: kOS, `BumpPositionSpeedAcceleration`; safety decisions 1 to 3, decision K-M9.
+    /// The device answers one `MotorPosition` when the motor rests. Source: kOS, `BumpPositionSpeedAcceleration`;
+    /// safety decisions 1 to 3, decision K-M9.
     pub struct BumpPositionSpeedAcceleration<'a> in BE {
-        /// Which motor.
+        /// Motor that moves or stops.
         motor_address: MotorAddress,
-        /// How far; negative is back.
+        /// Distance to go. A negative distance goes back.
         delta: Rotations,
-        /// How fast; 0 stops.
+        /// Speed of the motor. Speed 0 stops it.
         speed: RotationsPerSecond,
-        /// How sharply it starts and stops.
+        /// Acceleration with which the motor starts and stops.
         acceleration: RotationsPerSecondSquared,
     }
 }
 
 open_enum! {
-    /// Which way a move is played (decision K-J7).
+    /// Direction in which a move is played, as messages number it (decision K-J7).
     pub struct PlaybackDirection(u8) {
-        /// From its begin.
+        /// Forward, from the begin of the move.
         FORWARD = 0,
-        /// From its end, as it seems: the specification has messages for it, but asks for 0.
+        /// Reverse, probably from the end of the move. The specification has messages for it, but asks for 0.
         REVERSE = 1,
     }
 }
@@ -119,14 +126,14 @@ open_enum! {
 /// Direction in which a move is played.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Direction {
-    /// From the begin of the move.
+    /// Forward, from the begin of the move.
     Forward,
-    /// From the end of the move.
+    /// Reverse, from the end of the move.
     Reverse,
 }
 
 impl Direction {
-    /// Direction of a message; `None` where the number has no known meaning.
+    /// Direction that a message numbers; `None` if the number has no known meaning.
     #[must_use]
     pub const fn of(direction: PlaybackDirection) -> Option<Self> {
         match direction {
@@ -145,7 +152,7 @@ impl Direction {
         }
     }
 
-    /// The opposite direction.
+    /// Opposite direction.
     #[must_use]
     pub const fn back(self) -> Self {
         match self {
@@ -167,10 +174,13 @@ impl SetPositionSpeedAcceleration<'_> {
 
     /// Stops a motor (safety decision 3).
     ///
-    /// `last_known` is where a calibrated motor is, as commands count (see `Motor::relative_position`), so that a
-    /// device that overlooks the speed stays close to it; `None` where the motor is not calibrated, or nobody knows.
-    /// `max_acceleration` is the greatest one of the motor. It is never sent as 0, which might mean never to stop:
-    /// what is not a positive number becomes 50 rev/s².
+    /// `last_known` is the position of a calibrated motor, as commands count it (see `Motor::relative_position`): a
+    /// device that ignores the speed of 0 then keeps the motor close to that position. `None` says that the motor is
+    /// not calibrated, or that its position is not known; the position is then [`JOG_DISTANCE`].
+    ///
+    /// `max_acceleration` is the greatest acceleration of the motor, in rev/s². An acceleration of 0 is never sent,
+    /// because it might mean that the motor never stops. A value that is not a positive finite number becomes
+    /// 50 rev/s².
     #[must_use]
     pub fn stop(
         motor_address: MotorAddress,
@@ -187,7 +197,7 @@ impl SetPositionSpeedAcceleration<'_> {
         }
     }
 
-    /// Runs a motor that is not calibrated until it is stopped: backward, if `speed` is negative (decision K-M7).
+    /// Runs a motor that is not calibrated until it is stopped. A negative `speed` runs it back (decision K-M7).
     #[must_use]
     pub fn jog(
         motor_address: MotorAddress,

@@ -1,4 +1,4 @@
-//! The device: addresses in the network, what it is and does, passwords, lamps, identities.
+//! Messages about the device: addresses in the network, type and state, passwords, lamps, identities.
 
 use core::fmt;
 use core::net::Ipv4Addr;
@@ -10,142 +10,151 @@ use zerocopy::ByteOrder;
 use super::{Normalized, PlaybackState, Seconds};
 
 message! {
-    /// The line is in use. Not answered. Source: kOS, USB; decision K-U6.
+    /// Sign that the line is in use. Not answered. Source: kOS, USB; decision K-U6.
     #[derive(Default)]
     pub struct KeepAlive<'a> in BE {}
 
-    /// What do the lamps do? Source: kOS, (Get)`LEDStatus`.
+    /// Question for the lamps. Source: kOS, (Get)`LEDStatus`.
     #[derive(Default)]
     pub struct GetLEDStatus<'a> in BE {}
 
-    /// What is the device, and what does it do at present? Source: kOS, (Get)`DeviceInfo`.
+    /// Question for the type and the state of the device. Source: kOS, (Get)`DeviceInfo`.
     #[derive(Default)]
     pub struct GetDeviceInfo<'a> in BE {}
 
-    /// Which move is stored? Source: kOS, (Get)`TrajectoryData`.
+    /// Question for the stored move. Source: kOS, (Get)`TrajectoryData`.
     #[derive(Default)]
     pub struct GetTrajectoryData<'a> in BE {}
 
-    /// Which of all devices is it? Source: kOS, (Get)`DeviceGUID`.
+    /// Question for the number that no other device has. Source: kOS, (Get)`DeviceGUID`.
     #[derive(Default)]
     pub struct GetDeviceGUID<'a> in BE {}
 
-    /// Which platform calibrated the motors? Source: kOS, (Get)`SoftwareID`.
+    /// Question for the platform that calibrated the motors. Source: kOS, (Get)`SoftwareID`.
     #[derive(Default)]
     pub struct GetSoftwareID<'a> in BE {}
 
-    /// Where are you in the network? On UDP it finds devices; on TCP it keeps the connection alive.
+    /// Question for the address of the device in the network.
     ///
-    /// Source: kOS, (Get)`NetworkInfo`; decisions K-D2 to K-D5.
+    /// On UDP it finds devices; on TCP it keeps the connection alive. Source: kOS, (Get)`NetworkInfo`; decisions K-D2
+    /// to K-D5.
     #[derive(Default)]
     pub struct GetNetworkInfo<'a> in BE {
         ;
-        /// Whether the device shall answer by broadcast to 255.255.255.255. Left out, it means no.
+        /// Whether the device shall answer by broadcast to 255.255.255.255. A message without the field means no.
         limited_response: Option<Bool>,
     }
 
-    /// Where the device is in the network: asked, and every five seconds while no client is connected.
+    /// Address of the device in the network.
     ///
-    /// Source: kOS, `NetworkInfo`; decisions K-D2, K-D3 and K-D6.
+    /// Devices send it as an answer, and every five seconds while no client is connected. Source: kOS, `NetworkInfo`;
+    /// decisions K-D2, K-D3 and K-D6.
     #[derive(Default)]
     pub struct NetworkInfo<'a> in BE {
-        /// Whether it got its address from a server.
+        /// Whether the device got its address from a DHCP server.
         dhcp: Bool,
-        /// Its hardware address.
+        /// Hardware address of the device.
         mac_address: MacAddress,
-        /// Its address; 0.0.0.0 where it does not know.
+        /// IP address of the device; 0.0.0.0 if the device does not know it.
         ip_address: Ipv4,
-        /// Which bits of the address are the network.
+        /// Subnet mask: the bits of the address that name the network.
         subnet_mask: Ipv4,
-        /// Where the network ends.
+        /// IP address of the gateway, which leads out of the network.
         gateway: Ipv4,
-        /// What it is.
+        /// Type of the device.
         device_type: DeviceType,
         /// Unused: 0 (safety decision 9).
         device_addr: u8,
     }
 
-    /// What the device is, and what it does just now.
+    /// Type and present state of the device.
     ///
-    /// The password stands in it in clear, before any is asked for: it keeps friends apart, not strangers out. Devices
+    /// The message holds the password in clear, and devices send it before they ask for a password. So the password
+    /// prevents clients from using each other's devices by mistake, but it does not protect against strangers. Messages
     /// of the older dialect end before `photo_count`.
     ///
     /// Source: kOS, `DeviceInfo`; safety decisions 7 and 9, decision K-P7.
+    #[derive(Default)]
     pub struct DeviceInfo<'a> in BE {
-        /// What it is.
+        /// Type of the device.
         device_type: DeviceType,
         /// Unused: 0 (safety decision 9).
         device_addr: u8,
-        /// Which kind of move it plays.
+        /// Kind of the move that the device plays.
         playback_mode: PlaybackMode,
-        /// How far it is with it.
+        /// State of the device in its move.
         playback_status: PlaybackState,
-        /// Which firmware runs on it.
+        /// Version of the firmware.
         firmware_version: FirmwareVersion,
         /// Unused: 0 (safety decision 9).
         network_id: u8,
         /// Unused: 0 (safety decision 9).
         hardware_id: u8,
         ;
-        /// The password that unlocks it; empty where there is none.
+        /// Password that unlocks the device; empty if there is no password.
         device_password: Password<'a>,
-        /// Its inputs for cameras and triggers.
+        /// Inputs of the device for cameras and triggers.
         aux_input_status: AuxInputs,
         /// Time until a delayed move begins.
         delay_time_remaining: Seconds,
-        /// How much of the move is over.
+        /// Elapsed part of the move, 0 to 1.
         elapsed_time: Normalized,
-        /// Photos taken in this move, meaningful in shoot-move-shoot only.
+        /// Number of photos taken in this move. It has a meaning in shoot-move-shoot only.
         photo_count: Newer<u32>,
     }
 
     /// Password of this session.
     ///
-    /// Sent as bytes, which the length counts; with ASCII, peers that count characters agree. Source: kOS,
-    /// `UserPassword`; decisions K-T1 to K-T4 and K-P1 to K-P6.
+    /// The password is sent as bytes, and its length counts bytes. Some peers count characters; with ASCII both counts
+    /// are the same. Source: kOS, `UserPassword`; decisions K-T1 to K-T4 and K-P1 to K-P6.
+    #[derive(Default)]
     pub struct UserPassword<'a> in BE {
         ;
-        /// The password; empty for none.
+        /// Password; empty if there is no password.
         password: Password<'a>,
     }
 
     /// Password that the device shall store.
     ///
-    /// Sent as bytes, as [`UserPassword`] is. Source: kOS, `DevicePassword`; decisions K-T1 to K-T4 and K-P1 to K-P6.
+    /// The password is sent as bytes, in the same way as [`UserPassword`]. Source: kOS, `DevicePassword`; decisions
+    /// K-T1 to K-T4 and K-P1 to K-P6.
+    #[derive(Default)]
     pub struct DevicePassword<'a> in BE {
         ;
-        /// The password; empty for none.
+        /// Password; empty if there is no password.
         password: Password<'a>,
     }
 
-    /// The lamps of the device and of its slave. Source: kOS, `LEDStatus`.
+    /// State of the lamps of the device and of its slave. Source: kOS, `LEDStatus`.
     #[derive(Default)]
     pub struct LEDStatus<'a> in BE {
-        /// The lamp of the device.
+        /// Lamp of the device.
         master_status: LedMode,
-        /// The lamp of its slave.
+        /// Lamp of the slave.
         slave_status: LedMode,
     }
 
-    /// The number that no other device has, 16 bytes. Source: kOS, `DeviceGUID`; decision K-B1.
+    /// Number of the device, which no other device has: 16 bytes. Source: kOS, `DeviceGUID`; decision K-B1.
+    #[derive(Default)]
     pub struct DeviceGUID<'a> in BE {
         ;
-        /// The number, in the order of RFC 4122 as far as is known.
+        /// Number of the device, probably in the byte order of RFC 4122.
         guid: Block16<'a>,
     }
 
-    /// The platform of the client that calibrated the motors; another one voids what it stored.
+    /// Platform of the client that calibrated the motors.
     ///
-    /// Source: kOS, `SoftwareID`; safety decision 9, decision K-P8.
+    /// The calibration is void for a client of another platform. Source: kOS, `SoftwareID`; safety decision 9, decision
+    /// K-P8.
     #[derive(Default)]
     pub struct SoftwareID<'a> in BE {
-        /// Its number. The specification lists none.
+        /// Number of the platform. The specification lists no numbers.
         platform: u8,
     }
 }
 
 impl GetNetworkInfo<'_> {
-    /// The question that the device answers by broadcast, or else to the one who asks.
+    /// Question that the device answers by broadcast if `limited_response` is true, otherwise to the client that asks.
     #[must_use]
     pub fn new(limited_response: bool) -> Self {
         Self { limited_response: Some(limited_response.into()), tail: &[] }
@@ -153,7 +162,7 @@ impl GetNetworkInfo<'_> {
 }
 
 impl DeviceGUID<'_> {
-    /// The number, if it has 16 bytes.
+    /// Number of the device; `None` if it does not have 16 bytes.
     #[must_use]
     pub fn to_bytes(&self) -> Option<[u8; 16]> {
         self.guid.0.try_into().ok()
@@ -161,9 +170,9 @@ impl DeviceGUID<'_> {
 }
 
 open_enum! {
-    /// What a device is. Source: kOS, `DeviceType`.
+    /// Type of a device. Source: kOS, `DeviceType`.
     pub struct DeviceType(u8) {
-        /// It does not say.
+        /// The device does not say its type.
         UNKNOWN = 0,
         /// Second Shooter Plus.
         SECOND_SHOOTER_PLUS = 3,
@@ -173,46 +182,46 @@ open_enum! {
         CINE_SHOOTER = 11,
     }
 
-    /// The kind of a move. Source: kOS, `PlaybackMode`.
+    /// Kind of a move. Source: kOS, `PlaybackMode`.
     pub struct PlaybackMode(u8) {
-        /// In one go, for video.
+        /// Live motion, for video.
         LIVE_MOTION = 0,
-        /// Photos while the motors move.
+        /// Time lapse that takes photos while the motors move.
         TIME_LAPSE_CONTINUOUS = 1,
-        /// Shoot, move, shoot.
+        /// Time lapse that takes photos while the motors rest: shoot, move, shoot.
         TIME_LAPSE_SMS = 2,
     }
 
-    /// What a lamp does. Source: kOS, `LEDStatus`.
+    /// State of a lamp. Source: kOS, `LEDStatus`.
     pub struct LedMode(u8) {
-        /// Dark.
+        /// The lamp is off.
         OFF = 0,
-        /// Lit.
+        /// The lamp is on.
         ON = 1,
-        /// Blinking slowly.
+        /// The lamp blinks slowly.
         SLOW_BLINK = 2,
-        /// Blinking fast.
+        /// The lamp blinks fast.
         FAST_BLINK = 3,
     }
 }
 
 flags! {
-    /// The inputs for cameras and triggers. Unknown bits are kept. Source: kOS, `AuxInputStatus`.
+    /// Inputs for cameras and triggers. Unknown bits are kept. Source: kOS, `AuxInputStatus`.
     pub struct AuxInputs(u8) {
         /// Tip of the plug in the device.
         MASTER_TIP = 0x01,
         /// Ring of the plug in the device.
         MASTER_RING = 0x02,
-        /// Tip of the plug in its slave.
+        /// Tip of the plug in the slave.
         SLAVE_TIP = 0x04,
-        /// Ring of the plug in its slave.
+        /// Ring of the plug in the slave.
         SLAVE_RING = 0x08,
-        /// There is a slave.
+        /// A slave is present.
         SLAVE_PRESENT = 0x10,
     }
 }
 
-/// A hardware address in the network.
+/// Hardware address in the network.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[repr(transparent)]
 pub struct MacAddress(pub Bytes<6>);
@@ -232,14 +241,14 @@ impl From<[u8; 6]> for MacAddress {
 
 __newtype! { MacAddress(Bytes<6>) "" }
 
-/// An address in the network, in network order (decision K-D6).
+/// IP address in the network, in network order (decision K-D6).
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 #[repr(transparent)]
 pub struct Ipv4(pub u32);
 
 impl fmt::Display for Ipv4 {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // The one of `Ipv4Addr` cannot be proven free of panics.
+        // `Display` of `Ipv4Addr` cannot be proven free of panics.
         let mut separator = "";
         let bytes = self.0.to_be_bytes();
         bytes.iter().try_for_each(|byte| write!(f, "{}{byte}", core::mem::replace(&mut separator, ".")))
@@ -260,7 +269,7 @@ impl From<Ipv4> for Ipv4Addr {
 
 __newtype! { Ipv4(u32) "" }
 
-/// A firmware: major, minor, release and build.
+/// Version of a firmware: major, minor, release and build.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 #[repr(transparent)]
 pub struct FirmwareVersion(pub [u8; 4]);

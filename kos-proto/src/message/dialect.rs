@@ -6,7 +6,7 @@
 use motion_core::wire::{Check, EncodeError, Field, Message, Part, PartKind, Reader, Visitor, Writer};
 use zerocopy::ByteOrder;
 
-/// The body of a message, in one of its layouts.
+/// Body of a message, in one of its two layouts.
 pub(super) enum Dialect<N, O> {
     Newer(N),
     Older(O),
@@ -35,12 +35,13 @@ impl<'a, N: Message<'a>, O: Message<'a>> Dialect<N, O> {
     }
 }
 
-/// The layout of the older dialect is exact: with bytes behind it, a reader would take it for the newer one.
+/// Checks that a message of the older dialect has no tail, because a reader would take it for one of the newer dialect.
 pub(super) fn exact(what: &'static str, tail: &[u8]) -> Result<(), EncodeError> {
     if tail.is_empty() { Ok(()) } else { Err(EncodeError::Tail { what, len: tail.len() }) }
 }
 
-/// A field of the newer dialect that the older one lacks, or has elsewhere. In the newer one it is always there.
+/// Field of the newer dialect that the older dialect lacks, or has at another place. Messages of the newer dialect
+/// always have it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(transparent)]
 pub(super) struct InNewer<T>(pub(super) T);

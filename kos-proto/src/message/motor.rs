@@ -1,4 +1,4 @@
-//! What a device says of its motors: where they are, how far and how fast they go.
+//! Motors of a device: their positions, ranges, and limits of speed and acceleration.
 
 use motion_core::wire::{Counted, DecodeError, EncodeError, Fields, Message, Row, Visitor};
 use motion_core::{__message_features, element, message};
@@ -7,7 +7,7 @@ use super::dialect::{Dialect, exact};
 use super::{MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
 
 message! {
-    /// Where are the motors, and how far do they go? Source: kOS, (Get)`MotorInfo`.
+    /// Question for the positions, ranges and limits of the motors. Source: kOS, (Get)`MotorInfo`.
     #[derive(Default)]
     pub struct GetMotorInfo<'a> in BE {}
 }
@@ -15,75 +15,77 @@ message! {
 element! {
     /// One motor of a [`MotorInfo`].
     pub struct MotorEntry in BE, "motor_count" {
-        /// Which motor.
+        /// Address of the motor.
         motor_address: MotorAddress,
-        /// Where it is, between `begin_position` and `end_position` once calibrated.
+        /// Position of the motor, between `begin_position` and `end_position` once the motor is calibrated.
         position: Rotations,
-        /// Where its range begins; 0 in the specification, not on every device.
+        /// Begin of the range: 0 in the specification, but not on every device.
         begin_position: Rotations,
-        /// Where its range ends; 0 until it is calibrated.
+        /// End of the range; 0 until the motor is calibrated.
         end_position: Rotations,
-        /// The greatest speed on the way to where a move begins.
+        /// Greatest speed of the motor on the way to where a move begins.
         max_max_setup_speed: RotationsPerSecond,
-        /// The greatest speed in a move.
+        /// Greatest speed of the motor in a move.
         max_max_move_speed: RotationsPerSecond,
-        /// The greatest acceleration.
+        /// Greatest acceleration of the motor.
         max_max_acceleration: RotationsPerSecondSquared,
     }
 
     /// One motor of a [`MotorInfo`] of the older dialect, where every range begins at 0.
     pub struct OldMotorEntry in BE, "motor_count" {
-        /// Which motor.
+        /// Address of the motor.
         motor_address: MotorAddress,
-        /// Where it is.
+        /// Position of the motor.
         position: Rotations,
-        /// Where its range ends; 0 until it is calibrated.
+        /// End of the range; 0 until the motor is calibrated.
         end_position: Rotations,
-        /// The greatest speed on the way to where a move begins.
+        /// Greatest speed of the motor on the way to where a move begins.
         max_max_setup_speed: RotationsPerSecond,
-        /// The greatest speed in a move.
+        /// Greatest speed of the motor in a move.
         max_max_move_speed: RotationsPerSecond,
-        /// The greatest acceleration.
+        /// Greatest acceleration of the motor.
         max_max_acceleration: RotationsPerSecondSquared,
     }
 }
 
-/// What a device says of a motor, whichever dialect it speaks.
+/// Position, range and limits of a motor, as a device of either dialect reports them.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Motor {
-    /// Which motor.
+    /// Address of the motor.
     pub motor_address: MotorAddress,
-    /// Where it is, as reported: see [`relative_position`](Self::relative_position).
+    /// Position of the motor, as the device reports it: see [`relative_position`](Self::relative_position).
     pub position: Rotations,
-    /// Where its range begins; `None` in the older dialect.
+    /// Begin of the range; `None` in the older dialect, where every range begins at 0.
     pub begin_position: Option<Rotations>,
-    /// Where its range ends; 0 until it is calibrated.
+    /// End of the range; 0 until the motor is calibrated.
     pub end_position: Rotations,
-    /// The greatest speed on the way to where a move begins.
+    /// Greatest speed of the motor on the way to where a move begins.
     pub max_max_setup_speed: RotationsPerSecond,
-    /// The greatest speed in a move.
+    /// Greatest speed of the motor in a move.
     pub max_max_move_speed: RotationsPerSecond,
-    /// The greatest acceleration.
+    /// Greatest acceleration of the motor.
     pub max_max_acceleration: RotationsPerSecondSquared,
 }
 
 impl Motor {
-    /// Whether the ends of its range are known (decision K-M5).
+    /// Whether the motor is calibrated: the ends of its range are known (decision K-M5).
     #[must_use]
     pub fn is_calibrated(&self) -> bool {
         self.end_position.0 != 0.0
     }
 
-    /// Where it is, as commands count: from the begin of its range; `None` until it is calibrated.
+    /// Position of the motor as commands count it, from the begin of the range; `None` until the motor is calibrated.
     ///
-    /// Devices report between begin and end, which need not begin at 0, but take commands from 0 to the length of the
-    /// range.
+    /// Devices report positions between the begin and the end of the range, and the begin need not be 0. They take
+    /// commands from 0 to the length of the range.
     #[must_use]
     pub fn relative_position(&self) -> Option<Rotations> {
         self.is_calibrated().then(|| Rotations(self.position.0 - self.begin()))
     }
 
-    /// How far it goes, as commands count: from 0 to this, which may be negative; `None` until it is calibrated.
+    /// Length of the range, which may be negative; `None` until the motor is calibrated.
+    ///
+    /// Commands take positions from 0 to this.
     #[must_use]
     pub fn range(&self) -> Option<Rotations> {
         self.is_calibrated().then(|| Rotations(self.end_position.0 - self.begin()))
@@ -94,28 +96,28 @@ impl Motor {
     }
 }
 
-/// What a motor turns, which nothing on the wire says: whoever built the rig knows (decision K-M6).
+/// Kind of axis that a motor turns. No message says it; the builder of the rig knows it (decision K-M6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum AxisKind {
-    /// A carriage on rails.
+    /// Carriage on rails.
     Slider,
-    /// A head, sideways.
+    /// Head that turns sideways.
     Pan,
-    /// A head, up and down.
+    /// Head that turns up and down.
     Tilt,
-    /// The focus ring of a lens.
+    /// Focus ring of a lens.
     Focus,
-    /// The iris ring of a lens; the specification sets it no limits.
+    /// Iris ring of a lens. The specification sets no limits for it.
     Iris,
-    /// The zoom ring of a lens.
+    /// Zoom ring of a lens.
     Zoom,
 }
 
 impl AxisKind {
-    /// The greatest speed that the specification allows such an axis; `None` where it says nothing.
+    /// Greatest speed that the specification allows for the kind of axis; `None` if it says nothing.
     ///
-    /// A motor may have other limits, as its `MotorInfo` says: the lower ones count. Source: kOS,
+    /// A motor may have other limits, which its `MotorInfo` says. The lower limit counts. Source: kOS,
     /// `SetPositionSpeedAcceleration` and `BumpPositionSpeedAcceleration`.
     #[must_use]
     pub const fn max_speed(self) -> Option<RotationsPerSecond> {
@@ -127,7 +129,7 @@ impl AxisKind {
         }
     }
 
-    /// The greatest acceleration that the specification allows such an axis; `None` where it says nothing.
+    /// Greatest acceleration that the specification allows for the kind of axis; `None` if it says nothing.
     #[must_use]
     pub const fn max_acceleration(self) -> Option<RotationsPerSecondSquared> {
         match self {
@@ -172,17 +174,17 @@ impl From<&OldMotorEntry> for Motor {
     }
 }
 
-/// The motors of a [`MotorInfo`], in either dialect.
+/// Motors of a [`MotorInfo`], in either dialect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum MotorInfos<'a> {
-    /// As specified; a list without motors is always one of these.
+    /// Motors as the specification describes them. A list without motors is always of this dialect.
     New(&'a [MotorEntry]),
-    /// Of a device of the older dialect: at least one.
+    /// Motors of a device of the older dialect, at least one.
     Old(&'a [OldMotorEntry]),
 }
 
 impl<'a> MotorInfos<'a> {
-    /// How many there are.
+    /// Number of motors in the list.
     #[must_use]
     pub const fn len(&self) -> usize {
         match self {
@@ -191,13 +193,13 @@ impl<'a> MotorInfos<'a> {
         }
     }
 
-    /// Whether there is none.
+    /// Whether the list has no motors.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Them, one by one, in one form.
+    /// Motors of the list, in the same form for both dialects.
     pub fn iter(&self) -> impl Iterator<Item = Motor> + use<'a> {
         let (new, old): (&[MotorEntry], &[OldMotorEntry]) = match *self {
             Self::New(motors) => (motors, &[]),
@@ -229,17 +231,18 @@ mod older {
     }
 }
 
-/// Where motors are and how far they go; mostly one motor a message, and `more` until the last.
+/// Positions, ranges and limits of motors, mostly of one motor a message.
 ///
-/// A motor takes 25 bytes, or 21 in the older dialect: the length of the message tells which. Source: kOS, `MotorInfo`;
+/// `more` is set in all messages of an answer except the last. A motor takes 25 bytes, or 21 in the older dialect; the
+/// length of the message tells the dialect. Source: kOS, `MotorInfo`;
 /// safety decision 7, decisions K-F10, K-M3 to K-M6.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct MotorInfo<'a> {
-    /// Whether another one follows: the message has the type 0x82.
+    /// Whether another message of the same answer follows. The message then has the type 0x82.
     pub more: bool,
-    /// The motors.
+    /// Motors of the message.
     pub motors: MotorInfos<'a>,
-    /// Bytes behind the known fields, kept as they came.
+    /// Bytes after the known fields, kept as they came.
     pub tail: &'a [u8],
 }
 
@@ -253,7 +256,7 @@ impl<'a> MotorInfo<'a> {
         }
     }
 
-    /// Whether the length is exactly that of the older layout, with at least one motor.
+    /// Whether the body has exactly the length of the older layout, with at least one motor.
     fn is_older(body: &[u8]) -> bool {
         body.split_first().is_some_and(|(&count, entries)| {
             count > 0 && usize::from(count).checked_mul(size_of::<OldMotorEntry>()) == Some(entries.len())

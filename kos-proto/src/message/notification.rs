@@ -1,4 +1,4 @@
-//! Notifications: what a device says happened.
+//! Notifications: messages by which a device tells what happened.
 
 use motion_core::wire::{Bool, Counted, DecodeError, EncodeError, Fields, Message, Rest, Row, Visitor};
 use motion_core::{__message_features, element, message, open_enum, unit};
@@ -7,42 +7,45 @@ use super::dialect::{Dialect, InNewer, exact};
 use super::{AuxInputs, MotorAddress, Normalized, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
 
 message! {
-    /// Motors came or went. Source: kOS, `MotorStatus`.
+    /// Motors that were connected or disconnected. Source: kOS, `MotorStatus`.
+    #[derive(Default)]
     pub struct MotorStatus<'a> in BE {
         ;
-        /// These.
+        /// Motors that were connected or disconnected, one entry each.
         motors: Counted<'a, MotorPresence>,
     }
 
-    /// Something failed. Source: kOS, `ErrorStatus`; safety decision 9, decisions K-P3 and K-P12.
+    /// Error that the device reports. Source: kOS, `ErrorStatus`; safety decision 9, decisions K-P3 and K-P12.
     #[derive(Default)]
     pub struct ErrorStatus<'a> in BE {
-        /// What.
+        /// Code that says what failed.
         error_code: ErrorCode,
-        /// Which motor, where it is one; otherwise 0, or of no meaning.
+        /// Motor that the error is about. If the error is about no motor, the address is 0 or has no meaning.
         motor_address: MotorAddress,
     }
 
-    /// A motor rests: once for each time it was told to move. Source: kOS, `MotorPosition`; decision K-M10.
+    /// Position of a motor that came to rest, sent once for each command to move. Source: kOS, `MotorPosition`;
+    /// decision K-M10.
     #[derive(Default)]
     pub struct MotorPosition<'a> in BE {
-        /// Which motor.
+        /// Motor that rests.
         motor_address: MotorAddress,
-        /// Where it is, as reported (see `Motor::relative_position`).
+        /// Position of the motor, as devices report it (see `Motor::relative_position`).
         position: Rotations,
     }
 
-    /// An input changed. Source: kOS, `AuxInputStatus`.
+    /// Inputs for cameras and triggers, sent when one of them changed. Source: kOS, `AuxInputStatus`.
     #[derive(Default)]
     pub struct AuxInputStatus<'a> in BE {
-        /// All inputs.
+        /// State of all inputs.
         status: AuxInputs,
     }
 
-    /// The device does not know a message. Source: kOS, `UnsupportedMessage`; decisions K-P10 and K-P11.
+    /// Message that the device does not know. Source: kOS, `UnsupportedMessage`; decisions K-P10 and K-P11.
+    #[derive(Default)]
     pub struct UnsupportedMessage<'a> in BE {
         ;
-        /// The message, from its version byte on, as much of it as fits.
+        /// Bytes of the message, from its version byte on, as many as fit.
         message: Rest<'a>,
     }
 }
@@ -50,117 +53,117 @@ message! {
 element! {
     /// One motor of a [`MotorStatus`].
     pub struct MotorPresence in BE, "motor_count" {
-        /// Which motor.
+        /// Address of the motor.
         motor_address: MotorAddress,
-        /// Whether it is there.
+        /// Whether the motor is connected.
         online_status: Bool,
-        /// What it is.
+        /// Type of the motor.
         motor_type: MotorType,
-        /// The greatest speed on the way to where a move begins.
+        /// Greatest speed of the motor on the way to where a move begins.
         max_max_setup_speed: RotationsPerSecond,
-        /// The greatest speed in a move.
+        /// Greatest speed of the motor in a move.
         max_max_move_speed: RotationsPerSecond,
-        /// The greatest acceleration.
+        /// Greatest acceleration of the motor.
         max_max_acceleration: RotationsPerSecondSquared,
     }
 
     /// One motor of a [`PlaybackStatus`].
     pub struct MotorPlace in BE, "motor_count" {
-        /// Which motor.
+        /// Address of the motor.
         motor_address: MotorAddress,
-        /// Where it is.
+        /// Position of the motor.
         position: Rotations,
     }
 }
 
 open_enum! {
-    /// What a motor is. Source: kOS, `MotorStatus`.
+    /// Type of a motor. Source: kOS, `MotorStatus`.
     pub struct MotorType(u8) {
-        /// Slider, pan, tilt and the like.
+        /// Axis such as slider, pan or tilt.
         AXIS = 0,
-        /// Focus, iris or zoom.
+        /// Ring of a lens: focus, iris or zoom.
         FIZ = 1,
     }
 
-    /// How far a device is with its move. Source: kOS, `PlaybackStatus`; decisions K-J12 to K-J16.
+    /// State of a device in its move. Source: kOS, `PlaybackStatus`; decisions K-J12 to K-J16.
     pub struct PlaybackState(u8) {
-        /// There is no move, or it was not begun.
+        /// No move is stored, or the move was not begun.
         NO_MOVE = 0,
-        /// The motors are where the move begins.
+        /// The motors are at the position where the move begins.
         MOTORS_HOME = 1,
-        /// The move runs forward; also said again while it does.
+        /// The move runs forward. Devices repeat this while it runs.
         START_FORWARD = 2,
-        /// The move runs back; also said again while it does.
+        /// The move runs back. Devices repeat this while it runs.
         START_REVERSE = 3,
-        /// The move is at its end; a loop or photos may follow.
+        /// The move reached its end. A loop or photos may follow.
         END_OF_MOVE = 4,
-        /// All is over and the move forgotten, whatever the cause.
+        /// The move ended for any reason, and the device no longer stores it.
         FULL_STOP = 5,
         /// A frame of a time lapse begins.
         START_FRAME = 6,
-        /// The move can be played.
+        /// The move is ready to be played.
         SETUP_COMPLETED = 7,
-        /// The time until the move begins runs.
+        /// The delay before the move was started.
         DELAY_TIMER_STARTED = 8,
-        /// Not supported by devices, which never send it.
+        /// The pre-roll of the camera started. Devices do not support it, and never send this.
         PRE_CAMERA_ROLL_STARTED = 9,
-        /// Not supported by devices, which never send it.
+        /// The post-roll of the camera is completed. Devices do not support it, and never send this.
         POST_CAMERA_ROLL_COMPLETED = 10,
-        /// Photos before the move begin.
+        /// The photos before the move are started.
         PRE_MOVE_PHOTOS_STARTED = 11,
-        /// Photos behind the move are taken.
+        /// The photos after the move are completed.
         POST_MOVE_PHOTOS_COMPLETED = 12,
         /// The motors rest for the next photo.
         SMS_MOTORS_STOPPED = 13,
     }
 
-    /// What failed. Source: kOS, `ErrorStatus`; decision K-P12.
+    /// Code of an error. Source: kOS, `ErrorStatus`; decision K-P12.
     pub struct ErrorCode(u8) {
-        /// The motors did not get to where the move begins.
+        /// The motors did not reach the position where the move begins.
         RETURN_TO_FIRST_KEYFRAME = 0,
-        /// Obsolete: writing the memory.
+        /// Writing the memory failed. Obsolete.
         FLASH_WRITE = 1,
-        /// The move cannot be played, or a command not be followed while it is.
+        /// The move cannot be played, or a command cannot be obeyed while the move is played.
         CANNOT_EXECUTE_MOVE = 2,
         /// The move is malformed.
         TRAJECTORY = 3,
-        /// There is no such motor.
+        /// The device has no motor with this address.
         BAD_MOTOR_ADDRESS = 4,
-        /// There is no motor.
+        /// The device has no motors.
         NO_MOTORS = 6,
-        /// Obsolete: reading the memory.
+        /// Reading the memory failed. Obsolete.
         FLASH_READ = 7,
-        /// A motor ran away: its range is forgotten.
+        /// A motor ran away. It lost its range.
         RUNAWAY = 10,
         /// A motor left the mode in which it follows a move.
         NOT_IN_PVT_MODE = 11,
         /// A motor stopped at once in a move.
         PVT_QUICK_STOP = 12,
-        /// A motor lost part of a move.
+        /// A motor lost a part of a move.
         PVT_INTEGRITY = 13,
-        /// A range cannot be: it is forgotten.
+        /// The range of a motor is impossible. The motor lost it.
         CALIBRATION = 14,
         /// The password is wrong.
         LOCKED_OUT = 15,
-        /// A motor has a fault: its range is forgotten.
+        /// A motor has a fault. It lost its range.
         FAULT = 16,
-        /// The time of the move cannot be.
+        /// The duration of the move is impossible.
         INVALID_MOVE_TIME = 17,
-        /// The setup of an external intervalometer.
+        /// The setup of an external intervalometer failed.
         INTERVALOMETER_SETUP = 19,
-        /// The input of an external intervalometer.
+        /// The input of an external intervalometer failed.
         INTERVALOMETER_INPUT = 20,
     }
 }
 
 impl ErrorCode {
-    /// Whether the range of the motor is forgotten with it (decision K-P12).
+    /// Whether the error voids the range of the motor (decision K-P12).
     #[must_use]
     pub const fn resets_axis(self) -> bool {
         matches!(self, Self::RUNAWAY | Self::CALIBRATION | Self::FAULT)
     }
 
-    /// Whether it is about a motor of the device, which is then named.
+    /// Whether the error is about a motor of the device, whose address the message then holds.
     #[must_use]
     pub const fn names_motor(self) -> bool {
         matches!(self.0, 10..=14 | 16)
@@ -168,17 +171,17 @@ impl ErrorCode {
 }
 
 unit! {
-    /// A number of photos, as an IEEE number: exact up to 16 777 216 (decision K-N2).
+    /// Number of photos, as an IEEE number, which is exact up to 16 777 216 (decision K-N2).
     pub struct Photos(f32) "";
 }
 
 impl Photos {
-    /// The number, rounded; `None` where it is negative, infinite or none at all.
+    /// Number of photos, rounded; `None` if it is negative, infinite or NaN.
     #[must_use]
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        reason = "the conversion cuts off what is behind the point, and stays at the greatest number"
+        reason = "the conversion cuts off the fraction, and ends at the greatest number"
     )]
     pub fn count(self) -> Option<u32> {
         (self.0.is_finite() && self.0 >= 0.0).then(|| (f64::from(self.0) + 0.5) as u32)
@@ -226,20 +229,20 @@ mod older {
     }
 }
 
-/// How far the device is with its move, unasked at every step, and now and then while it runs.
+/// Progress of the device in its move, sent unasked at each change of state, and from time to time while the move runs.
 ///
 /// Source: kOS, `PlaybackStatus`; safety decision 7, decisions K-M3, K-N2 and K-P7.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct PlaybackStatus<'a> {
-    /// How far.
+    /// State of the device in its move.
     pub playback_status: PlaybackState,
-    /// How much of the move is over.
+    /// Elapsed part of the move, 0 to 1.
     pub elapsed_time: Normalized,
-    /// Photos taken in it; `None` in the older dialect.
+    /// Number of photos taken in the move; `None` in the older dialect.
     pub photo_count: Option<Photos>,
-    /// Where the motors are.
+    /// Positions of the motors.
     pub motors: &'a [MotorPlace],
-    /// Bytes behind the known fields, kept as they came.
+    /// Bytes after the known fields, kept as they came.
     pub tail: &'a [u8],
 }
 
@@ -258,7 +261,8 @@ impl<'a> PlaybackStatus<'a> {
         }
     }
 
-    /// Whether `len` bytes are exactly those of the older layout, if `count` stands where it counts motors.
+    /// Whether a body of `len` bytes has exactly the length of the older layout with `count` motors. `count` is the
+    /// byte at the place where that layout counts the motors.
     fn is_older(len: usize, count: u8) -> bool {
         let motors = usize::from(count).saturating_mul(size_of::<MotorPlace>());
         len == motors.saturating_add(Self::OLD_FIXED).saturating_add(1)
@@ -293,7 +297,7 @@ impl<'a> Message<'a> for PlaybackStatus<'a> {
             exact("PlaybackStatus.photo_count", self.tail)?;
             return self.body().encode_into(out);
         };
-        // With a tail of some lengths, the first byte of the photos would be taken for the count of motors.
+        // With a tail of certain lengths, a reader would take the first byte of the photos for the count of motors.
         let [first, ..] = photos.0.to_be_bytes();
         if Self::is_older(self.encoded_len(), first) {
             return Err(EncodeError::Tail { what: "PlaybackStatus.motor_count", len: self.tail.len() });
@@ -310,19 +314,19 @@ impl Fields for PlaybackStatus<'_> {
 
 __message_features! { 'a [PlaybackStatus<'a>] PlaybackStatus }
 
-/// The range of a motor is known, or known no more: the answer to `MarkEndPosition` and `ResetAxis`.
+/// Range of a motor that was calibrated or reset: the answer to `MarkEndPosition` and `ResetAxis`.
 ///
-/// What was known of the motor before is void; ask for its `MotorInfo`. Source: kOS, `MotorCalibrated`; safety decision
-/// 7, decision K-M8.
+/// Earlier reports of the motor are void after it; ask for its `MotorInfo`. Source: kOS, `MotorCalibrated`; safety
+/// decision 7, decision K-M8.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct MotorCalibrated<'a> {
-    /// Which motor.
+    /// Motor whose range changed.
     pub motor_address: MotorAddress,
-    /// Where its range begins; `None` in the older dialect.
+    /// Begin of the range; `None` in the older dialect.
     pub begin_position: Option<Rotations>,
-    /// Where its range ends; 0 where it has none.
+    /// End of the range; 0 if the motor has no range.
     pub end_position: Rotations,
-    /// Bytes behind the known fields, kept as they came.
+    /// Bytes after the known fields, kept as they came.
     pub tail: &'a [u8],
 }
 
@@ -391,14 +395,14 @@ mod tests {
     #[test]
     fn a_tail_that_would_change_the_dialect_is_refused() {
         let mut out = [0; 32];
-        // The first byte of these photos would count one motor, and the tail would be its last byte.
+        // A reader would take the first byte of these photos for a count of one motor, and the tail for its last byte.
         let photos = Photos(f32::from_bits(0x0100_0000));
         let refused = status(Some(photos), &[0]).encode_into(&mut out);
         assert_eq!(refused, Err(EncodeError::Tail { what: "PlaybackStatus.motor_count", len: 1 }));
         assert_eq!(status(Some(photos), &[0; 2]).encode_into(&mut out), Ok(12));
         let refused = status(None, &[0]).encode_into(&mut out);
         assert_eq!(refused, Err(EncodeError::Tail { what: "PlaybackStatus.photo_count", len: 1 }));
-        assert_eq!(out[12..], [0; 20], "nothing is written where a message is refused");
+        assert_eq!(out[12..], [0; 20], "nothing is written when a message is refused");
 
         let mut calibrated = MotorCalibrated {
             motor_address: MotorAddress(1),

@@ -1,44 +1,45 @@
-//! The units of the fields, and the addresses of motors.
+//! Units of the fields, and addresses of motors.
 
 use core::fmt;
 
 use motion_core::{__newtype, unit};
 
 unit! {
-    /// A position or a distance, in rotations of the motor.
+    /// Position or distance, in rotations of the motor.
     pub struct Rotations(f32) "rev";
-    /// A speed.
+    /// Speed, in rotations of the motor per second.
     pub struct RotationsPerSecond(f32) "rev/s";
-    /// An acceleration.
+    /// Acceleration, in rotations of the motor per second squared.
     pub struct RotationsPerSecondSquared(f32) "rev/s²";
-    /// A time.
+    /// Time, in seconds.
     pub struct Seconds(f32) "s";
-    /// A part of a whole: 0 to 1.
+    /// Part of a whole, 0 to 1.
     pub struct Normalized(f32) "";
 }
 
-/// A motor, 1 to 10; 0 where a message is for all of them. Bit 7 marks focus, iris and zoom in what devices send.
+/// Address of a motor, 1 to 10; 0 if a message is for all motors.
 ///
-/// The number without the bit is the key in every message (decisions K-M1 and K-M2).
+/// Bit 7 marks focus, iris and zoom in messages of devices. The number without the bit is the key in every message
+/// (decisions K-M1 and K-M2).
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 #[repr(transparent)]
 pub struct MotorAddress(pub u8);
 
 impl MotorAddress {
-    /// All motors in `ResetAxis`, none in `ErrorStatus` and `TakePicture`.
+    /// Address 0: all motors in `ResetAxis`, no motor in `ErrorStatus` and `TakePicture`.
     pub const ALL: Self = Self(0);
-    /// The last motor that a device can have (decision K-M1).
+    /// Last motor that a device can have (decision K-M1).
     pub const LAST: Self = Self(10);
 
     const FIZ: u8 = 0x80;
 
-    /// The address without the mark.
+    /// Number of the motor: the address without bit 7.
     #[must_use]
     pub const fn number(self) -> u8 {
         self.0 & !Self::FIZ
     }
 
-    /// Whether the motor is one of focus, iris and zoom.
+    /// Whether the motor turns focus, iris or zoom.
     #[must_use]
     pub const fn is_fiz(self) -> bool {
         self.0 & Self::FIZ != 0
