@@ -156,7 +156,7 @@ fn in_its_range_it_goes_where_it_is_sent_and_no_further() {
     assert_eq!(bench.said(), [format!("0: 1 rests at {RANGE:?}")], "once, for the first was overtaken");
 }
 
-/// Commands with NaN, a negative duration or a speed that never arrives move nothing (decision K-N1).
+/// A command with a NaN, infinite, negative or much too large value moves nothing (decision K-N1).
 #[test]
 fn what_means_nothing_moves_nothing() {
     let mut bench = bench();

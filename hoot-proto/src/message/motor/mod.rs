@@ -96,7 +96,7 @@ sub_messages! {
 
     /// Stops one motor, at once.
     ///
-    /// It works in joystick mode too, and may be repeated. Source: hoot, section 2.3; safety decisions 1 and 2.
+    /// The stop works in joystick mode too, and may be repeated. Source: hoot, section 2.3; safety decisions 1 and 2.
     pub struct MotorStop for /** Which motor. */ motor: Motor {}
 
     /// Sets how many steps are added when the motor reverses. Source: hoot, section 2.3; safety decision 9.
@@ -230,8 +230,8 @@ sub_messages! {
 
     /// Moves the motor back by one step of the planned move, from one picture to the next.
     ///
-    /// It is like [`MotorStepForward`]. Later firmware does not have it. Never repeat it by yourself. Source: hoot,
-    /// sections 2.3 and 7; safety decision 1.
+    /// The counterpart of [`MotorStepForward`]. Later firmware does not have this command. Never repeat it by yourself.
+    /// Source: hoot, sections 2.3 and 7; safety decision 1.
     pub struct MotorStepBack for /** Which motor. */ motor: Motor {}
 
     /// Forgets the limits: the present position becomes the home, and the start and end of the planned move.
