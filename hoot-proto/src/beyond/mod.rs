@@ -1,8 +1,8 @@
 //! Commands of later firmware, which the published sheet does not have. Feature `beyond`.
 //!
 //! These commands have a table of their own, because the firmware of the sheet has none of them, no vectors of them
-//! were recorded, and only public sources describe them. [`crate::HostMessage`] decodes them as `Other`. The [`HostMessage`]
-//! of this module gives them types. Each message tells its answer. Read the answer with
+//! were recorded, and only public sources describe them. [`crate::HostMessage`] decodes them as `Other`. The
+//! [`HostMessage`] of this module gives them types. Each message tells its answer. Read the answer with
 //! [`Reply::value`](crate::message::Reply::value), by the type in front of it.
 //!
 //! Some more commands are known only by their numbers, and stay `Other`: 30 to 33, 131 to 133, 252 and 253 of the

@@ -9,7 +9,7 @@ const MOVE_STEPS: &str = "MotorMove.steps";
 
 sub_messages! {
     /// Data of command 15: a move, or a run if there are no steps.
-    struct MotorMoveOrRun for /** Which motor. */ motor: Motor {
+    struct MotorMoveOrRun for /** The motor. */ motor: Motor {
         /// Direction.
         direction: Direction,
         /// Number of steps; 0 is a run without end.
