@@ -1,9 +1,9 @@
 //! Commands of later firmware, which the published sheet does not have. Feature `beyond`.
 //!
-//! They have a table of their own, because the sheet's firmware has none of them, no vectors of them were recorded, and
-//! only public sources describe them. [`crate::HostMessage`] decodes them as `Other`; the [`HostMessage`] of this module gives them types.
-//! Each message tells its answer; read it with [`Reply::value`](crate::message::Reply::value), by the type in front of
-//! it.
+//! These commands have a table of their own, because the firmware of the sheet has none of them, no vectors of them
+//! were recorded, and only public sources describe them. [`crate::HostMessage`] decodes them as `Other`. The
+//! [`HostMessage`] of this module gives them types. Each message tells its answer. Read the answer with
+//! [`Reply::value`](crate::message::Reply::value), by the type in front of it.
 //!
 //! Some more commands are known only by their numbers, and stay `Other`: 30 to 33, 131 to 133, 252 and 253 of the
 //! controller, 32, 40 to 42 and 120 to 124 of a motor, 113 of the camera. Source: hoot, section 7.

@@ -184,28 +184,28 @@ sub_messages! {
     ///
     /// Without data, the same number meant a step of the planned move:
     /// [`MotorStepForward`](crate::message::MotorStepForward).
-    pub struct MotorSetLeadOut for /** Which motor. */ motor: Motor {
+    pub struct MotorSetLeadOut for /** The motor. */ motor: Motor {
         /// Time; at most 16,777,215 arrives.
         lead_out: Span,
     }
 
     /// Finds the finest microsteps that the planned move allows. The answer is a `BYTE`: the setting, or 0.
-    pub struct MotorFindMicrostep for /** Which motor. */ motor: Motor {}
+    pub struct MotorFindMicrostep for /** The motor. */ motor: Motor {}
 
     /// Makes the present position the start of the planned move.
-    pub struct MotorSetStartHere for /** Which motor. */ motor: Motor {}
+    pub struct MotorSetStartHere for /** The motor. */ motor: Motor {}
 
     /// Makes the present position the end of the planned move.
-    pub struct MotorSetStopHere for /** Which motor. */ motor: Motor {}
+    pub struct MotorSetStopHere for /** The motor. */ motor: Motor {}
 
     /// Sends the motor to a position. Never repeat it by yourself.
-    pub struct MotorSendTo for /** Which motor. */ motor: Motor {
+    pub struct MotorSendTo for /** The motor. */ motor: Motor {
         /// Position.
         position: Steps,
     }
 
     /// Sets the position of the end limit.
-    pub struct MotorSetEnd for /** Which motor. */ motor: Motor {
+    pub struct MotorSetEnd for /** The motor. */ motor: Motor {
         /// Position.
         position: Steps,
     }
@@ -217,16 +217,16 @@ sub_messages! {
     }
 
     /// Moves the motor on by one step of the planned move. Never repeat it by yourself.
-    pub struct MotorStepForward for /** Which motor. */ motor: Motor {}
+    pub struct MotorStepForward for /** The motor. */ motor: Motor {}
 
     /// Moves the motor back by one step of the planned move. Never repeat it by yourself.
-    pub struct MotorStepBack for /** Which motor. */ motor: Motor {}
+    pub struct MotorStepBack for /** The motor. */ motor: Motor {}
 
     /// Asks whether the motor can move as fast as planned. The answer is a `BYTE`.
-    pub struct MotorIsValid for /** Which motor. */ motor: Motor {}
+    pub struct MotorIsValid for /** The motor. */ motor: Motor {}
 
     /// Asks how long the motor rests at the end of its planned move. The answer is a `ULONG`.
-    pub struct MotorLeadOut for /** Which motor. */ motor: Motor {}
+    pub struct MotorLeadOut for /** The motor. */ motor: Motor {}
 
     /// Tells that the program Graffik is in control, over USB. Nodes answer it, and v0.70 also starts the key frames,
     /// so do not send it to v0.70.

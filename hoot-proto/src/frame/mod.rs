@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | 0 | 6 | break: `00 00 00 00 00 FF` |
 //! | 6 | 1 | address of the receiver; 0, the master, in replies |
-//! | 7 | 1 | sub-address: what in the node is meant; 0 in replies |
+//! | 7 | 1 | sub-address: part of the node; 0 in replies |
 //! | 8 | 1 | command; in replies the response code |
 //! | 9 | 1 | length of the data |
 //! | 10 | length | data |
@@ -180,7 +180,7 @@ struct Packet {
     data: [u8],
 }
 
-/// Whole packet: a request or a reply. They look the same; only the sender makes the difference.
+/// Whole packet: a request or a reply. Both have the same layout, and only the sender tells them apart.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Frame<'a>(&'a Packet);
 
@@ -399,7 +399,7 @@ fn at_most(number: u32, max: u32) -> Result<(), EncodeError> {
 
 /// Writes a request around the bytes that `parameters` writes.
 ///
-/// Broadcasts, and only they, go to [`Address::BROADCAST`], because their numbers mean other commands.
+/// Only broadcasts go to [`Address::BROADCAST`], because their numbers mean other commands.
 fn request(
     Selector { table, command, sub_address }: Selector,
     to: Address,

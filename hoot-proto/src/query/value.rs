@@ -35,7 +35,7 @@ impl Number for u8 {
     }
 }
 
-/// It may come as an `INT` too, with the same bits.
+/// A `UINT`, or an `INT` with the same bits.
 impl Number for u16 {
     #[inline]
     fn from_value(value: &Value<'_>) -> Option<Self> {
@@ -51,7 +51,7 @@ impl Number for u16 {
     }
 }
 
-/// It may come in fewer bits too.
+/// A `ULONG`, or a shorter type.
 impl Number for u32 {
     #[inline]
     fn from_value(value: &Value<'_>) -> Option<Self> {
@@ -74,7 +74,7 @@ impl Number for u32 {
     }
 }
 
-/// It may come as a `ULONG` too, with the same bits.
+/// A `LONG`, or a `ULONG` with the same bits.
 impl Number for i32 {
     #[inline]
     fn from_value(value: &Value<'_>) -> Option<Self> {
@@ -90,7 +90,7 @@ impl Number for i32 {
     }
 }
 
-/// It comes as a `FLOAT` or a `ULONG`, with the same bits.
+/// A `FLOAT`, or a `ULONG` with the same bits.
 impl Number for Centi<i32> {
     #[inline]
     fn from_value(value: &Value<'_>) -> Option<Self> {

@@ -1,4 +1,4 @@
-//! kOS 7.3: the ranges of motors.
+//! Ranges of motors: kOS 7.3.
 
 use kos_proto::HostMessage;
 use kos_proto::device::motor::State;
@@ -34,7 +34,7 @@ fn without_a_range_it_runs_until_it_is_stopped() {
     }
 }
 
-/// 7.3-2: wherever the position says, and once a motor for each attempt (decision K-M10).
+/// 7.3-2: speed 0 stops a motor for any position, and each attempt stops each motor once (decision K-M10).
 #[test]
 fn speed_0_stops_wherever_the_position_says() {
     for (position, acceleration) in [(0.0, 20.0), (f32::NAN, 0.0), (1e30, f32::NAN)] {
@@ -56,14 +56,14 @@ fn speed_0_stops_wherever_the_position_says() {
             assert_eq!(bench.said().len(), 0);
             bench.arrive(1, 6.5);
             assert_eq!(bench.said(), ["0: 1 rests at 6.5"]);
-            // Told to stop while it rests, it says where it rests.
+            // A motor that is stopped at rest reports where it rests.
             bench.hear(set_psa(1, 0.0, 0.0));
             assert_eq!((bench.told().len(), bench.said()), (0, vec!["0: 1 rests at 6.5".into()]));
         }
     }
 }
 
-/// 7.3-3: of a motor that moves, no place can be marked (decision K-S6).
+/// 7.3-3: no place can be marked while the motor moves (decision K-S6).
 #[test]
 fn the_range_begins_where_the_motor_rests() {
     let mut bench = bench();
@@ -75,7 +75,7 @@ fn the_range_begins_where_the_motor_rests() {
     bench.hear(mark_begin(1));
     assert_eq!((bench.said().len(), calibration(&bench)), (0, (State::BeginMarked, 5.0, 0.0)));
 
-    // A range that was there is not there any more.
+    // The earlier range is void.
     bench.calibrate(1);
     bench.hear(mark_begin(1));
     assert_eq!(calibration(&bench), (State::BeginMarked, RANGE, 0.0));
@@ -97,7 +97,7 @@ fn between_the_marks_it_moves_freely() {
     assert_eq!(calibration(&bench).0, State::BeginMarked);
 }
 
-/// 7.3-5: the count begins with the range, or, as on firmware 1.0.1.5, stays as it was (decision K-M8).
+/// 7.3-5: positions count from the begin of the range, or, on firmware 1.0.1.5, as before (decision K-M8).
 #[test]
 fn the_range_ends_where_the_motor_rests() {
     for (quirk, said, position, five) in [
@@ -115,7 +115,7 @@ fn the_range_ends_where_the_motor_rests() {
         bench.hear(mark_end(1));
         assert_eq!(bench.said(), [said]);
         assert_eq!((calibration(&bench).0, calibration(&bench).1), (State::Calibrated, position));
-        // Commands count from the begin of the range, in either.
+        // In both cases the positions of commands count from the begin of the range.
         bench.hear(set_psa(1, -2.0, 10.0));
         assert_eq!(bench.told(), [moved(1, 3.0)]);
         bench.arrive(1, 3.0);
@@ -137,7 +137,7 @@ fn a_range_without_a_begin_or_a_length_is_an_error() {
     assert_eq!((bench.said(), calibration(&bench)), (vec!["0: error 14 1".into()], (State::Uncalibrated, 0.0, 0.0)));
 }
 
-/// 7.3-8, 7.3-9: for a bump as well.
+/// 7.3-8, 7.3-9: the same is true of a bump.
 #[test]
 fn in_its_range_it_goes_where_it_is_sent_and_no_further() {
     let mut bench = bench();
@@ -156,7 +156,7 @@ fn in_its_range_it_goes_where_it_is_sent_and_no_further() {
     assert_eq!(bench.said(), [format!("0: 1 rests at {RANGE:?}")], "once, for the first was overtaken");
 }
 
-/// What is no number, runs backward in time, or never gets anywhere moves nothing (decision K-N1).
+/// A command with a NaN, infinite, negative or much too large value moves nothing (decision K-N1).
 #[test]
 fn what_means_nothing_moves_nothing() {
     let mut bench = bench();
@@ -175,7 +175,7 @@ fn what_means_nothing_moves_nothing() {
     assert_eq!(bench.told(), [Event::Ignored(Ignored::Report); 2]);
 }
 
-/// 7.3-10: a motor that moves is stopped, for nobody knows now where to.
+/// 7.3-10: a motor that moves is stopped, because its target has lost its meaning.
 #[test]
 fn a_reset_forgets_the_range_of_one() {
     let mut bench = bench();
@@ -205,7 +205,7 @@ fn a_reset_of_all_is_silent() {
     assert_eq!(states, [Some(State::Uncalibrated); 3]);
 }
 
-/// 7.3-12: and it stops; other faults leave the range.
+/// 7.3-12: the motor stops. Other faults leave the range.
 #[test]
 fn a_fault_voids_the_range_where_it_says_so() {
     for (code, left) in [(10, false), (16, false), (14, false), (11, true), (12, true), (13, true)] {
@@ -220,7 +220,7 @@ fn a_fault_voids_the_range_where_it_says_so() {
     }
 }
 
-/// 7.3-13: no motor, and no stop of it either.
+/// 7.3-13: a stop of a motor that does not exist is refused too.
 #[test]
 fn there_is_no_such_motor() {
     let mut bench = bench();

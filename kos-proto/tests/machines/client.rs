@@ -1,4 +1,4 @@
-//! A client on the bench: a machine, a clock, and what came of the last step.
+//! Test bench of a client: a machine, a clock, and the effects of the last steps.
 
 use kos_proto::device::Positions;
 use kos_proto::host::*;
@@ -18,9 +18,9 @@ pub(super) struct Client {
     pub(super) machine: HostMachine,
     pub(super) now: u64,
     pub(super) sent: Vec<Transmit<'static>>,
-    /// What was told, without the ends of commands.
+    /// Events, except the ends of commands.
     pub(super) told: Vec<Event<'static>>,
-    /// How commands ended, by their tokens.
+    /// Outcomes of commands, by their tokens.
     pub(super) ended: Vec<(Token, Outcome<'static>)>,
     /// Number of the last command.
     pub(super) token: u32,
@@ -40,7 +40,7 @@ impl Client {
         }
     }
 
-    /// A client with a connection, that asked the device what it is.
+    /// A client with a connection that has asked for DeviceInfo.
     pub(super) fn connected(options: Options, endpoint: Endpoint) -> Self {
         let mut client = Self::new(options);
         client.command(Command::Connect(endpoint));
@@ -49,7 +49,7 @@ impl Client {
         client
     }
 
-    /// A client of a device with motors 1, which has a range, and 2, which has none.
+    /// A client of a device with two motors: motor 1 has a range, motor 2 has none.
     pub(super) fn ready_at(options: Options, endpoint: Endpoint) -> Self {
         let mut client = Self::connected(options, endpoint);
         client.introduce(PlaybackState::NO_MOVE);
@@ -62,7 +62,7 @@ impl Client {
         Self::ready_at(Options::default(), AT)
     }
 
-    /// The device says all that it is asked for.
+    /// The device answers all queries.
     pub(super) fn introduce(&mut self, status: PlaybackState) {
         self.hear(device_info(status));
         self.motors();
@@ -70,7 +70,7 @@ impl Client {
         self.hear(software(4));
     }
 
-    /// The device says which motors it has.
+    /// The device reports its motors.
     pub(super) fn motors(&mut self) {
         self.motor(1, 3.0, 8.0, true);
         self.motor(2, 0.0, 0.0, false);
@@ -81,7 +81,7 @@ impl Client {
         self.hear(DeviceMessage::from(MotorInfo { more, motors: MotorInfos::New(&motors), tail: &[] }));
     }
 
-    /// A client with a move that is being made ready.
+    /// A client with a move that is being set up.
     pub(super) fn setting_up() -> Self {
         let mut client = Self::ready();
         client.command(load());
@@ -139,12 +139,12 @@ impl Client {
         self.step(Input::received(&Frame::decode(leaked(message.into())).unwrap()));
     }
 
-    /// How commands ended since it was asked last.
+    /// Outcomes of the commands that ended since the last call.
     pub(super) fn ended(&mut self) -> Vec<Outcome<'static>> {
         std::mem::take(&mut self.ended).into_iter().map(|(_, outcome)| outcome).collect()
     }
 
-    /// The device says how far it is.
+    /// The device reports the progress of the move.
     pub(super) fn say(&mut self, state: PlaybackState) {
         let status = PlaybackStatus {
             playback_status: state,
@@ -166,7 +166,7 @@ impl Client {
         self.hear(DeviceMessage::from(MotorPosition { motor_address, position, tail: &[] }));
     }
 
-    /// Lets time pass, and wakes the machine whenever it wants to be woken, and at the end.
+    /// Lets time pass, and wakes the machine at each of its wakes and at the end.
     pub(super) fn pass(&mut self, millis: u64) {
         let end = self.now + millis;
         while let Some(wake) = self.wake.filter(|&wake| wake <= end) {
@@ -191,7 +191,7 @@ impl Client {
         self.ended.clear();
     }
 
-    /// What a command is refused for, and that nothing is sent for it.
+    /// Reason for which a command is refused. Checks that nothing is sent for it.
     pub(super) fn refused(&mut self, command: Command) -> Option<Refusal> {
         self.clear();
         self.command(command);
@@ -213,21 +213,21 @@ impl Client {
     }
 }
 
-/// A message that lives as long as the test.
+/// Bytes of a message, leaked so that they live as long as the test.
 pub(super) fn leaked(message: DeviceMessage<'_>) -> &'static [u8] {
     let mut bytes = vec![0; message.encoded_len()];
     message.encode_into(&mut bytes).unwrap();
     bytes.leak()
 }
 
-/// A stop goes out before everything else, so also before anybody is told of it.
+/// Checks that stops are the first effects, so that no event comes before a stop.
 pub(super) fn stops_first(output: &Output<'_>) {
     let is_stop = |effect: &Effect<'_>| matches!(effect, Effect::Transmit(transmit) if transmit.conduct().is_stop());
     let stops = output.effects.iter().filter(|effect| is_stop(effect)).count();
     assert!(output.effects[..stops].iter().all(is_stop), "{output:?}");
 }
 
-/// Every message can be made, and read again.
+/// Checks that the message can be encoded and decoded again.
 fn check(transmit: &Transmit<'_>) {
     let source = Source { user_password: Password(b"user"), new_password: Password(b"new"), ..Source::default() };
     let message = transmit.message(&source);
@@ -307,7 +307,7 @@ pub(super) fn jog(motor: MotorAddress, speed: f32) -> Command {
     Command::Jog { motor, speed: RotationsPerSecond(speed), acceleration: RotationsPerSecondSquared(20.0) }
 }
 
-/// What stops motor 1, which is calibrated and was seen at 3, and motor 2, which is not.
+/// Message that stops motor 1, which is calibrated and was seen at 3, or motor 2, which is not calibrated.
 pub(super) fn stop(motor: MotorAddress) -> Transmit<'static> {
     let position = if motor == ONE { Rotations(3.0) } else { JOG_DISTANCE };
     Transmit::MoveTo(Go {

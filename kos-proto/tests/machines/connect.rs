@@ -1,4 +1,4 @@
-//! kOS 7.2: the client connects, makes the acquaintance of the device, and keeps the line alive.
+//! Connection of a client: kOS 7.2. The client connects, asks for the facts of the device, and keeps the line alive.
 
 use core::net::Ipv4Addr;
 
@@ -26,7 +26,7 @@ fn network_info() -> NetworkInfo<'static> {
     }
 }
 
-/// 7.2-1: who is out there is for `discovery::Devices` to say; the client only connects.
+/// 7.2-1: `discovery::Devices` lists the devices; the client only connects.
 #[test]
 fn a_device_is_found() {
     let mut bytes = [0; 27];
@@ -38,7 +38,7 @@ fn a_device_is_found() {
     let mut client = Client::new(Options::default());
     client.command(Command::Connect(Endpoint::Tcp(device.address())));
     assert_eq!(client.told(), [Event::Connect(AT)]);
-    // A message without a connection means nothing.
+    // A message without a connection is ignored.
     let mut client = Client::new(Options::default());
     client.hear(DeviceMessage::from(network_info()));
     assert_eq!((client.told(), client.state()), (vec![Event::Ignored], "Discovering"));
@@ -61,7 +61,7 @@ fn it_may_ask_who_is_there() {
     assert_eq!((quiet.sent(), quiet.wake), (vec![], None));
 }
 
-/// 7.2-3: once; nothing else goes before.
+/// 7.2-3: the client connects once, and sends nothing before.
 #[test]
 fn it_connects_where_it_is_told_to() {
     let mut client = Client::new(Options::default());
@@ -95,7 +95,7 @@ fn then_it_says_the_password_and_asks_for_the_motors() {
     }
 }
 
-/// 7.2-6, 7.2-7: each message of the series has the full time; several motors in one are taken as well (K-F10).
+/// 7.2-6, 7.2-7: each message of the series has the full time. A message may contain several motors (K-F10).
 #[test]
 fn the_motors_come_one_by_one() {
     let mut client = Client::connected(Options::default(), AT);
@@ -106,7 +106,7 @@ fn the_motors_come_one_by_one() {
         client.motor(motor, 0.0, 0.0, true);
         assert_eq!((client.told(), client.state()), (vec![], "AwaitMotorInfo"));
     }
-    // One more, and one that cannot be, have no place.
+    // An eleventh motor and a motor with an invalid address are ignored.
     client.motor(11, 0.0, 0.0, true);
     client.motor(0, 0.0, 0.0, true);
     assert_eq!(client.told(), [Event::Ignored; 2]);
@@ -117,7 +117,7 @@ fn the_motors_come_one_by_one() {
     assert_eq!(client.sent().pop(), Some(Transmit::Get(Get::DeviceGuid)));
 }
 
-/// 7.2-7: who is not in a new series is not there any more.
+/// 7.2-7: a motor that is not in a new series is removed.
 #[test]
 fn a_new_series_tells_who_is_there() {
     let mut client = Client::ready();
@@ -206,7 +206,7 @@ fn a_locked_device_gets_the_password_of_the_application() {
     assert_eq!(client.state(), "AwaitMotorInfo");
 }
 
-/// 7.2-11: a question that the locked device passed over does not keep the next one back.
+/// 7.2-11: a query that the locked device ignored does not hold the next one back.
 #[test]
 fn a_question_that_a_lock_swallowed_fails() {
     let mut client = Client::ready();
@@ -228,7 +228,7 @@ fn a_ready_device_may_lock() {
     assert_eq!(client.state(), "Locked");
 }
 
-/// 7.2-13: safety decision 2: while anything moves, or may, a stop must not depend on a password.
+/// 7.2-13: while anything moves or may move, a stop must not depend on a password (safety decision 2).
 #[test]
 fn the_password_is_changed_while_nothing_moves() {
     let mut client = Client::ready();
@@ -249,7 +249,7 @@ fn the_password_is_changed_while_nothing_moves() {
         client.command(command);
         assert_eq!(client.refused(Command::ChangePassword), Some(Refusal::Moves), "{command:?}");
     }
-    // Also if another client began it.
+    // The same is true if another client began the motion.
     let mut client = Client::ready();
     client.say(PlaybackState::START_FORWARD);
     assert_eq!(client.refused(Command::ChangePassword), Some(Refusal::Moves));
@@ -257,7 +257,7 @@ fn the_password_is_changed_while_nothing_moves() {
     assert_eq!(client.refused(Command::ChangePassword), None);
 }
 
-/// 7.2-14: what is sent or heard keeps the line; if much is sent and nothing heard, it asks as well (K-S15).
+/// 7.2-14: messages in both directions keep the line. If messages are only sent, the client asks as well (K-S15).
 #[test]
 fn over_tcp_a_question_keeps_the_line() {
     let mut client = Client::ready();
@@ -283,7 +283,7 @@ fn over_tcp_a_question_keeps_the_line() {
     assert_eq!((pings, busy.state()), (2, "Ready"));
 }
 
-/// 7.2-15: whatever else is sent; nothing is expected back (decision K-U6).
+/// 7.2-15: keep-alives do not depend on other messages, and are not answered (decision K-U6).
 #[test]
 fn over_usb_there_are_keep_alives() {
     let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
@@ -308,7 +308,7 @@ fn a_silent_device_is_given_up() {
     client.clear();
     client.pass(1);
     assert_eq!((client.told(), client.state()), (vec![Event::LinkDown(LinkDownReason::Silence)], "Disconnected"));
-    // Anything that comes is a sign of life, also what is cut short.
+    // Any message is a sign of life, also one that is cut short.
     let mut client = Client::ready();
     let error = DecodeError::Truncated { what: "LEDStatus", needed: 2, have: 0 };
     for round in 0..4 {
@@ -321,7 +321,7 @@ fn a_silent_device_is_given_up() {
     assert_eq!(client.state(), "Ready");
 }
 
-/// 7.2-17: what is said unasked is told, and keeps what is known up to date.
+/// 7.2-17: unsolicited messages are reported, and update the stored values.
 #[test]
 fn what_is_said_unasked_is_told() {
     let mut client = Client::ready();
@@ -341,7 +341,7 @@ fn what_is_said_unasked_is_told() {
     let position = |client: &Client| client.machine.motors().next().map(|motor| motor.position.0);
     assert_eq!(position(&client), Some(5.0));
 
-    // A fault takes the range along.
+    // A fault voids the range.
     client.error(10, 1);
     assert_eq!(client.told(), [Event::Error(ErrorCode::RUNAWAY, ONE), Event::MotorChanged(ONE)]);
     assert!(client.machine.motors().all(|motor| !motor.is_calibrated()));
@@ -357,7 +357,7 @@ fn what_is_said_unasked_is_told() {
     client.hear(DeviceMessage::from(status));
     assert_eq!(client.machine.motors().last().map(|motor| motor.position.0), Some(9.0));
 
-    // Motors come and go, each told of once, however often it is named.
+    // Each motor that comes or goes is reported once, even if the message names it more often.
     let presence = |motor, online: bool| {
         let (speed, acceleration) = (RotationsPerSecond(1.0), RotationsPerSecondSquared(1.0));
         MotorPresence::new(MotorAddress(motor), online.into(), MotorType::AXIS, speed, speed, acceleration)
@@ -368,7 +368,7 @@ fn what_is_said_unasked_is_told() {
     assert_eq!((client.machine.motors().count(), client.sent()), (1, vec![Transmit::Get(Get::MotorInfo)]));
 }
 
-/// 7.2-18: a question of a kind at a time; each is answered, or told to fail.
+/// 7.2-18: one query of each kind is open at a time, and each is answered or fails.
 #[test]
 fn every_question_comes_to_an_end() {
     for get in Get::ALL {
@@ -417,7 +417,7 @@ fn a_device_that_does_not_say_what_it_is_is_given_up() {
     assert_eq!((client.told(), client.state()), (vec![Event::LinkDown(LinkDownReason::NoAnswer)], "Disconnected"));
 }
 
-/// 7.2-20: it tries again, more and more rarely, until it is told not to.
+/// 7.2-20: the client tries again at growing intervals, until it is told to disconnect.
 #[test]
 fn a_lost_connection_is_tried_again() {
     for (end, why) in [(Input::LinkDown, LinkDownReason::Ended), (Input::Fatal, LinkDownReason::Framing)] {

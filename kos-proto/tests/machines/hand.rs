@@ -1,4 +1,4 @@
-//! What a client does with motors by hand: commands, stops, ranges (kOS 7.3 and 8.5, safety decisions 1 to 3).
+//! Motion by hand from a client: commands, stops, ranges (kOS 7.3 and 8.5, safety decisions 1 to 3).
 
 use kos_proto::host::*;
 use kos_proto::message::*;
@@ -12,7 +12,7 @@ fn move_to(motor: MotorAddress, position: f32) -> Transmit<'static> {
     Transmit::MoveTo(go(motor, position))
 }
 
-/// 7.3-8: of many commands in a short time the last one counts, twenty a second to a motor.
+/// 7.3-8: a motor gets at most twenty commands a second, and the last command is always sent.
 #[test]
 fn of_many_commands_the_last_one_counts() {
     let mut client = Client::ready();
@@ -30,7 +30,7 @@ fn of_many_commands_the_last_one_counts() {
     client.command(Command::MoveTo(go(ONE, 5.0)));
     assert_eq!(client.sent(), [move_to(ONE, 5.0)]);
 
-    // A command that comes just when the one before might be sent takes its place.
+    // A command that comes at the moment at which the earlier one is due replaces it.
     client.command(Command::MoveTo(go(ONE, 6.0)));
     client.now += 50;
     client.command(Command::MoveTo(go(ONE, 7.0)));
@@ -46,7 +46,7 @@ fn of_many_commands_the_last_one_counts() {
     assert_eq!((sent.len(), sent[20]), (21, move_to(ONE, 999.0)), "the last one as well");
 }
 
-/// 7.3-8: a motor that rests where it was sent first does not rest while another command waits for it.
+/// 7.3-8: a motor that arrives at its first target does not count as resting while another command waits for it.
 #[test]
 fn a_motor_that_is_to_go_on_does_not_rest() {
     let mut client = Client::ready();
@@ -62,7 +62,7 @@ fn a_motor_that_is_to_go_on_does_not_rest() {
     assert!(!client.machine.may_move());
 }
 
-/// 7.3-2: a stop overtakes all that waits, and is sent again until the motor rests.
+/// 7.3-2: a stop overtakes all waiting commands, and is sent again until the motor rests.
 #[test]
 fn a_stop_overtakes_what_waits() {
     let mut client = Client::ready();
@@ -92,7 +92,7 @@ fn a_stop_overtakes_what_waits() {
     assert_eq!((client.told(), client.refused(Command::MoveTo(go(ONE, 3.0)))), (vec![], None));
 }
 
-/// 7.3-2: what says by its speed that it stops is a stop, also of a motor that nobody knows (safety decision 3).
+/// 7.3-2: a command with speed 0 is a stop, also of an unknown motor (safety decision 3).
 #[test]
 fn speed_0_is_a_stop() {
     let still = RotationsPerSecond(0.0);
@@ -121,7 +121,7 @@ fn speed_0_is_a_stop() {
     assert_eq!(nobody.told(), [Event::StopNotConfirmed(StopTarget::Motor(ONE))]);
 }
 
-/// 7.3-1: a jog goes on as long as the application says something.
+/// 7.3-1: a jog goes on as long as the application gives signs of life.
 #[test]
 fn a_jog_needs_somebody_alive() {
     let mut client = Client::ready();
@@ -131,7 +131,7 @@ fn a_jog_needs_somebody_alive() {
     for _ in 0..20 {
         client.pass(999);
         client.command(Command::Alive);
-        // That it rests is of before: nobody told it to.
+        // The report of rest is older than the jog, because no stop was sent.
         client.rests(2, 0.0);
     }
     client.pass(999);
@@ -148,14 +148,14 @@ fn a_jog_needs_somebody_alive() {
     client.clear();
     client.pass(5_000);
     assert!(!client.sent().contains(&stop(TWO)));
-    // A motor that goes to a place comes to rest by itself.
+    // A motor that goes to a position comes to rest by itself.
     client.command(Command::MoveTo(go(ONE, 5.0)));
     client.clear();
     client.pass(5_000);
     assert!(!client.sent().contains(&stop(ONE)));
 }
 
-/// 7.3-1: another speed takes the place of the one before, and no other command does.
+/// 7.3-1: another speed replaces the earlier one, and no other command does.
 #[test]
 fn a_jog_may_change_its_speed() {
     let mut client = Client::ready();
@@ -171,7 +171,7 @@ fn a_jog_may_change_its_speed() {
     assert_eq!(client.refused(jog(ONE, 1.0)), Some(Refusal::Moves));
 }
 
-/// 7.3-4: a distance counts from where a motor rests, so it is sent once, and not to one that moves.
+/// 7.3-4: a distance counts from where a motor rests, so it is sent once, and only to a motor that rests.
 #[test]
 fn a_bump_is_sent_once() {
     let mut client = Client::ready();
@@ -184,7 +184,7 @@ fn a_bump_is_sent_once() {
     assert_eq!(client.refused(Command::Bump(go(TWO, -2.0))), None);
 }
 
-/// 7.3-8: that a motor does not say that it rests is told once; until it is stopped it is taken to move.
+/// 7.3-8: a missing report of rest is told once. The motor counts as moving until it is stopped.
 #[test]
 fn a_motor_that_does_not_come_to_rest_is_told() {
     for command in [Command::MoveTo(go(TWO, 5.0)), Command::Bump(go(TWO, 5.0))] {
@@ -202,7 +202,7 @@ fn a_motor_that_does_not_come_to_rest_is_told() {
     }
 }
 
-/// Commands that mean nothing are not sent (decision K-N1).
+/// Commands without a meaning are not sent (decision K-N1).
 #[test]
 fn what_means_nothing_is_not_sent() {
     let mut client = Client::ready();
@@ -227,7 +227,7 @@ fn what_means_nothing_is_not_sent() {
     assert_eq!(client.refused(Command::MarkBegin(MotorAddress(3))), Some(Refusal::NoMotor));
 }
 
-/// 7.3-3, 7.3-5: both ends by hand; then what the device says of its motors counts (decision K-M8).
+/// 7.3-3, 7.3-5: both ends are marked by hand. After that the report of the device counts (decision K-M8).
 #[test]
 fn a_range_is_marked() {
     let mut client = Client::ready();
@@ -251,7 +251,7 @@ fn a_range_is_marked() {
     assert_eq!(client.refused(Command::MarkEnd(TWO)), Some(Refusal::NotMarked), "once");
 }
 
-/// 7.3-6: an error, silence, no range after all, or no connection: never twice, and always told.
+/// 7.3-6: an error, no answer, no range or no connection is always reported, and MarkEnd is never sent twice.
 #[test]
 fn a_range_that_is_none_is_told() {
     let refused = |code| Outcome::Refused(Refusal::Device(code));
@@ -287,7 +287,7 @@ fn a_range_that_is_none_is_told() {
     }
 }
 
-/// 7.3-10, 7.3-11: a reset of all is not answered, so the motors are asked for.
+/// 7.3-10, 7.3-11: a reset of all is not answered, so the client asks for the motors.
 #[test]
 fn ranges_are_forgotten() {
     let mut client = Client::ready();
@@ -297,7 +297,7 @@ fn ranges_are_forgotten() {
     assert_eq!(client.sent(), [Transmit::ResetAxis(MotorAddress::ALL), Transmit::Get(Get::MotorInfo)]);
 }
 
-/// While a move runs, nothing is moved by hand: the device would refuse it, or stop the move (safety decision 1).
+/// While a move runs, no motor is moved by hand, because the device would refuse or stop the move (safety decision 1).
 #[test]
 fn while_a_move_runs_nothing_is_moved_by_hand() {
     for client in [Client::setting_up(), Client::starting(), Client::running()] {
@@ -318,7 +318,7 @@ fn while_a_move_runs_nothing_is_moved_by_hand() {
     }
 }
 
-/// With the connection everything that was said of motion is void; stops that were not confirmed are told.
+/// A lost connection voids all reports of motion, and open stops are reported as not confirmed.
 #[test]
 fn a_lost_connection_leaves_stops_unconfirmed() {
     let mut client = Client::ready();

@@ -1,4 +1,4 @@
-//! kOS 7.5: time lapses.
+//! Time lapses: kOS 7.5.
 
 use kos_proto::HostMessage;
 use kos_proto::device::{Event, Options};
@@ -29,7 +29,7 @@ fn continuous(before: u32, moving: u32, after: u32) -> Bench {
     played(lapse(PlaybackMode::TIME_LAPSE_CONTINUOUS, before, moving, after))
 }
 
-/// 7.5-1, 7.5-3: each photo before the move waits and is taken like one in it.
+/// 7.5-1, 7.5-3: each photo before the move has the delay and exposure of a photo in the move.
 #[test]
 fn photos_before_the_move() {
     for (mut bench, next, said) in [
@@ -56,7 +56,7 @@ fn without_them_it_begins_at_once() {
     assert_eq!((bench.told().len(), bench.state()), (1, "FrameDelay"), "home, and nothing moves");
 }
 
-/// 7.5-4, 7.5-9, 7.5-11: while the motors move, a photo every three seconds, until the end.
+/// 7.5-4, 7.5-9, 7.5-11: while the motors move, a photo is taken every three seconds until the end.
 #[test]
 fn photos_while_the_motors_move() {
     let mut bench = continuous(0, 3, 0);
@@ -75,7 +75,7 @@ fn photos_while_the_motors_move() {
     assert_eq!(bench.state(), "Empty");
 }
 
-/// 7.5-4: the next photo keeps its time, also if a wake was late.
+/// 7.5-4: the next photo is on time, also after a late wake.
 #[test]
 fn the_rhythm_of_photos_is_kept() {
     let mut bench = continuous(0, 3, 0);
@@ -114,7 +114,7 @@ fn shoot_move_shoot() {
     assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: FULL_STOP"]);
 }
 
-/// 7.5-8: motors that do not get to the next place end it (decision K-S10).
+/// 7.5-8: motors that do not arrive at the next place end the time lapse (decision K-S10).
 #[test]
 fn a_motor_that_does_not_get_there_ends_it() {
     let mut bench = sms(0, 2, 0);
@@ -142,7 +142,7 @@ fn photos_behind_the_move() {
     }
 }
 
-/// 7.5-12: in every state; nobody says that the photos behind it were taken.
+/// 7.5-12: the stop is obeyed in every state, and PostMovePhotosCompleted is not sent.
 #[test]
 fn a_stop_ends_a_time_lapse_in_every_state() {
     let mut seen = Vec::new();
@@ -162,7 +162,7 @@ fn a_stop_ends_a_time_lapse_in_every_state() {
     assert_eq!(seen, ["Pre", "ForwardC", "Post", "FrameDelay", "Exposing", "Moving"]);
 }
 
-/// Back to front, photos are not taken (decision K-J7); photos in no time neither (decision K-S18).
+/// Time lapses in reverse are refused (decision K-J7), and so are photos that take no time (decision K-S18).
 #[test]
 fn what_is_no_time_lapse_is_refused() {
     let data = lapse(PlaybackMode::TIME_LAPSE_SMS, 0, 2, 0);

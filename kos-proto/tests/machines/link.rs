@@ -1,4 +1,4 @@
-//! kOS 7.1: link and lock of the device.
+//! Link and lock of the device: kOS 7.1.
 
 use kos_proto::Transport;
 use kos_proto::device::session::State;
@@ -13,7 +13,7 @@ const LIMITED: HostMessage<'static> = HostMessage::GetNetworkInfo(GetNetworkInfo
 const FROM: Sender = Sender { address: Ipv4(0xc0a8_3207), port: 5520 };
 const DEVICE_INFO: HostMessage<'static> = HostMessage::GetDeviceInfo(GetDeviceInfo { tail: &[] });
 
-/// A device with a password, and a client over TCP that did not say it yet.
+/// A device with a password, and a client over TCP that has not sent the password yet.
 fn locked() -> Bench {
     let mut bench = Bench::off(Options::default());
     bench.password = b"open";
@@ -23,7 +23,7 @@ fn locked() -> Bench {
     bench
 }
 
-/// 7.1-1, 7.1-3: it says where it is until a client is there, and again when the last one is gone.
+/// 7.1-1, 7.1-3: the device announces its address until a client connects, and again after the last client is gone.
 #[test]
 fn it_advertises_while_no_client_is_connected() {
     let mut bench = Bench::off(Options::default());
@@ -59,7 +59,7 @@ fn a_question_by_datagram_is_answered_as_it_asks() {
     assert_eq!(bench.told(), [Event::Ignored(Ignored::Datagram)]);
 }
 
-/// 7.1-3: the lock is open where there is no password, unless the device wants the empty one (decision K-P4).
+/// 7.1-3: without a password there is no lock, unless the device asks for the empty password (decision K-P4).
 #[test]
 fn without_a_password_there_is_no_lock() {
     assert_eq!(Bench::new(Options::default()).machine.session(ZERO), State::Unlocked);
@@ -70,7 +70,7 @@ fn without_a_password_there_is_no_lock() {
     assert_eq!(strict.machine.session(ZERO), State::Unlocked);
 }
 
-/// 7.1-4: over USB nobody asks for a password, and a wrong one is no harm (decision K-U7).
+/// 7.1-4: over USB no password is needed, and a wrong one has no effect (decision K-U7).
 #[test]
 fn over_usb_there_is_no_lock() {
     let mut bench = locked();
@@ -80,7 +80,7 @@ fn over_usb_there_is_no_lock() {
     assert_eq!((bench.machine.session(ONE), bench.said().len()), (State::Unlocked, 0));
     bench.from(ONE, device_password(b"other"));
     assert_eq!(bench.machine.session(ONE), State::Unlocked);
-    // And a client over USB is none over TCP.
+    // A client over USB does not count as a client over TCP.
     bench.step(Input::LinkDown(ZERO));
     assert_eq!(bench.machine.link().name(), "Advertising");
 }
@@ -135,7 +135,7 @@ fn the_password_opens_and_closes_the_lock() {
     assert_eq!((bench.machine.session(ZERO), bench.said()), (State::Locked, vec!["0: error 15 0".into()]));
 }
 
-/// 7.1-10: safety decision 2. What is answered to all goes to the locked client as well, also what comes later.
+/// 7.1-10: answers to all clients go to the locked client that sent the stop too, also later ones (safety decision 2).
 #[test]
 fn a_stop_needs_no_password() {
     let mut bench = locked();
@@ -156,13 +156,13 @@ fn a_stop_needs_no_password() {
     assert_eq!(bench.said(), ["01: FULL_STOP", "01: 1 rests at 3.0", "01: 3 rests at 0.0"]);
     bench.arrive(2, 4.0);
     assert_eq!(bench.said(), ["01: 2 rests at 4.0"]);
-    // The next time it rests, the locked client did not ask.
+    // The locked client does not get the next report of rest, because it did not ask for that motion.
     bench.from(ONE, set_psa(2, 5.0, 10.0));
     bench.arrive(2, 5.0);
     assert_eq!(bench.said(), ["1: 2 rests at 5.0"]);
 }
 
-/// 7.1-11: nothing else is answered, and nothing follows from it.
+/// 7.1-11: no other message is answered or has an effect.
 #[test]
 fn while_locked_nothing_else_goes() {
     let motions = [set_psa(1, 5.0, 10.0), bump(1, 5.0, 10.0), start(), setup(false), mark_begin(1), reset_axis(0)];
@@ -176,7 +176,7 @@ fn while_locked_nothing_else_goes() {
     }
 }
 
-/// 7.1-13, 7.1-14: who is unlocked knew the old password, and only the same one keeps the lock open.
+/// 7.1-13, 7.1-14: an unlocked client knew the old password, so only the same password keeps the lock open.
 #[test]
 fn another_password_locks() {
     let mut bench = locked();
@@ -194,7 +194,7 @@ fn another_password_locks() {
     assert_eq!([ZERO, ONE].map(|session| bench.machine.session(session)), [State::Unlocked, State::Locked]);
 }
 
-/// 7.1-13: who is locked is told no more, from the same step on.
+/// 7.1-13: a client that is locked gets no more messages, from the same step on.
 #[test]
 fn a_client_that_is_locked_is_told_no_more() {
     let mut bench = Bench::loaded(Options::default(), live_move(live()));
@@ -207,7 +207,7 @@ fn a_client_that_is_locked_is_told_no_more() {
     assert_eq!((bench.told(), bench.said().len()), (vec![Event::StorePassword(Password(b"new")), Event::MoveOver], 0));
 }
 
-/// 7.1-15: one motor a message, and more until the last (decision K-M3).
+/// 7.1-15: each message has one motor, and all except the last announce more (decision K-M3).
 #[test]
 fn what_is_asked_is_answered() {
     let mut bench = Bench::new(Options::default().with_platform(7));
@@ -270,7 +270,7 @@ fn what_is_set_is_kept_without_an_answer() {
     assert_eq!(bench.said(), answers);
 }
 
-/// Bytes of a message without a body.
+/// Message without a body, in bytes.
 fn bytes_of(number: u32) -> Vec<u8> {
     let mut bytes = vec![0; 7];
     let len = HostMessage::other(number, &[]).encode_into(&mut bytes).unwrap();
@@ -278,7 +278,7 @@ fn bytes_of(number: u32) -> Vec<u8> {
     bytes
 }
 
-/// 7.1-17: what nobody knows is sent back, but not what only devices send (decision K-P10).
+/// 7.1-17: an unknown message is sent back, except messages that only devices send (decision K-P10).
 #[test]
 fn what_it_does_not_know_is_sent_back() {
     let mut bench = Bench::new(Options::default());
@@ -293,7 +293,7 @@ fn what_it_does_not_know_is_sent_back() {
         assert_eq!(bench.said().len(), 0, "{number:#x}");
         assert_eq!(bench.told(), [Event::Ignored(Ignored::NotForDevices(ZERO))]);
     }
-    // So is what is cut short (decision K-S4).
+    // A message that is cut short is sent back too (decision K-S4).
     let error = DecodeError::Truncated { what: "SetLEDStatus", needed: 2, have: 1 };
     bench.step(Input::Malformed {
         session: ZERO,
@@ -306,7 +306,7 @@ fn what_it_does_not_know_is_sent_back() {
     assert_eq!(bench.told()[0], Event::Ignored(Ignored::Malformed(ZERO, error)));
 }
 
-/// 7.1-18: everything stops before it starts anew, and it answers nobody until it did.
+/// 7.1-18: everything stops before the device restarts, and no client gets an answer until it has started.
 #[test]
 fn a_reset_stops_closes_and_starts_anew() {
     let mut bench = Bench::loaded(Options::default(), live_move(live()));
@@ -334,7 +334,7 @@ fn a_reset_stops_closes_and_starts_anew() {
     assert_eq!(bench.told(), [Event::Ignored(Ignored::Report)]);
 }
 
-/// 7.1-19: also to a client that is locked, but only over TCP.
+/// 7.1-19: the address goes to a locked client too, but only over TCP.
 #[test]
 fn it_may_say_over_tcp_where_it_is() {
     let mut bench = Bench::off(Options::default().with_push_every(Some(5_000)));
@@ -349,7 +349,7 @@ fn it_may_say_over_tcp_where_it_is() {
     assert_eq!(bench.said(), ["0: NetworkInfo"]);
 }
 
-/// 7.1-20: a client that is gone takes along what it moved by hand, and nothing else.
+/// 7.1-20: when a client is gone, only the motors that it moved by hand stop.
 #[test]
 fn a_client_that_is_gone_stops_what_it_moved_by_hand() {
     let why = [DisconnectReason::Silence, DisconnectReason::Framing];
@@ -404,7 +404,7 @@ fn a_move_goes_on_alone_unless_told_otherwise() {
     }
 }
 
-/// 7.1-21: a motor that comes back has no range: nobody knows where it was moved to.
+/// 7.1-21: a motor that comes back has no range, because its position is unknown.
 #[test]
 fn motors_come_and_go() {
     let mut bench = locked();

@@ -1,4 +1,4 @@
-//! kOS 7.4: live motion.
+//! Live motion: kOS 7.4.
 
 use kos_proto::device::{Contents, Event, Input, Options, Report};
 use kos_proto::message::*;
@@ -8,11 +8,11 @@ use kos_proto::{HostMessage, Millis};
 use super::bench::*;
 
 const RAPID: HostMessage<'static> = HostMessage::RapidToFirstKeyFrame(RapidToFirstKeyFrame { tail: &[] });
-/// The clock of the device: half an hour before this moment at `Millis(0)`.
+/// Noon, in Unix seconds. At `Millis(0)` the clock of the device is half an hour before noon.
 const NOON: u32 = 1_700_000_000;
 const RESTS: [&str; 3] = ["0: 1 rests at 8.0", "0: 2 rests at 8.0", "0: 3 rests at 0.0"];
 
-/// What makes a motor unfit.
+/// Change that makes a motor unfit for a move.
 type Spoil = fn(&mut Bench);
 
 fn set(data: TrajectoryData<'_>) -> HostMessage<'_> {
@@ -23,7 +23,7 @@ fn loaded() -> Bench {
     Bench::loaded(Options::default().with_progress_every(None), live_move(live()))
 }
 
-/// In the middle of this move.
+/// A device that plays this move.
 fn played(playback: Playback<'_>) -> Bench {
     let options = Options::default().with_progress_every(None).with_unix_millis_at_zero(Some(clock()));
     let mut bench = Bench::loaded(options, live_move(playback));
@@ -55,7 +55,7 @@ fn play(way: Direction, millis: u64) -> Event<'static> {
     Event::Play { way, millis }
 }
 
-/// Every state in which a move runs, reached in its own way.
+/// A device in each state in which a move runs.
 fn running() -> Vec<Bench> {
     let homing = |message| {
         let mut bench = loaded();
@@ -76,7 +76,7 @@ fn running() -> Vec<Bench> {
     all
 }
 
-/// 7.4-1: the status is that of no move again (decision K-J16).
+/// 7.4-1: the status says again that there is no move (decision K-J16).
 #[test]
 fn a_move_is_stored() {
     let mut bench = played(live());
@@ -89,7 +89,7 @@ fn a_move_is_stored() {
     assert_eq!((bench.told(), bench.state()), (vec![Event::StoreTrajectory(live_move(live()))], "Loaded"));
 }
 
-/// 7.4-2: and the one before it is forgotten; what takes no time has a code of its own (decision K-J10).
+/// 7.4-2: the earlier move is forgotten. A move that takes no time has its own code (decision K-J10).
 #[test]
 fn a_move_that_cannot_be_is_refused() {
     let nothing = TrajectoryData { blocks: Blocks::default(), tail: &[] };
@@ -136,7 +136,7 @@ fn setup_goes_home_and_is_completed() {
     assert_eq!(bench.state(), "Ready");
 }
 
-/// 7.4-4: what the motors of a move have to be (decision K-J14).
+/// 7.4-4: all motors of a move are present, rest and have ranges (decision K-J14).
 #[test]
 fn a_move_needs_motors_that_rest_and_know_their_ranges() {
     for message in [setup(false), setup(true), start(), RAPID] {
@@ -178,7 +178,7 @@ fn start_goes_home_and_plays() {
     assert_eq!((bench.told(), bench.state()), (vec![play(Direction::Forward, 10_000)], "Forward"));
 }
 
-/// 7.4-7: it is loaded, or ready, as before.
+/// 7.4-7: the move is loaded or ready, as before.
 #[test]
 fn rapid_goes_home_and_that_is_all() {
     for ready in [false, true] {
@@ -192,13 +192,13 @@ fn rapid_goes_home_and_that_is_all() {
         assert_eq!((bench.told(), bench.state()), (vec![home(Direction::Forward)], "HomingRapid"));
         bench.home();
         assert_eq!((bench.said(), bench.state()), (vec!["0: MOTORS_HOME".into()], before));
-        // From ready it is played at once, for it is home.
+        // A ready move is played at once, because the motors are home.
         bench.hear(start());
         assert_eq!(bench.state(), if ready { "Forward" } else { "HomingStart" });
     }
 }
 
-/// 7.4-9: once, and for the same way.
+/// 7.4-9: one start is stored, and only for the same direction.
 #[test]
 fn a_start_while_it_is_made_ready_is_remembered_once() {
     let mut bench = loaded();
@@ -214,7 +214,7 @@ fn a_start_while_it_is_made_ready_is_remembered_once() {
     assert_eq!(bench.state(), "Forward");
 }
 
-/// 7.4-11: said by the rig, or because it takes too long.
+/// 7.4-11: the rig reports that a motor cannot get home, or the time is over.
 #[test]
 fn a_motor_that_does_not_get_home_ends_it() {
     for message in [setup(false), start(), RAPID] {
@@ -230,7 +230,7 @@ fn a_motor_that_does_not_get_home_ends_it() {
             }
             assert_eq!(bench.said(), ["0: error 0 0", "0: FULL_STOP"]);
             assert_eq!((bench.told(), bench.state()), (vec![Event::StopAll], "Empty"));
-            // Nothing is played until it rests.
+            // No move is played until the motor rests.
             bench.hear(set(live_move(live())));
             bench.hear(start());
             assert_eq!(bench.said(), ["0: error 2 0"]);
@@ -252,7 +252,7 @@ fn from_home_it_is_played_at_once() {
     assert_eq!((bench.said(), bench.told()), (vec!["0: START_FORWARD".into()], vec![play(Direction::Forward, 10_000)]));
 }
 
-/// 7.4-13: moved by hand, or marked anew, a motor is not where the move begins any more (decision K-S7).
+/// 7.4-13: a motor that was moved by hand or marked again is no longer at the begin of the move (decision K-S7).
 #[test]
 fn moved_by_hand_it_goes_home_again() {
     let disturb: [fn(&mut Bench); 2] = [
@@ -274,7 +274,7 @@ fn moved_by_hand_it_goes_home_again() {
     }
 }
 
-/// 7.4-15: safety decision 5: before anything moves, whether it is made ready or not.
+/// 7.4-15: a start time in the past is refused before anything moves, in every state (safety decision 5).
 #[test]
 fn a_moment_that_is_over_moves_nothing() {
     let clocks = [(Some(clock()), NOON - 1800), (None, NOON + 1800)];
@@ -317,7 +317,7 @@ fn a_moment_that_passes_on_the_way_home_ends_it() {
     assert_eq!((bench.told(), bench.state()), (vec![Event::StopAll], "Empty"));
 }
 
-/// 7.4-17, 7.4-18: for a time, and for a moment.
+/// 7.4-17, 7.4-18: the delay is a duration or a time of day.
 #[test]
 fn it_waits_for_its_time() {
     for (playback, wait) in [(waiting(2.5), 2_500), (until(NOON), 1_799_000)] {
@@ -340,7 +340,7 @@ fn it_waits_for_its_time() {
     bench.clear();
     bench.home();
     assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: DELAY_TIMER_STARTED"]);
-    // What is left of it stands in DeviceInfo.
+    // DeviceInfo tells the remaining time.
     bench.now += 1_500;
     let (message, password) = (GetDeviceInfo::default().into(), Password(b""));
     let input = Input::Received { session: ZERO, message, bytes: &[], password };
@@ -377,7 +377,7 @@ fn at_its_end_all_is_over() {
     assert_eq!(bench.said(), ["0: error 2 0"], "decision K-J14");
 }
 
-/// 7.4-21, 7.4-22, 7.4-24: n ways back, and n + 1 forward (decision K-J4).
+/// 7.4-21, 7.4-22, 7.4-24: n loops are n passes back and n + 1 passes forward (decision K-J4).
 #[test]
 fn it_is_played_back_and_again() {
     let mut bench = played(Playback { loop_after_reverse: LoopCount(2), ..live() });
@@ -393,7 +393,7 @@ fn it_is_played_back_and_again() {
     assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: FULL_STOP"]);
 }
 
-/// 7.4-23: in its own time, and for ever without a count that grows.
+/// 7.4-23: the way back has its own duration, and an endless loop has no count that grows.
 #[test]
 fn it_goes_back_rapidly_and_again() {
     let rapid =
@@ -408,7 +408,7 @@ fn it_goes_back_rapidly_and_again() {
     }
 }
 
-/// 7.4-25: the other way round (decision K-S8). A direction or a time that means nothing moves nothing.
+/// 7.4-25: the move is played in reverse (decision K-S8). An unknown direction or a start time moves nothing.
 #[test]
 fn it_is_played_from_its_end() {
     let mut bench = loaded();
@@ -432,7 +432,7 @@ fn it_is_played_from_its_end() {
     assert_eq!((bench.said(), bench.told().len()), (vec!["0: error 17 0".into(), "0: error 2 0".to_owned()], 0));
 }
 
-/// 7.4-26, 7.4-28: safety decisions 1 and 8: all motors say where they rest, at once or when they do.
+/// 7.4-26, 7.4-28: the position of each motor is reported, at once or when it rests (safety decisions 1 and 8).
 #[test]
 fn a_stop_ends_a_move_in_every_state() {
     for stop in [STOP, set_psa(3, 0.0, 0.0), bump(9, 0.0, 0.0)] {
@@ -454,7 +454,7 @@ fn a_stop_ends_a_move_in_every_state() {
             assert_eq!(bench.said(), ["0: 1 rests at 2.0", "0: 2 rests at 3.0"]);
         }
     }
-    // Ready is no running move, but is forgotten as well.
+    // A ready move does not run, but it is forgotten too.
     let mut bench = loaded();
     bench.hear(setup(true));
     bench.clear();
@@ -462,7 +462,7 @@ fn a_stop_ends_a_move_in_every_state() {
     assert_eq!((bench.state(), bench.said().len()), ("Empty", 4));
 }
 
-/// 7.4-27: and again.
+/// 7.4-27: a second stop is answered too.
 #[test]
 fn a_stop_without_a_move_is_answered_as_well() {
     let mut bench = loaded();
@@ -478,7 +478,7 @@ fn a_stop_without_a_move_is_answered_as_well() {
     assert_eq!((&said[..1], &said[1..]), (&["0: FULL_STOP".to_owned()][..], &RESTS.map(str::to_owned)[..]));
 }
 
-/// 7.4-28: of a motor alone, when no move runs.
+/// 7.4-28: while no move runs, the stop concerns one motor only.
 #[test]
 fn a_stop_of_one_motor_leaves_a_move_that_is_ready() {
     let mut bench = loaded();
@@ -488,7 +488,7 @@ fn a_stop_of_one_motor_leaves_a_move_that_is_ready() {
     assert_eq!((bench.said(), bench.state()), (vec!["0: 1 rests at 8.0".into()], "Ready"));
 }
 
-/// 7.4-29: the move goes on, and only the one that asked hears of it (decision K-S3).
+/// 7.4-29: the move goes on, and only the client that asked gets the error (decision K-S3).
 #[test]
 fn while_a_move_runs_nothing_else_moves() {
     let picture = TakePicture { motor_address: MotorAddress::ALL, exposure: Seconds(1.0), tail: &[] };
@@ -509,7 +509,7 @@ fn while_a_move_runs_nothing_else_moves() {
     }
 }
 
-/// 7.4-30: and a motor that is not there any more (decision K-S9).
+/// 7.4-30: a motor of the move that goes off line ends the move too (decision K-S9).
 #[test]
 fn a_fault_ends_a_move() {
     for code in [10, 11, 12, 13, 16] {
@@ -529,7 +529,7 @@ fn a_fault_ends_a_move() {
     }
 }
 
-/// 7.4-31: camera roll is taken, and nothing is said of it.
+/// 7.4-31: a move with camera roll is accepted, and no message is sent about it.
 #[test]
 fn camera_roll_is_never_told() {
     let mut bench =
@@ -539,7 +539,7 @@ fn camera_roll_is_never_told() {
     assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: FULL_STOP"]);
 }
 
-/// A wake that is late is late, no more: each way takes its time from when it began.
+/// A late wake only delays the move: each pass has its full duration from its own begin.
 #[test]
 fn a_late_wake_is_late() {
     let mut bench = played(Playback { loop_after_reverse: LoopCount(1), ..live() });

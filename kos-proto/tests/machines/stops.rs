@@ -9,7 +9,7 @@ use motion_core::wire::Messages;
 
 use super::client::*;
 
-/// Every command, with and without a stop in it.
+/// All commands: those that stop, and those that do not.
 fn commands() -> Vec<Command> {
     let mut commands = vec![
         Command::Connect(AT),
@@ -105,10 +105,10 @@ fn states() -> Vec<Client> {
     states
 }
 
-/// Way in which a command ends, or a motor is forgotten.
+/// Way to end a command or to forget a motor.
 type End = fn(&mut Client);
 
-/// Everything that a device may answer, as if it did all that it is told, or refused it.
+/// All possible answers of a device that obeys a message or refuses it.
 fn answers(client: &mut Client) {
     client.say(PlaybackState::MOTORS_HOME);
     client.say(PlaybackState::SETUP_COMPLETED);
@@ -143,7 +143,7 @@ fn after_a_stop_nothing_leaves_that_may_move() {
                         answers(&mut client);
                     }
                     client.pass(5_000);
-                    // The connection that is asked for is made.
+                    // The requested connection is opened.
                     client.step(Input::LinkUp);
                 }
                 let sent = client.sent();
@@ -194,8 +194,8 @@ fn the_commands_here_send_every_message_of_the_table() {
     assert_eq!(sent, HostMessage::ALL.iter().map(|kind| kind.name).collect());
 }
 
-/// The bench of clients checks after every call of every test that stops stand before everything else. Here a stop meets
-/// what comes in the same call.
+/// A stop meets other effects in the same call. The bench of clients checks after every call that stops are the first
+/// effects.
 #[test]
 fn a_stop_goes_out_before_anybody_is_told_of_it() {
     let mut client = Client::starting();
@@ -216,7 +216,7 @@ fn a_stop_goes_out_before_anybody_is_told_of_it() {
     }
 }
 
-/// Each command ends once, and with what became of it.
+/// Each command ends once, with its outcome.
 #[test]
 fn a_command_ends_with_what_became_of_it() {
     let sent = [Outcome::Sent];
@@ -225,7 +225,7 @@ fn a_command_ends_with_what_became_of_it() {
         client.command(command);
         assert_eq!(client.ended(), sent, "{command:?}");
     }
-    // Motions end when the motor rests, or something ends them.
+    // A motion ends when the motor rests, or when something else ends it.
     let ends: [(End, Outcome<'_>); 6] = [
         (|client| client.rests(1, 5.0), Outcome::Done(None)),
         (|client| client.command(Command::StopMotor(ONE)), Outcome::Failed(Failure::Stopped)),
@@ -252,7 +252,7 @@ fn a_command_ends_with_what_became_of_it() {
     assert_eq!(client.ended(), [Outcome::NotConfirmed], "nothing tells which of the two");
     assert!(client.machine.may_move(), "it may still be on its way to the second");
 
-    // A move is loaded, played, and over.
+    // A move is loaded, played to its end, and over.
     let mut client = Client::ready();
     client.command(load());
     client.say(PlaybackState::MOTORS_HOME);
@@ -284,7 +284,7 @@ fn a_command_ends_with_what_became_of_it() {
     assert_eq!(client.ended(), [Outcome::Refused(Refusal::Device(ErrorCode::INVALID_MOVE_TIME))]);
 }
 
-/// A stop of everything is told to be over when the device obeyed, and all motors said after that that they rest.
+/// A stop of everything is confirmed when the device has obeyed and then reported rest for all motors.
 #[test]
 fn a_stop_is_told_when_everything_rests() {
     let mut client = Client::running();
@@ -297,7 +297,7 @@ fn a_stop_is_told_when_everything_rests() {
     client.rests(2, 3.0);
     assert!(client.told().contains(&Event::Stopped(StopTarget::All)) && !client.machine.may_move());
 
-    // If motors do not say it in time, that is told, once.
+    // If a report of rest does not come in time, that is reported once.
     let mut client = Client::running();
     client.command(Command::Stop);
     client.say(PlaybackState::FULL_STOP);
@@ -386,7 +386,7 @@ fn a_stop_that_is_not_confirmed_is_sent_first_on_the_next_connection() {
     assert_eq!(client.sent(), [Transmit::Get(Get::DeviceInfo)]);
 }
 
-/// A motor whose motion is not known to rest is never dropped: it may come back, and still move.
+/// A motor that is not known to rest may still move, also if it goes off line and comes back.
 #[test]
 fn a_motor_that_is_forgotten_while_it_moves_may_still_move() {
     let (speed, acceleration) = (RotationsPerSecond(1.0), RotationsPerSecondSquared(1.0));
@@ -397,7 +397,7 @@ fn a_motor_that_is_forgotten_while_it_moves_may_still_move() {
             client.hear(presences(&[on]));
             client.motors();
         },
-        // A series that ends behind its first part, and one that begins there.
+        // One series ends after its first part, and another begins there.
         |client, _| {
             client.command(Command::Get(Get::MotorInfo));
             client.motor(1, 3.0, 8.0, false);
@@ -428,7 +428,7 @@ fn a_motor_that_is_forgotten_while_it_moves_may_still_move() {
     }
 }
 
-/// A motor that is sent on before it said that it rests: its report may be about the stop, or about the new motion.
+/// A motor is sent on before its report of rest, so the report may belong to the stop or to the new motion.
 #[test]
 fn a_motor_that_is_sent_on_after_a_stop_may_still_move() {
     for command in [Command::MoveTo(go(TWO, 5.0)), Command::Bump(go(TWO, 5.0)), jog(TWO, 5.0)] {
@@ -448,7 +448,7 @@ fn a_motor_that_is_sent_on_after_a_stop_may_still_move() {
     }
 }
 
-/// A motor of a move that goes off line may still move: no stop is told to be over without it.
+/// A motor of a move that goes off line may still move, so no stop is confirmed without it.
 #[test]
 fn a_motor_that_leaves_a_move_is_waited_for() {
     let (speed, acceleration) = (RotationsPerSecond(1.0), RotationsPerSecondSquared(1.0));
@@ -464,7 +464,7 @@ fn a_motor_that_leaves_a_move_is_waited_for() {
     }
 }
 
-/// The device sends back as much of an unknown message as fits: of an action, its number.
+/// An unknown action is reported with its number, because the device sends the first bytes of the message back.
 #[test]
 fn an_unknown_action_is_told_by_its_number() {
     let mut client = Client::ready();

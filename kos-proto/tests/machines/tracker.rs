@@ -1,4 +1,4 @@
-//! kOS 7.6: the client follows the move on the device.
+//! Move on the device, as the client follows it: kOS 7.6.
 
 use kos_proto::host::*;
 use kos_proto::message::*;
@@ -16,7 +16,7 @@ fn progress(state: PlaybackState) -> Vec<Event<'static>> {
     said(Move::Progress { state, elapsed: Normalized(0.5), photos: Some(Photos(0.0)) })
 }
 
-/// What the device says takes the move from one state to another.
+/// Checks one row: a status of the device, its events and the next state of the move.
 #[track_caller]
 fn row(mut client: Client, says: PlaybackState, told: Vec<Event<'static>>, next: &str) -> Client {
     client.say(says);
@@ -62,7 +62,7 @@ fn all() -> Vec<Client> {
     all
 }
 
-/// 7.6-1: a summary is of a move that can be played, so what cannot be is never sent.
+/// 7.6-1: a summary exists only for a move that can be played, so no other move is sent.
 #[test]
 fn a_move_is_loaded() {
     let mut client = Client::ready();
@@ -95,7 +95,7 @@ fn it_gets_ready() {
     row(Client::starting(), PlaybackState::SETUP_COMPLETED, said(Move::Ready), "Starting");
 }
 
-/// 7.6-5: it is told once, and the move is waited for; the same of one that does not begin.
+/// 7.6-5: the delay is reported once, and the client keeps waiting. The same is true of a move that does not begin.
 #[test]
 fn a_way_home_may_be_long() {
     for mut client in [Client::setting_up(), Client::starting()] {
@@ -123,7 +123,7 @@ fn a_move_that_is_ready_is_played_once() {
     assert_eq!(Client::ready().refused(Command::Play), Some(Refusal::NoMove));
 }
 
-/// The motors go home first: the device would refuse to play it meanwhile.
+/// The motors go home first, because the device would refuse to play the move meanwhile.
 #[test]
 fn a_move_that_is_ready_goes_home_rapidly() {
     let mut client = Client::armed();
@@ -151,7 +151,7 @@ fn it_begins() {
     }
 }
 
-/// 7.6-11: in any order (decision K-J12).
+/// 7.6-11: the messages may come in any order (decision K-J12).
 #[test]
 fn it_says_how_far_it_is() {
     let mut client = Client::running();
@@ -177,7 +177,7 @@ fn it_ends_or_begins_again() {
     row(client, PlaybackState::POST_MOVE_PHOTOS_COMPLETED, said(Move::PostShot), "Ended");
 }
 
-/// 7.6-15: whatever the cause.
+/// 7.6-15: FullStop ends the move for any cause.
 #[test]
 fn a_full_stop_ends_it() {
     for client in all() {
@@ -187,7 +187,7 @@ fn a_full_stop_ends_it() {
     }
 }
 
-/// 7.6-16, 7.6-18: and it is stopped, for nobody knows how much of it goes on.
+/// 7.6-16, 7.6-18: the move is stopped too, because it is unknown which motors still move.
 #[test]
 fn an_error_fails_it() {
     for client in all() {
@@ -216,7 +216,7 @@ fn an_error_fails_it() {
     }
 }
 
-/// 7.6-17: safety decision 1: a command was refused, and the move goes on.
+/// 7.6-17: a command was refused, and the move goes on (safety decision 1).
 #[test]
 fn a_refusal_leaves_a_move_that_runs() {
     for mut client in [delayed(), pre_shoot(), Client::running(), ended()] {
@@ -228,7 +228,7 @@ fn a_refusal_leaves_a_move_that_runs() {
     }
 }
 
-/// 7.6-19: in every state, in the same step, first; and again every two seconds until it is confirmed.
+/// 7.6-19: in every state the stop is sent first, in the same step, and then every two seconds until it is confirmed.
 #[test]
 fn a_stop_is_sent_until_it_is_confirmed() {
     for mut client in all() {
@@ -250,7 +250,7 @@ fn a_stop_is_sent_until_it_is_confirmed() {
     }
 }
 
-/// 7.6-19: also before the device said anything, and while it is locked (safety decision 2).
+/// 7.6-19: the stop is sent before any message of the device too, and while the device is locked (safety decision 2).
 #[test]
 fn a_stop_waits_for_nothing() {
     let mut client = Client::connected(Options::default(), AT);
@@ -273,8 +273,8 @@ fn a_stop_waits_for_nothing() {
     assert_eq!(client.sent()[0], STOP);
 }
 
-/// 7.6-20: what was under way is only told; motors say where they rest; then all that was sent before has been
-/// answered, and another move may be loaded.
+/// 7.6-20: late reports are only passed on. When everything that was sent before the stop is answered, another move may
+/// be loaded.
 #[test]
 fn a_stop_is_over_when_all_is_answered() {
     let mut client = stopping();
@@ -282,7 +282,7 @@ fn a_stop_is_over_when_all_is_answered() {
     for says in [PlaybackState::START_FRAME, PlaybackState::END_OF_MOVE] {
         client = row(client, says, progress(says), "Stopping");
     }
-    // The end that was on its way, and then the answer to the stop.
+    // The first FullStop was in flight before the stop. The second one answers the stop.
     client.say(PlaybackState::FULL_STOP);
     client.rests(1, 4.0);
     assert_eq!((client.move_state(), client.refused(load())), ("Stopping", Some(Refusal::Stopping)));
@@ -296,7 +296,7 @@ fn a_stop_is_over_when_all_is_answered() {
     assert_eq!(position, Some(Rotations(4.0)));
 }
 
-/// 7.6-20: over USB an answer that never comes does not keep it; one to a question from before the stop does not end it.
+/// 7.6-20: over USB a lost answer does not hold the stop up, and the answer to an earlier query does not end it.
 #[test]
 fn a_stop_is_over_when_the_question_behind_it_is() {
     let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
@@ -319,7 +319,7 @@ fn a_stop_is_over_when_the_question_behind_it_is() {
     assert_eq!(client.move_state(), "NoMove");
 }
 
-/// 7.6-20: over TCP answers are late, not lost: each question is waited for, and the last of them counts.
+/// 7.6-20: over TCP answers are late but not lost, so the client waits for each answer, and the last one counts.
 #[test]
 fn late_answers_do_not_end_a_stop() {
     let mut client = stopping();
@@ -327,7 +327,7 @@ fn late_answers_do_not_end_a_stop() {
     assert!(client.sent().contains(&Transmit::StopPlayback), "it is not confirmed");
     client.pass(1_000);
     assert_eq!(client.sent(), [ASKS], "nor is the question answered that was asked before it was sent again");
-    // What was late comes: the answers to the first stop, and to its question.
+    // The late answers arrive: to the first stop, and to its query.
     client.say(PlaybackState::FULL_STOP);
     client.hear(device_info(PlaybackState::FULL_STOP));
     assert_eq!((client.move_state(), client.refused(load())), ("Stopping", Some(Refusal::Stopping)));
@@ -336,7 +336,7 @@ fn late_answers_do_not_end_a_stop() {
     assert_eq!(client.move_state(), "NoMove");
 }
 
-/// 7.6-20: over TCP a question that is not answered three times ends the connection, for only then nothing is late.
+/// 7.6-20: over TCP three missing answers end the connection, because only then no answer can be late.
 #[test]
 fn a_stop_without_its_answer_ends_the_connection() {
     let mut client = stopping();
@@ -353,7 +353,7 @@ fn a_stop_without_its_answer_ends_the_connection() {
     client.pass(1);
     assert_eq!((client.told(), client.move_state()), (vec![Event::LinkDown(LinkDownReason::NoAnswer)], "NoMove"));
 
-    // One that comes before that is in time, but it has to be the last.
+    // Answers that arrive before that are in time, but only the last one ends the stop.
     for client in [&mut late, &mut paid] {
         for _ in 0..3 {
             assert_eq!((client.state(), client.move_state()), ("Ready", "Stopping"));
@@ -364,7 +364,7 @@ fn a_stop_without_its_answer_ends_the_connection() {
     }
 }
 
-/// 7.6-21: it is found again as the device says; one that is only ready may be anybody's, and is not.
+/// 7.6-21: a running move is found again from DeviceInfo. A ready move is not, because it may be another client's.
 #[test]
 fn a_lost_connection_loses_the_move_until_it_is_found() {
     for client in all().into_iter().filter(|client| !matches!(client.move_state(), "NoMove" | "Stopping")) {
@@ -394,7 +394,7 @@ fn a_lost_connection_loses_the_move_until_it_is_found() {
     }
 }
 
-/// 7.6-21: a stop that was not confirmed goes first when the connection is there again.
+/// 7.6-21: a stop that was not confirmed is the first message of the next connection.
 #[test]
 fn a_stop_survives_a_lost_connection() {
     for lost_first in [false, true] {
@@ -452,7 +452,7 @@ fn what_does_not_fit_is_told() {
     row(Client::ready(), PlaybackState::START_FORWARD, said(Move::Unexpected(PlaybackState::START_FORWARD)), "NoMove");
 }
 
-/// Where the word of its end was lost, the device says it when it is asked.
+/// If the report of the end was lost, the answer to a query tells the end.
 #[test]
 fn an_end_that_was_not_told_is_found_out() {
     for status in [PlaybackState::FULL_STOP, PlaybackState::NO_MOVE] {
@@ -486,7 +486,7 @@ fn over_usb_it_asks_whether_a_move_still_runs() {
     assert_eq!(client.told(), said(Move::Finished { requested: false }));
 }
 
-/// The list of what is never sent twice without a command.
+/// The list of the messages that are never sent twice without a command.
 #[test]
 fn what_moves_something_is_never_repeated() {
     let zero = Go { speed: RotationsPerSecond(0.0), ..go(ONE, 1.0) };

@@ -83,24 +83,24 @@ sub_messages! {
     /// Sets whether the motor has no current while it rests.
     ///
     /// Source: hoot, section 2.3.
-    pub struct MotorSetSleep for /** Which motor. */ motor: Motor {
+    pub struct MotorSetSleep for /** The motor. */ motor: Motor {
         /// Whether the motor has no current.
         sleep: Bool,
     }
 
     /// Enables the motor, or disables it. Source: hoot, section 2.3.
-    pub struct MotorSetEnable for /** Which motor. */ motor: Motor {
+    pub struct MotorSetEnable for /** The motor. */ motor: Motor {
         /// Whether the motor is enabled.
         enable: Bool,
     }
 
     /// Stops one motor, at once.
     ///
-    /// It works in joystick mode too, and may be repeated. Source: hoot, section 2.3; safety decisions 1 and 2.
-    pub struct MotorStop for /** Which motor. */ motor: Motor {}
+    /// The stop works in joystick mode too, and may be repeated. Source: hoot, section 2.3; safety decisions 1 and 2.
+    pub struct MotorStop for /** The motor. */ motor: Motor {}
 
     /// Sets how many steps are added when the motor reverses. Source: hoot, section 2.3; safety decision 9.
-    pub struct MotorSetBacklash for /** Which motor. */ motor: Motor {
+    pub struct MotorSetBacklash for /** The motor. */ motor: Motor {
         /// Number of steps. The sheet has a stray byte after it.
         backlash: Backlash,
     }
@@ -108,19 +108,19 @@ sub_messages! {
     /// Sets into how many microsteps a step is divided. All stored positions are scaled by this setting.
     ///
     /// Source: hoot, section 2.3.
-    pub struct MotorSetMicrostep for /** Which motor. */ motor: Motor {
+    pub struct MotorSetMicrostep for /** The motor. */ motor: Motor {
         /// Number of microsteps: 1, 2, 4, 8 or 16. The node acknowledges and ignores other numbers.
         microstep: Microstep,
     }
 
     /// Sets the greatest speed of the motor. Source: hoot, section 2.3.
-    pub struct MotorSetMaxStepSpeed for /** Which motor. */ motor: Motor {
+    pub struct MotorSetMaxStepSpeed for /** The motor. */ motor: Motor {
         /// Speed. The node acknowledges and ignores 0, and speeds above its greatest step rate.
         max_step_speed: StepRate,
     }
 
     /// Sets which direction is forward. Source: hoot, section 2.3.
-    pub struct MotorSetDirection for /** Which motor. */ motor: Motor {
+    pub struct MotorSetDirection for /** The motor. */ motor: Motor {
         /// Direction, 0 or 1.
         direction: Direction,
     }
@@ -128,25 +128,25 @@ sub_messages! {
     /// Makes the present position the home: it becomes 0, and all stored positions are shifted by its old value.
     ///
     /// Source: hoot, section 2.3.
-    pub struct MotorSetHomeHere for /** Which motor. */ motor: Motor {}
+    pub struct MotorSetHomeHere for /** The motor. */ motor: Motor {}
 
     /// Makes the present position the end limit. Source: hoot, section 2.3.
-    pub struct MotorSetEndHere for /** Which motor. */ motor: Motor {}
+    pub struct MotorSetEndHere for /** The motor. */ motor: Motor {}
 
     /// Sends the motor home. Never repeat it by yourself. Source: hoot, section 2.3; safety decision 1.
-    pub struct MotorSendHome for /** Which motor. */ motor: Motor {}
+    pub struct MotorSendHome for /** The motor. */ motor: Motor {}
 
     /// Sends the motor to the end limit. Without an end limit, the node acknowledges the command and ignores it.
     ///
     /// Never repeat it by yourself. Source: hoot, section 2.3; safety decision 1.
-    pub struct MotorSendToEnd for /** Which motor. */ motor: Motor {}
+    pub struct MotorSendToEnd for /** The motor. */ motor: Motor {}
 
     /// Sets the speed of continuous runs, also of a run that is under way.
     ///
     /// The speed is an IEEE number, although replies contain speeds in hundredths. Moves by a number of steps need a
     /// speed other than 0 too, although the sheet says that it does not apply to them. Never repeat it by yourself.
     /// Source: hoot, sections 1.2 and 2.3; safety decisions 1 and 8.
-    pub struct MotorSetContinuousSpeed for /** Which motor. */ motor: Motor {
+    pub struct MotorSetContinuousSpeed for /** The motor. */ motor: Motor {
         /// Speed; its sign is the direction. The node acknowledges and ignores speeds above its greatest step rate.
         speed: StepsPerSecond,
     }
@@ -154,26 +154,26 @@ sub_messages! {
     /// Sets the acceleration of continuous runs, also an IEEE number.
     ///
     /// Source: hoot, sections 1.2 and 2.3; safety decision 8.
-    pub struct MotorSetContinuousAcceleration for /** Which motor. */ motor: Motor {
+    pub struct MotorSetContinuousAcceleration for /** The motor. */ motor: Motor {
         /// Acceleration.
         acceleration: StepsPerSecondSquared,
     }
 
     /// Sets the position at which the planned move begins. Source: hoot, section 2.3.
-    pub struct MotorSetProgramStart for /** Which motor. */ motor: Motor {
+    pub struct MotorSetProgramStart for /** The motor. */ motor: Motor {
         /// Position.
         position: Steps,
     }
 
     /// Sets the position at which the planned move ends. Source: hoot, section 2.3.
-    pub struct MotorSetProgramStop for /** Which motor. */ motor: Motor {
+    pub struct MotorSetProgramStop for /** The motor. */ motor: Motor {
         /// Position.
         position: Steps,
     }
 
     /// Sets the easing of the planned move. An unknown easing is answered twice: an error, then OK. Source: hoot,
     /// section 2.3.
-    pub struct MotorSetEasing for /** Which motor. */ motor: Motor {
+    pub struct MotorSetEasing for /** The motor. */ motor: Motor {
         /// Easing.
         easing: Easing,
     }
@@ -182,7 +182,7 @@ sub_messages! {
     ///
     /// Later firmware reads 32 bits ([`MotorSetLeadInLong`]), and reads the missing bits as zeros. Source: hoot,
     /// sections 2.3 and 7.
-    pub struct MotorSetLeadIn for /** Which motor. */ motor: Motor {
+    pub struct MotorSetLeadIn for /** The motor. */ motor: Motor {
         /// Time.
         lead_in: ShortSpan,
     }
@@ -190,55 +190,55 @@ sub_messages! {
     /// Sets how long the motor waits before its planned move, in 32 bits, for v0.35 and later.
     ///
     /// Earlier firmware reads only the first 16 bits. Source: hoot, section 7; safety decision 3.
-    pub struct MotorSetLeadInLong for /** Which motor. */ motor: Motor {
+    pub struct MotorSetLeadInLong for /** The motor. */ motor: Motor {
         /// Time; at most 16,777,215 arrives.
         lead_in: Span,
     }
 
     /// Sets the duration of the planned move. Source: hoot, section 2.3; safety decision 3.
-    pub struct MotorSetTravel for /** Which motor. */ motor: Motor {
+    pub struct MotorSetTravel for /** The motor. */ motor: Motor {
         /// Time; at most 16,777,215 arrives.
         travel: Span,
     }
 
     /// Sets how long the planned move gains speed. Source: hoot, section 2.3; safety decision 3.
-    pub struct MotorSetProgramAcceleration for /** Which motor. */ motor: Motor {
+    pub struct MotorSetProgramAcceleration for /** The motor. */ motor: Motor {
         /// Time; at most 16,777,215 arrives.
         acceleration: Span,
     }
 
     /// Sets how long the planned move loses speed. Source: hoot, section 2.3; safety decision 3.
-    pub struct MotorSetProgramDeceleration for /** Which motor. */ motor: Motor {
+    pub struct MotorSetProgramDeceleration for /** The motor. */ motor: Motor {
         /// Time; at most 16,777,215 arrives.
         deceleration: Span,
     }
 
     /// Sends the motor to the start of the planned move. Never repeat it by yourself. Source: hoot, section 2.3; safety
     /// decision 1.
-    pub struct MotorSendToStart for /** Which motor. */ motor: Motor {}
+    pub struct MotorSendToStart for /** The motor. */ motor: Motor {}
 
     /// Sends the motor to the end of the planned move. Never repeat it by yourself. Source: hoot, section 2.3; safety
     /// decision 1.
-    pub struct MotorSendToStop for /** Which motor. */ motor: Motor {}
+    pub struct MotorSendToStop for /** The motor. */ motor: Motor {}
 
     /// Moves the motor on by one step of the planned move, from one picture to the next.
     ///
     /// The sheet says that it is not implemented, but firmware of its date has it, and refuses it without a plan. Since
     /// 2015-02 the number means another command, with data. Never repeat it by yourself. Source: hoot, sections 2.3 and
     /// 7; safety decision 1.
-    pub struct MotorStepForward for /** Which motor. */ motor: Motor {}
+    pub struct MotorStepForward for /** The motor. */ motor: Motor {}
 
     /// Moves the motor back by one step of the planned move, from one picture to the next.
     ///
-    /// It is like [`MotorStepForward`]. Later firmware does not have it. Never repeat it by yourself. Source: hoot,
-    /// sections 2.3 and 7; safety decision 1.
-    pub struct MotorStepBack for /** Which motor. */ motor: Motor {}
+    /// The counterpart of [`MotorStepForward`]. Later firmware does not have this command. Never repeat it by yourself.
+    /// Source: hoot, sections 2.3 and 7; safety decision 1.
+    pub struct MotorStepBack for /** The motor. */ motor: Motor {}
 
     /// Forgets the limits: the present position becomes the home, and the start and end of the planned move.
     ///
     /// Lint warns of it, because from then on nothing stops the motor at the end of the rail. Source: hoot, section
     /// 2.3; safety decision 9.
-    pub struct MotorResetLimits for /** Which motor. */ motor: Motor {}
+    pub struct MotorResetLimits for /** The motor. */ motor: Motor {}
 }
 
 /// Conduct by the speed: every speed except 0 may set the motor in motion.

@@ -9,7 +9,7 @@ const MOVE_STEPS: &str = "MotorMove.steps";
 
 sub_messages! {
     /// Data of command 15: a move, or a run if there are no steps.
-    struct MotorMoveOrRun for /** Which motor. */ motor: Motor {
+    struct MotorMoveOrRun for /** The motor. */ motor: Motor {
         /// Direction.
         direction: Direction,
         /// Number of steps; 0 is a run without end.
@@ -19,8 +19,8 @@ sub_messages! {
 
 /// Moves the motor by a number of steps. Never repeat it by yourself, because the motor would move again.
 ///
-/// It needs neither a start nor a stop. With 0 steps it is another message, [`MotorRun`], so a move of 0 steps can be
-/// neither decoded nor encoded. Source: hoot, section 2.3; safety decisions 1 and 3.
+/// The move needs neither a start nor a stop. The same command with 0 steps is another message, [`MotorRun`], so a move
+/// of 0 steps can be neither decoded nor encoded. Source: hoot, section 2.3; safety decisions 1 and 3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct MotorMove {
     /// The motor.
