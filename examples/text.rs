@@ -54,7 +54,7 @@ mod grammar;
 mod lines;
 mod source;
 
-pub use error::{SourceError, TextError, What};
+pub use error::{SourceError, TextError, TextProblem};
 pub use source::{Format, Piece, Senders, Source};
 
 /// Side that sent some bytes.

@@ -128,7 +128,7 @@ pub use motion_core::machine::{Effect, Machine, Token};
 pub use motion_core::owned::Owned;
 pub use motion_core::stream::Item;
 pub use motion_core::time::Millis;
-pub use motion_core::wire::{DecodeError, EncodeError};
+pub use motion_core::wire::{Conduct, DecodeError, EncodeError, Fields, Messages, Purpose};
 #[cfg(feature = "tokio")]
 pub use side::{Codec, CodecItem};
 pub use side::{Device, Host};

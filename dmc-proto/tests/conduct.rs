@@ -7,11 +7,11 @@ use dmc_proto::host::{
     Command, Contents, Event, HostMachine, Input, MAX_QUEUE, Options, Progress, Source, State, StopTarget,
 };
 use dmc_proto::message::{
-    Ack, AckCode, Capabilities, Conduct, GioIn, Hi, Motor, MotorConfigure, MotorFlags, MotorJog, MotorMove,
-    MotorPositions, MotorStatus, MotorStatusRequest, Motors, Purpose, RtPositionFrame, RtRunMove, RtUploadMoveBegin,
-    VirtPositions, VirtualMotor,
+    Ack, AckCode, Capabilities, GioIn, Hi, Motor, MotorConfigure, MotorFlags, MotorJog, MotorMove, MotorPositions,
+    MotorStatus, MotorStatusRequest, Motors, RtPositionFrame, RtRunMove, RtUploadMoveBegin, VirtPositions,
+    VirtualMotor,
 };
-use dmc_proto::{DeviceMessage, Effect, HostMessage, MessageId, Millis, Token};
+use dmc_proto::{Conduct, DeviceMessage, Effect, HostMessage, MessageId, Millis, Purpose, Token};
 use motion_core::wire::Messages;
 
 /// Safety decision 1: stops do not wait, and are repeated until they are obeyed.

@@ -2,7 +2,7 @@
 
 use std::io::{self, Read};
 
-use examples::text::{Format, MAX_REPEAT, Piece, Senders, Side, Source, SourceError, TextError, What};
+use examples::text::{Format, MAX_REPEAT, Piece, Senders, Side, Source, SourceError, TextError, TextProblem};
 
 /// The 40 bytes of the dumps below. They contain each character that has a meaning in the grammar.
 const BYTES: &[u8] = b"DF\x01\0\0\x000\0\x08\0\0\0 hello | world //# >x<\0\xff\x80\n  ";
@@ -113,15 +113,15 @@ fn host(text: impl AsRef<[u8]>) -> Vec<u8> {
 }
 
 /// Line, column and kind of the error in a text without marks.
-fn wrong(text: impl AsRef<[u8]>, format: Format) -> (u64, u64, What) {
+fn wrong(text: impl AsRef<[u8]>, format: Format) -> (u64, u64, TextProblem) {
     match read_from(text.as_ref(), format, Some(Senders::Host)) {
         Err(SourceError::Text(error) | SourceError::Guessed(error)) => (error.line, error.column, error.what),
         other => panic!("{other:?}"),
     }
 }
 
-fn no_digit(char: &str) -> What {
-    What::NoHexDigit(char.to_owned())
+fn no_digit(char: &str) -> TextProblem {
+    TextProblem::NoHexDigit(char.to_owned())
 }
 
 #[test]
@@ -149,20 +149,20 @@ fn a_star_repeats_the_line_before_it() {
         assert_eq!(read_from(marked(">", dump).as_bytes(), Format::Auto, None).expect(dump).host, bytes);
     }
     assert_eq!(host("00000000  00 00  |..|\n*\n00000008\n"), [0; 8]);
-    assert_eq!(wrong("*\n", Format::Auto), (1, 1, What::NothingToRepeat));
-    assert_eq!(wrong("44\n*\n", Format::Auto), (2, 1, What::NothingToRepeat));
-    assert_eq!(wrong("00000000: 44\n *\n44 45", Format::Auto), (2, 2, What::OpenRepeat));
-    assert_eq!(wrong("00000000: 44\n*\n", Format::Auto), (2, 1, What::OpenRepeat));
-    assert_eq!(wrong("00000000: 44\n*\n\n44", Format::Auto), (2, 1, What::OpenRepeat));
-    let back = What::Jump { expected: 0x11, found: 0 };
+    assert_eq!(wrong("*\n", Format::Auto), (1, 1, TextProblem::NothingToRepeat));
+    assert_eq!(wrong("44\n*\n", Format::Auto), (2, 1, TextProblem::NothingToRepeat));
+    assert_eq!(wrong("00000000: 44\n *\n44 45", Format::Auto), (2, 2, TextProblem::OpenRepeat));
+    assert_eq!(wrong("00000000: 44\n*\n", Format::Auto), (2, 1, TextProblem::OpenRepeat));
+    assert_eq!(wrong("00000000: 44\n*\n\n44", Format::Auto), (2, 1, TextProblem::OpenRepeat));
+    let back = TextProblem::Jump { expected: 0x11, found: 0 };
     assert_eq!(wrong("00000010: 44\n*\n00000000: 46", Format::Auto), (3, 1, back));
-    assert_eq!(wrong("00000000:\n*\n00000001: 44", Format::Auto), (2, 1, What::NothingToRepeat));
-    let uneven = What::UnevenRepeat { bytes: 3 };
+    assert_eq!(wrong("00000000:\n*\n00000001: 44", Format::Auto), (2, 1, TextProblem::NothingToRepeat));
+    let uneven = TextProblem::UnevenRepeat { bytes: 3 };
     assert_eq!(wrong("00000000: 4446\n*\n00000005: 44", Format::Auto), (3, 1, uneven));
-    let long = What::LongRepeat { bytes: MAX_REPEAT + 1 };
+    let long = TextProblem::LongRepeat { bytes: MAX_REPEAT + 1 };
     assert_eq!(wrong("00000000: 44\n*\n00100002: 44", Format::Auto), (3, 1, long));
     assert_eq!(host("00000000: 44\n*\n00100001: 44").len() as u64, MAX_REPEAT + 2);
-    let endless = What::LongRepeat { bytes: u64::MAX - 1 };
+    let endless = TextProblem::LongRepeat { bytes: u64::MAX - 1 };
     assert_eq!(wrong("00000000: 44\n*\nffffffffffffffff:", Format::Auto), (3, 1, endless));
 }
 
@@ -212,19 +212,19 @@ fn offsets_are_distinguished_from_data() {
     assert_eq!(host("00000000  4446"), *b"\0\0\0\0DF");
     assert_eq!(host("00000000 44 46"), *b"\0\0\0\0DF");
     assert_eq!(host("0000000000ff 03"), *b"\0\0\0\0\0\xff\x03");
-    assert_eq!(wrong("000000 44 46", Format::Auto), (1, 1, What::Ambiguous));
+    assert_eq!(wrong("000000 44 46", Format::Auto), (1, 1, TextProblem::Ambiguous));
     // The option decides.
     let read = |text: &str, format| read_from(text.as_bytes(), format, Some(Senders::Host));
     assert_eq!(read("000000 44 46\n000002", Format::Xxd).expect("a dump").host, *b"DF");
     assert_eq!(read("000000 44 46", Format::Hex).expect("hex").host, *b"\0\0\0DF");
     assert_eq!(read("00000000: 44 46", Format::Hex).expect("hex").host, *b"\0\0\0\0DF");
     assert_eq!(read("00000000  44 46", Format::Hex).expect("hex").host, *b"\0\0\0\0DF");
-    assert_eq!(wrong("# xxd -p\n44460100\n", Format::Xxd), (2, 1, What::NoOffset));
+    assert_eq!(wrong("# xxd -p\n44460100\n", Format::Xxd), (2, 1, TextProblem::NoOffset));
 }
 
 #[test]
 fn a_gap_in_the_offsets_of_a_dump_is_an_error() {
-    let jump = |expected, found| What::Jump { expected, found };
+    let jump = |expected, found| TextProblem::Jump { expected, found };
     assert_eq!(wrong("00000010: 44\n00000020: 46", Format::Auto), (2, 1, jump(0x11, 0x20)));
     assert_eq!(wrong("00000010: 44\n00000010: 46", Format::Auto), (2, 1, jump(0x11, 0x10)));
     let columns = "00000000  44 46  |DF|\n";
@@ -244,10 +244,10 @@ fn a_gap_in_the_offsets_of_a_dump_is_an_error() {
 #[test]
 fn dumps_of_other_kinds_are_refused() {
     for format in [Format::Auto, Format::Xxd] {
-        assert_eq!(wrong(WORDS, format), (1, 1, What::Words));
-        assert_eq!(wrong(OCTAL, format), (1, 1, What::Words));
-        assert_eq!(wrong(LITTLE, format), (1, 48, What::Reversed));
-        assert_eq!(wrong(BITS, format), (1, 66, What::Column { shown: 6, bytes: 24 }));
+        assert_eq!(wrong(WORDS, format), (1, 1, TextProblem::Words));
+        assert_eq!(wrong(OCTAL, format), (1, 1, TextProblem::Words));
+        assert_eq!(wrong(LITTLE, format), (1, 48, TextProblem::Reversed));
+        assert_eq!(wrong(BITS, format), (1, 66, TextProblem::Column { shown: 6, bytes: 24 }));
     }
 }
 
@@ -260,7 +260,7 @@ fn the_text_column_is_never_data() {
     assert_eq!(host("00000000: 61  a"), *b"a");
     assert_eq!(host("00000000:\n"), *b"");
     assert_eq!(host("00000000  7c 7c  ||||"), *b"||");
-    let column = |shown, bytes| What::Column { shown, bytes };
+    let column = |shown, bytes| TextProblem::Column { shown, bytes };
     assert_eq!(wrong("00000000: 4446  DFG", Format::Auto), (1, 17, column(3, 2)));
     assert_eq!(wrong("00000000: 4446  61 62", Format::Auto), (1, 17, column(5, 2)));
     assert_eq!(wrong("00000000  44 46  |DFG|", Format::Auto), (1, 19, column(3, 2)));
@@ -269,27 +269,27 @@ fn the_text_column_is_never_data() {
 #[test]
 fn errors_name_line_and_column() {
     for (text, line, column, what) in [
-        ("44 4g", 1, 4, What::LoneDigit('4')),
+        ("44 4g", 1, 4, TextProblem::LoneDigit('4')),
         ("44 g4", 1, 4, no_digit("g")),
-        ("44\n\n  444 46", 3, 5, What::LoneDigit('4')),
-        ("4", 1, 1, What::LoneDigit('4')),
-        ("0x1", 1, 1, What::Prefix),
-        ("0x", 1, 1, What::Prefix),
-        ("44 0xg", 1, 4, What::Prefix),
-        ("120x34", 1, 3, What::Prefix),
+        ("44\n\n  444 46", 3, 5, TextProblem::LoneDigit('4')),
+        ("4", 1, 1, TextProblem::LoneDigit('4')),
+        ("0x1", 1, 1, TextProblem::Prefix),
+        ("0x", 1, 1, TextProblem::Prefix),
+        ("44 0xg", 1, 4, TextProblem::Prefix),
+        ("120x34", 1, 3, TextProblem::Prefix),
         ("44 / 46", 1, 4, no_digit("/")),
         ("{0x44}", 1, 1, no_digit("{")),
         ("44 > 46", 1, 4, no_digit(">")),
         ("# é\n44 é", 2, 4, no_digit("é")),
         ("\u{feff}44\n\u{feff}44", 2, 1, no_digit("\\u{feff}")),
-        ("00000000: 44 4g", 1, 14, What::LoneDigit('4')),
+        ("00000000: 44 4g", 1, 14, TextProblem::LoneDigit('4')),
         ("00000000: 4446 0100-3000", 1, 20, no_digit("-")),
         ("00000000: 4446 // D", 1, 16, no_digit("/")),
         ("00000000  44 46  hi", 1, 18, no_digit("h")),
-        ("00000000  44 4g  |..|", 1, 14, What::LoneDigit('4')),
+        ("00000000  44 4g  |..|", 1, 14, TextProblem::LoneDigit('4')),
         ("00000000  44 46  |DF", 1, 18, no_digit("|")),
-        ("00000000  44  |D|\n00000001  4  |.|", 2, 11, What::LoneDigit('4')),
-        ("00000000  44  |D|\n00000001  4546", 2, 11, What::LoneDigit('4')),
+        ("00000000  44  |D|\n00000001  4  |.|", 2, 11, TextProblem::LoneDigit('4')),
+        ("00000000  44  |D|\n00000001  4546", 2, 11, TextProblem::LoneDigit('4')),
         ("hello", 1, 1, no_digit("h")),
     ] {
         assert_eq!(wrong(text, Format::Auto), (line, column, what), "{text}");
@@ -313,11 +313,11 @@ fn a_mark_names_the_sender_of_a_line() {
         Err(SourceError::Guessed(error)) => Err((error.line, error.what)),
         Err(error) => panic!("{error}"),
     };
-    assert_eq!(read("> 44\n46", None), Err((2, What::Unmarked)));
-    assert_eq!(read("44", Some(Senders::Both)), Err((1, What::Unmarked)));
+    assert_eq!(read("> 44\n46", None), Err((2, TextProblem::Unmarked)));
+    assert_eq!(read("44", Some(Senders::Both)), Err((1, TextProblem::Unmarked)));
     assert_eq!(read("> 44\n46", Some(Senders::Host)), Ok(b"DF".into()));
-    assert_eq!(read("> 44\n< 46", Some(Senders::Host)), Err((2, What::OtherSide)));
-    assert_eq!(read("> 44", Some(Senders::Device)), Err((1, What::OtherSide)));
+    assert_eq!(read("> 44\n< 46", Some(Senders::Host)), Err((2, TextProblem::OtherSide)));
+    assert_eq!(read("> 44", Some(Senders::Device)), Err((1, TextProblem::OtherSide)));
     assert_eq!(read("< 44", Some(Senders::Device)), Ok(vec![]));
 }
 

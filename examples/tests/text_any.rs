@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::io::{self, Read};
 
-use examples::text::{Format, MAX_LINE, MAX_REPEAT, Senders, Source, SourceError, What};
+use examples::text::{Format, MAX_LINE, MAX_REPEAT, Senders, Source, SourceError, TextProblem};
 use proptest::prelude::*;
 
 /// Reader that gives one byte at a time and is interrupted before each byte.
@@ -195,16 +195,16 @@ proptest! {
         let comment = "/".repeat(MAX_LINE + shift) + "zz\n";
         prop_assert_eq!(&host((text.clone() + &comment + "07").as_bytes())[..MAX_LINE], &bytes[..]);
         prop_assert_eq!(host((comment.clone() + &text).as_bytes()), bytes);
-        let wrong = |text: String, what: What| {
+        let wrong = |text: String, what: TextProblem| {
             let column = text.rfind('\n').map_or(text.len(), |end| text.len() - end - 1) as u64;
             match read(text.as_bytes(), Format::Hex) {
                 Err(SourceError::Text(error)) => (error.column, error.what) == (column, what),
                 _ => false,
             }
         };
-        prop_assert!(wrong(text.clone() + "g", What::NoHexDigit("g".to_owned())));
-        prop_assert!(wrong(text.clone() + "4", What::LoneDigit('4')));
-        prop_assert!(wrong(comment + &text + " /", What::NoHexDigit("/".to_owned())));
+        prop_assert!(wrong(text.clone() + "g", TextProblem::NoHexDigit("g".to_owned())));
+        prop_assert!(wrong(text.clone() + "4", TextProblem::LoneDigit('4')));
+        prop_assert!(wrong(comment + &text + " /", TextProblem::NoHexDigit("/".to_owned())));
     }
 }
 
@@ -213,7 +213,7 @@ fn a_group_longer_than_a_part_stays_one_group() {
     for shift in 0..4 {
         let text = " ".repeat(shift) + &"5a".repeat(3 * MAX_LINE);
         assert_eq!(host(text.as_bytes()), vec![0x5a; 3 * MAX_LINE], "{shift}");
-        for (end, what) in [("5", What::LoneDigit('5')), ("0x55", What::Prefix)] {
+        for (end, what) in [("5", TextProblem::LoneDigit('5')), ("0x55", TextProblem::Prefix)] {
             let error = read((text.clone() + end).as_bytes(), Format::Hex).expect_err("the text has an error");
             let SourceError::Text(error) = error else { panic!("{error}") };
             assert_eq!((error.line, error.column), (1, text.len() as u64 + 1));
@@ -227,7 +227,7 @@ fn a_line_of_a_dump_has_a_limit() {
     for label in ["00000000: ", "00000010: ", "00000000  ", "000000 "] {
         let text = label.to_owned() + &"44 ".repeat(MAX_LINE);
         let error = read(text.as_bytes(), Format::Xxd).expect_err("the line is too long");
-        assert!(matches!(error, SourceError::Text(error) if error.what == What::LongLine), "{label}");
+        assert!(matches!(error, SourceError::Text(error) if error.what == TextProblem::LongLine), "{label}");
         assert!(read(text.as_bytes(), Format::Auto).is_err(), "{label}");
     }
     // Data may begin like an offset.

@@ -4,7 +4,7 @@ use std::mem;
 
 use super::error::At;
 use super::grammar::{After, Label};
-use super::{MAX_REPEAT, Side, TextError, What};
+use super::{MAX_REPEAT, Side, TextError, TextProblem};
 
 /// Dump that has not ended.
 #[derive(Debug)]
@@ -72,14 +72,14 @@ impl Dumps {
                 dump.star = Some(here);
                 Ok(())
             }
-            _ => Err(here.error(What::NothingToRepeat)),
+            _ => Err(here.error(TextProblem::NothingToRepeat)),
         }
     }
 
     /// Ends the dump of a side.
     pub(super) fn end_of(&mut self, side: Option<Side>) -> Result<(), TextError> {
         match self.of(side).take().and_then(|dump| dump.star) {
-            Some(star) => Err(star.error(What::OpenRepeat)),
+            Some(star) => Err(star.error(TextProblem::OpenRepeat)),
             None => Ok(()),
         }
     }
@@ -95,7 +95,7 @@ impl Dumps {
 impl Dump {
     /// Repeated bytes between the last line and the line at `offset`.
     fn repeated(&mut self, here: At, offset: u64) -> Result<Vec<u8>, TextError> {
-        let jump = here.error(What::Jump { expected: self.next, found: offset });
+        let jump = here.error(TextProblem::Jump { expected: self.next, found: offset });
         let star = self.star.take();
         let bytes = match offset.checked_sub(self.next) {
             Some(0) => return Ok(Vec::new()),
@@ -103,11 +103,11 @@ impl Dump {
             _ => return Err(jump),
         };
         if bytes > MAX_REPEAT {
-            return Err(here.error(What::LongRepeat { bytes }));
+            return Err(here.error(TextProblem::LongRepeat { bytes }));
         }
         let length = self.last.len() as u64;
         if bytes % length != 0 {
-            return Err(here.error(What::UnevenRepeat { bytes }));
+            return Err(here.error(TextProblem::UnevenRepeat { bytes }));
         }
         let count = usize::try_from(bytes / length).unwrap_or_default();
         Ok(self.last.repeat(count))

@@ -11,7 +11,7 @@ pub struct TextError {
     /// Number of the byte in the line, from 1.
     pub column: u64,
     /// Kind of the error.
-    pub what: What,
+    pub what: TextProblem,
 }
 
 /// Place in a text. Lines and bytes are counted from 1.
@@ -23,7 +23,7 @@ pub(super) struct At {
 
 impl At {
     /// Error of the kind `what` at this place.
-    pub(super) fn error(self, what: What) -> TextError {
+    pub(super) fn error(self, what: TextProblem) -> TextError {
         TextError { line: self.line, column: self.column, what }
     }
 }
@@ -31,7 +31,7 @@ impl At {
 /// Kind of an error in a text.
 #[derive(Clone, Debug, Eq, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum What {
+pub enum TextProblem {
     /// A character that is not part of hex digits, separators or comments.
     #[error("\"{0}\" is not a hex digit")]
     NoHexDigit(

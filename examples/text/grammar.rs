@@ -9,7 +9,7 @@ use nom::combinator::{eof, iterator, map, map_opt, opt, peek, rest, value};
 use nom::sequence::{preceded, terminated};
 use nom::{IResult, Parser};
 
-use super::{Side, What};
+use super::{Side, TextProblem};
 
 /// Result of a parser, with the rest of its input.
 pub(super) type Parsed<'a, T> = IResult<&'a [u8], T>;
@@ -153,11 +153,11 @@ pub(super) fn hex<'a>(input: &'a [u8], open: bool, bytes: &mut Vec<u8>) -> Parse
 }
 
 /// Kind of the error at the beginning of an input that no parser can read.
-pub(super) fn diagnose(input: &[u8]) -> What {
+pub(super) fn diagnose(input: &[u8]) -> TextProblem {
     match input {
-        [b'0', b'x' | b'X', ..] => What::Prefix,
-        [digit, ..] if digit.is_ascii_hexdigit() => What::LoneDigit(char::from(*digit)),
-        _ => What::NoHexDigit(first_char(input)),
+        [b'0', b'x' | b'X', ..] => TextProblem::Prefix,
+        [digit, ..] if digit.is_ascii_hexdigit() => TextProblem::LoneDigit(char::from(*digit)),
+        _ => TextProblem::NoHexDigit(first_char(input)),
     }
 }
 
@@ -176,9 +176,9 @@ fn first_char(input: &[u8]) -> String {
 ///
 /// # Errors
 ///
-/// [`What::Reversed`] if the column shows each group in reverse; [`What::Column`] if it is longer or
+/// [`TextProblem::Reversed`] if the column shows each group in reverse; [`TextProblem::Column`] if it is longer or
 /// shorter than the bytes. Blanks at the ends do not count, because they may be padding or be cut off.
-pub(super) fn compare(text: &[u8], bytes: &[u8], group: usize) -> Result<(), What> {
+pub(super) fn compare(text: &[u8], bytes: &[u8], group: usize) -> Result<(), TextProblem> {
     let text = trim(text);
     let shows = |bytes: &[u8]| {
         let bytes = trim(bytes);
@@ -189,11 +189,11 @@ pub(super) fn compare(text: &[u8], bytes: &[u8], group: usize) -> Result<(), Wha
     if shows(bytes) {
         Ok(())
     } else if shows(&reversed.collect::<Vec<_>>()) {
-        Err(What::Reversed)
+        Err(TextProblem::Reversed)
     } else if text.len() == trim(bytes).len() {
         Ok(())
     } else {
-        Err(What::Column { shown: text.len(), bytes: trim(bytes).len() })
+        Err(TextProblem::Column { shown: text.len(), bytes: trim(bytes).len() })
     }
 }
 

@@ -8,7 +8,7 @@ use nom::Offset;
 use super::dump::Dumps;
 use super::error::At;
 use super::grammar::{self, After, Label, Parsed};
-use super::{MAX_LINE, Side, SourceError, TextError, What};
+use super::{MAX_LINE, Side, SourceError, TextError, TextProblem};
 
 /// Kinds of lines that a text may have.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
@@ -147,7 +147,7 @@ impl<R: BufRead> Text<R> {
             return Ok(0);
         }
         if self.lines == Lines::Dump {
-            return Err(self.at(text, body).error(What::NoOffset));
+            return Err(self.at(text, body).error(TextProblem::NoOffset));
         }
         self.dumps.end_of(side)?;
         self.hex(text, body, false, ended)
@@ -179,7 +179,7 @@ impl<R: BufRead> Text<R> {
                 return Ok(true);
             }
             After::End => return Ok(false),
-            After::Blanks(_) if label.digits == 7 => return Err(here.error(What::Words)),
+            After::Blanks(_) if label.digits == 7 => return Err(here.error(TextProblem::Words)),
             After::Blanks(_) => grammar::columns(body, &mut self.bytes),
             After::Colon => grammar::xxd(body, &mut self.bytes),
         };
@@ -190,14 +190,14 @@ impl<R: BufRead> Text<R> {
         match label.after {
             _ if dump => (),
             After::Blanks(2..) if may_be_dump => (),
-            _ if may_be_dump && label.digits == 6 => return Err(here.error(What::Ambiguous)),
+            _ if may_be_dump && label.digits == 6 => return Err(here.error(TextProblem::Ambiguous)),
             _ => {
                 self.bytes.clear();
                 return Ok(false);
             }
         }
         if !ended {
-            return Err(here.error(What::LongLine));
+            return Err(here.error(TextProblem::LongLine));
         }
         if !left.is_empty() {
             let left = left.trim_ascii_start();

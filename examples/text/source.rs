@@ -8,7 +8,7 @@ use clap::ValueEnum;
 
 use super::error::At;
 use super::lines::{Lines, Text};
-use super::{Side, SourceError, What};
+use super::{Side, SourceError, TextProblem};
 
 /// Number of bytes at the beginning of the input that decide whether it is text.
 const HEAD: usize = 4096;
@@ -199,8 +199,8 @@ fn text_piece<R: BufRead>(text: &mut Text<R>, senders: Option<Senders>) -> Resul
         (Some(side), None | Some(Senders::Both)) => side,
         (None | Some(Side::Host), Some(Senders::Host)) => Side::Host,
         (None | Some(Side::Device), Some(Senders::Device)) => Side::Device,
-        (None, None | Some(Senders::Both)) => return Err(line.error(What::Unmarked).into()),
-        (Some(_), Some(_)) => return Err(line.error(What::OtherSide).into()),
+        (None, None | Some(Senders::Both)) => return Err(line.error(TextProblem::Unmarked).into()),
+        (Some(_), Some(_)) => return Err(line.error(TextProblem::OtherSide).into()),
     };
     Ok(Some(Piece { side, first: chunk.first, bytes: chunk.bytes }))
 }

@@ -5,35 +5,35 @@
 #![no_main]
 
 use fuzz::fuzz_world;
-use fuzz::machines::{Bytes, Line, Tokens, Watched};
-use kos_proto::device::{
-    self, DeviceMachine, Event as Told, MotorProfile, Profile, Report, Scratch, SessionId, To, session,
-};
-use kos_proto::host::{self, Command, Endpoint, Event, Get, Go, HostMachine, Send, Source, Token};
+use fuzz::machines::{Bytes, arrival, send, step, world};
+use kos_proto::device::{self, Destination, DeviceMachine, MotorSpecs, Quirks, Report, SessionId, session};
+use kos_proto::host::{self, Command, Endpoint, Get, Go, HostMachine, Transmit};
 use kos_proto::message::{
-    AuxInputs, ErrorCode, Ipv4, LedMode, MotorAddress, MotorType, Rotations, RotationsPerSecond,
+    AuxInputs, Direction, ErrorCode, Ipv4, LedMode, MotorAddress, MotorType, Password, Rotations, RotationsPerSecond,
     RotationsPerSecondSquared, Seconds,
 };
-use kos_proto::summary::{Direction, MoveSummary, Transport};
 use kos_proto::trajectory::TrajectoryData;
-use kos_proto::{DeviceMessage, Frame, HostMessage, MessageId, MessageType};
-use motion_core::time::Millis;
-use motion_core::wire::{Message, Password};
+use kos_proto::{Effect, HostMessage, MessageId, MessageType, MoveSummary, Transport};
+use laws::world::Tokens;
+use motion_core::wire::Message;
 
-fuzz_world!(World);
+use self::world::{World, device_bytes, device_stops_first, host_bytes, host_stops_first, to_device, to_host};
+
+#[path = "../../kos-proto/tests/machines/world.rs"]
+mod world;
+
+fuzz_world!(Kos);
 
 /// Connection of the client; all others belong to other clients.
 const CLIENT: SessionId = SessionId(0);
 const PASSWORDS: [Password<'static>; 2] = [Password(b""), Password(b"open")];
+/// Bytes of a message that the device may send back.
+const ECHO: &[u8] = &[4, 0, 6, 0, 0];
 const WAYS: [Direction; 2] = [Direction::Forward, Direction::Reverse];
 const ENDPOINTS: [Endpoint; 2] = [Endpoint::Usb, Endpoint::Tcp(Ipv4(0xC0A8_3201))];
 
-struct World<'i> {
-    now: Millis,
-    host: Watched<HostMachine>,
-    device: Watched<DeviceMachine>,
-    to_device: Line,
-    to_host: Line,
+struct Kos<'i> {
+    world: World,
     tokens: Tokens,
     /// Stored password.
     password: Password<'static>,
@@ -43,12 +43,13 @@ struct World<'i> {
     trajectory: TrajectoryData<'i>,
 }
 
-impl<'i> World<'i> {
+impl<'i> Kos<'i> {
     fn new(bytes: &mut Bytes<'i>) -> Self {
         let (push, progress, clock, ask) = (bytes.flag(), bytes.flag(), bytes.flag(), bytes.flag());
+        let quirks = [Quirks::REQUIRE_EMPTY_PASSWORD, Quirks::BEGIN_NONZERO];
+        let quirks = quirks.into_iter().filter(|_| bytes.flag()).fold(Quirks::empty(), |all, quirk| all | quirk);
         let device = device::Options::default()
-            .with_require_empty_password(bytes.flag())
-            .with_quirk_begin_nonzero(bytes.flag())
+            .with_quirks(quirks)
             .with_stop_when_alone(bytes.flag())
             .with_push_every(push.then_some(5_000))
             .with_progress_every(progress.then_some(700))
@@ -56,11 +57,7 @@ impl<'i> World<'i> {
             .with_unix_millis_at_zero(clock.then_some(1_700_000_000_000));
         let host = host::Options::default().with_ask_every(ask.then_some(5_000)).with_reconnect(bytes.flag());
         Self {
-            now: Millis(1000),
-            host: Watched::new(HostMachine::new(host)),
-            device: Watched::new(DeviceMachine::new(device)),
-            to_device: Line::default(),
-            to_host: Line::default(),
+            world: world(HostMachine::new(host), DeviceMachine::new(device)),
             tokens: Tokens::default(),
             password: bytes.one_of(&PASSWORDS),
             older_dialect: bytes.flag(),
@@ -71,23 +68,26 @@ impl<'i> World<'i> {
     fn act(&mut self, bytes: &mut Bytes<'i>) {
         match bytes.byte() % 16 {
             0..4 => {
-                if let Some(message) = self.to_device.take(bytes) {
-                    self.bytes_to_device(&message);
+                if let Some(message) = arrival(&mut self.world.up, bytes) {
+                    self.tell_device(to_device(CLIENT, &message, self.password));
                 }
             }
             4..8 => {
-                if let Some(message) = self.to_host.take(bytes) {
-                    self.bytes_to_host(&message);
+                if let Some(message) = arrival(&mut self.world.down, bytes) {
+                    self.tell_host(to_host(&message));
                 }
             }
             8 | 9 => {
                 let (session, password) = (session(bytes), self.password);
                 let input = match bytes.message() {
-                    Ok(message) if bytes.byte() == 1 => device::Input::Datagram(message),
-                    Ok(message) => device::Input::Received { session, message, password },
+                    Ok(message) if bytes.byte() == 1 => {
+                        let from = device::Sender { address: Ipv4(0xC0A8_3202), port: 5520 };
+                        device::Input::Datagram { from, message }
+                    }
+                    Ok(message) => device::Input::Received { session, message, bytes: ECHO, password },
                     Err((number, error)) => {
                         let (id, kind) = parts(number);
-                        device::Input::Malformed { session, id, kind, error }
+                        device::Input::Malformed { session, id, kind, error, bytes: ECHO }
                     }
                 };
                 self.tell_device(input);
@@ -113,7 +113,8 @@ impl<'i> World<'i> {
             }
             _ => {
                 if let Some(command) = self.command(bytes) {
-                    self.tell_host(host::Input::Command(command));
+                    let token = self.tokens.begin();
+                    self.tell_host(host::Input::Command(token, command));
                 }
             }
         }
@@ -125,18 +126,17 @@ impl<'i> World<'i> {
             (bytes.one_of(&[Transport::Tcp, Transport::Usb]), session(bytes), self.password);
         match bytes.byte() % 8 {
             0..3 => {
-                self.tell_device(device::Input::Opened { session: CLIENT, transport, password });
-                self.tell_host(host::Input::Opened);
+                self.tell_device(device::Input::LinkUp { session: CLIENT, transport, password });
+                self.tell_host(host::Input::LinkUp);
             }
-            3 => self.tell_device(device::Input::Opened { session, transport, password }),
-            4 => self.tell_device(device::Input::Closed(session)),
+            3 => self.tell_device(device::Input::LinkUp { session, transport, password }),
+            4 => self.tell_device(device::Input::LinkDown(session)),
             5 => self.tell_device(device::Input::Fatal(session)),
             6 => self.tell_host(host::Input::Fatal),
             _ => {
-                self.to_device.cut();
-                self.to_host.cut();
-                self.tell_device(device::Input::Closed(CLIENT));
-                self.tell_host(host::Input::Closed);
+                self.world.cut();
+                self.tell_device(device::Input::LinkDown(CLIENT));
+                self.tell_host(host::Input::LinkDown);
             }
         }
     }
@@ -170,7 +170,7 @@ impl<'i> World<'i> {
             3 => Command::Disconnect,
             4 => Command::Unlock,
             5 => Command::ChangePassword,
-            6 | 7 => Command::Get(bytes.one_of(&Get::ALL), Token(self.token())),
+            6 | 7 => Command::Get(bytes.one_of(&Get::ALL)),
             8 => Command::SetLeds { master: LedMode(bytes.byte()), slave: LedMode(bytes.byte()) },
             9 => Command::SetPlatform(bytes.byte()),
             10 => Command::ResetDevice,
@@ -203,90 +203,59 @@ impl<'i> World<'i> {
         })
     }
 
-    /// Token of a new question, which has 16 bits.
-    fn token(&mut self) -> u16 {
-        u16::try_from(self.tokens.begin()).expect("fewer steps than tokens")
-    }
-
-    fn bytes_to_device(&mut self, message: &[u8]) {
-        let (session, password) = (CLIENT, self.password);
-        self.tell_device(match Frame::decode(message) {
-            Ok(frame) => match HostMessage::decode(&frame) {
-                Ok(message) => device::Input::Received { session, message, password },
-                Err(error) => device::Input::Malformed { session, id: frame.id(), kind: frame.kind(), error },
-            },
-            Err(_) => device::Input::Fatal(session),
-        });
-    }
-
-    fn bytes_to_host(&mut self, message: &[u8]) {
-        self.tell_host(match Frame::decode(message) {
-            Ok(frame) => match DeviceMessage::decode(&frame) {
-                Ok(message) => host::Input::Received(message),
-                Err(error) => host::Input::Malformed { id: frame.id(), kind: frame.kind(), error },
-            },
-            Err(_) => host::Input::Fatal,
-        });
-    }
-
     fn tell_host(&mut self, input: host::Input<'_>) {
-        let is_connected = self.host.machine.state().is_connected();
-        let output = self.host.step(self.now, input, host::Input::Wake);
-        if let host::Input::Command(Command::Stop) = input {
-            let is_first = output.send.first() == Some(&Send::StopPlayback);
-            assert_eq!(is_first, is_connected, "a stop is sent first in its step: {output:?}");
-            assert!(output.send.iter().all(Send::is_repeatable), "a stop is not sent with a motion: {output:?}");
+        let was_connected = self.world.host.machine.state().is_connected();
+        let output = step(&mut self.world.host, self.world.now, input, host::Input::Wake);
+        host_stops_first(&output);
+        if let host::Input::Command(_, Command::Stop) = input {
+            let is_first = output.effects.first() == Some(&Effect::Transmit(Transmit::StopPlayback));
+            assert_eq!(is_first, was_connected, "a stop is sent first in its step: {output:?}");
+            let mut transmits = output.transmits();
+            assert!(transmits.all(|transmit| transmit.conduct().repeatable), "no motion is sent with it: {output:?}");
         }
-        for event in output.events {
-            if let Event::Answered(_, Token(token)) | Event::Failed(_, Token(token), _) = event {
-                self.tokens.end(token.into());
+        let [_, password] = PASSWORDS;
+        let source = host::Source { user_password: password, new_password: password, trajectory: self.trajectory };
+        for effect in output {
+            match effect {
+                Effect::Event(host::Event::Ended { token, .. }) => self.tokens.end(token),
+                Effect::Event(_) => {}
+                Effect::Transmit(transmit) => {
+                    let bytes = host_bytes(&transmit, &source);
+                    if transmit != Transmit::Discover {
+                        send(&mut self.world.up, self.world.now, &bytes);
+                    }
+                }
             }
         }
-        let [none, password] = PASSWORDS;
-        let source = Source {
-            device_password: none,
-            user_password: password,
-            new_password: password,
-            trajectory: self.trajectory,
-        };
-        for send in output.send {
-            let message = send.message(&source);
-            let mut bytes = vec![0; message.encoded_len()];
-            assert_eq!(message.encode_into(&mut bytes), Ok(bytes.len()), "{message}");
-            let frame = Frame::decode(&bytes).expect("a message that was just encoded");
-            assert_eq!(HostMessage::decode(&frame), Ok(message));
-            if send != Send::Question {
-                self.to_device.put(&bytes);
-            }
-        }
+        let host = &self.world.host.machine;
+        assert!(host.state().is_connected() || self.tokens.open().count() == 0, "all commands end with the connection");
+        let is_stopping = host.move_state() == host::MoveState::Stopping;
+        assert!(host.may_move() || !is_stopping, "a stop that is not confirmed is not over");
     }
 
     fn tell_device(&mut self, input: device::Input<'_>) {
         let stops = match input {
             device::Input::Received { session, message: HostMessage::StopPlayback(_), .. } => {
-                self.device.machine.session(session) != session::State::Closed
+                self.world.device.machine.session(session) != session::State::Closed
             }
             _ => false,
         };
-        let output = self.device.step(self.now, input, device::Input::Wake);
-        assert!(!stops || output.events.contains(&Told::StopAll), "a stop is obeyed in its step: {output:?}");
-        let motors = [MotorProfile { motor_type: MotorType::FIZ, ..MotorProfile::default() }; 3];
-        let profile = Profile {
+        let output = step(&mut self.world.device, self.world.now, input, device::Input::Wake);
+        device_stops_first(&output);
+        let stopped = output.events().any(|event| *event == device::Event::StopAll);
+        assert!(!stops || stopped, "a stop is obeyed in its step: {output:?}");
+        let motors = [MotorSpecs { motor_type: MotorType::FIZ, ..MotorSpecs::default() }; 3];
+        let source = device::Source {
             older_dialect: self.older_dialect,
             motors: &motors,
-            received: &[4, 0, 6, 0, 0],
             trajectory: self.trajectory,
-            ..Profile::default()
+            ..device::Source::default()
         };
-        for send in &output.send {
-            let mut scratch = Scratch::default();
-            let message = send.message(&profile, &mut scratch);
-            let mut bytes = vec![0; message.encoded_len()];
-            assert_eq!(message.encode_into(&mut bytes), Ok(bytes.len()), "{message}");
-            let frame = Frame::decode(&bytes).expect("a message that was just encoded");
-            assert_eq!(DeviceMessage::decode(&frame), Ok(message));
-            if matches!(send.to, To::Sessions(sessions) if sessions.iter().any(|session| session == CLIENT)) {
-                self.to_host.put(&bytes);
+        for effect in output {
+            let Effect::Transmit(transmit) = effect else { continue };
+            let bytes = device_bytes(&transmit, &source);
+            if matches!(transmit.destination, Destination::Sessions(sessions) if sessions.contains(CLIENT)) {
+                send(&mut self.world.down, self.world.now, &bytes);
             }
         }
     }

@@ -7,15 +7,15 @@
 //!
 //! ```
 //! use core::net::Ipv4Addr;
+//! use kos_proto::Millis;
 //! use kos_proto::discovery::{Datagram, Devices, Event, Input};
-//! use motion_core::time::Millis;
 //!
-//! The question, to be sent to 255.255.255.255:5520.
+//! // The question, to be sent to 255.255.255.255:5520.
 //! let mut question = [0; 7];
 //! Datagram::question(true).encode_into(&mut question)?;
 //! assert_eq!(question, *b"\x04\0\x07\0\x02\x01\x01");
 //!
-//! The answer of a device that does not know its address.
+//! // The answer of a device that does not know its address.
 //! let bytes = b"\x04\0\x1b\0\x02\x02\x01\0\x11\x22\x33\x44\x55\0\0\0\0\xff\xff\xff\0\xc0\xa8\x32\x01\x0a\0";
 //! let source = Ipv4Addr::new(192, 168, 50, 7);
 //! let devices: Devices = Devices::default();
@@ -23,7 +23,7 @@
 //! let Ok(Some(Event::Found(device))) = output.heard else { panic!("{output:?}") };
 //! assert_eq!(Ipv4Addr::from(device.address()), source);
 //!
-//! After fifteen seconds of silence, the device is gone.
+//! // After fifteen seconds of silence, the device is gone.
 //! let (devices, output) = devices.step(output.wake.expect("something to wait for"), Input::Wake);
 //! assert_eq!(output.gone[..], [device]);
 //! assert_eq!(devices.iter().count(), 0);

@@ -34,3 +34,7 @@ side! {
 /// For other limits, name the framing: `motion_core::codec::Codec<Kos<1024>, 2048>`.
 #[cfg(feature = "tokio")]
 pub type Codec<const N: usize = { 2 * crate::frame::MAX_FRAME }> = motion_core::codec::Codec<Kos, N>;
+
+/// Items that the [`Codec`] yields: frames, corrupt frames and noise, as bytes.
+#[cfg(feature = "tokio")]
+pub type CodecItem = motion_core::codec::Item<crate::Header>;

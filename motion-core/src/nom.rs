@@ -77,7 +77,7 @@ pub mod complete {
     ///
     /// # Errors
     ///
-    /// The errors of [`frame`], and one of the kind `MapRes`, made from the [`DecodeError`](crate::wire::DecodeError), if
+    /// The errors of [`frame`], and one of the kind `MapRes`, made from the [`DecodeError`], if
     /// the body of the frame is too short.
     pub fn message<'a, S: Framed, E>(input: &'a [u8]) -> IResult<&'a [u8], S::Message<'a>, E>
     where
@@ -109,7 +109,7 @@ pub mod streaming {
     ///
     /// # Errors
     ///
-    /// The errors of [`frame`], and one of the kind `MapRes`, made from the [`DecodeError`](crate::wire::DecodeError), if
+    /// The errors of [`frame`], and one of the kind `MapRes`, made from the [`DecodeError`], if
     /// the body of the frame is too short.
     pub fn message<'a, S: Framed, E>(input: &'a [u8]) -> IResult<&'a [u8], S::Message<'a>, E>
     where

@@ -28,6 +28,7 @@ pub mod motor;
 mod scene;
 
 use std::collections::VecDeque;
+use std::net::SocketAddrV4;
 
 use motion_core::time::Millis;
 
@@ -53,14 +54,14 @@ pub enum Outgoing {
     HangUp(LineId),
     /// Datagram to broadcast.
     Announce(Vec<u8>),
-    /// Datagram to the sender of the datagram that was given in last.
-    Answer(Vec<u8>),
+    /// Datagram to an address.
+    Datagram(SocketAddrV4, Vec<u8>),
 }
 
 /// Number of bytes that wait to be taken.
 fn waiting(outgoing: &VecDeque<Outgoing>) -> usize {
     let len = |outgoing: &Outgoing| match outgoing {
-        Outgoing::Bytes(_, bytes) | Outgoing::Announce(bytes) | Outgoing::Answer(bytes) => bytes.len(),
+        Outgoing::Bytes(_, bytes) | Outgoing::Announce(bytes) | Outgoing::Datagram(_, bytes) => bytes.len(),
         Outgoing::Open(_) | Outgoing::HangUp(_) => 0,
     };
     outgoing.iter().map(len).sum()
@@ -101,9 +102,9 @@ pub trait Rig: Party {
     /// Greatest number of lines that can be open at once.
     const LINES: u8;
 
-    /// Takes a datagram that arrived. Rigs without datagrams ignore it.
-    fn datagram(&mut self, now: Millis, bytes: &[u8]) {
-        let _ = (now, bytes);
+    /// Takes a datagram that arrived from an address. Rigs without datagrams ignore it.
+    fn datagram(&mut self, now: Millis, from: SocketAddrV4, bytes: &[u8]) {
+        let _ = (now, from, bytes);
     }
 
     /// Motors of the rig, starting with motor 1, in the units of the protocol: rotations (kOS), steps (DMC), microsteps

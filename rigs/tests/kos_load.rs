@@ -1,42 +1,42 @@
-//! Ten thousand messages a second, with faults on: what the device acknowledges is done, and memory stays flat.
+//! Ten thousand messages a second, with faults: the device has done what it acknowledges, and needs no more memory.
 
 use std::collections::VecDeque;
 
 use kos_proto::message::{
-    LEDStatus, LedMode, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds,
-    SetPositionSpeedAcceleration, SoftwareID, TakePicture,
+    GetDeviceInfo, GetLEDStatus, GetSoftwareID, KeepAlive, LEDStatus, LedMode, MotorAddress, Rotations,
+    RotationsPerSecond, RotationsPerSecondSquared, Seconds, SetPositionSpeedAcceleration, SoftwareID, TakePicture,
 };
 use kos_proto::{DeviceMessage, Frames, HostMessage, Item};
 use motion_core::time::Millis;
-use motion_core::wire::Empty;
 use rigs::faults::{Carrier, Faults};
 use rigs::kos_device::{KosDevice, Setup};
 use rigs::{Host, LineId, Outgoing, Party, Rig as _, Scene};
 
-/// Bytes that may be on their way, or held by the device: what is sent and answered in the longest silence, a second and
-/// a half of 100 bytes a millisecond each way.
+/// Greatest number of bytes on their way or in the device: those of the longest silence, which is 1.5 s, with 100 bytes a
+/// millisecond each way.
 const HELD: usize = 300_000;
 
-/// What a question that is not answered yet will tell, if all that was sent before it was done.
+/// Answer to a question, if the device did all that was sent before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Expected {
     Platform(u8),
-    Lamps(LedMode, LedMode),
+    Leds(LedMode, LedMode),
     Device,
 }
 
-/// A client that sends ten messages a millisecond, without waiting for anything.
+/// Client that sends ten messages a millisecond, and waits for no answer.
 struct Flood {
     is_open: bool,
     frames: Frames,
     next: Option<Millis>,
     outgoing: VecDeque<Outgoing>,
-    /// What this connection owes, and photos that were sent before each.
+    /// Answers that have to come on this connection, and the number of photos that were sent before each.
     owed: VecDeque<(Expected, u64)>,
     sent: u64,
     answered: u64,
-    /// Photos that were asked for, and those of them that are known to be taken; on this connection, on all of them.
+    /// Number of photos that were sent: on this connection, and on all connections.
     photos: [u64; 2],
+    /// Number of photos that are known to be taken: on this connection, and on all connections before.
     taken: [u64; 2],
     lines: u64,
 }
@@ -58,37 +58,34 @@ impl Flood {
     }
 
     fn batch(&mut self, now: Millis) -> Vec<u8> {
-        let (tail, empty) = (&[][..], Empty { tail: &[] });
-        let [platform, .., lamp] = now.0.to_le_bytes();
-        let lamps = [LedMode::OFF, LedMode::ON][usize::from((platform ^ lamp) & 1)];
+        let tail = &[][..];
+        let [platform, .., high] = now.0.to_le_bytes();
+        let leds = [LedMode::OFF, LedMode::ON][usize::from((platform ^ high) & 1)];
         let mut bytes = Vec::new();
         for number in 0..10_u8 {
             let motor = MotorAddress(1 + number % 3);
             let expected = match number {
                 2 | 7 => Some(Expected::Platform(platform.wrapping_add(number))),
-                4 => Some(Expected::Lamps(lamps, LedMode::OFF)),
+                4 => Some(Expected::Leds(leds, LedMode::OFF)),
                 9 => Some(Expected::Device),
                 _ => None,
             };
-            let message = match number {
-                0 => HostMessage::SetSoftwareID(SoftwareID { platform: platform.wrapping_add(2), tail }),
-                6 => HostMessage::SetSoftwareID(SoftwareID { platform: platform.wrapping_add(7), tail }),
-                2 | 7 => HostMessage::GetSoftwareID(empty),
-                1 => HostMessage::SetLEDStatus(LEDStatus { master_status: lamps, slave_status: LedMode::OFF, tail }),
-                4 => HostMessage::GetLEDStatus(empty),
-                9 => HostMessage::GetDeviceInfo(empty),
-                3 if now.0.is_multiple_of(50) => HostMessage::TakePicture(TakePicture {
-                    motor_address: MotorAddress::ALL,
-                    exposure: Seconds(0.01),
-                    tail,
-                }),
-                5 | 8 => HostMessage::SetPositionSpeedAcceleration(SetPositionSpeedAcceleration::move_to(
-                    motor,
-                    Rotations(f32::from(platform) / 10.0),
-                    RotationsPerSecond(20.0),
-                    RotationsPerSecondSquared(50.0),
-                )),
-                _ => HostMessage::KeepAlive(empty),
+            let message: HostMessage<'_> = match number {
+                0 => SoftwareID { platform: platform.wrapping_add(2), tail }.into(),
+                6 => SoftwareID { platform: platform.wrapping_add(7), tail }.into(),
+                2 | 7 => GetSoftwareID::default().into(),
+                1 => LEDStatus { master_status: leds, slave_status: LedMode::OFF, tail }.into(),
+                4 => GetLEDStatus::default().into(),
+                9 => GetDeviceInfo::default().into(),
+                3 if now.0.is_multiple_of(50) => {
+                    TakePicture { motor_address: MotorAddress::ALL, exposure: Seconds(0.01), tail }.into()
+                }
+                5 | 8 => {
+                    let position = Rotations(f32::from(platform) / 10.0);
+                    let (speed, acceleration) = (RotationsPerSecond(20.0), RotationsPerSecondSquared(50.0));
+                    SetPositionSpeedAcceleration::move_to(motor, position, speed, acceleration).into()
+                }
+                _ => KeepAlive::default().into(),
             };
             if let HostMessage::TakePicture(_) = message {
                 self.photos[0] += 1;
@@ -128,13 +125,13 @@ impl Party for Flood {
                 let Item::Frame(frame) = item else { panic!("{item:?}") };
                 let told = match DeviceMessage::decode(&frame).unwrap() {
                     DeviceMessage::SoftwareID(software) => Expected::Platform(software.platform),
-                    DeviceMessage::LEDStatus(leds) => Expected::Lamps(leds.master_status, leds.slave_status),
+                    DeviceMessage::LEDStatus(leds) => Expected::Leds(leds.master_status, leds.slave_status),
                     DeviceMessage::DeviceInfo(_) => Expected::Device,
                     DeviceMessage::MotorPosition(_) | DeviceMessage::ErrorStatus(_) => continue,
                     message => panic!("{message}"),
                 };
                 let (expected, photos) = self.owed.pop_front().expect("an answer to a question");
-                assert_eq!(told, expected, "what was sent before the question was not done");
+                assert_eq!(told, expected, "the device did not do all that was sent before the question");
                 self.taken[0] = photos;
                 self.answered += 1;
             }
@@ -174,9 +171,9 @@ impl Host for Flood {
     }
 }
 
-/// So many seconds of it.
+/// Floods a device for some seconds.
 fn load(seconds: u64) {
-    // One piece in a hundred would leave no line for longer than a few milliseconds.
+    // With one break in a hundred pieces, no connection would last longer than some milliseconds.
     let faults = Faults { break_off: 2e-4, reset: 20.0, stall: 5.0, ..Faults::all(Carrier::Stream) };
     let mut scene = Scene::new(Flood::new(), KosDevice::new(Setup::default()), Carrier::Stream, faults, 1);
     let began = std::time::Instant::now();
@@ -199,12 +196,15 @@ fn load(seconds: u64) {
         scene.rig.photo_count(),
     );
     assert!((taken..=flood.photos[1]).contains(&scene.rig.photo_count()));
-    assert!(flood.sent >= 7000 * seconds && flood.answered >= 2500 * seconds, "the line was down most of the time");
+    assert!(
+        flood.sent >= 7000 * seconds && flood.answered >= 2500 * seconds,
+        "the connection was down most of the time"
+    );
     assert!(most + own < HELD);
     assert_eq!(scene.rig.motors().len(), 3);
 }
 
 #[test]
-fn a_minute_of_ten_thousand_messages_a_second() {
+fn a_device_bears_ten_thousand_messages_a_second_for_a_minute() {
     load(60);
 }

@@ -14,8 +14,9 @@ use super::requests::{ALL, Damaged, Ids, Owner, Pending, Reply, Request, Request
 use super::sequence::{Course, Sequence};
 use super::stops::{Acknowledged, Stops, Told};
 use super::transmit::{Contents, Output, Transmit};
+use crate::Purpose;
 use crate::frame::{MessageId, MessageType};
-use crate::message::{Ack, AckCode, DeviceMessage, HardStop, Hi, Motors, Purpose};
+use crate::message::{Ack, AckCode, DeviceMessage, HardStop, Hi, Motors};
 
 /// State machine of a host: it knows when to send which message, and what comes of it.
 #[derive(Clone, PartialEq, Eq, Hash)]

@@ -14,7 +14,7 @@ mod virtuals;
 
 pub use connection::{Ack, AckCode, Capabilities, Hi, HiRequest, Name};
 pub use motion_core::fixed::{Centi, Deci, Milli, Scaled};
-pub use motion_core::wire::{Bool, Conduct, Empty, Other, Purpose};
+pub use motion_core::wire::{Bool, ListTooLong, Other, fill, values};
 pub use motor::{
     Acceleration, HardStop, HardwareLimitSet, JogSpeed, Motor, MotorConfigure, MotorFlags, MotorGetPosition, MotorJog,
     MotorMove, MotorMoving, MotorPositions, MotorResetPosition, MotorSetLimits, MotorSetSpeed, MotorStatus,

@@ -30,7 +30,7 @@
 //!   11.633613226s  INFO 127.0.0.1:46152 is connected
 //!   11.633707633s  INFO client 0 is connected
 //!   11.636001332s  INFO a move is stored
-//!   11.636140421s  INFO its motors go to where the move begins
+//!   11.636140421s  INFO the motors go to where the move begins
 //!   12.732656687s  INFO motor 1 rests at 0.000
 //!   12.735376778s  INFO the move is played Forward, in 8000 ms
 //!   15.629375361s  INFO everything stops

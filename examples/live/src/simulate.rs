@@ -112,7 +112,7 @@ fn kos(args: &Args) -> Result<kos_device::Setup, String> {
     if args.pty {
         return Err("kOS has no serial line: leave out --pty".to_owned());
     }
-    let mut setup = kos_device::Setup::with_motors(motors(args, 3, kos_proto::summary::MOTORS)?.into());
+    let mut setup = kos_device::Setup::with_motors(motors(args, 3, kos_proto::message::MOTORS)?.into());
     setup.password = args.password.clone().unwrap_or_default().into_bytes();
     setup.number = args.seed;
     if let IpAddr::V4(address) = args.listen {

@@ -1,6 +1,6 @@
 //! Tests of the server with a toy rig on real lines, and with clients that misbehave.
 
-use std::net::SocketAddr;
+use std::net::{SocketAddr, SocketAddrV4};
 use std::path::Path;
 use std::time::Duration;
 
@@ -92,9 +92,9 @@ impl Party for Toy {
 impl Rig for Toy {
     const LINES: u8 = 2;
 
-    fn datagram(&mut self, now: Millis, bytes: &[u8]) {
+    fn datagram(&mut self, now: Millis, from: SocketAddrV4, bytes: &[u8]) {
         self.advance(now);
-        self.out.push(Outgoing::Answer(bytes.to_ascii_uppercase()));
+        self.out.push(Outgoing::Datagram(from, bytes.to_ascii_uppercase()));
     }
 
     fn motors(&self) -> &[Motor] {

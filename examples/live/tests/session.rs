@@ -83,7 +83,7 @@ async fn a_line_that_is_never_silent_does_not_delay_the_end_of_waiting() {
 #[cfg(target_os = "linux")]
 #[tokio::test]
 async fn a_stop_opens_the_line_whose_opening_was_interrupted() {
-    use kos_proto::host::Options;
+    use kos_proto::host::{Options, Token};
     use live::drive::Trouble;
     use live::session::Target;
     use rigs::kos_host::{Command, KosHost};
@@ -102,7 +102,7 @@ async fn a_stop_opens_the_line_whose_opening_was_interrupted() {
     let (interrupt, interrupts) = unbounded_channel();
     let host = KosHost::new(Options::default(), None);
     let mut session = Session::connect(host, Target::Tcp(address), interrupts).await.unwrap();
-    session.command(Command::Connect);
+    session.command((Token(1), Command::Connect));
     let soon = async {
         tokio::time::sleep(Duration::from_millis(100)).await;
         interrupt.send(()).unwrap();

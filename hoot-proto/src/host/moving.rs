@@ -109,7 +109,7 @@ impl Moving {
 impl fmt::Debug for Moving {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Pairs of address and bits. A map could not be proven free of panics.
-        f.debug_list().entries(self.0.iter().enumerate().filter(|(_, parts)| **parts != 0)).finish()
+        f.debug_list().entries((0..=u8::MAX).zip(self.0).filter(|(_, parts)| *parts != 0)).finish()
     }
 }
 

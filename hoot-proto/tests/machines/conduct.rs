@@ -1,4 +1,4 @@
-//! What the conduct of every message promises, in every state of the master: after a stop nothing leaves that may move a
+//! Laws of the conduct of every message, in every state of the master: after a stop, no message is sent that may move a
 //! motor, and a message that is not repeatable is sent at most once.
 
 use super::world::*;
@@ -8,7 +8,8 @@ use hoot_proto::{Address, Messages, Millis, Table};
 
 const STATUS: HostMessage<'static> = HostMessage::RunStatus(message::RunStatus {});
 
-/// Messages of every row, from bodies of every length and a few patterns: one of each conduct. And messages without a type.
+/// Messages of every row, one of each conduct, from bodies of every length and a few patterns; and messages without a
+/// type.
 fn messages() -> Vec<HostMessage<'static>> {
     let mut found: Vec<HostMessage<'static>> = Vec::new();
     for kind in HostMessage::ALL {
@@ -33,7 +34,7 @@ fn address_of(message: &HostMessage<'_>) -> Address {
     if message.selector().table == Table::Broadcast { Address::BROADCAST } else { NODE }
 }
 
-/// A master in each of its states, with what it does there.
+/// Masters in each state, with descriptions.
 fn masters(options: Options) -> Vec<(&'static str, Master)> {
     let new = || Master::new(options);
     let speed = |speed| Command::Speed { to: NODE, motor: Motor::Two, speed: message::StepsPerSecond(speed) };
@@ -94,9 +95,9 @@ fn masters(options: Options) -> Vec<(&'static str, Master)> {
     masters
 }
 
-/// Lets time run, with an OK to everything or with silence, and gives every packet that leaves.
+/// Lets time pass, with an OK to every packet or with silence. Returns every packet that is sent.
 fn leaving(master: &Master, first: &Output<'static>, answers: bool) -> Vec<HostMessage<'static>> {
-    let Master { mut machine, mut now, mut wake } = master.clone();
+    let (mut machine, mut now, mut wake) = (master.machine.clone(), master.now, master.wake);
     let mut packet = first.packets().first().copied();
     let mut found = Vec::new();
     while now < master.now + 20_000 {
@@ -105,14 +106,14 @@ fn leaving(master: &Master, first: &Output<'static>, answers: bool) -> Vec<HostM
         let input = match (packet, wake) {
             (Some(_), _) if answers => Input::Received(Reply { code: ResponseCode::OK, data }.into()),
             (_, Some(wake)) => {
-                now = wake;
+                now = wake.0;
                 Input::Wake
             }
             (_, None) => break,
         };
         let output = machine.advance(Millis(now), input);
         packet = output.packets().first().copied();
-        wake = output.wake.map(|wake| wake.0);
+        wake = output.wake;
     }
     found
 }

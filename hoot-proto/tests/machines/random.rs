@@ -1,23 +1,25 @@
-//! The machines at random depth: each alone with hostile inputs, and both on a line that loses, corrupts, delays and
-//! doubles. None of the faults reorders.
+//! Random inputs: each machine alone with hostile inputs, and both machines on a line that loses, damages, delays and
+//! doubles messages, but does not reorder them.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::world::*;
 use hoot_proto::device::{
-    self, Command as AtNode, Contact, DeviceMachine, Event as Told, Motion, Options as NodeOptions, Port, ProgramState,
-    Quirks,
+    self, Command as AtNode, Contact, DeviceMachine, Event as NodeEvent, Motion, Options as NodeOptions, Port,
+    ProgramState, Quirks,
 };
 use hoot_proto::frame::Selector;
-use hoot_proto::host::{Command, Event, Input, Options, Outcome, Output, Request, StopState, StopTarget, Token};
+use hoot_proto::host::{
+    Command, Event, HostMachine, Input, Options, Outcome, Output, Request, StopState, StopTarget, Token,
+};
 use hoot_proto::message::{self, AltMode, HostMessage, Motor, Reply, ResponseCode, RingTip, Steps, StepsPerSecond};
 use hoot_proto::query::Profile;
-use hoot_proto::{Address, DeviceMessage, Millis, Table};
-use motion_core::wire::Messages;
+use hoot_proto::{Address, DeviceMessage, Messages, Millis, Table};
+use laws::world::{Fate, Faults, Line, Next, Tokens};
 use proptest::prelude::*;
 use proptest_state_machine::{ReferenceStateMachine, StateMachineTest, prop_state_machine};
 
-/// Numbers of messages, those that exist more often than others.
+/// Numbers of messages. Numbers that exist come up more often than others.
 fn any_number() -> impl Strategy<Value = u32> {
     prop_oneof![
         8 => any::<prop::sample::Index>().prop_map(|at| at.get(HostMessage::ALL).number),
@@ -25,7 +27,7 @@ fn any_number() -> impl Strategy<Value = u32> {
     ]
 }
 
-/// Bodies, those that make sense more often than others.
+/// Bodies. Plausible bodies come up more often than others.
 fn any_body() -> impl Strategy<Value = Vec<u8>> {
     prop_oneof![
         2 => Just(vec![]),
@@ -47,7 +49,7 @@ fn any_motor() -> impl Strategy<Value = Motor> {
     prop::sample::select(&Motor::ALL[..])
 }
 
-/// What happens to a node.
+/// Input of a node.
 #[derive(Debug, Clone)]
 enum ToNode {
     Packet(u8, Port, u32, Vec<u8>),
@@ -72,7 +74,7 @@ fn to_node() -> impl Strategy<Value = ToNode> {
     ];
     prop_oneof![
         6 => (to, port, any_number(), any_body()).prop_map(|(to, port, number, body)| {
-            // What a decoder gives: broadcasts have a table of their own.
+            // A decoder gives broadcasts, and only them, numbers of their own table.
             let number = if to == 1 { number & 0xFFFF | 0x1_00_00 } else if number >> 16 == 1 { number & 0xFFFF } else { number };
             ToNode::Packet(to, port, number, body)
         }),
@@ -82,7 +84,7 @@ fn to_node() -> impl Strategy<Value = ToNode> {
     ]
 }
 
-/// A program of any kind, with what is needed to run it.
+/// Settings of a program of any kind, and of the motors that it needs.
 fn any_setup() -> impl Strategy<Value = Vec<(u32, Vec<u8>)>> {
     let part = |number: u32, value: std::ops::Range<u8>, bytes: usize| {
         value.prop_map(move |value| (number, [vec![0; bytes - 1], vec![value]].concat())).boxed()
@@ -122,7 +124,7 @@ fn moving(machine: &DeviceMachine) -> Vec<Motor> {
     Motor::ALL.into_iter().filter(|motor| machine.motor(*motor).is_moving()).collect()
 }
 
-/// Which motors a message stops.
+/// Motors that a message stops.
 fn stopped_by(message: &HostMessage<'_>) -> &'static [Motor] {
     match message {
         HostMessage::Stop(_)
@@ -153,7 +155,7 @@ proptest! {
         }
         let mut heard = node.now;
         for (pause, input) in steps {
-            // Woken when it asks for it, mostly.
+            // Mostly the node is woken when it asks for it.
             if pause % 7 != 0 {
                 let wakes = node.pass(pause);
                 prop_assert!(wakes.len() <= 3000, "no busy loops: {wakes:?}");
@@ -184,7 +186,7 @@ proptest! {
                     if is_stop && !is_refused && (table == Table::Broadcast) == (*to == 1) {
                         for motor in stopped_by(&message) {
                             prop_assert!(!node.machine.motor(*motor).is_moving(), "{message:?}: {output:?}");
-                            let stop = Told::Motor { motor: *motor, motion: Motion::Stop };
+                            let stop = NodeEvent::Motor { motor: *motor, motion: Motion::Stop };
                             prop_assert_eq!(output.told().contains(&stop), was.contains(motor), "{:?}", output);
                         }
                     }
@@ -198,14 +200,14 @@ proptest! {
             if let ToNode::Other(device::Input::Command(AtNode::Stop | AtNode::Pause | AtNode::EmergencyStop)) = input {
                 prop_assert_eq!(moving(&node.machine), []);
             }
-            // A master that is silent keeps nothing in motion.
+            // The dead-man stops motors when the master is silent.
             if node.machine.controller().manual_move && node.now - heard > 1000 {
                 prop_assert_eq!(moving(&node.machine), [], "{:?}", output);
             }
-            // What the machine says of a motor is what the rig was told last.
+            // The state of a motor is that of the last event about it.
             for motor in Motor::ALL {
                 let last = output.told().iter().rev().find_map(|event| match event {
-                    Told::Motor { motor: of, motion } if *of == motor => match motion {
+                    NodeEvent::Motor { motor: of, motion } if *of == motor => match motion {
                         Motion::Stop => Some(false),
                         Motion::By { .. } | Motion::To(_) | Motion::Run { .. } | Motion::Along { .. } => Some(true),
                         _ => None,
@@ -216,7 +218,7 @@ proptest! {
                     prop_assert_eq!(node.machine.motor(motor).is_moving(), moves, "{:?}", output);
                 }
             }
-            // A program that runs waits for something: a moment, a motor, or a pulse.
+            // A program that runs waits for a time, a motor, or a pulse.
             let controller = node.machine.controller();
             let RingTip { ring, tip } = controller.alt_modes;
             let by_pulse = [ring, tip].contains(&AltMode::EXTERNAL_INTERVALOMETER) || !controller.timing_master;
@@ -228,12 +230,12 @@ proptest! {
             prop_assert!(early.step(device::Input::Wake).is_quiet());
             let (machine, wake) = (early.machine.clone(), early.wake);
             prop_assert!(early.step(device::Input::Wake).is_quiet());
-            prop_assert_eq!((early.machine, early.wake), (machine, wake));
+            prop_assert_eq!((&early.machine, early.wake), (&machine, wake));
         }
     }
 }
 
-/// What happens to a master.
+/// Input of a master.
 #[derive(Debug, Clone)]
 enum ToMaster {
     Ask(u8, u32, Vec<u8>),
@@ -276,43 +278,35 @@ fn to_master() -> impl Strategy<Value = ToMaster> {
     ]
 }
 
-/// A stop of each kind, with whom it is for.
+/// Stop of a kind, and its receiver.
 fn stop(to: u8, which: u8) -> (Address, HostMessage<'static>) {
-    let sub_address = message::AnySubAddress(0);
     match which {
         0 => (Address(to), STOP),
         1 => (Address(to), PAUSE),
-        2 => (Address::BROADCAST, HostMessage::from(message::BroadcastStop { sub_address })),
+        2 => (Address::BROADCAST, message::BroadcastStop::default().into()),
         motor => (Address(to), motor_stop(Motor::new(motor - 2).unwrap())),
     }
 }
 
-/// What a master promises, whatever happens, watched from outside.
+/// Promises of a master, watched from outside.
 #[derive(Debug, Default)]
 struct Watch {
-    asked: BTreeMap<u32, Option<Outcome<'static>>>,
-    /// How often what may not be repeated was asked for, less how often it was sent.
+    tokens: Tokens,
+    /// For each message that may not be repeated: how often it was asked for, minus how often it was sent.
     budget: BTreeMap<String, i64>,
     last: Option<u64>,
-    /// By when a stop has to be out, and nothing before it.
+    /// Latest time for a stop to be sent. Nothing may be sent before it.
     stop_due: Option<u64>,
 }
 
 impl Watch {
-    fn token(&mut self) -> Token {
-        let token = u32::try_from(self.asked.len()).unwrap();
-        self.asked.insert(token, None);
-        Token(token)
-    }
-
     fn asked(&mut self, message: &HostMessage<'_>) {
         *self.budget.entry(message.to_string()).or_default() += 1;
     }
 
     fn see(&mut self, master: &Master, output: &Output<'static>, options: &Options) {
-        for (token, outcome) in ended(output) {
-            let before = self.asked.get_mut(&token).unwrap().replace(outcome);
-            assert_eq!(before, None, "{token} ends once");
+        for (token, _) in ended(output) {
+            self.tokens.end(Token(token));
         }
         for send in output.transmits() {
             assert!(self.last.is_none_or(|last| master.now >= last + u64::from(options.gap())), "the gap");
@@ -347,12 +341,10 @@ proptest! {
         let mut watch = Watch::default();
         for (pause, input) in steps {
             let end = master.now + pause;
-            while let Some(wake) = master.wake.filter(|wake| *wake <= end) {
-                master.now = wake;
+            while master.reach_wake(end) {
                 let output = master.step(Input::Wake);
                 watch.see(&master, &output, &options);
             }
-            master.now = end;
             let is_up = master.machine.state().name() != "Offline";
             let mut is_stop = false;
             let output = match input {
@@ -361,11 +353,11 @@ proptest! {
                     let message = decode(number, body);
                     is_stop = message.conduct().is_stop() && (number >> 16 == 1) == (to == 1) && to > 0;
                     watch.asked(&message);
-                    master.request_to(watch.token().0, Address(to), message)
+                    master.request_to(watch.tokens.begin().0, Address(to), message)
                 }
                 ToMaster::Move(motor) => {
-                    // Each move is another one, so that a second sending of it would show.
-                    let Token(token) = watch.token();
+                    // Each move has other steps, so that a repeated one would show.
+                    let Token(token) = watch.tokens.begin();
                     let message = move_by(motor, token + 1);
                     watch.asked(&message);
                     master.request(token, message)
@@ -373,7 +365,7 @@ proptest! {
                 ToMaster::Stop(to, which) => {
                     let (to, message) = stop(to.max(2), which);
                     is_stop = true;
-                    master.request_to(watch.token().0, to, message)
+                    master.request_to(watch.tokens.begin().0, to, message)
                 }
                 ToMaster::Reply(code, data) => master.reply(code, data.leak()),
                 ToMaster::Stray(number) => master.step(Input::Received(DeviceMessage::other(number, &[]))),
@@ -385,10 +377,10 @@ proptest! {
                     let is_calm = master.machine.stopping() == StopState::Calm;
                     is_stop = command == Command::EmergencyStop && is_calm;
                     if command == Command::EndEmergency && !is_calm {
-                        // Ended before its first packet: as the application wants.
+                        // The application may end the emergency before its first packet.
                         watch.stop_due = None;
                     }
-                    master.command(watch.token(), command)
+                    master.command(watch.tokens.begin(), command)
                 }
                 ToMaster::Other(input) => {
                     if input == Input::LinkDown {
@@ -405,180 +397,165 @@ proptest! {
             prop_assert!(early.step(Input::Wake).is_quiet());
             prop_assert_eq!(&early.machine, &master.machine);
         }
-        // All requests end, answered or not, within a time that the queue sets.
-        let last = [master.command(watch.token(), Command::EndEmergency), master.step(Input::LinkUp)];
+        // All commands end, answered or not.
+        let last = [master.command(watch.tokens.begin(), Command::EndEmergency), master.step(Input::LinkUp)];
         for output in last.into_iter().chain(master.pass(60_000).into_iter().map(|(_, output)| output)) {
-            for (token, outcome) in ended(&output) {
-                prop_assert_eq!(watch.asked.get_mut(&token).unwrap().replace(outcome), None);
+            for (token, _) in ended(&output) {
+                watch.tokens.end(Token(token));
             }
         }
-        prop_assert!(watch.asked.values().all(Option::is_some), "{watch:?}");
+        prop_assert_eq!(watch.tokens.open().count(), 0, "{:?}", watch);
         prop_assert_eq!(master.machine.pending(), 0);
     }
 }
 
-/// What the line does with a packet.
-#[derive(Debug, Clone, Copy)]
-enum Fault {
-    None,
-    Lost,
-    Corrupt,
-    Doubled,
-}
-
-/// Code and data of a reply that is under way; none if it was corrupted.
-type Answered = Option<(u8, Vec<u8>)>;
-
-/// A master, a node with a rig, and a line between them.
+/// A master, a node with a simple rig, and the line between them.
 struct World {
-    master: Master,
-    node: Node,
-    now: u64,
+    /// Replies are their code and their data.
+    both: laws::world::World<HostMachine, DeviceMachine, HostMessage<'static>, (u8, Vec<u8>)>,
     /// Whether a bridge loses replies that refuse.
     bridge: bool,
     is_up: bool,
-    /// Packets under way, with the moment at which they arrive.
-    to_node: VecDeque<(u64, HostMessage<'static>)>,
-    to_master: VecDeque<(u64, Answered)>,
-    faults: Vec<(Fault, u64)>,
+    /// Fates of packets and times until they arrive, one after another and then again from the first.
+    faults: Vec<(Fate, u64)>,
     at: usize,
-    /// When the motors come to where they go.
-    arrivals: [Option<u64>; 3],
+    /// Times at which motors arrive.
+    arrivals: [Option<Millis>; 3],
     turning: [bool; 3],
-    /// Every packet that the node got, in order.
+    /// Messages that the node received, in order.
     heard: Vec<HostMessage<'static>>,
-    told: Vec<Event<'static>>,
+    tokens: Tokens,
+    /// Commands that are done.
+    done: BTreeSet<Token>,
 }
 
 impl World {
-    fn new(faults: Vec<(Fault, u64)>, firmware: bool, bridge: bool) -> Self {
-        // Settled for longer than a packet is under way both ways.
-        let master = Master::new(Options::default().with_settle(100));
+    fn new(faults: Vec<(Fate, u64)>, firmware: bool, bridge: bool) -> Self {
+        // The master settles for longer than a packet and its answer are in flight.
+        let master = Master::new(Options::new().with_settle(100)).machine.clone();
         let quirks = if firmware { Quirks::FIRMWARE } else { Quirks::NONE };
-        let mut node = Node::ready_with(NodeOptions::default().with_quirks(quirks));
-        node.now = 1000;
+        let node = Node::ready_with(NodeOptions::new().with_quirks(quirks)).machine.clone();
+        let mut both = laws::world::World::new(Millis(1000), master, node, Faults::ANY);
+        both.up = Line::new(Faults { doubled: 0, ..Faults::ANY });
         Self {
+            both,
             bridge,
             is_up: true,
-            master,
-            node,
-            now: 1000,
-            to_node: VecDeque::new(),
-            to_master: VecDeque::new(),
             faults,
             at: 0,
             arrivals: [None; 3],
             turning: [false; 3],
             heard: Vec::new(),
-            told: Vec::new(),
+            tokens: Tokens::default(),
+            done: BTreeSet::new(),
         }
     }
 
-    fn fault(&mut self) -> (Fault, u64) {
+    fn fault(&mut self) -> (Fate, u64) {
         self.at += 1;
         self.faults[self.at % self.faults.len()]
     }
 
-    fn master_did(&mut self, output: &Output<'static>) {
-        for send in output.transmits() {
-            let (fault, delay) = self.fault();
-            let arrives = self.to_node.back().map_or(0, |(at, _)| *at).max(self.now + delay);
-            // A node hears nothing of a packet that is corrupt, and no packet twice.
-            if let Fault::None | Fault::Doubled = fault {
-                self.to_node.push_back((arrives, send.message));
+    fn master(&mut self, input: Input<'_>) {
+        let output = step_master(&mut self.both.host, self.both.now, input);
+        for transmit in output.transmits() {
+            let (_, delay) = self.fault();
+            self.both.up.send(self.both.now.after(delay), transmit.message);
+        }
+        for event in output.events() {
+            match event {
+                Event::Ended { token, outcome } => {
+                    self.tokens.end(*token);
+                    self.done.extend(Some(*token).filter(|_| matches!(outcome, Outcome::Done(_))));
+                }
+                Event::Stopped(StopTarget::All) => {
+                    assert_eq!(self.turning, [false; 3], "all motors rest when an emergency stop is confirmed");
+                }
+                _ => {}
             }
         }
-        // What was confirmed is so, at that very moment.
-        if output.told().contains(&Event::Stopped(StopTarget::All)) {
-            assert_eq!(self.turning, [false; 3], "the emergency stop was confirmed while something moved");
-        }
-        self.told.extend(output.told());
     }
 
-    fn node_did(&mut self, output: &device::Output<'_>) {
-        for event in output.told() {
-            let Told::Motor { motor, motion } = event else { continue };
+    fn node(&mut self, input: device::Input<'_>) {
+        let output = step_node(&mut self.both.device, self.both.now, input);
+        for event in output.events() {
+            let NodeEvent::Motor { motor, motion } = event else { continue };
             let place = usize::from(motor.get()) - 1;
             let (turns, arrival) = match motion {
                 Motion::Stop => (false, None),
-                Motion::By { .. } | Motion::To(_) | Motion::Along { .. } => (true, Some(self.now + 300)),
+                Motion::By { .. } | Motion::To(_) | Motion::Along { .. } => (true, Some(self.both.now.after(300))),
                 Motion::Run { .. } => (true, None),
                 _ => continue,
             };
             (self.turning[place], self.arrivals[place]) = (turns, arrival);
         }
-        for answer in answers(output) {
-            let (fault, delay) = self.fault();
+        for answer in answers(&output) {
+            let (_, delay) = self.fault();
             let mut scratch = [0; 32];
             let DeviceMessage::Reply(Reply { code, data }) = answer.message(&mut scratch).unwrap() else { panic!() };
-            let arrives = self.to_master.back().map_or(0, |(at, _)| *at).max(self.now + delay);
-            let packet = Some((code.0, data.to_vec()));
-            match fault {
-                _ if !self.is_up || self.bridge && code == ResponseCode::ERROR => {}
-                Fault::None => self.to_master.push_back((arrives, packet)),
-                Fault::Lost => {}
-                Fault::Corrupt => self.to_master.push_back((arrives, None)),
-                Fault::Doubled => self.to_master.extend([(arrives, packet.clone()), (arrives + 5, packet)]),
+            if self.is_up && !(self.bridge && code == ResponseCode::ERROR) {
+                self.both.down.send(self.both.now.after(delay), (code.0, data.to_vec()));
             }
         }
     }
 
-    /// Lets time pass, and does all that is due in it, one after another.
+    /// Lets time pass. All that is due happens, one after another.
     fn pass(&mut self, millis: u64) {
-        let end = self.now + millis;
-        loop {
-            let wakes = [self.master.wake, self.node.wake, self.to_node.front().map(|(at, _)| *at)];
-            let others = self.arrivals.into_iter().chain([self.to_master.front().map(|(at, _)| *at)]);
-            let next = wakes.into_iter().chain(others).flatten().min();
-            let Some(next) = next.filter(|next| *next <= end) else { break };
-            self.now = self.now.max(next);
-            (self.master.now, self.node.now) = (self.now, self.now);
-            if self.to_node.front().is_some_and(|(at, _)| *at <= self.now) {
-                let (_, message) = self.to_node.pop_front().unwrap();
-                self.heard.push(message);
-                let to = if message.selector().table == Table::Broadcast { Address::BROADCAST } else { NODE };
-                let output = self.node.send(to, message);
-                self.node_did(&output);
-            } else if self.to_master.front().is_some_and(|(at, _)| *at <= self.now) {
-                let output = match self.to_master.pop_front().unwrap().1 {
-                    Some((code, data)) => self.master.reply(code, data.leak()),
-                    None => self.master.step(Input::Noise),
-                };
-                self.master_did(&output);
-            } else if let Some(place) = self.arrivals.iter().position(|at| at.is_some_and(|at| at <= self.now)) {
-                (self.arrivals[place], self.turning[place]) = (None, false);
-                let output = self.node.step(device::Input::Arrived(Motor::ALL[place]));
-                self.node_did(&output);
-            } else if self.node.wake.is_some_and(|wake| wake <= self.now) {
-                let output = self.node.step(device::Input::Wake);
-                self.node_did(&output);
-            } else {
-                let output = self.master.step(Input::Wake);
-                self.master_did(&output);
+        let end = self.both.now.after(millis);
+        while let Some(next) = self.both.pass(end, self.arrivals.into_iter().flatten().min()) {
+            match next {
+                Next::Up => {
+                    let (fate, _) = self.fault();
+                    match self.both.up.meet(fate) {
+                        Some((message, true)) => {
+                            self.heard.push(message);
+                            let is_broadcast = message.selector().table == Table::Broadcast;
+                            let to = if is_broadcast { Address::BROADCAST } else { NODE };
+                            self.node(device::Input::Received { port: Port::Bus, to, message });
+                        }
+                        Some((_, false)) => self.node(device::Input::Noise),
+                        None => {}
+                    }
+                }
+                Next::Down => {
+                    let (fate, _) = self.fault();
+                    match self.both.down.meet(fate) {
+                        Some(((code, data), true)) => {
+                            self.master(Input::Received(Reply { code: ResponseCode(code), data: &data }.into()));
+                        }
+                        Some((_, false)) => self.master(Input::Noise),
+                        None => {}
+                    }
+                }
+                Next::Own => {
+                    let is_due = |at: &Option<Millis>| at.is_some_and(|at| at <= self.both.now);
+                    let place = self.arrivals.iter().position(is_due).unwrap();
+                    (self.arrivals[place], self.turning[place]) = (None, false);
+                    self.node(device::Input::Arrived(Motor::ALL[place]));
+                }
+                Next::WakeDevice => self.node(device::Input::Wake),
+                Next::WakeHost => self.master(Input::Wake),
             }
         }
-        self.now = end;
-        (self.master.now, self.node.now) = (end, end);
     }
 
-    /// The line comes up or goes down, with all that is under way.
+    /// Brings the line up or down. A line that goes down loses all packets in flight.
     fn line(&mut self, is_up: bool) {
         if !is_up {
-            self.to_node.clear();
-            self.to_master.clear();
+            self.both.cut();
         }
         self.is_up = is_up;
-        let output = self.master.step(if is_up { Input::LinkUp } else { Input::LinkDown });
-        self.master_did(&output);
+        self.master(if is_up { Input::LinkUp } else { Input::LinkDown });
     }
 
-    fn command(&mut self, token: Token, command: Command) {
-        let output = self.master.command(token, command);
-        self.master_did(&output);
+    fn command(&mut self, command: Command) -> Token {
+        let token = self.tokens.begin();
+        self.master(Input::Command(token, command));
+        token
     }
 }
 
-/// What an application does with a rig.
+/// Wish of an application, or of a person at the node.
 #[derive(Debug, Clone, Copy)]
 enum Wish {
     Request(HostMessage<'static>),
@@ -616,17 +593,17 @@ fn any_wish() -> impl Strategy<Value = Wish> {
     ]
 }
 
-/// A master, a node, the line between them, and what the application asked for so far.
+/// Script of a test.
 #[derive(Debug, Clone)]
 struct Script {
     firmware: bool,
     bridge: bool,
-    faults: Vec<(Fault, u64)>,
-    /// Messages by their tokens, or how many times a command without a message ends.
-    asked: Vec<Result<HostMessage<'static>, usize>>,
+    faults: Vec<(Fate, u64)>,
+    /// Number of wishes so far.
+    wishes: u32,
 }
 
-/// What an application does with a rig, and how long it waits before.
+/// Wishes of an application, and the time that passes before each of them.
 struct Wishes;
 
 impl ReferenceStateMachine for Wishes {
@@ -634,9 +611,14 @@ impl ReferenceStateMachine for Wishes {
     type Transition = (u64, Wish);
 
     fn init_state() -> BoxedStrategy<Script> {
-        let fault = prop_oneof![5 => Just(Fault::None), 1 => Just(Fault::Lost), 1 => Just(Fault::Corrupt), 1 => Just(Fault::Doubled)];
-        (any::<bool>(), any::<bool>(), proptest::collection::vec((fault, 1_u64..40), 3..80))
-            .prop_map(|(firmware, bridge, faults)| Script { firmware, bridge, faults, asked: Vec::new() })
+        let fate = prop_oneof![
+            5 => Just(Fate::Arrives),
+            1 => Just(Fate::Lost),
+            1 => Just(Fate::Corrupt),
+            1 => Just(Fate::Doubled),
+        ];
+        (any::<bool>(), any::<bool>(), proptest::collection::vec((fate, 1_u64..40), 3..80))
+            .prop_map(|(firmware, bridge, faults)| Script { firmware, bridge, faults, wishes: 0 })
             .boxed()
     }
 
@@ -644,24 +626,23 @@ impl ReferenceStateMachine for Wishes {
         (0_u64..900, any_wish()).boxed()
     }
 
-    fn apply(mut script: Script, (_, wish): &(u64, Wish)) -> Script {
-        // A move has other steps than any other.
-        let steps = u32::try_from(script.asked.len()).unwrap() + 1;
-        script.asked.push(match *wish {
-            Wish::Request(message) => Ok(message),
-            Wish::Move(motor) => Ok(move_by(motor, steps)),
-            Wish::Speed(..) | Wish::KeepAlive(_) | Wish::Emergency => Err(1),
-            Wish::Button | Wish::Line(_) => Err(0),
-        });
+    fn apply(mut script: Script, _: &(u64, Wish)) -> Script {
+        script.wishes += 1;
         script
     }
+}
+
+/// A request, and the number of messages that the node had received before it.
+struct Asked {
+    token: Token,
+    message: HostMessage<'static>,
+    heard: usize,
 }
 
 struct BadLine;
 
 impl StateMachineTest for BadLine {
-    /// With how much the node had heard when each wish came.
-    type SystemUnderTest = (World, Vec<usize>);
+    type SystemUnderTest = (World, Vec<Asked>);
     type Reference = Wishes;
 
     fn init_test(script: &Script) -> Self::SystemUnderTest {
@@ -669,75 +650,71 @@ impl StateMachineTest for BadLine {
     }
 
     fn apply(
-        (mut world, mut heard): Self::SystemUnderTest,
+        (mut world, mut asked): Self::SystemUnderTest,
         script: &Script,
         (pause, wish): (u64, Wish),
     ) -> Self::SystemUnderTest {
         world.pass(pause);
-        let token = Token(u32::try_from(heard.len()).unwrap());
-        heard.push(world.heard.len());
-        if let Some(&Ok(message)) = script.asked.last() {
-            world.command(token, Command::Request(Request { to: NODE, message }));
-        }
+        let mut request = |world: &mut World, message| {
+            let heard = world.heard.len();
+            let token = world.command(Command::Request(Request { to: NODE, message }));
+            asked.push(Asked { token, message, heard });
+        };
         match wish {
-            Wish::Request(_) | Wish::Move(_) => {}
+            Wish::Request(message) => request(&mut world, message),
+            // Each move has other steps, so that a repeated one would show.
+            Wish::Move(motor) => request(&mut world, move_by(motor, script.wishes)),
             Wish::Speed(motor, speed) => {
-                world.command(token, Command::Speed { to: NODE, motor, speed: StepsPerSecond(speed) });
+                world.command(Command::Speed { to: NODE, motor, speed: StepsPerSecond(speed) });
             }
-            Wish::KeepAlive(on) => world.command(token, Command::KeepAlive { to: NODE, on }),
-            Wish::Emergency => world.command(token, Command::EmergencyStop),
+            Wish::KeepAlive(on) => {
+                world.command(Command::KeepAlive { to: NODE, on });
+            }
+            Wish::Emergency => {
+                world.command(Command::EmergencyStop);
+            }
             Wish::Button => {
-                let output = world.node.step(device::Input::Command(AtNode::EmergencyStop));
-                world.node_did(&output);
+                world.node(device::Input::Command(AtNode::EmergencyStop));
                 assert_eq!(world.turning, [false; 3]);
             }
             Wish::Line(is_up) => world.line(is_up),
         }
-        (world, heard)
+        (world, asked)
     }
 
     fn check_invariants((world, _): &Self::SystemUnderTest, _: &Script) {
-        // The machine and the rig agree on what moves.
-        let turning = Motor::ALL.map(|motor| world.node.machine.motor(motor).is_moving());
+        // Machine and rig agree on which motors move.
+        let node = &world.both.device.machine;
+        let turning = Motor::ALL.map(|motor| node.motor(motor).is_moving());
         assert_eq!(turning, world.turning);
-        // Never two movements of several motors: a program and the way home.
-        let going = matches!(world.node.machine.program().state(), ProgramState::Delay | ProgramState::Running);
+        // A program and the way home never move motors at the same time.
+        let going = matches!(node.program().state(), ProgramState::Delay | ProgramState::Running);
         assert!(!going || !world.heard.last().is_some_and(|last| matches!(last, HostMessage::ReturnHome(_))));
-        // Only the master sets anything in motion here, so it never says that nothing can move while something does.
+        // Only the master sets anything in motion here, so it knows that something may move.
         let moves = going || turning.contains(&true);
-        assert!(!moves || world.master.machine.may_move(), "{:?}", world.master.machine);
+        let master = &world.both.host.machine;
+        assert!(!moves || master.may_move(), "{master:?}");
     }
 
-    fn teardown((mut world, heard): Self::SystemUnderTest, script: Script) {
-        // With a good line all comes to an end.
-        world.faults = vec![(Fault::None, 5)];
+    fn teardown((mut world, asked): Self::SystemUnderTest, _: Script) {
+        // On a good line everything ends.
+        world.faults = vec![(Fate::Arrives, 5)];
         world.line(true);
         world.pass(60_000);
-        assert_eq!(world.master.machine.stopping(), StopState::Calm, "{:?}", world.told);
-        assert_eq!(world.master.machine.pending(), 0);
-        for ((token, message), heard) in (0..).zip(&script.asked).zip(heard) {
-            let ends: Vec<_> = world
-                .told
-                .iter()
-                .filter_map(|event| match event {
-                    Event::Ended { token: Token(of), outcome } if *of == token => Some(*outcome),
-                    _ => None,
-                })
-                .collect();
-            assert_eq!(ends.len(), message.err().unwrap_or(1), "{message:?}");
-            let Ok(message) = message else { continue };
-            let times = world.heard[heard..].iter().filter(|packet| *packet == message).count();
-            // A stop that is confirmed has arrived.
-            if message.conduct().is_stop() && matches!(ends[0], Outcome::Done(_)) {
+        let master = &world.both.host.machine;
+        assert_eq!((master.stopping(), master.pending()), (StopState::Calm, 0));
+        assert_eq!(world.tokens.open().count(), 0, "each command ends");
+        for Asked { token, message, heard } in &asked {
+            let times = world.heard[*heard..].iter().filter(|packet| *packet == message).count();
+            if message.conduct().is_stop() && world.done.contains(token) {
                 assert!(times > 0, "{message:?} was confirmed and never arrived");
             }
-            // A move has other steps than any other, so this is all of it.
             if matches!(message, HostMessage::MotorMove(_)) {
                 assert!(times <= 1, "{message:?} arrived {times} times");
             }
         }
         let starts = world.heard.iter().filter(|message| **message == START).count();
-        assert!(starts <= script.asked.iter().filter(|message| **message == Ok(START)).count());
+        assert!(starts <= asked.iter().filter(|asked| asked.message == START).count());
     }
 }
 
@@ -756,7 +733,7 @@ fn time_may_stand_still_or_go_backwards() {
     let _ = master.request(1, START);
     master.now = 0;
     assert!(master.step(Input::Wake).is_quiet());
-    assert!(master.request(2, STOP).is_quiet(), "what waits for a moment waits longer: the gap");
+    assert!(master.request(2, STOP).is_quiet(), "the gap lasts longer");
     assert_eq!(sent(&master.pass(1060)), [(1060, STOP)]);
     assert_eq!(Millis(0).since(Millis(5)), 0);
 }

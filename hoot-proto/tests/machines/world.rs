@@ -1,11 +1,16 @@
-//! What the tests share: a node and a master with a clock each, and short names for what is often said.
+//! Harness of the tests: a node and a master, each with a clock, and short names for frequent messages.
+
+use std::fmt::Debug;
+use std::hash::Hash;
+use std::ops::Deref;
 
 use hoot_proto::device::{self, Answer, Contents, DeviceMachine, Event, Ignored, Motion, Port};
 use hoot_proto::host::{self, HostMachine, Nodes, Outcome, Request, Token};
 use hoot_proto::message::{self, Bool, HostMessage, Value};
 use hoot_proto::message::{DeviceMessage, Motor, Reply, ResponseCode, Steps, StepsPerSecond};
 use hoot_proto::query::{AnyQuery, IntoReply, Profile};
-use hoot_proto::{Address, Millis, Query};
+use hoot_proto::{Address, Machine, Millis, Query};
+use laws::world::Watched;
 use motion_core::machine::Output;
 
 pub(crate) const NODE: Address = Address::DEFAULT;
@@ -15,7 +20,85 @@ pub(crate) const NO: Bool = Bool::FALSE;
 /// Time by which clocks are set back, to see that nothing else changes. No test waits for a moment before that.
 const EARLIER: u64 = 500;
 
-/// The packets and the events of an output.
+/// Takes a step of a machine, if the laws hold. On a clock that was set back, the same happens.
+fn step<'a, M, T, E, const N: usize>(
+    watched: &mut Watched<M>,
+    now: Millis,
+    set_back: fn(M, u64) -> M,
+    input: M::Input<'a>,
+) -> Output<T, E, N>
+where
+    M: Machine<Output<'a> = Output<T, E, N>> + Clone + Eq + Hash + Debug,
+    M::Input<'a>: Copy,
+    T: Eq + Hash + Debug,
+    E: Eq + Hash + Debug,
+{
+    let earlier = |moment: Millis| Millis(moment.0 - EARLIER);
+    let before = watched.machine.clone();
+    let output = watched.step(now, input);
+    if now.0 >= EARLIER {
+        let (other, same) = set_back(before, EARLIER).step(earlier(now), input);
+        assert_eq!(other, set_back(watched.machine.clone(), EARLIER), "the same on a clock that was set back");
+        assert_eq!((&same.effects, same.wake), (&output.effects, output.wake.map(earlier)));
+    }
+    output
+}
+
+pub(crate) fn step_node<'a>(
+    node: &mut Watched<DeviceMachine>,
+    now: Millis,
+    input: device::Input<'a>,
+) -> device::Output<'a> {
+    let output = step(node, now, DeviceMachine::set_back, input);
+    let is_packet = |effect: &device::Effect<'_>| matches!(effect, device::Effect::Transmit(_));
+    let mut rest = output.effects.iter().skip_while(|effect| !is_packet(effect));
+    assert!(rest.all(is_packet), "the rig does first what an answer acknowledges: {output:?}");
+    output
+}
+
+pub(crate) fn step_master<'a>(
+    master: &mut Watched<HostMachine>,
+    now: Millis,
+    input: host::Input<'a>,
+) -> host::Output<'a> {
+    let output = step(master, now, HostMachine::set_back, input);
+    let is_event = |effect: &host::Effect<'_>| matches!(effect, host::Effect::Event(_));
+    assert!(output.effects.iter().skip(1).all(is_event), "a stop goes out before anybody is told of it: {output:?}");
+    output
+}
+
+/// A machine, and the time of its last step.
+#[derive(Clone, Debug)]
+pub(crate) struct Clocked<M> {
+    watched: Watched<M>,
+    pub(crate) now: u64,
+}
+
+pub(crate) type Node = Clocked<DeviceMachine>;
+pub(crate) type Master = Clocked<HostMachine>;
+
+impl<M> Deref for Clocked<M> {
+    type Target = Watched<M>;
+
+    fn deref(&self) -> &Watched<M> {
+        &self.watched
+    }
+}
+
+impl<M> Clocked<M> {
+    fn at_start(machine: M) -> Self {
+        Self { watched: Watched { machine, wake: None }, now: 1000 }
+    }
+
+    /// Moves the clock to the next wake, if it is not after `end`.
+    pub(crate) fn reach_wake(&mut self, end: u64) -> bool {
+        let wake = self.wake.map(|wake| wake.0).filter(|wake| *wake <= end);
+        self.now = wake.unwrap_or(end);
+        wake.is_some()
+    }
+}
+
+/// Packets and events of an output.
 pub(crate) trait Look {
     type Packet;
     type Event;
@@ -42,20 +125,12 @@ impl<P: Copy, E: Copy, const N: usize> Look for Output<P, E, N> {
     }
 }
 
-/// A node, at a moment.
-#[derive(Clone, Debug)]
-pub(crate) struct Node {
-    pub(crate) machine: DeviceMachine,
-    pub(crate) now: u64,
-    pub(crate) wake: Option<u64>,
-}
-
 impl Node {
     pub(crate) fn new(options: device::Options) -> Self {
-        Self { machine: DeviceMachine::new(options), now: 1000, wake: None }
+        Self::at_start(DeviceMachine::new(options))
     }
 
-    /// With motors that are enabled and have a speed.
+    /// A node whose motors are enabled and have a speed.
     pub(crate) fn ready() -> Self {
         Self::ready_with(device::Options::default())
     }
@@ -71,39 +146,24 @@ impl Node {
     }
 
     pub(crate) fn step<'a>(&mut self, input: device::Input<'a>) -> device::Output<'a> {
-        let (machine, output) = laws::machine::step(self.machine.clone(), Millis(self.now), input);
-        if self.now >= EARLIER {
-            let (other, same) = self.machine.clone().set_back(EARLIER).step(Millis(self.now - EARLIER), input);
-            assert_eq!(other, machine.clone().set_back(EARLIER), "the same on a clock that was set back");
-            assert_eq!(same.effects, output.effects);
-            assert_eq!(same.wake, output.wake.map(|wake| Millis(wake.0 - EARLIER)));
-        }
-        let first_packet = output.effects.iter().position(|effect| matches!(effect, device::Effect::Transmit(_)));
-        let is_packet = |effect: &device::Effect<'_>| matches!(effect, device::Effect::Transmit(_));
-        let rest = first_packet.map_or(&[][..], |at| &output.effects[at..]);
-        assert!(rest.iter().all(is_packet), "the rig does first what an answer acknowledges: {output:?}");
-        self.machine = machine;
-        self.wake = output.wake.map(|wake| wake.0);
-        output
+        step_node(&mut self.watched, Millis(self.now), input)
     }
 
-    /// The events of an input that is no packet.
+    /// Events of an input that is no packet.
     pub(crate) fn tell(&mut self, input: device::Input<'static>) -> Vec<Event<'static>> {
         let output = self.step(input);
         assert!(output.packets().is_empty(), "{output:?}");
         output.told()
     }
 
-    /// Lets time pass, wake by wake, and gives all events with their moments.
+    /// Lets time pass, from wake to wake, and returns all events with their times.
     pub(crate) fn pass(&mut self, millis: u64) -> Vec<(u64, Event<'static>)> {
         let (start, end) = (self.now, self.now + millis);
         let mut all = Vec::new();
-        while let Some(wake) = self.wake.filter(|wake| *wake <= end) {
-            assert!(wake > self.now, "no busy loops");
-            self.now = wake;
-            all.extend(self.tell(device::Input::Wake).into_iter().map(|event| (self.now - start, event)));
+        while self.reach_wake(end) {
+            let events = self.tell(device::Input::Wake).into_iter();
+            all.extend(events.map(|event| (self.now - start, event)));
         }
-        self.now = end;
         all
     }
 
@@ -111,13 +171,13 @@ impl Node {
         self.step(device::Input::Received { port: Port::Bus, to, message })
     }
 
-    /// The answers to a request, and the events of it.
+    /// Answers to a request, and its events.
     pub(crate) fn request<'a>(&mut self, message: HostMessage<'a>) -> (Vec<Answer>, Vec<Event<'a>>) {
         let output = self.send(NODE, message);
         (answers(&output), output.told())
     }
 
-    /// A request that is done. What happens?
+    /// Sends a request that must be done, and returns its events.
     #[track_caller]
     pub(crate) fn ok<'a>(&mut self, message: HostMessage<'a>) -> Vec<Event<'a>> {
         let (answers, events) = self.request(message);
@@ -125,13 +185,13 @@ impl Node {
         events.into_iter().filter(|event| !matches!(event, Event::Set(_))).collect()
     }
 
-    /// A request that is refused, and changes nothing.
+    /// Sends a request that must be refused and change nothing.
     #[track_caller]
     pub(crate) fn refused(&mut self, message: HostMessage<'_>) {
         assert_eq!(self.request(message), (vec![Answer::Error], vec![]), "{message:?}");
     }
 
-    /// The bytes of the answer to a query: type and value.
+    /// Bytes of the answer to a query: type and value.
     #[track_caller]
     pub(crate) fn ask(&mut self, message: HostMessage<'_>) -> Vec<u8> {
         let (answers, _) = self.request(message);
@@ -146,7 +206,7 @@ impl Node {
     }
 }
 
-/// What a node answers in an output.
+/// Answers of a node in an output.
 pub(crate) fn answers(output: &device::Output<'_>) -> Vec<Answer> {
     let of = |packet: &device::Transmit<'_>| {
         if let Contents::Answer(answer) = packet.contents { Some(answer) } else { None }
@@ -195,19 +255,11 @@ pub(crate) fn camera(focus: bool, shutter: bool) -> Event<'static> {
     Event::Camera { focus, shutter }
 }
 
-/// Token of commands whose end no test looks at.
+/// Token of commands whose end is not tested.
 pub(crate) const UNNAMED: Token = Token(9999);
 
-/// A master, at a moment.
-#[derive(Clone, Debug)]
-pub(crate) struct Master {
-    pub(crate) machine: HostMachine,
-    pub(crate) now: u64,
-    pub(crate) wake: Option<u64>,
-}
-
 impl Master {
-    /// With one node, and its line up.
+    /// A master with one node, whose line is up.
     pub(crate) fn new(options: host::Options) -> Self {
         let mut master = Self::offline(options, &[NODE]);
         master.line_up();
@@ -216,10 +268,10 @@ impl Master {
 
     pub(crate) fn offline(options: host::Options, nodes: &[Address]) -> Self {
         let nodes = nodes.iter().fold(Nodes::NONE, |nodes, node| nodes.with(*node).unwrap());
-        Self { machine: HostMachine::new(options.with_nodes(nodes)), now: 1000, wake: None }
+        Self::at_start(HostMachine::new(options.with_nodes(nodes)))
     }
 
-    /// The line comes up for the first time, and nothing else happens.
+    /// Brings the line up for the first time. Nothing else happens.
     #[track_caller]
     pub(crate) fn line_up(&mut self) {
         let output = self.step(host::Input::LinkUp);
@@ -227,26 +279,14 @@ impl Master {
     }
 
     pub(crate) fn step<'a>(&mut self, input: host::Input<'a>) -> host::Output<'a> {
-        let (machine, output) = laws::machine::step(self.machine.clone(), Millis(self.now), input);
-        if self.now >= EARLIER {
-            let (other, same) = self.machine.clone().set_back(EARLIER).step(Millis(self.now - EARLIER), input);
-            assert_eq!(other, machine.clone().set_back(EARLIER), "the same on a clock that was set back");
-            assert_eq!(same.effects, output.effects);
-            assert_eq!(same.wake, output.wake.map(|wake| Millis(wake.0 - EARLIER)));
-        }
-        let events = output.effects.iter().skip(1);
-        let is_event = |effect: &host::Effect<'_>| matches!(effect, host::Effect::Event(_));
-        assert!(events.clone().all(is_event), "a stop goes out before anybody is told of it: {output:?}");
-        self.machine = machine;
-        self.wake = output.wake.map(|wake| wake.0);
-        output
+        step_master(&mut self.watched, Millis(self.now), input)
     }
 
     pub(crate) fn command(&mut self, token: Token, command: host::Command) -> host::Output<'static> {
         self.step(host::Input::Command(token, command))
     }
 
-    /// A command whose end no test looks at.
+    /// Gives a command whose end is not tested.
     pub(crate) fn order(&mut self, command: host::Command) -> host::Output<'static> {
         self.command(UNNAMED, command)
     }
@@ -268,7 +308,7 @@ impl Master {
         self.step(host::Input::Received(Reply { code: ResponseCode(code), data }.into()))
     }
 
-    /// The answer that a node with motors at rest would give.
+    /// Gives the answer that a node would give, with its motors at rest or not.
     pub(crate) fn answer(&mut self, sent: &host::Transmit, at_rest: bool) -> host::Output<'static> {
         let Some(query) = sent.message.query() else { return self.reply(1, &[]) };
         let data = vec![0; 32].leak();
@@ -281,38 +321,34 @@ impl Master {
         self.reply(1, reply.unwrap().data)
     }
 
-    /// Goes to the next wake, which is at most so far away.
+    /// Goes to the next wake, which must come within so many milliseconds.
     #[track_caller]
     pub(crate) fn wait(&mut self, most: u64) -> host::Output<'static> {
-        let wake = self.wake.expect("it waits for something");
-        assert!(wake > self.now && wake <= self.now + most, "{wake} is not within {most} of {}", self.now);
-        self.now = wake;
+        let now = self.now;
+        assert!(self.reach_wake(now + most), "{:?} is not within {most} of {now}", self.wake);
         self.step(host::Input::Wake)
     }
 
-    /// Lets time pass, wake by wake, and gives all outputs with their moments.
+    /// Lets time pass, from wake to wake, and returns all outputs with their times, except empty ones.
     pub(crate) fn pass(&mut self, millis: u64) -> Vec<(u64, host::Output<'static>)> {
         let (start, end) = (self.now, self.now + millis);
         let mut all = Vec::new();
-        while let Some(wake) = self.wake.filter(|wake| *wake <= end) {
-            assert!(wake > self.now, "no busy loops");
-            self.now = wake;
+        while self.reach_wake(end) {
             let output = self.step(host::Input::Wake);
             if !output.is_quiet() {
                 all.push((self.now - start, output));
             }
         }
-        self.now = end;
         all
     }
 }
 
-/// What was sent, in order.
+/// Messages that were sent, in order, with their times.
 pub(crate) fn sent(outputs: &[(u64, host::Output<'_>)]) -> Vec<(u64, HostMessage<'static>)> {
     outputs.iter().flat_map(|(at, output)| output.transmits().map(|packet| (*at, packet.message))).collect()
 }
 
-/// How commands ended, in order, except those without a name.
+/// Ends of commands, in order, except those of [`UNNAMED`] ones.
 pub(crate) fn ended<'a>(output: &host::Output<'a>) -> Vec<(u32, Outcome<'a>)> {
     let of = |event: &host::Event<'a>| match event {
         host::Event::Ended { token, outcome } if *token != UNNAMED => Some((token.0, *outcome)),
@@ -321,7 +357,7 @@ pub(crate) fn ended<'a>(output: &host::Output<'a>) -> Vec<(u32, Outcome<'a>)> {
     output.events().filter_map(of).collect()
 }
 
-/// What else was told, in order.
+/// Other events, in order.
 pub(crate) fn others<'a>(output: &host::Output<'a>) -> Vec<host::Event<'a>> {
     output.events().filter(|event| !matches!(event, host::Event::Ended { .. })).copied().collect()
 }
@@ -333,7 +369,7 @@ pub(crate) fn all_ended<'a>(outputs: &[(u64, host::Output<'a>)]) -> Vec<(u64, u3
         .collect()
 }
 
-/// The value in an answer of a node.
+/// Value in an answer of a node.
 pub(crate) fn value(answer: &Answer) -> Value<'_> {
     let Answer::Value(reply) = answer else { panic!("{answer:?}") };
     reply.value()

@@ -1,5 +1,6 @@
 //! Inputs of a device machine.
 
+use core::fmt;
 use core::net::SocketAddrV4;
 
 use motion_core::wire::{DecodeError, Password};
@@ -7,7 +8,7 @@ use motion_core::wire::{DecodeError, Password};
 use super::session::SessionId;
 use crate::HostMessage;
 use crate::frame::{Frame, MessageId, MessageType};
-use crate::message::{AuxInputs, ErrorCode, MotorAddress, Rotations};
+use crate::message::{AuxInputs, ErrorCode, Ipv4, MotorAddress, Rotations};
 use crate::transport::Transport;
 
 /// Something that happened to a device.
@@ -54,7 +55,7 @@ pub enum Input<'a> {
     /// A datagram came.
     Datagram {
         /// Address of the sender.
-        from: SocketAddrV4,
+        from: Sender,
         /// The message.
         message: HostMessage<'a>,
     },
@@ -73,6 +74,40 @@ impl<'a> Input<'a> {
             Ok(message) => Self::Received { session, message, bytes, password },
             Err(error) => Self::Malformed { session, id: frame.id(), kind: frame.kind(), error, bytes },
         }
+    }
+}
+
+/// Sender of a datagram: its address in the network, and its port.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Sender {
+    /// Address in the network.
+    pub address: Ipv4,
+    /// Port.
+    pub port: u16,
+}
+
+impl fmt::Display for Sender {
+    /// Writes address and port, such as `192.168.50.7:5520`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", self.address, self.port)
+    }
+}
+
+impl fmt::Debug for Sender {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Sender({self})")
+    }
+}
+
+impl From<SocketAddrV4> for Sender {
+    fn from(sender: SocketAddrV4) -> Self {
+        Self { address: (*sender.ip()).into(), port: sender.port() }
+    }
+}
+
+impl From<Sender> for SocketAddrV4 {
+    fn from(Sender { address, port }: Sender) -> Self {
+        Self::new(address.into(), port)
     }
 }
 

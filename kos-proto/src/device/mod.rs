@@ -74,7 +74,7 @@ mod stage;
 mod transmit;
 
 pub use event::{Event, Ignored};
-pub use input::{Input, Report};
+pub use input::{Input, Report, Sender};
 pub use machine::{DeviceMachine, Link};
 pub use options::{Options, Quirks};
 pub use session::{DisconnectReason, SESSIONS, SessionId, Sessions};

@@ -1,11 +1,11 @@
 //! Messages that a device machine sends, by name. What is long comes from a [`Source`].
 
-use core::net::SocketAddrV4;
 use core::slice;
 
 use arrayvec::ArrayVec;
 use motion_core::wire::{Block16, Counted, Newer, Password, Rest};
 
+use super::input::Sender;
 use super::session::Sessions;
 use crate::DeviceMessage;
 use crate::message::{
@@ -26,8 +26,8 @@ pub enum Destination {
     Sessions(Sessions),
     /// Everybody in the network: a datagram to 255.255.255.255.
     Broadcast,
-    /// The party at this address: a datagram.
-    Datagram(SocketAddrV4),
+    /// The sender of a datagram: another datagram.
+    Datagram(Sender),
 }
 
 /// Message to send.
@@ -169,7 +169,7 @@ impl MotorSpecs {
 }
 
 /// Data that only the caller stores, borrowed to make messages.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub struct Source<'a> {
     /// Whether the device speaks the older dialect, `CineDrive` (safety decision 7).
     pub older_dialect: bool,

@@ -56,6 +56,7 @@ impl HostMachine {
             Command::Disconnect => {
                 self.close(now, output, LinkDownReason::Asked);
                 self.playback = Playback::default();
+                self.stops.take_deferred();
                 DONE
             }
             Command::Alive => DONE,
@@ -106,6 +107,9 @@ impl HostMachine {
             return Err(Refusal::NoMotor);
         }
         let is_connected = self.state.is_connected();
+        if !is_connected {
+            self.stops.defer(target);
+        }
         if !(is_connected && self.motors.stop(now, output, &self.options, motor)) {
             self.stops.lose(target);
             output.event(Event::StopNotConfirmed(StopTarget::Motor(motor)));
@@ -143,17 +147,17 @@ impl HostMachine {
         }
         match command {
             Command::MoveTo(go) => {
-                self.motors.move_to(now, output, &self.options, motors::checked(go)?, token)?;
+                self.motors.move_to(now, output, &self.options, &mut self.stops, (motors::checked(go)?, token))?;
                 LATER
             }
             Command::Jog { motor, speed, acceleration } => {
                 let jog = motors::checked_jog(motor, speed, acceleration)?;
-                self.motors.jog(now, output, &self.options, &jog)?;
+                self.motors.jog(now, output, &self.options, &mut self.stops, &jog)?;
                 SENT
             }
             Command::Bump(Go { position, .. }) if position.0 == 0.0 => Err(Refusal::Number),
             Command::Bump(go) => {
-                self.motors.bump(now, output, &self.options, motors::checked(go)?, token)?;
+                self.motors.bump(now, output, &self.options, &mut self.stops, (motors::checked(go)?, token))?;
                 LATER
             }
             Command::Load { .. }

@@ -41,8 +41,8 @@ pub enum Event<'a> {
     Stopped(StopTarget),
     /// A stop is not confirmed in time. Use the emergency stop of the rig.
     ///
-    /// The stop is sent again until the device obeys it, also first of all on the next connection. It may be confirmed
-    /// later.
+    /// The stop is sent again until the device obeys it. If the connection went down, the next one begins with it. It may be
+    /// confirmed later.
     StopNotConfirmed(StopTarget),
     /// Motors were stopped because the application gave no command while it jogged them.
     DeadMan,
@@ -82,6 +82,33 @@ impl<'a> Event<'a> {
     pub(super) const fn ended(token: Token, outcome: Outcome<'a>) -> Self {
         Self::Ended { token, outcome }
     }
+
+    /// The same event without a borrow, to be stored; `None` if it lends a message.
+    #[must_use]
+    pub fn to_static(&self) -> Option<Event<'static>> {
+        Some(match *self {
+            Self::Connect(endpoint) => Event::Connect(endpoint),
+            Self::LinkDown(reason) => Event::LinkDown(reason),
+            Self::Locked => Event::Locked,
+            Self::Motors => Event::Motors,
+            Self::Ready { reconnected, ranges_void } => Event::Ready { reconnected, ranges_void },
+            Self::Ended { token, outcome } => Event::Ended { token, outcome: outcome.to_static()? },
+            Self::Stopped(target) => Event::Stopped(target),
+            Self::StopNotConfirmed(target) => Event::StopNotConfirmed(target),
+            Self::DeadMan => Event::DeadMan,
+            Self::MotorRests(motor, position) => Event::MotorRests(motor, position),
+            Self::MotorSlow(motor) => Event::MotorSlow(motor),
+            Self::MotorOnline(motor, online) => Event::MotorOnline(motor, online),
+            Self::MotorChanged(motor) => Event::MotorChanged(motor),
+            Self::Move(progress) => Event::Move(progress),
+            Self::Inputs(inputs) => Event::Inputs(inputs),
+            Self::Error(code, motor) => Event::Error(code, motor),
+            Self::Unsupported { id, kind, action } => Event::Unsupported { id, kind, action },
+            Self::Unsolicited(_) => return None,
+            Self::Malformed(id, error) => Event::Malformed(id, error),
+            Self::Ignored => Event::Ignored,
+        })
+    }
 }
 
 /// Target of a stop.
@@ -110,6 +137,21 @@ pub enum Outcome<'a> {
     Failed(Failure),
     /// The command was sent, and no clear answer came: it may or may not have been done.
     NotConfirmed,
+}
+
+impl Outcome<'_> {
+    /// The same outcome without a borrow, to be stored; `None` if it lends an answer.
+    #[must_use]
+    pub const fn to_static(&self) -> Option<Outcome<'static>> {
+        Some(match *self {
+            Self::Done(Some(_)) => return None,
+            Self::Done(None) => Outcome::Done(None),
+            Self::Sent => Outcome::Sent,
+            Self::Refused(why) => Outcome::Refused(why),
+            Self::Failed(why) => Outcome::Failed(why),
+            Self::NotConfirmed => Outcome::NotConfirmed,
+        })
+    }
 }
 
 /// Reason why a command is refused.

@@ -138,6 +138,8 @@ pub enum Command {
     /// confirmed, and sent first as soon as there is a connection.
     Stop,
     /// Stops a motor in this call, and again until it rests. Ends with `Sent`; `Stopped` or `StopNotConfirmed` follows.
+    ///
+    /// Without a connection it is refused, told as not confirmed, and sent first as soon as there is a connection.
     StopMotor(MotorAddress),
     /// Connects to a device, and keeps connected. Ends with `Done`; `Ready` or `Locked` follows.
     Connect(Endpoint),

@@ -10,10 +10,9 @@ use super::input::{Endpoint, Get, Input};
 use super::motors::Motors;
 use super::options::{Identity, Options};
 use super::playback::Playback;
-use super::requests::{Asker, Requests};
+use super::requests::{Asker, Fence, Requests};
 use super::stops::Stops;
 use super::transmit::{PasswordOf, Transmit};
-use crate::DeviceMessage;
 use crate::message::Motor;
 use crate::transport::Transport;
 
@@ -60,20 +59,6 @@ struct Deadlines {
     silent: Option<Millis>,
 }
 
-/// Question that is asked after a stop: when it is answered, so is all that was sent before it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-enum Fence {
-    /// No question is needed.
-    Down,
-    /// The question was sent; the number counts how often.
-    Up(u8),
-    /// A question is under way that was asked before the last stop; it will be asked again.
-    Late,
-    /// The question was not answered over TCP. Late answers can be ruled out only by another connection, which is made at
-    /// this time: the call that finds it out has much to tell already.
-    Stale(Millis),
-}
-
 /// Machine of a client: see the [module](super).
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub struct HostMachine {
@@ -85,10 +70,10 @@ pub struct HostMachine {
     /// Number of questions what the device is, or of tries to connect.
     pub(super) tries: u8,
     deadlines: Deadlines,
-    requests: Requests,
-    fence: Fence,
+    pub(super) requests: Requests,
+    pub(super) fence: Fence,
     /// Number of questions what the device is, less the answers, also after they were not waited for any longer.
-    owed: u8,
+    pub(super) owed: u8,
     pub(super) motors: Motors,
     pub(super) calibration: Calibration,
     pub(super) playback: Playback,
@@ -110,8 +95,6 @@ debug! {
 machine! { HostMachine }
 
 impl HostMachine {
-    /// Number of questions what a device is, before it is given up.
-    const QUESTIONS: u8 = 3;
     /// Number of times that the time before another try is doubled.
     const DOUBLINGS: u8 = 5;
 
@@ -195,113 +178,6 @@ impl HostMachine {
         self.platform
     }
 
-    /// Asks the device something; `false` if that is asked already.
-    pub(super) fn ask(&mut self, now: Millis, output: &mut Output<'_>, get: Get, asker: Asker) -> bool {
-        let asks = self.requests.ask(get, asker, now.after(self.options.request_timeout()));
-        if asks {
-            output.transmit(Transmit::Get(get));
-            if get == Get::DeviceInfo {
-                self.owed = self.owed.saturating_add(1);
-            }
-            if get == Get::MotorInfo {
-                self.motors.begin_series();
-            }
-        }
-        asks
-    }
-
-    /// Gives the next part of an answer the full time.
-    pub(super) fn more(&mut self, now: Millis, get: Get) {
-        self.requests.go_on(get, now.after(self.options.request_timeout()));
-    }
-
-    /// Ends a question with its answer; `false` if it was not asked.
-    pub(super) fn answered<'a>(
-        &mut self,
-        now: Millis,
-        output: &mut Output<'a>,
-        get: Get,
-        message: DeviceMessage<'a>,
-    ) -> bool {
-        self.pay(get);
-        // A late answer belongs to an earlier question, not to the one after the stop.
-        let late = get == Get::DeviceInfo && matches!(self.fence, Fence::Up(_)) && self.is_owed();
-        match if late { None } else { self.requests.end(get) } {
-            None => {
-                output.event(Event::Unsolicited(message));
-                if let (Fence::Stale(_), false) = (self.fence, self.is_owed()) {
-                    self.fence = Fence::Down;
-                }
-                return false;
-            }
-            Some(Asker::Application(token)) => output.event(Event::ended(token, Outcome::Done(Some(message)))),
-            Some(Asker::Machine) => {}
-        }
-        self.passed(now, output, get);
-        true
-    }
-
-    /// Ends a question without an answer. What waits for it goes on without.
-    pub(super) fn failed(&mut self, now: Millis, output: &mut Output<'_>, get: Get, why: Failure) {
-        if matches!(why, Failure::Unsupported | Failure::Malformed) {
-            self.pay(get);
-        }
-        match self.requests.end(get) {
-            None => return,
-            Some(Asker::Application(token)) => output.event(Event::ended(token, Outcome::Failed(why))),
-            Some(Asker::Machine) => {}
-        }
-        match (self.state, get) {
-            (State::AwaitDeviceInfo, Get::DeviceInfo) if self.tries < Self::QUESTIONS => {
-                self.tries = self.tries.saturating_add(1);
-                self.ask(now, output, get, Asker::Machine);
-            }
-            (State::AwaitDeviceInfo, Get::DeviceInfo) => return self.close(now, output, LinkDownReason::NoAnswer),
-            (State::AwaitMotorInfo, Get::MotorInfo) => self.lock(output),
-            (State::AwaitGuid, Get::DeviceGuid) => self.has_guid(now, output, None),
-            (State::AwaitSoftware, Get::SoftwareId) => self.has_platform(output, None),
-            _ => {}
-        }
-        self.passed(now, output, get);
-    }
-
-    /// Counts an answer, whatever it says.
-    fn pay(&mut self, get: Get) {
-        if get == Get::DeviceInfo {
-            self.owed = self.owed.saturating_sub(1);
-        }
-    }
-
-    /// Whether an answer is still under way, as far as that can be known: over USB it may be lost.
-    fn is_owed(&self) -> bool {
-        let tcp = self.endpoint.is_some_and(|endpoint| endpoint.transport() == Transport::Tcp);
-        tcp && self.owed > 0
-    }
-
-    /// Ends a question after a stop. If the last stop was sent after it, or it is not answered, another one is asked.
-    fn passed(&mut self, now: Millis, output: &mut Output<'_>, get: Get) {
-        if get != Get::DeviceInfo {
-            return;
-        }
-        self.fence = match self.fence {
-            Fence::Late => self.fence_again(now, output, 0),
-            Fence::Up(tries) if self.is_owed() && tries < Self::QUESTIONS => self.fence_again(now, output, tries),
-            Fence::Up(_) if self.is_owed() => Fence::Stale(now.after(1)),
-            Fence::Stale(at) if self.is_owed() => Fence::Stale(at),
-            Fence::Down | Fence::Up(_) | Fence::Stale(_) => Fence::Down,
-        };
-    }
-
-    fn fence_again(&mut self, now: Millis, output: &mut Output<'_>, tries: u8) -> Fence {
-        self.ask(now, output, Get::DeviceInfo, Asker::Machine);
-        Fence::Up(tries.saturating_add(1))
-    }
-
-    /// Asks after a stop, so that its confirmation can be told from one that comes late.
-    pub(super) fn raise_fence(&mut self, now: Millis, output: &mut Output<'_>) {
-        self.fence = if self.ask(now, output, Get::DeviceInfo, Asker::Machine) { Fence::Up(1) } else { Fence::Late };
-    }
-
     /// The password is wrong or missing. A device that is locked will not say which motors it has.
     pub(super) fn lock(&mut self, output: &mut Output<'_>) {
         if let Some(Asker::Application(token)) = self.requests.end(Get::MotorInfo) {
@@ -344,7 +220,7 @@ impl HostMachine {
         output.event(Event::Connect(endpoint));
     }
 
-    /// The connection is there. A stop that was not confirmed goes first.
+    /// The connection is there. Stops that were not confirmed go first.
     fn link_up(&mut self, now: Millis, output: &mut Output<'_>) {
         let Some(endpoint) = self.endpoint.filter(|_| self.state == State::Connecting) else {
             return output.event(Event::Ignored);
@@ -356,6 +232,9 @@ impl HostMachine {
         };
         let silent = (endpoint.transport() == Transport::Tcp).then(|| now.after(self.options.silence()));
         self.deadlines = Deadlines { quiet: now.after(keep_alive), deaf: now.after(keep_alive), silent };
+        for motor in self.stops.take_deferred().iter() {
+            self.motors.stop(now, output, &self.options, motor);
+        }
         if self.playback.state == MoveState::Stopping {
             self.stop_playback(now, output);
             self.raise_fence(now, output);
@@ -374,7 +253,10 @@ impl HostMachine {
         self.calibration.lost(output);
         self.motors.lost(output, &mut self.stops);
         self.playback.lost(output, &mut self.stops);
-        self.stops.lost(output);
+        if self.stops.lost(output) {
+            // The device obeyed, but nobody knows whether all rest: the next connection begins with another stop.
+            self.playback.stop(output, None);
+        }
         output.event(Event::LinkDown(why));
         (self.fence, self.owed, self.deadlines) = (Fence::Down, 0, Deadlines::default());
         if why == LinkDownReason::Asked {
@@ -424,13 +306,9 @@ impl HostMachine {
         if self.fence == Fence::Down {
             self.playback.settle();
         }
-        let moves = self.moves();
-        self.stops.settle(output, moves);
-    }
-
-    /// Time at which the connection is given up because of what may come late.
-    const fn stale(&self) -> Option<Millis> {
-        if let Fence::Stale(at) = self.fence { Some(at) } else { None }
+        if self.playback.state != MoveState::Stopping {
+            self.stops.settle(output);
+        }
     }
 
     /// Keeps the line alive. Over TCP a question does it, also if much is sent and nothing is received: the device may

@@ -66,6 +66,7 @@ mod machine;
 mod motors;
 mod options;
 mod playback;
+mod questions;
 mod received;
 mod requests;
 mod stops;

@@ -185,12 +185,13 @@ impl Motors {
         now: Millis,
         output: &mut Output<'_>,
         options: &Options,
-        go: Go,
-        token: Token,
+        stops: &mut Stops,
+        (go, token): (Go, Token),
     ) -> Result<(), Refusal> {
         let Followed { hand, .. } = self.find(go.motor).ok_or(Refusal::NoMotor)?;
         hand.allows(|motion| matches!(motion, Motion::Resting | Motion::Going(_)))?;
         hand.end(output, Outcome::Failed(Failure::Superseded));
+        hand.send_on(stops, go.motor);
         (hand.motion, hand.token) = (Motion::Going(Some(now.after(options.setup_timeout()))), Some(token));
         hand.command(now, output, options, go);
         Ok(())
@@ -202,13 +203,14 @@ impl Motors {
         now: Millis,
         output: &mut Output<'_>,
         options: &Options,
-        go: Go,
-        token: Token,
+        stops: &mut Stops,
+        (go, token): (Go, Token),
     ) -> Result<(), Refusal> {
         let Followed { hand, .. } = self.find(go.motor).ok_or(Refusal::NoMotor)?;
         hand.allows(|motion| motion == Motion::Resting)?;
         (hand.motion, hand.token) = (Motion::Going(Some(now.after(options.setup_timeout()))), Some(token));
-        hand.unreported = 1;
+        hand.send_on(stops, go.motor);
+        hand.unreported = hand.unreported.saturating_add(1);
         output.transmit(Transmit::Bump(go));
         Ok(())
     }
@@ -219,10 +221,12 @@ impl Motors {
         now: Millis,
         output: &mut Output<'_>,
         options: &Options,
+        stops: &mut Stops,
         jog: &SetPositionSpeedAcceleration<'_>,
     ) -> Result<(), Refusal> {
         let Followed { hand, .. } = self.find(jog.motor_address).ok_or(Refusal::NoMotor)?;
         hand.allows(|motion| matches!(motion, Motion::Resting | Motion::Jogging))?;
+        hand.send_on(stops, jog.motor_address);
         hand.motion = Motion::Jogging;
         hand.command(now, output, options, go_of(jog));
         self.alive(now, options);
@@ -281,6 +285,9 @@ impl Motors {
     /// Notes that the connection went down: nobody knows what moves.
     pub(super) fn lost(&mut self, output: &mut Output<'_>, stops: &mut Stops) {
         for followed in &mut self.list {
+            if let Motion::Stopping(_) = followed.hand.motion {
+                stops.defer(MotorSet::of([followed.motor.motor_address]));
+            }
             followed.lose(output, stops, Failure::LinkDown);
         }
         (self.reported, self.alive_until) = (MotorSet::NONE, None);
@@ -333,6 +340,13 @@ impl Hand {
         }
     }
 
+    /// Notes that the motor is sent on before a stop of it is confirmed, if it is.
+    fn send_on(&mut self, stops: &mut Stops, motor: MotorAddress) {
+        if stops.sent_on(motor) {
+            self.unreported = 2;
+        }
+    }
+
     fn command(&mut self, now: Millis, output: &mut Output<'_>, options: &Options, go: Go) {
         if self.next.is_some_and(|next| next > now) {
             self.wanted = Some(go);
@@ -341,6 +355,8 @@ impl Hand {
                 self.unreported = self.unreported.saturating_add(1).min(2);
             }
             output.transmit(Transmit::MoveTo(go));
+            // The motion that waited is older.
+            self.wanted = None;
             self.next = Some(now.after(options.motor_interval()));
         }
     }
@@ -355,7 +371,7 @@ impl Hand {
     /// Takes a report that the motor rests. If the motor was sent on before, nobody knows which motion the report is
     /// about, unless everything was stopped meanwhile.
     fn rests(&mut self, output: &mut Output<'_>, stops: &mut Stops, motor: MotorAddress) {
-        let is_sure = self.unreported < 2 || stops.is_obeyed();
+        let is_sure = self.unreported < 2 || stops.confirms(motor);
         if !is_sure {
             stops.lose(MotorSet::of([motor]));
         }

@@ -15,6 +15,20 @@ pub(super) enum Asker {
     Application(Token),
 }
 
+/// Question that is asked after a stop: when it is answered, so is all that was sent before it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Fence {
+    /// No question is needed.
+    Down,
+    /// The question was sent; the number counts how often.
+    Up(u8),
+    /// A question is under way that was asked before the last stop; it will be asked again.
+    Late,
+    /// The question was not answered over TCP. Late answers can be ruled out only by another connection, which is made at
+    /// this time: the call that finds it out has much to tell already.
+    Stale(Millis),
+}
+
 /// Question that is not answered yet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Pending {

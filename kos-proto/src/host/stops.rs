@@ -33,6 +33,8 @@ pub(super) struct Stops {
     /// motor was forgotten, or a move was ended. Only a confirmed stop tells that they rest, or a move that includes them.
     astray: MotorSet,
     pending: Option<Pending>,
+    /// Motors that the next connection stops first, because their stops were not confirmed on the last one.
+    unconfirmed: MotorSet,
 }
 
 /// Stop of everything that is not confirmed.
@@ -57,9 +59,21 @@ impl Stops {
         self.astray
     }
 
-    /// Whether a stop is obeyed, so that each report of rest means what it says.
-    pub(super) fn is_obeyed(&self) -> bool {
-        self.pending.is_some_and(|pending| pending.is_obeyed)
+    /// Whether a report that the motor rests confirms a stop that is obeyed.
+    pub(super) fn confirms(&self, motor: MotorAddress) -> bool {
+        self.pending.is_some_and(|pending| pending.is_obeyed && pending.waiting.contains(motor))
+    }
+
+    /// Notes that a motor is sent on; whether a stop still waits for it. Then no report tells any more whether the stop
+    /// or the new motion is meant.
+    pub(super) fn sent_on(&mut self, motor: MotorAddress) -> bool {
+        match self.pending.as_mut().filter(|pending| pending.waiting.contains(motor)) {
+            Some(pending) => {
+                pending.is_obeyed = false;
+                true
+            }
+            None => false,
+        }
     }
 
     /// Notes a stop of everything, which is over when all these motors rest.
@@ -80,6 +94,16 @@ impl Stops {
         self.astray = self.astray.with(motors);
     }
 
+    /// Notes motors whose stops are not confirmed, and cannot be sent again without a connection.
+    pub(super) const fn defer(&mut self, motors: MotorSet) {
+        self.unconfirmed = self.unconfirmed.with(motors);
+    }
+
+    /// Takes the motors whose stops go first on this connection.
+    pub(super) const fn take_deferred(&mut self) -> MotorSet {
+        mem::replace(&mut self.unconfirmed, MotorSet::NONE)
+    }
+
     /// Notes motors that rest because a move has come to where it begins, or ends.
     pub(super) const fn at_rest(&mut self, motors: MotorSet) {
         self.astray = self.astray.without(motors);
@@ -87,8 +111,11 @@ impl Stops {
 
     /// Notes that a motor said that it rests.
     pub(super) fn rests(&mut self, motor: MotorAddress) {
-        if let Some(pending) = self.pending.as_mut().filter(|pending| pending.is_obeyed) {
-            pending.waiting.remove(motor);
+        if self.confirms(motor) {
+            self.astray.remove(motor);
+            if let Some(pending) = &mut self.pending {
+                pending.waiting.remove(motor);
+            }
         }
     }
 
@@ -99,15 +126,16 @@ impl Stops {
         }
     }
 
-    /// Notes that the connection went down. A stop that waits stays: only another one tells whether all rest.
-    pub(super) fn lost(&mut self, output: &mut Output<'_>) {
-        if let Some(pending) = &mut self.pending {
-            // The move tells it otherwise.
-            if pending.is_obeyed {
-                output.event(Event::StopNotConfirmed(StopTarget::All));
-            }
-            (pending.is_obeyed, pending.until) = (false, None);
+    /// Notes that the connection went down. A stop that waits stays: only another one tells whether all rest. Returns
+    /// whether the device obeyed and motors had time left to come to rest.
+    pub(super) fn lost(&mut self, output: &mut Output<'_>) -> bool {
+        let Some(pending) = &mut self.pending else { return false };
+        let was_waiting = pending.until.is_some();
+        if was_waiting {
+            output.event(Event::StopNotConfirmed(StopTarget::All));
         }
+        (pending.is_obeyed, pending.until) = (false, None);
+        was_waiting
     }
 
     /// Tells that motors do not rest in time after a stop that is obeyed.
@@ -121,9 +149,9 @@ impl Stops {
     }
 
     /// Ends the stop if it is obeyed and all motors rest.
-    pub(super) fn settle(&mut self, output: &mut Output<'_>, moves: bool) {
-        if self.pending.is_some_and(|pending| pending.is_obeyed && pending.waiting.is_empty()) && !moves {
-            *self = Self::default();
+    pub(super) fn settle(&mut self, output: &mut Output<'_>) {
+        if self.pending.is_some_and(|pending| pending.is_obeyed && pending.waiting.is_empty()) {
+            self.pending = None;
             output.event(Event::Stopped(StopTarget::All));
         }
     }

@@ -24,7 +24,7 @@ pub use device::{
     GetLEDStatus, GetNetworkInfo, GetSoftwareID, GetTrajectoryData, Ipv4, KeepAlive, LEDStatus, LedMode, MacAddress,
     NetworkInfo, PlaybackMode, SoftwareID, UserPassword,
 };
-pub use motion_core::wire::{Block16, Bool, Bytes, Conduct, Counted, Newer, Other, Password, Purpose, Rest};
+pub use motion_core::wire::{Block16, Bool, Bytes, Counted, Newer, Other, Password, Rest};
 pub use motor::{AxisKind, GetMotorInfo, Motor, MotorEntry, MotorInfo, MotorInfos, OldMotorEntry};
 pub use motor_set::{MOTORS, MotorSet};
 pub use notification::{
@@ -40,7 +40,7 @@ use crate::frame::{self, MessageId, MessageType};
 use crate::trajectory::TrajectoryData;
 
 messages! {
-    /// Message from the client, or host. Each row states how the message may be treated: see [`Conduct`].
+    /// Message from the client, or host. Each row states how the message may be treated: see [`Conduct`](crate::Conduct).
     pub enum HostMessage<'a> from host {
         /// The line is in use: every four seconds over USB.
         0x0000_00_00 => KeepAlive(KeepAlive<'a>) [sets],
@@ -129,8 +129,9 @@ messages! {
     }
 }
 
-/// The fields of a message with the number of the action or notification before them, as the conformance vectors show
-/// it: `action_id` or `note_id`.
+/// Fields of a message after the number of its action or notification, `action_id` or `note_id`, as the conformance
+/// vectors show them.
+#[doc(hidden)]
 #[derive(Debug, Clone, Copy)]
 pub struct Numbered<'m, M>(pub &'m M);
 

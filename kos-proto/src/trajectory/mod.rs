@@ -15,7 +15,7 @@
 //! use kos_proto::trajectory::bezier::{Ease, Key};
 //! use kos_proto::trajectory::{Delay, LiveMotion, Loop, MotorPlan, Plan, Play, Times, Trajectory, Way};
 //!
-//! Ten seconds from rest to rest, and back, three times; then home at a fifth of the greatest speed.
+//! // Ten seconds from rest to rest, and back, three times; then home at a fifth of the greatest speed.
 //! let (duration, home_speed) = (Seconds(10.0), Normalized(0.2));
 //! let repeat = Loop::Reverse(Times::new(3).expect("1 to 254"));
 //! let play = Play::Live(LiveMotion { duration, repeat, delay: Delay::For(Seconds(5.0)), home_speed });
@@ -26,7 +26,7 @@
 //! let mut out = [0; Plan::MAX_LEN];
 //! let data = Plan::new(play, &[slider]).encode(&mut out)?;
 //!
-//! The device reads the move from the same bytes.
+//! // The device reads the move from the same bytes.
 //! let trajectory = Trajectory::new(&data)?;
 //! assert_eq!(trajectory.play().total_time(), Some(75.0));
 //! let track = trajectory.track(MotorAddress(1)).expect("planned").in_rotations(Rotations(50.0))?;

@@ -152,19 +152,32 @@ impl Bench {
     }
 }
 
-/// What stops something stands before all that tells of it: the end of the move, an error, or where motors rest.
+/// A stop is done before anybody is told of it: that all is over, because of which error, or what failed.
 pub(super) fn stops_first(output: &Output<'_>) {
-    let stop = |effect: &Effect<'_>| matches!(effect, Effect::Event(Event::StopAll | Event::StopMotor { .. }));
-    let Some(stop) = output.effects.iter().position(stop) else { return };
-    let early = output.effects[..stop].iter().find(|effect| {
-        let Effect::Transmit(transmit) = effect else { return false };
-        match transmit.contents {
-            Contents::PlaybackStatus { state, .. } => state == PlaybackState::FULL_STOP,
-            Contents::ErrorStatus { .. } => true,
-            _ => false,
+    let told = |contents: &Contents<'_>, motor: Option<MotorAddress>| match contents {
+        Contents::PlaybackStatus { state, .. } => motor.is_none() && *state == PlaybackState::FULL_STOP,
+        Contents::ErrorStatus { motor: about, .. } => motor == Some(*about),
+        _ => false,
+    };
+    for (index, effect) in output.effects.iter().enumerate() {
+        let motor = match effect {
+            Effect::Event(Event::StopAll) => None,
+            Effect::Event(Event::StopMotor { motor, .. }) => Some(*motor),
+            _ => continue,
+        };
+        let early = output.effects[..index].iter().find(|effect| match effect {
+            Effect::Transmit(transmit) => told(&transmit.contents, motor),
+            Effect::Event(_) => false,
+        });
+        assert_eq!(early, None, "told before it is done: {output:?}");
+    }
+    // An error that ends a move is told directly before its end.
+    for window in output.effects.windows(3) {
+        let [_, Effect::Transmit(error), Effect::Transmit(end)] = window else { continue };
+        if matches!(error.contents, Contents::ErrorStatus { .. }) && told(&end.contents, None) {
+            assert_eq!(window[0], Effect::Event(Event::StopAll), "{output:?}");
         }
-    });
-    assert_eq!(early, None, "told before it is done: {output:?}");
+    }
 }
 
 /// Every message can be made, and read again.

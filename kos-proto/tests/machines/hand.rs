@@ -5,6 +5,9 @@ use kos_proto::message::*;
 
 use super::client::*;
 
+/// Way in which the marking of a range fails.
+type Fail = fn(&mut Client);
+
 fn move_to(motor: MotorAddress, position: f32) -> Transmit<'static> {
     Transmit::MoveTo(go(motor, position))
 }
@@ -26,6 +29,13 @@ fn of_many_commands_the_last_one_counts() {
     assert_eq!(client.sent(), []);
     client.command(Command::MoveTo(go(ONE, 5.0)));
     assert_eq!(client.sent(), [move_to(ONE, 5.0)]);
+
+    // A command that comes just when the one before might be sent takes its place.
+    client.command(Command::MoveTo(go(ONE, 6.0)));
+    client.now += 50;
+    client.command(Command::MoveTo(go(ONE, 7.0)));
+    client.pass(1_000);
+    assert_eq!(client.sent(), [move_to(ONE, 7.0)]);
 
     let mut stream = Client::ready();
     for step in 0..1_000_u16 {
@@ -61,7 +71,7 @@ fn a_stop_overtakes_what_waits() {
     client.clear();
     client.command(Command::StopMotor(MotorAddress(0x81)));
     assert_eq!(client.sent(), [stop(ONE)]);
-    assert_eq!(client.refused(Command::MoveTo(go(ONE, 3.0))), Some(Refusal::Moves));
+    assert_eq!(client.refused(Command::MoveTo(go(ONE, 3.0))), Some(Refusal::Stopping));
     client.pass(1_999);
     assert_eq!((client.sent(), client.told()), (vec![], vec![]));
     for _ in 0..5 {
@@ -245,7 +255,7 @@ fn a_range_is_marked() {
 #[test]
 fn a_range_that_is_none_is_told() {
     let refused = |code| Outcome::Refused(Refusal::Device(code));
-    let fails: [(fn(&mut Client), Outcome<'_>); 6] = [
+    let fails: [(Fail, Outcome<'_>); 6] = [
         (|client| client.error(14, 2), refused(ErrorCode::CALIBRATION)),
         (|client| client.error(2, 0), refused(ErrorCode::CANNOT_EXECUTE_MOVE)),
         (|client| client.pass(3_000), Outcome::NotConfirmed),

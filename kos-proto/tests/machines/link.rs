@@ -1,10 +1,8 @@
 //! kOS 7.1: link and lock of the device.
 
-use core::net::{Ipv4Addr, SocketAddrV4};
-
 use kos_proto::Transport;
 use kos_proto::device::session::State;
-use kos_proto::device::{DisconnectReason, Event, Ignored, Input, Options, Quirks, Report, SessionId};
+use kos_proto::device::{DisconnectReason, Event, Ignored, Input, Options, Quirks, Report, Sender, SessionId};
 use kos_proto::message::*;
 use kos_proto::{DecodeError, HostMessage, MessageId, MessageType};
 use motion_core::wire::Messages;
@@ -12,7 +10,7 @@ use motion_core::wire::Messages;
 use super::bench::*;
 
 const LIMITED: HostMessage<'static> = HostMessage::GetNetworkInfo(GetNetworkInfo { limited_response: None, tail: &[] });
-const FROM: SocketAddrV4 = SocketAddrV4::new(Ipv4Addr::new(192, 168, 50, 7), 5520);
+const FROM: Sender = Sender { address: Ipv4(0xc0a8_3207), port: 5520 };
 const DEVICE_INFO: HostMessage<'static> = HostMessage::GetDeviceInfo(GetDeviceInfo { tail: &[] });
 
 /// A device with a password, and a client over TCP that did not say it yet.
@@ -198,7 +196,7 @@ fn another_password_locks() {
 
 /// 7.1-13: who is locked is told no more, from the same step on.
 #[test]
-fn who_is_locked_is_told_no_more() {
+fn a_client_that_is_locked_is_told_no_more() {
     let mut bench = Bench::loaded(Options::default(), live_move(live()));
     bench.hear(start());
     bench.home();
@@ -353,7 +351,7 @@ fn it_may_say_over_tcp_where_it_is() {
 
 /// 7.1-20: a client that is gone takes along what it moved by hand, and nothing else.
 #[test]
-fn who_is_gone_stops_what_he_moved_by_hand() {
+fn a_client_that_is_gone_stops_what_it_moved_by_hand() {
     let why = [DisconnectReason::Silence, DisconnectReason::Framing];
     for gone in 0..3 {
         let mut bench = Bench::new(Options::default());

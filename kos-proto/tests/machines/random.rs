@@ -1,7 +1,5 @@
 //! Any sequence of inputs, hostile ones among them, to each machine alone.
 
-use core::net::{Ipv4Addr, SocketAddrV4};
-
 use kos_proto::device::motor::Motion;
 use kos_proto::device::{self, DeviceMachine, Quirks, Report, SessionId};
 use kos_proto::host::{self, Command, Get, HostMachine, Outcome, StopTarget, Token, Transmit};
@@ -447,7 +445,7 @@ proptest! {
                 }
                 DeviceOp::Datagram(wire) => match wire.decode::<HostMessage<'_>>() {
                     Ok(message) => {
-                        device::Input::Datagram { from: SocketAddrV4::new(Ipv4Addr::LOCALHOST, 1), message }
+                        device::Input::Datagram { from: device::Sender { address: Ipv4(1), port: 1 }, message }
                     }
                     Err(_) => device::Input::Wake,
                 },

@@ -69,7 +69,7 @@ impl Rig {
             Event::StopMotor { motor, .. } => self.go(now + 150, motor.0, self.at[usize::from(motor.0) - 1]),
             Event::StopAll => {
                 // A live move has motors 1 and 2; what rests anyway has nothing to say.
-                let played = self.playing.is_some();
+                let played = self.is_playing(now);
                 let moves = |motor| self.ways.iter().any(|&(_, other, _)| other == motor) || (played && motor < 3);
                 let moving: Vec<u8> = MOTORS.into_iter().filter(|&motor| moves(motor)).collect();
                 (self.playing, self.sent) = (None, MotorSet::NONE);
@@ -98,6 +98,11 @@ impl Rig {
             Event::MoveOver => self.playing = None,
             _ => {}
         }
+    }
+
+    /// Whether motors move because a move is played. Photos may follow its end.
+    fn is_playing(&self, now: u64) -> bool {
+        self.playing.is_some_and(|until| until > now)
     }
 
     /// A motor that is there.
@@ -290,10 +295,11 @@ impl World {
     fn moves(&self) -> bool {
         let moving = |wire: &Wire| {
             wire.queue.iter().any(|(_, bytes)| {
-                HostMessage::decode(&Frame::decode(bytes).unwrap()).unwrap().conduct().purpose == Purpose::Moves
+                HostMessage::decode(&Frame::decode(bytes).unwrap()).unwrap().conduct().purpose
+                    == kos_proto::Purpose::Moves
             })
         };
-        !self.rig.ways.is_empty() || self.rig.playing.is_some() || moving(&self.to_device)
+        !self.rig.ways.is_empty() || self.rig.is_playing(self.now) || moving(&self.to_device)
     }
 
     /// What is on its way is lost.

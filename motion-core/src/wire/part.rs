@@ -159,6 +159,14 @@ impl<'a, T: Field> Part<'a> for Option<T> {
 #[repr(transparent)]
 pub struct Newer<T>(pub Option<T>);
 
+// A derived one would ask for a default of `T`.
+impl<T> Default for Newer<T> {
+    /// The field is absent.
+    fn default() -> Self {
+        Self(None)
+    }
+}
+
 impl<'a, T: Field> Part<'a> for Newer<T> {
     const KIND: PartKind = PartKind::Optional;
     const WIRE: &'static str = T::WIRE;
@@ -293,6 +301,13 @@ fn elements<'a, T: Element, O: ByteOrder>(reader: &mut Reader<'a, O>, count: usi
 #[repr(transparent)]
 pub struct Counted<'a, T>(pub &'a [T]);
 
+impl<T> Default for Counted<'_, T> {
+    /// The list is empty.
+    fn default() -> Self {
+        Self(&[])
+    }
+}
+
 impl<'a, T: Element> Part<'a> for Counted<'a, T> {
     const KIND: PartKind = PartKind::Counted;
     const WIRE: &'static str = T::WIRE;
@@ -346,7 +361,7 @@ fn write_prefixed<O: ByteOrder>(bytes: &[u8], writer: &mut Writer<'_, O>) -> Opt
 macro_rules! prefixed_parts {
     ($($(#[$meta:meta])* $name:ident, $kind:ident, $value:ident, |$this:ident| $shown:expr, $text:expr;)*) => {$(
         $(#[$meta])*
-        #[derive(Clone, Copy, PartialEq, Eq, Hash)]
+        #[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
         #[repr(transparent)]
         pub struct $name<'a>(pub &'a [u8]);
 
@@ -437,7 +452,7 @@ pub fn trim_nuls(mut text: &[u8]) -> &[u8] {
 }
 
 /// All bytes that are left of a body.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[repr(transparent)]
 pub struct Rest<'a>(pub &'a [u8]);
 

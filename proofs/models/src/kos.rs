@@ -7,22 +7,25 @@
 mod model;
 mod rig;
 mod state;
+#[path = "../../../kos-proto/tests/machines/world.rs"]
+mod world;
 
-use kos_proto::device::{self, DeviceMachine, Profile, Report, Scratch, SessionId, To, What};
-use kos_proto::host::{self, Command, Event, Get, HostMachine, Source, Token};
-use kos_proto::message::{MarkBeginPosition, MarkEndPosition, Rotations};
-use kos_proto::summary::{Direction, MotorSet, MoveSummary, Transport};
+use kos_proto::device::{self, Destination, DeviceMachine, Report, SessionId};
+use kos_proto::host::{self, Command, Event, Get, HostMachine, Token, Transmit};
+use kos_proto::message::{Direction, KeepAlive, MarkBeginPosition, MarkEndPosition, MotorSet, Password, Rotations};
 use kos_proto::trajectory::TrajectoryData;
-use kos_proto::{DecodeError, DeviceMessage, HostMessage};
-use laws::machine::step;
-use motion_core::time::Millis;
-use motion_core::wire::Password;
+use kos_proto::{DecodeError, Effect, Frame, HostMessage, Millis, MoveSummary, Transport};
+use laws::world::{Fate, Faults, Line};
 
 pub use self::rig::{MOTOR, RANGE, Rig};
 pub use self::state::{Breach, Link, State, Told};
-use crate::line::{Fate, Faults, Line};
+use self::world::{World, device_bytes, device_stops_first, host_bytes, host_stops_first, to_device, to_host};
 
 const SESSION: SessionId = SessionId(0);
+/// Time at which every message arrives. A message is late if other things happen first.
+const ANY_TIME: Millis = Millis(0);
+/// Token of the command to connect. Each wish has tokens of its own, which are smaller.
+const CONNECT: Token = Token(31);
 /// Error of a damaged report.
 const CUT: DecodeError = DecodeError::Truncated { what: "report", needed: 1, have: 0 };
 
@@ -141,26 +144,30 @@ impl Kos {
             Wish::MoveTo => Command::MoveTo(rig::go(3.0)),
             Wish::Bump => Command::Bump(rig::go(1.0)),
             Wish::Jog => Command::Jog { motor: MOTOR, speed: rig::SPEED, acceleration: rig::ACCELERATION },
-            Wish::Ask => Command::Get(Get::LedStatus, Token(1)),
+            Wish::Ask => Command::Get(Get::LedStatus),
             Wish::Unlock => Command::Unlock,
             Wish::Disconnect => Command::Disconnect,
         }
     }
 
+    /// Token of a wish that may still come so many times.
+    fn token(place: u8, left: u8) -> Token {
+        let token = Token(u32::from(place) * 4 + u32::from(left));
+        assert!(left < 4 && token < CONNECT, "a script is short");
+        token
+    }
+
     /// A device with a calibrated motor, and a client; connected and ready, unless there is a password.
     fn begin(&self) -> State {
-        let options = device::Options::default().with_motors(MotorSet::of([MOTOR])).with_progress_every(None);
+        let device = device::Options::default().with_motors(MotorSet::of([MOTOR])).with_progress_every(None);
+        let host = host::Options::default().with_echo_password(false);
+        let (host, device) = (HostMachine::new(host), DeviceMachine::new(device));
         let mut state = State {
-            now: Millis(1_000),
-            host: HostMachine::new(host::Options::default().with_echo_password(false)),
-            device: DeviceMachine::new(options),
-            host_wake: None,
-            device_wake: None,
-            to_device: Line::new(Faults::default()),
-            to_host: Line::new(Faults::default()),
+            both: World::new(Millis(1_000), host, device, Faults::default()),
             link: Link::Down,
             rig: Rig::new(),
             wishes: [0; 8],
+            open: 0,
             jumps: self.jumps,
             cuts: self.cuts,
             failures: self.failures,
@@ -171,94 +178,102 @@ impl Kos {
             *left = *budget;
         }
         let (motor_address, tail, password) = (MOTOR, &[][..], Password(b""));
-        let from = |message| device::Input::Received { session: SESSION, message, password };
+        let from = |message| device::Input::Received { session: SESSION, message, bytes: &[], password };
         self.device(&mut state, device::Input::Rig(Report::Started));
-        self.device(&mut state, device::Input::Opened { session: SESSION, transport: Transport::Usb, password });
+        self.device(&mut state, device::Input::LinkUp { session: SESSION, transport: Transport::Usb, password });
         self.device(&mut state, device::Input::Rig(Report::Arrived(MOTOR, Rotations(0.0))));
-        self.device(&mut state, from(HostMessage::MarkBeginPosition(MarkBeginPosition { motor_address, tail })));
+        self.device(&mut state, from(MarkBeginPosition { motor_address, tail }.into()));
         self.device(&mut state, device::Input::Rig(Report::Arrived(MOTOR, RANGE)));
-        self.device(&mut state, from(HostMessage::MarkEndPosition(MarkEndPosition { motor_address, tail })));
-        self.device(&mut state, device::Input::Closed(SESSION));
+        self.device(&mut state, from(MarkEndPosition { motor_address, tail }.into()));
+        self.device(&mut state, device::Input::LinkDown(SESSION));
         let endpoint = match self.transport {
             Transport::Tcp => host::Endpoint::Tcp(kos_proto::message::Ipv4(0xC0A8_3201)),
             Transport::Usb => host::Endpoint::Usb,
         };
-        self.host(&mut state, host::Input::Command(Command::Connect(endpoint)));
+        self.host(&mut state, host::Input::Command(CONNECT, Command::Connect(endpoint)));
         if self.password.is_empty() {
             self.open(&mut state);
             loop {
-                if let Some((send, _)) = state.to_device.meet(Fate::Arrives) {
-                    self.arrives_at_device(&mut state, send, true);
-                } else if let Some((what, _)) = state.to_host.meet(Fate::Arrives) {
-                    self.arrives_at_host(&mut state, &what, true);
+                if let Some((message, _)) = state.both.up.meet(Fate::Arrives) {
+                    self.arrives_at_device(&mut state, &message, true);
+                } else if let Some((message, _)) = state.both.down.meet(Fate::Arrives) {
+                    self.arrives_at_host(&mut state, &message, true);
                 } else {
                     break;
                 }
             }
-            assert_eq!(state.host.state(), host::State::Ready);
+            assert_eq!(state.both.host.machine.state(), host::State::Ready);
         }
-        state.to_device = Line::new(Faults { doubled: 0, ..self.faults });
-        state.to_host = Line::new(self.faults);
+        state.both.up = Line::new(Faults { doubled: 0, ..self.faults });
+        state.both.down = Line::new(self.faults);
         state.told = Told::default();
         state
     }
 
     /// Makes a step of the client, and everything that follows from it.
     fn host(&self, state: &mut State, input: host::Input<'_>) {
-        let (host, mut output) = step(state.host.clone(), state.now, input);
-        state.host = host;
-        state.host_wake = output.wake;
+        let mut output = state.both.step_host(input);
+        host_stops_first(&output);
         if self.wrong == Wrong::StartsAgain
             && input == host::Input::Wake
-            && state.host.move_state() == host::MoveState::Starting
+            && state.both.host.machine.move_state() == host::MoveState::Starting
         {
-            output.send(host::Send::Start(Direction::Forward));
+            output.transmit(Transmit::Start(Direction::Forward));
         }
-        if self.wrong == Wrong::ForgetsStops && input == host::Input::Opened {
-            output.send.retain(|send| *send != host::Send::StopPlayback);
+        if self.wrong == Wrong::ForgetsStops && input == host::Input::LinkUp {
+            output.effects.retain(|effect| *effect != Effect::Transmit(Transmit::StopPlayback));
         }
-        state.ledger_of_host(&input, &output);
-        for event in &output.events {
-            match event {
-                Event::Open(_) => state.link = Link::Opening,
-                Event::Closed(_) if state.link.is_open_for_device() => {
+        state.ledger_of_host(&input, &output, self.faults.doubled == 0);
+        let (user_password, new_password) = (Password(self.known), Password(b""));
+        let source = host::Source { user_password, new_password, trajectory: self.data };
+        let mut sent = Vec::new();
+        for effect in output {
+            match effect {
+                Effect::Transmit(transmit) => sent.push(host_bytes(&transmit, &source)),
+                Effect::Event(Event::Connect(_)) => state.link = Link::Opening,
+                Effect::Event(Event::LinkDown(_)) if state.link.is_open_for_device() => {
                     state.link = Link::Cut { host: true, device: false };
                 }
-                Event::Closed(_) => state.link = Link::Down,
-                _ => {}
+                Effect::Event(Event::LinkDown(_)) => state.link = Link::Down,
+                Effect::Event(_) => {}
             }
         }
         if state.link == Link::Up {
-            state.to_device.send(output.send);
+            sent.into_iter().for_each(|message| state.both.up.send(ANY_TIME, message));
         }
     }
 
     /// Makes a step of the device, and everything that follows from it.
     fn device(&self, state: &mut State, input: device::Input<'_>) {
         let heard = match input {
-            device::Input::Received { session, message: HostMessage::StopPlayback(empty), password }
+            device::Input::Received { session, message: HostMessage::StopPlayback(_), bytes, password }
                 if self.wrong == Wrong::DeafToStops =>
             {
-                device::Input::Received { session, message: HostMessage::KeepAlive(empty), password }
+                device::Input::Received { session, message: KeepAlive::default().into(), bytes, password }
             }
             input => input,
         };
-        let (device, output) = step(state.device.clone(), state.now, heard);
-        state.device = device;
-        state.device_wake = output.wake;
-        for event in &output.events {
-            if !state.rig.follow(state.now, event) {
+        let output = state.both.step_device(heard);
+        device_stops_first(&output);
+        for event in output.events() {
+            if !state.rig.follow(state.both.now, event) {
                 state.ledger.breach(Breach::TwoMoves);
             }
-            if let device::Event::Close(..) = event {
+            if let device::Event::Disconnect { .. } = event {
                 state.link = Link::Cut { host: state.link == Link::Cut { host: true, device: false }, device: true };
-                state.to_device.cut();
+                state.both.up.cut();
             }
         }
         state.ledger_of_device(&input, &output);
         if state.link == Link::Up {
-            let ours = |to| matches!(to, To::Sessions(sessions) if sessions.contains(SESSION));
-            state.to_host.send(output.send.into_iter().filter(|send| ours(send.to)).map(|send| send.what));
+            let password = Password(self.password);
+            let source =
+                device::Source { guid: &[7; 16], password, trajectory: self.data, ..device::Source::default() };
+            for transmit in output.transmits() {
+                if matches!(transmit.destination, Destination::Sessions(sessions) if sessions.contains(SESSION)) {
+                    state.both.down.send(ANY_TIME, device_bytes(transmit, &source));
+                }
+            }
         }
         if state.link == (Link::Cut { host: true, device: true }) {
             state.link = Link::Down;
@@ -266,36 +281,34 @@ impl Kos {
     }
 
     fn open(&self, state: &mut State) {
-        state.to_device.cut();
-        state.to_host.cut();
+        state.both.cut();
         state.link = Link::Up;
         let (transport, password) = (self.transport, Password(self.password));
-        self.device(state, device::Input::Opened { session: SESSION, transport, password });
-        self.host(state, host::Input::Opened);
+        self.device(state, device::Input::LinkUp { session: SESSION, transport, password });
+        self.host(state, host::Input::LinkUp);
     }
 
     /// Delivers a message to the device. A damaged report is cut off after its header.
-    fn arrives_at_device(&self, state: &mut State, send: host::Send, sound: bool) {
-        let source = Source { user_password: Password(self.known), trajectory: self.data, ..Source::default() };
-        let (message, password) = (send.message(&source), Password(self.password));
-        let (id, kind, session) = (message.id(), message.kind(), SESSION);
-        let input = match sound {
-            true => device::Input::Received { session, message, password },
-            false => device::Input::Malformed { session, id, kind, error: CUT },
-        };
-        self.device(state, input);
+    fn arrives_at_device(&self, state: &mut State, message: &[u8], is_undamaged: bool) {
+        self.device(
+            state,
+            match Frame::decode(message) {
+                Ok(frame) if !is_undamaged => {
+                    let (id, kind) = (frame.id(), frame.kind());
+                    device::Input::Malformed { session: SESSION, id, kind, error: CUT, bytes: frame.bytes() }
+                }
+                _ => to_device(SESSION, message, Password(self.password)),
+            },
+        );
     }
 
-    fn arrives_at_host(&self, state: &mut State, what: &What, sound: bool) {
-        let profile =
-            Profile { guid: &[7; 16], password: Password(self.password), trajectory: self.data, ..Profile::default() };
-        let (send, mut scratch) = (device::Send { to: To::Asker, what: what.clone() }, Scratch::default());
-        let message: DeviceMessage<'_> = send.message(&profile, &mut scratch);
-        let (id, kind) = (message.id(), message.kind());
-        let input = match sound {
-            true => host::Input::Received(message),
-            false => host::Input::Malformed { id, kind, error: CUT },
-        };
-        self.host(state, input);
+    fn arrives_at_host(&self, state: &mut State, message: &[u8], is_undamaged: bool) {
+        self.host(
+            state,
+            match Frame::decode(message) {
+                Ok(frame) if !is_undamaged => host::Input::Malformed { id: frame.id(), kind: frame.kind(), error: CUT },
+                _ => to_host(message),
+            },
+        );
     }
 }

@@ -1,12 +1,12 @@
 //! Exploration of client and device of kOS together.
 
+use kos_proto::Transport;
 use kos_proto::message::{MotorAddress, Normalized, Seconds};
-use kos_proto::summary::Transport;
 use kos_proto::trajectory::{
     Delay, LiveMotion, Loop, MotorPlan, Plan, Play, Style, TimeLapseMotion, Times, TrajectoryData, Way, bezier,
 };
+use laws::world::Faults;
 use models::kos::{Kos, Wish, Wrong};
-use models::line::Faults;
 use stateright::{Checker, DiscoveryClassification, HasDiscoveries, Model};
 
 /// Speed of the motors on the way to the start of a move.
@@ -55,8 +55,7 @@ fn holds(name: &str, kos: Kos, at_least: usize) {
             println!("{property}, last steps:");
             let steps = path.into_vec();
             for (state, action) in steps.iter().skip(steps.len().saturating_sub(12)) {
-                let machines = (state.host.move_state(), state.device.playback(), state.link, state.rig);
-                println!("  {machines:?} {:?} {:?} {:?} {action:?}", state.to_device, state.to_host, state.ledger);
+                println!("  {state} {action:?}");
             }
         }
     }

@@ -1,7 +1,6 @@
 //! Machines of both sides, driven by unchecked bytes.
 
 use core::fmt::{self, Write};
-use core::net::{Ipv4Addr, SocketAddrV4};
 
 use crate::exercise::first;
 
@@ -15,7 +14,7 @@ pub fn everything(input: &[u8], out: &mut dyn Write) -> fmt::Result {
 
 /// Reads bytes as events of a device of kOS and its client.
 fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
-    use kos_proto::device::{self, DeviceMachine, Report, Scratch, SessionId};
+    use kos_proto::device::{self, DeviceMachine, Report, Scratch, Sender, SessionId};
     use kos_proto::host::{self, Command, Get, Go, HostMachine, Source, Token};
     use kos_proto::message::{
         AuxInputs, Direction, ErrorCode, Ipv4, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared,
@@ -59,7 +58,7 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
                     continue;
                 }
                 Ok(message) if x == 12 => {
-                    let from = SocketAddrV4::new(Ipv4Addr::from_bits(number), g.into());
+                    let from = Sender { address: Ipv4(number), port: g.into() };
                     device::Input::Datagram { from, message }
                 }
                 Ok(message) => device::Input::Received { session, message, bytes: body, password },

@@ -1,21 +1,21 @@
-//! The camera of a device.
+//! Camera of a device.
 
 use std::collections::VecDeque;
 
 use motion_core::time::Millis;
 
-/// A photo.
+/// Photo.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Photo {
-    /// When the shutter opened.
+    /// Time at which the shutter opened.
     pub opened: Millis,
-    /// When it closed, or will.
+    /// Time at which the shutter closed, or will close.
     pub closes: Millis,
-    /// Seconds of the move when it opened, if a move was played.
+    /// Seconds of the move at which the shutter opened, if a move was played.
     pub moment: Option<f64>,
 }
 
-/// A camera: it counts its photos, and keeps the last of them.
+/// Camera. It counts its photos, and keeps the last ones.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Camera {
     photos: VecDeque<Photo>,
@@ -23,7 +23,7 @@ pub(super) struct Camera {
 }
 
 impl Camera {
-    /// So many photos are kept.
+    /// Number of photos that are kept.
     const KEPT: usize = 4096;
 
     pub(super) fn open(&mut self, photo: Photo) {

@@ -1,13 +1,13 @@
-//! A kOS device: motors in rotations, a camera, and up to four clients over TCP.
+//! kOS device: a [`DeviceMachine`] with motors in rotations, a camera, and up to four clients over TCP.
 //!
-//! What it answers and allows is the business of [`DeviceMachine`]; here are the motors that it moves, the camera, what
-//! it stores, and its connections. Over USB it cannot be reached.
+//! The machine knows what the device answers and allows. The rig has the motors, the camera, what is stored, and the
+//! connections. It cannot be reached over USB.
 //!
-//! The count of a motor outlives a reset, as that of an encoder does that keeps it: it stands for the place. The range
-//! of a motor is forgotten then.
+//! The position of a motor stays at a reset, as with an encoder that keeps its count. The range of the motor is forgotten
+//! then.
 
 mod camera;
-mod doing;
+mod events;
 mod motion;
 mod playing;
 mod rig;
@@ -16,14 +16,15 @@ mod setup;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use kos_proto::device::{DeviceMachine, Input, MotorProfile, Profile, Report, SESSIONS, Scratch, Send, To, What};
-use kos_proto::message::{DeviceType, FirmwareVersion, LedMode, MotorAddress, NetworkInfo, Rotations};
-use kos_proto::summary::MotorSet;
-use kos_proto::{Frame, Frames};
-use motion_core::machine::Machine as _;
+use kos_proto::device::{
+    Contents, Destination, DeviceMachine, Input, MotorSpecs, Report, SESSIONS, Scratch, Source, Transmit,
+};
+use kos_proto::message::{
+    Bool, DeviceType, FirmwareVersion, LedMode, MOTORS, MotorAddress, MotorSet, NetworkInfo, Password, Rotations,
+};
+use kos_proto::{Effect, Frames};
 use motion_core::profile::Limits;
 use motion_core::time::Millis;
-use motion_core::wire::{Bool, Password};
 use tracing::{debug, info, warn};
 
 use self::camera::Camera;
@@ -35,11 +36,11 @@ use crate::{LineId, Outgoing};
 pub use camera::Photo;
 pub use setup::{MotorSetup, QuirkError, Setup};
 
-/// A simulated kOS device.
+/// Simulated kOS device.
 #[derive(Debug)]
 pub struct KosDevice {
     setup: Setup,
-    profiles: Vec<MotorProfile>,
+    specs: Vec<MotorSpecs>,
     machine: DeviceMachine,
     lines: [Line; SESSIONS],
     motors: Vec<Motor>,
@@ -47,32 +48,33 @@ pub struct KosDevice {
     playing: Option<Playing>,
     camera: Camera,
     store: Store,
-    /// The last moment that it was told of.
     now: Millis,
-    /// The moment of the last step of the machine, and when it wants the next.
+    /// Time of the last step of the machine.
     stepped: Millis,
+    /// Time at which the machine wants to be woken.
     wake: Option<Millis>,
-    /// When it runs, if it does not.
+    /// Time at which the device will run; `None` if it runs.
     starts: Option<Millis>,
     outgoing: VecDeque<Outgoing>,
 }
 
+/// Connection of a client.
 #[derive(Debug, Default)]
 struct Line {
     is_open: bool,
     frames: Option<Box<Frames>>,
 }
 
-/// What the rig knows of a motor for the machine.
+/// State of a motor between the rig and the machine.
 #[derive(Debug, Clone, Copy, Default)]
 struct Drive {
-    /// Where the machine takes it to be.
+    /// Position that the machine was told last.
     told: f32,
-    /// Where it was sent by a move, and should be when it rests.
+    /// Position to which a move sent the motor.
     goal: Option<f64>,
 }
 
-/// What outlives a reset; but for the move and the lamps, which do not.
+/// Data that the device stores. The move and the lamps are lost at a reset, and the rest stays.
 #[derive(Debug, Clone)]
 struct Store {
     password: Arc<[u8]>,
@@ -82,23 +84,23 @@ struct Store {
 }
 
 impl KosDevice {
-    /// A device that is switched on at moment 0.
+    /// Device that is switched on at time 0.
     #[must_use]
     pub fn new(setup: Setup) -> Self {
         let mut setup = setup;
-        setup.motors.truncate(kos_proto::summary::MOTORS);
+        setup.motors.truncate(MOTORS);
         setup.options = setup.options.with_motors(MotorSet::of((1_u8..).map(MotorAddress).take(setup.motors.len())));
         let motors = setup.motors.iter().map(|motor| {
-            let profile = motor.profile;
+            let specs = motor.specs;
             let limits = Limits {
-                velocity: f64::from(profile.max_max_move_speed.0.max(profile.max_max_setup_speed.0)),
-                acceleration: f64::from(profile.max_max_acceleration.0),
+                velocity: f64::from(specs.max_max_move_speed.0.max(specs.max_max_setup_speed.0)),
+                acceleration: f64::from(specs.max_max_acceleration.0),
                 jerk: None,
             };
             motor.travel.map_or(Motor::new(limits), |travel| Motor::new(limits).within(travel))
         });
         Self {
-            profiles: setup.motors.iter().map(|motor| motor.profile).collect(),
+            specs: setup.motors.iter().map(|motor| motor.specs).collect(),
             machine: DeviceMachine::new(setup.options),
             lines: Default::default(),
             motors: motors.collect(),
@@ -107,7 +109,7 @@ impl KosDevice {
             camera: Camera::default(),
             store: Store {
                 password: setup.password.clone().into(),
-                platform: setup.options.platform,
+                platform: setup.options.platform(),
                 trajectory: None,
                 leds: (LedMode::OFF, LedMode::OFF),
             },
@@ -120,55 +122,55 @@ impl KosDevice {
         }
     }
 
-    /// The machine, to look at.
+    /// Machine of the device, for reading its state.
     #[must_use]
     pub const fn machine(&self) -> &DeviceMachine {
         &self.machine
     }
 
-    /// How many photos it took.
+    /// Number of photos that the camera took.
     #[must_use]
     pub const fn photo_count(&self) -> u64 {
         self.camera.count()
     }
 
-    /// The last photos that it took, 4096 at most.
+    /// Last photos that the camera took, 4096 at most.
     pub fn photos(&self) -> impl Iterator<Item = &Photo> {
         self.camera.photos()
     }
 
-    /// The stored password.
+    /// Password that is stored.
     #[must_use]
     pub fn password(&self) -> &[u8] {
         &self.store.password
     }
 
-    /// The stored platform.
+    /// Platform that is stored.
     #[must_use]
     pub const fn platform(&self) -> u8 {
         self.store.platform
     }
 
-    /// The stored move.
+    /// Move that is stored.
     #[must_use]
     pub const fn stored_move(&self) -> Option<&StoredMove> {
         self.store.trajectory.as_ref()
     }
 
-    /// The lamps of the device and of its slave.
+    /// Modes of the lamp of the device, and of the lamp of its slave.
     #[must_use]
     pub const fn leds(&self) -> (LedMode, LedMode) {
         self.store.leds
     }
 
-    /// Bytes that it holds: of messages that are not whole, and of messages that nobody took yet.
+    /// Number of bytes that wait: for the rest of their message, or to be taken.
     #[must_use]
     pub fn held(&self) -> usize {
         let frames = self.lines.iter().filter_map(|line| line.frames.as_ref()).map(|frames| frames.held());
         frames.sum::<usize>() + crate::waiting(&self.outgoing)
     }
 
-    /// Whether it is on.
+    /// Whether the device runs.
     const fn runs(&self) -> bool {
         self.starts.is_none()
     }
@@ -178,60 +180,60 @@ impl KosDevice {
         self.motors.get_mut(index).zip(self.drives.get_mut(index))
     }
 
-    /// The motors by their addresses.
+    /// Addresses of the motors.
     fn addresses(&self) -> impl Iterator<Item = MotorAddress> + use<> {
         (1_u8..).map(MotorAddress).take(self.motors.len())
     }
 
-    /// Tells the machine what happened.
+    /// Reports to the machine what happened.
     fn report(&mut self, now: Millis, report: Report) {
         if self.runs() {
             self.sync();
-            self.step(now, Input::Rig(report), None);
+            self.step(now, Input::Rig(report));
         }
     }
 
-    /// Tells the machine where the motors are, as of its last step, so that nothing follows from it but that.
+    /// Tells the machine the positions of the motors, at the time of its last step, so that no deadline comes by it.
     fn sync(&mut self) {
-        for motor in self.addresses() {
+        for address in self.addresses() {
             let now = self.now;
-            let Some((it, drive)) = self.motor(motor) else { continue };
-            let position = rotations(it.at(now).position);
+            let Some((motor, drive)) = self.motor(address) else { continue };
+            let position = rotations(motor.at(now).position);
             if position.0.to_bits() != drive.told.to_bits() {
                 drive.told = position.0;
                 let stepped = self.stepped;
-                self.step(stepped, Input::Rig(Report::At(motor, position)), None);
+                self.step(stepped, Input::Rig(Report::At(address, position)));
             }
         }
     }
 
-    /// Gives something to the machine, and does all that follows; `given` is the message in it.
-    fn step(&mut self, now: Millis, input: Input<'_>, given: Option<&Frame<'_>>) {
-        let (machine, output) = self.machine.clone().step(now, input);
-        (self.machine, self.wake, self.stepped) = (machine, output.wake, now);
-        for &event in &output.events {
-            self.happens(now, event, given);
-        }
-        for send in &output.send {
-            self.send(send, given);
+    /// Gives an input to the machine, and carries out the effects.
+    fn step(&mut self, now: Millis, input: Input<'_>) {
+        let output = self.machine.advance(now, input);
+        (self.wake, self.stepped) = (output.wake, now);
+        for effect in output {
+            match effect {
+                Effect::Event(event) => self.event(now, &event),
+                Effect::Transmit(transmit) => self.transmit(&transmit),
+            }
         }
     }
 
-    fn send(&mut self, send: &Send, given: Option<&Frame<'_>>) {
-        match send.what {
-            What::ErrorStatus { code, motor: MotorAddress::ALL } => info!("tells an error: {code}"),
-            What::ErrorStatus { code, motor } => info!("tells an error of motor {motor}: {code}"),
-            What::MotorCalibrated { motor, begin, end } if end.0 != 0.0 => {
+    fn transmit(&mut self, transmit: &Transmit<'_>) {
+        match transmit.contents {
+            Contents::ErrorStatus { code, motor: MotorAddress::ALL } => info!("error: {code}"),
+            Contents::ErrorStatus { code, motor } => info!("error of motor {motor}: {code}"),
+            Contents::MotorCalibrated { motor, begin, end } if end.0 != 0.0 => {
                 info!("motor {motor} has a range from {} to {}", begin.0, end.0);
             }
-            What::MotorCalibrated { motor, .. } => info!("motor {motor} has no range"),
+            Contents::MotorCalibrated { motor, .. } => info!("motor {motor} has no range"),
             _ => {}
         }
-        let bytes = self.encoded(send, given);
-        match send.to {
-            To::Broadcast => self.outgoing.push_back(Outgoing::Announce(bytes)),
-            To::Asker => self.outgoing.push_back(Outgoing::Answer(bytes)),
-            To::Sessions(sessions) => {
+        let bytes = self.encoded(transmit);
+        match transmit.destination {
+            Destination::Broadcast => self.outgoing.push_back(Outgoing::Announce(bytes)),
+            Destination::Datagram(to) => self.outgoing.push_back(Outgoing::Datagram(to.into(), bytes)),
+            Destination::Sessions(sessions) => {
                 for session in sessions.iter() {
                     if self.lines.get(usize::from(session.0)).is_some_and(|line| line.is_open) {
                         self.outgoing.push_back(Outgoing::Bytes(LineId(session.0), bytes.clone()));
@@ -241,40 +243,39 @@ impl KosDevice {
         }
     }
 
-    fn encoded(&self, send: &Send, given: Option<&Frame<'_>>) -> Vec<u8> {
+    fn encoded(&self, transmit: &Transmit<'_>) -> Vec<u8> {
         let number = self.setup.number.to_be_bytes();
         let [.., n3, n4, n5, n6, n7] = number;
         let guid = [*b"kOSrig\x40\x00", number].concat();
         let network = NetworkInfo {
             dhcp: Bool::TRUE,
-            // The second bit says that nobody but its owner gave it.
+            // The first byte says that the address is administered locally.
             mac_address: [2, n3, n4, n5, n6, n7].into(),
             ip_address: self.setup.address.into(),
             device_type: DeviceType::SECOND_SHOOTER_PRO,
-            ..Profile::default().network
+            ..NetworkInfo::default()
         };
-        let mut profile = Profile {
+        let mut source = Source {
             older_dialect: self.setup.older_dialect,
             device_type: DeviceType::SECOND_SHOOTER_PRO,
             firmware_version: FirmwareVersion([1, 0, 1, 16]),
             network,
             guid: &guid,
             password: Password(&self.store.password),
-            motors: &self.profiles,
-            received: given.map_or(&[], |frame| frame.bytes()),
-            ..Profile::default()
+            motors: &self.specs,
+            ..Source::default()
         };
-        if let (What::TrajectoryData { .. }, Some(stored)) = (&send.what, &self.store.trajectory) {
-            profile.trajectory = stored.data();
+        if let (Contents::TrajectoryData { .. }, Some(stored)) = (&transmit.contents, &self.store.trajectory) {
+            source.trajectory = stored.data();
         }
         let mut scratch = Scratch::default();
-        let message = send.message(&profile, &mut scratch);
-        debug!("says {message}");
+        let message = transmit.message(&source, &mut scratch);
+        debug!("> {message}");
         let mut bytes = vec![0; message.encoded_len()];
         match message.encode_into(&mut bytes) {
             Ok(len) => bytes.truncate(len),
             Err(error) => {
-                warn!("cannot say {message}: {error}");
+                warn!("cannot send {message}: {error}");
                 bytes.clear();
             }
         }

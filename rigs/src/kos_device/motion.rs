@@ -1,8 +1,7 @@
-//! The motors of a device: along curves, to places, to rest.
+//! Motors of a device: they follow curves, go to places, and come to rest.
 
 use kos_proto::device::{Input, Report};
-use kos_proto::message::{ErrorCode, MotorAddress, Normalized};
-use kos_proto::summary::MotorSet;
+use kos_proto::message::{ErrorCode, MotorAddress, MotorSet, Normalized};
 use motion_core::time::Millis;
 use tracing::{info, warn};
 
@@ -11,21 +10,23 @@ use super::{KosDevice, rotations};
 use crate::TICK;
 use crate::motor::Happening;
 
-/// A motor that is told to be further in a tick than it can go, loses its move; by so much more, for rounding.
+/// Distance of a motor from its place that is not an error but rounding, in rotations.
+///
+/// A motor leaves its move if the next place is further away than the motor can go in a tick.
 const SLACK: f64 = 1e-3;
 
 impl KosDevice {
-    /// Does what is due at a moment, and no later.
+    /// Does what is due at a moment, and nothing that is due later.
     pub(super) fn tick(&mut self, now: Millis) {
         self.now = now;
         if self.starts.is_some_and(|starts| starts <= now) {
             self.starts = None;
-            info!("kOS: it runs");
-            self.step(now, Input::Rig(Report::Started), None);
+            info!("the device runs");
+            self.step(now, Input::Rig(Report::Started));
         }
         let lost = self.follow(now);
         let happened: Vec<_> =
-            self.addresses().zip(&mut self.motors).map(|(motor, it)| (motor, it.advance(now))).collect();
+            self.addresses().zip(&mut self.motors).map(|(address, motor)| (address, motor.advance(now))).collect();
         for motor in lost {
             warn!("motor {motor} cannot follow its curve");
             self.report(now, Report::Fault(motor, ErrorCode::PVT_INTEGRITY));
@@ -41,14 +42,14 @@ impl KosDevice {
         }
         if self.wake.is_some_and(|wake| wake <= now) {
             self.sync();
-            self.step(now, Input::Wake, None);
+            self.step(now, Input::Wake);
         }
         if self.playing.as_ref().is_some_and(|playing| playing.is_over(now)) {
             self.release(now);
         }
     }
 
-    /// Leads the motors along the curves that are played, and names those that cannot follow.
+    /// Leads the motors along their curves while a move is played. Returns the motors that cannot follow.
     fn follow(&mut self, now: Millis) -> Vec<MotorAddress> {
         let Some(playing) = self.playing.as_ref().filter(|playing| playing.runs()) else { return Vec::new() };
         let mut lost = Vec::new();
@@ -71,7 +72,7 @@ impl KosDevice {
         lost
     }
 
-    /// The curves are at their end: the motors rest where these end.
+    /// Lets the motors rest where they are on their curves, because the move is over.
     pub(super) fn release(&mut self, now: Millis) {
         let Some(playing) = self.playing.as_mut().filter(|playing| playing.runs()) else { return };
         playing.stage = Stage::At(playing.elapsed(now));
@@ -82,10 +83,10 @@ impl KosDevice {
         }
     }
 
-    /// A motor rests: where it was sent, or it did not get there.
+    /// Reports that a motor rests, or that it did not get to where the move wants it.
     fn rests(&mut self, now: Millis, motor: MotorAddress) {
-        let Some((it, drive)) = self.motor(motor) else { return };
-        let position = it.at(now).position;
+        let Some((this, drive)) = self.motor(motor) else { return };
+        let position = this.at(now).position;
         let missed = drive.goal.take().is_some_and(|goal| (goal - position).abs() > SLACK);
         info!("motor {motor} rests at {position:.3}");
         if missed {
@@ -96,23 +97,24 @@ impl KosDevice {
         }
     }
 
-    /// Sends motors to a part of the move: as fast as they can, or at a part of their setup speed.
-    pub(super) fn go_to_part(&mut self, now: Millis, stage: Stage, motors: MotorSet, speed: Option<Normalized>) {
-        let (Some(playing), Stage::At(part)) = (&mut self.playing, stage) else { return };
-        playing.stage = stage;
+    /// Sends motors to where they are at a part of the move: as fast as they can, or at a part of their setup speed.
+    pub(super) fn go_to_part(&mut self, now: Millis, part: f64, motors: MotorSet, speed: Option<Normalized>) {
+        let Some(playing) = &mut self.playing else { return };
+        playing.stage = Stage::At(part);
         for way in playing.ways().iter().filter(|way| motors.contains(way.motor)) {
             let index = usize::from(way.motor.number()).wrapping_sub(1);
             let (Some(motor), Some(drive)) = (self.motors.get_mut(index), self.drives.get_mut(index)) else { continue };
-            let (Some(profile), Some(to)) = (self.profiles.get(index), way.position(part)) else { continue };
+            let (Some(specs), Some(to)) = (self.specs.get(index), way.position(part)) else { continue };
             let speed = match speed {
-                Some(part) => f64::from(part.0) * f64::from(profile.max_max_setup_speed.0),
-                None => profile.max_max_move_speed.0.into(),
+                Some(part) => f64::from(part.0) * f64::from(specs.max_max_setup_speed.0),
+                None => specs.max_max_move_speed.0.into(),
             };
             drive.goal = Some(to);
-            motor.go_to(now, to, speed, profile.max_max_acceleration.0.into());
+            motor.go_to(now, to, speed, specs.max_max_acceleration.0.into());
         }
     }
 
+    /// Stops all motors as fast as they can, ends the move, and closes the shutter.
     pub(super) fn stop_all(&mut self, now: Millis) {
         self.playing = None;
         self.camera.close(now);

@@ -1,8 +1,7 @@
-//! The move as the motors play it: where each is at any part of it.
+//! Move that is played: where each motor is at any part of it.
 
 use kos_proto::device::DeviceMachine;
-use kos_proto::message::MotorAddress;
-use kos_proto::summary::Direction;
+use kos_proto::message::{Direction, MotorAddress};
 use kos_proto::trajectory::{Trajectory, bezier};
 use motion_core::time::Millis;
 
@@ -10,41 +9,43 @@ use crate::kos_host::StoredMove;
 use crate::motor::Place;
 use crate::seconds;
 
-/// The ways of the motors of a move, and how far it is.
+/// Move that is made ready or played.
 #[derive(Debug, Clone)]
 pub(super) struct Playing {
     ways: Vec<Way>,
-    /// Seconds that the move takes once.
+    /// Duration of the move in seconds.
     seconds: f64,
     pub(super) stage: Stage,
 }
 
+/// Stage of a move.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Stage {
     /// The motors go to this part of the move, or rest there.
     At(f64),
-    /// They follow the curves.
+    /// The motors follow the curves.
     Runs { way: Direction, start: Millis, millis: u64 },
 }
 
-/// The way of a motor, over its range as it was when the move was made ready.
+/// Way of a motor over its range, as the range was when the move was made ready.
 #[derive(Debug, Clone)]
 pub(super) struct Way {
     pub(super) motor: MotorAddress,
-    /// Curves in parts of the move and of the range, one behind the other.
+    /// Curves in parts of the move and of the range, one after the other.
     segments: Vec<bezier::Segment>,
-    /// Where the range begins, as the rig counts, and how long it is.
+    /// Begin of the range, as the rig counts.
     begin: f64,
+    /// Length of the range.
     range: f64,
 }
 
 impl Playing {
-    /// The stored move over the ranges that the machine knows. `rig` says where the machine takes a motor to be, as the
-    /// rig counts.
+    /// Stored move over the ranges that the machine knows. `told` gives the position of a motor that the machine was told
+    /// last, as the rig counts.
     pub(super) fn new(
         stored: &StoredMove,
         machine: &DeviceMachine,
-        rig: impl Fn(MotorAddress) -> Option<f32>,
+        told: impl Fn(MotorAddress) -> Option<f32>,
     ) -> Option<Self> {
         let data = stored.data();
         let trajectory = Trajectory::new(&data).ok()?;
@@ -52,8 +53,8 @@ impl Playing {
             let motor = MotorAddress(track.motor().number());
             let drive = machine.motor(motor)?;
             let (begin, end) = drive.range();
-            // What the machine told the clients begins elsewhere than what the rig counts.
-            let zero = f64::from(rig(motor)?) - f64::from(drive.position().0);
+            // Clients count from another place than the rig.
+            let zero = f64::from(told(motor)?) - f64::from(drive.position().0);
             Some(Way {
                 motor,
                 segments: track.segments().collect(),
@@ -68,7 +69,7 @@ impl Playing {
         &self.ways
     }
 
-    /// How much of the move is over at a moment; on the way back it becomes less.
+    /// Part of the move that is over at a time. It becomes less on the way back.
     pub(super) fn elapsed(&self, now: Millis) -> f64 {
         match self.stage {
             Stage::At(part) => part,
@@ -79,7 +80,7 @@ impl Playing {
         }
     }
 
-    /// Seconds of the move at a moment.
+    /// Seconds of the move at a time.
     pub(super) fn moment(&self, now: Millis) -> f64 {
         self.elapsed(now) * self.seconds
     }
@@ -94,7 +95,7 @@ impl Playing {
         matches!(self.stage, Stage::Runs { start, millis, .. } if now.since(start) >= millis)
     }
 
-    /// Where a motor of it is at a moment, as the rig counts.
+    /// Place of a motor at a time, as the rig counts.
     pub(super) fn place(&self, way: &Way, now: Millis) -> Option<Place> {
         let (direction, takes) = match self.stage {
             Stage::At(_) => (0.0, 1.0),
@@ -115,7 +116,7 @@ impl Way {
         begun.or(self.segments.first()).map(|segment| segment.at(elapsed))
     }
 
-    /// Where a motor is at a part of the move.
+    /// Position of the motor at a part of the move.
     pub(super) fn position(&self, part: f64) -> Option<f64> {
         self.at(part).map(|motion| self.begin + motion.position * self.range)
     }

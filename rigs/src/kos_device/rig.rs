@@ -1,12 +1,12 @@
-//! What a device is told: of its lines, its clock, and its mishaps.
+//! Lines, clock and mishaps of a device.
+
+use std::net::SocketAddrV4;
 
 use kos_proto::device::playback::State;
 use kos_proto::device::{Input, Report, SESSIONS, SessionId};
-use kos_proto::message::ErrorCode;
-use kos_proto::summary::Transport;
-use kos_proto::{Frame, Frames, HostMessage, Item};
+use kos_proto::message::{ErrorCode, Password};
+use kos_proto::{Frame, Frames, HostMessage, Item, Transport};
 use motion_core::time::Millis;
-use motion_core::wire::Password;
 use tracing::{debug, info, warn};
 
 use super::KosDevice;
@@ -26,7 +26,7 @@ impl Party for KosDevice {
         info!("client {} is connected", line.0);
         let password = self.store.password.clone();
         let session = SessionId(line.0);
-        self.input(Input::Opened { session, transport: Transport::Tcp, password: Password(&password) }, None);
+        self.input(Input::LinkUp { session, transport: Transport::Tcp, password: Password(&password) });
     }
 
     fn close(&mut self, now: Millis, line: LineId) {
@@ -34,7 +34,7 @@ impl Party for KosDevice {
         if let Some(place) = self.lines.get_mut(usize::from(line.0)).filter(|place| place.is_open) {
             *place = super::Line::default();
             info!("client {} is gone", line.0);
-            self.input(Input::Closed(SessionId(line.0)), None);
+            self.input(Input::LinkDown(SessionId(line.0)));
         }
     }
 
@@ -51,8 +51,8 @@ impl Party for KosDevice {
                 match item {
                     Item::Frame(frame) => self.message(session, &frame),
                     Item::Fatal(why) => {
-                        warn!("client {}: what it sends is no stream of messages: {why}", line.0);
-                        self.input(Input::Fatal(session), None);
+                        warn!("client {}: the bytes are no stream of messages: {why}", line.0);
+                        self.input(Input::Fatal(session));
                     }
                     Item::Noise { bytes, why } => warn!("client {}: {} bytes are left out: {why}", line.0, bytes.len()),
                     Item::Corrupt { why, .. } => warn!("client {}: {why}", line.0),
@@ -93,12 +93,12 @@ impl Party for KosDevice {
 impl Rig for KosDevice {
     const LINES: u8 = SESSIONS as u8;
 
-    fn datagram(&mut self, now: Millis, bytes: &[u8]) {
+    fn datagram(&mut self, now: Millis, from: SocketAddrV4, bytes: &[u8]) {
         self.advance(now);
         let Ok(frame) = Frame::decode(bytes) else { return debug!("a datagram that is no message") };
         match HostMessage::decode(&frame) {
-            Ok(message) => self.input(Input::Datagram(message), Some(&frame)),
-            Err(error) => debug!("a datagram: {error}"),
+            Ok(message) => self.input(Input::Datagram { from: from.into(), message }),
+            Err(error) => debug!("a datagram that is cut off: {error}"),
         }
     }
 
@@ -106,7 +106,7 @@ impl Rig for KosDevice {
         &self.motors
     }
 
-    /// None either while its motors go to where the move begins, or to the next photo.
+    /// Also `None` while the motors go to where the move begins, or to the place of the next photo.
     fn moment(&self) -> Option<f64> {
         use State::{Exposing, Forward, ForwardC, FrameDelay, Post, Pre, Reverse};
         let played = [Pre, Forward, Reverse, ForwardC, FrameDelay, Exposing, Post].contains(&self.machine.playback());
@@ -115,7 +115,7 @@ impl Rig for KosDevice {
 
     fn reset(&mut self, now: Millis) {
         self.advance(now);
-        warn!("its power fails");
+        warn!("the power fails");
         self.outgoing.clear();
         self.playing = None;
         self.camera.close(now);
@@ -128,10 +128,10 @@ impl Rig for KosDevice {
     fn stall(&mut self, now: Millis) {
         self.advance(now);
         let stuck = self.addresses().zip(&mut self.motors).find(|(_, motor)| motor.at(now).velocity != 0.0);
-        if let Some((motor, it)) = stuck {
-            it.halt(now);
-            warn!("motor {motor} is stuck");
-            self.report(now, Report::Fault(motor, ErrorCode::RUNAWAY));
+        if let Some((address, motor)) = stuck {
+            motor.halt(now);
+            warn!("motor {address} is stuck");
+            self.report(now, Report::Fault(address, ErrorCode::RUNAWAY));
         }
     }
 }
@@ -141,23 +141,18 @@ impl KosDevice {
         self.lines.get(index).is_some_and(|line| line.is_open)
     }
 
-    /// Gives something to the machine, that knows where the motors are.
-    fn input(&mut self, input: Input<'_>, given: Option<&Frame<'_>>) {
+    /// Gives an input to the machine, after the positions of the motors.
+    fn input(&mut self, input: Input<'_>) {
         self.sync();
-        self.step(self.now, input, given);
+        self.step(self.now, input);
     }
 
     fn message(&mut self, session: SessionId, frame: &Frame<'_>) {
-        match HostMessage::decode(frame) {
-            Ok(message) => {
-                debug!("client {}: {message}", session.0);
-                let password = self.store.password.clone();
-                self.input(Input::Received { session, message, password: Password(&password) }, Some(frame));
-            }
-            Err(error) => {
-                let (id, kind) = (frame.id(), frame.kind());
-                self.input(Input::Malformed { session, id, kind, error }, Some(frame));
-            }
+        let password = self.store.password.clone();
+        let input = Input::received(session, frame, Password(&password));
+        if let Input::Received { message, .. } = input {
+            debug!("client {}: {message}", session.0);
         }
+        self.input(input);
     }
 }

@@ -1,12 +1,12 @@
-//! What a device is built of, and how it behaves.
+//! Setup of a device: its parts and its behaviour.
 
 use std::net::Ipv4Addr;
 
-use kos_proto::device::{MotorProfile, Options};
-use kos_proto::message::{AxisKind, MotorType, RotationsPerSecond, RotationsPerSecondSquared};
+use kos_proto::device::{MotorSpecs, Options, Quirks};
+use kos_proto::message::{AxisKind, MOTORS, MotorType, RotationsPerSecond, RotationsPerSecondSquared};
 use motion_core::trajectory::Range;
 
-/// How a device is built, what it stores at first, and its quirks.
+/// Setup of a device: its parts, what it stores at first, and its quirks.
 ///
 /// ```
 /// use rigs::kos_device::Setup;
@@ -17,46 +17,46 @@ use motion_core::trajectory::Range;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setup {
-    /// How the machine behaves; its motors are those of [`motors`](Self::motors).
+    /// Options of the machine. Its motors are those of [`motors`](Self::motors).
     pub options: Options,
-    /// Whether it speaks the older dialect.
+    /// Whether the device speaks the older dialect.
     pub older_dialect: bool,
-    /// The stored password; empty for none.
+    /// Password that is stored; empty for none.
     pub password: Vec<u8>,
-    /// The motors, motor 1 first: at most ten.
+    /// Motors, motor 1 first: at most ten.
     pub motors: Vec<MotorSetup>,
-    /// Where it is in the network, as it tells; 0.0.0.0 if it does not know.
+    /// Address in the network, as the device tells it; 0.0.0.0 if it does not know its address.
     pub address: Ipv4Addr,
-    /// The number that tells it from others: it makes the hardware address and the GUID.
+    /// Number that no other device has. The hardware address and the GUID are made from it.
     pub number: u64,
 }
 
-/// A motor of a device.
+/// Motor of a device.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotorSetup {
-    /// What it says of itself, and keeps.
-    pub profile: MotorProfile,
-    /// Its ends, in rotations from where it is at first; `None` if it can go anywhere.
+    /// Type and limits of the motor.
+    pub specs: MotorSpecs,
+    /// Ends of the travel, in rotations from where the motor is at first; `None` if the motor can go anywhere.
     pub travel: Option<Range>,
 }
 
 impl MotorSetup {
-    /// A motor that does what the specification allows such an axis, and can go anywhere.
+    /// Motor with the limits that the specification gives for such an axis. It can go anywhere.
     #[must_use]
     pub fn new(kind: AxisKind) -> Self {
         let speed = kind.max_speed().unwrap_or(RotationsPerSecond(200.0));
         let acceleration = kind.max_acceleration().unwrap_or(RotationsPerSecondSquared(50.0));
         let fiz = matches!(kind, AxisKind::Focus | AxisKind::Iris | AxisKind::Zoom);
-        let profile = MotorProfile {
+        let specs = MotorSpecs {
             motor_type: if fiz { MotorType::FIZ } else { MotorType::AXIS },
             max_max_setup_speed: speed,
             max_max_move_speed: speed,
             max_max_acceleration: acceleration,
         };
-        Self { profile, travel: None }
+        Self { specs, travel: None }
     }
 
-    /// The same between two ends.
+    /// The same motor with two ends of its travel.
     #[must_use]
     pub const fn within(self, travel: Range) -> Self {
         Self { travel: Some(travel), ..self }
@@ -64,13 +64,13 @@ impl MotorSetup {
 }
 
 impl Default for Setup {
-    /// A slider with a head, without a password.
+    /// Device with a slider and a head, without a password.
     fn default() -> Self {
         Self::with_motors(3)
     }
 }
 
-/// A text that names no quirk.
+/// Name that is not the name of a quirk.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("a kOS device has no quirk {0:?}: it has {QUIRKS}", QUIRKS = names())]
 pub struct QuirkError(String);
@@ -79,11 +79,11 @@ type Quirk = fn(&mut Setup);
 
 const QUIRKS: [(&str, Quirk); 6] = [
     ("older-dialect", |setup| setup.older_dialect = true),
-    ("begin-nonzero", |setup| setup.options.quirk_begin_nonzero = true),
-    ("empty-password", |setup| setup.options.require_empty_password = true),
-    ("stop-when-alone", |setup| setup.options.stop_when_alone = true),
-    ("push-address", |setup| setup.options.push_every = Some(5000)),
-    ("no-progress", |setup| setup.options.progress_every = None),
+    ("begin-nonzero", |setup| setup.add(Quirks::BEGIN_NONZERO)),
+    ("empty-password", |setup| setup.add(Quirks::REQUIRE_EMPTY_PASSWORD)),
+    ("stop-when-alone", |setup| setup.options = setup.options.with_stop_when_alone(true)),
+    ("push-address", |setup| setup.options = setup.options.with_push_every(Some(5000))),
+    ("no-progress", |setup| setup.options = setup.options.with_progress_every(None)),
 ];
 
 fn names() -> String {
@@ -91,7 +91,7 @@ fn names() -> String {
 }
 
 impl Setup {
-    /// A device with so many motors: slider, pan, tilt, focus, zoom, and sliders.
+    /// Device with a number of motors, at most ten: slider, pan, tilt, focus, zoom, and more sliders.
     #[must_use]
     pub fn with_motors(count: usize) -> Self {
         let head = [AxisKind::Slider, AxisKind::Pan, AxisKind::Tilt, AxisKind::Focus, AxisKind::Zoom];
@@ -100,19 +100,24 @@ impl Setup {
             options: Options::default(),
             older_dialect: false,
             password: Vec::new(),
-            motors: kinds.map(MotorSetup::new).take(count.min(kos_proto::summary::MOTORS)).collect(),
+            motors: kinds.map(MotorSetup::new).take(count.min(MOTORS)).collect(),
             address: Ipv4Addr::UNSPECIFIED,
             number: 1,
         }
     }
 
-    /// With the quirks of a list such as `older-dialect,no-progress`: `older-dialect`, `begin-nonzero` (the count of
-    /// positions stays when a range is marked), `empty-password` (the empty one has to be said), `stop-when-alone`,
-    /// `push-address` (told over TCP every five seconds), `no-progress` (a move that runs is not told of).
+    /// The same device with the quirks of a list such as `older-dialect,no-progress`.
+    ///
+    /// - `older-dialect`: the device speaks the older dialect.
+    /// - `begin-nonzero`: the count of positions stays when a range is marked.
+    /// - `empty-password`: the password has to be told, although it is empty.
+    /// - `stop-when-alone`: a move is stopped when the last client is gone.
+    /// - `push-address`: the address is told over TCP every five seconds.
+    /// - `no-progress`: the progress of a live move is not reported.
     ///
     /// # Errors
     ///
-    /// [`QuirkError`] says which there are.
+    /// [`QuirkError`], which names all quirks.
     pub fn with_quirks(mut self, text: &str) -> Result<Self, QuirkError> {
         for name in text.split(',').map(str::trim) {
             let (_, quirk) =
@@ -121,6 +126,10 @@ impl Setup {
         }
         Ok(self)
     }
+
+    fn add(&mut self, quirk: Quirks) {
+        self.options = self.options.with_quirks(self.options.quirks() | quirk);
+    }
 }
 
 #[cfg(test)]
@@ -128,11 +137,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quirks_are_named() {
+    fn each_quirk_has_a_name() {
         let all = Setup::default().with_quirks(&names()).unwrap();
-        assert!(all.older_dialect && all.options.quirk_begin_nonzero && all.options.require_empty_password);
-        assert!(all.options.stop_when_alone && all.options.push_every == Some(5000));
-        assert_eq!(all.options.progress_every, None);
+        assert!(all.older_dialect && all.options.stop_when_alone());
+        assert_eq!(all.options.quirks(), Quirks::BEGIN_NONZERO | Quirks::REQUIRE_EMPTY_PASSWORD);
+        assert_eq!((all.options.push_every(), all.options.progress_every()), (Some(5000), None));
         let error = Setup::default().with_quirks("loud").unwrap_err().to_string();
         assert!(error.starts_with("a kOS device has no quirk \"loud\": it has older-dialect, "), "{error}");
         assert_eq!(Setup::with_motors(99).motors.len(), 10);

@@ -1,12 +1,12 @@
-//! What a client is told: of its line, its clock, and by its application.
+//! Line, clock and commands of a client.
 
 use kos_proto::host::{self, Endpoint, Input, Token};
 use kos_proto::message::Ipv4;
-use kos_proto::{DeviceMessage, Frames, Item};
+use kos_proto::{Frame, Frames, Header, Item};
 use motion_core::time::Millis;
 use tracing::{debug, warn};
 
-use super::{Answer, Command, Content, Device, Event, KosHost, LINE, StoredMove};
+use super::{Command, Content, Event, KosHost, LINE};
 use crate::{Host, LineId, Outgoing, Party};
 
 impl Party for KosHost {
@@ -15,7 +15,7 @@ impl Party for KosHost {
         if line == LINE {
             self.is_open = true;
             self.frames = Some(Box::new(Frames::new()));
-            self.step(now, Input::Opened, &Content::default());
+            self.step(now, Input::LinkUp, &Content::default());
         }
     }
 
@@ -23,7 +23,7 @@ impl Party for KosHost {
         self.advance(now);
         if line == LINE {
             self.is_open = false;
-            self.step(now, Input::Closed, &Content::default());
+            self.step(now, Input::LinkDown, &Content::default());
         }
     }
 
@@ -64,39 +64,34 @@ impl Party for KosHost {
 }
 
 impl Host for KosHost {
-    type Command = Command;
+    type Command = (Token, Command);
     type Event = Event;
 
-    fn command(&mut self, now: Millis, command: Command) {
+    fn command(&mut self, now: Millis, (token, command): (Token, Command)) {
         self.advance(now);
-        let plain = Content::default();
-        match command {
-            // Where it is, knows who opens the line.
-            Command::Connect => self.order(now, host::Command::Connect(Endpoint::Tcp(Ipv4::default())), &plain),
+        let mut content = Content::default();
+        let command = match &command {
+            // The address of the device is known to the owner of the line.
+            Command::Connect => host::Command::Connect(Endpoint::Tcp(Ipv4::default())),
             Command::Unlock(password) => {
-                self.password = password;
-                self.order(now, host::Command::Unlock, &plain);
+                self.password.clone_from(password);
+                host::Command::Unlock
             }
             Command::ChangePassword(password) => {
-                let content = Content { new_password: &password, ..plain };
-                if !self.step(now, Input::Command(host::Command::ChangePassword), &content) {
-                    self.password = password;
-                }
-            }
-            Command::Ask(get) => {
-                self.token = self.token.wrapping_add(1);
-                self.order(now, host::Command::Get(get, Token(self.token)), &plain);
+                content.new_password = password;
+                host::Command::ChangePassword
             }
             Command::Load { stored, way, delay_return } => {
-                let command = host::Command::Load { summary: *stored.summary(), way, delay_return };
-                self.order(now, command, &Content { stored: Some(&stored), ..plain });
+                content.stored = Some(stored);
+                host::Command::Load { summary: *stored.summary(), way: *way, delay_return: *delay_return }
             }
             Command::PlayDirect { stored, way } => {
-                let command = host::Command::PlayDirect { summary: *stored.summary(), way };
-                self.order(now, command, &Content { stored: Some(&stored), ..plain });
+                content.stored = Some(stored);
+                host::Command::PlayDirect { summary: *stored.summary(), way: *way }
             }
-            Command::Do(command) => self.order(now, command, &plain),
-        }
+            Command::Machine(command) => *command,
+        };
+        self.step(now, Input::Command(token, command), &content);
     }
 
     fn next_event(&mut self) -> Option<Event> {
@@ -105,68 +100,19 @@ impl Host for KosHost {
 }
 
 impl KosHost {
-    fn item(&mut self, now: Millis, item: &Item<'_, kos_proto::Frame<'_>, kos_proto::Header>) {
-        match item {
-            Item::Frame(frame) => match DeviceMessage::decode(frame) {
-                Ok(message) => {
-                    debug!("hears {message}");
-                    let content = Content { message: Some(&message), ..Content::default() };
-                    self.step(now, Input::Received(message), &content);
-                }
-                Err(error) => {
-                    let (id, kind) = (frame.id(), frame.kind());
-                    self.step(now, Input::Malformed { id, kind, error }, &Content::default());
-                }
-            },
+    fn item(&mut self, now: Millis, item: &Item<'_, Frame<'_>, Header>) {
+        let input = match item {
+            Item::Frame(frame) => Input::received(frame),
             Item::Fatal(why) => {
-                warn!("what the device sends is no stream of messages: {why}");
-                self.step(now, Input::Fatal, &Content::default());
+                warn!("the bytes of the device are no stream of messages: {why}");
+                Input::Fatal
             }
-            Item::Noise { bytes, why } => warn!("{} bytes are left out: {why}", bytes.len()),
-            Item::Corrupt { why, .. } => warn!("{why}"),
+            Item::Noise { bytes, why } => return warn!("{} bytes are left out: {why}", bytes.len()),
+            Item::Corrupt { why, .. } => return warn!("{why}"),
+        };
+        if let Input::Received(message) = input {
+            debug!("< {message}");
         }
+        self.step(now, input, &Content::default());
     }
-}
-
-/// What a message answers; the motors are what all messages of a series say together, and known to the machine.
-pub(super) fn answer(message: &DeviceMessage<'_>) -> Option<Answer> {
-    Some(match message {
-        DeviceMessage::DeviceInfo(info) => Answer::Device(Device {
-            device_type: info.device_type,
-            firmware: info.firmware_version,
-            mode: info.playback_mode,
-            state: info.playback_status,
-            inputs: info.aux_input_status,
-            remaining: info.delay_time_remaining,
-            elapsed: info.elapsed_time,
-        }),
-        DeviceMessage::NetworkInfo(info) => {
-            let kos_proto::message::NetworkInfo {
-                dhcp,
-                mac_address,
-                ip_address,
-                subnet_mask,
-                gateway,
-                device_type,
-                device_addr,
-                tail: _,
-            } = *info;
-            let tail = &[];
-            Answer::Network(kos_proto::message::NetworkInfo {
-                dhcp,
-                mac_address,
-                ip_address,
-                subnet_mask,
-                gateway,
-                device_type,
-                device_addr,
-                tail,
-            })
-        }
-        DeviceMessage::LEDStatus(leds) => Answer::Lamps(leds.master_status, leds.slave_status),
-        DeviceMessage::TrajectoryData(data) => Answer::Move(StoredMove::new(data).ok()),
-        DeviceMessage::DeviceGUID(guid) => Answer::Guid(guid.guid.0.to_vec()),
-        DeviceMessage::SoftwareID(software) => Answer::Platform(software.platform),
-        _ => return None,
-    })
 }

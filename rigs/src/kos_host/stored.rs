@@ -1,26 +1,26 @@
-//! A move that is kept: its message, as it stands on the wire.
+//! Move that is kept as its message stands on the wire.
 
-use kos_proto::summary::{MoveSummary, SummaryError};
+use kos_proto::move_summary::SummaryError;
 use kos_proto::trajectory::{MoveError, Plan, TrajectoryData};
-use kos_proto::{Frame, HostMessage};
+use kos_proto::{Frame, HostMessage, MoveSummary};
 
-/// A move, and what it is to the machines.
+/// Move, and its summary for the machines.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredMove {
-    /// The whole message: what is kept is read again where it is needed.
+    /// Message that stores the move. It is decoded again where the move is needed.
     message: Vec<u8>,
     summary: MoveSummary,
 }
 
 impl StoredMove {
-    /// Keeps these blocks.
+    /// Keeps the blocks of a move.
     ///
     /// # Errors
     ///
-    /// [`SummaryError`], if no device plays them.
+    /// [`SummaryError`], if no device plays the move.
     pub fn new(data: &TrajectoryData<'_>) -> Result<Self, SummaryError> {
         let summary = MoveSummary::of(data)?;
-        let message = HostMessage::SetTrajectoryData(*data);
+        let message = HostMessage::from(*data);
         let mut bytes = vec![0; message.encoded_len()];
         match message.encode_into(&mut bytes) {
             Ok(_) => Ok(Self { message: bytes, summary }),
@@ -38,18 +38,18 @@ impl StoredMove {
         Self::new(&plan.encode(&mut out)?)
     }
 
-    /// What it is to the machines.
+    /// Summary for the machines.
     #[must_use]
     pub const fn summary(&self) -> &MoveSummary {
         &self.summary
     }
 
-    /// Its blocks.
+    /// Blocks of the move.
     #[must_use]
     pub fn data(&self) -> TrajectoryData<'_> {
         match Frame::decode(&self.message).map(|frame| HostMessage::decode(&frame)) {
             Ok(Ok(HostMessage::SetTrajectoryData(data))) => data,
-            // What was encoded is decoded.
+            // The message was encoded from such blocks.
             _ => TrajectoryData::default(),
         }
     }

@@ -1,11 +1,13 @@
-//! A scene with a client and a device, looked at from tick to tick.
+//! Client and device in a scene, looked at from tick to tick.
 
 use std::collections::VecDeque;
 
+use kos_proto::device::motor::{Drive, State};
 use kos_proto::device::playback;
-use kos_proto::host::{self, Go, Move};
-use kos_proto::message::{MotorAddress, Normalized, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds};
-use kos_proto::summary::Direction;
+use kos_proto::host::{self, Go, Move, Outcome, StopTarget, Token};
+use kos_proto::message::{
+    Direction, MotorAddress, Normalized, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds,
+};
 use kos_proto::trajectory::bezier::{Ease, Key, Segment};
 use kos_proto::trajectory::{Delay, LiveMotion, Loop, MotorPlan, Plan, Play, Style, TimeLapseMotion, Way};
 use motion_core::time::Millis;
@@ -14,22 +16,25 @@ use rigs::kos_device::{KosDevice, Setup};
 use rigs::kos_host::{Command, Event, KosHost, StoredMove};
 use rigs::{Rig as _, Scene};
 
-/// How far a motor may be from the planned curve, in rotations: the protocol says positions as `f32`, so parts of the
-/// range to 6e-8, and rotations up to 64 to 4e-6. Ten of such roundings, at most.
+/// Greatest distance of a motor from the planned curve, in rotations.
+///
+/// Positions on the wire are `f32`: parts of the range are exact to 6e-8, and rotations up to 64 to 4e-6. This is the
+/// sum of at most ten such roundings.
 pub(crate) const TOLERANCE: f64 = 5e-5;
 
 pub(crate) const M1: MotorAddress = MotorAddress(1);
 pub(crate) const M2: MotorAddress = MotorAddress(2);
 
-/// How long the range of each motor is: of the second it runs backward.
+/// Length of the range of each motor. The range of the second motor goes backward.
 pub(crate) const RANGES: [f64; 2] = [40.0, -12.0];
 
 pub(crate) struct Bench {
     pub(crate) scene: Scene<KosHost, KosDevice>,
-    /// What the client told, and was not looked at.
+    /// Events of the client that no test has looked at.
     events: VecDeque<Event>,
-    /// All that it told, and when.
+    /// All events of the client, with their times.
     pub(crate) trace: Vec<(Millis, String)>,
+    last: Token,
 }
 
 impl Bench {
@@ -42,17 +47,17 @@ impl Bench {
     ) -> Self {
         let (host, rig) = (KosHost::new(options, password), KosDevice::new(setup));
         let scene = Scene::new(host, rig, Carrier::Stream, faults, seed);
-        Self { scene, events: VecDeque::new(), trace: Vec::new() }
+        Self { scene, events: VecDeque::new(), trace: Vec::new(), last: Token(0) }
     }
 
-    /// A client that is ready, with a device of two motors.
+    /// Client that is ready, and its device.
     pub(crate) fn ready(setup: Setup) -> Self {
         let mut bench = Self::with(setup, host::Options::default(), None, Faults::NONE, 1);
         bench.connect();
         bench
     }
 
-    /// The same, with both ranges marked.
+    /// Client that is ready, and a device of two motors whose ranges are marked.
     pub(crate) fn calibrated() -> Self {
         Self::ready(Setup::with_motors(2)).with_ranges()
     }
@@ -64,7 +69,7 @@ impl Bench {
     }
 
     pub(crate) fn connect(&mut self) {
-        self.scene.command(Command::Connect);
+        self.command(Command::Connect);
         self.told(|event| matches!(event, host::Event::Ready { .. }));
     }
 
@@ -72,12 +77,12 @@ impl Bench {
         self.scene.now().0
     }
 
-    /// A millisecond goes by.
+    /// Lets a millisecond pass.
     pub(crate) fn tick(&mut self) {
         self.pass(1);
     }
 
-    /// Some time goes by, in one go.
+    /// Lets some time pass, without a look at what happens meanwhile.
     pub(crate) fn pass(&mut self, millis: u64) {
         let until = self.scene.now().after(millis);
         let (events, trace) = (&mut self.events, &mut self.trace);
@@ -92,7 +97,7 @@ impl Bench {
         self.events.pop_front()
     }
 
-    /// Waits until something is told, for two minutes at most.
+    /// Waits for an event, for two minutes at most.
     pub(crate) fn wait<T>(&mut self, mut look: impl FnMut(&Event) -> Option<T>) -> T {
         for _ in 0..120_000 {
             while let Some(event) = self.event() {
@@ -102,26 +107,52 @@ impl Bench {
             }
             self.tick();
         }
-        panic!("it did not come: {:#?}", self.trace);
+        panic!("the event did not come: {:#?}", self.trace);
     }
 
-    pub(crate) fn told(&mut self, look: impl Fn(&host::Event) -> bool) {
-        self.wait(|event| matches!(event, Event::Told(told) if look(told)).then_some(()));
+    pub(crate) fn told(&mut self, look: impl Fn(&host::Event<'_>) -> bool) {
+        self.wait(|event| matches!(event, Event::Machine(event) if look(event)).then_some(()));
     }
 
     pub(crate) fn told_move(&mut self, wanted: Move) {
         self.told(|event| *event == host::Event::Move(wanted));
     }
 
-    pub(crate) fn send(&mut self, command: host::Command) {
-        self.scene.command(Command::Do(command));
+    /// Gives a command, and returns its token.
+    pub(crate) fn command(&mut self, command: Command) -> Token {
+        self.last.0 += 1;
+        self.scene.command((self.last, command));
+        self.last
+    }
+
+    pub(crate) fn send(&mut self, command: host::Command) -> Token {
+        self.command(Command::Machine(command))
+    }
+
+    /// Waits for the end of a command.
+    pub(crate) fn end(&mut self, token: Token) -> Outcome<'static> {
+        self.wait(|event| match event {
+            Event::Machine(host::Event::Ended { token: ended, outcome }) if *ended == token => Some(*outcome),
+            _ => None,
+        })
+    }
+
+    /// Gives a command, and waits until it is done.
+    pub(crate) fn done(&mut self, command: host::Command) {
+        let token = self.send(command);
+        assert_eq!(self.end(token), Outcome::Done(None), "{command:?}");
     }
 
     /// Stops everything, and waits until the device confirmed it.
     pub(crate) fn stop(&mut self) {
         self.send(host::Command::Stop);
-        self.wait(|event| (*event == Event::Stopped).then_some(()));
-        assert!(self.rests() && !self.scene.host.may_move());
+        self.told(|event| *event == host::Event::Stopped(StopTarget::All));
+        assert!(self.rests() && !self.may_move());
+    }
+
+    /// Whether the client says that something may move because of it.
+    pub(crate) fn may_move(&self) -> bool {
+        self.scene.host.machine().may_move()
     }
 
     /// Whether all motors rest.
@@ -130,54 +161,63 @@ impl Bench {
         self.scene.rig.motors().iter().all(|motor| motor.at(now).velocity == 0.0)
     }
 
-    /// Where a motor is, as the rig counts.
+    /// Position of a motor, as the rig counts.
     pub(crate) fn at(&self, motor: MotorAddress) -> f64 {
         self.scene.rig.motors()[usize::from(motor.0) - 1].at(self.scene.now()).position
     }
 
-    pub(crate) fn bump(&mut self, motor: MotorAddress, by: f64) {
-        self.send(host::Command::Bump(go(motor, by)));
-        self.told(|event| matches!(event, host::Event::MotorRests(it, _) if *it == motor));
+    /// State of the range of a motor.
+    pub(crate) fn calibration(&self, motor: MotorAddress) -> Option<State> {
+        self.scene.rig.machine().motor(motor).map(Drive::state)
     }
 
-    /// Marks a range from where the motor is.
+    pub(crate) fn bump(&mut self, motor: MotorAddress, by: f64) {
+        self.done(host::Command::Bump(go(motor, by)));
+    }
+
+    /// Marks a range that begins where the motor is.
     pub(crate) fn calibrate(&mut self, motor: MotorAddress, length: f64) {
         self.send(host::Command::ResetAxis(motor));
         self.told(|event| *event == host::Event::Motors);
         self.send(host::Command::MarkBegin(motor));
         self.bump(motor, length);
-        self.send(host::Command::MarkEnd(motor));
-        self.told(|event| *event == host::Event::Calibrated(motor));
+        self.done(host::Command::MarkEnd(motor));
     }
 
-    /// Whether the curves are played just now.
+    /// Stores a move, and waits until it can be played.
+    pub(crate) fn load(&mut self, stored: StoredMove, way: Direction) {
+        let token = self.command(Command::Load { stored, way, delay_return: false });
+        assert_eq!(self.end(token), Outcome::Done(None));
+    }
+
+    /// Whether the motors follow the curves of the move now.
     pub(crate) fn plays(&self) -> bool {
         use playback::State;
         matches!(self.scene.rig.machine().playback(), State::Forward | State::Reverse | State::ForwardC)
     }
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "as the protocol has it")]
+#[expect(clippy::cast_possible_truncation, reason = "positions on the wire are f32")]
 pub(crate) fn go(motor: MotorAddress, position: f64) -> Go {
     let (speed, acceleration) = (RotationsPerSecond(20.0), RotationsPerSecondSquared(50.0));
     Go { motor, position: Rotations(position as f32), speed, acceleration }
 }
 
-/// The ways of both motors, in rotations from the begins of their ranges.
+/// Key frames of both motors, in rotations from the begin of the range.
 pub(crate) fn keys() -> [Vec<Key>; 2] {
     let key = |time, position| Key { time, position, arrive: Ease::Flat(0.4), leave: Ease::Flat(0.4) };
     let through = Key { arrive: Ease::Linear, leave: Ease::Linear, ..key(2.0, -5.0) };
     [vec![key(0.0, 2.0), key(3.0, 38.0), key(5.0, 10.5)], vec![key(0.0, -1.0), through, key(5.0, -11.0)]]
 }
 
-/// Where a motor should be, in rotations from where the rig began to count.
+/// Planned position of a motor, as the rig counts.
 pub(crate) fn planned(motor: MotorAddress, begin: f64, seconds: f64) -> f64 {
     let keys = &keys()[usize::from(motor.0) - 1];
     let pair = keys.windows(2).rfind(|pair| pair[0].time <= seconds).unwrap_or(&keys[..2]);
     begin + Segment::between(&pair[0], &pair[1]).unwrap().position(seconds)
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "as the protocol has it")]
+#[expect(clippy::cast_possible_truncation, reason = "positions on the wire are f32")]
 pub(crate) fn stored(play: Play) -> StoredMove {
     let keys = keys();
     let range = |motor: usize| Rotations(RANGES[motor] as f32);
@@ -193,13 +233,13 @@ pub(crate) fn stored(play: Play) -> StoredMove {
     StoredMove::of(&Plan::new(play, &plans)).unwrap()
 }
 
-/// The move, of five seconds.
+/// Live move of five seconds.
 pub(crate) fn live(repeat: Loop) -> StoredMove {
     let home_speed = Normalized(0.2);
     stored(Play::Live(LiveMotion { duration: Seconds(5.0), repeat, delay: Delay::None, home_speed }))
 }
 
-/// The same for photos.
+/// Time lapse with the same key frames.
 pub(crate) fn lapse(style: Style, photos: u32, around: u32) -> StoredMove {
     stored(Play::TimeLapse(TimeLapseMotion {
         style,
@@ -214,13 +254,12 @@ pub(crate) fn lapse(style: Style, photos: u32, around: u32) -> StoredMove {
 }
 
 pub(crate) fn play(bench: &mut Bench, stored: StoredMove, way: Direction) {
-    bench.scene.command(Command::Load { stored, way, delay_return: false });
-    bench.told_move(Move::Ready);
+    bench.load(stored, way);
     bench.send(host::Command::Play);
     bench.told_move(Move::Running(way));
 }
 
-/// A small whole number.
+/// Small whole number as `f64`.
 pub(crate) fn number(number: impl TryInto<u32>) -> f64 {
     f64::from(number.try_into().ok().expect("a small number"))
 }

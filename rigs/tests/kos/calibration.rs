@@ -1,7 +1,7 @@
-//! Ranges, and motion by hand.
+//! Ranges, motion by hand, and questions.
 
 use kos_proto::device::motor::State;
-use kos_proto::host::{self, Get};
+use kos_proto::host::{self, Get, StopTarget};
 use kos_proto::message::{Motor, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
 use rigs::kos_device::Setup;
 use rigs::kos_host::{Answer, Command, Event};
@@ -23,34 +23,35 @@ fn a_range_is_marked_by_jogs_and_bumps() {
         bench.send(host::Command::Alive);
     }
     bench.send(host::Command::StopMotor(M1));
-    bench.told(|event| matches!(event, host::Event::MotorRests(M1, _)));
+    bench.told(|event| *event == host::Event::Stopped(StopTarget::Motor(M1)));
     let begin = bench.at(M1);
-    // Two seconds, less the way to speed up, and as much to slow down.
+    // Two seconds at full speed, without the times of acceleration and deceleration.
     assert!((-41.0..-38.0).contains(&begin), "{begin}");
     bench.send(host::Command::MarkBegin(M1));
     bench.bump(M1, 30.0);
     bench.bump(M1, 10.0);
-    bench.send(host::Command::MarkEnd(M1));
-    bench.told(|event| *event == host::Event::Calibrated(M1));
+    bench.done(host::Command::MarkEnd(M1));
     let range = bench.scene.host.motor(M1).and_then(Motor::range).unwrap();
     assert!((f64::from(range.0) - 40.0).abs() < TOLERANCE, "{range}");
-    // Commands count from the begin, and stay within.
+    // Commands count from the begin of the range, and the motor stays within its range.
     for (to, expected) in [(10.0, 10.0), (55.0, 40.0), (-3.0, 0.0)] {
-        bench.send(host::Command::MoveTo(go(M1, to)));
-        bench.told(|event| matches!(event, host::Event::MotorRests(M1, _)));
+        bench.done(host::Command::MoveTo(go(M1, to)));
         assert!((bench.at(M1) - begin - expected).abs() < TOLERANCE, "{to}");
     }
 }
 
 #[test]
-fn what_is_asked_is_answered_with_what_is() {
+fn every_question_is_answered_with_the_state_of_the_device() {
     let mut bench = Bench::calibrated();
     let mut answers = Vec::new();
     for get in Get::ALL {
-        bench.scene.command(Command::Ask(get));
-        answers.push(bench.wait(|event| if let Event::Answer(answer) = event { Some(answer.clone()) } else { None }));
+        let token = bench.send(host::Command::Get(get));
+        answers.push(bench.wait(|event| match event {
+            Event::Answer(answered, answer) if *answered == token => Some(answer.clone()),
+            _ => None,
+        }));
     }
-    let [Answer::Network(_), Answer::Lamps(..), Answer::Motors(motors), Answer::Device(device), rest @ ..] =
+    let [Answer::Network(_), Answer::Leds(..), Answer::Motors(motors), Answer::Device(device), rest @ ..] =
         &answers[..]
     else {
         panic!("{answers:#?}");
@@ -65,7 +66,7 @@ fn what_is_asked_is_answered_with_what_is() {
 }
 
 #[test]
-fn an_old_device_and_one_that_keeps_its_count_are_understood() {
+fn devices_with_quirks_are_understood() {
     for quirk in ["older-dialect", "begin-nonzero", "empty-password,push-address,no-progress"] {
         let setup = Setup::with_motors(2).with_quirks(quirk).unwrap();
         let mut bench = Bench::ready(setup);
@@ -73,30 +74,29 @@ fn an_old_device_and_one_that_keeps_its_count_are_understood() {
         bench.calibrate(M1, 30.0);
         let motor = bench.scene.host.motor(M1).unwrap();
         assert!((f64::from(motor.range().unwrap().0) - 30.0).abs() < TOLERANCE, "{quirk}: {motor:?}");
-        bench.send(host::Command::MoveTo(go(M1, 10.0)));
-        bench.told(|event| matches!(event, host::Event::MotorRests(M1, _)));
+        bench.done(host::Command::MoveTo(go(M1, 10.0)));
         assert!((bench.at(M1) - 15.0).abs() < TOLERANCE, "{quirk}");
     }
 }
 
 #[test]
-fn what_is_set_is_stored() {
+fn platform_and_password_are_stored() {
     let mut bench = Bench::ready(Setup::with_motors(2));
     bench.send(host::Command::SetPlatform(7));
-    bench.scene.command(Command::ChangePassword(b"gaffer".to_vec()));
+    bench.command(Command::ChangePassword(b"gaffer".to_vec()));
     bench.pass(50);
     assert_eq!((bench.scene.rig.platform(), bench.scene.rig.password()), (7, &b"gaffer"[..]));
-    // It outlives a reset; ranges do not.
+    // Both stay after a reset, and ranges do not.
     bench.calibrate(M2, -12.0);
     bench.scene.reset();
     bench.told(|event| matches!(event, host::Event::Ready { .. }));
     assert_eq!((bench.scene.rig.platform(), bench.scene.rig.password()), (7, &b"gaffer"[..]));
-    assert_eq!(bench.scene.rig.machine().calibration(M2), Some(State::Uncalibrated));
+    assert_eq!(bench.calibration(M2), Some(State::Uncalibrated));
     assert_eq!(bench.scene.host.machine().platform(), Some(7));
 }
 
 #[test]
-fn who_jogs_and_falls_silent_stops_the_motor() {
+fn a_jog_stops_if_the_application_gives_no_command_for_a_second() {
     let mut bench = Bench::ready(Setup::with_motors(2));
     bench.send(jog(20.0));
     let begun = bench.now();
@@ -104,7 +104,7 @@ fn who_jogs_and_falls_silent_stops_the_motor() {
     assert!(!bench.rests());
     bench.told(|event| *event == host::Event::DeadMan);
     assert_eq!(bench.now() - begun, 1000);
-    bench.told(|event| matches!(event, host::Event::MotorRests(M1, _)));
+    bench.told(|event| *event == host::Event::Stopped(StopTarget::Motor(M1)));
     let there = bench.at(M1);
     bench.pass(5000);
     assert_eq!((bench.at(M1).to_bits(), bench.rests()), (there.to_bits(), true));
@@ -112,7 +112,7 @@ fn who_jogs_and_falls_silent_stops_the_motor() {
 }
 
 #[test]
-fn where_a_motor_rests_is_told_where_it_is() {
+fn the_position_of_a_motor_at_rest_is_reported() {
     let mut bench = Bench::ready(Setup::with_motors(2));
     bench.bump(M2, -3.25);
     let told = bench.scene.host.motor(M2).unwrap().position;

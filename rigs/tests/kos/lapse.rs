@@ -1,23 +1,17 @@
-//! Time lapses: photos are counted, and the motors are where the plan has them when the shutter opens.
+//! Time lapses: photos are counted, and each motor is at its planned position when the shutter opens.
 
 use kos_proto::device::playback::State;
 use kos_proto::host::{self, Move};
-use kos_proto::message::Seconds;
-use kos_proto::summary::Direction;
+use kos_proto::message::{Direction, Seconds};
 use kos_proto::trajectory::Style;
 use rigs::Rig as _;
 use rigs::kos_host::Command;
 
 use crate::bench::{Bench, M1, M2, TOLERANCE, lapse, number, planned};
 
-/// Plays a time lapse to its end; where both motors were at each photo, and whether they rested.
+/// Plays a time lapse to its end. Returns the positions of both motors at each photo, and whether they rested.
 fn photos(bench: &mut Bench, style: Style, photos: u32, around: u32) -> Vec<([f64; 2], bool)> {
-    bench.scene.command(Command::Load {
-        stored: lapse(style, photos, around),
-        way: Direction::Forward,
-        delay_return: false,
-    });
-    bench.told_move(Move::Ready);
+    bench.load(lapse(style, photos, around), Direction::Forward);
     let mut taken = Vec::new();
     bench.send(host::Command::Play);
     for _ in 0..120_000 {
@@ -35,7 +29,7 @@ fn photos(bench: &mut Bench, style: Style, photos: u32, around: u32) -> Vec<([f6
 }
 
 #[test]
-fn shoot_move_shoot_rests_for_each_photo() {
+fn the_motors_rest_for_each_photo_of_shoot_move_shoot() {
     let mut bench = Bench::calibrated();
     let begins = [0.0, 0.0];
     let taken = photos(&mut bench, Style::ShootMoveShoot, 6, 2);
@@ -48,13 +42,13 @@ fn shoot_move_shoot_rests_for_each_photo() {
             assert!((place - should).abs() < TOLERANCE, "photo {index}: motor {motor} at {place}, should be {should}");
         }
     }
-    // No photo begins before the one before it is over, and the pause.
+    // A photo begins after the end of the photo before it, and after the interval.
     let all: Vec<_> = bench.scene.rig.photos().copied().collect();
     assert!(all.windows(2).all(|pair| pair[1].opened.since(pair[0].closes) >= 400), "{all:?}");
 }
 
 #[test]
-fn a_continuous_lapse_keeps_its_rhythm_and_its_curves() {
+fn a_continuous_lapse_keeps_its_interval_and_its_curves() {
     let mut bench = Bench::calibrated();
     let taken = photos(&mut bench, Style::Continuous, 10, 1);
     assert_eq!((taken.len(), bench.scene.rig.photo_count()), (12, 12));
@@ -62,7 +56,7 @@ fn a_continuous_lapse_keeps_its_rhythm_and_its_curves() {
     for (index, pair) in all.windows(2).enumerate() {
         assert_eq!(pair[1].opened.since(pair[0].opened), 500, "photo {index}");
     }
-    // 5 s of move in all, of the same curves; the first photo after its pause.
+    // The move takes 5 s with the same curves, and the first photo comes after an interval.
     for (index, (photo, (places, _))) in all.iter().zip(&taken).enumerate().skip(1).take(10) {
         let seconds = 0.4 + 0.5 * number(index - 1);
         assert!((photo.moment.unwrap() - seconds).abs() < 2e-3, "{photo:?}");
@@ -74,9 +68,9 @@ fn a_continuous_lapse_keeps_its_rhythm_and_its_curves() {
 }
 
 #[test]
-fn a_lapse_is_stopped_with_its_shutter_open() {
+fn a_stop_of_a_lapse_closes_the_shutter() {
     let mut bench = Bench::calibrated();
-    bench.scene.command(Command::PlayDirect { stored: lapse(Style::ShootMoveShoot, 20, 0), way: Direction::Forward });
+    bench.command(Command::PlayDirect { stored: lapse(Style::ShootMoveShoot, 20, 0), way: Direction::Forward });
     while bench.scene.rig.photo_count() < 3 {
         bench.tick();
     }
@@ -88,7 +82,7 @@ fn a_lapse_is_stopped_with_its_shutter_open() {
 }
 
 #[test]
-fn one_photo_is_taken_by_itself() {
+fn a_photo_can_be_taken_without_a_move() {
     let mut bench = Bench::ready(rigs::kos_device::Setup::with_motors(1));
     bench.send(host::Command::TakePicture(Seconds(2.0)));
     bench.pass(20);

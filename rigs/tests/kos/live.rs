@@ -1,17 +1,17 @@
-//! Moves in real time: each motor is where the plan has it, at every tick.
+//! Moves in real time: each motor is at its planned position at every tick.
 
 use kos_proto::device::playback::State;
 use kos_proto::host::{self, Move};
-use kos_proto::message::Seconds;
-use kos_proto::summary::Direction;
+use kos_proto::message::{Direction, MotorAddress, Normalized, Seconds};
 use kos_proto::trajectory::{Loop, Times};
 use rigs::Rig as _;
+use rigs::kos_host::{Command, StoredMove};
 
 use crate::bench::{Bench, M1, M2, RANGES, TOLERANCE, live, number, planned, play};
 
-/// Follows a move to its end, and compares each tick of each leg with the plan; the ways that were gone.
+/// Follows a move to its end, and compares each tick of each pass with the plan. Returns the states of the passes.
 ///
-/// `rapid` is how long a way back takes, in milliseconds.
+/// `rapid` is the duration of a pass back, in milliseconds.
 fn follow(bench: &mut Bench, rapid: u64) -> Vec<State> {
     let begins = [M1, M2].map(|motor| bench.at(motor) - position(bench, motor));
     let (mut legs, mut start) = (Vec::new(), 0);
@@ -40,20 +40,20 @@ fn follow(bench: &mut Bench, rapid: u64) -> Vec<State> {
     legs
 }
 
-/// Where a motor is in its range.
-fn position(bench: &Bench, motor: kos_proto::message::MotorAddress) -> f64 {
+/// Position of a motor in its range.
+fn position(bench: &Bench, motor: MotorAddress) -> f64 {
     bench.scene.rig.machine().motor(motor).unwrap().position().0.into()
 }
 
-fn started(stored: rigs::kos_host::StoredMove, way: Direction) -> Bench {
+fn started(stored: StoredMove, way: Direction) -> Bench {
     let mut bench = Bench::calibrated();
-    bench.scene.command(rigs::kos_host::Command::Load { stored, way, delay_return: false });
+    bench.command(Command::Load { stored, way, delay_return: false });
     bench.pass(100);
-    // On the way to its begin no move is played.
+    // No move is played while the motors go to where it begins.
     assert!(!bench.rests() && bench.scene.rig.moment().is_none());
     bench.told_move(Move::Ready);
     bench.send(host::Command::Play);
-    // It arrives at this moment.
+    // The command arrives at this time.
     bench.pass(0);
     bench
 }
@@ -64,19 +64,19 @@ fn a_move_is_played_as_planned() {
     assert_eq!(follow(&mut bench, 5000), [State::Forward]);
     bench.told_move(Move::EndReached);
     bench.told_move(Move::Finished { requested: false });
-    assert!((bench.at(M1) - 10.5).abs() < TOLERANCE && !bench.scene.host.may_move());
+    assert!((bench.at(M1) - 10.5).abs() < TOLERANCE && !bench.may_move());
     assert_eq!(bench.scene.rig.moment(), None);
 }
 
 #[test]
-fn a_move_is_played_from_its_end() {
+fn a_move_is_played_in_reverse() {
     let mut bench = started(live(Loop::Once), Direction::Reverse);
     assert_eq!(follow(&mut bench, 5000), [State::Reverse]);
     assert!((bench.at(M1) - 2.0).abs() < TOLERANCE);
 }
 
 #[test]
-fn loops_go_back_and_again() {
+fn loops_play_the_move_back_and_again() {
     let mut bench = started(live(Loop::Reverse(Times::new(2).unwrap())), Direction::Forward);
     let (there, back) = (State::Forward, State::Reverse);
     assert_eq!(follow(&mut bench, 5000), [there, back, there, back, there]);
@@ -86,8 +86,7 @@ fn loops_go_back_and_again() {
 }
 
 #[test]
-fn a_move_waits_for_its_moment() {
-    use kos_proto::message::Normalized;
+fn a_move_waits_for_its_time() {
     use kos_proto::trajectory::{Delay, LiveMotion, Play};
     let live = LiveMotion {
         duration: Seconds(5.0),
@@ -99,7 +98,7 @@ fn a_move_waits_for_its_moment() {
     setup.options = setup.options.with_unix_millis_at_zero(Some(1_800_000_000_000));
     let mut bench = Bench::ready(setup).with_ranges();
     let stored = crate::bench::stored(Play::Live(live));
-    bench.scene.command(rigs::kos_host::Command::PlayDirect { stored, way: Direction::Forward });
+    bench.command(Command::PlayDirect { stored, way: Direction::Forward });
     bench.told_move(Move::Running(Direction::Forward));
     assert_eq!(bench.now(), 20_000);
     bench.told_move(Move::EndReached);
@@ -115,29 +114,29 @@ fn a_move_is_stopped_in_its_middle() {
     assert!(!bench.rests());
     let now = bench.now();
     bench.stop();
-    // It is fast just then, and stops with 100 rev/s².
+    // The motor is fast at this time, and stops with 100 rev/s².
     assert!(bench.now() - now < 300 && (bench.at(M1) - from).abs() < 3.0);
     let there = bench.at(M1);
     bench.pass(10_000);
     assert_eq!(bench.at(M1).to_bits(), there.to_bits());
-    // What is stopped is forgotten, and can be played anew.
+    // The device forgot the move, and the move can be stored and played again.
     assert!(bench.scene.rig.machine().stored_move().is_none());
     play(&mut bench, live(Loop::Once), Direction::Forward);
     bench.told_move(Move::Finished { requested: false });
 }
 
 #[test]
-fn a_client_that_was_cut_off_finds_its_move_again() {
+fn a_client_finds_its_move_again_after_a_lost_connection() {
     let mut bench = Bench::calibrated();
     play(&mut bench, live(Loop::Reverse(Times::new(1).unwrap())), Direction::Forward);
     bench.pass(1000);
     bench.scene.unplug();
     bench.told_move(Move::Lost);
-    assert!(bench.scene.host.may_move() && !bench.rests());
+    assert!(bench.may_move() && !bench.rests());
     bench.told_move(Move::Found(host::MoveState::Running));
     bench.told(|event| matches!(event, host::Event::Ready { .. }));
     bench.told_move(Move::Finished { requested: false });
-    assert!(bench.rests() && !bench.scene.host.may_move());
+    assert!(bench.rests() && !bench.may_move());
     assert!((position(&bench, M1) - 10.5).abs() < TOLERANCE);
     assert!(position(&bench, M2) - RANGES[1] > 0.9);
 }

@@ -1,7 +1,7 @@
 //! Datagrams of a rig: announcements, questions and answers.
 
 use std::io;
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr, SocketAddrV4};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -48,13 +48,13 @@ pub(super) struct Datagrams {
     to: SocketAddr,
     faults: Faults,
     seed: u64,
-    up: Vec<Flight>,
-    down: Vec<Flight>,
+    up: Vec<Flight<SocketAddrV4>>,
+    down: Vec<Flight<SocketAddr>>,
 }
 
 /// Datagram on the way from or to a peer.
-struct Flight {
-    peer: SocketAddr,
+struct Flight<Peer> {
+    peer: Peer,
     line: Line,
 }
 
@@ -68,28 +68,35 @@ impl Datagrams {
     }
 
     pub(super) fn wake(&self) -> Option<Millis> {
-        self.up.iter().chain(&self.down).filter_map(|flight| flight.line.wake()).min()
+        let (up, down) = (self.up.iter().map(|flight| &flight.line), self.down.iter().map(|flight| &flight.line));
+        up.chain(down).filter_map(Line::wake).min()
     }
 
     /// Takes a datagram that a peer sent.
-    pub(super) fn arrived(&mut self, now: Millis, from: SocketAddr, bytes: &[u8]) {
-        let flight = self.flight(now, from, bytes);
-        put(&mut self.up, flight);
+    pub(super) fn arrived(&mut self, now: Millis, from: SocketAddrV4, bytes: &[u8]) {
+        let line = self.line(now, bytes);
+        put(&mut self.up, Flight { peer: from, line });
     }
 
     /// Takes an announcement of the rig.
     pub(super) fn announce(&mut self, now: Millis, bytes: &[u8]) {
-        self.answer(now, self.to, bytes);
+        self.put_down(now, self.to, bytes);
     }
 
-    /// Takes an answer of the rig for a peer.
-    pub(super) fn answer(&mut self, now: Millis, to: SocketAddr, bytes: &[u8]) {
-        let flight = self.flight(now, to, bytes);
-        put(&mut self.down, flight);
+    /// Takes a datagram of the rig for a peer.
+    pub(super) fn answer(&mut self, now: Millis, to: SocketAddrV4, bytes: &[u8]) {
+        let is_v6 = self.socket.local_addr().is_ok_and(|here| here.is_ipv6());
+        let ip = if is_v6 { to.ip().to_ipv6_mapped().into() } else { IpAddr::from(*to.ip()) };
+        self.put_down(now, SocketAddr::new(ip, to.port()), bytes);
+    }
+
+    fn put_down(&mut self, now: Millis, to: SocketAddr, bytes: &[u8]) {
+        let line = self.line(now, bytes);
+        put(&mut self.down, Flight { peer: to, line });
     }
 
     /// Next datagram for the rig.
-    pub(super) fn pop(&mut self, now: Millis) -> Option<(SocketAddr, Vec<u8>)> {
+    pub(super) fn pop(&mut self, now: Millis) -> Option<(SocketAddrV4, Vec<u8>)> {
         pop(&mut self.up, now)
     }
 
@@ -103,31 +110,34 @@ impl Datagrams {
         }
     }
 
-    fn flight(&mut self, now: Millis, peer: SocketAddr, bytes: &[u8]) -> Flight {
+    /// Line of a new datagram, which has faults of its own.
+    fn line(&mut self, now: Millis, bytes: &[u8]) -> Line {
         self.seed = self.seed.wrapping_add(1);
         let mut line = Line::new(self.faults, self.seed);
         line.push(now, bytes);
-        Flight { peer, line }
+        line
     }
 }
 
-fn put(flights: &mut Vec<Flight>, flight: Flight) {
+fn put<Peer>(flights: &mut Vec<Flight<Peer>>, flight: Flight<Peer>) {
     if flight.line.held() > 0 && flights.len() < ON_THE_WAY {
         flights.push(flight);
     }
 }
 
-fn pop(flights: &mut Vec<Flight>, now: Millis) -> Option<(SocketAddr, Vec<u8>)> {
+fn pop<Peer: Copy>(flights: &mut Vec<Flight<Peer>>, now: Millis) -> Option<(Peer, Vec<u8>)> {
     flights.retain(|flight| flight.line.held() > 0);
     flights.iter_mut().find_map(|flight| Some((flight.peer, flight.line.pop(now)?)))
 }
 
-/// Receives datagrams until the server has ended.
+/// Receives datagrams until the server has ended. Peers have addresses of IPv4, as the protocol has no others.
 async fn hear(socket: Arc<UdpSocket>, door: mpsc::Sender<Event>) {
     let mut buffer = [0; 2048];
     loop {
         match socket.recv_from(&mut buffer).await {
             Ok((len, from)) => {
+                let IpAddr::V4(ip) = from.ip().to_canonical() else { continue };
+                let from = SocketAddrV4::new(ip, from.port());
                 let bytes = buffer.get(..len).unwrap_or_default().to_vec();
                 if door.send(Event::Datagram { from, bytes }).await.is_err() {
                     return;

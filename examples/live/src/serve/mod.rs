@@ -12,7 +12,7 @@ mod listen;
 mod pty;
 mod record;
 
-use std::net::SocketAddr;
+use std::net::SocketAddrV4;
 use std::time::Duration;
 
 use motion_core::time::Millis;
@@ -96,7 +96,7 @@ enum Event {
     Came(Came),
     Piece { client: u64, bytes: Vec<u8> },
     Gone { client: u64, why: String },
-    Datagram { from: SocketAddr, bytes: Vec<u8> },
+    Datagram { from: SocketAddrV4, bytes: Vec<u8> },
 }
 
 /// Server of a rig, with its lines and the clock of the computer.
@@ -112,8 +112,6 @@ pub struct Server<R> {
     clients: u64,
     record: Option<Record>,
     datagrams: Option<Datagrams>,
-    /// Sender of the datagram that the rig handles now.
-    asker: Option<SocketAddr>,
     door: mpsc::Sender<Event>,
     events: mpsc::Receiver<Event>,
 }
@@ -135,7 +133,6 @@ impl<R: Rig> Server<R> {
             clients: 0,
             record,
             datagrams,
-            asker: None,
             door: door.clone(),
             events,
         };
@@ -227,10 +224,8 @@ impl<R: Rig> Server<R> {
         }
         self.settle(now);
         while let Some((from, bytes)) = self.datagrams.as_mut().and_then(|datagrams| datagrams.pop(now)) {
-            self.asker = Some(from);
-            self.rig.datagram(now, &bytes);
+            self.rig.datagram(now, from, &bytes);
             self.settle(now);
-            self.asker = None;
         }
         for index in 0..R::LINES {
             self.carry(now, LineId(index));
@@ -325,9 +320,9 @@ impl<R: Rig> Server<R> {
                         datagrams.announce(now, &bytes);
                     }
                 }
-                Outgoing::Answer(bytes) => {
-                    if let (Some(datagrams), Some(asker)) = (&mut self.datagrams, self.asker) {
-                        datagrams.answer(now, asker, &bytes);
+                Outgoing::Datagram(to, bytes) => {
+                    if let Some(datagrams) = &mut self.datagrams {
+                        datagrams.answer(now, to, &bytes);
                     }
                 }
                 // A rig opens no lines.

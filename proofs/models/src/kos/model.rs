@@ -1,19 +1,19 @@
 //! Possible events, and the properties.
 
 use kos_proto::device::{self, Report};
-use kos_proto::host::{self, Event, MoveState};
+use kos_proto::host::{self, Command, Event, MoveState, Outcome};
 use kos_proto::message::ErrorCode;
-use motion_core::time::Millis;
+use kos_proto::Millis;
+use laws::world::{Fate, Faults};
 use stateright::{Model, Property};
 
 use super::{Action, Breach, Kos, Link, MOTOR, SESSION, State, Told, Wish};
-use crate::line::{Fate, Faults};
 
 type Holds = fn(&Kos, &State) -> bool;
 
 impl State {
     fn due(&self) -> Option<Millis> {
-        self.host_wake.into_iter().chain(self.device_wake).min().map(|due| due.max(self.now))
+        self.both.host.wake.into_iter().chain(self.both.device.wake).min().map(|due| due.max(self.both.now))
     }
 }
 
@@ -33,18 +33,18 @@ impl Model for Kos {
         actions.extend(wishes.map(|(place, _)| Action::Wish(place)));
         let host_hears = state.link == Link::Up || matches!(state.link, Link::Cut { host: false, .. });
         if state.link.is_open_for_device() {
-            actions.extend(state.to_device.fates().map(Action::ToDevice));
+            actions.extend(state.both.up.fates().map(Action::ToDevice));
         }
         if host_hears {
-            actions.extend(state.to_host.fates().map(Action::ToHost));
+            actions.extend(state.both.down.fates().map(Action::ToHost));
         }
         let cuts = state.link == Link::Up && state.cuts > 0;
         let opening = state.link == Link::Opening;
-        let quiet = !host_hears || state.to_host.is_empty();
-        let quiet = quiet && (!state.link.is_open_for_device() || state.to_device.is_empty());
+        let quiet = !host_hears || state.both.down.is_empty();
+        let quiet = quiet && (!state.link.is_open_for_device() || state.both.up.is_empty());
         let goes_on = state.jumps > 0 && (quiet || !self.prompt);
-        let due = state.due().filter(|&due| due == state.now || goes_on);
-        let wakes = |wake: Option<Millis>| due.is_some() && wake.map(|wake| wake.max(state.now)) == due;
+        let due = state.due().filter(|&due| due == state.both.now || goes_on);
+        let wakes = |wake: Option<Millis>| due.is_some() && wake.map(|wake| wake.max(state.both.now)) == due;
         let possible = [
             (opening, Action::Opens),
             (opening && state.cuts > 0, Action::OpensNot),
@@ -53,8 +53,8 @@ impl Model for Kos {
             (matches!(state.link, Link::Cut { device: false, .. }), Action::DeviceSees),
             (state.rig.can_arrive(), Action::Arrives),
             (state.failures > 0, Action::Fails),
-            (wakes(state.host_wake), Action::HostWakes),
-            (wakes(state.device_wake), Action::DeviceWakes),
+            (wakes(state.both.host.wake), Action::HostWakes),
+            (wakes(state.both.device.wake), Action::DeviceWakes),
         ];
         actions.extend(possible.into_iter().filter(|(can, _)| *can).map(|(_, action)| action));
     }
@@ -68,24 +68,26 @@ impl Model for Kos {
         match action {
             Action::Wish(place) => {
                 let (wish, _) = self.script.get(usize::from(place))?;
-                *state.wishes.get_mut(usize::from(place))? -= 1;
-                let before = state.host.clone();
-                let command = self.command(*wish);
-                let (_, output) = motion_core::machine::Machine::step(before, state.now, host::Input::Command(command));
-                // A refused request changes nothing that is not reached otherwise.
-                if output.events.iter().any(|event| matches!(event, Event::Refused(_))) {
+                let left = state.wishes.get_mut(usize::from(place))?;
+                *left -= 1;
+                let (token, command) = (Self::token(place, *left), self.command(*wish));
+                let input = host::Input::Command(token, command);
+                let output = state.both.host.machine.clone().advance(state.both.now, input);
+                let refused = |event: &Event<'_>| matches!(event, Event::Ended { token: ended, outcome: Outcome::Refused(_) } if *ended == token);
+                // A refused request changes nothing that is not reached otherwise, except a stop without a connection.
+                if !matches!(command, Command::Stop | Command::StopMotor(_)) && output.events().any(refused) {
                     return None;
                 }
-                self.host(state, host::Input::Command(command));
+                self.host(state, input);
             }
             Action::ToDevice(fate) => {
-                if let Some((send, sound)) = state.to_device.meet(fate) {
-                    self.arrives_at_device(state, send, sound);
+                if let Some((message, is_undamaged)) = state.both.up.meet(fate) {
+                    self.arrives_at_device(state, &message, is_undamaged);
                 }
             }
             Action::ToHost(fate) => {
-                if let Some((what, sound)) = state.to_host.meet(fate) {
-                    self.arrives_at_host(state, &what, sound);
+                if let Some((message, is_undamaged)) = state.both.down.meet(fate) {
+                    self.arrives_at_host(state, &message, is_undamaged);
                 }
             }
             Action::HostWakes => {
@@ -99,22 +101,22 @@ impl Model for Kos {
             Action::Opens => self.open(state),
             Action::OpensNot => {
                 state.cuts -= 1;
-                self.host(state, host::Input::Closed);
+                self.host(state, host::Input::LinkDown);
             }
             Action::Cut => {
                 state.cuts -= 1;
                 state.link = Link::Cut { host: false, device: false };
             }
             Action::HostSees => {
-                state.to_host.cut();
-                self.host(state, host::Input::Closed);
+                state.both.down.cut();
+                self.host(state, host::Input::LinkDown);
             }
             Action::DeviceSees => {
                 let Link::Cut { host, .. } = state.link else { return None };
-                state.to_device.cut();
+                state.both.up.cut();
                 state.link = if host { Link::Down } else { Link::Cut { host, device: true } };
-                self.device(state, device::Input::Closed(SESSION));
-                if state.rig.is_driven() && !state.device.playback().runs() {
+                self.device(state, device::Input::LinkDown(SESSION));
+                if state.rig.is_driven() && !state.both.device.machine.playback().runs() {
                     state.ledger.breach(Breach::StopNotObeyed);
                 }
             }
@@ -140,6 +142,8 @@ impl Model for Kos {
                 Breach::Repeated => |_, state| state.ledger.breached() != Some(Breach::Repeated),
                 Breach::StopForgotten => |_, state| state.ledger.breached() != Some(Breach::StopForgotten),
                 Breach::NotOver => |_, state| state.ledger.breached() != Some(Breach::NotOver),
+                Breach::EndedTwice => |_, state| state.ledger.breached() != Some(Breach::EndedTwice),
+                Breach::NotStopped => |_, state| state.ledger.breached() != Some(Breach::NotStopped),
             }
         }
         let mut properties = vec![
@@ -150,6 +154,16 @@ impl Model for Kos {
             Property::always("nothing of the never-retry list is repeated", never(Breach::Repeated)),
             Property::always("no stop is given up silently", never(Breach::StopForgotten)),
             Property::always("a move that is reported as over is over", never(Breach::NotOver)),
+            Property::always("every command ends once", never(Breach::EndedTwice)),
+            Property::always("everything rests when a stop is reported as confirmed", never(Breach::NotStopped)),
+            // A doubled report that a motor rests may be taken for the next one.
+            Property::always("the client knows that something may move", |kos: &Kos, state: &State| {
+                let host = &state.both.host.machine;
+                state.rig.rests() || host.may_move() || (kos.faults.doubled > 0 && state.ledger.harmed)
+            }),
+            Property::always("no command is open without a connection", |_: &Kos, state: &State| {
+                state.both.host.machine.state().is_connected() || state.open == 0
+            }),
             Property::always("every question and every stop ends in time", |_: &Kos, state: &State| {
                 state.ends_in_time()
             }),
@@ -165,7 +179,7 @@ impl Model for Kos {
             (true, "a stop is confirmed", |_, state| state.told.stopped),
             (breaks, "a stop is not confirmed", |_, state| state.told.not_confirmed),
             (true, "everything rests after a stop", |_, state| {
-                let over = state.is_settled() && state.host.move_state() == MoveState::NoMove;
+                let over = state.is_settled() && state.both.host.machine.move_state() == MoveState::NoMove;
                 over && state.ledger.stopped && state.rig.rests()
             }),
             (plays, "a move is played to its end", |_, state| state.told.finished),
@@ -184,8 +198,8 @@ impl State {
     /// Advances time to the next deadline.
     fn go_on(&mut self) {
         if let Some(due) = self.due() {
-            self.jumps -= u8::from(due > self.now);
-            self.now = due;
+            self.jumps -= u8::from(due > self.both.now);
+            self.both.now = due;
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Rig of one motor, as simple as possible: the motor rests, moves to a target, runs, or comes to rest.
 
+use kos_proto::Millis;
 use kos_proto::device::{Event, Report};
 use kos_proto::host::Go;
 use kos_proto::message::{MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
-use motion_core::time::Millis;
 
 /// The motor of the rig.
 pub const MOTOR: MotorAddress = MotorAddress(1);
@@ -54,7 +54,7 @@ impl Rig {
     }
 
     /// Follows an event of the device; `false` if that would start a second motion.
-    pub(super) fn follow(&mut self, now: Millis, event: &Event) -> bool {
+    pub(super) fn follow(&mut self, now: Millis, event: &Event<'_>) -> bool {
         let (rests, plays) = (self.motor == Motor::Rests, self.plays.is_some());
         match *event {
             Event::Move { to, .. } => {

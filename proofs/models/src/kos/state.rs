@@ -1,13 +1,14 @@
 //! State of the world, with the part of the past that the properties need.
 
-use kos_proto::device::{self, DeviceMachine, What, playback};
-use kos_proto::host::{self, Command, Event, HostMachine, Move, MoveState, Send};
+use std::fmt;
+
+use kos_proto::device::{self, Contents, playback};
+use kos_proto::host::{self, Command, Event, Move, MoveState, Outcome, StopTarget, Token, Transmit};
 use kos_proto::message::PlaybackState;
-use kos_proto::{DeviceMessage, HostMessage};
-use motion_core::time::Millis;
+use kos_proto::{DeviceMessage, Effect, HostMessage, Millis};
 
 use super::rig::Rig;
-use crate::line::Line;
+use super::world::{World, frame};
 
 /// State of the connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -38,23 +39,16 @@ impl Link {
 /// State of the world.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct State {
-    pub(super) now: Millis,
-    /// The client.
-    pub host: HostMachine,
-    /// The device.
-    pub device: DeviceMachine,
-    pub(super) host_wake: Option<Millis>,
-    pub(super) device_wake: Option<Millis>,
-    /// Messages to the device.
-    pub to_device: Line<Send>,
-    /// Messages to the client.
-    pub to_host: Line<What>,
+    /// Client, device, and the messages between them.
+    pub(crate) both: World,
     /// The connection.
     pub link: Link,
     /// The rig.
     pub rig: Rig,
     /// Number of times that each request of the script may still come.
     pub(super) wishes: [u8; 8],
+    /// Commands that have not ended: bit n for token n.
+    pub(super) open: u32,
     pub(super) jumps: u8,
     pub(super) cuts: u8,
     pub(super) failures: u8,
@@ -81,6 +75,10 @@ pub enum Breach {
     StopForgotten,
     /// A move was reported as over, but it was not.
     NotOver,
+    /// A command ended that was not open.
+    EndedTwice,
+    /// A stop was reported as confirmed, but not everything rests.
+    NotStopped,
 }
 
 /// Reports to the application in the last step, as far as the properties need them.
@@ -116,8 +114,8 @@ enum Request {
 #[expect(clippy::struct_excessive_bools, reason = "the events are independent of each other")]
 pub struct Ledger {
     breach: Option<Breach>,
-    /// Time by which a question of the application has to end.
-    pub(super) asked: Option<Millis>,
+    /// Question of the application, and the time by which it has to end.
+    pub(super) asked: Option<(Token, Millis)>,
     /// Time by which a stop has to be confirmed, or reported as not confirmed.
     pub(super) stopping: Option<Millis>,
     /// Whether the next connection has to start with a stop.
@@ -133,11 +131,6 @@ pub struct Ledger {
     request: Option<Request>,
     /// Number of moves that were started by a command, less those that the device began.
     owed: i8,
-}
-
-/// Whether the request stops something.
-pub(super) fn is_stop(send: Send) -> bool {
-    matches!(send, Send::StopPlayback) || matches!(send, Send::MoveTo(go) if go.speed.0 == 0.0)
 }
 
 impl Ledger {
@@ -160,18 +153,18 @@ impl Ledger {
         self.request = Some(request);
     }
 
-    fn sent(&mut self, input: &host::Input<'_>, send: &Send) {
-        let command = if let host::Input::Command(command) = input { Some(command) } else { None };
+    fn sent(&mut self, input: &host::Input<'_>, transmit: &Transmit<'_>) {
+        let command = if let host::Input::Command(_, command) = input { Some(command) } else { None };
         // A request that must not be repeated is sent only in the step of its command. A command to a position may
         // wait.
-        let wanted = match send {
-            send if send.is_repeatable() => true,
-            Send::Trajectory => matches!(command, Some(Command::Load { .. } | Command::PlayDirect { .. })),
-            Send::Setup { .. } => matches!(command, Some(Command::Load { .. })),
-            Send::Start(_) => matches!(command, Some(Command::Play | Command::PlayDirect { .. })),
-            Send::RapidToFirstKeyFrame => matches!(command, Some(Command::RapidToFirstKeyFrame)),
-            Send::Bump(_) => matches!(command, Some(Command::Bump(_))),
-            Send::MoveTo(_) => {
+        let wanted = match transmit {
+            transmit if transmit.conduct().repeatable => true,
+            Transmit::Trajectory => matches!(command, Some(Command::Load { .. } | Command::PlayDirect { .. })),
+            Transmit::Setup { .. } => matches!(command, Some(Command::Load { .. })),
+            Transmit::Start(_) => matches!(command, Some(Command::Play | Command::PlayDirect { .. })),
+            Transmit::RapidToFirstKeyFrame => matches!(command, Some(Command::RapidToFirstKeyFrame)),
+            Transmit::Bump(_) => matches!(command, Some(Command::Bump(_))),
+            Transmit::MoveTo(_) => {
                 let direct = matches!(command, Some(Command::MoveTo(_) | Command::Jog { .. }));
                 direct || (std::mem::take(&mut self.waits) && *input == host::Input::Wake)
             }
@@ -180,15 +173,15 @@ impl Ledger {
         if !wanted {
             self.breach(Breach::Repeated);
         }
-        match send {
-            send if is_stop(*send) => self.request = None,
-            Send::Setup { delay_return: false, .. } | Send::RapidToFirstKeyFrame => self.request(Request::Move),
-            Send::Start(_) => {
+        match transmit {
+            transmit if transmit.conduct().is_stop() => self.request = None,
+            Transmit::Setup { delay_return: false, .. } | Transmit::RapidToFirstKeyFrame => self.request(Request::Move),
+            Transmit::Start(_) => {
                 self.owed += 1;
                 self.request(Request::Move);
             }
-            Send::Bump(_) => self.request(Request::Distance),
-            Send::MoveTo(_) => self.request(Request::Position),
+            Transmit::Bump(_) => self.request(Request::Distance),
+            Transmit::MoveTo(_) => self.request(Request::Position),
             _ => {}
         }
     }
@@ -210,59 +203,93 @@ impl Ledger {
     }
 }
 
+impl fmt::Display for State {
+    /// Writes the states of both machines, the rig, and the messages on their way.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (host, device) = (self.both.host.machine.move_state(), self.both.device.machine.playback());
+        write!(f, "{host} {device} {:?} {:?}", self.link, self.rig)?;
+        for message in self.both.up.iter() {
+            write!(f, " > {:?}", HostMessage::decode(&frame(message)))?;
+        }
+        for message in self.both.down.iter() {
+            write!(f, " < {:?}", DeviceMessage::decode(&frame(message)))?;
+        }
+        write!(f, " {:?}", self.ledger)
+    }
+}
+
 impl State {
-    /// Records the step of the client.
-    pub(super) fn ledger_of_host(&mut self, input: &host::Input<'_>, output: &host::Output) {
-        let connected = self.host.state().is_connected();
-        let timeouts = host::Options::default();
+    /// Records the step of the client. Reports of the device are `clear` if none of them comes twice.
+    pub(super) fn ledger_of_host(&mut self, input: &host::Input<'_>, output: &host::Output<'_>, clear: bool) {
+        let connected = self.both.host.machine.state().is_connected();
+        let (now, timeouts) = (self.both.now, host::Options::default());
         let ledger = &mut self.ledger;
-        let unconfirmed = output.events.contains(&Event::StopNotConfirmed(None));
+        let first = output.effects.first();
+        let stops_all = first == Some(&Effect::Transmit(Transmit::StopPlayback));
+        let stops = matches!(first, Some(Effect::Transmit(transmit)) if transmit.conduct().is_stop());
+        let unconfirmed = output.events().any(|event| *event == Event::StopNotConfirmed(StopTarget::All));
+        if let host::Input::Command(token, _) = input {
+            self.open |= 1 << token.0;
+        }
         match input {
-            host::Input::Command(Command::Stop)
-                if connected != output.send.starts_with(&[Send::StopPlayback]) || connected == unconfirmed =>
-            {
+            host::Input::Command(_, Command::Stop) if connected != stops_all || connected == unconfirmed => {
                 ledger.breach(Breach::StopNotSent);
             }
-            host::Input::Command(Command::StopMotor(_))
-                if connected && !output.send.first().is_some_and(|send| is_stop(*send)) =>
-            {
+            host::Input::Command(_, Command::StopMotor(_)) if connected && !stops => {
                 ledger.breach(Breach::StopNotSent);
             }
-            host::Input::Command(Command::MoveTo(_) | Command::Jog { .. }) => ledger.waits = output.send.is_empty(),
-            host::Input::Command(Command::Get(..)) => ledger.asked = Some(self.now.after(timeouts.request_timeout)),
-            host::Input::Command(Command::Disconnect) => ledger.unstopped = false,
-            host::Input::Opened if ledger.unstopped => {
+            host::Input::Command(_, Command::MoveTo(_) | Command::Jog { .. }) => {
+                ledger.waits = output.transmits().next().is_none();
+            }
+            host::Input::Command(token, Command::Get(_)) => {
+                ledger.asked = Some((*token, now.after(timeouts.request_timeout())));
+            }
+            host::Input::Command(_, Command::Disconnect) => ledger.unstopped = false,
+            host::Input::LinkUp if ledger.unstopped => {
                 ledger.unstopped = false;
-                if !output.send.starts_with(&[Send::StopPlayback]) {
+                if !stops_all {
                     ledger.breach(Breach::StopForgotten);
                 }
             }
             host::Input::Received(message) => ledger.heard(message),
             _ => {}
         }
-        for send in &output.send {
-            ledger.sent(input, send);
+        for transmit in output.transmits() {
+            ledger.sent(input, transmit);
         }
         let mut told = Told::default();
-        let mut closed = false;
-        for event in &output.events {
-            match event {
-                Event::Answered(..) => told.answered = true,
-                Event::Failed(..) => told.failed = true,
-                Event::StopNotConfirmed(None) => told.not_confirmed = true,
+        let (mut closed, mut obeyed) = (false, false);
+        for event in output.events() {
+            match *event {
+                Event::Ended { token, outcome } => {
+                    let bit = 1 << token.0;
+                    if self.open & bit == 0 {
+                        ledger.breach(Breach::EndedTwice);
+                    }
+                    self.open &= !bit;
+                    if ledger.asked.is_some_and(|(asked, _)| asked == token) {
+                        ledger.asked = None;
+                        (told.answered, told.failed) =
+                            (matches!(outcome, Outcome::Done(Some(_))), matches!(outcome, Outcome::Failed(_)));
+                    }
+                }
+                Event::StopNotConfirmed(StopTarget::All) => told.not_confirmed = true,
+                Event::Stopped(StopTarget::All) => {
+                    told.stopped = true;
+                    if clear && !self.rig.rests() {
+                        ledger.breach(Breach::NotStopped);
+                    }
+                }
                 Event::Move(Move::Finished { requested }) => {
-                    (told.stopped, told.finished) = (*requested, !*requested);
-                    if self.device.playback().runs() {
+                    (obeyed, told.finished) = (requested, !requested);
+                    if self.both.device.machine.playback().runs() {
                         ledger.breach(Breach::NotOver);
                     }
                 }
                 Event::Move(Move::Found(_)) => told.found = true,
-                Event::Closed(_) => closed = true,
+                Event::LinkDown(_) => closed = true,
                 _ => {}
             }
-        }
-        if told.answered || told.failed {
-            ledger.asked = None;
         }
         if closed {
             // Everything that was not confirmed is reported, and the next connection starts with a stop.
@@ -272,29 +299,27 @@ impl State {
             (ledger.request, ledger.waits, ledger.reconnected, ledger.owed) = (None, false, true, 0);
         }
         ledger.stopped |= told.stopped;
-        if told.stopped || told.not_confirmed {
+        if obeyed || told.not_confirmed {
             ledger.stopping = None;
         }
         if told.not_confirmed && !connected {
-            ledger.unstopped = true;
+            ledger.unstopped = !matches!(input, host::Input::Command(_, Command::Disconnect));
         }
-        if output.send.contains(&Send::StopPlayback) {
-            ledger.stopping = Some(self.now.after(timeouts.stop_timeout));
+        if output.transmits().any(|transmit| *transmit == Transmit::StopPlayback) {
+            ledger.stopping = Some(now.after(timeouts.stop_timeout()));
         }
         self.told = told;
     }
 
     /// Records the step of the device, which the rig has followed already.
-    pub(super) fn ledger_of_device(&mut self, input: &device::Input<'_>, output: &device::Output) {
+    pub(super) fn ledger_of_device(&mut self, input: &device::Input<'_>, output: &device::Output<'_>) {
         let device::Input::Received { message, .. } = input else { return };
-        let says = |wanted| {
-            let mut said = output.send.iter().map(|send| &send.what);
-            said.any(|what| matches!(what, What::PlaybackStatus { state, .. } if *state == wanted))
-        };
         let obeyed = match message {
             HostMessage::StopPlayback(_) => {
-                let empty = self.device.playback() == playback::State::Empty;
-                output.events.contains(&device::Event::StopAll) && empty && says(PlaybackState::FULL_STOP)
+                let empty = self.both.device.machine.playback() == playback::State::Empty;
+                let says = |contents: &Contents<'_>| matches!(contents, Contents::PlaybackStatus { state, .. } if *state == PlaybackState::FULL_STOP);
+                let told = output.transmits().any(|transmit| says(&transmit.contents));
+                empty && told && output.events().any(|event| *event == device::Event::StopAll)
             }
             HostMessage::SetPositionSpeedAcceleration(message) if message.is_stop() => true,
             _ => return self.begun(message),
@@ -317,8 +342,8 @@ impl State {
     /// Whether all messages have arrived, over a sound connection, at a client that knows the device.
     #[must_use]
     pub fn is_settled(&self) -> bool {
-        let quiet = self.to_device.is_empty() && self.to_host.is_empty();
-        let knows = matches!(self.host.state(), host::State::Ready | host::State::Locked);
+        let quiet = self.both.up.is_empty() && self.both.down.is_empty();
+        let knows = matches!(self.both.host.machine.state(), host::State::Ready | host::State::Locked);
         quiet && self.link == Link::Up && knows
     }
 
@@ -326,16 +351,16 @@ impl State {
     #[must_use]
     pub fn agrees(&self) -> bool {
         use playback::State as Device;
-        let device = self.device.playback();
+        let (host, device) = (&self.both.host.machine, self.both.device.machine.playback());
         if self.ledger.harmed {
-            return !device.runs() || self.host.moves();
+            return !device.runs() || host.may_move();
         }
-        match self.host.move_state() {
+        match host.move_state() {
             // After another connection, a move that is only ready is not a move of this client (decision K-S17), and no
             // status says that a move is on its way home.
             MoveState::NoMove if self.ledger.reconnected => {
                 let homing = matches!(device, Device::HomingSetup | Device::HomingStart | Device::HomingRapid);
-                !device.runs() || homing || self.host.moves()
+                !device.runs() || homing || host.may_move()
             }
             MoveState::NoMove | MoveState::Stopping => device == Device::Empty,
             MoveState::SettingUp => device == Device::HomingSetup,
@@ -351,8 +376,8 @@ impl State {
     /// Whether every open question and stop ends in time, because the client wakes for it.
     #[must_use]
     pub fn ends_in_time(&self) -> bool {
-        let wakes =
-            |due: Option<Millis>| due.is_none_or(|due| self.host_wake.is_some_and(|wake| wake <= due.max(self.now)));
-        wakes(self.ledger.asked) && wakes(self.ledger.stopping)
+        let in_time = |due: Millis| self.both.host.wake.is_some_and(|wake| wake <= due.max(self.both.now));
+        let asked = self.ledger.asked.map(|(_, due)| due);
+        asked.is_none_or(in_time) && self.ledger.stopping.is_none_or(in_time)
     }
 }

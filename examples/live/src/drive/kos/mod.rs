@@ -4,7 +4,7 @@
 //! connects again and follows the move to its end.
 
 mod discover;
-mod hand;
+mod motors;
 mod moves;
 pub mod plan;
 #[cfg(test)]
@@ -14,7 +14,7 @@ use std::fmt;
 use std::io::Write;
 use std::time::Duration;
 
-use kos_proto::host::{self, CloseReason, Get, MoveState, Refusal};
+use kos_proto::host::{self, Failure, Get, LinkDownReason, MoveState, Outcome, Refusal, StopTarget, Token};
 use kos_proto::message::{ErrorCode, Motor, MotorAddress, Rotations, Seconds};
 use motion_core::time::Millis;
 use rigs::Host as _;
@@ -30,21 +30,21 @@ impl Driven for KosHost {
     const OPENS: bool = true;
 
     fn may_move(&self) -> bool {
-        Self::may_move(self)
+        self.machine().may_move()
     }
 
     fn stop_all(&mut self, now: Millis) {
         // The pauses between attempts to connect again become longer. A stop does not wait for the next attempt.
         if matches!(self.machine().state(), host::State::Discovering | host::State::Disconnected) {
-            self.command(now, Order::Connect);
+            self.command(now, (Token::default(), Order::Connect));
         }
-        self.command(now, Order::Do(host::Command::Stop));
+        self.command(now, (Token::default(), Order::Machine(host::Command::Stop)));
     }
 
     fn stopped(event: &Event) -> Option<Stopped> {
         match event {
-            Event::Stopped => Some(Stopped::Confirmed),
-            Event::Told(host::Event::StopNotConfirmed(_)) => Some(Stopped::NotConfirmed),
+            Event::Machine(host::Event::Stopped(StopTarget::All)) => Some(Stopped::Confirmed),
+            Event::Machine(host::Event::StopNotConfirmed(_)) => Some(Stopped::NotConfirmed),
             _ => None,
         }
     }
@@ -78,7 +78,7 @@ pub async fn drive(
     options: &Options,
     out: &mut (dyn Write + Send),
 ) -> Result<(), Trouble> {
-    let mut drive = Drive { session, options: *options, out, said: None, error: None };
+    let mut drive = Drive { session, options: *options, out, token: Token::default(), said: None, error: None };
     if *command == Command::Stop {
         return drive.stop().await;
     }
@@ -101,6 +101,8 @@ struct Drive<'s> {
     session: &'s mut Session<KosHost>,
     options: Options,
     out: &'s mut (dyn Write + Send),
+    /// Token of the last command.
+    token: Token,
     /// Time at which progress was printed last.
     said: Option<Instant>,
     /// Last failure that the rig reported.
@@ -122,8 +124,15 @@ impl Drive<'_> {
         self.say(line)
     }
 
-    fn order(&mut self, command: host::Command) {
-        self.session.command(Order::Do(command));
+    /// Gives a command to the client.
+    fn order(&mut self, order: Order) -> Token {
+        self.token.0 += 1;
+        self.session.command((self.token, order));
+        self.token
+    }
+
+    fn command(&mut self, command: host::Command) -> Token {
+        self.order(Order::Machine(command))
     }
 
     /// Next event within a time, or the trouble that it means. A failure that the rig reports is stored in `error`.
@@ -132,16 +141,18 @@ impl Drive<'_> {
     async fn next(&mut self, time: Duration) -> Result<Option<Event>, Trouble> {
         let event = self.session.next_within(time).await?;
         match event {
-            Some(Event::Told(host::Event::Error(ErrorCode::LOCKED_OUT, _))) => {
+            Some(Event::Machine(host::Event::Error(ErrorCode::LOCKED_OUT, _))) => {
                 return Err(Trouble::Refused(
                     "wrong password: give the password of the rig with --password".to_owned(),
                 ));
             }
-            Some(Event::Told(host::Event::Error(code, motor))) => self.error = Some((code, motor)),
+            Some(Event::Machine(host::Event::Error(code, motor))) => self.error = Some((code, motor)),
             // A question of this kind is not answered yet. Its answer is enough.
-            Some(Event::Told(host::Event::Refused(Refusal::Busy))) => {}
-            Some(Event::Told(host::Event::Refused(why))) => return Err(refused(why)),
-            Some(Event::Told(host::Event::Locked)) => {
+            Some(Event::Machine(host::Event::Ended { outcome: Outcome::Refused(Refusal::Busy), .. })) => {}
+            Some(Event::Machine(host::Event::Ended { outcome: Outcome::Refused(why), .. })) => {
+                return Err(refused(why));
+            }
+            Some(Event::Machine(host::Event::Locked)) => {
                 return Err(Trouble::Refused("the rig is locked: give its password with --password".to_owned()));
             }
             _ => {}
@@ -165,28 +176,50 @@ impl Drive<'_> {
                     if let Some(found) = look(&event) {
                         return Ok(found);
                     }
-                    if let Event::Told(host::Event::Closed(why)) = event {
-                        return Err(self.closed(why));
+                    if let Event::Machine(host::Event::LinkDown(why)) = event {
+                        return Err(self.lost(why));
                     }
                     if let Some((code, motor)) = self.error {
                         return Err(failed(code, motor));
                     }
                 }
-                None if left.is_zero() => {
-                    return Err(Trouble::Failed(format!("the rig does not report {what}: check what it does")));
-                }
+                None if left.is_zero() => return Err(not_reported(what)),
                 None => {}
             }
         }
     }
 
+    /// Lets a time pass. A failure meanwhile is trouble, and so is a lost connection.
+    async fn pass(&mut self, time: Duration) -> Result<(), Trouble> {
+        let until = Instant::now() + time;
+        self.error = None;
+        loop {
+            let left = until.saturating_duration_since(Instant::now());
+            if let Some(Event::Machine(host::Event::LinkDown(why))) = self.next(left).await? {
+                return Err(self.lost(why));
+            }
+            if let Some((code, motor)) = self.error {
+                return Err(failed(code, motor));
+            }
+            if left.is_zero() {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Waits until a command is done.
+    async fn done(&mut self, token: Token, what: &str, time: Duration) -> Result<(), Trouble> {
+        let outcome = self.wait(what, time, |event| ended(event, token)).await?;
+        is_done(outcome, what)
+    }
+
     /// Trouble that a lost connection means.
-    fn closed(&self, why: CloseReason) -> Trouble {
+    fn lost(&self, why: LinkDownReason) -> Trouble {
         let line = match why {
-            CloseReason::Ended => self.session.why().unwrap_or("the rig closed the connection: is it on?"),
-            CloseReason::Framing => "the received bytes are not kOS: is this the address of a kOS rig?",
-            CloseReason::NoAnswer => "the rig does not identify itself: is this the address of a kOS rig?",
-            CloseReason::Silence => "the rig no longer sends anything: check its power and the network",
+            LinkDownReason::Ended => self.session.why().unwrap_or("the rig closed the connection: is it on?"),
+            LinkDownReason::Framing => "the received bytes are not kOS: is this the address of a kOS rig?",
+            LinkDownReason::NoAnswer => "the rig does not identify itself: is this the address of a kOS rig?",
+            LinkDownReason::Silence => "the rig no longer sends anything: check its power and the network",
             _ => "the rig closed the connection: try again when it runs",
         };
         Trouble::Line(line.to_owned())
@@ -194,8 +227,8 @@ impl Drive<'_> {
 
     /// Connects, and waits until the rig can be used.
     async fn connect(&mut self) -> Result<(), Trouble> {
-        self.session.command(Order::Connect);
-        let ready = |event: &Event| matches!(event, Event::Told(host::Event::Ready { .. })).then_some(());
+        self.order(Order::Connect);
+        let ready = |event: &Event| matches!(event, Event::Machine(host::Event::Ready { .. })).then_some(());
         self.wait("that it is ready", self.options.patience, ready).await
     }
 
@@ -206,15 +239,15 @@ impl Drive<'_> {
     }
 
     fn motors(&self) -> Vec<Motor> {
-        self.session.host().motors().copied().collect()
+        self.session.host().machine().motors().copied().collect()
     }
 
+    /// Answer to a question; `None` if the rig does not answer it.
     async fn ask(&mut self, get: Get) -> Result<Option<Answer>, Trouble> {
-        self.session.command(Order::Ask(get));
+        let token = self.command(host::Command::Get(get));
         self.wait("the answer to a question", self.options.patience, |event| match event {
-            Event::Answer(answer) => Some(Some(answer.clone())),
-            Event::Unanswered(..) => Some(None),
-            _ => None,
+            Event::Answer(answered, answer) if *answered == token => Some(Some(answer.clone())),
+            event => ended(event, token).map(|_| None),
         })
         .await
     }
@@ -250,15 +283,10 @@ impl Drive<'_> {
 
     async fn expose(&mut self, seconds: f64) -> Result<(), Trouble> {
         let exposure = time(seconds, 0.0)?;
-        self.order(host::Command::TakePicture(exposure));
+        self.command(host::Command::TakePicture(exposure));
         // Photos are not answered. The answer to a question after a photo shows that nothing failed.
         self.ask(Get::DeviceInfo).await?;
-        let until = Instant::now() + Duration::from_secs_f64(seconds);
-        while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
-            if let Some(Event::Told(host::Event::Closed(why))) = self.next(left).await? {
-                return Err(self.closed(why));
-            }
-        }
+        self.pass(Duration::from_secs_f64(seconds)).await?;
         self.say(format_args!(
             "the shutter was open for {seconds} s, if a camera is connected: kOS does not confirm photos"
         ))
@@ -266,34 +294,62 @@ impl Drive<'_> {
 
     /// Stops everything at once, and again when the motors of the rig are known.
     async fn stop(&mut self) -> Result<(), Trouble> {
-        self.session.command(Order::Connect);
-        self.order(host::Command::Stop);
+        self.order(Order::Connect);
+        self.command(host::Command::Stop);
         let unconfirmed = || Trouble::Failed("the rig did not confirm the stop: press its emergency stop".to_owned());
         let until = Instant::now() + self.options.patience;
         let (mut stopped, mut ready) = (false, false);
         while !(stopped && ready) {
             let left = until.saturating_duration_since(Instant::now());
             match self.session.next_within(left).await? {
-                Some(Event::Stopped) => stopped = true,
+                Some(event) if KosHost::stopped(&event) == Some(Stopped::Confirmed) => stopped = true,
                 // A stop is also allowed without the password.
-                Some(Event::Told(host::Event::Ready { .. } | host::Event::Locked)) => ready = true,
-                Some(Event::Told(host::Event::Closed(why))) => return Err(self.closed(why)),
+                Some(Event::Machine(host::Event::Ready { .. } | host::Event::Locked)) => ready = true,
+                Some(Event::Machine(host::Event::LinkDown(why))) => return Err(self.lost(why)),
                 None if left.is_zero() => return Err(unconfirmed()),
                 Some(_) | None => {}
             }
         }
-        self.order(host::Command::Stop);
-        let is = |event: &Event| (*event == Event::Stopped).then_some(());
-        self.wait("that all motors rest", self.options.patience, is).await.map_err(|trouble| match trouble {
+        self.all_rest().await.map_err(|trouble| match trouble {
             Trouble::Failed(_) => unconfirmed(),
             trouble => trouble,
         })?;
         self.say(format_args!("all motors rest: the rig confirmed the stop"))
     }
 
+    /// Stops everything, and waits until the rig confirms that all motors rest.
+    async fn all_rest(&mut self) -> Result<(), Trouble> {
+        self.command(host::Command::Stop);
+        let stopped = |event: &Event| (KosHost::stopped(event) == Some(Stopped::Confirmed)).then_some(());
+        self.wait("that all motors rest", self.options.patience, stopped).await
+    }
+
     fn move_state(&self) -> MoveState {
         self.session.host().machine().move_state()
     }
+}
+
+/// Outcome of the command with this token, if the event tells it.
+fn ended(event: &Event, token: Token) -> Option<Outcome<'static>> {
+    match event {
+        Event::Machine(host::Event::Ended { token: ended, outcome }) if *ended == token => Some(*outcome),
+        _ => None,
+    }
+}
+
+/// Checks whether a command that ended is done.
+fn is_done(outcome: Outcome<'_>, what: &str) -> Result<(), Trouble> {
+    match outcome {
+        Outcome::Done(_) | Outcome::Sent => Ok(()),
+        Outcome::Failed(Failure::Stopped) => {
+            Err(Trouble::Failed("the rig was stopped by something else: check the rig".to_owned()))
+        }
+        _ => Err(not_reported(what)),
+    }
+}
+
+fn not_reported(what: &str) -> Trouble {
+    Trouble::Failed(format!("the rig does not report {what}: check what it does"))
 }
 
 /// Time from the command line.
@@ -309,6 +365,7 @@ fn time(seconds: f64, least: f64) -> Result<Seconds, Trouble> {
 fn refused(why: Refusal) -> Trouble {
     Trouble::Refused(
         match why {
+            Refusal::Device(code) => return failed(code, MotorAddress::ALL),
             Refusal::MoveRuns => "a move runs on the rig: stop it first (drive kos ADDRESS stop)",
             Refusal::Moves => "motors of the rig move: stop them first (drive kos ADDRESS stop)",
             Refusal::NoMotor => "the rig has no such motor: see drive kos ADDRESS info",

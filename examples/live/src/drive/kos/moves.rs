@@ -5,8 +5,7 @@ use std::time::Duration;
 
 use examples::moves::Move;
 use kos_proto::host::{self, Move as Told, MoveState};
-use kos_proto::message::{MotorAddress, Normalized, Photos, Seconds};
-use kos_proto::summary::Direction;
+use kos_proto::message::{Direction, MotorAddress, Normalized, Photos, Seconds};
 use kos_proto::trajectory::{Delay, LiveMotion, Loop, Play, Style, TimeLapseMotion, Trajectory};
 use rigs::kos_host::{Command as Order, Event, StoredMove};
 use tokio::time::Instant;
@@ -98,17 +97,16 @@ impl Drive<'_> {
 
     /// Stores a move and makes it ready.
     async fn load(&mut self, stored: StoredMove, way: Direction, delay_return: bool) -> Result<(), Trouble> {
-        self.session.command(Order::Load { stored, way, delay_return });
+        let token = self.order(Order::Load { stored, way, delay_return });
         if !delay_return {
             self.say(format_args!("the motors go to where the move {}", begins(way)))?;
         }
-        let ready = Event::Told(host::Event::Move(Told::Ready));
-        self.wait("that the move is ready", HOME, |event| (*event == ready).then_some(())).await
+        self.done(token, "that the move is ready", HOME).await
     }
 
     async fn play(&mut self, stored: StoredMove, way: Direction) -> Result<(), Trouble> {
         self.load(stored.clone(), way, false).await?;
-        self.order(host::Command::Play);
+        self.command(host::Command::Play);
         match self.follow().await? {
             End::Reached => self.say(format_args!("the move is over")),
             End::Unseen => self.judge(&stored, way).await,
@@ -128,20 +126,20 @@ impl Drive<'_> {
                 )));
             }
             match self.next(left.unwrap_or(Duration::from_mins(1))).await? {
-                Some(Event::Told(host::Event::Closed(_))) => {
+                Some(Event::Machine(host::Event::LinkDown(_))) => {
                     if lost.is_none() {
                         self.say(format_args!("the connection is lost: the move goes on, connecting again"))?;
                     }
                     lost = lost.or_else(|| Some(Instant::now()));
                 }
-                Some(Event::Told(host::Event::Ready { .. })) if lost.is_some() => {
+                Some(Event::Machine(host::Event::Ready { .. })) if lost.is_some() => {
                     if !self.move_state().runs() {
                         return Ok(End::Unseen);
                     }
                     lost = None;
                     self.say(format_args!("the connection is made again, and the move still runs"))?;
                 }
-                Some(Event::Told(host::Event::Move(told))) => match told {
+                Some(Event::Machine(host::Event::Move(told))) => match told {
                     Told::Running(_) | Told::Found(_) => {
                         reached = self.move_state() == MoveState::Ended;
                         self.how_far("the move runs", None)?;
@@ -178,9 +176,7 @@ impl Drive<'_> {
     /// Decides whether a move reached its end, if it was over before the connection was made again. Only the positions
     /// of the motors show that. The motors are stopped first, because only a confirmed stop shows that they rest.
     async fn judge(&mut self, stored: &StoredMove, way: Direction) -> Result<(), Trouble> {
-        self.order(host::Command::Stop);
-        let stopped = |event: &Event| (*event == Event::Stopped).then_some(());
-        self.wait("that all rests", self.options.patience, stopped).await?;
+        self.all_rest().await?;
         let data = stored.data();
         let end = if way == Direction::Forward { 1.0 } else { 0.0 };
         let tracks = Trajectory::new(&data).map_err(|error| Trouble::Failed(error.to_string()))?;

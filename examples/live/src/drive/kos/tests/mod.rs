@@ -2,12 +2,13 @@
 
 mod served;
 
+use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use examples::moves::Move;
 use kos_proto::HostMessage;
-use kos_proto::device::motor::State;
+use kos_proto::device::motor::{Drive, State};
 use kos_proto::message::{MotorAddress, RotationsPerSecondSquared, SetPositionSpeedAcceleration};
 use motion_core::time::Millis;
 use rigs::kos_device::{KosDevice, Setup};
@@ -178,7 +179,7 @@ async fn a_stop_by_another_client_is_reported() {
             let motor = MotorAddress(1);
             let message = SetPositionSpeedAcceleration::stop(motor, None, RotationsPerSecondSquared(100.0));
             let mut bytes = [0; 64];
-            let len = HostMessage::SetPositionSpeedAcceleration(message).encode_into(&mut bytes).unwrap();
+            let len = HostMessage::from(message).encode_into(&mut bytes).unwrap();
             assert!(!served.rests());
             let mut rig = served.rig.lock().unwrap();
             let now = rig.wake().unwrap();
@@ -313,7 +314,7 @@ async fn a_fault_in_a_move_is_reported() {
     let line = done.unwrap_err().to_string();
     assert!(line.starts_with("motor 1 has a fault (RUNAWAY) and has lost its range"), "{said}{line}");
     assert!(said.ends_with(&format!("stop: {:?}\n", Stopped::Confirmed)), "{said}");
-    let calibration = served.rig.lock().unwrap().machine().calibration(MotorAddress(1));
+    let calibration = served.rig.lock().unwrap().machine().motor(MotorAddress(1)).map(Drive::state);
     assert_eq!((calibration, served.rests()), (Some(State::Uncalibrated), true));
 }
 
@@ -328,15 +329,17 @@ async fn a_rig_that_announces_itself_is_found() {
     let answer = async {
         let mut question = [0; 64];
         let (len, from) = speaker.recv_from(&mut question).await.unwrap();
-        rig.datagram(Millis(1), &question[..len]);
-        let Some(Outgoing::Answer(answer)) = rig.poll() else { panic!("the rig answers") };
+        let SocketAddr::V4(asker) = from else { panic!("{from}") };
+        rig.datagram(Millis(1), asker, &question[..len]);
+        let Some(Outgoing::Datagram(to, answer)) = rig.poll() else { panic!("the rig answers") };
+        assert_eq!(to, asker);
         speaker.send_to(b"noise", from).await.unwrap();
         speaker.send_to(&bytes, from).await.unwrap();
         speaker.send_to(&answer, from).await.unwrap();
     };
     let listen = "127.0.0.1:0".parse().unwrap();
     let (found, ()) = tokio::join!(discover(listen, Some(asked), Duration::from_secs(20), false), answer);
-    assert_eq!(std::net::Ipv4Addr::from(found.unwrap()[0].address()), std::net::Ipv4Addr::LOCALHOST);
+    assert_eq!(Ipv4Addr::from(found.unwrap()[0].address()), Ipv4Addr::LOCALHOST);
     let none = discover(listen, None, Duration::from_millis(20), true).await.unwrap_err().to_string();
     assert!(none.contains("no kOS rig announced itself in 0.02 s"), "{none}");
     let taken = discover(asked, None, Duration::from_secs(1), false).await.unwrap_err().to_string();

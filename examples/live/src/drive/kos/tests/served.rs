@@ -14,7 +14,7 @@ use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep_until};
 
 use crate::drive::kos::{Options, drive};
-use crate::drive::{Command, Trouble};
+use crate::drive::{Command, Driven as _, Trouble};
 use crate::session::{Session, Target};
 
 pub(super) const LINE: LineId = LineId(0);

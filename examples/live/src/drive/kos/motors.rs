@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-use kos_proto::host::{self, Get, Go};
+use kos_proto::host::{self, Get, Go, StopTarget};
 use kos_proto::message::{Motor, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
-use rigs::kos_host::{Command as Order, Event};
+use rigs::kos_host::Event;
 use tokio::time::Instant;
 
-use super::{Drive, Shown};
+use super::{Drive, Shown, ended, is_done};
 use crate::drive::Trouble;
 
 /// Time between two signs of life in a jog. Our client stops the jog if it gets none for a second.
@@ -16,6 +16,8 @@ const ALIVE: Duration = Duration::from_millis(250);
 const SPARE: Duration = Duration::from_secs(10);
 /// Greatest distance of a motor at rest from its target, in rotations.
 const NEAR: f64 = 0.01;
+/// Time between two questions where a motor is.
+const SECOND: Duration = Duration::from_secs(1);
 /// Longest time to wait for a move, even if it is slow.
 const LONG: Duration = Duration::from_hours(24);
 
@@ -47,21 +49,17 @@ impl Drive<'_> {
         super::time(seconds, 0.01)?;
         let speed = RotationsPerSecond(if speed < 0.0 { -fast } else { fast });
         let motor = MotorAddress(motor);
-        self.order(host::Command::Jog { motor, speed, acceleration });
+        self.command(host::Command::Jog { motor, speed, acceleration });
         let until = Instant::now() + Duration::from_secs_f64(seconds);
-        self.error = None;
         while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
-            self.order(host::Command::Alive);
-            if let Some(Event::Told(host::Event::Closed(why))) = self.next(left.min(ALIVE)).await? {
-                return Err(self.closed(why));
-            }
-            if let Some((code, motor)) = self.error {
-                return Err(super::failed(code, motor));
-            }
+            self.command(host::Command::Alive);
+            self.pass(left.min(ALIVE)).await?;
             self.progress(format_args!("motor {motor} runs for {:.1} s more", left.as_secs_f64()))?;
         }
-        self.order(host::Command::StopMotor(motor));
-        let at = self.rests(motor, SPARE).await?;
+        self.command(host::Command::StopMotor(motor));
+        let stopped = Event::Machine(host::Event::Stopped(StopTarget::Motor(motor)));
+        self.wait("that the motor rests", SPARE, |event| (*event == stopped).then_some(())).await?;
+        let at = self.motor(motor.0)?.position;
         self.say(format_args!("motor {motor} rests at {}", Shown(at)))
     }
 
@@ -104,18 +102,17 @@ impl Drive<'_> {
         let here = f64::from(known.relative_position().unwrap_or(known.position).0);
         let motor = MotorAddress(motor);
         // The old range would limit the motion.
-        self.order(host::Command::ResetAxis(motor));
+        self.command(host::Command::ResetAxis(motor));
         self.wait("the ranges of its motors", self.options.patience, |event| {
-            (*event == Event::Told(host::Event::Motors)).then_some(())
+            (*event == Event::Machine(host::Event::Motors)).then_some(())
         })
         .await?;
         self.bump(motor, begin - here, pace).await?;
-        self.order(host::Command::MarkBegin(motor));
+        self.command(host::Command::MarkBegin(motor));
         self.say(format_args!("motor {motor} is where its range begins"))?;
         self.bump(motor, end - begin, pace).await?;
-        self.order(host::Command::MarkEnd(motor));
-        let calibrated = Event::Told(host::Event::Calibrated(motor));
-        self.wait("that the range is set", self.options.patience, |event| (*event == calibrated).then_some(())).await?;
+        let token = self.command(host::Command::MarkEnd(motor));
+        self.done(token, "that the range is set", self.options.patience).await?;
         let range = self.motor(motor.0)?.range().unwrap_or_default();
         if (f64::from(range.0) - (end - begin)).abs() > NEAR {
             let line = format!("motor {motor} has a range of {}: something blocked it", Shown(range));
@@ -150,28 +147,23 @@ impl Drive<'_> {
         let Pace { speed, acceleration } = pace;
         let position = Rotations(to.unwrap_or(way) as f32);
         let go = Go { motor, position, speed, acceleration };
-        self.order(if to.is_some() { host::Command::MoveTo(go) } else { host::Command::Bump(go) });
+        let token = self.command(if to.is_some() { host::Command::MoveTo(go) } else { host::Command::Bump(go) });
         let takes = way.abs() / f64::from(speed.0) + f64::from(speed.0) / f64::from(acceleration.0);
         let takes = Duration::try_from_secs_f64(2.0 * takes).unwrap_or(LONG).min(LONG);
-        self.rests(motor, SPARE + takes).await
-    }
-
-    /// Waits until a motor rests.
-    async fn rests(&mut self, motor: MotorAddress, time: Duration) -> Result<Rotations, Trouble> {
-        let until = Instant::now() + time;
+        let until = Instant::now() + SPARE + takes;
+        let what = "that the motor rests";
         loop {
             let left = until.saturating_duration_since(Instant::now());
-            let rests = self.wait("that the motor rests", left.min(Duration::from_secs(1)), |event| match event {
-                Event::Told(host::Event::MotorRests(it, at)) if it.number() == motor.0 => Some(*at),
-                _ => None,
-            });
-            match rests.await {
-                Ok(at) => return Ok(at),
-                Err(Trouble::Failed(_)) if self.error.is_none() && left > Duration::from_secs(1) => {}
+            match self.wait(what, left.min(SECOND), |event| ended(event, token)).await {
+                Ok(outcome) => {
+                    is_done(outcome, what)?;
+                    return Ok(self.motor(motor.0)?.position);
+                }
+                Err(Trouble::Failed(_)) if self.error.is_none() && left > SECOND => {}
                 Err(trouble) => return Err(trouble),
             }
             // The answer comes with the next events, and the position is known then.
-            self.session.command(Order::Ask(Get::MotorInfo));
+            self.command(host::Command::Get(Get::MotorInfo));
             let at = self.motor(motor.0)?.position;
             self.progress(format_args!("motor {motor} moves, at {}", Shown(at)))?;
         }

@@ -1,10 +1,7 @@
-//! What the machine of a device wants done.
+//! Events of the machine, and how the rig carries them out.
 
-use kos_proto::Frame;
-use kos_proto::HostMessage;
 use kos_proto::device::{DeviceMachine, Event, Ignored, SessionId};
-use kos_proto::message::{LedMode, MotorAddress};
-use kos_proto::summary::{Direction, MotorSet};
+use kos_proto::message::{Direction, LedMode, MotorAddress, MotorSet};
 use motion_core::time::Millis;
 use tracing::{debug, info, warn};
 
@@ -14,31 +11,31 @@ use super::{Drive, KosDevice, Line};
 use crate::kos_host::StoredMove;
 use crate::{LineId, Outgoing, Rig as _};
 
-/// Milliseconds that it needs to start.
+/// Time that the device needs to start, in milliseconds.
 const BOOT: u64 = 500;
 
 impl KosDevice {
-    /// Does what the machine wants done.
-    pub(super) fn happens(&mut self, now: Millis, event: Event, given: Option<&Frame<'_>>) {
-        match event {
-            Event::Move { motor, to, speed, acceleration } => {
-                if let Some((it, drive)) = self.motor(motor) {
-                    if it.rests() {
-                        info!("motor {motor} is sent to {:.3}, at {} rev/s", to.0, speed.0);
+    /// Carries out an event of the machine.
+    pub(super) fn event(&mut self, now: Millis, event: &Event<'_>) {
+        match *event {
+            Event::Move { motor: address, to, speed, acceleration } => {
+                if let Some((motor, drive)) = self.motor(address) {
+                    if motor.rests() {
+                        info!("motor {address} is sent to {:.3}, at {} rev/s", to.0, speed.0);
                     } else {
-                        debug!("motor {motor} is sent on to {:.3}, at {} rev/s", to.0, speed.0);
+                        debug!("motor {address} is sent on to {:.3}, at {} rev/s", to.0, speed.0);
                     }
                     drive.goal = None;
-                    it.go_to(now, to.0.into(), speed.0.into(), acceleration.0.into());
+                    motor.go_to(now, to.0.into(), speed.0.into(), acceleration.0.into());
                 }
             }
-            Event::StopMotor { motor, acceleration } => {
-                info!("motor {motor} stops");
-                if let Some((it, drive)) = self.motor(motor) {
+            Event::StopMotor { motor: address, acceleration } => {
+                info!("motor {address} stops");
+                if let Some((motor, drive)) = self.motor(address) {
                     drive.goal = None;
-                    // However gently it is to stop, it stops within a second.
-                    let least = it.at(now).velocity.abs();
-                    it.stop(now, acceleration.map(|acceleration| f64::from(acceleration.0).max(least)));
+                    // The motor stops within a second, however small the acceleration of the command is.
+                    let least = motor.at(now).velocity.abs();
+                    motor.stop(now, acceleration.map(|acceleration| f64::from(acceleration.0).max(least)));
                 }
             }
             Event::StopAll => {
@@ -46,10 +43,7 @@ impl KosDevice {
                 self.stop_all(now);
             }
             Event::Home { way, speed, motors } => {
-                info!(
-                    "its motors go to where the move {}",
-                    if let Stage::At(1.0) = home(way) { "ends" } else { "begins" }
-                );
+                info!("the motors go to where the move {}", if way == Direction::Reverse { "ends" } else { "begins" });
                 self.playing = self.store.trajectory.as_ref().and_then(|stored| {
                     let told = |motor: MotorAddress| {
                         self.drives.get(usize::from(motor.number()).wrapping_sub(1)).map(|drive| drive.told)
@@ -65,9 +59,9 @@ impl KosDevice {
                 }
             }
             Event::MoveToFrame { frame, last } => {
-                debug!("its motors go to place {frame} of {last}");
+                debug!("the motors go to place {frame} of {last}");
                 let part = f64::from(frame) / f64::from(last.max(1));
-                self.go_to_part(now, Stage::At(part), MotorSet::of(self.addresses()), None);
+                self.go_to_part(now, part, MotorSet::of(self.addresses()), None);
             }
             Event::OpenShutter { millis } => {
                 let moment = self.moment();
@@ -79,39 +73,31 @@ impl KosDevice {
                 self.release(now);
                 self.playing = None;
             }
-            event => self.stores(event, given),
-        }
-    }
-
-    /// What is stored, connected and ignored.
-    fn stores(&mut self, event: Event, given: Option<&Frame<'_>>) {
-        let message = given.and_then(|frame| HostMessage::decode(frame).ok());
-        match (event, message) {
-            (Event::Leds { master, slave }, _) => self.store.leds = (master, slave),
-            (Event::StorePassword, Some(HostMessage::SetDevicePassword(given))) => {
+            Event::Leds { master, slave } => self.store.leds = (master, slave),
+            Event::StorePassword(password) => {
                 info!("another password is stored");
-                self.store.password = given.password.0.into();
+                self.store.password = password.0.into();
             }
-            (Event::StoreTrajectory, Some(HostMessage::SetTrajectoryData(data))) => {
+            Event::StoreTrajectory(data) => {
                 info!("a move is stored");
                 self.store.trajectory = StoredMove::new(&data).ok();
             }
-            (Event::BadTrajectory(error), _) => {
+            Event::BadTrajectory(error) => {
                 info!("a move cannot be played: {error}");
                 self.store.trajectory = None;
             }
-            (Event::StorePlatform(platform), _) => self.store.platform = platform,
-            (Event::Close(session, why), _) => {
-                info!("client {} is disconnected: {why:?}", session.0);
+            Event::StorePlatform(platform) => self.store.platform = platform,
+            Event::Disconnect { session, reason } => {
+                info!("client {} is disconnected: {reason:?}", session.0);
                 self.hang_up(session);
             }
-            (Event::Reboot, _) => {
-                info!("it starts anew");
+            Event::Reboot => {
+                info!("the device starts anew");
                 self.start_anew();
             }
-            (Event::Ignored(Ignored::Off), _) => {}
-            (Event::Ignored(why), _) => debug!("ignored: {why:?}"),
-            (event, _) => warn!("nothing is done about {event:?}"),
+            Event::Ignored(Ignored::Off) => {}
+            Event::Ignored(why) => debug!("ignored: {why:?}"),
+            event => warn!("not carried out: {event:?}"),
         }
     }
 
@@ -134,10 +120,10 @@ impl KosDevice {
     }
 }
 
-/// Where a move that is played this way begins.
-const fn home(way: Direction) -> Stage {
+/// Part of the move at which it begins if it is played in this direction.
+const fn home(way: Direction) -> f64 {
     match way {
-        Direction::Forward => Stage::At(0.0),
-        Direction::Reverse => Stage::At(1.0),
+        Direction::Forward => 0.0,
+        Direction::Reverse => 1.0,
     }
 }

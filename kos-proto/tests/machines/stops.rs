@@ -1,0 +1,474 @@
+//! Laws of stops and repetitions, for every command in every state of a client.
+
+use std::collections::BTreeSet;
+
+use kos_proto::host::*;
+use kos_proto::message::*;
+use kos_proto::{DeviceMessage, HostMessage, MessageId, MessageType, Millis};
+use motion_core::wire::Messages;
+
+use super::client::*;
+
+/// Every command, with and without a stop in it.
+fn commands() -> Vec<Command> {
+    let mut commands = vec![
+        Command::Connect(AT),
+        Command::Disconnect,
+        Command::Unlock,
+        Command::ChangePassword,
+        Command::SetLeds { master: LedMode::ON, slave: LedMode::OFF },
+        Command::SetPlatform(4),
+        Command::ResetDevice,
+        Command::ResetAxis(ONE),
+        Command::ResetAxis(MotorAddress::ALL),
+        Command::MarkBegin(TWO),
+        Command::MarkEnd(TWO),
+        Command::MoveTo(go(ONE, 5.0)),
+        Command::MoveTo(go(TWO, 5.0)),
+        jog(TWO, 5.0),
+        Command::Bump(go(ONE, 1.0)),
+        Command::Alive,
+        Command::TakePicture(Seconds(1.0)),
+        load(),
+        Command::Load { summary: summary(), way: Direction::Reverse, delay_return: true },
+        Command::Play,
+        Command::PlayDirect { summary: summary(), way: Direction::Forward },
+        Command::RapidToFirstKeyFrame,
+        Command::StopMotor(ONE),
+    ];
+    commands.extend(Get::ALL.map(Command::Get));
+    commands
+}
+
+/// A client in each state of its connection, of its move, and of its motors.
+fn states() -> Vec<Client> {
+    let with = |mut client: Client, commands: &[Command]| {
+        for &command in commands {
+            client.command(command);
+        }
+        client
+    };
+    let says = |mut client: Client, states: &[PlaybackState]| {
+        for &state in states {
+            client.say(state);
+        }
+        client
+    };
+    let closed = |mut client: Client| {
+        client.step(Input::LinkDown);
+        client
+    };
+    let mut connecting = Client::new(Options::default());
+    connecting.command(Command::Connect(AT));
+    let asked = Client::connected(Options::default(), AT);
+    let mut informed = asked.clone();
+    informed.hear(device_info(PlaybackState::NO_MOVE));
+    let mut listed = informed.clone();
+    listed.motors();
+    let mut numbered = listed.clone();
+    numbered.hear(guid(&GUID));
+    let mut locked = Client::ready();
+    locked.error(15, 0);
+    let marked = with(Client::ready(), &[Command::MarkBegin(TWO)]);
+    let states = vec![
+        Client::new(Options::default()),
+        connecting,
+        asked,
+        informed,
+        listed,
+        numbered,
+        locked,
+        Client::ready(),
+        Client::ready_at(Options::default(), Endpoint::Usb),
+        closed(Client::ready()),
+        Client::setting_up(),
+        Client::armed(),
+        with(Client::armed(), &[Command::RapidToFirstKeyFrame]),
+        Client::starting(),
+        says(Client::starting(), &[PlaybackState::DELAY_TIMER_STARTED]),
+        says(Client::starting(), &[PlaybackState::PRE_MOVE_PHOTOS_STARTED]),
+        Client::running(),
+        says(Client::running(), &[PlaybackState::END_OF_MOVE]),
+        with(Client::running(), &[Command::Stop]),
+        closed(Client::running()),
+        with(Client::ready(), &[Command::MoveTo(go(ONE, 5.0))]),
+        with(Client::ready(), &[Command::MoveTo(go(ONE, 5.0)), Command::MoveTo(go(ONE, 6.0))]),
+        with(Client::ready(), &[jog(TWO, 5.0), jog(TWO, -6.0)]),
+        with(Client::ready(), &[Command::Bump(go(TWO, 1.0)), Command::StopMotor(TWO)]),
+        with(marked.clone(), &[Command::MarkEnd(TWO)]),
+        marked,
+    ];
+    let found: BTreeSet<_> = states.iter().map(|client| client.machine.state().name()).collect();
+    assert_eq!(found.len(), State::ALL.len());
+    let found: BTreeSet<_> = states.iter().map(Client::move_state).collect();
+    assert_eq!(found.len(), MoveState::ALL.len());
+    states
+}
+
+/// Way in which a command ends, or a motor is forgotten.
+type End = fn(&mut Client);
+
+/// Everything that a device may answer, as if it did all that it is told, or refused it.
+fn answers(client: &mut Client) {
+    client.say(PlaybackState::MOTORS_HOME);
+    client.say(PlaybackState::SETUP_COMPLETED);
+    client.say(PlaybackState::START_FORWARD);
+    client.rests(1, 5.0);
+    client.say(PlaybackState::END_OF_MOVE);
+    client.say(PlaybackState::FULL_STOP);
+    client.rests(1, 5.0);
+    client.rests(2, 5.0);
+    client.hear(calibrated(TWO, 6.0));
+    client.introduce(PlaybackState::FULL_STOP);
+    client.error(2, 0);
+}
+
+fn may_move(sent: &[Transmit<'_>]) -> bool {
+    sent.iter().any(|transmit| transmit.conduct().may_move())
+}
+
+#[test]
+fn after_a_stop_nothing_leaves_that_may_move() {
+    for state in states() {
+        for command in commands() {
+            let mut client = state.clone();
+            client.command(command);
+            client.clear();
+            client.command(Command::Stop);
+            assert!(!may_move(&client.sent()), "{command:?} with a stop: {}", state.state());
+            for is_silent in [true, false] {
+                let mut client = client.clone();
+                for _ in 0..6 {
+                    if !is_silent {
+                        answers(&mut client);
+                    }
+                    client.pass(5_000);
+                    // The connection that is asked for is made.
+                    client.step(Input::LinkUp);
+                }
+                let sent = client.sent();
+                assert!(!may_move(&sent), "{command:?} after a stop: {}, {sent:?}", state.state());
+            }
+        }
+    }
+}
+
+#[test]
+fn in_silence_what_is_not_repeatable_is_sent_once_at_most() {
+    for state in states() {
+        for command in commands() {
+            let mut client = state.clone();
+            client.pass(50);
+            client.clear();
+            client.command(command);
+            for _ in 0..8 {
+                client.pass(5_000);
+                client.step(Input::LinkUp);
+            }
+            let sent = client.sent();
+            for (index, transmit) in sent.iter().enumerate().filter(|(_, transmit)| !transmit.conduct().repeatable) {
+                assert!(!sent[..index].contains(transmit), "{command:?} in {}: {transmit:?} twice", state.state());
+            }
+        }
+    }
+}
+
+#[test]
+fn the_commands_here_send_every_message_of_the_table() {
+    let mut sent: BTreeSet<&str> = BTreeSet::new();
+    let mut see = |mut client: Client| {
+        let source = Source::default();
+        sent.extend(client.sent().iter().map(|transmit| transmit.message(&source).name()));
+    };
+    for state in states() {
+        see(state.clone());
+        for command in commands().into_iter().chain([Command::Stop]) {
+            let mut client = state.clone();
+            client.command(command);
+            see(client);
+        }
+    }
+    let mut quiet = Client::ready_at(Options::default(), Endpoint::Usb);
+    quiet.pass(4_000);
+    see(quiet);
+    assert_eq!(sent, HostMessage::ALL.iter().map(|kind| kind.name).collect());
+}
+
+/// The bench of clients checks after every call of every test that stops stand before everything else. Here a stop meets
+/// what comes in the same call.
+#[test]
+fn a_stop_goes_out_before_anybody_is_told_of_it() {
+    let mut client = Client::starting();
+    let refusal = DeviceMessage::from(ErrorStatus {
+        error_code: ErrorCode::CANNOT_EXECUTE_MOVE,
+        motor_address: MotorAddress::ALL,
+        tail: &[],
+    });
+    let mut late = Client::ready();
+    late.command(jog(TWO, 5.0));
+    for (machine, input, now) in [
+        (&mut client.machine, Input::Received(refusal), client.now),
+        (&mut late.machine, Input::Wake, late.now + 1_000),
+    ] {
+        let output = machine.advance(Millis(now), input);
+        assert!(matches!(&output.effects[0], Effect::Transmit(stop) if stop.conduct().is_stop()), "{output:?}");
+        assert!(output.events().next().is_some());
+    }
+}
+
+/// Each command ends once, and with what became of it.
+#[test]
+fn a_command_ends_with_what_became_of_it() {
+    let sent = [Outcome::Sent];
+    let mut client = Client::ready();
+    for command in [Command::SetPlatform(1), Command::ResetDevice, Command::TakePicture(Seconds(1.0)), jog(TWO, 5.0)] {
+        client.command(command);
+        assert_eq!(client.ended(), sent, "{command:?}");
+    }
+    // Motions end when the motor rests, or something ends them.
+    let ends: [(End, Outcome<'_>); 6] = [
+        (|client| client.rests(1, 5.0), Outcome::Done(None)),
+        (|client| client.command(Command::StopMotor(ONE)), Outcome::Failed(Failure::Stopped)),
+        (|client| client.command(Command::Stop), Outcome::Failed(Failure::Stopped)),
+        (|client| client.step(Input::LinkDown), Outcome::Failed(Failure::LinkDown)),
+        (|client| client.error(16, 1), Outcome::Failed(Failure::Device(ErrorCode::FAULT))),
+        (|client| client.error(4, 1), Outcome::Refused(Refusal::Device(ErrorCode::BAD_MOTOR_ADDRESS))),
+    ];
+    for (end, outcome) in ends {
+        for command in [Command::MoveTo(go(ONE, 5.0)), Command::Bump(go(ONE, 5.0))] {
+            let mut client = Client::ready();
+            client.command(command);
+            assert_eq!(client.ended(), []);
+            end(&mut client);
+            assert_eq!(client.ended()[0], outcome);
+        }
+    }
+    let mut client = Client::ready();
+    client.command(Command::MoveTo(go(ONE, 5.0)));
+    client.pass(50);
+    client.command(Command::MoveTo(go(ONE, 6.0)));
+    assert_eq!(client.ended(), [Outcome::Failed(Failure::Superseded)]);
+    client.rests(1, 5.0);
+    assert_eq!(client.ended(), [Outcome::NotConfirmed], "nothing tells which of the two");
+    assert!(client.machine.may_move(), "it may still be on its way to the second");
+
+    // A move is loaded, played, and over.
+    let mut client = Client::ready();
+    client.command(load());
+    client.say(PlaybackState::MOTORS_HOME);
+    assert_eq!(client.ended(), []);
+    client.say(PlaybackState::SETUP_COMPLETED);
+    assert_eq!(client.ended(), [Outcome::Done(None)]);
+    client.command(Command::Play);
+    client.say(PlaybackState::START_FORWARD);
+    client.say(PlaybackState::END_OF_MOVE);
+    assert_eq!(client.ended(), []);
+    client.say(PlaybackState::FULL_STOP);
+    assert_eq!(client.ended(), [Outcome::Done(None)]);
+    let ends: [(End, Outcome<'_>); 4] = [
+        (|client| client.say(PlaybackState::FULL_STOP), Outcome::Failed(Failure::Stopped)),
+        (|client| client.error(3, 0), Outcome::Failed(Failure::Device(ErrorCode::TRAJECTORY))),
+        (|client| client.step(Input::LinkDown), Outcome::Failed(Failure::LinkDown)),
+        (|client| client.hear(device_info(PlaybackState::NO_MOVE)), Outcome::NotConfirmed),
+    ];
+    for (end, outcome) in ends {
+        let mut client = Client::ready();
+        client.command(Command::PlayDirect { summary: summary(), way: Direction::Forward });
+        client.say(PlaybackState::START_FORWARD);
+        end(&mut client);
+        assert_eq!(client.ended(), [outcome]);
+    }
+    let mut client = Client::ready();
+    client.command(load());
+    client.error(17, 0);
+    assert_eq!(client.ended(), [Outcome::Refused(Refusal::Device(ErrorCode::INVALID_MOVE_TIME))]);
+}
+
+/// A stop of everything is told to be over when the device obeyed, and all motors said after that that they rest.
+#[test]
+fn a_stop_is_told_when_everything_rests() {
+    let mut client = Client::running();
+    client.command(Command::Stop);
+    client.rests(1, 3.0);
+    client.say(PlaybackState::FULL_STOP);
+    client.hear(device_info(PlaybackState::FULL_STOP));
+    client.rests(1, 3.0);
+    assert!(!client.told().contains(&Event::Stopped(StopTarget::All)) && client.machine.may_move());
+    client.rests(2, 3.0);
+    assert!(client.told().contains(&Event::Stopped(StopTarget::All)) && !client.machine.may_move());
+
+    // If motors do not say it in time, that is told, once.
+    let mut client = Client::running();
+    client.command(Command::Stop);
+    client.say(PlaybackState::FULL_STOP);
+    client.hear(device_info(PlaybackState::FULL_STOP));
+    client.clear();
+    client.pass(9_000);
+    assert_eq!(client.told(), [Event::StopNotConfirmed(StopTarget::All)]);
+    client.rests(1, 3.0);
+    client.rests(2, 3.0);
+    assert!(client.told().contains(&Event::Stopped(StopTarget::All)));
+
+    let mut client = Client::ready();
+    client.command(jog(TWO, 5.0));
+    client.command(Command::StopMotor(TWO));
+    client.clear();
+    client.rests(2, 3.0);
+    assert_eq!(client.told()[1..], [Event::Stopped(StopTarget::Motor(TWO))]);
+    assert!(!client.machine.may_move());
+}
+
+/// 7.6-21: the next connection begins with the stops that were not confirmed on the last one.
+#[test]
+fn a_stop_that_is_not_confirmed_is_sent_first_on_the_next_connection() {
+    let lost: [(fn(&mut Client), StopTarget); 4] = [
+        (
+            |client| {
+                client.command(jog(TWO, 5.0));
+                client.command(Command::StopMotor(TWO));
+                client.step(Input::LinkDown);
+            },
+            StopTarget::Motor(TWO),
+        ),
+        (
+            |client| {
+                client.command(jog(TWO, 5.0));
+                client.step(Input::LinkDown);
+                assert_eq!(client.refused(Command::StopMotor(TWO)), Some(Refusal::NotConnected));
+            },
+            StopTarget::Motor(TWO),
+        ),
+        (
+            |client| {
+                client.command(Command::Stop);
+                client.step(Input::LinkDown);
+            },
+            StopTarget::All,
+        ),
+        // The device obeyed, but did not report that the motors rest.
+        (
+            |client| {
+                client.command(Command::Stop);
+                client.say(PlaybackState::FULL_STOP);
+                client.hear(device_info(PlaybackState::FULL_STOP));
+                client.step(Input::LinkDown);
+            },
+            StopTarget::All,
+        ),
+    ];
+    for (lose, target) in lost {
+        let mut client = Client::ready();
+        lose(&mut client);
+        assert!(client.told().contains(&Event::StopNotConfirmed(target)), "{target:?}");
+        client.clear();
+        client.pass(1_000);
+        client.step(Input::LinkUp);
+        let first = if target == StopTarget::All { Transmit::StopPlayback } else { stop(TWO) };
+        assert_eq!(client.sent(), [first, Transmit::Get(Get::DeviceInfo)]);
+        if target == StopTarget::All {
+            client.say(PlaybackState::FULL_STOP);
+        }
+        client.introduce(PlaybackState::FULL_STOP);
+        assert!(!client.told().contains(&Event::Stopped(target)));
+        client.rests(1, 3.0);
+        client.rests(2, 3.0);
+        assert!(client.told().contains(&Event::Stopped(target)), "{target:?}");
+    }
+
+    // Another device may be at the end of a connection that the application asks for.
+    let mut client = Client::ready();
+    client.command(jog(TWO, 5.0));
+    client.command(Command::StopMotor(TWO));
+    client.command(Command::Disconnect);
+    client.command(Command::Connect(Endpoint::Usb));
+    client.clear();
+    client.step(Input::LinkUp);
+    assert_eq!(client.sent(), [Transmit::Get(Get::DeviceInfo)]);
+}
+
+/// A motor whose motion is not known to rest is never dropped: it may come back, and still move.
+#[test]
+fn a_motor_that_is_forgotten_while_it_moves_may_still_move() {
+    let (speed, acceleration) = (RotationsPerSecond(1.0), RotationsPerSecondSquared(1.0));
+    let presence = |online: bool| MotorPresence::new(TWO, online.into(), MotorType::AXIS, speed, speed, acceleration);
+    let forgets: [fn(&mut Client, [MotorPresence; 2]); 3] = [
+        |client, [off, on]| {
+            client.hear(presences(&[off]));
+            client.hear(presences(&[on]));
+            client.motors();
+        },
+        // A series that ends behind its first part, and one that begins there.
+        |client, _| {
+            client.command(Command::Get(Get::MotorInfo));
+            client.motor(1, 3.0, 8.0, false);
+            client.motors();
+        },
+        |client, _| client.step(Input::LinkDown),
+    ];
+    for forget in forgets {
+        let mut client = Client::ready();
+        client.command(jog(TWO, 5.0));
+        forget(&mut client, [presence(false), presence(true)]);
+        assert!(client.machine.may_move());
+        client.rests(2, 1.0);
+        assert!(client.machine.may_move(), "the report may be of before the jog");
+        if client.state() == "Disconnected" {
+            client.pass(1_000);
+            client.step(Input::LinkUp);
+            client.introduce(PlaybackState::NO_MOVE);
+            assert!(client.machine.may_move(), "after a reconnect, too");
+        }
+        client.command(Command::Stop);
+        client.say(PlaybackState::FULL_STOP);
+        client.hear(device_info(PlaybackState::FULL_STOP));
+        client.rests(1, 1.0);
+        assert!(client.machine.may_move());
+        client.rests(2, 1.0);
+        assert!(!client.machine.may_move());
+    }
+}
+
+/// A motor that is sent on before it said that it rests: its report may be about the stop, or about the new motion.
+#[test]
+fn a_motor_that_is_sent_on_after_a_stop_may_still_move() {
+    for command in [Command::MoveTo(go(TWO, 5.0)), Command::Bump(go(TWO, 5.0)), jog(TWO, 5.0)] {
+        let mut client = Client::running();
+        client.command(Command::Stop);
+        client.say(PlaybackState::FULL_STOP);
+        client.hear(device_info(PlaybackState::FULL_STOP));
+        client.rests(1, 1.0);
+        client.clear();
+        client.command(command);
+        client.rests(2, 1.0);
+        assert!(!client.ended().contains(&Outcome::Done(None)), "{command:?}");
+        client.command(Command::StopMotor(TWO));
+        client.rests(2, 5.0);
+        assert!(!client.told().iter().any(|event| matches!(event, Event::Stopped(StopTarget::All))), "{command:?}");
+        assert!(client.machine.may_move(), "{command:?}");
+    }
+}
+
+/// A motor of a move that goes off line may still move: no stop is told to be over without it.
+#[test]
+fn a_motor_that_leaves_a_move_is_waited_for() {
+    let (speed, acceleration) = (RotationsPerSecond(1.0), RotationsPerSecondSquared(1.0));
+    for running in [true, false] {
+        let mut client = if running { Client::running() } else { Client::ready() };
+        client.command(Command::Stop);
+        client.hear(presences(&[MotorPresence::new(ONE, Bool::FALSE, MotorType::AXIS, speed, speed, acceleration)]));
+        client.say(PlaybackState::FULL_STOP);
+        client.hear(device_info(PlaybackState::FULL_STOP));
+        client.rests(2, 1.0);
+        let stopped = client.told().contains(&Event::Stopped(StopTarget::All));
+        assert_eq!((stopped, client.machine.may_move()), (!running, running));
+    }
+}
+
+/// The device sends back as much of an unknown message as fits: of an action, its number.
+#[test]
+fn an_unknown_action_is_told_by_its_number() {
+    let mut client = Client::ready();
+    client.hear(unsupported(&[4, 0, 20, 0, 0x80, 0, 0x28, 1]));
+    let (id, kind, action) = (Some(MessageId::ACTION), Some(MessageType::SET), Some(0x28));
+    assert_eq!(client.told(), [Event::Unsupported { id, kind, action }]);
+}
