@@ -19,7 +19,7 @@ use motion_core::lint::{Lint, Lints, Severity};
 use motion_core::wire::{Bool, Message, Messages};
 use zerocopy::little_endian::I32;
 
-/// A rig with every capability and eight motors.
+/// Greeting of a rig with every capability and eight motors.
 fn hi() -> Hi<'static> {
     Hi {
         name: Name::new("test rig").unwrap(),

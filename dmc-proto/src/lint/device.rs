@@ -83,7 +83,7 @@ impl Rules<'_> {
                 self.error("motor", "absent, although a limit belongs to a motor");
             }
             (StopReason::EMERGENCY_STOP, Some(_)) => {
-                self.warning("motor", "present, although an emergency stop concerns all motors")
+                self.warning("motor", "present, although an emergency stop concerns all motors");
             }
             (_, Some(motor)) => self.motor(motor),
             (_, None) => {}

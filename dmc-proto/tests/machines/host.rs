@@ -13,6 +13,7 @@ use super::bench::{
     COMMAND, Desk, ack, answered, axis, begin, done, ended, failed, hi, jog, jog_all, move_to, named, not_confirmed,
     position_frame, refused, run, shot, status, stop, stop_all, virtuals,
 };
+use super::world::device_message;
 
 fn ask_status() -> HostMessage<'static> {
     MotorStatusRequest::default().into()
@@ -445,4 +446,20 @@ fn a_shutter_that_a_request_opened_counts_as_open_until_it_is_closed() {
     desk.request(4, camera(CameraFlags::SHUTTER));
     desk.acked(7, 0x0023, AckCode::ERR_UNSUPPORTED);
     assert!(!desk.machine.may_have_shutter_open(), "the device refused to open it");
+}
+
+#[test]
+fn an_event_can_be_kept_unless_it_lends_a_message() {
+    let mut desk = Desk::up();
+    desk.request(1, ask_status());
+    let bytes = [0_u8; 6];
+    let message = device_message(0x0030, &bytes).unwrap();
+    let (_, events) = desk.hears(2, message);
+    assert_eq!(events, [answered(1, message)]);
+    assert_eq!(events[0].to_static(), None);
+    let late = desk.hears(2, message).1;
+    assert_eq!((late[0], late[0].to_static()), (Event::Unsolicited(MessageId(2), message), None));
+    for event in [done(1), failed(1, Failure::NoAnswer), Event::Greeted(hi()), Event::Stopped(StopTarget::All)] {
+        assert_eq!(event.to_static(), Some(event));
+    }
 }
