@@ -15,4 +15,5 @@ mod machines {
     mod stops;
     mod together;
     mod tracker;
+    mod world;
 }

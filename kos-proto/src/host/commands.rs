@@ -110,7 +110,9 @@ impl HostMachine {
         if !is_connected {
             self.stops.defer(target);
         }
-        if !(is_connected && self.motors.stop(now, output, &self.options, motor)) {
+        if is_connected && self.motors.stop(now, output, &self.options, motor) {
+            self.raise_fence(now, output);
+        } else {
             self.stops.lose(target);
             output.event(Event::StopNotConfirmed(StopTarget::Motor(motor)));
         }
@@ -139,7 +141,7 @@ impl HostMachine {
     /// Follows what moves something, or marks where it moves; not while a move runs.
     fn motion(&mut self, now: Millis, output: &mut Output<'_>, token: Token, command: Command) -> Followed {
         let armed = self.playback.state == MoveState::Armed;
-        if self.playback.state == MoveState::Stopping {
+        if self.playback.state == MoveState::Stopping || self.stops.is_waiting() {
             return Err(Refusal::Stopping);
         }
         if self.playback.state.moves() {
@@ -190,12 +192,14 @@ impl HostMachine {
             Command::PlayDirect { summary, way } => (MoveState::Starting, way, summary.motors),
             Command::Play => (MoveState::Starting, self.playback.way(), self.playback.motors()),
             Command::RapidToFirstKeyFrame => {
+                self.stops.sent_on(self.playback.motors());
                 self.playback.rapid();
                 output.transmit(Transmit::RapidToFirstKeyFrame);
                 return SENT;
             }
             _ => return Err(Refusal::NotReady),
         };
+        self.stops.sent_on(motors);
         self.playback.begin(now, &self.options, state, (way, motors), token);
         if command != Command::Play {
             output.transmit(Transmit::Trajectory);

@@ -171,8 +171,8 @@ pub enum Command {
     MarkEnd(MotorAddress),
     /// Sends a motor to a position. Of many in a short time, the last one counts.
     ///
-    /// Ends with `Done` when the motor rests. Ends with `NotConfirmed` instead if another position was sent before it:
-    /// nothing in the protocol tells at which of the two the motor rests.
+    /// Ends with `Done` when the motor rests. Ends with `NotConfirmed` instead if the motor was not known to rest before,
+    /// such as on the way to another position: nothing in the protocol tells at which of the two the motor rests.
     MoveTo(Go),
     /// Runs a motor until it is stopped, backward if the speed is negative. Ends with `Sent`.
     ///
@@ -186,7 +186,8 @@ pub enum Command {
         /// Acceleration of start and stop.
         acceleration: RotationsPerSecondSquared,
     },
-    /// Sends a motor a distance from where it rests. Ends with `Done` when the motor rests.
+    /// Sends a motor a distance from where it rests. Ends with `Done` when the motor rests; as after `MoveTo`, with
+    /// `NotConfirmed` if the motor was not known to rest before.
     Bump(Go),
     /// Tells the machine that the application is there. Ends with `Done`.
     Alive,

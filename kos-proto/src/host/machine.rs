@@ -232,11 +232,14 @@ impl HostMachine {
         };
         let silent = (endpoint.transport() == Transport::Tcp).then(|| now.after(self.options.silence()));
         self.deadlines = Deadlines { quiet: now.after(keep_alive), deaf: now.after(keep_alive), silent };
-        for motor in self.stops.take_deferred().iter() {
+        let (is_stopping, deferred) = (self.playback.state == MoveState::Stopping, self.stops.take_deferred());
+        if is_stopping {
+            self.stop_playback(now, output);
+        }
+        for motor in deferred.iter() {
             self.motors.stop(now, output, &self.options, motor);
         }
-        if self.playback.state == MoveState::Stopping {
-            self.stop_playback(now, output);
+        if is_stopping || !deferred.is_empty() {
             self.raise_fence(now, output);
         } else {
             self.ask(now, output, Get::DeviceInfo, Asker::Machine);
@@ -294,7 +297,9 @@ impl HostMachine {
             self.stop_playback(now, output);
             self.raise_fence(now, output);
         }
-        self.motors.wake(now, output, &self.options);
+        if self.motors.wake(now, output, &self.options) {
+            self.raise_fence(now, output);
+        }
         for _ in Get::ALL {
             if let Some(get) = self.requests.expired(now) {
                 self.failed(now, output, get, Failure::NoAnswer);
@@ -304,10 +309,17 @@ impl HostMachine {
         self.stops.wake(now, output);
         self.keep_alive(now, output);
         if self.fence == Fence::Down {
-            self.playback.settle();
+            self.settle(now, output);
         }
-        if self.playback.state != MoveState::Stopping {
-            self.stops.settle(output);
+    }
+
+    /// Ends the stops that are confirmed. All that was sent before them has been answered.
+    fn settle(&mut self, now: Millis, output: &mut Output<'_>) {
+        self.playback.settle();
+        if self.motors.settle(now, output, &self.options) {
+            self.raise_fence(now, output);
+        } else if self.playback.state != MoveState::Stopping && self.stops.settle(output) {
+            self.motors.all_rest();
         }
     }
 

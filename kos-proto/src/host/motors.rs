@@ -33,8 +33,8 @@ struct Hand {
     wanted: Option<Go>,
     /// Command that ends when the motor rests.
     token: Option<Token>,
-    /// Number of positions that were sent and after which the motor did not say that it rests; 2 counts for more. From 2
-    /// on the next report may be about any of them.
+    /// Greatest number of reports that may still come about the motions that were sent; 255 counts for more. From 2 on, the
+    /// next report may be about an earlier motion than the last.
     unreported: u8,
 }
 
@@ -47,8 +47,22 @@ enum Motion {
     Going(Option<Millis>),
     /// The motor runs until it is stopped.
     Jogging,
-    /// The motor was told to stop; the time at which that is sent again.
-    Stopping(Millis),
+    /// The motor was told to stop; the time at which that is sent again, and what was reported since.
+    Stopping(Millis, Report),
+}
+
+/// Report on a motor that was told to stop.
+///
+/// It counts when a question is answered that was asked after the stop. Then no earlier report can come any more, which would
+/// be taken for the end of the next motion (decision K-S22).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Report {
+    /// No report came.
+    None,
+    /// A report came that may be about an earlier motion.
+    Unclear,
+    /// The motor rests.
+    Rests,
 }
 
 /// All motors of the device.
@@ -132,21 +146,42 @@ impl Motors {
     /// It says nothing while the motor jogs, because then it is about the time before the jog, nor while another motion
     /// of the motor waits to be sent.
     pub(super) fn rests(&mut self, output: &mut Output<'_>, stops: &mut Stops, motor: MotorAddress, at: Rotations) {
-        match self.find(motor) {
-            Some(followed) => {
-                followed.motor.position = at;
-                let hand = &mut followed.hand;
-                if hand.wanted.is_some() && hand.unreported == 1 {
-                    hand.unreported = 0;
+        if let Some(followed) = self.find(motor) {
+            followed.motor.position = at;
+            followed.hand.rests(output, stops, MotorAddress(motor.number()));
+        }
+        stops.rests(motor);
+    }
+
+    /// Ends the stops of motors that rest, because all that was sent before has been answered. Returns whether another
+    /// stop is sent, because what was reported is not clear.
+    pub(super) fn settle(&mut self, now: Millis, output: &mut Output<'_>, options: &Options) -> bool {
+        let mut is_sent = false;
+        for followed in &mut self.list {
+            let Motion::Stopping(_, report) = followed.hand.motion else { continue };
+            followed.hand.unreported = followed.hand.unreported.min(1);
+            match report {
+                Report::None => {}
+                Report::Unclear => {
+                    followed.stop(now, output, options);
+                    is_sent = true;
                 }
-                if hand.motion != Motion::Jogging && hand.wanted.is_none() {
-                    hand.rests(output, stops, MotorAddress(motor.number()));
-                    stops.rests(motor);
+                Report::Rests => {
+                    followed.hand = Hand::default();
+                    let motor = MotorAddress(followed.motor.motor_address.number());
+                    output.event(Event::Stopped(StopTarget::Motor(motor)));
                 }
             }
-            None => stops.rests(motor),
         }
         self.watch();
+        is_sent
+    }
+
+    /// Notes that a stop of everything is confirmed, so that no report is under way.
+    pub(super) fn all_rest(&mut self) {
+        for followed in &mut self.list {
+            followed.hand.unreported = 0;
+        }
     }
 
     pub(super) fn calibrated(&mut self, message: &MotorCalibrated<'_>) {
@@ -210,8 +245,7 @@ impl Motors {
         hand.allows(|motion| motion == Motion::Resting)?;
         (hand.motion, hand.token) = (Motion::Going(Some(now.after(options.setup_timeout()))), Some(token));
         hand.send_on(stops, go.motor);
-        hand.unreported = hand.unreported.saturating_add(1);
-        output.transmit(Transmit::Bump(go));
+        hand.transmit(output, Transmit::Bump(go));
         Ok(())
     }
 
@@ -285,7 +319,7 @@ impl Motors {
     /// Notes that the connection went down: nobody knows what moves.
     pub(super) fn lost(&mut self, output: &mut Output<'_>, stops: &mut Stops) {
         for followed in &mut self.list {
-            if let Motion::Stopping(_) = followed.hand.motion {
+            if let Motion::Stopping(..) = followed.hand.motion {
                 stops.defer(MotorSet::of([followed.motor.motor_address]));
             }
             followed.lose(output, stops, Failure::LinkDown);
@@ -293,11 +327,13 @@ impl Motors {
         (self.reported, self.alive_until) = (MotorSet::NONE, None);
     }
 
-    /// Deals with the deadlines that have come.
-    pub(super) fn wake(&mut self, now: Millis, output: &mut Output<'_>, options: &Options) {
+    /// Deals with the deadlines that have come. Returns whether a stop is sent.
+    pub(super) fn wake(&mut self, now: Millis, output: &mut Output<'_>, options: &Options) -> bool {
+        let mut is_sent = false;
         if self.alive_until.is_some_and(|until| until <= now) {
             for followed in self.list.iter_mut().filter(|followed| followed.hand.motion == Motion::Jogging) {
                 followed.stop(now, output, options);
+                is_sent = true;
             }
             output.event(Event::DeadMan);
             self.alive_until = None;
@@ -305,8 +341,9 @@ impl Motors {
         for followed in &mut self.list {
             let motor = MotorAddress(followed.motor.motor_address.number());
             match followed.hand.motion {
-                Motion::Stopping(again) if again <= now => {
+                Motion::Stopping(again, _) if again <= now => {
                     followed.stop(now, output, options);
+                    is_sent = true;
                     output.event(Event::StopNotConfirmed(StopTarget::Motor(motor)));
                 }
                 Motion::Going(Some(late)) if late <= now => {
@@ -322,6 +359,7 @@ impl Motors {
                 }
             }
         }
+        is_sent
     }
 
     pub(super) fn deadline(&self) -> Option<Millis> {
@@ -335,15 +373,15 @@ impl Hand {
     fn allows(&self, motion: impl Fn(Motion) -> bool) -> Result<(), Refusal> {
         match self.motion {
             allowed if motion(allowed) => Ok(()),
-            Motion::Stopping(_) => Err(Refusal::Stopping),
+            Motion::Stopping(..) => Err(Refusal::Stopping),
             _ => Err(Refusal::Moves),
         }
     }
 
-    /// Notes that the motor is sent on before a stop of it is confirmed, if it is.
+    /// Notes that the motor is sent on. If it may still move because of something else, a report may be about that.
     fn send_on(&mut self, stops: &mut Stops, motor: MotorAddress) {
-        if stops.sent_on(motor) {
-            self.unreported = 2;
+        if stops.sent_on(MotorSet::of([motor])) {
+            self.unreported = self.unreported.max(1);
         }
     }
 
@@ -351,14 +389,16 @@ impl Hand {
         if self.next.is_some_and(|next| next > now) {
             self.wanted = Some(go);
         } else {
-            if let Motion::Going(_) = self.motion {
-                self.unreported = self.unreported.saturating_add(1).min(2);
-            }
-            output.transmit(Transmit::MoveTo(go));
+            self.transmit(output, Transmit::MoveTo(go));
             // The motion that waited is older.
             self.wanted = None;
             self.next = Some(now.after(options.motor_interval()));
         }
+    }
+
+    fn transmit(&mut self, output: &mut Output<'_>, motion: Transmit<'static>) {
+        self.unreported = self.unreported.saturating_add(1);
+        output.transmit(motion);
     }
 
     /// Ends the command that waits for the motor, if there is one.
@@ -372,20 +412,26 @@ impl Hand {
     /// about, unless everything was stopped meanwhile.
     fn rests(&mut self, output: &mut Output<'_>, stops: &mut Stops, motor: MotorAddress) {
         let is_sure = self.unreported < 2 || stops.confirms(motor);
-        if !is_sure {
-            stops.lose(MotorSet::of([motor]));
+        if self.unreported != u8::MAX {
+            self.unreported = self.unreported.saturating_sub(1);
         }
-        self.end(output, if is_sure { Outcome::Done(None) } else { Outcome::NotConfirmed });
-        if let Motion::Stopping(_) = self.motion {
-            let target = StopTarget::Motor(motor);
-            output.event(if is_sure { Event::Stopped(target) } else { Event::StopNotConfirmed(target) });
+        match &mut self.motion {
+            Motion::Stopping(_, report) if is_sure => *report = Report::Rests,
+            Motion::Stopping(_, report @ Report::None) => *report = Report::Unclear,
+            Motion::Going(_) if self.wanted.is_none() => {
+                if !is_sure {
+                    stops.lose(MotorSet::of([motor]));
+                }
+                self.motion = Motion::Resting;
+                self.end(output, if is_sure { Outcome::Done(None) } else { Outcome::NotConfirmed });
+            }
+            Motion::Stopping(..) | Motion::Going(_) | Motion::Resting | Motion::Jogging => {}
         }
-        (self.motion, self.unreported) = (Motion::Resting, 0);
     }
 
     fn deadline(&self) -> Option<Millis> {
         let motion = match self.motion {
-            Motion::Stopping(again) => Some(again),
+            Motion::Stopping(again, _) => Some(again),
             Motion::Going(late) => late,
             Motion::Resting | Motion::Jogging => None,
         };
@@ -395,7 +441,7 @@ impl Hand {
 
 impl Followed {
     fn stop(&mut self, now: Millis, output: &mut Output<'_>, options: &Options) {
-        self.hand.motion = Motion::Stopping(now.after(options.stop_timeout()));
+        self.hand.motion = Motion::Stopping(now.after(options.stop_timeout()), Report::None);
         transmit_stop(output, self.stop_message());
     }
 
@@ -411,7 +457,7 @@ impl Followed {
         if self.hand.motion != Motion::Resting {
             stops.lose(MotorSet::of([motor]));
         }
-        if let Motion::Stopping(_) = self.hand.motion {
+        if let Motion::Stopping(..) = self.hand.motion {
             output.event(Event::StopNotConfirmed(StopTarget::Motor(motor)));
         }
         self.hand.end(output, Outcome::Failed(why));

@@ -64,15 +64,21 @@ impl Stops {
         self.pending.is_some_and(|pending| pending.is_obeyed && pending.waiting.contains(motor))
     }
 
-    /// Notes that a motor is sent on; whether a stop still waits for it. Then no report tells any more whether the stop
-    /// or the new motion is meant.
-    pub(super) fn sent_on(&mut self, motor: MotorAddress) -> bool {
-        match self.pending.as_mut().filter(|pending| pending.waiting.contains(motor)) {
-            Some(pending) => {
+    /// Whether the device obeyed a stop, and motors have time left to come to rest.
+    pub(super) const fn is_waiting(&self) -> bool {
+        matches!(self.pending, Some(Pending { until: Some(_), .. }))
+    }
+
+    /// Notes that motors are sent on; whether any of them may still move because of something else. If a stop waits for
+    /// them, it is not confirmed any more: no report tells whether the stop or the new motion is meant.
+    pub(super) fn sent_on(&mut self, motors: MotorSet) -> bool {
+        let may_move = motors.iter().any(|motor| self.astray.contains(motor));
+        match &mut self.pending {
+            Some(pending) if motors.iter().any(|motor| pending.waiting.contains(motor)) => {
                 pending.is_obeyed = false;
                 true
             }
-            None => false,
+            _ => may_move,
         }
     }
 
@@ -148,12 +154,14 @@ impl Stops {
         }
     }
 
-    /// Ends the stop if it is obeyed and all motors rest.
-    pub(super) fn settle(&mut self, output: &mut Output<'_>) {
-        if self.pending.is_some_and(|pending| pending.is_obeyed && pending.waiting.is_empty()) {
+    /// Ends the stop if it is obeyed and all motors rest; whether it does.
+    pub(super) fn settle(&mut self, output: &mut Output<'_>) -> bool {
+        let is_over = self.pending.is_some_and(|pending| pending.is_obeyed && pending.waiting.is_empty());
+        if is_over {
             self.pending = None;
             output.event(Event::Stopped(StopTarget::All));
         }
+        is_over
     }
 
     pub(super) fn deadline(&self) -> Option<Millis> {

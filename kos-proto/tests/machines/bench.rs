@@ -2,13 +2,15 @@
 
 use kos_proto::Transport;
 use kos_proto::device::{
-    Contents, Destination, DeviceMachine, Effect, Event, Input, MotorSpecs, Options, Output, Report, Scratch,
-    SessionId, Source, Transmit,
+    Contents, Destination, DeviceMachine, Effect, Event, Input, MotorSpecs, Options, Report, SessionId, Source,
+    Transmit,
 };
 use kos_proto::message::*;
 use kos_proto::trajectory::*;
-use kos_proto::{DeviceMessage, Frame, HostMessage, Millis};
+use kos_proto::{Frame, HostMessage, Millis};
 use laws::machine::step;
+
+use super::world::{device_bytes, device_stops_first};
 
 pub(super) const ZERO: SessionId = SessionId(0);
 pub(super) const ONE: SessionId = SessionId(1);
@@ -44,14 +46,17 @@ impl Bench {
     }
 
     pub(super) fn step(&mut self, input: Input<'static>) {
-        let (machine, output): (_, Output) = step(self.machine.clone(), Millis(self.now), input);
+        let (machine, output) = step(self.machine.clone(), Millis(self.now), input);
         self.machine = machine;
         self.wake = output.wake.map(|wake| wake.0);
-        stops_first(&output);
+        device_stops_first(&output);
+        let motors = [MotorSpecs { motor_type: MotorType::FIZ, ..MotorSpecs::default() }; 3];
         for effect in output {
             match effect {
                 Effect::Transmit(transmit) => {
-                    check(&transmit);
+                    for older_dialect in [false, true] {
+                        device_bytes(&transmit, &Source { older_dialect, motors: &motors, ..Source::default() });
+                    }
                     self.said.push(text(&transmit));
                 }
                 Effect::Event(event) => self.told.push(event),
@@ -149,48 +154,6 @@ impl Bench {
 
     pub(super) fn state(&self) -> &'static str {
         self.machine.playback().name()
-    }
-}
-
-/// A stop is done before anybody is told of it: that all is over, because of which error, or what failed.
-pub(super) fn stops_first(output: &Output<'_>) {
-    let told = |contents: &Contents<'_>, motor: Option<MotorAddress>| match contents {
-        Contents::PlaybackStatus { state, .. } => motor.is_none() && *state == PlaybackState::FULL_STOP,
-        Contents::ErrorStatus { motor: about, .. } => motor == Some(*about),
-        _ => false,
-    };
-    for (index, effect) in output.effects.iter().enumerate() {
-        let motor = match effect {
-            Effect::Event(Event::StopAll) => None,
-            Effect::Event(Event::StopMotor { motor, .. }) => Some(*motor),
-            _ => continue,
-        };
-        let early = output.effects[..index].iter().find(|effect| match effect {
-            Effect::Transmit(transmit) => told(&transmit.contents, motor),
-            Effect::Event(_) => false,
-        });
-        assert_eq!(early, None, "told before it is done: {output:?}");
-    }
-    // An error that ends a move is told directly before its end.
-    for window in output.effects.windows(3) {
-        let [_, Effect::Transmit(error), Effect::Transmit(end)] = window else { continue };
-        if matches!(error.contents, Contents::ErrorStatus { .. }) && told(&end.contents, None) {
-            assert_eq!(window[0], Effect::Event(Event::StopAll), "{output:?}");
-        }
-    }
-}
-
-/// Every message can be made, and read again.
-fn check(transmit: &Transmit<'_>) {
-    let motors = [MotorSpecs { motor_type: MotorType::FIZ, ..MotorSpecs::default() }; 3];
-    for older_dialect in [false, true] {
-        let source = Source { older_dialect, motors: &motors, ..Source::default() };
-        let mut scratch = Scratch::default();
-        let message = transmit.message(&source, &mut scratch);
-        let mut bytes = vec![0; message.encoded_len()];
-        assert_eq!(message.encode_into(&mut bytes), Ok(bytes.len()), "{message}");
-        let frame = Frame::decode(&bytes).unwrap();
-        assert_eq!(DeviceMessage::decode(&frame), Ok(message));
     }
 }
 

@@ -3,10 +3,11 @@
 use kos_proto::device::Positions;
 use kos_proto::host::*;
 use kos_proto::message::*;
-use kos_proto::{DeviceMessage, Frame, HostMessage, Millis, MoveSummary};
+use kos_proto::{DeviceMessage, Frame, Millis, MoveSummary};
 use laws::machine::step;
 
 use super::bench::{live, live_move};
+use super::world::{host_bytes, host_stops_first};
 
 pub(super) const AT: Endpoint = Endpoint::Tcp(Ipv4(0xc0a8_3201));
 pub(super) const ONE: MotorAddress = MotorAddress(1);
@@ -116,11 +117,13 @@ impl Client {
         let (machine, output) = step(self.machine.clone(), Millis(self.now), input);
         self.machine = machine;
         self.wake = output.wake.map(|wake| wake.0);
-        stops_first(&output);
+        host_stops_first(&output);
+        let (user_password, new_password) = (Password(b"user"), Password(b"new"));
+        let source = Source { user_password, new_password, ..Source::default() };
         for effect in output {
             match effect {
                 Effect::Transmit(transmit) => {
-                    check(&transmit);
+                    host_bytes(&transmit, &source);
                     self.sent.push(transmit);
                 }
                 Effect::Event(Event::Ended { token, outcome }) => self.ended.push((token, outcome)),
@@ -159,6 +162,11 @@ impl Client {
     pub(super) fn error(&mut self, code: u8, motor: u8) {
         let (error_code, motor_address) = (ErrorCode(code), MotorAddress(motor));
         self.hear(DeviceMessage::from(ErrorStatus { error_code, motor_address, tail: &[] }));
+    }
+
+    /// The device answers the question after a stop.
+    pub(super) fn settle(&mut self, state: PlaybackState) {
+        self.hear(device_info(state));
     }
 
     pub(super) fn rests(&mut self, motor: u8, position: f32) {
@@ -218,22 +226,6 @@ pub(super) fn leaked(message: DeviceMessage<'_>) -> &'static [u8] {
     let mut bytes = vec![0; message.encoded_len()];
     message.encode_into(&mut bytes).unwrap();
     bytes.leak()
-}
-
-/// Checks that stops are the first effects, so that no event comes before a stop.
-pub(super) fn stops_first(output: &Output<'_>) {
-    let is_stop = |effect: &Effect<'_>| matches!(effect, Effect::Transmit(transmit) if transmit.conduct().is_stop());
-    let stops = output.effects.iter().filter(|effect| is_stop(effect)).count();
-    assert!(output.effects[..stops].iter().all(is_stop), "{output:?}");
-}
-
-/// Checks that the message can be encoded and decoded again.
-fn check(transmit: &Transmit<'_>) {
-    let source = Source { user_password: Password(b"user"), new_password: Password(b"new"), ..Source::default() };
-    let message = transmit.message(&source);
-    let mut bytes = vec![0; message.encoded_len()];
-    assert_eq!(message.encode_into(&mut bytes), Ok(bytes.len()), "{message}");
-    assert_eq!(HostMessage::decode(&Frame::decode(&bytes).unwrap()), Ok(message));
 }
 
 fn entry(motor: u8, position: f32, end: f32) -> MotorEntry {
@@ -307,7 +299,10 @@ pub(super) fn jog(motor: MotorAddress, speed: f32) -> Command {
     Command::Jog { motor, speed: RotationsPerSecond(speed), acceleration: RotationsPerSecondSquared(20.0) }
 }
 
-/// Message that stops motor 1, which is calibrated and was seen at 3, or motor 2, which is not calibrated.
+/// Question after a stop.
+pub(super) const QUESTION: Transmit<'static> = Transmit::Get(Get::DeviceInfo);
+
+/// What stops motor 1, which is calibrated and was seen at 3, and motor 2, which is not.
 pub(super) fn stop(motor: MotorAddress) -> Transmit<'static> {
     let position = if motor == ONE { Rotations(3.0) } else { JOG_DISTANCE };
     Transmit::MoveTo(Go {

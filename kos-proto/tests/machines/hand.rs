@@ -70,29 +70,62 @@ fn a_stop_overtakes_what_waits() {
     client.command(Command::MoveTo(go(ONE, 2.0)));
     client.clear();
     client.command(Command::StopMotor(MotorAddress(0x81)));
-    assert_eq!(client.sent(), [stop(ONE)]);
+    assert_eq!(client.sent(), [stop(ONE), QUESTION]);
     assert_eq!(client.refused(Command::MoveTo(go(ONE, 3.0))), Some(Refusal::Stopping));
+    client.settle(PlaybackState::NO_MOVE);
     client.pass(1_999);
     assert_eq!((client.sent(), client.told()), (vec![], vec![]));
     for _ in 0..5 {
         client.pass(1);
         assert_eq!(
             (client.sent(), client.told()),
-            (vec![stop(ONE)], vec![Event::StopNotConfirmed(StopTarget::Motor(ONE))])
+            (vec![stop(ONE), QUESTION], vec![Event::StopNotConfirmed(StopTarget::Motor(ONE))])
         );
         client.pass(1_999);
-        client.hear(device_info(PlaybackState::NO_MOVE));
+        client.settle(PlaybackState::NO_MOVE);
         client.told();
         client.sent();
     }
     client.rests(1, 3.0);
+    assert_eq!(client.told()[1..], [Event::Stopped(StopTarget::Motor(ONE))]);
     client.clear();
     client.pass(5_000);
     assert!(!client.sent().contains(&stop(ONE)));
     assert_eq!((client.told(), client.refused(Command::MoveTo(go(ONE, 3.0)))), (vec![], None));
 }
 
-/// 7.3-2: a command with speed 0 is a stop, also of an unknown motor (safety decision 3).
+/// 7.3-2: a stop is confirmed by a report that no earlier motion can be meant with. All reports of earlier motions have
+/// come when the question after the stop is answered.
+#[test]
+fn a_stop_is_confirmed_by_a_report_that_is_about_it() {
+    let stopped = Event::Stopped(StopTarget::Motor(TWO));
+    // Of one motion, the motor rests whether it arrived or stopped.
+    let mut client = Client::ready();
+    client.command(Command::MoveTo(go(TWO, 1.0)));
+    client.command(Command::StopMotor(TWO));
+    client.rests(2, 0.5);
+    assert!(!client.told().contains(&stopped) && client.machine.may_move());
+    assert_eq!(client.refused(Command::Bump(go(TWO, 1.0))), Some(Refusal::Stopping));
+    client.settle(PlaybackState::NO_MOVE);
+    assert!(client.told().contains(&stopped) && !client.machine.may_move());
+
+    // Of two motions, the report may be about the first one.
+    let mut client = Client::ready();
+    client.command(Command::MoveTo(go(TWO, 1.0)));
+    client.pass(50);
+    client.command(Command::MoveTo(go(TWO, 2.0)));
+    client.command(Command::StopMotor(TWO));
+    client.rests(2, 1.0);
+    client.clear();
+    client.settle(PlaybackState::NO_MOVE);
+    assert!(!client.told().contains(&stopped) && client.machine.may_move());
+    assert_eq!(client.sent(), [stop(TWO), QUESTION], "so the motor is stopped again");
+    client.rests(2, 1.5);
+    client.settle(PlaybackState::NO_MOVE);
+    assert!(client.told().contains(&stopped) && !client.machine.may_move());
+}
+
+/// 7.3-2: what says by its speed that it stops is a stop, also of a motor that nobody knows (safety decision 3).
 #[test]
 fn speed_0_is_a_stop() {
     let still = RotationsPerSecond(0.0);
@@ -104,7 +137,7 @@ fn speed_0_is_a_stop() {
     ] {
         for mut client in [Client::ready(), Client::running()] {
             client.command(command);
-            assert_eq!(client.sent(), [stop(TWO)], "{command:?}");
+            assert_eq!(client.sent(), [stop(TWO), QUESTION], "{command:?}");
         }
     }
     let mut client = Client::connected(Options::default(), AT);
@@ -138,13 +171,16 @@ fn a_jog_needs_somebody_alive() {
     assert!(!client.sent().contains(&stop(TWO)));
     client.clear();
     client.pass(1);
-    assert_eq!((client.sent(), client.told()), (vec![stop(TWO)], vec![Event::DeadMan]));
+    assert_eq!((client.sent(), client.told()), (vec![stop(TWO), QUESTION], vec![Event::DeadMan]));
+    client.settle(PlaybackState::NO_MOVE);
+    client.clear();
     client.pass(2_000);
     assert_eq!(
         (client.sent(), client.told()),
-        (vec![stop(TWO)], vec![Event::StopNotConfirmed(StopTarget::Motor(TWO))])
+        (vec![stop(TWO), QUESTION], vec![Event::StopNotConfirmed(StopTarget::Motor(TWO))])
     );
     client.rests(2, 7.0);
+    client.settle(PlaybackState::NO_MOVE);
     client.clear();
     client.pass(5_000);
     assert!(!client.sent().contains(&stop(TWO)));
@@ -184,7 +220,32 @@ fn a_bump_is_sent_once() {
     assert_eq!(client.refused(Command::Bump(go(TWO, -2.0))), None);
 }
 
-/// 7.3-8: a missing report of rest is told once. The motor counts as moving until it is stopped.
+/// 7.3-8: a motor that was not known to rest may report the end of an earlier motion.
+#[test]
+fn a_report_that_may_be_about_an_earlier_motion_confirms_nothing() {
+    let mut client = Client::ready();
+    for position in [1.0, 2.0, 3.0] {
+        client.command(Command::MoveTo(go(TWO, position)));
+        client.pass(50);
+    }
+    client.rests(2, 1.0);
+    assert!(client.ended().ends_with(&[Outcome::NotConfirmed]) && client.machine.may_move());
+    client.command(Command::Bump(go(TWO, 1.0)));
+    client.rests(2, 3.0);
+    assert_eq!((client.ended(), client.machine.may_move()), (vec![Outcome::NotConfirmed], true));
+    client.command(Command::Stop);
+    client.say(PlaybackState::FULL_STOP);
+    client.rests(1, 3.0);
+    client.rests(2, 3.5);
+    client.settle(PlaybackState::FULL_STOP);
+    assert!(!client.machine.may_move());
+    client.clear();
+    client.command(Command::Bump(go(TWO, 1.0)));
+    client.rests(2, 4.5);
+    assert_eq!((client.ended(), client.machine.may_move()), (vec![Outcome::Done(None)], false));
+}
+
+/// 7.3-8: that a motor does not say that it rests is told once; until it is stopped it is taken to move.
 #[test]
 fn a_motor_that_does_not_come_to_rest_is_told() {
     for command in [Command::MoveTo(go(TWO, 5.0)), Command::Bump(go(TWO, 5.0))] {
@@ -198,6 +259,7 @@ fn a_motor_that_does_not_come_to_rest_is_told() {
         assert_eq!((client.told(), client.refused(Command::Bump(go(TWO, 5.0)))), (vec![], Some(Refusal::Moves)));
         client.command(Command::StopMotor(TWO));
         client.rests(2, 5.0);
+        client.settle(PlaybackState::NO_MOVE);
         assert_eq!(client.refused(Command::Bump(go(TWO, 5.0))), None);
     }
 }
@@ -237,6 +299,7 @@ fn a_range_is_marked() {
     assert_eq!(client.refused(Command::MarkEnd(TWO)), Some(Refusal::Moves));
     client.command(Command::StopMotor(TWO));
     client.rests(2, 6.0);
+    client.settle(PlaybackState::NO_MOVE);
     client.clear();
     client.command(Command::MarkEnd(TWO));
     assert_eq!((client.sent(), client.machine.calibration().name()), (vec![Transmit::MarkEnd(TWO)], "AwaitCalibrated"));

@@ -15,7 +15,8 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::bench::*;
-use super::client::{AT, Client, go, jog, stops_first, summary};
+use super::client::{AT, Client, go, jog, summary};
+use super::world::{device_stops_first, host_stops_first};
 
 /// What the clock does before a step.
 #[derive(Debug, Clone, Copy)]
@@ -177,7 +178,7 @@ fn device_options() -> impl Strategy<Value = device::Options> {
 /// What holds of a step of a device, whatever came.
 fn device_holds(before: &DeviceMachine, after: &DeviceMachine, input: &device::Input<'_>, output: &device::Output<'_>) {
     use device::Event;
-    super::bench::stops_first(output);
+    device_stops_first(output);
     let ran = before.playback().runs();
     for event in output.events() {
         match event {
@@ -367,7 +368,7 @@ impl Ledger {
 
 fn host_holds(before: &HostMachine, after: &HostMachine, input: &host::Input<'_>, output: &host::Output<'_>) {
     use host::Event;
-    stops_first(output);
+    host_stops_first(output);
     if output.transmits().any(|transmit| transmit.conduct().may_move() && *transmit != Transmit::Trajectory) {
         assert!(after.may_move(), "something that may move was sent: {output:?}");
     }

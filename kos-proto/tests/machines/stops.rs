@@ -312,6 +312,7 @@ fn a_stop_is_told_when_everything_rests() {
     let mut client = Client::ready();
     client.command(jog(TWO, 5.0));
     client.command(Command::StopMotor(TWO));
+    client.settle(PlaybackState::NO_MOVE);
     client.clear();
     client.rests(2, 3.0);
     assert_eq!(client.told()[1..], [Event::Stopped(StopTarget::Motor(TWO))]);
@@ -364,7 +365,7 @@ fn a_stop_that_is_not_confirmed_is_sent_first_on_the_next_connection() {
         client.pass(1_000);
         client.step(Input::LinkUp);
         let first = if target == StopTarget::All { Transmit::StopPlayback } else { stop(TWO) };
-        assert_eq!(client.sent(), [first, Transmit::Get(Get::DeviceInfo)]);
+        assert_eq!(client.sent(), [first, QUESTION]);
         if target == StopTarget::All {
             client.say(PlaybackState::FULL_STOP);
         }
@@ -428,21 +429,25 @@ fn a_motor_that_is_forgotten_while_it_moves_may_still_move() {
     }
 }
 
-/// A motor is sent on before its report of rest, so the report may belong to the stop or to the new motion.
+/// A motor that is sent on before it reported rest after a stop: its report may be about the stop, or about the new motion.
+/// So motors wait for each other in the time that a stop has.
 #[test]
 fn a_motor_that_is_sent_on_after_a_stop_may_still_move() {
-    for command in [Command::MoveTo(go(TWO, 5.0)), Command::Bump(go(TWO, 5.0)), jog(TWO, 5.0)] {
+    for command in [Command::MoveTo(go(TWO, 5.0)), Command::Bump(go(TWO, 5.0)), jog(TWO, 5.0), load()] {
         let mut client = Client::running();
         client.command(Command::Stop);
         client.say(PlaybackState::FULL_STOP);
-        client.hear(device_info(PlaybackState::FULL_STOP));
+        client.settle(PlaybackState::FULL_STOP);
         client.rests(1, 1.0);
-        client.clear();
+        assert_eq!(client.refused(command), Some(Refusal::Stopping));
+        client.pass(2_000);
+        assert_eq!(client.told(), [Event::StopNotConfirmed(StopTarget::All)]);
         client.command(command);
         client.rests(2, 1.0);
         assert!(!client.ended().contains(&Outcome::Done(None)), "{command:?}");
         client.command(Command::StopMotor(TWO));
         client.rests(2, 5.0);
+        client.settle(PlaybackState::FULL_STOP);
         assert!(!client.told().iter().any(|event| matches!(event, Event::Stopped(StopTarget::All))), "{command:?}");
         assert!(client.machine.may_move(), "{command:?}");
     }

@@ -1,98 +1,80 @@
-//! A client and a device together, over a line with the faults of its transport, before a simple rig.
+//! Client and device together on a line with the faults of its transport, before a simple rig.
 //!
-//! TCP delivers everything in order and whole, or is cut off; USB loses messages and doubles them. Neither reorders.
-
-use std::collections::VecDeque;
+//! TCP delivers all messages in order, or is cut off. USB loses and doubles messages. Neither reorders them.
 
 use kos_proto::Transport;
-use kos_proto::device::{self, Destination, DeviceMachine, Report, Scratch, SessionId};
-use kos_proto::host::{self, Command, HostMachine, StopTarget, Token};
+use kos_proto::device::{self, Destination, Report, SessionId};
+use kos_proto::host::{self, Command, HostMachine, StopTarget};
 use kos_proto::message::*;
 use kos_proto::trajectory::*;
-use kos_proto::{Effect, Frame, HostMessage, Millis};
-use laws::machine::step;
+use kos_proto::{Effect, HostMessage, Millis, Purpose};
+use laws::world::{Fate, Faults, Next, Tokens};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest_state_machine::{ReferenceStateMachine, StateMachineTest, prop_state_machine};
 
 use super::bench::*;
 use super::client::{AT, go, jog};
+use super::world::{World, device_bytes, frame, host_bytes, to_device, to_host};
 
 const SESSION: SessionId = SessionId(0);
 const MOTORS: [u8; 3] = [1, 2, 3];
 
-/// One direction of a line.
-#[derive(Default)]
-struct Wire {
-    queue: VecDeque<(u64, Vec<u8>)>,
-}
-
-impl Wire {
-    /// A message is on its way, behind all that is.
-    fn put(&mut self, now: u64, delay: u64, message: Vec<u8>) {
-        let due = self.queue.back().map_or(0, |(due, _)| *due).max(now + delay);
-        self.queue.push_back((due, message));
-    }
-
-    fn due(&self) -> Option<u64> {
-        self.queue.front().map(|(due, _)| *due)
-    }
-}
-
-/// Three motors that take their time.
+/// Rig of three motors, which need some time for each way.
 #[derive(Default)]
 struct Rig {
     at: [f32; 3],
-    /// Motors on their way: when they are there, and where.
-    ways: Vec<(u64, u8, f32)>,
-    /// Until when a move is played, and which motors it moves to a place of its own.
-    playing: Option<u64>,
+    /// Motors on their way: the time of arrival, the motor, and the position.
+    ways: Vec<(Millis, u8, f32)>,
+    /// Time until which a move is played.
+    playing: Option<Millis>,
+    /// Motors that the move sent to a place, and that are not there yet.
     sent: MotorSet,
 }
 
 impl Rig {
-    fn go(&mut self, due: u64, motor: u8, to: f32) {
+    fn go(&mut self, due: Millis, motor: u8, to: f32) {
         self.ways.retain(|&(_, other, _)| other != motor);
         self.ways.push((due, motor, to));
     }
 
-    /// Does what it is told, and checks that it makes sense.
-    fn follow(&mut self, now: u64, event: &device::Event<'_>) {
+    fn stop(&mut self, now: Millis, motor: u8) {
+        self.go(now.after(150), motor, self.at[usize::from(motor) - 1]);
+    }
+
+    /// Carries out an event, and checks that it fits to what the motors do.
+    fn follow(&mut self, now: Millis, event: &device::Event<'_>) {
         use device::Event;
         match *event {
             Event::Move { motor, to, .. } => {
                 assert!(self.playing.is_none() && self.sent.is_empty(), "by hand, while a move runs");
                 let from = self.at[usize::from(motor.0) - 1];
                 let jogs = (to.0 - from).abs() > 1_000.0;
-                self.go(if jogs { u64::MAX } else { now + 700 }, motor.0, to.0);
+                self.go(if jogs { Millis(u64::MAX) } else { now.after(700) }, motor.0, to.0);
             }
-            Event::StopMotor { motor, .. } => self.go(now + 150, motor.0, self.at[usize::from(motor.0) - 1]),
+            Event::StopMotor { motor, .. } => self.stop(now, motor.0),
             Event::StopAll => {
-                // A live move has motors 1 and 2; what rests anyway has nothing to say.
+                // A live move has motors 1 and 2. A motor at rest has nothing to report.
                 let played = self.is_playing(now);
                 let moves = |motor| self.ways.iter().any(|&(_, other, _)| other == motor) || (played && motor < 3);
                 let moving: Vec<u8> = MOTORS.into_iter().filter(|&motor| moves(motor)).collect();
                 (self.playing, self.sent) = (None, MotorSet::NONE);
-                for motor in moving {
-                    self.go(now + 150, motor, self.at[usize::from(motor) - 1]);
-                }
+                moving.into_iter().for_each(|motor| self.stop(now, motor));
             }
             Event::Home { motors, .. } => {
                 assert!(self.playing.is_none() && self.sent.is_empty(), "two moves");
                 assert!(self.ways.is_empty(), "a move begins while motors move");
-                motors.iter().for_each(|motor| self.go(now + 400 * u64::from(motor.0), motor.0, 0.0));
+                motors.iter().for_each(|motor| self.go(now.after(400 * u64::from(motor.0)), motor.0, 0.0));
                 self.sent = motors;
             }
             Event::Play { millis, .. } => {
-                assert!(self.sent.is_empty() && self.ways.is_empty(), "played before it is home");
-                assert!(self.playing.is_none_or(|until| until <= now), "two moves");
-                self.playing = Some(now + millis);
+                assert!(self.sent.is_empty() && self.ways.is_empty(), "played before the motors are where it begins");
+                assert!(!self.is_playing(now), "two moves");
+                self.playing = Some(now.after(millis));
             }
             Event::MoveToFrame { .. } => {
                 let motors = [MotorAddress(1), MotorAddress(2)];
-                for motor in motors {
-                    self.go(now + 300, motor.0, 1.0);
-                }
+                motors.iter().for_each(|motor| self.go(now.after(300), motor.0, 1.0));
                 self.sent = MotorSet::of(motors);
             }
             Event::MoveOver => self.playing = None,
@@ -101,12 +83,12 @@ impl Rig {
     }
 
     /// Whether motors move because a move is played. Photos may follow its end.
-    fn is_playing(&self, now: u64) -> bool {
+    fn is_playing(&self, now: Millis) -> bool {
         self.playing.is_some_and(|until| until > now)
     }
 
-    /// A motor that is there.
-    fn arrived(&mut self, now: u64) -> Option<Report> {
+    /// Report of a motor that has arrived.
+    fn arrived(&mut self, now: Millis) -> Option<Report> {
         let place = self.ways.iter().position(|&(due, ..)| due <= now)?;
         let (_, motor, to) = self.ways.remove(place);
         self.at[usize::from(motor) - 1] = to;
@@ -115,155 +97,119 @@ impl Rig {
     }
 }
 
-/// Event of a client, as far as the tests ask for it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Told {
-    NotConfirmed,
-    Stopped(StopTarget),
-    Move,
-}
-
-struct World {
-    now: u64,
+/// Client and device on a line, before a rig.
+struct Together {
+    world: World,
     transport: Transport,
-    /// Whether the line still has faults, and which ones come.
+    /// Whether the line still has faults.
     faults: bool,
+    /// Delays and faults that come.
     luck: Box<dyn Iterator<Item = u8>>,
-    host: HostMachine,
-    device: DeviceMachine,
-    host_wake: Option<u64>,
-    device_wake: Option<u64>,
-    /// When the connection that is asked for is there.
-    opening: Option<u64>,
-    to_device: Wire,
-    to_host: Wire,
+    /// Time at which the connection that is asked for is there.
+    opening: Option<Millis>,
     rig: Rig,
     data: TrajectoryData<'static>,
     password: &'static [u8],
     other_password: &'static [u8],
-    /// Events of the client, without what they borrow.
-    told: Vec<Told>,
-    /// Commands that did not end, and the number of the last one.
-    open: Vec<Token>,
-    token: u32,
-    /// What only a command may send, how often it was sent, and how often the device did it.
+    /// Events of the client about stops and the move.
+    told: Vec<host::Event<'static>>,
+    tokens: Tokens,
+    /// Number of starts that were sent, and that the device obeyed.
     starts: (u32, u32),
 }
 
-impl World {
+impl Together {
     fn new(transport: Transport, data: TrajectoryData<'static>, luck: Vec<u8>) -> Self {
         let mut bench = Bench::new(device::Options::default());
         bench.calibrate(1);
         bench.calibrate(2);
         bench.step(device::Input::LinkDown(ZERO));
-        let mut world = Self {
-            now: bench.now,
+        let host = HostMachine::new(host::Options::default());
+        let mut world = World::new(Millis(bench.now), host, bench.machine, Faults::default());
+        world.device.wake = bench.wake.map(Millis);
+        let mut together = Self {
+            world,
             transport,
-            faults: true,
+            faults: transport == Transport::Usb,
             luck: Box::new(luck.into_iter().cycle()),
-            host: HostMachine::new(host::Options::default()),
-            device: bench.machine,
-            host_wake: None,
-            device_wake: bench.wake,
             opening: None,
-            to_device: Wire::default(),
-            to_host: Wire::default(),
             rig: Rig { at: [RANGE, RANGE, 0.0], ..Rig::default() },
             data,
             password: b"",
             other_password: b"new",
             told: Vec::new(),
-            open: Vec::new(),
-            token: 0,
+            tokens: Tokens::default(),
             starts: (0, 0),
         };
         let endpoint = if transport == Transport::Tcp { AT } else { host::Endpoint::Usb };
-        world.command(Command::Connect(endpoint));
-        world
+        together.command(Command::Connect(endpoint));
+        together
     }
 
-    fn roll(&mut self) -> u8 {
-        self.luck.next().unwrap_or(0)
-    }
-
-    /// Puts a message on a line: later, twice, or never.
-    fn transmit(&mut self, to_device: bool, message: &[u8]) {
-        let fate = self.roll();
-        let delay = u64::from(fate % 32) * 3;
-        let copies = match (self.faults && self.transport == Transport::Usb, fate / 32) {
-            (true, 0) => 0,
-            (true, 1) => 2,
+    /// Times at which a message arrives that is sent now: once, twice, or never.
+    fn arrivals(&mut self) -> impl Iterator<Item = Millis> + use<> {
+        let luck = self.luck.next().unwrap_or(0);
+        let due = self.world.now.after(u64::from(luck % 32) * 3);
+        let times = match luck / 32 {
+            0 if self.faults => 0,
+            1 if self.faults => 2,
             _ => 1,
         };
-        let wire = if to_device { &mut self.to_device } else { &mut self.to_host };
-        for _ in 0..copies {
-            wire.put(self.now, delay, message.to_vec());
-        }
+        std::iter::repeat_n(due, times)
     }
 
     fn command(&mut self, command: Command) {
-        self.token += 1;
-        self.open.push(Token(self.token));
-        self.host(host::Input::Command(Token(self.token), command));
+        let token = self.tokens.begin();
+        self.host(host::Input::Command(token, command));
     }
 
     fn host(&mut self, input: host::Input<'_>) {
-        let (host, output) = step(self.host.clone(), Millis(self.now), input);
-        self.host = host;
-        self.host_wake = output.wake.map(|wake| wake.0);
         let mut is_down = false;
-        for effect in output {
+        for effect in self.world.step_host(input) {
             let event = match effect {
                 Effect::Transmit(transmit) => {
                     let (user_password, new_password) = (Password(self.password), Password(self.other_password));
                     let source = host::Source { user_password, new_password, trajectory: self.data };
-                    let message = transmit.message(&source);
-                    let mut bytes = vec![0; message.encoded_len()];
-                    message.encode_into(&mut bytes).unwrap();
                     self.starts.0 += u32::from(matches!(transmit, host::Transmit::Start(_)));
-                    self.transmit(true, &bytes);
+                    let bytes = host_bytes(&transmit, &source);
+                    self.arrivals().for_each(|due| self.world.up.send(due, bytes.clone()));
                     continue;
                 }
                 Effect::Event(event) => event,
             };
             match event {
-                host::Event::Connect(_) => self.opening = Some(self.now + 20),
+                host::Event::Connect(_) => self.opening = Some(self.world.now.after(20)),
                 host::Event::LinkDown(_) => is_down = true,
-                host::Event::Ended { token, .. } => {
-                    let place = self.open.iter().position(|&open| open == token);
-                    self.open.remove(place.expect("a command ends once"));
+                host::Event::Ended { token, .. } => self.tokens.end(token),
+                host::Event::StopNotConfirmed(_) | host::Event::Stopped(_) | host::Event::Move(_) => {
+                    self.told.extend(event.to_static());
                 }
-                host::Event::StopNotConfirmed(_) => self.told.push(Told::NotConfirmed),
-                host::Event::Stopped(target) => self.told.push(Told::Stopped(target)),
-                host::Event::Move(_) => self.told.push(Told::Move),
                 _ => {}
             }
         }
         if is_down {
-            assert_eq!(self.open, [], "with the connection, all commands end");
+            assert_eq!(self.tokens.open().count(), 0, "all commands end with the connection");
             self.opening = None;
-            self.cut();
+            self.world.cut();
             self.device(device::Input::LinkDown(SESSION));
         }
     }
 
     fn device(&mut self, input: device::Input<'_>) {
-        let ran = self.device.playback().runs();
-        let (device, output) = step(self.device.clone(), Millis(self.now), input);
-        self.device = device;
-        self.device_wake = output.wake.map(|wake| wake.0);
+        let ran = self.world.device.machine.playback().runs();
+        let output = self.world.step_device(input);
         if let device::Input::Received { message: HostMessage::StopPlayback(_), .. } = input {
             let stops = |event: &device::Event<'_>| *event == device::Event::StopAll;
             assert!(output.events().any(stops), "a stop is obeyed when it comes");
         }
         if let device::Input::Received { message: HostMessage::StartPlayback(_), .. } = input {
-            self.starts.1 += u32::from(!ran && self.device.playback().runs());
+            self.starts.1 += u32::from(!ran && self.world.device.machine.playback().runs());
         }
         let mut close = false;
         for effect in output {
             match effect {
                 Effect::Event(event) => {
-                    self.rig.follow(self.now, &event);
+                    self.rig.follow(self.world.now, &event);
                     match event {
                         device::Event::Disconnect { .. } => close = true,
                         device::Event::StorePassword(given) if given != Password(self.password) => {
@@ -276,74 +222,80 @@ impl World {
                     let password = Password(self.password);
                     let source =
                         device::Source { password, trajectory: self.data, guid: &[7; 16], ..Default::default() };
-                    let mut scratch = Scratch::default();
-                    let message = transmit.message(&source, &mut scratch);
-                    let mut bytes = vec![0; message.encoded_len()];
-                    message.encode_into(&mut bytes).unwrap();
-                    self.transmit(false, &bytes);
+                    let bytes = device_bytes(&transmit, &source);
+                    self.arrivals().for_each(|due| self.world.down.send(due, bytes.clone()));
                 }
                 Effect::Transmit(_) => {}
             }
         }
         if close {
-            self.cut();
+            self.world.cut();
             self.host(host::Input::LinkDown);
         }
     }
 
-    /// Whether something moves, or will when what is under way arrives, because of the client.
+    /// Whether something moves because of the client, or will move when a message on its way arrives.
     fn moves(&self) -> bool {
-        let moving = |wire: &Wire| {
-            wire.queue.iter().any(|(_, bytes)| {
-                HostMessage::decode(&Frame::decode(bytes).unwrap()).unwrap().conduct().purpose
-                    == kos_proto::Purpose::Moves
-            })
+        let moves = |bytes: &Vec<u8>| {
+            HostMessage::decode(&frame(bytes)).is_ok_and(|message| message.conduct().purpose == Purpose::Moves)
         };
-        !self.rig.ways.is_empty() || self.rig.is_playing(self.now) || moving(&self.to_device)
+        !self.rig.ways.is_empty() || self.rig.is_playing(self.world.now) || self.world.up.iter().any(moves)
     }
 
-    /// What is on its way is lost.
+    /// Cuts the connection, so that both sides see it.
     fn cut(&mut self) {
-        (self.to_device, self.to_host) = (Wire::default(), Wire::default());
+        self.world.cut();
+        self.device(device::Input::LinkDown(SESSION));
+        self.host(host::Input::LinkDown);
     }
 
-    /// Deals with the next thing that happens until a moment; `false` if nothing does.
-    fn happen(&mut self, end: u64) -> bool {
-        let rig = self.rig.ways.iter().map(|&(due, ..)| due).min();
-        let wires = [self.to_device.due(), self.to_host.due()];
-        let all = [self.host_wake, self.device_wake, self.opening, rig, wires[0], wires[1]];
-        let Some(due) = all.into_iter().flatten().min().filter(|&due| due <= end) else { return false };
-        self.now = self.now.max(due);
-        let is_due = |due: Option<u64>| due.is_some_and(|due| due <= self.now);
-        if is_due(wires[0]) {
-            let (_, bytes) = self.to_device.queue.pop_front().unwrap();
-            let password = Password(self.password);
-            self.device(device::Input::received(SESSION, &Frame::decode(&bytes).unwrap(), password));
-        } else if is_due(wires[1]) {
-            let (_, bytes) = self.to_host.queue.pop_front().unwrap();
-            self.host(host::Input::received(&Frame::decode(&bytes).unwrap()));
-        } else if is_due(self.opening) {
-            self.opening = None;
-            let password = Password(self.password);
-            self.device(device::Input::LinkUp { session: SESSION, transport: self.transport, password });
-            self.host(host::Input::LinkUp);
-        } else if let Some(report) = self.rig.arrived(self.now) {
-            self.device(device::Input::Rig(report));
-        } else if is_due(self.device_wake) {
-            self.device(device::Input::Wake);
-        } else {
-            self.host(host::Input::Wake);
-        }
-        // Over USB a report that comes twice may be taken for the next one.
-        let may_move = self.host.may_move() || self.transport == Transport::Usb || !self.moves();
-        assert!(may_move, "the client does not know that something moves: {:?}", self.host);
-        true
-    }
-
+    /// Lets time pass, and everything happen that is due.
     fn pass(&mut self, millis: u64) {
-        let end = self.now + millis;
-        while self.happen(end) {}
-        self.now = end;
+        let end = self.world.now.after(millis);
+        loop {
+            let arrival = self.rig.ways.iter().map(|&(due, ..)| due).min();
+            let own = self.opening.into_iter().chain(arrival).min();
+            let Some(next) = self.world.pass(end, own) else { return };
+            self.happen(next);
+            // Over USB a report that comes twice may be taken for the next one.
+            let host = &self.world.host.machine;
+            assert!(
+                host.may_move() || self.transport == Transport::Usb || !self.moves(),
+                "the client does not know that something moves: {:?} {:?} {:?} {host:?}",
+                self.world.now,
+                self.rig.ways,
+                self.world.up
+            );
+        }
+    }
+
+    fn happen(&mut self, next: Next) {
+        let now = self.world.now;
+        match next {
+            Next::Up => {
+                if let Some((bytes, _)) = self.world.up.meet(Fate::Arrives) {
+                    let password = Password(self.password);
+                    self.device(to_device(SESSION, &bytes, password));
+                }
+            }
+            Next::Down => {
+                if let Some((bytes, _)) = self.world.down.meet(Fate::Arrives) {
+                    self.host(to_host(&bytes));
+                }
+            }
+            Next::Own if self.opening.is_some_and(|due| due <= now) => {
+                self.opening = None;
+                let password = Password(self.password);
+                self.device(device::Input::LinkUp { session: SESSION, transport: self.transport, password });
+                self.host(host::Input::LinkUp);
+            }
+            Next::Own => {
+                let report = self.rig.arrived(now).expect("a motor that has arrived");
+                self.device(device::Input::Rig(report));
+            }
+            Next::WakeDevice => self.device(device::Input::Wake),
+            Next::WakeHost => self.host(host::Input::Wake),
+        }
     }
 }
 
@@ -404,23 +356,23 @@ fn any_move() -> impl Strategy<Value = TrajectoryData<'static>> {
     prop_oneof![live_moves, lapses]
 }
 
-/// Longer than any move here takes, any answer, and any way home; jogs are stopped before.
+/// Time in milliseconds that is longer than any move here, any answer, and any way to where a move begins. Jogs are stopped
+/// before.
 const SETTLE: u64 = 150_000;
 
-/// What a run is about, and what the application did in it.
+/// Setup of a run, and the number of starts that the application asked for.
 #[derive(Debug, Clone)]
 struct Script {
     transport: Transport,
     data: TrajectoryData<'static>,
     luck: Vec<u8>,
-    /// How often it asked for something that may play a move.
     starts: u32,
 }
 
-/// A pause, and what comes behind it: short ones, in which nothing is answered yet, and long ones.
+/// Pause, and what comes after it. Some pauses are so short that nothing is answered yet.
 type Transition = (u64, Op);
 
-/// Scripts over TCP or USB or either, whose line is cut off now and then or never.
+/// Scripts over TCP or USB or either, with or without cuts of the connection.
 struct Scripts<const TCP: bool, const USB: bool, const CUTS: bool>;
 
 impl<const TCP: bool, const USB: bool, const CUTS: bool> ReferenceStateMachine for Scripts<TCP, USB, CUTS> {
@@ -450,116 +402,111 @@ impl<const TCP: bool, const USB: bool, const CUTS: bool> ReferenceStateMachine f
     }
 }
 
-impl World {
+impl Together {
     fn of(script: &Script) -> Self {
-        let mut world = Self::new(script.transport, script.data, script.luck.clone());
-        world.pass(1_000);
-        world
+        let mut together = Self::new(script.transport, script.data, script.luck.clone());
+        together.pass(1_000);
+        together
     }
 
     fn follow(mut self, (wait, op): Transition) -> Self {
         self.pass(wait);
         match op {
             Op::Command(command) => self.command(command),
-            Op::Cut => {
-                self.cut();
-                self.device(device::Input::LinkDown(SESSION));
-                self.host(host::Input::LinkDown);
-            }
+            Op::Cut => self.cut(),
             Op::Rig(report) => self.device(device::Input::Rig(report)),
         }
         self
     }
 
-    /// No start is sent that was not asked for, and over TCP, which doubles nothing, none is done twice.
+    /// Checks that each start was asked for, and that none is obeyed twice over TCP, which doubles nothing.
     fn check(&self, script: &Script) {
         assert!(self.starts.0 <= script.starts, "{:?} of {script:?}", self.starts);
         assert!(self.starts.1 <= self.starts.0 || self.transport == Transport::Usb, "{:?} of {script:?}", self.starts);
     }
 
-    /// The line is good from now on, and all that is under way settles.
+    /// Lets everything that is under way end, without further faults.
     fn settle(&mut self) {
         self.faults = false;
         self.pass(SETTLE);
     }
 }
 
-/// Tests whose system is a [`World`], and what holds at the end of each.
+/// Tests whose system is a [`Together`], and what holds at the end of each.
 macro_rules! together {
     ($($(#[$about:meta])* $test:ident, $scripts:ty, $end:expr;)*) => { $(
         $(#[$about])*
         struct $test;
 
         impl StateMachineTest for $test {
-            type SystemUnderTest = World;
+            type SystemUnderTest = Together;
             type Reference = $scripts;
 
-            fn init_test(script: &Script) -> World {
-                World::of(script)
+            fn init_test(script: &Script) -> Together {
+                Together::of(script)
             }
 
-            fn apply(world: World, _: &Script, transition: Transition) -> World {
-                world.follow(transition)
+            fn apply(together: Together, _: &Script, transition: Transition) -> Together {
+                together.follow(transition)
             }
 
-            fn check_invariants(world: &World, script: &Script) {
-                world.check(script);
+            fn check_invariants(together: &Together, script: &Script) {
+                together.check(script);
             }
 
-            fn teardown(mut world: World, _: Script) {
-                let end: fn(&mut World) = $end;
-                end(&mut world);
+            fn teardown(mut together: Together, _: Script) {
+                let end: fn(&mut Together) = $end;
+                end(&mut together);
             }
         }
     )* };
 }
 
 together! {
-    /// Over TCP that is not cut off, both agree whether a move is loaded, once all that is under way is settled.
-    BothAgree, Scripts<true, false, false>, |world| {
-        world.settle();
-        let agreed = match world.host.move_state() {
+    /// Over TCP without cuts, both agree whether a move is ready, after everything has ended.
+    BothAgree, Scripts<true, false, false>, |together| {
+        together.settle();
+        let agreed = match together.world.host.machine.move_state() {
             host::MoveState::NoMove => device::playback::State::Empty,
             host::MoveState::Armed => device::playback::State::Ready,
             state => panic!("{state:?} does not end"),
         };
-        assert_eq!(world.device.playback(), agreed);
+        assert_eq!(together.world.device.machine.playback(), agreed);
     };
 
-    /// Over USB, where words are lost, no move is believed to run that is over, nor one to be over that runs.
-    NothingRunsForEver, Scripts<false, true, true>, |world| {
-        world.settle();
-        assert!(!world.host.move_state().runs(), "{:?}", world.host.move_state());
-        assert!(!world.device.playback().runs(), "{:?}", world.device.playback());
+    /// Over USB, which loses messages, the client does not take a move to run for ever, and the device does not play it so.
+    NothingRunsForEver, Scripts<false, true, true>, |together| {
+        together.settle();
+        let (host, device) = (&together.world.host.machine, &together.world.device.machine);
+        assert!(!host.move_state().runs() && !device.playback().runs(), "{host:?} {device:?}");
     };
 
-    /// Whatever happened, a stop stops everything once the line is good, also if it was lost itself; it is confirmed, and
-    /// said to be.
-    StopGetsThere, Scripts<true, true, true>, |world| {
-        world.told.clear();
-        world.command(Command::Stop);
-        world.settle();
-        assert!(world.transport == Transport::Usb || world.told.contains(&Told::Stopped(StopTarget::All)));
-        assert_eq!(world.device.playback(), device::playback::State::Empty);
-        let resting = |&motor: &u8| {
-            world.device.motor(MotorAddress(motor)).is_none_or(|drive| drive.motion() == device::motor::Motion::Resting)
+    /// A stop stops everything and is confirmed when the line has no more faults, also if the stop itself was lost.
+    StopGetsThere, Scripts<true, true, true>, |together| {
+        together.told.clear();
+        together.command(Command::Stop);
+        together.settle();
+        let (host, device) = (&together.world.host.machine, &together.world.device.machine);
+        let stopped = host::Event::Stopped(StopTarget::All);
+        assert!(together.transport == Transport::Usb || (together.told.contains(&stopped) && !host.may_move()), "{host:?}");
+        assert_eq!((host.move_state(), device.playback()), (host::MoveState::NoMove, device::playback::State::Empty));
+        let rests = |&motor: &u8| {
+            device.motor(MotorAddress(motor)).is_none_or(|drive| drive.motion() == device::motor::Motion::Resting)
         };
-        assert!(MOTORS.iter().all(resting));
-        assert_eq!(world.host.move_state(), host::MoveState::NoMove);
-        assert!(world.transport == Transport::Usb || !world.host.may_move(), "{:?}", world.host);
-        world.told.clear();
-        world.pass(60_000);
-        assert_eq!(world.told, []);
+        assert!(MOTORS.iter().all(rests));
+        together.told.clear();
+        together.pass(60_000);
+        assert_eq!(together.told, []);
     };
 }
 
 prop_state_machine! {
     #[test]
-    fn both_agree_over_tcp(sequential 1..25 => BothAgree);
+    fn both_agree_on_the_move_over_tcp(sequential 1..25 => BothAgree);
 
     #[test]
-    fn no_move_is_believed_to_run_for_ever(sequential 1..25 => NothingRunsForEver);
+    fn no_move_is_taken_to_run_for_ever(sequential 1..25 => NothingRunsForEver);
 
     #[test]
-    fn a_stop_always_gets_there(sequential 1..25 => StopGetsThere);
+    fn a_stop_always_stops_everything(sequential 1..25 => StopGetsThere);
 }

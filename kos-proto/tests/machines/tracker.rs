@@ -289,7 +289,8 @@ fn a_stop_is_over_when_all_is_answered() {
     client.clear();
     let mut client = row(client, PlaybackState::FULL_STOP, progress(PlaybackState::FULL_STOP), "Stopping");
     client.hear(device_info(PlaybackState::FULL_STOP));
-    assert_eq!(client.move_state(), "NoMove");
+    assert_eq!((client.move_state(), client.refused(load())), ("NoMove", Some(Refusal::Stopping)), "motor 2 moves");
+    client.rests(2, 4.0);
     client.command(load());
     assert_eq!(client.move_state(), "SettingUp");
     let position = client.machine.motors().next().map(|motor| motor.position);

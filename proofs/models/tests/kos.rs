@@ -55,7 +55,8 @@ fn holds(name: &str, kos: Kos, at_least: usize) {
             println!("{property}, last steps:");
             let steps = path.into_vec();
             for (state, action) in steps.iter().skip(steps.len().saturating_sub(12)) {
-                println!("  {state} {action:?}");
+                let line = format!("  {action:?}: {state}");
+                println!("{line:.600}");
             }
         }
     }

@@ -116,7 +116,7 @@ impl Model for Kos {
                 state.both.up.cut();
                 state.link = if host { Link::Down } else { Link::Cut { host, device: true } };
                 self.device(state, device::Input::LinkDown(SESSION));
-                if state.rig.is_driven() && !state.both.device.machine.playback().runs() {
+                if state.rig.is_driven(state.both.now) && !state.both.device.machine.playback().runs() {
                     state.ledger.breach(Breach::StopNotObeyed);
                 }
             }
@@ -159,7 +159,7 @@ impl Model for Kos {
             // A doubled report that a motor rests may be taken for the next one.
             Property::always("the client knows that something may move", |kos: &Kos, state: &State| {
                 let host = &state.both.host.machine;
-                state.rig.rests() || host.may_move() || (kos.faults.doubled > 0 && state.ledger.harmed)
+                state.rig.rests(state.both.now) || host.may_move() || (kos.faults.doubled > 0 && state.ledger.harmed)
             }),
             Property::always("no command is open without a connection", |_: &Kos, state: &State| {
                 state.both.host.machine.state().is_connected() || state.open == 0
@@ -180,7 +180,7 @@ impl Model for Kos {
             (breaks, "a stop is not confirmed", |_, state| state.told.not_confirmed),
             (true, "everything rests after a stop", |_, state| {
                 let over = state.is_settled() && state.both.host.machine.move_state() == MoveState::NoMove;
-                over && state.ledger.stopped && state.rig.rests()
+                over && state.ledger.stopped && state.rig.rests(state.both.now)
             }),
             (plays, "a move is played to its end", |_, state| state.told.finished),
             (plays && self.cuts > 0, "a move is found again", |_, state| state.told.found),

@@ -43,19 +43,23 @@ impl Rig {
 
     /// Whether the motor moves and has no command to stop.
     #[must_use]
-    pub fn is_driven(&self) -> bool {
-        self.plays.is_some() || matches!(self.motor, Motor::Goes(_))
+    pub fn is_driven(&self, now: Millis) -> bool {
+        self.is_playing(now) || matches!(self.motor, Motor::Goes(_))
     }
 
     /// Whether nothing moves.
     #[must_use]
-    pub fn rests(&self) -> bool {
-        self.plays.is_none() && self.motor == Motor::Rests
+    pub fn rests(&self, now: Millis) -> bool {
+        !self.is_playing(now) && self.motor == Motor::Rests
+    }
+
+    fn is_playing(&self, now: Millis) -> bool {
+        self.plays.is_some_and(|until| until > now)
     }
 
     /// Follows an event of the device; `false` if that would start a second motion.
     pub(super) fn follow(&mut self, now: Millis, event: &Event<'_>) -> bool {
-        let (rests, plays) = (self.motor == Motor::Rests, self.plays.is_some());
+        let (rests, plays) = (self.motor == Motor::Rests, self.is_playing(now));
         match *event {
             Event::Move { to, .. } => {
                 self.motor = Motor::Goes(to);
@@ -66,7 +70,7 @@ impl Rig {
                 !plays
             }
             Event::StopAll => {
-                if self.is_driven() {
+                if self.is_driven(now) {
                     self.motor = Motor::Stops;
                 }
                 self.plays = None;
@@ -81,9 +85,8 @@ impl Rig {
                 rests && !plays
             }
             Event::Play { millis, .. } => {
-                let over = self.plays.is_none_or(|until| until <= now);
                 self.plays = Some(now.after(millis));
-                rests && over
+                rests && !plays
             }
             Event::MoveOver => {
                 self.plays = None;

@@ -276,7 +276,7 @@ impl State {
                 Event::StopNotConfirmed(StopTarget::All) => told.not_confirmed = true,
                 Event::Stopped(StopTarget::All) => {
                     told.stopped = true;
-                    if clear && !self.rig.rests() {
+                    if clear && !self.rig.rests(self.both.now) {
                         ledger.breach(Breach::NotStopped);
                     }
                 }
@@ -324,7 +324,7 @@ impl State {
             HostMessage::SetPositionSpeedAcceleration(message) if message.is_stop() => true,
             _ => return self.begun(message),
         };
-        if !obeyed || self.rig.is_driven() {
+        if !obeyed || self.rig.is_driven(self.both.now) {
             self.ledger.breach(Breach::StopNotObeyed);
         }
     }
