@@ -41,7 +41,7 @@ impl Client {
         }
     }
 
-    /// A client with a connection that has asked for DeviceInfo.
+    /// A client with a connection that has asked for `DeviceInfo`.
     pub(super) fn connected(options: Options, endpoint: Endpoint) -> Self {
         let mut client = Self::new(options);
         client.command(Command::Connect(endpoint));

@@ -314,7 +314,7 @@ fn a_range_is_marked() {
     assert_eq!(client.refused(Command::MarkEnd(TWO)), Some(Refusal::NotMarked), "once");
 }
 
-/// 7.3-6: an error, no answer, no range or no connection is always reported, and MarkEnd is never sent twice.
+/// 7.3-6: an error, no answer, no range or no connection is always reported, and `MarkEnd` is never sent twice.
 #[test]
 fn a_range_that_is_none_is_told() {
     let refused = |code| Outcome::Refused(Refusal::Device(code));

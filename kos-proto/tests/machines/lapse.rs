@@ -142,7 +142,7 @@ fn photos_behind_the_move() {
     }
 }
 
-/// 7.5-12: the stop is obeyed in every state, and PostMovePhotosCompleted is not sent.
+/// 7.5-12: the stop is obeyed in every state, and `PostMovePhotosCompleted` is not sent.
 #[test]
 fn a_stop_ends_a_time_lapse_in_every_state() {
     let mut seen = Vec::new();
