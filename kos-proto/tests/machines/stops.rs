@@ -322,7 +322,8 @@ fn a_stop_is_told_when_everything_rests() {
 /// 7.6-21: the next connection begins with the stops that were not confirmed on the last one.
 #[test]
 fn a_stop_that_is_not_confirmed_is_sent_first_on_the_next_connection() {
-    let lost: [(fn(&mut Client), StopTarget); 4] = [
+    type Act = fn(&mut Client);
+    let lost: [(Act, StopTarget); 4] = [
         (
             |client| {
                 client.command(jog(TWO, 5.0));

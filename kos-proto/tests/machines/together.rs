@@ -59,7 +59,9 @@ impl Rig {
                 let moves = |motor| self.ways.iter().any(|&(_, other, _)| other == motor) || (played && motor < 3);
                 let moving: Vec<u8> = MOTORS.into_iter().filter(|&motor| moves(motor)).collect();
                 (self.playing, self.sent) = (None, MotorSet::NONE);
-                moving.into_iter().for_each(|motor| self.stop(now, motor));
+                for motor in moving {
+                    self.stop(now, motor);
+                }
             }
             Event::Home { motors, .. } => {
                 assert!(self.playing.is_none() && self.sent.is_empty(), "two moves");
@@ -74,7 +76,9 @@ impl Rig {
             }
             Event::MoveToFrame { .. } => {
                 let motors = [MotorAddress(1), MotorAddress(2)];
-                motors.iter().for_each(|motor| self.go(now.after(300), motor.0, 1.0));
+                for motor in &motors {
+                    self.go(now.after(300), motor.0, 1.0);
+                }
                 self.sent = MotorSet::of(motors);
             }
             Event::MoveOver => self.playing = None,

@@ -177,7 +177,7 @@ fn it_ends_or_begins_again() {
     row(client, PlaybackState::POST_MOVE_PHOTOS_COMPLETED, said(Move::PostShot), "Ended");
 }
 
-/// 7.6-15: FullStop ends the move for any cause.
+/// 7.6-15: `FullStop` ends the move for any cause.
 #[test]
 fn a_full_stop_ends_it() {
     for client in all() {
@@ -365,7 +365,7 @@ fn a_stop_without_its_answer_ends_the_connection() {
     }
 }
 
-/// 7.6-21: a running move is found again from DeviceInfo. A ready move is not, because it may be another client's.
+/// 7.6-21: a running move is found again from `DeviceInfo`. A ready move is not, because it may be another client's.
 #[test]
 fn a_lost_connection_loses_the_move_until_it_is_found() {
     for client in all().into_iter().filter(|client| !matches!(client.move_state(), "NoMove" | "Stopping")) {
