@@ -1,4 +1,4 @@
-//! The envelope: marker, id, type, length, data, two check bytes.
+//! Envelope of a message: marker, id, type, length, data and two check bytes.
 //!
 //! | offset | size | field |
 //! |---|---|---|
@@ -9,7 +9,7 @@
 //! | 10 | length | data |
 //! | 10 + length | 2 | check bytes |
 //!
-//! All numbers are little-endian. The Fletcher-16 sum over the whole frame, marker and check bytes included, is zero.
+//! All numbers are little-endian. The Fletcher-16 sum over the whole frame, with marker and check bytes, is zero.
 //!
 //! Source: DMC, Message Format; decisions D-9, D-10 and D-12.
 
@@ -22,30 +22,30 @@ use motion_core::wire::{DecodeError, EncodeError, Envelope};
 use zerocopy::little_endian::{U16, U32};
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
-/// Bytes of a header.
+/// Length of a header, in bytes.
 pub const HEADER_LEN: usize = size_of::<Header>();
-/// Bytes of a frame around its data: header and check bytes.
+/// Length of a frame without its data, in bytes: header and check bytes.
 pub const OVERHEAD: usize = HEADER_LEN + CHECK_LEN;
-/// Bytes of data that every device takes: with them, a frame fills the 1048 bytes of buffer that the specification
-/// asks for (decision D-10).
+/// Greatest length of data that every device accepts, in bytes. The frame then fills the buffer of 1048 bytes that the
+/// specification demands (decision D-10).
 pub const MAX_DATA: usize = 1036;
-/// Bytes of the longest frame that a receiver takes unless told otherwise (decision D-10).
+/// Default of the greatest length of a frame that a receiver accepts, in bytes (decision D-10).
 pub const MAX_FRAME: usize = 2048;
 
 const CHECK_LEN: usize = 2;
 const MARKER: [u8; 2] = *b"DF";
 
-/// The number that ties an answer to its request.
+/// Id of a message. An answer has the id of its request.
 ///
-/// A host counts from 1 and never uses 0; a device sends 0 in what nobody asked for (decision D-13).
+/// A host counts from 1 and never uses 0. A device sends 0 in messages that no request asked for (decision D-13).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct MessageId(pub u32);
 
 impl MessageId {
-    /// What a device sends unasked.
+    /// Id of messages that a device sends unasked.
     pub const UNSOLICITED: Self = Self(0);
 
-    /// The id of the next request: 0 is left out.
+    /// Id of the next request. The id 0 is left out.
     #[must_use]
     pub const fn next(self) -> Self {
         match self.0.wrapping_add(1) {
@@ -61,7 +61,7 @@ impl fmt::Display for MessageId {
     }
 }
 
-/// The number of a message, with bit 15 set in its acknowledgement.
+/// Type of a message. The type of its acknowledgement has bit 15 set as well.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct MessageType(pub u16);
 
@@ -73,19 +73,19 @@ impl MessageType {
         Self(u16::try_from(number).unwrap_or(u16::MAX))
     }
 
-    /// Whether it marks an acknowledgement. Only devices send these.
+    /// Whether this is the type of an acknowledgement. Only devices send these.
     #[must_use]
     pub const fn is_ack(self) -> bool {
         self.0 & Self::ACK != 0
     }
 
-    /// The type of the request that an acknowledgement answers; any other type is itself.
+    /// Type of the request that an acknowledgement answers. Any other type stays as it is.
     #[must_use]
     pub const fn request(self) -> Self {
         Self(self.0 & !Self::ACK)
     }
 
-    /// The type of the acknowledgement that answers a request.
+    /// Type of the acknowledgement that answers a request.
     #[must_use]
     pub const fn ack(self) -> Self {
         Self(self.0 | Self::ACK)
@@ -104,7 +104,7 @@ impl fmt::Debug for MessageType {
     }
 }
 
-/// The first ten bytes of a frame.
+/// Header of a frame: its first ten bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
 #[repr(C)]
 pub struct Header {
@@ -119,25 +119,25 @@ impl Header {
         Self { marker: MARKER, id: U32::new(id.0), kind: U16::new(kind.0), len: U16::new(len) }
     }
 
-    /// Ties an answer to its request.
+    /// Id of the message.
     #[must_use]
     pub fn id(&self) -> MessageId {
         MessageId(self.id.get())
     }
 
-    /// Which message it is.
+    /// Type of the message.
     #[must_use]
     pub fn kind(&self) -> MessageType {
         MessageType(self.kind.get())
     }
 
-    /// Bytes of data, 0 to 65535.
+    /// Length of the data, 0 to 65535 bytes.
     #[must_use]
     pub fn data_len(&self) -> usize {
         self.len.get().into()
     }
 
-    /// Bytes of the whole frame.
+    /// Length of the whole frame, in bytes.
     #[must_use]
     pub fn frame_len(&self) -> usize {
         self.data_len().saturating_add(OVERHEAD)
@@ -154,7 +154,7 @@ impl fmt::Debug for Header {
     }
 }
 
-/// A whole frame whose checksum is right.
+/// Complete frame with a correct checksum.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Frame<'a> {
     header: &'a Header,
@@ -167,15 +167,15 @@ impl<'a> Frame<'a> {
     ///
     /// # Errors
     ///
-    /// [`FrameError`] says what is wrong with them. A checksum is judged by the sum alone, never by comparing check
-    /// bytes: 00 and FF mean the same in them (decision D-9).
+    /// [`FrameError`] says what is wrong. Only the sum decides about the checksum. Check bytes are not compared, because 00
+    /// and FF mean the same in them (decision D-9).
     #[inline]
     pub fn decode(bytes: &'a [u8]) -> Result<Self, FrameError> {
         let frame = Self::unverified(bytes)?;
         if fletcher::verify(bytes) { Ok(frame) } else { Err(FrameError::Checksum { len: bytes.len() }) }
     }
 
-    /// Reads a frame without its checksum.
+    /// Reads a frame, and does not verify its checksum.
     #[inline]
     fn unverified(bytes: &'a [u8]) -> Result<Self, FrameError> {
         let have = bytes.len();
@@ -194,31 +194,31 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Its header.
+    /// Header of the frame.
     #[must_use]
     pub const fn header(&self) -> &'a Header {
         self.header
     }
 
-    /// Ties an answer to its request.
+    /// Id of the message.
     #[must_use]
     pub fn id(&self) -> MessageId {
         self.header.id()
     }
 
-    /// Which message it is.
+    /// Type of the message.
     #[must_use]
     pub fn kind(&self) -> MessageType {
         self.header.kind()
     }
 
-    /// Its data.
+    /// Data of the frame.
     #[must_use]
     pub const fn payload(&self) -> &'a [u8] {
         self.payload
     }
 
-    /// All of it, from the marker to the check bytes.
+    /// Bytes of the whole frame, from the marker to the check bytes.
     #[must_use]
     pub const fn bytes(&self) -> &'a [u8] {
         self.bytes
@@ -237,43 +237,43 @@ impl fmt::Debug for Frame<'_> {
     }
 }
 
-/// Why bytes are not one frame.
+/// Reason why bytes are not one frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum FrameError {
-    /// They end before the frame does.
+    /// The bytes end before the frame does.
     #[error("frame: need {needed} bytes, have {have}")]
     Truncated {
-        /// Bytes of the whole frame, or of the shortest one.
+        /// Length of the whole frame, or of the shortest frame, in bytes.
         needed: usize,
-        /// Bytes there are.
+        /// Number of bytes.
         have: usize,
     },
-    /// They go on behind the frame.
+    /// The bytes go on after the frame.
     #[error("frame: {extra} bytes too many")]
     Trailing {
-        /// Bytes behind it.
+        /// Number of bytes after the frame.
         extra: usize,
     },
-    /// They do not begin with `DF`.
+    /// The bytes do not begin with `DF`.
     #[error("frame: begins with {found:02x?}, not with \"DF\"")]
     NoMarker {
-        /// The first two bytes.
+        /// First two bytes.
         found: [u8; 2],
     },
-    /// Their sum is not zero.
+    /// The sum of the bytes is not zero.
     #[error("frame: wrong checksum over {len} bytes")]
     Checksum {
-        /// Bytes summed.
+        /// Number of bytes in the sum.
         len: usize,
     },
 }
 
-/// Writes a frame around `data`, whatever its type: the way to send what has no type of its own.
+/// Writes a frame of any type around `data`. Messages without a type of their own in this crate are sent this way.
 ///
 /// # Errors
 ///
-/// [`EncodeError`], if `data` is longer than 65535 bytes or the frame does not fit into `out`. Then nothing is written.
+/// [`EncodeError`] if `data` is longer than 65535 bytes, or if the frame does not fit into `out`. Then nothing is written.
 pub fn encode(id: MessageId, kind: MessageType, data: &[u8], out: &mut [u8]) -> Result<usize, EncodeError> {
     envelope(id, kind, data.len(), out, |place| {
         place.copy_from_slice(data);
@@ -281,7 +281,7 @@ pub fn encode(id: MessageId, kind: MessageType, data: &[u8], out: &mut [u8]) -> 
     })
 }
 
-/// The frame as the envelope of messages, which a host sends, or a device.
+/// Envelope of messages that a host sends, or a device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Enclosed<const BY_HOST: bool> {}
 
@@ -299,7 +299,7 @@ impl<const BY_HOST: bool> Envelope for Enclosed<BY_HOST> {
         frame_len(body_len)
     }
 
-    /// The id 0 is only for devices (decision D-13).
+    /// Checks the id, because only devices send 0 (decision D-13).
     fn lint(id: MessageId, found: &mut Lints) {
         if BY_HOST {
             found.range("id", id.0, 1, u32::MAX);
@@ -318,12 +318,12 @@ impl<const BY_HOST: bool> Envelope for Enclosed<BY_HOST> {
     }
 }
 
-/// Bytes of a frame around `len` bytes of data.
+/// Length of a frame around `len` bytes of data.
 pub(crate) fn frame_len(len: usize) -> usize {
     len.saturating_add(OVERHEAD)
 }
 
-/// Header, what `data` writes, check bytes; in this order, so that each is written once.
+/// Writes the header, the data and the check bytes, in this order, each once.
 fn envelope(
     id: MessageId,
     kind: MessageType,
@@ -337,7 +337,8 @@ fn envelope(
     let small = EncodeError::BufferTooSmall { needed, have: out.len() };
     let (summed, check) = out.get_mut(..needed).and_then(|out| out.split_last_chunk_mut::<CHECK_LEN>()).ok_or(small)?;
     let (header, place) = summed.split_first_chunk_mut::<HEADER_LEN>().ok_or(small)?;
-    // First, so that it has left the processor's store buffer when it is summed: a seventh less time for 80 bytes.
+    // The header is written first, so that it has left the store buffer of the processor when it is summed. For 80 bytes
+    // this saves a seventh of the time.
     let before = core::mem::replace(header, zerocopy::transmute!(Header::new(id, kind, wire_len)));
     if let Err(error) = data(place) {
         *header = before;
@@ -347,11 +348,11 @@ fn envelope(
     Ok(needed)
 }
 
-/// The framing of DMC, for frames of up to `CAP` bytes.
+/// Framing of DMC, for frames of up to `CAP` bytes.
 ///
-/// `CAP` is 12 to 65547; a longer claim is taken for noise, so that a corrupt length cannot make the stream wait. The
-/// search then goes on behind the marker, as it does after a wrong checksum, and finds good frames inside the corrupt one
-/// (decision D-12).
+/// `CAP` is 12 to 65547. A header that claims a longer frame counts as noise, so that a damaged length cannot make the
+/// stream wait. The search then goes on after the marker, as after a wrong checksum, and finds good frames inside the
+/// damaged one (decision D-12).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dmc<const CAP: usize = MAX_FRAME> {}
 
@@ -389,13 +390,13 @@ impl<const CAP: usize> Framing for Dmc<CAP> {
         Frame::unverified(bytes).ok()
     }
 
-    /// The marker: no other one begins inside it.
+    /// Gives up the marker. No other marker begins inside it.
     fn give_up(bytes: &[u8]) -> usize {
         if bytes.starts_with(&MARKER) { MARKER.len() } else { 1 }
     }
 }
 
-/// A stream of DMC frames, in a buffer of `N` bytes, at least twice [`MAX_FRAME`].
+/// Stream of DMC frames, with a buffer of `N` bytes, at least twice [`MAX_FRAME`].
 ///
 /// For other limits, name the framing: `motion_core::stream::Frames<Dmc<1048>, 2096>`.
 pub type Frames<const N: usize = { 2 * MAX_FRAME }> = stream::Frames<Dmc, N>;
@@ -406,7 +407,7 @@ mod tests {
     use motion_core::wire::Message;
     use std::{format, vec::Vec};
 
-    /// A frame of a type that nobody knows.
+    /// Frame of an unknown type.
     fn frame(data: &[u8]) -> Vec<u8> {
         let mut out = std::vec![0xa5; frame_len(data.len())];
         assert_eq!(encode(MessageId(0x0403_0201), MessageType(0x0605), data, &mut out), Ok(out.len()));
@@ -414,7 +415,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_stand_where_the_table_says() {
+    fn fields_are_at_the_offsets_of_the_table() {
         let bytes = frame(b"data");
         assert_eq!(bytes[..14], *b"DF\x01\x02\x03\x04\x05\x06\x04\0data");
         let frame = Frame::decode(&bytes).unwrap();
@@ -427,7 +428,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_that_are_not_one_frame_say_why() {
+    fn bytes_that_are_not_one_frame_are_an_error() {
         let good = frame(b"data");
         for len in 0..good.len() {
             let needed = if len < HEADER_LEN { OVERHEAD } else { good.len() };
@@ -447,24 +448,24 @@ mod tests {
 
     /// Decision D-9: the checksum counts modulo 255.
     #[test]
-    fn zero_and_255_weigh_the_same_in_every_byte() {
+    fn zero_and_255_count_the_same_in_every_byte() {
         let mut bytes = frame(&[0; 20]);
         for at in 10..30 {
             bytes[at] = 0xff;
             assert!(Frame::decode(&bytes).is_ok(), "a known weakness");
         }
-        // The sums over this one are such that the formula gives 255 for a check byte.
+        // For this frame the formula gives 255 for a check byte.
         let mut bytes = [b'D', b'F', 0x83, 0, 0, 0, 0x30, 0, 0, 0, 0xc1, 0xff];
         assert!(Frame::decode(&bytes).is_ok());
         bytes[11] = 0;
         let frame = Frame::decode(&bytes).unwrap();
         let mut again = [0; OVERHEAD];
         encode(frame.id(), frame.kind(), frame.payload(), &mut again).unwrap();
-        assert_eq!(again[11], 0xff, "never written as 0");
+        assert_eq!(again[11], 0xff, "a check byte is never written as 0");
     }
 
     #[test]
-    fn a_frame_that_does_not_fit_is_not_begun() {
+    fn of_a_frame_that_does_not_fit_nothing_is_written() {
         let mut out = [0xa5; 15];
         let small = EncodeError::BufferTooSmall { needed: 16, have: 15 };
         assert_eq!(encode(MessageId(1), MessageType(2), b"data", &mut out), Err(small));
@@ -474,9 +475,9 @@ mod tests {
         assert_eq!(refused, Err(EncodeError::TooLong { what: "data", len: 65_536, max: 65_535 }));
     }
 
-    /// Decision D-12: no other marker begins inside one.
+    /// Decision D-12: no marker begins inside another one.
     #[test]
-    fn a_candidate_is_given_up_with_its_marker() {
+    fn a_damaged_frame_is_given_up_with_its_marker() {
         let mut bad = frame(b"DFDF");
         bad[2] ^= 1;
         assert_eq!(<Dmc as Framing>::give_up(&bad), 2);
@@ -494,7 +495,7 @@ mod tests {
 
     /// Decision D-13.
     #[test]
-    fn a_corrupt_frame_names_what_to_acknowledge() {
+    fn the_header_of_a_corrupt_frame_tells_what_to_acknowledge() {
         use crate::DeviceMessage;
         use crate::message::{Ack, AckCode};
 
@@ -502,7 +503,7 @@ mod tests {
         bytes[11] ^= 1;
         let mut frames = Frames::<4096>::new();
         assert_eq!(frames.push(&bytes), bytes.len());
-        let Some(stream::Item::Corrupt { header, .. }) = frames.next() else { panic!("it is corrupt") };
+        let Some(stream::Item::Corrupt { header, .. }) = frames.next() else { panic!("the frame is corrupt") };
         assert_eq!((header.id(), header.kind()), (MessageId(0x0403_0201), MessageType(0x0605)));
         let ack = DeviceMessage::from(Ack::new(header.kind(), AckCode::ERR_CHECKSUM));
         let mut out = [0; 14];

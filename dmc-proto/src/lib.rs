@@ -1,10 +1,11 @@
-//! Dragonframe DMC v2: the language between Dragonframe and a motion-control rig, for both sides.
+//! Dragonframe DMC v2: the protocol between Dragonframe and a motion-control rig, for both sides.
 //!
-//! Dragonframe, the [host](HostMessage), asks; a controller, the [device](DeviceMessage), answers, and sends some
-//! things unasked. Bytes become frames, frames become messages, and back. Nothing here does I/O, allocates, or panics.
+//! Dragonframe, the [host](HostMessage), sends requests. A controller, the [device](DeviceMessage), answers them, and sends
+//! some messages unasked. The crate turns bytes into frames and frames into messages, and back. It does no I/O, does not
+//! allocate, and does not panic.
 //!
-//! Reading: a stream brings bytes in pieces, [`Frames`] finds the frames in them, and each side decodes what the other
-//! sent.
+//! To read, give the bytes of a stream in any pieces to [`Frames`], which finds the frames in them. Each side decodes the
+//! messages of the other side.
 //!
 //! ```
 //! use dmc_proto::message::{Motor, StopReason};
@@ -31,8 +32,8 @@
 //! # Ok::<(), dmc_proto::DecodeError>(())
 //! ```
 //!
-//! Writing: a message writes its whole frame, length and check bytes included; [`lint`] says before what a device would
-//! refuse.
+//! To write, encode a message, which makes its whole frame with length and check bytes. [`lint`] finds before what a device
+//! would refuse.
 //!
 //! ```
 //! use dmc_proto::lint::Context;
@@ -46,11 +47,11 @@
 //! # Ok::<(), dmc_proto::EncodeError>(())
 //! ```
 //!
-//! A whole move is sent and stored with [`upload`].
+//! The module [`upload`] sends and stores a whole move.
 //!
-//! Two state machines know when to send what, and what a silence means: [`host::HostMachine`] controls,
-//! [`device::DeviceMachine`] moves. An input goes in; messages to send, events to tell and the next wake come out. Both
-//! modules begin with a table of what to call when, and a loop that drives the machine.
+//! Two state machines decide when to send which message, and what to do without an answer: [`host::HostMachine`] controls a
+//! rig, [`device::DeviceMachine`] is the controller. Each takes an input and returns messages to send, events, and the time
+//! of the next wake. Both modules begin with a table of inputs, and a loop that drives the machine.
 //!
 //! ```
 //! use dmc_proto::Millis;
@@ -60,9 +61,9 @@
 //! let output = host.advance(Millis(0), Input::LinkUp);
 //! assert!(matches!(output.effects[..], [Effect::Transmit(Transmit { contents: Contents::Greeting, .. })]));
 //! assert_eq!(host.state(), State::Greeting);
-//! assert_eq!(output.wake, Some(Millis(1000)), "if the device has not said who it is by then, it is asked again");
+//! assert_eq!(output.wake, Some(Millis(1000)), "without an answer, the host greets again then");
 //!
-//! // A stop waits for nothing, not even for that.
+//! // A stop does not wait for the answer.
 //! let output = host.advance(Millis(5), Input::Command(Token(1), Command::Stop(StopTarget::All)));
 //! let first = &output.effects[0];
 //! assert!(matches!(first, Effect::Transmit(Transmit { contents: Contents::Stop(StopTarget::All), .. })));
@@ -70,25 +71,25 @@
 //!
 //! # Units
 //!
-//! | type | on the wire | means |
+//! | type | on the wire | meaning |
 //! |---|---|---|
-//! | [`Motor`](message::Motor) | u8, from 1 | a motor |
+//! | [`Motor`](message::Motor) | u8, from 1 | number of a motor |
 //! | [`Steps`](message::Steps) | i32 | steps of a motor |
 //! | [`Speed`](message::Speed), [`Acceleration`](message::Acceleration) | u32 | steps/s, steps/s² |
-//! | [`JogSpeed`](message::JogSpeed) | u16, x100 | 0.01 to 100.00 % of a motor's speed |
-//! | [`FrameNumber`](message::FrameNumber) | i32 | a frame of the shot |
+//! | [`JogSpeed`](message::JogSpeed) | u16, x100 | 0.01 to 100.00 % of the speed of a motor |
+//! | [`FrameNumber`](message::FrameNumber) | i32 | number of a frame |
 //! | [`MoveTime`](message::MoveTime) | i32, x1000 | frames, in thousandths |
-//! | [`FramesPerSecond`](message::FramesPerSecond) | u32, x1000 | frames a second |
+//! | [`FramesPerSecond`](message::FramesPerSecond) | u32, x1000 | frames per second |
 //! | [`Milliseconds`](message::Milliseconds) | u32 | ms |
 //! | [`Degrees`](message::Degrees) | u16 | degrees of a shutter |
-//! | [`DmxChannel`](message::DmxChannel) | u16, from 1 | a DMX channel |
+//! | [`DmxChannel`](message::DmxChannel) | u16, from 1 | number of a DMX channel |
 //! | [`VirtualPosition`](message::VirtualPosition) | i32, x100 000 | units of the rig, or degrees |
 //! | [`Coordinate`](message::Coordinate), [`Length`](message::Length) | i32, u32, x1000 | units of the rig |
 //!
 //! # Safety of people
 //!
-//! The checksum does not tell a byte of 00 from one of FF: a position can arrive wrong and look right. Every rig needs
-//! an emergency stop that no computer is part of.
+//! The checksum does not distinguish a byte 00 from a byte FF. A position can therefore arrive wrong and look right. Every
+//! rig needs an emergency stop that works without any computer.
 //!
 //! Decisions such as D-12 are explained, with the evidence, in `docs/decisions.md` of the repository.
 

@@ -1,9 +1,9 @@
-//! Frames and their messages as nom 8 parsers, over the same decoders as everything else. Feature `nom`; it adds the
-//! dependencies `nom` and `memchr`.
+//! Parsers of nom 8 for frames and their messages, with the decoders of this crate. The feature `nom` adds the dependencies
+//! `nom` and `memchr`.
 //!
-//! [`motion_core::nom`] lists the errors where no whole frame stands. A frame whose data is too short for its type is an
-//! error of the kind `MapRes`, made from the [`DecodeError`](crate::DecodeError). Who needs the id of a message parses the
-//! frame, and decodes that.
+//! [`motion_core::nom`] lists the errors for bytes that are not a whole frame. A frame whose data is too short for its type
+//! is an error of the kind `MapRes`, made from the [`DecodeError`](crate::DecodeError). To get the id of a message, parse
+//! the frame and decode it.
 //!
 //! ```
 //! use dmc_proto::nom::{complete, streaming};

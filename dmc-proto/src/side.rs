@@ -1,4 +1,4 @@
-//! The two sides as types, and what the optional features add to their messages.
+//! Sides of the protocol as types, and the methods that optional features add to their messages.
 
 use motion_core::side;
 
@@ -7,7 +7,7 @@ use crate::lint::Context;
 use crate::{DeviceMessage, HostMessage};
 
 side! {
-    /// Dragonframe, where a type says whose messages are meant.
+    /// Side of Dragonframe, for type parameters that choose the messages of a side.
     ///
     /// ```
     /// # #[cfg(all(feature = "alloc", feature = "bytes"))] {
@@ -26,16 +26,16 @@ side! {
     /// # Ok::<(), dmc_proto::EncodeError>(())
     /// ```
     pub enum Host in LE: HostMessage(id: crate::MessageId) by Enclosed<true>, over crate::Dmc, lint Context<'_>;
-    /// A controller, where a type says whose messages are meant.
+    /// Side of a controller, for type parameters that choose the messages of a side.
     pub enum Device in LE: DeviceMessage(id: crate::MessageId) by Enclosed<false>, over crate::Dmc, lint Context<'_>;
 }
 
-/// Frames as a `tokio_util` codec, with a buffer of `N` bytes, at least twice [`MAX_FRAME`](crate::frame::MAX_FRAME).
+/// Codec of `tokio_util` for frames, with a buffer of `N` bytes, at least twice [`MAX_FRAME`](crate::frame::MAX_FRAME).
 ///
 /// For other limits, name the framing: `motion_core::codec::Codec<Dmc<1048>, 2096>`.
 #[cfg(feature = "tokio")]
 pub type Codec<const N: usize = { 2 * crate::frame::MAX_FRAME }> = motion_core::codec::Codec<crate::Dmc, N>;
 
-/// Items that the [`Codec`] yields: frames, corrupt frames and noise, as bytes.
+/// Item that the [`Codec`] yields: a frame, a corrupt frame or noise, as bytes.
 #[cfg(feature = "tokio")]
 pub type CodecItem = motion_core::codec::Item<crate::Header>;

@@ -1,5 +1,5 @@
-//! The conduct of every message of the host, stated a second time from the safety decisions, and what the machine makes of
-//! it in every state.
+//! Conduct of every message of a host, stated a second time from the safety decisions, and the behaviour of the machine in
+//! every state.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -14,7 +14,7 @@ use dmc_proto::message::{
 use dmc_proto::{Conduct, DeviceMessage, Effect, HostMessage, MessageId, Millis, Purpose, Token};
 use motion_core::wire::Messages;
 
-/// Safety decision 1: stops wait for nothing and are repeated until they are obeyed.
+/// Safety decision 1: stops do not wait, and are repeated until they are obeyed.
 const STOPS: [u32; 3] = [
     0x0032, // MOTOR_STOP
     0x0033, // MOTOR_STOP_ALL
@@ -96,7 +96,7 @@ const IN_SEQUENCE: [u32; 11] = [
     0x0120, // RT_JOG_ALL
 ];
 
-/// The conduct of a message with a number of the groups above.
+/// Conduct of the message with a number, by the groups above.
 fn stated(number: u32) -> Conduct {
     let groups = [
         (&STOPS[..], Purpose::Stops),
@@ -110,7 +110,7 @@ fn stated(number: u32) -> Conduct {
     Conduct { purpose, repeatable: !ONCE.contains(&number), in_sequence: IN_SEQUENCE.contains(&number) }
 }
 
-/// Bodies of a message from a few patterns, as the laws of all messages make them: the shortest and a longer one each.
+/// Bodies of a message, made from a few patterns as in the laws of messages: the shortest one and a longer one.
 fn bodies(number: u32) -> Vec<HostMessage<'static>> {
     let mut messages: Vec<HostMessage<'static>> = Vec::new();
     for pattern in 0..4_u8 {
@@ -150,29 +150,29 @@ fn the_table_states_the_conduct_of_the_safety_decisions() {
     assert!(DeviceMessage::ALL.iter().all(|kind| kind.conduct.is_none()), "a device gives no orders");
 }
 
-/// What the device on the line does.
+/// Behaviour of the device on the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Device {
-    /// It says nothing.
+    /// The device does not answer.
     Silent,
-    /// It does everything, and all its motors rest.
+    /// The device does everything, and all its motors rest.
     Obedient,
-    /// It does everything, and motor 1 moves for ever.
+    /// The device does everything, and motor 1 always moves.
     Moving,
-    /// It gets all frames damaged.
+    /// The device receives all frames damaged.
     Deaf,
-    /// It refuses everything.
+    /// The device refuses everything.
     Refusing,
 }
 
-/// A host with its line, and all that it sent.
+/// Host with its line, and the messages that it sent.
 #[derive(Clone)]
 struct Line {
     host: HostMachine,
     now: Millis,
     wake: Option<Millis>,
     messages: HashMap<Token, HostMessage<'static>>,
-    /// Contents and message of all that was sent, since it was looked at last.
+    /// Contents and messages that were sent since the last check.
     sent: Vec<(Contents, HostMessage<'static>)>,
     /// Messages that the device has not answered.
     unanswered: Vec<(MessageId, HostMessage<'static>)>,
@@ -224,7 +224,7 @@ impl Line {
         token
     }
 
-    /// The device answers all that it has not answered.
+    /// Lets the device answer every message that it has not answered.
     fn answer(&mut self, device: Device) {
         for (id, message) in std::mem::take(&mut self.unanswered) {
             let ack = |code| DeviceMessage::from(Ack::new(message.kind(), code));
@@ -245,7 +245,7 @@ impl Line {
         }
     }
 
-    /// Time passes: the host is woken when it asks for it, and the device answers.
+    /// Lets time pass. The host is woken when it wants to be, and the device answers.
     fn pass(&mut self, millis: u64, device: Device) {
         let end = self.now.after(millis);
         loop {
@@ -275,7 +275,7 @@ impl Line {
         line
     }
 
-    /// A run that has come so far.
+    /// Host whose run has this progress.
     fn run(window: u8, progress: Progress) -> Self {
         let mut line = Self::ready(window);
         line.command(Command::Sequence(RtRunMove::default().into()));
@@ -296,7 +296,7 @@ impl Line {
     }
 }
 
-/// Hosts in every state, by a script that leads there.
+/// Hosts in every state, each with a script that leads there.
 fn states() -> Vec<(String, Line)> {
     let mut states = vec![];
     let mut add = |name: &str, line: Line| states.push((name.to_owned(), line));
@@ -361,7 +361,7 @@ fn states() -> Vec<(String, Line)> {
     states
 }
 
-/// Every message of the table, with two bodies each, and one that has no type.
+/// Every message of the table, with two bodies each, and a message without a type of its own.
 fn messages() -> Vec<HostMessage<'static>> {
     let known = HostMessage::ALL.iter().flat_map(|kind| {
         let bodies = bodies(kind.number);
@@ -420,10 +420,10 @@ fn in_no_state_anything_is_sent_more_often_than_it_may_be() {
     }
 }
 
-/// The scripts above lead into every state of the connection and of a sequence; and where a host is ready, it sends every
-/// message that is a request.
+/// The scripts above lead into every state of the connection and of a sequence. A host that is ready sends every message
+/// that is a request.
 #[test]
-fn the_states_are_all_there_and_messages_leave() {
+fn the_scripts_reach_every_state_and_every_request_is_sent() {
     let states = states();
     let connections: Vec<_> = states.iter().map(|(_, line)| line.host.state()).collect();
     assert!(State::ALL.iter().all(|state| connections.contains(state)));

@@ -1,4 +1,4 @@
-//! The laws over every message of both sides, and over the stream.
+//! Laws of every message of both sides, and of the stream.
 
 mod recorded;
 
@@ -15,7 +15,7 @@ fn every_message_of_both_tables() {
     laws::message::table::<Device>();
 }
 
-/// The lengths and types of the one message that is too long, and too varied, for the test above.
+/// Lengths and types of the only message that is too long and has too many layouts for the test above.
 #[test]
 fn every_length_of_every_virtual_rig() {
     for kind in 0..=5 {
@@ -31,12 +31,12 @@ fn every_length_of_every_virtual_rig() {
     }
 }
 
-/// The whole frames of the conformance vectors, also the corrupt one.
+/// Frames of the conformance vectors, with the corrupt one.
 fn frames() -> Vec<Vec<u8>> {
     recorded::vectors().into_iter().map(|(_, bytes)| bytes).collect()
 }
 
-/// What a search from each byte in turn finds: written on its own, with the checksum as the specification sums it.
+/// Frames that a search from each byte in turn finds. It is written separately, with the checksum of the specification.
 fn rescan(max: usize) -> impl Fn(&[u8]) -> Result<usize, usize> {
     move |bytes| {
         if bytes.len() < 12 || !bytes.starts_with(b"DF") {
@@ -54,7 +54,8 @@ fn rescan(max: usize) -> impl Fn(&[u8]) -> Result<usize, usize> {
     }
 }
 
-/// Frames of the vectors, whole, cut or damaged, between noise that begins like a frame; gaps; lengths of pieces.
+/// Stream of frames of the vectors, whole, cut or damaged, with noise that begins like a frame between them; places of
+/// gaps; lengths of pieces.
 fn traffic() -> impl Strategy<Value = (Vec<u8>, Vec<usize>, Vec<usize>)> {
     let frames = frames();
     let frame = move || select(frames.clone());
@@ -98,9 +99,9 @@ proptest! {
     }
 }
 
-/// Decision D-12: the frame behind the damage is not lost, and the damage is reported once.
+/// Decision D-12: the frame after the damage is not lost, and the damage is reported once.
 #[test]
-fn a_frame_that_lost_its_end_costs_only_itself() {
+fn a_frame_without_its_end_loses_no_other_frame() {
     for frame in frames().iter().filter(|frame| (13..=64).contains(&frame.len())) {
         let lost = &frame[..frame.len() - 3];
         let good = &frames()[0];
@@ -111,7 +112,7 @@ fn a_frame_that_lost_its_end_costs_only_itself() {
     }
 }
 
-/// Every vector in one stream: each frame comes out, and the corrupt one with what its header says.
+/// All vectors in one stream: each frame is found, and the corrupt one is reported with its header.
 #[test]
 fn all_vectors_in_one_stream() {
     let frames = frames();

@@ -19,7 +19,7 @@ use motion_core::lint::{Lint, Lints, Severity};
 use motion_core::wire::{Bool, Message, Messages};
 use zerocopy::little_endian::I32;
 
-/// A rig with every capability and eight motors.
+/// Greeting of a rig with every capability and eight motors.
 fn hi() -> Hi<'static> {
     Hi {
         name: Name::new("test rig").unwrap(),
@@ -260,16 +260,16 @@ fn lint_finds_only_the_vectors_that_are_wrong_on_purpose() {
 }
 
 const WRONG_ON_PURPOSE: &[&str] = &[
-    "ack_err_aim_cod_undocumented_on_motor_jog: error: response_code: not of the specification; send ERR_RANGE",
+    "ack_err_aim_cod_undocumented_on_motor_jog: error: response_code: not in the specification; send ERR_RANGE",
     "ack_unknown_on_motor_jog: warning: response_code: 30583 has no meaning in the specification",
     "hi_response_max_counts: warning: capabilities: reserved bits 0xfffff800 are set",
     "hi_response_max_counts: warning: protocol_version: 65535 has no meaning in the specification",
-    "dmx_no_values_degenerate: warning: values: there are none: nothing happens",
+    "dmx_no_values_degenerate: warning: values: empty; nothing happens",
     "hard_stop_unknown_reason: warning: reason: 3 has no meaning in the specification",
     "rt_run_move_31_stills_no_angles: warning: open_angle: \
-     the shutter does not open before it closes; the device takes angles of its own",
+     the shutter does not open before it closes; the device uses its own angles",
     "virt_config_type3_opaque: warning: type: its layout is not published",
-    "virt_aim_point_err_aim_cod: error: response_code: not of the specification; send ERR_RANGE",
+    "virt_aim_point_err_aim_cod: error: response_code: not in the specification; send ERR_RANGE",
     "marker_inside_payload: error: motor: 68 is not in 1 to 32",
 ];
 
@@ -441,7 +441,7 @@ fn an_unwise_message_is_a_warning_and_is_not_refused() {
         "start_index: neither a value nor the last section: nothing happens",
     );
     let three = RtRunMove { sync_dmx: Bool(3), ..run_move() };
-    unwise(HostMessage::RtRunMove(three), "sync_dmx: neither 0 nor 1; it counts as a yes");
+    unwise(HostMessage::RtRunMove(three), "sync_dmx: neither 0 nor 1; it counts as 1");
     let bits = MotorStopAll { flags: Some(StopFlags(6)), tail: &[] };
     unwise(HostMessage::MotorStopAll(bits), "flags: reserved bits 0x6 are set");
     let tail = MotorStopAll { flags: Some(StopFlags(1)), tail: &[0] };
@@ -450,17 +450,17 @@ fn an_unwise_message_is_a_warning_and_is_not_refused() {
     let outputs = GioOut { triggers: Triggers(0x1f), tail: &[] };
     unwise(HostMessage::GioOut(outputs), "triggers: reserved bits 0x10 are set");
     let dark = Dmx { ramp: Bool::FALSE, start_channel: DmxChannel(1), values: &[], tail: &[] };
-    unwise(HostMessage::Dmx(dark), "values: there are none: nothing happens");
+    unwise(HostMessage::Dmx(dark), "values: empty; nothing happens");
     let blink = RtShootFrame2 { exposure_ms: Milliseconds(0), ..shoot_frame2(&[]) };
     unwise(HostMessage::RtShootFrame2(blink), "exposure_ms: 0 is no exposure; the vendor's firmware takes 1000 ms");
     let triggers = |values| [TriggerPair::new(5, Triggers(values))];
     let off = RtUploadMoveTriggers { mask: Triggers(3), pairs: &triggers(0), tail: &[] };
-    unwise(HostMessage::RtUploadMoveTriggers(off), "values: none is on; frames that are not named have none on");
+    unwise(HostMessage::RtUploadMoveTriggers(off), "values: no output is on, as at frames that are not named");
     let masked = RtUploadMoveTriggers { mask: Triggers(3), pairs: &triggers(5), tail: &[] };
     unwise(HostMessage::RtUploadMoveTriggers(masked), "values: reserved bits 0x4 are set");
 
     let half = HostMessage::VirtJog(virt_jog(JogSpeed(Scaled(5000))));
-    unwise(half, "speed: neither 1 nor 10000, which are all that is sent today");
+    unwise(half, "speed: neither 1 nor 10000, the only speeds that are sent today");
     let stop = VirtStop { virtual_motor: VirtualMotor(7), tail: &[] };
     unwise(HostMessage::VirtStop(stop), "virtual_motor: 7 has no meaning in the specification");
     let opaque = |kind| HostMessage::VirtConfig(VirtConfig::decode(kind).unwrap());
@@ -525,7 +525,7 @@ fn messages_of_a_device_match_its_greeting() {
     );
     odd(DeviceMessage::from(Hi { name: Name([0xff; 32]), ..hi() }), "name: is not UTF-8");
     let some = Hi { capabilities: Capabilities::BOOM_SWING_TRACK, ..hi() };
-    let text = "capabilities: Dragonframe was seen to use virtual motors only where all four kinds are claimed";
+    let text = "capabilities: Dragonframe was seen to use virtual motors only if the device claims all four kinds";
     odd(DeviceMessage::Hi(some), text);
 
     let status = MotorStatus { motor_status: Motors(0x181), dmx_status: Bool::FALSE, tail: &[] };
@@ -537,14 +537,17 @@ fn messages_of_a_device_match_its_greeting() {
     odd(DeviceMessage::GioIn(inputs), "triggers: reserved bits 0x10 are set");
 
     let stop = |reason, motor| DeviceMessage::from(HardStop { reason, motor, tail: &[] });
-    wrong(stop(StopReason::UPPER_LIMIT, None), "motor: absent, although a limit is a motor's");
+    wrong(stop(StopReason::UPPER_LIMIT, None), "motor: absent, although a limit belongs to a motor");
     wrong(stop(StopReason::LOWER_LIMIT, Some(Motor(9))), "motor: 9 is not in 1 to 8");
-    odd(stop(StopReason::EMERGENCY_STOP, Some(Motor(1))), "motor: present, although it stops all");
+    odd(
+        stop(StopReason::EMERGENCY_STOP, Some(Motor(1))),
+        "motor: present, although an emergency stop concerns all motors",
+    );
     assert_eq!(stop(StopReason::ENGINE_EXCEPTION, Some(Motor(1))).lint(&Context::of(hi())), Lints::new());
 
     let ack = |response_code, tail| DeviceMessage::from(Ack { of: MessageType(0x31), response_code, tail });
     wrong(ack(None, &[0x10]), "response_code: absent");
-    wrong(ack(Some(AckCode::ERR_AIM_COD), &[]), "response_code: not of the specification; send ERR_RANGE");
+    wrong(ack(Some(AckCode::ERR_AIM_COD), &[]), "response_code: not in the specification; send ERR_RANGE");
     odd(ack(Some(AckCode::OK), &[0]), "tail: 1 bytes after the known fields");
     assert_eq!(
         ack(Some(AckCode::OK), &[0, 0]).lint(&Context::of(hi())),

@@ -1,5 +1,7 @@
-//! The machines of both sides, row by row of the specification's tables, and at random.
+//! Tests of the machines of both sides, for each row of the tables of the specification, and with random inputs.
 
+#[path = "machines/app.rs"]
+mod app;
 #[path = "machines/bench.rs"]
 mod bench;
 #[path = "machines/connection.rs"]

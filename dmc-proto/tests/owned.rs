@@ -7,7 +7,7 @@ use motion_core::owned::Owned;
 use motion_core::wire::Messages;
 use proptest::prelude::*;
 
-/// What is told by the layout of its kind of rig.
+/// Fields that only the layout of the kind of rig tells.
 const IRREGULAR: &[&str] = &["VirtConfig"];
 
 #[test]
@@ -37,7 +37,7 @@ proptest! {
 }
 
 #[test]
-fn an_acknowledgement_says_by_its_number_what_it_answers() {
+fn the_number_of_an_acknowledgement_tells_its_request() {
     let json = r#"{"message":"Ack","number":32818,"fields":{"response_code":16}}"#;
     let owned: Owned<Device> = serde_json::from_str(json).unwrap();
     assert!(matches!(owned.message(), DeviceMessage::Ack(ack) if ack.of.0 == 0x32 && ack.is_ok()));
@@ -45,7 +45,7 @@ fn an_acknowledgement_says_by_its_number_what_it_answers() {
 }
 
 #[test]
-fn what_no_layout_tells_comes_as_bytes() {
+fn fields_without_a_layout_are_bytes() {
     let rig = r#"{"message":"VirtConfig","number":512,"fields":{"type":2,"swing_motor":1}}"#;
     let error = serde_json::from_str::<Owned<Host>>(rig).unwrap_err().to_string();
     assert!(error.starts_with("VirtConfig.rig: missing"), "{error}");

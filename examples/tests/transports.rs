@@ -128,7 +128,7 @@ fn a_lost_report_does_not_hide_a_stop() {
     .concat();
     let lines = inspect(Transport::UsbFragments, &capture);
     let wanted = [
-        json!(["host", 0, 128, "USB message: have 126 of 150 bytes, and another message came"]),
+        json!(["host", 0, 128, "USB message: have 126 of 150 bytes, the next report was another message"]),
         json!(["host", 128, 7, "StopPlayback"]),
         json!(["host", 256, 2, "USB report: id is 7, should be 1"]),
         json!(["host", 192, 128, "the input ends inside a message"]),

@@ -1,117 +1,59 @@
-//! DMC: any events for a host and a device, alone and with each other on a faulty line, in any order.
+//! DMC: any inputs of a host and a device, alone and with each other on a faulty line, in any order.
 //!
 //! Input: the window and the quirks, then steps; see `fuzz::machines`.
 
 #![no_main]
 
-use dmc_proto::device::{self, DeviceMachine, Event as Told, Quirks, Rig, Stop as Stopped, Store};
-use dmc_proto::host::{self, Command, Event, HostMachine, Name, Stop, Token, What};
-use dmc_proto::message::{
-    AckCode, Capabilities, FrameNumber, Hi, Motor, Motors, Name as RigName, Steps, Triggers, VirtualMotor,
-};
-use dmc_proto::upload::{MoveSource, SCRATCH, Section, SectionSize};
-use dmc_proto::{DecodeError, DeviceMessage, Frame, HostMessage, MessageId, MessageType};
+use dmc_proto::device::{self, DeviceMachine, Event as AtRig, Quirks, StopKind, Store};
+use dmc_proto::host::{self, Command, Contents, HostMachine, StopTarget, Transmit};
+use dmc_proto::message::{AckCode, FrameNumber, Motor, Motors, Triggers, VirtualMotor};
+use dmc_proto::upload::{Section, SectionSize};
+use dmc_proto::{DecodeError, DeviceMessage, Effect, Frame, HostMessage, MessageId, MessageType};
 use fuzz::fuzz_world;
-use fuzz::machines::{Bytes, Line, Tokens, Watched, print};
-use motion_core::time::Millis;
+use fuzz::machines::{Bytes, World, arrival, print, send, step, world};
 
-fuzz_world!(World);
+#[path = "../../dmc-proto/tests/machines/app.rs"]
+mod app;
 
-/// A rig with every capability and eight motors.
-fn hi() -> Hi<'static> {
-    Hi {
-        name: RigName::truncated("fuzz"),
-        fw_major: 1,
-        fw_minor: 2,
-        fw_rev: 3,
-        motor_count: 8,
-        dmx_count: 100,
-        gio_out_count: 4,
-        gio_in_count: 4,
-        hw_limit_count: 2,
-        upload_frame_count: 1000,
-        capabilities: Capabilities(0x07FF),
-        protocol_version: Some(2),
-        tail: &[],
-    }
-}
+use app::{App, Tens, answer, hi, section, the_rig_acts_first};
 
-/// Rig whose motors stand at ten times their number. In the move each motor moves as many steps per frame as its
-/// number.
-struct Tens;
+fuzz_world!(Dmc);
 
-impl Rig for Tens {
-    fn position(&self, motor: Motor) -> Steps {
-        Steps(10 * i32::from(motor.0))
-    }
-}
-
-impl MoveSource for Tens {
-    fn start_frame(&self) -> FrameNumber {
-        FrameNumber(1)
-    }
-
-    fn frame_count(&self) -> u32 {
-        10
-    }
-
-    fn motors(&self) -> Motors {
-        Motors(3)
-    }
-
-    fn position(&self, motor: Motor, index: u32) -> Steps {
-        Steps(i32::from(motor.0) * index.cast_signed())
-    }
-}
-
-struct World<'i> {
-    now: Millis,
-    host: Watched<HostMachine>,
-    device: Watched<DeviceMachine>,
-    to_device: Line,
-    to_host: Line,
-    tokens: Tokens,
-    /// Message of each token from 1 on, and how often it was sent.
-    messages: Vec<(HostMessage<'i>, u32)>,
-    /// Last stored data.
+struct Dmc<'i> {
+    world: World<HostMachine, DeviceMachine>,
+    app: App<'i>,
+    /// Message that the device stored last.
     store: Option<Store>,
 }
 
-impl<'i> World<'i> {
+impl<'i> Dmc<'i> {
     fn new(bytes: &mut Bytes<'i>) -> Self {
-        let host = host::Options::default().with_window(bytes.byte());
-        let device = device::Options::of(hi()).with_quirks(Quirks(u16::from_le_bytes(bytes.few())));
-        Self {
-            now: Millis(1000),
-            host: Watched::new(HostMachine::new(host)),
-            device: Watched::new(DeviceMachine::new(device)),
-            to_device: Line::default(),
-            to_host: Line::default(),
-            tokens: Tokens::default(),
-            messages: Vec::new(),
-            store: None,
-        }
+        let host = HostMachine::new(host::Options::default().with_window(bytes.byte()));
+        let quirks = Quirks(u16::from_le_bytes(bytes.few()));
+        let device = DeviceMachine::new(device::Options::of(hi()).with_quirks(quirks));
+        Self { world: world(host, device), app: App::default(), store: None }
     }
 
     fn act(&mut self, bytes: &mut Bytes<'i>) {
         match bytes.byte() % 16 {
             0..4 => {
-                if let Some(frame) = self.to_device.take(bytes) {
+                if let Some(frame) = arrival(&mut self.world.up, bytes) {
                     let rig = if bytes.byte() == 1 { AckCode::ERR_SOFT_UP } else { AckCode::OK };
                     let header = [2, 6].map(|at| frame[at..].first_chunk().copied().unwrap_or_default());
                     let id = MessageId(u32::from_le_bytes(header[0]));
                     let kind = MessageType(u16::from_le_bytes([header[1][0], header[1][1]]));
-                    self.tell_device(
-                        Frame::decode(&frame)
-                            .map_or(device::Input::Corrupt(id, kind), |frame| device::Input::frame(&frame, |_| rig)),
-                    );
+                    self.tell_device(match Frame::decode(&frame) {
+                        Ok(frame) => device::Input::received(&frame, |_| rig),
+                        Err(_) => device::Input::Corrupt(id, kind),
+                    });
                 }
             }
             4..8 => {
-                if let Some(frame) = self.to_host.take(bytes) {
-                    self.tell_host(
-                        Frame::decode(&frame).map_or(host::Input::Corrupt, |frame| host::Input::frame(&frame)),
-                    );
+                if let Some(frame) = arrival(&mut self.world.down, bytes) {
+                    self.tell_host(match Frame::decode(&frame) {
+                        Ok(frame) => host::Input::received(&frame),
+                        Err(_) => host::Input::Corrupt,
+                    });
                 }
             }
             8 => {
@@ -149,10 +91,10 @@ impl<'i> World<'i> {
         }
     }
 
-    /// An id that is pending, or any small id.
+    /// Id of a request under way, or any small id.
     fn id(&self, bytes: &mut Bytes<'_>) -> MessageId {
         let choice = bytes.byte();
-        let pending = self.host.machine.pending().nth(choice.into());
+        let pending = self.world.host.machine.pending().nth(choice.into());
         pending.map_or(MessageId(choice.into()), |(id, _)| id)
     }
 
@@ -164,7 +106,7 @@ impl<'i> World<'i> {
             1 => device::Input::LinkDown,
             2 => device::Input::Moving(Motors(which.into())),
             3..7 => device::Input::AtRest,
-            7 => device::Input::Frame(FrameNumber(which.into())),
+            7 => device::Input::AtFrame(FrameNumber(which.into())),
             8 => device::Input::PassEnd,
             9 => device::Input::OperatorGo,
             10 => device::Input::Limit { motor, upper: which > 100 },
@@ -172,92 +114,63 @@ impl<'i> World<'i> {
             12 => device::Input::Fault(Some(motor)),
             13 => device::Input::Inputs(Triggers(which.into())),
             14 => device::Input::Aimed,
-            // The last data is stored once more.
+            // The buffer answers the last message once more.
             _ => self.store.map_or(device::Input::Wake, |store| device::Input::Stored(store, AckCode(which.into()))),
         }
     }
 
     fn command(&mut self, bytes: &mut Bytes<'i>) {
-        let what = bytes.byte() % 16;
-        let command = match what {
+        let command = match bytes.byte() % 16 {
             0 => Command::Greet,
             1 => Command::Configured,
             2 | 3 => Command::Go,
             4 => Command::EndStops,
-            5 => Command::Stop(Stop::Motor(Motor(bytes.byte()))),
-            6 => Command::Stop(Stop::Virtual(VirtualMotor(bytes.byte()))),
-            7 => Command::Stop(if bytes.flag() { Stop::AllSilent } else { Stop::All }),
-            _ => {
+            5 => Command::Stop(StopTarget::Motor(Motor(bytes.byte()))),
+            6 => Command::Stop(StopTarget::Virtual(VirtualMotor(bytes.byte()))),
+            7 => Command::Stop(if bytes.flag() { StopTarget::AllSilent } else { StopTarget::All }),
+            what => {
                 let Ok(message) = bytes.message() else { return };
-                self.messages.push((message, 0));
-                let token = Token(self.tokens.begin());
-                if what < 12 { Command::Request(token, message) } else { Command::Sequence(token, message) }
+                if what < 12 { Command::Request(message) } else { Command::Sequence(message) }
             }
         };
-        self.tell_host(host::Input::Command(command));
+        let input = self.app.command(command);
+        self.tell_host(input);
     }
 
     fn tell_host(&mut self, input: host::Input<'_>) {
-        let is_open = self.host.machine.state() != host::State::Closed;
-        let output = self.host.step(self.now, input, host::Input::Wake);
-        if let host::Input::Command(Command::Stop(_)) = input {
-            let is_first = output.send.first().is_some_and(|send| matches!(send.what, What::Stop(_)));
-            assert_eq!(is_first, is_open, "a stop is sent first in its step: {output:?}");
+        let is_online = self.world.host.machine.state() != host::State::Offline;
+        let output = step(&mut self.world.host, self.world.now, input, host::Input::Wake);
+        if let host::Input::Command(_, Command::Stop(_)) = input {
+            let is_stop = |effect: &_| matches!(effect, Effect::Transmit(Transmit { contents: Contents::Stop(_), .. }));
+            assert_eq!(output.effects.first().is_some_and(is_stop), is_online, "a stop is sent first: {output:?}");
         }
-        let mut section = None;
-        for event in &output.events {
-            match *event {
-                Event::Done(Token(token), _) | Event::Failed(Token(token), _) => self.tokens.end(token),
-                Event::NextSection(behind) => section = Some(behind),
-                _ => {}
-            }
+        self.app.takes(&output);
+        for transmit in output.transmits() {
+            send(&mut self.world.up, self.world.now, &self.app.frame(transmit));
         }
-        for send in &output.send {
-            let mut scratch = [0; SCRATCH];
-            let message = send.message(|name| match name {
-                Name::Message(Token(token)) => {
-                    let (message, times) = &mut self.messages[token as usize - 1];
-                    *times += 1;
-                    assert!(*times <= if message.is_repeatable() { 3 } else { 1 }, "{message} is sent {times} times");
-                    *message
-                }
-                Name::Section(section) => section.message(&Tens, &mut scratch),
-            });
-            let mut frame = vec![0; message.encoded_len()];
-            assert_eq!(message.encode_into(send.id, &mut frame), Ok(frame.len()), "{message}");
-            let decoded = Frame::decode(&frame).expect("a frame that was just encoded");
-            assert_eq!((decoded.id(), HostMessage::decode(&decoded)), (send.id, Ok(message)));
-            self.to_device.put(&frame);
-        }
-        if let Some(behind) = section {
-            let size = SectionSize::of(29);
-            let next = behind.map_or_else(|| Section::first(&Tens, size), |section| section.next(&Tens, size));
-            self.tell_host(host::Input::Section(next));
+        if let Some(section) = section(&output) {
+            self.tell_host(section);
         }
     }
 
     fn tell_device(&mut self, input: device::Input<'_>) {
-        let output = self.device.step(self.now, input, device::Input::Wake);
+        let output = step(&mut self.world.device, self.world.now, input, device::Input::Wake);
+        the_rig_acts_first(&output);
         if let device::Input::Received { message: HostMessage::MotorStopAll(_), .. } = input {
-            let first = output.events.first();
-            assert!(
-                matches!(first, Some(Told::Stop(Stopped::All { .. } | Stopped::Harder | Stopped::Hard))),
-                "a stop is obeyed first in its step: {output:?}"
+            let is_obeyed = matches!(
+                output.effects.first(),
+                Some(Effect::Event(AtRig::Stop(StopKind::All { .. } | StopKind::Harder | StopKind::Hard)))
             );
+            assert!(is_obeyed, "a stop is obeyed first: {output:?}");
         }
-        for send in &output.send {
-            let mut scratch = device::Scratch::default();
-            let message = send.message(&Tens, &mut scratch);
-            let mut frame = vec![0; message.encoded_len()];
-            assert_eq!(message.encode_into(send.id, &mut frame), Ok(frame.len()), "{message}");
-            let decoded = Frame::decode(&frame).expect("a frame that was just encoded");
-            assert_eq!((decoded.id(), DeviceMessage::decode(&decoded)), (send.id, Ok(message)));
-            self.to_host.put(&frame);
-        }
-        for event in output.events {
-            if let Told::Store(store) = event {
-                self.store = Some(store);
-                self.tell_device(device::Input::Stored(store, AckCode::OK));
+        for effect in output {
+            match effect {
+                Effect::Transmit(transmit) => send(&mut self.world.down, self.world.now, &answer(&transmit)),
+                Effect::Event(AtRig::Store { store, .. }) => {
+                    self.store = Some(store);
+                    self.tell_device(device::Input::Stored(store, AckCode::OK));
+                }
+                Effect::Event(_) => {}
             }
         }
     }

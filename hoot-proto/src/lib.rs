@@ -20,7 +20,7 @@
 //!             match item {
 //!                 Item::Frame(frame) => match DeviceMessage::decode(&frame) {
 //!                     DeviceMessage::Reply(reply) => position = Some(query.decode_reply(reply)?.value),
-//!                     other => println!("not for us: {other}"),
+//!                     other => println!("not for the master: {other}"),
 //!                 },
 //!                 other => println!("{} bytes of noise", other.bytes().len()),
 //!             }
@@ -31,7 +31,7 @@
 //! # Ok::<(), hoot_proto::ReplyError>(())
 //! ```
 //!
-//! A message is written in one go, here after a look at whether the node would do what it says:
+//! A message is written at once, here after a check whether the node would accept it:
 //!
 //! ```
 //! use hoot_proto::lint::Context;
@@ -45,9 +45,9 @@
 //! # Ok::<(), hoot_proto::EncodeError>(())
 //! ```
 //!
-//! Two machines know when to send which message, what a silence means, and what must never be sent twice. Line, clock and
-//! rig belong to the caller, who hands in what happened and carries out the effects in their order. This is all that a
-//! master needs:
+//! Two state machines decide when to send which message, what a silence means, and what must never be sent twice. Line,
+//! clock and rig belong to the caller, who gives the inputs to the machine and carries out the effects in their order.
+//! A master needs only this:
 //!
 //! ```
 //! use hoot_proto::host::{Command, Effect, HostMachine, Input, Options};
@@ -84,12 +84,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! - [`host`]: the master, with a queue, repeats of what may be repeated, stops that overtake everything, and the emergency
-//!   stop. [`device`]: the node, with its link, settings, motors, camera and program. [`program`]: the positions of a planned
-//!   move at each time.
+//! - [`host`]: the master, with a queue, repetitions of repeatable messages, stops that overtake everything, and the
+//!   emergency stop. [`device`]: the node, with its link, settings, motors, camera and program. [`program`]: the
+//!   positions of a planned move at each time.
 //! - [`frame`]: the envelope, and two framings: [`Hoot`] finds packets in any noise, [`Strict`] loses what firmware loses.
-//! - [`message`]: [`HostMessage`], [`DeviceMessage`] and their fields. [`query`]: the meaning of replies, and the differences
-//!   between firmware of different ages. [`lint`]: findings about messages that are not wise.
+//! - [`message`]: [`HostMessage`], [`DeviceMessage`] and their fields. [`query`]: the meaning of replies, and the
+//!   differences between firmware of different ages. [`lint`]: findings about messages that a node would refuse,
+//!   misread or ignore.
 //! - `beyond`, with the feature of that name: commands that the published sheet does not have.
 //!
 //! # Units
@@ -97,10 +98,10 @@
 //! | what | type | on the wire |
 //! |---|---|---|
 //! | position | [`Steps`](message::Steps) | steps of the present microstep setting, 32 bits with sign |
-//! | way to go | [`StepCount`](message::StepCount) | the same steps, 1 to 16,777,215; 0 would be for ever |
-//! | speed, acceleration, set | [`StepsPerSecond`](message::StepsPerSecond), [`StepsPerSecondSquared`](message::StepsPerSecondSquared) | IEEE binary32; the sign of a speed is its direction |
-//! | speed, acceleration, asked for | [`Speed`](message::Speed), [`Acceleration`](message::Acceleration) | hundredths, 32 bits with sign |
-//! | greatest speed | [`StepRate`](message::StepRate) | steps a second, 16 bits |
+//! | length of a move | [`StepCount`](message::StepCount) | the same steps, 1 to 16,777,215; 0 would be a run without end |
+//! | speed, acceleration, in commands | [`StepsPerSecond`](message::StepsPerSecond), [`StepsPerSecondSquared`](message::StepsPerSecondSquared) | IEEE binary32; the sign of a speed is its direction |
+//! | speed, acceleration, in answers | [`Speed`](message::Speed), [`Acceleration`](message::Acceleration) | hundredths, 32 bits with sign |
+//! | greatest speed | [`StepRate`](message::StepRate) | steps per second, 16 bits |
 //! | voltage, current | [`Volts`](message::Volts), [`Amperes`](message::Amperes) | hundredths, 32 bits with sign |
 //! | time | [`Milliseconds`](message::Milliseconds), [`ShortMilliseconds`](message::ShortMilliseconds) | 32 bits, of which 24 arrive; 16 bits |
 //! | part of a program | [`Span`](message::Span), [`ShortSpan`](message::ShortSpan) | shots, or milliseconds in video mode |
@@ -108,12 +109,13 @@
 //!
 //! # Safety
 //!
-//! This moves machines. There is no checksum, no answer says which request it answers, and firmware acknowledges much that
-//! it does not do: ask for the state instead of trusting an OK. Never repeat a message by yourself unless its
-//! [`conduct`](HostMessage::conduct) is repeatable: what starts a motion is not. Of numbers of 32 bits firmware drops the top
-//! byte: constructors and `encode_checked` refuse what would not arrive. A broadcast stop does not pass a bridge, and the
-//! controller's [`Stop`](message::Stop) is refused in joystick mode: to stop for certain, send
-//! [`MotorStop`](message::MotorStop) to each motor of each node. An emergency stop belongs into hardware.
+//! These messages move machines. There is no checksum, no answer tells which request it answers, and firmware
+//! acknowledges many messages that it ignores. So ask for the state instead of trusting an OK. Never repeat a message
+//! by yourself unless its [`conduct`](HostMessage::conduct) is repeatable; messages that start a motion are not.
+//! Firmware drops the top byte of numbers of 32 bits, so constructors and `encode_checked` refuse numbers that would
+//! not arrive. A bridge does not forward a broadcast stop, and a node in joystick mode refuses [`Stop`](message::Stop).
+//! So to stop for certain, send [`MotorStop`](message::MotorStop) to each motor of each node. Keep an emergency stop in
+//! hardware.
 //!
 //! # Features
 //!
@@ -125,7 +127,7 @@
 //! | `alloc` | owned messages |
 //! | `std` | `alloc`; nothing else needs the standard library, except some of the adapters |
 //! | `bytes` | encoding into any `BufMut` |
-//! | `serde` | `Serialize` for every message; with `alloc`, `Deserialize` for owned ones |
+//! | `serde` | `Serialize` for every message; with `alloc`, `Deserialize` for owned messages |
 //! | `defmt` | `Format` for every message |
 //! | `arbitrary` | `Arbitrary` for every message; implies `std` |
 //! | `tokio` | frames as a `tokio_util` codec; implies `std` |

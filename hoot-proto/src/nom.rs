@@ -1,8 +1,8 @@
-//! Packets and their messages as nom 8 parsers, over the same decoders as everything else. Feature `nom`; it adds the
+//! Packets and their messages as nom 8 parsers, which use the decoders of this crate. Feature `nom`, which adds the
 //! dependencies `nom` and `memchr`.
 //!
-//! [`motion_core::nom`] lists the errors where no packet stands, or only a part of one. A sound packet always holds a
-//! message. The address of a request is that of its frame: parse the [`frame`](complete::frame) to see it.
+//! [`motion_core::nom`] lists the errors for bytes that are no packet, or only a part of one. Every valid packet
+//! contains a message. The address of a request is that of its frame: parse the [`frame`](complete::frame) to see it.
 //!
 //! ```
 //! use hoot_proto::HostMessage;

@@ -1,4 +1,4 @@
-//! The two sides as types, and what the optional features add to their messages.
+//! Both sides as types, and functions that optional features add to their messages.
 
 use motion_core::side;
 
@@ -7,7 +7,7 @@ use crate::lint::Context;
 use crate::{DeviceMessage, HostMessage};
 
 side! {
-    /// The master, where a type says whose messages are meant.
+    /// Side of the master, where a type parameter selects the messages.
     ///
     /// ```
     /// # #[cfg(all(feature = "alloc", feature = "bytes"))] {
@@ -26,7 +26,7 @@ side! {
     /// # Ok::<(), hoot_proto::EncodeError>(())
     /// ```
     pub enum Host in BE: HostMessage(to: crate::Address) by RequestEnvelope, or other, over Hoot, lint Context;
-    /// A node, where a type says whose messages are meant.
+    /// Side of a node, where a type parameter selects the messages.
     pub enum Device in BE: DeviceMessage() by ReplyEnvelope, or other, over Hoot, lint Context;
 }
 

@@ -1,4 +1,4 @@
-//! The commands beyond the sheet: the laws, and that they stand beside the sheet's own.
+//! Commands of later firmware: the laws, and their difference from the commands of the sheet.
 
 use hoot_proto::beyond::{Host, HostMessage};
 use hoot_proto::lint::Context;

@@ -21,7 +21,7 @@ fn traffic() -> Vec<Vec<u8>> {
 
 const BREAK: [u8; 6] = [0, 0, 0, 0, 0, 255];
 
-/// A packet wherever a break stands and the data is there.
+/// Finds a packet at each break that is followed by its data.
 fn rescan_for_breaks(bytes: &[u8]) -> Result<usize, usize> {
     match bytes.get(9) {
         Some(&len @ 0..=32) if bytes.starts_with(&BREAK) && bytes.len() >= 10 + usize::from(len) => {
@@ -31,14 +31,14 @@ fn rescan_for_breaks(bytes: &[u8]) -> Result<usize, usize> {
     }
 }
 
-/// Ten bytes, as many more as the last of them says, and only then a look at the break.
+/// Reads ten bytes and the data, and checks the break only then.
 fn read_like_a_node(bytes: &[u8]) -> Result<usize, usize> {
     let Some(&len) = bytes.get(9) else { return Err(bytes.len()) };
     let total = 10 + usize::from(len);
     if total <= bytes.len() && len <= 32 && bytes.starts_with(&BREAK) { Ok(total) } else { Err(total) }
 }
 
-/// Packets of the vectors, noise, pieces of breaks and lying headers, in any order, some cut off.
+/// Packets of the vectors, noise, parts of breaks and wrong headers, in any order, some of them cut off.
 fn any_stream() -> impl Strategy<Value = Vec<u8>> {
     let packets = traffic();
     let part = prop_oneof![

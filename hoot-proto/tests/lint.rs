@@ -248,7 +248,7 @@ fn values_that_the_firmware_refuses_are_errors_and_ignored_ones_are_warnings() {
     assert_eq!(modes[1], "warning tip: 255 has no meaning in the specification");
     assert_eq!(of(0x06_00, &[2]), ["warning timing_master: neither 0 nor 1"]);
     assert_eq!(of(0x0E_01, &[0x7F, 0x80, 0, 0]), ["error acceleration: 0x7f800000 is no finite number"]);
-    assert_eq!(of(0x1B_02, &[]), ["warning motor: its limits are off from then on"]);
+    assert_eq!(of(0x1B_02, &[]), ["warning motor: the motor has no limits from then on"]);
 }
 
 #[test]
@@ -351,7 +351,7 @@ fn broadcasts_are_refused_through_a_bridge() {
     }
     let sub_address = AnySubAddress(9);
     let message = HostMessage::from(BroadcastStart { sub_address });
-    assert_eq!(says(message, &Context::default()), ["warning sub_address: nodes ignore it in broadcasts"]);
+    assert_eq!(says(message, &Context::default()), ["warning sub_address: nodes ignore the sub-address of broadcasts"]);
     for address in [0, 1] {
         let message = HostMessage::from(BroadcastAssignAddress { new_address: Address(address), ..Default::default() });
         assert_eq!(says(message, &Context::default()), [format!("error new_address: {address} is not in 2 to 255")]);
@@ -383,7 +383,7 @@ fn speeds_that_are_not_finite_are_refused() {
     assert_eq!(of(f32::NEG_INFINITY), ["error speed: 0xff800000 is no finite number"]);
     assert_eq!(
         of(-10_001.0),
-        ["warning speed: beyond the step rate of any firmware, which acknowledges and ignores it"]
+        ["warning speed: above the step rate of any firmware, which acknowledges and ignores it"]
     );
     assert_eq!((of(0.0), of(-5000.0)), (vec![], vec![]));
 }
@@ -393,7 +393,14 @@ fn a_motor_of_speed_0_does_not_move() {
     let mut context = Context::default();
     context.speeds = [None, Some(StepsPerSecond(0.0)), Some(StepsPerSecond(100.0))];
     let found = Motor::ALL.map(|motor| says(HostMessage::from(MotorRun { motor, direction: Direction(0) }), &context));
-    assert_eq!(found, [vec![], vec!["warning motor: nothing moves: its continuous speed is 0".to_string()], vec![]]);
+    assert_eq!(
+        found,
+        [
+            vec![],
+            vec!["warning motor: nothing moves, because the continuous speed of the motor is 0".to_string()],
+            vec![]
+        ]
+    );
     let run = HostMessage::from(MotorRun { motor: Motor::One, direction: Direction(2) });
     assert_eq!(says(run, &context), ["warning direction: 2 is not in 0 to 1"]);
 }
@@ -404,7 +411,7 @@ fn names_with_nuls_or_breaks_are_found() {
     assert_eq!(of(b"ABC\0\0\0\0\0\0\0"), [""; 0]);
     assert_eq!(of(b"A\0B"), ["warning name: the node skips NULs inside"]);
     let found = of(b"\0\0\0\0\0\xFF\x03\0d\0");
-    assert_eq!(found[0], "error name: holds a break, the start of a packet");
+    assert_eq!(found[0], "error name: contains a break, the start of a packet");
 }
 
 #[test]
@@ -415,18 +422,18 @@ fn raw_packets_are_checked_by_the_tables() {
         ["error data: too short: the node reads missing bytes as zero"],
         "the motor would run for ever"
     );
-    assert_eq!(of(0x02_00, &[1]), ["warning data: longer than the command's: the node leaves out the rest"]);
+    assert_eq!(of(0x02_00, &[1]), ["warning data: longer than the data of the command: the node ignores the rest"]);
     assert_eq!(
         of(0x18_00, &[]),
         ["error data: too short: the node reads missing bytes as zero"],
         "as the sheet prints it"
     );
-    assert_eq!(of(0x01_00, &[]), ["error data: the core protocol needs a command of its own"]);
+    assert_eq!(of(0x01_00, &[]), ["error data: the data must begin with a command of the core protocol"]);
     assert_eq!(of(0x01_00, &[4, 1]), ["error new_address: 1 is not in 2 to 255"], "a known command");
     assert_eq!(of(0x01_00, &[9]), [""; 0]);
-    assert_eq!(of(0x00_02, &[1])[0], "warning command: nodes are silent at command 0, and bridges do not pass it on");
+    assert_eq!(of(0x00_02, &[1])[0], "warning command: nodes do not answer command 0, and bridges do not forward it");
     assert_eq!(of(0x63_00, &[0; 33]), ["error data: 33 is not in 0 to 32"]);
-    assert_eq!(of(0x63_00, &[1, 0, 0, 0, 0, 0, 0xFF]), ["error data: holds a break, the start of a packet"]);
+    assert_eq!(of(0x63_00, &[1, 0, 0, 0, 0, 0, 0xFF]), ["error data: contains a break, the start of a packet"]);
     assert_eq!(of(0x0F_01, &[0, 1, 0, 0, 0]), ["error steps: 16777216 is not in 1 to 16777215"], "a known command");
     let refused =
         HostMessage::other(0x1_4D_00, &[]).encode_checked(Address(1), &Context::through_bridge(), &mut [0; 42]);
@@ -442,7 +449,7 @@ fn unusual_replies_are_found() {
     assert_eq!(of(7, &[]), ["warning response_code: 7 has no meaning in the specification"]);
     assert_eq!(of(0, &[0, 1]), ["warning response_code: an error with data has code 2"]);
     assert_eq!(of(1, &[9, 1]), ["warning value_type: 9 has no meaning in the specification"]);
-    assert_eq!(of(1, &[3, 1]), ["error value: longer or shorter than its type"]);
+    assert_eq!(of(1, &[3, 1]), ["error value: longer or shorter than its type says"]);
     assert_eq!(
         of(1, &[5, 0, 0, 0xE6, 0x66]),
         ["warning value: not reliable: firmware from 2014-10-07 to v0.32 sends garbage as FLOAT"]

@@ -1,4 +1,5 @@
-//! The machines, row by row of `docs/machines-hoot.md`, and at random depth. All steps go through `laws::machine::step`.
+//! Tests of the machines: each row of `docs/machines-hoot.md`, and random inputs. All steps go through
+//! `laws::machine::step`.
 
 #[path = "machines/camera.rs"]
 mod camera;
@@ -29,7 +30,7 @@ mod stops;
 #[path = "machines/world.rs"]
 mod world;
 
-/// Sizes for whoever has little memory; `cargo test sizes -- --nocapture` prints them.
+/// Sizes of the machines, for programs with little memory; `cargo test sizes -- --nocapture` prints them.
 #[test]
 fn sizes_of_machines_and_outputs() {
     let sizes = [

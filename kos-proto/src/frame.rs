@@ -1,15 +1,15 @@
-//! Envelope of a message: a header of six bytes, and the body.
+//! Envelope of a message: a header of six bytes, and the payload.
 //!
 //! | offset | size | field |
 //! |---|---|---|
 //! | 0 | 1 | protocol version, 4 |
-//! | 1 | 2 | length of the message with its header |
+//! | 1 | 2 | length of the whole message, header included |
 //! | 3 | 2 | message id |
 //! | 5 | 1 | message type: set, get, response |
-//! | 6 | length - 6 | body |
+//! | 6 | length - 6 | payload |
 //!
-//! All numbers are big-endian. There is no marker and no checksum: only the length shows where the next message begins,
-//! and it is never corrected. A message with a wrong length puts the stream out of step.
+//! All numbers are big-endian. The envelope has no marker and no checksum, so the length alone says where the next
+//! message begins. A wrong length cannot be repaired: the reader then looks for the next message at a wrong place.
 //!
 //! Source: kOS, Message Header; decisions K-F1 to K-F9.
 
@@ -21,60 +21,60 @@ use motion_core::wire::{DecodeError, EncodeError, Envelope};
 use zerocopy::big_endian::U16;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
-/// Version of the protocol: the first byte of every message.
+/// Protocol version of this crate: the first byte of every message.
 pub const VERSION: u8 = 4;
-/// Length of a header in bytes.
+/// Length of a header, in bytes.
 pub const HEADER_LEN: usize = size_of::<Header>();
-/// Greatest length of a message that a receiver takes by default, in bytes (decision K-F7).
+/// Length of the longest message that a receiver takes by default, in bytes (decision K-F7).
 ///
-/// The longest message of the specification is a trajectory of 9400 bytes. The rest is room for unknown blocks. A
-/// device that stores only short moves can have a lower limit: longer messages are skipped and reported, and the
-/// stream stays in step.
+/// The longest message of the specification is a trajectory of 9400 bytes. The rest is room for blocks that the
+/// specification does not name. A device that only holds short moves can use a lower limit: a longer message is skipped
+/// and reported, and the messages after it are read as usual.
 pub const MAX_FRAME: usize = 16_384;
 
 open_enum! {
-    /// Subject of a message.
+    /// Id of a message, which says its subject.
     pub struct MessageId(u16) {
-        /// Sign that the connection is in use. Source: kOS, USB; decision K-U6.
+        /// No subject; the message shows that the line is in use. Source: kOS, USB; decision K-U6.
         KEEP_ALIVE = 0x0000,
-        /// Address of the device in the network.
+        /// Addresses of the device in the network.
         NETWORK_INFO = 0x0002,
-        /// Lamps of the device.
+        /// Lamps of the device and of its slave.
         LED_STATUS = 0x0007,
         /// Positions, ranges and limits of the motors.
         MOTOR_INFO = 0x000B,
-        /// What the device is, and what it does at present.
+        /// Type and present state of the device.
         DEVICE_INFO = 0x000F,
         /// Password of this session.
         USER_PASSWORD = 0x0010,
         /// Password that the device stores.
         DEVICE_PASSWORD = 0x0011,
-        /// Move.
+        /// Stored move.
         TRAJECTORY_DATA = 0x0012,
-        /// Number that no other device has.
+        /// Number of the device, which no other device has.
         DEVICE_GUID = 0x001F,
         /// Platform of the client that calibrated the motors.
         SOFTWARE_ID = 0x0026,
-        /// Action; the first byte of the body is its number.
+        /// Action of the device. The first byte of the payload says which.
         ACTION = 0x0080,
-        /// Notification; the first byte of the body is its number.
+        /// Notification of the client. The first byte of the payload says which.
         NOTIFICATION = 0x0081,
     }
 
-    /// Type of a message: whether it sets, asks or answers. Source: kOS, Message Type; decision K-F9.
+    /// Type of a message, which says whether it sets, asks or answers. Source: kOS, Message Type; decision K-F9.
     pub struct MessageType(u8) {
-        /// The client sets something.
+        /// Message that sets something, from client to device.
         SET = 0x00,
-        /// The client asks for something.
+        /// Question, from client to device.
         GET = 0x01,
-        /// The device reports something, asked or not.
+        /// Answer or unasked report, from device to client.
         RESPONSE = 0x02,
-        /// The device reports something, and more of the same follows.
+        /// Part of an answer that is followed by another part, from device to client.
         RESPONSE_MORE = 0x82,
     }
 }
 
-/// Header: the first six bytes of a message.
+/// Header of a message: its first six bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
 #[repr(C)]
 pub struct Header {
@@ -89,26 +89,26 @@ impl Header {
         Self { version: VERSION, len: U16::new(len), id: U16::new(id.0), kind: kind.0 }
     }
 
-    /// Id and type as the tables write them, without the number of an action or notification.
+    /// Id and type of the message as the tables write them, with 0 for the number of an action or notification.
     #[inline]
     const fn number(self) -> u32 {
         let [.., id0, id1, kind]: [u8; HEADER_LEN] = zerocopy::transmute!(self);
         u32::from_be_bytes([id0, id1, kind, 0])
     }
 
-    /// Id of the message: its subject.
+    /// Id of the message, which says its subject.
     #[must_use]
     pub fn id(&self) -> MessageId {
         MessageId(self.id.get())
     }
 
-    /// Type of the message: whether it sets, asks or answers.
+    /// Type of the message, which says whether it sets, asks or answers.
     #[must_use]
     pub const fn kind(&self) -> MessageType {
         MessageType(self.kind)
     }
 
-    /// Length of the message with this header, in bytes.
+    /// Length of the whole message in bytes, with this header.
     #[must_use]
     pub fn message_len(&self) -> usize {
         self.len.get().into()
@@ -125,7 +125,7 @@ impl fmt::Debug for Header {
     }
 }
 
-/// Complete message as it came.
+/// Frame of a whole message, as it came.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Frame<'a> {
     header: &'a Header,
@@ -134,11 +134,11 @@ pub struct Frame<'a> {
 }
 
 impl<'a> Frame<'a> {
-    /// Reads bytes that are exactly one message, such as a datagram.
+    /// Reads bytes that are exactly one message, as a datagram should be.
     ///
     /// # Errors
     ///
-    /// [`FrameError`] if the bytes are not exactly one message.
+    /// [`FrameError`], if the bytes are not exactly one message.
     #[inline]
     pub fn decode(bytes: &'a [u8]) -> Result<Self, FrameError> {
         match Header::ref_from_prefix(bytes) {
@@ -155,25 +155,25 @@ impl<'a> Frame<'a> {
         self.header
     }
 
-    /// Id of the message: its subject.
+    /// Id of the message, which says its subject.
     #[must_use]
     pub fn id(&self) -> MessageId {
         self.header.id()
     }
 
-    /// Type of the message: whether it sets, asks or answers.
+    /// Type of the message, which says whether it sets, asks or answers.
     #[must_use]
     pub const fn kind(&self) -> MessageType {
         self.header.kind()
     }
 
-    /// Bytes after the header. In an action or a notification, its number is the first one.
+    /// Bytes after the header. In an action or a notification, its number is the first of them.
     #[must_use]
     pub const fn payload(&self) -> &'a [u8] {
         self.payload
     }
 
-    /// All bytes of the message, with its header.
+    /// Bytes of the whole message, with the header.
     #[must_use]
     pub const fn bytes(&self) -> &'a [u8] {
         self.bytes
@@ -199,32 +199,32 @@ pub enum FrameError {
     /// The bytes end before the message does.
     #[error("frame: need {needed} bytes, have {have}")]
     Truncated {
-        /// Length of the message, or of a header.
+        /// Length of the whole message, or of a header, in bytes.
         needed: usize,
-        /// Number of bytes.
+        /// Number of bytes that were given.
         have: usize,
     },
-    /// More bytes follow the message.
+    /// The bytes go on after the message.
     #[error("frame: {extra} bytes too many")]
     Trailing {
         /// Number of bytes after the message.
         extra: usize,
     },
-    /// The first byte is another version of the protocol (decision K-F3).
+    /// The first byte is not the protocol version of this crate (decision K-F3).
     #[error("frame: protocol version is {found}, should be {VERSION}")]
     BadVersion {
-        /// First byte.
+        /// First byte of the message.
         found: u8,
     },
     /// The length is less than that of a header (decision K-F2).
     #[error("frame: length is {found}, should be at least {HEADER_LEN}")]
     BadLength {
-        /// Length in the header.
+        /// Length that the header says, in bytes.
         found: usize,
     },
 }
 
-/// Error of bytes that are not exactly one message. A function of its own keeps it out of the usual path.
+/// Error of bytes that are not exactly one message. Cold, so that valid messages are decoded faster.
 #[cold]
 fn not_one_message(bytes: &[u8]) -> FrameError {
     let have = bytes.len();
@@ -245,7 +245,7 @@ const fn number(id: MessageId, kind: MessageType, sub: u8) -> u32 {
     u32::from_be_bytes([i0, i1, kind.0, sub])
 }
 
-/// Name of the number in the first byte of the body, if the message has one.
+/// Name of what the first byte of the payload numbers; `None` in other messages.
 #[inline]
 const fn sub_of(number: u32) -> Option<&'static str> {
     const ACTION: u32 = self::number(MessageId::ACTION, MessageType::SET, 0);
@@ -257,7 +257,8 @@ const fn sub_of(number: u32) -> Option<&'static str> {
     }
 }
 
-/// Parts of a number of the tables. The last part is the number of the action or notification, if there is one.
+/// Id, type, and number of the action or notification in a number of the tables. The last part is `None` for all other
+/// messages.
 #[inline]
 pub(crate) fn parts(number: u32) -> (MessageId, MessageType, Option<(&'static str, u8)>) {
     let [i0, i1, kind, sub] = number.to_be_bytes();
@@ -265,7 +266,7 @@ pub(crate) fn parts(number: u32) -> (MessageId, MessageType, Option<(&'static st
     (id, kind, sub_of(number).map(|what| (what, sub)))
 }
 
-/// Writes a message of any id, type and payload, also of those without a type of their own.
+/// Writes a message of any id, type and payload, for messages that have no type in this crate.
 ///
 /// The payload of an action or a notification begins with its number.
 ///
@@ -286,7 +287,7 @@ fn payload_len(number: u32, body_len: usize) -> usize {
     body_len.saturating_add(usize::from(sub_of(number).is_some()))
 }
 
-/// Writes the payload, then the header, so that nothing is written if the payload is refused.
+/// Writes a header and a payload. The header is written last, so that nothing is written if the payload is refused.
 #[inline]
 fn frame(
     id: MessageId,
@@ -310,10 +311,10 @@ fn frame(
 
 /// Framing of kOS, for messages of up to `CAP` bytes.
 ///
-/// `CAP` is 6 to 65535. A longer message is skipped by its length and reported as noise; the stream stays in step. A
-/// wrong version or a length below 6 is fatal, because nothing shows where the next message begins. A TCP client then
-/// closes the connection. [`resync`](stream::Frames::resync) may find a wrong message, because a byte 4 in a payload
-/// looks like a header (safety decision 6, decisions K-F2, K-F3).
+/// `CAP` is 6 to 65535. A longer message is skipped by its length and reported as noise, and the messages after it are
+/// read as usual. A wrong version or a length below 6 is fatal, because nothing on the wire says where the next message
+/// begins. A TCP client then closes the connection. [`resync`](stream::Frames::resync) is not reliable, because a byte
+/// 4 in a payload looks like the begin of a header (safety decision 6, decisions K-F2, K-F3).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kos<const CAP: usize = MAX_FRAME> {}
 
@@ -388,7 +389,7 @@ impl<const CAP: usize> Framing for Kos<CAP> {
         Frame::decode(bytes).ok()
     }
 
-    /// Without a marker, any payload could look like a message.
+    /// Drops all bytes: kOS has no marker, so any payload could look like a message.
     fn give_up(bytes: &[u8]) -> usize {
         bytes.len()
     }
@@ -421,7 +422,7 @@ mod tests {
     }
 
     #[test]
-    fn a_message_of_any_id_can_be_written_up_to_the_greatest_length() {
+    fn any_message_can_be_sent_raw_up_to_the_longest() {
         let mut out = vec![0; 65_540];
         let (id, kind) = (MessageId(0x1234), MessageType::GET);
         assert_eq!(encode(id, kind, b"ab", &mut out), Ok(8));
@@ -434,7 +435,7 @@ mod tests {
     }
 
     #[test]
-    fn the_payload_of_an_action_begins_with_its_number() {
+    fn an_action_has_its_number_first() {
         let frame = Frame::decode(&[4, 0, 6, 0, 0x80, 0]).unwrap();
         let none = DecodeError::Truncated { what: "Action", needed: 1, have: 0 };
         assert_eq!(HostMessage::decode(&frame), Err(none));
@@ -449,7 +450,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_without_a_place_in_the_message_is_an_error() {
+    fn a_number_that_no_message_carries_is_not_lost_in_silence() {
         let message = HostMessage::other(0x0012_3401, &[]);
         let refused = message.encode_into(&mut [0; 16]);
         assert_eq!(refused, Err(EncodeError::OutOfRange { what: "action or note", value: 1, min: 0, max: 0 }));

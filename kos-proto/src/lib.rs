@@ -1,16 +1,17 @@
-//! Kessler kOS: the language between a client and a motion-control device such as Second Shooter, for both sides.
+//! Kessler kOS, the protocol between a client and a motion-control device such as Second Shooter, for both sides.
 //!
-//! The client, or [host](HostMessage), sets and asks; the [device](DeviceMessage) answers, and tells unasked what
-//! happens. Bytes become frames, frames become messages, and back. Nothing here does I/O, allocates, or panics.
+//! The client, or [host](HostMessage), sends settings and questions. The [device](DeviceMessage) sends answers and
+//! unasked reports. The crate turns bytes into frames and frames into messages, and messages into bytes. It does no
+//! I/O, does not allocate, and does not panic.
 //!
-//! Reading: a stream brings bytes in pieces, [`Frames`] finds the frames in them, and each side decodes
-//! what the other sent.
+//! Reading: the bytes of a stream come in pieces. [`Frames`] finds the frames in them, and each side decodes the
+//! messages of the other side.
 //!
 //! ```
 //! use kos_proto::message::MotorAddress;
 //! use kos_proto::{DeviceMessage, Frames, Item};
 //!
-//! // A motor as a device of the older dialect tells of it, in three pieces.
+//! // A motor as a device of the older dialect reports it, in three pieces.
 //! let line = b"\x04\0\x1c\0\x0b\x02\x01\x03\x41\x3f\xb8\0\0\0\0\0\x42\xc8\0\0\x42\x82\0\0\x42\x48\0\0";
 //!
 //! let mut frames: Frames = Frames::new();
@@ -34,9 +35,10 @@
 //! # Ok::<(), kos_proto::DecodeError>(())
 //! ```
 //!
-//! Writing: a message writes all of itself, header included; [`lint`] says before what a device would refuse. Over TCP
-//! it goes as it is; over USB, in reports of 64 bytes, which [`usb`] makes and reads. By UDP clients and devices find
-//! each other: a datagram is one message, and [`discovery`] keeps who was heard of.
+//! Writing: a message is written with its header. Before that, [`lint`] says what a device would refuse. Over TCP, the
+//! bytes are sent as they are. Over USB, they are sent in reports of 64 bytes, which [`usb`] makes and reads. Clients
+//! and devices find each other over UDP, where a datagram is one message; [`discovery`] keeps a list of the devices
+//! that were heard.
 //!
 //! ```
 //! use kos_proto::HostMessage;
@@ -51,28 +53,30 @@
 //! # Ok::<(), kos_proto::EncodeError>(())
 //! ```
 //!
-//! A move of several motors is planned in seconds and rotations, checked, and looked at before it is played:
-//! [`trajectory`].
+//! [`trajectory`] plans a move of several motors in seconds and rotations, checks it, and shows its curves before it is
+//! played.
 //!
-//! Two state machines know when to send what, and what a silence means: [`host::HostMachine`] for a client and
-//! [`device::DeviceMachine`] for a device. They are values without sockets, clock and motors, which are the caller's.
+//! Two state machines know when to send which message, and what silence means: [`host::HostMachine`] for a client and
+//! [`device::DeviceMachine`] for a device. They are values without sockets, clock and motors, which belong to the
+//! caller.
 //!
 //! | you have | call |
 //! |---|---|
 //! | bytes of a connection | [`Frames`], then [`HostMessage::decode`] or [`DeviceMessage::decode`] |
 //! | reports over USB | [`usb`], then the same |
 //! | a datagram | [`discovery`] |
-//! | a frame, a command, a report of the rig, or the time of a wake | `advance` of a machine |
+//! | a frame, a command, a report of the rig, or a time at which to wake | `advance` of a machine |
 //! | a `Transmit` of a machine | its `message`, then `encode_into` |
-//! | a move | [`MoveSummary::of`]: what the machines know of it, or why no device plays it |
+//! | a move | [`MoveSummary::of`]: its times, photos and motors, or why no device can play it |
 //!
-//! Each call of a machine returns effects, to be carried out in their order, and a time at which to wake it:
+//! Each call of a machine returns effects, which the caller carries out in their order, and a time at which to wake the
+//! machine:
 //!
 //! ```
 //! use kos_proto::host::{Command, Endpoint, HostMachine, Input, Options, Source, Token};
 //! use kos_proto::{Effect, Frame, Millis};
 //!
-//! // The answer of a device with the password "x" to the question what it is.
+//! // The `DeviceInfo` of a device with the password "x", as the answer to `GetDeviceInfo`.
 //! let answer = b"\x04\0\x20\0\x0f\x02\x0a\0\0\0\x01\0\x01\x05\0\0\0\x01x\0\0\0\0\0\0\0\0\0\0\0\0\0";
 //! let inputs = [
 //!     Input::Command(Token(1), Command::Connect(Endpoint::Usb)),
@@ -102,24 +106,25 @@
 //!
 //! | type | on the wire | means |
 //! |---|---|---|
-//! | [`MotorAddress`](message::MotorAddress) | u8, 1 to 10 | a motor; bit 7: focus, iris or zoom |
+//! | [`MotorAddress`](message::MotorAddress) | u8, 1 to 10 | address of a motor; bit 7 marks focus, iris and zoom |
 //! | [`Rotations`](message::Rotations) | f32 | rotations of a motor |
 //! | [`RotationsPerSecond`](message::RotationsPerSecond) | f32 | rev/s |
 //! | [`RotationsPerSecondSquared`](message::RotationsPerSecondSquared) | f32 | rev/s² |
 //! | [`Seconds`](message::Seconds) | f32 | s |
 //! | [`Normalized`](message::Normalized) | f32 | 0 to 1, of a move or of a motor's range |
-//! | [`Photos`](message::Photos) | f32 | a number of photos |
+//! | [`Photos`](message::Photos) | f32 | number of photos |
 //!
-//! Devices report positions between the ends of a motor's range, but take commands from 0 on:
-//! [`Motor::relative_position`](message::Motor::relative_position) turns one into the other.
+//! Devices report positions between the ends of the range of a motor, but commands count from 0 at its begin.
+//! [`Motor::relative_position`](message::Motor::relative_position) turns a reported position into a commanded one.
 //!
 //! # Safety of people
 //!
-//! A position of 0 is a place to go to; what stops a motor is a speed of 0, as
-//! [`stop`](message::SetPositionSpeedAcceleration::stop) sends it, and `StopPlayback` stops all. The device drops a
-//! silent connection after 30 seconds, and nothing says what a move does then. The machines obey a stop in every state,
-//! in the call in which it comes, and tell when it is not confirmed. Every rig needs an emergency stop that no
-//! computer is part of. The password goes over the line in clear, to anyone who asks: it is no protection.
+//! - A position of 0 is a place to go to, and does not stop a motor. A speed of 0 stops a motor, as in the message that
+//!   [`stop`](message::SetPositionSpeedAcceleration::stop) makes. `StopPlayback` stops all motors.
+//! - The device drops a silent connection after 30 seconds. The specification does not say what a move does then.
+//! - The machines obey a stop in every state, in the call in which it comes. They report a stop that is not confirmed.
+//! - Every rig needs an emergency stop that no computer is part of.
+//! - The device sends its password in clear to every client that asks, so the password is no protection.
 //!
 //! Decisions such as K-F3 are explained, with the evidence, in `docs/decisions.md` of the repository.
 

@@ -1,8 +1,8 @@
-//! Summaries of moves: what the machines of both sides know of a move.
+//! Summaries of moves, which the machines of both sides keep instead of the moves.
 //!
-//! The blocks of a move stay with the caller, however long they are. [`MoveSummary::of`] reads from the [`Trajectory`] in
-//! them what decides when something happens, in whole milliseconds: times, loops, photos, and which motors take part. It
-//! refuses moves that no device can play.
+//! The blocks of a move stay with the caller, because they can be long. [`MoveSummary::of`] reads the parts of the
+//! [`Trajectory`] that decide when something happens: times in whole milliseconds, loops, photos, and the motors that
+//! take part. It refuses moves that no device can play.
 
 use crate::message::{ErrorCode, MotorSet, Normalized, PlaybackMode, Seconds};
 use crate::times::millis;
@@ -10,7 +10,7 @@ use crate::trajectory::{
     Delay, LiveMotion, Loop, LoopCount, MoveError, Play, Style, TimeLapseMotion, Trajectory, TrajectoryData,
 };
 
-/// Summary of a move that a device can play: all that decides when something happens, without its curves.
+/// Summary of a move that a device can play: everything that decides when something happens, without the curves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct MoveSummary {
     /// Kind of the move.
@@ -39,7 +39,7 @@ pub enum Kind {
     ShootMoveShoot(Shots),
 }
 
-/// Loops of a live move: it goes back and is played again.
+/// Loops of a live move. In each loop the motors go back, and the move is played again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Loops {
     /// Duration of the way back in milliseconds, at least 1.
@@ -53,7 +53,7 @@ pub struct Loops {
 pub struct Shots {
     /// Time before each photo in milliseconds.
     pub delay: u64,
-    /// Exposure of each photo in milliseconds. Together with `delay` at least 1.
+    /// Exposure of each photo in milliseconds. The sum of `delay` and `exposure` is at least 1.
     pub exposure: u64,
     /// Number of photos in the move, at least 1.
     pub moving: u32,
@@ -64,7 +64,7 @@ pub struct Shots {
 }
 
 impl Shots {
-    /// Time from one photo to the next in milliseconds, without the way between them.
+    /// Time from one photo to the next in milliseconds, without the move between them.
     #[must_use]
     pub const fn interval(&self) -> u64 {
         self.delay.saturating_add(self.exposure)
@@ -86,7 +86,7 @@ pub enum Wait {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum SummaryError {
-    /// The blocks do not make a move, or make one without motors.
+    /// The blocks do not make a move, or they make a move without motors.
     #[error("{0}")]
     Malformed(MoveError),
     /// The move takes no time.
@@ -95,7 +95,7 @@ pub enum SummaryError {
 }
 
 impl SummaryError {
-    /// Error code that a device answers (decisions K-J10 and K-J14).
+    /// Error code with which a device answers (decisions K-J10 and K-J14).
     #[must_use]
     pub const fn code(&self) -> ErrorCode {
         match self {
@@ -105,7 +105,7 @@ impl SummaryError {
     }
 }
 
-/// A duration that no move can have is an error of its own (decision K-J10).
+/// Conversion in which a duration that no move can have becomes an error of its own (decision K-J10).
 impl From<MoveError> for SummaryError {
     fn from(error: MoveError) -> Self {
         match error {
@@ -194,7 +194,7 @@ impl From<Delay> for Wait {
     }
 }
 
-/// Time in milliseconds, if it is at least one.
+/// Time in milliseconds, or [`SummaryError::Time`] if it is less than 1 ms.
 fn some_time(time: Seconds) -> Result<u64, SummaryError> {
     Some(millis(time)).filter(|&millis| millis > 0).ok_or(SummaryError::Time)
 }

@@ -1,8 +1,10 @@
-//! Frames and their messages as nom 8 parsers, over the same decoders as everything else. Feature `nom`; it adds the
-//! dependencies `nom` and `memchr`.
+//! Parsers for nom 8 that read frames and their messages, with the same decoders as the rest of the crate.
 //!
-//! [`motion_core::nom`] says what the parsers answer if there is no frame, or less than one. A message whose body is too
-//! short gives an error of the kind `MapRes`, made from the [`DecodeError`](crate::DecodeError).
+//! The feature `nom` adds them, and the dependencies `nom` and `memchr`.
+//!
+//! [`motion_core::nom`] says what the parsers return if the input begins with no frame, or with a part of one. A
+//! message whose body is too short gives an error of the kind `MapRes`, made from the
+//! [`DecodeError`](crate::DecodeError).
 //!
 //! ```
 //! use kos_proto::HostMessage;

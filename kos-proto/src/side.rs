@@ -1,4 +1,5 @@
-//! Types that name the two sides, and what their messages can do: decoding, encoding, and what the features add.
+//! Types that name the two sides, and the methods of their messages: decoding, encoding, and the methods that the
+//! features add.
 
 use motion_core::side;
 
@@ -29,7 +30,8 @@ side! {
     pub enum Device in BE: DeviceMessage() by Kos, over Kos, lint Context<'_>;
 }
 
-/// Frames as a `tokio_util` codec, with a buffer of `N` bytes, at least twice [`MAX_FRAME`](crate::frame::MAX_FRAME).
+/// Codec for `tokio_util` that reads and writes frames, with a buffer of `N` bytes, at least twice
+/// [`MAX_FRAME`](crate::frame::MAX_FRAME).
 ///
 /// For other limits, name the framing: `motion_core::codec::Codec<Kos<1024>, 2048>`.
 #[cfg(feature = "tokio")]

@@ -3,8 +3,8 @@
 /// Transport of a connection between client and device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Transport {
-    /// Stream in a network, which the password locks.
+    /// TCP stream in a network. The password locks it.
     Tcp,
-    /// Reports over USB, which are never locked (decision K-U7).
+    /// Reports over USB. The password never locks them (decision K-U7).
     Usb,
 }

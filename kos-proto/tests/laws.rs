@@ -1,4 +1,4 @@
-//! The laws over every message of both sides, over the blocks of moves, and over the stream.
+//! Laws that hold for every message of both sides, for the blocks of moves, and for the stream.
 
 mod recorded;
 
@@ -19,7 +19,7 @@ impl Side for Blocks {
     type Order = BE;
 }
 
-/// Any number, and each of the tables.
+/// Numbers of messages: each number of the tables, and any other number.
 fn numbers() -> impl Strategy<Value = u32> {
     let all = [HostMessage::ALL, DeviceMessage::ALL, Block::ALL].concat();
     let known: Vec<u32> = all.iter().map(|kind| kind.number).chain([0x000B_8200]).collect();
@@ -33,7 +33,7 @@ fn every_message_of_all_tables() {
     laws::message::table::<Blocks>();
 }
 
-/// Bodies with small counts, so that lists are short enough to be there.
+/// Bodies of up to `len` bytes with many small bytes, so that the counts are small and the lists complete.
 fn bodies(len: usize) -> impl Strategy<Value = Vec<u8>> {
     vec(prop_oneof![2 => any::<u8>(), 2 => 0..4_u8], 0..len)
 }
@@ -71,13 +71,14 @@ proptest! {
     }
 }
 
-/// The messages of the vectors that are whole ones.
+/// Messages of the vectors that are whole messages.
 fn whole_messages() -> Vec<Vec<u8>> {
     let ok = |vector: &&serde_json::Value| matches!(vector["kind"].as_str(), Some("ok" | "accept" | "accept-legacy"));
     recorded::vectors().iter().filter(ok).map(recorded::bytes).collect()
 }
 
-/// A search that knows nothing of the framing: what stands at the front, or how many bytes to leave behind.
+/// Search for frames that does not use the framing of the crate: the length of the frame at the front, or the number of
+/// bytes to skip.
 fn rescan(cap: usize) -> impl Fn(&[u8]) -> Result<usize, usize> {
     move |bytes| match *bytes {
         [4, l0, l1, ..] => match usize::from(l0) * 256 + usize::from(l1) {
@@ -90,7 +91,7 @@ fn rescan(cap: usize) -> impl Fn(&[u8]) -> Result<usize, usize> {
     }
 }
 
-/// Streams of messages, whole, cut and damaged, with noise between; gaps; and lengths of pieces.
+/// Streams of whole, cut and damaged messages with noise between them, places of gaps, and lengths of pieces.
 fn traffic() -> impl Strategy<Value = (Vec<u8>, Vec<usize>, Vec<usize>)> {
     let message = || prop::sample::select(whole_messages());
     let part = prop_oneof![

@@ -1,4 +1,4 @@
-//! The machines of both sides, row by row of the tables in `docs/machines-kos.md`.
+//! Tests of the machines of both sides, for each row of the tables in `docs/machines-kos.md`.
 
 mod machines {
     mod bench;

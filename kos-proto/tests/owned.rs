@@ -1,4 +1,4 @@
-//! Owned messages and their JSON.
+//! Owned messages, and their JSON.
 
 mod recorded;
 
@@ -7,7 +7,7 @@ use motion_core::owned::Owned;
 use motion_core::wire::{Messages, Side};
 use proptest::prelude::*;
 
-/// Blocks of several kinds.
+/// Messages that no layout describes, because they hold blocks of several kinds.
 const IRREGULAR: &[&str] = &["SetTrajectoryData", "TrajectoryData"];
 
 #[test]
@@ -16,7 +16,7 @@ fn every_message_of_both_tables() {
     laws::owned::table::<Device>(IRREGULAR);
 }
 
-/// Holds the law for a message that was decoded.
+/// Checks the law for a message that was decoded.
 fn holds<S: Side>(message: &S::Message<'_>) {
     let owned = Owned::<S>::new(message).unwrap();
     laws::owned::any_body::<S>(owned.number(), owned.body(), IRREGULAR);

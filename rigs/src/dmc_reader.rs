@@ -1,16 +1,16 @@
-//! What arrives at either end of a DMC line: bytes in pieces, and a frame that is given up when they cease.
+//! Reader of a DMC line, for rigs and hosts: it joins bytes to frames, and gives up a frame that stays incomplete.
 
 use dmc_proto::{Frame, Frames, Header, Item};
 use motion_core::time::Millis;
 
-/// Milliseconds without a byte, after which a frame that is not whole will not be.
+/// Time without a byte after which an incomplete frame is given up, in milliseconds.
 const GAP: u64 = 250;
 
-/// What arrives at one end of a line.
+/// Reader at one end of a line.
 #[derive(Debug)]
 pub(crate) struct Reader {
     frames: Box<Frames>,
-    /// When a frame that is not whole is given up.
+    /// Time at which an incomplete frame is given up.
     until: Option<Millis>,
 }
 
@@ -19,23 +19,23 @@ impl Reader {
         Self { frames: Box::new(Frames::new()), until: None }
     }
 
-    /// Forgets what has arrived.
+    /// Forgets everything that arrived.
     pub(crate) fn reset(&mut self) {
         self.frames.reset();
         self.until = None;
     }
 
-    /// Bytes of a frame that is not whole.
+    /// Number of bytes of an incomplete frame.
     pub(crate) fn held(&self) -> usize {
         self.frames.held()
     }
 
-    /// When there is something to give up.
+    /// Time at which something is due.
     pub(crate) const fn wake(&self) -> Option<Millis> {
         self.until
     }
 
-    /// Bytes arrived; `take` gets what is in them.
+    /// Reads bytes, and gives each item in them to `take`.
     pub(crate) fn receive(&mut self, now: Millis, bytes: &[u8], mut take: impl FnMut(Item<'_, Frame<'_>, Header>)) {
         let mut rest = bytes;
         while !rest.is_empty() {
@@ -48,7 +48,7 @@ impl Reader {
         self.until = (self.frames.held() > 0).then(|| now.after(GAP));
     }
 
-    /// Gives up what is due; `take` gets what is in it.
+    /// Gives up an incomplete frame that is due, and gives each item in its bytes to `take`.
     pub(crate) fn give_up(&mut self, now: Millis, mut take: impl FnMut(Item<'_, Frame<'_>, Header>)) {
         if self.until.take_if(|until| *until <= now).is_some() {
             self.frames.gap();

@@ -6,7 +6,7 @@
 //! assert_eq!(Faults::parse("all", Carrier::Serial)?, Faults::all(Carrier::Serial));
 //! let some = Faults::parse("loss=0.01,delay=40", Carrier::Serial)?;
 //! assert_eq!((some.loss, some.delay, some.garbage), (0.01, 40, 0.0));
-//! TCP loses nothing. It can only break.
+//! // TCP loses nothing. It can only break.
 //! assert!(Faults::parse("loss=0.01", Carrier::Stream).is_err());
 //! # Ok::<(), rigs::faults::FaultsError>(())
 //! ```

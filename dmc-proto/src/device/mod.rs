@@ -1,7 +1,7 @@
-//! The side that moves: what a controller answers, and what its motors have to do.
+//! Device of a rig, the controller: what it answers, and what its motors have to do.
 //!
-//! [`DeviceMachine`] knows the protocol, and neither motors nor memory. Its inputs are what arrives and what the rig
-//! reports; its [effects](Effect) are things for the rig to do and messages to send. The machine is a value: it can be
+//! [`DeviceMachine`] follows the protocol, and knows neither motors nor memory. Its inputs are messages that arrive and
+//! reports of the rig. Its [effects](Effect) are events for the rig and messages to send. The machine is a value: it can be
 //! copied, compared and stored.
 //!
 //! # When to call what

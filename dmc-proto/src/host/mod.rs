@@ -1,7 +1,9 @@
-//! The side that controls: what Dragonframe sends when, what a silence means, and what is never sent twice.
+//! Host of a rig, as Dragonframe is one: when to send which message, what to do without an answer, and what is never sent
+//! twice.
 //!
-//! [`HostMachine`] knows the protocol and keeps no messages. Its inputs are what arrives and what the application wants; its
-//! [effects](Effect) are messages to send and events to tell. The machine is a value: it can be copied, compared and stored.
+//! [`HostMachine`] follows the protocol and keeps no messages. Its inputs are messages that arrive and commands of the
+//! application. Its [effects](Effect) are messages to send and events. The machine is a value: it can be copied, compared
+//! and stored.
 //!
 //! # When to call what
 //!

@@ -1,4 +1,4 @@
-//! What speaks against a message of the device.
+//! Findings about messages of a device.
 
 use motion_core::lint::Lints;
 use motion_core::wire::Messages;
@@ -10,9 +10,9 @@ use crate::message::{
 };
 
 impl DeviceMessage<'_> {
-    /// What a strict host would refuse in this message, and what a wise device would not send.
+    /// Finds errors, which a strict host would refuse, and warnings, which a careful device would not send.
     ///
-    /// It finds nothing in messages with legal values that fit what the device said of itself.
+    /// Messages with legal values that fit the greeting of the device have no findings.
     #[must_use]
     pub fn lint(&self, context: &Context<'_>) -> Lints {
         let mut rules = Rules::new(context, self.body_len());
@@ -55,7 +55,7 @@ impl Rules<'_> {
         {
             self.warning(
                 "capabilities",
-                "Dragonframe was seen to use virtual motors only where all four kinds are claimed",
+                "Dragonframe was seen to use virtual motors only if the device claims all four kinds",
             );
         }
         self.bits("capabilities", message.capabilities);
@@ -80,9 +80,11 @@ impl Rules<'_> {
         self.found.named("reason", message.reason.0, message.reason.name());
         match (message.reason, message.motor) {
             (StopReason::UPPER_LIMIT | StopReason::LOWER_LIMIT, None) => {
-                self.error("motor", "absent, although a limit is a motor's");
+                self.error("motor", "absent, although a limit belongs to a motor");
             }
-            (StopReason::EMERGENCY_STOP, Some(_)) => self.warning("motor", "present, although it stops all"),
+            (StopReason::EMERGENCY_STOP, Some(_)) => {
+                self.warning("motor", "present, although an emergency stop concerns all motors");
+            }
             (_, Some(motor)) => self.motor(motor),
             (_, None) => {}
         }
@@ -92,10 +94,10 @@ impl Rules<'_> {
     fn ack(&mut self, message: &Ack<'_>) {
         match message.response_code {
             None => self.error("response_code", "absent"),
-            Some(AckCode::ERR_AIM_COD) => self.error("response_code", "not of the specification; send ERR_RANGE"),
+            Some(AckCode::ERR_AIM_COD) => self.error("response_code", "not in the specification; send ERR_RANGE"),
             Some(code) => self.found.named("response_code", code.0, code.name()),
         }
-        // The vendor's firmware sends a code of four bytes, the upper half zero, and hosts take it.
+        // The vendor's firmware sends a code of four bytes, whose upper two bytes are zero, and hosts accept it.
         if !matches!(message.tail, [0, 0]) {
             self.found.tail(message.tail);
         }

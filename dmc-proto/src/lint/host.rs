@@ -1,4 +1,4 @@
-//! What speaks against a message of the host.
+//! Findings about messages of a host.
 
 use motion_core::lint::{Lint, Lints, Problem};
 use motion_core::wire::Messages;
@@ -6,29 +6,29 @@ use motion_core::wire::Messages;
 use super::{Context, Rules};
 use crate::message::{AckCode, Capabilities, HostMessage};
 
-/// A device without what a message is for: it answers `ERR_UNSUPPORTED`.
+/// Error of a message for a capability that the device does not have. The device answers `ERR_UNSUPPORTED`.
 pub(super) const ABSENT: &str = "the device has none";
 
-/// A device from before the message: likewise.
+/// Error of a message that is newer than the device. The device answers `ERR_UNSUPPORTED`.
 pub(super) const OLD: &str = "the device has an older version of the protocol";
 
-/// What a device must have for a message to make sense.
+/// Property that a device needs for a message.
 enum Gate {
-    /// Nothing: every device takes it.
+    /// None, because every device accepts the message.
     Open,
-    /// A motor.
+    /// At least one motor.
     Motors,
-    /// A DMX channel.
+    /// At least one DMX channel.
     Channels,
-    /// A general purpose output.
+    /// At least one general purpose output.
     Outputs,
-    /// A general purpose input.
+    /// At least one general purpose input.
     Inputs,
-    /// One of these capabilities.
+    /// At least one of these capabilities.
     AnyOf(Capabilities),
 }
 
-/// The gates, as decision D-2 has them. Stops pass always (safety decision 1).
+/// Property that a device needs for a message (decision D-2). Every device accepts stops (safety decision 1).
 fn gate(message: &HostMessage<'_>) -> Gate {
     match message {
         HostMessage::Hi(_)
@@ -72,9 +72,9 @@ fn gate(message: &HostMessage<'_>) -> Gate {
 }
 
 impl HostMessage<'_> {
-    /// What a strict device would refuse in this message, and what a wise host would not send.
+    /// Finds errors, which a strict device would refuse, and warnings, which a careful host would not send.
     ///
-    /// It finds nothing in messages with legal values that the device is able to do.
+    /// Messages with legal values that the device is able to do have no findings.
     #[must_use]
     pub fn lint(&self, context: &Context<'_>) -> Lints {
         let mut rules = self.rules(context);
@@ -82,10 +82,10 @@ impl HostMessage<'_> {
         rules.found
     }
 
-    /// All findings except those about bytes after the known fields, which are warnings.
+    /// Finds everything except bytes after the known fields, which are a warning.
     ///
-    /// Looking at these bytes goes over all fields with their printing, which a device that only wants to refuse should
-    /// not have to link.
+    /// The search for these bytes needs the code that prints all fields. A device that only refuses messages should not have
+    /// to link it.
     fn rules<'c>(&self, context: &'c Context<'_>) -> Rules<'c> {
         let mut rules = Rules::new(context, self.body_len());
         rules.gate(&gate(self));
@@ -128,18 +128,18 @@ impl HostMessage<'_> {
                 rules.yes_or_no("enable", message.enable);
             }
             Self::Other(_) if self.kind().is_ack() => {
-                rules.error("type", "only devices send acknowledgements, and none answers one");
+                rules.error("type", "only devices send acknowledgements, and no device answers them");
             }
             Self::Other(_) => rules.unknown(self.kind()),
         }
         rules
     }
 
-    /// What a device that is described by `context` answers to this message instead of doing it, as far as the message
-    /// itself speaks against it; `None` if nothing does.
+    /// Code with which the device of `context` refuses this message because of its contents; `None` if it does not refuse
+    /// it.
     ///
-    /// Whether it can be done now is for the device's state to say. A message that cannot be decoded is answered
-    /// `ERR_GENERAL` (decision D-51). An acknowledgement is never answered, and there is nothing to do (decision D-5).
+    /// Whether the device can do the request now depends on its state, which is not checked here. A message that cannot be
+    /// decoded is answered by `ERR_GENERAL` (decision D-51). An acknowledgement is never answered (decision D-5).
     #[must_use]
     pub fn refusal(&self, context: &Context<'_>) -> Option<AckCode> {
         match self {
@@ -150,7 +150,7 @@ impl HostMessage<'_> {
     }
 }
 
-/// The code that tells a host of an error.
+/// Code that tells a host of an error.
 fn answer(error: Lint) -> AckCode {
     match error.problem {
         Problem::Range { .. } => AckCode::ERR_RANGE,
@@ -160,7 +160,7 @@ fn answer(error: Lint) -> AckCode {
 }
 
 impl Rules<'_> {
-    /// What the device must have at all.
+    /// Requires the property that the message needs.
     fn gate(&mut self, gate: &Gate) {
         match gate {
             Gate::Open => {}
@@ -172,14 +172,14 @@ impl Rules<'_> {
         }
     }
 
-    /// At least one of something.
+    /// Requires that a count is not 0.
     fn some(&mut self, what: &'static str, count: impl Into<u32>) {
         if count.into() == 0 {
             self.error(what, ABSENT);
         }
     }
 
-    /// One of these capabilities, for the sake of a field.
+    /// Requires one of these capabilities.
     pub(super) fn any_of(&mut self, what: &'static str, wanted: Capabilities) {
         if !self.may(wanted) {
             self.error(what, ABSENT);

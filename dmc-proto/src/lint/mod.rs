@@ -1,7 +1,7 @@
-//! What decodes, but a strict peer would refuse, or a wise sender would not send.
+//! Findings about messages that decode, but that a strict peer would refuse, or a careful sender would not send.
 //!
-//! Decoding takes everything; these rules say what is wrong with it. They know ranges and reserved bits from the
-//! specification, and the motors, channels and capabilities of a device from its greeting, if there was one.
+//! Decoding accepts all values; these rules say what is wrong with them. The rules know ranges and reserved bits from the
+//! specification. They know the motors, channels and capabilities of a device from its greeting, if it is given.
 //!
 //! ```
 //! use dmc_proto::lint::Context;
@@ -27,29 +27,29 @@ use motion_core::wire::{Bool, FieldView, Fields, Value};
 use crate::frame::{self, MessageType};
 use crate::message::{Hi, Motor};
 
-/// Motors that the specification allows: a status has a bit for each (decision D-44).
+/// Greatest number of motors: a status has one bit for each (decision D-44).
 const MAX_MOTORS: u8 = 32;
-/// Channels of a DMX universe.
+/// Number of channels of a DMX universe.
 const MAX_CHANNELS: u16 = 512;
-/// Outputs, inputs or sets of limit switches that the specification allows.
+/// Greatest number of outputs, inputs or sets of limit switches.
 const MAX_PINS: u8 = 32;
-/// The version of the protocol that this is.
+/// Version of the protocol.
 const PROTOCOL_VERSION: u16 = 2;
-/// The greatest type that the vendor's own firmware takes for a header (decision D-11).
+/// Greatest type of a message that the vendor's firmware accepts (decision D-11).
 const MAX_TYPE: u16 = 0x03FF;
 
-/// What the sender of a message knows of its receiver: nothing, unless told.
+/// Knowledge of a sender about its receiver. By default, nothing is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Context<'a> {
-    /// What the device said of itself. Without it, only those findings come up that hold for every device.
+    /// Greeting of the device. Without it, only those findings are reported that hold for every device.
     pub device: Option<Hi<'a>>,
-    /// Bytes of data that the receiver takes, 1036 unless told otherwise (decision D-10).
+    /// Greatest number of bytes of data that the receiver accepts. The default is 1036 (decision D-10).
     pub max_data: usize,
 }
 
 impl<'a> Context<'a> {
-    /// For messages to a device that said this of itself, or from it.
+    /// Context for messages to or from a device with this greeting.
     #[must_use]
     pub const fn of(device: Hi<'a>) -> Self {
         Self { device: Some(device), max_data: frame::MAX_DATA }
@@ -62,14 +62,14 @@ impl Default for Context<'_> {
     }
 }
 
-/// The findings of one message, while its fields are looked at, and what they are measured by.
+/// Findings of one message while its fields are checked, and the context of the check.
 struct Rules<'c> {
     found: Lints,
     context: &'c Context<'c>,
 }
 
 impl<'c> Rules<'c> {
-    /// Begins with what holds for all messages: how long they are.
+    /// Begins with the length, which is checked for all messages.
     fn new(context: &'c Context<'_>, len: usize) -> Self {
         let mut found = Lints::new();
         found.range("data", number(len), 0, number(context.max_data));
@@ -84,22 +84,22 @@ impl<'c> Rules<'c> {
         self.found.note(Severity::Warning, what, note);
     }
 
-    /// Motors that there are, as far as is known.
+    /// Number of motors, as far as is known.
     fn motor_count(&self) -> u8 {
         self.context.device.map_or(MAX_MOTORS, |device| device.motor_count.min(MAX_MOTORS))
     }
 
-    /// DMX channels that there are, as far as is known.
+    /// Number of DMX channels, as far as is known.
     fn channel_count(&self) -> u16 {
         self.context.device.map_or(MAX_CHANNELS, |device| device.dmx_count.min(MAX_CHANNELS))
     }
 
-    /// General purpose outputs that there are, as far as is known.
+    /// Number of general purpose outputs, as far as is known.
     fn output_count(&self) -> u8 {
         self.context.device.map_or(MAX_PINS, |device| device.gio_out_count.min(MAX_PINS))
     }
 
-    /// General purpose inputs that there are, as far as is known.
+    /// Number of general purpose inputs, as far as is known.
     fn input_count(&self) -> u8 {
         self.context.device.map_or(MAX_PINS, |device| device.gio_in_count.min(MAX_PINS))
     }
@@ -108,21 +108,21 @@ impl<'c> Rules<'c> {
         self.found.range("motor", motor.0, 1, self.motor_count());
     }
 
-    /// One byte that should be 0 or 1.
+    /// Checks a byte that should be 0 or 1.
     fn yes_or_no(&mut self, what: &'static str, answer: Bool) {
         if answer.0 > 1 {
-            self.warning(what, "neither 0 nor 1; it counts as a yes");
+            self.warning(what, "neither 0 nor 1; it counts as 1");
         }
     }
 
-    /// Bits without a name.
+    /// Checks for bits without a name.
     fn bits<F: Flags<Bits: Into<u32>> + Copy>(&mut self, what: &'static str, flags: F) {
         let mut names = flags.iter_names();
         names.by_ref().for_each(drop);
         self.found.reserved(what, names.remaining().bits(), u32::MAX);
     }
 
-    /// Bytes behind the known fields (decision D-51).
+    /// Checks for bytes after the known fields (decision D-51).
     fn tail(&mut self, message: &dyn Fields) {
         message.fields(&mut |field: &FieldView<'_>| {
             if let ("tail", Value::Bytes(tail)) = (field.name, field.value) {
@@ -131,17 +131,17 @@ impl<'c> Rules<'c> {
         });
     }
 
-    /// A type of nobody's: whether the receiver sees it at all.
+    /// Checks an unknown type.
     fn unknown(&mut self, kind: MessageType) {
         if kind.request().0 > MAX_TYPE {
-            self.error("type", "the vendor's firmware drops frames of types above 0x03ff unseen");
+            self.error("type", "the vendor's firmware ignores frames of types above 0x03ff");
         } else {
             self.found.named("type", kind.0, None);
         }
     }
 }
 
-/// A count, as findings have it.
+/// Count as a number of findings.
 fn number(count: usize) -> i64 {
     i64::try_from(count).unwrap_or(i64::MAX)
 }

@@ -1,4 +1,4 @@
-//! The rules for the host's messages, one by one.
+//! Rules for the messages of a host, one by one.
 
 use motion_core::lint::{Problem, Severity};
 
@@ -20,17 +20,17 @@ impl Rules<'_> {
         let room = channels.saturating_sub(message.start_channel.0.saturating_sub(1));
         self.found.range("values", number(message.values.len()), 0, room);
         if message.values.is_empty() {
-            self.warning("values", "there are none: nothing happens");
+            self.warning("values", "empty; nothing happens");
         }
     }
 
-    /// Outputs that there are.
+    /// Checks that the device has these outputs.
     pub(super) fn outputs(&mut self, what: &'static str, triggers: Triggers) {
         let known: Triggers = (1..=self.output_count()).collect();
         self.found.reserved(what, triggers.0, !known.0);
     }
 
-    /// What came with version 2 of the protocol.
+    /// Requires version 2 of the protocol.
     pub(super) fn version_2(&mut self) {
         if self.context.device.is_some_and(|device| device.protocol_version.unwrap_or(1) < PROTOCOL_VERSION) {
             self.error("protocol_version", OLD);
@@ -61,7 +61,7 @@ impl Rules<'_> {
         }
     }
 
-    /// Safety decision 8: the limits are compared only where both count.
+    /// Safety decision 8: the limits are compared only if both are enabled.
     pub(super) fn motor_set_limits(&mut self, message: &MotorSetLimits<'_>) {
         self.motor(message.motor);
         self.yes_or_no("lower_enable", message.lower_enable);
@@ -101,12 +101,12 @@ impl Rules<'_> {
             }
             self.found.reserved("values", pair.values().0, !message.mask.0);
             if pair.values() == Triggers::NONE {
-                self.warning("values", "none is on; frames that are not named have none on");
+                self.warning("values", "no output is on, as at frames that are not named");
             }
         }
     }
 
-    /// A section of `len` values: decisions D-31 and D-32.
+    /// Checks a section of `len` values: decisions D-31 and D-32.
     fn section(&mut self, start: StartIndex, len: usize) {
         if let Some(device) = self.context.device {
             let max = i64::from(device.upload_frame_count).saturating_sub(number(len));
@@ -142,14 +142,11 @@ impl Rules<'_> {
         let (open, close) = (message.open_angle.unwrap_or_default(), message.close_angle.unwrap_or_default());
         self.angles(open, close);
         if flags.contains(RunFlags::CAMERA_EVERY_FRAME) && open >= close {
-            self.warning(
-                "open_angle",
-                "the shutter does not open before it closes; the device takes angles of its own",
-            );
+            self.warning("open_angle", "the shutter does not open before it closes; the device uses its own angles");
         }
     }
 
-    /// No frame would ever come at 0.
+    /// Checks the speed, because at 0 no frame would ever come.
     pub(super) fn frames_per_second(&mut self, rate: FramesPerSecond) {
         self.found.range("fps_x1000", rate.0.0, 1, u32::MAX);
     }
@@ -174,8 +171,8 @@ impl Rules<'_> {
         self.motor_pairs(message.motors, message.tail);
     }
 
-    /// Decision D-25: the vendor's firmware writes beyond its memory for a motor that is not there, and a device
-    /// answers a part of a group with `ERR_GENERAL`.
+    /// Decision D-25: the vendor's firmware writes beyond its memory for a motor that does not exist, and a device answers
+    /// an incomplete pair with `ERR_GENERAL`.
     fn motor_pairs(&mut self, motors: &[MotorPair], tail: &[u8]) {
         self.found.range("motors", number(motors.len()), 0, MAX_MOTORS);
         for pair in motors {
@@ -218,7 +215,7 @@ impl Rules<'_> {
         }
     }
 
-    /// A motor, or none.
+    /// Checks the number of a motor, or 0 for none.
     fn rig_motor(&mut self, what: &'static str, motor: RigMotor) {
         self.found.range(what, motor.0, 0, self.motor_count());
     }
@@ -233,7 +230,7 @@ impl Rules<'_> {
         self.virtual_motor(message.virtual_motor);
         self.found.range("speed", message.speed.0.0, JogSpeed::SLOWEST.0.0, JogSpeed::FULL.0.0);
         if ![JogSpeed::SLOWEST, JogSpeed::FULL].contains(&message.speed) {
-            self.warning("speed", "neither 1 nor 10000, which are all that is sent today");
+            self.warning("speed", "neither 1 nor 10000, the only speeds that are sent today");
         }
     }
 

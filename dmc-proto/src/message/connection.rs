@@ -1,4 +1,4 @@
-//! Who is there: greeting, capabilities, acknowledgements.
+//! Greetings, capabilities and acknowledgements.
 
 use core::fmt;
 
@@ -9,37 +9,38 @@ use zerocopy::ByteOrder;
 use crate::frame::MessageType;
 
 message! {
-    /// Question who the device is: the greeting of a host. Source: DMC, MSG_HI.
+    /// Greeting of a host: the question who the device is. Source: DMC, MSG_HI.
     #[derive(Default)]
     pub struct HiRequest<'a> in LE {}
 
-    /// Who the device is and what it can do, as the answer to the host's greeting or, with id 0, at boot.
+    /// Greeting of a device: its name, its version and its capabilities. It answers the greeting of a host, or is sent with
+    /// id 0 at boot.
     ///
-    /// A greeting with id 0 in mid-session means that the device was reset: all that was asked is lost, and all that
-    /// was set is forgotten. Source: DMC, MSG_HI; decisions D-43 to D-46.
+    /// A greeting with id 0 during a session means that the device was reset: all requests are lost, and all settings are
+    /// forgotten. Source: DMC, MSG_HI; decisions D-43 to D-46.
     #[derive(Default)]
     pub struct Hi<'a> in LE {
-        /// What the device calls itself.
+        /// Name of the device.
         name: Name,
-        /// First part of the firmware's version.
+        /// First part of the version of the firmware.
         fw_major: u8,
-        /// Second part of the firmware's version.
+        /// Second part of the version of the firmware.
         fw_minor: u8,
-        /// Third part of the firmware's version.
+        /// Third part of the version of the firmware.
         fw_rev: u8,
-        /// Motors, 0 to 32.
+        /// Number of motors, 0 to 32.
         motor_count: u8,
-        /// DMX channels, 0 to 512.
+        /// Number of DMX channels, 0 to 512.
         dmx_count: u16,
-        /// General purpose outputs, 0 to 32.
+        /// Number of general purpose outputs, 0 to 32.
         gio_out_count: u8,
-        /// General purpose inputs, 0 to 32.
+        /// Number of general purpose inputs, 0 to 32.
         gio_in_count: u8,
-        /// Inputs for hardware limits, 0 to 32.
+        /// Number of inputs for limit switches, 0 to 32.
         hw_limit_count: u8,
-        /// Frames of a move that can be uploaded.
+        /// Number of frames of a move that can be uploaded.
         upload_frame_count: u32 ["frames"],
-        /// What it can do.
+        /// Capabilities of the device.
         capabilities: Capabilities,
         ;
         /// Version of the protocol, 2 today. Devices from before 2020 leave it out.
@@ -47,7 +48,7 @@ message! {
     }
 }
 
-/// What a device calls itself: 32 bytes, mostly UTF-8, filled up with NULs.
+/// Name of a device: 32 bytes, mostly UTF-8, padded with NULs.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(transparent)]
 pub struct Name(pub [u8; Self::LEN]);
@@ -55,13 +56,13 @@ pub struct Name(pub [u8; Self::LEN]);
 impl Name {
     const LEN: usize = 32;
 
-    /// A name of up to 32 bytes; `None` if it is longer, or holds a NUL, which would end it.
+    /// Makes a name of up to 32 bytes; `None` if it is longer, or contains a NUL, which would end it.
     #[must_use]
     pub fn new(name: &str) -> Option<Self> {
         if name.len() <= Self::LEN && !name.as_bytes().contains(&0) { Some(Self::truncated(name)) } else { None }
     }
 
-    /// As much of a name as fits, cut between two characters, and before a NUL.
+    /// Makes a name from as much of a text as fits. The text is cut between two characters, and before a NUL.
     #[must_use]
     pub fn truncated(name: &str) -> Self {
         let mut bytes = [0; Self::LEN];
@@ -72,7 +73,7 @@ impl Name {
             if free.len() < utf8.len() {
                 break;
             }
-            // In this order: at its end, a zip has taken one more from its first than from its second.
+            // The bytes come first, because a zip takes one more item from its first part than from its second one.
             for (byte, place) in utf8.iter().zip(&mut free) {
                 *place = *byte;
             }
@@ -80,14 +81,14 @@ impl Name {
         Self(bytes)
     }
 
-    /// Its bytes up to the first NUL.
+    /// Bytes of the name up to the first NUL.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8] {
         self.0.split(|&byte| byte == 0).next().unwrap_or(&self.0)
     }
 
-    /// Its text, if it is UTF-8. A device may have cut it inside a character; then [`Display`](fmt::Display) shows the
-    /// bytes.
+    /// Text of the name; `None` if it is not UTF-8. A device may cut its name inside a character. Then
+    /// [`Display`](fmt::Display) shows the bytes.
     #[must_use]
     pub fn as_str(&self) -> Option<&str> {
         core::str::from_utf8(self.as_bytes()).ok()
@@ -132,11 +133,11 @@ impl Field for Name {
 }
 
 flags! {
-    /// What a device can do. Unknown bits are kept. Source: DMC, MSG_HI, CAPABILITIES.
+    /// Capabilities of a device. Unknown bits are kept. Source: DMC, MSG_HI, CAPABILITIES.
     pub struct Capabilities(u32) {
         /// Real-time moves.
         REAL_TIME = 0x0001,
-        /// Go-motion: move while the shutter is open.
+        /// Go-motion: motion while the shutter is open.
         SHOOT_FRAME = 0x0002,
         /// Virtual motors of a boom, swing and track.
         BOOM_SWING_TRACK = 0x0004,
@@ -146,7 +147,7 @@ flags! {
         Y_SWING_TRACK = 0x0010,
         /// Virtual motors of an x, y and z axis.
         X_Y_Z = 0x0020,
-        /// Aim at a point.
+        /// Aim of the camera at a point.
         AIM = 0x0040,
         /// Go-motion, second form; the specification also calls it `MSG_GO_MOTION2` (decision D-1).
         SHOOT_FRAME2 = 0x0080,
@@ -154,7 +155,7 @@ flags! {
         COUPLE = 0x0100,
         /// Loops and ping-pong.
         LOOP = 0x0200,
-        /// Camera triggers during a move.
+        /// Triggers for the camera during a move.
         CAMERA_TRIGGER = 0x0400,
     }
 }
@@ -165,63 +166,64 @@ impl Capabilities {
 }
 
 open_enum! {
-    /// How a request ended. Source: DMC, ACK codes; decision D-7.
+    /// Code that tells how a request ended. Source: DMC, ACK codes; decision D-7.
     pub struct AckCode(u16) {
-        /// Done.
+        /// The request was done.
         OK = 0x0010,
         /// The checksum of the request was wrong. Its id and type are doubtful.
         ERR_CHECKSUM = 0x0011,
-        /// Not while motors move.
+        /// The device cannot do this while motors move.
         ERR_MOVING = 0x0012,
         /// The device cannot do this.
         ERR_UNSUPPORTED = 0x0013,
         /// A number is out of range.
         ERR_RANGE = 0x0014,
-        /// Anything else.
+        /// Any other error.
         ERR_GENERAL = 0x0015,
-        /// The motors are not where the move begins.
+        /// The motors are not at the start of the move.
         ERR_NOT_IN_POSITION = 0x0016,
-        /// The pre-roll leaves the limits.
+        /// The pre-roll goes beyond a limit.
         ERR_PREROLL = 0x0017,
-        /// The post-roll leaves the limits.
+        /// The post-roll goes beyond a limit.
         ERR_POSTROLL = 0x0018,
-        /// Received, never sent: in the vendor's header only, probably an aim point that cannot be reached.
+        /// Probably a point that cannot be aimed at. The code is in the header of the vendor's firmware only, and is never
+        /// sent.
         ERR_AIM_COD = 0x0019,
-        /// Beyond the upper limit that was set.
+        /// The target is beyond the upper limit that was set.
         ERR_SOFT_UP = 0x0020,
-        /// Beyond the lower limit that was set.
+        /// The target is beyond the lower limit that was set.
         ERR_SOFT_LOW = 0x0021,
-        /// At the upper limit switch.
+        /// A motor is at its upper limit switch.
         ERR_HARD_UP = 0x0022,
-        /// At the lower limit switch.
+        /// A motor is at its lower limit switch.
         ERR_HARD_LOW = 0x0023,
     }
 }
 
 message! {
-    /// The data of an acknowledgement.
+    /// Data of an acknowledgement.
     struct AckBody<'a> in LE {
         ;
-        /// How the request ended.
+        /// Code of the end of the request.
         response_code: Option<AckCode>,
     }
 }
 
-/// The answer to a request that asks for no data, or to any request that failed.
+/// Acknowledgement: the answer to a request that asks for no data, or to any request that failed.
 ///
-/// Devices in the field send four bytes, the upper half zero; these stand in `tail` (decision D-6).
+/// Some devices send a code of four bytes, whose upper two bytes are zero. Those two are in `tail` (decision D-6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Ack<'a> {
-    /// The type of the request that it answers.
+    /// Type of the request that the acknowledgement answers.
     pub of: MessageType,
-    /// How the request ended; `None` where the data is shorter than a code.
+    /// Code of the end of the request; `None` if the data is shorter than a code.
     pub response_code: Option<AckCode>,
-    /// Bytes behind the code, kept as they came.
+    /// Bytes after the code, as they arrived.
     pub tail: &'a [u8],
 }
 
 impl<'a> Ack<'a> {
-    /// The acknowledgement of a request of type `of`.
+    /// Makes the acknowledgement of a request of type `of`.
     #[must_use]
     pub const fn new(of: MessageType, code: AckCode) -> Self {
         Self { of: of.request(), response_code: Some(code), tail: &[] }
@@ -295,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_that_is_no_text_shows_its_bytes() {
+    fn a_name_that_is_not_text_shows_its_bytes() {
         let mut name = Name::new("rig").unwrap();
         name.0[3] = 0xc3;
         assert_eq!((name.as_str(), name.as_bytes()), (None, &b"rig\xc3"[..]));

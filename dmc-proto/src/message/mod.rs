@@ -70,9 +70,9 @@ messages! {
         0x0034 => MotorGetPosition(MotorGetPosition<'a>) [asks],
         /// Gives the place where a motor stands another number.
         0x0035 => MotorResetPosition(MotorResetPosition<'a>) [sets once],
-        /// Runs a motor towards a position until it is told otherwise.
+        /// Runs a motor towards a position until another request.
         0x0036 => MotorJog(MotorJog<'a>) [moves once],
-        /// Tells what a motor is used for.
+        /// Sets the uses of a motor.
         0x0037 => MotorConfigure(MotorConfigure<'a>) [sets],
         /// Sets the greatest speed and acceleration of a motor.
         0x0038 => MotorSetSpeed(MotorSetSpeed<'a>) [sets],
@@ -108,11 +108,11 @@ messages! {
         0x0201 => VirtMove(VirtMove<'a>) [moves],
         /// Stops a virtual motor.
         0x0202 => VirtStop(VirtStop<'a>) [stops],
-        /// Runs a virtual motor until it is told otherwise.
+        /// Runs a virtual motor until another request.
         0x0203 => VirtJog(VirtJog<'a>) [moves once],
         /// Asks where the virtual motors are.
         0x0205 => VirtGetPosition(VirtGetPosition<'a>) [asks],
-        /// Runs the camera along a line until it is told otherwise.
+        /// Runs the camera along a line until another request.
         0x0206 => VirtJogOnLine(VirtJogOnLine<'a>) [moves once],
         /// Keeps the camera aimed at a point, or ends that.
         0x0207 => VirtAimPoint(VirtAimPoint<'a>) [moves],
@@ -122,27 +122,27 @@ messages! {
 messages! {
     /// Messages of a controller, the device.
     pub enum DeviceMessage<'a> {
-        /// Tells who the device is: asked, or at boot.
+        /// Tells who the device is, as an answer or at boot.
         0x0001 => Hi(Hi<'a>),
-        /// Tells which inputs are on: asked, or because they changed.
+        /// Tells which inputs are on, as an answer or because they changed.
         0x0022 => GioIn(GioIn<'a>),
         /// Tells which motors move.
         0x0030 => MotorStatus(MotorStatus<'a>),
         /// Tells whether the motor moves now.
         0x0031 => MotorMove(MotorMoving<'a>),
-        /// Tells where the motors are: asked, or while they move.
+        /// Tells where the motors are, as an answer or while they move.
         0x0034 => MotorGetPosition(MotorPositions<'a>),
-        /// Tells that a motor ran into a limit, or that everything was stopped. Sent unasked.
+        /// Tells that a motor ran into a limit, or that everything was stopped. It is sent unasked.
         0x003A => MotorHardStop(HardStop<'a>),
-        /// Tells that the operator started what the device had prepared. Sent unasked, by the vendor's firmware.
+        /// Tells that the operator started what the device had prepared. The vendor's firmware sends it unasked.
         0x0113 => RtGo(RtGo<'a>),
-        /// Tells that the move, or the frame, is done. Sent unasked.
+        /// Tells that the move, or the frame, is done. It is sent unasked.
         0x0114 => RtEnd(RtEnd<'a>),
         /// Tells where the virtual motors are.
         0x0205 => VirtGetPosition(VirtPositions<'a>),
         /// Tells what the camera is aimed at.
         0x0207 => VirtAimPoint(VirtAimPoint<'a>),
-        /// Tells that a request was done, or why not.
+        /// Tells that a request was done, or why it was not done.
         0x8000..=0xFFFF => Ack(Ack<'a>),
     }
 }

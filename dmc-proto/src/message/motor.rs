@@ -10,50 +10,50 @@ use zerocopy::little_endian::I32;
 use super::set;
 
 unit! {
-    /// A motor, from 1 to the device's motor count, 32 at most.
+    /// Number of a motor, from 1 to the number of motors of the device, at most 32.
     pub struct Motor(u8) "";
-    /// A position, in steps of the motor.
+    /// Position, in steps of the motor.
     pub struct Steps(i32) "steps";
-    /// How fast a jog is: 0.01 to 100.00 percent of the motor's speed (decision D-30).
+    /// Speed of a jog, 0.01 to 100.00 percent of the speed of the motor (decision D-30).
     pub struct JogSpeed(Centi<u16>) "%";
-    /// A speed.
+    /// Speed, in steps per second.
     pub struct Speed(u32) "steps/s";
-    /// An acceleration.
+    /// Acceleration, in steps per second squared.
     pub struct Acceleration(u32) "steps/s²";
-    /// A time in a move, in thousandths of a frame; negative in a pre-roll (decision D-29).
+    /// Time in a move, in thousandths of a frame. It is negative in a pre-roll (decision D-29).
     pub struct MoveTime(Milli<i32>) "frames";
 }
 
 impl JogSpeed {
-    /// The slowest: inching.
+    /// Slowest speed of a jog.
     pub const SLOWEST: Self = Self(Scaled(1));
-    /// The motor's full speed.
+    /// Full speed of the motor.
     pub const FULL: Self = Self(Scaled(10_000));
 }
 
-/// A set of motors, one bit each: bit 0 is motor 1 (decision D-16).
+/// Set of motors, with one bit for each: bit 0 is motor 1 (decision D-16).
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 #[repr(transparent)]
 pub struct Motors(pub u32);
 
 impl Motors {
-    /// No motor.
+    /// Empty set.
     pub const NONE: Self = Self(0);
 
-    /// Whether a motor is one of them.
+    /// Whether a motor is in the set.
     #[must_use]
     pub fn contains(self, motor: Motor) -> bool {
         set::contains(self.0, motor.0)
     }
 
-    /// Them, one by one.
+    /// Motors of the set, in the order of their numbers.
     pub fn iter(self) -> impl Iterator<Item = Motor> {
         set::numbers(self.0).map(Motor)
     }
 }
 
 impl FromIterator<Motor> for Motors {
-    /// Motors that are not 1 to 32 have no bit, and are left out.
+    /// Makes the set of these motors. Numbers outside 1 to 32 have no bit, and are left out.
     fn from_iter<I: IntoIterator<Item = Motor>>(motors: I) -> Self {
         Self(set::of(motors.into_iter().map(|motor| motor.0)))
     }
@@ -76,169 +76,169 @@ message! {
     #[derive(Default)]
     pub struct MotorGetPosition<'a> in LE {}
 
-    /// Which motors move. Source: DMC, MSG_MOTOR_STATUS; decision D-16.
+    /// Status of the motors. Source: DMC, MSG_MOTOR_STATUS; decision D-16.
     #[derive(Default)]
     pub struct MotorStatus<'a> in LE {
-        /// The motors that move.
+        /// Motors that move.
         motor_status: Motors,
         /// Whether DMX channels change.
         dmx_status: Bool,
     }
 
-    /// Go to a position. Source: DMC, MSG_MOTOR_MOVE.
+    /// Request to send a motor to a position. Source: DMC, MSG_MOTOR_MOVE.
     #[derive(Default)]
     pub struct MotorMove<'a> in LE {
-        /// Which motor.
+        /// Number of the motor.
         motor: Motor,
-        /// Where to.
+        /// Position to go to.
         position: Steps,
     }
 
-    /// The answer to [`MotorMove`]; some devices send an acknowledgement instead (decision D-17).
+    /// Answer to [`MotorMove`]. Some devices send an acknowledgement instead (decision D-17).
     #[derive(Default)]
     pub struct MotorMoving<'a> in LE {
         /// Whether the motor moves now.
         moving: Bool,
     }
 
-    /// Stop one motor. Of a real-time move, this stops all of it. Source: DMC, MSG_MOTOR_STOP; safety decision 1.
+    /// Stop of one motor. During a real-time move it stops the whole move. Source: DMC, MSG_MOTOR_STOP; safety decision 1.
     #[derive(Default)]
     pub struct MotorStop<'a> in LE {
-        /// Which motor.
+        /// Number of the motor.
         motor: Motor,
     }
 
-    /// Stop everything, whatever the flags say; again within a second, it stops harder.
+    /// Stop of everything, with any flags. A second one within a second stops harder.
     ///
     /// Source: DMC, MSG_MOTOR_STOP_ALL; safety decisions 1 and 4, decision D-22.
     #[derive(Default)]
     pub struct MotorStopAll<'a> in LE {
         ;
-        /// How the device takes it.
+        /// Options of the stop.
         flags: Option<StopFlags>,
     }
 
-    /// Where the motors are: the answer, and sent unasked about every 100 ms while they move.
+    /// Positions of the motors: an answer, or sent unasked about every 100 ms while motors move.
     ///
     /// Source: DMC, MSG_MOTOR_GET_POSITION; decision D-18.
     #[derive(Default)]
     pub struct MotorPositions<'a> in LE {
-        /// Where in the move they are.
+        /// Time in the move.
         move_time: MoveTime,
         ;
-        /// The positions of all motors, from motor 1.
+        /// Positions of all motors, starting with motor 1.
         positions: &'a [I32] ["steps"],
     }
 
-    /// Call the place where a motor stands by another number. Source: DMC, MSG_MOTOR_RESET_POSITION.
+    /// Request to give the place where a motor stands another number. Source: DMC, MSG_MOTOR_RESET_POSITION.
     #[derive(Default)]
     pub struct MotorResetPosition<'a> in LE {
-        /// Which motor.
+        /// Number of the motor.
         motor: Motor,
-        /// What its position is from now on.
+        /// New position of the place.
         position: Steps,
     }
 
-    /// Run towards a position until told otherwise. Source: DMC, MSG_MOTOR_JOG; decision D-30.
+    /// Request to run a motor towards a position, until another request. Source: DMC, MSG_MOTOR_JOG; decision D-30.
     #[derive(Default)]
     pub struct MotorJog<'a> in LE {
-        /// Which motor.
+        /// Number of the motor.
         motor: Motor,
-        /// How fast.
+        /// Speed of the jog.
         speed: JogSpeed,
-        /// Where it ends at the latest.
+        /// Position at which the jog ends at the latest.
         destination: Steps,
     }
 
-    /// What a motor is used for. Source: DMC, MSG_MOTOR_CONFIGURE.
+    /// Uses of a motor. Source: DMC, MSG_MOTOR_CONFIGURE.
     #[derive(Default)]
     pub struct MotorConfigure<'a> in LE {
-        /// Which motor.
+        /// Number of the motor.
         motor: Motor,
-        /// What for.
+        /// Uses of the motor.
         flags: MotorFlags,
     }
 
-    /// How fast a motor may be. Source: DMC, MSG_MOTOR_SET_SPEED.
+    /// Greatest speed and acceleration of a motor. Source: DMC, MSG_MOTOR_SET_SPEED.
     #[derive(Default)]
     pub struct MotorSetSpeed<'a> in LE {
-        /// Which motor.
+        /// Number of the motor.
         motor: Motor,
-        /// The greatest speed.
+        /// Greatest speed.
         max_velocity: Speed,
-        /// The greatest acceleration.
+        /// Greatest acceleration.
         max_accel: Acceleration,
     }
 
-    /// How far a motor may go. Source: DMC, MSG_MOTOR_SET_LIMITS; safety decision 8.
+    /// Limits of a motor. Source: DMC, MSG_MOTOR_SET_LIMITS; safety decision 8.
     #[derive(Default)]
     pub struct MotorSetLimits<'a> in LE {
-        /// Which motor.
+        /// Number of the motor.
         motor: Motor,
         /// Whether the lower limit counts.
         lower_enable: Bool,
-        /// The lower limit.
+        /// Lower limit.
         lower: Steps,
         /// Whether the upper limit counts.
         upper_enable: Bool,
-        /// The upper limit.
+        /// Upper limit.
         upper: Steps,
-        /// Which limit switches are this motor's.
+        /// Limit switches of the motor.
         hw_set: HardwareLimitSet,
     }
 
-    /// A motor ran into a limit, or everything was stopped: sent unasked, with id 0.
+    /// News that a motor ran into a limit, or that everything was stopped. It is sent unasked, with id 0.
     ///
     /// Source: DMC, MSG_MOTOR_HARD_STOP; decision D-20.
     #[derive(Default)]
     pub struct HardStop<'a> in LE {
-        /// Why.
+        /// Reason for the stop.
         reason: StopReason,
         ;
-        /// Which motor, where it was one.
+        /// Motor that caused the stop, if one did.
         motor: Option<Motor>,
     }
 }
 
 flags! {
-    /// How a device takes a stop of everything. Unknown bits are kept.
+    /// Options of a stop of everything. Unknown bits are kept.
     pub struct StopFlags(u32) {
-        /// Without the device's warnings. The motors stop all the same.
+        /// The device shows no warnings. The motors stop as usual.
         SILENT = 0x0000_0001,
     }
 
-    /// What a motor is used for. The bits from `VIRTUAL` on stand in the vendor's firmware only. Unknown bits are kept.
+    /// Uses of a motor. The bits from `VIRTUAL` on are in the vendor's firmware only. Unknown bits are kept.
     pub struct MotorFlags(u8) {
-        /// It is used at all.
+        /// The motor is in use.
         ENABLED = 0x01,
-        /// It moves while the shutter is open.
+        /// The motor moves while the shutter is open.
         BLUR = 0x02,
-        /// It is part of a virtual motor.
+        /// The motor is part of a virtual motor.
         VIRTUAL = 0x04,
-        /// It can be driven by hand during a move.
+        /// The motor can be driven by hand during a move.
         LIVE = 0x08,
-        /// It is coupled with the next motor.
+        /// The motor is coupled with the next motor.
         COUPLE = 0x10,
-        /// Coupled, the other way round.
+        /// The motor is coupled with the next motor, in the opposite direction.
         COUPLE_REVERSE = 0x20,
     }
 }
 
 open_enum! {
-    /// Why everything stopped.
+    /// Reason why everything stopped.
     pub struct StopReason(u8) {
-        /// The emergency stop.
+        /// The emergency stop was pressed.
         EMERGENCY_STOP = 0,
-        /// An upper limit switch.
+        /// A motor reached its upper limit switch.
         UPPER_LIMIT = 1,
-        /// A lower limit switch.
+        /// A motor reached its lower limit switch.
         LOWER_LIMIT = 2,
-        /// The motion engine gave up.
+        /// The motion engine failed.
         ENGINE_EXCEPTION = 100,
     }
 }
 
-/// Which limit switches belong to a motor.
+/// Limit switches that belong to a motor.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 #[repr(transparent)]
 pub struct HardwareLimitSet(pub u8);
@@ -246,13 +246,13 @@ pub struct HardwareLimitSet(pub u8);
 impl HardwareLimitSet {
     const SWAP: u8 = 0x80;
 
-    /// The number of the pair of switches, from 1; 0 for none.
+    /// Number of the pair of switches, from 1; 0 for none.
     #[must_use]
     pub const fn number(self) -> u8 {
         self.0 & !Self::SWAP
     }
 
-    /// Whether upper and lower switch change places.
+    /// Whether the upper and the lower switch change places.
     #[must_use]
     pub const fn is_swapped(self) -> bool {
         self.0 & Self::SWAP != 0
@@ -284,22 +284,22 @@ mod tests {
         assert!(motors.contains(Motor(1)) && motors.contains(Motor(32)));
         assert!(![0, 2, 31, 33, 255].into_iter().any(|motor| motors.contains(Motor(motor))));
         assert_eq!((1..=32).map(Motor).collect::<Motors>(), Motors(u32::MAX));
-        assert_eq!([0, 2, 33, 255].map(Motor).into_iter().collect::<Motors>(), Motors(2), "the others have no bit");
+        assert_eq!([0, 2, 33, 255].map(Motor).into_iter().collect::<Motors>(), Motors(2), "other numbers have no bit");
         assert_eq!(format!("{motors} {}", Motors::NONE), "1+32 none");
     }
 
     #[test]
-    fn a_hard_stop_names_a_motor_or_not() {
+    fn a_hard_stop_may_name_a_motor() {
         let estop = HardStop::decode(&[0]).unwrap();
         assert_eq!((estop.reason, estop.motor), (StopReason::EMERGENCY_STOP, None));
         let upper = HardStop::decode(&[1, 2]).unwrap();
         assert_eq!((upper.reason, upper.motor), (StopReason::UPPER_LIMIT, Some(Motor(2))));
-        assert_eq!(HardStop::decode(&[1]).unwrap().motor, None, "accepted, though the specification wants a motor");
-        assert_eq!(HardStop::decode(&[100, 7]).unwrap().motor, Some(Motor(7)), "dmc-lite says which motor gave up");
+        assert_eq!(HardStop::decode(&[1]).unwrap().motor, None, "read, although the specification demands a motor");
+        assert_eq!(HardStop::decode(&[100, 7]).unwrap().motor, Some(Motor(7)), "dmc-lite names the motor that failed");
     }
 
     #[test]
-    fn flags_of_a_stop_are_whole_or_a_tail() {
+    fn flags_of_a_stop_that_are_cut_off_are_a_tail() {
         assert_eq!(MotorStopAll::decode(&[]), Ok(MotorStopAll { flags: None, tail: &[] }));
         assert_eq!(MotorStopAll::decode(&[1, 0, 0]), Ok(MotorStopAll { flags: None, tail: &[1, 0, 0] }));
         let unknown = MotorStopAll::decode(&[1, 0, 0, 0x80]).unwrap();

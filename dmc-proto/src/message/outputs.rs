@@ -8,22 +8,22 @@ use motion_core::{__newtype, flags, message};
 use super::{DmxChannel, set};
 
 message! {
-    /// Set the levels of neighbouring DMX channels. Source: DMC, MSG_DMX; decision D-50.
+    /// Levels of neighbouring DMX channels. Source: DMC, MSG_DMX; decision D-50.
     #[derive(Default)]
     pub struct Dmx<'a> in LE {
-        /// Whether the levels are reached by a ramp, and not at once.
+        /// Whether the levels are reached by a ramp instead of at once.
         ramp: Bool,
-        /// The channel of the first level.
+        /// Channel of the first level.
         start_channel: DmxChannel,
         ;
-        /// One level a channel.
+        /// Levels, one for each channel.
         values: &'a [u8],
     }
 
-    /// Switch the general purpose outputs. Source: DMC, MSG_GIO_OUT.
+    /// States of the general purpose outputs. Source: DMC, MSG_GIO_OUT.
     #[derive(Default)]
     pub struct GioOut<'a> in LE {
-        /// The outputs that are on.
+        /// Outputs that are on.
         triggers: Triggers,
     }
 
@@ -31,56 +31,56 @@ message! {
     #[derive(Default)]
     pub struct GioInRequest<'a> in LE {}
 
-    /// Which general purpose inputs are on: the answer, and sent unasked whenever it changes.
+    /// States of the general purpose inputs: an answer, or sent unasked when an input changes.
     ///
     /// Source: DMC, MSG_GIO_IN; decision D-15.
     #[derive(Default)]
     pub struct GioIn<'a> in LE {
-        /// The inputs that are on.
+        /// Inputs that are on.
         triggers: Triggers,
     }
 
-    /// Try the outputs of the camera. Source: DMC, MSG_GIO_CAM.
+    /// States of the outputs for the camera, to try them. Source: DMC, MSG_GIO_CAM.
     #[derive(Default)]
     pub struct GioCam<'a> in LE {
-        /// The outputs that are on.
+        /// Outputs that are on.
         flags: CameraFlags,
     }
 }
 
 flags! {
-    /// The outputs of the camera. Unknown bits are kept.
+    /// Outputs for the camera. Unknown bits are kept.
     pub struct CameraFlags(u32) {
-        /// The shutter.
+        /// Shutter of the camera.
         SHUTTER = 0x0000_0001,
-        /// The meter.
+        /// Light meter of the camera.
         METER = 0x0000_0002,
     }
 }
 
-/// A set of outputs, or of inputs, one bit each: bit 0 is number 1.
+/// Set of outputs or inputs, with one bit for each: bit 0 is number 1.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 #[repr(transparent)]
 pub struct Triggers(pub u32);
 
 impl Triggers {
-    /// None of them.
+    /// Empty set.
     pub const NONE: Self = Self(0);
 
-    /// Whether a number, from 1, is in it.
+    /// Whether the output or input with a number, from 1, is in the set.
     #[must_use]
     pub fn contains(self, number: u8) -> bool {
         set::contains(self.0, number)
     }
 
-    /// The numbers in it, one by one.
+    /// Numbers of the set, in their order.
     pub fn iter(self) -> impl Iterator<Item = u8> {
         set::numbers(self.0)
     }
 }
 
 impl FromIterator<u8> for Triggers {
-    /// Numbers that are not 1 to 32 have no bit, and are left out.
+    /// Makes the set of these numbers. Numbers outside 1 to 32 have no bit, and are left out.
     fn from_iter<I: IntoIterator<Item = u8>>(numbers: I) -> Self {
         Self(set::of(numbers.into_iter()))
     }

@@ -1,4 +1,4 @@
-//! Real-time moves: to a frame, run, shoot.
+//! Real-time moves: ways to a frame, runs and shots.
 
 use motion_core::fixed::{Deci, Milli};
 use motion_core::wire::Bool;
@@ -7,99 +7,102 @@ use motion_core::{element, flags, message, open_enum, unit};
 use super::{Capabilities, Motor, Steps};
 
 unit! {
-    /// Frames a second, in thousandths: 23.976.
+    /// Frames per second, in thousandths: 23.976 is 23 976.
     pub struct FramesPerSecond(Milli<u32>) "frames/s";
-    /// A frame of the shot, as the host counts.
+    /// Number of a frame of the shot, as the host counts.
     pub struct FrameNumber(i32) "";
-    /// A time.
+    /// Time, in milliseconds.
     pub struct Milliseconds(u32) "ms";
-    /// A short time.
+    /// Short time, in milliseconds.
     pub struct ShortMilliseconds(u16) "ms";
-    /// A shutter angle, 0 to 360 (decision D-28).
+    /// Angle of a shutter, 0 to 360 degrees (decision D-28).
     pub struct Degrees(u16) "°";
-    /// A DMX channel, 1 to 512; 0 where there is none.
+    /// Number of a DMX channel, 1 to 512; 0 for none.
     pub struct DmxChannel(u16) "";
-    /// How much of a frame's motion is blurred, in tenths of a percent (decision D-27).
+    /// Part of the motion of a frame that is blurred, in tenths of a percent (decision D-27).
     pub struct BlurPercent(Deci<u16>) "%";
 }
 
 message! {
-    /// Send all motors, and the DMX channels, where the uploaded move has them at a frame.
+    /// Request to send all motors and DMX channels to their places at a frame of the uploaded move.
     ///
     /// Source: DMC, MSG_RT_POSITION_FRAME; decision D-31, safety decision 8.
     #[derive(Default)]
     pub struct RtPositionFrame<'a> in LE {
-        /// Which frame.
+        /// Number of the frame.
         frame: FrameNumber,
     }
 
-    /// Get ready to run the uploaded move: go to the start, then to the pre-roll point, and wait for the start signal.
+    /// Request to prepare a run of the uploaded move. The motors go to the start, then to the start of the pre-roll, and wait
+    /// for the signal to start.
     ///
     /// Source: DMC, MSG_RT_RUN_MOVE; safety decision 9, decisions D-23 and D-24.
     #[derive(Default)]
     pub struct RtRunMove<'a> in LE {
-        /// How fast.
+        /// Speed of the run.
         fps_x1000: FramesPerSecond,
-        /// The first frame.
+        /// First frame.
         start_frame: FrameNumber,
-        /// The last frame.
+        /// Last frame.
         end_frame: FrameNumber,
-        /// Time to get up to speed before the first frame.
+        /// Time to reach the speed before the first frame.
         pre_roll_ms: Milliseconds,
-        /// Time to come to rest behind the last frame.
+        /// Time to come to rest after the last frame.
         post_roll_ms: Milliseconds,
-        /// Whether the uploaded DMX levels and triggers run along.
+        /// Whether the uploaded DMX levels and triggers are played too.
         sync_dmx: Bool,
-        /// The outputs that mark the first frame.
+        /// Outputs that mark the first frame.
         bloop_location: BloopOutputs,
-        /// The DMX channel that marks the first frame, 0 for none.
+        /// DMX channel that marks the first frame; 0 for none.
         bloop_dmx_channel: DmxChannel,
-        /// How long the mark is.
+        /// Duration of the mark.
         bloop_ms: ShortMilliseconds,
         ;
-        /// Loops and camera triggers; for devices that can.
+        /// Loops and triggers of the camera, for devices with these capabilities.
         flags: Option<RunFlags>,
-        /// Where the shutter opens, of cameras that are triggered for every frame.
+        /// Angle at which the shutter opens, for cameras that are triggered at every frame.
         open_angle: Option<Degrees>,
-        /// Where the shutter closes, of cameras that are triggered for every frame.
+        /// Angle at which the shutter closes, for cameras that are triggered at every frame.
         close_angle: Option<Degrees>,
     }
 
-    /// Get ready to move through one frame while the shutter is open. Source: DMC, MSG_RT_SHOOT_FRAME; decision D-25.
+    /// Request to prepare a motion through one frame while the shutter is open.
+    ///
+    /// Source: DMC, MSG_RT_SHOOT_FRAME; decision D-25.
     #[derive(Default)]
     pub struct RtShootFrame<'a> in LE {
-        /// Which frame.
+        /// Number of the frame.
         frame: FrameNumber,
-        /// Which way the motors move through it.
+        /// Direction in which the motors move through the frame.
         direction: Direction,
-        /// How long the shutter is open.
+        /// Time for which the shutter is open.
         exposure_ms: Milliseconds,
-        /// How much of the frame's motion is blurred; 0 stands for all.
+        /// Part of the motion of the frame that is blurred; 0 stands for all of it.
         blur_x10: BlurPercent,
         ;
-        /// Motors that do not follow the uploaded move.
+        /// Motors that do not follow the uploaded move, with their ways.
         motors: &'a [MotorPair],
     }
 
-    /// Get ready to move through one frame, with a shutter that is described by its angles.
+    /// Request to prepare a motion through one frame, with a shutter that is described by its angles.
     ///
     /// Source: DMC, MSG_RT_SHOOT_FRAME2; decisions D-1, D-25, D-27 and D-28.
     #[derive(Default)]
     pub struct RtShootFrame2<'a> in LE {
-        /// Which frame.
+        /// Number of the frame.
         frame: FrameNumber,
-        /// How long the shutter is open.
+        /// Time for which the shutter is open.
         exposure_ms: Milliseconds,
-        /// Where the shutter opens.
+        /// Angle at which the shutter opens.
         open_angle: Degrees,
-        /// Where the shutter closes.
+        /// Angle at which the shutter closes.
         close_angle: Degrees,
         ;
-        /// Motors that do not follow the uploaded move.
+        /// Motors that do not follow the uploaded move, with their ways.
         motors: &'a [MotorPair],
     }
 
-    /// Start of what the device prepared: the signal of the host, or the news that the operator gave it.
+    /// Start of the run or shot that the device prepared: the signal of a host, or the news that the operator gave the signal.
     ///
     /// Source: DMC, MSG_RT_GO.
     #[derive(Default)]
@@ -113,24 +116,24 @@ message! {
     #[derive(Default)]
     pub struct RtStopLoop<'a> in LE {}
 
-    /// Run all motors towards a frame of the uploaded move; they have to be on one.
+    /// Request to run all motors towards a frame of the uploaded move. Before it, they have to stand on a frame.
     ///
     /// Source: DMC, MSG_RT_JOG_ALL; safety decision 8.
     #[derive(Default)]
     pub struct RtJogAll<'a> in LE {
-        /// How fast.
+        /// Speed of the run.
         fps_x1000: FramesPerSecond,
-        /// The frame where they stop.
+        /// Frame at which the motors stop.
         destination: FrameNumber,
     }
 }
 
 impl RtRunMove<'_> {
-    /// The same run with those of the last fields that a device expects: 29 bytes of data, 31 if it can loop, 35 if it can
-    /// trigger a camera (decision D-23).
+    /// Returns the run with those of the last fields that a device expects: 29 bytes of data, 31 for loops, 35 for triggers
+    /// of a camera (decision D-23).
     ///
-    /// A field that it expects and that is not set, is set to 0. One that it does not expect is left out if it is 0; what
-    /// asks for something is kept, for [lint](crate::lint) to refuse.
+    /// If the device expects a field that is missing, it becomes 0. If the device does not expect a field, it is left out if
+    /// it is 0. Other values are kept, and [lint](crate::lint) refuses them.
     #[must_use]
     pub fn for_device(mut self, capabilities: Capabilities) -> Self {
         let flags = self.flags.unwrap_or_default();
@@ -145,48 +148,48 @@ impl RtRunMove<'_> {
 }
 
 element! {
-    /// The way of one motor while the shutter is open.
+    /// Way of one motor while the shutter is open.
     pub struct MotorPair in LE, "motor_count" {
-        /// Which motor.
+        /// Number of the motor.
         motor: Motor,
-        /// Where it begins.
+        /// Position where the way begins.
         pos_a: Steps,
-        /// Where it ends.
+        /// Position where the way ends.
         pos_b: Steps,
     }
 }
 
 flags! {
-    /// How a move runs. Unknown bits are kept. Source: DMC, MSG_RT_RUN_MOVE, FLAGS.
+    /// Options of a run. Unknown bits are kept. Source: DMC, MSG_RT_RUN_MOVE, FLAGS.
     pub struct RunFlags(u16) {
-        /// There and back, until told otherwise; stronger than `LOOP`.
+        /// The run goes back and forth until it is ended. This option is stronger than `LOOP`.
         PING_PONG = 0x0001,
-        /// Again and again, until told otherwise.
+        /// The run begins again until it is ended.
         LOOP = 0x0002,
-        /// The camera is triggered at the start and at the end: video.
+        /// The camera is triggered at the start and at the end, for video.
         CAMERA_START_STOP = 0x0010,
-        /// The camera is triggered for every frame: stills.
+        /// The camera is triggered at every frame, for stills.
         CAMERA_EVERY_FRAME = 0x0020,
     }
 
-    /// The outputs that mark the first frame. Unknown bits are kept. The names are those of the vendor's firmware
+    /// Outputs that mark the first frame. Unknown bits are kept. The names are those of the vendor's firmware
     /// (decision D-24).
     pub struct BloopOutputs(u32) {
-        /// The logic output.
+        /// Logic output.
         LOGIC_OUT = 0x0000_0001,
-        /// The relay output.
+        /// Relay output.
         RELAY_OUT = 0x0000_0002,
-        /// The DMX channel.
+        /// DMX channel.
         DMX = 0x0000_0004,
     }
 }
 
 open_enum! {
-    /// Which way motors move through a frame.
+    /// Direction in which motors move through a frame.
     pub struct Direction(u8) {
-        /// Back.
+        /// Backwards.
         BACKWARD = 0,
-        /// On.
+        /// Forwards.
         FORWARD = 1,
     }
 }
@@ -239,7 +242,7 @@ mod tests {
         ] {
             let of = [none, Capabilities::LOOP, Capabilities::CAMERA_TRIGGER, all].map(|can| len(run, can));
             assert_eq!(of, lens, "{run:?}");
-            assert_eq!(run.for_device(all).flags, Some(run.flags.unwrap_or_default()), "nothing that is asked is lost");
+            assert_eq!(run.for_device(all).flags, Some(run.flags.unwrap_or_default()), "no option is lost");
         }
     }
 

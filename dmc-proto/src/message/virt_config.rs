@@ -1,4 +1,4 @@
-//! What the virtual motors are made of: the one message whose layout depends on its first byte.
+//! Configuration of the virtual motors: the only message whose layout depends on its first byte.
 
 use motion_core::fixed::{Milli, Scaled};
 use motion_core::wire::{
@@ -8,19 +8,19 @@ use motion_core::{__message_features, message, open_enum, unit};
 use zerocopy::little_endian::I32;
 use zerocopy::{FromBytes, IntoBytes, LE};
 
-use super::virtuals::{Coordinate, VirtualPosition, behind, row};
+use super::virtuals::{Coordinate, VirtualPosition, after, row};
 
 unit! {
-    /// A motor that is a part of the rig, from 1; 0 where the rig has no such axis (decision D-34).
+    /// Number of a motor of the rig, from 1; 0 if the rig has no such axis (decision D-34).
     pub struct RigMotor(u32) "";
-    /// Steps of a motor for one unit of its axis; see [`observed`](Self::observed) for the scale.
+    /// Number of steps of a motor for one unit of its axis. [`observed`](Self::observed) tells the scale.
     pub struct StepsPerUnit(u32) "";
-    /// A length, in units of the rig, in thousandths.
+    /// Length, in thousandths of a unit of the rig.
     pub struct Length(Milli<u32>) "";
 }
 
 impl StepsPerUnit {
-    /// The number in thousandths, which is how a live Dragonframe was seen to send it. The specification gives no scale
+    /// Number of steps as thousandths. The specification gives no scale; Dragonframe itself was seen to send thousandths
     /// (decision D-35).
     #[must_use]
     pub const fn observed(self) -> Milli<u32> {
@@ -29,15 +29,15 @@ impl StepsPerUnit {
 }
 
 open_enum! {
-    /// What kind of rig it is. Source: DMC, MSG_VIRT_CONFIG, TYPE; decision D-34.
+    /// Kind of a rig. Source: DMC, MSG_VIRT_CONFIG, TYPE; decision D-34.
     pub struct RigKind(u8) {
-        /// No virtual motors.
+        /// Rig without virtual motors.
         NONE = 0,
-        /// A boom on a swing on a track.
+        /// Boom on a swing on a track.
         BOOM_SWING_TRACK = 1,
-        /// A swing and a pan.
+        /// Swing and pan.
         SWING_PAN = 2,
-        /// A y axis on a swing on a track. Its layout is not published.
+        /// Y axis on a swing on a track. Its layout is not published.
         Y_SWING_TRACK = 3,
         /// Three straight axes. Their layout is not published.
         X_Y_Z = 4,
@@ -45,97 +45,97 @@ open_enum! {
 }
 
 message! {
-    /// A boom on a swing on a track: its motors and measures.
+    /// Motors and measures of a boom on a swing on a track.
     #[derive(Default)]
     pub struct BoomRig in LE {
-        /// The motor of the boom.
+        /// Motor of the boom.
         boom_motor: RigMotor,
-        /// Its scale.
+        /// Scale of the boom.
         boom_spu: StepsPerUnit,
-        /// Where it is now.
+        /// Present position of the boom.
         boom_pos_x1e5: VirtualPosition,
-        /// The motor of the swing.
+        /// Motor of the swing.
         swing_motor: RigMotor,
-        /// Its scale.
+        /// Scale of the swing.
         swing_spu: StepsPerUnit,
-        /// Where it is now.
+        /// Present position of the swing.
         swing_pos_x1e5: VirtualPosition,
-        /// The motor of the track.
+        /// Motor of the track.
         track_motor: RigMotor,
-        /// Its scale.
+        /// Scale of the track.
         track_spu: StepsPerUnit,
-        /// Where it is now.
+        /// Present position of the track.
         track_pos_x1e5: VirtualPosition,
-        /// The motor of the pan.
+        /// Motor of the pan.
         pan_motor: RigMotor,
-        /// Its scale.
+        /// Scale of the pan.
         pan_spu: StepsPerUnit,
-        /// Where it is now.
+        /// Present position of the pan.
         pan_pos_x1e5: VirtualPosition,
-        /// The motor of the tilt.
+        /// Motor of the tilt.
         tilt_motor: RigMotor,
-        /// Its scale.
+        /// Scale of the tilt.
         tilt_spu: StepsPerUnit,
-        /// Where it is now.
+        /// Present position of the tilt.
         tilt_pos_x1e5: VirtualPosition,
-        /// The motor of the roll.
+        /// Motor of the roll.
         roll_motor: RigMotor,
-        /// Its scale.
+        /// Scale of the roll.
         roll_spu: StepsPerUnit,
-        /// Where it is now.
+        /// Present position of the roll.
         roll_pos_x1e5: VirtualPosition,
-        /// How long the boom is.
+        /// Length of the boom.
         boom_length_x1000: Length,
-        /// How long its extension is.
+        /// Length of the extension of the boom.
         boom_ext_x1000: Length,
-        /// Where the lens has its nodal point.
+        /// Position of the nodal point of the lens, along x.
         nodal_x_x1000: Coordinate,
-        /// Where the lens has its nodal point.
+        /// Position of the nodal point of the lens, along y.
         nodal_y_x1000: Coordinate,
-        /// Where the lens has its nodal point.
+        /// Position of the nodal point of the lens, along z.
         nodal_z_x1000: Coordinate,
     }
 
-    /// What stands behind the table.
+    /// Field after the table.
     struct Distance<'a> in LE {
         ;
-        /// How near the camera may come.
+        /// Least distance between the camera and its aim.
         safe_distance_x1000: Option<Length>,
     }
 
-    /// A swing and a pan.
+    /// Motors of a swing and a pan.
     #[derive(Default)]
     pub struct SwingPan<'a> in LE {
-        /// The motor of the swing.
+        /// Motor of the swing.
         swing_motor: RigMotor,
-        /// Its scale.
+        /// Scale of the swing.
         swing_spu: StepsPerUnit,
-        /// The motor of the pan.
+        /// Motor of the pan.
         pan_motor: RigMotor,
-        /// Its scale.
+        /// Scale of the pan.
         pan_spu: StepsPerUnit,
     }
 }
 
-/// Positions of a boom at -60, -59, .. 60 degrees; their unit is not published (decisions D-36 and D-37).
+/// Positions of a boom at -60, -59, .. 60 degrees. Their unit is not published (decisions D-36 and D-37).
 pub type BoomTable = [I32; 121];
 
-/// A boom on a swing on a track, and what may be said of it besides.
+/// Boom on a swing on a track, with its optional fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct BoomSwingTrack<'a> {
-    /// Its motors and measures.
+    /// Motors and measures of the rig.
     pub rig: BoomRig,
-    /// Where the boom really is at each angle.
+    /// Real position of the boom at each angle.
     pub boom_table: Option<&'a BoomTable>,
-    /// How near the camera may come to what it is aimed at.
+    /// Least distance between the camera and its aim.
     pub safe_distance_x1000: Option<Length>,
-    /// Bytes behind the known fields, kept as they came. A live Dragonframe was seen to send some.
+    /// Bytes after the known fields, as they arrived. Dragonframe itself was seen to send some.
     pub tail: &'a [u8],
 }
 
-/// A rig of a kind without a published layout, kept as it came.
+/// Rig of a kind without a published layout, as it arrived.
 ///
-/// Its parts are private, so that a layout that becomes known later breaks nobody.
+/// The fields are private, so that a layout that becomes known later breaks no program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct OpaqueRig<'a> {
     kind: RigKind,
@@ -143,7 +143,7 @@ pub struct OpaqueRig<'a> {
 }
 
 impl<'a> OpaqueRig<'a> {
-    /// A rig of some kind; `None` for the kinds whose layout is known.
+    /// Makes a rig of a kind; `None` for the kinds whose layout is known.
     #[must_use]
     pub const fn new(kind: RigKind, payload: &'a [u8]) -> Option<Self> {
         match kind {
@@ -152,35 +152,35 @@ impl<'a> OpaqueRig<'a> {
         }
     }
 
-    /// What kind of rig it is.
+    /// Kind of the rig.
     #[must_use]
     pub const fn kind(&self) -> RigKind {
         self.kind
     }
 
-    /// What is said of it.
+    /// Data of the rig.
     #[must_use]
     pub const fn payload(&self) -> &'a [u8] {
         self.payload
     }
 }
 
-/// What the virtual motors are made of. Source: DMC, `MSG_VIRT_CONFIG`; safety decisions 7 and 10, decision D-34.
+/// Configuration of the virtual motors. Source: DMC, `MSG_VIRT_CONFIG`; safety decisions 7 and 10, decision D-34.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum VirtConfig<'a> {
-    /// Of nothing: there are none from now on.
+    /// There are no virtual motors from now on.
     None(Empty<'a>),
-    /// Of a boom on a swing on a track.
+    /// The rig is a boom on a swing on a track.
     BoomSwingTrack(BoomSwingTrack<'a>),
-    /// Of a swing and a pan.
+    /// The rig is a swing and a pan.
     SwingPan(SwingPan<'a>),
-    /// Of something without a published layout.
+    /// The layout of the rig is not published.
     Opaque(OpaqueRig<'a>),
 }
 
 impl VirtConfig<'_> {
-    /// What kind of rig it is.
+    /// Kind of the rig.
     #[must_use]
     pub const fn kind(&self) -> RigKind {
         match self {
@@ -193,7 +193,7 @@ impl VirtConfig<'_> {
 }
 
 impl<'a> Message<'a> for VirtConfig<'a> {
-    /// The first byte; the rest has the layout of its kind: [`BoomRig`], [`SwingPan`].
+    /// Layout of the first byte. The rest has the layout of the kind of rig: [`BoomRig`], [`SwingPan`].
     const LAYOUT: &'static [Row] = &place([
         row::<RigKind>("type", PartKind::Fixed),
         Row {
@@ -217,7 +217,7 @@ impl<'a> Message<'a> for VirtConfig<'a> {
             RigKind::SWING_PAN => SwingPan::decode(rig).map(Self::SwingPan),
             _ => Ok(Self::Opaque(OpaqueRig { kind, payload: rig })),
         };
-        known.map_err(|error| behind(error, "VirtConfig", 1))
+        known.map_err(|error| after(error, "VirtConfig", 1))
     }
 
     fn encoded_len(&self) -> usize {
@@ -262,11 +262,11 @@ impl Fields for VirtConfig<'_> {
 
 __message_features! { 'a [VirtConfig<'a>] VirtConfig }
 
-/// The length rule of A2: the table where it fits, then the distance where that fits, then a tail.
+/// Rule of the length (DMC A2): first the table if it fits, then the distance if it fits, then a tail.
 impl<'a> BoomSwingTrack<'a> {
     fn decode(body: &'a [u8]) -> Result<Self, DecodeError> {
         let split = body.split_at_checked(fixed_len(BoomRig::LAYOUT));
-        // A body that is too short goes to the rig whole, which says so.
+        // If the body is too short, the rig refuses it.
         let (rig, rest) = split.unwrap_or((body, &[]));
         let rig = BoomRig::decode(rig)?;
         let (boom_table, rest) = match BoomTable::ref_from_prefix(rest) {
@@ -300,7 +300,7 @@ impl<'a> BoomSwingTrack<'a> {
         let small = EncodeError::BufferTooSmall { needed, have: out.len() };
         let (rig, rest) = out.split_at_mut_checked(self.rig.encoded_len()).ok_or(small)?;
         let (place, rest) = rest.split_at_mut_checked(table.len()).ok_or(small)?;
-        // First, because only this can be refused.
+        // The distance comes first, because only it can be refused.
         distance.encode_into(rest)?;
         self.rig.encode_into(rig)?;
         place.copy_from_slice(table);
@@ -318,7 +318,7 @@ impl Fields for BoomSwingTrack<'_> {
     }
 }
 
-/// Bytes of a layout that has only fixed fields.
+/// Length of a layout that has only fixed fields, in bytes.
 const fn fixed_len(mut rows: &[Row]) -> usize {
     let mut len = 0_usize;
     while let Some((row, rest)) = rows.split_first() {
@@ -339,7 +339,7 @@ mod tests {
         body
     }
 
-    /// The length rule of type 1.
+    /// Rule of the length of type 1.
     #[test]
     fn the_length_says_whether_there_is_a_table_and_a_distance() {
         for (len, has_table, has_distance, tail) in [

@@ -1,4 +1,4 @@
-//! Virtual motors: a rig driven by the place and direction of its camera.
+//! Virtual motors: a rig that is driven by the place and the direction of its camera.
 
 use core::fmt;
 
@@ -9,42 +9,42 @@ use motion_core::{__message_features, message, open_enum, unit};
 use super::{JogSpeed, Steps};
 
 unit! {
-    /// A virtual position, in units of the rig, x 100 000; of a direction, in degrees.
+    /// Virtual position, in 1/100 000 of a unit of the rig; of a direction, in 1/100 000 of a degree.
     pub struct VirtualPosition(Scaled<i32, 100_000>) "";
-    /// A place along one axis, in units of the rig, in thousandths.
+    /// Place along one axis, in thousandths of a unit of the rig.
     pub struct Coordinate(Milli<i32>) "";
-    /// How fast the camera runs along a line: up to 100.00 percent, forwards or backwards (decision D-40).
+    /// Speed of the camera along a line, up to 100.00 percent forwards or backwards (decision D-40).
     pub struct LineSpeed(Centi<i16>) "%";
 }
 
 open_enum! {
-    /// A virtual motor, as Limnmedia's firmware counts them; the specification has no numbers (decision D-38).
+    /// Number of a virtual motor, as in Limnmedia's firmware. The specification has no numbers (decision D-38).
     pub struct VirtualMotor(u8) {
-        /// Along the track.
+        /// Motion along the track.
         TRACK = 1,
-        /// East and west.
+        /// Motion to the east and to the west.
         EAST_WEST = 2,
-        /// North and south.
+        /// Motion to the north and to the south.
         NORTH_SOUTH = 3,
-        /// The camera's pan.
+        /// Pan of the camera.
         PAN = 4,
-        /// The camera's tilt.
+        /// Tilt of the camera.
         TILT = 5,
-        /// The camera's roll.
+        /// Roll of the camera.
         ROLL = 6,
     }
 
-    /// Along which line a camera runs.
+    /// Line along which a camera runs.
     pub struct LineAxis(u8) {
-        /// To the side.
+        /// To the left and to the right.
         X = 0,
         /// Up and down.
         Y = 1,
-        /// Where the camera looks.
+        /// In the direction in which the camera looks.
         Z = 2,
-        /// Around, with its pan.
+        /// To the left and to the right, with the pan of the camera.
         PAN = 3,
-        /// Up and down, with its tilt.
+        /// Up and down, with the tilt of the camera.
         TILT = 4,
     }
 }
@@ -54,61 +54,61 @@ message! {
     #[derive(Default)]
     pub struct VirtGetPosition<'a> in LE {}
 
-    /// Send a virtual motor to a position. Source: DMC, MSG_VIRT_MOVE; decision D-38.
+    /// Request to send a virtual motor to a position. Source: DMC, MSG_VIRT_MOVE; decision D-38.
     #[derive(Default)]
     pub struct VirtMove<'a> in LE {
-        /// Which virtual motor.
+        /// Number of the virtual motor.
         virtual_motor: VirtualMotor,
-        /// Where to.
+        /// Position to go to.
         position_x1e5: VirtualPosition,
     }
 
-    /// Stop a virtual motor. Source: DMC, MSG_VIRT_STOP; safety decisions 1 and 7.
+    /// Stop of a virtual motor. Source: DMC, MSG_VIRT_STOP; safety decisions 1 and 7.
     #[derive(Default)]
     pub struct VirtStop<'a> in LE {
-        /// Which virtual motor.
+        /// Number of the virtual motor.
         virtual_motor: VirtualMotor,
     }
 
-    /// Run a virtual motor towards a position until told otherwise.
+    /// Request to run a virtual motor towards a position, until another request.
     ///
-    /// Today only the slowest and the full speed are sent, and the destination is as far away as can be: it says which
-    /// way. Source: DMC, MSG_VIRT_JOG; safety decision 10, decision D-39.
+    /// Today hosts send only the slowest and the full speed. The destination is as far away as possible, and tells only the
+    /// direction. Source: DMC, MSG_VIRT_JOG; safety decision 10, decision D-39.
     #[derive(Default)]
     pub struct VirtJog<'a> in LE {
-        /// Which virtual motor.
+        /// Number of the virtual motor.
         virtual_motor: VirtualMotor,
-        /// How fast.
+        /// Speed of the jog.
         speed: JogSpeed,
-        /// Which way.
+        /// Position that tells the direction.
         destination: Steps,
     }
 
-    /// Run the camera along a line until told otherwise. Source: DMC, MSG_VIRT_JOG_ON_LINE; decision D-40.
+    /// Request to run the camera along a line, until another request. Source: DMC, MSG_VIRT_JOG_ON_LINE; decision D-40.
     #[derive(Default)]
     pub struct VirtJogOnLine<'a> in LE {
-        /// Which line.
+        /// Line of the motion.
         axis: LineAxis,
-        /// How fast, and which way.
+        /// Speed, whose sign is the direction.
         speed: LineSpeed,
     }
 
-    /// Keep the camera aimed at a point, or not: asked for by the host, confirmed by the device at any time.
+    /// Aim of the camera at a point, or the end of it: a request of a host, or the confirmation of a device, at any time.
     ///
     /// Source: DMC, MSG_VIRT_AIM_POINT; decision D-42.
     #[derive(Default)]
     pub struct VirtAimPoint<'a> in LE {
-        /// Whether it is aimed.
+        /// Whether the camera is aimed.
         enable: Bool,
-        /// Where the point is.
+        /// Place of the point along x.
         aim_x: Coordinate,
-        /// Where the point is.
+        /// Place of the point along y.
         aim_y: Coordinate,
-        /// Where the point is.
+        /// Place of the point along z.
         aim_z: Coordinate,
     }
 
-    /// The part of [`VirtPositions`] that is a field or absent, each for itself.
+    /// Fields of [`VirtPositions`] of which the last one may be absent.
     struct Pose<'a> in LE {
         track: VirtualPosition,
         ew: VirtualPosition,
@@ -120,7 +120,7 @@ message! {
         aim_enabled: Option<Bool>,
     }
 
-    /// The part of [`VirtPositions`] that is there whole or not at all.
+    /// Fields of [`VirtPositions`] that are all present or all absent.
     struct Point<'a> in LE {
         aim_x: Coordinate,
         aim_y: Coordinate,
@@ -128,29 +128,29 @@ message! {
     }
 }
 
-/// Where the virtual motors are: the answer, and sent unasked by some devices.
+/// Positions of the virtual motors: an answer, which some devices also send unasked.
 ///
-/// Devices that can aim add whether they do and, all three or none, where. Source: DMC, `MSG_VIRT_GET_POSITION`;
-/// decision D-41.
+/// Devices that can aim add whether they do, and all three coordinates of the point or none of them. Source: DMC,
+/// `MSG_VIRT_GET_POSITION`; decision D-41.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct VirtPositions<'a> {
-    /// Along the track.
+    /// Position along the track.
     pub track: VirtualPosition,
-    /// East and west.
+    /// Position to the east or west.
     pub ew: VirtualPosition,
-    /// North and south.
+    /// Position to the north or south.
     pub ns: VirtualPosition,
-    /// The camera's pan.
+    /// Pan of the camera.
     pub pan: VirtualPosition,
-    /// The camera's tilt.
+    /// Tilt of the camera.
     pub tilt: VirtualPosition,
-    /// The camera's roll.
+    /// Roll of the camera.
     pub roll: VirtualPosition,
     /// Whether the camera is aimed at a point.
     pub aim_enabled: Option<Bool>,
-    /// The point: x, y and z.
+    /// Coordinates of the point: x, y and z.
     pub aim: Option<[Coordinate; 3]>,
-    /// Bytes behind the known fields, kept as they came.
+    /// Bytes after the known fields, as they arrived.
     pub tail: &'a [u8],
 }
 
@@ -182,7 +182,7 @@ impl<'a> Message<'a> for VirtPositions<'a> {
 
     fn decode(body: &'a [u8]) -> Result<Self, DecodeError> {
         let Pose { track, ew, ns, pan, tilt, roll, aim_enabled, tail } =
-            Pose::decode(body).map_err(|error| behind(error, "VirtPositions", 0))?;
+            Pose::decode(body).map_err(|error| after(error, "VirtPositions", 0))?;
         let (aim, tail) = match Point::decode(tail) {
             Ok(Point { aim_x, aim_y, aim_z, tail }) => (Some([aim_x, aim_y, aim_z]), tail),
             Err(_) => (None, tail),
@@ -222,7 +222,7 @@ impl Fields for VirtPositions<'_> {
     }
 }
 
-/// By hand: what is derived for so many fields cannot be proven free of panics.
+/// A derived one of six fields or more cannot be proven free of panics.
 impl fmt::Debug for VirtPositions<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("VirtPositions")
@@ -241,13 +241,13 @@ impl fmt::Debug for VirtPositions<'_> {
 
 __message_features! { 'a [VirtPositions<'a>] VirtPositions }
 
-/// A row of a layout that is written by hand.
+/// Row of a layout that is written by hand.
 pub(super) const fn row<T: Field>(name: &'static str, part: PartKind) -> Row {
     Row { name, wire: T::WIRE, offset: None, size: T::SIZE, part, unit: T::UNIT, element: &[] }
 }
 
-/// The error of a part of a message, for the whole of it: the part stands behind `before` bytes.
-pub(super) fn behind(error: DecodeError, what: &'static str, before: usize) -> DecodeError {
+/// Error of a part of a message as an error of the whole message. The part begins after `before` bytes.
+pub(super) fn after(error: DecodeError, what: &'static str, before: usize) -> DecodeError {
     match error {
         DecodeError::Truncated { needed, have, .. } => {
             DecodeError::Truncated { what, needed: needed.saturating_add(before), have: have.saturating_add(before) }
@@ -263,7 +263,7 @@ mod tests {
 
     /// Decision D-41.
     #[test]
-    fn an_aim_is_there_whole_or_not_at_all() {
+    fn an_aim_has_all_its_coordinates_or_none() {
         let body: Vec<u8> = (0..40).collect();
         for len in 24..=40 {
             let positions = VirtPositions::decode(&body[..len]).unwrap();

@@ -38,7 +38,7 @@
 //! let memory = Memory { positions: &mut positions, levels: &mut [], triggers: &mut [], written: &mut written };
 //! let mut buffer = UploadBuffer::new(ROOM, memory)?;
 //!
-//! The host: each message that it would send goes directly to the device.
+//! // The host: each message that it would send goes directly to the device.
 //! let mut send = |message: &HostMessage<'_>| assert_eq!(buffer.receive(message), Some(AckCode::OK));
 //! let mut scratch = [0; SCRATCH];
 //! send(&upload::begin(&Ramp, &Context::default())?.into());

@@ -1,33 +1,18 @@
-//! A device and a host on the bench: what is put in, and what comes out.
+//! Device and host alone: inputs given by hand, and outputs in a form that is easy to compare.
 
-use dmc_proto::device::{self, DeviceMachine, Rig, Scratch};
+use dmc_proto::device::{self, DeviceMachine, Scratch};
 use dmc_proto::host::{self, Command, Event, Failure, HostMachine, Outcome, Refusal};
 use dmc_proto::message::{
-    Ack, AckCode, Bool, Capabilities, FrameNumber, FramesPerSecond, Hi, HostMessage, I32, JogSpeed, Milliseconds,
-    Motor, MotorJog, MotorMove, MotorStatus, MotorStop, MotorStopAll, Motors, MoveTime, Name, RtGo, RtJogAll,
-    RtPositionFrame, RtRunMove, RtShootFrame2, RtUploadMoveAxis, RtUploadMoveBegin, RtUploadMoveEnd, RunFlags, Scaled,
-    ShortMilliseconds, StartIndex, Steps, VirtConfig, VirtualPosition,
+    Ack, AckCode, Bool, FrameNumber, FramesPerSecond, Hi, HostMessage, I32, JogSpeed, Milliseconds, Motor, MotorJog,
+    MotorMove, MotorStatus, MotorStop, MotorStopAll, Motors, MoveTime, RtGo, RtJogAll, RtPositionFrame, RtRunMove,
+    RtShootFrame2, RtUploadMoveAxis, RtUploadMoveBegin, RtUploadMoveEnd, RunFlags, Scaled, StartIndex, Steps,
+    VirtConfig, VirtualPosition,
 };
-use dmc_proto::{DeviceMessage, Effect, MessageId, MessageType, Millis, Token};
+use dmc_proto::{DeviceMessage, MessageId, MessageType, Millis, Token};
 
-/// A rig that can do everything, with eight motors.
-pub(crate) fn hi() -> Hi<'static> {
-    Hi {
-        name: Name::new("bench").unwrap(),
-        fw_major: 1,
-        fw_minor: 2,
-        fw_rev: 3,
-        motor_count: 8,
-        dmx_count: 100,
-        gio_out_count: 4,
-        gio_in_count: 4,
-        hw_limit_count: 2,
-        upload_frame_count: 1000,
-        capabilities: Capabilities(0x07ff),
-        protocol_version: Some(2),
-        tail: &[],
-    }
-}
+use super::app::{Tens, stops_go_first, the_rig_acts_first};
+
+pub(crate) use super::app::hi;
 
 pub(crate) fn frame(frame: i32) -> FrameNumber {
     FrameNumber(frame)
@@ -74,14 +59,8 @@ pub(crate) fn run(start: i32, end: i32, flags: RunFlags) -> HostMessage<'static>
         end_frame: frame(end),
         pre_roll_ms: Milliseconds(200),
         post_roll_ms: Milliseconds(100),
-        sync_dmx: false.into(),
-        bloop_location: 0.into(),
-        bloop_dmx_channel: 0.into(),
-        bloop_ms: ShortMilliseconds(0),
         flags: Some(flags),
-        open_angle: None,
-        close_angle: None,
-        tail: &[],
+        ..RtRunMove::default()
     }
     .into()
 }
@@ -98,7 +77,7 @@ pub(crate) fn shot(number: i32) -> HostMessage<'static> {
     .into()
 }
 
-/// A virtual rig of a kind whose layout is a few bytes: swing and pan.
+/// Configuration of a virtual rig with a short layout: swing and pan.
 pub(crate) const SWING_PAN: [u8; 17] = [2, 1, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0];
 
 pub(crate) fn virtuals(body: &[u8]) -> HostMessage<'_> {
@@ -110,27 +89,18 @@ pub(crate) fn virtual_position(units: i32) -> VirtualPosition {
     VirtualPosition(Scaled(units))
 }
 
-/// Motors stand at ten times their number.
-pub(crate) struct Tens;
-
-impl Rig for Tens {
-    fn position(&self, motor: Motor) -> Steps {
-        Steps(10 * i32::from(motor.0))
-    }
-}
-
-/// What a device sent, in a form that is easy to compare.
+/// Message of a device, in a form that is easy to compare.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Said {
     Ack(u32, u16, AckCode),
-    /// The time in the move, in frames.
+    /// Positions, with the id and the time in the move in frames.
     Positions(u32, i32),
     Other(u32, device::Contents),
 }
 
 pub(crate) const UNASKED: u32 = 0;
 
-/// A device that is driven by hand.
+/// Device alone.
 pub(crate) struct Bench {
     pub(crate) machine: DeviceMachine,
     pub(crate) now: Millis,
@@ -138,7 +108,7 @@ pub(crate) struct Bench {
     id: u32,
 }
 
-/// What a device sent, and what its rig was told.
+/// Messages of a device, and events for its rig.
 pub(crate) type Out<'a> = (Vec<Said>, Vec<device::Event<'a>>);
 
 fn said(transmit: &device::Transmit) -> Said {
@@ -161,20 +131,6 @@ fn said(transmit: &device::Transmit) -> Said {
     }
 }
 
-/// A law of each output of a device: the rig acts before anybody is told, and stops before all else.
-pub(crate) fn the_rig_acts_first(output: &device::Output<'_>) {
-    use device::Event;
-    let mut told = false;
-    for (at, effect) in output.effects.iter().enumerate() {
-        match effect {
-            Effect::Transmit(_) => told = true,
-            Effect::Event(Event::Stop(_)) => assert_eq!(at, 0, "a stop is the first effect: {output:?}"),
-            Effect::Event(Event::Unlocked | Event::Acknowledgement(..) | Event::UnexpectedReport) => {}
-            Effect::Event(event) => assert!(!told, "{event:?} comes after the message that tells of it: {output:?}"),
-        }
-    }
-}
-
 impl Bench {
     pub(crate) fn new() -> Self {
         Self::of(device::Options::of(hi()))
@@ -184,7 +140,7 @@ impl Bench {
         Self { machine: DeviceMachine::new(options), now: Millis(1000), wake: None, id: 100 }
     }
 
-    /// Takes a step; what it sends is also made into bytes and read back, as the host would.
+    /// Takes a step. Each message is also encoded and decoded, as on a line.
     pub(crate) fn step<'a>(&mut self, input: device::Input<'a>) -> Out<'a> {
         let (machine, output) = laws::machine::step(self.machine.clone(), self.now, input);
         (self.machine, self.wake) = (machine, output.wake);
@@ -193,7 +149,7 @@ impl Bench {
         (said, output.events().copied().collect())
     }
 
-    /// A message arrives, that the rig has nothing against. Its id is 101, then 102, and so on.
+    /// Receives a message that the rig allows. The ids are 101, 102, and so on.
     pub(crate) fn asked<'a>(&mut self, message: HostMessage<'a>) -> Out<'a> {
         self.asked_with(message, AckCode::OK)
     }
@@ -203,7 +159,7 @@ impl Bench {
         self.step(device::Input::Received { id: MessageId(self.id), message, rig })
     }
 
-    /// The answer to a request must be this code alone, and nothing be done.
+    /// Checks that a request is answered by this code, and that nothing is done.
     pub(crate) fn refuses(&mut self, message: HostMessage<'_>, code: AckCode) {
         let state = self.machine.state();
         let (said, events) = self.asked(message);
@@ -212,7 +168,7 @@ impl Bench {
         assert_eq!(self.machine.state(), state);
     }
 
-    /// The answer must be OK, and this the only event.
+    /// Checks that a request is acknowledged, with this event alone.
     pub(crate) fn takes<'a>(&mut self, message: HostMessage<'a>, event: device::Event<'a>) {
         let state = self.machine.state();
         let (said, events) = self.asked(message);
@@ -220,7 +176,7 @@ impl Bench {
         assert_eq!((said, events), expected, "{message} in {state:?}");
     }
 
-    /// The answer must be OK, and the only event be this one, with the message itself.
+    /// Checks that a request is acknowledged, with this event of the message alone.
     pub(crate) fn takes_as<'a>(&mut self, message: HostMessage<'a>, event: fn(HostMessage<'a>) -> device::Event<'a>) {
         self.takes(message, event(message));
     }
@@ -233,7 +189,7 @@ impl Bench {
         self.id
     }
 
-    /// Time passes, and the machine is woken at every moment that it asks for.
+    /// Lets time pass. The machine is woken whenever it wants to be.
     pub(crate) fn pass(&mut self, millis: u64) -> Out<'static> {
         let end = self.now.after(millis);
         let (mut said, mut events) = (vec![], vec![]);
@@ -247,7 +203,7 @@ impl Bench {
         (said, events)
     }
 
-    /// Gives a message of an upload to a buffer that takes it.
+    /// Receives a message of an upload, which the buffer accepts.
     pub(crate) fn store(&mut self, message: HostMessage<'_>) -> Said {
         let (said, events) = self.asked(message);
         assert_eq!(said, []);
@@ -259,7 +215,7 @@ impl Bench {
         said.clone()
     }
 
-    /// A device with a move of motors 1 and 2 from frame 1 to 10.
+    /// Device with a move of motors 1 and 2 from frame 1 to 10.
     pub(crate) fn loaded() -> Self {
         let mut bench = Self::new();
         bench.load();
@@ -273,7 +229,7 @@ impl Bench {
         assert!(self.machine.is_loaded());
     }
 
-    /// The same, standing on frame 1.
+    /// Device with this move, on frame 1.
     pub(crate) fn on_frame() -> Self {
         let mut bench = Self::loaded();
         bench.takes(position_frame(1), device::Event::ToFrame(frame(1)));
@@ -282,7 +238,7 @@ impl Bench {
         bench
     }
 
-    /// The rig comes to rest.
+    /// Reports that all motors rest.
     pub(crate) fn rests(&mut self) -> Out<'static> {
         self.step(device::Input::AtRest)
     }
@@ -291,7 +247,7 @@ impl Bench {
         self.machine.state()
     }
 
-    /// A device in each of its states, with what led there: for rows that hold in any state.
+    /// Devices in every state.
     pub(crate) fn everywhere() -> Vec<Self> {
         use device::Input;
         let benches = device::State::ALL.map(|state| {
@@ -331,7 +287,7 @@ impl Bench {
     }
 }
 
-/// A host that is driven by hand.
+/// Host alone.
 #[derive(Clone)]
 pub(crate) struct Desk {
     pub(crate) machine: HostMachine,
@@ -339,7 +295,7 @@ pub(crate) struct Desk {
     pub(crate) wake: Option<Millis>,
 }
 
-/// What a host sent, and what its application was told.
+/// Messages of a host with their ids, and events for its application.
 pub(crate) type Told<'a> = (Vec<(u32, host::Contents)>, Vec<Event<'a>>);
 
 /// Token of commands other than requests and sequences.
@@ -369,24 +325,15 @@ pub(crate) const fn not_confirmed(token: u32) -> Event<'static> {
     ended(token, Outcome::NotConfirmed)
 }
 
-/// A status of the device.
+/// Status of a device.
 pub(crate) const fn status(motors: u32) -> DeviceMessage<'static> {
     let motor_status = Motors(motors);
     DeviceMessage::MotorStatus(MotorStatus { motor_status, dmx_status: Bool(0), tail: &[] })
 }
 
-/// An acknowledgement of the device.
+/// Acknowledgement of a device.
 pub(crate) fn ack(of: u16, code: AckCode) -> DeviceMessage<'static> {
     Ack::new(MessageType(of), code).into()
-}
-
-/// A law of each output of a host: stops go out before all else, and so before anybody is told of them.
-pub(crate) fn stops_go_first(output: &host::Output<'_>) {
-    let is_stop = |effect: &host::Effect<'_>| {
-        matches!(effect, Effect::Transmit(host::Transmit { contents: host::Contents::Stop(_), .. }))
-    };
-    let others = output.effects.iter().skip_while(|effect| is_stop(effect));
-    assert_eq!(others.filter(|effect| is_stop(effect)).count(), 0, "a stop after something else: {output:?}");
 }
 
 impl Desk {
@@ -398,7 +345,7 @@ impl Desk {
         Self { machine: HostMachine::new(options), now: Millis(1000), wake: None }
     }
 
-    /// A host that is ready, with a device that can do everything. The last id is 1.
+    /// Host that is ready, and whose device has every capability. The last id is 1.
     pub(crate) fn up() -> Self {
         Self::up_with(host::Options::default(), hi())
     }
@@ -409,7 +356,7 @@ impl Desk {
         desk
     }
 
-    /// Opens the link and greets; `id` is that of the greeting.
+    /// Opens the link and makes the host ready. `id` is that of the greeting.
     pub(crate) fn becomes_ready(&mut self, id: u32, hi: Hi<'static>) {
         assert_eq!(self.step(host::Input::LinkUp), (vec![(id, host::Contents::Greeting)], vec![]));
         assert_eq!(self.hears(id, hi.into()), (vec![], vec![Event::Greeted(hi)]));
@@ -429,17 +376,17 @@ impl Desk {
         self.step(host::Input::Received(MessageId(id), message))
     }
 
-    /// The device acknowledges.
+    /// Receives an acknowledgement.
     pub(crate) fn acked(&mut self, id: u32, of: u16, code: AckCode) -> Told<'static> {
         self.hears(id, ack(of, code))
     }
 
-    /// The device says which motors move.
+    /// Receives a status.
     pub(crate) fn status(&mut self, id: u32, motors: u32) -> Told<'static> {
         self.hears(id, status(motors))
     }
 
-    /// Gives a command. That it is done, or sent, is left out of what is told.
+    /// Gives a command. Its end is left out of the events if it is done or sent.
     pub(crate) fn command<'a>(&mut self, command: Command<'a>) -> Told<'a> {
         let (sent, mut events) = self.step(host::Input::Command(COMMAND, command));
         let is_plain = |event: &Event<'_>| *event == done(COMMAND.0) || *event == ended(COMMAND.0, Outcome::Sent);
@@ -459,7 +406,7 @@ impl Desk {
         self.command(Command::Stop(target))
     }
 
-    /// Time passes, and the machine is woken at every moment that it asks for.
+    /// Lets time pass. The machine is woken whenever it wants to be.
     pub(crate) fn pass(&mut self, millis: u64) -> Told<'static> {
         let end = self.now.after(millis);
         let (mut sent, mut events) = (vec![], vec![]);
@@ -474,7 +421,7 @@ impl Desk {
     }
 }
 
-/// The message of the application's that has this token.
+/// Message of the command with this token.
 pub(crate) const fn named(token: u32) -> host::Contents {
     host::Contents::Application(host::Source::Command(Token(token)))
 }

@@ -1,4 +1,4 @@
-//! A device: connection, motors each for themselves, stops. DMC D2, D4, and the quirks.
+//! Device: connection, single motors, stops, virtual motors and quirks. DMC D2 and D4.
 
 use dmc_proto::device::{Contents, Event, Input, Options, Quirks, State, StopKind};
 use dmc_proto::message::{
@@ -33,7 +33,7 @@ fn configure(motor: u8, flags: MotorFlags) -> HostMessage<'static> {
 
 /// D2-1
 #[test]
-fn at_boot_it_greets_unasked() {
+fn a_device_greets_unasked_at_boot() {
     let mut bench = Bench::new();
     let greeting = Said::Other(UNASKED, Contents::Greeting(hi()));
     assert_eq!(bench.step(Input::LinkUp), (vec![greeting], vec![]));
@@ -42,7 +42,7 @@ fn at_boot_it_greets_unasked() {
 
 /// D2-2
 #[test]
-fn it_says_who_it_is_in_every_state() {
+fn a_device_answers_a_greeting_in_every_state() {
     for mut bench in Bench::everywhere() {
         let (state, (said, _)) = (bench.state(), bench.asked(HiRequest::default().into()));
         assert_eq!(said, [Said::Other(bench.id(), Contents::Greeting(hi()))]);
@@ -52,7 +52,7 @@ fn it_says_who_it_is_in_every_state() {
 
 /// D2-3
 #[test]
-fn a_wrong_checksum_is_acknowledged_by_what_the_header_says() {
+fn a_wrong_checksum_is_acknowledged_with_the_id_and_type_of_the_header() {
     for mut bench in Bench::everywhere() {
         let (said, events) = bench.step(Input::Corrupt(MessageId(77), MessageType(0x0036)));
         assert_eq!((said, events), (vec![Said::Ack(77, 0x0036, AckCode::ERR_CHECKSUM)], vec![]));
@@ -74,7 +74,7 @@ fn an_acknowledgement_is_never_answered() {
 
 /// D2-5
 #[test]
-fn what_it_cannot_do_is_unsupported() {
+fn a_request_that_the_device_cannot_do_is_unsupported() {
     for mut bench in Bench::everywhere() {
         bench.refuses(HostMessage::other(0x0300, &[1]), AckCode::ERR_UNSUPPORTED);
         bench.refuses(HostMessage::other(0, &[]), AckCode::ERR_UNSUPPORTED);
@@ -83,13 +83,13 @@ fn what_it_cannot_do_is_unsupported() {
     for message in [begin(1, 2), position_frame(1), shot(1), GioInRequest::default().into(), virtuals(&SWING_PAN)] {
         bench.refuses(message, AckCode::ERR_UNSUPPORTED);
     }
-    assert_eq!(DeviceMessage::ALL.len(), 11, "and a hard stop is no request");
+    assert_eq!(DeviceMessage::ALL.len(), 11, "a hard stop is not a request");
     bench.refuses(HostMessage::other(0x003A, &[0]), AckCode::ERR_UNSUPPORTED);
 }
 
 /// D2-6
 #[test]
-fn data_that_end_too_soon_are_a_general_error() {
+fn data_that_end_too_early_are_a_general_error() {
     for mut bench in Bench::everywhere() {
         let state = bench.state();
         let (said, events) = bench.step(Input::Malformed(MessageId(5), MessageType(0x0031)));
@@ -100,7 +100,7 @@ fn data_that_end_too_soon_are_a_general_error() {
 
 /// D2-7
 #[test]
-fn a_motor_that_is_not_there_is_out_of_range() {
+fn a_motor_that_does_not_exist_is_out_of_range() {
     for mut bench in Bench::everywhere() {
         for motor in [0, 9, 33, 255] {
             let messages = [move_to(motor, 1), jog(motor), stop(motor), reset(motor), configure(motor, MotorFlags(1))];
@@ -113,7 +113,7 @@ fn a_motor_that_is_not_there_is_out_of_range() {
 
 /// D2-8, D-52
 #[test]
-fn behind_a_hard_stop_only_stops_and_questions_are_taken() {
+fn after_a_hard_stop_only_stops_and_questions_are_accepted() {
     let limit = |upper| Input::Limit { motor: Motor(2), upper };
     for (input, code) in [
         (limit(true), AckCode::ERR_HARD_UP),
@@ -138,7 +138,7 @@ fn behind_a_hard_stop_only_stops_and_questions_are_taken() {
 
 /// D2-9
 #[test]
-fn a_motor_moves_and_its_positions_are_told() {
+fn positions_are_reported_while_a_motor_moves() {
     let mut bench = Bench::on_frame();
     let (said, events) = bench.asked(move_to(3, -40));
     assert_eq!(said, [Said::Other(bench.id(), Contents::Moving)]);
@@ -146,7 +146,11 @@ fn a_motor_moves_and_its_positions_are_told() {
     assert_eq!((bench.state(), bench.machine.on_frame()), (State::Moving, None));
     bench.takes(jog(4), Event::Jog(Motor(4), JogSpeed::FULL, Steps(i32::MAX)));
     let (said, _) = bench.asked(status());
-    assert_eq!(said, [Said::Other(bench.id(), Contents::Status(Motors(0b1100)))], "from the moment they are told");
+    assert_eq!(
+        said,
+        [Said::Other(bench.id(), Contents::Status(Motors(0b1100)))],
+        "the status tells them as soon as the rig reports them"
+    );
     let (said, _) = bench.pass(1000);
     assert_eq!(said, vec![Said::Positions(UNASKED, 0); 10], "every 100 ms");
     bench.step(Input::Moving(Motors(0b1000)));
@@ -156,7 +160,7 @@ fn a_motor_moves_and_its_positions_are_told() {
 
 /// D2-10
 #[test]
-fn in_a_coordinated_move_only_live_motors_take_orders() {
+fn in_a_coordinated_move_only_live_motors_can_be_moved() {
     let states = [State::JogAll, State::ToFrame, State::PreRoll, State::Ready, State::Running, State::PostRoll];
     for mut bench in Bench::everywhere().into_iter().filter(|bench| states.contains(&bench.state())) {
         let state = bench.state();
@@ -165,7 +169,7 @@ fn in_a_coordinated_move_only_live_motors_take_orders() {
         bench.takes_as(configure(3, MotorFlags::LIVE), Event::Apply);
         bench.takes(jog(3), Event::Jog(Motor(3), JogSpeed::FULL, Steps(i32::MAX)));
         bench.takes(stop(3), Event::Stop(StopKind::Motor(Motor(3))));
-        assert_eq!(bench.state(), state, "the move goes on");
+        assert_eq!(bench.state(), state, "the coordinated move goes on");
         bench.takes_as(configure(3, MotorFlags::ENABLED), Event::Apply);
         bench.refuses(jog(3), AckCode::ERR_MOVING);
     }
@@ -181,12 +185,12 @@ fn in_a_coordinated_move_only_live_motors_take_orders() {
     bench.asked(configure(3, MotorFlags::LIVE));
     bench.asked(jog(3));
     bench.rests();
-    assert_eq!(bench.machine.on_frame(), Some(frame(1)), "a live motor is not on frames");
+    assert_eq!(bench.machine.on_frame(), Some(frame(1)), "a live motor is not part of the frame");
 }
 
 /// D2-11
 #[test]
-fn when_all_stand_the_last_positions_are_told() {
+fn at_rest_the_last_positions_are_reported() {
     let mut bench = Bench::new();
     bench.asked(jog(3));
     assert_eq!(bench.rests(), (vec![Said::Positions(UNASKED, 0)], vec![]));
@@ -196,11 +200,11 @@ fn when_all_stand_the_last_positions_are_told() {
 
 /// D2-12, S-8
 #[test]
-fn a_limit_that_was_set_ends_a_jog_and_forbids_a_move() {
+fn a_limit_that_was_set_ends_a_jog_and_refuses_a_move() {
     let mut bench = Bench::loaded();
     bench.asked(jog(3));
     assert_eq!(bench.rests(), (vec![Said::Positions(UNASKED, 0)], vec![]), "no hard stop");
-    assert_eq!(bench.state(), State::Idle, "and no lock");
+    assert_eq!(bench.state(), State::Idle, "the device is not locked");
     for code in [AckCode::ERR_SOFT_UP, AckCode::ERR_SOFT_LOW] {
         for message in [move_to(3, 9), position_frame(2)] {
             let (said, events) = bench.asked_with(message, code);
@@ -250,36 +254,36 @@ fn the_emergency_stop_stops_everything_hard() {
 
 /// D2-15, D-54
 #[test]
-fn a_lock_ends_at_rest_after_a_while_and_with_the_emergency_stop_released() {
+fn a_lock_ends_some_time_after_rest_with_the_emergency_stop_released() {
     let mut bench = Bench::new();
     bench.asked(jog(2));
     bench.step(Input::Limit { motor: Motor(2), upper: true });
     let (said, events) = bench.pass(10_000);
-    assert_eq!((said.len(), events), (100, vec![]), "while motors move, positions are told");
+    assert_eq!((said.len(), events), (100, vec![]), "positions are reported while motors move");
     assert_eq!(bench.rests().0, [Said::Positions(UNASKED, 0)]);
     assert_eq!(bench.pass(1999), (vec![], vec![]));
     assert_eq!(bench.state(), State::Locked);
-    assert_eq!(bench.pass(1), (vec![], vec![Event::Unlocked]), "though the switch is still pressed");
+    assert_eq!(bench.pass(1), (vec![], vec![Event::Unlocked]), "the lock ends, although the switch is still pressed");
     assert_eq!((bench.state(), bench.wake), (State::Idle, None));
 
     bench.step(Input::EmergencyStop(true));
     bench.rests();
-    assert_eq!(bench.pass(60_000), (vec![], vec![]), "as long as it is pressed");
+    assert_eq!(bench.pass(60_000), (vec![], vec![]), "the lock lasts as long as the emergency stop is pressed");
     bench.step(Input::Limit { motor: Motor(2), upper: true });
     bench.rests();
-    assert_eq!(bench.pass(60_000), (vec![], vec![]), "a limit on top of it changes nothing");
+    assert_eq!(bench.pass(60_000), (vec![], vec![]), "a limit during the lock changes nothing");
     assert_eq!(bench.step(Input::EmergencyStop(false)), (vec![], vec![Event::Unlocked]));
     assert_eq!(bench.state(), State::Idle);
 
     bench.step(Input::EmergencyStop(true));
-    assert_eq!(bench.step(Input::EmergencyStop(false)), (vec![], vec![]), "still moving");
+    assert_eq!(bench.step(Input::EmergencyStop(false)), (vec![], vec![]), "motors still move");
     bench.rests();
     assert_eq!(bench.pass(2000), (vec![], vec![Event::Unlocked]));
 }
 
 /// D2-16, S-1
 #[test]
-fn a_stop_of_one_motor_of_a_coordinated_move_stops_all_of_it() {
+fn a_stop_of_one_motor_of_a_coordinated_move_stops_the_whole_move() {
     for mut bench in Bench::everywhere() {
         let state = bench.state();
         let (said, events) = bench.asked(stop(2));
@@ -302,7 +306,7 @@ fn a_stop_of_one_motor_of_a_coordinated_move_stops_all_of_it() {
 
 /// D2-17, S-4
 #[test]
-fn a_stop_of_everything_at_rest_is_all_right() {
+fn a_stop_of_everything_at_rest_is_acknowledged() {
     for flags in [None, Some(StopFlags(0)), Some(StopFlags::SILENT), Some(StopFlags(0x8000_0000))] {
         let mut bench = Bench::on_frame();
         let message = HostMessage::from(MotorStopAll { flags, tail: &[1, 2] });
@@ -350,7 +354,7 @@ fn a_second_stop_within_a_second_is_harder() {
 
 /// D2-20
 #[test]
-fn no_new_numbers_while_motors_move() {
+fn a_new_position_is_refused_while_motors_move() {
     for mut bench in Bench::everywhere() {
         match bench.state() {
             State::Idle => {}
@@ -362,7 +366,7 @@ fn no_new_numbers_while_motors_move() {
 
 /// D2-21, D-57
 #[test]
-fn a_new_number_is_acknowledged_and_then_told() {
+fn a_new_position_is_acknowledged_and_then_reported() {
     let mut bench = Bench::on_frame();
     let (said, events) = bench.asked(reset(1));
     assert_eq!(said, [bench.ack(&reset(1), AckCode::OK), Said::Positions(UNASKED, 0)]);
@@ -372,7 +376,7 @@ fn a_new_number_is_acknowledged_and_then_told() {
 
 /// D2-22
 #[test]
-fn inputs_that_change_are_told() {
+fn a_change_of_inputs_is_reported() {
     for mut bench in Bench::everywhere() {
         let told = |id| Said::Other(id, Contents::Inputs(Triggers(0b101)));
         assert_eq!(bench.step(Input::Inputs(Triggers(0b101))), (vec![told(UNASKED)], vec![]));
@@ -383,7 +387,7 @@ fn inputs_that_change_are_told() {
 
 /// D2-23
 #[test]
-fn settings_are_taken_in_every_state() {
+fn settings_are_accepted_in_every_state() {
     let limits = |lower_enable: bool, lower| {
         HostMessage::from(MotorSetLimits {
             motor: Motor(3),
@@ -409,7 +413,7 @@ fn settings_are_taken_in_every_state() {
         }
         bench.refuses(limits(true, 6), AckCode::ERR_RANGE);
         let (said, events) = bench.asked_with(limits(true, 1), AckCode::ERR_RANGE);
-        assert_eq!((said.len(), events), (1, vec![]), "the rig has a say as well");
+        assert_eq!((said.len(), events), (1, vec![]), "the rig refuses the setting");
         assert_eq!(bench.state(), state);
     }
 }
@@ -432,14 +436,14 @@ fn virtual_stop() -> HostMessage<'static> {
 
 /// D4-1, D-69
 #[test]
-fn virtual_motors_move_once_they_are_configured() {
+fn virtual_motors_move_after_their_configuration() {
     for message in virtual_messages() {
         let mut bench = Bench::on_frame();
         bench.takes_as(virtuals(&SWING_PAN), Event::Apply);
         assert!(bench.machine.has_virtuals());
         bench.takes_as(message, Event::MoveVirtual);
         assert_eq!((bench.state(), bench.machine.on_frame()), (State::Moving, None));
-        assert_eq!(bench.machine.moving(), Motors(0xff), "any of them may follow");
+        assert_eq!(bench.machine.moving(), Motors(0xff), "any motor may belong to the rig");
         bench.takes_as(message, Event::MoveVirtual);
         bench.asked(stop_all());
         bench.refuses(message, AckCode::ERR_MOVING);
@@ -448,7 +452,7 @@ fn virtual_motors_move_once_they_are_configured() {
 
 /// D4-2
 #[test]
-fn virtual_motors_can_be_given_up() {
+fn a_configuration_can_remove_the_virtual_motors() {
     let mut bench = Bench::new();
     bench.takes_as(virtuals(&SWING_PAN), Event::Apply);
     bench.takes_as(virtuals(&[0]), Event::Apply);
@@ -458,7 +462,7 @@ fn virtual_motors_can_be_given_up() {
 
 /// D4-3
 #[test]
-fn a_rig_that_is_refused_leaves_the_one_before() {
+fn a_configuration_that_is_refused_changes_nothing() {
     let mut bench = Bench::new();
     bench.takes_as(virtuals(&SWING_PAN), Event::Apply);
     bench.refuses(virtuals(&[9, 1, 2]), AckCode::ERR_UNSUPPORTED);
@@ -471,7 +475,7 @@ fn a_rig_that_is_refused_leaves_the_one_before() {
 
 /// D4-4
 #[test]
-fn without_virtual_motors_none_moves() {
+fn without_a_configuration_no_virtual_motor_moves() {
     let mut bench = Bench::new();
     for message in virtual_messages() {
         bench.refuses(message, AckCode::ERR_GENERAL);
@@ -480,7 +484,7 @@ fn without_virtual_motors_none_moves() {
 
 /// D4-5, S-7, D-55
 #[test]
-fn a_stop_of_a_virtual_motor_is_always_taken() {
+fn a_stop_of_a_virtual_motor_is_always_obeyed() {
     for mut bench in Bench::everywhere() {
         let state = bench.state();
         let (said, events) = bench.asked(virtual_stop());
@@ -496,7 +500,7 @@ fn a_stop_of_a_virtual_motor_is_always_taken() {
 
 /// D4-6
 #[test]
-fn an_aim_is_echoed_or_refused() {
+fn an_aim_is_confirmed_or_refused() {
     let mut bench = Bench::new();
     bench.refuses(aim(), AckCode::ERR_GENERAL);
     bench.asked(virtuals(&SWING_PAN));
@@ -514,7 +518,7 @@ fn an_aim_is_echoed_or_refused() {
 
 /// D4-7
 #[test]
-fn what_is_out_of_reach_is_out_of_range() {
+fn a_target_out_of_reach_is_out_of_range() {
     let mut bench = Bench::new();
     bench.asked(virtuals(&SWING_PAN));
     for message in virtual_messages() {
@@ -526,7 +530,7 @@ fn what_is_out_of_reach_is_out_of_range() {
 
 /// D-53
 #[test]
-fn without_a_line_nothing_moves() {
+fn without_a_link_everything_stops() {
     for mut bench in Bench::everywhere() {
         let state = bench.state();
         let (said, events) = bench.step(Input::LinkDown);
@@ -542,7 +546,7 @@ fn without_a_line_nothing_moves() {
 
 /// D-6, D-17, D-18, D-19, D-45, D-52
 #[test]
-fn quirks_are_those_of_devices_in_the_field() {
+fn quirks_are_differences_of_real_devices() {
     let mut bench = Bench::of(Options::of(hi()).with_quirks(Quirks::VENDOR));
     let (said, _) = bench.asked(HiRequest::default().into());
     assert_eq!(said, [Said::Other(bench.id(), Contents::Greeting(Hi { protocol_version: None, ..hi() }))]);
@@ -560,9 +564,9 @@ fn quirks_are_those_of_devices_in_the_field() {
     let (_, output) = laws::machine::step(machine, bench.now, input);
     let mut scratch = dmc_proto::device::Scratch::default();
     let mut bytes = [0; 64];
-    let message = output.transmits().next().unwrap().message(&super::bench::Tens, &mut scratch);
+    let message = output.transmits().next().unwrap().message(&super::app::Tens, &mut scratch);
     let len = message.encode_into(MessageId(1), &mut bytes).unwrap();
-    assert_eq!(bytes[10..len - 2], [0x11, 0, 0, 0], "four bytes");
+    assert_eq!(bytes[10..len - 2], [0x11, 0, 0, 0], "the code has four bytes");
 }
 
 #[test]
@@ -570,7 +574,7 @@ fn times_of_a_device_are_options() {
     let options = Options::of(hi()).with_report_every(0).with_harder_within(10).with_hold(20);
     let mut bench = Bench::of(options);
     bench.asked(jog(1));
-    assert_eq!(bench.pass(5).0.len(), 5, "each millisecond, not all the time");
+    assert_eq!(bench.pass(5).0.len(), 5, "positions are reported once in a millisecond");
     bench.asked(stop_all());
     bench.pass(10);
     bench.takes(stop_all(), Event::Stop(StopKind::All { silent: false }));
@@ -582,7 +586,7 @@ fn times_of_a_device_are_options() {
 }
 
 #[test]
-fn what_the_rig_was_not_told_is_stray() {
+fn a_report_that_does_not_fit_is_unexpected() {
     let mut bench = Bench::new();
     for input in [
         Input::Moving(Motors(1)),
@@ -593,11 +597,11 @@ fn what_the_rig_was_not_told_is_stray() {
     ] {
         assert_eq!(bench.step(input), (vec![], vec![Event::UnexpectedReport]));
     }
-    assert_eq!(bench.rests(), (vec![], vec![]), "to stand is nothing new");
+    assert_eq!(bench.rests(), (vec![], vec![]), "the motors rested before");
 }
 
 #[test]
-fn a_wake_too_early_or_too_late_changes_nothing_else() {
+fn a_wake_too_early_changes_nothing_and_a_late_one_reports_once() {
     let mut bench = Bench::new();
     assert_eq!(bench.step(Input::Wake), (vec![], vec![]));
     bench.asked(jog(1));
@@ -606,8 +610,8 @@ fn a_wake_too_early_or_too_late_changes_nothing_else() {
     assert_eq!(bench.step(Input::Wake), (vec![], vec![]));
     assert_eq!(bench.machine, before);
     bench.now = bench.now.after(100_000);
-    assert_eq!(bench.step(Input::Wake).0, [Said::Positions(UNASKED, 0)], "one, not all that were missed");
+    assert_eq!(bench.step(Input::Wake).0, [Said::Positions(UNASKED, 0)], "one report, not all reports that were due");
     bench.now = Millis(u64::MAX);
     bench.step(Input::Wake);
-    assert_eq!(bench.wake, None, "nothing is later than the end of time");
+    assert_eq!(bench.wake, None, "no wake is later than the last moment");
 }

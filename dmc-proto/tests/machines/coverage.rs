@@ -1,4 +1,4 @@
-//! The documents, the tests and the code say the same: rows, decisions, states.
+//! Agreement of documents, tests and code about rows, decisions and states.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,7 +7,7 @@ use dmc_proto::{device, host};
 const DOCUMENT: &str = include_str!("../../../docs/machines-dmc.md");
 const DECISIONS: &str = include_str!("../../../docs/decisions-dmc.md");
 
-/// The files that carry ids, by their names.
+/// Files whose tests carry ids, with their names.
 const SOURCES: [(&str, &str); 7] = [
     ("connection", include_str!("connection.rs")),
     ("host", include_str!("host.rs")),
@@ -18,7 +18,7 @@ const SOURCES: [(&str, &str); 7] = [
     ("stops", include_str!("stops.rs")),
 ];
 
-/// Each id of the tests' comments, with the tests that carry it: `file::test`.
+/// Ids in the comments of tests, with the tests that carry them, as `file::test`.
 fn tests() -> BTreeMap<String, BTreeSet<String>> {
     let mut found: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
     for (file, source) in SOURCES {
@@ -38,18 +38,18 @@ fn tests() -> BTreeMap<String, BTreeSet<String>> {
     found
 }
 
-/// `D2-7`, `S-1` or `D-53`.
+/// Whether a word is an id such as `D2-7`, `S-1` or `D-53`.
 fn is_id(word: &str) -> bool {
     let Some((table, row)) = word.split_once('-') else { return false };
     ["D2", "D3", "D4", "D5", "S", "D"].contains(&table) && !row.is_empty() && row.bytes().all(|b| b.is_ascii_digit())
 }
 
-/// The rows of all tables of a document, cell by cell.
+/// Rows of all tables of a document, cell by cell.
 fn rows(document: &str) -> impl Iterator<Item = Vec<&str>> {
     document.lines().filter(|line| line.starts_with("| ")).map(|line| line.split('|').map(str::trim).collect())
 }
 
-/// What stands between backquotes.
+/// Texts between backquotes.
 fn quoted(cell: &str) -> impl Iterator<Item = &str> {
     cell.split('`').skip(1).step_by(2)
 }
@@ -60,7 +60,7 @@ fn every_row_has_its_test() {
     let mut documented = BTreeSet::new();
     for row in rows(DOCUMENT).filter(|row| is_id(row[1])) {
         let (id, name) = (row[1], quoted(row[row.len() - 2]).next().unwrap());
-        assert!(documented.insert(id.to_owned()), "{id} stands there twice");
+        assert!(documented.insert(id.to_owned()), "{id} is in the document twice");
         let carriers = tests.get(id).unwrap_or_else(|| panic!("no test carries {id}"));
         assert!(
             carriers.iter().any(|test| test.ends_with(&format!("::{name}"))),
@@ -68,11 +68,11 @@ fn every_row_has_its_test() {
         );
     }
     let carried: BTreeSet<_> = tests.into_keys().filter(|id| !id.starts_with("D-")).collect();
-    assert_eq!(carried, documented, "every id of a test is a row");
+    assert_eq!(carried, documented, "the ids of the tests are those of the rows");
     assert_eq!(documented.len(), 23 + 27 + 7 + 24 + 7);
 }
 
-/// The decisions from D-53 on are those of the machines.
+/// The decisions from D-53 on are about the machines.
 #[test]
 fn every_decision_has_its_test() {
     let tests = tests();
@@ -83,7 +83,7 @@ fn every_decision_has_its_test() {
         let named: Vec<_> = quoted(row[4]).collect();
         assert!(!named.is_empty(), "{row:?}");
         for test in named {
-            assert!(known.contains(test), "{}: {test} is not there, or carries no id", row[1]);
+            assert!(known.contains(test), "{}: {test} does not exist, or carries no id", row[1]);
         }
         documented.extend(row[1].split(", ").filter(|id| is_id(id)).map(str::to_owned));
     }
@@ -92,7 +92,7 @@ fn every_decision_has_its_test() {
     assert_eq!(carried, documented.iter().filter(of_machines).cloned().collect());
 }
 
-/// The states that a diagram names.
+/// States that a diagram names.
 fn diagram(number: usize) -> BTreeSet<&'static str> {
     let text = DOCUMENT.split("```mermaid").nth(number).unwrap().split("```").next().unwrap();
     let arrows = text.lines().filter_map(|line| line.split_once(" --> "));
@@ -107,7 +107,7 @@ fn every_state_is_in_its_diagram() {
     assert_eq!(diagram(3), host::Progress::ALL.map(host::Progress::name).into());
 }
 
-/// Sizes in bytes: `cargo test -p dmc-proto --test machines sizes -- --nocapture`. The bounds tell of growth.
+/// `cargo test -p dmc-proto --test machines sizes -- --nocapture` prints the sizes in bytes. The bounds show growth.
 #[test]
 fn sizes_are_known() {
     let sizes = [

@@ -1,4 +1,4 @@
-//! A host: connection and requests. DMC D5.
+//! Host: connection and requests. DMC D5.
 
 use dmc_proto::host::{Command, Contents, Event, Failure, Input, Options, Outcome, Refusal, State, StopTarget};
 use dmc_proto::message::{
@@ -13,6 +13,7 @@ use super::bench::{
     COMMAND, Desk, ack, answered, axis, begin, done, ended, failed, hi, jog, jog_all, move_to, named, not_confirmed,
     position_frame, refused, run, shot, status, stop, stop_all, virtuals,
 };
+use super::world::device_message;
 
 fn ask_status() -> HostMessage<'static> {
     MotorStatusRequest::default().into()
@@ -32,7 +33,7 @@ fn positions() -> DeviceMessage<'static> {
 
 /// D5-1, D-48
 #[test]
-fn an_open_line_is_greeted() {
+fn a_host_greets_when_the_link_is_open() {
     let mut desk = Desk::new();
     assert_eq!((desk.machine.state(), desk.wake), (State::Offline, None));
     assert_eq!(desk.request(1, ask_status()), (vec![], vec![refused(1, Refusal::NotConnected)]));
@@ -42,7 +43,7 @@ fn an_open_line_is_greeted() {
 
 /// D5-2
 #[test]
-fn the_device_says_who_it_is() {
+fn a_greeting_of_the_device_is_reported() {
     for id in [0, 1] {
         let mut desk = Desk::new();
         desk.step(Input::LinkUp);
@@ -52,7 +53,7 @@ fn the_device_says_who_it_is() {
         assert_eq!(desk.hears(id, hi().into()), (vec![], vec![Event::Greeted(hi())]));
         assert_eq!((desk.machine.state(), desk.wake), (State::Configuring, None));
         assert_eq!(desk.machine.device(), Some(hi()));
-        assert_eq!(desk.machine.is_loaded(), (id == 0).then_some(false), "at boot there is no move");
+        assert_eq!(desk.machine.is_loaded(), (id == 0).then_some(false), "a device at boot has no move");
     }
 }
 
@@ -73,12 +74,12 @@ fn a_silent_device_is_greeted_five_times() {
         (vec![], vec![refused(COMMAND.0, Refusal::Unexpected)]),
         "it is on its way"
     );
-    assert_eq!(other.hears(0, hi().into()), (vec![], vec![Event::Greeted(hi())]), "it has booted after all");
+    assert_eq!(other.hears(0, hi().into()), (vec![], vec![Event::Greeted(hi())]), "the device has booted");
 }
 
 /// D5-4
 #[test]
-fn a_device_is_configured_before_anything_moves() {
+fn nothing_that_moves_is_sent_before_the_configuration() {
     let mut desk = Desk::new();
     desk.step(Input::LinkUp);
     desk.hears(1, hi().into());
@@ -106,7 +107,11 @@ fn an_acknowledgement_ends_its_request() {
         let mut desk = Desk::up();
         assert_eq!(desk.request(7, jog(1)), (vec![(2, named(7))], vec![]));
         let other = desk.acked(2, 0x0037, code);
-        assert_eq!(other, (vec![], vec![Event::Unsolicited(MessageId(2), ack(0x0037, code))]), "of another type");
+        assert_eq!(
+            other,
+            (vec![], vec![Event::Unsolicited(MessageId(2), ack(0x0037, code))]),
+            "an acknowledgement of another type"
+        );
         assert_eq!(desk.acked(2, 0x0036, code), (vec![], vec![event]));
         assert_eq!(desk.wake, None);
     }
@@ -141,7 +146,7 @@ fn an_answer_ends_its_request() {
 
 /// D5-7, D-14
 #[test]
-fn what_is_told_unasked_is_told_on_and_never_answered() {
+fn an_unsolicited_message_is_reported_and_never_answered() {
     let mut desk = Desk::up();
     let inputs = DeviceMessage::from(GioIn { triggers: Triggers(1), tail: &[] });
     for message in [inputs, positions(), DeviceMessage::from(RtGo::default()), DeviceMessage::from(RtEnd::default())] {
@@ -156,7 +161,7 @@ fn what_is_told_unasked_is_told_on_and_never_answered() {
 
 /// D5-8
 #[test]
-fn a_late_answer_is_stray() {
+fn a_late_answer_is_unsolicited() {
     let mut desk = Desk::up();
     desk.request(7, move_to(1, 2));
     assert_eq!(desk.pass(500), (vec![(3, named(7))], vec![]));
@@ -183,12 +188,12 @@ fn a_device_that_was_reset_is_greeted_again() {
     assert_eq!(desk.command(Command::Configured), (vec![], again));
     desk.sequence(9, begin(1, 2));
     let (_, events) = desk.hears(0, hi().into());
-    assert_eq!(events, [Event::DeviceReset, gone(9)], "uploads too");
+    assert_eq!(events, [Event::DeviceReset, gone(9)], "an upload ends too");
 }
 
 /// D5-10
 #[test]
-fn a_hard_stop_fails_all_that_moves() {
+fn a_hard_stop_ends_everything_that_moves() {
     let mut desk = Desk::up();
     desk.request(6, ask_status());
     desk.request(7, move_to(1, 2));
@@ -200,12 +205,12 @@ fn a_hard_stop_fails_all_that_moves() {
     assert_eq!(sent, []);
     assert_eq!(events, [Event::HardStop(StopReason::UPPER_LIMIT, Some(Motor(2))), gone(7), gone(8)]);
     assert_eq!(desk.machine.state(), State::Ready);
-    assert_eq!(desk.status(2, 0).0, [(3, named(9))], "questions are still asked");
+    assert_eq!(desk.status(2, 0).0, [(3, named(9))], "a question is still sent");
 }
 
 /// D5-11
 #[test]
-fn what_may_be_repeated_is_sent_three_times_under_new_ids() {
+fn a_repeatable_request_is_sent_three_times_with_new_ids() {
     let lights = Dmx { ramp: true.into(), start_channel: DmxChannel(1), values: &[1], tail: &[] };
     for (message, end) in [
         (move_to(1, 2), not_confirmed(7)),
@@ -222,7 +227,7 @@ fn what_may_be_repeated_is_sent_three_times_under_new_ids() {
 
 /// D5-12, S-2
 #[test]
-fn what_must_not_be_repeated_fails_and_it_is_asked_what_moves() {
+fn a_request_that_is_not_repeatable_is_sent_once_and_a_question_follows() {
     for message in [jog(1), reset()] {
         let mut desk = Desk::up();
         desk.request(7, message);
@@ -236,7 +241,7 @@ fn what_must_not_be_repeated_fails_and_it_is_asked_what_moves() {
 
 /// D5-12
 #[test]
-fn one_question_is_enough() {
+fn one_question_at_a_time_is_asked() {
     let mut desk = Desk::up_with(Options::default().with_window(4), hi());
     desk.request(1, reset());
     desk.request(2, jog(1));
@@ -244,7 +249,7 @@ fn one_question_is_enough() {
 }
 
 #[test]
-fn times_are_options_and_never_nothing() {
+fn times_are_options_and_never_zero() {
     let options = Options::new().with_greeting_timeout(70).with_request_timeout(0).with_stop_timeout(30);
     let mut desk = Desk::up_with(options, hi());
     desk.request(1, jog(1));
@@ -263,11 +268,11 @@ fn times_are_options_and_never_nothing() {
 
 /// D5-13, S-3, D-8
 #[test]
-fn what_arrived_wrong_is_sent_again_after_a_pause() {
+fn a_request_that_arrived_damaged_is_sent_again_after_a_pause() {
     let mut desk = Desk::up();
     desk.request(7, ask_status());
     for id in [2, 3] {
-        assert_eq!(desk.acked(id, 0x1234, AckCode::ERR_CHECKSUM), (vec![], vec![]), "whatever type it has");
+        assert_eq!(desk.acked(id, 0x1234, AckCode::ERR_CHECKSUM), (vec![], vec![]), "the type may be damaged");
         assert_eq!(desk.pass(99), (vec![], vec![]));
         assert_eq!(desk.pass(1), (vec![(id + 1, named(7))], vec![]));
     }
@@ -280,19 +285,23 @@ fn what_arrived_wrong_is_sent_again_after_a_pause() {
 
 /// D5-13
 #[test]
-fn what_arrived_twice_and_wrong_once_is_done() {
+fn a_request_that_arrived_once_damaged_and_once_undamaged_is_done() {
     let mut desk = Desk::up();
     desk.request(7, ask_status());
     desk.acked(2, 0x0030, AckCode::ERR_CHECKSUM);
     let again = vec![Event::Unsolicited(MessageId(2), ack(0x0030, AckCode::ERR_CHECKSUM))];
-    assert_eq!(desk.acked(2, 0x0030, AckCode::ERR_CHECKSUM), (vec![], again), "that is known");
+    assert_eq!(
+        desk.acked(2, 0x0030, AckCode::ERR_CHECKSUM),
+        (vec![], again),
+        "an acknowledgement of a request that waits for its next try"
+    );
     assert_eq!(desk.status(2, 0), (vec![], vec![answered(7, status(0))]));
     assert_eq!(desk.pass(60_000), (vec![], vec![]));
 }
 
 /// D5-21
 #[test]
-fn what_the_device_would_refuse_is_not_sent() {
+fn a_request_that_the_device_would_refuse_is_not_sent() {
     let simple = Hi { capabilities: Capabilities(0), motor_count: 2, ..hi() };
     let refused_by = |code| vec![refused(7, Refusal::WouldBeRefused(code))];
     let mut desk = Desk::up_with(Options::default(), simple);
@@ -311,7 +320,7 @@ fn what_the_device_would_refuse_is_not_sent() {
 
 /// D-63
 #[test]
-fn what_belongs_to_a_sequence_is_not_sent_alone() {
+fn a_message_of_a_sequence_is_not_sent_alone() {
     let mut desk = Desk::up();
     let (end, go) = (RtUploadMoveEnd::default().into(), RtGo::default().into());
     for message in [begin(1, 2), axis(1), end, position_frame(1), run(1, 2, 0.into()), jog_all(2), shot(1), go] {
@@ -326,7 +335,7 @@ fn what_belongs_to_a_sequence_is_not_sent_alone() {
 
 /// D-64
 #[test]
-fn requests_wait_for_their_turn_and_motion_for_motion() {
+fn requests_wait_in_order_and_only_one_may_move() {
     let mut desk = Desk::up();
     assert_eq!(desk.request(0, ask_status()).0.len(), 1);
     for token in 1..=8 {
@@ -335,18 +344,18 @@ fn requests_wait_for_their_turn_and_motion_for_motion() {
     assert_eq!(desk.request(9, ask_status()), (vec![], vec![refused(9, Refusal::Busy)]));
     for id in 2..=9 {
         let told = vec![answered(id - 2, status(0))];
-        assert_eq!(desk.status(id, 0), (vec![(id + 1, named(id - 1))], told), "in their order");
+        assert_eq!(desk.status(id, 0), (vec![(id + 1, named(id - 1))], told), "requests are sent in order");
     }
     let mut desk = Desk::up_with(Options::default().with_window(9), hi());
     assert_eq!(desk.request(1, move_to(1, 1)).0.len(), 1);
-    assert_eq!(desk.request(2, ask_status()).0.len(), 1, "a window of four");
-    assert_eq!(desk.request(3, move_to(2, 1)), (vec![], vec![]), "one motion at a time");
-    assert_eq!(desk.request(4, ask_status()), (vec![], vec![]), "nothing overtakes");
+    assert_eq!(desk.request(2, ask_status()).0.len(), 1, "four requests may be under way");
+    assert_eq!(desk.request(3, move_to(2, 1)), (vec![], vec![]), "one request that may move is under way at a time");
+    assert_eq!(desk.request(4, ask_status()), (vec![], vec![]), "no request overtakes another one");
     assert_eq!(desk.acked(2, 0x0031, AckCode::OK).0, [(4, named(3)), (5, named(4))]);
 }
 
 #[test]
-fn ids_come_round() {
+fn ids_begin_again_after_the_last_one() {
     let mut desk = Desk::new();
     desk.machine = desk.machine.with_last_id(3);
     desk.becomes_ready(1, hi());
@@ -360,7 +369,7 @@ fn ids_come_round() {
 }
 
 #[test]
-fn without_a_line_all_fails() {
+fn without_a_link_every_command_fails() {
     let mut desk = Desk::up();
     desk.request(7, move_to(1, 2));
     desk.request(8, ask_status());
@@ -372,7 +381,7 @@ fn without_a_line_all_fails() {
     let late = vec![Event::Unsolicited(MessageId(2), status(0))];
     assert_eq!(desk.status(2, 0), (vec![], late));
     desk.step(Input::LinkUp);
-    assert_eq!(desk.step(Input::LinkUp).1, [Event::LinkDown], "opened anew");
+    assert_eq!(desk.step(Input::LinkUp).1, [Event::LinkDown], "the link before counts as gone");
 }
 
 #[test]
@@ -384,11 +393,15 @@ fn a_stop_by_request_is_a_stop() {
         assert_eq!(sent.iter().map(|&(_, what)| what).collect::<Vec<_>>(), [Contents::Stop(what)]);
         assert_eq!(events, [ended(token, Outcome::Sent)]);
         let (sent, events) = desk.sequence(token, message);
-        assert_eq!((sent[0].1, &events[..]), (Contents::Stop(what), &[ended(token, Outcome::Sent)][..]), "likewise");
+        assert_eq!(
+            (sent[0].1, &events[..]),
+            (Contents::Stop(what), &[ended(token, Outcome::Sent)][..]),
+            "a stop in a sequence is a stop too"
+        );
     }
 }
 
-/// Each command ends exactly once, whatever the state of the machine is.
+/// Each command ends exactly once, in every state of the machine.
 #[test]
 fn a_command_that_does_not_fit_is_refused() {
     let outcomes = |desk: &Desk| {
@@ -416,7 +429,7 @@ fn a_command_that_does_not_fit_is_refused() {
 }
 
 #[test]
-fn a_shutter_that_was_opened_by_hand_is_known_until_it_is_closed() {
+fn a_shutter_that_a_request_opened_counts_as_open_until_it_is_closed() {
     let camera = |flags| HostMessage::from(GioCam { flags, tail: &[] });
     let mut desk = Desk::up();
     desk.request(1, camera(CameraFlags::METER));
@@ -425,12 +438,28 @@ fn a_shutter_that_was_opened_by_hand_is_known_until_it_is_closed() {
     desk.request(2, camera(CameraFlags::SHUTTER));
     assert!(desk.machine.may_have_shutter_open() && !desk.machine.may_move());
     desk.pass(1500);
-    assert!(desk.machine.may_have_shutter_open(), "nobody knows");
+    assert!(desk.machine.may_have_shutter_open(), "no answer came");
     desk.request(3, camera(CameraFlags::empty()));
-    assert!(desk.machine.may_have_shutter_open(), "not yet");
+    assert!(desk.machine.may_have_shutter_open(), "the request to close it is not answered");
     desk.acked(6, 0x0023, AckCode::OK);
     assert!(!desk.machine.may_have_shutter_open());
     desk.request(4, camera(CameraFlags::SHUTTER));
     desk.acked(7, 0x0023, AckCode::ERR_UNSUPPORTED);
-    assert!(!desk.machine.may_have_shutter_open(), "refused");
+    assert!(!desk.machine.may_have_shutter_open(), "the device refused to open it");
+}
+
+#[test]
+fn an_event_can_be_kept_unless_it_lends_a_message() {
+    let mut desk = Desk::up();
+    desk.request(1, ask_status());
+    let bytes = [0_u8; 6];
+    let message = device_message(0x0030, &bytes).unwrap();
+    let (_, events) = desk.hears(2, message);
+    assert_eq!(events, [answered(1, message)]);
+    assert_eq!(events[0].to_static(), None);
+    let late = desk.hears(2, message).1;
+    assert_eq!((late[0], late[0].to_static()), (Event::Unsolicited(MessageId(2), message), None));
+    for event in [done(1), failed(1, Failure::NoAnswer), Event::Greeted(hi()), Event::Stopped(StopTarget::All)] {
+        assert_eq!(event.to_static(), Some(event));
+    }
 }

@@ -1,4 +1,4 @@
-//! A host: what may still move because of it, and that stops go first. DMC D5.
+//! Host: knowledge whether anything may still move because of it, and order of stops. DMC D5.
 
 use dmc_proto::host::{Command, Contents, Event, Input, Options, Progress, StopTarget};
 use dmc_proto::message::{AckCode, HardStop, HostMessage, Motor, MotorStatusRequest, RtGo, RunFlags, VirtualMotor};
@@ -12,7 +12,7 @@ fn ask_status() -> HostMessage<'static> {
 
 /// D5-23
 #[test]
-fn a_host_that_moved_something_says_so_until_a_younger_status_tells_rest() {
+fn something_may_move_until_a_later_status_tells_rest() {
     for message in [move_to(1, 5), jog(1)] {
         let mut desk = Desk::up();
         assert!(!desk.machine.may_move());
@@ -20,23 +20,23 @@ fn a_host_that_moved_something_says_so_until_a_younger_status_tells_rest() {
         assert!(!desk.machine.may_move(), "a question moves nothing");
         desk.status(2, 0);
         desk.request(2, message);
-        assert!(desk.machine.may_move(), "it is on its way");
+        assert!(desk.machine.may_move(), "the request is under way");
         desk.acked(3, message.kind().0, AckCode::OK);
         assert!(desk.machine.may_move(), "the motor moves");
         desk.request(3, ask_status());
         desk.status(4, 1);
         assert!(desk.machine.may_move());
         desk.hears(99, status(0));
-        assert!(desk.machine.may_move(), "an answer to nothing");
+        assert!(desk.machine.may_move(), "the status answers no question");
         desk.request(4, ask_status());
         desk.status(5, 0);
-        assert!(!desk.machine.may_move(), "it rests");
+        assert!(!desk.machine.may_move(), "the motor rests");
     }
 }
 
 /// D5-23
 #[test]
-fn an_older_status_proves_nothing() {
+fn an_earlier_status_proves_nothing() {
     let mut desk = Desk::up_with(Options::new().with_window(4), hi());
     desk.request(1, ask_status());
     desk.request(2, jog(1));
@@ -52,12 +52,12 @@ fn an_older_status_proves_nothing() {
     assert_eq!(desk.machine.pending().next(), Some((MessageId(4), MessageType(0x0031))), "the move is sent again");
     desk.acked(4, 0x0031, AckCode::OK);
     desk.status(3, 0);
-    assert!(desk.machine.may_move(), "that move may be younger than the status");
+    assert!(desk.machine.may_move(), "that move may be later than the status");
 }
 
 /// D5-23
 #[test]
-fn only_a_plain_refusal_of_the_only_try_tells_that_nothing_moves() {
+fn only_a_refusal_of_the_only_try_tells_that_nothing_moves() {
     let after = |codes: &[AckCode]| {
         let mut desk = Desk::up();
         desk.request(1, move_to(1, 5));
@@ -80,17 +80,17 @@ fn only_a_plain_refusal_of_the_only_try_tells_that_nothing_moves() {
 
 /// D5-23
 #[test]
-fn a_stop_ends_motion_only_after_it_rests() {
+fn after_a_stop_something_may_move_until_rest_is_known() {
     let mut desk = Desk::up();
     desk.stop(StopTarget::Motor(Motor(1)));
-    assert!(desk.machine.may_move(), "it is not confirmed");
+    assert!(desk.machine.may_move(), "the stop is not confirmed");
     desk.acked(2, 0x0032, AckCode::OK);
     assert!(!desk.machine.may_move(), "nothing moved before");
 
     desk.request(1, jog(1));
     desk.stop(StopTarget::All);
     desk.acked(4, 0x0033, AckCode::OK);
-    assert!(desk.machine.may_move(), "it takes time to come to rest");
+    assert!(desk.machine.may_move(), "the motor takes time to come to rest");
     desk.request(2, ask_status());
     desk.status(5, 0);
     assert!(!desk.machine.may_move());
@@ -117,7 +117,7 @@ fn a_run_may_move_from_its_first_request_to_its_end() {
             None => desk.pass(100),
         };
     }
-    assert!(!desk.machine.may_move(), "it has come to rest");
+    assert!(!desk.machine.may_move(), "the run has come to rest");
 
     let mut desk = Desk::up();
     desk.sequence(1, shot(1));
@@ -130,7 +130,7 @@ fn a_run_may_move_from_its_first_request_to_its_end() {
 
 /// D5-23
 #[test]
-fn without_news_it_stays_as_it_was() {
+fn without_news_something_may_still_move() {
     let moved = || {
         let mut desk = Desk::up();
         desk.request(1, jog(1));
@@ -138,20 +138,20 @@ fn without_news_it_stays_as_it_was() {
     };
     let mut desk = moved();
     desk.pass(500);
-    assert!(desk.machine.may_move(), "no answer");
+    assert!(desk.machine.may_move(), "no answer came");
     desk.status(3, 0);
     assert!(!desk.machine.may_move(), "the machine asked by itself");
     let mut desk = moved();
     desk.step(Input::LinkDown);
-    assert!(desk.machine.may_move(), "nobody can ask");
+    assert!(desk.machine.may_move(), "no question can be asked");
     desk.becomes_ready(3, hi());
     assert!(desk.machine.may_move());
     let mut desk = moved();
     desk.hears(0, hi().into());
-    assert!(desk.machine.may_move(), "the news of a reset may be older");
+    assert!(desk.machine.may_move(), "the news of a reset may be older than the motion");
     let mut desk = moved();
     desk.hears(0, HardStop::default().into());
-    assert!(desk.machine.may_move(), "likewise");
+    assert!(desk.machine.may_move(), "the news of a hard stop may be older than the motion");
     let mut desk = Desk::up();
     desk.step(Input::LinkDown);
     assert!(!desk.machine.may_move(), "nothing had moved");
@@ -168,7 +168,7 @@ fn a_stop_goes_out_before_anybody_is_told_of_it() {
     }
     desk.pass(1500);
     desk.request(1, position_frame(1));
-    // Every step of a desk checks that stops stand before all else in its output.
+    // Every step of a desk checks that stops are the first effects.
     let (sent, events) = desk.step(Input::LinkUp);
     assert_eq!(sent[..2], [stop(sent[0].0, targets[0]), stop(sent[1].0, targets[1])]);
     assert_eq!(sent[2].1, Contents::Greeting);

@@ -1,4 +1,4 @@
-//! A device: uploads, runs and shots. DMC D3.
+//! Device: uploads, runs and shots. DMC D3.
 
 use dmc_proto::device::{Contents, Event, Input, Options, Quirks, State, StopKind};
 use dmc_proto::message::{
@@ -29,7 +29,7 @@ fn status() -> HostMessage<'static> {
 
 const ONCE: RunFlags = RunFlags(0);
 
-/// A run of these frames that has begun.
+/// Device in a run of these frames.
 fn running(from: i32, to: i32, flags: RunFlags) -> Bench {
     let mut bench = Bench::on_frame();
     bench.takes_as(run(from, to, flags), Event::Prepare);
@@ -40,11 +40,11 @@ fn running(from: i32, to: i32, flags: RunFlags) -> Bench {
 
 /// D3-1
 #[test]
-fn a_begin_forgets_what_there_was() {
+fn a_begin_of_an_upload_forgets_the_move() {
     let mut bench = Bench::on_frame();
     for (first, last) in [(5, 4), (1, 1001), (i32::MIN, i32::MAX)] {
         bench.refuses(begin(first, last), AckCode::ERR_RANGE);
-        assert!(bench.machine.is_loaded(), "what is refused changes nothing");
+        assert!(bench.machine.is_loaded(), "a request that is refused changes nothing");
     }
     assert_eq!(bench.store(begin(3, 1002)), bench.ack(&begin(3, 1002), AckCode::OK));
     assert_eq!((bench.machine.is_loaded(), bench.machine.on_frame()), (false, None));
@@ -53,7 +53,7 @@ fn a_begin_forgets_what_there_was() {
 
 /// D3-2, D-67
 #[test]
-fn the_buffer_has_the_last_word_on_a_section() {
+fn the_buffer_decides_about_a_section() {
     let mut bench = Bench::new();
     bench.store(begin(1, 10));
     let triggers = RtUploadMoveTriggers { mask: Triggers(1), pairs: &[], tail: &[] };
@@ -61,14 +61,14 @@ fn the_buffer_has_the_last_word_on_a_section() {
         assert_eq!(bench.store(message), bench.ack(&message, AckCode::OK));
         let (said, events) = bench.asked(message);
         let [Event::Store { store, .. }] = events[..] else { panic!("{events:?}") };
-        assert_eq!(said, [], "it is answered when it is stored");
+        assert_eq!(said, [], "the answer comes after the buffer has stored the section");
         let (said, _) = bench.step(Input::Stored(store, AckCode::ERR_RANGE));
         assert_eq!(said, [bench.ack(&message, AckCode::ERR_RANGE)]);
     }
     bench.refuses(axis(9), AckCode::ERR_RANGE);
     bench.store(end());
     bench.asked(position_frame(1));
-    assert_eq!(bench.machine.moving(), Motors(0b100), "only what was stored is part of the move");
+    assert_eq!(bench.machine.moving(), Motors(0b100), "only motors with stored sections are part of the move");
 }
 
 /// D3-3
@@ -98,7 +98,7 @@ fn an_end_outside_an_upload_changes_nothing() {
     }
 }
 
-/// A begin that is not stored leaves no move, whatever the buffer says of it later.
+/// A later answer of the buffer does not change this.
 #[test]
 fn a_begin_that_is_not_stored_leaves_no_move() {
     let mut bench = Bench::loaded();
@@ -111,7 +111,7 @@ fn a_begin_that_is_not_stored_leaves_no_move() {
 
 /// D3-6
 #[test]
-fn all_motors_go_to_a_frame_instead_of_what_they_do() {
+fn a_way_to_a_frame_replaces_other_motions() {
     Bench::new().refuses(position_frame(1), AckCode::ERR_GENERAL);
     for number in [0, 11] {
         Bench::loaded().refuses(position_frame(number), AckCode::ERR_RANGE);
@@ -135,16 +135,16 @@ fn all_motors_go_to_a_frame_instead_of_what_they_do() {
 
 /// D3-7
 #[test]
-fn a_run_goes_to_no_frame() {
+fn a_way_to_a_frame_is_refused_during_a_run() {
     running(1, 10, ONCE).refuses(position_frame(1), AckCode::ERR_MOVING);
 }
 
 /// D3-8
 #[test]
-fn at_the_frame_positions_are_told() {
+fn at_the_frame_positions_are_reported() {
     let mut bench = Bench::loaded();
     bench.asked(position_frame(4));
-    assert_eq!(bench.machine.moving(), Motors(0b11), "motors outside the move stay");
+    assert_eq!(bench.machine.moving(), Motors(0b11), "motors outside the move do not move");
     let (said, _) = bench.pass(100);
     assert_eq!(said, [Said::Positions(UNASKED, 0)]);
     assert_eq!(bench.rests(), (vec![Said::Positions(UNASKED, 4)], vec![]));
@@ -163,7 +163,7 @@ fn all_motors_jog_from_a_frame() {
 
 /// D3-10
 #[test]
-fn a_jog_of_all_can_be_sent_elsewhere() {
+fn a_jog_of_all_can_get_another_destination() {
     let mut bench = Bench::on_frame();
     bench.asked(jog_all(5));
     bench.step(Input::AtFrame(frame(3)));
@@ -175,7 +175,7 @@ fn a_jog_of_all_can_be_sent_elsewhere() {
 
 /// D3-11
 #[test]
-fn each_frame_of_a_jog_is_told() {
+fn each_frame_of_a_jog_of_all_is_reported() {
     let mut bench = Bench::on_frame();
     bench.asked(jog_all(5));
     for number in 2..=5 {
@@ -195,7 +195,7 @@ fn a_jog_of_all_ends_on_its_frame() {
 
 /// D3-13
 #[test]
-fn what_moves_otherwise_does_not_jog() {
+fn a_jog_of_all_is_refused_during_other_motions() {
     for mut bench in Bench::everywhere() {
         match bench.state() {
             State::Idle | State::JogAll => {}
@@ -207,7 +207,7 @@ fn what_moves_otherwise_does_not_jog() {
 
 /// D3-14, S-7
 #[test]
-fn uploads_runs_shots_and_rigs_only_begin_at_rest() {
+fn uploads_runs_shots_and_configurations_of_rigs_begin_only_at_rest() {
     for mut bench in Bench::everywhere() {
         let code = match bench.state() {
             State::Idle => continue,
@@ -223,7 +223,7 @@ fn uploads_runs_shots_and_rigs_only_begin_at_rest() {
 
 /// D3-15
 #[test]
-fn a_run_begins_where_it_can() {
+fn a_run_begins_on_a_frame_of_the_move_if_the_rig_allows_it() {
     Bench::loaded().refuses(run(1, 10, ONCE), AckCode::ERR_NOT_IN_POSITION);
     let mut bench = Bench::on_frame();
     for (from, to) in [(0, 10), (1, 11)] {
@@ -241,7 +241,7 @@ fn a_run_begins_where_it_can() {
 
 /// D3-16, D-58
 #[test]
-fn a_shot_begins_where_it_can() {
+fn a_shot_needs_a_frame_of_the_move_or_motors_of_its_own() {
     let mut bench = Bench::loaded();
     for number in [0, 11] {
         bench.refuses(shot(number), AckCode::ERR_RANGE);
@@ -262,13 +262,13 @@ fn a_shot_begins_where_it_can() {
     bench.takes_as(own, Event::Prepare);
     assert_eq!(bench.machine.moving(), Motors(0b1_0000));
     let (_, events) = bench.asked(super::bench::stop(5));
-    assert_eq!(events[0], Event::Stop(StopKind::All { silent: false }), "its motors are part of it");
+    assert_eq!(events[0], Event::Stop(StopKind::All { silent: false }), "its own motors are part of the shot");
     Bench::loaded().refuses(own, AckCode::ERR_RANGE);
 }
 
 /// D3-17
 #[test]
-fn at_the_pre_roll_point_the_device_is_ready_and_quiet() {
+fn after_the_pre_roll_the_device_is_ready_and_reports_nothing() {
     let mut bench = Bench::on_frame();
     bench.asked(run(1, 10, ONCE));
     assert_eq!(bench.rests(), (vec![], vec![]));
@@ -279,7 +279,7 @@ fn at_the_pre_roll_point_the_device_is_ready_and_quiet() {
 
 /// D3-18
 #[test]
-fn without_being_ready_nothing_starts() {
+fn a_device_that_is_not_ready_starts_nothing() {
     for mut bench in Bench::everywhere() {
         match bench.state() {
             State::Ready => {}
@@ -314,19 +314,19 @@ fn the_operator_starts_a_run() {
 
 /// D3-21
 #[test]
-fn each_frame_of_a_run_is_told() {
+fn each_frame_of_a_run_is_reported() {
     let mut bench = running(1, 10, ONCE);
     for number in 1..=10 {
         bench.pass(50);
         assert_eq!(bench.step(Input::AtFrame(frame(number))), (vec![Said::Positions(UNASKED, number)], vec![]));
     }
     let (said, _) = bench.pass(100);
-    assert_eq!(said, [Said::Positions(UNASKED, 10)], "and what is slower, now and then");
+    assert_eq!(said, [Said::Positions(UNASKED, 10)], "without new frames, positions are reported regularly");
 }
 
 /// D3-22, S-6
 #[test]
-fn the_end_of_a_move_is_told_before_its_post_roll() {
+fn the_end_of_a_run_is_reported_before_its_post_roll() {
     let mut bench = running(1, 10, ONCE);
     let ended = vec![Said::Positions(UNASKED, 10), Said::Other(UNASKED, Contents::End)];
     assert_eq!(bench.step(Input::PassEnd), (ended, vec![Event::TriggersOff, Event::PostRoll]));
@@ -347,7 +347,7 @@ fn the_end_of_a_move_is_told_before_its_post_roll() {
 
 /// D3-23
 #[test]
-fn a_loop_begins_again_and_a_ping_pong_turns() {
+fn a_loop_begins_again_and_a_ping_pong_turns_round() {
     let mut bench = running(1, 10, RunFlags::LOOP);
     for _ in 0..3 {
         assert_eq!(bench.step(Input::PassEnd), (vec![], vec![Event::NextPass(frame(1), frame(10))]));
@@ -386,7 +386,7 @@ fn a_loop_ends_at_its_next_end_point() {
 
 /// D3-25, D-66
 #[test]
-fn where_nothing_loops_there_is_no_loop_to_end() {
+fn a_request_to_end_a_loop_is_acknowledged_without_a_loop() {
     let mut bench = running(1, 10, ONCE);
     let before = bench.machine.clone();
     bench.refuses(stop_loop(), AckCode::OK);
@@ -400,7 +400,7 @@ fn where_nothing_loops_there_is_no_loop_to_end() {
 
 /// D3-26
 #[test]
-fn behind_the_post_roll_the_device_is_on_the_last_frame() {
+fn after_the_post_roll_the_device_is_on_the_last_frame() {
     let mut bench = running(1, 10, ONCE);
     bench.step(Input::PassEnd);
     assert_eq!(bench.rests(), (vec![Said::Positions(UNASKED, 10)], vec![]));
@@ -410,15 +410,15 @@ fn behind_the_post_roll_the_device_is_on_the_last_frame() {
 
 /// D3-27, S-6
 #[test]
-fn a_run_that_is_stopped_has_no_end_and_no_frame() {
+fn a_run_that_is_stopped_reports_no_end_and_is_on_no_frame() {
     let states = [State::PreRoll, State::Ready, State::Running, State::PostRoll];
     for mut bench in Bench::everywhere().into_iter().filter(|bench| states.contains(&bench.state())) {
         let (said, events) = bench.asked(stop_all());
-        assert_eq!(said, [bench.ack(&stop_all(), AckCode::OK)], "no end is told");
+        assert_eq!(said, [bench.ack(&stop_all(), AckCode::OK)], "no end is reported");
         assert_eq!(events, [Event::Stop(StopKind::All { silent: false }), Event::TriggersOff]);
         bench.rests();
         assert_eq!((bench.state(), bench.machine.on_frame()), (State::Idle, None));
-        assert!(bench.machine.is_loaded(), "the move is still there");
+        assert!(bench.machine.is_loaded(), "the move is still loaded");
         bench.refuses(run(1, 10, ONCE), AckCode::ERR_NOT_IN_POSITION);
         bench.asked(jog(1));
     }

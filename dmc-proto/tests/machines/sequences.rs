@@ -1,4 +1,4 @@
-//! A host: uploads, runs, shots. DMC D5, real-time sequence.
+//! Host: uploads, runs and shots. DMC D5, real-time sequence.
 
 use dmc_proto::host::{Command, Contents, Event, Failure, Input, Progress, Refusal, Source, StopTarget};
 use dmc_proto::message::{
@@ -16,7 +16,7 @@ const ONE: Token = Token(1);
 const RUN_MOVE: u16 = 0x0111;
 const GO: u16 = 0x0113;
 
-/// Motors 1 and 2, 600 frames that all differ: six sections.
+/// Move of motors 1 and 2 with 600 different frames, which takes six sections.
 struct Ramp;
 
 impl MoveSource for Ramp {
@@ -35,15 +35,15 @@ impl MoveSource for Ramp {
 }
 
 const FINISHED: Event<'static> = done(1);
-/// The end of the signal to start.
+/// End of the signal to start.
 const GONE: Event<'static> = done(COMMAND.0);
 
-/// The device refused.
+/// End of a sequence that the device refused.
 const fn refused_by_device(code: AckCode) -> Event<'static> {
     refused(1, Refusal::Device(code))
 }
 
-/// A host whose device waits for the signal; the next id is 7.
+/// Host whose device waits for the signal. The next id is 7.
 fn ready(flags: RunFlags) -> Desk {
     let mut desk = Desk::up();
     assert_eq!(desk.sequence(1, run(1, 10, flags)).0, [(2, Contents::ToFrame(frame(1)))]);
@@ -60,7 +60,7 @@ fn ready(flags: RunFlags) -> Desk {
     desk
 }
 
-/// A host whose device runs; the next id is 8.
+/// Host whose device runs. The next id is 8.
 fn running(flags: RunFlags) -> Desk {
     let mut desk = ready(flags);
     assert_eq!(desk.command(Command::Go), (vec![(7, Contents::Go)], vec![]));
@@ -70,13 +70,13 @@ fn running(flags: RunFlags) -> Desk {
     desk
 }
 
-/// Contents a host does from the end of a run on: it asks until all stand.
+/// Checks what a host does after the end of a run: it asks until all motors rest.
 fn ends(mut desk: Desk, first: u32) {
     assert_eq!(desk.machine.progress(), Some(Progress::Ends));
     assert_eq!(desk.pass(100).0, [(first, Contents::Status)]);
     assert_eq!(desk.status(first, 1), (vec![], vec![]));
     assert_eq!(desk.pass(100).0, [(first + 1, Contents::Status)]);
-    assert_eq!(desk.status(first + 1, 0), (vec![], vec![]), "once may be a moment between two moves");
+    assert_eq!(desk.status(first + 1, 0), (vec![], vec![]), "one answer may come between two ways");
     assert_eq!(desk.pass(100).0, [(first + 2, Contents::Status)]);
     assert_eq!(desk.status(first + 2, 0), (vec![], vec![FINISHED]));
     assert_eq!((desk.machine.progress(), desk.machine.is_armed(), desk.wake), (None, false, None));
@@ -84,7 +84,7 @@ fn ends(mut desk: Desk, first: u32) {
 
 /// D5-15
 #[test]
-fn an_upload_goes_section_by_section() {
+fn an_upload_is_sent_section_by_section() {
     let mut desk = Desk::up();
     assert_eq!(desk.sequence(1, begin(1, 600)), (vec![(2, named(1))], vec![]));
     assert_eq!((desk.machine.progress(), desk.machine.is_loaded()), (Some(Progress::Uploads), None));
@@ -104,7 +104,7 @@ fn an_upload_goes_section_by_section() {
             break;
         };
         assert_eq!(sent, [(id, Contents::Application(Source::Section(section)))]);
-        assert_eq!(desk.step(Input::Section(None)).1, [Event::SectionNotWanted], "one at a time");
+        assert_eq!(desk.step(Input::Section(None)).1, [Event::SectionNotWanted], "one section at a time is asked for");
         if names.is_empty() {
             id += 1;
             assert_eq!(
@@ -123,7 +123,7 @@ fn an_upload_goes_section_by_section() {
 
 /// D5-15
 #[test]
-fn an_upload_that_fails_leaves_nobody_knowing() {
+fn after_an_upload_that_fails_it_is_unknown_whether_a_move_is_loaded() {
     let mut desk = Desk::up();
     desk.sequence(1, begin(1, 600));
     desk.acked(2, 0x0100, OK);
@@ -132,7 +132,7 @@ fn an_upload_that_fails_leaves_nobody_knowing() {
     assert_eq!(desk.acked(3, 0x0101, AckCode::ERR_RANGE), (vec![], told));
     assert_eq!((desk.machine.progress(), desk.machine.is_loaded()), (None, None));
     desk.sequence(1, begin(1, 600));
-    assert_eq!(desk.stop(StopTarget::All).1, [], "an upload moves nothing: it goes on");
+    assert_eq!(desk.stop(StopTarget::All).1, [], "an upload moves nothing, so it goes on");
     assert_eq!(desk.machine.progress(), Some(Progress::Uploads));
     let (_, events) = desk.pass(1500);
     assert!(events.contains(&not_confirmed(1)));
@@ -149,7 +149,7 @@ fn a_run_is_followed_from_its_first_frame_to_rest() {
 
 /// D5-16
 #[test]
-fn a_run_waits_until_all_stand_twice() {
+fn a_run_waits_until_two_answers_tell_rest() {
     let mut desk = Desk::up();
     desk.sequence(1, run(1, 10, RunFlags(0)));
     desk.acked(2, 0x0110, OK);
@@ -172,7 +172,7 @@ fn a_run_waits_until_all_stand_twice() {
 
 /// D5-16
 #[test]
-fn a_run_that_is_refused_or_lost_has_failed() {
+fn a_run_that_is_refused_or_lost_ends() {
     let mut desk = Desk::up();
     desk.sequence(1, run(1, 10, RunFlags(0)));
     let busy = desk.sequence(2, position_frame(1)).1;
@@ -191,8 +191,8 @@ fn a_run_that_is_refused_or_lost_has_failed() {
         desk.machine.is_armed()
     };
     assert!(!start(AckCode::ERR_PREROLL));
-    assert!(start(AckCode::ERR_MOVING), "what moves may be a run from before");
-    assert!(start(AckCode::ERR_CHECKSUM), "who knows what arrived wrong");
+    assert!(start(AckCode::ERR_MOVING), "an earlier run may still move");
+    assert!(start(AckCode::ERR_CHECKSUM), "the damaged request may be any request");
 
     let mut desk = Desk::up();
     desk.sequence(1, run(1, 10, RunFlags(0)));
@@ -200,25 +200,25 @@ fn a_run_that_is_refused_or_lost_has_failed() {
     desk.pass(100);
     desk.status(3, 0);
     let (sent, events) = desk.pass(500);
-    assert_eq!((sent, events), (vec![(5, Contents::Status)], vec![not_confirmed(1)]), "never sent twice");
-    assert!(desk.machine.is_armed(), "it may have arrived");
+    assert_eq!((sent, events), (vec![(5, Contents::Status)], vec![not_confirmed(1)]), "the request is sent once");
+    assert!(desk.machine.is_armed(), "the request may have arrived");
 
     let mut desk = ready(RunFlags(0));
     desk.command(Command::Go);
     let unclear = vec![not_confirmed(1), not_confirmed(COMMAND.0)];
-    assert_eq!(desk.pass(500), (vec![(8, Contents::Status)], unclear), "nor is this");
+    assert_eq!(desk.pass(500), (vec![(8, Contents::Status)], unclear), "the signal is sent once too");
     assert!(desk.machine.is_armed());
 
     let mut desk = running(RunFlags(0));
     let stop = HardStop { reason: StopReason::EMERGENCY_STOP, motor: None, tail: &[] };
     let (_, events) = desk.hears(0, stop.into());
     assert_eq!(events, [Event::HardStop(StopReason::EMERGENCY_STOP, None), failed(1, Failure::HardStop)]);
-    assert!(desk.machine.is_armed(), "until everything is stopped");
+    assert!(desk.machine.is_armed(), "the host is armed until everything is stopped");
 }
 
 /// D5-16
 #[test]
-fn what_never_comes_to_rest_has_failed_in_the_end() {
+fn a_run_that_never_comes_to_rest_is_not_confirmed() {
     let mut desk = Desk::up();
     desk.sequence(1, position_frame(3));
     desk.acked(2, 0x0110, OK);
@@ -238,7 +238,7 @@ fn what_never_comes_to_rest_has_failed_in_the_end() {
 
 /// D5-17, S-2
 #[test]
-fn a_signal_that_comes_too_early_is_given_three_times_more() {
+fn a_signal_that_comes_too_early_is_sent_three_times_more() {
     let mut desk = ready(RunFlags(0));
     desk.command(Command::Go);
     for id in 7..10 {
@@ -249,14 +249,14 @@ fn a_signal_that_comes_too_early_is_given_three_times_more() {
     assert_eq!(desk.acked(10, GO, OK).1, [Event::Started(ONE), GONE]);
     let code = AckCode::ERR_NOT_IN_POSITION;
     let told = vec![refused_by_device(code), refused(COMMAND.0, Refusal::Device(code))];
-    assert_eq!(other.acked(10, GO, code), (vec![], told), "the signal and the run");
+    assert_eq!(other.acked(10, GO, code), (vec![], told), "the signal and the run end");
 
     let mut desk = ready(RunFlags(0));
     desk.command(Command::Go);
     desk.acked(7, GO, AckCode::ERR_NOT_IN_POSITION);
     desk.stop(StopTarget::All);
     desk.acked(8, 0x0033, OK);
-    assert_eq!(desk.pass(60_000), (vec![], vec![]), "not after a stop");
+    assert_eq!(desk.pass(60_000), (vec![], vec![]), "the signal is not sent after a stop");
 }
 
 /// D5-18
@@ -265,10 +265,14 @@ fn the_operator_may_start() {
     let go = RtGo::default().into();
     let mut desk = ready(RunFlags(0));
     assert_eq!(desk.hears(0, go), (vec![], vec![Event::Started(ONE)]));
-    assert_eq!(desk.command(Command::Go).1, [refused(COMMAND.0, Refusal::Unexpected)], "too late");
+    assert_eq!(desk.command(Command::Go).1, [refused(COMMAND.0, Refusal::Unexpected)], "the run has started already");
     let mut desk = ready(RunFlags(0));
     desk.command(Command::Go);
-    assert_eq!(desk.hears(0, go), (vec![], vec![Event::Started(ONE), GONE]), "before our signal arrived");
+    assert_eq!(
+        desk.hears(0, go),
+        (vec![], vec![Event::Started(ONE), GONE]),
+        "the operator started it before the signal arrived"
+    );
     let late = ack(GO, AckCode::ERR_NOT_IN_POSITION);
     assert_eq!(desk.hears(7, late).1, [Event::Unsolicited(MessageId(7), late)]);
     assert_eq!(desk.hears(0, RtEnd::default().into()), (vec![], vec![]));
@@ -277,7 +281,7 @@ fn the_operator_may_start() {
 
 /// D5-19
 #[test]
-fn a_loop_goes_on_until_it_is_told_to_stop() {
+fn a_loop_goes_on_until_it_is_ended() {
     let mut desk = running(RunFlags::LOOP);
     for _ in 0..10 {
         desk.pass(6000);
@@ -293,11 +297,11 @@ fn a_loop_goes_on_until_it_is_told_to_stop() {
     let mut other = desk.clone();
     desk.hears(0, RtEnd::default().into());
     ends(desk, 9);
-    // Ten frames at ten a second, 200 ms before and 100 ms behind them, and five seconds of patience.
-    assert_eq!(other.pass(6299), (vec![], vec![]), "an end that is lost");
+    // A pass has ten frames at ten per second, with 200 ms before and 100 ms after them. The host waits five seconds longer.
+    assert_eq!(other.pass(6299), (vec![], vec![]), "the end was lost");
     other.pass(1);
     ends(other, 9);
-    assert_eq!(silent.pass(6299), (vec![], vec![]), "a loop that nothing is heard of");
+    assert_eq!(silent.pass(6299), (vec![], vec![]), "the device reports nothing of the loop");
     silent.pass(1);
     ends(silent, 8);
 }
@@ -321,7 +325,7 @@ fn a_pass_that_ends_has_begun() {
 
 /// D5-19
 #[test]
-fn a_loop_does_not_end_before_the_device_knows_of_it() {
+fn a_loop_does_not_end_before_the_device_accepted_it() {
     let mut desk = Desk::up();
     desk.sequence(1, run(1, 10, RunFlags::LOOP));
     desk.acked(2, 0x0110, OK);
@@ -337,13 +341,13 @@ fn a_loop_does_not_end_before_the_device_knows_of_it() {
     desk.request(2, RtStopLoop::default().into());
     desk.acked(7, 0x0116, OK);
     desk.hears(0, RtGo::default().into());
-    assert_eq!(desk.hears(0, RtEnd::default().into()), (vec![], vec![]), "one pass is left");
+    assert_eq!(desk.hears(0, RtEnd::default().into()), (vec![], vec![]), "one more pass follows");
     ends(desk, 8);
 }
 
 /// D5-20, D-68
 #[test]
-fn a_shot_ends_by_time_if_its_end_is_not_told() {
+fn a_shot_whose_end_is_not_reported_ends_by_time() {
     let shoot = || {
         let mut desk = Desk::up();
         assert_eq!(desk.sequence(1, shot(3)).0, [(2, named(1))]);

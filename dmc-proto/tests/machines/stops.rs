@@ -1,4 +1,4 @@
-//! A host: stops. Safety decision 1.
+//! Host: stops. Safety decision 1.
 
 use dmc_proto::host::{
     Command, Contents, Event, Failure, Input, Options, Outcome, Progress, Refusal, State, StopTarget,
@@ -23,7 +23,7 @@ const TWO: StopTarget = StopTarget::Motor(Motor(2));
 
 /// D5-14, S-1
 #[test]
-fn a_stop_is_sent_at_once_and_calls_off_what_moves() {
+fn a_stop_is_sent_at_once_and_calls_off_everything_that_moves() {
     for (what, of) in [
         (StopTarget::All, 0x0033),
         (StopTarget::AllSilent, 0x0033),
@@ -36,7 +36,11 @@ fn a_stop_is_sent_at_once_and_calls_off_what_moves() {
         desk.request(3, jog(1));
         let gone = |token| failed(token, Failure::Stopped);
         let (sent, events) = desk.stop(what);
-        assert_eq!(sent, [(3, Contents::Stop(what)), (4, named(2))], "beside the window, and before all else");
+        assert_eq!(
+            sent,
+            [(3, Contents::Stop(what)), (4, named(2))],
+            "a stop is sent before everything else, and needs no place in the window"
+        );
         assert_eq!(events, [gone(1), gone(3)]);
         let late = vec![Event::Unsolicited(MessageId(2), ack(0x0031, AckCode::OK))];
         assert_eq!(desk.acked(2, 0x0031, AckCode::OK), (vec![], late));
@@ -49,29 +53,33 @@ fn a_stop_is_sent_at_once_and_calls_off_what_moves() {
 
 /// S-1
 #[test]
-fn a_stop_without_an_answer_is_sent_again_until_it_is_told_and_then_on() {
+fn a_stop_without_an_answer_is_sent_again_without_end() {
     let mut desk = Desk::up();
     assert_eq!(desk.stop(StopTarget::All).0, [(2, ALL)]);
     assert_eq!(desk.pass(250), (vec![(3, Contents::Status)], vec![]));
-    assert_eq!(desk.pass(250), (vec![(4, ALL)], vec![]), "silence");
+    assert_eq!(desk.pass(250), (vec![(4, ALL)], vec![]), "no answer comes");
     assert_eq!(desk.pass(250), (vec![(5, Contents::Status)], vec![]));
-    assert_eq!(desk.status(5, 1), (vec![(6, ALL)], vec![]), "it moves: at once");
+    assert_eq!(desk.status(5, 1), (vec![(6, ALL)], vec![]), "motors move, so the stop is sent at once");
     assert_eq!(desk.pass(250), (vec![(7, Contents::Status)], vec![]));
-    assert_eq!(desk.pass(250), (vec![(8, ALL)], vec![Event::StopNotConfirmed(StopTarget::All)]), "three tries");
+    assert_eq!(
+        desk.pass(250),
+        (vec![(8, ALL)], vec![Event::StopNotConfirmed(StopTarget::All)]),
+        "after three tries the stop is reported as not confirmed"
+    );
     let (sent, events) = desk.pass(5000);
-    assert_eq!((sent.len(), events), (20, vec![]), "it goes on, and is told once");
+    assert_eq!((sent.len(), events), (20, vec![]), "the tries go on, and the report comes once");
     assert_eq!(sent.iter().filter(|(_, what)| *what == ALL).count(), 10);
     let mut other = desk.clone();
     let late = sent.iter().rev().find(|(_, what)| *what == ALL).unwrap().0;
     assert_eq!(desk.acked(late, 0x0033, AckCode::OK), (vec![], vec![Event::Stopped(StopTarget::All)]));
     assert_eq!(desk.pass(5000), (vec![], vec![]));
     assert_eq!(other.command(Command::EndStops), (vec![], vec![]));
-    assert_eq!(other.pass(5000), (vec![], vec![]), "unless the application ends it");
+    assert_eq!(other.pass(5000), (vec![], vec![]), "the application ended the stop");
 }
 
 /// S-1
 #[test]
-fn motors_that_stand_confirm_a_stop() {
+fn motors_at_rest_confirm_a_stop() {
     let mut desk = Desk::up();
     desk.stop(TWO);
     desk.pass(250);
@@ -90,38 +98,46 @@ fn a_stop_that_is_refused_is_not_confirmed() {
     for code in [AckCode::ERR_HARD_LOW, AckCode::ERR_GENERAL, AckCode(77)] {
         let mut desk = Desk::up();
         desk.stop(StopTarget::All);
-        assert_eq!(desk.acked(2, 0x0033, code), (vec![(3, Contents::Status)], vec![]), "it is asked at once");
+        assert_eq!(desk.acked(2, 0x0033, code), (vec![(3, Contents::Status)], vec![]), "the device is asked at once");
         assert_eq!(desk.status(3, 0), (vec![], vec![Event::Stopped(StopTarget::All)]));
     }
     let mut desk = Desk::up();
     desk.stop(StopTarget::All);
     let garbled = AckCode::ERR_CHECKSUM;
-    assert_eq!(desk.acked(2, 0x0033, garbled), (vec![(3, ALL)], vec![]), "at once");
+    assert_eq!(desk.acked(2, 0x0033, garbled), (vec![(3, ALL)], vec![]), "the stop is sent again at once");
     assert_eq!(desk.acked(3, 0x0033, garbled), (vec![(4, ALL)], vec![]));
-    assert_eq!(desk.acked(4, 0x0033, garbled), (vec![(5, Contents::Status)], vec![]), "but not for ever");
+    assert_eq!(
+        desk.acked(4, 0x0033, garbled),
+        (vec![(5, Contents::Status)], vec![]),
+        "after three tries the device is asked"
+    );
 }
 
 /// S-1
 #[test]
-fn the_answer_to_an_earlier_try_is_as_good() {
+fn an_answer_to_an_earlier_try_confirms_a_stop() {
     let mut desk = Desk::up();
     desk.stop(StopTarget::All);
     desk.pass(700);
     let other = vec![Event::Unsolicited(MessageId(2), ack(0x0032, AckCode::OK))];
-    assert_eq!(desk.acked(2, 0x0032, AckCode::OK), (vec![], other), "but not one of another type");
+    assert_eq!(
+        desk.acked(2, 0x0032, AckCode::OK),
+        (vec![], other),
+        "an acknowledgement of another type confirms nothing"
+    );
     assert_eq!(desk.acked(2, 0x0033, AckCode::OK), (vec![], vec![Event::Stopped(StopTarget::All)]));
 }
 
 /// D-70
 #[test]
-fn what_shall_stop_is_not_moved_until_it_is_confirmed() {
+fn until_a_stop_is_confirmed_its_motors_are_not_moved() {
     let forbidden = vec![refused(1, Refusal::Stopping)];
     let mut desk = Desk::up();
     desk.stop(TWO);
     for message in [jog(2), move_to(2, 1)] {
         assert_eq!(desk.request(1, message), (vec![], forbidden.clone()));
     }
-    assert_eq!(desk.sequence(1, position_frame(1)), (vec![], forbidden.clone()), "the motor may be part of it");
+    assert_eq!(desk.sequence(1, position_frame(1)), (vec![], forbidden.clone()), "the motor may be part of the move");
     assert_eq!(desk.request(2, jog(1)).0, [(3, named(2))], "another motor");
     desk.acked(3, 0x0036, AckCode::OK);
     desk.stop(StopTarget::All);
@@ -133,12 +149,12 @@ fn what_shall_stop_is_not_moved_until_it_is_confirmed() {
     desk.stop(StopTarget::All);
     desk.command(Command::EndStops);
     desk.request(4, jog(1));
-    assert!(desk.machine.pending().any(|(_, kind)| kind == MessageType(0x0036)), "or given up");
+    assert!(desk.machine.pending().any(|(_, kind)| kind == MessageType(0x0036)), "the stop was given up");
 }
 
 /// D-61
 #[test]
-fn several_stops_are_followed_and_too_many_are_one_of_everything() {
+fn four_stops_are_followed_and_more_become_a_stop_of_everything() {
     let mut desk = Desk::up();
     let motor = |number| StopTarget::Motor(Motor(number));
     for number in 1..=4 {
@@ -146,7 +162,7 @@ fn several_stops_are_followed_and_too_many_are_one_of_everything() {
     }
     assert_eq!(desk.acked(3, 0x0032, AckCode::OK).1, [Event::Stopped(motor(2))]);
     desk.stop(motor(5));
-    assert_eq!(desk.stop(motor(5)).0.len(), 1, "the same again");
+    assert_eq!(desk.stop(motor(5)).0.len(), 1, "the same stop again");
     assert_eq!(desk.machine.unconfirmed_stops().count(), 4);
     let (sent, _) = desk.stop(motor(6));
     assert_eq!(sent.iter().map(|&(_, what)| what).collect::<Vec<_>>(), [ALL]);
@@ -155,7 +171,7 @@ fn several_stops_are_followed_and_too_many_are_one_of_everything() {
 
 /// D-60
 #[test]
-fn a_run_that_may_still_begin_is_not_stopped_by_standing() {
+fn motors_at_rest_do_not_confirm_a_stop_of_a_run_that_may_still_begin() {
     let mut desk = Desk::up();
     desk.sequence(1, run(1, 10, RunFlags(0)));
     desk.acked(2, 0x0110, AckCode::OK);
@@ -163,26 +179,26 @@ fn a_run_that_may_still_begin_is_not_stopped_by_standing() {
     assert_eq!(desk.status(3, 0).0, [(4, named(1))]);
     assert!(desk.machine.is_armed());
     let (sent, events) = desk.stop(TWO);
-    assert_eq!(sent, [(5, ALL)], "one motor of a run stops all of it");
+    assert_eq!(sent, [(5, ALL)], "a stop of one motor of a run stops the run");
     assert_eq!(events, [failed(1, Failure::Stopped)]);
     assert_eq!(desk.pass(250).0, [(6, Contents::Status)]);
-    assert_eq!(desk.status(6, 0), (vec![(7, ALL)], vec![]), "it may wait for the operator");
+    assert_eq!(desk.status(6, 0), (vec![(7, ALL)], vec![]), "the run may wait for the operator");
     assert_eq!(desk.acked(7, 0x0033, AckCode::OK), (vec![], vec![Event::Stopped(StopTarget::All)]));
     assert!(!desk.machine.is_armed());
 }
 
 /// D-60
 #[test]
-fn late_news_do_not_hide_a_shot_that_may_still_begin() {
+fn late_news_does_not_hide_a_shot_that_may_still_begin() {
     let reason = StopReason::EMERGENCY_STOP;
     let hard_stop = DeviceMessage::from(HardStop { reason, motor: None, tail: &[] });
     for (news, next) in [(hard_stop, 4), (hi().into(), 5)] {
         let mut desk = Desk::up();
         desk.sequence(1, shot(1));
         desk.hears(0, news);
-        assert!(desk.machine.is_armed(), "the shot may arrive once the lock is over, or the device up");
+        assert!(desk.machine.is_armed(), "the shot may arrive after the lock or the boot");
         desk.hears(0, news);
-        assert!(desk.machine.is_armed(), "nor do they if they come twice");
+        assert!(desk.machine.is_armed(), "the same news again changes nothing");
         desk.stop(StopTarget::All);
         let (sent, _) = desk.pass(250);
         assert_eq!(sent, [(next, Contents::Status)]);
@@ -200,7 +216,7 @@ fn a_motor_that_is_driven_by_hand_stops_alone() {
     desk.acked(2, 0x0037, AckCode::OK);
     desk.sequence(2, position_frame(1));
     let mut early = desk.clone();
-    assert_eq!(early.stop(TWO).0, [(4, ALL)], "a retry would come after the stop");
+    assert_eq!(early.stop(TWO).0, [(4, ALL)], "a retry could come after the stop");
     desk.acked(3, 0x0110, AckCode::OK);
     let mut other = desk.clone();
     let (sent, events) = desk.stop(TWO);
@@ -229,7 +245,7 @@ fn a_motor_that_stops_alone_leaves_the_run_as_it_is() {
 
 /// D-62
 #[test]
-fn whether_a_motor_is_driven_by_hand_has_to_be_known() {
+fn a_motor_stops_alone_only_if_it_is_known_to_be_driven_by_hand() {
     let flags = MotorFlags::LIVE;
     let configure = HostMessage::from(MotorConfigure { motor: Motor(2), flags, tail: &[] });
     let ends = |mut desk: Desk, id| {
@@ -252,7 +268,7 @@ fn whether_a_motor_is_driven_by_hand_has_to_be_known() {
 
 /// S-1
 #[test]
-fn what_a_sequence_asked_is_called_off_with_it() {
+fn requests_of_a_sequence_are_called_off_with_it() {
     let mut desk = Desk::up();
     desk.sequence(1, position_frame(1));
     desk.acked(2, 0x0110, AckCode::OK);
@@ -262,20 +278,20 @@ fn what_a_sequence_asked_is_called_off_with_it() {
     desk.acked(4, 0x0033, AckCode::OK);
     assert_eq!(desk.sequence(2, position_frame(2)).0, [(5, named(2))]);
     let late = vec![Event::Unsolicited(MessageId(3), status(0))];
-    assert_eq!(desk.status(3, 0), (vec![], late), "the answer to an old question");
+    assert_eq!(desk.status(3, 0), (vec![], late), "an answer to an old question");
 }
 
 /// D-59
 #[test]
-fn a_stop_waits_for_a_line_and_is_told() {
+fn a_stop_without_a_link_is_reported_and_waits_for_one() {
     let mut desk = Desk::new();
     let waits = ended(COMMAND.0, Outcome::NotConfirmed);
     assert_eq!(desk.stop(StopTarget::All), (vec![], vec![Event::StopNotConfirmed(StopTarget::All), waits]));
     assert_eq!(desk.wake, None);
-    assert_eq!(desk.step(Input::LinkUp), (vec![(1, ALL), (2, Contents::Greeting)], vec![]), "it is the first");
+    assert_eq!(desk.step(Input::LinkUp), (vec![(1, ALL), (2, Contents::Greeting)], vec![]), "the stop is sent first");
     assert_eq!(desk.machine.state(), State::Greeting);
     assert_eq!(desk.acked(1, 0x0033, AckCode::OK), (vec![], vec![Event::Stopped(StopTarget::All)]));
-    assert_eq!(desk.stop(TWO).0, [(3, Contents::Stop(TWO))], "also while it is greeted");
+    assert_eq!(desk.stop(TWO).0, [(3, Contents::Stop(TWO))], "a stop is sent during the greeting too");
     let events = desk.step(Input::LinkDown).1;
     assert_eq!(events, [Event::LinkDown, Event::StopNotConfirmed(TWO)]);
 }
@@ -290,13 +306,13 @@ fn after_a_stop_nothing_that_moves_is_sent_again() {
     desk.acked(4, 0x0033, AckCode::OK);
     assert_eq!(desk.pass(60_000), (vec![], vec![]));
     desk.request(2, move_to(1, 2));
-    assert_eq!(desk.acked(5, 0x0031, AckCode::ERR_CHECKSUM), (vec![], vec![]), "it waits to be sent again");
+    assert_eq!(desk.acked(5, 0x0031, AckCode::ERR_CHECKSUM), (vec![], vec![]), "the request waits for its next try");
     desk.hears(0, DeviceMessage::from(Hi { motor_count: 3, ..hi() }));
     let (sent, _) = desk.pass(60_000);
-    assert!(sent.iter().all(|&(_, what)| what == Contents::Greeting), "nor after a reset");
+    assert!(sent.iter().all(|&(_, what)| what == Contents::Greeting), "it is not sent after a reset");
 }
 
-/// All at once: no output is greater, and none of it is lost, as each step of these tests checks.
+/// Everything happens at once. No output is greater, and each step of these tests checks that no effect is lost.
 #[test]
 fn the_greatest_outputs_have_room() {
     let mut desk = Desk::up_with(Options::default().with_window(4), hi());
@@ -312,6 +328,6 @@ fn the_greatest_outputs_have_room() {
     let sent = desk.pass(1).0;
     assert_eq!(sent.len(), 8, "four stops and four requests again");
     let (_, events) = desk.step(Input::LinkDown);
-    assert_eq!(events.len(), 1 + 4 + 12 + 1, "link down, stops, requests, a sequence");
-    assert_eq!(desk.step(Input::LinkUp).0.len(), 5, "four stops and a greeting");
+    assert_eq!(events.len(), 1 + 4 + 12 + 1, "events of the link, of stops, of requests and of a sequence");
+    assert_eq!(desk.step(Input::LinkUp).0.len(), 5, "four stops and a greeting are sent");
 }

@@ -1,4 +1,4 @@
-//! A host and a device, a line between them that is not always good, and a rig of few words.
+//! Host and device, a line with faults between them, and a simple rig.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
@@ -6,26 +6,18 @@ use dmc_proto::device::{self, DeviceMachine, Quirks, State};
 use dmc_proto::host::{self, Command, HostMachine, Outcome, Progress, Source, StopTarget};
 use dmc_proto::message::{
     AckCode, FrameNumber, HostMessage, Motor, MotorConfigure, MotorFlags, MotorStatusRequest, Motors, RtStopLoop,
-    RunFlags, Steps,
+    RunFlags,
 };
-use dmc_proto::upload::{MoveSource, SCRATCH, Section, SectionSize};
 use dmc_proto::{DeviceMessage, Effect, Frame, MessageId, Millis, Token};
+use laws::world::{self, Fate, Faults, Next};
 
-use super::bench::{
-    Tens, begin, frame, hi, jog, jog_all, move_to, position_frame, run, shot, stops_go_first, the_rig_acts_first,
-};
+use super::app::{App, answer, hi, section, the_rig_acts_first};
+use super::bench::{begin, jog, jog_all, move_to, position_frame, run, shot};
 
-/// What becomes of a frame on the line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Fault {
-    None,
-    Lost,
-    Doubled,
-    Corrupt,
-    Late,
-}
+/// Time that a frame takes, in milliseconds.
+const TRAVEL: u64 = 2;
 
-/// What somebody does.
+/// Act of the application, of the operator or of the rig.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Action {
     Move(u8),
@@ -43,51 +35,26 @@ pub(crate) enum Action {
     OperatorGo,
     Limit(u8),
     Emergency,
-    LineGone,
+    LinkDown,
 }
 
 impl Action {
-    /// Number of commands that it gives: each of them has to end.
+    /// Number of commands that the action gives. Each of them has to end.
     pub(crate) fn commands(self) -> usize {
         match self {
             Self::OperatorGo | Self::Limit(_) | Self::Emergency => 0,
-            Self::LineGone => 2,
+            Self::LinkDown => 2,
             _ => 1,
         }
     }
 }
 
-/// Frames on their way in one direction, in their order.
-#[derive(Default)]
-struct Line {
-    frames: VecDeque<(Millis, Vec<u8>, bool)>,
-}
-
-impl Line {
-    fn send(&mut self, now: Millis, bytes: &[u8], fault: Fault) {
-        let arrival = now.after(if fault == Fault::Late { 700 } else { 2 });
-        let arrival = self.frames.back().map_or(arrival, |last| last.0.max(arrival));
-        let copies = match fault {
-            Fault::Lost => 0,
-            Fault::Doubled => 2,
-            _ => 1,
-        };
-        for _ in 0..copies {
-            self.frames.push_back((arrival, bytes.to_vec(), fault == Fault::Corrupt));
-        }
-    }
-
-    fn next(&self) -> Option<Millis> {
-        self.frames.front().map(|frame| frame.0)
-    }
-}
-
-/// What the motors are at.
+/// Motion of the rig.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Doing {
-    Nothing,
-    Moving,
-    /// All together, but not by a run or shot.
+enum Motion {
+    Rest,
+    Single,
+    /// All motors move together, but in no run and no shot.
     Together,
     Preparing,
     Prepared,
@@ -95,185 +62,127 @@ enum Doing {
     Stopping,
 }
 
-/// How a command ended, without the message that answered it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) enum Ending {
-    Answered,
-    Other(Outcome<'static>),
-}
-
-impl Ending {
-    fn of(outcome: Outcome<'_>) -> Self {
-        match outcome {
-            Outcome::Done(Some(_)) => Self::Answered,
-            Outcome::Done(None) => Self::Other(Outcome::Done(None)),
-            Outcome::Sent => Self::Other(Outcome::Sent),
-            Outcome::Refused(refusal) => Self::Other(Outcome::Refused(refusal)),
-            Outcome::Failed(failure) => Self::Other(Outcome::Failed(failure)),
-            Outcome::NotConfirmed => Self::Other(Outcome::NotConfirmed),
-            outcome => panic!("{outcome:?}"),
-        }
-    }
+/// Faults of the line, in the order in which frames meet them. After the last one, the line is good.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct BadLine {
+    /// Times that the next frames take, in milliseconds.
+    pub(crate) travels: VecDeque<u64>,
+    /// Fates of the next frames that arrive.
+    pub(crate) fates: VecDeque<Fate>,
 }
 
 pub(crate) struct World {
-    pub(crate) now: Millis,
-    pub(crate) host: HostMachine,
-    host_wake: Option<Millis>,
-    pub(crate) device: DeviceMachine,
-    device_wake: Option<Millis>,
-    to_device: Line,
-    to_host: Line,
-    pub(crate) faults: VecDeque<Fault>,
-    doing: Doing,
-    /// When the rig has something to report.
+    both: world::World<HostMachine, DeviceMachine, Vec<u8>, Vec<u8>>,
+    line: BadLine,
+    motion: Motion,
+    /// Time of the next report of the rig.
     rig_due: Option<Millis>,
-    frames_left: u32,
-    messages: HashMap<Token, HostMessage<'static>>,
-    /// Tokens that have not ended.
-    pub(crate) open: HashSet<Token>,
-    /// How the others did.
-    pub(crate) ended: HashMap<Token, Ending>,
-    /// Where both have been.
+    frames_left: i32,
+    app: App<'static>,
+    /// Ends of the commands that have ended; `None` if a message of the device answered the command.
+    pub(crate) ended: HashMap<Token, Option<Outcome<'static>>>,
+    /// States in which the device and the sequences were.
     pub(crate) seen: (HashSet<State>, HashSet<Progress>),
-    /// How often each message was sent.
-    sent: HashMap<Token, u32>,
-    signals: u32,
-    /// Tokens up to this one were called off.
-    called_off: u32,
-    last: u32,
-}
-
-struct Ramp;
-
-impl MoveSource for Ramp {
-    fn start_frame(&self) -> FrameNumber {
-        frame(1)
-    }
-    fn frame_count(&self) -> u32 {
-        10
-    }
-    fn motors(&self) -> Motors {
-        Motors(3)
-    }
-    fn position(&self, motor: Motor, index: u32) -> Steps {
-        Steps(i32::from(motor.0) * i32::try_from(index).unwrap())
-    }
+    /// Commands up to this token were called off.
+    called_off: Token,
+    last: Token,
 }
 
 impl World {
-    pub(crate) fn new(window: u8, quirks: Quirks, faults: Vec<Fault>) -> Self {
+    /// World whose host is ready, before its line turns bad.
+    pub(crate) fn new(window: u8, quirks: Quirks, line: BadLine) -> Self {
+        let host = HostMachine::new(host::Options::default().with_window(window));
+        let device = DeviceMachine::new(device::Options::of(hi()).with_quirks(quirks));
         let mut world = Self {
-            now: Millis(0),
-            host: HostMachine::new(host::Options::default().with_window(window)),
-            host_wake: None,
-            device: DeviceMachine::new(device::Options::of(hi()).with_quirks(quirks)),
-            device_wake: None,
-            to_device: Line::default(),
-            to_host: Line::default(),
-            faults: VecDeque::new(),
-            doing: Doing::Nothing,
+            both: world::World::new(Millis(0), host, device, Faults::ANY),
+            line: BadLine::default(),
+            motion: Motion::Rest,
             rig_due: None,
             frames_left: 0,
-            messages: HashMap::new(),
-            open: HashSet::new(),
+            app: App::default(),
             ended: HashMap::new(),
             seen: (HashSet::new(), HashSet::new()),
-            sent: HashMap::new(),
-            signals: 0,
-            called_off: 0,
-            last: 0,
+            called_off: Token(0),
+            last: Token(0),
         };
         world.tell_host(host::Input::LinkUp);
         world.pass(1000);
         world.command(Command::Configured);
-        assert_eq!(world.host.state(), host::State::Ready);
+        assert_eq!(world.host().state(), host::State::Ready);
         world.ended.clear();
-        world.faults = faults.into();
+        world.line = line;
         world
     }
 
-    fn fault(&mut self) -> Fault {
-        self.faults.pop_front().unwrap_or(Fault::None)
+    pub(crate) const fn host(&self) -> &HostMachine {
+        &self.both.host.machine
     }
 
-    /// A step of the host, and what follows from it.
+    pub(crate) const fn device(&self) -> &DeviceMachine {
+        &self.both.device.machine
+    }
+
+    /// Commands that have not ended.
+    pub(crate) fn open(&self) -> Vec<Token> {
+        self.app.tokens.open().collect()
+    }
+
+    /// Time at which the next frame arrives.
+    fn arrival(&mut self) -> Millis {
+        self.both.now.after(self.line.travels.pop_front().unwrap_or(TRAVEL))
+    }
+
+    /// Takes a step of the host, and does what follows from it.
     pub(crate) fn tell_host(&mut self, input: host::Input<'_>) {
-        let (machine, output) = laws::machine::step(self.host.clone(), self.now, input);
-        (self.host, self.host_wake) = (machine, output.wake);
-        self.seen.1.extend(self.host.progress());
-        stops_go_first(&output);
-        let mut asked = None;
-        for effect in output {
+        let output = self.both.step_host(input);
+        self.app.takes(&output);
+        self.seen.1.extend(self.host().progress());
+        for effect in &output.effects {
             match effect {
                 Effect::Event(host::Event::Ended { token, outcome }) => {
-                    assert!(self.open.remove(&token), "{token:?} ends once");
-                    self.ended.insert(token, Ending::of(outcome));
+                    self.ended.insert(*token, outcome.to_static());
                 }
-                Effect::Event(host::Event::NextSection { after, .. }) => asked = Some(after),
                 Effect::Event(host::Event::DeviceReset) => panic!("nobody reset the device"),
                 Effect::Event(_) => {}
-                Effect::Transmit(transmit) => self.send(transmit),
+                Effect::Transmit(transmit) => {
+                    let (frame, arrival) = (self.app.frame(transmit), self.arrival());
+                    self.check_sent(transmit.contents, &frame);
+                    self.both.up.send(arrival, frame);
+                }
             }
         }
         self.check_motion();
-        if let Some(after) = asked {
-            let size = SectionSize::of(29);
-            let section = match after {
-                None => Section::first(&Ramp, size),
-                Some(section) => section.next(&Ramp, size),
-            };
-            self.tell_host(host::Input::Section(section));
+        if let Some(section) = section(&output) {
+            self.tell_host(section);
         }
     }
 
-    fn send(&mut self, transmit: host::Transmit) {
-        let mut scratch = [0; SCRATCH];
-        let message = transmit.message(|source| match source {
-            Source::Command(token) => self.messages[&token],
-            Source::Section(section) => section.message(&Ramp, &mut scratch),
-        });
-        self.check_sent(transmit.contents, &message);
-        let mut bytes = [0; 2048];
-        let len = message.encode_into(transmit.id, &mut bytes).unwrap();
-        let fault = self.fault();
-        self.to_device.send(self.now, &bytes[..len], fault);
-    }
-
-    /// A law of hosts: as long as anything moves because of the host, the host says so.
+    /// Law of hosts: while anything moves because of the host, the host says so.
     fn check_motion(&self) {
-        let moves = self.device.moving() != Motors::NONE || !matches!(self.doing, Doing::Nothing | Doing::Prepared);
-        assert!(!moves || self.host.may_move(), "{:?}, {:?}: {:?}", self.doing, self.device, self.host);
+        let is_moving = !matches!(self.motion, Motion::Rest | Motion::Prepared);
+        let moves = is_moving || self.device().moving() != Motors::NONE;
+        assert!(!moves || self.host().may_move(), "{:?}, {:?}: {:?}", self.motion, self.device(), self.host());
     }
 
-    /// Nothing is sent twice that must not be, nor after it was called off.
-    fn check_sent(&mut self, contents: host::Contents, message: &HostMessage<'_>) {
-        let mut stops = self.host.unconfirmed_stops();
+    /// Law of hosts: nothing that may move is sent against a stop, or after it was called off.
+    fn check_sent(&self, contents: host::Contents, frame: &[u8]) {
+        let message = HostMessage::decode(&Frame::decode(frame).unwrap()).unwrap();
+        let may_move = message.conduct().may_move();
         let is_alone = |stop: StopTarget| matches!(stop, StopTarget::Motor(_));
-        assert!(!message.conduct().may_move() || stops.all(is_alone), "{message} against a stop");
-        match contents {
-            host::Contents::Application(Source::Command(token)) => {
-                let times = self.sent.entry(token).or_default();
-                *times += 1;
-                assert!(*times <= if message.conduct().repeatable { 3 } else { 1 }, "{message} for the {times}. time");
-                assert!(!message.conduct().may_move() || token.0 > self.called_off, "{message} after a stop");
-            }
-            host::Contents::Go => {
-                self.signals += 1;
-                assert!(self.signals <= 4);
-            }
-            host::Contents::ToFrame(_) => assert!(self.last > self.called_off),
-            _ => {}
-        }
+        assert!(!may_move || self.host().unconfirmed_stops().all(is_alone), "{message} against a stop");
+        let asked = match contents {
+            host::Contents::Application(Source::Command(token)) => token,
+            _ => self.last,
+        };
+        assert!(!may_move || asked > self.called_off, "{message} after a stop");
     }
 
-    /// A step of the device, and what follows from it.
+    /// Takes a step of the device, and does what follows from it.
     pub(crate) fn tell_device(&mut self, input: device::Input<'_>) {
-        let before = self.device.state();
+        let before = self.device().state();
         let is_stop = matches!(input, device::Input::Received { message, .. } if message.conduct().is_stop());
-        let (machine, output) = laws::machine::step(self.device.clone(), self.now, input);
-        (self.device, self.device_wake) = (machine, output.wake);
-        self.seen.0.insert(self.device.state());
+        let output = self.both.step_device(input);
+        self.seen.0.insert(self.device().state());
         if is_stop {
             let first = output.effects.first();
             assert!(matches!(first, Some(Effect::Event(device::Event::Stop(_)))), "{first:?} in {before:?}");
@@ -284,11 +193,8 @@ impl World {
             match effect {
                 Effect::Event(event) => stored = stored.or(self.rig(event, before)),
                 Effect::Transmit(transmit) => {
-                    let mut scratch = device::Scratch::default();
-                    let mut bytes = [0; 2048];
-                    let len = transmit.message(&Tens, &mut scratch).encode_into(transmit.id, &mut bytes).unwrap();
-                    let fault = self.fault();
-                    self.to_host.send(self.now, &bytes[..len], fault);
+                    let arrival = self.arrival();
+                    self.both.down.send(arrival, answer(&transmit));
                 }
             }
         }
@@ -298,68 +204,70 @@ impl World {
         }
     }
 
-    /// The rig obeys; some of it takes time.
+    /// Does what the rig is told. Some of it takes time.
     fn rig(&mut self, event: device::Event<'_>, before: State) -> Option<device::Store> {
-        let (doing, time) = match event {
+        let (motion, time) = match event {
             device::Event::Store { store, .. } => return Some(store),
             device::Event::Stop(stop) => {
                 let is_all = !matches!(stop, device::StopKind::Motor(_) | device::StopKind::Virtual(_));
-                if !is_all && self.doing != Doing::Moving {
+                if !is_all && self.motion != Motion::Single {
                     return None;
                 }
-                match self.doing {
-                    Doing::Nothing | Doing::Prepared => (Doing::Nothing, 0),
-                    Doing::Stopping => return None,
-                    _ => (Doing::Stopping, 150),
+                match self.motion {
+                    Motion::Rest | Motion::Prepared => (Motion::Rest, 0),
+                    Motion::Stopping => return None,
+                    _ => (Motion::Stopping, 150),
                 }
             }
-            // A motor that is driven by hand, while the others wait.
-            device::Event::Move(..) | device::Event::Jog(..) if self.doing == Doing::Prepared => (Doing::Prepared, 300),
-            device::Event::Move(..) | device::Event::Jog(..) if self.doing != Doing::Nothing => return None,
-            device::Event::Move(..) => (Doing::Moving, 800),
-            device::Event::Jog(..) => (Doing::Moving, 5000),
+            // A motor that is driven by hand moves while the others wait.
+            device::Event::Move(..) | device::Event::Jog(..) if self.motion == Motion::Prepared => {
+                (Motion::Prepared, 300)
+            }
+            device::Event::Move(..) | device::Event::Jog(..) if self.motion != Motion::Rest => return None,
+            device::Event::Move(..) => (Motion::Single, 800),
+            device::Event::Jog(..) => (Motion::Single, 5000),
             device::Event::ToFrame(_) => {
-                assert_ne!(self.doing, Doing::Running);
-                (Doing::Together, 900)
+                assert_ne!(self.motion, Motion::Running);
+                (Motion::Together, 900)
             }
             device::Event::JogAll(..) => {
                 assert!(matches!(before, State::Idle | State::JogAll));
-                (Doing::Together, 900)
+                (Motion::Together, 900)
             }
             device::Event::Prepare(_) => {
-                assert_eq!((before, self.doing), (State::Idle, Doing::Nothing), "one coordinated move at a time");
-                (Doing::Preparing, 600)
+                assert_eq!((before, self.motion), (State::Idle, Motion::Rest), "one coordinated move at a time");
+                (Motion::Preparing, 600)
             }
             device::Event::Go => {
-                assert_eq!(self.doing, Doing::Prepared);
+                assert_eq!(self.motion, Motion::Prepared);
                 self.frames_left = 10;
-                (Doing::Running, 100)
+                (Motion::Running, 100)
             }
             device::Event::NextPass(..) => {
                 self.frames_left = 10;
-                (Doing::Running, 100)
+                (Motion::Running, 100)
             }
-            device::Event::PostRoll => (Doing::Stopping, 300),
+            device::Event::PostRoll => (Motion::Stopping, 300),
             _ => return None,
         };
-        (self.doing, self.rig_due) = (doing, Some(self.now.after(time)));
+        (self.motion, self.rig_due) = (motion, Some(self.both.now.after(time)));
         None
     }
 
-    /// The rig reports what is due.
+    /// Reports what is due at the rig.
     fn report(&mut self) {
         self.rig_due = None;
-        if self.doing != Doing::Running {
-            let is_prepared = matches!(self.doing, Doing::Preparing | Doing::Prepared);
-            self.doing = if is_prepared { Doing::Prepared } else { Doing::Nothing };
+        if self.motion != Motion::Running {
+            let is_prepared = matches!(self.motion, Motion::Preparing | Motion::Prepared);
+            self.motion = if is_prepared { Motion::Prepared } else { Motion::Rest };
             return self.tell_device(device::Input::AtRest);
         }
         if self.frames_left == 0 {
             return self.tell_device(device::Input::PassEnd);
         }
         self.frames_left -= 1;
-        self.rig_due = Some(self.now.after(100));
-        self.tell_device(device::Input::AtFrame(frame(10 - i32::try_from(self.frames_left).unwrap())));
+        self.rig_due = Some(self.both.now.after(100));
+        self.tell_device(device::Input::AtFrame(FrameNumber(10 - self.frames_left)));
     }
 
     pub(crate) fn act(&mut self, action: Action) {
@@ -377,10 +285,7 @@ impl World {
             Action::JogAll(number) => self.command(Command::Sequence(jog_all(number))),
             Action::Run(flags) => self.command(Command::Sequence(run(1, 10, flags))),
             Action::Shot => self.command(Command::Sequence(shot(5))),
-            Action::Go => {
-                self.signals = 0;
-                self.command(Command::Go);
-            }
+            Action::Go => self.command(Command::Go),
             Action::Stop(target) => self.stop(target),
             Action::OperatorGo => self.tell_device(device::Input::OperatorGo),
             Action::Limit(motor) => self.tell_device(device::Input::Limit { motor: Motor(motor), upper: true }),
@@ -389,12 +294,12 @@ impl World {
                 self.pass(50);
                 self.tell_device(device::Input::EmergencyStop(false));
             }
-            Action::LineGone => {
-                (self.to_device, self.to_host) = (Line::default(), Line::default());
+            Action::LinkDown => {
+                self.both.cut();
                 self.called_off = self.last;
                 self.tell_device(device::Input::LinkDown);
                 self.tell_host(host::Input::LinkDown);
-                assert_eq!(self.open.len(), 0);
+                assert_eq!(self.open(), []);
                 self.tell_host(host::Input::LinkUp);
                 self.pass(6000);
                 self.command(Command::Greet);
@@ -405,97 +310,91 @@ impl World {
     }
 
     fn command(&mut self, command: Command<'static>) {
-        self.last += 1;
-        let token = Token(self.last);
-        if let Command::Request(message) | Command::Sequence(message) = command {
-            self.messages.insert(token, message);
+        let input = self.app.command(command);
+        if let host::Input::Command(token, _) = input {
+            self.last = token;
         }
-        self.open.insert(token);
-        self.tell_host(host::Input::Command(token, command));
+        self.tell_host(input);
     }
 
-    /// A stop leaves in the same step, and calls off what moves.
+    /// Stops. The stop leaves in the same step, and calls off everything that may move.
     fn stop(&mut self, target: StopTarget) {
-        let before = self.to_device.frames.len();
-        let fault = self.faults.front().copied().unwrap_or(Fault::None);
-        let spared = self.host.progress().is_some();
+        let before = self.both.up.len();
+        let is_spared = self.host().progress().is_some();
         self.command(Command::Stop(target));
-        if fault != Fault::Lost && self.host.state() != host::State::Offline {
-            let bytes = &self.to_device.frames[before].1;
-            let message = HostMessage::decode(&Frame::decode(bytes).unwrap()).unwrap();
+        if self.host().state() != host::State::Offline {
+            let frame = self.both.up.iter().nth(before).expect("a stop is sent");
+            let message = HostMessage::decode(&Frame::decode(frame).unwrap()).unwrap();
             assert!(message.conduct().is_stop(), "{message}");
         }
-        if !spared || self.host.progress().is_none() {
+        if !is_spared || self.host().progress().is_none() {
             self.called_off = self.last;
         }
     }
 
-    /// Time passes, and everybody does what is due.
+    /// Lets time pass. Everything is done that is due.
     pub(crate) fn pass(&mut self, millis: u64) {
-        let end = self.now.after(millis);
-        loop {
-            let dues = [self.host_wake, self.device_wake, self.rig_due, self.to_device.next(), self.to_host.next()];
-            let Some(due) = dues.into_iter().flatten().min().filter(|&due| due <= end) else { break };
-            self.now = due.max(self.now);
-            let is_due = |moment: Option<Millis>| moment.is_some_and(|moment| moment <= self.now);
-            if is_due(self.to_device.next()) {
-                let (_, bytes, is_corrupt) = self.to_device.frames.pop_front().unwrap();
-                let frame = Frame::decode(&bytes).unwrap();
-                self.tell_device(if is_corrupt {
-                    device::Input::Corrupt(frame.id(), frame.kind())
-                } else {
-                    device::Input::received(&frame, |_| AckCode::OK)
-                });
-            } else if is_due(self.to_host.next()) {
-                let (_, bytes, is_corrupt) = self.to_host.frames.pop_front().unwrap();
-                let frame = Frame::decode(&bytes).unwrap();
-                self.tell_host(if is_corrupt { host::Input::Corrupt } else { host::Input::received(&frame) });
-            } else if is_due(self.rig_due) {
-                self.report();
-            } else if is_due(self.device_wake) {
-                self.tell_device(device::Input::Wake);
-            } else {
-                self.tell_host(host::Input::Wake);
+        let end = self.both.now.after(millis);
+        while let Some(next) = self.both.pass(end, self.rig_due) {
+            match next {
+                Next::Up => {
+                    let fate = self.line.fates.pop_front().unwrap_or(Fate::Arrives);
+                    let Some((bytes, is_sound)) = self.both.up.meet(fate) else { continue };
+                    let frame = Frame::decode(&bytes).unwrap();
+                    self.tell_device(if is_sound {
+                        device::Input::received(&frame, |_| AckCode::OK)
+                    } else {
+                        device::Input::Corrupt(frame.id(), frame.kind())
+                    });
+                }
+                Next::Down => {
+                    let fate = self.line.fates.pop_front().unwrap_or(Fate::Arrives);
+                    let Some((bytes, is_sound)) = self.both.down.meet(fate) else { continue };
+                    let frame = Frame::decode(&bytes).unwrap();
+                    self.tell_host(if is_sound { host::Input::received(&frame) } else { host::Input::Corrupt });
+                }
+                Next::Own => self.report(),
+                Next::WakeDevice => self.tell_device(device::Input::Wake),
+                Next::WakeHost => self.tell_host(host::Input::Wake),
             }
         }
-        self.now = end;
     }
 
-    /// Everything is stopped over a good line: then all has ended, and both agree.
+    /// Stops everything over a good line. Then all commands have ended, and both sides agree.
     pub(crate) fn settle(&mut self) {
-        self.faults.clear();
+        self.line = BadLine::default();
         self.pass(10_000);
-        if self.host.state() != host::State::Ready {
+        if self.host().state() != host::State::Ready {
             self.command(Command::Greet);
             self.pass(10_000);
             self.command(Command::Configured);
         }
         self.pass(60_000);
-        match self.host.progress() {
+        match self.host().progress() {
             None | Some(Progress::Armed) => {}
-            Some(Progress::Runs) => assert_eq!(self.device.state(), State::Running, "a loop"),
-            Some(progress) => panic!("{progress:?} for ever"),
+            Some(Progress::Runs) => assert_eq!(self.device().state(), State::Running, "a loop goes on"),
+            Some(progress) => panic!("{progress:?} without end"),
         }
         self.stop(StopTarget::All);
         self.pass(10_000);
-        assert_eq!(self.host.state(), host::State::Ready);
-        assert_eq!(self.host.unconfirmed_stops().count(), 0);
-        assert_eq!(self.host.progress(), None);
-        assert_eq!(self.host.pending().count(), 0);
-        assert!(self.open.is_empty(), "{:?}", self.open);
-        assert_eq!(self.device.state(), State::Idle);
-        assert!(!self.host.is_armed());
+        assert_eq!(self.host().state(), host::State::Ready);
+        assert_eq!(self.host().unconfirmed_stops().count(), 0);
+        assert_eq!(self.host().progress(), None);
+        assert_eq!(self.host().pending().count(), 0);
+        assert_eq!(self.open(), []);
+        assert_eq!(self.device().state(), State::Idle);
+        assert!(!self.host().is_armed());
         self.act(Action::Status);
         self.pass(10_000);
-        assert!(!self.host.may_move(), "all rests, and the host knows");
-        if let Some(is_loaded) = self.host.is_loaded() {
-            assert_eq!(is_loaded, self.device.is_loaded());
+        assert!(!self.host().may_move(), "the host knows that nothing moves");
+        if let Some(is_loaded) = self.host().is_loaded() {
+            assert_eq!(is_loaded, self.device().is_loaded());
         }
-        assert_eq!((self.host_wake, self.device_wake), (None, None), "and nobody waits for anything");
+        assert_eq!((self.both.host.wake, self.both.device.wake), (None, None), "nothing is due");
     }
 }
 
-/// Ids that an answer may carry: of what was asked, or none.
+/// Id of an answer: of a request under way, or any small one.
 pub(crate) fn answer_id(machine: &HostMachine, choice: u32) -> MessageId {
     let pending: Vec<_> = machine.pending().map(|(id, _)| id).collect();
     match usize::try_from(choice).unwrap() {
@@ -504,7 +403,7 @@ pub(crate) fn answer_id(machine: &HostMachine, choice: u32) -> MessageId {
     }
 }
 
-/// A message of the device's, decoded.
+/// Message of a device, decoded.
 pub(crate) fn device_message(number: u32, body: &[u8]) -> Option<DeviceMessage<'_>> {
     use motion_core::wire::Messages;
     DeviceMessage::decode_body(number, body).ok()

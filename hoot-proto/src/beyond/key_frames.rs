@@ -1,187 +1,187 @@
-//! Key frames: sub-address 5. A move is sent key by key, axis by axis, and ended by [`KeyEnd`].
+//! Commands for key frames: sub-address 5. A move is sent axis by axis and key by key, and [`KeyEnd`] ends it.
 //!
-//! Floats are IEEE numbers in requests; the answers echo them in hundredths, as `LONG`.
+//! Floats are IEEE numbers in requests. Answers echo them in hundredths, as a `LONG`.
 
 use motion_core::{message, open_enum, unit};
 
 use crate::message::ShortMilliseconds;
 
 open_enum! {
-    /// Whether the key frames run.
+    /// State of the key frames.
     pub struct KeyRunState(u8) {
-        /// They do not.
+        /// The key frames do not run.
         STOPPED = 0,
-        /// They do.
+        /// The key frames run.
         RUNNING = 1,
-        /// They are paused.
+        /// The key frames are paused.
         PAUSED = 2,
     }
 }
 
 unit! {
-    /// One of the axes, 0 to 2: the motors, counted from 0.
+    /// Axis, 0 to 2: the motors, counted from 0.
     pub struct Axis(i16) "";
-    /// One of the key frames, counted from 0.
+    /// Key frame, counted from 0.
     pub struct KeyFrame(i16) "";
-    /// A time of a program: frames, or milliseconds of a video.
+    /// Time of a program: frames, or milliseconds of a video.
     pub struct KeyTime(f32) "";
-    /// How long a video takes.
+    /// Duration of a video, in milliseconds.
     pub struct VideoTime(i32) "ms";
-    /// A position of a key frame.
+    /// Position of a key frame.
     pub struct KeyPosition(f32) "steps";
-    /// Steps a frame, or a millisecond.
+    /// Velocity in steps per frame, or per millisecond.
     pub struct KeyVelocity(f32) "";
 }
 
 message! {
-    /// Choose the axis that the commands behind this one are about. The answer echoes it, as an `INT`.
+    /// Chooses the axis for the commands that follow. The answer echoes it, as an `INT`.
     #[derive(Default)]
     pub struct KeySetAxis in BE {
-        /// Which.
+        /// Axis.
         axis: Axis,
     }
 
-    /// Set how many keys the axis has, and forget those it had. The answer echoes it, as an `INT`.
+    /// Sets the number of keys of the axis, and forgets its old keys. The answer echoes it, as an `INT`.
     #[derive(Default)]
     pub struct KeySetCount in BE {
-        /// How many.
+        /// Number of keys.
         count: i16,
     }
 
-    /// Set the time of the next key. Not to be sent again by itself: it would be that of another key.
+    /// Sets the time of the next key. Never repeat it by yourself, because the repetition would be for another key.
     #[derive(Default)]
     pub struct KeySetTime in BE {
-        /// When.
+        /// Time.
         time: KeyTime,
     }
 
-    /// Set the position of the next key. Not to be sent again by itself: it would be that of another key.
+    /// Sets the position of the next key. Never repeat it by yourself, because the repetition would be for another key.
     #[derive(Default)]
     pub struct KeySetPosition in BE {
-        /// Where.
+        /// Position.
         position: KeyPosition,
     }
 
-    /// Set the velocity at the next key. Not to be sent again by itself: it would be that of another key.
+    /// Sets the velocity at the next key. Never repeat it by yourself, because the repetition would be for another key.
     #[derive(Default)]
     pub struct KeySetVelocity in BE {
-        /// How fast.
+        /// Velocity.
         velocity: KeyVelocity,
     }
 
-    /// Set how often the speed of the motors is set anew. The answer echoes it, as an `UINT`.
+    /// Sets how often the speed of the motors is set anew. The answer echoes it, as a `UINT`.
     #[derive(Default)]
     pub struct KeySetUpdateRate in BE {
-        /// How often.
+        /// Time between two settings.
         update_rate: ShortMilliseconds,
     }
 
-    /// The axis has all its keys.
+    /// Ends the keys of the axis.
     #[derive(Default)]
     pub struct KeyEnd in BE {}
 
-    /// Set how long a video takes. The answer echoes it, as a `LONG`.
+    /// Sets the duration of a video. The answer echoes it, as a `LONG`.
     #[derive(Default)]
     pub struct KeySetVideoTime in BE {
-        /// How long.
+        /// Duration.
         video_time: VideoTime,
     }
 
-    /// Start or resume the key frames. Not to be sent again by itself.
+    /// Starts or resumes the key frames. Never repeat it by yourself.
     #[derive(Default)]
     pub struct KeyStart in BE {}
 
-    /// Pause the key frames.
+    /// Pauses the key frames.
     #[derive(Default)]
     pub struct KeyPause in BE {}
 
-    /// Stop the key frames.
+    /// Stops the key frames.
     #[derive(Default)]
     pub struct KeyStop in BE {}
 
-    /// Take up the backlash of all motors. Not to be sent again by itself. Some firmware does not answer it.
+    /// Takes up the backlash of all motors. Never repeat it by yourself. Some firmware does not answer it.
     #[derive(Default)]
     pub struct KeyTakeUpBacklash in BE {}
 
-    /// Print all keys on the USB port.
+    /// Prints all keys on the USB port.
     #[derive(Default)]
     pub struct KeyPrint in BE {}
 
-    /// How many keys has the axis? Asks for an `INT`.
+    /// Asks for the number of keys of the axis. The answer is an `INT`.
     #[derive(Default)]
     pub struct KeyCount in BE {}
 
-    /// How often is the speed of the motors set anew, in milliseconds? Asks for an `INT`.
+    /// Asks how often the speed of the motors is set anew, in milliseconds. The answer is an `INT`.
     #[derive(Default)]
     pub struct KeyUpdateRate in BE {}
 
-    /// Where is the axis at a time? Asks for hundredths, a `LONG`.
+    /// Asks for the position of the axis at a time. The answer is in hundredths, a `LONG`.
     #[derive(Default)]
     pub struct KeyPositionAt in BE {
-        /// When.
+        /// Time.
         time: KeyTime,
     }
 
-    /// How fast is the axis at a time? Asks for hundredths, a `LONG`.
+    /// Asks for the speed of the axis at a time. The answer is in hundredths, a `LONG`.
     #[derive(Default)]
     pub struct KeyVelocityAt in BE {
-        /// When.
+        /// Time.
         time: KeyTime,
     }
 
-    /// How does the axis gain speed at a time? Asks for hundredths, a `LONG`.
+    /// Asks for the acceleration of the axis at a time. The answer is in hundredths, a `LONG`.
     #[derive(Default)]
     pub struct KeyAccelerationAt in BE {
-        /// When.
+        /// Time.
         time: KeyTime,
     }
 
-    /// Can the motor move as fast as the keys want it? Asks for a `BYTE`.
+    /// Asks whether the motor can move as fast as the keys demand. The answer is a `BYTE`.
     #[derive(Default)]
     pub struct KeyVelocityIsValid in BE {}
 
-    /// Can the motor gain speed as the keys want it? Asks for a `BYTE`.
+    /// Asks whether the motor can accelerate as the keys demand. The answer is a `BYTE`.
     #[derive(Default)]
     pub struct KeyAccelerationIsValid in BE {}
 
-    /// How long does a video take, in milliseconds?
+    /// Asks for the duration of a video, in milliseconds.
     #[derive(Default)]
     pub struct KeyVideoTime in BE {}
 
-    /// Do the key frames run? Asks for a [`KeyRunState`].
+    /// Asks whether the key frames run. The answer is a [`KeyRunState`].
     #[derive(Default)]
     pub struct KeyRunStateQuery in BE {}
 
-    /// How long have the key frames run, in milliseconds?
+    /// Asks how long the key frames have run, in milliseconds.
     #[derive(Default)]
     pub struct KeyRunTime in BE {}
 
-    /// How long do the key frames run at most, in milliseconds?
+    /// Asks for the greatest run time of the key frames, in milliseconds.
     #[derive(Default)]
     pub struct KeyMaxTime in BE {}
 
-    /// How much of the key frames is done, in percent?
+    /// Asks for the part of the key frames that is done, in percent.
     #[derive(Default)]
     pub struct KeyPercentDone in BE {}
 
-    /// When is a key? Asks for a `LONG`.
+    /// Asks for the time of a key. The answer is a `LONG`.
     #[derive(Default)]
     pub struct KeyTimeOf in BE {
-        /// Which key.
+        /// Key.
         key_frame: KeyFrame,
     }
 
-    /// Where is the axis at a key? Asks for a `LONG`.
+    /// Asks for the position of the axis at a key. The answer is a `LONG`.
     #[derive(Default)]
     pub struct KeyPositionOf in BE {
-        /// Which key.
+        /// Key.
         key_frame: KeyFrame,
     }
 
-    /// How fast is the axis at a key? Asks for hundredths, a `LONG`.
+    /// Asks for the speed of the axis at a key. The answer is in hundredths, a `LONG`.
     #[derive(Default)]
     pub struct KeyVelocityOf in BE {
-        /// Which key.
+        /// Key.
         key_frame: KeyFrame,
     }
 }

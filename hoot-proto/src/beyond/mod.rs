@@ -1,14 +1,15 @@
-//! Commands of later firmware, beyond the published sheet. Feature `beyond`.
+//! Commands of later firmware, which the published sheet does not have. Feature `beyond`.
 //!
-//! They are kept apart: the sheet's firmware has none of them, no vector was recorded of them, and they come from reading
-//! the public sources only. [`crate::HostMessage`] gives them as `Other`; [`HostMessage`] reads them. What answers them
-//! is said at each; read it by the type that it comes with, [`Reply::value`](crate::message::Reply::value).
+//! These commands have a table of their own, because the firmware of the sheet has none of them, no vectors of them
+//! were recorded, and only public sources describe them. [`crate::HostMessage`] decodes them as `Other`. The
+//! [`HostMessage`] of this module gives them types. Each message tells its answer. Read the answer with
+//! [`Reply::value`](crate::message::Reply::value), by the type in front of it.
 //!
-//! Of more commands only the numbers are known here, and they stay `Other`: 30 to 33, 131 to 133, 252 and 253 of the
+//! Some more commands are known only by their numbers, and stay `Other`: 30 to 33, 131 to 133, 252 and 253 of the
 //! controller, 32, 40 to 42 and 120 to 124 of a motor, 113 of the camera. Source: hoot, section 7.
 //!
-//! The [conduct](HostMessage::conduct) of these commands is on the safe side: whatever might move a motor counts as a motion
-//! that must not be repeated.
+//! The [conduct](HostMessage::conduct) of these commands is the safe reading: every command that might move a motor
+//! counts as a motion that must not be repeated.
 //!
 //! ```
 //! use hoot_proto::beyond::{HostMessage, MotorSendTo};
@@ -39,7 +40,8 @@ use crate::frame::{Address, Hoot, RequestEnvelope, Selector};
 use crate::lint::Context;
 
 messages! {
-    /// What the master sends to later firmware, beyond [`crate::HostMessage`]. The numbers count as there.
+    /// Message of the master to later firmware, which [`crate::HostMessage`] does not have. The numbers have the same
+    /// meaning.
     pub enum HostMessage<'a> from host {
         /// Command 25 of the controller.
         [0, 25, 0] => SendAllToStart(SendAllToStart) [moves once],
@@ -197,7 +199,7 @@ messages! {
 }
 
 side! {
-    /// The master of later firmware, where a type says whose messages are meant.
+    /// Side of a master with later firmware, where a type parameter selects the messages.
     pub enum Host in BE: HostMessage(to: Address) by RequestEnvelope, or other, over Hoot, lint Context;
 }
 

@@ -1,4 +1,4 @@
-//! The controller, its motors, its camera, and broadcasts.
+//! Commands to the controller, the motors and the camera, and broadcasts.
 
 use motion_core::wire::Bool;
 use motion_core::{flags, message, open_enum};
@@ -7,241 +7,243 @@ use crate::message::sub::{AnySubAddress, sub_messages};
 use crate::message::{Motor, Span, Steps};
 
 open_enum! {
-    /// Frames a second of a video.
+    /// Number of frames per second of a video.
     pub struct FrameRate(u8) {
-        /// 30.
+        /// 30 frames per second.
         THIRTY = 0,
-        /// 24.
+        /// 24 frames per second.
         TWENTY_FOUR = 1,
-        /// 25.
+        /// 25 frames per second.
         TWENTY_FIVE = 2,
     }
 }
 
 flags! {
-    /// What a node says of itself to [`StatusQuery`].
+    /// Status of a node, the answer to [`StatusQuery`].
     pub struct Status(u8) {
         /// The planned move runs.
         RUNNING = 1,
-        /// It is paused.
+        /// The planned move is paused.
         PAUSED = 2,
-        /// It is one of key frames.
+        /// The planned move has key frames.
         KEY_FRAMES = 4,
-        /// It waits for the delay before the start.
+        /// The planned move waits for the delay before its start.
         DELAY = 8,
         /// The camera is kept awake.
         KEEP_ALIVE = 16,
-        /// It goes to and fro.
+        /// The planned move goes to and fro.
         PING_PONG = 32,
     }
 }
 
 message! {
-    /// Send all motors to where their planned moves begin. Not to be sent again by itself.
+    /// Sends all motors to the starts of their planned moves. Never repeat it by yourself.
     #[derive(Default)]
     pub struct SendAllToStart in BE {}
 
-    /// All planned moves begin where the motors are.
+    /// Makes the present positions the starts of all planned moves.
     #[derive(Default)]
     pub struct SetStartHere in BE {}
 
-    /// All planned moves end where the motors are.
+    /// Makes the present positions the ends of all planned moves.
     #[derive(Default)]
     pub struct SetStopHere in BE {}
 
-    /// Set the frames a second.
+    /// Sets the number of frames per second.
     #[derive(Default)]
     pub struct SetFrameRate in BE {
-        /// How many.
+        /// Number of frames per second.
         frame_rate: FrameRate,
     }
 
-    /// Swap beginning and end of all planned moves. Not to be sent again by itself.
+    /// Swaps beginning and end of all planned moves. Never repeat it by yourself.
     #[derive(Default)]
     pub struct SwapStartAndStop in BE {}
 
-    /// Set whether the program Graffik is in control.
+    /// Sets whether the program Graffik is in control.
     #[derive(Default)]
     pub struct SetGraffikMode in BE {
-        /// Whether it is.
+        /// Whether Graffik is in control.
         graffik_mode: Bool,
     }
 
-    /// Set whether an app is in control. Some firmware does not answer it.
+    /// Sets whether an app is in control. Some firmware does not answer it.
     #[derive(Default)]
     pub struct SetAppMode in BE {
-        /// Whether one is.
+        /// Whether an app is in control.
         app_mode: Bool,
     }
 
-    /// Asks for what [`SetManualMove`](crate::message::SetManualMove) sets, a `BYTE`; no answer in joystick mode.
+    /// Asks for the setting of [`SetManualMove`](crate::message::SetManualMove). The answer is a `BYTE`; in joystick
+    /// mode there is none.
     #[derive(Default)]
     pub struct ManualMove in BE {}
 
-    /// How much of the planned move is done, in percent? Asks for a `BYTE`.
+    /// Asks for the part of the planned move that is done, in percent. The answer is a `BYTE`.
     #[derive(Default)]
     pub struct PercentDone in BE {}
 
-    /// Which motors are there? Asks for a `BYTE`, of which the lowest bit is motor 1.
+    /// Asks which motors are there. The answer is a `BYTE`, of which the lowest bit is motor 1.
     #[derive(Default)]
     pub struct MotorsAttached in BE {}
 
-    /// How long does the planned move take, in milliseconds? Asks for an `ULONG`.
+    /// Asks for the duration of the planned move, in milliseconds. The answer is a `ULONG`.
     #[derive(Default)]
     pub struct TotalTime in BE {}
 
-    /// Is the planned move over? Asks for a `BYTE`.
+    /// Asks whether the planned move is over. The answer is a `BYTE`.
     #[derive(Default)]
     pub struct IsComplete in BE {}
 
-    /// How many frames a second? Asks for a `BYTE`, a [`FrameRate`].
+    /// Asks for the number of frames per second. The answer is a `BYTE`, a [`FrameRate`].
     #[derive(Default)]
     pub struct FrameRateQuery in BE {}
 
-    /// Does any motor move? Asks for a `BYTE`.
+    /// Asks whether any motor moves. The answer is a `BYTE`.
     #[derive(Default)]
     pub struct AnyRunning in BE {}
 
-    /// Can all motors move as fast as is planned? Asks for a `BYTE`.
+    /// Asks whether all motors can move as fast as planned. The answer is a `BYTE`.
     #[derive(Default)]
     pub struct IsValid in BE {}
 
-    /// Which motors have no current while they rest? Asks for a `BYTE`, of which the lowest bit is motor 1.
+    /// Asks which motors have no current while they rest. The answer is a `BYTE`, of which the lowest bit is motor 1.
     #[derive(Default)]
     pub struct MotorsAsleep in BE {}
 
-    /// How many controllers are there?
+    /// Asks for the number of controllers.
     #[derive(Default)]
     pub struct ControllerCount in BE {}
 
-    /// What is your status? Asks for a `BYTE`, a [`Status`].
+    /// Asks for the status of the node. The answer is a `BYTE`, a [`Status`].
     #[derive(Default)]
     pub struct StatusQuery in BE {}
 
-    /// Is the program Graffik in control? Asks for a `BYTE`.
+    /// Asks whether the program Graffik is in control. The answer is a `BYTE`.
     #[derive(Default)]
     pub struct GraffikMode in BE {}
 
-    /// How many bytes of memory are free? Asks for an `INT`.
+    /// Asks for the number of bytes of memory that are free. The answer is an `INT`.
     #[derive(Default)]
     pub struct FreeMemory in BE {}
 
-    /// Set what is told on the USB port for debugging; answered by a `BYTE`.
+    /// Sets what is printed on the USB port for debugging. The answer is a `BYTE`.
     #[derive(Default)]
     pub struct SetDebugOutput in BE {
-        /// What.
+        /// Setting.
         debug_output: u8,
     }
 
-    /// Test yourself. The answer comes before the test, which moves motors.
+    /// Lets the node test itself. The answer comes before the test, which moves motors.
     #[derive(Default)]
     pub struct TestYourself in BE {}
 
-    /// Set whether the camera is in test mode.
+    /// Sets whether the camera is in test mode.
     #[derive(Default)]
     pub struct CameraSetTestMode in BE {
-        /// Whether it is.
+        /// Whether the camera is in test mode.
         test_mode: Bool,
     }
 
-    /// Set whether the camera is kept awake.
+    /// Sets whether the camera is kept awake.
     #[derive(Default)]
     pub struct CameraSetKeepAlive in BE {
-        /// Whether it is.
+        /// Whether the camera is kept awake.
         keep_alive: Bool,
     }
 
-    /// Set whether an external intervalometer says when pictures are taken.
+    /// Sets whether an external intervalometer decides when pictures are taken.
     #[derive(Default)]
     pub struct CameraSetIntervalometer in BE {
-        /// Whether it does.
+        /// Whether the intervalometer decides.
         intervalometer: Bool,
     }
 
-    /// How many pictures have been taken?
+    /// Asks for the number of pictures that were taken.
     #[derive(Default)]
     pub struct CameraShots in BE {}
 
-    /// Is the camera in test mode? Asks for a `BYTE`.
+    /// Asks whether the camera is in test mode. The answer is a `BYTE`.
     #[derive(Default)]
     pub struct CameraTestMode in BE {}
 
-    /// Is the camera kept awake? Asks for a `BYTE`.
+    /// Asks whether the camera is kept awake. The answer is a `BYTE`.
     #[derive(Default)]
     pub struct CameraKeepAlive in BE {}
 
-    /// Does an external intervalometer say when pictures are taken? Asks for a `BYTE`.
+    /// Asks whether an external intervalometer decides when pictures are taken. The answer is a `BYTE`.
     ///
-    /// A known client asks for it by 113, by mistake.
+    /// A known client sends 113 for it by mistake.
     #[derive(Default)]
     pub struct CameraIntervalometer in BE {}
 }
 
 sub_messages! {
-    /// Set how long the motor rests at the end of its planned move. To be set after the lead-in, which clears it.
+    /// Sets the lead-out: how long the motor rests at the end of its planned move. Set it after the lead-in, which
+    /// clears it.
     ///
-    /// Without data, the same number was a step of the planned move:
+    /// Without data, the same number meant a step of the planned move:
     /// [`MotorStepForward`](crate::message::MotorStepForward).
-    pub struct MotorSetLeadOut for /** Which motor. */ motor: Motor {
-        /// How long; no more than 16,777,215 arrives.
+    pub struct MotorSetLeadOut for /** The motor. */ motor: Motor {
+        /// Time; at most 16,777,215 arrives.
         lead_out: Span,
     }
 
-    /// Find the finest microsteps that the planned move allows. Answered by a `BYTE`: what was set, or 0.
-    pub struct MotorFindMicrostep for /** Which motor. */ motor: Motor {}
+    /// Finds the finest microsteps that the planned move allows. The answer is a `BYTE`: the setting, or 0.
+    pub struct MotorFindMicrostep for /** The motor. */ motor: Motor {}
 
-    /// The planned move begins here.
-    pub struct MotorSetStartHere for /** Which motor. */ motor: Motor {}
+    /// Makes the present position the start of the planned move.
+    pub struct MotorSetStartHere for /** The motor. */ motor: Motor {}
 
-    /// The planned move ends here.
-    pub struct MotorSetStopHere for /** Which motor. */ motor: Motor {}
+    /// Makes the present position the end of the planned move.
+    pub struct MotorSetStopHere for /** The motor. */ motor: Motor {}
 
-    /// Go to a position. Not to be sent again by itself.
-    pub struct MotorSendTo for /** Which motor. */ motor: Motor {
-        /// Where to.
+    /// Sends the motor to a position. Never repeat it by yourself.
+    pub struct MotorSendTo for /** The motor. */ motor: Motor {
+        /// Position.
         position: Steps,
     }
 
-    /// Set where the end limit is.
-    pub struct MotorSetEnd for /** Which motor. */ motor: Motor {
-        /// Where.
+    /// Sets the position of the end limit.
+    pub struct MotorSetEnd for /** The motor. */ motor: Motor {
+        /// Position.
         position: Steps,
     }
 
-    /// Set whether all motors do stop motion. Some firmware does not answer it.
+    /// Sets whether all motors do stop motion. Some firmware does not answer it.
     pub struct MotorSetStopMotion for /** Of no meaning. */ motor: Motor {
-        /// Whether they do.
+        /// Whether all motors do stop motion.
         stop_motion: Bool,
     }
 
-    /// Go on by one step of the planned move. Not to be sent again by itself.
-    pub struct MotorStepForward for /** Which motor. */ motor: Motor {}
+    /// Moves the motor on by one step of the planned move. Never repeat it by yourself.
+    pub struct MotorStepForward for /** The motor. */ motor: Motor {}
 
-    /// Go back by one step of the planned move. Not to be sent again by itself.
-    pub struct MotorStepBack for /** Which motor. */ motor: Motor {}
+    /// Moves the motor back by one step of the planned move. Never repeat it by yourself.
+    pub struct MotorStepBack for /** The motor. */ motor: Motor {}
 
-    /// Can the motor move as fast as is planned? Asks for a `BYTE`.
-    pub struct MotorIsValid for /** Which motor. */ motor: Motor {}
+    /// Asks whether the motor can move as fast as planned. The answer is a `BYTE`.
+    pub struct MotorIsValid for /** The motor. */ motor: Motor {}
 
-    /// How long does the motor rest at the end of its planned move? Asks for an `ULONG`.
-    pub struct MotorLeadOut for /** Which motor. */ motor: Motor {}
+    /// Asks how long the motor rests at the end of its planned move. The answer is a `ULONG`.
+    pub struct MotorLeadOut for /** The motor. */ motor: Motor {}
 
-    /// The program Graffik is in control, over USB. Nodes answer it, and v0.70 also starts the key frames: do not send it
-    /// there.
+    /// Tells that the program Graffik is in control, over USB. Nodes answer it, and v0.70 also starts the key frames,
+    /// so do not send it to v0.70.
     pub struct BroadcastGraffikUsb for /** Of no meaning. */ sub_address: AnySubAddress {}
 
-    /// The program Graffik is in control, over Bluetooth.
+    /// Tells that the program Graffik is in control, over Bluetooth.
     pub struct BroadcastGraffikBluetooth for /** Of no meaning. */ sub_address: AnySubAddress {}
 
-    /// All nodes: start or resume the key frames.
+    /// Starts or resumes the key frames of all nodes.
     pub struct BroadcastKeyStart for /** Of no meaning. */ sub_address: AnySubAddress {}
 
-    /// All nodes: stop the key frames.
+    /// Stops the key frames of all nodes.
     pub struct BroadcastKeyStop for /** Of no meaning. */ sub_address: AnySubAddress {}
 
-    /// All nodes: pause the key frames.
+    /// Pauses the key frames of all nodes.
     pub struct BroadcastKeyPause for /** Of no meaning. */ sub_address: AnySubAddress {}
 
-    /// What is your address? All nodes answer, at once, with a `BYTE`: only one may be on the bus.
+    /// Asks for the address of a node. All nodes answer at once, with a `BYTE`, so only one may be on the bus.
     pub struct BroadcastGetAddress for /** Of no meaning. */ sub_address: AnySubAddress {}
 }

@@ -159,7 +159,7 @@ impl DeviceMachine {
         }
     }
 
-    /// Whether joystick mode refuses a command; a stop is carried out all the same (safety decision 2).
+    /// Whether joystick mode refuses a command; a stop is carried out nevertheless (safety decision 2).
     fn gate_refuses(&self, selector: Selector) -> bool {
         let is_stop = selector.sub_address == 0 && selector.command == 4;
         let gate = self.options.profile().facts().gate.unwrap_or(Gate::Sheet);

@@ -1,14 +1,14 @@
-//! How packets are told from the bytes around them: as a master does it, and as a node does.
+//! Framings: how a master and a node find packets among other bytes.
 
 use motion_core::stream::{self, Framing, Head, Noise};
 use zerocopy::FromBytes;
 
 use super::{BREAK, Frame, HEADER_LEN, Header, MAX_DATA, MAX_FRAME};
 
-/// The framing for a master, or for somebody who only listens: it finds the next break, whatever lies before it.
+/// Framing of a master or a listener, which finds the next break after any bytes.
 ///
-/// Packets hold up to `CAP` bytes of data. A longer claim is taken for noise, and the search goes on behind its break.
-/// Of more than five zeros before the FF, the last five count. Source: hoot, sections 1 and 5.
+/// Packets hold up to `CAP` bytes of data. A packet that claims more is noise, and the search goes on after its break.
+/// If there are more than five zeros before the FF, the last five count. Source: hoot, sections 1 and 5.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Hoot<const CAP: usize = MAX_DATA> {}
 
@@ -40,7 +40,7 @@ impl<const CAP: usize> Framing for Hoot<CAP> {
     }
 }
 
-/// How many bytes lie before the next break, or before the zeros at the end that may become one.
+/// Number of bytes before the next break, or before the zeros at the end that may become one.
 #[cold]
 fn to_break(bytes: &[u8]) -> usize {
     let zeros = BREAK.len().saturating_sub(1);
@@ -50,14 +50,15 @@ fn to_break(bytes: &[u8]) -> usize {
     })
 }
 
-/// The framing of a node's firmware: it reads ten bytes, then the data, and looks at the break only then.
+/// Framing of the firmware of a node, which reads ten bytes and the data, and checks the break only then.
 ///
-/// A wrong break costs all that was read; the firmware does not search for the next one. Two more habits of the firmware
-/// are the caller's part: when the line is silent for more than 100 ms inside a packet, it drops what it has
-/// ([`Frames::gap`](stream::Frames::gap)), and after each packet, good or bad, it drops what else has arrived
-/// ([`Frames::reset`](stream::Frames::reset)). So a master sends one request, and waits.
+/// After a wrong break, all bytes that were read are lost; firmware does not search for the next break. The caller does
+/// two more things that firmware does: after more than 100 ms of silence inside a packet it drops the beginning of the
+/// packet ([`Frames::gap`](stream::Frames::gap)), and after each packet, good or bad, it drops all other bytes that
+/// have arrived ([`Frames::reset`](stream::Frames::reset)). So a master sends one request, and waits.
 ///
-/// A claim of more than `CAP` bytes of data costs as many bytes as it claims. Source: hoot, sections 1.1 and 4.1.
+/// If a packet claims more than `CAP` bytes of data, as many bytes as it claims are lost. Source: hoot, sections 1.1
+/// and 4.1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Strict<const CAP: usize = MAX_DATA> {}
 
@@ -89,13 +90,13 @@ impl<const CAP: usize> Framing for Strict<CAP> {
         Frame::decode(bytes).ok()
     }
 
-    /// All of them: what a silence cuts off is dropped whole.
+    /// After a silence, all bytes of an incomplete packet are dropped.
     fn give_up(bytes: &[u8]) -> usize {
         bytes.len()
     }
 }
 
-/// A stream of packets as a master reads them, in a buffer of `N` bytes, at least twice [`MAX_FRAME`].
+/// Stream of packets as a master reads them, in a buffer of `N` bytes, at least twice [`MAX_FRAME`].
 ///
 /// For a node, or for other limits, name the framing: `motion_core::stream::Frames<Strict, 84>`.
 pub type Frames<const N: usize = { 2 * MAX_FRAME }> = stream::Frames<Hoot, N>;
@@ -108,7 +109,7 @@ mod tests {
 
     const START: [u8; 10] = [0, 0, 0, 0, 0, 0xFF, 3, 0, 2, 0];
 
-    /// What the framing finds in `bytes`, then a silence: frames by their length, noise by its length below zero.
+    /// Items that the framing finds in `bytes` before a silence: lengths of frames, and negative lengths of noise.
     fn items<F: Framing>(bytes: &[u8]) -> Vec<i64> {
         let mut frames = stream::Frames::<F, 600>::new();
         assert_eq!(frames.push(bytes), bytes.len());
@@ -128,7 +129,8 @@ mod tests {
             let len = i64::try_from(junk.len()).unwrap();
             assert_eq!(items::<Hoot>(&stream), [-len, 10, 10], "{junk:?}");
         }
-        // One more zero: of ten bytes the last is the command's 2, so twelve are lost, and the rest is out of step too.
+        // With one more zero, the length byte is the 2 of the command, so twelve bytes are lost, and the next packet
+        // too.
         assert_eq!(items::<Strict>(&[&[0][..], &START, &START].concat()), [-21]);
         assert_eq!(items::<Strict>(&[START, START].concat()), [10, 10]);
     }

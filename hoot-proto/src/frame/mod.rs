@@ -1,16 +1,16 @@
-//! The envelope: break, address, sub-address, command, length, data.
+//! Envelope of a packet: break, address, sub-address, command, length, data.
 //!
 //! | offset | size | field |
 //! |---|---|---|
 //! | 0 | 6 | break: `00 00 00 00 00 FF` |
 //! | 6 | 1 | address of the receiver; 0, the master, in replies |
-//! | 7 | 1 | sub-address: what in the node is meant; 0 in replies |
+//! | 7 | 1 | sub-address: part of the node; 0 in replies |
 //! | 8 | 1 | command; in replies the response code |
 //! | 9 | 1 | length of the data |
 //! | 10 | length | data |
 //!
-//! All numbers are big-endian. There is no checksum and nothing is escaped: data may hold a break, and only the lengths
-//! keep a reader in step.
+//! All numbers are big-endian. There is no checksum and no escaping: data may contain a break, and only the lengths
+//! tell a reader where the next packet begins.
 //!
 //! Source: hoot, section 1.
 
@@ -25,65 +25,66 @@ use motion_core::unit;
 use motion_core::wire::{DecodeError, EncodeError, Envelope};
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
-/// What every packet begins with.
+/// Break, with which every packet begins.
 pub const BREAK: [u8; 6] = [0, 0, 0, 0, 0, 0xFF];
-/// Bytes of a header.
+/// Length of a header in bytes.
 pub const HEADER_LEN: usize = size_of::<Header>();
-/// Bytes of data that a node has room for. With more, its firmware writes beyond its memory (hoot, section 1).
+/// Greatest number of bytes of data. With more, the firmware of a node writes outside its buffer (hoot, section 1).
 pub const MAX_DATA: usize = 32;
-/// The command whose data begins with a command of the core protocol.
+/// Command whose data begins with a command of the core protocol.
 const CORE_COMMAND: u8 = 1;
-/// Bytes of the longest packet that a node has room for.
+/// Greatest length of a packet in bytes.
 pub const MAX_FRAME: usize = HEADER_LEN + MAX_DATA;
 
 unit! {
-    /// Who a packet is for.
+    /// Address of the receiver of a packet.
     pub struct Address(u8) "";
 }
 
 impl Address {
-    /// The master: where replies go.
+    /// Address of the master, to which replies go.
     pub const MASTER: Self = Self(0);
-    /// All nodes at once, which have commands of their own for that and never answer them.
+    /// Address of all nodes. Broadcasts have commands of their own, and no node answers them.
     pub const BROADCAST: Self = Self(1);
-    /// A node's address until it is given another one, 2 to 255.
+    /// Address of a new node. It can get another address, 2 to 255.
     pub const DEFAULT: Self = Self(3);
 
-    /// Whether a node can have it: 2 to 255.
+    /// Whether a node can have this address: 2 to 255.
     #[must_use]
     pub const fn is_node(self) -> bool {
         self.0 > Self::BROADCAST.0
     }
 }
 
-/// The tables of commands. The same number means different things in each.
+/// Table of commands. The same number means different commands in different tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum Table {
-    /// Commands to one part of one node.
+    /// Commands to a part of a node.
     #[default]
     Node,
-    /// Commands to all nodes at once: command 4 stops a node, but gives all nodes an address when it is broadcast.
+    /// Commands to all nodes. Command 4 stops a node, but as a broadcast it gives all nodes an address.
     Broadcast,
-    /// The core protocol, which is command 1 of every part of a node. The first byte of its data counts its commands.
+    /// Core protocol, which is command 1 of every part of a node. The first byte of its data is the number of its
+    /// command.
     Core,
 }
 
-/// What selects a command: its number, the table that it stands in, and the part of the node that it is for.
+/// Selector of a command: its table, its number, and the part of the node that it is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Selector {
-    /// The table.
+    /// Table of the command.
     pub table: Table,
-    /// The command, as its table counts.
+    /// Number of the command in its table.
     pub command: u8,
-    /// The part of the node: 0 the controller, 1 to 3 the motors, 4 the camera. Nodes ignore it in broadcasts and in
-    /// the core protocol.
+    /// Part of the node: 0 the controller, 1 to 3 the motors, 4 the camera. Nodes ignore it in broadcasts and in the
+    /// core protocol.
     pub sub_address: u8,
 }
 
 impl Selector {
-    /// All of it in one number: `table << 16 | command << 8 | sub_address`.
+    /// The selector as one number: `table << 16 | command << 8 | sub_address`.
     ///
-    /// The sub-address stands last, so that the numbers of one command for several motors lie side by side.
+    /// The sub-address is last, so that the numbers of a command for several motors follow each other.
     #[must_use]
     pub const fn number(self) -> u32 {
         u32::from_le_bytes([self.sub_address, self.command, self.table as u8, 0])
@@ -92,7 +93,7 @@ impl Selector {
     /// Greatest number of a selector.
     const MAX: u32 = 0x2_FFFF;
 
-    /// What a number means that [`number`](Self::number) gave.
+    /// Selector of a number that [`number`](Self::number) returned.
     #[must_use]
     pub const fn from_number(number: u32) -> Self {
         let [sub_address, command, table, _] = number.to_le_bytes();
@@ -104,7 +105,7 @@ impl Selector {
         Self { table, command, sub_address }
     }
 
-    /// The same for commands of the core protocol, whose selector reaches into the data.
+    /// Selector and parameters of a command. The selector of the core protocol includes the first byte of the data.
     #[inline]
     pub(crate) fn split(self, data: &[u8]) -> (Self, &[u8]) {
         if self.table != Table::Node || self.command != CORE_COMMAND {
@@ -117,7 +118,7 @@ impl Selector {
     }
 }
 
-/// The first ten bytes of a packet.
+/// First ten bytes of a packet.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
 #[repr(C)]
 pub struct Header {
@@ -129,31 +130,31 @@ pub struct Header {
 }
 
 impl Header {
-    /// Who it is for.
+    /// Address of the receiver.
     #[must_use]
     pub const fn address(&self) -> Address {
         Address(self.address)
     }
 
-    /// The part of the node that it is for; 0 in replies.
+    /// Part of the node that the packet is for; 0 in replies.
     #[must_use]
     pub const fn sub_address(&self) -> u8 {
         self.sub_address
     }
 
-    /// The command; in replies the response code.
+    /// Number of the command; in replies the response code.
     #[must_use]
     pub const fn command(&self) -> u8 {
         self.command
     }
 
-    /// Bytes of data, 0 to 255.
+    /// Length of the data in bytes, 0 to 255.
     #[must_use]
     pub fn data_len(&self) -> usize {
         self.len.into()
     }
 
-    /// Bytes of the whole packet.
+    /// Length of the whole packet in bytes.
     #[must_use]
     pub fn frame_len(&self) -> usize {
         frame_len(self.data_len())
@@ -171,7 +172,7 @@ impl fmt::Debug for Header {
     }
 }
 
-/// The bytes of a packet.
+/// Layout of a packet.
 #[derive(PartialEq, Eq, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
 #[repr(C)]
 struct Packet {
@@ -179,7 +180,7 @@ struct Packet {
     data: [u8],
 }
 
-/// A whole packet: a request, or a reply. They look the same; only who sent it tells them apart.
+/// Whole packet: a request or a reply. Both have the same layout, and only the sender tells them apart.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Frame<'a>(&'a Packet);
 
@@ -188,7 +189,7 @@ impl<'a> Frame<'a> {
     ///
     /// # Errors
     ///
-    /// [`FrameError`] says what is wrong with them.
+    /// [`FrameError`], which tells what is wrong with the bytes.
     #[inline]
     pub fn decode(bytes: &'a [u8]) -> Result<Self, FrameError> {
         let have = bytes.len();
@@ -204,39 +205,39 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Its header.
+    /// Header of the packet.
     #[must_use]
     pub const fn header(&self) -> &'a Header {
         &self.0.header
     }
 
-    /// Who it is for.
+    /// Address of the receiver.
     #[must_use]
     pub const fn address(&self) -> Address {
         self.0.header.address()
     }
 
-    /// The part of the node that it is for; 0 in replies.
+    /// Part of the node that the packet is for; 0 in replies.
     #[must_use]
     pub const fn sub_address(&self) -> u8 {
         self.0.header.sub_address()
     }
 
-    /// The command; in replies the response code.
+    /// Number of the command; in replies the response code.
     #[must_use]
     pub const fn command(&self) -> u8 {
         self.0.header.command()
     }
 
-    /// Its data.
+    /// Data of the packet.
     #[must_use]
     pub const fn payload(&self) -> &'a [u8] {
         &self.0.data
     }
 
-    /// What it says as a request: what selects the command, and the parameters of that.
+    /// The packet as a request: selector of the command, and its parameters.
     ///
-    /// The parameters are the data, but for the first byte in the core protocol. Without that byte, command 1 stands in
+    /// The parameters are the data, without the first byte in the core protocol. Command 1 without that byte belongs to
     /// the table of the nodes.
     #[must_use]
     #[inline]
@@ -248,7 +249,7 @@ impl<'a> Frame<'a> {
         Selector { table: Table::Node, command, sub_address }.split(self.payload())
     }
 
-    /// All of it, from the break on.
+    /// All bytes of the packet, with the break.
     #[must_use]
     pub fn bytes(&self) -> &'a [u8] {
         self.0.as_bytes()
@@ -267,35 +268,35 @@ impl fmt::Debug for Frame<'_> {
     }
 }
 
-/// Why bytes are not one packet.
+/// Error of bytes that are not one packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum FrameError {
-    /// They end before the packet does.
+    /// The bytes end before the packet does.
     #[error("packet: need {needed} bytes, have {have}")]
     Truncated {
-        /// Bytes of the whole packet, or of the shortest one.
+        /// Length of the whole packet, or of the shortest packet.
         needed: usize,
-        /// Bytes there are.
+        /// Number of bytes there are.
         have: usize,
     },
-    /// They go on behind the packet.
+    /// Bytes follow after the packet.
     #[error("packet: {extra} bytes too many")]
     Trailing {
-        /// Bytes behind it.
+        /// Number of bytes after the packet.
         extra: usize,
     },
-    /// They do not begin with a break.
+    /// The bytes do not begin with a break.
     #[error("packet: begins with {found:02x?}, not with a break")]
     NoBreak {
-        /// The first six bytes.
+        /// First six bytes.
         found: [u8; 6],
     },
 }
 
-/// Writes a packet around `data`, whatever its command: the way to send what has no type of its own.
+/// Writes a packet around `data`, with any command, for messages without a type.
 ///
-/// What is in the data is the caller's affair; only its length is checked.
+/// Only the length of the data is checked.
 ///
 /// # Errors
 ///
@@ -314,12 +315,12 @@ pub fn encode(
     })
 }
 
-/// Length of a packet with so many bytes of data.
+/// Length of a packet with this number of bytes of data.
 pub(crate) fn frame_len(len: usize) -> usize {
     len.saturating_add(HEADER_LEN)
 }
 
-/// Envelope of what a master sends: a packet that names its receiver.
+/// Envelope of messages of a master, with the address of the receiver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RequestEnvelope {}
 
@@ -357,7 +358,7 @@ impl Envelope for RequestEnvelope {
     }
 }
 
-/// Envelope of what a node sends. The numbers are `address << 16 | sub_address << 8 | response code`.
+/// Envelope of messages of a node. The numbers are `address << 16 | sub_address << 8 | response code`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ReplyEnvelope {}
 
@@ -396,9 +397,9 @@ fn at_most(number: u32, max: u32) -> Result<(), EncodeError> {
     if number <= max { Ok(()) } else { Err(EncodeError::OutOfRange { what: "number", value, min: 0, max: max.into() }) }
 }
 
-/// Writes a request around what `parameters` writes.
+/// Writes a request around the bytes that `parameters` writes.
 ///
-/// Broadcasts go to [`Address::BROADCAST`], and nothing else does: their numbers mean other commands.
+/// Only broadcasts go to [`Address::BROADCAST`], because their numbers mean other commands.
 fn request(
     Selector { table, command, sub_address }: Selector,
     to: Address,
@@ -426,7 +427,7 @@ fn request(
     })
 }
 
-/// Writes a packet around what `data` writes; `to` is address, sub-address and command.
+/// Writes a packet around the bytes that `data` writes; `to` is address, sub-address and command.
 fn envelope(
     to: [u8; 3],
     len: usize,
@@ -457,16 +458,16 @@ mod tests {
 
     const START: [u8; 10] = [0, 0, 0, 0, 0, 0xFF, 3, 0, 2, 0];
 
-    /// A stop that is not known to be one would be queued and repeated like anything else.
+    /// A stop without a type would be queued like other messages, and would not be recognised as a stop.
     #[test]
-    fn what_is_kept_as_it_came_is_no_other_command() {
+    fn a_message_without_a_type_is_never_written_as_a_typed_one() {
         use crate::HostMessage;
         use motion_core::wire::Messages;
 
         let encoded = |number, body| HostMessage::other(number, body).encode_into(Address(3), &mut [0; 42]);
         assert_eq!(encoded(0x0400, &[]), Err(EncodeError::Typed { what: "Stop" }));
         assert_eq!(encoded(0x0100, &[0, 63]), Err(EncodeError::Typed { what: "core command" }));
-        // Firmware takes it with any data; here it has a length of its own.
+        // Firmware accepts the command with any data, but this crate has a type only for one length.
         assert_eq!(encoded(0x0400, &[1]), Ok(11));
         let unwritten = EncodeError::OutOfRange { what: "number", value: 0x0300_0400, min: 0, max: 0x2_FFFF };
         assert_eq!(encoded(0x0300_0400, &[]), Err(unwritten));
@@ -497,7 +498,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_that_are_no_packet_say_why() {
+    fn bytes_that_are_not_a_packet_give_an_error() {
         assert_eq!(Frame::decode(&START).map(|frame| frame.bytes()), Ok(&START[..]));
         assert_eq!(Frame::decode(&START[..9]), Err(FrameError::Truncated { needed: 10, have: 9 }));
         let mut long = START.to_vec();

@@ -1,8 +1,8 @@
 //! Stops: they overtake everything, and are repeated until they are answered (decision H-19).
 //!
-//! A stop that finds the line free is sent like any other request. A stop that does not is sent all the same, as soon as
-//! the gap allows; but an answer that comes then may be the answer to the packet that it overtook. So it is sent once more
-//! when the line is clear, and only the answer to that packet counts.
+//! A stop that finds the line free is sent like any other request. A stop that does not is sent too, as soon as the gap
+//! allows; but an answer that comes then may be the answer to the packet that it overtook. So it is sent once more when
+//! the line is clear, and only the answer to that packet counts.
 
 use arrayvec::ArrayVec;
 use motion_core::machine::Token;

@@ -1,4 +1,4 @@
-//! What the master sends to later firmware.
+//! Lint of messages for later firmware.
 
 use motion_core::lint::Lints;
 use motion_core::wire::{FieldView, Fields, Value};
@@ -9,7 +9,7 @@ use crate::frame::Table;
 use crate::message::MAX_ARRIVING;
 
 impl HostMessage<'_> {
-    /// What a node would misread in this message, and what a wise master would not send.
+    /// Findings about this message: what a node would misread, and what a careful master would not send.
     #[must_use]
     pub fn lint(&self, context: &Context) -> Lints {
         let mut rules = Rules::new(context);
@@ -19,7 +19,7 @@ impl HostMessage<'_> {
         }
         rules.joystick(self.selector());
         rules.running(self.selector());
-        // Only older firmware refuses what it does not know, and it knows none of these.
+        // Only older firmware refuses unknown commands, and it knows none of these.
         rules.has(context.profile.facts().is_silent != Some(false));
         if self.selector().table == Table::Broadcast {
             rules.bridge();

@@ -1,4 +1,4 @@
-//! What nodes send.
+//! Lint of messages of nodes.
 
 use motion_core::lint::{Lints, Severity};
 
@@ -6,9 +6,10 @@ use super::{Context, Rules};
 use crate::message::{DeviceMessage, Reply, ResponseCode, ValueType};
 
 impl DeviceMessage<'_> {
-    /// What a strict master would refuse in this message, and what a wise node would not send.
+    /// Findings about this message: what a strict master would refuse, and what a careful node would not send.
     ///
-    /// It finds nothing in the replies that [`Query::reply`](crate::Query::reply) makes for the profile of the context.
+    /// There are no findings about replies that [`Query::reply`](crate::Query::reply) makes for the profile of the
+    /// context.
     #[must_use]
     pub fn lint(&self, context: &Context) -> Lints {
         let mut rules = Rules::new(context);
@@ -16,7 +17,11 @@ impl DeviceMessage<'_> {
             Self::Reply(reply) => rules.reply(reply),
             Self::Other(other) => {
                 rules.length(other.payload());
-                rules.found.note(Severity::Warning, "address", "no reply: it is not addressed to the master");
+                rules.found.note(
+                    Severity::Warning,
+                    "address",
+                    "not a reply, because it is not addressed to the master",
+                );
             }
         }
         rules.found
@@ -34,7 +39,7 @@ impl Rules<'_> {
         }
         self.found.named("value_type", value_type.0, value_type.name());
         if value_type.name().is_some() && reply.value().is_none() {
-            self.error("value", "longer or shorter than its type");
+            self.error("value", "longer or shorter than its type says");
         }
         if value_type == ValueType::FLOAT && !self.context.profile.facts().float_is_true {
             self.warning("value", "not reliable: firmware from 2014-10-07 to v0.32 sends garbage as FLOAT");

@@ -1,4 +1,4 @@
-//! What the master sends: which rules hold for which message.
+//! Lint of messages of the master: the rules for each message.
 
 use motion_core::lint::Lints;
 use motion_core::wire::Messages;
@@ -9,15 +9,14 @@ use crate::message::HostMessage;
 use crate::query::{DelayUnit, Profile};
 
 impl HostMessage<'_> {
-    /// What a node would refuse or misread in this message, and what a wise master would not send.
+    /// Findings about this message: what a node would refuse or misread, and what a careful master would not send.
     ///
-    /// It finds nothing in what the constructors of the messages make, as long as the context allows it, but for two:
-    /// it warns of every [`Noop`](crate::message::Noop) and
-    /// [`MotorResetLimits`](crate::message::MotorResetLimits).
+    /// There are no findings about messages of the constructors, if the context allows them, except two warnings: of
+    /// every [`Noop`](crate::message::Noop), and of every [`MotorResetLimits`](crate::message::MotorResetLimits).
     #[must_use]
     pub fn lint(&self, context: &Context) -> Lints {
         if let Self::Other(other) = self {
-            // Somebody may have made a raw packet of a known command.
+            // A message without a type may have the bytes of a known command.
             let (selector, parameters) = Selector::from_number(other.id()).split(other.payload());
             let known = Self::decode_body(selector.number(), parameters);
             if let Some(known) = known.ok().filter(|known| !matches!(known, Self::Other(_))) {
@@ -104,7 +103,7 @@ impl Rules<'_> {
             HostMessage::MotorSetProgramAcceleration(message) => self.arrives("acceleration", message.acceleration.0),
             HostMessage::MotorSetProgramDeceleration(message) => self.arrives("deceleration", message.deceleration.0),
             HostMessage::MotorStepForward(_) | HostMessage::MotorStepBack(_) => self.step(facts.has_steps),
-            HostMessage::MotorResetLimits(_) => self.warning("motor", "its limits are off from then on"),
+            HostMessage::MotorResetLimits(_) => self.warning("motor", "the motor has no limits from then on"),
             HostMessage::MotorMaxProgramSpeed(_) => self.has(facts.has_ping_pong_query),
             _ => {}
         }
@@ -124,7 +123,7 @@ impl Rules<'_> {
         }
     }
 
-    /// Broadcasts, the core protocol, and what has no type of its own. Sections 1 and 2.5.
+    /// Broadcasts, the core protocol, and messages without a type. Sections 1 and 2.5.
     fn all(&mut self, message: &HostMessage<'_>) {
         match message {
             HostMessage::Noop(_) => self.noop(),

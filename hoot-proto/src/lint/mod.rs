@@ -1,14 +1,14 @@
-//! What decodes, but a strict peer would refuse, or a wise sender would not send.
+//! Findings about messages that decode, but that a strict peer would refuse, or a careful sender would not send.
 //!
-//! Decoding takes everything; these rules say what is wrong with it. They come from the firmware's habits: it drops the
-//! top byte of numbers, reads missing bytes as zero, and acknowledges much that it ignores.
+//! Decoding accepts every message; these rules find what is wrong with it. They come from the behaviour of firmware,
+//! which drops the top byte of numbers, reads missing bytes as zero, and acknowledges many messages that it ignores.
 //!
 //! ```
 //! use hoot_proto::lint::Context;
 //! use hoot_proto::message::{Direction, Motor, MotorMove, StepCount};
 //! use hoot_proto::{Address, HostMessage};
 //!
-//! // The firmware would see 0 steps, and run for ever.
+//! // Firmware would read 0 steps, which is a run without end.
 //! let motion = MotorMove { motor: Motor::One, direction: Direction(0), steps: StepCount(16_777_216) };
 //! let message = HostMessage::from(motion);
 //! let context = Context::default();
@@ -30,30 +30,30 @@ use crate::frame::MAX_DATA;
 use crate::message::{Motor, StepsPerSecond};
 use crate::query::Profile;
 
-/// What the caller knows of the bus and its nodes: nothing, unless told.
+/// Knowledge of the caller about the bus and its nodes. By default nothing is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct Context {
-    /// Whether the bus is reached through a bridge, which is every node with USB or Bluetooth.
+    /// Whether the bus is behind a bridge, which is the USB or Bluetooth port of a node.
     pub bridge: bool,
-    /// The continuous speeds that the motors of the node were given, motor 1 first, as far as they are known.
+    /// Continuous speeds that the motors of the node were given, from motor 1 on, if they are known.
     pub speeds: [Option<StepsPerSecond>; 3],
     /// Whether the node is in joystick mode.
     pub joystick: bool,
     /// Whether the planned move runs.
     pub running: bool,
-    /// The firmware of the node.
+    /// Firmware of the node.
     pub profile: Profile,
 }
 
 impl Context {
-    /// A bus that is reached through a bridge.
+    /// A bus behind a bridge.
     #[must_use]
     pub fn through_bridge() -> Self {
         Self { bridge: true, ..Self::default() }
     }
 
-    /// Whether a motor is known to have been given the speed 0.
+    /// Whether a motor is known to have the speed 0.
     fn is_still(&self, motor: Motor) -> bool {
         Motor::ALL
             .iter()
@@ -62,7 +62,7 @@ impl Context {
     }
 }
 
-/// The findings of one message, while its fields are looked at, and what they are measured by.
+/// Findings about one message while its fields are checked, and the context.
 struct Rules<'c> {
     found: Lints,
     context: &'c Context,
@@ -81,7 +81,7 @@ impl<'c> Rules<'c> {
         self.found.note(Severity::Warning, what, note);
     }
 
-    /// Section 1: the firmware has no room for more, and does not look.
+    /// Section 1: firmware has no room for more data, and does not check.
     fn length(&mut self, data: &[u8]) {
         let number = |count| i64::try_from(count).unwrap_or(i64::MAX);
         self.found.range("data", number(data.len()), 0, number(MAX_DATA));

@@ -1,4 +1,4 @@
-//! The rules for what the master sends, with what they come from.
+//! Rules for messages of the master, with their sources.
 
 use motion_core::lint::{Problem, Severity};
 use motion_core::wire::{Bool, DecodeError, Messages, Other, trim_nuls};
@@ -11,13 +11,13 @@ use crate::message::{
 };
 use crate::query::{DelayUnit, Gate};
 
-/// The greatest step rate of any firmware, in steps a second.
+/// Greatest step rate of any firmware, in steps per second.
 const MAX_STEP_RATE: u16 = 10_000;
-/// The step rates that firmware takes.
+/// Step rates that firmware accepts.
 const STEP_RATES: [u16; 5] = [1000, 2000, 4000, 5000, MAX_STEP_RATE];
 
 impl Rules<'_> {
-    /// Section 4.1; safety decision 2: whatever the firmware does, a stop is never kept back.
+    /// Section 4.1; safety decision 2: a stop is never refused, whatever firmware does.
     pub(super) fn joystick(&mut self, selector: Selector) {
         if !self.context.joystick {
             return;
@@ -35,7 +35,7 @@ impl Rules<'_> {
         }
     }
 
-    /// Section 3: the sheet asks for a stop before other commands. No firmware does, so it is advice.
+    /// Section 3: the sheet demands a stop before other commands. No firmware does, so this is only a warning.
     pub(super) fn running(&mut self, Selector { table, command, sub_address }: Selector) {
         let sets = match sub_address {
             0 => !matches!(command, 0..=4 | 23),
@@ -49,24 +49,24 @@ impl Rules<'_> {
 
     /// Section 1.1: command 0.
     pub(super) fn noop(&mut self) {
-        self.warning("command", "nodes are silent at command 0, and bridges do not pass it on");
+        self.warning("command", "nodes do not answer command 0, and bridges do not forward it");
     }
 
-    /// Section 7: what some firmware does not have.
+    /// Section 7: commands that some firmware does not have.
     pub(super) fn has(&mut self, has: bool) {
         if !has {
-            self.warning("command", "this firmware does not have it: it refuses, or is silent");
+            self.warning("command", "this firmware does not have the command: it refuses it, or does not answer");
         }
     }
 
     /// Section 7: commands 25 and 26 of a motor.
     pub(super) fn step(&mut self, has: Option<bool>) {
         if has == Some(false) {
-            self.error("command", "later firmware has no steps: 25 sets the lead-out");
+            self.error("command", "later firmware does not have steps: 25 sets the lead-out");
         }
     }
 
-    /// Section 7: the lead-in, of so many bytes.
+    /// Section 7: number of bytes of the lead-in.
     pub(super) fn width(&mut self, found: ValueType, bytes: usize) {
         if found.size() != Some(bytes) {
             self.error("lead_in", "this firmware reads another number of bytes");
@@ -78,25 +78,25 @@ impl Rules<'_> {
         self.found.range(what, number, 0, MAX_ARRIVING);
     }
 
-    /// Section 2.1: seconds are multiplied by 1000, in 32 bits.
+    /// Section 2.1: firmware multiplies seconds by 1000, in 32 bits.
     pub(super) fn delay_in_seconds(&mut self, delay: StartDelay) {
         if delay.0.checked_mul(1000).is_none() {
             let severity = match self.context.profile.facts().start_delay {
                 Some(DelayUnit::Seconds) => Severity::Error,
                 _ => Severity::Warning,
             };
-            self.found.note(severity, "start_delay", "in seconds it is more than 32 bits of milliseconds");
+            self.found.note(severity, "start_delay", "in seconds, it does not fit into 32 bits of milliseconds");
         }
     }
 
-    /// Any other number than 0 is a yes.
+    /// Every number except 0 means yes.
     pub(super) fn yes_or_no(&mut self, what: &'static str, answer: Bool) {
         if answer.0 > 1 {
             self.warning(what, "neither 0 nor 1");
         }
     }
 
-    /// Section 2: what the firmware acknowledges and ignores.
+    /// Section 2: values that firmware acknowledges and ignores.
     pub(super) fn ignored(&mut self, what: &'static str, name: Option<&'static str>) {
         if name.is_none() {
             self.warning(what, "the node acknowledges and ignores it");
@@ -113,10 +113,10 @@ impl Rules<'_> {
         self.ignored("max_step_speed", (1..=MAX_STEP_RATE).contains(&speed.0).then_some(""));
     }
 
-    /// Section 1: whoever searches for the next break would find this one.
+    /// Section 1: a reader that searches for the next break would find this one.
     fn no_break(&mut self, what: &'static str, data: &[u8]) {
         if data.windows(BREAK.len()).any(|window| window == BREAK) {
-            self.error(what, "holds a break, the start of a packet");
+            self.error(what, "contains a break, the start of a packet");
         }
     }
 
@@ -150,7 +150,7 @@ impl Rules<'_> {
     /// Safety decision 8.
     pub(super) fn still(&mut self, motor: Motor) {
         if self.context.is_still(motor) {
-            self.warning("motor", "nothing moves: its continuous speed is 0");
+            self.warning("motor", "nothing moves, because the continuous speed of the motor is 0");
         }
     }
 
@@ -158,7 +158,7 @@ impl Rules<'_> {
     pub(super) fn speed(&mut self, StepsPerSecond(speed): StepsPerSecond) {
         self.found.finite("speed", speed);
         if speed.is_finite() && !(-f32::from(MAX_STEP_RATE)..=f32::from(MAX_STEP_RATE)).contains(&speed) {
-            self.warning("speed", "beyond the step rate of any firmware, which acknowledges and ignores it");
+            self.warning("speed", "above the step rate of any firmware, which acknowledges and ignores it");
         }
     }
 
@@ -166,17 +166,17 @@ impl Rules<'_> {
     pub(super) fn broadcast(&mut self, sub_address: AnySubAddress) {
         self.bridge();
         if sub_address.0 != 0 {
-            self.warning("sub_address", "nodes ignore it in broadcasts");
+            self.warning("sub_address", "nodes ignore the sub-address of broadcasts");
         }
     }
 
     pub(super) fn bridge(&mut self) {
         if self.context.bridge {
-            self.error("address", "a bridge does not pass broadcasts on: address each node, stops first");
+            self.error("address", "a bridge does not forward broadcasts: address each node, with stops first");
         }
     }
 
-    /// Sections 1 and 2.5, and of a known command with data of another length section 1.1: what the firmware does then.
+    /// Behaviour of firmware: sections 1 and 2.5, and section 1.1 for a known command with data of another length.
     pub(super) fn other(&mut self, other: &Other<'_>) {
         let data = other.payload();
         self.length(data);
@@ -190,13 +190,13 @@ impl Rules<'_> {
         }
         match HostMessage::decode_body(other.id(), data) {
             Ok(_) if table == Table::Node && command == 1 => {
-                self.error("data", "the core protocol needs a command of its own");
+                self.error("data", "the data must begin with a command of the core protocol");
             }
             Ok(_) => {}
             Err(DecodeError::Truncated { .. }) => {
                 self.error("data", "too short: the node reads missing bytes as zero");
             }
-            Err(_) => self.warning("data", "longer than the command's: the node leaves out the rest"),
+            Err(_) => self.warning("data", "longer than the data of the command: the node ignores the rest"),
         }
     }
 }

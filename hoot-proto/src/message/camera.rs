@@ -1,4 +1,4 @@
-//! The camera: sub-address 4. It has no joystick gate: a camera can be released in joystick mode.
+//! Messages for the camera, which is sub-address 4. A camera can be released in joystick mode too.
 
 use motion_core::message;
 use motion_core::wire::Bool;
@@ -7,103 +7,106 @@ use super::bounded::bounded;
 use super::units::{Milliseconds, ShortMilliseconds, ShortShots};
 
 message! {
-    /// Set whether a camera is there to be released. Source: hoot, section 2.4.
+    /// Sets whether a camera is there to be released. Source: hoot, section 2.4.
     #[derive(Default)]
     pub struct CameraSetEnable in BE {
-        /// Whether it is.
+        /// Whether there is a camera.
         enable: Bool,
     }
 
-    /// Take a picture, exposed for the time of [`CameraSetExposureTime`].
+    /// Takes a picture, exposed for the time of [`CameraSetExposureTime`].
     ///
-    /// Not to be sent again by itself. Source: hoot, section 2.4; safety decisions 1 and 9.
+    /// Never repeat it by yourself. Source: hoot, section 2.4; safety decisions 1 and 9.
     #[derive(Default)]
     pub struct CameraExpose in BE {}
 
-    /// Set how long the shutter is held. Source: hoot, section 2.4; safety decision 3.
+    /// Sets how long the shutter is held. Source: hoot, section 2.4; safety decision 3.
     #[derive(Default)]
     pub struct CameraSetExposureTime in BE {
-        /// How long; no more than 16,777,215 arrives.
+        /// Time; at most 16,777,215 ms arrive.
         exposure_time: Milliseconds,
     }
 
-    /// Set how long the focus is held before a picture. Source: hoot, section 2.4.
+    /// Sets how long the focus is held before a picture. Source: hoot, section 2.4.
     #[derive(Default)]
     pub struct CameraSetFocusTime in BE {
-        /// How long.
+        /// Time.
         focus_time: ShortMilliseconds,
     }
 
-    /// Set after how many pictures the program ends. Source: hoot, section 2.4.
+    /// Sets after how many pictures the program ends. Source: hoot, section 2.4.
     #[derive(Default)]
     pub struct CameraSetMaxShots in BE {
-        /// How many, 0 for no end. It is asked for in 32 bits, but set in 16.
+        /// Number of pictures; 0 for no end. It is set in 16 bits, but answered in 32.
         max_shots: ShortShots,
     }
 
-    /// Set how long to wait after a picture. Source: hoot, section 2.4.
+    /// Sets how long to wait after a picture. Source: hoot, section 2.4.
     #[derive(Default)]
     pub struct CameraSetExposureDelay in BE {
-        /// How long.
+        /// Time.
         exposure_delay: ShortMilliseconds,
     }
 
-    /// Set whether the focus is held together with the shutter. Source: hoot, section 2.4.
+    /// Sets whether the focus is held together with the shutter. Source: hoot, section 2.4.
     #[derive(Default)]
     pub struct CameraSetFocusWithShutter in BE {
-        /// Whether it is.
+        /// Whether the focus is held together with the shutter.
         focus_with_shutter: Bool,
     }
 
-    /// Set whether the mirror goes up first, by a first release. Source: hoot, section 2.4.
+    /// Sets whether the mirror goes up first, by a first release. Source: hoot, section 2.4.
     #[derive(Default)]
     pub struct CameraSetMirrorUp in BE {
-        /// Whether it does.
+        /// Whether the mirror goes up first.
         mirror_up: Bool,
     }
 
-    /// Set the time from one picture to the next; it has to be long enough for focus, exposure and delay.
+    /// Sets the time from one picture to the next. It must be long enough for focus, exposure and delay.
     ///
     /// Source: hoot, section 2.4; safety decision 3.
     #[derive(Default)]
     pub struct CameraSetInterval in BE {
-        /// How long; no more than 16,777,215 arrives.
+        /// Time; at most 16,777,215 ms arrive.
         interval: Milliseconds,
     }
 
-    /// Is there a camera to be released? Asks for a [`Bool`]. Source: hoot, section 2.4.
+    /// Asks whether a camera is there to be released. The answer is a [`Bool`]. Source: hoot, section 2.4.
     #[derive(Default)]
     pub struct CameraEnable in BE {}
 
-    /// Is the camera busy? Asks for a [`Bool`], which is a yes from focus to delay. Source: hoot, sections 2.4 and 4.4.
+    /// Asks whether the camera is busy, from focus to delay. The answer is a [`Bool`]. Source: hoot, sections 2.4 and
+    /// 4.4.
     #[derive(Default)]
     pub struct CameraExposing in BE {}
 
-    /// How long is the shutter held? Asks for [`Milliseconds`]. Source: hoot, section 2.4.
+    /// Asks how long the shutter is held. The answer is in [`Milliseconds`]. Source: hoot, section 2.4.
     #[derive(Default)]
     pub struct CameraExposureTime in BE {}
 
-    /// How long is the focus held? Asks for [`ShortMilliseconds`]. Source: hoot, section 2.4.
+    /// Asks how long the focus is held. The answer is in [`ShortMilliseconds`]. Source: hoot, section 2.4.
     #[derive(Default)]
     pub struct CameraFocusTime in BE {}
 
-    /// After how many pictures does the program end? Asks for [`Shots`](super::Shots). Source: hoot, section 2.4.
+    /// Asks after how many pictures the program ends. The answer is in [`Shots`](super::Shots). Source: hoot, section
+    /// 2.4.
     #[derive(Default)]
     pub struct CameraMaxShots in BE {}
 
-    /// How long is the wait after a picture? Asks for [`ShortMilliseconds`]. Source: hoot, section 2.4.
+    /// Asks how long to wait after a picture. The answer is in [`ShortMilliseconds`]. Source: hoot, section 2.4.
     #[derive(Default)]
     pub struct CameraExposureDelay in BE {}
 
-    /// Is the focus held together with the shutter? Asks for a [`Bool`]. Source: hoot, section 2.4.
+    /// Asks whether the focus is held together with the shutter. The answer is a [`Bool`]. Source: hoot, section 2.4.
     #[derive(Default)]
     pub struct CameraFocusWithShutter in BE {}
 
-    /// Does the mirror go up first? Asks for a [`Bool`], which some builds say as an `INT`. Source: hoot, section 2.4.
+    /// Asks whether the mirror goes up first. The answer is a [`Bool`], which some builds send as an `INT`. Source:
+    /// hoot, section 2.4.
     #[derive(Default)]
     pub struct CameraMirrorUp in BE {}
 
-    /// What is the time from one picture to the next? Asks for [`Milliseconds`]. Source: hoot, section 2.4.
+    /// Asks for the time from one picture to the next. The answer is in [`Milliseconds`]. Source: hoot, section 2.4.
     #[derive(Default)]
     pub struct CameraInterval in BE {}
 }

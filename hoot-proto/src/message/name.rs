@@ -1,4 +1,4 @@
-//! What a node is called, and the command that names it.
+//! Name of a node, and the command that sets it.
 
 use core::fmt;
 
@@ -6,37 +6,38 @@ use motion_core::wire::{
     DecodeError, EncodeError, FieldView, Fields, Message, PartKind, Row, Value, Visitor, place, print, trim_nuls,
 };
 
-/// What a node is to be called: 1 to 10 bytes.
+/// Name for a node: 1 to 10 bytes.
 ///
-/// The node skips NULs inside and fills up with NULs behind. Source: hoot, sections 1.2 and 2.1.
+/// The node skips NULs inside, and fills the rest up with NULs. Source: hoot, sections 1.2 and 2.1.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Name {
     bytes: [u8; Self::MAX],
-    /// How many of them count; the others are zero.
+    /// Number of bytes that count; the others are zero.
     len: u8,
 }
 
 impl Name {
     pub(crate) const MAX: usize = 10;
 
-    /// A name; `None` unless it has 1 to 10 bytes and no NUL, which the node would skip.
+    /// Makes a name; `None` unless it has 1 to 10 bytes and no NUL, which the node would skip.
     #[must_use]
     pub fn new(name: &str) -> Option<Self> {
         if name.as_bytes().contains(&0) { None } else { Self::from_bytes(name.as_bytes()) }
     }
 
-    /// As much of a name as fits, cut between two characters, and before a NUL; `None` if nothing is left.
+    /// Makes a name from the beginning of a text, cut between two characters and before a NUL; `None` if nothing is
+    /// left.
     #[must_use]
     pub fn truncated(name: &str) -> Option<Self> {
         let end = name.as_bytes().iter().position(|&byte| byte == 0).unwrap_or(name.len()).min(Self::MAX);
-        // A character is four bytes at most, so one of these four places is between two.
+        // A character has at most four bytes, so one of these four places is between two characters.
         let cut = (0..4).filter_map(|back| end.checked_sub(back)).find_map(|at| name.split_at_checked(at))?;
         Self::from_bytes(cut.0.as_bytes())
     }
 
-    /// The bytes of a name as a request holds them, whatever they are; `None` unless there are 1 to 10.
+    /// Makes a name from any 1 to 10 bytes, as a request contains them; otherwise `None`.
     ///
-    /// Names that others sent may hold NULs, and even a break.
+    /// Names that others sent may contain NULs, and even a break.
     #[must_use]
     pub fn from_bytes(name: &[u8]) -> Option<Self> {
         let mut bytes = [0; Self::MAX];
@@ -45,13 +46,13 @@ impl Name {
         Some(Self { bytes, len })
     }
 
-    /// Its bytes, NULs included.
+    /// Bytes of the name, with its NULs.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8] {
         self.bytes.get(..self.len.into()).unwrap_or(&self.bytes)
     }
 
-    /// Its text without the NULs at the end, if it is UTF-8.
+    /// Text of the name without the NULs at its end, if it is UTF-8.
     #[must_use]
     pub fn as_str(&self) -> Option<&str> {
         core::str::from_utf8(trim_nuls(self.as_bytes())).ok()
@@ -70,10 +71,10 @@ impl fmt::Debug for Name {
     }
 }
 
-/// Give the node a name, 1 to 10 bytes of it. Source: hoot, section 2.1.
+/// Gives the node a name of 1 to 10 bytes. Source: hoot, section 2.1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct SetName {
-    /// What it is to be called.
+    /// Name for the node.
     pub name: Name,
 }
 
@@ -141,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn names_of_others_are_kept_as_they_came() {
+    fn names_of_others_are_kept_unchanged() {
         let padded = Name::from_bytes(b"ABC\0\0\0\0\0\0\0").unwrap();
         assert_eq!((padded.as_bytes().len(), padded.as_str()), (10, Some("ABC")));
         assert_eq!(format!("{padded:?}"), "Name(\"ABC\")");

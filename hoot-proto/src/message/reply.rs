@@ -1,4 +1,4 @@
-//! Replies: a response code, and perhaps a value.
+//! Replies, which are a response code and perhaps a value.
 
 use core::fmt;
 
@@ -10,51 +10,52 @@ use motion_core::wire::{
 use super::value::{Value, ValueType};
 
 open_enum! {
-    /// How a request ended. Everything but [`OK`](Self::OK) is an error. Source: hoot, section 1.
+    /// Response code, which says how a request ended. Every code except [`OK`](Self::OK) is an error. Source: hoot,
+    /// section 1.
     pub struct ResponseCode(u8) {
-        /// Refused, without a reason.
+        /// The node refused, without a reason.
         ERROR = 0,
-        /// Done.
+        /// The node did it.
         OK = 1,
-        /// Refused, with data; only in a library of 2014-12 and later.
+        /// The node refused, with data; only in a library of 2014-12 and later.
         ERROR_WITH_DATA = 2,
     }
 }
 
-/// The answer to a request. Nothing in it says to which: there is one request at a time on a bus, and its
+/// Answer to a request. Nothing in it says which request it answers. Only one request is under way on a bus, and its
 /// [`Query`](crate::Query) reads the reply.
 ///
 /// Source: hoot, section 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Reply<'a> {
-    /// How the request ended.
+    /// Response code.
     pub code: ResponseCode,
-    /// Nothing, or the type of a value and the value.
+    /// Data: nothing, or the type of a value and the value.
     pub data: &'a [u8],
 }
 
 impl<'a> Reply<'a> {
-    /// Done.
+    /// Reply of a node that did the request, without a value.
     pub const OK: Self = Self { code: ResponseCode::OK, data: &[] };
-    /// Refused.
+    /// Reply of a node that refused.
     pub const ERROR: Self = Self { code: ResponseCode::ERROR, data: &[] };
 
-    /// Whether the request was done.
+    /// Whether the node did the request.
     #[must_use]
     #[inline]
     pub fn is_ok(&self) -> bool {
         self.code == ResponseCode::OK
     }
 
-    /// The type of its value, if it has data.
+    /// Type of the value, if the reply has data.
     #[must_use]
     #[inline]
     pub fn value_type(&self) -> Option<ValueType> {
         self.data.first().copied().map(ValueType)
     }
 
-    /// Its value, read by the type in front of it; `None` if there is none, the type is unknown, or the data is longer
-    /// or shorter than the type says.
+    /// Value of the reply, read by the type in front of it; `None` if there is no value, the type is unknown, or the
+    /// data is longer or shorter than the type says.
     #[must_use]
     #[inline]
     pub fn value(&self) -> Option<Value<'a>> {
@@ -68,7 +69,7 @@ impl<'a> Message<'a> for Reply<'a> {
         Row { name: "value", wire: "bytes", offset: None, size: 1, part: PartKind::Rest, unit: "", element: &[] },
     ]);
 
-    /// The reply to a request that was done, where the response code is not known.
+    /// Reply to a request that was done, if the response code is not known.
     fn decode(body: &'a [u8]) -> Result<Self, DecodeError> {
         Self::decode_as(ResponseCode::OK.0.into(), body)
     }
@@ -99,7 +100,7 @@ impl<'a> Message<'a> for Reply<'a> {
 }
 
 impl Fields for Reply<'_> {
-    /// The type and the value where they can be told, or else all the data.
+    /// Type and value if they can be read, otherwise all the data.
     fn fields(&self, visitor: &mut dyn Visitor) {
         let mut show = |name, value, text: &dyn fmt::Display| visitor.visit(&FieldView { name, unit: "", value, text });
         show("response_code", Shown::Unsigned(self.code.0.into()), &self.code);

@@ -1,27 +1,27 @@
-//! Messages whose sub-address is a part of them.
+//! Messages of which the sub-address is a part.
 
 use motion_core::unit;
 use motion_core::wire::Visitor;
 
-/// What the sub-address of a command says.
+/// Type of the sub-address of a command.
 pub(crate) trait Sub: Copy {
-    /// What it says in the number of a table.
+    /// Reads the sub-address from the number of a table.
     fn of(number: u32) -> Self;
 
     /// The sub-address.
     fn byte(self) -> u8;
 
-    /// Shows it beside the fields of the data.
+    /// Shows the sub-address like a field of the data.
     fn show(self, visitor: &mut dyn Visitor);
 
-    /// The number of a command, of which a table says the first.
+    /// Number of a command; a table gives the number of its first sub-address.
     fn number(self, declared: u32) -> u32 {
         declared & !0xFF | u32::from(self.byte())
     }
 }
 
 unit! {
-    /// A sub-address that nodes ignore, kept as it came: of a broadcast, or in the core protocol. Send 0.
+    /// Sub-address that nodes ignore: of a broadcast, or in the core protocol. It is kept as it came. Send 0.
     pub struct AnySubAddress(u8) "";
 }
 
@@ -35,14 +35,14 @@ impl Sub for AnySubAddress {
         self.0
     }
 
-    /// It says nothing.
+    /// Nodes ignore it, so it is not shown.
     fn show(self, _: &mut dyn Visitor) {}
 }
 
-/// Makes what `message!` makes of the fields, with the sub-address in front of them.
+/// Makes a message of the sub-address and the fields, as `message!` makes one of the fields.
 ///
-/// The data does not say what the sub-address is: the number in the table does, so these messages are decoded by
-/// `decode_as`. Their `decode` takes the first sub-address.
+/// The sub-address is in the number of the table, not in the data, so these messages are decoded by `decode_as`. Their
+/// `decode` assumes the first sub-address.
 macro_rules! sub_messages {
     ($(
         $(#[$meta:meta])*
@@ -62,8 +62,8 @@ macro_rules! sub_messages {
             use motion_core::wire::{DecodeError, EncodeError, Fields, Message, Row, Visitor};
             use $crate::message::sub::Sub;
 
-            // The data alone. In this block it has the message's name, so that errors say that; the message itself is
-            // `self::name`.
+            // This type is the data alone. In this block it has the name of the message, so that errors contain that
+            // name; the message itself is `self::name`.
             motion_core::message! { struct $name in BE { $($field: $field_type,)* } }
 
             impl self::$name {

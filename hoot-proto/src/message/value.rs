@@ -1,4 +1,4 @@
-//! Values in replies, and the byte in front of them that says their type.
+//! Values in replies, and the byte in front of them that tells their type.
 
 use core::fmt;
 
@@ -9,9 +9,9 @@ use motion_core::wire::{Bool, Value as Shown, print, trim_nuls};
 use super::units::Speed;
 
 open_enum! {
-    /// The type of a value, as the byte in front of it says. Source: hoot, section 1.
+    /// Type of a value, from the byte in front of it. Source: hoot, section 1.
     pub struct ValueType(u8) {
-        /// A byte.
+        /// 8 bits without sign.
         BYTE = 0,
         /// 16 bits without sign.
         UINT = 1,
@@ -19,17 +19,17 @@ open_enum! {
         INT = 2,
         /// 32 bits with sign.
         LONG = 3,
-        /// 32 bits without sign. Firmware since v0.33 says hundredths under it, with sign.
+        /// 32 bits without sign. Firmware since v0.33 sends hundredths under this type, with sign.
         ULONG = 4,
-        /// Hundredths, 32 bits with sign: no IEEE number, whatever its name.
+        /// Hundredths in 32 bits with sign. In spite of its name, it is not an IEEE number.
         FLOAT = 5,
-        /// A text to the end of the data.
+        /// Text up to the end of the data.
         STRING = 6,
     }
 }
 
 impl ValueType {
-    /// Bytes of such a value, where all have the same.
+    /// Number of bytes of a value of this type, if all values have the same number.
     #[must_use]
     pub const fn size(self) -> Option<usize> {
         match self {
@@ -41,12 +41,12 @@ impl ValueType {
     }
 }
 
-/// A text of a node, NULs and spaces at its end included.
+/// Text of a node, with the NULs and spaces at its end.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Text<'a>(pub &'a [u8]);
 
 impl<'a> Text<'a> {
-    /// Its text without the NULs at the end, if it is UTF-8. Nodes fill their first name up with spaces; these stay.
+    /// Text without the NULs at its end, if it is UTF-8. Nodes fill their first name up with spaces, which stay.
     #[must_use]
     pub fn as_str(self) -> Option<&'a str> {
         core::str::from_utf8(trim_nuls(self.0)).ok()
@@ -65,9 +65,9 @@ impl fmt::Debug for Text<'_> {
     }
 }
 
-/// A value, read by the type in front of it.
+/// Value, read by the type in front of it.
 ///
-/// What it means, only the query knows: a voltage comes as `Float` or as `ULong`, both in hundredths and with sign.
+/// Only the query knows its meaning: a voltage comes as `Float` or as `ULong`, both in hundredths and with sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Value<'a> {
@@ -88,7 +88,7 @@ pub enum Value<'a> {
 }
 
 impl<'a> Value<'a> {
-    /// Reads a value of a type; `None` if the type is unknown, or `bytes` are more or fewer than it has.
+    /// Reads a value of a type; `None` if the type is unknown, or the number of `bytes` is wrong.
     #[must_use]
     #[inline]
     pub fn new(value_type: ValueType, bytes: &'a [u8]) -> Option<Self> {
@@ -104,7 +104,7 @@ impl<'a> Value<'a> {
         })
     }
 
-    /// Its type.
+    /// Type of the value.
     #[must_use]
     #[inline]
     pub const fn value_type(&self) -> ValueType {
@@ -119,7 +119,7 @@ impl<'a> Value<'a> {
         }
     }
 
-    /// Writes type and value to the front of `out`, and says how many bytes they took; `None` if they do not fit.
+    /// Writes type and value to the front of `out`, and returns their length in bytes; `None` if they do not fit.
     pub(crate) fn write(&self, out: &mut [u8]) -> Option<usize> {
         let (first, rest) = out.split_first_mut()?;
         *first = self.value_type().0;
@@ -137,7 +137,7 @@ impl<'a> Value<'a> {
         }
     }
 
-    /// What stands on the wire.
+    /// Bytes of the value on the wire.
     pub(crate) const fn shown(&self) -> Shown<'a> {
         match *self {
             Self::Byte(number) => Shown::Unsigned(number as u64),
@@ -164,14 +164,14 @@ impl fmt::Display for Value<'_> {
     }
 }
 
-/// What the two contacts of a connector say. On the wire it is one number, an `INT`, of which the ring is the high byte.
+/// Values of the two contacts of a connector. On the wire they are one number, an `INT`, whose high byte is the ring.
 ///
 /// Source: hoot, section 2.2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct RingTip<T> {
-    /// Of the ring.
+    /// Value of the ring.
     pub ring: T,
-    /// Of the tip.
+    /// Value of the tip.
     pub tip: T,
 }
 
@@ -181,13 +181,13 @@ impl<T: fmt::Display> fmt::Display for RingTip<T> {
     }
 }
 
-/// What query 117 of a motor asks for: two things, by the age of the firmware. Source: hoot, sections 2.3 and 7.
+/// Answer to query 117 of a motor, whose meaning depends on the age of the firmware. Source: hoot, sections 2.3 and 7.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum SpeedOrSleep {
-    /// The greatest speed of the planned move, as the sheet says; no known firmware answers that.
+    /// Greatest speed of the planned move, according to the sheet. No known firmware answers that.
     Speed(Speed),
-    /// Whether the motor has no current while it rests, says firmware since 2014-12-03.
+    /// Whether the motor has no current while it rests, in firmware since 2014-12-03.
     Sleep(Bool),
 }
 

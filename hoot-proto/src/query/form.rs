@@ -1,9 +1,9 @@
-//! The types that the answer to a query can have.
+//! Types that the answer to a query can have.
 
 use super::Profile;
 use crate::message::ValueType;
 
-/// The types that the answer to a query can have: which are taken, and which one firmware sends.
+/// Types that the answer to a query can have: all that are accepted, and the one that firmware sends.
 ///
 /// Source: hoot, sections 1.2, 2.2 to 2.4, and 3.
 #[derive(Clone, Copy)]
@@ -16,7 +16,7 @@ pub(super) enum Form {
     String,
     /// 16 bits without sign, which the sheet calls an Int.
     SheetInt,
-    /// A yes or no, which some builds promoted.
+    /// Yes or no, which some builds send in 16 bits.
     Promoted,
     /// Hundredths with sign.
     Hundredths,

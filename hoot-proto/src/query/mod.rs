@@ -1,8 +1,8 @@
-//! What a reply answers: queries type their replies.
+//! Queries, which read the replies to them.
 //!
-//! A reply says whether a request was done, and perhaps a value with its type, but not what it answers. The query that
-//! was asked knows: [`Query::decode_reply`] reads the reply in its light, [`Query::reply`] makes it, for nodes.
-//! [`AnyQuery`] and [`AnyReply`] do the same for programs that see all of them.
+//! A reply contains a response code and perhaps a value with its type, but not what it answers. The query that was
+//! asked reads it: [`Query::decode_reply`] reads a reply, and [`Query::reply`] makes one, for nodes. [`AnyQuery`] and
+//! [`AnyReply`] do the same for programs that handle all queries.
 //!
 //! ```
 //! use hoot_proto::message::{Motor, MotorPosition, Reply, ResponseCode, Steps, ValueType};
@@ -18,12 +18,12 @@
 //! # Ok::<(), hoot_proto::ReplyError>(())
 //! ```
 //!
-//! Firmware differs in the type that it writes in front of a value, as [`Profile`] tells. Every type is taken that some
-//! firmware, or the sheet, has for the query; [`Answer::value_type`] shows what was found. Any other type is an error: it
-//! is likely the late answer to another question.
+//! Firmware of different ages writes different types in front of a value; see [`Profile`]. Every type that some
+//! firmware, or the sheet, has for the query is accepted, and [`Answer::value_type`] tells which one was found. Any
+//! other type is an error, because it is probably the late answer to another query.
 //!
-//! Some requests are answered by two packets ([`Profile::packets`]), and later firmware is silent at what it does not
-//! know: who waits for a reply has to give up, and to drop what comes late.
+//! Some requests are answered by two packets ([`Profile::packets`]), and later firmware does not answer unknown
+//! commands. So stop waiting for a reply after some time, and drop replies that come late.
 //!
 //! Source: hoot, sections 1.2 and 2; safety decision 7.
 
@@ -42,26 +42,26 @@ pub use profile::{DelayUnit, Facts, Gate, Profile};
 pub use table::{AnyQuery, AnyReply};
 pub use value::ReplyValue;
 
-/// A request that asks for a value.
+/// Request that asks for a value.
 pub trait Query: Copy {
-    /// What it asks for.
+    /// Value that the query asks for.
     type Reply<'a>: IntoReply<'a>;
 
-    /// Reads the reply to it.
+    /// Reads the reply to the query.
     ///
     /// # Errors
     ///
-    /// [`ReplyError`], if the node refused, or the value cannot be what was asked for.
+    /// [`ReplyError`], if the node refused, or if the value cannot be the answer to this query.
     fn decode_reply<'a>(&self, reply: Reply<'a>) -> Result<Self::Reply<'a>, ReplyError>;
 
-    /// Makes the reply to it, with its data in `out`.
+    /// Makes the reply to the query, with its data in `out`.
     ///
     /// # Errors
     ///
-    /// [`EncodeError::BufferTooSmall`]; [`MAX_DATA`](crate::frame::MAX_DATA) bytes are enough for all but long texts.
+    /// [`EncodeError::BufferTooSmall`]; [`MAX_DATA`](crate::frame::MAX_DATA) bytes are enough, except for long texts.
     fn reply<'o>(&self, answer: Self::Reply<'_>, out: &'o mut [u8]) -> Result<Reply<'o>, EncodeError> {
         let value = answer.value();
-        // A text is the only value whose length its type does not say.
+        // Text is the only type that does not tell the length of its values.
         let size = if let Value::String(text) = value { text.0.len() } else { value.value_type().size().unwrap_or(0) };
         let small = EncodeError::BufferTooSmall { needed: size.saturating_add(1), have: out.len() };
         let len = value.write(out).ok_or(small)?;
@@ -69,13 +69,13 @@ pub trait Query: Copy {
     }
 }
 
-/// What a reply can say.
+/// Value of a reply.
 pub trait IntoReply<'a> {
-    /// The value, under the type that it is to be sent with.
+    /// The value, with the type with which it is sent.
     fn value(&self) -> Value<'a>;
 }
 
-/// A value, and the type that stood in front of it.
+/// Value, and the type in front of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Answer<T> {
     /// The value.
@@ -84,23 +84,23 @@ pub struct Answer<T> {
 }
 
 impl<'a, T: ReplyValue<'a>> Answer<T> {
-    /// A value under this type, or under its usual one, if it has no place in this one.
+    /// Makes an answer of this type, or of the usual type of the value if the value does not fit into this type.
     pub(super) fn new(value: T, value_type: ValueType) -> Self {
         Self { value, value_type: value.to_value(value_type).value_type() }
     }
 }
 
 impl<T> Answer<T> {
-    /// The type that stood in front of it.
+    /// Type in front of the value.
     #[must_use]
     pub const fn value_type(&self) -> ValueType {
         self.value_type
     }
 
-    /// Whether the value can be relied on, coming from firmware of this profile.
+    /// Whether the value from firmware of this profile is reliable.
     ///
-    /// It cannot if it is a `FLOAT` and the profile is not [`Profile::Library20140925`]: builds from 2014-10-07 to v0.32
-    /// send garbage under that type, which cannot be told from a value (safety decision 7).
+    /// A `FLOAT` is not reliable unless the profile is [`Profile::Library20140925`]: builds from 2014-10-07 to v0.32
+    /// send garbage under that type, which looks like a value (safety decision 7).
     #[must_use]
     pub fn is_reliable(&self, profile: Profile) -> bool {
         self.value_type != ValueType::FLOAT || profile.facts().float_is_true
@@ -119,36 +119,36 @@ impl<'a, T: ReplyValue<'a>> IntoReply<'a> for Answer<T> {
     }
 }
 
-/// Why a reply does not answer a query.
+/// Error of a reply that does not answer a query.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReplyError {
-    /// The node refused. It never says why.
+    /// The node refused. Nodes never tell the reason.
     #[error("the node refused with response code {code}")]
     Node {
-        /// What it said instead of OK.
+        /// Response code.
         code: ResponseCode,
     },
     /// The data ends before the value does.
     #[error("reply: need {need} bytes, have {have}")]
     Short {
-        /// Bytes of data that the value takes, its type included.
+        /// Number of bytes that the value needs, with its type.
         need: usize,
-        /// Bytes of data there are.
+        /// Number of bytes of data.
         have: usize,
     },
-    /// The data goes on behind the value.
+    /// Data follows after the value.
     #[error("reply: {extra} bytes too many")]
     Trailing {
-        /// Bytes behind it.
+        /// Number of bytes after the value.
         extra: usize,
     },
-    /// The value has another meaning than what was asked for, or another size.
+    /// The value has another meaning or another size than that of the query.
     #[error("reply: a value of type {found}, expected {expected}")]
     ValueType {
-        /// The type that stands in front of the value.
+        /// Type in front of the value.
         found: ValueType,
-        /// The type that it should have.
+        /// Type that the value should have.
         expected: ValueType,
     },
 }
@@ -162,7 +162,7 @@ fn decode<'a, T: ReplyValue<'a>>(form: Form, reply: Reply<'a>) -> Result<Answer<
         .ok_or_else(|| refusal(form, reply))
 }
 
-/// Why a reply does not answer a query of this form. Out of the way of those that do.
+/// Error of a reply that does not answer a query of this form. It is not inlined, because most replies do answer.
 #[cold]
 fn refusal(form: Form, reply: Reply<'_>) -> ReplyError {
     if !reply.is_ok() {

@@ -1,68 +1,68 @@
-//! What firmware of different ages does differently with the same commands, as data.
+//! Differences between firmware of different ages, as data.
 
 use super::Answer;
 use crate::frame::{Selector, Table};
 use crate::message::{CommonLine, HostMessage, RunState, StartDelay, ValueType, Version};
 
-/// What a node's firmware is, as far as the same commands and replies differ by it.
+/// Age of the firmware of a node, as far as commands and replies depend on it.
 ///
 /// Source: hoot, sections 1.2, 2 and 7.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub enum Profile {
-    /// Not known. What is written for it is written as by v0.33.
+    /// The firmware is not known. Values for it are written as by v0.33.
     #[default]
     Unknown,
-    /// With the library of 2014-09-25, which the published sheet describes.
+    /// Firmware with the library of 2014-09-25, which the published sheet describes.
     Library20140925,
-    /// That of the sheet's date, 2014-10-28, whose version is 6.
+    /// Firmware of the sheet's date, 2014-10-28, whose version is 6.
     Sheet,
-    /// Of 2015-01-08 or later, before v0.33.
+    /// Firmware of 2015-01-08 or later, before v0.33.
     January2015,
-    /// v0.33 or v0.34, of 2015-04-07 or later.
+    /// Firmware v0.33 or v0.34, of 2015-04-07 or later.
     V033,
-    /// v0.35, of 2015-04-21, or later, before v0.70.
+    /// Firmware v0.35 of 2015-04-21, or later, before v0.70.
     V035,
-    /// v0.70, of 2016-08-10, or later.
+    /// Firmware v0.70 of 2016-08-10, or later.
     V070,
 }
 
-/// What the firmware of a [`Profile`] does.
+/// Behaviour of the firmware of a [`Profile`].
 #[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub struct Facts {
-    /// The type of hundredths, which voltage, current, speed and acceleration are.
+    /// Type of hundredths: of voltage, current, speed and acceleration.
     pub hundredths: ValueType,
-    /// Whether hundredths under the type `FLOAT` are true; otherwise they are garbage (safety decision 7).
+    /// Whether hundredths under the type `FLOAT` are right; otherwise they are garbage (safety decision 7).
     pub float_is_true: bool,
-    /// The type of two answers that are a yes or no: whether a motor moves, and whether the mirror goes up first.
+    /// Type of two answers that are yes or no: whether a motor moves, and whether the mirror goes up first.
     pub promoted: ValueType,
-    /// The type of the firmware's version.
+    /// Type of the version of the firmware.
     pub version: ValueType,
-    /// The type of the lead-in, asked for and set.
+    /// Type of the lead-in, in commands and answers.
     pub lead_in: ValueType,
-    /// The type of the answer to query 117 of a motor, which firmware before 2014-12-03 refuses.
+    /// Type of the answer to query 117 of a motor, which firmware before 2014-12-03 refuses.
     pub query_117: ValueType,
-    /// The unit of the delay before the start, if it can be told.
+    /// Unit of the delay before the start, if it is known.
     pub start_delay: Option<DelayUnit>,
-    /// Whether run status 1 means paused, if it can be told; otherwise it means that the program runs.
+    /// Whether run status 1 means that the program is paused, if it is known; otherwise it means that the program runs.
     pub one_is_paused: Option<bool>,
-    /// Whether a second packet may come behind the answer to whether a motor moves.
+    /// Whether a second packet may follow the answer to the query whether a motor moves.
     pub answers_running_twice: bool,
     /// Whether the greatest step rate of all motors can be set and asked for.
     pub has_max_step_rate: bool,
-    /// Whether it can be asked if the planned move goes to and fro.
+    /// Whether the firmware answers the query whether the planned move goes to and fro.
     pub has_ping_pong_query: bool,
-    /// Whether commands 25 and 26 of a motor are single steps, if it can be told; since 2015-02, 25 sets the lead-out.
+    /// Whether commands 25 and 26 of a motor are single steps, if it is known; since 2015-02, 25 sets the lead-out.
     pub has_steps: Option<bool>,
-    /// Which commands joystick mode leaves, if it can be told.
+    /// Commands that joystick mode leaves, if they are known.
     pub gate: Option<Gate>,
-    /// Whether it is silent at commands that it does not know, if it can be told; otherwise it refuses them.
+    /// Whether the firmware does not answer unknown commands, if it is known; otherwise it refuses them.
     pub is_silent: Option<bool>,
 }
 
-/// The unit of the delay before the start.
+/// Unit of the delay before the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum DelayUnit {
     /// Seconds, until 2015-07-20.
@@ -71,18 +71,18 @@ pub enum DelayUnit {
     Milliseconds,
 }
 
-/// Which commands a node refuses in joystick mode. Source: hoot, sections 4.1 and 7.
+/// Commands that a node refuses in joystick mode. Source: hoot, sections 4.1 and 7.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Gate {
-    /// All but 23 and 120 of the controller, and 3, 4, 6, 13 and 15 of the motors.
+    /// All commands except 23 and 120 of the controller, and 3, 4, 6, 13 and 15 of the motors.
     Sheet,
-    /// All below 100 but 14, 23, 50 and 51 of the controller, and 3, 4, 6 and 13 of the motors.
+    /// All commands below 100 except 14, 23, 50 and 51 of the controller, and 3, 4, 6 and 13 of the motors.
     Later,
 }
 
 impl Gate {
-    /// Whether it refuses a command. Broadcasts, the core protocol and the camera have no gate.
+    /// Whether the node refuses a command. Broadcasts, the core protocol and the camera are never refused.
     #[must_use]
     pub const fn refuses(self, Selector { table, command, sub_address }: Selector) -> bool {
         let leaves = match (self, table, sub_address) {
@@ -145,7 +145,7 @@ const UNKNOWN: Facts = Facts {
 };
 
 impl Profile {
-    /// What such firmware does.
+    /// Behaviour of this firmware.
     #[must_use]
     pub const fn facts(self) -> &'static Facts {
         match self {
@@ -159,7 +159,7 @@ impl Profile {
         }
     }
 
-    /// The profile of the firmware that says this of its version, as far as that tells it.
+    /// Profile of firmware that answers this version, as far as the version tells it.
     #[must_use]
     pub fn of_version(version: &Answer<Version>) -> Self {
         match (version.value_type(), version.value.0) {
@@ -172,9 +172,10 @@ impl Profile {
         }
     }
 
-    /// How many packets answer a request at most.
+    /// Greatest number of packets that answer a request.
     ///
-    /// None answers a broadcast, or command 0. Two answer what the firmware refuses and then acknowledges all the same.
+    /// No packet answers a broadcast or command 0. Two packets answer requests that firmware refuses and then
+    /// acknowledges nevertheless.
     #[must_use]
     pub fn packets(self, request: &HostMessage<'_>) -> u8 {
         match request {
@@ -192,9 +193,9 @@ impl Profile {
 }
 
 impl RunState {
-    /// Whether the program is under way, waiting for its start included; `None` if that cannot be told.
+    /// Whether the program runs, or waits for its start; `None` if it is not known.
     ///
-    /// The sheet's firmware says 0 both for stopped and for paused.
+    /// The sheet's firmware answers 0 both for stopped and for paused.
     #[must_use]
     pub fn is_running(self, profile: Profile) -> Option<bool> {
         match self {
@@ -207,7 +208,7 @@ impl RunState {
 }
 
 impl StartDelay {
-    /// The delay in milliseconds; `None` if the firmware's unit cannot be told.
+    /// Delay in milliseconds; `None` if the unit of the firmware is not known.
     #[must_use]
     pub fn milliseconds(self, profile: Profile) -> Option<u64> {
         let delay = u64::from(self.0);
@@ -241,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_number_means_is_told_where_it_can_be() {
+    fn the_meaning_of_a_number_is_told_if_it_is_known() {
         let running = |state: u8| {
             [Profile::Unknown, Profile::Sheet, Profile::V033].map(|profile| RunState(state).is_running(profile))
         };

@@ -1,4 +1,4 @@
-//! Every query, and what it asks for.
+//! Table of all queries, and the values that they ask for.
 
 use core::fmt;
 
@@ -20,7 +20,7 @@ use crate::message::{
     Volts,
 };
 
-/// Makes the queries of one table: what each asks for, and the enums over all of them.
+/// Makes the queries of one table: the value of each query, and the enums over all queries.
 macro_rules! queries {
     ($($variant:ident($query:ty) => $answer:ty: $form:ident;)*) => {
         $(impl Query for $query {
@@ -33,7 +33,7 @@ macro_rules! queries {
         }
 
         impl $query {
-            /// The answer to it: a value, under the type that the firmware of a profile gives it.
+            /// Makes the answer to the query: a value, with the type that firmware of a profile sends.
             #[must_use]
             #[allow(clippy::extra_unused_lifetimes, reason = "only texts have one")]
             pub fn answer<'a>(&self, value: $answer, profile: Profile) -> Answer<$answer> {
@@ -41,7 +41,7 @@ macro_rules! queries {
             }
         })*
 
-        /// One of the queries.
+        /// Any query.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         #[non_exhaustive]
         pub enum AnyQuery {
@@ -50,7 +50,7 @@ macro_rules! queries {
         }
 
         impl AnyQuery {
-            /// The type that the firmware of a profile gives the answer, mostly.
+            /// Type of the answer that firmware of a profile usually sends.
             #[must_use]
             pub const fn value_type(&self, profile: Profile) -> ValueType {
                 match self {
@@ -59,7 +59,7 @@ macro_rules! queries {
             }
         }
 
-        /// The answer to one of the queries.
+        /// Answer to any query.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         #[non_exhaustive]
         pub enum AnyReply<'a> {
@@ -68,7 +68,7 @@ macro_rules! queries {
         }
 
         impl AnyReply<'_> {
-            /// The type that stood in front of the value.
+            /// Type in front of the value.
             #[must_use]
             pub const fn value_type(&self) -> ValueType {
                 match self {
@@ -76,7 +76,7 @@ macro_rules! queries {
                 }
             }
 
-            /// Whether the value can be relied on, as [`Answer::is_reliable`] tells it.
+            /// Whether the value is reliable; see [`Answer::is_reliable`].
             #[must_use]
             pub fn is_reliable(&self, profile: Profile) -> bool {
                 match self {
@@ -112,7 +112,7 @@ macro_rules! queries {
         }
 
         impl HostMessage<'_> {
-            /// The query that it is, if it is one.
+            /// The message as a query, if it is one.
             #[must_use]
             pub const fn query(&self) -> Option<AnyQuery> {
                 match self {

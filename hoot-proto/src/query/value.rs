@@ -1,4 +1,4 @@
-//! The types that queries ask for, in and out of the values of replies.
+//! Types that queries ask for, and their conversion from and to the values of replies.
 
 use motion_core::fixed::{Centi, Scaled};
 use motion_core::wire::Bool;
@@ -9,16 +9,16 @@ use crate::message::{
     StepRate, Steps, Text, Value, ValueType, Version, Volts,
 };
 
-/// A type that queries ask for.
+/// Type that queries ask for.
 pub trait ReplyValue<'a>: Copy {
-    /// Takes it out of a value, if that has the right meaning and enough room.
+    /// Reads it from a value, if the value has the right meaning and size.
     fn from_value(value: Value<'a>) -> Option<Self>;
 
-    /// It as a value: of this type, if it has a place there, or else of its usual one.
+    /// Makes a value of this type if it fits, otherwise of the usual type.
     fn to_value(self, value_type: ValueType) -> Value<'a>;
 }
 
-/// A number, in and out of the values that can hold it.
+/// Converts a number from and to the values that can contain it.
 trait Number: Copy {
     fn from_value(value: &Value<'_>) -> Option<Self>;
     fn to_value<'a>(self, value_type: ValueType) -> Value<'a>;
@@ -35,7 +35,7 @@ impl Number for u8 {
     }
 }
 
-/// Under `INT` as well, which then has the same bits.
+/// A `UINT`, or an `INT` with the same bits.
 impl Number for u16 {
     #[inline]
     fn from_value(value: &Value<'_>) -> Option<Self> {
@@ -51,7 +51,7 @@ impl Number for u16 {
     }
 }
 
-/// In fewer bits as well.
+/// A `ULONG`, or a shorter type.
 impl Number for u32 {
     #[inline]
     fn from_value(value: &Value<'_>) -> Option<Self> {
@@ -74,7 +74,7 @@ impl Number for u32 {
     }
 }
 
-/// Under `ULONG` as well, which then has the same bits.
+/// A `LONG`, or a `ULONG` with the same bits.
 impl Number for i32 {
     #[inline]
     fn from_value(value: &Value<'_>) -> Option<Self> {
@@ -90,7 +90,7 @@ impl Number for i32 {
     }
 }
 
-/// Under `FLOAT` or `ULONG`, with the same bits.
+/// A `FLOAT`, or a `ULONG` with the same bits.
 impl Number for Centi<i32> {
     #[inline]
     fn from_value(value: &Value<'_>) -> Option<Self> {
@@ -125,13 +125,13 @@ numbers! {
     RunState ShortMilliseconds Shots Span Speed StartDelay StepRate Steps Version Volts
 }
 
-/// A yes or no may come as `INT` too, from builds in which it was promoted (hoot, section 2.3, query 107).
+/// Yes or no may come as an `INT` too, from some builds (hoot, section 2.3, query 107).
 impl<'a> ReplyValue<'a> for Bool {
     #[inline]
     fn from_value(value: Value<'a>) -> Option<Self> {
         match value {
             Value::Byte(byte) => Some(Self(byte)),
-            // What has no room in a byte is not 0, and so a yes.
+            // A number that does not fit into a byte is not 0, so it means yes.
             Value::Int(number) => Some(u8::try_from(number).map_or(Self::TRUE, Self)),
             _ => None,
         }

@@ -1,4 +1,4 @@
-//! The node's camera: hoot, section 4.4.
+//! Camera of a node: hoot, section 4.4.
 
 use super::world::*;
 use hoot_proto::device::{CameraState, Options};
@@ -24,7 +24,7 @@ fn busy(node: &mut Node) -> [Vec<u8>; 2] {
 
 // 4.4-1
 #[test]
-fn a_picture_is_focus_shutter_and_a_rest() {
+fn a_picture_is_focus_shutter_and_delay() {
     let mut node = node(30, 200, 50);
     assert_eq!(busy(&mut node), [[0, 0], [0, 0]]);
     assert_eq!(node.ok(EXPOSE), [camera(true, false)]);
@@ -48,7 +48,7 @@ fn a_picture_is_focus_shutter_and_a_rest() {
 
 // 4.4-2
 #[test]
-fn a_busy_camera_goes_on_with_what_it_does() {
+fn a_busy_camera_finishes_its_picture() {
     let mut node = node(0, 200, 0);
     assert_eq!(node.ok(EXPOSE), [camera(false, true)], "without focus time the shutter comes first");
     node.pass(150);
@@ -64,13 +64,13 @@ fn without_a_camera_nothing_is_released() {
     let mut node = node(0, 200, 0);
     let enable = |enable| HostMessage::from(message::CameraSetEnable { enable });
     node.ok(EXPOSE);
-    assert_eq!(node.ok(enable(NO)), [camera(false, false)], "and what is held is let go");
+    assert_eq!(node.ok(enable(NO)), [camera(false, false)], "the held lines are released");
     assert_eq!(node.ok(EXPOSE), []);
 }
 
 // 4.4-4
 #[test]
-fn stops_let_go_of_the_shutter() {
+fn stops_release_the_shutter() {
     for stop in [STOP, PAUSE] {
         let mut node = node(0, 200, 0);
         node.ok(EXPOSE);

@@ -1,4 +1,4 @@
-//! What the conduct of every message promises, in every state of the master: after a stop nothing leaves that may move a
+//! Laws of the conduct of every message, in every state of the master: after a stop, no message is sent that may move a
 //! motor, and a message that is not repeatable is sent at most once.
 
 use super::world::*;
@@ -8,7 +8,8 @@ use hoot_proto::{Address, Messages, Millis, Table};
 
 const STATUS: HostMessage<'static> = HostMessage::RunStatus(message::RunStatus {});
 
-/// Messages of every row, from bodies of every length and a few patterns: one of each conduct. And messages without a type.
+/// Messages of every row, one of each conduct, from bodies of every length and a few patterns; and messages without a
+/// type.
 fn messages() -> Vec<HostMessage<'static>> {
     let mut found: Vec<HostMessage<'static>> = Vec::new();
     for kind in HostMessage::ALL {
@@ -33,7 +34,7 @@ fn address_of(message: &HostMessage<'_>) -> Address {
     if message.selector().table == Table::Broadcast { Address::BROADCAST } else { NODE }
 }
 
-/// A master in each of its states, with what it does there.
+/// Masters in each state, with descriptions.
 fn masters(options: Options) -> Vec<(&'static str, Master)> {
     let new = || Master::new(options);
     let speed = |speed| Command::Speed { to: NODE, motor: Motor::Two, speed: message::StepsPerSecond(speed) };

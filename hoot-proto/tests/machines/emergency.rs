@@ -1,4 +1,4 @@
-//! The master's emergency stop: hoot, section 5 and safety decision 2.
+//! Emergency stop of a master: hoot, section 5 and safety decision 2.
 
 use super::world::*;
 use hoot_proto::Address;
@@ -9,7 +9,7 @@ use hoot_proto::message::{self, HostMessage, Motor};
 
 const STATUS: HostMessage<'static> = HostMessage::RunStatus(message::RunStatus {});
 
-/// The events that tell of an emergency stop that is not confirmed, and of its end.
+/// Events of an emergency stop: it is not confirmed, and it is confirmed.
 const NOT_CONFIRMED: Event<'static> = Event::StopNotConfirmed(StopTarget::All);
 const STOPPED: Event<'static> = Event::Stopped(StopTarget::All);
 
@@ -21,7 +21,7 @@ fn running(motor: Motor) -> HostMessage<'static> {
     HostMessage::from(message::MotorRunning { motor })
 }
 
-/// A round to one node behind a bridge, from the second on with the end of joystick mode.
+/// Packets of a round for one node behind a bridge; from the second round on with the end of joystick mode.
 fn round(later: bool) -> Vec<HostMessage<'static>> {
     let mut round = Motor::ALL.map(motor_stop).to_vec();
     round.push(STOP);
@@ -30,7 +30,7 @@ fn round(later: bool) -> Vec<HostMessage<'static>> {
     round
 }
 
-/// Goes on for so many packets, answered or not, and gives what was sent and what happened.
+/// Goes on for a number of packets, answered or not, and returns the messages and the events.
 fn go_on(
     master: &mut Master,
     first: Output<'static>,
@@ -61,7 +61,7 @@ fn go_on(
 
 // 5-9
 #[test]
-fn an_emergency_drops_everything_and_stops_every_motor() {
+fn an_emergency_stop_ends_all_commands_and_stops_every_motor() {
     let mut master = Master::new(Options::default());
     let _ = master.request(1, run(Motor::Two));
     for token in 2..6 {
@@ -72,7 +72,7 @@ fn an_emergency_drops_everything_and_stops_every_motor() {
     let _ = master.order(Command::KeepAlive { to: NODE, on: true });
     master.now += 60;
     let output = press(&mut master);
-    assert_eq!(output.packets()[0].message, motor_stop(Motor::One), "in the same step, whatever was waited for");
+    assert_eq!(output.packets()[0].message, motor_stop(Motor::One), "the first stop is sent in the same step");
     assert_eq!(output.told()[0], Event::Stopping);
     assert_eq!(ended(&output)[0], (1, Outcome::NotConfirmed), "it was sent");
     assert_eq!(ended(&output)[1..], [2, 3, 4, 5, 6].map(|token| (token, Outcome::Failed(Failure::Stopped))));
@@ -83,20 +83,20 @@ fn an_emergency_drops_everything_and_stops_every_motor() {
     assert_eq!(packets, round(false));
     assert_eq!(events.last(), Some(&STOPPED));
     assert_eq!(master.machine.stopping(), StopState::Calm);
-    assert_eq!(master.pass(9000), [], "nothing of the past comes back");
+    assert_eq!(master.pass(9000), [], "no old command is sent later");
 }
 
 // 5-36
 #[test]
-fn within_the_gap_it_waits_for_that_and_nothing_else() {
+fn an_emergency_stop_waits_only_for_the_gap() {
     let mut master = Master::new(Options::default());
     let _ = master.request(1, START);
     master.now += 20;
     assert!(press(&mut master).packets().is_empty());
     assert_eq!(sent(&master.pass(40)), [(40, motor_stop(Motor::One))]);
-    // A node that does not answer holds up the next stop for 150 ms.
+    // If a node does not answer, the next stop is sent after 150 ms.
     assert_eq!(sent(&master.pass(150)), [(150, motor_stop(Motor::Two))]);
-    // An answer, for the gap.
+    // If it answers, the next stop is sent after the gap.
     master.now += 5;
     let _ = master.reply(1, &[]);
     assert_eq!(sent(&master.pass(55)), [(55, motor_stop(Motor::Three))]);
@@ -104,8 +104,8 @@ fn within_the_gap_it_waits_for_that_and_nothing_else() {
 
 // 5-37
 #[test]
-fn it_goes_on_until_every_motor_says_that_it_rests() {
-    // The second motor runs on for a while.
+fn an_emergency_stop_goes_on_until_every_motor_rests() {
+    // The second motor goes on for a while.
     let mut still = 4;
     let mut master = Master::new(Options::default());
     let output = press(&mut master);
@@ -122,7 +122,7 @@ fn it_goes_on_until_every_motor_says_that_it_rests() {
 
 // 5-38
 #[test]
-fn after_three_rounds_it_is_not_confirmed_and_goes_on() {
+fn after_three_rounds_an_emergency_stop_is_not_confirmed_and_goes_on() {
     for silent in [true, false] {
         let mut master = Master::new(Options::default());
         let output = press(&mut master);
@@ -151,7 +151,7 @@ fn a_late_answer_confirms_nothing() {
     });
     let wanted: Vec<_> = round(false).into_iter().take(5).chain(round(true)).collect();
     assert_eq!((sent, events.last()), (wanted, Some(&STOPPED)), "a round with a silence does not count");
-    // Values of other types are not taken for it.
+    // Values of other types are not taken for the answer.
     let mut master = Master::new(Options::default());
     let output = press(&mut master);
     go_on(&mut master, output, 4, |_| Some(true));
@@ -167,7 +167,7 @@ fn a_late_answer_confirms_nothing() {
 
 // 5-40
 #[test]
-fn pressed_again_it_stops_again_but_reaches_every_node() {
+fn a_second_emergency_stop_reaches_every_node_too() {
     let nodes = [NODE, Address(9)];
     let mut master = Master::offline(Options::default(), &nodes);
     master.line_up();
@@ -190,12 +190,16 @@ fn pressed_again_it_stops_again_but_reaches_every_node() {
     }
     master.now += 60;
     let output = press(&mut master);
-    assert_eq!(output.packets()[0].message, motor_stop(Motor::One), "at once, in place of the questions");
+    assert_eq!(
+        output.packets()[0].message,
+        motor_stop(Motor::One),
+        "the stops are sent at once, instead of the questions"
+    );
 }
 
 // 5-41
 #[test]
-fn the_application_can_end_it() {
+fn the_application_can_end_an_emergency_stop() {
     let mut master = Master::new(Options::default());
     let output = press(&mut master);
     go_on(&mut master, output, 30, |_| None);
@@ -205,8 +209,8 @@ fn the_application_can_end_it() {
     assert_eq!(sent(&master.pass(9000)), []);
     assert_eq!(master.request(1, STATUS).packets().len(), 1);
     let output = master.command(Token(2), Command::EndEmergency);
-    assert_eq!((ended(&output), others(&output)), (vec![(2, Outcome::Applied)], vec![]), "there is none");
-    // Given up at once, it is not confirmed either.
+    assert_eq!((ended(&output), others(&output)), (vec![(2, Outcome::Applied)], vec![]), "there is no emergency stop");
+    // An emergency stop that is given up at once is not confirmed either.
     let mut master = Master::new(Options::default());
     let _ = press(&mut master);
     assert_eq!(others(&master.order(Command::EndEmergency)), [NOT_CONFIRMED]);
@@ -214,25 +218,25 @@ fn the_application_can_end_it() {
 
 // 5-42
 #[test]
-fn without_a_line_it_is_not_confirmed_and_begins_when_there_is_one() {
+fn without_a_line_an_emergency_stop_is_not_confirmed_and_begins_with_the_line() {
     let mut master = Master::offline(Options::default(), &[NODE]);
     let told = [Event::Stopping, NOT_CONFIRMED];
     assert_eq!(others(&press(&mut master)), told);
     assert_eq!(master.wake, None);
     let output = master.step(Input::LinkUp);
     assert_eq!(output.packets()[0].message, motor_stop(Motor::One));
-    // A line that goes takes all certainty with it.
+    // After the line was down, nothing is certain.
     let mut master = Master::new(Options::default());
     let output = press(&mut master);
     go_on(&mut master, output, 5, |_| Some(true));
     assert_eq!(master.step(Input::LinkDown).told(), [Event::LinkDown, NOT_CONFIRMED]);
     let output = master.step(Input::LinkUp);
-    assert_eq!(output.packets()[0].message, motor_stop(Motor::One), "from the beginning");
+    assert_eq!(output.packets()[0].message, motor_stop(Motor::One), "the round begins again");
 }
 
 // 5-43
 #[test]
-fn meanwhile_nothing_else_is_taken_but_stops() {
+fn during_an_emergency_stop_only_stops_are_accepted() {
     let mut master = Master::new(Options::default());
     let _ = press(&mut master);
     let refused = Outcome::Refused(Refusal::Stopping);
@@ -251,12 +255,12 @@ fn meanwhile_nothing_else_is_taken_but_stops() {
         "nobody waits for it"
     );
     let (sent, _) = go_on(&mut master, Output::default(), 1000, |_| Some(true));
-    assert_eq!(sent, round(false), "and the emergency stop goes on where it was");
+    assert_eq!(sent, round(false), "the emergency stop goes on where it was");
 }
 
 // 5-44
 #[test]
-fn on_the_bus_itself_a_broadcast_goes_first() {
+fn without_a_bridge_a_broadcast_is_sent_first() {
     let sub_address = message::AnySubAddress(0);
     let stop = HostMessage::from(message::BroadcastStop { sub_address });
     let mut master = Master::new(Options::default().with_bridge(false));
@@ -264,7 +268,7 @@ fn on_the_bus_itself_a_broadcast_goes_first() {
     let (sent, events) = go_on(&mut master, output, 1000, |_| Some(true));
     assert_eq!(sent, [vec![stop], round(false)].concat());
     assert_eq!(events.last(), Some(&STOPPED));
-    // Without any node it is all there is, bridge or not, and nobody can confirm it.
+    // Without a listed node only the broadcast is sent, with a bridge or without, and it is never confirmed.
     let mut master = Master::offline(Options::default(), &[]);
     master.line_up();
     let output = press(&mut master);
@@ -275,9 +279,9 @@ fn on_the_bus_itself_a_broadcast_goes_first() {
 
 // 5-45
 #[test]
-fn the_nodes_are_the_application_s() {
+fn the_application_lists_the_nodes() {
     let nodes = Nodes::NONE.with(Address(7)).unwrap();
-    assert_eq!(nodes.with(Address(7)), Some(nodes), "twice is once");
+    assert_eq!(nodes.with(Address(7)), Some(nodes), "adding a node again changes nothing");
     assert_eq!((nodes.with(Address(1)), nodes.with(Address(0))), (None, None));
     let full = (2..10).fold(Nodes::NONE, |nodes, node| nodes.with(Address(node)).unwrap());
     assert_eq!((full.with(Address(10)), full.with(Address(9))), (None, Some(full)));

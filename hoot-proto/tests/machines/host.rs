@@ -1,4 +1,4 @@
-//! The master's line and requests: hoot, section 5.
+//! Line and requests of a master: hoot, section 5.
 
 use super::world::*;
 use hoot_proto::host::{Command, Event, Failure, Input, Options, Outcome, Refusal, Request, State, StopTarget, Token};
@@ -29,18 +29,18 @@ const fn refused(why: Refusal) -> Outcome<'static> {
 
 // 5-1 5-16
 #[test]
-fn one_request_at_a_time_and_a_gap_between() {
+fn one_request_is_sent_at_a_time_with_a_gap_between() {
     let mut master = Master::new(Options::default());
     assert_eq!(master.machine.state(), State::Idle);
     let output = master.request(1, START);
     assert_eq!((output.packets()[0].to, output.packets()[0].message), (NODE, START));
-    assert!(master.request(2, STATUS).packets().is_empty(), "one at a time");
+    assert!(master.request(2, STATUS).packets().is_empty(), "one request at a time");
     assert_eq!((master.machine.state(), master.machine.pending()), (State::Waiting, 2));
     master.now += 5;
     let output = master.reply(1, &[]);
     assert!(output.packets().is_empty() && done(&[])(&ended(&output)[0].1), "{output:?}");
     let next = master.pass(60);
-    assert_eq!(sent(&next), [(55, STATUS)], "60 ms behind the first");
+    assert_eq!(sent(&next), [(55, STATUS)], "60 ms after the first");
 }
 
 // 5-2
@@ -52,17 +52,17 @@ fn broadcasts_are_not_answered() {
     assert_eq!(master.machine.state(), State::Quiet);
     let _ = master.request(2, STATUS);
     assert_eq!(sent(&master.pass(60)), [(60, STATUS)]);
-    // So is command 0.
+    // Command 0 is not answered either.
     let mut master = Master::new(Options::default());
     assert_eq!(ended(&master.request(1, HostMessage::from(message::Noop::default()))), [(1, Outcome::Sent)]);
 }
 
 // 5-3
 #[test]
-fn nodes_with_a_new_address_are_left_alone() {
+fn after_a_new_address_nothing_is_sent_for_a_while() {
     let mut master = Master::new(Options::default());
     let output = master.request_to(1, Address::BROADCAST, assign(Address(9)));
-    assert_eq!(ended(&output), [(1, Outcome::Sent)], "through a bridge as well: it is for the attached node");
+    assert_eq!(ended(&output), [(1, Outcome::Sent)], "through a bridge too, because it is for the attached node");
     let _ = master.request_to(2, Address(9), STATUS);
     assert_eq!(sent(&master.pass(2600)), [(2600, STATUS)]);
 
@@ -76,7 +76,7 @@ fn nodes_with_a_new_address_are_left_alone() {
 
 // 5-4 5-13
 #[test]
-fn an_answer_comes_in_pieces_and_with_noise_around() {
+fn an_answer_may_come_in_pieces_and_among_noise() {
     let query = message::MotorPosition { motor: Motor::One };
     let mut master = Master::new(Options::default());
     let _ = master.request(1, HostMessage::from(query));
@@ -110,13 +110,13 @@ fn an_answer_is_told_with_its_code() {
         let _ = master.request(1, START);
         let output = master.reply(code, data);
         assert_eq!(ended(&output), [(1, refused(Refusal::Device(ResponseCode(code))))]);
-        assert_eq!(master.pass(9000), [], "and is not asked again");
+        assert_eq!(master.pass(9000), [], "the query is not repeated");
     }
 }
 
 // 5-7
 #[test]
-fn what_is_for_others_is_overheard() {
+fn packets_for_others_are_told_as_overheard() {
     let mut master = Master::new(Options::default());
     let _ = master.request(1, STATUS);
     let echo = Frame::decode(b"\0\0\0\0\0\xFF\x03\0\x65\0").unwrap();
@@ -129,13 +129,13 @@ fn what_is_for_others_is_overheard() {
 
 // 5-8
 #[test]
-fn queries_are_asked_again_and_then_given_up() {
+fn queries_are_repeated_and_then_end_without_an_answer() {
     let mut master = Master::new(Options::default());
     let _ = master.request(1, STATUS);
     let outputs = master.pass(2000);
     assert_eq!(sent(&outputs), [(500, STATUS), (1000, STATUS)]);
     assert_eq!(all_ended(&outputs), [(1500, 1, NO_ANSWER)]);
-    // An answer to the second one counts, and what else comes is awaited for longer.
+    // The answer to the repetition counts, and the line then settles for longer.
     let mut master = Master::new(Options::default());
     let _ = master.request(1, STATUS);
     master.pass(510);
@@ -146,7 +146,7 @@ fn queries_are_asked_again_and_then_given_up() {
 
 // 5-10 5-14
 #[test]
-fn what_may_not_be_repeated_is_sent_once() {
+fn messages_that_are_not_repeatable_are_sent_once() {
     let mut once = 0;
     for kind in HostMessage::ALL {
         for body in [&[][..], &[2], &[0, 1], &[0; 4], &[0; 5], &[0, 0, 0, 0, 1]] {
@@ -170,12 +170,12 @@ fn what_may_not_be_repeated_is_sent_once() {
     assert!(once > 50, "{once}");
     let mut master = Master::new(Options::default());
     let _ = master.request(1, POWER);
-    assert_eq!(all_ended(&master.pass(600)), [(500, 1, Outcome::NotConfirmed)], "the answer clears it");
+    assert_eq!(all_ended(&master.pass(600)), [(500, 1, Outcome::NotConfirmed)], "the query clears the flag");
 }
 
 // 5-11 5-12
 #[test]
-fn a_second_answer_is_nobodys() {
+fn a_second_answer_is_unsolicited() {
     let mut master = Master::new(Options::default());
     let running = HostMessage::from(message::MotorRunning { motor: Motor::One });
     let _ = master.request(1, running);
@@ -186,7 +186,7 @@ fn a_second_answer_is_nobodys() {
     let output = master.reply(1, &[5, 0, 0, 0x27, 0x10]);
     assert!(matches!(output.told()[..], [Event::Unsolicited(_)]));
     assert_eq!(master.machine.state(), State::Settling);
-    assert_eq!(sent(&master.pass(48)), [(48, STATUS)], "when it has settled, and the gap is over");
+    assert_eq!(sent(&master.pass(48)), [(48, STATUS)], "after the line has settled and the gap is over");
     assert_eq!(master.machine.state(), State::Waiting);
 }
 
@@ -200,18 +200,18 @@ fn a_late_answer_is_not_taken_for_another() {
     assert_eq!(all_ended(&outputs), [(500, 1, NO_ANSWER)]);
     assert_eq!(master.machine.state(), State::Settling);
     master.now += 100;
-    assert!(matches!(master.reply(1, &[0, 1]).told()[..], [Event::Unsolicited(_)]), "it is drained");
+    assert!(matches!(master.reply(1, &[0, 1]).told()[..], [Event::Unsolicited(_)]), "late answers are dropped");
     assert_eq!(sent(&master.pass(100)).len(), 1);
     for stray in [&[0, 1][..], &[], &[3, 0], &[5, 0, 0, 0, 0]] {
         assert!(matches!(master.reply(1, stray).told()[..], [Event::Unsolicited(_)]), "not a position: {stray:?}");
     }
     assert!(done(&[3, 0, 0, 0, 1])(&ended(&master.reply(1, &[3, 0, 0, 0, 1]))[0].1));
-    // Nor is a value the answer to a command.
+    // A value is not the answer to a command either.
     let mut master = Master::new(Options::default());
     let _ = master.request(1, START);
     assert!(matches!(master.reply(1, &[0, 1]).told()[..], [Event::Unsolicited(_)]));
     assert!(done(&[])(&ended(&master.reply(1, &[]))[0].1));
-    // What has no type may be answered by anything.
+    // A message without a type may be answered by anything.
     let mut master = Master::new(Options::default());
     let _ = master.request(1, HostMessage::other(0x7C_00, &[]));
     assert!(done(&[0, 7])(&ended(&master.reply(1, &[0, 7]))[0].1));
@@ -231,7 +231,7 @@ fn a_start_may_take_three_seconds() {
 
 // 5-18
 #[test]
-fn broadcasts_do_not_pass_a_bridge() {
+fn broadcasts_through_a_bridge_are_refused() {
     let mut master = Master::new(Options::default());
     let output = master.request_to(1, Address::BROADCAST, broadcast_start());
     assert_eq!((output.packets().len(), ended(&output)), (0, vec![(1, refused(Refusal::Bridge))]));
@@ -242,7 +242,7 @@ fn broadcasts_do_not_pass_a_bridge() {
 
 // 5-19
 #[test]
-fn what_is_an_error_is_not_sent() {
+fn messages_with_errors_are_refused() {
     let mut master = Master::new(Options::default());
     for (message, to) in [
         (move_by(Motor::One, 0x0100_0000), NODE),
@@ -271,7 +271,7 @@ fn what_is_an_error_is_not_sent() {
             "{output:?}"
         );
     }
-    // A stop that is not known to be one, and a command of the core protocol beside its table.
+    // A stop without a type, and a command of the core protocol outside its table.
     for message in [HostMessage::other(0x04_00, &[]), HostMessage::other(0x01_00, &[2])] {
         let output = master.request(1, message);
         let [(1, Outcome::Refused(Refusal::Invalid(EncodeError::Typed { .. })))] = ended(&output)[..] else {
@@ -282,10 +282,10 @@ fn what_is_an_error_is_not_sent() {
 
 // 5-20
 #[test]
-fn a_full_queue_says_so() {
+fn a_full_queue_refuses_requests() {
     let mut master = Master::new(Options::default());
     for token in 0..9 {
-        assert!(ended(&master.request(token, STATUS)).is_empty(), "one is out, eight wait");
+        assert!(ended(&master.request(token, STATUS)).is_empty(), "one request is sent, and eight wait");
     }
     assert_eq!(ended(&master.request(9, STATUS)), [(9, refused(Refusal::Busy))]);
     assert!(ended(&master.request(10, motor_stop(Motor::One))).is_empty(), "stops have room of their own");
@@ -293,7 +293,7 @@ fn a_full_queue_says_so() {
 
 // 5-21
 #[test]
-fn a_line_that_goes_ends_what_waits() {
+fn commands_end_when_the_line_goes_down() {
     let mut master = Master::new(Options::default());
     let _ = master.request(1, START);
     let _ = master.request(2, STATUS);

@@ -1,4 +1,4 @@
-//! The master's joystick stream: hoot, sections 4.3, 5 and 6.8.
+//! Speeds of a joystick, and keep-alives: hoot, sections 4.3, 5 and 6.8.
 
 use super::world::*;
 use hoot_proto::Address;
@@ -17,7 +17,7 @@ fn stream(master: &mut Master, motor: Motor, speed: f32) -> Output<'static> {
     master.order(Command::Speed { to: NODE, motor, speed })
 }
 
-/// A speed with a token that tests look at.
+/// Gives a speed with a token that is tested.
 fn named(master: &mut Master, token: u32, motor: Motor, speed: f32) -> Output<'static> {
     let speed = StepsPerSecond(speed);
     master.command(Token(token), Command::Speed { to: NODE, motor, speed })
@@ -27,14 +27,14 @@ fn keep(master: &mut Master, to: Address, on: bool) -> Output<'static> {
     master.order(Command::KeepAlive { to, on })
 }
 
-/// The end of a command without a name.
+/// End of a command whose end is not tested otherwise.
 const fn end(outcome: Outcome<'_>) -> Event<'_> {
     Event::Ended { token: UNNAMED, outcome }
 }
 
 // 5-30
 #[test]
-fn of_speeds_that_wait_the_last_counts() {
+fn the_last_of_the_speeds_that_wait_is_sent() {
     let mut master = Master::new(Options::default());
     assert_eq!(named(&mut master, 1, ONE, 1.0).packets()[0].message, speed(ONE, 1.0));
     let superseded = Outcome::Failed(Failure::Superseded);
@@ -62,9 +62,13 @@ fn a_speed_of_0_without_an_answer_becomes_a_stop() {
     let mut master = Master::new(Options::default());
     let _ = stream(&mut master, ONE, 0.0);
     let outputs = master.pass(350);
-    assert_eq!(sent(&outputs), [(150, motor_stop(ONE)), (350, motor_stop(ONE))], "and again when the line is clear");
+    assert_eq!(
+        sent(&outputs),
+        [(150, motor_stop(ONE)), (350, motor_stop(ONE))],
+        "the stop is sent again when the line is clear"
+    );
     assert!(all_ended(&outputs).is_empty());
-    // Also when something overtakes it, or the node refuses it.
+    // The same happens if a stop overtakes the speed, or the node refuses it.
     let mut master = Master::new(Options::default());
     let _ = stream(&mut master, ONE, -0.0);
     master.now += 60;
@@ -75,7 +79,7 @@ fn a_speed_of_0_without_an_answer_becomes_a_stop() {
     let output = master.reply(0, &[]);
     assert_eq!(others(&output), []);
     assert_eq!(sent(&master.pass(60)), [(60, motor_stop(ONE))]);
-    // Not if it is answered, nor if the motor is to move again by then.
+    // There is no stop if the node answers, or if the motor has a new speed by then.
     let mut master = Master::new(Options::default());
     let _ = stream(&mut master, ONE, 0.0);
     let _ = master.reply(1, &[]);
@@ -88,7 +92,7 @@ fn a_speed_of_0_without_an_answer_becomes_a_stop() {
 
 // 5-32
 #[test]
-fn speeds_that_make_no_sense_are_not_sent() {
+fn speeds_without_a_finite_value_are_refused() {
     let mut master = Master::new(Options::default());
     for bad in [f32::NAN, f32::INFINITY] {
         let output = named(&mut master, 1, ONE, bad);
@@ -104,7 +108,7 @@ fn speeds_that_make_no_sense_are_not_sent() {
         let full = (place == MAX_SPEEDS).then_some((9, Outcome::Refused(Refusal::Busy)));
         assert_eq!(ended(&output), Vec::from_iter(full));
     }
-    // A stop takes back the speed that waits.
+    // A stop removes the speed that waits.
     let mut master = Master::new(Options::default());
     let _ = master.request(1, STATUS);
     let _ = named(&mut master, 7, ONE, 7.0);
@@ -125,8 +129,8 @@ fn a_node_that_is_kept_alive_hears_something_in_time() {
     master.pass(300);
     assert_eq!(stream(&mut master, ONE, 3.0).packets().len(), 1);
     let _ = master.reply(1, &[]);
-    assert_eq!(sent(&master.pass(400)), [(400, ALIVE)], "a speed keeps it alive as well");
-    // Silence is told, and it goes on.
+    assert_eq!(sent(&master.pass(400)), [(400, ALIVE)], "a speed keeps the node alive too");
+    // A silence is told, and keep-alives go on.
     let outputs = master.pass(400);
     assert_eq!(outputs[0].1.told(), [Event::KeepAliveLost { to: NODE }]);
     assert_eq!((outputs[0].0, sent(&outputs)), (150, vec![(400, ALIVE)]));
@@ -137,13 +141,13 @@ fn a_node_that_is_kept_alive_hears_something_in_time() {
 
 // 5-34
 #[test]
-fn only_so_many_nodes_are_kept_alive() {
+fn at_most_four_nodes_are_kept_alive() {
     let mut master = Master::new(Options::default());
     for place in 0..MAX_KEPT {
         let _ = keep(&mut master, Address(10 + u8::try_from(place).unwrap()), true);
     }
     assert_eq!(keep(&mut master, NODE, true).told(), [end(Outcome::Refused(Refusal::Busy))]);
-    assert_eq!(keep(&mut master, Address(10), true).told(), [end(Outcome::Applied)], "it is among them");
+    assert_eq!(keep(&mut master, Address(10), true).told(), [end(Outcome::Applied)], "the node is in the list");
     assert_eq!(keep(&mut master, Address::MASTER, true).told(), [end(Outcome::Refused(Refusal::Address))]);
     let outputs = master.pass(3000);
     for place in 0..MAX_KEPT {
@@ -153,7 +157,7 @@ fn only_so_many_nodes_are_kept_alive() {
     }
     assert_eq!(master.step(Input::LinkDown).told(), [Event::LinkDown]);
     let _ = master.step(Input::LinkUp);
-    assert_eq!(master.pass(3000), [], "a line that goes ends it");
+    assert_eq!(master.pass(3000), [], "a line that goes down ends keep-alives");
 }
 
 // 5-35
@@ -182,7 +186,7 @@ fn requests_and_speeds_take_turns() {
 
 // 5-46
 #[test]
-fn nodes_that_are_gone_do_not_keep_requests_waiting() {
+fn requests_have_their_turn_beside_silent_nodes() {
     let mut master = Master::new(Options::default());
     for to in 10..14 {
         let _ = keep(&mut master, Address(to), true);
@@ -191,6 +195,6 @@ fn nodes_that_are_gone_do_not_keep_requests_waiting() {
         let _ = master.request(token, STATUS);
     }
     let outputs = master.pass(20_000);
-    assert_eq!(all_ended(&outputs).len(), 4, "nobody answers, and all come to their end");
+    assert_eq!(all_ended(&outputs).len(), 4, "no node answers, and all commands end");
     assert!(all_ended(&outputs).iter().all(|(at, ..)| *at < 4 * 2500), "{outputs:?}");
 }

@@ -1,4 +1,4 @@
-//! The node's link: hoot, section 4.1.
+//! Link of a node: hoot, section 4.1.
 
 use super::world::*;
 use hoot_proto::device::{Answer, Contents, Event, Ignored, Input, Options, Part, Port, Quirks, Transmit};
@@ -9,7 +9,7 @@ use hoot_proto::{Address, Frame, Item, Strict};
 use motion_core::stream::Frames;
 use motion_core::wire::Messages;
 
-/// What a node gets of bytes: packets as messages, all else as noise.
+/// Gives bytes to a node: packets as messages, and everything else as noise.
 fn feed(node: &mut Node, frames: &mut Frames<Strict, 84>, bytes: &[u8]) -> Vec<Vec<u8>> {
     assert_eq!(frames.push(bytes), bytes.len());
     drain(node, frames)
@@ -52,7 +52,7 @@ fn ten_bytes_are_a_request_without_data() {
 
 // 4.1-4 4.1-5
 #[test]
-fn data_is_read_by_its_length_and_not_beyond_32_bytes() {
+fn data_is_read_by_its_length_up_to_32_bytes() {
     let (mut node, mut frames) = (Node::ready(), Frames::<Strict, 84>::new());
     let bytes = packet(2, 16, &[0xFF, 0xFF, 0xF8, 0x30]);
     for byte in &bytes[..13] {
@@ -76,7 +76,7 @@ fn a_silence_inside_a_packet_drops_it() {
     assert!(feed(&mut node, &mut frames, &bytes[..12]).is_empty());
     frames.gap();
     assert!(drain(&mut node, &mut frames).is_empty());
-    assert!(!node.running(Motor::One), "and what follows completes nothing");
+    assert!(!node.running(Motor::One), "the bytes that follow do not complete it");
     assert!(feed(&mut node, &mut frames, &bytes[12..]).is_empty());
     frames.gap();
     assert!(drain(&mut node, &mut frames).is_empty() && !node.running(Motor::One));
@@ -95,14 +95,14 @@ fn a_wrong_break_costs_the_packet_and_is_not_answered() {
 
 // 4.1-8
 #[test]
-fn nobody_answers_command_0() {
+fn command_0_is_not_answered() {
     let mut node = Node::ready();
     for to in [NODE, Address(9), Address::BROADCAST, Address::MASTER] {
         let noop = HostMessage::from(message::Noop::default());
         let output = node.send(to, noop);
         assert_eq!((output.packets().len(), output.told()), (0, vec![ignored(to, noop, Ignored::Noop)]), "{to}");
     }
-    // With data as well, and as a broadcast, whose table has no such command.
+    // The same with data, and as a broadcast, whose table does not have this command.
     for number in [0x00_03, 0x1_00_00] {
         let noop = HostMessage::other(number, &[1]);
         let output = node.send(NODE, noop);
@@ -125,7 +125,7 @@ fn broadcasts_are_done_and_never_answered() {
     for message in [start, stop] {
         assert!(node.send(Address::BROADCAST, message).packets().is_empty());
     }
-    // A broadcast that there is not, an address that no node has, and the number of a node's command.
+    // An unknown broadcast, an address that no node can have, and the number of a command to a node.
     let new_address = Address(1);
     let assign = HostMessage::from(message::BroadcastAssignAddress { sub_address, new_address });
     for message in [HostMessage::other(0x1_09_00, &[]), assign, STOP] {
@@ -138,7 +138,7 @@ fn broadcasts_are_done_and_never_answered() {
 
 // 4.1-10
 #[test]
-fn what_is_for_others_is_passed_on() {
+fn packets_for_others_are_forwarded() {
     let mut node = Node::ready();
     for (from, to, beyond) in [
         (Port::Bus, Address::MASTER, &[Port::Usb, Port::Bluetooth][..]),
@@ -151,7 +151,7 @@ fn what_is_for_others_is_passed_on() {
         assert_eq!((output.packets(), output.told()), (wanted, vec![]));
     }
     assert_eq!(node.machine.program().run_time(motion_core::time::Millis(9999)), 0, "nothing was started");
-    // Byte for byte, requests and replies, whatever is in them.
+    // Requests and replies are forwarded byte for byte, with any contents.
     for (address, data) in [(9, &[1, 2, 3][..]), (0, &[5, 0, 0, 4, 0xCD]), (0, &[]), (255, &[0; 32])] {
         for command in 1..=255 {
             let mut bytes = [0; 42];
@@ -183,14 +183,14 @@ fn the_core_protocol_answers_for_any_part() {
         assert_eq!(node.ok(assign(9)), [Event::Address(Address(9))]);
         assert_eq!(node.machine.address(Port::Bus), Address(9));
     }
-    // It knows no joystick mode.
+    // Joystick mode does not concern the core protocol.
     let mut node = Node::ready();
     node.ok(joystick(YES));
     let sub_address = message::AnySubAddress(0);
     assert_eq!(node.ask(HostMessage::from(message::CoreProtocolVersion { sub_address })), [1, 0, 1]);
 }
 
-/// Whether a request of each number is refused, of those that begin nothing else.
+/// Whether a request of each number is refused, without the numbers that begin something else.
 fn refused_numbers(node: &Node, sub_address: u32) -> Vec<u32> {
     let is_refused = |number: &u32| {
         let id = number << 8 | sub_address;
@@ -202,7 +202,7 @@ fn refused_numbers(node: &Node, sub_address: u32) -> Vec<u32> {
 
 // 4.1-12
 #[test]
-fn joystick_mode_leaves_the_controller_little_but_always_its_stop() {
+fn in_joystick_mode_the_controller_accepts_stops_and_little_else() {
     let mut node = Node::ready();
     node.ok(run(Motor::One));
     node.ok(joystick(YES));
@@ -218,7 +218,7 @@ fn joystick_mode_leaves_the_controller_little_but_always_its_stop() {
 
 // 4.1-13
 #[test]
-fn joystick_mode_leaves_motors_what_a_joystick_needs() {
+fn in_joystick_mode_motors_accept_what_a_joystick_needs() {
     let mut node = Node::ready();
     node.ok(joystick(YES));
     let left: Vec<u32> = (2..=121).filter(|number| !refused_numbers(&node, 2).contains(number)).collect();
@@ -228,7 +228,7 @@ fn joystick_mode_leaves_motors_what_a_joystick_needs() {
     node.ok(joystick(YES));
     node.refused(move_by(Motor::Two, 9));
     assert!(!node.running(Motor::Two));
-    // Nobody waits for the answer to a joystick.
+    // Later firmware does not answer speeds of a joystick.
     let (answers, events) = node.request(speed(Motor::Two, 9.0));
     assert_eq!((answers, events), (vec![], vec![ignored(NODE, speed(Motor::Two, 9.0), Ignored::Silent)]));
     assert!((node.machine.motor(Motor::Two).settings().speed.0 - 9.0).abs() < 0.1);
@@ -236,7 +236,7 @@ fn joystick_mode_leaves_motors_what_a_joystick_needs() {
 
 // 4.1-14
 #[test]
-fn joystick_mode_leaves_the_camera_alone() {
+fn joystick_mode_does_not_concern_the_camera() {
     let mut node = Node::ready();
     node.ok(HostMessage::from(message::CameraSetEnable { enable: YES }));
     node.ok(joystick(YES));
@@ -245,7 +245,7 @@ fn joystick_mode_leaves_the_camera_alone() {
 
 // 4.1-15
 #[test]
-fn there_is_no_fifth_part() {
+fn sub_addresses_above_4_are_refused() {
     for sub_address in [5, 9, 255] {
         Node::ready().refused(HostMessage::other(0x04_00 | sub_address, &[]));
     }
@@ -253,7 +253,7 @@ fn there_is_no_fifth_part() {
 
 // 4.1-16 4.1-19
 #[test]
-fn the_rest_is_done_or_refused_or_met_with_silence() {
+fn other_commands_are_done_refused_or_not_answered() {
     let mut node = Node::ready();
     assert_eq!(node.request(PAUSE), (vec![Answer::Ok], vec![]));
     assert_eq!(node.ask(HostMessage::from(message::FirmwareVersion {})), [0, 6]);
@@ -298,7 +298,7 @@ fn commands_refresh_the_dead_man_even_when_refused() {
 
 // 4.1-18
 #[test]
-fn missing_bytes_are_zero_and_surplus_ones_are_left_out() {
+fn missing_bytes_are_zero_and_surplus_bytes_are_ignored() {
     let mut node = Node::ready();
     // The greatest run time of two bytes; a firmware version with data.
     assert_eq!(node.ok(HostMessage::other(0x14_00, &[0, 2])), []);
@@ -308,7 +308,7 @@ fn missing_bytes_are_zero_and_surplus_ones_are_left_out() {
     assert_eq!(node.machine.name().0, *b"eleven byt");
     assert_eq!(node.ok(HostMessage::other(0x07_00, b"")), []);
     assert_eq!(node.machine.name().0, [0; 10]);
-    // A move that was cut off is no run (decision H-1).
+    // A move with missing bytes is not a run (decision H-1).
     node.refused(HostMessage::other(0x0F_01, &[1, 0]));
     let firmware = Options::default().with_quirks(Quirks::FIRMWARE);
     let mut node = Node::ready_with(firmware);
@@ -318,7 +318,7 @@ fn missing_bytes_are_zero_and_surplus_ones_are_left_out() {
 
 // 4.1-20
 #[test]
-fn a_new_address_counts_at_once_but_by_usb_only_after_power_up() {
+fn a_new_address_is_used_at_once_but_on_usb_after_power_up() {
     let set = |to| HostMessage::from(message::SetAddress { new_address: Address(to) });
     let mut node = Node::ready();
     node.refused(set(1));
@@ -328,7 +328,7 @@ fn a_new_address_counts_at_once_but_by_usb_only_after_power_up() {
     assert_eq!(node.tell(Input::Command(hoot_proto::device::Command::PowerUp)), []);
     assert_eq!(addresses(&node), [9, 9, 9]);
 
-    // Firmware blinks, and is deaf meanwhile; not so this node, unless it is told to (decision H-2).
+    // Firmware blinks, and receives nothing meanwhile. This node does so only with the quirk (decision H-2).
     let mut node = Node::ready_with(Options::default().with_quirks(Quirks::FIRMWARE));
     node.ok(set(9));
     node.now += 2499;
@@ -376,7 +376,7 @@ fn some_requests_are_answered_twice_by_firmware() {
 
 // 4.1-23
 #[test]
-fn the_link_itself_stops_nothing() {
+fn a_link_that_goes_down_stops_nothing() {
     let mut node = Node::ready();
     node.ok(run(Motor::One));
     for input in [Input::LinkDown(Port::Usb), Input::LinkUp(Port::Usb)] {
@@ -386,7 +386,7 @@ fn the_link_itself_stops_nothing() {
 }
 
 #[test]
-fn a_frame_and_its_message_say_the_same() {
+fn the_input_of_a_frame_is_the_input_of_its_message() {
     let bytes = packet(1, 15, &[1, 0, 0, 0, 0]);
     assert_eq!(HostMessage::decode(&Frame::decode(&bytes).unwrap()).name(), "MotorRun");
 }

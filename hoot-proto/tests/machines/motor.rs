@@ -1,4 +1,4 @@
-//! The node's motors: hoot, section 4.3.
+//! Motors of a node: hoot, section 4.3.
 
 use super::world::*;
 use hoot_proto::device::{Contact, Event, Input, Motion, MotorState, Options};
@@ -43,7 +43,7 @@ fn moves(motor: Motor) -> Vec<HostMessage<'static>> {
 
 // 4.3-1 4.3-2
 #[test]
-fn a_motor_that_is_not_enabled_says_ok_and_does_nothing() {
+fn a_motor_that_is_not_enabled_answers_ok_and_does_nothing() {
     let mut node = Node::new(Options::default());
     node.ok(speed(ONE, 100.0));
     for message in moves(ONE) {
@@ -53,7 +53,7 @@ fn a_motor_that_is_not_enabled_says_ok_and_does_nothing() {
     assert_eq!(node.ok(enable(ONE, YES)), []);
     assert_eq!(node.machine.motor(ONE).state(), MotorState::Idle);
     assert_eq!(node.ask(HostMessage::from(message::MotorEnable { motor: ONE })), [0, 1]);
-    // Taken away while it moves, it stops.
+    // A motor that is disabled while it moves stops.
     node.ok(run(ONE));
     assert_eq!(node.ok(enable(ONE, NO))[0], motion(ONE, Motion::Stop));
     assert_eq!(node.machine.motor(ONE).state(), MotorState::Disabled);
@@ -106,7 +106,7 @@ fn every_stop_stops_at_once() {
             node.ok(begin);
             assert_eq!(node.ok(stop), stopped, "{stop:?}");
             assert!(!node.running(ONE));
-            assert_eq!(node.ok(stop), [], "it rests already");
+            assert_eq!(node.ok(stop), [], "the motor rests already");
         }
         let mut node = Node::ready();
         node.ok(begin);
@@ -116,7 +116,7 @@ fn every_stop_stops_at_once() {
         let button = Input::Command(hoot_proto::device::Command::EmergencyStop);
         assert_eq!(node.tell(button), stopped);
     }
-    // One motor's stop is not another's.
+    // The stop of a motor does not stop other motors.
     let mut node = Node::ready();
     node.ok(run(ONE));
     assert_eq!(node.ok(motor_stop(Motor::Two)), []);
@@ -145,12 +145,12 @@ fn a_motor_rests_at_its_target_or_at_its_end() {
         node.ok(run(ONE));
         assert_eq!(at(&mut node, ONE, end / 2), []);
         assert_eq!(at(&mut node, ONE, end), [motion(ONE, Motion::Stop)]);
-        // It may go back from there, and is stopped again only when it comes again.
+        // The motor may go back from the limit, and is stopped again only when it reaches the limit again.
         node.ok(run(ONE));
         assert_eq!(at(&mut node, ONE, end / 2), []);
         assert_eq!(at(&mut node, ONE, end + end / 10), [motion(ONE, Motion::Stop)]);
     }
-    // From beyond it, it may come back.
+    // A motor beyond the limit may come back.
     for end in [1000, -1000] {
         let mut node = Node::ready();
         at(&mut node, ONE, end);
@@ -159,7 +159,7 @@ fn a_motor_rests_at_its_target_or_at_its_end() {
         node.ok(run(ONE));
         assert_eq!(at(&mut node, ONE, end + end / 2), []);
     }
-    // No limit.
+    // Without a limit the motor goes on.
     let mut node = Node::ready();
     node.ok(run(ONE));
     for steps in [2_000_000_000, -2_000_000_000] {
@@ -169,7 +169,7 @@ fn a_motor_rests_at_its_target_or_at_its_end() {
 
 // 4.3-8
 #[test]
-fn here_is_home_moves_what_is_stored_and_not_the_rig() {
+fn home_here_shifts_stored_positions_and_moves_nothing() {
     let mut node = Node::ready();
     at(&mut node, ONE, 400);
     node.ok(end_here(ONE));
@@ -181,7 +181,7 @@ fn here_is_home_moves_what_is_stored_and_not_the_rig() {
     let set = unit.settings();
     assert_eq!((unit.position().0, set.plan.start.0, set.plan.stop.0, set.end_limit.0), (0, -50, 150, 250));
 
-    // Without a limit there is none afterwards either.
+    // If there was no limit before, there is none afterwards.
     at(&mut node, Motor::Two, 70);
     node.ok(HostMessage::from(message::MotorSetHomeHere { motor: Motor::Two }));
     assert_eq!(node.machine.motor(Motor::Two).settings().end_limit, Steps(0));
@@ -196,7 +196,7 @@ fn here_is_home_moves_what_is_stored_and_not_the_rig() {
 
 // 4.3-9
 #[test]
-fn a_silent_master_stops_moves_and_runs_after_a_second() {
+fn the_dead_man_stops_moves_and_runs_after_a_second() {
     let manual = |manual_move| HostMessage::from(message::SetManualMove { manual_move });
     for begin in [run(ONE), move_by(ONE, 5)] {
         let mut node = Node::ready();
@@ -211,7 +211,7 @@ fn a_silent_master_stops_moves_and_runs_after_a_second() {
         node.ok(manual(NO));
         assert_eq!(node.pass(10_000), []);
     }
-    // What starts while the master is silent does not go far, and a program pauses (decision H-4).
+    // A motion that starts while the master is silent is stopped, and a program pauses (decision H-4).
     let mut node = Node::ready();
     node.ok(manual(YES));
     plan(&mut node, ONE, 0, 1000, 10);
@@ -219,7 +219,7 @@ fn a_silent_master_stops_moves_and_runs_after_a_second() {
     let events = node.tell(Input::Command(hoot_proto::device::Command::Start));
     assert_eq!(events.iter().filter(|event| **event == motion(ONE, Motion::Stop)).count(), 1, "{events:?}");
     assert_eq!(node.machine.program().state().name(), "Paused");
-    // A wake that comes too late, with a command: the stop comes first.
+    // If a late wake and a command come together, the stop is first.
     let mut node = Node::ready();
     node.ok(manual(YES));
     node.ok(run(ONE));
@@ -230,7 +230,7 @@ fn a_silent_master_stops_moves_and_runs_after_a_second() {
 
 // 4.3-11
 #[test]
-fn another_microstep_scales_what_is_stored() {
+fn another_microstep_setting_scales_stored_positions() {
     let mut node = Node::ready();
     at(&mut node, ONE, 400);
     node.ok(end_here(ONE));
@@ -239,7 +239,11 @@ fn another_microstep_scales_what_is_stored() {
     node.ok(run(ONE));
     let micro = |microstep| HostMessage::from(message::MotorSetMicrostep { motor: ONE, microstep });
     let told = [motion(ONE, Motion::Stop), motion(ONE, Motion::Microstep(Microstep::SIXTEENTH))];
-    assert_eq!(node.ok(micro(Microstep::SIXTEENTH)), told, "it counts in other steps, so it stops (decision H-13)");
+    assert_eq!(
+        node.ok(micro(Microstep::SIXTEENTH)),
+        told,
+        "the target counts in the old steps, so the motor stops (decision H-13)"
+    );
     let unit = node.machine.motor(ONE);
     let set = unit.settings();
     assert_eq!((unit.position().0, set.plan.start.0, set.plan.stop.0), (1600, -400, 1200));
@@ -282,12 +286,15 @@ fn single_steps_need_a_plan() {
     assert_eq!(node.ok(back), [to(ONE, 100)]);
     let mut later = Node::ready_with(Options::default().with_profile(hoot_proto::query::Profile::V033));
     plan(&mut later, ONE, 0, 1000, 10);
-    assert!(later.request(forward).0.is_empty() && later.request(back).0.is_empty(), "it knows them no more");
+    assert!(
+        later.request(forward).0.is_empty() && later.request(back).0.is_empty(),
+        "later firmware does not have them"
+    );
 }
 
 // 4.3-14
 #[test]
-fn motors_are_sent_to_what_is_stored() {
+fn motors_are_sent_to_stored_positions() {
     let mut node = Node::ready();
     plan(&mut node, ONE, -50, 700, 10);
     let [_, _, home, end, start, stop, all] = moves(ONE).try_into().unwrap();

@@ -13,7 +13,7 @@ fn running(motor: Motor) -> HostMessage<'static> {
     message::MotorRunning { motor }.into()
 }
 
-/// A request that is answered, with what it asks for.
+/// Sends a request, which the node answers with this data.
 fn done(master: &mut Master, message: HostMessage<'static>, data: &'static [u8]) {
     assert_eq!(master.request(1, message).packets()[0].message, message);
     master.now += 5;
@@ -21,7 +21,7 @@ fn done(master: &mut Master, message: HostMessage<'static>, data: &'static [u8])
     master.pass(300);
 }
 
-/// A master to which a run was sent and answered.
+/// A master after a message that may move something, which the node has answered.
 fn after(message: HostMessage<'static>) -> Master {
     let mut master = Master::new(Options::new());
     assert!(!master.machine.may_move());
@@ -38,7 +38,7 @@ fn a_motor_may_move_until_it_rests() {
         done(&mut master, running(ONE), &[0, 1]);
         done(&mut master, running(Motor::Two), &[0, 0]);
         done(&mut master, motor_stop(Motor::Two), &[]);
-        assert!(master.machine.may_move(), "nothing of this is about the motor");
+        assert!(master.machine.may_move(), "none of these answers is about the motor");
         done(&mut master, message, data);
         assert!(!master.machine.may_move(), "{message:?}");
     }
@@ -75,7 +75,7 @@ fn a_program_moves_motors_again_that_rest() {
 
 // 5-50
 #[test]
-fn what_waits_may_move_until_it_is_taken_back() {
+fn a_command_that_waits_may_move_until_it_is_removed() {
     let mut master = Master::new(Options::new());
     let _ = master.request(1, STATUS);
     let _ = master.request(2, run(ONE));
@@ -97,7 +97,7 @@ fn what_waits_may_move_until_it_is_taken_back() {
 
 // 5-51
 #[test]
-fn a_refusal_and_a_silence_say_nothing() {
+fn a_refusal_or_a_silence_does_not_change_what_may_move() {
     let mut master = Master::new(Options::new());
     let _ = master.request(1, run(ONE));
     let _ = master.reply(0, &[]);
@@ -110,7 +110,7 @@ fn a_refusal_and_a_silence_say_nothing() {
 
 // 5-52
 #[test]
-fn what_only_sets_moves_nothing() {
+fn settings_move_nothing() {
     let mut master = Master::new(Options::new());
     let acceleration = message::StepsPerSecondSquared(5.0);
     done(&mut master, message::MotorSetContinuousAcceleration { motor: ONE, acceleration }.into(), &[]);
@@ -121,19 +121,19 @@ fn what_only_sets_moves_nothing() {
     done(&mut master, speed(ONE, 1.0), &[]);
     assert!(master.machine.may_move(), "in joystick mode it starts the motor");
     let master = after(HostMessage::other(0x32_00, &[]));
-    assert!(master.machine.may_move(), "nobody knows what it does");
+    assert!(master.machine.may_move(), "a message without a type may move anything");
 }
 
 // 5-53
 #[test]
-fn a_stop_that_is_not_confirmed_leaves_all_open() {
+fn after_a_stop_that_is_not_confirmed_its_target_may_move() {
     let mut master = Master::new(Options::new());
     let _ = master.request(1, motor_stop(ONE));
     master.pass(9000);
     assert!(master.machine.may_move());
     done(&mut master, running(ONE), &[0, 0]);
     assert!(!master.machine.may_move());
-    // Without a line as well.
+    // The same without a line.
     let mut master = Master::offline(Options::new(), &[NODE]);
     let _ = master.request(1, STOP);
     assert!(master.machine.may_move());
@@ -141,7 +141,7 @@ fn a_stop_that_is_not_confirmed_leaves_all_open() {
 
 // 5-54
 #[test]
-fn a_line_that_goes_changes_nothing() {
+fn a_line_that_goes_down_does_not_change_what_may_move() {
     let mut master = after(run(ONE));
     let _ = master.step(Input::LinkDown);
     assert!(master.machine.may_move());
@@ -168,7 +168,7 @@ fn a_broadcast_moves_every_listed_node() {
         master.pass(300);
     }
     assert!(!master.machine.may_move());
-    // Without a list nobody can tell.
+    // Without a list of nodes, it is not known which nodes move.
     let mut master = Master::offline(options, &[]);
     master.line_up();
     let _ = master.request_to(1, Address::BROADCAST, start);
@@ -206,7 +206,7 @@ fn after_a_confirmed_emergency_stop_nothing_may_move() {
         let (packets, is_confirmed) = emergency(&mut master, |_| true);
         assert_eq!((packets.len(), is_confirmed), (7, true), "{message:?}");
     }
-    // Given up, it has stopped nothing for certain.
+    // An emergency stop that is given up is not confirmed.
     let mut master = Master::new(Options::new());
     let _ = master.order(Command::EmergencyStop);
     let _ = master.order(Command::EndEmergency);

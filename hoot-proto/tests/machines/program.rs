@@ -1,4 +1,4 @@
-//! The node's program: hoot, section 4.2.
+//! Program of a node: hoot, section 4.2.
 
 use super::world::*;
 use hoot_proto::device::{Command, Contact, Effect, Event, Input, Motion, Options, Phase, ProgramState};
@@ -72,7 +72,7 @@ fn run_time(node: &Node) -> u64 {
     node.machine.program().run_time(Millis(node.now))
 }
 
-/// Where the motor arrives at the target that the last event names.
+/// Lets the motor arrive at the target of the last event.
 fn arrive(node: &mut Node, steps: i32) -> Vec<Event<'static>> {
     node.tell(Input::Position { motor: ONE, position: Steps(steps) });
     node.tell(Input::Arrived(ONE))
@@ -90,7 +90,7 @@ fn a_start_begins_with_the_first_picture() {
     let mut node = sms();
     alt(&mut node, AltMode::START);
     assert_eq!(node.tell(Input::Alt(Contact::Ring)), begun);
-    // What moves otherwise comes to rest first (decision H-3).
+    // Other motion is stopped first (decision H-3).
     let mut node = sms();
     node.ok(run(Motor::Two));
     assert_eq!(node.ok(START), [motion(Motor::Two, Motion::Stop), RUNNING, camera(false, true)]);
@@ -104,7 +104,7 @@ fn a_delay_comes_before_the_start() {
     assert_eq!(node.ok(START), [Event::Program(ProgramState::Delay)]);
     assert_eq!(node.pass(1999), []);
     assert_eq!(node.pass(1), [(1, RUNNING), (1, camera(false, true))]);
-    // In milliseconds for later firmware, and where nobody can tell.
+    // The delay is in milliseconds for later firmware, and if the firmware is not known.
     for profile in [Profile::V070, Profile::V035] {
         let mut node = Node::ready_with(Options::default().with_profile(profile));
         start_delay(&mut node, 2);
@@ -125,7 +125,7 @@ fn a_pause_stops_all_and_keeps_the_counters() {
     assert_eq!(node.ok(PAUSE), [motion(ONE, Motion::Stop), PAUSED]);
     assert_eq!((run_time(&node), node.machine.program().shots()), (101, 1));
     node.pass(5000);
-    assert_eq!((run_time(&node), node.wake), (101, None), "its clock stands");
+    assert_eq!((run_time(&node), node.wake), (101, None), "the run time does not grow");
 
     let mut node = sms();
     node.ok(START);
@@ -136,7 +136,7 @@ fn a_pause_stops_all_and_keeps_the_counters() {
 
 // 4.2-4
 #[test]
-fn after_a_pause_it_goes_on() {
+fn after_a_pause_a_program_goes_on() {
     let mut node = sms();
     node.ok(START);
     node.pass(100);
@@ -145,15 +145,15 @@ fn after_a_pause_it_goes_on() {
     node.pass(700);
     assert_eq!(node.ok(START), [RUNNING, to(ONE, 100)], "the move that was cut short (decision H-11)");
     assert_eq!((run_time(&node), node.machine.program().shots()), (150, 1));
-    assert_eq!(arrive(&mut node, 100), [camera(false, true)], "and then it shoots again");
-    // Paused while a picture was taken, it takes that again.
+    assert_eq!(arrive(&mut node, 100), [camera(false, true)], "then the next picture is taken");
+    // A picture that the pause cut short is taken again.
     node.ok(STOP);
     node.ok(START);
     node.pass(20);
     node.ok(PAUSE);
     assert_eq!(node.ok(START), [RUNNING, camera(false, true)]);
     assert_eq!(node.machine.program().shots(), 0);
-    // And a delay goes on waiting.
+    // A delay goes on too.
     let mut node = sms();
     start_delay(&mut node, 2);
     node.ok(START);
@@ -166,7 +166,7 @@ fn after_a_pause_it_goes_on() {
 
 // 4.2-5
 #[test]
-fn a_stop_forgets_where_it_was() {
+fn a_stop_resets_the_counters() {
     let mut node = sms();
     alt(&mut node, AltMode::STOP);
     let sub_address = message::AnySubAddress(0);
@@ -196,7 +196,7 @@ fn the_timing_master_stops_after_the_greatest_run_time() {
     let mut node = sms();
     node.ok(HostMessage::from(message::SetMaxRunTime { max_run_time: Milliseconds(50) }));
     node.ok(START);
-    assert_eq!(node.pass(50), [], "more than that");
+    assert_eq!(node.pass(50), [], "the time must be exceeded");
     assert_eq!(node.pass(1), [(1, camera(false, false)), (1, STOPPED)]);
 
     node.ok(HostMessage::from(message::SetTimingMaster { timing_master: NO }));
@@ -206,7 +206,7 @@ fn the_timing_master_stops_after_the_greatest_run_time() {
 
 // 4.2-7
 #[test]
-fn it_ends_with_the_last_picture_or_the_last_move() {
+fn a_program_ends_with_the_last_picture_or_the_last_move() {
     let mut node = sms();
     max_shots(&mut node, 2);
     node.ok(START);
@@ -223,14 +223,14 @@ fn it_ends_with_the_last_picture_or_the_last_move() {
     arrive(&mut node, 200);
     assert_eq!(node.pass(1), [(1, to(ONE, 300))]);
     assert_eq!(arrive(&mut node, 300), [STOPPED]);
-    // Nothing to take and nothing to move: over at once.
+    // Without pictures and moves, the program is over at once.
     let mut node = Node::ready();
     assert_eq!(node.ok(START), [RUNNING, STOPPED]);
 }
 
 // 4.2-8
 #[test]
-fn to_and_fro_swaps_start_and_stop() {
+fn ping_pong_swaps_start_and_stop() {
     let mut node = moving(ProgramMode::SMS);
     ping_pong(&mut node);
     node.ok(START);
@@ -243,8 +243,8 @@ fn to_and_fro_swaps_start_and_stop() {
     assert_eq!((plan.start.0, plan.stop.0), (300, 0));
     assert_eq!(node.pass(1), [(1, to(ONE, 200))]);
     assert_eq!(node.ok(STOP), [motion(ONE, Motion::Stop), STOPPED]);
-    assert_eq!(node.pass(5000), [], "a stop ends it for good");
-    // Without anything that moves there is no way back (decision H-12).
+    assert_eq!(node.pass(5000), [], "after a stop nothing goes on");
+    // Without a motor that moves there is no way back (decision H-12).
     let mut node = Node::ready();
     ping_pong(&mut node);
     assert_eq!(node.ok(START), [RUNNING, STOPPED]);
@@ -253,12 +253,12 @@ fn to_and_fro_swaps_start_and_stop() {
 
 // 4.2-9
 #[test]
-fn the_button_for_emergencies_pauses() {
+fn the_emergency_button_pauses_a_program() {
     let button = Input::Command(Command::EmergencyStop);
     let mut node = sms();
     node.ok(START);
     assert_eq!(node.tell(button), [camera(false, false), PAUSED]);
-    // And it stops whatever moves, program or not (decision H-6).
+    // The button stops all motors, with or without a program (decision H-6).
     let mut node = sms();
     node.ok(run(Motor::Three));
     assert_eq!(node.tell(button), [motion(Motor::Three, Motion::Stop)]);
@@ -266,7 +266,7 @@ fn the_button_for_emergencies_pauses() {
 
 // 4.2-10
 #[test]
-fn a_start_while_it_runs_changes_nothing() {
+fn a_start_while_the_program_runs_changes_nothing() {
     for delay in [0, 5] {
         let mut node = sms();
         start_delay(&mut node, delay);
@@ -281,7 +281,7 @@ fn a_start_while_it_runs_changes_nothing() {
 
 // 4.2-11
 #[test]
-fn run_status_is_told_in_the_words_of_the_firmware() {
+fn run_status_has_the_numbers_of_the_profile() {
     let status = |node: &mut Node| node.ask(HostMessage::from(message::RunStatus {}))[1];
     for (profile, words) in [(Profile::Sheet, [0, 1, 1, 0]), (Profile::V070, [0, 3, 2, 1])] {
         let mut node = moving_with(Options::default().with_profile(profile), ProgramMode::SMS);
@@ -313,8 +313,8 @@ fn shoot_move_shoot_waits_for_the_motors() {
     assert_eq!(node.pass(101), [(100, camera(false, false)), (101, to(ONE, 100))]);
     assert_eq!(phase(&node), Phase::Move);
     assert_eq!(node.pass(5000), [], "however long the motor takes");
-    assert_eq!(arrive(&mut node, 100), [camera(false, true)], "then at once, for the interval is over");
-    // The third and last move, and from then on it only shoots.
+    assert_eq!(arrive(&mut node, 100), [camera(false, true)], "then at once, because the interval is over");
+    // This is the third and last move. From then on only pictures are taken.
     for place in [200, 300] {
         assert_eq!(node.pass(101).last(), Some(&(101, to(ONE, place))));
         arrive(&mut node, place);
@@ -325,14 +325,14 @@ fn shoot_move_shoot_waits_for_the_motors() {
 
 // 4.2-13
 #[test]
-fn the_mirror_goes_up_by_a_release_of_its_own() {
+fn the_mirror_goes_up_by_a_first_release() {
     let mut node = sms();
     node.ok(HostMessage::from(message::CameraSetMirrorUp { mirror_up: YES }));
     let exposure_delay = ShortMilliseconds(40);
     node.ok(HostMessage::from(message::CameraSetExposureDelay { exposure_delay }));
     node.ok(START);
     assert_eq!(node.pass(140), [(100, camera(false, false)), (140, camera(false, true))]);
-    assert_eq!(node.machine.program().shots(), 1, "counted with the first release (decision H-8)");
+    assert_eq!(node.machine.program().shots(), 1, "the first release counts as the picture (decision H-8)");
     assert_eq!(node.pass(140), [(100, camera(false, false)), (140, to(ONE, 100))]);
     assert_eq!(node.machine.program().shots(), 1);
 }
@@ -371,9 +371,9 @@ fn time_lapse_does_not_wait_for_the_motors() {
     let mut node = sms();
     node.ok(HostMessage::from(message::SetProgramMode { program_mode: ProgramMode::CONTINUOUS }));
     node.ok(START);
-    assert_eq!(node.pass(1000)[1..], [(101, to(ONE, 100)), (1000, camera(false, true))], "it still moves");
+    assert_eq!(node.pass(1000)[1..], [(101, to(ONE, 100)), (1000, camera(false, true))], "the motor still moves");
     assert_eq!(node.pass(101)[1..], [(101, to(ONE, 200))]);
-    // Without a camera the interval is the pace (decision H-9).
+    // Without a camera the interval sets the pace (decision H-9).
     let mut node = moving(ProgramMode::CONTINUOUS);
     interval(&mut node, 500);
     assert_eq!(node.ok(START), [RUNNING, to(ONE, 100)]);
@@ -383,7 +383,7 @@ fn time_lapse_does_not_wait_for_the_motors() {
 
 // 4.2-16
 #[test]
-fn video_goes_by_the_clock() {
+fn a_video_follows_the_clock() {
     let mut node = moving(ProgramMode::VIDEO);
     travel(&mut node, 3000);
     lead_in(&mut node, 500);
@@ -396,7 +396,7 @@ fn video_goes_by_the_clock() {
     node.pass(1000);
     assert_eq!(node.ok(PAUSE), [motion(ONE, Motion::Stop), PAUSED]);
     node.pass(9000);
-    assert_eq!(node.ok(START), [RUNNING, along(1000)], "from where it would be");
+    assert_eq!(node.ok(START), [RUNNING, along(1000)], "from the position of that time");
     assert_eq!(arrive(&mut node, 300), [STOPPED]);
 
     ping_pong(&mut node);
@@ -426,13 +426,13 @@ fn an_external_intervalometer_takes_the_pictures() {
     assert_eq!(node.ok(START), [RUNNING]);
     assert_eq!((node.pass(9000), node.wake), (vec![], None));
     assert_eq!(node.tell(Input::Alt(Contact::Ring)), [camera(false, true)]);
-    assert_eq!(node.tell(Input::Alt(Contact::Ring)), [], "one at a time");
+    assert_eq!(node.tell(Input::Alt(Contact::Ring)), [], "one picture at a time");
     assert_eq!(node.pass(101)[1..], [(101, to(ONE, 100))]);
 }
 
 // 4.2-19
 #[test]
-fn who_is_not_the_timing_master_waits_for_the_common_line() {
+fn a_node_that_is_not_the_timing_master_waits_for_the_common_line() {
     let mut node = sms();
     node.ok(HostMessage::from(message::SetTimingMaster { timing_master: NO }));
     assert_eq!(node.ok(START), [RUNNING]);
@@ -469,7 +469,7 @@ fn going_home_pauses_the_program() {
 
 // 4.2-22
 #[test]
-fn power_up_forgets_what_ran() {
+fn after_power_up_no_program_runs() {
     let cycled = |node: &mut Node| node.ask(HostMessage::from(message::PowerCycled {}))[1];
     let mut node = sms();
     assert_eq!([cycled(&mut node), cycled(&mut node)], [1, 0], "said once");
@@ -518,7 +518,7 @@ fn the_motors_stop_before_everything_else() {
 
 // 4.2-25
 #[test]
-fn a_video_to_and_fro_turns_round_at_once() {
+fn a_video_with_ping_pong_turns_round_at_once() {
     let mut node = moving(ProgramMode::VIDEO);
     ping_pong(&mut node);
     node.ok(START);

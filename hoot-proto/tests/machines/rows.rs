@@ -73,7 +73,7 @@ fn names<S: Copy>(all: &[S], name: impl Fn(S) -> &'static str) -> BTreeSet<&'sta
 }
 
 #[test]
-fn every_picture_shows_the_states_that_there_are() {
+fn every_diagram_shows_the_states_that_there_are() {
     let pictures: BTreeMap<&str, BTreeSet<&str>> = ROWS
         .split("```mermaid")
         .zip(ROWS.split("```mermaid").skip(1))

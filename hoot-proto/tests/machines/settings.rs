@@ -1,4 +1,4 @@
-//! What a node keeps and answers: hoot, sections 2.1 to 2.4.
+//! Settings and answers of a node: hoot, sections 2.1 to 2.4.
 
 use super::world::*;
 use hoot_proto::device::{Event, Input, Options, Part, StoredName};
@@ -7,12 +7,12 @@ use hoot_proto::query::Profile;
 use hoot_proto::{HostMessage, Query};
 use motion_core::fixed::Scaled;
 
-/// What is set, the query for it, and the bytes of the answer.
+/// Setting, its query, and the bytes of the answer.
 type Asked = (HostMessage<'static>, HostMessage<'static>, &'static [u8]);
 
 // 2-1
 #[test]
-fn what_is_set_is_what_is_asked_for() {
+fn queries_read_settings_back() {
     let motor = Motor::Three;
     let (ring, tip) = (AltMode(200), AltMode(255));
     let millis = ShortMilliseconds;
@@ -92,7 +92,7 @@ fn what_is_set_is_what_is_asked_for() {
 
 // 2-2
 #[test]
-fn what_firmware_acknowledges_and_ignores() {
+fn some_values_are_acknowledged_and_ignored() {
     let motor = Motor::One;
     let mut node = Node::new(Options::default());
     let before = node.machine.clone();
@@ -114,7 +114,7 @@ fn what_firmware_acknowledges_and_ignores() {
 
 // 2-3
 #[test]
-fn what_firmware_refuses() {
+fn some_values_are_refused() {
     let motor = Motor::One;
     let mut node = Node::new(Options::default());
     let before = node.machine.clone();
@@ -132,7 +132,7 @@ fn what_firmware_refuses() {
 
 // 2-4
 #[test]
-fn firmware_of_other_ages_answers_otherwise() {
+fn answers_depend_on_the_profile() {
     let of = |profile| Node::new(Options::default().with_profile(profile));
     let motor = Motor::Two;
     let version = HostMessage::from(FirmwareVersion {});
@@ -143,13 +143,17 @@ fn firmware_of_other_ages_answers_otherwise() {
     assert_eq!(of(Profile::V070).ask(version), [4, 0, 0, 0, 70]);
     assert_eq!(of(Profile::Library20140925).ask(MotorRunning { motor }.into()), [2, 0, 0]);
     assert_eq!(of(Profile::V033).ask(MotorContinuousSpeed { motor }.into()), [4, 0, 0, 0, 0]);
-    assert_eq!(of(Profile::V033).ask(MotorMaxProgramSpeed { motor }.into()), [0, 1], "whether it sleeps");
+    assert_eq!(
+        of(Profile::V033).ask(MotorMaxProgramSpeed { motor }.into()),
+        [0, 1],
+        "whether the motor has no current while it rests"
+    );
     assert_eq!(of(Profile::V033).ask(PingPong {}.into()), [0, 0]);
     let rate = HostMessage::from(SetMaxStepRate { max_step_rate: StepRate(1000) });
     for message in [rate, MaxStepRate {}.into()] {
         assert!(of(Profile::V070).request(message).0.is_empty(), "gone: {message:?}");
     }
-    // The lead-in has two lengths, of which each firmware reads one.
+    // The lead-in has two lengths. Each firmware reads one of them.
     let short = HostMessage::from(MotorSetLeadIn { motor, lead_in: ShortSpan(3) });
     let long = HostMessage::from(MotorSetLeadInLong { motor, lead_in: Span(0x0004_0005) });
     for (profile, message, lead_in) in [
@@ -166,7 +170,7 @@ fn firmware_of_other_ages_answers_otherwise() {
 
 // 2-5
 #[test]
-fn what_the_rig_reports_is_what_is_answered() {
+fn queries_answer_the_reports_of_the_rig() {
     let mut node = Node::new(Options::default());
     let motor = Motor::Two;
     node.tell(Input::Position { motor, position: Steps(-7) });

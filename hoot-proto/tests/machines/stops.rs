@@ -1,4 +1,4 @@
-//! The master's stops: hoot, section 5 and safety decisions 1, 2 and 4.
+//! Stops of a master: hoot, section 5 and safety decisions 1, 2 and 4.
 
 use super::world::*;
 use hoot_proto::Address;
@@ -32,20 +32,20 @@ fn a_stop_overtakes_and_is_sent_again_when_the_line_is_clear() {
     assert_eq!(output.packets()[0].message, STOP, "in the same step");
     assert_eq!(ended(&output), [(1, Outcome::NotConfirmed)], "it may have been done");
     master.now += 10;
-    // This may be the answer to the start: it does not confirm the stop.
+    // This may be the answer to the start, so it does not confirm the stop.
     let output = master.reply(1, &[]);
     assert!(ended(&output).is_empty() && matches!(output.told()[..], [Event::Unsolicited(_)]));
     assert_eq!(sent(&master.pass(190)), [(190, STOP)]);
     assert!(matches!(ended(&master.reply(1, &[]))[..], [(2, Outcome::Done(_))]));
 
-    // Inside the gap it waits for that, and for nothing else.
+    // Inside the gap, a stop waits only for the end of the gap.
     let mut master = Master::new(Options::default());
     let _ = master.request(1, START);
     master.now += 20;
     assert!(master.request(2, STOP).packets().is_empty());
     assert_eq!(sent(&master.pass(40)), [(40, STOP)]);
 
-    // Neither does it wait for nodes that are deaf; they may be others.
+    // A stop does not wait for nodes with a new address, because it may be for other nodes.
     let mut master = Master::new(Options::default());
     let _ = master.request(1, HostMessage::from(message::SetAddress { new_address: Address(9) }));
     let _ = master.reply(1, &[]);
@@ -57,7 +57,7 @@ fn a_stop_overtakes_and_is_sent_again_when_the_line_is_clear() {
 
 // 5-24
 #[test]
-fn a_stop_takes_back_what_would_move_what_it_stops() {
+fn a_stop_removes_from_the_queue_what_would_move_its_target() {
     let other = Address(9);
     let start_all = HostMessage::from(message::BroadcastStart { sub_address: message::AnySubAddress(0) });
     let stop_all = HostMessage::from(message::BroadcastStop { sub_address: message::AnySubAddress(0) });
@@ -92,7 +92,7 @@ fn a_stop_takes_back_what_would_move_what_it_stops() {
 
 // 5-25
 #[test]
-fn a_stop_that_nobody_confirms_says_so() {
+fn a_stop_without_an_answer_is_not_confirmed() {
     for stop in [PAUSE, motor_stop(ONE)] {
         let mut master = Master::new(Options::default());
         let _ = master.request(1, stop);
@@ -121,8 +121,8 @@ fn stops_that_wait_are_not_confirmed_without_a_line() {
 
 // 5-26
 #[test]
-fn a_stop_of_the_controller_that_fails_is_followed_by_those_of_the_motors() {
-    // Refused, and refused through a bridge, where that looks like silence.
+fn after_a_failed_stop_of_the_controller_its_motors_are_stopped() {
+    // The node refuses, directly or through a bridge, where a refusal looks like silence.
     for refused in [true, false] {
         let mut master = Master::new(Options::default());
         let mut outputs = vec![(0, master.request(1, STOP))];
@@ -133,11 +133,15 @@ fn a_stop_of_the_controller_that_fails_is_followed_by_those_of_the_motors() {
         let messages: Vec<_> = sent(&outputs).into_iter().map(|(_, message)| message).collect();
         assert_eq!(messages.iter().filter(|message| **message == STOP).count(), if refused { 1 } else { 3 });
         let motors: Vec<_> = messages.into_iter().filter(|message| *message != STOP).collect();
-        assert_eq!(motors[..3], Motor::ALL.map(motor_stop), "first each of them at once");
+        assert_eq!(motors[..3], Motor::ALL.map(motor_stop), "first each motor is stopped at once");
         let told: Vec<_> = outputs.iter().flat_map(|(_, output)| others(output)).collect();
         let motors = Motor::ALL.map(|motor| StopTarget::Motor(NODE, motor));
         let targets = [&[StopTarget::Node(NODE)][..], &motors].concat();
-        assert_eq!(told, targets.into_iter().map(Event::StopNotConfirmed).collect::<Vec<_>>(), "nobody answers those");
+        assert_eq!(
+            told,
+            targets.into_iter().map(Event::StopNotConfirmed).collect::<Vec<_>>(),
+            "the stops of the motors are not answered"
+        );
         assert_eq!(all_ended(&outputs).len(), 1);
     }
 }
@@ -149,7 +153,7 @@ fn stops_overtake_each_other_and_all_come_to_an_end() {
     let _ = master.request(1, motor_stop(ONE));
     master.now += 60;
     assert_eq!(master.request(2, motor_stop(Motor::Two)).packets()[0].message, motor_stop(Motor::Two), "at once");
-    // The same once more: it is sent at once too, and takes the place of the first.
+    // The same stop again is sent at once too, and takes the place of the first.
     master.now += 60;
     let output = master.request(3, motor_stop(Motor::Two));
     assert_eq!(output.packets()[0].message, motor_stop(Motor::Two));
@@ -201,7 +205,7 @@ fn a_broadcast_stop_behind_a_bridge_goes_to_each_node() {
             (60, Address(9), single)
         );
     }
-    // Without a list there is the emergency stop, which asks for one.
+    // Without a list of nodes, an emergency stop begins.
     let mut master = Master::offline(Options::default(), &[]);
     master.line_up();
     let output = master.request_to(1, Address::BROADCAST, stop);
@@ -212,6 +216,6 @@ fn a_broadcast_stop_behind_a_bridge_goes_to_each_node() {
     let _ = master.request(1, STATUS);
     master.now += 60;
     let output = master.request_to(2, Address::BROADCAST, stop);
-    assert_eq!(output.packets()[0].message, stop, "on the bus itself it goes as it is");
+    assert_eq!(output.packets()[0].message, stop, "without a bridge the broadcast is sent");
     assert_eq!(ended(&output), [(1, STOPPED), (2, Outcome::Sent)]);
 }

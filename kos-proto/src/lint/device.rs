@@ -1,4 +1,4 @@
-//! Findings in messages of a device.
+//! Checks of the messages that a device sends.
 
 use motion_core::lint::{Lints, Severity};
 use motion_core::wire::{Block16, Rest};
@@ -13,11 +13,11 @@ use crate::message::{
 
 /// Length of a GUID in bytes (decision K-B1).
 const GUID_LEN: usize = 16;
-/// Distance that a motor may rest beyond an end of its range, as a part of the range.
+/// Distance beyond an end at which a motor may rest, as a part of its range.
 const OVERSHOOT: f32 = 1e-3;
 
 impl DeviceMessage<'_> {
-    /// Findings in the message: values that a strict client refuses, or that a device should not send.
+    /// Findings about the message: what a strict client would refuse, or a careful device would not send.
     #[must_use]
     pub fn lint(&self, context: &Context<'_>) -> Lints {
         let mut lints = Lints::new();
@@ -42,7 +42,7 @@ impl DeviceMessage<'_> {
             Self::AuxInputStatus(message) => inputs(&mut lints, "status", message.status),
             Self::UnsupportedMessage(message) => echo(&mut lints, message.message),
             Self::Other(other) => unknown(&mut lints, other),
-            // A move that is stored was checked when it was set.
+            // The stored move was checked when it was set.
             Self::TrajectoryData(_) | Self::SoftwareID(_) => {}
         }
         common(&mut lints, self, Severity::Error);
@@ -50,7 +50,7 @@ impl DeviceMessage<'_> {
     }
 }
 
-/// Checks the fields of `DeviceInfo` (safety decision 9).
+/// Checks the unused bytes, names and numbers of a `DeviceInfo` (safety decision 9).
 fn device_info(lints: &mut Lints, message: &DeviceInfo<'_>) {
     lints.named("device_type", message.device_type.0, message.device_type.name());
     zero(lints, "device_addr", message.device_addr);
@@ -64,7 +64,7 @@ fn device_info(lints: &mut Lints, message: &DeviceInfo<'_>) {
     part_of_one(lints, "elapsed_time", message.elapsed_time.0);
 }
 
-/// Checks a list of motors. Clients expect one motor in a message (decision K-M3).
+/// Checks the motors of a `MotorInfo`. Clients expect one motor in a message (decision K-M3).
 fn motor_info(lints: &mut Lints, message: &MotorInfo<'_>) {
     if message.motors.len() > 1 {
         lints.note(Severity::Warning, "motor_count", "is more than 1");
@@ -99,7 +99,8 @@ fn playback_status(lints: &mut Lints, message: &PlaybackStatus<'_>) {
     }
 }
 
-/// Checks a reported position. It is between the ends of the range, which need not begin at 0 (decision K-M5).
+/// Checks a reported position, which lies between the ends of the range. Commanded positions begin at 0, but the range
+/// of reported positions need not (decision K-M5).
 fn motor_position(lints: &mut Lints, context: &Context<'_>, message: &MotorPosition<'_>) {
     address(lints, message.motor_address, 1);
     let Some(motor) = context.motor(message.motor_address).filter(|motor| motor.is_calibrated()) else { return };
@@ -111,7 +112,7 @@ fn motor_position(lints: &mut Lints, context: &Context<'_>, message: &MotorPosit
     }
 }
 
-/// Checks the address of an error. An unknown motor may have any address, and no motor has address 0.
+/// Checks an error. Its address is 0 if it is about no motor, and can be any number if no such motor exists.
 fn error_status(lints: &mut Lints, ErrorStatus { error_code, motor_address, .. }: ErrorStatus<'_>) {
     lints.named("error_code", error_code.0, error_code.name());
     if error_code != ErrorCode::BAD_MOTOR_ADDRESS {
@@ -126,10 +127,10 @@ fn guid(lints: &mut Lints, Block16(bytes): Block16<'_>) {
     }
 }
 
-/// Checks the bytes that are sent back (decision K-P10).
+/// Checks that an echoed message begins with the protocol version (decision K-P10).
 fn echo(lints: &mut Lints, Rest(bytes): Rest<'_>) {
     if bytes.first() != Some(&VERSION) {
-        lints.note(Severity::Warning, "message", "does not begin like a message");
+        lints.note(Severity::Warning, "message", "does not begin with the protocol version");
     }
 }
 

@@ -1,4 +1,4 @@
-//! Findings in messages of a client.
+//! Checks of the messages that a client sends.
 
 use motion_core::lint::{Lints, Severity};
 
@@ -11,10 +11,10 @@ use crate::message::{
 };
 
 impl HostMessage<'_> {
-    /// Findings in the message: values that a strict device refuses, or that a client should not send.
+    /// Findings about the message: what a strict device would refuse, or a careful client would not send.
     ///
-    /// An error in a stop is only about its address, whatever the other fields are: the motor must not run on because
-    /// of them (safety decision 3).
+    /// A stop has an error only if its address is wrong. The other fields of a stop give warnings at most, because they
+    /// must not be a reason to let the motor run on (safety decision 3).
     #[must_use]
     pub fn lint(&self, context: &Context<'_>) -> Lints {
         let mut lints = Lints::new();
@@ -78,18 +78,18 @@ impl HostMessage<'_> {
     }
 }
 
-/// Checks the address of a motor (decisions K-M1 and K-M2), and returns what is known of the motor.
+/// Checks the address of the motor of a command (decisions K-M1 and K-M2), and returns the motor if it is known.
 fn motor<'a>(lints: &mut Lints, context: &Context<'a>, motor: MotorAddress, least: u8) -> Option<&'a Motor> {
     address(lints, motor, least);
     lints.reserved("motor_address", motor.0, !MotorAddress(u8::MAX).number());
     let known = context.motor(motor);
     if known.is_none() && !context.motors.is_empty() && motor.number() != MotorAddress::ALL.0 {
-        lints.note(Severity::Error, "motor_address", "is not a motor of the device");
+        lints.note(Severity::Error, "motor_address", "is not the address of a motor of the device");
     }
     known
 }
 
-/// Checks direction and start time. With other values than 0, the behaviour of a device is unknown (decision K-J7).
+/// Checks the fields of a playback that should be 0, because their other values are not specified (decision K-J7).
 fn playback(lints: &mut Lints, direction: PlaybackDirection, start_time: Seconds) {
     zero(lints, "direction", direction.0);
     not_negative(lints, "start_time", start_time.0);
@@ -110,7 +110,7 @@ fn take_picture(lints: &mut Lints, message: &TakePicture<'_>) {
 fn stop(lints: &mut Lints, context: &Context<'_>, address: MotorAddress, acceleration: RotationsPerSecondSquared) {
     motor(lints, context, address, 1);
     if acceleration.0.is_nan() || acceleration.0 <= 0.0 {
-        lints.note(Severity::Warning, "acceleration", "is not positive: the motor may never come to rest");
+        lints.note(Severity::Warning, "acceleration", "is not positive: the motor might never come to rest");
     }
 }
 
@@ -130,7 +130,8 @@ fn bump(lints: &mut Lints, context: &Context<'_>, message: &BumpPositionSpeedAcc
     pace(lints, known, context.kind(message.motor_address), message.speed, message.acceleration);
 }
 
-/// Checks a position. A device keeps a calibrated motor in its range, and jogs only other motors (7.3, decision K-M9).
+/// Checks a position. A device keeps a calibrated motor in its range. If a motor is not calibrated, a device only
+/// accepts a jog (7.3, decision K-M9).
 fn position(lints: &mut Lints, motor: &Motor, position: Rotations) {
     match motor.range() {
         Some(range) => {
@@ -146,7 +147,7 @@ fn position(lints: &mut Lints, motor: &Motor, position: Rotations) {
     }
 }
 
-/// Checks speed and acceleration (decision K-N1) against the limits of the motor and of its kind of axis (decision
+/// Checks speed and acceleration (decision K-N1). The lower limit of the motor and of its kind of axis counts (decision
 /// K-M6).
 fn pace(
     lints: &mut Lints,
@@ -175,8 +176,8 @@ fn pace(
 
 fn at_most(lints: &mut Lints, what: &'static str, number: f32, of_motor: Option<f32>, of_kind: Option<f32>) {
     if of_motor.is_some_and(|greatest| number > greatest) {
-        lints.note(Severity::Warning, what, "is more than the motor allows");
+        lints.note(Severity::Warning, what, "is more than the limit of the motor");
     } else if of_kind.is_some_and(|greatest| number > greatest) {
-        lints.note(Severity::Warning, what, "is more than the specification allows for such an axis");
+        lints.note(Severity::Warning, what, "is more than the limit of the specification for the kind of axis");
     }
 }

@@ -1,4 +1,4 @@
-//! Findings in the blocks of a move, by the rules of the builder (decisions K-J1 to K-J11).
+//! Checks whether blocks make a move (decisions K-J1 to K-J11), by the same rules as the builder of moves.
 
 use motion_core::lint::{Lints, Problem, Severity};
 
@@ -25,15 +25,17 @@ pub(super) fn check(lints: &mut Lints, context: &Context<'_>, message: &Trajecto
     }
 }
 
-/// Reports parts of the move that the motors cannot do (decisions K-J9 and K-M6).
+/// Checks whether the motors can play the move (decisions K-J9 and K-M6).
 fn motors(lints: &mut Lints, context: &Context<'_>, message: &TrajectoryData<'_>) {
     let excesses = Trajectory::new(message).into_iter().flat_map(|trajectory| trajectory.excesses(context));
     for excess in excesses {
         match excess {
-            Excess::Absent { .. } => lints.note(Severity::Error, "motor_address", "is not a motor of the device"),
+            Excess::Absent { .. } => {
+                lints.note(Severity::Error, "motor_address", "is not the address of a motor of the device");
+            }
             Excess::Uncalibrated { .. } => lints.note(Severity::Error, "motor_address", "is not calibrated"),
             Excess::Speed { .. } => lints.note(Severity::Warning, "points", "are too fast for the motor"),
-            Excess::Acceleration { .. } => lints.note(Severity::Warning, "points", "change speed too fast"),
+            Excess::Acceleration { .. } => lints.note(Severity::Warning, "points", "accelerate too much for the motor"),
         }
     }
 }
@@ -47,15 +49,15 @@ fn report(lints: &mut Lints, severity: Severity, error: MoveError) {
         MoveError::NoMotors => note("axis", "is missing"),
         MoveError::Address { motor } => address(lints, motor, 1),
         MoveError::SegmentCount { .. } => note("segment_count", "is not the number of segments"),
-        MoveError::Apart { .. } => note("points", "do not begin where the segment before ends"),
+        MoveError::Apart { .. } => note("points", "do not begin where the segment before them ends"),
         MoveError::OtherRapidReverse { .. } => note("rapid_reverse_duration", "should be the same as duration"),
         MoveError::FloatMoment => {
-            note("delay_interval_bits", "is a moment as a floating-point number, which may start the move at once");
+            note("delay_interval_bits", "holds the moment as an IEEE number, which may start the move at once");
         }
         MoveError::NotFinite { what: what @ "delay_interval_bits", bits, .. } => {
             lints.push(severity, what, Problem::NonFinite(bits));
         }
-        // Other numbers are checked in every message, and the other errors are found by the builder and the reader.
+        // `common` checks that all other numbers are finite. Only the builder and the reader find the other errors.
         MoveError::NotFinite { .. }
         | MoveError::Uncalibrated { .. }
         | MoveError::Outside { .. }
@@ -66,7 +68,7 @@ fn report(lints: &mut Lints, severity: Severity, error: MoveError) {
     }
 }
 
-/// Checks fields that devices do not support, which should be 0 (decision K-J11).
+/// Checks that fields which devices do not support are 0 (decision K-J11).
 fn unsupported(lints: &mut Lints, playback: &Playback<'_>) {
     yes_or_no(lints, "camera_roll_enabled", playback.camera_roll_enabled);
     let bytes = [

@@ -1,121 +1,124 @@
-//! Actions: messages with which a client tells a device to do something.
+//! Actions: messages by which a client tells a device to do something.
 
 use motion_core::wire::{Bool, Conduct, Purpose};
 use motion_core::{message, open_enum};
 
 use super::{MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds};
 
-/// Position to which a motor without a range is sent, so that it runs until it is stopped (decision K-M7).
+/// Position that a jog sends a motor to that is not calibrated, so far away that the motor runs until it is stopped
+/// (decision K-M7).
 pub const JOG_DISTANCE: Rotations = Rotations(25_000.0);
-/// Acceleration of a stop if no valid one is given: the specification allows it for every kind of motor
+/// Acceleration of a stop if no usable acceleration is given. The specification allows it for every kind of axis
 /// (decision K-M6).
 const FALLBACK: RotationsPerSecondSquared = RotationsPerSecondSquared(50.0);
 
 message! {
-    /// Command to start the device anew. It is not answered, and all connections are closed.
-    ///
-    /// Source: kOS, `ResetDevice`.
+    /// Restart of the device, which closes all connections. Not answered. Source: kOS, `ResetDevice`.
     #[derive(Default)]
     pub struct ResetDevice<'a> in BE {}
 
-    /// Command to stop all motors and the move. It is answered by `PlaybackStatus` `FullStop`, and a `MotorPosition` of
-    /// each motor when it rests. Source: kOS, `StopPlayback`; safety decisions 2 and 8.
+    /// Stop of all motors and of the move.
+    ///
+    /// The device answers `PlaybackStatus` `FullStop`, and one `MotorPosition` for each motor at rest. Source: kOS,
+    /// `StopPlayback`; safety decisions 2 and 8.
     #[derive(Default)]
     pub struct StopPlayback<'a> in BE {}
 
-    /// Command to send the motors of the stored move to where it begins. Source: kOS, `RapidToFirstKeyFrame`.
+    /// Run of the motors of the stored move to the position where the move begins. Source: kOS, `RapidToFirstKeyFrame`.
     #[derive(Default)]
     pub struct RapidToFirstKeyFrame<'a> in BE {}
 
-    /// Command to forget the range of a motor, or of all motors. For one motor it is answered by `MotorCalibrated`.
+    /// Reset of the range of a motor, or of all motors, which are then not calibrated.
     ///
-    /// Source: kOS, `ResetAxis`.
+    /// The device answers `MotorCalibrated` for one motor, and nothing for all motors. Source: kOS, `ResetAxis`.
     pub struct ResetAxis<'a> in BE {
-        /// Address of the motor, or [`MotorAddress::ALL`].
+        /// Motor whose range is reset, or [`MotorAddress::ALL`].
         motor_address: MotorAddress,
     }
 
-    /// Command to begin the range of a motor where it is. It is not answered. Source: kOS, `MarkBeginPosition`.
+    /// Begin of the range of a motor, set to its present position. Not answered. Source: kOS, `MarkBeginPosition`.
     pub struct MarkBeginPosition<'a> in BE {
-        /// Address of the motor.
+        /// Motor whose range begins.
         motor_address: MotorAddress,
     }
 
-    /// Command to end the range of a motor where it is, answered by `MotorCalibrated`. Source: kOS, `MarkEndPosition`.
+    /// End of the range of a motor, set to its present position. The device answers `MotorCalibrated`. Source: kOS,
+    /// `MarkEndPosition`.
     pub struct MarkEndPosition<'a> in BE {
-        /// Address of the motor.
+        /// Motor whose range ends.
         motor_address: MotorAddress,
     }
 
-    /// Command to play the move. The motors go to where it begins first, if necessary.
-    ///
-    /// Source: kOS, `StartPlayback`; decision K-J7.
+    /// Start of the stored move. The motors go to its begin first, if they are not there. Source: kOS, `StartPlayback`;
+    /// decision K-J7.
     #[derive(Default)]
     pub struct StartPlayback<'a> in BE {
-        /// Direction of the move; the specification asks for 0.
+        /// Direction of the move. The specification asks for 0.
         direction: PlaybackDirection,
-        /// Time at which the move begins; the specification asks for 0.
+        /// Time in the move at which it starts. The specification asks for 0.
         start_time: Seconds,
     }
 
-    /// Command to take one photo. Source: kOS, `TakePicture`.
+    /// Trigger of one photo. Source: kOS, `TakePicture`.
     #[derive(Default)]
     pub struct TakePicture<'a> in BE {
-        /// Address of a motor; the specification asks for 0.
+        /// Unused: 0, which is no motor.
         motor_address: MotorAddress,
-        /// Time for which the shutter is open.
+        /// Exposure: time for which the shutter is open.
         exposure: Seconds,
     }
 
-    /// Command to make the move ready, answered by `PlaybackStatus`, in the end `SetupCompleted`.
+    /// Preparation of the stored move. The device answers `PlaybackStatus`, last `SetupCompleted`.
     ///
     /// Source: kOS, `SetupPlayback`; decision K-J7.
     #[derive(Default)]
     pub struct SetupPlayback<'a> in BE {
-        /// Direction of the move; the specification asks for 0.
+        /// Direction of the move. The specification asks for 0.
         direction: PlaybackDirection,
-        /// Time at which the move begins; the specification asks for 0.
+        /// Time in the move at which it starts. The specification asks for 0.
         start_time: Seconds,
-        /// Whether the motors stay where they are until the move is played.
+        /// Whether the motors stay at their positions until the move is played.
         delay_return: Bool,
     }
 
-    /// Command to send a motor to a position, answered by a `MotorPosition` when it rests. Speed 0 stops the motor.
+    /// Run of a motor to a position. Speed 0 stops the motor.
     ///
-    /// Positions count from the begin of the range. A motor without a range is sent [`JOG_DISTANCE`] away, and then
-    /// stopped. Source: kOS, `SetPositionSpeedAcceleration`; safety decisions 1 to 3, decisions K-M7 and K-M10.
+    /// The device answers one `MotorPosition` when the motor rests. Positions count from the begin of the range. A
+    /// motor that is not calibrated is sent to [`JOG_DISTANCE`] or its negative, and then stopped. Source: kOS,
+    /// `SetPositionSpeedAcceleration`; safety decisions 1 to 3, decisions K-M7 and K-M10.
     pub struct SetPositionSpeedAcceleration<'a> in BE {
-        /// Address of the motor.
+        /// Motor that moves or stops.
         motor_address: MotorAddress,
-        /// Position, counted from the begin of the range.
+        /// Position to go to, from the begin of the range.
         position: Rotations,
-        /// Speed. Speed 0 stops the motor, whatever the position is.
+        /// Speed of the motor. Speed 0 stops it, whatever the position says.
         speed: RotationsPerSecond,
-        /// Acceleration of start and stop.
+        /// Acceleration with which the motor starts and stops.
         acceleration: RotationsPerSecondSquared,
     }
 
-    /// Command to send a motor a distance, answered by a `MotorPosition` when it rests. Speed 0 stops the motor.
+    /// Run of a motor by a distance from its present position. Speed 0 stops the motor.
     ///
-    /// Source: kOS, `BumpPositionSpeedAcceleration`; safety decisions 1 to 3, decision K-M9.
+    /// The device answers one `MotorPosition` when the motor rests. Source: kOS, `BumpPositionSpeedAcceleration`;
+    /// safety decisions 1 to 3, decision K-M9.
     pub struct BumpPositionSpeedAcceleration<'a> in BE {
-        /// Address of the motor.
+        /// Motor that moves or stops.
         motor_address: MotorAddress,
-        /// Distance; negative is backward.
+        /// Distance to go. A negative distance goes back.
         delta: Rotations,
-        /// Speed. Speed 0 stops the motor.
+        /// Speed of the motor. Speed 0 stops it.
         speed: RotationsPerSecond,
-        /// Acceleration of start and stop.
+        /// Acceleration with which the motor starts and stops.
         acceleration: RotationsPerSecondSquared,
     }
 }
 
 open_enum! {
-    /// Direction in which a move is played (decision K-J7).
+    /// Direction in which a move is played, as messages number it (decision K-J7).
     pub struct PlaybackDirection(u8) {
-        /// From the begin of the move.
+        /// Forward, from the begin of the move.
         FORWARD = 0,
-        /// From the end of the move, probably: the specification has reports of it, but asks for 0.
+        /// Reverse, probably from the end of the move. The specification has messages for it, but asks for 0.
         REVERSE = 1,
     }
 }
@@ -123,14 +126,14 @@ open_enum! {
 /// Direction in which a move is played.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Direction {
-    /// From the begin of the move.
+    /// Forward, from the begin of the move.
     Forward,
-    /// From the end of the move.
+    /// Reverse, from the end of the move.
     Reverse,
 }
 
 impl Direction {
-    /// Direction of a message; `None` if the number has no known meaning.
+    /// Direction that a message numbers; `None` if the number has no known meaning.
     #[must_use]
     pub const fn of(direction: PlaybackDirection) -> Option<Self> {
         match direction {
@@ -149,7 +152,7 @@ impl Direction {
         }
     }
 
-    /// The opposite direction.
+    /// Opposite direction.
     #[must_use]
     pub const fn back(self) -> Self {
         match self {
@@ -171,10 +174,13 @@ impl SetPositionSpeedAcceleration<'_> {
 
     /// Stops a motor (safety decision 3).
     ///
-    /// `last_known` is the position of a calibrated motor as commands count (see `Motor::relative_position`), so that a
-    /// device that ignores the speed stays close to it; `None` if the motor has no range, or the position is unknown.
-    /// `max_acceleration` is the greatest acceleration of the motor. It is never sent as 0, which might mean that the
-    /// motor never stops: every value that is not a positive number becomes 50 rev/s².
+    /// `last_known` is the position of a calibrated motor, as commands count it (see `Motor::relative_position`): a
+    /// device that ignores the speed of 0 then keeps the motor close to that position. `None` says that the motor is
+    /// not calibrated, or that its position is not known; the position is then [`JOG_DISTANCE`].
+    ///
+    /// `max_acceleration` is the greatest acceleration of the motor, in rev/s². An acceleration of 0 is never sent,
+    /// because it might mean that the motor never stops. A value that is not a positive finite number becomes
+    /// 50 rev/s².
     #[must_use]
     pub fn stop(
         motor_address: MotorAddress,
@@ -191,7 +197,7 @@ impl SetPositionSpeedAcceleration<'_> {
         }
     }
 
-    /// Runs a motor without a range until it is stopped, backward if `speed` is negative (decision K-M7).
+    /// Runs a motor that is not calibrated until it is stopped. A negative `speed` runs it back (decision K-M7).
     #[must_use]
     pub fn jog(
         motor_address: MotorAddress,
@@ -243,7 +249,7 @@ mod tests {
     const MOTOR: MotorAddress = MotorAddress(2);
 
     #[test]
-    fn a_stop_has_the_last_position_and_an_acceleration_above_0() {
+    fn a_stop_stays_where_the_motor_is_and_always_brakes() {
         let stop = SetPositionSpeedAcceleration::stop(MOTOR, Some(Rotations(-3.5)), RotationsPerSecondSquared(100.0));
         assert!(stop.is_stop());
         assert_eq!((stop.position, stop.acceleration.0.to_bits()), (Rotations(-3.5), 100.0_f32.to_bits()));
@@ -258,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn a_jog_goes_in_the_direction_of_its_speed() {
+    fn a_jog_runs_the_way_that_the_speed_points() {
         let jog = |speed| SetPositionSpeedAcceleration::jog(MOTOR, RotationsPerSecond(speed), FALLBACK);
         assert_eq!((jog(20.0).position, jog(20.0).speed), (JOG_DISTANCE, RotationsPerSecond(20.0)));
         assert_eq!((jog(-20.0).position, jog(-20.0).speed), (Rotations(-25_000.0), RotationsPerSecond(20.0)));

@@ -1,4 +1,4 @@
-//! Messages about the device: address in the network, state, passwords, lamps, identity.
+//! Messages about the device: addresses in the network, type and state, passwords, lamps, identities.
 
 use core::fmt;
 use core::net::Ipv4Addr;
@@ -10,19 +10,19 @@ use zerocopy::ByteOrder;
 use super::{Normalized, PlaybackState, Seconds};
 
 message! {
-    /// Sign that the connection is in use. It is not answered. Source: kOS, USB; decision K-U6.
+    /// Sign that the line is in use. Not answered. Source: kOS, USB; decision K-U6.
     #[derive(Default)]
     pub struct KeepAlive<'a> in BE {}
 
-    /// Question for the modes of the lamps. Source: kOS, (Get)`LEDStatus`.
+    /// Question for the lamps. Source: kOS, (Get)`LEDStatus`.
     #[derive(Default)]
     pub struct GetLEDStatus<'a> in BE {}
 
-    /// Question what the device is, and what it does at present. Source: kOS, (Get)`DeviceInfo`.
+    /// Question for the type and the state of the device. Source: kOS, (Get)`DeviceInfo`.
     #[derive(Default)]
     pub struct GetDeviceInfo<'a> in BE {}
 
-    /// Question for the move that is stored. Source: kOS, (Get)`TrajectoryData`.
+    /// Question for the stored move. Source: kOS, (Get)`TrajectoryData`.
     #[derive(Default)]
     pub struct GetTrajectoryData<'a> in BE {}
 
@@ -34,30 +34,32 @@ message! {
     #[derive(Default)]
     pub struct GetSoftwareID<'a> in BE {}
 
-    /// Question for the address in the network. By UDP it finds devices; over TCP it keeps the connection.
+    /// Question for the address of the device in the network.
     ///
-    /// Source: kOS, (Get)`NetworkInfo`; decisions K-D2 to K-D5.
+    /// On UDP it finds devices; on TCP it keeps the connection alive. Source: kOS, (Get)`NetworkInfo`; decisions K-D2
+    /// to K-D5.
     #[derive(Default)]
     pub struct GetNetworkInfo<'a> in BE {
         ;
-        /// Whether the device shall answer by broadcast to 255.255.255.255. `None` means no.
+        /// Whether the device shall answer by broadcast to 255.255.255.255. A message without the field means no.
         limited_response: Option<Bool>,
     }
 
-    /// Address of the device in the network: an answer, and an announcement every five seconds without a client.
+    /// Address of the device in the network.
     ///
-    /// Source: kOS, `NetworkInfo`; decisions K-D2, K-D3 and K-D6.
+    /// Devices send it as an answer, and every five seconds while no client is connected. Source: kOS, `NetworkInfo`;
+    /// decisions K-D2, K-D3 and K-D6.
     #[derive(Default)]
     pub struct NetworkInfo<'a> in BE {
-        /// Whether the device got its address from a server.
+        /// Whether the device got its address from a DHCP server.
         dhcp: Bool,
-        /// Hardware address.
+        /// Hardware address of the device.
         mac_address: MacAddress,
-        /// Address of the device; 0.0.0.0 if the device does not know it.
+        /// IP address of the device; 0.0.0.0 if the device does not know it.
         ip_address: Ipv4,
-        /// Bits of the address that are the network.
+        /// Subnet mask: the bits of the address that name the network.
         subnet_mask: Ipv4,
-        /// Address of the gateway.
+        /// IP address of the gateway, which leads out of the network.
         gateway: Ipv4,
         /// Type of the device.
         device_type: DeviceType,
@@ -65,20 +67,22 @@ message! {
         device_addr: u8,
     }
 
-    /// State of the device: what it is, and what it does at present.
+    /// Type and present state of the device.
     ///
-    /// The message contains the password in clear, and anybody gets it: the password is no protection. Devices of the
-    /// older dialect leave out `photo_count`.
+    /// The message holds the password in clear, and devices send it before they ask for a password. So the password
+    /// prevents clients from using each other's devices by mistake, but it does not protect against strangers. Messages
+    /// of the older dialect end before `photo_count`.
     ///
     /// Source: kOS, `DeviceInfo`; safety decisions 7 and 9, decision K-P7.
+    #[derive(Default)]
     pub struct DeviceInfo<'a> in BE {
         /// Type of the device.
         device_type: DeviceType,
         /// Unused: 0 (safety decision 9).
         device_addr: u8,
-        /// Kind of the move.
+        /// Kind of the move that the device plays.
         playback_mode: PlaybackMode,
-        /// State of the move.
+        /// State of the device in its move.
         playback_status: PlaybackState,
         /// Version of the firmware.
         firmware_version: FirmwareVersion,
@@ -87,57 +91,61 @@ message! {
         /// Unused: 0 (safety decision 9).
         hardware_id: u8,
         ;
-        /// Password that unlocks the device; empty for none.
+        /// Password that unlocks the device; empty if there is no password.
         device_password: Password<'a>,
-        /// Inputs for cameras and triggers.
+        /// Inputs of the device for cameras and triggers.
         aux_input_status: AuxInputs,
         /// Time until a delayed move begins.
         delay_time_remaining: Seconds,
-        /// Part of the move that is over.
+        /// Elapsed part of the move, 0 to 1.
         elapsed_time: Normalized,
-        /// Number of photos taken in the move; valid only in shoot-move-shoot.
+        /// Number of photos taken in this move. It has a meaning in shoot-move-shoot only.
         photo_count: Newer<u32>,
     }
 
     /// Password of this session.
     ///
-    /// The length counts bytes. Peers that count characters agree if all are ASCII. Source: kOS,
-    /// `UserPassword`; decisions K-T1 to K-T4 and K-P1 to K-P6.
+    /// The password is sent as bytes, and its length counts bytes. Some peers count characters; with ASCII both counts
+    /// are the same. Source: kOS, `UserPassword`; decisions K-T1 to K-T4 and K-P1 to K-P6.
+    #[derive(Default)]
     pub struct UserPassword<'a> in BE {
         ;
-        /// Password; empty for none.
+        /// Password; empty if there is no password.
         password: Password<'a>,
     }
 
     /// Password that the device shall store.
     ///
-    /// The length counts bytes, as in [`UserPassword`]. Source: kOS, `DevicePassword`; decisions K-T1 to K-T4 and K-P1 to
-    /// K-P6.
+    /// The password is sent as bytes, in the same way as [`UserPassword`]. Source: kOS, `DevicePassword`; decisions
+    /// K-T1 to K-T4 and K-P1 to K-P6.
+    #[derive(Default)]
     pub struct DevicePassword<'a> in BE {
         ;
-        /// Password; empty for none.
+        /// Password; empty if there is no password.
         password: Password<'a>,
     }
 
-    /// Modes of the lamp of the device, and of the lamp of its slave. Source: kOS, `LEDStatus`.
+    /// State of the lamps of the device and of its slave. Source: kOS, `LEDStatus`.
     #[derive(Default)]
     pub struct LEDStatus<'a> in BE {
-        /// Mode of the lamp of the device.
+        /// Lamp of the device.
         master_status: LedMode,
-        /// Mode of the lamp of the slave.
+        /// Lamp of the slave.
         slave_status: LedMode,
     }
 
-    /// Number that no other device has, of 16 bytes. Source: kOS, `DeviceGUID`; decision K-B1.
+    /// Number of the device, which no other device has: 16 bytes. Source: kOS, `DeviceGUID`; decision K-B1.
+    #[derive(Default)]
     pub struct DeviceGUID<'a> in BE {
         ;
-        /// Bytes of the number, probably in the order of RFC 4122.
+        /// Number of the device, probably in the byte order of RFC 4122.
         guid: Block16<'a>,
     }
 
-    /// Platform of the client that calibrated the motors. Ranges that another platform stored are void.
+    /// Platform of the client that calibrated the motors.
     ///
-    /// Source: kOS, `SoftwareID`; safety decision 9, decision K-P8.
+    /// The calibration is void for a client of another platform. Source: kOS, `SoftwareID`; safety decision 9, decision
+    /// K-P8.
     #[derive(Default)]
     pub struct SoftwareID<'a> in BE {
         /// Number of the platform. The specification lists no numbers.
@@ -146,7 +154,7 @@ message! {
 }
 
 impl GetNetworkInfo<'_> {
-    /// Question that the device answers by broadcast, or to the sender.
+    /// Question that the device answers by broadcast if `limited_response` is true, otherwise to the client that asks.
     #[must_use]
     pub fn new(limited_response: bool) -> Self {
         Self { limited_response: Some(limited_response.into()), tail: &[] }
@@ -154,7 +162,7 @@ impl GetNetworkInfo<'_> {
 }
 
 impl DeviceGUID<'_> {
-    /// Number of the device, if it has 16 bytes.
+    /// Number of the device; `None` if it does not have 16 bytes.
     #[must_use]
     pub fn to_bytes(&self) -> Option<[u8; 16]> {
         self.guid.0.try_into().ok()
@@ -164,7 +172,7 @@ impl DeviceGUID<'_> {
 open_enum! {
     /// Type of a device. Source: kOS, `DeviceType`.
     pub struct DeviceType(u8) {
-        /// Unknown type.
+        /// The device does not say its type.
         UNKNOWN = 0,
         /// Second Shooter Plus.
         SECOND_SHOOTER_PLUS = 3,
@@ -178,21 +186,21 @@ open_enum! {
     pub struct PlaybackMode(u8) {
         /// Live motion, for video.
         LIVE_MOTION = 0,
-        /// Photos while the motors move.
+        /// Time lapse that takes photos while the motors move.
         TIME_LAPSE_CONTINUOUS = 1,
-        /// Shoot, move, shoot.
+        /// Time lapse that takes photos while the motors rest: shoot, move, shoot.
         TIME_LAPSE_SMS = 2,
     }
 
-    /// Mode of a lamp. Source: kOS, `LEDStatus`.
+    /// State of a lamp. Source: kOS, `LEDStatus`.
     pub struct LedMode(u8) {
-        /// Off.
+        /// The lamp is off.
         OFF = 0,
-        /// On.
+        /// The lamp is on.
         ON = 1,
-        /// Blinking slowly.
+        /// The lamp blinks slowly.
         SLOW_BLINK = 2,
-        /// Blinking fast.
+        /// The lamp blinks fast.
         FAST_BLINK = 3,
     }
 }
@@ -208,7 +216,7 @@ flags! {
         SLAVE_TIP = 0x04,
         /// Ring of the plug in the slave.
         SLAVE_RING = 0x08,
-        /// The device has a slave.
+        /// A slave is present.
         SLAVE_PRESENT = 0x10,
     }
 }
@@ -233,14 +241,14 @@ impl From<[u8; 6]> for MacAddress {
 
 __newtype! { MacAddress(Bytes<6>) "" }
 
-/// Address in the network, in network order (decision K-D6).
+/// IP address in the network, in network order (decision K-D6).
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 #[repr(transparent)]
 pub struct Ipv4(pub u32);
 
 impl fmt::Display for Ipv4 {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // The printing of `Ipv4Addr` cannot be proven free of panics.
+        // `Display` of `Ipv4Addr` cannot be proven free of panics.
         let mut separator = "";
         let bytes = self.0.to_be_bytes();
         bytes.iter().try_for_each(|byte| write!(f, "{}{byte}", core::mem::replace(&mut separator, ".")))
@@ -304,7 +312,7 @@ mod tests {
     use std::format;
 
     #[test]
-    fn addresses_and_versions_are_printed_in_the_usual_form() {
+    fn addresses_and_versions_print_as_people_write_them() {
         let address = Ipv4Addr::new(192, 168, 50, 1);
         assert_eq!(format!("{} {}", Ipv4::from(address), Ipv4::default()), "192.168.50.1 0.0.0.0");
         assert_eq!((Ipv4::from(address).0, Ipv4Addr::from(Ipv4(0xc0a8_3201))), (0xc0a8_3201, address));
@@ -315,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn a_guid_has_16_bytes_or_is_kept_as_bytes() {
+    fn a_guid_has_16_bytes_or_is_kept_raw() {
         let guid = |bytes| DeviceGUID { guid: Block16(bytes), tail: &[] }.to_bytes();
         assert_eq!((guid(&[7; 16]), guid(&[7; 15]), guid(&[7; 17])), (Some([7; 16]), None, None));
     }

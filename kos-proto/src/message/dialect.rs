@@ -1,12 +1,12 @@
 //! Two layouts of one message, told apart by length.
 //!
-//! Devices of the older dialect, `CineDrive`, leave out fields in the middle. Each such message has two tables, one in
+//! Devices of the older dialect, `CineDrive`, leave fields out in the middle. Each such message has two tables, one in
 //! [`newer`] and one in [`older`], and a hand-written choice between them (safety decision 7).
 
 use motion_core::wire::{Check, EncodeError, Field, Message, Part, PartKind, Reader, Visitor, Writer};
 use zerocopy::ByteOrder;
 
-/// Body of a message in one of its layouts.
+/// Body of a message, in one of its two layouts.
 pub(super) enum Dialect<N, O> {
     Newer(N),
     Older(O),
@@ -35,12 +35,13 @@ impl<'a, N: Message<'a>, O: Message<'a>> Dialect<N, O> {
     }
 }
 
-/// Error for a tail in the older dialect: a reader would take a longer message for the newer one.
+/// Checks that a message of the older dialect has no tail, because a reader would take it for one of the newer dialect.
 pub(super) fn exact(what: &'static str, tail: &[u8]) -> Result<(), EncodeError> {
     if tail.is_empty() { Ok(()) } else { Err(EncodeError::Tail { what, len: tail.len() }) }
 }
 
-/// Field that only the newer dialect has, or has elsewhere. In the newer dialect it is always there.
+/// Field of the newer dialect that the older dialect lacks, or has at another place. Messages of the newer dialect
+/// always have it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(transparent)]
 pub(super) struct InNewer<T>(pub(super) T);

@@ -1,8 +1,9 @@
-//! Messages, one file for each chapter of the specification.
+//! Messages of kOS, in one file for each chapter of the specification.
 //!
-//! Id and type together identify a message; for an action or a notification, its own number does so, too. In the
-//! tables the three are one number, such as `0x0080_00_1C`: id, type, and the number of the action or notification, or
-//! 0. Clients send a [`HostMessage`], and devices send a [`DeviceMessage`].
+//! The id and the type together identify a message; an action or a notification has a number of its own as well. The
+//! tables write the three as one number, for example `0x0080_00_1C`: id, type, and the number of the action or
+//! notification, which is 0 in all other messages. A client sends a [`HostMessage`], and a device sends a
+//! [`DeviceMessage`].
 
 #![expect(clippy::unusual_byte_groupings, reason = "the groups are id, type, and number of the action or notification")]
 
@@ -40,25 +41,26 @@ use crate::frame::{self, MessageId, MessageType};
 use crate::trajectory::TrajectoryData;
 
 messages! {
-    /// Message of a client, or host. Each row states how the message may be treated: see [`Conduct`](crate::Conduct).
+    /// Message from the client, or host. Each row states how the message may be treated: see
+    /// [`Conduct`](crate::Conduct).
     pub enum HostMessage<'a> from host {
-        /// Tells that the connection is in use, every four seconds over USB.
+        /// Shows that the line is in use. Sent every four seconds over USB.
         0x0000_00_00 => KeepAlive(KeepAlive<'a>) [sets],
         /// Asks for the address of the device in the network.
         0x0002_01_00 => GetNetworkInfo(GetNetworkInfo<'a>) [asks],
-        /// Asks for the modes of the lamps.
+        /// Asks for the state of the lamps.
         0x0007_01_00 => GetLEDStatus(GetLEDStatus<'a>) [asks],
         /// Switches the lamps.
         0x0007_00_00 => SetLEDStatus(LEDStatus<'a>) [sets],
-        /// Asks for positions, ranges and limits of the motors.
+        /// Asks for the positions, ranges and limits of the motors.
         0x000B_01_00 => GetMotorInfo(GetMotorInfo<'a>) [asks],
-        /// Asks what the device is, and what it does at present. The first message of a connection.
+        /// Asks for the type and the state of the device. The first message of a connection.
         0x000F_01_00 => GetDeviceInfo(GetDeviceInfo<'a>) [asks],
         /// Tells the password of this session.
         0x0010_00_00 => SetUserPassword(UserPassword<'a>) [sets],
-        /// Stores a new password in the device. The session is locked until the new password is sent.
+        /// Stores another password in the device, which locks this session until the new password is sent.
         0x0011_00_00 => SetDevicePassword(DevicePassword<'a>) [sets once],
-        /// Asks for the move that is stored.
+        /// Asks for the stored move.
         0x0012_01_00 => GetTrajectoryData(GetTrajectoryData<'a>) [asks],
         /// Stores a move.
         0x0012_00_00 => SetTrajectoryData(TrajectoryData<'a>) [arms once],
@@ -68,63 +70,63 @@ messages! {
         0x0026_01_00 => GetSoftwareID(GetSoftwareID<'a>) [asks],
         /// Stores which platform calibrates the motors.
         0x0026_00_00 => SetSoftwareID(SoftwareID<'a>) [sets],
-        /// Starts the device anew. The connection is lost.
+        /// Restarts the device. The connection is lost.
         0x0080_00_01 => ResetDevice(ResetDevice<'a>) [resets once],
         /// Forgets the range of a motor, or of all motors.
         0x0080_00_02 => ResetAxis(ResetAxis<'a>) [sets once],
-        /// Marks where the range of a motor begins.
+        /// Sets the begin of the range of a motor to its present position.
         0x0080_00_03 => MarkBeginPosition(MarkBeginPosition<'a>) [sets once],
-        /// Marks where the range of a motor ends.
+        /// Sets the end of the range of a motor to its present position.
         0x0080_00_04 => MarkEndPosition(MarkEndPosition<'a>) [sets once],
-        /// Plays the move.
+        /// Starts the stored move.
         0x0080_00_05 => StartPlayback(StartPlayback<'a>) [moves once],
         /// Stops everything, also while locked (safety decisions 2 and 8).
         0x0080_00_06 => StopPlayback(StopPlayback<'a>) [stops],
-        /// Sends the motors to where the move begins.
+        /// Sends the motors to the position where the move begins.
         0x0080_00_07 => RapidToFirstKeyFrame(RapidToFirstKeyFrame<'a>) [moves once],
         /// Takes one photo.
         0x0080_00_09 => TakePicture(TakePicture<'a>) [sets once],
-        /// Makes the move ready.
+        /// Prepares the stored move to be played.
         0x0080_00_0F => SetupPlayback(SetupPlayback<'a>) [arms once],
         /// Sends a motor to a position, or stops it.
         0x0080_00_1C => SetPositionSpeedAcceleration(SetPositionSpeedAcceleration<'a>)
             [by SetPositionSpeedAcceleration::conduct],
-        /// Sends a motor a distance, or stops it.
+        /// Sends a motor by a distance, or stops it.
         0x0080_00_28 => BumpPositionSpeedAcceleration(BumpPositionSpeedAcceleration<'a>)
             [by BumpPositionSpeedAcceleration::conduct],
     }
 }
 
 messages! {
-    /// Message of a device.
+    /// Message from the device.
     pub enum DeviceMessage<'a> {
-        /// Address of the device in the network.
+        /// Address of the device in the network, sent as an answer or unasked.
         0x0002_02_00 => NetworkInfo(NetworkInfo<'a>),
-        /// Modes of the lamps.
+        /// State of the lamps.
         0x0007_02_00 => LEDStatus(LEDStatus<'a>),
-        /// Positions, ranges and limits of motors. Messages of a series have the type 0x82, except the last.
+        /// Positions, ranges and limits of motors. The type is 0x82 in all messages of an answer except the last.
         0x000B_02_00 | 0x000B_82_00 => MotorInfo(MotorInfo<'a>),
-        /// What the device is, and what it does at present.
+        /// Type and present state of the device.
         0x000F_02_00 => DeviceInfo(DeviceInfo<'a>),
-        /// Move that is stored; without blocks, no move is stored.
+        /// Stored move. A message without blocks says that no move is stored.
         0x0012_02_00 => TrajectoryData(TrajectoryData<'a>),
-        /// Number that no other device has.
+        /// Number of the device, which no other device has.
         0x001F_02_00 => DeviceGUID(DeviceGUID<'a>),
         /// Platform that calibrated the motors.
         0x0026_02_00 => SoftwareID(SoftwareID<'a>),
-        /// Report that motors came or went.
+        /// Motors that were connected or disconnected.
         0x0081_02_01 => MotorStatus(MotorStatus<'a>),
-        /// Progress of the move.
+        /// Progress of the device in its move.
         0x0081_02_02 => PlaybackStatus(PlaybackStatus<'a>),
-        /// Error of the device.
+        /// Error that the device reports.
         0x0081_02_03 => ErrorStatus(ErrorStatus<'a>),
-        /// Report that a motor rests.
+        /// Position of a motor that came to rest.
         0x0081_02_07 => MotorPosition(MotorPosition<'a>),
-        /// Report that the range of a motor changed, or is void.
+        /// Range of a motor that was calibrated or reset.
         0x0081_02_11 => MotorCalibrated(MotorCalibrated<'a>),
-        /// Report that an input changed.
+        /// Inputs for cameras and triggers, sent when one of them changed.
         0x0081_02_15 => AuxInputStatus(AuxInputStatus<'a>),
-        /// Report that the device does not know a message.
+        /// Message that the device does not know.
         0x0081_02_FF => UnsupportedMessage(UnsupportedMessage<'a>),
     }
 }
@@ -148,7 +150,7 @@ impl<'a, M: Messages<'a>> Fields for Numbered<'_, M> {
 macro_rules! specified {
     ($($side:ident)*) => {$(
         impl $side<'_> {
-            /// Id of the message: its subject.
+            /// Id of the message, which says its subject.
             #[must_use]
             #[inline]
             pub fn id(&self) -> MessageId {
@@ -162,7 +164,7 @@ macro_rules! specified {
                 frame::parts(self.number()).1
             }
 
-            /// Name of the message in the specification, without whether it sets or asks: `LEDStatus`,
+            /// Name of the message in the specification, which does not say whether it sets or asks: `LEDStatus`,
             /// `StartPlayback`. `Action` or `Notification` if only its number is known, otherwise `Other`.
             #[must_use]
             pub fn specification_name(&self) -> &'static str {

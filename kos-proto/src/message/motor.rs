@@ -1,4 +1,4 @@
-//! Messages about the motors: positions, ranges and limits.
+//! Motors of a device: their positions, ranges, and limits of speed and acceleration.
 
 use motion_core::wire::{Counted, DecodeError, EncodeError, Fields, Message, Row, Visitor};
 use motion_core::{__message_features, element, message};
@@ -7,83 +7,85 @@ use super::dialect::{Dialect, exact};
 use super::{MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
 
 message! {
-    /// Question for positions, ranges and limits of the motors. Source: kOS, (Get)`MotorInfo`.
+    /// Question for the positions, ranges and limits of the motors. Source: kOS, (Get)`MotorInfo`.
     #[derive(Default)]
     pub struct GetMotorInfo<'a> in BE {}
 }
 
 element! {
-    /// Motor of a [`MotorInfo`].
+    /// One motor of a [`MotorInfo`].
     pub struct MotorEntry in BE, "motor_count" {
         /// Address of the motor.
         motor_address: MotorAddress,
-        /// Position; of a calibrated motor between `begin_position` and `end_position`.
+        /// Position of the motor, between `begin_position` and `end_position` once the motor is calibrated.
         position: Rotations,
-        /// Begin of the range; 0 in the specification, but not on every device.
+        /// Begin of the range: 0 in the specification, but not on every device.
         begin_position: Rotations,
-        /// End of the range; 0 if the motor is not calibrated.
+        /// End of the range; 0 until the motor is calibrated.
         end_position: Rotations,
-        /// Greatest speed on the way to where a move begins.
+        /// Greatest speed of the motor on the way to where a move begins.
         max_max_setup_speed: RotationsPerSecond,
-        /// Greatest speed in a move.
+        /// Greatest speed of the motor in a move.
         max_max_move_speed: RotationsPerSecond,
-        /// Greatest acceleration.
+        /// Greatest acceleration of the motor.
         max_max_acceleration: RotationsPerSecondSquared,
     }
 
-    /// Motor of a [`MotorInfo`] of the older dialect, in which every range begins at 0.
+    /// One motor of a [`MotorInfo`] of the older dialect, where every range begins at 0.
     pub struct OldMotorEntry in BE, "motor_count" {
         /// Address of the motor.
         motor_address: MotorAddress,
         /// Position of the motor.
         position: Rotations,
-        /// End of the range; 0 if the motor is not calibrated.
+        /// End of the range; 0 until the motor is calibrated.
         end_position: Rotations,
-        /// Greatest speed on the way to where a move begins.
+        /// Greatest speed of the motor on the way to where a move begins.
         max_max_setup_speed: RotationsPerSecond,
-        /// Greatest speed in a move.
+        /// Greatest speed of the motor in a move.
         max_max_move_speed: RotationsPerSecond,
-        /// Greatest acceleration.
+        /// Greatest acceleration of the motor.
         max_max_acceleration: RotationsPerSecondSquared,
     }
 }
 
-/// Report of a device on a motor, in either dialect.
+/// Position, range and limits of a motor, as a device of either dialect reports them.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Motor {
     /// Address of the motor.
     pub motor_address: MotorAddress,
-    /// Position as reported: see [`relative_position`](Self::relative_position).
+    /// Position of the motor, as the device reports it: see [`relative_position`](Self::relative_position).
     pub position: Rotations,
-    /// Begin of the range; `None` in the older dialect.
+    /// Begin of the range; `None` in the older dialect, where every range begins at 0.
     pub begin_position: Option<Rotations>,
-    /// End of the range; 0 if the motor is not calibrated.
+    /// End of the range; 0 until the motor is calibrated.
     pub end_position: Rotations,
-    /// Greatest speed on the way to where a move begins.
+    /// Greatest speed of the motor on the way to where a move begins.
     pub max_max_setup_speed: RotationsPerSecond,
-    /// Greatest speed in a move.
+    /// Greatest speed of the motor in a move.
     pub max_max_move_speed: RotationsPerSecond,
-    /// Greatest acceleration.
+    /// Greatest acceleration of the motor.
     pub max_max_acceleration: RotationsPerSecondSquared,
 }
 
 impl Motor {
-    /// Whether the motor has a range (decision K-M5).
+    /// Whether the motor is calibrated: the ends of its range are known (decision K-M5).
     #[must_use]
     pub fn is_calibrated(&self) -> bool {
         self.end_position.0 != 0.0
     }
 
-    /// Position as commands count, from the begin of the range; `None` if the motor is not calibrated.
+    /// Position of the motor as commands count it, from the begin of the range; `None` until the motor is calibrated.
     ///
-    /// Devices report positions between begin and end of the range, but take commands from 0 to the length of the
-    /// range.
+    /// Devices report positions between the begin and the end of the range, and the begin need not be 0. They take
+    /// commands from 0 to the length of the range.
     #[must_use]
     pub fn relative_position(&self) -> Option<Rotations> {
         self.is_calibrated().then(|| Rotations(self.position.0 - self.begin()))
     }
 
-    /// Length of the range: commands count from 0 to it. It may be negative; `None` if the motor is not calibrated.
+    /// Length of the range, which may be negative; `None` until the motor is calibrated.
+    ///
+    /// Commands take positions from 0 to this.
     #[must_use]
     pub fn range(&self) -> Option<Rotations> {
         self.is_calibrated().then(|| Rotations(self.end_position.0 - self.begin()))
@@ -94,28 +96,28 @@ impl Motor {
     }
 }
 
-/// Kind of an axis. No message tells it: only the builder of the rig knows it (decision K-M6).
+/// Kind of axis that a motor turns. No message says it; the builder of the rig knows it (decision K-M6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum AxisKind {
     /// Carriage on rails.
     Slider,
-    /// Head, sideways.
+    /// Head that turns sideways.
     Pan,
-    /// Head, up and down.
+    /// Head that turns up and down.
     Tilt,
     /// Focus ring of a lens.
     Focus,
-    /// Iris ring of a lens. The specification has no limits for it.
+    /// Iris ring of a lens. The specification sets no limits for it.
     Iris,
     /// Zoom ring of a lens.
     Zoom,
 }
 
 impl AxisKind {
-    /// Greatest speed that the specification allows for such an axis; `None` if it has no limit.
+    /// Greatest speed that the specification allows for the kind of axis; `None` if it says nothing.
     ///
-    /// The `MotorInfo` of a motor may have other limits: the lower ones count. Source: kOS,
+    /// A motor may have other limits, which its `MotorInfo` says. The lower limit counts. Source: kOS,
     /// `SetPositionSpeedAcceleration` and `BumpPositionSpeedAcceleration`.
     #[must_use]
     pub const fn max_speed(self) -> Option<RotationsPerSecond> {
@@ -127,7 +129,7 @@ impl AxisKind {
         }
     }
 
-    /// Greatest acceleration that the specification allows for such an axis; `None` if it has no limit.
+    /// Greatest acceleration that the specification allows for the kind of axis; `None` if it says nothing.
     #[must_use]
     pub const fn max_acceleration(self) -> Option<RotationsPerSecondSquared> {
         match self {
@@ -175,14 +177,14 @@ impl From<&OldMotorEntry> for Motor {
 /// Motors of a [`MotorInfo`], in either dialect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum MotorInfos<'a> {
-    /// Motors as specified. A list without motors is always of this dialect.
+    /// Motors as the specification describes them. A list without motors is always of this dialect.
     New(&'a [MotorEntry]),
-    /// Motors of a device of the older dialect: at least one.
+    /// Motors of a device of the older dialect, at least one.
     Old(&'a [OldMotorEntry]),
 }
 
 impl<'a> MotorInfos<'a> {
-    /// Number of motors.
+    /// Number of motors in the list.
     #[must_use]
     pub const fn len(&self) -> usize {
         match self {
@@ -197,7 +199,7 @@ impl<'a> MotorInfos<'a> {
         self.len() == 0
     }
 
-    /// Motors of the list, whatever its dialect is.
+    /// Motors of the list, in the same form for both dialects.
     pub fn iter(&self) -> impl Iterator<Item = Motor> + use<'a> {
         let (new, old): (&[MotorEntry], &[OldMotorEntry]) = match *self {
             Self::New(motors) => (motors, &[]),
@@ -229,13 +231,14 @@ mod older {
     }
 }
 
-/// Positions, ranges and limits of motors: mostly one motor in a message, with `more` in all messages except the last.
+/// Positions, ranges and limits of motors, mostly of one motor a message.
 ///
-/// A motor has 25 bytes, or 21 in the older dialect; the length of the message shows the dialect. Source: kOS,
-/// `MotorInfo`; safety decision 7, decisions K-F10, K-M3 to K-M6.
+/// `more` is set in all messages of an answer except the last. A motor takes 25 bytes, or 21 in the older dialect; the
+/// length of the message tells the dialect. Source: kOS, `MotorInfo`;
+/// safety decision 7, decisions K-F10, K-M3 to K-M6.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct MotorInfo<'a> {
-    /// Whether another message follows: this message has the type 0x82.
+    /// Whether another message of the same answer follows. The message then has the type 0x82.
     pub more: bool,
     /// Motors of the message.
     pub motors: MotorInfos<'a>,
@@ -253,7 +256,7 @@ impl<'a> MotorInfo<'a> {
         }
     }
 
-    /// Whether the length is exactly that of the older layout, with at least one motor.
+    /// Whether the body has exactly the length of the older layout, with at least one motor.
     fn is_older(body: &[u8]) -> bool {
         body.split_first().is_some_and(|(&count, entries)| {
             count > 0 && usize::from(count).checked_mul(size_of::<OldMotorEntry>()) == Some(entries.len())
@@ -334,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn both_dialects_give_the_same_motors() {
+    fn both_dialects_look_alike() {
         let (new, old) = ([entry(1, 3.0, 2.0, 6.0), entry(0x84, 0.0, 0.0, 0.0)], [old_entry(3)]);
         let motors: Vec<_> = MotorInfos::New(&new).iter().chain(MotorInfos::Old(&old).iter()).collect();
         let begins: Vec<_> = motors.iter().map(|motor| motor.begin_position).collect();
@@ -346,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn the_length_shows_the_dialect() {
+    fn the_length_tells_the_dialects_apart() {
         let new = [entry(1, 3.0, 2.0, 6.0), entry(2, 0.0, 0.0, 0.0)];
         let old = [old_entry(1), old_entry(2)];
         for len in 0..=2 {
@@ -366,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn a_message_that_would_be_read_as_the_newer_dialect_is_not_written_as_the_older() {
+    fn what_would_be_read_as_the_newer_dialect_is_not_written_as_the_older() {
         let old = [old_entry(1)];
         let tail = EncodeError::Tail { what: "MotorInfo.motors", len: 4 };
         assert_eq!(encode(MotorInfos::Old(&old), &[0; 4]), Err(tail));

@@ -1,4 +1,4 @@
-//! Sets of motors.
+//! Sets of motors, by their numbers.
 
 use super::MotorAddress;
 
@@ -16,7 +16,7 @@ impl MotorSet {
     const FIRST: u8 = 1;
     const LAST: u8 = MotorAddress::LAST.0;
 
-    /// Set of these motors. Addresses that no motor can have are left out.
+    /// Set of the given motors. Addresses that no motor can have are left out.
     #[must_use]
     pub fn of(motors: impl IntoIterator<Item = MotorAddress>) -> Self {
         let mut set = Self::NONE;

@@ -1,4 +1,4 @@
-//! Notifications: messages with which a device reports what happened.
+//! Notifications: messages by which a device tells what happened.
 
 use motion_core::wire::{Bool, Counted, DecodeError, EncodeError, Fields, Message, Rest, Row, Visitor};
 use motion_core::{__message_features, element, message, open_enum, unit};
@@ -7,39 +7,42 @@ use super::dialect::{Dialect, InNewer, exact};
 use super::{AuxInputs, MotorAddress, Normalized, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
 
 message! {
-    /// Report that motors came or went. Source: kOS, `MotorStatus`.
+    /// Motors that were connected or disconnected. Source: kOS, `MotorStatus`.
+    #[derive(Default)]
     pub struct MotorStatus<'a> in BE {
         ;
-        /// Motors of the report.
+        /// Motors that were connected or disconnected, one entry each.
         motors: Counted<'a, MotorPresence>,
     }
 
-    /// Error of the device. Source: kOS, `ErrorStatus`; safety decision 9, decisions K-P3 and K-P12.
+    /// Error that the device reports. Source: kOS, `ErrorStatus`; safety decision 9, decisions K-P3 and K-P12.
     #[derive(Default)]
     pub struct ErrorStatus<'a> in BE {
-        /// Code of the error.
+        /// Code that says what failed.
         error_code: ErrorCode,
-        /// Address of the motor, if the error is about one; otherwise 0, or without a meaning.
+        /// Motor that the error is about. If the error is about no motor, the address is 0 or has no meaning.
         motor_address: MotorAddress,
     }
 
-    /// Report that a motor rests, for each command to move or stop. Source: kOS, `MotorPosition`; decision K-M10.
+    /// Position of a motor that came to rest, sent once for each command to move. Source: kOS, `MotorPosition`;
+    /// decision K-M10.
     #[derive(Default)]
     pub struct MotorPosition<'a> in BE {
-        /// Address of the motor.
+        /// Motor that rests.
         motor_address: MotorAddress,
-        /// Position as reported (see `Motor::relative_position`).
+        /// Position of the motor, as devices report it (see `Motor::relative_position`).
         position: Rotations,
     }
 
-    /// Report that an input changed. Source: kOS, `AuxInputStatus`.
+    /// Inputs for cameras and triggers, sent when one of them changed. Source: kOS, `AuxInputStatus`.
     #[derive(Default)]
     pub struct AuxInputStatus<'a> in BE {
         /// State of all inputs.
         status: AuxInputs,
     }
 
-    /// Report that the device does not know a message. Source: kOS, `UnsupportedMessage`; decisions K-P10 and K-P11.
+    /// Message that the device does not know. Source: kOS, `UnsupportedMessage`; decisions K-P10 and K-P11.
+    #[derive(Default)]
     pub struct UnsupportedMessage<'a> in BE {
         ;
         /// Bytes of the message, from its version byte on, as many as fit.
@@ -48,23 +51,23 @@ message! {
 }
 
 element! {
-    /// Motor of a [`MotorStatus`].
+    /// One motor of a [`MotorStatus`].
     pub struct MotorPresence in BE, "motor_count" {
         /// Address of the motor.
         motor_address: MotorAddress,
-        /// Whether the motor is there.
+        /// Whether the motor is connected.
         online_status: Bool,
         /// Type of the motor.
         motor_type: MotorType,
-        /// Greatest speed on the way to where a move begins.
+        /// Greatest speed of the motor on the way to where a move begins.
         max_max_setup_speed: RotationsPerSecond,
-        /// Greatest speed in a move.
+        /// Greatest speed of the motor in a move.
         max_max_move_speed: RotationsPerSecond,
-        /// Greatest acceleration.
+        /// Greatest acceleration of the motor.
         max_max_acceleration: RotationsPerSecondSquared,
     }
 
-    /// Motor of a [`PlaybackStatus`].
+    /// One motor of a [`PlaybackStatus`].
     pub struct MotorPlace in BE, "motor_count" {
         /// Address of the motor.
         motor_address: MotorAddress,
@@ -76,39 +79,39 @@ element! {
 open_enum! {
     /// Type of a motor. Source: kOS, `MotorStatus`.
     pub struct MotorType(u8) {
-        /// Slider, pan, tilt and the like.
+        /// Axis such as slider, pan or tilt.
         AXIS = 0,
-        /// Focus, iris or zoom.
+        /// Ring of a lens: focus, iris or zoom.
         FIZ = 1,
     }
 
-    /// State of a move. Source: kOS, `PlaybackStatus`; decisions K-J12 to K-J16.
+    /// State of a device in its move. Source: kOS, `PlaybackStatus`; decisions K-J12 to K-J16.
     pub struct PlaybackState(u8) {
-        /// No move is stored, or it was not begun.
+        /// No move is stored, or the move was not begun.
         NO_MOVE = 0,
-        /// The motors are where the move begins.
+        /// The motors are at the position where the move begins.
         MOTORS_HOME = 1,
-        /// The move runs forward. The report is repeated while it runs.
+        /// The move runs forward. Devices repeat this while it runs.
         START_FORWARD = 2,
-        /// The move runs in reverse. The report is repeated while it runs.
+        /// The move runs back. Devices repeat this while it runs.
         START_REVERSE = 3,
-        /// The move is at its end; a loop or photos may follow.
+        /// The move reached its end. A loop or photos may follow.
         END_OF_MOVE = 4,
-        /// Everything is over and the move is forgotten, whatever the reason is.
+        /// The move ended for any reason, and the device no longer stores it.
         FULL_STOP = 5,
         /// A frame of a time lapse begins.
         START_FRAME = 6,
-        /// The move can be played.
+        /// The move is ready to be played.
         SETUP_COMPLETED = 7,
-        /// The move waits for its time.
+        /// The delay before the move was started.
         DELAY_TIMER_STARTED = 8,
-        /// Not supported by devices, which never send it.
+        /// The pre-roll of the camera started. Devices do not support it, and never send this.
         PRE_CAMERA_ROLL_STARTED = 9,
-        /// Not supported by devices, which never send it.
+        /// The post-roll of the camera is completed. Devices do not support it, and never send this.
         POST_CAMERA_ROLL_COMPLETED = 10,
-        /// Photos before the move begin.
+        /// The photos before the move are started.
         PRE_MOVE_PHOTOS_STARTED = 11,
-        /// The photos after the move are taken.
+        /// The photos after the move are completed.
         POST_MOVE_PHOTOS_COMPLETED = 12,
         /// The motors rest for the next photo.
         SMS_MOTORS_STOPPED = 13,
@@ -116,51 +119,51 @@ open_enum! {
 
     /// Code of an error. Source: kOS, `ErrorStatus`; decision K-P12.
     pub struct ErrorCode(u8) {
-        /// A motor did not get to where the move begins.
+        /// The motors did not reach the position where the move begins.
         RETURN_TO_FIRST_KEYFRAME = 0,
-        /// Obsolete: error in writing the memory.
+        /// Writing the memory failed. Obsolete.
         FLASH_WRITE = 1,
-        /// The move cannot be played, or a command cannot be followed at present.
+        /// The move cannot be played, or a command cannot be obeyed while the move is played.
         CANNOT_EXECUTE_MOVE = 2,
         /// The move is malformed.
         TRAJECTORY = 3,
-        /// The device has no such motor.
+        /// The device has no motor with this address.
         BAD_MOTOR_ADDRESS = 4,
         /// The device has no motors.
         NO_MOTORS = 6,
-        /// Obsolete: error in reading the memory.
+        /// Reading the memory failed. Obsolete.
         FLASH_READ = 7,
-        /// A motor ran away. Its range is forgotten.
+        /// A motor ran away. It lost its range.
         RUNAWAY = 10,
         /// A motor left the mode in which it follows a move.
         NOT_IN_PVT_MODE = 11,
         /// A motor stopped at once in a move.
         PVT_QUICK_STOP = 12,
-        /// A motor lost part of a move.
+        /// A motor lost a part of a move.
         PVT_INTEGRITY = 13,
-        /// A range is not possible, and is forgotten.
+        /// The range of a motor is impossible. The motor lost it.
         CALIBRATION = 14,
         /// The password is wrong.
         LOCKED_OUT = 15,
-        /// A motor has a fault. Its range is forgotten.
+        /// A motor has a fault. It lost its range.
         FAULT = 16,
-        /// The duration or the start time of the move is not possible.
+        /// The duration of the move is impossible.
         INVALID_MOVE_TIME = 17,
-        /// Error in the setup of an external intervalometer.
+        /// The setup of an external intervalometer failed.
         INTERVALOMETER_SETUP = 19,
-        /// Error at the input of an external intervalometer.
+        /// The input of an external intervalometer failed.
         INTERVALOMETER_INPUT = 20,
     }
 }
 
 impl ErrorCode {
-    /// Whether the device forgets the range of the motor with this error (decision K-P12).
+    /// Whether the error voids the range of the motor (decision K-P12).
     #[must_use]
     pub const fn resets_axis(self) -> bool {
         matches!(self, Self::RUNAWAY | Self::CALIBRATION | Self::FAULT)
     }
 
-    /// Whether the error is about a motor, and names it.
+    /// Whether the error is about a motor of the device, whose address the message then holds.
     #[must_use]
     pub const fn names_motor(self) -> bool {
         matches!(self.0, 10..=14 | 16)
@@ -168,17 +171,17 @@ impl ErrorCode {
 }
 
 unit! {
-    /// Number of photos as a floating-point number, exact up to 16 777 216 (decision K-N2).
+    /// Number of photos, as an IEEE number, which is exact up to 16 777 216 (decision K-N2).
     pub struct Photos(f32) "";
 }
 
 impl Photos {
-    /// Rounded number; `None` if it is negative, infinite or NaN.
+    /// Number of photos, rounded; `None` if it is negative, infinite or NaN.
     #[must_use]
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        reason = "the conversion cuts off what is behind the point, and stays at the greatest number"
+        reason = "the conversion cuts off the fraction, and ends at the greatest number"
     )]
     pub fn count(self) -> Option<u32> {
         (self.0.is_finite() && self.0 >= 0.0).then(|| (f64::from(self.0) + 0.5) as u32)
@@ -226,14 +229,14 @@ mod older {
     }
 }
 
-/// Progress of the move, sent at every step of the move, and from time to time while it runs.
+/// Progress of the device in its move, sent unasked at each change of state, and from time to time while the move runs.
 ///
 /// Source: kOS, `PlaybackStatus`; safety decision 7, decisions K-M3, K-N2 and K-P7.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct PlaybackStatus<'a> {
-    /// State of the move.
+    /// State of the device in its move.
     pub playback_status: PlaybackState,
-    /// Part of the move that is over.
+    /// Elapsed part of the move, 0 to 1.
     pub elapsed_time: Normalized,
     /// Number of photos taken in the move; `None` in the older dialect.
     pub photo_count: Option<Photos>,
@@ -258,7 +261,8 @@ impl<'a> PlaybackStatus<'a> {
         }
     }
 
-    /// Whether a body of `len` bytes has exactly the older layout, if `count` is its number of motors.
+    /// Whether a body of `len` bytes has exactly the length of the older layout with `count` motors. `count` is the
+    /// byte at the place where that layout counts the motors.
     fn is_older(len: usize, count: u8) -> bool {
         let motors = usize::from(count).saturating_mul(size_of::<MotorPlace>());
         len == motors.saturating_add(Self::OLD_FIXED).saturating_add(1)
@@ -293,7 +297,7 @@ impl<'a> Message<'a> for PlaybackStatus<'a> {
             exact("PlaybackStatus.photo_count", self.tail)?;
             return self.body().encode_into(out);
         };
-        // With a tail of some lengths, a reader would take the first byte of the photos for the number of motors.
+        // With a tail of certain lengths, a reader would take the first byte of the photos for the count of motors.
         let [first, ..] = photos.0.to_be_bytes();
         if Self::is_older(self.encoded_len(), first) {
             return Err(EncodeError::Tail { what: "PlaybackStatus.motor_count", len: self.tail.len() });
@@ -310,24 +314,24 @@ impl Fields for PlaybackStatus<'_> {
 
 __message_features! { 'a [PlaybackStatus<'a>] PlaybackStatus }
 
-/// Report that the range of a motor changed, or is void: the answer to `MarkEndPosition` and `ResetAxis`.
+/// Range of a motor that was calibrated or reset: the answer to `MarkEndPosition` and `ResetAxis`.
 ///
-/// All that was known of the motor before is void; ask for its `MotorInfo`. Source: kOS, `MotorCalibrated`; safety
+/// Earlier reports of the motor are void after it; ask for its `MotorInfo`. Source: kOS, `MotorCalibrated`; safety
 /// decision 7, decision K-M8.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct MotorCalibrated<'a> {
-    /// Address of the motor.
+    /// Motor whose range changed.
     pub motor_address: MotorAddress,
     /// Begin of the range; `None` in the older dialect.
     pub begin_position: Option<Rotations>,
-    /// End of the range; 0 if there is none.
+    /// End of the range; 0 if the motor has no range.
     pub end_position: Rotations,
     /// Bytes after the known fields, kept as they came.
     pub tail: &'a [u8],
 }
 
 impl<'a> MotorCalibrated<'a> {
-    /// Length of the body in the older dialect.
+    /// Bytes of the body in the older dialect.
     const OLD_LEN: usize = 5;
 
     fn body(&self) -> Dialect<newer::MotorCalibrated<'a>, older::MotorCalibrated<'a>> {
@@ -391,14 +395,14 @@ mod tests {
     #[test]
     fn a_tail_that_would_change_the_dialect_is_refused() {
         let mut out = [0; 32];
-        // The first byte of these photos would be the number of motors, 1, and the tail its last byte.
+        // A reader would take the first byte of these photos for a count of one motor, and the tail for its last byte.
         let photos = Photos(f32::from_bits(0x0100_0000));
         let refused = status(Some(photos), &[0]).encode_into(&mut out);
         assert_eq!(refused, Err(EncodeError::Tail { what: "PlaybackStatus.motor_count", len: 1 }));
         assert_eq!(status(Some(photos), &[0; 2]).encode_into(&mut out), Ok(12));
         let refused = status(None, &[0]).encode_into(&mut out);
         assert_eq!(refused, Err(EncodeError::Tail { what: "PlaybackStatus.photo_count", len: 1 }));
-        assert_eq!(out[12..], [0; 20], "nothing is written where a message is refused");
+        assert_eq!(out[12..], [0; 20], "nothing is written when a message is refused");
 
         let mut calibrated = MotorCalibrated {
             motor_address: MotorAddress(1),
@@ -413,7 +417,7 @@ mod tests {
     }
 
     #[test]
-    fn a_length_between_the_dialects_is_cut_short() {
+    fn between_the_dialects_a_message_is_cut_short() {
         for len in 6..9 {
             let truncated = MotorCalibrated::decode(&[1; 9][..len]).unwrap_err();
             assert!(matches!(truncated, DecodeError::Truncated { have, .. } if have == len), "{truncated}");
@@ -423,14 +427,14 @@ mod tests {
     }
 
     #[test]
-    fn errors_tell_whether_a_motor_lost_its_range() {
+    fn errors_say_whether_a_motor_lost_its_range() {
         let all = 0..=u8::MAX;
         assert!(all.clone().map(ErrorCode).filter(|code| code.resets_axis()).map(|code| code.0).eq([10, 14, 16]));
         assert!(all.map(ErrorCode).filter(|code| code.names_motor()).map(|code| code.0).eq([10, 11, 12, 13, 14, 16]));
     }
 
     #[test]
-    fn photos_are_rounded_to_a_number_if_possible() {
+    fn photos_are_counted_where_they_can_be() {
         let counts = [0.0, -0.0, 0.49, 0.5, 42.0, 16_777_216.0, 1e20].map(|photos| Photos(photos).count());
         let wanted = [0, 0, 0, 1, 42, 16_777_216, u32::MAX].map(Some);
         assert_eq!(counts, wanted);

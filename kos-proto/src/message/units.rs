@@ -7,39 +7,39 @@ use motion_core::{__newtype, unit};
 unit! {
     /// Position or distance, in rotations of the motor.
     pub struct Rotations(f32) "rev";
-    /// Speed, in rotations per second.
+    /// Speed, in rotations of the motor per second.
     pub struct RotationsPerSecond(f32) "rev/s";
-    /// Acceleration, in rotations per second squared.
+    /// Acceleration, in rotations of the motor per second squared.
     pub struct RotationsPerSecondSquared(f32) "rev/s²";
     /// Time, in seconds.
     pub struct Seconds(f32) "s";
-    /// Part of a whole, from 0 to 1.
+    /// Part of a whole, 0 to 1.
     pub struct Normalized(f32) "";
 }
 
-/// Address of a motor, 1 to 10; 0 if a message is for all motors. In messages of devices, bit 7 marks focus, iris and
-/// zoom.
+/// Address of a motor, 1 to 10; 0 if a message is for all motors.
 ///
-/// The number without the bit identifies the motor in every message (decisions K-M1 and K-M2).
+/// Bit 7 marks focus, iris and zoom in messages of devices. The number without the bit is the key in every message
+/// (decisions K-M1 and K-M2).
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 #[repr(transparent)]
 pub struct MotorAddress(pub u8);
 
 impl MotorAddress {
-    /// All motors in `ResetAxis`; no motor in `ErrorStatus` and `TakePicture`.
+    /// Address 0: all motors in `ResetAxis`, no motor in `ErrorStatus` and `TakePicture`.
     pub const ALL: Self = Self(0);
-    /// Address of the last motor that a device can have (decision K-M1).
+    /// Last motor that a device can have (decision K-M1).
     pub const LAST: Self = Self(10);
 
     const FIZ: u8 = 0x80;
 
-    /// Address without the mark of focus, iris and zoom.
+    /// Number of the motor: the address without bit 7.
     #[must_use]
     pub const fn number(self) -> u8 {
         self.0 & !Self::FIZ
     }
 
-    /// Whether the address has the mark of focus, iris and zoom.
+    /// Whether the motor turns focus, iris or zoom.
     #[must_use]
     pub const fn is_fiz(self) -> bool {
         self.0 & Self::FIZ != 0

@@ -1,4 +1,4 @@
-//! kOS 7.3: ranges of motors.
+//! Ranges of motors: kOS 7.3.
 
 use kos_proto::HostMessage;
 use kos_proto::device::motor::State;
@@ -34,7 +34,7 @@ fn a_jog_without_a_range_runs_until_it_is_stopped() {
     }
 }
 
-/// 7.3-2: the position does not matter, and each stop is answered once (decision K-M10).
+/// 7.3-2: speed 0 stops a motor for any position, and each attempt stops each motor once (decision K-M10).
 #[test]
 fn speed_0_stops_a_motor_whatever_the_position_is() {
     for (position, acceleration) in [(0.0, 20.0), (f32::NAN, 0.0), (1e30, f32::NAN)] {
@@ -56,14 +56,14 @@ fn speed_0_stops_a_motor_whatever_the_position_is() {
             assert_eq!(bench.said().len(), 0);
             bench.arrive(1, 6.5);
             assert_eq!(bench.said(), ["0: 1 rests at 6.5"]);
-            // A motor at rest that is told to stop reports its position.
+            // A motor that is stopped at rest reports where it rests.
             bench.hear(set_psa(1, 0.0, 0.0));
             assert_eq!((bench.told().len(), bench.said()), (0, vec!["0: 1 rests at 6.5".into()]));
         }
     }
 }
 
-/// 7.3-3: a range cannot begin at a motor that moves (decision K-S6).
+/// 7.3-3: no place can be marked while the motor moves (decision K-S6).
 #[test]
 fn the_range_begins_where_the_motor_rests() {
     let mut bench = bench();
@@ -75,7 +75,7 @@ fn the_range_begins_where_the_motor_rests() {
     bench.hear(mark_begin(1));
     assert_eq!((bench.said().len(), calibration(&bench)), (0, (State::BeginMarked, 5.0, 0.0)));
 
-    // An old range is void.
+    // The earlier range is void.
     bench.calibrate(1);
     bench.hear(mark_begin(1));
     assert_eq!(calibration(&bench), (State::BeginMarked, RANGE, 0.0));
@@ -97,7 +97,7 @@ fn a_motor_moves_freely_between_the_marks() {
     assert_eq!(calibration(&bench).0, State::BeginMarked);
 }
 
-/// 7.3-5: the count begins at 0 with the range, or stays, as on firmware 1.0.1.5 (decision K-M8).
+/// 7.3-5: positions count from the begin of the range, or, on firmware 1.0.1.5, as before (decision K-M8).
 #[test]
 fn the_range_ends_where_the_motor_rests() {
     for (quirk, said, position, five) in [
@@ -115,7 +115,7 @@ fn the_range_ends_where_the_motor_rests() {
         bench.hear(mark_end(1));
         assert_eq!(bench.said(), [said]);
         assert_eq!((calibration(&bench).0, calibration(&bench).1), (State::Calibrated, position));
-        // Commands count from the begin of the range in both cases.
+        // In both cases the positions of commands count from the begin of the range.
         bench.hear(set_psa(1, -2.0, 10.0));
         assert_eq!(bench.told(), [moved(1, 3.0)]);
         bench.arrive(1, 3.0);
@@ -137,7 +137,7 @@ fn a_range_without_a_begin_or_a_length_is_an_error() {
     assert_eq!((bench.said(), calibration(&bench)), (vec!["0: error 14 1".into()], (State::Uncalibrated, 0.0, 0.0)));
 }
 
-/// 7.3-8, 7.3-9: also for a bump.
+/// 7.3-8, 7.3-9: the same is true of a bump.
 #[test]
 fn a_motor_goes_where_it_is_sent_but_not_beyond_its_range() {
     let mut bench = bench();
@@ -156,7 +156,7 @@ fn a_motor_goes_where_it_is_sent_but_not_beyond_its_range() {
     assert_eq!(bench.said(), [format!("0: 1 rests at {RANGE:?}")], "once, for the first was overtaken");
 }
 
-/// NaN, infinity, and speeds and accelerations that are not positive move nothing (decision K-N1).
+/// A command with a NaN, infinite, negative or much too large value moves nothing (decision K-N1).
 #[test]
 fn invalid_numbers_move_nothing() {
     let mut bench = bench();
@@ -175,7 +175,7 @@ fn invalid_numbers_move_nothing() {
     assert_eq!(bench.told(), [Event::Ignored(Ignored::Report); 2]);
 }
 
-/// 7.3-10: a motor that moves is stopped, because its target has no meaning any more.
+/// 7.3-10: a motor that moves is stopped, because its target has lost its meaning.
 #[test]
 fn a_reset_of_a_motor_forgets_its_range() {
     let mut bench = bench();
@@ -220,7 +220,7 @@ fn faults_void_the_range_if_their_code_says_so() {
     }
 }
 
-/// 7.3-13: also a stop of an unknown motor.
+/// 7.3-13: a stop of a motor that does not exist is refused too.
 #[test]
 fn an_unknown_motor_is_an_error() {
     let mut bench = bench();

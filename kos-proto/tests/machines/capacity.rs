@@ -1,4 +1,4 @@
-//! Steps with the most effects. `laws::machine::step` checks that no effect is lost.
+//! Steps with the most effects that are known. `laws::machine::step` checks that no effect is lost.
 
 use kos_proto::HostMessage;
 use kos_proto::Transport;
@@ -13,7 +13,7 @@ fn ten() -> device::Options {
     device::Options::default().with_motors(MotorSet::of((1..=10).map(MotorAddress)))
 }
 
-/// A device tells of ten motors while a move ends and the device announces itself.
+/// Ten motors are reported while a move ends and the device announces itself.
 #[test]
 fn a_step_has_room_for_ten_motors_while_a_move_ends() {
     let mut bench = Bench::off(ten());
@@ -25,7 +25,7 @@ fn a_step_has_room_for_ten_motors_while_a_move_ends() {
     bench.hear(HostMessage::from(live_move(live())));
     bench.hear(start());
     bench.home();
-    // The move takes ten seconds, and an announcement comes every five seconds.
+    // The move takes ten seconds, and an announcement is due every five seconds.
     bench.pass(9_000);
     bench.clear();
     bench.now += 2_000;
@@ -33,7 +33,7 @@ fn a_step_has_room_for_ten_motors_while_a_move_ends() {
     assert_eq!(bench.said().len(), 10 + 1 + 2);
 }
 
-/// Ten motors stop because four clients are gone at once.
+/// Ten motors stop because four clients are lost at the same time.
 #[test]
 fn a_step_has_room_for_four_clients_that_are_gone_at_once() {
     let mut bench = Bench::off(ten());
@@ -50,7 +50,7 @@ fn a_step_has_room_for_four_clients_that_are_gone_at_once() {
     assert_eq!(bench.told().len(), 4 + 10);
 }
 
-/// Ten motors, seven questions, a move and a range are late at once, when motors come and go.
+/// Ten motors, seven queries, a move and a range are all late while motors come and go.
 #[test]
 fn a_step_has_room_for_everything_that_is_late_at_once() {
     let mut client = Client::connected(Options::default(), Endpoint::Usb);

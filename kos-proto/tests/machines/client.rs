@@ -1,4 +1,4 @@
-//! Client on the bench: a machine, a clock, and the effects of its steps.
+//! Test bench of a client: a machine, a clock, and the effects of the last steps.
 
 use kos_proto::device::Positions;
 use kos_proto::host::*;
@@ -19,9 +19,9 @@ pub(super) struct Client {
     pub(super) machine: HostMachine,
     pub(super) now: u64,
     pub(super) sent: Vec<Transmit<'static>>,
-    /// Events, without the ends of commands.
+    /// Events, except the ends of commands.
     pub(super) told: Vec<Event<'static>>,
-    /// Ends of commands, by their tokens.
+    /// Outcomes of commands, by their tokens.
     pub(super) ended: Vec<(Token, Outcome<'static>)>,
     /// Number of the last command.
     pub(super) token: u32,
@@ -41,7 +41,7 @@ impl Client {
         }
     }
 
-    /// Client with a connection that asked what the device is.
+    /// A client with a connection that has asked for `DeviceInfo`.
     pub(super) fn connected(options: Options, endpoint: Endpoint) -> Self {
         let mut client = Self::new(options);
         client.command(Command::Connect(endpoint));
@@ -50,7 +50,7 @@ impl Client {
         client
     }
 
-    /// Client of a device with motor 1, which has a range, and motor 2, which has none.
+    /// A client of a device with two motors: motor 1 has a range, motor 2 has none.
     pub(super) fn ready_at(options: Options, endpoint: Endpoint) -> Self {
         let mut client = Self::connected(options, endpoint);
         client.introduce(PlaybackState::NO_MOVE);
@@ -63,7 +63,7 @@ impl Client {
         Self::ready_at(Options::default(), AT)
     }
 
-    /// Receives all answers of a new connection.
+    /// The device answers all queries.
     pub(super) fn introduce(&mut self, status: PlaybackState) {
         self.hear(device_info(status));
         self.motors();
@@ -71,7 +71,7 @@ impl Client {
         self.hear(software(4));
     }
 
-    /// Receives the motors of the device.
+    /// The device reports its motors.
     pub(super) fn motors(&mut self) {
         self.motor(1, 3.0, 8.0, true);
         self.motor(2, 0.0, 0.0, false);
@@ -82,7 +82,7 @@ impl Client {
         self.hear(DeviceMessage::from(MotorInfo { more, motors: MotorInfos::New(&motors), tail: &[] }));
     }
 
-    /// Client with a move that is being made ready.
+    /// A client with a move that is being set up.
     pub(super) fn setting_up() -> Self {
         let mut client = Self::ready();
         client.command(load());
@@ -147,7 +147,7 @@ impl Client {
         std::mem::take(&mut self.ended).into_iter().map(|(_, outcome)| outcome).collect()
     }
 
-    /// Receives a state of the move.
+    /// The device reports the progress of the move.
     pub(super) fn say(&mut self, state: PlaybackState) {
         let status = PlaybackStatus {
             playback_status: state,
@@ -164,7 +164,7 @@ impl Client {
         self.hear(DeviceMessage::from(ErrorStatus { error_code, motor_address, tail: &[] }));
     }
 
-    /// Receives the answer to the question after a stop.
+    /// The device answers the question after a stop.
     pub(super) fn settle(&mut self, state: PlaybackState) {
         self.hear(device_info(state));
     }
@@ -174,7 +174,7 @@ impl Client {
         self.hear(DeviceMessage::from(MotorPosition { motor_address, position, tail: &[] }));
     }
 
-    /// Lets time pass, and wakes the machine whenever it wants to be woken, and at the end.
+    /// Lets time pass, and wakes the machine at each of its wakes and at the end.
     pub(super) fn pass(&mut self, millis: u64) {
         let end = self.now + millis;
         while let Some(wake) = self.wake.filter(|&wake| wake <= end) {
@@ -199,7 +199,7 @@ impl Client {
         self.ended.clear();
     }
 
-    /// Reason why a command is refused, if it is. Then nothing is sent.
+    /// Reason for which a command is refused. Checks that nothing is sent for it.
     pub(super) fn refused(&mut self, command: Command) -> Option<Refusal> {
         self.clear();
         self.command(command);
@@ -221,7 +221,7 @@ impl Client {
     }
 }
 
-/// Bytes of a message that live as long as the test.
+/// Bytes of a message, leaked so that they live as long as the test.
 pub(super) fn leaked(message: DeviceMessage<'_>) -> &'static [u8] {
     let mut bytes = vec![0; message.encoded_len()];
     message.encode_into(&mut bytes).unwrap();
@@ -302,7 +302,7 @@ pub(super) fn jog(motor: MotorAddress, speed: f32) -> Command {
 /// Question after a stop.
 pub(super) const QUESTION: Transmit<'static> = Transmit::Get(Get::DeviceInfo);
 
-/// Stop of motor 1, which has a range and was reported at 3, or of motor 2, which has none.
+/// What stops motor 1, which is calibrated and was seen at 3, and motor 2, which is not.
 pub(super) fn stop(motor: MotorAddress) -> Transmit<'static> {
     let position = if motor == ONE { Rotations(3.0) } else { JOG_DISTANCE };
     Transmit::MoveTo(Go {

@@ -1,4 +1,4 @@
-//! kOS 7.2: the client connects, asks what the device is, and keeps the connection.
+//! Connection of a client: kOS 7.2. The client connects, asks for the facts of the device, and keeps the line alive.
 
 use core::net::Ipv4Addr;
 
@@ -26,7 +26,7 @@ fn network_info() -> NetworkInfo<'static> {
     }
 }
 
-/// 7.2-1: `discovery::Devices` lists the devices; the client machine only connects.
+/// 7.2-1: `discovery::Devices` lists the devices; the client only connects.
 #[test]
 fn an_announcement_gives_the_address_of_a_device() {
     let mut bytes = [0; 27];
@@ -38,7 +38,7 @@ fn an_announcement_gives_the_address_of_a_device() {
     let mut client = Client::new(Options::default());
     client.command(Command::Connect(Endpoint::Tcp(device.address())));
     assert_eq!(client.told(), [Event::Connect(AT)]);
-    // A message without a connection has no meaning.
+    // A message without a connection is ignored.
     let mut client = Client::new(Options::default());
     client.hear(DeviceMessage::from(network_info()));
     assert_eq!((client.told(), client.state()), (vec![Event::Ignored], "Discovering"));
@@ -61,7 +61,7 @@ fn a_client_asks_for_devices_if_the_option_is_set() {
     assert_eq!((quiet.sent(), quiet.wake), (vec![], None));
 }
 
-/// 7.2-3: once, and everything else is refused before it.
+/// 7.2-3: the client connects once, and sends nothing before.
 #[test]
 fn a_client_connects_to_the_endpoint_of_the_command() {
     let mut client = Client::new(Options::default());
@@ -95,7 +95,7 @@ fn the_password_and_a_question_for_the_motors_follow() {
     }
 }
 
-/// 7.2-6, 7.2-7: each message of the series has the full time, and may contain several motors (K-F10).
+/// 7.2-6, 7.2-7: each message of the series has the full time. A message may contain several motors (K-F10).
 #[test]
 fn the_motors_are_reported_one_by_one() {
     let mut client = Client::connected(Options::default(), AT);
@@ -106,7 +106,7 @@ fn the_motors_are_reported_one_by_one() {
         client.motor(motor, 0.0, 0.0, true);
         assert_eq!((client.told(), client.state()), (vec![], "AwaitMotorInfo"));
     }
-    // An eleventh motor, and one with an impossible address, have no place.
+    // An eleventh motor and a motor with an invalid address are ignored.
     client.motor(11, 0.0, 0.0, true);
     client.motor(0, 0.0, 0.0, true);
     assert_eq!(client.told(), [Event::Ignored; 2]);
@@ -117,7 +117,7 @@ fn the_motors_are_reported_one_by_one() {
     assert_eq!(client.sent().pop(), Some(Transmit::Get(Get::DeviceGuid)));
 }
 
-/// 7.2-7: a motor that is missing in a new series is not there any more.
+/// 7.2-7: a motor that is not in a new series is removed.
 #[test]
 fn a_new_series_tells_which_motors_are_there() {
     let mut client = Client::ready();
@@ -151,7 +151,7 @@ fn a_device_is_locked_without_the_right_password() {
     }
 }
 
-/// 7.2-9, 7.2-10: a device without a number is also asked for its platform (safety decision 9).
+/// 7.2-9, 7.2-10: a device without a number is asked for its platform as well (safety decision 9).
 #[test]
 fn questions_for_the_number_and_the_platform_follow() {
     let late = |client: &mut Client| client.pass(3_000);
@@ -176,7 +176,7 @@ fn questions_for_the_number_and_the_platform_follow() {
     }
 }
 
-/// 7.2-10: ranges are valid for one device and one platform: those expected, or those of the connection before.
+/// 7.2-10: ranges hold for one device and one platform, as expected or as before the connection was lost.
 #[test]
 fn another_device_or_platform_voids_ranges() {
     let expected = Identity { guid: GUID, platform: 4 };
@@ -206,7 +206,7 @@ fn a_locked_device_gets_the_password_of_the_application() {
     assert_eq!(client.state(), "AwaitMotorInfo");
 }
 
-/// 7.2-11: a question that the locked device ignored does not hold back the next one.
+/// 7.2-11: a query that the locked device ignored does not hold the next one back.
 #[test]
 fn a_question_fails_if_the_device_is_locked_meanwhile() {
     let mut client = Client::ready();
@@ -228,7 +228,7 @@ fn a_device_that_is_ready_may_lock() {
     assert_eq!(client.state(), "Locked");
 }
 
-/// 7.2-13: while anything may move, a stop must not depend on a password (safety decision 2).
+/// 7.2-13: while anything moves or may move, a stop must not depend on a password (safety decision 2).
 #[test]
 fn the_password_is_changed_only_while_nothing_moves() {
     let mut client = Client::ready();
@@ -249,7 +249,7 @@ fn the_password_is_changed_only_while_nothing_moves() {
         client.command(command);
         assert_eq!(client.refused(Command::ChangePassword), Some(Refusal::Moves), "{command:?}");
     }
-    // Also while a move of another client runs.
+    // The same is true if another client began the motion.
     let mut client = Client::ready();
     client.say(PlaybackState::START_FORWARD);
     assert_eq!(client.refused(Command::ChangePassword), Some(Refusal::Moves));
@@ -257,7 +257,7 @@ fn the_password_is_changed_only_while_nothing_moves() {
     assert_eq!(client.refused(Command::ChangePassword), None);
 }
 
-/// 7.2-14: a question is sent if nothing was sent for 10 s, or nothing was received (K-S15).
+/// 7.2-14: messages in both directions keep the line. If messages are only sent, the client asks as well (K-S15).
 #[test]
 fn a_question_keeps_the_connection_over_tcp() {
     let mut client = Client::ready();
@@ -283,7 +283,7 @@ fn a_question_keeps_the_connection_over_tcp() {
     assert_eq!((pings, busy.state()), (2, "Ready"));
 }
 
-/// 7.2-15: also if something else is sent; they are not answered (decision K-U6).
+/// 7.2-15: keep-alives do not depend on other messages, and are not answered (decision K-U6).
 #[test]
 fn keep_alives_are_sent_over_usb() {
     let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
@@ -308,7 +308,7 @@ fn a_silent_device_is_given_up() {
     client.clear();
     client.pass(1);
     assert_eq!((client.told(), client.state()), (vec![Event::LinkDown(LinkDownReason::Silence)], "Disconnected"));
-    // Every message is a sign of life, also one that is cut short.
+    // Any message is a sign of life, also one that is cut short.
     let mut client = Client::ready();
     let error = DecodeError::Truncated { what: "LEDStatus", needed: 2, have: 0 };
     for round in 0..4 {
@@ -321,7 +321,7 @@ fn a_silent_device_is_given_up() {
     assert_eq!(client.state(), "Ready");
 }
 
-/// 7.2-17: the message is told, and the machine learns from it.
+/// 7.2-17: unsolicited messages are reported, and update the stored values.
 #[test]
 fn a_message_without_a_question_is_told() {
     let mut client = Client::ready();
@@ -357,7 +357,7 @@ fn a_message_without_a_question_is_told() {
     client.hear(DeviceMessage::from(status));
     assert_eq!(client.machine.motors().last().map(|motor| motor.position.0), Some(9.0));
 
-    // Each motor that comes or goes is told once, however often the message names it.
+    // Each motor that comes or goes is reported once, even if the message names it more often.
     let presence = |motor, online: bool| {
         let (speed, acceleration) = (RotationsPerSecond(1.0), RotationsPerSecondSquared(1.0));
         MotorPresence::new(MotorAddress(motor), online.into(), MotorType::AXIS, speed, speed, acceleration)
@@ -368,7 +368,7 @@ fn a_message_without_a_question_is_told() {
     assert_eq!((client.machine.motors().count(), client.sent()), (1, vec![Transmit::Get(Get::MotorInfo)]));
 }
 
-/// 7.2-18: one question of a kind at a time; each one is answered, or fails.
+/// 7.2-18: one query of each kind is open at a time, and each is answered or fails.
 #[test]
 fn every_question_ends() {
     for get in Get::ALL {
@@ -417,7 +417,7 @@ fn a_device_that_does_not_answer_what_it_is_is_given_up() {
     assert_eq!((client.told(), client.state()), (vec![Event::LinkDown(LinkDownReason::NoAnswer)], "Disconnected"));
 }
 
-/// 7.2-20: the client tries again after longer and longer times, until the application disconnects.
+/// 7.2-20: the client tries again at growing intervals, until it is told to disconnect.
 #[test]
 fn a_lost_connection_is_made_again() {
     for (end, why) in [(Input::LinkDown, LinkDownReason::Ended), (Input::Fatal, LinkDownReason::Framing)] {

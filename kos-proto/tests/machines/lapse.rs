@@ -1,4 +1,4 @@
-//! kOS 7.5: time lapses.
+//! Time lapses: kOS 7.5.
 
 use kos_proto::HostMessage;
 use kos_proto::device::{Event, Options};
@@ -9,7 +9,7 @@ use super::bench::*;
 
 const OPEN: Event<'static> = Event::OpenShutter { millis: 1000 };
 
-/// Time lapse with 2 s before each photo, and an exposure of 1 s.
+/// A time lapse with 2 s before a photo of 1 s.
 fn lapse(mode: PlaybackMode, before: u32, moving: u32, after: u32) -> TrajectoryData<'static> {
     trajectory(Playback { playback_mode: mode, ..live() }, photos(2.0, 1.0, before, moving, after))
 }
@@ -29,7 +29,7 @@ fn continuous(before: u32, moving: u32, after: u32) -> Bench {
     played(lapse(PlaybackMode::TIME_LAPSE_CONTINUOUS, before, moving, after))
 }
 
-/// 7.5-1, 7.5-3: photos before the move have the same times as those in it.
+/// 7.5-1, 7.5-3: each photo before the move has the delay and exposure of a photo in the move.
 #[test]
 fn photos_are_taken_before_the_move() {
     for (mut bench, next, said) in [
@@ -56,7 +56,7 @@ fn a_lapse_without_photos_before_it_begins_at_once() {
     assert_eq!((bench.told().len(), bench.state()), (1, "FrameDelay"), "home, and nothing moves");
 }
 
-/// 7.5-4, 7.5-9, 7.5-11: a photo is taken every three seconds until the end.
+/// 7.5-4, 7.5-9, 7.5-11: while the motors move, a photo is taken every three seconds until the end.
 #[test]
 fn photos_are_taken_while_the_motors_move() {
     let mut bench = continuous(0, 3, 0);
@@ -75,7 +75,7 @@ fn photos_are_taken_while_the_motors_move() {
     assert_eq!(bench.state(), "Empty");
 }
 
-/// 7.5-4: the next photo is taken at its time, also after a late wake.
+/// 7.5-4: the next photo is on time, also after a late wake.
 #[test]
 fn a_late_photo_does_not_delay_the_next_one() {
     let mut bench = continuous(0, 3, 0);
@@ -88,7 +88,7 @@ fn a_late_photo_does_not_delay_the_next_one() {
     assert_eq!(bench.wake, Some(1000 + 5_000), "as planned");
 }
 
-/// 7.5-6, 7.5-7, 7.5-8.
+/// 7.5-6, 7.5-7, 7.5-8: shoot, move, shoot.
 #[test]
 fn the_motors_rest_for_each_photo_of_shoot_move_shoot() {
     let mut bench = sms(0, 3, 0);
@@ -114,7 +114,7 @@ fn the_motors_rest_for_each_photo_of_shoot_move_shoot() {
     assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: FULL_STOP"]);
 }
 
-/// 7.5-8: motors that do not get to the next place end the move (decision K-S10).
+/// 7.5-8: motors that do not arrive at the next place end the time lapse (decision K-S10).
 #[test]
 fn a_motor_that_does_not_get_to_its_place_ends_the_lapse() {
     let mut bench = sms(0, 2, 0);
@@ -142,7 +142,7 @@ fn photos_are_taken_after_the_move() {
     }
 }
 
-/// 7.5-12: photos after the move are not reported as taken.
+/// 7.5-12: the stop is obeyed in every state, and `PostMovePhotosCompleted` is not sent.
 #[test]
 fn a_stop_ends_a_time_lapse_in_every_state() {
     let mut seen = Vec::new();
@@ -162,7 +162,7 @@ fn a_stop_ends_a_time_lapse_in_every_state() {
     assert_eq!(seen, ["Pre", "ForwardC", "Post", "FrameDelay", "Exposing", "Moving"]);
 }
 
-/// A time lapse is not played in reverse (decision K-J7), and not without photos or times (decision K-S18).
+/// Time lapses in reverse are refused (decision K-J7), and so are photos that take no time (decision K-S18).
 #[test]
 fn a_lapse_without_photos_or_times_is_refused() {
     let data = lapse(PlaybackMode::TIME_LAPSE_SMS, 0, 2, 0);

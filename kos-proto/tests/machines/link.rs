@@ -1,4 +1,4 @@
-//! kOS 7.1: link and lock of the device.
+//! Link and lock of the device: kOS 7.1.
 
 use kos_proto::Transport;
 use kos_proto::device::session::State;
@@ -13,7 +13,7 @@ const LIMITED: HostMessage<'static> = HostMessage::GetNetworkInfo(GetNetworkInfo
 const FROM: Sender = Sender { address: Ipv4(0xc0a8_3207), port: 5520 };
 const DEVICE_INFO: HostMessage<'static> = HostMessage::GetDeviceInfo(GetDeviceInfo { tail: &[] });
 
-/// Device with a password, and a client over TCP that has not told it yet.
+/// A device with a password, and a client over TCP that has not sent the password yet.
 fn locked() -> Bench {
     let mut bench = Bench::off(Options::default());
     bench.password = b"open";
@@ -23,7 +23,7 @@ fn locked() -> Bench {
     bench
 }
 
-/// 7.1-1, 7.1-3: until a client is connected, and again when the last one is gone.
+/// 7.1-1, 7.1-3: the device announces its address until a client connects, and again after the last client is gone.
 #[test]
 fn a_device_announces_itself_while_no_client_is_connected() {
     let mut bench = Bench::off(Options::default());
@@ -59,7 +59,7 @@ fn a_question_by_datagram_is_answered_to_the_receivers_that_it_names() {
     assert_eq!(bench.told(), [Event::Ignored(Ignored::Datagram)]);
 }
 
-/// 7.1-3: except if the device wants the empty password (decision K-P4).
+/// 7.1-3: without a password there is no lock, unless the device asks for the empty password (decision K-P4).
 #[test]
 fn a_device_without_a_password_is_not_locked() {
     assert_eq!(Bench::new(Options::default()).machine.session(ZERO), State::Unlocked);
@@ -70,7 +70,7 @@ fn a_device_without_a_password_is_not_locked() {
     assert_eq!(strict.machine.session(ZERO), State::Unlocked);
 }
 
-/// 7.1-4: no password is needed over USB, and a wrong one changes nothing (decision K-U7).
+/// 7.1-4: over USB no password is needed, and a wrong one has no effect (decision K-U7).
 #[test]
 fn a_device_is_not_locked_over_usb() {
     let mut bench = locked();
@@ -85,7 +85,7 @@ fn a_device_is_not_locked_over_usb() {
     assert_eq!(bench.machine.link().name(), "Advertising");
 }
 
-/// 7.1-5, 7.1-9: also a message that is cut short, or that a locked client may not send.
+/// 7.1-5, 7.1-9: any message keeps the connection, also one that is cut short, or that a locked client may not send.
 #[test]
 fn any_message_is_a_sign_of_life() {
     let error = DecodeError::Truncated { what: "x", needed: 1, have: 0 };
@@ -120,7 +120,7 @@ fn a_locked_device_tells_what_it_is_and_its_address() {
     assert_eq!(bench.said(), ["0: DeviceInfo NO_MOVE", "0: NetworkInfo"]);
 }
 
-/// 7.1-7, 7.1-8, 7.1-12: NULs at the end of a password do not count (decision K-T2).
+/// 7.1-7, 7.1-8, 7.1-12: NULs that end a password do not count (decision K-T2).
 #[test]
 fn the_password_opens_and_closes_the_lock() {
     let mut bench = locked();
@@ -135,7 +135,7 @@ fn the_password_opens_and_closes_the_lock() {
     assert_eq!((bench.machine.session(ZERO), bench.said()), (State::Locked, vec!["0: error 15 0".into()]));
 }
 
-/// 7.1-10: reports about the stop also go to the locked client, now and later (safety decision 2).
+/// 7.1-10: answers to all clients go to the locked client that sent the stop too, also later ones (safety decision 2).
 #[test]
 fn a_stop_needs_no_password() {
     let mut bench = locked();
@@ -156,13 +156,13 @@ fn a_stop_needs_no_password() {
     assert_eq!(bench.said(), ["01: FULL_STOP", "01: 1 rests at 3.0", "01: 3 rests at 0.0"]);
     bench.arrive(2, 4.0);
     assert_eq!(bench.said(), ["01: 2 rests at 4.0"]);
-    // The next report of rest is not about the stop of the locked client.
+    // The locked client does not get the next report of rest, because it did not ask for that motion.
     bench.from(ONE, set_psa(2, 5.0, 10.0));
     bench.arrive(2, 5.0);
     assert_eq!(bench.said(), ["1: 2 rests at 5.0"]);
 }
 
-/// 7.1-11: no other message is answered, and none has an effect.
+/// 7.1-11: no other message is answered or has an effect.
 #[test]
 fn a_locked_device_ignores_everything_else() {
     let motions = [set_psa(1, 5.0, 10.0), bump(1, 5.0, 10.0), start(), setup(false), mark_begin(1), reset_axis(0)];
@@ -176,7 +176,7 @@ fn a_locked_device_ignores_everything_else() {
     }
 }
 
-/// 7.1-13, 7.1-14: unlocked clients know only the old password; the same password locks nobody.
+/// 7.1-13, 7.1-14: an unlocked client knew the old password, so only the same password keeps the lock open.
 #[test]
 fn a_new_password_locks_the_clients() {
     let mut bench = locked();
@@ -194,7 +194,7 @@ fn a_new_password_locks_the_clients() {
     assert_eq!([ZERO, ONE].map(|session| bench.machine.session(session)), [State::Unlocked, State::Locked]);
 }
 
-/// 7.1-13: a locked client gets no reports from the same step on.
+/// 7.1-13: a client that is locked gets no more messages, from the same step on.
 #[test]
 fn a_locked_client_gets_no_reports() {
     let mut bench = Bench::loaded(Options::default(), live_move(live()));
@@ -207,7 +207,7 @@ fn a_locked_client_gets_no_reports() {
     assert_eq!((bench.told(), bench.said().len()), (vec![Event::StorePassword(Password(b"new")), Event::MoveOver], 0));
 }
 
-/// 7.1-15: one motor in each message, and `more` in all except the last (decision K-M3).
+/// 7.1-15: each message has one motor, and all except the last announce more (decision K-M3).
 #[test]
 fn every_question_is_answered() {
     let mut bench = Bench::new(Options::default().with_platform(7));
@@ -270,7 +270,7 @@ fn settings_are_stored_without_an_answer() {
     assert_eq!(bench.said(), answers);
 }
 
-/// Bytes of a message without a body.
+/// Message without a body, in bytes.
 fn bytes_of(number: u32) -> Vec<u8> {
     let mut bytes = vec![0; 7];
     let len = HostMessage::other(number, &[]).encode_into(&mut bytes).unwrap();
@@ -278,7 +278,7 @@ fn bytes_of(number: u32) -> Vec<u8> {
     bytes
 }
 
-/// 7.1-17: except a message that only devices send (decision K-P10).
+/// 7.1-17: an unknown message is sent back, except messages that only devices send (decision K-P10).
 #[test]
 fn an_unknown_message_is_sent_back() {
     let mut bench = Bench::new(Options::default());
@@ -293,7 +293,7 @@ fn an_unknown_message_is_sent_back() {
         assert_eq!(bench.said().len(), 0, "{number:#x}");
         assert_eq!(bench.told(), [Event::Ignored(Ignored::NotForDevices(ZERO))]);
     }
-    // A message that is cut short is sent back, too (decision K-S4).
+    // A message that is cut short is sent back too (decision K-S4).
     let error = DecodeError::Truncated { what: "SetLEDStatus", needed: 2, have: 1 };
     bench.step(Input::Malformed {
         session: ZERO,
@@ -306,7 +306,7 @@ fn an_unknown_message_is_sent_back() {
     assert_eq!(bench.told()[0], Event::Ignored(Ignored::Malformed(ZERO, error)));
 }
 
-/// 7.1-18: the device answers nothing until it has started anew.
+/// 7.1-18: everything stops before the device restarts, and no client gets an answer until it has started.
 #[test]
 fn a_reset_stops_everything_and_closes_the_connections() {
     let mut bench = Bench::loaded(Options::default(), live_move(live()));
@@ -334,7 +334,7 @@ fn a_reset_stops_everything_and_closes_the_connections() {
     assert_eq!(bench.told(), [Event::Ignored(Ignored::Report)]);
 }
 
-/// 7.1-19: also to a locked client, but only over TCP.
+/// 7.1-19: the address goes to a locked client too, but only over TCP.
 #[test]
 fn a_device_tells_its_address_over_tcp_if_the_option_is_set() {
     let mut bench = Bench::off(Options::default().with_push_every(Some(5_000)));
@@ -349,7 +349,7 @@ fn a_device_tells_its_address_over_tcp_if_the_option_is_set() {
     assert_eq!(bench.said(), ["0: NetworkInfo"]);
 }
 
-/// 7.1-20: other motors go on.
+/// 7.1-20: when a client is gone, only the motors that it moved by hand stop.
 #[test]
 fn motors_stop_when_the_client_that_moved_them_by_hand_is_gone() {
     let why = [DisconnectReason::Silence, DisconnectReason::Framing];
@@ -388,7 +388,7 @@ fn motors_stop_when_the_client_that_moved_them_by_hand_is_gone() {
     assert_eq!(bench.machine.session(ONE), State::Closed);
 }
 
-/// 7.1-20: see decision K-S5.
+/// 7.1-20: a move goes on without a client, unless the options say otherwise (decision K-S5).
 #[test]
 fn a_move_goes_on_without_clients_unless_an_option_says_otherwise() {
     for stops in [false, true] {
@@ -404,7 +404,7 @@ fn a_move_goes_on_without_clients_unless_an_option_says_otherwise() {
     }
 }
 
-/// 7.1-21: a motor that comes back has no range, because it may have been moved meanwhile.
+/// 7.1-21: a motor that comes back has no range, because its position is unknown.
 #[test]
 fn motors_come_and_go() {
     let mut bench = locked();

@@ -1,4 +1,4 @@
-//! Motors that a client moves by hand: commands, stops, ranges (kOS 7.3 and 8.5, safety decisions 1 to 3).
+//! Motion by hand from a client: commands, stops, ranges (kOS 7.3 and 8.5, safety decisions 1 to 3).
 
 use kos_proto::host::*;
 use kos_proto::message::*;
@@ -12,7 +12,7 @@ fn move_to(motor: MotorAddress, position: f32) -> Transmit<'static> {
     Transmit::MoveTo(go(motor, position))
 }
 
-/// 7.3-8: at most twenty positions a second are sent to a motor, and the last one always.
+/// 7.3-8: a motor gets at most twenty commands a second, and the last command is always sent.
 #[test]
 fn the_last_of_many_positions_counts() {
     let mut client = Client::ready();
@@ -30,7 +30,7 @@ fn the_last_of_many_positions_counts() {
     client.command(Command::MoveTo(go(ONE, 5.0)));
     assert_eq!(client.sent(), [move_to(ONE, 5.0)]);
 
-    // A position that comes when the waiting one could be sent takes its place.
+    // A command that comes at the moment at which the earlier one is due replaces it.
     client.command(Command::MoveTo(go(ONE, 6.0)));
     client.now += 50;
     client.command(Command::MoveTo(go(ONE, 7.0)));
@@ -46,7 +46,7 @@ fn the_last_of_many_positions_counts() {
     assert_eq!((sent.len(), sent[20]), (21, move_to(ONE, 999.0)), "the last one as well");
 }
 
-/// 7.3-8: a report of rest does not end a motion while another position waits to be sent.
+/// 7.3-8: a motor that arrives at its first target does not count as resting while another command waits for it.
 #[test]
 fn a_motor_does_not_rest_while_another_position_waits() {
     let mut client = Client::ready();
@@ -62,7 +62,7 @@ fn a_motor_does_not_rest_while_another_position_waits() {
     assert!(!client.machine.may_move());
 }
 
-/// 7.3-2: positions that wait are forgotten, and the stop is sent again until the motor rests.
+/// 7.3-2: a stop overtakes all waiting commands, and is sent again until the motor rests.
 #[test]
 fn a_stop_is_sent_before_positions_that_wait() {
     let mut client = Client::ready();
@@ -94,12 +94,12 @@ fn a_stop_is_sent_before_positions_that_wait() {
     assert_eq!((client.told(), client.refused(Command::MoveTo(go(ONE, 3.0)))), (vec![], None));
 }
 
-/// 7.3-2: a stop is confirmed by a report that cannot be about an earlier motion. All reports about earlier motions have
+/// 7.3-2: a stop is confirmed by a report that no earlier motion can be meant with. All reports of earlier motions have
 /// come when the question after the stop is answered.
 #[test]
 fn a_stop_is_confirmed_by_a_report_that_is_about_it() {
     let stopped = Event::Stopped(StopTarget::Motor(TWO));
-    // With one motion, a report shows that the motor rests, whether it arrived or stopped.
+    // Of one motion, the motor rests whether it arrived or stopped.
     let mut client = Client::ready();
     client.command(Command::MoveTo(go(TWO, 1.0)));
     client.command(Command::StopMotor(TWO));
@@ -109,7 +109,7 @@ fn a_stop_is_confirmed_by_a_report_that_is_about_it() {
     client.settle(PlaybackState::NO_MOVE);
     assert!(client.told().contains(&stopped) && !client.machine.may_move());
 
-    // With two motions, the report may be about the first one.
+    // Of two motions, the report may be about the first one.
     let mut client = Client::ready();
     client.command(Command::MoveTo(go(TWO, 1.0)));
     client.pass(50);
@@ -125,7 +125,7 @@ fn a_stop_is_confirmed_by_a_report_that_is_about_it() {
     assert!(client.told().contains(&stopped) && !client.machine.may_move());
 }
 
-/// 7.3-2: every command with speed 0 is a stop, also of an unknown motor (safety decision 3).
+/// 7.3-2: what says by its speed that it stops is a stop, also of a motor that nobody knows (safety decision 3).
 #[test]
 fn speed_0_is_a_stop() {
     let still = RotationsPerSecond(0.0);
@@ -154,7 +154,7 @@ fn speed_0_is_a_stop() {
     assert_eq!(nobody.told(), [Event::StopNotConfirmed(StopTarget::Motor(ONE))]);
 }
 
-/// 7.3-1: a jog goes on as long as the application gives commands.
+/// 7.3-1: a jog goes on as long as the application gives signs of life.
 #[test]
 fn a_jog_is_stopped_if_the_application_is_silent() {
     let mut client = Client::ready();
@@ -164,7 +164,7 @@ fn a_jog_is_stopped_if_the_application_is_silent() {
     for _ in 0..20 {
         client.pass(999);
         client.command(Command::Alive);
-        // A report of rest is about the time before the jog, because the motor was not told to stop.
+        // The report of rest is older than the jog, because no stop was sent.
         client.rests(2, 0.0);
     }
     client.pass(999);
@@ -191,7 +191,7 @@ fn a_jog_is_stopped_if_the_application_is_silent() {
     assert!(!client.sent().contains(&stop(ONE)));
 }
 
-/// 7.3-1: a new speed replaces the one before; other motions are refused.
+/// 7.3-1: another speed replaces the earlier one, and no other command does.
 #[test]
 fn a_jog_can_change_its_speed() {
     let mut client = Client::ready();
@@ -207,7 +207,7 @@ fn a_jog_can_change_its_speed() {
     assert_eq!(client.refused(jog(ONE, 1.0)), Some(Refusal::Moves));
 }
 
-/// 7.3-4: a distance counts from where a motor rests, so it is sent once, and only to a motor at rest.
+/// 7.3-4: a distance counts from where a motor rests, so it is sent once, and only to a motor that rests.
 #[test]
 fn a_bump_is_sent_once() {
     let mut client = Client::ready();
@@ -245,7 +245,7 @@ fn a_report_that_may_be_about_an_earlier_motion_confirms_nothing() {
     assert_eq!((client.ended(), client.machine.may_move()), (vec![Outcome::Done(None)], false));
 }
 
-/// 7.3-8: it is told once, and the motor is taken to move until it is stopped.
+/// 7.3-8: that a motor does not say that it rests is told once; until it is stopped it is taken to move.
 #[test]
 fn a_motor_that_does_not_rest_in_time_is_told() {
     for command in [Command::MoveTo(go(TWO, 5.0)), Command::Bump(go(TWO, 5.0))] {
@@ -264,7 +264,7 @@ fn a_motor_that_does_not_rest_in_time_is_told() {
     }
 }
 
-/// Commands with invalid numbers are refused (decision K-N1).
+/// Commands without a meaning are not sent (decision K-N1).
 #[test]
 fn invalid_numbers_are_not_sent() {
     let mut client = Client::ready();
@@ -289,7 +289,7 @@ fn invalid_numbers_are_not_sent() {
     assert_eq!(client.refused(Command::MarkBegin(MotorAddress(3))), Some(Refusal::NoMotor));
 }
 
-/// 7.3-3, 7.3-5: both ends are marked, and the report of the device on its motors decides (decision K-M8).
+/// 7.3-3, 7.3-5: both ends are marked by hand. After that the report of the device counts (decision K-M8).
 #[test]
 fn a_range_is_marked() {
     let mut client = Client::ready();
@@ -314,7 +314,7 @@ fn a_range_is_marked() {
     assert_eq!(client.refused(Command::MarkEnd(TWO)), Some(Refusal::NotMarked), "once");
 }
 
-/// 7.3-6: an error, silence, no range, or no connection: the end is marked once, and the command always ends.
+/// 7.3-6: an error, no answer, no range or no connection is always reported, and `MarkEnd` is never sent twice.
 #[test]
 fn a_range_that_cannot_be_marked_ends_its_command() {
     let refused = |code| Outcome::Refused(Refusal::Device(code));
@@ -350,7 +350,7 @@ fn a_range_that_cannot_be_marked_ends_its_command() {
     }
 }
 
-/// 7.3-10, 7.3-11: a reset of all motors is not answered, so the client asks for the motors.
+/// 7.3-10, 7.3-11: a reset of all is not answered, so the client asks for the motors.
 #[test]
 fn a_reset_of_all_ranges_is_followed_by_a_question() {
     let mut client = Client::ready();
@@ -360,7 +360,7 @@ fn a_reset_of_all_ranges_is_followed_by_a_question() {
     assert_eq!(client.sent(), [Transmit::ResetAxis(MotorAddress::ALL), Transmit::Get(Get::MotorInfo)]);
 }
 
-/// While a move runs, the client moves nothing by hand: the device would refuse it, or stop the move (safety decision 1).
+/// While a move runs, no motor is moved by hand, because the device would refuse or stop the move (safety decision 1).
 #[test]
 fn while_a_move_runs_nothing_is_moved_by_hand() {
     for client in [Client::setting_up(), Client::starting(), Client::running()] {
@@ -381,7 +381,7 @@ fn while_a_move_runs_nothing_is_moved_by_hand() {
     }
 }
 
-/// When the connection goes down, all motions are forgotten, and stops that are not confirmed are told.
+/// A lost connection voids all reports of motion, and open stops are reported as not confirmed.
 #[test]
 fn a_lost_connection_leaves_stops_unconfirmed() {
     let mut client = Client::ready();

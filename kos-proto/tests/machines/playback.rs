@@ -1,4 +1,4 @@
-//! kOS 7.4: live motion.
+//! Live motion: kOS 7.4.
 
 use kos_proto::device::{Contents, Event, Input, Options, Report};
 use kos_proto::message::*;
@@ -8,11 +8,11 @@ use kos_proto::{HostMessage, Millis};
 use super::bench::*;
 
 const RAPID: HostMessage<'static> = HostMessage::RapidToFirstKeyFrame(RapidToFirstKeyFrame { tail: &[] });
-/// Start time of a move, half an hour after `Millis(0)`.
+/// Noon, in Unix seconds. At `Millis(0)` the clock of the device is half an hour before noon.
 const NOON: u32 = 1_700_000_000;
 const RESTS: [&str; 3] = ["0: 1 rests at 8.0", "0: 2 rests at 8.0", "0: 3 rests at 0.0"];
 
-/// Way to make a motor unfit for the move.
+/// Change that makes a motor unfit for a move.
 type Spoil = fn(&mut Bench);
 
 fn set(data: TrajectoryData<'_>) -> HostMessage<'_> {
@@ -23,7 +23,7 @@ fn loaded() -> Bench {
     Bench::loaded(Options::default().with_progress_every(None), live_move(live()))
 }
 
-/// Device in the middle of this move.
+/// A device that plays this move.
 fn played(playback: Playback<'_>) -> Bench {
     let options = Options::default().with_progress_every(None).with_unix_millis_at_zero(Some(clock()));
     let mut bench = Bench::loaded(options, live_move(playback));
@@ -55,7 +55,7 @@ fn play(way: Direction, millis: u64) -> Event<'static> {
     Event::Play { way, millis }
 }
 
-/// Devices in every state in which a move runs.
+/// A device in each state in which a move runs.
 fn running() -> Vec<Bench> {
     let homing = |message| {
         let mut bench = loaded();
@@ -76,7 +76,7 @@ fn running() -> Vec<Bench> {
     all
 }
 
-/// 7.4-1: the status is that of no move (decision K-J16).
+/// 7.4-1: the status says again that there is no move (decision K-J16).
 #[test]
 fn a_move_is_stored() {
     let mut bench = played(live());
@@ -89,7 +89,7 @@ fn a_move_is_stored() {
     assert_eq!((bench.told(), bench.state()), (vec![Event::StoreTrajectory(live_move(live()))], "Loaded"));
 }
 
-/// 7.4-2: the move that was stored is forgotten. A move without a duration has its own error (decision K-J10).
+/// 7.4-2: the earlier move is forgotten. A move that takes no time has its own code (decision K-J10).
 #[test]
 fn a_move_that_cannot_be_played_is_refused() {
     let nothing = TrajectoryData { blocks: Blocks::default(), tail: &[] };
@@ -136,7 +136,7 @@ fn setup_sends_the_motors_to_where_the_move_begins() {
     assert_eq!(bench.state(), "Ready");
 }
 
-/// 7.4-4: see decision K-J14.
+/// 7.4-4: all motors of a move are present, rest and have ranges (decision K-J14).
 #[test]
 fn a_move_needs_motors_that_rest_and_know_their_ranges() {
     for message in [setup(false), setup(true), start(), RAPID] {
@@ -178,7 +178,7 @@ fn a_start_sends_the_motors_to_where_the_move_begins_and_plays_it() {
     assert_eq!((bench.told(), bench.state()), (vec![play(Direction::Forward, 10_000)], "Forward"));
 }
 
-/// 7.4-7: the state is Loaded or Ready, as before.
+/// 7.4-7: the move is loaded or ready, as before.
 #[test]
 fn rapid_to_first_key_frame_moves_the_motors_and_plays_nothing() {
     for ready in [false, true] {
@@ -192,13 +192,13 @@ fn rapid_to_first_key_frame_moves_the_motors_and_plays_nothing() {
         assert_eq!((bench.told(), bench.state()), (vec![home(Direction::Forward)], "HomingRapid"));
         bench.home();
         assert_eq!((bench.said(), bench.state()), (vec!["0: MOTORS_HOME".into()], before));
-        // In Ready the move is played at once, because the motors are home.
+        // A ready move is played at once, because the motors are home.
         bench.hear(start());
         assert_eq!(bench.state(), if ready { "Forward" } else { "HomingStart" });
     }
 }
 
-/// 7.4-9: once, and for the same direction.
+/// 7.4-9: one start is stored, and only for the same direction.
 #[test]
 fn a_start_during_the_setup_is_stored_once() {
     let mut bench = loaded();
@@ -214,7 +214,7 @@ fn a_start_during_the_setup_is_stored_once() {
     assert_eq!(bench.state(), "Forward");
 }
 
-/// 7.4-11: the rig reports it, or it takes too long.
+/// 7.4-11: the rig reports that a motor cannot get home, or the time is over.
 #[test]
 fn a_motor_that_does_not_get_to_where_the_move_begins_ends_the_move() {
     for message in [setup(false), start(), RAPID] {
@@ -230,7 +230,7 @@ fn a_motor_that_does_not_get_to_where_the_move_begins_ends_the_move() {
             }
             assert_eq!(bench.said(), ["0: error 0 0", "0: FULL_STOP"]);
             assert_eq!((bench.told(), bench.state()), (vec![Event::StopAll], "Empty"));
-            // Nothing is played until the motor rests.
+            // No move is played until the motor rests.
             bench.hear(set(live_move(live())));
             bench.hear(start());
             assert_eq!(bench.said(), ["0: error 2 0"]);
@@ -252,7 +252,7 @@ fn a_move_is_played_at_once_if_the_motors_are_where_it_begins() {
     assert_eq!((bench.said(), bench.told()), (vec!["0: START_FORWARD".into()], vec![play(Direction::Forward, 10_000)]));
 }
 
-/// 7.4-13: also motors whose range was marked anew (decision K-S7).
+/// 7.4-13: a motor that was moved by hand or marked again is no longer at the begin of the move (decision K-S7).
 #[test]
 fn motors_that_were_moved_by_hand_go_back_before_the_move() {
     let disturb: [fn(&mut Bench); 2] = [
@@ -274,7 +274,7 @@ fn motors_that_were_moved_by_hand_go_back_before_the_move() {
     }
 }
 
-/// 7.4-15: whether the move is ready or not (safety decision 5).
+/// 7.4-15: a start time in the past is refused before anything moves, in every state (safety decision 5).
 #[test]
 fn a_start_time_that_has_passed_moves_nothing() {
     let clocks = [(Some(clock()), NOON - 1800), (None, NOON + 1800)];
@@ -317,7 +317,7 @@ fn a_start_time_that_passes_on_the_way_ends_the_move() {
     assert_eq!((bench.told(), bench.state()), (vec![Event::StopAll], "Empty"));
 }
 
-/// 7.4-17, 7.4-18: a duration, or a start time.
+/// 7.4-17, 7.4-18: the delay is a duration or a time of day.
 #[test]
 fn a_move_waits_for_its_time() {
     for (playback, wait) in [(waiting(2.5), 2_500), (until(NOON), 1_799_000)] {
@@ -340,7 +340,7 @@ fn a_move_waits_for_its_time() {
     bench.clear();
     bench.home();
     assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: DELAY_TIMER_STARTED"]);
-    // DeviceInfo tells the time that is left.
+    // DeviceInfo tells the remaining time.
     bench.now += 1_500;
     let (message, password) = (GetDeviceInfo::default().into(), Password(b""));
     let input = Input::Received { session: ZERO, message, bytes: &[], password };
@@ -377,7 +377,7 @@ fn a_move_is_forgotten_at_its_end() {
     assert_eq!(bench.said(), ["0: error 2 0"], "decision K-J14");
 }
 
-/// 7.4-21, 7.4-22, 7.4-24: n passes in reverse, and n + 1 forward (decision K-J4).
+/// 7.4-21, 7.4-22, 7.4-24: n loops are n passes back and n + 1 passes forward (decision K-J4).
 #[test]
 fn a_loop_plays_the_move_back_and_again() {
     let mut bench = played(Playback { loop_after_reverse: LoopCount(2), ..live() });
@@ -393,7 +393,7 @@ fn a_loop_plays_the_move_back_and_again() {
     assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: FULL_STOP"]);
 }
 
-/// 7.4-23: also without an end, and then no count grows.
+/// 7.4-23: the way back has its own duration, and an endless loop has no count that grows.
 #[test]
 fn a_rapid_loop_plays_the_move_back_in_its_own_time() {
     let rapid =
@@ -408,7 +408,7 @@ fn a_rapid_loop_plays_the_move_back_in_its_own_time() {
     }
 }
 
-/// 7.4-25: see decision K-S8. An unknown direction or time moves nothing.
+/// 7.4-25: the move is played in reverse (decision K-S8). An unknown direction or a start time moves nothing.
 #[test]
 fn a_move_is_played_in_reverse() {
     let mut bench = loaded();
@@ -432,7 +432,7 @@ fn a_move_is_played_in_reverse() {
     assert_eq!((bench.said(), bench.told().len()), (vec!["0: error 17 0".into(), "0: error 2 0".to_owned()], 0));
 }
 
-/// 7.4-26, 7.4-28: all motors report their positions, at once or when they rest (safety decisions 1 and 8).
+/// 7.4-26, 7.4-28: the position of each motor is reported, at once or when it rests (safety decisions 1 and 8).
 #[test]
 fn a_stop_ends_a_move_in_every_state() {
     for stop in [STOP, set_psa(3, 0.0, 0.0), bump(9, 0.0, 0.0)] {
@@ -454,7 +454,7 @@ fn a_stop_ends_a_move_in_every_state() {
             assert_eq!(bench.said(), ["0: 1 rests at 2.0", "0: 2 rests at 3.0"]);
         }
     }
-    // A move that is ready does not run, but is forgotten, too.
+    // A ready move does not run, but it is forgotten too.
     let mut bench = loaded();
     bench.hear(setup(true));
     bench.clear();
@@ -462,7 +462,7 @@ fn a_stop_ends_a_move_in_every_state() {
     assert_eq!((bench.state(), bench.said().len()), ("Empty", 4));
 }
 
-/// 7.4-27: also twice.
+/// 7.4-27: a second stop is answered too.
 #[test]
 fn a_stop_without_a_move_is_answered_too() {
     let mut bench = loaded();
@@ -478,7 +478,7 @@ fn a_stop_without_a_move_is_answered_too() {
     assert_eq!((&said[..1], &said[1..]), (&["0: FULL_STOP".to_owned()][..], &RESTS.map(str::to_owned)[..]));
 }
 
-/// 7.4-28: only the motor stops if no move runs.
+/// 7.4-28: while no move runs, the stop concerns one motor only.
 #[test]
 fn a_stop_of_one_motor_leaves_a_move_that_is_ready() {
     let mut bench = loaded();
@@ -488,7 +488,7 @@ fn a_stop_of_one_motor_leaves_a_move_that_is_ready() {
     assert_eq!((bench.said(), bench.state()), (vec!["0: 1 rests at 8.0".into()], "Ready"));
 }
 
-/// 7.4-29: the move goes on, and only the sender gets the refusal (decision K-S3).
+/// 7.4-29: the move goes on, and only the client that asked gets the error (decision K-S3).
 #[test]
 fn while_a_move_runs_nothing_else_moves() {
     let picture = TakePicture { motor_address: MotorAddress::ALL, exposure: Seconds(1.0), tail: &[] };
@@ -509,7 +509,7 @@ fn while_a_move_runs_nothing_else_moves() {
     }
 }
 
-/// 7.4-30: also a motor that goes off line (decision K-S9).
+/// 7.4-30: a motor of the move that goes off line ends the move too (decision K-S9).
 #[test]
 fn a_fault_ends_a_move() {
     for code in [10, 11, 12, 13, 16] {
@@ -529,7 +529,7 @@ fn a_fault_ends_a_move() {
     }
 }
 
-/// 7.4-31: a move with camera roll is played, and camera roll is not reported.
+/// 7.4-31: a move with camera roll is accepted, and no message is sent about it.
 #[test]
 fn camera_roll_is_not_told() {
     let mut bench =
@@ -539,7 +539,7 @@ fn camera_roll_is_not_told() {
     assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: FULL_STOP"]);
 }
 
-/// Each pass has its full duration from its begin.
+/// A late wake only delays the move: each pass has its full duration from its own begin.
 #[test]
 fn a_late_wake_makes_the_move_late() {
     let mut bench = played(Playback { loop_after_reverse: LoopCount(1), ..live() });

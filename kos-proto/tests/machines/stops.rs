@@ -9,7 +9,7 @@ use motion_core::wire::Messages;
 
 use super::client::*;
 
-/// Every command, also those that are stops by their speed.
+/// All commands: those that stop, and those that do not.
 fn commands() -> Vec<Command> {
     let mut commands = vec![
         Command::Connect(AT),
@@ -40,7 +40,7 @@ fn commands() -> Vec<Command> {
     commands
 }
 
-/// Clients in each state of the connection, of the move, and of the motors.
+/// A client in each state of its connection, of its move, and of its motors.
 fn states() -> Vec<Client> {
     let with = |mut client: Client, commands: &[Command]| {
         for &command in commands {
@@ -105,10 +105,10 @@ fn states() -> Vec<Client> {
     states
 }
 
-/// Way in which a command ends, or a motor is forgotten.
+/// Way to end a command or to forget a motor.
 type End = fn(&mut Client);
 
-/// Receives every answer of a device that does everything, and of one that refuses it.
+/// All possible answers of a device that obeys a message or refuses it.
 fn answers(client: &mut Client) {
     client.say(PlaybackState::MOTORS_HOME);
     client.say(PlaybackState::SETUP_COMPLETED);
@@ -143,7 +143,7 @@ fn after_a_stop_nothing_leaves_that_may_move() {
                         answers(&mut client);
                     }
                     client.pass(5_000);
-                    // The connection is made.
+                    // The requested connection is opened.
                     client.step(Input::LinkUp);
                 }
                 let sent = client.sent();
@@ -194,7 +194,8 @@ fn the_commands_here_send_every_message_of_the_table() {
     assert_eq!(sent, HostMessage::ALL.iter().map(|kind| kind.name).collect());
 }
 
-/// Every call of every test is checked for it. In this test, a stop is sent in the same call in which other things happen.
+/// A stop meets other effects in the same call. The bench of clients checks after every call that stops are the first
+/// effects.
 #[test]
 fn a_stop_goes_out_before_anybody_is_told_of_it() {
     let mut client = Client::starting();
@@ -215,7 +216,7 @@ fn a_stop_goes_out_before_anybody_is_told_of_it() {
     }
 }
 
-/// Each command ends once, with an outcome that fits to what happened.
+/// Each command ends once, with its outcome.
 #[test]
 fn each_command_ends_once_with_its_outcome() {
     let sent = [Outcome::Sent];
@@ -251,7 +252,7 @@ fn each_command_ends_once_with_its_outcome() {
     assert_eq!(client.ended(), [Outcome::NotConfirmed], "nothing tells which of the two");
     assert!(client.machine.may_move(), "it may still be on its way to the second");
 
-    // A move is loaded and played to its end.
+    // A move is loaded, played to its end, and over.
     let mut client = Client::ready();
     client.command(load());
     client.say(PlaybackState::MOTORS_HOME);
@@ -283,7 +284,7 @@ fn each_command_ends_once_with_its_outcome() {
     assert_eq!(client.ended(), [Outcome::Refused(Refusal::Device(ErrorCode::INVALID_MOVE_TIME))]);
 }
 
-/// A stop of everything is confirmed when the device obeyed it, and all motors reported after that that they rest.
+/// A stop of everything is confirmed when the device has obeyed and then reported rest for all motors.
 #[test]
 fn a_stop_is_told_when_everything_rests() {
     let mut client = Client::running();
@@ -296,7 +297,7 @@ fn a_stop_is_told_when_everything_rests() {
     client.rests(2, 3.0);
     assert!(client.told().contains(&Event::Stopped(StopTarget::All)) && !client.machine.may_move());
 
-    // If motors do not report it in time, that is told once.
+    // If a report of rest does not come in time, that is reported once.
     let mut client = Client::running();
     client.command(Command::Stop);
     client.say(PlaybackState::FULL_STOP);
@@ -318,13 +319,11 @@ fn a_stop_is_told_when_everything_rests() {
     assert!(!client.machine.may_move());
 }
 
-/// Way in which a stop loses its connection, and the target of the stop.
-type Lost = (fn(&mut Client), StopTarget);
-
 /// 7.6-21: the next connection begins with the stops that were not confirmed on the last one.
 #[test]
 fn a_stop_that_is_not_confirmed_is_sent_first_on_the_next_connection() {
-    let lost: [Lost; 4] = [
+    type Act = fn(&mut Client);
+    let lost: [(Act, StopTarget); 4] = [
         (
             |client| {
                 client.command(jog(TWO, 5.0));
@@ -389,7 +388,7 @@ fn a_stop_that_is_not_confirmed_is_sent_first_on_the_next_connection() {
     assert_eq!(client.sent(), [Transmit::Get(Get::DeviceInfo)]);
 }
 
-/// A motor that is not known to rest may come back and still move.
+/// A motor that is not known to rest may still move, also if it goes off line and comes back.
 #[test]
 fn a_motor_that_is_forgotten_while_it_moves_may_still_move() {
     let (speed, acceleration) = (RotationsPerSecond(1.0), RotationsPerSecondSquared(1.0));
@@ -400,7 +399,7 @@ fn a_motor_that_is_forgotten_while_it_moves_may_still_move() {
             client.hear(presences(&[on]));
             client.motors();
         },
-        // The motor is missing in a series of reports, and is back in the next one.
+        // One series ends after its first part, and another begins there.
         |client, _| {
             client.command(Command::Get(Get::MotorInfo));
             client.motor(1, 3.0, 8.0, false);
@@ -455,7 +454,7 @@ fn a_motor_that_is_sent_on_after_a_stop_may_still_move() {
     }
 }
 
-/// A motor of a move that goes off line may still move, so a stop is not confirmed without it.
+/// A motor of a move that goes off line may still move, so no stop is confirmed without it.
 #[test]
 fn a_stop_waits_for_a_motor_that_left_the_move() {
     let (speed, acceleration) = (RotationsPerSecond(1.0), RotationsPerSecondSquared(1.0));
@@ -471,7 +470,7 @@ fn a_stop_waits_for_a_motor_that_left_the_move() {
     }
 }
 
-/// The device sends back as much of an unknown message as fits, so also the number of an action.
+/// An unknown action is reported with its number, because the device sends the first bytes of the message back.
 #[test]
 fn an_unknown_action_is_told_by_its_number() {
     let mut client = Client::ready();

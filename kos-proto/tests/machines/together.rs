@@ -76,7 +76,7 @@ impl Rig {
             }
             Event::MoveToFrame { .. } => {
                 let motors = [MotorAddress(1), MotorAddress(2)];
-                for motor in motors {
+                for motor in &motors {
                     self.go(now.after(300), motor.0, 1.0);
                 }
                 self.sent = MotorSet::of(motors);

@@ -1,4 +1,4 @@
-//! kOS 7.6: the client follows the move on the device.
+//! Move on the device, as the client follows it: kOS 7.6.
 
 use kos_proto::host::*;
 use kos_proto::message::*;
@@ -16,7 +16,7 @@ fn progress(state: PlaybackState) -> Vec<Event<'static>> {
     said(Move::Progress { state, elapsed: Normalized(0.5), photos: Some(Photos(0.0)) })
 }
 
-/// Checks that a report of the device moves the client from its state to another one.
+/// Checks one row: a status of the device, its events and the next state of the move.
 #[track_caller]
 fn row(mut client: Client, says: PlaybackState, told: Vec<Event<'static>>, next: &str) -> Client {
     client.say(says);
@@ -62,7 +62,7 @@ fn all() -> Vec<Client> {
     all
 }
 
-/// 7.6-1: a summary exists only of a move that can be played, so other moves are never sent.
+/// 7.6-1: a summary exists only for a move that can be played, so no other move is sent.
 #[test]
 fn a_move_is_loaded() {
     let mut client = Client::ready();
@@ -95,7 +95,7 @@ fn a_move_gets_ready() {
     row(Client::starting(), PlaybackState::SETUP_COMPLETED, said(Move::Ready), "Starting");
 }
 
-/// 7.6-5: it is told once, and the client goes on waiting; also for a move that does not begin.
+/// 7.6-5: the delay is reported once, and the client keeps waiting. The same is true of a move that does not begin.
 #[test]
 fn a_long_way_to_where_the_move_begins_is_told() {
     for mut client in [Client::setting_up(), Client::starting()] {
@@ -123,7 +123,7 @@ fn a_move_that_is_ready_is_played_once() {
     assert_eq!(Client::ready().refused(Command::Play), Some(Refusal::NoMove));
 }
 
-/// The client does not play the move before the motors are home, because the device would refuse it.
+/// The motors go home first, because the device would refuse to play the move meanwhile.
 #[test]
 fn the_motors_of_a_move_that_is_ready_go_back_rapidly() {
     let mut client = Client::armed();
@@ -151,7 +151,7 @@ fn a_move_begins() {
     }
 }
 
-/// 7.6-11: in any order (decision K-J12).
+/// 7.6-11: the messages may come in any order (decision K-J12).
 #[test]
 fn the_progress_of_a_move_is_told() {
     let mut client = Client::running();
@@ -177,7 +177,7 @@ fn a_move_ends_or_is_played_again() {
     row(client, PlaybackState::POST_MOVE_PHOTOS_COMPLETED, said(Move::PostShot), "Ended");
 }
 
-/// 7.6-15: whatever the reason is.
+/// 7.6-15: `FullStop` ends the move for any cause.
 #[test]
 fn a_full_stop_ends_the_move() {
     for client in all() {
@@ -187,7 +187,7 @@ fn a_full_stop_ends_the_move() {
     }
 }
 
-/// 7.6-16, 7.6-18: because the client does not know how much of the move goes on.
+/// 7.6-16, 7.6-18: the move is stopped too, because it is unknown which motors still move.
 #[test]
 fn an_error_of_a_move_stops_it() {
     for client in all() {
@@ -216,7 +216,7 @@ fn an_error_of_a_move_stops_it() {
     }
 }
 
-/// 7.6-17: only a command was refused (safety decision 1).
+/// 7.6-17: a command was refused, and the move goes on (safety decision 1).
 #[test]
 fn a_refusal_does_not_end_a_move_that_runs() {
     for mut client in [delayed(), pre_shoot(), Client::running(), ended()] {
@@ -228,7 +228,7 @@ fn a_refusal_does_not_end_a_move_that_runs() {
     }
 }
 
-/// 7.6-19: in every state, first in the step of the command, and again every two seconds until it is confirmed.
+/// 7.6-19: in every state the stop is sent first, in the same step, and then every two seconds until it is confirmed.
 #[test]
 fn a_stop_is_sent_until_it_is_confirmed() {
     for mut client in all() {
@@ -250,7 +250,7 @@ fn a_stop_is_sent_until_it_is_confirmed() {
     }
 }
 
-/// 7.6-19: also before the device answered anything, and while it is locked (safety decision 2).
+/// 7.6-19: the stop is sent before any message of the device too, and while the device is locked (safety decision 2).
 #[test]
 fn a_stop_is_sent_in_every_state_of_the_connection() {
     let mut client = Client::connected(Options::default(), AT);
@@ -273,8 +273,8 @@ fn a_stop_is_sent_in_every_state_of_the_connection() {
     assert_eq!(client.sent()[0], STOP);
 }
 
-/// 7.6-20: reports from before the stop are only told. The next move may be loaded when all questions are answered and
-/// all motors rest.
+/// 7.6-20: late reports are only passed on. When everything that was sent before the stop is answered, another move may
+/// be loaded.
 #[test]
 fn a_stop_is_over_when_all_is_answered() {
     let mut client = stopping();
@@ -282,7 +282,7 @@ fn a_stop_is_over_when_all_is_answered() {
     for says in [PlaybackState::START_FRAME, PlaybackState::END_OF_MOVE] {
         client = row(client, says, progress(says), "Stopping");
     }
-    // The end of the move was on its way, and the confirmation of the stop follows.
+    // The first FullStop was in flight before the stop. The second one answers the stop.
     client.say(PlaybackState::FULL_STOP);
     client.rests(1, 4.0);
     assert_eq!((client.move_state(), client.refused(load())), ("Stopping", Some(Refusal::Stopping)));
@@ -297,7 +297,7 @@ fn a_stop_is_over_when_all_is_answered() {
     assert_eq!(position, Some(Rotations(4.0)));
 }
 
-/// 7.6-20: over USB a lost answer does not hold the stop open. An answer to a question from before the stop does not end it.
+/// 7.6-20: over USB a lost answer does not hold the stop up, and the answer to an earlier query does not end it.
 #[test]
 fn a_stop_ends_with_the_question_after_it() {
     let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
@@ -320,7 +320,7 @@ fn a_stop_ends_with_the_question_after_it() {
     assert_eq!(client.move_state(), "NoMove");
 }
 
-/// 7.6-20: over TCP answers are late, not lost: the client waits for all of them, and the last one counts.
+/// 7.6-20: over TCP answers are late but not lost, so the client waits for each answer, and the last one counts.
 #[test]
 fn late_answers_do_not_end_a_stop() {
     let mut client = stopping();
@@ -328,7 +328,7 @@ fn late_answers_do_not_end_a_stop() {
     assert!(client.sent().contains(&Transmit::StopPlayback), "it is not confirmed");
     client.pass(1_000);
     assert_eq!(client.sent(), [ASKS], "nor is the question answered that was asked before it was sent again");
-    // The late answers come: to the first stop, and to its question.
+    // The late answers arrive: to the first stop, and to its query.
     client.say(PlaybackState::FULL_STOP);
     client.hear(device_info(PlaybackState::FULL_STOP));
     assert_eq!((client.move_state(), client.refused(load())), ("Stopping", Some(Refusal::Stopping)));
@@ -337,7 +337,7 @@ fn late_answers_do_not_end_a_stop() {
     assert_eq!(client.move_state(), "NoMove");
 }
 
-/// 7.6-20: over TCP three missing answers end the connection, because only then no late answer can come.
+/// 7.6-20: over TCP three missing answers end the connection, because only then no answer can be late.
 #[test]
 fn a_stop_without_its_answer_ends_the_connection() {
     let mut client = stopping();
@@ -354,7 +354,7 @@ fn a_stop_without_its_answer_ends_the_connection() {
     client.pass(1);
     assert_eq!((client.told(), client.move_state()), (vec![Event::LinkDown(LinkDownReason::NoAnswer)], "NoMove"));
 
-    // An answer before that is in time, if it is the last one.
+    // Answers that arrive before that are in time, but only the last one ends the stop.
     for client in [&mut late, &mut paid] {
         for _ in 0..3 {
             assert_eq!((client.state(), client.move_state()), ("Ready", "Stopping"));
@@ -365,7 +365,7 @@ fn a_stop_without_its_answer_ends_the_connection() {
     }
 }
 
-/// 7.6-21: the state of the device tells it. A move that is only ready is not found, because it may be of another client.
+/// 7.6-21: a running move is found again from `DeviceInfo`. A ready move is not, because it may be another client's.
 #[test]
 fn a_lost_connection_loses_the_move_until_it_is_found() {
     for client in all().into_iter().filter(|client| !matches!(client.move_state(), "NoMove" | "Stopping")) {
@@ -395,7 +395,7 @@ fn a_lost_connection_loses_the_move_until_it_is_found() {
     }
 }
 
-/// 7.6-21: a stop that was not confirmed is sent first on the next connection.
+/// 7.6-21: a stop that was not confirmed is the first message of the next connection.
 #[test]
 fn a_stop_survives_a_lost_connection() {
     for lost_first in [false, true] {
@@ -453,7 +453,7 @@ fn an_unexpected_state_is_told() {
     row(Client::ready(), PlaybackState::START_FORWARD, said(Move::Unexpected(PlaybackState::START_FORWARD)), "NoMove");
 }
 
-/// If the report of the end is lost, the answer to a question tells it.
+/// If the report of the end was lost, the answer to a query tells the end.
 #[test]
 fn an_answer_can_tell_the_end_of_a_move() {
     for status in [PlaybackState::FULL_STOP, PlaybackState::NO_MOVE] {
@@ -472,7 +472,7 @@ fn an_answer_can_tell_the_end_of_a_move() {
     }
 }
 
-/// Only over USB, and only while a move runs (decision K-S21).
+/// Over USB the client asks by itself while a move runs, and not otherwise (decision K-S21).
 #[test]
 fn a_client_asks_over_usb_whether_a_move_still_runs() {
     let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
@@ -487,7 +487,7 @@ fn a_client_asks_over_usb_whether_a_move_still_runs() {
     assert_eq!(client.told(), said(Move::Finished { requested: false }));
 }
 
-/// Messages that are never sent twice without a command.
+/// The list of the messages that are never sent twice without a command.
 #[test]
 fn messages_that_may_move_are_never_repeated() {
     let zero = Go { speed: RotationsPerSecond(0.0), ..go(ONE, 1.0) };

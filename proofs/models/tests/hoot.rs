@@ -130,9 +130,9 @@ const WORSE: Faults = Faults { lost: 1, corrupt: 1, doubled: 1 };
 #[test]
 fn every_run_comes_to_an_end() {
     let wishes = [run(Motor::One), Wish::EmergencyStop, request(Stop {})];
-    ends("emergency", &Hoot { requests: BAD, replies: BAD, late: 2, ..hoot(&wishes) }, 45_000);
+    ends("emergency", &Hoot { requests: BAD, replies: BAD, late: 2, ..hoot(&wishes) }, 60_000);
     let wishes = [request(Start {}), request(ReturnHome {}), stop(Motor::Two), Wish::LinkDown, Wish::LinkUp];
-    ends("program", &Hoot { requests: BAD, replies: BAD, late: 1, ..hoot(&wishes) }, 60_000);
+    ends("program", &Hoot { requests: BAD, replies: BAD, late: 1, ..hoot(&wishes) }, 65_000);
 }
 
 #[test]
@@ -152,7 +152,7 @@ fn one_move_one_emergency_one_loss() {
     let requests = Faults { lost: 1, corrupt: 1, doubled: 0 };
     let hoot = hoot(&[move_by(Motor::One, 1), Wish::EmergencyStop]);
     let hoot = Hoot { requests, replies: WORSE, late: 2, ..hoot };
-    explore("one move", hoot, 150_000, &[DONE, CONFIRMED, UNSURE, ARRIVED, NOBODYS]);
+    explore("one move", hoot, 200_000, &[DONE, CONFIRMED, UNSURE, ARRIVED, NOBODYS]);
 }
 
 #[test]
@@ -161,7 +161,7 @@ fn requests_and_stops() {
     let replies = Faults { doubled: 1, ..BAD };
     let mut hoot = hoot(&wishes);
     hoot.options = hoot.options.with_retries(1);
-    explore("requests and stops", Hoot { requests: BAD, replies, late: 1, ..hoot }, 400_000, &[DONE, SILENCE, UNSURE]);
+    explore("requests and stops", Hoot { requests: BAD, replies, late: 1, ..hoot }, 600_000, &[DONE, SILENCE, UNSURE]);
 }
 
 #[test]
@@ -169,14 +169,14 @@ fn programs_and_the_way_home() {
     let wishes =
         [request(Start {}), request(ReturnHome {}), request(Pause {}), move_by(Motor::Two, 1), request(Stop {})];
     let hoot = Hoot { requests: BAD, replies: BAD, late: 1, ..hoot(&wishes) };
-    explore("programs", hoot, 600_000, &[DONE, ARRIVED, ENDED]);
+    explore("programs", hoot, 700_000, &[DONE, ARRIVED, ENDED]);
 }
 
 #[test]
 fn an_emergency_in_between() {
     let wishes = [run(Motor::One), request(PowerCycled {}), Wish::EmergencyStop, request(Stop {})];
     let hoot = Hoot { requests: BAD, replies: Faults { lost: 1, corrupt: 0, doubled: 1 }, late: 2, ..hoot(&wishes) };
-    explore("emergency", hoot, 400_000, &[SILENCE, CONFIRMED]);
+    explore("emergency", hoot, 600_000, &[SILENCE, CONFIRMED]);
 }
 #[test]
 fn firmware_in_joystick_mode() {
@@ -187,7 +187,7 @@ fn firmware_in_joystick_mode() {
     for (bridge, told) in [(true, UNSURE), (false, REFUSED)] {
         let hoot =
             Hoot { options: hoot.options.with_bridge(bridge), requests: BAD, replies: BAD, late: 1, ..hoot.clone() };
-        explore("firmware", hoot, 100_000, &[CONFIRMED, told]);
+        explore("firmware", hoot, 200_000, &[CONFIRMED, told]);
     }
 }
 
@@ -197,7 +197,7 @@ fn broadcasts_on_the_bus_itself() {
     let stop = request(BroadcastStop::default());
     let mut hoot = hoot(&[start, stop, request(RunStatus {}), Wish::EmergencyStop]);
     hoot.options = hoot.options.with_bridge(false);
-    explore("broadcasts", Hoot { requests: BAD, replies: BAD, late: 1, ..hoot }, 90_000, &[CONFIRMED, ENDED]);
+    explore("broadcasts", Hoot { requests: BAD, replies: BAD, late: 1, ..hoot }, 160_000, &[CONFIRMED, ENDED]);
 }
 
 /// Setup with the dead-man mode on.
@@ -218,7 +218,7 @@ fn dead_man_button_and_fault() {
 fn a_node_that_is_kept_alive() {
     let speed = Wish::Speed(Motor::One, StepsPerSecond(0.0));
     let hoot = manual(&[Wish::KeepAlive, run(Motor::One), speed, Wish::EmergencyStop]);
-    explore("keep-alive", Hoot { requests: BAD, late: 1, ..hoot }, 18_000, &[SILENCE, CONFIRMED]);
+    explore("keep-alive", Hoot { requests: BAD, late: 1, ..hoot }, 24_000, &[SILENCE, CONFIRMED]);
 }
 
 #[test]
@@ -232,7 +232,7 @@ fn the_line_goes_and_comes() {
         request(Stop {}),
     ];
     let hoot = Hoot { requests: BAD, late: 1, ..hoot(&wishes) };
-    explore("link", hoot, 50_000, &[CONFIRMED, UNSURE, ARRIVED]);
+    explore("link", hoot, 55_000, &[CONFIRMED, UNSURE, ARRIVED]);
 }
 
 /// Exploration that takes minutes: `cargo test --test hoot -- --ignored --nocapture`.
@@ -249,5 +249,5 @@ fn deeper() {
     ];
     let replies = Faults { doubled: 1, ..BAD };
     let hoot = Hoot { requests: BAD, replies, late: 1, ..hoot(&wishes) };
-    explore("deeper", hoot, 9_000_000, &[DONE, CONFIRMED, ENDED]);
+    explore("deeper", hoot, 14_000_000, &[DONE, CONFIRMED, ENDED]);
 }

@@ -1,36 +1,36 @@
-//! The camera: what it took, and when.
+//! Camera, and a record of its photos.
 
 use std::collections::VecDeque;
 
 use motion_core::time::Millis;
 use tracing::info;
 
-/// Photos that are kept on record.
+/// Greatest number of photos in the record.
 const RECORD: usize = 10_000;
 
-/// A photo.
+/// Photo of the camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Photo {
-    /// When the shutter opened.
+    /// Time at which the shutter opened.
     pub at: Millis,
-    /// Until when it was open; `None` while it is.
+    /// Time at which the shutter closed; `None` while it is open.
     pub until: Option<Millis>,
-    /// The frame of the move that it belongs to; `None` if it was triggered by hand.
+    /// Frame of the move; `None` for a photo that a request took without a move.
     pub frame: Option<i32>,
 }
 
-/// A camera with one shutter.
+/// Camera with one shutter.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Camera {
     photos: VecDeque<Photo>,
     count: u64,
-    /// When the shutter closes by itself.
+    /// Time at which the shutter closes by itself.
     closes: Option<Millis>,
     pub(super) is_filming: bool,
 }
 
 impl Camera {
-    /// Opens the shutter; for so many milliseconds, or until it is closed.
+    /// Opens the shutter, for a time in milliseconds or until it is closed.
     pub(super) fn open(&mut self, now: Millis, time: Option<u64>, frame: Option<i32>) {
         self.close(now);
         self.count += 1;

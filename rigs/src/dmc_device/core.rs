@@ -1,4 +1,4 @@
-//! Device behind its line: the machine, the motors, and what they report to each other.
+//! Device without its line: the machine, the motors, and their reports to each other.
 
 use std::collections::VecDeque;
 
@@ -17,7 +17,7 @@ use super::{LINE, index, number, steps};
 use crate::motor::{Happening, Motor};
 use crate::{Outgoing, TICK};
 
-/// Device behind its line.
+/// Device without its line.
 #[derive(Debug)]
 pub(super) struct Core {
     pub(super) setup: Setup,

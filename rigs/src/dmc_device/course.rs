@@ -1,4 +1,4 @@
-//! What all motors do together, moment by moment.
+//! Motion of all motors together, moment by moment.
 
 use dmc_proto::device::Input;
 use dmc_proto::message::{FrameNumber, Motor as Number, RunFlags, Triggers};
@@ -12,55 +12,55 @@ use super::{index, steps};
 use crate::motor::{Motor, Place};
 use crate::seconds;
 
-/// Seconds in which a jog of all motors gets up to speed.
+/// Time in which a jog of all motors reaches its speed, in seconds.
 const JOG_ROLL: f64 = 0.5;
 
-/// What all motors do together.
+/// Motion of all motors together.
 #[derive(Debug, Clone)]
 pub(super) enum Course {
-    /// Nothing: each of them goes where it was sent.
+    /// Each motor moves for itself, or rests.
     Free,
-    /// They run along the uploaded move. The frame moves as a motor does.
+    /// All motors run along the uploaded move. The frame moves like a motor.
     JogAll { frame: Motor, told: i32 },
-    /// They go to where this begins, or wait there.
+    /// All motors go to the start of a run or shot, or wait there.
     Ready(Job),
-    /// This runs.
+    /// A run or a shot runs.
     Runs(Run),
 }
 
-/// A run or a shot that has begun.
+/// Run or shot that has begun.
 #[derive(Debug, Clone)]
 pub(super) struct Run {
     job: Job,
     phase: Phase,
-    /// When the phase began, in seconds.
+    /// Time at which the phase began, in seconds.
     since: f64,
-    /// The frame that was told last.
+    /// Frame that was reported last.
     told: Option<i32>,
-    /// Where the next pass begins and ends, if another one follows.
+    /// First and last frame of the next pass, if another pass follows.
     next: Option<(i32, i32)>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
-    /// The motors get up to speed.
+    /// The motors reach their speed.
     Up,
     Pass,
-    /// They come to rest.
+    /// The motors come to rest.
     Down,
-    /// They go to where the next pass begins.
+    /// The motors go to the start of the next pass.
     Back,
 }
 
 impl Course {
-    /// Whether time alone changes something.
+    /// Whether the motors have to be led at every moment.
     pub(super) const fn is_busy(&self) -> bool {
         matches!(self, Self::JogAll { .. } | Self::Runs(_))
     }
 }
 
 impl Core {
-    /// How far the move is.
+    /// Frame of the move, with its fraction, while the move is played.
     pub(super) fn moment(&self) -> Option<f64> {
         match &self.course {
             Course::JogAll { frame, .. } => Some(frame.at(self.clock).position),
@@ -69,17 +69,17 @@ impl Core {
         }
     }
 
-    /// Starts what is ready.
+    /// Starts the run or shot that is ready.
     pub(super) fn go(&mut self) {
         if let Course::Ready(job) = std::mem::replace(&mut self.course, Course::Free) {
             let since = seconds(self.clock);
             self.course = Course::Runs(Run { job, phase: Phase::Up, since, told: None, next: None });
-            // With no time to get up to speed, it begins at once.
+            // Without a pre-roll, the pass begins at once.
             self.follow();
         }
     }
 
-    /// The next pass of the run, behind this one.
+    /// Lets another pass follow this one.
     pub(super) fn next_pass(&mut self, from: FrameNumber, to: FrameNumber) {
         if let Course::Runs(run) = &mut self.course {
             run.next = Some((from.0, to.0));
@@ -101,7 +101,7 @@ impl Core {
         self.course = Course::JogAll { frame, told };
     }
 
-    /// Brings all motors to where they have to be just now.
+    /// Brings all motors to their positions of this moment.
     pub(super) fn follow(&mut self) {
         match &self.course {
             Course::JogAll { .. } => self.follow_jog(),
@@ -122,8 +122,8 @@ impl Core {
         for motor in (1..=self.count()).map(Number) {
             let Some(position) = self.store.between(motor, at) else { continue };
             let ahead = self.store.between(motor, at.floor() + 1.0).unwrap_or(position);
-            let behind = self.store.between(motor, at.floor()).unwrap_or(position);
-            self.lead_one(motor, Place { position, velocity: (ahead - behind) * velocity });
+            let here = self.store.between(motor, at.floor()).unwrap_or(position);
+            self.lead_one(motor, Place { position, velocity: (ahead - here) * velocity });
         }
         if !self.course.is_busy() {
             return;
@@ -141,7 +141,7 @@ impl Core {
         }
     }
 
-    /// Whether something ended, so that there is more to follow.
+    /// Brings all motors of a run to their positions. Returns whether a phase ended, so that the next one has to be followed.
     fn follow_run(&mut self) -> bool {
         let now = seconds(self.clock);
         let Course::Runs(run) = &mut self.course else { return false };
@@ -184,7 +184,7 @@ impl Core {
         is_over
     }
 
-    /// Puts each motor of the run where it has to be.
+    /// Puts each motor of the run at its place.
     fn lead(&mut self, place: impl Fn(&Job, &Way, &Store) -> Place) {
         let Course::Runs(run) = &self.course else { return };
         let places: Vec<_> = run.job.ways.iter().map(|way| (way.motor, place(&run.job, way, &self.store))).collect();
@@ -193,21 +193,22 @@ impl Core {
         }
     }
 
-    /// Puts a motor where it has to be. One that cannot be so fast gets stuck.
+    /// Puts a motor at a place. A motor that cannot be so fast gets stuck.
     fn lead_one(&mut self, number: Number, place: Place) {
         let now = self.clock;
         let Some(motor) = index(number).and_then(|index| self.motors.get_mut(index)) else { return };
         if !self.course.is_busy() {
-            // Another one got stuck just now, and all stop.
+            // Another motor got stuck at this moment, and all motors stop.
         } else if place.velocity.abs() <= motor.limits().velocity {
             motor.lead(place);
         } else {
             motor.halt(now);
-            warn!(motor = %number, speed = place.velocity, "cannot follow, and is stuck");
+            warn!(motor = %number, speed = place.velocity, "too fast for the motor, which is stuck");
             self.step(Input::Fault(Some(number)));
         }
     }
 
+    /// Begins a pass: a shutter opens, or the camera starts to film.
     fn begin_pass(&mut self) {
         let Course::Runs(run) = &self.course else { return };
         let job = &run.job;
@@ -223,7 +224,7 @@ impl Core {
         self.lead(|_, way, _| way.begin());
     }
 
-    /// Tells the frame that a run has come to, if it is a new one.
+    /// Reports the frame that a run has reached, if it is a new one.
     fn tell_frame(&mut self, time: f64) {
         let Course::Runs(run) = &mut self.course else { return };
         let Kind::Run { .. } = run.job.kind else { return };
@@ -237,7 +238,7 @@ impl Core {
         self.step(Input::AtFrame(FrameNumber(frame)));
     }
 
-    /// What runs along with the motors.
+    /// Does everything that follows the motors at a frame: photos, outputs and lights.
     fn at_frame(&mut self, frame: i32) {
         let Course::Runs(Run { job: Job { kind: Kind::Run { sync, shutter, .. }, .. }, .. }) = &self.course else {
             return;
@@ -256,7 +257,7 @@ impl Core {
         debug!(frame, "a frame");
     }
 
-    /// The pass is over; what the machine makes of it, is obeyed in the same moment.
+    /// Ends a pass. The machine decides what follows.
     fn end_pass(&mut self) {
         self.lead(|job, way, store| job.along(way, job.seconds, store));
         let Course::Runs(run) = &self.course else { return };
@@ -266,7 +267,7 @@ impl Core {
         self.step(Input::PassEnd);
     }
 
-    /// The motors rest behind a pass: they return to its last frame, or go to where the next pass begins.
+    /// Continues when the motors rest after a pass: they return to its last frame, or go to the start of the next pass.
     fn rolled(&mut self) {
         self.lead(|job, way, _| way.rolls_down(job.down, job.down));
         let Course::Runs(run) = &mut self.course else { return };
@@ -283,7 +284,7 @@ impl Core {
         let motors: Vec<_> = run.job.ways.iter().map(|way| way.motor).collect();
         self.course = Course::Free;
         for motor in motors {
-            // One that followed no move stays where it is.
+            // A motor that is no part of the move stays where it is.
             let goal = self.store.position(motor, end).map_or(self.place(motor), f64::from);
             self.send_to(motor, goal);
         }

@@ -1,57 +1,60 @@
-//! Runs and shots: which way each motor goes, and how it gets up to speed and to rest.
+//! Runs and shots: the way of each motor, with its acceleration from rest and its deceleration to rest.
 
 use dmc_proto::message::{Direction, FrameNumber, HostMessage, Motor, MotorPair, RtRunMove, RunFlags};
 
 use super::store::Store;
 use crate::motor::Place;
 
-/// Milliseconds in which motors get up to speed before a shutter opens, and come to rest once it is closed.
+/// Time in which motors reach their speed before a shutter opens, and come to rest after it closes, in seconds.
 const SHOT_ROLL: f64 = 0.25;
 
-/// A run or a shot.
+/// Run or shot.
 #[derive(Debug, Clone)]
 pub(super) struct Job {
     pub(super) kind: Kind,
-    /// The frame where the pass begins, and where it ends.
+    /// Frame where the pass begins.
     pub(super) from: i32,
+    /// Frame where the pass ends.
     pub(super) to: i32,
-    /// Frames a second.
+    /// Speed in frames per second.
     rate: f64,
-    /// Seconds of a pass, and of getting up to speed and to rest.
+    /// Duration of a pass, in seconds.
     pub(super) seconds: f64,
+    /// Time in which the motors reach their speed, in seconds.
     pub(super) up: f64,
+    /// Time in which the motors come to rest, in seconds.
     pub(super) down: f64,
-    /// The ways of the motors that take part.
+    /// Ways of the motors that take part.
     pub(super) ways: Vec<Way>,
 }
 
 #[derive(Debug, Clone)]
 pub(super) enum Kind {
     Run {
-        /// Whether lights and outputs run along.
+        /// Whether lights and outputs follow the move.
         sync: bool,
         flags: RunFlags,
-        /// Milliseconds for which the shutter is open at each frame, if it is.
+        /// Time for which the shutter is open at each frame, in milliseconds; `None` if it does not open.
         shutter: Option<u64>,
     },
     Shot {
-        /// Milliseconds for which the shutter is open.
+        /// Time for which the shutter is open, in milliseconds.
         exposure: u64,
     },
 }
 
-/// The way of one motor in a pass.
+/// Way of one motor in a pass.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Way {
     pub(super) motor: Motor,
-    /// Where it begins and ends if it does not follow the uploaded move.
+    /// First and last position; `None` if the motor follows the uploaded move.
     own: Option<(f64, f64)>,
     begin: Place,
     end: Place,
 }
 
 impl Job {
-    /// What a message asks for; `None` if it asks for no run or shot, or outside the uploaded move.
+    /// Run or shot of a message; `None` for other messages, and for frames outside the uploaded move.
     pub(super) fn of(message: &HostMessage<'_>, store: &Store, motors: u8) -> Option<Self> {
         let follow = (1..=motors).map(Motor).filter(|motor| store.has(*motor));
         let mut job = match message {
@@ -103,7 +106,7 @@ impl Job {
             let at = |part: f64| a + (b - a) * part;
             let own = Some((at(part.0), at(part.1)));
             let way = Way { motor: pair.motor(), own, begin: Place::default(), end: Place::default() };
-            // Of one that is named twice, the later one counts.
+            // If a motor is named twice, the later pair counts.
             ways.retain(|other| other.motor != way.motor);
             ways.push(way);
         }
@@ -119,14 +122,14 @@ impl Job {
         }
     }
 
-    /// How a pass goes on after this one.
+    /// Continues with another pass.
     pub(super) fn turn(&mut self, from: i32, to: i32, store: &Store) {
         (self.from, self.to) = (from, to);
-        // The frames were looked at before the first pass.
+        // The frames were checked before the first pass.
         let _ = self.find_ends(store);
     }
 
-    /// From where to where, and how fast, each motor goes in a pass; `None` if there is no such frame.
+    /// Finds the first and the last position and speed of each motor in a pass; `None` if a frame is outside the move.
     fn find_ends(&mut self, store: &Store) -> Option<()> {
         let (from, to, rate, seconds) = (self.from, self.to, self.rate, self.seconds);
         let way = to.saturating_sub(from).signum();
@@ -145,14 +148,14 @@ impl Job {
         Some(())
     }
 
-    /// The frame, with its fraction, that a pass has come to after so many seconds.
+    /// Frame, with its fraction, that a pass reaches after a time in seconds.
     pub(super) fn moment(&self, seconds: f64) -> f64 {
         let (from, to) = (f64::from(self.from), f64::from(self.to));
         let gone = seconds * self.rate;
         if gone >= (to - from).abs() { to } else { from + gone * (to - from).signum() }
     }
 
-    /// Where a motor is in a pass.
+    /// Position and speed of a motor in a pass, after a time in seconds.
     pub(super) fn along(&self, way: &Way, seconds: f64, store: &Store) -> Place {
         if seconds >= self.seconds {
             return way.end;
@@ -162,7 +165,7 @@ impl Job {
         }
         let moment = self.moment(seconds);
         let back = self.to < self.from;
-        // On a frame it goes as it will until the next one.
+        // At a frame the motor has its speed up to the next frame.
         let (before, after) =
             if back { (moment.ceil(), moment.ceil() - 1.0) } else { (moment.floor(), moment.floor() + 1.0) };
         let at = |moment: f64| store.between(way.motor, moment).unwrap_or(way.end.position);
@@ -171,38 +174,38 @@ impl Job {
 }
 
 impl Way {
-    /// Where it rests before it gets up to speed, which takes so many seconds.
+    /// Position at which the motor rests before it accelerates for a time in seconds.
     pub(super) fn before(&self, up: f64) -> f64 {
         self.begin.position - self.begin.velocity * up / 2.0
     }
 
-    /// Where it comes to rest behind its end.
-    pub(super) fn behind(&self, down: f64) -> f64 {
+    /// Position at which the motor comes to rest after its end.
+    pub(super) fn after(&self, down: f64) -> f64 {
         self.end.position + self.end.velocity * down / 2.0
     }
 
-    /// Where the pass begins.
+    /// Position and speed at the start of the pass.
     pub(super) const fn begin(&self) -> Place {
         self.begin
     }
 
-    /// Where it is after so many seconds of getting up to speed, at an even acceleration.
+    /// Position and speed after a part of the acceleration, in seconds. The acceleration is constant.
     pub(super) fn rolls_up(&self, up: f64, seconds: f64) -> Place {
         let part = seconds / up;
         let velocity = self.begin.velocity * part;
         Place { position: self.before(up) + velocity * seconds / 2.0, velocity }
     }
 
-    /// Where it is after so many seconds of coming to rest.
+    /// Position and speed after a part of the deceleration, in seconds.
     pub(super) fn rolls_down(&self, down: f64, seconds: f64) -> Place {
         if seconds >= down {
-            return Place { position: self.behind(down), velocity: 0.0 };
+            return Place { position: self.after(down), velocity: 0.0 };
         }
         let velocity = self.end.velocity * (1.0 - seconds / down);
         Place { position: self.end.position + seconds * f64::midpoint(self.end.velocity, velocity), velocity }
     }
 
-    /// The least and the greatest position of a pass, without its rolls.
+    /// Least and greatest position of a pass, without acceleration and deceleration.
     pub(super) fn span(&self, job: &Job, store: &Store) -> (f64, f64) {
         let frames = (job.from.min(job.to)..=job.from.max(job.to)).filter(|_| self.own.is_none());
         let between = frames.filter_map(|frame| store.position(self.motor, FrameNumber(frame))).map(f64::from);

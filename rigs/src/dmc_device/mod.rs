@@ -1,12 +1,13 @@
-//! A DMC controller with its motors and its camera.
+//! DMC controller with its motors and its camera.
 //!
-//! What the protocol says is in the crate's machine; what the motors do is here. Between two frames of an uploaded move
-//! each motor goes straight from one position to the next: so it never leaves what lies between them, and what was held
-//! against limits frame by frame holds in between.
+//! The machine of the crate follows the protocol; this module moves the motors. Between two frames of an uploaded move a
+//! motor moves from one position to the next at a constant speed. So it stays between these two positions, and a check of
+//! the limits at each frame holds between the frames too.
 //!
-//! A run starts from rest as far before its first position as the motor needs to get up to speed in the time of the
-//! pre-roll, at an even acceleration; it ends likewise. Shots do so too. Behind both, the motors return to the frame. In a
-//! loop, the motors come to rest behind each pass, and go to where the next one begins.
+//! At the start of a run a motor accelerates evenly, from rest to its speed, in the time of the pre-roll. So it starts at a
+//! distance before its first position. It comes to rest after its last position in the same way. Shots do the same. After a
+//! run or a shot, the motors return to the frame. In a loop, the motors come to rest after each pass, and go to the start
+//! of the next pass.
 
 mod camera;
 mod core;
@@ -31,10 +32,10 @@ pub use setup::{Setup, Tuning};
 
 use self::core::Core;
 
-/// The only line.
+/// Line of the device.
 const LINE: LineId = LineId(0);
 
-/// A DMC controller with its motors and its camera. It has one line.
+/// DMC controller with its motors and its camera. It has one line.
 #[derive(Debug)]
 pub struct DmcDevice {
     is_open: bool,
@@ -43,19 +44,19 @@ pub struct DmcDevice {
 }
 
 impl DmcDevice {
-    /// A device at rest, all its motors at 0.
+    /// Device at rest, with all its motors at 0.
     #[must_use]
     pub fn new(setup: Setup) -> Self {
         Self { is_open: false, reader: Reader::new(), core: Core::new(setup) }
     }
 
-    /// What the protocol takes it to be doing.
+    /// State of the device.
     #[must_use]
     pub const fn state(&self) -> State {
         self.core.machine.state()
     }
 
-    /// The frame of the uploaded move that it stands on.
+    /// Frame of the uploaded move that all motors stand on.
     #[must_use]
     pub const fn on_frame(&self) -> Option<FrameNumber> {
         self.core.machine.on_frame()
@@ -67,68 +68,68 @@ impl DmcDevice {
         self.core.machine.is_loaded()
     }
 
-    /// Where the uploaded move has a motor at a frame.
+    /// Position of a motor at a frame of the uploaded move.
     #[must_use]
     pub fn uploaded(&self, motor: Number, frame: FrameNumber) -> Option<Steps> {
         self.core.store.position(motor, frame).map(Steps)
     }
 
-    /// The photos that were taken, the oldest first; the last ten thousand of them.
+    /// Photos that were taken, the oldest first, at most ten thousand.
     pub fn photos(&self) -> impl Iterator<Item = &Photo> {
         self.core.camera.photos()
     }
 
-    /// How many photos were taken.
+    /// Number of photos that were taken.
     #[must_use]
     pub const fn photo_count(&self) -> u64 {
         self.core.camera.count()
     }
 
-    /// What was set of a motor, from 1 on.
+    /// Settings of a motor.
     #[must_use]
     pub fn tuning(&self, motor: Number) -> Option<Tuning> {
         self.core.tuning.get(index(motor)?).copied()
     }
 
-    /// The outputs that are on.
+    /// Outputs that are on.
     #[must_use]
     pub const fn outputs(&self) -> Triggers {
         self.core.outputs
     }
 
-    /// The level of each light.
+    /// Level of each light.
     #[must_use]
     pub fn levels(&self) -> &[u8] {
         &self.core.levels
     }
 
-    /// How many sound requests arrived.
+    /// Number of undamaged requests that arrived.
     #[must_use]
     pub const fn received(&self) -> u64 {
         self.core.received
     }
 
-    /// Bytes of input and output that it holds.
+    /// Number of bytes of input and output that the device holds.
     #[must_use]
     pub fn held(&self) -> usize {
         self.reader.held() + waiting(&self.core.out)
     }
 
-    /// Somebody presses the emergency stop, or releases it.
+    /// Presses or releases the emergency stop.
     pub fn emergency_stop(&mut self, now: Millis, pressed: bool) {
         self.advance(now);
         warn!(pressed, "emergency stop");
         self.core.step(Input::EmergencyStop(pressed));
     }
 
-    /// The operator presses the switch that starts what is ready.
+    /// Presses the switch of the operator, which starts a run or a shot that is ready.
     pub fn operator_go(&mut self, now: Millis) {
         self.advance(now);
         info!("the operator says go");
         self.core.step(Input::OperatorGo);
     }
 
-    /// These inputs are on from now on.
+    /// Switches the inputs: these are on.
     pub fn set_inputs(&mut self, now: Millis, inputs: Triggers) {
         self.advance(now);
         info!(%inputs, "inputs");
@@ -154,7 +155,7 @@ impl Party for DmcDevice {
             self.is_open = false;
             self.reader.reset();
             self.core.step(Input::LinkDown);
-            // Nobody is there to hear it.
+            // There is no line for these bytes.
             self.core.out.clear();
         }
     }
@@ -217,24 +218,24 @@ impl Rig for DmcDevice {
     }
 }
 
-/// The place of a motor, whose numbers begin with 1.
+/// Index of a motor. The numbers of motors begin with 1.
 fn index(motor: Number) -> Option<usize> {
     usize::from(motor.0).checked_sub(1)
 }
 
-/// The number of the motor in a place.
+/// Number of the motor with an index.
 fn number(index: usize) -> Number {
     Number(u8::try_from(index + 1).unwrap_or(u8::MAX))
 }
 
-/// The step that a position is nearest to.
-#[expect(clippy::cast_possible_truncation, reason = "cut to what fits")]
+/// Step that is nearest to a position.
+#[expect(clippy::cast_possible_truncation, reason = "a cast saturates")]
 const fn steps(position: f64) -> i32 {
     position.round() as i32
 }
 
-/// Whole milliseconds of so many seconds.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cut to what fits")]
+/// Duration in seconds as whole milliseconds.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
 const fn millis(seconds: f64) -> u64 {
     (seconds * 1000.0).round() as u64
 }

@@ -100,7 +100,7 @@ impl Tuning {
     /// Settings of a new motor: its whole speed, and half of its acceleration. The other half is left for harder stops.
     pub(super) fn of(motor: &Motor) -> Self {
         let limits = motor.limits();
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cut to what fits")]
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the value is clamped")]
         let whole = |value: f64| value.round().clamp(1.0, f64::from(u32::MAX)) as u32;
         Self {
             flags: MotorFlags::ENABLED,

@@ -1,4 +1,4 @@
-//! The uploaded move, in memory of the device's own.
+//! Uploaded move, in memory that the device owns.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use dmc_proto::message::{AckCode, DmxChannel, FrameNumber, HostMessage, Motor, T
 use dmc_proto::upload::{Memory, Room, Track, UploadBuffer};
 use self_cell::{MutBorrow, self_cell};
 
-/// Room for a move, as a device has it from the start.
+/// Memory for a move.
 struct Tables {
     positions: Vec<i32>,
     levels: Vec<u8>,
@@ -22,7 +22,7 @@ self_cell!(
     }
 );
 
-/// The uploaded move.
+/// Uploaded move.
 pub(super) struct Store(Cell);
 
 impl Store {
@@ -36,7 +36,7 @@ impl Store {
         Self(Cell::new(MutBorrow::new(tables), |tables| {
             let Tables { positions, levels, triggers, written } = tables.borrow_mut();
             let memory = Memory { positions, levels, triggers, written };
-            UploadBuffer::new(room, memory).expect("memory made for this room")
+            UploadBuffer::new(room, memory).expect("the memory has the lengths of this room")
         }))
     }
 
@@ -44,7 +44,7 @@ impl Store {
         self.0.borrow_dependent()
     }
 
-    /// Takes a message of an upload, and says what to answer.
+    /// Takes a message of an upload, and returns the code of the answer.
     pub(super) fn receive(&mut self, message: &HostMessage<'_>) -> AckCode {
         let code = self.0.with_dependent_mut(|_, buffer| buffer.receive(message));
         code.unwrap_or(AckCode::ERR_GENERAL)
@@ -55,18 +55,19 @@ impl Store {
         self.0.with_dependent_mut(|_, buffer| buffer.clear());
     }
 
+    /// Whether a motor is part of the move.
     pub(super) fn has(&self, motor: Motor) -> bool {
         self.buffer().is_loaded() && self.buffer().contains(Track::Axis(motor))
     }
 
-    /// Where a motor is at a frame; `None` outside the move.
+    /// Position of a motor at a frame; `None` outside the move.
     pub(super) fn position(&self, motor: Motor, frame: FrameNumber) -> Option<i32> {
         let index = self.buffer().index(frame)?;
         self.buffer().position(motor, index).map(|steps| steps.0)
     }
 
-    /// Where a motor is between two frames: on a straight way from one to the next, so that it never leaves what lies
-    /// between them. Outside the move it is where the move begins or ends.
+    /// Position of a motor at a moment between two frames, at a constant speed between them. Outside the move it is the
+    /// first or the last position.
     pub(super) fn between(&self, motor: Motor, moment: f64) -> Option<f64> {
         let frame = |moment: f64| super::steps(moment);
         let (before, part) = (frame(moment.floor()), moment - moment.floor());
@@ -76,17 +77,17 @@ impl Store {
         Some(from + (to - from) * part)
     }
 
-    /// The outputs that are on at a frame, of those that the move switches.
+    /// Outputs that are on at a frame, of those that the move switches.
     pub(super) fn triggers(&self, frame: FrameNumber) -> Triggers {
         self.buffer().index(frame).map_or(Triggers::NONE, |index| self.buffer().triggers(index))
     }
 
-    /// The outputs that the move switches.
+    /// Outputs that the move switches.
     pub(super) fn mask(&self) -> Triggers {
         self.buffer().mask()
     }
 
-    /// The level of a light at a frame.
+    /// Level of a light at a frame.
     pub(super) fn level(&self, channel: DmxChannel, frame: FrameNumber) -> Option<u8> {
         self.buffer().level(channel, self.buffer().index(frame)?)
     }

@@ -1,4 +1,4 @@
-//! What the rig has to say to a request, were it done now: limits that were set, and pre-rolls.
+//! Answer of the rig to a request if it were done now. It depends on the limits that were set, and on pre-rolls.
 
 use dmc_proto::device::State;
 use dmc_proto::message::{AckCode, FrameNumber, HostMessage, Motor, RunFlags};
@@ -8,7 +8,7 @@ use super::index;
 use super::job::{Job, Kind};
 
 impl Core {
-    /// `OK`, or what speaks against a request.
+    /// Code for a request: `OK`, or the reason why the rig cannot do it.
     pub(super) fn verdict(&self, message: &HostMessage<'_>) -> AckCode {
         let refused = match message {
             HostMessage::MotorMove(it) => self.beyond(it.motor, it.position.0.into()),
@@ -16,7 +16,7 @@ impl Core {
                 let mut positions = self.axes().map(|motor| (motor, self.store.position(motor, it.frame)));
                 positions.find_map(|(motor, at)| self.beyond(motor, at?.into()))
             }
-            // What is refused because something moves, or nothing stands on a frame, needs no long look.
+            // The machine refuses a jog while other motors move, and a run from no frame, so that no check is needed.
             HostMessage::RtJogAll(it) if matches!(self.machine.state(), State::Idle | State::JogAll) => {
                 self.beyond_along(it.destination)
             }
@@ -30,16 +30,17 @@ impl Core {
         refused.unwrap_or(AckCode::OK)
     }
 
+    /// Number of motors.
     pub(super) fn count(&self) -> u8 {
         u8::try_from(self.motors.len()).unwrap_or(u8::MAX)
     }
 
-    /// The motors of the uploaded move.
+    /// Motors of the uploaded move.
     pub(super) fn axes(&self) -> impl Iterator<Item = Motor> {
         (1..=self.count()).map(Motor).filter(|motor| self.store.has(*motor))
     }
 
-    /// Whether a position is beyond a limit of a motor that was set.
+    /// Code for a position of a motor that is beyond a limit that was set.
     fn beyond(&self, motor: Motor, position: f64) -> Option<AckCode> {
         let tuning = self.tuning.get(index(motor)?)?;
         if tuning.upper.is_some_and(|upper| position > f64::from(upper.0)) {
@@ -48,7 +49,7 @@ impl Core {
         tuning.lower.is_some_and(|lower| position < f64::from(lower.0)).then_some(AckCode::ERR_SOFT_LOW)
     }
 
-    /// Whether the way to a frame leads beyond a limit.
+    /// Code for the way to a frame, if it leads beyond a limit.
     fn beyond_along(&self, to: FrameNumber) -> Option<AckCode> {
         let from = super::steps(self.moment().or(self.machine.on_frame().map(|frame| f64::from(frame.0)))?);
         self.store.position(self.axes().next()?, to)?;
@@ -57,25 +58,26 @@ impl Core {
         places.find_map(|(motor, frame)| self.beyond(motor, self.store.position(motor, frame)?.into()))
     }
 
+    /// Code for a run or a shot, if it leads beyond a limit.
     fn beyond_job(&self, job: &Job) -> Option<AckCode> {
         let spans = job.ways.iter().map(|way| (way.motor, way.span(job, &self.store)));
         let mut ends = spans.flat_map(|(motor, (least, most))| [(motor, least), (motor, most)]);
         if let Some(code) = ends.find_map(|(motor, position)| self.beyond(motor, position)) {
             return Some(code);
         }
-        // There and back, each end is where a pass begins and where one ends.
+        // In a run back and forth, a pass begins and a pass ends at each end.
         let there_and_back = matches!(job.kind, Kind::Run { flags, .. } if flags.contains(RunFlags::PING_PONG));
         let (up, down) = if there_and_back { (job.up.max(job.down), job.up.max(job.down)) } else { (job.up, job.down) };
         let is_beyond = |motor: Motor, at: f64| !is_step(at) || self.beyond(motor, at).is_some();
         if job.ways.iter().any(|way| is_beyond(way.motor, way.before(up))) {
             return Some(AckCode::ERR_PREROLL);
         }
-        let behind = job.ways.iter().any(|way| is_beyond(way.motor, way.behind(down)));
-        behind.then_some(AckCode::ERR_POSTROLL)
+        let is_after = job.ways.iter().any(|way| is_beyond(way.motor, way.after(down)));
+        is_after.then_some(AckCode::ERR_POSTROLL)
     }
 }
 
-/// Whether a position is one that can be counted.
+/// Whether a position fits a number of steps.
 fn is_step(position: f64) -> bool {
     (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&position)
 }

@@ -1,4 +1,4 @@
-//! Host behind its line: the machine, and the messages and the move that the machine does not keep.
+//! Host without its line: the machine, and the messages and the move that the machine does not keep.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -30,7 +30,7 @@ const REST: Token = Token(u32::MAX);
 /// Greatest number of questions after a stop whether motors still move.
 const QUESTIONS: u8 = 20;
 
-/// Host behind its line.
+/// Host without its line.
 #[derive(Debug)]
 pub(super) struct Core {
     pub(super) clock: Millis,

@@ -1,9 +1,9 @@
-//! The data of a move, as it is uploaded.
+//! Data of a move for an upload.
 
 use dmc_proto::message::{DmxChannel, FrameNumber, Motor, Motors, Steps, Triggers};
 use dmc_proto::upload::MoveSource;
 
-/// A move: the steps of each motor at each frame, and what the lights and outputs do meanwhile.
+/// Move: the steps of each motor at each frame, the levels of lights, and the outputs that are on.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Table {
     first: FrameNumber,
@@ -15,14 +15,14 @@ pub struct Table {
 }
 
 impl Table {
-    /// A move of so many frames without motors, whose first frame has this number.
+    /// Move without motors, with the number of its first frame and its number of frames.
     #[must_use]
     pub const fn new(first: FrameNumber, frames: u32) -> Self {
         Self { first, frames, axes: Vec::new(), lights: Vec::new(), mask: Triggers::NONE, triggers: Vec::new() }
     }
 
-    /// The same, with the steps of a motor: behind the last of them it rests. Of a motor that is given twice, the later
-    /// steps count. One without any is left out.
+    /// Returns the move with the steps of a motor, from the first frame on. After the last step, the motor rests. If a motor
+    /// is given twice, the later steps count. A motor without steps is left out.
     #[must_use]
     pub fn with(mut self, motor: Motor, steps: Vec<i32>) -> Self {
         self.axes.retain(|(other, _)| *other != motor);
@@ -32,7 +32,7 @@ impl Table {
         self
     }
 
-    /// The same, with the levels of a light: behind the last of them it stays as it is.
+    /// Returns the move with the levels of a light, from the first frame on. After the last level, the light stays as it is.
     #[must_use]
     pub fn with_light(mut self, channel: DmxChannel, levels: Vec<u8>) -> Self {
         self.lights.retain(|(other, _)| *other != channel);
@@ -42,20 +42,21 @@ impl Table {
         self
     }
 
-    /// The same, switching these outputs: those that are on at each frame. Behind the last of them, all are off.
+    /// Returns the move with the outputs that it switches, and those that are on at each frame. After the last of these,
+    /// all outputs are off.
     #[must_use]
     pub fn with_outputs(self, mask: Triggers, triggers: Vec<Triggers>) -> Self {
         Self { mask, triggers, ..self }
     }
 
-    /// The number of the last frame.
+    /// Number of the last frame.
     #[must_use]
     pub fn last_frame(&self) -> FrameNumber {
         let last = i64::from(self.first.0) + i64::from(self.frames.max(1)) - 1;
         FrameNumber(i32::try_from(last).unwrap_or(i32::MAX))
     }
 
-    /// The steps of a motor at a frame; `None` if it is no part of the move, or the frame is not.
+    /// Steps of a motor at a frame; `None` if the motor or the frame is not part of the move.
     #[must_use]
     pub fn steps(&self, motor: Motor, frame: FrameNumber) -> Option<i32> {
         let (_, steps) = self.axes.iter().find(|(other, _)| *other == motor)?;
@@ -66,7 +67,7 @@ impl Table {
 }
 
 impl Default for Table {
-    /// One frame without motors.
+    /// Move of one frame without motors.
     fn default() -> Self {
         Self::new(FrameNumber(1), 1)
     }

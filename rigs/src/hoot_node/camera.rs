@@ -1,23 +1,23 @@
-//! The camera at a node: two lines, and what they made of it.
+//! Camera of a node, which is controlled by two lines.
 
 use std::collections::VecDeque;
 
 use motion_core::time::Millis;
 use tracing::info;
 
-/// How many photos are remembered; of earlier ones only their number is.
+/// Number of photos that are remembered. Earlier photos are only counted.
 pub const PHOTOS: usize = 4096;
 
-/// A photo.
+/// Photo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Photo {
-    /// When the shutter opened.
+    /// Time at which the shutter opened.
     pub opened: Millis,
-    /// When it closed.
+    /// Time at which the shutter closed.
     pub closed: Millis,
 }
 
-/// A camera that is released by its focus and its shutter.
+/// Camera with a focus and a shutter.
 #[derive(Debug, Clone, Default)]
 pub struct Camera {
     photos: VecDeque<Photo>,
@@ -27,13 +27,13 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// How many photos were taken.
+    /// Number of photos that were taken.
     #[must_use]
     pub const fn taken(&self) -> u64 {
         self.taken
     }
 
-    /// The last photos, at most [`PHOTOS`].
+    /// Last photos, at most [`PHOTOS`].
     pub fn photos(&self) -> impl Iterator<Item = &Photo> {
         self.photos.iter()
     }
@@ -50,7 +50,7 @@ impl Camera {
         self.is_focused
     }
 
-    /// Its lines are so from now on.
+    /// Sets the lines of the camera.
     pub(super) fn lines(&mut self, now: Millis, focus: bool, shutter: bool) {
         self.is_focused = focus;
         match self.opened {

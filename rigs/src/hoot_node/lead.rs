@@ -1,20 +1,20 @@
-//! Ways that a motor is led along, moment by moment.
+//! Paths that a motor follows in time.
 
 use hoot_proto::message::Steps;
 use hoot_proto::program::Plan;
 use motion_core::time::Millis;
 
-/// A way that a motor is led along.
+/// Path of a motor in time.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Lead {
-    /// A plan in milliseconds, at whose moment `elapsed` it was at `since`. Between two milliseconds there is nothing.
+    /// A plan in whole milliseconds, of which `elapsed` were over at the time `since`.
     Plan { plan: Plan, elapsed: u32, since: Millis },
-    /// Evenly from here to there: what a time lapse does from one picture to the next.
+    /// An even motion, as in a time lapse from one picture to the next.
     Line { from: f64, to: f64, since: Millis, millis: u64 },
 }
 
 impl Lead {
-    /// Where the motor is to be.
+    /// Position on the path at a time.
     #[expect(clippy::cast_precision_loss, reason = "milliseconds between two pictures")]
     pub(super) fn at(&self, now: Millis) -> f64 {
         match *self {
@@ -27,7 +27,7 @@ impl Lead {
         }
     }
 
-    /// The same, where positions count from so many steps on.
+    /// The same path, with a number of steps subtracted from its positions.
     pub(super) fn rebased(self, by: Steps) -> Self {
         match self {
             Self::Plan { plan, elapsed, since } => {
@@ -41,7 +41,7 @@ impl Lead {
         }
     }
 
-    /// Whether it has come to its end.
+    /// Whether the path is over.
     pub(super) fn is_over(&self, now: Millis) -> bool {
         match *self {
             Self::Plan { plan, elapsed, since } => now.since(since) >= plan.travel.0.saturating_sub(elapsed).into(),

@@ -1,9 +1,9 @@
 //! A simulated NMX: a node with three motors and a camera.
 //!
-//! Its lines are its ports: 0 is USB, 1 is Bluetooth, 2 is the bus. What comes at one and is for another node goes out at
-//! the others, as the node says: it is a bridge. It reads as firmware does: one wrong byte costs a packet, and so does
-//! another packet that comes together with it. Positions are microsteps. A direction of 1 counts upwards, one of 0
-//! downwards, and the other way round when the motor was told so (`MotorSetDirection`); places mean the same always.
+//! Lines are the ports of the node: 0 is USB, 1 is Bluetooth, 2 is the bus. The node is a bridge: it forwards packets for
+//! other receivers. It reads packets as firmware does: a wrong byte costs a packet, and a packet that arrives together with
+//! another one is lost. Positions are microsteps. Direction 1 counts up and direction 0 down, or the opposite if the motor
+//! was set so by `MotorSetDirection`; positions always mean the same place.
 //!
 //! ```
 //! use motion_core::time::Millis;
@@ -42,23 +42,23 @@ pub use setup::{QuirkError, Setup};
 use crate::motor::Motor;
 use crate::{LineId, Outgoing, Party, Rig, TICK};
 
-/// After how many milliseconds of silence inside a packet it is dropped: more than 100 (hoot, section 1.1).
+/// Time of silence inside a packet after which it is dropped, in milliseconds: more than 100 (hoot, section 1.1).
 const GAP: u64 = 101;
 
-/// The ports, in the order of the lines.
+/// Ports, in the order of their lines.
 const PORTS: [Port; 3] = [Port::Usb, Port::Bluetooth, Port::Bus];
 
-/// A port with what arrives at it.
+/// Port, with the bytes that arrive at it.
 #[derive(Debug)]
 struct Wire {
     is_open: bool,
     frames: stream::Frames<Strict, { 2 * MAX_FRAME }>,
-    /// When the rest of what is being read is not awaited any more.
+    /// Time after which the rest of a packet is not awaited any more.
     until: Option<Millis>,
 }
 
 impl Wire {
-    /// What comes next is the beginning of a packet.
+    /// Drops the bytes of an incomplete packet.
     fn forget(&mut self) {
         self.frames.reset();
         self.until = None;
@@ -74,12 +74,12 @@ pub struct HootNode {
     now: Millis,
     wires: [Wire; 3],
     motors: Vec<Motor>,
-    /// What each motor is led along, and when it was led last.
+    /// Path that each motor follows, and the time at which it followed it last.
     leads: [Option<Lead>; 3],
     led_at: [Millis; 3],
-    /// Which way each motor runs.
+    /// Direction in which each motor runs: 1 or -1.
     ways: [f64; 3],
-    /// Where the machine believes each motor to be.
+    /// Position of each motor that the machine was told last.
     told: [i32; 3],
     microsteps: [Microstep; 3],
     camera: Camera,
@@ -89,7 +89,7 @@ pub struct HootNode {
 }
 
 impl HootNode {
-    /// A node that has just been switched on, at moment 0.
+    /// A node that is switched on at time 0.
     #[must_use]
     pub fn new(setup: Setup) -> Self {
         let wire = || Wire { is_open: false, frames: stream::Frames::new(), until: None };
@@ -113,13 +113,13 @@ impl HootNode {
         }
     }
 
-    /// The node itself, with all that it was set to.
+    /// Machine of the node, with all its settings.
     #[must_use]
     pub const fn machine(&self) -> &DeviceMachine {
         &self.machine
     }
 
-    /// The camera.
+    /// Camera of the node.
     #[must_use]
     pub const fn camera(&self) -> &Camera {
         &self.camera
@@ -131,25 +131,25 @@ impl HootNode {
         self.out_is_on
     }
 
-    /// How often it told other nodes by the common line that the next picture comes.
+    /// Number of pulses on the common line, which tell other nodes that the next picture comes.
     #[must_use]
     pub const fn pulses(&self) -> u64 {
         self.pulses
     }
 
-    /// Bytes that wait: for the rest of their packet, or to be taken by [`poll`](Party::poll).
+    /// Number of bytes that wait: for the rest of their packet, or to be taken by [`poll`](Party::poll).
     #[must_use]
     pub fn held(&self) -> usize {
         self.wires.iter().map(|wire| wire.frames.held()).sum::<usize>() + crate::waiting(&self.outgoing)
     }
 
-    /// Somebody at the node does something: a button is pressed, a contact closed.
+    /// Gives an input of a person at the node: a button is pressed, or a contact is closed.
     pub fn touch(&mut self, now: Millis, input: Input<'_>) {
         self.advance(now);
         self.step(input);
     }
 
-    /// Tells the machine what happened, and carries out the effects.
+    /// Gives an input to the machine, and carries out its effects.
     fn step(&mut self, input: Input<'_>) {
         let output = self.machine.advance(self.now, input);
         self.wake = output.wake;
@@ -206,7 +206,7 @@ impl HootNode {
         }
     }
 
-    /// Sends a packet, if somebody is at the port.
+    /// Sends a packet, if the port is open.
     fn put(&mut self, port: Port, bytes: &[u8]) {
         let line = line(port);
         if self.wires[line].is_open {
@@ -214,7 +214,7 @@ impl HootNode {
         }
     }
 
-    /// Does what is due at a moment.
+    /// Does everything that is due at a time.
     fn tick(&mut self, now: Millis) {
         self.now = self.now.max(now);
         self.move_motors();
@@ -224,11 +224,11 @@ impl HootNode {
         self.drop_cut_off();
     }
 
-    /// Drops what a silence has cut off.
+    /// Drops the beginnings of packets whose rest does not come.
     fn drop_cut_off(&mut self) {
         for (line, port) in PORTS.into_iter().enumerate() {
             if self.wires[line].until.is_some_and(|until| self.now >= until) {
-                warn!("{port:?}: a part of a packet, and then silence");
+                warn!("{port:?}: the rest of a packet did not come");
                 self.wires[line].forget();
                 self.step(Input::Noise);
             }
@@ -236,10 +236,10 @@ impl HootNode {
     }
 }
 
-/// The lines, in their order.
+/// Lines, in order.
 const LINES: [LineId; 3] = [LineId(0), LineId(1), LineId(2)];
 
-/// The number of a port's line.
+/// Number of the line of a port.
 const fn line(port: Port) -> usize {
     match port {
         Port::Usb => 0,
@@ -255,7 +255,7 @@ impl Party for HootNode {
         wire.is_open = true;
         wire.forget();
         let port = PORTS[usize::from(line.0)];
-        info!("{port:?}: somebody is there");
+        info!("{port:?}: a master is connected");
         self.step(Input::LinkUp(port));
     }
 
@@ -266,7 +266,7 @@ impl Party for HootNode {
         wire.forget();
         self.outgoing.retain(|out| !matches!(out, Outgoing::Bytes(of, _) if *of == line));
         let port = PORTS[usize::from(line.0)];
-        info!("{port:?}: nobody is there any more");
+        info!("{port:?}: the master is gone");
         self.step(Input::LinkDown(port));
     }
 
@@ -335,7 +335,7 @@ impl Rig for HootNode {
 
     fn reset(&mut self, now: Millis) {
         self.advance(now);
-        warn!("the power fails for a moment");
+        warn!("the power is interrupted for a moment");
         self.leads = [None; 3];
         for motor in &mut self.motors {
             motor.halt(now);

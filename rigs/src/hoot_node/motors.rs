@@ -1,4 +1,4 @@
-//! The motors behind a node: what they are told, and what they tell.
+//! Motors of a node: motions that the machine asks for, and reports to it.
 
 use hoot_proto::device::{Input, Motion, MotorSettings, MotorState, ProgramState};
 use hoot_proto::message::{self, Direction, Microstep, ProgramMode};
@@ -10,13 +10,13 @@ use super::{HootNode, Lead};
 use crate::motor::{Happening, Motor, Place};
 
 impl HootNode {
-    /// Whether a motor has something to do, or a machine waits for one that is not there.
+    /// Whether a motor moves, or the machine waits for a motor that is not plugged in.
     pub(super) fn is_moving(&self) -> bool {
         let waits = |motor: &message::Motor| self.machine.motor(*motor).is_moving();
         self.motors.iter().any(|motor| !motor.is_idle()) || self.missing().iter().any(waits)
     }
 
-    /// The motors that are not plugged in.
+    /// Motors that are not plugged in.
     fn missing(&self) -> &'static [message::Motor] {
         const ALL: &[message::Motor] = &message::Motor::ALL;
         ALL.get(self.motors.len()..).unwrap_or_default()
@@ -26,7 +26,7 @@ impl HootNode {
         self.machine.motor(motor).settings()
     }
 
-    /// Has a motor do what the machine says.
+    /// Starts the motion that the machine asks for.
     pub(super) fn set_in_motion(&mut self, which: message::Motor, motion: Motion) {
         let index = index(which);
         let now = self.now;
@@ -68,11 +68,11 @@ impl HootNode {
                 self.leads[index] = self.leads[index].map(|lead| lead.rebased(by));
             }
             Motion::Power(on) => debug!("motor {which}: current {}", if on { "on" } else { "off" }),
-            _ => warn!("motor {which} does not know what this is: {motion:?}"),
+            _ => warn!("motor {which}: unknown motion {motion:?}"),
         }
     }
 
-    /// Sends a motor to a place; in a time lapse so that it is there when the next picture comes.
+    /// Sends a motor to a position. In a time lapse it arrives when the next picture comes.
     fn send(&mut self, which: message::Motor, to: f64, speed: f64, acceleration: f64) {
         let motor = &mut self.motors[index(which)];
         let from = motor.at(self.now).position;
@@ -86,7 +86,7 @@ impl HootNode {
         }
     }
 
-    /// How fast a motor goes to a place: as it was set, and in a program as fast as it may.
+    /// Speed of moves to a position: the setting, or in a program the greatest speed.
     fn speed_of_moves(&self, which: message::Motor) -> f64 {
         let settings = self.settings(which);
         let (set, most) = (f64::from(settings.speed.0.abs()), f64::from(settings.max_step_speed.0));
@@ -102,7 +102,7 @@ impl HootNode {
         self.led_at[index(which)] = self.now;
     }
 
-    /// Counts in other microsteps: what a motor can do, and where the rig ends, stays the same on the rig.
+    /// Counts positions in other microsteps. Limits and travel stay the same on the rig.
     fn rescale(&mut self, which: message::Motor, microstep: Microstep) {
         let index = index(which);
         let position = self.machine.motor(which).position().0;
@@ -124,7 +124,7 @@ impl HootNode {
         self.told[index] = position;
     }
 
-    /// Moves what moves, and tells the machine.
+    /// Moves the motors up to the present time, and reports it to the machine.
     pub(super) fn move_motors(&mut self) {
         for index in 0..self.motors.len() {
             let which = message::Motor::ALL[index];
@@ -145,8 +145,8 @@ impl HootNode {
         }
     }
 
-    /// Leads a motor as far as it can go since it was led last.
-    #[expect(clippy::cast_precision_loss, reason = "a moment ago")]
+    /// Lets a motor follow its path, as far as it can go in the time since the last call.
+    #[expect(clippy::cast_precision_loss, reason = "a short time")]
     fn follow(&mut self, index: usize) {
         let Some(lead) = self.leads[index] else { return };
         let motor = &mut self.motors[index];
@@ -155,7 +155,7 @@ impl HootNode {
         let seconds = self.now.since(self.led_at[index]) as f64 / 1000.0;
         self.led_at[index] = self.now;
         if seconds > 0.0 {
-            // A step is the least that it can do.
+            // A motor moves by at least a step.
             let reach = (motor.limits().velocity * seconds).max(1.0);
             let position = here + (there - here).clamp(-reach, reach);
             motor.lead(Place { position, velocity: (position - here) / seconds });
@@ -166,7 +166,7 @@ impl HootNode {
         }
     }
 
-    /// Tells the machine where a motor is, if that is another place than before.
+    /// Reports the position of a motor to the machine, if it has changed.
     fn report(&mut self, which: message::Motor) {
         let position = round(self.motors[index(which)].at(self.now).position);
         if std::mem::replace(&mut self.told[index(which)], position) != position {
@@ -176,7 +176,7 @@ impl HootNode {
 
     fn happened(&mut self, which: message::Motor, happening: Happening) {
         match happening {
-            // Who runs at speed 0 still runs.
+            // A motor that runs at speed 0 still runs.
             Happening::Rests if self.machine.motor(which).state() != MotorState::Moving => {}
             Happening::Rests => {
                 info!("motor {which} rests at {}", self.told[index(which)]);
@@ -184,14 +184,14 @@ impl HootNode {
             }
             Happening::Tripped { upper } => {
                 let end = if upper { "upper" } else { "lower" };
-                warn!("motor {which} has run into its {end} end, at {}", self.told[index(which)]);
+                warn!("motor {which} reached the {end} end of its travel, at {}", self.told[index(which)]);
                 self.leads[index(which)] = None;
                 self.step(Input::Fault(which));
             }
         }
     }
 
-    /// The first motor that moves gets stuck.
+    /// Lets the first motor that moves get stuck.
     pub(super) fn get_stuck(&mut self) {
         let moves = |motor: &message::Motor| self.motors.get(index(*motor)).is_some_and(|motor| !motor.rests());
         let Some(which) = message::Motor::ALL.into_iter().find(moves) else { return };
@@ -207,13 +207,13 @@ const fn index(motor: message::Motor) -> usize {
     motor as usize - 1
 }
 
-/// Which way a direction counts, for a motor with this setting.
+/// Sign of a direction, for a motor with this setting.
 fn way(direction: Direction, setting: Direction) -> f64 {
     if (direction.0 != 0) == (setting.0 != 0) { -1.0 } else { 1.0 }
 }
 
-/// The step that a position is in.
-#[expect(clippy::cast_possible_truncation, reason = "what is beyond all steps is the last one")]
+/// Step that is nearest to a position.
+#[expect(clippy::cast_possible_truncation, reason = "positions outside the range count as its ends")]
 fn round(position: f64) -> i32 {
     position.round() as i32
 }

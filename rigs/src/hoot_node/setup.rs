@@ -1,28 +1,28 @@
-//! What a simulated node is.
+//! Setup of a simulated node.
 
 use hoot_proto::device::{self, Quirks};
 use hoot_proto::query::Profile;
 use motion_core::profile::Limits;
 use motion_core::trajectory::Range;
 
-/// What a simulated node is, from the start on.
+/// Setup of a simulated node, from the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setup {
-    /// Its address, name, firmware and habits.
+    /// Options of the machine: address, name, firmware and quirks.
     pub options: device::Options,
-    /// How many motors are plugged in, from motor 1 on: at most 3. A node knows three; one that is not there fails as
-    /// soon as it is to move.
+    /// Number of motors that are plugged in, from motor 1 on: at most 3. A node has three motors; one that is not plugged
+    /// in fails when it has to move.
     pub motors: u8,
-    /// What each motor can do, in microsteps a second, at quarter steps, which a new node has.
+    /// Limits of each motor, in microsteps per second, at quarter steps, which are the setting of a new node.
     pub limits: Limits,
-    /// Where the rig ends, in microsteps from where the motors are at first, at quarter steps. A motor that gets there
-    /// stops dead, and fails.
+    /// Ends of the rig, in microsteps from the first position of the motors, at quarter steps. A motor that reaches an end
+    /// stops at once, and fails.
     pub travel: Range,
 }
 
-/// Why a text names no quirks.
+/// Error in a text that should name quirks.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0:?} is no quirk: there are none, firmware, {list}", list = names())]
+#[error("{0:?} is not a quirk: give none, firmware, {list}", list = names())]
 pub struct QuirkError(String);
 
 /// Habits of firmware, with their names in texts.
@@ -34,7 +34,7 @@ const QUIRKS: [(&str, Quirks); 5] = [
     ("deaf", Quirks::IS_DEAF),
 ];
 
-/// Firmware as texts name it.
+/// Versions of firmware, with their names in texts.
 const PROFILES: [(&str, Profile); 6] = [
     ("library-2014-09-25", Profile::Library20140925),
     ("sheet", Profile::Sheet),
@@ -50,7 +50,7 @@ fn names() -> String {
 }
 
 impl Default for Setup {
-    /// A new node with three motors on rigs of 50,000 steps each way.
+    /// A new node with three motors, which can move by 50,000 steps in each direction.
     fn default() -> Self {
         Self {
             options: device::Options::default(),
@@ -62,30 +62,30 @@ impl Default for Setup {
 }
 
 impl Setup {
-    /// A node with so many motors, at most 3.
+    /// A node with this number of motors, at most 3.
     #[must_use]
     pub fn with_motors(count: u8) -> Self {
         Self { motors: count.min(3), ..Self::default() }
     }
 
-    /// The same with other options of the device machine.
+    /// Returns the setup with other options of the machine.
     #[must_use]
     pub const fn with_options(self, options: device::Options) -> Self {
         Self { options, ..self }
     }
 
-    /// The same with other ends.
+    /// Returns the setup with other ends of the rig.
     #[must_use]
     pub const fn with_travel(self, travel: Range) -> Self {
         Self { travel, ..self }
     }
 
-    /// The same with the habits of firmware that a text names: `none`, `firmware` for all that firmware of the sheet's
-    /// date has, or a list such as `v0.33,answers-twice` of versions and habits.
+    /// Returns the setup with the quirks that a text names: `none`, `firmware` for all quirks of firmware of the sheet's
+    /// date, or a list of versions and quirks, such as `v0.33,answers-twice`.
     ///
     /// # Errors
     ///
-    /// [`QuirkError`] says what is not known, and what there is.
+    /// [`QuirkError`] names the unknown quirk, and lists all quirks.
     pub fn with_quirks(self, text: &str) -> Result<Self, QuirkError> {
         let mut quirks = Quirks::NONE;
         let mut options = self.options;
@@ -117,6 +117,6 @@ mod tests {
         assert_eq!(of(&all), Ok((Quirks::FIRMWARE, Profile::Sheet)));
         assert_ne!(of("deaf"), of("none"));
         let error = of("deaf,loud").unwrap_err().to_string();
-        assert!(error.starts_with("\"loud\" is no quirk: there are none, firmware, refuses-stop, "), "{error}");
+        assert!(error.starts_with("\"loud\" is not a quirk: give none, firmware, refuses-stop, "), "{error}");
     }
 }

@@ -58,7 +58,7 @@ fn a_cable_that_is_pulled_stops_the_rig() {
     assert_eq!(stage.end(token, 1000), Err(Outcome::Failed(Failure::LinkDown)));
     assert!(stage.scene.host.may_move());
     stage.pass(3000);
-    assert!(stage.all_rest(), "the rig stops, because nobody else could stop it");
+    assert!(stage.all_rest(), "the rig stops by itself");
     assert_eq!(stage.rig().state(), State::Idle);
     assert!(stage.rig().is_loaded(), "the rig has not lost its power");
     assert!(stage.stop() && stage.rests());

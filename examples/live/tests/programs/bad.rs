@@ -50,7 +50,7 @@ fn an_unknown_argument_is_refused() {
         ("simulate", vec!["kos", "--listen", "192.0.2.1"], "192.0.2.1:5520 is not an address of this computer"),
         ("simulate", vec!["kos", "--quirks", "loud"], "a kOS device has no quirk \"loud\": it has"),
         ("simulate", vec!["dmc", "--quirks", "vendor,loud"], "a DMC device has no quirk \"loud\": it has vendor,"),
-        ("simulate", vec!["hoot", "--quirks", "loud"], "\"loud\" is no quirk: there are none, firmware,"),
+        ("simulate", vec!["hoot", "--quirks", "loud"], "\"loud\" is not a quirk: give none, firmware,"),
         ("simulate", vec!["kos", "--faults", "loss"], "TCP has no fault \"loss\": it has cutting,"),
         ("simulate", vec!["dmc", "--faults", "loss=2"], "loss=\"2\": it needs a number"),
         ("simulate", vec!["dmc", "--motors", "33"], "DMC has 1 to 32 motors, not 33"),

@@ -1,7 +1,7 @@
-//! Commands to the controller itself: sub-address 0.
+//! Commands to the controller of a node: sub-address 0.
 //!
-//! The firmware acknowledges all of them, and does nothing with much that it acknowledges; what is said here of a range
-//! is what it acts on.
+//! Firmware acknowledges all of them, and ignores many values that it acknowledges. The ranges here are those that it
+//! acts on.
 
 mod queries;
 
@@ -21,177 +21,178 @@ use super::units::{
 use crate::frame::Address;
 
 message! {
-    /// Start or resume the planned move.
+    /// Starts or resumes the planned move.
     ///
-    /// Never send it again by itself: a retry after an operator's stop would move the rig. The answer may take 3 s.
-    /// Source: hoot, section 2.1; safety decision 1.
+    /// Never repeat it by yourself: a repetition after the stop of an operator would move the rig. The answer may take
+    /// 3 s. Source: hoot, section 2.1; safety decision 1.
     #[derive(Default)]
     pub struct Start in BE {}
 
-    /// Pause the planned move. Source: hoot, section 2.1.
+    /// Pauses the planned move. Source: hoot, section 2.1.
     #[derive(Default)]
     pub struct Pause in BE {}
 
-    /// Stop everything and forget how far the planned move was: run time and shots count from 0 again.
+    /// Stops everything and resets the planned move: run time and shots count from 0 again.
     ///
-    /// The firmware refuses it in joystick mode: for an emergency, stop each motor first with
+    /// Firmware refuses it in joystick mode. In an emergency, first stop each motor with
     /// [`MotorStop`](super::MotorStop). Source: hoot, section 2.1; safety decision 2.
     #[derive(Default)]
     pub struct Stop in BE {}
 
-    /// Switch the lamp for debugging on, or off if it is on. Not to be sent again by itself. Source: hoot, section 2.1.
+    /// Switches the lamp for debugging on, or off if it is on. Never repeat it by yourself. Source: hoot, section 2.1.
     #[derive(Default)]
     pub struct ToggleDebugLed in BE {}
 
-    /// Be the node that gives the time to the others, or one that waits for the common line.
+    /// Makes the node give the time to the others, or wait for the common line.
     ///
-    /// The sheet prints it without data; firmware reads a byte, and takes a missing one for a no. Source: hoot,
-    /// sections 2.1 and 3.
+    /// The sheet prints it without data. Firmware reads a byte, and reads a missing byte as no. Source: hoot, sections
+    /// 2.1 and 3.
     #[derive(Default)]
     pub struct SetTimingMaster in BE {
-        /// Whether to be it.
+        /// Whether the node gives the time to the others.
         timing_master: Bool,
     }
 
-    /// Take this address.
+    /// Gives the node another address.
     ///
-    /// Not to be sent again by itself: ask at the new address instead. A node is deaf for some 2.5 s afterwards; its USB
-    /// port keeps the old address until it is restarted. Source: hoot, sections 2.1 and 2.5; safety decisions 1 and 5.
+    /// Never repeat it by yourself: ask at the new address instead. Afterwards the node receives nothing for about 2.5
+    /// s, and its USB port keeps the old address until the node is restarted. Source: hoot, sections 2.1 and 2.5;
+    /// safety decisions 1 and 5.
     #[derive(Default)]
     pub struct SetAddress in BE {
-        /// The new address, 2 to 255. Nodes refuse 0 and 1.
+        /// New address, 2 to 255. Nodes refuse 0 and 1.
         new_address: Address,
     }
 
-    /// Step in common with other nodes. Of a line that there is not, the node says an error and then OK, in two packets.
+    /// Sets the line on which nodes step in common. An unknown line is answered twice: an error, then OK.
     ///
     /// Source: hoot, section 2.1.
     #[derive(Default)]
     pub struct SetCommonLine in BE {
-        /// On which line.
+        /// Line.
         common_line: CommonLine,
     }
 
-    /// Send all motors to their home. Not to be sent again by itself. Source: hoot, section 2.1; safety decision 1.
+    /// Sends all motors home. Never repeat it by yourself. Source: hoot, section 2.1; safety decision 1.
     #[derive(Default)]
     pub struct ReturnHome in BE {}
 
-    /// Set the greatest step rate of all motors. Gone in v0.70.
+    /// Sets the greatest step rate of all motors. v0.70 does not have it.
     ///
-    /// The sheet calls the number an Int; it has no sign. Source: hoot, sections 2.1 and 3.
+    /// The sheet calls the number an Int, but it has no sign. Source: hoot, sections 2.1 and 3.
     #[derive(Default)]
     pub struct SetMaxStepRate in BE {
         /// 1000, 2000, 4000, 5000 or 10,000. The node acknowledges and ignores others.
         max_step_rate: StepRate,
     }
 
-    /// Set which edge of the auxiliary input counts. The node acknowledges and ignores what is none.
+    /// Sets which edge of the auxiliary input counts. The node acknowledges and ignores unknown edges.
     ///
     /// Source: hoot, section 2.1.
     #[derive(Default)]
     pub struct SetInputEdge in BE {
-        /// The edge. Read back, it has another number: [`EdgeFound`](super::EdgeFound).
+        /// Edge. The answer to the query has another number: [`EdgeFound`](super::EdgeFound).
         edge: Edge,
     }
 
-    /// Set what the two contacts of the auxiliary connector are for. Two bytes, where the sheet says an Int.
+    /// Sets the purposes of the two contacts of the auxiliary connector. The data is two bytes; the sheet says an Int.
     ///
     /// Source: hoot, sections 2.1 and 3.
     #[derive(Default)]
     pub struct SetAltModes in BE {
-        /// What the ring is for.
+        /// Purpose of the ring.
         ring: AltMode,
-        /// What the tip is for.
+        /// Purpose of the tip.
         tip: AltMode,
     }
 
-    /// Set whether motors stop when no command has come for a second: the dead-man of manual moves, which later
-    /// firmware calls the joystick watchdog.
+    /// Sets whether motors stop after a second without a command: the dead-man of manual moves, which later firmware
+    /// calls the joystick watchdog.
     ///
-    /// It covers moves and runs alike. Source: hoot, sections 2.1 and 4.3; safety decision 6.
+    /// The dead-man applies to moves and runs. Source: hoot, sections 2.1 and 4.3; safety decision 6.
     #[derive(Default)]
     pub struct SetManualMove in BE {
-        /// Whether they do.
+        /// Whether motors stop.
         manual_move: Bool,
     }
 
-    /// Set the delay of the auxiliary output before a picture. Source: hoot, section 2.1.
+    /// Sets the delay of the auxiliary output before a picture. Source: hoot, section 2.1.
     #[derive(Default)]
     pub struct SetOutBeforeDelay in BE {
-        /// How long; no sign, though the sheet says Int.
+        /// Time, without sign, although the sheet says Int.
         delay: ShortMilliseconds,
     }
 
-    /// Set the delay of the auxiliary output after a picture. Source: hoot, section 2.1.
+    /// Sets the delay of the auxiliary output after a picture. Source: hoot, section 2.1.
     #[derive(Default)]
     pub struct SetOutAfterDelay in BE {
-        /// How long.
+        /// Time.
         delay: ShortMilliseconds,
     }
 
-    /// Set how long the auxiliary output is on before a picture. Source: hoot, section 2.1.
+    /// Sets how long the auxiliary output is on before a picture. Source: hoot, section 2.1.
     #[derive(Default)]
     pub struct SetOutBeforeTime in BE {
-        /// How long.
+        /// Time.
         time: ShortMilliseconds,
     }
 
-    /// Set how long the auxiliary output is on after a picture. Source: hoot, section 2.1.
+    /// Sets how long the auxiliary output is on after a picture. Source: hoot, section 2.1.
     #[derive(Default)]
     pub struct SetOutAfterTime in BE {
-        /// How long.
+        /// Time.
         time: ShortMilliseconds,
     }
 
-    /// Set the level at which the auxiliary output is on. The node refuses what is no level. Source: hoot, section 2.1.
+    /// Sets the level at which the auxiliary output is on. The node refuses unknown levels. Source: hoot, section 2.1.
     #[derive(Default)]
     pub struct SetOutLevel in BE {
-        /// The level.
+        /// Level.
         level: Level,
     }
 
-    /// Set after how long the planned move is stopped.
+    /// Sets the time after which the planned move is stopped.
     ///
     /// Source: hoot, section 2.1; safety decision 3.
     #[derive(Default)]
     pub struct SetMaxRunTime in BE {
-        /// How long, 0 for no limit. No more than 16,777,215 arrives: 16,777,216 would switch the limit off.
+        /// Time; 0 for no limit. At most 16,777,215 ms arrive: 16,777,216 would switch the limit off.
         max_run_time: Milliseconds,
     }
 
-    /// Set how long the planned move waits after it is started.
+    /// Sets the delay from the command to the start of the planned move.
     ///
     /// Source: hoot, sections 2.1 and 7; safety decision 3.
     #[derive(Default)]
     pub struct SetStartDelay in BE {
-        /// How long: seconds, or milliseconds since 2015-07-20. Firmware that takes seconds makes milliseconds of 32 bits
-        /// of them, so that 4,294,968 s is next to nothing.
+        /// Delay in seconds, or in milliseconds since 2015-07-20. Firmware that takes seconds converts them to
+        /// milliseconds in 32 bits, so 4,294,968 s becomes less than a second.
         start_delay: StartDelay,
     }
 
-    /// Set what kind of program the planned move is. The node takes any number. Source: hoot, section 2.1.
+    /// Sets the mode of the planned move. The node accepts any number. Source: hoot, section 2.1.
     #[derive(Default)]
     pub struct SetProgramMode in BE {
-        /// Which kind.
+        /// Mode.
         program_mode: ProgramMode,
     }
 
-    /// Set joystick mode, in which a node does only what a joystick needs and refuses all else.
+    /// Sets joystick mode, in which a node accepts only the commands that a joystick needs.
     ///
     /// Source: hoot, sections 2.1 and 4.1.
     #[derive(Default)]
     pub struct SetJoystickMode in BE {
-        /// Whether it is on.
+        /// Whether joystick mode is on.
         joystick_mode: Bool,
     }
 
-    /// Set whether the planned move goes to and fro until it is stopped.
+    /// Sets whether the planned move goes to and fro until it is stopped.
     ///
-    /// The sheet prints it without data, as a toggle; firmware reads a byte, and takes a missing one for a no. Source:
+    /// The sheet prints it without data, as a toggle. Firmware reads a byte, and reads a missing byte as no. Source:
     /// hoot, sections 2.1 and 3.
     #[derive(Default)]
     pub struct SetPingPong in BE {
-        /// Whether it does.
+        /// Whether the move goes to and fro.
         ping_pong: Bool,
     }
 }
@@ -208,7 +209,7 @@ pub(super) const fn alt_modes(set: &SetAltModes) -> Conduct {
 }
 
 impl SetAddress {
-    /// Take this address; `None` unless it is 2 to 255.
+    /// Makes the message; `None` unless the address is 2 to 255.
     #[must_use]
     pub const fn new(new_address: Address) -> Option<Self> {
         if new_address.is_node() { Some(Self { new_address }) } else { None }

@@ -1,6 +1,6 @@
-//! The motors: sub-addresses 1 to 3.
+//! Commands to a motor: sub-addresses 1 to 3.
 //!
-//! Firmware acknowledges every command to a motor that is not enabled, and does nothing.
+//! Firmware acknowledges every command to a motor that is not enabled, and ignores it.
 
 mod motion;
 mod queries;
@@ -23,7 +23,7 @@ use super::units::{
     StepsPerSecondSquared,
 };
 
-/// One of the three motors of a node, which is also a sub-address.
+/// Motor of a node, which is also a sub-address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum Motor {
     /// Motor 1.
@@ -36,10 +36,10 @@ pub enum Motor {
 }
 
 impl Motor {
-    /// All of them, in order.
+    /// All motors, in order.
     pub const ALL: [Self; 3] = [Self::One, Self::Two, Self::Three];
 
-    /// The motor of this number, 1 to 3.
+    /// Motor with this number, 1 to 3.
     #[must_use]
     pub const fn new(number: u8) -> Option<Self> {
         match number {
@@ -50,7 +50,7 @@ impl Motor {
         }
     }
 
-    /// Its number, 1 to 3.
+    /// Number of the motor, 1 to 3.
     #[must_use]
     pub const fn get(self) -> u8 {
         self as u8
@@ -64,7 +64,7 @@ impl fmt::Display for Motor {
 }
 
 impl Sub for Motor {
-    /// The tables hold no other sub-address than these three.
+    /// The tables contain only these three sub-addresses.
     fn of(number: u32) -> Self {
         let [sub_address, ..] = number.to_le_bytes();
         Self::new(sub_address).unwrap_or_default()
@@ -80,172 +80,171 @@ impl Sub for Motor {
 }
 
 sub_messages! {
-    /// Set whether the motor has no current while it rests.
+    /// Sets whether the motor has no current while it rests.
     ///
     /// Source: hoot, section 2.3.
-    pub struct MotorSetSleep for /** Which motor. */ motor: Motor {
-        /// Whether it has none.
+    pub struct MotorSetSleep for /** The motor. */ motor: Motor {
+        /// Whether the motor has no current.
         sleep: Bool,
     }
 
-    /// Set whether the motor moves at all. Source: hoot, section 2.3.
-    pub struct MotorSetEnable for /** Which motor. */ motor: Motor {
-        /// Whether it does.
+    /// Enables the motor, or disables it. Source: hoot, section 2.3.
+    pub struct MotorSetEnable for /** The motor. */ motor: Motor {
+        /// Whether the motor is enabled.
         enable: Bool,
     }
 
-    /// Stop one motor, at once.
+    /// Stops one motor, at once.
     ///
-    /// It works in joystick mode too, and may be sent again by itself. Source: hoot, section 2.3; safety decisions 1
-    /// and 2.
-    pub struct MotorStop for /** Which motor. */ motor: Motor {}
+    /// The stop works in joystick mode too, and may be repeated. Source: hoot, section 2.3; safety decisions 1 and 2.
+    pub struct MotorStop for /** The motor. */ motor: Motor {}
 
-    /// Set how many steps are added when the motor turns the other way. Source: hoot, section 2.3; safety decision 9.
-    pub struct MotorSetBacklash for /** Which motor. */ motor: Motor {
-        /// How many. The sheet has a stray byte behind them.
+    /// Sets how many steps are added when the motor reverses. Source: hoot, section 2.3; safety decision 9.
+    pub struct MotorSetBacklash for /** The motor. */ motor: Motor {
+        /// Number of steps. The sheet has a stray byte after it.
         backlash: Backlash,
     }
 
-    /// Set into how many microsteps a step is divided. All stored positions are scaled by it.
+    /// Sets into how many microsteps a step is divided. All stored positions are scaled by this setting.
     ///
     /// Source: hoot, section 2.3.
-    pub struct MotorSetMicrostep for /** Which motor. */ motor: Motor {
-        /// How many: 1, 2, 4, 8 or 16. The node acknowledges and ignores others.
+    pub struct MotorSetMicrostep for /** The motor. */ motor: Motor {
+        /// Number of microsteps: 1, 2, 4, 8 or 16. The node acknowledges and ignores other numbers.
         microstep: Microstep,
     }
 
-    /// Set the greatest speed of the motor. Source: hoot, section 2.3.
-    pub struct MotorSetMaxStepSpeed for /** Which motor. */ motor: Motor {
-        /// How fast. The node acknowledges and ignores 0, and what is beyond its greatest step rate.
+    /// Sets the greatest speed of the motor. Source: hoot, section 2.3.
+    pub struct MotorSetMaxStepSpeed for /** The motor. */ motor: Motor {
+        /// Speed. The node acknowledges and ignores 0, and speeds above its greatest step rate.
         max_step_speed: StepRate,
     }
 
-    /// Set which way is forward. Source: hoot, section 2.3.
-    pub struct MotorSetDirection for /** Which motor. */ motor: Motor {
-        /// Which way, 0 or 1.
+    /// Sets which direction is forward. Source: hoot, section 2.3.
+    pub struct MotorSetDirection for /** The motor. */ motor: Motor {
+        /// Direction, 0 or 1.
         direction: Direction,
     }
 
-    /// Here is home: the position becomes 0, and all stored positions are moved by what it was.
+    /// Makes the present position the home: it becomes 0, and all stored positions are shifted by its old value.
     ///
     /// Source: hoot, section 2.3.
-    pub struct MotorSetHomeHere for /** Which motor. */ motor: Motor {}
+    pub struct MotorSetHomeHere for /** The motor. */ motor: Motor {}
 
-    /// Here is the end limit. Source: hoot, section 2.3.
-    pub struct MotorSetEndHere for /** Which motor. */ motor: Motor {}
+    /// Makes the present position the end limit. Source: hoot, section 2.3.
+    pub struct MotorSetEndHere for /** The motor. */ motor: Motor {}
 
-    /// Go home. Not to be sent again by itself. Source: hoot, section 2.3; safety decision 1.
-    pub struct MotorSendHome for /** Which motor. */ motor: Motor {}
+    /// Sends the motor home. Never repeat it by yourself. Source: hoot, section 2.3; safety decision 1.
+    pub struct MotorSendHome for /** The motor. */ motor: Motor {}
 
-    /// Go to the end limit. The node acknowledges it and stays, if there is none.
+    /// Sends the motor to the end limit. Without an end limit, the node acknowledges the command and ignores it.
     ///
-    /// Not to be sent again by itself. Source: hoot, section 2.3; safety decision 1.
-    pub struct MotorSendToEnd for /** Which motor. */ motor: Motor {}
+    /// Never repeat it by yourself. Source: hoot, section 2.3; safety decision 1.
+    pub struct MotorSendToEnd for /** The motor. */ motor: Motor {}
 
-    /// Set the speed of continuous runs; it changes the speed of a run under way.
+    /// Sets the speed of continuous runs, also of a run that is under way.
     ///
-    /// An IEEE number, although replies say speeds in hundredths. A move of a number of steps needs a speed other than
-    /// 0 as well, though the sheet says that it does not apply. Not to be sent again by itself. Source: hoot, sections
-    /// 1.2 and 2.3; safety decisions 1 and 8.
-    pub struct MotorSetContinuousSpeed for /** Which motor. */ motor: Motor {
-        /// How fast, and which way. The node acknowledges and ignores what is beyond its greatest step rate.
+    /// The speed is an IEEE number, although replies contain speeds in hundredths. Moves by a number of steps need a
+    /// speed other than 0 too, although the sheet says that it does not apply to them. Never repeat it by yourself.
+    /// Source: hoot, sections 1.2 and 2.3; safety decisions 1 and 8.
+    pub struct MotorSetContinuousSpeed for /** The motor. */ motor: Motor {
+        /// Speed; its sign is the direction. The node acknowledges and ignores speeds above its greatest step rate.
         speed: StepsPerSecond,
     }
 
-    /// Set how quickly continuous runs gain and lose speed. An IEEE number as well.
+    /// Sets the acceleration of continuous runs, also an IEEE number.
     ///
     /// Source: hoot, sections 1.2 and 2.3; safety decision 8.
-    pub struct MotorSetContinuousAcceleration for /** Which motor. */ motor: Motor {
-        /// How quickly.
+    pub struct MotorSetContinuousAcceleration for /** The motor. */ motor: Motor {
+        /// Acceleration.
         acceleration: StepsPerSecondSquared,
     }
 
-    /// Set where the planned move begins. Source: hoot, section 2.3.
-    pub struct MotorSetProgramStart for /** Which motor. */ motor: Motor {
-        /// Where.
+    /// Sets the position at which the planned move begins. Source: hoot, section 2.3.
+    pub struct MotorSetProgramStart for /** The motor. */ motor: Motor {
+        /// Position.
         position: Steps,
     }
 
-    /// Set where the planned move ends. Source: hoot, section 2.3.
-    pub struct MotorSetProgramStop for /** Which motor. */ motor: Motor {
-        /// Where.
+    /// Sets the position at which the planned move ends. Source: hoot, section 2.3.
+    pub struct MotorSetProgramStop for /** The motor. */ motor: Motor {
+        /// Position.
         position: Steps,
     }
 
-    /// Set how the planned move gains and loses speed. Of what is none, the node says an error and then OK, in two
-    /// packets. Source: hoot, section 2.3.
-    pub struct MotorSetEasing for /** Which motor. */ motor: Motor {
-        /// How.
+    /// Sets the easing of the planned move. An unknown easing is answered twice: an error, then OK. Source: hoot,
+    /// section 2.3.
+    pub struct MotorSetEasing for /** The motor. */ motor: Motor {
+        /// Easing.
         easing: Easing,
     }
 
-    /// Set how long the motor waits before its planned move, in 16 bits, as firmware before v0.35 takes it.
+    /// Sets how long the motor waits before its planned move, in 16 bits, for firmware before v0.35.
     ///
-    /// Later firmware reads 32 bits, [`MotorSetLeadInLong`], and takes the missing ones for zeros. Source: hoot, sections
-    /// 2.3 and 7.
-    pub struct MotorSetLeadIn for /** Which motor. */ motor: Motor {
-        /// How long.
+    /// Later firmware reads 32 bits ([`MotorSetLeadInLong`]), and reads the missing bits as zeros. Source: hoot,
+    /// sections 2.3 and 7.
+    pub struct MotorSetLeadIn for /** The motor. */ motor: Motor {
+        /// Time.
         lead_in: ShortSpan,
     }
 
-    /// Set how long the motor waits before its planned move, in 32 bits, as v0.35 and later takes it.
+    /// Sets how long the motor waits before its planned move, in 32 bits, for v0.35 and later.
     ///
-    /// Firmware before reads the first 16 bits of it. Source: hoot, section 7; safety decision 3.
-    pub struct MotorSetLeadInLong for /** Which motor. */ motor: Motor {
-        /// How long; no more than 16,777,215 arrives.
+    /// Earlier firmware reads only the first 16 bits. Source: hoot, section 7; safety decision 3.
+    pub struct MotorSetLeadInLong for /** The motor. */ motor: Motor {
+        /// Time; at most 16,777,215 arrives.
         lead_in: Span,
     }
 
-    /// Set how long the planned move takes. Source: hoot, section 2.3; safety decision 3.
-    pub struct MotorSetTravel for /** Which motor. */ motor: Motor {
-        /// How long; no more than 16,777,215 arrives.
+    /// Sets the duration of the planned move. Source: hoot, section 2.3; safety decision 3.
+    pub struct MotorSetTravel for /** The motor. */ motor: Motor {
+        /// Time; at most 16,777,215 arrives.
         travel: Span,
     }
 
-    /// Set how long the planned move gains speed. Source: hoot, section 2.3; safety decision 3.
-    pub struct MotorSetProgramAcceleration for /** Which motor. */ motor: Motor {
-        /// How long; no more than 16,777,215 arrives.
+    /// Sets how long the planned move gains speed. Source: hoot, section 2.3; safety decision 3.
+    pub struct MotorSetProgramAcceleration for /** The motor. */ motor: Motor {
+        /// Time; at most 16,777,215 arrives.
         acceleration: Span,
     }
 
-    /// Set how long the planned move loses speed. Source: hoot, section 2.3; safety decision 3.
-    pub struct MotorSetProgramDeceleration for /** Which motor. */ motor: Motor {
-        /// How long; no more than 16,777,215 arrives.
+    /// Sets how long the planned move loses speed. Source: hoot, section 2.3; safety decision 3.
+    pub struct MotorSetProgramDeceleration for /** The motor. */ motor: Motor {
+        /// Time; at most 16,777,215 arrives.
         deceleration: Span,
     }
 
-    /// Go to where the planned move begins. Not to be sent again by itself. Source: hoot, section 2.3; safety
+    /// Sends the motor to the start of the planned move. Never repeat it by yourself. Source: hoot, section 2.3; safety
     /// decision 1.
-    pub struct MotorSendToStart for /** Which motor. */ motor: Motor {}
+    pub struct MotorSendToStart for /** The motor. */ motor: Motor {}
 
-    /// Go to where the planned move ends. Not to be sent again by itself. Source: hoot, section 2.3; safety decision
-    /// 1.
-    pub struct MotorSendToStop for /** Which motor. */ motor: Motor {}
-
-    /// Go on by what the planned move goes from one picture to the next.
-    ///
-    /// The sheet says that it is not implemented; its firmware has it, and refuses it without a plan. Since 2015-02 the
-    /// number means another command, with data. Not to be sent again by itself. Source: hoot, sections 2.3 and 7; safety
+    /// Sends the motor to the end of the planned move. Never repeat it by yourself. Source: hoot, section 2.3; safety
     /// decision 1.
-    pub struct MotorStepForward for /** Which motor. */ motor: Motor {}
+    pub struct MotorSendToStop for /** The motor. */ motor: Motor {}
 
-    /// Go back by what the planned move goes from one picture to the next.
+    /// Moves the motor on by one step of the planned move, from one picture to the next.
     ///
-    /// As [`MotorStepForward`]; later firmware has no such command. Not to be sent again by itself. Source: hoot,
-    /// sections 2.3 and 7; safety decision 1.
-    pub struct MotorStepBack for /** Which motor. */ motor: Motor {}
+    /// The sheet says that it is not implemented, but firmware of its date has it, and refuses it without a plan. Since
+    /// 2015-02 the number means another command, with data. Never repeat it by yourself. Source: hoot, sections 2.3 and
+    /// 7; safety decision 1.
+    pub struct MotorStepForward for /** The motor. */ motor: Motor {}
 
-    /// Forget the limits: here is home, and the planned move begins and ends here.
+    /// Moves the motor back by one step of the planned move, from one picture to the next.
     ///
-    /// Lint warns of it: from then on nothing stops the motor at the end of the rail. Source: hoot, section 2.3; safety
-    /// decision 9.
-    pub struct MotorResetLimits for /** Which motor. */ motor: Motor {}
+    /// The counterpart of [`MotorStepForward`]. Later firmware does not have this command. Never repeat it by yourself.
+    /// Source: hoot, sections 2.3 and 7; safety decision 1.
+    pub struct MotorStepBack for /** The motor. */ motor: Motor {}
+
+    /// Forgets the limits: the present position becomes the home, and the start and end of the planned move.
+    ///
+    /// Lint warns of it, because from then on nothing stops the motor at the end of the rail. Source: hoot, section
+    /// 2.3; safety decision 9.
+    pub struct MotorResetLimits for /** The motor. */ motor: Motor {}
 }
 
 /// Conduct by the speed: every speed except 0 may set the motor in motion.
 ///
-/// In joystick mode this command starts a motor; the message does not tell the mode. A speed of 0 moves nothing, but it is
-/// no stop either: some firmware does not answer it.
+/// In joystick mode this command starts a motor, and the message does not tell the mode. A speed of 0 moves nothing,
+/// but it is not a stop, because some firmware does not answer it.
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "tables call it with a reference")]
 pub(super) const fn continuous_speed(set: &MotorSetContinuousSpeed) -> Conduct {
     Conduct::new(if set.speed.0 == 0.0 { Purpose::Sets } else { Purpose::Moves }).once()

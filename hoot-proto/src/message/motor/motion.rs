@@ -1,4 +1,4 @@
-//! Command 15 of a motor, which is two messages: a move, and a run without end.
+//! Messages of command 15 of a motor: a move, and a run without end.
 
 use motion_core::wire::{DecodeError, EncodeError, Fields, Message, Row, Visitor};
 
@@ -8,31 +8,32 @@ use crate::message::sub::sub_messages;
 const MOVE_STEPS: &str = "MotorMove.steps";
 
 sub_messages! {
-    /// The data of command 15: a move, or, without steps, a run.
-    struct MotorMoveOrRun for /** Which motor. */ motor: Motor {
-        /// Which way.
+    /// Data of command 15: a move, or a run if there are no steps.
+    struct MotorMoveOrRun for /** The motor. */ motor: Motor {
+        /// Direction.
         direction: Direction,
-        /// How far; 0 is for ever.
+        /// Number of steps; 0 is a run without end.
         steps: StepCount,
     }
 }
 
-/// Move by a number of steps. Not to be sent again by itself: it would move again.
+/// Moves the motor by a number of steps. Never repeat it by yourself, because the motor would move again.
 ///
-/// It needs neither a start nor a stop. Without steps it is another message, [`MotorRun`]: a move
-/// of 0 steps is refused, read or written. Source: hoot, section 2.3; safety decisions 1 and 3.
+/// The move needs neither a start nor a stop. The same command with 0 steps is another message, [`MotorRun`], so a move
+/// of 0 steps can be neither decoded nor encoded. Source: hoot, section 2.3; safety decisions 1 and 3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct MotorMove {
-    /// Which motor.
+    /// The motor.
     pub motor: Motor,
-    /// Which way.
+    /// Direction.
     pub direction: Direction,
-    /// How far, 1 to 16,777,215. With more, lint finds an error: of 16,777,216 the firmware sees 0, and runs for ever.
+    /// Number of steps, 1 to 16,777,215. With more steps, lint finds an error, because firmware reads 16,777,216 as 0,
+    /// which is a run without end.
     pub steps: StepCount,
 }
 
 impl MotorMove {
-    /// Move by a number of steps; `None` unless they are 1 to 16,777,215.
+    /// Makes the message; `None` unless the number of steps is 1 to 16,777,215.
     #[must_use]
     pub fn new(motor: Motor, direction: Direction, steps: StepCount) -> Option<Self> {
         if steps.0 == 0 || steps > StepCount::MAX { None } else { Some(Self { motor, direction, steps }) }
@@ -86,14 +87,15 @@ impl Fields for MotorMove {
 
 motion_core::__message_features! { 'a [MotorMove] MotorMove }
 
-/// Run until told otherwise, at the speed of [`MotorSetContinuousSpeed`](super::MotorSetContinuousSpeed). Nothing moves at speed 0.
+/// Runs the motor until it is stopped, at the speed of [`MotorSetContinuousSpeed`](super::MotorSetContinuousSpeed). At
+/// speed 0 it does not move.
 ///
-/// On the wire it is a move of 0 steps. Source: hoot, section 2.3; safety decision 3.
+/// On the wire it is a move by 0 steps. Source: hoot, section 2.3; safety decision 3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct MotorRun {
-    /// Which motor.
+    /// The motor.
     pub motor: Motor,
-    /// Which way.
+    /// Direction.
     pub direction: Direction,
 }
 

@@ -1,9 +1,9 @@
 //! Possible events, and the properties.
 
+use kos_proto::Millis;
 use kos_proto::device::{self, Report};
 use kos_proto::host::{self, Command, Event, MoveState, Outcome};
 use kos_proto::message::ErrorCode;
-use kos_proto::Millis;
 use laws::world::{Fate, Faults};
 use stateright::{Model, Property};
 

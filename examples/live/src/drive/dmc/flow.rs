@@ -35,7 +35,7 @@ impl<'s> Flow<'s> {
         Self { session, out, last: 0, told: Instant::now() }
     }
 
-    /// Prints a line. A closed output is trouble, because somebody should know what moves.
+    /// Prints a line. If the output is closed, the command fails, because its user could not see what moves.
     pub(super) fn say(&mut self, line: fmt::Arguments<'_>) -> Result<(), Trouble> {
         let written = writeln!(self.out, "{line}").and_then(|()| self.out.flush());
         written.map_err(|error| Trouble::Failed(format!("the output cannot be written: {error}")))

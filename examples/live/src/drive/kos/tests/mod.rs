@@ -329,10 +329,10 @@ async fn a_rig_that_announces_itself_is_found() {
     let answer = async {
         let mut question = [0; 64];
         let (len, from) = speaker.recv_from(&mut question).await.unwrap();
-        let SocketAddr::V4(peer) = from else { panic!("{from}") };
-        rig.datagram(Millis(1), peer, &question[..len]);
+        let SocketAddr::V4(sender) = from else { panic!("{from}") };
+        rig.datagram(Millis(1), sender, &question[..len]);
         let Some(Outgoing::Datagram(to, answer)) = rig.poll() else { panic!("the rig answers") };
-        assert_eq!(to, peer);
+        assert_eq!(to, sender);
         speaker.send_to(b"noise", from).await.unwrap();
         speaker.send_to(&bytes, from).await.unwrap();
         speaker.send_to(&answer, from).await.unwrap();

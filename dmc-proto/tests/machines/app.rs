@@ -1,0 +1,169 @@
+//! Application of a host, a simple rig, and laws that hold for every output.
+//!
+//! The fuzz target of the machines includes this file too.
+
+use std::collections::HashMap;
+
+use dmc_proto::device::{self, Rig};
+use dmc_proto::host::{self, Command, Contents, Source};
+use dmc_proto::message::{Capabilities, FrameNumber, Hi, Motor, Motors, Name, Steps};
+use dmc_proto::upload::{MoveSource, SCRATCH, Section, SectionSize};
+use dmc_proto::{DeviceMessage, Effect, Frame, HostMessage, Token};
+use laws::world::Tokens;
+
+/// Greeting of a rig with every capability and eight motors.
+pub(crate) fn hi() -> Hi<'static> {
+    Hi {
+        name: Name::truncated("bench"),
+        fw_major: 1,
+        fw_minor: 2,
+        fw_rev: 3,
+        motor_count: 8,
+        dmx_count: 100,
+        gio_out_count: 4,
+        gio_in_count: 4,
+        hw_limit_count: 2,
+        upload_frame_count: 1000,
+        capabilities: Capabilities(0x07FF),
+        protocol_version: Some(2),
+        tail: &[],
+    }
+}
+
+/// Rig whose motors stand at ten times their number. In its move, motors 1 and 2 move as many steps per frame as their
+/// number.
+pub(crate) struct Tens;
+
+impl Rig for Tens {
+    fn position(&self, motor: Motor) -> Steps {
+        Steps(10 * i32::from(motor.0))
+    }
+}
+
+impl MoveSource for Tens {
+    fn start_frame(&self) -> FrameNumber {
+        FrameNumber(1)
+    }
+
+    fn frame_count(&self) -> u32 {
+        10
+    }
+
+    fn motors(&self) -> Motors {
+        Motors(3)
+    }
+
+    fn position(&self, motor: Motor, index: u32) -> Steps {
+        Steps(i32::from(motor.0) * i32::try_from(index).unwrap())
+    }
+}
+
+/// Application that keeps what it asked its host for.
+#[derive(Default)]
+pub(crate) struct App<'a> {
+    /// Tokens of the commands that have not ended.
+    pub(crate) tokens: Tokens,
+    /// Messages of the commands, with the number of times that each was sent.
+    messages: HashMap<Token, (HostMessage<'a>, u32)>,
+    /// Number of times that the last signal to start was sent.
+    signals: u32,
+}
+
+impl<'a> App<'a> {
+    /// Gives a command, with a new token.
+    pub(crate) fn command(&mut self, command: Command<'a>) -> host::Input<'a> {
+        let token = self.tokens.begin();
+        match command {
+            Command::Request(message) | Command::Sequence(message) => {
+                self.messages.insert(token, (message, 0));
+            }
+            Command::Go => self.signals = 0,
+            _ => {}
+        }
+        host::Input::Command(token, command)
+    }
+
+    /// Takes an output of the host, which keeps the laws of hosts: stops go out before everything else, and so before
+    /// anybody is told of them; each command ends once; no message is sent more often than it may be.
+    pub(crate) fn takes(&mut self, output: &host::Output<'_>) {
+        stops_go_first(output);
+        for effect in &output.effects {
+            match effect {
+                Effect::Event(host::Event::Ended { token, .. }) => self.tokens.end(*token),
+                Effect::Transmit(host::Transmit { contents: Contents::Go, .. }) => {
+                    self.signals += 1;
+                    assert!(self.signals <= 4, "a signal, and three more after refusals");
+                }
+                Effect::Transmit(host::Transmit {
+                    contents: Contents::Application(Source::Command(token)), ..
+                }) => {
+                    let (message, times) = self.messages.get_mut(token).expect("a command with a message");
+                    *times += 1;
+                    let most = if message.conduct().repeatable { 3 } else { 1 };
+                    assert!(*times <= most, "{message} is sent {times} times");
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Frame of a message of the host.
+    pub(crate) fn frame(&self, transmit: &host::Transmit) -> Vec<u8> {
+        let mut scratch = [0; SCRATCH];
+        let message = transmit.message(|source| match source {
+            Source::Command(token) => self.messages[&token].0,
+            Source::Section(section) => section.message(&Tens, &mut scratch),
+        });
+        let mut bytes = vec![0; message.encoded_len()];
+        assert_eq!(message.encode_into(transmit.id, &mut bytes), Ok(bytes.len()), "{message}");
+        let decoded = Frame::decode(&bytes).expect("a frame that was just encoded");
+        assert_eq!((decoded.id(), HostMessage::decode(&decoded)), (transmit.id, Ok(message)));
+        bytes
+    }
+}
+
+/// Section that an upload asks for.
+pub(crate) fn section(output: &host::Output<'_>) -> Option<host::Input<'static>> {
+    let size = SectionSize::of(29);
+    output.events().find_map(|event| match event {
+        host::Event::NextSection { after, .. } => {
+            let first = || Section::first(&Tens, size);
+            Some(host::Input::Section(after.map_or_else(first, |section| section.next(&Tens, size))))
+        }
+        _ => None,
+    })
+}
+
+/// Frame of a message of the device.
+pub(crate) fn answer(transmit: &device::Transmit) -> Vec<u8> {
+    let mut scratch = device::Scratch::default();
+    let message = transmit.message(&Tens, &mut scratch);
+    let mut bytes = vec![0; message.encoded_len()];
+    assert_eq!(message.encode_into(transmit.id, &mut bytes), Ok(bytes.len()), "{message}");
+    let decoded = Frame::decode(&bytes).expect("a frame that was just encoded");
+    assert_eq!((decoded.id(), DeviceMessage::decode(&decoded)), (transmit.id, Ok(message)));
+    bytes
+}
+
+/// Law of each output of a host: stops go out before everything else.
+pub(crate) fn stops_go_first(output: &host::Output<'_>) {
+    let is_stop = |effect: &host::Effect<'_>| {
+        matches!(effect, Effect::Transmit(host::Transmit { contents: Contents::Stop(_), .. }))
+    };
+    let mut others = output.effects.iter().skip_while(|effect| is_stop(effect));
+    assert!(!others.any(is_stop), "a stop after something else: {output:?}");
+}
+
+/// Law of each output of a device: the rig acts before the host is told, and stops before everything else.
+pub(crate) fn the_rig_acts_first(output: &device::Output<'_>) {
+    use device::Event;
+    let mut is_told = false;
+    for (at, effect) in output.effects.iter().enumerate() {
+        match effect {
+            Effect::Transmit(_) => is_told = true,
+            Effect::Event(Event::Stop(_)) => assert_eq!(at, 0, "a stop is the first effect: {output:?}"),
+            Effect::Event(Event::Unlocked | Event::Acknowledgement(..) | Event::UnexpectedReport) => {}
+            Effect::Event(event) => assert!(!is_told, "{event:?} comes after the message that tells of it: {output:?}"),
+        }
+    }
+}
