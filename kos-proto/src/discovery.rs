@@ -233,13 +233,15 @@ impl<const N: usize> Devices<N> {
         let mut devices = Self { list };
         let heard = match input {
             Input::Wake => Ok(None),
-            Input::Datagram { source, bytes } => Datagram::decode(bytes).map(|said| devices.hear(now, source, &said)),
+            Input::Datagram { source, bytes } => {
+                Datagram::decode(bytes).map(|said| devices.received(now, source, &said))
+            }
         };
         let wake = devices.list.iter().map(|heard| heard.at.after(FORGET_AFTER)).min();
         (devices, Output { gone, heard, wake })
     }
 
-    fn hear(&mut self, now: Millis, source: Ipv4, said: &Datagram<'_>) -> Option<Event> {
+    fn received(&mut self, now: Millis, source: Ipv4, said: &Datagram<'_>) -> Option<Event> {
         let info = match *said {
             Datagram::Announcement(info) => info,
             Datagram::Question(GetNetworkInfo { limited_response, .. }) => {

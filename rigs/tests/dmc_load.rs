@@ -57,7 +57,7 @@ impl Flood {
         self.out.push_back(Outgoing::Bytes(LineId(0), bytes[..len].to_vec()));
     }
 
-    fn hear(&mut self, id: MessageId, message: &DeviceMessage<'_>) {
+    fn receive(&mut self, id: MessageId, message: &DeviceMessage<'_>) {
         match message {
             DeviceMessage::Ack(ack) if ack.is_ok() => self.acknowledged.push_back(id.0),
             DeviceMessage::Ack(ack) if ack.response_code == Some(AckCode::ERR_CHECKSUM) => self.damaged += 1,
@@ -89,7 +89,7 @@ impl Party for Flood {
             while let Some(item) = frames.next() {
                 let Item::Frame(frame) = item else { continue };
                 if let Ok(message) = DeviceMessage::decode(&frame) {
-                    self.hear(frame.id(), &message);
+                    self.receive(frame.id(), &message);
                 }
             }
         }

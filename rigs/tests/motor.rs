@@ -13,19 +13,19 @@ const TRAVEL: Range = Range::new(-30.0, 30.0);
 const ROUNDING: f64 = 1e-9;
 
 #[derive(Debug, Clone, Copy)]
-enum Told {
+enum Asked {
     GoTo(f64, f64, f64),
     Run(f64, f64),
     Stop(Option<f64>),
 }
 
-fn told() -> impl Strategy<Value = Told> {
+fn asked() -> impl Strategy<Value = Asked> {
     let speed = || prop_oneof![8 => 0.1..15.0, 1 => Just(0.0), 1 => any::<f64>()];
     let hard = || prop_oneof![8 => 1.0..30.0, 1 => Just(0.0), 1 => any::<f64>()];
     prop_oneof![
-        4 => (prop_oneof![8 => -25.0..25.0, 1 => any::<f64>()], speed(), hard()).prop_map(|(to, speed, hard)| Told::GoTo(to, speed, hard)),
-        2 => (-15.0..15.0, hard()).prop_map(|(speed, hard)| Told::Run(speed, hard)),
-        1 => prop::option::of(hard()).prop_map(Told::Stop),
+        4 => (prop_oneof![8 => -25.0..25.0, 1 => any::<f64>()], speed(), hard()).prop_map(|(to, speed, hard)| Asked::GoTo(to, speed, hard)),
+        2 => (-15.0..15.0, hard()).prop_map(|(speed, hard)| Asked::Run(speed, hard)),
+        1 => prop::option::of(hard()).prop_map(Asked::Stop),
     ]
 }
 
@@ -33,7 +33,7 @@ proptest! {
     /// A motor never jumps, is never faster than it can be, never speeds up more sharply, and never leaves its travel but
     /// to stand at its end. What it was told last it does, and says so once.
     #[test]
-    fn a_motor_moves_as_motors_do(all in vec((told(), 0_u64..3000), 1..20)) {
+    fn a_motor_moves_as_motors_do(all in vec((asked(), 0_u64..3000), 1..20)) {
         let mut motor = Motor::new(LIMITS).within(TRAVEL);
         let mut now = 0;
         let mut before = motor.at(Millis(0));
@@ -54,9 +54,9 @@ proptest! {
         };
         for (told, wait) in &all {
             match *told {
-                Told::GoTo(to, speed, hard) => motor.go_to(Millis(now), to, speed, hard),
-                Told::Run(speed, hard) => motor.run(Millis(now), speed, hard),
-                Told::Stop(hard) => motor.stop(Millis(now), hard),
+                Asked::GoTo(to, speed, hard) => motor.go_to(Millis(now), to, speed, hard),
+                Asked::Run(speed, hard) => motor.run(Millis(now), speed, hard),
+                Asked::Stop(hard) => motor.stop(Millis(now), hard),
             }
             for _ in 0..*wait {
                 step(&mut motor, now);

@@ -237,9 +237,15 @@ impl HostMachine {
     }
 
     /// The device tells by itself that something begins or ends.
-    pub(super) fn told<'a>(&mut self, now: Millis, output: &mut Output<'a>, id: MessageId, message: DeviceMessage<'a>) {
+    pub(super) fn run_signal<'a>(
+        &mut self,
+        now: Millis,
+        output: &mut Output<'a>,
+        id: MessageId,
+        message: DeviceMessage<'a>,
+    ) {
         let next = match &mut self.sequence {
-            Some(Sequence { token, course: Course::Run(run) }) => run.told(now, &self.options, *token, &message),
+            Some(Sequence { token, course: Course::Run(run) }) => run.unsolicited(now, &self.options, *token, &message),
             _ => None,
         };
         match next {

@@ -12,7 +12,7 @@ use super::options::{GREETINGS, Options};
 use super::progress::Progress;
 use super::requests::{ALL, Damaged, Ids, Owner, Pending, Reply, Request, Requests, Role};
 use super::sequence::{Course, Sequence};
-use super::stops::{Acknowledged, Stops, Told};
+use super::stops::{Acknowledged, StatusMeaning, Stops};
 use super::transmit::{Contents, Output, Transmit};
 use crate::Purpose;
 use crate::frame::{MessageId, MessageType};
@@ -209,11 +209,11 @@ impl HostMachine {
             DeviceMessage::MotorStatus(status) => {
                 let told = (id, status.motor_status, self.is_armed());
                 match self.stops.status(now, output, &self.options, &mut self.ids, told) {
-                    Told::Other => self.answered(now, output, id, message),
-                    Told::Answer { all_rest } => self.motion.may_move &= !all_rest,
+                    StatusMeaning::Other => self.answered(now, output, id, message),
+                    StatusMeaning::Answer { all_rest } => self.motion.may_move &= !all_rest,
                 }
             }
-            DeviceMessage::RtGo(_) | DeviceMessage::RtEnd(_) => self.told(now, output, id, message),
+            DeviceMessage::RtGo(_) | DeviceMessage::RtEnd(_) => self.run_signal(now, output, id, message),
             DeviceMessage::GioIn(_)
             | DeviceMessage::MotorMove(_)
             | DeviceMessage::MotorGetPosition(_)
@@ -286,7 +286,7 @@ impl HostMachine {
         }
         let run = self.sequence.as_mut().and_then(Sequence::run);
         if let (DeviceMessage::MotorGetPosition(_), Some(run)) = (message, run) {
-            run.heard(now);
+            run.position_received(now);
         }
         output.event(Event::Unsolicited(id, message));
     }

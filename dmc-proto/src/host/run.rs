@@ -204,7 +204,7 @@ impl Run {
     }
 
     /// The device tells where its motors are. As long as it does, a loop goes on.
-    pub(super) fn heard(&mut self, now: Millis) {
+    pub(super) fn position_received(&mut self, now: Millis) {
         if self.loops() && matches!(self.phase, Phase::Runs(_)) {
             self.phase = Phase::Runs(self.end(now));
         }
@@ -228,7 +228,7 @@ impl Run {
     }
 
     /// Next step after what the device tells by itself; `None` if that does not concern the run.
-    pub(super) fn told(
+    pub(super) fn unsolicited(
         &mut self,
         now: Millis,
         options: &Options,
@@ -242,7 +242,7 @@ impl Run {
             // A pass that ends has begun.
             (DeviceMessage::RtEnd(_), Phase::Goes(..)) if self.loops() => Some(self.started(now, token)),
             (DeviceMessage::RtEnd(_), Phase::Runs(_)) if self.loops() => {
-                self.heard(now);
+                self.position_received(now);
                 Some(Next::Tell(Event::PassEnded(token)))
             }
             (DeviceMessage::RtEnd(_), Phase::Goes(..) | Phase::Runs(_)) => Some(self.watch(now, options, Then::End)),

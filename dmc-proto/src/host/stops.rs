@@ -43,7 +43,7 @@ pub(super) enum Acknowledged {
 }
 
 /// Meaning of a status to the stops.
-pub(super) enum Told {
+pub(super) enum StatusMeaning {
     /// It answers another question.
     Other,
     /// It is the answer to the question of the stops.
@@ -196,9 +196,9 @@ impl Stops {
         options: &Options,
         ids: &mut Ids,
         (id, moving, is_armed): (MessageId, Motors, bool),
-    ) -> Told {
+    ) -> StatusMeaning {
         if self.question.is_none_or(|(asked, _)| asked != id) {
-            return Told::Other;
+            return StatusMeaning::Other;
         }
         self.question = None;
         let mut all_rest = false;
@@ -215,7 +215,7 @@ impl Stops {
             }
             !is_obeyed
         });
-        Told::Answer { all_rest }
+        StatusMeaning::Answer { all_rest }
     }
 
     /// Asks, and sends again, where an answer is overdue.

@@ -296,7 +296,7 @@ pub(crate) struct Desk {
 }
 
 /// Messages of a host with their ids, and events for its application.
-pub(crate) type Told<'a> = (Vec<(u32, host::Contents)>, Vec<Event<'a>>);
+pub(crate) type Seen<'a> = (Vec<(u32, host::Contents)>, Vec<Event<'a>>);
 
 /// Token of commands other than requests and sequences.
 pub(crate) const COMMAND: Token = Token(1000);
@@ -359,12 +359,12 @@ impl Desk {
     /// Opens the link and makes the host ready. `id` is that of the greeting.
     pub(crate) fn becomes_ready(&mut self, id: u32, hi: Hi<'static>) {
         assert_eq!(self.step(host::Input::LinkUp), (vec![(id, host::Contents::Greeting)], vec![]));
-        assert_eq!(self.hears(id, hi.into()), (vec![], vec![Event::Greeted(hi)]));
+        assert_eq!(self.receives(id, hi.into()), (vec![], vec![Event::Greeted(hi)]));
         let (sent, events) = self.command(Command::Configured);
         assert_eq!((sent, events), (vec![], vec![Event::Ready { reconnected: id != 1 }]));
     }
 
-    pub(crate) fn step<'a>(&mut self, input: host::Input<'a>) -> Told<'a> {
+    pub(crate) fn step<'a>(&mut self, input: host::Input<'a>) -> Seen<'a> {
         let (machine, output) = laws::machine::step(self.machine.clone(), self.now, input);
         (self.machine, self.wake) = (machine, output.wake);
         stops_go_first(&output);
@@ -372,42 +372,42 @@ impl Desk {
         (sent, output.events().copied().collect())
     }
 
-    pub(crate) fn hears<'a>(&mut self, id: u32, message: DeviceMessage<'a>) -> Told<'a> {
+    pub(crate) fn receives<'a>(&mut self, id: u32, message: DeviceMessage<'a>) -> Seen<'a> {
         self.step(host::Input::Received(MessageId(id), message))
     }
 
     /// Receives an acknowledgement.
-    pub(crate) fn acked(&mut self, id: u32, of: u16, code: AckCode) -> Told<'static> {
-        self.hears(id, ack(of, code))
+    pub(crate) fn acked(&mut self, id: u32, of: u16, code: AckCode) -> Seen<'static> {
+        self.receives(id, ack(of, code))
     }
 
     /// Receives a status.
-    pub(crate) fn status(&mut self, id: u32, motors: u32) -> Told<'static> {
-        self.hears(id, status(motors))
+    pub(crate) fn status(&mut self, id: u32, motors: u32) -> Seen<'static> {
+        self.receives(id, status(motors))
     }
 
     /// Gives a command. Its end is left out of the events if it is done or sent.
-    pub(crate) fn command<'a>(&mut self, command: Command<'a>) -> Told<'a> {
+    pub(crate) fn command<'a>(&mut self, command: Command<'a>) -> Seen<'a> {
         let (sent, mut events) = self.step(host::Input::Command(COMMAND, command));
         let is_plain = |event: &Event<'_>| *event == done(COMMAND.0) || *event == ended(COMMAND.0, Outcome::Sent);
         events.retain(|event| !is_plain(event));
         (sent, events)
     }
 
-    pub(crate) fn request<'a>(&mut self, token: u32, message: HostMessage<'a>) -> Told<'a> {
+    pub(crate) fn request<'a>(&mut self, token: u32, message: HostMessage<'a>) -> Seen<'a> {
         self.step(host::Input::Command(Token(token), Command::Request(message)))
     }
 
-    pub(crate) fn sequence<'a>(&mut self, token: u32, message: HostMessage<'a>) -> Told<'a> {
+    pub(crate) fn sequence<'a>(&mut self, token: u32, message: HostMessage<'a>) -> Seen<'a> {
         self.step(host::Input::Command(Token(token), Command::Sequence(message)))
     }
 
-    pub(crate) fn stop(&mut self, target: host::StopTarget) -> Told<'static> {
+    pub(crate) fn stop(&mut self, target: host::StopTarget) -> Seen<'static> {
         self.command(Command::Stop(target))
     }
 
     /// Lets time pass. The machine is woken whenever it wants to be.
-    pub(crate) fn pass(&mut self, millis: u64) -> Told<'static> {
+    pub(crate) fn pass(&mut self, millis: u64) -> Seen<'static> {
         let end = self.now.after(millis);
         let (mut sent, mut events) = (vec![], vec![]);
         while let Some(wake) = self.wake.filter(|&wake| wake <= end) {

@@ -50,7 +50,7 @@ fn a_greeting_of_the_device_is_reported() {
         let malformed = (MessageId(1), MessageType(1));
         let told = (vec![], vec![Event::Malformed(malformed.0, malformed.1)]);
         assert_eq!(desk.step(Input::Malformed(malformed.0, malformed.1)), told);
-        assert_eq!(desk.hears(id, hi().into()), (vec![], vec![Event::Greeted(hi())]));
+        assert_eq!(desk.receives(id, hi().into()), (vec![], vec![Event::Greeted(hi())]));
         assert_eq!((desk.machine.state(), desk.wake), (State::Configuring, None));
         assert_eq!(desk.machine.device(), Some(hi()));
         assert_eq!(desk.machine.is_loaded(), (id == 0).then_some(false), "a device at boot has no move");
@@ -74,7 +74,7 @@ fn a_silent_device_is_greeted_five_times() {
         (vec![], vec![refused(COMMAND.0, Refusal::Unexpected)]),
         "it is on its way"
     );
-    assert_eq!(other.hears(0, hi().into()), (vec![], vec![Event::Greeted(hi())]), "the device has booted");
+    assert_eq!(other.receives(0, hi().into()), (vec![], vec![Event::Greeted(hi())]), "the device has booted");
 }
 
 /// D5-4
@@ -82,7 +82,7 @@ fn a_silent_device_is_greeted_five_times() {
 fn nothing_that_moves_is_sent_before_the_configuration() {
     let mut desk = Desk::new();
     desk.step(Input::LinkUp);
-    desk.hears(1, hi().into());
+    desk.receives(1, hi().into());
     for message in [move_to(1, 2), jog(1)] {
         assert_eq!(desk.request(1, message), (vec![], vec![refused(1, Refusal::NotReady)]));
     }
@@ -118,7 +118,7 @@ fn an_acknowledgement_ends_its_request() {
     let mut desk = Desk::up();
     desk.request(7, jog(1));
     let empty = DeviceMessage::from(Ack { response_code: None, ..Ack::new(MessageType(0x0036), AckCode::OK) });
-    assert_eq!(desk.hears(2, empty), (vec![], vec![not_confirmed(7)]));
+    assert_eq!(desk.receives(2, empty), (vec![], vec![not_confirmed(7)]));
 }
 
 /// D5-6, D-17, D-18
@@ -134,13 +134,13 @@ fn an_answer_ends_its_request() {
     ] {
         let mut desk = Desk::up();
         desk.request(7, message);
-        assert_eq!(desk.hears(2, answer), (vec![], vec![answered(7, answer)]));
+        assert_eq!(desk.receives(2, answer), (vec![], vec![answered(7, answer)]));
     }
     let mut desk = Desk::up();
     desk.request(7, ask_status());
     assert_eq!(desk.status(2, 5), (vec![], vec![answered(7, status(5))]));
     desk.request(8, HostMessage::from(MotorGetPosition::default()));
-    assert_eq!(desk.hears(0, positions()), (vec![], vec![Event::Unsolicited(MessageId(0), positions())]));
+    assert_eq!(desk.receives(0, positions()), (vec![], vec![Event::Unsolicited(MessageId(0), positions())]));
     assert_eq!(desk.acked(3, 0x0034, AckCode::OK), (vec![], vec![done(8)]));
 }
 
@@ -151,11 +151,11 @@ fn an_unsolicited_message_is_reported_and_never_answered() {
     let inputs = DeviceMessage::from(GioIn { triggers: Triggers(1), tail: &[] });
     for message in [inputs, positions(), DeviceMessage::from(RtGo::default()), DeviceMessage::from(RtEnd::default())] {
         for id in [0, 99] {
-            assert_eq!(desk.hears(id, message), (vec![], vec![Event::Unsolicited(MessageId(id), message)]));
+            assert_eq!(desk.receives(id, message), (vec![], vec![Event::Unsolicited(MessageId(id), message)]));
         }
     }
     let unknown = DeviceMessage::other(0x0300, &[1]);
-    assert_eq!(desk.hears(0, unknown), (vec![], vec![Event::Unsolicited(MessageId(0), unknown)]));
+    assert_eq!(desk.receives(0, unknown), (vec![], vec![Event::Unsolicited(MessageId(0), unknown)]));
     assert_eq!(desk.step(Input::Corrupt), (vec![], vec![Event::Corrupt]));
 }
 
@@ -166,7 +166,7 @@ fn a_late_answer_is_unsolicited() {
     desk.request(7, move_to(1, 2));
     assert_eq!(desk.pass(500), (vec![(3, named(7))], vec![]));
     for late in [ack(0x0031, AckCode::OK), ack(0x0031, AckCode::ERR_CHECKSUM), status(0)] {
-        assert_eq!(desk.hears(2, late), (vec![], vec![Event::Unsolicited(MessageId(2), late)]));
+        assert_eq!(desk.receives(2, late), (vec![], vec![Event::Unsolicited(MessageId(2), late)]));
     }
     assert_eq!(desk.acked(3, 0x0031, AckCode::OK), (vec![], vec![done(7)]));
 }
@@ -178,16 +178,16 @@ fn a_device_that_was_reset_is_greeted_again() {
     desk.request(7, move_to(1, 2));
     desk.request(8, ask_status());
     let gone = |token| failed(token, Failure::DeviceReset);
-    let (sent, events) = desk.hears(0, hi().into());
+    let (sent, events) = desk.receives(0, hi().into());
     assert_eq!(sent, [(3, Contents::Greeting)]);
     assert_eq!(events, [Event::DeviceReset, gone(7), gone(8)]);
     assert_eq!((desk.machine.state(), desk.machine.device()), (State::Greeting, None));
     assert_eq!(desk.machine.is_loaded(), Some(false));
-    assert_eq!(desk.hears(3, hi().into()), (vec![], vec![Event::Greeted(hi())]));
+    assert_eq!(desk.receives(3, hi().into()), (vec![], vec![Event::Greeted(hi())]));
     let again = vec![Event::Ready { reconnected: true }];
     assert_eq!(desk.command(Command::Configured), (vec![], again));
     desk.sequence(9, begin(1, 2));
-    let (_, events) = desk.hears(0, hi().into());
+    let (_, events) = desk.receives(0, hi().into());
     assert_eq!(events, [Event::DeviceReset, gone(9)], "an upload ends too");
 }
 
@@ -200,7 +200,7 @@ fn a_hard_stop_ends_everything_that_moves() {
     desk.request(8, jog(1));
     desk.request(9, ask_status());
     let stop = HardStop { reason: StopReason::UPPER_LIMIT, motor: Some(Motor(2)), tail: &[] };
-    let (sent, events) = desk.hears(0, stop.into());
+    let (sent, events) = desk.receives(0, stop.into());
     let gone = |token| failed(token, Failure::HardStop);
     assert_eq!(sent, []);
     assert_eq!(events, [Event::HardStop(StopReason::UPPER_LIMIT, Some(Motor(2))), gone(7), gone(8)]);
@@ -422,7 +422,7 @@ fn a_command_that_does_not_fit_is_refused() {
     let mut silent = desk.clone();
     silent.pass(5000);
     assert_eq!(outcomes(&silent), [Outcome::Sent, not_ready, not_ready, Outcome::Done(None)]);
-    desk.hears(1, hi().into());
+    desk.receives(1, hi().into());
     assert_eq!(outcomes(&desk), [unexpected, Outcome::Done(None), not_ready, Outcome::Done(None)]);
     let desk = Desk::up();
     assert_eq!(outcomes(&desk), [unexpected, unexpected, unexpected, Outcome::Done(None)]);
@@ -454,10 +454,10 @@ fn an_event_can_be_kept_unless_it_lends_a_message() {
     desk.request(1, ask_status());
     let bytes = [0_u8; 6];
     let message = device_message(0x0030, &bytes).unwrap();
-    let (_, events) = desk.hears(2, message);
+    let (_, events) = desk.receives(2, message);
     assert_eq!(events, [answered(1, message)]);
     assert_eq!(events[0].to_static(), None);
-    let late = desk.hears(2, message).1;
+    let late = desk.receives(2, message).1;
     assert_eq!((late[0], late[0].to_static()), (Event::Unsolicited(MessageId(2), message), None));
     for event in [done(1), failed(1, Failure::NoAnswer), Event::Greeted(hi()), Event::Stopped(StopTarget::All)] {
         assert_eq!(event.to_static(), Some(event));

@@ -26,7 +26,7 @@ fn something_may_move_until_a_later_status_tells_rest() {
         desk.request(3, ask_status());
         desk.status(4, 1);
         assert!(desk.machine.may_move());
-        desk.hears(99, status(0));
+        desk.receives(99, status(0));
         assert!(desk.machine.may_move(), "the status answers no question");
         desk.request(4, ask_status());
         desk.status(5, 0);
@@ -122,7 +122,7 @@ fn a_run_may_move_from_its_first_request_to_its_end() {
     let mut desk = Desk::up();
     desk.sequence(1, shot(1));
     desk.acked(2, 0x0115, AckCode::OK);
-    desk.hears(0, RtGo::default().into());
+    desk.receives(0, RtGo::default().into());
     desk.stop(StopTarget::All);
     desk.acked(3, 0x0033, AckCode::OK);
     assert!(!desk.machine.is_armed() && desk.machine.may_move(), "the shot comes to rest");
@@ -147,10 +147,10 @@ fn without_news_something_may_still_move() {
     desk.becomes_ready(3, hi());
     assert!(desk.machine.may_move());
     let mut desk = moved();
-    desk.hears(0, hi().into());
+    desk.receives(0, hi().into());
     assert!(desk.machine.may_move(), "the news of a reset may be older than the motion");
     let mut desk = moved();
-    desk.hears(0, HardStop::default().into());
+    desk.receives(0, HardStop::default().into());
     assert!(desk.machine.may_move(), "the news of a hard stop may be older than the motion");
     let mut desk = Desk::up();
     desk.step(Input::LinkDown);

@@ -142,7 +142,7 @@ fn after_an_upload_that_fails_it_is_unknown_whether_a_move_is_loaded() {
 #[test]
 fn a_run_is_followed_from_its_first_frame_to_rest() {
     let mut desk = running(RunFlags(0));
-    let (sent, events) = desk.hears(0, RtEnd::default().into());
+    let (sent, events) = desk.receives(0, RtEnd::default().into());
     assert_eq!((sent, events), (vec![], vec![]));
     ends(desk, 8);
 }
@@ -211,7 +211,7 @@ fn a_run_that_is_refused_or_lost_ends() {
 
     let mut desk = running(RunFlags(0));
     let stop = HardStop { reason: StopReason::EMERGENCY_STOP, motor: None, tail: &[] };
-    let (_, events) = desk.hears(0, stop.into());
+    let (_, events) = desk.receives(0, stop.into());
     assert_eq!(events, [Event::HardStop(StopReason::EMERGENCY_STOP, None), failed(1, Failure::HardStop)]);
     assert!(desk.machine.is_armed(), "the host is armed until everything is stopped");
 }
@@ -264,18 +264,18 @@ fn a_signal_that_comes_too_early_is_sent_three_times_more() {
 fn the_operator_may_start() {
     let go = RtGo::default().into();
     let mut desk = ready(RunFlags(0));
-    assert_eq!(desk.hears(0, go), (vec![], vec![Event::Started(ONE)]));
+    assert_eq!(desk.receives(0, go), (vec![], vec![Event::Started(ONE)]));
     assert_eq!(desk.command(Command::Go).1, [refused(COMMAND.0, Refusal::Unexpected)], "the run has started already");
     let mut desk = ready(RunFlags(0));
     desk.command(Command::Go);
     assert_eq!(
-        desk.hears(0, go),
+        desk.receives(0, go),
         (vec![], vec![Event::Started(ONE), GONE]),
         "the operator started it before the signal arrived"
     );
     let late = ack(GO, AckCode::ERR_NOT_IN_POSITION);
-    assert_eq!(desk.hears(7, late).1, [Event::Unsolicited(MessageId(7), late)]);
-    assert_eq!(desk.hears(0, RtEnd::default().into()), (vec![], vec![]));
+    assert_eq!(desk.receives(7, late).1, [Event::Unsolicited(MessageId(7), late)]);
+    assert_eq!(desk.receives(0, RtEnd::default().into()), (vec![], vec![]));
     ends(desk, 8);
 }
 
@@ -286,16 +286,16 @@ fn a_loop_goes_on_until_it_is_ended() {
     for _ in 0..10 {
         desk.pass(6000);
         let positions = MotorPositions::default().into();
-        let told = desk.hears(0, positions);
+        let told = desk.receives(0, positions);
         assert_eq!(told, (vec![], vec![Event::Unsolicited(MessageId(0), positions)]));
         desk.pass(6000);
-        assert_eq!(desk.hears(0, RtEnd::default().into()), (vec![], vec![Event::PassEnded(ONE)]));
+        assert_eq!(desk.receives(0, RtEnd::default().into()), (vec![], vec![Event::PassEnded(ONE)]));
     }
     let mut silent = desk.clone();
     assert_eq!(desk.request(2, RtStopLoop::default().into()).0, [(8, named(2))]);
     desk.acked(8, 0x0116, OK);
     let mut other = desk.clone();
-    desk.hears(0, RtEnd::default().into());
+    desk.receives(0, RtEnd::default().into());
     ends(desk, 9);
     // A pass has ten frames at ten per second, with 200 ms before and 100 ms after them. The host waits five seconds longer.
     assert_eq!(other.pass(6299), (vec![], vec![]), "the end was lost");
@@ -312,14 +312,14 @@ fn a_pass_that_ends_has_begun() {
     let mut desk = ready(RunFlags::LOOP);
     desk.command(Command::Go);
     assert_eq!(
-        desk.hears(0, RtEnd::default().into()),
+        desk.receives(0, RtEnd::default().into()),
         (vec![], vec![Event::Started(ONE), GONE]),
         "the answer was lost"
     );
     assert_eq!(desk.machine.progress(), Some(Progress::Runs));
     let mut desk = ready(RunFlags(0));
     desk.command(Command::Go);
-    assert_eq!(desk.hears(0, RtEnd::default().into()), (vec![], vec![GONE]));
+    assert_eq!(desk.receives(0, RtEnd::default().into()), (vec![], vec![GONE]));
     ends(desk, 8);
 }
 
@@ -334,14 +334,14 @@ fn a_loop_does_not_end_before_the_device_accepted_it() {
     desk.pass(100);
     desk.status(4, 0);
     desk.acked(5, RUN_MOVE, OK);
-    desk.hears(0, RtGo::default().into());
-    assert_eq!(desk.hears(0, RtEnd::default().into()), (vec![], vec![Event::PassEnded(ONE)]));
+    desk.receives(0, RtGo::default().into());
+    assert_eq!(desk.receives(0, RtEnd::default().into()), (vec![], vec![Event::PassEnded(ONE)]));
 
     let mut desk = ready(RunFlags::LOOP);
     desk.request(2, RtStopLoop::default().into());
     desk.acked(7, 0x0116, OK);
-    desk.hears(0, RtGo::default().into());
-    assert_eq!(desk.hears(0, RtEnd::default().into()), (vec![], vec![]), "one more pass follows");
+    desk.receives(0, RtGo::default().into());
+    assert_eq!(desk.receives(0, RtEnd::default().into()), (vec![], vec![]), "one more pass follows");
     ends(desk, 8);
 }
 
@@ -366,7 +366,7 @@ fn a_shot_whose_end_is_not_reported_ends_by_time() {
     desk.pass(1);
     ends(desk, 6);
     let mut desk = shoot();
-    desk.hears(0, RtEnd::default().into());
+    desk.receives(0, RtEnd::default().into());
     ends(desk, 6);
 }
 

@@ -195,9 +195,9 @@ fn late_news_does_not_hide_a_shot_that_may_still_begin() {
     for (news, next) in [(hard_stop, 4), (hi().into(), 5)] {
         let mut desk = Desk::up();
         desk.sequence(1, shot(1));
-        desk.hears(0, news);
+        desk.receives(0, news);
         assert!(desk.machine.is_armed(), "the shot may arrive after the lock or the boot");
-        desk.hears(0, news);
+        desk.receives(0, news);
         assert!(desk.machine.is_armed(), "the same news again changes nothing");
         desk.stop(StopTarget::All);
         let (sent, _) = desk.pass(250);
@@ -236,7 +236,7 @@ fn a_motor_that_stops_alone_leaves_the_run_as_it_is() {
     desk.acked(2, 0x0037, AckCode::OK);
     desk.sequence(2, shot(1));
     desk.acked(3, 0x0115, AckCode::OK);
-    desk.hears(0, RtGo::default().into());
+    desk.receives(0, RtGo::default().into());
     assert_eq!(desk.machine.progress(), Some(Progress::Runs));
     assert_eq!(desk.stop(TWO).0, [(4, Contents::Stop(TWO))]);
     assert_eq!(desk.acked(4, 0x0032, AckCode::OK), (vec![], vec![Event::Stopped(TWO)]));
@@ -260,8 +260,8 @@ fn a_motor_stops_alone_only_if_it_is_known_to_be_driven_by_hand() {
     let mut desk = Desk::up();
     desk.request(1, configure);
     desk.acked(2, 0x0037, AckCode::OK);
-    desk.hears(0, hi().into());
-    desk.hears(3, hi().into());
+    desk.receives(0, hi().into());
+    desk.receives(3, hi().into());
     desk.command(Command::Configured);
     ends(desk, 4);
 }
@@ -307,7 +307,7 @@ fn after_a_stop_nothing_that_moves_is_sent_again() {
     assert_eq!(desk.pass(60_000), (vec![], vec![]));
     desk.request(2, move_to(1, 2));
     assert_eq!(desk.acked(5, 0x0031, AckCode::ERR_CHECKSUM), (vec![], vec![]), "the request waits for its next try");
-    desk.hears(0, DeviceMessage::from(Hi { motor_count: 3, ..hi() }));
+    desk.receives(0, DeviceMessage::from(Hi { motor_count: 3, ..hi() }));
     let (sent, _) = desk.pass(60_000);
     assert!(sent.iter().all(|&(_, what)| what == Contents::Greeting), "it is not sent after a reset");
 }

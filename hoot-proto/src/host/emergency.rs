@@ -156,7 +156,7 @@ impl HostMachine {
         let nodes = self.options.nodes();
         // Without a listed node no motor can be asked, so the stops are repeated.
         let all_stops_ok = self.emergency.is_some_and(|emergency| emergency.all_stops_ok);
-        if self.next_packet().is_none() && (nodes.as_slice().is_empty() || !self.moving.all_rest(&nodes, all_stops_ok))
+        if self.next_packet().is_none() && (nodes.as_slice().is_empty() || !self.motion.all_rest(&nodes, all_stops_ok))
         {
             self.new_round(output);
         }

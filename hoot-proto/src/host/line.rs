@@ -170,7 +170,7 @@ impl HostMachine {
         }
         self.free_at = Some(now.after(self.options.gap().into()));
         self.spoken_to(now, &transmit);
-        self.moving.sent(&self.options.nodes(), &transmit);
+        self.motion.sent(&self.options.nodes(), &transmit);
         // The packet stands before the events of the same step: a stop goes out before anybody is told of it.
         if output.effects.try_insert(0, super::Effect::Transmit(transmit)).is_err() {
             output.transmit(transmit);
@@ -217,7 +217,7 @@ impl HostMachine {
             Job::Emergency(transmit) => self.emergency_answered(now, output, &transmit, answer),
         }
         if let (Some(reply), Job::Request(_) | Job::Stop(_)) = (done, job) {
-            self.moving.answered(self.options.profile(), &transmit, reply);
+            self.motion.answered(self.options.profile(), &transmit, reply);
         }
     }
 

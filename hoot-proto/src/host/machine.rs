@@ -9,7 +9,7 @@ use super::event::{Event, Failure};
 use super::jobs::{Job, Pending, Speed};
 use super::joystick::KeptNodes;
 use super::line::{Line, State};
-use super::moving::Moving;
+use super::motion::Motion;
 use super::stops::Stops;
 use super::{Input, MAX_QUEUE, MAX_SPEEDS, Nodes, Options, Output};
 
@@ -46,11 +46,11 @@ pub struct HostMachine {
     turn: Turn,
     pub(super) kept: KeptNodes,
     pub(super) emergency: Option<Emergency>,
-    pub(super) moving: Moving,
+    pub(super) motion: Motion,
     was_up: bool,
 }
 
-motion_core::debug! { HostMachine { options line free_at stops queue speeds turn kept emergency moving was_up } }
+motion_core::debug! { HostMachine { options line free_at stops queue speeds turn kept emergency motion was_up } }
 
 machine! { HostMachine }
 
@@ -68,7 +68,7 @@ impl HostMachine {
             turn: Turn::default(),
             kept: KeptNodes::new(),
             emergency: None,
-            moving: Moving::NOTHING,
+            motion: Motion::NOTHING,
             was_up: false,
         }
     }

@@ -53,7 +53,7 @@ mod jobs;
 mod joystick;
 mod line;
 mod machine;
-mod moving;
+mod motion;
 mod options;
 mod stops;
 mod transmit;

@@ -158,7 +158,7 @@ impl HostMachine {
     }
 
     pub(super) fn tell_not_stopped(&mut self, output: &mut Output<'_>, target: StopTarget) {
-        self.moving.not_stopped(&self.options.nodes(), target);
+        self.motion.not_stopped(&self.options.nodes(), target);
         output.event(Event::StopNotConfirmed(target));
     }
 

@@ -73,10 +73,10 @@ fn an_emergency_stop_ends_all_commands_and_stops_every_motor() {
     master.now += 60;
     let output = press(&mut master);
     assert_eq!(output.packets()[0].message, motor_stop(Motor::One), "the first stop is sent in the same step");
-    assert_eq!(output.told()[0], Event::Stopping);
+    assert_eq!(output.event_list()[0], Event::Stopping);
     assert_eq!(ended(&output)[0], (1, Outcome::NotConfirmed), "it was sent");
     assert_eq!(ended(&output)[1..], [2, 3, 4, 5, 6].map(|token| (token, Outcome::Failed(Failure::Stopped))));
-    assert_eq!(output.told().last(), Some(&Event::Ended { token: UNNAMED, outcome: Outcome::Sent }));
+    assert_eq!(output.event_list().last(), Some(&Event::Ended { token: UNNAMED, outcome: Outcome::Sent }));
     assert_eq!(master.machine.stopping(), StopState::Stopping);
 
     let (packets, events) = go_on(&mut master, output, 1000, |_| Some(true));
@@ -161,7 +161,7 @@ fn a_late_answer_confirms_nothing() {
     }
     assert_eq!(master.now - stopped, 200, "the first question comes when all answers to the stops are in");
     for stray in [&[][..], &[5, 0, 0, 0, 0], &[1, 0, 0]] {
-        assert!(matches!(master.reply(1, stray).told()[..], [Event::Unsolicited(_)]));
+        assert!(matches!(master.reply(1, stray).event_list()[..], [Event::Unsolicited(_)]));
     }
 }
 
@@ -174,7 +174,7 @@ fn a_second_emergency_stop_reaches_every_node_too() {
     let mut output = press(&mut master);
     let mut to = Vec::new();
     for _ in 0..8 {
-        assert_eq!(output.told().first(), Some(&Event::Stopping));
+        assert_eq!(output.event_list().first(), Some(&Event::Stopping));
         to.extend(output.packets().iter().map(|send| send.to));
         master.now += 60;
         to.extend(master.reply(1, &[]).packets().iter().map(|send| send.to));
@@ -229,7 +229,7 @@ fn without_a_line_an_emergency_stop_is_not_confirmed_and_begins_with_the_line() 
     let mut master = Master::new(Options::default());
     let output = press(&mut master);
     go_on(&mut master, output, 5, |_| Some(true));
-    assert_eq!(master.step(Input::LinkDown).told(), [Event::LinkDown, NOT_CONFIRMED]);
+    assert_eq!(master.step(Input::LinkDown).event_list(), [Event::LinkDown, NOT_CONFIRMED]);
     let output = master.step(Input::LinkUp);
     assert_eq!(output.packets()[0].message, motor_stop(Motor::One), "the round begins again");
 }

@@ -90,7 +90,7 @@ fn an_answer_may_come_in_pieces_and_among_noise() {
                 Item::Frame(frame) => master.step(Input::received(&frame)),
                 _ => master.step(Input::Noise),
             };
-            events.push(format!("{:?}", output.told()));
+            events.push(format!("{:?}", output.event_list()));
         }
     }
     assert_eq!(events[0], "[Noise]");
@@ -121,7 +121,7 @@ fn packets_for_others_are_told_as_overheard() {
     let _ = master.request(1, STATUS);
     let echo = Frame::decode(b"\0\0\0\0\0\xFF\x03\0\x65\0").unwrap();
     let output = master.step(Input::received(&echo));
-    let [Event::Overheard { to: NODE, message }] = output.told()[..] else { panic!("{output:?}") };
+    let [Event::Overheard { to: NODE, message }] = output.event_list()[..] else { panic!("{output:?}") };
     assert_eq!(message.name(), "Other");
     assert_eq!(master.machine.state(), State::Waiting);
     assert!(done(&[0, 0])(&ended(&master.reply(1, &[0, 0]))[0].1));
@@ -184,7 +184,7 @@ fn a_second_answer_is_unsolicited() {
     let _ = master.request(2, STATUS);
     master.now += 2;
     let output = master.reply(1, &[5, 0, 0, 0x27, 0x10]);
-    assert!(matches!(output.told()[..], [Event::Unsolicited(_)]));
+    assert!(matches!(output.event_list()[..], [Event::Unsolicited(_)]));
     assert_eq!(master.machine.state(), State::Settling);
     assert_eq!(sent(&master.pass(48)), [(48, STATUS)], "after the line has settled and the gap is over");
     assert_eq!(master.machine.state(), State::Waiting);
@@ -200,16 +200,19 @@ fn a_late_answer_is_not_taken_for_another() {
     assert_eq!(all_ended(&outputs), [(500, 1, NO_ANSWER)]);
     assert_eq!(master.machine.state(), State::Settling);
     master.now += 100;
-    assert!(matches!(master.reply(1, &[0, 1]).told()[..], [Event::Unsolicited(_)]), "late answers are dropped");
+    assert!(matches!(master.reply(1, &[0, 1]).event_list()[..], [Event::Unsolicited(_)]), "late answers are dropped");
     assert_eq!(sent(&master.pass(100)).len(), 1);
     for stray in [&[0, 1][..], &[], &[3, 0], &[5, 0, 0, 0, 0]] {
-        assert!(matches!(master.reply(1, stray).told()[..], [Event::Unsolicited(_)]), "not a position: {stray:?}");
+        assert!(
+            matches!(master.reply(1, stray).event_list()[..], [Event::Unsolicited(_)]),
+            "not a position: {stray:?}"
+        );
     }
     assert!(done(&[3, 0, 0, 0, 1])(&ended(&master.reply(1, &[3, 0, 0, 0, 1]))[0].1));
     // A value is not the answer to a command either.
     let mut master = Master::new(Options::default());
     let _ = master.request(1, START);
-    assert!(matches!(master.reply(1, &[0, 1]).told()[..], [Event::Unsolicited(_)]));
+    assert!(matches!(master.reply(1, &[0, 1]).event_list()[..], [Event::Unsolicited(_)]));
     assert!(done(&[])(&ended(&master.reply(1, &[]))[0].1));
     // A message without a type may be answered by anything.
     let mut master = Master::new(Options::default());
@@ -299,20 +302,20 @@ fn commands_end_when_the_line_goes_down() {
     let _ = master.request(2, STATUS);
     let output = master.step(Input::LinkDown);
     assert_eq!(ended(&output), [(1, Outcome::NotConfirmed), (2, Outcome::Failed(Failure::LinkDown))]);
-    assert_eq!(output.told()[0], Event::LinkDown);
+    assert_eq!(output.event_list()[0], Event::LinkDown);
     assert_eq!((master.machine.state(), master.wake), (State::Offline, None));
     assert_eq!(ended(&master.request(3, STATUS)), [(3, refused(Refusal::NotConnected))]);
     let output = master.request(4, STOP);
     assert_eq!(
-        output.told()[..],
+        output.event_list()[..],
         [
             Event::Ended { token: Token(4), outcome: refused(Refusal::NotConnected) },
             Event::StopNotConfirmed(StopTarget::Node(NODE)),
         ]
     );
     assert!(master.step(Input::LinkDown).is_quiet(), "it is down already");
-    assert_eq!(master.step(Input::LinkUp).told(), [Event::Ready { reconnected: true }]);
+    assert_eq!(master.step(Input::LinkUp).event_list(), [Event::Ready { reconnected: true }]);
     assert!(master.step(Input::LinkUp).is_quiet(), "it is up already");
     assert_eq!(master.request(5, STATUS).packets().len(), 1);
-    assert!(matches!(master.reply(1, &[0, 0]).told()[..], [Event::Ended { token: Token(5), .. }]));
+    assert!(matches!(master.reply(1, &[0, 0]).event_list()[..], [Event::Ended { token: Token(5), .. }]));
 }

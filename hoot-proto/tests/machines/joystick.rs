@@ -132,10 +132,10 @@ fn a_node_that_is_kept_alive_hears_something_in_time() {
     assert_eq!(sent(&master.pass(400)), [(400, ALIVE)], "a speed keeps the node alive too");
     // A silence is told, and keep-alives go on.
     let outputs = master.pass(400);
-    assert_eq!(outputs[0].1.told(), [Event::KeepAliveLost { to: NODE }]);
+    assert_eq!(outputs[0].1.event_list(), [Event::KeepAliveLost { to: NODE }]);
     assert_eq!((outputs[0].0, sent(&outputs)), (150, vec![(400, ALIVE)]));
     let _ = master.reply(1, &[0, 1]);
-    assert_eq!(keep(&mut master, NODE, false).told(), [end(Outcome::Applied)]);
+    assert_eq!(keep(&mut master, NODE, false).event_list(), [end(Outcome::Applied)]);
     assert_eq!(master.pass(9000), []);
 }
 
@@ -146,16 +146,16 @@ fn at_most_four_nodes_are_kept_alive() {
     for place in 0..MAX_KEPT {
         let _ = keep(&mut master, Address(10 + u8::try_from(place).unwrap()), true);
     }
-    assert_eq!(keep(&mut master, NODE, true).told(), [end(Outcome::Refused(Refusal::Busy))]);
-    assert_eq!(keep(&mut master, Address(10), true).told(), [end(Outcome::Applied)], "the node is in the list");
-    assert_eq!(keep(&mut master, Address::MASTER, true).told(), [end(Outcome::Refused(Refusal::Address))]);
+    assert_eq!(keep(&mut master, NODE, true).event_list(), [end(Outcome::Refused(Refusal::Busy))]);
+    assert_eq!(keep(&mut master, Address(10), true).event_list(), [end(Outcome::Applied)], "the node is in the list");
+    assert_eq!(keep(&mut master, Address::MASTER, true).event_list(), [end(Outcome::Refused(Refusal::Address))]);
     let outputs = master.pass(3000);
     for place in 0..MAX_KEPT {
         let to = Address(10 + u8::try_from(place).unwrap());
         let heard = outputs.iter().filter(|(_, output)| output.packets().iter().any(|send| send.to == to)).count();
         assert!(heard >= 2, "nobody answers, and {to} hears {heard}");
     }
-    assert_eq!(master.step(Input::LinkDown).told(), [Event::LinkDown]);
+    assert_eq!(master.step(Input::LinkDown).event_list(), [Event::LinkDown]);
     let _ = master.step(Input::LinkUp);
     assert_eq!(master.pass(3000), [], "a line that goes down ends keep-alives");
 }

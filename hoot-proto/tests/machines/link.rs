@@ -100,13 +100,13 @@ fn command_0_is_not_answered() {
     for to in [NODE, Address(9), Address::BROADCAST, Address::MASTER] {
         let noop = HostMessage::from(message::Noop::default());
         let output = node.send(to, noop);
-        assert_eq!((output.packets().len(), output.told()), (0, vec![ignored(to, noop, Ignored::Noop)]), "{to}");
+        assert_eq!((output.packets().len(), output.event_list()), (0, vec![ignored(to, noop, Ignored::Noop)]), "{to}");
     }
     // The same with data, and as a broadcast, whose table does not have this command.
     for number in [0x00_03, 0x1_00_00] {
         let noop = HostMessage::other(number, &[1]);
         let output = node.send(NODE, noop);
-        assert_eq!((output.packets().len(), output.told()), (0, vec![ignored(NODE, noop, Ignored::Noop)]));
+        assert_eq!((output.packets().len(), output.event_list()), (0, vec![ignored(NODE, noop, Ignored::Noop)]));
     }
 }
 
@@ -120,7 +120,7 @@ fn broadcasts_are_done_and_never_answered() {
     let mut node = Node::ready();
     node.ok(run(Motor::One));
     let output = node.send(Address::BROADCAST, pause);
-    assert_eq!(output.told()[..], [motion(Motor::One, hoot_proto::device::Motion::Stop)]);
+    assert_eq!(output.event_list()[..], [motion(Motor::One, hoot_proto::device::Motion::Stop)]);
     assert!(output.packets().is_empty());
     for message in [start, stop] {
         assert!(node.send(Address::BROADCAST, message).packets().is_empty());
@@ -131,7 +131,7 @@ fn broadcasts_are_done_and_never_answered() {
     for message in [HostMessage::other(0x1_09_00, &[]), assign, STOP] {
         let output = node.send(Address::BROADCAST, message);
         let wanted = [ignored(Address::BROADCAST, message, Ignored::Broadcast)];
-        assert_eq!(output.told(), wanted, "{message:?}");
+        assert_eq!(output.event_list(), wanted, "{message:?}");
         assert!(output.packets().is_empty());
     }
 }
@@ -148,7 +148,7 @@ fn packets_for_others_are_forwarded() {
         let output = node.step(Input::Received { port: from, to, message: START });
         let contents = Contents::Forward { to, message: START };
         let wanted: Vec<_> = beyond.iter().map(|port| Transmit { port: *port, contents }).collect();
-        assert_eq!((output.packets(), output.told()), (wanted, vec![]));
+        assert_eq!((output.packets(), output.event_list()), (wanted, vec![]));
     }
     assert_eq!(node.machine.program().run_time(motion_core::time::Millis(9999)), 0, "nothing was started");
     // Requests and replies are forwarded byte for byte, with any contents.
@@ -332,7 +332,7 @@ fn a_new_address_is_used_at_once_but_on_usb_after_power_up() {
     let mut node = Node::ready_with(Options::default().with_quirks(Quirks::FIRMWARE));
     node.ok(set(9));
     node.now += 2499;
-    assert_eq!(node.send(Address(9), STOP).told(), [ignored(Address(9), STOP, Ignored::Deaf)]);
+    assert_eq!(node.send(Address(9), STOP).event_list(), [ignored(Address(9), STOP, Ignored::Deaf)]);
     node.now += 1;
     assert_eq!(node.send(Address(9), STOP).packets().len(), 1);
 }

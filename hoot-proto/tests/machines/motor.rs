@@ -111,7 +111,7 @@ fn every_stop_stops_at_once() {
         let mut node = Node::ready();
         node.ok(begin);
         let stop = HostMessage::from(message::BroadcastStop { sub_address });
-        assert_eq!(node.send(message_address(), stop).told()[..], stopped);
+        assert_eq!(node.send(message_address(), stop).event_list()[..], stopped);
         node.ok(begin);
         let button = Input::Command(hoot_proto::device::Command::EmergencyStop);
         assert_eq!(node.tell(button), stopped);

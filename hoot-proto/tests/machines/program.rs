@@ -85,7 +85,7 @@ fn a_start_begins_with_the_first_picture() {
     let broadcast = HostMessage::from(message::BroadcastStart { sub_address });
     let begun = [RUNNING, camera(false, true)];
     assert_eq!(sms().ok(START), begun);
-    assert_eq!(sms().send(hoot_proto::Address::BROADCAST, broadcast).told()[..], begun);
+    assert_eq!(sms().send(hoot_proto::Address::BROADCAST, broadcast).event_list()[..], begun);
     assert_eq!(sms().tell(Input::Command(Command::Start)), begun);
     let mut node = sms();
     alt(&mut node, AltMode::START);
@@ -130,7 +130,7 @@ fn a_pause_stops_all_and_keeps_the_counters() {
     let mut node = sms();
     node.ok(START);
     let pause = HostMessage::from(message::BroadcastPause { sub_address });
-    let events = node.send(hoot_proto::Address::BROADCAST, pause).told();
+    let events = node.send(hoot_proto::Address::BROADCAST, pause).event_list();
     assert_eq!(events[..], [camera(false, false), PAUSED]);
 }
 
@@ -178,7 +178,7 @@ fn a_stop_resets_the_counters() {
             0 => node.ok(STOP),
             1 => node.tell(Input::Command(Command::Stop)),
             2 => node.tell(Input::Alt(Contact::Ring)),
-            _ => node.send(hoot_proto::Address::BROADCAST, broadcast).told(),
+            _ => node.send(hoot_proto::Address::BROADCAST, broadcast).event_list(),
         };
         assert_eq!(events, [motion(ONE, Motion::Stop), STOPPED]);
         assert_eq!((run_time(&node), node.machine.program().shots(), node.wake), (0, 0, None));
@@ -511,7 +511,7 @@ fn the_motors_stop_before_everything_else() {
         node.ok(START);
         node.pass(1001);
         let output = node.send(NODE, stop);
-        assert_eq!(output.told(), [motion(ONE, Motion::Stop), camera(false, false), after], "{stop:?}");
+        assert_eq!(output.event_list(), [motion(ONE, Motion::Stop), camera(false, false), after], "{stop:?}");
         assert!(matches!(output.effects.last(), Some(Effect::Transmit(_))), "{output:?}");
     }
 }

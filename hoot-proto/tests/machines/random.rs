@@ -187,7 +187,7 @@ proptest! {
                         for motor in stopped_by(&message) {
                             prop_assert!(!node.machine.motor(*motor).is_moving(), "{message:?}: {output:?}");
                             let stop = NodeEvent::Motor { motor: *motor, motion: Motion::Stop };
-                            prop_assert_eq!(output.told().contains(&stop), was.contains(motor), "{:?}", output);
+                            prop_assert_eq!(output.event_list().contains(&stop), was.contains(motor), "{:?}", output);
                         }
                     }
                     output
@@ -206,7 +206,7 @@ proptest! {
             }
             // The state of a motor is that of the last event about it.
             for motor in Motor::ALL {
-                let last = output.told().iter().rev().find_map(|event| match event {
+                let last = output.event_list().iter().rev().find_map(|event| match event {
                     NodeEvent::Motor { motor: of, motion } if *of == motor => match motion {
                         Motion::Stop => Some(false),
                         Motion::By { .. } | Motion::To(_) | Motion::Run { .. } | Motion::Along { .. } => Some(true),

@@ -34,7 +34,7 @@ fn a_stop_overtakes_and_is_sent_again_when_the_line_is_clear() {
     master.now += 10;
     // This may be the answer to the start, so it does not confirm the stop.
     let output = master.reply(1, &[]);
-    assert!(ended(&output).is_empty() && matches!(output.told()[..], [Event::Unsolicited(_)]));
+    assert!(ended(&output).is_empty() && matches!(output.event_list()[..], [Event::Unsolicited(_)]));
     assert_eq!(sent(&master.pass(190)), [(190, STOP)]);
     assert!(matches!(ended(&master.reply(1, &[]))[..], [(2, Outcome::Done(_))]));
 
@@ -182,7 +182,7 @@ fn too_many_stops_are_an_emergency() {
     }
     let output = master.request_to(8, Address(20), STOP);
     assert_eq!(ended(&output)[0], (8, Outcome::Refused(Refusal::Busy)));
-    assert!(output.told().contains(&Event::Stopping));
+    assert!(output.event_list().contains(&Event::Stopping));
     assert_eq!(master.machine.stopping(), StopState::Stopping);
     assert_eq!(ended(&output).len(), 10, "all others end too: {output:?}");
 }
@@ -209,7 +209,7 @@ fn a_broadcast_stop_behind_a_bridge_goes_to_each_node() {
     let mut master = Master::offline(Options::default(), &[]);
     master.line_up();
     let output = master.request_to(1, Address::BROADCAST, stop);
-    assert!(output.told().contains(&Event::Stopping));
+    assert!(output.event_list().contains(&Event::Stopping));
     assert_eq!((output.packets()[0].to, output.packets()[0].message), (Address::BROADCAST, stop));
 
     let mut master = Master::new(Options::default().with_bridge(false));

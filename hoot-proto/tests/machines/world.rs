@@ -104,7 +104,7 @@ pub(crate) trait Look {
     type Event;
 
     fn packets(&self) -> Vec<Self::Packet>;
-    fn told(&self) -> Vec<Self::Event>;
+    fn event_list(&self) -> Vec<Self::Event>;
     fn is_quiet(&self) -> bool;
 }
 
@@ -116,7 +116,7 @@ impl<P: Copy, E: Copy, const N: usize> Look for Output<P, E, N> {
         self.transmits().copied().collect()
     }
 
-    fn told(&self) -> Vec<E> {
+    fn event_list(&self) -> Vec<E> {
         self.events().copied().collect()
     }
 
@@ -153,7 +153,7 @@ impl Node {
     pub(crate) fn tell(&mut self, input: device::Input<'static>) -> Vec<Event<'static>> {
         let output = self.step(input);
         assert!(output.packets().is_empty(), "{output:?}");
-        output.told()
+        output.event_list()
     }
 
     /// Lets time pass, from wake to wake, and returns all events with their times.
@@ -174,7 +174,7 @@ impl Node {
     /// Answers to a request, and its events.
     pub(crate) fn request<'a>(&mut self, message: HostMessage<'a>) -> (Vec<Answer>, Vec<Event<'a>>) {
         let output = self.send(NODE, message);
-        (answers(&output), output.told())
+        (answers(&output), output.event_list())
     }
 
     /// Sends a request that must be done, and returns its events.

@@ -17,7 +17,7 @@ impl Playback {
             return self.begin_shots(now, output, rig, shots);
         }
         self.set_lapse(Lapse::Before { shot: Shot::wait(now, now, shots), taken: 0 });
-        self.say(now, output, rig, PlaybackState::PRE_MOVE_PHOTOS_STARTED);
+        self.set_status(now, output, rig, PlaybackState::PRE_MOVE_PHOTOS_STARTED);
     }
 
     /// The move begins.
@@ -27,20 +27,20 @@ impl Playback {
             let millis = shots.interval().saturating_mul(shots.moving.into());
             self.set_lapse(Lapse::Continuous(shot));
             output.event(Event::Play { way: Direction::Forward, millis });
-            self.say(now, output, rig, PlaybackState::START_FORWARD);
+            self.set_status(now, output, rig, PlaybackState::START_FORWARD);
         } else {
             self.set_lapse(Lapse::Frame(shot));
-            self.say(now, output, rig, PlaybackState::START_FORWARD);
-            self.say(now, output, rig, PlaybackState::START_FRAME);
+            self.set_status(now, output, rig, PlaybackState::START_FORWARD);
+            self.set_status(now, output, rig, PlaybackState::START_FRAME);
         }
     }
 
     /// All motors are at the next place, if none is waited for.
     pub(super) fn frame_reached(&mut self, now: Millis, output: &mut Effects<'_, '_>, rig: Rig<'_>, waiting: MotorSet) {
         let Some(shots) = self.plan().and_then(MoveSummary::shots).filter(|_| waiting.is_empty()) else { return };
-        self.say(now, output, rig, PlaybackState::SMS_MOTORS_STOPPED);
+        self.set_status(now, output, rig, PlaybackState::SMS_MOTORS_STOPPED);
         self.set_lapse(Lapse::Frame(Shot::wait(now, now, shots)));
-        self.say(now, output, rig, PlaybackState::START_FRAME);
+        self.set_status(now, output, rig, PlaybackState::START_FRAME);
     }
 
     /// Deals with a deadline that has come.
@@ -80,7 +80,7 @@ impl Playback {
             Lapse::After { taken, .. } => match taken.saturating_add(1) {
                 taken if taken < shots.after => self.set_lapse(Lapse::After { shot: next, taken }),
                 _ => {
-                    self.say(now, output, rig, PlaybackState::POST_MOVE_PHOTOS_COMPLETED);
+                    self.set_status(now, output, rig, PlaybackState::POST_MOVE_PHOTOS_COMPLETED);
                     self.done(now, output, rig);
                 }
             },
@@ -90,7 +90,7 @@ impl Playback {
                     self.end_shots(now, output, rig, shots);
                 } else if let Lapse::Continuous(_) = lapse {
                     self.set_lapse(Lapse::Continuous(next));
-                    self.say(now, output, rig, PlaybackState::START_FORWARD);
+                    self.set_status(now, output, rig, PlaybackState::START_FORWARD);
                 } else {
                     let waiting = self.plan().map_or(MotorSet::NONE, |plan| plan.motors);
                     self.set_lapse(Lapse::Moving { waiting, limit: rig.travel_limit(now) });
@@ -103,7 +103,7 @@ impl Playback {
 
     /// The move is at its end: photos after it follow, or all is over.
     fn end_shots(&mut self, now: Millis, output: &mut Effects<'_, '_>, rig: Rig<'_>, shots: Shots) {
-        self.say(now, output, rig, PlaybackState::END_OF_MOVE);
+        self.set_status(now, output, rig, PlaybackState::END_OF_MOVE);
         if shots.after == 0 {
             return self.done(now, output, rig);
         }

@@ -113,7 +113,7 @@ impl DeviceMachine {
             session::State::Locked => true,
             session::State::Unlocked => false,
         };
-        self.sessions.heard(now, session, &self.options);
+        self.sessions.message_received(now, session, &self.options);
         // Stops come first, and ask for no password (safety decision 2).
         match message {
             HostMessage::StopPlayback(_) => return self.stop_all(now, output),
@@ -218,7 +218,7 @@ impl DeviceMachine {
         if self.sessions.state(session) == session::State::Closed {
             return output.ignore(Ignored::NoSession(session));
         }
-        self.sessions.heard(now, session, &self.options);
+        self.sessions.message_received(now, session, &self.options);
         output.ignore(Ignored::Malformed(session, error));
         if self.sessions.state(session) == session::State::Unlocked {
             match about {

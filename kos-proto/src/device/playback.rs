@@ -98,7 +98,7 @@ impl Playback {
     }
 
     /// Tells the state of the move.
-    pub(super) fn say(&mut self, now: Millis, output: &mut Effects<'_, '_>, rig: Rig<'_>, state: PlaybackState) {
+    pub(super) fn set_status(&mut self, now: Millis, output: &mut Effects<'_, '_>, rig: Rig<'_>, state: PlaybackState) {
         self.status = state;
         output.status(state, self.elapsed(now), self.photos, rig.drives);
     }
@@ -155,7 +155,7 @@ impl Playback {
             output.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);
         } else if delay_return {
             self.stage = Stage::Ready { home: None };
-            self.say(now, output, rig, PlaybackState::SETUP_COMPLETED);
+            self.set_status(now, output, rig, PlaybackState::SETUP_COMPLETED);
         } else {
             self.go_home(now, output, rig, &plan, Next::Setup { start: false }, way);
         }
@@ -214,13 +214,13 @@ impl Playback {
     fn is_home(&mut self, now: Millis, output: &mut Effects<'_, '_>, rig: Rig<'_>) {
         let Stage::Homing { next, way, waiting: MotorSet::NONE, .. } = self.stage else { return };
         let Some(plan) = self.plan else { return };
-        self.say(now, output, rig, PlaybackState::MOTORS_HOME);
+        self.set_status(now, output, rig, PlaybackState::MOTORS_HOME);
         self.stage = match next {
             Next::Rapid { ready: false } => Stage::Loaded,
             Next::Rapid { ready: true } | Next::Setup { .. } | Next::Start => Stage::Ready { home: Some(way) },
         };
         if let Next::Setup { .. } = next {
-            self.say(now, output, rig, PlaybackState::SETUP_COMPLETED);
+            self.set_status(now, output, rig, PlaybackState::SETUP_COMPLETED);
         }
         if let Next::Start | Next::Setup { start: true } = next {
             self.gate(now, output, rig, &plan, way);
@@ -237,7 +237,7 @@ impl Playback {
             }
             Ok(Some(until)) => {
                 self.stage = Stage::Delay { until, way };
-                self.say(now, output, rig, PlaybackState::DELAY_TIMER_STARTED);
+                self.set_status(now, output, rig, PlaybackState::DELAY_TIMER_STARTED);
             }
             Ok(None) => self.begin(now, output, rig, plan, way),
         }
@@ -263,12 +263,12 @@ impl Playback {
         let progress = rig.progress(now);
         self.stage = Stage::Leg(Leg { way, back, from, until, progress });
         output.event(Event::Play { way, millis: duration });
-        self.say(now, output, rig, running(way));
+        self.set_status(now, output, rig, running(way));
     }
 
     /// Ends a pass: the move goes back, is played again, or is over.
     fn leg_over(&mut self, now: Millis, output: &mut Effects<'_, '_>, rig: Rig<'_>, leg: Leg) {
-        self.say(now, output, rig, PlaybackState::END_OF_MOVE);
+        self.set_status(now, output, rig, PlaybackState::END_OF_MOVE);
         let Some(Kind::Live { duration, loops }) = self.plan.map(|plan| plan.kind) else { return };
         if leg.back {
             let endless = loops.is_some_and(|loops| loops.count == LoopCount::FOREVER);
@@ -295,7 +295,7 @@ impl Playback {
 
     /// Tells that all is over, and forgets the move (decision K-J14).
     pub(super) fn full_stop(&mut self, now: Millis, output: &mut Effects<'_, '_>, rig: Rig<'_>) {
-        self.say(now, output, rig, PlaybackState::FULL_STOP);
+        self.set_status(now, output, rig, PlaybackState::FULL_STOP);
         *self = Self { status: PlaybackState::FULL_STOP, ..Self::default() };
     }
 
@@ -356,7 +356,7 @@ impl Playback {
             Stage::Leg(leg) => {
                 let progress = rig.progress(now);
                 self.stage = Stage::Leg(Leg { progress, ..leg });
-                self.say(now, output, rig, running(leg.way));
+                self.set_status(now, output, rig, running(leg.way));
             }
             Stage::Lapse(lapse) => return self.wake_lapse(now, output, rig, lapse),
         }

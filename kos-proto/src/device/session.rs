@@ -176,7 +176,7 @@ impl Table {
     }
 
     /// Notes that a message came, whatever it says.
-    pub(super) fn heard(&mut self, now: Millis, id: SessionId, options: &Options) {
+    pub(super) fn message_received(&mut self, now: Millis, id: SessionId, options: &Options) {
         if let Some(session) = self.get_mut(id) {
             session.silent = now.after(silence(options, session.transport));
         }

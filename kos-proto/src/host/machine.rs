@@ -353,7 +353,7 @@ impl HostMachine {
     }
 
     /// The device sent something, so it is there.
-    pub(super) fn heard(&mut self, now: Millis) {
+    pub(super) fn message_received(&mut self, now: Millis) {
         if let Some(silent) = &mut self.deadlines.silent {
             *silent = now.after(self.options.silence());
             self.deadlines.deaf = now.after(self.options.tcp_keep_alive());

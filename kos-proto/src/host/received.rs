@@ -17,7 +17,7 @@ use crate::message::{
 
 impl HostMachine {
     pub(super) fn received<'a>(&mut self, now: Millis, output: &mut Output<'a>, message: DeviceMessage<'a>) {
-        self.heard(now);
+        self.message_received(now);
         match message {
             DeviceMessage::DeviceInfo(info) => {
                 let status = info.playback_status;
@@ -73,7 +73,7 @@ impl HostMachine {
         (id, kind): (MessageId, MessageType),
         error: DecodeError,
     ) {
-        self.heard(now);
+        self.message_received(now);
         output.event(Event::Malformed(id, error));
         let answer = matches!(kind, MessageType::RESPONSE | MessageType::RESPONSE_MORE);
         if let Some(get) = Get::of(id).filter(|_| answer) {

@@ -24,9 +24,9 @@ pub(super) struct Bench {
     pub(super) now: u64,
     pub(super) password: &'static [u8],
     /// Messages that no test has looked at.
-    pub(super) said: Vec<String>,
+    pub(super) messages: Vec<String>,
     /// Events that no test has looked at.
-    pub(super) told: Vec<Event<'static>>,
+    pub(super) events: Vec<Event<'static>>,
     pub(super) wake: Option<u64>,
 }
 
@@ -42,7 +42,7 @@ impl Bench {
 
     pub(super) fn off(options: Options) -> Self {
         let machine = DeviceMachine::new(options);
-        Self { machine, now: 1000, password: b"", said: Vec::new(), told: Vec::new(), wake: None }
+        Self { machine, now: 1000, password: b"", messages: Vec::new(), events: Vec::new(), wake: None }
     }
 
     pub(super) fn step(&mut self, input: Input<'static>) {
@@ -57,9 +57,9 @@ impl Bench {
                     for older_dialect in [false, true] {
                         device_bytes(&transmit, &Source { older_dialect, motors: &motors, ..Source::default() });
                     }
-                    self.said.push(text(&transmit));
+                    self.messages.push(text(&transmit));
                 }
-                Effect::Event(event) => self.told.push(event),
+                Effect::Event(event) => self.events.push(event),
             }
         }
     }
@@ -77,7 +77,7 @@ impl Bench {
     }
 
     /// Receives a message of the first client.
-    pub(super) fn hear<'a>(&mut self, message: impl Into<HostMessage<'a>>) {
+    pub(super) fn receive<'a>(&mut self, message: impl Into<HostMessage<'a>>) {
         self.from(ZERO, message);
     }
 
@@ -106,32 +106,32 @@ impl Bench {
         while left > 0 {
             let part = left.min(10_000);
             self.pass(part);
-            self.hear(KeepAlive::default());
+            self.receive(KeepAlive::default());
             left -= part;
         }
     }
 
     /// Messages that were sent since the last call.
-    pub(super) fn said(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.said)
+    pub(super) fn messages(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.messages)
     }
 
     /// Events since the last call.
-    pub(super) fn told(&mut self) -> Vec<Event<'static>> {
-        std::mem::take(&mut self.told)
+    pub(super) fn events(&mut self) -> Vec<Event<'static>> {
+        std::mem::take(&mut self.events)
     }
 
     pub(super) fn clear(&mut self) {
-        self.said.clear();
-        self.told.clear();
+        self.messages.clear();
+        self.events.clear();
     }
 
     /// Gives a motor a range of 8 rotations from where the rig counts 0.
     pub(super) fn calibrate(&mut self, motor: u8) {
         self.arrive(motor, 0.0);
-        self.hear(mark_begin(motor));
+        self.receive(mark_begin(motor));
         self.arrive(motor, RANGE);
-        self.hear(mark_end(motor));
+        self.receive(mark_end(motor));
         assert!(self.machine.motor(MotorAddress(motor)).is_some_and(|drive| drive.range().1.0 == RANGE));
     }
 
@@ -140,8 +140,8 @@ impl Bench {
         let mut bench = Self::new(options);
         bench.calibrate(1);
         bench.calibrate(2);
-        bench.hear(HostMessage::from(data));
-        assert_eq!(bench.machine.playback().name(), "Loaded", "{:?}", bench.told());
+        bench.receive(HostMessage::from(data));
+        assert_eq!(bench.machine.playback().name(), "Loaded", "{:?}", bench.events());
         bench.clear();
         bench
     }

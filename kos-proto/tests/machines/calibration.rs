@@ -28,8 +28,8 @@ fn calibration(bench: &Bench) -> (State, f32, f32) {
 fn a_jog_without_a_range_runs_until_it_is_stopped() {
     for far in [25_000.0, -25_000.0] {
         let mut bench = bench();
-        bench.hear(set_psa(1, far, 10.0));
-        assert_eq!((bench.told(), bench.said().len()), (vec![moved(1, far)], 0));
+        bench.receive(set_psa(1, far, 10.0));
+        assert_eq!((bench.events(), bench.messages().len()), (vec![moved(1, far)], 0));
         assert_eq!(bench.machine.motor(MOTOR).unwrap().motion().name(), "Moving");
     }
 }
@@ -40,7 +40,7 @@ fn speed_0_stops_a_motor_whatever_the_position_is() {
     for (position, acceleration) in [(0.0, 20.0), (f32::NAN, 0.0), (1e30, f32::NAN)] {
         for is_bump in [false, true] {
             let mut bench = bench();
-            bench.hear(set_psa(1, 25_000.0, 10.0));
+            bench.receive(set_psa(1, 25_000.0, 10.0));
             bench.clear();
             let acceleration = RotationsPerSecondSquared(acceleration);
             let stop = match (set_psa(1, position, 0.0), bump(1, position, -0.0)) {
@@ -49,16 +49,16 @@ fn speed_0_stops_a_motor_whatever_the_position_is() {
                 }
                 (_, bump) => bump,
             };
-            bench.hear(stop);
-            let told = bench.told();
+            bench.receive(stop);
+            let told = bench.events();
             let [Event::StopMotor { motor: MOTOR, acceleration: given }] = told[..] else { panic!("{told:?}") };
             assert_eq!(given.is_some(), is_bump || acceleration.0 > 0.0, "0 is never handed on");
-            assert_eq!(bench.said().len(), 0);
+            assert_eq!(bench.messages().len(), 0);
             bench.arrive(1, 6.5);
-            assert_eq!(bench.said(), ["0: 1 rests at 6.5"]);
+            assert_eq!(bench.messages(), ["0: 1 rests at 6.5"]);
             // A motor that is stopped at rest reports where it rests.
-            bench.hear(set_psa(1, 0.0, 0.0));
-            assert_eq!((bench.told().len(), bench.said()), (0, vec!["0: 1 rests at 6.5".into()]));
+            bench.receive(set_psa(1, 0.0, 0.0));
+            assert_eq!((bench.events().len(), bench.messages()), (0, vec!["0: 1 rests at 6.5".into()]));
         }
     }
 }
@@ -67,17 +67,17 @@ fn speed_0_stops_a_motor_whatever_the_position_is() {
 #[test]
 fn the_range_begins_where_the_motor_rests() {
     let mut bench = bench();
-    bench.hear(set_psa(1, 25_000.0, 10.0));
-    bench.hear(mark_begin(1));
-    assert_eq!((bench.said(), calibration(&bench).0), (vec!["0: error 2 0".into()], State::Uncalibrated));
+    bench.receive(set_psa(1, 25_000.0, 10.0));
+    bench.receive(mark_begin(1));
+    assert_eq!((bench.messages(), calibration(&bench).0), (vec!["0: error 2 0".into()], State::Uncalibrated));
     bench.arrive(1, 5.0);
     bench.clear();
-    bench.hear(mark_begin(1));
-    assert_eq!((bench.said().len(), calibration(&bench)), (0, (State::BeginMarked, 5.0, 0.0)));
+    bench.receive(mark_begin(1));
+    assert_eq!((bench.messages().len(), calibration(&bench)), (0, (State::BeginMarked, 5.0, 0.0)));
 
     // The earlier range is void.
     bench.calibrate(1);
-    bench.hear(mark_begin(1));
+    bench.receive(mark_begin(1));
     assert_eq!(calibration(&bench), (State::BeginMarked, RANGE, 0.0));
 }
 
@@ -86,14 +86,14 @@ fn the_range_begins_where_the_motor_rests() {
 fn a_motor_moves_freely_between_the_marks() {
     let mut bench = bench();
     bench.arrive(1, 5.0);
-    bench.hear(mark_begin(1));
+    bench.receive(mark_begin(1));
     bench.clear();
-    bench.hear(bump(1, 3.0, 10.0));
+    bench.receive(bump(1, 3.0, 10.0));
     bench.arrive(1, 8.0);
-    bench.hear(set_psa(1, 25_000.0, 10.0));
+    bench.receive(set_psa(1, 25_000.0, 10.0));
     bench.arrive(1, 9.0);
-    assert_eq!(bench.told(), [moved(1, 8.0), moved(1, 25_000.0)]);
-    assert_eq!(bench.said(), ["0: 1 rests at 8.0", "0: 1 rests at 9.0"]);
+    assert_eq!(bench.events(), [moved(1, 8.0), moved(1, 25_000.0)]);
+    assert_eq!(bench.messages(), ["0: 1 rests at 8.0", "0: 1 rests at 9.0"]);
     assert_eq!(calibration(&bench).0, State::BeginMarked);
 }
 
@@ -106,22 +106,22 @@ fn the_range_ends_where_the_motor_rests() {
     ] {
         let mut bench = Bench::new(Options::default().with_quirks(quirk));
         bench.arrive(1, 5.0);
-        bench.hear(mark_begin(1));
-        bench.hear(set_psa(1, -25_000.0, 10.0));
-        bench.hear(mark_end(1));
-        assert_eq!(bench.said(), ["0: error 2 0"], "it moves");
+        bench.receive(mark_begin(1));
+        bench.receive(set_psa(1, -25_000.0, 10.0));
+        bench.receive(mark_end(1));
+        assert_eq!(bench.messages(), ["0: error 2 0"], "it moves");
         bench.arrive(1, -3.0);
         bench.clear();
-        bench.hear(mark_end(1));
-        assert_eq!(bench.said(), [said]);
+        bench.receive(mark_end(1));
+        assert_eq!(bench.messages(), [said]);
         assert_eq!((calibration(&bench).0, calibration(&bench).1), (State::Calibrated, position));
         // In both cases the positions of commands count from the begin of the range.
-        bench.hear(set_psa(1, -2.0, 10.0));
-        assert_eq!(bench.told(), [moved(1, 3.0)]);
+        bench.receive(set_psa(1, -2.0, 10.0));
+        assert_eq!(bench.events(), [moved(1, 3.0)]);
         bench.arrive(1, 3.0);
-        assert_eq!(bench.said(), [format!("0: 1 rests at {:?}", five - 2.0)]);
-        bench.hear(bump(1, -1.0, 10.0));
-        assert_eq!(bench.told(), [moved(1, 2.0)]);
+        assert_eq!(bench.messages(), [format!("0: 1 rests at {:?}", five - 2.0)]);
+        bench.receive(bump(1, -1.0, 10.0));
+        assert_eq!(bench.events(), [moved(1, 2.0)]);
     }
 }
 
@@ -130,11 +130,14 @@ fn the_range_ends_where_the_motor_rests() {
 fn a_range_without_a_begin_or_a_length_is_an_error() {
     let mut bench = bench();
     bench.arrive(1, 5.0);
-    bench.hear(mark_end(1));
-    assert_eq!((bench.said(), calibration(&bench).0), (vec!["0: error 14 1".into()], State::Uncalibrated));
-    bench.hear(mark_begin(1));
-    bench.hear(mark_end(1));
-    assert_eq!((bench.said(), calibration(&bench)), (vec!["0: error 14 1".into()], (State::Uncalibrated, 0.0, 0.0)));
+    bench.receive(mark_end(1));
+    assert_eq!((bench.messages(), calibration(&bench).0), (vec!["0: error 14 1".into()], State::Uncalibrated));
+    bench.receive(mark_begin(1));
+    bench.receive(mark_end(1));
+    assert_eq!(
+        (bench.messages(), calibration(&bench)),
+        (vec!["0: error 14 1".into()], (State::Uncalibrated, 0.0, 0.0))
+    );
 }
 
 /// 7.3-8, 7.3-9: the same is true of a bump.
@@ -144,16 +147,16 @@ fn a_motor_goes_where_it_is_sent_but_not_beyond_its_range() {
     bench.calibrate(1);
     bench.clear();
     for (position, to) in [(2.5, 2.5), (0.0, 0.0), (RANGE, RANGE), (9.0, RANGE), (-0.5, 0.0), (25_000.0, RANGE)] {
-        bench.hear(set_psa(1, position, 10.0));
-        assert_eq!(bench.told(), [moved(1, to)]);
+        bench.receive(set_psa(1, position, 10.0));
+        assert_eq!(bench.events(), [moved(1, to)]);
         bench.arrive(1, to);
-        assert_eq!(bench.said(), [format!("0: 1 rests at {to:?}")]);
+        assert_eq!(bench.messages(), [format!("0: 1 rests at {to:?}")]);
     }
-    bench.hear(bump(1, -3.0, 10.0));
-    bench.hear(bump(1, 3.0, 10.0));
-    assert_eq!(bench.told(), [moved(1, 5.0), moved(1, RANGE)]);
+    bench.receive(bump(1, -3.0, 10.0));
+    bench.receive(bump(1, 3.0, 10.0));
+    assert_eq!(bench.events(), [moved(1, 5.0), moved(1, RANGE)]);
     bench.arrive(1, RANGE);
-    assert_eq!(bench.said(), [format!("0: 1 rests at {RANGE:?}")], "once, for the first was overtaken");
+    assert_eq!(bench.messages(), [format!("0: 1 rests at {RANGE:?}")], "once, for the first was overtaken");
 }
 
 /// A command with a NaN, infinite, negative or much too large value moves nothing (decision K-N1).
@@ -163,16 +166,16 @@ fn invalid_numbers_move_nothing() {
     for (position, speed) in [(f32::NAN, 1.0), (f32::INFINITY, 1.0), (1.0, f32::NAN), (1.0, -1.0), (1.0, f32::INFINITY)]
     {
         for message in [set_psa(1, position, speed), bump(1, position, speed)] {
-            bench.hear(message);
-            assert_eq!((bench.said(), bench.told().len()), (vec!["0: error 2 0".into()], 0), "{message}");
+            bench.receive(message);
+            assert_eq!((bench.messages(), bench.events().len()), (vec!["0: error 2 0".into()], 0), "{message}");
         }
     }
     bench.arrive(1, 3e38);
-    bench.hear(bump(1, 3e38, 1.0));
-    assert_eq!((bench.said(), bench.told().len()), (vec!["0: error 2 0".into()], 0));
+    bench.receive(bump(1, 3e38, 1.0));
+    assert_eq!((bench.messages(), bench.events().len()), (vec!["0: error 2 0".into()], 0));
     bench.rig(Report::At(MOTOR, Rotations(f32::NAN)));
     bench.rig(Report::Arrived(MotorAddress(9), Rotations(1.0)));
-    assert_eq!(bench.told(), [Event::Ignored(Ignored::Report); 2]);
+    assert_eq!(bench.events(), [Event::Ignored(Ignored::Report); 2]);
 }
 
 /// 7.3-10: a motor that moves is stopped, because its target has lost its meaning.
@@ -181,15 +184,15 @@ fn a_reset_of_a_motor_forgets_its_range() {
     let mut bench = bench();
     bench.calibrate(1);
     bench.clear();
-    bench.hear(reset_axis(0x81));
+    bench.receive(reset_axis(0x81));
     assert_eq!(
-        (bench.said(), calibration(&bench)),
+        (bench.messages(), calibration(&bench)),
         (vec!["0: 1 goes 0.0 to 0.0".into()], (State::Uncalibrated, 0.0, 0.0))
     );
-    bench.hear(set_psa(1, 25_000.0, 10.0));
+    bench.receive(set_psa(1, 25_000.0, 10.0));
     bench.clear();
-    bench.hear(reset_axis(1));
-    assert_eq!(bench.told(), [Event::StopMotor { motor: MOTOR, acceleration: None }]);
+    bench.receive(reset_axis(1));
+    assert_eq!(bench.events(), [Event::StopMotor { motor: MOTOR, acceleration: None }]);
 }
 
 /// 7.3-11.
@@ -199,8 +202,8 @@ fn a_reset_of_all_motors_is_not_answered() {
     bench.calibrate(1);
     bench.calibrate(2);
     bench.clear();
-    bench.hear(reset_axis(0));
-    assert_eq!((bench.said().len(), bench.told().len()), (0, 0));
+    bench.receive(reset_axis(0));
+    assert_eq!((bench.messages().len(), bench.events().len()), (0, 0));
     let states = [1, 2, 3].map(|motor| bench.machine.calibration(MotorAddress(motor)));
     assert_eq!(states, [Some(State::Uncalibrated); 3]);
 }
@@ -211,11 +214,11 @@ fn faults_void_the_range_if_their_code_says_so() {
     for (code, left) in [(10, false), (16, false), (14, false), (11, true), (12, true), (13, true)] {
         let mut bench = bench();
         bench.calibrate(1);
-        bench.hear(set_psa(1, 1.0, 10.0));
+        bench.receive(set_psa(1, 1.0, 10.0));
         bench.clear();
         bench.rig(Report::Fault(MOTOR, ErrorCode(code)));
-        assert_eq!(bench.said(), [format!("0: error {code} 1")]);
-        assert_eq!(bench.told(), [Event::StopMotor { motor: MOTOR, acceleration: None }]);
+        assert_eq!(bench.messages(), [format!("0: error {code} 1")]);
+        assert_eq!(bench.events(), [Event::StopMotor { motor: MOTOR, acceleration: None }]);
         assert_eq!(calibration(&bench).0 == State::Calibrated, left, "{code}");
     }
 }
@@ -228,10 +231,10 @@ fn an_unknown_motor_is_an_error() {
         let mark = [mark_begin(motor), mark_end(motor)];
         let go = [set_psa(motor, 1.0, 1.0), bump(motor, 1.0, 1.0), set_psa(motor, 1.0, 0.0), bump(motor, 1.0, 0.0)];
         for message in mark.into_iter().chain(go) {
-            bench.hear(message);
-            assert_eq!((bench.said(), bench.told().len()), (vec![format!("0: error 4 {motor}")], 0), "{message}");
+            bench.receive(message);
+            assert_eq!((bench.messages(), bench.events().len()), (vec![format!("0: error 4 {motor}")], 0), "{message}");
         }
     }
-    bench.hear(reset_axis(4));
-    assert_eq!(bench.said(), ["0: error 4 4"]);
+    bench.receive(reset_axis(4));
+    assert_eq!(bench.messages(), ["0: error 4 4"]);
 }

@@ -22,15 +22,15 @@ fn a_step_has_room_for_ten_motors_while_a_move_ends() {
     for motor in 1..=10 {
         bench.calibrate(motor);
     }
-    bench.hear(HostMessage::from(live_move(live())));
-    bench.hear(start());
+    bench.receive(HostMessage::from(live_move(live())));
+    bench.receive(start());
     bench.home();
     // The move takes ten seconds, and an announcement is due every five seconds.
     bench.pass(9_000);
     bench.clear();
     bench.now += 2_000;
-    bench.hear(GetMotorInfo::default());
-    assert_eq!(bench.said().len(), 10 + 1 + 2);
+    bench.receive(GetMotorInfo::default());
+    assert_eq!(bench.messages().len(), 10 + 1 + 2);
 }
 
 /// Ten motors stop because four clients are lost at the same time.
@@ -47,19 +47,19 @@ fn a_step_has_room_for_four_clients_that_are_gone_at_once() {
     bench.clear();
     bench.now += 30_000;
     bench.step(device::Input::Wake);
-    assert_eq!(bench.told().len(), 4 + 10);
+    assert_eq!(bench.events().len(), 4 + 10);
 }
 
 /// Ten motors, seven queries, a move and a range are all late while motors come and go.
 #[test]
 fn a_step_has_room_for_everything_that_is_late_at_once() {
     let mut client = Client::connected(Options::default(), Endpoint::Usb);
-    client.hear(device_info(PlaybackState::NO_MOVE));
+    client.receive(device_info(PlaybackState::NO_MOVE));
     for motor in 1..=10 {
         client.motor(motor, 0.0, 0.0, motor < 10);
     }
-    client.hear(guid(&GUID));
-    client.hear(software(4));
+    client.receive(guid(&GUID));
+    client.receive(software(4));
     assert_eq!(client.state(), "Ready");
 
     client.command(Command::MarkBegin(MotorAddress(10)));
@@ -77,8 +77,8 @@ fn a_step_has_room_for_everything_that_is_late_at_once() {
     let (speed, acceleration) = (RotationsPerSecond(1.0), RotationsPerSecondSquared(1.0));
     let presence =
         |motor| MotorPresence::new(MotorAddress(motor), true.into(), MotorType::AXIS, speed, speed, acceleration);
-    client.hear(presences(&(1..=10).map(presence).collect::<Vec<_>>()));
-    let told = client.told();
+    client.receive(presences(&(1..=10).map(presence).collect::<Vec<_>>()));
+    let told = client.events();
     let late = told.iter().filter(|event| matches!(event, Event::StopNotConfirmed(_))).count();
     let ended = client.ended();
     let failed = ended.iter().filter(|outcome| **outcome == Outcome::Failed(Failure::NoAnswer)).count();

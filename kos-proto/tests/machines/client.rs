@@ -20,7 +20,7 @@ pub(super) struct Client {
     pub(super) now: u64,
     pub(super) sent: Vec<Transmit<'static>>,
     /// Events, except the ends of commands.
-    pub(super) told: Vec<Event<'static>>,
+    pub(super) events: Vec<Event<'static>>,
     /// Outcomes of commands, by their tokens.
     pub(super) ended: Vec<(Token, Outcome<'static>)>,
     /// Number of the last command.
@@ -34,7 +34,7 @@ impl Client {
             machine: HostMachine::new(options),
             now: 1000,
             sent: Vec::new(),
-            told: Vec::new(),
+            events: Vec::new(),
             ended: Vec::new(),
             token: 0,
             wake: None,
@@ -45,7 +45,7 @@ impl Client {
     pub(super) fn connected(options: Options, endpoint: Endpoint) -> Self {
         let mut client = Self::new(options);
         client.command(Command::Connect(endpoint));
-        assert_eq!(client.told(), [Event::Connect(endpoint)]);
+        assert_eq!(client.events(), [Event::Connect(endpoint)]);
         client.step(Input::LinkUp);
         client
     }
@@ -65,10 +65,10 @@ impl Client {
 
     /// The device answers all queries.
     pub(super) fn introduce(&mut self, status: PlaybackState) {
-        self.hear(device_info(status));
+        self.receive(device_info(status));
         self.motors();
-        self.hear(guid(&GUID));
-        self.hear(software(4));
+        self.receive(guid(&GUID));
+        self.receive(software(4));
     }
 
     /// The device reports its motors.
@@ -79,7 +79,7 @@ impl Client {
 
     pub(super) fn motor(&mut self, motor: u8, position: f32, end: f32, more: bool) {
         let motors = [entry(motor, position, end)];
-        self.hear(DeviceMessage::from(MotorInfo { more, motors: MotorInfos::New(&motors), tail: &[] }));
+        self.receive(DeviceMessage::from(MotorInfo { more, motors: MotorInfos::New(&motors), tail: &[] }));
     }
 
     /// A client with a move that is being set up.
@@ -92,8 +92,8 @@ impl Client {
 
     pub(super) fn armed() -> Self {
         let mut client = Self::setting_up();
-        client.say(PlaybackState::MOTORS_HOME);
-        client.say(PlaybackState::SETUP_COMPLETED);
+        client.status(PlaybackState::MOTORS_HOME);
+        client.status(PlaybackState::SETUP_COMPLETED);
         assert_eq!(client.move_state(), "Armed");
         client.clear();
         client
@@ -108,7 +108,7 @@ impl Client {
 
     pub(super) fn running() -> Self {
         let mut client = Self::starting();
-        client.say(PlaybackState::START_FORWARD);
+        client.status(PlaybackState::START_FORWARD);
         client.clear();
         client
     }
@@ -127,7 +127,7 @@ impl Client {
                     self.sent.push(transmit);
                 }
                 Effect::Event(Event::Ended { token, outcome }) => self.ended.push((token, outcome)),
-                Effect::Event(event) => self.told.push(event),
+                Effect::Event(event) => self.events.push(event),
             }
         }
     }
@@ -138,7 +138,7 @@ impl Client {
         self.step(Input::Command(Token(self.token), command));
     }
 
-    pub(super) fn hear<'a>(&mut self, message: impl Into<DeviceMessage<'a>>) {
+    pub(super) fn receive<'a>(&mut self, message: impl Into<DeviceMessage<'a>>) {
         self.step(Input::received(&Frame::decode(leaked(message.into())).unwrap()));
     }
 
@@ -148,7 +148,7 @@ impl Client {
     }
 
     /// The device reports the progress of the move.
-    pub(super) fn say(&mut self, state: PlaybackState) {
+    pub(super) fn status(&mut self, state: PlaybackState) {
         let status = PlaybackStatus {
             playback_status: state,
             elapsed_time: Normalized(0.5),
@@ -156,22 +156,22 @@ impl Client {
             motors: &Positions::new(),
             tail: &[],
         };
-        self.hear(DeviceMessage::from(status));
+        self.receive(DeviceMessage::from(status));
     }
 
     pub(super) fn error(&mut self, code: u8, motor: u8) {
         let (error_code, motor_address) = (ErrorCode(code), MotorAddress(motor));
-        self.hear(DeviceMessage::from(ErrorStatus { error_code, motor_address, tail: &[] }));
+        self.receive(DeviceMessage::from(ErrorStatus { error_code, motor_address, tail: &[] }));
     }
 
     /// The device answers the question after a stop.
     pub(super) fn settle(&mut self, state: PlaybackState) {
-        self.hear(device_info(state));
+        self.receive(device_info(state));
     }
 
     pub(super) fn rests(&mut self, motor: u8, position: f32) {
         let (motor_address, position) = (MotorAddress(motor), Rotations(position));
-        self.hear(DeviceMessage::from(MotorPosition { motor_address, position, tail: &[] }));
+        self.receive(DeviceMessage::from(MotorPosition { motor_address, position, tail: &[] }));
     }
 
     /// Lets time pass, and wakes the machine at each of its wakes and at the end.
@@ -189,13 +189,13 @@ impl Client {
         std::mem::take(&mut self.sent)
     }
 
-    pub(super) fn told(&mut self) -> Vec<Event<'static>> {
-        std::mem::take(&mut self.told)
+    pub(super) fn events(&mut self) -> Vec<Event<'static>> {
+        std::mem::take(&mut self.events)
     }
 
     pub(super) fn clear(&mut self) {
         self.sent.clear();
-        self.told.clear();
+        self.events.clear();
         self.ended.clear();
     }
 

@@ -37,11 +37,11 @@ fn an_announcement_gives_the_address_of_a_device() {
     let Ok(Some(discovery::Event::Found(device))) = output.heard else { panic!("{output:?}") };
     let mut client = Client::new(Options::default());
     client.command(Command::Connect(Endpoint::Tcp(device.address())));
-    assert_eq!(client.told(), [Event::Connect(AT)]);
+    assert_eq!(client.events(), [Event::Connect(AT)]);
     // A message without a connection is ignored.
     let mut client = Client::new(Options::default());
-    client.hear(DeviceMessage::from(network_info()));
-    assert_eq!((client.told(), client.state()), (vec![Event::Ignored], "Discovering"));
+    client.receive(DeviceMessage::from(network_info()));
+    assert_eq!((client.events(), client.state()), (vec![Event::Ignored], "Discovering"));
 }
 
 /// 7.2-2.
@@ -69,9 +69,9 @@ fn a_client_connects_to_the_endpoint_of_the_command() {
         assert_eq!(client.refused(command), Some(Refusal::NotConnected), "{command:?}");
     }
     client.step(Input::LinkUp);
-    assert_eq!(client.told(), [Event::Ignored]);
+    assert_eq!(client.events(), [Event::Ignored]);
     client.command(Command::Connect(AT));
-    assert_eq!((client.told(), client.state()), (vec![Event::Connect(AT)], "Connecting"));
+    assert_eq!((client.events(), client.state()), (vec![Event::Connect(AT)], "Connecting"));
     assert_eq!(client.refused(Command::Connect(Endpoint::Usb)), Some(Refusal::Connected));
 }
 
@@ -89,7 +89,7 @@ fn the_password_and_a_question_for_the_motors_follow() {
     for (echo, password) in [(true, PasswordOf::Device(Password(b"open"))), (false, PasswordOf::User)] {
         let mut client = Client::connected(Options::default().with_echo_password(echo), AT);
         client.clear();
-        client.hear(device_info(PlaybackState::NO_MOVE));
+        client.receive(device_info(PlaybackState::NO_MOVE));
         assert_eq!(client.sent(), [Transmit::UserPassword(password), Transmit::Get(Get::MotorInfo)]);
         assert_eq!(client.state(), "AwaitMotorInfo");
     }
@@ -99,19 +99,19 @@ fn the_password_and_a_question_for_the_motors_follow() {
 #[test]
 fn the_motors_are_reported_one_by_one() {
     let mut client = Client::connected(Options::default(), AT);
-    client.hear(device_info(PlaybackState::NO_MOVE));
+    client.receive(device_info(PlaybackState::NO_MOVE));
     client.clear();
     for motor in 1..=10 {
         client.pass(2_999);
         client.motor(motor, 0.0, 0.0, true);
-        assert_eq!((client.told(), client.state()), (vec![], "AwaitMotorInfo"));
+        assert_eq!((client.events(), client.state()), (vec![], "AwaitMotorInfo"));
     }
     // An eleventh motor and a motor with an invalid address are ignored.
     client.motor(11, 0.0, 0.0, true);
     client.motor(0, 0.0, 0.0, true);
-    assert_eq!(client.told(), [Event::Ignored; 2]);
+    assert_eq!(client.events(), [Event::Ignored; 2]);
     client.motor(0x8A, 5.0, 0.0, false);
-    assert_eq!((client.told(), client.state()), (vec![Event::Motors], "AwaitGuid"));
+    assert_eq!((client.events(), client.state()), (vec![Event::Motors], "AwaitGuid"));
     assert_eq!(client.machine.motors().count(), 10);
     assert_eq!(client.machine.motors().last().map(|motor| motor.position), Some(Rotations(5.0)));
     assert_eq!(client.sent().pop(), Some(Transmit::Get(Get::DeviceGuid)));
@@ -124,7 +124,7 @@ fn a_new_series_tells_which_motors_are_there() {
     client.command(Command::Get(Get::MotorInfo));
     client.motor(2, 1.0, 0.0, true);
     client.motor(3, 1.0, 0.0, false);
-    assert_eq!(client.told(), [Event::Motors]);
+    assert_eq!(client.events(), [Event::Motors]);
     assert!(matches!(client.ended()[..], [Outcome::Done(Some(DeviceMessage::MotorInfo(_)))]));
     let motors: Vec<_> = client.machine.motors().map(|motor| motor.motor_address.0).collect();
     assert_eq!(motors, [2, 3]);
@@ -135,16 +135,16 @@ fn a_new_series_tells_which_motors_are_there() {
 fn a_device_is_locked_without_the_right_password() {
     for silent in [false, true] {
         let mut client = Client::connected(Options::default(), AT);
-        client.hear(device_info(PlaybackState::NO_MOVE));
+        client.receive(device_info(PlaybackState::NO_MOVE));
         client.clear();
         if silent {
             client.pass(2_999);
-            assert_eq!(client.told(), []);
+            assert_eq!(client.events(), []);
             client.pass(1);
-            assert_eq!(client.told(), [Event::Locked]);
+            assert_eq!(client.events(), [Event::Locked]);
         } else {
             client.error(15, 0);
-            assert_eq!(client.told(), [Event::Error(ErrorCode::LOCKED_OUT, MotorAddress::ALL), Event::Locked]);
+            assert_eq!(client.events(), [Event::Error(ErrorCode::LOCKED_OUT, MotorAddress::ALL), Event::Locked]);
         }
         assert_eq!(client.state(), "Locked");
         assert_eq!(client.refused(load()), Some(Refusal::NotReady));
@@ -155,22 +155,22 @@ fn a_device_is_locked_without_the_right_password() {
 #[test]
 fn questions_for_the_number_and_the_platform_follow() {
     let late = |client: &mut Client| client.pass(3_000);
-    let no: fn(&mut Client) = |client| client.hear(unsupported(&[4, 0, 6, 0, 0x26, 1]));
-    let no_guid: fn(&mut Client) = |client| client.hear(unsupported(&[4, 0, 6, 0, 0x1f, 1]));
-    let yes: fn(&mut Client) = |client| client.hear(software(4));
-    let yes_guid: fn(&mut Client) = |client| client.hear(guid(&GUID));
-    let short: fn(&mut Client) = |client| client.hear(guid(&GUID[..15]));
+    let no: fn(&mut Client) = |client| client.receive(unsupported(&[4, 0, 6, 0, 0x26, 1]));
+    let no_guid: fn(&mut Client) = |client| client.receive(unsupported(&[4, 0, 6, 0, 0x1f, 1]));
+    let yes: fn(&mut Client) = |client| client.receive(software(4));
+    let yes_guid: fn(&mut Client) = |client| client.receive(guid(&GUID));
+    let short: fn(&mut Client) = |client| client.receive(guid(&GUID[..15]));
     for (says_guid, guid) in [(yes_guid, Some(GUID)), (no_guid, None), (late, None), (short, None)] {
         for (says_platform, platform) in [(yes, Some(4)), (no, None), (late, None)] {
             let mut client = Client::connected(Options::default(), AT);
-            client.hear(device_info(PlaybackState::NO_MOVE));
+            client.receive(device_info(PlaybackState::NO_MOVE));
             client.motors();
             client.clear();
             says_guid(&mut client);
             assert_eq!((client.sent(), client.state()), (vec![Transmit::Get(Get::SoftwareId)], "AwaitSoftware"));
             client.clear();
             says_platform(&mut client);
-            assert_eq!(client.told().pop(), Some(Event::Ready { reconnected: false, ranges_void: true }));
+            assert_eq!(client.events().pop(), Some(Event::Ready { reconnected: false, ranges_void: true }));
             assert_eq!((client.machine.guid(), client.machine.platform()), (guid, platform));
         }
     }
@@ -184,14 +184,14 @@ fn another_device_or_platform_voids_ranges() {
         let options = Options::default().with_expected(Some(Identity { platform, ..expected }));
         let mut client = Client::connected(options, AT);
         client.introduce(PlaybackState::NO_MOVE);
-        assert_eq!(client.told().pop(), Some(Event::Ready { reconnected: false, ranges_void }));
+        assert_eq!(client.events().pop(), Some(Event::Ready { reconnected: false, ranges_void }));
     }
     let mut client = Client::ready();
     client.step(Input::LinkDown);
     client.pass(1_000);
     client.step(Input::LinkUp);
     client.introduce(PlaybackState::NO_MOVE);
-    assert_eq!(client.told().pop(), Some(Event::Ready { reconnected: true, ranges_void: false }));
+    assert_eq!(client.events().pop(), Some(Event::Ready { reconnected: true, ranges_void: false }));
 }
 
 /// 7.2-11.
@@ -224,7 +224,7 @@ fn a_device_that_is_ready_may_lock() {
     let mut client = Client::ready();
     client.error(15, 3);
     let locked_out = ErrorCode::LOCKED_OUT;
-    assert_eq!(client.told(), [Event::Error(locked_out, MotorAddress(3)), Event::Locked]);
+    assert_eq!(client.events(), [Event::Error(locked_out, MotorAddress(3)), Event::Locked]);
     assert_eq!(client.state(), "Locked");
 }
 
@@ -251,9 +251,9 @@ fn the_password_is_changed_only_while_nothing_moves() {
     }
     // The same is true if another client began the motion.
     let mut client = Client::ready();
-    client.say(PlaybackState::START_FORWARD);
+    client.status(PlaybackState::START_FORWARD);
     assert_eq!(client.refused(Command::ChangePassword), Some(Refusal::Moves));
-    client.say(PlaybackState::FULL_STOP);
+    client.status(PlaybackState::FULL_STOP);
     assert_eq!(client.refused(Command::ChangePassword), None);
 }
 
@@ -265,11 +265,11 @@ fn a_question_keeps_the_connection_over_tcp() {
     assert_eq!(client.sent(), []);
     client.pass(1);
     assert_eq!(client.sent(), [PING]);
-    client.hear(DeviceMessage::from(network_info()));
-    assert_eq!(client.told(), []);
+    client.receive(DeviceMessage::from(network_info()));
+    assert_eq!(client.events(), []);
     client.pass(9_000);
     client.command(Command::SetPlatform(1));
-    client.hear(software(1));
+    client.receive(software(1));
     client.clear();
     client.pass(9_999);
     assert_eq!(client.sent(), []);
@@ -307,7 +307,7 @@ fn a_silent_device_is_given_up() {
     assert_eq!((client.sent(), client.state()), (vec![PING; 2], "Ready"));
     client.clear();
     client.pass(1);
-    assert_eq!((client.told(), client.state()), (vec![Event::LinkDown(LinkDownReason::Silence)], "Disconnected"));
+    assert_eq!((client.events(), client.state()), (vec![Event::LinkDown(LinkDownReason::Silence)], "Disconnected"));
     // Any message is a sign of life, also one that is cut short.
     let mut client = Client::ready();
     let error = DecodeError::Truncated { what: "LEDStatus", needed: 2, have: 0 };
@@ -315,7 +315,7 @@ fn a_silent_device_is_given_up() {
         client.pass(20_000);
         match round % 2 {
             0 => client.step(Input::Malformed { id: MessageId::LED_STATUS, kind: MessageType::RESPONSE, error }),
-            _ => client.hear(DeviceMessage::other(0x0077_0200, &[])),
+            _ => client.receive(DeviceMessage::other(0x0077_0200, &[])),
         }
     }
     assert_eq!(client.state(), "Ready");
@@ -325,9 +325,9 @@ fn a_silent_device_is_given_up() {
 #[test]
 fn a_message_without_a_question_is_told() {
     let mut client = Client::ready();
-    client.hear(DeviceMessage::from(network_info()));
-    client.hear(DeviceMessage::other(0x0025_0200, &[]));
-    client.hear(DeviceMessage::from(AuxInputStatus { status: AuxInputs::SLAVE_TIP, tail: &[] }));
+    client.receive(DeviceMessage::from(network_info()));
+    client.receive(DeviceMessage::other(0x0025_0200, &[]));
+    client.receive(DeviceMessage::from(AuxInputStatus { status: AuxInputs::SLAVE_TIP, tail: &[] }));
     client.rests(1, 5.0);
     client.error(4, 9);
     let told = [
@@ -337,13 +337,13 @@ fn a_message_without_a_question_is_told() {
         Event::MotorRests(ONE, Rotations(5.0)),
         Event::Error(ErrorCode::BAD_MOTOR_ADDRESS, MotorAddress(9)),
     ];
-    assert_eq!(client.told(), told);
+    assert_eq!(client.events(), told);
     let position = |client: &Client| client.machine.motors().next().map(|motor| motor.position.0);
     assert_eq!(position(&client), Some(5.0));
 
     // A fault voids the range.
     client.error(10, 1);
-    assert_eq!(client.told(), [Event::Error(ErrorCode::RUNAWAY, ONE), Event::MotorChanged(ONE)]);
+    assert_eq!(client.events(), [Event::Error(ErrorCode::RUNAWAY, ONE), Event::MotorChanged(ONE)]);
     assert!(client.machine.motors().all(|motor| !motor.is_calibrated()));
 
     let motors = [MotorPlace::new(TWO, Rotations(9.0)), MotorPlace::new(MotorAddress(9), Rotations(9.0))];
@@ -354,7 +354,7 @@ fn a_message_without_a_question_is_told() {
         motors: &motors,
         tail: &[],
     };
-    client.hear(DeviceMessage::from(status));
+    client.receive(DeviceMessage::from(status));
     assert_eq!(client.machine.motors().last().map(|motor| motor.position.0), Some(9.0));
 
     // Each motor that comes or goes is reported once, even if the message names it more often.
@@ -363,8 +363,8 @@ fn a_message_without_a_question_is_told() {
         MotorPresence::new(MotorAddress(motor), online.into(), MotorType::AXIS, speed, speed, acceleration)
     };
     client.clear();
-    client.hear(presences(&[[presence(1, false); 100], [presence(0x83, true); 100]].concat()));
-    assert_eq!(client.told(), [Event::MotorOnline(ONE, false), Event::MotorOnline(MotorAddress(3), true)]);
+    client.receive(presences(&[[presence(1, false); 100], [presence(0x83, true); 100]].concat()));
+    assert_eq!(client.events(), [Event::MotorOnline(ONE, false), Event::MotorOnline(MotorAddress(3), true)]);
     assert_eq!((client.machine.motors().count(), client.sent()), (1, vec![Transmit::Get(Get::MotorInfo)]));
 }
 
@@ -379,19 +379,19 @@ fn every_question_ends() {
         let mut ends = [client.clone(), client.clone(), client.clone(), client];
         let [late, no, cut, closed] = &mut ends;
         late.pass(3_000);
-        assert_eq!((late.told(), late.ended()), (vec![], vec![Outcome::Failed(Failure::NoAnswer)]));
+        assert_eq!((late.events(), late.ended()), (vec![], vec![Outcome::Failed(Failure::NoAnswer)]));
         let [i0, i1] = get.id().0.to_be_bytes();
-        no.hear(unsupported(&[4, 0, 6, i0, i1, 0]));
-        no.hear(unsupported(&[4, 0, 6, i0, i1]));
+        no.receive(unsupported(&[4, 0, 6, i0, i1, 0]));
+        no.receive(unsupported(&[4, 0, 6, i0, i1]));
         let (id, kind, action) = (Some(get.id()), Some(MessageType::SET), None);
         let unknown = Event::Unsupported { id: None, kind: None, action };
-        assert_eq!(no.told(), [Event::Unsupported { id, kind, action }, unknown], "not the question");
+        assert_eq!(no.events(), [Event::Unsupported { id, kind, action }, unknown], "not the question");
         assert_eq!(no.ended(), []);
-        no.hear(unsupported(&[4, 0, 6, i0, i1, 1]));
+        no.receive(unsupported(&[4, 0, 6, i0, i1, 1]));
         assert_eq!(no.ended(), [Outcome::Failed(Failure::Unsupported)]);
         let error = DecodeError::Truncated { what: "x", needed: 1, have: 0 };
         cut.step(Input::Malformed { id: get.id(), kind: MessageType::RESPONSE, error });
-        assert_eq!(cut.told(), [Event::Malformed(get.id(), error)]);
+        assert_eq!(cut.events(), [Event::Malformed(get.id(), error)]);
         assert_eq!(cut.ended(), [Outcome::Failed(Failure::Malformed)]);
         closed.step(Input::LinkDown);
         assert_eq!(closed.ended(), [Outcome::Failed(Failure::LinkDown)]);
@@ -401,10 +401,10 @@ fn every_question_ends() {
     }
     let mut client = Client::ready();
     client.command(Command::Get(Get::DeviceInfo));
-    client.hear(device_info(PlaybackState::NO_MOVE));
+    client.receive(device_info(PlaybackState::NO_MOVE));
     let (token, outcome) = client.ended.pop().unwrap();
     assert_eq!(token, Token(client.token));
-    assert_eq!((client.told(), outcome), (vec![], Outcome::Done(Some(device_info(PlaybackState::NO_MOVE)))));
+    assert_eq!((client.events(), outcome), (vec![], Outcome::Done(Some(device_info(PlaybackState::NO_MOVE)))));
 }
 
 /// 7.2-19.
@@ -412,9 +412,9 @@ fn every_question_ends() {
 fn a_device_that_does_not_answer_what_it_is_is_given_up() {
     let mut client = Client::connected(Options::default(), AT);
     client.pass(8_999);
-    assert_eq!((client.sent(), client.told()), (vec![ASKS; 3], vec![]));
+    assert_eq!((client.sent(), client.events()), (vec![ASKS; 3], vec![]));
     client.pass(1);
-    assert_eq!((client.told(), client.state()), (vec![Event::LinkDown(LinkDownReason::NoAnswer)], "Disconnected"));
+    assert_eq!((client.events(), client.state()), (vec![Event::LinkDown(LinkDownReason::NoAnswer)], "Disconnected"));
 }
 
 /// 7.2-20: the client tries again at growing intervals, until it is told to disconnect.
@@ -423,26 +423,26 @@ fn a_lost_connection_is_made_again() {
     for (end, why) in [(Input::LinkDown, LinkDownReason::Ended), (Input::Fatal, LinkDownReason::Framing)] {
         let mut client = Client::armed();
         client.step(end);
-        assert_eq!(client.told(), [Event::Move(Move::Lost), Event::LinkDown(why)]);
+        assert_eq!(client.events(), [Event::Move(Move::Lost), Event::LinkDown(why)]);
         assert_eq!((client.state(), client.move_state()), ("Disconnected", "NoMove"));
         for wait in [1_000, 2_000, 4_000, 8_000, 16_000, 32_000, 32_000] {
             client.pass(wait - 1);
-            assert_eq!(client.told(), []);
+            assert_eq!(client.events(), []);
             client.pass(1);
-            assert_eq!((client.told(), client.state()), (vec![Event::Connect(AT)], "Connecting"));
+            assert_eq!((client.events(), client.state()), (vec![Event::Connect(AT)], "Connecting"));
             client.step(Input::LinkDown);
-            assert_eq!(client.told(), [Event::LinkDown(LinkDownReason::Ended)]);
+            assert_eq!(client.events(), [Event::LinkDown(LinkDownReason::Ended)]);
         }
         client.command(Command::Disconnect);
-        assert_eq!((client.told(), client.state()), (vec![Event::LinkDown(LinkDownReason::Asked)], "Discovering"));
+        assert_eq!((client.events(), client.state()), (vec![Event::LinkDown(LinkDownReason::Asked)], "Discovering"));
         client.pass(600_000);
-        assert_eq!(client.told(), []);
+        assert_eq!(client.events(), []);
     }
     let mut client = Client::ready_at(Options::default().with_reconnect(false), AT);
     client.step(Input::LinkDown);
     client.clear();
     client.pass(600_000);
-    assert_eq!((client.told(), client.state()), (vec![], "Discovering"));
+    assert_eq!((client.events(), client.state()), (vec![], "Discovering"));
 }
 
 #[test]
@@ -459,6 +459,6 @@ fn settings_are_sent_once() {
         Transmit::TakePicture(Seconds(0.5)),
         Transmit::ResetDevice,
     ];
-    assert_eq!((client.sent(), client.told()), (sent.to_vec(), vec![]));
+    assert_eq!((client.sent(), client.events()), (sent.to_vec(), vec![]));
     assert_eq!(client.refused(Command::TakePicture(Seconds(f32::NAN))), Some(Refusal::Number));
 }

@@ -28,21 +28,21 @@ fn locked() -> Bench {
 fn a_device_announces_itself_while_no_client_is_connected() {
     let mut bench = Bench::off(Options::default());
     bench.pass(60_000);
-    assert_eq!((bench.said().len(), bench.machine.link().name()), (0, "Rebooting"));
+    assert_eq!((bench.messages().len(), bench.machine.link().name()), (0, "Rebooting"));
     bench.rig(Report::Started);
     bench.pass(12_000);
-    assert_eq!(bench.said(), ["all: NetworkInfo"; 3], "at once, after 5 s, after 10 s");
+    assert_eq!(bench.messages(), ["all: NetworkInfo"; 3], "at once, after 5 s, after 10 s");
     assert_eq!(bench.machine.link().name(), "Advertising");
 
     bench.open(ZERO, Transport::Tcp);
     assert_eq!(bench.machine.link().name(), "Connected");
     bench.pass_with_client(20_000);
-    assert_eq!(bench.said().len(), 0);
+    assert_eq!(bench.messages().len(), 0);
     bench.step(Input::LinkDown(ZERO));
     bench.pass(4999);
-    assert_eq!(bench.said().len(), 0);
+    assert_eq!(bench.messages().len(), 0);
     bench.pass(1);
-    assert_eq!(bench.said(), ["all: NetworkInfo"]);
+    assert_eq!(bench.messages(), ["all: NetworkInfo"]);
 }
 
 /// 7.1-2.
@@ -54,9 +54,12 @@ fn a_question_by_datagram_is_answered_to_the_receivers_that_it_names() {
     bench.step(ask(true));
     bench.step(ask(false));
     bench.step(datagram(LIMITED));
-    assert_eq!(bench.said(), ["all: NetworkInfo", "192.168.50.7:5520: NetworkInfo", "192.168.50.7:5520: NetworkInfo"]);
+    assert_eq!(
+        bench.messages(),
+        ["all: NetworkInfo", "192.168.50.7:5520: NetworkInfo", "192.168.50.7:5520: NetworkInfo"]
+    );
     bench.step(datagram(STOP));
-    assert_eq!(bench.told(), [Event::Ignored(Ignored::Datagram)]);
+    assert_eq!(bench.events(), [Event::Ignored(Ignored::Datagram)]);
 }
 
 /// 7.1-3: without a password there is no lock, unless the device asks for the empty password (decision K-P4).
@@ -66,7 +69,7 @@ fn a_device_without_a_password_is_not_locked() {
     assert_eq!(locked().machine.session(ZERO), State::Locked);
     let mut strict = Bench::new(Options::default().with_quirks(Quirks::REQUIRE_EMPTY_PASSWORD));
     assert_eq!(strict.machine.session(ZERO), State::Locked);
-    strict.hear(user_password(b""));
+    strict.receive(user_password(b""));
     assert_eq!(strict.machine.session(ZERO), State::Unlocked);
 }
 
@@ -77,7 +80,7 @@ fn a_device_is_not_locked_over_usb() {
     bench.open(ONE, Transport::Usb);
     assert_eq!(bench.machine.session(ONE), State::Unlocked);
     bench.from(ONE, user_password(b"wrong"));
-    assert_eq!((bench.machine.session(ONE), bench.said().len()), (State::Unlocked, 0));
+    assert_eq!((bench.machine.session(ONE), bench.messages().len()), (State::Unlocked, 0));
     bench.from(ONE, device_password(b"other"));
     assert_eq!(bench.machine.session(ONE), State::Unlocked);
     // A client over USB does not count as a client over TCP.
@@ -100,13 +103,13 @@ fn any_message_is_a_sign_of_life() {
     for round in 0..6 {
         bench.pass(29_000);
         match round % 3 {
-            0 => bench.hear(KeepAlive::default()),
-            1 => bench.hear(GetMotorInfo::default()),
+            0 => bench.receive(KeepAlive::default()),
+            1 => bench.receive(GetMotorInfo::default()),
             _ => bench.step(malformed),
         }
         assert_eq!(bench.machine.session(ZERO), State::Locked);
     }
-    assert_eq!(bench.said().len(), 0, "a keep-alive is not answered, nor is the rest");
+    assert_eq!(bench.messages().len(), 0, "a keep-alive is not answered, nor is the rest");
     bench.pass(30_000);
     assert_eq!(bench.machine.session(ZERO), State::Closed);
 }
@@ -115,24 +118,24 @@ fn any_message_is_a_sign_of_life() {
 #[test]
 fn a_locked_device_tells_what_it_is_and_its_address() {
     let mut bench = locked();
-    bench.hear(DEVICE_INFO);
-    bench.hear(LIMITED);
-    assert_eq!(bench.said(), ["0: DeviceInfo NO_MOVE", "0: NetworkInfo"]);
+    bench.receive(DEVICE_INFO);
+    bench.receive(LIMITED);
+    assert_eq!(bench.messages(), ["0: DeviceInfo NO_MOVE", "0: NetworkInfo"]);
 }
 
 /// 7.1-7, 7.1-8, 7.1-12: NULs that end a password do not count (decision K-T2).
 #[test]
 fn the_password_opens_and_closes_the_lock() {
     let mut bench = locked();
-    bench.hear(user_password(b"opem"));
-    assert_eq!(bench.said(), ["0: error 15 0"]);
-    assert_eq!(bench.told(), [Event::Ignored(Ignored::WrongPassword(ZERO))]);
+    bench.receive(user_password(b"opem"));
+    assert_eq!(bench.messages(), ["0: error 15 0"]);
+    assert_eq!(bench.events(), [Event::Ignored(Ignored::WrongPassword(ZERO))]);
     for right in [&b"open"[..], b"open\0"] {
-        bench.hear(user_password(right));
-        assert_eq!((bench.machine.session(ZERO), bench.said().len()), (State::Unlocked, 0));
+        bench.receive(user_password(right));
+        assert_eq!((bench.machine.session(ZERO), bench.messages().len()), (State::Unlocked, 0));
     }
-    bench.hear(user_password(b"ope"));
-    assert_eq!((bench.machine.session(ZERO), bench.said()), (State::Locked, vec!["0: error 15 0".into()]));
+    bench.receive(user_password(b"ope"));
+    assert_eq!((bench.machine.session(ZERO), bench.messages()), (State::Locked, vec!["0: error 15 0".into()]));
 }
 
 /// 7.1-10: answers to all clients go to the locked client that sent the stop too, also later ones (safety decision 2).
@@ -143,23 +146,23 @@ fn a_stop_needs_no_password() {
     bench.from(ONE, set_psa(1, 25_000.0, 10.0));
     bench.from(ONE, set_psa(2, 25_000.0, 10.0));
     bench.clear();
-    bench.hear(set_psa(1, 0.0, 0.0));
-    let stopped = bench.told();
+    bench.receive(set_psa(1, 0.0, 0.0));
+    let stopped = bench.events();
     assert!(matches!(stopped[..], [Event::StopMotor { motor: MotorAddress(1), .. }]), "{stopped:?}");
     bench.arrive(1, 3.0);
-    assert_eq!(bench.said(), ["01: 1 rests at 3.0"]);
+    assert_eq!(bench.messages(), ["01: 1 rests at 3.0"]);
 
-    bench.hear(bump(2, 7.0, 0.0));
-    assert!(matches!(bench.told()[..], [Event::StopMotor { motor: MotorAddress(2), .. }]));
-    bench.hear(STOP);
-    assert_eq!(bench.told(), [Event::StopAll]);
-    assert_eq!(bench.said(), ["01: FULL_STOP", "01: 1 rests at 3.0", "01: 3 rests at 0.0"]);
+    bench.receive(bump(2, 7.0, 0.0));
+    assert!(matches!(bench.events()[..], [Event::StopMotor { motor: MotorAddress(2), .. }]));
+    bench.receive(STOP);
+    assert_eq!(bench.events(), [Event::StopAll]);
+    assert_eq!(bench.messages(), ["01: FULL_STOP", "01: 1 rests at 3.0", "01: 3 rests at 0.0"]);
     bench.arrive(2, 4.0);
-    assert_eq!(bench.said(), ["01: 2 rests at 4.0"]);
+    assert_eq!(bench.messages(), ["01: 2 rests at 4.0"]);
     // The locked client does not get the next report of rest, because it did not ask for that motion.
     bench.from(ONE, set_psa(2, 5.0, 10.0));
     bench.arrive(2, 5.0);
-    assert_eq!(bench.said(), ["1: 2 rests at 5.0"]);
+    assert_eq!(bench.messages(), ["1: 2 rests at 5.0"]);
 }
 
 /// 7.1-11: no other message is answered or has an effect.
@@ -170,9 +173,9 @@ fn a_locked_device_ignores_everything_else() {
     for message in motions.into_iter().chain(gets).chain([ResetDevice::default().into()]) {
         let mut bench = locked();
         let before = bench.machine.clone();
-        bench.hear(message);
-        assert_eq!(bench.told(), [Event::Ignored(Ignored::Locked(ZERO))], "{message}");
-        assert_eq!((bench.said().len(), &bench.machine), (0, &before), "{message}");
+        bench.receive(message);
+        assert_eq!(bench.events(), [Event::Ignored(Ignored::Locked(ZERO))], "{message}");
+        assert_eq!((bench.messages().len(), &bench.machine), (0, &before), "{message}");
     }
 }
 
@@ -184,13 +187,13 @@ fn a_new_password_locks_the_clients() {
     for session in [ZERO, ONE] {
         bench.from(session, user_password(b"open"));
     }
-    bench.hear(device_password(b"open"));
+    bench.receive(device_password(b"open"));
     assert_eq!([ZERO, ONE].map(|session| bench.machine.session(session)), [State::Unlocked; 2]);
-    bench.hear(device_password(b"new"));
+    bench.receive(device_password(b"new"));
     assert_eq!([ZERO, ONE].map(|session| bench.machine.session(session)), [State::Locked; 2]);
-    assert_eq!(bench.told(), [Event::StorePassword(Password(b"open")), Event::StorePassword(Password(b"new"))]);
+    assert_eq!(bench.events(), [Event::StorePassword(Password(b"open")), Event::StorePassword(Password(b"new"))]);
     bench.password = b"new";
-    bench.hear(user_password(b"new"));
+    bench.receive(user_password(b"new"));
     assert_eq!([ZERO, ONE].map(|session| bench.machine.session(session)), [State::Unlocked, State::Locked]);
 }
 
@@ -198,13 +201,16 @@ fn a_new_password_locks_the_clients() {
 #[test]
 fn a_locked_client_gets_no_reports() {
     let mut bench = Bench::loaded(Options::default(), live_move(live()));
-    bench.hear(start());
+    bench.receive(start());
     bench.home();
     bench.pass(9_999);
     bench.clear();
     bench.now += 1;
-    bench.hear(device_password(b"new"));
-    assert_eq!((bench.told(), bench.said().len()), (vec![Event::StorePassword(Password(b"new")), Event::MoveOver], 0));
+    bench.receive(device_password(b"new"));
+    assert_eq!(
+        (bench.events(), bench.messages().len()),
+        (vec![Event::StorePassword(Password(b"new")), Event::MoveOver], 0)
+    );
 }
 
 /// 7.1-15: each message has one motor, and all except the last announce more (decision K-M3).
@@ -213,9 +219,9 @@ fn every_question_is_answered() {
     let mut bench = Bench::new(Options::default().with_platform(7));
     bench.calibrate(2);
     bench.clear();
-    bench.hear(GetMotorInfo::default());
+    bench.receive(GetMotorInfo::default());
     assert_eq!(
-        bench.said(),
+        bench.messages(),
         ["0: 1 at 0.0 of 0.0 to 0.0, more", "0: 2 at 8.0 of 0.0 to 8.0, more", "0: 3 at 0.0 of 0.0 to 0.0"]
     );
     for get in [
@@ -225,7 +231,7 @@ fn every_question_is_answered() {
         GetDeviceGUID::default().into(),
         GetSoftwareID::default().into(),
     ] {
-        bench.hear(get);
+        bench.receive(get);
     }
     let answers = [
         "0: LedStatus { master: LedMode(OFF), slave: LedMode(OFF) }",
@@ -234,11 +240,11 @@ fn every_question_is_answered() {
         "0: DeviceGuid",
         "0: SoftwareId { platform: 7 }",
     ];
-    assert_eq!(bench.said(), answers);
+    assert_eq!(bench.messages(), answers);
 
     let mut bare = Bench::new(Options::default().with_motors(MotorSet::NONE));
-    bare.hear(GetMotorInfo::default());
-    assert_eq!(bare.said(), ["0: MotorInfo { motor: None, more: false }"]);
+    bare.receive(GetMotorInfo::default());
+    assert_eq!(bare.messages(), ["0: MotorInfo { motor: None, more: false }"]);
 }
 
 /// 7.1-16.
@@ -246,11 +252,11 @@ fn every_question_is_answered() {
 fn settings_are_stored_without_an_answer() {
     let mut bench = Bench::new(Options::default());
     let leds = |master| LEDStatus { master_status: LedMode(master), slave_status: LedMode::OFF, tail: &[] };
-    bench.hear(HostMessage::from(leds(2)));
-    bench.hear(HostMessage::from(leds(9)));
-    bench.hear(HostMessage::from(SoftwareID { platform: 4, tail: &[] }));
-    bench.hear(HostMessage::from(live_move(live())));
-    assert_eq!(bench.said().len(), 0);
+    bench.receive(HostMessage::from(leds(2)));
+    bench.receive(HostMessage::from(leds(9)));
+    bench.receive(HostMessage::from(SoftwareID { platform: 4, tail: &[] }));
+    bench.receive(HostMessage::from(live_move(live())));
+    assert_eq!(bench.messages().len(), 0);
     let (master, slave) = (LedMode::SLOW_BLINK, LedMode::OFF);
     let told = [
         Event::Leds { master, slave },
@@ -258,16 +264,16 @@ fn settings_are_stored_without_an_answer() {
         Event::StorePlatform(4),
         Event::StoreTrajectory(live_move(live())),
     ];
-    assert_eq!(bench.told(), told);
-    bench.hear(GetLEDStatus::default());
-    bench.hear(GetSoftwareID::default());
-    bench.hear(GetTrajectoryData::default());
+    assert_eq!(bench.events(), told);
+    bench.receive(GetLEDStatus::default());
+    bench.receive(GetSoftwareID::default());
+    bench.receive(GetTrajectoryData::default());
     let answers = [
         "0: LedStatus { master: LedMode(SLOW_BLINK), slave: LedMode(OFF) }",
         "0: SoftwareId { platform: 4 }",
         "0: TrajectoryData { stored: true }",
     ];
-    assert_eq!(bench.said(), answers);
+    assert_eq!(bench.messages(), answers);
 }
 
 /// Message without a body, in bytes.
@@ -283,15 +289,15 @@ fn bytes_of(number: u32) -> Vec<u8> {
 fn an_unknown_message_is_sent_back() {
     let mut bench = Bench::new(Options::default());
     for number in [0x0025_0100, 0x0002_0000, 0x000B_0000, 0x0080_0008, 0x0077_0000] {
-        bench.hear(HostMessage::other(number, &[]));
+        bench.receive(HostMessage::other(number, &[]));
         let frame = format!("{:?}", bytes_of(number));
-        assert_eq!(bench.said(), [format!("0: UnsupportedMessage({frame})")]);
-        assert_eq!(bench.told(), [Event::Ignored(Ignored::Unsupported(ZERO))]);
+        assert_eq!(bench.messages(), [format!("0: UnsupportedMessage({frame})")]);
+        assert_eq!(bench.events(), [Event::Ignored(Ignored::Unsupported(ZERO))]);
     }
     for number in [0x0081_02FF, 0x0081_0000, 0x000F_0200, 0x000B_8200] {
-        bench.hear(HostMessage::other(number, &[]));
-        assert_eq!(bench.said().len(), 0, "{number:#x}");
-        assert_eq!(bench.told(), [Event::Ignored(Ignored::NotForDevices(ZERO))]);
+        bench.receive(HostMessage::other(number, &[]));
+        assert_eq!(bench.messages().len(), 0, "{number:#x}");
+        assert_eq!(bench.events(), [Event::Ignored(Ignored::NotForDevices(ZERO))]);
     }
     // A message that is cut short is sent back too (decision K-S4).
     let error = DecodeError::Truncated { what: "SetLEDStatus", needed: 2, have: 1 };
@@ -302,8 +308,8 @@ fn an_unknown_message_is_sent_back() {
         error,
         bytes: &[4, 0, 7, 0, 7, 0, 1],
     });
-    assert_eq!(bench.said(), ["0: UnsupportedMessage([4, 0, 7, 0, 7, 0, 1])"]);
-    assert_eq!(bench.told()[0], Event::Ignored(Ignored::Malformed(ZERO, error)));
+    assert_eq!(bench.messages(), ["0: UnsupportedMessage([4, 0, 7, 0, 7, 0, 1])"]);
+    assert_eq!(bench.events()[0], Event::Ignored(Ignored::Malformed(ZERO, error)));
 }
 
 /// 7.1-18: everything stops before the device restarts, and no client gets an answer until it has started.
@@ -311,12 +317,12 @@ fn an_unknown_message_is_sent_back() {
 fn a_reset_stops_everything_and_closes_the_connections() {
     let mut bench = Bench::loaded(Options::default(), live_move(live()));
     bench.open(ONE, Transport::Usb);
-    bench.hear(start());
+    bench.receive(start());
     bench.clear();
-    bench.hear(ResetDevice::default());
+    bench.receive(ResetDevice::default());
     let reason = DisconnectReason::Reset;
     assert_eq!(
-        bench.told(),
+        bench.events(),
         [
             Event::StopAll,
             Event::Disconnect { session: ZERO, reason },
@@ -327,11 +333,11 @@ fn a_reset_stops_everything_and_closes_the_connections() {
     assert_eq!((bench.machine.link().name(), bench.wake), ("Rebooting", None));
     bench.open(ZERO, Transport::Tcp);
     bench.arrive(1, 0.0);
-    assert_eq!(bench.told(), [Event::Ignored(Ignored::Off); 2]);
+    assert_eq!(bench.events(), [Event::Ignored(Ignored::Off); 2]);
     bench.rig(Report::Started);
     assert_eq!((bench.machine.link().name(), bench.state()), ("Advertising", "Empty"));
     bench.rig(Report::Started);
-    assert_eq!(bench.told(), [Event::Ignored(Ignored::Report)]);
+    assert_eq!(bench.events(), [Event::Ignored(Ignored::Report)]);
 }
 
 /// 7.1-19: the address goes to a locked client too, but only over TCP.
@@ -344,9 +350,9 @@ fn a_device_tells_its_address_over_tcp_if_the_option_is_set() {
     bench.open(ONE, Transport::Usb);
     bench.clear();
     bench.pass(9_999);
-    assert_eq!(bench.said(), ["0: NetworkInfo"]);
+    assert_eq!(bench.messages(), ["0: NetworkInfo"]);
     bench.pass(1);
-    assert_eq!(bench.said(), ["0: NetworkInfo"]);
+    assert_eq!(bench.messages(), ["0: NetworkInfo"]);
 }
 
 /// 7.1-20: when a client is gone, only the motors that it moved by hand stop.
@@ -356,7 +362,7 @@ fn motors_stop_when_the_client_that_moved_them_by_hand_is_gone() {
     for gone in 0..3 {
         let mut bench = Bench::new(Options::default());
         bench.open(ONE, Transport::Usb);
-        bench.hear(set_psa(1, 25_000.0, 10.0));
+        bench.receive(set_psa(1, 25_000.0, 10.0));
         bench.from(ONE, set_psa(2, 25_000.0, 10.0));
         bench.clear();
         match gone {
@@ -369,7 +375,7 @@ fn motors_stop_when_the_client_that_moved_them_by_hand_is_gone() {
             1 => bench.step(Input::Fatal(ZERO)),
             _ => bench.step(Input::LinkDown(ZERO)),
         }
-        let mut told = bench.told();
+        let mut told = bench.events();
         if let Some(&reason) = why.get(gone) {
             assert_eq!(told.pop(), Some(Event::Disconnect { session: ZERO, reason }), "after the stop");
         }
@@ -378,7 +384,7 @@ fn motors_stop_when_the_client_that_moved_them_by_hand_is_gone() {
         assert_eq!(bench.machine.session(ONE), State::Unlocked);
         bench.clear();
         bench.arrive(1, 4.0);
-        assert_eq!(bench.said(), ["1: 1 rests at 4.0"], "who is left is told");
+        assert_eq!(bench.messages(), ["1: 1 rests at 4.0"], "who is left is told");
     }
     let mut bench = Bench::new(Options::default());
     bench.open(ONE, Transport::Usb);
@@ -393,13 +399,13 @@ fn motors_stop_when_the_client_that_moved_them_by_hand_is_gone() {
 fn a_move_goes_on_without_clients_unless_an_option_says_otherwise() {
     for stops in [false, true] {
         let mut bench = Bench::loaded(Options::default().with_stop_when_alone(stops), live_move(live()));
-        bench.hear(start());
+        bench.receive(start());
         bench.home();
         assert_eq!(bench.state(), "Forward");
         bench.clear();
         bench.step(Input::LinkDown(ZERO));
-        assert_eq!(bench.told().contains(&Event::StopAll), stops);
-        assert_eq!(bench.said().len(), 0, "nobody is there to be told");
+        assert_eq!(bench.events().contains(&Event::StopAll), stops);
+        assert_eq!(bench.messages().len(), 0, "nobody is there to be told");
         assert_eq!(bench.state(), if stops { "Empty" } else { "Forward" });
     }
 }
@@ -413,9 +419,9 @@ fn motors_come_and_go() {
     bench.rig(Report::Online(MotorAddress(2), false));
     bench.rig(Report::Online(MotorAddress(2), false));
     bench.rig(Report::Online(MotorAddress(2), true));
-    assert_eq!(bench.said(), ["1: 2 online false", "1: 2 online true"], "the locked one is not told");
+    assert_eq!(bench.messages(), ["1: 2 online false", "1: 2 online true"], "the locked one is not told");
     bench.rig(Report::Online(MotorAddress(11), true));
-    assert_eq!(bench.told(), [Event::Ignored(Ignored::Report); 2]);
+    assert_eq!(bench.events(), [Event::Ignored(Ignored::Report); 2]);
 }
 
 /// 7.1-22.
@@ -423,14 +429,14 @@ fn motors_come_and_go() {
 fn changes_of_inputs_are_told() {
     let mut bench = Bench::new(Options::default());
     bench.rig(Report::Inputs(AuxInputs::MASTER_TIP));
-    assert_eq!(bench.said(), ["0: AuxInputStatus(AuxInputs(MASTER_TIP))"]);
+    assert_eq!(bench.messages(), ["0: AuxInputStatus(AuxInputs(MASTER_TIP))"]);
 }
 
 #[test]
 fn a_fifth_client_is_disconnected() {
     let mut bench = Bench::new(Options::default());
     bench.open(SessionId(4), Transport::Tcp);
-    assert_eq!(bench.told(), [Event::Disconnect { session: SessionId(4), reason: DisconnectReason::NoRoom }]);
+    assert_eq!(bench.events(), [Event::Disconnect { session: SessionId(4), reason: DisconnectReason::NoRoom }]);
     bench.from(SessionId(3), STOP);
-    assert_eq!(bench.told(), [Event::Ignored(Ignored::NoSession(SessionId(3)))]);
+    assert_eq!(bench.events(), [Event::Ignored(Ignored::NoSession(SessionId(3)))]);
 }

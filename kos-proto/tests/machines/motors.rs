@@ -74,24 +74,24 @@ fn a_stop_is_sent_before_positions_that_wait() {
     assert_eq!(client.refused(Command::MoveTo(go(ONE, 3.0))), Some(Refusal::Stopping));
     client.settle(PlaybackState::NO_MOVE);
     client.pass(1_999);
-    assert_eq!((client.sent(), client.told()), (vec![], vec![]));
+    assert_eq!((client.sent(), client.events()), (vec![], vec![]));
     for _ in 0..5 {
         client.pass(1);
         assert_eq!(
-            (client.sent(), client.told()),
+            (client.sent(), client.events()),
             (vec![stop(ONE), QUESTION], vec![Event::StopNotConfirmed(StopTarget::Motor(ONE))])
         );
         client.pass(1_999);
         client.settle(PlaybackState::NO_MOVE);
-        client.told();
+        client.events();
         client.sent();
     }
     client.rests(1, 3.0);
-    assert_eq!(client.told()[1..], [Event::Stopped(StopTarget::Motor(ONE))]);
+    assert_eq!(client.events()[1..], [Event::Stopped(StopTarget::Motor(ONE))]);
     client.clear();
     client.pass(5_000);
     assert!(!client.sent().contains(&stop(ONE)));
-    assert_eq!((client.told(), client.refused(Command::MoveTo(go(ONE, 3.0)))), (vec![], None));
+    assert_eq!((client.events(), client.refused(Command::MoveTo(go(ONE, 3.0)))), (vec![], None));
 }
 
 /// 7.3-2: a stop is confirmed by a report that no earlier motion can be meant with. All reports of earlier motions have
@@ -104,10 +104,10 @@ fn a_stop_is_confirmed_by_a_report_that_is_about_it() {
     client.command(Command::MoveTo(go(TWO, 1.0)));
     client.command(Command::StopMotor(TWO));
     client.rests(2, 0.5);
-    assert!(!client.told().contains(&stopped) && client.machine.may_move());
+    assert!(!client.events().contains(&stopped) && client.machine.may_move());
     assert_eq!(client.refused(Command::Bump(go(TWO, 1.0))), Some(Refusal::Stopping));
     client.settle(PlaybackState::NO_MOVE);
-    assert!(client.told().contains(&stopped) && !client.machine.may_move());
+    assert!(client.events().contains(&stopped) && !client.machine.may_move());
 
     // Of two motions, the report may be about the first one.
     let mut client = Client::ready();
@@ -118,11 +118,11 @@ fn a_stop_is_confirmed_by_a_report_that_is_about_it() {
     client.rests(2, 1.0);
     client.clear();
     client.settle(PlaybackState::NO_MOVE);
-    assert!(!client.told().contains(&stopped) && client.machine.may_move());
+    assert!(!client.events().contains(&stopped) && client.machine.may_move());
     assert_eq!(client.sent(), [stop(TWO), QUESTION], "so the motor is stopped again");
     client.rests(2, 1.5);
     client.settle(PlaybackState::NO_MOVE);
-    assert!(client.told().contains(&stopped) && !client.machine.may_move());
+    assert!(client.events().contains(&stopped) && !client.machine.may_move());
 }
 
 /// 7.3-2: what says by its speed that it stops is a stop, also of a motor that nobody knows (safety decision 3).
@@ -151,7 +151,7 @@ fn speed_0_is_a_stop() {
     assert_eq!(client.refused(Command::StopMotor(MotorAddress(0))), Some(Refusal::NoMotor));
     let mut nobody = Client::new(Options::default());
     nobody.command(Command::StopMotor(ONE));
-    assert_eq!(nobody.told(), [Event::StopNotConfirmed(StopTarget::Motor(ONE))]);
+    assert_eq!(nobody.events(), [Event::StopNotConfirmed(StopTarget::Motor(ONE))]);
 }
 
 /// 7.3-1: a jog goes on as long as the application gives signs of life.
@@ -171,12 +171,12 @@ fn a_jog_is_stopped_if_the_application_is_silent() {
     assert!(!client.sent().contains(&stop(TWO)));
     client.clear();
     client.pass(1);
-    assert_eq!((client.sent(), client.told()), (vec![stop(TWO), QUESTION], vec![Event::DeadMan]));
+    assert_eq!((client.sent(), client.events()), (vec![stop(TWO), QUESTION], vec![Event::DeadMan]));
     client.settle(PlaybackState::NO_MOVE);
     client.clear();
     client.pass(2_000);
     assert_eq!(
-        (client.sent(), client.told()),
+        (client.sent(), client.events()),
         (vec![stop(TWO), QUESTION], vec![Event::StopNotConfirmed(StopTarget::Motor(TWO))])
     );
     client.rests(2, 7.0);
@@ -234,7 +234,7 @@ fn a_report_that_may_be_about_an_earlier_motion_confirms_nothing() {
     client.rests(2, 3.0);
     assert_eq!((client.ended(), client.machine.may_move()), (vec![Outcome::NotConfirmed], true));
     client.command(Command::Stop);
-    client.say(PlaybackState::FULL_STOP);
+    client.status(PlaybackState::FULL_STOP);
     client.rests(1, 3.0);
     client.rests(2, 3.5);
     client.settle(PlaybackState::FULL_STOP);
@@ -252,11 +252,11 @@ fn a_motor_that_does_not_rest_in_time_is_told() {
         let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
         client.command(command);
         client.pass(119_999);
-        assert_eq!(client.told(), []);
+        assert_eq!(client.events(), []);
         client.pass(1);
-        assert_eq!(client.told(), [Event::MotorSlow(TWO)]);
+        assert_eq!(client.events(), [Event::MotorSlow(TWO)]);
         client.pass(600_000);
-        assert_eq!((client.told(), client.refused(Command::Bump(go(TWO, 5.0)))), (vec![], Some(Refusal::Moves)));
+        assert_eq!((client.events(), client.refused(Command::Bump(go(TWO, 5.0)))), (vec![], Some(Refusal::Moves)));
         client.command(Command::StopMotor(TWO));
         client.rests(2, 5.0);
         client.settle(PlaybackState::NO_MOVE);
@@ -304,12 +304,12 @@ fn a_range_is_marked() {
     client.command(Command::MarkEnd(TWO));
     assert_eq!((client.sent(), client.machine.calibration().name()), (vec![Transmit::MarkEnd(TWO)], "AwaitCalibrated"));
     assert_eq!(client.refused(Command::MarkEnd(TWO)), Some(Refusal::Busy));
-    client.hear(calibrated(TWO, 6.0));
-    assert_eq!((client.sent(), client.told()), (vec![Transmit::Get(Get::MotorInfo)], vec![Event::MotorChanged(TWO)]));
+    client.receive(calibrated(TWO, 6.0));
+    assert_eq!((client.sent(), client.events()), (vec![Transmit::Get(Get::MotorInfo)], vec![Event::MotorChanged(TWO)]));
     assert_eq!(client.machine.calibration().name(), "AwaitRange");
     client.motor(1, 3.0, 8.0, true);
     client.motor(2, 6.0, 6.0, false);
-    assert_eq!((client.told(), client.ended()), (vec![Event::Motors], vec![Outcome::Done(None)]));
+    assert_eq!((client.events(), client.ended()), (vec![Event::Motors], vec![Outcome::Done(None)]));
     assert_eq!(client.machine.calibration().name(), "Idle");
     assert_eq!(client.refused(Command::MarkEnd(TWO)), Some(Refusal::NotMarked), "once");
 }
@@ -324,14 +324,14 @@ fn a_range_that_cannot_be_marked_ends_its_command() {
         (|client| client.pass(3_000), Outcome::NotConfirmed),
         (
             |client| {
-                client.hear(calibrated(TWO, 6.0));
+                client.receive(calibrated(TWO, 6.0));
                 client.motors();
             },
             Outcome::Failed(Failure::NoRange),
         ),
         (
             |client| {
-                client.hear(calibrated(TWO, 6.0));
+                client.receive(calibrated(TWO, 6.0));
                 client.pass(3_000);
             },
             Outcome::NotConfirmed,
@@ -391,9 +391,9 @@ fn a_lost_connection_leaves_stops_unconfirmed() {
     client.clear();
     client.step(Input::LinkDown);
     assert_eq!(
-        client.told(),
+        client.events(),
         [Event::StopNotConfirmed(StopTarget::Motor(ONE)), Event::LinkDown(LinkDownReason::Ended)]
     );
     client.pass(900);
-    assert_eq!((client.sent(), client.told()), (vec![], vec![]), "nobody is there to be stopped");
+    assert_eq!((client.sent(), client.events()), (vec![], vec![]), "nobody is there to be stopped");
 }

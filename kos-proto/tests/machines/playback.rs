@@ -27,7 +27,7 @@ fn loaded() -> Bench {
 fn played(playback: Playback<'_>) -> Bench {
     let options = Options::default().with_progress_every(None).with_unix_millis_at_zero(Some(clock()));
     let mut bench = Bench::loaded(options, live_move(playback));
-    bench.hear(start());
+    bench.receive(start());
     bench.home();
     bench.clear();
     bench
@@ -59,7 +59,7 @@ fn play(way: Direction, millis: u64) -> Event<'static> {
 fn running() -> Vec<Bench> {
     let homing = |message| {
         let mut bench = loaded();
-        bench.hear(message);
+        bench.receive(message);
         bench
     };
     let looped = Playback { loop_after_reverse: LoopCount(1), ..live() };
@@ -80,13 +80,13 @@ fn running() -> Vec<Bench> {
 #[test]
 fn a_move_is_stored() {
     let mut bench = played(live());
-    bench.hear(STOP);
+    bench.receive(STOP);
     bench.clear();
-    bench.hear(GetDeviceInfo::default());
-    bench.hear(set(live_move(live())));
-    bench.hear(GetDeviceInfo::default());
-    assert_eq!(bench.said(), ["0: DeviceInfo FULL_STOP", "0: DeviceInfo NO_MOVE"]);
-    assert_eq!((bench.told(), bench.state()), (vec![Event::StoreTrajectory(live_move(live()))], "Loaded"));
+    bench.receive(GetDeviceInfo::default());
+    bench.receive(set(live_move(live())));
+    bench.receive(GetDeviceInfo::default());
+    assert_eq!(bench.messages(), ["0: DeviceInfo FULL_STOP", "0: DeviceInfo NO_MOVE"]);
+    assert_eq!((bench.events(), bench.state()), (vec![Event::StoreTrajectory(live_move(live()))], "Loaded"));
 }
 
 /// 7.4-2: the earlier move is forgotten. A move that takes no time has its own code (decision K-J10).
@@ -101,15 +101,15 @@ fn a_move_that_cannot_be_played_is_refused() {
     let both = Playback { loop_after_reverse: LoopCount(1), loop_after_rapid_reverse: LoopCount(1), ..live() };
     for (data, code) in [(nothing, 3), (no_time, 17), (no_mode, 3), (no_delay, 3), (looped, 3), (live_move(both), 3)] {
         let mut bench = loaded();
-        bench.hear(set(data));
-        assert_eq!((bench.said(), bench.state()), (vec![format!("0: error {code} 0")], "Empty"));
-        assert!(matches!(bench.told()[..], [Event::BadTrajectory(_)]));
+        bench.receive(set(data));
+        assert_eq!((bench.messages(), bench.state()), (vec![format!("0: error {code} 0")], "Empty"));
+        assert!(matches!(bench.events()[..], [Event::BadTrajectory(_)]));
     }
     let mut bench = loaded();
     let error = kos_proto::DecodeError::Truncated { what: "Axis", needed: 2, have: 1 };
     let (id, kind) = (kos_proto::MessageId::TRAJECTORY_DATA, kos_proto::MessageType::SET);
     bench.step(Input::Malformed { session: ZERO, id, kind, error, bytes: &[] });
-    assert_eq!((bench.said(), bench.state()), (vec!["0: error 3 0".into()], "Empty"));
+    assert_eq!((bench.messages(), bench.state()), (vec!["0: error 3 0".into()], "Empty"));
 }
 
 /// 7.4-3.
@@ -117,8 +117,8 @@ fn a_move_that_cannot_be_played_is_refused() {
 fn nothing_is_played_without_a_move() {
     for message in [setup(false), setup(true), start(), RAPID] {
         let mut bench = Bench::new(Options::default());
-        bench.hear(message);
-        assert_eq!((bench.said(), bench.told().len(), bench.state()), (vec!["0: error 2 0".into()], 0, "Empty"));
+        bench.receive(message);
+        assert_eq!((bench.messages(), bench.events().len(), bench.state()), (vec!["0: error 2 0".into()], 0, "Empty"));
     }
 }
 
@@ -126,13 +126,16 @@ fn nothing_is_played_without_a_move() {
 #[test]
 fn setup_sends_the_motors_to_where_the_move_begins() {
     let mut bench = loaded();
-    bench.hear(setup(false));
-    assert_eq!((bench.told(), bench.said().len(), bench.state()), (vec![home(Direction::Forward)], 0, "HomingSetup"));
+    bench.receive(setup(false));
+    assert_eq!(
+        (bench.events(), bench.messages().len(), bench.state()),
+        (vec![home(Direction::Forward)], 0, "HomingSetup")
+    );
     bench.arrive(2, 0.0);
     bench.arrive(2, 0.0);
     assert_eq!(bench.state(), "HomingSetup");
     bench.arrive(1, 0.0);
-    assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: SETUP_COMPLETED"]);
+    assert_eq!(bench.messages(), ["0: MOTORS_HOME", "0: SETUP_COMPLETED"]);
     assert_eq!(bench.state(), "Ready");
 }
 
@@ -141,9 +144,9 @@ fn setup_sends_the_motors_to_where_the_move_begins() {
 fn a_move_needs_motors_that_rest_and_know_their_ranges() {
     for message in [setup(false), setup(true), start(), RAPID] {
         let cases: [(Spoil, &str); 5] = [
-            (|bench| bench.hear(reset_axis(2)), "0: error 2 0"),
-            (|bench| bench.hear(mark_begin(2)), "0: error 2 0"),
-            (|bench| bench.hear(set_psa(3, 1.0, 1.0)), "0: error 2 0"),
+            (|bench| bench.receive(reset_axis(2)), "0: error 2 0"),
+            (|bench| bench.receive(mark_begin(2)), "0: error 2 0"),
+            (|bench| bench.receive(set_psa(3, 1.0, 1.0)), "0: error 2 0"),
             (|bench| bench.rig(Report::Online(MotorAddress(2), false)), "0: error 4 2"),
             (|bench| (1..4).for_each(|motor| bench.rig(Report::Online(MotorAddress(motor), false))), "0: error 6 0"),
         ];
@@ -151,8 +154,8 @@ fn a_move_needs_motors_that_rest_and_know_their_ranges() {
             let mut bench = loaded();
             spoil(&mut bench);
             bench.clear();
-            bench.hear(message);
-            assert_eq!((bench.said(), bench.told().len(), bench.state()), (vec![error.into()], 0, "Loaded"));
+            bench.receive(message);
+            assert_eq!((bench.messages(), bench.events().len(), bench.state()), (vec![error.into()], 0, "Loaded"));
         }
     }
 }
@@ -161,21 +164,27 @@ fn a_move_needs_motors_that_rest_and_know_their_ranges() {
 #[test]
 fn setup_may_leave_the_motors_where_they_are() {
     let mut bench = loaded();
-    bench.hear(setup(true));
-    assert_eq!((bench.told().len(), bench.said(), bench.state()), (0, vec!["0: SETUP_COMPLETED".into()], "Ready"));
-    bench.hear(start());
-    assert_eq!((bench.told(), bench.state()), (vec![home(Direction::Forward)], "HomingStart"));
+    bench.receive(setup(true));
+    assert_eq!(
+        (bench.events().len(), bench.messages(), bench.state()),
+        (0, vec!["0: SETUP_COMPLETED".into()], "Ready")
+    );
+    bench.receive(start());
+    assert_eq!((bench.events(), bench.state()), (vec![home(Direction::Forward)], "HomingStart"));
 }
 
 /// 7.4-6, 7.4-10, 7.4-14.
 #[test]
 fn a_start_sends_the_motors_to_where_the_move_begins_and_plays_it() {
     let mut bench = loaded();
-    bench.hear(start());
-    assert_eq!((bench.told(), bench.said().len(), bench.state()), (vec![home(Direction::Forward)], 0, "HomingStart"));
+    bench.receive(start());
+    assert_eq!(
+        (bench.events(), bench.messages().len(), bench.state()),
+        (vec![home(Direction::Forward)], 0, "HomingStart")
+    );
     bench.home();
-    assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: START_FORWARD"]);
-    assert_eq!((bench.told(), bench.state()), (vec![play(Direction::Forward, 10_000)], "Forward"));
+    assert_eq!(bench.messages(), ["0: MOTORS_HOME", "0: START_FORWARD"]);
+    assert_eq!((bench.events(), bench.state()), (vec![play(Direction::Forward, 10_000)], "Forward"));
 }
 
 /// 7.4-7: the move is loaded or ready, as before.
@@ -184,16 +193,16 @@ fn rapid_to_first_key_frame_moves_the_motors_and_plays_nothing() {
     for ready in [false, true] {
         let mut bench = loaded();
         if ready {
-            bench.hear(setup(true));
+            bench.receive(setup(true));
         }
         let before = bench.state();
         bench.clear();
-        bench.hear(RAPID);
-        assert_eq!((bench.told(), bench.state()), (vec![home(Direction::Forward)], "HomingRapid"));
+        bench.receive(RAPID);
+        assert_eq!((bench.events(), bench.state()), (vec![home(Direction::Forward)], "HomingRapid"));
         bench.home();
-        assert_eq!((bench.said(), bench.state()), (vec!["0: MOTORS_HOME".into()], before));
+        assert_eq!((bench.messages(), bench.state()), (vec!["0: MOTORS_HOME".into()], before));
         // A ready move is played at once, because the motors are home.
-        bench.hear(start());
+        bench.receive(start());
         assert_eq!(bench.state(), if ready { "Forward" } else { "HomingStart" });
     }
 }
@@ -202,15 +211,15 @@ fn rapid_to_first_key_frame_moves_the_motors_and_plays_nothing() {
 #[test]
 fn a_start_during_the_setup_is_stored_once() {
     let mut bench = loaded();
-    bench.hear(setup(false));
-    bench.hear(start_to(PlaybackDirection::REVERSE));
-    assert_eq!(bench.said(), ["0: error 2 0"]);
-    bench.hear(start());
-    assert_eq!((bench.said().len(), bench.state()), (0, "HomingSetup"));
-    bench.hear(start());
-    assert_eq!(bench.said(), ["0: error 2 0"]);
+    bench.receive(setup(false));
+    bench.receive(start_to(PlaybackDirection::REVERSE));
+    assert_eq!(bench.messages(), ["0: error 2 0"]);
+    bench.receive(start());
+    assert_eq!((bench.messages().len(), bench.state()), (0, "HomingSetup"));
+    bench.receive(start());
+    assert_eq!(bench.messages(), ["0: error 2 0"]);
     bench.home();
-    assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: SETUP_COMPLETED", "0: START_FORWARD"]);
+    assert_eq!(bench.messages(), ["0: MOTORS_HOME", "0: SETUP_COMPLETED", "0: START_FORWARD"]);
     assert_eq!(bench.state(), "Forward");
 }
 
@@ -220,7 +229,7 @@ fn a_motor_that_does_not_get_to_where_the_move_begins_ends_the_move() {
     for message in [setup(false), start(), RAPID] {
         for late in [false, true] {
             let mut bench = loaded();
-            bench.hear(message);
+            bench.receive(message);
             bench.arrive(1, 0.0);
             bench.clear();
             if late {
@@ -228,15 +237,15 @@ fn a_motor_that_does_not_get_to_where_the_move_begins_ends_the_move() {
             } else {
                 bench.rig(Report::CannotHome(MotorAddress(2)));
             }
-            assert_eq!(bench.said(), ["0: error 0 0", "0: FULL_STOP"]);
-            assert_eq!((bench.told(), bench.state()), (vec![Event::StopAll], "Empty"));
+            assert_eq!(bench.messages(), ["0: error 0 0", "0: FULL_STOP"]);
+            assert_eq!((bench.events(), bench.state()), (vec![Event::StopAll], "Empty"));
             // No move is played until the motor rests.
-            bench.hear(set(live_move(live())));
-            bench.hear(start());
-            assert_eq!(bench.said(), ["0: error 2 0"]);
+            bench.receive(set(live_move(live())));
+            bench.receive(start());
+            assert_eq!(bench.messages(), ["0: error 2 0"]);
             bench.arrive(2, 4.0);
-            bench.hear(start());
-            assert_eq!(bench.said(), ["0: 2 rests at 4.0"]);
+            bench.receive(start());
+            assert_eq!(bench.messages(), ["0: 2 rests at 4.0"]);
         }
     }
 }
@@ -245,11 +254,14 @@ fn a_motor_that_does_not_get_to_where_the_move_begins_ends_the_move() {
 #[test]
 fn a_move_is_played_at_once_if_the_motors_are_where_it_begins() {
     let mut bench = loaded();
-    bench.hear(setup(false));
+    bench.receive(setup(false));
     bench.home();
     bench.clear();
-    bench.hear(start());
-    assert_eq!((bench.said(), bench.told()), (vec!["0: START_FORWARD".into()], vec![play(Direction::Forward, 10_000)]));
+    bench.receive(start());
+    assert_eq!(
+        (bench.messages(), bench.events()),
+        (vec!["0: START_FORWARD".into()], vec![play(Direction::Forward, 10_000)])
+    );
 }
 
 /// 7.4-13: a motor that was moved by hand or marked again is no longer at the begin of the move (decision K-S7).
@@ -257,20 +269,20 @@ fn a_move_is_played_at_once_if_the_motors_are_where_it_begins() {
 fn motors_that_were_moved_by_hand_go_back_before_the_move() {
     let disturb: [fn(&mut Bench); 2] = [
         |bench| {
-            bench.hear(set_psa(1, 1.0, 1.0));
+            bench.receive(set_psa(1, 1.0, 1.0));
             bench.arrive(1, 1.0);
         },
         |bench| bench.calibrate(2),
     ];
     for disturb in disturb {
         let mut bench = loaded();
-        bench.hear(setup(false));
+        bench.receive(setup(false));
         bench.home();
         disturb(&mut bench);
         assert_eq!(bench.state(), "Ready");
         bench.clear();
-        bench.hear(start());
-        assert_eq!((bench.told(), bench.state()), (vec![home(Direction::Forward)], "HomingStart"));
+        bench.receive(start());
+        assert_eq!((bench.events(), bench.state()), (vec![home(Direction::Forward)], "HomingStart"));
     }
 }
 
@@ -281,16 +293,19 @@ fn a_start_time_that_has_passed_moves_nothing() {
     for (clock, moment) in clocks {
         let options = Options::default().with_unix_millis_at_zero(clock);
         let mut bench = Bench::loaded(options, live_move(until(moment)));
-        bench.hear(start());
-        assert_eq!((bench.said(), bench.told().len(), bench.state()), (vec!["0: error 17 0".into()], 0, "Loaded"));
-        bench.hear(setup(true));
+        bench.receive(start());
+        assert_eq!(
+            (bench.messages(), bench.events().len(), bench.state()),
+            (vec!["0: error 17 0".into()], 0, "Loaded")
+        );
+        bench.receive(setup(true));
         bench.clear();
-        bench.hear(start());
-        assert_eq!((bench.said(), bench.told().len(), bench.state()), (vec!["0: error 17 0".into()], 0, "Ready"));
-        bench.hear(setup(false));
+        bench.receive(start());
+        assert_eq!((bench.messages(), bench.events().len(), bench.state()), (vec!["0: error 17 0".into()], 0, "Ready"));
+        bench.receive(setup(false));
         bench.clear();
-        bench.hear(start());
-        assert_eq!((bench.said(), bench.state()), (vec!["0: error 17 0".into()], "HomingSetup"));
+        bench.receive(start());
+        assert_eq!((bench.messages(), bench.state()), (vec!["0: error 17 0".into()], "HomingSetup"));
     }
 }
 
@@ -299,7 +314,7 @@ fn a_start_time_that_has_passed_moves_nothing() {
 fn a_start_time_that_passes_on_the_way_ends_the_move() {
     let options = Options::default().with_unix_millis_at_zero(Some(clock()));
     let mut bench = Bench::loaded(options, live_move(until(NOON)));
-    bench.hear(start());
+    bench.receive(start());
     bench.arrive(1, 0.0);
     bench.clear();
     bench.pass_with_client(1_799_000 - 360_000 - 1_000_000);
@@ -308,13 +323,13 @@ fn a_start_time_that_passes_on_the_way_ends_the_move() {
 
     let options = options.with_travel_limit(None);
     let mut bench = Bench::loaded(options, live_move(until(NOON)));
-    bench.hear(start());
+    bench.receive(start());
     bench.arrive(1, 0.0);
     bench.clear();
     bench.pass_with_client(1_799_000);
     bench.arrive(2, 0.0);
-    assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: error 17 0", "0: FULL_STOP"]);
-    assert_eq!((bench.told(), bench.state()), (vec![Event::StopAll], "Empty"));
+    assert_eq!(bench.messages(), ["0: MOTORS_HOME", "0: error 17 0", "0: FULL_STOP"]);
+    assert_eq!((bench.events(), bench.state()), (vec![Event::StopAll], "Empty"));
 }
 
 /// 7.4-17, 7.4-18: the delay is a duration or a time of day.
@@ -324,22 +339,22 @@ fn a_move_waits_for_its_time() {
         let mut bench = played(playback);
         assert_eq!(bench.state(), "Delay");
         bench.pass_with_client(wait - 500);
-        bench.hear(GetDeviceInfo::default());
-        assert_eq!(bench.said(), ["0: DeviceInfo DELAY_TIMER_STARTED"]);
+        bench.receive(GetDeviceInfo::default());
+        assert_eq!(bench.messages(), ["0: DeviceInfo DELAY_TIMER_STARTED"]);
         bench.pass(499);
-        assert_eq!((bench.said().len(), bench.state()), (0, "Delay"));
+        assert_eq!((bench.messages().len(), bench.state()), (0, "Delay"));
         bench.pass(1);
         assert_eq!(
-            (bench.said(), bench.told()),
+            (bench.messages(), bench.events()),
             (vec!["0: START_FORWARD".into()], vec![play(Direction::Forward, 10_000)])
         );
     }
     let mut bench = loaded();
-    bench.hear(set(live_move(waiting(2.5))));
-    bench.hear(start());
+    bench.receive(set(live_move(waiting(2.5))));
+    bench.receive(start());
     bench.clear();
     bench.home();
-    assert_eq!(bench.said(), ["0: MOTORS_HOME", "0: DELAY_TIMER_STARTED"]);
+    assert_eq!(bench.messages(), ["0: MOTORS_HOME", "0: DELAY_TIMER_STARTED"]);
     // DeviceInfo tells the remaining time.
     bench.now += 1_500;
     let (message, password) = (GetDeviceInfo::default().into(), Password(b""));
@@ -355,11 +370,11 @@ fn a_move_waits_for_its_time() {
 #[test]
 fn the_progress_of_a_move_is_told_if_the_option_is_set() {
     let mut bench = Bench::loaded(Options::default().with_progress_every(Some(4_000)), live_move(live()));
-    bench.hear(start());
+    bench.receive(start());
     bench.home();
     bench.clear();
     bench.pass(9_999);
-    assert_eq!((bench.said(), bench.told().len()), (vec!["0: START_FORWARD".to_owned(); 2], 0));
+    assert_eq!((bench.messages(), bench.events().len()), (vec!["0: START_FORWARD".to_owned(); 2], 0));
 }
 
 /// 7.4-20, 7.4-21.
@@ -367,14 +382,14 @@ fn the_progress_of_a_move_is_told_if_the_option_is_set() {
 fn a_move_is_forgotten_at_its_end() {
     let mut bench = played(live());
     bench.pass(9_999);
-    assert_eq!(bench.said().len(), 0);
+    assert_eq!(bench.messages().len(), 0);
     bench.pass(1);
-    assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: FULL_STOP"]);
-    assert_eq!((bench.told(), bench.state(), bench.machine.stored_move()), (vec![Event::MoveOver], "Empty", None));
-    bench.hear(GetTrajectoryData::default());
-    assert_eq!(bench.said(), ["0: TrajectoryData { stored: false }"], "decision K-J15");
-    bench.hear(start());
-    assert_eq!(bench.said(), ["0: error 2 0"], "decision K-J14");
+    assert_eq!(bench.messages(), ["0: END_OF_MOVE", "0: FULL_STOP"]);
+    assert_eq!((bench.events(), bench.state(), bench.machine.stored_move()), (vec![Event::MoveOver], "Empty", None));
+    bench.receive(GetTrajectoryData::default());
+    assert_eq!(bench.messages(), ["0: TrajectoryData { stored: false }"], "decision K-J15");
+    bench.receive(start());
+    assert_eq!(bench.messages(), ["0: error 2 0"], "decision K-J14");
 }
 
 /// 7.4-21, 7.4-22, 7.4-24: n loops are n passes back and n + 1 passes forward (decision K-J4).
@@ -383,14 +398,14 @@ fn a_loop_plays_the_move_back_and_again() {
     let mut bench = played(Playback { loop_after_reverse: LoopCount(2), ..live() });
     for _ in 0..2 {
         bench.pass_with_client(10_000);
-        assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: START_REVERSE"]);
-        assert_eq!(bench.told(), [play(Direction::Reverse, 10_000)]);
+        assert_eq!(bench.messages(), ["0: END_OF_MOVE", "0: START_REVERSE"]);
+        assert_eq!(bench.events(), [play(Direction::Reverse, 10_000)]);
         bench.pass_with_client(10_000);
-        assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: START_FORWARD"]);
-        assert_eq!(bench.told(), [play(Direction::Forward, 10_000)]);
+        assert_eq!(bench.messages(), ["0: END_OF_MOVE", "0: START_FORWARD"]);
+        assert_eq!(bench.events(), [play(Direction::Forward, 10_000)]);
     }
     bench.pass_with_client(10_000);
-    assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: FULL_STOP"]);
+    assert_eq!(bench.messages(), ["0: END_OF_MOVE", "0: FULL_STOP"]);
 }
 
 /// 7.4-23: the way back has its own duration, and an endless loop has no count that grows.
@@ -400,11 +415,11 @@ fn a_rapid_loop_plays_the_move_back_in_its_own_time() {
         Playback { loop_after_rapid_reverse: LoopCount::FOREVER, rapid_reverse_duration: Seconds(2.0), ..live() };
     let mut bench = played(rapid);
     for _ in 0..300 {
-        bench.hear(KeepAlive::default());
+        bench.receive(KeepAlive::default());
         bench.pass(10_000);
-        assert_eq!(bench.told(), [play(Direction::Reverse, 2_000)]);
+        assert_eq!(bench.events(), [play(Direction::Reverse, 2_000)]);
         bench.pass(2_000);
-        assert_eq!(bench.told(), [play(Direction::Forward, 10_000)]);
+        assert_eq!(bench.events(), [play(Direction::Forward, 10_000)]);
     }
 }
 
@@ -412,24 +427,24 @@ fn a_rapid_loop_plays_the_move_back_in_its_own_time() {
 #[test]
 fn a_move_is_played_in_reverse() {
     let mut bench = loaded();
-    bench.hear(set(live_move(Playback { loop_after_reverse: LoopCount(1), ..live() })));
+    bench.receive(set(live_move(Playback { loop_after_reverse: LoopCount(1), ..live() })));
     bench.clear();
-    bench.hear(start_to(PlaybackDirection::REVERSE));
-    assert_eq!(bench.told(), [home(Direction::Reverse)]);
+    bench.receive(start_to(PlaybackDirection::REVERSE));
+    assert_eq!(bench.events(), [home(Direction::Reverse)]);
     bench.home();
     for way in [Direction::Forward, Direction::Reverse] {
-        assert_eq!(bench.told(), [play(way.back(), 10_000)]);
+        assert_eq!(bench.events(), [play(way.back(), 10_000)]);
         bench.pass_with_client(10_000);
     }
     bench.clear();
     bench.pass_with_client(10_000);
-    assert_eq!((bench.said(), bench.state()), (vec!["0: END_OF_MOVE".into(), "0: FULL_STOP".to_owned()], "Empty"));
+    assert_eq!((bench.messages(), bench.state()), (vec!["0: END_OF_MOVE".into(), "0: FULL_STOP".to_owned()], "Empty"));
 
     let mut bench = loaded();
     let late = StartPlayback { direction: PlaybackDirection::FORWARD, start_time: Seconds(1.0), tail: &[] };
-    bench.hear(HostMessage::from(late));
-    bench.hear(start_to(PlaybackDirection(2)));
-    assert_eq!((bench.said(), bench.told().len()), (vec!["0: error 17 0".into(), "0: error 2 0".to_owned()], 0));
+    bench.receive(HostMessage::from(late));
+    bench.receive(start_to(PlaybackDirection(2)));
+    assert_eq!((bench.messages(), bench.events().len()), (vec!["0: error 17 0".into(), "0: error 2 0".to_owned()], 0));
 }
 
 /// 7.4-26, 7.4-28: the position of each motor is reported, at once or when it rests (safety decisions 1 and 8).
@@ -438,54 +453,54 @@ fn a_stop_ends_a_move_in_every_state() {
     for stop in [STOP, set_psa(3, 0.0, 0.0), bump(9, 0.0, 0.0)] {
         for mut bench in running() {
             let state = bench.state();
-            bench.hear(stop);
-            assert_eq!(bench.told(), [Event::StopAll], "{state}");
+            bench.receive(stop);
+            assert_eq!(bench.events(), [Event::StopAll], "{state}");
             assert_eq!(bench.state(), "Empty");
-            let said = bench.said();
-            assert_eq!(said[0], "0: FULL_STOP", "{state}");
-            assert_eq!(said.last().map(String::as_str), Some("0: 3 rests at 0.0"));
+            let messages = bench.messages();
+            assert_eq!(messages[0], "0: FULL_STOP", "{state}");
+            assert_eq!(messages.last().map(String::as_str), Some("0: 3 rests at 0.0"));
             if state == "Delay" {
-                assert_eq!(said.len(), 4, "nothing moves");
+                assert_eq!(messages.len(), 4, "nothing moves");
                 continue;
             }
-            assert_eq!(said.len(), 2, "{state}: two motors move");
+            assert_eq!(messages.len(), 2, "{state}: two motors move");
             bench.arrive(1, 2.0);
             bench.arrive(2, 3.0);
-            assert_eq!(bench.said(), ["0: 1 rests at 2.0", "0: 2 rests at 3.0"]);
+            assert_eq!(bench.messages(), ["0: 1 rests at 2.0", "0: 2 rests at 3.0"]);
         }
     }
     // A ready move does not run, but it is forgotten too.
     let mut bench = loaded();
-    bench.hear(setup(true));
+    bench.receive(setup(true));
     bench.clear();
-    bench.hear(STOP);
-    assert_eq!((bench.state(), bench.said().len()), ("Empty", 4));
+    bench.receive(STOP);
+    assert_eq!((bench.state(), bench.messages().len()), ("Empty", 4));
 }
 
 /// 7.4-27: a second stop is answered too.
 #[test]
 fn a_stop_without_a_move_is_answered_too() {
     let mut bench = loaded();
-    bench.hear(set_psa(3, 7.0, 1.0));
+    bench.receive(set_psa(3, 7.0, 1.0));
     bench.clear();
-    bench.hear(STOP);
-    assert_eq!((bench.told(), bench.state()), (vec![Event::StopAll], "Empty"));
-    assert_eq!(bench.said(), ["0: FULL_STOP", "0: 1 rests at 8.0", "0: 2 rests at 8.0"]);
+    bench.receive(STOP);
+    assert_eq!((bench.events(), bench.state()), (vec![Event::StopAll], "Empty"));
+    assert_eq!(bench.messages(), ["0: FULL_STOP", "0: 1 rests at 8.0", "0: 2 rests at 8.0"]);
     bench.arrive(3, 0.0);
-    assert_eq!(bench.said(), ["0: 3 rests at 0.0"]);
-    bench.hear(STOP);
-    let said = bench.said();
-    assert_eq!((&said[..1], &said[1..]), (&["0: FULL_STOP".to_owned()][..], &RESTS.map(str::to_owned)[..]));
+    assert_eq!(bench.messages(), ["0: 3 rests at 0.0"]);
+    bench.receive(STOP);
+    let messages = bench.messages();
+    assert_eq!((&messages[..1], &messages[1..]), (&["0: FULL_STOP".to_owned()][..], &RESTS.map(str::to_owned)[..]));
 }
 
 /// 7.4-28: while no move runs, the stop concerns one motor only.
 #[test]
 fn a_stop_of_one_motor_leaves_a_move_that_is_ready() {
     let mut bench = loaded();
-    bench.hear(setup(true));
+    bench.receive(setup(true));
     bench.clear();
-    bench.hear(set_psa(1, 0.0, 0.0));
-    assert_eq!((bench.said(), bench.state()), (vec!["0: 1 rests at 8.0".into()], "Ready"));
+    bench.receive(set_psa(1, 0.0, 0.0));
+    assert_eq!((bench.messages(), bench.state()), (vec!["0: 1 rests at 8.0".into()], "Ready"));
 }
 
 /// 7.4-29: the move goes on, and only the client that asked gets the error (decision K-S3).
@@ -503,7 +518,11 @@ fn while_a_move_runs_nothing_else_moves() {
             bench.open(ONE, kos_proto::Transport::Usb);
             let before = bench.machine.clone();
             bench.from(ONE, message);
-            assert_eq!((bench.said(), bench.told().len()), (vec!["1: error 2 0".into()], 0), "{state}: {message}");
+            assert_eq!(
+                (bench.messages(), bench.events().len()),
+                (vec!["1: error 2 0".into()], 0),
+                "{state}: {message}"
+            );
             assert_eq!(bench.machine, before, "{state}: {message}");
         }
     }
@@ -515,17 +534,17 @@ fn a_fault_ends_a_move() {
     for code in [10, 11, 12, 13, 16] {
         for mut bench in running() {
             bench.rig(Report::Fault(MotorAddress(1), ErrorCode(code)));
-            assert_eq!(bench.said(), [format!("0: error {code} 1"), "0: FULL_STOP".into()]);
-            assert_eq!((bench.told(), bench.state()), (vec![Event::StopAll], "Empty"));
+            assert_eq!(bench.messages(), [format!("0: error {code} 1"), "0: FULL_STOP".into()]);
+            assert_eq!((bench.events(), bench.state()), (vec![Event::StopAll], "Empty"));
             let calibrated = bench.machine.calibration(MotorAddress(1)).unwrap().name() == "Calibrated";
             assert_eq!(calibrated, !ErrorCode(code).resets_axis());
         }
     }
     for mut bench in running() {
         bench.rig(Report::Online(MotorAddress(3), false));
-        assert_eq!(bench.said(), ["0: 3 online false"]);
+        assert_eq!(bench.messages(), ["0: 3 online false"]);
         bench.rig(Report::Online(MotorAddress(2), false));
-        assert_eq!(bench.said(), ["0: error 4 2", "0: FULL_STOP", "0: 2 online false"]);
+        assert_eq!(bench.messages(), ["0: error 4 2", "0: FULL_STOP", "0: 2 online false"]);
     }
 }
 
@@ -536,7 +555,7 @@ fn camera_roll_is_not_told() {
         played(Playback { camera_roll_enabled: true.into(), camera_roll_pre_delay: Seconds(3.0), ..live() });
     assert_eq!(bench.state(), "Forward");
     bench.pass(10_000);
-    assert_eq!(bench.said(), ["0: END_OF_MOVE", "0: FULL_STOP"]);
+    assert_eq!(bench.messages(), ["0: END_OF_MOVE", "0: FULL_STOP"]);
 }
 
 /// A late wake only delays the move: each pass has its full duration from its own begin.
@@ -545,7 +564,7 @@ fn a_late_wake_makes_the_move_late() {
     let mut bench = played(Playback { loop_after_reverse: LoopCount(1), ..live() });
     bench.now += 25_000;
     bench.step(Input::Wake);
-    assert_eq!(bench.told(), [play(Direction::Reverse, 10_000)]);
+    assert_eq!(bench.events(), [play(Direction::Reverse, 10_000)]);
     bench.pass(9_999);
     assert_eq!(bench.state(), "Reverse");
 }

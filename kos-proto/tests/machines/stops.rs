@@ -50,7 +50,7 @@ fn states() -> Vec<Client> {
     };
     let says = |mut client: Client, states: &[PlaybackState]| {
         for &state in states {
-            client.say(state);
+            client.status(state);
         }
         client
     };
@@ -62,11 +62,11 @@ fn states() -> Vec<Client> {
     connecting.command(Command::Connect(AT));
     let asked = Client::connected(Options::default(), AT);
     let mut informed = asked.clone();
-    informed.hear(device_info(PlaybackState::NO_MOVE));
+    informed.receive(device_info(PlaybackState::NO_MOVE));
     let mut listed = informed.clone();
     listed.motors();
     let mut numbered = listed.clone();
-    numbered.hear(guid(&GUID));
+    numbered.receive(guid(&GUID));
     let mut locked = Client::ready();
     locked.error(15, 0);
     let marked = with(Client::ready(), &[Command::MarkBegin(TWO)]);
@@ -110,15 +110,15 @@ type End = fn(&mut Client);
 
 /// All possible answers of a device that obeys a message or refuses it.
 fn answers(client: &mut Client) {
-    client.say(PlaybackState::MOTORS_HOME);
-    client.say(PlaybackState::SETUP_COMPLETED);
-    client.say(PlaybackState::START_FORWARD);
+    client.status(PlaybackState::MOTORS_HOME);
+    client.status(PlaybackState::SETUP_COMPLETED);
+    client.status(PlaybackState::START_FORWARD);
     client.rests(1, 5.0);
-    client.say(PlaybackState::END_OF_MOVE);
-    client.say(PlaybackState::FULL_STOP);
+    client.status(PlaybackState::END_OF_MOVE);
+    client.status(PlaybackState::FULL_STOP);
     client.rests(1, 5.0);
     client.rests(2, 5.0);
-    client.hear(calibrated(TWO, 6.0));
+    client.receive(calibrated(TWO, 6.0));
     client.introduce(PlaybackState::FULL_STOP);
     client.error(2, 0);
 }
@@ -255,26 +255,26 @@ fn each_command_ends_once_with_its_outcome() {
     // A move is loaded, played to its end, and over.
     let mut client = Client::ready();
     client.command(load());
-    client.say(PlaybackState::MOTORS_HOME);
+    client.status(PlaybackState::MOTORS_HOME);
     assert_eq!(client.ended(), []);
-    client.say(PlaybackState::SETUP_COMPLETED);
+    client.status(PlaybackState::SETUP_COMPLETED);
     assert_eq!(client.ended(), [Outcome::Done(None)]);
     client.command(Command::Play);
-    client.say(PlaybackState::START_FORWARD);
-    client.say(PlaybackState::END_OF_MOVE);
+    client.status(PlaybackState::START_FORWARD);
+    client.status(PlaybackState::END_OF_MOVE);
     assert_eq!(client.ended(), []);
-    client.say(PlaybackState::FULL_STOP);
+    client.status(PlaybackState::FULL_STOP);
     assert_eq!(client.ended(), [Outcome::Done(None)]);
     let ends: [(End, Outcome<'_>); 4] = [
-        (|client| client.say(PlaybackState::FULL_STOP), Outcome::Failed(Failure::Stopped)),
+        (|client| client.status(PlaybackState::FULL_STOP), Outcome::Failed(Failure::Stopped)),
         (|client| client.error(3, 0), Outcome::Failed(Failure::Device(ErrorCode::TRAJECTORY))),
         (|client| client.step(Input::LinkDown), Outcome::Failed(Failure::LinkDown)),
-        (|client| client.hear(device_info(PlaybackState::NO_MOVE)), Outcome::NotConfirmed),
+        (|client| client.receive(device_info(PlaybackState::NO_MOVE)), Outcome::NotConfirmed),
     ];
     for (end, outcome) in ends {
         let mut client = Client::ready();
         client.command(Command::PlayDirect { summary: summary(), way: Direction::Forward });
-        client.say(PlaybackState::START_FORWARD);
+        client.status(PlaybackState::START_FORWARD);
         end(&mut client);
         assert_eq!(client.ended(), [outcome]);
     }
@@ -290,24 +290,24 @@ fn a_stop_is_told_when_everything_rests() {
     let mut client = Client::running();
     client.command(Command::Stop);
     client.rests(1, 3.0);
-    client.say(PlaybackState::FULL_STOP);
-    client.hear(device_info(PlaybackState::FULL_STOP));
+    client.status(PlaybackState::FULL_STOP);
+    client.receive(device_info(PlaybackState::FULL_STOP));
     client.rests(1, 3.0);
-    assert!(!client.told().contains(&Event::Stopped(StopTarget::All)) && client.machine.may_move());
+    assert!(!client.events().contains(&Event::Stopped(StopTarget::All)) && client.machine.may_move());
     client.rests(2, 3.0);
-    assert!(client.told().contains(&Event::Stopped(StopTarget::All)) && !client.machine.may_move());
+    assert!(client.events().contains(&Event::Stopped(StopTarget::All)) && !client.machine.may_move());
 
     // If a report of rest does not come in time, that is reported once.
     let mut client = Client::running();
     client.command(Command::Stop);
-    client.say(PlaybackState::FULL_STOP);
-    client.hear(device_info(PlaybackState::FULL_STOP));
+    client.status(PlaybackState::FULL_STOP);
+    client.receive(device_info(PlaybackState::FULL_STOP));
     client.clear();
     client.pass(9_000);
-    assert_eq!(client.told(), [Event::StopNotConfirmed(StopTarget::All)]);
+    assert_eq!(client.events(), [Event::StopNotConfirmed(StopTarget::All)]);
     client.rests(1, 3.0);
     client.rests(2, 3.0);
-    assert!(client.told().contains(&Event::Stopped(StopTarget::All)));
+    assert!(client.events().contains(&Event::Stopped(StopTarget::All)));
 
     let mut client = Client::ready();
     client.command(jog(TWO, 5.0));
@@ -315,7 +315,7 @@ fn a_stop_is_told_when_everything_rests() {
     client.settle(PlaybackState::NO_MOVE);
     client.clear();
     client.rests(2, 3.0);
-    assert_eq!(client.told()[1..], [Event::Stopped(StopTarget::Motor(TWO))]);
+    assert_eq!(client.events()[1..], [Event::Stopped(StopTarget::Motor(TWO))]);
     assert!(!client.machine.may_move());
 }
 
@@ -351,8 +351,8 @@ fn a_stop_that_is_not_confirmed_is_sent_first_on_the_next_connection() {
         (
             |client| {
                 client.command(Command::Stop);
-                client.say(PlaybackState::FULL_STOP);
-                client.hear(device_info(PlaybackState::FULL_STOP));
+                client.status(PlaybackState::FULL_STOP);
+                client.receive(device_info(PlaybackState::FULL_STOP));
                 client.step(Input::LinkDown);
             },
             StopTarget::All,
@@ -361,20 +361,20 @@ fn a_stop_that_is_not_confirmed_is_sent_first_on_the_next_connection() {
     for (lose, target) in lost {
         let mut client = Client::ready();
         lose(&mut client);
-        assert!(client.told().contains(&Event::StopNotConfirmed(target)), "{target:?}");
+        assert!(client.events().contains(&Event::StopNotConfirmed(target)), "{target:?}");
         client.clear();
         client.pass(1_000);
         client.step(Input::LinkUp);
         let first = if target == StopTarget::All { Transmit::StopPlayback } else { stop(TWO) };
         assert_eq!(client.sent(), [first, QUESTION]);
         if target == StopTarget::All {
-            client.say(PlaybackState::FULL_STOP);
+            client.status(PlaybackState::FULL_STOP);
         }
         client.introduce(PlaybackState::FULL_STOP);
-        assert!(!client.told().contains(&Event::Stopped(target)));
+        assert!(!client.events().contains(&Event::Stopped(target)));
         client.rests(1, 3.0);
         client.rests(2, 3.0);
-        assert!(client.told().contains(&Event::Stopped(target)), "{target:?}");
+        assert!(client.events().contains(&Event::Stopped(target)), "{target:?}");
     }
 
     // Another device may be at the end of a connection that the application asks for.
@@ -395,8 +395,8 @@ fn a_motor_that_is_forgotten_while_it_moves_may_still_move() {
     let presence = |online: bool| MotorPresence::new(TWO, online.into(), MotorType::AXIS, speed, speed, acceleration);
     let forgets: [fn(&mut Client, [MotorPresence; 2]); 3] = [
         |client, [off, on]| {
-            client.hear(presences(&[off]));
-            client.hear(presences(&[on]));
+            client.receive(presences(&[off]));
+            client.receive(presences(&[on]));
             client.motors();
         },
         // One series ends after its first part, and another begins there.
@@ -421,8 +421,8 @@ fn a_motor_that_is_forgotten_while_it_moves_may_still_move() {
             assert!(client.machine.may_move(), "after a reconnect, too");
         }
         client.command(Command::Stop);
-        client.say(PlaybackState::FULL_STOP);
-        client.hear(device_info(PlaybackState::FULL_STOP));
+        client.status(PlaybackState::FULL_STOP);
+        client.receive(device_info(PlaybackState::FULL_STOP));
         client.rests(1, 1.0);
         assert!(client.machine.may_move());
         client.rests(2, 1.0);
@@ -437,19 +437,19 @@ fn a_motor_that_is_sent_on_after_a_stop_may_still_move() {
     for command in [Command::MoveTo(go(TWO, 5.0)), Command::Bump(go(TWO, 5.0)), jog(TWO, 5.0), load()] {
         let mut client = Client::running();
         client.command(Command::Stop);
-        client.say(PlaybackState::FULL_STOP);
+        client.status(PlaybackState::FULL_STOP);
         client.settle(PlaybackState::FULL_STOP);
         client.rests(1, 1.0);
         assert_eq!(client.refused(command), Some(Refusal::Stopping));
         client.pass(2_000);
-        assert_eq!(client.told(), [Event::StopNotConfirmed(StopTarget::All)]);
+        assert_eq!(client.events(), [Event::StopNotConfirmed(StopTarget::All)]);
         client.command(command);
         client.rests(2, 1.0);
         assert!(!client.ended().contains(&Outcome::Done(None)), "{command:?}");
         client.command(Command::StopMotor(TWO));
         client.rests(2, 5.0);
         client.settle(PlaybackState::FULL_STOP);
-        assert!(!client.told().iter().any(|event| matches!(event, Event::Stopped(StopTarget::All))), "{command:?}");
+        assert!(!client.events().iter().any(|event| matches!(event, Event::Stopped(StopTarget::All))), "{command:?}");
         assert!(client.machine.may_move(), "{command:?}");
     }
 }
@@ -461,11 +461,11 @@ fn a_stop_waits_for_a_motor_that_left_the_move() {
     for running in [true, false] {
         let mut client = if running { Client::running() } else { Client::ready() };
         client.command(Command::Stop);
-        client.hear(presences(&[MotorPresence::new(ONE, Bool::FALSE, MotorType::AXIS, speed, speed, acceleration)]));
-        client.say(PlaybackState::FULL_STOP);
-        client.hear(device_info(PlaybackState::FULL_STOP));
+        client.receive(presences(&[MotorPresence::new(ONE, Bool::FALSE, MotorType::AXIS, speed, speed, acceleration)]));
+        client.status(PlaybackState::FULL_STOP);
+        client.receive(device_info(PlaybackState::FULL_STOP));
         client.rests(2, 1.0);
-        let stopped = client.told().contains(&Event::Stopped(StopTarget::All));
+        let stopped = client.events().contains(&Event::Stopped(StopTarget::All));
         assert_eq!((stopped, client.machine.may_move()), (!running, running));
     }
 }
@@ -474,7 +474,7 @@ fn a_stop_waits_for_a_motor_that_left_the_move() {
 #[test]
 fn an_unknown_action_is_told_by_its_number() {
     let mut client = Client::ready();
-    client.hear(unsupported(&[4, 0, 20, 0, 0x80, 0, 0x28, 1]));
+    client.receive(unsupported(&[4, 0, 20, 0, 0x80, 0, 0x28, 1]));
     let (id, kind, action) = (Some(MessageId::ACTION), Some(MessageType::SET), Some(0x28));
-    assert_eq!(client.told(), [Event::Unsupported { id, kind, action }]);
+    assert_eq!(client.events(), [Event::Unsupported { id, kind, action }]);
 }

@@ -116,7 +116,7 @@ struct Together {
     password: &'static [u8],
     other_password: &'static [u8],
     /// Events of the client about stops and the move.
-    told: Vec<host::Event<'static>>,
+    events: Vec<host::Event<'static>>,
     tokens: Tokens,
     /// Number of starts that were sent, and that the device obeyed.
     starts: (u32, u32),
@@ -141,7 +141,7 @@ impl Together {
             data,
             password: b"",
             other_password: b"new",
-            told: Vec::new(),
+            events: Vec::new(),
             tokens: Tokens::default(),
             starts: (0, 0),
         };
@@ -186,7 +186,7 @@ impl Together {
                 host::Event::LinkDown(_) => is_down = true,
                 host::Event::Ended { token, .. } => self.tokens.end(token),
                 host::Event::StopNotConfirmed(_) | host::Event::Stopped(_) | host::Event::Move(_) => {
-                    self.told.extend(event.to_static());
+                    self.events.extend(event.to_static());
                 }
                 _ => {}
             }
@@ -487,20 +487,20 @@ together! {
 
     /// A stop stops everything and is confirmed when the line has no more faults, also if the stop itself was lost.
     StopGetsThere, Scripts<true, true, true>, |together| {
-        together.told.clear();
+        together.events.clear();
         together.command(Command::Stop);
         together.settle();
         let (host, device) = (&together.world.host.machine, &together.world.device.machine);
         let stopped = host::Event::Stopped(StopTarget::All);
-        assert!(together.transport == Transport::Usb || (together.told.contains(&stopped) && !host.may_move()), "{host:?}");
+        assert!(together.transport == Transport::Usb || (together.events.contains(&stopped) && !host.may_move()), "{host:?}");
         assert_eq!((host.move_state(), device.playback()), (host::MoveState::NoMove, device::playback::State::Empty));
         let rests = |&motor: &u8| {
             device.motor(MotorAddress(motor)).is_none_or(|drive| drive.motion() == device::motor::Motion::Resting)
         };
         assert!(MOTORS.iter().all(rests));
-        together.told.clear();
+        together.events.clear();
         together.pass(60_000);
-        assert_eq!(together.told, []);
+        assert_eq!(together.events, []);
     };
 }
 

@@ -19,29 +19,29 @@ fn progress(state: PlaybackState) -> Vec<Event<'static>> {
 /// Checks one row: a status of the device, its events and the next state of the move.
 #[track_caller]
 fn row(mut client: Client, says: PlaybackState, told: Vec<Event<'static>>, next: &str) -> Client {
-    client.say(says);
-    assert_eq!((client.told(), client.move_state()), (told, next));
+    client.status(says);
+    assert_eq!((client.events(), client.move_state()), (told, next));
     assert_eq!(client.sent(), []);
     client
 }
 
 fn delayed() -> Client {
     let mut client = Client::starting();
-    client.say(PlaybackState::DELAY_TIMER_STARTED);
+    client.status(PlaybackState::DELAY_TIMER_STARTED);
     client.clear();
     client
 }
 
 fn pre_shoot() -> Client {
     let mut client = Client::starting();
-    client.say(PlaybackState::PRE_MOVE_PHOTOS_STARTED);
+    client.status(PlaybackState::PRE_MOVE_PHOTOS_STARTED);
     client.clear();
     client
 }
 
 fn ended() -> Client {
     let mut client = Client::running();
-    client.say(PlaybackState::END_OF_MOVE);
+    client.status(PlaybackState::END_OF_MOVE);
     client.clear();
     client
 }
@@ -102,14 +102,14 @@ fn a_long_way_to_where_the_move_begins_is_told() {
         let state = client.move_state();
         for _ in 0..12 {
             client.pass(9_999);
-            client.hear(device_info(PlaybackState::NO_MOVE));
+            client.receive(device_info(PlaybackState::NO_MOVE));
         }
-        client.told.retain(|event| !matches!(event, Event::Unsolicited(_)));
-        assert_eq!(client.told(), []);
+        client.events.retain(|event| !matches!(event, Event::Unsolicited(_)));
+        assert_eq!(client.events(), []);
         client.pass(1_000);
-        assert_eq!((client.told(), client.move_state()), (said(Move::Slow), state));
+        assert_eq!((client.events(), client.move_state()), (said(Move::Slow), state));
         client.pass(9_000);
-        assert_eq!(client.told(), []);
+        assert_eq!(client.events(), []);
     }
 }
 
@@ -204,7 +204,7 @@ fn an_error_of_a_move_stops_it() {
                 _ => false,
             };
             let code = ErrorCode(code);
-            let told = client.told();
+            let told = client.events();
             assert_eq!(told[0], Event::Error(code, MotorAddress::ALL));
             assert_eq!(told.contains(&Event::Move(Move::Failed(code))), fails, "{state}, {code}");
             if fails {
@@ -223,7 +223,7 @@ fn a_refusal_does_not_end_a_move_that_runs() {
         let state = client.move_state();
         client.error(2, 0);
         let error = Event::Error(ErrorCode::CANNOT_EXECUTE_MOVE, MotorAddress::ALL);
-        assert_eq!(client.told(), [error, Event::Move(Move::Refused)]);
+        assert_eq!(client.events(), [error, Event::Move(Move::Refused)]);
         assert_eq!((client.sent(), client.move_state()), (vec![], state));
     }
 }
@@ -234,17 +234,17 @@ fn a_stop_is_sent_until_it_is_confirmed() {
     for mut client in all() {
         client.command(Command::Stop);
         assert_eq!(client.sent()[..3], [STOP, stop(ONE), stop(TWO)]);
-        assert_eq!((client.move_state(), client.told()), ("Stopping", vec![]));
+        assert_eq!((client.move_state(), client.events()), ("Stopping", vec![]));
         for _ in 0..5 {
             client.pass(1_999);
-            client.hear(device_info(PlaybackState::START_FORWARD));
+            client.receive(device_info(PlaybackState::START_FORWARD));
             client.clear();
             client.pass(1);
             assert_eq!(client.sent()[0], STOP);
-            assert_eq!(client.told(), [Event::StopNotConfirmed(StopTarget::All)]);
+            assert_eq!(client.events(), [Event::StopNotConfirmed(StopTarget::All)]);
         }
-        client.say(PlaybackState::FULL_STOP);
-        assert_eq!(client.told(), said(Move::Finished { requested: true }));
+        client.status(PlaybackState::FULL_STOP);
+        assert_eq!(client.events(), said(Move::Finished { requested: true }));
         client.pass(9_000);
         assert!(!client.sent().contains(&STOP));
     }
@@ -255,9 +255,9 @@ fn a_stop_is_sent_until_it_is_confirmed() {
 fn a_stop_is_sent_in_every_state_of_the_connection() {
     let mut client = Client::connected(Options::default(), AT);
     let steps: [fn(&mut Client); 4] = [
-        |client| client.hear(device_info(PlaybackState::NO_MOVE)),
+        |client| client.receive(device_info(PlaybackState::NO_MOVE)),
         |client| client.motors(),
-        |client| client.hear(guid(&GUID)),
+        |client| client.receive(guid(&GUID)),
         |client| client.error(15, 0),
     ];
     for step in steps {
@@ -283,12 +283,12 @@ fn a_stop_is_over_when_all_is_answered() {
         client = row(client, says, progress(says), "Stopping");
     }
     // The first FullStop was in flight before the stop. The second one answers the stop.
-    client.say(PlaybackState::FULL_STOP);
+    client.status(PlaybackState::FULL_STOP);
     client.rests(1, 4.0);
     assert_eq!((client.move_state(), client.refused(load())), ("Stopping", Some(Refusal::Stopping)));
     client.clear();
     let mut client = row(client, PlaybackState::FULL_STOP, progress(PlaybackState::FULL_STOP), "Stopping");
-    client.hear(device_info(PlaybackState::FULL_STOP));
+    client.receive(device_info(PlaybackState::FULL_STOP));
     assert_eq!((client.move_state(), client.refused(load())), ("NoMove", Some(Refusal::Stopping)), "motor 2 moves");
     client.rests(2, 4.0);
     client.command(load());
@@ -302,7 +302,7 @@ fn a_stop_is_over_when_all_is_answered() {
 fn a_stop_ends_with_the_question_after_it() {
     let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
     client.command(Command::Stop);
-    client.say(PlaybackState::FULL_STOP);
+    client.status(PlaybackState::FULL_STOP);
     client.pass(2_999);
     assert_eq!(client.move_state(), "Stopping");
     client.pass(1);
@@ -313,10 +313,10 @@ fn a_stop_ends_with_the_question_after_it() {
     client.clear();
     client.command(Command::Stop);
     assert!(!client.sent().contains(&ASKS));
-    client.say(PlaybackState::FULL_STOP);
-    client.hear(device_info(PlaybackState::START_FORWARD));
+    client.status(PlaybackState::FULL_STOP);
+    client.receive(device_info(PlaybackState::START_FORWARD));
     assert_eq!((client.sent(), client.move_state()), (vec![ASKS], "Stopping"));
-    client.hear(device_info(PlaybackState::FULL_STOP));
+    client.receive(device_info(PlaybackState::FULL_STOP));
     assert_eq!(client.move_state(), "NoMove");
 }
 
@@ -329,11 +329,11 @@ fn late_answers_do_not_end_a_stop() {
     client.pass(1_000);
     assert_eq!(client.sent(), [ASKS], "nor is the question answered that was asked before it was sent again");
     // The late answers arrive: to the first stop, and to its query.
-    client.say(PlaybackState::FULL_STOP);
-    client.hear(device_info(PlaybackState::FULL_STOP));
+    client.status(PlaybackState::FULL_STOP);
+    client.receive(device_info(PlaybackState::FULL_STOP));
     assert_eq!((client.move_state(), client.refused(load())), ("Stopping", Some(Refusal::Stopping)));
-    client.say(PlaybackState::FULL_STOP);
-    client.hear(device_info(PlaybackState::FULL_STOP));
+    client.status(PlaybackState::FULL_STOP);
+    client.receive(device_info(PlaybackState::FULL_STOP));
     assert_eq!(client.move_state(), "NoMove");
 }
 
@@ -341,7 +341,7 @@ fn late_answers_do_not_end_a_stop() {
 #[test]
 fn a_stop_without_its_answer_ends_the_connection() {
     let mut client = stopping();
-    client.say(PlaybackState::FULL_STOP);
+    client.status(PlaybackState::FULL_STOP);
     for _ in 0..2 {
         client.clear();
         client.pass(3_000);
@@ -349,16 +349,16 @@ fn a_stop_without_its_answer_ends_the_connection() {
     }
     let mut late = client.clone();
     client.pass(3_000);
-    assert_eq!((client.told(), client.state()), (vec![], "Ready"), "in the next step");
+    assert_eq!((client.events(), client.state()), (vec![], "Ready"), "in the next step");
     let mut paid = client.clone();
     client.pass(1);
-    assert_eq!((client.told(), client.move_state()), (vec![Event::LinkDown(LinkDownReason::NoAnswer)], "NoMove"));
+    assert_eq!((client.events(), client.move_state()), (vec![Event::LinkDown(LinkDownReason::NoAnswer)], "NoMove"));
 
     // Answers that arrive before that are in time, but only the last one ends the stop.
     for client in [&mut late, &mut paid] {
         for _ in 0..3 {
             assert_eq!((client.state(), client.move_state()), ("Ready", "Stopping"));
-            client.hear(device_info(PlaybackState::FULL_STOP));
+            client.receive(device_info(PlaybackState::FULL_STOP));
         }
         client.pass(1);
         assert_eq!((client.state(), client.move_state()), ("Ready", "NoMove"));
@@ -384,12 +384,12 @@ fn a_lost_connection_loses_the_move_until_it_is_found() {
         ] {
             let mut client = client.clone();
             client.step(Input::LinkDown);
-            assert_eq!((client.told()[0], client.move_state()), (Event::Move(Move::Lost), "NoMove"));
+            assert_eq!((client.events()[0], client.move_state()), (Event::Move(Move::Lost), "NoMove"));
             client.pass(1_000);
             client.step(Input::LinkUp);
             client.introduce(PlaybackState(status));
             assert_eq!(client.machine.move_state(), found.unwrap_or(MoveState::NoMove));
-            let told = client.told();
+            let told = client.events();
             assert_eq!(told.iter().any(|event| matches!(event, Event::Move(Move::Found(_)))), found.is_some());
         }
     }
@@ -405,19 +405,19 @@ fn a_stop_survives_a_lost_connection() {
             client.step(Input::LinkDown);
             client.clear();
             client.command(Command::Stop);
-            assert_eq!((client.told(), client.sent()), (vec![unconfirmed], vec![]));
+            assert_eq!((client.events(), client.sent()), (vec![unconfirmed], vec![]));
         } else {
             client.command(Command::Stop);
             client.clear();
             client.step(Input::LinkDown);
-            assert!(client.told().contains(&unconfirmed));
+            assert!(client.events().contains(&unconfirmed));
         }
         assert_eq!(client.move_state(), "Stopping");
         client.clear();
         client.pass(1_000);
         client.step(Input::LinkUp);
         assert_eq!((client.sent(), client.move_state()), (vec![STOP, ASKS], "Stopping"));
-        client.say(PlaybackState::FULL_STOP);
+        client.status(PlaybackState::FULL_STOP);
         client.introduce(PlaybackState::FULL_STOP);
         assert_eq!((client.state(), client.move_state()), ("Ready", "NoMove"));
     }
@@ -429,7 +429,7 @@ fn a_stop_survives_a_lost_connection() {
     let mut client = stopping();
     client.command(Command::Disconnect);
     assert_eq!(client.move_state(), "NoMove", "who gives up was told");
-    assert!(client.told().contains(&Event::StopNotConfirmed(StopTarget::All)));
+    assert!(client.events().contains(&Event::StopNotConfirmed(StopTarget::All)));
 }
 
 /// 7.6-22.
@@ -439,8 +439,8 @@ fn an_unexpected_state_is_told() {
         for status in 0..=14 {
             let mut client = client.clone();
             let before = client.move_state();
-            client.say(PlaybackState(status));
-            let told = client.told();
+            client.status(PlaybackState(status));
+            let told = client.events();
             if told == said(Move::Unexpected(PlaybackState(status))) {
                 assert_eq!((client.move_state(), client.sent()), (before, vec![]));
             }
@@ -460,14 +460,14 @@ fn an_answer_can_tell_the_end_of_a_move() {
         for mut client in [delayed(), pre_shoot(), Client::running(), ended()] {
             client.command(Command::Get(Get::DeviceInfo));
             client.clear();
-            client.hear(device_info(status));
-            assert_eq!(client.told(), said(Move::Finished { requested: false }));
+            client.receive(device_info(status));
+            assert_eq!(client.events(), said(Move::Finished { requested: false }));
             assert_eq!(client.move_state(), "NoMove");
         }
     }
     for mut client in [Client::setting_up(), Client::armed(), Client::starting()] {
         let state = client.move_state();
-        client.hear(device_info(PlaybackState::FULL_STOP));
+        client.receive(device_info(PlaybackState::FULL_STOP));
         assert_eq!(client.move_state(), state, "it may be of before");
     }
 }
@@ -479,12 +479,12 @@ fn a_client_asks_over_usb_whether_a_move_still_runs() {
     client.pass(4_000);
     assert_eq!(client.sent(), [Transmit::KeepAlive]);
     client.command(Command::PlayDirect { summary: summary(), way: Direction::Forward });
-    client.say(PlaybackState::START_FORWARD);
+    client.status(PlaybackState::START_FORWARD);
     client.clear();
     client.pass(4_000);
     assert_eq!(client.sent(), [Transmit::KeepAlive, ASKS]);
-    client.hear(device_info(PlaybackState::FULL_STOP));
-    assert_eq!(client.told(), said(Move::Finished { requested: false }));
+    client.receive(device_info(PlaybackState::FULL_STOP));
+    assert_eq!(client.events(), said(Move::Finished { requested: false }));
 }
 
 /// The list of the messages that are never sent twice without a command.

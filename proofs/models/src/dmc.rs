@@ -211,7 +211,7 @@ impl Dmc {
                     world.both.up.send(ANY_TIME, transmit);
                 }
                 Effect::Event(event) => {
-                    world.book.told(event);
+                    world.book.event(event);
                     match event {
                         host::Event::NextSection { after, .. } => asked = Some(after),
                         host::Event::Stopped(StopTarget::Motor(motor)) => {
@@ -296,7 +296,7 @@ impl Dmc {
         }
         let (rig, mut scratch) = (world.rig, device::Scratch::default());
         let message = transmit.message(&rig, &mut scratch);
-        world.book.heard(&world.both.host.machine, transmit.id, &message);
+        world.book.received(&world.both.host.machine, transmit.id, &message);
         self.tell_host(world, host::Input::Received(transmit.id, message));
     }
 

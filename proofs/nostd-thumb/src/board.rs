@@ -22,7 +22,7 @@ static VECTORS: [unsafe extern "C" fn() -> !; 2] = {
 };
 
 /// Prints a text.
-pub fn say(text: &CStr) {
+pub fn print(text: &CStr) {
     semihost(SYS_WRITE0, text.as_ptr().addr());
 }
 

@@ -12,7 +12,7 @@ use core::panic::PanicInfo;
 
 #[panic_handler]
 fn panic(_: &PanicInfo<'_>) -> ! {
-    board::say(c"panic");
+    board::print(c"panic");
     board::exit(false)
 }
 
@@ -21,12 +21,12 @@ extern "C" fn reset() -> ! {
     let mut passed = true;
     for (failed, check) in messages::CHECKS {
         if check().is_none() {
-            board::say(failed);
+            board::print(failed);
             passed = false;
         }
     }
     if passed {
-        board::say(c"OK");
+        board::print(c"OK");
     }
     board::exit(passed)
 }

@@ -124,7 +124,7 @@ fn after_a_confirmed_stop_all_motors_rest() {
             confirmed += 1;
         } else {
             // The master tells that the stop is not confirmed, and stops each motor.
-            assert!(stage.has_told(Event::StopNotConfirmed(StopTarget::Node(NODE))) && stage.may_move());
+            assert!(stage.has_event(Event::StopNotConfirmed(StopTarget::Node(NODE))) && stage.may_move());
             stage.emergency_stop();
         }
         for _ in 0..1500 {

@@ -110,9 +110,9 @@ fn an_emergency_stop_without_a_line_is_made_when_the_line_is_back() {
     stage.tick();
     let ended = stage.ended.iter().find(|ended| ended.token == token).unwrap();
     assert!(!ended.is_done(), "{ended}");
-    assert!(stage.has_told(Event::StopNotConfirmed(StopTarget::All)), "{:?}", stage.events);
+    assert!(stage.has_event(Event::StopNotConfirmed(StopTarget::All)), "{:?}", stage.events);
     assert!(stage.may_move());
-    stage.until(3000, |stage| stage.has_told(Event::Stopped(StopTarget::All)));
+    stage.until(3000, |stage| stage.has_event(Event::Stopped(StopTarget::All)));
     assert!(stage.is_at_rest() && !stage.may_move());
 }
 

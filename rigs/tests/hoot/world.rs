@@ -79,7 +79,7 @@ impl<R: Rig> Stage<R> {
     }
 
     /// Whether the machine has told this.
-    pub(crate) fn has_told(&self, event: host::Event<'_>) -> bool {
+    pub(crate) fn has_event(&self, event: host::Event<'_>) -> bool {
         self.events.iter().any(|(_, told)| *told == event)
     }
 

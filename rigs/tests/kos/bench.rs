@@ -70,7 +70,7 @@ impl Bench {
 
     pub(crate) fn connect(&mut self) {
         self.command(Command::Connect);
-        self.told(|event| matches!(event, host::Event::Ready { .. }));
+        self.expect_event(|event| matches!(event, host::Event::Ready { .. }));
     }
 
     pub(crate) fn now(&self) -> u64 {
@@ -110,12 +110,12 @@ impl Bench {
         panic!("the event did not come: {:#?}", self.trace);
     }
 
-    pub(crate) fn told(&mut self, look: impl Fn(&host::Event<'_>) -> bool) {
+    pub(crate) fn expect_event(&mut self, look: impl Fn(&host::Event<'_>) -> bool) {
         self.wait(|event| matches!(event, Event::Machine(event) if look(event)).then_some(()));
     }
 
-    pub(crate) fn told_move(&mut self, wanted: Move) {
-        self.told(|event| *event == host::Event::Move(wanted));
+    pub(crate) fn expect_move(&mut self, wanted: Move) {
+        self.expect_event(|event| *event == host::Event::Move(wanted));
     }
 
     /// Gives a command, and returns its token.
@@ -146,7 +146,7 @@ impl Bench {
     /// Stops everything, and waits until the device confirmed it.
     pub(crate) fn stop(&mut self) {
         self.send(host::Command::Stop);
-        self.told(|event| *event == host::Event::Stopped(StopTarget::All));
+        self.expect_event(|event| *event == host::Event::Stopped(StopTarget::All));
         assert!(self.rests() && !self.may_move());
     }
 
@@ -178,7 +178,7 @@ impl Bench {
     /// Marks a range that begins where the motor is.
     pub(crate) fn calibrate(&mut self, motor: MotorAddress, length: f64) {
         self.send(host::Command::ResetAxis(motor));
-        self.told(|event| *event == host::Event::Motors);
+        self.expect_event(|event| *event == host::Event::Motors);
         self.send(host::Command::MarkBegin(motor));
         self.bump(motor, length);
         self.done(host::Command::MarkEnd(motor));
@@ -256,7 +256,7 @@ pub(crate) fn lapse(style: Style, photos: u32, around: u32) -> StoredMove {
 pub(crate) fn play(bench: &mut Bench, stored: StoredMove, way: Direction) {
     bench.load(stored, way);
     bench.send(host::Command::Play);
-    bench.told_move(Move::Running(way));
+    bench.expect_move(Move::Running(way));
 }
 
 /// Small whole number as `f64`.

@@ -16,14 +16,14 @@ fn jog(speed: f32) -> host::Command {
 fn a_range_is_marked_by_jogs_and_bumps() {
     let mut bench = Bench::ready(Setup::with_motors(2));
     bench.send(host::Command::ResetAxis(M1));
-    bench.told(|event| *event == host::Event::Motors);
+    bench.expect_event(|event| *event == host::Event::Motors);
     bench.send(jog(-20.0));
     for _ in 0..5 {
         bench.pass(400);
         bench.send(host::Command::Alive);
     }
     bench.send(host::Command::StopMotor(M1));
-    bench.told(|event| *event == host::Event::Stopped(StopTarget::Motor(M1)));
+    bench.expect_event(|event| *event == host::Event::Stopped(StopTarget::Motor(M1)));
     let begin = bench.at(M1);
     // Two seconds at full speed, without the times of acceleration and deceleration.
     assert!((-41.0..-38.0).contains(&begin), "{begin}");
@@ -89,7 +89,7 @@ fn platform_and_password_are_stored() {
     // Both stay after a reset, and ranges do not.
     bench.calibrate(M2, -12.0);
     bench.scene.reset();
-    bench.told(|event| matches!(event, host::Event::Ready { .. }));
+    bench.expect_event(|event| matches!(event, host::Event::Ready { .. }));
     assert_eq!((bench.scene.rig.platform(), bench.scene.rig.password()), (7, &b"gaffer"[..]));
     assert_eq!(bench.calibration(M2), Some(State::Uncalibrated));
     assert_eq!(bench.scene.host.machine().platform(), Some(7));
@@ -102,9 +102,9 @@ fn a_jog_stops_if_the_application_gives_no_command_for_a_second() {
     let begun = bench.now();
     bench.pass(900);
     assert!(!bench.rests());
-    bench.told(|event| *event == host::Event::DeadMan);
+    bench.expect_event(|event| *event == host::Event::DeadMan);
     assert_eq!(bench.now() - begun, 1000);
-    bench.told(|event| *event == host::Event::Stopped(StopTarget::Motor(M1)));
+    bench.expect_event(|event| *event == host::Event::Stopped(StopTarget::Motor(M1)));
     let there = bench.at(M1);
     bench.pass(5000);
     assert_eq!((bench.at(M1).to_bits(), bench.rests()), (there.to_bits(), true));

@@ -2,7 +2,7 @@
 
 use kos_proto::device::motor::State;
 use kos_proto::device::playback::State as Is;
-use kos_proto::host::{self, Event as Told, Move, Options, Outcome, StopTarget, Token};
+use kos_proto::host::{self, Event as MachineEvent, Move, Options, Outcome, StopTarget, Token};
 use kos_proto::message::{Direction, MotorAddress};
 use kos_proto::trajectory::{Loop, Style, Trajectory};
 use motion_core::time::Millis;
@@ -93,12 +93,14 @@ impl Watched {
     fn event(&mut self) -> Option<Event> {
         let event = self.bench.event()?;
         match event {
-            Event::Machine(Told::MotorRests(motor, position)) => {
+            Event::Machine(MachineEvent::MotorRests(motor, position)) => {
                 let rested = &self.rested[usize::from(motor.0) - 1];
                 let was = rested.iter().any(|place| f64::from(place - position.0).abs() < TOLERANCE);
                 assert!(was, "motor {motor} never rested at {position}: {rested:?}");
             }
-            Event::Machine(Told::Stopped(StopTarget::All)) => assert!(self.bench.rests(), "not everything rests"),
+            Event::Machine(MachineEvent::Stopped(StopTarget::All)) => {
+                assert!(self.bench.rests(), "not everything rests")
+            }
             _ => {}
         }
         Some(event)
@@ -113,11 +115,13 @@ impl Watched {
                     return Ok(found);
                 }
                 let fails = match event {
-                    Event::Machine(Told::Ended { token, outcome }) => {
+                    Event::Machine(MachineEvent::Ended { token, outcome }) => {
                         token >= self.since && !matches!(outcome, Outcome::Done(_) | Outcome::Sent)
                     }
                     Event::Machine(
-                        Told::LinkDown(_) | Told::Error(..) | Told::Move(Move::Failed(_) | Move::Finished { .. }),
+                        MachineEvent::LinkDown(_)
+                        | MachineEvent::Error(..)
+                        | MachineEvent::Move(Move::Failed(_) | Move::Finished { .. }),
                     ) => true,
                     _ => false,
                 };
@@ -133,7 +137,7 @@ impl Watched {
     /// Gives a command, and waits until it is done.
     fn done(&mut self, wanted: &str, command: host::Command) -> Result<(), Trouble> {
         let token = self.bench.send(command);
-        let done = Event::Machine(Told::Ended { token, outcome: Outcome::Done(None) });
+        let done = Event::Machine(MachineEvent::Ended { token, outcome: Outcome::Done(None) });
         self.wait(wanted, |event| (*event == done).then_some(()))
     }
 
@@ -148,8 +152,8 @@ impl Watched {
         }
         let ends = self.ends;
         self.bench.command(Command::PlayDirect { stored: stored.clone(), way: Direction::Forward });
-        self.wait("end", |event| (*event == Event::Machine(Told::Move(Move::EndReached))).then_some(()))?;
-        let over = Event::Machine(Told::Move(Move::Finished { requested: false }));
+        self.wait("end", |event| (*event == Event::Machine(MachineEvent::Move(Move::EndReached))).then_some(()))?;
+        let over = Event::Machine(MachineEvent::Move(Move::Finished { requested: false }));
         self.wait("report that the move is over", |event| (*event == over).then_some(()))?;
         assert_eq!(self.ends, ends + 1, "the move is not at its end");
         Ok(())
@@ -166,7 +170,7 @@ impl Watched {
                 while self.event().is_some() {}
             }
             self.since = self.bench.send(host::Command::Stop);
-            let stopped = Event::Machine(Told::Stopped(StopTarget::All));
+            let stopped = Event::Machine(MachineEvent::Stopped(StopTarget::All));
             if self.wait("stop", |event| (*event == stopped).then_some(())).is_ok() {
                 break;
             }

@@ -24,7 +24,7 @@ fn photos(bench: &mut Bench, style: Style, photos: u32, around: u32) -> Vec<([f6
             break;
         }
     }
-    bench.told_move(Move::Finished { requested: false });
+    bench.expect_move(Move::Finished { requested: false });
     taken
 }
 

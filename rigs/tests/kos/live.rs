@@ -51,7 +51,7 @@ fn started(stored: StoredMove, way: Direction) -> Bench {
     bench.pass(100);
     // No move is played while the motors go to where it begins.
     assert!(!bench.rests() && bench.scene.rig.moment().is_none());
-    bench.told_move(Move::Ready);
+    bench.expect_move(Move::Ready);
     bench.send(host::Command::Play);
     // The command arrives at this time.
     bench.pass(0);
@@ -62,8 +62,8 @@ fn started(stored: StoredMove, way: Direction) -> Bench {
 fn a_move_is_played_as_planned() {
     let mut bench = started(live(Loop::Once), Direction::Forward);
     assert_eq!(follow(&mut bench, 5000), [State::Forward]);
-    bench.told_move(Move::EndReached);
-    bench.told_move(Move::Finished { requested: false });
+    bench.expect_move(Move::EndReached);
+    bench.expect_move(Move::Finished { requested: false });
     assert!((bench.at(M1) - 10.5).abs() < TOLERANCE && !bench.may_move());
     assert_eq!(bench.scene.rig.moment(), None);
 }
@@ -99,9 +99,9 @@ fn a_move_waits_for_its_time() {
     let mut bench = Bench::ready(setup).with_ranges();
     let stored = crate::bench::stored(Play::Live(live));
     bench.command(Command::PlayDirect { stored, way: Direction::Forward });
-    bench.told_move(Move::Running(Direction::Forward));
+    bench.expect_move(Move::Running(Direction::Forward));
     assert_eq!(bench.now(), 20_000);
-    bench.told_move(Move::EndReached);
+    bench.expect_move(Move::EndReached);
     assert_eq!(bench.now(), 25_000);
 }
 
@@ -122,7 +122,7 @@ fn a_move_is_stopped_in_its_middle() {
     // The device forgot the move, and the move can be stored and played again.
     assert!(bench.scene.rig.machine().stored_move().is_none());
     play(&mut bench, live(Loop::Once), Direction::Forward);
-    bench.told_move(Move::Finished { requested: false });
+    bench.expect_move(Move::Finished { requested: false });
 }
 
 #[test]
@@ -131,11 +131,11 @@ fn a_client_finds_its_move_again_after_a_lost_connection() {
     play(&mut bench, live(Loop::Reverse(Times::new(1).unwrap())), Direction::Forward);
     bench.pass(1000);
     bench.scene.unplug();
-    bench.told_move(Move::Lost);
+    bench.expect_move(Move::Lost);
     assert!(bench.may_move() && !bench.rests());
-    bench.told_move(Move::Found(host::MoveState::Running));
-    bench.told(|event| matches!(event, host::Event::Ready { .. }));
-    bench.told_move(Move::Finished { requested: false });
+    bench.expect_move(Move::Found(host::MoveState::Running));
+    bench.expect_event(|event| matches!(event, host::Event::Ready { .. }));
+    bench.expect_move(Move::Finished { requested: false });
     assert!(bench.rests() && !bench.may_move());
     assert!((position(&bench, M1) - 10.5).abs() < TOLERANCE);
     assert!(position(&bench, M2) - RANGES[1] > 0.9);

@@ -21,12 +21,12 @@ fn a_device_with_a_password_moves_nothing_before_it_but_can_be_stopped() {
     let setup = Setup { password: b"gaffer".to_vec(), ..Setup::with_motors(2) };
     let mut bench = Bench::with(setup, host::Options::default(), Some(b"best boy"), Faults::NONE, 1);
     bench.command(Command::Connect);
-    bench.told(|event| *event == host::Event::Locked);
+    bench.expect_event(|event| *event == host::Event::Locked);
     let bump = bench.send(host::Command::Bump(go(M1, 5.0)));
     assert_eq!(bench.end(bump), Outcome::Refused(Refusal::NotReady));
     bench.stop();
     bench.command(Command::Unlock(b"gaffer".to_vec()));
-    bench.told(|event| matches!(event, host::Event::Ready { .. }));
+    bench.expect_event(|event| matches!(event, host::Event::Ready { .. }));
     bench.bump(M1, 5.0);
     assert_eq!((bench.at(M1).to_bits(), bench.at(M2).to_bits()), (5.0_f64.to_bits(), 0));
 }
@@ -64,9 +64,9 @@ fn short() -> Setup {
 fn an_end_of_the_travel_stops_a_motor_and_voids_its_range() {
     let mut bench = Bench::ready(short());
     let bump = bench.send(host::Command::Bump(go(M2, 4.0)));
-    bench.told(|event| *event == host::Event::Error(ErrorCode::FAULT, M2));
+    bench.expect_event(|event| *event == host::Event::Error(ErrorCode::FAULT, M2));
     assert_eq!(bench.end(bump), Outcome::Failed(Failure::Device(ErrorCode::FAULT)));
-    bench.told(|event| matches!(event, host::Event::MotorRests(M2, _)));
+    bench.expect_event(|event| matches!(event, host::Event::MotorRests(M2, _)));
     assert_eq!((bench.at(M2).to_bits(), bench.rests()), (1.0_f64.to_bits(), true));
     assert_eq!(bench.calibration(M2), Some(State::Uncalibrated));
     // The way back is free.
@@ -81,8 +81,8 @@ fn a_stuck_motor_ends_the_move_of_all_motors() {
     bench.pass(1500);
     let now = bench.scene.now();
     bench.scene.rig.stall(now);
-    bench.told(|event| *event == host::Event::Error(ErrorCode::RUNAWAY, M1));
-    bench.told_move(Move::Finished { requested: false });
+    bench.expect_event(|event| *event == host::Event::Error(ErrorCode::RUNAWAY, M1));
+    bench.expect_move(Move::Finished { requested: false });
     // The other motor is slowing down.
     assert!(!bench.rests() && bench.may_move());
     bench.pass(1000);
@@ -96,9 +96,9 @@ fn a_motor_that_does_not_get_to_where_the_move_begins_ends_the_move() {
     setup.motors[1].specs.max_max_setup_speed.0 = 0.0;
     let mut bench = Bench::ready(setup).with_ranges();
     let play = bench.command(Command::PlayDirect { stored: live(Loop::Once), way: Direction::Forward });
-    bench.told_move(Move::Failed(ErrorCode::RETURN_TO_FIRST_KEYFRAME));
+    bench.expect_move(Move::Failed(ErrorCode::RETURN_TO_FIRST_KEYFRAME));
     assert_eq!(bench.end(play), Outcome::Refused(Refusal::Device(ErrorCode::RETURN_TO_FIRST_KEYFRAME)));
-    bench.told_move(Move::Finished { requested: true });
+    bench.expect_move(Move::Finished { requested: true });
     assert!(bench.may_move());
     bench.stop();
 }
@@ -110,8 +110,8 @@ fn a_curve_that_a_motor_cannot_follow_is_a_fault() {
     setup.motors[0].specs.max_max_setup_speed.0 = 9.0;
     let mut bench = Bench::ready(setup).with_ranges();
     play(&mut bench, live(Loop::Once), Direction::Forward);
-    bench.told(|event| *event == host::Event::Error(ErrorCode::PVT_INTEGRITY, M1));
-    bench.told_move(Move::Finished { requested: false });
+    bench.expect_event(|event| *event == host::Event::Error(ErrorCode::PVT_INTEGRITY, M1));
+    bench.expect_move(Move::Finished { requested: false });
     bench.pass(1000);
     assert!(bench.rests());
 }
@@ -124,8 +124,8 @@ fn a_power_cut_in_a_move_stops_everything_at_once() {
     let there = bench.at(M1);
     bench.scene.reset();
     assert!(bench.rests() && bench.may_move());
-    bench.told_move(Move::Lost);
-    bench.told(|event| matches!(event, host::Event::Ready { .. }));
+    bench.expect_move(Move::Lost);
+    bench.expect_event(|event| matches!(event, host::Event::Ready { .. }));
     // The device did not report that the motors rest: only a confirmed stop shows it.
     assert!(bench.may_move());
     bench.stop();
@@ -169,9 +169,9 @@ fn a_stop_without_a_connection_is_sent_first_on_the_next_one() {
     bench.scene.unplug();
     bench.pass(100);
     bench.send(host::Command::Stop);
-    bench.told(|event| *event == host::Event::StopNotConfirmed(StopTarget::All));
+    bench.expect_event(|event| *event == host::Event::StopNotConfirmed(StopTarget::All));
     assert!(!bench.rests());
-    bench.told(|event| *event == host::Event::Stopped(StopTarget::All));
+    bench.expect_event(|event| *event == host::Event::Stopped(StopTarget::All));
     assert!(bench.rests() && !bench.may_move());
 }
 
@@ -181,10 +181,10 @@ fn a_stop_is_sent_again_if_the_connection_is_lost_before_all_motors_rest() {
     play(&mut bench, live(Loop::Once), Direction::Forward);
     bench.pass(1500);
     bench.send(host::Command::Stop);
-    bench.told_move(Move::Finished { requested: true });
+    bench.expect_move(Move::Finished { requested: true });
     assert!(!bench.rests());
     bench.scene.unplug();
-    bench.told(|event| *event == host::Event::Stopped(StopTarget::All));
+    bench.expect_event(|event| *event == host::Event::Stopped(StopTarget::All));
     assert!(bench.rests() && !bench.may_move());
 }
 
@@ -209,8 +209,8 @@ fn a_report_of_rest_from_before_a_stop_does_not_confirm_it() {
 fn a_device_can_be_reset() {
     let mut bench = Bench::calibrated();
     bench.send(host::Command::ResetDevice);
-    bench.told(|event| matches!(event, host::Event::LinkDown(_)));
-    bench.told(|event| matches!(event, host::Event::Ready { .. }));
+    bench.expect_event(|event| matches!(event, host::Event::LinkDown(_)));
+    bench.expect_event(|event| matches!(event, host::Event::Ready { .. }));
     assert_eq!(bench.calibration(M1), Some(State::Uncalibrated));
 }
 

@@ -62,7 +62,7 @@ impl Datagrams {
     pub(super) fn new(announcer: Announcer, seed: u64, door: mpsc::Sender<Event>) -> Self {
         let Announcer { socket, to, faults } = announcer;
         let socket = Arc::new(socket);
-        tokio::spawn(hear(Arc::clone(&socket), door));
+        tokio::spawn(receive(Arc::clone(&socket), door));
         // The seed differs from the seeds of the lines.
         Self { socket, to, faults, seed: seed ^ 1 << 63, up: Vec::new(), down: Vec::new() }
     }
@@ -131,7 +131,7 @@ fn pop<Peer: Copy>(flights: &mut Vec<Flight<Peer>>, now: Millis) -> Option<(Peer
 }
 
 /// Receives datagrams until the server has ended. Peers have addresses of IPv4, as the protocol has no others.
-async fn hear(socket: Arc<UdpSocket>, door: mpsc::Sender<Event>) {
+async fn receive(socket: Arc<UdpSocket>, door: mpsc::Sender<Event>) {
     let mut buffer = [0; 2048];
     loop {
         match socket.recv_from(&mut buffer).await {

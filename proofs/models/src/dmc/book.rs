@@ -107,7 +107,7 @@ impl Book {
     }
 
     /// A message reaches the host.
-    pub(super) fn heard(&mut self, host: &HostMachine, id: MessageId, message: &DeviceMessage<'_>) {
+    pub(super) fn received(&mut self, host: &HostMachine, id: MessageId, message: &DeviceMessage<'_>) {
         match message {
             DeviceMessage::Ack(Ack { of, response_code: Some(AckCode::ERR_NOT_IN_POSITION), .. })
                 if *of == go().kind() && host.pending().any(|pending| pending == (id, *of)) && self.refusals > 0 =>
@@ -122,7 +122,7 @@ impl Book {
     }
 
     /// The host reports an event.
-    pub(super) fn told(&mut self, event: Event<'_>) {
+    pub(super) fn event(&mut self, event: Event<'_>) {
         match event {
             Event::Ended { token: Token(token), outcome } => {
                 let bit = 1 << token;

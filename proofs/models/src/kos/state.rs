@@ -187,7 +187,7 @@ impl Ledger {
     }
 
     /// Answers of the device end the motion requests.
-    fn heard(&mut self, message: &DeviceMessage<'_>) {
+    fn received(&mut self, message: &DeviceMessage<'_>) {
         let by = |request| self.request == Some(request);
         let answered = match message {
             DeviceMessage::MotorPosition(_) => by(Request::Position) || by(Request::Distance),
@@ -251,7 +251,7 @@ impl State {
                     ledger.breach(Breach::StopForgotten);
                 }
             }
-            host::Input::Received(message) => ledger.heard(message),
+            host::Input::Received(message) => ledger.received(message),
             _ => {}
         }
         for transmit in output.transmits() {

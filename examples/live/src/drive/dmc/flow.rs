@@ -36,7 +36,7 @@ impl<'s> Flow<'s> {
     }
 
     /// Prints a line. If the output is closed, the command fails, because its user could not see what moves.
-    pub(super) fn say(&mut self, line: fmt::Arguments<'_>) -> Result<(), Trouble> {
+    pub(super) fn print(&mut self, line: fmt::Arguments<'_>) -> Result<(), Trouble> {
         let written = writeln!(self.out, "{line}").and_then(|()| self.out.flush());
         written.map_err(|error| Trouble::Failed(format!("the output cannot be written: {error}")))
     }
@@ -152,7 +152,7 @@ impl<'s> Flow<'s> {
         self.session.command(Command::Upload(token, plan.table.clone()));
         self.end("the upload", token).await?;
         let frames = plan.last.0 - plan.first.0 + 1;
-        self.say(format_args!("uploaded: {frames} frames of motors {}", plan.motors()))
+        self.print(format_args!("uploaded: {frames} frames of motors {}", plan.motors()))
     }
 
     /// Starts a run or a shot when it is armed, and waits for its end. For a run, prints the frames up to `last`.
@@ -180,7 +180,7 @@ impl<'s> Flow<'s> {
     fn tell(&mut self, text: impl FnOnce() -> String) -> Result<(), Trouble> {
         if self.told.elapsed() >= TELL {
             self.told = Instant::now();
-            self.say(format_args!("{}", text()))?;
+            self.print(format_args!("{}", text()))?;
         }
         Ok(())
     }

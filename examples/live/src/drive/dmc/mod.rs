@@ -63,7 +63,7 @@ pub async fn drive(
     // Nothing comes before a stop, not even the greeting.
     if *command == Command::Stop {
         flow.stop(StopTarget::All).await?;
-        flow.say(format_args!("stopped: the rig confirmed it"))?;
+        flow.print(format_args!("stopped: the rig confirmed it"))?;
         return Ok(());
     }
     flow.up().await?;
@@ -96,16 +96,16 @@ fn read(flow: &Flow<'_>, file: &std::path::Path) -> Result<Plan, Trouble> {
 
 async fn info(flow: &mut Flow<'_>) -> Result<(), Trouble> {
     let hi = flow.device()?;
-    flow.say(format_args!("{}, firmware {}.{}.{}", hi.name, hi.fw_major, hi.fw_minor, hi.fw_rev))?;
-    flow.say(format_args!(
+    flow.print(format_args!("{}, firmware {}.{}.{}", hi.name, hi.fw_major, hi.fw_minor, hi.fw_rev))?;
+    flow.print(format_args!(
         "{} motors, {} lights, {} outputs, {} inputs",
         hi.motor_count, hi.dmx_count, hi.gio_out_count, hi.gio_in_count
     ))?;
-    flow.say(format_args!("room for {} frames; capabilities: {}", hi.upload_frame_count, hi.capabilities))?;
+    flow.print(format_args!("room for {} frames; capabilities: {}", hi.upload_frame_count, hi.capabilities))?;
     let moving = flow.status().await?;
     for (number, steps) in (1..).zip(flow.positions().await?) {
         let how = if moving.contains(Motor(number)) { "moves" } else { "rests" };
-        flow.say(format_args!("motor {number} {how} at {steps} steps"))?;
+        flow.print(format_args!("motor {number} {how} at {steps} steps"))?;
     }
     Ok(())
 }
@@ -128,7 +128,7 @@ async fn jog(flow: &mut Flow<'_>, motor: u8, percent: f64, seconds: f64) -> Resu
     flow.stop(StopTarget::Motor(motor)).await?;
     flow.rest().await?;
     let steps = flow.position(motor).await?;
-    flow.say(format_args!("motor {motor} rests at {steps} steps"))?;
+    flow.print(format_args!("motor {motor} rests at {steps} steps"))?;
     Ok(())
 }
 
@@ -157,7 +157,7 @@ async fn go(flow: &mut Flow<'_>, motor: Motor, position: f64) -> Result<(), Trou
             "motor {motor} rests at {here} steps, not at {position}: something stopped it: check the rig"
         )));
     }
-    flow.say(format_args!("motor {motor} rests at {here} steps"))?;
+    flow.print(format_args!("motor {motor} rests at {here} steps"))?;
     Ok(())
 }
 
@@ -177,7 +177,7 @@ async fn calibrate(flow: &mut Flow<'_>, motor: u8, begin: f64, end: f64) -> Resu
     flow.ask("the limits", limits).await?;
     go(flow, motor, begin).await?;
     go(flow, motor, end).await?;
-    flow.say(format_args!("motor {motor} may move from {lower} to {upper} steps, until the rig is switched off"))?;
+    flow.print(format_args!("motor {motor} may move from {lower} to {upper} steps, until the rig is switched off"))?;
     Ok(())
 }
 
@@ -196,7 +196,7 @@ async fn run(flow: &mut Flow<'_>, file: &std::path::Path, reverse: bool) -> Resu
     let run = run.for_device(flow.device()?.capabilities);
     let token = flow.begin(run);
     flow.play("the run", token, Some(plan.last)).await?;
-    flow.say(format_args!("the move is done"))?;
+    flow.print(format_args!("the move is done"))?;
     Ok(())
 }
 
@@ -221,7 +221,7 @@ async fn program(flow: &mut Flow<'_>, file: &std::path::Path, shots: &Shots) -> 
         let frame = shot.frame;
         let token = flow.shoot(shot);
         flow.play("the shot", token, None).await?;
-        flow.say(format_args!("shot {} of {}, at frame {frame}", number + 1, shots.shots))?;
+        flow.print(format_args!("shot {} of {}, at frame {frame}", number + 1, shots.shots))?;
     }
     Ok(())
 }
@@ -233,7 +233,7 @@ async fn expose(flow: &mut Flow<'_>, seconds: f64) -> Result<(), Trouble> {
     flow.ask("the photo", shutter(CameraFlags::SHUTTER)).await?;
     flow.pass(time).await?;
     flow.ask("the end of the photo", shutter(CameraFlags::empty())).await?;
-    flow.say(format_args!("a photo of {seconds} s"))?;
+    flow.print(format_args!("a photo of {seconds} s"))?;
     Ok(())
 }
 

@@ -21,7 +21,7 @@ impl Talk<'_> {
         let planned = self.read_move(file, Count::Video, false)?;
         self.store(&planned, ProgramMode::VIDEO).await?;
         self.dead_man(false).await?;
-        self.say("the move is stored and can be started: its motors are at the start")
+        self.print("the move is stored and can be started: its motors are at the start")
     }
 
     pub(super) async fn run(&mut self, file: &Path, reverse: bool) -> Result<(), Trouble> {
@@ -31,7 +31,7 @@ impl Talk<'_> {
         self.set(message::CameraSetEnable { enable: Bool::FALSE }).await?;
         let millis = planned.iter().map(|it| it.lead_in.saturating_add(it.plan.travel.0)).max().unwrap_or(0);
         self.play(&planned, f64::from(millis) / 1000.0).await?;
-        self.say("the move is done, and all motors rest at its end")
+        self.print("the move is done, and all motors rest at its end")
     }
 
     pub(super) async fn program(&mut self, file: &Path, shots: command::Shots) -> Result<(), Trouble> {
@@ -55,7 +55,7 @@ impl Talk<'_> {
         let set = message::CameraSetMaxShots { max_shots };
         self.set_and_see(set, message::CameraMaxShots {}, Shots(shots)).await?;
         self.play(&planned, f64::from(shots - 1) * interval + exposure).await?;
-        self.say(&format!("{shots} photos are taken, and all motors rest"))
+        self.print(&format!("{shots} photos are taken, and all motors rest"))
     }
 
     /// Reads a move file, and makes planned moves from it.
@@ -69,7 +69,7 @@ impl Talk<'_> {
         let planned = plans(&file, self.node, count, reverse)?;
         for it in &planned {
             let (start, stop) = (it.plan.start, it.plan.stop);
-            self.say(&format!("motor {}: from {start} to {stop}, deviation at most {:.0}", it.motor, it.deviation))?;
+            self.print(&format!("motor {}: from {start} to {stop}, deviation at most {:.0}", it.motor, it.deviation))?;
         }
         Ok(planned)
     }

@@ -13,7 +13,7 @@ impl Talk<'_> {
     pub(super) async fn info(&mut self) -> Result<(), Trouble> {
         let node = self.node.0;
         if self.read(JoystickMode {}).await?.get() {
-            return self.say(&format!("node {node}: it is in joystick mode, so nothing more can be read"));
+            return self.print(&format!("node {node}: it is in joystick mode, so nothing more can be read"));
         }
         let version = self.read(FirmwareVersion {}).await?;
         let name = self.ask(NameQuery {}).await?;
@@ -21,14 +21,14 @@ impl Talk<'_> {
             Some(AnyReply::Name(name)) => name.to_string().trim_matches('"').trim().to_owned(),
             _ => String::new(),
         };
-        self.say(&format!("node {node}: {name}, firmware {version}"))?;
+        self.print(&format!("node {node}: {name}, firmware {version}"))?;
         let (volts, amperes) = (self.ask(Voltage {}).await?, self.ask(Current {}).await?);
         let profile = self.session.host().profile(self.node);
         if let (Some(volts), Some(amperes)) = (volts.answer(), amperes.answer())
             && volts.is_reliable(profile)
             && amperes.is_reliable(profile)
         {
-            self.say(&format!("supply: {volts} V, {amperes} A"))?;
+            self.print(&format!("supply: {volts} V, {amperes} A"))?;
         }
         let (status, mode) = (self.read(RunStatus {}).await?, self.read(ProgramModeQuery {}).await?);
         let state = match status.is_running(profile) {
@@ -36,7 +36,7 @@ impl Talk<'_> {
             Some(false) => "does not run",
             None => "runs or is paused",
         };
-        self.say(&format!("program: {mode}, {state}"))?;
+        self.print(&format!("program: {mode}, {state}"))?;
         for motor in Motor::ALL {
             self.info_of(motor).await?;
         }
@@ -56,6 +56,6 @@ impl Talk<'_> {
         let is_reliable = |speed: &AnyReply<'_>| speed.is_reliable(self.session.host().profile(self.node));
         let speed = speed.answer().filter(is_reliable).map(|speed| format!(", {speed} steps/s"));
         let speed = speed.unwrap_or_default();
-        self.say(&format!("motor {motor}: at {position}, {moves}{enabled}; {microstep} microsteps, {end}{speed}"))
+        self.print(&format!("motor {motor}: at {position}, {moves}{enabled}; {microstep} microsteps, {end}{speed}"))
     }
 }

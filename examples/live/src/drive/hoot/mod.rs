@@ -95,7 +95,7 @@ pub async fn drive(
         Command::Program { file, shots } => talk.program(file, *shots).await,
         Command::Expose { seconds } => talk.expose(*seconds).await,
         Command::Stop => match talk.session.stop().await {
-            Stopped::Confirmed => talk.say("all motors rest: the node confirmed it"),
+            Stopped::Confirmed => talk.print("all motors rest: the node confirmed it"),
             Stopped::NotConfirmed => Err(Trouble::Failed(format!(
                 "node {} did not confirm the stop: switch its power off if a motor moves",
                 node.0

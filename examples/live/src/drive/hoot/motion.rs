@@ -112,7 +112,7 @@ impl Talk<'_> {
             let why = if answered { "is it unplugged, or at its end?" } else { "no answer: try again" };
             return Err(Trouble::Failed(format!("motor {motor} did not move from {from}: {why}")));
         }
-        self.say(&format!("motor {motor} went from {from} to {to}"))
+        self.print(&format!("motor {motor} went from {from} to {to}"))
     }
 
     pub(super) async fn go(&mut self, number: u8, position: f64, speed: Option<f64>) -> Result<(), Trouble> {
@@ -120,7 +120,7 @@ impl Talk<'_> {
         self.ready(motor, speed).await?;
         self.go_to(motor, to).await?;
         self.dead_man(false).await?;
-        self.say(&format!("motor {motor} is at {to}"))
+        self.print(&format!("motor {motor} is at {to}"))
     }
 
     /// Sends a motor to a position, and checks that it arrives.
@@ -168,7 +168,7 @@ impl Talk<'_> {
         self.go_to(motor, width).await?;
         self.set_and_see(message::MotorSetEndHere { motor }, MotorEndLimit { motor }, Steps(width)).await?;
         self.dead_man(false).await?;
-        self.say(&format!(
+        self.print(&format!(
             "motor {motor}: home is at the old position {begin}, the end limit is {width} steps from home"
         ))
     }
@@ -197,7 +197,7 @@ impl Talk<'_> {
             let node = self.node.0;
             return Err(Trouble::Failed(format!("node {node} did not answer: check whether the photo was taken")));
         }
-        self.say(&format!("one photo of {seconds} s"))
+        self.print(&format!("one photo of {seconds} s"))
     }
 }
 

@@ -41,7 +41,7 @@ impl<'a> Talk<'a> {
     }
 
     /// Prints a line.
-    pub(super) fn say(&mut self, line: &str) -> Result<(), Trouble> {
+    pub(super) fn print(&mut self, line: &str) -> Result<(), Trouble> {
         let said = writeln!(self.out, "{line}").and_then(|()| self.out.flush());
         said.map_err(|error| Trouble::Failed(format!("the output cannot be written: {error}")))
     }
@@ -50,7 +50,7 @@ impl<'a> Talk<'a> {
     pub(super) fn progress(&mut self, line: impl FnOnce() -> String) -> Result<(), Trouble> {
         if self.told.is_none_or(|told| told.elapsed() >= TELL) {
             self.told = Some(Instant::now());
-            self.say(&line())?;
+            self.print(&line())?;
         }
         Ok(())
     }
@@ -81,7 +81,7 @@ impl<'a> Talk<'a> {
     /// Handles an event that does not belong to the request.
     pub(super) fn overhear(&mut self, event: &Event) -> Result<(), Trouble> {
         if let Event::Machine(MachineEvent::KeepAliveLost { to }) = event {
-            self.say(&format!("node {} did not answer in time: its dead-man switch may have stopped it", to.0))?;
+            self.print(&format!("node {} did not answer in time: its dead-man switch may have stopped it", to.0))?;
         }
         Ok(())
     }

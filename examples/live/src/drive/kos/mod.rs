@@ -110,7 +110,7 @@ struct Drive<'s> {
 }
 
 impl Drive<'_> {
-    fn say(&mut self, line: fmt::Arguments<'_>) -> Result<(), Trouble> {
+    fn print(&mut self, line: fmt::Arguments<'_>) -> Result<(), Trouble> {
         let written = writeln!(self.out, "{line}").and_then(|()| self.out.flush());
         written.map_err(|error| Trouble::Failed(format!("the output cannot be written: {error}")))
     }
@@ -121,7 +121,7 @@ impl Drive<'_> {
             return Ok(());
         }
         self.said = Some(Instant::now());
-        self.say(line)
+        self.print(line)
     }
 
     /// Gives a command to the client.
@@ -255,24 +255,24 @@ impl Drive<'_> {
     async fn info(&mut self) -> Result<(), Trouble> {
         if let Some(Answer::Device(device)) = self.ask(Get::DeviceInfo).await? {
             let (kind, firmware) = (device.device_type, device.firmware);
-            self.say(format_args!("{kind}, firmware {firmware}; state of its move: {}", device.state))?;
+            self.print(format_args!("{kind}, firmware {firmware}; state of its move: {}", device.state))?;
         }
         if let Some(Answer::Network(network)) = self.ask(Get::NetworkInfo).await? {
-            self.say(format_args!("network: {}, {}", network.ip_address, network.mac_address))?;
+            self.print(format_args!("network: {}, {}", network.ip_address, network.mac_address))?;
         }
         if let Some(Answer::Guid(guid)) = self.ask(Get::DeviceGuid).await? {
             let digits: Vec<String> = guid.iter().map(|byte| format!("{byte:02x}")).collect();
-            self.say(format_args!("GUID: {}", digits.concat()))?;
+            self.print(format_args!("GUID: {}", digits.concat()))?;
         }
         for motor in self.motors() {
             let (number, position) = (motor.motor_address, motor.position);
             let (speed, acceleration) = (motor.max_max_move_speed.0, motor.max_max_acceleration.0);
             match (motor.relative_position(), motor.range()) {
-                (Some(at), Some(range)) => self.say(format_args!(
+                (Some(at), Some(range)) => self.print(format_args!(
                     "motor {number}: at {} of {} rotations, at most {speed} rev/s, {acceleration} rev/s²",
                     at.0, range.0
                 ))?,
-                _ => self.say(format_args!(
+                _ => self.print(format_args!(
                     "motor {number}: at {} rotations, not calibrated, at most {speed} rev/s, {acceleration} rev/s²",
                     position.0
                 ))?,
@@ -287,7 +287,7 @@ impl Drive<'_> {
         // Photos are not answered. The answer to a question after a photo shows that nothing failed.
         self.ask(Get::DeviceInfo).await?;
         self.pass(Duration::from_secs_f64(seconds)).await?;
-        self.say(format_args!(
+        self.print(format_args!(
             "the shutter was open for {seconds} s, if a camera is connected: kOS does not confirm photos"
         ))
     }
@@ -314,7 +314,7 @@ impl Drive<'_> {
             Trouble::Failed(_) => unconfirmed(),
             trouble => trouble,
         })?;
-        self.say(format_args!("all motors rest: the rig confirmed the stop"))
+        self.print(format_args!("all motors rest: the rig confirmed the stop"))
     }
 
     /// Stops everything, and waits until the rig confirms that all motors rest.

@@ -60,7 +60,7 @@ impl Drive<'_> {
         let stopped = Event::Machine(host::Event::Stopped(StopTarget::Motor(motor)));
         self.wait("that the motor rests", SPARE, |event| (*event == stopped).then_some(())).await?;
         let at = self.motor(motor.0)?.position;
-        self.say(format_args!("motor {motor} rests at {}", Shown(at)))
+        self.print(format_args!("motor {motor} rests at {}", Shown(at)))
     }
 
     pub(super) async fn go(&mut self, motor: u8, position: f64, speed: Option<f64>) -> Result<(), Trouble> {
@@ -88,7 +88,7 @@ impl Drive<'_> {
             let line = format!("motor {motor} rests at {rests:.3}, not at {position}: check what blocks it");
             return Err(Trouble::Failed(line));
         }
-        self.say(format_args!("motor {motor} rests at {}", Shown(Rotations(at.0 - known.position.0 + here.0))))
+        self.print(format_args!("motor {motor} rests at {}", Shown(Rotations(at.0 - known.position.0 + here.0))))
     }
 
     pub(super) async fn calibrate(&mut self, motor: u8, begin: f64, end: f64) -> Result<(), Trouble> {
@@ -109,7 +109,7 @@ impl Drive<'_> {
         .await?;
         self.bump(motor, begin - here, pace).await?;
         self.command(host::Command::MarkBegin(motor));
-        self.say(format_args!("motor {motor} is where its range begins"))?;
+        self.print(format_args!("motor {motor} is where its range begins"))?;
         self.bump(motor, end - begin, pace).await?;
         let token = self.command(host::Command::MarkEnd(motor));
         self.done(token, "that the range is set", self.options.patience).await?;
@@ -118,7 +118,7 @@ impl Drive<'_> {
             let line = format!("motor {motor} has a range of {}: something blocked it", Shown(range));
             return Err(Trouble::Failed(line));
         }
-        self.say(format_args!("motor {motor} is calibrated: from 0 to {} rotations", Shown(range)))
+        self.print(format_args!("motor {motor} is calibrated: from 0 to {} rotations", Shown(range)))
     }
 
     async fn bump(&mut self, motor: MotorAddress, by: f64, pace: Pace) -> Result<(), Trouble> {

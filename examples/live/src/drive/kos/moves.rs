@@ -34,7 +34,7 @@ impl Drive<'_> {
         let stored = plan::stored(&file, play(&file)?)?;
         plan::check(&file, &stored, &self.motors())?;
         if let Some(note) = plan::left_out(&file) {
-            self.say(format_args!("{note}"))?;
+            self.print(format_args!("{note}"))?;
         }
         Ok(stored)
     }
@@ -59,7 +59,7 @@ impl Drive<'_> {
     pub(super) async fn upload(&mut self, file: &Path) -> Result<(), Trouble> {
         let stored = self.live(file)?;
         self.load(stored, Direction::Forward, true).await?;
-        self.say(format_args!("the move is stored and ready; the motors do not move until it is played"))
+        self.print(format_args!("the move is stored and ready; the motors do not move until it is played"))
     }
 
     pub(super) async fn run(&mut self, file: &Path, reverse: bool) -> Result<(), Trouble> {
@@ -92,14 +92,14 @@ impl Drive<'_> {
         };
         let stored = self.planned(file, |_| Ok(Play::TimeLapse(lapse)))?;
         self.play(stored, Direction::Forward).await?;
-        self.say(format_args!("{} photos are taken", shots.shots))
+        self.print(format_args!("{} photos are taken", shots.shots))
     }
 
     /// Stores a move and makes it ready.
     async fn load(&mut self, stored: StoredMove, way: Direction, delay_return: bool) -> Result<(), Trouble> {
         let token = self.order(Order::Load { stored, way, delay_return });
         if !delay_return {
-            self.say(format_args!("the motors go to where the move {}", begins(way)))?;
+            self.print(format_args!("the motors go to where the move {}", begins(way)))?;
         }
         self.done(token, "that the move is ready", HOME).await
     }
@@ -108,7 +108,7 @@ impl Drive<'_> {
         self.load(stored.clone(), way, false).await?;
         self.command(host::Command::Play);
         match self.follow().await? {
-            End::Reached => self.say(format_args!("the move is over")),
+            End::Reached => self.print(format_args!("the move is over")),
             End::Unseen => self.judge(&stored, way).await,
         }
     }
@@ -128,7 +128,7 @@ impl Drive<'_> {
             match self.next(left.unwrap_or(Duration::from_mins(1))).await? {
                 Some(Event::Machine(host::Event::LinkDown(_))) => {
                     if lost.is_none() {
-                        self.say(format_args!("the connection is lost: the move goes on, connecting again"))?;
+                        self.print(format_args!("the connection is lost: the move goes on, connecting again"))?;
                     }
                     lost = lost.or_else(|| Some(Instant::now()));
                 }
@@ -137,7 +137,7 @@ impl Drive<'_> {
                         return Ok(End::Unseen);
                     }
                     lost = None;
-                    self.say(format_args!("the connection is made again, and the move still runs"))?;
+                    self.print(format_args!("the connection is made again, and the move still runs"))?;
                 }
                 Some(Event::Machine(host::Event::Move(told))) => match told {
                     Told::Running(_) | Told::Found(_) => {
@@ -189,7 +189,7 @@ impl Drive<'_> {
         });
         if all {
             return self
-                .say(format_args!("the move is over: its motors rest at its end, and were not observed on the way"));
+                .print(format_args!("the move is over: its motors rest at its end, and were not observed on the way"));
         }
         Err(Trouble::Failed("the move did not reach its end while the connection was lost: check the rig".to_owned()))
     }

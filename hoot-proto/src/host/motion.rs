@@ -1,4 +1,4 @@
-//! What may still move because of what the master sent.
+//! Knowledge of a master about what may still move because of it.
 
 use core::fmt;
 
@@ -33,9 +33,9 @@ fn parts(message: &HostMessage<'_>) -> u8 {
 ///
 /// The bits of [`Address::BROADCAST`] stand for all nodes, if a message to all nodes went out while no node was listed.
 #[derive(Clone, PartialEq, Eq, Hash)]
-pub(super) struct Moving([u8; 256]);
+pub(super) struct Motion([u8; 256]);
 
-impl Moving {
+impl Motion {
     pub(super) const NOTHING: Self = Self([0; 256]);
 
     fn any(&self) -> bool {
@@ -106,7 +106,7 @@ impl Moving {
     }
 }
 
-impl fmt::Debug for Moving {
+impl fmt::Debug for Motion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Pairs of address and bits. A map could not be proven free of panics.
         f.debug_list().entries((0..=u8::MAX).zip(self.0).filter(|(_, parts)| *parts != 0)).finish()
@@ -124,6 +124,6 @@ impl HostMachine {
     #[must_use]
     pub fn may_move(&self) -> bool {
         let waits = self.queue.iter().any(|request| request.transmit.message.conduct().may_move());
-        waits || !self.speeds.is_empty() || self.is_stopping() || self.moving.any()
+        waits || !self.speeds.is_empty() || self.is_stopping() || self.motion.any()
     }
 }
