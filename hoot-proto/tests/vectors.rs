@@ -216,7 +216,7 @@ fn check_answer(answer: AnyReply<'_>, fields: &Value, name: &str) {
         _ => None,
     };
     assert_eq!(json!(hundredths.map(Centi::to_f64)), fields["value_fixed_div100"], "{name}");
-    let reliable = [Profile::Library20140925, Profile::Unknown].map(|profile| answer.is_reliable(profile));
+    let reliable = [Profile::LIBRARY_2014_09_25, Profile::UNKNOWN].map(|profile| answer.is_reliable(profile));
     assert_eq!(reliable, [true, hundredths.is_none()], "{name}");
 }
 
@@ -229,7 +229,7 @@ fn hundredths_of_newer_firmware_are_decoded() {
         let DeviceMessage::Reply(reply) = DeviceMessage::decode(&Frame::decode(&sent).unwrap()) else { panic!() };
         let answer = Voltage {}.decode_reply(reply).unwrap();
         assert_eq!(json!(f64::from(answer.value.0.0) / 100.0), vector["fields"]["decoded"]);
-        assert!(answer.is_reliable(Profile::Unknown));
+        assert!(answer.is_reliable(Profile::UNKNOWN));
         let mut data = [0; MAX_DATA];
         assert_eq!(Voltage {}.reply(Voltage {}.answer(answer.value, Profile::V033), &mut data), Ok(reply));
     }

@@ -35,7 +35,7 @@ unit! {
     pub struct ShortMilliseconds(u16) "ms";
     /// Delay before the start: in seconds for the sheet's firmware, in milliseconds since 2015-07-20.
     ///
-    /// Nothing on the wire tells the unit. [`Facts::start_delay`](crate::query::Facts::start_delay) tells it, if it is
+    /// Nothing on the wire tells the unit. [`Profile::start_delay`](crate::query::Profile::start_delay) tells it, if it is
     /// known.
     pub struct StartDelay(u32) "";
     /// Part of a program, in shots, or in milliseconds in video mode.

@@ -173,7 +173,7 @@ queries! {
     CameraMaxShots(CameraMaxShots) => Shots: ULong;
     CameraExposureDelay(CameraExposureDelay) => ShortMilliseconds: UInt;
     CameraFocusWithShutter(CameraFocusWithShutter) => Bool: Byte;
-    CameraMirrorUp(CameraMirrorUp) => Bool: Promoted;
+    CameraMirrorUp(CameraMirrorUp) => Bool: Wide;
     CameraInterval(CameraInterval) => Milliseconds: ULong;
 
     CoreProtocolVersion(CoreProtocolVersion) => CoreVersion: UInt;

@@ -36,9 +36,9 @@ const QUIRKS: [(&str, Quirks); 5] = [
 
 /// Versions of firmware, with their names in texts.
 const PROFILES: [(&str, Profile); 6] = [
-    ("library-2014-09-25", Profile::Library20140925),
-    ("sheet", Profile::Sheet),
-    ("january-2015", Profile::January2015),
+    ("library-2014-09-25", Profile::LIBRARY_2014_09_25),
+    ("sheet", Profile::SHEET),
+    ("january-2015", Profile::JANUARY_2015),
     ("v0.33", Profile::V033),
     ("v0.35", Profile::V035),
     ("v0.70", Profile::V070),
@@ -111,10 +111,10 @@ mod tests {
     #[test]
     fn texts_name_quirks() {
         let of = |text| Setup::default().with_quirks(text).map(|it| (it.options.quirks(), it.options.profile()));
-        assert_eq!(of("none"), Ok((Quirks::NONE, Profile::Sheet)));
+        assert_eq!(of("none"), Ok((Quirks::NONE, Profile::SHEET)));
         assert_eq!(of("firmware, v0.70"), Ok((Quirks::FIRMWARE, Profile::V070)));
         let all = QUIRKS.map(|(name, _)| name).join(",");
-        assert_eq!(of(&all), Ok((Quirks::FIRMWARE, Profile::Sheet)));
+        assert_eq!(of(&all), Ok((Quirks::FIRMWARE, Profile::SHEET)));
         assert_ne!(of("deaf"), of("none"));
         let error = of("deaf,loud").unwrap_err().to_string();
         assert!(error.starts_with("\"loud\" is not a quirk: give none, firmware, refuses-stop, "), "{error}");
