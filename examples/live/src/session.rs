@@ -79,7 +79,9 @@ impl<H: Driven> Session<H> {
     {
         let (line, start): (Box<dyn Stream>, _) = (Box::new(line), Instant::now());
         let mut session = Self { host, target: None, start, line: Some(line), interrupts, deaf: start, why: None };
-        session.host.open(Millis(0), LINE);
+        if !H::OPENS {
+            session.host.open(Millis(0), LINE);
+        }
         session
     }
 
@@ -258,6 +260,11 @@ impl<H: Driven> Session<H> {
 
     async fn open(&mut self) -> Result<(), Trouble> {
         let Some(target) = &self.target else {
+            if H::OPENS && self.line.is_some() {
+                let now = self.now();
+                self.host.open(now, LINE);
+                return Ok(());
+            }
             return Err(Trouble::Line("the line is gone and cannot be opened again".to_owned()));
         };
         self.line = Some(tokio::select! {

@@ -18,6 +18,7 @@
 //! ```
 
 mod camera;
+mod devices;
 mod lead;
 mod motors;
 mod setup;
@@ -37,7 +38,7 @@ use tracing::{debug, info, warn};
 
 pub use camera::{Camera, PHOTOS, Photo};
 use lead::Lead;
-pub use setup::{QuirkError, Setup};
+pub use setup::Setup;
 
 use crate::motor::Motor;
 use crate::{LineId, Outgoing, Party, Rig, TICK};

@@ -3,6 +3,7 @@
 use kos_proto::device::motor::State;
 use kos_proto::host::{self, Get, StopTarget};
 use kos_proto::message::{Motor, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
+use rigs::device::Named;
 use rigs::kos_device::Setup;
 use rigs::kos_host::{Answer, Command, Event};
 

@@ -99,7 +99,7 @@ impl Watched {
                 assert!(was, "motor {motor} never rested at {position}: {rested:?}");
             }
             Event::Machine(MachineEvent::Stopped(StopTarget::All)) => {
-                assert!(self.bench.rests(), "not everything rests")
+                assert!(self.bench.rests(), "not everything rests");
             }
             _ => {}
         }
