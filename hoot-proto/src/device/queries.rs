@@ -103,7 +103,7 @@ impl DeviceMachine {
                 let acceleration = Acceleration(Scaled(hundredths(set(q.motor).acceleration.0)));
                 AnyReply::MotorContinuousAcceleration(q.answer(acceleration, profile))
             }
-            AnyQuery::MotorEasing(q) => AnyReply::MotorEasing(q.answer(set(q.motor).plan.easing, profile)),
+            AnyQuery::MotorEasing(q) => AnyReply::MotorEasing(q.answer(set(q.motor).plan.easing.into(), profile)),
             AnyQuery::MotorProgramStart(q) => AnyReply::MotorProgramStart(q.answer(set(q.motor).plan.start, profile)),
             AnyQuery::MotorProgramStop(q) => AnyReply::MotorProgramStop(q.answer(set(q.motor).plan.stop, profile)),
             AnyQuery::MotorTravel(q) => AnyReply::MotorTravel(q.answer(set(q.motor).plan.travel, profile)),

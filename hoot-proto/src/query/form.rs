@@ -24,6 +24,7 @@ pub(super) enum Form {
     Hundredths,
     Version,
     LeadIn,
+    MaxShots,
     SpeedOrSleep,
 }
 
@@ -39,9 +40,10 @@ impl Form {
             Self::String => matches!(found, ValueType::STRING),
             Self::SheetInt => matches!(found, ValueType::UINT | ValueType::INT),
             Self::Wide | Self::Promoted => matches!(found, ValueType::BYTE | ValueType::INT),
-            Self::Hundredths => matches!(found, ValueType::ULONG | ValueType::FLOAT),
+            Self::Hundredths => matches!(found, ValueType::LONG | ValueType::ULONG | ValueType::FLOAT),
             Self::Version => matches!(found, ValueType::BYTE | ValueType::ULONG),
             Self::LeadIn => matches!(found, ValueType::UINT | ValueType::INT | ValueType::ULONG),
+            Self::MaxShots => matches!(found, ValueType::UINT | ValueType::ULONG),
             Self::SpeedOrSleep => matches!(found, ValueType::BYTE | ValueType::ULONG | ValueType::FLOAT),
         }
     }
@@ -58,6 +60,7 @@ impl Form {
             Self::Hundredths => profile.hundredths(),
             Self::Version => profile.version_type(),
             Self::LeadIn => profile.lead_in(),
+            Self::MaxShots => profile.max_shots(),
             Self::SpeedOrSleep => profile.query_117(),
         }
     }

@@ -46,7 +46,7 @@ fn queries_read_settings_back() {
             MotorContinuousAcceleration { motor }.into(),
             &[5, 0, 0, 0, 29],
         ),
-        (MotorSetEasing { motor, easing: Easing(3) }.into(), MotorEasing { motor }.into(), &[0, 3]),
+        (MotorSetEasing { motor, easing: Easing(3) }.into(), MotorEasing { motor }.into(), &[0, 6]),
         (
             MotorSetProgramStart { motor, position: Steps(-2) }.into(),
             MotorProgramStart { motor }.into(),

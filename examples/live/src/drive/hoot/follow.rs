@@ -125,7 +125,7 @@ impl Talk<'_> {
         let set = message::MotorSetProgramDeceleration { motor, deceleration: plan.deceleration };
         self.set_and_see(set, message::MotorProgramDeceleration { motor }, plan.deceleration).await?;
         let set = message::MotorSetEasing { motor, easing: plan.easing };
-        self.set_and_see(set, message::MotorEasing { motor }, plan.easing).await?;
+        self.set_and_see(set, message::MotorEasing { motor }, message::EasingFound::from(plan.easing)).await?;
         self.set_lead_in(motor, *lead_in).await
     }
 
