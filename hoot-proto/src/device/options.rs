@@ -47,8 +47,9 @@ flags! {
         SHORT_MOVES = 4,
         /// Answers some requests twice, as [`Profile::packets`] tells.
         ANSWERS_TWICE = 8,
-        /// Hears nothing for 2.5 s after its address has changed, because it blinks (hoot, section 2.5; decision H-2).
-        IS_DEAF = 16,
+        /// Does nothing else for 1.5 s before it starts a program, from v0.20 on, and for 1 to 2.5 s after its address has
+        /// changed: [`DeviceMachine::blocking`](super::DeviceMachine::blocking) (hoot, section 2.5; decisions H-2 and H-63).
+        BLOCKS = 16,
         /// Starts with the settings of firmware, takes settings as firmware does, and reads them back so (decision H-62).
         FIRMWARE_SETTINGS = 32,
     }

@@ -53,7 +53,7 @@ impl DeviceMachine {
                 return Outcome::OK;
             }
             HostMessage::SetAddress(set) if set.new_address.is_node() => {
-                self.move_to(now, output, set.new_address);
+                self.move_to(output, set.new_address);
                 return Outcome::OK;
             }
             HostMessage::SetAddress(_) => return Outcome::ERROR,

@@ -69,9 +69,9 @@ impl Named for Setup {
             apply: |setup| setup.add(Quirks::ANSWERS_TWICE),
         },
         Choice {
-            name: "deaf",
-            about: "Nothing is received for 2.5 s after a change of the address.",
-            apply: |setup| setup.add(Quirks::IS_DEAF),
+            name: "blocks",
+            about: "Start and a change of the address block for up to 2.5 s; two packets that wait then hang the node.",
+            apply: |setup| setup.add(Quirks::BLOCKS),
         },
         Choice {
             name: "firmware-settings",
@@ -115,11 +115,11 @@ mod tests {
             (setup.options.profile(), setup.options.quirks())
         };
         assert_eq!(of("mild", ""), (Profile::SHEET, Quirks::NONE));
-        assert_eq!(of("mild", "deaf"), (Profile::SHEET, Quirks::IS_DEAF));
+        assert_eq!(of("mild", "blocks"), (Profile::SHEET, Quirks::BLOCKS));
         assert_eq!(of("v0.70", ""), (Profile::V070, Quirks::FIRMWARE));
         let names: Vec<_> = Setup::QUIRKS.iter().map(|choice| choice.name).collect();
         assert_eq!(of("mild", &names.join(",")).1, Quirks::FIRMWARE);
-        let error = Setup::default().with_quirks("deaf,loud").unwrap_err().to_string();
+        let error = Setup::default().with_quirks("blocks,loud").unwrap_err().to_string();
         assert!(error.starts_with("hoot has no quirk \"loud\": it has refuses-stop, "), "{error}");
     }
 }

@@ -13,7 +13,7 @@ impl HootNode {
     /// Whether a motor moves, or the machine waits for a motor that is not plugged in.
     pub(super) fn is_moving(&self) -> bool {
         let waits = |motor: &message::Motor| self.machine.motor(*motor).is_moving();
-        self.motors.iter().any(|motor| !motor.is_idle()) || self.missing().iter().any(waits)
+        self.motors.iter().any(|motor| !motor.is_idle()) || !self.is_hung() && self.missing().iter().any(waits)
     }
 
     /// Motors that are not plugged in.

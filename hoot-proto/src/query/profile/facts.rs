@@ -73,6 +73,8 @@ facts! {
     is_silent: day(12, 22), NEVER;
     /// Whether the version of the firmware is a `ULONG`; earlier it is a `BYTE`, and 6.
     has_long_version: Age::day(2015, 1, 5), NEVER;
+    /// Whether a node does nothing else for 1.5 s before it starts a program.
+    start_blocks: v(20), NEVER;
     /// Whether commands 25 and 26 of a motor are single steps; later, 25 sets the lead-out.
     has_steps: ALWAYS, v(25);
     /// Whether hundredths are under the type `ULONG`; earlier they are under `FLOAT`.
