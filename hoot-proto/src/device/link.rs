@@ -103,7 +103,7 @@ impl DeviceMachine {
         let (message, _) = complete(message, &mut buffer, self.reads_long_lead_in());
         match message {
             HostMessage::BroadcastStart(_) => self.start(now, output),
-            HostMessage::BroadcastStop(_) => self.stop(output),
+            HostMessage::BroadcastStop(_) => self.stop(now, output),
             HostMessage::BroadcastPause(_) => self.pause(now, output),
             HostMessage::BroadcastAssignAddress(assign) if assign.new_address.is_node() => {
                 self.move_to(output, assign.new_address);

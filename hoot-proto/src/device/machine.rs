@@ -138,7 +138,10 @@ impl DeviceMachine {
             Input::Received { port, to, message } => packets = self.received(now, output, port, to, message),
             Input::Noise => output.event(Event::Noise),
             Input::Command(command) => self.command(now, output, command),
-            Input::Position { motor, position } => self.motor_mut(motor).moved(output, position),
+            Input::Position { motor, position } => {
+                let limits = self.limits_held();
+                self.motor_mut(motor).moved(output, position, limits);
+            }
             Input::Arrived(motor) => self.motor_mut(motor).rest(output),
             Input::Fault(motor) => {
                 self.motor_mut(motor).stop(output);
@@ -178,9 +181,9 @@ impl DeviceMachine {
         match command {
             Command::Start => self.start(now, output),
             Command::Pause | Command::EmergencyStop => self.pause(now, output),
-            Command::Stop => self.stop(output),
+            Command::Stop => self.stop(now, output),
             Command::PowerUp => {
-                self.stop(output);
+                self.stop(now, output);
                 self.usb_address = self.address;
                 (self.power_cycled, self.heard_until) = (true, None);
                 self.controller.joystick_mode = false;
@@ -193,9 +196,9 @@ impl DeviceMachine {
     fn alt(&mut self, now: Millis, output: &mut Output<'_>, contact: Contact) {
         let RingTip { ring, tip } = self.controller.alt_modes;
         match if contact == Contact::Ring { ring } else { tip } {
-            AltMode::TOGGLE if self.program.is_going() => self.stop(output),
+            AltMode::TOGGLE if self.program.is_going() => self.stop(now, output),
             AltMode::START | AltMode::TOGGLE => self.start(now, output),
-            AltMode::STOP => self.stop(output),
+            AltMode::STOP => self.stop(now, output),
             AltMode::EXTERNAL_INTERVALOMETER => self.pulse(now, output),
             AltMode::REVERSE_DIRECTION => {
                 self.stop_motors(output);

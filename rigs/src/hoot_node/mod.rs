@@ -122,6 +122,7 @@ impl HootNode {
             pulses: 0,
             outgoing: VecDeque::new(),
         };
+        node.take_first_microsteps();
         if is_firmware {
             node.step(Input::Supply { volts: Volts(Scaled(1199)), amperes: Amperes(Scaled(49)) });
             node.step(Input::Limits(RingTip { ring: Level::HIGH, tip: Level::HIGH }));
@@ -359,7 +360,7 @@ impl Rig for HootNode {
         let delay = controller.start_delay;
         let delay = delay.milliseconds(self.profile).unwrap_or(delay.0.into());
         (program.state() == ProgramState::Running).then(|| match controller.program_mode {
-            ProgramMode::VIDEO => program.run_time(self.now).saturating_sub(delay) as f64,
+            ProgramMode::VIDEO | ProgramMode::CONTINUOUS => program.run_time(self.now).saturating_sub(delay) as f64,
             _ => program.shots().into(),
         })
     }
