@@ -52,6 +52,7 @@ fn packets() {
     assert_eq!(of(3, 1, 25, &[]), "Other { data:  }", "the step of the sheet");
     assert_eq!(of(3, 0, 28, &[1]), "SetFrameRate { frame_rate: TWENTY_FOUR }");
     assert_eq!(of(3, 2, 31, &[0xFF, 0xFF, 0xFF, 0xFE]), "MotorSendTo { motor: 2, position: -2 steps }");
+    assert_eq!(of(3, 2, 32, &[0, 0, 0, 9]), "MotorSetPosition { motor: 2, position: 9 steps }");
     assert_eq!(of(3, 5, 10, &[0, 2]), "KeySetAxis { axis: 2 }");
     assert_eq!(of(3, 5, 12, &[0x42, 0xC8, 0, 0]), "KeySetTime { time: 100.0 }");
     assert_eq!(of(1, 0, 10, &[]), "BroadcastGetAddress");

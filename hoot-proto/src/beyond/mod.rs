@@ -98,6 +98,8 @@ messages! {
         [0, 30, 1..=3] => MotorSetStopHere(MotorSetStopHere) [sets once],
         /// Command 31 of a motor.
         [0, 31, 1..=3] => MotorSendTo(MotorSendTo) [moves once],
+        /// Gives the present position another number: command 32 of a motor.
+        [0, 32, 1..=3] => MotorSetPosition(MotorSetPosition) [sets once],
         /// Command 33 of a motor.
         [0, 33, 1..=3] => MotorSetEnd(MotorSetEnd) [sets once],
         /// Command 50 of a motor.

@@ -74,8 +74,8 @@ message! {
         app_mode: Bool,
     }
 
-    /// Asks for the setting of [`SetManualMove`](crate::message::SetManualMove). The answer is a `BYTE`; in joystick
-    /// mode there is none.
+    /// Asks for the setting of [`SetManualMove`](crate::message::SetManualMove). The answer is a `BYTE`, in
+    /// v0.70 an `INT`; in joystick mode there is none.
     #[derive(Default)]
     pub struct ManualMove in BE {}
 
@@ -119,7 +119,7 @@ message! {
     #[derive(Default)]
     pub struct StatusQuery in BE {}
 
-    /// Asks whether the program Graffik is in control. The answer is a `BYTE`.
+    /// Asks whether the program Graffik is in control. The answer is a `BYTE`, in v0.70 an `INT`.
     #[derive(Default)]
     pub struct GraffikMode in BE {}
 
@@ -201,6 +201,12 @@ sub_messages! {
     /// Sends the motor to a position. Never repeat it by yourself.
     pub struct MotorSendTo for /** The motor. */ motor: Motor {
         /// Position.
+        position: Steps,
+    }
+
+    /// Gives the present position of the motor another number. Nothing moves, and stored positions keep their numbers.
+    pub struct MotorSetPosition for /** The motor. */ motor: Motor {
+        /// Number of the present position.
         position: Steps,
     }
 

@@ -86,7 +86,7 @@ pub(super) enum Limits {
 }
 
 /// One motor of a node.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct MotorUnit {
     pub(super) motor: Motor,
     pub(super) settings: MotorSettings,
@@ -101,6 +101,8 @@ pub struct MotorUnit {
     /// Progress of the planned move: shots, or 1 from its start on if it goes by the clock.
     pub(super) done: u32,
 }
+
+motion_core::debug! { MotorUnit { motor settings state position restores is_stuck began done } }
 
 impl MotorUnit {
     pub(super) fn new(motor: Motor) -> Self {

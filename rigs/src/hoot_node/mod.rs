@@ -1,8 +1,9 @@
 //! A simulated NMX: a node with three motors and a camera.
 //!
 //! Lines are the ports of the node: 0 is USB, 1 is Bluetooth, 2 is the bus. The node is a bridge: it forwards packets for
-//! other receivers. It reads packets as firmware does: a wrong byte costs a packet, and a packet that arrives together with
-//! another one is lost. Positions are microsteps. Direction 1 counts up and direction 0 down, or the opposite if the motor
+//! other receivers. It reads packets as firmware does: a wrong byte costs a packet. Of packets that arrive together, a mild node
+//! reads the first one. A node that is named after firmware reads all of them, but blocks for some commands, and hangs when
+//! packets pile up meanwhile ([`HootNode::is_hung`]). Positions are microsteps. Direction 1 counts up and direction 0 down, or the opposite if the motor
 //! was set so by `MotorSetDirection`; positions always mean the same place.
 //!
 //! ```
