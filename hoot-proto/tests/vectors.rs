@@ -277,5 +277,5 @@ fn two_replies_to_one_request_are_two_packets() {
     while let Some(Item::Frame(frame)) = frames.next() {
         lens.push(frame.payload().len());
     }
-    assert_eq!(lens, [2, 5], "the motor runs, and the reply to the next query, which was not asked");
+    assert_eq!(lens, [3, 5], "the motor rests, and the reply to the next query, which was not asked");
 }
