@@ -49,7 +49,7 @@
 //! | member | meaning |
 //! |---|---|
 //! | `name`, `unit` | labels; `unit` is the unit of all positions of the axis |
-//! | `keys` | at least two key frames, in the order of time. Before the first and after the last, the axis rests |
+//! | `keys` | at least two key frames, in the order of time. Before the first and after the last, the axis rests, so a curve that begins or ends in motion has a corner there |
 //! | `limits` | limits of the axis: `velocity` (units per second), `acceleration` (units per second²), and optionally `jerk` (units per second³). Curves are compared with the first two; moves that the rig makes on its own, such as the move to the start, respect all three |
 //! | `kos` | if a kOS motor moves the axis: `motor`, its address from 1 to 10; `rotations_per_unit`; `offset`, its rotations at position 0 (default 0); `range`, its calibrated range as two numbers of rotations |
 //! | `dmc` | if a DMC motor moves the axis: `motor`, its number from 1 to 32; `steps_per_unit`; `offset`, its steps at position 0 (default 0) |
@@ -241,6 +241,46 @@ mod tests {
         ];
         for line in expected {
             assert!(lines.iter().any(|other| other == line), "{line}: {lines:#?}");
+        }
+    }
+
+    #[test]
+    fn a_move_in_motion_at_its_ends_has_the_same_verdict_with_and_without_its_rests() {
+        let key = |time: i32, position: i32, ease: &str| {
+            format!(r#"{{ "time": {time}, "position": {position}, "ease": {ease} }}"#)
+        };
+        let verdict = |keys: &[String]| -> Vec<(String, Option<f64>)> {
+            let text = format!(
+                r#"{{ "move": 1, "name": "Ends", "rate": 24, "axes": [{{ "name": "Slide", "unit": "mm",
+                    "limits": {{ "velocity": 40, "acceleration": 50 }}, "keys": [{}] }}] }}"#,
+                keys.join(",")
+            );
+            let ends = Move::parse("", &text).unwrap();
+            let corners = ends.excesses().filter_map(|excess| match excess.kind {
+                ExcessKind::Start(jump) | ExcessKind::Corner(jump) | ExcessKind::End(jump) => {
+                    Some((excess.to_string(), jump.map(f64::round)))
+                }
+                _ => None,
+            });
+            corners.collect()
+        };
+        for (ease, jumps) in [
+            ("\"linear\"", vec![Some(30.0), Some(-30.0)]),
+            ("0", vec![Some(30.0), Some(-30.0)]),
+            ("\"smooth\"", vec![]),
+            ("0.5", vec![]),
+        ] {
+            let bare = [key(1, 0, ease), key(3, 60, ease)];
+            let [first, last] = bare.clone();
+            let written = [key(0, 0, "0.5"), first, last, key(4, 60, "0.5")];
+            let [bare, written] = [&bare[..], &written[..]].map(verdict);
+            let amounts = |verdict: &[(String, Option<f64>)]| verdict.iter().map(|(_, jump)| *jump).collect::<Vec<_>>();
+            assert_eq!(amounts(&bare), jumps, "{ease}: {bare:?}");
+            assert_eq!(amounts(&written), jumps, "{ease}: {written:?}");
+            if let [(start, _), (end, _)] = &bare[..] {
+                assert!(start.contains("a corner at 1 s") && start.ends_with("from the rest before it"), "{start}");
+                assert!(end.contains("a corner at 3 s") && end.ends_with("to the rest after it"), "{end}");
+            }
         }
     }
 
