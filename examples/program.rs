@@ -20,14 +20,21 @@ pub fn reason(error: &clap::Error) -> String {
     format!("{} (see --help)", words.join(" "))
 }
 
-/// Escapes line ends and other control characters, because names of files and rigs may contain them.
+/// Escapes all characters that [`is_hidden`] names, because names of files and rigs may contain them.
 #[must_use]
 pub fn one_line(message: &str) -> String {
     let escape = |char: char| match char {
-        char if char.is_control() => char.escape_default().to_string(),
+        char if is_hidden(char) => char.escape_default().to_string(),
         char => char.to_string(),
     };
     message.chars().map(escape).collect()
+}
+
+/// Whether a character changes how the text around it is shown: controls, line ends, and marks for the direction of text.
+#[must_use]
+pub fn is_hidden(char: char) -> bool {
+    char.is_control()
+        || matches!(char, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 #[cfg(test)]
@@ -52,6 +59,6 @@ mod tests {
             let reason = one_line(&reason(&Args::try_parse_from(line.split(' ')).unwrap_err()));
             assert!(reason.starts_with(expected) && !reason.contains(char::is_control), "{reason:?}");
         }
-        assert_eq!(one_line("a\nb\u{1b}é"), "a\\nb\\u{1b}é");
+        assert_eq!(one_line("a\nb\u{1b}é\u{85}\u{202e}"), "a\\nb\\u{1b}é\\u{85}\\u{202e}");
     }
 }
