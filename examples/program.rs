@@ -3,6 +3,8 @@
 use std::io::{self, Write};
 use std::process::ExitCode;
 
+use motion_core::wire::print::is_hidden;
+
 /// Prints a failure as one line on standard error. Returns the exit status of the program.
 #[must_use]
 pub fn fail(program: &str, message: &str) -> ExitCode {
@@ -20,7 +22,7 @@ pub fn reason(error: &clap::Error) -> String {
     format!("{} (see --help)", words.join(" "))
 }
 
-/// Escapes all characters that [`is_hidden`] names, because names of files and rigs may contain them.
+/// Escapes line ends and all other characters that [`is_hidden`] names, because names of files and rigs may contain them.
 #[must_use]
 pub fn one_line(message: &str) -> String {
     let escape = |char: char| match char {
@@ -28,13 +30,6 @@ pub fn one_line(message: &str) -> String {
         char => char.to_string(),
     };
     message.chars().map(escape).collect()
-}
-
-/// Whether a character changes how the text around it is shown: controls, line ends, and marks for the direction of text.
-#[must_use]
-pub fn is_hidden(char: char) -> bool {
-    char.is_control()
-        || matches!(char, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use motion_core::bezier::Segment;
 use motion_core::profile::{Limits, MotionProfile};
 use motion_core::trajectory::{Axis, AxisError, FrameRate, FrameTimes, Map, Range, StepScale, StepsOutOfRange};
+use motion_core::wire::print::is_hidden;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error};
 use serde_json::Value;
@@ -13,7 +14,7 @@ use super::Move;
 use super::axis::{Dmc, Hoot, Kos, MoveAxis, Rotations};
 use super::ease::{self, Ease, EasedKey};
 use super::object::Object;
-use crate::program::{is_hidden, one_line};
+use crate::program::one_line;
 
 /// Greatest length of a name, in characters.
 const LONGEST: usize = 80;
