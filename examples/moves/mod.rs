@@ -80,12 +80,14 @@ mod limits;
 mod object;
 mod schema;
 
+use std::fs::File;
+use std::io;
 use std::path::Path;
-use std::{fs, io};
 
 use motion_core::trajectory::FrameTimes;
 
 use crate::program::one_line;
+use crate::text::read_text;
 
 use object::Object;
 
@@ -148,7 +150,7 @@ impl Move {
     /// [`MoveError`].
     pub fn read(path: &Path) -> Result<Self, MoveError> {
         let name = one_line(&path.display().to_string());
-        match fs::read_to_string(path) {
+        match File::open(path).and_then(read_text) {
             Ok(text) => Self::parse(&name, &text),
             Err(error) => Err(MoveError::Unreadable { name, error }),
         }
@@ -415,7 +417,13 @@ mod tests {
     #[test]
     fn a_byte_order_mark_before_the_text_is_accepted() {
         let marked = format!("\u{feff}{SLIDE}");
-        assert_eq!(Move::parse("", &marked).unwrap(), Move::parse("", SLIDE).unwrap());
+        let slide = Move::parse("", SLIDE).unwrap();
+        assert_eq!(Move::parse("", &marked).unwrap(), slide);
+        let path = std::env::temp_dir().join(format!("utf-16-{}.json", std::process::id()));
+        let utf16: Vec<u8> = marked.encode_utf16().flat_map(u16::to_le_bytes).collect();
+        std::fs::write(&path, utf16).unwrap();
+        assert_eq!(Move::read(&path).unwrap(), slide);
+        std::fs::remove_file(path).unwrap();
     }
 
     #[test]

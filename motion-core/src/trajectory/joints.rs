@@ -155,7 +155,8 @@ mod tests {
         let rest = |from, to, position| segment((from, position), (to, position), Ease::Linear);
         let written = [rest(0.0, 1.0, 0.0), there, rest(3.0, 5.0, 8.0), back, rest(9.0, 10.0, 4.0)];
         let near = |one: &[(f64, f64)], other: &[(f64, f64)]| {
-            one.len() == other.len() && one.iter().zip(other).all(|(a, b)| a.0 == b.0 && (a.1 - b.1).abs() < 1e-9)
+            one.len() == other.len()
+                && one.iter().zip(other).all(|(a, b)| (a.0 - b.0).abs() < 1e-9 && (a.1 - b.1).abs() < 1e-9)
         };
         let all = [(1.0, 4.0), (3.0, -4.0), (5.0, -1.0), (9.0, 1.0)];
         assert!(near(&jumps(&written, 0.0), &all), "{:?}", jumps(&written, 0.0));
