@@ -11,7 +11,7 @@ use tokio::net::TcpStream;
 use tokio::sync::mpsc::UnboundedReceiver;
 use tokio::task::yield_now;
 use tokio::time::{Instant, sleep, sleep_until, timeout, timeout_at};
-use tokio_serial::SerialPortBuilderExt;
+use tokio_serial::{ClearBuffer, SerialPort, SerialPortBuilderExt};
 use tracing::{debug, trace};
 
 use crate::drive::{Driven, Stopped, Trouble};
@@ -324,7 +324,14 @@ async fn open(target: &Target) -> Result<Box<dyn Stream>, Trouble> {
             Err(_) => Err(Trouble::Line(format!("{address}: no answer in 5 s: is the rig on and in this network?"))),
         },
         Target::Serial(path, baud) => match tokio_serial::new(path, *baud).open_native_async() {
-            Ok(line) => Ok(Box::new(line)),
+            Ok(line) => {
+                // Bytes that wait since an earlier session answer nothing of this one. If they cannot be dropped, the
+                // random ids of this session tell them apart.
+                if let Err(error) = line.clear(ClearBuffer::Input) {
+                    debug!("{path}: {error}: old bytes may wait");
+                }
+                Ok(Box::new(line))
+            }
             Err(error) => {
                 Err(Trouble::Line(format!("{path}: {error}: is the rig plugged in, and the line not in use?")))
             }
