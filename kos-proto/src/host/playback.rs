@@ -14,8 +14,7 @@ use crate::move_summary::{Kind, MoveSummary};
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Playback {
     pub(super) state: MoveState,
-    /// Whether the move may go back: it has loops, or nobody knows.
-    goes_back: bool,
+    ways: Ways,
     /// Time at which a stop is sent again, or the move is told to be slow.
     deadline: Option<Millis>,
     /// Whether the device confirmed the stop.
@@ -32,13 +31,22 @@ pub(super) struct Playback {
     motors: MotorSet,
 }
 
-debug! { Playback { state goes_back deadline confirmed homing plays loops token motors } }
+/// Ways that a move goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Ways {
+    /// The move goes forward only.
+    Forward,
+    /// The move has loops, or nobody knows.
+    Both,
+}
+
+debug! { Playback { state ways deadline confirmed homing plays loops token motors } }
 
 impl Default for Playback {
     fn default() -> Self {
         Self {
             state: MoveState::NoMove,
-            goes_back: true,
+            ways: Ways::Both,
             deadline: None,
             confirmed: false,
             homing: false,
@@ -117,7 +125,8 @@ impl Playback {
     /// Notes a move that the device shall store.
     pub(super) const fn store(&mut self, summary: &MoveSummary) {
         self.motors = summary.motors;
-        self.goes_back = matches!(summary.kind, Kind::Live { loops: Some(_), .. });
+        let loops = matches!(summary.kind, Kind::Live { loops: Some(_), .. });
+        self.ways = if loops { Ways::Both } else { Ways::Forward };
     }
 
     /// Notes that a move is being made ready, or played.
@@ -187,7 +196,7 @@ impl Playback {
     pub(super) fn goes_other_way(&mut self, output: &mut Output<'_>, status: PlaybackState) -> bool {
         let is_wrong = match self.state {
             MoveState::Starting | MoveState::Delay | MoveState::PreShoot => true,
-            MoveState::Running | MoveState::Ended => !self.goes_back,
+            MoveState::Running | MoveState::Ended => self.ways == Ways::Forward,
             MoveState::NoMove | MoveState::SettingUp | MoveState::Armed | MoveState::Stopping => false,
         };
         let goes = is_wrong && status == PlaybackState::START_REVERSE;

@@ -577,9 +577,9 @@ fn no_answer_repeats_a_stop() {
 /// motor is gone, or left it out of a series (decision K-S25).
 #[test]
 fn a_motor_that_jogs_is_never_dropped() {
+    type Report = fn(&mut Client, [MotorPresence; 2]);
     let (speed, acceleration) = (RotationsPerSecond(1.0), RotationsPerSecondSquared(1.0));
     let presence = |online: bool| MotorPresence::new(TWO, online.into(), MotorType::AXIS, speed, speed, acceleration);
-    type Report = fn(&mut Client, [MotorPresence; 2]);
     let reports: [(&str, Report); 4] = [
         ("off line, and on line again", |client, [off, on]| {
             client.receive(presences(&[off]));
