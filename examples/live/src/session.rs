@@ -189,7 +189,8 @@ impl<H: Driven> Session<H> {
         Stopped::NotConfirmed
     }
 
-    /// Waits until the rig confirms a stop. If the host opens the line itself, waits only a short time for the line.
+    /// Waits until the rig confirms a stop. If the host opens the line itself, waits only a short time for the line. Does not
+    /// wait longer for a rig that may ignore stops.
     async fn confirmed(&mut self, until: Instant) -> Result<Stopped, Trouble> {
         let mut reached = Instant::now();
         while Instant::now() < until && reached.elapsed() < REACH {
@@ -198,7 +199,7 @@ impl<H: Driven> Session<H> {
             {
                 return Ok(Stopped::Confirmed);
             }
-            if self.line.is_some() {
+            if self.line.is_some() && !self.host.is_deaf() {
                 reached = Instant::now();
             }
         }

@@ -1,6 +1,6 @@
 //! Live motion: kOS 7.4.
 
-use kos_proto::device::{Contents, Event, Input, Options, Report};
+use kos_proto::device::{Contents, Event, Input, Options, Quirks, Report};
 use kos_proto::message::*;
 use kos_proto::trajectory::*;
 use kos_proto::{HostMessage, Millis};
@@ -465,6 +465,12 @@ fn a_move_is_played_in_reverse() {
     bench.clear();
     bench.pass_with_client(10_000);
     assert_eq!((bench.messages(), bench.state()), (vec!["0: END_OF_MOVE".into(), "0: FULL_STOP".to_owned()], "Empty"));
+
+    // A device with the quirk plays the move forward.
+    let options = Options::default().with_quirks(Quirks::IGNORES_DIRECTION);
+    let mut bench = Bench::loaded(options, live_move(live()));
+    bench.receive(start_to(PlaybackDirection::REVERSE));
+    assert_eq!(bench.events(), [home(Direction::Forward)]);
 
     let mut bench = loaded();
     let late = StartPlayback { direction: PlaybackDirection::FORWARD, start_time: Seconds(1.0), tail: &[] };

@@ -3,7 +3,7 @@
 use std::net::Ipv4Addr;
 
 use kos_proto::device::{MotorSpecs, Options, Quirks};
-use kos_proto::message::{AxisKind, MOTORS, MotorType, RotationsPerSecond, RotationsPerSecondSquared};
+use kos_proto::message::{ActionId, AxisKind, MOTORS, MotorType, RotationsPerSecond, RotationsPerSecondSquared};
 use motion_core::trajectory::Range;
 
 /// Setup of a device: its parts, what it stores at first, and its quirks.
@@ -85,6 +85,11 @@ impl Setup {
             address: Ipv4Addr::UNSPECIFIED,
             number: 1,
         }
+    }
+
+    /// Takes an action away from those that the device knows.
+    pub(super) fn forget(&mut self, action: ActionId) {
+        self.options = self.options.with_unsupported(self.options.unsupported().with(action));
     }
 
     pub(super) fn add(&mut self, quirk: Quirks) {
