@@ -21,6 +21,8 @@ mod moving;
 mod program;
 #[path = "machines/random.rs"]
 mod random;
+#[path = "machines/real.rs"]
+mod real;
 #[path = "machines/rows.rs"]
 mod rows;
 #[path = "machines/settings.rs"]
