@@ -69,8 +69,10 @@ pub(super) struct Deaf {
     until: Option<Millis>,
     cause: Cause,
     nodes: Addresses,
-    /// Nodes of these at which a stop waits.
+    /// Nodes of these at which a stop of the controller waits.
     stopped: Addresses,
+    /// Whether a stop of all nodes waits at each of them.
+    is_all_stopped: bool,
 }
 
 impl Deaf {
@@ -95,7 +97,7 @@ impl Deaf {
     /// A stop goes out.
     pub(super) fn stops(&mut self, to: Address) {
         if to == Address::BROADCAST {
-            self.stopped = self.nodes;
+            self.is_all_stopped = self.is_deaf(to);
         } else if self.nodes.contains(to) {
             self.stopped.set(to, true);
         }
@@ -143,7 +145,8 @@ impl Deaf {
 
     /// Whether a stop waits at a node that may be deaf; for [`Address::BROADCAST`], at any.
     fn is_stopped(&self, node: Address) -> bool {
-        if node == Address::BROADCAST { !self.stopped.is_empty() } else { self.stopped.contains(node) }
+        let is_one = if node == Address::BROADCAST { !self.stopped.is_empty() } else { self.stopped.contains(node) };
+        self.is_all_stopped || is_one
     }
 
     /// Whether a packet may be sent as it is.

@@ -55,8 +55,9 @@ impl Doubt {
         }
     }
 
-    /// Counts an answer that is not taken for the answer to anything. If more are owed, they come by `until`.
-    pub(super) fn arrived(&mut self, reply: Reply<'_>, until: Millis) {
+    /// Counts an answer that is not taken for the answer to anything. If more are owed, they come by `until`. Returns whether
+    /// it was the last one without a value.
+    pub(super) fn arrived(&mut self, reply: Reply<'_>, until: Millis) -> bool {
         let is_plain = reply.data.is_empty() && (reply.is_ok() || self.plain.packets > 0);
         let owed = if is_plain { &mut self.plain } else { &mut self.value };
         owed.until = owed.until.map(|before| match (owed.is_open, owed.packets) {
@@ -64,7 +65,9 @@ impl Doubt {
             (false, 0 | 1) => before.min(until),
             _ => before.max(until),
         });
+        let is_last = owed.packets == 1;
         owed.packets = owed.packets.saturating_sub(1);
+        is_plain && is_last
     }
 
     /// Forgets answers that come too late, if they come.
@@ -84,11 +87,6 @@ impl Doubt {
     /// Whether as many answers have come as are owed that could be taken for the answer to a message.
     pub(super) fn is_counted(&self, message: &HostMessage<'_>) -> bool {
         self.all(message, |owed| owed.packets == 0 && !owed.is_open)
-    }
-
-    /// Whether an answer has come to each packet since the line is up, except to queries.
-    pub(super) const fn is_answered(&self) -> bool {
-        self.plain.packets == 0
     }
 
     /// Whether no answer of either kind may come.

@@ -145,11 +145,11 @@ impl HostMachine {
 
     /// Counts an answer that may be that to something else.
     fn not_an_answer(&mut self, now: Millis, output: &mut Output<'_>, reply: Reply<'_>) {
-        self.doubt.arrived(reply, self.drained(now));
+        let is_last = self.doubt.arrived(reply, self.drained(now));
         if reply.data.is_empty() {
             self.stops.heard();
         }
-        if self.doubt.is_answered() {
+        if is_last {
             self.deaf.all_answered();
         }
         let settled = now.after(self.options.settle().into());
@@ -171,8 +171,6 @@ impl HostMachine {
 
     /// Acts when the time of the line's state is over.
     pub(super) fn line_is_due(&mut self, now: Millis, output: &mut Output<'_>) {
-        self.doubt.expire(now);
-        self.deaf.expire(now);
         if self.line.until().is_none_or(|until| now < until) {
             return;
         }
@@ -240,7 +238,9 @@ impl HostMachine {
         self.motion.sent(&self.options.nodes(), &transmit);
         let blocks = blocks(&transmit.message);
         if blocks > 0 {
-            self.deaf.begins(now, transmit.to, blocks);
+            // It is the same node under two addresses.
+            let to = if resets(&transmit.message) { Address::BROADCAST } else { transmit.to };
+            self.deaf.begins(now, to, blocks);
         } else if transmit.message.conduct().is_stop() {
             self.deaf.stops(transmit.to);
         }

@@ -111,6 +111,9 @@ impl HostMachine {
     }
 
     fn run<'a>(&mut self, now: Millis, output: &mut Output<'a>, input: Input<'a>) {
+        self.doubt.expire(now);
+        self.deaf.expire(now);
+        self.stops.expire(now);
         match input {
             Input::LinkUp if self.line == Line::Offline => {
                 self.line = Line::Idle;

@@ -164,7 +164,6 @@ impl HostMachine {
 
     /// Sends a stop that waits: one that was not sent yet past everything else, the others on a free line.
     pub(super) fn send_stop(&mut self, now: Millis, output: &mut Output<'_>) -> bool {
-        self.stops.expire(now);
         let (deaf, doubt, retries) = (&self.deaf, &self.doubt, self.options.retries());
         let is_free = self.line == Line::Idle && self.emergency.is_none();
         let again = |stop: &Stop| {

@@ -288,9 +288,62 @@ fn stop(to: u8, which: u8) -> (Address, HostMessage<'static>) {
     }
 }
 
+/// Time in which nodes may be deaf, because of a packet or because the line came up.
+#[derive(Debug)]
+struct Block {
+    /// Address of the node; [`Address::BROADCAST`] for all nodes.
+    to: Address,
+    until: u64,
+    /// Whether only the number of stops is limited.
+    stops_only: bool,
+    /// Time until which nodes may be deaf if the packet was answered just before the end.
+    longest: u64,
+    /// Receivers of the packets since then.
+    sent: Vec<Address>,
+    /// Number of answers that may still come.
+    owed: usize,
+    /// Whether they have come, so that the block may be over.
+    may_be_over: bool,
+}
+
+fn reaches(packet: Address, node: Address) -> bool {
+    packet == node || packet == Address::BROADCAST || node == Address::BROADCAST
+}
+
+impl Block {
+    fn waiting(&self, node: Address) -> usize {
+        self.sent.iter().filter(|to| reaches(**to, node)).count()
+    }
+
+    /// Block that begins with a packet.
+    fn of(to: Address, message: &HostMessage<'_>, now: u64) -> Option<Self> {
+        let Selector { table, command, .. } = message.selector();
+        let resets = matches!(
+            message,
+            HostMessage::SetAddress(_) | HostMessage::CoreAssignAddress(_) | HostMessage::BroadcastAssignAddress(_)
+        );
+        let starts = matches!(message, HostMessage::Start(_) | HostMessage::BroadcastStart(_));
+        let is_unknown = matches!(message, HostMessage::Other(_))
+            && (table == Table::Broadcast || table == Table::Node && command < 100);
+        let to = if resets { Address::BROADCAST } else { to };
+        (resets || starts || is_unknown).then(|| Self {
+            to,
+            until: now + 3000,
+            stops_only: false,
+            longest: now + if resets { 6000 } else { 3000 },
+            sent: Vec::new(),
+            owed: usize::from(to != Address::BROADCAST),
+            may_be_over: false,
+        })
+    }
+}
+
 /// Promises of a master, watched from outside.
 #[derive(Debug, Default)]
 struct Watch {
+    blocks: Vec<Block>,
+    /// Times at which stops were sent last.
+    stops: BTreeMap<String, u64>,
     tokens: Tokens,
     /// For each message that may not be repeated: how often it was asked for, minus how often it was sent.
     budget: BTreeMap<String, i64>,
@@ -304,6 +357,58 @@ impl Watch {
         *self.budget.entry(message.to_string()).or_default() += 1;
     }
 
+    /// The line came up.
+    fn link_up(&mut self, now: u64) {
+        let (to, until) = (Address::BROADCAST, now + 3000);
+        self.blocks.iter_mut().for_each(|block| (block.to, block.longest) = (to, block.longest.max(until)));
+        let sent = Vec::new();
+        self.blocks.push(Block { to, until, longest: until, stops_only: true, sent, owed: 0, may_be_over: false });
+    }
+
+    /// An answer came.
+    fn heard(&mut self) {
+        for block in &mut self.blocks {
+            block.may_be_over |= block.owed == 1 || block.stops_only && self.last.is_some();
+            block.owed = block.owed.saturating_sub(1);
+        }
+    }
+
+    /// Whether a stop to a node, or to all, has to be sent when the gap is over.
+    fn is_due(&self, bridge: bool, to: Address, stop: Option<&HostMessage<'_>>, now: u64) -> bool {
+        // Through a bridge, the node is stopped instead of all nodes.
+        let (to, stop) = match stop {
+            Some(HostMessage::BroadcastPause(_)) if bridge => (NODE, Some(&PAUSE)),
+            Some(HostMessage::BroadcastStop(_)) if bridge => (NODE, Some(&STOP)),
+            stop => (to, stop),
+        };
+        let waits = self.blocks.iter().any(|block| {
+            now <= block.longest && reaches(block.to, to) && (block.waiting(to) > 0 || to == Address::BROADCAST)
+        });
+        let is_recent =
+            |stop: &HostMessage<'_>| self.stops.get(&format!("{to} {stop}")).is_some_and(|sent| now < sent + 500);
+        !waits && !stop.is_some_and(is_recent)
+    }
+
+    /// At most one packet waits at a node that may be deaf, and it is a stop.
+    fn sent(&mut self, now: u64, to: Address, message: &HostMessage<'_>) {
+        self.blocks.retain(|block| now < block.longest);
+        let is_stop = message.conduct().is_stop();
+        let may_wait = matches!(message, HostMessage::Stop(_) | HostMessage::BroadcastStop(_));
+        for block in &mut self.blocks {
+            if reaches(block.to, to) && (is_stop || !block.stops_only) {
+                let hears = block.may_be_over || now >= block.until;
+                assert!(may_wait || hears, "{message} to {to} at a node that may be deaf: {block:?}");
+                assert!(block.waiting(to) == 0 || hears, "{message} to {to} is a second packet: {block:?}");
+                block.sent.push(to);
+                block.owed += usize::from(to != Address::BROADCAST);
+            }
+        }
+        self.blocks.extend(Block::of(to, message, now));
+        if is_stop {
+            self.stops.insert(format!("{to} {message}"), now);
+        }
+    }
+
     fn see(&mut self, master: &Master, output: &Output<'static>, options: &Options) {
         for (token, _) in ended(output) {
             self.tokens.end(Token(token));
@@ -311,6 +416,7 @@ impl Watch {
         for send in output.transmits() {
             assert!(self.last.is_none_or(|last| master.now >= last + u64::from(options.gap())), "the gap");
             self.last = Some(master.now);
+            self.sent(master.now, send.to, &send.message);
             let mut out = [0; 42];
             assert!(send.encode_into(&mut out).is_ok(), "{send:?}");
             if self.stop_due.take().is_some() {
@@ -346,12 +452,14 @@ proptest! {
                 watch.see(&master, &output, &options);
             }
             let is_up = master.machine.state().name() != "Offline";
+            let now = master.now;
             let mut is_stop = false;
             let output = match input {
                 ToMaster::Ask(to, number, body) => {
                     let body: &'static [u8] = body.leak();
                     let message = decode(number, body);
                     is_stop = message.conduct().is_stop() && (number >> 16 == 1) == (to == 1) && to > 0;
+                    is_stop = is_stop && watch.is_due(bridge, Address(to), Some(&message), now);
                     watch.asked(&message);
                     master.request_to(watch.tokens.begin().0, Address(to), message)
                 }
@@ -364,10 +472,13 @@ proptest! {
                 }
                 ToMaster::Stop(to, which) => {
                     let (to, message) = stop(to.max(2), which);
-                    is_stop = true;
+                    is_stop = watch.is_due(bridge, to, Some(&message), now);
                     master.request_to(watch.tokens.begin().0, to, message)
                 }
-                ToMaster::Reply(code, data) => master.reply(code, data.leak()),
+                ToMaster::Reply(code, data) => {
+                    watch.heard();
+                    master.reply(code, data.leak())
+                }
                 ToMaster::Stray(number) => master.step(Input::Received(DeviceMessage::other(number, &[]))),
                 ToMaster::Command(command) => {
                     if let Command::Speed { motor, speed, .. } = command {
@@ -375,7 +486,8 @@ proptest! {
                         watch.asked(&set.into());
                     }
                     let is_calm = master.machine.stopping() == StopState::Calm;
-                    is_stop = command == Command::EmergencyStop && is_calm;
+                    is_stop = command == Command::EmergencyStop && is_calm && watch.is_due(bridge, NODE, None, now);
+                    is_stop = is_stop && (bridge || watch.is_due(bridge, Address::BROADCAST, None, now));
                     if command == Command::EndEmergency && !is_calm {
                         // The application may end the emergency before its first packet.
                         watch.stop_due = None;
@@ -385,6 +497,9 @@ proptest! {
                 ToMaster::Other(input) => {
                     if input == Input::LinkDown {
                         (watch.stop_due, watch.last) = (None, None);
+                    }
+                    if input == Input::LinkUp && !is_up {
+                        watch.link_up(now);
                     }
                     master.step(input)
                 }
@@ -734,7 +849,7 @@ fn time_may_stand_still_or_go_backwards() {
     master.now = 0;
     assert!(master.step(Input::Wake).is_quiet());
     assert!(master.request(2, STOP).is_quiet(), "the gap lasts longer");
-    assert_eq!(sent(&master.pass(1060)), [(1060, STOP)]);
+    assert_eq!(sent(&master.pass(4060)), [(4060, STOP)]);
     assert_eq!(Millis(0).since(Millis(5)), 0);
 }
 
