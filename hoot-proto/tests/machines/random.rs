@@ -14,7 +14,7 @@ use hoot_proto::host::{
 };
 use hoot_proto::message::{self, AltMode, HostMessage, Motor, Reply, ResponseCode, RingTip, Steps, StepsPerSecond};
 use hoot_proto::query::Profile;
-use hoot_proto::{Address, DeviceMessage, Messages, Millis, Table};
+use hoot_proto::{Address, DeviceMessage, Messages, Millis, Query, Table};
 use laws::world::{Fate, Faults, Line, Next, Tokens};
 use proptest::prelude::*;
 use proptest_state_machine::{ReferenceStateMachine, StateMachineTest, prop_state_machine};
@@ -539,9 +539,23 @@ struct World {
     turning: [bool; 3],
     /// Messages that the node received, in order.
     heard: Vec<HostMessage<'static>>,
+    /// Time until which the node hears nothing, because a start blocks it.
+    blocked_until: Millis,
+    /// Packet that waits at the node. If there were two, it would hang.
+    waiting: Option<HostMessage<'static>>,
     tokens: Tokens,
+    /// Questions that are asked for the place of a motor.
+    places: BTreeMap<Token, Motor>,
     /// Commands that are done.
     done: BTreeSet<Token>,
+}
+
+/// Time for which a start blocks the node of the world, in milliseconds.
+const START_BLOCKS: u64 = 1500;
+
+/// Place of a motor, which tells the motor.
+fn place_of(motor: Motor) -> Steps {
+    Steps(100 * i32::from(motor.get()))
 }
 
 impl World {
@@ -549,7 +563,11 @@ impl World {
         // The master settles for longer than a packet and its answer are in flight.
         let master = Master::new(Options::new().with_settle(100)).machine.clone();
         let quirks = if firmware { Quirks::FIRMWARE } else { Quirks::NONE };
-        let node = Node::ready_with(NodeOptions::new().with_quirks(quirks)).machine.clone();
+        let mut node = Node::ready_with(NodeOptions::new().with_quirks(quirks));
+        for motor in Motor::ALL {
+            let _ = node.step(device::Input::Position { motor, position: place_of(motor) });
+        }
+        let node = node.machine.clone();
         let mut both = laws::world::World::new(Millis(1000), master, node, Faults::ANY);
         both.up = Line::new(Faults { doubled: 0, ..Faults::ANY });
         Self {
@@ -561,6 +579,9 @@ impl World {
             arrivals: [None; 3],
             turning: [false; 3],
             heard: Vec::new(),
+            blocked_until: Millis(0),
+            waiting: None,
+            places: BTreeMap::new(),
             tokens: Tokens::default(),
             done: BTreeSet::new(),
         }
@@ -575,12 +596,16 @@ impl World {
         let output = step_master(&mut self.both.host, self.both.now, input);
         for transmit in output.transmits() {
             let (_, delay) = self.fault();
-            self.both.up.send(self.both.now.after(delay), transmit.message);
+            self.both.up.send(self.both.now.after(delay % 40), transmit.message);
         }
         for event in output.events() {
             match event {
                 Event::Ended { token, outcome } => {
                     self.tokens.end(*token);
+                    if let (Some(&motor), Outcome::Done(reply)) = (self.places.get(token), outcome) {
+                        let place = message::MotorPosition { motor }.decode_reply(*reply).unwrap().value;
+                        assert_eq!(place, place_of(motor), "the place of another motor");
+                    }
                     self.done.extend(Some(*token).filter(|_| matches!(outcome, Outcome::Done(_))));
                 }
                 Event::Stopped(StopTarget::All) => {
@@ -609,25 +634,39 @@ impl World {
             let mut scratch = [0; 32];
             let DeviceMessage::Reply(Reply { code, data }) = answer.message(&mut scratch).unwrap() else { panic!() };
             if self.is_up && !(self.bridge && code == ResponseCode::ERROR) {
-                self.both.down.send(self.both.now.after(delay), (code.0, data.to_vec()));
+                // A start is answered when its block is over.
+                let from = self.both.now.max(self.blocked_until);
+                self.both.down.send(from.after(delay), (code.0, data.to_vec()));
             }
         }
+    }
+
+    /// The node receives a message.
+    fn packet(&mut self, message: HostMessage<'static>) {
+        self.heard.push(message);
+        if message == START {
+            self.blocked_until = self.both.now.after(START_BLOCKS);
+        }
+        let to = if message.selector().table == Table::Broadcast { Address::BROADCAST } else { NODE };
+        self.node(device::Input::Received { port: Port::Bus, to, message });
     }
 
     /// Lets time pass. All that is due happens, one after another.
     fn pass(&mut self, millis: u64) {
         let end = self.both.now.after(millis);
-        while let Some(next) = self.both.pass(end, self.arrivals.into_iter().flatten().min()) {
+        loop {
+            let hears = self.waiting.map(|_| self.blocked_until);
+            let own = self.arrivals.into_iter().chain([hears]).flatten().min();
+            let Some(next) = self.both.pass(end, own) else { break };
             match next {
                 Next::Up => {
                     let (fate, _) = self.fault();
                     match self.both.up.meet(fate) {
-                        Some((message, true)) => {
-                            self.heard.push(message);
-                            let is_broadcast = message.selector().table == Table::Broadcast;
-                            let to = if is_broadcast { Address::BROADCAST } else { NODE };
-                            self.node(device::Input::Received { port: Port::Bus, to, message });
+                        Some((message, true)) if self.both.now < self.blocked_until => {
+                            let before = self.waiting.replace(message);
+                            assert_eq!(before, None, "the node hangs, because {message} waits too");
                         }
+                        Some((message, true)) => self.packet(message),
                         Some((_, false)) => self.node(device::Input::Noise),
                         None => {}
                     }
@@ -640,6 +679,11 @@ impl World {
                         }
                         Some((_, false)) => self.master(Input::Noise),
                         None => {}
+                    }
+                }
+                Next::Own if hears.is_some_and(|hears| hears <= self.both.now) => {
+                    if let Some(message) = self.waiting.take() {
+                        self.packet(message);
                     }
                 }
                 Next::Own => {
@@ -665,6 +709,9 @@ impl World {
 
     fn command(&mut self, command: Command) -> Token {
         let token = self.tokens.begin();
+        if let Command::Request(Request { message: HostMessage::MotorPosition(query), .. }) = command {
+            self.places.insert(token, query.motor);
+        }
         self.master(Input::Command(token, command));
         token
     }
@@ -691,6 +738,8 @@ fn any_wish() -> impl Strategy<Value = Wish> {
         motor().prop_map(motor_stop),
         motor().prop_map(run),
         motor().prop_map(|motor| HostMessage::from(message::MotorRunning { motor })),
+        motor().prop_map(|motor| HostMessage::from(message::MotorPosition { motor })),
+        motor().prop_map(|motor| HostMessage::from(message::MotorPosition { motor })),
         Just(HostMessage::from(message::ReturnHome {})),
         Just(HostMessage::from(message::RunStatus {})),
         Just(HostMessage::from(message::SetManualMove { manual_move: YES })),
@@ -732,7 +781,9 @@ impl ReferenceStateMachine for Wishes {
             1 => Just(Fate::Corrupt),
             1 => Just(Fate::Doubled),
         ];
-        (any::<bool>(), any::<bool>(), proptest::collection::vec((fate, 1_u64..40), 3..80))
+        // An answer may be very late, but it does not overtake another one.
+        let delay = prop_oneof![9 => 1_u64..40, 1 => 40_u64..1300];
+        (any::<bool>(), any::<bool>(), proptest::collection::vec((fate, delay), 3..80))
             .prop_map(|(firmware, bridge, faults)| Script { firmware, bridge, faults, wishes: 0 })
             .boxed()
     }
