@@ -412,7 +412,7 @@ fn a_motor_of_speed_0_does_not_move() {
 fn names_with_nuls_or_breaks_are_found() {
     let of = |name| says(HostMessage::SetName(SetName { name: Name::from_bytes(name).unwrap() }), &Context::default());
     assert_eq!(of(b"ABC\0\0\0\0\0\0\0"), [""; 0]);
-    assert_eq!(of(b"A\0B"), ["warning name: the node skips NULs inside"]);
+    assert_eq!(of(b"A\0B"), ["warning name: the node keeps NULs inside, and many readers stop there"]);
     let found = of(b"\0\0\0\0\0\xFF\x03\0d\0");
     assert_eq!(found[0], "error name: contains a break, the start of a packet");
 }

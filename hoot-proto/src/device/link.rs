@@ -7,7 +7,7 @@ use motion_core::wire::{Bool, Messages};
 
 use super::{Answer, Contents, DeviceMachine, Event, Ignored, Output, Port, Quirks, Transmit};
 use crate::frame::{Address, MAX_DATA, Selector, Table};
-use crate::message::{CoreVersion, HostMessage, MotorContinuousSpeed, Text};
+use crate::message::{CoreVersion, HostMessage, Motor, MotorContinuousSpeed, Text};
 use crate::query::{AnyQuery, AnyReply};
 
 /// Time for which a node blinks and hears nothing after its address has changed, in milliseconds. Source: hoot, section
@@ -84,10 +84,11 @@ impl DeviceMachine {
         let twice = self.options.quirks().contains(Quirks::ANSWERS_TWICE);
         let second = match (outcome, message) {
             // The sheet's firmware does not end after this answer, and goes on into the next one.
-            (Outcome::Answered(Answer::Value(_)), HostMessage::MotorRunning(query))
+            (Outcome::Answered(Answer::Value(AnyReply::MotorRunning(_))), message)
                 if twice && profile.answers_running_twice() != Some(false) =>
             {
-                let next = AnyQuery::MotorContinuousSpeed(MotorContinuousSpeed { motor: query.motor });
+                let motor = Motor::new(message.selector().sub_address).unwrap_or_default();
+                let next = AnyQuery::MotorContinuousSpeed(MotorContinuousSpeed { motor });
                 if let Outcome::Answered(answer) = self.value(now, next) { Some(answer) } else { None }
             }
             (Outcome::RefusedThenOk, _) if twice => Some(Answer::Ok),
@@ -105,7 +106,7 @@ impl DeviceMachine {
     /// Source: hoot, section 2.5.
     fn broadcast(&mut self, now: Millis, output: &mut Output<'_>, message: &HostMessage<'_>) -> bool {
         let mut buffer = [0; MAX_DATA];
-        let (message, _) = complete(message, &mut buffer);
+        let (message, _) = complete(message, &mut buffer, self.reads_long_lead_in());
         match message {
             HostMessage::BroadcastStart(_) => self.start(now, output),
             HostMessage::BroadcastStop(_) => self.stop(output),
@@ -136,7 +137,7 @@ impl DeviceMachine {
         message: &HostMessage<'_>,
     ) -> Outcome {
         let mut buffer = [0; MAX_DATA];
-        let (message, is_short) = complete(message, &mut buffer);
+        let (message, is_short) = complete(message, &mut buffer, self.reads_long_lead_in());
         if selector.table != Table::Node || selector.command == 1 {
             return self.core(now, output, &message);
         }
@@ -157,6 +158,10 @@ impl DeviceMachine {
             4 => self.set_camera(now, output, &message),
             _ => self.set_motor(now, output, &message),
         }
+    }
+
+    fn reads_long_lead_in(&self) -> bool {
+        self.options.profile().reads_long_lead_in() == Some(true)
     }
 
     /// Whether joystick mode refuses a command; a stop is carried out nevertheless (safety decision 2).
@@ -202,7 +207,11 @@ impl DeviceMachine {
 
 /// A command with data of another length, as firmware reads it: surplus bytes are left out, missing bytes are zero. The
 /// result says whether bytes were missing. Source: hoot, section 1.1.
-fn complete<'b>(message: &HostMessage<'_>, buffer: &'b mut [u8; MAX_DATA]) -> (HostMessage<'b>, bool) {
+fn complete<'b>(
+    message: &HostMessage<'_>,
+    buffer: &'b mut [u8; MAX_DATA],
+    reads_long_lead_in: bool,
+) -> (HostMessage<'b>, bool) {
     // A typed message is written and read again, which changes nothing except its lifetime.
     let number = message.number();
     let have = match message {
@@ -217,9 +226,15 @@ fn complete<'b>(message: &HostMessage<'_>, buffer: &'b mut [u8; MAX_DATA]) -> (H
     };
     let buffer: &'b [u8; MAX_DATA] = buffer;
     let read = |len: usize| HostMessage::decode_body(number, buffer.get(..len)?).ok();
-    let is_known = |message: &HostMessage<'_>| !matches!(message, HostMessage::Other(_));
-    let shorter = (0..=have).rev().find_map(read).filter(is_known);
-    let longer = || (have..=MAX_DATA).find_map(read).filter(is_known);
+    // The lead-in has two lengths, and each firmware reads one of them.
+    let is_read = |message: &HostMessage<'_>| match message {
+        HostMessage::MotorSetLeadIn(_) => !reads_long_lead_in,
+        HostMessage::MotorSetLeadInLong(_) => reads_long_lead_in,
+        message => !matches!(message, HostMessage::Other(_)),
+    };
+    let read = |len: usize| read(len).filter(is_read);
+    let shorter = (0..=have).rev().find_map(read);
+    let longer = || (have..=MAX_DATA).find_map(read);
     match shorter {
         Some(message) => (message, false),
         None => longer().map_or_else(

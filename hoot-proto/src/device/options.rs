@@ -37,7 +37,7 @@ impl Options {
 
 flags! {
     /// Habits of firmware that harm or mislead, for simulators that need them.
-    pub struct Quirks(u8) {
+    pub struct Quirks(u16) {
         /// Refuses the stop of the controller in joystick mode (safety decision 2).
         REFUSES_STOP = 1,
         /// Drops the top byte of unsigned numbers of 32 bits, instead of refusing numbers that have one: 16,777,216 steps
@@ -49,6 +49,8 @@ flags! {
         ANSWERS_TWICE = 8,
         /// Hears nothing for 2.5 s after its address has changed, because it blinks (hoot, section 2.5; decision H-2).
         IS_DEAF = 16,
+        /// Starts with the settings of firmware, takes settings as firmware does, and reads them back so (decision H-62).
+        FIRMWARE_SETTINGS = 32,
     }
 }
 
@@ -57,7 +59,7 @@ impl Quirks {
     pub const NONE: Self = Self(0);
 
     /// All habits, which firmware of the sheet's date has.
-    pub const FIRMWARE: Self = Self(0b1_1111);
+    pub const FIRMWARE: Self = Self(0b11_1111);
 }
 
 /// Name as a node stores and answers it: ten bytes. Source: hoot, section 1.2.
@@ -70,10 +72,10 @@ impl StoredName {
 }
 
 impl From<&Name> for StoredName {
-    /// Skips the NULs inside the name, and fills the rest up with NULs.
+    /// Fills the name up with NULs.
     fn from(name: &Name) -> Self {
         let mut stored = [0; Name::MAX];
-        for (place, byte) in stored.iter_mut().zip(name.as_bytes().iter().filter(|&&byte| byte != 0)) {
+        for (place, byte) in stored.iter_mut().zip(name.as_bytes()) {
             *place = *byte;
         }
         Self(stored)

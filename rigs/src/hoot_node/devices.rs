@@ -74,6 +74,11 @@ impl Named for Setup {
             apply: |setup| setup.add(Quirks::IS_DEAF),
         },
         Choice {
+            name: "firmware-settings",
+            about: "The settings of firmware, read back as firmware does.",
+            apply: |setup| setup.add(Quirks::FIRMWARE_SETTINGS),
+        },
+        Choice {
             name: "firmware",
             about: "All quirks of firmware of the sheet's date.",
             apply: |setup| setup.add(Quirks::FIRMWARE),

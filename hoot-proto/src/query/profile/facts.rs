@@ -45,8 +45,18 @@ facts! {
     float_is_true: ALWAYS, day(10, 7);
     /// Whether the firmware says by a `BYTE` whether a motor moves; earlier it was an `INT`.
     has_true_bytes: day(10, 29), NEVER;
+    /// Whether the speed of runs may be negative; earlier firmware ignores such speeds.
+    takes_negative_speeds: day(10, 30), NEVER;
+    /// Whether the firmware takes its greatest speed for a speed of runs above it; earlier firmware ignores such speeds.
+    caps_speeds: v(37), NEVER;
+    /// Whether the query for the speed of runs asks for the speed of the moment; earlier it asks for the setting.
+    answers_momentary_speed: day(10, 28), NEVER;
     /// Whether a second packet follows the answer to the query whether a motor moves.
     answers_running_twice: ALWAYS, day(10, 29);
+    /// Whether the firmware has video mode; earlier, every mode except 0 is mode 1.
+    has_video_mode: day(10, 24), NEVER;
+    /// Whether the firmware ignores values of ping-pong other than 0 and 1.
+    ignores_wrong_ping_pong: v(24), NEVER;
     /// Whether the firmware has joystick mode, ping-pong, and the query for joystick mode.
     has_joystick_mode: day(10, 28), NEVER;
     /// Whether the firmware answers the query whether the planned move goes to and fro.
@@ -134,6 +144,53 @@ impl Profile {
     }
 }
 
+/// Settings of a new node.
+impl Profile {
+    const fn choose<T: Copy>(self, until: Age, before: T, after: T) -> T {
+        if matches!(self.usual().is_within(ALWAYS, until), Some(true)) { before } else { after }
+    }
+
+    /// Speed of runs of a new node, in steps per second.
+    pub(crate) const fn first_speed(self) -> f32 {
+        self.choose(day(10, 27), 1500.0, self.choose(day(11, 17), 1000.0, 5000.0))
+    }
+
+    /// Acceleration of runs of a new node, in steps per second squared.
+    pub(crate) const fn first_acceleration(self) -> f32 {
+        self.choose(day(10, 20), 1000.0, 15_000.0)
+    }
+
+    /// Backlash of a new node, in microsteps.
+    pub(crate) const fn first_backlash(self) -> u16 {
+        self.choose(day(12, 16), 384, 0)
+    }
+
+    /// Greatest speed of a motor of a new node, in steps per second.
+    pub(crate) const fn first_max_speed(self) -> u16 {
+        self.choose(v(70), 1000, 5000)
+    }
+
+    /// Whether the motors of a new node have no current while they rest.
+    pub(crate) const fn first_sleep(self) -> bool {
+        self.choose(v(23), true, false)
+    }
+
+    /// Microsteps of motors 2 and 3 of a new node.
+    pub(crate) const fn first_microstep(self) -> u8 {
+        self.choose(v(23), 4, 16)
+    }
+
+    /// Whether the motors of a new node are enabled.
+    pub(crate) const fn first_enable(self) -> bool {
+        self.choose(v(45), false, true)
+    }
+
+    /// Whether a new node holds the focus together with the shutter.
+    pub(crate) const fn first_focus_with_shutter(self) -> bool {
+        self.choose(day(11, 3), false, true)
+    }
+}
+
 /// Commands that joystick mode leaves. Source: hoot, sections 4.1 and 7.
 impl Profile {
     /// Whether a node refuses a command in joystick mode; `None` if it is not known. Broadcasts, the core protocol and the
@@ -141,10 +198,9 @@ impl Profile {
     #[must_use]
     pub const fn refuses_in_joystick_mode(self, Selector { table, command, sub_address }: Selector) -> Option<bool> {
         let leaves = match (table, sub_address, command) {
-            (Table::Node, 0, 0 | 1 | 23) | (Table::Node, 1..=3, 0 | 1 | 3 | 4 | 6 | 13) => Some(true),
+            (Table::Node, 0, 0 | 1 | 23 | 120) | (Table::Node, 1..=3, 0 | 1 | 3 | 4 | 6 | 13) => Some(true),
             (Table::Node, 0, 14 | 122) => self.is_within(day(12, 3), NEVER),
             (Table::Node, 0, 50 | 51) => self.is_within(v(37), NEVER),
-            (Table::Node, 0, 120) => Some(true),
             (Table::Node, 0, 200) | (Table::Node, 1..=3, 107) => self.is_within(v(41), NEVER),
             (Table::Node, 1..=3, 15) => self.is_within(ALWAYS, v(33)),
             (Table::Node, 1..=3, 106) => self.is_within(v(40), NEVER),
