@@ -124,10 +124,10 @@ impl HostMachine {
         let begin = Request::of_application(Owner::Sequence, Source::Command(token), message);
         let (course, first) = if let HostMessage::RtUploadMoveBegin(_) = message {
             self.is_loaded = None;
-            self.uses.upload();
+            self.uses.without_move();
             (Course::Upload(Upload::Begins), begin)
         } else {
-            let (run, first) = Run::new(begin, message).ok_or(Refusal::Misplaced)?;
+            let (run, first) = Run::new(begin, message, self.is_loaded == Some(true)).ok_or(Refusal::Misplaced)?;
             (Course::Run(run), first)
         };
         self.sequence = Some(Sequence { token, course });

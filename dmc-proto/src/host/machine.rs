@@ -240,7 +240,7 @@ impl HostMachine {
                 let device = without_tail(hi);
                 self.device = Some(device);
                 if id == MessageId::UNSOLICITED {
-                    self.is_loaded = Some(false);
+                    self.has_no_move();
                 }
                 self.connection = Connection::Configuring(false);
                 output.event(Event::Greeted(device));
@@ -248,11 +248,17 @@ impl HostMachine {
             _ if id == MessageId::UNSOLICITED => {
                 output.event(Event::DeviceReset);
                 self.fail(output, Failure::DeviceReset, |_| true);
-                self.is_loaded = Some(false);
+                self.has_no_move();
                 self.greet(now, output, 1);
             }
             _ => self.answered(now, output, id, message),
         }
+    }
+
+    /// The device has been switched on, and has no move.
+    const fn has_no_move(&mut self) {
+        self.is_loaded = Some(false);
+        self.uses.without_move();
     }
 
     fn acknowledged<'a>(&mut self, now: Millis, output: &mut Output<'a>, id: MessageId, ack: Ack<'a>) {

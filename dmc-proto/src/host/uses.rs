@@ -1,6 +1,6 @@
 //! Uses of the motors, as the device acknowledged them, and the motors of the uploaded move.
 
-use crate::message::{HostMessage, Motor, MotorFlags, MotorPair, Motors};
+use crate::message::{HostMessage, Motor, MotorFlags, MotorPair, Motors, RtShootFrame, RtShootFrame2};
 use crate::upload::Track;
 
 /// Uses of the motors on this link.
@@ -41,8 +41,8 @@ impl Uses {
         *self = Self { axes: self.axes, ..Self::default() };
     }
 
-    /// An upload begins.
-    pub(super) const fn upload(&mut self) {
+    /// An upload begins, or the device has no move.
+    pub(super) const fn without_move(&mut self) {
         self.axes = Motors::NONE;
     }
 
@@ -61,8 +61,11 @@ impl Uses {
             HostMessage::RtPositionFrame(_) | HostMessage::RtJogAll(_) | HostMessage::RtRunMove(_) => {
                 (self.axes, Motors::NONE)
             }
-            HostMessage::RtShootFrame(shot) => (blurred(shot.motors), blurred(shot.motors)),
-            HostMessage::RtShootFrame2(shot) => (blurred(shot.motors), blurred(shot.motors)),
+            HostMessage::RtShootFrame(RtShootFrame { motors, .. })
+            | HostMessage::RtShootFrame2(RtShootFrame2 { motors, .. }) => {
+                let own = blurred(motors);
+                (Motors(self.axes.0 | own.0), own)
+            }
             _ => return None,
         };
         let first = |motors: Motors, flags| Some((motors.iter().next()?, flags));
