@@ -76,7 +76,7 @@ mod kos {
     use kos_proto::device::{self, DeviceMachine, Positions, Report, SessionId};
     use kos_proto::host::{self, Command, Endpoint, HostMachine, Token};
     use kos_proto::message::{
-        AuxInputs, Block16, Bool, DeviceGUID, DeviceInfo, DeviceType, Direction, FirmwareVersion, MarkBeginPosition,
+        AuxInputs, Block16, Bool, DeviceGUID, DeviceInfo, DeviceType, FirmwareVersion, MarkBeginPosition,
         MarkEndPosition, MotorAddress, MotorEntry, MotorInfo, MotorInfos, MotorPlace, Newer, Normalized, Password,
         Photos, PlaybackDirection, PlaybackMode, PlaybackState, PlaybackStatus, Rotations, RotationsPerSecond,
         RotationsPerSecondSquared, Seconds, SetupPlayback, SoftwareID, StartPlayback,
@@ -180,7 +180,7 @@ mod kos {
             told(MotorInfo { more: false, motors: MotorInfos::New(&motors), tail }.into()),
             told(DeviceGUID { guid: Block16(&[7; 16]), tail }.into()),
             told(SoftwareID { platform: 4, tail }.into()),
-            command(Command::Load { summary, way: Direction::Forward, delay_return: false }),
+            command(Command::Load { summary, delay_return: false }),
             state(PlaybackState::MOTORS_HOME),
             state(PlaybackState::SETUP_COMPLETED),
             command(Command::Play),

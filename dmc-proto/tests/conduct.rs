@@ -107,7 +107,7 @@ fn stated(number: u32) -> Conduct {
     ];
     let purposes: Vec<_> = groups.into_iter().filter(|(group, _)| group.contains(&number)).collect();
     let [(_, purpose)] = purposes[..] else { panic!("{number:#06x} is in {} groups", purposes.len()) };
-    Conduct { purpose, repeatable: !ONCE.contains(&number), in_sequence: IN_SEQUENCE.contains(&number) }
+    Conduct { purpose, repeatable: !ONCE.contains(&number), in_sequence: IN_SEQUENCE.contains(&number), blocks: 0 }
 }
 
 /// Bodies of a message, made from a few patterns as in the laws of messages: the shortest one and a longer one.

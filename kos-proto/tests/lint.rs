@@ -33,6 +33,11 @@ fn motor() -> Motor {
     Motor::from(&entry(MOTOR.0))
 }
 
+/// The same motor without a range: both its ends are 0 (decision K-M5).
+fn uncalibrated() -> Motor {
+    Motor { begin_position: Some(Rotations(0.0)), end_position: Rotations(0.0), ..motor() }
+}
+
 fn entry(address: u8) -> MotorEntry {
     let (position, begin, end) = (Rotations(5.0), Rotations(2.0), Rotations(12.0));
     let (setup, play) = (RotationsPerSecond(166.7), RotationsPerSecond(100.0));
@@ -310,7 +315,7 @@ fn moves_are_compared_with_the_limits_of_the_motor() {
     let other = MarkEndPosition { motor_address: MotorAddress(1), tail: &[] };
     assert_eq!(measured(HostMessage::from(other)), [(Error, "motor_address")]);
 
-    let uncalibrated = [Motor { end_position: Rotations(0.0), ..motor() }];
+    let uncalibrated = [uncalibrated()];
     let measured = |message: HostMessage<'_>| found(message.lint(&Context::default().with_motors(&uncalibrated)));
     assert_eq!(measured(go(3.0, 20.0, 50.0)), [(Warning, "position")]);
     for speed in [20.0, -20.0] {
@@ -392,7 +397,7 @@ fn a_range_need_not_begin_at_0() {
     }
     let stranger = MotorPosition { motor_address: MOTOR, position: Rotations(99.0), tail: &[] };
     assert_eq!(device(DeviceMessage::from(stranger)), [], "the motor is not known");
-    let uncalibrated = [Motor { end_position: Rotations(0.0), ..motor() }];
+    let uncalibrated = [uncalibrated()];
     let context = Context::default().with_motors(&uncalibrated);
     assert_eq!(found(DeviceMessage::from(stranger).lint(&context)), []);
 }

@@ -644,6 +644,36 @@ fn an_unbounded_speed_exceeds_every_limit() {
     assert_eq!(track.excesses(any).count(), 0);
 }
 
+/// A device plays the reversed move forward, so that each motor goes the other way through the same positions. The ways back
+/// of loops are mirrored as well.
+#[test]
+fn a_reversed_move_goes_through_the_same_positions() {
+    for body in stored() {
+        let Ok(data) = TrajectoryData::decode(&body) else { continue };
+        let Ok(trajectory) = Trajectory::new(&data) else { continue };
+        let (mut out, mut again) = (vec![0; data.reversed_len()], vec![0; data.reversed_len()]);
+        let reversed = data.reversed(&mut out).unwrap();
+        let mirrored = Trajectory::new(&reversed).unwrap();
+        assert_eq!(mirrored.play(), trajectory.play());
+        for (one, other) in trajectory.tracks().zip(mirrored.tracks()) {
+            assert_eq!((one.motor(), one.len()), (other.motor(), other.len()));
+            for step in 0..=256 {
+                let part = f64::from(step) / 256.0;
+                let [there, back] = [one.at_elapsed(part), other.at_elapsed(1.0 - part)];
+                assert_eq!(there.is_some(), back.is_some());
+                let positions = there.zip(back).map(|(there, back)| (there.position, back.position));
+                assert!(positions.is_none_or(|(there, back)| (there - back).abs() < 1e-6), "{part}: {positions:?}");
+            }
+        }
+        // Only the first time is rounded: after it, the mirror of the mirror is the same move.
+        let back = reversed.reversed(&mut again).unwrap();
+        let mut third = vec![0; data.reversed_len()];
+        assert_eq!(back.reversed(&mut third).unwrap(), reversed);
+        let small = data.reversed(&mut []).unwrap_err();
+        assert!(matches!(small, MoveError::Encode(_)), "{small}");
+    }
+}
+
 proptest! {
     #[test]
     fn any_sound_plan_is_built_and_read_back(input in vec(any::<u8>(), 0..200)) {

@@ -15,6 +15,7 @@
 //! | DMC | [`dmc_device::DmcDevice`] | [`dmc_host::DmcHost`] |
 //! | hoot | [`hoot_node::HootNode`] | [`hoot_master::HootMaster`] |
 
+pub mod device;
 pub mod dmc_device;
 pub mod dmc_host;
 mod dmc_reader;

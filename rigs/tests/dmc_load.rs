@@ -124,7 +124,7 @@ impl Host for Flood {
 }
 
 fn flood(seconds: u64) {
-    let rig = DmcDevice::new(Setup::with_motors(32).with_quirks(Quirks::WIDE_ACK));
+    let rig = DmcDevice::new(Setup::with_motors(32).with_machine_quirks(Quirks::WIDE_ACK));
     let mut scene = Scene::new(Flood::default(), rig, Carrier::Serial, Faults::all(Carrier::Serial), 1);
     let (mut on_line, mut in_rig, mut acknowledged) = (0, 0, 0);
     for millis in 1..=seconds * 1000 {

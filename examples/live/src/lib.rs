@@ -47,8 +47,8 @@
 //!
 //! `--faults all` switches all faults on. On serial lines, bytes are lost, doubled, damaged, inserted, late, and split
 //! anywhere. Connections break. Devices are silent for a time or are reset, and their motors get stuck. The same
-//! `--seed` gives the same random faults, but the clock of the computer decides which bytes they meet. `--quirks` makes
-//! a rig behave like real rigs that differ from the specification.
+//! `--seed` gives the same random faults, but the clock of the computer decides which bytes they meet. `--device`
+//! makes the rig behave as a device of the field does, `--quirks` adds single differences, and `--list` prints the names.
 //!
 //! A client cannot disturb the other clients. A client that does not read is cut off. A client that sends too much is
 //! read only as fast as the rig can follow. A client without a free line is rejected.

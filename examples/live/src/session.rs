@@ -79,7 +79,9 @@ impl<H: Driven> Session<H> {
     {
         let (line, start): (Box<dyn Stream>, _) = (Box::new(line), Instant::now());
         let mut session = Self { host, target: None, start, line: Some(line), interrupts, deaf: start, why: None };
-        session.host.open(Millis(0), LINE);
+        if !H::OPENS {
+            session.host.open(Millis(0), LINE);
+        }
         session
     }
 
@@ -187,7 +189,8 @@ impl<H: Driven> Session<H> {
         Stopped::NotConfirmed
     }
 
-    /// Waits until the rig confirms a stop. If the host opens the line itself, waits only a short time for the line.
+    /// Waits until the rig confirms a stop. If the host opens the line itself, waits only a short time for the line. Does not
+    /// wait longer for a rig that may ignore stops.
     async fn confirmed(&mut self, until: Instant) -> Result<Stopped, Trouble> {
         let mut reached = Instant::now();
         while Instant::now() < until && reached.elapsed() < REACH {
@@ -196,7 +199,7 @@ impl<H: Driven> Session<H> {
             {
                 return Ok(Stopped::Confirmed);
             }
-            if self.line.is_some() {
+            if self.line.is_some() && !self.host.is_deaf() {
                 reached = Instant::now();
             }
         }
@@ -258,6 +261,11 @@ impl<H: Driven> Session<H> {
 
     async fn open(&mut self) -> Result<(), Trouble> {
         let Some(target) = &self.target else {
+            if H::OPENS && self.line.is_some() {
+                let now = self.now();
+                self.host.open(now, LINE);
+                return Ok(());
+            }
             return Err(Trouble::Line("the line is gone and cannot be opened again".to_owned()));
         };
         self.line = Some(tokio::select! {

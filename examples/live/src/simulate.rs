@@ -5,8 +5,8 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
 use clap::{Parser, ValueEnum};
-use dmc_proto::device::Quirks;
 use rigs::Rig;
+use rigs::device::{self, Named};
 use rigs::dmc_device::{self, DmcDevice};
 use rigs::faults::{Carrier, Faults};
 use rigs::hoot_node::{self, HootNode};
@@ -48,9 +48,15 @@ pub struct Args {
     /// Faults: "all", or a list such as "delay=40,reset=20" (an unknown name prints all names).
     #[arg(long, value_name = "LIST")]
     pub faults: Option<String>,
-    /// Differences of the rig from the specification: a list (an unknown name prints all names).
-    #[arg(long, value_name = "LIST")]
-    pub quirks: Option<String>,
+    /// Device of the field that the rig stands for; --list prints all of them.
+    #[arg(long, value_name = "NAME", default_value = "mild")]
+    pub device: String,
+    /// Single differences of the rig from the device: a list; --list prints all of them.
+    #[arg(long, value_name = "LIST", default_value = "")]
+    pub quirks: String,
+    /// Print the devices and quirks of the protocol, and end.
+    #[arg(long)]
+    pub list: bool,
     /// Password of the rig (kOS).
     #[arg(long, value_name = "TEXT")]
     pub password: Option<String>,
@@ -101,6 +107,14 @@ impl Protocol {
 ///
 /// An argument is not valid for the protocol, or the port, the terminal or the record cannot be opened.
 pub async fn simulate(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<(), String> {
+    if args.list {
+        let list = match args.protocol {
+            Protocol::Kos => device::list::<kos_device::Setup>(),
+            Protocol::Dmc => device::list::<dmc_device::Setup>(),
+            Protocol::Hoot => device::list::<hoot_node::Setup>(),
+        };
+        return io::stdout().write_all(list.as_bytes()).map_err(|error| format!("the list cannot be written: {error}"));
+    }
     match args.protocol {
         Protocol::Kos => Box::pin(serve(KosDevice::new(kos(args)?), args, interrupts)).await,
         Protocol::Dmc => Box::pin(serve(DmcDevice::new(dmc(args)?), args, interrupts)).await,
@@ -118,43 +132,23 @@ fn kos(args: &Args) -> Result<kos_device::Setup, String> {
     if let IpAddr::V4(address) = args.listen {
         setup.address = address;
     }
-    match &args.quirks {
-        Some(quirks) => setup.with_quirks(quirks).map_err(|error| error.to_string()),
-        None => Ok(setup),
-    }
+    named(setup, args)
 }
 
 fn dmc(args: &Args) -> Result<dmc_device::Setup, String> {
     only_kos(args)?;
-    let known = [
-        ("vendor", Quirks::VENDOR),
-        ("wide-ack", Quirks::WIDE_ACK),
-        ("short-greeting", Quirks::SHORT_GREETING),
-        ("positions-apart", Quirks::POSITIONS_APART),
-        ("ack-for-move", Quirks::ACK_FOR_MOVE),
-        ("reset-told-first", Quirks::RESET_TOLD_FIRST),
-        ("end-per-pass", Quirks::END_PER_PASS),
-        ("no-end-of-shot", Quirks::NO_END_OF_SHOT),
-        ("one-lock-code", Quirks::ONE_LOCK_CODE),
-    ];
-    let mut has = Quirks::default();
-    for name in args.quirks.iter().flat_map(|list| list.split(',')).map(str::trim) {
-        let Some((_, quirk)) = known.iter().find(|(known, _)| *known == name) else {
-            let known = known.map(|(known, _)| known).join(", ");
-            return Err(format!("a DMC device has no quirk {name:?}: it has {known}"));
-        };
-        has |= *quirk;
-    }
-    Ok(dmc_device::Setup::with_motors(motors(args, 4, 32)?).with_quirks(has))
+    named(dmc_device::Setup::with_motors(motors(args, 4, 32)?), args)
 }
 
 fn hoot(args: &Args) -> Result<hoot_node::Setup, String> {
     only_kos(args)?;
-    let setup = hoot_node::Setup::with_motors(motors(args, 3, 3)?);
-    match &args.quirks {
-        Some(quirks) => setup.with_quirks(quirks).map_err(|error| error.to_string()),
-        None => Ok(setup),
-    }
+    named(hoot_node::Setup::with_motors(motors(args, 3, 3)?), args)
+}
+
+/// Setup of the device that the arguments name, with their quirks.
+fn named<S: Named>(setup: S, args: &Args) -> Result<S, String> {
+    let setup = setup.with_device(&args.device).and_then(|setup| setup.with_quirks(&args.quirks));
+    setup.map_err(|error| error.to_string())
 }
 
 fn only_kos(args: &Args) -> Result<(), String> {

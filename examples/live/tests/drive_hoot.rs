@@ -13,6 +13,7 @@ use live::drive::{Command, Stopped, Trouble, hoot};
 use live::session::Session;
 use motion_core::time::Millis;
 use motion_core::trajectory::Range;
+use rigs::device::Named;
 use rigs::faults::{Carrier, Faults, Mishap, Mishaps};
 use rigs::hoot_master::HootMaster;
 use rigs::hoot_node::{HootNode, Setup};
@@ -184,7 +185,7 @@ fn shots(shots: u32, continuous: bool) -> Shots {
 
 #[tokio::test(start_paused = true)]
 async fn info_prints_the_node_and_its_motors() {
-    for profile in [Profile::Sheet, Profile::V033, Profile::V035, Profile::V070] {
+    for profile in [Profile::SHEET, Profile::V033, Profile::V035, Profile::V070] {
         let mut bench = bench(Setup::default().with_options(device::Options::default().with_profile(profile)));
         let said = bench.done(Command::Info).await;
         assert!(said.contains("node 3: DEFAULT, firmware") && said.lines().count() >= 5, "{said}");
@@ -195,14 +196,13 @@ async fn info_prints_the_node_and_its_motors() {
 /// Firmware of each version, with all its quirks, executes the commands.
 #[tokio::test(start_paused = true)]
 async fn each_firmware_version_executes_the_commands() {
-    for age in ["library-2014-09-25", "sheet", "january-2015", "v0.33", "v0.35", "v0.70"] {
-        let setup = Setup::default().with_quirks(&format!("firmware,{age}")).unwrap();
-        let mut bench = bench(setup);
+    for device in Setup::DEVICES {
+        let mut bench = bench(Setup::default().with_device(device.name).unwrap());
         bench.done(Command::Jog { motor: 1, speed: 500.0, seconds: 1.0 }).await;
         bench.done(Command::Calibrate { motor: 1, begin: 100.0, end: 9500.0 }).await;
         bench.done(Command::Run { file: sample("pan.json"), reverse: false }).await;
         bench.done(Command::Program { file: sample("pan.json"), shots: shots(3, false) }).await;
-        assert_eq!((bench.position(Motor::One), bench.rig(|rig| rig.camera().taken())), (9000, 3), "{age}");
+        assert_eq!((bench.position(Motor::One), bench.rig(|rig| rig.camera().taken())), (9000, 3), "{}", device.name);
         bench.done(Command::Stop).await;
     }
 }

@@ -7,8 +7,8 @@ use motion_core::wire::{Bool, Messages};
 
 use super::{Answer, Contents, DeviceMachine, Event, Ignored, Output, Port, Quirks, Transmit};
 use crate::frame::{Address, MAX_DATA, Selector, Table};
-use crate::message::{CoreVersion, HostMessage, MotorContinuousSpeed, Text};
-use crate::query::{AnyQuery, AnyReply, Gate};
+use crate::message::{CoreVersion, HostMessage, Motor, MotorContinuousSpeed, Text};
+use crate::query::{AnyQuery, AnyReply};
 
 /// Time for which a node blinks and hears nothing after its address has changed, in milliseconds. Source: hoot, section
 /// 2.5.
@@ -80,14 +80,15 @@ impl DeviceMachine {
         message: &HostMessage<'_>,
         outcome: Outcome,
     ) -> Result<[Option<Answer>; 2], Ignored> {
-        let facts = self.options.profile().facts();
+        let profile = self.options.profile();
         let twice = self.options.quirks().contains(Quirks::ANSWERS_TWICE);
         let second = match (outcome, message) {
             // The sheet's firmware does not end after this answer, and goes on into the next one.
-            (Outcome::Answered(Answer::Value(_)), HostMessage::MotorRunning(query))
-                if twice && facts.answers_running_twice =>
+            (Outcome::Answered(Answer::Value(AnyReply::MotorRunning(_))), message)
+                if twice && profile.answers_running_twice() != Some(false) =>
             {
-                let next = AnyQuery::MotorContinuousSpeed(MotorContinuousSpeed { motor: query.motor });
+                let motor = Motor::new(message.selector().sub_address).unwrap_or_default();
+                let next = AnyQuery::MotorContinuousSpeed(MotorContinuousSpeed { motor });
                 if let Outcome::Answered(answer) = self.value(now, next) { Some(answer) } else { None }
             }
             (Outcome::RefusedThenOk, _) if twice => Some(Answer::Ok),
@@ -95,7 +96,7 @@ impl DeviceMachine {
         };
         match outcome {
             Outcome::Answered(answer) => Ok([Some(answer), second]),
-            Outcome::Unknown if facts.is_silent == Some(true) => Err(Ignored::Unknown),
+            Outcome::Unknown if profile.is_silent() == Some(true) => Err(Ignored::Unknown),
             Outcome::RefusedThenOk | Outcome::Unknown => Ok([Some(Answer::Error), second]),
             Outcome::Silent => Err(Ignored::Silent),
         }
@@ -105,7 +106,7 @@ impl DeviceMachine {
     /// Source: hoot, section 2.5.
     fn broadcast(&mut self, now: Millis, output: &mut Output<'_>, message: &HostMessage<'_>) -> bool {
         let mut buffer = [0; MAX_DATA];
-        let (message, _) = complete(message, &mut buffer);
+        let (message, _) = complete(message, &mut buffer, self.reads_long_lead_in());
         match message {
             HostMessage::BroadcastStart(_) => self.start(now, output),
             HostMessage::BroadcastStop(_) => self.stop(output),
@@ -136,7 +137,7 @@ impl DeviceMachine {
         message: &HostMessage<'_>,
     ) -> Outcome {
         let mut buffer = [0; MAX_DATA];
-        let (message, is_short) = complete(message, &mut buffer);
+        let (message, is_short) = complete(message, &mut buffer, self.reads_long_lead_in());
         if selector.table != Table::Node || selector.command == 1 {
             return self.core(now, output, &message);
         }
@@ -159,17 +160,22 @@ impl DeviceMachine {
         }
     }
 
+    fn reads_long_lead_in(&self) -> bool {
+        self.options.profile().reads_long_lead_in() == Some(true)
+    }
+
     /// Whether joystick mode refuses a command; a stop is carried out nevertheless (safety decision 2).
     fn gate_refuses(&self, selector: Selector) -> bool {
         let is_stop = selector.sub_address == 0 && selector.command == 4;
-        let gate = self.options.profile().facts().gate.unwrap_or(Gate::Sheet);
         let is_open = is_stop && !self.options.quirks().contains(Quirks::REFUSES_STOP);
-        self.controller.joystick_mode && gate.refuses(selector) && !is_open
+        self.controller.joystick_mode
+            && self.options.profile().refuses_in_joystick_mode(selector) == Some(true)
+            && !is_open
     }
 
     /// Whether the firmware does not answer the speed of runs, because a joystick does not listen (hoot, section 7).
     pub(super) fn is_silent_at_speed(&self) -> bool {
-        self.controller.joystick_mode && self.options.profile().facts().gate == Some(Gate::Later)
+        self.controller.joystick_mode && self.options.profile().is_silent_at_speed() == Some(true)
     }
 
     /// Carries out a request of the core protocol, to which neither joystick mode nor the dead-man applies. Source: hoot,
@@ -201,7 +207,11 @@ impl DeviceMachine {
 
 /// A command with data of another length, as firmware reads it: surplus bytes are left out, missing bytes are zero. The
 /// result says whether bytes were missing. Source: hoot, section 1.1.
-fn complete<'b>(message: &HostMessage<'_>, buffer: &'b mut [u8; MAX_DATA]) -> (HostMessage<'b>, bool) {
+fn complete<'b>(
+    message: &HostMessage<'_>,
+    buffer: &'b mut [u8; MAX_DATA],
+    reads_long_lead_in: bool,
+) -> (HostMessage<'b>, bool) {
     // A typed message is written and read again, which changes nothing except its lifetime.
     let number = message.number();
     let have = match message {
@@ -216,9 +226,15 @@ fn complete<'b>(message: &HostMessage<'_>, buffer: &'b mut [u8; MAX_DATA]) -> (H
     };
     let buffer: &'b [u8; MAX_DATA] = buffer;
     let read = |len: usize| HostMessage::decode_body(number, buffer.get(..len)?).ok();
-    let is_known = |message: &HostMessage<'_>| !matches!(message, HostMessage::Other(_));
-    let shorter = (0..=have).rev().find_map(read).filter(is_known);
-    let longer = || (have..=MAX_DATA).find_map(read).filter(is_known);
+    // The lead-in has two lengths, and each firmware reads one of them.
+    let is_read = |message: &HostMessage<'_>| match message {
+        HostMessage::MotorSetLeadIn(_) => !reads_long_lead_in,
+        HostMessage::MotorSetLeadInLong(_) => reads_long_lead_in,
+        message => !matches!(message, HostMessage::Other(_)),
+    };
+    let read = |len: usize| read(len).filter(is_read);
+    let shorter = (0..=have).rev().find_map(read);
+    let longer = || (have..=MAX_DATA).find_map(read);
     match shorter {
         Some(message) => (message, false),
         None => longer().map_or_else(

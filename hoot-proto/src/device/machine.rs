@@ -40,7 +40,7 @@ impl DeviceMachine {
     /// A node that has just been switched on.
     #[must_use]
     pub fn new(options: Options) -> Self {
-        Self {
+        let mut machine = Self {
             options,
             controller: Controller::default(),
             motors: Motor::ALL.map(MotorUnit::new),
@@ -54,7 +54,11 @@ impl DeviceMachine {
             power_cycled: true,
             limits: RingTip::default(),
             supply: <(Volts, Amperes)>::default(),
+        };
+        if machine.has_firmware_settings() {
+            machine.take_first_settings();
         }
+        machine
     }
 
     /// The same node on a clock that was set back by so many milliseconds, to compare machines that differ only by their age.

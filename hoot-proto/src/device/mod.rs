@@ -43,6 +43,7 @@ mod camera;
 mod controller;
 mod cycle;
 mod event;
+mod firmware;
 mod input;
 mod link;
 mod machine;

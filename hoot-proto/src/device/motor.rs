@@ -1,6 +1,7 @@
 //! One motor: its settings and its state. The table of hoot, section 4.3.
 
 use motion_core::states;
+use motion_core::wire::Bool;
 
 use super::{Event, Motion, Output};
 use crate::message::{
@@ -28,6 +29,8 @@ states! {
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub struct MotorSettings {
+    /// Whether the motor is enabled, as it was set.
+    pub enable: Bool,
     /// Whether the motor has no current while it rests.
     pub sleep: bool,
     /// Steps that the rig adds when the motor reverses.
@@ -50,12 +53,13 @@ pub struct MotorSettings {
     pub plan: Plan,
 }
 
-motion_core::debug! { MotorSettings { sleep backlash microstep max_step_speed direction end_limit speed acceleration lead_in plan } }
+motion_core::debug! { MotorSettings { enable sleep backlash microstep max_step_speed direction end_limit speed acceleration lead_in plan } }
 
 impl Default for MotorSettings {
     /// Settings of a new node. The speed is 0, so that nothing moves before a master has set a speed (safety decision 8).
     fn default() -> Self {
         Self {
+            enable: Bool::FALSE,
             sleep: true,
             backlash: Backlash(0),
             microstep: Microstep::QUARTER,
@@ -156,13 +160,11 @@ impl MotorUnit {
         }
     }
 
-    /// Sets the speed of runs. A speed above the greatest rate is ignored, and NaN.
-    pub(super) fn set_speed(&mut self, output: &mut Output<'_>, speed: StepsPerSecond, max: StepRate) {
-        if speed.0.abs() <= f32::from(max.0) {
-            self.settings.speed = speed;
-            if self.state == MotorState::Continuous {
-                self.tell(output, Motion::Speed(speed));
-            }
+    /// Sets the speed of runs.
+    pub(super) fn set_speed(&mut self, output: &mut Output<'_>, speed: StepsPerSecond) {
+        self.settings.speed = speed;
+        if self.state == MotorState::Continuous {
+            self.tell(output, Motion::Speed(speed));
         }
     }
 
@@ -205,8 +207,9 @@ impl MotorUnit {
         }
     }
 
-    pub(super) fn set_enable(&mut self, output: &mut Output<'_>, enable: bool) {
-        if !enable {
+    pub(super) fn set_enable(&mut self, output: &mut Output<'_>, enable: Bool) {
+        self.settings.enable = enable;
+        if !enable.get() {
             self.stop(output);
             self.state = MotorState::Disabled;
         } else if self.state == MotorState::Disabled {

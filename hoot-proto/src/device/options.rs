@@ -15,7 +15,7 @@ options! {
         /// Name of the node (hoot, section 1.2).
         name with_name: StoredName = StoredName::DEFAULT;
         /// Age of the firmware that the node answers like. The default is described by the published sheet.
-        profile with_profile: Profile = Profile::Sheet;
+        profile with_profile: Profile = Profile::SHEET;
         /// Habits of firmware that the node copies, although they harm or mislead.
         quirks with_quirks: Quirks = Quirks::NONE;
         /// Time without a command after which the dead-man stops the motors, in milliseconds (hoot, section 4.3).
@@ -28,23 +28,16 @@ const fn node_address(address: Address) -> Address {
 }
 
 impl Options {
-    /// Version of the firmware, as the node answers it: the first version of its profile, and 6 if the profile is not
-    /// known.
+    /// Version of the firmware, as the node answers it.
     #[must_use]
     pub const fn version(&self) -> Version {
-        Version(match self.profile() {
-            Profile::January2015 => 32,
-            Profile::V033 => 33,
-            Profile::V035 => 35,
-            Profile::V070 => 70,
-            Profile::Unknown | Profile::Library20140925 | Profile::Sheet => 6,
-        })
+        self.profile().number()
     }
 }
 
 flags! {
     /// Habits of firmware that harm or mislead, for simulators that need them.
-    pub struct Quirks(u8) {
+    pub struct Quirks(u16) {
         /// Refuses the stop of the controller in joystick mode (safety decision 2).
         REFUSES_STOP = 1,
         /// Drops the top byte of unsigned numbers of 32 bits, instead of refusing numbers that have one: 16,777,216 steps
@@ -56,6 +49,8 @@ flags! {
         ANSWERS_TWICE = 8,
         /// Hears nothing for 2.5 s after its address has changed, because it blinks (hoot, section 2.5; decision H-2).
         IS_DEAF = 16,
+        /// Starts with the settings of firmware, takes settings as firmware does, and reads them back so (decision H-62).
+        FIRMWARE_SETTINGS = 32,
     }
 }
 
@@ -64,7 +59,7 @@ impl Quirks {
     pub const NONE: Self = Self(0);
 
     /// All habits, which firmware of the sheet's date has.
-    pub const FIRMWARE: Self = Self(0b1_1111);
+    pub const FIRMWARE: Self = Self(0b11_1111);
 }
 
 /// Name as a node stores and answers it: ten bytes. Source: hoot, section 1.2.
@@ -77,10 +72,10 @@ impl StoredName {
 }
 
 impl From<&Name> for StoredName {
-    /// Skips the NULs inside the name, and fills the rest up with NULs.
+    /// Fills the name up with NULs.
     fn from(name: &Name) -> Self {
         let mut stored = [0; Name::MAX];
-        for (place, byte) in stored.iter_mut().zip(name.as_bytes().iter().filter(|&&byte| byte != 0)) {
+        for (place, byte) in stored.iter_mut().zip(name.as_bytes()) {
             *place = *byte;
         }
         Self(stored)

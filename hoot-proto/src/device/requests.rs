@@ -2,9 +2,13 @@
 
 use motion_core::time::Millis;
 
+use super::firmware::taken_acceleration;
 use super::link::Outcome;
 use super::{DeviceMachine, Event, Motion, Output, Part, Quirks, StoredName};
-use crate::message::{CommonLine, HostMessage, Level, MAX_ARRIVING, Motor, Span, StepRate, Steps, ValueType};
+use crate::message::{
+    CommonLine, Direction, HostMessage, Level, MAX_ARRIVING, Motor, ProgramMode, Span, StartDelay, StepRate, Steps,
+};
+use crate::query::Profile;
 
 /// The step rates that firmware takes. Source: hoot, section 2.1, command 11.
 const STEP_RATES: [u16; 5] = [1000, 2000, 4000, 5000, 10_000];
@@ -26,7 +30,7 @@ impl DeviceMachine {
         output: &mut Output<'_>,
         message: &HostMessage<'_>,
     ) -> Outcome {
-        let known = self.options.profile().facts();
+        let profile = self.options.profile();
         match message {
             HostMessage::Start(_) => {
                 self.start(now, output);
@@ -55,7 +59,12 @@ impl DeviceMachine {
             HostMessage::SetAddress(_) => return Outcome::ERROR,
             HostMessage::SetCommonLine(set) if set.common_line > CommonLine::SECOND => return Outcome::RefusedThenOk,
             HostMessage::SetOutLevel(set) if set.level > Level::HIGH => return Outcome::ERROR,
-            HostMessage::SetMaxStepRate(_) if !known.has_max_step_rate => return Outcome::Unknown,
+            HostMessage::SetJoystickMode(_) | HostMessage::SetPingPong(_)
+                if profile.has_joystick_mode() == Some(false) =>
+            {
+                return Outcome::Unknown;
+            }
+            HostMessage::SetMaxStepRate(_) if profile.has_max_step_rate() == Some(false) => return Outcome::Unknown,
             _ => {}
         }
         self.keep(message).map_or(Outcome::Unknown, |taken| {
@@ -77,13 +86,19 @@ impl DeviceMachine {
             }
             HostMessage::SetStartDelay(set) => {
                 let Some(number) = arriving(set.start_delay.0) else { return Some(false) };
-                self.controller.start_delay.0 = number;
+                self.controller.start_delay = self.taken_delay(StartDelay(number));
                 return Some(true);
             }
             _ => {}
         }
+        let takes = if self.has_firmware_settings() { Some(self.options.profile()) } else { None };
+        let is = |fact: fn(Profile) -> Option<bool>, holds| takes.and_then(fact) == Some(holds);
         let controller = &mut self.controller;
         match message {
+            HostMessage::SetProgramMode(set) if is(Profile::has_video_mode, false) => {
+                controller.program_mode = ProgramMode(set.program_mode.0.min(1));
+            }
+            HostMessage::SetPingPong(set) if set.ping_pong.0 > 1 && is(Profile::ignores_wrong_ping_pong, true) => {}
             HostMessage::SetTimingMaster(set) => controller.timing_master = set.timing_master.get(),
             HostMessage::SetName(set) => self.name = StoredName::from(&set.name),
             HostMessage::SetCommonLine(set) => controller.common_line = set.common_line,
@@ -121,10 +136,16 @@ impl DeviceMachine {
     /// Carries out a command to a motor, 2 to 27.
     pub(super) fn set_motor(&mut self, now: Millis, output: &mut Output<'_>, message: &HostMessage<'_>) -> Outcome {
         let Some(motor) = Motor::new(message.selector().sub_address) else { return Outcome::ERROR };
-        let known = self.options.profile().facts();
+        let profile = self.options.profile();
         let max_rate = self.controller.max_step_rate;
         let is_silent_at_speed = self.is_silent_at_speed();
-        if let Some(span) = self.span(message) {
+        let is_firmware = self.has_firmware_settings();
+        let speed = match message {
+            HostMessage::MotorSetContinuousSpeed(set) if is_firmware => self.taken_speed(set.speed),
+            HostMessage::MotorSetContinuousSpeed(set) if set.speed.0.abs() <= f32::from(max_rate.0) => Some(set.speed),
+            _ => None,
+        };
+        if let Some(span) = span(message) {
             return self.set_span(output, motor, message, span);
         }
         let steps = if let HostMessage::MotorMove(go) = message { self.arriving(go.steps.0) } else { None };
@@ -148,13 +169,15 @@ impl DeviceMachine {
             HostMessage::MotorSendToEnd(_) => unit.go(output, Motion::To(unit.settings.end_limit)),
             HostMessage::MotorSendToStart(_) => unit.go(output, Motion::To(unit.settings.plan.start)),
             HostMessage::MotorSendToStop(_) => unit.go(output, Motion::To(unit.settings.plan.stop)),
-            HostMessage::MotorStepForward(_) | HostMessage::MotorStepBack(_) if known.has_steps == Some(false) => {
-                return Outcome::Unknown;
-            }
+            // Later firmware sets the lead-out to the missing number, which is 0.
+            HostMessage::MotorStepForward(_) if profile.has_steps() == Some(false) => {}
+            HostMessage::MotorStepBack(_) if profile.has_steps() == Some(false) => return Outcome::Unknown,
             HostMessage::MotorStepForward(_) => return Outcome::ok_if(unit.single_step(output, true)),
             HostMessage::MotorStepBack(_) => return Outcome::ok_if(unit.single_step(output, false)),
-            HostMessage::MotorSetContinuousSpeed(set) => {
-                unit.set_speed(output, set.speed, max_rate);
+            HostMessage::MotorSetContinuousSpeed(_) => {
+                if let Some(speed) = speed {
+                    unit.set_speed(output, speed);
+                }
                 if is_silent_at_speed {
                     return Outcome::Silent;
                 }
@@ -178,10 +201,12 @@ impl DeviceMachine {
         max: StepRate,
         message: &HostMessage<'_>,
     ) -> bool {
+        let is_firmware = self.has_firmware_settings();
+        let has_bools = is_firmware && self.options.profile().has_true_bytes() == Some(false);
         let unit = self.motor_mut(motor);
         match message {
             HostMessage::MotorSetSleep(set) => unit.set_sleep(output, set.sleep.get()),
-            HostMessage::MotorSetEnable(set) => unit.set_enable(output, set.enable.get()),
+            HostMessage::MotorSetEnable(set) => unit.set_enable(output, set.enable),
             HostMessage::MotorSetBacklash(set) => unit.settings.backlash = set.backlash,
             HostMessage::MotorSetMicrostep(set) => unit.set_microstep(output, set.microstep),
             HostMessage::MotorSetMaxStepSpeed(set) => {
@@ -189,10 +214,16 @@ impl DeviceMachine {
                     unit.settings.max_step_speed = set.max_step_speed;
                 }
             }
+            HostMessage::MotorSetDirection(set) if has_bools => {
+                unit.settings.direction = Direction(set.direction.0.min(1));
+            }
             HostMessage::MotorSetDirection(set) => unit.settings.direction = set.direction,
             HostMessage::MotorSetHomeHere(_) => unit.set_home(output),
             HostMessage::MotorSetEndHere(_) => unit.settings.end_limit = unit.position,
             HostMessage::MotorResetLimits(_) => unit.reset_limits(output),
+            HostMessage::MotorSetContinuousAcceleration(set) if is_firmware => {
+                unit.settings.acceleration = taken_acceleration(set.acceleration, unit.settings.acceleration);
+            }
             HostMessage::MotorSetContinuousAcceleration(set) => {
                 if set.acceleration.0.is_finite() {
                     unit.settings.acceleration = set.acceleration;
@@ -206,24 +237,11 @@ impl DeviceMachine {
         true
     }
 
-    /// Number of a message that sets a part of the planned move, as the firmware of the profile reads it.
-    fn span(&self, message: &HostMessage<'_>) -> Option<u32> {
-        let is_long = self.options.profile().facts().lead_in == ValueType::ULONG;
-        Some(match message {
-            // Bytes that are missing, or too many, are the last ones.
-            HostMessage::MotorSetLeadIn(set) if is_long => u32::from(set.lead_in.0) << 16,
-            HostMessage::MotorSetLeadIn(set) => set.lead_in.0.into(),
-            HostMessage::MotorSetLeadInLong(set) if is_long => set.lead_in.0,
-            HostMessage::MotorSetLeadInLong(set) => set.lead_in.0 >> 16,
-            HostMessage::MotorSetTravel(set) => set.travel.0,
-            HostMessage::MotorSetProgramAcceleration(set) => set.acceleration.0,
-            HostMessage::MotorSetProgramDeceleration(set) => set.deceleration.0,
-            _ => return None,
-        })
-    }
-
     fn set_span(&mut self, output: &mut Output<'_>, motor: Motor, message: &HostMessage<'_>, span: u32) -> Outcome {
-        let Some(span) = self.arriving(span).map(Span) else { return Outcome::ERROR };
+        let Some(span) = self.arriving(span) else { return Outcome::ERROR };
+        let is_lead_in = matches!(message, HostMessage::MotorSetLeadIn(_) | HostMessage::MotorSetLeadInLong(_));
+        let cuts = is_lead_in && self.has_firmware_settings() && self.options.profile().cuts_lead_in() == Some(true);
+        let span = Span(if cuts { span & 0xFFFF } else { span });
         let settings = &mut self.motor_mut(motor).settings;
         match message {
             HostMessage::MotorSetTravel(_) => settings.plan.travel = span,
@@ -267,4 +285,16 @@ impl DeviceMachine {
         output.event(Event::Set(Part::Camera));
         Outcome::OK
     }
+}
+
+/// Number of a message that sets a part of the planned move.
+fn span(message: &HostMessage<'_>) -> Option<u32> {
+    Some(match message {
+        HostMessage::MotorSetLeadIn(set) => set.lead_in.0.into(),
+        HostMessage::MotorSetLeadInLong(set) => set.lead_in.0,
+        HostMessage::MotorSetTravel(set) => set.travel.0,
+        HostMessage::MotorSetProgramAcceleration(set) => set.acceleration.0,
+        HostMessage::MotorSetProgramDeceleration(set) => set.deceleration.0,
+        _ => return None,
+    })
 }

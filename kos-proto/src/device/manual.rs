@@ -80,11 +80,12 @@ impl DeviceMachine {
         output: &mut Effects<'_, '_>,
         session: SessionId,
         motor: MotorAddress,
-        target: impl Fn(&Drive) -> Rotations,
+        target: impl Fn(&Drive, bool) -> Rotations,
         (speed, acceleration): (RotationsPerSecond, RotationsPerSecondSquared),
     ) {
+        let clamps = !self.options.has(Quirks::NOT_CLAMPED);
         let Some(drive) = self.drive(output, motor) else { return };
-        let to = target(drive);
+        let to = target(drive, clamps);
         let positive = |number: f32| number.is_finite() && number > 0.0;
         if !(to.0.is_finite() && positive(speed.0) && positive(acceleration.0)) {
             return output.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);

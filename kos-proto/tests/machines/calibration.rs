@@ -156,7 +156,15 @@ fn a_motor_goes_where_it_is_sent_but_not_beyond_its_range() {
     bench.receive(bump(1, 3.0, 10.0));
     assert_eq!(bench.events(), [moved(1, 5.0), moved(1, RANGE)]);
     bench.arrive(1, RANGE);
-    assert_eq!(bench.messages(), [format!("0: 1 rests at {RANGE:?}")], "once, for the first was overtaken");
+    assert_eq!(bench.messages(), [format!("0: 1 rests at {RANGE:?}")], "once, because the second replaced the first");
+
+    // A device with the quirk goes on.
+    let mut bench = Bench::new(Options::default().with_quirks(Quirks::NOT_CLAMPED));
+    bench.calibrate(1);
+    bench.clear();
+    bench.receive(set_psa(1, 25_000.0, 10.0));
+    bench.receive(bump(1, 9.0, 10.0));
+    assert_eq!(bench.events(), [moved(1, 25_000.0), moved(1, RANGE + 9.0)]);
 }
 
 /// A command with a NaN, infinite, negative or much too large value moves nothing (decision K-N1).

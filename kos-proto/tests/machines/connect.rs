@@ -11,6 +11,8 @@ use motion_core::wire::Messages;
 use super::client::*;
 
 const ASKS: Transmit<'static> = Transmit::Get(Get::DeviceInfo);
+/// Report that the password is wrong.
+const LOCKED: Event<'static> = Event::Locked { wrong_password: true };
 const PING: Transmit<'static> = Transmit::Get(Get::NetworkInfo);
 
 fn network_info() -> NetworkInfo<'static> {
@@ -141,10 +143,10 @@ fn a_device_is_locked_without_the_right_password() {
             client.pass(2_999);
             assert_eq!(client.events(), []);
             client.pass(1);
-            assert_eq!(client.events(), [Event::Locked]);
+            assert_eq!(client.events(), [Event::Locked { wrong_password: false }]);
         } else {
             client.error(15, 0);
-            assert_eq!(client.events(), [Event::Error(ErrorCode::LOCKED_OUT, MotorAddress::ALL), Event::Locked]);
+            assert_eq!(client.events(), [Event::Error(ErrorCode::LOCKED_OUT, MotorAddress::ALL), LOCKED]);
         }
         assert_eq!(client.state(), "Locked");
         assert_eq!(client.refused(load()), Some(Refusal::NotReady));
@@ -224,7 +226,7 @@ fn a_device_that_is_ready_may_lock() {
     let mut client = Client::ready();
     client.error(15, 3);
     let locked_out = ErrorCode::LOCKED_OUT;
-    assert_eq!(client.events(), [Event::Error(locked_out, MotorAddress(3)), Event::Locked]);
+    assert_eq!(client.events(), [Event::Error(locked_out, MotorAddress(3)), LOCKED]);
     assert_eq!(client.state(), "Locked");
 }
 

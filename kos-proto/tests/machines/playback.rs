@@ -1,6 +1,6 @@
 //! Live motion: kOS 7.4.
 
-use kos_proto::device::{Contents, Event, Input, Options, Report};
+use kos_proto::device::{Contents, Event, Input, Options, Quirks, Report};
 use kos_proto::message::*;
 use kos_proto::trajectory::*;
 use kos_proto::{HostMessage, Millis};
@@ -110,6 +110,32 @@ fn a_move_that_cannot_be_played_is_refused() {
     let (id, kind) = (kos_proto::MessageId::TRAJECTORY_DATA, kos_proto::MessageType::SET);
     bench.step(Input::Malformed { session: ZERO, id, kind, error, bytes: &[] });
     assert_eq!((bench.messages(), bench.state()), (vec!["0: error 3 0".into()], "Empty"));
+}
+
+/// 7.4-2: no motor can follow a curve outside its range (decision K-J8).
+#[test]
+fn a_move_that_leaves_a_range_is_refused_when_it_is_set() {
+    let with = |out: f32, into: f32| {
+        let mut blocks: Vec<_> = live_move(live()).blocks.iter().collect();
+        for block in &mut blocks {
+            if let Block::Segment(segment) = block {
+                let Points([begin, first, second, end]) = segment.points;
+                let handle = |at: Point, position| Point { position: Normalized(position), ..at };
+                segment.points = Points([begin, handle(first, out), handle(second, into), end]);
+            }
+        }
+        TrajectoryData { blocks: Blocks::encode(&blocks, vec![0; 1024].leak()).unwrap(), tail: &[] }
+    };
+    for (out, into) in [(1e38, 0.5), (0.5, 1e38), (-1e38, 0.5), (0.5, 2.0), (-0.5, 0.5)] {
+        let mut bench = loaded();
+        bench.receive(set(with(out, into)));
+        assert_eq!((bench.messages(), bench.state()), (vec!["0: error 3 0".into()], "Empty"), "{out} {into}");
+        assert!(matches!(bench.events()[..], [Event::BadTrajectory(_)]));
+    }
+    // A handle may lie outside, if the curve does not.
+    let mut bench = loaded();
+    bench.receive(set(with(1.1, 0.1)));
+    assert_eq!(bench.state(), "Loaded");
 }
 
 /// 7.4-3.
@@ -439,6 +465,12 @@ fn a_move_is_played_in_reverse() {
     bench.clear();
     bench.pass_with_client(10_000);
     assert_eq!((bench.messages(), bench.state()), (vec!["0: END_OF_MOVE".into(), "0: FULL_STOP".to_owned()], "Empty"));
+
+    // A device with the quirk plays the move forward.
+    let options = Options::default().with_quirks(Quirks::IGNORES_DIRECTION);
+    let mut bench = Bench::loaded(options, live_move(live()));
+    bench.receive(start_to(PlaybackDirection::REVERSE));
+    assert_eq!(bench.events(), [home(Direction::Forward)]);
 
     let mut bench = loaded();
     let late = StartPlayback { direction: PlaybackDirection::FORWARD, start_time: Seconds(1.0), tail: &[] };

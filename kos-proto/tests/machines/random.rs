@@ -164,9 +164,10 @@ fn device_op() -> impl Strategy<Value = DeviceOp> {
 fn device_options() -> impl Strategy<Value = device::Options> {
     (any::<[bool; 5]>(), any::<bool>()).prop_map(|([empty, nonzero, alone, push, progress], clock)| {
         let empty = if empty { Quirks::REQUIRE_EMPTY_PASSWORD } else { Quirks::empty() };
+        let forward = if clock { Quirks::IGNORES_DIRECTION | Quirks::NOT_CLAMPED } else { Quirks::empty() };
         let nonzero = if nonzero { Quirks::BEGIN_NONZERO } else { Quirks::empty() };
         device::Options::default()
-            .with_quirks(empty | nonzero)
+            .with_quirks(empty | nonzero | forward)
             .with_stop_when_alone(alone)
             .with_push_every(push.then_some(5_000))
             .with_progress_every(progress.then_some(700))
@@ -246,8 +247,8 @@ fn command() -> impl Strategy<Value = Command> {
         Command::Alive,
         Command::Play,
         Command::RapidToFirstKeyFrame,
-        Command::Load { summary: summary(), way: Direction::Forward, delay_return: false },
-        Command::PlayDirect { summary: summary(), way: Direction::Reverse },
+        Command::Load { summary: summary(), delay_return: false },
+        Command::PlayDirect { summary: summary() },
     ];
     prop_oneof![
         6 => prop::sample::select(simple),
@@ -282,6 +283,8 @@ fn device_message() -> impl Strategy<Value = Wire> {
         encoded(&calibrated(MotorAddress(1), 3.0)),
         encoded(&unsupported(&[4, 0, 6, 0, 0x0F, 1])),
     ];
+    let unknown = (prop::sample::select(vec![0x03, 0x04, 0x05, 0x06, 0x07, 0x0F, 0x1C, 0x28]), 0..4_u8)
+        .prop_map(|(action, motor)| encoded(&unsupported(&[4, 0, 20, 0, 0x80, 0, action, motor])));
     prop_oneof![
         2 => wire(known),
         4 => status,
@@ -289,6 +292,7 @@ fn device_message() -> impl Strategy<Value = Wire> {
         2 => rests,
         3 => motor,
         3 => info,
+        2 => unknown,
         3 => prop::sample::select(simple),
     ]
 }
@@ -382,6 +386,8 @@ fn host_holds(before: &HostMachine, after: &HostMachine, input: &host::Input<'_>
     }
     let rested = |event: &Event<'_>| match event {
         Event::Stopped(_) | Event::MotorRests(..) => true,
+        // The device has not done what it does not know.
+        Event::Unsupported { action, .. } => action.is_some(),
         Event::Move(happened) => matches!(happened, host::Move::Finished { .. } | host::Move::Ready | host::Move::Home),
         _ => false,
     };

@@ -174,7 +174,7 @@ impl Together {
                 Effect::Transmit(transmit) => {
                     let (user_password, new_password) = (Password(self.password), Password(self.other_password));
                     let source = host::Source { user_password, new_password, trajectory: self.data };
-                    self.starts.0 += u32::from(matches!(transmit, host::Transmit::Start(_)));
+                    self.starts.0 += u32::from(matches!(transmit, host::Transmit::Start));
                     let bytes = host_bytes(&transmit, &source);
                     self.arrivals().for_each(|due| self.world.up.send(due, bytes.clone()));
                     continue;
@@ -316,9 +316,9 @@ fn op() -> impl Strategy<Value = Op> {
     let motor = || (1..4_u8).prop_map(MotorAddress);
     let simple = vec![
         Command::Stop,
-        Command::Load { summary: summary(), way: Direction::Forward, delay_return: false },
-        Command::Load { summary: summary(), way: Direction::Forward, delay_return: true },
-        Command::PlayDirect { summary: summary(), way: Direction::Forward },
+        Command::Load { summary: summary(), delay_return: false },
+        Command::Load { summary: summary(), delay_return: true },
+        Command::PlayDirect { summary: summary() },
         Command::Play,
         Command::RapidToFirstKeyFrame,
         Command::ChangePassword,

@@ -18,7 +18,7 @@ options! {
 
 impl Patience {
     /// Time that a frame of this length gets, in milliseconds.
-    fn of(&self, len: usize) -> u64 {
+    fn of(self, len: usize) -> u64 {
         let bits = u64::try_from(len).unwrap_or(u64::MAX).saturating_mul(10_000);
         bits.div_ceil(self.line_speed.max(1).into()).saturating_add(self.margin.into())
     }

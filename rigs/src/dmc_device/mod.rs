@@ -12,6 +12,7 @@
 mod camera;
 mod core;
 mod course;
+mod devices;
 mod job;
 mod obey;
 mod setup;

@@ -66,9 +66,9 @@ impl Setup {
         Self { options: Options::of(hi), motors: vec![motor; motors.min(32).into()], patience }
     }
 
-    /// Returns the setup with these quirks.
+    /// Returns the setup with these quirks of the machine.
     #[must_use]
-    pub fn with_quirks(mut self, quirks: Quirks) -> Self {
+    pub fn with_machine_quirks(mut self, quirks: Quirks) -> Self {
         self.options = self.options.with_quirks(quirks);
         self
     }

@@ -18,6 +18,7 @@
 //! ```
 
 mod camera;
+mod devices;
 mod lead;
 mod motors;
 mod setup;
@@ -25,10 +26,10 @@ mod setup;
 use std::collections::VecDeque;
 
 use hoot_proto::device::{
-    Answer, Command, Contents, DeviceMachine, Effect, Event, Input, Port, ProgramState, Transmit,
+    Answer, Command, Contents, DeviceMachine, Effect, Event, Input, Port, ProgramState, Quirks, Transmit,
 };
 use hoot_proto::frame::{MAX_DATA, MAX_FRAME};
-use hoot_proto::message::{Microstep, ProgramMode};
+use hoot_proto::message::{Amperes, Level, Microstep, ProgramMode, RingTip, Scaled, Volts};
 use hoot_proto::query::Profile;
 use hoot_proto::{Address, Frame, HostMessage, Item, Strict};
 use motion_core::stream;
@@ -37,7 +38,7 @@ use tracing::{debug, info, warn};
 
 pub use camera::{Camera, PHOTOS, Photo};
 use lead::Lead;
-pub use setup::{QuirkError, Setup};
+pub use setup::Setup;
 
 use crate::motor::Motor;
 use crate::{LineId, Outgoing, Party, Rig, TICK};
@@ -94,7 +95,8 @@ impl HootNode {
     pub fn new(setup: Setup) -> Self {
         let wire = || Wire { is_open: false, frames: stream::Frames::new(), until: None };
         let motor = Motor::new(setup.limits).within(setup.travel);
-        Self {
+        let is_firmware = setup.options.quirks().contains(Quirks::FIRMWARE_SETTINGS);
+        let mut node = Self {
             machine: DeviceMachine::new(setup.options),
             profile: setup.options.profile(),
             wake: None,
@@ -110,7 +112,12 @@ impl HootNode {
             out_is_on: false,
             pulses: 0,
             outgoing: VecDeque::new(),
+        };
+        if is_firmware {
+            node.step(Input::Supply { volts: Volts(Scaled(1199)), amperes: Amperes(Scaled(49)) });
+            node.step(Input::Limits(RingTip { ring: Level::HIGH, tip: Level::HIGH }));
         }
+        node
     }
 
     /// Machine of the node, with all its settings.

@@ -7,6 +7,7 @@
 //! then.
 
 mod camera;
+mod devices;
 mod events;
 mod motion;
 mod playing;
@@ -34,7 +35,7 @@ use crate::motor::Motor;
 use crate::{LineId, Outgoing};
 
 pub use camera::Photo;
-pub use setup::{MotorSetup, QuirkError, Setup};
+pub use setup::{MotorSetup, Setup};
 
 /// Simulated kOS device.
 #[derive(Debug)]

@@ -3,17 +3,18 @@
 use std::net::Ipv4Addr;
 
 use kos_proto::device::{MotorSpecs, Options, Quirks};
-use kos_proto::message::{AxisKind, MOTORS, MotorType, RotationsPerSecond, RotationsPerSecondSquared};
+use kos_proto::message::{ActionId, AxisKind, MOTORS, MotorType, RotationsPerSecond, RotationsPerSecondSquared};
 use motion_core::trajectory::Range;
 
 /// Setup of a device: its parts, what it stores at first, and its quirks.
 ///
 /// ```
+/// use rigs::device::Named;
 /// use rigs::kos_device::Setup;
 ///
 /// let setup = Setup { password: b"gaffer".to_vec(), ..Setup::with_motors(2) }.with_quirks("older-dialect")?;
 /// assert!(setup.older_dialect && setup.motors.len() == 2);
-/// # Ok::<(), rigs::kos_device::QuirkError>(())
+/// # Ok::<(), rigs::device::UnknownName>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setup {
@@ -70,26 +71,6 @@ impl Default for Setup {
     }
 }
 
-/// Name that is not the name of a quirk.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("a kOS device has no quirk {0:?}: it has {QUIRKS}", QUIRKS = names())]
-pub struct QuirkError(String);
-
-type Quirk = fn(&mut Setup);
-
-const QUIRKS: [(&str, Quirk); 6] = [
-    ("older-dialect", |setup| setup.older_dialect = true),
-    ("begin-nonzero", |setup| setup.add(Quirks::BEGIN_NONZERO)),
-    ("empty-password", |setup| setup.add(Quirks::REQUIRE_EMPTY_PASSWORD)),
-    ("stop-when-alone", |setup| setup.options = setup.options.with_stop_when_alone(true)),
-    ("push-address", |setup| setup.options = setup.options.with_push_every(Some(5000))),
-    ("no-progress", |setup| setup.options = setup.options.with_progress_every(None)),
-];
-
-fn names() -> String {
-    QUIRKS.map(|(name, _)| name).join(", ")
-}
-
 impl Setup {
     /// Device with a number of motors, at most ten: slider, pan, tilt, focus, zoom, and more sliders.
     #[must_use]
@@ -106,44 +87,12 @@ impl Setup {
         }
     }
 
-    /// The same device with the quirks of a list such as `older-dialect,no-progress`.
-    ///
-    /// - `older-dialect`: the device speaks the older dialect.
-    /// - `begin-nonzero`: the count of positions stays when a range is marked.
-    /// - `empty-password`: the password has to be told, although it is empty.
-    /// - `stop-when-alone`: a move is stopped when the last client is gone.
-    /// - `push-address`: the address is told over TCP every five seconds.
-    /// - `no-progress`: the progress of a live move is not reported.
-    ///
-    /// # Errors
-    ///
-    /// [`QuirkError`], which names all quirks.
-    pub fn with_quirks(mut self, text: &str) -> Result<Self, QuirkError> {
-        for name in text.split(',').map(str::trim) {
-            let (_, quirk) =
-                QUIRKS.iter().find(|(known, _)| *known == name).ok_or_else(|| QuirkError(name.to_owned()))?;
-            quirk(&mut self);
-        }
-        Ok(self)
+    /// Takes an action away from those that the device knows.
+    pub(super) fn forget(&mut self, action: ActionId) {
+        self.options = self.options.with_unsupported(self.options.unsupported().with(action));
     }
 
-    fn add(&mut self, quirk: Quirks) {
+    pub(super) fn add(&mut self, quirk: Quirks) {
         self.options = self.options.with_quirks(self.options.quirks() | quirk);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn each_quirk_has_a_name() {
-        let all = Setup::default().with_quirks(&names()).unwrap();
-        assert!(all.older_dialect && all.options.stop_when_alone());
-        assert_eq!(all.options.quirks(), Quirks::BEGIN_NONZERO | Quirks::REQUIRE_EMPTY_PASSWORD);
-        assert_eq!((all.options.push_every(), all.options.progress_every()), (Some(5000), None));
-        let error = Setup::default().with_quirks("loud").unwrap_err().to_string();
-        assert!(error.starts_with("a kOS device has no quirk \"loud\": it has older-dialect, "), "{error}");
-        assert_eq!(Setup::with_motors(99).motors.len(), 10);
     }
 }

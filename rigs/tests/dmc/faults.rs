@@ -159,7 +159,7 @@ fn with_all_faults_nothing_is_reported_that_is_not_so() {
     let mut ended: BTreeMap<&str, (u32, u32)> = BTreeMap::new();
     for seed in 0..24 {
         let quirks = if seed % 3 == 2 { Quirks::VENDOR } else { Quirks::empty() };
-        let setup = Setup::default().with_quirks(quirks).with_frames(1000);
+        let setup = Setup::default().with_machine_quirks(quirks).with_frames(1000);
         let mut play = Play::new(setup, Faults::all(Carrier::Serial), seed);
         play.list();
         play.list();

@@ -128,7 +128,7 @@ fn a_stop_stops_after_any_requests() {
     for seed in 0..40 {
         let mut any = Any(ChaCha8Rng::seed_from_u64(seed));
         let quirks = if seed % 2 == 0 { Quirks::empty() } else { Quirks::VENDOR };
-        let mut rig = DmcDevice::new(Setup::default().with_frames(60).with_quirks(quirks));
+        let mut rig = DmcDevice::new(Setup::default().with_frames(60).with_machine_quirks(quirks));
         let mut now = Millis(0);
         rig.open(now, LINE);
         for _ in 0..60 {

@@ -31,7 +31,7 @@ pub(crate) fn limits(motor: u8, lower: i32, upper: i32) -> MotorSetLimits<'stati
 
 /// Stages with and without the quirks of the vendor's firmware.
 fn stages() -> impl Iterator<Item = Stage> {
-    [Quirks::empty(), Quirks::VENDOR].into_iter().map(|quirks| Stage::up(Setup::default().with_quirks(quirks)))
+    [Quirks::empty(), Quirks::VENDOR].into_iter().map(|quirks| Stage::up(Setup::default().with_machine_quirks(quirks)))
 }
 
 #[test]
@@ -181,7 +181,7 @@ fn a_stop_does_not_soften_the_emergency_stop() {
 #[test]
 fn a_limit_switch_stops_everything_and_locks_for_a_while() {
     for quirks in [Quirks::empty(), Quirks::VENDOR] {
-        let mut stage = Stage::up(Setup::default().with_quirks(quirks));
+        let mut stage = Stage::up(Setup::default().with_machine_quirks(quirks));
         stage.ask(jog(2, 100, i32::MAX)).unwrap();
         stage.ask(jog(1, 90, i32::MAX)).unwrap();
         let hard = |event: &Event| {

@@ -87,7 +87,7 @@ fn a_move_is_uploaded_and_run() {
 /// Stage whose device has a move, and stands on its first frame.
 fn loaded(name: &str, quirks: Quirks) -> (Stage, Move) {
     let (sample, table) = sample(name);
-    let mut stage = Stage::up(Setup::default().with_quirks(quirks));
+    let mut stage = Stage::up(Setup::default().with_machine_quirks(quirks));
     stage.upload(table).unwrap();
     let to_frame = RtPositionFrame { frame: FrameNumber(1), tail: &[] };
     let token = stage.begin(to_frame);

@@ -14,7 +14,7 @@ use super::stage::{Stage, run, sample};
 fn a_move_is_shot_frame_by_frame() {
     for quirks in [Quirks::empty(), Quirks::VENDOR] {
         let (_, table) = sample("slide");
-        let mut stage = Stage::up(Setup::default().with_quirks(quirks));
+        let mut stage = Stage::up(Setup::default().with_machine_quirks(quirks));
         stage.upload(table.clone()).unwrap();
         for (number, frame) in (1..=193).step_by(64).enumerate() {
             let token = stage.token();

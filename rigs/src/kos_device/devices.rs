@@ -1,0 +1,118 @@
+//! Devices and quirks of kOS by name.
+
+use kos_proto::device::{Actions, Options, Quirks};
+use kos_proto::message::ActionId;
+
+use super::Setup;
+use crate::device::{Choice, Kind, Named};
+
+impl Named for Setup {
+    const PROTOCOL: &'static str = "kOS";
+
+    const DEVICES: &'static [Choice<Self>] =
+        &[Choice { name: "mild", about: "As the document means it.", apply: mild }];
+
+    const QUIRKS: &'static [Choice<Self>] = &[
+        Choice {
+            name: "older-dialect",
+            about: "The device speaks the older dialect.",
+            apply: |setup| setup.older_dialect = true,
+        },
+        Choice {
+            name: "begin-nonzero",
+            about: "The count of positions stays when a range is marked.",
+            apply: |setup| setup.add(Quirks::BEGIN_NONZERO),
+        },
+        Choice {
+            name: "empty-password",
+            about: "A client has to send the password, although it is empty.",
+            apply: |setup| setup.add(Quirks::REQUIRE_EMPTY_PASSWORD),
+        },
+        Choice {
+            name: "stop-when-alone",
+            about: "A move is stopped when the last client is gone.",
+            apply: |setup| setup.options = setup.options.with_stop_when_alone(true),
+        },
+        Choice {
+            name: "push-address",
+            about: "The address is sent over TCP every five seconds.",
+            apply: |setup| setup.options = setup.options.with_push_every(Some(5000)),
+        },
+        Choice {
+            name: "no-progress",
+            about: "The progress of a live move is not reported.",
+            apply: |setup| setup.options = setup.options.with_progress_every(None),
+        },
+        Choice {
+            name: "locked-ignores-all",
+            about: "A locked client is ignored, stops included, until it sends the password.",
+            apply: |setup| setup.add(Quirks::LOCKED_IGNORES_STOPS),
+        },
+        Choice {
+            name: "ignores-direction",
+            about: "A move is played forward, whatever the direction of the start says.",
+            apply: |setup| setup.add(Quirks::IGNORES_DIRECTION),
+        },
+        Choice {
+            name: "jog-not-clamped",
+            about: "A motor is sent where the message says, also beyond the end of its range.",
+            apply: |setup| setup.add(Quirks::NOT_CLAMPED),
+        },
+        Choice {
+            name: "no-bump",
+            about: "The device does not know BumpPositionSpeedAcceleration.",
+            apply: |setup| setup.forget(ActionId::BUMP_POSITION_SPEED_ACCELERATION),
+        },
+        Choice {
+            name: "unsupported=ACTION",
+            about: "The device does not know the action with this number, such as 0x0f. Can be given several times.",
+            apply: |_| {},
+        },
+    ];
+
+    /// Applies `unsupported=ACTION`.
+    fn apply_other(&mut self, kind: Kind, name: &str) -> bool {
+        let action = name.strip_prefix("unsupported=").filter(|_| kind == Kind::Quirk);
+        let number = action.and_then(|action| match action.strip_prefix("0x") {
+            Some(digits) => u8::from_str_radix(digits, 16).ok(),
+            None => action.parse().ok(),
+        });
+        let known = number.map(ActionId).filter(|&action| Actions::NONE.with(action) != Actions::NONE);
+        known.map(|action| self.forget(action)).is_some()
+    }
+}
+
+/// Takes everything back that a device or a quirk decides.
+fn mild(setup: &mut Setup) {
+    setup.options = Options::default();
+    setup.older_dialect = false;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_quirk_has_a_name() {
+        let names: Vec<_> = Setup::QUIRKS.iter().map(|choice| choice.name).collect();
+        let all = Setup::default().with_quirks(&names.join(",")).unwrap();
+        assert!(all.older_dialect && all.options.stop_when_alone());
+        let without_locks = Quirks::BEGIN_NONZERO | Quirks::IGNORES_DIRECTION | Quirks::NOT_CLAMPED;
+        let locks = Quirks::REQUIRE_EMPTY_PASSWORD | Quirks::LOCKED_IGNORES_STOPS;
+        assert_eq!(all.options.quirks(), without_locks | locks);
+        assert_eq!(all.options.unsupported(), Actions::NONE.with(ActionId::BUMP_POSITION_SPEED_ACCELERATION));
+        let none = Setup::default().with_quirks("unsupported=0x0f,unsupported=9").unwrap();
+        assert_eq!(
+            none.options.unsupported(),
+            Actions::NONE.with(ActionId::SETUP_PLAYBACK).with(ActionId::TAKE_PICTURE)
+        );
+        for wrong in ["unsupported=", "unsupported=64", "unsupported=-1", "unsupported=0xzz"] {
+            assert!(Setup::default().with_quirks(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!((all.options.push_every(), all.options.progress_every()), (Some(5000), None));
+        let error = Setup::default().with_quirks("loud").unwrap_err().to_string();
+        assert!(error.starts_with("kOS has no quirk \"loud\": it has older-dialect, "), "{error}");
+        assert_eq!(Setup::with_motors(99).motors.len(), 10);
+        assert_eq!(all.with_device("mild"), Ok(Setup::default()));
+    }
+}
