@@ -187,7 +187,7 @@ fn hi() -> Hi<'static> {
 
 impl Line {
     fn offline(window: u8) -> Self {
-        let options = Options::new().with_gates(false).with_window(window);
+        let options = Options::new().with_gates(false).with_needs_enabled(false).with_window(window);
         let (messages, sent, unanswered) = (HashMap::new(), Vec::new(), Vec::new());
         Self { host: HostMachine::new(options), now: Millis(1000), wake: None, messages, sent, unanswered }
     }
