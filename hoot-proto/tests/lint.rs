@@ -306,12 +306,12 @@ fn joystick_mode_refuses_other_requests() {
     let (refused, silent) = of(Profile::SHEET);
     assert_eq!((refused, all - refused - silent), (42 + 40, 2));
     let sheet = Selector { table: Table::Node, command: 15, sub_address: 2 };
-    let refuses = |profile: Profile, selector| profile.refuses_in_joystick_mode(selector);
-    assert_eq!([Profile::SHEET, Profile::V033].map(|profile| refuses(profile, sheet)), [Some(false), Some(true)]);
-    assert_eq!(refuses(Profile::UNKNOWN, sheet), None);
+    let by = |profile: Profile, selector| profile.refuses_in_joystick_mode(selector);
+    assert_eq!([Profile::SHEET, Profile::V033].map(|profile| by(profile, sheet)), [Some(false), Some(true)]);
+    assert_eq!(by(Profile::UNKNOWN, sheet), None);
     assert!(of(Profile::UNKNOWN).0 < refused, "only requests that every firmware refuses");
     let position = Selector { command: 106, ..sheet };
-    assert_eq!([Profile::V033, Profile::V070].map(|profile| refuses(profile, position)), [Some(true), Some(false)]);
+    assert_eq!([Profile::V033, Profile::V070].map(|profile| by(profile, position)), [Some(true), Some(false)]);
 }
 
 #[test]

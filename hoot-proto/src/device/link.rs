@@ -10,10 +10,6 @@ use crate::frame::{Address, MAX_DATA, Selector, Table};
 use crate::message::{CoreVersion, HostMessage, Motor, MotorContinuousSpeed, Text};
 use crate::query::{AnyQuery, AnyReply};
 
-/// Time for which a node blinks and hears nothing after its address has changed, in milliseconds. Source: hoot, section
-/// 2.5.
-const DEAF: u64 = 2500;
-
 /// Outcome of a request.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Outcome {
@@ -47,9 +43,7 @@ impl DeviceMachine {
         message: HostMessage<'a>,
     ) -> ArrayVec<Transmit<'a>, 2> {
         let selector = message.selector();
-        let why = if self.deaf_until.is_some() {
-            Ignored::Deaf
-        } else if selector.command == 0 && selector.table != Table::Core {
+        let why = if selector.command == 0 && selector.table != Table::Core {
             Ignored::Noop
         } else if to == Address::BROADCAST {
             if self.broadcast(now, output, &message) {
@@ -109,10 +103,10 @@ impl DeviceMachine {
         let (message, _) = complete(message, &mut buffer, self.reads_long_lead_in());
         match message {
             HostMessage::BroadcastStart(_) => self.start(now, output),
-            HostMessage::BroadcastStop(_) => self.stop(output),
+            HostMessage::BroadcastStop(_) => self.stop(now, output),
             HostMessage::BroadcastPause(_) => self.pause(now, output),
             HostMessage::BroadcastAssignAddress(assign) if assign.new_address.is_node() => {
-                self.move_to(now, output, assign.new_address);
+                self.move_to(output, assign.new_address);
             }
             _ => return false,
         }
@@ -120,12 +114,9 @@ impl DeviceMachine {
     }
 
     /// Takes another address, at all ports except USB.
-    pub(super) fn move_to(&mut self, now: Millis, output: &mut Output<'_>, address: Address) {
+    pub(super) fn move_to(&mut self, output: &mut Output<'_>, address: Address) {
         self.address = address;
         output.event(Event::Address(address));
-        if self.options.quirks().contains(Quirks::IS_DEAF) {
-            self.deaf_until = Some(now.after(DEAF));
-        }
     }
 
     /// Carries out a request to this node.
@@ -139,7 +130,7 @@ impl DeviceMachine {
         let mut buffer = [0; MAX_DATA];
         let (message, is_short) = complete(message, &mut buffer, self.reads_long_lead_in());
         if selector.table != Table::Node || selector.command == 1 {
-            return self.core(now, output, &message);
+            return self.core(output, &message);
         }
         // Whatever the request is, and even if it is refused, a master is there (hoot, section 4.1).
         self.heard_until = Some(now.after(u64::from(self.options.dead_man()).saturating_add(1)));
@@ -165,7 +156,7 @@ impl DeviceMachine {
     }
 
     /// Whether joystick mode refuses a command; a stop is carried out nevertheless (safety decision 2).
-    fn gate_refuses(&self, selector: Selector) -> bool {
+    pub(super) fn gate_refuses(&self, selector: Selector) -> bool {
         let is_stop = selector.sub_address == 0 && selector.command == 4;
         let is_open = is_stop && !self.options.quirks().contains(Quirks::REFUSES_STOP);
         self.controller.joystick_mode
@@ -180,7 +171,7 @@ impl DeviceMachine {
 
     /// Carries out a request of the core protocol, to which neither joystick mode nor the dead-man applies. Source: hoot,
     /// section 1.
-    fn core(&mut self, now: Millis, output: &mut Output<'_>, message: &HostMessage<'_>) -> Outcome {
+    fn core(&mut self, output: &mut Output<'_>, message: &HostMessage<'_>) -> Outcome {
         let profile = self.options.profile();
         let value = match message {
             HostMessage::CoreProtocolVersion(query) => {
@@ -195,7 +186,7 @@ impl DeviceMachine {
                 // Firmware takes 0 and 1 too, and cannot be reached from then on (safety decision 5).
                 let is_node = assign.new_address.is_node();
                 if is_node {
-                    self.move_to(now, output, assign.new_address);
+                    self.move_to(output, assign.new_address);
                 }
                 return Outcome::ok_if(is_node);
             }

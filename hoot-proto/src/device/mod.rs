@@ -39,6 +39,7 @@
 //!
 //! Rows, states and decisions: `docs/machines-hoot.md` and `docs/decisions-hoot.md` in the repository.
 
+mod blocking;
 mod camera;
 mod controller;
 mod cycle;
@@ -53,6 +54,7 @@ mod queries;
 mod requests;
 mod transmit;
 
+pub use blocking::Blocking;
 pub use camera::{CameraSettings, CameraState, CameraUnit};
 pub use controller::{AltOut, Controller};
 pub use cycle::{Phase, Program};

@@ -74,6 +74,17 @@ impl Default for MotorSettings {
     }
 }
 
+/// Limits that stop a motor.
+#[derive(Clone, Copy)]
+pub(super) enum Limits {
+    /// The end limit, unless it is 0.
+    End,
+    /// The end limit and the home, unless the end limit is 0.
+    EndAndHome,
+    /// No limit.
+    None,
+}
+
 /// One motor of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct MotorUnit {
@@ -81,14 +92,18 @@ pub struct MotorUnit {
     pub(super) settings: MotorSettings,
     pub(super) state: MotorState,
     pub(super) position: Steps,
-    /// Progress of the planned move: shots, or in video mode 1 from its start on.
+    /// Microsteps that are set again when the motor rests.
+    pub(super) restores: Option<Microstep>,
+    /// Run time at which the planned move began in a time lapse without stops.
+    pub(super) began: Option<u64>,
+    /// Progress of the planned move: shots, or 1 from its start on if it goes by the clock.
     pub(super) done: u32,
 }
 
 impl MotorUnit {
     pub(super) fn new(motor: Motor) -> Self {
         let settings = MotorSettings::default();
-        Self { motor, settings, state: MotorState::default(), position: Steps(0), done: 0 }
+        Self { motor, settings, state: MotorState::default(), position: Steps(0), restores: None, began: None, done: 0 }
     }
 
     /// Settings of the motor.
@@ -183,19 +198,25 @@ impl MotorUnit {
             if self.settings.sleep {
                 self.tell(output, Motion::Power(false));
             }
+            if let Some(microstep) = self.restores.take() {
+                self.set_microstep(output, microstep);
+            }
         }
     }
 
-    /// The motor has a new position. It stops if it has moved on at or beyond its end limit.
-    pub(super) fn moved(&mut self, output: &mut Output<'_>, position: Steps) {
+    /// The motor has a new position. It stops if it has moved on at or beyond a limit.
+    pub(super) fn moved(&mut self, output: &mut Output<'_>, position: Steps, limits: Limits) {
         let (before, end) = (self.position.0, self.settings.end_limit.0);
         self.position = position;
-        let beyond = match end {
-            0 => false,
-            1.. => position.0 >= end && position.0 > before,
-            _ => position.0 <= end && position.0 < before,
+        let (low, high) = match limits {
+            Limits::None => (None, None),
+            _ if end == 0 => (None, None),
+            Limits::End if end > 0 => (None, Some(end)),
+            Limits::End => (Some(end), None),
+            Limits::EndAndHome => (Some(end.min(0)), Some(end.max(0))),
         };
-        if beyond {
+        let above = high.is_some_and(|high| position.0 >= high && position.0 > before);
+        if above || low.is_some_and(|low| position.0 <= low && position.0 < before) {
             self.stop(output);
         }
     }

@@ -37,7 +37,7 @@ impl DeviceMachine {
     fn of_controller(&self, now: Millis, query: AnyQuery) -> Option<AnyReply<'static>> {
         let profile = self.options.profile();
         let controller = &self.controller;
-        let run_time = u32::try_from(self.program.run_time(now)).unwrap_or(u32::MAX);
+        let run_time = u32::try_from(self.run_time_told(now)).unwrap_or(u32::MAX);
         Some(match query {
             AnyQuery::FirmwareVersion(q) => AnyReply::FirmwareVersion(q.answer(self.options.version(), profile)),
             AnyQuery::RunStatus(q) => AnyReply::RunStatus(q.answer(self.run_state(), profile)),

@@ -41,7 +41,7 @@ impl DeviceMachine {
                 return Outcome::OK;
             }
             HostMessage::Stop(_) => {
-                self.stop(output);
+                self.stop(now, output);
                 return Outcome::OK;
             }
             HostMessage::ReturnHome(_) => {
@@ -53,7 +53,7 @@ impl DeviceMachine {
                 return Outcome::OK;
             }
             HostMessage::SetAddress(set) if set.new_address.is_node() => {
-                self.move_to(now, output, set.new_address);
+                self.move_to(output, set.new_address);
                 return Outcome::OK;
             }
             HostMessage::SetAddress(_) => return Outcome::ERROR,
@@ -68,6 +68,9 @@ impl DeviceMachine {
             _ => {}
         }
         self.keep(message).map_or(Outcome::Unknown, |taken| {
+            if let HostMessage::SetJoystickMode(set) = message {
+                self.joystick_changed(output, set.joystick_mode.get());
+            }
             if taken {
                 output.event(Event::Set(Part::Controller));
             }
@@ -148,6 +151,18 @@ impl DeviceMachine {
         if let Some(span) = span(message) {
             return self.set_span(output, motor, message, span);
         }
+        let is_sent = matches!(
+            message,
+            HostMessage::MotorSendHome(_)
+                | HostMessage::MotorSendToEnd(_)
+                | HostMessage::MotorSendToStart(_)
+                | HostMessage::MotorSendToStop(_)
+        );
+        if is_sent && !self.before_send(output, motor, message) {
+            return Outcome::OK;
+        }
+        let starts = self.speeds_start_motors();
+        let needs_speed = self.options.quirks().contains(Quirks::FIRMWARE_DIRECTIONS);
         let steps = if let HostMessage::MotorMove(go) = message { self.arriving(go.steps.0) } else { None };
         let unit = self.motor_mut(motor);
         match message {
@@ -159,10 +174,12 @@ impl DeviceMachine {
                 }
             }
             HostMessage::MotorMove(go) => match steps {
+                Some(0) if needs_speed && unit.settings.speed.0 == 0.0 => {}
                 Some(0) => unit.run(output, go.direction),
                 Some(steps) => unit.go(output, Motion::By { direction: go.direction, steps: steps.into() }),
                 None => return Outcome::ERROR,
             },
+            HostMessage::MotorRun(_) if needs_speed && unit.settings.speed.0 == 0.0 => {}
             HostMessage::MotorRun(run) => unit.run(output, run.direction),
             HostMessage::MotorSendHome(_) => unit.go(output, Motion::To(Steps(0))),
             HostMessage::MotorSendToEnd(_) if unit.settings.end_limit.0 == 0 => {}
@@ -175,8 +192,12 @@ impl DeviceMachine {
             HostMessage::MotorStepForward(_) => return Outcome::ok_if(unit.single_step(output, true)),
             HostMessage::MotorStepBack(_) => return Outcome::ok_if(unit.single_step(output, false)),
             HostMessage::MotorSetContinuousSpeed(_) => {
+                let before = unit.settings.speed.0;
                 if let Some(speed) = speed {
                     unit.set_speed(output, speed);
+                    if starts && before.abs() < 1.0 && speed.0.abs() > 1.0 {
+                        unit.run(output, Direction((speed.0 > 0.0).into()));
+                    }
                 }
                 if is_silent_at_speed {
                     return Outcome::Silent;
@@ -263,6 +284,10 @@ impl DeviceMachine {
         let Some(long) = long else { return Outcome::ERROR };
         let settings = &mut self.camera.settings;
         match message {
+            HostMessage::CameraExpose(_) if self.options.quirks().contains(Quirks::EXPOSES_ALWAYS) => {
+                self.camera.expose_bare(now, output);
+                return Outcome::OK;
+            }
             HostMessage::CameraExpose(_) => {
                 self.camera.expose(now, output, false);
                 return Outcome::OK;

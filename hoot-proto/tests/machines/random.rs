@@ -163,25 +163,20 @@ proptest! {
                 node.now += pause;
             }
             let before = node.machine.clone();
-            let is_deaf = node.clone().step(device::Input::Received {
-                port: Port::Bus,
-                to: node.machine.address(Port::Bus),
-                message: HostMessage::other(0x01_00, &[]),
-            }).packets().is_empty();
             let output = match &input {
                 ToNode::Packet(to, port, number, body) => {
                     let message = decode(*number, body);
                     let Selector { table, command, .. } = message.selector();
-                    let is_own = *to == before.address(*port).0 && !is_deaf;
+                    let is_own = *to == before.address(*port).0;
                     if is_own && table == Table::Node && command >= 2 {
                         heard = node.now;
                     }
                     let was = moving(&before);
                     let joystick = before.controller().joystick_mode;
                     let output = node.step(device::Input::Received { port: *port, to: Address(*to), message });
-                    let is_stop = (is_own && table != Table::Broadcast || *to == 1 && !is_deaf)
+                    let is_stop = (is_own && table != Table::Broadcast || *to == 1)
                         && matches!(message, HostMessage::MotorStop(_) | HostMessage::Stop(_))
-                        || *to == 1 && !is_deaf && message.conduct().is_stop();
+                        || *to == 1 && message.conduct().is_stop();
                     let is_refused = joystick && firmware && matches!(message, HostMessage::Stop(_));
                     if is_stop && !is_refused && (table == Table::Broadcast) == (*to == 1) {
                         for motor in stopped_by(&message) {

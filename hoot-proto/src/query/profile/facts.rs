@@ -14,19 +14,30 @@ pub enum DelayUnit {
 }
 
 /// Makes the questions of the table of facts: whether a fact holds for the firmware of a profile. `since` is the first build
-/// for which it holds, `until` the first for which it does not hold any more.
+/// for which it holds, `until` the first for which it does not hold any more. A second time may follow after `or`.
 macro_rules! facts {
-    ($($(#[$doc:meta])* $name:ident: $since:expr, $until:expr;)*) => {
+    ($($(#[$doc:meta])* $name:ident: $since:expr, $until:expr $(, or $again:expr, $end:expr)?;)*) => {
         /// Facts about the firmware. An answer is `None` if the fact is true for only a part of the builds that the profile
         /// stands for.
         impl Profile {
             $($(#[$doc])*
             #[must_use]
             pub const fn $name(self) -> Option<bool> {
-                self.is_within($since, $until)
+                let holds = self.is_within($since, $until);
+                $(let holds = either(holds, self.is_within($again, $end));)?
+                holds
             })*
         }
     };
+}
+
+/// Whether one of two facts holds for all builds.
+const fn either(one: Option<bool>, other: Option<bool>) -> Option<bool> {
+    match (one, other) {
+        (Some(true), _) | (_, Some(true)) => Some(true),
+        (Some(false), Some(false)) => Some(false),
+        _ => None,
+    }
 }
 
 const ALWAYS: Age = Age::FIRST;
@@ -73,6 +84,31 @@ facts! {
     is_silent: day(12, 22), NEVER;
     /// Whether the version of the firmware is a `ULONG`; earlier it is a `BYTE`, and 6.
     has_long_version: Age::day(2015, 1, 5), NEVER;
+    /// Whether commands 12, 23 and 24 of a motor, and 11 where it moves, go at 5,000 steps per second or the motor's greatest
+    /// speed, and overwrite the speed of runs.
+    sends_at_full_speed: day(11, 3), NEVER;
+    /// Whether these commands switch the motor to quarter steps.
+    sends_in_quarter_steps: day(11, 17), v(45), or v(60), NEVER;
+    /// Whether the microsteps from before such a command are set again when the motor rests.
+    restores_microsteps: v(60), NEVER;
+    /// Whether the firmware acknowledges command 11 of a motor and does nothing.
+    ignores_home: v(20), v(41);
+    /// Whether the greatest speed of a motor limits commands 11, 12, 23 and 24; earlier it limits nothing.
+    max_speed_limits: v(70), NEVER;
+    /// Whether a start chooses the microsteps of all motors.
+    start_sets_microsteps: day(12, 3), v(45), or v(47), NEVER;
+    /// Whether the end limit and the home stop motors; later the end limit is kept and stops nothing.
+    holds_limits: ALWAYS, v(49);
+    /// Whether joystick mode sets all speeds to 0, and the speed of runs sets motors in motion in it.
+    joystick_moves: day(11, 3), NEVER;
+    /// Whether the end of joystick mode switches the dead-man off.
+    joystick_ends_dead_man: day(12, 3), NEVER;
+    /// Whether a program that was stopped or is over still answers its last run time.
+    keeps_run_time: day(12, 3), NEVER;
+    /// Whether motors go on after a pause in the modes without stops.
+    resumes_moves: day(12, 15), NEVER;
+    /// Whether a node does nothing else for 1.5 s before it starts a program.
+    start_blocks: v(20), NEVER;
     /// Whether commands 25 and 26 of a motor are single steps; later, 25 sets the lead-out.
     has_steps: ALWAYS, v(25);
     /// Whether hundredths are under the type `ULONG`; earlier they are under `FLOAT`.
@@ -93,44 +129,44 @@ facts! {
 
 /// Types of answers. If the profile stands for several builds, the type is that of one of them.
 impl Profile {
-    const fn either(is_later: Option<bool>, later: ValueType, earlier: ValueType) -> ValueType {
+    const fn later_or(is_later: Option<bool>, later: ValueType, earlier: ValueType) -> ValueType {
         if matches!(is_later, Some(true)) { later } else { earlier }
     }
 
     /// Type of hundredths: of voltage, current, speed and acceleration.
     #[must_use]
     pub const fn hundredths(self) -> ValueType {
-        Self::either(self.usual().has_long_hundredths(), ValueType::ULONG, ValueType::FLOAT)
+        Self::later_or(self.usual().has_long_hundredths(), ValueType::ULONG, ValueType::FLOAT)
     }
 
     /// Type of the answer whether a motor moves.
     #[must_use]
     pub const fn motor_running(self) -> ValueType {
-        Self::either(self.usual().has_true_bytes(), ValueType::BYTE, ValueType::INT)
+        Self::later_or(self.usual().has_true_bytes(), ValueType::BYTE, ValueType::INT)
     }
 
     /// Type of the version of the firmware.
     #[must_use]
     pub const fn version_type(self) -> ValueType {
-        Self::either(self.usual().has_long_version(), ValueType::ULONG, ValueType::BYTE)
+        Self::later_or(self.usual().has_long_version(), ValueType::ULONG, ValueType::BYTE)
     }
 
     /// Type of the answer to the query for the lead-in.
     #[must_use]
     pub const fn lead_in(self) -> ValueType {
-        Self::either(self.usual().answers_long_lead_in(), ValueType::ULONG, ValueType::UINT)
+        Self::later_or(self.usual().answers_long_lead_in(), ValueType::ULONG, ValueType::UINT)
     }
 
     /// Type of the answer to the query for the greatest number of pictures.
     #[must_use]
     pub const fn max_shots(self) -> ValueType {
-        Self::either(self.usual().has_short_max_shots(), ValueType::UINT, ValueType::ULONG)
+        Self::later_or(self.usual().has_short_max_shots(), ValueType::UINT, ValueType::ULONG)
     }
 
     /// Type of the answer to query 117 of a motor, which firmware before 2014-12-03 refuses.
     #[must_use]
     pub const fn query_117(self) -> ValueType {
-        Self::either(self.usual().has_sleep_query(), ValueType::BYTE, ValueType::FLOAT)
+        Self::later_or(self.usual().has_sleep_query(), ValueType::BYTE, ValueType::FLOAT)
     }
 
     /// Unit of the delay before the start, if it is known.
