@@ -348,12 +348,16 @@ mod dmc {
                 match effect {
                     Effect::Transmit(transmit) => {
                         let mut scratch = [0; SCRATCH];
-                        let message = transmit.message(|source| match source {
-                            Source::Command(token) => MESSAGES[token.0 as usize],
-                            Source::Section(section) => section.message(&Ramp, &mut scratch),
-                        });
-                        let mut frame = vec![0; message.encoded_len()];
-                        message.encode_into(transmit.id, &mut frame).expect("room for it");
+                        let mut frame = vec![0; 1048];
+                        let written = transmit.encode_into(
+                            |source| match source {
+                                Source::Command(token) => MESSAGES[token.0 as usize],
+                                Source::Section(section) => section.message(&Ramp, &mut scratch),
+                            },
+                            &mut frame,
+                        );
+                        let len = written.expect("room for it");
+                        frame.truncate(len);
                         follow.push(Follow::Device(frame));
                     }
                     Effect::Event(Event::Ended { token, outcome: Outcome::Done(_) }) => self.done.push(token),

@@ -203,6 +203,7 @@ impl Line {
                         Source::Command(token) => self.messages[&token],
                         Source::Section(section) => panic!("{section:?}: there are none"),
                     });
+                    let Some(message) = message else { continue };
                     self.sent.push((transmit.contents, message));
                     self.unanswered.push((transmit.id, message));
                 }

@@ -11,10 +11,10 @@ use hoot_proto::{Frame, HostMessage, ReplyError};
 use libfuzzer_sys::fuzz_target;
 
 const PROFILES: [Profile; 7] = [
-    Profile::Unknown,
-    Profile::Library20140925,
-    Profile::Sheet,
-    Profile::January2015,
+    Profile::UNKNOWN,
+    Profile::LIBRARY_2014_09_25,
+    Profile::SHEET,
+    Profile::JANUARY_2015,
     Profile::V033,
     Profile::V035,
     Profile::V070,
@@ -48,7 +48,7 @@ fuzz_target!(|input: &[u8]| {
 
     for profile in PROFILES {
         let is_float = answer.value_type() == ValueType::FLOAT;
-        assert_eq!(answer.is_reliable(profile), !is_float || profile == Profile::Library20140925);
+        assert_eq!(answer.is_reliable(profile), !is_float || profile == Profile::LIBRARY_2014_09_25);
         assert!(query.value_type(profile).size().is_some() || query.value_type(profile) == ValueType::STRING);
         let _ = profile.packets(&request);
     }

@@ -62,7 +62,7 @@ fn packets() {
 fn lint_is_silent_except_about_what_does_not_arrive() {
     let (later, bridge) = (Context::default(), Context::through_bridge());
     let mut sheet = Context::default();
-    sheet.profile = Profile::Sheet;
+    sheet.profile = Profile::SHEET;
     for kind in HostMessage::ALL {
         let size = len(kind.layout);
         let of = |body: &[u8], context: &Context| HostMessage::decode_body(kind.number, body).unwrap().lint(context);

@@ -3,7 +3,7 @@
 use hoot_proto::frame::{MAX_DATA, Selector, Table};
 use hoot_proto::lint::Context;
 use hoot_proto::message::*;
-use hoot_proto::query::{AnyQuery, Gate, IntoReply, Profile};
+use hoot_proto::query::{AnyQuery, IntoReply, Profile};
 use hoot_proto::{Address, DeviceMessage, EncodeError, Frame, HostMessage, Query};
 use motion_core::fixed::Scaled;
 use motion_core::lint::Severity;
@@ -147,10 +147,10 @@ fn answers(query: AnyQuery, profile: Profile) -> impl Iterator<Item = hoot_proto
 }
 
 const PROFILES: [Profile; 7] = [
-    Profile::Unknown,
-    Profile::Library20140925,
-    Profile::Sheet,
-    Profile::January2015,
+    Profile::UNKNOWN,
+    Profile::LIBRARY_2014_09_25,
+    Profile::SHEET,
+    Profile::JANUARY_2015,
     Profile::V033,
     Profile::V035,
     Profile::V070,
@@ -170,7 +170,7 @@ fn lint_is_silent_on_replies_of_the_queries() {
                 let mut data = [0; MAX_DATA];
                 let message = DeviceMessage::Reply(query.reply(answer, &mut data).unwrap());
                 // Firmware of that time sends garbage here. A simulated node that copies it causes a warning.
-                let is_garbage = answer.value_type() == ValueType::FLOAT && !profile.facts().float_is_true;
+                let is_garbage = answer.value_type() == ValueType::FLOAT && profile.float_is_true() != Some(true);
                 assert_eq!(message.lint(&context).as_slice().len(), usize::from(is_garbage), "{message}");
                 assert!(message.encode_checked(&context, &mut [0; 42]).is_ok());
             }
@@ -185,16 +185,16 @@ fn lint_is_silent_on_replies_of_the_queries() {
 
 #[test]
 fn an_answer_has_the_type_of_the_firmware() {
-    let version = [(Profile::Sheet, ValueType::BYTE), (Profile::V070, ValueType::ULONG)];
+    let version = [(Profile::SHEET, ValueType::BYTE), (Profile::V070, ValueType::ULONG)];
     for (profile, value_type) in version {
         assert_eq!(FirmwareVersion {}.answer(Version(70), profile).value_type(), value_type);
     }
-    let long = FirmwareVersion {}.answer(Version(300), Profile::Sheet);
+    let long = FirmwareVersion {}.answer(Version(300), Profile::SHEET);
     assert_eq!((long.value_type(), long.value()), (ValueType::ULONG, Value::ULong(300)), "300 exceeds a byte");
     let lead_in = |profile| MotorLeadIn::default().answer(Span(40_000), profile).value();
-    assert_eq!([Profile::V033, Profile::V035].map(lead_in), [Value::UInt(40_000), Value::ULong(40_000)]);
+    assert_eq!([Profile::SHEET, Profile::V033].map(lead_in), [Value::UInt(40_000), Value::ULong(40_000)]);
     let running = |profile| MotorRunning::default().answer(Bool::TRUE, profile).value();
-    assert_eq!([Profile::Library20140925, Profile::Sheet].map(running), [Value::Int(1), Value::Byte(1)]);
+    assert_eq!([Profile::SHEET, Profile::V033].map(running), [Value::Int(1), Value::Byte(1)]);
     let speed = SpeedOrSleep::Speed(Speed(Scaled(-150)));
     assert_eq!(
         MotorMaxProgramSpeed::default().answer(speed, Profile::V033).value(),
@@ -202,7 +202,7 @@ fn an_answer_has_the_type_of_the_firmware() {
         "-150 exceeds a byte"
     );
     let modes = RingTip { ring: AltMode(200), tip: AltMode(255) };
-    assert_eq!(AltModes {}.answer(modes, Profile::Sheet).value(), Value::Int(-14_081));
+    assert_eq!(AltModes {}.answer(modes, Profile::SHEET).value(), Value::Int(-14_081));
 }
 
 #[test]
@@ -270,7 +270,7 @@ fn findings_depend_on_the_firmware() {
     assert_eq!(of(0x79_00, &[]), [None, warning, warning, None, None, None, None], "ping-pong");
     assert_eq!(of(0x75_01, &[]), of(0x79_00, &[]), "both queries were added later");
     let delay = of(0x15_00, &[0, 0x4C, 0x4B, 0x40]);
-    assert_eq!(delay, [warning, error, error, error, error, warning, None], "5,000,000 s");
+    assert_eq!(delay, [warning, error, error, error, error, error, None], "5,000,000 s");
 }
 
 #[test]
@@ -303,12 +303,15 @@ fn joystick_mode_refuses_other_requests() {
     let all = requests().len();
     // The controller has 45 requests: two are allowed, and a stop is only a warning. A motor has 46: six are allowed,
     // because a run and a move are one command. The other warning is that of command 0.
-    let (refused, silent) = of(Profile::Sheet);
+    let (refused, silent) = of(Profile::SHEET);
     assert_eq!((refused, all - refused - silent), (42 + 40, 2));
     let sheet = Selector { table: Table::Node, command: 15, sub_address: 2 };
-    assert!(!Gate::Sheet.refuses(sheet) && Gate::Later.refuses(sheet));
-    assert!(of(Profile::Unknown).0 < refused, "only requests that every firmware refuses");
-    assert!(!Gate::Later.refuses(Selector { command: 106, ..sheet }), "later firmware answers queries");
+    let refuses = |profile: Profile, selector| profile.refuses_in_joystick_mode(selector);
+    assert_eq!([Profile::SHEET, Profile::V033].map(|profile| refuses(profile, sheet)), [Some(false), Some(true)]);
+    assert_eq!(refuses(Profile::UNKNOWN, sheet), None);
+    assert!(of(Profile::UNKNOWN).0 < refused, "only requests that every firmware refuses");
+    let position = Selector { command: 106, ..sheet };
+    assert_eq!([Profile::V033, Profile::V070].map(|profile| refuses(profile, position)), [Some(true), Some(false)]);
 }
 
 #[test]

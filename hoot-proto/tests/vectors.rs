@@ -1,7 +1,7 @@
 //! Conformance vectors. Most are answers of the public firmware of the controller in a simulator.
 
 use hoot_proto::frame::MAX_DATA;
-use hoot_proto::message::{Value as Wire, Voltage};
+use hoot_proto::message::{Reply, ResponseCode, Value as Wire, ValueType, Voltage};
 use hoot_proto::query::{Answer, IntoReply, Profile};
 use hoot_proto::{AnyReply, DeviceMessage, Frame, Frames, HostMessage, Item, Query, ReplyError, Strict, Table};
 use motion_core::fixed::Centi;
@@ -216,7 +216,7 @@ fn check_answer(answer: AnyReply<'_>, fields: &Value, name: &str) {
         _ => None,
     };
     assert_eq!(json!(hundredths.map(Centi::to_f64)), fields["value_fixed_div100"], "{name}");
-    let reliable = [Profile::Library20140925, Profile::Unknown].map(|profile| answer.is_reliable(profile));
+    let reliable = [Profile::LIBRARY_2014_09_25, Profile::UNKNOWN].map(|profile| answer.is_reliable(profile));
     assert_eq!(reliable, [true, hundredths.is_none()], "{name}");
 }
 
@@ -229,11 +229,19 @@ fn hundredths_of_newer_firmware_are_decoded() {
         let DeviceMessage::Reply(reply) = DeviceMessage::decode(&Frame::decode(&sent).unwrap()) else { panic!() };
         let answer = Voltage {}.decode_reply(reply).unwrap();
         assert_eq!(json!(f64::from(answer.value.0.0) / 100.0), vector["fields"]["decoded"]);
-        assert!(answer.is_reliable(Profile::Unknown));
+        assert!(answer.is_reliable(Profile::UNKNOWN));
         let mut data = [0; MAX_DATA];
         assert_eq!(Voltage {}.reply(Voltage {}.answer(answer.value, Profile::V033), &mut data), Ok(reply));
     }
     assert_eq!(seen, 4);
+}
+
+#[test]
+fn hundredths_may_be_long_as_the_sheet_says() {
+    let reply = Reply { code: ResponseCode::OK, data: &[3, 0, 0, 4, 0xCD] };
+    let answer = Voltage {}.decode_reply(reply).unwrap();
+    assert_eq!((answer.value.0.raw(), answer.value_type()), (1229, ValueType::LONG));
+    assert_eq!(Voltage {}.reply(answer, &mut [0; MAX_DATA]), Ok(reply));
 }
 
 #[test]

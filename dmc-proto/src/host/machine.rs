@@ -13,7 +13,7 @@ use super::progress::Progress;
 use super::requests::{ALL, Damaged, Ids, Owner, Pending, Reply, Request, Requests, Role};
 use super::sequence::{Course, Sequence};
 use super::stops::{Acknowledged, StatusMeaning, Stops};
-use super::transmit::{Contents, Output, Transmit};
+use super::transmit::{Contents, Output, Transmit, transmit_padding};
 use crate::Purpose;
 use crate::frame::{MessageId, MessageType};
 use crate::message::{Ack, AckCode, DeviceMessage, HardStop, Hi, Motors};
@@ -51,7 +51,7 @@ impl HostMachine {
             connection: Connection::Offline,
             was_ready: false,
             device: None,
-            ids: Ids::up_to(u32::MAX),
+            ids: Ids::new(options.first_id(), u32::MAX),
             requests: Requests::default(),
             stops: Stops::default(),
             sequence: None,
@@ -67,7 +67,7 @@ impl HostMachine {
     #[must_use]
     pub fn with_last_id(mut self, last: u32) -> Self {
         // Four times as many ids as can be under way at once.
-        self.ids = Ids::up_to(last.max(64));
+        self.ids = Ids::new(1, last.max(64));
         self
     }
 
@@ -150,6 +150,9 @@ impl HostMachine {
 
     /// Asks the device who it is, and forgets what it was.
     pub(super) fn greet(&mut self, now: Millis, output: &mut Output<'_>, tries: u8) {
+        if tries > 1 || self.connection == Connection::Silent {
+            transmit_padding(output, &self.options, self.options.greeting_timeout());
+        }
         let id = self.ids.next();
         output.transmit(Transmit { id, contents: Contents::Greeting });
         self.connection = Connection::Greeting(tries, now.after(self.options.greeting_timeout().into()));
@@ -208,7 +211,7 @@ impl HostMachine {
             DeviceMessage::MotorHardStop(stop) => self.hard_stop(output, &stop),
             DeviceMessage::MotorStatus(status) => {
                 let told = (id, status.motor_status, self.is_armed());
-                match self.stops.status(now, output, &self.options, &mut self.ids, told) {
+                match self.stops.status(output, told) {
                     StatusMeaning::Other => self.answered(now, output, id, message),
                     StatusMeaning::Answer { all_rest } => self.motion.may_move &= !all_rest,
                 }
@@ -265,7 +268,7 @@ impl HostMachine {
             None => Reply::Unclear,
         };
         match self.requests.answered(id, ack.of) {
-            Some(pending) => self.settle(now, output, pending, reply),
+            Some(pending) => self.settle(now, output, &pending, reply),
             None => output.event(Event::Unsolicited(id, ack.into())),
         }
     }
@@ -273,7 +276,7 @@ impl HostMachine {
     /// The request is known by its id alone, because its type may be what arrived damaged (decision D-8).
     fn damaged<'a>(&mut self, now: Millis, output: &mut Output<'a>, id: MessageId, ack: Ack<'a>) {
         match self.requests.damaged(now, &self.options, id) {
-            Damaged::Over(pending) => self.settle(now, output, pending, Reply::Refused(AckCode::ERR_CHECKSUM)),
+            Damaged::Over(pending) => self.settle(now, output, &pending, Reply::Refused(AckCode::ERR_CHECKSUM)),
             Damaged::Again => {}
             Damaged::Unknown => output.event(Event::Unsolicited(id, ack.into())),
         }
@@ -282,7 +285,7 @@ impl HostMachine {
     /// A message arrived that answers a request, or is told unasked.
     fn answered<'a>(&mut self, now: Millis, output: &mut Output<'a>, id: MessageId, message: DeviceMessage<'a>) {
         if let Some(pending) = self.requests.answered(id, message.kind()) {
-            return self.settle(now, output, pending, Reply::Answered(message));
+            return self.settle(now, output, &pending, Reply::Answered(message));
         }
         let run = self.sequence.as_mut().and_then(Sequence::run);
         if let (DeviceMessage::MotorGetPosition(_), Some(run)) = (message, run) {
@@ -292,9 +295,9 @@ impl HostMachine {
     }
 
     /// A request is over.
-    fn settle<'a>(&mut self, now: Millis, output: &mut Output<'a>, pending: Pending, reply: Reply<'a>) {
+    fn settle<'a>(&mut self, now: Millis, output: &mut Output<'a>, pending: &Pending, reply: Reply<'a>) {
         let request = pending.request;
-        self.motion.ended(&pending, &reply);
+        self.motion.ended(pending, &reply);
         match (request.role, reply) {
             (Role::Live(motor, is_live), Reply::Acknowledged) => self.set_live(motor, is_live),
             (Role::StopsLoop, Reply::Acknowledged) => {
@@ -334,14 +337,15 @@ impl HostMachine {
     }
 
     /// A request got no answer.
-    fn unanswered(&mut self, now: Millis, output: &mut Output<'_>, pending: Pending) {
-        match pending.request {
-            Request { owner: Owner::Application(token), conduct, .. } if conduct.purpose == Purpose::Asks => {
+    fn unanswered(&mut self, now: Millis, output: &mut Output<'_>, pending: &Pending) {
+        let Request { owner, conduct, .. } = pending.request;
+        match owner {
+            Owner::Application(token) if conduct.purpose == Purpose::Asks => {
                 output.event(Event::Ended { token, outcome: Outcome::Failed(Failure::NoAnswer) });
             }
             _ => self.settle(now, output, pending, Reply::Unclear),
         }
-        if !pending.request.conduct.repeatable && !self.requests.any(|request| request.owner == Owner::Question) {
+        if !conduct.repeatable && !self.requests.any(|request| request.owner == Owner::Question) {
             self.requests.submit(Request::own(Owner::Question, Contents::Status));
         }
     }
@@ -363,7 +367,7 @@ impl HostMachine {
         self.stops.due(now, output, &self.options, &mut self.ids);
         self.sequence_due(now, output);
         for pending in self.requests.due(now, output, &self.options, &mut self.ids) {
-            self.unanswered(now, output, pending);
+            self.unanswered(now, output, &pending);
         }
         if self.connection == Connection::Configuring(true) && self.requests.is_empty() {
             self.connection = Connection::Ready;

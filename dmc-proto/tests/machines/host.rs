@@ -57,17 +57,21 @@ fn a_greeting_of_the_device_is_reported() {
     }
 }
 
-/// D5-3
+/// D5-3, D-71
 #[test]
 fn a_silent_device_is_greeted_five_times() {
     let mut desk = Desk::new();
     desk.step(Input::LinkUp);
     let greetings: Vec<_> = (2..=5).map(|id| (id, Contents::Greeting)).collect();
-    assert_eq!(desk.pass(4999), (greetings, vec![]));
+    assert_eq!(desk.pass(999), (vec![], vec![]));
+    assert_eq!(desk.padding, 0);
+    assert_eq!(desk.pass(4000), (greetings, vec![]));
+    assert_eq!(desk.padding, 4 * 2048, "before each further greeting");
     assert_eq!(desk.pass(1), (vec![], vec![Event::Silent]));
     assert_eq!((desk.machine.state(), desk.wake), (State::Silent, None));
     let mut other = desk.clone();
     assert_eq!(desk.command(Command::Greet), (vec![(6, Contents::Greeting)], vec![]));
+    assert_eq!(desk.padding, 5 * 2048);
     assert_eq!(desk.machine.state(), State::Greeting);
     assert_eq!(
         desk.command(Command::Greet),
@@ -164,11 +168,38 @@ fn an_unsolicited_message_is_reported_and_never_answered() {
 fn a_late_answer_is_unsolicited() {
     let mut desk = Desk::up();
     desk.request(7, move_to(1, 2));
-    assert_eq!(desk.pass(500), (vec![(3, named(7))], vec![]));
+    desk.acked(2, 0x0031, AckCode::OK);
+    desk.request(8, move_to(1, 3));
     for late in [ack(0x0031, AckCode::OK), ack(0x0031, AckCode::ERR_CHECKSUM), status(0)] {
         assert_eq!(desk.receives(2, late), (vec![], vec![Event::Unsolicited(MessageId(2), late)]));
     }
-    assert_eq!(desk.acked(3, 0x0031, AckCode::OK), (vec![], vec![done(7)]));
+    assert_eq!(desk.acked(3, 0x0031, AckCode::OK), (vec![], vec![done(8)]));
+}
+
+/// D-74
+#[test]
+fn an_answer_to_an_earlier_try_ends_a_request() {
+    for (late, end) in [
+        (ack(0x0031, AckCode::OK), done(7)),
+        (ack(0x0031, AckCode::ERR_RANGE), refused(7, Refusal::Device(AckCode::ERR_RANGE))),
+    ] {
+        for id in [2, 3, 4] {
+            let mut desk = Desk::up();
+            desk.request(7, move_to(1, 2));
+            assert_eq!(desk.pass(1000), (vec![(3, named(7)), (4, named(7))], vec![]));
+            let other = vec![Event::Unsolicited(MessageId(id), ack(0x0036, AckCode::OK))];
+            assert_eq!(desk.acked(id, 0x0036, AckCode::OK), (vec![], other), "of another type");
+            assert_eq!(desk.receives(id, late), (vec![], vec![end]), "try {id}");
+            assert_eq!(desk.pass(60_000), (vec![], vec![]), "it is not sent again");
+        }
+    }
+    // An earlier try that arrived damaged: the last one is still under way.
+    let mut desk = Desk::up();
+    desk.request(7, ask_status());
+    desk.pass(500);
+    assert_eq!(desk.acked(2, 0x0030, AckCode::ERR_CHECKSUM), (vec![], vec![]));
+    assert_eq!(desk.pass(499), (vec![], vec![]));
+    assert_eq!(desk.status(3, 0), (vec![], vec![answered(7, status(0))]));
 }
 
 /// D5-9, D-46

@@ -11,7 +11,7 @@ use tokio::net::TcpStream;
 use tokio::sync::mpsc::UnboundedReceiver;
 use tokio::task::yield_now;
 use tokio::time::{Instant, sleep, sleep_until, timeout, timeout_at};
-use tokio_serial::SerialPortBuilderExt;
+use tokio_serial::{ClearBuffer, SerialPort, SerialPortBuilderExt};
 use tracing::{debug, trace};
 
 use crate::drive::{Driven, Stopped, Trouble};
@@ -79,7 +79,9 @@ impl<H: Driven> Session<H> {
     {
         let (line, start): (Box<dyn Stream>, _) = (Box::new(line), Instant::now());
         let mut session = Self { host, target: None, start, line: Some(line), interrupts, deaf: start, why: None };
-        session.host.open(Millis(0), LINE);
+        if !H::OPENS {
+            session.host.open(Millis(0), LINE);
+        }
         session
     }
 
@@ -259,6 +261,11 @@ impl<H: Driven> Session<H> {
 
     async fn open(&mut self) -> Result<(), Trouble> {
         let Some(target) = &self.target else {
+            if H::OPENS && self.line.is_some() {
+                let now = self.now();
+                self.host.open(now, LINE);
+                return Ok(());
+            }
             return Err(Trouble::Line("the line is gone and cannot be opened again".to_owned()));
         };
         self.line = Some(tokio::select! {
@@ -318,7 +325,14 @@ async fn open(target: &Target) -> Result<Box<dyn Stream>, Trouble> {
             Err(_) => Err(Trouble::Line(format!("{address}: no answer in 5 s: is the rig on and in this network?"))),
         },
         Target::Serial(path, baud) => match tokio_serial::new(path, *baud).open_native_async() {
-            Ok(line) => Ok(Box::new(line)),
+            Ok(line) => {
+                // Bytes that wait since an earlier session answer nothing of this one. If they cannot be dropped, the
+                // random ids of this session tell them apart.
+                if let Err(error) = line.clear(ClearBuffer::Input) {
+                    debug!("{path}: {error}: old bytes may wait");
+                }
+                Ok(Box::new(line))
+            }
             Err(error) => {
                 Err(Trouble::Line(format!("{path}: {error}: is the rig plugged in, and the line not in use?")))
             }

@@ -185,7 +185,7 @@ fn shots(shots: u32, continuous: bool) -> Shots {
 
 #[tokio::test(start_paused = true)]
 async fn info_prints_the_node_and_its_motors() {
-    for profile in [Profile::Sheet, Profile::V033, Profile::V035, Profile::V070] {
+    for profile in [Profile::SHEET, Profile::V033, Profile::V035, Profile::V070] {
         let mut bench = bench(Setup::default().with_options(device::Options::default().with_profile(profile)));
         let said = bench.done(Command::Info).await;
         assert!(said.contains("node 3: DEFAULT, firmware") && said.lines().count() >= 5, "{said}");

@@ -8,7 +8,7 @@ use motion_core::wire::{Bool, Messages};
 use super::{Answer, Contents, DeviceMachine, Event, Ignored, Output, Port, Quirks, Transmit};
 use crate::frame::{Address, MAX_DATA, Selector, Table};
 use crate::message::{CoreVersion, HostMessage, MotorContinuousSpeed, Text};
-use crate::query::{AnyQuery, AnyReply, Gate};
+use crate::query::{AnyQuery, AnyReply};
 
 /// Time for which a node blinks and hears nothing after its address has changed, in milliseconds. Source: hoot, section
 /// 2.5.
@@ -80,12 +80,12 @@ impl DeviceMachine {
         message: &HostMessage<'_>,
         outcome: Outcome,
     ) -> Result<[Option<Answer>; 2], Ignored> {
-        let facts = self.options.profile().facts();
+        let profile = self.options.profile();
         let twice = self.options.quirks().contains(Quirks::ANSWERS_TWICE);
         let second = match (outcome, message) {
             // The sheet's firmware does not end after this answer, and goes on into the next one.
             (Outcome::Answered(Answer::Value(_)), HostMessage::MotorRunning(query))
-                if twice && facts.answers_running_twice =>
+                if twice && profile.answers_running_twice() != Some(false) =>
             {
                 let next = AnyQuery::MotorContinuousSpeed(MotorContinuousSpeed { motor: query.motor });
                 if let Outcome::Answered(answer) = self.value(now, next) { Some(answer) } else { None }
@@ -95,7 +95,7 @@ impl DeviceMachine {
         };
         match outcome {
             Outcome::Answered(answer) => Ok([Some(answer), second]),
-            Outcome::Unknown if facts.is_silent == Some(true) => Err(Ignored::Unknown),
+            Outcome::Unknown if profile.is_silent() == Some(true) => Err(Ignored::Unknown),
             Outcome::RefusedThenOk | Outcome::Unknown => Ok([Some(Answer::Error), second]),
             Outcome::Silent => Err(Ignored::Silent),
         }
@@ -162,14 +162,15 @@ impl DeviceMachine {
     /// Whether joystick mode refuses a command; a stop is carried out nevertheless (safety decision 2).
     fn gate_refuses(&self, selector: Selector) -> bool {
         let is_stop = selector.sub_address == 0 && selector.command == 4;
-        let gate = self.options.profile().facts().gate.unwrap_or(Gate::Sheet);
         let is_open = is_stop && !self.options.quirks().contains(Quirks::REFUSES_STOP);
-        self.controller.joystick_mode && gate.refuses(selector) && !is_open
+        self.controller.joystick_mode
+            && self.options.profile().refuses_in_joystick_mode(selector) == Some(true)
+            && !is_open
     }
 
     /// Whether the firmware does not answer the speed of runs, because a joystick does not listen (hoot, section 7).
     pub(super) fn is_silent_at_speed(&self) -> bool {
-        self.controller.joystick_mode && self.options.profile().facts().gate == Some(Gate::Later)
+        self.controller.joystick_mode && self.options.profile().is_silent_at_speed() == Some(true)
     }
 
     /// Carries out a request of the core protocol, to which neither joystick mode nor the dead-man applies. Source: hoot,

@@ -15,7 +15,7 @@ options! {
         /// Name of the node (hoot, section 1.2).
         name with_name: StoredName = StoredName::DEFAULT;
         /// Age of the firmware that the node answers like. The default is described by the published sheet.
-        profile with_profile: Profile = Profile::Sheet;
+        profile with_profile: Profile = Profile::SHEET;
         /// Habits of firmware that the node copies, although they harm or mislead.
         quirks with_quirks: Quirks = Quirks::NONE;
         /// Time without a command after which the dead-man stops the motors, in milliseconds (hoot, section 4.3).
@@ -28,17 +28,10 @@ const fn node_address(address: Address) -> Address {
 }
 
 impl Options {
-    /// Version of the firmware, as the node answers it: the first version of its profile, and 6 if the profile is not
-    /// known.
+    /// Version of the firmware, as the node answers it.
     #[must_use]
     pub const fn version(&self) -> Version {
-        Version(match self.profile() {
-            Profile::January2015 => 32,
-            Profile::V033 => 33,
-            Profile::V035 => 35,
-            Profile::V070 => 70,
-            Profile::Unknown | Profile::Library20140925 | Profile::Sheet => 6,
-        })
+        self.profile().number()
     }
 }
 

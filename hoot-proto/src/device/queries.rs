@@ -21,13 +21,12 @@ impl DeviceMachine {
     /// Answer to a query, under the type of the profile.
     pub(super) fn value(&self, now: Millis, query: AnyQuery) -> Outcome {
         let profile = self.options.profile();
-        let facts = profile.facts();
         match query {
             AnyQuery::Name(_) => return Outcome::Answered(Answer::Name(self.name)),
-            AnyQuery::MaxStepRate(_) if !facts.has_max_step_rate => return Outcome::Unknown,
-            AnyQuery::PingPong(_) if !facts.has_ping_pong_query => return Outcome::Unknown,
+            AnyQuery::MaxStepRate(_) if profile.has_max_step_rate() == Some(false) => return Outcome::Unknown,
+            AnyQuery::PingPong(_) if profile.has_ping_pong_query() == Some(false) => return Outcome::Unknown,
             // Firmware that does not answer by it whether the motor sleeps refuses it.
-            AnyQuery::MotorMaxProgramSpeed(_) if facts.query_117 != ValueType::BYTE => return Outcome::ERROR,
+            AnyQuery::MotorMaxProgramSpeed(_) if profile.query_117() != ValueType::BYTE => return Outcome::ERROR,
             _ => {}
         }
         let value = self.of_controller(now, query).or_else(|| self.of_motor(query)).or_else(|| self.of_camera(query));
@@ -67,7 +66,7 @@ impl DeviceMachine {
     /// Run status in the numbers of the profile. The sheet's firmware answers 0 when the program is paused (hoot, section
     /// 4.2). An unknown firmware counts as a later one (decision H-7).
     fn run_state(&self) -> RunState {
-        let is_old = self.options.profile().facts().one_is_paused == Some(false);
+        let is_old = self.options.profile().one_is_paused() == Some(false);
         match self.program.state {
             ProgramState::Stopped => RunState::STOPPED,
             ProgramState::Paused if is_old => RunState::STOPPED,
@@ -104,7 +103,7 @@ impl DeviceMachine {
                 let acceleration = Acceleration(Scaled(hundredths(set(q.motor).acceleration.0)));
                 AnyReply::MotorContinuousAcceleration(q.answer(acceleration, profile))
             }
-            AnyQuery::MotorEasing(q) => AnyReply::MotorEasing(q.answer(set(q.motor).plan.easing, profile)),
+            AnyQuery::MotorEasing(q) => AnyReply::MotorEasing(q.answer(set(q.motor).plan.easing.into(), profile)),
             AnyQuery::MotorProgramStart(q) => AnyReply::MotorProgramStart(q.answer(set(q.motor).plan.start, profile)),
             AnyQuery::MotorProgramStop(q) => AnyReply::MotorProgramStop(q.answer(set(q.motor).plan.stop, profile)),
             AnyQuery::MotorTravel(q) => AnyReply::MotorTravel(q.answer(set(q.motor).plan.travel, profile)),

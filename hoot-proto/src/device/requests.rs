@@ -4,7 +4,7 @@ use motion_core::time::Millis;
 
 use super::link::Outcome;
 use super::{DeviceMachine, Event, Motion, Output, Part, Quirks, StoredName};
-use crate::message::{CommonLine, HostMessage, Level, MAX_ARRIVING, Motor, Span, StepRate, Steps, ValueType};
+use crate::message::{CommonLine, HostMessage, Level, MAX_ARRIVING, Motor, Span, StepRate, Steps};
 
 /// The step rates that firmware takes. Source: hoot, section 2.1, command 11.
 const STEP_RATES: [u16; 5] = [1000, 2000, 4000, 5000, 10_000];
@@ -26,7 +26,7 @@ impl DeviceMachine {
         output: &mut Output<'_>,
         message: &HostMessage<'_>,
     ) -> Outcome {
-        let known = self.options.profile().facts();
+        let profile = self.options.profile();
         match message {
             HostMessage::Start(_) => {
                 self.start(now, output);
@@ -55,7 +55,7 @@ impl DeviceMachine {
             HostMessage::SetAddress(_) => return Outcome::ERROR,
             HostMessage::SetCommonLine(set) if set.common_line > CommonLine::SECOND => return Outcome::RefusedThenOk,
             HostMessage::SetOutLevel(set) if set.level > Level::HIGH => return Outcome::ERROR,
-            HostMessage::SetMaxStepRate(_) if !known.has_max_step_rate => return Outcome::Unknown,
+            HostMessage::SetMaxStepRate(_) if profile.has_max_step_rate() == Some(false) => return Outcome::Unknown,
             _ => {}
         }
         self.keep(message).map_or(Outcome::Unknown, |taken| {
@@ -121,7 +121,7 @@ impl DeviceMachine {
     /// Carries out a command to a motor, 2 to 27.
     pub(super) fn set_motor(&mut self, now: Millis, output: &mut Output<'_>, message: &HostMessage<'_>) -> Outcome {
         let Some(motor) = Motor::new(message.selector().sub_address) else { return Outcome::ERROR };
-        let known = self.options.profile().facts();
+        let profile = self.options.profile();
         let max_rate = self.controller.max_step_rate;
         let is_silent_at_speed = self.is_silent_at_speed();
         if let Some(span) = self.span(message) {
@@ -148,7 +148,7 @@ impl DeviceMachine {
             HostMessage::MotorSendToEnd(_) => unit.go(output, Motion::To(unit.settings.end_limit)),
             HostMessage::MotorSendToStart(_) => unit.go(output, Motion::To(unit.settings.plan.start)),
             HostMessage::MotorSendToStop(_) => unit.go(output, Motion::To(unit.settings.plan.stop)),
-            HostMessage::MotorStepForward(_) | HostMessage::MotorStepBack(_) if known.has_steps == Some(false) => {
+            HostMessage::MotorStepForward(_) | HostMessage::MotorStepBack(_) if profile.has_steps() == Some(false) => {
                 return Outcome::Unknown;
             }
             HostMessage::MotorStepForward(_) => return Outcome::ok_if(unit.single_step(output, true)),
@@ -208,7 +208,7 @@ impl DeviceMachine {
 
     /// Number of a message that sets a part of the planned move, as the firmware of the profile reads it.
     fn span(&self, message: &HostMessage<'_>) -> Option<u32> {
-        let is_long = self.options.profile().facts().lead_in == ValueType::ULONG;
+        let is_long = self.options.profile().reads_long_lead_in() == Some(true);
         Some(match message {
             // Bytes that are missing, or too many, are the last ones.
             HostMessage::MotorSetLeadIn(set) if is_long => u32::from(set.lead_in.0) << 16,

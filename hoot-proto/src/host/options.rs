@@ -79,7 +79,7 @@ motion_core::options! {
         /// reading (safety decision 4).
         bridge with_bridge: bool = true;
         /// Firmware of the nodes.
-        profile with_profile: Profile = Profile::Unknown;
+        profile with_profile: Profile = Profile::UNKNOWN;
         /// Nodes that an emergency stop addresses: list all nodes of the rig. A broadcast counts as sent to these nodes.
         nodes with_nodes: Nodes = Nodes::DEFAULT;
     }

@@ -20,7 +20,7 @@ impl HostMessage<'_> {
         rules.joystick(self.selector());
         rules.running(self.selector());
         // Only older firmware refuses unknown commands, and it knows none of these.
-        rules.has(context.profile.facts().is_silent != Some(false));
+        rules.has(context.profile.is_silent());
         if self.selector().table == Table::Broadcast {
             rules.bridge();
         }

@@ -41,7 +41,7 @@ impl Rules<'_> {
         if value_type.name().is_some() && reply.value().is_none() {
             self.error("value", "longer or shorter than its type says");
         }
-        if value_type == ValueType::FLOAT && !self.context.profile.facts().float_is_true {
+        if value_type == ValueType::FLOAT && self.context.profile.float_is_true() != Some(true) {
             self.warning("value", "not reliable: firmware from 2014-10-07 to v0.32 sends garbage as FLOAT");
         }
     }

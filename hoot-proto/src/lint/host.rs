@@ -6,7 +6,7 @@ use motion_core::wire::Messages;
 use super::{Context, Rules};
 use crate::frame::Selector;
 use crate::message::HostMessage;
-use crate::query::{DelayUnit, Profile};
+use crate::query::DelayUnit;
 
 impl HostMessage<'_> {
     /// Findings about this message: what a node would refuse or misread, and what a careful master would not send.
@@ -37,7 +37,7 @@ impl HostMessage<'_> {
 impl Rules<'_> {
     /// Sections 2.1 and 2.2.
     fn main(&mut self, message: &HostMessage<'_>) {
-        let facts = self.context.profile.facts();
+        let profile = self.context.profile;
         match message {
             HostMessage::SetTimingMaster(message) => self.yes_or_no("timing_master", message.timing_master),
             HostMessage::SetName(message) => self.name(&message.name),
@@ -45,9 +45,9 @@ impl Rules<'_> {
             HostMessage::SetCommonLine(message) => self.found.range("common_line", message.common_line.0, 0, 2),
             HostMessage::SetMaxStepRate(message) => {
                 self.max_step_rate(message.max_step_rate);
-                self.has(facts.has_max_step_rate);
+                self.has(profile.has_max_step_rate());
             }
-            HostMessage::MaxStepRate(_) => self.has(facts.has_max_step_rate),
+            HostMessage::MaxStepRate(_) => self.has(profile.has_max_step_rate()),
             HostMessage::SetInputEdge(message) => self.ignored("edge", message.edge.name()),
             HostMessage::SetAltModes(message) => {
                 self.found.named("ring", message.ring.0, message.ring.name());
@@ -58,7 +58,7 @@ impl Rules<'_> {
             HostMessage::SetMaxRunTime(message) => self.arrives("max_run_time", message.max_run_time.0),
             HostMessage::SetStartDelay(message) => {
                 self.arrives("start_delay", message.start_delay.0);
-                if facts.start_delay != Some(DelayUnit::Milliseconds) {
+                if profile.start_delay() != Some(DelayUnit::Milliseconds) {
                     self.delay_in_seconds(message.start_delay);
                 }
             }
@@ -67,15 +67,14 @@ impl Rules<'_> {
             }
             HostMessage::SetJoystickMode(message) => self.yes_or_no("joystick_mode", message.joystick_mode),
             HostMessage::SetPingPong(message) => self.yes_or_no("ping_pong", message.ping_pong),
-            HostMessage::PingPong(_) => self.has(facts.has_ping_pong_query),
+            HostMessage::PingPong(_) => self.has(profile.has_ping_pong_query()),
             _ => {}
         }
     }
 
     /// Section 2.3.
     fn motor(&mut self, message: &HostMessage<'_>) {
-        let facts = self.context.profile.facts();
-        let is_known = self.context.profile != Profile::Unknown;
+        let profile = self.context.profile;
         match message {
             HostMessage::MotorSetSleep(message) => self.yes_or_no("sleep", message.sleep),
             HostMessage::MotorSetEnable(message) => self.yes_or_no("enable", message.enable),
@@ -92,19 +91,17 @@ impl Rules<'_> {
                 self.still(message.motor);
             }
             HostMessage::MotorSetEasing(message) => self.found.range("easing", message.easing.0, 1, 3),
-            HostMessage::MotorSetLeadIn(_) if is_known => self.width(facts.lead_in, 2),
+            HostMessage::MotorSetLeadIn(_) => self.width(profile.reads_long_lead_in().map(|is_long| !is_long)),
             HostMessage::MotorSetLeadInLong(message) => {
                 self.arrives("lead_in", message.lead_in.0);
-                if is_known {
-                    self.width(facts.lead_in, 4);
-                }
+                self.width(profile.reads_long_lead_in());
             }
             HostMessage::MotorSetTravel(message) => self.arrives("travel", message.travel.0),
             HostMessage::MotorSetProgramAcceleration(message) => self.arrives("acceleration", message.acceleration.0),
             HostMessage::MotorSetProgramDeceleration(message) => self.arrives("deceleration", message.deceleration.0),
-            HostMessage::MotorStepForward(_) | HostMessage::MotorStepBack(_) => self.step(facts.has_steps),
+            HostMessage::MotorStepForward(_) | HostMessage::MotorStepBack(_) => self.step(profile.has_steps()),
             HostMessage::MotorResetLimits(_) => self.warning("motor", "the motor has no limits from then on"),
-            HostMessage::MotorMaxProgramSpeed(_) => self.has(facts.has_ping_pong_query),
+            HostMessage::MotorMaxProgramSpeed(_) => self.has(profile.has_sleep_query()),
             _ => {}
         }
     }

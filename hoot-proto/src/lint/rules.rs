@@ -7,9 +7,9 @@ use super::Rules;
 use crate::frame::{Address, BREAK, Selector, Table};
 use crate::message::{
     AnySubAddress, Direction, HostMessage, MAX_ARRIVING, Motor, MotorMove, Name, StartDelay, StepCount, StepRate,
-    StepsPerSecond, ValueType,
+    StepsPerSecond,
 };
-use crate::query::{DelayUnit, Gate};
+use crate::query::DelayUnit;
 
 /// Greatest step rate of any firmware, in steps per second.
 const MAX_STEP_RATE: u16 = 10_000;
@@ -23,15 +23,10 @@ impl Rules<'_> {
             return;
         }
         let is_stop = selector == Selector { table: Table::Node, command: 4, sub_address: 0 };
-        let refusing = match self.context.profile.facts().gate {
-            Some(gate) => [gate; 2],
-            None => [Gate::Sheet, Gate::Later],
-        };
-        let refused = refusing.map(|gate| gate.refuses(selector));
-        if refused == [true; 2] && !is_stop {
-            self.error("command", "refused in joystick mode");
-        } else if refused != [false; 2] {
-            self.warning("command", "some firmware refuses it in joystick mode");
+        match self.context.profile.refuses_in_joystick_mode(selector) {
+            Some(false) => {}
+            Some(true) if !is_stop => self.error("command", "refused in joystick mode"),
+            _ => self.warning("command", "some firmware refuses it in joystick mode"),
         }
     }
 
@@ -53,8 +48,8 @@ impl Rules<'_> {
     }
 
     /// Section 7: commands that some firmware does not have.
-    pub(super) fn has(&mut self, has: bool) {
-        if !has {
+    pub(super) fn has(&mut self, has: Option<bool>) {
+        if has == Some(false) {
             self.warning("command", "this firmware does not have the command: it refuses it, or does not answer");
         }
     }
@@ -67,8 +62,8 @@ impl Rules<'_> {
     }
 
     /// Section 7: number of bytes of the lead-in.
-    pub(super) fn width(&mut self, found: ValueType, bytes: usize) {
-        if found.size() != Some(bytes) {
+    pub(super) fn width(&mut self, is_right: Option<bool>) {
+        if is_right == Some(false) {
             self.error("lead_in", "this firmware reads another number of bytes");
         }
     }
@@ -81,7 +76,7 @@ impl Rules<'_> {
     /// Section 2.1: firmware multiplies seconds by 1000, in 32 bits.
     pub(super) fn delay_in_seconds(&mut self, delay: StartDelay) {
         if delay.0.checked_mul(1000).is_none() {
-            let severity = match self.context.profile.facts().start_delay {
+            let severity = match self.context.profile.start_delay() {
                 Some(DelayUnit::Seconds) => Severity::Error,
                 _ => Severity::Warning,
             };

@@ -47,9 +47,9 @@ pub use name::{Name, SetName};
 pub use reply::{Reply, ResponseCode};
 pub use sub::AnySubAddress;
 pub use units::{
-    Acceleration, AltMode, Amperes, Backlash, CommonLine, CoreVersion, Direction, Easing, Edge, EdgeFound, Level,
-    MAX_ARRIVING, Microstep, Milliseconds, ProgramMode, RunState, ShortMilliseconds, ShortShots, ShortSpan, Shots,
-    Span, Speed, StartDelay, StepCount, StepRate, Steps, StepsPerSecond, StepsPerSecondSquared, Version, Volts,
+    Acceleration, AltMode, Amperes, Backlash, CommonLine, CoreVersion, Direction, Easing, EasingFound, Edge, EdgeFound,
+    Level, MAX_ARRIVING, Microstep, Milliseconds, ProgramMode, RunState, ShortMilliseconds, ShortShots, ShortSpan,
+    Shots, Span, Speed, StartDelay, StepCount, StepRate, Steps, StepsPerSecond, StepsPerSecondSquared, Version, Volts,
 };
 pub use value::{RingTip, SpeedOrSleep, Text, Value, ValueType};
 

@@ -35,7 +35,7 @@ unit! {
     pub struct ShortMilliseconds(u16) "ms";
     /// Delay before the start: in seconds for the sheet's firmware, in milliseconds since 2015-07-20.
     ///
-    /// Nothing on the wire tells the unit. [`Facts::start_delay`](crate::query::Facts::start_delay) tells it, if it is
+    /// Nothing on the wire tells the unit. [`Profile::start_delay`](crate::query::Profile::start_delay) tells it, if it is
     /// known.
     pub struct StartDelay(u32) "";
     /// Part of a program, in shots, or in milliseconds in video mode.
@@ -170,6 +170,18 @@ open_enum! {
         INVERSE_QUADRATIC = 3,
     }
 
+    /// Easing, as it is read back: the numbers are those inside the firmware, which differ from those that set it.
+    ///
+    /// Source: hoot, section 2.3; decision H-61.
+    pub struct EasingFound(u8) {
+        /// Speed changes at a constant rate.
+        LINEAR = 4,
+        /// Speed changes slowly at first.
+        QUADRATIC = 5,
+        /// Speed changes quickly at first.
+        INVERSE_QUADRATIC = 6,
+    }
+
     /// Number of microsteps into which a step is divided. Source: hoot, section 2.3.
     ///
     /// A rotation of a motor has 200 steps. With the usual gearbox, a rotation of the output has about 3800 steps.
@@ -185,6 +197,26 @@ open_enum! {
         EIGHTH = 8,
         /// 16 microsteps.
         SIXTEENTH = 16,
+    }
+}
+
+impl EasingFound {
+    /// Easing with the number that sets it; `None` if it is not an easing.
+    #[must_use]
+    pub const fn easing(self) -> Option<Easing> {
+        match self {
+            Self::LINEAR => Some(Easing::LINEAR),
+            Self::QUADRATIC => Some(Easing::QUADRATIC),
+            Self::INVERSE_QUADRATIC => Some(Easing::INVERSE_QUADRATIC),
+            _ => None,
+        }
+    }
+}
+
+impl From<Easing> for EasingFound {
+    /// Number under which an easing is read back.
+    fn from(easing: Easing) -> Self {
+        Self(easing.0.saturating_add(3))
     }
 }
 

@@ -16,12 +16,15 @@ pub(super) enum Form {
     String,
     /// 16 bits without sign, which the sheet calls an Int.
     SheetInt,
+    /// Yes or no, which the firmware sends in 16 bits.
+    Wide,
     /// Yes or no, which some builds send in 16 bits.
     Promoted,
     /// Hundredths with sign.
     Hundredths,
     Version,
     LeadIn,
+    MaxShots,
     SpeedOrSleep,
 }
 
@@ -36,10 +39,11 @@ impl Form {
             Self::ULong => matches!(found, ValueType::ULONG),
             Self::String => matches!(found, ValueType::STRING),
             Self::SheetInt => matches!(found, ValueType::UINT | ValueType::INT),
-            Self::Promoted => matches!(found, ValueType::BYTE | ValueType::INT),
-            Self::Hundredths => matches!(found, ValueType::ULONG | ValueType::FLOAT),
+            Self::Wide | Self::Promoted => matches!(found, ValueType::BYTE | ValueType::INT),
+            Self::Hundredths => matches!(found, ValueType::LONG | ValueType::ULONG | ValueType::FLOAT),
             Self::Version => matches!(found, ValueType::BYTE | ValueType::ULONG),
             Self::LeadIn => matches!(found, ValueType::UINT | ValueType::INT | ValueType::ULONG),
+            Self::MaxShots => matches!(found, ValueType::UINT | ValueType::ULONG),
             Self::SpeedOrSleep => matches!(found, ValueType::BYTE | ValueType::ULONG | ValueType::FLOAT),
         }
     }
@@ -48,15 +52,16 @@ impl Form {
         match self {
             Self::Byte => ValueType::BYTE,
             Self::UInt | Self::SheetInt => ValueType::UINT,
-            Self::Int => ValueType::INT,
+            Self::Int | Self::Wide => ValueType::INT,
             Self::Long => ValueType::LONG,
             Self::ULong => ValueType::ULONG,
             Self::String => ValueType::STRING,
-            Self::Promoted => profile.facts().promoted,
-            Self::Hundredths => profile.facts().hundredths,
-            Self::Version => profile.facts().version,
-            Self::LeadIn => profile.facts().lead_in,
-            Self::SpeedOrSleep => profile.facts().query_117,
+            Self::Promoted => profile.motor_running(),
+            Self::Hundredths => profile.hundredths(),
+            Self::Version => profile.version_type(),
+            Self::LeadIn => profile.lead_in(),
+            Self::MaxShots => profile.max_shots(),
+            Self::SpeedOrSleep => profile.query_117(),
         }
     }
 }

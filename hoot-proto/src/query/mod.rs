@@ -38,7 +38,7 @@ use motion_core::wire::EncodeError;
 
 use crate::message::{Reply, ResponseCode, Value, ValueType};
 use form::Form;
-pub use profile::{DelayUnit, Facts, Gate, Profile};
+pub use profile::{DelayUnit, Profile, ProfileError};
 pub use table::{AnyQuery, AnyReply};
 pub use value::ReplyValue;
 
@@ -99,11 +99,11 @@ impl<T> Answer<T> {
 
     /// Whether the value from firmware of this profile is reliable.
     ///
-    /// A `FLOAT` is not reliable unless the profile is [`Profile::Library20140925`]: builds from 2014-10-07 to v0.32
+    /// A `FLOAT` is not reliable unless the profile is [`Profile::LIBRARY_2014_09_25`]: builds from 2014-10-07 to v0.32
     /// send garbage under that type, which looks like a value (safety decision 7).
     #[must_use]
     pub fn is_reliable(&self, profile: Profile) -> bool {
-        self.value_type != ValueType::FLOAT || profile.facts().float_is_true
+        self.value_type != ValueType::FLOAT || profile.float_is_true() == Some(true)
     }
 }
 

@@ -9,10 +9,10 @@ use super::{Answer, IntoReply, Profile, Query, ReplyError, decode};
 use crate::message::{
     Acceleration, AltMode, AltModes, Amperes, Backlash, CameraEnable, CameraExposing, CameraExposureDelay,
     CameraExposureTime, CameraFocusTime, CameraFocusWithShutter, CameraInterval, CameraMaxShots, CameraMirrorUp,
-    CoreDeviceId, CoreDeviceVersion, CoreProtocolVersion, CoreVersion, Current, Direction, Easing, EdgeFound, Exposing,
-    FirmwareVersion, HostMessage, InputEdge, JoystickMode, Level, LimitSwitches, MaxStepRate, Microstep, Milliseconds,
-    MotorBacklash, MotorContinuousAcceleration, MotorContinuousSpeed, MotorDirection, MotorEasing, MotorEnable,
-    MotorEndLimit, MotorLeadIn, MotorMaxProgramSpeed, MotorMaxStepSpeed, MotorMicrostep, MotorPosition,
+    CoreDeviceId, CoreDeviceVersion, CoreProtocolVersion, CoreVersion, Current, Direction, EasingFound, EdgeFound,
+    Exposing, FirmwareVersion, HostMessage, InputEdge, JoystickMode, Level, LimitSwitches, MaxStepRate, Microstep,
+    Milliseconds, MotorBacklash, MotorContinuousAcceleration, MotorContinuousSpeed, MotorDirection, MotorEasing,
+    MotorEnable, MotorEndLimit, MotorLeadIn, MotorMaxProgramSpeed, MotorMaxStepSpeed, MotorMicrostep, MotorPosition,
     MotorProgramAcceleration, MotorProgramDeceleration, MotorProgramStart, MotorProgramStop, MotorRunning, MotorTravel,
     NameQuery, OutAfterDelay, OutAfterTime, OutBeforeDelay, OutBeforeTime, OutLevel, PingPong, PowerCycled,
     ProgramMode, ProgramModeQuery, Reply, RingTip, RunState, RunStatus, RunTime, ShortMilliseconds, Shots, Span, Speed,
@@ -157,7 +157,7 @@ queries! {
     MotorRunning(MotorRunning) => Bool: Promoted;
     MotorContinuousSpeed(MotorContinuousSpeed) => Speed: Hundredths;
     MotorContinuousAcceleration(MotorContinuousAcceleration) => Acceleration: Hundredths;
-    MotorEasing(MotorEasing) => Easing: Byte;
+    MotorEasing(MotorEasing) => EasingFound: Byte;
     MotorProgramStart(MotorProgramStart) => Steps: Long;
     MotorProgramStop(MotorProgramStop) => Steps: Long;
     MotorTravel(MotorTravel) => Span: ULong;
@@ -170,10 +170,10 @@ queries! {
     CameraExposing(CameraExposing) => Bool: Byte;
     CameraExposureTime(CameraExposureTime) => Milliseconds: ULong;
     CameraFocusTime(CameraFocusTime) => ShortMilliseconds: UInt;
-    CameraMaxShots(CameraMaxShots) => Shots: ULong;
+    CameraMaxShots(CameraMaxShots) => Shots: MaxShots;
     CameraExposureDelay(CameraExposureDelay) => ShortMilliseconds: UInt;
     CameraFocusWithShutter(CameraFocusWithShutter) => Bool: Byte;
-    CameraMirrorUp(CameraMirrorUp) => Bool: Promoted;
+    CameraMirrorUp(CameraMirrorUp) => Bool: Wide;
     CameraInterval(CameraInterval) => Milliseconds: ULong;
 
     CoreProtocolVersion(CoreProtocolVersion) => CoreVersion: UInt;

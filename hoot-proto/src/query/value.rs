@@ -4,7 +4,7 @@ use motion_core::fixed::{Centi, Scaled};
 use motion_core::wire::Bool;
 
 use crate::message::{
-    Acceleration, AltMode, Amperes, Backlash, CoreVersion, Direction, Easing, EdgeFound, Level, Microstep,
+    Acceleration, AltMode, Amperes, Backlash, CoreVersion, Direction, EasingFound, EdgeFound, Level, Microstep,
     Milliseconds, ProgramMode, RingTip, RunState, ShortMilliseconds, Shots, Span, Speed, SpeedOrSleep, StartDelay,
     StepRate, Steps, Text, Value, ValueType, Version, Volts,
 };
@@ -90,19 +90,24 @@ impl Number for i32 {
     }
 }
 
-/// A `FLOAT`, or a `ULONG` with the same bits.
+/// A `FLOAT`, or a `ULONG` or `LONG` with the same bits. The sheet describes a `LONG`.
 impl Number for Centi<i32> {
     #[inline]
     fn from_value(value: &Value<'_>) -> Option<Self> {
         match value {
             Value::Float(number) => Some(*number),
+            Value::Long(number) => Some(Scaled(*number)),
             Value::ULong(number) => Some(Scaled(signed(*number))),
             _ => None,
         }
     }
 
     fn to_value<'a>(self, value_type: ValueType) -> Value<'a> {
-        if value_type == ValueType::FLOAT { Value::Float(self) } else { Value::ULong(unsigned(self.0)) }
+        match value_type {
+            ValueType::FLOAT => Value::Float(self),
+            ValueType::LONG => Value::Long(self.0),
+            _ => Value::ULong(unsigned(self.0)),
+        }
     }
 }
 
@@ -121,7 +126,7 @@ macro_rules! numbers {
     )*};
 }
 numbers! {
-    Acceleration Amperes Backlash CoreVersion Direction Easing EdgeFound Level Microstep Milliseconds ProgramMode
+    Acceleration Amperes Backlash CoreVersion Direction EasingFound EdgeFound Level Microstep Milliseconds ProgramMode
     RunState ShortMilliseconds Shots Span Speed StartDelay StepRate Steps Version Volts
 }
 

@@ -38,7 +38,7 @@ const BYTE: Option<(&[u8], How)> = Some((&[0], Plain));
 const UINT: Option<(&[u8], How)> = Some((&[1], Plain));
 const ULONG: Option<(&[u8], How)> = Some((&[4], Plain));
 const LONG: Option<(&[u8], How)> = Some((&[3, 4], Signed));
-const FIXED: Option<(&[u8], How)> = Some((&[4, 5], Signed));
+const FIXED: Option<(&[u8], How)> = Some((&[3, 4, 5], Signed));
 const BOOL: Option<(&[u8], How)> = Some((&[0, 2], YesNo));
 const PAIR: Option<(&[u8], How)> = Some((&[2], Pair));
 const TEXT: Option<(&[u8], How)> = Some((&[6], Plain));
@@ -156,7 +156,7 @@ const CAMERA: &[Row] = &[
     (101, "CameraExposing", "", BYTE),
     (102, "CameraExposureTime", "", ULONG),
     (103, "CameraFocusTime", "", UINT),
-    (104, "CameraMaxShots", "", ULONG),
+    (104, "CameraMaxShots", "", Some((&[1, 4], Plain))),
     (105, "CameraExposureDelay", "", UINT),
     (106, "CameraFocusWithShutter", "", BYTE),
     (107, "CameraMirrorUp", "", BOOL),

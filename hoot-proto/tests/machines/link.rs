@@ -368,7 +368,7 @@ fn some_requests_are_answered_twice_by_firmware() {
     }
     assert_eq!(node.request(running).0.len(), 1);
     let (answers, _) = firmware.request(running);
-    assert_eq!(value(&answers[0]), message::Value::Byte(0));
+    assert_eq!(value(&answers[0]), message::Value::Int(0));
     assert_eq!(value(&answers[1]), message::Value::Float(motion_core::fixed::Scaled(50_000)));
     firmware.ok(joystick(YES));
     assert_eq!(firmware.request(running).0, [Answer::Error], "but refused once");

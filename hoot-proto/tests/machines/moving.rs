@@ -62,7 +62,7 @@ fn a_program_moves_motors_again_that_rest() {
     }
     assert!(!master.machine.may_move());
     // The number 1 has two meanings.
-    for (profile, rests) in [(Profile::Unknown, false), (Profile::Sheet, false), (Profile::V033, true)] {
+    for (profile, rests) in [(Profile::UNKNOWN, false), (Profile::SHEET, false), (Profile::V033, true)] {
         let mut master = Master::new(Options::new().with_profile(profile));
         done(&mut master, START, &[]);
         done(&mut master, STATUS, &[0, 1]);

@@ -105,7 +105,7 @@ fn a_delay_comes_before_the_start() {
     assert_eq!(node.pass(1999), []);
     assert_eq!(node.pass(1), [(1, RUNNING), (1, camera(false, true))]);
     // The delay is in milliseconds for later firmware, and if the firmware is not known.
-    for profile in [Profile::V070, Profile::V035] {
+    for profile in [Profile::V070, "v0.40".parse().unwrap()] {
         let mut node = Node::ready_with(Options::default().with_profile(profile));
         start_delay(&mut node, 2);
         node.ok(START);
@@ -283,7 +283,7 @@ fn a_start_while_the_program_runs_changes_nothing() {
 #[test]
 fn run_status_has_the_numbers_of_the_profile() {
     let status = |node: &mut Node| node.ask(HostMessage::from(message::RunStatus {}))[1];
-    for (profile, words) in [(Profile::Sheet, [0, 1, 1, 0]), (Profile::V070, [0, 3, 2, 1])] {
+    for (profile, words) in [(Profile::SHEET, [0, 1, 1, 0]), (Profile::V070, [0, 3, 2, 1])] {
         let mut node = moving_with(Options::default().with_profile(profile), ProgramMode::SMS);
         start_delay(&mut node, 1);
         let mut found = vec![status(&mut node)];

@@ -110,10 +110,10 @@ fn any_setup() -> impl Strategy<Value = Vec<(u32, Vec<u8>)>> {
 fn profiles() -> impl Strategy<Value = Profile> {
     prop::sample::select(
         &[
-            Profile::Unknown,
-            Profile::Library20140925,
-            Profile::Sheet,
-            Profile::January2015,
+            Profile::UNKNOWN,
+            Profile::LIBRARY_2014_09_25,
+            Profile::SHEET,
+            Profile::JANUARY_2015,
             Profile::V035,
             Profile::V070,
         ][..],

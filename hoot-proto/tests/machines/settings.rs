@@ -46,7 +46,7 @@ fn queries_read_settings_back() {
             MotorContinuousAcceleration { motor }.into(),
             &[5, 0, 0, 0, 29],
         ),
-        (MotorSetEasing { motor, easing: Easing(3) }.into(), MotorEasing { motor }.into(), &[0, 3]),
+        (MotorSetEasing { motor, easing: Easing(3) }.into(), MotorEasing { motor }.into(), &[0, 6]),
         (
             MotorSetProgramStart { motor, position: Steps(-2) }.into(),
             MotorProgramStart { motor }.into(),
@@ -75,7 +75,7 @@ fn queries_read_settings_back() {
         (CameraSetMaxShots { max_shots: ShortShots(3) }.into(), CameraMaxShots {}.into(), &[4, 0, 0, 0, 3]),
         (CameraSetExposureDelay { exposure_delay: millis(4) }.into(), CameraExposureDelay {}.into(), &[1, 0, 4]),
         (CameraSetFocusWithShutter { focus_with_shutter: YES }.into(), CameraFocusWithShutter {}.into(), &[0, 1]),
-        (CameraSetMirrorUp { mirror_up: YES }.into(), CameraMirrorUp {}.into(), &[0, 1]),
+        (CameraSetMirrorUp { mirror_up: YES }.into(), CameraMirrorUp {}.into(), &[2, 0, 1]),
         (CameraSetInterval { interval: Milliseconds(5) }.into(), CameraInterval {}.into(), &[4, 0, 0, 0, 5]),
         (SetJoystickMode { joystick_mode: YES }.into(), JoystickMode {}.into(), &[0, 1]),
     ];
@@ -136,12 +136,12 @@ fn answers_depend_on_the_profile() {
     let of = |profile| Node::new(Options::default().with_profile(profile));
     let motor = Motor::Two;
     let version = HostMessage::from(FirmwareVersion {});
-    assert_eq!(of(Profile::Library20140925).ask(version), [0, 6]);
-    assert_eq!(of(Profile::January2015).ask(version), [4, 0, 0, 0, 32]);
+    assert_eq!(of(Profile::LIBRARY_2014_09_25).ask(version), [0, 6]);
+    assert_eq!(of(Profile::JANUARY_2015).ask(version), [4, 0, 0, 0, 20]);
     assert_eq!(of(Profile::V033).ask(version), [4, 0, 0, 0, 33]);
     assert_eq!(of(Profile::V035).ask(version), [4, 0, 0, 0, 35]);
     assert_eq!(of(Profile::V070).ask(version), [4, 0, 0, 0, 70]);
-    assert_eq!(of(Profile::Library20140925).ask(MotorRunning { motor }.into()), [2, 0, 0]);
+    assert_eq!(of(Profile::LIBRARY_2014_09_25).ask(MotorRunning { motor }.into()), [2, 0, 0]);
     assert_eq!(of(Profile::V033).ask(MotorContinuousSpeed { motor }.into()), [4, 0, 0, 0, 0]);
     assert_eq!(
         of(Profile::V033).ask(MotorMaxProgramSpeed { motor }.into()),
@@ -157,8 +157,8 @@ fn answers_depend_on_the_profile() {
     let short = HostMessage::from(MotorSetLeadIn { motor, lead_in: ShortSpan(3) });
     let long = HostMessage::from(MotorSetLeadInLong { motor, lead_in: Span(0x0004_0005) });
     for (profile, message, lead_in) in [
-        (Profile::Sheet, short, 3),
-        (Profile::Sheet, long, 4),
+        (Profile::SHEET, short, 3),
+        (Profile::SHEET, long, 4),
         (Profile::V035, short, 0x0003_0000),
         (Profile::V035, long, 0x0004_0005),
     ] {
@@ -190,7 +190,7 @@ fn queries_answer_the_reports_of_the_rig() {
 fn every_query_is_answered_in_the_type_of_the_profile() {
     use motion_core::wire::Messages;
     let mut asked = 0;
-    for profile in [Profile::Sheet, Profile::Library20140925, Profile::V033, Profile::V070, Profile::Unknown] {
+    for profile in [Profile::SHEET, Profile::LIBRARY_2014_09_25, Profile::V033, Profile::V070, Profile::UNKNOWN] {
         let mut node = Node::new(Options::default().with_profile(profile));
         for kind in HostMessage::ALL {
             let Ok(message) = HostMessage::decode_body(kind.number, &[]) else { continue };

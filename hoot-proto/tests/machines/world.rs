@@ -202,7 +202,7 @@ impl Node {
     }
 
     pub(crate) fn running(&mut self, motor: Motor) -> bool {
-        self.ask(HostMessage::from(message::MotorRunning { motor })) == [0, 1]
+        self.ask(HostMessage::from(message::MotorRunning { motor })).last() == Some(&1)
     }
 }
 

@@ -11,7 +11,7 @@ use super::stage::{Lapse, Leg, Next, Stage};
 use crate::message::{Direction, ErrorCode, MotorAddress, MotorSet, Normalized, PlaybackMode, PlaybackState, Seconds};
 use crate::move_summary::{Kind, Loops, MoveSummary, Wait};
 use crate::times::{part, seconds};
-use crate::trajectory::{LoopCount, TrajectoryData};
+use crate::trajectory::{LoopCount, TrajectoryData, rules};
 
 /// Motors and options that a move depends on.
 #[derive(Clone, Copy)]
@@ -103,13 +103,15 @@ impl Playback {
         output.status(state, self.elapsed(now), self.photos, rig.drives);
     }
 
-    /// Stores a move. A move that cannot be played clears the one that is stored (decision K-J14).
+    /// Stores a move. A move that cannot be played, or leaves the range of a motor, clears the one that is stored (decisions
+    /// K-J8 and K-J14).
     pub(super) fn store<'a>(&mut self, output: &mut Effects<'_, 'a>, data: TrajectoryData<'a>) {
         if self.state().runs() {
             return output.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);
         }
         *self = Self::default();
-        match MoveSummary::of(&data) {
+        let outside = rules::outside_range(&data.blocks).map_or(Ok(()), |error| Err(error.into()));
+        match MoveSummary::of(&data).and_then(|plan| outside.map(|()| plan)) {
             Ok(plan) => {
                 (self.stage, self.plan) = (Stage::Loaded, Some(plan));
                 output.event(Event::StoreTrajectory(data));

@@ -112,6 +112,32 @@ fn a_move_that_cannot_be_played_is_refused() {
     assert_eq!((bench.messages(), bench.state()), (vec!["0: error 3 0".into()], "Empty"));
 }
 
+/// 7.4-2: no motor can follow a curve outside its range (decision K-J8).
+#[test]
+fn a_move_that_leaves_a_range_is_refused_when_it_is_set() {
+    let with = |out: f32, into: f32| {
+        let mut blocks: Vec<_> = live_move(live()).blocks.iter().collect();
+        for block in &mut blocks {
+            if let Block::Segment(segment) = block {
+                let Points([begin, first, second, end]) = segment.points;
+                let handle = |at: Point, position| Point { position: Normalized(position), ..at };
+                segment.points = Points([begin, handle(first, out), handle(second, into), end]);
+            }
+        }
+        TrajectoryData { blocks: Blocks::encode(&blocks, vec![0; 1024].leak()).unwrap(), tail: &[] }
+    };
+    for (out, into) in [(1e38, 0.5), (0.5, 1e38), (-1e38, 0.5), (0.5, 2.0), (-0.5, 0.5)] {
+        let mut bench = loaded();
+        bench.receive(set(with(out, into)));
+        assert_eq!((bench.messages(), bench.state()), (vec!["0: error 3 0".into()], "Empty"), "{out} {into}");
+        assert!(matches!(bench.events()[..], [Event::BadTrajectory(_)]));
+    }
+    // A handle may lie outside, if the curve does not.
+    let mut bench = loaded();
+    bench.receive(set(with(1.1, 0.1)));
+    assert_eq!(bench.state(), "Loaded");
+}
+
 /// 7.4-3.
 #[test]
 fn nothing_is_played_without_a_move() {

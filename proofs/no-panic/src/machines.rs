@@ -171,7 +171,11 @@ fn dmc_host(input: &[u8], out: &mut dyn Write) -> fmt::Result {
         writeln!(out, "{input:?}")?;
         let output = machine.advance(now, input);
         for transmit in output.transmits() {
-            writeln!(out, "{}", transmit.message(|_| RtGo::default().into()))?;
+            let len = transmit.encode_into(|_| RtGo::default().into(), &mut [0; 1048]);
+            writeln!(out, "{len:?}")?;
+            if let Some(message) = transmit.message(|_| RtGo::default().into()) {
+                writeln!(out, "{message}")?;
+            }
         }
         writeln!(out, "{machine:?} {} {output:?}", machine.may_move())?;
     }

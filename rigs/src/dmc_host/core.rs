@@ -103,16 +103,25 @@ impl Core {
 
     fn transmit(&mut self, transmit: Transmit) {
         let (mut scratch, mut bytes) = ([0; SCRATCH], [0; 1048]);
-        let message = transmit.message(|source| match source {
-            // The machine asks only for messages of commands that have not ended. A question would do no harm.
-            Source::Command(token) => {
-                self.asked.get(&token).map_or(MotorStatusRequest::default().into(), Asked::message)
+        let encoded = transmit.encode_into(
+            |source| match source {
+                // The machine asks only for messages of commands that have not ended. A question would do no harm.
+                Source::Command(token) => {
+                    self.asked.get(&token).map_or(MotorStatusRequest::default().into(), Asked::message)
+                }
+                Source::Section(section) => section.message(&self.table, &mut scratch),
+            },
+            &mut bytes,
+        );
+        match encoded {
+            Ok(len) => {
+                let bytes = &bytes[..len];
+                match Frame::decode(bytes).map(|frame| HostMessage::decode(&frame)) {
+                    Ok(Ok(message)) => debug!("sends {message}"),
+                    _ => debug!(len, "sends zero bytes, which complete a frame that was cut off"),
+                }
+                self.out.push_back(Outgoing::Bytes(LINE, bytes.to_vec()));
             }
-            Source::Section(section) => section.message(&self.table, &mut scratch),
-        });
-        debug!("sends {message}");
-        match message.encode_into(transmit.id, &mut bytes) {
-            Ok(len) => self.out.push_back(Outgoing::Bytes(LINE, bytes[..len].to_vec())),
             Err(error) => warn!(%error, "a request that cannot be sent"),
         }
     }

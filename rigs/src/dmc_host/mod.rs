@@ -10,12 +10,12 @@ mod types;
 
 use std::mem;
 
-use dmc_proto::EncodeError;
 use dmc_proto::host::{Input, Options, State, StopTarget};
 use dmc_proto::message::{Hi, RtUploadMoveBegin};
+use dmc_proto::{EncodeError, HostReader, Patience};
 use motion_core::time::Millis;
 
-use crate::dmc_reader::Reader;
+use crate::dmc_reader;
 use crate::{Host, LineId, Outgoing, Party};
 
 pub use dmc_proto::Token;
@@ -32,7 +32,7 @@ const LINE: LineId = LineId(0);
 #[derive(Debug)]
 pub struct DmcHost {
     is_open: bool,
-    reader: Reader,
+    reader: Box<HostReader>,
     core: Core,
 }
 
@@ -40,7 +40,8 @@ impl DmcHost {
     /// Host that waits until its line is open.
     #[must_use]
     pub fn new(options: Options) -> Self {
-        Self { is_open: false, reader: Reader::new(), core: Core::new(options) }
+        let patience = Patience::new().with_line_speed(options.line_speed());
+        Self { is_open: false, reader: Box::new(HostReader::new(patience)), core: Core::new(options) }
     }
 
     /// Greeting of the device.
@@ -138,20 +139,20 @@ impl Party for DmcHost {
         if line != LINE || !self.is_open {
             return;
         }
-        self.reader.receive(now, bytes, |item| self.core.received(item));
+        dmc_reader::receive(&mut self.reader, now, bytes, |item| self.core.received(item));
     }
 
     fn advance(&mut self, now: Millis) {
         while let Some(next) = self.wake().filter(|next| *next <= now) {
             self.core.clock = self.core.clock.max(next);
-            self.reader.give_up(next, |item| self.core.received(item));
+            dmc_reader::give_up(&mut self.reader, next, |item| self.core.received(item));
             self.core.due();
         }
         self.core.clock = self.core.clock.max(now);
     }
 
     fn wake(&self) -> Option<Millis> {
-        [self.core.wake(), self.reader.wake()].into_iter().flatten().min()
+        [self.core.wake(), self.reader.deadline()].into_iter().flatten().min()
     }
 
     fn poll(&mut self) -> Option<Outgoing> {

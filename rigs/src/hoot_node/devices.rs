@@ -4,7 +4,21 @@ use hoot_proto::device::Quirks;
 use hoot_proto::query::Profile;
 
 use super::Setup;
-use crate::device::{Choice, Named};
+use crate::device::{Choice, Kind, Named};
+
+/// Firmware with all its habits. Its name is the name of its age.
+macro_rules! device {
+    ($name:literal, $about:literal) => {
+        Choice {
+            name: $name,
+            about: $about,
+            apply: |setup| {
+                let known = setup.apply_other(Kind::Device, $name);
+                debug_assert!(known, "{}", $name);
+            },
+        }
+    };
+}
 
 impl Named for Setup {
     const PROTOCOL: &'static str = "hoot";
@@ -13,38 +27,24 @@ impl Named for Setup {
         Choice {
             name: "mild",
             about: "As the published sheet means it.",
-            apply: |setup| setup.become_device(Profile::Sheet, Quirks::NONE),
+            apply: |setup| setup.become_device(Profile::SHEET, Quirks::NONE),
         },
-        Choice {
-            name: "library-2014-09-25",
-            about: "Library of that day.",
-            apply: |setup| setup.become_device(Profile::Library20140925, Quirks::FIRMWARE),
-        },
-        Choice {
-            name: "sheet",
-            about: "Firmware of the published sheet.",
-            apply: |setup| setup.become_device(Profile::Sheet, Quirks::FIRMWARE),
-        },
-        Choice {
-            name: "january-2015",
-            about: "First firmware of January 2015.",
-            apply: |setup| setup.become_device(Profile::January2015, Quirks::FIRMWARE),
-        },
-        Choice {
-            name: "v0.33",
-            about: "Version 0.33.",
-            apply: |setup| setup.become_device(Profile::V033, Quirks::FIRMWARE),
-        },
-        Choice {
-            name: "v0.35",
-            about: "Version 0.35.",
-            apply: |setup| setup.become_device(Profile::V035, Quirks::FIRMWARE),
-        },
-        Choice {
-            name: "v0.70",
-            about: "Version 0.70, the last one.",
-            apply: |setup| setup.become_device(Profile::V070, Quirks::FIRMWARE),
-        },
+        device!("sheet", "Firmware of the published sheet, of 2014-10-28."),
+        device!("2014-10-15", "First binary: without joystick mode."),
+        device!("2014-10-29", "Bytes for yes and no, one answer to each query."),
+        device!("2014-11-03", "Sends go at full speed, and a joystick moves."),
+        device!("2014-11-05", "The lead-in is read back in 32 bits."),
+        device!("2014-12-03", "Run status 1 means paused, the run time stays."),
+        device!("2014-12-22", "Silent about unknown commands."),
+        device!("v0.20", "A start blocks for 1.5 s, and the version is a long number."),
+        device!("v0.25", "Lead-out in the place of single steps."),
+        device!("v0.33", "Hundredths that are right."),
+        device!("v0.35", "A lead-in in 32 bits."),
+        device!("v0.41", "The delay before the start in milliseconds."),
+        device!("v0.45", "Motors that are enabled from the start."),
+        device!("v0.49", "Limits that hold nothing."),
+        device!("v0.58", "Joystick mode that allows all queries."),
+        device!("v0.70", "The last version of the vendor's branch."),
     ];
 
     const QUIRKS: &'static [Choice<Self>] = &[
@@ -79,6 +79,14 @@ impl Named for Setup {
             apply: |setup| setup.add(Quirks::FIRMWARE),
         },
     ];
+
+    /// A node can be any build from 2014-10-15 to 2015-01-08, and any version from v0.20 to v0.70.
+    fn apply_other(&mut self, kind: Kind, name: &str) -> bool {
+        let age = name.parse().ok().filter(|age: &Profile| age.is_one_build());
+        let Some(age) = age.filter(|_| kind == Kind::Device) else { return false };
+        self.become_device(age, Quirks::FIRMWARE);
+        true
+    }
 }
 
 impl Setup {
@@ -101,8 +109,8 @@ mod tests {
             let setup = Setup::default().with_device(device).unwrap().with_quirks(quirks).unwrap();
             (setup.options.profile(), setup.options.quirks())
         };
-        assert_eq!(of("mild", ""), (Profile::Sheet, Quirks::NONE));
-        assert_eq!(of("mild", "deaf"), (Profile::Sheet, Quirks::IS_DEAF));
+        assert_eq!(of("mild", ""), (Profile::SHEET, Quirks::NONE));
+        assert_eq!(of("mild", "deaf"), (Profile::SHEET, Quirks::IS_DEAF));
         assert_eq!(of("v0.70", ""), (Profile::V070, Quirks::FIRMWARE));
         let names: Vec<_> = Setup::QUIRKS.iter().map(|choice| choice.name).collect();
         assert_eq!(of("mild", &names.join(",")).1, Quirks::FIRMWARE);

@@ -71,7 +71,7 @@ impl Stage<HootNode> {
                 let is_done = gone.0 == 0 && at == plan.stop && self.now() - began >= 3000;
                 return is_done.then_some(());
             }
-            state.is_running(Profile::Sheet)?;
+            state.is_running(Profile::SHEET)?;
         }
     }
 

@@ -3,6 +3,7 @@
 mod bridge;
 mod faults;
 mod programs;
+mod replay;
 mod trouble;
 mod usual;
 mod world;

@@ -51,7 +51,7 @@ sub_messages! {
     /// Source: hoot, sections 1.2 and 2.3.
     pub struct MotorContinuousAcceleration for /** The motor. */ motor: Motor {}
 
-    /// Asks for the easing of the planned move. The answer is an [`Easing`](crate::message::Easing).
+    /// Asks for the easing of the planned move. The answer is an [`EasingFound`](crate::message::EasingFound).
     ///
     /// Source: hoot, section 2.3.
     pub struct MotorEasing for /** The motor. */ motor: Motor {}

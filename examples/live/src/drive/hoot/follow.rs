@@ -6,7 +6,7 @@ use examples::moves::Move;
 use hoot_proto::HostMessage;
 use hoot_proto::message::{
     self, Bool, Milliseconds, Motor, ProgramMode, ProgramModeQuery, RunStatus, RunTime, ShortShots, ShortSpan, Shots,
-    Span, ValueType,
+    Span,
 };
 use tokio::time::Instant;
 
@@ -125,7 +125,7 @@ impl Talk<'_> {
         let set = message::MotorSetProgramDeceleration { motor, deceleration: plan.deceleration };
         self.set_and_see(set, message::MotorProgramDeceleration { motor }, plan.deceleration).await?;
         let set = message::MotorSetEasing { motor, easing: plan.easing };
-        self.set_and_see(set, message::MotorEasing { motor }, plan.easing).await?;
+        self.set_and_see(set, message::MotorEasing { motor }, message::EasingFound::from(plan.easing)).await?;
         self.set_lead_in(motor, *lead_in).await
     }
 
@@ -135,7 +135,7 @@ impl Talk<'_> {
 
     /// Sets the lead-in of a motor. It has 16 bits in older firmware.
     async fn set_lead_in(&mut self, motor: Motor, lead_in: u32) -> Result<(), Trouble> {
-        let set = if self.facts().lead_in == ValueType::ULONG {
+        let set = if self.profile().reads_long_lead_in() == Some(true) {
             HostMessage::from(message::MotorSetLeadInLong { motor, lead_in: Span(lead_in) })
         } else {
             let short = u16::try_from(lead_in).map(ShortSpan).map_err(|_| {

@@ -51,7 +51,7 @@ impl Talk<'_> {
     /// Greatest speed of a motor, in steps per second.
     pub(super) async fn greatest_speed(&mut self, motor: Motor) -> Result<f64, Trouble> {
         let most = self.read(MotorMaxStepSpeed { motor }).await?.0;
-        if !self.facts().has_max_step_rate {
+        if self.profile().has_max_step_rate() == Some(false) {
             return Ok(most.into());
         }
         Ok(most.min(self.read(MaxStepRate {}).await?.0).into())

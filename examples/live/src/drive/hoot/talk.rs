@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use hoot_proto::host::{Command, Event as MachineEvent, Outcome, Refusal, Request, Token};
 use hoot_proto::message::{Motor, MotorPosition, MotorRunning, MotorSetContinuousSpeed, StepsPerSecond};
-use hoot_proto::query::{Answer, Facts};
+use hoot_proto::query::{Answer, Profile};
 use hoot_proto::{Address, EncodeError, HostMessage, Query};
 use rigs::hoot_master::{Ended, Event, HootMaster};
 use tokio::time::Instant;
@@ -55,9 +55,9 @@ impl<'a> Talk<'a> {
         Ok(())
     }
 
-    /// Properties of the firmware.
-    pub(super) fn facts(&self) -> &'static Facts {
-        self.session.host().profile(self.node).facts()
+    /// Age of the firmware.
+    pub(super) fn profile(&self) -> Profile {
+        self.session.host().profile(self.node)
     }
 
     /// Gives a command to the master.

@@ -1,0 +1,160 @@
+//! Facts about the firmware, with the time at which each changed.
+
+use super::{Age, Profile};
+use crate::frame::{Selector, Table};
+use crate::message::ValueType;
+
+/// Unit of the delay before the start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum DelayUnit {
+    /// Seconds, until 2015-07-20.
+    Seconds,
+    /// Milliseconds.
+    Milliseconds,
+}
+
+/// Makes the questions of the table of facts: whether a fact holds for the firmware of a profile. `since` is the first build
+/// for which it holds, `until` the first for which it does not hold any more.
+macro_rules! facts {
+    ($($(#[$doc:meta])* $name:ident: $since:expr, $until:expr;)*) => {
+        /// Facts about the firmware. An answer is `None` if the fact is true for only a part of the builds that the profile
+        /// stands for.
+        impl Profile {
+            $($(#[$doc])*
+            #[must_use]
+            pub const fn $name(self) -> Option<bool> {
+                self.is_within($since, $until)
+            })*
+        }
+    };
+}
+
+const ALWAYS: Age = Age::FIRST;
+const NEVER: Age = Age::version(u8::MAX);
+
+const fn day(month: u8, day: u8) -> Age {
+    Age::day(2014, month, day)
+}
+
+const fn v(version: u8) -> Age {
+    Age::version(version)
+}
+
+facts! {
+    /// Whether hundredths under the type `FLOAT` are right; later they are garbage (safety decision 7).
+    float_is_true: ALWAYS, day(10, 7);
+    /// Whether the firmware says by a `BYTE` whether a motor moves; earlier it was an `INT`.
+    has_true_bytes: day(10, 29), NEVER;
+    /// Whether a second packet follows the answer to the query whether a motor moves.
+    answers_running_twice: ALWAYS, day(10, 29);
+    /// Whether the firmware has joystick mode, ping-pong, and the query for joystick mode.
+    has_joystick_mode: day(10, 28), NEVER;
+    /// Whether the firmware answers the query whether the planned move goes to and fro.
+    has_ping_pong_query: day(11, 3), NEVER;
+    /// Whether the answer to the query for the lead-in has 32 bits.
+    answers_long_lead_in: day(11, 5), NEVER;
+    /// Whether run status 1 means that the program is paused; earlier it means that the program runs.
+    one_is_paused: day(12, 3), NEVER;
+    /// Whether the speed of runs is not answered in joystick mode.
+    is_silent_at_speed: day(12, 3), NEVER;
+    /// Whether query 117 of a motor asks whether the motor has no current while it rests; earlier firmware refuses it.
+    has_sleep_query: day(12, 3), NEVER;
+    /// Whether the firmware does not answer unknown commands; earlier firmware refuses them.
+    is_silent: day(12, 22), NEVER;
+    /// Whether the version of the firmware is a `ULONG`; earlier it is a `BYTE`, and 6.
+    has_long_version: Age::day(2015, 1, 5), NEVER;
+    /// Whether commands 25 and 26 of a motor are single steps; later, 25 sets the lead-out.
+    has_steps: ALWAYS, v(25);
+    /// Whether hundredths are under the type `ULONG`; earlier they are under `FLOAT`.
+    has_long_hundredths: v(33), NEVER;
+    /// Whether the command that sets the lead-in has 32 bits; earlier it has 16.
+    reads_long_lead_in: v(35), NEVER;
+    /// Whether a lead-in above 65,535 loses its upper half.
+    cuts_lead_in: v(40), NEVER;
+    /// Whether the delay before the start is in seconds. Version 0.40 was built both ways.
+    delays_seconds: ALWAYS, v(40);
+    /// Whether the delay before the start is in milliseconds. Version 0.40 was built both ways.
+    delays_milliseconds: v(41), NEVER;
+    /// Whether the greatest number of pictures is answered as `UINT`; earlier it is a `ULONG`.
+    has_short_max_shots: v(45), NEVER;
+    /// Whether the greatest step rate of all motors can be set and asked for.
+    has_max_step_rate: ALWAYS, v(70);
+}
+
+/// Types of answers. If the profile stands for several builds, the type is that of one of them.
+impl Profile {
+    const fn either(is_later: Option<bool>, later: ValueType, earlier: ValueType) -> ValueType {
+        if matches!(is_later, Some(true)) { later } else { earlier }
+    }
+
+    /// Type of hundredths: of voltage, current, speed and acceleration.
+    #[must_use]
+    pub const fn hundredths(self) -> ValueType {
+        Self::either(self.usual().has_long_hundredths(), ValueType::ULONG, ValueType::FLOAT)
+    }
+
+    /// Type of the answer whether a motor moves.
+    #[must_use]
+    pub const fn motor_running(self) -> ValueType {
+        Self::either(self.usual().has_true_bytes(), ValueType::BYTE, ValueType::INT)
+    }
+
+    /// Type of the version of the firmware.
+    #[must_use]
+    pub const fn version_type(self) -> ValueType {
+        Self::either(self.usual().has_long_version(), ValueType::ULONG, ValueType::BYTE)
+    }
+
+    /// Type of the answer to the query for the lead-in.
+    #[must_use]
+    pub const fn lead_in(self) -> ValueType {
+        Self::either(self.usual().answers_long_lead_in(), ValueType::ULONG, ValueType::UINT)
+    }
+
+    /// Type of the answer to the query for the greatest number of pictures.
+    #[must_use]
+    pub const fn max_shots(self) -> ValueType {
+        Self::either(self.usual().has_short_max_shots(), ValueType::UINT, ValueType::ULONG)
+    }
+
+    /// Type of the answer to query 117 of a motor, which firmware before 2014-12-03 refuses.
+    #[must_use]
+    pub const fn query_117(self) -> ValueType {
+        Self::either(self.usual().has_sleep_query(), ValueType::BYTE, ValueType::FLOAT)
+    }
+
+    /// Unit of the delay before the start, if it is known.
+    #[must_use]
+    pub const fn start_delay(self) -> Option<DelayUnit> {
+        match (self.delays_seconds(), self.delays_milliseconds()) {
+            (Some(true), _) => Some(DelayUnit::Seconds),
+            (_, Some(true)) => Some(DelayUnit::Milliseconds),
+            _ => None,
+        }
+    }
+}
+
+/// Commands that joystick mode leaves. Source: hoot, sections 4.1 and 7.
+impl Profile {
+    /// Whether a node refuses a command in joystick mode; `None` if it is not known. Broadcasts, the core protocol and the
+    /// camera are never refused.
+    #[must_use]
+    pub const fn refuses_in_joystick_mode(self, Selector { table, command, sub_address }: Selector) -> Option<bool> {
+        let leaves = match (table, sub_address, command) {
+            (Table::Node, 0, 0 | 1 | 23) | (Table::Node, 1..=3, 0 | 1 | 3 | 4 | 6 | 13) => Some(true),
+            (Table::Node, 0, 14 | 122) => self.is_within(day(12, 3), NEVER),
+            (Table::Node, 0, 50 | 51) => self.is_within(v(37), NEVER),
+            (Table::Node, 0, 120) => Some(true),
+            (Table::Node, 0, 200) | (Table::Node, 1..=3, 107) => self.is_within(v(41), NEVER),
+            (Table::Node, 1..=3, 15) => self.is_within(ALWAYS, v(33)),
+            (Table::Node, 1..=3, 106) => self.is_within(v(40), NEVER),
+            (Table::Node, 0..=3, 100..) => self.is_within(v(54), NEVER),
+            (Table::Node, 0..=3, _) => Some(false),
+            _ => Some(true),
+        };
+        match leaves {
+            Some(leaves) => Some(!leaves),
+            None => None,
+        }
+    }
+}
