@@ -88,7 +88,7 @@ pub enum Contents<'a> {
         elapsed: Normalized,
         /// Number of photos taken in the move.
         photos: u32,
-        /// Positions of the motors.
+        /// Positions of the motors of the move.
         positions: Positions,
     },
     /// An error.
