@@ -404,6 +404,20 @@ fn a_range_need_not_begin_at_0() {
     assert_eq!(found(DeviceMessage::from(stranger).lint(&context)), []);
 }
 
+/// Decision K-P12.
+#[test]
+fn errors_that_are_about_no_motor_have_address_0() {
+    let failed = |code, address| {
+        let (error_code, motor_address) = (ErrorCode(code), MotorAddress(address));
+        device(DeviceMessage::from(ErrorStatus { error_code, motor_address, tail: &[] }))
+    };
+    for code in [0, 1, 2, 3, 6, 7, 19, 20] {
+        assert_eq!((failed(code, 0), failed(code, 1)), (vec![], vec![(Warning, "motor_address")]), "{code}");
+    }
+    assert_eq!(failed(2, 11), [(Error, "motor_address"), (Warning, "motor_address")]);
+    assert_eq!((failed(15, 3), failed(17, 3)), (vec![], vec![]), "the motor means nothing");
+}
+
 fn any_float() -> impl Strategy<Value = f32> {
     prop_oneof![any::<u32>().prop_map(f32::from_bits), -300.0_f32..300.0, Just(0.0), Just(-0.0)]
 }
@@ -604,15 +618,6 @@ fn messages_of_devices_are_checked_too() {
     };
     assert_eq!(failed(5, 0), [(Warning, "error_code")]);
     assert_eq!(failed(16, 0), [(Error, "motor_address")], "a fault belongs to a motor");
-    for code in [0, 1, 2, 3, 6, 7, 19, 20] {
-        assert_eq!(
-            (failed(code, 0), failed(code, 1)),
-            (vec![], vec![(Warning, "motor_address")]),
-            "{code} is about none"
-        );
-    }
-    assert_eq!(failed(2, 11), [(Error, "motor_address"), (Warning, "motor_address")]);
-    assert_eq!((failed(15, 3), failed(17, 3)), (vec![], vec![]), "the motor means nothing");
 
     let (motor_address, tail) = (MotorAddress(0), &[][..]);
     let position = MotorPosition { motor_address, position: Rotations(1.0), tail };
