@@ -258,7 +258,7 @@ fn command() -> impl Strategy<Value = Command> {
         1 => motor().prop_map(Command::MarkBegin),
         1 => motor().prop_map(Command::MarkEnd),
         4 => (motor(), number()).prop_map(|(motor, position)| Command::MoveTo(go(motor, position))),
-        2 => (motor(), number()).prop_map(|(motor, speed)| jog(motor, speed)),
+        4 => (motor(), number()).prop_map(|(motor, speed)| jog(motor, speed)),
         2 => (motor(), number()).prop_map(|(motor, delta)| Command::Bump(go(motor, delta))),
         1 => number().prop_map(|exposure| Command::TakePicture(Seconds(exposure))),
     ]
@@ -294,7 +294,7 @@ fn device_message() -> impl Strategy<Value = Wire> {
     prop_oneof![
         2 => wire(known),
         4 => status,
-        2 => presence,
+        4 => presence,
         1 => error,
         2 => rests,
         3 => motor,
