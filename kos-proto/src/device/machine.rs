@@ -420,7 +420,7 @@ fn unknown<'a>(
     session: SessionId,
     (id, kind, bytes): (MessageId, MessageType, &'a [u8]),
 ) {
-    if id == MessageId::NOTIFICATION || !matches!(kind, MessageType::SET | MessageType::GET) {
+    if id == MessageId::NOTIFICATION || matches!(kind, MessageType::RESPONSE | MessageType::RESPONSE_MORE) {
         return output.ignore(Ignored::NotForDevices(session));
     }
     output.answer(Contents::UnsupportedMessage(bytes));

@@ -205,10 +205,10 @@ impl Drives {
         MotorSet::of(self.iter().filter(|(_, drive)| drive.motion() != Motion::Resting).map(|(motor, _)| motor))
     }
 
-    /// Positions of all motors.
-    pub(super) fn positions(&self) -> Positions {
+    /// Positions of these motors, as far as they are there.
+    pub(super) fn positions(&self, motors: MotorSet) -> Positions {
         let mut positions = Positions::new();
-        for (motor, drive) in self.iter() {
+        for (motor, drive) in self.iter().filter(|&(motor, _)| motors.contains(motor)) {
             // There is room: both lists hold as many motors.
             let _ = positions.try_push(MotorPlace::new(motor, drive.position()));
         }

@@ -100,7 +100,8 @@ impl Playback {
     /// Tells the state of the move.
     pub(super) fn set_status(&mut self, now: Millis, output: &mut Effects<'_, '_>, rig: Rig<'_>, state: PlaybackState) {
         self.status = state;
-        output.status(state, self.elapsed(now), self.photos, rig.drives);
+        let motors = self.plan.map_or(MotorSet::NONE, |plan| plan.motors);
+        output.status(state, self.elapsed(now), self.photos, rig.drives.positions(motors));
     }
 
     /// Stores a move. A move that cannot be played, or leaves the range of a motor, clears the one that is stored (decisions

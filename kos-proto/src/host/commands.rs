@@ -128,6 +128,7 @@ impl HostMachine {
             Command::SetLeds { master, slave } => output.transmit(Transmit::Leds { master, slave }),
             Command::SetPlatform(platform) => output.transmit(Transmit::Platform(platform)),
             Command::ResetDevice => output.transmit(Transmit::ResetDevice),
+            Command::ChangePassword if !self.is_tcp() => return Err(Refusal::NoPassword),
             Command::ChangePassword if self.moves() || self.may_move() => return Err(Refusal::Moves),
             Command::ChangePassword => {
                 output.transmit(Transmit::DevicePassword);

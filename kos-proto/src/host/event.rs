@@ -186,6 +186,8 @@ pub enum Refusal {
     NotMarked,
     /// A number is NaN, infinite, or not positive where it has to be.
     Number,
+    /// There is no password over USB.
+    NoPassword,
     /// The position is outside the range that the device reported.
     Outside,
     /// The device does not know the message that the command needs, and has done nothing. Firmware of another version may

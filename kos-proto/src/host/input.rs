@@ -143,10 +143,10 @@ pub enum Command {
     Connect(Endpoint),
     /// Disconnects. Ends with `Done`.
     Disconnect,
-    /// Tells a locked device the password of the application. Ends with `Sent`; `Ready` or `Locked` follows.
+    /// Tells a locked device the password of the application, over TCP, and asks for its motors. Ends with `Sent`; `Ready` or `Locked` follows.
     Unlock,
-    /// Gives the device the new password of the application. Refused while anything may move (safety decision 2). Ends
-    /// with `Sent`.
+    /// Gives the device the new password of the application. Refused while anything may move (safety decision 2), and over
+    /// USB, which has no password. Ends with `Sent`.
     ChangePassword,
     /// Asks the device something; one question of a kind at a time. Ends with the answer, or with `Failed`.
     Get(Get),

@@ -282,6 +282,20 @@ impl Motors {
         }
     }
 
+    /// Takes the report that the device cannot do what it was told: it names no motor, so it is clear only if one command
+    /// waits. If several wait, the next reports confirm nothing.
+    pub(super) fn refused(&mut self, output: &mut Output<'_>, code: ErrorCode) {
+        let waits = |followed: &Followed| followed.hand.token.is_some();
+        let is_clear = self.list.iter().filter(|followed| waits(followed)).count() == 1;
+        for followed in self.list.iter_mut().filter(|followed| waits(followed)) {
+            if is_clear {
+                followed.hand.end(output, Outcome::Refused(Refusal::Device(code)));
+            } else {
+                followed.hand.unreported = followed.hand.unreported.max(2);
+            }
+        }
+    }
+
     /// Whether a motor does not rest, as far as is known.
     pub(super) fn moves(&self, motor: MotorAddress) -> bool {
         self.moving().contains(motor)

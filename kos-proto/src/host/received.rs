@@ -4,7 +4,8 @@ use motion_core::time::Millis;
 use motion_core::wire::{Bool, DecodeError};
 
 use super::Output;
-use super::event::{Event, Failure};
+use super::calibration::CalibrationState;
+use super::event::{Event, Failure, MoveState};
 use super::input::Get;
 use super::machine::{HostMachine, State};
 use super::requests::Asker;
@@ -180,6 +181,10 @@ impl HostMachine {
             return;
         }
         self.motors.error(output, code, motor);
+        let is_by_hand = self.playback.state == MoveState::NoMove && self.calibration.state() == CalibrationState::Idle;
+        if code == ErrorCode::CANNOT_EXECUTE_MOVE && is_by_hand {
+            self.motors.refused(output, code);
+        }
         if code.resets_axis() {
             output.event(Event::MotorChanged(motor));
         }

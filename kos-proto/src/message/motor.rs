@@ -23,7 +23,7 @@ element! {
         begin_position: Rotations,
         /// End of the range. Until the motor is calibrated, the begin and the end are 0.
         end_position: Rotations,
-        /// Greatest speed of the motor on the way to where a move begins.
+        /// Greatest speed of the motor when it is moved by hand.
         max_max_setup_speed: RotationsPerSecond,
         /// Greatest speed of the motor in a move.
         max_max_move_speed: RotationsPerSecond,
@@ -39,7 +39,7 @@ element! {
         position: Rotations,
         /// End of the range. Until the motor is calibrated, the begin and the end are 0.
         end_position: Rotations,
-        /// Greatest speed of the motor on the way to where a move begins.
+        /// Greatest speed of the motor when it is moved by hand.
         max_max_setup_speed: RotationsPerSecond,
         /// Greatest speed of the motor in a move.
         max_max_move_speed: RotationsPerSecond,
@@ -59,7 +59,7 @@ pub struct Motor {
     pub begin_position: Option<Rotations>,
     /// End of the range. Until the motor is calibrated, the begin and the end are 0.
     pub end_position: Rotations,
-    /// Greatest speed of the motor on the way to where a move begins.
+    /// Greatest speed of the motor when it is moved by hand.
     pub max_max_setup_speed: RotationsPerSecond,
     /// Greatest speed of the motor in a move.
     pub max_max_move_speed: RotationsPerSecond,

@@ -95,6 +95,11 @@ fn the_password_and_a_question_for_the_motors_follow() {
         assert_eq!(client.sent(), [Transmit::UserPassword(password), Transmit::Get(Get::MotorInfo)]);
         assert_eq!(client.state(), "AwaitMotorInfo");
     }
+    // Over USB a password is neither required nor supported (decision K-U7).
+    let mut client = Client::connected(Options::default(), Endpoint::Usb);
+    client.clear();
+    client.receive(device_info(PlaybackState::NO_MOVE));
+    assert_eq!((client.sent(), client.state()), (vec![Transmit::Get(Get::MotorInfo)], "AwaitMotorInfo"));
 }
 
 /// 7.2-6, 7.2-7: each message of the series has the full time. A message may contain several motors (K-F10).
@@ -251,6 +256,8 @@ fn the_password_is_changed_only_while_nothing_moves() {
         client.command(command);
         assert_eq!(client.refused(Command::ChangePassword), Some(Refusal::Moves), "{command:?}");
     }
+    let mut usb = Client::ready_at(Options::default(), Endpoint::Usb);
+    assert_eq!(usb.refused(Command::ChangePassword), Some(Refusal::NoPassword));
     // The same is true if another client began the motion.
     let mut client = Client::ready();
     client.status(PlaybackState::START_FORWARD);

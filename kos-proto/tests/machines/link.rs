@@ -325,7 +325,8 @@ fn bytes_of(number: u32) -> Vec<u8> {
 #[test]
 fn an_unknown_message_is_sent_back() {
     let mut bench = Bench::new(Options::default());
-    for number in [0x0025_0100, 0x0002_0000, 0x000B_0000, 0x0080_0008, 0x0077_0000] {
+    let of_unknown_type = [0x000F_0300, 0x000F_0700, 0x0080_FF00];
+    for number in [0x0025_0100, 0x0002_0000, 0x000B_0000, 0x0080_0008, 0x0077_0000].into_iter().chain(of_unknown_type) {
         bench.receive(HostMessage::other(number, &[]));
         let frame = format!("{:?}", bytes_of(number));
         assert_eq!(bench.messages(), [format!("0: UnsupportedMessage({frame})")]);

@@ -300,6 +300,28 @@ fn a_motor_that_does_not_rest_in_time_is_told() {
     }
 }
 
+/// A refusal names no motor. It ends the command that waits; of several that wait, none is confirmed by the next report.
+#[test]
+fn a_refused_motion_is_not_done() {
+    let refused = Outcome::Refused(Refusal::Device(ErrorCode::CANNOT_EXECUTE_MOVE));
+    for command in [Command::MoveTo(go(TWO, 5.0)), Command::Bump(go(TWO, 5.0))] {
+        let mut client = Client::ready();
+        client.command(command);
+        client.error(2, 0);
+        assert_eq!((client.ended(), client.machine.may_move()), (vec![refused], true));
+        client.rests(2, 0.0);
+        assert_eq!((client.ended(), client.machine.may_move()), (vec![], false));
+
+        let mut client = Client::ready();
+        client.command(command);
+        client.command(Command::MoveTo(go(ONE, 5.0)));
+        client.error(2, 0);
+        client.rests(2, 0.0);
+        client.rests(1, 5.0);
+        assert_eq!((client.ended(), client.machine.may_move()), (vec![Outcome::NotConfirmed; 2], true));
+    }
+}
+
 /// Commands without a meaning are not sent (decision K-N1).
 #[test]
 fn invalid_numbers_are_not_sent() {

@@ -550,14 +550,57 @@ fn while_a_move_runs_nothing_else_moves() {
             bench.open(ONE, kos_proto::Transport::Usb);
             let before = bench.machine.clone();
             bench.from(ONE, message);
-            assert_eq!(
-                (bench.messages(), bench.events().len()),
-                (vec!["1: error 2 0".into()], 0),
-                "{state}: {message}"
+            let mut told = bench.messages();
+            // A motor that rests reports its position after any attempt to move it (decision K-M10).
+            let rests = matches!(
+                message,
+                HostMessage::SetPositionSpeedAcceleration(_) | HostMessage::BumpPositionSpeedAcceleration(_)
             );
+            told.retain(|told| !(rests && told.contains(" rests at ")));
+            assert_eq!((told, bench.events().len()), (vec!["1: error 2 0".into()], 0), "{state}: {message}");
             assert_eq!(bench.machine, before, "{state}: {message}");
         }
     }
+}
+
+/// 7.4-29: after an attempt to move a motor that rests its position is reported, to the client that asked (decision K-M10).
+#[test]
+fn a_refused_motion_is_followed_by_the_position_of_the_motor() {
+    let mut bench = loaded();
+    bench.receive(start());
+    bench.home();
+    bench.clear();
+    bench.open(ONE, kos_proto::Transport::Usb);
+    bench.from(ONE, set_psa(3, 5.0, 10.0));
+    assert_eq!(bench.messages(), ["1: error 2 0", "1: 3 rests at 0.0"]);
+    bench.from(ONE, set_psa(1, 5.0, 10.0));
+    assert_eq!(bench.messages(), ["1: error 2 0"], "motor 1 moves in the move");
+    bench.from(ONE, set_psa(9, 5.0, 10.0));
+    assert_eq!(bench.messages(), ["1: error 2 0"], "there is no motor 9");
+}
+
+/// The status of a move has the positions of its motors, and of no others.
+#[test]
+fn the_status_of_a_move_is_about_its_motors() {
+    let positions = |bench: &mut Bench, message: HostMessage<'static>| {
+        let (machine, output) = laws::machine::step(
+            bench.machine.clone(),
+            Millis(bench.now),
+            Input::Received { session: ZERO, message, bytes: &[], password: Password(b"") },
+        );
+        bench.machine = machine;
+        let of = |contents: &Contents<'_>| match contents {
+            Contents::PlaybackStatus { positions, .. } => {
+                Some(positions.iter().map(|place| place.motor_address().0).collect::<Vec<_>>())
+            }
+            _ => None,
+        };
+        output.transmits().find_map(|transmit| of(&transmit.contents)).expect("a status")
+    };
+    let mut bench = loaded();
+    assert_eq!(positions(&mut bench, setup(true)), [1, 2]);
+    assert_eq!(positions(&mut bench, STOP), [1, 2]);
+    assert_eq!(positions(&mut bench, STOP), [0_u8; 0], "without a move there are none");
 }
 
 /// 7.4-30: a motor of the move that goes off line ends the move too (decision K-S9).

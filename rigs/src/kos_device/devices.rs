@@ -1,7 +1,7 @@
 //! Devices and quirks of kOS by name.
 
 use kos_proto::device::{Actions, Options, Quirks};
-use kos_proto::message::ActionId;
+use kos_proto::message::{ActionId, FirmwareVersion};
 
 use super::Setup;
 use crate::device::{Choice, Kind, Named};
@@ -9,8 +9,37 @@ use crate::device::{Choice, Kind, Named};
 impl Named for Setup {
     const PROTOCOL: &'static str = "kOS";
 
-    const DEVICES: &'static [Choice<Self>] =
-        &[Choice { name: "mild", about: "As the document means it.", apply: mild }];
+    const DEVICES: &'static [Choice<Self>] = &[
+        Choice { name: "mild", about: "As the document means it.", apply: mild },
+        Choice {
+            name: "printed",
+            about: "The document to the letter: a password is always asked for, and without it stops are ignored.",
+            apply: |setup| {
+                mild(setup);
+                setup.printed = true;
+                setup.add(Quirks::LOCKED_IGNORES_STOPS | Quirks::REQUIRE_EMPTY_PASSWORD);
+            },
+        },
+        Choice {
+            name: "cinedrive",
+            about: "The older generation: without bumps, photo counts and ranges that begin elsewhere.",
+            apply: |setup| {
+                mild(setup);
+                setup.older_dialect = true;
+                setup.add(Quirks::NO_SOFTWARE_ID);
+                setup.forget(ActionId::BUMP_POSITION_SPEED_ACCELERATION);
+            },
+        },
+        Choice {
+            name: "1.0.1.5",
+            about: "Firmware 1.0.1.5: ranges that do not begin at 0.",
+            apply: |setup| {
+                mild(setup);
+                setup.firmware = FirmwareVersion([1, 0, 1, 5]);
+                setup.add(Quirks::BEGIN_NONZERO);
+            },
+        },
+    ];
 
     const QUIRKS: &'static [Choice<Self>] = &[
         Choice {
@@ -85,7 +114,7 @@ impl Named for Setup {
 /// Takes everything back that a device or a quirk decides.
 fn mild(setup: &mut Setup) {
     setup.options = Options::default();
-    setup.older_dialect = false;
+    (setup.older_dialect, setup.printed, setup.firmware) = (false, false, Setup::FIRMWARE);
 }
 
 #[cfg(test)]
@@ -113,6 +142,10 @@ mod tests {
         let error = Setup::default().with_quirks("loud").unwrap_err().to_string();
         assert!(error.starts_with("kOS has no quirk \"loud\": it has older-dialect, "), "{error}");
         assert_eq!(Setup::with_motors(99).motors.len(), 10);
-        assert_eq!(all.with_device("mild"), Ok(Setup::default()));
+        for device in Setup::DEVICES {
+            let setup = all.clone().with_device(device.name).unwrap();
+            assert_eq!(setup, Setup::default().with_device(device.name).unwrap(), "{} decides all", device.name);
+            assert_eq!(setup == Setup::default(), device.name == "mild");
+        }
     }
 }

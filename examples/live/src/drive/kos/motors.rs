@@ -35,7 +35,7 @@ struct Pace {
 /// Pace with the given speed, or a quarter of the greatest speed, and with half of the greatest acceleration.
 #[expect(clippy::cast_possible_truncation, reason = "the protocol has 32-bit numbers")]
 fn pace(motor: &Motor, speed: Option<f64>) -> Result<Pace, Trouble> {
-    let most = motor.max_max_setup_speed.0.min(motor.max_max_move_speed.0);
+    let most = motor.max_max_setup_speed.0;
     let speed = speed.map_or(most / 4.0, |speed| speed as f32);
     if !(speed > 0.0 && speed <= most) {
         let number = motor.motor_address;
