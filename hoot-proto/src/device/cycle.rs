@@ -123,9 +123,9 @@ impl DeviceMachine {
     /// Pauses the program and keeps its place. The motors stop first.
     pub(super) fn pause(&mut self, now: Millis, output: &mut Output<'_>) {
         // By the clock, motors are started again from where they would be (decision H-11).
-        let resumes = self.moves_by_clock() && !self.never_resumes();
-        for motor in self.motors.iter_mut().filter(|motor| resumes && motor.is_moving()) {
-            motor.done = 0;
+        let (by_clock, is_stuck) = (self.moves_by_clock(), self.never_resumes());
+        for motor in self.motors.iter_mut().filter(|motor| by_clock && motor.is_moving()) {
+            (motor.done, motor.is_stuck) = (is_stuck.into(), is_stuck);
         }
         self.stop_motors(output);
         self.camera.stop(output);
@@ -149,7 +149,7 @@ impl DeviceMachine {
         };
         self.program = Program { last_run_time, ..Program::default() };
         for motor in &mut self.motors {
-            (motor.done, motor.began) = (0, None);
+            (motor.done, motor.began, motor.is_stuck) = (0, None, false);
         }
     }
 
@@ -399,8 +399,7 @@ impl DeviceMachine {
     fn is_done(&self, motor: &MotorUnit) -> bool {
         let plan = motor.settings.plan;
         let steps = if self.moves_by_clock() { 1 } else { plan.travel.0 };
-        let is_there = !self.never_resumes() || motor.position == plan.stop;
-        !motor.has_plan() || motor.done >= steps && motor.state != MotorState::Moving && is_there
+        !motor.has_plan() || motor.done >= steps && motor.state != MotorState::Moving && !motor.is_stuck
     }
 
     fn is_finished(&self) -> bool {

@@ -69,9 +69,10 @@ pub use transmit::{Answer, Contents, Transmit};
 ///
 /// - 30: each of three motors is set off twice, for what arrived and for what was due, and stopped three times, each time
 ///   with its current,
+/// - 6: each of three motors has other microsteps when it rests and before a start,
 /// - 18: program, camera, outputs, positions that are counted anew, and the packet itself,
 /// - 2: two answers to one request, or one packet forwarded to two ports.
-pub const EFFECTS: usize = 50;
+pub const EFFECTS: usize = 56;
 
 /// Output of a node: what the rig has to do, in order, and then the packets.
 pub type Output<'a> = motion_core::machine::Output<Transmit<'a>, Event<'a>, EFFECTS>;

@@ -94,6 +94,8 @@ pub struct MotorUnit {
     pub(super) position: Steps,
     /// Microsteps that are set again when the motor rests.
     pub(super) restores: Option<Microstep>,
+    /// Whether a pause has stopped the planned move for good, as some firmware does.
+    pub(super) is_stuck: bool,
     /// Run time at which the planned move began in a time lapse without stops.
     pub(super) began: Option<u64>,
     /// Progress of the planned move: shots, or 1 from its start on if it goes by the clock.
@@ -103,7 +105,16 @@ pub struct MotorUnit {
 impl MotorUnit {
     pub(super) fn new(motor: Motor) -> Self {
         let settings = MotorSettings::default();
-        Self { motor, settings, state: MotorState::default(), position: Steps(0), restores: None, began: None, done: 0 }
+        Self {
+            motor,
+            settings,
+            state: MotorState::default(),
+            position: Steps(0),
+            restores: None,
+            is_stuck: false,
+            began: None,
+            done: 0,
+        }
     }
 
     /// Settings of the motor.

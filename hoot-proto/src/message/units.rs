@@ -126,7 +126,7 @@ open_enum! {
         RISING = 3,
     }
 
-    /// Purpose of a contact of the auxiliary connector. Source: hoot, section 2.1.
+    /// Purpose of a contact of the auxiliary connector, 0 to 255 in the sheet, which names eleven. Source: hoot, section 2.1.
     pub struct AltMode(u8) {
         /// No purpose.
         OFF = 0,

@@ -217,7 +217,9 @@ proptest! {
             let controller = node.machine.controller();
             let RingTip { ring, tip } = controller.alt_modes;
             let by_pulse = [ring, tip].contains(&AltMode::EXTERNAL_INTERVALOMETER) || !controller.timing_master;
-            let waits = node.wake.is_some() || by_pulse || !moving(&node.machine).is_empty();
+            // Some firmware never goes on after a pause.
+            let is_stuck = firmware && profile.resumes_moves() != Some(true);
+            let waits = node.wake.is_some() || by_pulse || is_stuck || !moving(&node.machine).is_empty();
             let runs = node.machine.program().state() == ProgramState::Running;
             prop_assert!(waits || !runs, "{:?} after {:?}", node.machine, output);
             // A wake that comes too early, or twice, changes nothing.
