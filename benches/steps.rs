@@ -76,7 +76,7 @@ mod kos {
     use kos_proto::device::{self, DeviceMachine, Positions, Report, SessionId};
     use kos_proto::host::{self, Command, Endpoint, HostMachine, Token};
     use kos_proto::message::{
-        AuxInputs, Block16, Bool, DeviceGUID, DeviceInfo, DeviceType, Direction, FirmwareVersion, MarkBeginPosition,
+        AuxInputs, Block16, Bool, DeviceGUID, DeviceInfo, DeviceType, FirmwareVersion, MarkBeginPosition,
         MarkEndPosition, MotorAddress, MotorEntry, MotorInfo, MotorInfos, MotorPlace, Newer, Normalized, Password,
         Photos, PlaybackDirection, PlaybackMode, PlaybackState, PlaybackStatus, Rotations, RotationsPerSecond,
         RotationsPerSecondSquared, Seconds, SetupPlayback, SoftwareID, StartPlayback,
@@ -180,7 +180,7 @@ mod kos {
             told(MotorInfo { more: false, motors: MotorInfos::New(&motors), tail }.into()),
             told(DeviceGUID { guid: Block16(&[7; 16]), tail }.into()),
             told(SoftwareID { platform: 4, tail }.into()),
-            command(Command::Load { summary, way: Direction::Forward, delay_return: false }),
+            command(Command::Load { summary, delay_return: false }),
             state(PlaybackState::MOTORS_HOME),
             state(PlaybackState::SETUP_COMPLETED),
             command(Command::Play),
@@ -258,7 +258,7 @@ mod dmc {
     ];
 
     pub(super) fn host() -> HostMachine {
-        HostMachine::new(host::Options::default())
+        HostMachine::new(host::Options::default().with_needs_enabled(false))
     }
 
     pub(super) fn device() -> DeviceMachine {
@@ -348,12 +348,16 @@ mod dmc {
                 match effect {
                     Effect::Transmit(transmit) => {
                         let mut scratch = [0; SCRATCH];
-                        let message = transmit.message(|source| match source {
-                            Source::Command(token) => MESSAGES[token.0 as usize],
-                            Source::Section(section) => section.message(&Ramp, &mut scratch),
-                        });
-                        let mut frame = vec![0; message.encoded_len()];
-                        message.encode_into(transmit.id, &mut frame).expect("room for it");
+                        let mut frame = vec![0; 1048];
+                        let written = transmit.encode_into(
+                            |source| match source {
+                                Source::Command(token) => MESSAGES[token.0 as usize],
+                                Source::Section(section) => section.message(&Ramp, &mut scratch),
+                            },
+                            &mut frame,
+                        );
+                        let len = written.expect("room for it");
+                        frame.truncate(len);
                         follow.push(Follow::Device(frame));
                     }
                     Effect::Event(Event::Ended { token, outcome: Outcome::Done(_) }) => self.done.push(token),

@@ -62,8 +62,7 @@ fn inspect(args: &Args) -> Result<(), Stop> {
     let mut json = BufWriter::new(io::stdout().lock());
     let mut see = |record: &Record<'_>| {
         if args.json {
-            serde_json::to_writer(&mut json, &Json { record, secrets: args.show_secrets }).map_err(io::Error::from)?;
-            json.write_all(b"\n")?;
+            Json { record, secrets: args.show_secrets }.write_line(&mut json)?;
         } else {
             printer.record(record)?;
         }

@@ -3,6 +3,8 @@
 use std::io::{self, Write};
 use std::process::ExitCode;
 
+use motion_core::wire::print::is_hidden;
+
 /// Prints a failure as one line on standard error. Returns the exit status of the program.
 #[must_use]
 pub fn fail(program: &str, message: &str) -> ExitCode {
@@ -20,11 +22,11 @@ pub fn reason(error: &clap::Error) -> String {
     format!("{} (see --help)", words.join(" "))
 }
 
-/// Escapes line ends and other control characters, because names of files and rigs may contain them.
+/// Escapes line ends and all other characters that [`is_hidden`] names, because names of files and rigs may contain them.
 #[must_use]
 pub fn one_line(message: &str) -> String {
     let escape = |char: char| match char {
-        char if char.is_control() => char.escape_default().to_string(),
+        char if is_hidden(char) => char.escape_default().to_string(),
         char => char.to_string(),
     };
     message.chars().map(escape).collect()
@@ -52,6 +54,6 @@ mod tests {
             let reason = one_line(&reason(&Args::try_parse_from(line.split(' ')).unwrap_err()));
             assert!(reason.starts_with(expected) && !reason.contains(char::is_control), "{reason:?}");
         }
-        assert_eq!(one_line("a\nb\u{1b}é"), "a\\nb\\u{1b}é");
+        assert_eq!(one_line("a\nb\u{1b}é\u{85}\u{202e}"), "a\\nb\\u{1b}é\\u{85}\\u{202e}");
     }
 }

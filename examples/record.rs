@@ -1,10 +1,15 @@
 //! Records that `inspect` finds in a stream, before they are printed.
 
+use std::io::{self, Write};
+
 use motion_core::lint::Lint;
 use motion_core::serialize::Map;
 use motion_core::wire::Fields;
+use motion_core::wire::print::is_hidden;
+use serde::Serialize;
 use serde::ser::SerializeMap;
-use serde::{Serialize, Serializer};
+use serde_json::Serializer;
+use serde_json::ser::Formatter;
 
 use crate::text::Side;
 
@@ -104,8 +109,36 @@ pub struct Json<'a> {
     pub secrets: bool,
 }
 
+impl Json<'_> {
+    /// Writes the record and a line end. Characters that are hidden or change the text around them are escaped.
+    ///
+    /// # Errors
+    ///
+    /// The errors of `out`.
+    pub fn write_line(&self, out: &mut impl Write) -> io::Result<()> {
+        self.serialize(&mut Serializer::with_formatter(&mut *out, Visible))?;
+        out.write_all(b"\n")
+    }
+}
+
+/// Format of JSON in one line without hidden characters.
+struct Visible;
+
+impl Formatter for Visible {
+    fn write_string_fragment<W: Write + ?Sized>(&mut self, out: &mut W, fragment: &str) -> io::Result<()> {
+        for part in fragment.split_inclusive(is_hidden) {
+            let hidden = part.chars().next_back().filter(|&last| is_hidden(last));
+            out.write_all(part.trim_end_matches(is_hidden).as_bytes())?;
+            for unit in hidden.iter().flat_map(|hidden| hidden.encode_utf16(&mut [0; 2]).to_vec()) {
+                write!(out, "\\u{unit:04x}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
 impl Serialize for Json<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let record = self.record;
         let mut map = serializer.serialize_map(None)?;
         map.serialize_entry("offset", &record.offset)?;
@@ -147,7 +180,7 @@ struct AllFields<'a> {
 }
 
 impl Serialize for AllFields<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
         for (key, value) in self.header {
             map.serialize_entry(key, value)?;
@@ -160,7 +193,7 @@ impl Serialize for AllFields<'_> {
 struct LintJson<'a>(&'a Lint);
 
 impl Serialize for LintJson<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(2))?;
         map.serialize_entry("severity", &self.0.severity.to_string())?;
         map.serialize_entry("text", &self.0.to_string())?;
@@ -185,4 +218,22 @@ pub fn hex(bytes: &[u8]) -> String {
         let _ = write!(text, "{byte:02x}");
         text
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_of_json_has_no_hidden_characters() {
+        let why = "a\u{9b}2Jb\u{202e}\u{feff}\n\"é\u{7f}\u{1f600}".to_owned();
+        let find = Find::Other { kind: Kind::Noise, why: why.clone(), start: &[] };
+        let record = Record { offset: 0, len: 1, protocol: "kos", from: Side::Host, find };
+        let mut line = Vec::new();
+        Json { record: &record, secrets: false }.write_line(&mut line).unwrap();
+        let line = String::from_utf8(line).unwrap();
+        assert!(line.ends_with("}\n") && !line.trim_end().contains(is_hidden), "{line:?}");
+        assert!(line.contains(r#""noise":"a\u009b2Jb\u202e\ufeff\n\"é\u007f😀""#), "{line}");
+        assert_eq!(serde_json::from_str::<serde_json::Value>(&line).unwrap()["noise"], why);
+    }
 }

@@ -61,8 +61,10 @@ pub fn tap(protocol: Protocol, transport: Transport) -> Result<Box<dyn Tap>, Sto
 trait Show {
     /// Short name of the protocol.
     const NAME: &'static str;
-    /// Framing that finds the frames in a stream.
+    /// Framing that finds the frames in a stream of the device.
     type Framing: Framing;
+    /// Framing that finds the frames in a stream of the host.
+    type Requests: for<'a> Framing<Frame<'a> = <Self::Framing as Framing>::Frame<'a>>;
 
     /// Shows a frame.
     fn show(
@@ -98,7 +100,7 @@ fn read<M>(
 /// Tap with one stream for each side.
 struct Stream<S: Show, const N: usize> {
     show: S,
-    host: Half<S::Framing, N>,
+    host: Half<S::Requests, N>,
     device: Half<S::Framing, N>,
 }
 
@@ -191,8 +193,36 @@ impl<F: Framing, const N: usize> Half<F, N> {
         Self { frames: Box::default(), place: Place::new(from) }
     }
 
+    /// Takes the next bytes, and reports the items in them.
+    fn push<S: Show>(&mut self, show: &mut S, bytes: &[u8], see: &mut See<'_>) -> Result<(), Stop>
+    where
+        F: for<'a> Framing<Frame<'a> = <S::Framing as Framing>::Frame<'a>>,
+    {
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            let taken = self.frames.push(rest);
+            rest = rest.get(taken..).unwrap_or_default();
+            self.drain(show, false, see)?;
+        }
+        Ok(())
+    }
+
+    /// Reports the rest, after the input has ended.
+    fn end<S: Show>(&mut self, show: &mut S, see: &mut See<'_>) -> Result<(), Stop>
+    where
+        F: for<'a> Framing<Frame<'a> = <S::Framing as Framing>::Frame<'a>>,
+    {
+        // A frame that waits for more bytes will not get them, and good frames may follow its first bytes.
+        self.frames.gap();
+        self.drain(show, true, see)?;
+        self.place.flush(S::NAME, see)
+    }
+
     /// Reports the items found so far. `ended` is whether no more bytes will come.
-    fn drain<S: Show<Framing = F>>(&mut self, show: &mut S, ended: bool, see: &mut See<'_>) -> Result<(), Stop> {
+    fn drain<S: Show>(&mut self, show: &mut S, ended: bool, see: &mut See<'_>) -> Result<(), Stop>
+    where
+        F: for<'a> Framing<Frame<'a> = <S::Framing as Framing>::Frame<'a>>,
+    {
         let Self { frames, place } = self;
         loop {
             match frames.next() {
@@ -224,29 +254,23 @@ impl<S: Show, const N: usize> Stream<S, N> {
 
 impl<S: Show, const N: usize> Tap for Stream<S, N> {
     fn push(&mut self, piece: Piece<'_>, see: &mut See<'_>) -> Result<(), Stop> {
-        let (half, other) = match piece.side {
-            Side::Host => (&mut self.host, &mut self.device),
-            Side::Device => (&mut self.device, &mut self.host),
-        };
+        let Self { show, host, device } = self;
         // If the sides take turns, noise is shown before the answer to the disturbed message.
-        other.place.flush(S::NAME, see)?;
-        let mut rest = piece.bytes;
-        while !rest.is_empty() {
-            let taken = half.frames.push(rest);
-            rest = rest.get(taken..).unwrap_or_default();
-            half.drain(&mut self.show, false, see)?;
+        match piece.side {
+            Side::Host => {
+                device.place.flush(S::NAME, see)?;
+                host.push(show, piece.bytes, see)
+            }
+            Side::Device => {
+                host.place.flush(S::NAME, see)?;
+                device.push(show, piece.bytes, see)
+            }
         }
-        Ok(())
     }
 
     fn end(&mut self, see: &mut See<'_>) -> Result<(), Stop> {
-        for half in [&mut self.host, &mut self.device] {
-            // A frame that waits for more bytes will not get them, and good frames may follow its first bytes.
-            half.frames.gap();
-            half.drain(&mut self.show, true, see)?;
-            half.place.flush(S::NAME, see)?;
-        }
-        Ok(())
+        self.host.end(&mut self.show, see)?;
+        self.device.end(&mut self.show, see)
     }
 }
 

@@ -5,6 +5,8 @@
 //!
 //! # The text
 //!
+//! The text is UTF-8 or UTF-16. UTF-16 needs a byte order mark, except if it is ASCII with the low byte first.
+//!
 //! Each line may begin with a mark, `>` (the host sent it) or `<` (the device sent it). A mark
 //! is valid for its line only. After the mark, if there is one, the line has one of these forms:
 //!
@@ -14,6 +16,7 @@
 //! | `xxd` | `00000000: 4446 0100 0000 3000  DF....0.` |
 //! | `hexdump -C` | `00000000  44 46 01 00 00 00 30 00  \|DF....0.\|` |
 //! | `od -A x -t x1z` | `000000 44 46 01 00 00 00 30 00  >DF....0.<` |
+//! | `tcpdump -x`, `-X` | `0x0000:  4446 0100 0000 3000  DF....0.`; the bytes of a packet begin with its headers |
 //! | `*`, in a dump | repeats the line before it up to the next offset |
 //! | a comment, also after hex digits | `// the hello`, `# the hello` |
 //! | an empty line | ends a dump |
@@ -22,10 +25,10 @@
 //! bytes in the order in which they are written, and may begin with `0x`. So `0x0102` is the
 //! byte 1 and then the byte 2, and `0x1` is an error. A line may have any length.
 //!
-//! **Offsets.** 6 to 16 hex digits without a separator, at the beginning of a line, are an offset
-//! or data:
+//! **Offsets.** 6 to 16 hex digits without a separator, or `0x` and 4 to 16 digits, at the beginning of
+//! a line, are an offset or data. With `0x` they are an offset by the first rule only:
 //!
-//! 1. digits before a colon and then a blank or the end of the line are an offset (`xxd`);
+//! 1. digits before a colon and then a blank or the end of the line are an offset (`xxd`, `tcpdump`);
 //! 2. digits before single pairs of digits and a closed text column, `|...|` or `>...<`, are an
 //!    offset (`hexdump -C`, `od`);
 //! 3. digits before two blanks and then single pairs without a text column are an offset if it is 0;
@@ -49,11 +52,13 @@
 //! a column that shows the bytes of each word in reverse (as of `xxd -e`).
 
 mod dump;
+mod encoding;
 mod error;
 mod grammar;
 mod lines;
 mod source;
 
+pub use encoding::read_text;
 pub use error::{SourceError, TextError, TextProblem};
 pub use source::{Format, Piece, Senders, Source};
 

@@ -32,6 +32,10 @@ pub const MAX_DATA: usize = 1036;
 /// Default of the greatest length of a frame that a receiver accepts, in bytes (decision D-10).
 pub const MAX_FRAME: usize = 2048;
 
+/// Greatest length of a frame that a host accepts, in bytes. Of the messages of a device, the positions of 32 motors are the
+/// longest, with 144 bytes (decision D-75).
+pub const MAX_DEVICE_FRAME: usize = 256;
+
 const CHECK_LEN: usize = 2;
 const MARKER: [u8; 2] = *b"DF";
 
@@ -400,6 +404,13 @@ impl<const CAP: usize> Framing for Dmc<CAP> {
 ///
 /// For other limits, name the framing: `motion_core::stream::Frames<Dmc<1048>, 2096>`.
 pub type Frames<const N: usize = { 2 * MAX_FRAME }> = stream::Frames<Dmc, N>;
+
+/// Stream of the frames that a device sends, for a host. A frame that is not whole in time is given up, so that a damaged
+/// length does not blind the host while motors move (decision D-75).
+pub type HostReader = stream::TimedFrames<Dmc<MAX_DEVICE_FRAME>, { 2 * MAX_DEVICE_FRAME }>;
+
+/// Stream of the frames that a host sends, for a device. A frame that is not whole in time is given up.
+pub type DeviceReader = stream::TimedFrames<Dmc, { 2 * MAX_FRAME }>;
 
 #[cfg(test)]
 mod tests {

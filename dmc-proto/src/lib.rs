@@ -32,6 +32,9 @@
 //! # Ok::<(), dmc_proto::DecodeError>(())
 //! ```
 //!
+//! A host uses [`HostReader`] instead, and a device [`DeviceReader`]. They also take the time, and give up a frame that is not
+//! whole in time: otherwise a damaged length makes a reader wait for bytes that never come.
+//!
 //! To write, encode a message, which makes its whole frame with length and check bytes. [`lint`] finds before what a device
 //! would refuse.
 //!
@@ -121,12 +124,12 @@ pub mod nom;
 mod side;
 pub mod upload;
 
-pub use frame::{Dmc, Frame, FrameError, Frames, Header, MessageId, MessageType};
+pub use frame::{DeviceReader, Dmc, Frame, FrameError, Frames, Header, HostReader, MessageId, MessageType};
 pub use message::{DeviceMessage, HostMessage};
 pub use motion_core::machine::{Effect, Machine, Token};
 #[cfg(feature = "alloc")]
 pub use motion_core::owned::Owned;
-pub use motion_core::stream::Item;
+pub use motion_core::stream::{Item, Patience};
 pub use motion_core::time::Millis;
 pub use motion_core::wire::{Conduct, DecodeError, EncodeError, Fields, Messages, Purpose};
 #[cfg(feature = "tokio")]

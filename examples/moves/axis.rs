@@ -5,6 +5,7 @@ use motion_core::profile::Limits;
 use motion_core::trajectory::{Axis, Map, Range, StepScale};
 use serde::Deserialize;
 
+use super::object::Object;
 use super::schema::{FileDmc, FileHoot, FileKos};
 
 /// One axis of a move: its curve, its limits, and the motors that move it.
@@ -39,7 +40,7 @@ impl MoveAxis {
 
 /// A motor of a kOS device, which receives positions as parts of its range.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
-#[serde(try_from = "FileKos")]
+#[serde(try_from = "Object<FileKos>")]
 #[non_exhaustive]
 pub struct Kos {
     /// Address of the motor, from 1 to 10.
@@ -71,7 +72,7 @@ impl Rotations {
 
 /// A motor of a DMC device.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
-#[serde(try_from = "FileDmc")]
+#[serde(try_from = "Object<FileDmc>")]
 pub struct Dmc {
     /// Number of the motor, from 1 to 32.
     pub motor: u8,
@@ -81,7 +82,7 @@ pub struct Dmc {
 
 /// A motor of an NMX.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
-#[serde(try_from = "FileHoot")]
+#[serde(try_from = "Object<FileHoot>")]
 pub struct Hoot {
     /// Address of the node, from 2 to 255.
     pub address: u8,

@@ -29,6 +29,10 @@ pub enum ExcessKind {
     Acceleration(Option<f64>, f64),
     /// The jump of velocity at the start of the segment, which needs infinite acceleration.
     Corner(Option<f64>),
+    /// The jump of velocity at the first key frame, before which the axis rests.
+    Start(Option<f64>),
+    /// The jump of velocity at the last key frame, after which the axis rests.
+    End(Option<f64>),
 }
 
 /// All excesses of an axis; empty if the axis has no limits.
@@ -37,15 +41,17 @@ pub(super) fn excesses(axis: &MoveAxis) -> impl Iterator<Item = Excess<'_>> {
         let tolerance =
             Tolerance { time: f64::INFINITY, position: f64::INFINITY, velocity: TOLERANCE * limits.velocity };
         let corners: Vec<_> = axis.curve().joints(tolerance).collect();
+        let jump = move |index| corners.iter().find(|corner| corner.index == index).map(|corner| corner.velocity);
+        let count = axis.segments.len();
         axis.segments.iter().enumerate().flat_map(move |(segment, curve)| {
             let beyond = |peak: Option<f64>, limit: f64| peak.is_none_or(|peak| peak > limit * (1.0 + TOLERANCE));
-            let corner =
-                corners.iter().find(|corner| corner.index == segment).map(|corner| ExcessKind::Corner(corner.velocity));
+            let corner = jump(segment).map(if segment == 0 { ExcessKind::Start } else { ExcessKind::Corner });
+            let end = if segment + 1 == count { jump(count).map(ExcessKind::End) } else { None };
             let (velocity, acceleration) = (curve.peak_velocity(), curve.peak_acceleration());
             let fast = beyond(velocity, limits.velocity).then_some(ExcessKind::Velocity(velocity, limits.velocity));
             let hard = beyond(acceleration, limits.acceleration)
                 .then_some(ExcessKind::Acceleration(acceleration, limits.acceleration));
-            [corner, fast, hard].into_iter().flatten().map(move |kind| Excess { axis, segment, kind })
+            [corner, fast, hard, end].into_iter().flatten().map(move |kind| Excess { axis, segment, kind })
         })
     })
 }
@@ -59,13 +65,18 @@ impl fmt::Display for Excess<'_> {
         };
         let (from, to) = (self.axis.segments[segment].start(), self.axis.segments[segment].end());
         write!(f, "axis {name:?}, segment {} from {from} s to {to} s: ", segment + 1)?;
+        let corner = |f: &mut fmt::Formatter<'_>, at: f64, jump: Option<f64>| match jump {
+            None => write!(f, "a corner at {at} s, where velocity has no limit"),
+            jump => write!(f, "a corner at {at} s, velocity jumps by {} {unit}/s", amount(jump)),
+        };
         match self.kind {
             ExcessKind::Velocity(peak, limit) => write!(f, "velocity {}, the limit is {limit} {unit}/s", amount(peak)),
             ExcessKind::Acceleration(peak, limit) => {
                 write!(f, "acceleration {}, the limit is {limit} {unit}/s²", amount(peak))
             }
-            ExcessKind::Corner(None) => write!(f, "a corner at {from} s, where velocity has no limit"),
-            ExcessKind::Corner(jump) => write!(f, "a corner at {from} s, velocity jumps by {} {unit}/s", amount(jump)),
+            ExcessKind::Corner(jump) => corner(f, from, jump),
+            ExcessKind::Start(jump) => corner(f, from, jump).and_then(|()| f.write_str(", from the rest before it")),
+            ExcessKind::End(jump) => corner(f, to, jump).and_then(|()| f.write_str(", to the rest after it")),
         }
     }
 }

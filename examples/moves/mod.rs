@@ -49,7 +49,7 @@
 //! | member | meaning |
 //! |---|---|
 //! | `name`, `unit` | labels; `unit` is the unit of all positions of the axis |
-//! | `keys` | at least two key frames, in the order of time. Before the first and after the last, the axis rests |
+//! | `keys` | at least two key frames, in the order of time. Before the first and after the last, the axis rests, so a curve that begins or ends in motion has a corner there |
 //! | `limits` | limits of the axis: `velocity` (units per second), `acceleration` (units per second²), and optionally `jerk` (units per second³). Curves are compared with the first two; moves that the rig makes on its own, such as the move to the start, respect all three |
 //! | `kos` | if a kOS motor moves the axis: `motor`, its address from 1 to 10; `rotations_per_unit`; `offset`, its rotations at position 0 (default 0); `range`, its calibrated range as two numbers of rotations |
 //! | `dmc` | if a DMC motor moves the axis: `motor`, its number from 1 to 32; `steps_per_unit`; `offset`, its steps at position 0 (default 0) |
@@ -77,14 +77,19 @@
 mod axis;
 mod ease;
 mod limits;
+mod object;
 mod schema;
 
+use std::fs::File;
+use std::io;
 use std::path::Path;
-use std::{fs, io};
 
 use motion_core::trajectory::FrameTimes;
 
 use crate::program::one_line;
+use crate::text::read_text;
+
+use object::Object;
 
 pub use axis::{Dmc, Hoot, Kos, MoveAxis, Rotations};
 pub use limits::{Excess, ExcessKind};
@@ -145,26 +150,27 @@ impl Move {
     /// [`MoveError`].
     pub fn read(path: &Path) -> Result<Self, MoveError> {
         let name = one_line(&path.display().to_string());
-        match fs::read_to_string(path) {
+        match File::open(path).and_then(read_text) {
             Ok(text) => Self::parse(&name, &text),
             Err(error) => Err(MoveError::Unreadable { name, error }),
         }
     }
 
-    /// Reads a move from the text of a file; `name` is used in errors.
+    /// Reads a move from the text of a file, which may begin with a byte order mark; `name` is used in errors.
     ///
     /// # Errors
     ///
     /// [`MoveError`].
     pub fn parse(name: &str, text: &str) -> Result<Self, MoveError> {
         let name = name.to_owned();
-        let file: schema::File = match serde_json::from_str(text) {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let Object(file): Object<schema::File> = match serde_json::from_str(text) {
             Ok(file) => file,
             Err(error) => {
                 let (line, column) = (error.line(), error.column());
                 let what = one_line(&error.to_string());
-                let what = what.strip_suffix(&format!(" at line {line} column {column}")).unwrap_or(&what).to_owned();
-                return Err(MoveError::Wrong { name, line, column, what });
+                let what = what.strip_suffix(&format!(" at line {line} column {column}")).unwrap_or(&what);
+                return Err(MoveError::Wrong { name, line, column, what: object::in_words(what) });
             }
         };
         file.into_move().map_err(|unfit| MoveError::Unfit { name, what: unfit.to_string() })
@@ -245,6 +251,46 @@ mod tests {
     }
 
     #[test]
+    fn a_move_in_motion_at_its_ends_has_the_same_verdict_with_and_without_its_rests() {
+        let key = |time: i32, position: i32, ease: &str| {
+            format!(r#"{{ "time": {time}, "position": {position}, "ease": {ease} }}"#)
+        };
+        let verdict = |keys: &[String]| -> Vec<(String, Option<f64>)> {
+            let text = format!(
+                r#"{{ "move": 1, "name": "Ends", "rate": 24, "axes": [{{ "name": "Slide", "unit": "mm",
+                    "limits": {{ "velocity": 40, "acceleration": 50 }}, "keys": [{}] }}] }}"#,
+                keys.join(",")
+            );
+            let ends = Move::parse("", &text).unwrap();
+            let corners = ends.excesses().filter_map(|excess| match excess.kind {
+                ExcessKind::Start(jump) | ExcessKind::Corner(jump) | ExcessKind::End(jump) => {
+                    Some((excess.to_string(), jump.map(f64::round)))
+                }
+                _ => None,
+            });
+            corners.collect()
+        };
+        for (ease, jumps) in [
+            ("\"linear\"", vec![Some(30.0), Some(-30.0)]),
+            ("0", vec![Some(30.0), Some(-30.0)]),
+            ("\"smooth\"", vec![]),
+            ("0.5", vec![]),
+        ] {
+            let bare = [key(1, 0, ease), key(3, 60, ease)];
+            let [first, last] = bare.clone();
+            let written = [key(0, 0, "0.5"), first, last, key(4, 60, "0.5")];
+            let [bare, written] = [&bare[..], &written[..]].map(verdict);
+            let amounts = |verdict: &[(String, Option<f64>)]| verdict.iter().map(|(_, jump)| *jump).collect::<Vec<_>>();
+            assert_eq!(amounts(&bare), jumps, "{ease}: {bare:?}");
+            assert_eq!(amounts(&written), jumps, "{ease}: {written:?}");
+            if let [(start, _), (end, _)] = &bare[..] {
+                assert!(start.contains("a corner at 1 s") && start.ends_with("from the rest before it"), "{start}");
+                assert!(end.contains("a corner at 3 s") && end.ends_with("to the rest after it"), "{end}");
+            }
+        }
+    }
+
+    #[test]
     fn errors_name_the_problem_and_its_place() {
         for (part, other, expected) in [
             (
@@ -272,7 +318,11 @@ mod tests {
             ("\"ease\": 0.6", "\"ease\": 2", "integer `2`, expected \"smooth\""),
             ("\"ease\": 0.6", "\"arrive\": [3, 0]", "key frame 4 at 7.5 s: a handle reaches beyond"),
             ("\"ease\": 0.6", "\"arrive\": [-3, 0]", "key frame 4 at 7.5 s: a handle reaches beyond"),
-            ("\"ease\": 0.6", "\"arrive\": [-3]", "expected a tuple of size 2"),
+            (
+                "\"ease\": 0.6",
+                "\"arrive\": [-3]",
+                "line 15, column 62: invalid length 1, expected an array of two numbers",
+            ),
             ("\"rate\": 24", "\"rate\": 0", "line 4, column 13: \"rate\" is \"0\": frame rate: 0"),
             ("\"rate\": 24", "\"rate\": 23.97602", "more than 3 decimals"),
             ("\"rate\": 24", "\"rate\": [24]", "a fraction such as \"24000/1001\""),
@@ -311,6 +361,19 @@ mod tests {
             ("\"unit\": \"mm\"", "\"a\\nb\": 1", "unknown field `a\\nb`"),
             ("\"position\": 250 },", "\"position\": 250 }", "line 14, column 17: expected `,` or `]`"),
             ("\"position\": 250", "\"position\": 1e80", "out of range"),
+            ("\"unit\": \"mm\"", "\"unit\": \"m\u{202e}m\"", "\"m\\u{202e}m\" cannot be a name or unit"),
+            ("\"unit\": \"mm\"", "\"unit\": \"m\u{9b}\"", "\"m\\u{9b}\" cannot be a name or unit"),
+            ("\"unit\": \"mm\"", "\"\u{202e}\": 1", "unknown field `\\u{202e}`"),
+            (
+                "\"steps_per_unit\": 80 },\n            \"hoot\"",
+                "\"steps_per_unit\": 1e9 },\n            \"hoot\"",
+                "axis \"Slide\": \"dmc\": at position 600, steps: 600000000000.0 do not fit 32 bits",
+            ),
+            (
+                "\"hoot\": { \"motor\": 1, \"steps_per_unit\": 80",
+                "\"hoot\": { \"motor\": 1, \"steps_per_unit\": -4e6",
+                "axis \"Slide\": \"hoot\": at position 600, steps: -2400000000.0 do not fit 32 bits",
+            ),
         ] {
             let line = error(part, other);
             assert!(line.contains(expected), "{other}: {line}");
@@ -319,6 +382,48 @@ mod tests {
         assert_eq!(none.to_string(), "a.json: there is no axis: \"axes\" needs one");
         let missing = Move::read(Path::new("no/such/move.json")).unwrap_err().to_string();
         assert!(missing.starts_with("no/such/move.json: No such file"), "{missing}");
+    }
+
+    #[test]
+    fn only_an_object_is_an_object_and_messages_name_types_of_json() {
+        for (part, other, expected) in [
+            (
+                "{ \"velocity\": 250, \"acceleration\": 450, \"jerk\": 600 }",
+                "[250, 450, 600]",
+                "invalid type: array, expected an object",
+            ),
+            ("{ \"time\": 5, \"position\": 320 }", "[5, 320]", "invalid type: array, expected an object"),
+            ("\"dmc\": { \"motor\": 1, \"steps_per_unit\": 80 }", "\"dmc\": [1, 80, 0]", "array, expected an object"),
+            ("\"time\": 5", "\"time\": \"5\"", "invalid type: string \"5\", expected a number"),
+            ("\"velocity\": 250", "\"velocity\": {}", "invalid type: object, expected a number"),
+            ("\"dmc\": { \"motor\": 1", "\"dmc\": { \"motor\": 300", "`300`, expected a whole number from 0 to 255"),
+            ("\"dmc\": { \"motor\": 1", "\"dmc\": { \"motor\": 1.5", "number `1.5`, expected a whole number"),
+            ("\"move\": 1", "\"move\": -1", "integer `-1`, expected a whole number"),
+            ("\"range\": [0, 40]", "\"range\": [0]", "invalid length 1, expected an array of two numbers"),
+            ("\"range\": [0, 40]", "\"range\": 40", "integer `40`, expected an array of two numbers"),
+            ("\"name\": \"Slide\"", "\"name\": 1", "invalid type: integer `1`, expected a string"),
+        ] {
+            let line = error(part, other);
+            assert!(line.contains(expected), "{other}: {line}");
+        }
+        for text in ["[]", "[1, \"List\", 24, 1, []]", "7", "null"] {
+            let line = Move::parse("list.json", text).unwrap_err().to_string();
+            assert!(line.ends_with("expected an object"), "{line}");
+        }
+        let keys = Move::parse("", r#"{ "move": 1, "name": "a", "rate": 24, "axes": {} }"#).unwrap_err().to_string();
+        assert!(keys.contains("invalid type: object, expected an array"), "{keys}");
+    }
+
+    #[test]
+    fn a_byte_order_mark_before_the_text_is_accepted() {
+        let marked = format!("\u{feff}{SLIDE}");
+        let slide = Move::parse("", SLIDE).unwrap();
+        assert_eq!(Move::parse("", &marked).unwrap(), slide);
+        let path = std::env::temp_dir().join(format!("utf-16-{}.json", std::process::id()));
+        let utf16: Vec<u8> = marked.encode_utf16().flat_map(u16::to_le_bytes).collect();
+        std::fs::write(&path, utf16).unwrap();
+        assert_eq!(Move::read(&path).unwrap(), slide);
+        std::fs::remove_file(path).unwrap();
     }
 
     #[test]

@@ -4,7 +4,8 @@ use std::collections::HashSet;
 
 use motion_core::bezier::Segment;
 use motion_core::profile::{Limits, MotionProfile};
-use motion_core::trajectory::{Axis, AxisError, FrameRate, FrameTimes, Map, Range, StepScale};
+use motion_core::trajectory::{Axis, AxisError, FrameRate, FrameTimes, Map, Range, StepScale, StepsOutOfRange};
+use motion_core::wire::print::is_hidden;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error};
 use serde_json::Value;
@@ -12,6 +13,7 @@ use serde_json::Value;
 use super::Move;
 use super::axis::{Dmc, Hoot, Kos, MoveAxis, Rotations};
 use super::ease::{self, Ease, EasedKey};
+use super::object::Object;
 use crate::program::one_line;
 
 /// Greatest length of a name, in characters.
@@ -121,9 +123,9 @@ impl<const MOST: usize> TryFrom<String> for Label<MOST> {
     type Error = String;
 
     fn try_from(text: String) -> Result<Self, String> {
-        if text.trim().is_empty() || text.chars().count() > MOST || text.chars().any(char::is_control) {
+        if text.trim().is_empty() || text.chars().count() > MOST || text.chars().any(is_hidden) {
             return Err(format!(
-                "{:?} cannot be a name or unit: it needs 1 to {MOST} visible characters",
+                "\"{}\" cannot be a name or unit: it needs 1 to {MOST} visible characters",
                 one_line(&text)
             ));
         }
@@ -147,7 +149,7 @@ fn rate<'de, D: Deserializer<'de>>(deserializer: D) -> Result<FrameRate, D::Erro
 struct FileAxis {
     name: Label<LONGEST>,
     unit: Label<LONGEST_UNIT>,
-    keys: Vec<FileKey>,
+    keys: Vec<Object<FileKey>>,
     limits: Option<Checked>,
     kos: Option<Kos>,
     dmc: Option<Dmc>,
@@ -184,11 +186,13 @@ enum AxisProblem {
     Axis(#[from] AxisError),
     #[error("\"kos\": {rotations} rotations at position {position} are beyond its \"range\"")]
     Beyond { position: f64, rotations: f64 },
+    #[error("{protocol:?}: at position {position}, {error}: use fewer steps per unit")]
+    Steps { protocol: &'static str, position: f64, error: StepsOutOfRange },
 }
 
 impl FileAxis {
     fn make(self) -> Result<MoveAxis, AxisProblem> {
-        let keys: Vec<EasedKey> = self.keys.iter().map(FileKey::eased).collect();
+        let keys: Vec<EasedKey> = self.keys.iter().map(|Object(key)| key.eased()).collect();
         if keys.len() < 2 {
             return Err(AxisProblem::Few(keys.len()));
         }
@@ -223,6 +227,12 @@ impl FileAxis {
                 return Err(AxisProblem::Beyond { position, rotations: kos.rotations.at(position) });
             }
         }
+        let scales = [("dmc", axis.dmc.map(|dmc| dmc.scale)), ("hoot", axis.hoot.map(|hoot| hoot.scale))];
+        for (protocol, scale) in scales.into_iter().filter_map(|(protocol, scale)| Some((protocol, scale?))) {
+            for position in [range.from, range.to] {
+                scale.steps(position).map_err(|error| AxisProblem::Steps { protocol, position, error })?;
+            }
+        }
         Ok(axis)
     }
 }
@@ -236,7 +246,7 @@ impl FileKey {
 
 impl<'de> Deserialize<'de> for MoveAxis {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let axis = FileAxis::deserialize(deserializer)?;
+        let Object(axis): Object<FileAxis> = Object::deserialize(deserializer)?;
         let name = axis.name.0.clone();
         axis.make().map_err(|problem| D::Error::custom(format!("axis {name:?}: {problem}")))
     }
@@ -251,13 +261,13 @@ struct FileLimits {
 }
 
 #[derive(Deserialize)]
-#[serde(try_from = "FileLimits")]
+#[serde(try_from = "Object<FileLimits>")]
 struct Checked(Limits);
 
-impl TryFrom<FileLimits> for Checked {
+impl TryFrom<Object<FileLimits>> for Checked {
     type Error = &'static str;
 
-    fn try_from(FileLimits { velocity, acceleration, jerk }: FileLimits) -> Result<Self, Self::Error> {
+    fn try_from(Object(FileLimits { velocity, acceleration, jerk }): Object<FileLimits>) -> Result<Self, Self::Error> {
         let limits = Limits { velocity, acceleration, jerk };
         // Limits that are valid for a move of distance 0 are valid for every move.
         MotionProfile::new(0.0, 0.0, limits).map_err(|_| "each of the \"limits\" must be more than 0")?;
@@ -275,12 +285,11 @@ pub(super) struct FileKos {
     range: [f64; 2],
 }
 
-impl TryFrom<FileKos> for Kos {
+impl TryFrom<Object<FileKos>> for Kos {
     type Error = String;
 
-    fn try_from(
-        FileKos { motor, rotations_per_unit: per_unit, offset, range: [from, to] }: FileKos,
-    ) -> Result<Self, String> {
+    fn try_from(Object(file): Object<FileKos>) -> Result<Self, String> {
+        let FileKos { motor, rotations_per_unit: per_unit, offset, range: [from, to] } = file;
         numbered("kos", "motor", motor, 1, 10)?;
         let position = |rotations: f64| (rotations - offset) / per_unit;
         // With a scale of 0, positions are not finite.
@@ -299,10 +308,10 @@ pub(super) struct FileDmc {
     offset: f64,
 }
 
-impl TryFrom<FileDmc> for Dmc {
+impl TryFrom<Object<FileDmc>> for Dmc {
     type Error = String;
 
-    fn try_from(FileDmc { motor, steps_per_unit, offset }: FileDmc) -> Result<Self, String> {
+    fn try_from(Object(FileDmc { motor, steps_per_unit, offset }): Object<FileDmc>) -> Result<Self, String> {
         numbered("dmc", "motor", motor, 1, 32)?;
         Ok(Self { motor, scale: scale("dmc", steps_per_unit, offset)? })
     }
@@ -323,10 +332,11 @@ fn usual_address() -> u8 {
     hoot_proto::Address::DEFAULT.0
 }
 
-impl TryFrom<FileHoot> for Hoot {
+impl TryFrom<Object<FileHoot>> for Hoot {
     type Error = String;
 
-    fn try_from(FileHoot { address, motor, steps_per_unit, offset }: FileHoot) -> Result<Self, String> {
+    fn try_from(Object(file): Object<FileHoot>) -> Result<Self, String> {
+        let FileHoot { address, motor, steps_per_unit, offset } = file;
         numbered("hoot", "address", address, 2, 255)?;
         numbered("hoot", "motor", motor, 1, 3)?;
         Ok(Self { address, motor, scale: scale("hoot", steps_per_unit, offset)? })

@@ -9,6 +9,7 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use crate::label::{number, tick};
 use crate::trace::{self, Line, Traces};
 
 /// The name of the font; for an SVG, the viewer uses its own font.
@@ -25,6 +26,9 @@ const GAP: i32 = 8;
 const TIMES: i32 = 26;
 /// Height of an axis: its name, its panels, and the times below.
 const AXIS: i32 = HEADING + PANELS[0] + PANELS[1] + PANELS[2] + 3 * GAP + TIMES;
+
+/// Greatest number of labels of the times.
+const TIME_LABELS: u32 = 12;
 
 /// Sizes of text, in pixels of the SVG.
 const LARGE: i32 = 22;
@@ -125,7 +129,7 @@ impl<DB: DrawingBackend> Pen<'_, DB> {
                 .set_label_area_size(LabelAreaPosition::Bottom, self.px(times))
                 .margin_right(self.px(RIGHT));
             let mut panel = builder.build_cartesian_2d(0.0..duration, content.values.clone())?;
-            self.grid(&mut panel, content)?;
+            self.grid(&mut panel, content, duration)?;
             self.marks(&mut panel, content, axis, duration)?;
             self.curve(&mut panel, content, colour)?;
             let line = |number: i32| (20, top + 4 + number * (SMALL + 4));
@@ -139,16 +143,15 @@ impl<DB: DrawingBackend> Pen<'_, DB> {
         Ok(())
     }
 
-    fn grid(&self, panel: &mut Panel<'_, DB>, content: &Content<'_>) -> Drawn<DB> {
-        let width = content.values.end - content.values.start;
-        let labels = if content.title == "position" { 6 } else { 5 };
+    fn grid(&self, panel: &mut Panel<'_, DB>, content: &Content<'_>, duration: f64) -> Drawn<DB> {
+        let labels = if content.title == "position" { 6_u32 } else { 5 };
+        let step = (content.values.end - content.values.start) / f64::from(labels);
         panel
             .configure_mesh()
-            .x_labels(12)
-            .y_labels(labels)
-            .x_label_formatter(&|time| format!("{} s", number(*time)))
-            // The library computes zero as a sum of steps.
-            .y_label_formatter(&|value| number(if value.abs() < 1e-9 * width { 0.0 } else { *value }))
+            .x_labels(TIME_LABELS as usize)
+            .y_labels(labels as usize)
+            .x_label_formatter(&|time| format!("{} s", tick(*time, duration / f64::from(TIME_LABELS))))
+            .y_label_formatter(&|value| tick(*value, step))
             .label_style(self.style(SMALL, GREY))
             .bold_line_style(self.stroke(GRID))
             .light_line_style(TRANSPARENT)
@@ -210,35 +213,5 @@ impl<DB: DrawingBackend> Pen<'_, DB> {
     /// A length of the SVG, in pixels of the area.
     fn px(&self, length: i32) -> i32 {
         length * self.fine
-    }
-}
-
-/// A number as text with as many decimals as it needs, at most six. Very large and very small numbers have an exponent.
-fn number(value: f64) -> String {
-    if value != 0.0 && !(1e-5..1e7).contains(&value.abs()) {
-        return format!("{value:.2e}");
-    }
-    let text = format!("{value:.6}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".to_owned() } else { text.replace('-', "−") }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::number;
-
-    #[test]
-    fn numbers_are_short() {
-        for (value, text) in [
-            (0.0, "0"),
-            (-0.0, "0"),
-            (0.1 + 0.2, "0.3"),
-            (-1200.0, "−1200"),
-            (0.05, "0.05"),
-            (1e7, "1.00e7"),
-            (2.5e-6, "2.50e-6"),
-        ] {
-            assert_eq!(number(value), text);
-        }
     }
 }

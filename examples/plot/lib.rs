@@ -2,6 +2,7 @@
 
 pub mod cli;
 mod figure;
+mod label;
 mod trace;
 
 use std::error::Error;

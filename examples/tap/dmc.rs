@@ -18,6 +18,7 @@ pub(super) struct Dmc;
 impl Show for Dmc {
     const NAME: &'static str = "dmc";
     type Framing = dmc_proto::Dmc;
+    type Requests = dmc_proto::Dmc;
 
     fn show(
         &mut self,

@@ -23,6 +23,7 @@ pub(super) struct Hoot {
 impl Show for Hoot {
     const NAME: &'static str = "hoot";
     type Framing = hoot_proto::Hoot;
+    type Requests = hoot_proto::Requests;
 
     fn show(
         &mut self,

@@ -25,6 +25,7 @@ pub(super) struct Kos;
 impl Show for Kos {
     const NAME: &'static str = "kos";
     type Framing = Framed;
+    type Requests = Framed;
 
     fn show(&mut self, from: Side, frame: &Frame<'_>, see: &mut See<'_>) -> Result<(), Stop> {
         let context = Context::default();
@@ -125,6 +126,7 @@ pub(super) struct Reports;
 impl Show for Reports {
     const NAME: &'static str = Kos::NAME;
     type Framing = Framed;
+    type Requests = Framed;
 
     fn show(&mut self, from: Side, frame: &Frame<'_>, see: &mut See<'_>) -> Result<(), Stop> {
         Kos.show(from, frame, see)
@@ -193,6 +195,7 @@ impl Fragmented {
 impl Show for Fragments {
     const NAME: &'static str = Kos::NAME;
     type Framing = Framed;
+    type Requests = Framed;
 
     fn show(&mut self, from: Side, frame: &Frame<'_>, see: &mut See<'_>) -> Result<(), Stop> {
         Kos.show(from, frame, see)

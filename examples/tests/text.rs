@@ -37,6 +37,12 @@ const OD: &str = "\
 000020 78 3c 00 ff 80 0a 20 20                          >x<....  <
 000028
 ";
+/// Lines of `tcpdump -X`.
+const TCPDUMP: &str = "\
+\t0x0000:  4446 0100 0000 3000 0800 0000 2068 656c  DF....0......hel
+\t0x0010:  6c6f 207c 2077 6f72 6c64 202f 2f23 203e  lo.|.world.//#.>
+\t0x0020:  783c 00ff 800a 2020                      x<......
+";
 /// Output of `hexdump`.
 const WORDS: &str = "\
 0000000 4644 0001 0000 0030 0008 0000 6820 6c65
@@ -126,7 +132,8 @@ fn no_digit(char: &str) -> TextProblem {
 
 #[test]
 fn dumps_of_all_programs_are_read() {
-    for dump in [XXD, XXD_WIDE, HEXDUMP, OD] {
+    let without_text: String = TCPDUMP.lines().flat_map(|line| [line[..line.len().min(50)].trim_end(), "\n"]).collect();
+    for dump in [XXD, XXD_WIDE, HEXDUMP, OD, TCPDUMP, &without_text] {
         assert_eq!(host(dump), BYTES, "{dump}");
         let all = read_from(dump.as_bytes(), Format::Xxd, Some(Senders::Host)).expect(dump);
         assert_eq!((all.host.as_slice(), all.records), (BYTES, vec![BYTES.len()]), "{dump}");
@@ -137,6 +144,41 @@ fn dumps_of_all_programs_are_read() {
     }
     assert_eq!(host(PLAIN), BYTES);
     assert_eq!(host(format!("{XXD}{HEXDUMP}{OD}{PLAIN}{XXD}")), BYTES.repeat(5));
+}
+
+#[test]
+fn each_packet_of_tcpdump_is_a_record() {
+    let all = read_from(TCPDUMP.repeat(2).as_bytes(), Format::Auto, Some(Senders::Host)).expect("two packets");
+    assert_eq!((all.host, all.records), (BYTES.repeat(2), vec![BYTES.len(); 2]));
+    let jump = TextProblem::Jump { expected: 0x10, found: 0x20 };
+    assert_eq!(wrong(TCPDUMP.replace("0x0010", "0x0020"), Format::Auto), (2, 2, jump));
+    // Without a blank after the colon, or with fewer digits, these are bytes.
+    assert_eq!(host("0x4446:0100"), *b"DF\x01\0");
+    assert_eq!(host("0x44: 0x46"), *b"DF");
+}
+
+#[test]
+fn text_in_utf16_is_read() {
+    let orders = [u16::to_le_bytes, u16::to_be_bytes];
+    for (order, mark) in [(orders[0], "\u{feff}"), (orders[0], ""), (orders[1], "\u{feff}")] {
+        let encoded = |text: &str| -> Vec<u8> { text.encode_utf16().flat_map(order).collect() };
+        let dump = format!("{mark}{XXD}");
+        for format in [Format::Auto, Format::Xxd] {
+            let all = read_from(&encoded(&dump)[..], format, Some(Senders::Host)).expect("a dump");
+            assert_eq!(all.host, BYTES, "{format:?}, {mark:?}");
+        }
+        assert_eq!(wrong(encoded(&format!("{mark}44 xx")), Format::Auto), (1, 4 + mark.len() as u64, no_digit("x")));
+        let mut cut = encoded(&dump);
+        cut.pop();
+        let error = read_from(&cut[..], Format::Auto, Some(Senders::Host)).unwrap_err();
+        assert_eq!(error.to_string(), "the UTF-16 text ends within a character");
+    }
+    let comment: Vec<u8> = "\u{feff}44 // \u{1f600}\n46".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    assert_eq!(host(&comment), *b"DF");
+    // These bytes are no text in any encoding.
+    for raw in [&b"\xff"[..], b"\xff\xfe", b"\xff\xfe\x04\0", b"4\0", b"\0D\0F\0", b"D\0F\0\0\0", b"D\0\xff\xff"] {
+        assert_eq!(host(raw), raw);
+    }
 }
 
 #[test]

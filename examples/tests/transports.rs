@@ -1,4 +1,4 @@
-//! Tests of captures of kOS in datagrams and in USB reports, as `inspect --json` shows them.
+//! Tests of captures of kOS in datagrams and in USB reports, and of hoot, as `inspect --json` shows them.
 
 use examples::cli::{Protocol, Transport};
 use examples::record::{Json, Record};
@@ -6,15 +6,20 @@ use examples::tap::tap;
 use examples::text::{Format, Source};
 use serde_json::{Value, json};
 
-/// Lines of JSON for a capture.
+/// Lines of JSON for a capture of kOS.
 fn inspect(transport: Transport, capture: &str) -> Vec<Value> {
+    inspect_as(Protocol::Kos, transport, capture)
+}
+
+/// Lines of JSON for a capture.
+fn inspect_as(protocol: Protocol, transport: Transport, capture: &str) -> Vec<Value> {
     let mut lines = Vec::new();
     let mut see = |record: &Record<'_>| {
         let line = serde_json::to_string(&Json { record, secrets: false }).expect("a record is JSON");
         lines.push(serde_json::from_str(&line).expect("the JSON can be read back"));
         Ok(())
     };
-    let mut tap = tap(Protocol::Kos, transport).expect("kOS uses the transport");
+    let mut tap = tap(protocol, transport).expect("the protocol uses the transport");
     let mut source = Source::new(capture.as_bytes(), Format::Auto, None).expect("the text has marks");
     while let Some(piece) = source.next_piece().expect("the text is valid") {
         tap.push(piece, &mut see).expect("nothing fails");
@@ -26,7 +31,7 @@ fn inspect(transport: Transport, capture: &str) -> Vec<Value> {
 /// Sender, offset, length and name of each record. A record that is not a message has the reason as its name.
 fn heads(lines: &[Value]) -> Vec<Value> {
     let what = |line: &Value| {
-        let keys = ["message", "corrupt", "incomplete"];
+        let keys = ["message", "corrupt", "incomplete", "noise"];
         keys.iter().find_map(|key| line.get(key)).cloned().unwrap_or_default()
     };
     lines.iter().map(|line| json!([line["from"], line["offset"], line["len"], what(line)])).collect()
@@ -143,4 +148,16 @@ fn a_short_report_ends_its_message() {
     let lines = inspect(Transport::UsbFragments, &capture);
     let wanted = [json!(["device", 0, 66, "frame: need 67 bytes, have 64"]), json!(["device", 66, 6, "Other"])];
     assert_eq!(heads(&lines), wanted);
+}
+
+#[test]
+fn a_request_after_a_break_that_was_sent_twice_is_shown() {
+    let capture = "> 00 00 00 00 00 ff 00 00 00 00 00 ff 03 00 04 00\n< 00 00 00 00 00 ff 00 00 00 00\n";
+    let heads = heads(&inspect_as(Protocol::Hoot, Transport::Stream, capture));
+    let expected = [
+        json!(["host", 0, 6, "no frame begins here"]),
+        json!(["host", 6, 10, "Stop"]),
+        json!(["device", 0, 10, "Reply"]),
+    ];
+    assert_eq!(heads, expected);
 }

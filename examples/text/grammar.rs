@@ -73,14 +73,13 @@ pub(super) fn side(input: &[u8]) -> Parsed<'_, Option<Side>> {
 
 /// Parses an offset up to the beginning of the next column.
 pub(super) fn label(input: &[u8]) -> Parsed<'_, Label> {
-    let (input, digits) = take_while_m_n(6, 16, |byte: u8| byte.is_ascii_hexdigit())(input)?;
-    let blank_or_end = alt((take_while_m_n(1, 1, blank), eof));
-    let (input, after) = alt((
-        value(After::Colon, terminated(tag(":"), peek(blank_or_end))),
-        map(take_while1(blank), |blanks: &[u8]| After::Blanks(blanks.len())),
-        value(After::End, eof),
-    ))
-    .parse(input)?;
+    let digits = |least| take_while_m_n(least, 16, |byte: u8| byte.is_ascii_hexdigit());
+    let blank_or_end = || alt((take_while_m_n(1, 1, blank), eof));
+    let colon = || value(After::Colon, terminated(tag(":"), peek(blank_or_end())));
+    let blanks = map(take_while1(blank), |blanks: &[u8]| After::Blanks(blanks.len()));
+    let prefixed = preceded(tag("0x"), (digits(4), colon()));
+    let plain = (digits(6), alt((colon(), blanks, value(After::End, eof))));
+    let (input, (digits, after)) = alt((prefixed, plain)).parse(input)?;
     let offset = digits.iter().filter_map(|digit| nibble(*digit));
     let offset = offset.fold(0, |offset, digit| offset << 4 | u64::from(digit));
     Ok((input, Label { offset, digits: digits.len(), after }))
@@ -190,7 +189,8 @@ pub(super) fn compare(text: &[u8], bytes: &[u8], group: usize) -> Result<(), Tex
         Ok(())
     } else if shows(&reversed.collect::<Vec<_>>()) {
         Err(TextProblem::Reversed)
-    } else if text.len() == trim(bytes).len() {
+    } else if text.len() == trim(bytes).len() || text.len() == bytes.len() {
+        // Some programs show a blank as a dot.
         Ok(())
     } else {
         Err(TextProblem::Column { shown: text.len(), bytes: trim(bytes).len() })

@@ -1,11 +1,11 @@
 //! Reading of any input as pieces of bytes, each with its side.
 
-use std::io::{self, BufRead, BufReader, Chain, Cursor, ErrorKind, Read};
+use std::io::{self, BufRead, BufReader, Cursor, ErrorKind, Read};
 use std::mem;
-use std::str::{self, Utf8Error};
 
 use clap::ValueEnum;
 
+use super::encoding::{Decoder, Encoding, LEAST, Whole, read_head};
 use super::error::At;
 use super::lines::{Lines, Text};
 use super::{Side, SourceError, TextProblem};
@@ -19,7 +19,7 @@ const BUFFER: usize = 64 * 1024;
 /// Format of the input.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq, ValueEnum)]
 pub enum Format {
-    /// Text if its first 4096 bytes are UTF-8 without control characters, raw otherwise
+    /// Text if its first 4096 bytes are UTF-8 or UTF-16 without control characters, raw otherwise
     ///
     /// None of the three protocols sends so many printable bytes one after the other. A text that
     /// breaks the grammar is an error and is not shown as noise, because the error says more. An input
@@ -31,7 +31,7 @@ pub enum Format {
     Raw,
     /// Text: hex digits without offsets
     Hex,
-    /// Text: dumps of `xxd`, `hexdump -C`, `od -A x -t x1`
+    /// Text: dumps of `xxd`, `hexdump -C`, `od -A x -t x1`, `tcpdump -x`
     Xxd,
 }
 
@@ -82,12 +82,12 @@ pub struct Source<R> {
     done: bool,
 }
 
-/// The input, after the bytes that were read to find its format.
-type Whole<R> = BufReader<Counted<Chain<Cursor<Vec<u8>>, R>>>;
+/// The input as raw bytes or UTF-8.
+type Bytes<R> = BufReader<Decoder<Counted<Whole<R>>>>;
 
 enum Input<R> {
-    Raw(Raw<Whole<R>>),
-    Text(Box<Text<Whole<R>>>),
+    Raw(Raw<Bytes<R>>),
+    Text(Box<Text<Bytes<R>>>),
 }
 
 impl<R: Read> Source<R> {
@@ -101,17 +101,22 @@ impl<R: Read> Source<R> {
     /// [`SourceError::Io`]; [`SourceError::Unsaid`] for raw input if `senders` is not one side.
     pub fn new(mut input: R, format: Format, senders: Option<Senders>) -> Result<Self, SourceError> {
         let head = match format {
-            Format::Auto => read_head(&mut input)?,
-            _ => Vec::new(),
+            Format::Auto => read_head(&mut input, HEAD)?,
+            Format::Raw => Vec::new(),
+            Format::Hex | Format::Xxd => read_head(&mut input, LEAST)?,
+        };
+        let encoding = match Encoding::of(&head) {
+            Some(Encoding::Utf16(_)) if head.len() < LEAST => None,
+            encoding => encoding,
         };
         let lines = match format {
-            Format::Auto if is_text(&head) => Some(Lines::Any),
+            Format::Auto if encoding.is_some() => Some(Lines::Any),
             Format::Auto | Format::Raw => None,
             Format::Hex => Some(Lines::Hex),
             Format::Xxd => Some(Lines::Dump),
         };
         let input = Counted { input: Cursor::new(head).chain(input), count: 0 };
-        let input = BufReader::with_capacity(BUFFER, input);
+        let input = BufReader::with_capacity(BUFFER, Decoder::new(input, encoding));
         let input = match (lines, senders) {
             (Some(lines), _) => Input::Text(Box::new(Text::new(input, lines))),
             (None, Some(Senders::Host)) => Input::Raw(Raw::new(input, Side::Host)),
@@ -157,7 +162,7 @@ impl<R: Read> Source<R> {
             Input::Raw(raw) => &raw.input,
             Input::Text(text) => text.input(),
         };
-        input.get_ref().count
+        input.get_ref().input.count
     }
 }
 
@@ -203,32 +208,6 @@ fn text_piece<R: BufRead>(text: &mut Text<R>, senders: Option<Senders>) -> Resul
         (Some(_), Some(_)) => return Err(line.error(TextProblem::OtherSide).into()),
     };
     Ok(Some(Piece { side, first: chunk.first, bytes: chunk.bytes }))
-}
-
-/// Reads the first bytes, until there are enough or they are not text.
-fn read_head(input: &mut impl Read) -> io::Result<Vec<u8>> {
-    let mut head = Vec::with_capacity(HEAD);
-    let mut chunk = [0; HEAD];
-    while let Some(room) = chunk.get_mut(head.len()..).filter(|room| !room.is_empty()) {
-        match input.read(room) {
-            Ok(0) => break,
-            Ok(count) => head.extend(room.iter().take(count)),
-            Err(error) if error.kind() == ErrorKind::Interrupted => (),
-            Err(error) => return Err(error),
-        }
-        if !is_text(&head) {
-            break;
-        }
-    }
-    Ok(head)
-}
-
-/// Whether bytes are UTF-8 without control characters. The last character may be cut off.
-fn is_text(head: &[u8]) -> bool {
-    let cut = |error: Utf8Error| error.error_len().is_none().then_some(error.valid_up_to());
-    let length = str::from_utf8(head).map_or_else(cut, |text| Some(text.len()));
-    let valid = length.and_then(|length| str::from_utf8(head.get(..length)?).ok());
-    valid.is_some_and(|text| text.chars().all(|char| !char.is_control() || "\t\r\n".contains(char)))
 }
 
 /// Reader that counts the bytes it reads.

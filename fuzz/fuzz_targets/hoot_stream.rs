@@ -7,7 +7,7 @@
 #![no_main]
 
 use fuzz::rescan;
-use hoot_proto::frame::{self, BREAK, Hoot, MAX_DATA, MAX_FRAME, Strict};
+use hoot_proto::frame::{self, BREAK, Hoot, MAX_DATA, MAX_FRAME, Requests, Strict};
 use hoot_proto::{Address, DeviceMessage, Frame, HostMessage, beyond};
 use laws::stream::{Owned, check};
 use libfuzzer_sys::fuzz_target;
@@ -26,6 +26,10 @@ fuzz_target!(|input: &[u8]| {
                 (HostMessage::decode(&packet), beyond::HostMessage::decode(&packet), DeviceMessage::decode(&packet));
         }
     }
+    check::<Requests, { 2 * MAX_FRAME }>(&stream, &gaps, &mut cut, |rest| match rest.get(6..10) {
+        Some(&[0, 0, 0, 0]) => Err(1),
+        _ => rescan::hoot(rest, MAX_DATA),
+    });
     check::<Hoot<4>, 28>(&stream, &gaps, &mut cut, |rest| rescan::hoot(rest, 4));
     check::<Strict<0>, 20>(&stream, &gaps, cut, |rest| rescan::hoot_strict(rest, 0));
 });

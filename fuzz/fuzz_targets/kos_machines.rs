@@ -9,11 +9,11 @@ use fuzz::machines::{Bytes, arrival, send, step, world};
 use kos_proto::device::{self, Destination, DeviceMachine, MotorSpecs, Quirks, Report, SessionId, session};
 use kos_proto::host::{self, Command, Endpoint, Get, Go, HostMachine, Transmit};
 use kos_proto::message::{
-    AuxInputs, Direction, ErrorCode, Ipv4, LedMode, MotorAddress, MotorType, Password, Rotations, RotationsPerSecond,
+    AuxInputs, ErrorCode, Ipv4, LedMode, MotorAddress, MotorType, Password, Rotations, RotationsPerSecond,
     RotationsPerSecondSquared, Seconds,
 };
 use kos_proto::trajectory::TrajectoryData;
-use kos_proto::{Effect, HostMessage, MessageId, MessageType, MoveSummary, Transport};
+use kos_proto::{Device, Effect, Host, HostMessage, MessageId, MessageType, MoveSummary, Transport};
 use laws::world::Tokens;
 use motion_core::wire::Message;
 
@@ -29,7 +29,6 @@ const CLIENT: SessionId = SessionId(0);
 const PASSWORDS: [Password<'static>; 2] = [Password(b""), Password(b"open")];
 /// Bytes of a message that the device may send back.
 const ECHO: &[u8] = &[4, 0, 6, 0, 0];
-const WAYS: [Direction; 2] = [Direction::Forward, Direction::Reverse];
 const ENDPOINTS: [Endpoint; 2] = [Endpoint::Usb, Endpoint::Tcp(Ipv4(0xC0A8_3201))];
 
 struct Kos<'i> {
@@ -79,7 +78,8 @@ impl<'i> Kos<'i> {
             }
             8 | 9 => {
                 let (session, password) = (session(bytes), self.password);
-                let input = match bytes.message() {
+                let drawn = bytes.message::<Host>();
+                let input = match drawn.read() {
                     Ok(message) if bytes.byte() == 1 => {
                         let from = device::Sender { address: Ipv4(0xC0A8_3202), port: 5520 };
                         device::Input::Datagram { from, message }
@@ -93,7 +93,8 @@ impl<'i> Kos<'i> {
                 self.tell_device(input);
             }
             10 | 11 => {
-                let input = match bytes.message() {
+                let drawn = bytes.message::<Device>();
+                let input = match drawn.read() {
                     Ok(message) => host::Input::Received(message),
                     Err((number, error)) => {
                         let (id, kind) = parts(number);
@@ -193,11 +194,11 @@ impl<'i> Kos<'i> {
                 if !body.is_empty() {
                     self.trajectory = TrajectoryData::decode(body).ok()?;
                 }
-                let (summary, way) = (MoveSummary::of(&self.trajectory).ok()?, bytes.one_of(&WAYS));
+                let summary = MoveSummary::of(&self.trajectory).ok()?;
                 if what == 21 {
-                    Command::PlayDirect { summary, way }
+                    Command::PlayDirect { summary }
                 } else {
-                    Command::Load { summary, way, delay_return: bytes.flag() }
+                    Command::Load { summary, delay_return: bytes.flag() }
                 }
             }
         })

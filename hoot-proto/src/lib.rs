@@ -87,7 +87,8 @@
 //! - [`host`]: the master, with a queue, repetitions of repeatable messages, stops that overtake everything, and the
 //!   emergency stop. [`device`]: the node, with its link, settings, motors, camera and program. [`program`]: the
 //!   positions of a planned move at each time.
-//! - [`frame`]: the envelope, and two framings: [`Hoot`] finds packets in any noise, [`Strict`] loses what firmware loses.
+//! - [`frame`]: the envelope, and three framings: [`Hoot`] finds packets in any noise, [`Requests`] finds those of a master,
+//!   and [`Strict`] loses what firmware loses.
 //! - [`message`]: [`HostMessage`], [`DeviceMessage`] and their fields. [`query`]: the meaning of replies, and the
 //!   differences between firmware of different ages. [`lint`]: findings about messages that a node would refuse,
 //!   misread or ignore.
@@ -165,7 +166,7 @@ pub mod program;
 pub mod query;
 mod side;
 
-pub use frame::{Address, Frame, FrameError, Frames, Header, Hoot, Selector, Strict, Table};
+pub use frame::{Address, Frame, FrameError, Frames, Header, Hoot, Requests, Selector, Strict, Table};
 pub use message::{DeviceMessage, HostMessage};
 pub use motion_core::machine::{Effect, Machine, Token};
 #[cfg(feature = "alloc")]

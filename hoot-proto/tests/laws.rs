@@ -1,9 +1,15 @@
 //! The laws over every message of both sides, and over the stream.
 
-use hoot_proto::{Device, DeviceMessage, Hoot, Host, HostMessage, Messages, Strict};
+use hoot_proto::{Device, DeviceMessage, Hoot, Host, HostMessage, Messages, Requests, Strict};
 use laws::stream::{Drain, Owned, read};
 use proptest::prelude::*;
 use serde_json::Value;
+
+#[test]
+fn every_message_is_drawn_at_a_fair_share() {
+    laws::drawn::shares::<Host>(200);
+    laws::drawn::shares::<Device>(200);
+}
 
 #[test]
 fn every_message_of_both_tables() {
@@ -31,6 +37,11 @@ fn rescan_for_breaks(bytes: &[u8]) -> Result<usize, usize> {
     }
 }
 
+/// The same, except that a header of zeros is not a packet.
+fn rescan_for_requests(bytes: &[u8]) -> Result<usize, usize> {
+    if bytes.get(6..10) == Some(&[0; 4]) { Err(1) } else { rescan_for_breaks(bytes) }
+}
+
 /// Reads ten bytes and the data, and checks the break only then.
 fn read_like_a_node(bytes: &[u8]) -> Result<usize, usize> {
     let Some(&len) = bytes.get(9) else { return Err(bytes.len()) };
@@ -44,6 +55,7 @@ fn any_stream() -> impl Strategy<Value = Vec<u8>> {
     let part = prop_oneof![
         6 => any::<prop::sample::Index>().prop_map(move |at| at.get(&packets).clone()),
         1 => any::<prop::sample::Index>().prop_map(|at| BREAK[..at.index(7)].to_vec()),
+        1 => (1_usize..4).prop_map(|breaks| BREAK.repeat(breaks)),
         1 => (0_usize..20).prop_map(|zeros| vec![0; zeros]),
         1 => any::<[u8; 4]>().prop_map(|rest| [&BREAK[..], &rest].concat()),
         1 => proptest::collection::vec(any::<u8>(), 0..12),
@@ -80,6 +92,7 @@ proptest! {
         let mut at = 0;
         let mut cut = || { at += 1; cuts[at % cuts.len()] };
         laws::stream::check::<Hoot, 84>(&stream, &gaps, &mut cut, rescan_for_breaks);
+        laws::stream::check::<Requests, 84>(&stream, &gaps, &mut cut, rescan_for_requests);
         laws::stream::check::<Strict, 84>(&stream, &gaps, &mut cut, read_like_a_node);
     }
 }
@@ -97,14 +110,15 @@ fn all_vectors_in_one_stream() {
 fn floods_cost_no_more_than_their_bytes() {
     let lying = [0, 0, 0, 0, 0, 255, 3, 0, 2, 255];
     let short = [0, 0, 0, 0, 0, 255, 3, 0, 2, 32];
-    for unit in [&[0][..], &[255], &[0, 0, 0, 0, 255], &[0, 0, 0, 0, 0, 1], &lying, &short] {
+    for unit in [&[0][..], &[255], &BREAK, &[0, 0, 0, 0, 255], &[0, 0, 0, 0, 0, 1], &lying, &short] {
         let flood: Vec<u8> = unit.iter().copied().cycle().take(60_000).collect();
         for cut in [1, 7, 84] {
             let tolerant = read::<Hoot, 84>(&flood, &[], Drain::AtGap, || cut).work;
+            let requests = read::<Requests, 84>(&flood, &[], Drain::AtGap, || cut).work;
             let strict = read::<Strict, 84>(&flood, &[], Drain::AtGap, || cut).work;
             assert!(
-                tolerant <= 4 * flood.len() && strict <= 4 * flood.len(),
-                "{unit:?} by {cut}: {tolerant}, {strict}"
+                tolerant.max(requests).max(strict) <= 4 * flood.len(),
+                "{unit:?} by {cut}: {tolerant}, {requests}, {strict}"
             );
         }
     }

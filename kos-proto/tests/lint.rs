@@ -33,6 +33,11 @@ fn motor() -> Motor {
     Motor::from(&entry(MOTOR.0))
 }
 
+/// The same motor without a range: both its ends are 0 (decision K-M5).
+fn uncalibrated() -> Motor {
+    Motor { begin_position: Some(Rotations(0.0)), end_position: Rotations(0.0), ..motor() }
+}
+
 fn entry(address: u8) -> MotorEntry {
     let (position, begin, end) = (Rotations(5.0), Rotations(2.0), Rotations(12.0));
     let (setup, play) = (RotationsPerSecond(166.7), RotationsPerSecond(100.0));
@@ -75,11 +80,11 @@ fn playback() -> Playback<'static> {
         camera_roll_enabled: Bool::FALSE,
         camera_roll_pre_delay: Seconds(0.0),
         camera_roll_post_delay: Seconds(0.0),
-        flash_mark_enabled: 0,
+        flash_mark_enabled: Bool::FALSE,
         flash_mark_type: 0,
         flash_mark_post_delay: Seconds(0.0),
-        use_external_trigger: 0,
-        using_lanc: 0,
+        use_external_trigger: Bool::FALSE,
+        using_lanc: Bool::FALSE,
         return_to_home_percent: Normalized(1.0),
         tail: &[],
     }
@@ -306,11 +311,13 @@ fn moves_are_compared_with_the_limits_of_the_motor() {
     assert_eq!(measured(go(-0.1, 20.0, 50.0)), [(Warning, "position")]);
     assert_eq!(measured(bump(7.1, 20.0, 50.0)), [(Warning, "position")], "it stands at 3 of 10");
     assert_eq!(measured(bump(7.0, 20.0, 50.0)), []);
-    assert_eq!(measured(go(10.0, 100.1, 50.1)), [(Warning, "speed"), (Warning, "acceleration")]);
+    // By hand, the greatest speed of the setup counts, which is 166.7 here, and not that of a move.
+    assert_eq!(measured(go(10.0, 166.7, 50.0)), []);
+    assert_eq!(measured(go(10.0, 166.8, 50.1)), [(Warning, "speed"), (Warning, "acceleration")]);
     let other = MarkEndPosition { motor_address: MotorAddress(1), tail: &[] };
     assert_eq!(measured(HostMessage::from(other)), [(Error, "motor_address")]);
 
-    let uncalibrated = [Motor { end_position: Rotations(0.0), ..motor() }];
+    let uncalibrated = [uncalibrated()];
     let measured = |message: HostMessage<'_>| found(message.lint(&Context::default().with_motors(&uncalibrated)));
     assert_eq!(measured(go(3.0, 20.0, 50.0)), [(Warning, "position")]);
     for speed in [20.0, -20.0] {
@@ -326,7 +333,7 @@ fn moves_are_compared_with_the_limits_of_the_motor() {
 #[test]
 fn moves_are_compared_with_the_limits_of_the_kind_of_axis() {
     let mut known = [motor()];
-    known[0].max_max_move_speed = RotationsPerSecond(170.0);
+    known[0].max_max_setup_speed = RotationsPerSecond(170.0);
     known[0].max_max_acceleration = RotationsPerSecondSquared(80.0);
     // Limits of the specification. Of the motor's own limits only the acceleration of pan is lower.
     for (kind, speed, acceleration, measured_speed, measured_acceleration) in [
@@ -392,9 +399,23 @@ fn a_range_need_not_begin_at_0() {
     }
     let stranger = MotorPosition { motor_address: MOTOR, position: Rotations(99.0), tail: &[] };
     assert_eq!(device(DeviceMessage::from(stranger)), [], "the motor is not known");
-    let uncalibrated = [Motor { end_position: Rotations(0.0), ..motor() }];
+    let uncalibrated = [uncalibrated()];
     let context = Context::default().with_motors(&uncalibrated);
     assert_eq!(found(DeviceMessage::from(stranger).lint(&context)), []);
+}
+
+/// Decision K-P12.
+#[test]
+fn errors_that_are_about_no_motor_have_address_0() {
+    let failed = |code, address| {
+        let (error_code, motor_address) = (ErrorCode(code), MotorAddress(address));
+        device(DeviceMessage::from(ErrorStatus { error_code, motor_address, tail: &[] }))
+    };
+    for code in [0, 1, 2, 3, 6, 7, 19, 20] {
+        assert_eq!((failed(code, 0), failed(code, 1)), (vec![], vec![(Warning, "motor_address")]), "{code}");
+    }
+    assert_eq!(failed(2, 11), [(Error, "motor_address"), (Warning, "motor_address")]);
+    assert_eq!((failed(15, 3), failed(17, 3)), (vec![], vec![]), "the motor means nothing");
 }
 
 fn any_float() -> impl Strategy<Value = f32> {
@@ -597,7 +618,6 @@ fn messages_of_devices_are_checked_too() {
     };
     assert_eq!(failed(5, 0), [(Warning, "error_code")]);
     assert_eq!(failed(16, 0), [(Error, "motor_address")], "a fault belongs to a motor");
-    assert_eq!(failed(2, 11), [(Error, "motor_address")]);
 
     let (motor_address, tail) = (MotorAddress(0), &[][..]);
     let position = MotorPosition { motor_address, position: Rotations(1.0), tail };
@@ -651,19 +671,19 @@ fn the_settings_of_a_move_are_checked() {
         camera_roll_enabled: Bool::TRUE,
         camera_roll_pre_delay: Seconds(1.0),
         camera_roll_post_delay: Seconds(1.0),
-        flash_mark_enabled: 1,
+        flash_mark_enabled: Bool::TRUE,
         flash_mark_type: 1,
         flash_mark_post_delay: Seconds(1.0),
-        use_external_trigger: 1,
-        using_lanc: 1,
+        use_external_trigger: Bool::TRUE,
+        using_lanc: Bool::TRUE,
         ..playback()
     };
     let wanted = [
         "camera_roll_enabled",
         "flash_mark_enabled",
-        "flash_mark_type",
         "use_external_trigger",
         "using_lanc",
+        "flash_mark_type",
         "camera_roll_pre_delay",
         "camera_roll_post_delay",
         "flash_mark_post_delay",

@@ -51,6 +51,11 @@ fn curve(points: [(f64, f64); 4]) -> bezier::Segment {
     bezier::Segment::new(points.map(|(time, position)| bezier::Point::new(time, position))).unwrap()
 }
 
+/// Motor without a range: both its ends are 0 (decision K-M5).
+fn uncalibrated() -> Motor {
+    Motor { begin_position: Some(Rotations(0.0)), ..motor(0.0) }
+}
+
 fn motor(end: f32) -> Motor {
     Motor {
         motor_address: MotorAddress(0x80 | MOTOR.0),
@@ -431,8 +436,8 @@ fn motors_are_known_calibrated_and_listed_once() {
     assert_eq!(built(live(LIVE), &[at(1), at(2), at(1)]), Err("motor 1: axis is present twice".into()));
     assert_eq!(built(live(LIVE), &[at(0x82)]), built(live(LIVE), &[at(2)]), "the flag is left out");
     assert_eq!(built(live(LIVE), &[at(0x82), at(2)]), Err("motor 2: axis is present twice".into()));
-    let uncalibrated = MoveError::Uncalibrated { motor: motor(0.0).motor_address };
-    assert_eq!(MotorPlan::new(&motor(0.0), &[]), Err(uncalibrated));
+    let error = MoveError::Uncalibrated { motor: uncalibrated().motor_address };
+    assert_eq!(MotorPlan::new(&uncalibrated(), &[]), Err(error));
 
     let body = built(live(LIVE), &[at(1)]).unwrap();
     let sound = blocks(&body);
@@ -551,7 +556,7 @@ fn moves_are_compared_with_the_limits_of_their_motors() {
     assert!(found[0].starts_with("motor 2, segment 1: ") && found[0].ends_with(" rev/s, at most 8.0"), "{found:?}");
     assert!(found[1].starts_with("motor 2, segment 1: ") && found[1].ends_with(" rev/s², at most 4.0"), "{found:?}");
     assert_eq!(measured(live(LIVE), &[], &mut out), ["motor 2: the device has no such motor"]);
-    assert_eq!(measured(live(LIVE), &[motor(0.0)], &mut out), ["motor 2: not calibrated"]);
+    assert_eq!(measured(live(LIVE), &[uncalibrated()], &mut out), ["motor 2: not calibrated"]);
 
     // A kind of axis may allow less. Lint agrees with the reader.
     let plan = [MotorPlan::new(&known, &keys).unwrap()];
@@ -570,7 +575,7 @@ fn moves_are_compared_with_the_limits_of_their_motors() {
     assert_eq!(lint(&context.with_motors(&[known])), [(Severity::Warning, "points"); 2]);
     let other = Motor { motor_address: MotorAddress(9), ..strong };
     assert_eq!(lint(&context.with_motors(&[other])), [(Severity::Error, "motor_address")]);
-    assert_eq!(lint(&context.with_motors(&[motor(0.0)])), [(Severity::Error, "motor_address")]);
+    assert_eq!(lint(&context.with_motors(&[uncalibrated()])), [(Severity::Error, "motor_address")]);
 
     // The estimated time of a time lapse counts. If the motors stop for each photo, their speed is not known.
     let style = |style| {
@@ -579,7 +584,7 @@ fn moves_are_compared_with_the_limits_of_their_motors() {
     };
     assert_eq!(measured(style(Style::Continuous), &[known], &mut out), found);
     assert_eq!(measured(style(Style::ShootMoveShoot), &[known], &mut out), [""; 0]);
-    assert_eq!(measured(style(Style::ShootMoveShoot), &[motor(0.0)], &mut out), ["motor 2: not calibrated"]);
+    assert_eq!(measured(style(Style::ShootMoveShoot), &[uncalibrated()], &mut out), ["motor 2: not calibrated"]);
     // A device may store a move that the builder refuses.
     let mut body = played(style(Style::Continuous)).unwrap();
     body[1 + 40 + 3..][..8].fill(0);
@@ -642,6 +647,36 @@ fn an_unbounded_speed_exceeds_every_limit() {
     assert_eq!([none.and(any), any.and(none)].map(|limits| track.excesses(limits).count()), [2; 2]);
     assert_eq!(track.excesses(none).count(), 2, "a limit that is NaN allows nothing");
     assert_eq!(track.excesses(any).count(), 0);
+}
+
+/// A device plays the reversed move forward, so that each motor goes the other way through the same positions. The ways back
+/// of loops are mirrored as well.
+#[test]
+fn a_reversed_move_goes_through_the_same_positions() {
+    for body in stored() {
+        let Ok(data) = TrajectoryData::decode(&body) else { continue };
+        let Ok(trajectory) = Trajectory::new(&data) else { continue };
+        let (mut out, mut again) = (vec![0; data.reversed_len()], vec![0; data.reversed_len()]);
+        let reversed = data.reversed(&mut out).unwrap();
+        let mirrored = Trajectory::new(&reversed).unwrap();
+        assert_eq!(mirrored.play(), trajectory.play());
+        for (one, other) in trajectory.tracks().zip(mirrored.tracks()) {
+            assert_eq!((one.motor(), one.len()), (other.motor(), other.len()));
+            for step in 0..=256 {
+                let part = f64::from(step) / 256.0;
+                let [there, back] = [one.at_elapsed(part), other.at_elapsed(1.0 - part)];
+                assert_eq!(there.is_some(), back.is_some());
+                let positions = there.zip(back).map(|(there, back)| (there.position, back.position));
+                assert!(positions.is_none_or(|(there, back)| (there - back).abs() < 1e-6), "{part}: {positions:?}");
+            }
+        }
+        // Only the first time is rounded: after it, the mirror of the mirror is the same move.
+        let back = reversed.reversed(&mut again).unwrap();
+        let mut third = vec![0; data.reversed_len()];
+        assert_eq!(back.reversed(&mut third).unwrap(), reversed);
+        let small = data.reversed(&mut []).unwrap_err();
+        assert!(matches!(small, MoveError::Encode(_)), "{small}");
+    }
 }
 
 proptest! {

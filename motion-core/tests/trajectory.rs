@@ -250,7 +250,9 @@ proptest! {
     fn splitting_makes_no_joint(p1 in -10.0..10.0, p2 in -10.0..10.0, part in 0.1..0.9) {
         let points = [(0.0, 0.0), (1.0, p1), (2.0, p2), (3.0, 1.0)].map(|(time, position)| Point::new(time, position));
         let (left, right) = Segment::new(points).unwrap().split(3.0 * part).unwrap();
-        prop_assert_eq!(axis(&[left, right]).joints(Tolerance::all(1e-9)).count(), 0);
+        let segments = [left, right];
+        let mut joints = axis(&segments).joints(Tolerance::all(1e-9));
+        prop_assert!(!joints.any(|joint| joint.index == 1));
     }
 }
 

@@ -13,10 +13,11 @@ use super::progress::Progress;
 use super::requests::{ALL, Damaged, Ids, Owner, Pending, Reply, Request, Requests, Role};
 use super::sequence::{Course, Sequence};
 use super::stops::{Acknowledged, StatusMeaning, Stops};
-use super::transmit::{Contents, Output, Transmit};
+use super::transmit::{Contents, Output, Transmit, transmit_padding};
+use super::uses::Uses;
 use crate::Purpose;
 use crate::frame::{MessageId, MessageType};
-use crate::message::{Ack, AckCode, DeviceMessage, HardStop, Hi, Motors};
+use crate::message::{Ack, AckCode, DeviceMessage, HardStop, Hi, MotorFlags};
 
 /// State machine of a host: it knows when to send which message, and what comes of it.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -31,15 +32,14 @@ pub struct HostMachine {
     pub(super) stops: Stops,
     pub(super) sequence: Option<Sequence>,
     pub(super) motion: Motion,
-    /// Motors that are driven by hand during a move.
-    pub(super) live: Motors,
+    pub(super) uses: Uses,
     /// Whether the device has a move, as far as is known.
     pub(super) is_loaded: Option<bool>,
 }
 
 machine! { HostMachine }
 debug! {
-    HostMachine { options connection was_ready device ids requests stops sequence motion live is_loaded }
+    HostMachine { options connection was_ready device ids requests stops sequence motion uses is_loaded }
 }
 
 impl HostMachine {
@@ -51,12 +51,12 @@ impl HostMachine {
             connection: Connection::Offline,
             was_ready: false,
             device: None,
-            ids: Ids::up_to(u32::MAX),
+            ids: Ids::new(options.first_id(), u32::MAX),
             requests: Requests::default(),
             stops: Stops::default(),
             sequence: None,
             motion: Motion::default(),
-            live: Motors::NONE,
+            uses: Uses::default(),
             is_loaded: None,
         }
     }
@@ -67,7 +67,7 @@ impl HostMachine {
     #[must_use]
     pub fn with_last_id(mut self, last: u32) -> Self {
         // Four times as many ids as can be under way at once.
-        self.ids = Ids::up_to(last.max(64));
+        self.ids = Ids::new(1, last.max(64));
         self
     }
 
@@ -150,11 +150,14 @@ impl HostMachine {
 
     /// Asks the device who it is, and forgets what it was.
     pub(super) fn greet(&mut self, now: Millis, output: &mut Output<'_>, tries: u8) {
+        if tries > 1 || self.connection == Connection::Silent {
+            transmit_padding(output, &self.options, self.options.greeting_timeout());
+        }
         let id = self.ids.next();
         output.transmit(Transmit { id, contents: Contents::Greeting });
         self.connection = Connection::Greeting(tries, now.after(self.options.greeting_timeout().into()));
         self.device = None;
-        self.live = Motors::NONE;
+        self.uses.forget();
     }
 
     fn link_up(&mut self, now: Millis, output: &mut Output<'_>) {
@@ -208,7 +211,7 @@ impl HostMachine {
             DeviceMessage::MotorHardStop(stop) => self.hard_stop(output, &stop),
             DeviceMessage::MotorStatus(status) => {
                 let told = (id, status.motor_status, self.is_armed());
-                match self.stops.status(now, output, &self.options, &mut self.ids, told) {
+                match self.stops.status(output, told) {
                     StatusMeaning::Other => self.answered(now, output, id, message),
                     StatusMeaning::Answer { all_rest } => self.motion.may_move &= !all_rest,
                 }
@@ -237,7 +240,7 @@ impl HostMachine {
                 let device = without_tail(hi);
                 self.device = Some(device);
                 if id == MessageId::UNSOLICITED {
-                    self.is_loaded = Some(false);
+                    self.has_no_move();
                 }
                 self.connection = Connection::Configuring(false);
                 output.event(Event::Greeted(device));
@@ -245,11 +248,17 @@ impl HostMachine {
             _ if id == MessageId::UNSOLICITED => {
                 output.event(Event::DeviceReset);
                 self.fail(output, Failure::DeviceReset, |_| true);
-                self.is_loaded = Some(false);
+                self.has_no_move();
                 self.greet(now, output, 1);
             }
             _ => self.answered(now, output, id, message),
         }
+    }
+
+    /// The device has been switched on, and has no move.
+    const fn has_no_move(&mut self) {
+        self.is_loaded = Some(false);
+        self.uses.without_move();
     }
 
     fn acknowledged<'a>(&mut self, now: Millis, output: &mut Output<'a>, id: MessageId, ack: Ack<'a>) {
@@ -265,7 +274,7 @@ impl HostMachine {
             None => Reply::Unclear,
         };
         match self.requests.answered(id, ack.of) {
-            Some(pending) => self.settle(now, output, pending, reply),
+            Some(pending) => self.settle(now, output, &pending, reply),
             None => output.event(Event::Unsolicited(id, ack.into())),
         }
     }
@@ -273,7 +282,7 @@ impl HostMachine {
     /// The request is known by its id alone, because its type may be what arrived damaged (decision D-8).
     fn damaged<'a>(&mut self, now: Millis, output: &mut Output<'a>, id: MessageId, ack: Ack<'a>) {
         match self.requests.damaged(now, &self.options, id) {
-            Damaged::Over(pending) => self.settle(now, output, pending, Reply::Refused(AckCode::ERR_CHECKSUM)),
+            Damaged::Over(pending) => self.settle(now, output, &pending, Reply::Refused(AckCode::ERR_CHECKSUM)),
             Damaged::Again => {}
             Damaged::Unknown => output.event(Event::Unsolicited(id, ack.into())),
         }
@@ -282,7 +291,7 @@ impl HostMachine {
     /// A message arrived that answers a request, or is told unasked.
     fn answered<'a>(&mut self, now: Millis, output: &mut Output<'a>, id: MessageId, message: DeviceMessage<'a>) {
         if let Some(pending) = self.requests.answered(id, message.kind()) {
-            return self.settle(now, output, pending, Reply::Answered(message));
+            return self.settle(now, output, &pending, Reply::Answered(message));
         }
         let run = self.sequence.as_mut().and_then(Sequence::run);
         if let (DeviceMessage::MotorGetPosition(_), Some(run)) = (message, run) {
@@ -292,11 +301,15 @@ impl HostMachine {
     }
 
     /// A request is over.
-    fn settle<'a>(&mut self, now: Millis, output: &mut Output<'a>, pending: Pending, reply: Reply<'a>) {
+    fn settle<'a>(&mut self, now: Millis, output: &mut Output<'a>, pending: &Pending, reply: Reply<'a>) {
         let request = pending.request;
-        self.motion.ended(&pending, &reply);
+        self.motion.ended(pending, &reply);
         match (request.role, reply) {
-            (Role::Live(motor, is_live), Reply::Acknowledged) => self.set_live(motor, is_live),
+            (Role::Configures(motor, flags), Reply::Acknowledged) => self.uses.set(motor, flags),
+            // A device that cannot configure its motors uses all of them.
+            (Role::Configures(motor, _), Reply::Refused(AckCode::ERR_UNSUPPORTED)) => {
+                self.uses.set(motor, MotorFlags::ENABLED | MotorFlags::BLUR);
+            }
             (Role::StopsLoop, Reply::Acknowledged) => {
                 if let Some(run) = self.sequence.as_mut().and_then(Sequence::run) {
                     run.loop_ends(now);
@@ -334,14 +347,15 @@ impl HostMachine {
     }
 
     /// A request got no answer.
-    fn unanswered(&mut self, now: Millis, output: &mut Output<'_>, pending: Pending) {
-        match pending.request {
-            Request { owner: Owner::Application(token), conduct, .. } if conduct.purpose == Purpose::Asks => {
+    fn unanswered(&mut self, now: Millis, output: &mut Output<'_>, pending: &Pending) {
+        let Request { owner, conduct, .. } = pending.request;
+        match owner {
+            Owner::Application(token) if conduct.purpose == Purpose::Asks => {
                 output.event(Event::Ended { token, outcome: Outcome::Failed(Failure::NoAnswer) });
             }
             _ => self.settle(now, output, pending, Reply::Unclear),
         }
-        if !pending.request.conduct.repeatable && !self.requests.any(|request| request.owner == Owner::Question) {
+        if !conduct.repeatable && !self.requests.any(|request| request.owner == Owner::Question) {
             self.requests.submit(Request::own(Owner::Question, Contents::Status));
         }
     }
@@ -363,7 +377,7 @@ impl HostMachine {
         self.stops.due(now, output, &self.options, &mut self.ids);
         self.sequence_due(now, output);
         for pending in self.requests.due(now, output, &self.options, &mut self.ids) {
-            self.unanswered(now, output, pending);
+            self.unanswered(now, output, &pending);
         }
         if self.connection == Connection::Configuring(true) && self.requests.is_empty() {
             self.connection = Connection::Ready;

@@ -19,6 +19,12 @@
 //! | [`Event::NextSection`] has come | [`Input::Section`] |
 //! | the time of `output.wake` has come | [`Input::Wake`] |
 //!
+//! Give the machine a [first id](Options::first_id) that was drawn at random, and drop the bytes that wait on the line when
+//! it is opened. Otherwise an old answer may confirm a stop that the device never received.
+//!
+//! Enable each motor by `MotorConfigure` before it is moved, and set the motors of a shot to blur. The machine refuses moves
+//! of other motors, because devices acknowledge them, tell that the motor arrives, and do not move it.
+//!
 //! After each call, carry out the effects in their order. The application chooses the token of a command, and keeps the
 //! message of a request or a sequence until its [end](Event::Ended): the machine may ask for the message again.
 //!
@@ -45,11 +51,11 @@
 //!         match effect {
 //!             Effect::Transmit(transmit) => {
 //!                 let (mut scratch, mut bytes) = ([0; SCRATCH], [0; 1048]);
-//!                 let message = transmit.message(|source| match source {
+//!                 let written = transmit.encode_into(|source| match source {
 //!                     Source::Command(token) => app.messages[token.0 as usize],
 //!                     Source::Section(section) => section.message(&app.ramp, &mut scratch),
-//!                 });
-//!                 let len = message.encode_into(transmit.id, &mut bytes).unwrap_or(0);
+//!                 }, &mut bytes);
+//!                 let len = written.unwrap_or(0);
 //!                 line.extend_from_slice(&bytes[..len]);
 //!             }
 //!             Effect::Event(Event::NextSection { after, .. }) => next = Some(after),
@@ -94,7 +100,7 @@
 //! # Safety of people
 //!
 //! A stop is the first effect of the call that asks for it, and calls off all that could move a motor. The stop is repeated
-//! until it is known to be obeyed. [`Event::StopNotConfirmed`] has to reach a person who can press the emergency stop. As
+//! until it is known to be obeyed, a timeout apart, whatever the device answers. [`Event::StopNotConfirmed`] has to reach a person who can press the emergency stop. As
 //! long as [`HostMachine::may_move`] says so, motors may move, or begin to move by the operator's hand.
 //!
 //! Source: DMC D5 and the safety decisions. Each row is in `docs/machines-dmc.md` of the repository.
@@ -113,6 +119,7 @@ mod sequence;
 mod stops;
 mod transmit;
 mod upload;
+mod uses;
 
 pub use connection::State;
 pub use event::{Event, Failure, Outcome, Refusal, StopTarget};

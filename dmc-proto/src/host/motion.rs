@@ -16,9 +16,9 @@ pub(super) struct Motion {
 
 impl Motion {
     /// A request is over.
-    pub(super) const fn ended(&mut self, pending: &Pending, reply: &Reply<'_>) {
+    pub(super) fn ended(&mut self, pending: &Pending, reply: &Reply<'_>) {
         // Of a request that was sent several times, one copy may have been done before another was refused.
-        if !(reply.is_plain_refusal() && pending.tries == 1) {
+        if !(reply.is_plain_refusal() && pending.tries.len() == 1) {
             self.may_be_done(&pending.request);
         }
         if let (Role::Shutter(false), Reply::Acknowledged) = (pending.request.role, reply) {

@@ -13,6 +13,12 @@ pub(super) const GREETINGS: u8 = 5;
 /// Time after a run or a shot should be over until the host asks whether it is, in milliseconds.
 pub(super) const PATIENCE: u64 = 5000;
 
+/// Number of zero bytes that complete a frame that was cut off: as many as the longest frame has (decision D-71).
+pub(super) const PADDING: u16 = 2048;
+
+/// Greatest number of zero bytes in one piece. The piece fits into the buffer for a frame.
+pub(super) const PADDING_PIECE: u16 = 1024;
+
 motion_core::options! {
     /// Options of a host.
     pub struct Options {
@@ -20,8 +26,22 @@ motion_core::options! {
         ///
         /// The vendor's firmware takes one request at a time and may drop an answer (DMC D5).
         window with_window: u8 = 1, in 1..=4;
+        /// Id of the first message, from 1 on.
+        ///
+        /// Draw it at random. Otherwise an answer that waits on the line since an earlier session can have the id of a stop
+        /// of this session, and confirm a stop that the device never received (decision D-72). This crate has no source of
+        /// random numbers.
+        first_id with_first_id: u32 = 1, in 1..=u32::MAX;
         /// Whether requests are held back that the device would refuse, going by its greeting.
         gates with_gates: bool = true;
+        /// Speed of the line, in bits per second. It limits how many zero bytes are sent after a greeting or a stop that was
+        /// not answered: no more than the line carries until the next try (decision D-71).
+        line_speed with_line_speed: u32 = 115_200, in 1..=u32::MAX;
+        /// Whether moves are held back of motors that no `MotorConfigure` has enabled on this link, and shots of motors that
+        /// it has not set to blur.
+        ///
+        /// Devices acknowledge such a move, tell that the motor arrives, and do not move it (decision D-76).
+        needs_enabled with_needs_enabled: bool = true;
         /// Time to wait for the answer to a greeting, in milliseconds.
         ///
         /// Boards that are reset when the link is opened need more than two seconds; five greetings cover that (DMC D5).

@@ -30,8 +30,9 @@ pub(super) struct Ids {
 }
 
 impl Ids {
-    pub(super) const fn up_to(greatest: u32) -> Self {
-        Self { used: MessageId::UNSOLICITED, greatest }
+    /// Ids from `first` to `greatest`, then from 1 on.
+    pub(super) const fn new(first: u32, greatest: u32) -> Self {
+        Self { used: MessageId(first.saturating_sub(1)), greatest }
     }
 
     pub(super) fn next(&mut self) -> MessageId {
@@ -63,8 +64,8 @@ pub(super) struct Request {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Role {
     Plain,
-    /// It says whether a motor is driven by hand.
-    Live(Motor, bool),
+    /// It sets the uses of a motor.
+    Configures(Motor, MotorFlags),
     /// It ends a loop.
     StopsLoop,
     /// It opens the shutter of the camera, or closes it.
@@ -84,7 +85,7 @@ impl Request {
 
     fn new(owner: Owner, contents: Contents, message: &HostMessage<'_>) -> Self {
         let role = match message {
-            HostMessage::MotorConfigure(message) => Role::Live(message.motor, message.flags.contains(MotorFlags::LIVE)),
+            HostMessage::MotorConfigure(message) => Role::Configures(message.motor, message.flags),
             HostMessage::RtStopLoop(_) => Role::StopsLoop,
             HostMessage::GioCam(message) => Role::Shutter(message.flags.contains(CameraFlags::SHUTTER)),
             _ => Role::Plain,
@@ -99,20 +100,53 @@ impl Request {
 }
 
 /// Request that was sent.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Clone, PartialEq, Eq, Hash)]
 pub(super) struct Pending {
     pub(super) request: Request,
-    /// Number of times that it was sent.
-    pub(super) tries: u8,
-    /// Whether something that may move was sent after it: its answer can be older than that motion.
+    /// Times that it was sent. An answer to an earlier one counts as well.
+    pub(super) tries: ArrayVec<Try, { TRIES as usize }>,
+    /// Whether something that may move was sent after the try that was answered: the answer can be older than that motion.
     pub(super) is_outdated: bool,
-    id: MessageId,
     /// Until when its answer is waited for. If its frame arrived damaged, until when it is not sent again.
     until: Millis,
     is_damaged: bool,
 }
 
-debug! { Pending { request tries is_outdated id until is_damaged } }
+debug! { Pending { request tries is_outdated until is_damaged } }
+
+/// Try of a request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Try {
+    id: MessageId,
+    /// Whether something that may move was sent after it.
+    is_outdated: bool,
+}
+
+impl Pending {
+    /// Sends the request, or sends it again.
+    fn send(&mut self, now: Millis, output: &mut Output<'_>, options: &Options, ids: &mut Ids) {
+        let id = ids.next();
+        output.transmit(Transmit { id, contents: self.request.contents });
+        // There is room: no request is sent more often.
+        let _ = self.tries.try_push(Try { id, is_outdated: false });
+        (self.until, self.is_damaged) = (now.after(options.request_timeout().into()), false);
+    }
+
+    /// Whether the request may be sent again.
+    fn may_repeat(&self) -> bool {
+        self.request.conduct.repeatable && !self.tries.is_full()
+    }
+
+    /// Id of the last try.
+    fn id(&self) -> MessageId {
+        self.tries.last().map_or(MessageId::UNSOLICITED, |last| last.id)
+    }
+
+    /// Try with this id.
+    fn tried(&self, id: MessageId) -> Option<Try> {
+        self.tries.iter().find(|tried| tried.id == id).copied()
+    }
+}
 
 /// End of a request, except that it was called off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -180,24 +214,32 @@ impl Requests {
 
     /// Ids and types of the requests under way.
     pub(super) fn pending(&self) -> impl Iterator<Item = (MessageId, MessageType)> {
-        self.window.iter().map(|pending| (pending.id, pending.request.kind))
+        self.window.iter().map(|pending| (pending.id(), pending.request.kind))
     }
 
     /// Takes the request that a message of this id and type answers. The request may wait to be sent again: the device
     /// may have got it twice, and damaged once.
     pub(super) fn answered(&mut self, id: MessageId, kind: MessageType) -> Option<Pending> {
-        let at = self.window.iter().position(|pending| pending.id == id && pending.request.kind == kind)?;
-        self.window.pop_at(at)
+        let tried = |pending: &Pending| pending.tried(id).filter(|_| pending.request.kind == kind);
+        let (at, tried) = self.window.iter().enumerate().find_map(|(at, pending)| Some((at, tried(pending)?)))?;
+        let pending = self.window.pop_at(at)?;
+        Some(Pending { is_outdated: tried.is_outdated, ..pending })
     }
 
     /// The device says that the frame of this id arrived damaged: the request is sent again after a pause, if it may be.
-    /// Otherwise it is over.
+    /// Otherwise it is over. Of an earlier try, the last one is still under way.
     pub(super) fn damaged(&mut self, now: Millis, options: &Options, id: MessageId) -> Damaged {
-        let found = self.window.iter().position(|pending| pending.id == id && !pending.is_damaged);
+        let found = self.window.iter().position(|pending| pending.tried(id).is_some());
         let Some((at, pending)) = found.and_then(|at| Some((at, self.window.get_mut(at)?))) else {
             return Damaged::Unknown;
         };
-        if pending.request.conduct.repeatable && pending.tries < TRIES {
+        if pending.id() != id {
+            return Damaged::Again;
+        }
+        if pending.is_damaged {
+            return Damaged::Unknown;
+        }
+        if pending.may_repeat() {
             pending.is_damaged = true;
             pending.until = now.after(options.pause().into());
             return Damaged::Again;
@@ -229,17 +271,11 @@ impl Requests {
             if pending.until > now {
                 return true;
             }
-            let may_repeat = pending.is_damaged || (pending.request.conduct.repeatable && pending.tries < TRIES);
-            if !may_repeat {
-                return over.try_push(*pending).is_err();
+            if !pending.may_repeat() {
+                return over.try_push(pending.clone()).is_err();
             }
-            pending.id = ids.next();
-            pending.tries = pending.tries.saturating_add(1);
-            pending.until = now.after(options.request_timeout().into());
-            pending.is_damaged = false;
-            pending.is_outdated = false;
             moves |= pending.request.conduct.may_move();
-            output.transmit(Transmit { id: pending.id, contents: pending.request.contents });
+            pending.send(now, output, options, ids);
             true
         });
         self.outdate(moves);
@@ -256,11 +292,10 @@ impl Requests {
                 return;
             }
             self.queue.pop_at(0);
-            let id = ids.next();
-            let until = now.after(options.request_timeout().into());
-            output.transmit(Transmit { id, contents: request.contents });
             self.outdate(request.conduct.may_move());
-            let pending = Pending { request, tries: 1, is_outdated: false, id, until, is_damaged: false };
+            let tries = ArrayVec::new();
+            let mut pending = Pending { request, tries, is_outdated: false, until: now, is_damaged: false };
+            pending.send(now, output, options, ids);
             if self.window.try_push(pending).is_err() {
                 return;
             }
@@ -269,8 +304,8 @@ impl Requests {
 
     /// Something that may move was sent: what is under way already says nothing of that motion.
     fn outdate(&mut self, moves: bool) {
-        for pending in &mut self.window {
-            pending.is_outdated |= moves;
+        for tried in self.window.iter_mut().flat_map(|pending| &mut pending.tries) {
+            tried.is_outdated |= moves;
         }
     }
 

@@ -6,7 +6,7 @@ use motion_core::time::Millis;
 use super::event::{Event, StopTarget};
 use super::options::{Options, TRIES};
 use super::requests::Ids;
-use super::transmit::{Contents, Output, Transmit, transmit_stop};
+use super::transmit::{Contents, Output, Transmit, transmit_padding, transmit_stop};
 use crate::frame::MessageId;
 use crate::message::{Ack, AckCode, HostMessage, Motors};
 
@@ -17,19 +17,26 @@ const MAX_STOPS: usize = 4;
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
 pub(super) struct Stops {
     slots: ArrayVec<Slot, MAX_STOPS>,
-    /// Question whether motors still move, and until when its answer is waited for.
-    question: Option<(MessageId, Millis)>,
+    /// Until when the answer to the question whether motors still move is waited for; `None` if the question is not asked.
+    question: Option<Millis>,
 }
+
+/// Ids of the last tries. An answer to an earlier try counts as well.
+type Tries = ArrayVec<MessageId, { TRIES as usize }>;
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Slot {
     target: StopTarget,
-    /// The last ids under which the stop was sent. An answer to an earlier try counts as well.
-    ids: ArrayVec<MessageId, { TRIES as usize }>,
+    /// Ids under which the stop was sent.
+    ids: Tries,
+    /// Ids of the questions whether motors still move that were asked after the stop was sent.
+    questions: Tries,
     /// Number of times that the stop was sent, up to one more than it takes to tell the application.
     tries: u8,
     /// Until when the answer is waited for; `None` if the device is asked whether motors still move.
     until: Option<Millis>,
+    /// Whether the device answered anything to the last try, or to the question after it.
+    is_answered: bool,
 }
 
 /// Meaning of an acknowledgement to the stops.
@@ -61,13 +68,33 @@ impl Slot {
             output.event(Event::StopNotConfirmed(self.target));
         }
         self.tries = self.tries.saturating_add(1).min(TRIES.saturating_add(1));
-        if self.ids.is_full() {
-            self.ids.pop_at(0);
-        }
-        if self.ids.try_push(id).is_ok() {
-            self.until = Some(patience(now, options));
-        }
+        remember(&mut self.ids, id);
+        self.until = Some(patience(now, options));
+        self.is_answered = false;
     }
+
+    /// Whether the device may wait for the end of a frame that was cut off, and take the stop for a part of it.
+    const fn is_silent(&self) -> bool {
+        self.until.is_none() && !self.is_answered && self.tries <= TRIES
+    }
+
+    /// Forgets what was sent over a link that is gone.
+    fn start_over(&mut self) {
+        *self = Self::new(self.target);
+    }
+
+    fn new(target: StopTarget) -> Self {
+        Self { target, ids: Tries::new(), questions: Tries::new(), tries: 0, until: None, is_answered: false }
+    }
+}
+
+/// Keeps the id of the last try, in the place of the oldest one.
+fn remember(tries: &mut Tries, id: MessageId) {
+    if tries.is_full() {
+        tries.pop_at(0);
+    }
+    // There is room now.
+    let _ = tries.try_push(id);
 }
 
 fn patience(now: Millis, options: &Options) -> Millis {
@@ -95,6 +122,7 @@ impl Stops {
         if let Some(slot) = self.place(target) {
             (slot.tries, slot.until) = (0, None);
             slot.send(now, output, options, ids);
+            self.end_question();
         }
     }
 
@@ -113,7 +141,7 @@ impl Stops {
             self.slots.retain(|slot| slot.target == target);
         }
         if !self.iter().any(|followed| followed == target) {
-            self.slots.try_push(Slot { target, ids: ArrayVec::new(), tries: 0, until: None }).ok()?;
+            self.slots.try_push(Slot::new(target)).ok()?;
         }
         self.slots.iter_mut().find(|slot| slot.target == target)
     }
@@ -146,8 +174,7 @@ impl Stops {
     pub(super) fn link_down(&mut self, output: &mut Output<'_>) {
         self.question = None;
         for slot in &mut self.slots {
-            (slot.tries, slot.until) = (0, None);
-            slot.ids.clear();
+            slot.start_over();
             output.event(Event::StopNotConfirmed(slot.target));
         }
     }
@@ -159,7 +186,8 @@ impl Stops {
         }
     }
 
-    /// Takes an acknowledgement. If it refuses a stop, the device is asked whether motors move.
+    /// Takes an acknowledgement. A stop that arrived damaged is sent again at once, until it was sent three times. Any
+    /// other refusal changes nothing: the next try comes in its time.
     pub(super) fn acknowledged(
         &mut self,
         now: Millis,
@@ -177,69 +205,77 @@ impl Stops {
         if code == Some(AckCode::OK) {
             let target = slot.target;
             self.slots.retain(|slot| slot.target != target);
+            self.end_question();
             output.event(Event::Stopped(target));
             return Acknowledged::Confirms(target);
         }
+        slot.is_answered = true;
         if code == Some(AckCode::ERR_CHECKSUM) && slot.tries < TRIES {
             slot.send(now, output, options, ids);
-        } else {
-            slot.until = None;
         }
         Acknowledged::Refuses
     }
 
-    /// Takes a status. While a run may still begin, that nothing moves proves nothing (decision D-60).
+    /// Takes a status. While a run may still begin, that nothing moves proves nothing (decision D-60). If motors move, the
+    /// next try comes in its time.
     pub(super) fn status(
         &mut self,
-        now: Millis,
         output: &mut Output<'_>,
-        options: &Options,
-        ids: &mut Ids,
         (id, moving, is_armed): (MessageId, Motors, bool),
     ) -> StatusMeaning {
-        if self.question.is_none_or(|(asked, _)| asked != id) {
+        if !self.slots.iter().any(|slot| slot.questions.contains(&id)) {
             return StatusMeaning::Other;
         }
-        self.question = None;
         let mut all_rest = false;
         self.slots.retain(|slot| {
-            if slot.until.is_some() {
+            if !slot.questions.contains(&id) {
                 return true;
             }
+            slot.is_answered = true;
             let is_obeyed = is_obeyed(slot.target, moving) && !is_armed;
             if is_obeyed {
                 all_rest |= slot.target.is_all();
                 output.event(Event::Stopped(slot.target));
-            } else {
-                slot.send(now, output, options, ids);
             }
             !is_obeyed
         });
+        self.end_question();
         StatusMeaning::Answer { all_rest }
     }
 
-    /// Asks, and sends again, where an answer is overdue.
+    /// Ends the question if no stop needs its answer.
+    fn end_question(&mut self) {
+        self.question = self.question.filter(|_| self.slots.iter().any(|slot| slot.until.is_none()));
+    }
+
+    /// Asks, and sends again, where an answer is overdue: a stop and its question by turns, a timeout apart, whatever the
+    /// device answers.
     pub(super) fn due(&mut self, now: Millis, output: &mut Output<'_>, options: &Options, ids: &mut Ids) {
         for slot in &mut self.slots {
             slot.until = slot.until.filter(|&until| until > now);
         }
-        if let Some((_, until)) = self.question {
-            if until > now {
-                return;
-            }
-            self.question = None;
-            for slot in self.slots.iter_mut().filter(|slot| slot.until.is_none()) {
-                slot.send(now, output, options, ids);
-            }
-        } else if self.slots.iter().any(|slot| slot.until.is_none()) {
-            let id = ids.next();
-            output.transmit(Transmit { id, contents: Contents::Status });
-            self.question = Some((id, patience(now, options)));
+        if self.question.is_some_and(|until| until > now) {
+            return;
         }
+        let is_asked = self.question.take().is_some();
+        if !self.slots.iter().any(|slot| slot.until.is_none()) {
+            return;
+        }
+        let overdue = |slot: &&mut Slot| slot.until.is_none();
+        if is_asked {
+            return self.slots.iter_mut().filter(overdue).for_each(|slot| slot.send(now, output, options, ids));
+        }
+        if self.slots.iter().any(Slot::is_silent) {
+            transmit_padding(output, options, options.stop_timeout());
+        }
+        let id = ids.next();
+        output.transmit(Transmit { id, contents: Contents::Status });
+        self.question = Some(patience(now, options));
+        self.slots.iter_mut().filter(overdue).for_each(|slot| remember(&mut slot.questions, id));
     }
 
     pub(super) fn wake(&self) -> Option<Millis> {
         let until = self.slots.iter().filter_map(|slot| slot.until);
-        until.chain(self.question.map(|(_, until)| until)).min()
+        until.chain(self.question).min()
     }
 }

@@ -107,15 +107,27 @@ impl<'a> App<'a> {
         }
     }
 
-    /// Frame of a message of the host.
-    pub(crate) fn frame(&self, transmit: &host::Transmit) -> Vec<u8> {
-        let mut scratch = [0; SCRATCH];
-        let message = transmit.message(|source| match source {
+    fn find<'s>(&self, source: Source, scratch: &'s mut [u8; SCRATCH]) -> HostMessage<'s>
+    where
+        'a: 's,
+    {
+        match source {
             Source::Command(token) => self.messages[&token].0,
-            Source::Section(section) => section.message(&Tens, &mut scratch),
-        });
-        let mut bytes = vec![0; message.encoded_len()];
-        assert_eq!(message.encode_into(transmit.id, &mut bytes), Ok(bytes.len()), "{message}");
+            Source::Section(section) => section.message(&Tens, scratch),
+        }
+    }
+
+    /// Bytes that the host sends: the frame of a message, or padding.
+    pub(crate) fn frame(&self, transmit: &host::Transmit) -> Vec<u8> {
+        let (mut scratch, mut bytes) = ([0; SCRATCH], vec![0; 1048]);
+        let len =
+            transmit.encode_into(|source| self.find(source, &mut scratch), &mut bytes).expect("a frame that fits");
+        bytes.truncate(len);
+        let Some(message) = transmit.message(|source| self.find(source, &mut scratch)) else {
+            assert!(len > 0 && bytes.iter().all(|byte| *byte == 0), "padding");
+            return bytes;
+        };
+        assert_eq!(message.encoded_len(), len, "{message}");
         let decoded = Frame::decode(&bytes).expect("a frame that was just encoded");
         assert_eq!((decoded.id(), HostMessage::decode(&decoded)), (transmit.id, Ok(message)));
         bytes

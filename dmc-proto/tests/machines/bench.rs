@@ -293,6 +293,8 @@ pub(crate) struct Desk {
     pub(crate) machine: HostMachine,
     pub(crate) now: Millis,
     pub(crate) wake: Option<Millis>,
+    /// Number of zero bytes that were sent. They are left out of the messages.
+    pub(crate) padding: u32,
 }
 
 /// Messages of a host with their ids, and events for its application.
@@ -342,7 +344,7 @@ impl Desk {
     }
 
     pub(crate) fn of(options: host::Options) -> Self {
-        Self { machine: HostMachine::new(options), now: Millis(1000), wake: None }
+        Self { machine: HostMachine::new(options), now: Millis(1000), wake: None, padding: 0 }
     }
 
     /// Host that is ready, and whose device has every capability. The last id is 1.
@@ -350,8 +352,9 @@ impl Desk {
         Self::up_with(host::Options::default(), hi())
     }
 
+    /// Host that is ready, and that does not want motors to be enabled: most tests are about something else.
     pub(crate) fn up_with(options: host::Options, hi: Hi<'static>) -> Self {
-        let mut desk = Self::of(options);
+        let mut desk = Self::of(options.with_needs_enabled(false));
         desk.becomes_ready(1, hi);
         desk
     }
@@ -368,7 +371,12 @@ impl Desk {
         let (machine, output) = laws::machine::step(self.machine.clone(), self.now, input);
         (self.machine, self.wake) = (machine, output.wake);
         stops_go_first(&output);
-        let sent = output.transmits().map(|transmit| (transmit.id.0, transmit.contents)).collect();
+        let mut sent: Vec<_> = output.transmits().map(|transmit| (transmit.id.0, transmit.contents)).collect();
+        sent.retain(|(_, contents)| {
+            let host::Contents::Padding(len) = contents else { return true };
+            self.padding += u32::from(*len);
+            false
+        });
         (sent, output.events().copied().collect())
     }
 

@@ -1,6 +1,6 @@
 //! Random inputs of both machines, alone and together.
 
-use std::collections::{HashMap, HashSet, VecDeque};
+use std::collections::{HashMap, HashSet};
 
 use dmc_proto::device::{self, DeviceMachine, Quirks, State};
 use dmc_proto::host::{self, Command, Contents, Failure, HostMachine, Outcome, Progress, Refusal, StopTarget};
@@ -252,8 +252,13 @@ impl Alone {
 fn bad_line() -> impl Strategy<Value = BadLine> {
     let fate = prop_oneof![8 => Just(Fate::Arrives), 1 => Just(Fate::Lost), 1 => Just(Fate::Doubled), 1 => Just(Fate::Corrupt)];
     let travel = prop_oneof![11 => Just(2), 1 => Just(700)];
-    let line = |(travels, fates)| BadLine { travels: VecDeque::from(travels), fates: VecDeque::from(fates) };
-    (vec(travel, 0..200), vec(fate, 0..200)).prop_map(line)
+    let cut = prop_oneof![2 => Just(0), 1 => 1..1048_usize];
+    let line = |(travels, fates, cuts): (Vec<_>, Vec<_>, Vec<_>)| BadLine {
+        travels: travels.into(),
+        fates: fates.into(),
+        cuts: cuts.into(),
+    };
+    (vec(travel, 0..200), vec(fate, 0..200), vec(cut, 0..100)).prop_map(line)
 }
 
 fn action() -> BoxedStrategy<(Action, u64)> {
@@ -321,7 +326,7 @@ proptest! {
     /// S-1, S-2
     #[test]
     fn a_host_keeps_its_laws_with_any_inputs(steps in host_steps(), window in 1..5_u8) {
-        let machine = HostMachine::new(host::Options::default().with_window(window)).with_last_id(100);
+        let machine = HostMachine::new(host::Options::default().with_window(window).with_needs_enabled(false)).with_last_id(100);
         let mut alone = Alone { host: Watched::new(machine), app: App::default(), now: Millis(0) };
         alone.tell(host::Input::LinkUp);
         alone.tell(host::Input::Received(MessageId(0), hi().into()));
@@ -400,7 +405,7 @@ impl StateMachineTest for Together {
 }
 
 prop_state_machine! {
-    /// S-1, S-2, S-3, S-7
+    /// S-1, S-2, S-3, S-7, D-71, D-73
     #[test]
     fn a_host_and_a_device_keep_their_laws_over_a_bad_line(sequential 1..25 => Together);
 }

@@ -59,7 +59,8 @@ fn a_stop_without_an_answer_is_sent_again_without_end() {
     assert_eq!(desk.pass(250), (vec![(3, Contents::Status)], vec![]));
     assert_eq!(desk.pass(250), (vec![(4, ALL)], vec![]), "no answer comes");
     assert_eq!(desk.pass(250), (vec![(5, Contents::Status)], vec![]));
-    assert_eq!(desk.status(5, 1), (vec![(6, ALL)], vec![]), "motors move, so the stop is sent at once");
+    assert_eq!(desk.status(5, 1), (vec![], vec![]), "motors move, and the stop waits for its time");
+    assert_eq!(desk.pass(250), (vec![(6, ALL)], vec![]));
     assert_eq!(desk.pass(250), (vec![(7, Contents::Status)], vec![]));
     assert_eq!(
         desk.pass(250),
@@ -86,7 +87,8 @@ fn motors_at_rest_confirm_a_stop() {
     assert_eq!(desk.status(3, 0b01), (vec![], vec![Event::Stopped(TWO)]), "another motor may move");
     desk.stop(StopTarget::All);
     desk.pass(250);
-    assert_eq!(desk.status(5, 0b01).0, [(6, ALL)]);
+    assert_eq!(desk.status(5, 0b01).0, []);
+    assert_eq!(desk.pass(250).0, [(6, ALL)]);
     desk.pass(250);
     assert_eq!(desk.status(7, 0), (vec![], vec![Event::Stopped(StopTarget::All)]));
     assert_eq!(desk.wake, None);
@@ -98,19 +100,124 @@ fn a_stop_that_is_refused_is_not_confirmed() {
     for code in [AckCode::ERR_HARD_LOW, AckCode::ERR_GENERAL, AckCode(77)] {
         let mut desk = Desk::up();
         desk.stop(StopTarget::All);
-        assert_eq!(desk.acked(2, 0x0033, code), (vec![(3, Contents::Status)], vec![]), "the device is asked at once");
+        assert_eq!(desk.acked(2, 0x0033, code), (vec![], vec![]));
+        assert_eq!(desk.pass(249), (vec![], vec![]), "the question comes in its time");
+        assert_eq!(desk.pass(1), (vec![(3, Contents::Status)], vec![]));
         assert_eq!(desk.status(3, 0), (vec![], vec![Event::Stopped(StopTarget::All)]));
+        assert_eq!((desk.wake, desk.padding), (None, 0), "a device that answers needs no padding");
     }
     let mut desk = Desk::up();
     desk.stop(StopTarget::All);
     let garbled = AckCode::ERR_CHECKSUM;
     assert_eq!(desk.acked(2, 0x0033, garbled), (vec![(3, ALL)], vec![]), "the stop is sent again at once");
     assert_eq!(desk.acked(3, 0x0033, garbled), (vec![(4, ALL)], vec![]));
-    assert_eq!(
-        desk.acked(4, 0x0033, garbled),
-        (vec![(5, Contents::Status)], vec![]),
-        "after three tries the device is asked"
-    );
+    assert_eq!(desk.acked(4, 0x0033, garbled), (vec![], vec![]));
+    assert_eq!(desk.pass(250), (vec![(5, Contents::Status)], vec![]), "after three tries the device is asked in time");
+}
+
+/// D-73: whatever the device answers, and however fast, a stop and its question are a timeout apart.
+#[test]
+fn a_stop_is_repeated_a_timeout_apart_whatever_the_device_answers() {
+    for code in [None, Some(AckCode::ERR_HARD_LOW), Some(AckCode::ERR_MOVING), Some(AckCode::ERR_CHECKSUM)] {
+        for motors in [None, Some(0b10), Some(0b11)] {
+            let mut desk = Desk::up();
+            let mut waits: Vec<_> = desk.stop(TWO).0;
+            let (mut stops, mut questions, mut told) = (vec![desk.now], vec![], vec![]);
+            // The device answers each message after a millisecond.
+            for _ in 0..20_000 {
+                let (mut sent, mut events) = desk.pass(1);
+                for (id, what) in std::mem::take(&mut waits) {
+                    let answer = match what {
+                        Contents::Stop(_) => code.map(|code| ack(0x0032, code)),
+                        _ => motors.map(status),
+                    };
+                    let (more, news) = answer.map(|answer| desk.receives(id, answer)).unwrap_or_default();
+                    sent.extend(more);
+                    events.extend(news);
+                }
+                for (_, what) in &sent {
+                    if matches!(what, Contents::Stop(_)) { &mut stops } else { &mut questions }.push(desk.now);
+                }
+                told.extend(events);
+                waits = sent;
+            }
+            assert_eq!(told, [Event::StopNotConfirmed(TWO)], "{code:?}: told once");
+            assert!(desk.machine.unconfirmed_stops().eq([TWO]), "{code:?}: still wanted");
+            // A stop that arrived damaged did not arrive. It is sent again at once, twice at most.
+            let again = if code == Some(AckCode::ERR_CHECKSUM) { 2 } else { 0 };
+            for times in [&stops[again..], &questions] {
+                assert!(times.windows(2).all(|pair| pair[1].since(pair[0]) >= 500), "{code:?}: {times:?}");
+            }
+            assert!((39..=41 + again).contains(&stops.len()), "{code:?}: {}", stops.len());
+            // The line stays usable.
+            let (sent, _) = desk.request(1, ask_status());
+            assert!(sent.iter().any(|(_, what)| *what == named(1)), "{sent:?}");
+        }
+    }
+}
+
+/// D-73
+#[test]
+fn a_late_answer_to_an_earlier_question_confirms_a_stop() {
+    let mut desk = Desk::up();
+    desk.stop(TWO);
+    assert_eq!(desk.pass(250).0, [(3, Contents::Status)]);
+    assert_eq!(desk.pass(500).0, [(4, Contents::Stop(TWO)), (5, Contents::Status)]);
+    assert_eq!(desk.status(3, 0b01), (vec![], vec![Event::Stopped(TWO)]));
+    assert_eq!(desk.wake, None);
+    // An answer to a question from before a stop tells nothing of it.
+    desk.stop(StopTarget::All);
+    assert_eq!(desk.pass(250).0, [(7, Contents::Status)]);
+    assert_eq!(desk.stop(TWO).0, [(8, Contents::Stop(TWO))]);
+    assert_eq!(desk.status(7, 0).1, [Event::Stopped(StopTarget::All)]);
+    assert!(desk.machine.unconfirmed_stops().eq([TWO]));
+}
+
+/// D-71
+#[test]
+fn zero_bytes_follow_a_stop_without_an_answer() {
+    let mut desk = Desk::up();
+    desk.stop(StopTarget::All);
+    desk.pass(249);
+    assert_eq!(desk.padding, 0);
+    desk.pass(1);
+    assert_eq!(desk.padding, 2048, "as many as complete any frame");
+    desk.pass(10_000);
+    assert_eq!(desk.padding, 3 * 2048, "three times at most");
+    desk.stop(StopTarget::All);
+    desk.pass(250);
+    assert_eq!(desk.padding, 4 * 2048, "another command");
+    let mut desk = Desk::up_with(Options::default().with_line_speed(9600), hi());
+    desk.stop(StopTarget::All);
+    desk.pass(250);
+    assert_eq!(desk.padding, 240, "no more than the line carries until the next try");
+    let mut desk = Desk::up();
+    desk.stop(StopTarget::All);
+    desk.acked(2, 0x0033, AckCode::ERR_HARD_LOW);
+    desk.pass(250);
+    assert_eq!(desk.padding, 0, "a device that answers is not deaf");
+}
+
+/// D-72
+#[test]
+fn an_answer_from_before_the_link_confirms_no_stop() {
+    let options = Options::default().with_first_id(0x1234_5678);
+    let mut desk = Desk::of(options);
+    desk.stop(StopTarget::All);
+    assert_eq!(desk.step(Input::LinkUp).0, [(0x1234_5678, ALL), (0x1234_5679, Contents::Greeting)]);
+    for id in [1, 2, 3] {
+        let stale = vec![Event::Unsolicited(MessageId(id), ack(0x0033, AckCode::OK))];
+        assert_eq!(desk.acked(id, 0x0033, AckCode::OK), (vec![], stale));
+    }
+    // The link is opened again: what was sent on the link before confirms nothing.
+    assert_eq!(desk.step(Input::LinkUp).0, [(0x1234_567A, ALL), (0x1234_567B, Contents::Greeting)]);
+    let stale = vec![Event::Unsolicited(MessageId(0x1234_5678), ack(0x0033, AckCode::OK))];
+    assert_eq!(desk.acked(0x1234_5678, 0x0033, AckCode::OK), (vec![], stale));
+    assert_eq!(desk.acked(0x1234_567A, 0x0033, AckCode::OK).1, [Event::Stopped(StopTarget::All)]);
+    // Ids go on after the greatest one, without 0.
+    let mut desk = Desk::of(Options::default().with_first_id(u32::MAX));
+    assert_eq!(desk.step(Input::LinkUp).0, [(u32::MAX, Contents::Greeting)]);
+    assert_eq!(desk.stop(StopTarget::All).0, [(1, ALL)]);
 }
 
 /// S-1
@@ -182,7 +289,8 @@ fn motors_at_rest_do_not_confirm_a_stop_of_a_run_that_may_still_begin() {
     assert_eq!(sent, [(5, ALL)], "a stop of one motor of a run stops the run");
     assert_eq!(events, [failed(1, Failure::Stopped)]);
     assert_eq!(desk.pass(250).0, [(6, Contents::Status)]);
-    assert_eq!(desk.status(6, 0), (vec![(7, ALL)], vec![]), "the run may wait for the operator");
+    assert_eq!(desk.status(6, 0), (vec![], vec![]), "the run may wait for the operator");
+    assert_eq!(desk.pass(250), (vec![(7, ALL)], vec![]));
     assert_eq!(desk.acked(7, 0x0033, AckCode::OK), (vec![], vec![Event::Stopped(StopTarget::All)]));
     assert!(!desk.machine.is_armed());
 }
@@ -202,7 +310,8 @@ fn late_news_does_not_hide_a_shot_that_may_still_begin() {
         desk.stop(StopTarget::All);
         let (sent, _) = desk.pass(250);
         assert_eq!(sent, [(next, Contents::Status)]);
-        assert_eq!(desk.status(next, 0), (vec![(next + 1, ALL)], vec![]));
+        assert_eq!(desk.status(next, 0), (vec![], vec![]));
+        assert_eq!(desk.pass(250), (vec![(next + 1, ALL)], vec![]));
     }
 }
 

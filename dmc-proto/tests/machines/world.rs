@@ -69,11 +69,16 @@ pub(crate) struct BadLine {
     pub(crate) travels: VecDeque<u64>,
     /// Fates of the next frames that arrive.
     pub(crate) fates: VecDeque<Fate>,
+    /// Of the next frames to the device that are lost: number of bytes that were cut off at the end. A device waits for
+    /// them, and takes what follows for them. Of a frame that is lost whole, it is 0.
+    pub(crate) cuts: VecDeque<usize>,
 }
 
 pub(crate) struct World {
     both: world::World<HostMachine, DeviceMachine, Vec<u8>, Vec<u8>>,
     line: BadLine,
+    /// Number of bytes that the device waits for, because a frame was cut off.
+    deaf: usize,
     motion: Motion,
     /// Time of the next report of the rig.
     rig_due: Option<Millis>,
@@ -83,6 +88,8 @@ pub(crate) struct World {
     pub(crate) ended: HashMap<Token, Option<Outcome<'static>>>,
     /// States in which the device and the sequences were.
     pub(crate) seen: (HashSet<State>, HashSet<Progress>),
+    /// Time of the last command to stop, and number of times that each stop was sent since.
+    stops: (Millis, HashMap<StopTarget, u64>),
     /// Commands up to this token were called off.
     called_off: Token,
     last: Token,
@@ -91,17 +98,19 @@ pub(crate) struct World {
 impl World {
     /// World whose host is ready, before its line turns bad.
     pub(crate) fn new(window: u8, quirks: Quirks, line: BadLine) -> Self {
-        let host = HostMachine::new(host::Options::default().with_window(window));
+        let host = HostMachine::new(host::Options::default().with_window(window).with_needs_enabled(false));
         let device = DeviceMachine::new(device::Options::of(hi()).with_quirks(quirks));
         let mut world = Self {
             both: world::World::new(Millis(0), host, device, Faults::ANY),
             line: BadLine::default(),
+            deaf: 0,
             motion: Motion::Rest,
             rig_due: None,
             frames_left: 0,
             app: App::default(),
             ended: HashMap::new(),
             seen: (HashSet::new(), HashSet::new()),
+            stops: (Millis(0), HashMap::new()),
             called_off: Token(0),
             last: Token(0),
         };
@@ -136,6 +145,7 @@ impl World {
     pub(crate) fn tell_host(&mut self, input: host::Input<'_>) {
         let output = self.both.step_host(input);
         self.app.takes(&output);
+        self.check_stops(input, &output);
         self.seen.1.extend(self.host().progress());
         for effect in &output.effects {
             match effect {
@@ -157,6 +167,20 @@ impl World {
         }
     }
 
+    /// Law of hosts: whatever is answered, a stop is sent once in two timeouts. It may have arrived damaged twice before.
+    fn check_stops(&mut self, input: host::Input<'_>, output: &host::Output<'_>) {
+        if matches!(input, host::Input::LinkUp | host::Input::Command(_, Command::Stop(_))) {
+            self.stops = (self.both.now, HashMap::new());
+        }
+        for transmit in output.transmits() {
+            let host::Contents::Stop(target) = transmit.contents else { continue };
+            let times = self.stops.1.entry(target).or_default();
+            *times += 1;
+            let most = 3 + self.both.now.since(self.stops.0) / 500;
+            assert!(*times <= most, "{target:?} is sent {times} times, not {most}");
+        }
+    }
+
     /// Law of hosts: while anything moves because of the host, the host says so.
     fn check_motion(&self) {
         let is_moving = !matches!(self.motion, Motion::Rest | Motion::Prepared);
@@ -166,6 +190,9 @@ impl World {
 
     /// Law of hosts: nothing that may move is sent against a stop, or after it was called off.
     fn check_sent(&self, contents: host::Contents, frame: &[u8]) {
+        if let host::Contents::Padding(_) = contents {
+            return;
+        }
         let message = HostMessage::decode(&Frame::decode(frame).unwrap()).unwrap();
         let may_move = message.conduct().may_move();
         let is_alone = |stop: StopTarget| matches!(stop, StopTarget::Motor(_));
@@ -339,7 +366,16 @@ impl World {
             match next {
                 Next::Up => {
                     let fate = self.line.fates.pop_front().unwrap_or(Fate::Arrives);
-                    let Some((bytes, is_sound)) = self.both.up.meet(fate) else { continue };
+                    let Some((bytes, is_sound)) = self.both.up.meet(fate) else {
+                        self.deaf = self.deaf.max(self.line.cuts.pop_front().unwrap_or(0));
+                        continue;
+                    };
+                    // A message in a frame that was cut off is lost too. Padding is no message.
+                    let is_eaten = self.deaf > 0;
+                    self.deaf = self.deaf.saturating_sub(bytes.len());
+                    if is_eaten || bytes[0] == 0 {
+                        continue;
+                    }
                     let frame = Frame::decode(&bytes).unwrap();
                     self.tell_device(if is_sound {
                         device::Input::received(&frame, |_| AckCode::OK)

@@ -11,7 +11,7 @@ use tokio::net::TcpStream;
 use tokio::sync::mpsc::UnboundedReceiver;
 use tokio::task::yield_now;
 use tokio::time::{Instant, sleep, sleep_until, timeout, timeout_at};
-use tokio_serial::SerialPortBuilderExt;
+use tokio_serial::{ClearBuffer, SerialPort, SerialPortBuilderExt};
 use tracing::{debug, trace};
 
 use crate::drive::{Driven, Stopped, Trouble};
@@ -189,7 +189,8 @@ impl<H: Driven> Session<H> {
         Stopped::NotConfirmed
     }
 
-    /// Waits until the rig confirms a stop. If the host opens the line itself, waits only a short time for the line.
+    /// Waits until the rig confirms a stop. If the host opens the line itself, waits only a short time for the line. Does not
+    /// wait longer for a rig that may ignore stops.
     async fn confirmed(&mut self, until: Instant) -> Result<Stopped, Trouble> {
         let mut reached = Instant::now();
         while Instant::now() < until && reached.elapsed() < REACH {
@@ -198,7 +199,7 @@ impl<H: Driven> Session<H> {
             {
                 return Ok(Stopped::Confirmed);
             }
-            if self.line.is_some() {
+            if self.line.is_some() && !self.host.is_deaf() {
                 reached = Instant::now();
             }
         }
@@ -324,7 +325,14 @@ async fn open(target: &Target) -> Result<Box<dyn Stream>, Trouble> {
             Err(_) => Err(Trouble::Line(format!("{address}: no answer in 5 s: is the rig on and in this network?"))),
         },
         Target::Serial(path, baud) => match tokio_serial::new(path, *baud).open_native_async() {
-            Ok(line) => Ok(Box::new(line)),
+            Ok(line) => {
+                // Bytes that wait since an earlier session answer nothing of this one. If they cannot be dropped, the
+                // random ids of this session tell them apart.
+                if let Err(error) = line.clear(ClearBuffer::Input) {
+                    debug!("{path}: {error}: old bytes may wait");
+                }
+                Ok(Box::new(line))
+            }
             Err(error) => {
                 Err(Trouble::Line(format!("{path}: {error}: is the rig plugged in, and the line not in use?")))
             }

@@ -19,7 +19,8 @@ use tokio::time::{Instant, sleep, timeout};
 /// Longest time that a test waits for anything.
 const BOUND: Duration = Duration::from_secs(20);
 
-/// Rig that echoes what it receives, except `!` (it sends more than a client may leave unread), `g` (its motor goes to
+/// Rig that echoes what it receives, except `!` (it sends more than a client may leave unread), `s` (it sends a thousand
+/// pieces), `g` (its motor goes to
 /// 10) and `q` (it sends `bye` and closes the line). It announces itself each second.
 struct Toy {
     open: [bool; 2],
@@ -64,6 +65,7 @@ impl Party for Toy {
         match bytes {
             b"!" => (0..64).for_each(|_| self.out.push(Outgoing::Bytes(line, vec![b'!'; 64 * 1024]))),
             b"g" => self.motors[0].go_to(now, 10.0, 100.0, 1000.0),
+            b"s" => (0..1_000).for_each(|_| self.out.push(Outgoing::Bytes(line, vec![b's'; 20]))),
             b"q" => self.out.extend([Outgoing::Bytes(line, b"bye".to_vec()), Outgoing::HangUp(line)]),
             _ => self.out.push(Outgoing::Bytes(line, bytes.to_vec())),
         }
@@ -260,6 +262,18 @@ async fn the_last_bytes_of_a_rig_that_closes_its_line_arrive() {
     let mut heard = String::new();
     within(line.read_to_string(&mut heard)).await.unwrap();
     assert_eq!(heard, "bye");
+    assert_eq!(served.end().await.told, ["open 0", "close 0"]);
+}
+
+#[tokio::test]
+async fn a_client_that_sends_no_more_gets_its_answers() {
+    let served = serve(Options::default());
+    let mut client = TcpStream::connect(served.listen().await).await.unwrap();
+    client.write_all(b"s").await.unwrap();
+    client.shutdown().await.unwrap();
+    let mut answered = Vec::new();
+    within(client.read_to_end(&mut answered)).await.unwrap();
+    assert_eq!(answered.len(), 20_000);
     assert_eq!(served.end().await.told, ["open 0", "close 0"]);
 }
 

@@ -1,4 +1,4 @@
-//! Framings: how a master and a node find packets among other bytes.
+//! Framings: how a master, a listener and a node find packets among other bytes.
 
 use motion_core::stream::{self, Framing, Head, Noise};
 use zerocopy::FromBytes;
@@ -9,6 +9,9 @@ use super::{BREAK, Frame, HEADER_LEN, Header, MAX_DATA, MAX_FRAME};
 ///
 /// Packets hold up to `CAP` bytes of data. A packet that claims more is noise, and the search goes on after its break.
 /// If there are more than five zeros before the FF, the last five count. Source: hoot, sections 1 and 5.
+///
+/// A break that is sent twice begins like the reply of a node that refused: address, part, code and length are 0. A master
+/// needs such a reply at once, so the packet after the second break is lost. [`Requests`] finds it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Hoot<const CAP: usize = MAX_DATA> {}
 
@@ -37,6 +40,39 @@ impl<const CAP: usize> Framing for Hoot<CAP> {
     #[inline]
     fn frame(bytes: &[u8]) -> Option<Frame<'_>> {
         Frame::decode(bytes).ok()
+    }
+}
+
+/// Framing of a listener that reads what a master sends. It is [`Hoot`] with one more rule.
+///
+/// No request goes to the address of the master. So a header of zeros is a break that was sent twice, and the packet
+/// begins at the second one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Requests<const CAP: usize = MAX_DATA> {}
+
+impl<const CAP: usize> Framing for Requests<CAP> {
+    const MAX: usize = Hoot::<CAP>::MAX;
+    type Header = Header;
+    type Frame<'a> = Frame<'a>;
+    type Memo<const N: usize> = ();
+
+    #[inline]
+    fn head(bytes: &[u8]) -> Head {
+        match Hoot::<CAP>::head(bytes) {
+            Head::Total(HEADER_LEN) if bytes.get(BREAK.len()..HEADER_LEN) == Some(&[0; 4]) => {
+                Head::Skip(BREAK.len(), Noise::NoMarker)
+            }
+            head => head,
+        }
+    }
+
+    fn header(bytes: &[u8]) -> Option<Header> {
+        Hoot::<CAP>::header(bytes)
+    }
+
+    #[inline]
+    fn frame(bytes: &[u8]) -> Option<Frame<'_>> {
+        Hoot::<CAP>::frame(bytes)
     }
 }
 
@@ -144,6 +180,45 @@ mod tests {
         assert_eq!(items::<Strict>(&stream), [-20], "the node reads as many bytes as are claimed");
         stream.resize(43, 0);
         assert_eq!(items::<Hoot<33>>(&stream), [43]);
+    }
+
+    #[test]
+    fn a_break_that_is_sent_twice_costs_a_listener_nothing_in_any_pieces() {
+        for breaks in 1..4 {
+            let mut stream = START.to_vec();
+            stream.extend(BREAK.repeat(breaks));
+            stream.extend(START);
+            stream.extend(START);
+            for first in 0..=stream.len() {
+                for second in first..=stream.len() {
+                    let mut frames = stream::Frames::<Requests, 84>::new();
+                    let (mut found, mut noise) = (0, 0);
+                    for piece in [&stream[..first], &stream[first..second], &stream[second..]] {
+                        assert_eq!(frames.push(piece), piece.len());
+                        while let Some(item) = frames.next() {
+                            match item {
+                                Item::Frame(frame) => {
+                                    assert_eq!(frame.bytes(), START);
+                                    found += 1;
+                                }
+                                item => noise += item.bytes().len(),
+                            }
+                        }
+                    }
+                    assert_eq!((found, noise), (3, 6 * breaks), "{breaks} breaks, cut at {first} and {second}");
+                }
+            }
+        }
+    }
+
+    /// For a master it is the reply of a node that refused, which is told at once.
+    #[test]
+    fn a_reply_of_zeros_is_a_packet_for_a_master_before_any_byte_follows() {
+        let refused = [&BREAK[..], &[0; 4]].concat();
+        assert_eq!(items::<Hoot>(&refused), [10]);
+        assert_eq!(items::<Hoot>(&[&refused[..], &refused, &START].concat()), [10, 10, 10]);
+        assert_eq!(items::<Hoot>(&[&BREAK[..], &START, &START].concat()), [10, -6, 10]);
+        assert_eq!(items::<Requests>(&refused), [-10]);
     }
 
     #[test]

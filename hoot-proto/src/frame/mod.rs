@@ -19,7 +19,7 @@ mod framing;
 use core::cmp::Ordering;
 use core::fmt;
 
-pub use framing::{Frames, Hoot, Strict};
+pub use framing::{Frames, Hoot, Requests, Strict};
 use motion_core::lint::Lints;
 use motion_core::unit;
 use motion_core::wire::{DecodeError, EncodeError, Envelope};

@@ -2,9 +2,8 @@
 
 use super::Output;
 use super::event::{Event, Ignored};
-use super::motor::Drives;
 use super::session::Sessions;
-use super::transmit::{Contents, Destination, Transmit};
+use super::transmit::{Contents, Destination, Positions, Transmit};
 use crate::message::{ErrorCode, MotorAddress, Normalized, PlaybackState};
 
 /// Effects of one call, and the clients that hear of them.
@@ -53,8 +52,7 @@ impl<'a> Effects<'_, 'a> {
     }
 
     /// Tells the state of the move.
-    pub(super) fn status(&mut self, state: PlaybackState, elapsed: Normalized, photos: u32, drives: &Drives) {
-        let positions = drives.positions();
+    pub(super) fn status(&mut self, state: PlaybackState, elapsed: Normalized, photos: u32, positions: Positions) {
         // A stop is confirmed to the client that asked for it, locked or not.
         let also = if state == PlaybackState::FULL_STOP { self.asker } else { Sessions::NONE };
         self.tell(also, Contents::PlaybackStatus { state, elapsed, photos, positions });

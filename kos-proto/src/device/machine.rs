@@ -1,7 +1,7 @@
 //! The machine of a device: which client may do what, and what is answered (kOS 7.1).
 
 use motion_core::time::Millis;
-use motion_core::wire::{Bool, DecodeError, Password};
+use motion_core::wire::{Bool, DecodeError, Messages as _, Password};
 use motion_core::{debug, machine, states};
 
 use super::Output;
@@ -9,13 +9,13 @@ use super::effects::Effects;
 use super::event::{Event, Ignored};
 use super::input::{Input, Report};
 use super::motor::{Drive, Drives, Motion};
-use super::options::Options;
+use super::options::{Options, Quirks};
 use super::playback::{self, Playback, Rig};
 use super::session::{self, DisconnectReason, SessionId, Sessions, Table};
 use super::transmit::{Activity, Contents, Destination, MotorReport};
 use crate::HostMessage;
-use crate::frame::{MessageId, MessageType};
-use crate::message::{AuxInputs, Direction, ErrorCode, LedMode, MotorAddress, PlaybackDirection, Seconds};
+use crate::frame::{self, MessageId, MessageType};
+use crate::message::{ActionId, AuxInputs, Direction, ErrorCode, LedMode, MotorAddress, PlaybackDirection, Seconds};
 use crate::move_summary::MoveSummary;
 
 states! {
@@ -115,17 +115,15 @@ impl DeviceMachine {
         };
         self.sessions.message_received(now, session, &self.options);
         // Stops come first, and ask for no password (safety decision 2).
+        let obeys_stops = self.knows(&message) && !(locked && self.options.has(Quirks::LOCKED_IGNORES_STOPS));
         match message {
-            HostMessage::StopPlayback(_) => return self.stop_all(now, output),
-            HostMessage::SetPositionSpeedAcceleration(message) if message.is_stop() => {
-                return self.stop_motor(now, output, message.motor_address, message.acceleration);
+            HostMessage::StopPlayback(_) if obeys_stops => self.stop_all(now, output),
+            HostMessage::SetPositionSpeedAcceleration(message) if obeys_stops && message.is_stop() => {
+                self.stop_motor(now, output, message.motor_address, message.acceleration);
             }
-            HostMessage::BumpPositionSpeedAcceleration(message) if message.is_stop() => {
-                return self.stop_motor(now, output, message.motor_address, message.acceleration);
+            HostMessage::BumpPositionSpeedAcceleration(message) if obeys_stops && message.is_stop() => {
+                self.stop_motor(now, output, message.motor_address, message.acceleration);
             }
-            _ => {}
-        }
-        match message {
             HostMessage::KeepAlive(_) => {}
             HostMessage::GetNetworkInfo(_) => output.answer(Contents::NetworkInfo),
             HostMessage::GetDeviceInfo(_) => output.answer(Contents::DeviceInfo(self.activity(now))),
@@ -136,7 +134,16 @@ impl DeviceMachine {
                 }
             }
             _ if locked => output.ignore(Ignored::Locked(session)),
+            message if !self.knows(&message) => unknown(output, session, (message.id(), message.kind(), bytes)),
             message => self.unlocked(now, output, session, (message, bytes), stored),
+        }
+    }
+
+    /// Whether the device knows a message of the table.
+    fn knows(&self, message: &HostMessage<'_>) -> bool {
+        match frame::parts(message.number()) {
+            (MessageId::ACTION, _, Some((_, action))) => !self.options.unsupported().contains(ActionId(action)),
+            (id, ..) => id != MessageId::SOFTWARE_ID || !self.options.has(Quirks::NO_SOFTWARE_ID),
         }
     }
 
@@ -182,12 +189,12 @@ impl DeviceMachine {
             HostMessage::MarkBeginPosition(message) => self.mark_begin(output, message.motor_address),
             HostMessage::MarkEndPosition(message) => self.mark_end(output, message.motor_address),
             HostMessage::SetupPlayback(message) => {
-                if let Some(way) = way(output, message.direction, message.start_time) {
+                if let Some(way) = self.way(output, message.direction, message.start_time) {
                     self.playback.setup(now, output, rig, way, message.delay_return.get());
                 }
             }
             HostMessage::StartPlayback(message) => {
-                if let Some(way) = way(output, message.direction, message.start_time) {
+                if let Some(way) = self.way(output, message.direction, message.start_time) {
                     self.playback.start(now, output, rig, way);
                 }
             }
@@ -195,12 +202,12 @@ impl DeviceMachine {
             HostMessage::TakePicture(message) => self.take_picture(output, message.exposure),
             HostMessage::SetPositionSpeedAcceleration(message) => {
                 let pace = (message.speed, message.acceleration);
-                let target = |drive: &Drive| drive.target(message.position);
+                let target = |drive: &Drive, clamps| drive.target(message.position, clamps);
                 self.go(output, session, message.motor_address, target, pace);
             }
             HostMessage::BumpPositionSpeedAcceleration(message) => {
                 let pace = (message.speed, message.acceleration);
-                let target = |drive: &Drive| drive.target_by(message.delta);
+                let target = |drive: &Drive, clamps| drive.target_by(message.delta, clamps);
                 self.go(output, session, message.motor_address, target, pace);
             }
             message => unknown(output, session, (message.id(), message.kind(), bytes)),
@@ -237,6 +244,27 @@ impl DeviceMachine {
             times: (playback.remaining(now), playback.elapsed(now)),
             photos: playback.photos,
         }
+    }
+
+    /// Direction in which a move is to be played. Numbers without a known meaning move nothing (decision K-J7).
+    fn way(
+        &self,
+        output: &mut Effects<'_, '_>,
+        direction: PlaybackDirection,
+        start_time: Seconds,
+    ) -> Option<Direction> {
+        if start_time.0 != 0.0 {
+            output.refuse(ErrorCode::INVALID_MOVE_TIME);
+            return None;
+        }
+        if self.options.has(Quirks::IGNORES_DIRECTION) {
+            return Some(Direction::Forward);
+        }
+        let way = Direction::of(direction);
+        if way.is_none() {
+            output.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);
+        }
+        way
     }
 
     /// Tells one motor a message, and more until the last (decision K-M3).
@@ -386,26 +414,13 @@ impl DeviceMachine {
     }
 }
 
-/// Direction in which a move is to be played. Numbers without a known meaning move nothing (decision K-J7).
-fn way(output: &mut Effects<'_, '_>, direction: PlaybackDirection, start_time: Seconds) -> Option<Direction> {
-    if start_time.0 != 0.0 {
-        output.refuse(ErrorCode::INVALID_MOVE_TIME);
-        return None;
-    }
-    let way = Direction::of(direction);
-    if way.is_none() {
-        output.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);
-    }
-    way
-}
-
 /// Sends a message back that the device does not know, unless it is one that only devices send (decision K-P10).
 fn unknown<'a>(
     output: &mut Effects<'_, 'a>,
     session: SessionId,
     (id, kind, bytes): (MessageId, MessageType, &'a [u8]),
 ) {
-    if id == MessageId::NOTIFICATION || !matches!(kind, MessageType::SET | MessageType::GET) {
+    if id == MessageId::NOTIFICATION || matches!(kind, MessageType::RESPONSE | MessageType::RESPONSE_MORE) {
         return output.ignore(Ignored::NotForDevices(session));
     }
     output.answer(Contents::UnsupportedMessage(bytes));

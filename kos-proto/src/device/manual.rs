@@ -74,44 +74,48 @@ impl DeviceMachine {
         drive
     }
 
-    /// Sends a motor to a position.
+    /// Sends a motor to a position. A motor that rests and is not sent reports its position all the same (decision K-M10).
     pub(super) fn go(
         &mut self,
         output: &mut Effects<'_, '_>,
         session: SessionId,
         motor: MotorAddress,
-        target: impl Fn(&Drive) -> Rotations,
+        target: impl Fn(&Drive, bool) -> Rotations,
         (speed, acceleration): (RotationsPerSecond, RotationsPerSecondSquared),
     ) {
-        let Some(drive) = self.drive(output, motor) else { return };
-        let to = target(drive);
+        let clamps = !self.options.has(Quirks::NOT_CLAMPED);
+        let travelling = self.playback.travelling();
         let positive = |number: f32| number.is_finite() && number > 0.0;
-        if !(to.0.is_finite() && positive(speed.0) && positive(acceleration.0)) {
-            return output.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);
+        let is_number =
+            |drive: &Drive| target(drive, clamps).0.is_finite() && positive(speed.0) && positive(acceleration.0);
+        let is_refused = self.playback.state().runs() || self.drives.get(motor).is_some_and(|drive| !is_number(drive));
+        if let Some(drive) = self.drives.get(motor).filter(|_| is_refused) {
+            output.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);
+            if drive.motion() == Motion::Resting && !travelling.contains(motor) {
+                let motor = MotorAddress(motor.number());
+                output.answer(Contents::MotorPosition { motor, position: drive.position() });
+            }
+            return;
         }
+        let Some(drive) = self.drive(output, motor) else { return };
+        let to = target(drive, clamps);
         drive.set_motion(Motion::Moving(session));
         let motor = MotorAddress(motor.number());
         output.event(Event::Move { motor, to, speed, acceleration });
         self.playback.disturb();
     }
 
-    /// Marks the begin of the range of a motor, which has to rest.
+    /// Marks the begin of the range of a motor where it is.
     pub(super) fn mark_begin(&mut self, output: &mut Effects<'_, '_>, motor: MotorAddress) {
         let Some(drive) = self.drive(output, motor) else { return };
-        if drive.motion() != Motion::Resting {
-            return output.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);
-        }
         drive.mark_begin();
         self.playback.disturb();
     }
 
-    /// Marks the end of the range of a motor, which has to rest.
+    /// Marks the end of the range of a motor where it is.
     pub(super) fn mark_end(&mut self, output: &mut Effects<'_, '_>, motor: MotorAddress) {
         let keep_count = self.options.has(Quirks::BEGIN_NONZERO);
         let Some(drive) = self.drive(output, motor) else { return };
-        if drive.motion() != Motion::Resting {
-            return output.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);
-        }
         let motor = MotorAddress(motor.number());
         if drive.mark_end(keep_count) {
             let (begin, end) = drive.range();

@@ -76,7 +76,7 @@ mod transmit;
 pub use event::{Event, Ignored};
 pub use input::{Input, Report, Sender};
 pub use machine::{DeviceMachine, Link};
-pub use options::{Options, Quirks};
+pub use options::{Actions, Options, Quirks};
 pub use session::{DisconnectReason, SESSIONS, SessionId, Sessions};
 pub use transmit::{Activity, Contents, Destination, MotorReport, MotorSpecs, Positions, Scratch, Source, Transmit};
 

@@ -106,21 +106,21 @@ impl Drive {
     }
 
     /// Position to which the rig shall send the motor for a position that a client asks for: within the range, if that
-    /// is known.
-    pub(super) fn target(&self, position: Rotations) -> Rotations {
+    /// is known and the device `clamps`.
+    pub(super) fn target(&self, position: Rotations, clamps: bool) -> Rotations {
         let Places { zero, begin, end, .. } = self.place;
         if self.state != State::Calibrated {
             return Rotations(zero.0 + position.0);
         }
         let length = end.0 - begin.0;
-        let inside = position.0.min(length.max(0.0)).max(length.min(0.0));
+        let inside = if clamps { position.0.min(length.max(0.0)).max(length.min(0.0)) } else { position.0 };
         Rotations(zero.0 + begin.0 + inside)
     }
 
     /// Position to which the rig shall send the motor for a distance from here.
-    pub(super) fn target_by(&self, delta: Rotations) -> Rotations {
+    pub(super) fn target_by(&self, delta: Rotations, clamps: bool) -> Rotations {
         let begin = if self.state == State::Calibrated { self.place.begin.0 } else { 0.0 };
-        self.target(Rotations(self.position().0 - begin + delta.0))
+        self.target(Rotations(self.position().0 - begin + delta.0), clamps)
     }
 
     /// Marks the begin of the range here. The old end does not count any more.
@@ -205,10 +205,10 @@ impl Drives {
         MotorSet::of(self.iter().filter(|(_, drive)| drive.motion() != Motion::Resting).map(|(motor, _)| motor))
     }
 
-    /// Positions of all motors.
-    pub(super) fn positions(&self) -> Positions {
+    /// Positions of these motors, as far as they are there.
+    pub(super) fn positions(&self, motors: MotorSet) -> Positions {
         let mut positions = Positions::new();
-        for (motor, drive) in self.iter() {
+        for (motor, drive) in self.iter().filter(|&(motor, _)| motors.contains(motor)) {
             // There is room: both lists hold as many motors.
             let _ = positions.try_push(MotorPlace::new(motor, drive.position()));
         }

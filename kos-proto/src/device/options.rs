@@ -3,7 +3,7 @@
 use motion_core::{flags, options};
 
 use crate::discovery::ANNOUNCE_EVERY;
-use crate::message::{MotorAddress, MotorSet};
+use crate::message::{ActionId, MotorAddress, MotorSet};
 use crate::times::some_time;
 
 flags! {
@@ -13,6 +13,40 @@ flags! {
         BEGIN_NONZERO = 0x01,
         /// A session is locked until the password comes, although it is empty (decision K-P4).
         REQUIRE_EMPTY_PASSWORD = 0x02,
+        /// A locked session ignores stops, too: everything except the password and the two questions that come before it
+        /// (decision K-S23).
+        LOCKED_IGNORES_STOPS = 0x04,
+        /// A move is played forward, whatever the direction of the message says (decision K-J7).
+        IGNORES_DIRECTION = 0x08,
+        /// A motor is sent where the message says, also beyond the end of its range (decision K-M9).
+        NOT_CLAMPED = 0x10,
+        /// The device does not know `SoftwareID`, which came after the older dialect (decision K-S24).
+        NO_SOFTWARE_ID = 0x20,
+    }
+}
+
+/// Set of actions, by their numbers 0 to 63.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Actions(u64);
+
+impl Actions {
+    /// Set without actions.
+    pub const NONE: Self = Self(0);
+
+    /// The same set with an action; unchanged if no action has such a number.
+    #[must_use]
+    pub const fn with(self, action: ActionId) -> Self {
+        Self(self.0 | Self::bit(action))
+    }
+
+    /// Whether an action is in the set.
+    #[must_use]
+    pub const fn contains(self, action: ActionId) -> bool {
+        self.0 & Self::bit(action) != 0
+    }
+
+    const fn bit(action: ActionId) -> u64 {
+        if action.0 < 64 { 1_u64.wrapping_shl(action.0 as u32) } else { 0 }
     }
 }
 
@@ -51,6 +85,8 @@ options! {
         platform with_platform: u8 = 0;
         /// Deviations of the device.
         quirks with_quirks: Quirks = Quirks::empty();
+        /// Actions that the device does not know, stops included. It answers them with `UnsupportedMessage`.
+        unsupported with_unsupported: Actions = Actions::NONE;
     }
 }
 

@@ -11,7 +11,7 @@ use super::stage::{Lapse, Leg, Next, Stage};
 use crate::message::{Direction, ErrorCode, MotorAddress, MotorSet, Normalized, PlaybackMode, PlaybackState, Seconds};
 use crate::move_summary::{Kind, Loops, MoveSummary, Wait};
 use crate::times::{part, seconds};
-use crate::trajectory::{LoopCount, TrajectoryData};
+use crate::trajectory::{LoopCount, TrajectoryData, rules};
 
 /// Motors and options that a move depends on.
 #[derive(Clone, Copy)]
@@ -100,16 +100,19 @@ impl Playback {
     /// Tells the state of the move.
     pub(super) fn set_status(&mut self, now: Millis, output: &mut Effects<'_, '_>, rig: Rig<'_>, state: PlaybackState) {
         self.status = state;
-        output.status(state, self.elapsed(now), self.photos, rig.drives);
+        let motors = self.plan.map_or(MotorSet::NONE, |plan| plan.motors);
+        output.status(state, self.elapsed(now), self.photos, rig.drives.positions(motors));
     }
 
-    /// Stores a move. A move that cannot be played clears the one that is stored (decision K-J14).
+    /// Stores a move. A move that cannot be played, or leaves the range of a motor, clears the one that is stored (decisions
+    /// K-J8 and K-J14).
     pub(super) fn store<'a>(&mut self, output: &mut Effects<'_, 'a>, data: TrajectoryData<'a>) {
         if self.state().runs() {
             return output.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);
         }
         *self = Self::default();
-        match MoveSummary::of(&data) {
+        let outside = rules::outside_range(&data.blocks).map_or(Ok(()), |error| Err(error.into()));
+        match MoveSummary::of(&data).and_then(|plan| outside.map(|()| plan)) {
             Ok(plan) => {
                 (self.stage, self.plan) = (Stage::Loaded, Some(plan));
                 output.event(Event::StoreTrajectory(data));

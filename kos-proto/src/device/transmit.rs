@@ -88,7 +88,7 @@ pub enum Contents<'a> {
         elapsed: Normalized,
         /// Number of photos taken in the move.
         photos: u32,
-        /// Positions of the motors.
+        /// Positions of the motors of the move.
         positions: Positions,
     },
     /// An error.
@@ -153,7 +153,7 @@ pub struct Activity {
 pub struct MotorSpecs {
     /// Type of the motor: focus, iris or zoom, or another axis.
     pub motor_type: MotorType,
-    /// Greatest speed on the way to where a move begins.
+    /// Greatest speed when the motor is moved by hand.
     pub max_max_setup_speed: RotationsPerSecond,
     /// Greatest speed in a move.
     pub max_max_move_speed: RotationsPerSecond,

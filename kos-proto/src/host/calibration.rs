@@ -6,7 +6,8 @@ use motion_core::time::Millis;
 use super::event::{Event, Failure, Outcome, Refusal};
 use super::transmit::Transmit;
 use super::{Options, Output, Token};
-use crate::message::{ErrorCode, MotorAddress, MotorSet};
+use crate::frame::MessageId;
+use crate::message::{ActionId, ErrorCode, MotorAddress, MotorSet};
 
 states! {
     /// State of the range whose end was marked last.
@@ -93,6 +94,18 @@ impl Calibration {
             && (is_own || (refused && self.state == CalibrationState::AwaitCalibrated))
         {
             self.end(output, Outcome::Refused(Refusal::Device(code)));
+        }
+    }
+
+    /// Takes the report that the device does not know an action.
+    pub(super) fn unsupported(&mut self, output: &mut Output<'_>, action: ActionId, motor: MotorAddress) {
+        match action {
+            ActionId::MARK_BEGIN_POSITION => self.marked.remove(motor),
+            ActionId::MARK_END_POSITION if self.motor.number() == motor.number() => {
+                let refusal = Refusal::Unsupported { id: MessageId::ACTION, action: Some(action) };
+                self.end(output, Outcome::Refused(refusal));
+            }
+            _ => {}
         }
     }
 

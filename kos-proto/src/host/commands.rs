@@ -128,6 +128,7 @@ impl HostMachine {
             Command::SetLeds { master, slave } => output.transmit(Transmit::Leds { master, slave }),
             Command::SetPlatform(platform) => output.transmit(Transmit::Platform(platform)),
             Command::ResetDevice => output.transmit(Transmit::ResetDevice),
+            Command::ChangePassword if !self.is_tcp() => return Err(Refusal::NoPassword),
             Command::ChangePassword if self.moves() || self.may_move() => return Err(Refusal::Moves),
             Command::ChangePassword => {
                 output.transmit(Transmit::DevicePassword);
@@ -153,8 +154,7 @@ impl HostMachine {
                 LATER
             }
             Command::Jog { motor, speed, acceleration } => {
-                let jog = motors::checked_jog(motor, speed, acceleration)?;
-                self.motors.jog(now, output, &self.options, &mut self.stops, &jog)?;
+                self.motors.jog(now, output, &self.options, &mut self.stops, (motor, speed, acceleration))?;
                 SENT
             }
             Command::Bump(Go { position, .. }) if position.0 == 0.0 => Err(Refusal::Number),
@@ -187,10 +187,16 @@ impl HostMachine {
 
     /// Makes a move ready, or plays it; nothing else moves.
     fn play(&mut self, now: Millis, output: &mut Output<'_>, token: Token, command: Command) -> Followed {
-        let (state, way, motors) = match command {
-            Command::Load { summary, way, .. } => (MoveState::SettingUp, way, summary.motors),
-            Command::PlayDirect { summary, way } => (MoveState::Starting, way, summary.motors),
-            Command::Play => (MoveState::Starting, self.playback.way(), self.playback.motors()),
+        let state = match command {
+            Command::Load { summary, .. } => {
+                self.playback.store(&summary);
+                MoveState::SettingUp
+            }
+            Command::PlayDirect { summary } => {
+                self.playback.store(&summary);
+                MoveState::Starting
+            }
+            Command::Play => MoveState::Starting,
             Command::RapidToFirstKeyFrame => {
                 self.stops.sent_on(self.playback.motors());
                 self.playback.rapid();
@@ -199,14 +205,14 @@ impl HostMachine {
             }
             _ => return Err(Refusal::NotReady),
         };
-        self.stops.sent_on(motors);
-        self.playback.begin(now, &self.options, state, (way, motors), token);
+        self.stops.sent_on(self.playback.motors());
+        self.playback.begin(now, &self.options, state, token);
         if command != Command::Play {
             output.transmit(Transmit::Trajectory);
         }
         output.transmit(match command {
-            Command::Load { delay_return, .. } => Transmit::Setup { way, delay_return },
-            _ => Transmit::Start(way),
+            Command::Load { delay_return, .. } => Transmit::Setup { delay_return },
+            _ => Transmit::Start,
         });
         LATER
     }

@@ -7,7 +7,9 @@ use super::Token;
 use super::input::Endpoint;
 use crate::DeviceMessage;
 use crate::frame::{MessageId, MessageType};
-use crate::message::{AuxInputs, Direction, ErrorCode, MotorAddress, Normalized, Photos, PlaybackState, Rotations};
+use crate::message::{
+    ActionId, AuxInputs, Direction, ErrorCode, MotorAddress, Normalized, Photos, PlaybackState, Rotations,
+};
 
 /// Something that the application is told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -17,8 +19,12 @@ pub enum Event<'a> {
     Connect(Endpoint),
     /// The connection is over. Close it if it is not closed.
     LinkDown(LinkDownReason),
-    /// The device wants a password.
-    Locked,
+    /// The device wants a password. It may ignore stops until it gets the right one: if a stop is wanted,
+    /// `StopNotConfirmed` follows at once.
+    Locked {
+        /// Whether the device said that the password is wrong. Otherwise it did not answer after the password.
+        wrong_password: bool,
+    },
     /// The motors are known, or known anew.
     Motors,
     /// The device can be used.
@@ -67,8 +73,8 @@ pub enum Event<'a> {
         id: Option<MessageId>,
         /// Type of the message.
         kind: Option<MessageType>,
-        /// Number of the action, if the message was one, such as 5 of `StartPlayback`.
-        action: Option<u8>,
+        /// Number of the action, if the message was one.
+        action: Option<ActionId>,
     },
     /// The device sent a message that answers nothing that is asked.
     Unsolicited(DeviceMessage<'a>),
@@ -89,7 +95,7 @@ impl<'a> Event<'a> {
         Some(match *self {
             Self::Connect(endpoint) => Event::Connect(endpoint),
             Self::LinkDown(reason) => Event::LinkDown(reason),
-            Self::Locked => Event::Locked,
+            Self::Locked { wrong_password } => Event::Locked { wrong_password },
             Self::Motors => Event::Motors,
             Self::Ready { reconnected, ranges_void } => Event::Ready { reconnected, ranges_void },
             Self::Ended { token, outcome } => Event::Ended { token, outcome: outcome.to_static()? },
@@ -180,6 +186,18 @@ pub enum Refusal {
     NotMarked,
     /// A number is NaN, infinite, or not positive where it has to be.
     Number,
+    /// There is no password over USB.
+    NoPassword,
+    /// The position is outside the range that the device reported.
+    Outside,
+    /// The device does not know the message that the command needs, and has done nothing. Firmware of another version may
+    /// know it.
+    Unsupported {
+        /// Id of the message.
+        id: MessageId,
+        /// Number of the action, if the message is one.
+        action: Option<ActionId>,
+    },
     /// The device refused the command with this error.
     Device(ErrorCode),
 }
@@ -204,6 +222,8 @@ pub enum Failure {
     MotorOffline,
     /// The device says that the motor has no range.
     NoRange,
+    /// The device began to play the move the other way, and is told to stop.
+    OtherWay,
     /// The device reported this error meanwhile.
     Device(ErrorCode),
 }
@@ -300,6 +320,8 @@ pub enum Move {
     },
     /// The move cannot be played because of this error, and is stopped.
     Failed(ErrorCode),
+    /// The device plays the move from its end to its begin although it should play it forward. It is told to stop.
+    OtherWay,
     /// The device refused something else because the move runs.
     Refused,
     /// The connection is lost, and nobody knows what the move does.

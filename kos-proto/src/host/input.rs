@@ -6,9 +6,7 @@ use motion_core::wire::DecodeError;
 use super::Token;
 use crate::DeviceMessage;
 use crate::frame::{Frame, MessageId, MessageType};
-use crate::message::{
-    Direction, Ipv4, LedMode, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds,
-};
+use crate::message::{Ipv4, LedMode, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds};
 use crate::move_summary::MoveSummary;
 use crate::transport::Transport;
 
@@ -145,10 +143,10 @@ pub enum Command {
     Connect(Endpoint),
     /// Disconnects. Ends with `Done`.
     Disconnect,
-    /// Tells a locked device the password of the application. Ends with `Sent`; `Ready` or `Locked` follows.
+    /// Tells a locked device the password of the application, over TCP, and asks for its motors. Ends with `Sent`; `Ready` or `Locked` follows.
     Unlock,
-    /// Gives the device the new password of the application. Refused while anything may move (safety decision 2). Ends
-    /// with `Sent`.
+    /// Gives the device the new password of the application. Refused while anything may move (safety decision 2), and over
+    /// USB, which has no password. Ends with `Sent`.
     ChangePassword,
     /// Asks the device something; one question of a kind at a time. Ends with the answer, or with `Failed`.
     Get(Get),
@@ -169,12 +167,16 @@ pub enum Command {
     MarkBegin(MotorAddress),
     /// Marks the end of the range of a motor where it rests. Ends with `Done` when the motor has a range.
     MarkEnd(MotorAddress),
-    /// Sends a motor to a position. Of many in a short time, the last one counts.
+    /// Sends a motor to a position. Of many in a short time, the last one counts. Refused if the position is outside the
+    /// range that the device reported.
     ///
     /// Ends with `Done` when the motor rests. Ends with `NotConfirmed` instead if the motor was not known to rest before,
     /// such as on the way to another position: nothing in the protocol tells at which of the two the motor rests.
     MoveTo(Go),
     /// Runs a motor until it is stopped, backward if the speed is negative. Ends with `Sent`.
+    ///
+    /// A motor with a range runs to the end of its range at most. Speed and acceleration are at most what the specification
+    /// allows: see [`Motor::jog`](crate::message::Motor::jog).
     ///
     /// The motor is stopped if the application gives no command for the time of
     /// [`dead_man`](super::Options::dead_man), such as [`Alive`](Self::Alive).
@@ -194,11 +196,12 @@ pub enum Command {
     /// Takes one photo with this exposure. Ends with `Sent`.
     TakePicture(Seconds),
     /// Stores a move and makes it ready. Ends with `Done` when it can be played.
+    ///
+    /// A move is always played forward, because the specification asks for it. To play one from its end, store it
+    /// [reversed](crate::trajectory::TrajectoryData::reversed).
     Load {
         /// Summary of the move; its blocks are the application's.
         summary: MoveSummary,
-        /// Direction in which the move will be played.
-        way: Direction,
         /// Whether the motors stay where they are until the move is played.
         delay_return: bool,
     },
@@ -208,8 +211,6 @@ pub enum Command {
     PlayDirect {
         /// Summary of the move; its blocks are the application's.
         summary: MoveSummary,
-        /// Direction in which the move is played.
-        way: Direction,
     },
     /// Sends the motors of the move that is ready to where it begins. Ends with `Sent`; `Move::Home` follows.
     RapidToFirstKeyFrame,

@@ -5,7 +5,7 @@ use motion_core::{debug, machine, states};
 
 use super::Output;
 use super::calibration::{Calibration, CalibrationState};
-use super::event::{Event, Failure, LinkDownReason, MoveState, Outcome};
+use super::event::{Event, Failure, LinkDownReason, MoveState, Outcome, StopTarget};
 use super::input::{Endpoint, Get, Input};
 use super::motors::Motors;
 use super::options::{Identity, Options};
@@ -146,7 +146,7 @@ impl HostMachine {
         self.calibration.state()
     }
 
-    /// Motors that the device has, as it reported last.
+    /// Motors that the device has, as it reported last. A motor that went off line stays here until it is known to rest.
     pub fn motors(&self) -> impl Iterator<Item = &Motor> {
         self.motors.iter()
     }
@@ -179,19 +179,43 @@ impl HostMachine {
     }
 
     /// The password is wrong or missing. A device that is locked will not say which motors it has.
-    pub(super) fn lock(&mut self, output: &mut Output<'_>) {
+    pub(super) fn lock(&mut self, output: &mut Output<'_>, wrong_password: bool) {
         if let Some(Asker::Application(token)) = self.requests.end(Get::MotorInfo) {
             output.event(Event::ended(token, Outcome::Failed(Failure::NoAnswer)));
         }
         self.state = State::Locked;
-        output.event(Event::Locked);
+        output.event(Event::Locked { wrong_password });
+        // A stop that is wanted goes on, and is sent again when its time has come. But a locked device may ignore it.
+        if self.playback.wants_stop() {
+            output.event(Event::StopNotConfirmed(StopTarget::All));
+        }
+        self.motors.tell_unconfirmed(output);
     }
 
-    /// Tells the device the password, and asks for its motors.
+    /// Tells the device the password, and asks for its motors. Over USB there is no password (decision K-U7).
+    ///
+    /// A locked device may ignore stops. So those that are wanted are sent again after the password, and only reports that
+    /// come after it confirm them (decision K-S23).
     pub(super) fn unlock<'a>(&mut self, now: Millis, output: &mut Output<'a>, of: PasswordOf<'a>) {
         self.state = State::AwaitMotorInfo;
-        output.transmit(Transmit::UserPassword(of));
+        if self.is_tcp() {
+            output.transmit(Transmit::UserPassword(of));
+            let stops_all = self.playback.state == MoveState::Stopping;
+            if stops_all {
+                output.transmit(Transmit::StopPlayback);
+                self.await_rest();
+                self.playback.stop(output, Some(now.after(self.options.stop_timeout())));
+            }
+            if self.motors.stop_again(now, output, &self.options) || stops_all {
+                self.raise_fence(now, output);
+            }
+        }
         self.ask(now, output, Get::MotorInfo, Asker::Machine);
+    }
+
+    /// Whether the connection is over TCP.
+    pub(super) fn is_tcp(&self) -> bool {
+        self.endpoint.is_some_and(|endpoint| endpoint.transport() == Transport::Tcp)
     }
 
     pub(super) fn has_motors(&mut self, now: Millis, output: &mut Output<'_>) {
@@ -309,16 +333,16 @@ impl HostMachine {
         self.stops.wake(now, output);
         self.keep_alive(now, output);
         if self.fence == Fence::Down {
-            self.settle(now, output);
+            self.settle(output);
         }
+        self.motors.drop_gone(self.stops.astray());
     }
 
     /// Ends the stops that are confirmed. All that was sent before them has been answered.
-    fn settle(&mut self, now: Millis, output: &mut Output<'_>) {
+    fn settle(&mut self, output: &mut Output<'_>) {
         self.playback.settle();
-        if self.motors.settle(now, output, &self.options) {
-            self.raise_fence(now, output);
-        } else if self.playback.state != MoveState::Stopping && self.stops.settle(output) {
+        self.motors.settle(output);
+        if self.playback.state != MoveState::Stopping && self.stops.settle(output) {
             self.motors.all_rest();
         }
     }

@@ -3,6 +3,8 @@
 //! Commands to one motor are not sent faster than the device bears: of those that come too fast, the last one counts. A
 //! stop overtakes them all, and is sent again until the motor rests.
 
+use core::mem;
+
 use arrayvec::ArrayVec;
 use motion_core::time::Millis;
 
@@ -11,9 +13,10 @@ use super::input::Go;
 use super::stops::{Stops, transmit_stop};
 use super::transmit::Transmit;
 use super::{Options, Output, Token};
+use crate::frame::MessageId;
 use crate::message::{
-    ErrorCode, MOTORS, Motor, MotorAddress, MotorCalibrated, MotorPlace, MotorSet, Rotations, RotationsPerSecond,
-    RotationsPerSecondSquared, SetPositionSpeedAcceleration,
+    ActionId, ErrorCode, MOTORS, Motor, MotorAddress, MotorCalibrated, MotorPlace, MotorSet, Rotations,
+    RotationsPerSecond, RotationsPerSecondSquared, SetPositionSpeedAcceleration,
 };
 
 /// Motor of the device, and its motion by hand.
@@ -33,6 +36,10 @@ struct Hand {
     wanted: Option<Go>,
     /// Command that ends when the motor rests.
     token: Option<Token>,
+    /// Whether the last motion was sent as a distance.
+    is_bump: bool,
+    /// Whether the motor went off line. It is dropped when it is known to rest.
+    is_gone: bool,
     /// Greatest number of reports that may still come about the motions that were sent; 255 counts for more. From 2 on, the
     /// next report may be about an earlier motion than the last.
     unreported: u8,
@@ -93,6 +100,11 @@ impl Motors {
         MotorSet::of(self.iter().map(|motor| motor.motor_address))
     }
 
+    /// Motors that rest, as far as is known.
+    pub(super) fn resting(&self) -> MotorSet {
+        self.all().without(self.moving())
+    }
+
     /// Motors that do not rest, as far as is known.
     pub(super) fn moving(&self) -> MotorSet {
         let moving = self.list.iter().filter(|followed| followed.hand.motion != Motion::Resting);
@@ -111,7 +123,7 @@ impl Motors {
         }
         self.reported.insert(motor.motor_address);
         if let Some(followed) = self.find(motor.motor_address) {
-            followed.motor = motor;
+            (followed.motor, followed.hand.is_gone) = (motor, false);
             return true;
         }
         self.list.try_push(Followed { motor, hand: Hand::default() }).is_ok()
@@ -124,14 +136,31 @@ impl Motors {
         gone
     }
 
-    /// Forgets a motor that is not there any more. If it does not rest, it may come back and still move.
+    /// Notes that a motor is not there any more. A motion that waits for it is forgotten. But a motor that is not known to
+    /// rest is still followed: it is stopped if it jogs and the application falls silent.
     pub(super) fn forget(&mut self, output: &mut Output<'_>, stops: &mut Stops, motor: MotorAddress) {
         if let Some(followed) = self.find(motor) {
-            followed.lose(output, stops, Failure::MotorOffline);
+            followed.hand.is_gone = true;
+            (followed.hand.wanted, followed.hand.next) = (None, None);
+            followed.hand.end(output, Outcome::Failed(Failure::MotorOffline));
         }
-        self.list.retain(|followed| followed.motor.motor_address.number() != motor.number());
-        stops.gone(motor);
-        self.watch();
+        self.drop_gone(stops.astray());
+        if self.get(motor).is_none() {
+            stops.gone(motor);
+        }
+    }
+
+    /// Drops the motors that went off line and are known to rest. Those `astray` are not known to rest.
+    pub(super) fn drop_gone(&mut self, astray: MotorSet) {
+        let rests = |followed: &Followed| {
+            followed.hand.motion == Motion::Resting && !astray.contains(followed.motor.motor_address)
+        };
+        self.list.retain(|followed| !(followed.hand.is_gone && rests(followed)));
+    }
+
+    /// Notes that a motor is there. Returns whether its report is needed.
+    pub(super) fn comes_back(&mut self, motor: MotorAddress) -> bool {
+        self.find(motor).is_none_or(|followed| mem::take(&mut followed.hand.is_gone))
     }
 
     /// Notes where a motor is.
@@ -153,28 +182,76 @@ impl Motors {
         stops.rests(motor);
     }
 
-    /// Ends the stops of motors that rest, because all that was sent before has been answered. Returns whether another
-    /// stop is sent, because what was reported is not clear.
-    pub(super) fn settle(&mut self, now: Millis, output: &mut Output<'_>, options: &Options) -> bool {
-        let mut is_sent = false;
+    /// Ends the stops of motors that rest, because all that was sent before has been answered. If what was reported is not
+    /// clear, the next report counts, or the answer to the stop when it is sent again.
+    pub(super) fn settle(&mut self, output: &mut Output<'_>) {
         for followed in &mut self.list {
-            let Motion::Stopping(_, report) = followed.hand.motion else { continue };
+            let Motion::Stopping(_, report) = &mut followed.hand.motion else { continue };
             followed.hand.unreported = followed.hand.unreported.min(1);
             match report {
                 Report::None => {}
-                Report::Unclear => {
-                    followed.stop(now, output, options);
-                    is_sent = true;
-                }
+                Report::Unclear => *report = Report::None,
                 Report::Rests => {
-                    followed.hand = Hand::default();
+                    followed.hand.reset();
                     let motor = MotorAddress(followed.motor.motor_address.number());
                     output.event(Event::Stopped(StopTarget::Motor(motor)));
                 }
             }
         }
         self.watch();
+    }
+
+    /// Sends the stops again that are not confirmed, after what was sent before them. Returns whether any is sent.
+    pub(super) fn stop_again(&mut self, now: Millis, output: &mut Output<'_>, options: &Options) -> bool {
+        let mut is_sent = false;
+        for followed in &mut self.list {
+            if let Motion::Stopping(..) = followed.hand.motion {
+                followed.hand.motion = Motion::Stopping(now.after(options.stop_timeout()), Report::None);
+                output.transmit(followed.stop_message());
+                is_sent = true;
+            }
+        }
         is_sent
+    }
+
+    /// Tells that stops are not confirmed.
+    pub(super) fn tell_unconfirmed(&self, output: &mut Output<'_>) {
+        for followed in &self.list {
+            if let Motion::Stopping(..) = followed.hand.motion {
+                let motor = MotorAddress(followed.motor.motor_address.number());
+                output.event(Event::StopNotConfirmed(StopTarget::Motor(motor)));
+            }
+        }
+    }
+
+    /// Takes the report that the device does not know an action about a motor, so that it has done nothing.
+    pub(super) fn unsupported(
+        &mut self,
+        output: &mut Output<'_>,
+        stops: &mut Stops,
+        action: ActionId,
+        motor: MotorAddress,
+    ) {
+        let Some(Followed { hand, .. }) = self.find(motor) else { return };
+        let is_own = match action {
+            ActionId::BUMP_POSITION_SPEED_ACCELERATION => hand.is_bump,
+            ActionId::SET_POSITION_SPEED_ACCELERATION => !hand.is_bump,
+            _ => false,
+        };
+        match hand.motion {
+            _ if !is_own => {}
+            Motion::Resting => {}
+            Motion::Stopping(..) => output.event(Event::StopNotConfirmed(StopTarget::Motor(motor))),
+            Motion::Going(_) | Motion::Jogging => {
+                let id = MessageId::ACTION;
+                hand.end(output, Outcome::Refused(Refusal::Unsupported { id, action: Some(action) }));
+                if hand.unreported > 1 {
+                    stops.lose(MotorSet::of([motor]));
+                }
+                hand.reset();
+            }
+        }
+        self.watch();
     }
 
     /// Notes that a stop of everything is confirmed, so that no report is under way.
@@ -195,12 +272,26 @@ impl Motors {
     pub(super) fn error(&mut self, output: &mut Output<'_>, code: ErrorCode, motor: MotorAddress) {
         if let Some(followed) = self.find(motor) {
             if code.resets_axis() {
-                followed.motor.end_position = Rotations(0.0);
+                followed.motor.forget_range();
             }
             if code == ErrorCode::BAD_MOTOR_ADDRESS {
                 followed.hand.end(output, Outcome::Refused(Refusal::Device(code)));
             } else if code.names_motor() {
                 followed.hand.end(output, Outcome::Failed(Failure::Device(code)));
+            }
+        }
+    }
+
+    /// Takes the report that the device cannot do what it was told: it names no motor, so it is clear only if one command
+    /// waits. If several wait, the next reports confirm nothing.
+    pub(super) fn refused(&mut self, output: &mut Output<'_>, code: ErrorCode) {
+        let waits = |followed: &Followed| followed.hand.token.is_some();
+        let is_clear = self.list.iter().filter(|followed| waits(followed)).count() == 1;
+        for followed in self.list.iter_mut().filter(|followed| waits(followed)) {
+            if is_clear {
+                followed.hand.end(output, Outcome::Refused(Refusal::Device(code)));
+            } else {
+                followed.hand.unreported = followed.hand.unreported.max(2);
             }
         }
     }
@@ -223,7 +314,10 @@ impl Motors {
         stops: &mut Stops,
         (go, token): (Go, Token),
     ) -> Result<(), Refusal> {
-        let Followed { hand, .. } = self.find(go.motor).ok_or(Refusal::NoMotor)?;
+        let Followed { motor, hand, .. } = self.find(go.motor).ok_or(Refusal::NoMotor)?;
+        if motor.range().is_some_and(|range| !range.spans(go.position)) {
+            return Err(Refusal::Outside);
+        }
         hand.allows(|motion| matches!(motion, Motion::Resting | Motion::Going(_)))?;
         hand.end(output, Outcome::Failed(Failure::Superseded));
         hand.send_on(stops, go.motor);
@@ -245,24 +339,26 @@ impl Motors {
         hand.allows(|motion| motion == Motion::Resting)?;
         (hand.motion, hand.token) = (Motion::Going(Some(now.after(options.setup_timeout()))), Some(token));
         hand.send_on(stops, go.motor);
+        hand.is_bump = true;
         hand.transmit(output, Transmit::Bump(go));
         Ok(())
     }
 
-    /// Runs a motor until it is stopped.
+    /// Runs a motor until it is stopped, or to the end of its range.
     pub(super) fn jog(
         &mut self,
         now: Millis,
         output: &mut Output<'_>,
         options: &Options,
         stops: &mut Stops,
-        jog: &SetPositionSpeedAcceleration<'_>,
+        (motor, speed, acceleration): (MotorAddress, RotationsPerSecond, RotationsPerSecondSquared),
     ) -> Result<(), Refusal> {
-        let Followed { hand, .. } = self.find(jog.motor_address).ok_or(Refusal::NoMotor)?;
+        let Followed { motor, hand, .. } = self.find(motor).ok_or(Refusal::NoMotor)?;
+        let jog = checked(go_of(&motor.jog(speed, acceleration)))?;
         hand.allows(|motion| matches!(motion, Motion::Resting | Motion::Jogging))?;
-        hand.send_on(stops, jog.motor_address);
+        hand.send_on(stops, jog.motor);
         hand.motion = Motion::Jogging;
-        hand.command(now, output, options, go_of(jog));
+        hand.command(now, output, options, jog);
         self.alive(now, options);
         Ok(())
     }
@@ -319,7 +415,8 @@ impl Motors {
     /// Notes that the connection went down: nobody knows what moves.
     pub(super) fn lost(&mut self, output: &mut Output<'_>, stops: &mut Stops) {
         for followed in &mut self.list {
-            if let Motion::Stopping(..) = followed.hand.motion {
+            // Nobody can stop a jog without a connection, so the next one begins with its stop.
+            if let Motion::Stopping(..) | Motion::Jogging = followed.hand.motion {
                 stops.defer(MotorSet::of([followed.motor.motor_address]));
             }
             followed.lose(output, stops, Failure::LinkDown);
@@ -369,6 +466,11 @@ impl Motors {
 }
 
 impl Hand {
+    /// Notes that the motor rests, or that nothing follows its motion any more.
+    fn reset(&mut self) {
+        *self = Self { is_gone: self.is_gone, ..Self::default() };
+    }
+
     /// Whether a command may be followed in this motion.
     fn allows(&self, motion: impl Fn(Motion) -> bool) -> Result<(), Refusal> {
         match self.motion {
@@ -389,6 +491,7 @@ impl Hand {
         if self.next.is_some_and(|next| next > now) {
             self.wanted = Some(go);
         } else {
+            self.is_bump = false;
             self.transmit(output, Transmit::MoveTo(go));
             // The motion that waited is older.
             self.wanted = None;
@@ -461,15 +564,14 @@ impl Followed {
             output.event(Event::StopNotConfirmed(StopTarget::Motor(motor)));
         }
         self.hand.end(output, Outcome::Failed(why));
-        self.hand = Hand::default();
+        self.hand.reset();
     }
 }
 
 /// Stop at the last known position, with the greatest acceleration (safety decision 3).
 fn stop_of(motor: MotorAddress, known: Option<&Motor>) -> Go {
-    let acceleration = known.map_or(RotationsPerSecondSquared(0.0), |known| known.max_max_acceleration);
-    let motor = MotorAddress(motor.number());
-    go_of(&SetPositionSpeedAcceleration::stop(motor, known.and_then(Motor::relative_position), acceleration))
+    let unknown = || SetPositionSpeedAcceleration::stop(motor, None, RotationsPerSecondSquared(0.0));
+    go_of(&known.map_or_else(unknown, Motor::stop))
 }
 
 fn go_of(message: &SetPositionSpeedAcceleration<'_>) -> Go {
@@ -485,14 +587,4 @@ pub(super) fn checked(go: Go) -> Result<Go, Refusal> {
     } else {
         Err(Refusal::Number)
     }
-}
-
-/// Jog that is worth sending.
-pub(super) fn checked_jog(
-    motor: MotorAddress,
-    speed: RotationsPerSecond,
-    acceleration: RotationsPerSecondSquared,
-) -> Result<SetPositionSpeedAcceleration<'static>, Refusal> {
-    let jog = SetPositionSpeedAcceleration::jog(MotorAddress(motor.number()), speed, acceleration);
-    checked(go_of(&jog)).map(|_| jog)
 }

@@ -6,13 +6,15 @@ use motion_core::time::Millis;
 use super::event::{Event, Failure, Move, MoveState, Outcome, Refusal, StopTarget};
 use super::stops::Stops;
 use super::{Options, Output, Token};
-use crate::message::{Direction, ErrorCode, MotorSet, PlaybackState, PlaybackStatus};
+use crate::frame::MessageId;
+use crate::message::{ActionId, Direction, ErrorCode, MotorSet, PlaybackState, PlaybackStatus};
+use crate::move_summary::{Kind, MoveSummary};
 
 /// Move on the device.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Playback {
     pub(super) state: MoveState,
-    way: Direction,
+    ways: Ways,
     /// Time at which a stop is sent again, or the move is told to be slow.
     deadline: Option<Millis>,
     /// Whether the device confirmed the stop.
@@ -29,13 +31,22 @@ pub(super) struct Playback {
     motors: MotorSet,
 }
 
-debug! { Playback { state way deadline confirmed homing plays loops token motors } }
+/// Ways that a move goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Ways {
+    /// The move goes forward only.
+    Forward,
+    /// The move has loops, or nobody knows.
+    Both,
+}
+
+debug! { Playback { state ways deadline confirmed homing plays loops token motors } }
 
 impl Default for Playback {
     fn default() -> Self {
         Self {
             state: MoveState::NoMove,
-            way: Direction::Forward,
+            ways: Ways::Both,
             deadline: None,
             confirmed: false,
             homing: false,
@@ -75,10 +86,6 @@ impl Playback {
         self.homing
     }
 
-    pub(super) const fn way(&self) -> Direction {
-        self.way
-    }
-
     pub(super) const fn loops(&self) -> u8 {
         self.loops
     }
@@ -115,16 +122,16 @@ impl Playback {
         self.go(MoveState::NoMove, None);
     }
 
+    /// Notes a move that the device shall store.
+    pub(super) const fn store(&mut self, summary: &MoveSummary) {
+        self.motors = summary.motors;
+        let loops = matches!(summary.kind, Kind::Live { loops: Some(_), .. });
+        self.ways = if loops { Ways::Both } else { Ways::Forward };
+    }
+
     /// Notes that a move is being made ready, or played.
-    pub(super) fn begin(
-        &mut self,
-        now: Millis,
-        options: &Options,
-        state: MoveState,
-        (way, motors): (Direction, MotorSet),
-        token: Token,
-    ) {
-        (self.way, self.motors, self.loops, self.token) = (way, motors, 0, Some(token));
+    pub(super) fn begin(&mut self, now: Millis, options: &Options, state: MoveState, token: Token) {
+        (self.loops, self.token) = (0, Some(token));
         self.go(state, Some(now.after(options.setup_timeout())));
     }
 
@@ -185,6 +192,22 @@ impl Playback {
         tell(output, Move::Found(state));
     }
 
+    /// Notes whether the device plays the move the other way. It has to be stopped then.
+    pub(super) fn goes_other_way(&mut self, output: &mut Output<'_>, status: PlaybackState) -> bool {
+        let is_wrong = match self.state {
+            MoveState::Starting | MoveState::Delay | MoveState::PreShoot => true,
+            MoveState::Running | MoveState::Ended => self.ways == Ways::Forward,
+            MoveState::NoMove | MoveState::SettingUp | MoveState::Armed | MoveState::Stopping => false,
+        };
+        let goes = is_wrong && status == PlaybackState::START_REVERSE;
+        if goes {
+            self.plays = true;
+            tell(output, Move::OtherWay);
+            self.end(output, Outcome::Failed(Failure::OtherWay));
+        }
+        goes
+    }
+
     /// Takes the state of the device from an answer to a question: the report of the end may have been lost.
     pub(super) fn said(&mut self, output: &mut Output<'_>, stops: &mut Stops, status: PlaybackState) {
         self.plays = plays(status);
@@ -236,9 +259,7 @@ impl Playback {
             (State::Starting | State::Delay | State::PreShoot | State::Ended, Said::START_FORWARD) => {
                 (State::Running, Move::Running(Direction::Forward))
             }
-            (State::Starting | State::Delay | State::PreShoot | State::Ended, Said::START_REVERSE) => {
-                (State::Running, Move::Running(Direction::Reverse))
-            }
+            (State::Ended, Said::START_REVERSE) => (State::Running, Move::Running(Direction::Reverse)),
             (
                 State::Running,
                 Said::START_FORWARD | Said::START_REVERSE | Said::START_FRAME | Said::SMS_MOTORS_STOPPED,
@@ -281,6 +302,33 @@ impl Playback {
             }
             _ => false,
         }
+    }
+
+    /// Takes the report that the device does not know a message. Returns whether the move has to be stopped.
+    pub(super) fn unsupported(&mut self, output: &mut Output<'_>, id: MessageId, action: Option<ActionId>) -> bool {
+        let is_needed = match (self.state, action) {
+            (MoveState::SettingUp | MoveState::Starting, None) => id == MessageId::TRAJECTORY_DATA,
+            (MoveState::SettingUp, Some(action)) => action == ActionId::SETUP_PLAYBACK,
+            (MoveState::Starting, Some(action)) => action == ActionId::START_PLAYBACK,
+            (MoveState::Armed, Some(ActionId::RAPID_TO_FIRST_KEY_FRAME)) => {
+                self.homing = false;
+                false
+            }
+            (MoveState::Stopping, Some(ActionId::STOP_PLAYBACK)) if !self.confirmed => {
+                output.event(Event::StopNotConfirmed(StopTarget::All));
+                false
+            }
+            _ => false,
+        };
+        if is_needed {
+            self.end(output, Outcome::Refused(Refusal::Unsupported { id, action }));
+        }
+        is_needed
+    }
+
+    /// Whether a stop is wanted that is not confirmed yet.
+    pub(super) const fn wants_stop(&self) -> bool {
+        matches!(self.state, MoveState::Stopping) && !self.confirmed
     }
 
     /// Deals with a deadline that has come; whether a stop has to be sent again.

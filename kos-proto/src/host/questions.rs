@@ -9,7 +9,6 @@ use super::machine::{HostMachine, State};
 use super::requests::{Asker, Fence};
 use super::transmit::Transmit;
 use crate::DeviceMessage;
-use crate::transport::Transport;
 
 impl HostMachine {
     /// Number of questions what a device is, before it is given up.
@@ -77,7 +76,7 @@ impl HostMachine {
                 self.ask(now, output, get, Asker::Machine);
             }
             (State::AwaitDeviceInfo, Get::DeviceInfo) => return self.close(now, output, LinkDownReason::NoAnswer),
-            (State::AwaitMotorInfo, Get::MotorInfo) => self.lock(output),
+            (State::AwaitMotorInfo, Get::MotorInfo) => self.lock(output, false),
             (State::AwaitGuid, Get::DeviceGuid) => self.has_guid(now, output, None),
             (State::AwaitSoftware, Get::SoftwareId) => self.has_platform(output, None),
             _ => {}
@@ -94,8 +93,7 @@ impl HostMachine {
 
     /// Whether an answer is still under way, as far as that can be known: over USB it may be lost.
     fn is_owed(&self) -> bool {
-        let tcp = self.endpoint.is_some_and(|endpoint| endpoint.transport() == Transport::Tcp);
-        tcp && self.owed > 0
+        self.is_tcp() && self.owed > 0
     }
 
     /// Ends a question after a stop. If the last stop was sent after it, or it is not answered, another one is asked.

@@ -4,7 +4,8 @@ use motion_core::time::Millis;
 use motion_core::wire::{Bool, DecodeError};
 
 use super::Output;
-use super::event::{Event, Failure};
+use super::calibration::CalibrationState;
+use super::event::{Event, Failure, MoveState};
 use super::input::Get;
 use super::machine::{HostMachine, State};
 use super::requests::Asker;
@@ -12,7 +13,8 @@ use super::transmit::PasswordOf;
 use crate::DeviceMessage;
 use crate::frame::{MessageId, MessageType};
 use crate::message::{
-    ErrorCode, ErrorStatus, Motor, MotorAddress, MotorCalibrated, MotorInfo, MotorPosition, MotorSet, MotorStatus,
+    ActionId, ErrorCode, ErrorStatus, Motor, MotorAddress, MotorCalibrated, MotorInfo, MotorPosition, MotorSet,
+    MotorStatus,
 };
 
 impl HostMachine {
@@ -25,6 +27,8 @@ impl HostMachine {
                     self.playback.found(output, status);
                     let device = PasswordOf::Device(info.device_password);
                     self.unlock(now, output, if self.options.echo_password() { device } else { PasswordOf::User });
+                } else if self.playback.goes_other_way(output, status) {
+                    self.stop_move(now, output);
                 } else {
                     self.playback.said(output, &mut self.stops, status);
                 }
@@ -52,7 +56,11 @@ impl HostMachine {
             DeviceMessage::MotorStatus(status) => self.motor_status(now, output, &status),
             DeviceMessage::PlaybackStatus(status) => {
                 status.motors.iter().for_each(|&place| self.motors.is_at(place));
-                self.playback.status(now, output, &self.options, &mut self.stops, &status);
+                if self.playback.goes_other_way(output, status.playback_status) {
+                    self.stop_move(now, output);
+                } else {
+                    self.playback.status(now, output, &self.options, &mut self.stops, &status);
+                }
             }
             DeviceMessage::ErrorStatus(error) => self.error(now, output, &error),
             DeviceMessage::MotorPosition(MotorPosition { motor_address, position, .. }) => {
@@ -81,16 +89,25 @@ impl HostMachine {
         }
     }
 
-    /// The device does not know a message. It sends back as much of it as fits, from the version byte on.
+    /// The device does not know a message. It sends back as much of it as fits, from the version byte on. What waits for the
+    /// message ends now (decision K-S24).
     fn unsupported(&mut self, now: Millis, output: &mut Output<'_>, echo: &[u8]) {
         let (id, kind) = match *echo {
             [_, _, _, i0, i1, kind, ..] => (Some(MessageId(u16::from_be_bytes([i0, i1]))), Some(MessageType(kind))),
             _ => (None, None),
         };
-        let action = echo.get(6).copied().filter(|_| id == Some(MessageId::ACTION));
+        let action = echo.get(6).copied().map(ActionId).filter(|_| id == Some(MessageId::ACTION));
         output.event(Event::Unsupported { id, kind, action });
         if let Some(get) = id.filter(|_| kind == Some(MessageType::GET)).and_then(Get::of) {
             self.failed(now, output, get, Failure::Unsupported);
+        }
+        let Some(id) = id.filter(|_| kind == Some(MessageType::SET)) else { return };
+        if let Some((action, motor)) = action.zip(echo.get(7).copied().map(MotorAddress)) {
+            self.motors.unsupported(output, &mut self.stops, action, motor);
+            self.calibration.unsupported(output, action, motor);
+        }
+        if self.playback.unsupported(output, id, action) {
+            self.stop_move(now, output);
         }
     }
 
@@ -106,7 +123,10 @@ impl HostMachine {
             return self.more(now, Get::MotorInfo);
         }
         if self.answered(now, output, Get::MotorInfo, (*info).into()) {
-            self.motors.end_series().iter().for_each(|motor| self.forget(output, motor));
+            // A series may be the end of an earlier one, or pushed. So it drops no motor that is not known to rest.
+            let known = self.motors.resting().without(self.stops.astray()).without(self.playback.moving());
+            let missing = self.motors.end_series().without(self.motors.all().without(known));
+            missing.iter().for_each(|motor| self.forget(output, motor));
             if self.state == State::AwaitMotorInfo {
                 self.has_motors(now, output);
             }
@@ -128,13 +148,14 @@ impl HostMachine {
             output.event(Event::MotorOnline(motor, online));
             if !online {
                 self.forget(output, motor);
-            } else if self.motors.get(motor).is_none() {
+            } else if self.motors.comes_back(motor) {
                 self.ask(now, output, Get::MotorInfo, Asker::Machine);
             }
         }
     }
 
-    /// A motor is not there any more. If it is part of a move that runs, it may come back and still move.
+    /// A motor is not there any more. If it is not known to rest, it is still followed, because it may come back and still
+    /// move (decision K-S25).
     fn forget(&mut self, output: &mut Output<'_>, motor: MotorAddress) {
         if self.playback.moving().contains(motor) {
             self.stops.lose(MotorSet::of([motor]));
@@ -155,19 +176,28 @@ impl HostMachine {
         output.event(Event::Error(code, motor));
         if code == ErrorCode::LOCKED_OUT {
             if matches!(self.state, State::AwaitMotorInfo | State::AwaitGuid | State::AwaitSoftware | State::Ready) {
-                self.lock(output);
+                self.lock(output, true);
             }
             return;
         }
         self.motors.error(output, code, motor);
+        let is_by_hand = self.playback.state == MoveState::NoMove && self.calibration.state() == CalibrationState::Idle;
+        if code == ErrorCode::CANNOT_EXECUTE_MOVE && is_by_hand {
+            self.motors.refused(output, code);
+        }
         if code.resets_axis() {
             output.event(Event::MotorChanged(motor));
         }
         self.calibration.error(output, code, motor);
         if self.playback.error(output, code) {
-            self.await_rest();
-            self.stop_playback(now, output);
-            self.raise_fence(now, output);
+            self.stop_move(now, output);
         }
+    }
+
+    /// Stops a move that fails, and all that moves with it.
+    fn stop_move(&mut self, now: Millis, output: &mut Output<'_>) {
+        self.await_rest();
+        self.stop_playback(now, output);
+        self.raise_fence(now, output);
     }
 }

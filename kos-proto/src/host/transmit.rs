@@ -5,7 +5,7 @@ use motion_core::wire::{Bool, Conduct, Password};
 use super::input::{Get, Go};
 use crate::HostMessage;
 use crate::message::{
-    BumpPositionSpeedAcceleration, DevicePassword, Direction, GetDeviceGUID, GetDeviceInfo, GetLEDStatus, GetMotorInfo,
+    BumpPositionSpeedAcceleration, DevicePassword, GetDeviceGUID, GetDeviceInfo, GetLEDStatus, GetMotorInfo,
     GetNetworkInfo, GetSoftwareID, GetTrajectoryData, KeepAlive, LEDStatus, LedMode, MarkBeginPosition,
     MarkEndPosition, MotorAddress, RapidToFirstKeyFrame, ResetAxis, ResetDevice, Seconds, SetPositionSpeedAcceleration,
     SetupPlayback, SoftwareID, StartPlayback, StopPlayback, TakePicture, UserPassword,
@@ -58,13 +58,11 @@ pub enum Transmit<'a> {
     MarkEnd(MotorAddress),
     /// Preparation of the move.
     Setup {
-        /// Direction in which the move will be played.
-        way: Direction,
         /// Whether the motors stay where they are.
         delay_return: bool,
     },
-    /// Start of the move in this direction.
-    Start(Direction),
+    /// Start of the move.
+    Start,
     /// Stop of everything.
     StopPlayback,
     /// Way of the motors to where the move begins.
@@ -130,11 +128,11 @@ impl<'a> Transmit<'a> {
             Self::ResetAxis(motor_address) => ResetAxis { motor_address, tail }.into(),
             Self::MarkBegin(motor_address) => MarkBeginPosition { motor_address, tail }.into(),
             Self::MarkEnd(motor_address) => MarkEndPosition { motor_address, tail }.into(),
-            Self::Setup { way, delay_return } => {
-                let (direction, delay_return) = (way.as_sent(), delay_return.into());
-                SetupPlayback { direction, delay_return, start_time: Seconds(0.0), tail }.into()
+            // Direction 0, because the specification asks for it (decision K-J7).
+            Self::Setup { delay_return } => {
+                SetupPlayback { delay_return: delay_return.into(), ..SetupPlayback::default() }.into()
             }
-            Self::Start(way) => StartPlayback { direction: way.as_sent(), start_time: Seconds(0.0), tail }.into(),
+            Self::Start => StartPlayback::default().into(),
             Self::StopPlayback => StopPlayback::default().into(),
             Self::RapidToFirstKeyFrame => RapidToFirstKeyFrame::default().into(),
             Self::TakePicture(exposure) => TakePicture { motor_address: MotorAddress::ALL, exposure, tail }.into(),

@@ -119,6 +119,9 @@ fn error_status(lints: &mut Lints, ErrorStatus { error_code, motor_address, .. }
         let least = u8::from(error_code.names_motor());
         lints.range("motor_address", motor_address.number(), least, MotorAddress::LAST.0);
     }
+    if error_code.is_about_no_motor() && motor_address != MotorAddress::ALL {
+        lints.note(Severity::Warning, "motor_address", "should be 0");
+    }
 }
 
 fn guid(lints: &mut Lints, Block16(bytes): Block16<'_>) {

@@ -147,7 +147,7 @@ fn position(lints: &mut Lints, motor: &Motor, position: Rotations) {
     }
 }
 
-/// Checks speed and acceleration (decision K-N1). The lower limit of the motor and of its kind of axis counts (decision
+/// Checks speed and acceleration of a motion by hand (decision K-N1). The lower limit of the motor and of its kind of axis counts (decision
 /// K-M6).
 fn pace(
     lints: &mut Lints,
@@ -165,7 +165,7 @@ fn pace(
             "is 0: the motor never reaches its speed, or never comes to rest",
         );
     }
-    let of_motor = motor.map(|motor| (motor.max_max_move_speed.0, motor.max_max_acceleration.0)).unzip();
+    let of_motor = motor.map(|motor| (motor.max_max_setup_speed.0, motor.max_max_acceleration.0)).unzip();
     let of_kind = (
         kind.and_then(AxisKind::max_speed).map(RotationsPerSecond::get),
         kind.and_then(AxisKind::max_acceleration).map(RotationsPerSecondSquared::get),

@@ -70,20 +70,23 @@ fn report(lints: &mut Lints, severity: Severity, error: MoveError) {
 
 /// Checks that fields which devices do not support are 0 (decision K-J11).
 fn unsupported(lints: &mut Lints, playback: &Playback<'_>) {
-    yes_or_no(lints, "camera_roll_enabled", playback.camera_roll_enabled);
-    let bytes = [
-        ("camera_roll_enabled", playback.camera_roll_enabled.0),
+    let switches = [
+        ("camera_roll_enabled", playback.camera_roll_enabled),
         ("flash_mark_enabled", playback.flash_mark_enabled),
-        ("flash_mark_type", playback.flash_mark_type),
         ("use_external_trigger", playback.use_external_trigger),
         ("using_lanc", playback.using_lanc),
     ];
+    for (what, switch) in switches {
+        yes_or_no(lints, what, switch);
+    }
+    let bytes = switches.map(|(what, switch)| (what, switch.0)).into_iter();
+    let bytes = bytes.chain([("flash_mark_type", playback.flash_mark_type)]);
     let times = [
         ("camera_roll_pre_delay", playback.camera_roll_pre_delay),
         ("camera_roll_post_delay", playback.camera_roll_post_delay),
         ("flash_mark_post_delay", playback.flash_mark_post_delay),
     ];
-    let set = bytes.iter().map(|&(what, byte)| (what, byte != 0));
+    let set = bytes.map(|(what, byte)| (what, byte != 0));
     for (what, _) in set.chain(times.iter().map(|&(what, time)| (what, time.0 != 0.0))).filter(|&(_, set)| set) {
         lints.note(Severity::Warning, what, "is not supported and should be 0");
     }

@@ -123,6 +123,34 @@ open_enum! {
     }
 }
 
+open_enum! {
+    /// Number of an action.
+    pub struct ActionId(u8) {
+        /// `ResetDevice`.
+        RESET_DEVICE = 0x01,
+        /// `ResetAxis`.
+        RESET_AXIS = 0x02,
+        /// `MarkBeginPosition`.
+        MARK_BEGIN_POSITION = 0x03,
+        /// `MarkEndPosition`.
+        MARK_END_POSITION = 0x04,
+        /// `StartPlayback`.
+        START_PLAYBACK = 0x05,
+        /// `StopPlayback`.
+        STOP_PLAYBACK = 0x06,
+        /// `RapidToFirstKeyFrame`.
+        RAPID_TO_FIRST_KEY_FRAME = 0x07,
+        /// `TakePicture`.
+        TAKE_PICTURE = 0x09,
+        /// `SetupPlayback`.
+        SETUP_PLAYBACK = 0x0F,
+        /// `SetPositionSpeedAcceleration`.
+        SET_POSITION_SPEED_ACCELERATION = 0x1C,
+        /// `BumpPositionSpeedAcceleration`.
+        BUMP_POSITION_SPEED_ACCELERATION = 0x28,
+    }
+}
+
 /// Direction in which a move is played.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Direction {
@@ -198,6 +226,8 @@ impl SetPositionSpeedAcceleration<'_> {
     }
 
     /// Runs a motor that is not calibrated until it is stopped. A negative `speed` runs it back (decision K-M7).
+    ///
+    /// [`Motor::jog`](super::Motor::jog) also keeps a motor that is calibrated in its range.
     #[must_use]
     pub fn jog(
         motor_address: MotorAddress,

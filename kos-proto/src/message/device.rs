@@ -59,7 +59,7 @@ message! {
         ip_address: Ipv4,
         /// Subnet mask: the bits of the address that name the network.
         subnet_mask: Ipv4,
-        /// IP address of the gateway, which leads out of the network.
+        /// Unused: devices are not found across routers.
         gateway: Ipv4,
         /// Type of the device.
         device_type: DeviceType,

@@ -16,9 +16,9 @@ mod notification;
 mod units;
 
 pub use action::{
-    BumpPositionSpeedAcceleration, Direction, JOG_DISTANCE, MarkBeginPosition, MarkEndPosition, PlaybackDirection,
-    RapidToFirstKeyFrame, ResetAxis, ResetDevice, SetPositionSpeedAcceleration, SetupPlayback, StartPlayback,
-    StopPlayback, TakePicture,
+    ActionId, BumpPositionSpeedAcceleration, Direction, JOG_DISTANCE, MarkBeginPosition, MarkEndPosition,
+    PlaybackDirection, RapidToFirstKeyFrame, ResetAxis, ResetDevice, SetPositionSpeedAcceleration, SetupPlayback,
+    StartPlayback, StopPlayback, TakePicture,
 };
 pub use device::{
     AuxInputs, DeviceGUID, DeviceInfo, DevicePassword, DeviceType, FirmwareVersion, GetDeviceGUID, GetDeviceInfo,

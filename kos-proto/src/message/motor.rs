@@ -4,7 +4,7 @@ use motion_core::wire::{Counted, DecodeError, EncodeError, Fields, Message, Row,
 use motion_core::{__message_features, element, message};
 
 use super::dialect::{Dialect, exact};
-use super::{MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
+use super::{MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared, SetPositionSpeedAcceleration};
 
 message! {
     /// Question for the positions, ranges and limits of the motors. Source: kOS, (Get)`MotorInfo`.
@@ -21,9 +21,9 @@ element! {
         position: Rotations,
         /// Begin of the range: 0 in the specification, but not on every device.
         begin_position: Rotations,
-        /// End of the range; 0 until the motor is calibrated.
+        /// End of the range. Until the motor is calibrated, the begin and the end are 0.
         end_position: Rotations,
-        /// Greatest speed of the motor on the way to where a move begins.
+        /// Greatest speed of the motor when it is moved by hand.
         max_max_setup_speed: RotationsPerSecond,
         /// Greatest speed of the motor in a move.
         max_max_move_speed: RotationsPerSecond,
@@ -37,9 +37,9 @@ element! {
         motor_address: MotorAddress,
         /// Position of the motor.
         position: Rotations,
-        /// End of the range; 0 until the motor is calibrated.
+        /// End of the range. Until the motor is calibrated, the begin and the end are 0.
         end_position: Rotations,
-        /// Greatest speed of the motor on the way to where a move begins.
+        /// Greatest speed of the motor when it is moved by hand.
         max_max_setup_speed: RotationsPerSecond,
         /// Greatest speed of the motor in a move.
         max_max_move_speed: RotationsPerSecond,
@@ -57,9 +57,9 @@ pub struct Motor {
     pub position: Rotations,
     /// Begin of the range; `None` in the older dialect, where every range begins at 0.
     pub begin_position: Option<Rotations>,
-    /// End of the range; 0 until the motor is calibrated.
+    /// End of the range. Until the motor is calibrated, the begin and the end are 0.
     pub end_position: Rotations,
-    /// Greatest speed of the motor on the way to where a move begins.
+    /// Greatest speed of the motor when it is moved by hand.
     pub max_max_setup_speed: RotationsPerSecond,
     /// Greatest speed of the motor in a move.
     pub max_max_move_speed: RotationsPerSecond,
@@ -68,10 +68,17 @@ pub struct Motor {
 }
 
 impl Motor {
-    /// Whether the motor is calibrated: the ends of its range are known (decision K-M5).
+    /// Whether the motor is calibrated: the ends of its range are known. A motor is not calibrated if both are 0 (decision
+    /// K-M5).
     #[must_use]
     pub fn is_calibrated(&self) -> bool {
-        self.end_position.0 != 0.0
+        self.end_position.0 != 0.0 || self.begin() != 0.0
+    }
+
+    /// Notes that the range is void.
+    pub(crate) fn forget_range(&mut self) {
+        self.begin_position = self.begin_position.map(|_| Rotations(0.0));
+        self.end_position = Rotations(0.0);
     }
 
     /// Position of the motor as commands count it, from the begin of the range; `None` until the motor is calibrated.
@@ -91,9 +98,55 @@ impl Motor {
         self.is_calibrated().then(|| Rotations(self.end_position.0 - self.begin()))
     }
 
+    /// Message that runs the motor until it is stopped, backward if the speed is negative.
+    ///
+    /// A motor that is calibrated runs to the end of its range at most: to `range` or to 0, whichever is in that direction. A
+    /// motor that is not calibrated is sent [`JOG_DISTANCE`](super::JOG_DISTANCE) away. Speed and acceleration are at most
+    /// what the specification allows (decisions K-M6 and K-M7).
+    #[must_use]
+    pub fn jog(
+        &self,
+        speed: RotationsPerSecond,
+        acceleration: RotationsPerSecondSquared,
+    ) -> SetPositionSpeedAcceleration<'static> {
+        let motor = MotorAddress(self.motor_address.number());
+        let jog = SetPositionSpeedAcceleration::jog(motor, speed, acceleration);
+        let position = self.range().map_or(jog.position, |Rotations(range)| {
+            Rotations(if speed.0 < 0.0 { range.min(0.0) } else { range.max(0.0) })
+        });
+        let (most, steepest) = self.most();
+        let speed = RotationsPerSecond(at_most(jog.speed.0, most));
+        SetPositionSpeedAcceleration {
+            position,
+            speed,
+            acceleration: RotationsPerSecondSquared(at_most(acceleration.0, steepest)),
+            ..jog
+        }
+    }
+
+    /// Message that stops the motor, with its greatest acceleration that the specification allows (safety decision 3,
+    /// decision K-M6).
+    #[must_use]
+    pub fn stop(&self) -> SetPositionSpeedAcceleration<'static> {
+        let acceleration = RotationsPerSecondSquared(at_most(self.max_max_acceleration.0, self.most().1));
+        let motor = MotorAddress(self.motor_address.number());
+        SetPositionSpeedAcceleration::stop(motor, self.relative_position(), acceleration)
+    }
+
+    /// Greatest speed of a jog, and greatest acceleration, that the specification allows. Only the mark of focus, iris and
+    /// zoom tells anything of the kind of axis, and the lowest values of the kinds that are possible count.
+    const fn most(&self) -> (f32, f32) {
+        if self.motor_address.is_fiz() { (65.0, 50.0) } else { (165.0, 100.0) }
+    }
+
     fn begin(&self) -> f32 {
         self.begin_position.map_or(0.0, Rotations::get)
     }
+}
+
+/// Number, or the greatest one that is allowed. NaN and infinite numbers stay as they are.
+const fn at_most(number: f32, most: f32) -> f32 {
+    if number.is_finite() && number > most { most } else { number }
 }
 
 /// Kind of axis that a motor turns. No message says it; the builder of the rig knows it (decision K-M6).
@@ -338,14 +391,37 @@ mod tests {
 
     #[test]
     fn both_dialects_look_alike() {
-        let (new, old) = ([entry(1, 3.0, 2.0, 6.0), entry(0x84, 0.0, 0.0, 0.0)], [old_entry(3)]);
+        let new = [entry(1, 3.0, 2.0, 6.0), entry(0x84, 0.0, 0.0, 0.0), entry(2, -1.0, -40.0, 0.0)];
+        let old = [old_entry(3)];
         let motors: Vec<_> = MotorInfos::New(&new).iter().chain(MotorInfos::Old(&old).iter()).collect();
         let begins: Vec<_> = motors.iter().map(|motor| motor.begin_position).collect();
-        assert_eq!(begins, [Some(Rotations(2.0)), Some(Rotations(0.0)), None]);
+        assert_eq!(begins, [Some(Rotations(2.0)), Some(Rotations(0.0)), Some(Rotations(-40.0)), None]);
         let relative: Vec<_> = motors.iter().map(|motor| (motor.relative_position(), motor.range())).collect();
         let rev = |number| Some(Rotations(number));
-        assert_eq!(relative, [(rev(1.0), rev(4.0)), (None, None), (rev(1.0), rev(2.0))]);
+        assert_eq!(relative, [(rev(1.0), rev(4.0)), (None, None), (rev(39.0), rev(40.0)), (rev(1.0), rev(2.0))]);
         assert_eq!((motors[1].motor_address.number(), motors[1].motor_address.is_fiz()), (4, true));
+    }
+
+    /// The mark of focus, iris and zoom is the only thing that tells of the kind of axis (decision K-M6).
+    #[test]
+    fn stops_and_jogs_keep_the_limits_of_the_specification() {
+        let of = |address, most| {
+            let (speed, steepest) = (RotationsPerSecond(166.7), RotationsPerSecondSquared(most));
+            let none = Rotations(0.0);
+            Motor::from(&MotorEntry::new(MotorAddress(address), none, none, none, speed, speed, steepest))
+        };
+        for (address, most, expected) in
+            [(1, 200.0, 100.0), (1, 80.0, 80.0), (0x84, 200.0, 50.0), (1, f32::INFINITY, 50.0)]
+        {
+            let stop = of(address, most).stop();
+            assert!(stop.is_stop() && stop.motor_address == MotorAddress(address & 0x7f));
+            assert_eq!(stop.acceleration, RotationsPerSecondSquared(expected), "{address} {most}");
+        }
+        for (address, speed, acceleration) in [(1, 165.0, 100.0), (0x84, 65.0, 50.0)] {
+            let jog = of(address, 200.0).jog(RotationsPerSecond(-166.7), RotationsPerSecondSquared(200.0));
+            let expected = (RotationsPerSecond(speed), RotationsPerSecondSquared(acceleration));
+            assert_eq!((jog.speed, jog.acceleration), expected);
+        }
     }
 
     #[test]

@@ -59,7 +59,7 @@ element! {
         online_status: Bool,
         /// Type of the motor.
         motor_type: MotorType,
-        /// Greatest speed of the motor on the way to where a move begins.
+        /// Greatest speed of the motor when it is moved by hand.
         max_max_setup_speed: RotationsPerSecond,
         /// Greatest speed of the motor in a move.
         max_max_move_speed: RotationsPerSecond,
@@ -161,6 +161,12 @@ impl ErrorCode {
     #[must_use]
     pub const fn resets_axis(self) -> bool {
         matches!(self, Self::RUNAWAY | Self::CALIBRATION | Self::FAULT)
+    }
+
+    /// Whether the error is about no motor, so that the address in the message is 0.
+    #[must_use]
+    pub const fn is_about_no_motor(self) -> bool {
+        matches!(self.0, 0..=3 | 6 | 7 | 19 | 20)
     }
 
     /// Whether the error is about a motor of the device, whose address the message then holds.

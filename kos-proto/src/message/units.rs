@@ -17,6 +17,13 @@ unit! {
     pub struct Normalized(f32) "";
 }
 
+impl Rotations {
+    /// Whether a position lies in a range of this length, which begins at 0.
+    pub(crate) fn spans(self, position: Self) -> bool {
+        (self.0.min(0.0)..=self.0.max(0.0)).contains(&position.0)
+    }
+}
+
 /// Address of a motor, 1 to 10; 0 if a message is for all motors.
 ///
 /// Bit 7 marks focus, iris and zoom in messages of devices. The number without the bit is the key in every message

@@ -37,15 +37,15 @@ message! {
         /// Not supported.
         camera_roll_post_delay: Seconds,
         /// Not supported.
-        flash_mark_enabled: u8,
+        flash_mark_enabled: Bool,
         /// Not supported.
         flash_mark_type: u8,
         /// Not supported.
         flash_mark_post_delay: Seconds,
         /// Not supported.
-        use_external_trigger: u8,
+        use_external_trigger: Bool,
         /// Not supported.
-        using_lanc: u8,
+        using_lanc: Bool,
         /// Speed on the way to the start of the move, as a part of the greatest speed of each motor (decision K-J6).
         return_to_home_percent: Normalized,
     }

@@ -50,6 +50,7 @@ mod error;
 mod limits;
 mod plan;
 mod play;
+mod reverse;
 pub(crate) mod rules;
 mod values;
 mod view;

@@ -189,12 +189,27 @@ fn curve(found: &mut Found<'_>, place: Place, points: &Points) {
     if let Some(&none) = numbers.as_flattened().iter().find(|number| !number.is_finite()) {
         found(Error, MoveError::NotFinite { place, what: "points", bits: none.to_bits() });
     }
-    // A curve stays within the hull of its points, so it can leave the range only if a handle does.
-    if [out, into].iter().any(|handle| !whole.contains(&handle.position.0)) {
-        if let Some(outside) = points.curve().ok().and_then(|curve| outside(&curve)) {
-            found(Warning, MoveError::number(place, "points", outside, "is a position of the curve outside the range"));
-        }
+    if let Some(outside) = beyond_range(place, points) {
+        found(Warning, outside);
     }
+}
+
+/// First curve of the blocks that leaves the range of its motor, so that no motor can follow it (decision K-J8).
+pub(crate) fn outside_range(blocks: &Blocks<'_>) -> Option<MoveError> {
+    blocks.segments().find_map(|Segment { motor_address, segment_number, points, .. }| {
+        beyond_range(Place::Segment(motor_address, segment_number), &points)
+    })
+}
+
+/// Error about a curve that leaves the range. It stays within the hull of its points, so it can leave the range only if a
+/// handle does.
+fn beyond_range(place: Place, points: &Points) -> Option<MoveError> {
+    let Points([_, out, into, _]) = points;
+    if [out, into].iter().all(|handle| (0.0..=1.0).contains(&handle.position.0)) {
+        return None;
+    }
+    let outside = outside(&points.curve().ok()?)?;
+    Some(MoveError::number(place, "points", outside, "is a position of the curve outside the range"))
 }
 
 /// Farthest position outside the range, if it is outside by more than rounding.

@@ -63,13 +63,16 @@ fn speed_0_stops_a_motor_whatever_the_position_is() {
     }
 }
 
-/// 7.3-3: no place can be marked while the motor moves (decision K-S6).
+/// 7.3-3: a motor that moves is marked where it is, and goes on (decision K-S6).
 #[test]
-fn the_range_begins_where_the_motor_rests() {
+fn the_range_begins_where_the_motor_is() {
     let mut bench = bench();
     bench.receive(set_psa(1, 25_000.0, 10.0));
+    bench.rig(Report::At(MOTOR, Rotations(3.0)));
+    bench.clear();
     bench.receive(mark_begin(1));
-    assert_eq!((bench.messages(), calibration(&bench).0), (vec!["0: error 2 0".into()], State::Uncalibrated));
+    assert_eq!((bench.messages().len(), bench.events().len()), (0, 0));
+    assert_eq!(calibration(&bench), (State::BeginMarked, 3.0, 0.0));
     bench.arrive(1, 5.0);
     bench.clear();
     bench.receive(mark_begin(1));
@@ -99,7 +102,7 @@ fn a_motor_moves_freely_between_the_marks() {
 
 /// 7.3-5: positions count from the begin of the range, or, on firmware 1.0.1.5, as before (decision K-M8).
 #[test]
-fn the_range_ends_where_the_motor_rests() {
+fn the_range_ends_where_the_motor_is() {
     for (quirk, said, position, five) in [
         (Quirks::empty(), "0: 1 goes 0.0 to -8.0", -8.0, 0.0),
         (Quirks::BEGIN_NONZERO, "0: 1 goes 5.0 to -3.0", -3.0, 5.0),
@@ -108,12 +111,13 @@ fn the_range_ends_where_the_motor_rests() {
         bench.arrive(1, 5.0);
         bench.receive(mark_begin(1));
         bench.receive(set_psa(1, -25_000.0, 10.0));
-        bench.receive(mark_end(1));
-        assert_eq!(bench.messages(), ["0: error 2 0"], "it moves");
-        bench.arrive(1, -3.0);
+        bench.rig(Report::At(MOTOR, Rotations(-3.0)));
         bench.clear();
         bench.receive(mark_end(1));
-        assert_eq!(bench.messages(), [said]);
+        assert_eq!((bench.messages(), bench.events().len()), (vec![said.into()], 0), "it goes on");
+        bench.receive(set_psa(1, 0.0, 0.0));
+        bench.arrive(1, -3.0);
+        bench.clear();
         assert_eq!((calibration(&bench).0, calibration(&bench).1), (State::Calibrated, position));
         // In both cases the positions of commands count from the begin of the range.
         bench.receive(set_psa(1, -2.0, 10.0));
@@ -156,7 +160,15 @@ fn a_motor_goes_where_it_is_sent_but_not_beyond_its_range() {
     bench.receive(bump(1, 3.0, 10.0));
     assert_eq!(bench.events(), [moved(1, 5.0), moved(1, RANGE)]);
     bench.arrive(1, RANGE);
-    assert_eq!(bench.messages(), [format!("0: 1 rests at {RANGE:?}")], "once, for the first was overtaken");
+    assert_eq!(bench.messages(), [format!("0: 1 rests at {RANGE:?}")], "once, because the second replaced the first");
+
+    // A device with the quirk goes on.
+    let mut bench = Bench::new(Options::default().with_quirks(Quirks::NOT_CLAMPED));
+    bench.calibrate(1);
+    bench.clear();
+    bench.receive(set_psa(1, 25_000.0, 10.0));
+    bench.receive(bump(1, 9.0, 10.0));
+    assert_eq!(bench.events(), [moved(1, 25_000.0), moved(1, RANGE + 9.0)]);
 }
 
 /// A command with a NaN, infinite, negative or much too large value moves nothing (decision K-N1).
@@ -167,11 +179,17 @@ fn invalid_numbers_move_nothing() {
     {
         for message in [set_psa(1, position, speed), bump(1, position, speed)] {
             bench.receive(message);
-            assert_eq!((bench.messages(), bench.events().len()), (vec!["0: error 2 0".into()], 0), "{message}");
+            let told = vec!["0: error 2 0".into(), "0: 1 rests at 0.0".to_owned()];
+            assert_eq!((bench.messages(), bench.events().len()), (told, 0), "{message}");
         }
     }
     bench.arrive(1, 3e38);
     bench.receive(bump(1, 3e38, 1.0));
+    assert_eq!((bench.messages().len(), bench.events().len()), (2, 0));
+    // A motor that moves reports when it rests, because of the motion that it was sent on before.
+    bench.receive(bump(1, -1e38, 1.0));
+    bench.clear();
+    bench.receive(bump(1, f32::NAN, 1.0));
     assert_eq!((bench.messages(), bench.events().len()), (vec!["0: error 2 0".into()], 0));
     bench.rig(Report::At(MOTOR, Rotations(f32::NAN)));
     bench.rig(Report::Arrived(MotorAddress(9), Rotations(1.0)));

@@ -283,7 +283,7 @@ pub(super) fn summary() -> MoveSummary {
 }
 
 pub(super) fn load() -> Command {
-    Command::Load { summary: summary(), way: Direction::Forward, delay_return: false }
+    Command::Load { summary: summary(), delay_return: false }
 }
 
 pub(super) fn go(motor: MotorAddress, position: f32) -> Go {

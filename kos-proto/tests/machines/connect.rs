@@ -11,6 +11,8 @@ use motion_core::wire::Messages;
 use super::client::*;
 
 const ASKS: Transmit<'static> = Transmit::Get(Get::DeviceInfo);
+/// Report that the password is wrong.
+const LOCKED: Event<'static> = Event::Locked { wrong_password: true };
 const PING: Transmit<'static> = Transmit::Get(Get::NetworkInfo);
 
 fn network_info() -> NetworkInfo<'static> {
@@ -93,6 +95,11 @@ fn the_password_and_a_question_for_the_motors_follow() {
         assert_eq!(client.sent(), [Transmit::UserPassword(password), Transmit::Get(Get::MotorInfo)]);
         assert_eq!(client.state(), "AwaitMotorInfo");
     }
+    // Over USB a password is neither required nor supported (decision K-U7).
+    let mut client = Client::connected(Options::default(), Endpoint::Usb);
+    client.clear();
+    client.receive(device_info(PlaybackState::NO_MOVE));
+    assert_eq!((client.sent(), client.state()), (vec![Transmit::Get(Get::MotorInfo)], "AwaitMotorInfo"));
 }
 
 /// 7.2-6, 7.2-7: each message of the series has the full time. A message may contain several motors (K-F10).
@@ -141,10 +148,10 @@ fn a_device_is_locked_without_the_right_password() {
             client.pass(2_999);
             assert_eq!(client.events(), []);
             client.pass(1);
-            assert_eq!(client.events(), [Event::Locked]);
+            assert_eq!(client.events(), [Event::Locked { wrong_password: false }]);
         } else {
             client.error(15, 0);
-            assert_eq!(client.events(), [Event::Error(ErrorCode::LOCKED_OUT, MotorAddress::ALL), Event::Locked]);
+            assert_eq!(client.events(), [Event::Error(ErrorCode::LOCKED_OUT, MotorAddress::ALL), LOCKED]);
         }
         assert_eq!(client.state(), "Locked");
         assert_eq!(client.refused(load()), Some(Refusal::NotReady));
@@ -224,7 +231,7 @@ fn a_device_that_is_ready_may_lock() {
     let mut client = Client::ready();
     client.error(15, 3);
     let locked_out = ErrorCode::LOCKED_OUT;
-    assert_eq!(client.events(), [Event::Error(locked_out, MotorAddress(3)), Event::Locked]);
+    assert_eq!(client.events(), [Event::Error(locked_out, MotorAddress(3)), LOCKED]);
     assert_eq!(client.state(), "Locked");
 }
 
@@ -249,6 +256,8 @@ fn the_password_is_changed_only_while_nothing_moves() {
         client.command(command);
         assert_eq!(client.refused(Command::ChangePassword), Some(Refusal::Moves), "{command:?}");
     }
+    let mut usb = Client::ready_at(Options::default(), Endpoint::Usb);
+    assert_eq!(usb.refused(Command::ChangePassword), Some(Refusal::NoPassword));
     // The same is true if another client began the motion.
     let mut client = Client::ready();
     client.status(PlaybackState::START_FORWARD);

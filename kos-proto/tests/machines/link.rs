@@ -2,7 +2,7 @@
 
 use kos_proto::Transport;
 use kos_proto::device::session::State;
-use kos_proto::device::{DisconnectReason, Event, Ignored, Input, Options, Quirks, Report, Sender, SessionId};
+use kos_proto::device::{Actions, DisconnectReason, Event, Ignored, Input, Options, Quirks, Report, Sender, SessionId};
 use kos_proto::message::*;
 use kos_proto::{DecodeError, HostMessage, MessageId, MessageType};
 use motion_core::wire::Messages;
@@ -15,7 +15,11 @@ const DEVICE_INFO: HostMessage<'static> = HostMessage::GetDeviceInfo(GetDeviceIn
 
 /// A device with a password, and a client over TCP that has not sent the password yet.
 fn locked() -> Bench {
-    let mut bench = Bench::off(Options::default());
+    locked_with(Options::default())
+}
+
+fn locked_with(options: Options) -> Bench {
+    let mut bench = Bench::off(options);
     bench.password = b"open";
     bench.rig(Report::Started);
     bench.open(ZERO, Transport::Tcp);
@@ -165,6 +169,39 @@ fn a_stop_needs_no_password() {
     assert_eq!(bench.messages(), ["1: 2 rests at 5.0"]);
 }
 
+/// 7.1-10: with the quirk, stops are ignored as well until the password comes (decision K-S23).
+#[test]
+fn a_locked_device_may_ignore_stops() {
+    let mut bench = locked_with(Options::default().with_quirks(Quirks::LOCKED_IGNORES_STOPS));
+    for stop in [STOP, set_psa(1, 0.0, 0.0), bump(1, 0.0, 0.0)] {
+        let before = bench.machine.clone();
+        bench.receive(stop);
+        assert_eq!(bench.events(), [Event::Ignored(Ignored::Locked(ZERO))], "{stop}");
+        assert_eq!((bench.messages().len(), &bench.machine), (0, &before), "{stop}");
+    }
+    bench.receive(DEVICE_INFO);
+    bench.receive(user_password(b"open"));
+    bench.receive(STOP);
+    assert_eq!(bench.events(), [Event::StopAll]);
+}
+
+/// 7.1-17: an action that the device does not know is sent back, stops included, and so is `SoftwareID` (decision K-S24).
+#[test]
+fn a_device_may_not_know_an_action() {
+    let unsupported = [0x28, 0x06, 200].into_iter().map(ActionId).fold(Actions::NONE, Actions::with);
+    assert!(unsupported.contains(ActionId::STOP_PLAYBACK) && !unsupported.contains(ActionId::START_PLAYBACK));
+    let quirks = Quirks::NO_SOFTWARE_ID;
+    let mut bench = Bench::new(Options::default().with_unsupported(unsupported).with_quirks(quirks));
+    let platform = SoftwareID { platform: 4, tail: &[] };
+    for message in [bump(1, 5.0, 10.0), bump(1, 5.0, 0.0), STOP, GetSoftwareID::default().into(), platform.into()] {
+        bench.receive(message);
+        assert_eq!(bench.events(), [Event::Ignored(Ignored::Unsupported(ZERO))], "{message}");
+        assert!(bench.messages()[0].starts_with("0: UnsupportedMessage(["), "{message}");
+    }
+    bench.receive(set_psa(1, 5.0, 10.0));
+    assert!(matches!(bench.events()[..], [Event::Move { .. }]), "all else is known");
+}
+
 /// 7.1-11: no other message is answered or has an effect.
 #[test]
 fn a_locked_device_ignores_everything_else() {
@@ -288,7 +325,8 @@ fn bytes_of(number: u32) -> Vec<u8> {
 #[test]
 fn an_unknown_message_is_sent_back() {
     let mut bench = Bench::new(Options::default());
-    for number in [0x0025_0100, 0x0002_0000, 0x000B_0000, 0x0080_0008, 0x0077_0000] {
+    let of_unknown_type = [0x000F_0300, 0x000F_0700, 0x0080_FF00];
+    for number in [0x0025_0100, 0x0002_0000, 0x000B_0000, 0x0080_0008, 0x0077_0000].into_iter().chain(of_unknown_type) {
         bench.receive(HostMessage::other(number, &[]));
         let frame = format!("{:?}", bytes_of(number));
         assert_eq!(bench.messages(), [format!("0: UnsupportedMessage({frame})")]);

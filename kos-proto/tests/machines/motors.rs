@@ -1,5 +1,6 @@
 //! Motion by hand from a client: commands, stops, ranges (kOS 7.3 and 8.5, safety decisions 1 to 3).
 
+use kos_proto::DeviceMessage;
 use kos_proto::host::*;
 use kos_proto::message::*;
 
@@ -39,11 +40,11 @@ fn the_last_of_many_positions_counts() {
 
     let mut stream = Client::ready();
     for step in 0..1_000_u16 {
-        stream.command(Command::MoveTo(go(ONE, step.into())));
+        stream.command(Command::MoveTo(go(TWO, step.into())));
         stream.pass(1);
     }
     let sent = stream.sent();
-    assert_eq!((sent.len(), sent[20]), (21, move_to(ONE, 999.0)), "the last one as well");
+    assert_eq!((sent.len(), sent[20]), (21, move_to(TWO, 999.0)), "the last one as well");
 }
 
 /// 7.3-8: a motor that arrives at its first target does not count as resting while another command waits for it.
@@ -119,10 +120,18 @@ fn a_stop_is_confirmed_by_a_report_that_is_about_it() {
     client.clear();
     client.settle(PlaybackState::NO_MOVE);
     assert!(!client.events().contains(&stopped) && client.machine.may_move());
-    assert_eq!(client.sent(), [stop(TWO), QUESTION], "so the motor is stopped again");
+    assert_eq!(client.sent(), [], "no answer repeats a stop");
+    // The next report counts, or the answer to the stop when it is sent again.
+    let mut again = client.clone();
     client.rests(2, 1.5);
-    client.settle(PlaybackState::NO_MOVE);
     assert!(client.events().contains(&stopped) && !client.machine.may_move());
+    again.pass(1_999);
+    assert_eq!(again.sent(), []);
+    again.pass(1);
+    assert_eq!(again.sent(), [stop(TWO), QUESTION]);
+    again.rests(2, 1.5);
+    again.settle(PlaybackState::NO_MOVE);
+    assert!(again.events().contains(&stopped) && !again.machine.may_move());
 }
 
 /// 7.3-2: what says by its speed that it stops is a stop, also of a motor that nobody knows (safety decision 3).
@@ -207,6 +216,33 @@ fn a_jog_can_change_its_speed() {
     assert_eq!(client.refused(jog(ONE, 1.0)), Some(Refusal::Moves));
 }
 
+/// 7.3-9: a jog of a motor with a range aims at its end or at 0, and a position outside the range is not sent.
+#[test]
+fn a_motor_with_a_range_is_never_sent_out_of_it() {
+    for (begin, end, up, down) in [(0.0, 8.0, 8.0, 0.0), (-40.0, 0.0, 40.0, 0.0), (0.0, -12.0, 0.0, -12.0)] {
+        let motor = |begin, end| {
+            let (speed, acceleration) = (RotationsPerSecond(100.0), RotationsPerSecondSquared(80.0));
+            let motors =
+                [MotorEntry::new(ONE, Rotations(begin), Rotations(begin), Rotations(end), speed, speed, acceleration)];
+            DeviceMessage::from(MotorInfo { more: false, motors: MotorInfos::New(motors.to_vec().leak()), tail: &[] })
+        };
+        for (speed, to) in [(5.0, up), (-5.0, down)] {
+            let mut client = Client::ready();
+            client.receive(motor(begin, end));
+            client.clear();
+            client.command(jog(ONE, speed));
+            let speed = RotationsPerSecond(5.0);
+            assert_eq!(client.sent(), [Transmit::MoveTo(Go { speed, ..go(ONE, to) })], "{begin} to {end}");
+        }
+        let mut client = Client::ready();
+        client.receive(motor(begin, end));
+        for position in [up + 0.1, down - 0.1, 25_000.0] {
+            assert_eq!(client.refused(Command::MoveTo(go(ONE, position))), Some(Refusal::Outside), "{position}");
+        }
+        assert_eq!(client.refused(Command::MoveTo(go(ONE, up))), None);
+    }
+}
+
 /// 7.3-4: a distance counts from where a motor rests, so it is sent once, and only to a motor that rests.
 #[test]
 fn a_bump_is_sent_once() {
@@ -261,6 +297,28 @@ fn a_motor_that_does_not_rest_in_time_is_told() {
         client.rests(2, 5.0);
         client.settle(PlaybackState::NO_MOVE);
         assert_eq!(client.refused(Command::Bump(go(TWO, 5.0))), None);
+    }
+}
+
+/// A refusal names no motor. It ends the command that waits; of several that wait, none is confirmed by the next report.
+#[test]
+fn a_refused_motion_is_not_done() {
+    let refused = Outcome::Refused(Refusal::Device(ErrorCode::CANNOT_EXECUTE_MOVE));
+    for command in [Command::MoveTo(go(TWO, 5.0)), Command::Bump(go(TWO, 5.0))] {
+        let mut client = Client::ready();
+        client.command(command);
+        client.error(2, 0);
+        assert_eq!((client.ended(), client.machine.may_move()), (vec![refused], true));
+        client.rests(2, 0.0);
+        assert_eq!((client.ended(), client.machine.may_move()), (vec![], false));
+
+        let mut client = Client::ready();
+        client.command(command);
+        client.command(Command::MoveTo(go(ONE, 5.0)));
+        client.error(2, 0);
+        client.rests(2, 0.0);
+        client.rests(1, 5.0);
+        assert_eq!((client.ended(), client.machine.may_move()), (vec![Outcome::NotConfirmed; 2], true));
     }
 }
 

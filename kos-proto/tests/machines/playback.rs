@@ -1,6 +1,6 @@
 //! Live motion: kOS 7.4.
 
-use kos_proto::device::{Contents, Event, Input, Options, Report};
+use kos_proto::device::{Contents, Event, Input, Options, Quirks, Report};
 use kos_proto::message::*;
 use kos_proto::trajectory::*;
 use kos_proto::{HostMessage, Millis};
@@ -110,6 +110,32 @@ fn a_move_that_cannot_be_played_is_refused() {
     let (id, kind) = (kos_proto::MessageId::TRAJECTORY_DATA, kos_proto::MessageType::SET);
     bench.step(Input::Malformed { session: ZERO, id, kind, error, bytes: &[] });
     assert_eq!((bench.messages(), bench.state()), (vec!["0: error 3 0".into()], "Empty"));
+}
+
+/// 7.4-2: no motor can follow a curve outside its range (decision K-J8).
+#[test]
+fn a_move_that_leaves_a_range_is_refused_when_it_is_set() {
+    let with = |out: f32, into: f32| {
+        let mut blocks: Vec<_> = live_move(live()).blocks.iter().collect();
+        for block in &mut blocks {
+            if let Block::Segment(segment) = block {
+                let Points([begin, first, second, end]) = segment.points;
+                let handle = |at: Point, position| Point { position: Normalized(position), ..at };
+                segment.points = Points([begin, handle(first, out), handle(second, into), end]);
+            }
+        }
+        TrajectoryData { blocks: Blocks::encode(&blocks, vec![0; 1024].leak()).unwrap(), tail: &[] }
+    };
+    for (out, into) in [(1e38, 0.5), (0.5, 1e38), (-1e38, 0.5), (0.5, 2.0), (-0.5, 0.5)] {
+        let mut bench = loaded();
+        bench.receive(set(with(out, into)));
+        assert_eq!((bench.messages(), bench.state()), (vec!["0: error 3 0".into()], "Empty"), "{out} {into}");
+        assert!(matches!(bench.events()[..], [Event::BadTrajectory(_)]));
+    }
+    // A handle may lie outside, if the curve does not.
+    let mut bench = loaded();
+    bench.receive(set(with(1.1, 0.1)));
+    assert_eq!(bench.state(), "Loaded");
 }
 
 /// 7.4-3.
@@ -440,6 +466,12 @@ fn a_move_is_played_in_reverse() {
     bench.pass_with_client(10_000);
     assert_eq!((bench.messages(), bench.state()), (vec!["0: END_OF_MOVE".into(), "0: FULL_STOP".to_owned()], "Empty"));
 
+    // A device with the quirk plays the move forward.
+    let options = Options::default().with_quirks(Quirks::IGNORES_DIRECTION);
+    let mut bench = Bench::loaded(options, live_move(live()));
+    bench.receive(start_to(PlaybackDirection::REVERSE));
+    assert_eq!(bench.events(), [home(Direction::Forward)]);
+
     let mut bench = loaded();
     let late = StartPlayback { direction: PlaybackDirection::FORWARD, start_time: Seconds(1.0), tail: &[] };
     bench.receive(HostMessage::from(late));
@@ -518,14 +550,57 @@ fn while_a_move_runs_nothing_else_moves() {
             bench.open(ONE, kos_proto::Transport::Usb);
             let before = bench.machine.clone();
             bench.from(ONE, message);
-            assert_eq!(
-                (bench.messages(), bench.events().len()),
-                (vec!["1: error 2 0".into()], 0),
-                "{state}: {message}"
+            let mut told = bench.messages();
+            // A motor that rests reports its position after any attempt to move it (decision K-M10).
+            let rests = matches!(
+                message,
+                HostMessage::SetPositionSpeedAcceleration(_) | HostMessage::BumpPositionSpeedAcceleration(_)
             );
+            told.retain(|told| !(rests && told.contains(" rests at ")));
+            assert_eq!((told, bench.events().len()), (vec!["1: error 2 0".into()], 0), "{state}: {message}");
             assert_eq!(bench.machine, before, "{state}: {message}");
         }
     }
+}
+
+/// 7.4-29: after an attempt to move a motor that rests its position is reported, to the client that asked (decision K-M10).
+#[test]
+fn a_refused_motion_is_followed_by_the_position_of_the_motor() {
+    let mut bench = loaded();
+    bench.receive(start());
+    bench.home();
+    bench.clear();
+    bench.open(ONE, kos_proto::Transport::Usb);
+    bench.from(ONE, set_psa(3, 5.0, 10.0));
+    assert_eq!(bench.messages(), ["1: error 2 0", "1: 3 rests at 0.0"]);
+    bench.from(ONE, set_psa(1, 5.0, 10.0));
+    assert_eq!(bench.messages(), ["1: error 2 0"], "motor 1 moves in the move");
+    bench.from(ONE, set_psa(9, 5.0, 10.0));
+    assert_eq!(bench.messages(), ["1: error 2 0"], "there is no motor 9");
+}
+
+/// The status of a move has the positions of its motors, and of no others.
+#[test]
+fn the_status_of_a_move_is_about_its_motors() {
+    let positions = |bench: &mut Bench, message: HostMessage<'static>| {
+        let (machine, output) = laws::machine::step(
+            bench.machine.clone(),
+            Millis(bench.now),
+            Input::Received { session: ZERO, message, bytes: &[], password: Password(b"") },
+        );
+        bench.machine = machine;
+        let of = |contents: &Contents<'_>| match contents {
+            Contents::PlaybackStatus { positions, .. } => {
+                Some(positions.iter().map(|place| place.motor_address().0).collect::<Vec<_>>())
+            }
+            _ => None,
+        };
+        output.transmits().find_map(|transmit| of(&transmit.contents)).expect("a status")
+    };
+    let mut bench = loaded();
+    assert_eq!(positions(&mut bench, setup(true)), [1, 2]);
+    assert_eq!(positions(&mut bench, STOP), [1, 2]);
+    assert_eq!(positions(&mut bench, STOP), [0_u8; 0], "without a move there are none");
 }
 
 /// 7.4-30: a motor of the move that goes off line ends the move too (decision K-S9).

@@ -1,6 +1,6 @@
 //! Any sequence of inputs, also hostile ones, to each machine alone.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use kos_proto::device::motor::Motion;
 use kos_proto::device::{self, DeviceMachine, Quirks, Report, SessionId};
@@ -164,9 +164,10 @@ fn device_op() -> impl Strategy<Value = DeviceOp> {
 fn device_options() -> impl Strategy<Value = device::Options> {
     (any::<[bool; 5]>(), any::<bool>()).prop_map(|([empty, nonzero, alone, push, progress], clock)| {
         let empty = if empty { Quirks::REQUIRE_EMPTY_PASSWORD } else { Quirks::empty() };
+        let forward = if clock { Quirks::IGNORES_DIRECTION | Quirks::NOT_CLAMPED } else { Quirks::empty() };
         let nonzero = if nonzero { Quirks::BEGIN_NONZERO } else { Quirks::empty() };
         device::Options::default()
-            .with_quirks(empty | nonzero)
+            .with_quirks(empty | nonzero | forward)
             .with_stop_when_alone(alone)
             .with_push_every(push.then_some(5_000))
             .with_progress_every(progress.then_some(700))
@@ -246,8 +247,8 @@ fn command() -> impl Strategy<Value = Command> {
         Command::Alive,
         Command::Play,
         Command::RapidToFirstKeyFrame,
-        Command::Load { summary: summary(), way: Direction::Forward, delay_return: false },
-        Command::PlayDirect { summary: summary(), way: Direction::Reverse },
+        Command::Load { summary: summary(), delay_return: false },
+        Command::PlayDirect { summary: summary() },
     ];
     prop_oneof![
         6 => prop::sample::select(simple),
@@ -257,7 +258,7 @@ fn command() -> impl Strategy<Value = Command> {
         1 => motor().prop_map(Command::MarkBegin),
         1 => motor().prop_map(Command::MarkEnd),
         4 => (motor(), number()).prop_map(|(motor, position)| Command::MoveTo(go(motor, position))),
-        2 => (motor(), number()).prop_map(|(motor, speed)| jog(motor, speed)),
+        4 => (motor(), number()).prop_map(|(motor, speed)| jog(motor, speed)),
         2 => (motor(), number()).prop_map(|(motor, delta)| Command::Bump(go(motor, delta))),
         1 => number().prop_map(|exposure| Command::TakePicture(Seconds(exposure))),
     ]
@@ -265,7 +266,7 @@ fn command() -> impl Strategy<Value = Command> {
 
 /// Message of a device, plausible more often than not.
 fn device_message() -> impl Strategy<Value = Wire> {
-    use super::client::{calibrated, device_info, guid, software, unsupported};
+    use super::client::{calibrated, device_info, guid, presences, software, unsupported};
     let known = DeviceMessage::ALL.iter().map(|kind| kind.number).chain([0x000B_8200]).collect();
     let status =
         (0..15_u8).prop_map(|state| Wire { number: 0x0081_0202, body: vec![state, 0, 0, 0, 0, 0, 0, 0, 0, 0] });
@@ -282,13 +283,23 @@ fn device_message() -> impl Strategy<Value = Wire> {
         encoded(&calibrated(MotorAddress(1), 3.0)),
         encoded(&unsupported(&[4, 0, 6, 0, 0x0F, 1])),
     ];
+    let unknown = (prop::sample::select(vec![0x03, 0x04, 0x05, 0x06, 0x07, 0x0F, 0x1C, 0x28]), 0..4_u8)
+        .prop_map(|(action, motor)| encoded(&unsupported(&[4, 0, 20, 0, 0x80, 0, action, motor])));
+    let presence = (1..4_u8, any::<bool>()).prop_map(|(motor, online)| {
+        let (speed, acceleration) = (RotationsPerSecond(9.0), RotationsPerSecondSquared(9.0));
+        let online = online.into();
+        let presence = MotorPresence::new(MotorAddress(motor), online, MotorType::AXIS, speed, speed, acceleration);
+        encoded(&presences(&[presence]))
+    });
     prop_oneof![
         2 => wire(known),
         4 => status,
+        4 => presence,
         1 => error,
         2 => rests,
         3 => motor,
         3 => info,
+        2 => unknown,
         3 => prop::sample::select(simple),
     ]
 }
@@ -311,9 +322,42 @@ struct Ledger {
     due: Vec<(u8, Command)>,
     /// Commands that have not ended.
     open: BTreeMap<Token, Command>,
+    /// Motors that jog, and the time at which they have to be stopped if the application gives no command.
+    jogs: BTreeSet<u8>,
+    alive_until: Millis,
 }
 
 impl Ledger {
+    /// Checks that a motor that jogs is followed, whatever the device says, until it is stopped or the connection is lost.
+    fn watch(&mut self, now: Millis, wake: Option<Millis>, input: &host::Input<'_>, output: &host::Output<'_>) {
+        use host::Event;
+        if let host::Input::Command(token, command) = *input {
+            self.alive_until = now.after(host::Options::default().dead_man());
+            let sent = Event::Ended { token, outcome: Outcome::Sent };
+            let is_sent = output.events().any(|event| *event == sent);
+            match command {
+                Command::Stop => self.jogs.clear(),
+                Command::StopMotor(motor) => drop(self.jogs.remove(&motor.number())),
+                Command::Jog { motor, speed, .. } if speed.0 == 0.0 => drop(self.jogs.remove(&motor.number())),
+                Command::MoveTo(host::Go { motor, speed, .. }) | Command::Bump(host::Go { motor, speed, .. })
+                    if speed.0 == 0.0 =>
+                {
+                    self.jogs.remove(&motor.number());
+                }
+                Command::Jog { motor, .. } if is_sent => drop(self.jogs.insert(motor.number())),
+                _ => {}
+            }
+        }
+        let ends = |event: &Event<'_>| {
+            matches!(event, Event::DeadMan | Event::LinkDown(_) | Event::Unsupported { action: Some(_), .. })
+        };
+        if output.events().any(ends) {
+            self.jogs.clear();
+        }
+        let due = self.alive_until.max(now.after(1));
+        assert!(self.jogs.is_empty() || wake.is_some_and(|wake| wake <= due), "nobody watches {:?}", self.jogs);
+    }
+
     fn check(&mut self, input: &host::Input<'_>, output: &host::Output<'_>) {
         use host::Event;
         let mut refused = false;
@@ -382,6 +426,8 @@ fn host_holds(before: &HostMachine, after: &HostMachine, input: &host::Input<'_>
     }
     let rested = |event: &Event<'_>| match event {
         Event::Stopped(_) | Event::MotorRests(..) => true,
+        // The device has not done what it does not know.
+        Event::Unsupported { action, .. } => action.is_some(),
         Event::Move(happened) => matches!(happened, host::Move::Finished { .. } | host::Move::Ready | host::Move::Home),
         _ => false,
     };
@@ -500,6 +546,7 @@ proptest! {
             let output = host.step_whole(now, input, host::Input::Wake);
             host_holds(&before, &host.machine, &input, &output);
             ledger.check(&input, &output);
+            ledger.watch(now, host.wake, &input, &output);
             if matches!(input, host::Input::Wake) && early {
                 prop_assert!(output.is_quiet() && host.machine == before, "an early wake changes nothing");
             }

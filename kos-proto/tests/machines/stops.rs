@@ -30,9 +30,9 @@ fn commands() -> Vec<Command> {
         Command::Alive,
         Command::TakePicture(Seconds(1.0)),
         load(),
-        Command::Load { summary: summary(), way: Direction::Reverse, delay_return: true },
+        Command::Load { summary: summary(), delay_return: true },
         Command::Play,
-        Command::PlayDirect { summary: summary(), way: Direction::Forward },
+        Command::PlayDirect { summary: summary() },
         Command::RapidToFirstKeyFrame,
         Command::StopMotor(ONE),
     ];
@@ -273,7 +273,7 @@ fn each_command_ends_once_with_its_outcome() {
     ];
     for (end, outcome) in ends {
         let mut client = Client::ready();
-        client.command(Command::PlayDirect { summary: summary(), way: Direction::Forward });
+        client.command(Command::PlayDirect { summary: summary() });
         client.status(PlaybackState::START_FORWARD);
         end(&mut client);
         assert_eq!(client.ended(), [outcome]);
@@ -367,10 +367,11 @@ fn a_stop_that_is_not_confirmed_is_sent_first_on_the_next_connection() {
         client.step(Input::LinkUp);
         let first = if target == StopTarget::All { Transmit::StopPlayback } else { stop(TWO) };
         assert_eq!(client.sent(), [first, QUESTION]);
+        client.introduce(PlaybackState::FULL_STOP);
         if target == StopTarget::All {
             client.status(PlaybackState::FULL_STOP);
         }
-        client.introduce(PlaybackState::FULL_STOP);
+        client.settle(PlaybackState::FULL_STOP);
         assert!(!client.events().contains(&Event::Stopped(target)));
         client.rests(1, 3.0);
         client.rests(2, 3.0);
@@ -418,6 +419,7 @@ fn a_motor_that_is_forgotten_while_it_moves_may_still_move() {
             client.pass(1_000);
             client.step(Input::LinkUp);
             client.introduce(PlaybackState::NO_MOVE);
+            client.settle(PlaybackState::NO_MOVE);
             assert!(client.machine.may_move(), "after a reconnect, too");
         }
         client.command(Command::Stop);
@@ -454,6 +456,247 @@ fn a_motor_that_is_sent_on_after_a_stop_may_still_move() {
     }
 }
 
+/// 7.6-24: a locked device may ignore a stop. So it goes out first, and again directly after the password, whatever was
+/// answered before. Only what is answered after it counts (decision K-S23).
+#[test]
+fn a_stop_goes_out_again_directly_after_the_password() {
+    let password = Transmit::UserPassword(PasswordOf::Device(Password(b"open")));
+    for is_obeyed_while_locked in [false, true] {
+        let mut client = Client::running();
+        client.command(jog(TWO, 5.0));
+        client.command(Command::Stop);
+        client.step(Input::LinkDown);
+        client.clear();
+        client.pass(1_000);
+        client.step(Input::LinkUp);
+        assert_eq!(client.sent(), [Transmit::StopPlayback, QUESTION]);
+        if is_obeyed_while_locked {
+            client.status(PlaybackState::FULL_STOP);
+            client.rests(1, 3.0);
+            client.rests(2, 3.0);
+        }
+        client.clear();
+        client.receive(device_info(PlaybackState::START_FORWARD));
+        let sent = [password, Transmit::StopPlayback, QUESTION, Transmit::Get(Get::MotorInfo)];
+        assert_eq!((client.sent(), client.events()), (sent.to_vec(), vec![]));
+        assert_eq!((client.move_state(), client.machine.may_move()), ("Stopping", true));
+        client.status(PlaybackState::FULL_STOP);
+        client.motors();
+        client.receive(device_info(PlaybackState::FULL_STOP));
+        assert!(!client.events().contains(&Event::Stopped(StopTarget::All)), "the motors do not rest yet");
+        client.rests(1, 3.0);
+        client.rests(2, 3.0);
+        assert!(client.events().contains(&Event::Stopped(StopTarget::All)) && !client.machine.may_move());
+    }
+    // The same is true of the stop of a motor, and of a password that the application gives later.
+    let mut client = Client::ready();
+    client.command(jog(TWO, 5.0));
+    client.error(15, 0);
+    client.command(Command::StopMotor(TWO));
+    client.settle(PlaybackState::NO_MOVE);
+    client.clear();
+    client.command(Command::Unlock);
+    let sent = [Transmit::UserPassword(PasswordOf::User), stop(TWO), QUESTION, Transmit::Get(Get::MotorInfo)];
+    assert_eq!(client.sent(), sent);
+    client.pass(1_999);
+    assert!(!client.sent().contains(&stop(TWO)), "not before its time is over again");
+    // Over USB there is no lock and no password.
+    let mut client = Client::connected(Options::default(), Endpoint::Usb);
+    client.command(Command::Stop);
+    client.clear();
+    client.receive(device_info(PlaybackState::NO_MOVE));
+    assert_eq!(client.sent(), [QUESTION, Transmit::Get(Get::MotorInfo)]);
+}
+
+/// 7.6-24: with a wrong password a stop is told at once as not confirmed. It stays wanted, and is sent again in its rhythm.
+#[test]
+fn a_stop_with_a_wrong_password_is_told_at_once() {
+    let mut client = Client::connected(Options::default(), AT);
+    client.command(Command::Stop);
+    client.receive(device_info(PlaybackState::START_FORWARD));
+    client.pass(10);
+    client.clear();
+    client.error(15, 0);
+    let unconfirmed = Event::StopNotConfirmed(StopTarget::All);
+    let locked_out = Event::Error(ErrorCode::LOCKED_OUT, MotorAddress::ALL);
+    assert_eq!(client.events(), [locked_out, Event::Locked { wrong_password: true }, unconfirmed]);
+    assert_eq!((client.sent(), client.machine.may_move()), (vec![], true));
+    client.receive(device_info(PlaybackState::START_FORWARD));
+    client.receive(device_info(PlaybackState::START_FORWARD));
+    client.clear();
+    client.pass(1_989);
+    assert_eq!(client.sent(), []);
+    client.pass(1);
+    assert_eq!((client.sent(), client.events()), (vec![Transmit::StopPlayback, QUESTION], vec![unconfirmed]));
+
+    let mut client = Client::ready();
+    client.command(jog(TWO, 5.0));
+    client.command(Command::StopMotor(TWO));
+    client.clear();
+    client.error(15, 0);
+    assert_eq!(client.events()[2..], [Event::StopNotConfirmed(StopTarget::Motor(TWO))]);
+}
+
+/// Whatever the device answers, a stop is not sent again before its time is over.
+#[test]
+fn no_answer_repeats_a_stop() {
+    type Act = fn(&mut Client);
+    let stops: [Act; 2] = [|client| client.command(Command::Stop), |client| client.command(Command::StopMotor(TWO))];
+    let answers: [Act; 9] = [
+        |client| client.rests(2, 1.0),
+        |client| client.status(PlaybackState::START_FORWARD),
+        |client| client.status(PlaybackState::START_REVERSE),
+        |client| client.status(PlaybackState::END_OF_MOVE),
+        |client| client.receive(device_info(PlaybackState::START_FORWARD)),
+        |client| client.error(2, 0),
+        |client| client.error(15, 0),
+        |client| client.receive(unsupported(&[4, 0, 7, 0, 0x80, 0, 6])),
+        |client| client.receive(unsupported(&[4, 0, 20, 0, 0x80, 0, 0x1c, 2])),
+    ];
+    for stop in stops {
+        for first in answers {
+            for second in answers {
+                let mut client = Client::ready();
+                for position in [1.0, 2.0] {
+                    client.command(Command::MoveTo(go(TWO, position)));
+                    client.pass(50);
+                }
+                stop(&mut client);
+                client.clear();
+                for _ in 0..3 {
+                    first(&mut client);
+                    second(&mut client);
+                }
+                assert!(!client.sent().iter().any(|transmit| transmit.conduct().is_stop()));
+            }
+        }
+    }
+}
+
+/// 7.3-14: a motor that jogs is stopped when the application falls silent, also if the device reported meanwhile that the
+/// motor is gone, or left it out of a series (decision K-S25).
+#[test]
+fn a_motor_that_jogs_is_never_dropped() {
+    type Report = fn(&mut Client, [MotorPresence; 2]);
+    let (speed, acceleration) = (RotationsPerSecond(1.0), RotationsPerSecondSquared(1.0));
+    let presence = |online: bool| MotorPresence::new(TWO, online.into(), MotorType::AXIS, speed, speed, acceleration);
+    let reports: [(&str, Report); 4] = [
+        ("off line, and on line again", |client, [off, on]| {
+            client.receive(presences(&[off]));
+            client.pass(200);
+            client.receive(presences(&[on]));
+            client.motors();
+        }),
+        ("off line", |client, [off, _]| client.receive(presences(&[off]))),
+        ("the end of an earlier series ends the next one", |client, _| {
+            client.command(Command::Get(Get::MotorInfo));
+            client.motor(2, 3.0, 0.0, true);
+            for _ in 0..30 {
+                client.pass(100);
+                client.command(Command::Alive);
+            }
+            client.command(Command::Get(Get::MotorInfo));
+            client.motor(1, 3.0, 8.0, false);
+        }),
+        ("one report is pushed before the answer", |client, _| {
+            client.command(Command::Get(Get::MotorInfo));
+            client.motor(1, 3.0, 8.0, false);
+            client.motor(1, 3.0, 8.0, true);
+            client.motor(2, 3.0, 0.0, false);
+        }),
+    ];
+    for (what, report) in reports {
+        let mut client = Client::ready();
+        client.command(jog(TWO, 5.0));
+        report(&mut client, [presence(false), presence(true)]);
+        assert!(client.machine.may_move(), "{what}");
+        client.clear();
+        client.pass(1_000);
+        assert!(client.events().contains(&Event::DeadMan), "{what}");
+        assert!(
+            client
+                .sent()
+                .iter()
+                .any(|transmit| matches!(transmit, Transmit::MoveTo(stop) if stop.motor == TWO && stop.speed.0 == 0.0)),
+            "{what}"
+        );
+        assert!(client.machine.may_move(), "{what}");
+        client.rests(2, 5.0);
+        client.settle(PlaybackState::NO_MOVE);
+        assert!(client.events().contains(&Event::Stopped(StopTarget::Motor(TWO))), "{what}");
+        assert!(!client.machine.may_move(), "{what}");
+        // A motor that is off line is dropped when it is known to rest.
+        let motors = client.machine.motors().count();
+        assert_eq!(motors, if what == "off line" { 1 } else { 2 }, "{what}");
+    }
+    // A jog cannot be stopped without a connection, so the next one begins with its stop.
+    let mut client = Client::ready();
+    client.command(jog(TWO, 5.0));
+    client.step(Input::LinkDown);
+    client.clear();
+    client.pass(1_000);
+    client.step(Input::LinkUp);
+    assert_eq!(client.sent(), [stop(TWO), QUESTION]);
+}
+
+/// 7.2-21: what waits for an action ends at once when the device does not know it (decision K-S24).
+#[test]
+fn a_command_ends_at_once_if_the_device_does_not_know_its_message() {
+    let refused =
+        |action: ActionId| Outcome::Refused(Refusal::Unsupported { id: MessageId::ACTION, action: Some(action) });
+    let echo = |action: ActionId| unsupported([4, 0, 20, 0, 0x80, 0, action.0, 2].to_vec().leak());
+    for (command, action) in [
+        (Command::Bump(go(TWO, 1.0)), ActionId::BUMP_POSITION_SPEED_ACCELERATION),
+        (Command::MoveTo(go(TWO, 1.0)), ActionId::SET_POSITION_SPEED_ACCELERATION),
+        (Command::MarkEnd(TWO), ActionId::MARK_END_POSITION),
+        (load(), ActionId::SETUP_PLAYBACK),
+        (Command::PlayDirect { summary: summary() }, ActionId::START_PLAYBACK),
+    ] {
+        for other in [ActionId::RESET_AXIS, ActionId::TAKE_PICTURE, action] {
+            let mut client = Client::ready();
+            client.command(Command::MarkBegin(TWO));
+            client.clear();
+            client.command(command);
+            client.clear();
+            client.receive(echo(other));
+            let ended = if other == action { vec![refused(action)] } else { vec![] };
+            assert_eq!(client.ended(), ended, "{command:?}, {other}");
+            let is_move = matches!(action, ActionId::SETUP_PLAYBACK | ActionId::START_PLAYBACK);
+            let stops = client.sent().contains(&Transmit::StopPlayback);
+            assert_eq!(stops, is_move && other == action, "{command:?}, {other}");
+            assert_eq!(
+                client.machine.may_move(),
+                is_move || (other != action && action != ActionId::MARK_END_POSITION)
+            );
+        }
+    }
+    // A move that cannot be stored is no move. A stop that is not known is told at once.
+    for (command, echo) in
+        [(load(), [4, 0, 99, 0, 0x12, 0]), (Command::PlayDirect { summary: summary() }, [4, 0, 99, 0, 0x12, 0])]
+    {
+        let mut client = Client::ready();
+        client.command(command);
+        client.receive(unsupported(&echo));
+        let refusal = Refusal::Unsupported { id: MessageId::TRAJECTORY_DATA, action: None };
+        assert_eq!(client.ended(), [Outcome::Refused(refusal)]);
+    }
+    let mut client = Client::ready();
+    client.command(jog(TWO, 5.0));
+    client.command(Command::Stop);
+    client.clear();
+    client.receive(unsupported(&[4, 0, 7, 0, 0x80, 0, 6]));
+    client.receive(unsupported(&[4, 0, 20, 0, 0x80, 0, 0x1c, 2]));
+    let told = client.events();
+    for target in [StopTarget::All, StopTarget::Motor(TWO)] {
+        assert!(told.contains(&Event::StopNotConfirmed(target)), "{told:?}");
+    }
+    // A begin that the device does not know is not marked.
+    let mut client = Client::ready();
+    client.command(Command::MarkBegin(TWO));
+    client.receive(unsupported(&[4, 0, 8, 0, 0x80, 0, 3, 2]));
+    assert_eq!(client.refused(Command::MarkEnd(TWO)), Some(Refusal::NotMarked));
+}
+
 /// A motor of a move that goes off line may still move, so no stop is confirmed without it.
 #[test]
 fn a_stop_waits_for_a_motor_that_left_the_move() {
@@ -475,6 +718,7 @@ fn a_stop_waits_for_a_motor_that_left_the_move() {
 fn an_unknown_action_is_told_by_its_number() {
     let mut client = Client::ready();
     client.receive(unsupported(&[4, 0, 20, 0, 0x80, 0, 0x28, 1]));
-    let (id, kind, action) = (Some(MessageId::ACTION), Some(MessageType::SET), Some(0x28));
+    let action = Some(ActionId::BUMP_POSITION_SPEED_ACCELERATION);
+    let (id, kind) = (Some(MessageId::ACTION), Some(MessageType::SET));
     assert_eq!(client.events(), [Event::Unsupported { id, kind, action }]);
 }

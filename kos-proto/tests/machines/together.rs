@@ -3,7 +3,7 @@
 //! TCP delivers all messages in order, or is cut off. USB loses and doubles messages. Neither reorders them.
 
 use kos_proto::Transport;
-use kos_proto::device::{self, Destination, Report, SessionId};
+use kos_proto::device::{self, Actions, Destination, Quirks, Report, SessionId};
 use kos_proto::host::{self, Command, HostMachine, StopTarget};
 use kos_proto::message::*;
 use kos_proto::trajectory::*;
@@ -101,10 +101,53 @@ impl Rig {
     }
 }
 
+/// Conduct of the device, in which it differs from the document as we read it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Conduct {
+    Mild,
+    /// The device has a password, and ignores stops while it is locked.
+    DeafWhileLocked,
+    /// The device plays moves from their end to their begin.
+    OtherWay,
+    /// The device does not know an action.
+    Lacks(ActionId),
+}
+
+impl Conduct {
+    fn options(self) -> device::Options {
+        let options = device::Options::default();
+        match self {
+            Self::Mild | Self::OtherWay => options,
+            Self::DeafWhileLocked => options.with_quirks(Quirks::LOCKED_IGNORES_STOPS),
+            Self::Lacks(action) => options.with_unsupported(Actions::NONE.with(action)),
+        }
+    }
+
+    fn password(self) -> &'static [u8] {
+        if self == Self::DeafWhileLocked { b"secret" } else { b"" }
+    }
+
+    fn any() -> impl Strategy<Value = Self> {
+        let lacks = [
+            ActionId::BUMP_POSITION_SPEED_ACCELERATION,
+            ActionId::SETUP_PLAYBACK,
+            ActionId::START_PLAYBACK,
+            ActionId::RAPID_TO_FIRST_KEY_FRAME,
+        ];
+        prop_oneof![
+            3 => Just(Self::Mild),
+            2 => Just(Self::DeafWhileLocked),
+            1 => Just(Self::OtherWay),
+            2 => prop::sample::select(lacks.to_vec()).prop_map(Self::Lacks),
+        ]
+    }
+}
+
 /// Client and device on a line, before a rig.
 struct Together {
     world: World,
     transport: Transport,
+    conduct: Conduct,
     /// Whether the line still has faults.
     faults: bool,
     /// Delays and faults that come.
@@ -123,8 +166,9 @@ struct Together {
 }
 
 impl Together {
-    fn new(transport: Transport, data: TrajectoryData<'static>, luck: Vec<u8>) -> Self {
-        let mut bench = Bench::new(device::Options::default());
+    fn new(script: &Script) -> Self {
+        let Script { transport, conduct, data, ref luck, .. } = *script;
+        let mut bench = Bench::new(conduct.options());
         bench.calibrate(1);
         bench.calibrate(2);
         bench.step(device::Input::LinkDown(ZERO));
@@ -134,12 +178,13 @@ impl Together {
         let mut together = Self {
             world,
             transport,
+            conduct,
             faults: transport == Transport::Usb,
-            luck: Box::new(luck.into_iter().cycle()),
+            luck: Box::new(luck.clone().into_iter().cycle()),
             opening: None,
             rig: Rig { at: [RANGE, RANGE, 0.0], ..Rig::default() },
             data,
-            password: b"",
+            password: conduct.password(),
             other_password: b"new",
             events: Vec::new(),
             tokens: Tokens::default(),
@@ -174,7 +219,7 @@ impl Together {
                 Effect::Transmit(transmit) => {
                     let (user_password, new_password) = (Password(self.password), Password(self.other_password));
                     let source = host::Source { user_password, new_password, trajectory: self.data };
-                    self.starts.0 += u32::from(matches!(transmit, host::Transmit::Start(_)));
+                    self.starts.0 += u32::from(matches!(transmit, host::Transmit::Start));
                     let bytes = host_bytes(&transmit, &source);
                     self.arrivals().for_each(|due| self.world.up.send(due, bytes.clone()));
                     continue;
@@ -201,10 +246,18 @@ impl Together {
 
     fn device(&mut self, input: device::Input<'_>) {
         let ran = self.world.device.machine.playback().runs();
+        let is_deaf = self.conduct == Conduct::DeafWhileLocked
+            && self.world.device.machine.session(SESSION) == device::session::State::Locked;
+        let mut input = input;
+        if let (Conduct::OtherWay, device::Input::Received { message: HostMessage::StartPlayback(start), .. }) =
+            (self.conduct, &mut input)
+        {
+            start.direction = PlaybackDirection::REVERSE;
+        }
         let output = self.world.step_device(input);
         if let device::Input::Received { message: HostMessage::StopPlayback(_), .. } = input {
             let stops = |event: &device::Event<'_>| *event == device::Event::StopAll;
-            assert!(output.events().any(stops), "a stop is obeyed when it comes");
+            assert!(is_deaf || output.events().any(stops), "a stop is obeyed when it comes");
         }
         if let device::Input::Received { message: HostMessage::StartPlayback(_), .. } = input {
             self.starts.1 += u32::from(!ran && self.world.device.machine.playback().runs());
@@ -316,9 +369,9 @@ fn op() -> impl Strategy<Value = Op> {
     let motor = || (1..4_u8).prop_map(MotorAddress);
     let simple = vec![
         Command::Stop,
-        Command::Load { summary: summary(), way: Direction::Forward, delay_return: false },
-        Command::Load { summary: summary(), way: Direction::Forward, delay_return: true },
-        Command::PlayDirect { summary: summary(), way: Direction::Forward },
+        Command::Load { summary: summary(), delay_return: false },
+        Command::Load { summary: summary(), delay_return: true },
+        Command::PlayDirect { summary: summary() },
         Command::Play,
         Command::RapidToFirstKeyFrame,
         Command::ChangePassword,
@@ -368,6 +421,7 @@ const SETTLE: u64 = 150_000;
 #[derive(Debug, Clone)]
 struct Script {
     transport: Transport,
+    conduct: Conduct,
     data: TrajectoryData<'static>,
     luck: Vec<u8>,
     starts: u32,
@@ -386,8 +440,8 @@ impl<const TCP: bool, const USB: bool, const CUTS: bool> ReferenceStateMachine f
     fn init_state() -> BoxedStrategy<Script> {
         let transports: Vec<_> =
             [TCP.then_some(Transport::Tcp), USB.then_some(Transport::Usb)].into_iter().flatten().collect();
-        (prop::sample::select(transports), any_move(), vec(any::<u8>(), 1..40))
-            .prop_map(|(transport, data, luck)| Script { transport, data, luck, starts: 0 })
+        (prop::sample::select(transports), Conduct::any(), any_move(), vec(any::<u8>(), 1..40))
+            .prop_map(|(transport, conduct, data, luck)| Script { transport, conduct, data, luck, starts: 0 })
             .boxed()
     }
 
@@ -408,7 +462,7 @@ impl<const TCP: bool, const USB: bool, const CUTS: bool> ReferenceStateMachine f
 
 impl Together {
     fn of(script: &Script) -> Self {
-        let mut together = Self::new(script.transport, script.data, script.luck.clone());
+        let mut together = Self::new(script);
         together.pass(1_000);
         together
     }

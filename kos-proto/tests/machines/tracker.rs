@@ -1,8 +1,11 @@
 //! Move on the device, as the client follows it: kOS 7.6.
 
+use kos_proto::MoveSummary;
 use kos_proto::host::*;
 use kos_proto::message::*;
+use kos_proto::trajectory::*;
 
+use super::bench::{live, live_move};
 use super::client::*;
 
 const STOP: Transmit<'static> = Transmit::StopPlayback;
@@ -67,7 +70,7 @@ fn all() -> Vec<Client> {
 fn a_move_is_loaded() {
     let mut client = Client::ready();
     client.command(load());
-    assert_eq!(client.sent(), [Transmit::Trajectory, Transmit::Setup { way: Direction::Forward, delay_return: false }]);
+    assert_eq!(client.sent(), [Transmit::Trajectory, Transmit::Setup { delay_return: false }]);
     assert_eq!(client.move_state(), "SettingUp");
     assert_eq!(Client::armed().refused(load()), Some(Refusal::MoveRuns), "stop the one that is ready first");
     let mut client = Client::ready();
@@ -79,11 +82,8 @@ fn a_move_is_loaded() {
 #[test]
 fn a_move_is_played_directly() {
     let mut client = Client::ready();
-    client.command(Command::PlayDirect { summary: summary(), way: Direction::Reverse });
-    assert_eq!(
-        (client.sent(), client.move_state()),
-        (vec![Transmit::Trajectory, Transmit::Start(Direction::Reverse)], "Starting")
-    );
+    client.command(Command::PlayDirect { summary: summary() });
+    assert_eq!((client.sent(), client.move_state()), (vec![Transmit::Trajectory, Transmit::Start], "Starting"));
 }
 
 /// 7.6-3, 7.6-4, 7.6-7.
@@ -118,7 +118,7 @@ fn a_long_way_to_where_the_move_begins_is_told() {
 fn a_move_that_is_ready_is_played_once() {
     let mut client = Client::armed();
     client.command(Command::Play);
-    assert_eq!((client.sent(), client.move_state()), (vec![Transmit::Start(Direction::Forward)], "Starting"));
+    assert_eq!((client.sent(), client.move_state()), (vec![Transmit::Start], "Starting"));
     assert_eq!(client.refused(Command::Play), Some(Refusal::MoveRuns));
     assert_eq!(Client::ready().refused(Command::Play), Some(Refusal::NoMove));
 }
@@ -143,19 +143,46 @@ fn a_move_begins() {
         row(client, PlaybackState::PRE_MOVE_PHOTOS_STARTED, said(Move::PreShoot), "PreShoot");
     }
     for client in [Client::starting(), delayed(), pre_shoot()] {
-        for (says, way) in
-            [(PlaybackState::START_FORWARD, Direction::Forward), (PlaybackState::START_REVERSE, Direction::Reverse)]
-        {
-            row(client.clone(), says, said(Move::Running(way)), "Running");
+        row(client, PlaybackState::START_FORWARD, said(Move::Running(Direction::Forward)), "Running");
+    }
+}
+
+/// 7.6-23: a device that plays the move the other way is stopped at once, also if only an answer to a question says so.
+#[test]
+fn a_move_that_is_played_the_other_way_is_stopped() {
+    let says: [fn(&mut Client); 2] = [
+        |client| client.status(PlaybackState::START_REVERSE),
+        |client| client.receive(device_info(PlaybackState::START_REVERSE)),
+    ];
+    for says in says {
+        for mut client in [Client::starting(), delayed(), pre_shoot(), Client::running(), ended()] {
+            let state = client.move_state();
+            says(&mut client);
+            client.events.retain(|event| !matches!(event, Event::Unsolicited(_)));
+            assert_eq!(client.events(), said(Move::OtherWay), "{state}");
+            assert_eq!((client.sent(), client.move_state()), (vec![STOP, ASKS], "Stopping"), "{state}");
+            assert!(client.ended().contains(&Outcome::Failed(Failure::OtherWay)), "{state}");
+            assert!(client.machine.may_move());
         }
     }
+    // A move with loops comes back, but it does not begin with that.
+    let loops = MoveSummary::of(&live_move(Playback { loop_after_reverse: LoopCount(1), ..live() })).unwrap();
+    let mut client = Client::ready();
+    client.command(Command::PlayDirect { summary: loops });
+    let mut wrong = client.clone();
+    wrong.status(PlaybackState::START_REVERSE);
+    assert_eq!(wrong.move_state(), "Stopping");
+    for state in [PlaybackState::START_FORWARD, PlaybackState::END_OF_MOVE, PlaybackState::START_REVERSE] {
+        client.status(state);
+    }
+    assert_eq!((client.move_state(), client.ended()), ("Running", vec![]));
 }
 
 /// 7.6-11: the messages may come in any order (decision K-J12).
 #[test]
 fn the_progress_of_a_move_is_told() {
     let mut client = Client::running();
-    for says in [13, 6, 2, 3, 6, 13].map(PlaybackState) {
+    for says in [13, 6, 2, 2, 6, 13].map(PlaybackState) {
         client = row(client, says, progress(says), "Running");
     }
 }
@@ -163,7 +190,12 @@ fn the_progress_of_a_move_is_told() {
 /// 7.6-12, 7.6-13, 7.6-14.
 #[test]
 fn a_move_ends_or_is_played_again() {
-    let mut client = row(Client::running(), PlaybackState::END_OF_MOVE, said(Move::EndReached), "Ended");
+    let summary = MoveSummary::of(&live_move(Playback { loop_after_reverse: LoopCount::FOREVER, ..live() })).unwrap();
+    let mut looping = Client::ready();
+    looping.command(Command::PlayDirect { summary });
+    looping.status(PlaybackState::START_FORWARD);
+    looping.clear();
+    let mut client = row(looping, PlaybackState::END_OF_MOVE, said(Move::EndReached), "Ended");
     for loops in 1..300_u32 {
         let (says, way) = if loops % 2 == 1 {
             (PlaybackState::START_REVERSE, Direction::Reverse)
@@ -417,8 +449,10 @@ fn a_stop_survives_a_lost_connection() {
         client.pass(1_000);
         client.step(Input::LinkUp);
         assert_eq!((client.sent(), client.move_state()), (vec![STOP, ASKS], "Stopping"));
-        client.status(PlaybackState::FULL_STOP);
         client.introduce(PlaybackState::FULL_STOP);
+        assert_eq!((client.state(), client.move_state()), ("Ready", "Stopping"));
+        client.status(PlaybackState::FULL_STOP);
+        client.settle(PlaybackState::FULL_STOP);
         assert_eq!((client.state(), client.move_state()), ("Ready", "NoMove"));
     }
     let mut client = stopping();
@@ -478,7 +512,7 @@ fn a_client_asks_over_usb_whether_a_move_still_runs() {
     let mut client = Client::ready_at(Options::default(), Endpoint::Usb);
     client.pass(4_000);
     assert_eq!(client.sent(), [Transmit::KeepAlive]);
-    client.command(Command::PlayDirect { summary: summary(), way: Direction::Forward });
+    client.command(Command::PlayDirect { summary: summary() });
     client.status(PlaybackState::START_FORWARD);
     client.clear();
     client.pass(4_000);
@@ -509,8 +543,8 @@ fn messages_that_may_move_are_never_repeated() {
         Transmit::ResetAxis(ONE),
         Transmit::MarkBegin(ONE),
         Transmit::MarkEnd(ONE),
-        Transmit::Setup { way: Direction::Forward, delay_return: false },
-        Transmit::Start(Direction::Forward),
+        Transmit::Setup { delay_return: false },
+        Transmit::Start,
         Transmit::RapidToFirstKeyFrame,
         Transmit::TakePicture(Seconds(1.0)),
         Transmit::MoveTo(go(ONE, 1.0)),

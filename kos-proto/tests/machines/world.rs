@@ -48,12 +48,16 @@ pub(crate) fn to_host(bytes: &[u8]) -> host::Input<'_> {
     }
 }
 
-/// Checks that a stop goes out before everything else, so also before anybody is told of it.
+/// Checks that a stop goes out before everything else, so also before anybody is told of it. A locked device may ignore it,
+/// so that it goes out again directly after a password.
 pub(crate) fn host_stops_first(output: &host::Output<'_>) {
     let is_stop =
         |effect: &host::Effect<'_>| matches!(effect, Effect::Transmit(transmit) if transmit.conduct().is_stop());
-    let stops = output.effects.iter().filter(|effect| is_stop(effect)).count();
-    assert!(output.effects[..stops].iter().all(is_stop), "{output:?}");
+    let is_password = |effect: &host::Effect<'_>| matches!(effect, Effect::Transmit(host::Transmit::UserPassword(_)));
+    let mut runs = output.effects.split(|effect| is_password(effect));
+    let runs_begin_with_stops =
+        |run: &[host::Effect<'_>]| run.iter().skip_while(|effect| is_stop(effect)).all(|effect| !is_stop(effect));
+    assert!(runs.all(runs_begin_with_stops), "{output:?}");
 }
 
 /// Checks that the rig stops before anybody is told of it: that the move is over, because of which error, or what failed.

@@ -135,6 +135,26 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         }
     }
 
+    /// Gives up the incomplete frame at the start of the held bytes, because it is not whole in time. The search goes on
+    /// after it, so that frames inside it are found, and the last one of them may still be completed.
+    ///
+    /// Call it when [`next`](Self::next) has returned `None`, and call `next` again after it.
+    pub fn give_up(&mut self) {
+        if self.held() > 0 {
+            self.gap = self.gap.max(self.start.saturating_add(1));
+            self.wake = 0;
+        }
+    }
+
+    /// Number of bytes that the incomplete frame at the start of the held bytes needs in all, as far as they tell; 0 if
+    /// no byte is held.
+    ///
+    /// It holds after [`next`](Self::next) has returned `None`.
+    #[must_use]
+    pub const fn needed(&self) -> usize {
+        if self.held() == 0 { 0 } else { self.wake.saturating_sub(self.start) }
+    }
+
     /// Continues after a fatal error: fatal errors become noise, until the next valid frame.
     ///
     /// Bytes of a payload can look like a frame, so this may find wrong frames; a new connection cannot. It does

@@ -59,10 +59,12 @@
 mod frames;
 #[cfg(feature = "embedded-io")]
 mod read;
+mod timed;
 
 use core::fmt::Debug;
 
 pub use frames::Frames;
+pub use timed::{Patience, TimedFrames};
 
 /// Framing of one protocol: how to tell its frames from the bytes around them.
 ///

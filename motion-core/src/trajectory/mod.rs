@@ -26,9 +26,11 @@
 //! let steps: Result<Vec<i32>, _> = pan.steps(frames, scale).collect();
 //! assert_eq!(steps?[96..120], [9000; 24]);
 //!
-//! // A joint is reported for the gap between the segments.
-//! let joint = pan.joints(Tolerance::all(1e-4)).next().expect("they do not meet");
-//! assert_eq!((joint.index, joint.gap), (1, 1.0));
+//! // Joints are reported for the gap between the segments, and for the end, where it does not come to rest.
+//! let joints: Vec<_> = pan.joints(Tolerance::all(1e-4)).collect();
+//! assert_eq!((joints[0].index, joints[0].gap), (1, 1.0));
+//! assert_eq!((joints[1].index, joints[1].time), (2, 8.0));
+//! assert!(joints[1].velocity.is_some_and(|jump| jump > 29.0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -238,13 +240,14 @@ impl<'a> Axis<'a> {
             .fold(none, |range, (least, greatest)| Range { from: range.from.min(least), to: range.to.max(greatest) })
     }
 
-    /// The greatest speed within segments. [`joints`](Self::joints) finds jumps between segments.
+    /// The greatest speed within segments. [`joints`](Self::joints) finds jumps between segments and at the ends.
     #[must_use]
     pub fn peak_velocity(&self) -> Peak {
         self.peak(Segment::peak_velocity)
     }
 
-    /// The greatest acceleration within segments, in either direction.
+    /// The greatest acceleration within segments, in either direction. At the jumps of velocity that
+    /// [`joints`](Self::joints) finds, it has no limit.
     #[must_use]
     pub fn peak_acceleration(&self) -> Peak {
         self.peak(Segment::peak_acceleration)

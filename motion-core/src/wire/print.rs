@@ -112,8 +112,10 @@ pub fn text(out: &mut dyn Write, bytes: &[u8]) -> fmt::Result {
     out.write_char('"')
 }
 
-/// Whether a character moves the cursor, turns the reading direction, or cannot be seen.
-fn is_hidden(character: char) -> bool {
+/// Whether a character moves the cursor, turns the reading direction, or cannot be seen. Programs escape it before they
+/// show text that a device or a file gave.
+#[must_use]
+pub fn is_hidden(character: char) -> bool {
     character.is_control()
         || matches!(character, '\u{ad}' | '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
 }

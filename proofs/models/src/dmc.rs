@@ -127,7 +127,7 @@ pub struct World {
 
 impl World {
     fn new(window: u8) -> Self {
-        let host = HostMachine::new(host::Options::default().with_window(window));
+        let host = HostMachine::new(host::Options::default().with_window(window).with_needs_enabled(false));
         // Reports of positions do not affect these machines, and each would be one more message to lose.
         let device = DeviceMachine::new(device::Options::of(hi()).with_report_every(5000));
         Self {
@@ -204,6 +204,8 @@ impl Dmc {
         let mut asked = None;
         for effect in effects {
             match effect {
+                // Padding is no message.
+                Effect::Transmit(host::Transmit { contents: host::Contents::Padding(_), .. }) => {}
                 Effect::Transmit(transmit) => {
                     self.with_message(transmit, |message| {
                         world.book.sent(&world.both.host.machine, transmit.contents, message);
@@ -238,7 +240,7 @@ impl Dmc {
             Source::Section(section) => section.message(&Ramp, &mut scratch),
             Source::Command(token) => self.want(token).and_then(Want::message).expect("a token of the application"),
         });
-        look(&message)
+        look(&message.expect("padding is not kept"))
     }
 
     /// Makes a step of the device, and everything that follows from it.

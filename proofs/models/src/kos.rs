@@ -12,7 +12,7 @@ mod world;
 
 use kos_proto::device::{self, Destination, DeviceMachine, Report, SessionId};
 use kos_proto::host::{self, Command, Event, Get, HostMachine, Token, Transmit};
-use kos_proto::message::{Direction, KeepAlive, MarkBeginPosition, MarkEndPosition, MotorSet, Password, Rotations};
+use kos_proto::message::{KeepAlive, MarkBeginPosition, MarkEndPosition, MotorSet, Password, Rotations};
 use kos_proto::trajectory::TrajectoryData;
 use kos_proto::{DecodeError, Effect, Frame, HostMessage, Millis, MoveSummary, Transport};
 use laws::world::{Fate, Faults, Line};
@@ -132,14 +132,13 @@ pub enum Action {
 impl Kos {
     fn command(&self, wish: Wish) -> Command {
         let summary = || MoveSummary::of(&self.data).expect("a move that can be played");
-        let way = Direction::Forward;
         match wish {
             Wish::Stop => Command::Stop,
             Wish::StopMotor => Command::StopMotor(MOTOR),
-            Wish::Load => Command::Load { summary: summary(), way, delay_return: false },
-            Wish::LoadHere => Command::Load { summary: summary(), way, delay_return: true },
+            Wish::Load => Command::Load { summary: summary(), delay_return: false },
+            Wish::LoadHere => Command::Load { summary: summary(), delay_return: true },
             Wish::Play => Command::Play,
-            Wish::PlayDirect => Command::PlayDirect { summary: summary(), way },
+            Wish::PlayDirect => Command::PlayDirect { summary: summary() },
             Wish::Rapid => Command::RapidToFirstKeyFrame,
             Wish::MoveTo => Command::MoveTo(rig::go(3.0)),
             Wish::Bump => Command::Bump(rig::go(1.0)),
@@ -218,7 +217,7 @@ impl Kos {
             && input == host::Input::Wake
             && state.both.host.machine.move_state() == host::MoveState::Starting
         {
-            output.transmit(Transmit::Start(Direction::Forward));
+            output.transmit(Transmit::Start);
         }
         if self.wrong == Wrong::ForgetsStops && input == host::Input::LinkUp {
             output.effects.retain(|effect| *effect != Effect::Transmit(Transmit::StopPlayback));

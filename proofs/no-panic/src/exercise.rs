@@ -213,7 +213,7 @@ fn dmc(input: &[u8], out: &mut dyn Write) -> fmt::Result {
 fn hoot(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     use hoot_proto::lint::Context;
     use hoot_proto::message::{Reply, ResponseCode};
-    use hoot_proto::{DeviceMessage, Frame, Hoot, HostMessage, Query, Strict, frame};
+    use hoot_proto::{DeviceMessage, Frame, Hoot, HostMessage, Query, Requests, Strict, frame};
 
     let with_frame = |found: Frame<'_>, out: &mut dyn Write| {
         let (to, context) = (found.address(), Context::default());
@@ -241,6 +241,7 @@ fn hoot(input: &[u8], out: &mut dyn Write) -> fmt::Result {
         writeln!(out, "{found:?}")
     };
     stream::<Hoot, 84>(input, out, with_frame)?;
+    stream::<Requests, 84>(input, out, with_frame)?;
     stream::<Strict, 84>(input, out, with_frame)?;
     outcome(Frame::decode(input), out)
 }

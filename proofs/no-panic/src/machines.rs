@@ -17,7 +17,7 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     use kos_proto::device::{self, DeviceMachine, Report, Scratch, Sender, SessionId};
     use kos_proto::host::{self, Command, Get, Go, HostMachine, Source, Token};
     use kos_proto::message::{
-        AuxInputs, Direction, ErrorCode, Ipv4, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared,
+        AuxInputs, ErrorCode, Ipv4, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared,
         Seconds,
     };
     use kos_proto::message::{MotorSet, Password};
@@ -103,8 +103,8 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
             (12, _) => Command::Bump(go),
             (13, _) => Command::Jog { motor, speed: go.speed, acceleration: go.acceleration },
             (14, _) => Command::Play,
-            (15, Some(plan)) => Command::Load { summary: plan, way: Direction::Forward, delay_return: f > 3 },
-            (16, Some(plan)) => Command::PlayDirect { summary: plan, way: Direction::Reverse },
+            (15, Some(plan)) => Command::Load { summary: plan, delay_return: f > 3 },
+            (16, Some(plan)) => Command::PlayDirect { summary: plan },
             (17, _) => Command::RapidToFirstKeyFrame,
             (18, _) => Command::TakePicture(Seconds(float)),
             (19, _) => Command::ResetDevice,
@@ -171,7 +171,11 @@ fn dmc_host(input: &[u8], out: &mut dyn Write) -> fmt::Result {
         writeln!(out, "{input:?}")?;
         let output = machine.advance(now, input);
         for transmit in output.transmits() {
-            writeln!(out, "{}", transmit.message(|_| RtGo::default().into()))?;
+            let len = transmit.encode_into(|_| RtGo::default().into(), &mut [0; 1048]);
+            writeln!(out, "{len:?}")?;
+            if let Some(message) = transmit.message(|_| RtGo::default().into()) {
+                writeln!(out, "{message}")?;
+            }
         }
         writeln!(out, "{machine:?} {} {output:?}", machine.may_move())?;
     }

@@ -19,12 +19,13 @@ mod setup;
 mod store;
 mod verdict;
 
+use dmc_proto::DeviceReader;
 use dmc_proto::device::{Input, State};
 use dmc_proto::message::{FrameNumber, Motor as Number, Steps, Triggers};
 use motion_core::time::Millis;
 use tracing::{info, warn};
 
-use crate::dmc_reader::Reader;
+use crate::dmc_reader;
 use crate::motor::Motor;
 use crate::{LineId, Outgoing, Party, Rig, waiting};
 
@@ -40,7 +41,7 @@ const LINE: LineId = LineId(0);
 #[derive(Debug)]
 pub struct DmcDevice {
     is_open: bool,
-    reader: Reader,
+    reader: Box<DeviceReader>,
     core: Core,
 }
 
@@ -48,7 +49,8 @@ impl DmcDevice {
     /// Device at rest, with all its motors at 0.
     #[must_use]
     pub fn new(setup: Setup) -> Self {
-        Self { is_open: false, reader: Reader::new(), core: Core::new(setup) }
+        let reader = Box::new(DeviceReader::new(setup.patience));
+        Self { is_open: false, reader, core: Core::new(setup) }
     }
 
     /// State of the device.
@@ -166,19 +168,19 @@ impl Party for DmcDevice {
         if line != LINE || !self.is_open {
             return;
         }
-        self.reader.receive(now, bytes, |item| self.core.received(item));
+        dmc_reader::receive(&mut self.reader, now, bytes, |item| self.core.received(item));
     }
 
     fn advance(&mut self, now: Millis) {
         while let Some(next) = self.wake().filter(|next| *next <= now) {
             self.core.tick(next.max(self.core.clock));
-            self.reader.give_up(next, |item| self.core.received(item));
+            dmc_reader::give_up(&mut self.reader, next, |item| self.core.received(item));
         }
         self.core.clock = self.core.clock.max(now);
     }
 
     fn wake(&self) -> Option<Millis> {
-        [self.core.next(), self.reader.wake()].into_iter().flatten().min()
+        [self.core.next(), self.reader.deadline()].into_iter().flatten().min()
     }
 
     fn poll(&mut self) -> Option<Outgoing> {

@@ -1,5 +1,6 @@
 //! Properties of a simulated device.
 
+use dmc_proto::Patience;
 use dmc_proto::device::{Options, Quirks};
 use dmc_proto::message::{Acceleration, Capabilities, Hi, MotorFlags, Name, Speed, Steps};
 use motion_core::profile::Limits;
@@ -14,6 +15,8 @@ pub struct Setup {
     pub options: Options,
     /// Motors with their limits and their limit switches, 32 at most.
     pub motors: Vec<Motor>,
+    /// Time that the device waits for the end of a frame.
+    pub patience: Patience,
 }
 
 /// Settings of a motor. A reset makes them new.
@@ -59,7 +62,8 @@ impl Setup {
             ..Options::default().hi()
         };
         let motor = Motor::new(Self::LIMITS).within(Self::TRAVEL);
-        Self { options: Options::of(hi), motors: vec![motor; motors.min(32).into()] }
+        let patience = Patience::new().with_margin(250);
+        Self { options: Options::of(hi), motors: vec![motor; motors.min(32).into()], patience }
     }
 
     /// Returns the setup with these quirks of the machine.

@@ -1,21 +1,23 @@
 //! Host of DMC controllers, as Dragonframe is one: it asks, moves, uploads, runs, shoots and stops.
 //!
 //! The host keeps what the machine of the crate only names: the messages, and the data of a move. Its events carry the
-//! answers, so that an application needs nothing else. The host counts a device as configured as soon as it is known.
+//! answers, so that an application needs nothing else. The host counts a device as configured as soon as it is known. Before a
+//! command moves a motor, the host enables the motor, and sets whether it blurs in a shot.
 
 mod check;
 mod core;
 mod table;
 mod types;
+mod uses;
 
 use std::mem;
 
-use dmc_proto::EncodeError;
 use dmc_proto::host::{Input, Options, State, StopTarget};
 use dmc_proto::message::{Hi, RtUploadMoveBegin};
+use dmc_proto::{EncodeError, HostReader, Patience};
 use motion_core::time::Millis;
 
-use crate::dmc_reader::Reader;
+use crate::dmc_reader;
 use crate::{Host, LineId, Outgoing, Party};
 
 pub use dmc_proto::Token;
@@ -32,7 +34,7 @@ const LINE: LineId = LineId(0);
 #[derive(Debug)]
 pub struct DmcHost {
     is_open: bool,
-    reader: Reader,
+    reader: Box<HostReader>,
     core: Core,
 }
 
@@ -40,7 +42,8 @@ impl DmcHost {
     /// Host that waits until its line is open.
     #[must_use]
     pub fn new(options: Options) -> Self {
-        Self { is_open: false, reader: Reader::new(), core: Core::new(options) }
+        let patience = Patience::new().with_line_speed(options.line_speed());
+        Self { is_open: false, reader: Box::new(HostReader::new(patience)), core: Core::new(options) }
     }
 
     /// Greeting of the device.
@@ -138,20 +141,20 @@ impl Party for DmcHost {
         if line != LINE || !self.is_open {
             return;
         }
-        self.reader.receive(now, bytes, |item| self.core.received(item));
+        dmc_reader::receive(&mut self.reader, now, bytes, |item| self.core.received(item));
     }
 
     fn advance(&mut self, now: Millis) {
         while let Some(next) = self.wake().filter(|next| *next <= now) {
             self.core.clock = self.core.clock.max(next);
-            self.reader.give_up(next, |item| self.core.received(item));
+            dmc_reader::give_up(&mut self.reader, next, |item| self.core.received(item));
             self.core.due();
         }
         self.core.clock = self.core.clock.max(now);
     }
 
     fn wake(&self) -> Option<Millis> {
-        [self.core.wake(), self.reader.wake()].into_iter().flatten().min()
+        [self.core.wake(), self.reader.deadline()].into_iter().flatten().min()
     }
 
     fn poll(&mut self) -> Option<Outgoing> {

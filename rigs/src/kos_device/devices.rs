@@ -1,15 +1,45 @@
 //! Devices and quirks of kOS by name.
 
-use kos_proto::device::{Options, Quirks};
+use kos_proto::device::{Actions, Options, Quirks};
+use kos_proto::message::{ActionId, FirmwareVersion};
 
 use super::Setup;
-use crate::device::{Choice, Named};
+use crate::device::{Choice, Kind, Named};
 
 impl Named for Setup {
     const PROTOCOL: &'static str = "kOS";
 
-    const DEVICES: &'static [Choice<Self>] =
-        &[Choice { name: "mild", about: "As the document means it.", apply: mild }];
+    const DEVICES: &'static [Choice<Self>] = &[
+        Choice { name: "mild", about: "As the document means it.", apply: mild },
+        Choice {
+            name: "printed",
+            about: "The document to the letter: a password is always asked for, and without it stops are ignored.",
+            apply: |setup| {
+                mild(setup);
+                setup.printed = true;
+                setup.add(Quirks::LOCKED_IGNORES_STOPS | Quirks::REQUIRE_EMPTY_PASSWORD);
+            },
+        },
+        Choice {
+            name: "cinedrive",
+            about: "The older generation: without bumps, photo counts and ranges that begin elsewhere.",
+            apply: |setup| {
+                mild(setup);
+                setup.older_dialect = true;
+                setup.add(Quirks::NO_SOFTWARE_ID);
+                setup.forget(ActionId::BUMP_POSITION_SPEED_ACCELERATION);
+            },
+        },
+        Choice {
+            name: "1.0.1.5",
+            about: "Firmware 1.0.1.5: ranges that do not begin at 0.",
+            apply: |setup| {
+                mild(setup);
+                setup.firmware = FirmwareVersion([1, 0, 1, 5]);
+                setup.add(Quirks::BEGIN_NONZERO);
+            },
+        },
+    ];
 
     const QUIRKS: &'static [Choice<Self>] = &[
         Choice {
@@ -42,13 +72,49 @@ impl Named for Setup {
             about: "The progress of a live move is not reported.",
             apply: |setup| setup.options = setup.options.with_progress_every(None),
         },
+        Choice {
+            name: "locked-ignores-all",
+            about: "A locked client is ignored, stops included, until it sends the password.",
+            apply: |setup| setup.add(Quirks::LOCKED_IGNORES_STOPS),
+        },
+        Choice {
+            name: "ignores-direction",
+            about: "A move is played forward, whatever the direction of the start says.",
+            apply: |setup| setup.add(Quirks::IGNORES_DIRECTION),
+        },
+        Choice {
+            name: "jog-not-clamped",
+            about: "A motor is sent where the message says, also beyond the end of its range.",
+            apply: |setup| setup.add(Quirks::NOT_CLAMPED),
+        },
+        Choice {
+            name: "no-bump",
+            about: "The device does not know BumpPositionSpeedAcceleration.",
+            apply: |setup| setup.forget(ActionId::BUMP_POSITION_SPEED_ACCELERATION),
+        },
+        Choice {
+            name: "unsupported=ACTION",
+            about: "The device does not know the action with this number, such as 0x0f. Can be given several times.",
+            apply: |_| {},
+        },
     ];
+
+    /// Applies `unsupported=ACTION`.
+    fn apply_other(&mut self, kind: Kind, name: &str) -> bool {
+        let action = name.strip_prefix("unsupported=").filter(|_| kind == Kind::Quirk);
+        let number = action.and_then(|action| match action.strip_prefix("0x") {
+            Some(digits) => u8::from_str_radix(digits, 16).ok(),
+            None => action.parse().ok(),
+        });
+        let known = number.map(ActionId).filter(|&action| Actions::NONE.with(action) != Actions::NONE);
+        known.map(|action| self.forget(action)).is_some()
+    }
 }
 
 /// Takes everything back that a device or a quirk decides.
 fn mild(setup: &mut Setup) {
     setup.options = Options::default();
-    setup.older_dialect = false;
+    (setup.older_dialect, setup.printed, setup.firmware) = (false, false, Setup::FIRMWARE);
 }
 
 #[cfg(test)]
@@ -60,11 +126,26 @@ mod tests {
         let names: Vec<_> = Setup::QUIRKS.iter().map(|choice| choice.name).collect();
         let all = Setup::default().with_quirks(&names.join(",")).unwrap();
         assert!(all.older_dialect && all.options.stop_when_alone());
-        assert_eq!(all.options.quirks(), Quirks::BEGIN_NONZERO | Quirks::REQUIRE_EMPTY_PASSWORD);
+        let without_locks = Quirks::BEGIN_NONZERO | Quirks::IGNORES_DIRECTION | Quirks::NOT_CLAMPED;
+        let locks = Quirks::REQUIRE_EMPTY_PASSWORD | Quirks::LOCKED_IGNORES_STOPS;
+        assert_eq!(all.options.quirks(), without_locks | locks);
+        assert_eq!(all.options.unsupported(), Actions::NONE.with(ActionId::BUMP_POSITION_SPEED_ACCELERATION));
+        let none = Setup::default().with_quirks("unsupported=0x0f,unsupported=9").unwrap();
+        assert_eq!(
+            none.options.unsupported(),
+            Actions::NONE.with(ActionId::SETUP_PLAYBACK).with(ActionId::TAKE_PICTURE)
+        );
+        for wrong in ["unsupported=", "unsupported=64", "unsupported=-1", "unsupported=0xzz"] {
+            assert!(Setup::default().with_quirks(wrong).is_err(), "{wrong}");
+        }
         assert_eq!((all.options.push_every(), all.options.progress_every()), (Some(5000), None));
         let error = Setup::default().with_quirks("loud").unwrap_err().to_string();
         assert!(error.starts_with("kOS has no quirk \"loud\": it has older-dialect, "), "{error}");
         assert_eq!(Setup::with_motors(99).motors.len(), 10);
-        assert_eq!(all.with_device("mild"), Ok(Setup::default()));
+        for device in Setup::DEVICES {
+            let setup = all.clone().with_device(device.name).unwrap();
+            assert_eq!(setup, Setup::default().with_device(device.name).unwrap(), "{} decides all", device.name);
+            assert_eq!(setup == Setup::default(), device.name == "mild");
+        }
     }
 }

@@ -21,7 +21,8 @@ use kos_proto::device::{
     Contents, Destination, DeviceMachine, Input, MotorSpecs, Report, SESSIONS, Scratch, Source, Transmit,
 };
 use kos_proto::message::{
-    Bool, DeviceType, FirmwareVersion, LedMode, MOTORS, MotorAddress, MotorSet, NetworkInfo, Password, Rotations,
+    Bool, DeviceType, LedMode, MOTORS, MotorAddress, MotorSet, NetworkInfo, Password, Rotations, RotationsPerSecond,
+    RotationsPerSecondSquared,
 };
 use kos_proto::{Effect, Frames};
 use motion_core::profile::Limits;
@@ -36,6 +37,10 @@ use crate::{LineId, Outgoing};
 
 pub use camera::Photo;
 pub use setup::{MotorSetup, Setup};
+
+/// Speed and acceleration that the document prints as an example for a motor.
+const PRINTED: (RotationsPerSecond, RotationsPerSecondSquared) =
+    (RotationsPerSecond(166.7), RotationsPerSecondSquared(200.0));
 
 /// Simulated kOS device.
 #[derive(Debug)]
@@ -90,6 +95,13 @@ impl KosDevice {
     pub fn new(setup: Setup) -> Self {
         let mut setup = setup;
         setup.motors.truncate(MOTORS);
+        if setup.printed {
+            for MotorSetup { specs, .. } in &mut setup.motors {
+                let (speed, acceleration) = PRINTED;
+                (specs.max_max_setup_speed, specs.max_max_move_speed) = (speed, speed);
+                specs.max_max_acceleration = acceleration;
+            }
+        }
         setup.options = setup.options.with_motors(MotorSet::of((1_u8..).map(MotorAddress).take(setup.motors.len())));
         let motors = setup.motors.iter().map(|motor| {
             let specs = motor.specs;
@@ -256,13 +268,15 @@ impl KosDevice {
             device_type: DeviceType::SECOND_SHOOTER_PRO,
             ..NetworkInfo::default()
         };
+        let end = if self.setup.printed { &b"\0"[..] } else { &[] };
+        let password = [&self.store.password, end].concat();
         let mut source = Source {
             older_dialect: self.setup.older_dialect,
             device_type: DeviceType::SECOND_SHOOTER_PRO,
-            firmware_version: FirmwareVersion([1, 0, 1, 16]),
+            firmware_version: self.setup.firmware,
             network,
             guid: &guid,
-            password: Password(&self.store.password),
+            password: Password(&password),
             motors: &self.specs,
             ..Source::default()
         };

@@ -3,7 +3,9 @@
 use std::net::Ipv4Addr;
 
 use kos_proto::device::{MotorSpecs, Options, Quirks};
-use kos_proto::message::{AxisKind, MOTORS, MotorType, RotationsPerSecond, RotationsPerSecondSquared};
+use kos_proto::message::{
+    ActionId, AxisKind, FirmwareVersion, MOTORS, MotorType, RotationsPerSecond, RotationsPerSecondSquared,
+};
 use motion_core::trajectory::Range;
 
 /// Setup of a device: its parts, what it stores at first, and its quirks.
@@ -22,6 +24,11 @@ pub struct Setup {
     pub options: Options,
     /// Whether the device speaks the older dialect.
     pub older_dialect: bool,
+    /// Whether limits and texts are as the document prints them: motors with 166.7 rev/s and 200 rev/s², whatever `motors`
+    /// says, and texts that end with a NUL.
+    pub printed: bool,
+    /// Version of the firmware.
+    pub firmware: FirmwareVersion,
     /// Password that is stored; empty for none.
     pub password: Vec<u8>,
     /// Motors, motor 1 first: at most ten.
@@ -72,6 +79,9 @@ impl Default for Setup {
 }
 
 impl Setup {
+    /// Newest version of the firmware that a public client met.
+    pub(super) const FIRMWARE: FirmwareVersion = FirmwareVersion([1, 0, 1, 16]);
+
     /// Device with a number of motors, at most ten: slider, pan, tilt, focus, zoom, and more sliders.
     #[must_use]
     pub fn with_motors(count: usize) -> Self {
@@ -80,11 +90,18 @@ impl Setup {
         Self {
             options: Options::default(),
             older_dialect: false,
+            printed: false,
+            firmware: Self::FIRMWARE,
             password: Vec::new(),
             motors: kinds.map(MotorSetup::new).take(count.min(MOTORS)).collect(),
             address: Ipv4Addr::UNSPECIFIED,
             number: 1,
         }
+    }
+
+    /// Takes an action away from those that the device knows.
+    pub(super) fn forget(&mut self, action: ActionId) {
+        self.options = self.options.with_unsupported(self.options.unsupported().with(action));
     }
 
     pub(super) fn add(&mut self, quirk: Quirks) {

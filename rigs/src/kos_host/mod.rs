@@ -41,7 +41,7 @@ mod stored;
 use std::collections::VecDeque;
 
 use kos_proto::host::{self, HostMachine, Input, Options, Outcome, PasswordOf, Source, Token, Transmit};
-use kos_proto::message::{Direction, Motor, MotorAddress, Password};
+use kos_proto::message::{Motor, MotorAddress, Password};
 use kos_proto::{Effect, Frames, HostMessage};
 use motion_core::time::Millis;
 use tracing::{debug, warn};
@@ -68,8 +68,6 @@ pub enum Command {
     Load {
         /// Move to store.
         stored: StoredMove,
-        /// Direction in which the move will be played.
-        way: Direction,
         /// Whether the motors stay where they are until the move is played.
         delay_return: bool,
     },
@@ -77,8 +75,6 @@ pub enum Command {
     PlayDirect {
         /// Move to store.
         stored: StoredMove,
-        /// Direction in which the move is played.
-        way: Direction,
     },
     /// Command of the machine without data that the machine does not keep, such as a stop or a question.
     Machine(host::Command),

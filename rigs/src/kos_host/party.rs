@@ -81,13 +81,13 @@ impl Host for KosHost {
                 content.new_password = password;
                 host::Command::ChangePassword
             }
-            Command::Load { stored, way, delay_return } => {
+            Command::Load { stored, delay_return } => {
                 content.stored = Some(stored);
-                host::Command::Load { summary: *stored.summary(), way: *way, delay_return: *delay_return }
+                host::Command::Load { summary: *stored.summary(), delay_return: *delay_return }
             }
-            Command::PlayDirect { stored, way } => {
+            Command::PlayDirect { stored } => {
                 content.stored = Some(stored);
-                host::Command::PlayDirect { summary: *stored.summary(), way: *way }
+                host::Command::PlayDirect { summary: *stored.summary() }
             }
             Command::Machine(command) => *command,
         };

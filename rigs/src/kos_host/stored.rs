@@ -38,6 +38,17 @@ impl StoredMove {
         Self::new(&plan.encode(&mut out)?)
     }
 
+    /// Same move from its end to its begin, which is played forward: see [`TrajectoryData::reversed`].
+    ///
+    /// # Errors
+    ///
+    /// [`SummaryError`], if its curves are too short to be mirrored.
+    pub fn reversed(&self) -> Result<Self, SummaryError> {
+        let data = self.data();
+        let mut out = vec![0; data.reversed_len()];
+        Self::new(&data.reversed(&mut out)?)
+    }
+
     /// Summary for the machines.
     #[must_use]
     pub const fn summary(&self) -> &MoveSummary {

@@ -185,8 +185,8 @@ impl Bench {
     }
 
     /// Stores a move, and waits until it can be played.
-    pub(crate) fn load(&mut self, stored: StoredMove, way: Direction) {
-        let token = self.command(Command::Load { stored, way, delay_return: false });
+    pub(crate) fn load(&mut self, stored: StoredMove) {
+        let token = self.command(Command::Load { stored, delay_return: false });
         assert_eq!(self.end(token), Outcome::Done(None));
     }
 
@@ -253,10 +253,10 @@ pub(crate) fn lapse(style: Style, photos: u32, around: u32) -> StoredMove {
     }))
 }
 
-pub(crate) fn play(bench: &mut Bench, stored: StoredMove, way: Direction) {
-    bench.load(stored, way);
+pub(crate) fn play(bench: &mut Bench, stored: StoredMove) {
+    bench.load(stored);
     bench.send(host::Command::Play);
-    bench.expect_move(Move::Running(way));
+    bench.expect_move(Move::Running(Direction::Forward));
 }
 
 /// Small whole number as `f64`.

@@ -1,7 +1,7 @@
 //! Ranges, motion by hand, and questions.
 
 use kos_proto::device::motor::State;
-use kos_proto::host::{self, Get, StopTarget};
+use kos_proto::host::{self, Get, Outcome, Refusal, StopTarget};
 use kos_proto::message::{Motor, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
 use rigs::device::Named;
 use rigs::kos_device::Setup;
@@ -35,9 +35,35 @@ fn a_range_is_marked_by_jogs_and_bumps() {
     let range = bench.scene.host.motor(M1).and_then(Motor::range).unwrap();
     assert!((f64::from(range.0) - 40.0).abs() < TOLERANCE, "{range}");
     // Commands count from the begin of the range, and the motor stays within its range.
-    for (to, expected) in [(10.0, 10.0), (55.0, 40.0), (-3.0, 0.0)] {
-        bench.done(host::Command::MoveTo(go(M1, to)));
-        assert!((bench.at(M1) - begin - expected).abs() < TOLERANCE, "{to}");
+    bench.done(host::Command::MoveTo(go(M1, 10.0)));
+    assert!((bench.at(M1) - begin - 10.0).abs() < TOLERANCE);
+    for to in [55.0, -3.0] {
+        let token = bench.send(host::Command::MoveTo(go(M1, to)));
+        assert_eq!(bench.end(token), Outcome::Refused(Refusal::Outside), "{to}");
+    }
+}
+
+/// A jog of a motor with a range ends at the end of the range, also if the device would go on.
+#[test]
+fn a_jog_of_a_motor_with_a_range_ends_with_the_range() {
+    for quirks in ["", "jog-not-clamped", "jog-not-clamped,begin-nonzero", "older-dialect"] {
+        let setup = Setup::with_motors(2).with_quirks(quirks).unwrap();
+        let mut bench = Bench::ready(setup);
+        bench.bump(M1, 5.0);
+        bench.calibrate(M1, 30.0);
+        for (speed, end) in [(-20.0, 5.0), (20.0, 35.0)] {
+            bench.send(jog(speed));
+            for _ in 0..8 {
+                bench.pass(500);
+                bench.send(host::Command::Alive);
+            }
+            assert!((bench.at(M1) - end).abs() < TOLERANCE, "{quirks}: {speed}, {}", bench.at(M1));
+            // The client cannot know whether the motor rests at the end of its range or was blocked, so it stops the motor.
+            assert!(bench.may_move());
+            bench.send(host::Command::StopMotor(M1));
+            bench.expect_event(|event| *event == host::Event::Stopped(StopTarget::Motor(M1)));
+            assert!(!bench.may_move());
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use kos_proto::device::motor::State;
 use kos_proto::device::playback::State as Is;
 use kos_proto::host::{self, Event as MachineEvent, Move, Options, Outcome, StopTarget, Token};
-use kos_proto::message::{Direction, MotorAddress};
+use kos_proto::message::MotorAddress;
 use kos_proto::trajectory::{Loop, Style, Trajectory};
 use motion_core::time::Millis;
 use rigs::Rig as _;
@@ -151,7 +151,7 @@ impl Watched {
             assert!(self.ranges[index], "motor {motor} had no range");
         }
         let ends = self.ends;
-        self.bench.command(Command::PlayDirect { stored: stored.clone(), way: Direction::Forward });
+        self.bench.command(Command::PlayDirect { stored: stored.clone() });
         self.wait("end", |event| (*event == Event::Machine(MachineEvent::Move(Move::EndReached))).then_some(()))?;
         let over = Event::Machine(MachineEvent::Move(Move::Finished { requested: false }));
         self.wait("report that the move is over", |event| (*event == over).then_some(()))?;

@@ -2,7 +2,7 @@
 
 use kos_proto::device::playback::State;
 use kos_proto::host::{self, Move};
-use kos_proto::message::{Direction, Seconds};
+use kos_proto::message::Seconds;
 use kos_proto::trajectory::Style;
 use rigs::Rig as _;
 use rigs::kos_host::Command;
@@ -11,7 +11,7 @@ use crate::bench::{Bench, M1, M2, TOLERANCE, lapse, number, planned};
 
 /// Plays a time lapse to its end. Returns the positions of both motors at each photo, and whether they rested.
 fn photos(bench: &mut Bench, style: Style, photos: u32, around: u32) -> Vec<([f64; 2], bool)> {
-    bench.load(lapse(style, photos, around), Direction::Forward);
+    bench.load(lapse(style, photos, around));
     let mut taken = Vec::new();
     bench.send(host::Command::Play);
     for _ in 0..120_000 {
@@ -70,7 +70,7 @@ fn a_continuous_lapse_keeps_its_interval_and_its_curves() {
 #[test]
 fn a_stop_of_a_lapse_closes_the_shutter() {
     let mut bench = Bench::calibrated();
-    bench.command(Command::PlayDirect { stored: lapse(Style::ShootMoveShoot, 20, 0), way: Direction::Forward });
+    bench.command(Command::PlayDirect { stored: lapse(Style::ShootMoveShoot, 20, 0) });
     while bench.scene.rig.photo_count() < 3 {
         bench.tick();
     }

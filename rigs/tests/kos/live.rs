@@ -5,6 +5,8 @@ use kos_proto::host::{self, Move};
 use kos_proto::message::{Direction, MotorAddress, Normalized, Seconds};
 use kos_proto::trajectory::{Loop, Times};
 use rigs::Rig as _;
+use rigs::device::Named as _;
+use rigs::kos_device::Setup;
 use rigs::kos_host::{Command, StoredMove};
 
 use crate::bench::{Bench, M1, M2, RANGES, TOLERANCE, live, number, planned, play};
@@ -45,9 +47,9 @@ fn position(bench: &Bench, motor: MotorAddress) -> f64 {
     bench.scene.rig.machine().motor(motor).unwrap().position().0.into()
 }
 
-fn started(stored: StoredMove, way: Direction) -> Bench {
+fn started(stored: StoredMove) -> Bench {
     let mut bench = Bench::calibrated();
-    bench.command(Command::Load { stored, way, delay_return: false });
+    bench.command(Command::Load { stored, delay_return: false });
     bench.pass(100);
     // No move is played while the motors go to where it begins.
     assert!(!bench.rests() && bench.scene.rig.moment().is_none());
@@ -60,7 +62,7 @@ fn started(stored: StoredMove, way: Direction) -> Bench {
 
 #[test]
 fn a_move_is_played_as_planned() {
-    let mut bench = started(live(Loop::Once), Direction::Forward);
+    let mut bench = started(live(Loop::Once));
     assert_eq!(follow(&mut bench, 5000), [State::Forward]);
     bench.expect_move(Move::EndReached);
     bench.expect_move(Move::Finished { requested: false });
@@ -70,18 +72,34 @@ fn a_move_is_played_as_planned() {
 
 #[test]
 fn a_move_is_played_in_reverse() {
-    let mut bench = started(live(Loop::Once), Direction::Reverse);
-    assert_eq!(follow(&mut bench, 5000), [State::Reverse]);
-    assert!((bench.at(M1) - 2.0).abs() < TOLERANCE);
+    for quirks in ["", "ignores-direction"] {
+        let setup = Setup::with_motors(2).with_quirks(quirks).unwrap();
+        let mut bench = Bench::ready(setup).with_ranges();
+        let begins = [M1, M2].map(|motor| bench.at(motor) - position(&bench, motor));
+        play(&mut bench, live(Loop::Once).reversed().unwrap());
+        let mut ticks = 0;
+        while bench.plays() {
+            let seconds = 5.0 - bench.scene.rig.moment().unwrap();
+            for (motor, begin) in [M1, M2].into_iter().zip(begins) {
+                let (is, should) = (bench.at(motor), planned(motor, begin, seconds));
+                assert!((is - should).abs() < TOLERANCE, "motor {motor} at {seconds} s: {is}, should be {should}");
+            }
+            ticks += 1;
+            bench.tick();
+        }
+        assert!(ticks >= 4999, "{ticks}");
+        bench.expect_move(Move::Finished { requested: false });
+        assert!((bench.at(M1) - 2.0).abs() < TOLERANCE && !bench.may_move());
+    }
 }
 
 #[test]
 fn loops_play_the_move_back_and_again() {
-    let mut bench = started(live(Loop::Reverse(Times::new(2).unwrap())), Direction::Forward);
+    let mut bench = started(live(Loop::Reverse(Times::new(2).unwrap())));
     let (there, back) = (State::Forward, State::Reverse);
     assert_eq!(follow(&mut bench, 5000), [there, back, there, back, there]);
     let rapid = Loop::RapidReverse { times: Times::new(1).unwrap(), duration: Some(Seconds(2.5)) };
-    let mut bench = started(live(rapid), Direction::Forward);
+    let mut bench = started(live(rapid));
     assert_eq!(follow(&mut bench, 2500), [there, back, there]);
 }
 
@@ -94,11 +112,11 @@ fn a_move_waits_for_its_time() {
         delay: Delay::Until(1_800_000_020),
         home_speed: Normalized(0.2),
     };
-    let mut setup = rigs::kos_device::Setup::with_motors(2);
+    let mut setup = Setup::with_motors(2);
     setup.options = setup.options.with_unix_millis_at_zero(Some(1_800_000_000_000));
     let mut bench = Bench::ready(setup).with_ranges();
     let stored = crate::bench::stored(Play::Live(live));
-    bench.command(Command::PlayDirect { stored, way: Direction::Forward });
+    bench.command(Command::PlayDirect { stored });
     bench.expect_move(Move::Running(Direction::Forward));
     assert_eq!(bench.now(), 20_000);
     bench.expect_move(Move::EndReached);
@@ -108,7 +126,7 @@ fn a_move_waits_for_its_time() {
 #[test]
 fn a_move_is_stopped_in_its_middle() {
     let mut bench = Bench::calibrated();
-    play(&mut bench, live(Loop::Once), Direction::Forward);
+    play(&mut bench, live(Loop::Once));
     bench.pass(1500);
     let from = bench.at(M1);
     assert!(!bench.rests());
@@ -121,14 +139,14 @@ fn a_move_is_stopped_in_its_middle() {
     assert_eq!(bench.at(M1).to_bits(), there.to_bits());
     // The device forgot the move, and the move can be stored and played again.
     assert!(bench.scene.rig.machine().stored_move().is_none());
-    play(&mut bench, live(Loop::Once), Direction::Forward);
+    play(&mut bench, live(Loop::Once));
     bench.expect_move(Move::Finished { requested: false });
 }
 
 #[test]
 fn a_client_finds_its_move_again_after_a_lost_connection() {
     let mut bench = Bench::calibrated();
-    play(&mut bench, live(Loop::Reverse(Times::new(1).unwrap())), Direction::Forward);
+    play(&mut bench, live(Loop::Reverse(Times::new(1).unwrap())));
     bench.pass(1000);
     bench.scene.unplug();
     bench.expect_move(Move::Lost);

@@ -2,6 +2,7 @@
 
 mod bench;
 mod calibration;
+mod devices;
 mod faults;
 mod lapse;
 mod live;

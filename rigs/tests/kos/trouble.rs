@@ -3,8 +3,7 @@
 use kos_proto::device::motor::State;
 use kos_proto::host::{self, Failure, Move, Outcome, Refusal, StopTarget};
 use kos_proto::message::{
-    Direction, ErrorCode, MotorPosition, Rotations, RotationsPerSecond, RotationsPerSecondSquared,
-    SetPositionSpeedAcceleration,
+    ErrorCode, MotorPosition, Rotations, RotationsPerSecond, RotationsPerSecondSquared, SetPositionSpeedAcceleration,
 };
 use kos_proto::trajectory::Loop;
 use kos_proto::{DeviceMessage, HostMessage};
@@ -21,7 +20,7 @@ fn a_device_with_a_password_moves_nothing_before_it_but_can_be_stopped() {
     let setup = Setup { password: b"gaffer".to_vec(), ..Setup::with_motors(2) };
     let mut bench = Bench::with(setup, host::Options::default(), Some(b"best boy"), Faults::NONE, 1);
     bench.command(Command::Connect);
-    bench.expect_event(|event| *event == host::Event::Locked);
+    bench.expect_event(|event| *event == host::Event::Locked { wrong_password: true });
     let bump = bench.send(host::Command::Bump(go(M1, 5.0)));
     assert_eq!(bench.end(bump), Outcome::Refused(Refusal::NotReady));
     bench.stop();
@@ -77,7 +76,7 @@ fn an_end_of_the_travel_stops_a_motor_and_voids_its_range() {
 #[test]
 fn a_stuck_motor_ends_the_move_of_all_motors() {
     let mut bench = Bench::calibrated();
-    play(&mut bench, live(Loop::Once), Direction::Forward);
+    play(&mut bench, live(Loop::Once));
     bench.pass(1500);
     let now = bench.scene.now();
     bench.scene.rig.stall(now);
@@ -95,7 +94,7 @@ fn a_motor_that_does_not_get_to_where_the_move_begins_ends_the_move() {
     let mut setup = Setup::with_motors(2);
     setup.motors[1].specs.max_max_setup_speed.0 = 0.0;
     let mut bench = Bench::ready(setup).with_ranges();
-    let play = bench.command(Command::PlayDirect { stored: live(Loop::Once), way: Direction::Forward });
+    let play = bench.command(Command::PlayDirect { stored: live(Loop::Once) });
     bench.expect_move(Move::Failed(ErrorCode::RETURN_TO_FIRST_KEYFRAME));
     assert_eq!(bench.end(play), Outcome::Refused(Refusal::Device(ErrorCode::RETURN_TO_FIRST_KEYFRAME)));
     bench.expect_move(Move::Finished { requested: true });
@@ -109,7 +108,7 @@ fn a_curve_that_a_motor_cannot_follow_is_a_fault() {
     setup.motors[0].specs.max_max_move_speed.0 = 9.0;
     setup.motors[0].specs.max_max_setup_speed.0 = 9.0;
     let mut bench = Bench::ready(setup).with_ranges();
-    play(&mut bench, live(Loop::Once), Direction::Forward);
+    play(&mut bench, live(Loop::Once));
     bench.expect_event(|event| *event == host::Event::Error(ErrorCode::PVT_INTEGRITY, M1));
     bench.expect_move(Move::Finished { requested: false });
     bench.pass(1000);
@@ -119,7 +118,7 @@ fn a_curve_that_a_motor_cannot_follow_is_a_fault() {
 #[test]
 fn a_power_cut_in_a_move_stops_everything_at_once() {
     let mut bench = Bench::calibrated();
-    play(&mut bench, live(Loop::Once), Direction::Forward);
+    play(&mut bench, live(Loop::Once));
     bench.pass(1500);
     let there = bench.at(M1);
     bench.scene.reset();
@@ -148,13 +147,13 @@ fn a_motor_that_is_moved_by_hand_stops_when_the_cable_is_pulled() {
 #[test]
 fn a_move_of_another_client_is_stopped_only_by_a_stop() {
     let mut bench = Bench::calibrated();
-    play(&mut bench, live(Loop::Once), Direction::Forward);
+    play(&mut bench, live(Loop::Once));
     bench.pass(500);
     bench.scene.unplug();
     bench.scene.host = KosHost::new(host::Options::default(), None);
     bench.connect();
     assert!(!bench.rests() && !bench.may_move() && bench.scene.host.machine().move_state().moves());
-    let load = bench.command(Command::Load { stored: live(Loop::Once), way: Direction::Forward, delay_return: false });
+    let load = bench.command(Command::Load { stored: live(Loop::Once), delay_return: false });
     assert_eq!(bench.end(load), Outcome::Refused(Refusal::MoveRuns));
     assert!(!bench.rests() && !bench.may_move());
     // A stop is about everything, and it is confirmed when everything rests.
@@ -164,7 +163,7 @@ fn a_move_of_another_client_is_stopped_only_by_a_stop() {
 #[test]
 fn a_stop_without_a_connection_is_sent_first_on_the_next_one() {
     let mut bench = Bench::calibrated();
-    play(&mut bench, live(Loop::Once), Direction::Forward);
+    play(&mut bench, live(Loop::Once));
     bench.pass(500);
     bench.scene.unplug();
     bench.pass(100);
@@ -178,7 +177,7 @@ fn a_stop_without_a_connection_is_sent_first_on_the_next_one() {
 #[test]
 fn a_stop_is_sent_again_if_the_connection_is_lost_before_all_motors_rest() {
     let mut bench = Bench::calibrated();
-    play(&mut bench, live(Loop::Once), Direction::Forward);
+    play(&mut bench, live(Loop::Once));
     bench.pass(1500);
     bench.send(host::Command::Stop);
     bench.expect_move(Move::Finished { requested: true });
@@ -191,7 +190,7 @@ fn a_stop_is_sent_again_if_the_connection_is_lost_before_all_motors_rest() {
 #[test]
 fn a_report_of_rest_from_before_a_stop_does_not_confirm_it() {
     let mut bench = Bench::calibrated();
-    play(&mut bench, live(Loop::Once), Direction::Forward);
+    play(&mut bench, live(Loop::Once));
     bench.pass(1500);
     // Reports of both motors that the device sent before the stop arrived.
     let mut late = Vec::new();

@@ -21,6 +21,11 @@ pub trait Driven: Host {
     /// Whether a motor that this host set in motion may still move.
     fn may_move(&self) -> bool;
 
+    /// Whether the rig may ignore stops, so that it is useless to wait long for a confirmation.
+    fn is_deaf(&self) -> bool {
+        false
+    }
+
     /// Stops everything, with the emergency stop of the protocol.
     fn stop_all(&mut self, now: Millis);
 

@@ -43,6 +43,9 @@ pub struct Args {
     /// Speed of the serial line, in bits per second [default: 115200 for DMC, 57600 for hoot]
     #[arg(long, global = true)]
     pub baud: Option<u32>,
+    /// Time to wait for an answer before a request is sent again, in milliseconds (DMC) [default: 500]
+    #[arg(long, global = true, value_name = "MILLISECONDS", value_parser = clap::value_parser!(u32).range(1..))]
+    pub timeout: Option<u32>,
     /// Address of the node (hoot).
     #[arg(long, global = true, default_value_t = hoot_proto::Address::DEFAULT.0)]
     pub node: u8,
@@ -76,8 +79,9 @@ pub async fn drive(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<(),
             Box::pin(with(host, target, interrupts, flow)).await
         }
         Protocol::Dmc => {
-            let target = address.target(args.baud.unwrap_or(115_200)).await?;
-            let host = DmcHost::new(dmc_proto::host::Options::default());
+            let baud = args.baud.unwrap_or(115_200);
+            let target = address.target(baud).await?;
+            let host = DmcHost::new(dmc::options(baud, args.timeout));
             let flow = async |session: &mut _| dmc::drive(session, command, &mut out).await;
             Box::pin(with(host, target, interrupts, flow)).await
         }

@@ -1,6 +1,7 @@
 //! Line of the rig with a client: its two directions, and the task that carries its bytes.
 
 use std::io;
+use std::pin::pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
@@ -56,8 +57,7 @@ impl Link {
         let until = Arc::clone(&here);
         let task = tokio::spawn(async move {
             let _until = until;
-            let why = carry(stream, client, &credit, to_write, &written, &door).await;
-            let _ = door.send(Event::Gone { client, why }).await;
+            carry(stream, client, &credit, to_write, &written, &door).await;
         });
         let (dead, gone, may_read) = (None, None, false);
         Self { client, name, carrier, up, down, dead, gone, reads, may_read, pieces, waiting, task, _here: here }
@@ -76,7 +76,7 @@ impl Link {
 
     /// Takes bytes that the rig sends.
     pub(super) fn send(&mut self, now: Millis, bytes: &[u8]) {
-        if self.dead.is_none() && self.gone.is_none() {
+        if self.dead.is_none() {
             self.down.push(now, bytes);
         }
     }
@@ -84,6 +84,11 @@ impl Link {
     /// Marks the client as gone.
     pub(super) fn leave(&mut self, why: String) {
         self.gone = Some(why);
+    }
+
+    /// Reason why the client is gone, if all bytes that it sent before have arrived.
+    pub(super) fn left(&mut self) -> Option<String> {
+        self.gone.take_if(|_| self.up.held() == 0)
     }
 
     /// Whether the client is gone.
@@ -122,11 +127,6 @@ impl Link {
         if self.up.is_broken() || self.down.is_broken() {
             return Err("fault: the line breaks".to_owned());
         }
-        if self.up.held() == 0
-            && let Some(why) = self.gone.take()
-        {
-            return Err(why);
-        }
         if !self.may_read && self.up.held() < ROOM {
             self.may_read = true;
             self.reads.add_permits(1);
@@ -147,7 +147,7 @@ impl Link {
     }
 }
 
-/// Carries bytes in both directions until one of them ends. Returns the reason.
+/// Carries bytes in both directions until both have ended. Tells the server when the client is gone.
 async fn carry(
     stream: Box<dyn Stream>,
     client: u64,
@@ -155,20 +155,28 @@ async fn carry(
     pieces: mpsc::UnboundedReceiver<Vec<u8>>,
     waiting: &AtomicUsize,
     door: &mpsc::Sender<Event>,
-) -> String {
+) {
     let (mut from, to) = split(stream);
-    tokio::select! {
-        why = read(&mut from, client, reads, door) => return why,
-        result = write(to, pieces, waiting) => {
-            if let Err(error) = result {
-                return format!("the line failed: {error}");
-            }
+    let mut writing = pin!(write(to, pieces, waiting));
+    let written = tokio::select! {
+        why = read(&mut from, client, reads, door) => {
+            let _ = door.send(Event::Gone { client, why }).await;
+            // A client that sends no more may still read. The server ends the line when all its answers are there.
+            let _ = writing.await;
+            return;
         }
-    }
-    // Received bytes that nobody reads would make the system discard the last bytes to the client.
-    let drain = async { while from.read(&mut [0; 4096]).await.is_ok_and(|len| len > 0) {} };
-    let _ = timeout(LINGER, drain).await;
-    "the rig closed the line".to_owned()
+        written = &mut writing => written,
+    };
+    let why = match written {
+        Ok(()) => {
+            // Received bytes that nobody reads would make the system discard the last bytes to the client.
+            let drain = async { while from.read(&mut [0; 4096]).await.is_ok_and(|len| len > 0) {} };
+            let _ = timeout(LINGER, drain).await;
+            "the rig closed the line".to_owned()
+        }
+        Err(error) => format!("the line failed: {error}"),
+    };
+    let _ = door.send(Event::Gone { client, why }).await;
 }
 
 async fn read(

@@ -287,16 +287,18 @@ impl<R: Rig> Server<R> {
             self.settle(now);
         }
         let Some(link) = &mut self.links[index] else { return };
-        match link.carry(now) {
-            Ok(()) => {}
-            Err(why) => {
-                info!("{}: {why}", link.name);
-                link.abort();
-                self.links[index] = None;
-                self.rig.close(now, at);
-                self.settle(now);
-            }
+        if let Err(why) = link.carry(now) {
+            info!("{}: {why}", link.name);
+            link.abort();
+            self.links[index] = None;
+        } else if let Some(why) = link.left() {
+            info!("{}: {why}", link.name);
+            self.links[index].take().into_iter().for_each(Link::finish);
+        } else {
+            return;
         }
+        self.rig.close(now, at);
+        self.settle(now);
     }
 
     /// Executes the output of the rig.

@@ -1,9 +1,15 @@
 //! Scenarios of DMC, over TCP and a pseudo-terminal.
 
+use std::thread::sleep;
+use std::time::Duration;
+
+use dmc_proto::message::{Ack, AckCode, Hi};
+use dmc_proto::{DeviceMessage, MessageId, MessageType};
 use examples::moves::Move;
 
 use crate::process::{Program, Rig, Scenario, cut, done_or_at_rest, file, interrupted, missed};
 use crate::record::{Planned, Row, is_at, last};
+use crate::terminal::Terminal;
 
 /// Move of two seconds at 24 frames per second: frames 1 to 49.
 const MOVE: &str = r#"{
@@ -44,10 +50,43 @@ pub(crate) const SCENARIOS: &[Scenario] = &[
     ("dmc_a_rig_that_is_killed_is_reported", |test| a_rig_that_is_killed_is_reported(test, "--pty")),
     ("dmc_a_rig_that_is_killed_is_reported_over_tcp", |test| a_rig_that_is_killed_is_reported(test, "--tcp")),
     ("dmc_a_broken_connection_is_made_again_for_a_stop", a_broken_connection_is_made_again_for_a_stop),
+    ("dmc_an_old_acknowledgement_confirms_no_stop", |_| an_old_acknowledgement_confirms_no_stop()),
+    ("dmc_an_old_greeting_is_no_rig", |_| an_old_greeting_is_no_rig()),
     ("dmc_with_all_faults_1", |test| with_all_faults(test, "--pty", "1")),
     ("dmc_with_all_faults_2", |test| with_all_faults(test, "--pty", "2")),
     ("dmc_with_all_faults_3", |test| with_all_faults(test, "--tcp", "3")),
 ];
+
+fn frame(id: u32, message: impl Into<DeviceMessage<'static>>) -> Vec<u8> {
+    let mut bytes = vec![0; 128];
+    let len = message.into().encode_into(MessageId(id), &mut bytes).unwrap();
+    bytes.truncate(len);
+    bytes
+}
+
+/// Acknowledgements of earlier sessions wait on the line, and go on coming. The rig is silent.
+fn an_old_acknowledgement_confirms_no_stop() {
+    let mut line = Terminal::open();
+    let old: Vec<u8> = (1..60).flat_map(|id| frame(id, Ack::new(MessageType(0x0033), AckCode::OK))).collect();
+    line.write(&old);
+    let drive = Program::start("drive", &["dmc", &line.path, "stop"]);
+    for _ in 0..40 {
+        sleep(Duration::from_millis(100));
+        line.write(&old);
+    }
+    drive.end().failed("the stop is NOT confirmed: press the emergency stop of the rig");
+    let sent = line.sent.lock().unwrap();
+    let is_padded = sent.windows(2048).any(|bytes| bytes.iter().all(|byte| *byte == 0));
+    assert!(is_padded, "zero bytes complete a frame that was cut off");
+}
+
+/// A greeting of an earlier session waits on the line. The rig is off.
+fn an_old_greeting_is_no_rig() {
+    let mut line = Terminal::open();
+    line.write(&frame(0, Hi::default()));
+    let outcome = Program::start("drive", &["dmc", &line.path, "info"]).end();
+    outcome.failed("no DMC rig answers");
+}
 
 fn upload_and_run(test: &str, args: &[&str]) {
     let path = file(test, MOVE);

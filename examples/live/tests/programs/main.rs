@@ -9,6 +9,7 @@ mod kos;
 mod process;
 mod record;
 mod serving;
+mod terminal;
 
 /// Runs all scenarios. Those with faults take longest, so they come first.
 #[test]

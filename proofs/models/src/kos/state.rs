@@ -161,7 +161,7 @@ impl Ledger {
             transmit if transmit.conduct().repeatable => true,
             Transmit::Trajectory => matches!(command, Some(Command::Load { .. } | Command::PlayDirect { .. })),
             Transmit::Setup { .. } => matches!(command, Some(Command::Load { .. })),
-            Transmit::Start(_) => matches!(command, Some(Command::Play | Command::PlayDirect { .. })),
+            Transmit::Start => matches!(command, Some(Command::Play | Command::PlayDirect { .. })),
             Transmit::RapidToFirstKeyFrame => matches!(command, Some(Command::RapidToFirstKeyFrame)),
             Transmit::Bump(_) => matches!(command, Some(Command::Bump(_))),
             Transmit::MoveTo(_) => {
@@ -176,7 +176,7 @@ impl Ledger {
         match transmit {
             transmit if transmit.conduct().is_stop() => self.request = None,
             Transmit::Setup { delay_return: false, .. } | Transmit::RapidToFirstKeyFrame => self.request(Request::Move),
-            Transmit::Start(_) => {
+            Transmit::Start => {
                 self.owed += 1;
                 self.request(Request::Move);
             }

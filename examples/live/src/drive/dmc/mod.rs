@@ -6,6 +6,8 @@ mod plan;
 mod tests;
 mod why;
 
+use std::collections::hash_map::RandomState;
+use std::hash::{BuildHasher, Hasher};
 use std::io::Write;
 use std::time::Duration;
 
@@ -47,6 +49,17 @@ impl Driven for DmcHost {
             _ => None,
         }
     }
+}
+
+/// Options of a host for a line of a speed, in bits per second, and with a time to wait for answers, in milliseconds. The
+/// first id is random, so that no answer to an earlier session fits.
+#[must_use]
+pub fn options(baud: u32, timeout: Option<u32>) -> host::Options {
+    // The keys of a hasher are random.
+    let random = RandomState::new().build_hasher().finish() % u64::from(u32::MAX);
+    let options = host::Options::new().with_line_speed(baud);
+    let options = options.with_first_id(u32::try_from(random).unwrap_or(0).saturating_add(1));
+    timeout.map_or(options, |timeout| options.with_request_timeout(timeout))
 }
 
 /// Does a command, and writes its results to `out`, line by line.

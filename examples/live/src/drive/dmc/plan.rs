@@ -2,9 +2,10 @@
 
 use dmc_proto::message::{FrameNumber, FramesPerSecond, Motor, MotorPair, Motors, Steps};
 use dmc_proto::upload::MoveSource;
-use examples::moves::Move;
+use examples::moves::{Excess, ExcessKind, Move};
 use rigs::dmc_host::{Shot, Table};
 
+use super::ROLL;
 use crate::drive::Trouble;
 
 /// Move as it is uploaded. The first frame of its file is frame 1.
@@ -19,7 +20,7 @@ pub(super) struct Plan {
 impl Plan {
     pub(super) fn new(file: &str, read: &Move) -> Result<Self, Trouble> {
         let refused = |why: String| Trouble::Refused(format!("{file}: {why}"));
-        let mut excesses = read.excesses();
+        let mut excesses = read.excesses().filter(|excess| !is_rolled(read, excess));
         if let Some(excess) = excesses.next() {
             let more = excesses.count();
             let more = if more == 0 { String::new() } else { format!(", and {more} more") };
@@ -70,5 +71,62 @@ impl Plan {
             shot.motors = self.motors().iter().map(way).collect();
         }
         shot
+    }
+}
+
+/// Tolerance of a velocity, as a part of it.
+const ROUNDING: f64 = 1e-6;
+
+/// Whether a run reaches the velocity at an end of the move in its pre-roll, or comes to rest in its post-roll, within
+/// the limits of the axis. It does so only at the first and at the last frame.
+fn is_rolled(read: &Move, excess: &Excess<'_>) -> bool {
+    let (axis, last) = (excess.axis, read.frames.count.saturating_sub(1));
+    let (jump, is_outer) = match excess.kind {
+        ExcessKind::Start(jump) => (jump, axis.curve().start() <= read.frames.time(0)),
+        ExcessKind::End(jump) => (jump, axis.curve().end() >= read.frames.time(last)),
+        _ => return false,
+    };
+    let most = axis.limits.map(|limits| limits.acceleration * f64::from(ROLL) / 1000.0 * (1.0 + ROUNDING));
+    axis.dmc.is_some() && is_outer && jump.zip(most).is_some_and(|(jump, most)| jump.abs() <= most)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Verdict about a straight move of 2 s and 60 mm.
+    fn verdict(keys: &str, duration: &str, acceleration: f64) -> Result<(), String> {
+        let text = format!(
+            r#"{{
+                "move": 1, "name": "Straight", "rate": 24, {duration}
+                "axes": [{{
+                    "name": "Slide", "unit": "mm",
+                    "limits": {{ "velocity": 40, "acceleration": {acceleration} }},
+                    "keys": [{keys}],
+                    "dmc": {{ "motor": 1, "steps_per_unit": 80 }}
+                }}]
+            }}"#
+        );
+        Plan::new("straight.json", &Move::parse("", &text).unwrap()).map(|_| ()).map_err(|trouble| trouble.to_string())
+    }
+
+    fn linear(time: f64, position: f64) -> String {
+        format!(r#"{{ "time": {time}, "position": {position}, "ease": "linear" }}"#)
+    }
+
+    #[test]
+    fn only_the_rolls_of_a_run_replace_rests() {
+        let straight = |from: f64| [linear(from, 0.0), linear(from + 2.0, 60.0)].join(",");
+        // In half a second, the motor reaches 30 mm/s with 60 mm/s².
+        assert_eq!(verdict(&straight(0.0), "", 60.0), Ok(()));
+        let hard = verdict(&straight(0.0), "", 59.0).unwrap_err();
+        assert!(hard.contains("a corner at 0 s, velocity jumps by 30 mm/s, from the rest before it"), "{hard}");
+        // The rest is a part of the move, so the jump is in its frames.
+        let late = verdict(&straight(1.0), "", 60.0).unwrap_err();
+        assert!(late.contains("a corner at 1 s"), "{late}");
+        let early = verdict(&straight(0.0), "\"duration\": 3,", 60.0).unwrap_err();
+        assert!(early.contains("a corner at 2 s") && early.contains("to the rest after it"), "{early}");
+        let written = [linear(0.0, 0.0), linear(1.0, 0.0), linear(3.0, 60.0), linear(4.0, 60.0)].join(",");
+        assert!(verdict(&written, "", 60.0).unwrap_err().contains("a corner at 1 s"));
     }
 }

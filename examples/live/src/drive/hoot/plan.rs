@@ -4,7 +4,8 @@
 //! is nearest to the axis is chosen. Two smooth key frames, which are the default of a move file, are exact except for
 //! whole steps: their speed is a parabola. An inverse quadratic easing that accelerates for half of the time and
 //! decelerates for the other half has the same speed. `examples/moves/pan.json` moves over 9000 steps in 4 s, and its
-//! planned move is off by at most 1.02 steps. Straight axes are exact too. Flat handles of another length are not.
+//! planned move is off by at most 1.02 steps. Straight axes are exact too, but such a
+//! move begins and ends in motion, so that an axis with limits cannot have one. Flat handles of another length are not.
 
 use examples::moves::{Hoot, Move, MoveAxis};
 use hoot_proto::Address;
@@ -276,6 +277,8 @@ mod tests {
         assert!(three.contains("axis \"Pan\": it has 3 key frames"), "{three}");
         let fast = refused("\"velocity\": 40", "\"velocity\": 20");
         assert!(fast.contains("exceeds a limit: axis \"Pan\"") && fast.contains("limit is 20"), "{fast}");
+        let straight = refused("\"position\": 90 }", "\"position\": 90, \"ease\": \"linear\" }");
+        assert!(straight.contains("a corner at 4.5 s"), "{straight}");
         let wild = refused("\"position\": 90 }", "\"position\": 90, \"arrive\": [-4, 20] }");
         assert!(wild.contains("steps away"), "{wild}");
         let none = refused("\"hoot\": { ", "\"hoot\": { \"address\": 4, ");

@@ -15,8 +15,10 @@ use std::io::Write;
 use std::time::Duration;
 
 use kos_proto::host::{self, Failure, Get, LinkDownReason, MoveState, Outcome, Refusal, StopTarget, Token};
-use kos_proto::message::{ErrorCode, Motor, MotorAddress, Rotations, Seconds};
+use kos_proto::message::{ActionId, ErrorCode, Motor, MotorAddress, Rotations, Seconds};
+use kos_proto::{HostMessage, MessageId};
 use motion_core::time::Millis;
+use motion_core::wire::Messages as _;
 use rigs::Host as _;
 use rigs::kos_host::{Answer, Command as Order, Event, KosHost};
 use tokio::time::Instant;
@@ -26,8 +28,18 @@ use crate::session::Session;
 
 pub use discover::discover;
 
+/// Result of a stop that the rig obeyed before it told which motors it has.
+const OBEYED: &str = "the rig confirmed the stop, but it does not say whether its motors rest: check that they do";
+
+/// Time in which a locked rig shows whether it obeys a stop.
+const LOCKED: Duration = Duration::from_millis(500);
+
 impl Driven for KosHost {
     const OPENS: bool = true;
+
+    fn is_deaf(&self) -> bool {
+        self.machine().state() == host::State::Locked
+    }
 
     fn may_move(&self) -> bool {
         self.machine().may_move()
@@ -78,7 +90,8 @@ pub async fn drive(
     options: &Options,
     out: &mut (dyn Write + Send),
 ) -> Result<(), Trouble> {
-    let mut drive = Drive { session, options: *options, out, token: Token::default(), said: None, error: None };
+    let mut drive =
+        Drive { session, options: *options, out, token: Token::default(), said: None, error: None, unknown: None };
     if *command == Command::Stop {
         return drive.stop().await;
     }
@@ -107,6 +120,8 @@ struct Drive<'s> {
     said: Option<Instant>,
     /// Last failure that the rig reported.
     error: Option<(ErrorCode, MotorAddress)>,
+    /// Last message that the rig does not know.
+    unknown: Option<ActionId>,
 }
 
 impl Drive<'_> {
@@ -152,12 +167,24 @@ impl Drive<'_> {
             Some(Event::Machine(host::Event::Ended { outcome: Outcome::Refused(why), .. })) => {
                 return Err(refused(why));
             }
-            Some(Event::Machine(host::Event::Locked)) => {
+            Some(Event::Machine(host::Event::Locked { .. })) => {
                 return Err(Trouble::Refused("the rig is locked: give its password with --password".to_owned()));
+            }
+            Some(Event::Machine(host::Event::Unsupported { action: Some(action), .. })) => {
+                self.unknown = Some(action);
+                // For these, something else is tried.
+                if !matches!(action, ActionId::BUMP_POSITION_SPEED_ACCELERATION | ActionId::SETUP_PLAYBACK) {
+                    return Err(unknown(MessageId::ACTION, Some(action)));
+                }
             }
             _ => {}
         }
         Ok(event)
+    }
+
+    /// Whether the rig does not know an action.
+    fn is_unknown(&self, action: ActionId) -> bool {
+        self.unknown == Some(action)
     }
 
     /// Waits for a message of the rig. A failure meanwhile is trouble, and so is a lost connection.
@@ -296,22 +323,50 @@ impl Drive<'_> {
     async fn stop(&mut self) -> Result<(), Trouble> {
         self.order(Order::Connect);
         self.command(host::Command::Stop);
-        let unconfirmed = || Trouble::Failed("the rig did not confirm the stop: press its emergency stop".to_owned());
-        let until = Instant::now() + self.options.patience;
-        let (mut stopped, mut ready) = (false, false);
+        let mut until = Instant::now() + self.options.patience;
+        let (mut stopped, mut ready, mut obeyed) = (false, false, false);
+        let mut unconfirmed = "the rig did not confirm the stop: press its emergency stop";
         while !(stopped && ready) {
             let left = until.saturating_duration_since(Instant::now());
-            match self.session.next_within(left).await? {
-                Some(event) if KosHost::stopped(&event) == Some(Stopped::Confirmed) => stopped = true,
-                // A stop is also allowed without the password.
-                Some(Event::Machine(host::Event::Ready { .. } | host::Event::Locked)) => ready = true,
-                Some(Event::Machine(host::Event::LinkDown(why))) => return Err(self.lost(why)),
-                None if left.is_zero() => return Err(unconfirmed()),
-                Some(_) | None => {}
+            let lost = match self.session.next_within(left).await? {
+                Some(event) if KosHost::stopped(&event) == Some(Stopped::Confirmed) => {
+                    stopped = true;
+                    continue;
+                }
+                Some(Event::Machine(host::Event::Move(host::Move::Finished { requested: true }))) => {
+                    obeyed = true;
+                    continue;
+                }
+                // A rig may obey a stop without the password, or ignore it. It says so at once.
+                Some(Event::Machine(host::Event::Locked { wrong_password })) => {
+                    unconfirmed = if wrong_password {
+                        "wrong password: the rig may ignore the stop: press its emergency stop, or give its password with \
+                         --password"
+                    } else {
+                        "the rig is locked and may ignore the stop: press its emergency stop, or give its password with \
+                         --password"
+                    };
+                    (ready, until) = (true, until.min(Instant::now() + LOCKED));
+                    continue;
+                }
+                Some(Event::Machine(host::Event::Ready { .. })) => {
+                    ready = true;
+                    continue;
+                }
+                Some(Event::Machine(host::Event::LinkDown(why))) => self.lost(why),
+                None if left.is_zero() => Trouble::Failed(unconfirmed.to_owned()),
+                Some(_) | None => continue,
+            };
+            if obeyed {
+                return self.print(format_args!("{OBEYED}"));
             }
+            return Err(lost);
+        }
+        if self.session.host().machine().state() != host::State::Ready {
+            return self.print(format_args!("{OBEYED}"));
         }
         self.all_rest().await.map_err(|trouble| match trouble {
-            Trouble::Failed(_) => unconfirmed(),
+            Trouble::Failed(_) => Trouble::Failed(unconfirmed.to_owned()),
             trouble => trouble,
         })?;
         self.print(format_args!("all motors rest: the rig confirmed the stop"))
@@ -370,11 +425,21 @@ fn refused(why: Refusal) -> Trouble {
             Refusal::Moves => "motors of the rig move: stop them first (drive kos ADDRESS stop)",
             Refusal::NoMotor => "the rig has no such motor: see drive kos ADDRESS info",
             Refusal::Number => "a number is NaN, infinite or not positive",
+            Refusal::Outside => "the position is outside the range of the motor: see drive kos ADDRESS info",
+            Refusal::Unsupported { id, action } => return unknown(id, action),
             Refusal::NotConnected | Refusal::NotReady => "there is no connection to the rig: try again",
             _ => "the rig cannot do that now: try again",
         }
         .to_owned(),
     )
+}
+
+/// Trouble that a message means that the rig does not know.
+fn unknown(id: MessageId, action: Option<ActionId>) -> Trouble {
+    let number = u32::from(id.0) << 16 | action.map_or(0, |action| action.0.into());
+    let name = HostMessage::ALL.iter().find(|kind| kind.number == number).map_or("a message", |kind| kind.name);
+    let code = action.map_or(String::new(), |action| format!(" ({action:#04x})", action = action.0));
+    Trouble::Refused(format!("the rig does not know {name}{code}: its firmware cannot do that, a newer one may"))
 }
 
 /// Trouble that an error of the rig means.

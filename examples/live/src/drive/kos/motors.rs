@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use kos_proto::host::{self, Get, Go, StopTarget};
-use kos_proto::message::{Motor, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
+use kos_proto::message::{ActionId, Motor, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
 use rigs::kos_host::Event;
 use tokio::time::Instant;
 
@@ -16,6 +16,10 @@ const ALIVE: Duration = Duration::from_millis(250);
 const SPARE: Duration = Duration::from_secs(10);
 /// Greatest distance of a motor at rest from its target, in rotations.
 const NEAR: f64 = 0.01;
+/// Greatest distance at which a motor that runs is stopped at its place, in rotations.
+const CLOSE: f64 = 1e-3;
+/// Time between two looks at a motor that runs to its place.
+const TENTH: Duration = Duration::from_millis(100);
 /// Time between two questions where a motor is.
 const SECOND: Duration = Duration::from_secs(1);
 /// Longest time to wait for a move, even if it is slow.
@@ -31,7 +35,7 @@ struct Pace {
 /// Pace with the given speed, or a quarter of the greatest speed, and with half of the greatest acceleration.
 #[expect(clippy::cast_possible_truncation, reason = "the protocol has 32-bit numbers")]
 fn pace(motor: &Motor, speed: Option<f64>) -> Result<Pace, Trouble> {
-    let most = motor.max_max_setup_speed.0.min(motor.max_max_move_speed.0);
+    let most = motor.max_max_setup_speed.0;
     let speed = speed.map_or(most / 4.0, |speed| speed as f32);
     if !(speed > 0.0 && speed <= most) {
         let number = motor.motor_address;
@@ -126,13 +130,45 @@ impl Drive<'_> {
             return Ok(());
         }
         let from = self.motor(motor.0)?.position;
-        let at = self.travel(motor, None, by, pace).await?;
+        let at = match self.travel(motor, None, by, pace).await {
+            Err(_) if self.is_unknown(ActionId::BUMP_POSITION_SPEED_ACCELERATION) => {
+                self.creep(motor, by, pace).await?
+            }
+            at => at?,
+        };
         let gone = f64::from(at.0) - f64::from(from.0);
         if (gone - by).abs() > NEAR {
             let line = format!("motor {motor} moved {gone:.3} rotations, not {by:.3}: check what blocks it");
             return Err(Trouble::Failed(line));
         }
         Ok(())
+    }
+
+    /// Moves a motor without a range by a distance, as the specification describes the marking of a range: the motor runs, and
+    /// is stopped at its place. It runs the slower, the nearer it is.
+    #[expect(clippy::cast_possible_truncation, reason = "the protocol has 32-bit numbers")]
+    async fn creep(&mut self, motor: MotorAddress, by: f64, pace: Pace) -> Result<Rotations, Trouble> {
+        let Pace { speed, acceleration } = pace;
+        let to = f64::from(self.motor(motor.0)?.position.0) + by;
+        let takes = 2.0 * by.abs() / f64::from(speed.0);
+        let until = Instant::now() + SPARE + SPARE + Duration::try_from_secs_f64(takes).unwrap_or(LONG).min(LONG);
+        loop {
+            self.ask(Get::MotorInfo).await?;
+            let at = self.motor(motor.0)?.position;
+            let left = to - f64::from(at.0);
+            if left.abs() < CLOSE || Instant::now() > until {
+                break;
+            }
+            let fast = f64::from(speed.0);
+            let speed = RotationsPerSecond(left.clamp(-fast, fast) as f32);
+            self.command(host::Command::Jog { motor, speed, acceleration });
+            self.progress(format_args!("motor {motor} moves, at {}", Shown(at)))?;
+            self.pass(TENTH).await?;
+        }
+        self.command(host::Command::StopMotor(motor));
+        let stopped = Event::Machine(host::Event::Stopped(StopTarget::Motor(motor)));
+        self.wait("that the motor rests", SPARE, |event| (*event == stopped).then_some(())).await?;
+        Ok(self.motor(motor.0)?.position)
     }
 
     /// Moves a motor to a position, or by a distance, and waits until it rests. Prints its position meanwhile.

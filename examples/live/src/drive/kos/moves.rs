@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use examples::moves::Move;
 use kos_proto::host::{self, Move as Told, MoveState};
-use kos_proto::message::{Direction, MotorAddress, Normalized, Photos, Seconds};
+use kos_proto::message::{ActionId, MotorAddress, Normalized, Photos, Seconds};
 use kos_proto::trajectory::{Delay, LiveMotion, Loop, Play, Style, TimeLapseMotion, Trajectory};
 use rigs::kos_host::{Command as Order, Event, StoredMove};
 use tokio::time::Instant;
@@ -58,14 +58,18 @@ impl Drive<'_> {
 
     pub(super) async fn upload(&mut self, file: &Path) -> Result<(), Trouble> {
         let stored = self.live(file)?;
-        self.load(stored, Direction::Forward, true).await?;
+        self.load(stored, true).await?;
         self.print(format_args!("the move is stored and ready; the motors do not move until it is played"))
     }
 
     pub(super) async fn run(&mut self, file: &Path, reverse: bool) -> Result<(), Trouble> {
-        let stored = self.live(file)?;
-        let way = if reverse { Direction::Reverse } else { Direction::Forward };
-        self.play(stored, way).await
+        let mut stored = self.live(file)?;
+        if reverse {
+            // A rig may ignore the direction of a start. So the move is mirrored.
+            stored =
+                stored.reversed().map_err(|why| Trouble::Refused(format!("the move cannot be reversed: {why}")))?;
+        }
+        self.play(stored).await
     }
 
     pub(super) async fn program(&mut self, file: &Path, shots: &Shots) -> Result<(), Trouble> {
@@ -91,25 +95,34 @@ impl Drive<'_> {
             home_speed,
         };
         let stored = self.planned(file, |_| Ok(Play::TimeLapse(lapse)))?;
-        self.play(stored, Direction::Forward).await?;
+        self.play(stored).await?;
         self.print(format_args!("{} photos are taken", shots.shots))
     }
 
     /// Stores a move and makes it ready.
-    async fn load(&mut self, stored: StoredMove, way: Direction, delay_return: bool) -> Result<(), Trouble> {
-        let token = self.order(Order::Load { stored, way, delay_return });
+    async fn load(&mut self, stored: StoredMove, delay_return: bool) -> Result<(), Trouble> {
+        let token = self.order(Order::Load { stored, delay_return });
         if !delay_return {
-            self.print(format_args!("the motors go to where the move {}", begins(way)))?;
+            self.print(format_args!("the motors go to where the move begins"))?;
         }
         self.done(token, "that the move is ready", HOME).await
     }
 
-    async fn play(&mut self, stored: StoredMove, way: Direction) -> Result<(), Trouble> {
-        self.load(stored.clone(), way, false).await?;
-        self.command(host::Command::Play);
+    async fn play(&mut self, stored: StoredMove) -> Result<(), Trouble> {
+        match self.load(stored.clone(), false).await {
+            Ok(()) => {
+                self.command(host::Command::Play);
+            }
+            // The start of a move sends the motors to where it begins, too.
+            Err(_) if self.is_unknown(ActionId::SETUP_PLAYBACK) => {
+                self.all_rest().await?;
+                self.order(Order::PlayDirect { stored: stored.clone() });
+            }
+            Err(trouble) => return Err(trouble),
+        }
         match self.follow().await? {
             End::Reached => self.print(format_args!("the move is over")),
-            End::Unseen => self.judge(&stored, way).await,
+            End::Unseen => self.judge(&stored).await,
         }
     }
 
@@ -150,6 +163,11 @@ impl Drive<'_> {
                     }
                     Told::EndReached => reached = true,
                     Told::Failed(code) => return Err(failed(code, MotorAddress::ALL)),
+                    Told::OtherWay => {
+                        return Err(Trouble::Failed(
+                            "the rig plays the move from its end to its begin: check the rig".to_owned(),
+                        ));
+                    }
                     Told::Finished { .. } if reached => return Ok(End::Reached),
                     Told::Finished { .. } => {
                         let stopped =
@@ -175,29 +193,21 @@ impl Drive<'_> {
 
     /// Decides whether a move reached its end, if it was over before the connection was made again. Only the positions
     /// of the motors show that. The motors are stopped first, because only a confirmed stop shows that they rest.
-    async fn judge(&mut self, stored: &StoredMove, way: Direction) -> Result<(), Trouble> {
+    async fn judge(&mut self, stored: &StoredMove) -> Result<(), Trouble> {
         self.all_rest().await?;
         let data = stored.data();
-        let end = if way == Direction::Forward { 1.0 } else { 0.0 };
         let tracks = Trajectory::new(&data).map_err(|error| Trouble::Failed(error.to_string()))?;
         let motors = self.motors();
         let all = tracks.tracks().all(|track| {
             let known = motors.iter().find(|known| known.motor_address.number() == track.motor().number());
             let range = known.and_then(|known| Some((known.relative_position()?, known.range()?)));
             let part = range.map(|(at, range)| f64::from(at.0) / f64::from(range.0));
-            part.zip(track.at_elapsed(end)).is_some_and(|(is, should)| (is - should.position).abs() < NEAR)
+            part.zip(track.at_elapsed(1.0)).is_some_and(|(is, should)| (is - should.position).abs() < NEAR)
         });
         if all {
             return self
                 .print(format_args!("the move is over: its motors rest at its end, and were not observed on the way"));
         }
         Err(Trouble::Failed("the move did not reach its end while the connection was lost: check the rig".to_owned()))
-    }
-}
-
-const fn begins(way: Direction) -> &'static str {
-    match way {
-        Direction::Forward => "begins",
-        Direction::Reverse => "ends",
     }
 }

@@ -84,14 +84,12 @@ pub fn check(file: &Move, stored: &StoredMove, motors: &[Motor]) -> Result<(), T
         let Some(known) = known else { return Err(no_motor(kos.motor, motors)) };
         let Range { from, to } = kos.range;
         let width = kos.range.width();
-        let begin = f64::from(known.begin_position.map_or(0.0, |begin| begin.0));
         let calibrate = format!("drive kos ADDRESS calibrate {} {from} {to}", kos.motor);
         let Some(range) = known.range() else {
             return Err(Trouble::Refused(format!("motor {} is not calibrated: {calibrate}", kos.motor)));
         };
-        // A device that counts from the beginning of its range does not report where that is.
-        let elsewhere = begin != 0.0 && (begin - from).abs() > SAME * width.abs();
-        if (f64::from(range.0) - width).abs() > SAME * width.abs() || elsewhere {
+        // No device reports where the beginning of its range is: some count from there, and some from anywhere.
+        if (f64::from(range.0) - width).abs() > SAME * width.abs() {
             return Err(Trouble::Refused(format!(
                 "motor {} is calibrated over {} rotations, but axis {:?} is planned over {width}: {calibrate}",
                 kos.motor, range.0, axis.name

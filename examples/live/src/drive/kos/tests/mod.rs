@@ -9,12 +9,16 @@ use std::time::Duration;
 use examples::moves::Move;
 use kos_proto::HostMessage;
 use kos_proto::device::motor::{Drive, State};
-use kos_proto::message::{MotorAddress, RotationsPerSecondSquared, SetPositionSpeedAcceleration};
+use kos_proto::message::{
+    MotorAddress, Password, RotationsPerSecond, RotationsPerSecondSquared, SetPositionSpeedAcceleration, UserPassword,
+};
 use motion_core::time::Millis;
+use rigs::device::Named as _;
 use rigs::kos_device::{KosDevice, Setup};
-use rigs::{Outgoing, Party as _, Rig as _};
+use rigs::{LineId, Outgoing, Party as _, Rig as _};
 use tokio::net::UdpSocket;
 use tokio::sync::mpsc;
+use tokio::time::Instant;
 
 use self::served::{LINE, Served};
 use super::discover;
@@ -225,6 +229,85 @@ async fn a_password_is_needed_except_for_stops() {
     assert!(stopped.is_ok() && said.contains("the rig confirmed the stop"), "{said}{stopped:?}");
     let (said, right) = with(Command::Info, b"gaffer").await;
     assert!(right.is_ok() && said.contains("SECOND_SHOOTER_PRO"), "{said}");
+}
+
+/// The rig ignores everything while it is locked, as the document says. The stop is effective directly after the password.
+#[tokio::test(start_paused = true)]
+async fn a_stop_of_a_locked_rig_is_effective_at_once() {
+    let setup = Setup { password: b"gaffer".to_vec(), ..Setup::with_motors(1) };
+    let served = Served::new(setup.with_quirks("locked-ignores-all").unwrap()).await;
+    let by_another = |message: HostMessage<'_>| {
+        let mut bytes = [0; 64];
+        let len = message.encode_into(&mut bytes).unwrap();
+        let mut rig = served.rig.lock().unwrap();
+        let now = served.now();
+        rig.receive(now, LineId(1), &bytes[..len]);
+    };
+    served.rig.lock().unwrap().open(served.now(), LineId(1));
+    by_another(UserPassword { password: Password(b"gaffer"), tail: &[] }.into());
+    let (speed, acceleration) = (RotationsPerSecond(20.0), RotationsPerSecondSquared(100.0));
+    let jog = SetPositionSpeedAcceleration::jog(MotorAddress(1), speed, acceleration);
+    for (password, stops) in [(&b"best boy"[..], false), (b"gaffer", true)] {
+        by_another(jog.into());
+        tokio::time::sleep(Duration::from_millis(500)).await;
+        let (before, from) = (Instant::now(), served.at(0));
+        let (_keep, interrupts) = mpsc::unbounded_channel();
+        let (said, done) = served.drive_until(Command::Stop, Some(password), interrupts).await;
+        if stops {
+            assert!(done.is_ok() && said.contains("all motors rest"), "{said}{done:?}");
+            // The way of a fifth of a second at 20 rev/s, and the way of the deceleration.
+            assert!(served.rests() && served.at(0) - from < 20.0 * 0.2 + 2.0, "{}", served.at(0) - from);
+        } else {
+            let line = done.unwrap_err().to_string();
+            assert!(line.starts_with("wrong password: the rig may ignore the stop"), "{line}");
+            assert!(before.elapsed() < Duration::from_secs(3), "{:?}", before.elapsed());
+            assert!(!served.rests());
+        }
+    }
+}
+
+/// A rig that ignores the direction plays the mirrored move, and a rig that does not know some messages is driven by others
+/// or refuses in one line.
+#[tokio::test(start_paused = true)]
+async fn a_rig_that_lacks_something_is_driven_without_it_or_refuses_at_once() {
+    let served = Served::new(Setup::with_motors(1).with_quirks("ignores-direction").unwrap()).await;
+    served.done(CALIBRATE).await;
+    served.done(Command::Run { file: slide(), reverse: true }).await;
+    assert!(served.at(0).abs() < TOLERANCE, "{}", served.at(0));
+
+    let without = "no-bump,unsupported=0x0f,begin-nonzero";
+    let served = Served::new(Setup::with_motors(1).with_quirks(without).unwrap()).await;
+    served.done(CALIBRATE).await;
+    served.done(run()).await;
+    assert!((served.at(0) - 30.0).abs() < 0.01, "{}", served.at(0));
+    served.done(Command::Move { motor: 1, position: 7.0, speed: None }).await;
+    // The range begins elsewhere now, as the rig counts. That is no reason to refuse the move.
+    served.done(CALIBRATE).await;
+    served.done(run()).await;
+
+    for (action, command, expected) in [
+        (0x02, CALIBRATE, "the rig does not know ResetAxis (0x02)"),
+        (0x03, CALIBRATE, "the rig does not know MarkBeginPosition (0x03)"),
+        (0x04, CALIBRATE, "the rig does not know MarkEndPosition (0x04)"),
+        (0x05, run(), "the rig does not know StartPlayback (0x05)"),
+        (0x09, Command::Expose { seconds: 0.2 }, "the rig does not know TakePicture (0x09)"),
+        (0x0f, Command::Upload { file: slide() }, "the rig does not know SetupPlayback (0x0f)"),
+        (
+            0x1c,
+            Command::Jog { motor: 1, speed: 2.0, seconds: 1.0 },
+            "the rig does not know SetPositionSpeedAcceleration",
+        ),
+    ] {
+        let quirk = format!("unsupported={action}");
+        let served = Served::new(Setup::with_motors(1).with_quirks(&quirk).unwrap()).await;
+        if command != CALIBRATE {
+            served.done(CALIBRATE).await;
+        }
+        let begun = Instant::now();
+        let line = served.trouble(command).await;
+        assert!(line.starts_with(expected), "{line}");
+        assert!(begun.elapsed() < Duration::from_secs(9), "{expected}: {:?}", begun.elapsed());
+    }
 }
 
 #[tokio::test(start_paused = true)]

@@ -96,6 +96,10 @@ impl Served {
         done.expect_err(&said).to_string()
     }
 
+    pub(super) fn now(&self) -> Millis {
+        since(self.start)
+    }
+
     pub(super) fn at(&self, motor: usize) -> f64 {
         self.rig.lock().unwrap().motors()[motor].at(since(self.start)).position
     }
