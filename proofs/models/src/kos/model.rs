@@ -168,7 +168,9 @@ impl Model for Kos {
                 state.ends_in_time()
             }),
             Property::always("no move is played the other way once messages settle", |kos: &Kos, state: &State| {
-                kos.conduct != Conduct::OtherWay || !state.is_settled() || state.both.device.machine.playback() != playback::State::Reverse
+                kos.conduct != Conduct::OtherWay
+                    || !state.is_settled()
+                    || state.both.device.machine.playback() != playback::State::Reverse
             }),
             Property::always("what the device does not know ends once messages settle", |kos: &Kos, state: &State| {
                 let lacks = matches!(kos.conduct, Conduct::Lacks(_));

@@ -261,10 +261,10 @@ impl State {
         // A locked device may ignore a stop, so it is sent again directly after the password.
         let wants_stop = self.both.host.machine.move_state() == MoveState::Stopping;
         let password = |effect: &host::Effect<'_>| matches!(effect, Effect::Transmit(Transmit::UserPassword(_)));
-        if let Some(place) = output.effects.iter().position(password).filter(|_| wants_stop) {
-            if output.effects.get(place + 1) != Some(&Effect::Transmit(Transmit::StopPlayback)) {
-                ledger.breach(Breach::StopNotSent);
-            }
+        if let Some(place) = output.effects.iter().position(password).filter(|_| wants_stop)
+            && output.effects.get(place + 1) != Some(&Effect::Transmit(Transmit::StopPlayback))
+        {
+            ledger.breach(Breach::StopNotSent);
         }
         let mut told = Told::default();
         let (mut closed, mut obeyed) = (false, false);
