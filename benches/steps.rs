@@ -258,7 +258,7 @@ mod dmc {
     ];
 
     pub(super) fn host() -> HostMachine {
-        HostMachine::new(host::Options::default())
+        HostMachine::new(host::Options::default().with_needs_enabled(false))
     }
 
     pub(super) fn device() -> DeviceMachine {

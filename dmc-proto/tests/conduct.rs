@@ -107,7 +107,7 @@ fn stated(number: u32) -> Conduct {
     ];
     let purposes: Vec<_> = groups.into_iter().filter(|(group, _)| group.contains(&number)).collect();
     let [(_, purpose)] = purposes[..] else { panic!("{number:#06x} is in {} groups", purposes.len()) };
-    Conduct { purpose, repeatable: !ONCE.contains(&number), in_sequence: IN_SEQUENCE.contains(&number) }
+    Conduct { purpose, repeatable: !ONCE.contains(&number), in_sequence: IN_SEQUENCE.contains(&number), blocks: 0 }
 }
 
 /// Bodies of a message, made from a few patterns as in the laws of messages: the shortest one and a longer one.
@@ -187,7 +187,7 @@ fn hi() -> Hi<'static> {
 
 impl Line {
     fn offline(window: u8) -> Self {
-        let options = Options::new().with_gates(false).with_window(window);
+        let options = Options::new().with_gates(false).with_needs_enabled(false).with_window(window);
         let (messages, sent, unanswered) = (HashMap::new(), Vec::new(), Vec::new());
         Self { host: HostMachine::new(options), now: Millis(1000), wake: None, messages, sent, unanswered }
     }

@@ -10,6 +10,12 @@ use proptest::prelude::*;
 use proptest::sample::{Index, select};
 
 #[test]
+fn every_message_is_drawn_at_a_fair_share() {
+    laws::drawn::shares::<Host>(200);
+    laws::drawn::shares::<Device>(200);
+}
+
+#[test]
 fn every_message_of_both_tables() {
     laws::message::table::<Host>();
     laws::message::table::<Device>();

@@ -25,7 +25,7 @@ motors, and whether it may be sent again after a silence. Machines, rigs and lin
 | by its values | the values of the message decide between two of these |
 
 `once` means that the message is never sent twice by itself. `in sequence` means that the message belongs to an exchange of
-several messages.
+several messages. `blocks` means that the device may hear nothing for this number of milliseconds.
 ";
 
 fn chapter(page: &mut String, name: &str, digits: usize, kinds: &[Kind]) {

@@ -8,7 +8,7 @@ use dmc_proto::device::{self, DeviceMachine, Event as AtRig, Quirks, StopKind, S
 use dmc_proto::host::{self, Command, Contents, HostMachine, StopTarget, Transmit};
 use dmc_proto::message::{AckCode, FrameNumber, Motor, Motors, Triggers, VirtualMotor};
 use dmc_proto::upload::{Section, SectionSize};
-use dmc_proto::{DecodeError, DeviceMessage, Effect, Frame, HostMessage, MessageId, MessageType};
+use dmc_proto::{DecodeError, Device, Effect, Frame, Host, HostMessage, MessageId, MessageType};
 use fuzz::fuzz_world;
 use fuzz::machines::{Bytes, World, arrival, print, send, step, world};
 
@@ -28,7 +28,7 @@ struct Dmc<'i> {
 
 impl<'i> Dmc<'i> {
     fn new(bytes: &mut Bytes<'i>) -> Self {
-        let host = HostMachine::new(host::Options::default().with_window(bytes.byte()));
+        let host = HostMachine::new(host::Options::default().with_window(bytes.byte()).with_needs_enabled(false));
         let quirks = Quirks(u16::from_le_bytes(bytes.few()));
         let device = DeviceMachine::new(device::Options::of(hi()).with_quirks(quirks));
         Self { world: world(host, device), app: App::default(), store: None }
@@ -58,7 +58,8 @@ impl<'i> Dmc<'i> {
             }
             8 => {
                 let id = MessageId(bytes.byte().into());
-                let input = match bytes.message::<HostMessage<'_>>() {
+                let drawn = bytes.message::<Host>();
+                let input = match drawn.read() {
                     Ok(message) => device::Input::Received { id, message, rig: AckCode::OK },
                     Err((number, error)) => device::Input::Malformed(id, kind_of(number, error)),
                 };
@@ -66,7 +67,8 @@ impl<'i> Dmc<'i> {
             }
             9 => {
                 let id = self.id(bytes);
-                let input = match bytes.message::<DeviceMessage<'_>>() {
+                let drawn = bytes.message::<Device>();
+                let input = match drawn.read() {
                     Ok(message) => host::Input::Received(id, message),
                     Err((number, error)) => host::Input::Malformed(id, kind_of(number, error)),
                 };
@@ -129,7 +131,7 @@ impl<'i> Dmc<'i> {
             6 => Command::Stop(StopTarget::Virtual(VirtualMotor(bytes.byte()))),
             7 => Command::Stop(if bytes.flag() { StopTarget::AllSilent } else { StopTarget::All }),
             what => {
-                let Ok(message) = bytes.message() else { return };
+                let Some(message) = bytes.borrowed() else { return };
                 if what < 12 { Command::Request(message) } else { Command::Sequence(message) }
             }
         };

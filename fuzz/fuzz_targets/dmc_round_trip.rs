@@ -1,13 +1,15 @@
 //! DMC: any data of any type, decoded, encoded as a whole frame and read again, gives the same data, for both senders.
 //!
-//! Input: id (`u32`) and type (`u16`) of the message, little-endian, then its data.
+//! Input: id (`u32`) and type (`u16`) of the message, little-endian, then its data. The data also draws a message of each
+//! side.
 
 #![no_main]
 
 use dmc_proto::frame::{self, Frame, MessageId, MessageType};
 use dmc_proto::lint::Context;
 use dmc_proto::message::Hi;
-use dmc_proto::{DecodeError, DeviceMessage, EncodeError, HostMessage};
+use dmc_proto::{DecodeError, Device, DeviceMessage, EncodeError, Host, HostMessage};
+use fuzz::drawn;
 use libfuzzer_sys::fuzz_target;
 use motion_core::wire::Message;
 
@@ -42,8 +44,18 @@ fuzz_target!(|input: &[u8]| {
     if data.len() > usize::from(u16::MAX) {
         return;
     }
+    holds(id, kind, data);
+    let drawn = |wire: &[u8]| {
+        let given = Frame::decode(wire).expect("a frame that was just encoded");
+        holds(given.id(), given.kind(), given.payload());
+    };
+    drawn::frame::<Host>(data, |_| id, drawn);
+    drawn::frame::<Device>(data, |_| id, drawn);
+});
+
+fn holds(id: MessageId, kind: MessageType, data: &[u8]) {
     // Greeting of a device: none, or the one in the data.
     let contexts = [Context::default(), Hi::decode(data).map(Context::of).unwrap_or_default()];
     there_and_back!(HostMessage, id, kind, data, &contexts);
     there_and_back!(DeviceMessage, id, kind, data, &contexts);
-});
+}

@@ -11,7 +11,7 @@ use hoot_proto::frame::MAX_FRAME;
 use hoot_proto::host::{self, Command, Event, HostMachine, Nodes, Request, StopState};
 use hoot_proto::message::{Amperes, Level, Motor, RingTip, Scaled, Steps, StepsPerSecond, Volts};
 use hoot_proto::query::Profile;
-use hoot_proto::{Address, DeviceMessage, Effect, Frame, HostMessage, Messages};
+use hoot_proto::{Address, Device, DeviceMessage, Effect, Frame, Host, HostMessage, Messages};
 use laws::world::Tokens;
 
 fuzz_world!(Hoot);
@@ -69,12 +69,12 @@ impl Hoot {
             }
             8 | 9 => {
                 let (port, to) = (bytes.one_of(&PORTS), Address(bytes.byte() % 5));
-                if let Ok(message) = bytes.message() {
+                if let Ok(message) = bytes.message::<Host>().read() {
                     self.tell_device(device::Input::Received { port, to, message });
                 }
             }
             10 => {
-                if let Ok(message) = bytes.message() {
+                if let Ok(message) = bytes.message::<Device>().read() {
                     self.tell_host(host::Input::Received(message));
                 }
             }

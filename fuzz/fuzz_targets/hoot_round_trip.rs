@@ -1,13 +1,14 @@
 //! hoot: any data of any command, decoded, encoded as a whole packet and read again, gives the same bytes, for both
 //! senders, as the sheet reads it and as later firmware does.
 //!
-//! Input: address, sub-address and command of the packet, then its data.
+//! Input: address, sub-address and command of the packet, then its data. The input also draws a message of each side.
 
 #![no_main]
 
+use fuzz::drawn::{self, address};
 use hoot_proto::frame::{self, MAX_DATA, MAX_FRAME};
 use hoot_proto::lint::Context;
-use hoot_proto::{Address, DeviceMessage, EncodeError, Frame, HostMessage, beyond};
+use hoot_proto::{Address, Device, DeviceMessage, EncodeError, Frame, Host, HostMessage, Messages, beyond};
 use libfuzzer_sys::fuzz_target;
 
 macro_rules! there_and_back {
@@ -30,6 +31,9 @@ macro_rules! there_and_back {
 }
 
 fuzz_target!(|input: &[u8]| {
+    drawn::frame::<Host>(input, |message| address(message.number()), holds);
+    drawn::frame::<beyond::Host>(input, |message| address(message.number()), holds);
+    drawn::frame::<Device>(input, |_| (), holds);
     let Some((&[address, sub_address, command], data)) = input.split_first_chunk() else { return };
     let mut out = [0; MAX_FRAME];
     let written = frame::encode(Address(address), sub_address, command, data, &mut out);
@@ -37,7 +41,13 @@ fuzz_target!(|input: &[u8]| {
     let wire = &out[..len];
     let packet = Frame::decode(wire).expect("a packet that was just encoded");
     assert_eq!((packet.bytes(), packet.payload()), (wire, data));
-    there_and_back!(HostMessage::decode(&packet), wire, Address(address));
-    there_and_back!(beyond::HostMessage::decode(&packet), wire, Address(address));
-    there_and_back!(DeviceMessage::decode(&packet), wire);
+    holds(wire);
 });
+
+fn holds(wire: &[u8]) {
+    let packet = Frame::decode(wire).expect("a packet that was just encoded");
+    let to = packet.address();
+    there_and_back!(HostMessage::decode(&packet), wire, to);
+    there_and_back!(beyond::HostMessage::decode(&packet), wire, to);
+    there_and_back!(DeviceMessage::decode(&packet), wire);
+}

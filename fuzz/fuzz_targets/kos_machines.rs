@@ -13,7 +13,7 @@ use kos_proto::message::{
     RotationsPerSecondSquared, Seconds,
 };
 use kos_proto::trajectory::TrajectoryData;
-use kos_proto::{Effect, HostMessage, MessageId, MessageType, MoveSummary, Transport};
+use kos_proto::{Device, Effect, Host, HostMessage, MessageId, MessageType, MoveSummary, Transport};
 use laws::world::Tokens;
 use motion_core::wire::Message;
 
@@ -78,7 +78,8 @@ impl<'i> Kos<'i> {
             }
             8 | 9 => {
                 let (session, password) = (session(bytes), self.password);
-                let input = match bytes.message() {
+                let drawn = bytes.message::<Host>();
+                let input = match drawn.read() {
                     Ok(message) if bytes.byte() == 1 => {
                         let from = device::Sender { address: Ipv4(0xC0A8_3202), port: 5520 };
                         device::Input::Datagram { from, message }
@@ -92,7 +93,8 @@ impl<'i> Kos<'i> {
                 self.tell_device(input);
             }
             10 | 11 => {
-                let input = match bytes.message() {
+                let drawn = bytes.message::<Device>();
+                let input = match drawn.read() {
                     Ok(message) => host::Input::Received(message),
                     Err((number, error)) => {
                         let (id, kind) = parts(number);

@@ -8,9 +8,11 @@ use std::hash::Hash;
 
 use laws::machine::Follows;
 use laws::world::{Fate, Faults, Line, Watched};
+use libfuzzer_sys::arbitrary::{Arbitrary, Unstructured};
 use motion_core::machine::Machine;
+use motion_core::owned::Owned;
 use motion_core::time::Millis;
-use motion_core::wire::{DecodeError, Messages};
+use motion_core::wire::{DecodeError, Messages, Side, draw_borrowed};
 
 /// Greatest number of steps of an input; bytes after them are ignored.
 pub const STEPS: usize = 1000;
@@ -91,14 +93,30 @@ impl<'i> Bytes<'i> {
         }
     }
 
-    /// Reads a message of one side. A body that is too short is an error with the number of the message.
-    pub fn message<M: Messages<'i>>(&mut self) -> Result<M, (u32, DecodeError)> {
-        let number = match usize::from(self.byte()) {
-            known if known < 250 => M::ALL[known % M::ALL.len()].number,
-            _ => u32::from_le_bytes(self.few()),
-        };
-        let len = self.byte();
-        M::decode_body(number, self.take(len.into())).map_err(|error| (number, error))
+    /// Draws a message of one side. Some messages are a number and a body as they stand in the input.
+    pub fn message<S: Side>(&mut self) -> Drawn<S> {
+        if self.byte() >= 250 {
+            let number = u32::from_le_bytes(self.few());
+            let len = self.byte();
+            return Drawn(Owned::from_parts(number, self.take(len.into()).to_vec()));
+        }
+        let mut u = Unstructured::new(self.0);
+        let drawn = Owned::arbitrary(&mut u).unwrap_or_else(|_| Owned::from_parts(0, Vec::new()));
+        self.0 = u.take_rest();
+        Drawn(drawn)
+    }
+
+    /// Draws a message that borrows from the input.
+    pub fn borrowed<M: Messages<'i>>(&mut self) -> Option<M> {
+        if self.byte() >= 250 {
+            let number = u32::from_le_bytes(self.few());
+            let len = self.byte();
+            return M::decode_body(number, self.take(len.into())).ok();
+        }
+        let mut u = Unstructured::new(self.0);
+        let drawn = draw_borrowed(&mut u).ok();
+        self.0 = u.take_rest();
+        drawn
     }
 
     /// Advances the clock: mostly not at all, by a while, or to the time when a machine asks to be woken.
@@ -120,6 +138,21 @@ impl<'i> Bytes<'i> {
         let (taken, rest) = self.0.split_at(len.min(self.0.len()));
         self.0 = rest;
         taken
+    }
+}
+
+/// Number and body of a message.
+pub struct Drawn<S: Side>(Owned<S>);
+
+impl<S: Side> Drawn<S> {
+    /// The message.
+    ///
+    /// # Errors
+    ///
+    /// The number of the message, and why its body is none.
+    pub fn read(&self) -> Result<S::Message<'_>, (u32, DecodeError)> {
+        let number = self.0.number();
+        S::Message::decode_body(number, self.0.body()).map_err(|error| (number, error))
     }
 }
 

@@ -2,7 +2,8 @@
 //!
 //! The sheet names the parts of a planned move, not its curve. The motor stands still for the lead-in, then it goes
 //! from start to stop in the travel. At the start of the travel it gains speed for the acceleration, and at the end it
-//! loses speed for the deceleration. All these times are in shots, or in milliseconds in video mode. The easing says
+//! loses speed for the deceleration. All these times are in shots, or in milliseconds in the modes without stops; a
+//! lead-in is in milliseconds in video mode only. The easing says
 //! how speed is gained and lost. The formulas are those of this crate (decision H-14).
 //!
 //! ```

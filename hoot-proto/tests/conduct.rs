@@ -32,22 +32,24 @@ const ASKS: Conduct = Conduct::new(Purpose::Asks);
 const SETS_ONCE: Conduct = Conduct::new(Purpose::Sets).once();
 const MOVES_ONCE: Conduct = Conduct::new(Purpose::Moves).once();
 const STOPS: Conduct = Conduct::new(Purpose::Stops);
-const RESETS_ONCE: Conduct = Conduct::new(Purpose::Resets).once();
+const RESETS_ONCE: Conduct = Conduct::new(Purpose::Resets).once().blocks(3000);
 
 /// Safety decision 1: a master repeats by itself only stops and queries, and no query that changes something. Everything
 /// that starts or redirects motion is named there.
 #[test]
 fn every_row_has_the_conduct_of_the_safety_decisions() {
     let mut wanted = stated(&[
-        // 0:2, 0:10, 1-3:11 to 15, 23 to 26, broadcast 1.
+        // 0:10, 1-3:11 to 15, 23 to 26.
         (
             MOVES_ONCE,
-            "Start ReturnHome MotorSendHome MotorSendToEnd MotorSetContinuousAcceleration MotorMove MotorRun
-             MotorSendToStart MotorSendToStop MotorStepForward MotorStepBack BroadcastStart",
+            "ReturnHome MotorSendHome MotorSendToEnd MotorSetContinuousAcceleration MotorMove MotorRun
+             MotorSendToStart MotorSendToStop MotorStepForward MotorStepBack",
         ),
+        // 0:2 and broadcast 1, during which a node hears nothing (decision H-41).
+        (MOVES_ONCE.blocks(3000), "Start BroadcastStart"),
         // 0:3, 0:4, 1-3:4, broadcasts 2 and 3.
         (STOPS, "Pause Stop MotorStop BroadcastStop BroadcastPause"),
-        // 0:8, core 4, broadcast 4.
+        // 0:8, core 4, broadcast 4: a node with another address hears nothing for a while.
         (RESETS_ONCE, "SetAddress CoreAssignAddress BroadcastAssignAddress"),
         // 0:5, 4:3, 0:119, and every setting.
         (

@@ -306,12 +306,12 @@ fn joystick_mode_refuses_other_requests() {
     let (refused, silent) = of(Profile::SHEET);
     assert_eq!((refused, all - refused - silent), (42 + 40, 2));
     let sheet = Selector { table: Table::Node, command: 15, sub_address: 2 };
-    let refuses = |profile: Profile, selector| profile.refuses_in_joystick_mode(selector);
-    assert_eq!([Profile::SHEET, Profile::V033].map(|profile| refuses(profile, sheet)), [Some(false), Some(true)]);
-    assert_eq!(refuses(Profile::UNKNOWN, sheet), None);
+    let by = |profile: Profile, selector| profile.refuses_in_joystick_mode(selector);
+    assert_eq!([Profile::SHEET, Profile::V033].map(|profile| by(profile, sheet)), [Some(false), Some(true)]);
+    assert_eq!(by(Profile::UNKNOWN, sheet), None);
     assert!(of(Profile::UNKNOWN).0 < refused, "only requests that every firmware refuses");
     let position = Selector { command: 106, ..sheet };
-    assert_eq!([Profile::V033, Profile::V070].map(|profile| refuses(profile, position)), [Some(true), Some(false)]);
+    assert_eq!([Profile::V033, Profile::V070].map(|profile| by(profile, position)), [Some(true), Some(false)]);
 }
 
 #[test]
@@ -412,7 +412,7 @@ fn a_motor_of_speed_0_does_not_move() {
 fn names_with_nuls_or_breaks_are_found() {
     let of = |name| says(HostMessage::SetName(SetName { name: Name::from_bytes(name).unwrap() }), &Context::default());
     assert_eq!(of(b"ABC\0\0\0\0\0\0\0"), [""; 0]);
-    assert_eq!(of(b"A\0B"), ["warning name: the node skips NULs inside"]);
+    assert_eq!(of(b"A\0B"), ["warning name: the node keeps NULs inside, and many readers stop there"]);
     let found = of(b"\0\0\0\0\0\xFF\x03\0d\0");
     assert_eq!(found[0], "error name: contains a break, the start of a packet");
 }

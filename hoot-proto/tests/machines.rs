@@ -21,6 +21,8 @@ mod moving;
 mod program;
 #[path = "machines/random.rs"]
 mod random;
+#[path = "machines/real.rs"]
+mod real;
 #[path = "machines/rows.rs"]
 mod rows;
 #[path = "machines/settings.rs"]
@@ -34,7 +36,7 @@ mod world;
 #[test]
 fn sizes_of_machines_and_outputs() {
     let sizes = [
-        ("host::HostMachine", size_of::<hoot_proto::host::HostMachine>(), 1600),
+        ("host::HostMachine", size_of::<hoot_proto::host::HostMachine>(), 1900),
         ("host::Output", size_of::<hoot_proto::host::Output<'_>>(), 2700),
         ("device::DeviceMachine", size_of::<hoot_proto::device::DeviceMachine>(), 700),
         ("device::Output", size_of::<hoot_proto::device::Output<'_>>(), 2900),

@@ -27,6 +27,13 @@ fn numbers() -> impl Strategy<Value = u32> {
 }
 
 #[test]
+fn every_message_is_drawn_at_a_fair_share() {
+    laws::drawn::shares::<Host>(200);
+    laws::drawn::shares::<Device>(200);
+    laws::drawn::shares::<Blocks>(200);
+}
+
+#[test]
 fn every_message_of_all_tables() {
     laws::message::table::<Host>();
     laws::message::table::<Device>();

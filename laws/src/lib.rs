@@ -3,6 +3,7 @@
 //! The tests of each crate, the fuzz targets and the model checks call them. A broken law is a panic that names its number
 //! in `docs/architecture.md`.
 
+pub mod drawn;
 pub mod machine;
 pub mod message;
 pub mod owned;

@@ -15,7 +15,7 @@ use super::transmit::{Output, Source};
 use super::upload::Upload;
 use crate::frame::MessageId;
 use crate::lint::Context;
-use crate::message::{DeviceMessage, HostMessage, Motor, Motors};
+use crate::message::{DeviceMessage, HostMessage, MotorFlags};
 use crate::upload::Section;
 
 /// The end of a command at once, or `None` if it ends later.
@@ -51,7 +51,7 @@ impl HostMachine {
         let run = self.sequence.as_mut().and_then(Sequence::run);
         // A motor that is driven by hand is no part of a run, once nothing more has to be asked for the run.
         let spares = match (target, &run) {
-            (StopTarget::Motor(motor), Some(run)) => self.live.contains(motor) && run.is_under_way(),
+            (StopTarget::Motor(motor), Some(run)) => self.uses.live.contains(motor) && run.is_under_way(),
             _ => false,
         };
         let is_coordinated = run.is_some() || is_armed;
@@ -81,6 +81,9 @@ impl HostMachine {
                 return Err(Refusal::WouldBeRefused(code));
             }
         }
+        if let (true, Some((motor, flags))) = (self.options.needs_enabled(), self.uses.lacking(message)) {
+            return Err(Refusal::NotConfigured(motor, flags));
+        }
         // Nobody answers an acknowledgement (decision D-5).
         if message.kind().is_ack() { Err(Refusal::Misplaced) } else { Ok(()) }
     }
@@ -105,17 +108,11 @@ impl HostMachine {
         if !self.requests.submit(request) {
             return Err(Refusal::Busy);
         }
-        if let Role::Live(motor, _) = request.role {
+        if let Role::Configures(motor, _) = request.role {
             // Until the device has said so, nobody knows.
-            self.set_live(motor, false);
+            self.uses.set(motor, MotorFlags::empty());
         }
         Ok(None)
-    }
-
-    /// Keeps whether a motor is driven by hand.
-    pub(super) fn set_live(&mut self, motor: Motor, is_live: bool) {
-        let motor = Motors::from_iter([motor]).0;
-        self.live.0 = if is_live { self.live.0 | motor } else { self.live.0 & !motor };
     }
 
     fn begin(&mut self, output: &mut Output<'_>, token: Token, message: &HostMessage<'_>) -> Taken {
@@ -127,9 +124,10 @@ impl HostMachine {
         let begin = Request::of_application(Owner::Sequence, Source::Command(token), message);
         let (course, first) = if let HostMessage::RtUploadMoveBegin(_) = message {
             self.is_loaded = None;
+            self.uses.without_move();
             (Course::Upload(Upload::Begins), begin)
         } else {
-            let (run, first) = Run::new(begin, message).ok_or(Refusal::Misplaced)?;
+            let (run, first) = Run::new(begin, message, self.is_loaded == Some(true)).ok_or(Refusal::Misplaced)?;
             (Course::Run(run), first)
         };
         self.sequence = Some(Sequence { token, course });
@@ -230,7 +228,12 @@ impl HostMachine {
 
     pub(super) fn section(&mut self, output: &mut Output<'_>, section: Option<Section>) {
         let next = match &mut self.sequence {
-            Some(Sequence { course: Course::Upload(upload), .. }) => upload.section(section),
+            Some(Sequence { course: Course::Upload(upload), .. }) => {
+                if let Some(section) = section {
+                    self.uses.section(section.track());
+                }
+                upload.section(section)
+            }
             _ => Next::Tell(Event::SectionNotWanted),
         };
         self.follow(output, next);

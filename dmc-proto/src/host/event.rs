@@ -4,8 +4,8 @@ use motion_core::machine::Token;
 
 use crate::frame::{MessageId, MessageType};
 use crate::message::{
-    AckCode, DeviceMessage, Hi, HostMessage, Motor, MotorStop, MotorStopAll, Motors, StopFlags, StopReason, VirtStop,
-    VirtualMotor,
+    AckCode, DeviceMessage, Hi, HostMessage, Motor, MotorFlags, MotorStop, MotorStopAll, Motors, StopFlags, StopReason,
+    VirtStop, VirtualMotor,
 };
 use crate::upload::Section;
 
@@ -156,6 +156,9 @@ pub enum Refusal {
     Unexpected,
     /// The message does not fit the command: it belongs to a sequence, it begins none, or it is an acknowledgement.
     Misplaced,
+    /// The message would move this motor, and no `MotorConfigure` with these flags was acknowledged on this link. Devices
+    /// acknowledge such a move, and do not move the motor (decision D-76).
+    NotConfigured(Motor, MotorFlags),
     /// The device would answer with this code, going by its greeting. Nothing was sent.
     WouldBeRefused(AckCode),
     /// The device answered with this code.

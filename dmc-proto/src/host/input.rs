@@ -58,7 +58,7 @@ pub enum Command<'a> {
     /// | `RtUploadMoveBegin` | to the end of the upload |
     /// | `RtPositionFrame`, `RtJogAll` | until all motors rest |
     /// | `RtRunMove` | from the way to its first frame until all motors rest |
-    /// | `RtShootFrame`, `RtShootFrame2` | until all motors rest |
+    /// | `RtShootFrame`, `RtShootFrame2` | until all motors rest; with a move that this host uploaded, from the way to the frame on |
     Sequence(HostMessage<'a>),
     /// Start the run or shot that is [armed](super::Event::Armed). Ends when it has started, or with the run or shot.
     Go,

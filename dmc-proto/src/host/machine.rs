@@ -14,9 +14,10 @@ use super::requests::{ALL, Damaged, Ids, Owner, Pending, Reply, Request, Request
 use super::sequence::{Course, Sequence};
 use super::stops::{Acknowledged, StatusMeaning, Stops};
 use super::transmit::{Contents, Output, Transmit, transmit_padding};
+use super::uses::Uses;
 use crate::Purpose;
 use crate::frame::{MessageId, MessageType};
-use crate::message::{Ack, AckCode, DeviceMessage, HardStop, Hi, Motors};
+use crate::message::{Ack, AckCode, DeviceMessage, HardStop, Hi, MotorFlags};
 
 /// State machine of a host: it knows when to send which message, and what comes of it.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -31,15 +32,14 @@ pub struct HostMachine {
     pub(super) stops: Stops,
     pub(super) sequence: Option<Sequence>,
     pub(super) motion: Motion,
-    /// Motors that are driven by hand during a move.
-    pub(super) live: Motors,
+    pub(super) uses: Uses,
     /// Whether the device has a move, as far as is known.
     pub(super) is_loaded: Option<bool>,
 }
 
 machine! { HostMachine }
 debug! {
-    HostMachine { options connection was_ready device ids requests stops sequence motion live is_loaded }
+    HostMachine { options connection was_ready device ids requests stops sequence motion uses is_loaded }
 }
 
 impl HostMachine {
@@ -56,7 +56,7 @@ impl HostMachine {
             stops: Stops::default(),
             sequence: None,
             motion: Motion::default(),
-            live: Motors::NONE,
+            uses: Uses::default(),
             is_loaded: None,
         }
     }
@@ -157,7 +157,7 @@ impl HostMachine {
         output.transmit(Transmit { id, contents: Contents::Greeting });
         self.connection = Connection::Greeting(tries, now.after(self.options.greeting_timeout().into()));
         self.device = None;
-        self.live = Motors::NONE;
+        self.uses.forget();
     }
 
     fn link_up(&mut self, now: Millis, output: &mut Output<'_>) {
@@ -240,7 +240,7 @@ impl HostMachine {
                 let device = without_tail(hi);
                 self.device = Some(device);
                 if id == MessageId::UNSOLICITED {
-                    self.is_loaded = Some(false);
+                    self.has_no_move();
                 }
                 self.connection = Connection::Configuring(false);
                 output.event(Event::Greeted(device));
@@ -248,11 +248,17 @@ impl HostMachine {
             _ if id == MessageId::UNSOLICITED => {
                 output.event(Event::DeviceReset);
                 self.fail(output, Failure::DeviceReset, |_| true);
-                self.is_loaded = Some(false);
+                self.has_no_move();
                 self.greet(now, output, 1);
             }
             _ => self.answered(now, output, id, message),
         }
+    }
+
+    /// The device has been switched on, and has no move.
+    const fn has_no_move(&mut self) {
+        self.is_loaded = Some(false);
+        self.uses.without_move();
     }
 
     fn acknowledged<'a>(&mut self, now: Millis, output: &mut Output<'a>, id: MessageId, ack: Ack<'a>) {
@@ -299,7 +305,11 @@ impl HostMachine {
         let request = pending.request;
         self.motion.ended(pending, &reply);
         match (request.role, reply) {
-            (Role::Live(motor, is_live), Reply::Acknowledged) => self.set_live(motor, is_live),
+            (Role::Configures(motor, flags), Reply::Acknowledged) => self.uses.set(motor, flags),
+            // A device that cannot configure its motors uses all of them.
+            (Role::Configures(motor, _), Reply::Refused(AckCode::ERR_UNSUPPORTED)) => {
+                self.uses.set(motor, MotorFlags::ENABLED | MotorFlags::BLUR);
+            }
             (Role::StopsLoop, Reply::Acknowledged) => {
                 if let Some(run) = self.sequence.as_mut().and_then(Sequence::run) {
                     run.loop_ends(now);

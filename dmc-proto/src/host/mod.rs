@@ -22,6 +22,9 @@
 //! Give the machine a [first id](Options::first_id) that was drawn at random, and drop the bytes that wait on the line when
 //! it is opened. Otherwise an old answer may confirm a stop that the device never received.
 //!
+//! Enable each motor by `MotorConfigure` before it is moved, and set the motors of a shot to blur. The machine refuses moves
+//! of other motors, because devices acknowledge them, tell that the motor arrives, and do not move it.
+//!
 //! After each call, carry out the effects in their order. The application chooses the token of a command, and keeps the
 //! message of a request or a sequence until its [end](Event::Ended): the machine may ask for the message again.
 //!
@@ -116,6 +119,7 @@ mod sequence;
 mod stops;
 mod transmit;
 mod upload;
+mod uses;
 
 pub use connection::State;
 pub use event::{Event, Failure, Outcome, Refusal, StopTarget};

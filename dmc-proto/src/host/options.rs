@@ -37,6 +37,11 @@ motion_core::options! {
         /// Speed of the line, in bits per second. It limits how many zero bytes are sent after a greeting or a stop that was
         /// not answered: no more than the line carries until the next try (decision D-71).
         line_speed with_line_speed: u32 = 115_200, in 1..=u32::MAX;
+        /// Whether moves are held back of motors that no `MotorConfigure` has enabled on this link, and shots of motors that
+        /// it has not set to blur.
+        ///
+        /// Devices acknowledge such a move, tell that the motor arrives, and do not move it (decision D-76).
+        needs_enabled with_needs_enabled: bool = true;
         /// Time to wait for the answer to a greeting, in milliseconds.
         ///
         /// Boards that are reset when the link is opened need more than two seconds; five greetings cover that (DMC D5).

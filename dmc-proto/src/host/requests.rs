@@ -64,8 +64,8 @@ pub(super) struct Request {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Role {
     Plain,
-    /// It says whether a motor is driven by hand.
-    Live(Motor, bool),
+    /// It sets the uses of a motor.
+    Configures(Motor, MotorFlags),
     /// It ends a loop.
     StopsLoop,
     /// It opens the shutter of the camera, or closes it.
@@ -85,7 +85,7 @@ impl Request {
 
     fn new(owner: Owner, contents: Contents, message: &HostMessage<'_>) -> Self {
         let role = match message {
-            HostMessage::MotorConfigure(message) => Role::Live(message.motor, message.flags.contains(MotorFlags::LIVE)),
+            HostMessage::MotorConfigure(message) => Role::Configures(message.motor, message.flags),
             HostMessage::RtStopLoop(_) => Role::StopsLoop,
             HostMessage::GioCam(message) => Role::Shutter(message.flags.contains(CameraFlags::SHUTTER)),
             _ => Role::Plain,

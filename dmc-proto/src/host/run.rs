@@ -78,7 +78,10 @@ fn pause(now: Millis, options: &Options) -> Millis {
 
 impl Run {
     /// The run that a message begins, and the first request; `None` if the message begins none.
-    pub(super) fn new(begin: Request, message: &HostMessage<'_>) -> Option<(Self, Request)> {
+    ///
+    /// A shot of a loaded move goes to its frame first: its message alone moves only blurred motors on some devices (decision
+    /// D-77).
+    pub(super) fn new(begin: Request, message: &HostMessage<'_>, is_loaded: bool) -> Option<(Self, Request)> {
         let goal = match message {
             HostMessage::RtPositionFrame(_) | HostMessage::RtJogAll(_) => Goal::Travel,
             HostMessage::RtRunMove(run) => {
@@ -90,10 +93,15 @@ impl Run {
             HostMessage::RtShootFrame2(shot) => Goal::Shot { lasts: shot.exposure_ms.0.into() },
             _ => return None,
         };
-        let (phase, first) = match goal {
-            Goal::Run { start, .. } => (Phase::ToStart, Request::own(Owner::Sequence, Contents::ToFrame(start))),
-            Goal::Travel | Goal::Shot { .. } => (Phase::Begins, begin),
+        let start = match (goal, message) {
+            (Goal::Run { start, .. }, _) => Some(start),
+            (_, HostMessage::RtShootFrame(shot)) if is_loaded => Some(shot.frame),
+            (_, HostMessage::RtShootFrame2(shot)) if is_loaded => Some(shot.frame),
+            _ => None,
         };
+        let (phase, first) = start.map_or((Phase::Begins, begin), |start| {
+            (Phase::ToStart, Request::own(Owner::Sequence, Contents::ToFrame(start)))
+        });
         Some((Self { goal, begin, phase, go: None }, first))
     }
 

@@ -352,8 +352,9 @@ impl Desk {
         Self::up_with(host::Options::default(), hi())
     }
 
+    /// Host that is ready, and that does not want motors to be enabled: most tests are about something else.
     pub(crate) fn up_with(options: host::Options, hi: Hi<'static>) -> Self {
-        let mut desk = Self::of(options);
+        let mut desk = Self::of(options.with_needs_enabled(false));
         desk.becomes_ready(1, hi);
         desk
     }

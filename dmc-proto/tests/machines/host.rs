@@ -3,12 +3,15 @@
 use dmc_proto::host::{Command, Contents, Event, Failure, Input, Options, Outcome, Refusal, State, StopTarget};
 use dmc_proto::message::{
     Ack, AckCode, CameraFlags, Capabilities, Dmx, DmxChannel, GioCam, GioIn, GioInRequest, HardStop, Hi, HiRequest,
-    HostMessage, Motor, MotorGetPosition, MotorMoving, MotorPositions, MotorResetPosition, MotorStatusRequest, Motors,
-    RtEnd, RtGo, RtUploadMoveEnd, Steps, StopReason, Triggers,
+    HostMessage, Motor, MotorConfigure, MotorFlags, MotorGetPosition, MotorMoving, MotorPair, MotorPositions,
+    MotorResetPosition, MotorStatusRequest, Motors, RtEnd, RtGo, RtShootFrame, RtUploadMoveEnd, RunFlags, Steps,
+    StopReason, Triggers,
 };
+use dmc_proto::upload::{Section, SectionSize};
 use dmc_proto::{DeviceMessage, HostMessage as Message, MessageId, MessageType, Millis, Token};
 use motion_core::wire::Messages;
 
+use super::app::Tens;
 use super::bench::{
     COMMAND, Desk, ack, answered, axis, begin, done, ended, failed, hi, jog, jog_all, move_to, named, not_confirmed,
     position_frame, refused, run, shot, status, stop, stop_all, virtuals,
@@ -493,4 +496,76 @@ fn an_event_can_be_kept_unless_it_lends_a_message() {
     for event in [done(1), failed(1, Failure::NoAnswer), Event::Greeted(hi()), Event::Stopped(StopTarget::All)] {
         assert_eq!(event.to_static(), Some(event));
     }
+}
+
+/// D-76
+#[test]
+fn a_motor_that_was_not_enabled_is_not_moved() {
+    let configure = |motor, flags| HostMessage::from(MotorConfigure { motor: Motor(motor), flags, tail: &[] });
+    let lacks = |token, motor, flags| vec![refused(token, Refusal::NotConfigured(Motor(motor), flags))];
+    let enabled = MotorFlags::ENABLED;
+    let mut desk = Desk::of(Options::default());
+    desk.becomes_ready(1, hi());
+    for message in [move_to(2, 5), jog(2)] {
+        assert_eq!(desk.request(7, message), (vec![], lacks(7, 2, enabled)));
+    }
+    assert_eq!(desk.request(1, configure(2, enabled)).0, [(2, named(1))]);
+    assert_eq!(desk.request(7, jog(2)), (vec![], lacks(7, 2, enabled)), "nobody knows yet");
+    desk.acked(2, 0x0037, AckCode::OK);
+    assert_eq!(desk.request(7, jog(1)), (vec![], lacks(7, 1, enabled)), "another motor");
+    assert_eq!(desk.request(2, jog(2)).0, [(3, named(2))]);
+    desk.acked(3, 0x0036, AckCode::OK);
+    // The device refuses: the motor is not enabled. A device without such a message uses all motors.
+    desk.request(1, configure(2, enabled));
+    desk.acked(4, 0x0037, AckCode::ERR_HARD_LOW);
+    assert_eq!(desk.request(7, jog(2)), (vec![], lacks(7, 2, enabled)));
+    desk.request(1, configure(2, enabled));
+    desk.acked(5, 0x0037, AckCode::ERR_UNSUPPORTED);
+    assert_eq!(desk.request(2, jog(2)).0, [(6, named(2))]);
+    desk.acked(6, 0x0036, AckCode::OK);
+    desk.request(1, configure(2, MotorFlags::LIVE));
+    desk.acked(7, 0x0037, AckCode::OK);
+    assert_eq!(desk.request(7, jog(2)), (vec![], lacks(7, 2, enabled)), "it is disabled again");
+    // The device was reset.
+    desk.request(1, configure(2, enabled));
+    desk.acked(8, 0x0037, AckCode::OK);
+    desk.receives(0, hi().into());
+    desk.receives(9, hi().into());
+    desk.command(Command::Configured);
+    assert_eq!(desk.request(7, jog(2)), (vec![], lacks(7, 2, enabled)));
+}
+
+/// D-76
+#[test]
+fn a_move_needs_all_its_motors_enabled_and_a_shot_its_own_to_blur() {
+    let configure = |motor, flags| HostMessage::from(MotorConfigure { motor: Motor(motor), flags, tail: &[] });
+    let lacks = |motor, flags| vec![refused(7, Refusal::NotConfigured(Motor(motor), flags))];
+    let mut desk = Desk::of(Options::default());
+    desk.becomes_ready(1, hi());
+    desk.sequence(1, begin(1, 10));
+    desk.acked(2, 0x0100, AckCode::OK);
+    let size = SectionSize::default();
+    let first = Section::first(&Tens, size).unwrap();
+    desk.step(Input::Section(Some(first)));
+    desk.acked(3, 0x0101, AckCode::OK);
+    desk.step(Input::Section(first.next(&Tens, size)));
+    desk.acked(4, 0x0101, AckCode::OK);
+    desk.step(Input::Section(None));
+    assert_eq!(desk.acked(5, 0x0103, AckCode::OK).1, [done(1)]);
+    desk.request(2, configure(1, MotorFlags::ENABLED));
+    desk.acked(6, 0x0037, AckCode::OK);
+    for message in [position_frame(1), run(1, 10, RunFlags(0)), jog_all(5)] {
+        assert_eq!(desk.sequence(7, message), (vec![], lacks(2, MotorFlags::ENABLED)), "motor 2 is part of the move");
+    }
+    let pairs = [MotorPair::new(Motor(1), Steps(0), Steps(9)), MotorPair::new(Motor(3), Steps(4), Steps(4))];
+    let shot = RtShootFrame { motors: &pairs, ..RtShootFrame::default() };
+    assert_eq!(desk.sequence(7, shot.into()), (vec![], lacks(1, MotorFlags::BLUR)));
+    desk.request(2, configure(1, MotorFlags::ENABLED | MotorFlags::BLUR));
+    desk.acked(7, 0x0037, AckCode::OK);
+    assert_eq!(desk.sequence(3, shot.into()).0, [(8, named(3))], "motor 3 does not move in the shot");
+    desk.stop(StopTarget::All);
+    desk.acked(9, 0x0033, AckCode::OK);
+    desk.request(2, configure(2, MotorFlags::ENABLED));
+    desk.acked(10, 0x0037, AckCode::OK);
+    assert_eq!(desk.sequence(4, position_frame(1)).0, [(11, named(4))]);
 }

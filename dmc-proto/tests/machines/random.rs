@@ -326,7 +326,7 @@ proptest! {
     /// S-1, S-2
     #[test]
     fn a_host_keeps_its_laws_with_any_inputs(steps in host_steps(), window in 1..5_u8) {
-        let machine = HostMachine::new(host::Options::default().with_window(window)).with_last_id(100);
+        let machine = HostMachine::new(host::Options::default().with_window(window).with_needs_enabled(false)).with_last_id(100);
         let mut alone = Alone { host: Watched::new(machine), app: App::default(), now: Millis(0) };
         alone.tell(host::Input::LinkUp);
         alone.tell(host::Input::Received(MessageId(0), hi().into()));

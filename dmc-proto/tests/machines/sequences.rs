@@ -8,7 +8,8 @@ use dmc_proto::upload::{MoveSource, Section, SectionSize, sections};
 use dmc_proto::{MessageId, Token};
 
 use super::bench::{
-    COMMAND, Desk, ack, begin, done, failed, frame, jog_all, named, not_confirmed, position_frame, refused, run, shot,
+    COMMAND, Desk, ack, begin, done, failed, frame, hi, jog_all, named, not_confirmed, position_frame, refused, run,
+    shot,
 };
 
 const OK: AckCode = AckCode::OK;
@@ -382,4 +383,32 @@ fn a_way_to_a_frame_is_followed_to_rest() {
     let mut desk = Desk::up();
     desk.sequence(1, jog_all(3));
     assert_eq!(desk.pass(500), (vec![(3, Contents::Status)], vec![not_confirmed(1)]), "a jog is not repeated");
+}
+
+/// D-77
+#[test]
+fn a_shot_of_a_loaded_move_goes_to_its_frame_first() {
+    let mut desk = Desk::up();
+    desk.sequence(1, begin(1, 10));
+    desk.acked(2, 0x0100, AckCode::OK);
+    desk.step(Input::Section(None));
+    assert_eq!(desk.acked(3, 0x0103, AckCode::OK).1, [done(1)]);
+    assert_eq!(desk.sequence(2, shot(5)).0, [(4, Contents::ToFrame(FrameNumber(5)))]);
+    desk.acked(4, 0x0110, AckCode::OK);
+    assert_eq!(desk.machine.progress(), Some(Progress::Travels));
+    assert_eq!(desk.pass(100).0, [(5, Contents::Status)]);
+    assert_eq!(desk.status(5, 0b1).0, []);
+    assert_eq!(desk.pass(100).0, [(6, Contents::Status)]);
+    assert_eq!(desk.status(6, 0).0, [(7, named(2))], "the motors rest on the frame");
+    // The device cannot go there.
+    desk.stop(StopTarget::All);
+    desk.acked(8, 0x0033, AckCode::OK);
+    assert_eq!(desk.sequence(3, shot(11)).0, [(9, Contents::ToFrame(FrameNumber(11)))]);
+    let refusal = refused(3, Refusal::Device(AckCode::ERR_RANGE));
+    assert_eq!(desk.acked(9, 0x0110, AckCode::ERR_RANGE), (vec![], vec![refusal]));
+    // The device was reset, and has no move.
+    desk.receives(0, hi().into());
+    desk.receives(10, hi().into());
+    desk.command(Command::Configured);
+    assert_eq!(desk.sequence(4, shot(5)).0, [(11, named(4))]);
 }

@@ -98,7 +98,7 @@ pub(crate) struct World {
 impl World {
     /// World whose host is ready, before its line turns bad.
     pub(crate) fn new(window: u8, quirks: Quirks, line: BadLine) -> Self {
-        let host = HostMachine::new(host::Options::default().with_window(window));
+        let host = HostMachine::new(host::Options::default().with_window(window).with_needs_enabled(false));
         let device = DeviceMachine::new(device::Options::of(hi()).with_quirks(quirks));
         let mut world = Self {
             both: world::World::new(Millis(0), host, device, Faults::ANY),

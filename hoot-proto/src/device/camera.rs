@@ -56,6 +56,8 @@ enum Release {
     Mirror,
     /// The release after that.
     Picture,
+    /// The only release, without a focus and without a delay.
+    Bare,
 }
 
 /// The camera of a node.
@@ -107,6 +109,14 @@ impl CameraUnit {
         }
     }
 
+    /// Takes a picture as firmware does on command: only by the shutter, and without a camera too.
+    pub(super) fn expose_bare(&mut self, now: Millis, output: &mut Output<'_>) {
+        if !self.is_busy() {
+            self.release = Release::Bare;
+            self.open(now, output);
+        }
+    }
+
     /// Releases focus and shutter.
     pub(super) fn stop(&mut self, output: &mut Output<'_>) {
         if self.is_busy() {
@@ -122,6 +132,10 @@ impl CameraUnit {
         }
         match (self.state, self.release) {
             (CameraState::Focus, _) => self.open(now, output),
+            (CameraState::Exposing, Release::Bare) => {
+                self.stop(output);
+                return true;
+            }
             (CameraState::Exposing, release) => {
                 self.enter(now, output, CameraState::Delay, self.settings.exposure_delay.0.into());
                 return release != Release::Picture;

@@ -3,7 +3,7 @@
 use motion_core::states;
 use motion_core::time::Millis;
 
-use super::{AltOut, DeviceMachine, Event, Motion, MotorState, MotorUnit, Output, ProgramState};
+use super::{AltOut, DeviceMachine, Event, Motion, MotorState, MotorUnit, Output, ProgramState, Quirks};
 use crate::message::{AltMode, CommonLine, ProgramMode};
 
 states! {
@@ -32,6 +32,8 @@ pub struct Program {
     /// Run time until `since`, in milliseconds.
     ran: u64,
     since: Option<Millis>,
+    /// Run time of the last program that was stopped or is over.
+    last_run_time: u64,
     shots: u32,
     /// Number of moves of the motors, which the lead-in counts.
     moves: u32,
@@ -43,7 +45,7 @@ pub struct Program {
     out_is_on: bool,
 }
 
-motion_core::debug! { Program { state phase ran since shots moves until next out_is_on } }
+motion_core::debug! { Program { state phase ran since last_run_time shots moves until next out_is_on } }
 
 impl Program {
     /// State of the planned move.
@@ -62,6 +64,12 @@ impl Program {
     #[must_use]
     pub const fn shots(&self) -> u32 {
         self.shots
+    }
+
+    /// Run time of the last program that was stopped or is over, or 0, in milliseconds.
+    #[must_use]
+    pub const fn last_run_time(&self) -> u64 {
+        self.last_run_time
     }
 
     /// Run time in milliseconds, with the delay before the start and without pauses.
@@ -98,6 +106,9 @@ impl DeviceMachine {
         }
         self.stop_motors(output);
         let resumed = self.program.state == ProgramState::Paused;
+        if !resumed {
+            self.choose_microsteps(output);
+        }
         self.program.since = Some(now);
         let waits = self.program.ran < self.start_delay();
         self.set_program(output, if waits { ProgramState::Delay } else { ProgramState::Running });
@@ -111,10 +122,10 @@ impl DeviceMachine {
 
     /// Pauses the program and keeps its place. The motors stop first.
     pub(super) fn pause(&mut self, now: Millis, output: &mut Output<'_>) {
-        // In video mode the motors are started again from where they would be (decision H-11).
-        let by_clock = self.controller.program_mode == ProgramMode::VIDEO;
+        // By the clock, motors are started again from where they would be (decision H-11).
+        let (by_clock, is_stuck) = (self.moves_by_clock(), self.never_resumes());
         for motor in self.motors.iter_mut().filter(|motor| by_clock && motor.is_moving()) {
-            motor.done = 0;
+            (motor.done, motor.is_stuck) = (is_stuck.into(), is_stuck);
         }
         self.stop_motors(output);
         self.camera.stop(output);
@@ -127,14 +138,18 @@ impl DeviceMachine {
     }
 
     /// Stops the program and forgets its place. The motors stop first.
-    pub(super) fn stop(&mut self, output: &mut Output<'_>) {
+    pub(super) fn stop(&mut self, now: Millis, output: &mut Output<'_>) {
         self.stop_motors(output);
         self.camera.stop(output);
         self.drop_out(output);
         self.set_program(output, ProgramState::Stopped);
-        self.program = Program::default();
+        let last_run_time = match self.program.run_time(now) {
+            0 => self.program.last_run_time,
+            run_time => run_time,
+        };
+        self.program = Program { last_run_time, ..Program::default() };
         for motor in &mut self.motors {
-            motor.done = 0;
+            (motor.done, motor.began, motor.is_stuck) = (0, None, false);
         }
     }
 
@@ -154,7 +169,7 @@ impl DeviceMachine {
     /// Stops a program that has run for longer than it may; only a timing master counts.
     pub(super) fn limit_run_time(&mut self, now: Millis, output: &mut Output<'_>) {
         if self.run_time_ends().is_some_and(|end| now >= end) {
-            self.stop(output);
+            self.stop(now, output);
         }
     }
 
@@ -211,8 +226,8 @@ impl DeviceMachine {
     }
 
     fn can_begin(&self) -> bool {
-        let moves_by_clock = self.controller.program_mode == ProgramMode::VIDEO && !self.camera.settings.enable;
-        !moves_by_clock && !self.camera.is_busy()
+        let has_pictures = self.controller.program_mode != ProgramMode::VIDEO || self.camera.settings.enable;
+        has_pictures && !self.camera.is_busy()
     }
 
     /// Takes the next picture, for which the common line or the external intervalometer asks.
@@ -235,7 +250,7 @@ impl DeviceMachine {
         let next = next.unwrap_or(now.after(interval));
         if !self.camera.settings.enable {
             self.program.until = Some(self.without_camera(now, next));
-            self.move_on(output);
+            self.move_on(now, output);
         } else if self.has_contact(AltMode::OUT_BEFORE) {
             self.program.next = Some(next);
             self.enter_out(now, Phase::OutBefore);
@@ -262,7 +277,7 @@ impl DeviceMachine {
             self.enter_out(now, Phase::OutAfter);
         } else {
             self.program.until = self.program.next.take().map(|next| next.max(now.after(1)));
-            self.move_on(output);
+            self.move_on(now, output);
         }
     }
 
@@ -285,7 +300,7 @@ impl DeviceMachine {
             self.shoot(now, output);
         } else {
             self.program.until = self.program.next.take().map(|next| next.max(now.after(1)));
-            self.move_on(output);
+            self.move_on(now, output);
         }
     }
 
@@ -296,12 +311,20 @@ impl DeviceMachine {
         }
     }
 
-    /// Makes the next step of the planned move of each motor. In continuous mode the motors are not waited for; in video
-    /// mode they follow the clock.
-    fn move_on(&mut self, output: &mut Output<'_>) {
+    /// Makes the next step of the planned move of each motor. In the modes without stops, motors follow the clock and are not
+    /// waited for.
+    fn move_on(&mut self, now: Millis, output: &mut Output<'_>) {
         self.program.moves = self.program.moves.saturating_add(1);
-        if self.controller.program_mode == ProgramMode::VIDEO {
+        if self.moves_by_clock() {
             self.program.phase = Phase::Clear;
+            let run_time = self.program.run_time(now);
+            let is_lapse = self.controller.program_mode == ProgramMode::CONTINUOUS;
+            for motor in self.motors.iter_mut().filter(|motor| is_lapse && motor.has_plan()) {
+                if self.program.moves > motor.settings.lead_in.0 {
+                    motor.began.get_or_insert(run_time);
+                }
+            }
+            self.follow_the_clock(now, output);
             return;
         }
         for motor in &mut self.motors {
@@ -314,8 +337,7 @@ impl DeviceMachine {
                 }
             }
         }
-        let waits = self.controller.program_mode != ProgramMode::CONTINUOUS;
-        self.program.phase = if waits { Phase::Move } else { Phase::Clear };
+        self.program.phase = Phase::Move;
     }
 
     /// Sends motors again to the positions that a pause kept them from (decision H-11).
@@ -328,26 +350,45 @@ impl DeviceMachine {
         }
     }
 
-    /// Time at which a motor begins its planned move in video mode: after the delay and its lead-in (decision H-10).
-    fn video_begins(&self, motor: &MotorUnit) -> Option<Millis> {
-        let waits = self.controller.program_mode == ProgramMode::VIDEO && motor.has_plan() && motor.done == 0;
-        if !waits || self.program.state != ProgramState::Running {
-            return None;
-        }
-        self.program.at(self.start_delay().saturating_add(motor.settings.lead_in.0.into()))
+    /// Whether motors move by the clock: the travel and its ramps are milliseconds (decision H-66).
+    const fn moves_by_clock(&self) -> bool {
+        matches!(self.controller.program_mode, ProgramMode::CONTINUOUS | ProgramMode::VIDEO)
     }
 
-    /// Starts, in video mode, the motors whose lead-in is over, and the motors that a pause has stopped.
-    fn follow_the_clock(&mut self, now: Millis, output: &mut Output<'_>) {
-        if self.controller.program_mode != ProgramMode::VIDEO {
-            return;
+    fn never_resumes(&self) -> bool {
+        self.options.quirks().contains(Quirks::NEVER_RESUMES) && self.options.profile().resumes_moves() == Some(false)
+    }
+
+    /// Run time at which a motor begins its planned move by the clock: in video mode after the delay and its lead-in
+    /// (decision H-10), in a time lapse after the pictures of its lead-in.
+    fn begins(&self, motor: &MotorUnit) -> Option<u64> {
+        match self.controller.program_mode {
+            ProgramMode::VIDEO => Some(self.start_delay().saturating_add(motor.settings.lead_in.0.into())),
+            ProgramMode::CONTINUOUS => motor.began,
+            _ => None,
         }
-        let elapsed = self.program.run_time(now).saturating_sub(self.start_delay());
-        let due = self.motors.map(|motor| self.video_begins(&motor).is_some_and(|begin| now >= begin));
+    }
+
+    /// Time at which a motor begins its planned move by the clock, or goes on with it; `None` if it waits for no time.
+    fn clock_begins(&self, motor: &MotorUnit) -> Option<Millis> {
+        if motor.has_plan() && motor.done == 0 && self.program.state == ProgramState::Running {
+            self.program.at(self.begins(motor)?)
+        } else {
+            None
+        }
+    }
+
+    /// Starts the motors that move by the clock and whose time has come, and the motors that a pause has stopped.
+    fn follow_the_clock(&mut self, now: Millis, output: &mut Output<'_>) {
+        let run_time = self.program.run_time(now);
+        let due = self.motors.map(|motor| {
+            let is_due = self.clock_begins(&motor).is_some_and(|begin| now >= begin);
+            self.begins(&motor).filter(|_| is_due)
+        });
         for (motor, due) in self.motors.iter_mut().zip(due) {
-            let plan = motor.settings.plan;
-            let at = u32::try_from(elapsed.saturating_sub(motor.settings.lead_in.0.into())).unwrap_or(u32::MAX);
-            if due {
+            if let Some(begin) = due {
+                let plan = motor.settings.plan;
+                let at = u32::try_from(run_time.saturating_sub(begin)).unwrap_or(u32::MAX);
                 motor.done = 1;
                 motor.follow(output, Motion::Along { plan, elapsed: at.min(plan.travel.0) });
             }
@@ -356,8 +397,9 @@ impl DeviceMachine {
 
     /// Whether a motor is at the end of its planned move, or has none.
     fn is_done(&self, motor: &MotorUnit) -> bool {
-        let steps = if self.controller.program_mode == ProgramMode::VIDEO { 1 } else { motor.settings.plan.travel.0 };
-        !motor.has_plan() || motor.done >= steps && motor.state != MotorState::Moving
+        let plan = motor.settings.plan;
+        let steps = if self.moves_by_clock() { 1 } else { plan.travel.0 };
+        !motor.has_plan() || motor.done >= steps && motor.state != MotorState::Moving && !motor.is_stuck
     }
 
     fn is_finished(&self) -> bool {
@@ -373,7 +415,7 @@ impl DeviceMachine {
     /// Ends the program, or begins the way back. A program that moves nothing has no way back (decision H-12).
     fn finish(&mut self, now: Millis, output: &mut Output<'_>) {
         let goes_back = self.controller.ping_pong && self.motors.iter().any(MotorUnit::has_plan);
-        self.stop(output);
+        self.stop(now, output);
         if goes_back {
             for motor in &mut self.motors {
                 let plan = &mut motor.settings.plan;
@@ -395,7 +437,7 @@ impl DeviceMachine {
             Phase::Shoot | Phase::Move => false,
         };
         let phase = if running && by_clock { self.program.until } else { None };
-        let video = self.motors.iter().filter_map(|motor| self.video_begins(motor));
+        let video = self.motors.iter().filter_map(|motor| self.clock_begins(motor));
         for moment in [delay, phase, self.run_time_ends(), self.camera.until()].into_iter().flatten().chain(video) {
             output.wake_by(moment);
         }

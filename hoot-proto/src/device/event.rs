@@ -138,6 +138,4 @@ pub enum Ignored {
     Unknown,
     /// A command that firmware carries out without an answer: the speed of runs in joystick mode.
     Silent,
-    /// The node hears nothing, because its address has just changed.
-    Deaf,
 }

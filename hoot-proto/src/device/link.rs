@@ -7,12 +7,8 @@ use motion_core::wire::{Bool, Messages};
 
 use super::{Answer, Contents, DeviceMachine, Event, Ignored, Output, Port, Quirks, Transmit};
 use crate::frame::{Address, MAX_DATA, Selector, Table};
-use crate::message::{CoreVersion, HostMessage, MotorContinuousSpeed, Text};
+use crate::message::{CoreVersion, HostMessage, Motor, MotorContinuousSpeed, Text};
 use crate::query::{AnyQuery, AnyReply};
-
-/// Time for which a node blinks and hears nothing after its address has changed, in milliseconds. Source: hoot, section
-/// 2.5.
-const DEAF: u64 = 2500;
 
 /// Outcome of a request.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -47,9 +43,7 @@ impl DeviceMachine {
         message: HostMessage<'a>,
     ) -> ArrayVec<Transmit<'a>, 2> {
         let selector = message.selector();
-        let why = if self.deaf_until.is_some() {
-            Ignored::Deaf
-        } else if selector.command == 0 && selector.table != Table::Core {
+        let why = if selector.command == 0 && selector.table != Table::Core {
             Ignored::Noop
         } else if to == Address::BROADCAST {
             if self.broadcast(now, output, &message) {
@@ -84,10 +78,11 @@ impl DeviceMachine {
         let twice = self.options.quirks().contains(Quirks::ANSWERS_TWICE);
         let second = match (outcome, message) {
             // The sheet's firmware does not end after this answer, and goes on into the next one.
-            (Outcome::Answered(Answer::Value(_)), HostMessage::MotorRunning(query))
+            (Outcome::Answered(Answer::Value(AnyReply::MotorRunning(_))), message)
                 if twice && profile.answers_running_twice() != Some(false) =>
             {
-                let next = AnyQuery::MotorContinuousSpeed(MotorContinuousSpeed { motor: query.motor });
+                let motor = Motor::new(message.selector().sub_address).unwrap_or_default();
+                let next = AnyQuery::MotorContinuousSpeed(MotorContinuousSpeed { motor });
                 if let Outcome::Answered(answer) = self.value(now, next) { Some(answer) } else { None }
             }
             (Outcome::RefusedThenOk, _) if twice => Some(Answer::Ok),
@@ -105,13 +100,13 @@ impl DeviceMachine {
     /// Source: hoot, section 2.5.
     fn broadcast(&mut self, now: Millis, output: &mut Output<'_>, message: &HostMessage<'_>) -> bool {
         let mut buffer = [0; MAX_DATA];
-        let (message, _) = complete(message, &mut buffer);
+        let (message, _) = complete(message, &mut buffer, self.reads_long_lead_in());
         match message {
             HostMessage::BroadcastStart(_) => self.start(now, output),
-            HostMessage::BroadcastStop(_) => self.stop(output),
+            HostMessage::BroadcastStop(_) => self.stop(now, output),
             HostMessage::BroadcastPause(_) => self.pause(now, output),
             HostMessage::BroadcastAssignAddress(assign) if assign.new_address.is_node() => {
-                self.move_to(now, output, assign.new_address);
+                self.move_to(output, assign.new_address);
             }
             _ => return false,
         }
@@ -119,12 +114,9 @@ impl DeviceMachine {
     }
 
     /// Takes another address, at all ports except USB.
-    pub(super) fn move_to(&mut self, now: Millis, output: &mut Output<'_>, address: Address) {
+    pub(super) fn move_to(&mut self, output: &mut Output<'_>, address: Address) {
         self.address = address;
         output.event(Event::Address(address));
-        if self.options.quirks().contains(Quirks::IS_DEAF) {
-            self.deaf_until = Some(now.after(DEAF));
-        }
     }
 
     /// Carries out a request to this node.
@@ -136,9 +128,9 @@ impl DeviceMachine {
         message: &HostMessage<'_>,
     ) -> Outcome {
         let mut buffer = [0; MAX_DATA];
-        let (message, is_short) = complete(message, &mut buffer);
+        let (message, is_short) = complete(message, &mut buffer, self.reads_long_lead_in());
         if selector.table != Table::Node || selector.command == 1 {
-            return self.core(now, output, &message);
+            return self.core(output, &message);
         }
         // Whatever the request is, and even if it is refused, a master is there (hoot, section 4.1).
         self.heard_until = Some(now.after(u64::from(self.options.dead_man()).saturating_add(1)));
@@ -159,8 +151,12 @@ impl DeviceMachine {
         }
     }
 
+    fn reads_long_lead_in(&self) -> bool {
+        self.options.profile().reads_long_lead_in() == Some(true)
+    }
+
     /// Whether joystick mode refuses a command; a stop is carried out nevertheless (safety decision 2).
-    fn gate_refuses(&self, selector: Selector) -> bool {
+    pub(super) fn gate_refuses(&self, selector: Selector) -> bool {
         let is_stop = selector.sub_address == 0 && selector.command == 4;
         let is_open = is_stop && !self.options.quirks().contains(Quirks::REFUSES_STOP);
         self.controller.joystick_mode
@@ -175,7 +171,7 @@ impl DeviceMachine {
 
     /// Carries out a request of the core protocol, to which neither joystick mode nor the dead-man applies. Source: hoot,
     /// section 1.
-    fn core(&mut self, now: Millis, output: &mut Output<'_>, message: &HostMessage<'_>) -> Outcome {
+    fn core(&mut self, output: &mut Output<'_>, message: &HostMessage<'_>) -> Outcome {
         let profile = self.options.profile();
         let value = match message {
             HostMessage::CoreProtocolVersion(query) => {
@@ -190,7 +186,7 @@ impl DeviceMachine {
                 // Firmware takes 0 and 1 too, and cannot be reached from then on (safety decision 5).
                 let is_node = assign.new_address.is_node();
                 if is_node {
-                    self.move_to(now, output, assign.new_address);
+                    self.move_to(output, assign.new_address);
                 }
                 return Outcome::ok_if(is_node);
             }
@@ -202,7 +198,11 @@ impl DeviceMachine {
 
 /// A command with data of another length, as firmware reads it: surplus bytes are left out, missing bytes are zero. The
 /// result says whether bytes were missing. Source: hoot, section 1.1.
-fn complete<'b>(message: &HostMessage<'_>, buffer: &'b mut [u8; MAX_DATA]) -> (HostMessage<'b>, bool) {
+fn complete<'b>(
+    message: &HostMessage<'_>,
+    buffer: &'b mut [u8; MAX_DATA],
+    reads_long_lead_in: bool,
+) -> (HostMessage<'b>, bool) {
     // A typed message is written and read again, which changes nothing except its lifetime.
     let number = message.number();
     let have = match message {
@@ -217,9 +217,15 @@ fn complete<'b>(message: &HostMessage<'_>, buffer: &'b mut [u8; MAX_DATA]) -> (H
     };
     let buffer: &'b [u8; MAX_DATA] = buffer;
     let read = |len: usize| HostMessage::decode_body(number, buffer.get(..len)?).ok();
-    let is_known = |message: &HostMessage<'_>| !matches!(message, HostMessage::Other(_));
-    let shorter = (0..=have).rev().find_map(read).filter(is_known);
-    let longer = || (have..=MAX_DATA).find_map(read).filter(is_known);
+    // The lead-in has two lengths, and each firmware reads one of them.
+    let is_read = |message: &HostMessage<'_>| match message {
+        HostMessage::MotorSetLeadIn(_) => !reads_long_lead_in,
+        HostMessage::MotorSetLeadInLong(_) => reads_long_lead_in,
+        message => !matches!(message, HostMessage::Other(_)),
+    };
+    let read = |len: usize| read(len).filter(is_read);
+    let shorter = (0..=have).rev().find_map(read);
+    let longer = || (have..=MAX_DATA).find_map(read);
     match shorter {
         Some(message) => (message, false),
         None => longer().map_or_else(

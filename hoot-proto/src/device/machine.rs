@@ -25,7 +25,6 @@ pub struct DeviceMachine {
     pub(super) usb_address: Address,
     /// Time until which the last command keeps the motors moving; `None` if it is over.
     pub(super) heard_until: Option<Millis>,
-    pub(super) deaf_until: Option<Millis>,
     /// Whether the power was off, and no master has asked for that yet.
     pub(super) power_cycled: bool,
     pub(super) limits: RingTip<Level>,
@@ -34,13 +33,13 @@ pub struct DeviceMachine {
 
 machine! { DeviceMachine }
 
-motion_core::debug! { DeviceMachine { options controller motors camera program name address usb_address heard_until deaf_until power_cycled limits supply } }
+motion_core::debug! { DeviceMachine { options controller motors camera program name address usb_address heard_until power_cycled limits supply } }
 
 impl DeviceMachine {
     /// A node that has just been switched on.
     #[must_use]
     pub fn new(options: Options) -> Self {
-        Self {
+        let mut machine = Self {
             options,
             controller: Controller::default(),
             motors: Motor::ALL.map(MotorUnit::new),
@@ -50,11 +49,14 @@ impl DeviceMachine {
             address: options.address(),
             usb_address: options.address(),
             heard_until: None,
-            deaf_until: None,
             power_cycled: true,
             limits: RingTip::default(),
             supply: <(Volts, Amperes)>::default(),
+        };
+        if machine.has_firmware_settings() {
+            machine.take_first_settings();
         }
+        machine
     }
 
     /// The same node on a clock that was set back by so many milliseconds, to compare machines that differ only by their age.
@@ -64,9 +66,7 @@ impl DeviceMachine {
         let by = Millis(by);
         self.program.set_back(by);
         self.camera.set_back(by);
-        for moment in [&mut self.heard_until, &mut self.deaf_until] {
-            *moment = moment.map(|moment| Millis(moment.since(by)));
-        }
+        self.heard_until = self.heard_until.map(|moment| Millis(moment.since(by)));
         self
     }
 
@@ -133,15 +133,15 @@ impl DeviceMachine {
         // What stops comes first, and once more at the end: nothing that starts now may outlive its time.
         self.watch_master(now, output);
         self.limit_run_time(now, output);
-        if self.deaf_until.is_some_and(|until| now >= until) {
-            self.deaf_until = None;
-        }
         let mut packets = ArrayVec::new();
         match input {
             Input::Received { port, to, message } => packets = self.received(now, output, port, to, message),
             Input::Noise => output.event(Event::Noise),
             Input::Command(command) => self.command(now, output, command),
-            Input::Position { motor, position } => self.motor_mut(motor).moved(output, position),
+            Input::Position { motor, position } => {
+                let limits = self.limits_held();
+                self.motor_mut(motor).moved(output, position, limits);
+            }
             Input::Arrived(motor) => self.motor_mut(motor).rest(output),
             Input::Fault(motor) => {
                 self.motor_mut(motor).stop(output);
@@ -181,11 +181,11 @@ impl DeviceMachine {
         match command {
             Command::Start => self.start(now, output),
             Command::Pause | Command::EmergencyStop => self.pause(now, output),
-            Command::Stop => self.stop(output),
+            Command::Stop => self.stop(now, output),
             Command::PowerUp => {
-                self.stop(output);
+                self.stop(now, output);
                 self.usb_address = self.address;
-                (self.power_cycled, self.deaf_until, self.heard_until) = (true, None, None);
+                (self.power_cycled, self.heard_until) = (true, None);
                 self.controller.joystick_mode = false;
                 self.controller.manual_move = false;
             }
@@ -196,9 +196,9 @@ impl DeviceMachine {
     fn alt(&mut self, now: Millis, output: &mut Output<'_>, contact: Contact) {
         let RingTip { ring, tip } = self.controller.alt_modes;
         match if contact == Contact::Ring { ring } else { tip } {
-            AltMode::TOGGLE if self.program.is_going() => self.stop(output),
+            AltMode::TOGGLE if self.program.is_going() => self.stop(now, output),
             AltMode::START | AltMode::TOGGLE => self.start(now, output),
-            AltMode::STOP => self.stop(output),
+            AltMode::STOP => self.stop(now, output),
             AltMode::EXTERNAL_INTERVALOMETER => self.pulse(now, output),
             AltMode::REVERSE_DIRECTION => {
                 self.stop_motors(output);
@@ -219,7 +219,7 @@ impl DeviceMachine {
         self.program_wakes(output);
         let moves = self.motors.iter().any(MotorUnit::is_moving);
         let silence = self.heard_until.filter(|_| moves && self.controller.manual_move);
-        for moment in silence.into_iter().chain(self.deaf_until) {
+        if let Some(moment) = silence {
             output.wake_by(moment);
         }
     }

@@ -39,10 +39,12 @@
 //!
 //! Rows, states and decisions: `docs/machines-hoot.md` and `docs/decisions-hoot.md` in the repository.
 
+mod blocking;
 mod camera;
 mod controller;
 mod cycle;
 mod event;
+mod firmware;
 mod input;
 mod link;
 mod machine;
@@ -52,6 +54,7 @@ mod queries;
 mod requests;
 mod transmit;
 
+pub use blocking::Blocking;
 pub use camera::{CameraSettings, CameraState, CameraUnit};
 pub use controller::{AltOut, Controller};
 pub use cycle::{Phase, Program};
@@ -66,9 +69,10 @@ pub use transmit::{Answer, Contents, Transmit};
 ///
 /// - 30: each of three motors is set off twice, for what arrived and for what was due, and stopped three times, each time
 ///   with its current,
+/// - 6: each of three motors has other microsteps when it rests and before a start,
 /// - 18: program, camera, outputs, positions that are counted anew, and the packet itself,
 /// - 2: two answers to one request, or one packet forwarded to two ports.
-pub const EFFECTS: usize = 50;
+pub const EFFECTS: usize = 56;
 
 /// Output of a node: what the rig has to do, in order, and then the packets.
 pub type Output<'a> = motion_core::machine::Output<Transmit<'a>, Event<'a>, EFFECTS>;

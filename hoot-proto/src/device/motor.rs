@@ -1,6 +1,7 @@
 //! One motor: its settings and its state. The table of hoot, section 4.3.
 
 use motion_core::states;
+use motion_core::wire::Bool;
 
 use super::{Event, Motion, Output};
 use crate::message::{
@@ -28,6 +29,8 @@ states! {
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub struct MotorSettings {
+    /// Whether the motor is enabled, as it was set.
+    pub enable: Bool,
     /// Whether the motor has no current while it rests.
     pub sleep: bool,
     /// Steps that the rig adds when the motor reverses.
@@ -50,12 +53,13 @@ pub struct MotorSettings {
     pub plan: Plan,
 }
 
-motion_core::debug! { MotorSettings { sleep backlash microstep max_step_speed direction end_limit speed acceleration lead_in plan } }
+motion_core::debug! { MotorSettings { enable sleep backlash microstep max_step_speed direction end_limit speed acceleration lead_in plan } }
 
 impl Default for MotorSettings {
     /// Settings of a new node. The speed is 0, so that nothing moves before a master has set a speed (safety decision 8).
     fn default() -> Self {
         Self {
+            enable: Bool::FALSE,
             sleep: true,
             backlash: Backlash(0),
             microstep: Microstep::QUARTER,
@@ -70,6 +74,17 @@ impl Default for MotorSettings {
     }
 }
 
+/// Limits that stop a motor.
+#[derive(Clone, Copy)]
+pub(super) enum Limits {
+    /// The end limit, unless it is 0.
+    End,
+    /// The end limit and the home, unless the end limit is 0.
+    EndAndHome,
+    /// No limit.
+    None,
+}
+
 /// One motor of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct MotorUnit {
@@ -77,14 +92,29 @@ pub struct MotorUnit {
     pub(super) settings: MotorSettings,
     pub(super) state: MotorState,
     pub(super) position: Steps,
-    /// Progress of the planned move: shots, or in video mode 1 from its start on.
+    /// Microsteps that are set again when the motor rests.
+    pub(super) restores: Option<Microstep>,
+    /// Whether a pause has stopped the planned move for good, as some firmware does.
+    pub(super) is_stuck: bool,
+    /// Run time at which the planned move began in a time lapse without stops.
+    pub(super) began: Option<u64>,
+    /// Progress of the planned move: shots, or 1 from its start on if it goes by the clock.
     pub(super) done: u32,
 }
 
 impl MotorUnit {
     pub(super) fn new(motor: Motor) -> Self {
         let settings = MotorSettings::default();
-        Self { motor, settings, state: MotorState::default(), position: Steps(0), done: 0 }
+        Self {
+            motor,
+            settings,
+            state: MotorState::default(),
+            position: Steps(0),
+            restores: None,
+            is_stuck: false,
+            began: None,
+            done: 0,
+        }
     }
 
     /// Settings of the motor.
@@ -156,13 +186,11 @@ impl MotorUnit {
         }
     }
 
-    /// Sets the speed of runs. A speed above the greatest rate is ignored, and NaN.
-    pub(super) fn set_speed(&mut self, output: &mut Output<'_>, speed: StepsPerSecond, max: StepRate) {
-        if speed.0.abs() <= f32::from(max.0) {
-            self.settings.speed = speed;
-            if self.state == MotorState::Continuous {
-                self.tell(output, Motion::Speed(speed));
-            }
+    /// Sets the speed of runs.
+    pub(super) fn set_speed(&mut self, output: &mut Output<'_>, speed: StepsPerSecond) {
+        self.settings.speed = speed;
+        if self.state == MotorState::Continuous {
+            self.tell(output, Motion::Speed(speed));
         }
     }
 
@@ -181,19 +209,25 @@ impl MotorUnit {
             if self.settings.sleep {
                 self.tell(output, Motion::Power(false));
             }
+            if let Some(microstep) = self.restores.take() {
+                self.set_microstep(output, microstep);
+            }
         }
     }
 
-    /// The motor has a new position. It stops if it has moved on at or beyond its end limit.
-    pub(super) fn moved(&mut self, output: &mut Output<'_>, position: Steps) {
+    /// The motor has a new position. It stops if it has moved on at or beyond a limit.
+    pub(super) fn moved(&mut self, output: &mut Output<'_>, position: Steps, limits: Limits) {
         let (before, end) = (self.position.0, self.settings.end_limit.0);
         self.position = position;
-        let beyond = match end {
-            0 => false,
-            1.. => position.0 >= end && position.0 > before,
-            _ => position.0 <= end && position.0 < before,
+        let (low, high) = match limits {
+            Limits::None => (None, None),
+            _ if end == 0 => (None, None),
+            Limits::End if end > 0 => (None, Some(end)),
+            Limits::End => (Some(end), None),
+            Limits::EndAndHome => (Some(end.min(0)), Some(end.max(0))),
         };
-        if beyond {
+        let above = high.is_some_and(|high| position.0 >= high && position.0 > before);
+        if above || low.is_some_and(|low| position.0 <= low && position.0 < before) {
             self.stop(output);
         }
     }
@@ -205,8 +239,9 @@ impl MotorUnit {
         }
     }
 
-    pub(super) fn set_enable(&mut self, output: &mut Output<'_>, enable: bool) {
-        if !enable {
+    pub(super) fn set_enable(&mut self, output: &mut Output<'_>, enable: Bool) {
+        self.settings.enable = enable;
+        if !enable.get() {
             self.stop(output);
             self.state = MotorState::Disabled;
         } else if self.state == MotorState::Disabled {

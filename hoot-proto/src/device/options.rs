@@ -37,7 +37,7 @@ impl Options {
 
 flags! {
     /// Habits of firmware that harm or mislead, for simulators that need them.
-    pub struct Quirks(u8) {
+    pub struct Quirks(u16) {
         /// Refuses the stop of the controller in joystick mode (safety decision 2).
         REFUSES_STOP = 1,
         /// Drops the top byte of unsigned numbers of 32 bits, instead of refusing numbers that have one: 16,777,216 steps
@@ -47,8 +47,26 @@ flags! {
         SHORT_MOVES = 4,
         /// Answers some requests twice, as [`Profile::packets`] tells.
         ANSWERS_TWICE = 8,
-        /// Hears nothing for 2.5 s after its address has changed, because it blinks (hoot, section 2.5; decision H-2).
-        IS_DEAF = 16,
+        /// Does nothing else for 1.5 s before it starts a program, from v0.20 on, and for 1 to 2.5 s after its address has
+        /// changed: [`DeviceMachine::blocking`](super::DeviceMachine::blocking) (hoot, section 2.5; decisions H-2 and H-63).
+        BLOCKS = 16,
+        /// Starts with the settings of firmware, takes settings as firmware does, and reads them back so (decision H-62).
+        FIRMWARE_SETTINGS = 32,
+        /// Sends motors at full speed, and forgets the speed that was set ([`Profile::sends_at_full_speed`]).
+        SENDS_FAST = 64,
+        /// Stops motors where firmware does: at the end limit and at the home, or nowhere ([`Profile::holds_limits`]).
+        FIRMWARE_LIMITS = 128,
+        /// Sets motors in motion by the speed of runs in joystick mode ([`Profile::joystick_moves`]).
+        JOYSTICK_MOVES = 256,
+        /// Changes microsteps unasked ([`Profile::sends_in_quarter_steps`], [`Profile::start_sets_microsteps`]).
+        CHANGES_MICROSTEPS = 512,
+        /// Takes directions as firmware does: the setting of the direction inverts nothing, nor does a negative speed invert a
+        /// run that begins. A run at speed 0 ends.
+        FIRMWARE_DIRECTIONS = 1024,
+        /// Takes a picture on command with the exposure only, also without a camera.
+        EXPOSES_ALWAYS = 2048,
+        /// Never goes on after a pause in the modes without stops ([`Profile::resumes_moves`]).
+        NEVER_RESUMES = 4096,
     }
 }
 
@@ -57,7 +75,7 @@ impl Quirks {
     pub const NONE: Self = Self(0);
 
     /// All habits, which firmware of the sheet's date has.
-    pub const FIRMWARE: Self = Self(0b1_1111);
+    pub const FIRMWARE: Self = Self(0b1_1111_1111_1111);
 }
 
 /// Name as a node stores and answers it: ten bytes. Source: hoot, section 1.2.
@@ -70,10 +88,10 @@ impl StoredName {
 }
 
 impl From<&Name> for StoredName {
-    /// Skips the NULs inside the name, and fills the rest up with NULs.
+    /// Fills the name up with NULs.
     fn from(name: &Name) -> Self {
         let mut stored = [0; Name::MAX];
-        for (place, byte) in stored.iter_mut().zip(name.as_bytes().iter().filter(|&&byte| byte != 0)) {
+        for (place, byte) in stored.iter_mut().zip(name.as_bytes()) {
             *place = *byte;
         }
         Self(stored)

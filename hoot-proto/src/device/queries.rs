@@ -24,6 +24,7 @@ impl DeviceMachine {
         match query {
             AnyQuery::Name(_) => return Outcome::Answered(Answer::Name(self.name)),
             AnyQuery::MaxStepRate(_) if profile.has_max_step_rate() == Some(false) => return Outcome::Unknown,
+            AnyQuery::JoystickMode(_) if profile.has_joystick_mode() == Some(false) => return Outcome::Unknown,
             AnyQuery::PingPong(_) if profile.has_ping_pong_query() == Some(false) => return Outcome::Unknown,
             // Firmware that does not answer by it whether the motor sleeps refuses it.
             AnyQuery::MotorMaxProgramSpeed(_) if profile.query_117() != ValueType::BYTE => return Outcome::ERROR,
@@ -36,13 +37,15 @@ impl DeviceMachine {
     fn of_controller(&self, now: Millis, query: AnyQuery) -> Option<AnyReply<'static>> {
         let profile = self.options.profile();
         let controller = &self.controller;
-        let run_time = u32::try_from(self.program.run_time(now)).unwrap_or(u32::MAX);
+        let run_time = u32::try_from(self.run_time_told(now)).unwrap_or(u32::MAX);
         Some(match query {
             AnyQuery::FirmwareVersion(q) => AnyReply::FirmwareVersion(q.answer(self.options.version(), profile)),
             AnyQuery::RunStatus(q) => AnyReply::RunStatus(q.answer(self.run_state(), profile)),
             AnyQuery::RunTime(q) => AnyReply::RunTime(q.answer(Milliseconds(run_time), profile)),
             AnyQuery::Exposing(q) => AnyReply::Exposing(q.answer(yes(self.camera.is_busy()), profile)),
-            AnyQuery::TimingMaster(q) => AnyReply::TimingMaster(q.answer(yes(controller.timing_master), profile)),
+            AnyQuery::TimingMaster(q) => {
+                AnyReply::TimingMaster(q.answer(yes(controller.timing_master || self.has_firmware_settings()), profile))
+            }
             AnyQuery::MaxStepRate(q) => AnyReply::MaxStepRate(q.answer(controller.max_step_rate, profile)),
             AnyQuery::Voltage(q) => AnyReply::Voltage(q.answer(self.supply.0, profile)),
             AnyQuery::Current(q) => AnyReply::Current(q.answer(self.supply.1, profile)),
@@ -83,8 +86,9 @@ impl DeviceMachine {
         let set = |motor| self.motor(motor).settings();
         Some(match query {
             AnyQuery::MotorEnable(q) => {
-                let is_enabled = of(q.motor).state() != super::MotorState::Disabled;
-                AnyReply::MotorEnable(q.answer(yes(is_enabled), profile))
+                let set = set(q.motor).enable;
+                let is_told = self.has_firmware_settings() && profile.has_true_bytes() == Some(true);
+                AnyReply::MotorEnable(q.answer(if is_told { set } else { yes(set.get()) }, profile))
             }
             AnyQuery::MotorBacklash(q) => AnyReply::MotorBacklash(q.answer(set(q.motor).backlash, profile)),
             AnyQuery::MotorMicrostep(q) => AnyReply::MotorMicrostep(q.answer(set(q.motor).microstep, profile)),
@@ -96,11 +100,11 @@ impl DeviceMachine {
             AnyQuery::MotorPosition(q) => AnyReply::MotorPosition(q.answer(of(q.motor).position(), profile)),
             AnyQuery::MotorRunning(q) => AnyReply::MotorRunning(q.answer(yes(of(q.motor).is_moving()), profile)),
             AnyQuery::MotorContinuousSpeed(q) => {
-                let speed = Speed(Scaled(hundredths(set(q.motor).speed.0)));
+                let speed = Speed(Scaled(self.hundredths(self.speed_told(of(q.motor)))));
                 AnyReply::MotorContinuousSpeed(q.answer(speed, profile))
             }
             AnyQuery::MotorContinuousAcceleration(q) => {
-                let acceleration = Acceleration(Scaled(hundredths(set(q.motor).acceleration.0)));
+                let acceleration = Acceleration(Scaled(self.hundredths(set(q.motor).acceleration.0)));
                 AnyReply::MotorContinuousAcceleration(q.answer(acceleration, profile))
             }
             AnyQuery::MotorEasing(q) => AnyReply::MotorEasing(q.answer(set(q.motor).plan.easing.into(), profile)),
@@ -140,15 +144,4 @@ impl DeviceMachine {
             _ => return None,
         })
     }
-}
-
-/// A number in hundredths, as firmware computes it: multiplied as an IEEE number, then truncated towards zero. Source:
-/// hoot, section 1.2.
-fn hundredths(number: f32) -> i32 {
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "it is meant to be truncated, and a number that is too great becomes the greatest one"
-    )]
-    let cut = (number * 100.0) as i32;
-    cut
 }

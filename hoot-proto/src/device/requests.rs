@@ -2,9 +2,13 @@
 
 use motion_core::time::Millis;
 
+use super::firmware::taken_acceleration;
 use super::link::Outcome;
 use super::{DeviceMachine, Event, Motion, Output, Part, Quirks, StoredName};
-use crate::message::{CommonLine, HostMessage, Level, MAX_ARRIVING, Motor, Span, StepRate, Steps};
+use crate::message::{
+    CommonLine, Direction, HostMessage, Level, MAX_ARRIVING, Motor, ProgramMode, Span, StartDelay, StepRate, Steps,
+};
+use crate::query::Profile;
 
 /// The step rates that firmware takes. Source: hoot, section 2.1, command 11.
 const STEP_RATES: [u16; 5] = [1000, 2000, 4000, 5000, 10_000];
@@ -37,7 +41,7 @@ impl DeviceMachine {
                 return Outcome::OK;
             }
             HostMessage::Stop(_) => {
-                self.stop(output);
+                self.stop(now, output);
                 return Outcome::OK;
             }
             HostMessage::ReturnHome(_) => {
@@ -49,16 +53,24 @@ impl DeviceMachine {
                 return Outcome::OK;
             }
             HostMessage::SetAddress(set) if set.new_address.is_node() => {
-                self.move_to(now, output, set.new_address);
+                self.move_to(output, set.new_address);
                 return Outcome::OK;
             }
             HostMessage::SetAddress(_) => return Outcome::ERROR,
             HostMessage::SetCommonLine(set) if set.common_line > CommonLine::SECOND => return Outcome::RefusedThenOk,
             HostMessage::SetOutLevel(set) if set.level > Level::HIGH => return Outcome::ERROR,
+            HostMessage::SetJoystickMode(_) | HostMessage::SetPingPong(_)
+                if profile.has_joystick_mode() == Some(false) =>
+            {
+                return Outcome::Unknown;
+            }
             HostMessage::SetMaxStepRate(_) if profile.has_max_step_rate() == Some(false) => return Outcome::Unknown,
             _ => {}
         }
         self.keep(message).map_or(Outcome::Unknown, |taken| {
+            if let HostMessage::SetJoystickMode(set) = message {
+                self.joystick_changed(output, set.joystick_mode.get());
+            }
             if taken {
                 output.event(Event::Set(Part::Controller));
             }
@@ -77,13 +89,19 @@ impl DeviceMachine {
             }
             HostMessage::SetStartDelay(set) => {
                 let Some(number) = arriving(set.start_delay.0) else { return Some(false) };
-                self.controller.start_delay.0 = number;
+                self.controller.start_delay = self.taken_delay(StartDelay(number));
                 return Some(true);
             }
             _ => {}
         }
+        let takes = if self.has_firmware_settings() { Some(self.options.profile()) } else { None };
+        let is = |fact: fn(Profile) -> Option<bool>, holds| takes.and_then(fact) == Some(holds);
         let controller = &mut self.controller;
         match message {
+            HostMessage::SetProgramMode(set) if is(Profile::has_video_mode, false) => {
+                controller.program_mode = ProgramMode(set.program_mode.0.min(1));
+            }
+            HostMessage::SetPingPong(set) if set.ping_pong.0 > 1 && is(Profile::ignores_wrong_ping_pong, true) => {}
             HostMessage::SetTimingMaster(set) => controller.timing_master = set.timing_master.get(),
             HostMessage::SetName(set) => self.name = StoredName::from(&set.name),
             HostMessage::SetCommonLine(set) => controller.common_line = set.common_line,
@@ -124,9 +142,27 @@ impl DeviceMachine {
         let profile = self.options.profile();
         let max_rate = self.controller.max_step_rate;
         let is_silent_at_speed = self.is_silent_at_speed();
-        if let Some(span) = self.span(message) {
+        let is_firmware = self.has_firmware_settings();
+        let speed = match message {
+            HostMessage::MotorSetContinuousSpeed(set) if is_firmware => self.taken_speed(set.speed),
+            HostMessage::MotorSetContinuousSpeed(set) if set.speed.0.abs() <= f32::from(max_rate.0) => Some(set.speed),
+            _ => None,
+        };
+        if let Some(span) = span(message) {
             return self.set_span(output, motor, message, span);
         }
+        let is_sent = matches!(
+            message,
+            HostMessage::MotorSendHome(_)
+                | HostMessage::MotorSendToEnd(_)
+                | HostMessage::MotorSendToStart(_)
+                | HostMessage::MotorSendToStop(_)
+        );
+        if is_sent && !self.before_send(output, motor, message) {
+            return Outcome::OK;
+        }
+        let starts = self.speeds_start_motors();
+        let needs_speed = self.options.quirks().contains(Quirks::FIRMWARE_DIRECTIONS);
         let steps = if let HostMessage::MotorMove(go) = message { self.arriving(go.steps.0) } else { None };
         let unit = self.motor_mut(motor);
         match message {
@@ -138,23 +174,31 @@ impl DeviceMachine {
                 }
             }
             HostMessage::MotorMove(go) => match steps {
+                Some(0) if needs_speed && unit.settings.speed.0 == 0.0 => {}
                 Some(0) => unit.run(output, go.direction),
                 Some(steps) => unit.go(output, Motion::By { direction: go.direction, steps: steps.into() }),
                 None => return Outcome::ERROR,
             },
+            HostMessage::MotorRun(_) if needs_speed && unit.settings.speed.0 == 0.0 => {}
             HostMessage::MotorRun(run) => unit.run(output, run.direction),
             HostMessage::MotorSendHome(_) => unit.go(output, Motion::To(Steps(0))),
             HostMessage::MotorSendToEnd(_) if unit.settings.end_limit.0 == 0 => {}
             HostMessage::MotorSendToEnd(_) => unit.go(output, Motion::To(unit.settings.end_limit)),
             HostMessage::MotorSendToStart(_) => unit.go(output, Motion::To(unit.settings.plan.start)),
             HostMessage::MotorSendToStop(_) => unit.go(output, Motion::To(unit.settings.plan.stop)),
-            HostMessage::MotorStepForward(_) | HostMessage::MotorStepBack(_) if profile.has_steps() == Some(false) => {
-                return Outcome::Unknown;
-            }
+            // Later firmware sets the lead-out to the missing number, which is 0.
+            HostMessage::MotorStepForward(_) if profile.has_steps() == Some(false) => {}
+            HostMessage::MotorStepBack(_) if profile.has_steps() == Some(false) => return Outcome::Unknown,
             HostMessage::MotorStepForward(_) => return Outcome::ok_if(unit.single_step(output, true)),
             HostMessage::MotorStepBack(_) => return Outcome::ok_if(unit.single_step(output, false)),
-            HostMessage::MotorSetContinuousSpeed(set) => {
-                unit.set_speed(output, set.speed, max_rate);
+            HostMessage::MotorSetContinuousSpeed(_) => {
+                let before = unit.settings.speed.0;
+                if let Some(speed) = speed {
+                    unit.set_speed(output, speed);
+                    if starts && before.abs() < 1.0 && speed.0.abs() > 1.0 {
+                        unit.run(output, Direction((speed.0 > 0.0).into()));
+                    }
+                }
                 if is_silent_at_speed {
                     return Outcome::Silent;
                 }
@@ -178,10 +222,12 @@ impl DeviceMachine {
         max: StepRate,
         message: &HostMessage<'_>,
     ) -> bool {
+        let is_firmware = self.has_firmware_settings();
+        let has_bools = is_firmware && self.options.profile().has_true_bytes() == Some(false);
         let unit = self.motor_mut(motor);
         match message {
             HostMessage::MotorSetSleep(set) => unit.set_sleep(output, set.sleep.get()),
-            HostMessage::MotorSetEnable(set) => unit.set_enable(output, set.enable.get()),
+            HostMessage::MotorSetEnable(set) => unit.set_enable(output, set.enable),
             HostMessage::MotorSetBacklash(set) => unit.settings.backlash = set.backlash,
             HostMessage::MotorSetMicrostep(set) => unit.set_microstep(output, set.microstep),
             HostMessage::MotorSetMaxStepSpeed(set) => {
@@ -189,10 +235,16 @@ impl DeviceMachine {
                     unit.settings.max_step_speed = set.max_step_speed;
                 }
             }
+            HostMessage::MotorSetDirection(set) if has_bools => {
+                unit.settings.direction = Direction(set.direction.0.min(1));
+            }
             HostMessage::MotorSetDirection(set) => unit.settings.direction = set.direction,
             HostMessage::MotorSetHomeHere(_) => unit.set_home(output),
             HostMessage::MotorSetEndHere(_) => unit.settings.end_limit = unit.position,
             HostMessage::MotorResetLimits(_) => unit.reset_limits(output),
+            HostMessage::MotorSetContinuousAcceleration(set) if is_firmware => {
+                unit.settings.acceleration = taken_acceleration(set.acceleration, unit.settings.acceleration);
+            }
             HostMessage::MotorSetContinuousAcceleration(set) => {
                 if set.acceleration.0.is_finite() {
                     unit.settings.acceleration = set.acceleration;
@@ -206,24 +258,11 @@ impl DeviceMachine {
         true
     }
 
-    /// Number of a message that sets a part of the planned move, as the firmware of the profile reads it.
-    fn span(&self, message: &HostMessage<'_>) -> Option<u32> {
-        let is_long = self.options.profile().reads_long_lead_in() == Some(true);
-        Some(match message {
-            // Bytes that are missing, or too many, are the last ones.
-            HostMessage::MotorSetLeadIn(set) if is_long => u32::from(set.lead_in.0) << 16,
-            HostMessage::MotorSetLeadIn(set) => set.lead_in.0.into(),
-            HostMessage::MotorSetLeadInLong(set) if is_long => set.lead_in.0,
-            HostMessage::MotorSetLeadInLong(set) => set.lead_in.0 >> 16,
-            HostMessage::MotorSetTravel(set) => set.travel.0,
-            HostMessage::MotorSetProgramAcceleration(set) => set.acceleration.0,
-            HostMessage::MotorSetProgramDeceleration(set) => set.deceleration.0,
-            _ => return None,
-        })
-    }
-
     fn set_span(&mut self, output: &mut Output<'_>, motor: Motor, message: &HostMessage<'_>, span: u32) -> Outcome {
-        let Some(span) = self.arriving(span).map(Span) else { return Outcome::ERROR };
+        let Some(span) = self.arriving(span) else { return Outcome::ERROR };
+        let is_lead_in = matches!(message, HostMessage::MotorSetLeadIn(_) | HostMessage::MotorSetLeadInLong(_));
+        let cuts = is_lead_in && self.has_firmware_settings() && self.options.profile().cuts_lead_in() == Some(true);
+        let span = Span(if cuts { span & 0xFFFF } else { span });
         let settings = &mut self.motor_mut(motor).settings;
         match message {
             HostMessage::MotorSetTravel(_) => settings.plan.travel = span,
@@ -245,6 +284,10 @@ impl DeviceMachine {
         let Some(long) = long else { return Outcome::ERROR };
         let settings = &mut self.camera.settings;
         match message {
+            HostMessage::CameraExpose(_) if self.options.quirks().contains(Quirks::EXPOSES_ALWAYS) => {
+                self.camera.expose_bare(now, output);
+                return Outcome::OK;
+            }
             HostMessage::CameraExpose(_) => {
                 self.camera.expose(now, output, false);
                 return Outcome::OK;
@@ -267,4 +310,16 @@ impl DeviceMachine {
         output.event(Event::Set(Part::Camera));
         Outcome::OK
     }
+}
+
+/// Number of a message that sets a part of the planned move.
+fn span(message: &HostMessage<'_>) -> Option<u32> {
+    Some(match message {
+        HostMessage::MotorSetLeadIn(set) => set.lead_in.0.into(),
+        HostMessage::MotorSetLeadInLong(set) => set.lead_in.0,
+        HostMessage::MotorSetTravel(set) => set.travel.0,
+        HostMessage::MotorSetProgramAcceleration(set) => set.acceleration.0,
+        HostMessage::MotorSetProgramDeceleration(set) => set.deceleration.0,
+        _ => return None,
+    })
 }

@@ -15,8 +15,8 @@ use crate::message::HostMessage;
 impl HostMachine {
     pub(super) fn command(&mut self, now: Millis, output: &mut Output<'_>, token: Token, command: Command) {
         let outcome = match command {
-            Command::Request(request) => return self.submit(output, token, request, false),
-            Command::Insist(request) => return self.submit(output, token, request, true),
+            Command::Request(request) => return self.submit(now, output, token, request, false),
+            Command::Insist(request) => return self.submit(now, output, token, request, true),
             Command::Speed { to, motor, speed } => return self.set_speed(output, Speed { token, to, motor, speed }),
             Command::KeepAlive { to, on } => return self.set_keep_alive(now, output, token, to, on),
             Command::Nodes(_) if self.emergency.is_some() => Outcome::Refused(Refusal::Stopping),
@@ -25,7 +25,7 @@ impl HostMachine {
                 Outcome::Applied
             }
             Command::EmergencyStop => {
-                self.emergency_stop(output);
+                self.emergency_stop(now, output);
                 Outcome::Sent
             }
             Command::EndEmergency => {
@@ -36,21 +36,28 @@ impl HostMachine {
         output.event(Event::Ended { token, outcome });
     }
 
-    fn submit(&mut self, output: &mut Output<'_>, token: Token, Request { to, message }: Request, insist: bool) {
+    fn submit(
+        &mut self,
+        now: Millis,
+        output: &mut Output<'_>,
+        token: Token,
+        Request { to, message }: Request,
+        insist: bool,
+    ) {
         let transmit = Transmit { to, message };
         let pending = Pending { token, transmit };
         let is_stop = message.conduct().is_stop();
         let stays_behind = self.options.bridge() && !insist && is_bridged(&message);
         let refused = self.refusal(&transmit).or_else(|| stays_behind.then_some(Refusal::Bridge));
         if is_stop && refused.is_none() {
-            self.stop(output, pending);
+            self.stop(now, output, pending);
             return;
         }
         let Some(why) = refused.or_else(|| self.queue.try_push(pending).err().map(|_| Refusal::Busy)) else { return };
         output.event(Event::Ended { token, outcome: Outcome::Refused(why) });
         // A stop that would not arrive is carried out in a way that arrives (decision H-20).
         match why {
-            Refusal::Bridge if is_stop => self.stop_each(output, &transmit),
+            Refusal::Bridge if is_stop => self.stop_each(now, output, &transmit),
             Refusal::NotConnected if is_stop => self.tell_not_stopped(output, StopTarget::of(to, &message)),
             _ => {}
         }

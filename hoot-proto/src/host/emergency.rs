@@ -6,6 +6,9 @@
 //! program moves motors again that rest. So if a program may run, each stop of that round was answered by an OK too
 //! (decision H-32).
 //!
+//! A node that may be deaf is sent one stop only. The round is then not whole, and another one follows (decision H-41). No
+//! stop is repeated within the time to wait for an answer.
+//!
 //! The firmware of the published sheet refuses these questions in joystick mode. So from the second round on, each node is
 //! told to leave it (decision H-26).
 
@@ -14,7 +17,7 @@ use motion_core::time::Millis;
 
 use super::event::{Event, Failure, Outcome, StopTarget};
 use super::jobs::{Job, Pending};
-use super::line::{Line, State};
+use super::line::Line;
 use super::{HostMachine, Nodes, Output, Transmit};
 use crate::frame::Address;
 use crate::message::{BroadcastStop, HostMessage, Motor, MotorRunning, MotorStop, Reply, SetJoystickMode, Stop};
@@ -38,14 +41,23 @@ states! {
 const ROUNDS: u8 = 3;
 
 /// An emergency stop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub(super) struct Emergency {
     /// Number of rounds that are over, up to [`ROUNDS`].
     rounds: u8,
     /// Index of the next packet of this round.
     step: usize,
-    /// Whether each stop of this round was answered by an OK that cannot be the answer to something else.
-    all_stops_ok: bool,
+    /// Whether a stop of this round was not answered by an OK that cannot be the answer to something else.
+    is_unsure: bool,
+    /// Whether a stop of this round was left out, because its node may be deaf.
+    is_partial: bool,
+    /// Whether stops were sent before, so that their answers can be counted.
+    is_again: bool,
+    /// Time before which no stop is repeated; `None` if stops may be sent.
+    not_before: Option<Millis>,
+    /// Whether the next round waits until answers to its stops can be told from others.
+    is_patient: bool,
     /// Whether the application was told that the stop is not confirmed.
     is_told: bool,
 }
@@ -53,7 +65,12 @@ pub(super) struct Emergency {
 impl Emergency {
     /// Begins the round with its first packet.
     const fn restart(&mut self) {
-        (self.step, self.all_stops_ok) = (0, true);
+        (self.step, self.is_unsure, self.is_partial, self.is_patient) = (0, false, false, false);
+        self.is_again = true;
+    }
+
+    pub(super) fn set_back(self, by: Millis) -> Self {
+        Self { not_before: self.not_before.map(|before| Millis(before.since(by))), ..self }
     }
 }
 
@@ -88,27 +105,30 @@ impl HostMachine {
 
     /// Ends all commands and begins to stop everything. Pressed again while motors are asked, it begins a new round; while
     /// stops are being sent it changes nothing, because the last nodes would never be reached (decision H-28).
-    pub(super) fn emergency_stop(&mut self, output: &mut Output<'_>) {
+    pub(super) fn emergency_stop(&mut self, now: Millis, output: &mut Output<'_>) {
         output.event(Event::Stopping);
         match self.stopping() {
             StopState::Calm => {
-                // The late answer to something else could be taken for the answer to a stop. A new line has none.
-                let all_stops_ok = matches!(self.line, Line::Idle | Line::Offline);
-                self.drop_all(output, Failure::Stopped);
-                self.emergency = Some(Emergency { rounds: 0, step: 0, all_stops_ok, is_told: false });
+                // The second answer to something else could be taken for the answer to a stop.
+                let is_unsure = matches!(self.line, Line::Settling(_) | Line::Quiet(_));
+                self.drop_all(now, output, Failure::Stopped);
+                self.emergency = Some(Emergency { is_unsure, ..Emergency::default() });
                 if self.line == Line::Offline {
                     self.tell_not_confirmed(output);
                 }
             }
             StopState::Stopping => {}
-            StopState::Asking => self.new_round(output),
+            StopState::Asking => {
+                self.abandon(now);
+                self.new_round(output);
+            }
         }
     }
 
     /// Ends all commands, whatever they wait for. The line is free for stops after the gap.
-    pub(super) fn drop_all(&mut self, output: &mut Output<'_>, why: Failure) {
-        if let Line::Waiting(waiting) = self.line {
-            self.give_up(output, waiting.job, why);
+    pub(super) fn drop_all(&mut self, now: Millis, output: &mut Output<'_>, why: Failure) {
+        if let Some(waiting) = self.abandon(now) {
+            self.give_up(output, &waiting, why);
         }
         if self.line != Line::Offline {
             self.line = Line::Idle;
@@ -131,9 +151,6 @@ impl HostMachine {
     }
 
     fn new_round(&mut self, output: &mut Output<'_>) {
-        if self.line != Line::Offline {
-            self.line = Line::Idle;
-        }
         let Some(emergency) = &mut self.emergency else { return };
         emergency.restart();
         emergency.rounds = emergency.rounds.saturating_add(1).min(ROUNDS);
@@ -150,24 +167,70 @@ impl HostMachine {
         self.tell_not_confirmed(output);
     }
 
-    /// Sends the next packet of an emergency stop. If there is none, the round is over, and so is the emergency stop if
-    /// nothing of the listed nodes may move any more.
+    /// Sends the next packet of an emergency stop, if it may be sent now. If there is none, the round is over, and so is the
+    /// emergency stop if nothing of the listed nodes may move any more.
     pub(super) fn send_emergency(&mut self, now: Millis, output: &mut Output<'_>) {
-        let nodes = self.options.nodes();
-        // Without a listed node no motor can be asked, so the stops are repeated.
-        let all_stops_ok = self.emergency.is_some_and(|emergency| emergency.all_stops_ok);
-        if self.next_packet().is_none() && (nodes.as_slice().is_empty() || !self.motion.all_rest(&nodes, all_stops_ok))
-        {
-            self.new_round(output);
-        }
-        if let Some(packet) = self.next_packet() {
-            self.send(now, output, Job::Emergency(packet));
-            if self.line.state() == State::Quiet {
-                self.next_step();
+        while let Some(mut emergency) = self.emergency {
+            emergency.not_before = emergency.not_before.filter(|before| now < *before);
+            self.emergency = Some(emergency);
+            let Some(packet) = self.next_packet() else {
+                self.round_is_over(output);
+                continue;
+            };
+            let is_stop = packet.message.conduct().is_stop();
+            let is_early =
+                emergency.not_before.is_some() || emergency.is_patient && !self.believes_stops(&packet.message);
+            if emergency.step == 0 && is_early {
+                return;
             }
-        } else if self.emergency.take().is_some() {
-            output.event(Event::Stopped(StopTarget::All));
+            if is_stop && !self.deaf.allows(&packet) {
+                if packet.to == Address::BROADCAST && self.options.nodes().as_slice().is_empty() {
+                    return;
+                }
+                self.emergency = Some(Emergency { is_partial: true, is_unsure: true, ..emergency });
+                self.next_step();
+            } else if !is_stop && emergency.is_partial {
+                if self.options.nodes().as_slice().iter().all(|node| self.deaf.is_deaf(*node)) {
+                    return;
+                }
+                emergency.restart();
+                self.emergency = Some(emergency);
+            } else if packet.message.query().is_some() && !self.doubt.is_clear(&packet.message) {
+                return;
+            } else {
+                if is_stop {
+                    let not_before = Some(now.after(self.options.timeout().into()));
+                    self.emergency = Some(Emergency { not_before, ..emergency });
+                }
+                self.send(now, output, Job::Emergency(packet));
+                if matches!(self.line, Line::Quiet(_)) {
+                    self.next_step();
+                }
+                return;
+            }
         }
+    }
+
+    /// Acts when each motor has said that it rests, or when there is no motor to be asked.
+    fn round_is_over(&mut self, output: &mut Output<'_>) {
+        let nodes = self.options.nodes();
+        let is_sure = self.emergency.is_some_and(|emergency| !emergency.is_unsure);
+        // Without a listed node no motor can be asked, so the stops are repeated.
+        if !nodes.as_slice().is_empty() && self.motion.all_rest(&nodes, is_sure) {
+            self.emergency = None;
+            output.event(Event::Stopped(StopTarget::All));
+            return;
+        }
+        self.new_round(output);
+        if let Some(emergency) = &mut self.emergency {
+            emergency.is_patient = !nodes.as_slice().is_empty();
+        }
+    }
+
+    /// Whether the answer to a stop of an emergency stop cannot be the answer to something else.
+    pub(super) fn believes_stops(&self, stop: &HostMessage<'_>) -> bool {
+        let is_again = self.emergency.is_some_and(|emergency| emergency.is_again);
+        self.doubt.is_clear(stop) || is_again && self.doubt.is_counted(stop)
     }
 
     fn next_packet(&self) -> Option<Transmit> {
@@ -181,35 +244,28 @@ impl HostMachine {
     }
 
     /// Goes on after the answer to a packet of an emergency stop, or after the silence in its place.
-    pub(super) fn emergency_answered(
-        &mut self,
-        now: Millis,
-        output: &mut Output<'_>,
-        packet: &Transmit,
-        answer: Option<Reply<'_>>,
-    ) {
-        let HostMessage::MotorRunning(query) = packet.message else {
-            self.next_step();
-            if let Some(emergency) = &mut self.emergency {
-                let is_ok = answer.is_some_and(|reply| reply.is_ok());
-                emergency.all_stops_ok &= is_ok || !packet.message.conduct().is_stop();
-            }
-            // Stops follow each other as quickly as they may; the first question comes when all answers are in.
-            self.line = match self.stopping() {
-                StopState::Asking => Line::Settling(now.after(self.options.drain().into())),
-                _ => Line::Idle,
-            };
-            return;
+    pub(super) fn emergency_answered(&mut self, output: &mut Output<'_>, packet: &Transmit, answer: Option<Reply<'_>>) {
+        let Some(emergency) = &mut self.emergency else { return };
+        let has_ended = if let HostMessage::MotorRunning(query) = packet.message {
+            answer.and_then(|reply| query.decode_reply(reply).ok()).is_some_and(|answer| !answer.value.get())
+        } else {
+            let is_ok = answer.is_some_and(|reply| reply.is_ok());
+            emergency.is_unsure |= packet.message.conduct().is_stop() && !is_ok;
+            true
         };
-        let rests = answer.and_then(|reply| query.decode_reply(reply).ok()).is_some_and(|answer| !answer.value.get());
-        if rests { self.next_step() } else { self.new_round(output) }
+        if has_ended { self.next_step() } else { self.new_round(output) }
+    }
+
+    /// Time before which an emergency stop repeats no stop.
+    pub(super) fn emergency_not_before(&self) -> Option<Millis> {
+        self.emergency.and_then(|emergency| emergency.not_before)
     }
 
     /// Gives up an emergency stop: it is not confirmed.
     pub(super) fn end_emergency(&mut self, now: Millis, output: &mut Output<'_>) {
         self.tell_not_confirmed(output);
-        if self.emergency.take().is_some() && self.line != Line::Offline {
-            self.line = Line::Settling(now.after(self.options.drain().into()));
+        if self.emergency.take().is_some() {
+            self.abandon(now);
         }
     }
 }

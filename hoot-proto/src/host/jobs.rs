@@ -1,6 +1,7 @@
 //! Work of a master: what it has to send, and for whom.
 
 use motion_core::machine::Token;
+use motion_core::time::Millis;
 
 use super::Transmit;
 use crate::frame::Address;
@@ -19,7 +20,12 @@ pub(super) struct Stop {
     pub(super) transmit: Transmit,
     /// Token of the application; `None` for a stop that the machine added.
     pub(super) token: Option<Token>,
-    pub(super) is_sent: bool,
+    /// Number of times that the stop was sent since it was asked for.
+    pub(super) sent: u8,
+    /// Time before which the stop is not sent again; `None` if it may be sent.
+    pub(super) not_before: Option<Millis>,
+    /// Whether an answer came since the stop was sent, which may be that to something else.
+    pub(super) is_heard: bool,
 }
 
 /// The next speed of a motor.

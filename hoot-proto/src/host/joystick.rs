@@ -5,7 +5,7 @@ use motion_core::machine::Token;
 use motion_core::time::Millis;
 
 use super::event::{Event, Failure, Outcome, Refusal};
-use super::jobs::{Speed, keep_alive};
+use super::jobs::{Pending, Speed, keep_alive};
 use super::{HostMachine, MAX_KEPT, Output, Transmit};
 use crate::frame::{Address, Table};
 
@@ -14,6 +14,8 @@ use crate::frame::{Address, Table};
 pub(super) struct KeptNode {
     to: Address,
     due: Millis,
+    /// Whether the node was asked although the answer may be that to something else.
+    is_blind: bool,
 }
 
 impl KeptNode {
@@ -44,11 +46,11 @@ impl HostMachine {
 
     /// Acts on the end of a speed. A motor that was to come to rest is stopped, unless the node said OK or the motor is to
     /// move again (decision H-24).
-    pub(super) fn speed_ended(&mut self, output: &mut Output<'_>, speed: Speed, is_done: bool) {
+    pub(super) fn speed_ended(&mut self, now: Millis, output: &mut Output<'_>, speed: Speed, is_done: bool) {
         let Speed { to, motor, .. } = speed;
         let is_replaced = self.speeds.iter().any(|next| (next.to, next.motor) == (to, motor) && !next.is_rest());
         if speed.is_rest() && !is_done && !is_replaced {
-            self.add_motor_stop(output, to, motor);
+            self.add_motor_stop(now, output, to, motor);
         }
     }
 
@@ -57,16 +59,38 @@ impl HostMachine {
         self.kept.retain(|kept| kept.to != to);
         let mut refused = None;
         if on {
-            let kept = KeptNode { to, due: now };
+            let kept = KeptNode { to, due: now, is_blind: false };
             refused = self.refusal(&keep_alive(to));
             refused = refused.or_else(|| self.kept.try_push(kept).err().map(|_| Refusal::Busy));
         }
         output.event(Event::Ended { token, outcome: refused.map_or(Outcome::Applied, Outcome::Refused) });
     }
 
-    /// The node that was sent nothing for too long.
-    pub(super) fn keep_alive_due(&self, now: Millis) -> Option<Address> {
-        self.kept.iter().filter(|kept| now >= kept.due).min_by_key(|kept| kept.due).map(|kept| kept.to)
+    /// The node that was sent nothing for too long. While an answer may be that to something else and a request waits for
+    /// that to end, each node is asked once.
+    pub(super) fn keep_alive_due(&mut self, now: Millis) -> Option<Address> {
+        let question = |to| keep_alive(to).message;
+        let is_clear = self.doubt.is_clear(&question(Address::DEFAULT));
+        let waits = self.queue.first().is_some_and(|request| !self.doubt.is_clear(&request.transmit.message));
+        let may = |kept: &&mut KeptNode| now >= kept.due && (is_clear || !waits || !kept.is_blind);
+        let hears = |kept: &&mut KeptNode| self.deaf.allows(&keep_alive(kept.to));
+        let kept = self.kept.iter_mut().filter(may).filter(hears).min_by_key(|kept| kept.due)?;
+        kept.is_blind = !is_clear;
+        Some(kept.to)
+    }
+
+    /// The speed that is sent next. Stops and requests that wait until their answers can be told from that of a speed go
+    /// before it, but not before a speed of 0. A stop that the machine added, and of which something was heard, lets speeds
+    /// go on.
+    pub(super) fn speed_due(&mut self) -> Option<Speed> {
+        let is_held = |speed: &Speed| {
+            let message = speed.transmit().message;
+            let is_doubtful = !self.doubt.is_clear(&message);
+            let waits = |request: &Pending| request.transmit.message.query().is_none();
+            is_doubtful && !speed.is_rest() && (self.stops.hold_speeds() || self.queue.first().is_some_and(waits))
+        };
+        let at = self.speeds.iter().position(|speed| self.deaf.allows(&speed.transmit()) && !is_held(speed))?;
+        self.speeds.pop_at(at)
     }
 
     /// Time at which the next node will have been sent nothing for too long.

@@ -4,9 +4,10 @@ use motion_core::states;
 use motion_core::time::Millis;
 use motion_core::wire::Purpose;
 
+use super::deaf::blocks;
 use super::event::{Event, Failure, Outcome, Refusal, StopTarget};
 use super::jobs::Job;
-use super::{HostMachine, Output};
+use super::{HostMachine, Output, Transmit};
 use crate::frame::{Address, Selector, Table};
 use crate::message::{DeviceMessage, HostMessage, Reply};
 use crate::query::Query;
@@ -43,24 +44,16 @@ pub(super) enum Line {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Waiting {
     pub(super) job: Job,
-    until: Millis,
+    pub(super) until: Millis,
     /// Number of times that the packet may still be repeated.
     left: u8,
-    /// Whether the packet was repeated: then more than one answer may come.
-    is_repeated: bool,
+    /// Number of times that the packet was sent: so many answers may come.
+    sent: u8,
+    /// Whether an answer that comes can only be the answer to this packet.
+    is_clear: bool,
 }
 
 impl Line {
-    pub(super) const fn state(&self) -> State {
-        match self {
-            Self::Offline => State::Offline,
-            Self::Idle => State::Idle,
-            Self::Waiting(_) => State::Waiting,
-            Self::Settling(_) => State::Settling,
-            Self::Quiet(_) => State::Quiet,
-        }
-    }
-
     pub(super) const fn set_back(self, by: Millis) -> Self {
         match self {
             Self::Offline | Self::Idle => self,
@@ -102,6 +95,24 @@ fn resets(message: &HostMessage<'_>) -> bool {
 }
 
 impl HostMachine {
+    /// State of the line.
+    #[must_use]
+    pub const fn state(&self) -> State {
+        match self.line {
+            Line::Offline => State::Offline,
+            Line::Idle if self.doubt.is_over() => State::Idle,
+            Line::Waiting(_) => State::Waiting,
+            Line::Idle | Line::Settling(_) => State::Settling,
+            Line::Quiet(_) => State::Quiet,
+        }
+    }
+
+    /// Time at which late answers do not come any more (decisions H-18 and H-40).
+    pub(super) fn drained(&self, from: Millis) -> Millis {
+        let least = self.options.timeout().saturating_add(self.options.gap());
+        from.after(self.options.drain().max(least).into())
+    }
+
     pub(super) fn received<'a>(&mut self, now: Millis, output: &mut Output<'a>, message: DeviceMessage<'a>) {
         let reply = match message {
             DeviceMessage::Reply(reply) => reply,
@@ -112,13 +123,50 @@ impl HostMachine {
             }
         };
         match self.line {
-            Line::Waiting(waiting) if answers(&waiting.job.transmit().message, reply) => {
-                let settle = if waiting.is_repeated { self.options.drain() } else { self.options.settle() };
-                self.line = Line::Settling(now.after(settle.into()));
-                self.job_ended(now, output, waiting.job, Some(reply));
+            // A refusal tells nothing of what is refused.
+            Line::Waiting(Waiting { job, sent, is_clear: true, .. })
+                if answers(&job.transmit().message, reply) && (reply.is_ok() || self.doubt.is_over()) =>
+            {
+                self.line = Line::Settling(now.after(self.options.settle().into()));
+                let Transmit { to, message } = job.transmit();
+                if sent > 1 {
+                    let more = self.packets(&message, sent).saturating_sub(1);
+                    self.doubt.owe(&message, more, self.drained(now));
+                }
+                self.deaf.hears(to);
+                self.job_ended(now, output, job, Some(reply));
             }
-            _ => output.event(Event::Unsolicited(reply)),
+            _ => {
+                output.event(Event::Unsolicited(reply));
+                self.not_an_answer(now, output, reply);
+            }
         }
+    }
+
+    /// Counts an answer that may be that to something else.
+    fn not_an_answer(&mut self, now: Millis, output: &mut Output<'_>, reply: Reply<'_>) {
+        let is_last = self.doubt.arrived(reply, self.drained(now));
+        if reply.data.is_empty() {
+            self.stops.heard();
+        }
+        if is_last {
+            self.deaf.all_answered();
+        }
+        let settled = now.after(self.options.settle().into());
+        match self.line {
+            Line::Idle => self.line = Line::Settling(settled),
+            // The next stop need not wait for longer.
+            Line::Waiting(Waiting { job: Job::Emergency(packet), is_clear: false, .. }) => {
+                self.line = Line::Settling(settled);
+                self.emergency_answered(output, &packet, None);
+            }
+            _ => {}
+        }
+    }
+
+    /// Greatest number of answers to a message that was sent a number of times.
+    fn packets(&self, message: &HostMessage<'_>, sent: u8) -> u8 {
+        self.options.profile().packets(message).saturating_mul(sent)
     }
 
     /// Acts when the time of the line's state is over.
@@ -131,46 +179,71 @@ impl HostMachine {
             return;
         };
         if waiting.left > 0 && waiting.job.transmit().message.conduct().repeatable {
-            let left = waiting.left.saturating_sub(1);
-            self.line = Line::Waiting(Waiting { left, is_repeated: true, ..waiting });
-            self.write(now, output, waiting.job);
-        } else {
-            self.line = Line::Settling(now.after(self.options.drain().into()));
-            self.job_ended(now, output, waiting.job, None);
+            let (left, sent) = (waiting.left.saturating_sub(1), waiting.sent.saturating_add(1));
+            self.line = Line::Waiting(Waiting { left, sent, ..waiting });
+            self.write(now, output, waiting.job.transmit(), self.time_to_wait(&waiting.job));
+        } else if let Some(Waiting { job, is_clear, .. }) = self.abandon(now) {
+            match job {
+                // The question was asked although nobody could have believed the answer.
+                Job::KeepAlive(_) if !is_clear => {}
+                job => self.job_ended(now, output, job, None),
+            }
         }
     }
 
     /// Sends a packet and waits for its answer, if nodes answer it.
     pub(super) fn send(&mut self, now: Millis, output: &mut Output<'_>, job: Job) {
-        let message = job.transmit().message;
+        let transmit = job.transmit();
+        let message = transmit.message;
         let is_answered = is_answered(&message);
-        self.line = if is_answered {
+        let time = self.time_to_wait(&job);
+        if is_answered {
             let left = match job {
-                Job::Request(_) | Job::Stop(_) => self.options.retries(),
+                Job::Request(_) => self.options.retries(),
+                Job::Stop(stop) => self.options.retries().saturating_sub(stop.sent),
                 Job::Speed(_) | Job::KeepAlive(_) | Job::Emergency(_) => 0,
             };
-            Line::Waiting(Waiting { job, until: now, left, is_repeated: false })
+            let is_clear = match job {
+                Job::Stop(_) => true,
+                Job::Emergency(_) if message.conduct().is_stop() => self.believes_stops(&message),
+                _ => self.doubt.is_clear(&message),
+            };
+            self.line = Line::Waiting(Waiting { job, until: now, left, sent: 1, is_clear });
+            if !is_clear {
+                self.owe(&message, 1, now.after(time.into()));
+            }
         } else {
-            let quiet = if resets(&message) { self.options.deaf() } else { self.options.gap() };
-            Line::Quiet(now.after(quiet.into()))
-        };
-        self.write(now, output, job);
+            let quiet = if resets(&message) { blocks(&message).into() } else { self.options.gap() };
+            self.line = Line::Quiet(now.after(quiet.into()));
+        }
+        self.write(now, output, transmit, time);
         if let Some(token) = job.token().filter(|_| !is_answered) {
             output.event(Event::Ended { token, outcome: Outcome::Sent });
         }
     }
 
     /// Transmits a packet and sets the time until which its answer is awaited.
-    pub(super) fn write(&mut self, now: Millis, output: &mut Output<'_>, job: Job) {
-        let transmit = job.transmit();
-        let time = self.time_to_wait(&job);
+    fn write(&mut self, now: Millis, output: &mut Output<'_>, transmit: Transmit, time: u32) {
         if let Line::Waiting(waiting) = &mut self.line {
             // Not before the gap is over, because the packet may be repeated then.
             waiting.until = now.after(time.max(self.options.gap()).into());
         }
+        self.transmit(now, output, transmit);
+    }
+
+    /// Transmits a packet.
+    pub(super) fn transmit(&mut self, now: Millis, output: &mut Output<'_>, transmit: Transmit) {
         self.free_at = Some(now.after(self.options.gap().into()));
         self.spoken_to(now, &transmit);
         self.motion.sent(&self.options.nodes(), &transmit);
+        let blocks = blocks(&transmit.message);
+        if blocks > 0 {
+            // It is the same node under two addresses.
+            let to = if resets(&transmit.message) { Address::BROADCAST } else { transmit.to };
+            self.deaf.begins(now, to, blocks);
+        } else if transmit.message.conduct().is_stop() {
+            self.deaf.stops(transmit.to);
+        }
         // The packet stands before the events of the same step: a stop goes out before anybody is told of it.
         if output.effects.try_insert(0, super::Effect::Transmit(transmit)).is_err() {
             output.transmit(transmit);
@@ -179,12 +252,10 @@ impl HostMachine {
 
     fn time_to_wait(&self, job: &Job) -> u32 {
         match job {
-            Job::Request(request) if matches!(request.transmit.message, HostMessage::Start(_)) => {
-                self.options.start_timeout()
-            }
+            Job::Request(request) => self.options.timeout().max(blocks(&request.transmit.message).into()),
             Job::Speed(_) | Job::KeepAlive(_) => self.options.short_timeout(),
             Job::Emergency(transmit) if transmit.message.query().is_none() => self.options.short_timeout(),
-            Job::Request(_) | Job::Stop(_) | Job::Emergency(_) => self.options.timeout(),
+            Job::Stop(_) | Job::Emergency(_) => self.options.timeout(),
         }
     }
 
@@ -204,40 +275,62 @@ impl HostMachine {
             Job::Request(_) => {
                 // Whatever the node said, it may have another address and hear nothing for a while.
                 if resets(&transmit.message) {
-                    self.line = Line::Quiet(now.after(self.options.deaf().into()));
+                    let blocks = blocks(&transmit.message);
+                    self.line = Line::Quiet(now.after(blocks.into()));
+                    self.deaf.begins(now, Address::BROADCAST, blocks);
                 }
             }
             Job::Stop(_) if done.is_some() => {
                 output.event(Event::Stopped(StopTarget::of(transmit.to, &transmit.message)));
             }
-            Job::Stop(stop) => self.not_stopped(output, &stop),
-            Job::Speed(speed) => self.speed_ended(output, speed, done.is_some()),
+            Job::Stop(stop) => self.not_stopped(now, output, &stop),
+            Job::Speed(speed) => self.speed_ended(now, output, speed, done.is_some()),
             Job::KeepAlive(to) if answer.is_none() => output.event(Event::KeepAliveLost { to }),
             Job::KeepAlive(_) => {}
-            Job::Emergency(transmit) => self.emergency_answered(now, output, &transmit, answer),
+            Job::Emergency(transmit) => self.emergency_answered(output, &transmit, answer),
         }
         if let (Some(reply), Job::Request(_) | Job::Stop(_)) = (done, job) {
             self.motion.answered(self.options.profile(), &transmit, reply);
         }
     }
 
+    /// Ends the wait for an answer, which may still come. The line is free after the gap.
+    pub(super) fn abandon(&mut self, now: Millis) -> Option<Waiting> {
+        let Line::Waiting(waiting) = self.line else { return None };
+        self.line = Line::Idle;
+        if waiting.is_clear {
+            self.owe(&waiting.job.transmit().message, waiting.sent, waiting.until.max(now));
+        }
+        Some(waiting)
+    }
+
+    /// The answers to a message that was sent a number of times may come late, counted from a time at which they should have
+    /// come.
+    pub(super) fn owe(&mut self, message: &HostMessage<'_>, sent: u8, from: Millis) {
+        let packets = self.packets(message, sent);
+        self.doubt.owe(message, packets, self.drained(from));
+    }
+
     /// Ends the wait for an answer, because a stop goes first.
     pub(super) fn overtake(&mut self, now: Millis, output: &mut Output<'_>) {
-        let Line::Waiting(waiting) = self.line else { return };
-        self.line = Line::Settling(now.after(self.options.drain().into()));
-        self.give_up(output, waiting.job, Failure::Stopped);
-        // A motor that was to come to rest must come to rest.
-        if let Job::Speed(speed) = waiting.job {
-            self.speed_ended(output, speed, false);
+        let Some(waiting) = self.abandon(now) else { return };
+        self.give_up(output, &waiting, Failure::Stopped);
+        match waiting.job {
+            // A motor that was to come to rest must come to rest.
+            Job::Speed(speed) => self.speed_ended(now, output, speed, false),
+            Job::Emergency(packet) if packet.message.query().is_none() => {
+                self.emergency_answered(output, &packet, None);
+            }
+            _ => {}
         }
     }
 
-    /// Ends the wait of a job for its answer; a stop waits to be sent again.
-    pub(super) fn give_up(&mut self, output: &mut Output<'_>, job: Job, why: Failure) {
-        if let Job::Stop(stop) = job {
-            self.stops.put_back(stop);
-        } else if let Some(token) = job.token() {
-            let outcome = Outcome::unanswered(&job.transmit().message, true, why);
+    /// Gives up the answer to a job; a stop waits to be sent again.
+    pub(super) fn give_up(&mut self, output: &mut Output<'_>, waiting: &Waiting, why: Failure) {
+        if let Job::Stop(stop) = waiting.job {
+            self.stops.put_back(stop, waiting.until);
+        } else if let Some(token) = waiting.job.token() {
+            let outcome = Outcome::unanswered(&waiting.job.transmit().message, true, why);
             output.event(Event::Ended { token, outcome });
         }
     }

@@ -4,11 +4,13 @@ use arrayvec::ArrayVec;
 use motion_core::machine;
 use motion_core::time::Millis;
 
+use super::deaf::Deaf;
+use super::doubt::Doubt;
 use super::emergency::Emergency;
 use super::event::{Event, Failure};
 use super::jobs::{Job, Pending, Speed};
 use super::joystick::KeptNodes;
-use super::line::{Line, State};
+use super::line::Line;
 use super::motion::Motion;
 use super::stops::Stops;
 use super::{Input, MAX_QUEUE, MAX_SPEEDS, Nodes, Options, Output};
@@ -40,6 +42,8 @@ pub struct HostMachine {
     pub(super) line: Line,
     /// Time at which the gap after the last packet is over.
     pub(super) free_at: Option<Millis>,
+    pub(super) doubt: Doubt,
+    pub(super) deaf: Deaf,
     pub(super) stops: Stops,
     pub(super) queue: ArrayVec<Pending, MAX_QUEUE>,
     pub(super) speeds: ArrayVec<Speed, MAX_SPEEDS>,
@@ -50,7 +54,7 @@ pub struct HostMachine {
     was_up: bool,
 }
 
-motion_core::debug! { HostMachine { options line free_at stops queue speeds turn kept emergency motion was_up } }
+motion_core::debug! { HostMachine { options line free_at doubt deaf stops queue speeds turn kept emergency motion was_up } }
 
 machine! { HostMachine }
 
@@ -62,6 +66,8 @@ impl HostMachine {
             options,
             line: Line::Offline,
             free_at: None,
+            doubt: Doubt::default(),
+            deaf: Deaf::default(),
             stops: Stops::default(),
             queue: ArrayVec::new(),
             speeds: ArrayVec::new(),
@@ -83,13 +89,11 @@ impl HostMachine {
         for kept in &mut self.kept {
             kept.set_back(by);
         }
+        self.doubt.set_back(by);
+        self.deaf.set_back(by);
+        self.stops.set_back(by);
+        self.emergency = self.emergency.map(|emergency| emergency.set_back(by));
         self
-    }
-
-    /// State of the line.
-    #[must_use]
-    pub const fn state(&self) -> State {
-        self.line.state()
     }
 
     /// Nodes that an emergency stop addresses.
@@ -107,14 +111,19 @@ impl HostMachine {
     }
 
     fn run<'a>(&mut self, now: Millis, output: &mut Output<'a>, input: Input<'a>) {
+        self.doubt.expire(now);
+        self.deaf.expire(now);
+        self.stops.expire(now);
         match input {
             Input::LinkUp if self.line == Line::Offline => {
                 self.line = Line::Idle;
+                self.doubt.link_up(self.drained(now));
+                self.deaf.link_up(now);
                 output.event(Event::Ready { reconnected: core::mem::replace(&mut self.was_up, true) });
             }
             Input::LinkDown if self.line != Line::Offline => {
                 output.event(Event::LinkDown);
-                self.drop_all(output, Failure::LinkDown);
+                self.drop_all(now, output, Failure::LinkDown);
                 (self.line, self.free_at) = (Line::Offline, None);
                 self.emergency_without_line(output);
             }
@@ -124,11 +133,12 @@ impl HostMachine {
             Input::LinkUp | Input::LinkDown | Input::Wake => {}
         }
         self.send_next(now, output);
-        self.wakes(output);
+        self.wakes(now, output);
     }
 
     /// Sends the next packet, if one may be sent: first new stops, whatever the line does; then, on a free line, the other
-    /// stops and the emergency stop; then keep-alives, speeds and requests in turn.
+    /// stops and the emergency stop; then keep-alives, speeds and requests in turn. A request waits until its answer cannot
+    /// be the answer to something else.
     fn send_next(&mut self, now: Millis, output: &mut Output<'_>) {
         self.line_is_due(now, output);
         if self.free_at.is_some_and(|free| now >= free) {
@@ -156,8 +166,12 @@ impl HostMachine {
     fn take(&mut self, now: Millis, turn: Turn) -> Option<Job> {
         match turn {
             Turn::KeepAlive => self.keep_alive_due(now).map(Job::KeepAlive),
-            Turn::Speed => self.speeds.pop_at(0).map(Job::Speed),
-            Turn::Request => self.queue.pop_at(0).map(Job::Request),
+            Turn::Speed => self.speed_due().map(Job::Speed),
+            Turn::Request => {
+                let request = self.queue.first()?;
+                let may = self.doubt.is_clear(&request.transmit.message) && self.deaf.allows(&request.transmit);
+                if may { self.queue.pop_at(0).map(Job::Request) } else { None }
+            }
         }
     }
 
@@ -167,7 +181,7 @@ impl HostMachine {
         is_stopping || !self.queue.is_empty() || !self.speeds.is_empty()
     }
 
-    fn wakes(&self, output: &mut Output<'_>) {
+    fn wakes(&self, now: Millis, output: &mut Output<'_>) {
         if self.line == Line::Offline {
             return;
         }
@@ -176,11 +190,15 @@ impl HostMachine {
         }
         let is_idle = self.line == Line::Idle;
         let wants = is_idle && self.has_work() || self.stops.has_new();
-        if let Some(free) = self.free_at.filter(|_| wants) {
-            output.wake_by(free);
-        }
-        if let Some(due) = self.next_keep_alive().filter(|_| is_idle) {
-            output.wake_by(self.free_at.map_or(due, |free| free.max(due)));
+        let kept = self.next_keep_alive().filter(|_| is_idle);
+        let held = [self.doubt.until(), self.deaf.until(), self.stops.next(), self.emergency_not_before()];
+        let waits = self.has_work() || !self.kept.is_empty() || is_idle && !self.doubt.is_over();
+        let held = held.into_iter().flatten().filter(|_| waits);
+        for due in held.chain(self.free_at.filter(|_| wants)).chain(kept) {
+            let due = self.free_at.map_or(due, |free| free.max(due));
+            if due > now {
+                output.wake_by(due);
+            }
         }
     }
 }

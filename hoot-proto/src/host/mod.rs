@@ -46,6 +46,8 @@
 //! Rows, states and decisions: `docs/machines-hoot.md` and `docs/decisions-hoot.md` in the repository.
 
 mod commands;
+mod deaf;
+mod doubt;
 mod emergency;
 mod event;
 mod input;

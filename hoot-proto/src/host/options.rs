@@ -54,10 +54,8 @@ motion_core::options! {
     /// Options of a master. All times are in milliseconds.
     pub struct Options {
         /// Time to wait for an answer. Public clients wait 500 ms; a node should begin within 100 ms (hoot, sections 1.1
-        /// and 5).
+        /// and 5). The answer to a message that blocks its node is awaited for as long as it blocks.
         timeout with_timeout: u32 = 500, in 1..=u32::MAX;
-        /// Time to wait for the answer to a start (safety decision 1).
-        start_timeout with_start_timeout: u32 = 3000, in 1..=u32::MAX;
         /// Time to wait for an answer whose absence is usual or must not delay the next stop: to a stop in an emergency, to
         /// a keep-alive, and to the speed of a joystick (decision H-22).
         short_timeout with_short_timeout: u32 = 150, in 1..=u32::MAX;
@@ -65,13 +63,12 @@ motion_core::options! {
         gap with_gap: u32 = 60, in 1..=u32::MAX;
         /// Time to listen after an answer, because some requests are answered twice (hoot, section 5).
         settle with_settle: u32 = 40, in 1..=u32::MAX;
-        /// Time to listen for late answers after a silence, so that they are not taken for answers to the next request
-        /// (decision H-18).
-        drain with_drain: u32 = 200, in 1..=u32::MAX;
+        /// Time to listen for late answers after a silence, and after the line came up, so that they are not taken for
+        /// answers to the next request. It is never less than timeout and gap together. With the default, answers may
+        /// come 1400 ms after their request (decisions H-18 and H-40).
+        drain with_drain: u32 = 900, in 1..=u32::MAX;
         /// Number of times to repeat a message that is not answered and may be repeated (hoot, section 5).
         retries with_retries: u8 = 2;
-        /// Time to send nothing after addresses have changed: nodes blink for 2.5 s and hear nothing (hoot, section 5).
-        deaf with_deaf: u32 = 2600, in 1..=u32::MAX;
         /// Time without a packet after which a node in [`Command::KeepAlive`](super::Command::KeepAlive) is asked. One
         /// question may be lost before the dead-man of the node stops it after a second (hoot, section 4.3; decision H-25).
         keep_alive with_keep_alive: u32 = 400, in 1..=u32::MAX;

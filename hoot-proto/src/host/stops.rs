@@ -2,7 +2,8 @@
 //!
 //! A stop that finds the line free is sent like any other request. A stop that does not is sent too, as soon as the gap
 //! allows; but an answer that comes then may be the answer to the packet that it overtook. So it is sent once more when
-//! the line is clear, and only the answer to that packet counts.
+//! the line is clear, and only the answer to that packet counts. The same stop is never sent again within the time to wait
+//! for an answer. At a node that may be deaf, one stop of its controller takes the place of all others (decision H-41).
 
 use arrayvec::ArrayVec;
 use motion_core::machine::Token;
@@ -10,7 +11,7 @@ use motion_core::time::Millis;
 
 use super::event::{Event, Failure, Outcome, Refusal, StopTarget};
 use super::jobs::{Job, Pending, Stop};
-use super::line::{Line, is_answered};
+use super::line::{Line, Waiting, is_answered};
 use super::{HostMachine, MAX_STOPS, Output, Transmit};
 use crate::frame::Address;
 use crate::message::{self, HostMessage, Motor, MotorStop, Pause};
@@ -23,13 +24,17 @@ const ROOM: usize = MAX_STOPS + 1;
 pub(super) struct Stops(ArrayVec<Stop, ROOM>);
 
 impl Stops {
-    /// Takes the next stop that has not been sent yet, which goes out whatever the line does.
-    fn take_new(&mut self) -> Option<Stop> {
-        self.0.iter().position(|stop| !stop.is_sent).and_then(|at| self.0.pop_at(at))
+    /// Takes the first stop for which there is a packet to send now.
+    fn take<T>(&mut self, packet: impl Fn(&Stop) -> Option<T>) -> Option<(Stop, T)> {
+        let may = |stop: &&Stop| stop.not_before.is_none();
+        let (at, packet) =
+            self.0.iter().enumerate().filter(|(_, stop)| may(stop)).find_map(|(at, stop)| Some((at, packet(stop)?)))?;
+        self.0.pop_at(at).map(|stop| (stop, packet))
     }
 
+    /// Whether a stop that was not sent may be sent now.
     pub(super) fn has_new(&self) -> bool {
-        self.0.iter().any(|stop| !stop.is_sent)
+        self.0.iter().any(|stop| stop.sent == 0 && stop.not_before.is_none())
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -40,19 +45,45 @@ impl Stops {
         self.0.len()
     }
 
-    /// Takes the next stop to send on a free line.
-    fn take(&mut self) -> Option<Stop> {
-        self.take_new().or_else(|| self.0.pop_at(0))
+    /// Lets a stop that has been sent wait again, and not be sent before a time. There is room, because it came out of here.
+    pub(super) fn put_back(&mut self, stop: Stop, not_before: Millis) {
+        let sent = stop.sent.saturating_add(1);
+        let _ = self.0.try_push(Stop { sent, not_before: Some(not_before), is_heard: false, ..stop });
     }
 
-    /// Lets a stop that has been sent wait again. There is room, because it came out of here.
-    pub(super) fn put_back(&mut self, stop: Stop) {
-        let _ = self.0.try_push(Stop { is_sent: true, ..stop });
+    /// Notes that an answer without a value came, which may be that to one of the stops.
+    pub(super) fn heard(&mut self) {
+        for stop in &mut self.0 {
+            stop.is_heard |= stop.sent > 0;
+        }
+    }
+
+    /// Whether a stop waits of the application, or one that nothing was heard of.
+    pub(super) fn hold_speeds(&self) -> bool {
+        self.0.iter().any(|stop| stop.token.is_some() || !stop.is_heard)
     }
 
     /// Finds the same stop for the same node, if it waits.
     fn same(&mut self, transmit: &Transmit) -> Option<&mut Stop> {
         self.0.iter_mut().find(|stop| stop.transmit == *transmit)
+    }
+
+    /// Lets stops be sent whose time has come.
+    pub(super) fn expire(&mut self, now: Millis) {
+        for stop in &mut self.0 {
+            stop.not_before = stop.not_before.filter(|before| now < *before);
+        }
+    }
+
+    /// Time before which no stop is sent again.
+    pub(super) fn next(&self) -> Option<Millis> {
+        self.0.iter().filter_map(|stop| stop.not_before).min()
+    }
+
+    pub(super) fn set_back(&mut self, by: Millis) {
+        for stop in &mut self.0 {
+            stop.not_before = stop.not_before.map(|before| Millis(before.since(by)));
+        }
     }
 }
 
@@ -73,13 +104,18 @@ impl HostMachine {
     }
 
     /// Takes a stop of the application.
-    pub(super) fn stop(&mut self, output: &mut Output<'_>, Pending { token, transmit }: Pending) {
+    pub(super) fn stop(&mut self, now: Millis, output: &mut Output<'_>, Pending { token, transmit }: Pending) {
+        if transmit.to == Address::BROADCAST && !self.deaf.allows(&transmit) {
+            output.event(Event::Ended { token, outcome: Outcome::Sent });
+            return self.stop_each(now, output, &transmit);
+        }
         self.cancel_motion(output, &transmit);
-        self.add_stop(output, transmit, Some(token));
+        self.add_stop(now, output, transmit, Some(token));
     }
 
-    /// Stops each listed node, instead of a broadcast that a bridge would not pass on (decision H-20).
-    pub(super) fn stop_each(&mut self, output: &mut Output<'_>, broadcast: &Transmit) {
+    /// Stops each listed node, instead of a broadcast that a bridge would not pass on (decision H-20), or that would be the
+    /// second packet at a node that may be deaf (decision H-41).
+    pub(super) fn stop_each(&mut self, now: Millis, output: &mut Output<'_>, broadcast: &Transmit) {
         self.cancel_motion(output, broadcast);
         let message = match broadcast.message {
             HostMessage::BroadcastPause(_) => Pause {}.into(),
@@ -87,72 +123,85 @@ impl HostMachine {
         };
         let nodes = self.options.nodes();
         if nodes.as_slice().is_empty() {
-            self.emergency_stop(output);
+            self.emergency_stop(now, output);
         }
         for &to in nodes.as_slice() {
-            self.add_stop(output, Transmit { to, message }, None);
+            self.add_stop(now, output, Transmit { to, message }, None);
         }
     }
 
     /// Adds the stop of a motor, without a command of the application.
-    pub(super) fn add_motor_stop(&mut self, output: &mut Output<'_>, to: Address, motor: Motor) {
-        self.add_stop(output, Transmit { to, message: MotorStop { motor }.into() }, None);
+    pub(super) fn add_motor_stop(&mut self, now: Millis, output: &mut Output<'_>, to: Address, motor: Motor) {
+        self.add_stop(now, output, Transmit { to, message: MotorStop { motor }.into() }, None);
     }
 
     /// Adds a stop, which goes out before everything else. Too many stops that no node answers are an emergency (decision
     /// H-23).
-    fn add_stop(&mut self, output: &mut Output<'_>, transmit: Transmit, token: Option<Token>) {
-        let out = matches!(self.line, Line::Waiting(waiting) if matches!(waiting.job, Job::Stop(_)));
-        if let Some(same) = self.stops.same(&transmit) {
-            let was_sent = core::mem::replace(&mut same.is_sent, false);
-            if let Some(before) = token.and_then(|token| same.token.replace(token)) {
-                let outcome = Outcome::unanswered(&transmit.message, was_sent, Failure::Superseded);
+    fn add_stop(&mut self, now: Millis, output: &mut Output<'_>, transmit: Transmit, token: Option<Token>) {
+        let out = match &mut self.line {
+            Line::Waiting(Waiting { job: Job::Stop(stop), .. }) => Some(stop),
+            _ => None,
+        };
+        let is_full = self.stops.len().saturating_add(out.is_some().into()) >= MAX_STOPS;
+        // The stop whose answer is awaited is repeated in any case.
+        let out = out.filter(|stop| stop.transmit == transmit).map(|stop| (&mut stop.token, 1));
+        let same =
+            out.or_else(|| self.stops.same(&transmit).map(|stop| (&mut stop.token, core::mem::take(&mut stop.sent))));
+        if let Some((old, sent)) = same {
+            if let Some(before) = token.and_then(|token| old.replace(token)) {
+                let outcome = Outcome::unanswered(&transmit.message, sent > 0, Failure::Superseded);
                 output.event(Event::Ended { token: before, outcome });
             }
-        } else if self.stops.len().saturating_add(out.into()) < MAX_STOPS {
-            let _ = self.stops.0.try_push(Stop { transmit, token, is_sent: false });
+        } else if !is_full {
+            let _ = self.stops.0.try_push(Stop { transmit, token, sent: 0, not_before: None, is_heard: false });
         } else {
             if let Some(token) = token {
                 output.event(Event::Ended { token, outcome: Outcome::Refused(Refusal::Busy) });
             }
-            self.emergency_stop(output);
+            self.emergency_stop(now, output);
         }
     }
 
-    /// Sends a stop that waits: on a free line like any request, otherwise past everything else.
+    /// Sends a stop that waits: one that was not sent yet past everything else, the others on a free line.
     pub(super) fn send_stop(&mut self, now: Millis, output: &mut Output<'_>) -> bool {
+        let (deaf, doubt, retries) = (&self.deaf, &self.doubt, self.options.retries());
         let is_free = self.line == Line::Idle && self.emergency.is_none();
-        let next = if is_free { self.stops.take() } else { self.stops.take_new() };
-        let Some(stop) = next else { return false };
-        if is_free {
+        let again = |stop: &Stop| {
+            let is_lost = stop.sent <= retries && !stop.is_heard;
+            let may = doubt.is_clear(&stop.transmit.message) || doubt.is_counted(&stop.transmit.message) || is_lost;
+            (is_free && stop.sent > 0 && may && deaf.allows(&stop.transmit)).then_some(stop.transmit)
+        };
+        let first = |stop: &Stop| if stop.sent == 0 { deaf.stop_for(&stop.transmit) } else { None };
+        let Some((stop, packet)) = self.stops.take(first).or_else(|| self.stops.take(again)) else { return false };
+        self.overtake(now, output);
+        let message = &stop.transmit.message;
+        let is_clear = self.doubt.is_clear(message) || stop.sent > 0 && self.doubt.is_counted(message);
+        if is_clear && packet == stop.transmit && self.line == Line::Idle && self.emergency.is_none() {
             self.send(now, output, Job::Stop(stop));
             return true;
         }
-        let doubt = now.after(self.options.drain().into());
-        self.overtake(now, output);
-        self.line = match self.line {
-            Line::Quiet(until) => Line::Quiet(until.max(doubt)),
-            _ => Line::Settling(doubt),
-        };
-        self.write(now, output, Job::Stop(stop));
         // An emergency stop asks the motors itself whether they rest.
-        if is_answered(&stop.transmit.message) && self.emergency.is_none() {
-            self.stops.put_back(stop);
+        if is_answered(message) && self.emergency.is_none() {
+            self.stops.put_back(stop, now.after(self.options.timeout().into()));
         } else if let Some(token) = stop.token {
             output.event(Event::Ended { token, outcome: Outcome::Sent });
         }
+        if is_answered(&packet.message) {
+            self.owe(&packet.message, 1, now);
+        }
+        self.transmit(now, output, packet);
         true
     }
 
     /// Tells that a stop was refused or not answered.
-    pub(super) fn not_stopped(&mut self, output: &mut Output<'_>, stop: &Stop) {
+    pub(super) fn not_stopped(&mut self, now: Millis, output: &mut Output<'_>, stop: &Stop) {
         let Transmit { to, message } = stop.transmit;
         self.tell_not_stopped(output, StopTarget::of(to, &message));
         // Firmware refuses the stop of the controller in joystick mode, but not those of its motors (safety decision 2).
         // Through a bridge a refusal looks like silence.
         if matches!(message, HostMessage::Stop(_)) {
             for motor in Motor::ALL {
-                self.add_motor_stop(output, to, motor);
+                self.add_motor_stop(now, output, to, motor);
             }
         }
     }
@@ -164,9 +213,9 @@ impl HostMachine {
 
     /// Ends all stops that wait. An emergency stop takes their place; when the line goes down, they are not confirmed.
     pub(super) fn drop_stops(&mut self, output: &mut Output<'_>, why: Failure) {
-        for Stop { transmit: Transmit { to, message }, token, is_sent } in core::mem::take(&mut self.stops).0 {
+        for Stop { transmit: Transmit { to, message }, token, sent, .. } in core::mem::take(&mut self.stops).0 {
             if let Some(token) = token {
-                output.event(Event::Ended { token, outcome: Outcome::unanswered(&message, is_sent, why) });
+                output.event(Event::Ended { token, outcome: Outcome::unanswered(&message, sent > 0, why) });
             }
             if why == Failure::LinkDown {
                 self.tell_not_stopped(output, StopTarget::of(to, &message));

@@ -119,7 +119,7 @@ impl Rules<'_> {
     pub(super) fn name(&mut self, name: &Name) {
         self.no_break("name", name.as_bytes());
         if trim_nuls(name.as_bytes()).contains(&0) {
-            self.warning("name", "the node skips NULs inside");
+            self.warning("name", "the node keeps NULs inside, and many readers stop there");
         }
     }
 

@@ -70,7 +70,7 @@ messages! {
         [0, 0, 0..=255] => Noop(Noop) [asks],
 
         /// Starts or resumes the planned move: command 2 of the controller.
-        [0, 2, 0] => Start(Start) [moves once],
+        [0, 2, 0] => Start(Start) [moves once, blocks 3000],
         /// Pauses the planned move: command 3 of the controller.
         [0, 3, 0] => Pause(Pause) [stops],
         /// Stops everything: command 4 of the controller.
@@ -82,7 +82,7 @@ messages! {
         /// Gives the node a name: command 7 of the controller.
         [0, 7, 0] => SetName(SetName) [sets once],
         /// Gives the node another address: command 8 of the controller.
-        [0, 8, 0] => SetAddress(SetAddress) [resets once],
+        [0, 8, 0] => SetAddress(SetAddress) [resets once, blocks 3000],
         /// Sets the line on which nodes step in common: command 9 of the controller.
         [0, 9, 0] => SetCommonLine(SetCommonLine) [sets once],
         /// Sends all motors home: command 10 of the controller.
@@ -293,13 +293,13 @@ messages! {
         [0, 108, 4] => CameraInterval(CameraInterval) [asks],
 
         /// Starts or resumes the planned moves of all nodes: broadcast 1.
-        [1, 1, 0..=255] => BroadcastStart(BroadcastStart) [moves once],
+        [1, 1, 0..=255] => BroadcastStart(BroadcastStart) [moves once, blocks 3000],
         /// Stops everything in all nodes: broadcast 2.
         [1, 2, 0..=255] => BroadcastStop(BroadcastStop) [stops],
         /// Pauses the planned moves of all nodes: broadcast 3.
         [1, 3, 0..=255] => BroadcastPause(BroadcastPause) [stops],
         /// Gives all nodes the same address: broadcast 4.
-        [1, 4, 0..=255] => BroadcastAssignAddress(BroadcastAssignAddress) [resets once],
+        [1, 4, 0..=255] => BroadcastAssignAddress(BroadcastAssignAddress) [resets once, blocks 3000],
 
         /// Asks for the version of the core protocol: core query 1.
         [2, 1, 0..=255] => CoreProtocolVersion(CoreProtocolVersion) [asks],
@@ -308,7 +308,7 @@ messages! {
         /// Asks for the version of the device: core query 3.
         [2, 3, 0..=255] => CoreDeviceVersion(CoreDeviceVersion) [asks],
         /// Gives the node another address: core command 4.
-        [2, 4, 0..=255] => CoreAssignAddress(CoreAssignAddress) [resets once],
+        [2, 4, 0..=255] => CoreAssignAddress(CoreAssignAddress) [resets once, blocks 3000],
     }
 }
 

@@ -8,7 +8,7 @@ use motion_core::wire::{
 
 /// Name for a node: 1 to 10 bytes.
 ///
-/// The node skips NULs inside, and fills the rest up with NULs. Source: hoot, sections 1.2 and 2.1.
+/// The node keeps NULs inside, and fills the rest up with NULs. Source: hoot, sections 1.2 and 2.1.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Name {
     bytes: [u8; Self::MAX],

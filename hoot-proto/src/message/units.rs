@@ -38,9 +38,9 @@ unit! {
     /// Nothing on the wire tells the unit. [`Profile::start_delay`](crate::query::Profile::start_delay) tells it, if it is
     /// known.
     pub struct StartDelay(u32) "";
-    /// Part of a program, in shots, or in milliseconds in video mode.
+    /// Part of a program: shots, or milliseconds in the modes without stops. A lead-in is in milliseconds in video mode only.
     pub struct Span(u32) "";
-    /// Part of a program in 16 bits, in shots, or in milliseconds in video mode.
+    /// Part of a program in 16 bits: shots, or milliseconds in video mode.
     pub struct ShortSpan(u16) "";
     /// Number of pictures.
     pub struct Shots(u32) "shots";
@@ -87,7 +87,7 @@ open_enum! {
     pub struct ProgramMode(u8) {
         /// Shoot, move, shoot: motors rest while pictures are taken.
         SMS = 0,
-        /// Time lapse: motors move while pictures are taken.
+        /// Time lapse: motors move by the clock while pictures are taken.
         CONTINUOUS = 1,
         /// Video: motors move by the clock. The sheet does not mention it at the query for the mode.
         VIDEO = 2,
@@ -126,7 +126,7 @@ open_enum! {
         RISING = 3,
     }
 
-    /// Purpose of a contact of the auxiliary connector. Source: hoot, section 2.1.
+    /// Purpose of a contact of the auxiliary connector, 0 to 255 in the sheet, which names eleven. Source: hoot, section 2.1.
     pub struct AltMode(u8) {
         /// No purpose.
         OFF = 0,

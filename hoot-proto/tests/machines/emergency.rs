@@ -90,7 +90,7 @@ fn an_emergency_stop_ends_all_commands_and_stops_every_motor() {
 #[test]
 fn an_emergency_stop_waits_only_for_the_gap() {
     let mut master = Master::new(Options::default());
-    let _ = master.request(1, START);
+    let _ = master.request(1, message::MotorSetEnable { motor: Motor::One, enable: YES }.into());
     master.now += 20;
     assert!(press(&mut master).packets().is_empty());
     assert_eq!(sent(&master.pass(40)), [(40, motor_stop(Motor::One))]);
@@ -159,7 +159,7 @@ fn a_late_answer_confirms_nothing() {
     while master.machine.state().name() != "Waiting" {
         let _ = master.wait(300);
     }
-    assert_eq!(master.now - stopped, 200, "the first question comes when all answers to the stops are in");
+    assert_eq!(master.now - stopped, 60, "an answer without a value cannot be taken for that to a question");
     for stray in [&[][..], &[5, 0, 0, 0, 0], &[1, 0, 0]] {
         assert!(matches!(master.reply(1, stray).event_list()[..], [Event::Unsolicited(_)]));
     }
@@ -173,7 +173,7 @@ fn a_second_emergency_stop_reaches_every_node_too() {
     master.line_up();
     let mut output = press(&mut master);
     let mut to = Vec::new();
-    for _ in 0..8 {
+    for _ in 0..16 {
         assert_eq!(output.event_list().first(), Some(&Event::Stopping));
         to.extend(output.packets().iter().map(|send| send.to));
         master.now += 60;
@@ -189,12 +189,9 @@ fn a_second_emergency_stop_reaches_every_node_too() {
         let _ = master.wait(300);
     }
     master.now += 60;
-    let output = press(&mut master);
-    assert_eq!(
-        output.packets()[0].message,
-        motor_stop(Motor::One),
-        "the stops are sent at once, instead of the questions"
-    );
+    let _ = press(&mut master);
+    let next = sent(&master.pass(500)).first().map(|(_, message)| *message);
+    assert_eq!(next, Some(motor_stop(Motor::One)), "the stops are sent before the questions, but not too soon");
 }
 
 // 5-41
@@ -224,14 +221,14 @@ fn without_a_line_an_emergency_stop_is_not_confirmed_and_begins_with_the_line() 
     assert_eq!(others(&press(&mut master)), told);
     assert_eq!(master.wake, None);
     let output = master.step(Input::LinkUp);
-    assert_eq!(output.packets()[0].message, motor_stop(Motor::One));
+    assert_eq!(output.packets()[0].message, STOP, "the node may be deaf");
     // After the line was down, nothing is certain.
     let mut master = Master::new(Options::default());
     let output = press(&mut master);
     go_on(&mut master, output, 5, |_| Some(true));
     assert_eq!(master.step(Input::LinkDown).event_list(), [Event::LinkDown, NOT_CONFIRMED]);
-    let output = master.step(Input::LinkUp);
-    assert_eq!(output.packets()[0].message, motor_stop(Motor::One), "the round begins again");
+    let _ = master.step(Input::LinkUp);
+    assert_eq!(sent(&master.pass(500))[0].1, STOP, "the round begins again");
 }
 
 // 5-43
@@ -255,7 +252,7 @@ fn during_an_emergency_stop_only_stops_are_accepted() {
         "nobody waits for it"
     );
     let (sent, _) = go_on(&mut master, Output::default(), 1000, |_| Some(true));
-    assert_eq!(sent, round(false), "the emergency stop goes on where it was");
+    assert_eq!(sent, round(false)[1..], "the emergency stop goes on where it was");
 }
 
 // 5-44

@@ -47,11 +47,19 @@ fn one_request_is_sent_at_a_time_with_a_gap_between() {
 #[test]
 fn broadcasts_are_not_answered() {
     let mut master = Master::new(Options::default().with_bridge(false));
-    let output = master.request_to(1, Address::BROADCAST, broadcast_start());
+    let sub_address = message::AnySubAddress(0);
+    let pause = HostMessage::from(message::BroadcastPause { sub_address });
+    let output = master.request_to(1, Address::BROADCAST, pause);
     assert_eq!((output.packets().len(), ended(&output)), (1, vec![(1, Outcome::Sent)]));
     assert_eq!(master.machine.state(), State::Quiet);
     let _ = master.request(2, STATUS);
     assert_eq!(sent(&master.pass(60)), [(60, STATUS)]);
+    // A start blocks all nodes.
+    let mut master = Master::new(Options::default().with_bridge(false));
+    let output = master.request_to(1, Address::BROADCAST, broadcast_start());
+    assert_eq!((output.packets().len(), ended(&output)), (1, vec![(1, Outcome::Sent)]));
+    let _ = master.request(2, STATUS);
+    assert_eq!(sent(&master.pass(3000)), [(3000, STATUS)]);
     // Command 0 is not answered either.
     let mut master = Master::new(Options::default());
     assert_eq!(ended(&master.request(1, HostMessage::from(message::Noop::default()))), [(1, Outcome::Sent)]);
@@ -64,14 +72,14 @@ fn after_a_new_address_nothing_is_sent_for_a_while() {
     let output = master.request_to(1, Address::BROADCAST, assign(Address(9)));
     assert_eq!(ended(&output), [(1, Outcome::Sent)], "through a bridge too, because it is for the attached node");
     let _ = master.request_to(2, Address(9), STATUS);
-    assert_eq!(sent(&master.pass(2600)), [(2600, STATUS)]);
+    assert_eq!(sent(&master.pass(3000)), [(3000, STATUS)]);
 
     let mut master = Master::new(Options::default());
     let _ = master.request(1, HostMessage::from(message::SetAddress { new_address: Address(9) }));
     let _ = master.reply(1, &[]);
     assert_eq!(master.machine.state(), State::Quiet);
     let _ = master.request_to(2, Address(9), STATUS);
-    assert_eq!(sent(&master.pass(2600)), [(2600, STATUS)]);
+    assert_eq!(sent(&master.pass(3000)), [(3000, STATUS)]);
 }
 
 // 5-4 5-13
@@ -141,7 +149,7 @@ fn queries_are_repeated_and_then_end_without_an_answer() {
     master.pass(510);
     let _ = master.reply(1, &[0, 0]);
     let _ = master.request(2, STATUS);
-    assert_eq!(sent(&master.pass(200)), [(200, STATUS)]);
+    assert_eq!(sent(&master.pass(900)), [(900, STATUS)]);
 }
 
 // 5-10 5-14
@@ -201,7 +209,7 @@ fn a_late_answer_is_not_taken_for_another() {
     assert_eq!(master.machine.state(), State::Settling);
     master.now += 100;
     assert!(matches!(master.reply(1, &[0, 1]).event_list()[..], [Event::Unsolicited(_)]), "late answers are dropped");
-    assert_eq!(sent(&master.pass(100)).len(), 1);
+    assert_eq!(sent(&master.pass(800)).len(), 1);
     for stray in [&[0, 1][..], &[], &[3, 0], &[5, 0, 0, 0, 0]] {
         assert!(
             matches!(master.reply(1, stray).event_list()[..], [Event::Unsolicited(_)]),
@@ -316,6 +324,7 @@ fn commands_end_when_the_line_goes_down() {
     assert!(master.step(Input::LinkDown).is_quiet(), "it is down already");
     assert_eq!(master.step(Input::LinkUp).event_list(), [Event::Ready { reconnected: true }]);
     assert!(master.step(Input::LinkUp).is_quiet(), "it is up already");
-    assert_eq!(master.request(5, STATUS).packets().len(), 1);
+    assert!(master.request(5, STATUS).packets().is_empty(), "nothing is believed for a while");
+    assert_eq!(sent(&master.pass(3000)), [(3000, STATUS)], "the node may be deaf because of the start");
     assert!(matches!(master.reply(1, &[0, 0]).event_list()[..], [Event::Ended { token: Token(5), .. }]));
 }

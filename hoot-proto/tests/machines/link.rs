@@ -328,13 +328,38 @@ fn a_new_address_is_used_at_once_but_on_usb_after_power_up() {
     assert_eq!(node.tell(Input::Command(hoot_proto::device::Command::PowerUp)), []);
     assert_eq!(addresses(&node), [9, 9, 9]);
 
-    // Firmware blinks, and receives nothing meanwhile. This node does so only with the quirk (decision H-2).
-    let mut node = Node::ready_with(Options::default().with_quirks(Quirks::FIRMWARE));
-    node.ok(set(9));
-    node.now += 2499;
-    assert_eq!(node.send(Address(9), STOP).event_list(), [ignored(Address(9), STOP, Ignored::Deaf)]);
-    node.now += 1;
-    assert_eq!(node.send(Address(9), STOP).packets().len(), 1);
+    // Firmware does nothing else for a while (decision H-2).
+    let broadcast = message::BroadcastAssignAddress { new_address: Address(9), ..Default::default() };
+    let times = |node: &Node, to, message| {
+        let blocking = node.machine.blocking(Port::Usb, to, &message);
+        (blocking.before, blocking.after)
+    };
+    let firmware = Node::ready_with(Options::default().with_quirks(Quirks::FIRMWARE));
+    for (node, after) in [(&node, [0, 0]), (&firmware, [1000, 2500])] {
+        let own = node.machine.address(Port::Usb);
+        assert_eq!(times(node, own, set(7)), (0, after[0]));
+        assert_eq!(times(node, Address::BROADCAST, broadcast.into()), (0, after[1]));
+        assert_eq!(times(node, Address(77), set(7)), (0, 0), "for another node");
+        assert_eq!(times(node, own, set(1)), (0, 0), "refused");
+    }
+}
+
+// 4.1-24
+#[test]
+fn a_start_of_later_firmware_blocks_it_first() {
+    let node = |profile: &str, quirks| {
+        Node::ready_with(Options::default().with_profile(profile.parse().unwrap()).with_quirks(quirks))
+    };
+    let before = |node: &Node| node.machine.blocking(Port::Usb, NODE, &START).before;
+    assert_eq!(before(&node("v0.70", Quirks::NONE)), 0);
+    let firmware = ["2014-10-15", "v0.20", "v0.33", "v0.70"].map(|profile| node(profile, Quirks::FIRMWARE));
+    assert_eq!(firmware.map(|node| before(&node)), [0, 1500, 1500, 1500]);
+    let mut node = node("v0.70", Quirks::FIRMWARE);
+    let broadcast = HostMessage::from(message::BroadcastStart::default());
+    assert_eq!(node.machine.blocking(Port::Usb, Address::BROADCAST, &broadcast).before, 0);
+    node.ok(HostMessage::from(message::CameraSetEnable { enable: YES }));
+    node.ok(START);
+    assert_eq!(before(&node), 0, "it runs already, or goes on");
 }
 
 // 4.1-21
@@ -369,7 +394,7 @@ fn some_requests_are_answered_twice_by_firmware() {
     assert_eq!(node.request(running).0.len(), 1);
     let (answers, _) = firmware.request(running);
     assert_eq!(value(&answers[0]), message::Value::Int(0));
-    assert_eq!(value(&answers[1]), message::Value::Float(motion_core::fixed::Scaled(50_000)));
+    assert_eq!(value(&answers[1]), message::Value::Float(motion_core::fixed::Scaled(0)));
     firmware.ok(joystick(YES));
     assert_eq!(firmware.request(running).0, [Answer::Error], "but refused once");
 }

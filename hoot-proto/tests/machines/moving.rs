@@ -146,6 +146,7 @@ fn a_line_that_goes_down_does_not_change_what_may_move() {
     let _ = master.step(Input::LinkDown);
     assert!(master.machine.may_move());
     let _ = master.step(Input::LinkUp);
+    master.pass(3000);
     assert!(master.machine.may_move());
     done(&mut master, motor_stop(ONE), &[]);
     assert!(!master.machine.may_move());
@@ -229,6 +230,10 @@ fn an_emergency_stop_goes_on_while_a_program_may_run() {
         let _ = master.request(1, START);
         master.now += at_line;
         let (packets, is_confirmed) = emergency(&mut master, |_| true);
-        assert_eq!((packets.len(), is_confirmed), (15, true), "two rounds, and the end of joystick mode");
+        assert_eq!(
+            (packets.len(), is_confirmed),
+            (16, true),
+            "the stop of a deaf node, two rounds, the end of joystick mode"
+        );
     }
 }

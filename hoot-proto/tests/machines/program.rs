@@ -370,14 +370,26 @@ fn the_auxiliary_output_comes_before_and_after_pictures() {
 fn time_lapse_does_not_wait_for_the_motors() {
     let mut node = sms();
     node.ok(HostMessage::from(message::SetProgramMode { program_mode: ProgramMode::CONTINUOUS }));
+    travel(&mut node, 3000);
     node.ok(START);
-    assert_eq!(node.pass(1000)[1..], [(101, to(ONE, 100)), (1000, camera(false, true))], "the motor still moves");
-    assert_eq!(node.pass(101)[1..], [(101, to(ONE, 200))]);
-    // Without a camera the interval sets the pace (decision H-9).
+    let plan = node.machine.motor(ONE).settings().plan;
+    let along = |elapsed| motion(ONE, Motion::Along { plan, elapsed });
+    // The travel is in milliseconds (decision H-66).
+    assert_eq!(node.pass(1000)[1..], [(101, along(0)), (1000, camera(false, true))], "the motor still moves");
+    assert_eq!(node.pass(900).len(), 1, "the end of the picture");
+    node.ok(PAUSE);
+    node.pass(777);
+    node.ok(START);
+    assert_eq!(node.pass(0), []);
+    assert!(node.machine.motor(ONE).is_moving(), "it goes on after the pause");
+    // The lead-in counts pictures. Without a camera it counts intervals (decision H-9).
     let mut node = moving(ProgramMode::CONTINUOUS);
     interval(&mut node, 500);
-    assert_eq!(node.ok(START), [RUNNING, to(ONE, 100)]);
-    assert_eq!(node.pass(1000), [(500, to(ONE, 200)), (1000, to(ONE, 300))]);
+    travel(&mut node, 3000);
+    lead_in(&mut node, 2);
+    assert_eq!(node.ok(START), [RUNNING]);
+    let plan = node.machine.motor(ONE).settings().plan;
+    assert_eq!(node.pass(2500), [(1000, motion(ONE, Motion::Along { plan, elapsed: 0 }))]);
     assert_eq!(arrive(&mut node, 300), [STOPPED]);
 }
 

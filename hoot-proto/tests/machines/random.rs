@@ -14,7 +14,7 @@ use hoot_proto::host::{
 };
 use hoot_proto::message::{self, AltMode, HostMessage, Motor, Reply, ResponseCode, RingTip, Steps, StepsPerSecond};
 use hoot_proto::query::Profile;
-use hoot_proto::{Address, DeviceMessage, Messages, Millis, Table};
+use hoot_proto::{Address, DeviceMessage, Messages, Millis, Query, Table};
 use laws::world::{Fate, Faults, Line, Next, Tokens};
 use proptest::prelude::*;
 use proptest_state_machine::{ReferenceStateMachine, StateMachineTest, prop_state_machine};
@@ -163,25 +163,20 @@ proptest! {
                 node.now += pause;
             }
             let before = node.machine.clone();
-            let is_deaf = node.clone().step(device::Input::Received {
-                port: Port::Bus,
-                to: node.machine.address(Port::Bus),
-                message: HostMessage::other(0x01_00, &[]),
-            }).packets().is_empty();
             let output = match &input {
                 ToNode::Packet(to, port, number, body) => {
                     let message = decode(*number, body);
                     let Selector { table, command, .. } = message.selector();
-                    let is_own = *to == before.address(*port).0 && !is_deaf;
+                    let is_own = *to == before.address(*port).0;
                     if is_own && table == Table::Node && command >= 2 {
                         heard = node.now;
                     }
                     let was = moving(&before);
                     let joystick = before.controller().joystick_mode;
                     let output = node.step(device::Input::Received { port: *port, to: Address(*to), message });
-                    let is_stop = (is_own && table != Table::Broadcast || *to == 1 && !is_deaf)
+                    let is_stop = (is_own && table != Table::Broadcast || *to == 1)
                         && matches!(message, HostMessage::MotorStop(_) | HostMessage::Stop(_))
-                        || *to == 1 && !is_deaf && message.conduct().is_stop();
+                        || *to == 1 && message.conduct().is_stop();
                     let is_refused = joystick && firmware && matches!(message, HostMessage::Stop(_));
                     if is_stop && !is_refused && (table == Table::Broadcast) == (*to == 1) {
                         for motor in stopped_by(&message) {
@@ -222,7 +217,9 @@ proptest! {
             let controller = node.machine.controller();
             let RingTip { ring, tip } = controller.alt_modes;
             let by_pulse = [ring, tip].contains(&AltMode::EXTERNAL_INTERVALOMETER) || !controller.timing_master;
-            let waits = node.wake.is_some() || by_pulse || !moving(&node.machine).is_empty();
+            // Some firmware never goes on after a pause.
+            let is_stuck = firmware && profile.resumes_moves() != Some(true);
+            let waits = node.wake.is_some() || by_pulse || is_stuck || !moving(&node.machine).is_empty();
             let runs = node.machine.program().state() == ProgramState::Running;
             prop_assert!(waits || !runs, "{:?} after {:?}", node.machine, output);
             // A wake that comes too early, or twice, changes nothing.
@@ -288,9 +285,62 @@ fn stop(to: u8, which: u8) -> (Address, HostMessage<'static>) {
     }
 }
 
+/// Time in which nodes may be deaf, because of a packet or because the line came up.
+#[derive(Debug)]
+struct Block {
+    /// Address of the node; [`Address::BROADCAST`] for all nodes.
+    to: Address,
+    until: u64,
+    /// Whether only the number of stops is limited.
+    stops_only: bool,
+    /// Time until which nodes may be deaf if the packet was answered just before the end.
+    longest: u64,
+    /// Receivers of the packets since then.
+    sent: Vec<Address>,
+    /// Number of answers that may still come.
+    owed: usize,
+    /// Whether they have come, so that the block may be over.
+    may_be_over: bool,
+}
+
+fn reaches(packet: Address, node: Address) -> bool {
+    packet == node || packet == Address::BROADCAST || node == Address::BROADCAST
+}
+
+impl Block {
+    fn waiting(&self, node: Address) -> usize {
+        self.sent.iter().filter(|to| reaches(**to, node)).count()
+    }
+
+    /// Block that begins with a packet.
+    fn of(to: Address, message: &HostMessage<'_>, now: u64) -> Option<Self> {
+        let Selector { table, command, .. } = message.selector();
+        let resets = matches!(
+            message,
+            HostMessage::SetAddress(_) | HostMessage::CoreAssignAddress(_) | HostMessage::BroadcastAssignAddress(_)
+        );
+        let starts = matches!(message, HostMessage::Start(_) | HostMessage::BroadcastStart(_));
+        let is_unknown = matches!(message, HostMessage::Other(_))
+            && (table == Table::Broadcast || table == Table::Node && command < 100);
+        let to = if resets { Address::BROADCAST } else { to };
+        (resets || starts || is_unknown).then(|| Self {
+            to,
+            until: now + 3000,
+            stops_only: false,
+            longest: now + if resets { 6000 } else { 3000 },
+            sent: Vec::new(),
+            owed: usize::from(to != Address::BROADCAST),
+            may_be_over: false,
+        })
+    }
+}
+
 /// Promises of a master, watched from outside.
 #[derive(Debug, Default)]
 struct Watch {
+    blocks: Vec<Block>,
+    /// Times at which stops were sent last.
+    stops: BTreeMap<String, u64>,
     tokens: Tokens,
     /// For each message that may not be repeated: how often it was asked for, minus how often it was sent.
     budget: BTreeMap<String, i64>,
@@ -304,6 +354,58 @@ impl Watch {
         *self.budget.entry(message.to_string()).or_default() += 1;
     }
 
+    /// The line came up.
+    fn link_up(&mut self, now: u64) {
+        let (to, until) = (Address::BROADCAST, now + 3000);
+        self.blocks.iter_mut().for_each(|block| (block.to, block.longest) = (to, block.longest.max(until)));
+        let sent = Vec::new();
+        self.blocks.push(Block { to, until, longest: until, stops_only: true, sent, owed: 0, may_be_over: false });
+    }
+
+    /// An answer came.
+    fn heard(&mut self) {
+        for block in &mut self.blocks {
+            block.may_be_over |= block.owed == 1 || block.stops_only && self.last.is_some();
+            block.owed = block.owed.saturating_sub(1);
+        }
+    }
+
+    /// Whether a stop to a node, or to all, has to be sent when the gap is over.
+    fn is_due(&self, bridge: bool, to: Address, stop: Option<&HostMessage<'_>>, now: u64) -> bool {
+        // Through a bridge, the node is stopped instead of all nodes.
+        let (to, stop) = match stop {
+            Some(HostMessage::BroadcastPause(_)) if bridge => (NODE, Some(&PAUSE)),
+            Some(HostMessage::BroadcastStop(_)) if bridge => (NODE, Some(&STOP)),
+            stop => (to, stop),
+        };
+        let waits = self.blocks.iter().any(|block| {
+            now <= block.longest && reaches(block.to, to) && (block.waiting(to) > 0 || to == Address::BROADCAST)
+        });
+        let is_recent =
+            |stop: &HostMessage<'_>| self.stops.get(&format!("{to} {stop}")).is_some_and(|sent| now < sent + 500);
+        !waits && !stop.is_some_and(is_recent)
+    }
+
+    /// At most one packet waits at a node that may be deaf, and it is a stop.
+    fn sent(&mut self, now: u64, to: Address, message: &HostMessage<'_>) {
+        self.blocks.retain(|block| now < block.longest);
+        let is_stop = message.conduct().is_stop();
+        let may_wait = matches!(message, HostMessage::Stop(_) | HostMessage::BroadcastStop(_));
+        for block in &mut self.blocks {
+            if reaches(block.to, to) && (is_stop || !block.stops_only) {
+                let hears = block.may_be_over || now >= block.until;
+                assert!(may_wait || hears, "{message} to {to} at a node that may be deaf: {block:?}");
+                assert!(block.waiting(to) == 0 || hears, "{message} to {to} is a second packet: {block:?}");
+                block.sent.push(to);
+                block.owed += usize::from(to != Address::BROADCAST);
+            }
+        }
+        self.blocks.extend(Block::of(to, message, now));
+        if is_stop {
+            self.stops.insert(format!("{to} {message}"), now);
+        }
+    }
+
     fn see(&mut self, master: &Master, output: &Output<'static>, options: &Options) {
         for (token, _) in ended(output) {
             self.tokens.end(Token(token));
@@ -311,6 +413,7 @@ impl Watch {
         for send in output.transmits() {
             assert!(self.last.is_none_or(|last| master.now >= last + u64::from(options.gap())), "the gap");
             self.last = Some(master.now);
+            self.sent(master.now, send.to, &send.message);
             let mut out = [0; 42];
             assert!(send.encode_into(&mut out).is_ok(), "{send:?}");
             if self.stop_due.take().is_some() {
@@ -346,12 +449,14 @@ proptest! {
                 watch.see(&master, &output, &options);
             }
             let is_up = master.machine.state().name() != "Offline";
+            let now = master.now;
             let mut is_stop = false;
             let output = match input {
                 ToMaster::Ask(to, number, body) => {
                     let body: &'static [u8] = body.leak();
                     let message = decode(number, body);
                     is_stop = message.conduct().is_stop() && (number >> 16 == 1) == (to == 1) && to > 0;
+                    is_stop = is_stop && watch.is_due(bridge, Address(to), Some(&message), now);
                     watch.asked(&message);
                     master.request_to(watch.tokens.begin().0, Address(to), message)
                 }
@@ -364,10 +469,13 @@ proptest! {
                 }
                 ToMaster::Stop(to, which) => {
                     let (to, message) = stop(to.max(2), which);
-                    is_stop = true;
+                    is_stop = watch.is_due(bridge, to, Some(&message), now);
                     master.request_to(watch.tokens.begin().0, to, message)
                 }
-                ToMaster::Reply(code, data) => master.reply(code, data.leak()),
+                ToMaster::Reply(code, data) => {
+                    watch.heard();
+                    master.reply(code, data.leak())
+                }
                 ToMaster::Stray(number) => master.step(Input::Received(DeviceMessage::other(number, &[]))),
                 ToMaster::Command(command) => {
                     if let Command::Speed { motor, speed, .. } = command {
@@ -375,7 +483,8 @@ proptest! {
                         watch.asked(&set.into());
                     }
                     let is_calm = master.machine.stopping() == StopState::Calm;
-                    is_stop = command == Command::EmergencyStop && is_calm;
+                    is_stop = command == Command::EmergencyStop && is_calm && watch.is_due(bridge, NODE, None, now);
+                    is_stop = is_stop && (bridge || watch.is_due(bridge, Address::BROADCAST, None, now));
                     if command == Command::EndEmergency && !is_calm {
                         // The application may end the emergency before its first packet.
                         watch.stop_due = None;
@@ -385,6 +494,9 @@ proptest! {
                 ToMaster::Other(input) => {
                     if input == Input::LinkDown {
                         (watch.stop_due, watch.last) = (None, None);
+                    }
+                    if input == Input::LinkUp && !is_up {
+                        watch.link_up(now);
                     }
                     master.step(input)
                 }
@@ -424,9 +536,23 @@ struct World {
     turning: [bool; 3],
     /// Messages that the node received, in order.
     heard: Vec<HostMessage<'static>>,
+    /// Time until which the node hears nothing, because a start blocks it.
+    blocked_until: Millis,
+    /// Packet that waits at the node. If there were two, it would hang.
+    waiting: Option<HostMessage<'static>>,
     tokens: Tokens,
+    /// Questions that are asked for the place of a motor.
+    places: BTreeMap<Token, Motor>,
     /// Commands that are done.
     done: BTreeSet<Token>,
+}
+
+/// Time for which a start blocks the node of the world, in milliseconds.
+const START_BLOCKS: u64 = 1500;
+
+/// Place of a motor, which tells the motor.
+fn place_of(motor: Motor) -> Steps {
+    Steps(100 * i32::from(motor.get()))
 }
 
 impl World {
@@ -434,7 +560,11 @@ impl World {
         // The master settles for longer than a packet and its answer are in flight.
         let master = Master::new(Options::new().with_settle(100)).machine.clone();
         let quirks = if firmware { Quirks::FIRMWARE } else { Quirks::NONE };
-        let node = Node::ready_with(NodeOptions::new().with_quirks(quirks)).machine.clone();
+        let mut node = Node::ready_with(NodeOptions::new().with_quirks(quirks));
+        for motor in Motor::ALL {
+            let _ = node.step(device::Input::Position { motor, position: place_of(motor) });
+        }
+        let node = node.machine.clone();
         let mut both = laws::world::World::new(Millis(1000), master, node, Faults::ANY);
         both.up = Line::new(Faults { doubled: 0, ..Faults::ANY });
         Self {
@@ -446,6 +576,9 @@ impl World {
             arrivals: [None; 3],
             turning: [false; 3],
             heard: Vec::new(),
+            blocked_until: Millis(0),
+            waiting: None,
+            places: BTreeMap::new(),
             tokens: Tokens::default(),
             done: BTreeSet::new(),
         }
@@ -460,12 +593,16 @@ impl World {
         let output = step_master(&mut self.both.host, self.both.now, input);
         for transmit in output.transmits() {
             let (_, delay) = self.fault();
-            self.both.up.send(self.both.now.after(delay), transmit.message);
+            self.both.up.send(self.both.now.after(delay % 40), transmit.message);
         }
         for event in output.events() {
             match event {
                 Event::Ended { token, outcome } => {
                     self.tokens.end(*token);
+                    if let (Some(&motor), Outcome::Done(reply)) = (self.places.get(token), outcome) {
+                        let place = message::MotorPosition { motor }.decode_reply(*reply).unwrap().value;
+                        assert_eq!(place, place_of(motor), "the place of another motor");
+                    }
                     self.done.extend(Some(*token).filter(|_| matches!(outcome, Outcome::Done(_))));
                 }
                 Event::Stopped(StopTarget::All) => {
@@ -494,25 +631,39 @@ impl World {
             let mut scratch = [0; 32];
             let DeviceMessage::Reply(Reply { code, data }) = answer.message(&mut scratch).unwrap() else { panic!() };
             if self.is_up && !(self.bridge && code == ResponseCode::ERROR) {
-                self.both.down.send(self.both.now.after(delay), (code.0, data.to_vec()));
+                // A start is answered when its block is over.
+                let from = self.both.now.max(self.blocked_until);
+                self.both.down.send(from.after(delay), (code.0, data.to_vec()));
             }
         }
+    }
+
+    /// The node receives a message.
+    fn packet(&mut self, message: HostMessage<'static>) {
+        self.heard.push(message);
+        if message == START {
+            self.blocked_until = self.both.now.after(START_BLOCKS);
+        }
+        let to = if message.selector().table == Table::Broadcast { Address::BROADCAST } else { NODE };
+        self.node(device::Input::Received { port: Port::Bus, to, message });
     }
 
     /// Lets time pass. All that is due happens, one after another.
     fn pass(&mut self, millis: u64) {
         let end = self.both.now.after(millis);
-        while let Some(next) = self.both.pass(end, self.arrivals.into_iter().flatten().min()) {
+        loop {
+            let hears = self.waiting.map(|_| self.blocked_until);
+            let own = self.arrivals.into_iter().chain([hears]).flatten().min();
+            let Some(next) = self.both.pass(end, own) else { break };
             match next {
                 Next::Up => {
                     let (fate, _) = self.fault();
                     match self.both.up.meet(fate) {
-                        Some((message, true)) => {
-                            self.heard.push(message);
-                            let is_broadcast = message.selector().table == Table::Broadcast;
-                            let to = if is_broadcast { Address::BROADCAST } else { NODE };
-                            self.node(device::Input::Received { port: Port::Bus, to, message });
+                        Some((message, true)) if self.both.now < self.blocked_until => {
+                            let before = self.waiting.replace(message);
+                            assert_eq!(before, None, "the node hangs, because {message} waits too");
                         }
+                        Some((message, true)) => self.packet(message),
                         Some((_, false)) => self.node(device::Input::Noise),
                         None => {}
                     }
@@ -525,6 +676,11 @@ impl World {
                         }
                         Some((_, false)) => self.master(Input::Noise),
                         None => {}
+                    }
+                }
+                Next::Own if hears.is_some_and(|hears| hears <= self.both.now) => {
+                    if let Some(message) = self.waiting.take() {
+                        self.packet(message);
                     }
                 }
                 Next::Own => {
@@ -550,6 +706,9 @@ impl World {
 
     fn command(&mut self, command: Command) -> Token {
         let token = self.tokens.begin();
+        if let Command::Request(Request { message: HostMessage::MotorPosition(query), .. }) = command {
+            self.places.insert(token, query.motor);
+        }
         self.master(Input::Command(token, command));
         token
     }
@@ -576,6 +735,8 @@ fn any_wish() -> impl Strategy<Value = Wish> {
         motor().prop_map(motor_stop),
         motor().prop_map(run),
         motor().prop_map(|motor| HostMessage::from(message::MotorRunning { motor })),
+        motor().prop_map(|motor| HostMessage::from(message::MotorPosition { motor })),
+        motor().prop_map(|motor| HostMessage::from(message::MotorPosition { motor })),
         Just(HostMessage::from(message::ReturnHome {})),
         Just(HostMessage::from(message::RunStatus {})),
         Just(HostMessage::from(message::SetManualMove { manual_move: YES })),
@@ -617,7 +778,9 @@ impl ReferenceStateMachine for Wishes {
             1 => Just(Fate::Corrupt),
             1 => Just(Fate::Doubled),
         ];
-        (any::<bool>(), any::<bool>(), proptest::collection::vec((fate, 1_u64..40), 3..80))
+        // An answer may be very late, but it does not overtake another one.
+        let delay = prop_oneof![9 => 1_u64..40, 1 => 40_u64..1300];
+        (any::<bool>(), any::<bool>(), proptest::collection::vec((fate, delay), 3..80))
             .prop_map(|(firmware, bridge, faults)| Script { firmware, bridge, faults, wishes: 0 })
             .boxed()
     }
@@ -734,7 +897,7 @@ fn time_may_stand_still_or_go_backwards() {
     master.now = 0;
     assert!(master.step(Input::Wake).is_quiet());
     assert!(master.request(2, STOP).is_quiet(), "the gap lasts longer");
-    assert_eq!(sent(&master.pass(1060)), [(1060, STOP)]);
+    assert_eq!(sent(&master.pass(4060)), [(4060, STOP)]);
     assert_eq!(Millis(0).since(Millis(5)), 0);
 }
 

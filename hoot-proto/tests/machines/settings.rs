@@ -216,8 +216,8 @@ fn a_name_has_ten_bytes() {
     assert_eq!(Node::new(Options::default()).ask(name), b"\x06DEFAULT   ");
     let given = Options::default().with_name(StoredName::from(&Name::from_bytes(b"a\0b\0\0c").unwrap()));
     let mut node = Node::new(given);
-    assert_eq!(node.ask(name), b"\x06abc\0\0\0\0\0\0\0", "NULs inside are skipped");
-    assert_eq!(node.machine.name().0, *b"abc\0\0\0\0\0\0\0");
+    assert_eq!(node.ask(name), b"\x06a\0b\0\0c\0\0\0\0", "NULs inside are kept");
+    assert_eq!(node.machine.name().0, *b"a\0b\0\0c\0\0\0\0");
     let mut scratch = [0; 10];
     let (answers, _) = node.request(name);
     assert!(answers[0].message(&mut scratch).is_err(), "eleven bytes with the type");

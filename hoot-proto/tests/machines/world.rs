@@ -259,7 +259,7 @@ pub(crate) fn camera(focus: bool, shutter: bool) -> Event<'static> {
 pub(crate) const UNNAMED: Token = Token(9999);
 
 impl Master {
-    /// A master with one node, whose line is up.
+    /// A master with one node, whose line has been up for a while.
     pub(crate) fn new(options: host::Options) -> Self {
         let mut master = Self::offline(options, &[NODE]);
         master.line_up();
@@ -271,9 +271,16 @@ impl Master {
         Self::at_start(HostMachine::new(options.with_nodes(nodes)))
     }
 
-    /// Brings the line up for the first time. Nothing else happens.
+    /// Brings the line up for the first time, and waits until nothing is owed from before. Nothing else happens.
     #[track_caller]
     pub(crate) fn line_up(&mut self) {
+        self.line_comes_up();
+        assert_eq!(self.pass(3000), []);
+    }
+
+    /// Brings the line up for the first time.
+    #[track_caller]
+    pub(crate) fn line_comes_up(&mut self) {
         let output = self.step(host::Input::LinkUp);
         assert_eq!(output.effects[..], [host::Effect::Event(host::Event::Ready { reconnected: false })]);
     }

@@ -17,7 +17,8 @@ use core::fmt;
 /// | `[by path]` | the function of this path decides, from the values of the message |
 ///
 /// `once` says that the message is not repeatable. `in sequence`, at the end, says that the message belongs to an exchange
-/// of several messages and means nothing alone.
+/// of several messages and means nothing alone. `blocks TIME`, at the end, says that the device may hear nothing for this
+/// number of milliseconds because of the message.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Conduct {
     /// What the message does.
@@ -27,6 +28,8 @@ pub struct Conduct {
     pub repeatable: bool,
     /// Whether the message begins or continues an exchange of several messages, such as an upload or a run.
     pub in_sequence: bool,
+    /// Longest time for which the device may hear nothing because of the message, in milliseconds.
+    pub blocks: u16,
 }
 
 /// What a message from a host does.
@@ -55,7 +58,7 @@ impl Conduct {
     /// Conduct of a repeatable message with this purpose.
     #[must_use]
     pub const fn new(purpose: Purpose) -> Self {
-        Self { purpose, repeatable: true, in_sequence: false }
+        Self { purpose, repeatable: true, in_sequence: false, blocks: 0 }
     }
 
     /// The same conduct, not repeatable.
@@ -68,6 +71,12 @@ impl Conduct {
     #[must_use]
     pub const fn in_sequence(self) -> Self {
         Self { in_sequence: true, ..self }
+    }
+
+    /// The same conduct, of a message because of which the device may hear nothing for this number of milliseconds.
+    #[must_use]
+    pub const fn blocks(self, blocks: u16) -> Self {
+        Self { blocks, ..self }
     }
 
     /// Whether a motor may move because of the message. After a stop, no such message leaves a queue.
@@ -95,7 +104,8 @@ impl fmt::Display for Conduct {
             Purpose::Resets => "resets",
         })?;
         f.write_str(if self.repeatable { "" } else { " once" })?;
-        f.write_str(if self.in_sequence { ", in sequence" } else { "" })
+        f.write_str(if self.in_sequence { ", in sequence" } else { "" })?;
+        if self.blocks > 0 { write!(f, ", blocks {}", self.blocks) } else { Ok(()) }
     }
 }
 
@@ -125,6 +135,9 @@ macro_rules! __conduct {
     }};
     (words $purpose:ident $($once:ident)?) => { $crate::__conduct!(once $purpose $($once)?) };
     (words $purpose:ident $($once:ident)?, in sequence) => { $crate::__conduct!(once $purpose $($once)?).in_sequence() };
+    (words $purpose:ident $($once:ident)?, blocks $time:literal) => {
+        $crate::__conduct!(once $purpose $($once)?).blocks($time)
+    };
     (once $purpose:ident) => { $crate::wire::Conduct::new($crate::__conduct!(purpose $purpose)) };
     (once $purpose:ident once) => { $crate::wire::Conduct::new($crate::__conduct!(purpose $purpose)).once() };
     (purpose asks) => { $crate::wire::Purpose::Asks };

@@ -75,10 +75,11 @@ macro_rules! __defmt {
 #[cfg(feature = "arbitrary")]
 macro_rules! __arbitrary {
     ($lt:lifetime $name:ident) => {
-        /// Mostly a message of the table, decoded from arbitrary bytes; sometimes an unknown one.
+        /// A message of any kind of the table, or one without a type. It borrows its body from the input, so that a list
+        /// or a text after a count is mostly empty. The owned message has all lists and texts.
         impl<$lt> $crate::arbitrary::Arbitrary<$lt> for $name<$lt> {
             fn arbitrary(u: &mut $crate::arbitrary::Unstructured<$lt>) -> $crate::arbitrary::Result<Self> {
-                $crate::wire::arbitrary_message(u)
+                $crate::wire::draw_borrowed(u)
             }
         }
     };
@@ -89,19 +90,4 @@ macro_rules! __arbitrary {
 #[cfg(not(feature = "arbitrary"))]
 macro_rules! __arbitrary {
     ($($table:tt)*) => {};
-}
-
-/// A message of arbitrary bytes: mostly one of the table, with a body long enough for its fixed fields.
-#[doc(hidden)]
-#[cfg(feature = "arbitrary")]
-pub fn arbitrary_message<'a, M: super::Messages<'a>>(u: &mut arbitrary::Unstructured<'a>) -> arbitrary::Result<M> {
-    use super::{Kind, PartKind, Row};
-
-    let unknown = Kind { number: u.int_in_range(0..=0xffff)?, name: "Other", layout: &[], conduct: None };
-    let kind = if u.ratio(1, 16)? { &unknown } else { u.choose(M::ALL)? };
-    let fixed = |row: &Row| if row.part == PartKind::Fixed { row.size } else { 0 };
-    let least: usize = kind.layout.iter().map(fixed).fold(0, usize::saturating_add);
-    let len = least.saturating_add(u.int_in_range(0..=64)?).min(u.len());
-    let body = u.bytes(len)?;
-    M::decode_body(kind.number, body).map_err(|_| arbitrary::Error::IncorrectFormat)
 }

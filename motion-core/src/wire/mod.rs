@@ -9,11 +9,14 @@
 //! - [`Part`]: what may follow the fixed fields: optional fields, lists, counted lists, texts and blocks.
 //! - [`Message`], [`Messages`], [`Side`]: one body; all bodies of one side; the side itself. [`Envelope`] and [`Framed`]: how
 //!   bodies travel in frames.
+//! - `draw`, with the feature `arbitrary`: messages for fuzzers.
 //! - [`fill`], [`values`]: numbers into a list field, and back.
 //! - [`Fields`], [`Visitor`]: the values of a message by name, for printing, JSON and the laws.
 
 mod conduct;
 mod cursor;
+#[cfg(feature = "arbitrary")]
+mod draw;
 mod error;
 #[allow(dead_code, unreachable_pub, reason = "tables expanded for the lints and the tests")]
 mod expand;
@@ -32,10 +35,9 @@ mod value;
 pub use bitflags;
 pub use conduct::{Conduct, Purpose};
 pub use cursor::{Reader, Writer};
-pub use error::{DecodeError, EncodeError};
-#[doc(hidden)]
 #[cfg(feature = "arbitrary")]
-pub use features::arbitrary_message;
+pub use draw::{ROOM, draw, draw_borrowed};
+pub use error::{DecodeError, EncodeError};
 pub use field::{Bool, Bytes, Field};
 pub use list::{IntegerElement, ListTooLong, fill, values};
 pub use message::{Empty, Message};

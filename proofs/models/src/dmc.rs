@@ -127,7 +127,7 @@ pub struct World {
 
 impl World {
     fn new(window: u8) -> Self {
-        let host = HostMachine::new(host::Options::default().with_window(window));
+        let host = HostMachine::new(host::Options::default().with_window(window).with_needs_enabled(false));
         // Reports of positions do not affect these machines, and each would be one more message to lose.
         let device = DeviceMachine::new(device::Options::of(hi()).with_report_every(5000));
         Self {

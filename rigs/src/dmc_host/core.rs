@@ -2,10 +2,11 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use dmc_proto::host::{self, Effect, HostMachine, Input, Options, Outcome, Refusal, Source, Transmit};
+use dmc_proto::host::{self, Effect, Failure, HostMachine, Input, Options, Outcome, Refusal, Source, Transmit};
 use dmc_proto::lint::Context;
 use dmc_proto::message::{
-    AckCode, DeviceMessage, GioCam, HostMessage, MotorGetPosition, MotorStatusRequest, RtUploadMoveBegin,
+    AckCode, DeviceMessage, GioCam, HostMessage, MotorConfigure, MotorGetPosition, MotorStatusRequest,
+    RtUploadMoveBegin,
 };
 use dmc_proto::upload::{self, SCRATCH, Section, SectionSize};
 use dmc_proto::{EncodeError, Frame, Header, Item, Token};
@@ -13,19 +14,25 @@ use motion_core::time::Millis;
 use tracing::{debug, info, warn};
 
 use super::check::Check;
+use super::uses::{Uses, Waiting, lacking};
 use super::{Answer, Command, Event, LINE, Positions, Shot, Table};
 use crate::Outgoing;
 
 /// Least of the tokens that the host uses for its own commands.
-const FIRST_OWN: Token = Token(u32::MAX - 3);
+const FIRST_OWN: Token = Token(u32::MAX - 4);
 /// Token of commands that the application gives without a token, and of the end of the configuration.
 const OWN: Token = FIRST_OWN;
+/// Token of the request that sets the uses of a motor before a command moves it.
+const USES: Token = Token(u32::MAX - 3);
 /// Token of the request that closes the shutter.
 pub(super) const SHUTTER: Token = Token(u32::MAX - 2);
 /// Token of the question for positions at the end of a way.
 const CHECK: Token = Token(u32::MAX - 1);
 /// Token of the question whether motors still move after a stop.
 const REST: Token = Token(u32::MAX);
+
+/// End of a request that the device does not know.
+const UNSUPPORTED: Outcome<'static> = Outcome::Refused(Refusal::Device(AckCode::ERR_UNSUPPORTED));
 
 /// Greatest number of questions after a stop whether motors still move.
 const QUESTIONS: u8 = 20;
@@ -44,6 +51,10 @@ pub(super) struct Core {
     uploaded: bool,
     /// Positions of the motors that the device told last.
     pub(super) positions: Option<Positions>,
+    /// Uses of the motors on this link.
+    uses: Uses,
+    /// Commands that wait until their motors have their uses.
+    waiting: VecDeque<Waiting>,
     /// Way that has ended, and is not yet known to be complete.
     check: Option<Check>,
     /// Time of the next question after a stop whether motors still move, and number of questions that are left.
@@ -68,6 +79,11 @@ impl Asked {
     }
 }
 
+/// Command of the machine for a message.
+const fn given(message: HostMessage<'_>, is_sequence: bool) -> host::Command<'_> {
+    if is_sequence { host::Command::Sequence(message) } else { host::Command::Request(message) }
+}
+
 impl Core {
     pub(super) fn new(options: Options) -> Self {
         Self {
@@ -78,6 +94,8 @@ impl Core {
             table: Table::default(),
             uploaded: false,
             positions: None,
+            uses: Uses::new(),
+            waiting: VecDeque::new(),
             check: None,
             rest: None,
             out: VecDeque::new(),
@@ -99,6 +117,7 @@ impl Core {
         for input in next {
             self.step(input);
         }
+        self.go_on();
     }
 
     fn transmit(&mut self, transmit: Transmit) {
@@ -143,14 +162,21 @@ impl Core {
                 }
                 return None;
             }
-            // This host configures nothing.
-            host::Event::Greeted(_) => Some(Input::Command(OWN, host::Command::Configured)),
+            // This host sets the uses of a motor only before it moves it.
+            host::Event::Greeted(_) => {
+                self.uses.clear();
+                Some(Input::Command(OWN, host::Command::Configured))
+            }
             host::Event::DeviceReset => {
                 self.uploaded = false;
                 None
             }
             host::Event::LinkDown => {
                 self.rest = None;
+                None
+            }
+            host::Event::HardStop(..) => {
+                self.end_waiting(Outcome::Failed(Failure::HardStop));
                 None
             }
             host::Event::Stopped(_) => {
@@ -192,7 +218,16 @@ impl Core {
             (Outcome::Done(None), _) => Ok(Answer::Done),
             (other, _) => Err(other.to_static().unwrap_or(Outcome::NotConfirmed)),
         };
+        if let Some(HostMessage::MotorConfigure(set)) = message {
+            // A device that does not know uses has all its motors in use.
+            match end {
+                Ok(_) | Err(UNSUPPORTED) => self.uses.insert(set.motor, set.flags),
+                Err(_) => self.uses.remove(&set.motor),
+            };
+        }
         match (token, end) {
+            (USES, Err(outcome)) if outcome != UNSUPPORTED => self.end_waiting(outcome),
+            (USES, _) => {}
             (CHECK, end) => self.checked(end.is_ok()),
             (OWN, Err(Outcome::Refused(refusal))) => self.events.push_back(Event::Refused(refusal)),
             // Events tell what comes of a command without a token, and the machine keeps what the others are for.
@@ -209,6 +244,34 @@ impl Core {
             (_, Err(outcome)) => self.events.push_back(Event::Ended(token, Err(outcome))),
         }
         None
+    }
+
+    /// Ends all commands that wait. Their messages were not sent.
+    fn end_waiting(&mut self, outcome: Outcome<'static>) {
+        for Waiting { token, .. } in std::mem::take(&mut self.waiting) {
+            self.asked.remove(&token);
+            self.events.push_back(Event::Ended(token, Err(outcome)));
+        }
+    }
+
+    /// Sends the commands that wait, as far as their motors have their uses. Otherwise sets the uses of the next motor.
+    fn go_on(&mut self) {
+        while !self.asked.contains_key(&USES)
+            && let Some(&Waiting { token, is_sequence }) = self.waiting.front()
+        {
+            let Some(asked) = self.asked.get(&token).cloned() else {
+                self.waiting.pop_front();
+                continue;
+            };
+            let message = asked.message();
+            let input = if let Some((motor, flags)) = lacking(&self.uses, &message, &self.table) {
+                self.ask(USES, MotorConfigure { motor, flags, tail: &[] }.into())
+            } else {
+                self.waiting.pop_front();
+                Input::Command(token, given(message, is_sequence))
+            };
+            self.step(input);
+        }
     }
 
     /// A way has ended, and the positions of its motors are known, or cannot be known.
@@ -278,6 +341,7 @@ impl Core {
             Command::Stop(target) => {
                 info!(?target, "stop");
                 self.step(Input::Command(OWN, host::Command::Stop(target)));
+                self.end_waiting(Outcome::Failed(Failure::Stopped));
             }
             Command::Ask(token, message) => self.submit(token, &Asked::Message(message), false),
             Command::Begin(token, message) => self.submit(token, &Asked::Message(message), true),
@@ -296,7 +360,8 @@ impl Core {
     /// Whether a command cannot be taken: its token is in use, or a sequence, or the check at its end, runs.
     fn is_busy(&self, token: Token, is_sequence: bool) -> bool {
         let is_taken = token >= FIRST_OWN || self.asked.contains_key(&token);
-        is_taken || (is_sequence && (self.check.is_some() || self.machine.progress().is_some()))
+        let waits = self.waiting.iter().any(|waiting| waiting.is_sequence);
+        is_taken || (is_sequence && (waits || self.check.is_some() || self.machine.progress().is_some()))
     }
 
     fn submit(&mut self, token: Token, asked: &Asked, is_sequence: bool) {
@@ -305,8 +370,12 @@ impl Core {
         }
         self.asked.insert(token, asked.clone());
         let message = asked.message();
-        let command = if is_sequence { host::Command::Sequence(message) } else { host::Command::Request(message) };
-        self.step(Input::Command(token, command));
+        if message.conduct().may_move() {
+            self.waiting.push_back(Waiting { token, is_sequence });
+            self.go_on();
+        } else {
+            self.step(Input::Command(token, given(message, is_sequence)));
+        }
     }
 
     fn refuse(&mut self, token: Token, refusal: Refusal) {

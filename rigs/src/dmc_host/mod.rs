@@ -1,12 +1,14 @@
 //! Host of DMC controllers, as Dragonframe is one: it asks, moves, uploads, runs, shoots and stops.
 //!
 //! The host keeps what the machine of the crate only names: the messages, and the data of a move. Its events carry the
-//! answers, so that an application needs nothing else. The host counts a device as configured as soon as it is known.
+//! answers, so that an application needs nothing else. The host counts a device as configured as soon as it is known. Before a
+//! command moves a motor, the host enables the motor, and sets whether it blurs in a shot.
 
 mod check;
 mod core;
 mod table;
 mod types;
+mod uses;
 
 use std::mem;
 

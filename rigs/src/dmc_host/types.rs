@@ -12,7 +12,7 @@ use super::Table;
 /// Command to the host.
 ///
 /// A command with a token ends exactly once, by [`Event::Ended`]. The application chooses the token, and may use it again
-/// after the end. The four greatest tokens are those of the host itself.
+/// after the end. The five greatest tokens are those of the host itself.
 #[derive(Debug, Clone)]
 pub enum Command {
     /// Greet the device again, after it was silent.

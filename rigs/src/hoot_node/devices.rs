@@ -69,9 +69,49 @@ impl Named for Setup {
             apply: |setup| setup.add(Quirks::ANSWERS_TWICE),
         },
         Choice {
-            name: "deaf",
-            about: "Nothing is received for 2.5 s after a change of the address.",
-            apply: |setup| setup.add(Quirks::IS_DEAF),
+            name: "blocks",
+            about: "Start and a change of the address block for up to 2.5 s; two packets that wait then hang the node.",
+            apply: |setup| setup.add(Quirks::BLOCKS),
+        },
+        Choice {
+            name: "firmware-settings",
+            about: "The settings of firmware, read back as firmware does.",
+            apply: |setup| setup.add(Quirks::FIRMWARE_SETTINGS),
+        },
+        Choice {
+            name: "sends-fast",
+            about: "Commands 11, 12, 23 and 24 of a motor go at full speed, and forget the speed that was set.",
+            apply: |setup| setup.add(Quirks::SENDS_FAST),
+        },
+        Choice {
+            name: "firmware-limits",
+            about: "The end limit makes a limit of the home too, and later stops nothing.",
+            apply: |setup| setup.add(Quirks::FIRMWARE_LIMITS),
+        },
+        Choice {
+            name: "joystick-moves",
+            about: "In joystick mode the speed of runs sets motors in motion.",
+            apply: |setup| setup.add(Quirks::JOYSTICK_MOVES),
+        },
+        Choice {
+            name: "changes-microsteps",
+            about: "Sends and starts change the microsteps.",
+            apply: |setup| setup.add(Quirks::CHANGES_MICROSTEPS),
+        },
+        Choice {
+            name: "firmware-directions",
+            about: "Neither the setting of the direction nor a negative speed inverts a run.",
+            apply: |setup| setup.add(Quirks::FIRMWARE_DIRECTIONS),
+        },
+        Choice {
+            name: "exposes-always",
+            about: "A picture on command needs no camera, and has no focus.",
+            apply: |setup| setup.add(Quirks::EXPOSES_ALWAYS),
+        },
+        Choice {
+            name: "never-resumes",
+            about: "Motors do not go on after a pause in the modes without stops.",
+            apply: |setup| setup.add(Quirks::NEVER_RESUMES),
         },
         Choice {
             name: "firmware",
@@ -110,11 +150,12 @@ mod tests {
             (setup.options.profile(), setup.options.quirks())
         };
         assert_eq!(of("mild", ""), (Profile::SHEET, Quirks::NONE));
-        assert_eq!(of("mild", "deaf"), (Profile::SHEET, Quirks::IS_DEAF));
+        assert_eq!(of("mild", "blocks"), (Profile::SHEET, Quirks::BLOCKS));
         assert_eq!(of("v0.70", ""), (Profile::V070, Quirks::FIRMWARE));
-        let names: Vec<_> = Setup::QUIRKS.iter().map(|choice| choice.name).collect();
+        let single = Setup::QUIRKS.iter().filter(|choice| choice.name != "firmware");
+        let names: Vec<_> = single.map(|choice| choice.name).collect();
         assert_eq!(of("mild", &names.join(",")).1, Quirks::FIRMWARE);
-        let error = Setup::default().with_quirks("deaf,loud").unwrap_err().to_string();
+        let error = Setup::default().with_quirks("blocks,loud").unwrap_err().to_string();
         assert!(error.starts_with("hoot has no quirk \"loud\": it has refuses-stop, "), "{error}");
     }
 }

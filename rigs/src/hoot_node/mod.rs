@@ -20,24 +20,26 @@
 mod camera;
 mod devices;
 mod lead;
+mod main_loop;
 mod motors;
 mod setup;
 
 use std::collections::VecDeque;
 
 use hoot_proto::device::{
-    Answer, Command, Contents, DeviceMachine, Effect, Event, Input, Port, ProgramState, Transmit,
+    Answer, Command, Contents, DeviceMachine, Effect, Event, Input, Port, ProgramState, Quirks, Transmit,
 };
 use hoot_proto::frame::{MAX_DATA, MAX_FRAME};
-use hoot_proto::message::{Microstep, ProgramMode};
+use hoot_proto::message::{Amperes, Level, Microstep, ProgramMode, RingTip, Scaled, Volts};
 use hoot_proto::query::Profile;
-use hoot_proto::{Address, Frame, HostMessage, Item, Strict};
-use motion_core::stream;
+use hoot_proto::{Address, Item, Strict};
+use motion_core::stream::{self, Noise};
 use motion_core::time::Millis;
 use tracing::{debug, info, warn};
 
 pub use camera::{Camera, PHOTOS, Photo};
 use lead::Lead;
+use main_loop::MainLoop;
 pub use setup::Setup;
 
 use crate::motor::Motor;
@@ -56,6 +58,8 @@ struct Wire {
     frames: stream::Frames<Strict, { 2 * MAX_FRAME }>,
     /// Time after which the rest of a packet is not awaited any more.
     until: Option<Millis>,
+    /// Bytes that arrived while the main loop did not read.
+    waiting: Vec<u8>,
 }
 
 impl Wire {
@@ -63,6 +67,7 @@ impl Wire {
     fn forget(&mut self) {
         self.frames.reset();
         self.until = None;
+        self.waiting.clear();
     }
 }
 
@@ -71,6 +76,8 @@ impl Wire {
 pub struct HootNode {
     machine: DeviceMachine,
     profile: Profile,
+    quirks: Quirks,
+    main_loop: MainLoop,
     wake: Option<Millis>,
     now: Millis,
     wires: [Wire; 3],
@@ -93,11 +100,14 @@ impl HootNode {
     /// A node that is switched on at time 0.
     #[must_use]
     pub fn new(setup: Setup) -> Self {
-        let wire = || Wire { is_open: false, frames: stream::Frames::new(), until: None };
+        let wire = || Wire { is_open: false, frames: stream::Frames::new(), until: None, waiting: Vec::new() };
         let motor = Motor::new(setup.limits).within(setup.travel);
-        Self {
+        let is_firmware = setup.options.quirks().contains(Quirks::FIRMWARE_SETTINGS);
+        let mut node = Self {
             machine: DeviceMachine::new(setup.options),
             profile: setup.options.profile(),
+            quirks: setup.options.quirks(),
+            main_loop: MainLoop::Free,
             wake: None,
             now: Millis(0),
             wires: [wire(), wire(), wire()],
@@ -111,7 +121,13 @@ impl HootNode {
             out_is_on: false,
             pulses: 0,
             outgoing: VecDeque::new(),
+        };
+        node.take_first_microsteps();
+        if is_firmware {
+            node.step(Input::Supply { volts: Volts(Scaled(1199)), amperes: Amperes(Scaled(49)) });
+            node.step(Input::Limits(RingTip { ring: Level::HIGH, tip: Level::HIGH }));
         }
+        node
     }
 
     /// Machine of the node, with all its settings.
@@ -152,6 +168,9 @@ impl HootNode {
 
     /// Gives an input to the machine, and carries out its effects.
     fn step(&mut self, input: Input<'_>) {
+        if self.is_hung() {
+            return;
+        }
         let output = self.machine.advance(self.now, input);
         self.wake = output.wake;
         for effect in output {
@@ -219,7 +238,10 @@ impl HootNode {
     fn tick(&mut self, now: Millis) {
         self.now = self.now.max(now);
         self.move_motors();
-        if self.wake.is_some_and(|wake| wake <= self.now) {
+        if self.blocked_until().is_some_and(|until| until <= self.now) {
+            self.unblock();
+        }
+        if self.is_free() && self.wake.is_some_and(|wake| wake <= self.now) {
             self.step(Input::Wake);
         }
         self.drop_cut_off();
@@ -275,24 +297,32 @@ impl Party for HootNode {
         self.advance(now);
         let number = usize::from(line.0);
         let Some(wire) = self.wires.get_mut(number).filter(|wire| wire.is_open) else { return };
+        if !matches!(self.main_loop, MainLoop::Free) {
+            return self.pile_up(number, bytes);
+        }
         wire.until = Some(now.after(GAP));
-        let mut rest = bytes;
-        while !rest.is_empty() {
-            let taken = self.wires[number].frames.push(rest);
-            rest = &rest[taken..];
+        for (at, byte) in bytes.iter().enumerate() {
+            if !self.is_free() {
+                return self.pile_up(number, &bytes[at..]);
+            }
+            let _ = self.wires[number].frames.push(&[*byte]);
             while let Some(item) = self.wires[number].frames.next() {
-                if let Item::Frame(frame) = item {
-                    let packet = frame.bytes().to_vec();
-                    // Bytes that came together with the packet are dropped, as by firmware.
-                    self.wires[number].forget();
-                    if let Ok(frame) = Frame::decode(&packet) {
-                        debug!("{:?} > {}: {}", PORTS[number], frame.address().0, HostMessage::decode(&frame));
-                        self.step(Input::received(PORTS[number], &frame));
+                let Item::Frame(frame) = item else {
+                    warn!("{:?}: {} bytes that are no packet", PORTS[number], item.bytes().len());
+                    let is_too_long = matches!(item, Item::Noise { why: Noise::TooLong { .. }, .. });
+                    self.step(Input::Noise);
+                    if is_too_long && self.copies_main_loop() {
+                        self.hang("a packet was too long");
                     }
+                    continue;
+                };
+                let packet = frame.bytes().to_vec();
+                self.wires[number].forget();
+                self.read(PORTS[number], packet);
+                // A mild node drops bytes that came together with a packet.
+                if !self.copies_main_loop() {
                     return;
                 }
-                warn!("{:?}: {} bytes that are no packet", PORTS[number], item.bytes().len());
-                self.step(Input::Noise);
             }
         }
     }
@@ -307,7 +337,8 @@ impl Party for HootNode {
     fn wake(&self) -> Option<Millis> {
         let cut_off = self.wires.iter().filter_map(|wire| wire.until);
         let tick = self.is_moving().then(|| self.now.after(TICK));
-        cut_off.chain(self.wake).chain(tick).min()
+        let due = self.wake.filter(|_| self.is_free());
+        cut_off.chain(due).chain(self.blocked_until()).chain(tick).min()
     }
 
     fn poll(&mut self) -> Option<Outgoing> {
@@ -329,7 +360,7 @@ impl Rig for HootNode {
         let delay = controller.start_delay;
         let delay = delay.milliseconds(self.profile).unwrap_or(delay.0.into());
         (program.state() == ProgramState::Running).then(|| match controller.program_mode {
-            ProgramMode::VIDEO => program.run_time(self.now).saturating_sub(delay) as f64,
+            ProgramMode::VIDEO | ProgramMode::CONTINUOUS => program.run_time(self.now).saturating_sub(delay) as f64,
             _ => program.shots().into(),
         })
     }
@@ -337,6 +368,7 @@ impl Rig for HootNode {
     fn reset(&mut self, now: Millis) {
         self.advance(now);
         warn!("the power is interrupted for a moment");
+        self.main_loop = MainLoop::Free;
         self.leads = [None; 3];
         for motor in &mut self.motors {
             motor.halt(now);

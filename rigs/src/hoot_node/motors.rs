@@ -1,7 +1,7 @@
 //! Motors of a node: motions that the machine asks for, and reports to it.
 
-use hoot_proto::device::{Input, Motion, MotorSettings, MotorState, ProgramState};
-use hoot_proto::message::{self, Direction, Microstep, ProgramMode};
+use hoot_proto::device::{Input, Motion, MotorSettings, MotorState, ProgramState, Quirks};
+use hoot_proto::message::{self, Direction, Microstep};
 use motion_core::profile::Limits;
 use motion_core::trajectory::Range;
 use tracing::{debug, info, warn};
@@ -13,13 +13,23 @@ impl HootNode {
     /// Whether a motor moves, or the machine waits for a motor that is not plugged in.
     pub(super) fn is_moving(&self) -> bool {
         let waits = |motor: &message::Motor| self.machine.motor(*motor).is_moving();
-        self.motors.iter().any(|motor| !motor.is_idle()) || self.missing().iter().any(waits)
+        self.motors.iter().any(|motor| !motor.is_idle()) || !self.is_hung() && self.missing().iter().any(waits)
     }
 
     /// Motors that are not plugged in.
     fn missing(&self) -> &'static [message::Motor] {
         const ALL: &[message::Motor] = &message::Motor::ALL;
         ALL.get(self.motors.len()..).unwrap_or_default()
+    }
+
+    fn has_firmware_directions(&self) -> bool {
+        self.quirks.contains(Quirks::FIRMWARE_DIRECTIONS)
+    }
+
+    /// Sign of a direction. The setting of the direction inverts nothing in firmware.
+    fn way(&self, motor: message::Motor, direction: Direction) -> f64 {
+        let setting = if self.has_firmware_directions() { Direction(0) } else { self.settings(motor).direction };
+        if (direction.0 != 0) == (setting.0 != 0) { -1.0 } else { 1.0 }
     }
 
     fn settings(&self, motor: message::Motor) -> &MotorSettings {
@@ -32,7 +42,7 @@ impl HootNode {
         let now = self.now;
         let settings = *self.settings(which);
         let speed = self.speed_of_moves(which);
-        let Some(motor) = self.motors.get_mut(index) else { return };
+        let Some(motor) = self.motors.get(index) else { return };
         let here = motor.at(now);
         let acceleration = f64::from(settings.acceleration.0.abs());
         let acceleration = if acceleration > 0.0 { acceleration } else { motor.limits().acceleration };
@@ -42,29 +52,36 @@ impl HootNode {
         match motion {
             Motion::Stop => {
                 info!("motor {which} stops at {:.0}", here.position);
-                motor.halt(now);
+                self.motors[index].halt(now);
             }
             Motion::By { direction, steps } => {
-                let to = here.position.round() + way(direction, settings.direction) * f64::from(steps.0);
+                let to = here.position.round() + self.way(which, direction) * f64::from(steps.0);
                 info!("motor {which} moves from {:.0} to {to:.0}", here.position);
-                motor.go_to(now, to, speed, acceleration);
+                self.motors[index].go_to(now, to, speed, acceleration);
             }
             Motion::To(to) => self.send(which, to.0.into(), speed, acceleration),
             Motion::Run { direction, speed } => {
-                self.ways[index] = way(direction, settings.direction);
+                self.ways[index] = self.way(which, direction);
+                // A negative speed inverts a run of firmware when it is set on the way, not when the run begins.
+                if self.has_firmware_directions() && speed.0 < 0.0 {
+                    self.ways[index] = -self.ways[index];
+                }
                 let velocity = self.ways[index] * f64::from(speed.0);
                 info!("motor {which} runs at {velocity:.0} a second");
-                motor.run(now, velocity, acceleration);
+                self.motors[index].run(now, velocity, acceleration);
             }
-            Motion::Speed(speed) => motor.run(now, self.ways[index] * f64::from(speed.0), acceleration),
+            Motion::Speed(speed) => {
+                let velocity = self.ways[index] * f64::from(speed.0);
+                self.motors[index].run(now, velocity, acceleration);
+            }
             Motion::Along { plan, elapsed } => {
                 info!("motor {which} follows its plan from {} to {} in {} ms", plan.start, plan.stop, plan.travel);
-                self.lead(which, Lead::Plan { plan, elapsed, since: now });
+                self.lead(which, Lead { plan, elapsed, since: now });
             }
             Motion::Microstep(microstep) => self.rescale(which, microstep),
             Motion::Rebase { by } => {
-                motor.rebase(now, here.position - f64::from(by.0));
-                self.told[index] = round(motor.at(now).position);
+                self.motors[index].rebase(now, here.position - f64::from(by.0));
+                self.told[index] = round(self.motors[index].at(now).position);
                 self.leads[index] = self.leads[index].map(|lead| lead.rebased(by));
             }
             Motion::Power(on) => debug!("motor {which}: current {}", if on { "on" } else { "off" }),
@@ -72,24 +89,22 @@ impl HootNode {
         }
     }
 
-    /// Sends a motor to a position. In a time lapse it arrives when the next picture comes.
+    /// Sends a motor to a position.
     fn send(&mut self, which: message::Motor, to: f64, speed: f64, acceleration: f64) {
         let motor = &mut self.motors[index(which)];
         let from = motor.at(self.now).position;
         debug!("motor {which} goes from {from:.0} to {to:.0}");
-        let runs = self.machine.program().state() == ProgramState::Running;
-        if runs && self.machine.controller().program_mode == ProgramMode::CONTINUOUS {
-            let millis = self.machine.camera().settings().interval.0.max(1).into();
-            self.lead(which, Lead::Line { from, to, since: self.now, millis });
-        } else {
-            motor.go_to(self.now, to, speed, acceleration);
-        }
+        motor.go_to(self.now, to, speed, acceleration);
     }
 
     /// Speed of moves to a position: the setting, or in a program the greatest speed.
     fn speed_of_moves(&self, which: message::Motor) -> f64 {
         let settings = self.settings(which);
         let (set, most) = (f64::from(settings.speed.0.abs()), f64::from(settings.max_step_speed.0));
+        // The greatest speed of a motor limits nothing in firmware, except what the machine has set.
+        if self.quirks.contains(Quirks::SENDS_FAST) {
+            return set;
+        }
         let is_program = self.machine.program().state() == ProgramState::Running;
         if is_program || set == 0.0 { most } else { set.min(most) }
     }
@@ -100,6 +115,16 @@ impl HootNode {
         motor.lead(Place { position, velocity: 0.0 });
         self.leads[index(which)] = Some(lead);
         self.led_at[index(which)] = self.now;
+    }
+
+    /// Counts in the microsteps with which the machine begins.
+    pub(super) fn take_first_microsteps(&mut self) {
+        for which in message::Motor::ALL.into_iter().take(self.motors.len()) {
+            let microstep = self.settings(which).microstep;
+            if microstep != Microstep::QUARTER {
+                self.rescale(which, microstep);
+            }
+        }
     }
 
     /// Counts positions in other microsteps. Limits and travel stay the same on the rig.
@@ -176,7 +201,10 @@ impl HootNode {
 
     fn happened(&mut self, which: message::Motor, happening: Happening) {
         match happening {
-            // A motor that runs at speed 0 still runs.
+            // A motor that runs at speed 0 still runs, except in firmware.
+            Happening::Rests if self.has_firmware_directions() && self.settings(which).speed.0 == 0.0 => {
+                self.step(Input::Arrived(which));
+            }
             Happening::Rests if self.machine.motor(which).state() != MotorState::Moving => {}
             Happening::Rests => {
                 info!("motor {which} rests at {}", self.told[index(which)]);
@@ -205,11 +233,6 @@ impl HootNode {
 
 const fn index(motor: message::Motor) -> usize {
     motor as usize - 1
-}
-
-/// Sign of a direction, for a motor with this setting.
-fn way(direction: Direction, setting: Direction) -> f64 {
-    if (direction.0 != 0) == (setting.0 != 0) { -1.0 } else { 1.0 }
 }
 
 /// Step that is nearest to a position.

@@ -2,6 +2,7 @@
 
 mod bridge;
 mod faults;
+mod firmware;
 mod programs;
 mod replay;
 mod trouble;

@@ -89,8 +89,8 @@ fn shoot_move_shoot_takes_each_photo_at_rest_and_on_the_plan() {
 }
 
 #[test]
-fn in_a_time_lapse_the_motor_moves_evenly_from_photo_to_photo() {
-    let plan = Plan { travel: Span(8), acceleration: Span(0), deceleration: Span(0), ..smooth() };
+fn in_a_time_lapse_the_motor_moves_by_the_clock_while_photos_are_taken() {
+    let plan = Plan { travel: Span(3200), acceleration: Span(0), deceleration: Span(0), ..smooth() };
     let mut stage = with(ProgramMode::CONTINUOUS, &[(ONE, 0, plan)], photos(10, 100, 400));
     stage.ok(START);
     let mut first_move = None;
@@ -99,7 +99,7 @@ fn in_a_time_lapse_the_motor_moves_evenly_from_photo_to_photo() {
             first_move = Some(stage.now());
         }
         if let Some(began) = first_move {
-            // The plan has 750 steps in 400 ms. The start of the move is known to a tick.
+            // The plan has 6000 steps in 3200 ms. The start of the move is known to a tick.
             let gone = f64::from(u32::try_from(stage.now() - began).unwrap());
             let planned = (gone * 750.0 / 400.0).min(6000.0);
             assert!((stage.place(0) - planned).abs() <= 2.0 * 750.0 / 400.0, "{} for {planned}", stage.place(0));

@@ -47,36 +47,79 @@ fn ask(node: &mut HootNode, now: u64, request: &str) -> String {
     answer
 }
 
+/// Reason, and the lines to which it applies.
+type Known = (&'static str, &'static [usize]);
+
+/// Lines of each build whose answer the node does not give.
+const DIFFERENCES: &[(&str, &[Known])] = &[
+    (
+        "2014-10-15",
+        &[
+            (SUPPLY, &[8, 9, 1313, 1314]),
+            ("the vendor's compiler rounds a number below the range of normal ones in another way", &[1087]),
+        ],
+    ),
+    (
+        "2014-12-03",
+        &[
+            (SUPPLY, &[8, 9, 1313, 1314]),
+            ("the compiler of this build rounds a number below the range of normal ones in another way", &[1087]),
+            (TWO, &[262, 274, 282, 1345]),
+            (NAN, &[492, 506]),
+            (KEY_FRAMES, &[1369, 1370]),
+            (LATER_CAMERA, &[1779, 1780]),
+        ],
+    ),
+    (
+        "v0.23",
+        &[
+            (SUPPLY, &[8, 9, 1313, 1314]),
+            (TWO, &[262, 274, 282, 1345]),
+            (NAN, &[492, 506]),
+            (KEY_FRAMES, &[1369, 1370]),
+            (LATER_CAMERA, &[1779, 1780]),
+        ],
+    ),
+    ("v0.33", &[(KEY_FRAMES, &[1369, 1370]), (LATER_CAMERA, &[1779, 1780])]),
+    ("v0.45", &[(MEMORY, &[1476]), (LATER_CAMERA, &[1779, 1780, 1781])]),
+    (
+        "v0.58",
+        &[
+            (MEMORY, &[1476]),
+            ("a query with surplus data read an end limit from a place in memory that holds something else", &[1333]),
+            (LATER_CAMERA, &[1779, 1780, 1781, 1782, 1783]),
+        ],
+    ),
+    ("v0.70", &[(MEMORY, &[1476]), (LATER_CAMERA, &[1779, 1780, 1781, 1782, 1783])]),
+];
+const SUPPLY: &str = "the lower half of an IEEE number from the converter; the node knows hundredths only";
+const TWO: &str = "a yes that was set as 2 is read back as 2; the node keeps yes or no";
+const NAN: &str = "the compiler of this build gives NaN a sign";
+const KEY_FRAMES: &str = "commands of key frames, which the sheet does not have";
+const LATER_CAMERA: &str = "queries of the camera that the sheet does not have";
+const MEMORY: &str = "the number of free bytes, a query that the sheet does not have";
+
 #[test]
 fn nodes_answer_as_firmware_did() {
-    let mut said = String::new();
-    for device in ["2014-10-15", "2014-12-03", "v0.23", "v0.33", "v0.45", "v0.58", "v0.70"] {
+    for (device, known) in DIFFERENCES {
         let mut node = HootNode::new(Setup::default().with_device(device).unwrap());
         node.open(Millis(0), LineId(0));
         let rows = rows(device);
-        let mut wrong = BTreeMap::<String, Vec<String>>::new();
-        for (number, row) in rows.iter().enumerate() {
-            let found = ask(&mut node, (number as u64 + 1) * PAUSE, &row.request);
+        assert!(rows.len() > 1980, "{device}");
+        let mut wrong = BTreeMap::new();
+        for (number, row) in (1_usize..).zip(&rows) {
+            let found = ask(&mut node, number as u64 * PAUSE, &row.request);
             if found != row.answer {
-                let line =
-                    format!("{}: {} and not {}", number + 1, found.replace(BREAK, "."), row.answer.replace(BREAK, "."));
-                wrong
-                    .entry(format!("{} {}", row.kind, &row.request[2..6]))
-                    .or_default()
-                    .push(format!("{} {line}", row.request));
+                wrong.insert(number, format!("{} {}: {found} and not {}", row.kind, row.request, row.answer));
             }
         }
-        let count: usize = wrong.values().map(Vec::len).sum();
-        said += &format!("{device}: {count} of {} differ\n", rows.len());
-        if std::env::var("SHOW").is_ok_and(|show| show == device) {
-            for (what, all) in &wrong {
-                said += &format!(
-                    "  {what}: {}: {}\n",
-                    all.len(),
-                    all.iter().take(3).cloned().collect::<Vec<_>>().join("; ")
-                );
+        println!("{device}: {} of {} answers are equal", rows.len() - wrong.len(), rows.len());
+        assert!(wrong.len() * 100 <= rows.len(), "{device}: {wrong:#?}");
+        for (reason, lines) in *known {
+            for line in *lines {
+                assert!(wrong.remove(line).is_some(), "{device}, line {line} is right now, not: {reason}");
             }
         }
+        assert!(wrong.is_empty(), "{device}: {wrong:#?}");
     }
-    println!("{said}");
 }

@@ -80,7 +80,7 @@ impl Sub for Motor {
 }
 
 sub_messages! {
-    /// Sets whether the motor has no current while it rests.
+    /// Sets whether the motor has no current while it rests. In a new node it has none; from v0.23 on it has.
     ///
     /// Source: hoot, section 2.3.
     pub struct MotorSetSleep for /** The motor. */ motor: Motor {
@@ -115,11 +115,13 @@ sub_messages! {
 
     /// Sets the greatest speed of the motor. Source: hoot, section 2.3.
     pub struct MotorSetMaxStepSpeed for /** The motor. */ motor: Motor {
-        /// Speed. The node acknowledges and ignores 0, and speeds above its greatest step rate.
+        /// Speed. The node acknowledges and ignores 0, and speeds above its greatest step rate. The setting limits sends from
+        /// v0.70 on, and nothing before (decision H-65).
         max_step_speed: StepRate,
     }
 
-    /// Sets which direction is forward. Source: hoot, section 2.3.
+    /// Sets which direction is forward. The sheet says that it flips the direction, whatever the program does. Firmware keeps
+    /// the setting and flips nothing (decision H-65). Source: hoot, section 2.3.
     pub struct MotorSetDirection for /** The motor. */ motor: Motor {
         /// Direction, 0 or 1.
         direction: Direction,

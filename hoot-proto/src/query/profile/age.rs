@@ -69,9 +69,10 @@ impl Age {
 
 impl fmt::Display for Age {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.hundredths() {
-            Some(version) => write!(f, "v0.{version:02}"),
-            None => write!(f, "{}-{:02}-{:02}", 2014 + self.0 / 512 % 2, self.0 / 32 % 16, self.0 % 32),
+        if let Some(version) = self.hundredths() {
+            return write!(f, "v0.{version:02}");
         }
+        let year = if self.0 < Self::day(2015, 0, 0).0 { 2014 } else { 2015 };
+        write!(f, "{year}-{:02}-{:02}", self.0 / 32 % 16, self.0 % 32)
     }
 }

@@ -14,19 +14,30 @@ pub enum DelayUnit {
 }
 
 /// Makes the questions of the table of facts: whether a fact holds for the firmware of a profile. `since` is the first build
-/// for which it holds, `until` the first for which it does not hold any more.
+/// for which it holds, `until` the first for which it does not hold any more. A second time may follow after `or`.
 macro_rules! facts {
-    ($($(#[$doc:meta])* $name:ident: $since:expr, $until:expr;)*) => {
+    ($($(#[$doc:meta])* $name:ident: $since:expr, $until:expr $(, or $again:expr, $end:expr)?;)*) => {
         /// Facts about the firmware. An answer is `None` if the fact is true for only a part of the builds that the profile
         /// stands for.
         impl Profile {
             $($(#[$doc])*
             #[must_use]
             pub const fn $name(self) -> Option<bool> {
-                self.is_within($since, $until)
+                let holds = self.is_within($since, $until);
+                $(let holds = either(holds, self.is_within($again, $end));)?
+                holds
             })*
         }
     };
+}
+
+/// Whether one of two facts holds for all builds.
+const fn either(one: Option<bool>, other: Option<bool>) -> Option<bool> {
+    match (one, other) {
+        (Some(true), _) | (_, Some(true)) => Some(true),
+        (Some(false), Some(false)) => Some(false),
+        _ => None,
+    }
 }
 
 const ALWAYS: Age = Age::FIRST;
@@ -45,8 +56,18 @@ facts! {
     float_is_true: ALWAYS, day(10, 7);
     /// Whether the firmware says by a `BYTE` whether a motor moves; earlier it was an `INT`.
     has_true_bytes: day(10, 29), NEVER;
+    /// Whether the speed of runs may be negative; earlier firmware ignores such speeds.
+    takes_negative_speeds: day(10, 30), NEVER;
+    /// Whether the firmware takes its greatest speed for a speed of runs above it; earlier firmware ignores such speeds.
+    caps_speeds: v(37), NEVER;
+    /// Whether the query for the speed of runs asks for the speed of the moment; earlier it asks for the setting.
+    answers_momentary_speed: day(10, 28), NEVER;
     /// Whether a second packet follows the answer to the query whether a motor moves.
     answers_running_twice: ALWAYS, day(10, 29);
+    /// Whether the firmware has video mode; earlier, every mode except 0 is mode 1.
+    has_video_mode: day(10, 24), NEVER;
+    /// Whether the firmware ignores values of ping-pong other than 0 and 1.
+    ignores_wrong_ping_pong: v(24), NEVER;
     /// Whether the firmware has joystick mode, ping-pong, and the query for joystick mode.
     has_joystick_mode: day(10, 28), NEVER;
     /// Whether the firmware answers the query whether the planned move goes to and fro.
@@ -63,6 +84,31 @@ facts! {
     is_silent: day(12, 22), NEVER;
     /// Whether the version of the firmware is a `ULONG`; earlier it is a `BYTE`, and 6.
     has_long_version: Age::day(2015, 1, 5), NEVER;
+    /// Whether commands 12, 23 and 24 of a motor, and 11 where it moves, go at 5,000 steps per second or the motor's greatest
+    /// speed, and overwrite the speed of runs.
+    sends_at_full_speed: day(11, 3), NEVER;
+    /// Whether these commands switch the motor to quarter steps.
+    sends_in_quarter_steps: day(11, 17), v(45), or v(60), NEVER;
+    /// Whether the microsteps from before such a command are set again when the motor rests.
+    restores_microsteps: v(60), NEVER;
+    /// Whether the firmware acknowledges command 11 of a motor and does nothing.
+    ignores_home: v(20), v(41);
+    /// Whether the greatest speed of a motor limits commands 11, 12, 23 and 24; earlier it limits nothing.
+    max_speed_limits: v(70), NEVER;
+    /// Whether a start chooses the microsteps of all motors.
+    start_sets_microsteps: day(12, 3), v(45), or v(47), NEVER;
+    /// Whether the end limit and the home stop motors; later the end limit is kept and stops nothing.
+    holds_limits: ALWAYS, v(49);
+    /// Whether joystick mode sets all speeds to 0, and the speed of runs sets motors in motion in it.
+    joystick_moves: day(11, 3), NEVER;
+    /// Whether the end of joystick mode switches the dead-man off.
+    joystick_ends_dead_man: day(12, 3), NEVER;
+    /// Whether a program that was stopped or is over still answers its last run time.
+    keeps_run_time: day(12, 3), NEVER;
+    /// Whether motors go on after a pause in the modes without stops.
+    resumes_moves: day(12, 15), NEVER;
+    /// Whether a node does nothing else for 1.5 s before it starts a program.
+    start_blocks: v(20), NEVER;
     /// Whether commands 25 and 26 of a motor are single steps; later, 25 sets the lead-out.
     has_steps: ALWAYS, v(25);
     /// Whether hundredths are under the type `ULONG`; earlier they are under `FLOAT`.
@@ -83,44 +129,44 @@ facts! {
 
 /// Types of answers. If the profile stands for several builds, the type is that of one of them.
 impl Profile {
-    const fn either(is_later: Option<bool>, later: ValueType, earlier: ValueType) -> ValueType {
+    const fn later_or(is_later: Option<bool>, later: ValueType, earlier: ValueType) -> ValueType {
         if matches!(is_later, Some(true)) { later } else { earlier }
     }
 
     /// Type of hundredths: of voltage, current, speed and acceleration.
     #[must_use]
     pub const fn hundredths(self) -> ValueType {
-        Self::either(self.usual().has_long_hundredths(), ValueType::ULONG, ValueType::FLOAT)
+        Self::later_or(self.usual().has_long_hundredths(), ValueType::ULONG, ValueType::FLOAT)
     }
 
     /// Type of the answer whether a motor moves.
     #[must_use]
     pub const fn motor_running(self) -> ValueType {
-        Self::either(self.usual().has_true_bytes(), ValueType::BYTE, ValueType::INT)
+        Self::later_or(self.usual().has_true_bytes(), ValueType::BYTE, ValueType::INT)
     }
 
     /// Type of the version of the firmware.
     #[must_use]
     pub const fn version_type(self) -> ValueType {
-        Self::either(self.usual().has_long_version(), ValueType::ULONG, ValueType::BYTE)
+        Self::later_or(self.usual().has_long_version(), ValueType::ULONG, ValueType::BYTE)
     }
 
     /// Type of the answer to the query for the lead-in.
     #[must_use]
     pub const fn lead_in(self) -> ValueType {
-        Self::either(self.usual().answers_long_lead_in(), ValueType::ULONG, ValueType::UINT)
+        Self::later_or(self.usual().answers_long_lead_in(), ValueType::ULONG, ValueType::UINT)
     }
 
     /// Type of the answer to the query for the greatest number of pictures.
     #[must_use]
     pub const fn max_shots(self) -> ValueType {
-        Self::either(self.usual().has_short_max_shots(), ValueType::UINT, ValueType::ULONG)
+        Self::later_or(self.usual().has_short_max_shots(), ValueType::UINT, ValueType::ULONG)
     }
 
     /// Type of the answer to query 117 of a motor, which firmware before 2014-12-03 refuses.
     #[must_use]
     pub const fn query_117(self) -> ValueType {
-        Self::either(self.usual().has_sleep_query(), ValueType::BYTE, ValueType::FLOAT)
+        Self::later_or(self.usual().has_sleep_query(), ValueType::BYTE, ValueType::FLOAT)
     }
 
     /// Unit of the delay before the start, if it is known.
@@ -134,6 +180,53 @@ impl Profile {
     }
 }
 
+/// Settings of a new node.
+impl Profile {
+    const fn choose<T: Copy>(self, until: Age, before: T, after: T) -> T {
+        if matches!(self.usual().is_within(ALWAYS, until), Some(true)) { before } else { after }
+    }
+
+    /// Speed of runs of a new node, in steps per second.
+    pub(crate) const fn first_speed(self) -> f32 {
+        self.choose(day(10, 27), 1500.0, self.choose(day(11, 17), 1000.0, 5000.0))
+    }
+
+    /// Acceleration of runs of a new node, in steps per second squared.
+    pub(crate) const fn first_acceleration(self) -> f32 {
+        self.choose(day(10, 20), 1000.0, 15_000.0)
+    }
+
+    /// Backlash of a new node, in microsteps.
+    pub(crate) const fn first_backlash(self) -> u16 {
+        self.choose(day(12, 16), 384, 0)
+    }
+
+    /// Greatest speed of a motor of a new node, in steps per second.
+    pub(crate) const fn first_max_speed(self) -> u16 {
+        self.choose(v(70), 1000, 5000)
+    }
+
+    /// Whether the motors of a new node have no current while they rest.
+    pub(crate) const fn first_sleep(self) -> bool {
+        self.choose(v(23), true, false)
+    }
+
+    /// Microsteps of motors 2 and 3 of a new node.
+    pub(crate) const fn first_microstep(self) -> u8 {
+        self.choose(v(23), 4, 16)
+    }
+
+    /// Whether the motors of a new node are enabled.
+    pub(crate) const fn first_enable(self) -> bool {
+        self.choose(v(45), false, true)
+    }
+
+    /// Whether a new node holds the focus together with the shutter.
+    pub(crate) const fn first_focus_with_shutter(self) -> bool {
+        self.choose(day(11, 3), false, true)
+    }
+}
+
 /// Commands that joystick mode leaves. Source: hoot, sections 4.1 and 7.
 impl Profile {
     /// Whether a node refuses a command in joystick mode; `None` if it is not known. Broadcasts, the core protocol and the
@@ -141,10 +234,9 @@ impl Profile {
     #[must_use]
     pub const fn refuses_in_joystick_mode(self, Selector { table, command, sub_address }: Selector) -> Option<bool> {
         let leaves = match (table, sub_address, command) {
-            (Table::Node, 0, 0 | 1 | 23) | (Table::Node, 1..=3, 0 | 1 | 3 | 4 | 6 | 13) => Some(true),
+            (Table::Node, 0, 0 | 1 | 23 | 120) | (Table::Node, 1..=3, 0 | 1 | 3 | 4 | 6 | 13) => Some(true),
             (Table::Node, 0, 14 | 122) => self.is_within(day(12, 3), NEVER),
             (Table::Node, 0, 50 | 51) => self.is_within(v(37), NEVER),
-            (Table::Node, 0, 120) => Some(true),
             (Table::Node, 0, 200) | (Table::Node, 1..=3, 107) => self.is_within(v(41), NEVER),
             (Table::Node, 1..=3, 15) => self.is_within(ALWAYS, v(33)),
             (Table::Node, 1..=3, 106) => self.is_within(v(40), NEVER),

@@ -1,0 +1,75 @@
+//! Uses of the motors, as the device acknowledged them, and the motors of the uploaded move.
+
+use crate::message::{HostMessage, Motor, MotorFlags, MotorPair, Motors, RtShootFrame, RtShootFrame2};
+use crate::upload::Track;
+
+/// Uses of the motors on this link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub(super) struct Uses {
+    enabled: Motors,
+    blurred: Motors,
+    /// Motors that are driven by hand during a move.
+    pub(super) live: Motors,
+    /// Motors of the last move that was uploaded.
+    axes: Motors,
+}
+
+fn only(motor: Motor) -> Motors {
+    [motor].into_iter().collect()
+}
+
+/// Motors that move in a shot of their own.
+fn blurred(pairs: &[MotorPair]) -> Motors {
+    pairs.iter().filter(|pair| pair.pos_a() != pair.pos_b()).map(MotorPair::motor).collect()
+}
+
+impl Uses {
+    /// Keeps the uses of a motor; none while nobody knows them.
+    pub(super) fn set(&mut self, motor: Motor, flags: MotorFlags) {
+        let motor = only(motor).0;
+        for (motors, flag) in [
+            (&mut self.enabled, MotorFlags::ENABLED),
+            (&mut self.blurred, MotorFlags::BLUR),
+            (&mut self.live, MotorFlags::LIVE),
+        ] {
+            motors.0 = if flags.contains(flag) { motors.0 | motor } else { motors.0 & !motor };
+        }
+    }
+
+    /// Forgets all uses, because the device may be another one, or have forgotten them.
+    pub(super) fn forget(&mut self) {
+        *self = Self { axes: self.axes, ..Self::default() };
+    }
+
+    /// An upload begins, or the device has no move.
+    pub(super) const fn without_move(&mut self) {
+        self.axes = Motors::NONE;
+    }
+
+    /// A section of an upload is sent.
+    pub(super) fn section(&mut self, track: Track) {
+        if let Track::Axis(motor) = track {
+            self.axes.0 |= only(motor).0;
+        }
+    }
+
+    /// A motor that a message would move although the device was not told to use it so, and the flags that are missing.
+    pub(super) fn lacking(&self, message: &HostMessage<'_>) -> Option<(Motor, MotorFlags)> {
+        let (moved, blurred) = match message {
+            HostMessage::MotorMove(message) => (only(message.motor), Motors::NONE),
+            HostMessage::MotorJog(message) => (only(message.motor), Motors::NONE),
+            HostMessage::RtPositionFrame(_) | HostMessage::RtJogAll(_) | HostMessage::RtRunMove(_) => {
+                (self.axes, Motors::NONE)
+            }
+            HostMessage::RtShootFrame(RtShootFrame { motors, .. })
+            | HostMessage::RtShootFrame2(RtShootFrame2 { motors, .. }) => {
+                let own = blurred(motors);
+                (Motors(self.axes.0 | own.0), own)
+            }
+            _ => return None,
+        };
+        let first = |motors: Motors, flags| Some((motors.iter().next()?, flags));
+        first(Motors(moved.0 & !self.enabled.0), MotorFlags::ENABLED)
+            .or_else(|| first(Motors(blurred.0 & !self.blurred.0), MotorFlags::BLUR))
+    }
+}

@@ -1,0 +1,50 @@
+//! Uses that the motors need before a command moves them, and commands that wait for them.
+//!
+//! Devices acknowledge moves of motors that are not enabled, tell that they arrive, and do not move them. In a shot they
+//! move only the motors that are set to blur, and with a blurred motor and no ways they follow the uploaded move.
+
+use std::collections::BTreeMap;
+
+use dmc_proto::Token;
+use dmc_proto::message::{HostMessage, Motor, MotorFlags, MotorPair};
+use dmc_proto::upload::MoveSource;
+
+use super::Table;
+
+/// Command that waits until its motors have their uses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Waiting {
+    pub(super) token: Token,
+    pub(super) is_sequence: bool,
+}
+
+/// Uses of the motors on this link, as the device acknowledged them.
+pub(super) type Uses = BTreeMap<Motor, MotorFlags>;
+
+/// First motor that a message needs and that does not have its uses, with the uses to set.
+pub(super) fn lacking(uses: &Uses, message: &HostMessage<'_>, table: &Table) -> Option<(Motor, MotorFlags)> {
+    let axes = || table.motors().iter();
+    match message {
+        HostMessage::MotorMove(message) => enabled(uses, [message.motor]),
+        HostMessage::MotorJog(message) => enabled(uses, [message.motor]),
+        HostMessage::RtPositionFrame(_) | HostMessage::RtJogAll(_) | HostMessage::RtRunMove(_) => enabled(uses, axes()),
+        HostMessage::RtShootFrame(shot) => blurred(uses, shot.motors, axes()),
+        HostMessage::RtShootFrame2(shot) => blurred(uses, shot.motors, axes()),
+        _ => None,
+    }
+}
+
+/// First motor that is not enabled. Its other uses stay.
+fn enabled(uses: &Uses, motors: impl IntoIterator<Item = Motor>) -> Option<(Motor, MotorFlags)> {
+    let flags = |motor: &Motor| uses.get(motor).copied().unwrap_or_default();
+    let motor = motors.into_iter().find(|motor| !flags(motor).contains(MotorFlags::ENABLED))?;
+    Some((motor, flags(&motor) | MotorFlags::ENABLED))
+}
+
+/// First motor that has not its uses for a shot: with a way of its own it blurs, without one it does not.
+fn blurred(uses: &Uses, pairs: &[MotorPair], axes: impl Iterator<Item = Motor>) -> Option<(Motor, MotorFlags)> {
+    let own = |motor: Motor| pairs.iter().any(|pair| pair.motor() == motor);
+    let others = axes.filter(|motor| !own(*motor)).map(|motor| (motor, MotorFlags::ENABLED));
+    let blurred = pairs.iter().map(|pair| (pair.motor(), MotorFlags::ENABLED | MotorFlags::BLUR));
+    blurred.chain(others).find(|(motor, flags)| uses.get(motor) != Some(flags))
+}
