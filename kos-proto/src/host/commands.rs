@@ -3,13 +3,14 @@
 use motion_core::time::Millis;
 
 use super::event::{Event, LinkDownReason, MoveState, Outcome, Refusal, StopTarget};
+use super::hand::checked;
 use super::input::{Command, Get, Go};
 use super::machine::{HostMachine, State};
 use super::playback::Playback;
 use super::requests::Asker;
 use super::stops::transmit_stop;
 use super::transmit::{PasswordOf, Transmit};
-use super::{Output, Token, motors};
+use super::{Output, Token};
 use crate::message::{MotorAddress, MotorSet};
 
 /// End of a command that is followed: now, or later.
@@ -150,7 +151,7 @@ impl HostMachine {
         }
         match command {
             Command::MoveTo(go) => {
-                self.motors.move_to(now, output, &self.options, &mut self.stops, (motors::checked(go)?, token))?;
+                self.motors.move_to(now, output, &self.options, &mut self.stops, (checked(go)?, token))?;
                 LATER
             }
             Command::Jog { motor, speed, acceleration } => {
@@ -159,7 +160,7 @@ impl HostMachine {
             }
             Command::Bump(Go { position, .. }) if position.0 == 0.0 => Err(Refusal::Number),
             Command::Bump(go) => {
-                self.motors.bump(now, output, &self.options, &mut self.stops, (motors::checked(go)?, token))?;
+                self.motors.bump(now, output, &self.options, &mut self.stops, (checked(go)?, token))?;
                 LATER
             }
             Command::Load { .. }

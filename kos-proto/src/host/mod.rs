@@ -61,6 +61,7 @@
 mod calibration;
 mod commands;
 mod event;
+mod hand;
 mod input;
 mod machine;
 mod motors;

@@ -10,16 +10,19 @@ mod state;
 #[path = "../../../kos-proto/tests/machines/world.rs"]
 mod world;
 
-use kos_proto::device::{self, Destination, DeviceMachine, Report, SessionId};
+use kos_proto::device::{self, Actions, Destination, DeviceMachine, Quirks, Report, SessionId};
 use kos_proto::host::{self, Command, Event, Get, HostMachine, Token, Transmit};
-use kos_proto::message::{KeepAlive, MarkBeginPosition, MarkEndPosition, MotorSet, Password, Rotations};
+use kos_proto::message::{
+    ActionId, KeepAlive, MarkBeginPosition, MarkEndPosition, MotorSet, Password, PlaybackDirection, PlaybackState,
+    Rotations, StartPlayback,
+};
 use kos_proto::trajectory::TrajectoryData;
-use kos_proto::{DecodeError, Effect, Frame, HostMessage, Millis, MoveSummary, Transport};
+use kos_proto::{DecodeError, DeviceMessage, Effect, Frame, HostMessage, Millis, MoveSummary, Transport};
 use laws::world::{Fate, Faults, Line};
 
 pub use self::rig::{MOTOR, RANGE, Rig};
 pub use self::state::{Breach, Link, State, Told};
-use self::world::{World, device_bytes, device_stops_first, host_bytes, host_stops_first, to_device, to_host};
+use self::world::{World, device_bytes, device_stops_first, frame, host_bytes, host_stops_first, to_device, to_host};
 
 const SESSION: SessionId = SessionId(0);
 /// Time at which every message arrives. A message is late if other things happen first.
@@ -52,8 +55,23 @@ pub struct Kos {
     pub faults: Faults,
     /// Number of times that the motor may fail.
     pub failures: u8,
+    /// Way in which the device differs from the document as we read it.
+    pub conduct: Conduct,
     /// Mistake that the properties must find.
     pub wrong: Wrong,
+}
+
+/// Conduct of the device that the client has to be right with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Conduct {
+    /// The device does what the document says.
+    Mild,
+    /// The device ignores stops while it is locked.
+    DeafWhileLocked,
+    /// The device plays moves from their end to their begin.
+    OtherWay,
+    /// The device does not know an action.
+    Lacks(ActionId),
 }
 
 /// Mistake in a machine, made on purpose.
@@ -67,6 +85,12 @@ pub enum Wrong {
     StartsAgain,
     /// The client does not send an unconfirmed stop first on another connection.
     ForgetsStops,
+    /// The client does not send a stop again directly after the password.
+    StopsBeforeThePassword,
+    /// The client does not see which way a move is played.
+    BlindToWays,
+    /// The client does not hear that the device does not know a message.
+    DeafToRefusals,
 }
 
 /// Request of the application.
@@ -159,6 +183,11 @@ impl Kos {
     /// A device with a calibrated motor, and a client; connected and ready, unless there is a password.
     fn begin(&self) -> State {
         let device = device::Options::default().with_motors(MotorSet::of([MOTOR])).with_progress_every(None);
+        let device = match self.conduct {
+            Conduct::Mild | Conduct::OtherWay => device,
+            Conduct::DeafWhileLocked => device.with_quirks(Quirks::LOCKED_IGNORES_STOPS),
+            Conduct::Lacks(action) => device.with_unsupported(Actions::NONE.with(action)),
+        };
         let host = host::Options::default().with_echo_password(false);
         let (host, device) = (HostMachine::new(host), DeviceMachine::new(device));
         let mut state = State {
@@ -219,6 +248,14 @@ impl Kos {
         {
             output.transmit(Transmit::Start);
         }
+        if self.wrong == Wrong::StopsBeforeThePassword {
+            let mut is_after = false;
+            output.effects.retain(|effect| {
+                let keeps = !is_after || *effect != Effect::Transmit(Transmit::StopPlayback);
+                is_after |= matches!(effect, Effect::Transmit(Transmit::UserPassword(_)));
+                keeps
+            });
+        }
         if self.wrong == Wrong::ForgetsStops && input == host::Input::LinkUp {
             output.effects.retain(|effect| *effect != Effect::Transmit(Transmit::StopPlayback));
         }
@@ -250,6 +287,12 @@ impl Kos {
             {
                 device::Input::Received { session, message: KeepAlive::default().into(), bytes, password }
             }
+            device::Input::Received { session, message: HostMessage::StartPlayback(start), bytes, password }
+                if self.conduct == Conduct::OtherWay =>
+            {
+                let start = StartPlayback { direction: PlaybackDirection::REVERSE, ..start };
+                device::Input::Received { session, message: start.into(), bytes, password }
+            }
             input => input,
         };
         let output = state.both.step_device(heard);
@@ -263,7 +306,7 @@ impl Kos {
                 state.both.up.cut();
             }
         }
-        state.ledger_of_device(&input, &output);
+        state.ledger_of_device(&input, &output, self.conduct);
         if state.link == Link::Up {
             let password = Password(self.password);
             let source =
@@ -301,7 +344,22 @@ impl Kos {
         );
     }
 
+    /// Message as the client hears it: another one if it is deaf or blind by mistake.
+    fn heard<'m>(&self, message: &'m [u8]) -> &'m [u8] {
+        /// Report on an input, which means nothing to anybody here.
+        const NOTHING: &[u8] = &[4, 0, 8, 0, 0x81, 2, 0x15, 0];
+        let is_lost = match (self.wrong, DeviceMessage::decode(&frame(message))) {
+            (Wrong::DeafToRefusals, Ok(DeviceMessage::UnsupportedMessage(_))) => true,
+            (Wrong::BlindToWays, Ok(DeviceMessage::PlaybackStatus(status))) => {
+                status.playback_status == PlaybackState::START_REVERSE
+            }
+            _ => false,
+        };
+        if is_lost { NOTHING } else { message }
+    }
+
     fn arrives_at_host(&self, state: &mut State, message: &[u8], is_undamaged: bool) {
+        let message = self.heard(message);
         self.host(
             state,
             match Frame::decode(message) {

@@ -1,12 +1,12 @@
 //! Exploration of client and device of kOS together.
 
 use kos_proto::Transport;
-use kos_proto::message::{MotorAddress, Normalized, Seconds};
+use kos_proto::message::{ActionId, MotorAddress, Normalized, Seconds};
 use kos_proto::trajectory::{
     Delay, LiveMotion, Loop, MotorPlan, Plan, Play, Style, TimeLapseMotion, Times, TrajectoryData, Way, bezier,
 };
 use laws::world::Faults;
-use models::kos::{Kos, Wish, Wrong};
+use models::kos::{Conduct, Kos, Wish, Wrong};
 use stateright::{Checker, DiscoveryClassification, HasDiscoveries, Model};
 
 /// Speed of the motors on the way to the start of a move.
@@ -40,6 +40,7 @@ fn tcp(script: &'static [(Wish, u8)]) -> Kos {
         cuts: 0,
         faults: Faults::default(),
         failures: 0,
+        conduct: Conduct::Mild,
         wrong: Wrong::Nothing,
     }
 }
@@ -160,6 +161,34 @@ fn a_wrong_password_over_tcp() {
     holds("a wrong password over TCP, late", Kos { password: b"sesame", ..tcp(script) }, 200_000);
 }
 
+/// The device ignores stops while it is locked, and the connection is cut while a move runs.
+const DEAF: Conduct = Conduct::DeafWhileLocked;
+
+#[test]
+fn a_deaf_lock_over_tcp_that_is_cut() {
+    let script = &[(Wish::PlayDirect, 1), (Wish::Stop, 1)];
+    let password = b"sesame";
+    let kos = Kos { password, known: password, conduct: DEAF, cuts: 1, prompt: true, ..tcp(script) };
+    holds("a deaf lock over TCP, cut", kos, 50_000);
+}
+
+#[test]
+fn a_device_that_plays_the_other_way() {
+    let script = &[(Wish::Load, 1), (Wish::Play, 1), (Wish::PlayDirect, 1), (Wish::Stop, 1)];
+    holds("the other way over TCP", Kos { conduct: Conduct::OtherWay, prompt: true, ..tcp(script) }, 5_000);
+}
+
+#[test]
+fn a_device_that_lacks_an_action() {
+    for (name, script, action) in [
+        ("no bump", &[(Wish::Bump, 1), (Wish::Stop, 1)][..], ActionId::BUMP_POSITION_SPEED_ACCELERATION),
+        ("no setup", &[(Wish::Load, 1), (Wish::Stop, 1)], ActionId::SETUP_PLAYBACK),
+        ("no start", &[(Wish::PlayDirect, 1), (Wish::Stop, 1)], ActionId::START_PLAYBACK),
+    ] {
+        holds(name, Kos { conduct: Conduct::Lacks(action), ..tcp(script) }, 500);
+    }
+}
+
 /// Deeper explorations with more delays, which take minutes.
 #[test]
 #[ignore = "takes minutes, and gigabytes"]
@@ -183,4 +212,11 @@ fn mistakes_are_found() {
     finds("a stop that comes is obeyed in its step", with(Wrong::DeafToStops));
     finds("nothing of the never-retry list is repeated", with(Wrong::StartsAgain));
     finds("no stop is given up silently", Kos { cuts: 1, ..with(Wrong::ForgetsStops) });
+    let password = b"sesame";
+    let locked = Kos { password, known: password, ..with(Wrong::StopsBeforeThePassword) };
+    finds("a stop is sent first, in its step", locked);
+    let other_way = Kos { conduct: Conduct::OtherWay, ..with(Wrong::BlindToWays) };
+    finds("no move is played the other way once messages settle", other_way);
+    let conduct = Conduct::Lacks(ActionId::START_PLAYBACK);
+    finds("what the device does not know ends once messages settle", Kos { conduct, ..with(Wrong::DeafToRefusals) });
 }

@@ -1,13 +1,13 @@
 //! Possible events, and the properties.
 
 use kos_proto::Millis;
-use kos_proto::device::{self, Report};
+use kos_proto::device::{self, Report, playback};
 use kos_proto::host::{self, Command, Event, MoveState, Outcome};
 use kos_proto::message::ErrorCode;
 use laws::world::{Fate, Faults};
 use stateright::{Model, Property};
 
-use super::{Action, Breach, Kos, Link, MOTOR, SESSION, State, Told, Wish};
+use super::{Action, Breach, Conduct, Kos, Link, MOTOR, SESSION, State, Told, Wish};
 
 type Holds = fn(&Kos, &State) -> bool;
 
@@ -167,13 +167,23 @@ impl Model for Kos {
             Property::always("every question and every stop ends in time", |_: &Kos, state: &State| {
                 state.ends_in_time()
             }),
+            Property::always("no move is played the other way once messages settle", |kos: &Kos, state: &State| {
+                kos.conduct != Conduct::OtherWay
+                    || !state.is_settled()
+                    || state.both.device.machine.playback() != playback::State::Reverse
+            }),
+            Property::always("what the device does not know ends once messages settle", |kos: &Kos, state: &State| {
+                let lacks = matches!(kos.conduct, Conduct::Lacks(_));
+                !lacks || !state.is_settled() || state.open == 0
+            }),
             Property::always("both agree on the move once messages settle", |_: &Kos, state: &State| {
                 !state.is_settled() || state.agrees()
             }),
         ];
         // States that must be reached, so that the rules above mean something.
         let wants = |wishes: &[Wish]| self.script.iter().any(|(wish, _)| wishes.contains(wish));
-        let plays = wants(&[Wish::Play, Wish::PlayDirect]);
+        let plays =
+            wants(&[Wish::Play, Wish::PlayDirect]) && matches!(self.conduct, Conduct::Mild | Conduct::DeafWhileLocked);
         let breaks = self.faults != Faults::default() || self.cuts > 0 || !self.prompt;
         let reached: [(bool, &'static str, Holds); 8] = [
             (true, "a stop is confirmed", |_, state| state.told.stopped),

@@ -7,6 +7,7 @@ use kos_proto::host::{self, Command, Event, Move, MoveState, Outcome, StopTarget
 use kos_proto::message::PlaybackState;
 use kos_proto::{DeviceMessage, Effect, HostMessage, Millis};
 
+use super::Conduct;
 use super::rig::Rig;
 use super::world::{World, frame};
 
@@ -194,7 +195,7 @@ impl Ledger {
             DeviceMessage::PlaybackStatus(status) => {
                 by(Request::Move) || status.playback_status == PlaybackState::FULL_STOP
             }
-            DeviceMessage::ErrorStatus(_) => true,
+            DeviceMessage::ErrorStatus(_) | DeviceMessage::UnsupportedMessage(_) => true,
             _ => false,
         };
         if answered {
@@ -257,6 +258,14 @@ impl State {
         for transmit in output.transmits() {
             ledger.sent(input, transmit);
         }
+        // A locked device may ignore a stop, so it is sent again directly after the password.
+        let wants_stop = self.both.host.machine.move_state() == MoveState::Stopping;
+        let password = |effect: &host::Effect<'_>| matches!(effect, Effect::Transmit(Transmit::UserPassword(_)));
+        if let Some(place) = output.effects.iter().position(password).filter(|_| wants_stop)
+            && output.effects.get(place + 1) != Some(&Effect::Transmit(Transmit::StopPlayback))
+        {
+            ledger.breach(Breach::StopNotSent);
+        }
         let mut told = Told::default();
         let (mut closed, mut obeyed) = (false, false);
         for event in output.events() {
@@ -312,8 +321,17 @@ impl State {
     }
 
     /// Records the step of the device, which the rig has followed already.
-    pub(super) fn ledger_of_device(&mut self, input: &device::Input<'_>, output: &device::Output<'_>) {
-        let device::Input::Received { message, .. } = input else { return };
+    pub(super) fn ledger_of_device(
+        &mut self,
+        input: &device::Input<'_>,
+        output: &device::Output<'_>,
+        conduct: Conduct,
+    ) {
+        let device::Input::Received { message, session, .. } = input else { return };
+        let is_locked = self.both.device.machine.session(*session) == device::session::State::Locked;
+        if conduct == Conduct::DeafWhileLocked && is_locked && message.conduct().is_stop() {
+            return;
+        }
         let obeyed = match message {
             HostMessage::StopPlayback(_) => {
                 let empty = self.both.device.machine.playback() == playback::State::Empty;
