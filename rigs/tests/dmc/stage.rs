@@ -191,8 +191,8 @@ pub(crate) fn devices() -> impl Iterator<Item = (Setup, Quirks)> {
 }
 
 /// Frame on which a device rests after a run that ends at a frame.
-pub(crate) fn end_frame(quirks: Quirks, frame: i32) -> Option<FrameNumber> {
-    Some(FrameNumber(frame + i32::from(quirks.contains(Quirks::RESTS_BEYOND))))
+pub(crate) fn end_frame(quirks: Quirks, frame: i32) -> FrameNumber {
+    FrameNumber(frame + i32::from(quirks.contains(Quirks::RESTS_BEYOND)))
 }
 
 /// Event that a stop of everything is confirmed.
