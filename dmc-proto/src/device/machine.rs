@@ -150,6 +150,13 @@ impl DeviceMachine {
         };
         if let Some(code) = answer.unwrap_or_else(Some) {
             self.ack(output, id, message.kind(), code);
+            let tells = matches!(
+                message,
+                HostMessage::MotorStop(_) | HostMessage::MotorStopAll(_) | HostMessage::RtPositionFrame(_)
+            );
+            if tells && code == AckCode::OK && self.has(Quirks::POSITIONS_AFTER_ACK) {
+                output.transmit(Transmit { id, contents: self.positions() });
+            }
         }
     }
 

@@ -143,6 +143,8 @@ pub(super) struct Lock {
     pub(super) is_at_rest: bool,
     /// Time until which the lock lasts at least.
     pub(super) until: Option<Millis>,
+    /// Whether a stop made the lock. Its time counts from the stop, and not from rest.
+    pub(super) is_stop: bool,
 }
 
 impl Lock {

@@ -6,7 +6,7 @@ use super::event::Event;
 use super::machine::{Answer, DeviceMachine, Request, allowed};
 use super::motion::Motion;
 use super::options::Quirks;
-use super::transmit::Output;
+use super::transmit::{Output, Transmit};
 use crate::message::{AckCode, HostMessage, Motors, RigKind, VirtConfig};
 
 impl DeviceMachine {
@@ -44,6 +44,11 @@ impl DeviceMachine {
         allowed(request.rig)?;
         self.on_frame = None;
         output.event(Event::Apply(request.message));
+        if self.has(Quirks::POSITIONS_AFTER_ACK) {
+            self.ack(output, request.id, request.message.kind(), AckCode::OK);
+            output.transmit(Transmit { id: request.id, contents: self.positions() });
+            return Ok(());
+        }
         let told_first = self.has(Quirks::RESET_TOLD_FIRST);
         if told_first {
             self.report(now, output);
@@ -107,7 +112,7 @@ impl DeviceMachine {
             Motion::Moving => self.on_frame,
             Motion::Stopping(_) | Motion::Locked(_) | Motion::PreRoll(_) => None,
             Motion::ToFrame(frame) | Motion::JogAll(_, frame) => Some(frame),
-            Motion::PostRoll(job) => Some(job.to),
+            Motion::PostRoll(job) => self.end_of(job),
         };
         self.moving = Motors::NONE;
         self.on_frame = frame;
@@ -116,7 +121,9 @@ impl DeviceMachine {
             Motion::Locked(lock) if lock.is_at_rest => {}
             Motion::Locked(lock) => {
                 lock.is_at_rest = true;
-                lock.until = Some(now.after(self.options.hold().into()));
+                if !lock.is_stop {
+                    lock.until = Some(now.after(self.options.hold().into()));
+                }
                 self.report(now, output);
             }
             _ => {

@@ -53,7 +53,8 @@ const NOTHING: Hi<'static> = Hi {
 flags! {
     /// Differences of devices in the field from the specification, for simulators that stand for one of them.
     ///
-    /// None of them concerns a stop.
+    /// With two of them a stop is refused or ignored: [`STOP_LOCKS`](Self::STOP_LOCKS) and
+    /// [`STOP_OF_ONE_IGNORED`](Self::STOP_OF_ONE_IGNORED). They are for simulators alone: hosts have to cope with such devices.
     pub struct Quirks(u16) {
         /// Acknowledgements have four bytes, the upper two zero (decision D-6).
         WIDE_ACK = 0x0001,
@@ -72,10 +73,24 @@ flags! {
         NO_END_OF_SHOT = 0x0040,
         /// Whatever locked the device, it answers `ERR_HARD_LOW` (decision D-52).
         ONE_LOCK_CODE = 0x0080,
+        /// A stop of everything that moves, unless it is silent, locks the device until all motors rest, and for
+        /// [`hold`](Options::hold) at least. Until then it refuses everything except questions, stops too (decision D-78).
+        STOP_LOCKS = 0x0100,
+        /// A stop of one motor in a run, a shot or a jog of all motors is acknowledged, and does nothing (decision D-79).
+        STOP_OF_ONE_IGNORED = 0x0200,
+        /// After a run, the motors rest on the frame after its last one, if the move has that frame (decision D-80).
+        RESTS_BEYOND = 0x0400,
+        /// A way to a frame outside the move leads to the nearest frame of the move (decision D-81).
+        CLAMPS_FRAMES = 0x0800,
+        /// After a shot, the motors stay where its ways ended, on no frame (decision D-82).
+        STAYS_AFTER_SHOT = 0x1000,
+        /// After the acknowledgement of a stop, a new position or a way to a frame, positions follow under the id of the
+        /// request (decision D-83).
+        POSITIONS_AFTER_ACK = 0x2000,
     }
 }
 
 impl Quirks {
     /// Differences of the vendor's own firmware, dmc-lite.
-    pub const VENDOR: Self = Self(0x00FF);
+    pub const VENDOR: Self = Self(0x1FFF);
 }

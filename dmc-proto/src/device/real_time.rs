@@ -15,6 +15,7 @@ impl DeviceMachine {
         if matches!(self.motion, Motion::Running(_) | Motion::Stopping(_)) {
             return Err(AckCode::ERR_MOVING);
         }
+        let frame = if self.has(Quirks::CLAMPS_FRAMES) { self.upload.nearest(frame) } else { frame };
         self.upload.reach(frame)?;
         allowed(rig)?;
         if self.motion.job().is_some() {
@@ -25,6 +26,16 @@ impl DeviceMachine {
         self.motion = Motion::ToFrame(frame);
         self.moving.0 |= self.upload.axes().0;
         Ok(())
+    }
+
+    /// Frame on which the motors rest after a run or shot.
+    pub(super) fn end_of(&self, job: Job) -> Option<FrameNumber> {
+        match job.kind {
+            JobKind::Shot if self.has(Quirks::STAYS_AFTER_SHOT) => None,
+            JobKind::Shot => Some(job.to),
+            _ if self.has(Quirks::RESTS_BEYOND) => Some(self.upload.nearest(FrameNumber(job.to.0.saturating_add(1)))),
+            _ => Some(job.to),
+        }
     }
 
     pub(super) fn jog_all(&mut self, output: &mut Output<'_>, rig: AckCode, message: &RtJogAll<'_>) -> Answer {

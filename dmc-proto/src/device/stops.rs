@@ -5,12 +5,16 @@ use motion_core::time::Millis;
 use super::event::{Event, StopKind};
 use super::machine::{Answer, DeviceMachine};
 use super::motion::{Lock, Motion};
+use super::options::Quirks;
 use super::transmit::{Contents, Output};
 use crate::message::{AckCode, HostMessage, Motor, Motors, StopFlags, StopReason};
 
 impl DeviceMachine {
     /// Obeys a stop in any state. Only a motor that is not there cannot be stopped.
     pub(super) fn stop(&mut self, now: Millis, output: &mut Output<'_>, message: &HostMessage<'_>) -> Answer {
+        if self.has(Quirks::STOP_LOCKS) && matches!(self.motion, Motion::Locked(_)) {
+            return Err(AckCode::ERR_HARD_LOW);
+        }
         match message {
             HostMessage::MotorStop(message) => {
                 if !self.all_motors().contains(message.motor) {
@@ -19,6 +23,10 @@ impl DeviceMachine {
                 // A motor outside the uploaded move can only be one that is driven by hand.
                 let axes = self.motion.coordinated(self.upload.axes()).unwrap_or_default();
                 let is_part = axes.contains(message.motor);
+                let is_run = self.motion.job().is_some() || matches!(self.motion, Motion::JogAll(..));
+                if is_part && is_run && self.has(Quirks::STOP_OF_ONE_IGNORED) {
+                    return Ok(());
+                }
                 self.stop_one(now, output, StopKind::Motor(message.motor), is_part);
             }
             HostMessage::VirtStop(message) => {
@@ -54,8 +62,17 @@ impl DeviceMachine {
         if self.motion.job().is_some() {
             output.event(Event::TriggersOff);
         }
+        let locks = self.has(Quirks::STOP_LOCKS) && !silent;
         self.motion = match self.motion {
             Motion::Idle | Motion::Locked(_) => return,
+            Motion::Ready(_) | Motion::Stopping(_) => Motion::Stopping(harder_until),
+            _ if locks => Motion::Locked(Lock {
+                code: AckCode::ERR_HARD_LOW,
+                is_pressed: false,
+                is_at_rest: false,
+                until: Some(now.after(self.options.hold().into())),
+                is_stop: true,
+            }),
             _ => Motion::Stopping(harder_until),
         };
         self.on_frame = None;
@@ -104,7 +121,7 @@ impl DeviceMachine {
             output.event(Event::TriggersOff);
         }
         let is_pressed = pressed || matches!(self.motion, Motion::Locked(Lock { is_pressed: true, .. }));
-        self.motion = Motion::Locked(Lock { code, is_pressed, is_at_rest: false, until: None });
+        self.motion = Motion::Locked(Lock { code, is_pressed, is_at_rest: false, until: None, is_stop: false });
         self.on_frame = None;
         Self::tell(output, Contents::HardStop(reason, motor));
     }

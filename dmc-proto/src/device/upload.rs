@@ -70,6 +70,11 @@ impl Upload {
         self.loaded().map_or(Motors::NONE, |frames| frames.axes)
     }
 
+    /// Frame of the move that is nearest to a frame; the frame itself without a move.
+    pub(super) fn nearest(&self, frame: FrameNumber) -> FrameNumber {
+        self.loaded().map_or(frame, |frames| frame.min(frames.last).max(frames.first))
+    }
+
     /// Checks that there is a move, and that a frame is part of it.
     pub(super) fn reach(&self, frame: FrameNumber) -> Result<(), AckCode> {
         let frames = self.loaded().ok_or(AckCode::ERR_GENERAL)?;

@@ -265,19 +265,20 @@ impl Requests {
         options: &Options,
         ids: &mut Ids,
     ) -> ArrayVec<Pending, MAX_WINDOW> {
-        let mut over = ArrayVec::new();
-        let mut moves = false;
-        self.window.retain(|pending| {
-            if pending.until > now {
-                return true;
+        let (mut over, mut moves, mut at) = (ArrayVec::new(), false, 0_usize);
+        while let Some(pending) = self.window.get_mut(at) {
+            let is_due = pending.until <= now;
+            if is_due && !pending.may_repeat() {
+                // There is room: both lists are equally long.
+                let _ = self.window.pop_at(at).map(|pending| over.try_push(pending));
+                continue;
             }
-            if !pending.may_repeat() {
-                return over.try_push(pending.clone()).is_err();
+            if is_due {
+                moves |= pending.request.conduct.may_move();
+                pending.send(now, output, options, ids);
             }
-            moves |= pending.request.conduct.may_move();
-            pending.send(now, output, options, ids);
-            true
-        });
+            at = at.saturating_add(1);
+        }
         self.outdate(moves);
         over
     }

@@ -166,6 +166,17 @@ pub(crate) fn stops_go_first(output: &host::Output<'_>) {
     assert!(!others.any(is_stop), "a stop after something else: {output:?}");
 }
 
+/// Whether a device with quirks refuses a stop in its state, or ignores it: decisions D-78 and D-79.
+pub(crate) fn may_not_stop(device: &device::DeviceMachine, message: &HostMessage<'_>) -> bool {
+    use device::{Quirks, State};
+    let quirks = device.options().quirks();
+    let is_run =
+        matches!(device.state(), State::JogAll | State::PreRoll | State::Ready | State::Running | State::PostRoll);
+    let is_ignored = matches!(message, HostMessage::MotorStop(_)) && is_run;
+    (quirks.contains(Quirks::STOP_LOCKS) && device.state() == State::Locked)
+        || (quirks.contains(Quirks::STOP_OF_ONE_IGNORED) && is_ignored)
+}
+
 /// Law of each output of a device: the rig acts before the host is told, and stops before everything else.
 pub(crate) fn the_rig_acts_first(output: &device::Output<'_>) {
     use device::Event;

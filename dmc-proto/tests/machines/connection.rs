@@ -615,3 +615,63 @@ fn a_wake_too_early_changes_nothing_and_a_late_one_reports_once() {
     bench.step(Input::Wake);
     assert_eq!(bench.wake, None, "no wake is later than the last moment");
 }
+
+/// Device with quirks, a move of motors 1 and 2, on frame 1.
+fn quirky(quirks: Quirks) -> Bench {
+    let mut bench = Bench::of(Options::of(hi()).with_quirks(quirks));
+    bench.load();
+    bench.asked(position_frame(1));
+    bench.rests();
+    bench
+}
+
+/// D-78
+#[test]
+fn a_device_may_lock_after_a_stop_of_everything() {
+    let mut bench = quirky(Quirks::STOP_LOCKS);
+    bench.takes(stop_all(), Event::Stop(StopKind::All { silent: false }));
+    assert_eq!(bench.state(), State::Idle, "nothing moved");
+    bench.asked(jog(3));
+    bench.takes(stop_all(), Event::Stop(StopKind::All { silent: false }));
+    assert_eq!(bench.state(), State::Locked);
+    for message in [stop_all(), stop(3), jog(3), configure(3, MotorFlags::ENABLED)] {
+        bench.refuses(message, AckCode::ERR_HARD_LOW);
+    }
+    assert_eq!(bench.asked(status()).0, [Said::Other(bench.id(), Contents::Status(Motors(4)))]);
+    bench.rests();
+    bench.pass(1999);
+    bench.refuses(stop_all(), AckCode::ERR_HARD_LOW);
+    assert_eq!(bench.pass(1).1, [Event::Unlocked]);
+    bench.takes(stop_all(), Event::Stop(StopKind::All { silent: false }));
+    // A silent stop does not lock.
+    bench.asked(jog(3));
+    let silent = HostMessage::from(MotorStopAll { flags: Some(StopFlags::SILENT), tail: &[] });
+    bench.takes(silent, Event::Stop(StopKind::All { silent: true }));
+    assert_eq!(bench.state(), State::Stopping);
+}
+
+/// D-79
+#[test]
+fn a_device_may_ignore_a_stop_of_one_motor_in_a_run() {
+    let mut bench = quirky(Quirks::STOP_OF_ONE_IGNORED);
+    bench.asked(run(1, 10, RunFlags(0)));
+    let (said, events) = bench.asked(stop(1));
+    assert_eq!((said, events), (vec![bench.ack(&stop(1), AckCode::OK)], vec![]));
+    assert_eq!(bench.state(), State::PreRoll);
+    bench.asked(stop_all());
+    bench.rests();
+    bench.asked(jog(1));
+    bench.takes(stop(1), Event::Stop(StopKind::Motor(Motor(1))));
+}
+
+/// D-83
+#[test]
+fn a_device_may_send_positions_after_an_acknowledgement() {
+    let mut bench = quirky(Quirks::POSITIONS_AFTER_ACK);
+    for message in [stop_all(), stop(1), position_frame(1), reset(1)] {
+        bench.rests();
+        let (said, _) = bench.asked(message);
+        let Said::Positions(id, _) = said[1] else { panic!("{said:?}") };
+        assert_eq!((&said[0], id, said.len()), (&bench.ack(&message, AckCode::OK), bench.id(), 2), "{message}");
+    }
+}

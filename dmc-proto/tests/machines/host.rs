@@ -557,15 +557,16 @@ fn a_move_needs_all_its_motors_enabled_and_a_shot_its_own_to_blur() {
     for message in [position_frame(1), run(1, 10, RunFlags(0)), jog_all(5)] {
         assert_eq!(desk.sequence(7, message), (vec![], lacks(2, MotorFlags::ENABLED)), "motor 2 is part of the move");
     }
+    desk.request(2, configure(2, MotorFlags::ENABLED));
+    desk.acked(7, 0x0037, AckCode::OK);
     let pairs = [MotorPair::new(Motor(1), Steps(0), Steps(9)), MotorPair::new(Motor(3), Steps(4), Steps(4))];
     let shot = RtShootFrame { motors: &pairs, ..RtShootFrame::default() };
     assert_eq!(desk.sequence(7, shot.into()), (vec![], lacks(1, MotorFlags::BLUR)));
     desk.request(2, configure(1, MotorFlags::ENABLED | MotorFlags::BLUR));
-    desk.acked(7, 0x0037, AckCode::OK);
-    assert_eq!(desk.sequence(3, shot.into()).0, [(8, named(3))], "motor 3 does not move in the shot");
+    desk.acked(8, 0x0037, AckCode::OK);
+    let to_frame = Contents::ToFrame(shot.frame);
+    assert_eq!(desk.sequence(3, shot.into()).0, [(9, to_frame)], "motor 3 does not move in the shot");
     desk.stop(StopTarget::All);
-    desk.acked(9, 0x0033, AckCode::OK);
-    desk.request(2, configure(2, MotorFlags::ENABLED));
-    desk.acked(10, 0x0037, AckCode::OK);
+    desk.acked(10, 0x0033, AckCode::OK);
     assert_eq!(desk.sequence(4, position_frame(1)).0, [(11, named(4))]);
 }

@@ -11,7 +11,7 @@ use dmc_proto::message::{
 use dmc_proto::{DeviceMessage, Effect, Frame, MessageId, Millis, Token};
 use laws::world::{self, Fate, Faults, Next};
 
-use super::app::{App, answer, hi, section, the_rig_acts_first};
+use super::app::{App, answer, hi, may_not_stop, section, the_rig_acts_first};
 use super::bench::{begin, jog, jog_all, move_to, position_frame, run, shot};
 
 /// Time that a frame takes, in milliseconds.
@@ -207,7 +207,8 @@ impl World {
     /// Takes a step of the device, and does what follows from it.
     pub(crate) fn tell_device(&mut self, input: device::Input<'_>) {
         let before = self.device().state();
-        let is_stop = matches!(input, device::Input::Received { message, .. } if message.conduct().is_stop());
+        let is_obeyed = |message| !may_not_stop(self.device(), message);
+        let is_stop = matches!(&input, device::Input::Received { message, .. } if message.conduct().is_stop() && is_obeyed(message));
         let output = self.both.step_device(input);
         self.seen.0.insert(self.device().state());
         if is_stop {

@@ -42,7 +42,7 @@ const ROUNDS: u8 = 3;
 
 /// An emergency stop.
 #[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub(super) struct Emergency {
     /// Number of rounds that are over, up to [`ROUNDS`].
     rounds: u8,
@@ -61,6 +61,8 @@ pub(super) struct Emergency {
     /// Whether the application was told that the stop is not confirmed.
     is_told: bool,
 }
+
+motion_core::debug! { Emergency { rounds step is_unsure is_partial is_again not_before is_patient is_told } }
 
 impl Emergency {
     /// Begins the round with its first packet.

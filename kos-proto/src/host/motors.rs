@@ -234,7 +234,8 @@ impl Motors {
     /// waits. If several wait, the next reports confirm nothing.
     pub(super) fn refused(&mut self, output: &mut Output<'_>, code: ErrorCode) {
         let waits = |followed: &Followed| followed.hand.token.is_some();
-        let is_clear = self.list.iter().filter(|followed| waits(followed)).count() == 1;
+        let mut waiting = self.list.iter().filter(|followed| waits(followed));
+        let is_clear = waiting.next().is_some() && waiting.next().is_none();
         for followed in self.list.iter_mut().filter(|followed| waits(followed)) {
             if is_clear {
                 followed.hand.end(output, Outcome::Refused(Refusal::Device(code)));

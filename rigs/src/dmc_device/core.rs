@@ -1,8 +1,9 @@
 //! Device without its line: the machine, the motors, and their reports to each other.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use dmc_proto::device::{self, Contents, DeviceMachine, Effect, Input, Scratch, State, Transmit};
+use dmc_proto::frame::encode;
 use dmc_proto::message::{AckCode, FrameNumber, Hi, Motor as Number, Motors, Steps, Triggers};
 use dmc_proto::upload::Room;
 use dmc_proto::{Frame, Header, Item};
@@ -10,6 +11,7 @@ use motion_core::time::Millis;
 use tracing::{debug, info, warn};
 
 use super::camera::Camera;
+use super::carriages::Carriages;
 use super::course::Course;
 use super::setup::{Setup, Tuning};
 use super::store::Store;
@@ -26,6 +28,11 @@ pub(super) struct Core {
     /// Time when the machine wants to be woken.
     pub(super) wake: Option<Millis>,
     pub(super) motors: Vec<Motor>,
+    pub(super) carriages: Carriages,
+    /// Times at which jogs end by themselves.
+    pub(super) jogs: BTreeMap<Number, Millis>,
+    /// Number of bytes of a damaged frame that are still to be dropped.
+    drops: usize,
     pub(super) tuning: Vec<Tuning>,
     pub(super) store: Store,
     pub(super) course: Course,
@@ -52,7 +59,10 @@ impl Core {
             machine: DeviceMachine::new(setup.options),
             wake: None,
             motors: setup.motors.clone(),
-            tuning: setup.motors.iter().map(Tuning::of).collect(),
+            carriages: Carriages::default(),
+            jogs: BTreeMap::new(),
+            drops: 0,
+            tuning: setup.motors.iter().map(|motor| Tuning::of(motor, setup.facts.uses)).collect(),
             store: Store::new(room),
             course: Course::Free,
             stood_on: None,
@@ -70,7 +80,9 @@ impl Core {
     pub(super) fn reset(&mut self) {
         self.machine = DeviceMachine::new(self.setup.options);
         self.wake = None;
-        self.tuning = self.setup.motors.iter().map(Tuning::of).collect();
+        self.tuning = self.setup.motors.iter().map(|motor| Tuning::of(motor, self.setup.facts.uses)).collect();
+        self.jogs.clear();
+        self.drops = 0;
         self.store.clear();
         self.course = Course::Free;
         self.owes_rest = false;
@@ -85,6 +97,7 @@ impl Core {
             // A controller that counts steps does not know where its motors stand.
             motor.rebase(self.clock, 0.0);
         }
+        self.carriages.follow(self.clock, &self.motors, &self.tuning);
     }
 
     /// Gives an input to the machine and carries out its effects.
@@ -98,6 +111,7 @@ impl Core {
                 Effect::Event(event) => self.obey(event),
             }
         }
+        self.carriages.follow(self.clock, &self.motors, &self.tuning);
     }
 
     fn transmit(&mut self, transmit: Transmit) {
@@ -116,7 +130,15 @@ impl Core {
     }
 
     pub(super) fn received(&mut self, item: Item<'_, Frame<'_>, Header>) {
+        if self.drops > 0 {
+            self.drops = self.drops.saturating_sub(item.bytes().len());
+            return;
+        }
         match item {
+            Item::Frame(frame) if self.setup.facts.compares_check && !is_canonical(&frame) => {
+                warn!("a message has other check bytes than this device writes");
+                self.step(Input::Corrupt(frame.id(), frame.kind()));
+            }
             Item::Frame(frame) => {
                 self.received += 1;
                 let input = Input::received(&frame, |message| {
@@ -125,8 +147,11 @@ impl Core {
                 });
                 self.step(input);
             }
-            Item::Corrupt { header, why, .. } => {
+            Item::Corrupt { header, why, bytes } => {
                 warn!(%why, "a message arrived damaged");
+                if self.setup.facts.drops_damaged {
+                    self.drops = header.frame_len().saturating_sub(bytes.len());
+                }
                 self.step(Input::Corrupt(header.id(), header.kind()));
             }
             Item::Noise { bytes, why } => warn!(%why, len = bytes.len(), "noise"),
@@ -142,7 +167,7 @@ impl Core {
     /// Time when something is due.
     pub(super) fn next(&self) -> Option<Millis> {
         let tick = self.is_busy().then(|| self.clock.after(TICK));
-        [tick, self.wake, self.camera.wake()].into_iter().flatten().min()
+        [tick, self.wake, self.camera.wake(), self.jogs.values().min().copied()].into_iter().flatten().min()
     }
 
     /// Does what is due at a moment.
@@ -157,6 +182,7 @@ impl Core {
                 self.step(Input::Limit { motor, upper });
             }
         }
+        self.end_jogs();
         if self.wake.is_some_and(|wake| wake <= now) {
             self.step(Input::Wake);
         }
@@ -171,6 +197,7 @@ impl Core {
                 self.step(Input::Moving(moving));
             }
         }
+        self.carriages.follow(self.clock, &self.motors, &self.tuning);
     }
 
     /// Position of a motor.
@@ -181,6 +208,17 @@ impl Core {
 
 impl device::Rig for Core {
     fn position(&self, motor: Number) -> Steps {
-        Steps(steps(self.place(motor)))
+        let place = self.place(motor);
+        if self.setup.facts.truncates {
+            return Steps(steps((place - 0.01_f64.copysign(place)).trunc()));
+        }
+        Steps(steps(place))
     }
+}
+
+/// Whether a frame has the check bytes that this crate writes. Modulo 255, the bytes 00 and FF are the same.
+fn is_canonical(frame: &Frame<'_>) -> bool {
+    let mut bytes = vec![0; frame.bytes().len()];
+    let written = encode(frame.id(), frame.kind(), frame.payload(), &mut bytes);
+    written.is_ok() && bytes == frame.bytes()
 }

@@ -1,6 +1,6 @@
 //! Motion of all motors together, moment by moment.
 
-use dmc_proto::device::Input;
+use dmc_proto::device::{Input, Quirks};
 use dmc_proto::message::{FrameNumber, Motor as Number, RunFlags, Triggers};
 use motion_core::profile::Limits;
 use tracing::{debug, info, warn};
@@ -119,7 +119,7 @@ impl Core {
         let this = steps(if velocity < 0.0 { at.ceil() } else { at.floor() });
         let is_new = this != *told && !rests;
         *told = this;
-        for motor in (1..=self.count()).map(Number) {
+        for motor in self.axes().collect::<Vec<_>>() {
             let Some(position) = self.store.between(motor, at) else { continue };
             let ahead = self.store.between(motor, at.floor() + 1.0).unwrap_or(position);
             let here = self.store.between(motor, at.floor()).unwrap_or(position);
@@ -280,9 +280,22 @@ impl Core {
             }
             return;
         }
-        let end = FrameNumber(run.job.to);
+        let quirks = self.setup.options.quirks();
+        let is_shot = matches!(run.job.kind, Kind::Shot { .. });
+        let beyond = FrameNumber(run.job.to.saturating_add(1));
+        let rests_beyond = !is_shot && quirks.contains(Quirks::RESTS_BEYOND);
+        let is_beyond = rests_beyond && self.store.has_frame(beyond);
+        let end = if is_beyond { beyond } else { FrameNumber(run.job.to) };
+        let stays = is_shot && quirks.contains(Quirks::STAYS_AFTER_SHOT);
         let motors: Vec<_> = run.job.ways.iter().map(|way| way.motor).collect();
         self.course = Course::Free;
+        if stays {
+            for motor in motors.iter().filter_map(|motor| index(*motor)) {
+                self.motors[motor].halt(self.clock);
+            }
+            self.owes_rest = true;
+            return;
+        }
         for motor in motors {
             // A motor that is no part of the move stays where it is.
             let goal = self.store.position(motor, end).map_or(self.place(motor), f64::from);

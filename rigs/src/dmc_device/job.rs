@@ -1,6 +1,6 @@
 //! Runs and shots: the way of each motor, with its acceleration from rest and its deceleration to rest.
 
-use dmc_proto::message::{Direction, FrameNumber, HostMessage, Motor, MotorPair, RtRunMove, RunFlags};
+use dmc_proto::message::{Direction, FrameNumber, HostMessage, Motor, MotorPair, RtRunMove, RunFlags, Steps};
 
 use super::store::Store;
 use crate::motor::Place;
@@ -54,25 +54,36 @@ pub(super) struct Way {
 }
 
 impl Job {
-    /// Run or shot of a message; `None` for other messages, and for frames outside the uploaded move.
-    pub(super) fn of(message: &HostMessage<'_>, store: &Store, motors: u8) -> Option<Self> {
-        let follow = (1..=motors).map(Motor).filter(|motor| store.has(*motor));
+    /// Run or shot of a message; `None` for other messages, and for frames outside the uploaded move. `axes` are the motors
+    /// that follow the move. In a shot only the motors move that blur: on the ways of the message, or if it has none, those
+    /// of `along` on the way of the uploaded move.
+    pub(super) fn of(
+        message: &HostMessage<'_>,
+        store: &Store,
+        (axes, along): (&[Motor], &[Motor]),
+        blurs: impl Fn(Motor) -> bool,
+    ) -> Option<Self> {
         let mut job = match message {
             HostMessage::RtRunMove(run) => Self::run(run),
             HostMessage::RtShootFrame(shot) => {
                 let part = if shot.blur_x10.0.0 == 0 { 1.0 } else { f64::from(shot.blur_x10.0.0.min(1000)) / 1000.0 };
                 let (from, to) = if shot.direction == Direction::BACKWARD { (part, 0.0) } else { (0.0, part) };
-                Self::shot(shot.frame, shot.exposure_ms.0, (from, to), shot.motors)
+                let pairs = pairs(shot.frame, shot.motors, store, along, &blurs);
+                Self::shot(shot.frame, shot.exposure_ms.0, (from, to), &pairs)
             }
             HostMessage::RtShootFrame2(shot) => {
                 // The vendor's firmware takes a second for no exposure (decision D-27).
                 let exposure = if shot.exposure_ms.0 == 0 { 1000 } else { shot.exposure_ms.0 };
                 let part = |angle: u16| f64::from(angle) / 360.0;
-                Self::shot(shot.frame, exposure, (part(shot.open_angle.0), part(shot.close_angle.0)), shot.motors)
+                let pairs = pairs(shot.frame, shot.motors, store, along, &blurs);
+                Self::shot(shot.frame, exposure, (part(shot.open_angle.0), part(shot.close_angle.0)), &pairs)
             }
             _ => return None,
         };
-        for motor in follow.filter(|motor| !job.ways.iter().any(|way| way.motor == *motor)).collect::<Vec<_>>() {
+        for &motor in axes {
+            if job.ways.iter().any(|way| way.motor == motor) {
+                continue;
+            }
             job.ways.push(Way { motor, own: None, begin: Place::default(), end: Place::default() });
         }
         job.find_ends(store)?;
@@ -171,6 +182,28 @@ impl Job {
         let at = |moment: f64| store.between(way.motor, moment).unwrap_or(way.end.position);
         Place { position: at(moment), velocity: (at(after) - at(before)) * self.rate }
     }
+}
+
+/// Ways of the motors that blur in a shot of a frame.
+fn pairs(
+    frame: FrameNumber,
+    given: &[MotorPair],
+    store: &Store,
+    axes: &[Motor],
+    blurs: impl Fn(Motor) -> bool,
+) -> Vec<MotorPair> {
+    if !given.is_empty() {
+        return given.iter().copied().filter(|pair| blurs(pair.motor())).collect();
+    }
+    let way = |&motor: &Motor| {
+        let at = |frame: i32| store.position(motor, FrameNumber(frame));
+        let here = at(frame.0)?;
+        // After the last frame, the motor goes on as before it.
+        let next = at(frame.0.saturating_add(1));
+        let next = next.unwrap_or(here.saturating_mul(2).saturating_sub(at(frame.0.saturating_sub(1)).unwrap_or(here)));
+        Some(MotorPair::new(motor, Steps(here), Steps(next)))
+    };
+    axes.iter().filter(|motor| blurs(**motor)).filter_map(way).collect()
 }
 
 impl Way {

@@ -10,6 +10,7 @@
 //! of the next pass.
 
 mod camera;
+mod carriages;
 mod core;
 mod course;
 mod devices;
@@ -18,6 +19,8 @@ mod obey;
 mod setup;
 mod store;
 mod verdict;
+
+use std::mem;
 
 use dmc_proto::DeviceReader;
 use dmc_proto::device::{Input, State};
@@ -30,7 +33,7 @@ use crate::motor::Motor;
 use crate::{LineId, Outgoing, Party, Rig, waiting};
 
 pub use camera::Photo;
-pub use setup::{Setup, Tuning};
+pub use setup::{Facts, Setup, Tuning};
 
 use self::core::Core;
 
@@ -41,6 +44,8 @@ const LINE: LineId = LineId(0);
 #[derive(Debug)]
 pub struct DmcDevice {
     is_open: bool,
+    /// Whether the device greets at the first byte that arrives.
+    owes_greeting: bool,
     reader: Box<DeviceReader>,
     core: Core,
 }
@@ -50,7 +55,13 @@ impl DmcDevice {
     #[must_use]
     pub fn new(setup: Setup) -> Self {
         let reader = Box::new(DeviceReader::new(setup.patience));
-        Self { is_open: false, reader, core: Core::new(setup) }
+        Self { is_open: false, owes_greeting: false, reader, core: Core::new(setup) }
+    }
+
+    /// Name of the device in its greeting.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.core.setup.options.hi().name.to_string()
     }
 
     /// State of the device.
@@ -147,7 +158,10 @@ impl Party for DmcDevice {
             info!("line open");
             self.is_open = true;
             self.reader.reset();
-            self.core.step(Input::LinkUp);
+            self.owes_greeting = self.core.setup.facts.is_silent_at_boot;
+            if !self.owes_greeting {
+                self.core.step(Input::LinkUp);
+            }
         }
     }
 
@@ -167,6 +181,9 @@ impl Party for DmcDevice {
         self.advance(now);
         if line != LINE || !self.is_open {
             return;
+        }
+        if mem::take(&mut self.owes_greeting) {
+            self.core.step(Input::LinkUp);
         }
         dmc_reader::receive(&mut self.reader, now, bytes, |item| self.core.received(item));
     }
@@ -193,7 +210,7 @@ impl Rig for DmcDevice {
     const LINES: u8 = 1;
 
     fn motors(&self) -> &[Motor] {
-        &self.core.motors
+        self.core.carriages.motors().unwrap_or(&self.core.motors)
     }
 
     fn moment(&self) -> Option<f64> {

@@ -4,14 +4,19 @@ use dmc_proto::device::{Event, Input, StopKind};
 use dmc_proto::message::{
     Acceleration, CameraFlags, FrameNumber, HostMessage, JogSpeed, Motor as Number, MotorSetSpeed, Speed, Steps,
 };
+use motion_core::time::Millis;
 use tracing::{debug, info, warn};
 
 use super::core::Core;
 use super::course::Course;
 use super::index;
-use super::job::Job;
 use super::setup::Tuning;
 use crate::motor::{Motor, Place};
+
+/// Deceleration of a stop. A motor stops within a second, even if it was set to a lower acceleration.
+fn soft(now: Millis, motor: &Motor, tuning: &Tuning) -> f64 {
+    f64::from(tuning.acceleration.0).max(motor.at(now).velocity.abs())
+}
 
 impl Core {
     pub(super) fn obey(&mut self, event: Event<'_>) {
@@ -24,6 +29,7 @@ impl Core {
                 self.step(Input::Stored(store, code));
             }
             Event::Move(motor, to) => {
+                self.jogs.remove(&motor);
                 info!(%motor, %to, "goes");
                 self.send_to(motor, to.0.into());
             }
@@ -56,22 +62,28 @@ impl Core {
     fn stop(&mut self, stop: StopKind) {
         info!(?stop, "stops");
         let now = self.clock;
-        // A motor stops within a second, even if it was set to a lower acceleration.
-        let soft = |motor: &Motor, tuning: &Tuning| f64::from(tuning.acceleration.0).max(motor.at(now).velocity.abs());
         if let StopKind::Motor(number) = stop {
-            let place = index(number).and_then(|index| self.motors.get_mut(index).zip(self.tuning.get(index)));
-            if let Some((motor, tuning)) = place {
-                motor.stop(now, Some(soft(motor, tuning)));
-            }
+            self.jogs.remove(&number);
+            self.stop_one(number);
         } else {
+            self.jogs.clear();
             // A motor without a given deceleration stops as hard as it can.
             let is_soft = matches!(stop, StopKind::All { .. });
             for (motor, tuning) in self.motors.iter_mut().zip(&self.tuning) {
-                motor.stop(now, is_soft.then(|| soft(motor, tuning)));
+                motor.stop(now, is_soft.then(|| soft(now, motor, tuning)));
             }
             self.course = Course::Free;
             self.camera.close(now);
             self.camera.is_filming = false;
+        }
+        self.owes_rest = true;
+    }
+
+    fn stop_one(&mut self, number: Number) {
+        let now = self.clock;
+        let place = index(number).and_then(|index| self.motors.get_mut(index).zip(self.tuning.get(index)));
+        if let Some((motor, tuning)) = place {
+            motor.stop(now, Some(soft(now, motor, tuning)));
         }
         self.owes_rest = true;
     }
@@ -107,6 +119,7 @@ impl Core {
     fn jog(&mut self, motor: Number, speed: JogSpeed, to: Steps) {
         info!(%motor, %speed, %to, "jogs");
         let Some(tuning) = self.tuned(motor) else { return };
+        self.jogs.extend(self.setup.facts.jog_lasts.map(|lasts| (motor, self.clock.after(lasts))));
         let (here, wanted) = (self.place(motor), f64::from(to.0));
         let goal = if wanted > here {
             tuning.upper.map_or(wanted, |upper| wanted.min(f64::from(upper.0)).max(here))
@@ -114,6 +127,16 @@ impl Core {
             tuning.lower.map_or(wanted, |lower| wanted.max(f64::from(lower.0)).min(here))
         };
         self.send_at(motor, goal, f64::from(speed.0.0) / f64::from(JogSpeed::FULL.0.0));
+    }
+
+    /// Ends the jogs whose time is over.
+    pub(super) fn end_jogs(&mut self) {
+        let now = self.clock;
+        let over: Vec<_> = self.jogs.iter().filter(|(_, until)| **until <= now).map(|(motor, _)| *motor).collect();
+        for motor in over {
+            self.jogs.remove(&motor);
+            self.stop_one(motor);
+        }
     }
 
     fn go_to_frame(&mut self, frame: FrameNumber) {
@@ -130,7 +153,7 @@ impl Core {
 
     fn prepare(&mut self, message: &HostMessage<'_>) {
         self.owes_rest = true;
-        let Some(job) = Job::of(message, &self.store, self.count()) else { return };
+        let Some(job) = self.job(message) else { return };
         info!(from = job.from, to = job.to, "gets ready");
         for way in &job.ways {
             self.send_to(way.motor, way.before(job.up));

@@ -17,6 +17,46 @@ pub struct Setup {
     pub motors: Vec<Motor>,
     /// Time that the device waits for the end of a frame.
     pub patience: Patience,
+    /// Differences of the device from the specification that its machine does not know.
+    pub facts: Facts,
+}
+
+/// Differences of a device from the specification: those of its motors and of its reader. The others are
+/// [`Quirks`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(clippy::struct_excessive_bools, reason = "each one is a fact of its own")]
+pub struct Facts {
+    /// Uses of each motor after a reset. A motor without [`MotorFlags::ENABLED`] gets no pulses: the device counts its
+    /// ways, and the motor does not move. A motor without [`MotorFlags::BLUR`] rests in a shot.
+    pub uses: MotorFlags,
+    /// Whether a motor that blurs follows the uploaded move in a shot without ways.
+    pub blurs_along_move: bool,
+    /// Time after which a jog ends by itself, in milliseconds.
+    pub jog_lasts: Option<u64>,
+    /// Whether moves and ways to a frame pass limits that were set.
+    pub ignores_limits: bool,
+    /// Whether a position is sent a step too near to 0, because its fraction is cut off.
+    pub truncates: bool,
+    /// Whether a frame is damaged if its check bytes are not the ones that the device would write.
+    pub compares_check: bool,
+    /// Whether a damaged frame is dropped with everything in it.
+    pub drops_damaged: bool,
+    /// Whether the device greets at the first byte that arrives, and not before.
+    pub is_silent_at_boot: bool,
+}
+
+impl Facts {
+    /// Facts of a device as the document describes it, whose motors are all enabled.
+    pub const MILD: Self = Self {
+        uses: MotorFlags::ENABLED.union(MotorFlags::BLUR),
+        blurs_along_move: false,
+        jog_lasts: None,
+        ignores_limits: false,
+        truncates: false,
+        compares_check: false,
+        drops_damaged: false,
+        is_silent_at_boot: false,
+    };
 }
 
 /// Settings of a motor. A reset makes them new.
@@ -63,7 +103,7 @@ impl Setup {
         };
         let motor = Motor::new(Self::LIMITS).within(Self::TRAVEL);
         let patience = Patience::new().with_margin(250);
-        Self { options: Options::of(hi), motors: vec![motor; motors.min(32).into()], patience }
+        Self { options: Options::of(hi), motors: vec![motor; motors.min(32).into()], patience, facts: Facts::MILD }
     }
 
     /// Returns the setup with these quirks of the machine.
@@ -85,7 +125,7 @@ impl Setup {
         self.with_hi(|hi| hi.capabilities = capabilities)
     }
 
-    fn with_hi(mut self, change: impl FnOnce(&mut Hi<'static>)) -> Self {
+    pub(super) fn with_hi(mut self, change: impl FnOnce(&mut Hi<'static>)) -> Self {
         let mut hi = self.options.hi();
         change(&mut hi);
         self.options = self.options.with_hi(hi);
@@ -102,12 +142,12 @@ impl Default for Setup {
 
 impl Tuning {
     /// Settings of a new motor: its whole speed, and half of its acceleration. The other half is left for harder stops.
-    pub(super) fn of(motor: &Motor) -> Self {
+    pub(super) fn of(motor: &Motor, flags: MotorFlags) -> Self {
         let limits = motor.limits();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the value is clamped")]
         let whole = |value: f64| value.round().clamp(1.0, f64::from(u32::MAX)) as u32;
         Self {
-            flags: MotorFlags::ENABLED,
+            flags,
             speed: Speed(whole(limits.velocity)),
             acceleration: Acceleration(whole(limits.acceleration / 2.0)),
             lower: None,

@@ -55,6 +55,11 @@ impl Store {
         self.0.with_dependent_mut(|_, buffer| buffer.clear());
     }
 
+    /// Whether a frame is part of the move.
+    pub(super) fn has_frame(&self, frame: FrameNumber) -> bool {
+        self.buffer().index(frame).is_some()
+    }
+
     /// Whether a motor is part of the move.
     pub(super) fn has(&self, motor: Motor) -> bool {
         self.buffer().is_loaded() && self.buffer().contains(Track::Axis(motor))

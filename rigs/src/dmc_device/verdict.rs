@@ -1,7 +1,7 @@
 //! Answer of the rig to a request if it were done now. It depends on the limits that were set, and on pre-rolls.
 
 use dmc_proto::device::State;
-use dmc_proto::message::{AckCode, FrameNumber, HostMessage, Motor, RunFlags};
+use dmc_proto::message::{AckCode, FrameNumber, HostMessage, Motor, MotorFlags, RunFlags};
 
 use super::core::Core;
 use super::index;
@@ -10,7 +10,9 @@ use super::job::{Job, Kind};
 impl Core {
     /// Code for a request: `OK`, or the reason why the rig cannot do it.
     pub(super) fn verdict(&self, message: &HostMessage<'_>) -> AckCode {
+        let ignores_limits = self.setup.facts.ignores_limits;
         let refused = match message {
+            HostMessage::MotorMove(_) | HostMessage::RtPositionFrame(_) if ignores_limits => None,
             HostMessage::MotorMove(it) => self.beyond(it.motor, it.position.0.into()),
             HostMessage::RtPositionFrame(it) => {
                 let mut positions = self.axes().map(|motor| (motor, self.store.position(motor, it.frame)));
@@ -22,7 +24,7 @@ impl Core {
             }
             HostMessage::RtRunMove(_) if self.machine.on_frame().is_none() => None,
             _ if self.machine.state() == State::Idle => {
-                let job = Job::of(message, &self.store, self.count());
+                let job = self.job(message);
                 job.and_then(|job| self.beyond_job(&job))
             }
             _ => None,
@@ -35,9 +37,25 @@ impl Core {
         u8::try_from(self.motors.len()).unwrap_or(u8::MAX)
     }
 
-    /// Motors of the uploaded move.
+    /// Motors of the uploaded move that are enabled.
     pub(super) fn axes(&self) -> impl Iterator<Item = Motor> {
-        (1..=self.count()).map(Motor).filter(|motor| self.store.has(*motor))
+        (1..=self.count())
+            .map(Motor)
+            .filter(|motor| self.store.has(*motor) && self.has_use(*motor, MotorFlags::ENABLED))
+    }
+
+    /// Whether a motor has a use.
+    fn has_use(&self, motor: Motor, flag: MotorFlags) -> bool {
+        let tuning = index(motor).and_then(|index| self.tuning.get(index));
+        tuning.is_some_and(|tuning| tuning.flags.contains(flag))
+    }
+
+    /// Run or shot of a message.
+    pub(super) fn job(&self, message: &HostMessage<'_>) -> Option<Job> {
+        let blurs = |motor| self.has_use(motor, MotorFlags::ENABLED | MotorFlags::BLUR);
+        let axes: Vec<_> = self.axes().collect();
+        let along = if self.setup.facts.blurs_along_move { &axes[..] } else { &[] };
+        Job::of(message, &self.store, (&axes, along), blurs)
     }
 
     /// Code for a position of a motor that is beyond a limit that was set.

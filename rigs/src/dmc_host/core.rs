@@ -135,9 +135,10 @@ impl Core {
         match encoded {
             Ok(len) => {
                 let bytes = &bytes[..len];
-                match Frame::decode(bytes).map(|frame| HostMessage::decode(&frame)) {
-                    Ok(Ok(message)) => debug!("sends {message}"),
-                    _ => debug!(len, "sends zero bytes, which complete a frame that was cut off"),
+                if let Ok(Ok(message)) = Frame::decode(bytes).map(|frame| HostMessage::decode(&frame)) {
+                    debug!("sends {message}");
+                } else {
+                    debug!(len, "sends zero bytes, which complete a frame that was cut off");
                 }
                 self.out.push_back(Outgoing::Bytes(LINE, bytes.to_vec()));
             }
@@ -227,11 +228,10 @@ impl Core {
         }
         match (token, end) {
             (USES, Err(outcome)) if outcome != UNSUPPORTED => self.end_waiting(outcome),
-            (USES, _) => {}
             (CHECK, end) => self.checked(end.is_ok()),
             (OWN, Err(Outcome::Refused(refusal))) => self.events.push_back(Event::Refused(refusal)),
             // Events tell what comes of a command without a token, and the machine keeps what the others are for.
-            (OWN | SHUTTER | REST, _) => {}
+            (OWN | SHUTTER | REST | USES, _) => {}
             (_, Ok(answer)) => {
                 let check = message.as_ref().and_then(|message| Check::of(token, message));
                 if check.is_some() && self.uploaded {

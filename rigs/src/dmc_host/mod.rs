@@ -20,6 +20,7 @@ use motion_core::time::Millis;
 use crate::dmc_reader;
 use crate::{Host, LineId, Outgoing, Party};
 
+pub use check::TOLERANCE;
 pub use dmc_proto::Token;
 pub use dmc_proto::host::{Failure, Outcome, Progress, Refusal};
 pub use table::Table;

@@ -56,6 +56,11 @@ impl Table {
         FrameNumber(i32::try_from(last).unwrap_or(i32::MAX))
     }
 
+    /// Frame of the move that is nearest to a frame.
+    pub(super) fn nearest(&self, frame: FrameNumber) -> FrameNumber {
+        frame.min(self.last_frame()).max(self.first)
+    }
+
     /// Steps of a motor at a frame; `None` if the motor or the frame is not part of the move.
     #[must_use]
     pub fn steps(&self, motor: Motor, frame: FrameNumber) -> Option<i32> {

@@ -1,6 +1,6 @@
 //! Requests with any numbers, one after another: nothing panics, and a stop stops.
 
-use dmc_proto::device::{Quirks, State};
+use dmc_proto::device::State;
 use dmc_proto::message::{
     Acceleration, BlurPercent, Bool, CameraFlags, Degrees, Direction, FrameNumber, FramesPerSecond, GioCam,
     HardwareLimitSet, I32, JogSpeed, Milliseconds, Motor, MotorConfigure, MotorFlags, MotorJog, MotorMove, MotorPair,
@@ -12,6 +12,7 @@ use dmc_proto::{HostMessage, MessageId};
 use motion_core::time::Millis;
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
+use rigs::device::Named as _;
 use rigs::dmc_device::{DmcDevice, Setup};
 use rigs::{LineId, Party as _, Rig as _};
 
@@ -127,8 +128,9 @@ fn a_stop_stops_after_any_requests() {
     let mut states = std::collections::BTreeSet::new();
     for seed in 0..40 {
         let mut any = Any(ChaCha8Rng::seed_from_u64(seed));
-        let quirks = if seed % 2 == 0 { Quirks::empty() } else { Quirks::VENDOR };
-        let mut rig = DmcDevice::new(Setup::default().with_frames(60).with_machine_quirks(quirks));
+        let device = &Setup::DEVICES[usize::try_from(seed).unwrap() % Setup::DEVICES.len()];
+        let setup = Setup::default().with_device(device.name).unwrap();
+        let mut rig = DmcDevice::new(setup.with_frames(60));
         let mut now = Millis(0);
         rig.open(now, LINE);
         for _ in 0..60 {

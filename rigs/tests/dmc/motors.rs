@@ -3,14 +3,14 @@
 use dmc_proto::device::{Quirks, State};
 use dmc_proto::host::{self, Outcome, Refusal, StopTarget};
 use dmc_proto::message::{
-    Acceleration, AckCode, Bool, GioInRequest, HardwareLimitSet, Motor, MotorGetPosition, MotorResetPosition,
-    MotorSetLimits, MotorSetSpeed, Motors, Speed, Steps, StopReason, Triggers,
+    Acceleration, AckCode, Bool, GioInRequest, HardwareLimitSet, Motor, MotorConfigure, MotorFlags, MotorGetPosition,
+    MotorResetPosition, MotorSetLimits, MotorSetSpeed, Motors, Speed, Steps, StopReason, Triggers,
 };
 use motion_core::profile::MotionProfile;
-use rigs::dmc_device::Setup;
+use rigs::dmc_device::{Facts, Setup};
 use rigs::dmc_host::{Answer, Command, Event};
 
-use super::stage::{Stage, jog, move_to};
+use super::stage::{Stage, devices, jog, move_to};
 
 fn reset_position(motor: u8, position: i32) -> MotorResetPosition<'static> {
     let (motor, position) = (Motor(motor), Steps(position));
@@ -29,22 +29,28 @@ pub(crate) fn limits(motor: u8, lower: i32, upper: i32) -> MotorSetLimits<'stati
     }
 }
 
-/// Stages with and without the quirks of the vendor's firmware.
-fn stages() -> impl Iterator<Item = Stage> {
-    [Quirks::empty(), Quirks::VENDOR].into_iter().map(|quirks| Stage::up(Setup::default().with_machine_quirks(quirks)))
+/// Stage with each device that has a name, and facts of the device.
+fn stages() -> impl Iterator<Item = (Stage, Facts)> {
+    devices().map(|(setup, _)| {
+        let facts = setup.facts;
+        (Stage::up(setup), facts)
+    })
 }
 
 #[test]
 fn a_device_tells_its_properties_and_positions() {
-    for mut stage in stages() {
+    for (mut stage, facts) in stages() {
         let hi = stage.scene.host.device().unwrap();
-        assert_eq!((hi.name.as_str(), hi.motor_count), (Some("Simulated DMC"), 4));
+        assert_eq!((hi.name.to_string(), hi.motor_count), (stage.rig().name(), 4));
+        let short = i32::from(facts.truncates);
         assert_eq!(stage.status(), Motors::NONE);
         for motor in 1..=4 {
             stage.ask(reset_position(motor, i32::from(motor) * 1000)).unwrap();
         }
         match stage.ask(MotorGetPosition::default()) {
-            Ok(Answer::Positions(positions)) => assert_eq!(positions.positions, [1000, 2000, 3000, 4000]),
+            Ok(Answer::Positions(positions)) => {
+                assert_eq!(positions.positions, [1000, 2000, 3000, 4000].map(|steps| steps - short));
+            }
             other => panic!("{other:?}"),
         }
     }
@@ -52,7 +58,7 @@ fn a_device_tells_its_properties_and_positions() {
 
 #[test]
 fn a_motor_moves_to_a_position_along_its_profile() {
-    for mut stage in stages() {
+    for (mut stage, _) in stages() {
         let speed =
             MotorSetSpeed { motor: Motor(2), max_velocity: Speed(10_000), max_accel: Acceleration(20_000), tail: &[] };
         stage.ask(speed).unwrap();
@@ -91,11 +97,14 @@ fn the_status_tells_the_motors_that_move() {
 
 #[test]
 fn a_jog_goes_on_until_it_is_stopped() {
-    for mut stage in stages() {
+    for (mut stage, facts) in stages() {
         stage.ask(jog(1, 50, i32::MIN)).unwrap();
         stage.pass(2000);
         let now = stage.now();
-        assert_eq!(rigs::Rig::motors(stage.rig())[0].at(now).velocity.to_bits(), (-25_000.0_f64).to_bits());
+        let velocity = rigs::Rig::motors(stage.rig())[0].at(now).velocity;
+        // Some devices end a jog by themselves.
+        let wanted = if facts.jog_lasts.is_some() { 0.0 } else { -25_000.0_f64 };
+        assert_eq!(velocity.to_bits(), wanted.to_bits());
         let target = StopTarget::Motor(Motor(1));
         stage.scene.command(Command::Stop(target));
         let stopped = Event::Machine(host::Event::Stopped(target));
@@ -106,9 +115,34 @@ fn a_jog_goes_on_until_it_is_stopped() {
     }
 }
 
+/// A jog that is repeated goes on on each device, and a repeat after its end starts no other motor.
+#[test]
+fn a_jog_that_is_repeated_goes_on() {
+    for (mut stage, _) in stages() {
+        for _ in 0..10 {
+            stage.ask(jog(1, 50, i32::MIN)).unwrap();
+            stage.pass(200);
+        }
+        let now = stage.now();
+        assert_eq!(rigs::Rig::motors(stage.rig())[0].at(now).velocity.to_bits(), (-25_000.0_f64).to_bits());
+        assert!(stage.stop() && stage.rests());
+    }
+}
+
+/// Some devices pass limits that were set.
+#[test]
+fn a_device_without_limits_passes_them() {
+    for (mut stage, _) in stages().filter(|(_, facts)| facts.ignores_limits) {
+        stage.ask(MotorSetLimits { hw_set: HardwareLimitSet(0), ..limits(1, -50, 80) }).unwrap();
+        assert_eq!(stage.ask(move_to(1, 81)), Ok(Answer::Done));
+        stage.pass(3000);
+        assert_eq!(stage.steps(1), Some(81));
+    }
+}
+
 #[test]
 fn limits_that_were_set_refuse_moves_and_end_jogs() {
-    for mut stage in stages() {
+    for (mut stage, _) in stages().filter(|(_, facts)| !facts.ignores_limits) {
         stage.ask(limits(1, -5000, 8000)).unwrap();
         let tuning = stage.rig().tuning(Motor(1)).unwrap();
         assert_eq!((tuning.lower, tuning.upper), (Some(Steps(-5000)), Some(Steps(8000))));
@@ -180,8 +214,9 @@ fn a_stop_does_not_soften_the_emergency_stop() {
 
 #[test]
 fn a_limit_switch_stops_everything_and_locks_for_a_while() {
-    for quirks in [Quirks::empty(), Quirks::VENDOR] {
-        let mut stage = Stage::up(Setup::default().with_machine_quirks(quirks));
+    for (mut setup, quirks) in devices() {
+        setup.facts.jog_lasts = None;
+        let mut stage = Stage::up(setup);
         stage.ask(jog(2, 100, i32::MAX)).unwrap();
         stage.ask(jog(1, 90, i32::MAX)).unwrap();
         let hard = |event: &Event| {
@@ -191,7 +226,8 @@ fn a_limit_switch_stops_everything_and_locks_for_a_while() {
         assert_eq!(stage.rig().state(), State::Locked);
         stage.pass(600);
         assert!(stage.all_rest());
-        let code = if quirks.is_empty() { AckCode::ERR_HARD_UP } else { AckCode::ERR_HARD_LOW };
+        let is_one = quirks.contains(Quirks::ONE_LOCK_CODE);
+        let code = if is_one { AckCode::ERR_HARD_LOW } else { AckCode::ERR_HARD_UP };
         assert_eq!(stage.ask(move_to(3, 5)), Err(Outcome::Refused(Refusal::Device(code))));
         assert!(stage.stop(), "a stop is always obeyed");
         stage.pass(2500);
@@ -263,4 +299,36 @@ fn a_change_of_inputs_is_reported() {
     stage.rig().set_inputs(now, Triggers(0b10));
     assert!(stage.wait(100, |event| (*event == Event::Inputs(Triggers(0b10))).then_some(())).is_some());
     assert_eq!(stage.ask(GioInRequest::default()), Ok(Answer::Inputs(Triggers(0b10))));
+}
+
+/// A motor that is not enabled seems to go its way, and gets no pulses.
+#[test]
+fn a_motor_that_is_not_enabled_does_not_move() {
+    use dmc_proto::{HostMessage, MessageId};
+    use motion_core::time::Millis;
+    use rigs::dmc_device::DmcDevice;
+    use rigs::{LineId, Party as _, Rig as _};
+
+    let bytes = |message: HostMessage<'static>| {
+        let mut bytes = vec![0; message.encoded_len()];
+        message.encode_into(MessageId(1), &mut bytes).unwrap();
+        bytes
+    };
+    for (setup, _) in devices() {
+        let is_enabled = setup.facts.uses.contains(MotorFlags::ENABLED);
+        let mut rig = DmcDevice::new(setup);
+        rig.open(Millis(0), LineId(0));
+        rig.receive(Millis(0), LineId(0), &bytes(move_to(1, 2000).into()));
+        rig.advance(Millis(3000));
+        let stands = |rig: &DmcDevice, now, place: f64| {
+            let here = rig.motors()[0].at(now).position;
+            assert!((here - place).abs() < 1e-9, "{here}, not {place}");
+        };
+        stands(&rig, Millis(3000), if is_enabled { 2000.0 } else { 0.0 });
+        let configure = MotorConfigure { motor: Motor(1), flags: MotorFlags::ENABLED, tail: &[] };
+        rig.receive(Millis(3000), LineId(0), &bytes(configure.into()));
+        rig.receive(Millis(3000), LineId(0), &bytes(move_to(1, 5000).into()));
+        rig.advance(Millis(6000));
+        stands(&rig, Millis(6000), if is_enabled { 5000.0 } else { 3000.0 });
+    }
 }

@@ -12,7 +12,7 @@ use rigs::dmc_device::Setup;
 use rigs::dmc_host::{Answer, Command, Event};
 
 use super::motors::limits;
-use super::stage::{Stage, run, sample};
+use super::stage::{Stage, devices, end_frame, run, sample};
 
 /// Compares the motors with the curves. Returns the moment of the move, in frames.
 ///
@@ -85,9 +85,9 @@ fn a_move_is_uploaded_and_run() {
 }
 
 /// Stage whose device has a move, and stands on its first frame.
-fn loaded(name: &str, quirks: Quirks) -> (Stage, Move) {
+fn loaded(name: &str, setup: Setup) -> (Stage, Move) {
     let (sample, table) = sample(name);
-    let mut stage = Stage::up(Setup::default().with_machine_quirks(quirks));
+    let mut stage = Stage::up(setup);
     stage.upload(table).unwrap();
     let to_frame = RtPositionFrame { frame: FrameNumber(1), tail: &[] };
     let token = stage.begin(to_frame);
@@ -98,8 +98,8 @@ fn loaded(name: &str, quirks: Quirks) -> (Stage, Move) {
 
 #[test]
 fn a_part_of_a_move_is_run_backwards_with_rolls() {
-    for quirks in [Quirks::empty(), Quirks::VENDOR] {
-        let (mut stage, sample) = loaded("crane", quirks);
+    for (setup, quirks) in devices() {
+        let (mut stage, sample) = loaded("crane", setup);
         let token = stage.begin(run(48_000, 300, 200, 700, RunFlags::empty()));
         stage.start(token);
         let mut moments = Vec::new();
@@ -110,13 +110,13 @@ fn a_part_of_a_move_is_run_backwards_with_rolls() {
         assert_eq!(stage.end(token, 5000), Ok(Answer::Done));
         assert!(moments.is_sorted_by(|one, other| one > other), "backwards");
         assert!(moments[0] > 299.9 && *moments.last().unwrap() < 200.1);
-        assert_eq!(stage.rig().on_frame(), Some(FrameNumber(200)));
+        assert_eq!(stage.rig().on_frame(), Some(end_frame(quirks, 200)));
     }
 }
 
 #[test]
 fn a_run_reaches_its_speed_with_a_constant_acceleration() {
-    let (mut stage, _) = loaded("crane", Quirks::empty());
+    let (mut stage, _) = loaded("crane", Setup::default());
     let token = stage.begin(run(24_000, 200, 260, 500, RunFlags::empty()));
     stage.start(token);
     let mut before: Option<Vec<f64>> = None;
@@ -139,13 +139,9 @@ fn a_run_reaches_its_speed_with_a_constant_acceleration() {
 
 #[test]
 fn a_loop_goes_on_until_it_is_ended() {
-    for (flags, quirks) in [
-        (RunFlags::LOOP, Quirks::empty()),
-        (RunFlags::PING_PONG, Quirks::empty()),
-        (RunFlags::LOOP, Quirks::VENDOR),
-        (RunFlags::PING_PONG, Quirks::VENDOR),
-    ] {
-        let (mut stage, sample) = loaded("slide", quirks);
+    let both = [RunFlags::LOOP, RunFlags::PING_PONG];
+    for (flags, (setup, quirks)) in devices().flat_map(|device| both.map(|flags| (flags, device.clone()))) {
+        let (mut stage, sample) = loaded("slide", setup);
         let token = stage.begin(run(24_000, 90, 120, 200, flags));
         stage.start(token);
         let (mut passes, mut before, mut ways) = (0, None, Vec::new());
@@ -169,7 +165,7 @@ fn a_loop_goes_on_until_it_is_ended() {
         assert_eq!(stage.end(token, 10_000), Ok(Answer::Done));
         let there_and_back = flags == RunFlags::PING_PONG;
         assert_eq!(ways, [true, !there_and_back, true]);
-        assert_eq!(stage.rig().on_frame(), Some(FrameNumber(120)));
+        assert_eq!(stage.rig().on_frame(), Some(end_frame(quirks, 120)));
         let told =
             stage.told.iter().filter(|(_, event)| *event == Event::Machine(host::Event::PassEnded(token))).count();
         assert_eq!(told, if quirks.contains(Quirks::END_PER_PASS) { 2 } else { 0 });
@@ -178,7 +174,7 @@ fn a_loop_goes_on_until_it_is_ended() {
 
 #[test]
 fn all_motors_jog_along_the_move() {
-    let (mut stage, sample) = loaded("crane", Quirks::empty());
+    let (mut stage, sample) = loaded("crane", Setup::default());
     let jog_all = |fps: u32, frame| {
         let (fps_x1000, destination) = (FramesPerSecond(Scaled(fps * 1000)), FrameNumber(frame));
         RtJogAll { fps_x1000, destination, tail: &[] }
@@ -211,7 +207,7 @@ fn all_motors_jog_along_the_move() {
 #[test]
 fn a_run_that_would_pass_a_limit_is_refused() {
     // The slide moves from 0 to 48,000 steps, and is fast in the middle.
-    let (mut stage, _) = loaded("slide", Quirks::empty());
+    let (mut stage, _) = loaded("slide", Setup::default());
     let place = f64::from(sample("slide").1.steps(Motor(1), FrameNumber(60)).unwrap());
     #[expect(clippy::cast_possible_truncation, reason = "whole steps")]
     let place = place as i32;
@@ -237,7 +233,7 @@ fn a_run_that_would_pass_a_limit_is_refused() {
 
 #[test]
 fn the_operator_may_start_a_run() {
-    let (mut stage, sample) = loaded("slide", Quirks::empty());
+    let (mut stage, sample) = loaded("slide", Setup::default());
     let token = stage.begin(run(24_000, 1, 25, 100, RunFlags::empty()));
     stage.wait(60_000, |event| (*event == Event::Machine(host::Event::Armed(token))).then_some(())).unwrap();
     let now = stage.now();

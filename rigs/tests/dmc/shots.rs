@@ -8,13 +8,13 @@ use dmc_proto::message::{
 use rigs::dmc_device::Setup;
 use rigs::dmc_host::{Answer, Command, Event, Shot};
 
-use super::stage::{Stage, run, sample};
+use super::stage::{Stage, devices, run, sample};
 
 #[test]
 fn a_move_is_shot_frame_by_frame() {
-    for quirks in [Quirks::empty(), Quirks::VENDOR] {
+    for (setup, quirks) in devices() {
         let (_, table) = sample("slide");
-        let mut stage = Stage::up(Setup::default().with_machine_quirks(quirks));
+        let mut stage = Stage::up(setup);
         stage.upload(table.clone()).unwrap();
         for (number, frame) in (1..=193).step_by(64).enumerate() {
             let token = stage.token();
@@ -25,7 +25,36 @@ fn a_move_is_shot_frame_by_frame() {
             assert_eq!((photo.frame, photo.until.unwrap().since(photo.at)), (Some(frame), 200));
             assert_eq!(stage.rig().photo_count(), u64::try_from(number).unwrap() + 1);
             assert_eq!(stage.steps(1), table.steps(Motor(1), FrameNumber(frame)));
-            assert_eq!(stage.rig().on_frame(), Some(FrameNumber(frame)));
+            let is_on = !quirks.contains(Quirks::STAYS_AFTER_SHOT);
+            assert_eq!(stage.rig().on_frame(), is_on.then_some(FrameNumber(frame)));
+        }
+    }
+}
+
+/// Blur of an earlier shot is taken back, and a motor without blur rests.
+#[test]
+fn only_the_motors_of_a_shot_blur() {
+    for (setup, _) in devices() {
+        let (_, table) = sample("slide");
+        let (mut stage, frame) = (Stage::up(setup), FrameNumber(90));
+        stage.upload(table.clone()).unwrap();
+        let (here, next) = (table.steps(Motor(1), frame).unwrap(), table.steps(Motor(1), FrameNumber(91)).unwrap());
+        for motors in [vec![MotorPair::new(Motor(1), Steps(here), Steps(next))], vec![]] {
+            let blurs = !motors.is_empty();
+            let token = stage.token();
+            stage.scene.command(Command::Shoot(token, Shot { motors, ..Shot::of(frame, 200) }));
+            stage.start(token);
+            let mut places = vec![];
+            while stage.rig().state() != State::Idle {
+                stage.tick();
+                if stage.rig().photos().last().is_some_and(|photo| photo.until.is_none()) {
+                    places.push(stage.at(1));
+                }
+            }
+            assert_eq!(stage.end(token, 5000), Ok(Answer::Done));
+            let way = places.last().unwrap() - places[0];
+            let wanted = if blurs { f64::from(next - here) } else { 0.0 };
+            assert!((way - wanted).abs() < 4.0, "{way}, not {wanted}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Host and device on a line, the events of the host, and a check of the motors at each millisecond.
 
 use dmc_proto::Token;
-use dmc_proto::device::State;
+use dmc_proto::device::{Quirks, State};
 use dmc_proto::host::{self, Outcome, StopTarget};
 use dmc_proto::message::{
     FrameNumber, FramesPerSecond, HostMessage, JogSpeed, Milliseconds, Motor, MotorJog, MotorMove, MotorStatusRequest,
@@ -9,6 +9,7 @@ use dmc_proto::message::{
 };
 use examples::moves::Move;
 use motion_core::time::Millis;
+use rigs::device::Named;
 use rigs::dmc_device::{DmcDevice, Setup};
 use rigs::dmc_host::{Answer, Command, DmcHost, Event, Table};
 use rigs::faults::{Carrier, Faults};
@@ -178,6 +179,20 @@ impl Stage {
             !self.scene.host.may_move()
         })
     }
+}
+
+/// Setups of all devices that have a name, and their quirks.
+pub(crate) fn devices() -> impl Iterator<Item = (Setup, Quirks)> {
+    Setup::DEVICES.iter().map(|device| {
+        let setup = Setup::default().with_device(device.name).expect("a name of the list");
+        let quirks = setup.options.quirks();
+        (setup, quirks)
+    })
+}
+
+/// Frame on which a device rests after a run that ends at a frame.
+pub(crate) fn end_frame(quirks: Quirks, frame: i32) -> FrameNumber {
+    FrameNumber(frame + i32::from(quirks.contains(Quirks::RESTS_BEYOND)))
 }
 
 /// Event that a stop of everything is confirmed.

@@ -74,7 +74,7 @@ fn an_old_acknowledgement_confirms_no_stop() {
         sleep(Duration::from_millis(100));
         line.write(&old);
     }
-    drive.end().failed("the stop is NOT confirmed: press the emergency stop of the rig");
+    drive.end().failed("the rig did not confirm a stop in 10 s: the stop is NOT confirmed: press the emergency stop");
     let sent = line.sent.lock().unwrap();
     let is_padded = sent.windows(2048).any(|bytes| bytes.iter().all(|byte| *byte == 0));
     assert!(is_padded, "zero bytes complete a frame that was cut off");

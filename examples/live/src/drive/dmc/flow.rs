@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use dmc_proto::Token;
 use dmc_proto::host::{self, Failure, Outcome, State, StopTarget};
-use dmc_proto::message::{FrameNumber, Hi, HostMessage, Motor, MotorGetPosition, MotorStatusRequest, Motors};
+use dmc_proto::message::{FrameNumber, Hi, HostMessage, Motor, MotorGetPosition, MotorJog, MotorStatusRequest, Motors};
 use rigs::dmc_host::{Answer, Command, DmcHost, Event, Positions, Progress, Shot};
 use tokio::time::Instant;
 
@@ -17,6 +17,8 @@ use crate::session::Session;
 
 /// Time between two questions whether motors still move.
 const ASK: Duration = Duration::from_millis(100);
+/// Time between two requests of a jog that is held. Some devices end a jog by themselves after 0.6 s.
+const REPEAT: Duration = Duration::from_millis(200);
 /// Least time between two lines of progress.
 const TELL: Duration = Duration::from_secs(1);
 /// Time within which a stop must be confirmed.
@@ -28,11 +30,13 @@ pub(super) struct Flow<'s> {
     out: &'s mut (dyn Write + Send),
     last: u32,
     told: Instant,
+    /// Whether a message arrived whose data end too soon.
+    is_malformed: bool,
 }
 
 impl<'s> Flow<'s> {
     pub(super) fn new(session: &'s mut Session<DmcHost>, out: &'s mut (dyn Write + Send)) -> Self {
-        Self { session, out, last: 0, told: Instant::now() }
+        Self { session, out, last: 0, told: Instant::now(), is_malformed: false }
     }
 
     /// Prints a line. If the output is closed, the command fails, because its user could not see what moves.
@@ -104,7 +108,10 @@ impl<'s> Flow<'s> {
             Some(Event::Machine(host::Event::DeviceReset)) => {
                 Err(why::not_done("the command", Outcome::Failed(Failure::DeviceReset)))
             }
-            event => Ok(event),
+            event => {
+                self.is_malformed |= matches!(event, Some(Event::Machine(host::Event::Malformed(..))));
+                Ok(event)
+            }
         }
     }
 
@@ -128,9 +135,28 @@ impl<'s> Flow<'s> {
         loop {
             match self.event(STOP).await? {
                 Some(Event::Ended(ended, end)) if ended == token => {
-                    return end.map_err(|outcome| why::not_done(what, outcome));
+                    let is_malformed = std::mem::take(&mut self.is_malformed);
+                    return end.map_err(|outcome| match outcome {
+                        Outcome::Failed(Failure::NoAnswer) if is_malformed => Trouble::Failed(format!(
+                            "{what} failed: the answers of the rig end too soon: is it a DMC rig, of version 2?"
+                        )),
+                        _ => why::not_done(what, outcome),
+                    });
                 }
                 _ => {}
+            }
+        }
+    }
+
+    /// Jogs for a time. The request is repeated as long as the jog is held. Nothing of it is left when this returns.
+    pub(super) async fn hold(&mut self, jog: MotorJog<'static>, time: Duration) -> Result<(), Trouble> {
+        let until = Instant::now() + time;
+        loop {
+            self.ask("the jog", jog).await?;
+            let left = until.saturating_duration_since(Instant::now());
+            self.pass(left.min(REPEAT)).await?;
+            if left <= REPEAT {
+                return Ok(());
             }
         }
     }
@@ -238,7 +264,7 @@ impl<'s> Flow<'s> {
                 return Ok(());
             }
         }
-        Err(Trouble::Failed("the stop is NOT confirmed: press the emergency stop of the rig".to_owned()))
+        Err(Trouble::Failed(format!("the rig did not confirm a stop in {} s", STOP.as_secs())))
     }
 }
 

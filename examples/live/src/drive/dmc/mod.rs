@@ -18,7 +18,7 @@ use dmc_proto::message::{
 };
 use examples::moves::Move;
 use motion_core::time::Millis;
-use rigs::dmc_host::{DmcHost, Event};
+use rigs::dmc_host::{DmcHost, Event, TOLERANCE};
 use tokio::time::Instant;
 
 use super::command::Shots;
@@ -115,6 +115,10 @@ async fn info(flow: &mut Flow<'_>) -> Result<(), Trouble> {
         hi.motor_count, hi.dmx_count, hi.gio_out_count, hi.gio_in_count
     ))?;
     flow.print(format_args!("room for {} frames; capabilities: {}", hi.upload_frame_count, hi.capabilities))?;
+    // A rig without motors does not know questions about them.
+    if hi.motor_count == 0 {
+        return Ok(());
+    }
     let moving = flow.status().await?;
     for (number, steps) in (1..).zip(flow.positions().await?) {
         let how = if moving.contains(Motor(number)) { "moves" } else { "rests" };
@@ -136,11 +140,16 @@ async fn jog(flow: &mut Flow<'_>, motor: u8, percent: f64, seconds: f64) -> Resu
     let speed = JogSpeed(Scaled(hundredths as u16));
     let destination = Steps(if percent < 0.0 { i32::MIN } else { i32::MAX });
     let jog = MotorJog { motor, speed, destination, tail: &[] };
-    flow.ask("the jog", jog).await?;
-    flow.pass(time).await?;
+    let before = flow.position(motor).await?;
+    flow.hold(jog, time).await?;
     flow.stop(StopTarget::Motor(motor)).await?;
     flow.rest().await?;
     let steps = flow.position(motor).await?;
+    if steps == before && !time.is_zero() {
+        return Err(Trouble::Failed(format!(
+            "motor {motor} has not moved: it rests at {steps} steps: is it at a limit, too slow, or without power?"
+        )));
+    }
     flow.print(format_args!("motor {motor} rests at {steps} steps"))?;
     Ok(())
 }
@@ -161,14 +170,18 @@ async fn set_speed(flow: &mut Flow<'_>, motor: Motor, speed: Option<f64>) -> Res
 /// Moves a motor to a position, and waits until the motor is there.
 async fn go(flow: &mut Flow<'_>, motor: Motor, position: f64) -> Result<(), Trouble> {
     let position = steps(position)?;
+    let before = flow.position(motor).await?;
     let message = MotorMove { motor, position, tail: &[] };
     flow.ask("the move", message).await?;
     flow.rest().await?;
     let here = flow.position(motor).await?;
-    if here != position.0 {
-        return Err(Trouble::Failed(format!(
-            "motor {motor} rests at {here} steps, not at {position}: something stopped it: check the rig"
-        )));
+    // Some devices cut off the fraction of a position.
+    if here.abs_diff(position.0) > TOLERANCE {
+        return Err(Trouble::Failed(if here == before {
+            format!("motor {motor} has not moved: it rests at {here} steps: is it at a limit, or without power?")
+        } else {
+            format!("motor {motor} rests at {here} steps, not at {position}: something stopped it: check the rig")
+        }));
     }
     flow.print(format_args!("motor {motor} rests at {here} steps"))?;
     Ok(())

@@ -7,7 +7,7 @@ use crate::drive::Trouble;
 
 /// Trouble that it means when `what` is not done.
 pub(super) fn not_done(what: &str, outcome: Outcome<'_>) -> Trouble {
-    let failed = |why| Trouble::Failed(format!("{what} failed: {why}"));
+    let failed = |why: &str| Trouble::Failed(format!("{what} failed: {why}"));
     match outcome {
         Outcome::Refused(Refusal::Device(AckCode::ERR_CHECKSUM)) => {
             failed("each time it arrived damaged: check the cable")
@@ -17,6 +17,9 @@ pub(super) fn not_done(what: &str, outcome: Outcome<'_>) -> Trouble {
         }
         Outcome::Refused(Refusal::WouldBeRefused(code)) => {
             Trouble::Refused(format!("the rig would refuse {what}: {}", reason(code)))
+        }
+        Outcome::Refused(Refusal::NotConfigured(motor, _)) => {
+            failed(&format!("the rig did not enable motor {motor}: `info` shows whether it has this motor"))
         }
         Outcome::Refused(Refusal::NotConnected) | Outcome::Failed(Failure::LinkDown) => {
             failed("the line to the rig is gone: check its cable and its power")
@@ -51,8 +54,10 @@ fn reason(code: AckCode) -> String {
         }
         AckCode::ERR_SOFT_UP => "that is beyond the upper limit of a motor: stay below it, or calibrate a wider range",
         AckCode::ERR_SOFT_LOW => "that is beyond the lower limit of a motor: stay above it, or calibrate a wider range",
-        AckCode::ERR_HARD_UP => "a motor is at its upper limit switch: wait two seconds, and jog it back",
-        AckCode::ERR_HARD_LOW => "a motor is at its lower limit switch: wait two seconds, and jog it back",
+        // Some devices answer so for two seconds after each stop.
+        AckCode::ERR_HARD_UP | AckCode::ERR_HARD_LOW => {
+            "it is locked after a stop: wait two seconds; if a motor is at a limit switch, jog it back"
+        }
         _ => return format!("{code:?}"),
     };
     known.to_owned()
