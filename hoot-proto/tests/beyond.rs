@@ -9,6 +9,11 @@ use motion_core::wire::{Messages, Row};
 use proptest::prelude::*;
 
 #[test]
+fn every_message_is_drawn_at_a_fair_share() {
+    laws::drawn::shares::<Host>(200);
+}
+
+#[test]
 fn every_message_of_the_table() {
     laws::message::table::<Host>();
 }

@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use motion_core::arbitrary::{Arbitrary, Unstructured};
 use motion_core::owned::Owned;
-use motion_core::wire::{FieldView, Fields, Kind, Messages, PartKind, Row, Side, Value};
+use motion_core::wire::{FieldView, Fields, Kind, Messages, PartKind, Row, Side, Value, draw_borrowed};
 
-use crate::message;
+use crate::message::any_body;
 
 /// Bytes of the input of one message.
 const INPUT: usize = 512;
@@ -27,11 +27,11 @@ pub fn shares<S: Side>(draws: usize) {
     for _ in 0..draws * (all.len() + 1) {
         let input: Vec<u8> = (0..INPUT).map(|_| next(&mut random)).collect();
         let owned = Owned::<S>::arbitrary(&mut Unstructured::new(&input)).expect("the input is long enough");
-        message::any_body::<S>(owned.number(), owned.body()).expect("what is drawn can be decoded");
-        let drawn = owned.message();
-        let (count, filled) = counts.entry(drawn.name()).or_default();
+        any_body::<S>(owned.number(), owned.body()).expect("what is drawn can be decoded");
+        let message = owned.message();
+        let (count, filled) = counts.entry(message.name()).or_default();
         *count += 1;
-        *filled += usize::from(is_filled(&drawn));
+        *filled += usize::from(is_filled(&message));
         let name = borrowed_name::<S>(&input);
         *borrowed.entry(name).or_default() += 1;
     }
@@ -47,8 +47,7 @@ pub fn shares<S: Side>(draws: usize) {
 
 /// Name of the message that borrows from an input.
 fn borrowed_name<S: Side>(input: &[u8]) -> &'static str {
-    let message: S::Message<'_> =
-        motion_core::wire::draw_borrowed(&mut Unstructured::new(input)).expect("the input is long enough");
+    let message: S::Message<'_> = draw_borrowed(&mut Unstructured::new(input)).expect("the input is long enough");
     message.name()
 }
 

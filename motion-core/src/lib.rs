@@ -45,7 +45,7 @@
 //! | `bytes` | encoding into any `BufMut` |
 //! | `serde` | `Serialize` for every message; with `alloc`, `Deserialize` for owned ones |
 //! | `defmt` | `Format` for every message |
-//! | `arbitrary` | `Arbitrary` for every message; implies `std` |
+//! | `arbitrary` | `Arbitrary` for every message, borrowed or owned; implies `std` |
 //! | `tokio` | frames as a `tokio_util` codec; implies `std` |
 //! | `embedded-io` | frames from an `embedded_io` reader |
 //! | `nom` | frames and messages as nom parsers |
