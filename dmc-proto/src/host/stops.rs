@@ -24,7 +24,7 @@ pub(super) struct Stops {
 /// Ids of the last tries. An answer to an earlier try counts as well.
 type Tries = ArrayVec<MessageId, { TRIES as usize }>;
 
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, PartialEq, Eq, Hash)]
 struct Slot {
     target: StopTarget,
     /// Ids under which the stop was sent.
@@ -38,6 +38,8 @@ struct Slot {
     /// Whether the device answered anything to the last try, or to the question after it.
     is_answered: bool,
 }
+
+motion_core::debug! { Slot { target ids questions tries until is_answered } }
 
 /// Meaning of an acknowledgement to the stops.
 pub(super) enum Acknowledged {

@@ -17,7 +17,7 @@ pub(super) struct Followed {
 }
 
 /// Motion of a motor by hand.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub(super) struct Hand {
     pub(super) motion: Motion,
     /// Time at which the next command may be sent.
@@ -34,6 +34,8 @@ pub(super) struct Hand {
     /// next report may be about an earlier motion than the last.
     pub(super) unreported: u8,
 }
+
+motion_core::debug! { Hand { motion next wanted token is_bump is_gone unreported } }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub(super) enum Motion {

@@ -157,15 +157,15 @@ async fn carry(
     door: &mpsc::Sender<Event>,
 ) {
     let (mut from, to) = split(stream);
-    let mut writing = pin!(write(to, pieces, waiting));
+    let mut write_all = pin!(write(to, pieces, waiting));
     let written = tokio::select! {
         why = read(&mut from, client, reads, door) => {
             let _ = door.send(Event::Gone { client, why }).await;
             // A client that sends no more may still read. The server ends the line when all its answers are there.
-            let _ = writing.await;
+            let _ = write_all.await;
             return;
         }
-        written = &mut writing => written,
+        written = &mut write_all => written,
     };
     let why = match written {
         Ok(()) => {
