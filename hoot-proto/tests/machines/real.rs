@@ -326,7 +326,7 @@ fn no_question_gets_the_answer_to_another_one() {
                     done += 1;
                 }
                 Some((_, _, Err(outcome))) => {
-                    assert_eq!(*outcome, Outcome::Failed(Failure::NoAnswer), "{late} ms late")
+                    assert_eq!(*outcome, Outcome::Failed(Failure::NoAnswer), "{late} ms late");
                 }
                 None => panic!("it has ended"),
             }
