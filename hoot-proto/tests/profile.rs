@@ -2,10 +2,25 @@
 
 use hoot_proto::device::Options;
 use hoot_proto::message::{
-    CommonLine, Easing, FirmwareVersion, HostMessage, Motor, MotorRunning, MotorSetEasing, Noop, Reply, ResponseCode,
-    RunState, SetCommonLine, StartDelay, Stop, Version,
+    CommonLine, Easing, FirmwareVersion, HostMessage, JoystickMode, Motor, MotorMaxProgramSpeed, MotorRunning,
+    MotorSetEasing, Noop, PingPong, Reply, ResponseCode, RunState, SetCommonLine, StartDelay, Stop, Version,
 };
 use hoot_proto::query::{DelayUnit, Profile, ProfileError, Query};
+
+#[test]
+fn an_answer_or_a_refusal_tells_the_age() {
+    let motor = Motor::One;
+    let (joystick, ping_pong) = (HostMessage::from(JoystickMode {}), HostMessage::from(PingPong {}));
+    let sleep = HostMessage::from(MotorMaxProgramSpeed { motor });
+    let of = |query: &HostMessage<'_>, answers| Profile::VERSION_6.that_answers(query, answers).to_string();
+    assert_eq!(of(&joystick, false), "2014-09-24 to 2014-10-27");
+    assert_eq!(of(&ping_pong, false), "2014-09-24 to 2014-11-02");
+    assert_eq!(of(&sleep, true), "2014-12-03 to 2015-01-04");
+    let between = Profile::VERSION_6.that_answers(&ping_pong, true).that_answers(&sleep, false);
+    assert_eq!(between.to_string(), "2014-11-03 to 2014-12-02");
+    assert_eq!(Profile::V033.that_answers(&sleep, false), Profile::V033, "it contradicts the version");
+    assert_eq!(of(&HostMessage::from(MotorRunning { motor }), true), "version-6");
+}
 
 #[test]
 fn a_version_tells_the_profile() {

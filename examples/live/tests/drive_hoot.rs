@@ -179,6 +179,16 @@ fn sample(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../moves").join(name)
 }
 
+/// The sample with a fifth of its speed, because the greatest speed of a motor of older firmware is 1000 steps/s.
+fn slow(test: &str) -> PathBuf {
+    let pan = std::fs::read_to_string(sample("pan.json")).unwrap();
+    let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{test}.json"));
+    let hoot = "\"hoot\": { \"motor\": 1, \"steps_per_unit\": ";
+    assert!(pan.contains(hoot));
+    std::fs::write(&file, pan.replace(&format!("{hoot}100"), &format!("{hoot}20"))).unwrap();
+    file
+}
+
 fn shots(shots: u32, continuous: bool) -> Shots {
     Shots { shots, interval: 1.0, exposure: 0.1, continuous }
 }
@@ -199,10 +209,18 @@ async fn each_firmware_version_executes_the_commands() {
     for device in Setup::DEVICES {
         let mut bench = bench(Setup::default().with_device(device.name).unwrap());
         bench.done(Command::Jog { motor: 1, speed: 500.0, seconds: 1.0 }).await;
-        bench.done(Command::Calibrate { motor: 1, begin: 100.0, end: 9500.0 }).await;
-        bench.done(Command::Run { file: sample("pan.json"), reverse: false }).await;
-        bench.done(Command::Program { file: sample("pan.json"), shots: shots(3, false) }).await;
-        assert_eq!((bench.position(Motor::One), bench.rig(|rig| rig.camera().taken())), (9000, 3), "{}", device.name);
+        bench.done(Command::Calibrate { motor: 1, begin: 100.0, end: 1950.0 }).await;
+        let run = Command::Run { file: slow("each"), reverse: false };
+        if device.name == "2014-10-15" {
+            let line = bench.fails(run).await;
+            assert!(line.contains("node 3 has no mode VIDEO, it stays in CONTINUOUS"), "{line}");
+        } else {
+            bench.done(run).await;
+        }
+        for (photos, continuous) in [(3, false), (6, true)] {
+            bench.done(Command::Program { file: slow("each"), shots: shots(photos, continuous) }).await;
+        }
+        assert_eq!((bench.position(Motor::One), bench.rig(|rig| rig.camera().taken())), (1800, 9), "{}", device.name);
         bench.done(Command::Stop).await;
     }
 }
@@ -211,13 +229,9 @@ async fn each_firmware_version_executes_the_commands() {
 #[tokio::test(start_paused = true)]
 async fn joystick_mode_is_switched_off() {
     let mut bench = bench(Setup::default());
-    let jog = Command::Jog { motor: 1, speed: 500.0, seconds: 60.0 };
-    let jog = tokio::time::timeout(Duration::from_secs(5), bench.drive(jog)).await;
-    assert!(jog.is_err() && bench.rig(|rig| rig.machine().controller().joystick_mode));
-    assert_eq!(bench.session.stop().await, Stopped::Confirmed);
-    bench.rig(|rig| rig.receive(Millis(20_000), USB, &[0, 0, 0, 0, 0, 0xFF, 3, 0, 23, 1, 1]));
-    sleep(Duration::from_secs(20)).await;
-    bench.said.clear();
+    sleep(Duration::from_secs(1)).await;
+    bench.rig(|rig| rig.receive(Millis(1000), USB, &[0, 0, 0, 0, 0, 0xFF, 3, 0, 23, 1, 1]));
+    sleep(Duration::from_secs(1)).await;
     bench.drive(Command::Info).await.unwrap();
     assert!(bench.said.ends_with(b"it is in joystick mode, so nothing more can be read\n"));
     bench.done(Command::Move { motor: 1, position: 10.0, speed: None }).await;
@@ -331,7 +345,7 @@ async fn an_interrupted_command_stops_all_motors() {
         for command in [
             Command::Move { motor: 1, position: 50_000.0, speed: None },
             Command::Jog { motor: 1, speed: 1000.0, seconds: 60.0 },
-            Command::Run { file: sample("pan.json"), reverse: false },
+            Command::Run { file: slow("interrupted"), reverse: false },
         ] {
             let mut bench = bench(Setup::default().with_options(device::Options::default().with_quirks(quirks)));
             let interrupt = bench.interrupt.clone();
@@ -376,7 +390,7 @@ async fn without_a_given_speed_motors_move_slowly() {
 async fn a_node_stops_by_itself_after_the_program_is_killed() {
     let mut bench = bench(Setup::default());
     let run = Command::Run { file: sample("pan.json"), reverse: false };
-    let died = tokio::time::timeout(Duration::from_secs(4), bench.drive(run)).await;
+    let died = tokio::time::timeout(Duration::from_secs(6), bench.drive(run)).await;
     assert!(died.is_err() && !bench.is_at_rest());
     let Bench { session, rig, .. } = bench;
     drop(session);

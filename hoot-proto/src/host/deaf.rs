@@ -71,8 +71,10 @@ pub(super) struct Deaf {
     nodes: Addresses,
     /// Nodes of these at which a stop of the controller waits.
     stopped: Addresses,
-    /// Whether a stop of all nodes waits at each of them.
+    /// Whether a stop waits at each of them: that of all nodes, or that of the only node behind these addresses.
     is_all_stopped: bool,
+    /// Whether all these addresses are those of one node, because it gets another one.
+    is_one: bool,
 }
 
 impl Deaf {
@@ -85,19 +87,27 @@ impl Deaf {
     }
 
     /// A packet goes out, or was answered, because of which its receivers may be deaf from now on.
-    pub(super) fn begins(&mut self, now: Millis, to: Address, blocks: u16) {
-        *self = Self { until: Some(now.after(blocks.into())), cause: Cause::Command(to), ..Self::default() };
-        if to == Address::BROADCAST {
+    pub(super) fn begins(&mut self, now: Millis, Transmit { to, message }: &Transmit) {
+        let until = Some(now.after(blocks(message).into()));
+        let new_address = match message {
+            HostMessage::SetAddress(set) => Some(set.new_address),
+            HostMessage::CoreAssignAddress(assign) => Some(assign.new_address),
+            HostMessage::BroadcastAssignAddress(assign) => Some(assign.new_address),
+            _ => None,
+        };
+        *self = Self { until, cause: Cause::Command(*to), is_one: new_address.is_some(), ..Self::default() };
+        if *to == Address::BROADCAST {
             self.nodes = Addresses::ALL;
-        } else {
-            self.nodes.set(to, true);
+        }
+        for address in new_address.into_iter().chain([*to]) {
+            self.nodes.set(address, true);
         }
     }
 
     /// A stop goes out.
     pub(super) fn stops(&mut self, to: Address) {
-        if to == Address::BROADCAST {
-            self.is_all_stopped = self.is_deaf(to);
+        if to == Address::BROADCAST || self.is_one {
+            self.is_all_stopped |= self.is_deaf(to);
         } else if self.nodes.contains(to) {
             self.stopped.set(to, true);
         }
@@ -117,7 +127,7 @@ impl Deaf {
         }
         self.stopped = Addresses::default();
         match self.cause {
-            Cause::Command(to) if to != Address::BROADCAST => self.hears(to),
+            Cause::Command(to) if to != Address::BROADCAST => *self = Self::default(),
             _ => self.end_if_all_hear(),
         }
     }

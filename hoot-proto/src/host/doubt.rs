@@ -15,6 +15,10 @@ struct Owed {
     until: Option<Millis>,
     /// Number of packets of which no answer has come.
     packets: u8,
+    /// The same number, if answers that come together are copies of one answer.
+    packets_if_copied: u8,
+    /// Time until which an answer may be a copy of the one before; `None` if there is none.
+    copies_until: Option<Millis>,
     /// Whether there may be more, from before the line came up.
     is_open: bool,
 }
@@ -41,7 +45,7 @@ impl Doubt {
 
     /// The line came up: answers to packets of others may come until then.
     pub(super) const fn link_up(&mut self, until: Millis) {
-        let open = Owed { until: Some(until), packets: 0, is_open: true };
+        let open = Owed { until: Some(until), packets: 0, packets_if_copied: 0, copies_until: None, is_open: true };
         *self = Self { plain: open, value: open };
     }
 
@@ -50,14 +54,15 @@ impl Doubt {
         for (owed, is_kind) in [&mut self.plain, &mut self.value].into_iter().zip(kinds(message)) {
             if is_kind {
                 owed.packets = owed.packets.saturating_add(packets);
+                owed.packets_if_copied = owed.packets_if_copied.saturating_add(packets);
                 owed.until = Some(owed.until.map_or(until, |before| before.max(until)));
             }
         }
     }
 
-    /// Counts an answer that is not taken for the answer to anything. If more are owed, they come by `until`. Returns whether
-    /// it was the last one without a value.
-    pub(super) fn arrived(&mut self, reply: Reply<'_>, until: Millis) -> bool {
+    /// Counts an answer that is not taken for the answer to anything. If more are owed, they come by `until`; copies of it
+    /// come by `copies_until`. Returns whether it was the last one without a value.
+    pub(super) fn arrived(&mut self, reply: Reply<'_>, until: Millis, copies_until: Millis) -> bool {
         let is_plain = reply.data.is_empty() && (reply.is_ok() || self.plain.packets > 0);
         let owed = if is_plain { &mut self.plain } else { &mut self.value };
         owed.until = owed.until.map(|before| match (owed.is_open, owed.packets) {
@@ -67,6 +72,9 @@ impl Doubt {
         });
         let is_last = owed.packets == 1;
         owed.packets = owed.packets.saturating_sub(1);
+        if owed.until.is_some() && owed.copies_until.replace(copies_until).is_none() {
+            owed.packets_if_copied = owed.packets_if_copied.saturating_sub(1);
+        }
         is_plain && is_last
     }
 
@@ -76,6 +84,7 @@ impl Doubt {
             if owed.until.is_some_and(|until| now >= until) {
                 *owed = Owed::default();
             }
+            owed.copies_until = owed.copies_until.filter(|until| now < *until);
         }
     }
 
@@ -86,7 +95,7 @@ impl Doubt {
 
     /// Whether as many answers have come as are owed that could be taken for the answer to a message.
     pub(super) fn is_counted(&self, message: &HostMessage<'_>) -> bool {
-        self.all(message, |owed| owed.packets == 0 && !owed.is_open)
+        self.all(message, |owed| owed.packets_if_copied == 0 && !owed.is_open)
     }
 
     /// Whether no answer of either kind may come.
@@ -102,6 +111,7 @@ impl Doubt {
     pub(super) fn set_back(&mut self, by: Millis) {
         for owed in [&mut self.plain, &mut self.value] {
             owed.until = owed.until.map(|until| Millis(until.since(by)));
+            owed.copies_until = owed.copies_until.map(|until| Millis(until.since(by)));
         }
     }
 }

@@ -20,8 +20,10 @@ pub(super) struct Stop {
     pub(super) transmit: Transmit,
     /// Token of the application; `None` for a stop that the machine added.
     pub(super) token: Option<Token>,
-    /// Number of times that the stop was sent since it was asked for.
+    /// Number of times that the stop, or another one in its place, was sent since it was asked for.
     pub(super) sent: u8,
+    /// Whether the stop itself was sent.
+    pub(super) is_own: bool,
     /// Time before which the stop is not sent again; `None` if it may be sent.
     pub(super) not_before: Option<Millis>,
     /// Whether an answer came since the stop was sent, which may be that to something else.

@@ -45,6 +45,8 @@ pub(super) enum Line {
 pub(super) struct Waiting {
     pub(super) job: Job,
     pub(super) until: Millis,
+    /// Time at which the packet was sent last.
+    sent_at: Millis,
     /// Number of times that the packet may still be repeated.
     left: u8,
     /// Number of times that the packet was sent: so many answers may come.
@@ -57,7 +59,11 @@ impl Line {
     pub(super) const fn set_back(self, by: Millis) -> Self {
         match self {
             Self::Offline | Self::Idle => self,
-            Self::Waiting(waiting) => Self::Waiting(Waiting { until: Millis(waiting.until.since(by)), ..waiting }),
+            Self::Waiting(waiting) => Self::Waiting(Waiting {
+                until: Millis(waiting.until.since(by)),
+                sent_at: Millis(waiting.sent_at.since(by)),
+                ..waiting
+            }),
             Self::Settling(until) => Self::Settling(Millis(until.since(by))),
             Self::Quiet(until) => Self::Quiet(Millis(until.since(by))),
         }
@@ -145,16 +151,17 @@ impl HostMachine {
 
     /// Counts an answer that may be that to something else.
     fn not_an_answer(&mut self, now: Millis, output: &mut Output<'_>, reply: Reply<'_>) {
-        let is_last = self.doubt.arrived(reply, self.drained(now));
+        let settled = now.after(self.options.settle().into());
+        let is_last = self.doubt.arrived(reply, self.drained(now), settled);
         if reply.data.is_empty() {
             self.stops.heard();
         }
         if is_last {
             self.deaf.all_answered();
         }
-        let settled = now.after(self.options.settle().into());
         match self.line {
-            Line::Idle => self.line = Line::Settling(settled),
+            // A stop waits for the gap only.
+            Line::Idle if !self.is_stopping() => self.line = Line::Settling(settled),
             // The next stop need not wait for longer.
             Line::Waiting(Waiting { job: Job::Emergency(packet), is_clear: false, .. }) => {
                 self.line = Line::Settling(settled);
@@ -208,9 +215,9 @@ impl HostMachine {
                 Job::Emergency(_) if message.conduct().is_stop() => self.believes_stops(&message),
                 _ => self.doubt.is_clear(&message),
             };
-            self.line = Line::Waiting(Waiting { job, until: now, left, sent: 1, is_clear });
+            self.line = Line::Waiting(Waiting { job, until: now, sent_at: now, left, sent: 1, is_clear });
             if !is_clear {
-                self.owe(&message, 1, now.after(time.into()));
+                self.owe(&message, 1, now);
             }
         } else {
             let quiet = if resets(&message) { blocks(&message).into() } else { self.options.gap() };
@@ -227,6 +234,7 @@ impl HostMachine {
         if let Line::Waiting(waiting) = &mut self.line {
             // Not before the gap is over, because the packet may be repeated then.
             waiting.until = now.after(time.max(self.options.gap()).into());
+            waiting.sent_at = now;
         }
         self.transmit(now, output, transmit);
     }
@@ -236,11 +244,8 @@ impl HostMachine {
         self.free_at = Some(now.after(self.options.gap().into()));
         self.spoken_to(now, &transmit);
         self.motion.sent(&self.options.nodes(), &transmit);
-        let blocks = blocks(&transmit.message);
-        if blocks > 0 {
-            // It is the same node under two addresses.
-            let to = if resets(&transmit.message) { Address::BROADCAST } else { transmit.to };
-            self.deaf.begins(now, to, blocks);
+        if blocks(&transmit.message) > 0 {
+            self.deaf.begins(now, &transmit);
         } else if transmit.message.conduct().is_stop() {
             self.deaf.stops(transmit.to);
         }
@@ -275,9 +280,8 @@ impl HostMachine {
             Job::Request(_) => {
                 // Whatever the node said, it may have another address and hear nothing for a while.
                 if resets(&transmit.message) {
-                    let blocks = blocks(&transmit.message);
-                    self.line = Line::Quiet(now.after(blocks.into()));
-                    self.deaf.begins(now, Address::BROADCAST, blocks);
+                    self.line = Line::Quiet(now.after(blocks(&transmit.message).into()));
+                    self.deaf.begins(now, &transmit);
                 }
             }
             Job::Stop(_) if done.is_some() => {
@@ -299,16 +303,16 @@ impl HostMachine {
         let Line::Waiting(waiting) = self.line else { return None };
         self.line = Line::Idle;
         if waiting.is_clear {
-            self.owe(&waiting.job.transmit().message, waiting.sent, waiting.until.max(now));
+            self.owe(&waiting.job.transmit().message, waiting.sent, waiting.sent_at.min(now));
         }
         Some(waiting)
     }
 
-    /// The answers to a message that was sent a number of times may come late, counted from a time at which they should have
-    /// come.
-    pub(super) fn owe(&mut self, message: &HostMessage<'_>, sent: u8, from: Millis) {
+    /// The answers to a message that was sent a number of times, for the last time at `sent_at`, may come late.
+    pub(super) fn owe(&mut self, message: &HostMessage<'_>, sent: u8, sent_at: Millis) {
         let packets = self.packets(message, sent);
-        self.doubt.owe(message, packets, self.drained(from));
+        let time = self.options.timeout().max(blocks(message).into());
+        self.doubt.owe(message, packets, self.drained(sent_at.after(time.into())));
     }
 
     /// Ends the wait for an answer, because a stop goes first.
@@ -328,7 +332,7 @@ impl HostMachine {
     /// Gives up the answer to a job; a stop waits to be sent again.
     pub(super) fn give_up(&mut self, output: &mut Output<'_>, waiting: &Waiting, why: Failure) {
         if let Job::Stop(stop) = waiting.job {
-            self.stops.put_back(stop, waiting.until);
+            self.stops.put_back(super::jobs::Stop { is_own: true, ..stop }, waiting.until);
         } else if let Some(token) = waiting.job.token() {
             let outcome = Outcome::unanswered(&waiting.job.transmit().message, true, why);
             output.event(Event::Ended { token, outcome });

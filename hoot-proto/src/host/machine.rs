@@ -13,7 +13,7 @@ use super::joystick::KeptNodes;
 use super::line::Line;
 use super::motion::Motion;
 use super::stops::Stops;
-use super::{Input, MAX_QUEUE, MAX_SPEEDS, Nodes, Options, Output};
+use super::{Input, MAX_QUEUE, MAX_SPEEDS, Nodes, Options, Output, Transmit};
 
 /// Kind of work that was sent last. The kinds take turns, so that none of them waits for ever.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -169,7 +169,10 @@ impl HostMachine {
             Turn::Speed => self.speed_due().map(Job::Speed),
             Turn::Request => {
                 let request = self.queue.first()?;
-                let may = self.doubt.is_clear(&request.transmit.message) && self.deaf.allows(&request.transmit);
+                let Transmit { message, .. } = request.transmit;
+                // What may move waits until the stops before it are confirmed.
+                let is_held = message.conduct().may_move() && !self.stops.is_empty();
+                let may = !is_held && self.doubt.is_clear(&message) && self.deaf.allows(&request.transmit);
                 if may { self.queue.pop_at(0).map(Job::Request) } else { None }
             }
         }

@@ -9,6 +9,7 @@ use arrayvec::ArrayVec;
 use motion_core::machine::Token;
 use motion_core::time::Millis;
 
+use super::doubt::Doubt;
 use super::event::{Event, Failure, Outcome, Refusal, StopTarget};
 use super::jobs::{Job, Pending, Stop};
 use super::line::{Line, Waiting, is_answered};
@@ -96,6 +97,12 @@ fn concerns(stop: &Transmit, other: &Transmit) -> bool {
     to_all || stop.to == other.to && same_part
 }
 
+/// Whether the answer to a stop cannot be the answer to something else. If the stop was sent before, it is enough that as many
+/// answers have come as are owed.
+fn is_clear(doubt: &Doubt, stop: &Stop) -> bool {
+    doubt.is_clear(&stop.transmit.message) || stop.is_own && doubt.is_counted(&stop.transmit.message)
+}
+
 impl HostMachine {
     /// Whether a stop is not confirmed yet.
     pub(super) fn is_stopping(&self) -> bool {
@@ -153,7 +160,14 @@ impl HostMachine {
                 output.event(Event::Ended { token: before, outcome });
             }
         } else if !is_full {
-            let _ = self.stops.0.try_push(Stop { transmit, token, sent: 0, not_before: None, is_heard: false });
+            let _ = self.stops.0.try_push(Stop {
+                transmit,
+                token,
+                sent: 0,
+                is_own: false,
+                not_before: None,
+                is_heard: false,
+            });
         } else {
             if let Some(token) = token {
                 output.event(Event::Ended { token, outcome: Outcome::Refused(Refusal::Busy) });
@@ -168,21 +182,22 @@ impl HostMachine {
         let is_free = self.line == Line::Idle && self.emergency.is_none();
         let again = |stop: &Stop| {
             let is_lost = stop.sent <= retries && !stop.is_heard;
-            let may = doubt.is_clear(&stop.transmit.message) || doubt.is_counted(&stop.transmit.message) || is_lost;
+            let may = is_clear(doubt, stop) || is_lost;
             (is_free && stop.sent > 0 && may && deaf.allows(&stop.transmit)).then_some(stop.transmit)
         };
         let first = |stop: &Stop| if stop.sent == 0 { deaf.stop_for(&stop.transmit) } else { None };
         let Some((stop, packet)) = self.stops.take(first).or_else(|| self.stops.take(again)) else { return false };
         self.overtake(now, output);
         let message = &stop.transmit.message;
-        let is_clear = self.doubt.is_clear(message) || stop.sent > 0 && self.doubt.is_counted(message);
-        if is_clear && packet == stop.transmit && self.line == Line::Idle && self.emergency.is_none() {
+        let is_own = packet == stop.transmit;
+        if is_clear(&self.doubt, &stop) && is_own && self.line == Line::Idle && self.emergency.is_none() {
             self.send(now, output, Job::Stop(stop));
             return true;
         }
         // An emergency stop asks the motors itself whether they rest.
         if is_answered(message) && self.emergency.is_none() {
-            self.stops.put_back(stop, now.after(self.options.timeout().into()));
+            self.stops
+                .put_back(Stop { is_own: is_own || stop.is_own, ..stop }, now.after(self.options.timeout().into()));
         } else if let Some(token) = stop.token {
             output.event(Event::Ended { token, outcome: Outcome::Sent });
         }

@@ -62,12 +62,12 @@ fn a_speed_of_0_without_an_answer_becomes_a_stop() {
     let mut master = Master::new(Options::default());
     let _ = stream(&mut master, ONE, 0.0);
     let mut lost = master.clone();
-    let stops = [150, 650, 1150, 2050].map(|at| (at, motor_stop(ONE)));
-    assert_eq!(sent(&lost.pass(2050)), stops, "a lost stop is repeated, and again when the line is clear");
+    let stops = [150, 650, 1150, 2550].map(|at| (at, motor_stop(ONE)));
+    assert_eq!(sent(&lost.pass(2550)), stops, "a lost stop is repeated, and again when the line is clear");
     assert_eq!(sent(&master.pass(150)), [(150, motor_stop(ONE))]);
     let _ = master.reply(1, &[]);
-    let outputs = master.pass(900);
-    assert_eq!(sent(&outputs), [(900, motor_stop(ONE))], "the answer may be that to the speed");
+    let outputs = master.pass(1400);
+    assert_eq!(sent(&outputs), [(1400, motor_stop(ONE))], "the answer may be that to the speed");
     assert!(all_ended(&outputs).is_empty());
     // The same happens if a stop overtakes the speed, or the node refuses it.
     let mut master = Master::new(Options::default());
@@ -197,5 +197,5 @@ fn requests_have_their_turn_beside_silent_nodes() {
     }
     let outputs = master.pass(20_000);
     assert_eq!(all_ended(&outputs).len(), 4, "no node answers, and all commands end");
-    assert!(all_ended(&outputs).iter().all(|(at, ..)| *at < 4 * 3500), "{outputs:?}");
+    assert!(all_ended(&outputs).iter().all(|(at, ..)| *at < 4 * 4500), "{outputs:?}");
 }

@@ -40,7 +40,7 @@ fn a_stop_overtakes_and_is_sent_again_when_the_line_is_clear() {
             assert!(ended(&output).is_empty() && matches!(output.event_list()[..], [Event::Unsolicited(_)]));
         }
         // With two answers nothing is owed, and the stop is sent again after the time to wait for an answer.
-        let due = if answers == 2 { 500 } else { 1300 };
+        let due = if answers == 2 { 500 } else { 1400 };
         assert_eq!(sent(&master.pass(2000))[0], (due - 10 * answers, STOP));
     }
     // An answer without a value is not that to a query.

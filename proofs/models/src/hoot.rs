@@ -1,4 +1,5 @@
-//! Master, a node with three motors, and a line on which packets are lost, damaged, late or answered twice.
+//! Master, a node with three motors, and a line on which packets are lost, damaged, late or answered twice. A start blocks
+//! the node: it hears nothing for a while, and hangs if two packets wait then (decision H-41).
 //!
 //! Both clocks stand at [`NOW`] in every state, because the machines are set back after each advance. So states that
 //! differ only in their age are one state.
@@ -16,6 +17,12 @@ pub use rules::Broken;
 
 /// Time of both clocks in every state. Everything longer ago than this counts as this long ago.
 const NOW: Millis = Millis(10_000);
+/// Time for which a start blocks the node, in milliseconds.
+const START_BLOCKS: u64 = 1500;
+/// Longest time for which the master takes the node to be deaf.
+const DEAF: u64 = 3000;
+/// Time within which no stop is repeated.
+const AGAIN: u64 = 500;
 /// Address of the node.
 pub const NODE: Address = Address::DEFAULT;
 
@@ -56,6 +63,8 @@ pub enum Flaw {
     Polite,
     /// The master does not report the end of a request.
     Forgets,
+    /// The master sends every stop of the controller twice.
+    Hurries,
 }
 
 /// Setup of the model, and its bounds.
@@ -117,6 +126,16 @@ pub struct World {
     /// Master, node and line. A packet arrives at its moment at the latest.
     both: laws::world::World<HostMachine, DeviceMachine, Transmit, Reply>,
     late: u8,
+    /// Time until which a start blocks the node.
+    blocked_until: Option<Millis>,
+    /// Packet that waits at the node meanwhile.
+    waiting: Option<Transmit>,
+    /// Answer to the start, which the node gives at the end of the block.
+    held: Option<Reply>,
+    /// Time until which the master takes the node to be deaf, unless it hears of it.
+    deaf_until: Option<Millis>,
+    /// Time of the last stop.
+    stopped_at: Option<Millis>,
     rig: [Way; 3],
     /// Motors that are on their way home together.
     homing: [bool; 3],
@@ -169,7 +188,13 @@ impl World {
 
     /// Next deadline.
     fn next(&self) -> Option<Millis> {
-        self.both.next(None).map(|(due, _)| due)
+        self.both.next(self.blocked_until).map(|(due, _)| due)
+    }
+
+    /// Whether a stop may have to wait: the node may be deaf and has a stop already, or it was sent a stop just before.
+    fn may_hold_stops(&self) -> bool {
+        let is_recent = |stopped: Millis| NOW < stopped.after(AGAIN);
+        self.stopped_at.is_some_and(|stopped| self.deaf_until.is_some() || is_recent(stopped))
     }
 
     /// Sets all clocks back to [`NOW`].
@@ -182,7 +207,10 @@ impl World {
         both.device.machine = both.device.machine.clone().set_back(by);
         both.up.set_back(by);
         both.down.set_back(by);
-        both.host.wake.iter_mut().chain(&mut both.device.wake).chain(&mut self.stop_due).for_each(back);
+        self.deaf_until = self.deaf_until.filter(|until| by < until.since(NOW));
+        self.stopped_at = self.stopped_at.filter(|stopped| stopped.after(DEAF).since(NOW) > by);
+        let own = self.blocked_until.iter_mut().chain(&mut self.deaf_until).chain(&mut self.stopped_at);
+        both.host.wake.iter_mut().chain(&mut both.device.wake).chain(&mut self.stop_due).chain(own).for_each(back);
     }
 
     fn break_rule(&mut self, broken: Broken) {
@@ -218,7 +246,11 @@ impl Hoot {
                     if world.is_up() && !(self.options.bridge() && answer == Answer::Error) =>
                 {
                     let due = world.both.now.after(self.delay);
-                    world.both.down.send(due, Reply { answer, follows: replies > 0 });
+                    let reply = Reply { answer, follows: replies > 0 };
+                    match world.blocked_until {
+                        Some(_) => world.held = Some(reply),
+                        None => world.both.down.send(due, reply),
+                    }
                     replies += 1;
                 }
                 _ => {}
@@ -232,6 +264,31 @@ impl Hoot {
         if !is_undamaged {
             self.node(world, device::Input::Noise);
             return;
+        }
+        if world.blocked_until.is_some() {
+            if world.waiting.replace(Transmit { to, message }).is_some() {
+                world.break_rule(Broken::TwoWait);
+            }
+            return;
+        }
+        self.receive(world, Transmit { to, message });
+    }
+
+    /// The block of the node is over: it answers the start and hears what waits.
+    fn block_is_over(&self, world: &mut World) {
+        world.blocked_until = None;
+        if let Some(reply) = world.held.take().filter(|_| world.is_up()) {
+            let due = world.both.now.after(self.delay);
+            world.both.down.send(due, reply);
+        }
+        if let Some(transmit) = world.waiting.take() {
+            self.receive(world, transmit);
+        }
+    }
+
+    fn receive(&self, world: &mut World, Transmit { to, message }: Transmit) {
+        if let HostMessage::Start(_) = message {
+            world.blocked_until = Some(world.both.now.after(START_BLOCKS));
         }
         let is_deaf = self.flaw == Flaw::DeafToStops && rules::is_stop(&message);
         let heard = if is_deaf { RunStatus {}.into() } else { message };
@@ -294,7 +351,10 @@ impl Hoot {
                 world.stop_due = None;
                 return self.host(world, host::Input::LinkDown);
             }
-            Wish::LinkUp => return self.host(world, host::Input::LinkUp),
+            Wish::LinkUp => {
+                world.deaf_until = Some(NOW.after(DEAF));
+                return self.host(world, host::Input::LinkUp);
+            }
             Wish::Button => {
                 return self.node(world, device::Input::Command(device::Command::EmergencyStop));
             }
@@ -305,7 +365,7 @@ impl Hoot {
     }
 
     fn expect_stop(&self, world: &mut World) {
-        if world.is_up() {
+        if world.is_up() && !world.may_hold_stops() {
             world.stop_due.get_or_insert(NOW.after(self.options.gap().into()));
         }
     }
@@ -319,6 +379,9 @@ impl Hoot {
             world.break_rule(Broken::StopWaits);
         }
         world.both.now = next;
+        if world.blocked_until.is_some_and(|until| until <= next) {
+            self.block_is_over(world);
+        }
         self.host(world, host::Input::Wake);
         self.node(world, device::Input::Wake);
         world.set_back();
@@ -340,9 +403,10 @@ impl Model for Hoot {
     type Action = Action;
 
     fn init_states(&self) -> Vec<World> {
+        // The line came up, and the node was set up, long ago.
         let mut host = HostMachine::new(self.options);
-        let _ = host.advance(NOW, host::Input::LinkUp);
-        // The setup of the node is long ago.
+        let _ = host.advance(Millis(0), host::Input::LinkUp);
+        let _ = host.advance(NOW, host::Input::Wake);
         let mut node = DeviceMachine::new(self.node);
         for &message in &self.setup {
             let _ = node.advance(Millis(0), device::Input::Received { port: Port::Bus, to: NODE, message });
@@ -353,6 +417,11 @@ impl Model for Hoot {
         vec![World {
             both,
             late: self.late,
+            blocked_until: None,
+            waiting: None,
+            held: None,
+            deaf_until: None,
+            stopped_at: None,
             rig: [Way::Resting; 3],
             homing: [false; 3],
             used: 0,

@@ -142,9 +142,12 @@ fn mistakes_in_a_machine_are_found() {
     finds(Hoot { flaw: Flaw::Polite, requests: BAD, ..one() }, "a stop waits for nothing but the gap");
     finds(Hoot { flaw: Flaw::Resends, requests: BAD, ..one() }, "a request that may not be repeated is sent once");
     finds(Hoot { flaw: Flaw::Forgets, ..one() }, "no command is forgotten");
-    // An answer to the run that comes after the master's timeout is taken for the answer to the stop, which is lost.
-    let late = Hoot { delay: 400, late: 5, ..hoot(&[run(Motor::One), stop(Motor::One)]) };
-    finds(Hoot { requests: BAD, ..late }, "motors that are confirmed to rest do not move");
+    let hurried = Hoot { flaw: Flaw::Hurries, ..hoot(&[request(Start {}), request(Stop {})]) };
+    finds(hurried, "two packets never wait at a deaf node");
+    // If an answer to the run comes later than the master takes to be possible, it confirms the stop, which is lost.
+    let late = |delay| Hoot { delay, late: 5, requests: BAD, ..hoot(&[run(Motor::One), stop(Motor::One)]) };
+    finds(late(800), "motors that are confirmed to rest do not move");
+    explore("late", late(650), 1000, &[NOBODYS]);
 }
 
 #[test]

@@ -26,12 +26,12 @@
 //! assert_eq!(position, Some(Steps(0)));
 //! ```
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 
 use hoot_proto::frame::MAX_FRAME;
 use hoot_proto::host::{self, Command, Failure, HostMachine, Input, Options, Outcome, Request, Token, Transmit};
-use hoot_proto::message::{MotorSetContinuousSpeed, Reply};
+use hoot_proto::message::{HostMessage, MotorSetContinuousSpeed, Reply};
 use hoot_proto::query::{Answer, AnyReply, Profile};
 use hoot_proto::{Address, Effect, Frame, Frames, Item, Query};
 use motion_core::time::Millis;
@@ -158,6 +158,8 @@ pub struct HootMaster {
     /// Commands that have not ended. There are no more than the machine has room for.
     pending: BTreeMap<Token, Command>,
     profiles: BTreeMap<Address, Profile>,
+    /// Nodes that are not in joystick mode, in which a refusal tells nothing of the firmware.
+    calm: BTreeSet<Address>,
     strays: u64,
     outgoing: VecDeque<Outgoing>,
     events: VecDeque<Event>,
@@ -175,6 +177,7 @@ impl HootMaster {
             heard: Millis(0),
             pending: BTreeMap::new(),
             profiles: BTreeMap::new(),
+            calm: BTreeSet::new(),
             strays: 0,
             outgoing: VecDeque::new(),
             events: VecDeque::new(),
@@ -187,7 +190,8 @@ impl HootMaster {
         &self.machine
     }
 
-    /// Firmware of a node, if it was asked for its version.
+    /// Firmware of a node, as far as its answers tell: to the query for its version, and to queries that firmware of some age
+    /// refuses ([`Profile::that_answers`]).
     #[must_use]
     pub fn profile(&self, node: Address) -> Profile {
         self.profiles.get(&node).copied().unwrap_or_default()
@@ -244,10 +248,37 @@ impl HootMaster {
         let command = self.pending.remove(&token);
         let Some(ended) = command.and_then(|command| Ended::new(token, command, outcome)) else { return };
         debug!("{ended}");
-        if let (Some(request), Some(AnyReply::FirmwareVersion(version))) = (ended.request(), ended.answer()) {
-            self.profiles.insert(request.to, Profile::of_version(&version));
+        if let Some(request) = ended.request() {
+            self.learn(request.to, &request.message, &ended);
         }
         self.events.push_back(Event::Ended(ended));
+    }
+
+    /// Learns the firmware of a node by its answer to a message.
+    fn learn(&mut self, node: Address, message: &HostMessage<'_>, ended: &Ended) {
+        let was_calm = self.calm.contains(&node);
+        let is_refused = matches!(ended.outcome, Outcome::Refused(host::Refusal::Device(_)));
+        let answers = match (message, ended.answer()) {
+            (_, Some(AnyReply::FirmwareVersion(version))) => {
+                self.profiles.insert(node, Profile::of_version(&version).and(self.profile(node)));
+                return;
+            }
+            (HostMessage::SetJoystickMode(_), _) => {
+                self.calm.remove(&node);
+                return;
+            }
+            (HostMessage::JoystickMode(_), _) if is_refused => false,
+            (_, Some(_)) => true,
+            _ if is_refused && was_calm => false,
+            _ => return,
+        };
+        match (message, ended.answer()) {
+            (_, Some(AnyReply::JoystickMode(mode))) if mode.value.get() => self.calm.remove(&node),
+            (HostMessage::JoystickMode(_), _) => self.calm.insert(node),
+            _ => false,
+        };
+        let profile = self.profile(node).that_answers(message, answers);
+        self.profiles.insert(node, profile);
     }
 
     /// Drops the beginning of a packet whose rest does not come.

@@ -1,6 +1,7 @@
 //! Scenarios of hoot: a master and a simulated node on a virtual clock.
 
 mod bridge;
+mod deaf;
 mod faults;
 mod firmware;
 mod programs;

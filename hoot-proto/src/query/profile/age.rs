@@ -28,6 +28,11 @@ impl Age {
         Self(VERSIONS.saturating_add(hundredths as u16))
     }
 
+    /// Age just before this one.
+    pub(super) const fn before(self) -> Self {
+        Self(self.0.saturating_sub(1))
+    }
+
     /// Whether the build is as old as another one, or older.
     pub(super) const fn is_at_most(self, other: Self) -> bool {
         self.0 <= other.0

@@ -51,6 +51,11 @@ const fn v(version: u8) -> Age {
     Age::version(version)
 }
 
+/// Days since which queries are answered that earlier firmware refuses.
+pub(super) const JOYSTICK_QUERY: Age = day(10, 28);
+pub(super) const PING_PONG_QUERY: Age = day(11, 3);
+pub(super) const SLEEP_QUERY: Age = day(12, 3);
+
 facts! {
     /// Whether hundredths under the type `FLOAT` are right; later they are garbage (safety decision 7).
     float_is_true: ALWAYS, day(10, 7);
@@ -69,9 +74,9 @@ facts! {
     /// Whether the firmware ignores values of ping-pong other than 0 and 1.
     ignores_wrong_ping_pong: v(24), NEVER;
     /// Whether the firmware has joystick mode, ping-pong, and the query for joystick mode.
-    has_joystick_mode: day(10, 28), NEVER;
+    has_joystick_mode: JOYSTICK_QUERY, NEVER;
     /// Whether the firmware answers the query whether the planned move goes to and fro.
-    has_ping_pong_query: day(11, 3), NEVER;
+    has_ping_pong_query: PING_PONG_QUERY, NEVER;
     /// Whether the answer to the query for the lead-in has 32 bits.
     answers_long_lead_in: day(11, 5), NEVER;
     /// Whether run status 1 means that the program is paused; earlier it means that the program runs.
@@ -79,7 +84,7 @@ facts! {
     /// Whether the speed of runs is not answered in joystick mode.
     is_silent_at_speed: day(12, 3), NEVER;
     /// Whether query 117 of a motor asks whether the motor has no current while it rests; earlier firmware refuses it.
-    has_sleep_query: day(12, 3), NEVER;
+    has_sleep_query: SLEEP_QUERY, NEVER;
     /// Whether the firmware does not answer unknown commands; earlier firmware refuses them.
     is_silent: day(12, 22), NEVER;
     /// Whether the version of the firmware is a `ULONG`; earlier it is a `BYTE`, and 6.

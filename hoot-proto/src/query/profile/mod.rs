@@ -151,6 +151,39 @@ impl Profile {
         }
     }
 
+    /// Builds of this profile that answer a query, or that refuse it.
+    ///
+    /// Version 6 stands for four months of builds. The queries for joystick mode, for ping-pong and for the sleep of a motor
+    /// were added meanwhile, so a node tells its age by answering or refusing them. A refusal tells nothing in joystick mode,
+    /// except for the query for joystick mode.
+    ///
+    /// ```
+    /// use hoot_proto::message::{Motor, MotorMaxProgramSpeed};
+    /// use hoot_proto::query::Profile;
+    ///
+    /// let query = MotorMaxProgramSpeed { motor: Motor::One }.into();
+    /// assert_eq!(Profile::VERSION_6.that_answers(&query, true).one_is_paused(), Some(true));
+    /// assert_eq!(Profile::VERSION_6.that_answers(&query, false).one_is_paused(), Some(false));
+    /// ```
+    #[must_use]
+    pub fn that_answers(self, query: &HostMessage<'_>, answers: bool) -> Self {
+        let since = match query {
+            HostMessage::JoystickMode(_) => facts::JOYSTICK_QUERY,
+            HostMessage::PingPong(_) => facts::PING_PONG_QUERY,
+            HostMessage::MotorMaxProgramSpeed(_) => facts::SLEEP_QUERY,
+            _ => return self,
+        };
+        let (older, newer) = (Self { last: since.before(), ..Self::UNKNOWN }, Self { first: since, ..Self::UNKNOWN });
+        self.and(if answers { newer } else { older })
+    }
+
+    /// Builds that are in both profiles; the builds of this one if there are none.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        let both = Self { first: self.first.max(other.first), last: self.last.min(other.last) };
+        if both.first.is_at_most(both.last) { both } else { self }
+    }
+
     /// Greatest number of packets that answer a request.
     ///
     /// No packet answers a broadcast or command 0. Two packets answer requests that firmware refuses and then

@@ -31,6 +31,8 @@ pub enum Broken {
     MayMove,
     /// Node and rig do not agree on the motions.
     RigDiffers,
+    /// Two packets wait at the node while a start blocks it.
+    TwoWait,
 }
 
 /// Whether a message may be sent again without the application: stops, and queries that change nothing (safety decision
@@ -163,7 +165,17 @@ impl Hoot {
 
     fn send(&self, world: &mut World, transmit: Transmit) {
         self.was_sent(world, &transmit.message);
-        world.both.up.send(world.both.now.after(self.delay), transmit);
+        let due = world.both.now.after(self.delay);
+        world.both.up.send(due, transmit);
+        if let HostMessage::Start(_) | HostMessage::BroadcastStart(_) = transmit.message {
+            world.deaf_until = Some(world.both.now.after(super::DEAF));
+        }
+        if is_stop(&transmit.message) {
+            world.stopped_at = Some(world.both.now);
+        }
+        if let (Flaw::Hurries, HostMessage::Stop(_)) = (self.flaw, transmit.message) {
+            world.both.up.send(due, transmit);
+        }
     }
 
     /// Records a sent message. All messages that may not be repeated differ from each other.
@@ -229,6 +241,7 @@ pub(super) fn properties() -> Vec<Property<Hoot>> {
         "a command ends once" EndedTwice
         "the master knows that what moves may move" MayMove
         "node and rig agree on the motions" RigDiffers
+        "two packets never wait at a deaf node" TwoWait
     };
     all.extend([
         Property::always("no command is forgotten", |_, world| {

@@ -5,8 +5,8 @@ use std::path::Path;
 use examples::moves::Move;
 use hoot_proto::HostMessage;
 use hoot_proto::message::{
-    self, Bool, Milliseconds, Motor, ProgramMode, ProgramModeQuery, RunStatus, RunTime, ShortShots, ShortSpan, Shots,
-    Span,
+    self, Bool, Microstep, Milliseconds, Motor, ProgramMode, ProgramModeQuery, RunState, RunStatus, RunTime,
+    ShortShots, ShortSpan, Shots, Span,
 };
 use tokio::time::Instant;
 
@@ -44,8 +44,12 @@ impl Talk<'_> {
                 "an exposure of {exposure} s does not fit into an interval of {interval} s: give a longer one"
             )));
         }
-        let planned = self.read_move(file, Count::Shots(shots), false)?;
-        let mode = if continuous { ProgramMode::CONTINUOUS } else { ProgramMode::SMS };
+        let (mode, count) = if continuous {
+            (ProgramMode::CONTINUOUS, Count::Lapse { shots, interval: pause })
+        } else {
+            (ProgramMode::SMS, Count::Shots(shots))
+        };
+        let planned = self.read_move(file, count, false)?;
         self.store(&planned, mode).await?;
         self.camera(exposure).await?;
         self.set(message::CameraSetInterval { interval: Milliseconds(pause) }).await?;
@@ -80,21 +84,29 @@ impl Talk<'_> {
         self.prepare().await?;
         // A paused program would continue instead of starting again.
         self.set(message::Stop {}).await?;
-        for it in planned.iter().filter(|_| program_mode == ProgramMode::VIDEO) {
+        for it in planned.iter().filter(|_| program_mode != ProgramMode::SMS) {
             let (most, asked) = (self.greatest_speed(it.motor).await?, it.peak() * 1000.0);
             if asked > most {
                 return Err(Trouble::Refused(format!(
-                    "motor {}: the move needs {asked:.0} steps/s, the node allows {most}: make it slower",
+                    "motor {}: the move needs {asked:.0} steps/s, the node allows {most}: make it slower, or raise the \
+                     greatest speed of the motor",
                     it.motor
                 )));
             }
         }
         self.dead_man(true).await?;
-        self.set_and_see(message::SetProgramMode { program_mode }, ProgramModeQuery {}, program_mode).await?;
+        self.set(message::SetProgramMode { program_mode }).await?;
+        let found = self.read(ProgramModeQuery {}).await?;
+        if found != program_mode {
+            let node = self.node.0;
+            return Err(Trouble::Refused(format!(
+                "node {node} has no mode {program_mode}, it stays in {found}: its firmware is too old for this command"
+            )));
+        }
         self.set(message::SetTimingMaster { timing_master: Bool::TRUE }).await?;
         self.set(message::SetStartDelay::default()).await?;
         self.set(message::SetMaxRunTime::default()).await?;
-        self.set(message::SetPingPong { ping_pong: Bool::FALSE }).await?;
+        self.set_or_refused(message::SetPingPong { ping_pong: Bool::FALSE }).await?;
         for motor in Motor::ALL {
             match planned.iter().find(|it| it.motor == motor) {
                 Some(it) => self.store_one(it).await?,
@@ -104,11 +116,14 @@ impl Talk<'_> {
         for it in planned {
             let motor = it.motor;
             self.enable(motor).await?;
-            let most = self.greatest_speed(motor).await?;
             #[expect(clippy::cast_possible_truncation, reason = "at most 65,535")]
-            self.set_speed(motor, most as f32 * self.home_speed).await?;
-            let answered = self.set_off(message::MotorSendToStart { motor }).await?;
-            self.arrive(motor, it.plan.start.0, answered).await?;
+            let most = self.greatest_speed(motor).await? as f32;
+            self.set_speed(motor, most * self.home_speed).await?;
+            self.go_to(motor, it.plan.start.0).await?;
+            // Between photos the motor goes at this speed too.
+            self.set_speed(motor, most).await?;
+            // In joystick mode a speed sets a motor in motion, so the master wants to know that it rests.
+            self.until_rest(motor).await?;
         }
         Ok(())
     }
@@ -151,15 +166,22 @@ impl Talk<'_> {
 
     /// Starts the stored program, prints its progress, and checks where the motors are at its end.
     async fn play(&mut self, planned: &[Planned], seconds: f64) -> Result<(), Trouble> {
+        let before = self.microsteps().await?;
         let began = Instant::now();
         let answered = self.set_off(message::Start {}).await?;
+        let now = self.microsteps().await?;
         let profile = self.session.host().profile(self.node);
         let mut has_run = false;
         loop {
             let (state, gone) = (self.read(RunStatus {}).await?, self.read(RunTime {}).await?.0);
             if state.is_running(profile) == Some(false) {
-                // A program that has ended or was stopped loses its run time. A paused one keeps it.
-                if gone > 0 {
+                // Later firmware tells a pause by its number. In older firmware a program that has ended or was stopped
+                // loses its run time, and a paused one keeps it.
+                let is_paused = match profile.one_is_paused() {
+                    Some(true) => state == RunState::RUNNING_OR_PAUSED,
+                    _ => gone > 0 && profile.keeps_run_time() != Some(true),
+                };
+                if is_paused {
                     return Err(Trouble::Failed(format!(
                         "node {} paused after {gone} ms: a motor failed, its button was pressed, or it received \
                         nothing for a second",
@@ -171,11 +193,14 @@ impl Talk<'_> {
             has_run = true;
             let mut places = Vec::new();
             for it in planned {
-                places.push(format!("motor {} at {}", it.motor, self.position(it.motor).await?));
+                let place = usize::from(it.motor.get()) - 1;
+                let at = in_microsteps(self.position(it.motor).await?, now[place], before[place]);
+                places.push(format!("motor {} at {at}", it.motor));
             }
             self.progress(|| format!("{:.1} of {seconds:.1} s: {}", f64::from(gone) / 1000.0, places.join(", ")))?;
         }
         let took = began.elapsed().as_secs_f64();
+        self.restore_microsteps(before).await?;
         for it in planned {
             self.arrive(it.motor, it.plan.stop.0, answered || has_run).await?;
         }
@@ -191,4 +216,32 @@ impl Talk<'_> {
         }
         self.dead_man(false).await
     }
+
+    /// Microsteps of all motors.
+    async fn microsteps(&mut self) -> Result<[Microstep; 3], Trouble> {
+        let mut all = [Microstep::FULL; 3];
+        for (microstep, motor) in all.iter_mut().zip(Motor::ALL) {
+            *microstep = self.read(message::MotorMicrostep { motor }).await?;
+        }
+        Ok(all)
+    }
+
+    /// Sets the microsteps of all motors that a start has changed, as some firmware does, because all positions are counted
+    /// in them (decision H-47).
+    async fn restore_microsteps(&mut self, before: [Microstep; 3]) -> Result<(), Trouble> {
+        let now = self.microsteps().await?;
+        for ((motor, microstep), now) in Motor::ALL.into_iter().zip(before).zip(now) {
+            if microstep != now {
+                self.until_rest(motor).await?;
+                let query = message::MotorMicrostep { motor };
+                self.set_and_see(message::MotorSetMicrostep { motor, microstep }, query, microstep).await?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Position in other microsteps.
+fn in_microsteps(at: i32, found: Microstep, wanted: Microstep) -> i64 {
+    i64::from(at) * i64::from(wanted.0) / i64::from(found.0.max(1))
 }

@@ -1,8 +1,8 @@
 //! Command that prints the state of a node.
 
 use hoot_proto::message::{
-    Current, FirmwareVersion, JoystickMode, Motor, MotorContinuousSpeed, MotorEnable, MotorEndLimit, MotorMicrostep,
-    NameQuery, ProgramModeQuery, RunStatus, Steps, Voltage,
+    Current, FirmwareVersion, Motor, MotorContinuousSpeed, MotorEnable, MotorEndLimit, MotorMicrostep, NameQuery,
+    ProgramModeQuery, RunStatus, Steps, Voltage,
 };
 use hoot_proto::query::AnyReply;
 
@@ -12,7 +12,7 @@ use crate::drive::Trouble;
 impl Talk<'_> {
     pub(super) async fn info(&mut self) -> Result<(), Trouble> {
         let node = self.node.0;
-        if self.read(JoystickMode {}).await?.get() {
+        if self.is_in_joystick_mode().await? {
             return self.print(&format!("node {node}: it is in joystick mode, so nothing more can be read"));
         }
         let version = self.read(FirmwareVersion {}).await?;
@@ -50,6 +50,8 @@ impl Talk<'_> {
         let microstep = self.read(MotorMicrostep { motor }).await?.0;
         let end = match self.read(MotorEndLimit { motor }).await? {
             Steps(0) => "no end limit".to_owned(),
+            // Later firmware keeps the limit, and does not stop there.
+            _ if self.profile().holds_limits() == Some(false) => "no end limit".to_owned(),
             end => format!("end limit {end}"),
         };
         let speed = self.ask(MotorContinuousSpeed { motor }).await?;

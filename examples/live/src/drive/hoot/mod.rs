@@ -3,16 +3,17 @@
 //! | command | effect |
 //! |---|---|
 //! | `info` | asks the node for its version, name and state, and for each of its motors |
-//! | `jog` | runs a motor in joystick mode, with the dead-man switch on and keep-alive messages |
-//! | `move` | sets the end of the planned move to the position, and sends the motor there |
-//! | `calibrate` | sends the motor to both ends of the range, and sets them as home (position 0) and as the end limit |
+//! | `jog` | runs a motor, with the dead-man switch on and keep-alive messages |
+//! | `move` | moves the motor by the number of steps from where it rests to the position |
+//! | `calibrate` | moves the motor to both ends of the range, and sets them as home (position 0) and, if the firmware has limits, as the end limit |
 //! | `upload` | stores a planned move for each axis of the node, and sends the motors to their start |
 //! | `run` | as `upload`, then plays the move in real time (video mode) |
 //! | `program` | as `upload`, then takes photos along the move: shoot, move, shoot; with `--continuous` a time lapse |
 //! | `expose` | takes a photo |
 //! | `stop` | makes an emergency stop |
 //!
-//! `move` does not use a move by a number of steps, which would be twice as long if the line doubled the message.
+//! Motors go to their places by a number of steps, because the commands that send them to a position ignore the speed in
+//! firmware since 2014-11-03 (decision H-42).
 //!
 //! A planned move has two positions, a time, and the lengths of acceleration and deceleration. [`plan`] says which axes
 //! it can follow. While something moves, the dead-man switch is on: if the program or the line fails, the motors stop

@@ -5,7 +5,7 @@ use std::time::Duration;
 use hoot_proto::host::Command as MasterCommand;
 use hoot_proto::message::{
     self, Bool, CameraExposing, Direction, FirmwareVersion, JoystickMode, MaxStepRate, Milliseconds, Motor,
-    MotorEnable, MotorEndLimit, MotorMaxStepSpeed, RunStatus, Steps,
+    MotorEnable, MotorEndLimit, MotorMaxProgramSpeed, MotorMaxStepSpeed, MotorMove, RunStatus, StepCount, Steps,
 };
 use tokio::time::Instant;
 
@@ -30,16 +30,26 @@ fn whole(position: f64) -> Result<i32, Trouble> {
 impl Talk<'_> {
     /// Makes sure that the node can move its motors: it answers, is not in joystick mode, and runs no program.
     pub(super) async fn prepare(&mut self) -> Result<(), Trouble> {
-        // In joystick mode, older firmware answers only this query.
-        if self.read(JoystickMode {}).await?.get() {
+        // In joystick mode, older firmware answers only this query. The first firmware has no joystick mode.
+        if self.is_in_joystick_mode().await? {
             self.joystick(false).await?;
         }
         self.ask(FirmwareVersion {}).await?;
+        if self.profile().one_is_paused().is_none() {
+            // The version does not tell what the run status means. It is told by whether this query is answered.
+            self.ask_or_refused(MotorMaxProgramSpeed { motor: Motor::One }).await?;
+        }
         let status = self.read(RunStatus {}).await?;
         if status.is_running(self.session.host().profile(self.node)) == Some(true) {
             return Err(Trouble::Refused(format!("node {} runs a program: stop it first", self.node.0)));
         }
         Ok(())
+    }
+
+    /// Whether the node is in joystick mode.
+    pub(super) async fn is_in_joystick_mode(&mut self) -> Result<bool, Trouble> {
+        let ended = self.ask_or_refused(JoystickMode {}).await?;
+        Ok(ended.read(&JoystickMode {}).is_some_and(Bool::get))
     }
 
     /// Switches a motor on. A node answers OK for a motor that is off, but the motor does not move.
@@ -95,9 +105,8 @@ impl Talk<'_> {
         self.command(MasterCommand::KeepAlive { to: self.node, on: true });
         let direction = Direction((speed > 0.0).into());
         let until = Instant::now() + time;
-        // Some firmware does not start a run in joystick mode, so joystick mode comes after the start.
+        // A run needs no joystick mode, which conducts itself in another way with each firmware (decision H-46).
         let answered = self.set_off(message::MotorRun { motor, direction }).await?;
-        self.joystick(true).await?;
         while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
             if let Some(event) = self.session.next_within(left).await? {
                 self.overhear(&event)?;
@@ -105,7 +114,6 @@ impl Talk<'_> {
         }
         self.set(message::MotorStop { motor }).await?;
         self.command(MasterCommand::KeepAlive { to: self.node, on: false });
-        self.joystick(false).await?;
         let to = self.until_rest(motor).await?;
         self.dead_man(false).await?;
         if to == from {
@@ -123,11 +131,22 @@ impl Talk<'_> {
         self.print(&format!("motor {motor} is at {to}"))
     }
 
-    /// Sends a motor to a position, and checks that it arrives.
-    async fn go_to(&mut self, motor: Motor, to: i32) -> Result<(), Trouble> {
-        let set = message::MotorSetProgramStop { motor, position: Steps(to) };
-        self.set_and_see(set, message::MotorProgramStop { motor }, Steps(to)).await?;
-        let answered = self.set_off(message::MotorSendToStop { motor }).await?;
+    /// Moves a motor to a position by the number of steps from where it rests, and checks that it arrives. The move keeps the
+    /// speed that was set, which commands that send a motor to a position ignore since 2014-11-03 (decision H-42).
+    pub(super) async fn go_to(&mut self, motor: Motor, to: i32) -> Result<(), Trouble> {
+        if self.is_running(motor).await? {
+            return Err(Trouble::Refused(format!("motor {motor} moves: stop it first")));
+        }
+        let from = self.position(motor).await?;
+        let steps = StepCount(from.abs_diff(to));
+        if steps.0 == 0 {
+            return Ok(());
+        }
+        let motion = MotorMove::new(motor, Direction((to > from).into()), steps).ok_or_else(|| {
+            let most = StepCount::MAX;
+            Trouble::Refused(format!("motor {motor}: from {from} to {to} are {steps} steps, a move has at most {most}"))
+        })?;
+        let answered = self.set_off(motion).await?;
         self.arrive(motor, to, answered).await
     }
 
@@ -166,11 +185,21 @@ impl Talk<'_> {
         self.go_to(motor, begin).await?;
         self.set(message::MotorSetHomeHere { motor }).await?;
         self.go_to(motor, width).await?;
-        self.set_and_see(message::MotorSetEndHere { motor }, MotorEndLimit { motor }, Steps(width)).await?;
+        let holds = self.profile().holds_limits();
+        if holds != Some(false) {
+            self.set_and_see(message::MotorSetEndHere { motor }, MotorEndLimit { motor }, Steps(width)).await?;
+        }
         self.dead_man(false).await?;
-        self.print(&format!(
-            "motor {motor}: home is at the old position {begin}, the end limit is {width} steps from home"
-        ))
+        let end = match holds {
+            Some(true) => format!("the end limit is {width} steps from home"),
+            Some(false) => format!(
+                "the end is {width} steps from home, but nothing stops the motor there: this firmware has no limits"
+            ),
+            None => format!(
+                "the end limit is {width} steps from home, but this firmware may not stop there: try it at a low speed"
+            ),
+        };
+        self.print(&format!("motor {motor}: home is at the old position {begin}, {end}"))
     }
 
     /// Switches the camera on and sets its exposure. Returns the exposure in milliseconds.

@@ -28,8 +28,16 @@ const LOOKS: u32 = 128;
 pub enum Count {
     /// Milliseconds.
     Video,
-    /// Photos: this number, spread over the whole move.
+    /// Photos: this number, spread over the whole move. Motors rest while photos are taken.
     Shots(u32),
+    /// Photos at an interval in milliseconds: this number, spread over the whole move. Motors move meanwhile, so the travel is
+    /// in milliseconds, and only the lead-in is in photos (decision H-43).
+    Lapse {
+        /// Number of photos.
+        shots: u32,
+        /// Interval.
+        interval: u32,
+    },
 }
 
 /// Planned move of a motor.
@@ -39,14 +47,14 @@ pub struct Planned {
     pub motor: Motor,
     /// The planned move.
     pub plan: Plan,
-    /// Time to wait before the move, in milliseconds or photos.
+    /// Time to wait before the move, in milliseconds in video mode, otherwise in photos.
     pub lead_in: u32,
     /// Greatest distance from the axis, in steps.
     pub deviation: f64,
 }
 
 impl Planned {
-    /// Greatest distance from one count to the next, in steps. In video mode this is a thousandth of the speed.
+    /// Greatest distance from one count to the next, in steps. If counts are milliseconds, it is a thousandth of the speed.
     ///
     /// The distance is an average over several counts, because positions are whole steps.
     #[must_use]
@@ -73,15 +81,19 @@ impl Planned {
 ///
 /// [`Trouble::Refused`] if the move has no axis for the node, or if a planned move or the rig cannot do it.
 pub fn plans(file: &Move, node: Address, count: Count, reverse: bool) -> Result<Vec<Planned>, Trouble> {
-    let seconds = match count {
-        Count::Video => 0.001,
-        Count::Shots(shots) => file.duration / f64::from(shots.saturating_sub(1).max(1)),
+    let photo = |shots: u32| file.duration / f64::from(shots.saturating_sub(1).max(1));
+    // Time of a count of the lead-in, and number of counts of the travel in that time.
+    let (seconds, counts_of_travel) = match count {
+        Count::Video => (0.001, 1),
+        Count::Shots(shots) => (photo(shots), 1),
+        Count::Lapse { shots, interval } => (photo(shots), interval.max(1)),
     };
     let all = counts(file.duration / seconds).unwrap_or(0);
     let mut planned: Vec<Planned> = Vec::new();
     for axis in &file.axes {
         let Some(hoot) = axis.hoot.filter(|hoot| hoot.address == node.0) else { continue };
-        let this = fit(axis, &hoot, seconds).map_err(|why| Trouble::Refused(format!("axis {:?}: {why}", axis.name)))?;
+        let this = fit(axis, &hoot, seconds, counts_of_travel)
+            .map_err(|why| Trouble::Refused(format!("axis {:?}: {why}", axis.name)))?;
         let this = if reverse { this.reversed(all) } else { this };
         if planned.iter().any(|other| other.motor == this.motor) {
             return Err(Trouble::Refused(format!(
@@ -103,7 +115,7 @@ pub fn plans(file: &Move, node: Address, count: Count, reverse: bool) -> Result<
     Ok(planned)
 }
 
-fn fit(axis: &MoveAxis, hoot: &Hoot, seconds: f64) -> Result<Planned, String> {
+fn fit(axis: &MoveAxis, hoot: &Hoot, seconds: f64, counts_of_travel: u32) -> Result<Planned, String> {
     let [first, last] = &axis.keys[..] else {
         return Err(format!(
             "it has {} key frames, but a planned move has two: remove those between the first and the last",
@@ -116,7 +128,8 @@ fn fit(axis: &MoveAxis, hoot: &Hoot, seconds: f64) -> Result<Planned, String> {
     let (start, stop) = (steps(first.position)?, steps(last.position)?);
     let long = || "it is too long: the limit is 16,777,215 ms or photos".to_owned();
     let lead_in = counts(first.time / seconds).ok_or_else(long)?;
-    let travel = counts(last.time / seconds).ok_or_else(long)?.saturating_sub(lead_in).max(1);
+    let end = counts(last.time / seconds * f64::from(counts_of_travel)).ok_or_else(long)?;
+    let travel = end.saturating_sub(lead_in.saturating_mul(counts_of_travel)).max(1);
     let motor = Motor::new(hoot.motor).ok_or("hoot has motors 1 to 3")?;
     let plan = Plan { start, stop, travel: Span(travel), easing: Easing::LINEAR, ..Plan::default() };
 
@@ -271,6 +284,17 @@ mod tests {
     }
 
     #[test]
+    fn the_travel_of_a_time_lapse_is_in_milliseconds_and_its_lead_in_in_photos() {
+        let file = pan("Pan", "Pan");
+        let (shots, interval) = (11, 2000);
+        let lapse = plans(&file, NODE, Count::Lapse { shots, interval }, false).unwrap()[0];
+        // Ten intervals of 2 s for a move of 5 s, of which the axis uses the time from 0.5 to 4.5 s.
+        assert_eq!((lapse.lead_in, lapse.plan.travel), (1, Span(16_000)));
+        let video = plans(&file, NODE, Count::Video, false).unwrap()[0];
+        assert!((lapse.peak() * 4.0 - video.peak()).abs() < 0.05, "a quarter of the speed: {}", lapse.peak());
+    }
+
+    #[test]
     fn a_move_that_cannot_be_planned_is_refused() {
         let key = "{ \"time\": 4.5";
         let three = refused(key, &format!("{{ \"time\": 2, \"position\": 50 }}, {key}"));
@@ -287,6 +311,6 @@ mod tests {
         let mut long = long.axes[0].clone();
         long.keys[1].time = 20_000.0;
         let hoot = long.hoot.unwrap();
-        assert!(fit(&long, &hoot, 0.001).unwrap_err().contains("too long"));
+        assert!(fit(&long, &hoot, 0.001, 1).unwrap_err().contains("too long"));
     }
 }

@@ -110,6 +110,14 @@ impl<'a> Talk<'a> {
         if ended.answer().is_some() { Ok(ended) } else { Err(self.trouble(&query, &ended)) }
     }
 
+    /// Sends a query that some firmware refuses, and repeats it if it is not answered.
+    pub(super) async fn ask_or_refused(&mut self, query: impl Into<HostMessage<'static>>) -> Result<Ended, Trouble> {
+        let query = query.into();
+        let ended = self.repeated(query).await?;
+        let is_refused = matches!(ended.outcome(), Outcome::Refused(Refusal::Device(_)));
+        if is_refused || ended.answer().is_some() { Ok(ended) } else { Err(self.trouble(&query, &ended)) }
+    }
+
     /// Value that the node answers to a query.
     pub(super) async fn read<Q, T>(&mut self, query: Q) -> Result<T, Trouble>
     where
@@ -124,10 +132,17 @@ impl<'a> Talk<'a> {
     /// effect as sending once. Other messages are sent once: those that may start motion, toggles, photos.
     pub(super) async fn set(&mut self, message: impl Into<HostMessage<'static>>) -> Result<(), Trouble> {
         let message = message.into();
-        let is_once = message.conduct().may_move()
-            || matches!(message, HostMessage::SetPingPong(_) | HostMessage::CameraExpose(_));
+        let is_once = message.conduct().may_move() || matches!(message, HostMessage::CameraExpose(_));
         let ended = if is_once { self.send(message).await? } else { self.repeated(message).await? };
         if ended.is_done() { Ok(()) } else { Err(self.trouble(&message, &ended)) }
+    }
+
+    /// Sends a setting that firmware without it refuses, because it has the value that is asked for in any case.
+    pub(super) async fn set_or_refused(&mut self, message: impl Into<HostMessage<'static>>) -> Result<(), Trouble> {
+        match self.set(message).await {
+            Err(Trouble::Refused(_)) => Ok(()),
+            result => result,
+        }
     }
 
     /// Sends a message, and repeats it if it is not answered.
