@@ -7,7 +7,7 @@ use hoot_proto::message::{ProgramMode, SetAddress};
 use rigs::device::Named;
 use rigs::hoot_master::HootMaster;
 use rigs::hoot_node::{HootNode, Setup};
-use rigs::{LineId, Party, Rig};
+use rigs::{LineId, Party};
 
 /// Stage with a node that has a planned move.
 fn prepared(device: &str) -> Stage<HootNode> {

@@ -58,13 +58,18 @@ impl Talk<'_> {
         self.set_and_see(message::MotorSetEnable { motor, enable }, MotorEnable { motor }, enable).await
     }
 
-    /// Greatest speed of a motor, in steps per second.
+    /// Greatest speed that the setting of a motor names, in steps per second.
+    async fn setting_of_speed(&mut self, motor: Motor) -> Result<f64, Trouble> {
+        Ok(self.read(MotorMaxStepSpeed { motor }).await?.0.into())
+    }
+
+    /// Greatest speed of a motor, in steps per second. Earlier firmware keeps the setting of the motor and limits nothing by
+    /// it; there, what the controller can do is the limit (decision H-42).
     pub(super) async fn greatest_speed(&mut self, motor: Motor) -> Result<f64, Trouble> {
-        let most = self.read(MotorMaxStepSpeed { motor }).await?.0;
-        if self.profile().has_max_step_rate() == Some(false) {
-            return Ok(most.into());
+        if self.profile().max_speed_limits() != Some(false) {
+            return self.setting_of_speed(motor).await;
         }
-        Ok(most.min(self.read(MaxStepRate {}).await?.0).into())
+        Ok(self.read(MaxStepRate {}).await?.0.into())
     }
 
     pub(super) async fn dead_man(&mut self, on: bool) -> Result<(), Trouble> {
@@ -80,7 +85,10 @@ impl Talk<'_> {
         self.prepare().await?;
         let most = self.greatest_speed(motor).await?;
         // As with kOS: the greatest speed is not safe if somebody stands beside the camera.
-        let speed = speed.unwrap_or(most / 4.0);
+        let speed = match speed {
+            Some(speed) => speed,
+            None => self.setting_of_speed(motor).await?.min(most) / 4.0,
+        };
         if !speed.is_finite() || speed <= 0.0 {
             return Err(Trouble::Refused(format!("speed {speed}: give a number of steps/s, more than 0")));
         }
