@@ -221,11 +221,11 @@ fn commands<R: Bench>() -> Vec<(&'static str, Command)> {
     vec![
         ("info", Command::Info),
         ("calibrate", Command::Calibrate { motor: 1, begin: 0.0, end: 100.0 * R::UNITS }),
-        ("jog", Command::Jog { motor: 1, speed: -R::JOG, seconds: 2.0 }),
-        ("move", Command::Move { motor: 1, position: 10.0 * R::UNITS, speed: Some(4.0 * R::UNITS) }),
         ("upload", Command::Upload { file: file() }),
         ("run", Command::Run { file: file(), reverse: false }),
         ("run, Ctrl-C", Command::Run { file: file(), reverse: false }),
+        ("jog", Command::Jog { motor: 1, speed: -R::JOG, seconds: 2.0 }),
+        ("move", Command::Move { motor: 1, position: 10.0 * R::UNITS, speed: Some(4.0 * R::UNITS) }),
         ("run --reverse", Command::Run { file: file(), reverse: true }),
         ("program", Command::Program { file: file(), shots: shots(false) }),
         ("program --continuous", Command::Program { file: file(), shots: shots(true) }),
