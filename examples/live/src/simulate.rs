@@ -48,9 +48,10 @@ pub struct Args {
     /// Faults: "all", or a list such as "delay=40,reset=20" (an unknown name prints all names).
     #[arg(long, value_name = "LIST")]
     pub faults: Option<String>,
-    /// Device of the field that the rig stands for; --list prints all of them.
-    #[arg(long, value_name = "NAME", default_value = "mild")]
-    pub device: String,
+    /// Device of the field that the rig stands for; --list prints all of them [default: printed for kOS, dmc-lite for DMC,
+    /// v0.70 for hoot]
+    #[arg(long, value_name = "NAME")]
+    pub device: Option<String>,
     /// Single differences of the rig from the device: a list; --list prints all of them.
     #[arg(long, value_name = "LIST", default_value = "")]
     pub quirks: String,
@@ -87,6 +88,16 @@ impl Protocol {
             Self::Kos => "kOS",
             Self::Dmc => "DMC",
             Self::Hoot => "hoot",
+        }
+    }
+
+    /// Device that a simulated rig stands for unless another one is named: one that exists, and that is strict.
+    #[must_use]
+    pub const fn device(self) -> &'static str {
+        match self {
+            Self::Kos => "printed",
+            Self::Dmc => "dmc-lite",
+            Self::Hoot => "v0.70",
         }
     }
 
@@ -147,7 +158,8 @@ fn hoot(args: &Args) -> Result<hoot_node::Setup, String> {
 
 /// Setup of the device that the arguments name, with their quirks.
 fn named<S: Named>(setup: S, args: &Args) -> Result<S, String> {
-    let setup = setup.with_device(&args.device).and_then(|setup| setup.with_quirks(&args.quirks));
+    let device = args.device.as_deref().unwrap_or(args.protocol.device());
+    let setup = setup.with_device(device).and_then(|setup| setup.with_quirks(&args.quirks));
     setup.map_err(|error| error.to_string())
 }
 

@@ -115,7 +115,7 @@ fn without_its_client_a_time_lapse_goes_on(test: &str) {
     let path = file(test, MOVE);
     let rig = calibrated(test, &[]);
     let mut drive = rig.begin(&lapse(path.to_str().unwrap()));
-    drive.line(" %, 1 photos");
+    drive.line(" photos: ");
     drive.kill();
     assert!(rig.drive(&["info"]).done().contains("motor 1"));
     rig.rests();
@@ -126,7 +126,7 @@ fn a_rig_that_is_killed_in_a_time_lapse(test: &str) {
     let path = file(test, MOVE);
     let rig = calibrated(test, &[]);
     let mut drive = rig.begin(&lapse(path.to_str().unwrap()));
-    drive.line(" %, 1 photos");
+    drive.line(" photos: ");
     rig.kill();
     drive.end().failed("NOT confirmed: press the emergency stop");
 }

@@ -221,6 +221,9 @@ impl Rig {
     }
 }
 
+/// Time for which some rigs refuse motion after a stop.
+const LOCK: Duration = Duration::from_secs(2);
+
 /// Interrupts a run, and then a jog of motor 1. Each time the rig must confirm the stop and rest. Returns the record of
 /// its motors.
 #[track_caller]
@@ -232,6 +235,7 @@ pub(crate) fn interrupted(rig: Rig, run: &[&str], jog: &[&str], interrupt: fn(&P
     drive.interrupt();
     drive.end().failed(confirmed);
     rig.rests();
+    thread::sleep(LOCK);
     let drive = rig.begin(jog);
     rig.moves(1);
     interrupt(&drive);
