@@ -113,6 +113,29 @@ fn says(message: HostMessage<'_>, context: &Context) -> Vec<String> {
 }
 
 #[test]
+fn sends_and_limits_are_warned_of_by_the_age_of_the_firmware() {
+    let motor = Motor::One;
+    let sends: [HostMessage<'static>; 4] = [
+        MotorSendHome { motor }.into(),
+        MotorSendToEnd { motor }.into(),
+        MotorSendToStart { motor }.into(),
+        MotorSendToStop { motor }.into(),
+    ];
+    let count = |message: &HostMessage<'_>, profile: Profile| {
+        let mut context = Context::default();
+        context.profile = profile;
+        message.lint(&context).as_slice().len()
+    };
+    for send in &sends {
+        let found = ["2014-10-29", "2014-11-03", "v0.45", "version-6"].map(|name| count(send, name.parse().unwrap()));
+        assert_eq!((found, count(send, Profile::UNKNOWN)), ([0, 1, 1, 1], 0), "{send}");
+    }
+    let end = HostMessage::from(MotorSetEndHere { motor });
+    assert_eq!(["v0.45", "v0.49", "v0.70"].map(|name| count(&end, name.parse().unwrap())), [0, 1, 1]);
+    assert_eq!(count(&sends[1], Profile::V070), 2, "neither the speed nor the limit holds");
+}
+
+#[test]
 fn lint_is_silent_on_requests_of_the_constructors() {
     let requests = requests();
     assert_eq!(

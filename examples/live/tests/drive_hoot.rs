@@ -32,6 +32,8 @@ struct Bench {
     rig: Arc<Mutex<HootNode>>,
     /// Moment of the program and position of motor 1, at each millisecond of the program.
     trace: Arc<Mutex<Vec<(f64, f64)>>>,
+    /// Greatest speed of motor 1, in microsteps at quarter steps per second.
+    fastest: Arc<Mutex<f64>>,
     session: Session<HootMaster>,
     interrupt: UnboundedSender<()>,
     server: JoinHandle<()>,
@@ -45,11 +47,12 @@ fn bench(setup: Setup) -> Bench {
 /// Bench on a line with faults.
 fn troubled(setup: Setup, faults: Faults, seed: u64) -> Bench {
     let rig = Arc::new(Mutex::new(HootNode::new(setup)));
-    let trace = Arc::default();
+    let (trace, fastest) = (Arc::default(), Arc::default());
     let (near, far) = tokio::io::duplex(256);
     let carried = Carried {
         rig: Arc::clone(&rig),
         trace: Arc::clone(&trace),
+        fastest: Arc::clone(&fastest),
         up: Line::new(faults, seed),
         down: Line::new(faults, seed + 1),
         mishaps: Mishaps::new(faults, seed, Millis(0)),
@@ -57,13 +60,14 @@ fn troubled(setup: Setup, faults: Faults, seed: u64) -> Bench {
     let server = tokio::spawn(carried.serve(far));
     let (interrupt, interrupts) = unbounded_channel();
     let session = Session::over(hoot::master(NODE).unwrap(), near, interrupts);
-    Bench { rig, trace, session, interrupt, server, said: Vec::new() }
+    Bench { rig, trace, fastest, session, interrupt, server, said: Vec::new() }
 }
 
 /// Rig with a faulty line in each direction.
 struct Carried {
     rig: Arc<Mutex<HootNode>>,
     trace: Arc<Mutex<Vec<(f64, f64)>>>,
+    fastest: Arc<Mutex<f64>>,
     up: Line,
     down: Line,
     mishaps: Mishaps,
@@ -77,6 +81,10 @@ impl Carried {
     /// Does everything that is due. Returns the bytes to write.
     fn work(&mut self, now: Millis) -> Vec<Vec<u8>> {
         self.lock().advance(now);
+        let speed = self.lock().motors()[0].at(now).velocity.abs();
+        let mut fastest = self.fastest.lock().unwrap();
+        *fastest = fastest.max(speed);
+        drop(fastest);
         let moment = self.lock().moment();
         if let Some(moment) = moment {
             let place = self.lock().motors()[0].at(now).position;
@@ -222,6 +230,67 @@ async fn each_firmware_version_executes_the_commands() {
         }
         assert_eq!((bench.position(Motor::One), bench.rig(|rig| rig.camera().taken())), (1800, 9), "{}", device.name);
         bench.done(Command::Stop).await;
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn motors_keep_the_speed_that_was_given_with_each_device() {
+    for device in Setup::DEVICES {
+        let mut bench = bench(Setup::default().with_device(device.name).unwrap());
+        bench.done(Command::Move { motor: 1, position: 600.0, speed: Some(200.0) }).await;
+        bench.done(Command::Move { motor: 1, position: 100.0, speed: Some(200.0) }).await;
+        let fastest = *bench.fastest.lock().unwrap();
+        assert!((150.0..=205.0).contains(&fastest), "{}: {fastest}", device.name);
+        // A quarter of the greatest speed.
+        bench.done(Command::Calibrate { motor: 1, begin: 0.0, end: 900.0 }).await;
+        let fastest = *bench.fastest.lock().unwrap();
+        assert!(fastest < 1255.0, "{}: {fastest}", device.name);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_time_lapse_moves_slowly_with_each_device() {
+    for device in Setup::DEVICES {
+        let mut bench = bench(Setup::default().with_device(device.name).unwrap());
+        let file = slow("lapse");
+        bench.done(Command::Program { file, shots: shots(11, true) }).await;
+        // 1800 steps in eight of ten seconds, with half of the time for each ramp: the peak is 1.5 times the mean.
+        let trace = bench.trace.lock().unwrap();
+        let places: Vec<f64> = trace.iter().map(|(_, place)| *place).collect();
+        let steps = places.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        // A start may change the microsteps, in which places are counted.
+        let microsteps = places.iter().copied().fold(0.0, f64::max) / 1800.0;
+        let fastest = 1000.0 * steps.fold(0.0, f64::max) / microsteps;
+        assert!(fastest < 1500.0 && bench.position(Motor::One) == 1800, "{}: {fastest}", device.name);
+        assert_eq!(bench.rig(|rig| rig.camera().taken()), 11, "{}", device.name);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_limit_is_announced_only_where_it_holds() {
+    for device in Setup::DEVICES {
+        let profile = Setup::default().with_device(device.name).unwrap().options.profile();
+        let mut bench = bench(Setup::default().with_device(device.name).unwrap());
+        let said = bench.done(Command::Calibrate { motor: 1, begin: 0.0, end: 400.0 }).await;
+        let info = bench.done(Command::Info).await;
+        let (limit, nothing) = ("the end limit is 400 steps from home", "nothing stops the motor there");
+        let holds = profile.holds_limits().unwrap();
+        assert_eq!((said.contains(limit), said.contains(nothing)), (holds, !holds), "{}: {said}", device.name);
+        assert_eq!(info.contains("end limit 400"), holds, "{}: {info}", device.name);
+        // The motor goes on beyond a limit that does not hold.
+        bench.drive(Command::Move { motor: 1, position: 1000.0, speed: None }).await.unwrap_or_default();
+        assert_eq!(bench.position(Motor::One) >= 1000, !holds, "{}: {}", device.name, bench.position(Motor::One));
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn after_the_way_to_the_start_the_speed_is_set_again() {
+    for device in ["mild", "2014-10-29", "v0.33", "v0.70"] {
+        let mut bench = bench(Setup::default().with_device(device).unwrap());
+        bench.done(Command::Move { motor: 1, position: 300.0, speed: None }).await;
+        bench.done(Command::Upload { file: slow("speed") }).await;
+        let speed = bench.rig(|rig| rig.machine().motor(Motor::One).settings().speed.0);
+        assert!(speed >= 1000.0, "{device}: {speed}");
     }
 }
 

@@ -63,7 +63,7 @@ enum Cause {
 }
 
 /// Nodes that may be deaf.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
+#[derive(Clone, PartialEq, Eq, Hash, Default)]
 pub(super) struct Deaf {
     /// Time at which all nodes hear again; `None` if they hear now.
     until: Option<Millis>,
@@ -76,6 +76,8 @@ pub(super) struct Deaf {
     /// Whether all these addresses are those of one node, because it gets another one.
     is_one: bool,
 }
+
+motion_core::debug! { Deaf { until cause nodes stopped is_all_stopped is_one } }
 
 impl Deaf {
     /// The line came up. A node may still be deaf because of a command of somebody else. Only the number of stops is limited

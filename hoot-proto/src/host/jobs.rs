@@ -15,7 +15,7 @@ pub(super) struct Pending {
 }
 
 /// A stop that is not answered yet.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Stop {
     pub(super) transmit: Transmit,
     /// Token of the application; `None` for a stop that the machine added.
@@ -29,6 +29,8 @@ pub(super) struct Stop {
     /// Whether an answer came since the stop was sent, which may be that to something else.
     pub(super) is_heard: bool,
 }
+
+motion_core::debug! { Stop { transmit token sent is_own not_before is_heard } }
 
 /// The next speed of a motor.
 #[expect(clippy::struct_field_names, reason = "the field of the message has this name")]

@@ -41,7 +41,7 @@ pub(super) enum Line {
 }
 
 /// A packet whose answer is awaited.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Waiting {
     pub(super) job: Job,
     pub(super) until: Millis,
@@ -54,6 +54,8 @@ pub(super) struct Waiting {
     /// Whether an answer that comes can only be the answer to this packet.
     is_clear: bool,
 }
+
+motion_core::debug! { Waiting { job until sent_at left sent is_clear } }
 
 impl Line {
     pub(super) const fn set_back(self, by: Millis) -> Self {

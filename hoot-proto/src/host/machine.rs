@@ -195,8 +195,8 @@ impl HostMachine {
         let wants = is_idle && self.has_work() || self.stops.has_new();
         let kept = self.next_keep_alive().filter(|_| is_idle);
         let held = [self.doubt.until(), self.deaf.until(), self.stops.next(), self.emergency_not_before()];
-        let may_come = self.has_work() || !self.kept.is_empty() || is_idle && !self.doubt.is_over();
-        let held = held.into_iter().flatten().filter(|_| may_come);
+        let is_held = self.has_work() || !self.kept.is_empty() || is_idle && !self.doubt.is_over();
+        let held = held.into_iter().flatten().filter(|_| is_held);
         for due in held.chain(self.free_at.filter(|_| wants)).chain(kept) {
             let due = self.free_at.map_or(due, |free| free.max(due));
             if due > now {

@@ -100,6 +100,14 @@ impl Rules<'_> {
             HostMessage::MotorSetProgramAcceleration(message) => self.arrives("acceleration", message.acceleration.0),
             HostMessage::MotorSetProgramDeceleration(message) => self.arrives("deceleration", message.deceleration.0),
             HostMessage::MotorStepForward(_) | HostMessage::MotorStepBack(_) => self.step(profile.has_steps()),
+            HostMessage::MotorSendHome(_) | HostMessage::MotorSendToStart(_) | HostMessage::MotorSendToStop(_) => {
+                self.sends(profile.sends_at_full_speed());
+            }
+            HostMessage::MotorSendToEnd(_) => {
+                self.sends(profile.sends_at_full_speed());
+                self.limits(profile.holds_limits());
+            }
+            HostMessage::MotorSetEndHere(_) => self.limits(profile.holds_limits()),
             HostMessage::MotorResetLimits(_) => self.warning("motor", "the motor has no limits from then on"),
             HostMessage::MotorMaxProgramSpeed(_) => self.has(profile.has_sleep_query()),
             _ => {}

@@ -9,7 +9,7 @@ use crate::message::{
     AnySubAddress, Direction, HostMessage, MAX_ARRIVING, Motor, MotorMove, Name, StartDelay, StepCount, StepRate,
     StepsPerSecond,
 };
-use crate::query::DelayUnit;
+use crate::query::{DelayUnit, Profile};
 
 /// Greatest step rate of any firmware, in steps per second.
 const MAX_STEP_RATE: u16 = 10_000;
@@ -51,6 +51,20 @@ impl Rules<'_> {
     pub(super) fn has(&mut self, has: Option<bool>) {
         if has == Some(false) {
             self.warning("command", "this firmware does not have the command: it refuses it, or does not answer");
+        }
+    }
+
+    /// Decision H-42: commands that send a motor to a position. Of firmware of which nothing is known, nothing is said.
+    pub(super) fn sends(&mut self, at_full_speed: Option<bool>) {
+        if at_full_speed != Some(false) && self.context.profile != Profile::UNKNOWN {
+            self.warning("motor", "firmware since 2014-11-03 goes at full speed, and forgets the speed that was set");
+        }
+    }
+
+    /// Decision H-44: end limits.
+    pub(super) fn limits(&mut self, holds: Option<bool>) {
+        if holds == Some(false) {
+            self.warning("motor", "this firmware keeps the end limit and does not stop there");
         }
     }
 

@@ -208,7 +208,7 @@ fn one_stop_waits_at_a_node_that_a_start_blocks() {
     }
 }
 
-// 5-58
+// 5-65
 #[test]
 fn many_stops_and_keep_alives_are_one_packet_at_a_node_that_may_be_deaf() {
     for pause in [1, 30, 60, 150, 400, 700] {
@@ -227,7 +227,7 @@ fn many_stops_and_keep_alives_are_one_packet_at_a_node_that_may_be_deaf() {
     }
 }
 
-// 5-58
+// 5-66
 #[test]
 fn one_stop_waits_at_a_node_whose_address_changes() {
     for (stop, _) in stops() {

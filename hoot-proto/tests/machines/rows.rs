@@ -7,7 +7,7 @@ use hoot_proto::host::{State, StopState};
 
 const ROWS: &str = include_str!("../../../docs/machines-hoot.md");
 const DECISIONS: &str = include_str!("../../../docs/decisions-hoot.md");
-const TESTS: [&str; 10] = [
+const TESTS: [&str; 11] = [
     include_str!("camera.rs"),
     include_str!("emergency.rs"),
     include_str!("host.rs"),
@@ -16,6 +16,7 @@ const TESTS: [&str; 10] = [
     include_str!("motor.rs"),
     include_str!("moving.rs"),
     include_str!("program.rs"),
+    include_str!("real.rs"),
     include_str!("settings.rs"),
     include_str!("stops.rs"),
 ];

@@ -35,13 +35,13 @@ fn a_stop_overtakes_and_is_sent_again_when_the_line_is_clear() {
         assert_eq!(ended(&output), [(1, Outcome::NotConfirmed)], "it may have been done");
         // This may be the answer to the setting, so it does not confirm the stop.
         for _ in 0..answers {
-            master.now += 10;
+            master.now += 60;
             let output = master.reply(1, &[]);
             assert!(ended(&output).is_empty() && matches!(output.event_list()[..], [Event::Unsolicited(_)]));
         }
         // With two answers nothing is owed, and the stop is sent again after the time to wait for an answer.
         let due = if answers == 2 { 500 } else { 1400 };
-        assert_eq!(sent(&master.pass(2000))[0], (due - 10 * answers, STOP));
+        assert_eq!(sent(&master.pass(2000))[0], (due - 60 * answers, STOP));
     }
     // An answer without a value is not that to a query.
     let mut master = Master::new(Options::default());

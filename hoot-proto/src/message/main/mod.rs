@@ -23,8 +23,9 @@ use crate::frame::Address;
 message! {
     /// Starts or resumes the planned move.
     ///
-    /// Never repeat it by yourself: a repetition after the stop of an operator would move the rig. The answer may take
-    /// 3 s. Source: hoot, section 2.1; safety decision 1.
+    /// Never repeat it by yourself: a repetition after the stop of an operator would move the rig. From v0.20 on, the node
+    /// hears nothing for 1.5 s, and hangs if two packets wait then: send one [`Stop`] at most before the answer, which may
+    /// take 3 s. Source: hoot, section 2.1; safety decision 1; decision H-41.
     #[derive(Default)]
     pub struct Start in BE {}
 
@@ -56,7 +57,7 @@ message! {
     /// Gives the node another address.
     ///
     /// Never repeat it by yourself: ask at the new address instead. Afterwards the node receives nothing for about 2.5
-    /// s, and its USB port keeps the old address until the node is restarted. Source: hoot, sections 2.1 and 2.5;
+    /// s, and hangs if two packets wait then; its USB port keeps the old address until the node is restarted. Source: hoot, sections 2.1 and 2.5;
     /// safety decisions 1 and 5.
     #[derive(Default)]
     pub struct SetAddress in BE {
@@ -179,7 +180,9 @@ message! {
 
     /// Sets joystick mode, in which a node accepts only the commands that a joystick needs.
     ///
-    /// Source: hoot, sections 2.1 and 4.1.
+    /// Firmware since 2014-11-03 sets the speeds of all motors to 0 when the mode begins, so what moves stops; in the mode, a
+    /// [`MotorSetContinuousSpeed`](super::MotorSetContinuousSpeed) sets its motor in motion. Source: hoot, sections 2.1 and
+    /// 4.1; decision H-46.
     #[derive(Default)]
     pub struct SetJoystickMode in BE {
         /// Whether joystick mode is on.

@@ -132,22 +132,32 @@ sub_messages! {
     /// Source: hoot, section 2.3.
     pub struct MotorSetHomeHere for /** The motor. */ motor: Motor {}
 
-    /// Makes the present position the end limit. Source: hoot, section 2.3.
+    /// Makes the present position the end limit.
+    ///
+    /// From v0.49 on, firmware keeps the limit and does not stop there
+    /// ([`Profile::holds_limits`](crate::query::Profile::holds_limits)). Earlier, the home becomes a limit too. Source: hoot,
+    /// section 2.3; decision H-44.
     pub struct MotorSetEndHere for /** The motor. */ motor: Motor {}
 
-    /// Sends the motor home. Never repeat it by yourself. Source: hoot, section 2.3; safety decision 1.
+    /// Sends the motor home. Never repeat it by yourself.
+    ///
+    /// Firmware since 2014-11-03 goes at up to 5000 steps per second, whatever speed was set, and forgets that speed
+    /// ([`Profile::sends_at_full_speed`](crate::query::Profile::sends_at_full_speed)). A [`MotorMove`] keeps the speed.
+    /// Source: hoot, section 2.3; safety decision 1; decision H-42.
     pub struct MotorSendHome for /** The motor. */ motor: Motor {}
 
     /// Sends the motor to the end limit. Without an end limit, the node acknowledges the command and ignores it.
     ///
-    /// Never repeat it by yourself. Source: hoot, section 2.3; safety decision 1.
+    /// Never repeat it by yourself. Its speed is that of [`MotorSendHome`]. Source: hoot, section 2.3; safety decision 1;
+    /// decision H-42.
     pub struct MotorSendToEnd for /** The motor. */ motor: Motor {}
 
     /// Sets the speed of continuous runs, also of a run that is under way.
     ///
     /// The speed is an IEEE number, although replies contain speeds in hundredths. Moves by a number of steps need a
-    /// speed other than 0 too, although the sheet says that it does not apply to them. Never repeat it by yourself.
-    /// Source: hoot, sections 1.2 and 2.3; safety decisions 1 and 8.
+    /// speed other than 0 too, although the sheet says that it does not apply to them. Commands that send the motor to a
+    /// position ignore it since 2014-11-03. In joystick mode it sets the motor in motion. Never repeat it by yourself.
+    /// Source: hoot, sections 1.2 and 2.3; safety decisions 1 and 8; decision H-42.
     pub struct MotorSetContinuousSpeed for /** The motor. */ motor: Motor {
         /// Speed; its sign is the direction. The node acknowledges and ignores speeds above its greatest step rate.
         speed: StepsPerSecond,
@@ -215,12 +225,16 @@ sub_messages! {
         deceleration: Span,
     }
 
-    /// Sends the motor to the start of the planned move. Never repeat it by yourself. Source: hoot, section 2.3; safety
-    /// decision 1.
+    /// Sends the motor to the start of the planned move. Never repeat it by yourself.
+    ///
+    /// Its speed is that of [`MotorSendHome`]: later firmware ignores the speed that was set. Source: hoot, section 2.3;
+    /// safety decision 1; decision H-42.
     pub struct MotorSendToStart for /** The motor. */ motor: Motor {}
 
-    /// Sends the motor to the end of the planned move. Never repeat it by yourself. Source: hoot, section 2.3; safety
-    /// decision 1.
+    /// Sends the motor to the end of the planned move. Never repeat it by yourself.
+    ///
+    /// Its speed is that of [`MotorSendHome`]: later firmware ignores the speed that was set. Source: hoot, section 2.3;
+    /// safety decision 1; decision H-42.
     pub struct MotorSendToStop for /** The motor. */ motor: Motor {}
 
     /// Moves the motor on by one step of the planned move, from one picture to the next.
