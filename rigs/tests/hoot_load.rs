@@ -138,7 +138,8 @@ fn holds(seconds: u64) {
         (count.ended, 0),
         "each request ends, and the node has the number of each request that is done"
     );
-    assert!(u64::from(count.done) > 5 * seconds, "{count:?}");
+    // After each packet that is lost, and at first, the master waits until no late answer can come: for two seconds.
+    assert!(u64::from(count.done) > 3 * seconds, "{count:?}");
     // A packet that is cut costs some of the packets after it, because nodes do not look for the next packet.
     assert!(count.sent == seconds * 1000 * MESSAGES && count.answered > count.sent / 50, "{count:?}");
     assert!(count.proved > count.answered / 4, "{count:?}");
@@ -147,7 +148,7 @@ fn holds(seconds: u64) {
 
 #[test]
 fn on_a_good_line_each_message_is_answered_and_the_master_too() {
-    let count = load(2, Faults::NONE, 1);
+    let count = load(4, Faults::NONE, 1);
     assert_eq!((count.asked, count.wrong, count.answered, count.proved), (count.ended, 0, count.sent, count.sent - 1));
     assert!(count.done >= 45 && count.most_held < HELD, "{count:?}");
 }
