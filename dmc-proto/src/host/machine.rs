@@ -17,7 +17,7 @@ use super::transmit::{Contents, Output, Transmit, transmit_padding};
 use super::uses::Uses;
 use crate::Purpose;
 use crate::frame::{MessageId, MessageType};
-use crate::message::{Ack, AckCode, DeviceMessage, HardStop, Hi, MotorFlags};
+use crate::message::{Ack, AckCode, DeviceMessage, HardStop, Hi};
 
 /// State machine of a host: it knows when to send which message, and what comes of it.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -308,7 +308,7 @@ impl HostMachine {
             (Role::Configures(motor, flags), Reply::Acknowledged) => self.uses.set(motor, flags),
             // A device that cannot configure its motors uses all of them.
             (Role::Configures(motor, _), Reply::Refused(AckCode::ERR_UNSUPPORTED)) => {
-                self.uses.set(motor, MotorFlags::ENABLED | MotorFlags::BLUR);
+                self.uses.unsupported(motor);
             }
             (Role::StopsLoop, Reply::Acknowledged) => {
                 if let Some(run) = self.sequence.as_mut().and_then(Sequence::run) {

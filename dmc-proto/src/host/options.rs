@@ -38,9 +38,10 @@ motion_core::options! {
         /// not answered: no more than the line carries until the next try (decision D-71).
         line_speed with_line_speed: u32 = 115_200, in 1..=u32::MAX;
         /// Whether moves are held back of motors that no `MotorConfigure` has enabled on this link, and shots of motors that
-        /// it has not set to blur.
+        /// it has not set to blur. Motions along an uploaded move are also held back until all other motors are disabled.
         ///
-        /// Devices acknowledge such a move, tell that the motor arrives, and do not move it (decision D-76).
+        /// Devices acknowledge a move of a motor that is not enabled, tell that it arrives, and do not move it (decision
+        /// D-76). They move an enabled motor that is not in the uploaded move to 0 (decision D-84).
         needs_enabled with_needs_enabled: bool = true;
         /// Time to wait for the answer to a greeting, in milliseconds.
         ///

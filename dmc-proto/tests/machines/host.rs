@@ -559,14 +559,26 @@ fn a_move_needs_all_its_motors_enabled_and_a_shot_its_own_to_blur() {
     }
     desk.request(2, configure(2, MotorFlags::ENABLED));
     desk.acked(7, 0x0037, AckCode::OK);
+    // The device may give all other motors a path of zeros: D-84.
+    let outside = |motor| vec![refused(7, Refusal::NotInMove(Motor(motor)))];
+    let mut id = 8;
+    for motor in 3..=hi().motor_count {
+        for message in [position_frame(1), run(1, 10, RunFlags(0)), jog_all(5), RtShootFrame::default().into()] {
+            assert_eq!(desk.sequence(7, message), (vec![], outside(motor)), "motor {motor} may be enabled");
+        }
+        desk.request(2, configure(motor, MotorFlags::empty()));
+        assert_eq!(desk.sequence(7, position_frame(1)), (vec![], outside(motor)), "nobody knows yet");
+        desk.acked(id, 0x0037, AckCode::OK);
+        id += 1;
+    }
     let pairs = [MotorPair::new(Motor(1), Steps(0), Steps(9)), MotorPair::new(Motor(3), Steps(4), Steps(4))];
     let shot = RtShootFrame { motors: &pairs, ..RtShootFrame::default() };
     assert_eq!(desk.sequence(7, shot.into()), (vec![], lacks(1, MotorFlags::BLUR)));
     desk.request(2, configure(1, MotorFlags::ENABLED | MotorFlags::BLUR));
-    desk.acked(8, 0x0037, AckCode::OK);
+    desk.acked(id, 0x0037, AckCode::OK);
     let to_frame = Contents::ToFrame(shot.frame);
-    assert_eq!(desk.sequence(3, shot.into()).0, [(9, to_frame)], "motor 3 does not move in the shot");
+    assert_eq!(desk.sequence(3, shot.into()).0, [(id + 1, to_frame)], "motor 3 does not move in the shot");
     desk.stop(StopTarget::All);
-    desk.acked(10, 0x0033, AckCode::OK);
-    assert_eq!(desk.sequence(4, position_frame(1)).0, [(11, named(4))]);
+    desk.acked(id + 2, 0x0033, AckCode::OK);
+    assert_eq!(desk.sequence(4, position_frame(1)).0, [(id + 3, named(4))]);
 }

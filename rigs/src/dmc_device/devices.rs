@@ -105,6 +105,16 @@ impl Named for Setup {
             apply: |setup| setup.facts.uses = MotorFlags::empty(),
         },
         Choice {
+            name: "moves-disabled",
+            about: "Moves and jogs move motors that are not enabled.",
+            apply: |setup| setup.facts.moves_disabled = true,
+        },
+        Choice {
+            name: "fills-with-zeros",
+            about: "An upload gives each motor a path of zeros, so that each enabled motor is part of the move.",
+            apply: |setup| setup.facts.fills_with_zeros = true,
+        },
+        Choice {
             name: "blurs-along-move",
             about: "In a shot without ways, a motor that blurs follows the uploaded move.",
             apply: |setup| setup.facts.blurs_along_move = true,
@@ -182,6 +192,8 @@ fn dmc_lite(setup: &mut Setup) {
     setup.options = setup.options.with_hi(hi);
     setup.add(Quirks::VENDOR);
     setup.facts = Facts {
+        moves_disabled: true,
+        fills_with_zeros: true,
         jog_lasts: Some(JOG_LASTS),
         ignores_limits: true,
         truncates: true,

@@ -264,7 +264,8 @@ impl Core {
                 continue;
             };
             let message = asked.message();
-            let input = if let Some((motor, flags)) = lacking(&self.uses, &message, &self.table) {
+            let count = self.machine.device().map_or(0, |device| device.motor_count.min(32));
+            let input = if let Some((motor, flags)) = lacking(&self.uses, &message, &self.table, count) {
                 self.ask(USES, MotorConfigure { motor, flags, tail: &[] }.into())
             } else {
                 self.waiting.pop_front();

@@ -64,7 +64,14 @@ fn a_blurred_motor_moves_while_the_shutter_is_open() {
     for is_second_form in [false, true] {
         let (_, table) = sample("slide");
         let mut stage = Stage::up(Setup::default());
+        // A motor with a way of its own belongs to the move as well: some devices move it to 0 otherwise.
+        let shot_without = stage.token();
         stage.upload(table.clone()).unwrap();
+        let motors = vec![MotorPair::new(Motor(4), Steps(0), Steps(-400))];
+        stage.scene.command(Command::Shoot(shot_without, Shot { motors, ..Shot::of(FrameNumber(5), 1000) }));
+        let refused = Err(Outcome::Refused(Refusal::NotInMove(Motor(4))));
+        assert_eq!(stage.end(shot_without, 1000), refused);
+        stage.upload(table.clone().with(Motor(4), vec![0])).unwrap();
         let pair = MotorPair::new(Motor(1), Steps(1000), Steps(3000));
         let (open_angle, close_angle) = (Degrees(0), Degrees(180));
         let motors = vec![pair, MotorPair::new(Motor(4), Steps(0), Steps(-400))];

@@ -21,6 +21,9 @@ pub(super) fn not_done(what: &str, outcome: Outcome<'_>) -> Trouble {
         Outcome::Refused(Refusal::NotConfigured(motor, _)) => {
             failed(&format!("the rig did not enable motor {motor}: `info` shows whether it has this motor"))
         }
+        Outcome::Refused(Refusal::NotInMove(motor)) => {
+            failed(&format!("motor {motor} is not in the move and may be enabled, so that the rig could send it to 0"))
+        }
         Outcome::Refused(Refusal::NotConnected) | Outcome::Failed(Failure::LinkDown) => {
             failed("the line to the rig is gone: check its cable and its power")
         }
