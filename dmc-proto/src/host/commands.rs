@@ -202,6 +202,9 @@ impl HostMachine {
                 Course::Upload(_) => self.is_loaded = Some(true),
                 Course::Run(_) => self.motion.is_armed = false,
             }
+        } else if let Course::Run(run) = &course {
+            let is_refused = matches!(outcome, Outcome::Refused(_));
+            self.motion.is_shutter_open |= run.may_have_shutter_open() && !is_refused;
         }
         for token in [Some(token), signal].into_iter().flatten() {
             output.event(Event::Ended { token, outcome });

@@ -131,8 +131,11 @@ impl HostMachine {
         self.motion.is_armed || self.requests.any(Request::arms)
     }
 
-    /// Whether the shutter of the camera may be open because a `GioCam` opened it. Only a `GioCam` that closes it ends
-    /// this.
+    /// Whether the shutter of the camera may be open because a `GioCam` opened it, or because a shot or a run with photos was
+    /// broken off. Only a `GioCam` that closes it ends this.
+    ///
+    /// Some devices leave the shutter open for ever if a stop ends a shot. After a stop or a hard stop, an application asks
+    /// this and sends a `GioCam` that closes the shutter (decision D-86).
     #[must_use]
     pub fn may_have_shutter_open(&self) -> bool {
         self.motion.is_shutter_open || self.requests.any(|request| request.role == Role::Shutter(true))

@@ -482,6 +482,34 @@ fn a_shutter_that_a_request_opened_counts_as_open_until_it_is_closed() {
     assert!(!desk.machine.may_have_shutter_open(), "the device refused to open it");
 }
 
+/// D-86
+#[test]
+fn a_shot_that_was_broken_off_may_leave_the_shutter_open() {
+    let close = HostMessage::from(GioCam { flags: CameraFlags::empty(), tail: &[] });
+    let stop = |desk: &mut Desk| drop(desk.stop(StopTarget::All));
+    let hard = |desk: &mut Desk| {
+        let stop = HardStop { reason: StopReason::EMERGENCY_STOP, motor: None, tail: &[] };
+        desk.receives(0, stop.into());
+    };
+    for breaks_off in [stop as fn(&mut Desk), hard] {
+        let mut desk = Desk::up();
+        desk.sequence(1, shot(3));
+        desk.acked(2, 0x0115, AckCode::OK);
+        assert!(!desk.machine.may_have_shutter_open());
+        breaks_off(&mut desk);
+        assert!(desk.machine.may_have_shutter_open());
+        let id = desk.request(3, close).0[0].0;
+        assert!(desk.machine.may_have_shutter_open(), "nobody knows yet");
+        desk.acked(id, 0x0023, AckCode::OK);
+        assert!(!desk.machine.may_have_shutter_open());
+    }
+    // A device that refuses the shot takes no photo, and one that is on its way to the frame takes none yet.
+    let mut desk = Desk::up();
+    desk.sequence(1, shot(3));
+    desk.acked(2, 0x0115, AckCode::ERR_GENERAL);
+    assert!(!desk.machine.may_have_shutter_open());
+}
+
 #[test]
 fn an_event_can_be_kept_unless_it_lends_a_message() {
     let mut desk = Desk::up();

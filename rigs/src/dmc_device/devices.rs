@@ -125,6 +125,11 @@ impl Named for Setup {
             apply: |setup| setup.facts.jog_lasts = Some(JOG_LASTS),
         },
         Choice {
+            name: "leaves-shutter-open",
+            about: "A stop in a shot leaves the shutter open.",
+            apply: |setup| setup.facts.leaves_shutter_open = true,
+        },
+        Choice {
             name: "ignores-limits",
             about: "Moves and ways to a frame pass limits that were set.",
             apply: |setup| setup.facts.ignores_limits = true,
@@ -195,6 +200,7 @@ fn dmc_lite(setup: &mut Setup) {
         moves_disabled: true,
         fills_with_zeros: true,
         jog_lasts: Some(JOG_LASTS),
+        leaves_shutter_open: true,
         ignores_limits: true,
         truncates: true,
         is_silent_at_boot: true,

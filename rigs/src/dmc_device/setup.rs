@@ -37,6 +37,8 @@ pub struct Facts {
     pub blurs_along_move: bool,
     /// Time after which a jog ends by itself, in milliseconds.
     pub jog_lasts: Option<u64>,
+    /// Whether a stop in a shot leaves the shutter open.
+    pub leaves_shutter_open: bool,
     /// Whether moves and ways to a frame pass limits that were set.
     pub ignores_limits: bool,
     /// Whether a position is sent a step too near to 0, because its fraction is cut off.
@@ -57,6 +59,7 @@ impl Facts {
         fills_with_zeros: false,
         blurs_along_move: false,
         jog_lasts: None,
+        leaves_shutter_open: false,
         ignores_limits: false,
         truncates: false,
         compares_check: false,

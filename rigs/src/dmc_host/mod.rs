@@ -88,13 +88,15 @@ impl DmcHost {
         self.core.machine.may_move() || self.core.machine.may_have_shutter_open()
     }
 
-    /// Stops everything, and closes a shutter that a request opened.
+    /// Whether the shutter is still to be closed after a stop.
+    #[must_use]
+    pub const fn closes_shutter(&self) -> bool {
+        self.core.closes
+    }
+
+    /// Stops everything, and closes the shutter if it may be open.
     pub fn stop_all(&mut self, now: Millis) {
-        let may_have_shutter_open = self.core.machine.may_have_shutter_open();
         self.command(now, Command::Stop(StopTarget::All));
-        if may_have_shutter_open {
-            self.core.close_shutter();
-        }
     }
 
     /// Checks whether this device can take a move, before anything is sent. Returns the message that begins the upload.
