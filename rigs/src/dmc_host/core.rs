@@ -16,6 +16,7 @@ use motion_core::time::Millis;
 use tracing::{debug, info, warn};
 
 use super::check::Check;
+use super::limits::Limits;
 use super::uses::{Uses, Waiting, lacking};
 use super::{Answer, Command, Event, LINE, Positions, Shot, Table};
 use crate::Outgoing;
@@ -55,6 +56,7 @@ pub(super) struct Core {
     pub(super) positions: Option<Positions>,
     /// Uses of the motors on this link.
     uses: Uses,
+    limits: Limits,
     /// Commands that wait until their motors have their uses.
     waiting: VecDeque<Waiting>,
     /// Way that has ended, and is not yet known to be complete.
@@ -99,6 +101,7 @@ impl Core {
             uploaded: false,
             positions: None,
             uses: Uses::new(),
+            limits: Limits::default(),
             waiting: VecDeque::new(),
             check: None,
             rest: None,
@@ -171,6 +174,7 @@ impl Core {
             // This host sets the uses of a motor only before it moves it.
             host::Event::Greeted(_) => {
                 self.uses.clear();
+                self.limits.clear();
                 Some(Input::Command(OWN, host::Command::Configured))
             }
             host::Event::DeviceReset => {
@@ -232,6 +236,9 @@ impl Core {
                 Ok(_) | Err(UNSUPPORTED) => self.uses.insert(set.motor, set.flags),
                 Err(_) => self.uses.remove(&set.motor),
             };
+        }
+        if let (Some(HostMessage::MotorSetLimits(set)), Ok(_)) = (&message, &end) {
+            self.limits.set(set);
         }
         match (token, end) {
             (USES, Err(outcome)) if outcome != UNSUPPORTED => self.end_waiting(outcome),
@@ -361,7 +368,10 @@ impl Core {
                 self.closes |= self.machine.may_have_shutter_open() && (is_all || !was_open);
                 self.close_shutter();
             }
-            Command::Ask(token, message) => self.submit(token, &Asked::Message(message), false),
+            Command::Ask(token, message) => match self.limits.within(message, self.positions.as_ref()) {
+                Ok(message) => self.submit(token, &Asked::Message(message), false),
+                Err(code) => self.refuse(token, Refusal::WouldBeRefused(code)),
+            },
             Command::Begin(token, message) => self.submit(token, &Asked::Message(message), true),
             Command::Shoot(token, shot) => self.submit(token, &Asked::Shot(shot), true),
             Command::Upload(token, table) => match self.fits(&table) {

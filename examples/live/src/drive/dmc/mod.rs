@@ -214,7 +214,11 @@ async fn calibrate(flow: &mut Flow<'_>, motor: u8, begin: f64, end: f64) -> Resu
     flow.ask("the limits", limits).await?;
     go(flow, motor, begin).await?;
     go(flow, motor, end).await?;
-    flow.print(format_args!("motor {motor} may move from {lower} to {upper} steps, until the rig is switched off"))?;
+    // The session ends, and DMC has no question for limits, so that later commands depend on the rig alone.
+    flow.print(format_args!(
+        "limits of motor {motor}: {lower} to {upper} steps, until the rig is switched off; some rigs check only runs against \
+         them, and pass them in moves and jogs"
+    ))?;
     Ok(())
 }
 
