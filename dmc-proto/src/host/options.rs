@@ -10,8 +10,12 @@ pub(super) const TRIES: u8 = 3;
 /// Number of times that a greeting is sent before the device counts as silent (DMC D5).
 pub(super) const GREETINGS: u8 = 5;
 
-/// Time after a run or a shot should be over until the host asks whether it is, in milliseconds.
+/// Time after a run should be over until the host asks whether it is, in milliseconds.
 pub(super) const PATIENCE: u64 = 5000;
+
+/// Time that a shot takes besides its exposure, until the host asks whether it is over, in milliseconds. Some devices take a
+/// second before the exposure and a second after it, and report no end (decision D-68).
+pub(super) const SHOT: u64 = 2300;
 
 /// Number of zero bytes that complete a frame that was cut off: as many as the longest frame has (decision D-71).
 pub(super) const PADDING: u16 = 2048;

@@ -4,7 +4,7 @@ use motion_core::machine::Token;
 use motion_core::time::Millis;
 
 use super::event::{Event, Outcome, Refusal};
-use super::options::{Options, PATIENCE, TRIES};
+use super::options::{Options, PATIENCE, SHOT, TRIES};
 use super::progress::{Next, Progress};
 use super::requests::{Owner, Reply, Request};
 use super::transmit::Contents;
@@ -217,7 +217,8 @@ impl Run {
     /// Time at which the run should be over; of a loop, the pass.
     fn end(&self, now: Millis) -> Millis {
         match self.goal {
-            Goal::Run { lasts, .. } | Goal::Shot { lasts } => now.after(lasts).after(PATIENCE),
+            Goal::Run { lasts, .. } => now.after(lasts).after(PATIENCE),
+            Goal::Shot { lasts } => now.after(lasts).after(SHOT),
             // A way to a frame never runs.
             Goal::Travel => now.after(PATIENCE),
         }

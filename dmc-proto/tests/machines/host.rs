@@ -563,7 +563,7 @@ fn a_motor_that_was_not_enabled_is_not_moved() {
     assert_eq!(desk.request(7, jog(2)), (vec![], lacks(7, 2, enabled)));
 }
 
-/// D-76
+/// D-76, D-84
 #[test]
 fn a_move_needs_all_its_motors_enabled_and_a_shot_its_own_to_blur() {
     let configure = |motor, flags| HostMessage::from(MotorConfigure { motor: Motor(motor), flags, tail: &[] });
