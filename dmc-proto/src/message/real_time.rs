@@ -45,7 +45,7 @@ message! {
         start_frame: FrameNumber,
         /// Last frame.
         end_frame: FrameNumber,
-        /// Time to reach the speed before the first frame.
+        /// Time to reach the speed before the first frame. Send no 0: dmc-lite divides by it.
         pre_roll_ms: Milliseconds,
         /// Time to come to rest after the last frame.
         post_roll_ms: Milliseconds,

@@ -16,7 +16,7 @@ message! {
     /// Source: DMC, MSG_RT_UPLOAD_MOVE_BEGIN; decisions D-31 and D-84.
     #[derive(Default)]
     pub struct RtUploadMoveBegin<'a> in LE {
-        /// First frame of the move. Its index is 0.
+        /// First frame of the move. Its index is 0. dmc-lite runs only moves right that start at frame 1.
         start_frame: FrameNumber,
         /// Last frame of the move.
         end_frame: FrameNumber,
