@@ -309,8 +309,29 @@ fn a_motor_that_the_device_lacks_is_refused() {
     }
     let many = [MotorPair::new(Motor(1), Steps(0), Steps(0)); 33];
     assert_eq!(host(shoot(&many, &[]), hi()), error("motors: 33 is not in 0 to 32", AckCode::ERR_RANGE));
-    let cut_off = error("motors: the last motor is cut off", AckCode::ERR_GENERAL);
+    let cut_off = error("motors: the last entry is cut off", AckCode::ERR_GENERAL);
     assert_eq!(host(shoot(&many[..1], &[1, 2]), hi()), cut_off);
+}
+
+/// Decision D-89.
+#[test]
+fn a_section_whose_last_entry_is_cut_off_is_refused() {
+    let positions = &[I32::ZERO];
+    let axis = RtUploadMoveAxis { motor: Motor(1), positions, tail: &[1, 2], ..RtUploadMoveAxis::default() };
+    let cut_off = error("positions: the last entry is cut off", AckCode::ERR_GENERAL);
+    assert_eq!(host(axis.into(), hi()), cut_off);
+    let triggers = RtUploadMoveTriggers { tail: &[1, 2, 3], ..RtUploadMoveTriggers::default() };
+    assert_eq!(host(triggers.into(), hi()), error("pairs: the last entry is cut off", AckCode::ERR_GENERAL));
+}
+
+/// Decision D-28.
+#[test]
+fn angles_of_a_run_count_only_if_the_camera_is_triggered_at_every_frame() {
+    let wide = |flags| RtRunMove { flags: Some(flags), open_angle: Some(Degrees(361)), ..run_move() };
+    let used = error("open_angle: 361 is not in 0 to 360", AckCode::ERR_RANGE);
+    assert_eq!(host(wide(RunFlags::CAMERA_EVERY_FRAME).into(), hi()), used);
+    let unused = warning("open_angle: an angle of more than 360 degrees, which is not used");
+    assert_eq!(host(wide(RunFlags(0)).into(), hi()), unused);
 }
 
 fn shoot<'a>(motors: &'a [MotorPair], tail: &'a [u8]) -> HostMessage<'a> {
@@ -453,6 +474,14 @@ fn an_unwise_message_is_a_warning_and_is_not_refused() {
     unwise(HostMessage::Dmx(dark), "values: empty; nothing happens");
     let blink = RtShootFrame2 { exposure_ms: Milliseconds(0), ..shoot_frame2(&[]) };
     unwise(HostMessage::RtShootFrame2(blink), "exposure_ms: 0 is no exposure; the vendor's firmware takes 1000 ms");
+    let dark = RtShootFrame { exposure_ms: Milliseconds(0), ..RtShootFrame::default() };
+    let dark = RtShootFrame { direction: Direction::BACKWARD, ..dark };
+    unwise(HostMessage::RtShootFrame(dark), "exposure_ms: 0 is no exposure; the vendor's firmware takes 1000 ms");
+    let blur = RtShootFrame { exposure_ms: Milliseconds(1), blur_x10: BlurPercent(Scaled(1001)), ..dark };
+    unwise(HostMessage::RtShootFrame(blur), "blur_x10: more than 100 %");
+    let jump = RtRunMove { pre_roll_ms: Milliseconds(0), ..run_move() };
+    let text = "pre_roll_ms: 0 leaves no time to reach the speed; the vendor's firmware divides by it";
+    unwise(HostMessage::RtRunMove(jump), text);
     let triggers = |values| [TriggerPair::new(5, Triggers(values))];
     let off = RtUploadMoveTriggers { mask: Triggers(3), pairs: &triggers(0), tail: &[] };
     unwise(HostMessage::RtUploadMoveTriggers(off), "values: no output is on, as at frames that are not named");
@@ -461,6 +490,9 @@ fn an_unwise_message_is_a_warning_and_is_not_refused() {
 
     let half = HostMessage::VirtJog(virt_jog(JogSpeed(Scaled(5000))));
     unwise(half, "speed: neither 1 nor 10000, the only speeds that are sent today");
+    let levels = RtUploadMoveDmx { channel: DmxChannel(1), ..RtUploadMoveDmx::default() };
+    let no_lights = error("dmx_count: the device has none", AckCode::ERR_UNSUPPORTED);
+    assert_eq!(host(levels.into(), Hi { dmx_count: 0, ..hi() }), no_lights);
     let stop = VirtStop { virtual_motor: VirtualMotor(7), tail: &[] };
     unwise(HostMessage::VirtStop(stop), "virtual_motor: 7 has no meaning in the specification");
     let opaque = |kind| HostMessage::VirtConfig(VirtConfig::decode(kind).unwrap());

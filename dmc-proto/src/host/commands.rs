@@ -15,7 +15,7 @@ use super::transmit::{Output, Source};
 use super::upload::Upload;
 use crate::frame::MessageId;
 use crate::lint::Context;
-use crate::message::{DeviceMessage, HostMessage, MotorFlags};
+use crate::message::{DeviceMessage, HostMessage};
 use crate::upload::Section;
 
 /// The end of a command at once, or `None` if it ends later.
@@ -84,6 +84,10 @@ impl HostMachine {
         if let (true, Some((motor, flags))) = (self.options.needs_enabled(), self.uses.lacking(message)) {
             return Err(Refusal::NotConfigured(motor, flags));
         }
+        let count = self.device.map_or(0, |device| device.motor_count);
+        if let (true, Some(motor)) = (self.options.needs_enabled(), self.uses.outside(message, count)) {
+            return Err(Refusal::NotInMove(motor));
+        }
         // Nobody answers an acknowledgement (decision D-5).
         if message.kind().is_ack() { Err(Refusal::Misplaced) } else { Ok(()) }
     }
@@ -110,7 +114,7 @@ impl HostMachine {
         }
         if let Role::Configures(motor, _) = request.role {
             // Until the device has said so, nobody knows.
-            self.uses.set(motor, MotorFlags::empty());
+            self.uses.unset(motor);
         }
         Ok(None)
     }
@@ -198,6 +202,9 @@ impl HostMachine {
                 Course::Upload(_) => self.is_loaded = Some(true),
                 Course::Run(_) => self.motion.is_armed = false,
             }
+        } else if let Course::Run(run) = &course {
+            let is_refused = matches!(outcome, Outcome::Refused(_));
+            self.motion.is_shutter_open |= run.may_have_shutter_open() && !is_refused;
         }
         for token in [Some(token), signal].into_iter().flatten() {
             output.event(Event::Ended { token, outcome });

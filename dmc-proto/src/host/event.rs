@@ -159,6 +159,10 @@ pub enum Refusal {
     /// The message would move this motor, and no `MotorConfigure` with these flags was acknowledged on this link. Devices
     /// acknowledge such a move, and do not move the motor (decision D-76).
     NotConfigured(Motor, MotorFlags),
+    /// The message moves all motors of the uploaded move, this motor is none of them, and no `MotorConfigure` without the
+    /// flag enabled was acknowledged for it on this link. Some devices give such a motor a path of zeros, and move it to 0
+    /// (decision D-84).
+    NotInMove(Motor),
     /// The device would answer with this code, going by its greeting. Nothing was sent.
     WouldBeRefused(AckCode),
     /// The device answered with this code.

@@ -17,7 +17,7 @@ use super::transmit::{Contents, Output, Transmit, transmit_padding};
 use super::uses::Uses;
 use crate::Purpose;
 use crate::frame::{MessageId, MessageType};
-use crate::message::{Ack, AckCode, DeviceMessage, HardStop, Hi, MotorFlags};
+use crate::message::{Ack, AckCode, DeviceMessage, HardStop, Hi};
 
 /// State machine of a host: it knows when to send which message, and what comes of it.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -131,8 +131,11 @@ impl HostMachine {
         self.motion.is_armed || self.requests.any(Request::arms)
     }
 
-    /// Whether the shutter of the camera may be open because a `GioCam` opened it. Only a `GioCam` that closes it ends
-    /// this.
+    /// Whether the shutter of the camera may be open because a `GioCam` opened it, or because a shot or a run with photos was
+    /// broken off. Only a `GioCam` that closes it ends this.
+    ///
+    /// Some devices leave the shutter open for ever if a stop ends a shot. After a stop or a hard stop, an application asks
+    /// this and sends a `GioCam` that closes the shutter (decision D-86).
     #[must_use]
     pub fn may_have_shutter_open(&self) -> bool {
         self.motion.is_shutter_open || self.requests.any(|request| request.role == Role::Shutter(true))
@@ -308,7 +311,7 @@ impl HostMachine {
             (Role::Configures(motor, flags), Reply::Acknowledged) => self.uses.set(motor, flags),
             // A device that cannot configure its motors uses all of them.
             (Role::Configures(motor, _), Reply::Refused(AckCode::ERR_UNSUPPORTED)) => {
-                self.uses.set(motor, MotorFlags::ENABLED | MotorFlags::BLUR);
+                self.uses.unsupported(motor);
             }
             (Role::StopsLoop, Reply::Acknowledged) => {
                 if let Some(run) = self.sequence.as_mut().and_then(Sequence::run) {

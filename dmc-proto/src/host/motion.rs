@@ -2,6 +2,7 @@
 
 use super::event::StopTarget;
 use super::requests::{Pending, Reply, Request, Role};
+use crate::message::AckCode;
 
 /// What may move because of the host, apart from the requests that are under way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -10,7 +11,7 @@ pub(super) struct Motion {
     pub(super) may_move: bool,
     /// Whether the device may wait for the signal to start a run or shot, or be in one.
     pub(super) is_armed: bool,
-    /// Whether the shutter may be open by hand.
+    /// Whether the shutter may be open by hand, or because a shot was broken off.
     pub(super) is_shutter_open: bool,
 }
 
@@ -21,7 +22,9 @@ impl Motion {
         if !(reply.is_plain_refusal() && pending.tries.len() == 1) {
             self.may_be_done(&pending.request);
         }
-        if let (Role::Shutter(false), Reply::Acknowledged) = (pending.request.role, reply) {
+        // A device that does not know the message has not opened the shutter by it.
+        let is_closed = matches!(reply, Reply::Acknowledged | Reply::Refused(AckCode::ERR_UNSUPPORTED));
+        if is_closed && pending.request.role == Role::Shutter(false) {
             self.is_shutter_open = false;
         }
     }

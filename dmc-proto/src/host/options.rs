@@ -10,8 +10,12 @@ pub(super) const TRIES: u8 = 3;
 /// Number of times that a greeting is sent before the device counts as silent (DMC D5).
 pub(super) const GREETINGS: u8 = 5;
 
-/// Time after a run or a shot should be over until the host asks whether it is, in milliseconds.
+/// Time after a run should be over until the host asks whether it is, in milliseconds.
 pub(super) const PATIENCE: u64 = 5000;
+
+/// Time that a shot takes besides its exposure, until the host asks whether it is over, in milliseconds. Some devices take a
+/// second before the exposure and a second after it, and report no end (decision D-68).
+pub(super) const SHOT: u64 = 2300;
 
 /// Number of zero bytes that complete a frame that was cut off: as many as the longest frame has (decision D-71).
 pub(super) const PADDING: u16 = 2048;
@@ -38,9 +42,10 @@ motion_core::options! {
         /// not answered: no more than the line carries until the next try (decision D-71).
         line_speed with_line_speed: u32 = 115_200, in 1..=u32::MAX;
         /// Whether moves are held back of motors that no `MotorConfigure` has enabled on this link, and shots of motors that
-        /// it has not set to blur.
+        /// it has not set to blur. Motions along an uploaded move are also held back until all other motors are disabled.
         ///
-        /// Devices acknowledge such a move, tell that the motor arrives, and do not move it (decision D-76).
+        /// Devices acknowledge a move of a motor that is not enabled, tell that it arrives, and do not move it (decision
+        /// D-76). They move an enabled motor that is not in the uploaded move to 0 (decision D-84).
         needs_enabled with_needs_enabled: bool = true;
         /// Time to wait for the answer to a greeting, in milliseconds.
         ///

@@ -4,7 +4,7 @@ use motion_core::machine::Token;
 use motion_core::time::Millis;
 
 use super::event::{Event, Outcome, Refusal};
-use super::options::{Options, PATIENCE, TRIES};
+use super::options::{Options, PATIENCE, SHOT, TRIES};
 use super::progress::{Next, Progress};
 use super::requests::{Owner, Reply, Request};
 use super::transmit::Contents;
@@ -16,6 +16,8 @@ pub(super) struct Run {
     goal: Goal,
     /// Message of the application that asked for it.
     begin: Request,
+    /// Whether the device opens the shutter of the camera.
+    opens_shutter: bool,
     phase: Phase,
     /// Token of the signal to start, as long as that has not ended.
     go: Option<Token>,
@@ -93,6 +95,10 @@ impl Run {
             HostMessage::RtShootFrame2(shot) => Goal::Shot { lasts: shot.exposure_ms.0.into() },
             _ => return None,
         };
+        let opens_shutter = match message {
+            HostMessage::RtRunMove(run) => run.flags.unwrap_or_default().contains(RunFlags::CAMERA_EVERY_FRAME),
+            _ => matches!(goal, Goal::Shot { .. }),
+        };
         let start = match (goal, message) {
             (Goal::Run { start, .. }, _) => Some(start),
             (_, HostMessage::RtShootFrame(shot)) if is_loaded => Some(shot.frame),
@@ -102,7 +108,13 @@ impl Run {
         let (phase, first) = start.map_or((Phase::Begins, begin), |start| {
             (Phase::ToStart, Request::own(Owner::Sequence, Contents::ToFrame(start)))
         });
-        Some((Self { goal, begin, phase, go: None }, first))
+        Some((Self { goal, begin, opens_shutter, phase, go: None }, first))
+    }
+
+    /// Whether the device may have opened the shutter for the run, and may leave it open if that is broken off (decision
+    /// D-86).
+    pub(super) fn may_have_shutter_open(&self) -> bool {
+        self.opens_shutter && !matches!(self.phase, Phase::ToStart | Phase::Watch(_, Then::Begin))
     }
 
     /// Whether all that moves motors was sent and answered: nothing more is sent except questions.
@@ -205,7 +217,8 @@ impl Run {
     /// Time at which the run should be over; of a loop, the pass.
     fn end(&self, now: Millis) -> Millis {
         match self.goal {
-            Goal::Run { lasts, .. } | Goal::Shot { lasts } => now.after(lasts).after(PATIENCE),
+            Goal::Run { lasts, .. } => now.after(lasts).after(PATIENCE),
+            Goal::Shot { lasts } => now.after(lasts).after(SHOT),
             // A way to a frame never runs.
             Goal::Travel => now.after(PATIENCE),
         }

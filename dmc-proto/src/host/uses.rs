@@ -8,6 +8,8 @@ use crate::upload::Track;
 pub(super) struct Uses {
     enabled: Motors,
     blurred: Motors,
+    /// Motors that are known not to be enabled.
+    disabled: Motors,
     /// Motors that are driven by hand during a move.
     pub(super) live: Motors,
     /// Motors of the last move that was uploaded.
@@ -24,9 +26,28 @@ fn blurred(pairs: &[MotorPair]) -> Motors {
 }
 
 impl Uses {
-    /// Keeps the uses of a motor; none while nobody knows them.
+    /// Keeps the uses of a motor, as the device acknowledged them.
     pub(super) fn set(&mut self, motor: Motor, flags: MotorFlags) {
+        self.keep(motor, flags);
+        if !flags.contains(MotorFlags::ENABLED) {
+            self.disabled.0 |= only(motor).0;
+        }
+    }
+
+    /// Nobody knows the uses of a motor.
+    pub(super) fn unset(&mut self, motor: Motor) {
+        self.keep(motor, MotorFlags::empty());
+    }
+
+    /// The device has no uses of motors: a host can neither enable nor disable the motor.
+    pub(super) fn unsupported(&mut self, motor: Motor) {
+        self.keep(motor, MotorFlags::ENABLED | MotorFlags::BLUR);
+        self.disabled.0 |= only(motor).0;
+    }
+
+    fn keep(&mut self, motor: Motor, flags: MotorFlags) {
         let motor = only(motor).0;
+        self.disabled.0 &= !motor;
         for (motors, flag) in [
             (&mut self.enabled, MotorFlags::ENABLED),
             (&mut self.blurred, MotorFlags::BLUR),
@@ -71,5 +92,21 @@ impl Uses {
         let first = |motors: Motors, flags| Some((motors.iter().next()?, flags));
         first(Motors(moved.0 & !self.enabled.0), MotorFlags::ENABLED)
             .or_else(|| first(Motors(blurred.0 & !self.blurred.0), MotorFlags::BLUR))
+    }
+
+    /// First of the `count` motors of the device that a message would move although the move does not name it, and that is
+    /// not known to be disabled. Without a move of this host, nobody knows which motors the move has.
+    pub(super) fn outside(&self, message: &HostMessage<'_>, count: u8) -> Option<Motor> {
+        let moves_all = matches!(
+            message,
+            HostMessage::RtPositionFrame(_)
+                | HostMessage::RtJogAll(_)
+                | HostMessage::RtRunMove(_)
+                | HostMessage::RtShootFrame(_)
+                | HostMessage::RtShootFrame2(_)
+        );
+        let all: Motors = (1..=count).map(Motor).collect();
+        let outside = Motors(all.0 & !(self.axes.0 | self.disabled.0 | self.live.0));
+        outside.iter().next().filter(|_| moves_all && self.axes != Motors::NONE)
     }
 }

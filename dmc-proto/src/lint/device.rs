@@ -27,7 +27,12 @@ impl DeviceMessage<'_> {
             Self::MotorGetPosition(message) => rules.motor_positions(message),
             Self::MotorHardStop(message) => rules.hard_stop(message),
             Self::RtGo(_) | Self::RtEnd(_) => {}
-            Self::VirtGetPosition(message) => rules.yes_or_no("aim_enabled", message.aim_enabled.unwrap_or_default()),
+            Self::VirtGetPosition(message) => {
+                rules.yes_or_no("aim_enabled", message.aim_enabled.unwrap_or_default());
+                if message.aim_enabled.is_some() && !rules.may(Capabilities::AIM) {
+                    rules.warning("aim_enabled", "the device does not claim that it can aim");
+                }
+            }
             Self::VirtAimPoint(message) => rules.yes_or_no("enable", message.enable),
             Self::Ack(message) => rules.ack(message),
             Self::Other(_) => rules.unknown(self.kind()),

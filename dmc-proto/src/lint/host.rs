@@ -173,7 +173,7 @@ impl Rules<'_> {
     }
 
     /// Requires that a count is not 0.
-    fn some(&mut self, what: &'static str, count: impl Into<u32>) {
+    pub(super) fn some(&mut self, what: &'static str, count: impl Into<u32>) {
         if count.into() == 0 {
             self.error(what, ABSENT);
         }

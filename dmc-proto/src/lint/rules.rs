@@ -5,8 +5,8 @@ use motion_core::lint::{Problem, Severity};
 use super::host::OLD;
 use super::{MAX_MOTORS, PROTOCOL_VERSION, Rules, number};
 use crate::message::{
-    BoomSwingTrack, Capabilities, Degrees, Dmx, FramesPerSecond, JogSpeed, MotorConfigure, MotorFlags, MotorJog,
-    MotorPair, MotorSetLimits, MotorSetSpeed, RigKind, RigMotor, RtRunMove, RtShootFrame, RtShootFrame2,
+    BoomSwingTrack, Capabilities, Degrees, Dmx, FramesPerSecond, JogSpeed, Milliseconds, MotorConfigure, MotorFlags,
+    MotorJog, MotorPair, MotorSetLimits, MotorSetSpeed, RigKind, RigMotor, RtRunMove, RtShootFrame, RtShootFrame2,
     RtUploadMoveAxis, RtUploadMoveBegin, RtUploadMoveDmx, RtUploadMoveTriggers, RunFlags, StartIndex, Triggers,
     VirtConfig, VirtJog, VirtJogOnLine, VirtualMotor,
 };
@@ -84,10 +84,15 @@ impl Rules<'_> {
     pub(super) fn upload_axis(&mut self, message: &RtUploadMoveAxis<'_>) {
         self.motor(message.motor);
         self.section(message.start_index, message.positions.len());
+        self.whole("positions", message.tail);
     }
 
     pub(super) fn upload_dmx(&mut self, message: &RtUploadMoveDmx<'_>) {
-        self.found.range("channel", message.channel.0, 1, self.channel_count());
+        let channels = self.channel_count();
+        self.some("dmx_count", channels);
+        if channels > 0 {
+            self.found.range("channel", message.channel.0, 1, channels);
+        }
         self.section(message.start_index, message.levels.len());
     }
 
@@ -95,6 +100,7 @@ impl Rules<'_> {
     pub(super) fn upload_triggers(&mut self, message: &RtUploadMoveTriggers<'_>) {
         self.version_2();
         self.outputs("mask", message.mask);
+        self.whole("pairs", message.tail);
         for pair in message.pairs {
             if let Some(device) = self.context.device {
                 self.found.range("frame", pair.frame(), 0, i64::from(device.upload_frame_count).saturating_sub(1));
@@ -140,7 +146,15 @@ impl Rules<'_> {
             self.warning("open_angle", "the device expects a shorter message, without angles");
         }
         let (open, close) = (message.open_angle.unwrap_or_default(), message.close_angle.unwrap_or_default());
-        self.angles(open, close);
+        // Without the flag, the device does not use the angles.
+        if flags.contains(RunFlags::CAMERA_EVERY_FRAME) {
+            self.angles(open, close);
+        } else if open.0.max(close.0) > 360 {
+            self.warning("open_angle", "an angle of more than 360 degrees, which is not used");
+        }
+        if message.pre_roll_ms.0 == 0 {
+            self.warning("pre_roll_ms", "0 leaves no time to reach the speed; the vendor's firmware divides by it");
+        }
         if flags.contains(RunFlags::CAMERA_EVERY_FRAME) && open >= close {
             self.warning("open_angle", "the shutter does not open before it closes; the device uses its own angles");
         }
@@ -159,16 +173,24 @@ impl Rules<'_> {
 
     pub(super) fn shoot_frame(&mut self, message: &RtShootFrame<'_>) {
         self.found.named("direction", message.direction.0, message.direction.name());
+        self.exposure(message.exposure_ms);
+        if message.blur_x10.0.0 > 1000 {
+            self.warning("blur_x10", "more than 100 %");
+        }
         self.motor_pairs(message.motors, message.tail);
     }
 
     /// Decisions D-27 and D-28.
     pub(super) fn shoot_frame2(&mut self, message: &RtShootFrame2<'_>) {
-        if message.exposure_ms.0 == 0 {
-            self.warning("exposure_ms", "0 is no exposure; the vendor's firmware takes 1000 ms");
-        }
+        self.exposure(message.exposure_ms);
         self.angles(message.open_angle, message.close_angle);
         self.motor_pairs(message.motors, message.tail);
+    }
+
+    fn exposure(&mut self, exposure: Milliseconds) {
+        if exposure.0 == 0 {
+            self.warning("exposure_ms", "0 is no exposure; the vendor's firmware takes 1000 ms");
+        }
     }
 
     /// Decision D-25: the vendor's firmware writes beyond its memory for a motor that does not exist, and a device answers
@@ -178,8 +200,13 @@ impl Rules<'_> {
         for pair in motors {
             self.motor(pair.motor());
         }
+        self.whole("motors", tail);
+    }
+
+    /// Requires that the last entry of a list is whole (decision D-89). A device answers `ERR_GENERAL`.
+    fn whole(&mut self, what: &'static str, tail: &[u8]) {
         if !tail.is_empty() {
-            self.found.push(Severity::Error, "motors", Problem::Note("the last motor is cut off"));
+            self.found.push(Severity::Error, what, Problem::Note("the last entry is cut off"));
         }
     }
 

@@ -45,7 +45,7 @@ message! {
         start_frame: FrameNumber,
         /// Last frame.
         end_frame: FrameNumber,
-        /// Time to reach the speed before the first frame.
+        /// Time to reach the speed before the first frame. Send no 0: dmc-lite divides by it.
         pre_roll_ms: Milliseconds,
         /// Time to come to rest after the last frame.
         post_roll_ms: Milliseconds,
@@ -148,13 +148,16 @@ impl RtRunMove<'_> {
 }
 
 element! {
-    /// Way of one motor while the shutter is open.
+    /// Way of one motor around a frame, for a shutter of 360 degrees: from half a frame before it to half a frame after it.
+    ///
+    /// A shutter that opens or closes at other angles takes a part of this way. So the positions are not those where the
+    /// shutter opens and closes: with 180 degrees it takes half of the way (decision D-88).
     pub struct MotorPair in LE, "motor_count" {
         /// Number of the motor.
         motor: Motor,
-        /// Position where the way begins.
+        /// Position at 0 degrees of the shutter: half a frame before the frame.
         pos_a: Steps,
-        /// Position where the way ends.
+        /// Position at 360 degrees of the shutter: half a frame after the frame.
         pos_b: Steps,
     }
 }

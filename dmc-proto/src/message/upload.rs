@@ -10,10 +10,13 @@ use super::{DmxChannel, FrameNumber, Motor, Triggers};
 message! {
     /// Begin of the upload of a move. The device forgets the move before.
     ///
-    /// Source: DMC, MSG_RT_UPLOAD_MOVE_BEGIN; decision D-31.
+    /// Some devices give each motor a path of zeros. A motor that is enabled and has no section then runs to position 0 in
+    /// `RtPositionFrame`, `RtRunMove` and `RtShootFrame`: disable it before.
+    ///
+    /// Source: DMC, MSG_RT_UPLOAD_MOVE_BEGIN; decisions D-31 and D-84.
     #[derive(Default)]
     pub struct RtUploadMoveBegin<'a> in LE {
-        /// First frame of the move. Its index is 0.
+        /// First frame of the move. Its index is 0. dmc-lite runs only moves right that start at frame 1.
         start_frame: FrameNumber,
         /// Last frame of the move.
         end_frame: FrameNumber,

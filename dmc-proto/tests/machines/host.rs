@@ -482,6 +482,34 @@ fn a_shutter_that_a_request_opened_counts_as_open_until_it_is_closed() {
     assert!(!desk.machine.may_have_shutter_open(), "the device refused to open it");
 }
 
+/// D-86
+#[test]
+fn a_shot_that_was_broken_off_may_leave_the_shutter_open() {
+    let close = HostMessage::from(GioCam { flags: CameraFlags::empty(), tail: &[] });
+    let stop = |desk: &mut Desk| drop(desk.stop(StopTarget::All));
+    let hard = |desk: &mut Desk| {
+        let stop = HardStop { reason: StopReason::EMERGENCY_STOP, motor: None, tail: &[] };
+        desk.receives(0, stop.into());
+    };
+    for breaks_off in [stop as fn(&mut Desk), hard] {
+        let mut desk = Desk::up();
+        desk.sequence(1, shot(3));
+        desk.acked(2, 0x0115, AckCode::OK);
+        assert!(!desk.machine.may_have_shutter_open());
+        breaks_off(&mut desk);
+        assert!(desk.machine.may_have_shutter_open());
+        let id = desk.request(3, close).0[0].0;
+        assert!(desk.machine.may_have_shutter_open(), "nobody knows yet");
+        desk.acked(id, 0x0023, AckCode::OK);
+        assert!(!desk.machine.may_have_shutter_open());
+    }
+    // A device that refuses the shot takes no photo, and one that is on its way to the frame takes none yet.
+    let mut desk = Desk::up();
+    desk.sequence(1, shot(3));
+    desk.acked(2, 0x0115, AckCode::ERR_GENERAL);
+    assert!(!desk.machine.may_have_shutter_open());
+}
+
 #[test]
 fn an_event_can_be_kept_unless_it_lends_a_message() {
     let mut desk = Desk::up();
@@ -535,7 +563,7 @@ fn a_motor_that_was_not_enabled_is_not_moved() {
     assert_eq!(desk.request(7, jog(2)), (vec![], lacks(7, 2, enabled)));
 }
 
-/// D-76
+/// D-76, D-84
 #[test]
 fn a_move_needs_all_its_motors_enabled_and_a_shot_its_own_to_blur() {
     let configure = |motor, flags| HostMessage::from(MotorConfigure { motor: Motor(motor), flags, tail: &[] });
@@ -559,14 +587,26 @@ fn a_move_needs_all_its_motors_enabled_and_a_shot_its_own_to_blur() {
     }
     desk.request(2, configure(2, MotorFlags::ENABLED));
     desk.acked(7, 0x0037, AckCode::OK);
+    // The device may give all other motors a path of zeros: D-84.
+    let outside = |motor| vec![refused(7, Refusal::NotInMove(Motor(motor)))];
+    let mut id = 8;
+    for motor in 3..=hi().motor_count {
+        for message in [position_frame(1), run(1, 10, RunFlags(0)), jog_all(5), RtShootFrame::default().into()] {
+            assert_eq!(desk.sequence(7, message), (vec![], outside(motor)), "motor {motor} may be enabled");
+        }
+        desk.request(2, configure(motor, MotorFlags::empty()));
+        assert_eq!(desk.sequence(7, position_frame(1)), (vec![], outside(motor)), "nobody knows yet");
+        desk.acked(id, 0x0037, AckCode::OK);
+        id += 1;
+    }
     let pairs = [MotorPair::new(Motor(1), Steps(0), Steps(9)), MotorPair::new(Motor(3), Steps(4), Steps(4))];
     let shot = RtShootFrame { motors: &pairs, ..RtShootFrame::default() };
     assert_eq!(desk.sequence(7, shot.into()), (vec![], lacks(1, MotorFlags::BLUR)));
     desk.request(2, configure(1, MotorFlags::ENABLED | MotorFlags::BLUR));
-    desk.acked(8, 0x0037, AckCode::OK);
+    desk.acked(id, 0x0037, AckCode::OK);
     let to_frame = Contents::ToFrame(shot.frame);
-    assert_eq!(desk.sequence(3, shot.into()).0, [(9, to_frame)], "motor 3 does not move in the shot");
+    assert_eq!(desk.sequence(3, shot.into()).0, [(id + 1, to_frame)], "motor 3 does not move in the shot");
     desk.stop(StopTarget::All);
-    desk.acked(10, 0x0033, AckCode::OK);
-    assert_eq!(desk.sequence(4, position_frame(1)).0, [(11, named(4))]);
+    desk.acked(id + 2, 0x0033, AckCode::OK);
+    assert_eq!(desk.sequence(4, position_frame(1)).0, [(id + 3, named(4))]);
 }

@@ -363,7 +363,7 @@ fn a_shot_whose_end_is_not_reported_ends_by_time() {
         desk
     };
     let mut desk = shoot();
-    assert_eq!(desk.pass(5499), (vec![], vec![]));
+    assert_eq!(desk.pass(2799), (vec![], vec![]));
     desk.pass(1);
     ends(desk, 6);
     let mut desk = shoot();

@@ -197,6 +197,10 @@ impl<H: Driven> Session<H> {
             if let Some(event) = self.next_within(AGAIN).await?
                 && H::stopped(&event) == Some(Stopped::Confirmed)
             {
+                let closed = Instant::now() + REACH;
+                while self.host.closes_shutter() && Instant::now() < closed {
+                    self.next_within(AGAIN).await?;
+                }
                 return Ok(Stopped::Confirmed);
             }
             if self.line.is_some() && !self.host.is_deaf() {

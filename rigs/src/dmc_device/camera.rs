@@ -51,6 +51,11 @@ impl Camera {
         }
     }
 
+    /// Leaves the shutter open until it is closed, if it is open.
+    pub(super) const fn stay_open(&mut self) {
+        self.closes = None;
+    }
+
     pub(super) fn advance(&mut self, now: Millis) {
         if let Some(closes) = self.closes.filter(|closes| *closes <= now) {
             self.close(closes);

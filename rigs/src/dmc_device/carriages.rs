@@ -8,14 +8,20 @@ use crate::motor::Motor;
 
 /// Motors as they really stand. They are empty while every motor was always enabled: then they are the ones that the device
 /// counts.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Carriages {
+    /// Whether motors that are not enabled move as well.
+    moves_disabled: bool,
     motors: Vec<Motor>,
     /// Positions that the device counts too far, for each motor.
     offsets: Vec<f64>,
 }
 
 impl Carriages {
+    pub(super) const fn new(moves_disabled: bool) -> Self {
+        Self { moves_disabled, motors: Vec::new(), offsets: Vec::new() }
+    }
+
     /// The motors as they stand, if these are not the ones that the device counts.
     pub(super) fn motors(&self) -> Option<&[Motor]> {
         (!self.motors.is_empty()).then_some(&self.motors)
@@ -25,7 +31,7 @@ impl Carriages {
     pub(super) fn follow(&mut self, now: Millis, counted: &[Motor], tuning: &[Tuning]) {
         let is_enabled = |tuning: &Tuning| tuning.flags.contains(MotorFlags::ENABLED);
         if self.motors.is_empty() {
-            if tuning.iter().all(is_enabled) {
+            if self.moves_disabled || tuning.iter().all(is_enabled) {
                 return;
             }
             self.motors = counted.to_vec();

@@ -105,6 +105,16 @@ impl Named for Setup {
             apply: |setup| setup.facts.uses = MotorFlags::empty(),
         },
         Choice {
+            name: "moves-disabled",
+            about: "Moves and jogs move motors that are not enabled.",
+            apply: |setup| setup.facts.moves_disabled = true,
+        },
+        Choice {
+            name: "fills-with-zeros",
+            about: "An upload gives each motor a path of zeros, so that each enabled motor is part of the move.",
+            apply: |setup| setup.facts.fills_with_zeros = true,
+        },
+        Choice {
             name: "blurs-along-move",
             about: "In a shot without ways, a motor that blurs follows the uploaded move.",
             apply: |setup| setup.facts.blurs_along_move = true,
@@ -113,6 +123,11 @@ impl Named for Setup {
             name: "jog-ends",
             about: "A jog ends by itself after 0.6 seconds.",
             apply: |setup| setup.facts.jog_lasts = Some(JOG_LASTS),
+        },
+        Choice {
+            name: "leaves-shutter-open",
+            about: "A stop in a shot leaves the shutter open.",
+            apply: |setup| setup.facts.leaves_shutter_open = true,
         },
         Choice {
             name: "ignores-limits",
@@ -182,7 +197,10 @@ fn dmc_lite(setup: &mut Setup) {
     setup.options = setup.options.with_hi(hi);
     setup.add(Quirks::VENDOR);
     setup.facts = Facts {
+        moves_disabled: true,
+        fills_with_zeros: true,
         jog_lasts: Some(JOG_LASTS),
+        leaves_shutter_open: true,
         ignores_limits: true,
         truncates: true,
         is_silent_at_boot: true,

@@ -195,13 +195,12 @@ fn pairs(
     if !given.is_empty() {
         return given.iter().copied().filter(|pair| blurs(pair.motor())).collect();
     }
+    // The shutter is open from half a frame before the frame to half a frame after it, within the move (decision D-88).
     let way = |&motor: &Motor| {
-        let at = |frame: i32| store.position(motor, FrameNumber(frame));
-        let here = at(frame.0)?;
-        // After the last frame, the motor goes on as before it.
-        let next = at(frame.0.saturating_add(1));
-        let next = next.unwrap_or(here.saturating_mul(2).saturating_sub(at(frame.0.saturating_sub(1)).unwrap_or(here)));
-        Some(MotorPair::new(motor, Steps(here), Steps(next)))
+        store.position(motor, frame)?;
+        let at = |moment: f64| store.between(motor, moment).map(|place| Steps(super::steps(place)));
+        let frame = f64::from(frame.0);
+        Some(MotorPair::new(motor, at(frame - 0.5)?, at(frame + 0.5)?))
     };
     axes.iter().filter(|motor| blurs(**motor)).filter_map(way).collect()
 }

@@ -73,7 +73,11 @@ impl Core {
                 motor.stop(now, is_soft.then(|| soft(now, motor, tuning)));
             }
             self.course = Course::Free;
-            self.camera.close(now);
+            if self.setup.facts.leaves_shutter_open {
+                self.camera.stay_open();
+            } else {
+                self.camera.close(now);
+            }
             self.camera.is_filming = false;
         }
         self.owes_rest = true;

@@ -26,13 +26,19 @@ pub struct Setup {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(clippy::struct_excessive_bools, reason = "each one is a fact of its own")]
 pub struct Facts {
-    /// Uses of each motor after a reset. A motor without [`MotorFlags::ENABLED`] gets no pulses: the device counts its
-    /// ways, and the motor does not move. A motor without [`MotorFlags::BLUR`] rests in a shot.
+    /// Uses of each motor after a reset. A motor without [`MotorFlags::ENABLED`] gets no pulses, except as
+    /// [`moves_disabled`](Self::moves_disabled) says: the device counts its ways, and the motor does not move. A motor without [`MotorFlags::BLUR`] rests in a shot.
     pub uses: MotorFlags,
+    /// Whether a motor that is not enabled moves by a move or a jog of its own, and rests only when all motors move together.
+    pub moves_disabled: bool,
+    /// Whether the begin of an upload gives each motor a path of zeros, so that all enabled motors are part of the move.
+    pub fills_with_zeros: bool,
     /// Whether a motor that blurs follows the uploaded move in a shot without ways.
     pub blurs_along_move: bool,
     /// Time after which a jog ends by itself, in milliseconds.
     pub jog_lasts: Option<u64>,
+    /// Whether a stop in a shot leaves the shutter open.
+    pub leaves_shutter_open: bool,
     /// Whether moves and ways to a frame pass limits that were set.
     pub ignores_limits: bool,
     /// Whether a position is sent a step too near to 0, because its fraction is cut off.
@@ -49,8 +55,11 @@ impl Facts {
     /// Facts of a device as the document describes it, whose motors are all enabled.
     pub const MILD: Self = Self {
         uses: MotorFlags::ENABLED.union(MotorFlags::BLUR),
+        moves_disabled: false,
+        fills_with_zeros: false,
         blurs_along_move: false,
         jog_lasts: None,
+        leaves_shutter_open: false,
         ignores_limits: false,
         truncates: false,
         compares_check: false,

@@ -23,36 +23,41 @@ self_cell!(
 );
 
 /// Uploaded move.
-pub(super) struct Store(Cell);
+pub(super) struct Store {
+    cell: Cell,
+    /// Whether a motor without uploaded positions has a path of zeros.
+    fills_with_zeros: bool,
+}
 
 impl Store {
-    pub(super) fn new(room: Room) -> Self {
+    pub(super) fn new(room: Room, fills_with_zeros: bool) -> Self {
         let tables = Tables {
             positions: vec![0; room.positions()],
             levels: vec![0; room.levels()],
             triggers: vec![Triggers::NONE; room.triggers()],
             written: vec![0; room.written()],
         };
-        Self(Cell::new(MutBorrow::new(tables), |tables| {
+        let cell = Cell::new(MutBorrow::new(tables), |tables| {
             let Tables { positions, levels, triggers, written } = tables.borrow_mut();
             let memory = Memory { positions, levels, triggers, written };
             UploadBuffer::new(room, memory).expect("the memory has the lengths of this room")
-        }))
+        });
+        Self { cell, fills_with_zeros }
     }
 
     fn buffer(&self) -> &UploadBuffer<'_> {
-        self.0.borrow_dependent()
+        self.cell.borrow_dependent()
     }
 
     /// Takes a message of an upload, and returns the code of the answer.
     pub(super) fn receive(&mut self, message: &HostMessage<'_>) -> AckCode {
-        let code = self.0.with_dependent_mut(|_, buffer| buffer.receive(message));
+        let code = self.cell.with_dependent_mut(|_, buffer| buffer.receive(message));
         code.unwrap_or(AckCode::ERR_GENERAL)
     }
 
     /// Forgets the move.
     pub(super) fn clear(&mut self) {
-        self.0.with_dependent_mut(|_, buffer| buffer.clear());
+        self.cell.with_dependent_mut(|_, buffer| buffer.clear());
     }
 
     /// Whether a frame is part of the move.
@@ -62,13 +67,14 @@ impl Store {
 
     /// Whether a motor is part of the move.
     pub(super) fn has(&self, motor: Motor) -> bool {
-        self.buffer().is_loaded() && self.buffer().contains(Track::Axis(motor))
+        self.buffer().is_loaded() && (self.fills_with_zeros || self.buffer().contains(Track::Axis(motor)))
     }
 
     /// Position of a motor at a frame; `None` outside the move.
     pub(super) fn position(&self, motor: Motor, frame: FrameNumber) -> Option<i32> {
         let index = self.buffer().index(frame)?;
-        self.buffer().position(motor, index).map(|steps| steps.0)
+        let zero = self.fills_with_zeros.then_some(0);
+        self.buffer().position(motor, index).map(|steps| steps.0).or(zero)
     }
 
     /// Position of a motor at a moment between two frames, at a constant speed between them. Outside the move it is the

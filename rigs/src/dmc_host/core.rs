@@ -2,7 +2,9 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use dmc_proto::host::{self, Effect, Failure, HostMachine, Input, Options, Outcome, Refusal, Source, Transmit};
+use dmc_proto::host::{
+    self, Effect, Failure, HostMachine, Input, Options, Outcome, Refusal, Source, StopTarget, Transmit,
+};
 use dmc_proto::lint::Context;
 use dmc_proto::message::{
     AckCode, DeviceMessage, GioCam, HostMessage, MotorConfigure, MotorGetPosition, MotorStatusRequest,
@@ -14,6 +16,7 @@ use motion_core::time::Millis;
 use tracing::{debug, info, warn};
 
 use super::check::Check;
+use super::limits::Limits;
 use super::uses::{Uses, Waiting, lacking};
 use super::{Answer, Command, Event, LINE, Positions, Shot, Table};
 use crate::Outgoing;
@@ -25,7 +28,7 @@ const OWN: Token = FIRST_OWN;
 /// Token of the request that sets the uses of a motor before a command moves it.
 const USES: Token = Token(u32::MAX - 3);
 /// Token of the request that closes the shutter.
-pub(super) const SHUTTER: Token = Token(u32::MAX - 2);
+const SHUTTER: Token = Token(u32::MAX - 2);
 /// Token of the question for positions at the end of a way.
 const CHECK: Token = Token(u32::MAX - 1);
 /// Token of the question whether motors still move after a stop.
@@ -53,12 +56,15 @@ pub(super) struct Core {
     pub(super) positions: Option<Positions>,
     /// Uses of the motors on this link.
     uses: Uses,
+    limits: Limits,
     /// Commands that wait until their motors have their uses.
     waiting: VecDeque<Waiting>,
     /// Way that has ended, and is not yet known to be complete.
     check: Option<Check>,
     /// Time of the next question after a stop whether motors still move, and number of questions that are left.
     rest: Option<(Millis, u8)>,
+    /// Whether the shutter is to be closed after a stop.
+    pub(super) closes: bool,
     pub(super) out: VecDeque<Outgoing>,
     pub(super) events: VecDeque<Event>,
 }
@@ -95,9 +101,11 @@ impl Core {
             uploaded: false,
             positions: None,
             uses: Uses::new(),
+            limits: Limits::default(),
             waiting: VecDeque::new(),
             check: None,
             rest: None,
+            closes: false,
             out: VecDeque::new(),
             events: VecDeque::new(),
         }
@@ -166,6 +174,7 @@ impl Core {
             // This host sets the uses of a motor only before it moves it.
             host::Event::Greeted(_) => {
                 self.uses.clear();
+                self.limits.clear();
                 Some(Input::Command(OWN, host::Command::Configured))
             }
             host::Event::DeviceReset => {
@@ -178,6 +187,8 @@ impl Core {
             }
             host::Event::HardStop(..) => {
                 self.end_waiting(Outcome::Failed(Failure::HardStop));
+                self.rest = self.machine.may_have_shutter_open().then_some((self.clock, QUESTIONS)).or(self.rest);
+                self.closes |= self.machine.may_have_shutter_open();
                 None
             }
             host::Event::Stopped(_) => {
@@ -226,6 +237,9 @@ impl Core {
                 Err(_) => self.uses.remove(&set.motor),
             };
         }
+        if let (Some(HostMessage::MotorSetLimits(set)), Ok(_)) = (&message, &end) {
+            self.limits.set(set);
+        }
         match (token, end) {
             (USES, Err(outcome)) if outcome != UNSUPPORTED => self.end_waiting(outcome),
             (CHECK, end) => self.checked(end.is_ok()),
@@ -264,7 +278,8 @@ impl Core {
                 continue;
             };
             let message = asked.message();
-            let input = if let Some((motor, flags)) = lacking(&self.uses, &message, &self.table) {
+            let count = self.machine.device().map_or(0, |device| device.motor_count.min(32));
+            let input = if let Some((motor, flags)) = lacking(&self.uses, &message, &self.table, count) {
                 self.ask(USES, MotorConfigure { motor, flags, tail: &[] }.into())
             } else {
                 self.waiting.pop_front();
@@ -289,8 +304,12 @@ impl Core {
         Input::Command(token, host::Command::Request(message))
     }
 
-    /// Closes the shutter.
-    pub(super) fn close_shutter(&mut self) {
+    /// Closes the shutter, if a stop left it open.
+    fn close_shutter(&mut self) {
+        self.closes &= self.machine.may_have_shutter_open();
+        if !self.closes || self.asked.contains_key(&SHUTTER) {
+            return;
+        }
         let input = self.ask(SHUTTER, GioCam::default().into());
         self.step(input);
     }
@@ -324,9 +343,10 @@ impl Core {
             self.step(Input::Wake);
         }
         let Some((_, left)) = self.rest.take_if(|(due, _)| *due <= self.clock) else { return };
-        if left > 0 && self.machine.may_move() {
+        self.close_shutter();
+        if left > 0 && (self.machine.may_move() || self.closes) {
             self.rest = Some((self.clock.after(self.machine.options().request_timeout().into()), left - 1));
-            if !self.asked.contains_key(&REST) {
+            if self.machine.may_move() && !self.asked.contains_key(&REST) {
                 let question = self.ask(REST, MotorStatusRequest::default().into());
                 self.step(question);
             }
@@ -340,10 +360,18 @@ impl Core {
             Command::EndStops => self.step(Input::Command(OWN, host::Command::EndStops)),
             Command::Stop(target) => {
                 info!(?target, "stop");
+                let was_open = self.machine.may_have_shutter_open();
                 self.step(Input::Command(OWN, host::Command::Stop(target)));
                 self.end_waiting(Outcome::Failed(Failure::Stopped));
+                // A stop of one motor leaves a shutter open that a request opened.
+                let is_all = matches!(target, StopTarget::All | StopTarget::AllSilent);
+                self.closes |= self.machine.may_have_shutter_open() && (is_all || !was_open);
+                self.close_shutter();
             }
-            Command::Ask(token, message) => self.submit(token, &Asked::Message(message), false),
+            Command::Ask(token, message) => match self.limits.within(message, self.positions.as_ref()) {
+                Ok(message) => self.submit(token, &Asked::Message(message), false),
+                Err(code) => self.refuse(token, Refusal::WouldBeRefused(code)),
+            },
             Command::Begin(token, message) => self.submit(token, &Asked::Message(message), true),
             Command::Shoot(token, shot) => self.submit(token, &Asked::Shot(shot), true),
             Command::Upload(token, table) => match self.fits(&table) {
@@ -370,6 +398,8 @@ impl Core {
         }
         self.asked.insert(token, asked.clone());
         let message = asked.message();
+        // A new photo is not ended by an earlier stop.
+        self.closes &= !matches!(message, HostMessage::GioCam(_));
         if message.conduct().may_move() {
             self.waiting.push_back(Waiting { token, is_sequence });
             self.go_on();

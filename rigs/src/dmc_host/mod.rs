@@ -2,10 +2,13 @@
 //!
 //! The host keeps what the machine of the crate only names: the messages, and the data of a move. Its events carry the
 //! answers, so that an application needs nothing else. The host counts a device as configured as soon as it is known. Before a
-//! command moves a motor, the host enables the motor, and sets whether it blurs in a shot.
+//! command moves a motor, the host enables the motor, and sets whether it blurs in a shot. Before motors move along a move, it
+//! disables all others. It refuses moves, and ends jogs, at limits that it set on this link, because some devices do not look
+//! at them.
 
 mod check;
 mod core;
+mod limits;
 mod table;
 mod types;
 mod uses;
@@ -87,13 +90,15 @@ impl DmcHost {
         self.core.machine.may_move() || self.core.machine.may_have_shutter_open()
     }
 
-    /// Stops everything, and closes a shutter that a request opened.
+    /// Whether the shutter is still to be closed after a stop.
+    #[must_use]
+    pub const fn closes_shutter(&self) -> bool {
+        self.core.closes
+    }
+
+    /// Stops everything, and closes the shutter if it may be open.
     pub fn stop_all(&mut self, now: Millis) {
-        let may_have_shutter_open = self.core.machine.may_have_shutter_open();
         self.command(now, Command::Stop(StopTarget::All));
-        if may_have_shutter_open {
-            self.core.close_shutter();
-        }
     }
 
     /// Checks whether this device can take a move, before anything is sent. Returns the message that begins the upload.

@@ -1,12 +1,13 @@
 //! Uses that the motors need before a command moves them, and commands that wait for them.
 //!
 //! Devices acknowledge moves of motors that are not enabled, tell that they arrive, and do not move them. In a shot they
-//! move only the motors that are set to blur, and with a blurred motor and no ways they follow the uploaded move.
+//! move only the motors that are set to blur, and with a blurred motor and no ways they follow the uploaded move. Some give
+//! a motor that is not in the move a path of zeros: enabled, it would run to 0.
 
 use std::collections::BTreeMap;
 
 use dmc_proto::Token;
-use dmc_proto::message::{HostMessage, Motor, MotorFlags, MotorPair};
+use dmc_proto::message::{HostMessage, Motor, MotorFlags, MotorPair, Motors};
 use dmc_proto::upload::MoveSource;
 
 use super::Table;
@@ -21,17 +22,33 @@ pub(super) struct Waiting {
 /// Uses of the motors on this link, as the device acknowledged them.
 pub(super) type Uses = BTreeMap<Motor, MotorFlags>;
 
-/// First motor that a message needs and that does not have its uses, with the uses to set.
-pub(super) fn lacking(uses: &Uses, message: &HostMessage<'_>, table: &Table) -> Option<(Motor, MotorFlags)> {
+/// First of the `count` motors of the device that has not the uses that a message needs, with the uses to set. Motors that
+/// move together need all other motors to be disabled. Without a move of this host, nobody knows which ones that are.
+pub(super) fn lacking(uses: &Uses, message: &HostMessage<'_>, table: &Table, count: u8) -> Option<(Motor, MotorFlags)> {
     let axes = || table.motors().iter();
+    let others = |own: &[MotorPair]| {
+        let takes_part = |motor: Motor| table.motors().contains(motor) || own.iter().any(|pair| pair.motor() == motor);
+        let is_known = table.motors() != Motors::NONE || !own.is_empty();
+        disabled(uses, (1..=count).map(Motor).filter(|motor| is_known && !takes_part(*motor)))
+    };
     match message {
         HostMessage::MotorMove(message) => enabled(uses, [message.motor]),
         HostMessage::MotorJog(message) => enabled(uses, [message.motor]),
-        HostMessage::RtPositionFrame(_) | HostMessage::RtJogAll(_) | HostMessage::RtRunMove(_) => enabled(uses, axes()),
-        HostMessage::RtShootFrame(shot) => blurred(uses, shot.motors, axes()),
-        HostMessage::RtShootFrame2(shot) => blurred(uses, shot.motors, axes()),
+        HostMessage::RtPositionFrame(_) | HostMessage::RtJogAll(_) | HostMessage::RtRunMove(_) => {
+            others(&[]).or_else(|| enabled(uses, axes()))
+        }
+        HostMessage::RtShootFrame(shot) => others(shot.motors).or_else(|| blurred(uses, shot.motors, axes())),
+        HostMessage::RtShootFrame2(shot) => others(shot.motors).or_else(|| blurred(uses, shot.motors, axes())),
         _ => None,
     }
+}
+
+/// First motor that is not known to be disabled, except those that are driven by hand. Its other uses stay.
+fn disabled(uses: &Uses, motors: impl IntoIterator<Item = Motor>) -> Option<(Motor, MotorFlags)> {
+    let moves = MotorFlags::ENABLED | MotorFlags::BLUR;
+    let may_move = |flags: &MotorFlags| flags.intersects(moves) && !flags.contains(MotorFlags::LIVE);
+    let motor = motors.into_iter().find(|motor| uses.get(motor).is_none_or(may_move))?;
+    Some((motor, uses.get(&motor).copied().unwrap_or_default().difference(moves)))
 }
 
 /// First motor that is not enabled. Its other uses stay.

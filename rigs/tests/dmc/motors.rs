@@ -6,9 +6,12 @@ use dmc_proto::message::{
     Acceleration, AckCode, Bool, GioInRequest, HardwareLimitSet, Motor, MotorConfigure, MotorFlags, MotorGetPosition,
     MotorResetPosition, MotorSetLimits, MotorSetSpeed, Motors, Speed, Steps, StopReason, Triggers,
 };
+use dmc_proto::{HostMessage, MessageId};
 use motion_core::profile::MotionProfile;
-use rigs::dmc_device::{Facts, Setup};
+use motion_core::time::Millis;
+use rigs::dmc_device::{DmcDevice, Facts, Setup};
 use rigs::dmc_host::{Answer, Command, Event};
+use rigs::{LineId, Party as _, Rig as _};
 
 use super::stage::{Stage, devices, jog, move_to};
 
@@ -27,6 +30,12 @@ pub(crate) fn limits(motor: u8, lower: i32, upper: i32) -> MotorSetLimits<'stati
         hw_set: HardwareLimitSet(motor),
         tail: &[],
     }
+}
+
+fn bytes(message: HostMessage<'static>) -> Vec<u8> {
+    let mut bytes = vec![0; message.encoded_len()];
+    message.encode_into(MessageId(1), &mut bytes).unwrap();
+    bytes
 }
 
 /// Stage with each device that has a name, and facts of the device.
@@ -129,25 +138,33 @@ fn a_jog_that_is_repeated_goes_on() {
     }
 }
 
-/// Some devices pass limits that were set.
+/// Some devices pass limits that were set, with a host that does not look at them either.
 #[test]
 fn a_device_without_limits_passes_them() {
-    for (mut stage, _) in stages().filter(|(_, facts)| facts.ignores_limits) {
-        stage.ask(MotorSetLimits { hw_set: HardwareLimitSet(0), ..limits(1, -50, 80) }).unwrap();
-        assert_eq!(stage.ask(move_to(1, 81)), Ok(Answer::Done));
-        stage.pass(3000);
-        assert_eq!(stage.steps(1), Some(81));
+    for (setup, _) in devices() {
+        let passes = setup.facts.ignores_limits;
+        let mut rig = DmcDevice::new(setup);
+        rig.open(Millis(0), LineId(0));
+        let configure = MotorConfigure { motor: Motor(1), flags: MotorFlags::ENABLED, tail: &[] };
+        let limits = MotorSetLimits { hw_set: HardwareLimitSet(0), ..limits(1, -50, 80) };
+        for message in [configure.into(), limits.into(), move_to(1, 81).into()] {
+            rig.receive(Millis(0), LineId(0), &bytes(message));
+        }
+        rig.advance(Millis(3000));
+        let here = rig.motors()[0].at(Millis(3000)).position;
+        assert!((here - if passes { 81.0 } else { 0.0 }).abs() < 1e-9, "{here}");
     }
 }
 
 #[test]
 fn limits_that_were_set_refuse_moves_and_end_jogs() {
-    for (mut stage, _) in stages().filter(|(_, facts)| !facts.ignores_limits) {
-        stage.ask(limits(1, -5000, 8000)).unwrap();
+    for (mut stage, _) in stages() {
+        let hw_set = HardwareLimitSet(0);
+        stage.ask(MotorSetLimits { hw_set, ..limits(1, -5000, 8000) }).unwrap();
         let tuning = stage.rig().tuning(Motor(1)).unwrap();
         assert_eq!((tuning.lower, tuning.upper), (Some(Steps(-5000)), Some(Steps(8000))));
-        assert_eq!(stage.ask(move_to(1, 8001)), Err(Outcome::Refused(Refusal::Device(AckCode::ERR_SOFT_UP))));
-        assert_eq!(stage.ask(move_to(1, -5001)), Err(Outcome::Refused(Refusal::Device(AckCode::ERR_SOFT_LOW))));
+        assert_eq!(stage.ask(move_to(1, 8001)), Err(Outcome::Refused(Refusal::WouldBeRefused(AckCode::ERR_SOFT_UP))));
+        assert_eq!(stage.ask(move_to(1, -5001)), Err(Outcome::Refused(Refusal::WouldBeRefused(AckCode::ERR_SOFT_LOW))));
         assert!(stage.all_rest() && stage.steps(1) == Some(0), "nothing moved");
         assert!(!stage.scene.host.may_move());
         for (destination, end) in [(i32::MAX, 8000), (i32::MIN, -5000)] {
@@ -159,7 +176,8 @@ fn limits_that_were_set_refuse_moves_and_end_jogs() {
         }
         // A motor beyond its limit does not turn round to that limit.
         stage.ask(reset_position(1, 10_000)).unwrap();
-        stage.ask(jog(1, 100, i32::MAX)).unwrap();
+        let refused = Err(Outcome::Refused(Refusal::WouldBeRefused(AckCode::ERR_SOFT_UP)));
+        assert_eq!(stage.ask(jog(1, 100, i32::MAX)), refused);
         stage.pass(500);
         assert!(stage.all_rest() && stage.steps(1) == Some(10_000));
         stage.ask(jog(1, 100, 7000)).unwrap();
@@ -301,21 +319,11 @@ fn a_change_of_inputs_is_reported() {
     assert_eq!(stage.ask(GioInRequest::default()), Ok(Answer::Inputs(Triggers(0b10))));
 }
 
-/// A motor that is not enabled seems to go its way, and gets no pulses.
+/// A motor that is not enabled seems to go its way, and gets no pulses. Some devices move it all the same.
 #[test]
 fn a_motor_that_is_not_enabled_does_not_move() {
-    use dmc_proto::{HostMessage, MessageId};
-    use motion_core::time::Millis;
-    use rigs::dmc_device::DmcDevice;
-    use rigs::{LineId, Party as _, Rig as _};
-
-    let bytes = |message: HostMessage<'static>| {
-        let mut bytes = vec![0; message.encoded_len()];
-        message.encode_into(MessageId(1), &mut bytes).unwrap();
-        bytes
-    };
     for (setup, _) in devices() {
-        let is_enabled = setup.facts.uses.contains(MotorFlags::ENABLED);
+        let moves = setup.facts.moves_disabled || setup.facts.uses.contains(MotorFlags::ENABLED);
         let mut rig = DmcDevice::new(setup);
         rig.open(Millis(0), LineId(0));
         rig.receive(Millis(0), LineId(0), &bytes(move_to(1, 2000).into()));
@@ -324,11 +332,11 @@ fn a_motor_that_is_not_enabled_does_not_move() {
             let here = rig.motors()[0].at(now).position;
             assert!((here - place).abs() < 1e-9, "{here}, not {place}");
         };
-        stands(&rig, Millis(3000), if is_enabled { 2000.0 } else { 0.0 });
+        stands(&rig, Millis(3000), if moves { 2000.0 } else { 0.0 });
         let configure = MotorConfigure { motor: Motor(1), flags: MotorFlags::ENABLED, tail: &[] };
         rig.receive(Millis(3000), LineId(0), &bytes(configure.into()));
         rig.receive(Millis(3000), LineId(0), &bytes(move_to(1, 5000).into()));
         rig.advance(Millis(6000));
-        stands(&rig, Millis(6000), if is_enabled { 5000.0 } else { 3000.0 });
+        stands(&rig, Millis(6000), if moves { 5000.0 } else { 3000.0 });
     }
 }

@@ -9,10 +9,10 @@ use dmc_proto::message::{
 use examples::moves::Move;
 use rigs::Rig as _;
 use rigs::dmc_device::Setup;
-use rigs::dmc_host::{Answer, Command, Event};
+use rigs::dmc_host::{Answer, Command, Event, Shot};
 
 use super::motors::limits;
-use super::stage::{Stage, devices, end_frame, run, sample};
+use super::stage::{Stage, devices, end_frame, move_to, run, sample};
 
 /// Compares the motors with the curves. Returns the moment of the move, in frames.
 ///
@@ -94,6 +94,36 @@ fn loaded(name: &str, setup: Setup) -> (Stage, Move) {
     assert_eq!(stage.end(token, 60_000), Ok(Answer::Done));
     assert_eq!(stage.rig().on_frame(), Some(FrameNumber(1)));
     (stage, sample)
+}
+
+/// Some devices give each motor that is not in the move a path of zeros, and move it there if it is enabled.
+#[test]
+fn a_motor_outside_the_move_stays_where_it_is() {
+    for (setup, _) in devices() {
+        let (_, table) = sample("slide");
+        let mut stage = Stage::up(setup);
+        for motor in [2, 3] {
+            stage.ask(move_to(motor, 5000)).unwrap();
+        }
+        stage.pass(3000);
+        stage.upload(table).unwrap();
+        let to_frame = RtPositionFrame { frame: FrameNumber(9), tail: &[] };
+        let token = stage.begin(to_frame);
+        assert_eq!(stage.end(token, 60_000), Ok(Answer::Done));
+        assert_eq!((stage.steps(2), stage.steps(3)), (Some(5000), Some(5000)));
+        let shot = stage.token();
+        stage.scene.command(Command::Shoot(shot, Shot::of(FrameNumber(1), 100)));
+        stage.start(shot);
+        assert_eq!(stage.end(shot, 20_000), Ok(Answer::Done));
+        let token = stage.begin(run(24_000, 1, 25, 200, RunFlags::empty()));
+        stage.start(token);
+        assert_eq!(stage.end(token, 20_000), Ok(Answer::Done));
+        assert_eq!((stage.steps(2), stage.steps(3)), (Some(5000), Some(5000)));
+        // The next motion of the motor enables it again.
+        stage.ask(move_to(2, 6000)).unwrap();
+        stage.pass(3000);
+        assert_eq!(stage.steps(2), Some(6000));
+    }
 }
 
 #[test]

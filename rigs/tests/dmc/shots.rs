@@ -64,7 +64,14 @@ fn a_blurred_motor_moves_while_the_shutter_is_open() {
     for is_second_form in [false, true] {
         let (_, table) = sample("slide");
         let mut stage = Stage::up(Setup::default());
+        // A motor with a way of its own belongs to the move as well: some devices move it to 0 otherwise.
+        let shot_without = stage.token();
         stage.upload(table.clone()).unwrap();
+        let motors = vec![MotorPair::new(Motor(4), Steps(0), Steps(-400))];
+        stage.scene.command(Command::Shoot(shot_without, Shot { motors, ..Shot::of(FrameNumber(5), 1000) }));
+        let refused = Err(Outcome::Refused(Refusal::NotInMove(Motor(4))));
+        assert_eq!(stage.end(shot_without, 1000), refused);
+        stage.upload(table.clone().with(Motor(4), vec![0])).unwrap();
         let pair = MotorPair::new(Motor(1), Steps(1000), Steps(3000));
         let (open_angle, close_angle) = (Degrees(0), Degrees(180));
         let motors = vec![pair, MotorPair::new(Motor(4), Steps(0), Steps(-400))];
@@ -129,8 +136,16 @@ fn the_camera_is_triggered_by_hand_and_by_runs() {
 
 #[test]
 fn a_stop_closes_the_shutter() {
+    for (setup, _) in devices() {
+        for is_hard in [false, true] {
+            stop_in_a_shot(setup.clone(), is_hard);
+        }
+    }
+}
+
+fn stop_in_a_shot(setup: Setup, is_hard: bool) {
     let (_, table) = sample("slide");
-    let mut stage = Stage::up(Setup::default());
+    let mut stage = Stage::up(setup);
     stage.upload(table).unwrap();
     let token = stage.token();
     stage.scene.command(Command::Shoot(token, Shot::of(FrameNumber(1), 60_000)));
@@ -138,10 +153,22 @@ fn a_stop_closes_the_shutter() {
     stage.wait(5000, |event| matches!(event, Event::Machine(host::Event::Started(_))).then_some(())).unwrap();
     stage.pass(1000);
     assert!(stage.rig().photos().last().unwrap().until.is_none());
-    assert!(stage.stop());
-    assert!(stage.rig().photos().last().unwrap().until.is_some());
-    stage.pass(1000);
-    // A way to a frame begins only when all motors rest.
+    if is_hard {
+        let now = stage.now();
+        stage.rig().emergency_stop(now, true);
+        stage.pass(300);
+        let now = stage.now();
+        stage.rig().emergency_stop(now, false);
+    } else {
+        assert!(stage.stop());
+    }
+    stage.pass(100);
+    assert!(stage.rig().photos().last().unwrap().until.is_some(), "{}, hard: {is_hard}", stage.rig().name());
+    stage.pass(3000);
+    // After a hard stop, only a stop makes sure that the shot does not begin any more.
+    assert!(!is_hard || stage.stop());
+    assert!(stage.rests(), "{}, hard: {is_hard}", stage.rig().name());
+    // A way to a frame begins only when all motors rest, and the rig is no longer locked.
     let to_frame = RtPositionFrame { frame: FrameNumber(193), tail: &[] };
     let token = stage.begin(to_frame);
     assert_eq!(stage.end(token, 60_000), Ok(Answer::Done));

@@ -26,6 +26,11 @@ pub trait Driven: Host {
         false
     }
 
+    /// Whether a shutter is still to be closed after a stop.
+    fn closes_shutter(&self) -> bool {
+        false
+    }
+
     /// Stops everything, with the emergency stop of the protocol.
     fn stop_all(&mut self, now: Millis);
 

@@ -70,6 +70,11 @@ impl<'s> Flow<'s> {
         self.session.host().device().ok_or_else(lost)
     }
 
+    /// Whether the rig has limit switches, as far as is known.
+    fn has_switches(&self) -> bool {
+        self.session.host().device().is_none_or(|hi| hi.hw_limit_count > 0)
+    }
+
     /// Motor with a number from the command line, if the device has it.
     pub(super) fn motor(&self, number: u8) -> Result<Motor, Trouble> {
         let count = self.device()?.motor_count;
@@ -104,9 +109,11 @@ impl<'s> Flow<'s> {
     async fn event(&mut self, within: Duration) -> Result<Option<Event>, Trouble> {
         let event = self.session.next_within(within).await?;
         match event {
-            Some(Event::Machine(host::Event::HardStop(reason, motor))) => Err(why::hard_stop(reason, motor)),
+            Some(Event::Machine(host::Event::HardStop(reason, motor))) => {
+                Err(why::hard_stop(reason, motor, self.has_switches()))
+            }
             Some(Event::Machine(host::Event::DeviceReset)) => {
-                Err(why::not_done("the command", Outcome::Failed(Failure::DeviceReset)))
+                Err(why::not_done("the command", Outcome::Failed(Failure::DeviceReset), self.has_switches()))
             }
             event => {
                 self.is_malformed |= matches!(event, Some(Event::Machine(host::Event::Malformed(..))));
@@ -140,7 +147,7 @@ impl<'s> Flow<'s> {
                         Outcome::Failed(Failure::NoAnswer) if is_malformed => Trouble::Failed(format!(
                             "{what} failed: the answers of the rig end too soon: is it a DMC rig, of version 2?"
                         )),
-                        _ => why::not_done(what, outcome),
+                        _ => why::not_done(what, outcome, self.has_switches()),
                     });
                 }
                 _ => {}
@@ -187,7 +194,7 @@ impl<'s> Flow<'s> {
             match self.event(STOP).await? {
                 Some(Event::Machine(host::Event::Armed(armed))) if armed == token => self.session.command(Command::Go),
                 Some(Event::Ended(ended, end)) if ended == token => {
-                    return end.map(|_| ()).map_err(|outcome| why::not_done(what, outcome));
+                    return end.map(|_| ()).map_err(|outcome| why::not_done(what, outcome, self.has_switches()));
                 }
                 Some(Event::Positions(positions)) => {
                     let runs = self.session.host().progress() == Some(Progress::Runs);

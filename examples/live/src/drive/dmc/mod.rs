@@ -38,6 +38,10 @@ impl Driven for DmcHost {
         self.may_move()
     }
 
+    fn closes_shutter(&self) -> bool {
+        self.closes_shutter()
+    }
+
     fn stop_all(&mut self, now: Millis) {
         self.stop_all(now);
     }
@@ -77,6 +81,13 @@ pub async fn drive(
     if *command == Command::Stop {
         flow.stop(StopTarget::All).await?;
         flow.print(format_args!("stopped: the rig confirmed it"))?;
+        // A stop leaves the shutter open on some rigs, and nobody knows what an earlier session did.
+        flow.up().await?;
+        match flow.ask("the end of the photo", GioCam::default()).await {
+            // A rig without a camera has no shutter.
+            Err(Trouble::Refused(_)) => {}
+            end => _ = end?,
+        }
         return Ok(());
     }
     flow.up().await?;
@@ -203,7 +214,11 @@ async fn calibrate(flow: &mut Flow<'_>, motor: u8, begin: f64, end: f64) -> Resu
     flow.ask("the limits", limits).await?;
     go(flow, motor, begin).await?;
     go(flow, motor, end).await?;
-    flow.print(format_args!("motor {motor} may move from {lower} to {upper} steps, until the rig is switched off"))?;
+    // The session ends, and DMC has no question for limits, so that later commands depend on the rig alone.
+    flow.print(format_args!(
+        "limits of motor {motor}: {lower} to {upper} steps, until the rig is switched off; some rigs check only runs against \
+         them, and pass them in moves and jogs"
+    ))?;
     Ok(())
 }
 

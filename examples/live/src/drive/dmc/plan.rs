@@ -50,7 +50,7 @@ impl Plan {
     }
 
     /// Photo `number` of `of` photos along the move. While the shutter is open, the motors rest, or with `moves` they
-    /// move as from this frame to the next one. At the last frame they move as from the frame before.
+    /// move as they do around this frame (decision D-88).
     pub(super) fn shot(&self, number: u32, of: u32, exposure: u32, moves: bool) -> Shot {
         let frames = i64::from(self.last.0) - i64::from(self.first.0);
         let index = if of > 1 { frames * i64::from(number) / i64::from(of - 1) } else { 0 };
@@ -58,15 +58,11 @@ impl Plan {
         let frame = at(index);
         let mut shot = Shot::of(frame, exposure);
         if moves {
+            // The shutter is open from half a frame before the frame to half a frame after it, within the move.
             let way = |motor: Motor| {
-                let steps = |index: i64| self.table.steps(motor, at(index)).unwrap_or_default();
-                let here = steps(index);
-                let next = if index < frames {
-                    steps(index + 1)
-                } else {
-                    here.saturating_mul(2).saturating_sub(steps((index - 1).max(0)))
-                };
-                MotorPair::new(motor, Steps(here), Steps(next))
+                let steps = |index: i64| self.table.steps(motor, at(index.clamp(0, frames))).unwrap_or_default();
+                let between = |index: i64| Steps(steps(index).midpoint(steps(index + 1)));
+                MotorPair::new(motor, between(index - 1), between(index))
             };
             shot.motors = self.motors().iter().map(way).collect();
         }
@@ -112,6 +108,21 @@ mod tests {
 
     fn linear(time: f64, position: f64) -> String {
         format!(r#"{{ "time": {time}, "position": {position}, "ease": "linear" }}"#)
+    }
+
+    /// D-88
+    #[test]
+    fn a_motor_blurs_from_half_a_frame_before_to_half_a_frame_after() {
+        let first = FrameNumber(1);
+        let table = Table::new(first, 5).with(Motor(1), vec![0, 100, 200, 400, 600]);
+        let (last, rate) = (table.last_frame(), FramesPerSecond::default());
+        let plan = Plan { table, first, last, rate };
+        let ways = [(0, 50), (50, 150), (150, 300), (300, 500), (500, 600)];
+        for ((number, frame), (from, to)) in (0..).zip(1..).zip(ways) {
+            let shot = plan.shot(number, 5, 100, true);
+            assert_eq!(shot.frame, FrameNumber(frame));
+            assert_eq!(shot.motors, [MotorPair::new(Motor(1), Steps(from), Steps(to))]);
+        }
     }
 
     #[test]

@@ -133,7 +133,7 @@ async fn motors_are_queried_moved_jogged_and_calibrated() {
         stand.drive(command).await.unwrap();
     }
     for (wrong, what) in [
-        (to(3, 501.0), "the rig refuses the move: that is beyond the upper limit of a motor: "),
+        (to(3, 501.0), "the rig would refuse the move: that is beyond the upper limit of a motor: "),
         (to(5, 1.0), "there is no motor 5: this rig has motors 1 to 4"),
         (to(2, 3e9), "the position is 3000000000: give whole steps"),
         (jog(1, 101.0, 1.0), "the speed is 101 %: give one from"),
@@ -149,7 +149,7 @@ async fn motors_are_queried_moved_jogged_and_calibrated() {
     assert!(!stand.session.host().may_move());
     let said = String::from_utf8(stand.said).unwrap();
     for line in
-        ["motor 4 rests at 0 steps\n", "motor 2 rests at 2000 steps\n", "motor 3 may move from -500 to 500 steps"]
+        ["motor 4 rests at 0 steps\n", "motor 2 rests at 2000 steps\n", "limits of motor 3: -500 to 500 steps, until"]
     {
         assert!(said.contains(line), "{said}");
     }

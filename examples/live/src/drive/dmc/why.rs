@@ -5,21 +5,24 @@ use dmc_proto::message::{AckCode, Motor, StopReason};
 
 use crate::drive::Trouble;
 
-/// Trouble that it means when `what` is not done.
-pub(super) fn not_done(what: &str, outcome: Outcome<'_>) -> Trouble {
+/// Trouble that it means when `what` is not done. `has_switches` says whether the rig has limit switches.
+pub(super) fn not_done(what: &str, outcome: Outcome<'_>, has_switches: bool) -> Trouble {
     let failed = |why: &str| Trouble::Failed(format!("{what} failed: {why}"));
     match outcome {
         Outcome::Refused(Refusal::Device(AckCode::ERR_CHECKSUM)) => {
             failed("each time it arrived damaged: check the cable")
         }
         Outcome::Refused(Refusal::Device(code)) => {
-            Trouble::Refused(format!("the rig refuses {what}: {}", reason(code)))
+            Trouble::Refused(format!("the rig refuses {what}: {}", reason(code, has_switches)))
         }
         Outcome::Refused(Refusal::WouldBeRefused(code)) => {
-            Trouble::Refused(format!("the rig would refuse {what}: {}", reason(code)))
+            Trouble::Refused(format!("the rig would refuse {what}: {}", reason(code, has_switches)))
         }
         Outcome::Refused(Refusal::NotConfigured(motor, _)) => {
             failed(&format!("the rig did not enable motor {motor}: `info` shows whether it has this motor"))
+        }
+        Outcome::Refused(Refusal::NotInMove(motor)) => {
+            failed(&format!("motor {motor} is not in the move and may be enabled, so that the rig could send it to 0"))
         }
         Outcome::Refused(Refusal::NotConnected) | Outcome::Failed(Failure::LinkDown) => {
             failed("the line to the rig is gone: check its cable and its power")
@@ -28,9 +31,10 @@ pub(super) fn not_done(what: &str, outcome: Outcome<'_>) -> Trouble {
         Outcome::Refused(Refusal::Stopping) => failed("a stop is not confirmed yet: check the rig"),
         Outcome::Failed(Failure::NoAnswer) => failed("the rig no longer answers: check its cable and its power"),
         Outcome::Failed(Failure::Stopped) => failed("it was stopped"),
-        Outcome::Failed(Failure::HardStop) => {
+        Outcome::Failed(Failure::HardStop) if has_switches => {
             failed("the rig made a hard stop: check its limit switches and its emergency stop")
         }
+        Outcome::Failed(Failure::HardStop) => failed("the rig made a hard stop: check its emergency stop"),
         Outcome::Failed(Failure::DeviceReset) => failed("the rig was reset and has lost all data: start again"),
         Outcome::NotConfirmed => {
             failed("the rig did not say how it ended: check its cable and its power, and the motors with `info`")
@@ -39,7 +43,7 @@ pub(super) fn not_done(what: &str, outcome: Outcome<'_>) -> Trouble {
     }
 }
 
-fn reason(code: AckCode) -> String {
+fn reason(code: AckCode, has_switches: bool) -> String {
     let known = match code {
         AckCode::ERR_MOVING => "motors move: wait until they rest, or stop them",
         AckCode::ERR_UNSUPPORTED => "it does not support that: `info` shows its capabilities",
@@ -55,6 +59,9 @@ fn reason(code: AckCode) -> String {
         AckCode::ERR_SOFT_UP => "that is beyond the upper limit of a motor: stay below it, or calibrate a wider range",
         AckCode::ERR_SOFT_LOW => "that is beyond the lower limit of a motor: stay above it, or calibrate a wider range",
         // Some devices answer so for two seconds after each stop.
+        AckCode::ERR_HARD_UP | AckCode::ERR_HARD_LOW if !has_switches => {
+            "it is locked after a stop: wait until the motors rest, and two seconds more"
+        }
         AckCode::ERR_HARD_UP | AckCode::ERR_HARD_LOW => {
             "it is locked after a stop: wait two seconds; if a motor is at a limit switch, jog it back"
         }
@@ -64,10 +71,15 @@ fn reason(code: AckCode) -> String {
 }
 
 /// Trouble that a hard stop means.
-pub(super) fn hard_stop(reason: StopReason, motor: Option<Motor>) -> Trouble {
+pub(super) fn hard_stop(reason: StopReason, motor: Option<Motor>, has_switches: bool) -> Trouble {
     let which = motor.map_or_else(|| "a motor".to_owned(), |motor| format!("motor {motor}"));
     Trouble::Failed(match reason {
         StopReason::EMERGENCY_STOP => "the emergency stop was pressed: release it when all is safe".to_owned(),
+        StopReason::UPPER_LIMIT | StopReason::LOWER_LIMIT if !has_switches => {
+            format!(
+                "the rig stopped hard because of {which}, and has no limit switches: check its range and its emergency stop"
+            )
+        }
         StopReason::UPPER_LIMIT => {
             format!("{which} ran into its upper limit switch: jog it back, and stay below it")
         }
@@ -76,4 +88,26 @@ pub(super) fn hard_stop(reason: StopReason, motor: Option<Motor>) -> Trouble {
         }
         _ => format!("the rig stopped because of {which}: check what blocks it, and start again"),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_limit_switch_is_named_only_if_the_rig_has_one() {
+        let refused = |code| Outcome::Refused(Refusal::Device(code));
+        for has_switches in [false, true] {
+            let lines = [
+                not_done("the move", refused(AckCode::ERR_HARD_LOW), has_switches),
+                not_done("the move", Outcome::Failed(Failure::HardStop), has_switches),
+                hard_stop(StopReason::LOWER_LIMIT, Some(Motor(1)), has_switches),
+                hard_stop(StopReason::UPPER_LIMIT, None, has_switches),
+            ];
+            for line in lines.map(|trouble| trouble.to_string()) {
+                let names = line.contains("limit switch") && !line.contains("no limit switches");
+                assert_eq!(names, has_switches, "{line}");
+            }
+        }
+    }
 }
