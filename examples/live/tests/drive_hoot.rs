@@ -249,6 +249,21 @@ async fn motors_keep_the_speed_that_was_given_with_each_device() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_greatest_speed_counts_if_somebody_has_set_it() {
+    for device in ["sheet", "v0.33", "v0.45", "v0.70"] {
+        let mut bench = bench(Setup::default().with_device(device).unwrap());
+        bench.done(Command::Jog { motor: 1, speed: 2000.0, seconds: 0.5 }).await;
+        assert!(*bench.fastest.lock().unwrap() > 1500.0, "{device}");
+        // Somebody sets 700 steps/s.
+        let now = Millis(60_000);
+        bench.rig(|rig| rig.receive(now, USB, &[0, 0, 0, 0, 0, 0xFF, 3, 1, 7, 2, 2, 188]));
+        sleep(Duration::from_secs(60)).await;
+        let line = bench.fails(Command::Jog { motor: 1, speed: 2000.0, seconds: 0.5 }).await;
+        assert!(line.contains("at most 700 steps/s"), "{device}: {line}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_time_lapse_moves_slowly_with_each_device() {
     for device in Setup::DEVICES {
         let mut bench = bench(Setup::default().with_device(device.name).unwrap());

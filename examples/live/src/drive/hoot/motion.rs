@@ -59,17 +59,23 @@ impl Talk<'_> {
     }
 
     /// Greatest speed that the setting of a motor names, in steps per second.
-    async fn setting_of_speed(&mut self, motor: Motor) -> Result<f64, Trouble> {
-        Ok(self.read(MotorMaxStepSpeed { motor }).await?.0.into())
+    async fn setting_of_speed(&mut self, motor: Motor) -> Result<u16, Trouble> {
+        Ok(self.read(MotorMaxStepSpeed { motor }).await?.0)
     }
 
-    /// Greatest speed of a motor, in steps per second. Earlier firmware keeps the setting of the motor and limits nothing by
-    /// it; there, what the controller can do is the limit (decision H-42).
+    /// Greatest speed of a motor, in steps per second.
+    ///
+    /// Before v0.70 the greatest speed of a motor limits nothing, and has a first value that says nothing about the rig. It
+    /// counts if somebody has changed it (decision H-50).
     pub(super) async fn greatest_speed(&mut self, motor: Motor) -> Result<f64, Trouble> {
-        if self.profile().max_speed_limits() != Some(false) {
-            return self.setting_of_speed(motor).await;
+        const FIRST: u16 = 1000;
+        let own = self.setting_of_speed(motor).await?;
+        if self.profile().has_max_step_rate() == Some(false) {
+            return Ok(own.into());
         }
-        Ok(self.read(MaxStepRate {}).await?.0.into())
+        let of_all = self.read(MaxStepRate {}).await?.0;
+        let is_first = own == FIRST && self.profile().max_speed_limits() == Some(false);
+        Ok(if is_first { of_all } else { own.min(of_all) }.into())
     }
 
     pub(super) async fn dead_man(&mut self, on: bool) -> Result<(), Trouble> {
@@ -87,7 +93,7 @@ impl Talk<'_> {
         // As with kOS: the greatest speed is not safe if somebody stands beside the camera.
         let speed = match speed {
             Some(speed) => speed,
-            None => self.setting_of_speed(motor).await?.min(most) / 4.0,
+            None => f64::from(self.setting_of_speed(motor).await?).min(most) / 4.0,
         };
         if !speed.is_finite() || speed <= 0.0 {
             return Err(Trouble::Refused(format!("speed {speed}: give a number of steps/s, more than 0")));
