@@ -33,6 +33,23 @@ This page is made by a test, which does each command with each simulated device 
 stands for the line with which `drive` refuses the command or ends with status 1; after it, everything rests.
 ";
 
+/// What was seen at real hoot nodes, and what a user has to know.
+const OF_HOOT: &str = "\
+
+Real firmware was driven in a simulator of its processor, with its step and shutter pins counted. It was also seen to do
+this, which the simulated nodes do not do yet:
+
+- v0.33, v0.45 and v0.70 take one photo more than asked in `program`, and open the shutter at the start and at the end of a
+  `run` if the camera is switched on.
+- v0.33: the moves between photos may last longer than the interval; then photos come later than asked.
+- 2014-10-15: `expose` is answered with OK, and the shutter stays closed.
+- Builds up to 2014-12-03 take up a backlash of 384 steps at the first move and at each change of direction.
+- After Ctrl-C in `run`, v0.33 and v0.70 stay at 16 microsteps: positions then count sixteenths of a step.
+- A node that hears nothing for longer than the time to wait hangs when a second packet waits at it, and then obeys no stop:
+  switch its power off. The master sends nothing twice while it knows that a command blocks the node; it cannot know of
+  other reasons, such as a computer that holds bytes back.
+";
+
 const LINE: LineId = LineId(0);
 /// Range of positions of motor 1 in `pan.json`, in degrees.
 const PAN: f64 = 90.0;
@@ -335,6 +352,7 @@ fn each_command_with_each_device_is_done_or_refused_as_the_page_says() {
     chapter::<KosDevice>(&mut page);
     chapter::<DmcDevice>(&mut page);
     chapter::<HootNode>(&mut page);
+    page.push_str(OF_HOOT);
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/devices.md");
     if env::var_os("UPDATE").is_some() {
         fs::write(&file, &page).expect("docs can be written");
