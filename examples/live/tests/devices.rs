@@ -34,8 +34,7 @@ stands for the line with which `drive` refuses the command or ends with status 1
 ";
 
 /// What was seen at real hoot nodes, and what a user has to know.
-const OF_HOOT: &str = "\
-
+const OF_HOOT: &str = "
 Real firmware was driven in a simulator of its processor, with its step and shutter pins counted. It was also seen to do
 this, which the simulated nodes do not do yet:
 
