@@ -9,7 +9,7 @@ mod properties;
 mod rig;
 mod wants;
 
-use dmc_proto::device::{self, DeviceMachine};
+use dmc_proto::device::{self, DeviceMachine, Quirks};
 use dmc_proto::host::{self, Command, HostMachine, Outcome, Progress, Source, StopTarget};
 use dmc_proto::message::{AckCode, HostMessage, Motor};
 use dmc_proto::upload::{SCRATCH, Section, SectionSize};
@@ -46,6 +46,8 @@ pub struct Dmc {
     pub mishaps: Mishaps,
     /// Number of requests in flight at once.
     pub window: u8,
+    /// Differences of the device from the specification.
+    pub quirks: Quirks,
     /// Mistake in a machine that the properties must find.
     pub spoilt: Option<Spoilt>,
 }
@@ -126,10 +128,10 @@ pub struct World {
 }
 
 impl World {
-    fn new(window: u8) -> Self {
+    fn new(window: u8, quirks: Quirks) -> Self {
         let host = HostMachine::new(host::Options::default().with_window(window).with_needs_enabled(false));
         // Reports of positions do not affect these machines, and each would be one more message to lose.
-        let device = DeviceMachine::new(device::Options::of(hi()).with_report_every(5000));
+        let device = DeviceMachine::new(device::Options::of(hi()).with_report_every(5000).with_quirks(quirks));
         Self {
             both: world::World::new(Millis(0), host, device, Faults::default()),
             rig: Rig::NEW,
@@ -250,6 +252,8 @@ impl Dmc {
             _ => None,
         };
         let before = world.both.device.clone();
+        // A device that is locked after a stop refuses further stops.
+        let may_refuse = self.quirks.contains(Quirks::STOP_LOCKS) && before.machine.state() == device::State::Locked;
         let mut output = world.both.step_device(input);
         if stop.is_some() && self.spoilt == Some(Spoilt::DeafDevice) {
             world.both.device = before;
@@ -260,7 +264,7 @@ impl Dmc {
             let is_ok =
                 |contents| matches!(contents, device::Contents::Ack { of, code: AckCode::OK, .. } if of == kind);
             let is_told = output.transmits().any(|transmit| is_ok(transmit.contents));
-            world.book.blame(Fault::StopIgnored, !(is_obeyed && is_told));
+            world.book.blame(Fault::StopIgnored, !may_refuse && !(is_obeyed && is_told));
         }
         let mut stored = None;
         for effect in output {
@@ -392,7 +396,7 @@ impl Dmc {
 
     /// World in which all earlier requests are done.
     fn prepared(&self) -> World {
-        let mut world = World::new(self.window);
+        let mut world = World::new(self.window, self.quirks);
         let Some(before) = self.before else { return world };
         self.act(&mut world, Action::Open);
         self.settle(&mut world);

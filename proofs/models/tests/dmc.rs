@@ -1,5 +1,6 @@
 //! Exploration of host and device of Dragonframe DMC v2: docs/machines-dmc.md, «Explored».
 
+use dmc_proto::device::Quirks;
 use dmc_proto::host::StopTarget;
 use dmc_proto::message::{Motor, RunFlags};
 use laws::world::Faults;
@@ -15,6 +16,7 @@ const SMALL: Dmc = Dmc {
     line: Faults { lost: 1, corrupt: 0, doubled: 0 },
     mishaps: Mishaps { delays: 0, limits: 0, emergencies: 0, cuts: 0, boots: 0, operators: 0 },
     window: 1,
+    quirks: Quirks::empty(),
     spoilt: None,
 };
 
@@ -80,6 +82,14 @@ fn small() {
 fn stops() {
     let (line, mishaps) = (Faults { lost: 3, ..SMALL.line }, Mishaps { delays: 1, ..CALM });
     explore("stops", Dmc { wants: &[Want::Jog(1), STOP], line, mishaps, ..SMALL }, 5_000, &[]);
+}
+
+/// The device refuses stops while it is locked after a stop: the host learns from a status that the motors rest.
+#[test]
+fn refused_stops() {
+    let (line, mishaps) = (Faults { lost: 1, ..SMALL.line }, Mishaps { delays: 2, ..CALM });
+    let wants = &[Want::Jog(1), STOP, Want::Stop(StopTarget::AllSilent)];
+    explore("refused stops", Dmc { wants, line, mishaps, quirks: Quirks::STOP_LOCKS, ..SMALL }, 1_000, &[]);
 }
 
 #[test]
