@@ -70,16 +70,18 @@
 //!     Ok::<_, EncodeError>(wake)
 //! };
 //! advance(0, Input::LinkUp)?;
-//! advance(5, Input::Command(Token(1), Command::EmergencyStop))?;
+//! // Later nothing can come any more that answers something from before the line came up.
+//! advance(5000, Input::Command(Token(1), Command::EmergencyStop))?;
 //! frames.push(b"\0\0\0\0\0\xFF\0\0\x01\0");
 //! while let Some(item) = frames.next() {
-//!     let wake = match item {
-//!         Item::Frame(frame) => advance(14, Input::received(&frame))?,
-//!         _ => advance(14, Input::Noise)?,
+//!     match item {
+//!         Item::Frame(frame) => advance(5009, Input::received(&frame))?,
+//!         _ => advance(5009, Input::Noise)?,
 //!     };
-//!     assert_eq!(wake, Some(Millis(65)), "60 ms after the first stop");
 //! }
-//! advance(65, Input::Wake)?;
+//! let wake = advance(5049, Input::Wake)?;
+//! assert_eq!(wake, Some(Millis(5060)), "60 ms after the first stop");
+//! advance(5060, Input::Wake)?;
 //! assert_eq!(line, b"\0\0\0\0\0\xFF\x03\x01\x04\0\0\0\0\0\0\xFF\x03\x02\x04\0", "motors 1 and 2 are told to stop");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

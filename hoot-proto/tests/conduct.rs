@@ -129,6 +129,7 @@ fn every_row_of_later_firmware_has_the_safe_conduct() {
             SETS_ONCE,
             "SetStartHere SetStopHere SetFrameRate SetGraffikMode SetAppMode SetDebugOutput
              MotorSetLeadOut MotorFindMicrostep MotorSetStartHere MotorSetStopHere MotorSetEnd MotorSetStopMotion
+             MotorSetPosition
              CameraSetTestMode CameraSetKeepAlive CameraSetIntervalometer
              KeySetUpdateRate KeySetVideoTime BroadcastGraffikBluetooth",
         ),

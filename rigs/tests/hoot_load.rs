@@ -52,8 +52,8 @@ fn start_of(rig: &HootNode, motor: Motor) -> i32 {
 }
 
 fn load(seconds: u64, faults: Faults, seed: u64) -> Count {
-    // Lines are silent for up to a second and a half. With a shorter timeout, late answers are taken for others.
-    let options = Options::default().with_gap(40).with_settle(1).with_timeout(2000);
+    // Lines are silent for up to a second and a half, so answers are later than the master takes to be possible by default.
+    let options = Options::default().with_gap(40).with_settle(1).with_timeout(700);
     let (master, node) = (HootMaster::new(options), HootNode::new(Setup::default()));
     let mut scene = Scene::new(master, node, Carrier::Serial, faults, seed);
     let mut other = Line::new(faults, seed + 1000);
@@ -138,8 +138,7 @@ fn holds(seconds: u64) {
         (count.ended, 0),
         "each request ends, and the node has the number of each request that is done"
     );
-    // After each packet that is lost, and at first, the master waits until no late answer can come: for two seconds.
-    assert!(u64::from(count.done) > 3 * seconds, "{count:?}");
+    assert!(u64::from(count.done) > 5 * seconds, "{count:?}");
     // A packet that is cut costs some of the packets after it, because nodes do not look for the next packet.
     assert!(count.sent == seconds * 1000 * MESSAGES && count.answered > count.sent / 50, "{count:?}");
     assert!(count.proved > count.answered / 4, "{count:?}");
@@ -148,7 +147,7 @@ fn holds(seconds: u64) {
 
 #[test]
 fn on_a_good_line_each_message_is_answered_and_the_master_too() {
-    let count = load(4, Faults::NONE, 1);
+    let count = load(3, Faults::NONE, 1);
     assert_eq!((count.asked, count.wrong, count.answered, count.proved), (count.ended, 0, count.sent, count.sent - 1));
     assert!(count.done >= 45 && count.most_held < HELD, "{count:?}");
 }

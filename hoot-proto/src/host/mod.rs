@@ -13,6 +13,13 @@
 //!
 //! Each command ends once, in an [`Event::Ended`] with its [`Token`].
 //!
+//! # Late answers, and nodes that hear nothing
+//!
+//! An answer that may be that to another packet is told as [`Event::Unsolicited`], never as the end of a command. So after a
+//! silence, and after the line came up, requests wait until late answers would have come ([`Options::drain`]). Stops wait
+//! for nothing but the gap. Only a node that may be deaf, because of a start or a new address, gets one stop and nothing else
+//! until it answers or 3 s are over: real firmware hangs if two packets wait at it.
+//!
 //! ```
 //! use hoot_proto::host::{Command, Effect, Event, HostMachine, Input, Options, Outcome, Request};
 //! use hoot_proto::message::{Motor, MotorPosition, Steps};
@@ -20,9 +27,11 @@
 //!
 //! let query = MotorPosition { motor: Motor::One };
 //! let request = Command::Request(Request { to: Address::DEFAULT, message: query.into() });
-//! // The line and the clock belong to the caller; here the answer comes after 9 ms.
+//! // The line and the clock belong to the caller; here the answer comes after 9 ms. For 900 ms after the line came up, an
+//! // answer might be that to a packet from before.
 //! let answer = Frame::decode(b"\0\0\0\0\0\xFF\0\0\x01\x05\x03\xFF\xFF\xFF\xFB")?;
-//! let inputs = [(0, Input::LinkUp), (1, Input::Command(Token(7), request)), (10, Input::received(&answer))];
+//! let command = Input::Command(Token(7), request);
+//! let inputs = [(0, Input::LinkUp), (1, command), (900, Input::Wake), (909, Input::received(&answer))];
 //!
 //! let mut master = HostMachine::new(Options::new());
 //! for (now, input) in inputs {
