@@ -257,7 +257,7 @@ async fn a_greatest_speed_counts_if_somebody_has_set_it() {
         // Somebody sets 700 steps/s.
         let now = Millis(60_000);
         bench.rig(|rig| rig.receive(now, USB, &[0, 0, 0, 0, 0, 0xFF, 3, 1, 7, 2, 2, 188]));
-        sleep(Duration::from_secs(60)).await;
+        sleep(Duration::from_mins(1)).await;
         let line = bench.fails(Command::Jog { motor: 1, speed: 2000.0, seconds: 0.5 }).await;
         assert!(line.contains("at most 700 steps/s"), "{device}: {line}");
     }
