@@ -17,8 +17,14 @@ use laws::world::Tokens;
 fuzz_world!(Hoot);
 
 const PORTS: [Port; 3] = [Port::Bus, Port::Usb, Port::Bluetooth];
-const PROFILES: [Profile; 6] =
-    [Profile::UNKNOWN, Profile::LIBRARY_2014_09_25, Profile::SHEET, Profile::JANUARY_2015, Profile::V035, Profile::V070];
+const PROFILES: [Profile; 6] = [
+    Profile::UNKNOWN,
+    Profile::LIBRARY_2014_09_25,
+    Profile::SHEET,
+    Profile::JANUARY_2015,
+    Profile::V035,
+    Profile::V070,
+];
 
 /// Bodies of requests. A master keeps its requests, so their bodies must live as long as the program, and each body is
 /// a part of this array. It holds 64 small numbers of four bytes, which also serve as two and one, or one and four.

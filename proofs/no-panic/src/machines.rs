@@ -17,8 +17,7 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     use kos_proto::device::{self, DeviceMachine, Report, Scratch, Sender, SessionId};
     use kos_proto::host::{self, Command, Get, Go, HostMachine, Source, Token};
     use kos_proto::message::{
-        AuxInputs, ErrorCode, Ipv4, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared,
-        Seconds,
+        AuxInputs, ErrorCode, Ipv4, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds,
     };
     use kos_proto::message::{MotorSet, Password};
     use kos_proto::{DeviceMessage, Effect, HostMessage, Millis, MoveSummary, Transport};
