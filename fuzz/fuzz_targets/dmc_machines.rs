@@ -15,7 +15,7 @@ use fuzz::machines::{Bytes, World, arrival, print, send, step, world};
 #[path = "../../dmc-proto/tests/machines/app.rs"]
 mod app;
 
-use app::{App, Tens, answer, hi, section, the_rig_acts_first};
+use app::{App, Tens, answer, hi, may_not_stop, section, the_rig_acts_first};
 
 fuzz_world!(Dmc);
 
@@ -156,9 +156,15 @@ impl<'i> Dmc<'i> {
     }
 
     fn tell_device(&mut self, input: device::Input<'_>) {
+        let has_to_stop = match &input {
+            device::Input::Received { message: message @ HostMessage::MotorStopAll(_), .. } => {
+                !may_not_stop(&self.world.device.machine, message)
+            }
+            _ => false,
+        };
         let output = step(&mut self.world.device, self.world.now, input, device::Input::Wake);
         the_rig_acts_first(&output);
-        if let device::Input::Received { message: HostMessage::MotorStopAll(_), .. } = input {
+        if has_to_stop {
             let is_obeyed = matches!(
                 output.effects.first(),
                 Some(Effect::Event(AtRig::Stop(StopKind::All { .. } | StopKind::Harder | StopKind::Hard)))

@@ -264,7 +264,7 @@ impl Dmc {
             let is_ok =
                 |contents| matches!(contents, device::Contents::Ack { of, code: AckCode::OK, .. } if of == kind);
             let is_told = output.transmits().any(|transmit| is_ok(transmit.contents));
-            world.book.blame(Fault::StopIgnored, !may_refuse && !(is_obeyed && is_told));
+            world.book.blame(Fault::StopIgnored, !(may_refuse || is_obeyed && is_told));
         }
         let mut stored = None;
         for effect in output {
