@@ -111,9 +111,7 @@ impl HostMachine {
     }
 
     fn run<'a>(&mut self, now: Millis, output: &mut Output<'a>, input: Input<'a>) {
-        self.doubt.expire(now);
-        self.deaf.expire(now);
-        self.stops.expire(now);
+        self.expire(now);
         match input {
             Input::LinkUp if self.line == Line::Offline => {
                 self.line = Line::Idle;
@@ -136,11 +134,20 @@ impl HostMachine {
         self.wakes(now, output);
     }
 
+    /// Ends the waits whose time is over.
+    fn expire(&mut self, now: Millis) {
+        self.doubt.expire(now);
+        self.deaf.expire(now);
+        self.stops.expire(now);
+    }
+
     /// Sends the next packet, if one may be sent: first new stops, whatever the line does; then, on a free line, the other
     /// stops and the emergency stop; then keep-alives, speeds and requests in turn. A request waits until its answer cannot
     /// be the answer to something else.
     fn send_next(&mut self, now: Millis, output: &mut Output<'_>) {
         self.line_is_due(now, output);
+        // A step that comes late may have begun waits that are over.
+        self.expire(now);
         if self.free_at.is_some_and(|free| now >= free) {
             self.free_at = None;
         }
