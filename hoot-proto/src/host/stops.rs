@@ -150,7 +150,7 @@ impl HostMachine {
             _ => None,
         };
         let is_full = self.stops.len().saturating_add(out.is_some().into()) >= MAX_STOPS;
-        // The stop whose answer is awaited is repeated in any case.
+        // The answer that is awaited counts for the new command too: nothing that may move goes out after the stop.
         let out = out.filter(|stop| stop.transmit == transmit).map(|stop| (&mut stop.token, 1));
         let same =
             out.or_else(|| self.stops.same(&transmit).map(|stop| (&mut stop.token, core::mem::take(&mut stop.sent))));
