@@ -152,8 +152,12 @@ impl HostMachine {
         let is_full = self.stops.len().saturating_add(out.is_some().into()) >= MAX_STOPS;
         // The answer that is awaited counts for the new command too: nothing that may move goes out after the stop.
         let out = out.filter(|stop| stop.transmit == transmit).map(|stop| (&mut stop.token, 1));
-        let same =
-            out.or_else(|| self.stops.same(&transmit).map(|stop| (&mut stop.token, core::mem::take(&mut stop.sent))));
+        let same = out.or_else(|| {
+            let stop = self.stops.same(&transmit)?;
+            // Speeds may have gone out since the stop was sent. So it counts as never sent.
+            stop.is_own = false;
+            Some((&mut stop.token, core::mem::take(&mut stop.sent)))
+        });
         if let Some((old, sent)) = same {
             if let Some(before) = token.and_then(|token| old.replace(token)) {
                 let outcome = Outcome::unanswered(&transmit.message, sent > 0, Failure::Superseded);
