@@ -17,14 +17,11 @@ use laws::world::Tokens;
 fuzz_world!(Hoot);
 
 const PORTS: [Port; 3] = [Port::Bus, Port::Usb, Port::Bluetooth];
-const PROFILES: [Profile; 6] = [
-    Profile::UNKNOWN,
-    Profile::LIBRARY_2014_09_25,
-    Profile::SHEET,
-    Profile::JANUARY_2015,
-    Profile::V035,
-    Profile::V070,
-];
+
+/// One build of the firmware, or firmware of which nothing is known.
+fn profile(byte: u8) -> Profile {
+    Profile::builds().nth(byte.into()).unwrap_or(Profile::UNKNOWN)
+}
 
 /// Bodies of requests. A master keeps its requests, so their bodies must live as long as the program, and each body is
 /// a part of this array. It holds 64 small numbers of four bytes, which also serve as two and one, or one and four.
@@ -50,7 +47,7 @@ impl Hoot {
     fn new(bytes: &mut Bytes<'_>) -> Self {
         let host = host::Options::new().with_bridge(bytes.flag());
         let quirks = if bytes.flag() { Quirks::FIRMWARE } else { Quirks::NONE };
-        let device = device::Options::new().with_profile(bytes.one_of(&PROFILES)).with_quirks(quirks);
+        let device = device::Options::new().with_profile(profile(bytes.byte())).with_quirks(quirks);
         let host = HostMachine::new(host.with_nodes(nodes(bytes)));
         Self { world: world(host, DeviceMachine::new(device)), tokens: Tokens::default() }
     }

@@ -10,16 +10,6 @@ use hoot_proto::query::{IntoReply, Profile, Query};
 use hoot_proto::{Frame, HostMessage, ReplyError};
 use libfuzzer_sys::fuzz_target;
 
-const PROFILES: [Profile; 7] = [
-    Profile::UNKNOWN,
-    Profile::LIBRARY_2014_09_25,
-    Profile::SHEET,
-    Profile::JANUARY_2015,
-    Profile::V033,
-    Profile::V035,
-    Profile::V070,
-];
-
 fuzz_target!(|input: &[u8]| {
     let Some((&[command, sub_address, code], data)) = input.split_first_chunk() else { return };
     // Queries of the core protocol are data of command 1.
@@ -46,9 +36,9 @@ fuzz_target!(|input: &[u8]| {
     assert_eq!((made.value(), made.data.len()), (Some(answer.value()), data.len()));
     assert_eq!(query.decode_reply(made), Ok(answer), "the encoded answer decodes to the same value");
 
-    for profile in PROFILES {
+    for profile in Profile::builds().chain([Profile::UNKNOWN]) {
         let is_float = answer.value_type() == ValueType::FLOAT;
-        assert_eq!(answer.is_reliable(profile), !is_float || profile == Profile::LIBRARY_2014_09_25);
+        assert_eq!(answer.is_reliable(profile), !is_float || profile.float_is_true() == Some(true));
         assert!(query.value_type(profile).size().is_some() || query.value_type(profile) == ValueType::STRING);
         let _ = profile.packets(&request);
     }

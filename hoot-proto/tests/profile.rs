@@ -109,3 +109,12 @@ fn some_requests_are_answered_twice_and_some_not_at_all() {
     let running = HostMessage::from(MotorRunning { motor });
     assert_eq!((of(&running), Profile::V033.packets(&running)), (2, 1));
 }
+
+#[test]
+fn all_builds_are_listed_in_the_order_of_time() {
+    let builds: Vec<_> = Profile::builds().collect();
+    assert!(builds.is_sorted_by(|one, other| one < other));
+    // 7 days of September, 31, 30, 31, 8 days of January, and 51 versions.
+    assert_eq!(builds.len(), 7 + 31 + 30 + 31 + 8 + 51);
+    assert!(builds.iter().all(|build| build.is_one_build() && build.to_string().parse() == Ok(*build)));
+}

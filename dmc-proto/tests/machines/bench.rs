@@ -222,6 +222,15 @@ impl Bench {
         bench
     }
 
+    /// Device with quirks and a move of motors 1 and 2, on frame 1.
+    pub(crate) fn quirky(quirks: device::Quirks) -> Self {
+        let mut bench = Self::of(device::Options::of(hi()).with_quirks(quirks));
+        bench.load();
+        bench.asked(position_frame(1));
+        bench.rests();
+        bench
+    }
+
     pub(crate) fn load(&mut self) {
         for message in [begin(1, 10), axis(1), axis(2), RtUploadMoveEnd::default().into()] {
             assert_eq!(self.store(message), self.ack(&message, AckCode::OK));

@@ -616,19 +616,10 @@ fn a_wake_too_early_changes_nothing_and_a_late_one_reports_once() {
     assert_eq!(bench.wake, None, "no wake is later than the last moment");
 }
 
-/// Device with quirks, a move of motors 1 and 2, on frame 1.
-fn quirky(quirks: Quirks) -> Bench {
-    let mut bench = Bench::of(Options::of(hi()).with_quirks(quirks));
-    bench.load();
-    bench.asked(position_frame(1));
-    bench.rests();
-    bench
-}
-
 /// D-78
 #[test]
 fn a_device_may_lock_after_a_stop_of_everything() {
-    let mut bench = quirky(Quirks::STOP_LOCKS);
+    let mut bench = Bench::quirky(Quirks::STOP_LOCKS);
     bench.takes(stop_all(), Event::Stop(StopKind::All { silent: false }));
     assert_eq!(bench.state(), State::Idle, "nothing moved");
     bench.asked(jog(3));
@@ -653,7 +644,7 @@ fn a_device_may_lock_after_a_stop_of_everything() {
 /// D-79
 #[test]
 fn a_device_may_ignore_a_stop_of_one_motor_in_a_run() {
-    let mut bench = quirky(Quirks::STOP_OF_ONE_IGNORED);
+    let mut bench = Bench::quirky(Quirks::STOP_OF_ONE_IGNORED);
     bench.asked(run(1, 10, RunFlags(0)));
     let (said, events) = bench.asked(stop(1));
     assert_eq!((said, events), (vec![bench.ack(&stop(1), AckCode::OK)], vec![]));
@@ -667,7 +658,7 @@ fn a_device_may_ignore_a_stop_of_one_motor_in_a_run() {
 /// D-83
 #[test]
 fn a_device_may_send_positions_after_an_acknowledgement() {
-    let mut bench = quirky(Quirks::POSITIONS_AFTER_ACK);
+    let mut bench = Bench::quirky(Quirks::POSITIONS_AFTER_ACK);
     for message in [stop_all(), stop(1), position_frame(1), reset(1)] {
         bench.rests();
         let (said, _) = bench.asked(message);

@@ -424,20 +424,11 @@ fn a_run_that_is_stopped_reports_no_end_and_is_on_no_frame() {
     }
 }
 
-/// Device with a quirk and a move, on frame 1.
-fn quirky(quirks: Quirks) -> Bench {
-    let mut bench = Bench::of(Options::of(hi()).with_quirks(quirks));
-    bench.load();
-    bench.asked(position_frame(1));
-    bench.rests();
-    bench
-}
-
 /// D-80
 #[test]
 fn a_device_may_rest_one_frame_beyond_a_run() {
     for (from, to, rests) in [(1, 5, 6), (5, 1, 2), (1, 10, 10)] {
-        let mut bench = quirky(Quirks::RESTS_BEYOND);
+        let mut bench = Bench::quirky(Quirks::RESTS_BEYOND);
         bench.asked(run(from, to, RunFlags(0)));
         bench.rests();
         bench.asked(go());
@@ -451,7 +442,7 @@ fn a_device_may_rest_one_frame_beyond_a_run() {
 #[test]
 fn a_device_may_go_to_the_nearest_frame() {
     for (asked, goes) in [(5, 5), (0, 1), (11, 10), (i32::MAX, 10)] {
-        let mut bench = quirky(Quirks::CLAMPS_FRAMES);
+        let mut bench = Bench::quirky(Quirks::CLAMPS_FRAMES);
         bench.takes(position_frame(asked), Event::ToFrame(frame(goes)));
         bench.rests();
         assert_eq!(bench.machine.on_frame(), Some(frame(goes)));
@@ -463,7 +454,7 @@ fn a_device_may_go_to_the_nearest_frame() {
 /// D-82
 #[test]
 fn a_device_may_stay_after_a_shot() {
-    let mut bench = quirky(Quirks::STAYS_AFTER_SHOT);
+    let mut bench = Bench::quirky(Quirks::STAYS_AFTER_SHOT);
     bench.asked(shot(3));
     bench.rests();
     bench.asked(go());

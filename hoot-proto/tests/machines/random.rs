@@ -108,16 +108,11 @@ fn any_setup() -> impl Strategy<Value = Vec<(u32, Vec<u8>)>> {
 }
 
 fn profiles() -> impl Strategy<Value = Profile> {
-    prop::sample::select(
-        &[
-            Profile::UNKNOWN,
-            Profile::LIBRARY_2014_09_25,
-            Profile::SHEET,
-            Profile::JANUARY_2015,
-            Profile::V035,
-            Profile::V070,
-        ][..],
-    )
+    prop_oneof![
+        1 => Just(Profile::UNKNOWN),
+        1 => Just(Profile::JANUARY_2015),
+        9 => prop::sample::select(Profile::builds().collect::<Vec<_>>()),
+    ]
 }
 
 fn moving(machine: &DeviceMachine) -> Vec<Motor> {

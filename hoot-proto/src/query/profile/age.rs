@@ -28,6 +28,11 @@ impl Age {
         Self(VERSIONS.saturating_add(hundredths as u16))
     }
 
+    /// All builds, the oldest first.
+    pub(super) fn all() -> impl Iterator<Item = Self> {
+        (Self::FIRST.0..=Self::LAST.0).map(Self).filter(|age| age.exists())
+    }
+
     /// Age just before this one.
     pub(super) const fn before(self) -> Self {
         Self(self.0.saturating_sub(1))

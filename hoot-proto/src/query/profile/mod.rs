@@ -92,6 +92,11 @@ impl Profile {
         if age.exists() { Some(Self::one(age)) } else { None }
     }
 
+    /// Profiles of all builds that can be named, the oldest first.
+    pub fn builds() -> impl Iterator<Item = Self> {
+        Age::all().map(Self::one)
+    }
+
     /// Whether the profile is one build.
     #[must_use]
     pub const fn is_one_build(self) -> bool {
