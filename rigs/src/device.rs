@@ -24,6 +24,12 @@ pub struct Choice<S> {
     pub apply: fn(&mut S),
 }
 
+impl<S> Choice<S> {
+    pub(crate) const fn new(name: &'static str, about: &'static str, apply: fn(&mut S)) -> Self {
+        Self { name, about, apply }
+    }
+}
+
 /// Setup of a rig that can stand for devices by name.
 pub trait Named: Sized + 'static {
     /// Name of the protocol, for errors.

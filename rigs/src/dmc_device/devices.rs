@@ -13,147 +13,103 @@ impl Named for Setup {
     const PROTOCOL: &'static str = "DMC";
 
     const DEVICES: &'static [Choice<Self>] = &[
-        Choice { name: "mild", about: "As the document means it, with all motors enabled.", apply: mild },
-        Choice {
-            name: "reference",
-            about: "As the document means it; no motor is enabled at first.",
-            apply: reference,
-        },
-        Choice { name: "dmc-lite", about: "The vendor's small controller, version 1.2.", apply: dmc_lite },
-        Choice { name: "servo", about: "An independent controller of servo motors.", apply: servo },
+        Choice::new("mild", "As the document means it, with all motors enabled.", mild),
+        Choice::new("reference", "As the document means it; no motor is enabled at first.", reference),
+        Choice::new("dmc-lite", "The vendor's small controller, version 1.2.", dmc_lite),
+        Choice::new("servo", "An independent controller of servo motors.", servo),
     ];
 
     const QUIRKS: &'static [Choice<Self>] = &[
-        Choice {
-            name: "vendor",
-            about: "All quirks of the machine that the vendor's own firmware has.",
-            apply: |setup| setup.add(Quirks::VENDOR),
-        },
-        Choice {
-            name: "wide-ack",
-            about: "Acknowledgements have four bytes.",
-            apply: |setup| setup.add(Quirks::WIDE_ACK),
-        },
-        Choice {
-            name: "short-greeting",
-            about: "The greeting has no version of the protocol.",
-            apply: |setup| setup.add(Quirks::SHORT_GREETING),
-        },
-        Choice {
-            name: "positions-apart",
-            about: "A question for positions is acknowledged, after the positions with id 0.",
-            apply: |setup| setup.add(Quirks::POSITIONS_APART),
-        },
-        Choice {
-            name: "ack-for-move",
-            about: "A move is acknowledged instead of answered by a status.",
-            apply: |setup| setup.add(Quirks::ACK_FOR_MOVE),
-        },
-        Choice {
-            name: "reset-told-first",
-            about: "New positions are sent before the request that set them is acknowledged.",
-            apply: |setup| setup.add(Quirks::RESET_TOLD_FIRST),
-        },
-        Choice {
-            name: "end-per-pass",
-            about: "The end is reported after each pass of a loop.",
-            apply: |setup| setup.add(Quirks::END_PER_PASS),
-        },
-        Choice {
-            name: "no-end-of-shot",
-            about: "The end of a shot is not reported.",
-            apply: |setup| setup.add(Quirks::NO_END_OF_SHOT),
-        },
-        Choice {
-            name: "one-lock-code",
-            about: "A locked device always answers ERR_HARD_LOW.",
-            apply: |setup| setup.add(Quirks::ONE_LOCK_CODE),
-        },
-        Choice {
-            name: "stop-locks",
-            about: "After a stop of everything, all but questions is refused for two seconds, stops too.",
-            apply: |setup| setup.add(Quirks::STOP_LOCKS),
-        },
-        Choice {
-            name: "stop-of-one-ignored",
-            about: "A stop of one motor in a run is acknowledged, and does nothing.",
-            apply: |setup| setup.add(Quirks::STOP_OF_ONE_IGNORED),
-        },
-        Choice {
-            name: "rests-beyond",
-            about: "A run ends one frame after its last one.",
-            apply: |setup| setup.add(Quirks::RESTS_BEYOND),
-        },
-        Choice {
-            name: "clamps-frames",
-            about: "A way to a frame outside the move leads to the nearest frame.",
-            apply: |setup| setup.add(Quirks::CLAMPS_FRAMES),
-        },
-        Choice {
-            name: "stays-after-shot",
-            about: "After a shot the motors stay where they are.",
-            apply: |setup| setup.add(Quirks::STAYS_AFTER_SHOT),
-        },
-        Choice {
-            name: "positions-after-ack",
-            about: "After some acknowledgements, positions follow under the id of the request.",
-            apply: |setup| setup.add(Quirks::POSITIONS_AFTER_ACK),
-        },
-        Choice {
-            name: "disabled",
-            about: "No motor is enabled at first. Such a motor gets no pulses, although it seems to move.",
-            apply: |setup| setup.facts.uses = MotorFlags::empty(),
-        },
-        Choice {
-            name: "moves-disabled",
-            about: "Moves and jogs move motors that are not enabled.",
-            apply: |setup| setup.facts.moves_disabled = true,
-        },
-        Choice {
-            name: "fills-with-zeros",
-            about: "An upload gives each motor a path of zeros, so that each enabled motor is part of the move.",
-            apply: |setup| setup.facts.fills_with_zeros = true,
-        },
-        Choice {
-            name: "blurs-along-move",
-            about: "In a shot without ways, a motor that blurs follows the uploaded move.",
-            apply: |setup| setup.facts.blurs_along_move = true,
-        },
-        Choice {
-            name: "jog-ends",
-            about: "A jog ends by itself after 0.6 seconds.",
-            apply: |setup| setup.facts.jog_lasts = Some(JOG_LASTS),
-        },
-        Choice {
-            name: "leaves-shutter-open",
-            about: "A stop in a shot leaves the shutter open.",
-            apply: |setup| setup.facts.leaves_shutter_open = true,
-        },
-        Choice {
-            name: "ignores-limits",
-            about: "Moves and ways to a frame pass limits that were set.",
-            apply: |setup| setup.facts.ignores_limits = true,
-        },
-        Choice {
-            name: "truncates",
-            about: "Positions are sent a step too near to 0.",
-            apply: |setup| setup.facts.truncates = true,
-        },
-        Choice {
-            name: "compares-check",
-            about: "A frame with other check bytes than the device writes is damaged.",
-            apply: |setup| setup.facts.compares_check = true,
-        },
-        Choice {
-            name: "deaf-after-cut",
-            about: "The device waits for the end of a frame for ever, and drops a damaged one with all that is in it.",
-            apply: deaf,
-        },
-        Choice {
-            name: "silent-at-boot",
-            about: "The device greets at the first byte that arrives.",
-            apply: |setup| setup.facts.is_silent_at_boot = true,
-        },
+        Choice::new("vendor", "All quirks of the machine that the vendor's own firmware has.", |setup| {
+            setup.add(Quirks::VENDOR);
+        }),
+        Choice::new("wide-ack", "Acknowledgements have four bytes.", |setup| setup.add(Quirks::WIDE_ACK)),
+        Choice::new("short-greeting", "The greeting has no version of the protocol.", |setup| {
+            setup.add(Quirks::SHORT_GREETING);
+        }),
+        Choice::new(
+            "positions-apart",
+            "A question for positions is acknowledged, after the positions with id 0.",
+            |setup| setup.add(Quirks::POSITIONS_APART),
+        ),
+        Choice::new("ack-for-move", "A move is acknowledged instead of answered by a status.", |setup| {
+            setup.add(Quirks::ACK_FOR_MOVE);
+        }),
+        Choice::new(
+            "reset-told-first",
+            "New positions are sent before the request that set them is acknowledged.",
+            |setup| setup.add(Quirks::RESET_TOLD_FIRST),
+        ),
+        Choice::new("end-per-pass", "The end is reported after each pass of a loop.", |setup| {
+            setup.add(Quirks::END_PER_PASS);
+        }),
+        Choice::new("no-end-of-shot", "The end of a shot is not reported.", |setup| setup.add(Quirks::NO_END_OF_SHOT)),
+        Choice::new("one-lock-code", "A locked device always answers ERR_HARD_LOW.", |setup| {
+            setup.add(Quirks::ONE_LOCK_CODE);
+        }),
+        Choice::new(
+            "stop-locks",
+            "After a stop of everything, all but questions is refused for two seconds, stops too.",
+            |setup| setup.add(Quirks::STOP_LOCKS),
+        ),
+        Choice::new(
+            "stop-of-one-ignored",
+            "A stop of one motor in a run is acknowledged, and does nothing.",
+            |setup| setup.add(Quirks::STOP_OF_ONE_IGNORED),
+        ),
+        Choice::new("rests-beyond", "A run ends one frame after its last one.", |setup| {
+            setup.add(Quirks::RESTS_BEYOND);
+        }),
+        Choice::new("clamps-frames", "A way to a frame outside the move leads to the nearest frame.", |setup| {
+            setup.add(Quirks::CLAMPS_FRAMES);
+        }),
+        Choice::new("stays-after-shot", "After a shot the motors stay where they are.", |setup| {
+            setup.add(Quirks::STAYS_AFTER_SHOT);
+        }),
+        Choice::new(
+            "positions-after-ack",
+            "After some acknowledgements, positions follow under the id of the request.",
+            |setup| setup.add(Quirks::POSITIONS_AFTER_ACK),
+        ),
+        Choice::new(
+            "disabled",
+            "No motor is enabled at first. Such a motor gets no pulses, although it seems to move.",
+            |setup| setup.facts.uses = MotorFlags::empty(),
+        ),
+        Choice::new("moves-disabled", "Moves and jogs move motors that are not enabled.", |setup| {
+            setup.facts.moves_disabled = true
+        }),
+        Choice::new(
+            "fills-with-zeros",
+            "An upload gives each motor a path of zeros, so that each enabled motor is part of the move.",
+            |setup| setup.facts.fills_with_zeros = true,
+        ),
+        Choice::new(
+            "blurs-along-move",
+            "In a shot without ways, a motor that blurs follows the uploaded move.",
+            |setup| setup.facts.blurs_along_move = true,
+        ),
+        Choice::new("jog-ends", "A jog ends by itself after 0.6 seconds.", |setup| {
+            setup.facts.jog_lasts = Some(JOG_LASTS)
+        }),
+        Choice::new("leaves-shutter-open", "A stop in a shot leaves the shutter open.", |setup| {
+            setup.facts.leaves_shutter_open = true
+        }),
+        Choice::new("ignores-limits", "Moves and ways to a frame pass limits that were set.", |setup| {
+            setup.facts.ignores_limits = true
+        }),
+        Choice::new("truncates", "Positions are sent a step too near to 0.", |setup| setup.facts.truncates = true),
+        Choice::new("compares-check", "A frame with other check bytes than the device writes is damaged.", |setup| {
+            setup.facts.compares_check = true
+        }),
+        Choice::new(
+            "deaf-after-cut",
+            "The device waits for the end of a frame for ever, and drops a damaged one with all that is in it.",
+            deaf,
+        ),
+        Choice::new("silent-at-boot", "The device greets at the first byte that arrives.", |setup| {
+            setup.facts.is_silent_at_boot = true
+        }),
     ];
 }
 

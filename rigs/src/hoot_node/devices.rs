@@ -9,14 +9,10 @@ use crate::device::{Choice, Kind, Named};
 /// Firmware with all its habits. Its name is the name of its age.
 macro_rules! device {
     ($name:literal, $about:literal) => {
-        Choice {
-            name: $name,
-            about: $about,
-            apply: |setup| {
-                let known = setup.apply_other(Kind::Device, $name);
-                debug_assert!(known, "{}", $name);
-            },
-        }
+        Choice::new($name, $about, |setup| {
+            let known = setup.apply_other(Kind::Device, $name);
+            debug_assert!(known, "{}", $name);
+        })
     };
 }
 
@@ -24,11 +20,9 @@ impl Named for Setup {
     const PROTOCOL: &'static str = "hoot";
 
     const DEVICES: &'static [Choice<Self>] = &[
-        Choice {
-            name: "mild",
-            about: "As the published sheet means it.",
-            apply: |setup| setup.become_device(Profile::SHEET, Quirks::NONE),
-        },
+        Choice::new("mild", "As the published sheet means it.", |setup| {
+            setup.become_device(Profile::SHEET, Quirks::NONE);
+        }),
         device!("sheet", "Firmware of the published sheet, of 2014-10-28."),
         device!("2014-10-15", "First binary: without joystick mode."),
         device!("2014-10-29", "Bytes for yes and no, one answer to each query."),
@@ -48,76 +42,54 @@ impl Named for Setup {
     ];
 
     const QUIRKS: &'static [Choice<Self>] = &[
-        Choice {
-            name: "refuses-stop",
-            about: "Joystick mode refuses the stop of the controller.",
-            apply: |setup| setup.add(Quirks::REFUSES_STOP),
-        },
-        Choice {
-            name: "drops-top-byte",
-            about: "Unsigned numbers of 32 bits lose their top byte.",
-            apply: |setup| setup.add(Quirks::DROPS_TOP_BYTE),
-        },
-        Choice {
-            name: "short-moves",
-            about: "The missing bytes of a move count as zeros, which is a run without end.",
-            apply: |setup| setup.add(Quirks::SHORT_MOVES),
-        },
-        Choice {
-            name: "answers-twice",
-            about: "Some requests are answered twice.",
-            apply: |setup| setup.add(Quirks::ANSWERS_TWICE),
-        },
-        Choice {
-            name: "blocks",
-            about: "Start and a change of the address block for up to 2.5 s; two packets that wait then hang the node.",
-            apply: |setup| setup.add(Quirks::BLOCKS),
-        },
-        Choice {
-            name: "firmware-settings",
-            about: "The settings of firmware, read back as firmware does.",
-            apply: |setup| setup.add(Quirks::FIRMWARE_SETTINGS),
-        },
-        Choice {
-            name: "sends-fast",
-            about: "Commands 11, 12, 23 and 24 of a motor go at full speed, and forget the speed that was set.",
-            apply: |setup| setup.add(Quirks::SENDS_FAST),
-        },
-        Choice {
-            name: "firmware-limits",
-            about: "The end limit makes a limit of the home too, and later stops nothing.",
-            apply: |setup| setup.add(Quirks::FIRMWARE_LIMITS),
-        },
-        Choice {
-            name: "joystick-moves",
-            about: "In joystick mode the speed of runs sets motors in motion.",
-            apply: |setup| setup.add(Quirks::JOYSTICK_MOVES),
-        },
-        Choice {
-            name: "changes-microsteps",
-            about: "Sends and starts change the microsteps.",
-            apply: |setup| setup.add(Quirks::CHANGES_MICROSTEPS),
-        },
-        Choice {
-            name: "firmware-directions",
-            about: "Neither the setting of the direction nor a negative speed inverts a run.",
-            apply: |setup| setup.add(Quirks::FIRMWARE_DIRECTIONS),
-        },
-        Choice {
-            name: "exposes-always",
-            about: "A picture on command needs no camera, and has no focus.",
-            apply: |setup| setup.add(Quirks::EXPOSES_ALWAYS),
-        },
-        Choice {
-            name: "never-resumes",
-            about: "Motors do not go on after a pause in the modes without stops.",
-            apply: |setup| setup.add(Quirks::NEVER_RESUMES),
-        },
-        Choice {
-            name: "firmware",
-            about: "All quirks of firmware of the sheet's date.",
-            apply: |setup| setup.add(Quirks::FIRMWARE),
-        },
+        Choice::new("refuses-stop", "Joystick mode refuses the stop of the controller.", |setup| {
+            setup.add(Quirks::REFUSES_STOP);
+        }),
+        Choice::new("drops-top-byte", "Unsigned numbers of 32 bits lose their top byte.", |setup| {
+            setup.add(Quirks::DROPS_TOP_BYTE);
+        }),
+        Choice::new(
+            "short-moves",
+            "The missing bytes of a move count as zeros, which is a run without end.",
+            |setup| setup.add(Quirks::SHORT_MOVES),
+        ),
+        Choice::new("answers-twice", "Some requests are answered twice.", |setup| setup.add(Quirks::ANSWERS_TWICE)),
+        Choice::new(
+            "blocks",
+            "Start and a change of the address block for up to 2.5 s; two packets that wait then hang the node.",
+            |setup| setup.add(Quirks::BLOCKS),
+        ),
+        Choice::new("firmware-settings", "The settings of firmware, read back as firmware does.", |setup| {
+            setup.add(Quirks::FIRMWARE_SETTINGS);
+        }),
+        Choice::new(
+            "sends-fast",
+            "Commands 11, 12, 23 and 24 of a motor go at full speed, and forget the speed that was set.",
+            |setup| setup.add(Quirks::SENDS_FAST),
+        ),
+        Choice::new(
+            "firmware-limits",
+            "The end limit makes a limit of the home too, and later stops nothing.",
+            |setup| setup.add(Quirks::FIRMWARE_LIMITS),
+        ),
+        Choice::new("joystick-moves", "In joystick mode the speed of runs sets motors in motion.", |setup| {
+            setup.add(Quirks::JOYSTICK_MOVES);
+        }),
+        Choice::new("changes-microsteps", "Sends and starts change the microsteps.", |setup| {
+            setup.add(Quirks::CHANGES_MICROSTEPS);
+        }),
+        Choice::new(
+            "firmware-directions",
+            "Neither the setting of the direction nor a negative speed inverts a run.",
+            |setup| setup.add(Quirks::FIRMWARE_DIRECTIONS),
+        ),
+        Choice::new("exposes-always", "A picture on command needs no camera, and has no focus.", |setup| {
+            setup.add(Quirks::EXPOSES_ALWAYS);
+        }),
+        Choice::new("never-resumes", "Motors do not go on after a pause in the modes without stops.", |setup| {
+            setup.add(Quirks::NEVER_RESUMES);
+        }),
+        Choice::new("firmware", "All quirks of firmware of the sheet's date.", |setup| setup.add(Quirks::FIRMWARE)),
     ];
 
     /// A node can be any build from 2014-10-15 to 2015-01-08, and any version from v0.20 to v0.70.

@@ -10,93 +10,73 @@ impl Named for Setup {
     const PROTOCOL: &'static str = "kOS";
 
     const DEVICES: &'static [Choice<Self>] = &[
-        Choice { name: "mild", about: "As the document means it.", apply: mild },
-        Choice {
-            name: "printed",
-            about: "The document to the letter: a password is always asked for, and without it stops are ignored.",
-            apply: |setup| {
+        Choice::new("mild", "As the document means it.", mild),
+        Choice::new(
+            "printed",
+            "The document to the letter: a password is always asked for, and without it stops are ignored.",
+            |setup| {
                 mild(setup);
                 setup.printed = true;
                 setup.add(Quirks::LOCKED_IGNORES_STOPS | Quirks::REQUIRE_EMPTY_PASSWORD);
             },
-        },
-        Choice {
-            name: "cinedrive",
-            about: "The older generation: without bumps, photo counts and ranges that begin elsewhere.",
-            apply: |setup| {
+        ),
+        Choice::new(
+            "cinedrive",
+            "The older generation: without bumps, photo counts and ranges that begin elsewhere.",
+            |setup| {
                 mild(setup);
                 setup.older_dialect = true;
                 setup.add(Quirks::NO_SOFTWARE_ID);
                 setup.forget(ActionId::BUMP_POSITION_SPEED_ACCELERATION);
             },
-        },
-        Choice {
-            name: "1.0.1.5",
-            about: "Firmware 1.0.1.5: ranges that do not begin at 0.",
-            apply: |setup| {
-                mild(setup);
-                setup.firmware = FirmwareVersion([1, 0, 1, 5]);
-                setup.add(Quirks::BEGIN_NONZERO);
-            },
-        },
+        ),
+        Choice::new("1.0.1.5", "Firmware 1.0.1.5: ranges that do not begin at 0.", |setup| {
+            mild(setup);
+            setup.firmware = FirmwareVersion([1, 0, 1, 5]);
+            setup.add(Quirks::BEGIN_NONZERO);
+        }),
     ];
 
     const QUIRKS: &'static [Choice<Self>] = &[
-        Choice {
-            name: "older-dialect",
-            about: "The device speaks the older dialect.",
-            apply: |setup| setup.older_dialect = true,
-        },
-        Choice {
-            name: "begin-nonzero",
-            about: "The count of positions stays when a range is marked.",
-            apply: |setup| setup.add(Quirks::BEGIN_NONZERO),
-        },
-        Choice {
-            name: "empty-password",
-            about: "A client has to send the password, although it is empty.",
-            apply: |setup| setup.add(Quirks::REQUIRE_EMPTY_PASSWORD),
-        },
-        Choice {
-            name: "stop-when-alone",
-            about: "A move is stopped when the last client is gone.",
-            apply: |setup| setup.options = setup.options.with_stop_when_alone(true),
-        },
-        Choice {
-            name: "push-address",
-            about: "The address is sent over TCP every five seconds.",
-            apply: |setup| setup.options = setup.options.with_push_every(Some(5000)),
-        },
-        Choice {
-            name: "no-progress",
-            about: "The progress of a live move is not reported.",
-            apply: |setup| setup.options = setup.options.with_progress_every(None),
-        },
-        Choice {
-            name: "locked-ignores-all",
-            about: "A locked client is ignored, stops included, until it sends the password.",
-            apply: |setup| setup.add(Quirks::LOCKED_IGNORES_STOPS),
-        },
-        Choice {
-            name: "ignores-direction",
-            about: "A move is played forward, whatever the direction of the start says.",
-            apply: |setup| setup.add(Quirks::IGNORES_DIRECTION),
-        },
-        Choice {
-            name: "jog-not-clamped",
-            about: "A motor is sent where the message says, also beyond the end of its range.",
-            apply: |setup| setup.add(Quirks::NOT_CLAMPED),
-        },
-        Choice {
-            name: "no-bump",
-            about: "The device does not know BumpPositionSpeedAcceleration.",
-            apply: |setup| setup.forget(ActionId::BUMP_POSITION_SPEED_ACCELERATION),
-        },
-        Choice {
-            name: "unsupported=ACTION",
-            about: "The device does not know the action with this number, such as 0x0f. Can be given several times.",
-            apply: |_| {},
-        },
+        Choice::new("older-dialect", "The device speaks the older dialect.", |setup| setup.older_dialect = true),
+        Choice::new("begin-nonzero", "The count of positions stays when a range is marked.", |setup| {
+            setup.add(Quirks::BEGIN_NONZERO);
+        }),
+        Choice::new("empty-password", "A client has to send the password, although it is empty.", |setup| {
+            setup.add(Quirks::REQUIRE_EMPTY_PASSWORD);
+        }),
+        Choice::new("stop-when-alone", "A move is stopped when the last client is gone.", |setup| {
+            setup.options = setup.options.with_stop_when_alone(true)
+        }),
+        Choice::new("push-address", "The address is sent over TCP every five seconds.", |setup| {
+            setup.options = setup.options.with_push_every(Some(5000))
+        }),
+        Choice::new("no-progress", "The progress of a live move is not reported.", |setup| {
+            setup.options = setup.options.with_progress_every(None)
+        }),
+        Choice::new(
+            "locked-ignores-all",
+            "A locked client is ignored, stops included, until it sends the password.",
+            |setup| setup.add(Quirks::LOCKED_IGNORES_STOPS),
+        ),
+        Choice::new(
+            "ignores-direction",
+            "A move is played forward, whatever the direction of the start says.",
+            |setup| setup.add(Quirks::IGNORES_DIRECTION),
+        ),
+        Choice::new(
+            "jog-not-clamped",
+            "A motor is sent where the message says, also beyond the end of its range.",
+            |setup| setup.add(Quirks::NOT_CLAMPED),
+        ),
+        Choice::new("no-bump", "The device does not know BumpPositionSpeedAcceleration.", |setup| {
+            setup.forget(ActionId::BUMP_POSITION_SPEED_ACCELERATION);
+        }),
+        Choice::new(
+            "unsupported=ACTION",
+            "The device does not know the action with this number, such as 0x0f. Can be given several times.",
+            |_| {},
+        ),
     ];
 
     /// Applies `unsupported=ACTION`.
