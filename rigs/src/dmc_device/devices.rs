@@ -77,7 +77,7 @@ impl Named for Setup {
             |setup| setup.facts.uses = MotorFlags::empty(),
         ),
         Choice::new("moves-disabled", "Moves and jogs move motors that are not enabled.", |setup| {
-            setup.facts.moves_disabled = true
+            setup.facts.moves_disabled = true;
         }),
         Choice::new(
             "fills-with-zeros",
@@ -90,17 +90,17 @@ impl Named for Setup {
             |setup| setup.facts.blurs_along_move = true,
         ),
         Choice::new("jog-ends", "A jog ends by itself after 0.6 seconds.", |setup| {
-            setup.facts.jog_lasts = Some(JOG_LASTS)
+            setup.facts.jog_lasts = Some(JOG_LASTS);
         }),
         Choice::new("leaves-shutter-open", "A stop in a shot leaves the shutter open.", |setup| {
-            setup.facts.leaves_shutter_open = true
+            setup.facts.leaves_shutter_open = true;
         }),
         Choice::new("ignores-limits", "Moves and ways to a frame pass limits that were set.", |setup| {
-            setup.facts.ignores_limits = true
+            setup.facts.ignores_limits = true;
         }),
         Choice::new("truncates", "Positions are sent a step too near to 0.", |setup| setup.facts.truncates = true),
         Choice::new("compares-check", "A frame with other check bytes than the device writes is damaged.", |setup| {
-            setup.facts.compares_check = true
+            setup.facts.compares_check = true;
         }),
         Choice::new(
             "deaf-after-cut",
@@ -108,7 +108,7 @@ impl Named for Setup {
             deaf,
         ),
         Choice::new("silent-at-boot", "The device greets at the first byte that arrives.", |setup| {
-            setup.facts.is_silent_at_boot = true
+            setup.facts.is_silent_at_boot = true;
         }),
     ];
 }

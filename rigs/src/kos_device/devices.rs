@@ -46,13 +46,13 @@ impl Named for Setup {
             setup.add(Quirks::REQUIRE_EMPTY_PASSWORD);
         }),
         Choice::new("stop-when-alone", "A move is stopped when the last client is gone.", |setup| {
-            setup.options = setup.options.with_stop_when_alone(true)
+            setup.options = setup.options.with_stop_when_alone(true);
         }),
         Choice::new("push-address", "The address is sent over TCP every five seconds.", |setup| {
-            setup.options = setup.options.with_push_every(Some(5000))
+            setup.options = setup.options.with_push_every(Some(5000));
         }),
         Choice::new("no-progress", "The progress of a live move is not reported.", |setup| {
-            setup.options = setup.options.with_progress_every(None)
+            setup.options = setup.options.with_progress_every(None);
         }),
         Choice::new(
             "locked-ignores-all",
