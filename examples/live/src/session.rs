@@ -23,6 +23,8 @@ const CONNECT: Duration = Duration::from_secs(5);
 const WRITE: Duration = Duration::from_secs(2);
 /// Time within which a stop must be confirmed. After it, somebody has to press the emergency stop.
 const STOP: Duration = Duration::from_secs(10);
+/// Time within which all motors must rest after a stop that is confirmed.
+const REST: Duration = Duration::from_secs(5);
 /// Time within which a lost line must be open again for a stop.
 const REACH: Duration = Duration::from_secs(2);
 /// Time in which another Ctrl-C does not cancel a stop, because a person may press it several times in an emergency.
@@ -197,17 +199,25 @@ impl<H: Driven> Session<H> {
             if let Some(event) = self.next_within(AGAIN).await?
                 && H::stopped(&event) == Some(Stopped::Confirmed)
             {
-                let closed = Instant::now() + REACH;
-                while self.host.closes_shutter() && Instant::now() < closed {
-                    self.next_within(AGAIN).await?;
-                }
-                return Ok(Stopped::Confirmed);
+                return Ok(if self.rests().await { Stopped::Confirmed } else { Stopped::Obeyed });
             }
             if self.line.is_some() && !self.host.is_deaf() {
                 reached = Instant::now();
             }
         }
         Ok(Stopped::NotConfirmed)
+    }
+
+    /// Waits after a confirmed stop until nothing may move any more, for at most 5 s. Returns whether that came.
+    pub async fn rests(&mut self) -> bool {
+        let until = Instant::now() + REST;
+        while self.host.may_move() && Instant::now() < until {
+            // The stop is confirmed, whatever becomes of the line.
+            if self.next_within(AGAIN).await.is_err() {
+                break;
+            }
+        }
+        !self.host.may_move()
     }
 
     /// Opens a lost line again. Returns whether that succeeded in time.

@@ -141,19 +141,27 @@ impl Bench for HootNode {
 /// Rig that is served, and the positions of its first motor.
 struct Served<R> {
     rig: R,
-    /// Least and greatest position since the command began.
-    way: (f64, f64),
+    /// Least and greatest position of each motor since the command began.
+    ways: Vec<(f64, f64)>,
 }
 
 impl<R: Rig> Served<R> {
+    /// Begins to watch the motors from where they are.
+    fn watch(&mut self, now: Millis) {
+        self.rig.advance(now);
+        self.ways = self.rig.motors().iter().map(|motor| motor.at(now).position).map(|place| (place, place)).collect();
+    }
+
     fn rests(&self) -> bool {
         self.rig.motors().iter().all(rigs::motor::Motor::rests)
     }
 
     fn work(&mut self, now: Millis) -> VecDeque<Vec<u8>> {
         self.rig.advance(now);
-        let place = self.rig.motors()[0].at(now).position;
-        self.way = (self.way.0.min(place), self.way.1.max(place));
+        for (motor, way) in self.rig.motors().iter().zip(&mut self.ways) {
+            let place = motor.at(now).position;
+            *way = (way.0.min(place), way.1.max(place));
+        }
         let mut all = VecDeque::new();
         while let Some(outgoing) = self.rig.poll() {
             if let Outgoing::Bytes(LINE, bytes) = outgoing {
@@ -194,6 +202,15 @@ async fn serve<R: Rig>(shared: Shared<R>, start: Instant, mut line: DuplexStream
     lock(&shared).rig.close(now(), LINE);
 }
 
+/// Stops the rig, and looks whether it rests at the moment at which the stop is said to be confirmed.
+async fn stops<R: Bench>(shared: &Shared<R>, start: Instant, session: &mut Session<R::Host>, command: &Command) {
+    assert_eq!(session.stop().await, Stopped::Confirmed, "{command:?}");
+    let mut served = lock(shared);
+    served.work(Millis(start.elapsed().as_millis().try_into().unwrap_or(u64::MAX)));
+    assert!(served.rests(), "{command:?}: the stop is confirmed, and a motor moves");
+    assert!(!session.host().may_move(), "{command:?}: the stop is confirmed, and the host does not know that all rest");
+}
+
 /// Does a command in a session of its own, as the program does. Returns the line of the trouble. An interrupted command
 /// is done if the rig confirms the stop.
 async fn done<R: Bench>(
@@ -217,13 +234,14 @@ async fn done<R: Bench>(
     let mut said = Vec::new();
     let mut result = R::drive(&mut session, command, &mut said).await;
     watch.abort();
+    assert!(!is_interrupted || result.is_err(), "{command:?} ended before it was interrupted");
     if matches!(result, Err(Trouble::Interrupted)) {
         assert!(is_interrupted, "{command:?}");
-        assert_eq!(session.stop().await, Stopped::Confirmed, "{command:?}");
+        stops(shared, start, &mut session, command).await;
         result = Ok(());
     } else if session.host().may_move() {
         assert!(result.is_err(), "{command:?} is done, and something may move: {}", String::from_utf8_lossy(&said));
-        assert_eq!(session.stop().await, Stopped::Confirmed, "{command:?}");
+        stops(shared, start, &mut session, command).await;
     }
     drop(session);
     server.await.expect("the rig does not panic");
@@ -250,35 +268,47 @@ fn commands<R: Bench>() -> Vec<(&'static str, Command)> {
     ]
 }
 
-/// Checks that the rig really did what is said to be done.
-fn check<R: Bench>(name: &str, way: (f64, f64), last: f64, photos: u64) {
-    let width = (way.1 - way.0) / R::UNITS;
-    let at = last / R::UNITS;
+/// Checks that the rig really did what is said to be done, and that no other motor moved. The ways are in degrees.
+fn check<R: Bench>(name: &str, ways: &[(f64, f64)], last: f64, photos: u64) {
+    let width = |(least, greatest): (f64, f64)| (greatest - least) / R::UNITS;
+    let (one, others) = ways.split_first().expect("there is a motor");
+    for way in others {
+        assert!(width(*way).abs() < f64::EPSILON, "{name}: another motor moved by {}", width(*way));
+    }
+    let (width, at) = (width(*one), last / R::UNITS);
     match name {
         "jog" => assert!(width > 0.5 && width < 100.0, "{name}: {width}"),
         "move" => assert!((at - 10.0).abs() < 0.1, "{name}: at {at}"),
+        "calibrate" => assert!((width - 100.0).abs() < 0.1, "{name}: {width}"),
         // The motor is at the end of its range at first, and goes from there to the start of the move.
         "run" => assert!((at - PAN).abs() < 1.0 && width > PAN - 1.0, "{name}: {width}, at {at}"),
         "run --reverse" => assert!(at.abs() < 1.0 && width > PAN - 1.0, "{name}: {width}, at {at}"),
+        "run, Ctrl-C" => assert!(at > -5.0 && at < PAN - 1.0, "{name}: {width}, at {at}"),
         "program" | "program --continuous" => {
             assert!(width > PAN - 1.0, "{name}: {width}, at {at}");
             assert_eq!(photos, 3, "{name}");
         }
-        "expose" => assert_eq!(photos, 1, "{name}"),
-        _ => {}
+        "info" | "expose" | "stop" => {
+            assert!(width.abs() < f64::EPSILON, "{name}: {width}");
+            assert_eq!(photos, u64::from(name == "expose"), "{name}");
+        }
+        // On hoot the motor goes to the start of the move.
+        "upload" => {
+            assert!(width.abs() < f64::EPSILON || R::Setup::PROTOCOL == "hoot" && at.abs() < 0.1, "{name}: {width}");
+        }
+        other => panic!("{other} is not checked"),
     }
 }
 
 /// Does all commands with a device, one after the other. The rig lives on from one command to the next, as a real one does.
 async fn row<R: Bench>(device: &'static str) -> Vec<Result<(), String>> {
     let setup = R::Setup::default().with_device(device).expect("the name is of the list");
-    let shared = Arc::new(Mutex::new(Served { rig: R::new(setup), way: (0.0, 0.0) }));
+    let shared = Arc::new(Mutex::new(Served { rig: R::new(setup), ways: Vec::new() }));
     let start = Instant::now();
     let now = || Millis(start.elapsed().as_millis().try_into().unwrap_or(u64::MAX));
     let mut results = Vec::new();
     for (name, command) in &commands::<R>() {
-        let place = lock(&shared).rig.motors()[0].at(now()).position;
-        lock(&shared).way = (place, place);
+        lock(&shared).watch(now());
         let photos = lock(&shared).rig.photos();
         let result = done(&shared, start, command, name.contains("Ctrl-C")).await;
         // Anything that still moves after the end of the program would be seen here.
@@ -288,9 +318,9 @@ async fn row<R: Bench>(device: &'static str) -> Vec<Result<(), String>> {
         assert!(served.rests(), "{device} {name} leaves a motor moving: {result:?}");
         let last = served.rig.motors()[0].at(now()).position;
         let photos = served.rig.photos() - photos;
-        println!("{device} {name}: {result:?}, {:?}, at {last}, {photos} photos", served.way);
+        println!("{device} {name}: {result:?}, {:?}, at {last}, {photos} photos", served.ways);
         match &result {
-            Ok(()) => check::<R>(name, served.way, last, photos),
+            Ok(()) => check::<R>(name, &served.ways, last, photos),
             Err(line) => assert!(!line.contains('\n'), "{device} {name}: {line}"),
         }
         results.push(result);

@@ -90,12 +90,6 @@ impl DmcHost {
         self.core.machine.may_move() || self.core.machine.may_have_shutter_open()
     }
 
-    /// Whether the shutter is still to be closed after a stop.
-    #[must_use]
-    pub const fn closes_shutter(&self) -> bool {
-        self.core.closes
-    }
-
     /// Stops everything, and closes the shutter if it may be open.
     pub fn stop_all(&mut self, now: Millis) {
         self.command(now, Command::Stop(StopTarget::All));

@@ -18,16 +18,11 @@ pub trait Driven: Host {
     /// Whether the host requests its line itself, also after the line is lost. Otherwise a lost line ends the session.
     const OPENS: bool;
 
-    /// Whether a motor that this host set in motion may still move.
+    /// Whether a motor that this host set in motion may still move, or a shutter that it opened may still be open.
     fn may_move(&self) -> bool;
 
     /// Whether the rig may ignore stops, so that it is useless to wait long for a confirmation.
     fn is_deaf(&self) -> bool {
-        false
-    }
-
-    /// Whether a shutter is still to be closed after a stop.
-    fn closes_shutter(&self) -> bool {
         false
     }
 
@@ -38,11 +33,16 @@ pub trait Driven: Host {
     fn stopped(event: &Self::Event) -> Option<Stopped>;
 }
 
+/// End of the line about a stop that is confirmed without the report that all motors rest.
+pub const OBEYED: &str = "the rig confirmed the stop, but it does not say whether its motors rest: check that they do";
+
 /// Result of a stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stopped {
-    /// The rig confirmed the stop.
+    /// The rig confirmed the stop, and nothing may move any more.
     Confirmed,
+    /// The rig confirmed the stop, and did not say in time that its motors rest.
+    Obeyed,
     /// The rig has not confirmed the stop.
     NotConfirmed,
 }

@@ -11,7 +11,7 @@ use tokio::sync::mpsc::UnboundedReceiver;
 
 use super::address::Address;
 use super::printer::Printer;
-use super::{Command, Driven, Stopped, Trouble, dmc, hoot, kos};
+use super::{Command, Driven, OBEYED, Stopped, Trouble, dmc, hoot, kos};
 use crate::session::{Session, Target};
 use crate::simulate::Protocol;
 
@@ -122,6 +122,7 @@ async fn with<H: Driven>(
     };
     Err(Trouble::Failed(match session.stop().await {
         Stopped::Confirmed => format!("{trouble}: the rig confirmed the stop"),
+        Stopped::Obeyed => format!("{trouble}: {OBEYED}"),
         Stopped::NotConfirmed => format!("{trouble}: the stop is NOT confirmed: press the emergency stop"),
     }))
 }

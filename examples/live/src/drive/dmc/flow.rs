@@ -26,7 +26,7 @@ const STOP: Duration = Duration::from_secs(10);
 
 /// Command that is in progress.
 pub(super) struct Flow<'s> {
-    session: &'s mut Session<DmcHost>,
+    pub(super) session: &'s mut Session<DmcHost>,
     out: &'s mut (dyn Write + Send),
     last: u32,
     told: Instant,

@@ -22,7 +22,7 @@ use rigs::dmc_host::{DmcHost, Event, TOLERANCE};
 use tokio::time::Instant;
 
 use super::command::Shots;
-use super::{Command, Driven, Stopped, Trouble};
+use super::{Command, Driven, OBEYED, Stopped, Trouble};
 use crate::session::Session;
 
 use flow::Flow;
@@ -36,10 +36,6 @@ impl Driven for DmcHost {
 
     fn may_move(&self) -> bool {
         self.may_move()
-    }
-
-    fn closes_shutter(&self) -> bool {
-        self.closes_shutter()
     }
 
     fn stop_all(&mut self, now: Millis) {
@@ -80,7 +76,8 @@ pub async fn drive(
     // Nothing comes before a stop, not even the greeting.
     if *command == Command::Stop {
         flow.stop(StopTarget::All).await?;
-        flow.print(format_args!("stopped: the rig confirmed it"))?;
+        let rests = flow.session.rests().await;
+        flow.print(format_args!("{}", if rests { "stopped: the rig confirmed it" } else { OBEYED }))?;
         // A stop leaves the shutter open on some rigs, and nobody knows what an earlier session did.
         flow.up().await?;
         match flow.ask("the end of the photo", GioCam::default()).await {

@@ -37,7 +37,7 @@ use motion_core::time::Millis;
 use rigs::Host;
 use rigs::hoot_master::{Event, HootMaster};
 
-use super::{Command, Driven, Stopped, Trouble};
+use super::{Command, Driven, OBEYED, Stopped, Trouble};
 use crate::session::Session;
 use talk::Talk;
 
@@ -97,6 +97,7 @@ pub async fn drive(
         Command::Expose { seconds } => talk.expose(*seconds).await,
         Command::Stop => match talk.session.stop().await {
             Stopped::Confirmed => talk.print("all motors rest: the node confirmed it"),
+            Stopped::Obeyed => talk.print(OBEYED),
             Stopped::NotConfirmed => Err(Trouble::Failed(format!(
                 "node {} did not confirm the stop: switch its power off if a motor moves",
                 node.0

@@ -23,13 +23,10 @@ use rigs::Host as _;
 use rigs::kos_host::{Answer, Command as Order, Event, KosHost};
 use tokio::time::Instant;
 
-use super::{Command, Driven, Stopped, Trouble};
+use super::{Command, Driven, OBEYED, Stopped, Trouble};
 use crate::session::Session;
 
 pub use discover::discover;
-
-/// Result of a stop that the rig obeyed before it told which motors it has.
-const OBEYED: &str = "the rig confirmed the stop, but it does not say whether its motors rest: check that they do";
 
 /// Time in which a locked rig shows whether it obeys a stop.
 const LOCKED: Duration = Duration::from_millis(500);
