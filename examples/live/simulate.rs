@@ -3,7 +3,7 @@
 //! ```text
 //! $ cargo run --example simulate -- kos --announce 127.0.0.1:5530
 //! kOS rig at 127.0.0.1:5520
-//! $ cargo run --example simulate -- dmc --quirks vendor --faults loss=0.01,delay=40
+//! $ cargo run --example simulate -- dmc --device servo --faults loss=0.01,delay=40
 //! DMC rig at /dev/pts/0
 //! $ cargo run --example simulate -- hoot --tcp --port 0 --record motors.csv
 //! hoot rig at 127.0.0.1:37719

@@ -38,8 +38,7 @@ pub enum ExcessKind {
 /// All excesses of an axis; empty if the axis has no limits.
 pub(super) fn excesses(axis: &MoveAxis) -> impl Iterator<Item = Excess<'_>> {
     axis.limits.into_iter().flat_map(move |limits| {
-        let tolerance =
-            Tolerance { time: f64::INFINITY, position: f64::INFINITY, velocity: TOLERANCE * limits.velocity };
+        let tolerance = Tolerance { time: 0.0, position: f64::INFINITY, velocity: TOLERANCE * limits.velocity };
         let corners: Vec<_> = axis.curve().joints(tolerance).collect();
         let jump = move |index| corners.iter().find(|corner| corner.index == index).map(|corner| corner.velocity);
         let count = axis.segments.len();

@@ -40,8 +40,10 @@ pub trait Named: Sized + 'static {
     /// Quirks, which can be added to each device.
     const QUIRKS: &'static [Choice<Self>];
 
-    /// Applies a name of a family that is too large for the lists, such as the version of a firmware. Returns false if the
-    /// name is not of such a family.
+    /// Families of names that are too many for the lists, as a pattern such as `unsupported=ACTION` and its meaning.
+    const FAMILIES: &'static [(Kind, &'static str, &'static str)] = &[];
+
+    /// Applies a name of a [family](Self::FAMILIES). Returns false if the name is not of a family.
     fn apply_other(&mut self, kind: Kind, name: &str) -> bool {
         let _ = (kind, name);
         false
@@ -82,7 +84,7 @@ pub trait Named: Sized + 'static {
         if let Some(choice) = all.iter().find(|choice| choice.name == name) {
             (choice.apply)(self);
         } else if !self.apply_other(kind, name) {
-            let known = all.iter().map(|choice| choice.name).collect();
+            let known = names::<Self>(kind).map(|(name, _)| name).collect();
             return Err(UnknownName { protocol: Self::PROTOCOL, kind, name: name.to_owned(), known });
         }
         Ok(())
@@ -117,13 +119,53 @@ impl fmt::Display for Kind {
     }
 }
 
+/// Names of a kind with their meaning, patterns of families last.
+fn names<S: Named>(kind: Kind) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let single = match kind {
+        Kind::Device => S::DEVICES,
+        Kind::Quirk => S::QUIRKS,
+    };
+    let families = S::FAMILIES.iter().filter(move |(of, ..)| *of == kind);
+    single.iter().map(|choice| (choice.name, choice.about)).chain(families.map(|(_, name, about)| (*name, *about)))
+}
+
 /// All devices and quirks of a protocol, as text: a line for each.
 #[must_use]
 pub fn list<S: Named>() -> String {
-    let lines = |kind: &str, all: &[Choice<S>]| {
-        let width = all.iter().map(|choice| choice.name.len()).max().unwrap_or_default();
-        let lines = all.iter().map(|choice| format!("  {:width$}  {}\n", choice.name, choice.about));
-        format!("{kind} of {}:\n{}", S::PROTOCOL, lines.collect::<String>())
+    let lines = |title: &str, kind| {
+        let width = names::<S>(kind).map(|(name, _)| name.len()).max().unwrap_or_default();
+        let lines = names::<S>(kind).map(|(name, about)| format!("  {name:width$}  {about}\n"));
+        format!("{title} of {}:\n{}", S::PROTOCOL, lines.collect::<String>())
     };
-    lines("Devices", S::DEVICES) + &lines("Quirks", S::QUIRKS)
+    lines("Devices", Kind::Device) + &lines("Quirks", Kind::Quirk)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{dmc_device, hoot_node, kos_device};
+
+    fn names_are_known<S: Named + Default + fmt::Debug>() {
+        let usual = format!("{:?}", S::default());
+        for quirk in S::QUIRKS {
+            let changed = S::default().with_quirks(quirk.name).unwrap();
+            assert!(format!("{changed:?}") != usual, "{} changes nothing", quirk.name);
+        }
+        let list = list::<S>();
+        for (kind, pattern, about) in S::FAMILIES {
+            assert!(list.contains(pattern) && list.contains(about), "{list}");
+            let error = S::default().apply(*kind, pattern).unwrap_err().to_string();
+            assert!(error.contains(pattern), "{error}");
+        }
+        for device in S::DEVICES {
+            assert!(list.contains(device.name) && S::default().with_device(device.name).is_ok());
+        }
+    }
+
+    #[test]
+    fn each_name_of_the_lists_has_an_effect() {
+        names_are_known::<kos_device::Setup>();
+        names_are_known::<dmc_device::Setup>();
+        names_are_known::<hoot_node::Setup>();
+    }
 }

@@ -93,7 +93,7 @@ impl Protocol {
 
     /// Device that a simulated rig stands for unless another one is named: one that exists, and that is strict.
     #[must_use]
-    pub const fn device(self) -> &'static str {
+    pub const fn default_device(self) -> &'static str {
         match self {
             Self::Kos => "printed",
             Self::Dmc => "dmc-lite",
@@ -158,7 +158,7 @@ fn hoot(args: &Args) -> Result<hoot_node::Setup, String> {
 
 /// Setup of the device that the arguments name, with their quirks.
 fn named<S: Named>(setup: S, args: &Args) -> Result<S, String> {
-    let device = args.device.as_deref().unwrap_or(args.protocol.device());
+    let device = args.device.as_deref().unwrap_or(args.protocol.default_device());
     let setup = setup.with_device(device).and_then(|setup| setup.with_quirks(&args.quirks));
     setup.map_err(|error| error.to_string())
 }

@@ -9,13 +9,13 @@ use super::{Kind, Messages, PartKind, Row, Side};
 use crate::owned::Owned;
 
 /// Room for a body that is drawn, in bytes: the longest layout without lists has some 600.
-pub const ROOM: usize = 1024;
+const ROOM: usize = 1024;
 /// Number of bodies that are drawn until one is of the kind that was chosen.
 const TRIES: usize = 16;
 /// Bytes of a body of zeros, in which every list and text is empty.
 const ZEROS: &[u8] = &[0; 128];
 
-/// Draws a message of a side: its number, and its body in the front of `room`.
+/// Draws a message of a side: its number, and the length of its body, which is written to the front of `room`.
 ///
 /// Each kind of the table is as likely as any other, and so is a message without a type. The layout of the kind says where
 /// numbers, lists and texts are, and how long these are. Small numbers are more likely than others, because they are
@@ -23,13 +23,8 @@ const ZEROS: &[u8] = &[0; 128];
 ///
 /// # Errors
 ///
-/// [`Error`] if the input has no more bytes, or `room` is too small for the kind.
-pub fn draw<'r, S: Side>(u: &mut Unstructured<'_>, room: &'r mut [u8]) -> Result<(u32, &'r [u8])> {
-    let (number, len) = draw_into::<S>(u, room)?;
-    Ok((number, room.get(..len).unwrap_or_default()))
-}
-
-fn draw_into<S: Side>(u: &mut Unstructured<'_>, room: &mut [u8]) -> Result<(u32, usize)> {
+/// [`Error`] if `room` is too small for the kind. After the end of the input, zeros are drawn.
+fn draw<S: Side>(u: &mut Unstructured<'_>, room: &mut [u8]) -> Result<(u32, usize)> {
     let Some(kind) = choose::<S::Message<'_>>(u)? else {
         let mut sheet = Sheet::<S::Order>::new(u, room);
         sheet.bytes(32)?;
@@ -55,12 +50,13 @@ fn draw_into<S: Side>(u: &mut Unstructured<'_>, room: &mut [u8]) -> Result<(u32,
     (0..=room.len()).find(is_body).map(|len| (kind.number, len)).ok_or(Error::NotEnoughData)
 }
 
-/// A message that borrows its body from the input of the fuzzer: as [`draw`], except that a list or a text after a count
-/// is as the input has it, or empty.
+/// A message that borrows its body from the input of the fuzzer: as that of [`Owned`], except that a list or a text after a
+/// count is as the input has it, or empty. This is the implementation of [`Arbitrary`] of the messages.
 ///
 /// # Errors
 ///
-/// [`Error`] if the input has no more bytes.
+/// [`Error`] if a body of zeros is not of the kind. After the end of the input, zeros are drawn.
+#[doc(hidden)]
 pub fn draw_borrowed<'a, M: Messages<'a>>(u: &mut Unstructured<'a>) -> Result<M> {
     let Some(kind) = choose::<M>(u)? else {
         let number = u.int_in_range(0..=0xff_ffff)?;
@@ -253,7 +249,7 @@ impl<'d, 'u, O: ByteOrder> Sheet<'d, 'u, O> {
 impl<'u, S: Side> Arbitrary<'u> for Owned<S> {
     fn arbitrary(u: &mut Unstructured<'u>) -> Result<Self> {
         let mut body = std::vec![0; ROOM];
-        let (number, len) = draw_into::<S>(u, &mut body)?;
+        let (number, len) = draw::<S>(u, &mut body)?;
         body.truncate(len);
         Ok(Self::from_parts(number, body))
     }

@@ -36,7 +36,7 @@ pub use bitflags;
 pub use conduct::{Conduct, Purpose};
 pub use cursor::{Reader, Writer};
 #[cfg(feature = "arbitrary")]
-pub use draw::{ROOM, draw, draw_borrowed};
+pub use draw::draw_borrowed;
 pub use error::{DecodeError, EncodeError};
 pub use field::{Bool, Bytes, Field};
 pub use list::{IntegerElement, ListTooLong, fill, values};

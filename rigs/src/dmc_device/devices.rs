@@ -13,8 +13,8 @@ impl Named for Setup {
     const PROTOCOL: &'static str = "DMC";
 
     const DEVICES: &'static [Choice<Self>] = &[
-        Choice::new("mild", "As the document means it, with all motors enabled.", mild),
-        Choice::new("reference", "As the document means it; no motor is enabled at first.", reference),
+        Choice::new("mild", "Device as the document means it, with all motors enabled.", mild),
+        Choice::new("reference", "Device as the document means it; no motor is enabled at first.", reference),
         Choice::new("dmc-lite", "The vendor's small controller, version 1.2.", dmc_lite),
         Choice::new("servo", "An independent controller of servo motors.", servo),
     ];

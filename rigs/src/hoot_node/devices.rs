@@ -11,7 +11,7 @@ macro_rules! device {
     ($name:literal, $about:literal) => {
         Choice::new($name, $about, |setup| {
             let known = setup.apply_other(Kind::Device, $name);
-            debug_assert!(known, "{}", $name);
+            assert!(known, "{}", $name);
         })
     };
 }
@@ -20,25 +20,29 @@ impl Named for Setup {
     const PROTOCOL: &'static str = "hoot";
 
     const DEVICES: &'static [Choice<Self>] = &[
-        Choice::new("mild", "As the published sheet means it.", |setup| {
-            setup.become_device(Profile::SHEET, Quirks::NONE);
-        }),
-        device!("sheet", "Firmware of the published sheet, of 2014-10-28."),
-        device!("2014-10-15", "First binary: without joystick mode."),
-        device!("2014-10-29", "Bytes for yes and no, one answer to each query."),
-        device!("2014-11-03", "Sends go at full speed, and a joystick moves."),
-        device!("2014-11-05", "The lead-in is read back in 32 bits."),
-        device!("2014-12-03", "Run status 1 means paused, the run time stays."),
-        device!("2014-12-22", "Silent about unknown commands."),
-        device!("v0.20", "A start blocks for 1.5 s, and the version is a long number."),
-        device!("v0.25", "Lead-out in the place of single steps."),
-        device!("v0.33", "Hundredths that are right."),
-        device!("v0.35", "A lead-in in 32 bits."),
-        device!("v0.41", "The delay before the start in milliseconds."),
-        device!("v0.45", "Motors that are enabled from the start."),
-        device!("v0.49", "Limits that hold nothing."),
-        device!("v0.58", "Joystick mode that allows all queries."),
-        device!("v0.70", "The last version of the vendor's branch."),
+        Choice::new(
+            "mild",
+            "Node as the published sheet describes it, without the habits of real firmware.",
+            |setup| {
+                setup.become_device(Profile::SHEET, Quirks::NONE);
+            },
+        ),
+        device!("sheet", "Firmware of 2014-10-28, the day of the published sheet, with all its habits."),
+        device!("2014-10-15", "Firmware without joystick mode, the first binary."),
+        device!("2014-10-29", "Firmware that answers yes and no in bytes, and each query once."),
+        device!("2014-11-03", "Firmware that sends motors at full speed, and moves them by joystick."),
+        device!("2014-11-05", "Firmware that answers the lead-in in 32 bits."),
+        device!("2014-12-03", "Firmware whose run status 1 means paused, and that keeps the run time."),
+        device!("2014-12-22", "Firmware that does not answer unknown commands."),
+        device!("v0.20", "Firmware that a start blocks for 1.5 s, and whose version is a long number."),
+        device!("v0.25", "Firmware with the lead-out in the place of single steps."),
+        device!("v0.33", "Firmware that sends hundredths as whole numbers."),
+        device!("v0.35", "Firmware that takes the lead-in in 32 bits."),
+        device!("v0.41", "Firmware that takes the delay before the start in milliseconds."),
+        device!("v0.45", "Firmware that enables its motors when it is switched on."),
+        device!("v0.49", "Firmware whose end limits stop nothing."),
+        device!("v0.58", "Firmware that answers all queries in joystick mode."),
+        device!("v0.70", "Firmware of the last version of the vendor."),
     ];
 
     const QUIRKS: &'static [Choice<Self>] = &[
@@ -92,7 +96,11 @@ impl Named for Setup {
         Choice::new("firmware", "All quirks of firmware of the sheet's date.", |setup| setup.add(Quirks::FIRMWARE)),
     ];
 
-    /// A node can be any build from 2014-10-15 to 2015-01-08, and any version from v0.20 to v0.70.
+    const FAMILIES: &'static [(Kind, &'static str, &'static str)] = &[
+        (Kind::Device, "YYYY-MM-DD", "Firmware with the libraries of a day, from 2014-09-24 to 2015-01-08."),
+        (Kind::Device, "v0.NN", "Firmware of a version, from v0.20 to v0.70."),
+    ];
+
     fn apply_other(&mut self, kind: Kind, name: &str) -> bool {
         let age = name.parse().ok().filter(|age: &Profile| age.is_one_build());
         let Some(age) = age.filter(|_| kind == Kind::Device) else { return false };

@@ -10,10 +10,10 @@ impl Named for Setup {
     const PROTOCOL: &'static str = "kOS";
 
     const DEVICES: &'static [Choice<Self>] = &[
-        Choice::new("mild", "As the document means it.", mild),
+        Choice::new("mild", "Device as the document means it.", mild),
         Choice::new(
             "printed",
-            "The document to the letter: a password is always asked for, and without it stops are ignored.",
+            "Device that follows the document to the letter: it always asks for a password, and ignores stops without it.",
             |setup| {
                 mild(setup);
                 setup.printed = true;
@@ -22,7 +22,7 @@ impl Named for Setup {
         ),
         Choice::new(
             "cinedrive",
-            "The older generation: without bumps, photo counts and ranges that begin elsewhere.",
+            "Device of the older generation: without bumps, photo counts and ranges that begin elsewhere.",
             |setup| {
                 mild(setup);
                 setup.older_dialect = true;
@@ -72,14 +72,14 @@ impl Named for Setup {
         Choice::new("no-bump", "The device does not know BumpPositionSpeedAcceleration.", |setup| {
             setup.forget(ActionId::BUMP_POSITION_SPEED_ACCELERATION);
         }),
-        Choice::new(
-            "unsupported=ACTION",
-            "The device does not know the action with this number, such as 0x0f. Can be given several times.",
-            |_| {},
-        ),
     ];
 
-    /// Applies `unsupported=ACTION`.
+    const FAMILIES: &'static [(Kind, &'static str, &'static str)] = &[(
+        Kind::Quirk,
+        "unsupported=ACTION",
+        "The device does not know the action with this number, such as 0x0f. Can be given several times.",
+    )];
+
     fn apply_other(&mut self, kind: Kind, name: &str) -> bool {
         let action = name.strip_prefix("unsupported=").filter(|_| kind == Kind::Quirk);
         let number = action.and_then(|action| match action.strip_prefix("0x") {

@@ -41,7 +41,7 @@ pub enum Command {
         /// Position at which the range ends.
         end: f64,
     },
-    /// Store a move file on the rig, and make the move ready.
+    /// Store a move file on the rig, and make the move ready. On hoot, the motors go to the start of the move.
     Upload {
         /// The move file.
         file: PathBuf,

@@ -293,7 +293,10 @@ impl<R: Rig> Server<R> {
             self.links[index] = None;
         } else if let Some(why) = link.left() {
             info!("{}: {why}", link.name);
-            self.links[index].take().into_iter().for_each(Link::finish);
+            // A client of a stream that sends no more may still read. At the end of a serial line nobody is left.
+            let link = self.links[index].take();
+            let end = |link: Link| if link.carrier == Carrier::Stream { link.finish() } else { link.abort() };
+            link.into_iter().for_each(end);
         } else {
             return;
         }
