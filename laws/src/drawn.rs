@@ -17,8 +17,8 @@ const SHARE: usize = 5;
 ///
 /// # Panics
 ///
-/// If a kind has less than a fifth of an even share, if its lists and texts are empty in more than four fifths of its
-/// messages, or if a law is broken.
+/// If law 15 is broken: a kind has less than a fifth of an even share, or its lists and texts are empty in more than four
+/// fifths of its messages. Also if a law for any body is broken.
 pub fn shares<S: Side>(draws: usize) {
     let all = S::Message::ALL;
     let mut random = 0x9E37_79B9_7F4A_7C15_u64;

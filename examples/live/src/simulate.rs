@@ -48,8 +48,7 @@ pub struct Args {
     /// Faults: "all", or a list such as "delay=40,reset=20" (an unknown name prints all names).
     #[arg(long, value_name = "LIST")]
     pub faults: Option<String>,
-    /// Device of the field that the rig stands for; --list prints all of them [default: printed for kOS, dmc-lite for DMC,
-    /// v0.70 for hoot]
+    /// Device of the field that the rig stands for; --list prints all of them, and the default.
     #[arg(long, value_name = "NAME")]
     pub device: Option<String>,
     /// Single differences of the rig from the device: a list; --list prints all of them.
@@ -124,6 +123,7 @@ pub async fn simulate(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<
             Protocol::Dmc => device::list::<dmc_device::Setup>(),
             Protocol::Hoot => device::list::<hoot_node::Setup>(),
         };
+        let list = format!("{list}Device without --device: {}\n", args.protocol.default_device());
         return io::stdout().write_all(list.as_bytes()).map_err(|error| format!("the list cannot be written: {error}"));
     }
     match args.protocol {
