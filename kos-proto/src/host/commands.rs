@@ -57,7 +57,7 @@ impl HostMachine {
             Command::Disconnect => {
                 self.close(now, output, LinkDownReason::Asked);
                 self.playback = Playback::default();
-                self.stops.take_deferred();
+                self.stops.resume(self.stops.deferred());
                 DONE
             }
             Command::Alive => DONE,
@@ -101,6 +101,17 @@ impl HostMachine {
         self.playback.stop(output, Some(now.after(self.options.stop_timeout())));
     }
 
+    /// Sends stops that are wanted of motors that nothing follows. The stop of a motor that is not known yet stays wanted.
+    /// Returns whether any is sent.
+    pub(super) fn stop_deferred(&mut self, now: Millis, output: &mut Output<'_>, motors: MotorSet) -> bool {
+        for motor in motors.iter() {
+            if self.motors.stop(now, output, &self.options, motor) {
+                self.stops.resume(MotorSet::of([motor]));
+            }
+        }
+        !motors.is_empty()
+    }
+
     fn stop_motor(&mut self, now: Millis, output: &mut Output<'_>, motor: MotorAddress) -> Followed {
         let motor = MotorAddress(motor.number());
         let target = MotorSet::of([motor]);
@@ -108,12 +119,10 @@ impl HostMachine {
             return Err(Refusal::NoMotor);
         }
         let is_connected = self.state.is_connected();
-        if !is_connected {
-            self.stops.defer(target);
-        }
         if is_connected && self.motors.stop(now, output, &self.options, motor) {
             self.raise_fence(now, output);
         } else {
+            self.stops.defer(target);
             self.stops.lose(target);
             output.event(Event::StopNotConfirmed(StopTarget::Motor(motor)));
         }

@@ -200,13 +200,14 @@ impl HostMachine {
         self.state = State::AwaitMotorInfo;
         if self.is_tcp() {
             output.transmit(Transmit::UserPassword(of));
-            let stops_all = self.playback.state == MoveState::Stopping;
-            if stops_all {
-                output.transmit(Transmit::StopPlayback);
+            let mut is_sent = self.playback.state == MoveState::Stopping;
+            if is_sent {
                 self.await_rest();
-                self.playback.stop(output, Some(now.after(self.options.stop_timeout())));
+                self.stop_playback(now, output);
             }
-            if self.motors.stop_again(now, output, &self.options) || stops_all {
+            is_sent |= self.motors.stop_again(now, output, &self.options);
+            is_sent |= self.stop_deferred(now, output, self.stops.deferred());
+            if is_sent {
                 self.raise_fence(now, output);
             }
         }
@@ -256,14 +257,12 @@ impl HostMachine {
         };
         let silent = (endpoint.transport() == Transport::Tcp).then(|| now.after(self.options.silence()));
         self.deadlines = Deadlines { quiet: now.after(keep_alive), deaf: now.after(keep_alive), silent };
-        let (is_stopping, deferred) = (self.playback.state == MoveState::Stopping, self.stops.take_deferred());
-        if is_stopping {
+        let mut is_sent = self.playback.state == MoveState::Stopping;
+        if is_sent {
             self.stop_playback(now, output);
         }
-        for motor in deferred.iter() {
-            self.motors.stop(now, output, &self.options, motor);
-        }
-        if is_stopping || !deferred.is_empty() {
+        is_sent |= self.stop_deferred(now, output, self.stops.deferred());
+        if is_sent {
             self.raise_fence(now, output);
         } else {
             self.ask(now, output, Get::DeviceInfo, Asker::Machine);

@@ -149,13 +149,12 @@ impl Motors {
         self.watch();
     }
 
-    /// Sends the stops again that are not confirmed, after what was sent before them. Returns whether any is sent.
+    /// Sends the stops again that are not confirmed. Returns whether any is sent.
     pub(super) fn stop_again(&mut self, now: Millis, output: &mut Output<'_>, options: &Options) -> bool {
         let mut is_sent = false;
         for followed in &mut self.list {
             if let Motion::Stopping(..) = followed.hand.motion {
-                followed.hand.motion = Motion::Stopping(now.after(options.stop_timeout()), Report::None);
-                output.transmit(followed.stop_message());
+                followed.stop(now, output, options);
                 is_sent = true;
             }
         }

@@ -119,6 +119,11 @@ impl HostMachine {
         if !all {
             output.event(Event::Ignored);
         }
+        // The stop of a motor that was not known is sent again, now that it can be followed.
+        let deferred = self.stops.deferred();
+        if self.stop_deferred(now, output, deferred.without(deferred.without(self.motors.all()))) {
+            self.raise_fence(now, output);
+        }
         if info.more {
             return self.more(now, Get::MotorInfo);
         }

@@ -10,12 +10,14 @@ use super::transmit::Transmit;
 use super::{Options, Output};
 use crate::message::{MotorAddress, MotorSet};
 
-/// Puts a stop before everything else that is to be done, and after the stops that are there already.
+/// Puts a stop before everything else that is to be done, except a password, because a locked device may ignore stops; and
+/// after the stops that are there already.
 pub(super) fn transmit_stop<'a>(output: &mut Output<'a>, stop: Transmit<'a>) {
     let mut carried = Effect::Transmit(stop);
     let mut is_front = true;
     for effect in &mut output.effects {
-        is_front &= matches!(effect, Effect::Transmit(transmit) if transmit.conduct().is_stop());
+        is_front &= matches!(effect, Effect::Transmit(Transmit::UserPassword(_)))
+            || matches!(effect, Effect::Transmit(transmit) if transmit.conduct().is_stop());
         if !is_front {
             mem::swap(effect, &mut carried);
         }
@@ -33,8 +35,9 @@ pub(super) struct Stops {
     /// motor was forgotten, or a move was ended. Only a confirmed stop tells that they rest, or a move that includes them.
     astray: MotorSet,
     pending: Option<Pending>,
-    /// Motors that the next connection stops first, because their stops were not confirmed on the last one.
-    unconfirmed: MotorSet,
+    /// Motors whose stops are wanted and that nothing follows: the stop was not confirmed on the last connection, or the
+    /// device did not report the motor yet.
+    deferred: MotorSet,
 }
 
 /// Stop of everything that is not confirmed.
@@ -100,14 +103,19 @@ impl Stops {
         self.astray = self.astray.with(motors);
     }
 
-    /// Notes motors whose stops are not confirmed, and cannot be sent again without a connection.
-    pub(super) const fn defer(&mut self, motors: MotorSet) {
-        self.unconfirmed = self.unconfirmed.with(motors);
+    /// Motors whose stops are wanted and that nothing follows.
+    pub(super) const fn deferred(&self) -> MotorSet {
+        self.deferred
     }
 
-    /// Takes the motors whose stops go first on this connection.
-    pub(super) const fn take_deferred(&mut self) -> MotorSet {
-        mem::replace(&mut self.unconfirmed, MotorSet::NONE)
+    /// Notes motors whose stops are wanted and that nothing follows.
+    pub(super) const fn defer(&mut self, motors: MotorSet) {
+        self.deferred = self.deferred.with(motors);
+    }
+
+    /// Notes that the stops of motors are followed, or not wanted any more.
+    pub(super) const fn resume(&mut self, motors: MotorSet) {
+        self.deferred = self.deferred.without(motors);
     }
 
     /// Notes motors that rest because a move has come to where it begins, or ends.
@@ -119,6 +127,7 @@ impl Stops {
     pub(super) fn rests(&mut self, motor: MotorAddress) {
         if self.confirms(motor) {
             self.astray.remove(motor);
+            self.deferred.remove(motor);
             if let Some(pending) = &mut self.pending {
                 pending.waiting.remove(motor);
             }

@@ -302,6 +302,12 @@ pub(super) fn jog(motor: MotorAddress, speed: f32) -> Command {
 /// Question after a stop.
 pub(super) const QUESTION: Transmit<'static> = Transmit::Get(Get::DeviceInfo);
 
+/// What stops a motor that the client does not know.
+pub(super) fn unknown(motor: MotorAddress) -> Transmit<'static> {
+    let (speed, acceleration) = (RotationsPerSecond(0.0), RotationsPerSecondSquared(50.0));
+    Transmit::MoveTo(Go { motor, position: JOG_DISTANCE, speed, acceleration })
+}
+
 /// What stops motor 1, which is calibrated and was seen at 3, and motor 2, which is not.
 pub(super) fn stop(motor: MotorAddress) -> Transmit<'static> {
     let position = if motor == ONE { Rotations(3.0) } else { JOG_DISTANCE };

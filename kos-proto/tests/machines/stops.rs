@@ -500,6 +500,39 @@ fn a_stop_goes_out_again_directly_after_the_password() {
     assert_eq!(client.sent(), sent);
     client.pass(1_999);
     assert!(!client.sent().contains(&stop(TWO)), "not before its time is over again");
+    // A motor that the client does not know is stopped first, after the password, and again when its report says that it
+    // is there; only then can its stop be confirmed.
+    let mut client = Client::new(Options::default());
+    client.command(Command::StopMotor(TWO));
+    let unconfirmed = Event::StopNotConfirmed(StopTarget::Motor(TWO));
+    assert_eq!((client.sent(), client.events()), (vec![], vec![unconfirmed]));
+    client.command(Command::Connect(AT));
+    client.step(Input::LinkUp);
+    assert_eq!(client.sent(), [unknown(TWO), QUESTION]);
+    client.receive(device_info(PlaybackState::NO_MOVE));
+    assert_eq!(client.sent(), [password, unknown(TWO), QUESTION, Transmit::Get(Get::MotorInfo)]);
+    client.clear();
+    client.motors();
+    assert_eq!(client.sent(), [stop(TWO), Transmit::Get(Get::DeviceGuid)]);
+    client.settle(PlaybackState::NO_MOVE);
+    client.settle(PlaybackState::NO_MOVE);
+    client.clear();
+    client.rests(2, 1.0);
+    assert!(client.events().contains(&Event::Stopped(StopTarget::Motor(TWO))));
+    // The same is true of a motor that comes to a device that is ready. No other series repeats the stop.
+    let three = MotorAddress(3);
+    let mut client = Client::ready();
+    client.command(Command::StopMotor(three));
+    assert_eq!((client.sent(), client.events().len()), (vec![unknown(three)], 1));
+    client.command(Command::Get(Get::MotorInfo));
+    client.clear();
+    client.motors();
+    assert_eq!(client.sent(), []);
+    client.command(Command::Get(Get::MotorInfo));
+    client.clear();
+    client.motor(3, 0.0, 0.0, false);
+    let Some(Transmit::MoveTo(Go { motor, speed, .. })) = client.sent().first().copied() else { panic!("no stop") };
+    assert_eq!((motor, speed.0), (three, 0.0));
     // Over USB there is no lock and no password.
     let mut client = Client::connected(Options::default(), Endpoint::Usb);
     client.command(Command::Stop);
