@@ -87,8 +87,7 @@ pub async fn drive(
     options: &Options,
     out: &mut (dyn Write + Send),
 ) -> Result<(), Trouble> {
-    let mut drive =
-        Drive { session, options: *options, out, token: Token::default(), said: None, error: None, unknown: None };
+    let mut drive = Drive { session, options: *options, out, token: Token::default(), said: None, error: None };
     if *command == Command::Stop {
         return drive.stop().await;
     }
@@ -117,8 +116,6 @@ struct Drive<'s> {
     said: Option<Instant>,
     /// Last failure that the rig reported.
     error: Option<(ErrorCode, MotorAddress)>,
-    /// Last message that the rig does not know.
-    unknown: Option<ActionId>,
 }
 
 impl Drive<'_> {
@@ -159,29 +156,26 @@ impl Drive<'_> {
                 ));
             }
             Some(Event::Machine(host::Event::Error(code, motor))) => self.error = Some((code, motor)),
-            // A question of this kind is not answered yet. Its answer is enough.
-            Some(Event::Machine(host::Event::Ended { outcome: Outcome::Refused(Refusal::Busy), .. })) => {}
+            // A question of this kind is not answered yet, and its answer is enough. If the rig does not know a message, the
+            // command decides whether something else is tried.
+            Some(Event::Machine(host::Event::Ended {
+                outcome: Outcome::Refused(Refusal::Busy | Refusal::Unsupported { .. }),
+                ..
+            })) => {}
             Some(Event::Machine(host::Event::Ended { outcome: Outcome::Refused(why), .. })) => {
                 return Err(refused(why));
             }
             Some(Event::Machine(host::Event::Locked { .. })) => {
                 return Err(Trouble::Refused("the rig is locked: give its password with --password".to_owned()));
             }
-            Some(Event::Machine(host::Event::Unsupported { action: Some(action), .. })) => {
-                self.unknown = Some(action);
-                // For these, something else is tried.
-                if !matches!(action, ActionId::BUMP_POSITION_SPEED_ACCELERATION | ActionId::SETUP_PLAYBACK) {
-                    return Err(unknown(MessageId::ACTION, Some(action)));
-                }
+            Some(Event::Machine(host::Event::Unsupported { action: Some(action), .. }))
+                if !matches!(action, ActionId::BUMP_POSITION_SPEED_ACCELERATION | ActionId::SETUP_PLAYBACK) =>
+            {
+                return Err(unknown(MessageId::ACTION, Some(action)));
             }
             _ => {}
         }
         Ok(event)
-    }
-
-    /// Whether the rig does not know an action.
-    fn is_unknown(&self, action: ActionId) -> bool {
-        self.unknown == Some(action)
     }
 
     /// Waits for a message of the rig. A failure meanwhile is trouble, and so is a lost connection.
@@ -393,6 +387,7 @@ fn ended(event: &Event, token: Token) -> Option<Outcome<'static>> {
 fn is_done(outcome: Outcome<'_>, what: &str) -> Result<(), Trouble> {
     match outcome {
         Outcome::Done(_) | Outcome::Sent => Ok(()),
+        Outcome::Refused(why) => Err(refused(why)),
         Outcome::Failed(Failure::Stopped) => {
             Err(Trouble::Failed("the rig was stopped by something else: check the rig".to_owned()))
         }

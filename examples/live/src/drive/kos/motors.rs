@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use kos_proto::host::{self, Get, Go, StopTarget};
+use kos_proto::host::{self, Get, Go, Outcome, Refusal, StopTarget};
 use kos_proto::message::{ActionId, Motor, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
 use rigs::kos_host::Event;
 use tokio::time::Instant;
@@ -130,12 +130,7 @@ impl Drive<'_> {
             return Ok(());
         }
         let from = self.motor(motor.0)?.position;
-        let at = match self.travel(motor, None, by, pace).await {
-            Err(_) if self.is_unknown(ActionId::BUMP_POSITION_SPEED_ACCELERATION) => {
-                self.creep(motor, by, pace).await?
-            }
-            at => at?,
-        };
+        let at = self.travel(motor, None, by, pace).await?;
         let gone = f64::from(at.0) - f64::from(from.0);
         if (gone - by).abs() > NEAR {
             let line = format!("motor {motor} moved {gone:.3} rotations, not {by:.3}: check what blocks it");
@@ -171,7 +166,8 @@ impl Drive<'_> {
         Ok(self.motor(motor.0)?.position)
     }
 
-    /// Moves a motor to a position, or by a distance, and waits until it rests. Prints its position meanwhile.
+    /// Moves a motor to a position, or by a distance, and waits until it rests. Prints its position meanwhile. If the rig does
+    /// not know bumps, the motor creeps.
     #[expect(clippy::cast_possible_truncation, reason = "the protocol has 32-bit numbers")]
     async fn travel(
         &mut self,
@@ -191,6 +187,10 @@ impl Drive<'_> {
         loop {
             let left = until.saturating_duration_since(Instant::now());
             match self.wait(what, left.min(SECOND), |event| ended(event, token)).await {
+                Ok(Outcome::Refused(Refusal::Unsupported {
+                    action: Some(ActionId::BUMP_POSITION_SPEED_ACCELERATION),
+                    ..
+                })) => return self.creep(motor, way, pace).await,
                 Ok(outcome) => {
                     is_done(outcome, what)?;
                     return Ok(self.motor(motor.0)?.position);

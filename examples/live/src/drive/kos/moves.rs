@@ -4,18 +4,20 @@ use std::path::Path;
 use std::time::Duration;
 
 use examples::moves::Move;
-use kos_proto::host::{self, Move as Told, MoveState};
+use kos_proto::host::{self, Move as Told, MoveState, Outcome, Refusal};
 use kos_proto::message::{ActionId, MotorAddress, Normalized, Photos, Seconds};
 use kos_proto::trajectory::{Delay, LiveMotion, Loop, Play, Style, TimeLapseMotion, Trajectory};
 use rigs::kos_host::{Command as Order, Event, StoredMove};
 use tokio::time::Instant;
 
-use super::{Drive, failed, plan, time};
+use super::{Drive, ended, failed, is_done, plan, time};
 use crate::drive::Trouble;
 use crate::drive::command::Shots;
 
 /// Time that motors may take to the start of a move. Our client reports a delay after two minutes.
 const HOME: Duration = Duration::from_mins(10);
+/// Report that a load waits for.
+const READY: &str = "that the move is ready";
 /// Greatest distance of a motor at rest from its target, as a part of its range.
 const NEAR: f64 = 1e-3;
 
@@ -58,7 +60,7 @@ impl Drive<'_> {
 
     pub(super) async fn upload(&mut self, file: &Path) -> Result<(), Trouble> {
         let stored = self.live(file)?;
-        self.load(stored, true).await?;
+        is_done(self.load(stored, true).await?, READY)?;
         self.print(format_args!("the move is stored and ready; the motors do not move until it is played"))
     }
 
@@ -99,26 +101,26 @@ impl Drive<'_> {
         self.print(format_args!("{} photos are taken", shots.shots))
     }
 
-    /// Stores a move and makes it ready.
-    async fn load(&mut self, stored: StoredMove, delay_return: bool) -> Result<(), Trouble> {
+    /// Stores a move and makes it ready. Returns how that ended.
+    async fn load(&mut self, stored: StoredMove, delay_return: bool) -> Result<Outcome<'static>, Trouble> {
         let token = self.order(Order::Load { stored, delay_return });
         if !delay_return {
             self.print(format_args!("the motors go to where the move begins"))?;
         }
-        self.done(token, "that the move is ready", HOME).await
+        self.wait(READY, HOME, |event| ended(event, token)).await
     }
 
     async fn play(&mut self, stored: StoredMove) -> Result<(), Trouble> {
-        match self.load(stored.clone(), false).await {
-            Ok(()) => {
-                self.command(host::Command::Play);
-            }
+        match self.load(stored.clone(), false).await? {
             // The start of a move sends the motors to where it begins, too.
-            Err(_) if self.is_unknown(ActionId::SETUP_PLAYBACK) => {
+            Outcome::Refused(Refusal::Unsupported { action: Some(ActionId::SETUP_PLAYBACK), .. }) => {
                 self.all_rest().await?;
                 self.order(Order::PlayDirect { stored: stored.clone() });
             }
-            Err(trouble) => return Err(trouble),
+            outcome => {
+                is_done(outcome, READY)?;
+                self.command(host::Command::Play);
+            }
         }
         match self.follow().await? {
             End::Reached => self.print(format_args!("the move is over")),

@@ -2,6 +2,7 @@
 
 mod served;
 
+use std::io::{self, Write};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -308,6 +309,34 @@ async fn a_rig_that_lacks_something_is_driven_without_it_or_refuses_at_once() {
         assert!(line.starts_with(expected), "{line}");
         assert!(begun.elapsed() < Duration::from_secs(9), "{expected}: {:?}", begun.elapsed());
     }
+}
+
+/// Output that interrupts the command as soon as it prints a line.
+struct Interrupting(&'static str, mpsc::UnboundedSender<()>);
+
+impl Write for Interrupting {
+    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+        if String::from_utf8_lossy(line).contains(self.0) {
+            self.1.send(()).unwrap();
+        }
+        Ok(line.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// A rig that does not know bumps is jogged instead. But nothing is moved after Ctrl-C.
+#[tokio::test(start_paused = true)]
+async fn nothing_is_tried_instead_after_an_interrupt() {
+    let served = Served::new(Setup::with_motors(1).with_quirks("no-bump").unwrap()).await;
+    let (interrupt, interrupts) = mpsc::unbounded_channel();
+    let mut out = Interrupting("is where its range begins", interrupt);
+    let calibrate = Command::Calibrate { motor: 1, begin: 5.0, end: 40.0 };
+    let done = served.drive_into(calibrate, None, interrupts, &mut out).await;
+    assert!(matches!(done, Err(Trouble::Interrupted)), "{done:?}");
+    assert!((served.at(0) - 5.0).abs() < 0.01, "{}", served.at(0));
 }
 
 #[tokio::test(start_paused = true)]

@@ -1,5 +1,6 @@
 //! Rig that serves over loopback TCP, and the commands that drive it.
 
+use std::io::Write;
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -70,19 +71,29 @@ impl Served {
         password: Option<&[u8]>,
         interrupts: mpsc::UnboundedReceiver<()>,
     ) -> (String, Result<(), Trouble>) {
+        let mut out = Vec::new();
+        let done = self.drive_into(command, password, interrupts, &mut out).await;
+        (String::from_utf8(out).unwrap(), done)
+    }
+
+    pub(super) async fn drive_into(
+        &self,
+        command: Command,
+        password: Option<&[u8]>,
+        interrupts: mpsc::UnboundedReceiver<()>,
+        out: &mut (dyn Write + Send),
+    ) -> Result<(), Trouble> {
         let host = KosHost::new(kos_proto::host::Options::default(), password);
         let mut session = Session::connect(host, Target::Tcp(self.address), interrupts).await.unwrap();
-        let mut out = Vec::new();
-        let mut done = drive(&mut session, &command, &Options::default(), &mut out).await;
-        let mut said = String::from_utf8(out).unwrap();
+        let mut done = drive(&mut session, &command, &Options::default(), out).await;
         if done.is_err() && session.host().may_move() {
             let stopped = session.stop().await;
-            said = format!("{said}stop: {stopped:?}\n");
+            writeln!(out, "stop: {stopped:?}").unwrap();
         }
         if let Err(trouble) = &mut done {
             assert!(!trouble.to_string().contains('\n'), "{trouble}");
         }
-        (said, done)
+        done
     }
 
     pub(super) async fn done(&self, command: Command) -> String {
