@@ -71,19 +71,25 @@ impl HostMachine {
         }
     }
 
-    /// Stops everything, first of all.
+    /// Stops everything, first of all; without a connection as soon as there is one.
     fn stop(&mut self, now: Millis, output: &mut Output<'_>) -> Followed {
-        self.await_rest();
         if self.state.is_connected() {
-            self.stop_playback(now, output);
-            self.motors.stop_all(now, output, &self.options);
-            self.raise_fence(now, output);
+            self.stop_all(now, output);
             SENT
         } else {
+            self.await_rest();
             self.playback.stop(output, None);
             output.event(Event::StopNotConfirmed(StopTarget::All));
             Err(Refusal::NotConnected)
         }
+    }
+
+    /// Stops the move and every motor.
+    pub(super) fn stop_all(&mut self, now: Millis, output: &mut Output<'_>) {
+        self.await_rest();
+        self.stop_playback(now, output);
+        self.motors.stop_all(now, output, &self.options);
+        self.raise_fence(now, output);
     }
 
     /// Notes a stop of everything. If motors were moved by hand and nothing else, these have to say that they rest;

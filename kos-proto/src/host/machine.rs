@@ -186,7 +186,7 @@ impl HostMachine {
         self.state = State::Locked;
         output.event(Event::Locked { wrong_password });
         // A stop that is wanted goes on, and is sent again when its time has come. But a locked device may ignore it.
-        if self.playback.wants_stop() {
+        if self.playback.wants_stop() || self.stops.is_blind() {
             output.event(Event::StopNotConfirmed(StopTarget::All));
         }
         self.motors.tell_unconfirmed(output);

@@ -132,6 +132,9 @@ impl HostMachine {
             let known = self.motors.resting().without(self.stops.astray()).without(self.playback.moving());
             let missing = self.motors.end_series().without(self.motors.all().without(known));
             missing.iter().for_each(|motor| self.forget(output, motor));
+            if self.stops.reported() {
+                self.stop_all(now, output);
+            }
             if self.state == State::AwaitMotorInfo {
                 self.has_motors(now, output);
             }

@@ -14,10 +14,11 @@ use crate::message::{MotorAddress, MotorSet};
 /// after the stops that are there already.
 pub(super) fn transmit_stop<'a>(output: &mut Output<'a>, stop: Transmit<'a>) {
     let mut carried = Effect::Transmit(stop);
+    let is_password = |effect: &Effect<_, _>| matches!(effect, Effect::Transmit(Transmit::UserPassword(_)));
+    let unlocked = output.effects.iter().rposition(is_password).map_or(0, |password| password.saturating_add(1));
     let mut is_front = true;
-    for effect in &mut output.effects {
-        is_front &= matches!(effect, Effect::Transmit(Transmit::UserPassword(_)))
-            || matches!(effect, Effect::Transmit(transmit) if transmit.conduct().is_stop());
+    for effect in output.effects.iter_mut().skip(unlocked) {
+        is_front &= matches!(effect, Effect::Transmit(transmit) if transmit.conduct().is_stop());
         if !is_front {
             mem::swap(effect, &mut carried);
         }
@@ -38,6 +39,8 @@ pub(super) struct Stops {
     /// Motors whose stops are wanted and that nothing follows: the stop was not confirmed on the last connection, or the
     /// device did not report the motor yet.
     deferred: MotorSet,
+    /// Whether the device reported its motors on this connection. Before, nobody knows which motors have to rest.
+    is_reported: bool,
 }
 
 /// Stop of everything that is not confirmed.
@@ -55,6 +58,18 @@ impl Stops {
     /// Whether something of this client is not known to rest.
     pub(super) const fn may_move(&self) -> bool {
         self.pending.is_some() || !self.astray.is_empty()
+    }
+
+    /// Whether a stop is not confirmed because the device did not report its motors yet.
+    pub(super) const fn is_blind(&self) -> bool {
+        self.pending.is_some() && !self.is_reported
+    }
+
+    /// Notes that the device reported its motors. Returns whether a stop has to be sent again because of them.
+    pub(super) const fn reported(&mut self) -> bool {
+        let is_blind = self.is_blind();
+        self.is_reported = true;
+        is_blind
     }
 
     /// Motors that nothing follows any more.
@@ -144,6 +159,7 @@ impl Stops {
     /// Notes that the connection went down. A stop that waits stays: only another one tells whether all rest. Returns
     /// whether the device obeyed and motors had time left to come to rest.
     pub(super) fn lost(&mut self, output: &mut Output<'_>) -> bool {
+        self.is_reported = false;
         let Some(pending) = &mut self.pending else { return false };
         let was_waiting = pending.until.is_some();
         if was_waiting {
@@ -155,9 +171,10 @@ impl Stops {
 
     /// Tells that motors do not rest in time after a stop that is obeyed.
     pub(super) fn wake(&mut self, now: Millis, output: &mut Output<'_>) {
+        let is_blind = self.is_blind();
         if let Some(pending) = self.pending.as_mut().filter(|pending| pending.until.is_some_and(|until| until <= now)) {
             pending.until = None;
-            if !pending.waiting.is_empty() {
+            if is_blind || !pending.waiting.is_empty() {
                 output.event(Event::StopNotConfirmed(StopTarget::All));
             }
         }
@@ -165,7 +182,8 @@ impl Stops {
 
     /// Ends the stop if it is obeyed and all motors rest; whether it does.
     pub(super) fn settle(&mut self, output: &mut Output<'_>) -> bool {
-        let is_over = self.pending.is_some_and(|pending| pending.is_obeyed && pending.waiting.is_empty());
+        let rests = |pending: Pending| pending.is_obeyed && pending.waiting.is_empty();
+        let is_over = !self.is_blind() && self.pending.is_some_and(rests);
         if is_over {
             self.pending = None;
             output.event(Event::Stopped(StopTarget::All));

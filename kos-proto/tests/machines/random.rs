@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use kos_proto::device::motor::Motion;
 use kos_proto::device::{self, DeviceMachine, Quirks, Report, SessionId};
-use kos_proto::host::{self, Command, Get, HostMachine, Outcome, StopTarget, Token, Transmit};
+use kos_proto::host::{self, Command, Get, HostMachine, Outcome, PasswordOf, StopTarget, Token, Transmit};
 use kos_proto::message::*;
 use kos_proto::trajectory::*;
 use kos_proto::{DecodeError, DeviceMessage, HostMessage, MessageId, MessageType, Millis, MoveSummary, Transport};
@@ -325,6 +325,10 @@ struct Ledger {
     /// Motors that jog, and the time at which they have to be stopped if the application gives no command.
     jogs: BTreeSet<u8>,
     alive_until: Millis,
+    /// Motors that were told to stop and did not report that they rest.
+    stopped: BTreeSet<u8>,
+    /// Whether the device reported its motors on this connection.
+    is_reported: bool,
 }
 
 impl Ledger {
@@ -356,6 +360,45 @@ impl Ledger {
         }
         let due = self.alive_until.max(now.after(1));
         assert!(self.jogs.is_empty() || wake.is_some_and(|wake| wake <= due), "nobody watches {:?}", self.jogs);
+    }
+
+    /// Checks that the stop of a motor goes out again after a password and when the motor becomes known, and that a stop of
+    /// everything is not confirmed before the device reported its motors.
+    fn stops(&mut self, known: &[&HostMachine; 2], input: &host::Input<'_>, output: &host::Output<'_>) {
+        use host::Event;
+        match *input {
+            host::Input::Command(_, Command::StopMotor(motor @ MotorAddress(1..))) => {
+                self.stopped.insert(motor.number());
+            }
+            host::Input::Command(_, Command::Disconnect) => self.stopped.clear(),
+            host::Input::Received(DeviceMessage::MotorInfo(MotorInfo { more: false, .. })) => self.is_reported = true,
+            host::Input::LinkUp => self.is_reported = false,
+            _ => {}
+        }
+        for event in output.events() {
+            match *event {
+                Event::MotorRests(motor, _) => drop(self.stopped.remove(&motor.number())),
+                Event::Stopped(StopTarget::All) => {
+                    assert!(self.is_reported, "nobody knows which motors have to rest");
+                    self.stopped.clear();
+                }
+                _ => {}
+            }
+        }
+        let transmits = || output.transmits();
+        let unlocks =
+            transmits().any(|transmit| matches!(transmit, Transmit::UserPassword(of) if *of != PasswordOf::New));
+        let [before, after] =
+            known.map(|host| host.motors().map(|motor| motor.motor_address.number()).collect::<BTreeSet<_>>());
+        for &motor in self.stopped.iter().filter(|motor| unlocks || (!before.contains(motor) && after.contains(motor)))
+        {
+            let stops = |transmit: &&Transmit<'_>| match transmit {
+                Transmit::MoveTo(go) => go.motor.number() == motor && go.speed.0 == 0.0,
+                _ => false,
+            };
+            let is_sent = transmits().skip_while(|transmit| unlocks && !matches!(transmit, Transmit::UserPassword(_)));
+            assert!(is_sent.filter(stops).count() > 0, "the stop of motor {motor} is lost: {output:?}");
+        }
     }
 
     fn check(&mut self, input: &host::Input<'_>, output: &host::Output<'_>) {
@@ -546,6 +589,7 @@ proptest! {
             let output = host.step_whole(now, input, host::Input::Wake);
             host_holds(&before, &host.machine, &input, &output);
             ledger.check(&input, &output);
+            ledger.stops(&[&before, &host.machine], &input, &output);
             ledger.watch(now, host.wake, &input, &output);
             if matches!(input, host::Input::Wake) && early {
                 prop_assert!(output.is_quiet() && host.machine == before, "an early wake changes nothing");

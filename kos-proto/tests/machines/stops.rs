@@ -370,6 +370,7 @@ fn a_stop_that_is_not_confirmed_is_sent_first_on_the_next_connection() {
         client.introduce(PlaybackState::FULL_STOP);
         if target == StopTarget::All {
             client.status(PlaybackState::FULL_STOP);
+            client.settle(PlaybackState::FULL_STOP);
         }
         client.settle(PlaybackState::FULL_STOP);
         assert!(!client.events().contains(&Event::Stopped(target)));
@@ -482,7 +483,9 @@ fn a_stop_goes_out_again_directly_after_the_password() {
         assert_eq!((client.move_state(), client.machine.may_move()), ("Stopping", true));
         client.status(PlaybackState::FULL_STOP);
         client.motors();
-        client.receive(device_info(PlaybackState::FULL_STOP));
+        client.status(PlaybackState::FULL_STOP);
+        client.settle(PlaybackState::FULL_STOP);
+        client.settle(PlaybackState::FULL_STOP);
         assert!(!client.events().contains(&Event::Stopped(StopTarget::All)), "the motors do not rest yet");
         client.rests(1, 3.0);
         client.rests(2, 3.0);
@@ -509,8 +512,11 @@ fn a_stop_goes_out_again_directly_after_the_password() {
     client.command(Command::Connect(AT));
     client.step(Input::LinkUp);
     assert_eq!(client.sent(), [unknown(TWO), QUESTION]);
-    client.receive(device_info(PlaybackState::NO_MOVE));
-    assert_eq!(client.sent(), [password, unknown(TWO), QUESTION, Transmit::Get(Get::MotorInfo)]);
+    let mut running = client.clone();
+    for (client, state) in [(&mut running, PlaybackState::START_FORWARD), (&mut client, PlaybackState::NO_MOVE)] {
+        client.receive(device_info(state));
+        assert_eq!(client.sent(), [password, unknown(TWO), QUESTION, Transmit::Get(Get::MotorInfo)]);
+    }
     client.clear();
     client.motors();
     assert_eq!(client.sent(), [stop(TWO), Transmit::Get(Get::DeviceGuid)]);
@@ -539,6 +545,46 @@ fn a_stop_goes_out_again_directly_after_the_password() {
     client.clear();
     client.receive(device_info(PlaybackState::NO_MOVE));
     assert_eq!(client.sent(), [QUESTION, Transmit::Get(Get::MotorInfo)]);
+}
+
+/// 7.6-25: nobody knows which motors have to rest before the device reported them on this connection. Then the stop is sent
+/// again, and is over when they all rest.
+#[test]
+fn a_stop_is_not_confirmed_before_the_device_reported_its_motors() {
+    for endpoint in [AT, Endpoint::Usb] {
+        let mut client = Client::new(Options::default());
+        client.command(Command::Stop);
+        client.command(Command::Connect(endpoint));
+        client.step(Input::LinkUp);
+        client.receive(device_info(PlaybackState::NO_MOVE));
+        client.status(PlaybackState::FULL_STOP);
+        client.rests(1, 3.0);
+        client.rests(2, 0.0);
+        for _ in 0..2 {
+            client.receive(device_info(PlaybackState::FULL_STOP));
+        }
+        assert_eq!(client.state(), "AwaitMotorInfo");
+        let stopped = Event::Stopped(StopTarget::All);
+        assert!(!client.events().contains(&stopped) && client.machine.may_move());
+        // A device that is locked does not report its motors.
+        let mut locked = client.clone();
+        locked.clear();
+        locked.error(15, 0);
+        assert!(locked.events().contains(&Event::StopNotConfirmed(StopTarget::All)));
+        locked.pass(9_000);
+        assert!(!locked.events().contains(&stopped) && locked.machine.may_move());
+
+        client.clear();
+        client.motors();
+        let sent = [Transmit::StopPlayback, stop(ONE), stop(TWO), QUESTION, Transmit::Get(Get::DeviceGuid)];
+        assert_eq!(client.sent(), sent);
+        client.status(PlaybackState::FULL_STOP);
+        client.settle(PlaybackState::FULL_STOP);
+        client.rests(1, 3.0);
+        assert!(!client.events().contains(&stopped) && client.machine.may_move());
+        client.rests(2, 0.0);
+        assert!(client.events().contains(&stopped) && !client.machine.may_move());
+    }
 }
 
 /// 7.6-24: with a wrong password a stop is told at once as not confirmed. It stays wanted, and is sent again in its rhythm.

@@ -453,6 +453,8 @@ fn a_stop_survives_a_lost_connection() {
         assert_eq!((client.state(), client.move_state()), ("Ready", "Stopping"));
         client.status(PlaybackState::FULL_STOP);
         client.settle(PlaybackState::FULL_STOP);
+        assert_eq!(client.move_state(), "Stopping", "it was sent again after that question");
+        client.settle(PlaybackState::FULL_STOP);
         assert_eq!((client.state(), client.move_state()), ("Ready", "NoMove"));
     }
     let mut client = stopping();

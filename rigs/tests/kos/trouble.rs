@@ -23,8 +23,10 @@ fn a_device_with_a_password_moves_nothing_before_it_but_can_be_stopped() {
     bench.expect_event(|event| *event == host::Event::Locked { wrong_password: true });
     let bump = bench.send(host::Command::Bump(go(M1, 5.0)));
     assert_eq!(bench.end(bump), Outcome::Refused(Refusal::NotReady));
-    bench.stop();
+    bench.send(host::Command::Stop);
+    bench.expect_move(Move::Finished { requested: true });
     bench.command(Command::Unlock(b"gaffer".to_vec()));
+    bench.expect_event(|event| *event == host::Event::Stopped(StopTarget::All));
     bench.expect_event(|event| matches!(event, host::Event::Ready { .. }));
     bench.bump(M1, 5.0);
     assert_eq!((bench.at(M1).to_bits(), bench.at(M2).to_bits()), (5.0_f64.to_bits(), 0));

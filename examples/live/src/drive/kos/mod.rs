@@ -310,19 +310,18 @@ impl Drive<'_> {
         ))
     }
 
-    /// Stops everything at once, and again when the motors of the rig are known.
+    /// Stops everything at once, and waits until the rig confirms that all motors rest.
     async fn stop(&mut self) -> Result<(), Trouble> {
         self.order(Order::Connect);
         self.command(host::Command::Stop);
         let mut until = Instant::now() + self.options.patience;
-        let (mut stopped, mut ready, mut obeyed) = (false, false, false);
+        let (mut obeyed, mut locked) = (false, false);
         let mut unconfirmed = "the rig did not confirm the stop: press its emergency stop";
-        while !(stopped && ready) {
+        loop {
             let left = until.saturating_duration_since(Instant::now());
             let lost = match self.session.next_within(left).await? {
                 Some(event) if KosHost::stopped(&event) == Some(Stopped::Confirmed) => {
-                    stopped = true;
-                    continue;
+                    return self.print(format_args!("all motors rest: the rig confirmed the stop"));
                 }
                 Some(Event::Machine(host::Event::Move(host::Move::Finished { requested: true }))) => {
                     obeyed = true;
@@ -337,30 +336,15 @@ impl Drive<'_> {
                         "the rig is locked and may ignore the stop: press its emergency stop, or give its password with \
                          --password"
                     };
-                    (ready, until) = (true, until.min(Instant::now() + LOCKED));
-                    continue;
-                }
-                Some(Event::Machine(host::Event::Ready { .. })) => {
-                    ready = true;
+                    (locked, until) = (true, until.min(Instant::now() + LOCKED));
                     continue;
                 }
                 Some(Event::Machine(host::Event::LinkDown(why))) => self.lost(why),
                 None if left.is_zero() => Trouble::Failed(unconfirmed.to_owned()),
                 Some(_) | None => continue,
             };
-            if obeyed {
-                return self.print(format_args!("{OBEYED}"));
-            }
-            return Err(lost);
+            return if locked && obeyed { self.print(format_args!("{OBEYED}")) } else { Err(lost) };
         }
-        if self.session.host().machine().state() != host::State::Ready {
-            return self.print(format_args!("{OBEYED}"));
-        }
-        self.all_rest().await.map_err(|trouble| match trouble {
-            Trouble::Failed(_) => Trouble::Failed(unconfirmed.to_owned()),
-            trouble => trouble,
-        })?;
-        self.print(format_args!("all motors rest: the rig confirmed the stop"))
     }
 
     /// Stops everything, and waits until the rig confirms that all motors rest.
