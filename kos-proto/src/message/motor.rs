@@ -5,6 +5,7 @@ use motion_core::{__message_features, element, message};
 
 use super::dialect::{Dialect, exact};
 use super::{MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared, SetPositionSpeedAcceleration};
+use crate::trajectory::Limits;
 
 message! {
     /// Question for the positions, ranges and limits of the motors. Source: kOS, (Get)`MotorInfo`.
@@ -102,7 +103,7 @@ impl Motor {
     ///
     /// A motor that is calibrated runs to the end of its range at most: to `range` or to 0, whichever is in that direction. A
     /// motor that is not calibrated is sent [`JOG_DISTANCE`](super::JOG_DISTANCE) away. Speed and acceleration are at most
-    /// what the specification allows (decisions K-M6 and K-M7).
+    /// what the specification allows for any kind of axis that the motor may turn (decisions K-M6 and K-M7).
     #[must_use]
     pub fn jog(
         &self,
@@ -114,29 +115,33 @@ impl Motor {
         let position = self.range().map_or(jog.position, |Rotations(range)| {
             Rotations(if speed.0 < 0.0 { range.min(0.0) } else { range.max(0.0) })
         });
-        let (most, steepest) = self.most();
-        let speed = RotationsPerSecond(at_most(jog.speed.0, most));
+        let most = self.most();
         SetPositionSpeedAcceleration {
             position,
-            speed,
-            acceleration: RotationsPerSecondSquared(at_most(acceleration.0, steepest)),
+            speed: RotationsPerSecond(at_most(jog.speed.0, most.speed.0)),
+            acceleration: RotationsPerSecondSquared(at_most(acceleration.0, most.acceleration.0)),
             ..jog
         }
     }
 
-    /// Message that stops the motor, with its greatest acceleration that the specification allows (safety decision 3,
-    /// decision K-M6).
+    /// Message that stops the motor, with its greatest acceleration that the specification allows for any kind of axis that
+    /// the motor may turn (safety decision 3, decision K-M6).
     #[must_use]
     pub fn stop(&self) -> SetPositionSpeedAcceleration<'static> {
-        let acceleration = RotationsPerSecondSquared(at_most(self.max_max_acceleration.0, self.most().1));
+        let acceleration = RotationsPerSecondSquared(at_most(self.max_max_acceleration.0, self.most().acceleration.0));
         let motor = MotorAddress(self.motor_address.number());
         SetPositionSpeedAcceleration::stop(motor, self.relative_position(), acceleration)
     }
 
-    /// Greatest speed of a jog, and greatest acceleration, that the specification allows. Only the mark of focus, iris and
-    /// zoom tells anything of the kind of axis, and the lowest values of the kinds that are possible count.
-    const fn most(&self) -> (f32, f32) {
-        if self.motor_address.is_fiz() { (65.0, 50.0) } else { (165.0, 100.0) }
+    /// Lowest limits of the kinds of axis that the motor may turn. Only the mark of focus, iris and zoom tells anything of
+    /// the kind.
+    fn most(&self) -> Limits {
+        let [one, two, three] = if self.motor_address.is_fiz() {
+            [AxisKind::Focus, AxisKind::Iris, AxisKind::Zoom]
+        } else {
+            [AxisKind::Slider, AxisKind::Pan, AxisKind::Tilt]
+        };
+        Limits::from(one).and(two.into()).and(three.into())
     }
 
     fn begin(&self) -> f32 {
@@ -411,14 +416,14 @@ mod tests {
             Motor::from(&MotorEntry::new(MotorAddress(address), none, none, none, speed, speed, steepest))
         };
         for (address, most, expected) in
-            [(1, 200.0, 100.0), (1, 80.0, 80.0), (0x84, 200.0, 50.0), (1, f32::INFINITY, 50.0)]
+            [(1, 200.0, 50.0), (1, 40.0, 40.0), (0x84, 200.0, 50.0), (1, f32::INFINITY, 50.0)]
         {
             let stop = of(address, most).stop();
             assert!(stop.is_stop() && stop.motor_address == MotorAddress(address & 0x7f));
             assert_eq!(stop.acceleration, RotationsPerSecondSquared(expected), "{address} {most}");
         }
-        for (address, speed, acceleration) in [(1, 165.0, 100.0), (0x84, 65.0, 50.0)] {
-            let jog = of(address, 200.0).jog(RotationsPerSecond(-166.7), RotationsPerSecondSquared(200.0));
+        for (address, speed, acceleration) in [(1, 65.0, 50.0), (0x84, 200.0, 50.0)] {
+            let jog = of(address, 200.0).jog(RotationsPerSecond(-250.0), RotationsPerSecondSquared(200.0));
             let expected = (RotationsPerSecond(speed), RotationsPerSecondSquared(acceleration));
             assert_eq!((jog.speed, jog.acceleration), expected);
         }

@@ -315,6 +315,6 @@ pub(super) fn stop(motor: MotorAddress) -> Transmit<'static> {
         motor,
         position,
         speed: RotationsPerSecond(0.0),
-        acceleration: RotationsPerSecondSquared(80.0),
+        acceleration: RotationsPerSecondSquared(50.0),
     })
 }
