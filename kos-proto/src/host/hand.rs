@@ -26,7 +26,7 @@ pub(super) struct Hand {
     pub(super) wanted: Option<Go>,
     /// Command that ends when the motor rests.
     pub(super) token: Option<Token>,
-    /// Whether the last motion was sent as a distance.
+    /// Whether the last message about the motor sent it a distance.
     pub(super) is_bump: bool,
     /// Whether the motor went off line. It is dropped when it is known to rest.
     pub(super) is_gone: bool,
@@ -149,7 +149,7 @@ impl Followed {
 
     /// Message that stops the motor. What waits is forgotten.
     pub(super) fn stop_message(&mut self) -> Transmit<'static> {
-        (self.hand.wanted, self.hand.next) = (None, None);
+        (self.hand.wanted, self.hand.next, self.hand.is_bump) = (None, None, false);
         Transmit::MoveTo(stop_of(self.motor.motor_address, Some(&self.motor)))
     }
 

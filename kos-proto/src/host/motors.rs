@@ -189,6 +189,10 @@ impl Motors {
             _ if !is_own => {}
             Motion::Resting => {}
             Motion::Stopping(..) => output.event(Event::StopNotConfirmed(StopTarget::Motor(motor))),
+            // The motion that waits was not sent yet, so it goes on.
+            Motion::Going(_) | Motion::Jogging if hand.wanted.is_some() => {
+                (hand.is_bump, hand.unreported) = (false, hand.unreported.saturating_sub(1));
+            }
             Motion::Going(_) | Motion::Jogging => {
                 let id = MessageId::ACTION;
                 hand.end(output, Outcome::Refused(Refusal::Unsupported { id, action: Some(action) }));

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use kos_proto::device::motor::Motion;
 use kos_proto::device::{self, DeviceMachine, Quirks, Report, SessionId};
-use kos_proto::host::{self, Command, Get, HostMachine, Outcome, PasswordOf, StopTarget, Token, Transmit};
+use kos_proto::host::{self, Command, Get, HostMachine, Outcome, PasswordOf, Refusal, StopTarget, Token, Transmit};
 use kos_proto::message::*;
 use kos_proto::trajectory::*;
 use kos_proto::{DecodeError, DeviceMessage, HostMessage, MessageId, MessageType, Millis, MoveSummary, Transport};
@@ -413,6 +413,13 @@ impl Ledger {
                 let now = matches!(input, host::Input::Command(this, _) if this == token);
                 refused |= now && matches!(outcome, Outcome::Refused(_));
                 assert!(*outcome != Outcome::Failed(host::Failure::NoAnswer) || matches!(command, Command::Get(_)));
+                if let Outcome::Refused(Refusal::Unsupported { action: Some(action), .. }) = *outcome {
+                    let of_others = match command {
+                        Command::Bump(_) => ActionId::SET_POSITION_SPEED_ACCELERATION,
+                        _ => ActionId::BUMP_POSITION_SPEED_ACCELERATION,
+                    };
+                    assert_ne!(action, of_others, "the refusal of one message ends {command:?}");
+                }
             }
             if let Event::LinkDown(_) = event {
                 let is_new = |token: &Token| matches!(input, host::Input::Command(this, _) if this == token);

@@ -769,6 +769,33 @@ fn a_command_ends_at_once_if_the_device_does_not_know_its_message() {
     for target in [StopTarget::All, StopTarget::Motor(TWO)] {
         assert!(told.contains(&Event::StopNotConfirmed(target)), "{told:?}");
     }
+    // A stop is another message than the bump that it stops.
+    for (action, told) in
+        [(ActionId::BUMP_POSITION_SPEED_ACCELERATION, false), (ActionId::SET_POSITION_SPEED_ACCELERATION, true)]
+    {
+        let mut client = Client::ready();
+        client.command(Command::Bump(go(TWO, 1.0)));
+        client.command(Command::StopMotor(TWO));
+        client.clear();
+        client.receive(echo(action));
+        assert_eq!(client.events().contains(&Event::StopNotConfirmed(StopTarget::Motor(TWO))), told, "{action}");
+        client.rests(2, 0.0);
+        client.settle(PlaybackState::NO_MOVE);
+        assert!(client.events().contains(&Event::Stopped(StopTarget::Motor(TWO))) && !client.machine.may_move());
+    }
+    // So is a motion that waits. It is sent when its time has come.
+    let mut client = Client::ready();
+    client.command(Command::MoveTo(go(TWO, 1.0)));
+    client.rests(2, 1.0);
+    client.command(Command::Bump(go(TWO, 1.0)));
+    client.command(Command::MoveTo(go(TWO, 5.0)));
+    client.clear();
+    client.receive(echo(ActionId::BUMP_POSITION_SPEED_ACCELERATION));
+    assert_eq!((client.sent(), client.ended()), (vec![], vec![]));
+    client.pass(50);
+    assert_eq!(client.sent(), [Transmit::MoveTo(go(TWO, 5.0))]);
+    client.rests(2, 5.0);
+    assert_eq!((client.ended(), client.machine.may_move()), (vec![Outcome::Done(None)], false));
     // A begin that the device does not know is not marked.
     let mut client = Client::ready();
     client.command(Command::MarkBegin(TWO));
