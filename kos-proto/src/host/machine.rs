@@ -340,7 +340,7 @@ impl HostMachine {
     /// Ends the stops that are confirmed. All that was sent before them has been answered.
     fn settle(&mut self, output: &mut Output<'_>) {
         self.playback.settle();
-        self.motors.settle(output);
+        self.motors.settle(output, &mut self.stops);
         if self.playback.state != MoveState::Stopping && self.stops.settle(output) {
             self.motors.all_rest();
         }

@@ -132,7 +132,7 @@ impl Motors {
 
     /// Ends the stops of motors that rest, because all that was sent before has been answered. If what was reported is not
     /// clear, the next report counts, or the answer to the stop when it is sent again.
-    pub(super) fn settle(&mut self, output: &mut Output<'_>) {
+    pub(super) fn settle(&mut self, output: &mut Output<'_>, stops: &mut Stops) {
         for followed in &mut self.list {
             let Motion::Stopping(_, report) = &mut followed.hand.motion else { continue };
             followed.hand.unreported = followed.hand.unreported.min(1);
@@ -142,6 +142,7 @@ impl Motors {
                 Report::Rests => {
                     followed.hand.reset();
                     let motor = MotorAddress(followed.motor.motor_address.number());
+                    stops.at_rest(MotorSet::of([motor]));
                     output.event(Event::Stopped(StopTarget::Motor(motor)));
                 }
             }

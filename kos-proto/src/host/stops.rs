@@ -133,7 +133,7 @@ impl Stops {
         self.deferred = self.deferred.without(motors);
     }
 
-    /// Notes motors that rest because a move has come to where it begins, or ends.
+    /// Notes motors that rest: the stop of one is confirmed, or a move has come to where it begins, or ends.
     pub(super) const fn at_rest(&mut self, motors: MotorSet) {
         self.astray = self.astray.without(motors);
     }

@@ -269,6 +269,16 @@ fn a_report_that_may_be_about_an_earlier_motion_confirms_nothing() {
     client.command(Command::Bump(go(TWO, 1.0)));
     client.rests(2, 3.0);
     assert_eq!((client.ended(), client.machine.may_move()), (vec![Outcome::NotConfirmed], true));
+    // A stop of the motor alone tells it, too, when no earlier report can come any more.
+    let mut alone = client.clone();
+    alone.command(Command::StopMotor(TWO));
+    for _ in 0..2 {
+        assert!(alone.machine.may_move());
+        alone.rests(2, 3.5);
+        alone.settle(PlaybackState::NO_MOVE);
+        alone.pass(2_000);
+    }
+    assert!(alone.events().contains(&Event::Stopped(StopTarget::Motor(TWO))) && !alone.machine.may_move());
     client.command(Command::Stop);
     client.status(PlaybackState::FULL_STOP);
     client.rests(1, 3.0);
