@@ -234,10 +234,10 @@ impl Motors {
         }
     }
 
-    /// Takes the report that the device cannot do what it was told: it names no motor, so it is clear only if one command
-    /// waits. If several wait, the next reports confirm nothing.
+    /// Takes the report that the device cannot do what it was told: it names no motor, so it is clear only if one motion
+    /// waits for an answer. A jog is such a motion. If several wait, the next reports confirm nothing.
     pub(super) fn refused(&mut self, output: &mut Output<'_>, code: ErrorCode) {
-        let waits = |followed: &Followed| followed.hand.token.is_some();
+        let waits = |followed: &Followed| followed.hand.token.is_some() || followed.hand.motion == Motion::Jogging;
         let mut waiting = self.list.iter().filter(|followed| waits(followed));
         let is_clear = waiting.next().is_some() && waiting.next().is_none();
         for followed in self.list.iter_mut().filter(|followed| waits(followed)) {

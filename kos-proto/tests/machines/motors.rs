@@ -329,6 +329,16 @@ fn a_refused_motion_is_not_done() {
         client.rests(2, 0.0);
         client.rests(1, 5.0);
         assert_eq!((client.ended(), client.machine.may_move()), (vec![Outcome::NotConfirmed; 2], true));
+
+        // The refusal may be about a jog.
+        let mut client = Client::ready();
+        client.command(command);
+        client.command(jog(ONE, 5.0));
+        client.clear();
+        client.error(2, 0);
+        assert_eq!(client.ended(), []);
+        client.rests(2, 5.0);
+        assert_eq!((client.ended(), client.machine.may_move()), (vec![Outcome::NotConfirmed], true));
     }
 }
 

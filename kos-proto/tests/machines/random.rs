@@ -413,6 +413,12 @@ impl Ledger {
                 let now = matches!(input, host::Input::Command(this, _) if this == token);
                 refused |= now && matches!(outcome, Outcome::Refused(_));
                 assert!(*outcome != Outcome::Failed(host::Failure::NoAnswer) || matches!(command, Command::Get(_)));
+                if let (Outcome::Refused(Refusal::Device(_)), Command::MoveTo(_) | Command::Bump(_)) =
+                    (outcome, command)
+                {
+                    let names_motor = output.events().any(|event| matches!(event, Event::Error(_, MotorAddress(1..))));
+                    assert!(names_motor || self.jogs.is_empty(), "the refusal may be about a jog");
+                }
                 if let Outcome::Refused(Refusal::Unsupported { action: Some(action), .. }) = *outcome {
                     let of_others = match command {
                         Command::Bump(_) => ActionId::SET_POSITION_SPEED_ACCELERATION,
