@@ -279,7 +279,7 @@ impl Motors {
         Ok(())
     }
 
-    /// Sends a motor a distance, once: where that leads from a place where it does not rest, nobody knows.
+    /// Sends a motor a distance, once, within its range: where that leads from a place where it does not rest, nobody knows.
     pub(super) fn bump(
         &mut self,
         now: Millis,
@@ -288,8 +288,12 @@ impl Motors {
         stops: &mut Stops,
         (go, token): (Go, Token),
     ) -> Result<(), Refusal> {
-        let Followed { hand, .. } = self.find(go.motor).ok_or(Refusal::NoMotor)?;
+        let Followed { motor, hand, .. } = self.find(go.motor).ok_or(Refusal::NoMotor)?;
         hand.allows(|motion| motion == Motion::Resting)?;
+        let target = motor.relative_position().map(|at| Rotations(at.0 + go.position.0));
+        if target.zip(motor.range()).is_some_and(|(target, range)| !range.spans(target)) {
+            return Err(Refusal::Outside);
+        }
         (hand.motion, hand.token) = (Motion::Going(Some(now.after(options.setup_timeout()))), Some(token));
         hand.send_on(stops, go.motor);
         hand.is_bump = true;

@@ -216,7 +216,8 @@ fn a_jog_can_change_its_speed() {
     assert_eq!(client.refused(jog(ONE, 1.0)), Some(Refusal::Moves));
 }
 
-/// 7.3-9: a jog of a motor with a range aims at its end or at 0, and a position outside the range is not sent.
+/// 7.3-9: a jog of a motor with a range aims at its end or at 0, and a position outside the range is not sent, nor a
+/// distance that leads there.
 #[test]
 fn a_motor_with_a_range_is_never_sent_out_of_it() {
     for (begin, end, up, down) in [(0.0, 8.0, 8.0, 0.0), (-40.0, 0.0, 40.0, 0.0), (0.0, -12.0, 0.0, -12.0)] {
@@ -239,6 +240,16 @@ fn a_motor_with_a_range_is_never_sent_out_of_it() {
         for position in [up + 0.1, down - 0.1, 25_000.0] {
             assert_eq!(client.refused(Command::MoveTo(go(ONE, position))), Some(Refusal::Outside), "{position}");
         }
+        // The motor rests at 0, the begin of the range.
+        for distance in [up + 0.1, down - 0.1, 500.0] {
+            assert_eq!(client.refused(Command::Bump(go(ONE, distance))), Some(Refusal::Outside), "{distance}");
+        }
+        client.clear();
+        let half = f32::midpoint(up, down);
+        client.command(Command::Bump(go(ONE, half)));
+        assert_eq!(client.sent(), [Transmit::Bump(go(ONE, half))]);
+        client.rests(1, begin + half);
+        assert_eq!(client.refused(Command::Bump(go(ONE, up - down))), Some(Refusal::Outside), "from where it is now");
         assert_eq!(client.refused(Command::MoveTo(go(ONE, up))), None);
     }
 }
