@@ -112,11 +112,13 @@ impl DeviceMachine {
         self.playback.disturb();
     }
 
-    /// Marks the end of the range of a motor where it is.
+    /// Marks the end of the range of a motor where it is. A motor that moves is stopped, because it would go on beyond the
+    /// range that it reports.
     pub(super) fn mark_end(&mut self, output: &mut Effects<'_, '_>, motor: MotorAddress) {
         let keep_count = self.options.has(Quirks::BEGIN_NONZERO);
         let Some(drive) = self.drive(output, motor) else { return };
         let motor = MotorAddress(motor.number());
+        halt(output, motor, drive);
         if drive.mark_end(keep_count) {
             let (begin, end) = drive.range();
             output.tell(Sessions::NONE, Contents::MotorCalibrated { motor, begin, end });

@@ -301,7 +301,7 @@ impl Motors {
         Ok(())
     }
 
-    /// Runs a motor until it is stopped, or to the end of its range.
+    /// Runs a motor until it is stopped, or to the end of its range; not if it is already beyond that end.
     pub(super) fn jog(
         &mut self,
         now: Millis,
@@ -313,6 +313,11 @@ impl Motors {
         let Followed { motor, hand, .. } = self.find(motor).ok_or(Refusal::NoMotor)?;
         let jog = checked(go_of(&motor.jog(speed, acceleration)))?;
         hand.allows(|motion| matches!(motion, Motion::Resting | Motion::Jogging))?;
+        // A motor that is beyond the end of its range would go back to it, which is the other way.
+        let way = motor.relative_position().map_or(0.0, |at| jog.position.0 - at.0);
+        if way * speed.0 < 0.0 {
+            return Err(Refusal::Outside);
+        }
         hand.send_on(stops, jog.motor);
         hand.motion = Motion::Jogging;
         hand.command(now, output, options, jog);

@@ -100,7 +100,7 @@ fn a_motor_moves_freely_between_the_marks() {
     assert_eq!(calibration(&bench).0, State::BeginMarked);
 }
 
-/// 7.3-5: positions count from the begin of the range, or, on firmware 1.0.1.5, as before (decision K-M8).
+/// 7.3-5: a motor that moves is stopped at the end of its range. Positions count from the begin of the range, or, on firmware 1.0.1.5, as before (decision K-M8).
 #[test]
 fn the_range_ends_where_the_motor_is() {
     for (quirk, said, position, five) in [
@@ -114,10 +114,10 @@ fn the_range_ends_where_the_motor_is() {
         bench.rig(Report::At(MOTOR, Rotations(-3.0)));
         bench.clear();
         bench.receive(mark_end(1));
-        assert_eq!((bench.messages(), bench.events().len()), (vec![said.into()], 0), "it goes on");
-        bench.receive(set_psa(1, 0.0, 0.0));
+        let stops = Event::StopMotor { motor: MOTOR, acceleration: None };
+        assert_eq!((bench.messages(), bench.events()), (vec![said.into()], vec![stops]), "it does not go on");
         bench.arrive(1, -3.0);
-        bench.clear();
+        assert_eq!(bench.messages(), [format!("0: 1 rests at {position:?}")]);
         assert_eq!((calibration(&bench).0, calibration(&bench).1), (State::Calibrated, position));
         // In both cases the positions of commands count from the begin of the range.
         bench.receive(set_psa(1, -2.0, 10.0));

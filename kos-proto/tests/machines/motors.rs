@@ -240,6 +240,15 @@ fn a_motor_with_a_range_is_never_sent_out_of_it() {
         for position in [up + 0.1, down - 0.1, 25_000.0] {
             assert_eq!(client.refused(Command::MoveTo(go(ONE, position))), Some(Refusal::Outside), "{position}");
         }
+        // Beyond an end, a motor goes only back.
+        for (at, back, to, on) in [(up + 1.0, -5.0, down, 5.0), (down - 1.0, 5.0, up, -5.0)] {
+            let mut client = client.clone();
+            client.rests(1, begin + at);
+            assert_eq!(client.refused(jog(ONE, on)), Some(Refusal::Outside), "{at}");
+            client.command(jog(ONE, back));
+            let speed = RotationsPerSecond(5.0);
+            assert_eq!(client.sent(), [Transmit::MoveTo(Go { speed, ..go(ONE, to) })], "{at}");
+        }
         // The motor rests at 0, the begin of the range.
         for distance in [up + 0.1, down - 0.1, 500.0] {
             assert_eq!(client.refused(Command::Bump(go(ONE, distance))), Some(Refusal::Outside), "{distance}");

@@ -188,6 +188,12 @@ fn device_holds(before: &DeviceMachine, after: &DeviceMachine, input: &device::I
             _ => {}
         }
     }
+    for transmit in output.transmits() {
+        if let device::Contents::MotorCalibrated { motor, .. } = transmit.contents {
+            let goes_on = after.motor(motor).is_some_and(|drive| matches!(drive.motion(), Motion::Moving(_)));
+            assert!(!goes_on, "a motor goes on although its range ends here");
+        }
+    }
     let plays = output.events().filter(|event| matches!(event, Event::Play { .. } | Event::MoveToFrame { .. }));
     assert!(plays.count() <= 1, "two moves");
     let stops_all = output.events().any(|event| *event == Event::StopAll);
@@ -503,6 +509,18 @@ fn host_holds(before: &HostMachine, after: &HostMachine, input: &host::Input<'_>
         Command::Stop => {
             let unconfirmed = Event::StopNotConfirmed(StopTarget::All);
             assert!(output.events().any(|event| *event == unconfirmed));
+        }
+        Command::Jog { motor, speed, .. }
+            if output.events().any(|event| matches!(event, Event::Ended { outcome: Outcome::Sent, .. })) =>
+        {
+            let of = |number: u8| move |known: &&Motor| known.motor_address.number() == number;
+            let at = before.motors().find(of(motor.number())).and_then(Motor::relative_position);
+            for transmit in transmits {
+                let Transmit::MoveTo(go) = transmit else { continue };
+                let goes_back =
+                    go.motor.number() == motor.number() && at.is_some_and(|at| (go.position.0 - at.0) * speed.0 < 0.0);
+                assert!(!goes_back || go.speed.0 == 0.0, "{command:?} goes the other way: {output:?}");
+            }
         }
         Command::ChangePassword if before.may_move() => {
             assert!(!transmits.any(|transmit| *transmit == Transmit::DevicePassword), "something may move");

@@ -60,11 +60,12 @@ pub(crate) fn host_stops_first(output: &host::Output<'_>) {
     assert!(runs.all(runs_begin_with_stops), "{output:?}");
 }
 
-/// Checks that the rig stops before anybody is told of it: that the move is over, because of which error, or what failed.
+/// Checks that the rig stops before anybody is told of it: that the move is over, because of which error, what failed, or
+/// where the range ends.
 pub(crate) fn device_stops_first(output: &device::Output<'_>) {
     let tells = |contents: &Contents<'_>, stopped: Option<MotorAddress>| match contents {
         Contents::PlaybackStatus { state, .. } => stopped.is_none() && *state == PlaybackState::FULL_STOP,
-        Contents::ErrorStatus { motor, .. } => stopped == Some(*motor),
+        Contents::ErrorStatus { motor, .. } | Contents::MotorCalibrated { motor, .. } => stopped == Some(*motor),
         _ => false,
     };
     for (index, effect) in output.effects.iter().enumerate() {
