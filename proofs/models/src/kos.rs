@@ -213,6 +213,7 @@ impl Kos {
         self.device(&mut state, from(MarkBeginPosition { motor_address, tail }.into()));
         self.device(&mut state, device::Input::Rig(Report::Arrived(MOTOR, RANGE)));
         self.device(&mut state, from(MarkEndPosition { motor_address, tail }.into()));
+        self.device(&mut state, device::Input::Rig(Report::Arrived(MOTOR, Rotations(0.0))));
         self.device(&mut state, device::Input::LinkDown(SESSION));
         let endpoint = match self.transport {
             Transport::Tcp => host::Endpoint::Tcp(kos_proto::message::Ipv4(0xC0A8_3201)),

@@ -156,6 +156,9 @@ impl Model for Kos {
             Property::always("a move that is reported as over is over", never(Breach::NotOver)),
             Property::always("every command ends once", never(Breach::EndedTwice)),
             Property::always("everything rests when a stop is reported as confirmed", never(Breach::NotStopped)),
+            Property::always("no stop is confirmed before the motors are known", |kos: &Kos, state: &State| {
+                kos.known == kos.password || !state.told.stopped
+            }),
             // A doubled report that a motor rests may be taken for the next one.
             Property::always("the client knows that something may move", |kos: &Kos, state: &State| {
                 let host = &state.both.host.machine;
@@ -185,10 +188,11 @@ impl Model for Kos {
         let plays =
             wants(&[Wish::Play, Wish::PlayDirect]) && matches!(self.conduct, Conduct::Mild | Conduct::DeafWhileLocked);
         let breaks = self.faults != Faults::default() || self.cuts > 0 || !self.prompt;
+        let unlocks = self.known == self.password;
         let reached: [(bool, &'static str, Holds); 8] = [
-            (true, "a stop is confirmed", |_, state| state.told.stopped),
+            (unlocks, "a stop is confirmed", |_, state| state.told.stopped),
             (breaks, "a stop is not confirmed", |_, state| state.told.not_confirmed),
-            (true, "everything rests after a stop", |_, state| {
+            (unlocks, "everything rests after a stop", |_, state| {
                 let over = state.is_settled() && state.both.host.machine.move_state() == MoveState::NoMove;
                 over && state.ledger.stopped && state.rig.rests(state.both.now)
             }),

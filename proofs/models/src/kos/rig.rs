@@ -38,7 +38,7 @@ pub struct Rig {
 
 impl Rig {
     pub(super) const fn new() -> Self {
-        Self { motor: Motor::Rests, at: RANGE, plays: None }
+        Self { motor: Motor::Rests, at: Rotations(0.0), plays: None }
     }
 
     /// Whether the motor moves and has no command to stop.
