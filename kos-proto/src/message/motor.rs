@@ -103,7 +103,7 @@ impl Motor {
     ///
     /// A motor that is calibrated runs to the end of its range at most: to `range` or to 0, whichever is in that direction. A
     /// motor that is not calibrated is sent [`JOG_DISTANCE`](super::JOG_DISTANCE) away. Speed and acceleration are at most
-    /// what the specification allows for any kind of axis that the motor may turn (decisions K-M6 and K-M7).
+    /// what the specification allows for any kind of axis (decisions K-M6 and K-M7).
     #[must_use]
     pub fn jog(
         &self,
@@ -115,7 +115,7 @@ impl Motor {
         let position = self.range().map_or(jog.position, |Rotations(range)| {
             Rotations(if speed.0 < 0.0 { range.min(0.0) } else { range.max(0.0) })
         });
-        let most = self.most();
+        let most = Self::most();
         SetPositionSpeedAcceleration {
             position,
             speed: RotationsPerSecond(at_most(jog.speed.0, most.speed.0)),
@@ -124,24 +124,19 @@ impl Motor {
         }
     }
 
-    /// Message that stops the motor, with its greatest acceleration that the specification allows for any kind of axis that
-    /// the motor may turn (safety decision 3, decision K-M6).
+    /// Message that stops the motor, with its greatest acceleration that the specification allows for any kind of axis
+    /// (safety decision 3, decision K-M6).
     #[must_use]
     pub fn stop(&self) -> SetPositionSpeedAcceleration<'static> {
-        let acceleration = RotationsPerSecondSquared(at_most(self.max_max_acceleration.0, self.most().acceleration.0));
+        let acceleration = RotationsPerSecondSquared(at_most(self.max_max_acceleration.0, Self::most().acceleration.0));
         let motor = MotorAddress(self.motor_address.number());
         SetPositionSpeedAcceleration::stop(motor, self.relative_position(), acceleration)
     }
 
-    /// Lowest limits of the kinds of axis that the motor may turn. Only the mark of focus, iris and zoom tells anything of
-    /// the kind.
-    fn most(&self) -> Limits {
-        let [one, two, three] = if self.motor_address.is_fiz() {
-            [AxisKind::Focus, AxisKind::Iris, AxisKind::Zoom]
-        } else {
-            [AxisKind::Slider, AxisKind::Pan, AxisKind::Tilt]
-        };
-        Limits::from(one).and(two.into()).and(three.into())
+    /// Lowest limits of all kinds of axis, because nothing tells which axis the motor turns.
+    fn most() -> Limits {
+        let [first, rest @ ..] = AxisKind::ALL.map(Limits::from);
+        rest.into_iter().fold(first, Limits::and)
     }
 
     fn begin(&self) -> f32 {
@@ -173,6 +168,9 @@ pub enum AxisKind {
 }
 
 impl AxisKind {
+    /// All kinds of axis.
+    pub const ALL: [Self; 6] = [Self::Slider, Self::Pan, Self::Tilt, Self::Focus, Self::Iris, Self::Zoom];
+
     /// Greatest speed that the specification allows for the kind of axis; `None` if it says nothing.
     ///
     /// A motor may have other limits, which its `MotorInfo` says. The lower limit counts. Source: kOS,
@@ -407,7 +405,7 @@ mod tests {
         assert_eq!((motors[1].motor_address.number(), motors[1].motor_address.is_fiz()), (4, true));
     }
 
-    /// The mark of focus, iris and zoom is the only thing that tells of the kind of axis (decision K-M6).
+    /// Nothing tells which axis a motor turns, so the lowest limits of all kinds count (decision K-M6).
     #[test]
     fn stops_and_jogs_keep_the_limits_of_the_specification() {
         let of = |address, most| {
@@ -422,10 +420,9 @@ mod tests {
             assert!(stop.is_stop() && stop.motor_address == MotorAddress(address & 0x7f));
             assert_eq!(stop.acceleration, RotationsPerSecondSquared(expected), "{address} {most}");
         }
-        for (address, speed, acceleration) in [(1, 65.0, 50.0), (0x84, 200.0, 50.0)] {
+        for address in [1, 0x84] {
             let jog = of(address, 200.0).jog(RotationsPerSecond(-250.0), RotationsPerSecondSquared(200.0));
-            let expected = (RotationsPerSecond(speed), RotationsPerSecondSquared(acceleration));
-            assert_eq!((jog.speed, jog.acceleration), expected);
+            assert_eq!((jog.speed, jog.acceleration), (RotationsPerSecond(65.0), RotationsPerSecondSquared(50.0)));
         }
     }
 

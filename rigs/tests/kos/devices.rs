@@ -126,7 +126,7 @@ fn each_device_with_a_wrong_password_obeys_a_stop_or_is_told_to_ignore_it() {
 /// turns, although no message says which that is.
 #[test]
 fn no_device_gets_more_than_the_document_allows() {
-    let kinds = [AxisKind::Slider, AxisKind::Pan, AxisKind::Tilt, AxisKind::Focus, AxisKind::Zoom];
+    let kinds = AxisKind::ALL;
     for device in Setup::DEVICES {
         let mut bench = Bench::ready(Setup::with_motors(kinds.len()).with_device(device.name).unwrap());
         let motors: Vec<_> = bench.scene.host.machine().motors().copied().collect();
