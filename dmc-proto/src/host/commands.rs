@@ -128,7 +128,7 @@ impl HostMachine {
         let begin = Request::of_application(Owner::Sequence, Source::Command(token), message);
         let (course, first) = if let HostMessage::RtUploadMoveBegin(_) = message {
             self.is_loaded = None;
-            self.uses.without_move();
+            self.uses.upload();
             (Course::Upload(Upload::Begins), begin)
         } else {
             let (run, first) = Run::new(begin, message, self.is_loaded == Some(true)).ok_or(Refusal::Misplaced)?;

@@ -12,8 +12,8 @@ pub(super) struct Uses {
     disabled: Motors,
     /// Motors that are driven by hand during a move.
     pub(super) live: Motors,
-    /// Motors of the last move that was uploaded.
-    axes: Motors,
+    /// Motors of the move whose upload this host began last; `None` if it began none: then nobody knows the move.
+    axes: Option<Motors>,
 }
 
 fn only(motor: Motor) -> Motors {
@@ -62,30 +62,36 @@ impl Uses {
         *self = Self { axes: self.axes, ..Self::default() };
     }
 
-    /// An upload begins, or the device has no move.
+    /// An upload begins, of a move without motors as yet.
+    pub(super) const fn upload(&mut self) {
+        self.axes = Some(Motors::NONE);
+    }
+
+    /// The device has no move.
     pub(super) const fn without_move(&mut self) {
-        self.axes = Motors::NONE;
+        self.axes = None;
     }
 
     /// A section of an upload is sent.
     pub(super) fn section(&mut self, track: Track) {
         if let Track::Axis(motor) = track {
-            self.axes.0 |= only(motor).0;
+            self.axes.get_or_insert_default().0 |= only(motor).0;
         }
     }
 
     /// A motor that a message would move although the device was not told to use it so, and the flags that are missing.
     pub(super) fn lacking(&self, message: &HostMessage<'_>) -> Option<(Motor, MotorFlags)> {
+        let axes = self.axes.unwrap_or(Motors::NONE);
         let (moved, blurred) = match message {
             HostMessage::MotorMove(message) => (only(message.motor), Motors::NONE),
             HostMessage::MotorJog(message) => (only(message.motor), Motors::NONE),
             HostMessage::RtPositionFrame(_) | HostMessage::RtJogAll(_) | HostMessage::RtRunMove(_) => {
-                (self.axes, Motors::NONE)
+                (axes, Motors::NONE)
             }
             HostMessage::RtShootFrame(RtShootFrame { motors, .. })
             | HostMessage::RtShootFrame2(RtShootFrame2 { motors, .. }) => {
                 let own = blurred(motors);
-                (Motors(self.axes.0 | own.0), own)
+                (Motors(axes.0 | own.0), own)
             }
             _ => return None,
         };
@@ -95,7 +101,7 @@ impl Uses {
     }
 
     /// First of the `count` motors of the device that a message would move although the move does not name it, and that is
-    /// not known to be disabled. Without a move of this host, nobody knows which motors the move has.
+    /// not known to be disabled. Without an upload of this host, nobody knows which motors the move has.
     pub(super) fn outside(&self, message: &HostMessage<'_>, count: u8) -> Option<Motor> {
         let moves_all = matches!(
             message,
@@ -106,7 +112,7 @@ impl Uses {
                 | HostMessage::RtShootFrame2(_)
         );
         let all: Motors = (1..=count).map(Motor).collect();
-        let outside = Motors(all.0 & !(self.axes.0 | self.disabled.0 | self.live.0));
-        outside.iter().next().filter(|_| moves_all && self.axes != Motors::NONE)
+        let axes = self.axes.filter(|_| moves_all)?;
+        Motors(all.0 & !(axes.0 | self.disabled.0 | self.live.0)).iter().next()
     }
 }

@@ -563,6 +563,23 @@ fn a_motor_that_was_not_enabled_is_not_moved() {
     assert_eq!(desk.request(7, jog(2)), (vec![], lacks(7, 2, enabled)));
 }
 
+/// D-84
+#[test]
+fn a_move_without_motors_needs_all_motors_disabled() {
+    let mut desk = Desk::of(Options::default());
+    desk.becomes_ready(1, Hi { motor_count: 1, ..hi() });
+    desk.sequence(1, begin(1, 10));
+    desk.acked(2, 0x0100, AckCode::OK);
+    desk.step(Input::Section(None));
+    assert_eq!(desk.acked(3, 0x0103, AckCode::OK).1, [done(1)]);
+    for message in [position_frame(1), run(1, 10, RunFlags(0)), jog_all(5), RtShootFrame::default().into()] {
+        assert_eq!(desk.sequence(7, message), (vec![], vec![refused(7, Refusal::NotInMove(Motor(1)))]));
+    }
+    desk.request(2, MotorConfigure { motor: Motor(1), flags: MotorFlags::empty(), tail: &[] }.into());
+    desk.acked(4, 0x0037, AckCode::OK);
+    assert_eq!(desk.sequence(3, position_frame(1)).0, [(5, named(3))]);
+}
+
 /// D-76, D-84
 #[test]
 fn a_move_needs_all_its_motors_enabled_and_a_shot_its_own_to_blur() {

@@ -190,7 +190,8 @@ impl Core {
             self.owes_rest = false;
             info!(after = self.machine.state().name(), "all motors rest");
             self.step(Input::AtRest);
-        } else if self.machine.state() == State::Moving {
+        } else if self.machine.state() != State::Idle {
+            // The machine knows only the motors of the upload, and others may move with them.
             let moving = (0..self.motors.len()).filter(|index| !self.motors[*index].is_idle()).map(number);
             let moving: Motors = moving.collect();
             if moving != self.machine.moving() && moving != Motors::NONE {

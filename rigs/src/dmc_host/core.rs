@@ -50,8 +50,8 @@ pub(super) struct Core {
     asked: BTreeMap<Token, Asked>,
     /// Move of the last upload.
     table: Table,
-    /// Whether the device has that move.
-    uploaded: bool,
+    /// Whether the device has that move; `None` if this host began no upload, so that nobody knows the move of the device.
+    uploaded: Option<bool>,
     /// Positions of the motors that the device told last.
     pub(super) positions: Option<Positions>,
     /// Uses of the motors on this link.
@@ -98,7 +98,7 @@ impl Core {
             machine_wake: None,
             asked: BTreeMap::new(),
             table: Table::default(),
-            uploaded: false,
+            uploaded: None,
             positions: None,
             uses: Uses::new(),
             limits: Limits::default(),
@@ -175,11 +175,9 @@ impl Core {
             host::Event::Greeted(_) => {
                 self.uses.clear();
                 self.limits.clear();
+                // A device that was switched on has no move.
+                self.uploaded = self.uploaded.filter(|_| self.machine.is_loaded() != Some(false));
                 Some(Input::Command(OWN, host::Command::Configured))
-            }
-            host::Event::DeviceReset => {
-                self.uploaded = false;
-                None
             }
             host::Event::LinkDown => {
                 self.rest = None;
@@ -248,11 +246,13 @@ impl Core {
             (OWN | SHUTTER | REST | USES, _) => {}
             (_, Ok(answer)) => {
                 let check = message.as_ref().and_then(|message| Check::of(token, message));
-                if check.is_some() && self.uploaded {
+                if check.is_some() && self.uploaded == Some(true) {
                     self.check = check;
                     return Some(self.ask(CHECK, MotorGetPosition::default().into()));
                 }
-                self.uploaded |= matches!(message, Some(HostMessage::RtUploadMoveBegin(_)));
+                if let Some(HostMessage::RtUploadMoveBegin(_)) = message {
+                    self.uploaded = Some(true);
+                }
                 self.events.push_back(Event::Ended(token, Ok(answer)));
             }
             (_, Err(outcome)) => self.events.push_back(Event::Ended(token, Err(outcome))),
@@ -279,7 +279,8 @@ impl Core {
             };
             let message = asked.message();
             let count = self.machine.device().map_or(0, |device| device.motor_count.min(32));
-            let input = if let Some((motor, flags)) = lacking(&self.uses, &message, &self.table, count) {
+            let table = self.uploaded.is_some().then_some(&self.table);
+            let input = if let Some((motor, flags)) = lacking(&self.uses, &message, table, count) {
                 self.ask(USES, MotorConfigure { motor, flags, tail: &[] }.into())
             } else {
                 self.waiting.pop_front();
@@ -376,7 +377,7 @@ impl Core {
             Command::Shoot(token, shot) => self.submit(token, &Asked::Shot(shot), true),
             Command::Upload(token, table) => match self.fits(&table) {
                 Ok(begin) if !self.is_busy(token, true) => {
-                    (self.table, self.uploaded) = (table, false);
+                    (self.table, self.uploaded) = (table, Some(false));
                     self.submit(token, &Asked::Message(begin.into()), true);
                 }
                 Ok(_) => self.refuse(token, Refusal::Busy),

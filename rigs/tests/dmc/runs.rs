@@ -9,7 +9,7 @@ use dmc_proto::message::{
 use examples::moves::Move;
 use rigs::Rig as _;
 use rigs::dmc_device::Setup;
-use rigs::dmc_host::{Answer, Command, Event, Shot};
+use rigs::dmc_host::{Answer, Command, Event, Shot, Table};
 
 use super::motors::limits;
 use super::stage::{Stage, devices, end_frame, move_to, run, sample};
@@ -123,6 +123,20 @@ fn a_motor_outside_the_move_stays_where_it_is() {
         stage.ask(move_to(2, 6000)).unwrap();
         stage.pass(3000);
         assert_eq!(stage.steps(2), Some(6000));
+    }
+}
+
+/// Some devices give each motor a path of zeros, also if the upload has no motors at all.
+#[test]
+fn a_move_without_motors_moves_none() {
+    for (setup, _) in devices() {
+        let mut stage = Stage::up(setup);
+        stage.ask(move_to(2, 5000)).unwrap();
+        stage.pass(3000);
+        stage.upload(Table::new(FrameNumber(1), 10)).unwrap();
+        let token = stage.begin(RtPositionFrame { frame: FrameNumber(9), tail: &[] });
+        stage.end(token, 60_000).unwrap();
+        assert_eq!(stage.steps(2), Some(5000), "{}", stage.rig().name());
     }
 }
 
