@@ -108,6 +108,11 @@ impl HostMachine {
             return Err(Refusal::Misplaced);
         }
         self.check(message)?;
+        // The messages of a run were checked when it began, and the last ones are sent much later.
+        let runs = matches!(self.sequence, Some(Sequence { course: Course::Run(_), .. })) || self.is_armed();
+        if self.options.needs_enabled() && runs && self.uses.changes_move(message) {
+            return Err(Refusal::Busy);
+        }
         let request = Request::of_application(Owner::Application(token), Source::Command(token), message);
         if !self.requests.submit(request) {
             return Err(Refusal::Busy);

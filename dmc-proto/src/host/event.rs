@@ -148,7 +148,7 @@ pub enum Refusal {
     NotConnected,
     /// The device is not known, or not configured yet.
     NotReady,
-    /// Too many requests wait, or another sequence runs.
+    /// Too many requests wait, or another sequence runs, or the request would change which motors take part in it.
     Busy,
     /// A stop is not confirmed yet, and the message would move what has to stop.
     Stopping,

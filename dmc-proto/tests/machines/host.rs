@@ -13,8 +13,8 @@ use motion_core::wire::Messages;
 
 use super::app::Tens;
 use super::bench::{
-    COMMAND, Desk, ack, answered, axis, begin, done, ended, failed, hi, jog, jog_all, move_to, named, not_confirmed,
-    position_frame, refused, run, shot, status, stop, stop_all, virtuals,
+    COMMAND, Desk, ack, answered, axis, begin, done, ended, failed, frame, hi, jog, jog_all, move_to, named,
+    not_confirmed, position_frame, refused, run, shot, status, stop, stop_all, virtuals,
 };
 use super::world::device_message;
 
@@ -561,6 +561,43 @@ fn a_motor_that_was_not_enabled_is_not_moved() {
     desk.receives(9, hi().into());
     desk.command(Command::Configured);
     assert_eq!(desk.request(7, jog(2)), (vec![], lacks(7, 2, enabled)));
+}
+
+/// D-84
+#[test]
+fn the_motors_of_a_run_stay_the_same_until_it_is_over() {
+    let configure = |motor, flags| HostMessage::from(MotorConfigure { motor: Motor(motor), flags, tail: &[] });
+    let (disabled, enabled) = (MotorFlags::empty(), MotorFlags::ENABLED);
+    let mut desk = Desk::of(Options::default());
+    desk.becomes_ready(1, Hi { motor_count: 3, ..hi() });
+    desk.sequence(1, begin(1, 10));
+    desk.acked(2, 0x0100, AckCode::OK);
+    desk.step(Input::Section(Section::first(&Tens, SectionSize::default())));
+    desk.acked(3, 0x0101, AckCode::OK);
+    desk.step(Input::Section(None));
+    desk.acked(4, 0x0103, AckCode::OK);
+    for (id, motor, flags) in [(5, 1, enabled), (6, 2, disabled), (7, 3, enabled | MotorFlags::LIVE)] {
+        desk.request(2, configure(motor, flags));
+        desk.acked(id, 0x0037, AckCode::OK);
+    }
+    assert_eq!(desk.sequence(3, run(1, 10, RunFlags(0))).0, [(8, Contents::ToFrame(frame(1)))]);
+    let busy = (vec![], vec![refused(7, Refusal::Busy)]);
+    for (motor, flags) in [(1, disabled), (2, enabled), (3, enabled)] {
+        assert_eq!(desk.request(7, configure(motor, flags)), busy, "motor {motor}");
+    }
+    desk.acked(8, 0x0110, AckCode::OK);
+    let (sent, _) = desk.pass(100);
+    assert_eq!(desk.status(sent[0].0, 0).0, [(10, named(3))]);
+    desk.acked(10, 0x0111, AckCode::OK);
+    assert_eq!(desk.request(2, configure(2, disabled)).0, [(11, named(2))]);
+    desk.acked(11, 0x0037, AckCode::OK);
+    assert_eq!(desk.request(2, configure(2, enabled | MotorFlags::LIVE)).0, [(12, named(2))], "driven by hand");
+    desk.acked(12, 0x0037, AckCode::OK);
+    desk.receives(0, HardStop { reason: StopReason::EMERGENCY_STOP, motor: None, tail: &[] }.into());
+    assert_eq!(desk.request(7, configure(2, enabled)), busy, "the run may still begin");
+    desk.stop(StopTarget::All);
+    desk.acked(13, 0x0033, AckCode::OK);
+    assert_eq!(desk.request(2, configure(2, enabled)).0, [(14, named(2))]);
 }
 
 /// D-84

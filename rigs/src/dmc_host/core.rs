@@ -3,14 +3,14 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use dmc_proto::host::{
-    self, Effect, Failure, HostMachine, Input, Options, Outcome, Refusal, Source, StopTarget, Transmit,
+    self, Effect, Failure, HostMachine, Input, Options, Outcome, Progress, Refusal, Source, StopTarget, Transmit,
 };
 use dmc_proto::lint::Context;
 use dmc_proto::message::{
-    AckCode, DeviceMessage, GioCam, HostMessage, MotorConfigure, MotorGetPosition, MotorStatusRequest,
+    AckCode, DeviceMessage, GioCam, HostMessage, MotorConfigure, MotorFlags, MotorGetPosition, MotorStatusRequest,
     RtUploadMoveBegin,
 };
-use dmc_proto::upload::{self, SCRATCH, Section, SectionSize};
+use dmc_proto::upload::{self, MoveSource as _, SCRATCH, Section, SectionSize};
 use dmc_proto::{EncodeError, Frame, Header, Item, Token};
 use motion_core::time::Millis;
 use tracing::{debug, info, warn};
@@ -281,6 +281,14 @@ impl Core {
             let count = self.machine.device().map_or(0, |device| device.motor_count.min(32));
             let table = self.uploaded.is_some().then_some(&self.table);
             let input = if let Some((motor, flags)) = lacking(&self.uses, &message, table, count) {
+                let is_outside = table.is_some_and(|table| !table.motors().contains(motor));
+                if !is_sequence && is_outside && self.runs() && !flags.contains(MotorFlags::LIVE) {
+                    // If the motor were enabled, it would take part in the run.
+                    self.waiting.pop_front();
+                    self.asked.remove(&token);
+                    self.refuse(token, Refusal::Busy);
+                    continue;
+                }
                 self.ask(USES, MotorConfigure { motor, flags, tail: &[] }.into())
             } else {
                 self.waiting.pop_front();
@@ -288,6 +296,11 @@ impl Core {
             };
             self.step(input);
         }
+    }
+
+    /// Whether motors move together, or may begin to.
+    fn runs(&self) -> bool {
+        self.machine.is_armed() || self.machine.progress().is_some_and(|progress| progress != Progress::Uploads)
     }
 
     /// A way has ended, and the positions of its motors are known, or cannot be known.

@@ -1,10 +1,10 @@
 //! Uploads and runs: each motor is where the move has it, at every moment.
 
 use dmc_proto::device::{Quirks, State};
-use dmc_proto::host::{self, Failure, Outcome, Refusal};
+use dmc_proto::host::{self, Failure, Outcome, Progress, Refusal};
 use dmc_proto::message::{
-    AckCode, Bool, DmxChannel, FrameNumber, FramesPerSecond, Motor, RtJogAll, RtPositionFrame, RtRunMove, RtStopLoop,
-    RunFlags, Scaled, Triggers,
+    AckCode, Bool, DmxChannel, FrameNumber, FramesPerSecond, Motor, MotorConfigure, MotorFlags, RtJogAll,
+    RtPositionFrame, RtRunMove, RtStopLoop, RunFlags, Scaled, Triggers,
 };
 use examples::moves::Move;
 use rigs::Rig as _;
@@ -12,7 +12,7 @@ use rigs::dmc_device::Setup;
 use rigs::dmc_host::{Answer, Command, Event, Shot, Table};
 
 use super::motors::limits;
-use super::stage::{Stage, devices, end_frame, move_to, run, sample};
+use super::stage::{Stage, devices, end_frame, jog, move_to, run, sample};
 
 /// Compares the motors with the curves. Returns the moment of the move, in frames.
 ///
@@ -120,6 +120,35 @@ fn a_motor_outside_the_move_stays_where_it_is() {
         assert_eq!(stage.end(token, 20_000), Ok(Answer::Done));
         assert_eq!((stage.steps(2), stage.steps(3)), (Some(5000), Some(5000)));
         // The next motion of the motor enables it again.
+        stage.ask(move_to(2, 6000)).unwrap();
+        stage.pass(3000);
+        assert_eq!(stage.steps(2), Some(6000));
+    }
+}
+
+/// A motor that is enabled while other motors follow a move would take part in the move on some devices.
+#[test]
+fn a_motor_outside_the_move_is_not_moved_during_a_run() {
+    for (setup, _) in devices() {
+        let (_, table) = sample("slide");
+        let mut stage = Stage::up(setup);
+        stage.ask(move_to(2, 5000)).unwrap();
+        stage.pass(3000);
+        stage.upload(table).unwrap();
+        let token = stage.begin(run(24_000, 97, 121, 200, RunFlags::empty()));
+        let travels = |stage: &Stage| stage.scene.host.progress() == Some(Progress::Travels);
+        while !travels(&stage) {
+            stage.tick();
+        }
+        let busy = Err(Outcome::Refused(Refusal::Busy));
+        assert_eq!(stage.ask(move_to(2, 6000)), busy);
+        assert_eq!(stage.ask(jog(2, 100, 6000)), busy);
+        let flags = MotorFlags::ENABLED;
+        assert_eq!(stage.ask(MotorConfigure { motor: Motor(2), flags, tail: &[] }), busy);
+        assert!(travels(&stage), "this is the scene");
+        stage.start(token);
+        assert_eq!(stage.end(token, 20_000), Ok(Answer::Done));
+        assert_eq!(stage.steps(2), Some(5000), "{}", stage.rig().name());
         stage.ask(move_to(2, 6000)).unwrap();
         stage.pass(3000);
         assert_eq!(stage.steps(2), Some(6000));
