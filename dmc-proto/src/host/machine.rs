@@ -308,6 +308,8 @@ impl HostMachine {
         let request = pending.request;
         self.motion.ended(pending, &reply);
         match (request.role, reply) {
+            // A later request for the same motor changes its uses again: until it is answered, nobody knows them.
+            (Role::Configures(..), _) if self.requests.any(|other| request.configures_as(other)) => {}
             (Role::Configures(motor, flags), Reply::Acknowledged) => self.uses.set(motor, flags),
             // A device that cannot configure its motors uses all of them.
             (Role::Configures(motor, _), Reply::Refused(AckCode::ERR_UNSUPPORTED)) => {

@@ -563,6 +563,24 @@ fn a_motor_that_was_not_enabled_is_not_moved() {
     assert_eq!(desk.request(7, jog(2)), (vec![], lacks(7, 2, enabled)));
 }
 
+/// D-76
+#[test]
+fn of_two_configurations_of_a_motor_the_last_one_counts() {
+    let configure = |flags| HostMessage::from(MotorConfigure { motor: Motor(2), flags, tail: &[] });
+    let unknown = vec![refused(7, Refusal::NotConfigured(Motor(2), MotorFlags::ENABLED))];
+    for window in [1, 4] {
+        let mut desk = Desk::of(Options::default().with_window(window));
+        desk.becomes_ready(1, hi());
+        desk.request(1, configure(MotorFlags::ENABLED));
+        let last = configure(MotorFlags::empty());
+        assert_eq!(desk.request(2, last), (vec![], vec![]), "a copy of the first one could come after it");
+        assert_eq!(desk.acked(2, 0x0037, AckCode::OK), (vec![(3, named(2))], vec![done(1)]));
+        assert_eq!(desk.request(7, jog(2)), (vec![], unknown.clone()));
+        desk.acked(3, 0x0037, AckCode::OK);
+        assert_eq!(desk.request(7, jog(2)), (vec![], unknown.clone()), "it is disabled");
+    }
+}
+
 /// D-84
 #[test]
 fn the_motors_of_a_run_stay_the_same_until_it_is_over() {
