@@ -202,14 +202,14 @@ impl HostMachine {
             Course::Upload(_) => None,
             Course::Run(run) => run.signal(),
         };
+        if let Course::Run(run) = &course {
+            self.motion.is_shutter_open |= run.may_leave_shutter_open(&outcome);
+        }
         if let Outcome::Done(_) = outcome {
             match course {
                 Course::Upload(_) => self.is_loaded = Some(true),
                 Course::Run(_) => self.motion.is_armed = false,
             }
-        } else if let Course::Run(run) = &course {
-            let is_refused = matches!(outcome, Outcome::Refused(_));
-            self.motion.is_shutter_open |= run.may_have_shutter_open() && !is_refused;
         }
         for token in [Some(token), signal].into_iter().flatten() {
             output.event(Event::Ended { token, outcome });

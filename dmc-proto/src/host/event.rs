@@ -116,7 +116,11 @@ pub enum Outcome<'a> {
     /// Sent, and the protocol has no answer to it. Events tell what comes of it: of a stop
     /// [`Event::Stopped`] or [`Event::StopNotConfirmed`], of a greeting [`Event::Greeted`] or [`Event::Silent`].
     Sent,
-    /// The machine or the device refused the command. It was not done.
+    /// The machine or the device refused the command, and it was not done.
+    ///
+    /// Of a sequence, the device may have refused a later request. The earlier ones are done: motors may have moved, and a
+    /// run or shot [may still begin](super::HostMachine::is_armed), or its [shutter be
+    /// open](super::HostMachine::may_have_shutter_open).
     Refused(Refusal),
     /// Something else ended the command. If it had been sent, the device may have done it.
     Failed(Failure),

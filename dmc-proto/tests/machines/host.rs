@@ -508,6 +508,22 @@ fn a_shot_that_was_broken_off_may_leave_the_shutter_open() {
     desk.sequence(1, shot(3));
     desk.acked(2, 0x0115, AckCode::ERR_GENERAL);
     assert!(!desk.machine.may_have_shutter_open());
+    // A device that refuses the signal to start may have started already.
+    let mut desk = Desk::up();
+    desk.sequence(1, shot(3));
+    desk.acked(2, 0x0115, AckCode::OK);
+    for id in [3, 4] {
+        assert_eq!(desk.pass(100).0, [(id, Contents::Status)]);
+        desk.status(id, 0);
+    }
+    assert_eq!(desk.command(Command::Go).0, [(5, Contents::Go)]);
+    for id in 5..8 {
+        assert_eq!(desk.acked(id, 0x0113, AckCode::ERR_NOT_IN_POSITION), (vec![], vec![]));
+        assert_eq!(desk.pass(100).0, [(id + 1, Contents::Go)]);
+    }
+    let end = Refusal::Device(AckCode::ERR_NOT_IN_POSITION);
+    assert_eq!(desk.acked(8, 0x0113, AckCode::ERR_NOT_IN_POSITION).1, [refused(1, end), refused(COMMAND.0, end)]);
+    assert!(desk.machine.may_have_shutter_open() && desk.machine.is_armed());
 }
 
 #[test]
