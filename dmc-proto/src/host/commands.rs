@@ -85,8 +85,8 @@ impl HostMachine {
             return Err(Refusal::NotConfigured(motor, flags));
         }
         let count = self.device.map_or(0, |device| device.motor_count);
-        if let (true, Some(motor)) = (self.options.needs_enabled(), self.uses.outside(message, count)) {
-            return Err(Refusal::NotInMove(motor));
+        if let (true, Some(refusal)) = (self.options.needs_enabled(), self.uses.outside(message, count)) {
+            return Err(refusal);
         }
         // Nobody answers an acknowledgement (decision D-5).
         if message.kind().is_ack() { Err(Refusal::Misplaced) } else { Ok(()) }
@@ -207,7 +207,10 @@ impl HostMachine {
         }
         if let Outcome::Done(_) = outcome {
             match course {
-                Course::Upload(_) => self.is_loaded = Some(true),
+                Course::Upload(_) => {
+                    self.is_loaded = Some(true);
+                    self.uses.uploaded();
+                }
                 Course::Run(_) => self.motion.is_armed = false,
             }
         }

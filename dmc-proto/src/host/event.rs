@@ -167,6 +167,9 @@ pub enum Refusal {
     /// flag enabled was acknowledged for it on this link. Some devices give such a motor a path of zeros, and move it to 0
     /// (decision D-84).
     NotInMove(Motor),
+    /// The message moves motors along the uploaded move, and the last upload of this host did not come to its end: a device
+    /// that refused or lost its begin still has the move before (decision D-90). Upload the move again.
+    MoveUnknown,
     /// The device would answer with this code, going by its greeting. Nothing was sent.
     WouldBeRefused(AckCode),
     /// The device answered with this code.

@@ -1,5 +1,6 @@
 //! Uses of the motors, as the device acknowledged them, and the motors of the uploaded move.
 
+use super::event::Refusal;
 use crate::message::{HostMessage, Motor, MotorFlags, MotorPair, Motors, RtShootFrame, RtShootFrame2};
 use crate::upload::Track;
 
@@ -14,6 +15,8 @@ pub(super) struct Uses {
     pub(super) live: Motors,
     /// Motors of the move whose upload this host began last; `None` if it began none: then nobody knows the move.
     axes: Option<Motors>,
+    /// Whether that upload has not come to its end.
+    is_incomplete: bool,
 }
 
 fn only(motor: Motor) -> Motors {
@@ -59,17 +62,22 @@ impl Uses {
 
     /// Forgets all uses, because the device may be another one, or have forgotten them.
     pub(super) fn forget(&mut self) {
-        *self = Self { axes: self.axes, ..Self::default() };
+        *self = Self { axes: self.axes, is_incomplete: self.is_incomplete, ..Self::default() };
     }
 
     /// An upload begins, of a move without motors as yet.
     pub(super) const fn upload(&mut self) {
-        self.axes = Some(Motors::NONE);
+        (self.axes, self.is_incomplete) = (Some(Motors::NONE), true);
+    }
+
+    /// The upload is complete.
+    pub(super) const fn uploaded(&mut self) {
+        self.is_incomplete = false;
     }
 
     /// The device has no move.
     pub(super) const fn without_move(&mut self) {
-        self.axes = None;
+        (self.axes, self.is_incomplete) = (None, false);
     }
 
     /// A section of an upload is sent.
@@ -100,10 +108,11 @@ impl Uses {
             .or_else(|| first(Motors(blurred.0 & !self.blurred.0), MotorFlags::BLUR))
     }
 
-    /// First of the `count` motors of the device that a message would move although the move does not name it, and that is
-    /// not known to be disabled. Without an upload of this host, nobody knows which motors the move has.
-    pub(super) fn outside(&self, message: &HostMessage<'_>, count: u8) -> Option<Motor> {
-        let moves_all = matches!(
+    /// Why a message must not move motors along the uploaded move: nobody knows which move that is, or a motor of the `count`
+    /// motors of the device would move although the move does not name it, and is not known to be disabled. If this host
+    /// began no upload, it does not ask.
+    pub(super) fn outside(&self, message: &HostMessage<'_>, count: u8) -> Option<Refusal> {
+        let follows = matches!(
             message,
             HostMessage::RtPositionFrame(_)
                 | HostMessage::RtJogAll(_)
@@ -111,9 +120,12 @@ impl Uses {
                 | HostMessage::RtShootFrame(_)
                 | HostMessage::RtShootFrame2(_)
         );
+        let axes = self.axes.filter(|_| follows)?;
+        if self.is_incomplete {
+            return Some(Refusal::MoveUnknown);
+        }
         let all: Motors = (1..=count).map(Motor).collect();
-        let axes = self.axes.filter(|_| moves_all)?;
-        Motors(all.0 & !(axes.0 | self.disabled.0 | self.live.0)).iter().next()
+        Motors(all.0 & !(axes.0 | self.disabled.0 | self.live.0)).iter().next().map(Refusal::NotInMove)
     }
 
     /// Whether a message would let a motor take part in the move that it is not in, or take a motor out of the move.

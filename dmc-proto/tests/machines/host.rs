@@ -651,6 +651,39 @@ fn a_move_without_motors_needs_all_motors_disabled() {
     assert_eq!(desk.sequence(3, position_frame(1)).0, [(5, named(3))]);
 }
 
+/// D-90
+#[test]
+fn after_an_upload_that_failed_nothing_follows_a_move_until_an_upload_is_complete() {
+    let all = [position_frame(1), run(1, 10, RunFlags(0)), jog_all(5), shot(1)];
+    let mut desk = Desk::of(Options::default());
+    desk.becomes_ready(1, Hi { motor_count: 0, ..hi() });
+    assert_eq!(desk.clone().sequence(7, position_frame(1)).0, [(2, named(7))], "nobody knows the move");
+    desk.sequence(1, begin(1, 10));
+    assert_eq!(desk.acked(2, 0x0100, AckCode::ERR_MOVING).1, [refused(1, Refusal::Device(AckCode::ERR_MOVING))]);
+    for message in all {
+        assert_eq!(desk.sequence(7, message), (vec![], vec![refused(7, Refusal::MoveUnknown)]));
+    }
+    desk.step(Input::LinkDown);
+    desk.becomes_ready(3, Hi { motor_count: 0, ..hi() });
+    assert_eq!(desk.sequence(7, position_frame(1)), (vec![], vec![refused(7, Refusal::MoveUnknown)]), "a new link");
+    let mut other = desk.clone();
+    desk.sequence(1, begin(1, 10));
+    desk.acked(4, 0x0100, AckCode::OK);
+    desk.step(Input::Section(None));
+    assert_eq!(desk.pass(1500).1, [not_confirmed(1)]);
+    assert_eq!(desk.sequence(7, position_frame(1)), (vec![], vec![refused(7, Refusal::MoveUnknown)]), "no answer");
+    desk.sequence(1, begin(1, 10));
+    desk.acked(8, 0x0100, AckCode::OK);
+    desk.step(Input::Section(None));
+    assert_eq!(desk.acked(9, 0x0103, AckCode::OK).1, [done(1)]);
+    assert_eq!(desk.sequence(7, position_frame(1)).0, [(10, named(7))]);
+    // A device that was switched on has no move, and says so.
+    other.receives(0, hi().into());
+    other.receives(4, Hi { motor_count: 0, ..hi() }.into());
+    other.command(Command::Configured);
+    assert_eq!(other.sequence(7, position_frame(1)).0, [(5, named(7))]);
+}
+
 /// D-76, D-84
 #[test]
 fn a_move_needs_all_its_motors_enabled_and_a_shot_its_own_to_blur() {

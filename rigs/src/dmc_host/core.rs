@@ -50,8 +50,8 @@ pub(super) struct Core {
     asked: BTreeMap<Token, Asked>,
     /// Move of the last upload.
     table: Table,
-    /// Whether the device has that move; `None` if this host began no upload, so that nobody knows the move of the device.
-    uploaded: Option<bool>,
+    /// Whether the device has that move. Otherwise nobody knows the move of the device.
+    is_uploaded: bool,
     /// Positions of the motors that the device told last.
     pub(super) positions: Option<Positions>,
     /// Uses of the motors on this link.
@@ -98,7 +98,7 @@ impl Core {
             machine_wake: None,
             asked: BTreeMap::new(),
             table: Table::default(),
-            uploaded: None,
+            is_uploaded: false,
             positions: None,
             uses: Uses::new(),
             limits: Limits::default(),
@@ -176,7 +176,7 @@ impl Core {
                 self.uses.clear();
                 self.limits.clear();
                 // A device that was switched on has no move.
-                self.uploaded = self.uploaded.filter(|_| self.machine.is_loaded() != Some(false));
+                self.is_uploaded &= self.machine.is_loaded() != Some(false);
                 Some(Input::Command(OWN, host::Command::Configured))
             }
             host::Event::LinkDown => {
@@ -246,12 +246,12 @@ impl Core {
             (OWN | SHUTTER | REST | USES, _) => {}
             (_, Ok(answer)) => {
                 let check = message.as_ref().and_then(|message| Check::of(token, message));
-                if check.is_some() && self.uploaded == Some(true) {
+                if check.is_some() && self.is_uploaded {
                     self.check = check;
                     return Some(self.ask(CHECK, MotorGetPosition::default().into()));
                 }
                 if let Some(HostMessage::RtUploadMoveBegin(_)) = message {
-                    self.uploaded = Some(true);
+                    self.is_uploaded = true;
                 }
                 self.events.push_back(Event::Ended(token, Ok(answer)));
             }
@@ -279,7 +279,7 @@ impl Core {
             };
             let message = asked.message();
             let count = self.machine.device().map_or(0, |device| device.motor_count.min(32));
-            let table = self.uploaded.is_some().then_some(&self.table);
+            let table = self.is_uploaded.then_some(&self.table);
             let input = if let Some((motor, flags)) = lacking(&self.uses, &message, table, count) {
                 let is_outside = table.is_some_and(|table| !table.motors().contains(motor));
                 if !is_sequence && is_outside && self.runs() && !flags.contains(MotorFlags::LIVE) {
@@ -390,7 +390,7 @@ impl Core {
             Command::Shoot(token, shot) => self.submit(token, &Asked::Shot(shot), true),
             Command::Upload(token, table) => match self.fits(&table) {
                 Ok(begin) if !self.is_busy(token, true) => {
-                    (self.table, self.uploaded) = (table, Some(false));
+                    (self.table, self.is_uploaded) = (table, false);
                     self.submit(token, &Asked::Message(begin.into()), true);
                 }
                 Ok(_) => self.refuse(token, Refusal::Busy),

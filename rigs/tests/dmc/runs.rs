@@ -3,7 +3,7 @@
 use dmc_proto::device::{Quirks, State};
 use dmc_proto::host::{self, Failure, Outcome, Progress, Refusal};
 use dmc_proto::message::{
-    AckCode, Bool, DmxChannel, FrameNumber, FramesPerSecond, Motor, MotorConfigure, MotorFlags, RtJogAll,
+    AckCode, Bool, DmxChannel, FrameNumber, FramesPerSecond, HostMessage, Motor, MotorConfigure, MotorFlags, RtJogAll,
     RtPositionFrame, RtRunMove, RtStopLoop, RunFlags, Scaled, Triggers,
 };
 use examples::moves::Move;
@@ -152,6 +152,36 @@ fn a_motor_outside_the_move_is_not_moved_during_a_run() {
         stage.ask(move_to(2, 6000)).unwrap();
         stage.pass(3000);
         assert_eq!(stage.steps(2), Some(6000));
+    }
+}
+
+/// A device that refuses the begin of an upload keeps the move before, and the host has the data of another one.
+#[test]
+fn after_an_upload_that_was_refused_no_motor_follows_a_move() {
+    for (setup, _) in devices() {
+        let mut stage = Stage::up(setup);
+        stage.upload(sample("slide").1).unwrap();
+        let (_, other) = sample("crane");
+        let token = stage.token();
+        stage.scene.command(Command::Ask(token, jog(3, 50, 60_000).into()));
+        assert_eq!(stage.end(token, 100), Ok(Answer::Done));
+        let moves = Err(Outcome::Refused(Refusal::Device(AckCode::ERR_MOVING)));
+        assert_eq!(stage.upload(other.clone()), moves, "{}", stage.rig().name());
+        assert!(stage.stop() && stage.rests());
+        stage.pass(3000);
+        let unknown = Err(Outcome::Refused(Refusal::MoveUnknown));
+        let to_frame = RtPositionFrame { frame: FrameNumber(9), tail: &[] };
+        let run = run(24_000, 9, 20, 200, RunFlags::empty());
+        for message in [HostMessage::from(to_frame), run.into()] {
+            let token = stage.begin(message);
+            assert_eq!(stage.end(token, 60_000), unknown, "{}", stage.rig().name());
+        }
+        let shot = stage.token();
+        stage.scene.command(Command::Shoot(shot, Shot::of(FrameNumber(9), 100)));
+        assert_eq!(stage.end(shot, 60_000), unknown);
+        stage.upload(other).unwrap();
+        let token = stage.begin(to_frame);
+        assert_eq!(stage.end(token, 60_000), Ok(Answer::Done));
     }
 }
 
