@@ -7,8 +7,8 @@ use dmc_proto::host::{
 };
 use dmc_proto::lint::Context;
 use dmc_proto::message::{
-    AckCode, DeviceMessage, GioCam, HostMessage, MotorConfigure, MotorFlags, MotorGetPosition, MotorStatusRequest,
-    RtUploadMoveBegin,
+    AckCode, CameraFlags, DeviceMessage, GioCam, HostMessage, MotorConfigure, MotorFlags, MotorGetPosition,
+    MotorStatusRequest, RtUploadMoveBegin, RunFlags,
 };
 use dmc_proto::upload::{self, MoveSource as _, SCRATCH, Section, SectionSize};
 use dmc_proto::{EncodeError, Frame, Header, Item, Token};
@@ -88,6 +88,16 @@ impl Asked {
 /// Command of the machine for a message.
 const fn given(message: HostMessage<'_>, is_sequence: bool) -> host::Command<'_> {
     if is_sequence { host::Command::Sequence(message) } else { host::Command::Request(message) }
+}
+
+/// Whether a message lets the device open the shutter of the camera.
+fn opens_shutter(message: &HostMessage<'_>) -> bool {
+    match message {
+        HostMessage::GioCam(message) => message.flags.contains(CameraFlags::SHUTTER),
+        HostMessage::RtRunMove(run) => run.flags.unwrap_or_default().contains(RunFlags::CAMERA_EVERY_FRAME),
+        HostMessage::RtShootFrame(_) | HostMessage::RtShootFrame2(_) => true,
+        _ => false,
+    }
 }
 
 impl Core {
@@ -185,8 +195,8 @@ impl Core {
             }
             host::Event::HardStop(..) => {
                 self.end_waiting(Outcome::Failed(Failure::HardStop));
-                self.rest = self.machine.may_have_shutter_open().then_some((self.clock, QUESTIONS)).or(self.rest);
                 self.closes |= self.machine.may_have_shutter_open();
+                self.close_later();
                 None
             }
             host::Event::Stopped(_) => {
@@ -318,6 +328,13 @@ impl Core {
         Input::Command(token, host::Command::Request(message))
     }
 
+    /// Closes the shutter within some seconds, if it is to be closed.
+    fn close_later(&mut self) {
+        if self.closes {
+            self.rest = Some((self.clock, QUESTIONS));
+        }
+    }
+
     /// Closes the shutter, if a stop left it open.
     fn close_shutter(&mut self) {
         self.closes &= self.machine.may_have_shutter_open();
@@ -358,6 +375,7 @@ impl Core {
         }
         let Some((_, left)) = self.rest.take_if(|(due, _)| *due <= self.clock) else { return };
         self.close_shutter();
+        self.closes &= left > 0;
         if left > 0 && (self.machine.may_move() || self.closes) {
             self.rest = Some((self.clock.after(self.machine.options().request_timeout().into()), left - 1));
             if self.machine.may_move() && !self.asked.contains_key(&REST) {
@@ -371,7 +389,10 @@ impl Core {
         match command {
             Command::Greet => self.step(Input::Command(OWN, host::Command::Greet)),
             Command::Go => self.step(Input::Command(OWN, host::Command::Go)),
-            Command::EndStops => self.step(Input::Command(OWN, host::Command::EndStops)),
+            Command::EndStops => {
+                self.step(Input::Command(OWN, host::Command::EndStops));
+                self.close_later();
+            }
             Command::Stop(target) => {
                 info!(?target, "stop");
                 let was_open = self.machine.may_have_shutter_open();
@@ -407,13 +428,13 @@ impl Core {
     }
 
     fn submit(&mut self, token: Token, asked: &Asked, is_sequence: bool) {
-        if self.is_busy(token, is_sequence) {
+        let message = asked.message();
+        // The request that closes the shutter after a stop could end a new photo.
+        let is_closing = self.closes || self.asked.contains_key(&SHUTTER);
+        if self.is_busy(token, is_sequence) || (is_closing && opens_shutter(&message)) {
             return self.refuse(token, Refusal::Busy);
         }
         self.asked.insert(token, asked.clone());
-        let message = asked.message();
-        // A new photo is not ended by an earlier stop.
-        self.closes &= !matches!(message, HostMessage::GioCam(_));
         if message.conduct().may_move() {
             self.waiting.push_back(Waiting { token, is_sequence });
             self.go_on();

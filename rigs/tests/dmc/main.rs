@@ -5,5 +5,6 @@ mod hostile;
 mod motors;
 mod runs;
 mod shots;
+mod shutter;
 mod stage;
 mod trouble;
