@@ -199,6 +199,10 @@ impl Core {
                 self.close_later();
                 None
             }
+            host::Event::Ready { .. } => {
+                self.close_later();
+                None
+            }
             host::Event::Stopped(_) => {
                 self.rest = Some((self.clock, QUESTIONS));
                 None

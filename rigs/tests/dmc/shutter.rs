@@ -130,3 +130,14 @@ fn a_host_gives_up_to_close_the_shutter_after_some_seconds() {
     assert_eq!(desk.closed, closed);
     assert!(desk.photos() > 0);
 }
+
+#[test]
+fn a_shutter_that_a_stop_left_open_is_closed_over_the_next_link() {
+    let mut desk = Desk::stopped();
+    desk.host.close(desk.now, LINE);
+    desk.pass(5000);
+    desk.is_deaf = false;
+    desk.host.open(desk.now, LINE);
+    desk.pass(2000);
+    assert_eq!((desk.closed, desk.host.may_move()), (2, false));
+}
