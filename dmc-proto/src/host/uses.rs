@@ -128,11 +128,10 @@ impl Uses {
         Motors(all.0 & !(axes.0 | self.disabled.0 | self.live.0)).iter().next().map(Refusal::NotInMove)
     }
 
-    /// Whether a message would let a motor take part in the move that it is not in, or take a motor out of the move.
+    /// Whether a message would change the uses of a motor of the move, or let another motor take part in the move.
     pub(super) fn changes_move(&self, message: &HostMessage<'_>) -> bool {
         let (HostMessage::MotorConfigure(message), Some(axes)) = (message, self.axes) else { return false };
-        let is_enabled = message.flags.contains(MotorFlags::ENABLED);
-        let is_live = message.flags.contains(MotorFlags::LIVE);
-        if axes.contains(message.motor) { !is_enabled } else { is_enabled && !is_live }
+        let takes_part = message.flags & (MotorFlags::ENABLED | MotorFlags::LIVE) == MotorFlags::ENABLED;
+        takes_part || axes.contains(message.motor)
     }
 }

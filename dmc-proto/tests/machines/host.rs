@@ -616,7 +616,7 @@ fn the_motors_of_a_run_stay_the_same_until_it_is_over() {
     }
     assert_eq!(desk.sequence(3, run(1, 10, RunFlags(0))).0, [(8, Contents::ToFrame(frame(1)))]);
     let busy = (vec![], vec![refused(7, Refusal::Busy)]);
-    for (motor, flags) in [(1, disabled), (2, enabled), (3, enabled)] {
+    for (motor, flags) in [(1, disabled), (1, enabled | MotorFlags::BLUR), (2, enabled), (3, enabled)] {
         assert_eq!(desk.request(7, configure(motor, flags)), busy, "motor {motor}");
     }
     desk.acked(8, 0x0110, AckCode::OK);
