@@ -170,8 +170,16 @@ impl Core {
         [tick, self.wake, self.camera.wake(), self.jogs.values().min().copied()].into_iter().flatten().min()
     }
 
+    /// Does what is due up to a moment.
+    pub(super) fn advance(&mut self, now: Millis) {
+        while let Some(next) = self.next().filter(|next| *next <= now) {
+            self.tick(next.max(self.clock));
+        }
+        self.clock = self.clock.max(now);
+    }
+
     /// Does what is due at a moment.
-    pub(super) fn tick(&mut self, now: Millis) {
+    fn tick(&mut self, now: Millis) {
         self.clock = now;
         self.camera.advance(now);
         self.follow();

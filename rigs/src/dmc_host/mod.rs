@@ -137,11 +137,12 @@ impl Party for DmcHost {
     }
 
     fn receive(&mut self, now: Millis, line: LineId, bytes: &[u8]) {
-        self.advance(now);
-        if line != LINE || !self.is_open {
-            return;
+        if line == LINE && self.is_open {
+            // Bytes can be read late: they come before all that is overdue.
+            self.core.clock = self.core.clock.max(now);
+            dmc_reader::receive(&mut self.reader, now, bytes, |item| self.core.received(item));
         }
-        dmc_reader::receive(&mut self.reader, now, bytes, |item| self.core.received(item));
+        self.advance(now);
     }
 
     fn advance(&mut self, now: Millis) {

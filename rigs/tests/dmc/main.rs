@@ -2,6 +2,7 @@
 
 mod faults;
 mod hostile;
+mod late;
 mod motors;
 mod runs;
 mod shots;
