@@ -154,7 +154,9 @@ impl HostMachine {
     /// Asks the device who it is, and forgets what it was.
     pub(super) fn greet(&mut self, now: Millis, output: &mut Output<'_>, tries: u8) {
         if tries > 1 || self.connection == Connection::Silent {
-            transmit_padding(output, &self.options, self.options.greeting_timeout());
+            // A stop that is sent meanwhile waits for the padding.
+            let most = self.options.greeting_timeout().min(self.options.stop_timeout());
+            transmit_padding(output, &self.options, most);
         }
         let id = self.ids.next();
         output.transmit(Transmit { id, contents: Contents::Greeting });

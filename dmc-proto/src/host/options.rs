@@ -39,7 +39,12 @@ motion_core::options! {
         /// Whether requests are held back that the device would refuse, going by its greeting.
         gates with_gates: bool = true;
         /// Speed of the line, in bits per second. It limits how many zero bytes are sent after a greeting or a stop that was
-        /// not answered: no more than the line carries until the next try (decision D-71).
+        /// not answered: no more than the line carries until the next try, and in the [timeout of a
+        /// stop](Self::stop_timeout) (decision D-71).
+        ///
+        /// A stop that is sent meanwhile waits for these bytes: 178 ms at 115 200 bits per second, and 250 ms on a slow
+        /// line. A slow line carries fewer bytes in that time, 240 at 9600 bits per second. Then it can take several
+        /// greetings until a device hears again.
         line_speed with_line_speed: u32 = 115_200, in 1..=u32::MAX;
         /// Whether moves are held back of motors that no `MotorConfigure` has enabled on this link, and shots of motors that
         /// it has not set to blur. Motions along an uploaded move are also held back until all other motors are disabled.

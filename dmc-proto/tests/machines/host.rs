@@ -82,6 +82,14 @@ fn a_silent_device_is_greeted_five_times() {
         "it is on its way"
     );
     assert_eq!(other.receives(0, hi().into()), (vec![], vec![Event::Greeted(hi())]), "the device has booted");
+    // A stop waits for the zero bytes that are on their way: on a slow line there are few.
+    for (timeout, len) in [(1000, 240), (100, 96)] {
+        let options = Options::default().with_line_speed(9600).with_greeting_timeout(timeout);
+        let mut desk = Desk::of(options);
+        desk.step(Input::LinkUp);
+        desk.pass(timeout.into());
+        assert_eq!(desk.padding, len, "as many as the line carries in 250 ms, and until the next greeting");
+    }
 }
 
 /// D5-4
