@@ -50,7 +50,10 @@ motion_core::options! {
         /// it has not set to blur. Motions along an uploaded move are also held back until all other motors are disabled.
         ///
         /// Devices acknowledge a move of a motor that is not enabled, tell that it arrives, and do not move it (decision
-        /// D-76). They move an enabled motor that is not in the uploaded move to 0 (decision D-84).
+        /// D-76). They move an enabled motor that is not in the uploaded move to 0 (decision D-84). Moves along a move are
+        /// held back too after an upload that is not complete (decision D-90).
+        ///
+        /// Moves and jogs of virtual motors are not checked, because only the device knows which motors they move.
         needs_enabled with_needs_enabled: bool = true;
         /// Time to wait for the answer to a greeting, in milliseconds.
         ///

@@ -182,7 +182,8 @@ impl<'s> Flow<'s> {
         }
     }
 
-    /// Jogs for a time. The request is repeated as long as the jog is held. Nothing of it is left when this returns.
+    /// Jogs for a time. The request is repeated as long as the jog is held. No request of the jog is under way when this
+    /// returns. The motor still jogs: stop it.
     pub(super) async fn hold(&mut self, jog: MotorJog<'static>, time: Duration) -> Result<(), Trouble> {
         let until = Instant::now() + time;
         loop {
