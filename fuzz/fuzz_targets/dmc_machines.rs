@@ -1,6 +1,6 @@
 //! DMC: any inputs of a host and a device, alone and with each other on a faulty line, in any order.
 //!
-//! Input: the window and the quirks, then steps; see `fuzz::machines`.
+//! Input: the window, and whether motors have to be enabled; the quirks; then steps; see `fuzz::machines`.
 
 #![no_main]
 
@@ -15,7 +15,7 @@ use fuzz::machines::{Bytes, World, arrival, print, send, step, world};
 #[path = "../../dmc-proto/tests/machines/app.rs"]
 mod app;
 
-use app::{App, Tens, answer, hi, may_not_stop, section, the_rig_acts_first};
+use app::{App, Tens, answer, hi, may_not_stop, the_rig_acts_first};
 
 fuzz_world!(Dmc);
 
@@ -28,7 +28,9 @@ struct Dmc<'i> {
 
 impl<'i> Dmc<'i> {
     fn new(bytes: &mut Bytes<'i>) -> Self {
-        let host = HostMachine::new(host::Options::default().with_window(bytes.byte()).with_needs_enabled(false));
+        let first = bytes.byte();
+        let options = host::Options::default().with_window(first % 128).with_needs_enabled(first >= 128);
+        let host = HostMachine::new(options);
         let quirks = Quirks(u16::from_le_bytes(bytes.few()));
         let device = DeviceMachine::new(device::Options::of(hi()).with_quirks(quirks));
         Self { world: world(host, device), app: App::default(), store: None }
@@ -146,11 +148,11 @@ impl<'i> Dmc<'i> {
             let is_stop = |effect: &_| matches!(effect, Effect::Transmit(Transmit { contents: Contents::Stop(_), .. }));
             assert_eq!(output.effects.first().is_some_and(is_stop), is_online, "a stop is sent first: {output:?}");
         }
-        self.app.takes(&output);
+        self.app.takes(&output, &self.world.host.machine);
         for transmit in output.transmits() {
             send(&mut self.world.up, self.world.now, &self.app.frame(transmit));
         }
-        if let Some(section) = section(&output) {
+        if let Some(section) = self.app.section(&output) {
             self.tell_host(section);
         }
     }

@@ -53,7 +53,7 @@ const NOTHING: Hi<'static> = Hi {
 flags! {
     /// Differences of devices in the field from the specification, for simulators that stand for one of them.
     ///
-    /// With two of them a stop is refused or ignored: [`STOP_LOCKS`](Self::STOP_LOCKS) and
+    /// A stop is refused with [`STOP_LOCKS`](Self::STOP_LOCKS), and ignored with
     /// [`STOP_OF_ONE_IGNORED`](Self::STOP_OF_ONE_IGNORED). They are for simulators alone: hosts have to cope with such devices.
     pub struct Quirks(u16) {
         /// Acknowledgements have four bytes, the upper two zero (decision D-6).

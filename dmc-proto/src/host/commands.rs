@@ -85,8 +85,8 @@ impl HostMachine {
             return Err(Refusal::NotConfigured(motor, flags));
         }
         let count = self.device.map_or(0, |device| device.motor_count);
-        if let (true, Some(motor)) = (self.options.needs_enabled(), self.uses.outside(message, count)) {
-            return Err(Refusal::NotInMove(motor));
+        if let (true, Some(refusal)) = (self.options.needs_enabled(), self.uses.outside(message, count)) {
+            return Err(refusal);
         }
         // Nobody answers an acknowledgement (decision D-5).
         if message.kind().is_ack() { Err(Refusal::Misplaced) } else { Ok(()) }
@@ -108,6 +108,11 @@ impl HostMachine {
             return Err(Refusal::Misplaced);
         }
         self.check(message)?;
+        // The messages of a run were checked when it began, and the last ones are sent much later.
+        let runs = matches!(self.sequence, Some(Sequence { course: Course::Run(_), .. })) || self.is_armed();
+        if self.options.needs_enabled() && runs && self.uses.changes_move(message) {
+            return Err(Refusal::Busy);
+        }
         let request = Request::of_application(Owner::Application(token), Source::Command(token), message);
         if !self.requests.submit(request) {
             return Err(Refusal::Busy);
@@ -128,7 +133,7 @@ impl HostMachine {
         let begin = Request::of_application(Owner::Sequence, Source::Command(token), message);
         let (course, first) = if let HostMessage::RtUploadMoveBegin(_) = message {
             self.is_loaded = None;
-            self.uses.without_move();
+            self.uses.upload();
             (Course::Upload(Upload::Begins), begin)
         } else {
             let (run, first) = Run::new(begin, message, self.is_loaded == Some(true)).ok_or(Refusal::Misplaced)?;
@@ -197,14 +202,17 @@ impl HostMachine {
             Course::Upload(_) => None,
             Course::Run(run) => run.signal(),
         };
+        if let Course::Run(run) = &course {
+            self.motion.is_shutter_open |= run.may_leave_shutter_open(&outcome);
+        }
         if let Outcome::Done(_) = outcome {
             match course {
-                Course::Upload(_) => self.is_loaded = Some(true),
+                Course::Upload(_) => {
+                    self.is_loaded = Some(true);
+                    self.uses.uploaded();
+                }
                 Course::Run(_) => self.motion.is_armed = false,
             }
-        } else if let Course::Run(run) = &course {
-            let is_refused = matches!(outcome, Outcome::Refused(_));
-            self.motion.is_shutter_open |= run.may_have_shutter_open() && !is_refused;
         }
         for token in [Some(token), signal].into_iter().flatten() {
             output.event(Event::Ended { token, outcome });

@@ -116,7 +116,11 @@ pub enum Outcome<'a> {
     /// Sent, and the protocol has no answer to it. Events tell what comes of it: of a stop
     /// [`Event::Stopped`] or [`Event::StopNotConfirmed`], of a greeting [`Event::Greeted`] or [`Event::Silent`].
     Sent,
-    /// The machine or the device refused the command. It was not done.
+    /// The machine or the device refused the command, and it was not done.
+    ///
+    /// Of a sequence, the device may have refused a later request. The earlier ones are done: motors may have moved, and a
+    /// run or shot [may still begin](super::HostMachine::is_armed), or its [shutter be
+    /// open](super::HostMachine::may_have_shutter_open).
     Refused(Refusal),
     /// Something else ended the command. If it had been sent, the device may have done it.
     Failed(Failure),
@@ -148,7 +152,7 @@ pub enum Refusal {
     NotConnected,
     /// The device is not known, or not configured yet.
     NotReady,
-    /// Too many requests wait, or another sequence runs.
+    /// Too many requests wait, or another sequence runs, or the request would change which motors take part in it.
     Busy,
     /// A stop is not confirmed yet, and the message would move what has to stop.
     Stopping,
@@ -163,6 +167,9 @@ pub enum Refusal {
     /// flag enabled was acknowledged for it on this link. Some devices give such a motor a path of zeros, and move it to 0
     /// (decision D-84).
     NotInMove(Motor),
+    /// The message moves motors along the uploaded move, and the last upload of this host did not come to its end: a device
+    /// that refused or lost its begin still has the move before (decision D-90). Upload the move again.
+    MoveUnknown,
     /// The device would answer with this code, going by its greeting. Nothing was sent.
     WouldBeRefused(AckCode),
     /// The device answered with this code.

@@ -154,7 +154,9 @@ impl HostMachine {
     /// Asks the device who it is, and forgets what it was.
     pub(super) fn greet(&mut self, now: Millis, output: &mut Output<'_>, tries: u8) {
         if tries > 1 || self.connection == Connection::Silent {
-            transmit_padding(output, &self.options, self.options.greeting_timeout());
+            // A stop that is sent meanwhile waits for the padding.
+            let most = self.options.greeting_timeout().min(self.options.stop_timeout());
+            transmit_padding(output, &self.options, most);
         }
         let id = self.ids.next();
         output.transmit(Transmit { id, contents: Contents::Greeting });
@@ -308,6 +310,8 @@ impl HostMachine {
         let request = pending.request;
         self.motion.ended(pending, &reply);
         match (request.role, reply) {
+            // A later request for the same motor changes its uses again: until it is answered, nobody knows them.
+            (Role::Configures(..), _) if self.requests.any(|other| request.configures_as(other)) => {}
             (Role::Configures(motor, flags), Reply::Acknowledged) => self.uses.set(motor, flags),
             // A device that cannot configure its motors uses all of them.
             (Role::Configures(motor, _), Reply::Refused(AckCode::ERR_UNSUPPORTED)) => {

@@ -39,13 +39,21 @@ motion_core::options! {
         /// Whether requests are held back that the device would refuse, going by its greeting.
         gates with_gates: bool = true;
         /// Speed of the line, in bits per second. It limits how many zero bytes are sent after a greeting or a stop that was
-        /// not answered: no more than the line carries until the next try (decision D-71).
+        /// not answered: no more than the line carries until the next try, and in the [timeout of a
+        /// stop](Self::stop_timeout) (decision D-71).
+        ///
+        /// A stop that is sent meanwhile waits for these bytes: 178 ms at 115 200 bits per second, and 250 ms on a slow
+        /// line. A slow line carries fewer bytes in that time, 240 at 9600 bits per second. Then it can take several
+        /// greetings until a device hears again.
         line_speed with_line_speed: u32 = 115_200, in 1..=u32::MAX;
         /// Whether moves are held back of motors that no `MotorConfigure` has enabled on this link, and shots of motors that
         /// it has not set to blur. Motions along an uploaded move are also held back until all other motors are disabled.
         ///
         /// Devices acknowledge a move of a motor that is not enabled, tell that it arrives, and do not move it (decision
-        /// D-76). They move an enabled motor that is not in the uploaded move to 0 (decision D-84).
+        /// D-76). They move an enabled motor that is not in the uploaded move to 0 (decision D-84). Moves along a move are
+        /// held back too after an upload that is not complete (decision D-90).
+        ///
+        /// Moves and jogs of virtual motors are not checked, because only the device knows which motors they move.
         needs_enabled with_needs_enabled: bool = true;
         /// Time to wait for the answer to a greeting, in milliseconds.
         ///

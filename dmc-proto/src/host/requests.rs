@@ -93,6 +93,19 @@ impl Request {
         Self { owner, conduct: message.conduct(), role, kind: message.kind(), contents }
     }
 
+    /// Motor whose uses the request sets.
+    const fn configures(&self) -> Option<Motor> {
+        match self.role {
+            Role::Configures(motor, _) => Some(motor),
+            _ => None,
+        }
+    }
+
+    /// Whether both requests set the uses of the same motor. The one that the device gets last counts.
+    pub(super) fn configures_as(&self, other: &Self) -> bool {
+        self.configures().is_some_and(|motor| other.configures() == Some(motor))
+    }
+
     /// Whether a run or a shot may begin because of the request.
     pub(super) const fn arms(&self) -> bool {
         matches!(self.conduct.purpose, Purpose::Arms)
@@ -283,17 +296,17 @@ impl Requests {
         over
     }
 
-    /// Sends what has its turn. Nothing that may move is sent while such a request is not answered, and no request
-    /// overtakes another.
+    /// Sends what has its turn. Nothing that may move is sent while such a request is not answered, nor new uses of a motor
+    /// while the last ones are not. No request overtakes another.
     pub(super) fn send(&mut self, now: Millis, output: &mut Output<'_>, options: &Options, ids: &mut Ids) {
         while self.window.len() < options.window().into() {
-            let is_moving = self.sent().any(|request| request.conduct.may_move());
             let Some(&request) = self.queue.first() else { return };
-            if request.conduct.may_move() && is_moving {
+            let moves = request.conduct.may_move();
+            if self.sent().any(|sent| (moves && sent.conduct.may_move()) || request.configures_as(sent)) {
                 return;
             }
             self.queue.pop_at(0);
-            self.outdate(request.conduct.may_move());
+            self.outdate(moves);
             let tries = ArrayVec::new();
             let mut pending = Pending { request, tries, is_outdated: false, until: now, is_damaged: false };
             pending.send(now, output, options, ids);

@@ -111,10 +111,15 @@ impl Run {
         Some((Self { goal, begin, opens_shutter, phase, go: None }, first))
     }
 
-    /// Whether the device may have opened the shutter for the run, and may leave it open if that is broken off (decision
-    /// D-86).
-    pub(super) fn may_have_shutter_open(&self) -> bool {
-        self.opens_shutter && !matches!(self.phase, Phase::ToStart | Phase::Watch(_, Then::Begin))
+    /// Whether the device may have opened the shutter for the run, and may leave it open after this end (decision D-86). A
+    /// device that refuses the message of the run itself has not opened it.
+    pub(super) const fn may_leave_shutter_open(&self, end: &Outcome<'_>) -> bool {
+        let may_have_begun = match self.phase {
+            Phase::ToStart | Phase::Watch(_, Then::Begin) => false,
+            Phase::Begins => !matches!(end, Outcome::Refused(_)),
+            _ => true,
+        };
+        self.opens_shutter && may_have_begun && !matches!(end, Outcome::Done(_))
     }
 
     /// Whether all that moves motors was sent and answered: nothing more is sent except questions.

@@ -1,5 +1,6 @@
 //! Uses of the motors, as the device acknowledged them, and the motors of the uploaded move.
 
+use super::event::Refusal;
 use crate::message::{HostMessage, Motor, MotorFlags, MotorPair, Motors, RtShootFrame, RtShootFrame2};
 use crate::upload::Track;
 
@@ -12,8 +13,10 @@ pub(super) struct Uses {
     disabled: Motors,
     /// Motors that are driven by hand during a move.
     pub(super) live: Motors,
-    /// Motors of the last move that was uploaded.
-    axes: Motors,
+    /// Motors of the move whose upload this host began last; `None` if it began none: then nobody knows the move.
+    axes: Option<Motors>,
+    /// Whether that upload has not come to its end.
+    is_incomplete: bool,
 }
 
 fn only(motor: Motor) -> Motors {
@@ -59,33 +62,44 @@ impl Uses {
 
     /// Forgets all uses, because the device may be another one, or have forgotten them.
     pub(super) fn forget(&mut self) {
-        *self = Self { axes: self.axes, ..Self::default() };
+        *self = Self { axes: self.axes, is_incomplete: self.is_incomplete, ..Self::default() };
     }
 
-    /// An upload begins, or the device has no move.
+    /// An upload begins, of a move without motors as yet.
+    pub(super) const fn upload(&mut self) {
+        (self.axes, self.is_incomplete) = (Some(Motors::NONE), true);
+    }
+
+    /// The upload is complete.
+    pub(super) const fn uploaded(&mut self) {
+        self.is_incomplete = false;
+    }
+
+    /// The device has no move.
     pub(super) const fn without_move(&mut self) {
-        self.axes = Motors::NONE;
+        (self.axes, self.is_incomplete) = (None, false);
     }
 
     /// A section of an upload is sent.
     pub(super) fn section(&mut self, track: Track) {
         if let Track::Axis(motor) = track {
-            self.axes.0 |= only(motor).0;
+            self.axes.get_or_insert_default().0 |= only(motor).0;
         }
     }
 
     /// A motor that a message would move although the device was not told to use it so, and the flags that are missing.
     pub(super) fn lacking(&self, message: &HostMessage<'_>) -> Option<(Motor, MotorFlags)> {
+        let axes = self.axes.unwrap_or(Motors::NONE);
         let (moved, blurred) = match message {
             HostMessage::MotorMove(message) => (only(message.motor), Motors::NONE),
             HostMessage::MotorJog(message) => (only(message.motor), Motors::NONE),
             HostMessage::RtPositionFrame(_) | HostMessage::RtJogAll(_) | HostMessage::RtRunMove(_) => {
-                (self.axes, Motors::NONE)
+                (axes, Motors::NONE)
             }
             HostMessage::RtShootFrame(RtShootFrame { motors, .. })
             | HostMessage::RtShootFrame2(RtShootFrame2 { motors, .. }) => {
                 let own = blurred(motors);
-                (Motors(self.axes.0 | own.0), own)
+                (Motors(axes.0 | own.0), own)
             }
             _ => return None,
         };
@@ -94,10 +108,11 @@ impl Uses {
             .or_else(|| first(Motors(blurred.0 & !self.blurred.0), MotorFlags::BLUR))
     }
 
-    /// First of the `count` motors of the device that a message would move although the move does not name it, and that is
-    /// not known to be disabled. Without a move of this host, nobody knows which motors the move has.
-    pub(super) fn outside(&self, message: &HostMessage<'_>, count: u8) -> Option<Motor> {
-        let moves_all = matches!(
+    /// Why a message must not move motors along the uploaded move: nobody knows which move that is, or a motor of the `count`
+    /// motors of the device would move although the move does not name it, and is not known to be disabled. If this host
+    /// began no upload, it does not ask.
+    pub(super) fn outside(&self, message: &HostMessage<'_>, count: u8) -> Option<Refusal> {
+        let follows = matches!(
             message,
             HostMessage::RtPositionFrame(_)
                 | HostMessage::RtJogAll(_)
@@ -105,8 +120,18 @@ impl Uses {
                 | HostMessage::RtShootFrame(_)
                 | HostMessage::RtShootFrame2(_)
         );
+        let axes = self.axes.filter(|_| follows)?;
+        if self.is_incomplete {
+            return Some(Refusal::MoveUnknown);
+        }
         let all: Motors = (1..=count).map(Motor).collect();
-        let outside = Motors(all.0 & !(self.axes.0 | self.disabled.0 | self.live.0));
-        outside.iter().next().filter(|_| moves_all && self.axes != Motors::NONE)
+        Motors(all.0 & !(axes.0 | self.disabled.0 | self.live.0)).iter().next().map(Refusal::NotInMove)
+    }
+
+    /// Whether a message would change the uses of a motor of the move, or let another motor take part in the move.
+    pub(super) fn changes_move(&self, message: &HostMessage<'_>) -> bool {
+        let (HostMessage::MotorConfigure(message), Some(axes)) = (message, self.axes) else { return false };
+        let takes_part = message.flags & (MotorFlags::ENABLED | MotorFlags::LIVE) == MotorFlags::ENABLED;
+        takes_part || axes.contains(message.motor)
     }
 }

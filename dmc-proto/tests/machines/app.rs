@@ -5,8 +5,11 @@
 use std::collections::HashMap;
 
 use dmc_proto::device::{self, Rig};
-use dmc_proto::host::{self, Command, Contents, Source};
-use dmc_proto::message::{Capabilities, FrameNumber, Hi, Motor, Motors, Name, Steps};
+use dmc_proto::host::{self, Command, Contents, HostMachine, Outcome, Refusal, Source};
+use dmc_proto::message::{
+    AckCode, Capabilities, FrameNumber, Hi, Motor, MotorFlags, MotorJog, MotorMove, Motors, Name, RtShootFrame,
+    RtShootFrame2, Steps,
+};
 use dmc_proto::upload::{MoveSource, SCRATCH, Section, SectionSize};
 use dmc_proto::{DeviceMessage, Effect, Frame, HostMessage, Token};
 use laws::world::Tokens;
@@ -67,6 +70,10 @@ pub(crate) struct App<'a> {
     messages: HashMap<Token, (HostMessage<'a>, u32)>,
     /// Number of times that the last signal to start was sent.
     signals: u32,
+    /// Uses that the device may have for a motor. Without an entry, it may have any.
+    uses: HashMap<Motor, Vec<MotorFlags>>,
+    /// Motors of the move whose upload began last, and whether the upload is complete. `None` if nobody knows the move.
+    upload: Option<(Motors, bool)>,
 }
 
 impl<'a> App<'a> {
@@ -84,26 +91,129 @@ impl<'a> App<'a> {
     }
 
     /// Takes an output of the host, which keeps the laws of hosts: stops go out before everything else, and so before
-    /// anybody is told of them; each command ends once; no message is sent more often than it may be.
-    pub(crate) fn takes(&mut self, output: &host::Output<'_>) {
+    /// anybody is told of them; each command ends once; no message is sent more often than it may be; no motor is moved that
+    /// has not the uses for it.
+    pub(crate) fn takes(&mut self, output: &host::Output<'_>, host: &HostMachine) {
         stops_go_first(output);
         for effect in &output.effects {
             match effect {
-                Effect::Event(host::Event::Ended { token, .. }) => self.tokens.end(*token),
-                Effect::Transmit(host::Transmit { contents: Contents::Go, .. }) => {
-                    self.signals += 1;
-                    assert!(self.signals <= 4, "a signal, and three more after refusals");
+                Effect::Event(host::Event::Ended { token, outcome }) => {
+                    self.tokens.end(*token);
+                    self.ended(*token, outcome);
                 }
-                Effect::Transmit(host::Transmit {
-                    contents: Contents::Application(Source::Command(token)), ..
-                }) => {
-                    let (message, times) = self.messages.get_mut(token).expect("a command with a message");
-                    *times += 1;
-                    let most = if message.conduct().repeatable { 3 } else { 1 };
-                    assert!(*times <= most, "{message} is sent {times} times");
+                Effect::Event(host::Event::DeviceReset) => self.upload = None,
+                Effect::Event(host::Event::Greeted(_)) if host.is_loaded() == Some(false) => self.upload = None,
+                Effect::Event(_) => {}
+                Effect::Transmit(transmit) => {
+                    let times = self.count(transmit.contents);
+                    let mut scratch = [0; SCRATCH];
+                    let message = transmit.message(|source| self.find(source, &mut scratch));
+                    let Some(message) = message else { continue };
+                    if host.options().needs_enabled() {
+                        self.check_uses(&message, times, host.device().map_or(0, |device| device.motor_count));
+                    }
+                    if transmit.contents == Contents::Greeting {
+                        self.uses.clear();
+                    }
+                    self.keep(&message);
                 }
-                _ => {}
             }
+        }
+    }
+
+    /// Number of times that a message was sent for one command of the application.
+    fn count(&mut self, contents: Contents) -> u32 {
+        match contents {
+            Contents::Go => {
+                self.signals += 1;
+                assert!(self.signals <= 4, "a signal, and three more after refusals");
+                self.signals
+            }
+            Contents::Application(Source::Command(token)) => {
+                let (message, times) = self.messages.get_mut(&token).expect("a command with a message");
+                *times += 1;
+                let most = if message.conduct().repeatable { 3 } else { 1 };
+                assert!(*times <= most, "{message} is sent {times} times");
+                *times
+            }
+            _ => 1,
+        }
+    }
+
+    /// Keeps what a message that is sent may change at the device.
+    fn keep(&mut self, message: &HostMessage<'_>) {
+        match message {
+            HostMessage::MotorConfigure(set) => {
+                if let Some(uses) = self.uses.get_mut(&set.motor) {
+                    uses.push(set.flags);
+                }
+            }
+            HostMessage::RtUploadMoveBegin(_) => self.upload = Some((Motors::NONE, false)),
+            HostMessage::RtUploadMoveAxis(axis) => {
+                let (axes, _) = self.upload.as_mut().expect("an upload has begun");
+                axes.0 |= Motors::from_iter([axis.motor]).0;
+            }
+            _ => {}
+        }
+    }
+
+    fn ended(&mut self, token: Token, outcome: &Outcome<'_>) {
+        let Some((message, _)) = self.messages.get(&token) else { return };
+        match (message, outcome) {
+            (HostMessage::RtUploadMoveBegin(_), Outcome::Done(_)) => {
+                self.upload.as_mut().expect("an upload has begun").1 = true;
+            }
+            (HostMessage::MotorConfigure(set), Outcome::Done(None)) => self.uses_are(set.motor, set.flags),
+            // A device without uses moves all its motors, and nobody can tell it otherwise.
+            (HostMessage::MotorConfigure(set), Outcome::Refused(Refusal::Device(AckCode::ERR_UNSUPPORTED))) => {
+                self.uses_are(set.motor, MotorFlags::all());
+            }
+            _ => {}
+        }
+    }
+
+    /// The device has these uses for a motor, or those of a later request that is under way.
+    fn uses_are(&mut self, motor: Motor, flags: MotorFlags) {
+        let open = self.tokens.open().filter_map(|token| match self.messages.get(&token) {
+            Some((HostMessage::MotorConfigure(set), 1..)) if set.motor == motor => Some(set.flags),
+            _ => None,
+        });
+        let uses = [flags].into_iter().chain(open).collect();
+        self.uses.insert(motor, uses);
+    }
+
+    /// Law of hosts: a motor is moved only if the device is known to use it so (decision D-76). Nothing follows a move
+    /// while it is not known, or while a motor may be enabled that is not in it (decisions D-84 and D-90). A message that
+    /// was sent before may be sent again for a single motor that was disabled since: nothing moves then.
+    fn check_uses(&self, message: &HostMessage<'_>, times: u32, count: u8) {
+        let all = |motor: Motor, holds: fn(MotorFlags) -> bool| {
+            self.uses.get(&motor).is_some_and(|uses| uses.iter().all(|flags| holds(*flags)))
+        };
+        let is_enabled = |motor| all(motor, |flags| flags.contains(MotorFlags::ENABLED));
+        let pairs = match message {
+            HostMessage::MotorMove(MotorMove { motor, .. }) | HostMessage::MotorJog(MotorJog { motor, .. }) => {
+                assert!(times > 1 || is_enabled(*motor), "{message}: {:?}", self.uses);
+                return;
+            }
+            HostMessage::RtShootFrame(RtShootFrame { motors, .. })
+            | HostMessage::RtShootFrame2(RtShootFrame2 { motors, .. }) => *motors,
+            HostMessage::RtPositionFrame(_)
+            | HostMessage::RtJogAll(_)
+            | HostMessage::RtRunMove(_)
+            | HostMessage::RtGo(_) => &[],
+            _ => return,
+        };
+        for pair in pairs.iter().filter(|pair| pair.pos_a() != pair.pos_b()) {
+            let blurs = all(pair.motor(), |flags| flags.contains(MotorFlags::ENABLED | MotorFlags::BLUR));
+            assert!(blurs, "{message}: {:?}", self.uses);
+        }
+        let Some((axes, is_complete)) = self.upload else { return };
+        assert!(is_complete, "{message} during an upload, or after one that failed");
+        for motor in (1..=count).map(Motor) {
+            let is_outside =
+                |flags: MotorFlags| !flags.contains(MotorFlags::ENABLED) || flags.contains(MotorFlags::LIVE);
+            let is_right = if axes.contains(motor) { is_enabled(motor) } else { all(motor, is_outside) };
+            assert!(is_right, "{message}, move of motors {axes:?}: motor {motor} of {:?}", self.uses);
         }
     }
 
@@ -115,6 +225,20 @@ impl<'a> App<'a> {
             Source::Command(token) => self.messages[&token].0,
             Source::Section(section) => section.message(&Tens, scratch),
         }
+    }
+
+    /// Section that an upload asks for. A move of a single frame has no motors.
+    pub(crate) fn section(&self, output: &host::Output<'_>) -> Option<host::Input<'static>> {
+        let size = SectionSize::of(29);
+        output.events().find_map(|event| {
+            let host::Event::NextSection { token, after } = event else { return None };
+            let has_motors = match self.messages[token].0 {
+                HostMessage::RtUploadMoveBegin(begin) => begin.start_frame != begin.end_frame,
+                message => panic!("{message} is no upload"),
+            };
+            let first = || Section::first(&Tens, size).filter(|_| has_motors);
+            Some(host::Input::Section(after.map_or_else(first, |section| section.next(&Tens, size))))
+        })
     }
 
     /// Bytes that the host sends: the frame of a message, or padding.
@@ -132,18 +256,6 @@ impl<'a> App<'a> {
         assert_eq!((decoded.id(), HostMessage::decode(&decoded)), (transmit.id, Ok(message)));
         bytes
     }
-}
-
-/// Section that an upload asks for.
-pub(crate) fn section(output: &host::Output<'_>) -> Option<host::Input<'static>> {
-    let size = SectionSize::of(29);
-    output.events().find_map(|event| match event {
-        host::Event::NextSection { after, .. } => {
-            let first = || Section::first(&Tens, size);
-            Some(host::Input::Section(after.map_or_else(first, |section| section.next(&Tens, size))))
-        }
-        _ => None,
-    })
 }
 
 /// Frame of a message of the device.

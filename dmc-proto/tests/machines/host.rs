@@ -13,8 +13,8 @@ use motion_core::wire::Messages;
 
 use super::app::Tens;
 use super::bench::{
-    COMMAND, Desk, ack, answered, axis, begin, done, ended, failed, hi, jog, jog_all, move_to, named, not_confirmed,
-    position_frame, refused, run, shot, status, stop, stop_all, virtuals,
+    COMMAND, Desk, ack, answered, axis, begin, done, ended, failed, frame, hi, jog, jog_all, move_to, named,
+    not_confirmed, position_frame, refused, run, shot, status, stop, stop_all, virtuals,
 };
 use super::world::device_message;
 
@@ -82,6 +82,14 @@ fn a_silent_device_is_greeted_five_times() {
         "it is on its way"
     );
     assert_eq!(other.receives(0, hi().into()), (vec![], vec![Event::Greeted(hi())]), "the device has booted");
+    // A stop waits for the zero bytes that are on their way: on a slow line there are few.
+    for (timeout, len) in [(1000, 240), (100, 96)] {
+        let options = Options::default().with_line_speed(9600).with_greeting_timeout(timeout);
+        let mut desk = Desk::of(options);
+        desk.step(Input::LinkUp);
+        desk.pass(timeout.into());
+        assert_eq!(desk.padding, len, "as many as the line carries in 250 ms, and until the next greeting");
+    }
 }
 
 /// D5-4
@@ -508,6 +516,22 @@ fn a_shot_that_was_broken_off_may_leave_the_shutter_open() {
     desk.sequence(1, shot(3));
     desk.acked(2, 0x0115, AckCode::ERR_GENERAL);
     assert!(!desk.machine.may_have_shutter_open());
+    // A device that refuses the signal to start may have started already.
+    let mut desk = Desk::up();
+    desk.sequence(1, shot(3));
+    desk.acked(2, 0x0115, AckCode::OK);
+    for id in [3, 4] {
+        assert_eq!(desk.pass(100).0, [(id, Contents::Status)]);
+        desk.status(id, 0);
+    }
+    assert_eq!(desk.command(Command::Go).0, [(5, Contents::Go)]);
+    for id in 5..8 {
+        assert_eq!(desk.acked(id, 0x0113, AckCode::ERR_NOT_IN_POSITION), (vec![], vec![]));
+        assert_eq!(desk.pass(100).0, [(id + 1, Contents::Go)]);
+    }
+    let end = Refusal::Device(AckCode::ERR_NOT_IN_POSITION);
+    assert_eq!(desk.acked(8, 0x0113, AckCode::ERR_NOT_IN_POSITION).1, [refused(1, end), refused(COMMAND.0, end)]);
+    assert!(desk.machine.may_have_shutter_open() && desk.machine.is_armed());
 }
 
 #[test]
@@ -561,6 +585,111 @@ fn a_motor_that_was_not_enabled_is_not_moved() {
     desk.receives(9, hi().into());
     desk.command(Command::Configured);
     assert_eq!(desk.request(7, jog(2)), (vec![], lacks(7, 2, enabled)));
+}
+
+/// D-76
+#[test]
+fn of_two_configurations_of_a_motor_the_last_one_counts() {
+    let configure = |flags| HostMessage::from(MotorConfigure { motor: Motor(2), flags, tail: &[] });
+    let unknown = vec![refused(7, Refusal::NotConfigured(Motor(2), MotorFlags::ENABLED))];
+    for window in [1, 4] {
+        let mut desk = Desk::of(Options::default().with_window(window));
+        desk.becomes_ready(1, hi());
+        desk.request(1, configure(MotorFlags::ENABLED));
+        let last = configure(MotorFlags::empty());
+        assert_eq!(desk.request(2, last), (vec![], vec![]), "a copy of the first one could come after it");
+        assert_eq!(desk.acked(2, 0x0037, AckCode::OK), (vec![(3, named(2))], vec![done(1)]));
+        assert_eq!(desk.request(7, jog(2)), (vec![], unknown.clone()));
+        desk.acked(3, 0x0037, AckCode::OK);
+        assert_eq!(desk.request(7, jog(2)), (vec![], unknown.clone()), "it is disabled");
+    }
+}
+
+/// D-84
+#[test]
+fn the_motors_of_a_run_stay_the_same_until_it_is_over() {
+    let configure = |motor, flags| HostMessage::from(MotorConfigure { motor: Motor(motor), flags, tail: &[] });
+    let (disabled, enabled) = (MotorFlags::empty(), MotorFlags::ENABLED);
+    let mut desk = Desk::of(Options::default());
+    desk.becomes_ready(1, Hi { motor_count: 3, ..hi() });
+    desk.sequence(1, begin(1, 10));
+    desk.acked(2, 0x0100, AckCode::OK);
+    desk.step(Input::Section(Section::first(&Tens, SectionSize::default())));
+    desk.acked(3, 0x0101, AckCode::OK);
+    desk.step(Input::Section(None));
+    desk.acked(4, 0x0103, AckCode::OK);
+    for (id, motor, flags) in [(5, 1, enabled), (6, 2, disabled), (7, 3, enabled | MotorFlags::LIVE)] {
+        desk.request(2, configure(motor, flags));
+        desk.acked(id, 0x0037, AckCode::OK);
+    }
+    assert_eq!(desk.sequence(3, run(1, 10, RunFlags(0))).0, [(8, Contents::ToFrame(frame(1)))]);
+    let busy = (vec![], vec![refused(7, Refusal::Busy)]);
+    for (motor, flags) in [(1, disabled), (1, enabled | MotorFlags::BLUR), (2, enabled), (3, enabled)] {
+        assert_eq!(desk.request(7, configure(motor, flags)), busy, "motor {motor}");
+    }
+    desk.acked(8, 0x0110, AckCode::OK);
+    let (sent, _) = desk.pass(100);
+    assert_eq!(desk.status(sent[0].0, 0).0, [(10, named(3))]);
+    desk.acked(10, 0x0111, AckCode::OK);
+    assert_eq!(desk.request(2, configure(2, disabled)).0, [(11, named(2))]);
+    desk.acked(11, 0x0037, AckCode::OK);
+    assert_eq!(desk.request(2, configure(2, enabled | MotorFlags::LIVE)).0, [(12, named(2))], "driven by hand");
+    desk.acked(12, 0x0037, AckCode::OK);
+    desk.receives(0, HardStop { reason: StopReason::EMERGENCY_STOP, motor: None, tail: &[] }.into());
+    assert_eq!(desk.request(7, configure(2, enabled)), busy, "the run may still begin");
+    desk.stop(StopTarget::All);
+    desk.acked(13, 0x0033, AckCode::OK);
+    assert_eq!(desk.request(2, configure(2, enabled)).0, [(14, named(2))]);
+}
+
+/// D-84
+#[test]
+fn a_move_without_motors_needs_all_motors_disabled() {
+    let mut desk = Desk::of(Options::default());
+    desk.becomes_ready(1, Hi { motor_count: 1, ..hi() });
+    desk.sequence(1, begin(1, 10));
+    desk.acked(2, 0x0100, AckCode::OK);
+    desk.step(Input::Section(None));
+    assert_eq!(desk.acked(3, 0x0103, AckCode::OK).1, [done(1)]);
+    for message in [position_frame(1), run(1, 10, RunFlags(0)), jog_all(5), RtShootFrame::default().into()] {
+        assert_eq!(desk.sequence(7, message), (vec![], vec![refused(7, Refusal::NotInMove(Motor(1)))]));
+    }
+    desk.request(2, MotorConfigure { motor: Motor(1), flags: MotorFlags::empty(), tail: &[] }.into());
+    desk.acked(4, 0x0037, AckCode::OK);
+    assert_eq!(desk.sequence(3, position_frame(1)).0, [(5, named(3))]);
+}
+
+/// D-90
+#[test]
+fn after_an_upload_that_failed_nothing_follows_a_move_until_an_upload_is_complete() {
+    let all = [position_frame(1), run(1, 10, RunFlags(0)), jog_all(5), shot(1)];
+    let mut desk = Desk::of(Options::default());
+    desk.becomes_ready(1, Hi { motor_count: 0, ..hi() });
+    assert_eq!(desk.clone().sequence(7, position_frame(1)).0, [(2, named(7))], "nobody knows the move");
+    desk.sequence(1, begin(1, 10));
+    assert_eq!(desk.acked(2, 0x0100, AckCode::ERR_MOVING).1, [refused(1, Refusal::Device(AckCode::ERR_MOVING))]);
+    for message in all {
+        assert_eq!(desk.sequence(7, message), (vec![], vec![refused(7, Refusal::MoveUnknown)]));
+    }
+    desk.step(Input::LinkDown);
+    desk.becomes_ready(3, Hi { motor_count: 0, ..hi() });
+    assert_eq!(desk.sequence(7, position_frame(1)), (vec![], vec![refused(7, Refusal::MoveUnknown)]), "a new link");
+    let mut other = desk.clone();
+    desk.sequence(1, begin(1, 10));
+    desk.acked(4, 0x0100, AckCode::OK);
+    desk.step(Input::Section(None));
+    assert_eq!(desk.pass(1500).1, [not_confirmed(1)]);
+    assert_eq!(desk.sequence(7, position_frame(1)), (vec![], vec![refused(7, Refusal::MoveUnknown)]), "no answer");
+    desk.sequence(1, begin(1, 10));
+    desk.acked(8, 0x0100, AckCode::OK);
+    desk.step(Input::Section(None));
+    assert_eq!(desk.acked(9, 0x0103, AckCode::OK).1, [done(1)]);
+    assert_eq!(desk.sequence(7, position_frame(1)).0, [(10, named(7))]);
+    // A device that was switched on has no move, and says so.
+    other.receives(0, hi().into());
+    other.receives(4, Hi { motor_count: 0, ..hi() }.into());
+    other.command(Command::Configured);
+    assert_eq!(other.sequence(7, position_frame(1)).0, [(5, named(7))]);
 }
 
 /// D-76, D-84

@@ -5,8 +5,8 @@ use std::collections::{HashMap, HashSet};
 use dmc_proto::device::{self, DeviceMachine, Quirks, State};
 use dmc_proto::host::{self, Command, Contents, Failure, HostMachine, Outcome, Progress, Refusal, StopTarget};
 use dmc_proto::message::{
-    AckCode, HiRequest, HostMessage, Motor, MotorStatusRequest, Motors, RtGo, RtStopLoop, RtUploadMoveEnd, RunFlags,
-    Triggers, VirtualMotor,
+    AckCode, Hi, HiRequest, HostMessage, Motor, MotorConfigure, MotorFlags, MotorStatusRequest, Motors, RtGo,
+    RtStopLoop, RtUploadMoveEnd, RunFlags, Triggers, VirtualMotor,
 };
 use dmc_proto::upload::{Section, SectionSize};
 use dmc_proto::{Effect, MessageId, MessageType, Millis};
@@ -150,6 +150,9 @@ fn device_step<'a>(device: &mut Watched<DeviceMachine>, now: Millis, input: devi
 #[derive(Debug, Clone)]
 enum HostStep {
     Request(Index),
+    /// A motor gets these uses, one after the other.
+    Configure(u8, Vec<MotorFlags>),
+    Jog(u8),
     Sequence(Index),
     Stop(u8),
     Command(u8),
@@ -168,6 +171,8 @@ fn host_steps() -> impl Strategy<Value = Vec<(u64, HostStep)>> {
     ];
     let step = prop_oneof![
         5 => any::<Index>().prop_map(HostStep::Request),
+        4 => (1..4_u8, vec(uses(), 1..3)).prop_map(|(motor, uses)| HostStep::Configure(motor, uses)),
+        4 => (1..4_u8).prop_map(HostStep::Jog),
         3 => any::<Index>().prop_map(HostStep::Sequence),
         2 => any::<u8>().prop_map(HostStep::Stop),
         2 => (0_u8..4).prop_map(HostStep::Command),
@@ -191,7 +196,7 @@ struct Alone {
 impl Alone {
     fn step<'a>(&mut self, input: host::Input<'a>) -> host::Output<'a> {
         let output = self.host.step_whole(self.now, input, host::Input::Wake);
-        self.app.takes(&output);
+        self.app.takes(&output, &self.host.machine);
         output
     }
 
@@ -216,6 +221,13 @@ impl Alone {
     fn act(&mut self, step: &HostStep) {
         match *step {
             HostStep::Request(at) => drop(self.command(Command::Request(*at.get(&sensible())))),
+            HostStep::Configure(motor, ref uses) => {
+                for flags in uses {
+                    let configure = MotorConfigure { motor: Motor(motor), flags: *flags, tail: &[] };
+                    let _ = self.command(Command::Request(configure.into()));
+                }
+            }
+            HostStep::Jog(motor) => drop(self.command(Command::Request(jog(motor)))),
             HostStep::Sequence(at) => drop(self.command(Command::Sequence(*at.get(&sensible())))),
             HostStep::Stop(which) => {
                 let wanted = match which % 4 {
@@ -274,16 +286,31 @@ fn bad_line() -> impl Strategy<Value = BadLine> {
     (vec(travel, 0..200), vec(fate, 0..200), vec(cut, 0..100)).prop_map(line)
 }
 
+fn options() -> impl Strategy<Value = host::Options> {
+    let options =
+        |(window, needs_enabled)| host::Options::default().with_window(window).with_needs_enabled(needs_enabled);
+    (1..5_u8, any::<bool>()).prop_map(options)
+}
+
+/// Uses of a motor.
+fn uses() -> impl Strategy<Value = MotorFlags> {
+    let (enabled, live) = (MotorFlags::ENABLED, MotorFlags::LIVE);
+    select(vec![MotorFlags::empty(), live, enabled, enabled, enabled | live, enabled | MotorFlags::BLUR])
+}
+
 fn action() -> BoxedStrategy<(Action, u64)> {
     let stops =
         select(vec![StopTarget::All, StopTarget::AllSilent, StopTarget::Motor(Motor(1)), StopTarget::Motor(Motor(3))]);
+    let (none, enabled) = (MotorFlags::empty(), MotorFlags::ENABLED);
+    let all_uses = select(vec![(enabled, none), (enabled, none), (enabled, enabled | MotorFlags::LIVE), (none, none)]);
     let flags = select(vec![RunFlags(0), RunFlags(0), RunFlags::LOOP, RunFlags::PING_PONG]);
     let action = prop_oneof![
         2 => (1..4_u8).prop_map(Action::Move),
         2 => (1..4_u8).prop_map(Action::Jog),
-        1 => Just(Action::Live(3)),
+        4 => (1..4_u8, uses()).prop_map(|(motor, flags)| Action::Configure(motor, flags)),
+        6 => all_uses.prop_map(|(flags, other)| Action::ConfigureAll(flags, other)),
         1 => Just(Action::Status),
-        4 => Just(Action::Upload),
+        4 => prop::bool::weighted(0.8).prop_map(Action::Upload),
         4 => (1..11).prop_map(Action::ToFrame),
         2 => (1..11).prop_map(Action::JogAll),
         4 => flags.prop_map(Action::Run),
@@ -338,11 +365,11 @@ proptest! {
 
     /// S-1, S-2
     #[test]
-    fn a_host_keeps_its_laws_with_any_inputs(steps in host_steps(), window in 1..5_u8) {
-        let machine = HostMachine::new(host::Options::default().with_window(window).with_needs_enabled(false)).with_last_id(100);
+    fn a_host_keeps_its_laws_with_any_inputs(steps in host_steps(), options in options()) {
+        let machine = HostMachine::new(options).with_last_id(100);
         let mut alone = Alone { host: Watched::new(machine), app: App::default(), now: Millis(0) };
         alone.tell(host::Input::LinkUp);
-        alone.tell(host::Input::Received(MessageId(0), hi().into()));
+        alone.tell(host::Input::Received(MessageId(0), Hi { motor_count: 3, ..hi() }.into()));
         let _ = alone.command(Command::Configured);
         for (gap, step) in steps {
             alone.pass(gap);
@@ -361,10 +388,16 @@ proptest! {
 /// Setup of a world, and the number of commands that were given so far.
 #[derive(Debug, Clone)]
 struct Script {
-    window: u8,
+    options: host::Options,
     quirks: Quirks,
     line: BadLine,
     commands: usize,
+}
+
+/// Acts before all others, so that a host that wants motors to be enabled often has a move that it can follow.
+fn prelude(options: &host::Options) -> impl Iterator<Item = Action> {
+    let all = [Action::ConfigureAll(MotorFlags::ENABLED, MotorFlags::empty()), Action::Upload(true)];
+    all.into_iter().filter(|_| options.needs_enabled())
 }
 
 /// Acts of the application and the operator, and the time after each of them, in milliseconds.
@@ -375,8 +408,11 @@ impl ReferenceStateMachine for Actions {
     type Transition = (Action, u64);
 
     fn init_state() -> BoxedStrategy<Script> {
-        (1..5_u8, any::<u16>().prop_map(Quirks), bad_line())
-            .prop_map(|(window, quirks, line)| Script { window, quirks, line, commands: 0 })
+        (options(), any::<u16>().prop_map(Quirks), bad_line())
+            .prop_map(|(options, quirks, line)| {
+                let commands = prelude(&options).map(Action::commands).sum();
+                Script { options, quirks, line, commands }
+            })
             .boxed()
     }
 
@@ -397,7 +433,12 @@ impl StateMachineTest for Together {
     type Reference = Actions;
 
     fn init_test(script: &Script) -> World {
-        World::new(script.window, script.quirks, script.line.clone())
+        let mut world = World::new(script.options, script.quirks, script.line.clone());
+        for action in prelude(&script.options) {
+            world.act(action);
+            world.pass(1000);
+        }
+        world
     }
 
     fn apply(mut world: World, _: &Script, (action, gap): (Action, u64)) -> World {
@@ -418,7 +459,7 @@ impl StateMachineTest for Together {
 }
 
 prop_state_machine! {
-    /// S-1, S-2, S-3, S-7, D-71, D-73
+    /// S-1, S-2, S-3, S-7, D-71, D-73, D-76, D-84, D-90
     #[test]
     fn a_host_and_a_device_keep_their_laws_over_a_bad_line(sequential 1..25 => Together);
 }
@@ -431,7 +472,7 @@ fn over_a_bad_line_every_state_and_every_end_is_reached() {
     let mut outcomes = HashMap::<_, u32>::new();
     for _ in 0..300 {
         let (actions, line) = (vec(action(), 0..25), bad_line()).new_tree(&mut runner).unwrap().current();
-        let mut world = World::new(1, Quirks(0), line);
+        let mut world = World::new(host::Options::default().with_needs_enabled(false), Quirks(0), line);
         for (action, gap) in actions {
             world.act(action);
             world.pass(gap);
@@ -464,9 +505,10 @@ fn over_a_bad_line_every_state_and_every_end_is_reached() {
 #[test]
 fn over_a_good_line_every_command_is_done() {
     for quirks in [Quirks(0), Quirks::VENDOR] {
-        let mut world = World::new(1, quirks, BadLine::default());
+        let mut world = World::new(host::Options::default(), quirks, BadLine::default());
         for (action, gap) in [
-            (Action::Upload, 500),
+            (Action::ConfigureAll(MotorFlags::ENABLED, MotorFlags::ENABLED | MotorFlags::LIVE), 100),
+            (Action::Upload(true), 500),
             (Action::ToFrame(1), 3000),
             (Action::Run(RunFlags(0)), 5000),
             (Action::Go, 5000),
@@ -481,7 +523,7 @@ fn over_a_good_line_every_command_is_done() {
             world.act(action);
             world.pass(gap);
         }
-        assert_eq!(world.ended.len(), 10);
+        assert_eq!(world.ended.len(), 13);
         for (token, outcome) in &world.ended {
             assert!(matches!(outcome, None | Some(Outcome::Done(None))), "{token:?}: {outcome:?}");
         }

@@ -5,13 +5,13 @@ use std::collections::{HashMap, HashSet, VecDeque};
 use dmc_proto::device::{self, DeviceMachine, Quirks, State};
 use dmc_proto::host::{self, Command, HostMachine, Outcome, Progress, Source, StopTarget};
 use dmc_proto::message::{
-    AckCode, FrameNumber, HostMessage, Motor, MotorConfigure, MotorFlags, MotorStatusRequest, Motors, RtStopLoop,
+    AckCode, FrameNumber, Hi, HostMessage, Motor, MotorConfigure, MotorFlags, MotorStatusRequest, Motors, RtStopLoop,
     RunFlags,
 };
 use dmc_proto::{DeviceMessage, Effect, Frame, MessageId, Millis, Token};
 use laws::world::{self, Fate, Faults, Next};
 
-use super::app::{App, answer, hi, may_not_stop, section, the_rig_acts_first};
+use super::app::{App, answer, hi, may_not_stop, the_rig_acts_first};
 use super::bench::{begin, jog, jog_all, move_to, position_frame, run, shot};
 
 /// Time that a frame takes, in milliseconds.
@@ -22,9 +22,12 @@ const TRAVEL: u64 = 2;
 pub(crate) enum Action {
     Move(u8),
     Jog(u8),
-    Live(u8),
+    Configure(u8, MotorFlags),
+    /// Motors 1 and 2 get the first uses, and motor 3 the second ones.
+    ConfigureAll(MotorFlags, MotorFlags),
     Status,
-    Upload,
+    /// Upload of a move of motors 1 and 2, or of none.
+    Upload(bool),
     ToFrame(i32),
     JogAll(i32),
     Run(RunFlags),
@@ -44,6 +47,7 @@ impl Action {
         match self {
             Self::OperatorGo | Self::Limit(_) | Self::Emergency => 0,
             Self::LinkDown => 2,
+            Self::ConfigureAll(..) => 3,
             _ => 1,
         }
     }
@@ -96,10 +100,11 @@ pub(crate) struct World {
 }
 
 impl World {
-    /// World whose host is ready, before its line turns bad.
-    pub(crate) fn new(window: u8, quirks: Quirks, line: BadLine) -> Self {
-        let host = HostMachine::new(host::Options::default().with_window(window).with_needs_enabled(false));
-        let device = DeviceMachine::new(device::Options::of(hi()).with_quirks(quirks));
+    /// World with a device of three motors, whose host is ready, before its line turns bad.
+    pub(crate) fn new(options: host::Options, quirks: Quirks, line: BadLine) -> Self {
+        let host = HostMachine::new(options);
+        let hi = Hi { motor_count: 3, ..hi() };
+        let device = DeviceMachine::new(device::Options::of(hi).with_quirks(quirks));
         let mut world = Self {
             both: world::World::new(Millis(0), host, device, Faults::ANY),
             line: BadLine::default(),
@@ -144,7 +149,7 @@ impl World {
     /// Takes a step of the host, and does what follows from it.
     pub(crate) fn tell_host(&mut self, input: host::Input<'_>) {
         let output = self.both.step_host(input);
-        self.app.takes(&output);
+        self.app.takes(&output, &self.both.host.machine);
         self.check_stops(input, &output);
         self.seen.1.extend(self.host().progress());
         for effect in &output.effects {
@@ -162,7 +167,7 @@ impl World {
             }
         }
         self.check_motion();
-        if let Some(section) = section(&output) {
+        if let Some(section) = self.app.section(&output) {
             self.tell_host(section);
         }
     }
@@ -278,6 +283,9 @@ impl World {
             device::Event::PostRoll => (Motion::Stopping, 300),
             _ => return None,
         };
+        // A move without motors takes no time, except that a run lasts as long as its frames.
+        let is_still = motion != Motion::Running && self.device().moving() == Motors::NONE;
+        let time = if is_still { 0 } else { time };
         (self.motion, self.rig_due) = (motion, Some(self.both.now.after(time)));
         None
     }
@@ -302,13 +310,20 @@ impl World {
         match action {
             Action::Move(motor) => self.command(Command::Request(move_to(motor, 5))),
             Action::Jog(motor) => self.command(Command::Request(jog(motor))),
-            Action::Live(motor) => {
-                let configure = MotorConfigure { motor: Motor(motor), flags: MotorFlags::LIVE, tail: &[] };
+            Action::Configure(motor, flags) => {
+                let configure = MotorConfigure { motor: Motor(motor), flags, tail: &[] };
                 self.command(Command::Request(configure.into()));
+            }
+            Action::ConfigureAll(flags, other) => {
+                for (motor, flags) in [(1, flags), (2, flags), (3, other)] {
+                    self.act(Action::Configure(motor, flags));
+                }
             }
             Action::Status => self.command(Command::Request(MotorStatusRequest::default().into())),
             Action::StopLoop => self.command(Command::Request(RtStopLoop::default().into())),
-            Action::Upload => self.command(Command::Sequence(begin(1, 10))),
+            Action::Upload(has_motors) => {
+                self.command(Command::Sequence(begin(1, if has_motors { 10 } else { 1 })));
+            }
             Action::ToFrame(number) => self.command(Command::Sequence(position_frame(number))),
             Action::JogAll(number) => self.command(Command::Sequence(jog_all(number))),
             Action::Run(flags) => self.command(Command::Sequence(run(1, 10, flags))),

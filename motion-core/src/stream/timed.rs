@@ -134,6 +134,8 @@ impl<F: Framing, const N: usize> TimedFrames<F, N> {
 
     /// Gives up the incomplete frame if its deadline has come. Then call [`next`](Self::next) until it returns `None`.
     ///
+    /// Push all bytes that have arrived first: bytes that arrived in time can be read late, and complete the frame.
+    ///
     /// Another incomplete frame may be overdue after it: repeat both until the [`deadline`](Self::deadline) is later.
     pub fn give_up(&mut self, now: Millis) {
         if self.deadline().is_some_and(|deadline| deadline <= now) {

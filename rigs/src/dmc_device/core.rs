@@ -170,8 +170,16 @@ impl Core {
         [tick, self.wake, self.camera.wake(), self.jogs.values().min().copied()].into_iter().flatten().min()
     }
 
+    /// Does what is due up to a moment.
+    pub(super) fn advance(&mut self, now: Millis) {
+        while let Some(next) = self.next().filter(|next| *next <= now) {
+            self.tick(next.max(self.clock));
+        }
+        self.clock = self.clock.max(now);
+    }
+
     /// Does what is due at a moment.
-    pub(super) fn tick(&mut self, now: Millis) {
+    fn tick(&mut self, now: Millis) {
         self.clock = now;
         self.camera.advance(now);
         self.follow();
@@ -190,7 +198,8 @@ impl Core {
             self.owes_rest = false;
             info!(after = self.machine.state().name(), "all motors rest");
             self.step(Input::AtRest);
-        } else if self.machine.state() == State::Moving {
+        } else if self.machine.state() != State::Idle {
+            // The machine knows only the motors of the upload, and others may move with them.
             let moving = (0..self.motors.len()).filter(|index| !self.motors[*index].is_idle()).map(number);
             let moving: Motors = moving.collect();
             if moving != self.machine.moving() && moving != Motors::NONE {

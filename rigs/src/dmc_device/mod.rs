@@ -178,22 +178,23 @@ impl Party for DmcDevice {
     }
 
     fn receive(&mut self, now: Millis, line: LineId, bytes: &[u8]) {
+        if line == LINE && self.is_open {
+            // Bytes can be read late: they come before a frame is given up.
+            self.core.advance(now);
+            if mem::take(&mut self.owes_greeting) {
+                self.core.step(Input::LinkUp);
+            }
+            dmc_reader::receive(&mut self.reader, now, bytes, |item| self.core.received(item));
+        }
         self.advance(now);
-        if line != LINE || !self.is_open {
-            return;
-        }
-        if mem::take(&mut self.owes_greeting) {
-            self.core.step(Input::LinkUp);
-        }
-        dmc_reader::receive(&mut self.reader, now, bytes, |item| self.core.received(item));
     }
 
     fn advance(&mut self, now: Millis) {
-        while let Some(next) = self.wake().filter(|next| *next <= now) {
-            self.core.tick(next.max(self.core.clock));
-            dmc_reader::give_up(&mut self.reader, next, |item| self.core.received(item));
+        while let Some(deadline) = self.reader.deadline().filter(|deadline| *deadline <= now) {
+            self.core.advance(deadline);
+            dmc_reader::give_up(&mut self.reader, deadline, |item| self.core.received(item));
         }
-        self.core.clock = self.core.clock.max(now);
+        self.core.advance(now);
     }
 
     fn wake(&self) -> Option<Millis> {

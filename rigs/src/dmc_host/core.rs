@@ -3,14 +3,14 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use dmc_proto::host::{
-    self, Effect, Failure, HostMachine, Input, Options, Outcome, Refusal, Source, StopTarget, Transmit,
+    self, Effect, Failure, HostMachine, Input, Options, Outcome, Progress, Refusal, Source, StopTarget, Transmit,
 };
 use dmc_proto::lint::Context;
 use dmc_proto::message::{
-    AckCode, DeviceMessage, GioCam, HostMessage, MotorConfigure, MotorGetPosition, MotorStatusRequest,
-    RtUploadMoveBegin,
+    AckCode, CameraFlags, DeviceMessage, GioCam, HostMessage, MotorConfigure, MotorFlags, MotorGetPosition,
+    MotorStatusRequest, RtUploadMoveBegin, RunFlags,
 };
-use dmc_proto::upload::{self, SCRATCH, Section, SectionSize};
+use dmc_proto::upload::{self, MoveSource as _, SCRATCH, Section, SectionSize};
 use dmc_proto::{EncodeError, Frame, Header, Item, Token};
 use motion_core::time::Millis;
 use tracing::{debug, info, warn};
@@ -50,8 +50,8 @@ pub(super) struct Core {
     asked: BTreeMap<Token, Asked>,
     /// Move of the last upload.
     table: Table,
-    /// Whether the device has that move.
-    uploaded: bool,
+    /// Whether the device has that move. Otherwise nobody knows the move of the device.
+    is_uploaded: bool,
     /// Positions of the motors that the device told last.
     pub(super) positions: Option<Positions>,
     /// Uses of the motors on this link.
@@ -90,6 +90,16 @@ const fn given(message: HostMessage<'_>, is_sequence: bool) -> host::Command<'_>
     if is_sequence { host::Command::Sequence(message) } else { host::Command::Request(message) }
 }
 
+/// Whether a message lets the device open the shutter of the camera.
+fn opens_shutter(message: &HostMessage<'_>) -> bool {
+    match message {
+        HostMessage::GioCam(message) => message.flags.contains(CameraFlags::SHUTTER),
+        HostMessage::RtRunMove(run) => run.flags.unwrap_or_default().contains(RunFlags::CAMERA_EVERY_FRAME),
+        HostMessage::RtShootFrame(_) | HostMessage::RtShootFrame2(_) => true,
+        _ => false,
+    }
+}
+
 impl Core {
     pub(super) fn new(options: Options) -> Self {
         Self {
@@ -98,7 +108,7 @@ impl Core {
             machine_wake: None,
             asked: BTreeMap::new(),
             table: Table::default(),
-            uploaded: false,
+            is_uploaded: false,
             positions: None,
             uses: Uses::new(),
             limits: Limits::default(),
@@ -175,11 +185,9 @@ impl Core {
             host::Event::Greeted(_) => {
                 self.uses.clear();
                 self.limits.clear();
+                // A device that was switched on has no move.
+                self.is_uploaded &= self.machine.is_loaded() != Some(false);
                 Some(Input::Command(OWN, host::Command::Configured))
-            }
-            host::Event::DeviceReset => {
-                self.uploaded = false;
-                None
             }
             host::Event::LinkDown => {
                 self.rest = None;
@@ -187,8 +195,12 @@ impl Core {
             }
             host::Event::HardStop(..) => {
                 self.end_waiting(Outcome::Failed(Failure::HardStop));
-                self.rest = self.machine.may_have_shutter_open().then_some((self.clock, QUESTIONS)).or(self.rest);
                 self.closes |= self.machine.may_have_shutter_open();
+                self.close_later();
+                None
+            }
+            host::Event::Ready { .. } => {
+                self.close_later();
                 None
             }
             host::Event::Stopped(_) => {
@@ -248,11 +260,13 @@ impl Core {
             (OWN | SHUTTER | REST | USES, _) => {}
             (_, Ok(answer)) => {
                 let check = message.as_ref().and_then(|message| Check::of(token, message));
-                if check.is_some() && self.uploaded {
+                if check.is_some() && self.is_uploaded {
                     self.check = check;
                     return Some(self.ask(CHECK, MotorGetPosition::default().into()));
                 }
-                self.uploaded |= matches!(message, Some(HostMessage::RtUploadMoveBegin(_)));
+                if let Some(HostMessage::RtUploadMoveBegin(_)) = message {
+                    self.is_uploaded = true;
+                }
                 self.events.push_back(Event::Ended(token, Ok(answer)));
             }
             (_, Err(outcome)) => self.events.push_back(Event::Ended(token, Err(outcome))),
@@ -279,7 +293,16 @@ impl Core {
             };
             let message = asked.message();
             let count = self.machine.device().map_or(0, |device| device.motor_count.min(32));
-            let input = if let Some((motor, flags)) = lacking(&self.uses, &message, &self.table, count) {
+            let table = self.is_uploaded.then_some(&self.table);
+            let input = if let Some((motor, flags)) = lacking(&self.uses, &message, table, count) {
+                let is_outside = table.is_some_and(|table| !table.motors().contains(motor));
+                if !is_sequence && is_outside && self.runs() && !flags.contains(MotorFlags::LIVE) {
+                    // If the motor were enabled, it would take part in the run.
+                    self.waiting.pop_front();
+                    self.asked.remove(&token);
+                    self.refuse(token, Refusal::Busy);
+                    continue;
+                }
                 self.ask(USES, MotorConfigure { motor, flags, tail: &[] }.into())
             } else {
                 self.waiting.pop_front();
@@ -287,6 +310,11 @@ impl Core {
             };
             self.step(input);
         }
+    }
+
+    /// Whether motors move together, or may begin to.
+    fn runs(&self) -> bool {
+        self.machine.is_armed() || self.machine.progress().is_some_and(|progress| progress != Progress::Uploads)
     }
 
     /// A way has ended, and the positions of its motors are known, or cannot be known.
@@ -302,6 +330,13 @@ impl Core {
     fn ask(&mut self, token: Token, message: HostMessage<'static>) -> Input<'static> {
         self.asked.insert(token, Asked::Message(message));
         Input::Command(token, host::Command::Request(message))
+    }
+
+    /// Closes the shutter within some seconds, if it is to be closed.
+    fn close_later(&mut self) {
+        if self.closes {
+            self.rest = Some((self.clock, QUESTIONS));
+        }
     }
 
     /// Closes the shutter, if a stop left it open.
@@ -344,6 +379,7 @@ impl Core {
         }
         let Some((_, left)) = self.rest.take_if(|(due, _)| *due <= self.clock) else { return };
         self.close_shutter();
+        self.closes &= left > 0;
         if left > 0 && (self.machine.may_move() || self.closes) {
             self.rest = Some((self.clock.after(self.machine.options().request_timeout().into()), left - 1));
             if self.machine.may_move() && !self.asked.contains_key(&REST) {
@@ -357,7 +393,10 @@ impl Core {
         match command {
             Command::Greet => self.step(Input::Command(OWN, host::Command::Greet)),
             Command::Go => self.step(Input::Command(OWN, host::Command::Go)),
-            Command::EndStops => self.step(Input::Command(OWN, host::Command::EndStops)),
+            Command::EndStops => {
+                self.step(Input::Command(OWN, host::Command::EndStops));
+                self.close_later();
+            }
             Command::Stop(target) => {
                 info!(?target, "stop");
                 let was_open = self.machine.may_have_shutter_open();
@@ -376,7 +415,7 @@ impl Core {
             Command::Shoot(token, shot) => self.submit(token, &Asked::Shot(shot), true),
             Command::Upload(token, table) => match self.fits(&table) {
                 Ok(begin) if !self.is_busy(token, true) => {
-                    (self.table, self.uploaded) = (table, false);
+                    (self.table, self.is_uploaded) = (table, false);
                     self.submit(token, &Asked::Message(begin.into()), true);
                 }
                 Ok(_) => self.refuse(token, Refusal::Busy),
@@ -393,13 +432,13 @@ impl Core {
     }
 
     fn submit(&mut self, token: Token, asked: &Asked, is_sequence: bool) {
-        if self.is_busy(token, is_sequence) {
+        let message = asked.message();
+        // The request that closes the shutter after a stop could end a new photo.
+        let is_closing = self.closes || self.asked.contains_key(&SHUTTER);
+        if self.is_busy(token, is_sequence) || (is_closing && opens_shutter(&message)) {
             return self.refuse(token, Refusal::Busy);
         }
         self.asked.insert(token, asked.clone());
-        let message = asked.message();
-        // A new photo is not ended by an earlier stop.
-        self.closes &= !matches!(message, HostMessage::GioCam(_));
         if message.conduct().may_move() {
             self.waiting.push_back(Waiting { token, is_sequence });
             self.go_on();

@@ -3,7 +3,7 @@
 //! The host keeps what the machine of the crate only names: the messages, and the data of a move. Its events carry the
 //! answers, so that an application needs nothing else. The host counts a device as configured as soon as it is known. Before a
 //! command moves a motor, the host enables the motor, and sets whether it blurs in a shot. Before motors move along a move, it
-//! disables all others. It refuses moves, and ends jogs, at limits that it set on this link, because some devices do not look
+//! disables all others, and does not enable them until the run is over. It refuses moves, and ends jogs, at limits that it set on this link, because some devices do not look
 //! at them.
 
 mod check;
@@ -137,11 +137,12 @@ impl Party for DmcHost {
     }
 
     fn receive(&mut self, now: Millis, line: LineId, bytes: &[u8]) {
-        self.advance(now);
-        if line != LINE || !self.is_open {
-            return;
+        if line == LINE && self.is_open {
+            // Bytes can be read late: they come before all that is overdue.
+            self.core.clock = self.core.clock.max(now);
+            dmc_reader::receive(&mut self.reader, now, bytes, |item| self.core.received(item));
         }
-        dmc_reader::receive(&mut self.reader, now, bytes, |item| self.core.received(item));
+        self.advance(now);
     }
 
     fn advance(&mut self, now: Millis) {

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use dmc_proto::Token;
-use dmc_proto::message::{HostMessage, Motor, MotorFlags, MotorPair, Motors};
+use dmc_proto::message::{HostMessage, Motor, MotorFlags, MotorPair};
 use dmc_proto::upload::MoveSource;
 
 use super::Table;
@@ -23,12 +23,19 @@ pub(super) struct Waiting {
 pub(super) type Uses = BTreeMap<Motor, MotorFlags>;
 
 /// First of the `count` motors of the device that has not the uses that a message needs, with the uses to set. Motors that
-/// move together need all other motors to be disabled. Without a move of this host, nobody knows which ones that are.
-pub(super) fn lacking(uses: &Uses, message: &HostMessage<'_>, table: &Table, count: u8) -> Option<(Motor, MotorFlags)> {
-    let axes = || table.motors().iter();
+/// move together need all other motors to be disabled. Without a move that this host uploaded, nobody knows which ones that
+/// are.
+pub(super) fn lacking(
+    uses: &Uses,
+    message: &HostMessage<'_>,
+    table: Option<&Table>,
+    count: u8,
+) -> Option<(Motor, MotorFlags)> {
+    let axes = || table.into_iter().flat_map(|table| table.motors().iter());
     let others = |own: &[MotorPair]| {
-        let takes_part = |motor: Motor| table.motors().contains(motor) || own.iter().any(|pair| pair.motor() == motor);
-        let is_known = table.motors() != Motors::NONE || !own.is_empty();
+        let is_axis = |motor: Motor| table.is_some_and(|table| table.motors().contains(motor));
+        let takes_part = |motor: Motor| is_axis(motor) || own.iter().any(|pair| pair.motor() == motor);
+        let is_known = table.is_some() || !own.is_empty();
         disabled(uses, (1..=count).map(Motor).filter(|motor| is_known && !takes_part(*motor)))
     };
     match message {

@@ -2,8 +2,10 @@
 
 mod faults;
 mod hostile;
+mod late;
 mod motors;
 mod runs;
 mod shots;
+mod shutter;
 mod stage;
 mod trouble;

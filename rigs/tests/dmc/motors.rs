@@ -3,15 +3,17 @@
 use dmc_proto::device::{Quirks, State};
 use dmc_proto::host::{self, Outcome, Refusal, StopTarget};
 use dmc_proto::message::{
-    Acceleration, AckCode, Bool, GioInRequest, HardwareLimitSet, Motor, MotorConfigure, MotorFlags, MotorGetPosition,
-    MotorResetPosition, MotorSetLimits, MotorSetSpeed, Motors, Speed, Steps, StopReason, Triggers,
+    Acceleration, AckCode, Bool, DeviceMessage, FrameNumber, GioInRequest, HardwareLimitSet, Motor, MotorConfigure,
+    MotorFlags, MotorGetPosition, MotorResetPosition, MotorSetLimits, MotorSetSpeed, MotorStatusRequest, Motors,
+    RtPositionFrame, RtUploadMoveBegin, RtUploadMoveEnd, Speed, Steps, StopReason, Triggers,
 };
-use dmc_proto::{HostMessage, MessageId};
+use dmc_proto::{Frame, HostMessage, MessageId};
 use motion_core::profile::MotionProfile;
 use motion_core::time::Millis;
+use rigs::device::Named as _;
 use rigs::dmc_device::{DmcDevice, Facts, Setup};
 use rigs::dmc_host::{Answer, Command, Event};
-use rigs::{LineId, Party as _, Rig as _};
+use rigs::{LineId, Outgoing, Party as _, Rig as _};
 
 use super::stage::{Stage, devices, jog, move_to};
 
@@ -317,6 +319,30 @@ fn a_change_of_inputs_is_reported() {
     stage.rig().set_inputs(now, Triggers(0b10));
     assert!(stage.wait(100, |event| (*event == Event::Inputs(Triggers(0b10))).then_some(())).is_some());
     assert_eq!(stage.ask(GioInRequest::default()), Ok(Answer::Inputs(Triggers(0b10))));
+}
+
+/// Some devices give each enabled motor a path of zeros. Such a motor counts as moving, although the upload does not name it.
+#[test]
+fn a_motor_that_an_upload_does_not_name_counts_as_moving() {
+    let mut rig = DmcDevice::new(Setup::default().with_device("dmc-lite").unwrap());
+    rig.open(Millis(0), LineId(0));
+    let motor = Motor(2);
+    let configure = MotorConfigure { motor, flags: MotorFlags::ENABLED, tail: &[] };
+    let begin = RtUploadMoveBegin { end_frame: FrameNumber(9), ..RtUploadMoveBegin::default() };
+    let reset = reset_position(2, 50_000);
+    for message in [reset.into(), configure.into(), begin.into(), RtUploadMoveEnd::default().into()] {
+        rig.receive(Millis(0), LineId(0), &bytes(message));
+    }
+    rig.receive(Millis(0), LineId(0), &bytes(RtPositionFrame::default().into()));
+    rig.advance(Millis(200));
+    assert!(rig.motors()[1].at(Millis(200)).velocity < 0.0);
+    while rig.poll().is_some() {}
+    rig.receive(Millis(200), LineId(0), &bytes(MotorStatusRequest::default().into()));
+    let Some(Outgoing::Bytes(_, answer)) = rig.poll() else { panic!("no answer") };
+    let Ok(DeviceMessage::MotorStatus(status)) = DeviceMessage::decode(&Frame::decode(&answer).unwrap()) else {
+        panic!("no status")
+    };
+    assert_eq!(status.motor_status, Motors::from_iter([motor]));
 }
 
 /// A motor that is not enabled seems to go its way, and gets no pulses. Some devices move it all the same.

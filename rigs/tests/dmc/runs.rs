@@ -1,18 +1,18 @@
 //! Uploads and runs: each motor is where the move has it, at every moment.
 
 use dmc_proto::device::{Quirks, State};
-use dmc_proto::host::{self, Failure, Outcome, Refusal};
+use dmc_proto::host::{self, Failure, Outcome, Progress, Refusal};
 use dmc_proto::message::{
-    AckCode, Bool, DmxChannel, FrameNumber, FramesPerSecond, Motor, RtJogAll, RtPositionFrame, RtRunMove, RtStopLoop,
-    RunFlags, Scaled, Triggers,
+    AckCode, Bool, DmxChannel, FrameNumber, FramesPerSecond, HostMessage, Motor, MotorConfigure, MotorFlags, RtJogAll,
+    RtPositionFrame, RtRunMove, RtStopLoop, RunFlags, Scaled, Triggers,
 };
 use examples::moves::Move;
 use rigs::Rig as _;
 use rigs::dmc_device::Setup;
-use rigs::dmc_host::{Answer, Command, Event, Shot};
+use rigs::dmc_host::{Answer, Command, Event, Shot, Table};
 
 use super::motors::limits;
-use super::stage::{Stage, devices, end_frame, move_to, run, sample};
+use super::stage::{Stage, devices, end_frame, jog, move_to, run, sample};
 
 /// Compares the motors with the curves. Returns the moment of the move, in frames.
 ///
@@ -123,6 +123,79 @@ fn a_motor_outside_the_move_stays_where_it_is() {
         stage.ask(move_to(2, 6000)).unwrap();
         stage.pass(3000);
         assert_eq!(stage.steps(2), Some(6000));
+    }
+}
+
+/// A motor that is enabled while other motors follow a move would take part in the move on some devices.
+#[test]
+fn a_motor_outside_the_move_is_not_moved_during_a_run() {
+    for (setup, _) in devices() {
+        let (_, table) = sample("slide");
+        let mut stage = Stage::up(setup);
+        stage.ask(move_to(2, 5000)).unwrap();
+        stage.pass(3000);
+        stage.upload(table).unwrap();
+        let token = stage.begin(run(24_000, 97, 121, 200, RunFlags::empty()));
+        let travels = |stage: &Stage| stage.scene.host.progress() == Some(Progress::Travels);
+        while !travels(&stage) {
+            stage.tick();
+        }
+        let busy = Err(Outcome::Refused(Refusal::Busy));
+        assert_eq!(stage.ask(move_to(2, 6000)), busy);
+        assert_eq!(stage.ask(jog(2, 100, 6000)), busy);
+        let flags = MotorFlags::ENABLED;
+        assert_eq!(stage.ask(MotorConfigure { motor: Motor(2), flags, tail: &[] }), busy);
+        assert!(travels(&stage), "this is the scene");
+        stage.start(token);
+        assert_eq!(stage.end(token, 20_000), Ok(Answer::Done));
+        assert_eq!(stage.steps(2), Some(5000), "{}", stage.rig().name());
+        stage.ask(move_to(2, 6000)).unwrap();
+        stage.pass(3000);
+        assert_eq!(stage.steps(2), Some(6000));
+    }
+}
+
+/// A device that refuses the begin of an upload keeps the move before, and the host has the data of another one.
+#[test]
+fn after_an_upload_that_was_refused_no_motor_follows_a_move() {
+    for (setup, _) in devices() {
+        let mut stage = Stage::up(setup);
+        stage.upload(sample("slide").1).unwrap();
+        let (_, other) = sample("crane");
+        let token = stage.token();
+        stage.scene.command(Command::Ask(token, jog(3, 50, 60_000).into()));
+        assert_eq!(stage.end(token, 100), Ok(Answer::Done));
+        let moves = Err(Outcome::Refused(Refusal::Device(AckCode::ERR_MOVING)));
+        assert_eq!(stage.upload(other.clone()), moves, "{}", stage.rig().name());
+        assert!(stage.stop() && stage.rests());
+        stage.pass(3000);
+        let unknown = Err(Outcome::Refused(Refusal::MoveUnknown));
+        let to_frame = RtPositionFrame { frame: FrameNumber(9), tail: &[] };
+        let run = run(24_000, 9, 20, 200, RunFlags::empty());
+        for message in [HostMessage::from(to_frame), run.into()] {
+            let token = stage.begin(message);
+            assert_eq!(stage.end(token, 60_000), unknown, "{}", stage.rig().name());
+        }
+        let shot = stage.token();
+        stage.scene.command(Command::Shoot(shot, Shot::of(FrameNumber(9), 100)));
+        assert_eq!(stage.end(shot, 60_000), unknown);
+        stage.upload(other).unwrap();
+        let token = stage.begin(to_frame);
+        assert_eq!(stage.end(token, 60_000), Ok(Answer::Done));
+    }
+}
+
+/// Some devices give each motor a path of zeros, also if the upload has no motors at all.
+#[test]
+fn a_move_without_motors_moves_none() {
+    for (setup, _) in devices() {
+        let mut stage = Stage::up(setup);
+        stage.ask(move_to(2, 5000)).unwrap();
+        stage.pass(3000);
+        stage.upload(Table::new(FrameNumber(1), 10)).unwrap();
+        let token = stage.begin(RtPositionFrame { frame: FrameNumber(9), tail: &[] });
+        stage.end(token, 60_000).unwrap();
+        assert_eq!(stage.steps(2), Some(5000), "{}", stage.rig().name());
     }
 }
 

@@ -5,8 +5,10 @@ use std::io::Write;
 use std::time::Duration;
 
 use dmc_proto::Token;
-use dmc_proto::host::{self, Failure, Outcome, State, StopTarget};
-use dmc_proto::message::{FrameNumber, Hi, HostMessage, Motor, MotorGetPosition, MotorJog, MotorStatusRequest, Motors};
+use dmc_proto::host::{self, Failure, Outcome, Refusal, State, StopTarget};
+use dmc_proto::message::{
+    AckCode, FrameNumber, GioCam, Hi, HostMessage, Motor, MotorGetPosition, MotorJog, MotorStatusRequest, Motors,
+};
 use rigs::dmc_host::{Answer, Command, DmcHost, Event, Positions, Progress, Shot};
 use tokio::time::Instant;
 
@@ -133,29 +135,55 @@ impl<'s> Flow<'s> {
         what: &str,
         message: impl Into<HostMessage<'static>>,
     ) -> Result<Answer, Trouble> {
-        let token = self.token();
-        self.session.command(Command::Ask(token, message.into()));
+        let token = self.send(message);
         self.end(what, token).await
     }
 
+    fn send(&mut self, message: impl Into<HostMessage<'static>>) -> Token {
+        let token = self.token();
+        self.session.command(Command::Ask(token, message.into()));
+        token
+    }
+
     async fn end(&mut self, what: &str, token: Token) -> Result<Answer, Trouble> {
+        let end = self.ended(token).await?;
+        self.done(what, end)
+    }
+
+    /// Waits for the end of a command.
+    async fn ended(&mut self, token: Token) -> Result<Result<Answer, Outcome<'static>>, Trouble> {
         loop {
             match self.event(STOP).await? {
-                Some(Event::Ended(ended, end)) if ended == token => {
-                    let is_malformed = std::mem::take(&mut self.is_malformed);
-                    return end.map_err(|outcome| match outcome {
-                        Outcome::Failed(Failure::NoAnswer) if is_malformed => Trouble::Failed(format!(
-                            "{what} failed: the answers of the rig end too soon: is it a DMC rig, of version 2?"
-                        )),
-                        _ => why::not_done(what, outcome, self.has_switches()),
-                    });
-                }
+                Some(Event::Ended(ended, end)) if ended == token => return Ok(end),
                 _ => {}
             }
         }
     }
 
-    /// Jogs for a time. The request is repeated as long as the jog is held. Nothing of it is left when this returns.
+    /// Answer of a command, or the trouble that its end means.
+    fn done(&mut self, what: &str, end: Result<Answer, Outcome<'static>>) -> Result<Answer, Trouble> {
+        let is_malformed = std::mem::take(&mut self.is_malformed);
+        end.map_err(|outcome| match outcome {
+            Outcome::Failed(Failure::NoAnswer) if is_malformed => Trouble::Failed(format!(
+                "{what} failed: the answers of the rig end too soon: is it a DMC rig, of version 2?"
+            )),
+            _ => why::not_done(what, outcome, self.has_switches()),
+        })
+    }
+
+    /// Closes the shutter. A rig that does not know the request has no shutter.
+    pub(super) async fn close_shutter(&mut self) -> Result<(), Trouble> {
+        let token = self.send(GioCam::default());
+        match self.ended(token).await? {
+            Err(Outcome::Refused(
+                Refusal::Device(AckCode::ERR_UNSUPPORTED) | Refusal::WouldBeRefused(AckCode::ERR_UNSUPPORTED),
+            )) => Ok(()),
+            end => self.done("the end of the photo", end).map(|_| ()),
+        }
+    }
+
+    /// Jogs for a time. The request is repeated as long as the jog is held. No request of the jog is under way when this
+    /// returns. The motor still jogs: stop it.
     pub(super) async fn hold(&mut self, jog: MotorJog<'static>, time: Duration) -> Result<(), Trouble> {
         let until = Instant::now() + time;
         loop {

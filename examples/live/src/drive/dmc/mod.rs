@@ -80,12 +80,7 @@ pub async fn drive(
         flow.print(format_args!("{}", if rests { "stopped: the rig confirmed it" } else { OBEYED }))?;
         // A stop leaves the shutter open on some rigs, and nobody knows what an earlier session did.
         flow.up().await?;
-        match flow.ask("the end of the photo", GioCam::default()).await {
-            // A rig without a camera has no shutter.
-            Err(Trouble::Refused(_)) => {}
-            end => _ = end?,
-        }
-        return Ok(());
+        return flow.close_shutter().await;
     }
     flow.up().await?;
     match command {

@@ -4,10 +4,11 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use dmc_proto::device::State;
-use dmc_proto::message::Capabilities;
+use dmc_proto::message::{Ack, AckCode, Capabilities, DeviceMessage, Hi, HostMessage, MotorStatus};
+use dmc_proto::{DeviceReader, Item, Patience};
 use rigs::dmc_device::{DmcDevice, Setup};
 use rigs::{LineId, Outgoing, Party as _, Rig as _};
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 use tokio::sync::oneshot;
@@ -249,4 +250,43 @@ async fn a_limit_switch_is_reported() {
     let mut stand = Stand::new(setup).await;
     let line = stand.refused(Command::Move { motor: 1, position: 1000.0, speed: None }).await;
     assert_eq!(line, "motor 1 ran into its upper limit switch: jog it back, and stay below it");
+}
+
+/// Rig that acknowledges everything, except that it answers a request for its camera with this code.
+async fn answer(mut line: DuplexStream, camera: AckCode) {
+    let (mut reader, mut buffer) = (DeviceReader::new(Patience::default()), [0; 64]);
+    while let Ok(len @ 1..) = line.read(&mut buffer).await {
+        assert_eq!(reader.push(Millis(0), &buffer[..len]), len);
+        let mut out = Vec::new();
+        while let Some(Item::Frame(frame)) = reader.next() {
+            let answer = match HostMessage::decode(&frame).unwrap() {
+                HostMessage::Hi(_) => Hi { motor_count: 1, ..Hi::default() }.into(),
+                HostMessage::MotorStatus(_) => DeviceMessage::MotorStatus(MotorStatus::default()),
+                HostMessage::GioCam(_) => Ack::new(frame.kind(), camera).into(),
+                _ => Ack::new(frame.kind(), AckCode::OK).into(),
+            };
+            let mut bytes = vec![0; answer.encoded_len()];
+            answer.encode_into(frame.id(), &mut bytes).unwrap();
+            out.extend(bytes);
+        }
+        line.write_all(&out).await.unwrap();
+    }
+}
+
+#[tokio::test]
+async fn a_stop_tells_if_the_rig_does_not_close_its_shutter() {
+    for (code, end) in [
+        (AckCode::OK, None),
+        (AckCode::ERR_UNSUPPORTED, None),
+        (AckCode::ERR_GENERAL, Some("the rig refuses the end of the photo: it cannot do that now")),
+    ] {
+        let (line, rig) = duplex(4096);
+        tokio::spawn(answer(rig, code));
+        let (_interrupt, interrupts) = unbounded_channel();
+        let mut session = Session::over(DmcHost::default(), line, interrupts);
+        let done = drive(&mut session, &Command::Stop, &mut Vec::new()).await;
+        let line = done.err().map(|trouble| trouble.to_string());
+        let is_right = line.as_deref().map_or(end.is_none(), |line| end.is_some_and(|end| line.starts_with(end)));
+        assert!(is_right, "{code:?}: {line:?}");
+    }
 }

@@ -24,6 +24,9 @@ pub(super) fn not_done(what: &str, outcome: Outcome<'_>, has_switches: bool) -> 
         Outcome::Refused(Refusal::NotInMove(motor)) => {
             failed(&format!("motor {motor} is not in the move and may be enabled, so that the rig could send it to 0"))
         }
+        Outcome::Refused(Refusal::MoveUnknown) => {
+            failed("the last upload did not come to its end: upload the move again")
+        }
         Outcome::Refused(Refusal::NotConnected) | Outcome::Failed(Failure::LinkDown) => {
             failed("the line to the rig is gone: check its cable and its power")
         }
