@@ -3,6 +3,9 @@
 mod faults;
 mod hostile;
 mod motors;
+#[path = "../recorded/mod.rs"]
+mod recorded;
+mod replay;
 mod runs;
 mod shots;
 mod stage;
