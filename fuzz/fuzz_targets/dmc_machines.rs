@@ -29,7 +29,7 @@ struct Dmc<'i> {
 impl<'i> Dmc<'i> {
     fn new(bytes: &mut Bytes<'i>) -> Self {
         let host = HostMachine::new(host::Options::default().with_window(bytes.byte()).with_needs_enabled(false));
-        let quirks = Quirks(u16::from_le_bytes(bytes.few()));
+        let quirks = Quirks(u32::from_le_bytes(bytes.few()));
         let device = DeviceMachine::new(device::Options::of(hi()).with_quirks(quirks));
         Self { world: world(host, device), app: App::default(), store: None }
     }

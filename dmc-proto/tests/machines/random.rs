@@ -302,7 +302,7 @@ fn action() -> BoxedStrategy<(Action, u64)> {
 proptest! {
     /// S-1, S-7
     #[test]
-    fn a_device_keeps_its_laws_with_any_inputs(steps in device_steps(), quirks in any::<u16>()) {
+    fn a_device_keeps_its_laws_with_any_inputs(steps in device_steps(), quirks in any::<u32>()) {
         let options = device::Options::of(hi()).with_quirks(Quirks(quirks));
         let (mut device, mut now) = (Watched::new(DeviceMachine::new(options)), Millis(0));
         let mut stores = vec![];
@@ -375,7 +375,7 @@ impl ReferenceStateMachine for Actions {
     type Transition = (Action, u64);
 
     fn init_state() -> BoxedStrategy<Script> {
-        (1..5_u8, any::<u16>().prop_map(Quirks), bad_line())
+        (1..5_u8, any::<u32>().prop_map(Quirks), bad_line())
             .prop_map(|(window, quirks, line)| Script { window, quirks, line, commands: 0 })
             .boxed()
     }

@@ -79,7 +79,8 @@ fn a_device_answers_as_firmware_did() {
         if topic == "moving" {
             found.retain(|frame| kind(frame) != POSITIONS);
         }
-        let is_right = found.len() == wanted.len() && found.iter().zip(&wanted).all(|(one, other)| are_equal(one, other));
+        let is_right =
+            found.len() == wanted.len() && found.iter().zip(&wanted).all(|(one, other)| are_equal(one, other));
         if !is_right {
             wrong.insert(number, format!("{topic} {request}: {} and not {}", shown(&found), shown(&wanted)));
         }
