@@ -17,6 +17,7 @@ use tracing::{debug, info, warn};
 use super::camera::Camera;
 use super::carriages::Carriages;
 use super::course::Course;
+use super::job::Job;
 use super::setup::{Setup, Tuning};
 use super::store::Store;
 use super::{LINE, index, number, steps};
@@ -41,6 +42,8 @@ pub(super) struct Core {
     pub(super) tuning: Vec<Tuning>,
     pub(super) store: Store,
     pub(super) course: Course,
+    /// Run or shot that was prepared or refused, and was neither done nor stopped.
+    pub(super) left: Option<Job>,
     /// Time in the move of the last run, shot or jog of all motors, in frames.
     pub(super) film: f64,
     /// Frame on which all motors stood before the last step of the machine.
@@ -71,6 +74,7 @@ impl Core {
             tuning: setup.motors.iter().map(|motor| Tuning::of(motor, &setup.facts)).collect(),
             store: Store::new(room, setup.facts.fills_with_zeros),
             course: Course::Free,
+            left: None,
             film: 0.0,
             stood_on: None,
             owes_rest: false,
@@ -91,7 +95,7 @@ impl Core {
         self.drops = 0;
         self.store.clear();
         self.course = Course::Free;
-        self.film = 0.0;
+        (self.left, self.film) = (None, 0.0);
         self.owes_rest = false;
         self.outputs = Triggers::NONE;
         self.levels.fill(0);
@@ -192,7 +196,11 @@ impl Core {
         let input = match message {
             Some(message) => {
                 debug!("receives {message}");
-                Input::Received { id, rig: self.verdict(&message), message }
+                let rig = self.verdict(&message);
+                if matches!(rig, AckCode::ERR_PREROLL | AckCode::ERR_POSTROLL) {
+                    self.left = self.job(&message);
+                }
+                Input::Received { id, rig, message }
             }
             None => Input::Malformed(id, kind),
         };

@@ -160,6 +160,11 @@ impl Core {
             }
             self.course = Course::Free;
             self.owes_rest = true;
+            if let Some(job) = self.left.take().filter(|_| self.setup.facts.returns_to_run) {
+                for way in &job.ways {
+                    self.send_to(way.motor, way.before(job.up));
+                }
+            }
         } else if is_new {
             self.step(Input::AtFrame(FrameNumber(this)));
         }
@@ -330,7 +335,7 @@ impl Core {
         let end = FrameNumber(run.job.to);
         let stays = is_shot && quirks.contains(Quirks::STAYS_AFTER_SHOT);
         let motors: Vec<_> = run.job.ways.iter().map(|way| way.motor).collect();
-        self.course = Course::Free;
+        (self.course, self.left) = (Course::Free, None);
         if stays {
             for motor in motors.iter().filter_map(|motor| index(*motor)) {
                 self.motors[motor].halt(self.clock);

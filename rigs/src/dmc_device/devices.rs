@@ -137,6 +137,11 @@ impl Named for Setup {
             },
         ),
         Choice::new(
+            "returns-to-run",
+            "A jog of all motors ends at the start of a run that was refused or given up without a stop.",
+            |setup| setup.facts.returns_to_run = true,
+        ),
+        Choice::new(
             "vendor-parser",
             "Missing data counts as zeros, and no request of a type above 0x3ff is answered.",
             |setup| {
@@ -215,6 +220,7 @@ fn dmc_lite(setup: &mut Setup) {
         keeps_time: true,
         vendor_shots: true,
         vendor_jog_all: true,
+        returns_to_run: true,
         vendor_parser: true,
         unknown: UNKNOWN,
         moves_disabled: true,

@@ -77,7 +77,7 @@ impl Core {
             for (motor, tuning) in self.motors.iter_mut().zip(&self.tuning) {
                 motor.stop(now, is_soft.then(|| soft(now, motor, tuning)));
             }
-            self.course = Course::Free;
+            (self.course, self.left) = (Course::Free, None);
             if self.setup.facts.leaves_shutter_open {
                 self.camera.stay_open();
             } else {
@@ -197,6 +197,7 @@ impl Core {
         for way in &job.ways {
             self.send_to(way.motor, way.before(job.up));
         }
+        self.left = Some(job.clone());
         self.course = Course::Ready(job);
     }
 
