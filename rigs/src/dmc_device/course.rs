@@ -1,6 +1,6 @@
 //! Motion of all motors together, moment by moment.
 
-use dmc_proto::device::{Input, Quirks};
+use dmc_proto::device::{Input, Quirks, State};
 use dmc_proto::message::{FrameNumber, Motor as Number, RunFlags, Triggers};
 use motion_core::profile::Limits;
 use tracing::{debug, info, warn};
@@ -14,6 +14,8 @@ use crate::seconds;
 
 /// Time in which a jog of all motors reaches its speed, in seconds.
 const JOG_ROLL: f64 = 0.5;
+/// Greatest deceleration of a jog of all motors of dmc-lite, which may be stopped more sharply than it begins.
+const HARD_STOP: f64 = 1000.0;
 /// Acceleration of a jog of all motors of dmc-lite, in frames per second in a second.
 const VENDOR_JOG: f64 = 4.0;
 
@@ -95,8 +97,9 @@ impl Core {
     /// Runs all motors of the uploaded move along it.
     pub(super) fn jog_all(&mut self, rate: f64, to: FrameNumber) {
         let now = self.clock;
-        let acceleration = if self.setup.facts.vendor_jog_all { VENDOR_JOG } else { rate / JOG_ROLL };
-        let limits = Limits { velocity: rate, acceleration, jerk: None };
+        let (acceleration, hardest) =
+            if self.setup.facts.vendor_jog_all { (VENDOR_JOG, HARD_STOP) } else { (rate / JOG_ROLL, rate / JOG_ROLL) };
+        let limits = Limits { velocity: rate, acceleration: hardest, jerk: None };
         let mut frame = Motor::new(limits);
         if let Course::JogAll { frame: before, .. } = &self.course {
             frame.lead(before.at(now));
@@ -160,12 +163,15 @@ impl Core {
             }
             self.course = Course::Free;
             self.owes_rest = true;
-            if let Some(job) = self.left.take().filter(|_| self.setup.facts.returns_to_run) {
+            if let Some(job) = self.left.clone().filter(|_| self.setup.facts.jogs_to_run) {
                 for way in &job.ways {
                     self.send_to(way.motor, way.before(job.up));
                 }
+                if self.machine.state() == State::PreRoll {
+                    self.course = Course::Ready(job);
+                }
             }
-        } else if is_new {
+        } else if is_new && self.machine.state() == State::JogAll {
             self.step(Input::AtFrame(FrameNumber(this)));
         }
     }

@@ -137,9 +137,9 @@ impl Named for Setup {
             },
         ),
         Choice::new(
-            "returns-to-run",
-            "A jog of all motors ends at the start of a run that was refused or given up without a stop.",
-            |setup| setup.facts.returns_to_run = true,
+            "jogs-to-run",
+            "A run begins with a jog of all motors, and a stop of this jog lets the motors go on to the start of the run.",
+            |setup| setup.facts.jogs_to_run = true,
         ),
         Choice::new(
             "vendor-parser",
@@ -220,7 +220,7 @@ fn dmc_lite(setup: &mut Setup) {
         keeps_time: true,
         vendor_shots: true,
         vendor_jog_all: true,
-        returns_to_run: true,
+        jogs_to_run: true,
         vendor_parser: true,
         unknown: UNKNOWN,
         moves_disabled: true,

@@ -28,7 +28,7 @@ pub(super) struct Job {
     /// Frame where the pass ends.
     pub(super) to: i32,
     /// Speed in frames per second.
-    rate: f64,
+    pub(super) rate: f64,
     /// Duration of a pass, in seconds.
     pub(super) seconds: f64,
     /// Time in which the motors reach their speed, in seconds.

@@ -191,13 +191,14 @@ impl Core {
         self.owes_rest = true;
         let Some(job) = self.job(message) else { return };
         info!(from = job.from, to = job.to, "gets ready");
-        if matches!(job.kind, Kind::Run { .. }) {
-            self.film = f64::from(job.from);
+        self.left = Some(job.clone());
+        if matches!(job.kind, Kind::Run { .. }) && self.setup.facts.jogs_to_run {
+            // The rest of the way follows when all motors have come to the first frame.
+            return self.jog_all(job.rate, FrameNumber(job.from));
         }
         for way in &job.ways {
             self.send_to(way.motor, way.before(job.up));
         }
-        self.left = Some(job.clone());
         self.course = Course::Ready(job);
     }
 

@@ -50,9 +50,10 @@ pub struct Facts {
     pub vendor_shots: bool,
     /// Whether a jog of all motors changes its speed by four frames per second in a second, and a stop of it ends on a frame.
     pub vendor_jog_all: bool,
-    /// Whether a jog of all motors ends at the start of a run or shot that was refused because of a limit, or was prepared and
-    /// given up without a stop of everything.
-    pub returns_to_run: bool,
+    /// Whether a run begins with a jog of all motors to its first frame, and whatever ends a jog of all motors, a stop too, lets
+    /// the motors go on to the start of the last run or shot, if this was refused because of a limit, or was prepared and is
+    /// neither done nor stopped.
+    pub jogs_to_run: bool,
     /// Whether data that is missing at the end of a request counts as zeros, except that a move and a new position have to have
     /// their length; requests of types that the vendor does not use are not answered, and acknowledgements are refused.
     pub vendor_parser: bool,
@@ -86,7 +87,7 @@ impl Facts {
         keeps_time: false,
         vendor_shots: false,
         vendor_jog_all: false,
-        returns_to_run: false,
+        jogs_to_run: false,
         vendor_parser: false,
         unknown: &[],
         leaves_shutter_open: false,

@@ -53,14 +53,14 @@ fn shown(frames: &[Vec<u8>]) -> String {
 const DIFFERENCES: &[Known] = &[
     ("motors in motion are a reason for a refusal before a motor or a length that is wrong", &[546, 547]),
     ("outputs outside an upload, or outside the move, are acknowledged and ignored", &[830, 844]),
-    ("on the way to the start of a run, a motor that rests there counts as moving", &[1084]),
+    ("after a stop on the way to a run, the device is ready for this run once its motors are at its start", &[1115]),
     (
         "a way to a frame that replaces the way to a run divides by zero for a motor that stands there: this motor counts as \
          moving until a stop",
         &[1089],
     ),
-    ("the end of a shot is rounded up to the next step", &[1303, 1310]),
-    ("a header that is too long is dropped with the start of the frame after it", &[1565]),
+    ("the end of a shot is rounded up to the next step", &[1353, 1360]),
+    ("a header that is too long is dropped with the start of the frame after it", &[1615]),
 ];
 
 #[test]
