@@ -84,11 +84,11 @@ impl Job {
             HostMessage::RtRunMove(run) => Self::run(run, store, habits.passes_end),
             HostMessage::RtShootFrame(shot) => {
                 let part = if shot.blur_x10.0.0 == 0 { 1.0 } else { f64::from(shot.blur_x10.0.0.min(1000)) / 1000.0 };
-                let is_back = shot.direction == Direction::BACKWARD;
+                let goes_back = shot.direction == Direction::BACKWARD;
                 // dmc-lite shoots the middle of the way, and goes backwards only along the uploaded move.
+                let is_back = goes_back && (!vendor || shot.motors.is_empty());
                 let (first, last) =
                     if vendor { (f64::midpoint(1.0, -part), f64::midpoint(1.0, part)) } else { (0.0, part) };
-                let is_back = is_back && !(vendor && !shot.motors.is_empty());
                 let (from, to) = if is_back { (last, first) } else { (first, last) };
                 let pairs = pairs(shot.frame, shot.motors, store, along, &blurs);
                 let job = Self::shot(shot.frame, shot.exposure_ms.0, (from, to), &pairs);

@@ -1,10 +1,11 @@
 //! Recorded answers of real firmware: the files of `vectors`, and the differences of a simulated device from them.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::path::Path;
 
 /// Columns of each line of a table of `vectors`.
-pub fn table<const COLUMNS: usize>(name: &str) -> Vec<[String; COLUMNS]> {
+pub(crate) fn table<const COLUMNS: usize>(name: &str) -> Vec<[String; COLUMNS]> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../vectors/{name}.tsv"));
     let text = std::fs::read_to_string(path).unwrap();
     let row = |line: &str| {
@@ -14,19 +15,23 @@ pub fn table<const COLUMNS: usize>(name: &str) -> Vec<[String; COLUMNS]> {
     text.lines().map(row).collect()
 }
 
-pub fn bytes(hex: &str) -> Vec<u8> {
+pub(crate) fn bytes(hex: &str) -> Vec<u8> {
     (0..hex.len()).step_by(2).map(|at| u8::from_str_radix(&hex[at..at + 2], 16).unwrap()).collect()
 }
 
-pub fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    let mut hex = String::new();
+    for byte in bytes {
+        write!(hex, "{byte:02x}").unwrap();
+    }
+    hex
 }
 
 /// Reason, and the lines to which it applies.
-pub type Known = (&'static str, &'static [usize]);
+pub(crate) type Known = (&'static str, &'static [usize]);
 
 /// Checks that the lines whose answers differ are the known ones, and no more than one in a hundred.
-pub fn check(device: &str, lines: usize, mut wrong: BTreeMap<usize, String>, known: &[Known]) {
+pub(crate) fn check(device: &str, lines: usize, mut wrong: BTreeMap<usize, String>, known: &[Known]) {
     println!("{device}: {} of {lines} answers are equal", lines - wrong.len());
     assert!(wrong.len() * 100 <= lines, "{device}: {wrong:#?}");
     for (reason, numbers) in known {
