@@ -282,7 +282,7 @@ fn completed<'a>(frame: &Frame<'a>) -> Option<Cow<'a, [u8]>> {
     if matches!(frame.kind().0, 0x0031 | 0x0035) {
         return (data.len() == 5).then_some(data.into());
     }
-    // No message has more bytes that it needs.
+    // The fields that a message cannot do without have fewer bytes than this.
     let longer = (data.len()..data.len() + 64).map(|len| {
         let mut longer = data.to_vec();
         longer.resize(len, 0);

@@ -69,7 +69,7 @@ impl Core {
         let now = self.clock;
         if let StopKind::Motor(number) = stop {
             self.stop_one(number);
-        } else if matches!(stop, StopKind::All { .. }) && self.setup.facts.vendor_jog_all && self.land() {
+        } else if !matches!(stop, StopKind::Hard) && self.setup.facts.vendor_jog_all && self.land() {
             self.camera.is_filming = false;
         } else {
             // A motor without a given deceleration stops as hard as it can.
