@@ -488,6 +488,23 @@ fn an_unwise_message_is_a_warning_and_is_not_refused() {
     let masked = RtUploadMoveTriggers { mask: Triggers(3), pairs: &triggers(5), tail: &[] };
     unwise(HostMessage::RtUploadMoveTriggers(masked), "values: reserved bits 0x4 are set");
 
+    let marks = |location| {
+        let (bloop_location, bloop_dmx_channel) = (BloopOutputs(location), DmxChannel(0));
+        HostMessage::from(RtRunMove { bloop_location, bloop_dmx_channel, ..run_move() })
+    };
+    let bare = Hi { gio_out_count: 1, ..hi() };
+    assert_eq!(host(marks(2), bare), warning("bloop_location: an output that the device does not have"));
+    assert_eq!(marks(1).lint(&Context::of(bare)), Lints::new());
+    let dark = Hi { dmx_count: 0, ..hi() };
+    assert_eq!(host(marks(4), dark), warning("bloop_location: a DMX channel, and the device has none"));
+    let uses = |motor, flags| HostMessage::from(MotorConfigure { motor: Motor(motor), flags, tail: &[] });
+    unwise(uses(8, MotorFlags::COUPLE), "flags: coupled with the next motor, and there is none");
+    let both = "flags: coupled in both directions at once; the vendor's firmware takes the opposite one";
+    unwise(uses(1, MotorFlags::COUPLE | MotorFlags::COUPLE_REVERSE), both);
+    let real = Hi { capabilities: Capabilities::REAL_TIME, ..hi() };
+    let alone = warning("flags: part of a virtual motor, and the device has none");
+    assert_eq!(host(uses(1, MotorFlags::VIRTUAL), real), alone);
+
     let half = HostMessage::VirtJog(virt_jog(JogSpeed(Scaled(5000))));
     unwise(half, "speed: neither 1 nor 10000, the only speeds that are sent today");
     let levels = RtUploadMoveDmx { channel: DmxChannel(1), ..RtUploadMoveDmx::default() };
@@ -567,6 +584,15 @@ fn messages_of_a_device_match_its_greeting() {
 
     let inputs = GioIn { triggers: Triggers(0x10), tail: &[] };
     odd(DeviceMessage::GioIn(inputs), "triggers: reserved bits 0x10 are set");
+
+    let blind = Context::of(Hi { capabilities: Capabilities::REAL_TIME, ..hi() });
+    let aims = VirtPositions { aim_enabled: Some(Bool::TRUE), ..VirtPositions::default() };
+    for message in [aims.into(), DeviceMessage::from(AIM)] {
+        let (severity, text) = first(message.lint(&blind));
+        assert_eq!(severity, Severity::Warning, "{message}");
+        assert!(text.ends_with("the device does not claim that it can aim"), "{text}");
+        assert_eq!(message.lint(&Context::of(hi())), Lints::new());
+    }
 
     let stop = |reason, motor| DeviceMessage::from(HardStop { reason, motor, tail: &[] });
     wrong(stop(StopReason::UPPER_LIMIT, None), "motor: absent, although a limit belongs to a motor");

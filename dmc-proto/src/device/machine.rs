@@ -162,20 +162,42 @@ impl DeviceMachine {
 
     /// Refuses a request that this device cannot take at all, or not while it is locked.
     fn refusal(&self, message: &HostMessage<'_>) -> Answer {
+        let locked = self.lock_code(message.kind());
+        if locked.is_some() && self.has(Quirks::ONE_LOCK_CODE) {
+            return locked.map_or(Ok(()), Err);
+        }
         // The stream decides how long a frame may be (decision D-10).
         let mut context = Context::of(self.options.hi());
         context.max_data = usize::MAX;
-        if let Some(code) = message.refusal(&context) {
-            return Err(code);
-        }
+        let code = message.refusal(&context).filter(|&code| {
+            !self.has(Quirks::FEW_CHECKS) || code == AckCode::ERR_UNSUPPORTED || self.names_absent_motor(message)
+        });
+        code.or(locked).map_or(Ok(()), Err)
+    }
+
+    /// Code with which a device that is locked answers a request of this type; `None` if it answers the request.
+    fn lock_code(&self, kind: MessageType) -> Option<AckCode> {
         match self.motion {
-            Motion::Locked(lock)
-                if message.kind().0 >= 0x0031 && !matches!(message, HostMessage::MotorGetPosition(_)) =>
-            {
-                Err(if self.has(Quirks::ONE_LOCK_CODE) { AckCode::ERR_HARD_LOW } else { lock.code })
+            Motion::Locked(lock) if kind.0 >= 0x0031 && kind.0 != 0x0034 => {
+                Some(if self.has(Quirks::ONE_LOCK_CODE) { AckCode::ERR_HARD_LOW } else { lock.code })
             }
-            _ => Ok(()),
+            _ => None,
         }
+    }
+
+    /// Whether a request is for a motor that is not there.
+    fn names_absent_motor(&self, message: &HostMessage<'_>) -> bool {
+        let motor = match message {
+            HostMessage::MotorMove(it) => it.motor,
+            HostMessage::MotorResetPosition(it) => it.motor,
+            HostMessage::MotorJog(it) => it.motor,
+            HostMessage::MotorConfigure(it) => it.motor,
+            HostMessage::MotorSetSpeed(it) => it.motor,
+            HostMessage::MotorSetLimits(it) => it.motor,
+            HostMessage::RtUploadMoveAxis(it) => it.motor,
+            _ => return false,
+        };
+        !self.all_motors().contains(motor)
     }
 
     /// Does what a request asks. Returns the code of its acknowledgement, or `None` if the answer was given already or comes
@@ -330,7 +352,10 @@ impl DeviceMachine {
             Input::Malformed(id, kind) | Input::Corrupt(id, kind) if kind.is_ack() => {
                 output.event(Event::Acknowledgement(id, kind));
             }
-            Input::Malformed(id, kind) => self.ack(output, id, kind, AckCode::ERR_GENERAL),
+            Input::Malformed(id, kind) => {
+                let locked = self.lock_code(kind).filter(|_| self.has(Quirks::ONE_LOCK_CODE));
+                self.ack(output, id, kind, locked.unwrap_or(AckCode::ERR_GENERAL));
+            }
             Input::Corrupt(id, kind) => self.ack(output, id, kind, AckCode::ERR_CHECKSUM),
             Input::Stored(store, code) => self.stored(output, store, code),
             Input::Moving(motors) if self.motion != Motion::Idle => self.moving = motors,

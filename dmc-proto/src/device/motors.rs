@@ -24,13 +24,14 @@ impl DeviceMachine {
             Motion::Idle | Motion::Moving => {}
             Motion::Stopping(_) | Motion::Locked(_) => return Err(AckCode::ERR_MOVING),
             _ if is_live => {}
+            Motion::ToFrame(_) | Motion::Ready(_) if self.has(Quirks::CUTS_IN) => {}
             _ => return Err(AckCode::ERR_MOVING),
         }
         allowed(request.rig)?;
         if !is_live {
             self.on_frame = None;
         }
-        if self.motion == Motion::Idle {
+        if self.motion == Motion::Idle || !is_live {
             self.motion = Motion::Moving;
         }
         self.moving.0 |= Motors::from_iter([motor]).0;

@@ -55,7 +55,7 @@ flags! {
     ///
     /// A stop is refused with [`STOP_LOCKS`](Self::STOP_LOCKS), and ignored with
     /// [`STOP_OF_ONE_IGNORED`](Self::STOP_OF_ONE_IGNORED). They are for simulators alone: hosts have to cope with such devices.
-    pub struct Quirks(u16) {
+    pub struct Quirks(u32) {
         /// Acknowledgements have four bytes, the upper two zero (decision D-6).
         WIDE_ACK = 0x0001,
         /// The greeting has 49 bytes, without the version of the protocol (decision D-45).
@@ -71,12 +71,13 @@ flags! {
         END_PER_PASS = 0x0020,
         /// The end of a shot is not told (DMC D3).
         NO_END_OF_SHOT = 0x0040,
-        /// Whatever locked the device, it answers `ERR_HARD_LOW` (decision D-52).
+        /// Whatever locked the device, it answers `ERR_HARD_LOW`, before it looks at the request (decision D-52).
         ONE_LOCK_CODE = 0x0080,
-        /// A stop of everything that moves, unless it is silent, locks the device until all motors rest, and for
+        /// A stop of everything that moves, unless it has a flag, locks the device until all motors rest, and for
         /// [`hold`](Options::hold) at least. Until then it refuses everything except questions, stops too (decision D-78).
         STOP_LOCKS = 0x0100,
-        /// A stop of one motor in a run, a shot or a jog of all motors is acknowledged, and does nothing (decision D-79).
+        /// A stop of one motor in a run, a shot or a jog of all motors is acknowledged, and does nothing. On the way to a frame
+        /// it stops that motor alone (decision D-79).
         STOP_OF_ONE_IGNORED = 0x0200,
         /// After a run, the motors rest on the frame after its last one, if the move has that frame (decision D-80).
         RESTS_BEYOND = 0x0400,
@@ -87,10 +88,18 @@ flags! {
         /// After the acknowledgement of a stop, a new position or a way to a frame, positions follow under the id of the
         /// request (decision D-83).
         POSITIONS_AFTER_ACK = 0x2000,
+        /// A move or a jog of one motor is accepted on the way to a frame, and in the wait for the signal to start. It ends the
+        /// run or shot that was prepared (decision D-92).
+        CUTS_IN = 0x4000,
+        /// Of the numbers in a request only those of motors are checked, and the frame of a shot, which needs an uploaded move
+        /// (decision D-93).
+        FEW_CHECKS = 0x8000,
+        /// A way to a frame is refused until the motors rest after a run or a shot (decision D-94).
+        BUSY_AFTER_RUN = 0x1_0000,
     }
 }
 
 impl Quirks {
     /// Differences of the vendor's own firmware, dmc-lite.
-    pub const VENDOR: Self = Self(0x1FFF);
+    pub const VENDOR: Self = Self(0x1_DFFF);
 }

@@ -12,7 +12,8 @@ use crate::message::{AckCode, FrameNumber, HostMessage, MotorPair, Motors, RtJog
 impl DeviceMachine {
     /// Goes to a frame, instead of what moves now, except out of a run or a stop.
     pub(super) fn go_to_frame(&mut self, output: &mut Output<'_>, rig: AckCode, frame: FrameNumber) -> Answer {
-        if matches!(self.motion, Motion::Running(_) | Motion::Stopping(_)) {
+        let is_after = matches!(self.motion, Motion::PostRoll(_)) && self.has(Quirks::BUSY_AFTER_RUN);
+        if is_after || matches!(self.motion, Motion::Running(_) | Motion::Stopping(_)) {
             return Err(AckCode::ERR_MOVING);
         }
         let frame = if self.has(Quirks::CLAMPS_FRAMES) { self.upload.nearest(frame) } else { frame };
@@ -81,6 +82,9 @@ impl DeviceMachine {
         frame: FrameNumber,
         motors: &[MotorPair],
     ) -> Answer {
+        if self.has(Quirks::FEW_CHECKS) {
+            self.upload.reach(frame).map_err(|_| AckCode::ERR_RANGE)?;
+        }
         self.at_rest()?;
         if self.upload.loaded().is_some() || motors.is_empty() {
             self.upload.reach(frame)?;

@@ -24,7 +24,12 @@ impl DeviceMachine {
                 let axes = self.motion.coordinated(self.upload.axes()).unwrap_or_default();
                 let is_part = axes.contains(message.motor);
                 let is_run = self.motion.job().is_some() || matches!(self.motion, Motion::JogAll(..));
-                if is_part && is_run && self.has(Quirks::STOP_OF_ONE_IGNORED) {
+                if is_part && self.has(Quirks::STOP_OF_ONE_IGNORED) {
+                    if !is_run && self.moving.contains(message.motor) {
+                        // The other motors go on.
+                        self.motion = Motion::Moving;
+                        self.stop_one(now, output, StopKind::Motor(message.motor), false);
+                    }
                     return Ok(());
                 }
                 self.stop_one(now, output, StopKind::Motor(message.motor), is_part);
@@ -34,7 +39,8 @@ impl DeviceMachine {
                 self.stop_one(now, output, StopKind::Virtual(message.virtual_motor), is_part);
             }
             HostMessage::MotorStopAll(message) => {
-                let silent = message.flags.unwrap_or_default().contains(StopFlags::SILENT);
+                let flags = message.flags.unwrap_or_default();
+                let silent = flags.contains(StopFlags::SILENT) || (!flags.is_empty() && self.has(Quirks::STOP_LOCKS));
                 self.stop_all(now, output, silent);
             }
             _ => {}

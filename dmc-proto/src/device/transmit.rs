@@ -64,6 +64,12 @@ pub trait Rig {
     /// Position of a motor.
     fn position(&self, motor: Motor) -> Steps;
 
+    /// Time in the move that a message with positions tells, if the rig knows better than the machine. The machine tells the
+    /// frame on which the motors are.
+    fn move_time(&self) -> Option<MoveTime> {
+        None
+    }
+
     /// Whether DMX channels change. The default is no.
     fn dmx_moves(&self) -> bool {
         false
@@ -104,6 +110,7 @@ impl Transmit {
                     *place = I32::new(rig.position(motor).0);
                 }
                 let positions = scratch.get(..count.into()).unwrap_or_default();
+                let move_time = rig.move_time().unwrap_or(move_time);
                 MotorPositions { move_time, positions, tail: &[] }.into()
             }
             Contents::HardStop(reason, motor) => HardStop { reason, motor, tail: &[] }.into(),

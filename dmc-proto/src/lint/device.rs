@@ -33,7 +33,12 @@ impl DeviceMessage<'_> {
                     rules.warning("aim_enabled", "the device does not claim that it can aim");
                 }
             }
-            Self::VirtAimPoint(message) => rules.yes_or_no("enable", message.enable),
+            Self::VirtAimPoint(message) => {
+                rules.yes_or_no("enable", message.enable);
+                if !rules.may(Capabilities::AIM) {
+                    rules.warning("enable", "the device does not claim that it can aim");
+                }
+            }
             Self::Ack(message) => rules.ack(message),
             Self::Other(_) => rules.unknown(self.kind()),
         }

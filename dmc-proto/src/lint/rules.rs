@@ -5,10 +5,10 @@ use motion_core::lint::{Problem, Severity};
 use super::host::OLD;
 use super::{MAX_MOTORS, PROTOCOL_VERSION, Rules, number};
 use crate::message::{
-    BoomSwingTrack, Capabilities, Degrees, Dmx, FramesPerSecond, JogSpeed, Milliseconds, MotorConfigure, MotorFlags,
-    MotorJog, MotorPair, MotorSetLimits, MotorSetSpeed, RigKind, RigMotor, RtRunMove, RtShootFrame, RtShootFrame2,
-    RtUploadMoveAxis, RtUploadMoveBegin, RtUploadMoveDmx, RtUploadMoveTriggers, RunFlags, StartIndex, Triggers,
-    VirtConfig, VirtJog, VirtJogOnLine, VirtualMotor,
+    BloopOutputs, BoomSwingTrack, Capabilities, Degrees, Dmx, FramesPerSecond, JogSpeed, Milliseconds, MotorConfigure,
+    MotorFlags, MotorJog, MotorPair, MotorSetLimits, MotorSetSpeed, RigKind, RigMotor, RtRunMove, RtShootFrame,
+    RtShootFrame2, RtUploadMoveAxis, RtUploadMoveBegin, RtUploadMoveDmx, RtUploadMoveTriggers, RunFlags, StartIndex,
+    Triggers, VirtConfig, VirtJog, VirtJogOnLine, VirtualMotor,
 };
 
 impl Rules<'_> {
@@ -47,6 +47,15 @@ impl Rules<'_> {
         self.motor(message.motor);
         if message.flags.intersects(MotorFlags::COUPLE | MotorFlags::COUPLE_REVERSE) {
             self.any_of("flags", Capabilities::COUPLE);
+            if self.context.device.is_some() && message.motor.0 == self.motor_count() {
+                self.warning("flags", "coupled with the next motor, and there is none");
+            }
+        }
+        if message.flags.contains(MotorFlags::COUPLE | MotorFlags::COUPLE_REVERSE) {
+            self.warning("flags", "coupled in both directions at once; the vendor's firmware takes the opposite one");
+        }
+        if message.flags.contains(MotorFlags::VIRTUAL) && !self.may(Capabilities::VIRTUALS) {
+            self.warning("flags", "part of a virtual motor, and the device has none");
         }
         self.bits("flags", message.flags);
     }
@@ -129,6 +138,7 @@ impl Rules<'_> {
         self.frames_per_second(message.fps_x1000);
         self.yes_or_no("sync_dmx", message.sync_dmx);
         self.found.range("bloop_dmx_channel", message.bloop_dmx_channel.0, 0, self.channel_count());
+        self.bloop(message.bloop_location);
         if flags.intersects(RunFlags::PING_PONG | RunFlags::LOOP) {
             self.any_of("flags", Capabilities::LOOP);
         }
@@ -157,6 +167,18 @@ impl Rules<'_> {
         }
         if flags.contains(RunFlags::CAMERA_EVERY_FRAME) && open >= close {
             self.warning("open_angle", "the shutter does not open before it closes; the device uses its own angles");
+        }
+    }
+
+    /// Checks that the device has what marks the first frame. A device ignores what it does not have.
+    fn bloop(&mut self, outputs: BloopOutputs) {
+        for (output, count) in [(BloopOutputs::LOGIC_OUT, 1), (BloopOutputs::RELAY_OUT, 2)] {
+            if outputs.contains(output) && self.output_count() < count {
+                self.warning("bloop_location", "an output that the device does not have");
+            }
+        }
+        if outputs.contains(BloopOutputs::DMX) && self.channel_count() == 0 {
+            self.warning("bloop_location", "a DMX channel, and the device has none");
         }
     }
 

@@ -639,6 +639,28 @@ fn a_device_may_lock_after_a_stop_of_everything() {
     let silent = HostMessage::from(MotorStopAll { flags: Some(StopFlags::SILENT), tail: &[] });
     bench.takes(silent, Event::Stop(StopKind::All { silent: true }));
     assert_eq!(bench.state(), State::Stopping);
+    // Nor does a stop with any other flag.
+    bench.rests();
+    bench.asked(jog(3));
+    bench.takes(
+        MotorStopAll { flags: Some(StopFlags(2)), tail: &[] }.into(),
+        Event::Stop(StopKind::All { silent: true }),
+    );
+    assert_eq!(bench.state(), State::Stopping);
+}
+
+/// D-52
+#[test]
+fn a_device_with_one_lock_code_looks_at_nothing_else() {
+    for (quirks, code) in [(Quirks(0), AckCode::ERR_RANGE), (Quirks::ONE_LOCK_CODE, AckCode::ERR_HARD_LOW)] {
+        let mut bench = Bench::quirky(quirks);
+        bench.asked(jog(3));
+        bench.step(Input::Limit { motor: Motor(3), upper: true });
+        bench.refuses(jog(33), code);
+        let malformed = bench.step(Input::Malformed(MessageId(9), MessageType(0x0031))).0;
+        let code = if code == AckCode::ERR_RANGE { AckCode::ERR_GENERAL } else { code };
+        assert_eq!(malformed, [Said::Ack(9, 0x0031, code)]);
+    }
 }
 
 /// D-79
@@ -653,6 +675,13 @@ fn a_device_may_ignore_a_stop_of_one_motor_in_a_run() {
     bench.rests();
     bench.asked(jog(1));
     bench.takes(stop(1), Event::Stop(StopKind::Motor(Motor(1))));
+    bench.rests();
+    // On the way to a frame the other motors go on.
+    bench.asked(position_frame(5));
+    bench.takes(stop(1), Event::Stop(StopKind::Motor(Motor(1))));
+    assert_eq!(bench.state(), State::Moving);
+    bench.rests();
+    assert_eq!(bench.machine.on_frame(), None);
 }
 
 /// D-83

@@ -329,7 +329,7 @@ fn action() -> BoxedStrategy<(Action, u64)> {
 proptest! {
     /// S-1, S-7
     #[test]
-    fn a_device_keeps_its_laws_with_any_inputs(steps in device_steps(), quirks in any::<u16>()) {
+    fn a_device_keeps_its_laws_with_any_inputs(steps in device_steps(), quirks in any::<u32>()) {
         let options = device::Options::of(hi()).with_quirks(Quirks(quirks));
         let (mut device, mut now) = (Watched::new(DeviceMachine::new(options)), Millis(0));
         let mut stores = vec![];
@@ -408,7 +408,7 @@ impl ReferenceStateMachine for Actions {
     type Transition = (Action, u64);
 
     fn init_state() -> BoxedStrategy<Script> {
-        (options(), any::<u16>().prop_map(Quirks), bad_line())
+        (options(), any::<u32>().prop_map(Quirks), bad_line())
             .prop_map(|(options, quirks, line)| {
                 let commands = prelude(&options).map(Action::commands).sum();
                 Script { options, quirks, line, commands }

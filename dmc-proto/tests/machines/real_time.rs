@@ -2,9 +2,12 @@
 
 use dmc_proto::device::{Contents, Event, Input, Options, Quirks, State, StopKind};
 use dmc_proto::message::{
-    AckCode, BlurPercent, Direction, FramesPerSecond, HostMessage, Milliseconds, Motor, MotorPair, MotorStatusRequest,
-    Motors, RtGo, RtShootFrame, RtStopLoop, RtUploadMoveEnd, RtUploadMoveTriggers, RunFlags, Scaled, Steps, Triggers,
+    AckCode, BlurPercent, Direction, FramesPerSecond, HostMessage, JogSpeed, Milliseconds, Motor, MotorJog, MotorPair,
+    MotorStatusRequest, Motors, RtGo, RtShootFrame, RtStopLoop, RtUploadMoveEnd, RtUploadMoveTriggers, RunFlags,
+    Scaled, Steps, Triggers,
 };
+
+use motion_core::wire::Messages as _;
 
 use super::bench::{
     Bench, SWING_PAN, Said, UNASKED, axis, begin, frame, hi, jog, jog_all, position_frame, run, shot, stop_all,
@@ -461,4 +464,59 @@ fn a_device_may_stay_after_a_shot() {
     bench.step(Input::PassEnd);
     bench.rests();
     assert_eq!((bench.state(), bench.machine.on_frame()), (State::Idle, None));
+}
+
+/// D-92
+#[test]
+fn a_device_may_let_one_motor_cut_in() {
+    for ready in [false, true] {
+        let mut bench = Bench::quirky(Quirks::CUTS_IN);
+        if ready {
+            bench.asked(run(1, 5, RunFlags(0)));
+            bench.rests();
+            assert_eq!(bench.state(), State::Ready);
+        } else {
+            bench.asked(position_frame(3));
+        }
+        bench.takes(jog(3), Event::Jog(Motor(3), JogSpeed::FULL, Steps(i32::MAX)));
+        assert_eq!(bench.state(), State::Moving);
+        bench.refuses(go(), AckCode::ERR_NOT_IN_POSITION);
+        bench.rests();
+        assert_eq!((bench.state(), bench.machine.on_frame()), (State::Idle, None));
+    }
+    let mut bench = Bench::quirky(Quirks::CUTS_IN);
+    bench.asked(run(1, 5, RunFlags(0)));
+    bench.refuses(jog(3), AckCode::ERR_MOVING);
+}
+
+/// D-93
+#[test]
+fn a_device_may_check_few_numbers() {
+    let (speed, destination) = (JogSpeed(Scaled(20_000)), Steps(9));
+    let fast = |motor| HostMessage::from(MotorJog { motor: Motor(motor), speed, destination, tail: &[] });
+    let mut bench = Bench::quirky(Quirks::FEW_CHECKS);
+    bench.takes(fast(1), Event::Jog(Motor(1), speed, destination));
+    bench.rests();
+    bench.refuses(fast(0), AckCode::ERR_RANGE);
+    bench.refuses(fast(33), AckCode::ERR_RANGE);
+    bench.refuses(HostMessage::other(0x0300, &[]), AckCode::ERR_UNSUPPORTED);
+    bench.asked(jog(3));
+    bench.refuses(shot(11), AckCode::ERR_RANGE);
+    bench.refuses(shot(1), AckCode::ERR_MOVING);
+    let mut bench = Bench::of(Options::of(hi()).with_quirks(Quirks::FEW_CHECKS));
+    bench.refuses(shot(1), AckCode::ERR_RANGE);
+}
+
+/// D-94
+#[test]
+fn a_device_may_be_busy_after_a_run() {
+    let mut bench = Bench::quirky(Quirks::BUSY_AFTER_RUN);
+    bench.asked(run(1, 5, RunFlags(0)));
+    bench.rests();
+    bench.asked(go());
+    bench.step(Input::PassEnd);
+    assert_eq!(bench.state(), State::PostRoll);
+    bench.refuses(position_frame(1), AckCode::ERR_MOVING);
+    bench.rests();
+    bench.takes(position_frame(1), Event::ToFrame(frame(1)));
 }

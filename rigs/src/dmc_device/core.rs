@@ -1,23 +1,31 @@
 //! Device without its line: the machine, the motors, and their reports to each other.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::borrow::Cow;
+use std::collections::VecDeque;
 
-use dmc_proto::device::{self, Contents, DeviceMachine, Effect, Input, Scratch, State, Transmit};
+use dmc_proto::device::{self, Contents, DeviceMachine, Effect, Input, Quirks, Scratch, State, Transmit};
 use dmc_proto::frame::encode;
-use dmc_proto::message::{AckCode, FrameNumber, Hi, Motor as Number, Motors, Steps, Triggers};
+use dmc_proto::message::{
+    AckCode, FrameNumber, Hi, HostMessage, Motor as Number, Motors, MoveTime, Other, Scaled, Steps, Triggers,
+};
 use dmc_proto::upload::Room;
 use dmc_proto::{Frame, Header, Item};
 use motion_core::time::Millis;
+use motion_core::wire::Messages;
 use tracing::{debug, info, warn};
 
 use super::camera::Camera;
 use super::carriages::Carriages;
 use super::course::Course;
+use super::job::Job;
 use super::setup::{Setup, Tuning};
 use super::store::Store;
 use super::{LINE, index, number, steps};
 use crate::motor::{Happening, Motor};
 use crate::{Outgoing, TICK};
+
+/// Greatest type that the vendor's parser accepts, apart from the bit of acknowledgements.
+const LAST_TYPE: u16 = 0x03FF;
 
 /// Device without its line.
 #[derive(Debug)]
@@ -29,13 +37,15 @@ pub(super) struct Core {
     pub(super) wake: Option<Millis>,
     pub(super) motors: Vec<Motor>,
     pub(super) carriages: Carriages,
-    /// Times at which jogs end by themselves.
-    pub(super) jogs: BTreeMap<Number, Millis>,
     /// Number of bytes of a damaged frame that are still to be dropped.
     drops: usize,
     pub(super) tuning: Vec<Tuning>,
     pub(super) store: Store,
     pub(super) course: Course,
+    /// Run or shot that was prepared or refused, and was neither done nor stopped.
+    pub(super) left: Option<Job>,
+    /// Time in the move of the last run, shot or jog of all motors, in frames.
+    pub(super) film: f64,
     /// Frame on which all motors stood before the last step of the machine.
     pub(super) stood_on: Option<FrameNumber>,
     /// Whether the machine waits for the report that all motors rest.
@@ -60,11 +70,12 @@ impl Core {
             wake: None,
             motors: setup.motors.clone(),
             carriages: Carriages::new(setup.facts.moves_disabled),
-            jogs: BTreeMap::new(),
             drops: 0,
-            tuning: setup.motors.iter().map(|motor| Tuning::of(motor, setup.facts.uses)).collect(),
+            tuning: setup.motors.iter().map(|motor| Tuning::of(motor, &setup.facts)).collect(),
             store: Store::new(room, setup.facts.fills_with_zeros),
             course: Course::Free,
+            left: None,
+            film: 0.0,
             stood_on: None,
             owes_rest: false,
             camera: Camera::default(),
@@ -80,11 +91,11 @@ impl Core {
     pub(super) fn reset(&mut self) {
         self.machine = DeviceMachine::new(self.setup.options);
         self.wake = None;
-        self.tuning = self.setup.motors.iter().map(|motor| Tuning::of(motor, self.setup.facts.uses)).collect();
-        self.jogs.clear();
+        self.tuning = self.setup.motors.iter().map(|motor| Tuning::of(motor, &self.setup.facts)).collect();
         self.drops = 0;
         self.store.clear();
         self.course = Course::Free;
+        (self.left, self.film) = (None, 0.0);
         self.owes_rest = false;
         self.outputs = Triggers::NONE;
         self.levels.fill(0);
@@ -141,22 +152,59 @@ impl Core {
             }
             Item::Frame(frame) => {
                 self.received += 1;
-                let input = Input::received(&frame, |message| {
-                    debug!("receives {message}");
-                    self.verdict(message)
-                });
-                self.step(input);
+                self.request(&frame);
             }
             Item::Corrupt { header, why, bytes } => {
                 warn!(%why, "a message arrived damaged");
                 if self.setup.facts.drops_damaged {
                     self.drops = header.frame_len().saturating_sub(bytes.len());
                 }
+                if self.setup.facts.vendor_parser && header.kind().is_ack() {
+                    return self.refuse(header, AckCode::ERR_CHECKSUM);
+                }
                 self.step(Input::Corrupt(header.id(), header.kind()));
             }
             Item::Noise { bytes, why } => warn!(%why, len = bytes.len(), "noise"),
             Item::Fatal(why) => warn!(%why, "the stream cannot go on"),
         }
+    }
+
+    /// Refuses an acknowledgement, which no device should receive.
+    fn refuse(&mut self, header: Header, code: AckCode) {
+        let wide = self.setup.options.quirks().contains(Quirks::WIDE_ACK);
+        self.transmit(Transmit { id: header.id(), contents: Contents::Ack { of: header.kind(), code, wide } });
+    }
+
+    /// Takes a request.
+    fn request(&mut self, frame: &Frame<'_>) {
+        let (id, kind) = (frame.id(), frame.kind());
+        let parser = self.setup.facts.vendor_parser;
+        if parser && (kind.0 == 0 || kind.request().0 > LAST_TYPE) {
+            return warn!(request = %kind, "drops a request of an unknown type");
+        }
+        if parser && kind.is_ack() {
+            let is_locked = self.machine.state() == State::Locked;
+            let code = if is_locked { AckCode::ERR_HARD_LOW } else { AckCode::ERR_UNSUPPORTED };
+            return self.refuse(*frame.header(), code);
+        }
+        let data = if parser { completed(frame) } else { Some(frame.payload().into()) };
+        let message = if self.setup.facts.unknown.contains(&kind.0) {
+            Some(HostMessage::Other(Other::new(kind.0.into(), frame.payload())))
+        } else {
+            data.as_deref().and_then(|data| HostMessage::decode_body(kind.0.into(), data).ok())
+        };
+        let input = match message {
+            Some(message) => {
+                debug!("receives {message}");
+                let rig = self.verdict(&message);
+                if matches!(rig, AckCode::ERR_PREROLL | AckCode::ERR_POSTROLL) {
+                    self.left = self.job(&message);
+                }
+                Input::Received { id, rig, message }
+            }
+            None => Input::Malformed(id, kind),
+        };
+        self.step(input);
     }
 
     /// Whether the motors have to be updated every millisecond.
@@ -167,7 +215,7 @@ impl Core {
     /// Time when something is due.
     pub(super) fn next(&self) -> Option<Millis> {
         let tick = self.is_busy().then(|| self.clock.after(TICK));
-        [tick, self.wake, self.camera.wake(), self.jogs.values().min().copied()].into_iter().flatten().min()
+        [tick, self.wake, self.camera.wake()].into_iter().flatten().min()
     }
 
     /// Does what is due up to a moment.
@@ -190,7 +238,6 @@ impl Core {
                 self.step(Input::Limit { motor, upper });
             }
         }
-        self.end_jogs();
         if self.wake.is_some_and(|wake| wake <= now) {
             self.step(Input::Wake);
         }
@@ -200,13 +247,20 @@ impl Core {
             self.step(Input::AtRest);
         } else if self.machine.state() != State::Idle {
             // The machine knows only the motors of the upload, and others may move with them.
-            let moving = (0..self.motors.len()).filter(|index| !self.motors[*index].is_idle()).map(number);
-            let moving: Motors = moving.collect();
-            if moving != self.machine.moving() && moving != Motors::NONE {
+            let moving = self.moving();
+            let can_rest = self.setup.facts.tells_each_motor && self.machine.state() != State::Ready;
+            if moving != self.machine.moving() && (can_rest || moving != Motors::NONE) {
                 self.step(Input::Moving(moving));
             }
         }
         self.carriages.follow(self.clock, &self.motors, &self.tuning);
+    }
+
+    /// Motors that move. In a run or a jog of all motors these are all that take part, except those that rest in a shot.
+    fn moving(&self) -> Motors {
+        let moves = |motor: &Number| index(*motor).is_some_and(|index| !self.motors[index].is_idle());
+        let led = self.led();
+        (1..=self.count()).map(Number).filter(|motor| led.contains(motor) || moves(motor)).collect()
     }
 
     /// Position of a motor.
@@ -219,10 +273,32 @@ impl device::Rig for Core {
     fn position(&self, motor: Number) -> Steps {
         let place = self.place(motor);
         if self.setup.facts.truncates {
-            return Steps(steps((place - 0.01_f64.copysign(place)).trunc()));
+            #[expect(clippy::cast_possible_truncation, reason = "the device counts in such numbers")]
+            let counted = f64::from(place as f32);
+            return Steps(steps((counted - 0.01_f64.copysign(place)).trunc()));
         }
         Steps(steps(place))
     }
+
+    fn move_time(&self) -> Option<MoveTime> {
+        self.setup.facts.keeps_time.then(|| MoveTime(Scaled(steps((self.film * 1000.0).trunc()))))
+    }
+}
+
+/// Data of a request, with zeros in the place of what is missing; `None` if the data cannot be read in this way.
+fn completed<'a>(frame: &Frame<'a>) -> Option<Cow<'a, [u8]>> {
+    let data = frame.payload();
+    if matches!(frame.kind().0, 0x0031 | 0x0035) {
+        return (data.len() == 5).then_some(data.into());
+    }
+    // The fields that a message cannot do without have fewer bytes than this.
+    let longer = (data.len()..data.len() + 64).map(|len| {
+        let mut longer = data.to_vec();
+        longer.resize(len, 0);
+        longer
+    });
+    let can = |data: &Vec<u8>| HostMessage::decode_body(frame.kind().0.into(), data).is_ok();
+    longer.into_iter().find(can).map(Cow::Owned)
 }
 
 /// Whether a frame has the check bytes that this crate writes. Modulo 255, the bytes 00 and FF are the same.

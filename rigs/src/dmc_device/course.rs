@@ -1,12 +1,12 @@
 //! Motion of all motors together, moment by moment.
 
-use dmc_proto::device::{Input, Quirks};
+use dmc_proto::device::{Input, Quirks, State};
 use dmc_proto::message::{FrameNumber, Motor as Number, RunFlags, Triggers};
 use motion_core::profile::Limits;
 use tracing::{debug, info, warn};
 
 use super::core::Core;
-use super::job::{Job, Kind, Way};
+use super::job::{self, Job, Kind, Way};
 use super::store::Store;
 use super::{index, steps};
 use crate::motor::{Motor, Place};
@@ -14,6 +14,10 @@ use crate::seconds;
 
 /// Time in which a jog of all motors reaches its speed, in seconds.
 const JOG_ROLL: f64 = 0.5;
+/// Greatest deceleration of a jog of all motors of dmc-lite, which may be stopped more sharply than it begins.
+const HARD_STOP: f64 = 1000.0;
+/// Acceleration of a jog of all motors of dmc-lite, in frames per second in a second.
+const VENDOR_JOG: f64 = 4.0;
 
 /// Motion of all motors together.
 #[derive(Debug, Clone)]
@@ -39,6 +43,8 @@ pub(super) struct Run {
     told: Option<i32>,
     /// First and last frame of the next pass, if another pass follows.
     next: Option<(i32, i32)>,
+    /// Time at which the shutter opens, in seconds, if it does not open when the pass begins.
+    opens: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,7 +79,8 @@ impl Core {
     pub(super) fn go(&mut self) {
         if let Course::Ready(job) = std::mem::replace(&mut self.course, Course::Free) {
             let since = seconds(self.clock);
-            self.course = Course::Runs(Run { job, phase: Phase::Up, since, told: None, next: None });
+            let opens = if let Kind::Shot { opens, .. } = job.kind { opens.map(|after| since + after) } else { None };
+            self.course = Course::Runs(Run { job, phase: Phase::Up, since, told: None, next: None, opens });
             // Without a pre-roll, the pass begins at once.
             self.follow();
         }
@@ -81,15 +88,18 @@ impl Core {
 
     /// Lets another pass follow this one.
     pub(super) fn next_pass(&mut self, from: FrameNumber, to: FrameNumber) {
+        let passes_end = self.setup.options.quirks().contains(Quirks::RESTS_BEYOND);
         if let Course::Runs(run) = &mut self.course {
-            run.next = Some((from.0, to.0));
+            run.next = Some((from.0, if passes_end { job::beyond(to.0, &self.store) } else { to.0 }));
         }
     }
 
     /// Runs all motors of the uploaded move along it.
     pub(super) fn jog_all(&mut self, rate: f64, to: FrameNumber) {
         let now = self.clock;
-        let limits = Limits { velocity: rate, acceleration: rate / JOG_ROLL, jerk: None };
+        let (acceleration, hardest) =
+            if self.setup.facts.vendor_jog_all { (VENDOR_JOG, HARD_STOP) } else { (rate / JOG_ROLL, rate / JOG_ROLL) };
+        let limits = Limits { velocity: rate, acceleration: hardest, jerk: None };
         let mut frame = Motor::new(limits);
         if let Course::JogAll { frame: before, .. } = &self.course {
             frame.lead(before.at(now));
@@ -97,8 +107,24 @@ impl Core {
             frame.rebase(now, f64::from(self.stood_on.unwrap_or(to).0));
         }
         let told = steps(frame.at(now).position);
-        frame.go_to(now, f64::from(to.0), rate, rate / JOG_ROLL);
+        frame.go_to(now, f64::from(to.0), rate, acceleration);
         self.course = Course::JogAll { frame, told };
+    }
+
+    /// Lets a jog of all motors come to rest on a frame. Returns whether there is such a jog.
+    pub(super) fn land(&mut self) -> bool {
+        let now = self.clock;
+        let Course::JogAll { frame, .. } = &mut self.course else { return false };
+        let Place { position, velocity } = frame.at(now);
+        if velocity != 0.0 {
+            // dmc-lite slows down by half of the speed of the jog in a second, and by two frames per second at least.
+            let slowing = (frame.limits().velocity / 2.0).max(2.0);
+            let goal = position + velocity * velocity.abs() / (2.0 * slowing);
+            let goal = if velocity > 0.0 { goal.ceil() } else { goal.floor() };
+            let slowing = velocity * velocity / (2.0 * (goal - position).abs().max(f64::MIN_POSITIVE));
+            frame.go_to(now, goal, velocity.abs(), slowing);
+        }
+        true
     }
 
     /// Brings all motors to their positions of this moment.
@@ -119,6 +145,7 @@ impl Core {
         let this = steps(if velocity < 0.0 { at.ceil() } else { at.floor() });
         let is_new = this != *told && !rests;
         *told = this;
+        self.film = at;
         for motor in self.axes().collect::<Vec<_>>() {
             let Some(position) = self.store.between(motor, at) else { continue };
             let ahead = self.store.between(motor, at.floor() + 1.0).unwrap_or(position);
@@ -136,7 +163,15 @@ impl Core {
             }
             self.course = Course::Free;
             self.owes_rest = true;
-        } else if is_new {
+            if let Some(job) = self.left.clone().filter(|_| self.setup.facts.jogs_to_run) {
+                for way in &job.ways {
+                    self.send_to(way.motor, way.before(job.up));
+                }
+                if self.machine.state() == State::PreRoll {
+                    self.course = Course::Ready(job);
+                }
+            }
+        } else if is_new && self.machine.state() == State::JogAll {
             self.step(Input::AtFrame(FrameNumber(this)));
         }
     }
@@ -145,6 +180,12 @@ impl Core {
     fn follow_run(&mut self) -> bool {
         let now = seconds(self.clock);
         let Course::Runs(run) = &mut self.course else { return false };
+        if run.opens.is_some_and(|opens| opens <= now) {
+            run.opens = None;
+            if let Kind::Shot { exposure, .. } = run.job.kind {
+                self.camera.open(self.clock, Some(exposure), Some(run.job.from));
+            }
+        }
         let time = now - run.since;
         let lasts = match run.phase {
             Phase::Up => run.job.up,
@@ -184,6 +225,18 @@ impl Core {
         is_over
     }
 
+    /// Motors that take part in what all motors do together, except those that rest in a shot.
+    pub(super) fn led(&self) -> Vec<Number> {
+        match &self.course {
+            Course::JogAll { .. } => self.axes().collect(),
+            Course::Runs(run) => {
+                let is_run = matches!(run.job.kind, Kind::Run { .. });
+                run.job.ways.iter().filter(|way| is_run || way.is_own()).map(|way| way.motor).collect()
+            }
+            Course::Free | Course::Ready(_) => Vec::new(),
+        }
+    }
+
     /// Puts each motor of the run at its place.
     fn lead(&mut self, place: impl Fn(&Job, &Way, &Store) -> Place) {
         let Course::Runs(run) = &self.course else { return };
@@ -214,7 +267,8 @@ impl Core {
         let job = &run.job;
         info!(from = job.from, to = job.to, seconds = job.seconds, "a pass begins");
         match &job.kind {
-            Kind::Shot { exposure } => self.camera.open(self.clock, Some(*exposure), Some(job.from)),
+            Kind::Shot { opens: Some(_), .. } => {}
+            Kind::Shot { exposure, .. } => self.camera.open(self.clock, Some(*exposure), Some(job.from)),
             Kind::Run { flags, .. } if flags.contains(RunFlags::CAMERA_START_STOP) && !self.camera.is_filming => {
                 self.camera.is_filming = true;
                 info!("the camera films");
@@ -229,6 +283,7 @@ impl Core {
         let Course::Runs(run) = &mut self.course else { return };
         let Kind::Run { .. } = run.job.kind else { return };
         let moment = run.job.moment(time);
+        self.film = moment;
         let frame = steps(if run.job.to < run.job.from { moment.ceil() } else { moment.floor() });
         if run.told == Some(frame) {
             return;
@@ -262,6 +317,7 @@ impl Core {
         self.lead(|job, way, store| job.along(way, job.seconds, store));
         let Course::Runs(run) = &self.course else { return };
         let to = run.job.to;
+        self.film = run.job.film;
         info!(to, "a pass ends");
         self.at_frame(to);
         self.step(Input::PassEnd);
@@ -282,13 +338,10 @@ impl Core {
         }
         let quirks = self.setup.options.quirks();
         let is_shot = matches!(run.job.kind, Kind::Shot { .. });
-        let beyond = FrameNumber(run.job.to.saturating_add(1));
-        let rests_beyond = !is_shot && quirks.contains(Quirks::RESTS_BEYOND);
-        let is_beyond = rests_beyond && self.store.has_frame(beyond);
-        let end = if is_beyond { beyond } else { FrameNumber(run.job.to) };
+        let end = FrameNumber(run.job.to);
         let stays = is_shot && quirks.contains(Quirks::STAYS_AFTER_SHOT);
         let motors: Vec<_> = run.job.ways.iter().map(|way| way.motor).collect();
-        self.course = Course::Free;
+        (self.course, self.left) = (Course::Free, None);
         if stays {
             for motor in motors.iter().filter_map(|motor| index(*motor)) {
                 self.motors[motor].halt(self.clock);

@@ -1,13 +1,15 @@
 //! Devices and quirks of DMC by name.
 
 use dmc_proto::device::Quirks;
-use dmc_proto::message::{Capabilities, Hi, MotorFlags, Name};
+use dmc_proto::message::{Acceleration, Capabilities, Hi, MotorFlags, Name, Speed};
 
 use super::{Facts, Setup};
 use crate::device::{Choice, Named};
 
-/// Time after which a jog ends by itself, in milliseconds.
-const JOG_LASTS: u64 = 600;
+/// Time after which a jog slows down by itself, in milliseconds.
+const JOG_LASTS: u64 = 500;
+/// Types of requests that dmc-lite does not know: inputs, and everything about virtual motors.
+const UNKNOWN: &[u16] = &[0x0022, 0x0200, 0x0201, 0x0202, 0x0203, 0x0205, 0x0206, 0x0207];
 
 impl Named for Setup {
     const PROTOCOL: &'static str = "DMC";
@@ -89,13 +91,73 @@ impl Named for Setup {
             "In a shot without ways, a motor that blurs follows the uploaded move.",
             |setup| setup.facts.blurs_along_move = true,
         ),
-        Choice::new("jog-ends", "A jog ends by itself after 0.6 seconds.", |setup| {
+        Choice::new(
+            "cuts-in",
+            "A move or a jog of one motor is accepted on the way to a frame and before a start.",
+            |setup| {
+                setup.add(Quirks::CUTS_IN);
+            },
+        ),
+        Choice::new(
+            "few-checks",
+            "Of the numbers in a request only motors and frames of shots are checked.",
+            |setup| {
+                setup.add(Quirks::FEW_CHECKS);
+            },
+        ),
+        Choice::new(
+            "busy-after-run",
+            "A way to a frame is refused until the motors rest after a run or a shot.",
+            |setup| {
+                setup.add(Quirks::BUSY_AFTER_RUN);
+            },
+        ),
+        Choice::new("tells-each-motor", "The status tells which motors move at this moment.", |setup| {
+            setup.facts.tells_each_motor = true;
+        }),
+        Choice::new(
+            "keeps-time",
+            "The time with positions is that of the last run, shot or jog of all motors.",
+            |setup| {
+                setup.facts.keeps_time = true;
+            },
+        ),
+        Choice::new(
+            "vendor-shots",
+            "In a shot only motors with blur move, and need a second to reach their speed.",
+            |setup| {
+                setup.facts.vendor_shots = true;
+            },
+        ),
+        Choice::new(
+            "vendor-jog-all",
+            "A jog of all motors changes its speed slowly, and a stop of it ends on a frame.",
+            |setup| {
+                setup.facts.vendor_jog_all = true;
+            },
+        ),
+        Choice::new(
+            "jogs-to-run",
+            "A run begins with a jog of all motors, and a stop of this jog lets the motors go on to the start of the run.",
+            |setup| setup.facts.jogs_to_run = true,
+        ),
+        Choice::new(
+            "vendor-parser",
+            "Missing data counts as zeros, and no request of a type above 0x3ff is answered.",
+            |setup| {
+                setup.facts.vendor_parser = true;
+            },
+        ),
+        Choice::new("no-inputs", "Requests for inputs, and all about virtual motors, are unknown.", |setup| {
+            setup.facts.unknown = UNKNOWN;
+        }),
+        Choice::new("jog-ends", "A jog ends by itself after half a second.", |setup| {
             setup.facts.jog_lasts = Some(JOG_LASTS);
         }),
         Choice::new("leaves-shutter-open", "A stop in a shot leaves the shutter open.", |setup| {
             setup.facts.leaves_shutter_open = true;
         }),
-        Choice::new("ignores-limits", "Moves and ways to a frame pass limits that were set.", |setup| {
+        Choice::new("ignores-limits", "Everything except a run passes limits that were set.", |setup| {
             setup.facts.ignores_limits = true;
         }),
         Choice::new("truncates", "Positions are sent a step too near to 0.", |setup| setup.facts.truncates = true),
@@ -153,6 +215,14 @@ fn dmc_lite(setup: &mut Setup) {
     setup.options = setup.options.with_hi(hi);
     setup.add(Quirks::VENDOR);
     setup.facts = Facts {
+        tuned: Some((Speed(5_000), Acceleration(20_000))),
+        tells_each_motor: true,
+        keeps_time: true,
+        vendor_shots: true,
+        vendor_jog_all: true,
+        jogs_to_run: true,
+        vendor_parser: true,
+        unknown: UNKNOWN,
         moves_disabled: true,
         fills_with_zeros: true,
         jog_lasts: Some(JOG_LASTS),

@@ -7,6 +7,17 @@ use crate::motor::Place;
 
 /// Time in which motors reach their speed before a shutter opens, and come to rest after it closes, in seconds.
 const SHOT_ROLL: f64 = 0.25;
+/// The same time of dmc-lite.
+const VENDOR_ROLL: f64 = 1.0;
+
+/// Habits of a device in its runs and shots.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Habits {
+    /// See [`Facts::vendor_shots`](super::Facts::vendor_shots).
+    pub(super) vendor_shots: bool,
+    /// Whether a run goes one frame beyond its last one, if the move has it.
+    pub(super) passes_end: bool,
+}
 
 /// Run or shot.
 #[derive(Debug, Clone)]
@@ -17,13 +28,15 @@ pub(super) struct Job {
     /// Frame where the pass ends.
     pub(super) to: i32,
     /// Speed in frames per second.
-    rate: f64,
+    pub(super) rate: f64,
     /// Duration of a pass, in seconds.
     pub(super) seconds: f64,
     /// Time in which the motors reach their speed, in seconds.
     pub(super) up: f64,
     /// Time in which the motors come to rest, in seconds.
     pub(super) down: f64,
+    /// Time in the move that the device tells after the pass, in frames.
+    pub(super) film: f64,
     /// Ways of the motors that take part.
     pub(super) ways: Vec<Way>,
 }
@@ -40,6 +53,8 @@ pub(super) enum Kind {
     Shot {
         /// Time for which the shutter is open, in milliseconds.
         exposure: u64,
+        /// Time from the start until the shutter opens, in seconds; `None` if the shutter opens when the pass begins.
+        opens: Option<f64>,
     },
 }
 
@@ -62,25 +77,40 @@ impl Job {
         store: &Store,
         (axes, along): (&[Motor], &[Motor]),
         blurs: impl Fn(Motor) -> bool,
+        habits: Habits,
     ) -> Option<Self> {
+        let vendor = habits.vendor_shots;
         let mut job = match message {
-            HostMessage::RtRunMove(run) => Self::run(run),
+            HostMessage::RtRunMove(run) => Self::run(run, store, habits.passes_end),
             HostMessage::RtShootFrame(shot) => {
                 let part = if shot.blur_x10.0.0 == 0 { 1.0 } else { f64::from(shot.blur_x10.0.0.min(1000)) / 1000.0 };
-                let (from, to) = if shot.direction == Direction::BACKWARD { (part, 0.0) } else { (0.0, part) };
+                let goes_back = shot.direction == Direction::BACKWARD;
+                // dmc-lite shoots the middle of the way, and goes backwards only along the uploaded move.
+                let is_back = goes_back && (!vendor || shot.motors.is_empty());
+                let (first, last) =
+                    if vendor { (f64::midpoint(1.0, -part), f64::midpoint(1.0, part)) } else { (0.0, part) };
+                let (from, to) = if is_back { (last, first) } else { (first, last) };
                 let pairs = pairs(shot.frame, shot.motors, store, along, &blurs);
-                Self::shot(shot.frame, shot.exposure_ms.0, (from, to), &pairs)
+                let job = Self::shot(shot.frame, shot.exposure_ms.0, (from, to), &pairs);
+                let film = f64::from(shot.frame.0) + (to - from) / 2.0;
+                if vendor { Self { up: VENDOR_ROLL, down: VENDOR_ROLL, film, ..job } } else { job }
             }
             HostMessage::RtShootFrame2(shot) => {
                 // The vendor's firmware takes a second for no exposure (decision D-27).
                 let exposure = if shot.exposure_ms.0 == 0 { 1000 } else { shot.exposure_ms.0 };
                 let part = |angle: u16| f64::from(angle) / 360.0;
                 let pairs = pairs(shot.frame, shot.motors, store, along, &blurs);
-                Self::shot(shot.frame, exposure, (part(shot.open_angle.0), part(shot.close_angle.0)), &pairs)
+                let (open, close) = (part(shot.open_angle.0), part(shot.close_angle.0));
+                if vendor && close > open {
+                    Self::whole_turn(shot.frame, exposure, (open, close), &pairs)
+                } else {
+                    Self::shot(shot.frame, exposure, (open, close), &pairs)
+                }
             }
             _ => return None,
         };
-        for &motor in axes {
+        let is_shot = matches!(job.kind, Kind::Shot { .. });
+        for &motor in axes.iter().filter(|_| !(is_shot && vendor)) {
             if job.ways.iter().any(|way| way.motor == motor) {
                 continue;
             }
@@ -90,8 +120,9 @@ impl Job {
         Some(job)
     }
 
-    fn run(run: &RtRunMove<'_>) -> Self {
-        let (from, to) = (run.start_frame.0, run.end_frame.0);
+    fn run(run: &RtRunMove<'_>, store: &Store, passes_end: bool) -> Self {
+        let (from, asked) = (run.start_frame.0, run.end_frame.0);
+        let to = if passes_end { beyond(asked, store) } else { asked };
         let rate = f64::from(run.fps_x1000.0.0.max(1)) / 1000.0;
         let flags = run.flags.unwrap_or_default();
         let angle = |angle: Option<_>| angle.map_or(0.0, |degrees: dmc_proto::message::Degrees| f64::from(degrees.0));
@@ -106,6 +137,7 @@ impl Job {
             seconds: (f64::from(to) - f64::from(from)).abs() / rate,
             up: seconds(run.pre_roll_ms.0),
             down: seconds(run.post_roll_ms.0),
+            film: f64::from(asked) + f64::from(u8::from(passes_end)),
             ways: Vec::new(),
         }
     }
@@ -122,20 +154,32 @@ impl Job {
             ways.push(way);
         }
         Self {
-            kind: Kind::Shot { exposure: exposure.into() },
+            kind: Kind::Shot { exposure: exposure.into(), opens: None },
             from: frame.0,
             to: frame.0,
             rate: 0.0,
             seconds: f64::from(exposure) / 1000.0,
             up: SHOT_ROLL,
             down: SHOT_ROLL,
+            film: frame.0.into(),
             ways,
         }
     }
 
+    /// Shot in which motors go all the way between their positions, in the time of a whole turn of the shutter, and rest at
+    /// both. The angles only decide when the shutter is open.
+    fn whole_turn(frame: FrameNumber, exposure: u32, (open, close): (f64, f64), pairs: &[MotorPair]) -> Self {
+        let turn = f64::from(exposure) / 1000.0 / (close - open);
+        // In an eighth of the time, a motor that accelerates evenly comes to a fourteenth of the way.
+        let job = Self::shot(frame, exposure, (1.0 / 14.0, 13.0 / 14.0), pairs);
+        let kind = Kind::Shot { exposure: exposure.into(), opens: Some(open * turn) };
+        let (roll, seconds) = (turn / 8.0, turn * 0.75);
+        Self { kind, seconds, up: roll, down: roll, film: 0.125 + seconds, ..job }
+    }
+
     /// Continues with another pass.
     pub(super) fn turn(&mut self, from: i32, to: i32, store: &Store) {
-        (self.from, self.to) = (from, to);
+        (self.from, self.to, self.film) = (from, to, to.into());
         // The frames were checked before the first pass.
         let _ = self.find_ends(store);
     }
@@ -184,6 +228,12 @@ impl Job {
     }
 }
 
+/// Frame after the last one of a run; the last one itself if the move ends there.
+pub(super) fn beyond(to: i32, store: &Store) -> i32 {
+    let next = to.saturating_add(1);
+    if store.has_frame(FrameNumber(next)) { next } else { to }
+}
+
 /// Ways of the motors that blur in a shot of a frame.
 fn pairs(
     frame: FrameNumber,
@@ -214,6 +264,11 @@ impl Way {
     /// Position at which the motor comes to rest after its end.
     pub(super) fn after(&self, down: f64) -> f64 {
         self.end.position + self.end.velocity * down / 2.0
+    }
+
+    /// Whether the motor has a way of its own, and does not follow the uploaded move.
+    pub(super) const fn is_own(&self) -> bool {
+        self.own.is_some()
     }
 
     /// Position and speed at the start of the pass.

@@ -1,6 +1,6 @@
 //! Events of the machine, carried out by the motors.
 
-use dmc_proto::device::{Event, Input, StopKind};
+use dmc_proto::device::{Event, Input, State, StopKind};
 use dmc_proto::message::{
     Acceleration, CameraFlags, FrameNumber, HostMessage, JogSpeed, Motor as Number, MotorSetSpeed, Speed, Steps,
 };
@@ -10,8 +10,13 @@ use tracing::{debug, info, warn};
 use super::core::Core;
 use super::course::Course;
 use super::index;
+use super::job::Kind;
 use super::setup::Tuning;
 use crate::motor::{Motor, Place};
+use crate::seconds;
+
+/// Least speed and acceleration of a jog that lasts a while, in steps per second.
+const SLOWEST: f64 = 4.0;
 
 /// Deceleration of a stop. A motor stops within a second, even if it was set to a lower acceleration.
 fn soft(now: Millis, motor: &Motor, tuning: &Tuning) -> f64 {
@@ -29,8 +34,8 @@ impl Core {
                 self.step(Input::Stored(store, code));
             }
             Event::Move(motor, to) => {
-                self.jogs.remove(&motor);
                 info!(%motor, %to, "goes");
+                self.cut_in();
                 self.send_to(motor, to.0.into());
             }
             Event::Jog(motor, speed, to) => self.jog(motor, speed, to),
@@ -63,16 +68,16 @@ impl Core {
         info!(?stop, "stops");
         let now = self.clock;
         if let StopKind::Motor(number) = stop {
-            self.jogs.remove(&number);
             self.stop_one(number);
+        } else if !matches!(stop, StopKind::Hard) && self.setup.facts.vendor_jog_all && self.land() {
+            self.camera.is_filming = false;
         } else {
-            self.jogs.clear();
             // A motor without a given deceleration stops as hard as it can.
             let is_soft = matches!(stop, StopKind::All { .. });
             for (motor, tuning) in self.motors.iter_mut().zip(&self.tuning) {
                 motor.stop(now, is_soft.then(|| soft(now, motor, tuning)));
             }
-            self.course = Course::Free;
+            (self.course, self.left) = (Course::Free, None);
             if self.setup.facts.leaves_shutter_open {
                 self.camera.stay_open();
             } else {
@@ -122,24 +127,51 @@ impl Core {
     /// Jogs a motor. A jog ends at a limit that was set. A motor beyond that limit stays where it is.
     fn jog(&mut self, motor: Number, speed: JogSpeed, to: Steps) {
         info!(%motor, %speed, %to, "jogs");
+        self.cut_in();
         let Some(tuning) = self.tuned(motor) else { return };
-        self.jogs.extend(self.setup.facts.jog_lasts.map(|lasts| (motor, self.clock.after(lasts))));
         let (here, wanted) = (self.place(motor), f64::from(to.0));
+        let (lower, upper) = if self.setup.facts.ignores_limits { (None, None) } else { (tuning.lower, tuning.upper) };
         let goal = if wanted > here {
-            tuning.upper.map_or(wanted, |upper| wanted.min(f64::from(upper.0)).max(here))
+            upper.map_or(wanted, |upper| wanted.min(f64::from(upper.0)).max(here))
         } else {
-            tuning.lower.map_or(wanted, |lower| wanted.max(f64::from(lower.0)).min(here))
+            lower.map_or(wanted, |lower| wanted.max(f64::from(lower.0)).min(here))
         };
-        self.send_at(motor, goal, f64::from(speed.0.0) / f64::from(JogSpeed::FULL.0.0));
+        let part = f64::from(speed.0.0) / f64::from(JogSpeed::FULL.0.0);
+        match self.setup.facts.jog_lasts {
+            Some(lasts) => self.jog_a_while(motor, goal, part, seconds(Millis(lasts))),
+            None => self.send_at(motor, goal, part),
+        }
     }
 
-    /// Ends the jogs whose time is over.
-    pub(super) fn end_jogs(&mut self) {
+    /// Jogs a motor for a time in seconds, after which it slows down, but no further than to a goal.
+    fn jog_a_while(&mut self, motor: Number, goal: f64, part: f64, lasts: f64) {
         let now = self.clock;
-        let over: Vec<_> = self.jogs.iter().filter(|(_, until)| **until <= now).map(|(motor, _)| *motor).collect();
-        for motor in over {
-            self.jogs.remove(&motor);
-            self.stop_one(motor);
+        let Some((tuning, moved)) = self.tuned(motor).zip(index(motor).and_then(|index| self.motors.get_mut(index)))
+        else {
+            return;
+        };
+        let Place { position, velocity } = moved.at(now);
+        let way = (goal - position).signum();
+        if velocity * way < 0.0 {
+            return self.stop_one(motor);
+        }
+        let (full, hardest) = (f64::from(tuning.speed.0), f64::from(tuning.acceleration.0));
+        let (from, to) = (velocity.abs(), (full * part).max(SLOWEST));
+        let acceleration = (hardest * part).max(SLOWEST).max(from * hardest / full);
+        let rising = ((to - from) / acceleration).clamp(0.0, lasts);
+        let reached = from + acceleration * rising;
+        let room = f64::midpoint(from, reached) * rising
+            + reached * (lasts - rising)
+            + reached * reached / (2.0 * acceleration);
+        let room = room.round().min((goal - position).abs());
+        moved.go_to(now, position + way * room, to, acceleration);
+        self.owes_rest = true;
+    }
+
+    /// Ends the wait for the start of a run or shot, if the machine ended it.
+    fn cut_in(&mut self) {
+        if matches!(self.course, Course::Ready(_)) && self.machine.state() == State::Moving {
+            self.course = Course::Free;
         }
     }
 
@@ -159,6 +191,11 @@ impl Core {
         self.owes_rest = true;
         let Some(job) = self.job(message) else { return };
         info!(from = job.from, to = job.to, "gets ready");
+        self.left = Some(job.clone());
+        if matches!(job.kind, Kind::Run { .. }) && self.setup.facts.jogs_to_run {
+            // The rest of the way follows when all motors have come to the first frame.
+            return self.jog_all(job.rate, FrameNumber(job.from));
+        }
         for way in &job.ways {
             self.send_to(way.motor, way.before(job.up));
         }

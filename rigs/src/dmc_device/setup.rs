@@ -26,6 +26,9 @@ pub struct Setup {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(clippy::struct_excessive_bools, reason = "each one is a fact of its own")]
 pub struct Facts {
+    /// Greatest speed and acceleration of each motor after a reset; `None` for the speed of the motor itself, and half of its
+    /// acceleration.
+    pub tuned: Option<(Speed, Acceleration)>,
     /// Uses of each motor after a reset. A motor without [`MotorFlags::ENABLED`] gets no pulses, except as
     /// [`moves_disabled`](Self::moves_disabled) says: the device counts its ways, and the motor does not move. A motor without [`MotorFlags::BLUR`] rests in a shot.
     pub uses: MotorFlags,
@@ -35,13 +38,33 @@ pub struct Facts {
     pub fills_with_zeros: bool,
     /// Whether a motor that blurs follows the uploaded move in a shot without ways.
     pub blurs_along_move: bool,
-    /// Time after which a jog ends by itself, in milliseconds.
+    /// Time after which a jog slows down by itself, in milliseconds. A jog to the other side only stops the motor.
     pub jog_lasts: Option<u64>,
+    /// Whether the status tells which motors move at this moment, instead of all that take part.
+    pub tells_each_motor: bool,
+    /// Whether the time that is sent with positions is that of the last run, shot or jog of all motors, and not the frame on
+    /// which the motors are.
+    pub keeps_time: bool,
+    /// Whether only motors with blur move in a shot, even to its start. They need a second to reach their speed; in a shot with
+    /// angles an eighth of the time between its positions, and they rest at these.
+    pub vendor_shots: bool,
+    /// Whether a jog of all motors changes its speed by four frames per second in a second, and a stop of it ends on a frame.
+    pub vendor_jog_all: bool,
+    /// Whether a run begins with a jog of all motors to its first frame, and whatever ends a jog of all motors, a stop too, lets
+    /// the motors go on to the start of the last run or shot, if this was refused because of a limit, or was prepared and is
+    /// neither done nor stopped.
+    pub jogs_to_run: bool,
+    /// Whether data that is missing at the end of a request counts as zeros, except that a move and a new position have to have
+    /// their length; requests of types that the vendor does not use are not answered, and acknowledgements are refused.
+    pub vendor_parser: bool,
+    /// Types of requests that the device does not know, although the document has them.
+    pub unknown: &'static [u16],
     /// Whether a stop in a shot leaves the shutter open.
     pub leaves_shutter_open: bool,
-    /// Whether moves and ways to a frame pass limits that were set.
+    /// Whether everything except the start and the end of a run passes limits that were set.
     pub ignores_limits: bool,
-    /// Whether a position is sent a step too near to 0, because its fraction is cut off.
+    /// Whether a position is sent a step too near to 0, because its fraction is cut off. Such a device counts in numbers of 24
+    /// bits.
     pub truncates: bool,
     /// Whether a frame is damaged if its check bytes are not the ones that the device would write.
     pub compares_check: bool,
@@ -54,11 +77,19 @@ pub struct Facts {
 impl Facts {
     /// Facts of a device as the document describes it, whose motors are all enabled.
     pub const MILD: Self = Self {
+        tuned: None,
         uses: MotorFlags::ENABLED.union(MotorFlags::BLUR),
         moves_disabled: false,
         fills_with_zeros: false,
         blurs_along_move: false,
         jog_lasts: None,
+        tells_each_motor: false,
+        keeps_time: false,
+        vendor_shots: false,
+        vendor_jog_all: false,
+        jogs_to_run: false,
+        vendor_parser: false,
+        unknown: &[],
         leaves_shutter_open: false,
         ignores_limits: false,
         truncates: false,
@@ -151,8 +182,11 @@ impl Default for Setup {
 
 impl Tuning {
     /// Settings of a new motor: its whole speed, and half of its acceleration. The other half is left for harder stops.
-    pub(super) fn of(motor: &Motor, flags: MotorFlags) -> Self {
-        let limits = motor.limits();
+    pub(super) fn of(motor: &Motor, facts: &Facts) -> Self {
+        let (limits, flags) = (motor.limits(), facts.uses);
+        if let Some((speed, acceleration)) = facts.tuned {
+            return Self { flags, speed, acceleration, lower: None, upper: None };
+        }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the value is clamped")]
         let whole = |value: f64| value.round().clamp(1.0, f64::from(u32::MAX)) as u32;
         Self {

@@ -1,18 +1,23 @@
 //! Answer of the rig to a request if it were done now. It depends on the limits that were set, and on pre-rolls.
 
-use dmc_proto::device::State;
+use dmc_proto::device::{Quirks, State};
 use dmc_proto::message::{AckCode, FrameNumber, HostMessage, Motor, MotorFlags, RunFlags};
 
 use super::core::Core;
 use super::index;
-use super::job::{Job, Kind};
+use super::job::{Habits, Job, Kind};
 
 impl Core {
     /// Code for a request: `OK`, or the reason why the rig cannot do it.
     pub(super) fn verdict(&self, message: &HostMessage<'_>) -> AckCode {
         let ignores_limits = self.setup.facts.ignores_limits;
         let refused = match message {
-            HostMessage::MotorMove(_) | HostMessage::RtPositionFrame(_) if ignores_limits => None,
+            HostMessage::MotorMove(_) | HostMessage::RtPositionFrame(_) | HostMessage::RtJogAll(_)
+                if ignores_limits =>
+            {
+                None
+            }
+            HostMessage::RtShootFrame(_) | HostMessage::RtShootFrame2(_) if ignores_limits => None,
             HostMessage::MotorMove(it) => self.beyond(it.motor, it.position.0.into()),
             HostMessage::RtPositionFrame(it) => {
                 let mut positions = self.axes().map(|motor| (motor, self.store.position(motor, it.frame)));
@@ -37,11 +42,12 @@ impl Core {
         u8::try_from(self.motors.len()).unwrap_or(u8::MAX)
     }
 
-    /// Motors of the uploaded move that are enabled.
+    /// Motors of the uploaded move that are enabled, except those that are driven by hand.
     pub(super) fn axes(&self) -> impl Iterator<Item = Motor> {
         (1..=self.count())
             .map(Motor)
             .filter(|motor| self.store.has(*motor) && self.has_use(*motor, MotorFlags::ENABLED))
+            .filter(|motor| !self.has_use(*motor, MotorFlags::LIVE))
     }
 
     /// Whether a motor has a use.
@@ -55,7 +61,11 @@ impl Core {
         let blurs = |motor| self.has_use(motor, MotorFlags::ENABLED | MotorFlags::BLUR);
         let axes: Vec<_> = self.axes().collect();
         let along = if self.setup.facts.blurs_along_move { &axes[..] } else { &[] };
-        Job::of(message, &self.store, (&axes, along), blurs)
+        let habits = Habits {
+            vendor_shots: self.setup.facts.vendor_shots,
+            passes_end: self.setup.options.quirks().contains(Quirks::RESTS_BEYOND),
+        };
+        Job::of(message, &self.store, (&axes, along), blurs, habits)
     }
 
     /// Code for a position of a motor that is beyond a limit that was set.
@@ -80,7 +90,9 @@ impl Core {
     fn beyond_job(&self, job: &Job) -> Option<AckCode> {
         let spans = job.ways.iter().map(|way| (way.motor, way.span(job, &self.store)));
         let mut ends = spans.flat_map(|(motor, (least, most))| [(motor, least), (motor, most)]);
-        if let Some(code) = ends.find_map(|(motor, position)| self.beyond(motor, position)) {
+        if !self.setup.facts.ignores_limits
+            && let Some(code) = ends.find_map(|(motor, position)| self.beyond(motor, position))
+        {
             return Some(code);
         }
         // In a run back and forth, a pass begins and a pass ends at each end.

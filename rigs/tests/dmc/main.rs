@@ -4,6 +4,9 @@ mod faults;
 mod hostile;
 mod late;
 mod motors;
+#[path = "../recorded/mod.rs"]
+mod recorded;
+mod replay;
 mod runs;
 mod shots;
 mod shutter;

@@ -5,6 +5,8 @@ mod deaf;
 mod faults;
 mod firmware;
 mod programs;
+#[path = "../recorded/mod.rs"]
+mod recorded;
 mod replay;
 mod trouble;
 mod usual;

@@ -1,38 +1,18 @@
 //! What firmware answered, replayed against the node of the same name.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use motion_core::time::Millis;
 use rigs::device::Named;
 use rigs::hoot_node::{HootNode, Setup};
 use rigs::{LineId, Outgoing, Party};
 
+use crate::recorded::{Known, bytes, check, hex, table};
+
 /// Start of each packet.
 const BREAK: &str = "0000000000ff";
 /// Time from one request to the next. The firmware was asked at leisure too.
 const PAUSE: u64 = 300;
-
-/// A request, from the address on, and the packets of the answer, one after the other.
-struct Row {
-    kind: String,
-    request: String,
-    answer: String,
-}
-
-fn rows(device: &str) -> Vec<Row> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../vectors/nmx/{device}.tsv"));
-    let text = std::fs::read_to_string(path).unwrap();
-    let row = |line: &str| {
-        let [kind, request, answer] = line.split('\t').collect::<Vec<_>>()[..] else { panic!("{line:?}") };
-        Row { kind: kind.to_owned(), request: request.to_owned(), answer: answer.to_owned() }
-    };
-    text.lines().map(row).collect()
-}
-
-fn bytes(hex: &str) -> Vec<u8> {
-    (0..hex.len()).step_by(2).map(|at| u8::from_str_radix(&hex[at..at + 2], 16).unwrap()).collect()
-}
 
 /// Answer of the node to a request, as hex.
 fn ask(node: &mut HootNode, now: u64, request: &str) -> String {
@@ -41,14 +21,11 @@ fn ask(node: &mut HootNode, now: u64, request: &str) -> String {
     let mut answer = String::new();
     while let Some(outgoing) = node.poll() {
         if let Outgoing::Bytes(LineId(0), packet) = outgoing {
-            answer.extend(packet.iter().map(|byte| format!("{byte:02x}")));
+            answer.push_str(&hex(&packet));
         }
     }
     answer
 }
-
-/// Reason, and the lines to which it applies.
-type Known = (&'static str, &'static [usize]);
 
 /// Lines of each build whose answer the node does not give.
 const DIFFERENCES: &[(&str, &[Known])] = &[
@@ -104,22 +81,15 @@ fn nodes_answer_as_firmware_did() {
     for (device, known) in DIFFERENCES {
         let mut node = HootNode::new(Setup::default().with_device(device).unwrap());
         node.open(Millis(0), LineId(0));
-        let rows = rows(device);
+        let rows = table(&format!("nmx/{device}"));
         assert!(rows.len() > 1980, "{device}");
         let mut wrong = BTreeMap::new();
-        for (number, row) in (1_usize..).zip(&rows) {
-            let found = ask(&mut node, number as u64 * PAUSE, &row.request);
-            if found != row.answer {
-                wrong.insert(number, format!("{} {}: {found} and not {}", row.kind, row.request, row.answer));
+        for (number, [kind, request, answer]) in (1_usize..).zip(&rows) {
+            let found = ask(&mut node, number as u64 * PAUSE, request);
+            if found != *answer {
+                wrong.insert(number, format!("{kind} {request}: {found} and not {answer}"));
             }
         }
-        println!("{device}: {} of {} answers are equal", rows.len() - wrong.len(), rows.len());
-        assert!(wrong.len() * 100 <= rows.len(), "{device}: {wrong:#?}");
-        for (reason, lines) in *known {
-            for line in *lines {
-                assert!(wrong.remove(line).is_some(), "{device}, line {line} is right now, not: {reason}");
-            }
-        }
-        assert!(wrong.is_empty(), "{device}: {wrong:#?}");
+        check(device, rows.len(), wrong, known);
     }
 }
