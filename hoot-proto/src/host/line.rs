@@ -246,6 +246,9 @@ impl HostMachine {
         self.free_at = Some(now.after(self.options.gap().into()));
         self.spoken_to(now, &transmit);
         self.motion.sent(&self.options.nodes(), &transmit);
+        if transmit.message.conduct().may_move() {
+            self.stops.moves(&transmit);
+        }
         if blocks(&transmit.message) > 0 {
             self.deaf.begins(now, &transmit);
         } else if transmit.message.conduct().is_stop() {
@@ -334,7 +337,7 @@ impl HostMachine {
     /// Gives up the answer to a job; a stop waits to be sent again.
     pub(super) fn give_up(&mut self, output: &mut Output<'_>, waiting: &Waiting, why: Failure) {
         if let Job::Stop(stop) = waiting.job {
-            self.stops.put_back(super::jobs::Stop { is_own: true, ..stop }, waiting.until);
+            self.stops.put_back(super::jobs::Stop { is_own: true, ..stop }, Some(waiting.until));
         } else if let Some(token) = waiting.job.token() {
             let outcome = Outcome::unanswered(&waiting.job.transmit().message, true, why);
             output.event(Event::Ended { token, outcome });

@@ -47,9 +47,9 @@ impl Stops {
     }
 
     /// Lets a stop that has been sent wait again, and not be sent before a time. There is room, because it came out of here.
-    pub(super) fn put_back(&mut self, stop: Stop, not_before: Millis) {
+    pub(super) fn put_back(&mut self, stop: Stop, not_before: Option<Millis>) {
         let sent = stop.sent.saturating_add(1);
-        let _ = self.0.try_push(Stop { sent, not_before: Some(not_before), is_heard: false, ..stop });
+        let _ = self.0.try_push(Stop { sent, not_before, is_heard: false, ..stop });
     }
 
     /// Notes that an answer without a value came, which may be that to one of the stops.
@@ -67,6 +67,13 @@ impl Stops {
     /// Finds the same stop for the same node, if it waits.
     fn same(&mut self, transmit: &Transmit) -> Option<&mut Stop> {
         self.0.iter_mut().find(|stop| stop.transmit == *transmit)
+    }
+
+    /// Notes that a packet goes out. Stops of what it may move do not wait for any time.
+    pub(super) fn moves(&mut self, packet: &Transmit) {
+        for stop in self.0.iter_mut().filter(|stop| concerns(&stop.transmit, packet)) {
+            stop.not_before = None;
+        }
     }
 
     /// Lets stops be sent whose time has come.
@@ -200,8 +207,8 @@ impl HostMachine {
         }
         // An emergency stop asks the motors itself whether they rest.
         if is_answered(message) && self.emergency.is_none() {
-            self.stops
-                .put_back(Stop { is_own: is_own || stop.is_own, ..stop }, now.after(self.options.timeout().into()));
+            let not_before = is_own.then(|| now.after(self.options.timeout().into()));
+            self.stops.put_back(Stop { is_own: is_own || stop.is_own, ..stop }, not_before);
         } else if let Some(token) = stop.token {
             output.event(Event::Ended { token, outcome: Outcome::Sent });
         }

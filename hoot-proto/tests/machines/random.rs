@@ -304,6 +304,12 @@ fn reaches(packet: Address, node: Address) -> bool {
     packet == node || packet == Address::BROADCAST || node == Address::BROADCAST
 }
 
+/// Whether a stop stops what a message moves, at the same node.
+fn concerns(stop: &HostMessage<'_>, message: &HostMessage<'_>) -> bool {
+    let [stops, moves] = [stop, message].map(|message| message.selector().sub_address);
+    stops == 0 || moves == 0 || stops == moves
+}
+
 impl Block {
     fn waiting(&self, node: Address) -> usize {
         let is_one = self.new_address.is_some();
@@ -344,8 +350,8 @@ impl Block {
 #[derive(Debug, Default)]
 struct Watch {
     blocks: Vec<Block>,
-    /// Times at which stops were sent last.
-    stops: BTreeMap<String, u64>,
+    /// Times at which stops were sent last, except those after which something went out that moves what they stop.
+    stops: Vec<(Address, HostMessage<'static>, u64)>,
     tokens: Tokens,
     /// For each message that may not be repeated: how often it was asked for, minus how often it was sent.
     budget: BTreeMap<String, i64>,
@@ -395,13 +401,14 @@ impl Watch {
         let waits = self.blocks.iter().any(|block| {
             now <= block.longest && block.concerns(to) && (block.waiting(to) > 0 || to == Address::BROADCAST)
         });
-        let is_recent =
-            |stop: &HostMessage<'_>| self.stops.get(&format!("{to} {stop}")).is_some_and(|sent| now < sent + 500);
+        let is_recent = |stop: &HostMessage<'_>| {
+            self.stops.iter().any(|(of, sent, at)| *of == to && sent == stop && now < at + 500)
+        };
         !waits && !stop.is_some_and(is_recent)
     }
 
     /// At most one packet waits at a node that may be deaf, and it is a stop.
-    fn sent(&mut self, now: u64, to: Address, message: &HostMessage<'_>) {
+    fn sent(&mut self, now: u64, to: Address, message: &HostMessage<'static>) {
         self.blocks.retain(|block| now < block.longest);
         let is_stop = message.conduct().is_stop();
         let may_wait = matches!(message, HostMessage::Stop(_) | HostMessage::BroadcastStop(_));
@@ -416,7 +423,11 @@ impl Watch {
         }
         self.blocks.extend(Block::of(to, message, now));
         if is_stop {
-            self.stops.insert(format!("{to} {message}"), now);
+            self.stops.retain(|(of, stop, _)| (of, stop) != (&to, message));
+            self.stops.push((to, *message, now));
+        }
+        if message.conduct().may_move() {
+            self.stops.retain(|(of, stop, _)| !reaches(*of, to) || !concerns(stop, message));
         }
     }
 
