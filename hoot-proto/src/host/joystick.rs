@@ -28,8 +28,12 @@ pub(super) type KeptNodes = ArrayVec<KeptNode, MAX_KEPT>;
 
 impl HostMachine {
     /// Takes the next speed of a motor, in the place of a speed that waits.
-    pub(super) fn set_speed(&mut self, output: &mut Output<'_>, next: Speed) {
+    pub(super) fn set_speed(&mut self, now: Millis, output: &mut Output<'_>, next: Speed) {
         let refused = self.refusal(&next.transmit());
+        // A speed waits until its node hears, but a motor that is to come to rest must not.
+        if refused.is_none() && next.is_rest() && self.deaf.is_deaf(next.to) {
+            self.add_motor_stop(now, output, next.to, next.motor);
+        }
         let waits = self.speeds.iter_mut().find(|speed| (speed.to, speed.motor) == (next.to, next.motor));
         let (token, outcome) = if let Some(why) = refused {
             (next.token, Outcome::Refused(why))
@@ -73,7 +77,7 @@ impl HostMachine {
         let is_clear = self.doubt.is_clear(&question(Address::DEFAULT));
         let waits = self.queue.first().is_some_and(|request| !self.doubt.is_clear(&request.transmit.message));
         let may = |kept: &&mut KeptNode| now >= kept.due && (is_clear || !waits || !kept.is_blind);
-        let hears = |kept: &&mut KeptNode| self.deaf.allows(&keep_alive(kept.to));
+        let hears = |kept: &&mut KeptNode| !self.deaf.is_deaf(kept.to);
         let kept = self.kept.iter_mut().filter(may).filter(hears).min_by_key(|kept| kept.due)?;
         kept.is_blind = !is_clear;
         Some(kept.to)
@@ -89,7 +93,7 @@ impl HostMachine {
             let waits = |request: &Pending| request.transmit.message.query().is_none();
             is_doubtful && !speed.is_rest() && (self.stops.hold_speeds() || self.queue.first().is_some_and(waits))
         };
-        let at = self.speeds.iter().position(|speed| self.deaf.allows(&speed.transmit()) && !is_held(speed))?;
+        let at = self.speeds.iter().position(|speed| !self.deaf.is_deaf(speed.to) && !is_held(speed))?;
         self.speeds.pop_at(at)
     }
 

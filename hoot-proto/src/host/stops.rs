@@ -9,6 +9,7 @@ use arrayvec::ArrayVec;
 use motion_core::machine::Token;
 use motion_core::time::Millis;
 
+use super::deaf::Deaf;
 use super::doubt::Doubt;
 use super::event::{Event, Failure, Outcome, Refusal, StopTarget};
 use super::jobs::{Job, Pending, Stop};
@@ -34,8 +35,9 @@ impl Stops {
     }
 
     /// Whether a stop that was not sent may be sent now.
-    pub(super) fn has_new(&self) -> bool {
-        self.0.iter().any(|stop| stop.sent == 0 && stop.not_before.is_none())
+    pub(super) fn has_new(&self, deaf: &Deaf) -> bool {
+        let may = |stop: &Stop| stop.not_before.is_none() && deaf.stop_for(&stop.transmit).is_some();
+        self.0.iter().any(|stop| stop.sent == 0 && may(stop))
     }
 
     pub(super) fn is_empty(&self) -> bool {
