@@ -83,15 +83,15 @@ impl HostMachine {
         Some(kept.to)
     }
 
-    /// The speed that is sent next. Stops and requests that wait until their answers can be told from that of a speed go
-    /// before it, but not before a speed of 0. A stop that the machine added, and of which something was heard, lets speeds
+    /// The speed that is sent next. Stops go before it, and so do requests that wait until their answers can be told from that
+    /// of a speed, but not before a speed of 0. A stop that the machine added, and of which something was heard, lets speeds
     /// go on.
     pub(super) fn speed_due(&mut self) -> Option<Speed> {
         let is_held = |speed: &Speed| {
             let message = speed.transmit().message;
             let is_doubtful = !self.doubt.is_clear(&message);
             let waits = |request: &Pending| request.transmit.message.query().is_none();
-            is_doubtful && !speed.is_rest() && (self.stops.hold_speeds() || self.queue.first().is_some_and(waits))
+            !speed.is_rest() && (self.stops.hold_speeds() || is_doubtful && self.queue.first().is_some_and(waits))
         };
         let at = self.speeds.iter().position(|speed| !self.deaf.is_deaf(speed.to) && !is_held(speed))?;
         self.speeds.pop_at(at)

@@ -104,6 +104,19 @@ fn one_node_that_may_be_deaf_does_not_make_the_master_forget_another() {
     assert_eq!(all.len(), 1, "{all:?}");
     assert_eq!((all[0].1, all[0].2), (OTHER, STOP), "{all:?}");
 
+    // No motor gets a speed, except 0, before a stop is confirmed.
+    let mut master = fresh();
+    assert_eq!(master.request_to(1, OTHER, STOP).packets().len(), 1);
+    let _ = master.request(2, STATUS);
+    assert_eq!(packets(&master.pass(900)), [(900, NODE, STATUS)]);
+    let _ = master.reply(1, &[0, 0]);
+    let mut rests = master.clone();
+    let run_at = |speed| Command::Speed { to: NODE, motor: Motor::Two, speed: StepsPerSecond(speed) };
+    let _ = master.order(run_at(5.0));
+    assert_eq!(packets(&master.pass(3000))[0], (2100, OTHER, STOP));
+    let _ = rests.order(run_at(0.0));
+    assert_eq!(packets(&rests.pass(3000))[0], (60, NODE, speed(Motor::Two, 0.0)));
+
     // No node gets another address, or is started, before a stop is confirmed.
     for message in [START, message::SetAddress { new_address: Address(7) }.into(), unknown] {
         let mut master = fresh();
