@@ -119,18 +119,18 @@ impl HostMachine {
         out || !self.stops.is_empty() || self.emergency.is_some()
     }
 
-    /// Takes a stop of the application.
+    /// Takes a stop of the application. A broadcast that would be the second packet at a node that may be deaf waits, and each
+    /// listed node is stopped meanwhile (decision H-41).
     pub(super) fn stop(&mut self, now: Millis, output: &mut Output<'_>, Pending { token, transmit }: Pending) {
-        if transmit.to == Address::BROADCAST && !self.deaf.allows(&transmit) {
-            output.event(Event::Ended { token, outcome: Outcome::Sent });
-            return self.stop_each(now, output, &transmit);
-        }
         self.cancel_motion(output, &transmit);
         self.add_stop(now, output, transmit, Some(token));
+        let nodes = self.options.nodes();
+        if transmit.to == Address::BROADCAST && !nodes.as_slice().is_empty() && !self.deaf.allows(&transmit) {
+            self.stop_each(now, output, &transmit);
+        }
     }
 
-    /// Stops each listed node, instead of a broadcast that a bridge would not pass on (decision H-20), or that would be the
-    /// second packet at a node that may be deaf (decision H-41).
+    /// Stops each listed node, instead of a broadcast that a bridge would not pass on (decision H-20).
     pub(super) fn stop_each(&mut self, now: Millis, output: &mut Output<'_>, broadcast: &Transmit) {
         self.cancel_motion(output, broadcast);
         let message = match broadcast.message {

@@ -2,7 +2,7 @@
 
 use super::world::*;
 use hoot_proto::Address;
-use hoot_proto::host::{Command, Event, Input, Options, StopTarget};
+use hoot_proto::host::{Command, Event, Input, Options, Outcome, StopTarget};
 use hoot_proto::message::{self, HostMessage, Motor, StepsPerSecond};
 use motion_core::wire::Messages;
 
@@ -84,6 +84,34 @@ fn after_the_line_came_up_one_packet_goes_to_each_node_until_it_answers() {
     assert_eq!(stop.packets()[0].message, STOP);
     assert_eq!(packets(&master.pass(1490)), []);
     assert_eq!(packets(&master.pass(100)).first().map(|(at, ..)| *at), Some(10));
+}
+
+// 5-72
+#[test]
+fn a_broadcast_stop_waits_for_a_deaf_node_while_the_listed_nodes_are_stopped() {
+    let unknown = HostMessage::other(0, &[1]);
+    let stop_all = HostMessage::from(message::BroadcastStop::default());
+    let pause_all = HostMessage::from(message::BroadcastPause::default());
+    for (all, one) in [(stop_all, STOP), (pause_all, PAUSE)] {
+        // A node that is not listed may be deaf, and a stop waits there.
+        let mut master = Master::offline(Options::default().with_bridge(false), &[NODE, OTHER]);
+        master.line_up();
+        let deaf = Address(20);
+        assert_eq!(master.request_to(1, deaf, unknown).packets().len(), 1);
+        master.now += 60;
+        assert_eq!(master.request_to(2, deaf, STOP).packets().len(), 1);
+        master.now += 60;
+        let output = master.request_to(3, Address::BROADCAST, all);
+        assert_eq!(ended(&output), []);
+        assert_eq!(packets(&[(0, output)]), [(0, NODE, one)], "at once");
+        let outputs = master.pass(2900);
+        let sent = packets(&outputs);
+        assert_eq!(sent[0], (60, OTHER, one));
+        let at = sent.iter().find(|(.., message)| *message == all).map(|(at, ..)| *at);
+        assert_eq!(at, Some(2880), "when no node is deaf");
+        let end = all_ended(&outputs).into_iter().find(|(_, token, _)| *token == 3);
+        assert_eq!(end, Some((2880, 3, Outcome::Sent)));
+    }
 }
 
 // 5-71
