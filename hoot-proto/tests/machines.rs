@@ -5,6 +5,8 @@
 mod camera;
 #[path = "machines/conduct.rs"]
 mod conduct;
+#[path = "machines/deaf.rs"]
+mod deaf;
 #[path = "machines/emergency.rs"]
 mod emergency;
 #[path = "machines/host.rs"]
@@ -36,7 +38,7 @@ mod world;
 #[test]
 fn sizes_of_machines_and_outputs() {
     let sizes = [
-        ("host::HostMachine", size_of::<hoot_proto::host::HostMachine>(), 1900),
+        ("host::HostMachine", size_of::<hoot_proto::host::HostMachine>(), 2200),
         ("host::Output", size_of::<hoot_proto::host::Output<'_>>(), 2700),
         ("device::DeviceMachine", size_of::<hoot_proto::device::DeviceMachine>(), 700),
         ("device::Output", size_of::<hoot_proto::device::Output<'_>>(), 2900),

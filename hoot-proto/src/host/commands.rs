@@ -17,7 +17,9 @@ impl HostMachine {
         let outcome = match command {
             Command::Request(request) => return self.submit(now, output, token, request, false),
             Command::Insist(request) => return self.submit(now, output, token, request, true),
-            Command::Speed { to, motor, speed } => return self.set_speed(output, Speed { token, to, motor, speed }),
+            Command::Speed { to, motor, speed } => {
+                return self.set_speed(now, output, Speed { token, to, motor, speed });
+            }
             Command::KeepAlive { to, on } => return self.set_keep_alive(now, output, token, to, on),
             Command::Nodes(_) if self.emergency.is_some() => Outcome::Refused(Refusal::Stopping),
             Command::Nodes(nodes) => {

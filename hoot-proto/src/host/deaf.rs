@@ -2,8 +2,10 @@
 //!
 //! A node hears nothing while it carries out certain messages ([`Conduct::blocks`](crate::Conduct::blocks)). If two packets
 //! wait at it meanwhile, its firmware hangs until the power is cycled. So a node that may be deaf is sent one packet at most:
-//! the stop of its controller, or on a bus without a bridge the stop of all nodes.
+//! the stop of its controller, or on a bus without a bridge the stop of all nodes. After the line came up, the packet may be
+//! a request that moves nothing. The next packet is sent when the node has answered, or 3 s after the one before.
 
+use arrayvec::ArrayVec;
 use motion_core::time::Millis;
 
 use super::Transmit;
@@ -21,6 +23,16 @@ pub(super) fn blocks(message: &HostMessage<'_>) -> u16 {
     match message {
         HostMessage::Other(_) if may_be_any => LONGEST,
         message => message.conduct().blocks,
+    }
+}
+
+/// Address that the receivers of a message get.
+const fn new_address(message: &HostMessage<'_>) -> Option<Address> {
+    match message {
+        HostMessage::SetAddress(set) => Some(set.new_address),
+        HostMessage::CoreAssignAddress(assign) => Some(assign.new_address),
+        HostMessage::BroadcastAssignAddress(assign) => Some(assign.new_address),
+        _ => None,
     }
 }
 
@@ -52,52 +64,55 @@ impl Addresses {
     }
 }
 
-/// Why nodes may be deaf.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-enum Cause {
-    /// Nobody knows what the nodes did before the line came up.
-    #[default]
-    LinkUp,
-    /// A command to a node, or to all nodes.
-    Command(Address),
+/// Whether two packets, or a packet and a node, may have to do with the same node.
+fn meet(one: Address, other: Address) -> bool {
+    one == other || one == Address::BROADCAST || other == Address::BROADCAST
 }
+
+/// A packet that may wait at a node that may be deaf.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct Waits {
+    /// Address of the packet, and the other address of the same node if it gets another one.
+    at: [Address; 2],
+    /// Time at which the node has read the packet.
+    until: Millis,
+}
+
+/// Number of packets that may wait at nodes that may be deaf. One more is not sent.
+const MAX_WAITING: usize = 16;
 
 /// Nodes that may be deaf.
 #[derive(Clone, PartialEq, Eq, Hash, Default)]
 pub(super) struct Deaf {
     /// Time at which all nodes hear again; `None` if they hear now.
     until: Option<Millis>,
-    cause: Cause,
     nodes: Addresses,
-    /// Nodes of these at which a stop of the controller waits.
-    stopped: Addresses,
-    /// Whether a stop waits at each of them: that of all nodes, or that of the only node behind these addresses.
-    is_all_stopped: bool,
-    /// Whether all these addresses are those of one node, because it gets another one.
-    is_one: bool,
+    /// Whether a command of this master is a reason. Otherwise it is that the line came up.
+    by_command: bool,
+    /// Both addresses of the node that gets another one.
+    renamed: Option<[Address; 2]>,
+    waiting: ArrayVec<Waits, MAX_WAITING>,
 }
 
-motion_core::debug! { Deaf { until cause nodes stopped is_all_stopped is_one } }
+motion_core::debug! { Deaf { until nodes by_command renamed waiting } }
 
 impl Deaf {
-    /// The line came up. A node may still be deaf because of a command of somebody else. Only the number of stops is limited
-    /// then.
-    pub(super) fn link_up(&mut self, now: Millis) {
-        let until = now.after(LONGEST.into());
+    fn extend(&mut self, until: Millis) {
         self.until = Some(self.until.map_or(until, |before| before.max(until)));
+    }
+
+    /// The line came up. A node may be deaf because of a command of somebody else.
+    pub(super) fn link_up(&mut self, now: Millis) {
+        self.extend(now.after(LONGEST.into()));
         self.nodes = Addresses::ALL;
     }
 
     /// A packet goes out, or was answered, because of which its receivers may be deaf from now on.
     pub(super) fn begins(&mut self, now: Millis, Transmit { to, message }: &Transmit) {
-        let until = Some(now.after(blocks(message).into()));
-        let new_address = match message {
-            HostMessage::SetAddress(set) => Some(set.new_address),
-            HostMessage::CoreAssignAddress(assign) => Some(assign.new_address),
-            HostMessage::BroadcastAssignAddress(assign) => Some(assign.new_address),
-            _ => None,
-        };
-        *self = Self { until, cause: Cause::Command(*to), is_one: new_address.is_some(), ..Self::default() };
+        self.extend(now.after(blocks(message).into()));
+        self.by_command = true;
+        let new_address = new_address(message);
+        self.renamed = new_address.map(|new_address| [*to, new_address]).or(self.renamed);
         if *to == Address::BROADCAST {
             self.nodes = Addresses::ALL;
         }
@@ -106,48 +121,41 @@ impl Deaf {
         }
     }
 
-    /// A stop goes out.
-    pub(super) fn stops(&mut self, to: Address) {
-        if to == Address::BROADCAST || self.is_one {
-            self.is_all_stopped |= self.is_deaf(to);
-        } else if self.nodes.contains(to) {
-            self.stopped.set(to, true);
+    /// A packet goes out. If its node is deaf, the node reads it when the longest time is over.
+    pub(super) fn sent(&mut self, now: Millis, to: Address) {
+        if self.is_deaf(to) {
+            let at = self.both(to);
+            // There is room, because nothing else is allowed.
+            let _ = self.waiting.try_push(Waits { at, until: now.after(LONGEST.into()) });
         }
     }
 
     /// A node has answered, so it hears.
     pub(super) fn hears(&mut self, node: Address) {
-        self.nodes.set(node, false);
-        self.stopped.set(node, false);
-        self.end_if_all_hear();
-    }
-
-    /// Every command and every stop has been answered, so the nodes hear to which they went.
-    pub(super) fn all_answered(&mut self) {
-        for (deaf, stopped) in self.nodes.0.iter_mut().zip(self.stopped.0) {
-            *deaf &= !stopped;
+        for address in self.both(node).into_iter().chain([node]) {
+            self.nodes.set(address, false);
         }
-        self.stopped = Addresses::default();
-        match self.cause {
-            Cause::Command(to) if to != Address::BROADCAST => *self = Self::default(),
-            _ => self.end_if_all_hear(),
-        }
-    }
-
-    pub(super) fn expire(&mut self, now: Millis) {
-        if self.until.is_some_and(|until| now >= until) {
-            *self = Self::default();
-        }
-    }
-
-    fn end_if_all_hear(&mut self) {
+        self.waiting.retain(|waits| !waits.at.contains(&node));
         if self.nodes.is_empty() {
             *self = Self::default();
         }
     }
 
-    pub(super) const fn until(&self) -> Option<Millis> {
-        self.until
+    /// Addresses of a node.
+    fn both(&self, node: Address) -> [Address; 2] {
+        self.renamed.filter(|both| both.iter().any(|address| meet(*address, node))).unwrap_or([node; 2])
+    }
+
+    pub(super) fn expire(&mut self, now: Millis) {
+        self.waiting.retain(|waits| now < waits.until);
+        if self.until.is_some_and(|until| now >= until) {
+            *self = Self::default();
+        }
+    }
+
+    /// Time at which a node hears again, or has read a packet.
+    pub(super) fn until(&self) -> Option<Millis> {
+        self.waiting.iter().map(|waits| waits.until).chain(self.until).min()
     }
 
     /// Whether a node may be deaf; for [`Address::BROADCAST`], whether any may be.
@@ -155,21 +163,27 @@ impl Deaf {
         if node == Address::BROADCAST { !self.nodes.is_empty() } else { self.nodes.contains(node) }
     }
 
-    /// Whether a stop waits at a node that may be deaf; for [`Address::BROADCAST`], at any.
-    fn is_stopped(&self, node: Address) -> bool {
-        let is_one = if node == Address::BROADCAST { !self.stopped.is_empty() } else { self.stopped.contains(node) };
-        self.is_all_stopped || is_one
+    /// Whether a packet may wait at a node that may be deaf: the stop of the controller or of all nodes. If it is only not
+    /// known what the nodes did before the line came up, a request that moves nothing may wait too.
+    fn may_wait(&self, message: &HostMessage<'_>) -> bool {
+        let conduct = message.conduct();
+        let is_calm = !conduct.is_stop() && !conduct.may_move() && blocks(message) == 0;
+        matches!(message, HostMessage::Stop(_) | HostMessage::BroadcastStop(_)) || is_calm && !self.by_command
     }
 
-    /// Whether a packet may be sent as it is.
+    /// Whether a packet may be sent as it is. A node becomes deaf only if no packet waits for it, and one node at a time gets
+    /// another address.
     pub(super) fn allows(&self, Transmit { to, message }: &Transmit) -> bool {
-        let is_the_stop = matches!(message, HostMessage::Stop(_) | HostMessage::BroadcastStop(_));
-        let is_limited = message.conduct().is_stop() || self.cause != Cause::LinkUp;
-        !self.is_deaf(*to) || !is_limited || is_the_stop && !self.is_stopped(*to)
+        let waits = self.waiting.iter().any(|waits| waits.at.iter().any(|at| meet(*at, *to)));
+        if self.is_deaf(*to) {
+            self.may_wait(message) && !waits && !self.waiting.is_full()
+        } else {
+            blocks(message) == 0 || !waits && (self.renamed.is_none() || new_address(message).is_none())
+        }
     }
 
     /// Packet to send now in order to stop what a stop stops: the stop itself, or that of the controller if its node may be
-    /// deaf; `None` if a stop waits there already.
+    /// deaf; `None` if a packet waits there already.
     pub(super) fn stop_for(&self, stop: &Transmit) -> Option<Transmit> {
         let of_controller = Transmit { to: stop.to, message: message::Stop {}.into() };
         let first = if stop.to == Address::BROADCAST { *stop } else { of_controller };
@@ -177,6 +191,9 @@ impl Deaf {
     }
 
     pub(super) fn set_back(&mut self, by: Millis) {
-        self.until = self.until.map(|until| Millis(until.since(by)));
+        let waiting = self.waiting.iter_mut().map(|waits| &mut waits.until);
+        for until in waiting.chain(&mut self.until) {
+            *until = Millis(until.since(by));
+        }
     }
 }

@@ -61,8 +61,8 @@ impl Doubt {
     }
 
     /// Counts an answer that is not taken for the answer to anything. If more are owed, they come by `until`; copies of it
-    /// come by `copies_until`. Returns whether it was the last one without a value.
-    pub(super) fn arrived(&mut self, reply: Reply<'_>, until: Millis, copies_until: Millis) -> bool {
+    /// come by `copies_until`.
+    pub(super) fn arrived(&mut self, reply: Reply<'_>, until: Millis, copies_until: Millis) {
         let is_plain = reply.data.is_empty() && (reply.is_ok() || self.plain.packets > 0);
         let owed = if is_plain { &mut self.plain } else { &mut self.value };
         owed.until = owed.until.map(|before| match (owed.is_open, owed.packets) {
@@ -70,12 +70,10 @@ impl Doubt {
             (false, 0 | 1) => before.min(until),
             _ => before.max(until),
         });
-        let is_last = owed.packets == 1;
         owed.packets = owed.packets.saturating_sub(1);
         if owed.until.is_some() && owed.copies_until.replace(copies_until).is_none() {
             owed.packets_if_copied = owed.packets_if_copied.saturating_sub(1);
         }
-        is_plain && is_last
     }
 
     /// Forgets answers that come too late, if they come.

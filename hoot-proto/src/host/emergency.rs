@@ -192,7 +192,8 @@ impl HostMachine {
                 self.emergency = Some(Emergency { is_partial: true, is_unsure: true, ..emergency });
                 self.next_step();
             } else if !is_stop && emergency.is_partial {
-                if self.options.nodes().as_slice().iter().all(|node| self.deaf.is_deaf(*node)) {
+                let may_stop = |to| self.deaf.allows(&Transmit { to, message: Stop {}.into() });
+                if !self.options.nodes().as_slice().iter().copied().any(may_stop) {
                     return;
                 }
                 emergency.restart();

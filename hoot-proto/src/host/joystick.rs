@@ -28,8 +28,12 @@ pub(super) type KeptNodes = ArrayVec<KeptNode, MAX_KEPT>;
 
 impl HostMachine {
     /// Takes the next speed of a motor, in the place of a speed that waits.
-    pub(super) fn set_speed(&mut self, output: &mut Output<'_>, next: Speed) {
+    pub(super) fn set_speed(&mut self, now: Millis, output: &mut Output<'_>, next: Speed) {
         let refused = self.refusal(&next.transmit());
+        // A speed waits until its node hears, but a motor that is to come to rest must not.
+        if refused.is_none() && next.is_rest() && self.deaf.is_deaf(next.to) {
+            self.add_motor_stop(now, output, next.to, next.motor);
+        }
         let waits = self.speeds.iter_mut().find(|speed| (speed.to, speed.motor) == (next.to, next.motor));
         let (token, outcome) = if let Some(why) = refused {
             (next.token, Outcome::Refused(why))
@@ -73,23 +77,23 @@ impl HostMachine {
         let is_clear = self.doubt.is_clear(&question(Address::DEFAULT));
         let waits = self.queue.first().is_some_and(|request| !self.doubt.is_clear(&request.transmit.message));
         let may = |kept: &&mut KeptNode| now >= kept.due && (is_clear || !waits || !kept.is_blind);
-        let hears = |kept: &&mut KeptNode| self.deaf.allows(&keep_alive(kept.to));
+        let hears = |kept: &&mut KeptNode| !self.deaf.is_deaf(kept.to);
         let kept = self.kept.iter_mut().filter(may).filter(hears).min_by_key(|kept| kept.due)?;
         kept.is_blind = !is_clear;
         Some(kept.to)
     }
 
-    /// The speed that is sent next. Stops and requests that wait until their answers can be told from that of a speed go
-    /// before it, but not before a speed of 0. A stop that the machine added, and of which something was heard, lets speeds
+    /// The speed that is sent next. Stops go before it, and so do requests that wait until their answers can be told from that
+    /// of a speed, but not before a speed of 0. A stop that the machine added, and of which something was heard, lets speeds
     /// go on.
     pub(super) fn speed_due(&mut self) -> Option<Speed> {
         let is_held = |speed: &Speed| {
             let message = speed.transmit().message;
             let is_doubtful = !self.doubt.is_clear(&message);
             let waits = |request: &Pending| request.transmit.message.query().is_none();
-            is_doubtful && !speed.is_rest() && (self.stops.hold_speeds() || self.queue.first().is_some_and(waits))
+            !speed.is_rest() && (self.stops.hold_speeds() || is_doubtful && self.queue.first().is_some_and(waits))
         };
-        let at = self.speeds.iter().position(|speed| self.deaf.allows(&speed.transmit()) && !is_held(speed))?;
+        let at = self.speeds.iter().position(|speed| !self.deaf.is_deaf(speed.to) && !is_held(speed))?;
         self.speeds.pop_at(at)
     }
 

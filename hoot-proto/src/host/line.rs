@@ -154,12 +154,9 @@ impl HostMachine {
     /// Counts an answer that may be that to something else.
     fn not_an_answer(&mut self, now: Millis, output: &mut Output<'_>, reply: Reply<'_>) {
         let settled = now.after(self.options.settle().into());
-        let is_last = self.doubt.arrived(reply, self.drained(now), settled);
+        self.doubt.arrived(reply, self.drained(now), settled);
         if reply.data.is_empty() {
             self.stops.heard();
-        }
-        if is_last {
-            self.deaf.all_answered();
         }
         match self.line {
             // A stop waits for the gap only.
@@ -189,6 +186,15 @@ impl HostMachine {
         };
         if waiting.left > 0 && waiting.job.transmit().message.conduct().repeatable {
             let (left, sent) = (waiting.left.saturating_sub(1), waiting.sent.saturating_add(1));
+            // A stop overtakes the packet.
+            if self.stops.has_new(&self.deaf) {
+                return;
+            }
+            // At a node that may be deaf, the packet may still wait.
+            if let Some(until) = self.deaf.until().filter(|_| !self.deaf.allows(&waiting.job.transmit())) {
+                self.line = Line::Waiting(Waiting { until, ..waiting });
+                return;
+            }
             self.line = Line::Waiting(Waiting { left, sent, ..waiting });
             self.write(now, output, waiting.job.transmit(), self.time_to_wait(&waiting.job));
         } else if let Some(Waiting { job, is_clear, .. }) = self.abandon(now) {
@@ -246,10 +252,12 @@ impl HostMachine {
         self.free_at = Some(now.after(self.options.gap().into()));
         self.spoken_to(now, &transmit);
         self.motion.sent(&self.options.nodes(), &transmit);
+        if transmit.message.conduct().may_move() {
+            self.stops.moves(&transmit);
+        }
+        self.deaf.sent(now, transmit.to);
         if blocks(&transmit.message) > 0 {
             self.deaf.begins(now, &transmit);
-        } else if transmit.message.conduct().is_stop() {
-            self.deaf.stops(transmit.to);
         }
         // The packet stands before the events of the same step: a stop goes out before anybody is told of it.
         if output.effects.try_insert(0, super::Effect::Transmit(transmit)).is_err() {
@@ -334,7 +342,7 @@ impl HostMachine {
     /// Gives up the answer to a job; a stop waits to be sent again.
     pub(super) fn give_up(&mut self, output: &mut Output<'_>, waiting: &Waiting, why: Failure) {
         if let Job::Stop(stop) = waiting.job {
-            self.stops.put_back(super::jobs::Stop { is_own: true, ..stop }, waiting.until);
+            self.stops.put_back(super::jobs::Stop { is_own: true, ..stop }, Some(waiting.until));
         } else if let Some(token) = waiting.job.token() {
             let outcome = Outcome::unanswered(&waiting.job.transmit().message, true, why);
             output.event(Event::Ended { token, outcome });

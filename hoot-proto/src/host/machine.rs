@@ -4,7 +4,7 @@ use arrayvec::ArrayVec;
 use motion_core::machine;
 use motion_core::time::Millis;
 
-use super::deaf::Deaf;
+use super::deaf::{Deaf, blocks};
 use super::doubt::Doubt;
 use super::emergency::Emergency;
 use super::event::{Event, Failure};
@@ -177,8 +177,8 @@ impl HostMachine {
             Turn::Request => {
                 let request = self.queue.first()?;
                 let Transmit { message, .. } = request.transmit;
-                // What may move waits until the stops before it are confirmed.
-                let is_held = message.conduct().may_move() && !self.stops.is_empty();
+                // What may move, or makes a node deaf, waits until the stops before it are confirmed.
+                let is_held = (message.conduct().may_move() || blocks(&message) > 0) && !self.stops.is_empty();
                 let may = !is_held && self.doubt.is_clear(&message) && self.deaf.allows(&request.transmit);
                 if may { self.queue.pop_at(0).map(Job::Request) } else { None }
             }
@@ -199,7 +199,7 @@ impl HostMachine {
             output.wake_by(until);
         }
         let is_idle = self.line == Line::Idle;
-        let wants = is_idle && self.has_work() || self.stops.has_new();
+        let wants = is_idle && self.has_work() || self.stops.has_new(&self.deaf);
         let kept = self.next_keep_alive().filter(|_| is_idle);
         let held = [self.doubt.until(), self.deaf.until(), self.stops.next(), self.emergency_not_before()];
         let is_held = self.has_work() || !self.kept.is_empty() || is_idle && !self.doubt.is_over();

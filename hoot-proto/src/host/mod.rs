@@ -17,8 +17,11 @@
 //!
 //! An answer that may be that to another packet is told as [`Event::Unsolicited`], never as the end of a command. So after a
 //! silence, and after the line came up, requests wait until late answers would have come ([`Options::drain`]). Stops wait
-//! for nothing but the gap. Only a node that may be deaf, because of a start or a new address, gets one stop and nothing else
-//! until it answers or 3 s are over: real firmware hangs if two packets wait at it.
+//! for nothing but the gap.
+//!
+//! Real firmware hangs if two packets wait at a node that hears nothing. A node may hear nothing for 3 s after a start, a new
+//! address or a command without a type, and after the line came up, because of another master. Until it answers or the time
+//! is over, such a node gets one packet: a stop, or after the line came up a request that moves nothing.
 //!
 //! ```
 //! use hoot_proto::host::{Command, Effect, Event, HostMachine, Input, Options, Outcome, Request};

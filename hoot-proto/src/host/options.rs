@@ -55,6 +55,11 @@ motion_core::options! {
     pub struct Options {
         /// Time to wait for an answer. Public clients wait 500 ms; a node should begin within 100 ms (hoot, sections 1.1
         /// and 5). The answer to a message that blocks its node is awaited for as long as it blocks.
+        ///
+        /// A stop without an answer is repeated after this time. If somebody else has just started the program of the node,
+        /// which the master cannot know, the node hears nothing for 1.5 s, and the repeated stop hangs it. With 3000 no stop
+        /// is repeated so early, but a stop that was lost comes 3 s late. An emergency stop sends several stops in any case
+        /// (decision H-41).
         timeout with_timeout: u32 = 500, in 1..=u32::MAX;
         /// Time to wait for an answer whose absence is usual or must not delay the next stop: to a stop in an emergency, to
         /// a keep-alive, and to the speed of a joystick (decision H-22).

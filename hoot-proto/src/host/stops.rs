@@ -9,6 +9,7 @@ use arrayvec::ArrayVec;
 use motion_core::machine::Token;
 use motion_core::time::Millis;
 
+use super::deaf::Deaf;
 use super::doubt::Doubt;
 use super::event::{Event, Failure, Outcome, Refusal, StopTarget};
 use super::jobs::{Job, Pending, Stop};
@@ -34,8 +35,9 @@ impl Stops {
     }
 
     /// Whether a stop that was not sent may be sent now.
-    pub(super) fn has_new(&self) -> bool {
-        self.0.iter().any(|stop| stop.sent == 0 && stop.not_before.is_none())
+    pub(super) fn has_new(&self, deaf: &Deaf) -> bool {
+        let may = |stop: &Stop| stop.not_before.is_none() && deaf.stop_for(&stop.transmit).is_some();
+        self.0.iter().any(|stop| stop.sent == 0 && may(stop))
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -47,9 +49,9 @@ impl Stops {
     }
 
     /// Lets a stop that has been sent wait again, and not be sent before a time. There is room, because it came out of here.
-    pub(super) fn put_back(&mut self, stop: Stop, not_before: Millis) {
+    pub(super) fn put_back(&mut self, stop: Stop, not_before: Option<Millis>) {
         let sent = stop.sent.saturating_add(1);
-        let _ = self.0.try_push(Stop { sent, not_before: Some(not_before), is_heard: false, ..stop });
+        let _ = self.0.try_push(Stop { sent, not_before, is_heard: false, ..stop });
     }
 
     /// Notes that an answer without a value came, which may be that to one of the stops.
@@ -67,6 +69,13 @@ impl Stops {
     /// Finds the same stop for the same node, if it waits.
     fn same(&mut self, transmit: &Transmit) -> Option<&mut Stop> {
         self.0.iter_mut().find(|stop| stop.transmit == *transmit)
+    }
+
+    /// Notes that a packet goes out. Stops of what it may move do not wait for any time.
+    pub(super) fn moves(&mut self, packet: &Transmit) {
+        for stop in self.0.iter_mut().filter(|stop| concerns(&stop.transmit, packet)) {
+            stop.not_before = None;
+        }
     }
 
     /// Lets stops be sent whose time has come.
@@ -110,18 +119,18 @@ impl HostMachine {
         out || !self.stops.is_empty() || self.emergency.is_some()
     }
 
-    /// Takes a stop of the application.
+    /// Takes a stop of the application. A broadcast that would be the second packet at a node that may be deaf waits, and each
+    /// listed node is stopped meanwhile (decision H-41).
     pub(super) fn stop(&mut self, now: Millis, output: &mut Output<'_>, Pending { token, transmit }: Pending) {
-        if transmit.to == Address::BROADCAST && !self.deaf.allows(&transmit) {
-            output.event(Event::Ended { token, outcome: Outcome::Sent });
-            return self.stop_each(now, output, &transmit);
-        }
         self.cancel_motion(output, &transmit);
         self.add_stop(now, output, transmit, Some(token));
+        let nodes = self.options.nodes();
+        if transmit.to == Address::BROADCAST && !nodes.as_slice().is_empty() && !self.deaf.allows(&transmit) {
+            self.stop_each(now, output, &transmit);
+        }
     }
 
-    /// Stops each listed node, instead of a broadcast that a bridge would not pass on (decision H-20), or that would be the
-    /// second packet at a node that may be deaf (decision H-41).
+    /// Stops each listed node, instead of a broadcast that a bridge would not pass on (decision H-20).
     pub(super) fn stop_each(&mut self, now: Millis, output: &mut Output<'_>, broadcast: &Transmit) {
         self.cancel_motion(output, broadcast);
         let message = match broadcast.message {
@@ -200,8 +209,8 @@ impl HostMachine {
         }
         // An emergency stop asks the motors itself whether they rest.
         if is_answered(message) && self.emergency.is_none() {
-            self.stops
-                .put_back(Stop { is_own: is_own || stop.is_own, ..stop }, now.after(self.options.timeout().into()));
+            let not_before = is_own.then(|| now.after(self.options.timeout().into()));
+            self.stops.put_back(Stop { is_own: is_own || stop.is_own, ..stop }, not_before);
         } else if let Some(token) = stop.token {
             output.event(Event::Ended { token, outcome: Outcome::Sent });
         }

@@ -91,6 +91,22 @@ fn a_speed_of_0_without_an_answer_becomes_a_stop() {
     assert_eq!(messages, [speed(ONE, 5.0)]);
 }
 
+// 5-67
+#[test]
+fn a_stop_after_a_speed_waits_only_for_the_gap() {
+    let mut master = Master::new(Options::default());
+    let _ = stream(&mut master, ONE, 0.0);
+    assert_eq!(sent(&master.pass(150)), [(150, motor_stop(ONE))], "the machine stops the motor by itself");
+    let _ = master.reply(1, &[]);
+    let _ = stream(&mut master, ONE, 5.0);
+    assert_eq!(sent(&master.pass(120)), [(60, speed(ONE, 5.0))], "the motor runs again");
+    assert_eq!(
+        master.request(1, motor_stop(ONE)).packets()[0].message,
+        motor_stop(ONE),
+        "the motor is stopped at once"
+    );
+}
+
 // 5-32
 #[test]
 fn speeds_without_a_finite_value_are_refused() {

@@ -286,32 +286,45 @@ struct Block {
     /// Address of the node; [`Address::BROADCAST`] for all nodes.
     to: Address,
     until: u64,
-    /// Whether only the number of stops is limited.
-    stops_only: bool,
+    /// Whether it is only not known what the nodes did before the line came up.
+    is_unknown: bool,
     /// New address of the node.
     new_address: Option<Address>,
-    /// Time until which nodes may be deaf if the packet was answered just before the end.
-    longest: u64,
-    /// Receivers of the packets since then.
-    sent: Vec<Address>,
-    /// Number of answers that may still come.
-    owed: usize,
-    /// Whether they have come, so that the block may be over.
-    may_be_over: bool,
+    /// Receivers of the packets since then that are not answered, and times of these packets.
+    sent: Vec<(Address, u64)>,
+    /// Nodes that have answered since then.
+    heard: Vec<Address>,
 }
 
 fn reaches(packet: Address, node: Address) -> bool {
     packet == node || packet == Address::BROADCAST || node == Address::BROADCAST
 }
 
+/// Whether a stop stops what a message moves, at the same node.
+fn concerns(stop: &HostMessage<'_>, message: &HostMessage<'_>) -> bool {
+    let [stops, moves] = [stop, message].map(|message| message.selector().sub_address);
+    stops == 0 || moves == 0 || stops == moves
+}
+
 impl Block {
-    fn waiting(&self, node: Address) -> usize {
+    /// Number of packets that may wait at a node.
+    fn waiting(&self, now: u64, node: Address) -> usize {
         let is_one = self.new_address.is_some();
-        self.sent.iter().filter(|to| is_one || reaches(**to, node)).count()
+        self.sent.iter().filter(|(to, at)| now < at + 3000 && (is_one || reaches(*to, node))).count()
     }
 
     fn concerns(&self, to: Address) -> bool {
-        reaches(self.to, to) || self.new_address.is_some_and(|address| reaches(address, to))
+        let is_its = reaches(self.to, to) || self.new_address.is_some_and(|address| reaches(address, to));
+        is_its && !self.heard.contains(&to)
+    }
+
+    /// A node has answered.
+    fn hears(&mut self, node: Address) {
+        let is_one = [Some(self.to), self.new_address].contains(&Some(node)) && self.to != Address::BROADCAST;
+        self.heard.extend(
+            [Some(node), self.new_address.filter(|_| is_one), Some(self.to).filter(|_| is_one)].into_iter().flatten(),
+        );
+        self.sent.retain(|(to, _)| !self.heard.contains(to));
     }
 
     /// Block that begins with a packet.
@@ -323,19 +336,16 @@ impl Block {
             HostMessage::BroadcastAssignAddress(assign) => Some(assign.new_address),
             _ => None,
         };
-        let resets = new_address.is_some();
         let starts = matches!(message, HostMessage::Start(_) | HostMessage::BroadcastStart(_));
-        let is_unknown = matches!(message, HostMessage::Other(_))
+        let may_be_any = matches!(message, HostMessage::Other(_))
             && (table == Table::Broadcast || table == Table::Node && command < 100);
-        (resets || starts || is_unknown).then(|| Self {
+        (new_address.is_some() || starts || may_be_any).then(|| Self {
             to,
             until: now + 3000,
-            stops_only: false,
+            is_unknown: false,
             new_address,
-            longest: now + if resets { 6000 } else { 3000 },
             sent: Vec::new(),
-            owed: usize::from(to != Address::BROADCAST),
-            may_be_over: false,
+            heard: Vec::new(),
         })
     }
 }
@@ -344,12 +354,14 @@ impl Block {
 #[derive(Debug, Default)]
 struct Watch {
     blocks: Vec<Block>,
-    /// Times at which stops were sent last.
-    stops: BTreeMap<String, u64>,
+    /// Times at which stops were sent last, except those after which something went out that moves what they stop.
+    stops: Vec<(Address, HostMessage<'static>, u64)>,
     tokens: Tokens,
     /// For each message that may not be repeated: how often it was asked for, minus how often it was sent.
     budget: BTreeMap<String, i64>,
     last: Option<u64>,
+    /// Packet that was sent last.
+    out: Option<(Address, HostMessage<'static>)>,
     /// Latest time for a stop to be sent. Nothing may be sent before it.
     stop_due: Option<u64>,
 }
@@ -359,29 +371,29 @@ impl Watch {
         *self.budget.entry(message.to_string()).or_default() += 1;
     }
 
-    /// The line came up.
-    fn link_up(&mut self, now: u64) {
-        let (to, until) = (Address::BROADCAST, now + 3000);
-        self.blocks.iter_mut().for_each(|block| (block.to, block.longest) = (to, block.longest.max(until)));
-        let sent = Vec::new();
-        self.blocks.push(Block {
-            to,
-            until,
-            new_address: None,
-            longest: until,
-            stops_only: true,
-            sent,
-            owed: 0,
-            may_be_over: false,
-        });
+    /// Forgets all blocks when the last one is over: the master keeps one time for all nodes.
+    fn expire(&mut self, now: u64) {
+        if self.blocks.iter().all(|block| now >= block.until) {
+            self.blocks.clear();
+        }
     }
 
-    /// An answer came.
-    fn heard(&mut self) {
-        for block in &mut self.blocks {
-            block.may_be_over |= block.owed == 1 || block.stops_only && self.last.is_some();
-            block.owed = block.owed.saturating_sub(1);
-        }
+    /// The line came up.
+    fn link_up(&mut self, now: u64) {
+        self.expire(now);
+        // What waits since before the line went down may still wait.
+        let (sent, heard) = (self.blocks.iter().flat_map(|block| block.sent.clone()).collect(), Vec::new());
+        let to = Address::BROADCAST;
+        self.blocks.push(Block { to, until: now + 3000, is_unknown: true, new_address: None, sent, heard });
+    }
+
+    /// The packet that was sent last is answered, and the answer can only be that to this packet.
+    fn answered(&mut self, now: u64) {
+        let Some((node, message)) = self.out else { return };
+        self.blocks.iter_mut().for_each(|block| block.hears(node));
+        self.blocks.retain(|block| block.to == Address::BROADCAST || !block.heard.contains(&block.to));
+        // A node may take its new address after the answer.
+        self.blocks.extend(Block::of(node, &message, now).filter(|block| block.new_address.is_some()));
     }
 
     /// Whether a stop to a node, or to all, has to be sent when the gap is over.
@@ -392,31 +404,38 @@ impl Watch {
             Some(HostMessage::BroadcastStop(_)) if bridge => (NODE, Some(&STOP)),
             stop => (to, stop),
         };
-        let waits = self.blocks.iter().any(|block| {
-            now <= block.longest && block.concerns(to) && (block.waiting(to) > 0 || to == Address::BROADCAST)
-        });
-        let is_recent =
-            |stop: &HostMessage<'_>| self.stops.get(&format!("{to} {stop}")).is_some_and(|sent| now < sent + 500);
-        !waits && !stop.is_some_and(is_recent)
+        let is_over = self.blocks.iter().all(|block| now > block.until);
+        let is_pause = matches!(stop, Some(HostMessage::BroadcastPause(_)));
+        // The next packet goes out when it is known that the one before does not wait any more, a moment after.
+        let waits = self.blocks.iter().any(|block| block.concerns(to) && (is_pause || block.waiting(now - 1, to) > 0));
+        let is_recent = |stop: &HostMessage<'_>| {
+            self.stops.iter().any(|(of, sent, at)| *of == to && sent == stop && now < at + 500)
+        };
+        (is_over || !waits) && !stop.is_some_and(is_recent)
     }
 
-    /// At most one packet waits at a node that may be deaf, and it is a stop.
-    fn sent(&mut self, now: u64, to: Address, message: &HostMessage<'_>) {
-        self.blocks.retain(|block| now < block.longest);
-        let is_stop = message.conduct().is_stop();
-        let may_wait = matches!(message, HostMessage::Stop(_) | HostMessage::BroadcastStop(_));
-        for block in &mut self.blocks {
-            if block.concerns(to) && (is_stop || !block.stops_only) {
-                let hears = block.may_be_over || now >= block.until;
-                assert!(may_wait || hears, "{message} to {to} at a node that may be deaf: {block:?}");
-                assert!(block.waiting(to) == 0 || hears, "{message} to {to} is a second packet: {block:?}");
-                block.sent.push(to);
-                block.owed += usize::from(to != Address::BROADCAST);
-            }
+    /// At most one packet waits at a node that may be deaf: a stop, or after the line came up a request that moves nothing.
+    fn sent(&mut self, now: u64, to: Address, message: &HostMessage<'static>) {
+        self.expire(now);
+        let conduct = message.conduct();
+        let begins = Block::of(to, message, now);
+        let is_stop = matches!(message, HostMessage::Stop(_) | HostMessage::BroadcastStop(_));
+        let is_calm = !conduct.is_stop() && !conduct.may_move() && begins.is_none();
+        for block in self.blocks.iter_mut().filter(|block| block.concerns(to)) {
+            let hears = now >= block.until;
+            let may_wait = is_stop || is_calm && block.is_unknown;
+            assert!(may_wait || hears, "{message} to {to} at a node that may be deaf: {block:?}");
+            assert!(block.waiting(now, to) == 0 || hears, "{message} to {to} is a second packet: {block:?}");
+            block.sent.push((to, now));
         }
-        self.blocks.extend(Block::of(to, message, now));
-        if is_stop {
-            self.stops.insert(format!("{to} {message}"), now);
+        self.blocks.extend(begins);
+        self.out = Some((to, *message));
+        if conduct.is_stop() {
+            self.stops.retain(|(of, stop, _)| (of, stop) != (&to, message));
+            self.stops.push((to, *message, now));
+        }
+        if conduct.may_move() {
+            self.stops.retain(|(of, stop, _)| !reaches(*of, to) || !concerns(stop, message));
         }
     }
 
@@ -487,8 +506,11 @@ proptest! {
                     master.request_to(watch.tokens.begin().0, to, message)
                 }
                 ToMaster::Reply(code, data) => {
-                    watch.heard();
-                    master.reply(code, data.leak())
+                    let output = master.reply(code, data.leak());
+                    if !output.events().any(|event| matches!(event, Event::Unsolicited(_))) {
+                        watch.answered(now);
+                    }
+                    output
                 }
                 ToMaster::Stray(number) => master.step(Input::Received(DeviceMessage::other(number, &[]))),
                 ToMaster::Command(command) => {

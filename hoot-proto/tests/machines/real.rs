@@ -273,6 +273,39 @@ fn one_stop_waits_at_a_node_that_was_deaf_before_the_line_came_up() {
     }
 }
 
+// 5-68
+#[test]
+fn an_answer_that_may_be_that_to_something_else_does_not_say_that_a_node_hears() {
+    for (stop, _) in stops() {
+        for stray in (10..900).step_by(40) {
+            // Somebody else has started the program, and an answer to a packet from before comes late.
+            let mut real = Real::with(Master::offline(Options::default(), &[NODE]), 0);
+            real.runs = true;
+            real.blocked_until = real.master.now + START_BLOCKS;
+            real.down.extend([real.master.now + stray, real.blocked_until + FLIGHT].map(|at| (at, vec![])));
+            real.input(Input::LinkUp);
+            real.order(1, stop);
+            real.pass(20_000);
+            assert_eq!(real.stopped, Some(real.blocked_until), "{stop:?}, an answer {stray} ms after the line came up");
+            assert!(!real.runs);
+        }
+    }
+    // The answer to a new address comes before the node is deaf.
+    for (stop, _) in stops() {
+        let mut real = Real::new(0);
+        real.request(1, message::SetAddress { new_address: Address(9) }.into());
+        real.pass(1);
+        let began = real.master.now;
+        real.pass(60);
+        real.down.clear();
+        real.down.push_back((real.master.now + 50, vec![]));
+        real.order(2, stop);
+        real.pass(20_000);
+        let sent = real.sent_from(began, began + ADDRESS_BLOCKS);
+        assert_eq!(sent, [STOP], "{stop:?}");
+    }
+}
+
 // 5-60
 #[test]
 fn after_the_line_came_up_nothing_is_believed_for_a_while() {

@@ -7,8 +7,9 @@ use hoot_proto::host::{State, StopState};
 
 const ROWS: &str = include_str!("../../../docs/machines-hoot.md");
 const DECISIONS: &str = include_str!("../../../docs/decisions-hoot.md");
-const TESTS: [&str; 11] = [
+const TESTS: [&str; 12] = [
     include_str!("camera.rs"),
+    include_str!("deaf.rs"),
     include_str!("emergency.rs"),
     include_str!("host.rs"),
     include_str!("joystick.rs"),

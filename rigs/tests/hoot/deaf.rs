@@ -2,7 +2,7 @@
 
 use super::world::*;
 use hoot_proto::Address;
-use hoot_proto::host::{Command, Event, Options, StopTarget};
+use hoot_proto::host::{Command, Event, Options, Request, StopTarget};
 use hoot_proto::message::{ProgramMode, SetAddress};
 use rigs::device::Named;
 use rigs::hoot_master::HootMaster;
@@ -47,8 +47,13 @@ fn an_emergency_stop_during_a_start_hangs_no_node() {
 
 #[test]
 fn a_new_master_that_stops_a_node_during_a_start_does_not_hang_it() {
+    // The new master stops the node at once, or asks first whether a program runs, as `drive info` does.
+    let asks = Command::Request(Request { to: NODE, message: STATUS.into() });
+    let keeps = Command::KeepAlive { to: NODE, on: true };
+    let cases = [(&[][..], 0), (&[asks, asks], 950), (&[asks, keeps], 1500)];
+    let cases = (70..2000).step_by(300).flat_map(|after| cases.map(|case| (after, case)));
     for device in Setup::DEVICES {
-        for after in (70..2000).step_by(300) {
+        for (after, (commands, stopped_at)) in cases.clone() {
             let mut stage = prepared(device.name);
             stage.send_to(NODE, START);
             stage.pass(after);
@@ -59,8 +64,13 @@ fn a_new_master_that_stops_a_node_during_a_start_does_not_hang_it() {
             stage.scene.rig.close(now, LineId(0));
             stage.scene.rig.open(now, LineId(0));
             stage.scene.host.open(now, LineId(0));
-            stage.scene.command((hoot_proto::Token(9), Command::EmergencyStop));
-            for _ in 0..8000 {
+            for &command in commands {
+                stage.scene.command((hoot_proto::Token(8), command));
+            }
+            for at in 0..8000 {
+                if at == stopped_at {
+                    stage.scene.command((hoot_proto::Token(9), Command::EmergencyStop));
+                }
                 let until = stage.scene.now().after(1);
                 let told = stage.scene.run(until, |_, event| Some(event));
                 stage.events.extend(told.into_iter().filter_map(|event| match event {
