@@ -41,7 +41,6 @@ this, which the simulated nodes do not do yet:
 - v0.33, v0.45 and v0.70 take one photo more than asked in `program`, and open the shutter at the start and at the end of a
   `run` if the camera is switched on.
 - v0.33: the moves between photos may last longer than the interval; then photos come later than asked.
-- 2014-10-15: `expose` is answered with OK, and the shutter stays closed.
 - Builds up to 2014-12-03 take up a backlash of 384 steps at the first move and at each change of direction.
 - After Ctrl-C in `run`, v0.33 and v0.70 stay at 16 microsteps: positions then count sixteenths of a step.
 - A node that hears nothing for longer than the time to wait hangs when a second packet waits at it, and then obeys no stop:
@@ -321,7 +320,10 @@ async fn row<R: Bench>(device: &'static str) -> Vec<Result<(), String>> {
         println!("{device} {name}: {result:?}, {:?}, at {last}, {photos} photos", served.ways);
         match &result {
             Ok(()) => check::<R>(name, &served.ways, last, photos),
-            Err(line) => assert!(!line.contains('\n'), "{device} {name}: {line}"),
+            Err(line) => {
+                assert!(!line.contains('\n'), "{device} {name}: {line}");
+                assert!(photos == 0, "{device} {name} is not done, and took {photos} photos: {line}");
+            }
         }
         results.push(result);
     }

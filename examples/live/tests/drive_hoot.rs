@@ -380,6 +380,20 @@ async fn expose_takes_one_photo() {
     assert_eq!(photos, [1500]);
 }
 
+/// The first firmware answers OK to a photo on command, and keeps the shutter closed.
+#[tokio::test(start_paused = true)]
+async fn one_photo_is_taken_with_each_device_or_refused() {
+    for device in Setup::DEVICES {
+        let mut bench = bench(Setup::default().with_device(device.name).unwrap());
+        let is_too_old = device.name == "2014-10-15";
+        match bench.drive(Command::Expose { seconds: 0.5 }).await {
+            Err(Trouble::Refused(line)) => assert!(is_too_old && line.contains("use program"), "{line}"),
+            result => assert!(result.is_ok() && !is_too_old, "{}: {result:?}", device.name),
+        }
+        assert_eq!(bench.rig(|rig| rig.camera().taken()), u64::from(!is_too_old), "{}", device.name);
+    }
+}
+
 /// Each error is one line that says what is wrong, before anything moves.
 #[tokio::test(start_paused = true)]
 async fn a_command_that_cannot_be_done_is_refused() {

@@ -63,7 +63,8 @@ flags! {
         /// Takes directions as firmware does: the setting of the direction inverts nothing, nor does a negative speed invert a
         /// run that begins. A run at speed 0 ends.
         FIRMWARE_DIRECTIONS = 1024,
-        /// Takes a picture on command with the exposure only, also without a camera.
+        /// Takes a picture on command with the exposure only, also without a camera; or takes none
+        /// ([`Profile::exposes_on_command`]).
         EXPOSES_ALWAYS = 2048,
         /// Never goes on after a pause in the modes without stops ([`Profile::resumes_moves`]).
         NEVER_RESUMES = 4096,

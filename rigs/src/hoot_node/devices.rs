@@ -87,9 +87,13 @@ impl Named for Setup {
             "Neither the setting of the direction nor a negative speed inverts a run.",
             |setup| setup.add(Quirks::FIRMWARE_DIRECTIONS),
         ),
-        Choice::new("exposes-always", "A picture on command needs no camera, and has no focus.", |setup| {
-            setup.add(Quirks::EXPOSES_ALWAYS);
-        }),
+        Choice::new(
+            "exposes-always",
+            "A picture on command needs no camera, and has no focus; older firmware takes none.",
+            |setup| {
+                setup.add(Quirks::EXPOSES_ALWAYS);
+            },
+        ),
         Choice::new("never-resumes", "Motors do not go on after a pause in the modes without stops.", |setup| {
             setup.add(Quirks::NEVER_RESUMES);
         }),

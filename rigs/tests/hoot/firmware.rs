@@ -348,8 +348,8 @@ fn directions_of_firmware_are_not_inverted() {
 }
 
 #[test]
-fn firmware_takes_a_picture_on_command_also_without_a_camera() {
-    for (device, photos) in [("mild", 0), ("2014-10-15", 1), ("v0.70", 1)] {
+fn firmware_takes_a_picture_on_command_also_without_a_camera_and_the_first_firmware_takes_none() {
+    for (device, photos) in [("mild", 0), ("2014-10-15", 0), ("2014-10-17", 1), ("2014-10-29", 1), ("v0.70", 1)] {
         let mut bench = Bench::new(device);
         bench.ok("0304050203e8");
         bench.ok("03040300");

@@ -69,6 +69,9 @@ facts! {
     answers_momentary_speed: day(10, 28), NEVER;
     /// Whether a second packet follows the answer to the query whether a motor moves.
     answers_running_twice: ALWAYS, day(10, 29);
+    /// Whether a photo on command has the exposure that was set. Earlier firmware takes the exposure from the command, which has
+    /// none, and takes no photo.
+    exposes_on_command: day(10, 17), NEVER;
     /// Whether the firmware has video mode; earlier, every mode except 0 is mode 1.
     has_video_mode: day(10, 24), NEVER;
     /// Whether the firmware ignores values of ping-pong other than 0 and 1.

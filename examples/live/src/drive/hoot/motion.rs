@@ -229,6 +229,12 @@ impl Talk<'_> {
     pub(super) async fn expose(&mut self, seconds: f64) -> Result<(), Trouble> {
         milliseconds("exposure", seconds)?;
         self.prepare().await?;
+        if self.profile().exposes_on_command() != Some(true) {
+            return Err(Trouble::Refused(format!(
+                "node {} answers OK to a photo on command, but its firmware may be too old to take one: use program",
+                self.node.0
+            )));
+        }
         self.camera(seconds).await?;
         let answered = self.set_off(message::CameraExpose {}).await?;
         let mut was_busy = false;
