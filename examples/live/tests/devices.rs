@@ -10,6 +10,7 @@ use std::time::Duration;
 use std::{env, fs};
 
 use hoot_proto::Address;
+use hoot_proto::message::{Microstep, Motor};
 use live::drive::command::Shots;
 use live::drive::{Command, Driven, Stopped, Trouble, dmc, hoot, kos};
 use live::session::Session;
@@ -42,7 +43,6 @@ this, which the simulated nodes do not do yet:
   `run` if the camera is switched on.
 - v0.33: the moves between photos may last longer than the interval; then photos come later than asked.
 - Builds up to 2014-12-03 take up a backlash of 384 steps at the first move and at each change of direction.
-- After Ctrl-C in `run`, v0.33 and v0.70 stay at 16 microsteps: positions then count sixteenths of a step.
 - A node that hears nothing for longer than the time to wait hangs when a second packet waits at it, and then obeys no stop:
   switch its power off. The master sends nothing twice while it knows that a command blocks the node; it cannot know of
   other reasons, such as a computer that holds bytes back.
@@ -51,6 +51,18 @@ this, which the simulated nodes do not do yet:
 const LINE: LineId = LineId(0);
 /// Range of positions of motor 1 in `pan.json`, in degrees.
 const PAN: f64 = 90.0;
+
+const FILE: &str = "devices.json";
+
+/// Writes the move file: `pan.json`, on hoot with a fifth of its steps, because a start chooses finer microsteps then.
+fn write_file() {
+    let pan = Path::new(env!("CARGO_MANIFEST_DIR")).join("../moves/pan.json");
+    let pan = fs::read_to_string(pan).expect("the move file exists");
+    let hoot = |steps| format!("\"hoot\": {{ \"motor\": 1, \"steps_per_unit\": {steps} }}");
+    assert!(pan.contains(&hoot(100)));
+    let slow = pan.replace(&hoot(100), &hoot(20));
+    fs::write(Path::new(env!("CARGO_TARGET_TMPDIR")).join(FILE), slow).expect("the move file can be written");
+}
 
 /// Rig of a protocol, and the commands that fit it.
 trait Bench: Rig + Send + Sized + 'static {
@@ -65,6 +77,12 @@ trait Bench: Rig + Send + Sized + 'static {
     fn new(setup: Self::Setup) -> Self;
     fn host() -> Self::Host;
     fn photos(&self) -> u64;
+
+    /// Position of a motor, in the units of a new rig.
+    fn place(&self, motor: usize, now: Millis) -> f64 {
+        self.motors()[motor].at(now).position
+    }
+
     async fn drive(session: &mut Session<Self::Host>, command: &Command, said: &mut Vec<u8>) -> Result<(), Trouble>;
 }
 
@@ -117,7 +135,7 @@ impl Bench for DmcDevice {
 impl Bench for HootNode {
     type Setup = hoot_node::Setup;
     type Host = rigs::hoot_master::HootMaster;
-    const UNITS: f64 = 100.0;
+    const UNITS: f64 = 20.0;
     const JOG: f64 = 500.0;
 
     fn new(setup: Self::Setup) -> Self {
@@ -132,6 +150,12 @@ impl Bench for HootNode {
         self.camera().taken()
     }
 
+    fn place(&self, motor: usize, now: Millis) -> f64 {
+        let microstep = |of| self.machine().motor(of).settings().microstep.0;
+        let part = f64::from(microstep(Motor::ALL[motor])) / f64::from(Microstep::QUARTER.0);
+        self.motors()[motor].at(now).position / part
+    }
+
     async fn drive(session: &mut Session<Self::Host>, command: &Command, said: &mut Vec<u8>) -> Result<(), Trouble> {
         hoot::drive(session, command, Address::DEFAULT, 0.1, said).await
     }
@@ -144,11 +168,12 @@ struct Served<R> {
     ways: Vec<(f64, f64)>,
 }
 
-impl<R: Rig> Served<R> {
+impl<R: Bench> Served<R> {
     /// Begins to watch the motors from where they are.
     fn watch(&mut self, now: Millis) {
         self.rig.advance(now);
-        self.ways = self.rig.motors().iter().map(|motor| motor.at(now).position).map(|place| (place, place)).collect();
+        let places = (0..self.rig.motors().len()).map(|motor| self.rig.place(motor, now));
+        self.ways = places.map(|place| (place, place)).collect();
     }
 
     fn rests(&self) -> bool {
@@ -157,8 +182,8 @@ impl<R: Rig> Served<R> {
 
     fn work(&mut self, now: Millis) -> VecDeque<Vec<u8>> {
         self.rig.advance(now);
-        for (motor, way) in self.rig.motors().iter().zip(&mut self.ways) {
-            let place = motor.at(now).position;
+        for (motor, way) in self.ways.iter_mut().enumerate() {
+            let place = self.rig.place(motor, now);
             *way = (way.0.min(place), way.1.max(place));
         }
         let mut all = VecDeque::new();
@@ -178,7 +203,7 @@ fn lock<R>(shared: &Shared<R>) -> MutexGuard<'_, Served<R>> {
 }
 
 /// Carries bytes between a line and a rig until the line is closed.
-async fn serve<R: Rig>(shared: Shared<R>, start: Instant, mut line: DuplexStream) {
+async fn serve<R: Bench>(shared: Shared<R>, start: Instant, mut line: DuplexStream) {
     let now = || Millis(start.elapsed().as_millis().try_into().unwrap_or(u64::MAX));
     lock(&shared).rig.open(now(), LINE);
     let mut buffer = [0; 4096];
@@ -249,7 +274,7 @@ async fn done<R: Bench>(
 
 /// Commands of the page: a short name, and the command.
 fn commands<R: Bench>() -> Vec<(&'static str, Command)> {
-    let file = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../moves/pan.json");
+    let file = || PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(FILE);
     let shots = |continuous| Shots { shots: 3, interval: 3.0, exposure: 0.1, continuous };
     vec![
         ("info", Command::Info),
@@ -315,7 +340,7 @@ async fn row<R: Bench>(device: &'static str) -> Vec<Result<(), String>> {
         let mut served = lock(&shared);
         served.work(now());
         assert!(served.rests(), "{device} {name} leaves a motor moving: {result:?}");
-        let last = served.rig.motors()[0].at(now()).position;
+        let last = served.rig.place(0, now());
         let photos = served.rig.photos() - photos;
         println!("{device} {name}: {result:?}, {:?}, at {last}, {photos} photos", served.ways);
         match &result {
@@ -379,6 +404,7 @@ fn chapter<R: Bench>(page: &mut String) {
 
 #[test]
 fn each_command_with_each_device_is_done_or_refused_as_the_page_says() {
+    write_file();
     let mut page = HEAD.to_owned();
     chapter::<KosDevice>(&mut page);
     chapter::<DmcDevice>(&mut page);

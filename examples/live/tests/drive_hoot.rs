@@ -466,6 +466,23 @@ async fn an_interrupted_command_stops_all_motors() {
     }
 }
 
+/// A start chooses finer microsteps, and an interrupted program leaves them. They are set back before steps are counted.
+#[tokio::test(start_paused = true)]
+async fn steps_are_those_of_a_new_node_also_after_an_interrupted_run() {
+    for (device, microsteps) in [("2014-10-29", 4), ("2014-12-03", 16), ("v0.33", 16), ("v0.45", 4), ("v0.70", 16)] {
+        let mut bench = bench(Setup::default().with_device(device).unwrap());
+        let run = Command::Run { file: slow("steps"), reverse: false };
+        let cut = tokio::time::timeout(Duration::from_secs(7), bench.drive(run)).await;
+        assert!(cut.is_err() && !bench.is_at_rest(), "{device}");
+        assert_eq!(bench.session.stop().await, Stopped::Confirmed, "{device}");
+        let found = |bench: &Bench| bench.rig(|rig| rig.machine().motor(Motor::One).settings().microstep.0);
+        assert_eq!(found(&bench), microsteps, "{device}");
+        let said = bench.done(Command::Move { motor: 1, position: 1000.0, speed: None }).await;
+        assert_eq!(said.contains("set to 4, as at a new node"), microsteps != 4, "{device}: {said}");
+        assert_eq!((found(&bench), bench.position(Motor::One)), (4, 1000), "{device}");
+    }
+}
+
 /// Without a given speed, a move has a quarter of the greatest speed. The way to the start of a move has the home
 /// speed, which is a tenth of the greatest speed here.
 #[tokio::test(start_paused = true)]

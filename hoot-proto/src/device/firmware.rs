@@ -29,9 +29,7 @@ impl DeviceMachine {
             let settings = &mut unit.settings;
             settings.sleep = profile.first_sleep();
             settings.backlash = Backlash(profile.first_backlash());
-            if unit.motor != Motor::One {
-                settings.microstep = Microstep(profile.first_microstep());
-            }
+            settings.microstep = profile.first_microstep(unit.motor);
             settings.max_step_speed = StepRate(profile.first_max_speed());
             settings.speed = StepsPerSecond(profile.first_speed());
             settings.acceleration = StepsPerSecondSquared(profile.first_acceleration());

@@ -2,7 +2,7 @@
 
 use super::{Age, Profile};
 use crate::frame::{Selector, Table};
-use crate::message::ValueType;
+use crate::message::{Microstep, Motor, ValueType};
 
 /// Unit of the delay before the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -219,9 +219,13 @@ impl Profile {
         self.choose(v(23), true, false)
     }
 
-    /// Microsteps of motors 2 and 3 of a new node.
-    pub(crate) const fn first_microstep(self) -> u8 {
-        self.choose(v(23), 4, 16)
+    /// Number of microsteps in a step of a motor of a new node.
+    #[must_use]
+    pub const fn first_microstep(self, motor: Motor) -> Microstep {
+        match motor {
+            Motor::One => Microstep::QUARTER,
+            Motor::Two | Motor::Three => self.choose(v(23), Microstep::QUARTER, Microstep::SIXTEENTH),
+        }
     }
 
     /// Whether the motors of a new node are enabled.

@@ -84,6 +84,9 @@ impl Talk<'_> {
         self.prepare().await?;
         // A paused program would continue instead of starting again.
         self.set(message::Stop {}).await?;
+        for motor in Motor::ALL {
+            self.count_steps(motor).await?;
+        }
         for it in planned.iter().filter(|_| program_mode != ProgramMode::SMS) {
             let (most, asked) = (self.greatest_speed(it.motor).await?, it.peak() * 1000.0);
             if asked > most {
@@ -233,8 +236,7 @@ impl Talk<'_> {
         for ((motor, microstep), now) in Motor::ALL.into_iter().zip(before).zip(now) {
             if microstep != now {
                 self.until_rest(motor).await?;
-                let query = message::MotorMicrostep { motor };
-                self.set_and_see(message::MotorSetMicrostep { motor, microstep }, query, microstep).await?;
+                self.set_microstep(motor, microstep).await?;
             }
         }
         Ok(())
