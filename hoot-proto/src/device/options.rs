@@ -68,6 +68,15 @@ flags! {
         EXPOSES_ALWAYS = 2048,
         /// Never goes on after a pause in the modes without stops ([`Profile::resumes_moves`]).
         NEVER_RESUMES = 4096,
+        /// Takes up the backlash of a motor before the first move upwards and at each change of its direction: the position
+        /// goes back by it, and the way becomes longer.
+        TAKES_UP_BACKLASH = 8192,
+        /// Takes photos that nobody asked for, and ends a time lapse as firmware does ([`Profile::takes_one_more`],
+        /// [`Profile::shoots_at_start`], [`Profile::shoots_at_end`], [`Profile::ends_with_motors`]).
+        FIRMWARE_PHOTOS = 16_384,
+        /// Sends each enabled motor whose planned move has no travel to the stop of that move, which is 0 at first, when a
+        /// program without stops begins.
+        MOVES_ALL = 32_768,
     }
 }
 
@@ -76,7 +85,7 @@ impl Quirks {
     pub const NONE: Self = Self(0);
 
     /// All habits, which firmware of the sheet's date has.
-    pub const FIRMWARE: Self = Self(0b1_1111_1111_1111);
+    pub const FIRMWARE: Self = Self(u16::MAX);
 }
 
 /// Name as a node stores and answers it: ten bytes. Source: hoot, section 1.2.

@@ -97,6 +97,19 @@ impl Named for Setup {
         Choice::new("never-resumes", "Motors do not go on after a pause in the modes without stops.", |setup| {
             setup.add(Quirks::NEVER_RESUMES);
         }),
+        Choice::new("takes-up-backlash", "A motor takes up its backlash at each change of direction.", |setup| {
+            setup.add(Quirks::TAKES_UP_BACKLASH);
+        }),
+        Choice::new(
+            "firmware-photos",
+            "Programs take photos that nobody asked for, and a time lapse ends with its motors.",
+            |setup| setup.add(Quirks::FIRMWARE_PHOTOS),
+        ),
+        Choice::new(
+            "moves-all",
+            "A program without stops sends also the motors whose planned move has no travel.",
+            |setup| setup.add(Quirks::MOVES_ALL),
+        ),
         Choice::new("firmware", "All quirks of firmware of the sheet's date.", |setup| setup.add(Quirks::FIRMWARE)),
     ];
 

@@ -88,6 +88,17 @@ facts! {
     is_silent_at_speed: day(12, 3), NEVER;
     /// Whether query 117 of a motor asks whether the motor has no current while it rests; earlier firmware refuses it.
     has_sleep_query: SLEEP_QUERY, NEVER;
+    /// Whether a program with a camera takes one photo more than the greatest number of photos, so that the last one is taken
+    /// at the end of the move.
+    takes_one_more: day(12, 12), NEVER;
+    /// Whether a start opens the shutter in video mode, with and without a camera.
+    shoots_at_start: day(12, 3), NEVER;
+    /// Whether the end of a program opens the shutter in video mode, with and without a camera.
+    shoots_at_end: Age::day(2015, 1, 5), NEVER;
+    /// Whether a time lapse ends with its motors, also if photos are left.
+    ends_with_motors: v(25), NEVER;
+    /// Whether the greatest number of photos ends a time lapse.
+    ends_with_photos: ALWAYS, v(41);
     /// Whether the firmware does not answer unknown commands; earlier firmware refuses them.
     is_silent: day(12, 22), NEVER;
     /// Whether the version of the firmware is a `ULONG`; earlier it is a `BYTE`, and 6.

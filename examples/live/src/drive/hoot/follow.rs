@@ -5,8 +5,8 @@ use std::path::Path;
 use examples::moves::Move;
 use hoot_proto::HostMessage;
 use hoot_proto::message::{
-    self, Bool, Microstep, Milliseconds, Motor, ProgramMode, ProgramModeQuery, RunState, RunStatus, RunTime,
-    ShortShots, ShortSpan, Shots, Span,
+    self, Bool, CameraExposureTime, Microstep, Milliseconds, Motor, ProgramMode, ProgramModeQuery, RunState, RunStatus,
+    RunTime, ShortShots, ShortSpan, Shots, Span, Steps,
 };
 use tokio::time::Instant;
 
@@ -29,15 +29,20 @@ impl Talk<'_> {
         self.store(&planned, ProgramMode::VIDEO).await?;
         // With the camera off, the program ends when the move ends.
         self.set(message::CameraSetEnable { enable: Bool::FALSE }).await?;
+        // A start and an end open the shutter also with the camera off, except for an exposure of 0 (decision H-83).
+        let exposure = self.read(CameraExposureTime {}).await?;
+        self.set_exposure(Milliseconds(0)).await?;
         let millis = planned.iter().map(|it| it.lead_in.saturating_add(it.plan.travel.0)).max().unwrap_or(0);
-        self.play(&planned, f64::from(millis) / 1000.0).await?;
+        self.play(&planned, f64::from(millis) / 1000.0, None).await?;
+        self.set_exposure(exposure).await?;
         self.print("the move is done, and all motors rest at its end")
     }
 
     pub(super) async fn program(&mut self, file: &Path, shots: command::Shots) -> Result<(), Trouble> {
         let command::Shots { shots, interval, exposure, continuous } = shots;
-        let max_shots = u16::try_from(shots).ok().filter(|shots| *shots >= 2).map(ShortShots);
-        let max_shots = max_shots.ok_or_else(|| Trouble::Refused(format!("{shots} photos: give 2 to 65535")))?;
+        if !(2..=u32::from(u16::MAX)).contains(&shots) {
+            return Err(Trouble::Refused(format!("{shots} photos: give 2 to 65535")));
+        }
         let (pause, open) = (milliseconds("an interval", interval)?, milliseconds("an exposure", exposure)?);
         if open >= pause {
             return Err(Trouble::Refused(format!(
@@ -56,9 +61,14 @@ impl Talk<'_> {
         self.set(message::CameraSetFocusTime::default()).await?;
         self.set(message::CameraSetExposureDelay::default()).await?;
         self.set(message::CameraSetMirrorUp::default()).await?;
-        let set = message::CameraSetMaxShots { max_shots };
-        self.set_and_see(set, message::CameraMaxShots {}, Shots(shots)).await?;
-        self.play(&planned, f64::from(shots - 1) * interval + exposure).await?;
+        // Later firmware goes on until one photo more is taken. If that is not known, the program is stopped after the last
+        // photo (decision H-84).
+        let takes_one_more = self.profile().takes_one_more();
+        let asked = if takes_one_more == Some(true) { shots - 1 } else { shots };
+        let set = message::CameraSetMaxShots { max_shots: ShortShots(asked.try_into().unwrap_or(u16::MAX)) };
+        self.set_and_see(set, message::CameraMaxShots {}, Shots(asked)).await?;
+        self.play(&planned, f64::from(shots - 1) * interval + exposure, takes_one_more.is_none().then_some(pause))
+            .await?;
         self.print(&format!("{shots} photos are taken, and all motors rest"))
     }
 
@@ -113,7 +123,7 @@ impl Talk<'_> {
         for motor in Motor::ALL {
             match planned.iter().find(|it| it.motor == motor) {
                 Some(it) => self.store_one(it).await?,
-                None => self.set_travel(motor, Span(0)).await?,
+                None => self.stay(motor).await?,
             }
         }
         for it in planned {
@@ -131,12 +141,24 @@ impl Talk<'_> {
         Ok(())
     }
 
+    /// Stores a planned move that leaves a motor where it is. Without a video or time lapse of its own, firmware sends each
+    /// enabled motor to the stop of its plan, which is 0 at first, at full speed (decision H-82).
+    async fn stay(&mut self, motor: Motor) -> Result<(), Trouble> {
+        let position = Steps(self.until_rest(motor).await?);
+        self.set_ends(motor, position, position).await?;
+        self.set_travel(motor, Span(0)).await
+    }
+
+    async fn set_ends(&mut self, motor: Motor, start: Steps, stop: Steps) -> Result<(), Trouble> {
+        let set = message::MotorSetProgramStart { motor, position: start };
+        self.set_and_see(set, message::MotorProgramStart { motor }, start).await?;
+        let set = message::MotorSetProgramStop { motor, position: stop };
+        self.set_and_see(set, message::MotorProgramStop { motor }, stop).await
+    }
+
     async fn store_one(&mut self, Planned { motor, plan, lead_in, .. }: &Planned) -> Result<(), Trouble> {
         let (motor, plan) = (*motor, *plan);
-        let set = message::MotorSetProgramStart { motor, position: plan.start };
-        self.set_and_see(set, message::MotorProgramStart { motor }, plan.start).await?;
-        let set = message::MotorSetProgramStop { motor, position: plan.stop };
-        self.set_and_see(set, message::MotorProgramStop { motor }, plan.stop).await?;
+        self.set_ends(motor, plan.start, plan.stop).await?;
         self.set_travel(motor, plan.travel).await?;
         let set = message::MotorSetProgramAcceleration { motor, acceleration: plan.acceleration };
         self.set_and_see(set, message::MotorProgramAcceleration { motor }, plan.acceleration).await?;
@@ -167,14 +189,15 @@ impl Talk<'_> {
         self.set_and_see(set, message::MotorLeadIn { motor }, Span(lead_in)).await
     }
 
-    /// Starts the stored program, prints its progress, and checks where the motors are at its end.
-    async fn play(&mut self, planned: &[Planned], seconds: f64) -> Result<(), Trouble> {
+    /// Starts the stored program, prints its progress, and checks where the motors are at its end. If it may take one
+    /// photo more than asked, `interval` says how many milliseconds after the last one, and it is stopped before that.
+    async fn play(&mut self, planned: &[Planned], seconds: f64, interval: Option<u32>) -> Result<(), Trouble> {
         let before = self.microsteps().await?;
         let began = Instant::now();
         let answered = self.set_off(message::Start {}).await?;
         let now = self.microsteps().await?;
         let profile = self.session.host().profile(self.node);
-        let mut has_run = false;
+        let (mut has_run, mut last_photo) = (false, 0);
         loop {
             let (state, gone) = (self.read(RunStatus {}).await?, self.read(RunTime {}).await?.0);
             if state.is_running(profile) == Some(false) {
@@ -194,11 +217,17 @@ impl Talk<'_> {
                 break;
             }
             has_run = true;
-            let mut places = Vec::new();
+            let (mut places, mut is_there) = (Vec::new(), true);
             for it in planned {
                 let place = usize::from(it.motor.get()) - 1;
                 let at = in_microsteps(self.position(it.motor).await?, now[place], before[place]);
                 places.push(format!("motor {} at {at}", it.motor));
+                is_there &= at == i64::from(it.plan.stop.0);
+            }
+            if !is_there || f64::from(gone) < 1000.0 * seconds {
+                last_photo = gone;
+            } else if interval.is_some_and(|interval| gone - last_photo > interval / 2) {
+                self.set(message::Stop {}).await?;
             }
             self.progress(|| format!("{:.1} of {seconds:.1} s: {}", f64::from(gone) / 1000.0, places.join(", ")))?;
         }

@@ -254,10 +254,13 @@ impl Talk<'_> {
     pub(super) async fn camera(&mut self, seconds: f64) -> Result<u32, Trouble> {
         let exposure = milliseconds("exposure", seconds)?;
         self.set(message::CameraSetEnable { enable: Bool::TRUE }).await?;
-        let exposure_time = Milliseconds(exposure);
-        let set = message::CameraSetExposureTime { exposure_time };
-        self.set_and_see(set, message::CameraExposureTime {}, exposure_time).await?;
+        self.set_exposure(Milliseconds(exposure)).await?;
         Ok(exposure)
+    }
+
+    pub(super) async fn set_exposure(&mut self, exposure_time: Milliseconds) -> Result<(), Trouble> {
+        let set = message::CameraSetExposureTime { exposure_time };
+        self.set_and_see(set, message::CameraExposureTime {}, exposure_time).await
     }
 
     pub(super) async fn expose(&mut self, seconds: f64) -> Result<(), Trouble> {
