@@ -198,7 +198,8 @@ fn slow(test: &str) -> PathBuf {
 }
 
 fn shots(shots: u32, continuous: bool) -> Shots {
-    Shots { shots, interval: 1.0, exposure: 0.1, continuous }
+    let interval = if continuous { 1.0 } else { 2.5 };
+    Shots { shots, interval, exposure: 0.1, continuous }
 }
 
 #[tokio::test(start_paused = true)]
@@ -503,6 +504,32 @@ async fn a_run_takes_no_photos_and_a_program_takes_those_that_were_asked_for() {
             assert_eq!(taken(&bench) - before, u64::from(photos), "{}, continuous: {continuous}", device.name);
             before = taken(&bench);
         }
+    }
+}
+
+/// Between two photos the motors need time, and a time lapse ends with its motors.
+#[tokio::test(start_paused = true)]
+async fn photos_that_would_come_late_or_not_at_all_are_refused() {
+    for device in Setup::DEVICES {
+        let setup = Setup::default().with_device(device.name).unwrap();
+        let profile = setup.options.profile();
+        let mut bench = bench(setup);
+        let program = |shots| Command::Program { file: slow("late"), shots };
+        let fast = Shots { interval: 0.35, ..shots(5, false) };
+        let said = format!("{:?}", bench.drive(program(fast)).await);
+        assert!(said.contains("give a longer interval") || profile.start_sets_microsteps() == Some(false), "{said}");
+        // The axis of this file rests from the middle on.
+        let file = slow("half");
+        let half = std::fs::read_to_string(&file).unwrap().replace("\"duration\": 5", "\"duration\": 10");
+        std::fs::write(&file, half).unwrap();
+        let ends = profile.ends_with_motors() == Some(true);
+        match bench.drive(Command::Program { file, shots: shots(11, true) }).await {
+            Err(Trouble::Refused(line)) => assert!(ends && line.contains("ends a time lapse then"), "{line}"),
+            result => assert!(result.is_ok() && !ends, "{}: {result:?}", device.name),
+        }
+        let photos = if ends { 0 } else { 11 };
+        let fast = u64::from(said.contains("Ok")) * 5;
+        assert_eq!(bench.rig(|rig| rig.camera().taken()), photos + fast, "{}", device.name);
     }
 }
 

@@ -386,7 +386,12 @@ impl DeviceMachine {
     /// Run time at which a motor begins its planned move by the clock: in video mode after the delay and its lead-in
     /// (decision H-10), in a time lapse after the pictures of its lead-in.
     fn begins(&self, motor: &MotorUnit) -> Option<u64> {
+        let [first, ..] = &self.motors;
+        let waits = first.state != MotorState::Disabled && first.settings.lead_in.0 > self.program.shots;
         match self.controller.program_mode {
+            ProgramMode::VIDEO if waits && self.copies(Quirks::FIRMWARE_PHOTOS, Profile::leads_in_videos_by_photos) => {
+                None
+            }
             ProgramMode::VIDEO => Some(self.start_delay().saturating_add(motor.settings.lead_in.0.into())),
             ProgramMode::CONTINUOUS => motor.began,
             _ => None,

@@ -423,15 +423,22 @@ fn older_firmware_takes_up_a_backlash_at_each_change_of_direction() {
 
 #[test]
 fn a_plan_without_stops_takes_up_the_backlash_within_its_time() {
-    let mut bench = Bench::new("2014-10-29");
-    bench.ready(1, 1000.0);
-    bench.ok("0300160102");
-    bench.long(1, 17, 1800);
-    bench.long(1, 20, 4000);
-    bench.ok(START);
-    assert!(bench.told(1).0 < -350);
-    bench.pass(4100);
-    assert_eq!(bench.told(1).0, 1800);
+    for (device, microsteps) in [("2014-10-29", 4), ("2014-12-03", 16)] {
+        let mut bench = Bench::new(device);
+        bench.ready(1, 1000.0);
+        // The home is a limit, but not while the backlash is taken up.
+        bench.go(1, 1, 2000);
+        bench.ok("03010a00");
+        bench.go(1, 0, 2000);
+        bench.ok("0300160102");
+        bench.long(1, 17, 1800);
+        bench.long(1, 20, 4000);
+        bench.ok(START);
+        let (place, found) = bench.told(1);
+        assert_eq!((found, place < -350 * i32::from(microsteps) / 4), (microsteps, true), "{device}: {place}");
+        bench.pass(4100);
+        assert_eq!(bench.told(1).0, 1800 * i32::from(microsteps) / 4, "{device}");
+    }
 }
 
 impl Bench {
@@ -510,5 +517,24 @@ fn a_program_without_stops_sends_motors_without_travel() {
         bench.send(&[START]);
         bench.rest();
         assert!((bench.place(2) - place).abs() < 1.0, "{device}: {}", bench.place(2));
+    }
+}
+
+#[test]
+fn a_video_with_a_lead_in_never_begins_on_some_firmware() {
+    for (device, begins) in
+        [("mild", true), ("2014-11-06", true), ("2014-11-07", false), ("v0.24", false), ("v0.25", true)]
+    {
+        for lead_in in [0, 500] {
+            let mut bench = Bench::new(device);
+            bench.ready(1, 1000.0);
+            bench.ok("0300160102");
+            bench.ok(&format!("03011302{lead_in:04x}"));
+            bench.long(1, 17, 400);
+            bench.long(1, 20, 1000);
+            bench.send(&[START]);
+            bench.rest();
+            assert_eq!(bench.place(1) > 1.0, begins || lead_in == 0, "{device}, {lead_in}");
+        }
     }
 }

@@ -97,6 +97,8 @@ facts! {
     shoots_at_end: Age::day(2015, 1, 5), NEVER;
     /// Whether a time lapse ends with its motors, also if photos are left.
     ends_with_motors: v(25), NEVER;
+    /// Whether no motor begins a video before as many photos as motor 1 has milliseconds of lead-in.
+    leads_in_videos_by_photos: day(11, 7), v(25);
     /// Whether the greatest number of photos ends a time lapse.
     ends_with_photos: ALWAYS, v(41);
     /// Whether the firmware does not answer unknown commands; earlier firmware refuses them.

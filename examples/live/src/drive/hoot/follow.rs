@@ -16,16 +16,19 @@ use super::talk::Talk;
 use crate::drive::Trouble;
 use crate::drive::command;
 
+/// A program that takes longer than so many times its time and a second has failed: some firmware never ends it.
+const LONGEST: f64 = 3.0;
+
 impl Talk<'_> {
     pub(super) async fn upload(&mut self, file: &Path) -> Result<(), Trouble> {
-        let planned = self.read_move(file, Count::Video, false)?;
+        let planned = self.read_video(file, false).await?;
         self.store(&planned, ProgramMode::VIDEO).await?;
         self.dead_man(false).await?;
         self.print("the move is stored and can be started: its motors are at the start")
     }
 
     pub(super) async fn run(&mut self, file: &Path, reverse: bool) -> Result<(), Trouble> {
-        let planned = self.read_move(file, Count::Video, reverse)?;
+        let planned = self.read_video(file, reverse).await?;
         self.store(&planned, ProgramMode::VIDEO).await?;
         // With the camera off, the program ends when the move ends.
         self.set(message::CameraSetEnable { enable: Bool::FALSE }).await?;
@@ -54,7 +57,13 @@ impl Talk<'_> {
         } else {
             (ProgramMode::SMS, Count::Shots(shots))
         };
-        let planned = self.read_move(file, count, false)?;
+        let mut planned = self.read_move(file, count, false)?;
+        self.prepare().await?;
+        if continuous {
+            self.last_until_the_last_photo(&mut planned, shots, pause)?;
+        } else {
+            self.fits_between_photos(&planned, pause - open).await?;
+        }
         self.store(&planned, mode).await?;
         self.camera(exposure).await?;
         self.set(message::CameraSetInterval { interval: Milliseconds(pause) }).await?;
@@ -70,6 +79,81 @@ impl Talk<'_> {
         self.play(&planned, f64::from(shots - 1) * interval + exposure, takes_one_more.is_none().then_some(pause))
             .await?;
         self.print(&format!("{shots} photos are taken, and all motors rest"))
+    }
+
+    /// Reads a move file, and makes planned moves without stops from it.
+    ///
+    /// Some firmware never begins a video with a lead-in. The move begins at once there (decision H-88).
+    async fn read_video(&mut self, file: &Path, reverse: bool) -> Result<Vec<Planned>, Trouble> {
+        let mut planned = self.read_move(file, Count::Video, reverse)?;
+        self.prepare().await?;
+        if self.profile().leads_in_videos_by_photos().is_none() {
+            // Firmware that refuses this query is older.
+            self.ask_or_refused(message::PingPong {}).await?;
+        }
+        if self.profile().leads_in_videos_by_photos() == Some(false) {
+            return Ok(planned);
+        }
+        let first = planned.iter().map(|it| it.lead_in).min().unwrap_or(0);
+        for it in &mut planned {
+            it.lead_in -= first;
+            if it.lead_in > 0 {
+                return Err(Trouble::Refused(format!(
+                    "motor {} begins {} ms after another one: this firmware cannot do that, let all axes begin together",
+                    it.motor, it.lead_in
+                )));
+            }
+        }
+        if first > 0 {
+            self.print(&format!("the move begins {first} ms earlier: this firmware has no lead-in in a video"))?;
+        }
+        Ok(planned)
+    }
+
+    /// Makes the motors of a time lapse rest after the photo before the last one, because later firmware ends it with them
+    /// (decision H-86). A move that would have to last longer by more than the time between two photos is refused.
+    fn last_until_the_last_photo(&self, planned: &mut [Planned], shots: u32, pause: u32) -> Result<(), Trouble> {
+        if self.profile().ends_with_motors() == Some(false) {
+            return Ok(());
+        }
+        let end = |it: &Planned| u64::from(it.lead_in) * u64::from(pause) + u64::from(it.plan.travel.0);
+        let least = u64::from(shots - 2) * u64::from(pause) + u64::from(pause / 4);
+        let Some(last) = planned.iter_mut().max_by_key(|it| end(it)) else { return Ok(()) };
+        let more = u32::try_from(least.saturating_sub(end(last))).unwrap_or(u32::MAX);
+        if more > pause {
+            return Err(Trouble::Refused(format!(
+                "all motors rest {:.1} s before the last photo, and this firmware ends a time lapse then: let the move last \
+                 until the end",
+                f64::from(more) / 1000.0 + f64::from(pause) * 0.75 / 1000.0
+            )));
+        }
+        last.stretch(more);
+        Ok(())
+    }
+
+    /// Refuses photos that come so fast that the motors do not rest in time, because they come late then (decision H-87).
+    async fn fits_between_photos(&mut self, planned: &[Planned], left: u32) -> Result<(), Trouble> {
+        // Time to gain and to lose speed, and for the node to notice that the motor rests, in seconds.
+        const RAMPS: f64 = 0.15;
+        for it in planned {
+            let motor = it.motor;
+            // A start chooses sixteenths for slow moves, and the speed counts in them.
+            let found = self.read(message::MotorMicrostep { motor }).await?;
+            let is_finer = self.profile().start_sets_microsteps() != Some(false);
+            let finest = if is_finer { Microstep::SIXTEENTH } else { found };
+            let backlash = self.read(message::MotorBacklash { motor }).await?.0;
+            let counts = f64::from(it.longest().saturating_add(backlash.into()));
+            let counts = counts * f64::from(finest.0) / f64::from(found.0.max(1));
+            let takes = counts / self.greatest_speed(motor).await?.max(1.0) + RAMPS;
+            if takes * 1000.0 > f64::from(left) {
+                return Err(Trouble::Refused(format!(
+                    "motor {motor} moves for up to {takes:.1} s between two photos, and {:.1} s are left: give a longer \
+                     interval",
+                    f64::from(left) / 1000.0
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// Reads a move file, and makes planned moves from it.
@@ -217,6 +301,13 @@ impl Talk<'_> {
                 break;
             }
             has_run = true;
+            if f64::from(gone) > 1000.0 * LONGEST.mul_add(seconds, LONGEST) {
+                return Err(Trouble::Failed(format!(
+                    "node {} is not done after {:.0} s instead of {seconds:.1} s: is a motor stuck or unplugged?",
+                    self.node.0,
+                    f64::from(gone) / 1000.0
+                )));
+            }
             let (mut places, mut is_there) = (Vec::new(), true);
             for it in planned {
                 let place = usize::from(it.motor.get()) - 1;
