@@ -507,6 +507,20 @@ async fn a_run_takes_no_photos_and_a_program_takes_those_that_were_asked_for() {
     }
 }
 
+/// The start of a video cuts places to whole steps, which are four microsteps.
+#[tokio::test(start_paused = true)]
+async fn a_run_ends_within_a_step_of_its_place_where_firmware_cuts_places() {
+    for (device, at) in [("v0.33", 1799), ("v0.70", 1796)] {
+        let mut bench = bench(Setup::default().with_device(device).unwrap());
+        let file = slow("cut");
+        let odd =
+            std::fs::read_to_string(&file).unwrap().replace("\"steps_per_unit\": 20 ", "\"steps_per_unit\": 19.99 ");
+        std::fs::write(&file, odd).unwrap();
+        bench.done(Command::Run { file, reverse: false }).await;
+        assert_eq!(bench.position(Motor::One), at, "{device}");
+    }
+}
+
 /// Between two photos the motors need time, and a time lapse ends with its motors.
 #[tokio::test(start_paused = true)]
 async fn photos_that_would_come_late_or_not_at_all_are_refused() {

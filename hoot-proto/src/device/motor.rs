@@ -304,6 +304,20 @@ impl MotorUnit {
         self.tell(output, Motion::Microstep(microstep));
     }
 
+    /// Counts the planned move and the present position in whole steps; what is left over is forgotten.
+    pub(super) fn cut_places(&mut self, output: &mut Output<'_>) {
+        let microsteps = i32::from(self.settings.microstep.0);
+        let rest = |place: Steps| Steps(place.0.checked_rem(microsteps).unwrap_or(0));
+        for place in [&mut self.settings.plan.start, &mut self.settings.plan.stop] {
+            place.0 = place.0.saturating_sub(rest(*place).0);
+        }
+        let by = rest(self.position);
+        if by.0 != 0 {
+            self.position.0 = self.position.0.saturating_sub(by.0);
+            self.tell(output, Motion::Rebase { by });
+        }
+    }
+
     /// Makes the present position 0; stored positions keep their place on the rig.
     pub(super) fn set_home(&mut self, output: &mut Output<'_>) {
         let by = self.position;

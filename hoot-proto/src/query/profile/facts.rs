@@ -118,6 +118,8 @@ facts! {
     max_speed_limits: v(70), NEVER;
     /// Whether a start chooses the microsteps of all motors.
     start_sets_microsteps: day(12, 3), v(45), or v(47), NEVER;
+    /// Whether the start of a video cuts the places of all motors to whole steps. It was seen with v0.70, and not with v0.33.
+    cuts_places: v(70), NEVER;
     /// Whether the end limit and the home stop motors; later the end limit is kept and stops nothing.
     holds_limits: ALWAYS, v(49);
     /// Whether joystick mode sets all speeds to 0, and the speed of runs sets motors in motion in it.

@@ -325,7 +325,10 @@ impl Talk<'_> {
         let took = began.elapsed().as_secs_f64();
         self.restore_microsteps(before).await?;
         for it in planned {
-            self.arrive(it.motor, it.plan.stop.0, answered || has_run).await?;
+            // A start that chooses the microsteps may cut places to whole steps.
+            let microstep = profile.first_microstep(it.motor).0;
+            let off = if profile.start_sets_microsteps() == Some(false) { 0 } else { u32::from(microstep) - 1 };
+            self.arrive(it.motor, it.plan.stop.0, off, answered || has_run).await?;
         }
         // The clock of a node is never wrong by that much. Motors may reach their end long before the last photo.
         if took < 0.99 * seconds {

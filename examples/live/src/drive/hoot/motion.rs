@@ -195,13 +195,13 @@ impl Talk<'_> {
             Trouble::Refused(format!("motor {motor}: from {from} to {to} are {steps} steps, a move has at most {most}"))
         })?;
         let answered = self.set_off(motion).await?;
-        self.arrive(motor, to, answered).await
+        self.arrive(motor, to, 0, answered).await
     }
 
-    /// Waits until a motor rests, and checks that it is at its target.
-    pub(super) async fn arrive(&mut self, motor: Motor, to: i32, answered: bool) -> Result<(), Trouble> {
+    /// Waits until a motor rests, and checks that it is at its target, or off by so many steps at most.
+    pub(super) async fn arrive(&mut self, motor: Motor, to: i32, off: u32, answered: bool) -> Result<(), Trouble> {
         let at = self.until_rest(motor).await?;
-        if at == to {
+        if at.abs_diff(to) <= off {
             return Ok(());
         }
         let why = if answered {
