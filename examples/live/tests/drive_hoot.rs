@@ -198,7 +198,8 @@ fn slow(test: &str) -> PathBuf {
 }
 
 fn shots(shots: u32, continuous: bool) -> Shots {
-    Shots { shots, interval: 1.0, exposure: 0.1, continuous }
+    let interval = if continuous { 1.0 } else { 2.5 };
+    Shots { shots, interval, exposure: 0.1, continuous }
 }
 
 #[tokio::test(start_paused = true)]
@@ -272,7 +273,8 @@ async fn a_time_lapse_moves_slowly_with_each_device() {
         // 1800 steps in eight of ten seconds, with half of the time for each ramp: the peak is 1.5 times the mean.
         let trace = bench.trace.lock().unwrap();
         let places: Vec<f64> = trace.iter().map(|(_, place)| *place).collect();
-        let steps = places.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        // The backlash is no step: the position goes back by it at once.
+        let steps = places.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step < 300.0);
         // A start may change the microsteps, in which places are counted.
         let microsteps = places.iter().copied().fold(0.0, f64::max) / 1800.0;
         let fastest = 1000.0 * steps.fold(0.0, f64::max) / microsteps;
@@ -380,6 +382,20 @@ async fn expose_takes_one_photo() {
     assert_eq!(photos, [1500]);
 }
 
+/// The first firmware answers OK to a photo on command, and keeps the shutter closed.
+#[tokio::test(start_paused = true)]
+async fn one_photo_is_taken_with_each_device_or_refused() {
+    for device in Setup::DEVICES {
+        let mut bench = bench(Setup::default().with_device(device.name).unwrap());
+        let is_too_old = device.name == "2014-10-15";
+        match bench.drive(Command::Expose { seconds: 0.5 }).await {
+            Err(Trouble::Refused(line)) => assert!(is_too_old && line.contains("use program"), "{line}"),
+            result => assert!(result.is_ok() && !is_too_old, "{}: {result:?}", device.name),
+        }
+        assert_eq!(bench.rig(|rig| rig.camera().taken()), u64::from(!is_too_old), "{}", device.name);
+    }
+}
+
 /// Each error is one line that says what is wrong, before anything moves.
 #[tokio::test(start_paused = true)]
 async fn a_command_that_cannot_be_done_is_refused() {
@@ -449,6 +465,102 @@ async fn an_interrupted_command_stops_all_motors() {
             assert_eq!(bench.session.stop().await, Stopped::Confirmed);
             assert!(bench.is_at_rest() && !bench.session.host().machine().may_move());
         }
+    }
+}
+
+/// Firmware sends each enabled motor to the stop of its plan, also if it has no travel.
+#[tokio::test(start_paused = true)]
+async fn a_planned_move_moves_no_other_motor_with_each_device() {
+    for device in Setup::DEVICES {
+        let mut bench = bench(Setup::default().with_device(device.name).unwrap());
+        bench.done(Command::Move { motor: 2, position: 320.0, speed: Some(300.0) }).await;
+        let run = Command::Run { file: slow("others"), reverse: false };
+        let program = |continuous| Command::Program { file: slow("others"), shots: shots(3, continuous) };
+        for command in [run, program(false), program(true)] {
+            let is_refused = device.name == "2014-10-15" && matches!(command, Command::Run { .. });
+            let result = bench.drive(command).await;
+            assert_eq!(result.is_err(), is_refused, "{}: {result:?}", device.name);
+            assert_eq!(bench.position(Motor::Two), 320, "{}", device.name);
+        }
+    }
+}
+
+/// A `run` opens no shutter, although a start and an end of a video do.
+#[tokio::test(start_paused = true)]
+async fn a_run_takes_no_photos_and_a_program_takes_those_that_were_asked_for() {
+    for device in Setup::DEVICES {
+        let mut bench = bench(Setup::default().with_device(device.name).unwrap());
+        let taken = |bench: &Bench| bench.rig(|rig| rig.camera().taken());
+        if device.name != "2014-10-15" {
+            let exposure = bench.rig(|rig| rig.machine().camera().settings().exposure_time);
+            bench.done(Command::Run { file: slow("photos"), reverse: false }).await;
+            assert_eq!(taken(&bench), 0, "{}", device.name);
+            let after = bench.rig(|rig| rig.machine().camera().settings().exposure_time);
+            assert_eq!(after, exposure, "{}: the exposure is as before", device.name);
+        }
+        let mut before = 0;
+        for (photos, continuous) in [(2, false), (2, true), (5, false), (5, true)] {
+            bench.done(Command::Program { file: slow("photos"), shots: shots(photos, continuous) }).await;
+            assert_eq!(taken(&bench) - before, u64::from(photos), "{}, continuous: {continuous}", device.name);
+            before = taken(&bench);
+        }
+    }
+}
+
+/// The start of a video cuts places to whole steps, which are four microsteps.
+#[tokio::test(start_paused = true)]
+async fn a_run_ends_within_a_step_of_its_place_where_firmware_cuts_places() {
+    for (device, at) in [("v0.33", 1799), ("v0.70", 1796)] {
+        let mut bench = bench(Setup::default().with_device(device).unwrap());
+        let file = slow("cut");
+        let odd =
+            std::fs::read_to_string(&file).unwrap().replace("\"steps_per_unit\": 20 ", "\"steps_per_unit\": 19.99 ");
+        std::fs::write(&file, odd).unwrap();
+        bench.done(Command::Run { file, reverse: false }).await;
+        assert_eq!(bench.position(Motor::One), at, "{device}");
+    }
+}
+
+/// Between two photos the motors need time, and a time lapse ends with its motors.
+#[tokio::test(start_paused = true)]
+async fn photos_that_would_come_late_or_not_at_all_are_refused() {
+    for device in Setup::DEVICES {
+        let setup = Setup::default().with_device(device.name).unwrap();
+        let profile = setup.options.profile();
+        let mut bench = bench(setup);
+        let program = |shots| Command::Program { file: slow("late"), shots };
+        let fast = Shots { interval: 0.35, ..shots(5, false) };
+        let said = format!("{:?}", bench.drive(program(fast)).await);
+        assert!(said.contains("give a longer interval") || profile.start_sets_microsteps() == Some(false), "{said}");
+        // The axis of this file rests from the middle on.
+        let file = slow("half");
+        let half = std::fs::read_to_string(&file).unwrap().replace("\"duration\": 5", "\"duration\": 10");
+        std::fs::write(&file, half).unwrap();
+        let ends = profile.ends_with_motors() == Some(true);
+        match bench.drive(Command::Program { file, shots: shots(11, true) }).await {
+            Err(Trouble::Refused(line)) => assert!(ends && line.contains("ends a time lapse then"), "{line}"),
+            result => assert!(result.is_ok() && !ends, "{}: {result:?}", device.name),
+        }
+        let photos = if ends { 0 } else { 11 };
+        let fast = u64::from(said.contains("Ok")) * 5;
+        assert_eq!(bench.rig(|rig| rig.camera().taken()), photos + fast, "{}", device.name);
+    }
+}
+
+/// A start chooses finer microsteps, and an interrupted program leaves them. They are set back before steps are counted.
+#[tokio::test(start_paused = true)]
+async fn steps_are_those_of_a_new_node_also_after_an_interrupted_run() {
+    for (device, microsteps) in [("2014-10-29", 4), ("2014-12-03", 16), ("v0.33", 16), ("v0.45", 4), ("v0.70", 16)] {
+        let mut bench = bench(Setup::default().with_device(device).unwrap());
+        let run = Command::Run { file: slow("steps"), reverse: false };
+        let cut = tokio::time::timeout(Duration::from_secs(7), bench.drive(run)).await;
+        assert!(cut.is_err() && !bench.is_at_rest(), "{device}");
+        assert_eq!(bench.session.stop().await, Stopped::Confirmed, "{device}");
+        let found = |bench: &Bench| bench.rig(|rig| rig.machine().motor(Motor::One).settings().microstep.0);
+        assert_eq!(found(&bench), microsteps, "{device}");
+        let said = bench.done(Command::Move { motor: 1, position: 1000.0, speed: None }).await;
+        assert_eq!(said.contains("set to 4, as at a new node"), microsteps != 4, "{device}: {said}");
+        assert_eq!((found(&bench), bench.position(Motor::One)), (4, 1000), "{device}");
     }
 }
 

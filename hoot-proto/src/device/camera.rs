@@ -109,9 +109,9 @@ impl CameraUnit {
         }
     }
 
-    /// Takes a picture as firmware does on command: only by the shutter, and without a camera too.
+    /// Takes a picture as firmware does on command: only by the shutter, and without a camera too. An exposure of 0 takes none.
     pub(super) fn expose_bare(&mut self, now: Millis, output: &mut Output<'_>) {
-        if !self.is_busy() {
+        if !self.is_busy() && self.settings.exposure_time.0 > 0 {
             self.release = Release::Bare;
             self.open(now, output);
         }

@@ -5,6 +5,7 @@ use motion_core::time::Millis;
 
 use super::{AltOut, DeviceMachine, Event, Motion, MotorState, MotorUnit, Output, ProgramState, Quirks};
 use crate::message::{AltMode, CommonLine, ProgramMode};
+use crate::query::Profile;
 
 states! {
     /// Phase of a running program. Source: hoot, section 4.2.
@@ -37,6 +38,8 @@ pub struct Program {
     shots: u32,
     /// Number of moves of the motors, which the lead-in counts.
     moves: u32,
+    /// Whether all motors were done when the last picture was taken.
+    has_arrived: bool,
     /// Time that the phase waits for.
     until: Option<Millis>,
     /// Earliest time of the picture after the one that is being taken.
@@ -45,7 +48,7 @@ pub struct Program {
     out_is_on: bool,
 }
 
-motion_core::debug! { Program { state phase ran since last_run_time shots moves until next out_is_on } }
+motion_core::debug! { Program { state phase ran since last_run_time shots moves has_arrived until next out_is_on } }
 
 impl Program {
     /// State of the planned move.
@@ -108,6 +111,8 @@ impl DeviceMachine {
         let resumed = self.program.state == ProgramState::Paused;
         if !resumed {
             self.choose_microsteps(output);
+            self.shoot_in_video(now, output, Profile::shoots_at_start);
+            self.send_without_travel(output);
         }
         self.program.since = Some(now);
         let waits = self.program.ran < self.start_delay();
@@ -117,6 +122,24 @@ impl DeviceMachine {
             self.follow_plans(output);
         } else {
             self.program.phase = Phase::Clear;
+        }
+    }
+
+    /// Opens the shutter in video mode, as firmware does for a video camera.
+    fn shoot_in_video(&mut self, now: Millis, output: &mut Output<'_>, fact: fn(Profile) -> Option<bool>) {
+        if self.controller.program_mode == ProgramMode::VIDEO && self.copies(Quirks::FIRMWARE_PHOTOS, fact) {
+            self.camera.expose_bare(now, output);
+        }
+    }
+
+    /// Sends the motors whose planned move has no travel to its stop, as firmware does.
+    fn send_without_travel(&mut self, output: &mut Output<'_>) {
+        let is_sent = self.moves_by_clock() && self.options.quirks().contains(Quirks::MOVES_ALL);
+        for motor in self.motors.iter_mut().filter(|motor| is_sent && motor.settings.plan.travel.0 == 0) {
+            let stop = motor.settings.plan.stop;
+            if stop != motor.position {
+                motor.follow(output, Motion::To(stop));
+            }
         }
     }
 
@@ -317,6 +340,7 @@ impl DeviceMachine {
         self.program.moves = self.program.moves.saturating_add(1);
         if self.moves_by_clock() {
             self.program.phase = Phase::Clear;
+            self.program.has_arrived = self.motors.iter().all(|motor| self.is_done(motor));
             let run_time = self.program.run_time(now);
             let is_lapse = self.controller.program_mode == ProgramMode::CONTINUOUS;
             for motor in self.motors.iter_mut().filter(|motor| is_lapse && motor.has_plan()) {
@@ -362,7 +386,12 @@ impl DeviceMachine {
     /// Run time at which a motor begins its planned move by the clock: in video mode after the delay and its lead-in
     /// (decision H-10), in a time lapse after the pictures of its lead-in.
     fn begins(&self, motor: &MotorUnit) -> Option<u64> {
+        let [first, ..] = &self.motors;
+        let waits = first.state != MotorState::Disabled && first.settings.lead_in.0 > self.program.shots;
         match self.controller.program_mode {
+            ProgramMode::VIDEO if waits && self.copies(Quirks::FIRMWARE_PHOTOS, Profile::leads_in_videos_by_photos) => {
+                None
+            }
             ProgramMode::VIDEO => Some(self.start_delay().saturating_add(motor.settings.lead_in.0.into())),
             ProgramMode::CONTINUOUS => motor.began,
             _ => None,
@@ -402,20 +431,31 @@ impl DeviceMachine {
         !motor.has_plan() || motor.done >= steps && motor.state != MotorState::Moving && !motor.is_stuck
     }
 
+    /// Whether the program is over: all photos are taken, or, without a camera, all motors are done. A time lapse of later
+    /// firmware ends with its motors.
     fn is_finished(&self) -> bool {
         let settings = &self.camera.settings;
-        let max_shots = settings.max_shots.0.into();
-        if settings.enable {
-            max_shots > 0 && self.program.shots >= max_shots
-        } else {
-            self.motors.iter().all(|motor| self.is_done(motor))
+        let is_lapse = self.moves_by_clock();
+        if !settings.enable {
+            return self.motors.iter().all(|motor| self.is_done(motor));
         }
+        let copies = |fact: fn(Profile) -> Option<bool>| self.copies(Quirks::FIRMWARE_PHOTOS, fact);
+        if is_lapse && self.program.has_arrived && copies(Profile::ends_with_motors) {
+            return true;
+        }
+        let (shots, max_shots) = (self.program.shots, u32::from(settings.max_shots.0));
+        let photos_end = !is_lapse || !copies(|profile| profile.ends_with_photos().map(|ends| !ends));
+        let is_last = if copies(Profile::takes_one_more) { shots > max_shots } else { shots >= max_shots };
+        photos_end && max_shots > 0 && is_last
     }
 
     /// Ends the program, or begins the way back. A program that moves nothing has no way back (decision H-12).
     fn finish(&mut self, now: Millis, output: &mut Output<'_>) {
         let goes_back = self.controller.ping_pong && self.motors.iter().any(MotorUnit::has_plan);
         self.stop(now, output);
+        if !goes_back {
+            self.shoot_in_video(now, output, Profile::shoots_at_end);
+        }
         if goes_back {
             for motor in &mut self.motors {
                 let plan = &mut motor.settings.plan;

@@ -29,9 +29,7 @@ impl DeviceMachine {
             let settings = &mut unit.settings;
             settings.sleep = profile.first_sleep();
             settings.backlash = Backlash(profile.first_backlash());
-            if unit.motor != Motor::One {
-                settings.microstep = Microstep(profile.first_microstep());
-            }
+            settings.microstep = profile.first_microstep(unit.motor);
             settings.max_step_speed = StepRate(profile.first_max_speed());
             settings.speed = StepsPerSecond(profile.first_speed());
             settings.acceleration = StepsPerSecondSquared(profile.first_acceleration());
@@ -169,6 +167,11 @@ impl DeviceMachine {
         let busy = [camera.exposure_time.0, camera.focus_time.0.into(), camera.exposure_delay.0.into()];
         let pause = busy.into_iter().fold(camera.interval.0, u32::saturating_sub);
         let is_stepwise = self.controller.program_mode == ProgramMode::SMS;
+        let cuts =
+            self.controller.program_mode == ProgramMode::VIDEO && self.options.profile().cuts_places() == Some(true);
+        for unit in self.motors.iter_mut().filter(|_| cuts) {
+            unit.cut_places(output);
+        }
         for unit in &mut self.motors {
             let plan = unit.settings.plan;
             let distance = u64::from(plan.stop.0.abs_diff(plan.start.0)).saturating_mul(16);

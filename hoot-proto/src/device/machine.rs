@@ -5,7 +5,8 @@ use motion_core::machine;
 use motion_core::time::Millis;
 
 use super::{
-    CameraUnit, Command, Contact, Controller, Event, Input, MotorUnit, Options, Output, Port, Program, StoredName,
+    CameraUnit, Command, Contact, Controller, Event, Input, MotorUnit, Options, Output, Port, Program, Quirks,
+    StoredName,
 };
 use crate::frame::Address;
 use crate::message::{AltMode, Amperes, Direction, Level, Motor, RingTip, Volts};
@@ -55,6 +56,11 @@ impl DeviceMachine {
         };
         if machine.has_firmware_settings() {
             machine.take_first_settings();
+        }
+        if options.quirks().contains(Quirks::TAKES_UP_BACKLASH) {
+            for motor in &mut machine.motors {
+                motor.went_up = Some(false);
+            }
         }
         machine
     }

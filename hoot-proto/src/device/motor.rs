@@ -92,6 +92,8 @@ pub struct MotorUnit {
     pub(super) settings: MotorSettings,
     pub(super) state: MotorState,
     pub(super) position: Steps,
+    /// Whether the last motion went upwards; `None` if the node takes up no backlash.
+    pub(super) went_up: Option<bool>,
     /// Microsteps that are set again when the motor rests.
     pub(super) restores: Option<Microstep>,
     /// Whether a pause has stopped the planned move for good, as some firmware does.
@@ -102,7 +104,7 @@ pub struct MotorUnit {
     pub(super) done: u32,
 }
 
-motion_core::debug! { MotorUnit { motor settings state position restores is_stuck began done } }
+motion_core::debug! { MotorUnit { motor settings state position went_up restores is_stuck began done } }
 
 impl MotorUnit {
     pub(super) fn new(motor: Motor) -> Self {
@@ -112,6 +114,7 @@ impl MotorUnit {
             settings,
             state: MotorState::default(),
             position: Steps(0),
+            went_up: None,
             restores: None,
             is_stuck: false,
             began: None,
@@ -163,7 +166,36 @@ impl MotorUnit {
             self.tell(output, Motion::Power(true));
         }
         self.state = state;
+        let motion = self.take_up(output, motion);
         self.tell(output, motion);
+    }
+
+    /// Adds the backlash to a motion that does not go on in the direction of the last one: the position goes back by it.
+    fn take_up(&mut self, output: &mut Output<'_>, mut motion: Motion) -> Motion {
+        let (backlash, here) = (self.settings.backlash.0, self.position);
+        let up = match &motion {
+            Motion::By { direction, .. } | Motion::Run { direction, .. } => direction.0 != 0,
+            Motion::To(to) if *to != here => *to > here,
+            Motion::Along { plan, .. } if plan.stop != here => plan.stop > here,
+            _ => return motion,
+        };
+        match self.went_up.replace(up) {
+            Some(went_up) if went_up != up && backlash > 0 => {}
+            Some(_) => return motion,
+            None => {
+                self.went_up = None;
+                return motion;
+            }
+        }
+        let by = Steps(if up { i32::from(backlash) } else { 0_i32.saturating_sub(backlash.into()) });
+        self.position.0 = here.0.saturating_sub(by.0);
+        self.tell(output, Motion::Rebase { by });
+        match &mut motion {
+            Motion::By { steps, .. } => steps.0 = steps.0.saturating_add(backlash.into()),
+            Motion::Along { plan, .. } => plan.start.0 = plan.start.0.saturating_sub(by.0),
+            _ => {}
+        }
+        motion
     }
 
     /// Makes a move that a master asked for, if the motor can.
@@ -270,6 +302,20 @@ impl MotorUnit {
         self.settings.backlash.0 = u16::try_from(scale(self.settings.backlash.0.into())).unwrap_or(u16::MAX);
         self.settings.microstep = microstep;
         self.tell(output, Motion::Microstep(microstep));
+    }
+
+    /// Counts the planned move and the present position in whole steps; what is left over is forgotten.
+    pub(super) fn cut_places(&mut self, output: &mut Output<'_>) {
+        let microsteps = i32::from(self.settings.microstep.0);
+        let rest = |place: Steps| Steps(place.0.checked_rem(microsteps).unwrap_or(0));
+        for place in [&mut self.settings.plan.start, &mut self.settings.plan.stop] {
+            place.0 = place.0.saturating_sub(rest(*place).0);
+        }
+        let by = rest(self.position);
+        if by.0 != 0 {
+            self.position.0 = self.position.0.saturating_sub(by.0);
+            self.tell(output, Motion::Rebase { by });
+        }
     }
 
     /// Makes the present position 0; stored positions keep their place on the rig.

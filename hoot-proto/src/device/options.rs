@@ -63,10 +63,21 @@ flags! {
         /// Takes directions as firmware does: the setting of the direction inverts nothing, nor does a negative speed invert a
         /// run that begins. A run at speed 0 ends.
         FIRMWARE_DIRECTIONS = 1024,
-        /// Takes a picture on command with the exposure only, also without a camera.
+        /// Takes a picture on command with the exposure only, also without a camera; or takes none
+        /// ([`Profile::exposes_on_command`]).
         EXPOSES_ALWAYS = 2048,
         /// Never goes on after a pause in the modes without stops ([`Profile::resumes_moves`]).
         NEVER_RESUMES = 4096,
+        /// Takes up the backlash of a motor before the first move upwards and at each change of its direction: the position
+        /// goes back by it, and the way becomes longer.
+        TAKES_UP_BACKLASH = 8192,
+        /// Takes photos that nobody asked for, ends a time lapse and begins a video as firmware does
+        /// ([`Profile::takes_one_more`], [`Profile::shoots_at_start`], [`Profile::shoots_at_end`],
+        /// [`Profile::ends_with_motors`], [`Profile::leads_in_videos_by_photos`]).
+        FIRMWARE_PHOTOS = 16_384,
+        /// Sends each enabled motor whose planned move has no travel to the stop of that move, which is 0 at first, when a
+        /// program without stops begins.
+        MOVES_ALL = 32_768,
     }
 }
 
@@ -75,7 +86,7 @@ impl Quirks {
     pub const NONE: Self = Self(0);
 
     /// All habits, which firmware of the sheet's date has.
-    pub const FIRMWARE: Self = Self(0b1_1111_1111_1111);
+    pub const FIRMWARE: Self = Self(u16::MAX);
 }
 
 /// Name as a node stores and answers it: ten bytes. Source: hoot, section 1.2.

@@ -285,7 +285,9 @@ impl DeviceMachine {
         let settings = &mut self.camera.settings;
         match message {
             HostMessage::CameraExpose(_) if self.options.quirks().contains(Quirks::EXPOSES_ALWAYS) => {
-                self.camera.expose_bare(now, output);
+                if self.options.profile().exposes_on_command() != Some(false) {
+                    self.camera.expose_bare(now, output);
+                }
                 return Outcome::OK;
             }
             HostMessage::CameraExpose(_) => {

@@ -598,7 +598,9 @@ impl World {
     fn new(faults: Vec<(Fate, u64)>, firmware: bool, bridge: bool) -> Self {
         // The master settles for longer than a packet and its answer are in flight.
         let master = Master::new(Options::new().with_settle(100)).machine.clone();
-        let quirks = if firmware { Quirks::FIRMWARE } else { Quirks::NONE };
+        // A backlash would change the places, which tell the motors.
+        let all = Quirks(Quirks::FIRMWARE.0 & !Quirks::TAKES_UP_BACKLASH.0);
+        let quirks = if firmware { all } else { Quirks::NONE };
         let mut node = Node::ready_with(NodeOptions::new().with_quirks(quirks));
         for motor in Motor::ALL {
             let _ = node.step(device::Input::Position { motor, position: place_of(motor) });

@@ -87,12 +87,29 @@ impl Named for Setup {
             "Neither the setting of the direction nor a negative speed inverts a run.",
             |setup| setup.add(Quirks::FIRMWARE_DIRECTIONS),
         ),
-        Choice::new("exposes-always", "A picture on command needs no camera, and has no focus.", |setup| {
-            setup.add(Quirks::EXPOSES_ALWAYS);
-        }),
+        Choice::new(
+            "exposes-always",
+            "A picture on command needs no camera, and has no focus; older firmware takes none.",
+            |setup| {
+                setup.add(Quirks::EXPOSES_ALWAYS);
+            },
+        ),
         Choice::new("never-resumes", "Motors do not go on after a pause in the modes without stops.", |setup| {
             setup.add(Quirks::NEVER_RESUMES);
         }),
+        Choice::new("takes-up-backlash", "A motor takes up its backlash at each change of direction.", |setup| {
+            setup.add(Quirks::TAKES_UP_BACKLASH);
+        }),
+        Choice::new(
+            "firmware-photos",
+            "Programs take photos that nobody asked for, and a time lapse ends with its motors.",
+            |setup| setup.add(Quirks::FIRMWARE_PHOTOS),
+        ),
+        Choice::new(
+            "moves-all",
+            "A program without stops sends also the motors whose planned move has no travel.",
+            |setup| setup.add(Quirks::MOVES_ALL),
+        ),
         Choice::new("firmware", "All quirks of firmware of the sheet's date.", |setup| setup.add(Quirks::FIRMWARE)),
     ];
 

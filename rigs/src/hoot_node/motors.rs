@@ -130,9 +130,10 @@ impl HootNode {
     /// Counts positions in other microsteps. Limits and travel stay the same on the rig.
     fn rescale(&mut self, which: message::Motor, microstep: Microstep) {
         let index = index(which);
-        let position = self.machine.motor(which).position().0;
         let old = std::mem::replace(&mut self.microsteps[index], microstep);
         let scale = f64::from(microstep.0) / f64::from(old.0.max(1));
+        // The machine has its position after all motions of this step already, such as that of a backlash.
+        let position = (self.motors[index].at(self.now).position.round() * scale).trunc();
         let (limits, travel) = (self.motors[index].limits(), self.motors[index].travel());
         let scaled = Limits {
             velocity: limits.velocity * scale,
@@ -143,10 +144,10 @@ impl HootNode {
         if let Some(travel) = travel {
             motor = motor.within(Range::new(travel.from * scale, travel.to * scale));
         }
-        motor.lead(Place { position: position.into(), velocity: 0.0 });
+        motor.lead(Place { position, velocity: 0.0 });
         motor.halt(self.now);
         self.motors[index] = motor;
-        self.told[index] = position;
+        self.told[index] = round(position);
     }
 
     /// Moves the motors up to the present time, and reports it to the machine.

@@ -266,12 +266,12 @@ fn in_joystick_mode_firmware_starts_motors_by_their_speed() {
         bench.ok("0300170101");
         assert_eq!(bench.ask("03010d0443960000"), answer, "{device}");
         bench.pass(500);
-        assert_eq!(bench.place(1) > 50.0, starts, "{device}: {}", bench.place(1));
+        assert_eq!(bench.place(1).abs() > 50.0, starts, "{device}: {}", bench.place(1));
         assert_eq!(bench.ask("03010d0400000000"), answer, "{device}");
         bench.rest();
         if starts {
-            let place = bench.place(1);
             bench.ask("03010d04c3960000");
+            let place = bench.place(1);
             bench.pass(500);
             assert!(bench.place(1) < place - 50.0, "{device}: the other way");
         }
@@ -348,8 +348,8 @@ fn directions_of_firmware_are_not_inverted() {
 }
 
 #[test]
-fn firmware_takes_a_picture_on_command_also_without_a_camera() {
-    for (device, photos) in [("mild", 0), ("2014-10-15", 1), ("v0.70", 1)] {
+fn firmware_takes_a_picture_on_command_also_without_a_camera_and_the_first_firmware_takes_none() {
+    for (device, photos) in [("mild", 0), ("2014-10-15", 0), ("2014-10-17", 1), ("2014-10-29", 1), ("v0.70", 1)] {
         let mut bench = Bench::new(device);
         bench.ok("0304050203e8");
         bench.ok("03040300");
@@ -392,5 +392,149 @@ fn after_a_pause_older_firmware_does_not_go_on_in_video_mode() {
         bench.ask(START);
         bench.pass(20_000);
         assert_eq!((bench.place(1) - place).abs() > 1.0, goes_on, "{device}");
+    }
+}
+
+#[test]
+fn older_firmware_takes_up_a_backlash_at_each_change_of_direction() {
+    for (device, backlash) in [("mild", 0), ("2014-10-15", 384), ("2014-12-03", 384), ("2014-12-16", 0), ("v0.70", 0)] {
+        let mut bench = Bench::new(device);
+        bench.ready(1, 1000.0);
+        // The first motion downwards takes up nothing, because motors count as having gone down.
+        for (direction, steps, from, to) in
+            [(0, 100, 0, -100), (1, 500, -100 - backlash, 400), (0, 400, 400 + backlash, 0)]
+        {
+            bench.ok(&format!("03010f05{direction:02x}{steps:08x}"));
+            let told = bench.told(1).0;
+            assert!((told - from).abs() < 40, "{device}: {told} at the start, not {from}");
+            bench.rest();
+            assert_eq!(bench.told(1).0, to, "{device}");
+        }
+    }
+    // The setting counts in every version.
+    let mut bench = Bench::new("v0.70");
+    bench.ready(1, 1000.0);
+    bench.ok("030105020064");
+    bench.ok("03010f0501000001f4");
+    assert!((bench.told(1).0 + 100).abs() < 40);
+    bench.rest();
+    assert_eq!(bench.told(1).0, 500);
+}
+
+#[test]
+fn a_plan_without_stops_takes_up_the_backlash_within_its_time() {
+    for (device, microsteps) in [("2014-10-29", 4), ("2014-12-03", 16)] {
+        let mut bench = Bench::new(device);
+        bench.ready(1, 1000.0);
+        // The home is a limit, but not while the backlash is taken up.
+        bench.go(1, 1, 2000);
+        bench.ok("03010a00");
+        bench.go(1, 0, 2000);
+        bench.ok("0300160102");
+        bench.long(1, 17, 1800);
+        bench.long(1, 20, 4000);
+        bench.ok(START);
+        let (place, found) = bench.told(1);
+        assert_eq!((found, place < -350 * i32::from(microsteps) / 4), (microsteps, true), "{device}: {place}");
+        bench.pass(4100);
+        assert_eq!(bench.told(1).0, 1800 * i32::from(microsteps) / 4, "{device}");
+    }
+}
+
+impl Bench {
+    /// Runs a program with a camera, an exposure of 0.1 s and an interval of 1 s. Returns the number of photos.
+    fn photos(&mut self, mode: u8, max_shots: u8, travel: i32) -> u64 {
+        self.ready(1, 5000.0);
+        self.ok(&format!("03001601{mode:02x}"));
+        for (command, number) in [(16, 0), (17, 400), (20, travel)] {
+            self.long(1, command, number);
+        }
+        for set in ["0304020101", "03040404 00000064", "03040a04000003e8"] {
+            self.ok(&set.replace(' ', ""));
+        }
+        self.ok(&format!("0304060200{max_shots:02x}"));
+        self.send(&[START]);
+        self.pass(30_000);
+        let photos = self.node.camera().taken();
+        self.ok(STOP);
+        photos
+    }
+}
+
+#[test]
+fn a_program_of_later_firmware_takes_one_photo_more() {
+    for (device, photos) in
+        [("mild", 5), ("2014-10-15", 5), ("2014-12-11", 5), ("2014-12-12", 6), ("v0.33", 6), ("v0.70", 6)]
+    {
+        assert_eq!(Bench::new(device).photos(0, 5, 4), photos, "{device}");
+    }
+}
+
+#[test]
+fn a_time_lapse_of_later_firmware_ends_with_its_motors() {
+    for (device, short, long) in [
+        ("mild", 5, 5),
+        ("2014-12-03", 5, 5),
+        ("v0.20", 6, 6),
+        ("v0.25", 2, 6),
+        ("v0.33", 2, 6),
+        ("v0.41", 2, 9),
+        ("v0.70", 2, 9),
+    ] {
+        assert_eq!(Bench::new(device).photos(1, 5, 500), short, "{device}");
+        assert_eq!(Bench::new(device).photos(1, 5, 7500), long, "{device}");
+    }
+}
+
+#[test]
+fn a_video_of_later_firmware_opens_the_shutter_without_a_camera_unless_the_exposure_is_0() {
+    for (device, photos) in [("mild", 0), ("2014-11-03", 0), ("2014-12-03", 1), ("v0.20", 2), ("v0.70", 2)] {
+        for exposure in [120, 0] {
+            let mut bench = Bench::new(device);
+            bench.ready(1, 1000.0);
+            bench.ok("0300160102");
+            bench.ok(&format!("03040404{exposure:08x}"));
+            bench.long(1, 17, 400);
+            bench.long(1, 20, 1000);
+            bench.send(&[START]);
+            bench.rest();
+            let expected = if exposure == 0 { 0 } else { photos };
+            assert_eq!(bench.node.camera().taken(), expected, "{device}");
+        }
+    }
+}
+
+#[test]
+fn a_program_without_stops_sends_motors_without_travel() {
+    for (device, place) in [("mild", 300.0), ("2014-10-29", 0.0), ("v0.33", 0.0)] {
+        let mut bench = Bench::new(device);
+        bench.ready(2, 1000.0);
+        bench.go(2, 1, 300);
+        bench.ready(1, 1000.0);
+        bench.ok("0300160102");
+        bench.long(1, 17, 400);
+        bench.long(1, 20, 1000);
+        bench.send(&[START]);
+        bench.rest();
+        assert!((bench.place(2) - place).abs() < 1.0, "{device}: {}", bench.place(2));
+    }
+}
+
+#[test]
+fn a_video_with_a_lead_in_never_begins_on_some_firmware() {
+    for (device, begins) in
+        [("mild", true), ("2014-11-06", true), ("2014-11-07", false), ("v0.24", false), ("v0.25", true)]
+    {
+        for lead_in in [0, 500] {
+            let mut bench = Bench::new(device);
+            bench.ready(1, 1000.0);
+            bench.ok("0300160102");
+            bench.ok(&format!("03011302{lead_in:04x}"));
+            bench.long(1, 17, 400);
+            bench.long(1, 20, 1000);
+            bench.send(&[START]);
+            bench.rest();
+            assert_eq!(bench.place(1) > 1.0, begins || lead_in == 0, "{device}, {lead_in}");
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Age, Profile};
 use crate::frame::{Selector, Table};
-use crate::message::ValueType;
+use crate::message::{Microstep, Motor, ValueType};
 
 /// Unit of the delay before the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -69,6 +69,9 @@ facts! {
     answers_momentary_speed: day(10, 28), NEVER;
     /// Whether a second packet follows the answer to the query whether a motor moves.
     answers_running_twice: ALWAYS, day(10, 29);
+    /// Whether a photo on command has the exposure that was set. Earlier firmware takes the exposure from the command, which has
+    /// none, and takes no photo.
+    exposes_on_command: day(10, 17), NEVER;
     /// Whether the firmware has video mode; earlier, every mode except 0 is mode 1.
     has_video_mode: day(10, 24), NEVER;
     /// Whether the firmware ignores values of ping-pong other than 0 and 1.
@@ -85,6 +88,19 @@ facts! {
     is_silent_at_speed: day(12, 3), NEVER;
     /// Whether query 117 of a motor asks whether the motor has no current while it rests; earlier firmware refuses it.
     has_sleep_query: SLEEP_QUERY, NEVER;
+    /// Whether a program with a camera takes one photo more than the greatest number of photos, so that the last one is taken
+    /// at the end of the move.
+    takes_one_more: day(12, 12), NEVER;
+    /// Whether a start opens the shutter in video mode, with and without a camera.
+    shoots_at_start: day(12, 3), NEVER;
+    /// Whether the end of a program opens the shutter in video mode, with and without a camera.
+    shoots_at_end: Age::day(2015, 1, 5), NEVER;
+    /// Whether a time lapse ends with its motors, also if photos are left.
+    ends_with_motors: v(25), NEVER;
+    /// Whether no motor begins a video before as many photos as motor 1 has milliseconds of lead-in.
+    leads_in_videos_by_photos: day(11, 7), v(25);
+    /// Whether the greatest number of photos ends a time lapse.
+    ends_with_photos: ALWAYS, v(41);
     /// Whether the firmware does not answer unknown commands; earlier firmware refuses them.
     is_silent: day(12, 22), NEVER;
     /// Whether the version of the firmware is a `ULONG`; earlier it is a `BYTE`, and 6.
@@ -102,6 +118,8 @@ facts! {
     max_speed_limits: v(70), NEVER;
     /// Whether a start chooses the microsteps of all motors.
     start_sets_microsteps: day(12, 3), v(45), or v(47), NEVER;
+    /// Whether the start of a video cuts the places of all motors to whole steps. It was seen with v0.70, and not with v0.33.
+    cuts_places: v(70), NEVER;
     /// Whether the end limit and the home stop motors; later the end limit is kept and stops nothing.
     holds_limits: ALWAYS, v(49);
     /// Whether joystick mode sets all speeds to 0, and the speed of runs sets motors in motion in it.
@@ -216,9 +234,13 @@ impl Profile {
         self.choose(v(23), true, false)
     }
 
-    /// Microsteps of motors 2 and 3 of a new node.
-    pub(crate) const fn first_microstep(self) -> u8 {
-        self.choose(v(23), 4, 16)
+    /// Number of microsteps in a step of a motor of a new node.
+    #[must_use]
+    pub const fn first_microstep(self, motor: Motor) -> Microstep {
+        match motor {
+            Motor::One => Microstep::QUARTER,
+            Motor::Two | Motor::Three => self.choose(v(23), Microstep::QUARTER, Microstep::SIXTEENTH),
+        }
     }
 
     /// Whether the motors of a new node are enabled.

@@ -5,8 +5,8 @@ use std::path::Path;
 use examples::moves::Move;
 use hoot_proto::HostMessage;
 use hoot_proto::message::{
-    self, Bool, Microstep, Milliseconds, Motor, ProgramMode, ProgramModeQuery, RunState, RunStatus, RunTime,
-    ShortShots, ShortSpan, Shots, Span,
+    self, Bool, CameraExposureTime, Microstep, Milliseconds, Motor, ProgramMode, ProgramModeQuery, RunState, RunStatus,
+    RunTime, ShortShots, ShortSpan, Shots, Span, Steps,
 };
 use tokio::time::Instant;
 
@@ -16,28 +16,36 @@ use super::talk::Talk;
 use crate::drive::Trouble;
 use crate::drive::command;
 
+/// A program that takes longer than so many times its time and a second has failed: some firmware never ends it.
+const LONGEST: f64 = 3.0;
+
 impl Talk<'_> {
     pub(super) async fn upload(&mut self, file: &Path) -> Result<(), Trouble> {
-        let planned = self.read_move(file, Count::Video, false)?;
+        let planned = self.read_video(file, false).await?;
         self.store(&planned, ProgramMode::VIDEO).await?;
         self.dead_man(false).await?;
         self.print("the move is stored and can be started: its motors are at the start")
     }
 
     pub(super) async fn run(&mut self, file: &Path, reverse: bool) -> Result<(), Trouble> {
-        let planned = self.read_move(file, Count::Video, reverse)?;
+        let planned = self.read_video(file, reverse).await?;
         self.store(&planned, ProgramMode::VIDEO).await?;
         // With the camera off, the program ends when the move ends.
         self.set(message::CameraSetEnable { enable: Bool::FALSE }).await?;
+        // A start and an end open the shutter also with the camera off, except for an exposure of 0 (decision H-83).
+        let exposure = self.read(CameraExposureTime {}).await?;
+        self.set_exposure(Milliseconds(0)).await?;
         let millis = planned.iter().map(|it| it.lead_in.saturating_add(it.plan.travel.0)).max().unwrap_or(0);
-        self.play(&planned, f64::from(millis) / 1000.0).await?;
+        self.play(&planned, f64::from(millis) / 1000.0, None).await?;
+        self.set_exposure(exposure).await?;
         self.print("the move is done, and all motors rest at its end")
     }
 
     pub(super) async fn program(&mut self, file: &Path, shots: command::Shots) -> Result<(), Trouble> {
         let command::Shots { shots, interval, exposure, continuous } = shots;
-        let max_shots = u16::try_from(shots).ok().filter(|shots| *shots >= 2).map(ShortShots);
-        let max_shots = max_shots.ok_or_else(|| Trouble::Refused(format!("{shots} photos: give 2 to 65535")))?;
+        if !(2..=u32::from(u16::MAX)).contains(&shots) {
+            return Err(Trouble::Refused(format!("{shots} photos: give 2 to 65535")));
+        }
         let (pause, open) = (milliseconds("an interval", interval)?, milliseconds("an exposure", exposure)?);
         if open >= pause {
             return Err(Trouble::Refused(format!(
@@ -49,17 +57,103 @@ impl Talk<'_> {
         } else {
             (ProgramMode::SMS, Count::Shots(shots))
         };
-        let planned = self.read_move(file, count, false)?;
+        let mut planned = self.read_move(file, count, false)?;
+        self.prepare().await?;
+        if continuous {
+            self.last_until_the_last_photo(&mut planned, shots, pause)?;
+        } else {
+            self.fits_between_photos(&planned, pause - open).await?;
+        }
         self.store(&planned, mode).await?;
         self.camera(exposure).await?;
         self.set(message::CameraSetInterval { interval: Milliseconds(pause) }).await?;
         self.set(message::CameraSetFocusTime::default()).await?;
         self.set(message::CameraSetExposureDelay::default()).await?;
         self.set(message::CameraSetMirrorUp::default()).await?;
-        let set = message::CameraSetMaxShots { max_shots };
-        self.set_and_see(set, message::CameraMaxShots {}, Shots(shots)).await?;
-        self.play(&planned, f64::from(shots - 1) * interval + exposure).await?;
+        // Later firmware goes on until one photo more is taken. If that is not known, the program is stopped after the last
+        // photo (decision H-84).
+        let takes_one_more = self.profile().takes_one_more();
+        let asked = if takes_one_more == Some(true) { shots - 1 } else { shots };
+        let set = message::CameraSetMaxShots { max_shots: ShortShots(asked.try_into().unwrap_or(u16::MAX)) };
+        self.set_and_see(set, message::CameraMaxShots {}, Shots(asked)).await?;
+        self.play(&planned, f64::from(shots - 1) * interval + exposure, takes_one_more.is_none().then_some(pause))
+            .await?;
         self.print(&format!("{shots} photos are taken, and all motors rest"))
+    }
+
+    /// Reads a move file, and makes planned moves without stops from it.
+    ///
+    /// Some firmware never begins a video with a lead-in. The move begins at once there (decision H-88).
+    async fn read_video(&mut self, file: &Path, reverse: bool) -> Result<Vec<Planned>, Trouble> {
+        let mut planned = self.read_move(file, Count::Video, reverse)?;
+        self.prepare().await?;
+        if self.profile().leads_in_videos_by_photos().is_none() {
+            // Firmware that refuses this query is older.
+            self.ask_or_refused(message::PingPong {}).await?;
+        }
+        if self.profile().leads_in_videos_by_photos() == Some(false) {
+            return Ok(planned);
+        }
+        let first = planned.iter().map(|it| it.lead_in).min().unwrap_or(0);
+        for it in &mut planned {
+            it.lead_in -= first;
+            if it.lead_in > 0 {
+                return Err(Trouble::Refused(format!(
+                    "motor {} begins {} ms after another one: this firmware cannot do that, let all axes begin together",
+                    it.motor, it.lead_in
+                )));
+            }
+        }
+        if first > 0 {
+            self.print(&format!("the move begins {first} ms earlier: this firmware has no lead-in in a video"))?;
+        }
+        Ok(planned)
+    }
+
+    /// Makes the motors of a time lapse rest after the photo before the last one, because later firmware ends it with them
+    /// (decision H-86). A move that would have to last longer by more than the time between two photos is refused.
+    fn last_until_the_last_photo(&self, planned: &mut [Planned], shots: u32, pause: u32) -> Result<(), Trouble> {
+        if self.profile().ends_with_motors() == Some(false) {
+            return Ok(());
+        }
+        let end = |it: &Planned| u64::from(it.lead_in) * u64::from(pause) + u64::from(it.plan.travel.0);
+        let least = u64::from(shots - 2) * u64::from(pause) + u64::from(pause / 4);
+        let Some(last) = planned.iter_mut().max_by_key(|it| end(it)) else { return Ok(()) };
+        let more = u32::try_from(least.saturating_sub(end(last))).unwrap_or(u32::MAX);
+        if more > pause {
+            return Err(Trouble::Refused(format!(
+                "all motors rest {:.1} s before the last photo, and this firmware ends a time lapse then: let the move last \
+                 until the end",
+                f64::from(more) / 1000.0 + f64::from(pause) * 0.75 / 1000.0
+            )));
+        }
+        last.stretch(more);
+        Ok(())
+    }
+
+    /// Refuses photos that come so fast that the motors do not rest in time, because they come late then (decision H-87).
+    async fn fits_between_photos(&mut self, planned: &[Planned], left: u32) -> Result<(), Trouble> {
+        // Time to gain and to lose speed, and for the node to notice that the motor rests, in seconds.
+        const RAMPS: f64 = 0.15;
+        for it in planned {
+            let motor = it.motor;
+            // A start chooses sixteenths for slow moves, and the speed counts in them.
+            let found = self.read(message::MotorMicrostep { motor }).await?;
+            let is_finer = self.profile().start_sets_microsteps() != Some(false);
+            let finest = if is_finer { Microstep::SIXTEENTH } else { found };
+            let backlash = self.read(message::MotorBacklash { motor }).await?.0;
+            let counts = f64::from(it.longest().saturating_add(backlash.into()));
+            let counts = counts * f64::from(finest.0) / f64::from(found.0.max(1));
+            let takes = counts / self.greatest_speed(motor).await?.max(1.0) + RAMPS;
+            if takes * 1000.0 > f64::from(left) {
+                return Err(Trouble::Refused(format!(
+                    "motor {motor} moves for up to {takes:.1} s between two photos, and {:.1} s are left: give a longer \
+                     interval",
+                    f64::from(left) / 1000.0
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// Reads a move file, and makes planned moves from it.
@@ -84,6 +178,9 @@ impl Talk<'_> {
         self.prepare().await?;
         // A paused program would continue instead of starting again.
         self.set(message::Stop {}).await?;
+        for motor in Motor::ALL {
+            self.count_steps(motor).await?;
+        }
         for it in planned.iter().filter(|_| program_mode != ProgramMode::SMS) {
             let (most, asked) = (self.greatest_speed(it.motor).await?, it.peak() * 1000.0);
             if asked > most {
@@ -110,7 +207,7 @@ impl Talk<'_> {
         for motor in Motor::ALL {
             match planned.iter().find(|it| it.motor == motor) {
                 Some(it) => self.store_one(it).await?,
-                None => self.set_travel(motor, Span(0)).await?,
+                None => self.stay(motor).await?,
             }
         }
         for it in planned {
@@ -128,12 +225,24 @@ impl Talk<'_> {
         Ok(())
     }
 
+    /// Stores a planned move that leaves a motor where it is. Without a video or time lapse of its own, firmware sends each
+    /// enabled motor to the stop of its plan, which is 0 at first, at full speed (decision H-82).
+    async fn stay(&mut self, motor: Motor) -> Result<(), Trouble> {
+        let position = Steps(self.until_rest(motor).await?);
+        self.set_ends(motor, position, position).await?;
+        self.set_travel(motor, Span(0)).await
+    }
+
+    async fn set_ends(&mut self, motor: Motor, start: Steps, stop: Steps) -> Result<(), Trouble> {
+        let set = message::MotorSetProgramStart { motor, position: start };
+        self.set_and_see(set, message::MotorProgramStart { motor }, start).await?;
+        let set = message::MotorSetProgramStop { motor, position: stop };
+        self.set_and_see(set, message::MotorProgramStop { motor }, stop).await
+    }
+
     async fn store_one(&mut self, Planned { motor, plan, lead_in, .. }: &Planned) -> Result<(), Trouble> {
         let (motor, plan) = (*motor, *plan);
-        let set = message::MotorSetProgramStart { motor, position: plan.start };
-        self.set_and_see(set, message::MotorProgramStart { motor }, plan.start).await?;
-        let set = message::MotorSetProgramStop { motor, position: plan.stop };
-        self.set_and_see(set, message::MotorProgramStop { motor }, plan.stop).await?;
+        self.set_ends(motor, plan.start, plan.stop).await?;
         self.set_travel(motor, plan.travel).await?;
         let set = message::MotorSetProgramAcceleration { motor, acceleration: plan.acceleration };
         self.set_and_see(set, message::MotorProgramAcceleration { motor }, plan.acceleration).await?;
@@ -164,14 +273,15 @@ impl Talk<'_> {
         self.set_and_see(set, message::MotorLeadIn { motor }, Span(lead_in)).await
     }
 
-    /// Starts the stored program, prints its progress, and checks where the motors are at its end.
-    async fn play(&mut self, planned: &[Planned], seconds: f64) -> Result<(), Trouble> {
+    /// Starts the stored program, prints its progress, and checks where the motors are at its end. If it may take one
+    /// photo more than asked, `interval` says how many milliseconds after the last one, and it is stopped before that.
+    async fn play(&mut self, planned: &[Planned], seconds: f64, interval: Option<u32>) -> Result<(), Trouble> {
         let before = self.microsteps().await?;
         let began = Instant::now();
         let answered = self.set_off(message::Start {}).await?;
         let now = self.microsteps().await?;
         let profile = self.session.host().profile(self.node);
-        let mut has_run = false;
+        let (mut has_run, mut last_photo) = (false, 0);
         loop {
             let (state, gone) = (self.read(RunStatus {}).await?, self.read(RunTime {}).await?.0);
             if state.is_running(profile) == Some(false) {
@@ -191,18 +301,34 @@ impl Talk<'_> {
                 break;
             }
             has_run = true;
-            let mut places = Vec::new();
+            if f64::from(gone) > 1000.0 * LONGEST.mul_add(seconds, LONGEST) {
+                return Err(Trouble::Failed(format!(
+                    "node {} is not done after {:.0} s instead of {seconds:.1} s: is a motor stuck or unplugged?",
+                    self.node.0,
+                    f64::from(gone) / 1000.0
+                )));
+            }
+            let (mut places, mut is_there) = (Vec::new(), true);
             for it in planned {
                 let place = usize::from(it.motor.get()) - 1;
                 let at = in_microsteps(self.position(it.motor).await?, now[place], before[place]);
                 places.push(format!("motor {} at {at}", it.motor));
+                is_there &= at == i64::from(it.plan.stop.0);
+            }
+            if !is_there || f64::from(gone) < 1000.0 * seconds {
+                last_photo = gone;
+            } else if interval.is_some_and(|interval| gone - last_photo > interval / 2) {
+                self.set(message::Stop {}).await?;
             }
             self.progress(|| format!("{:.1} of {seconds:.1} s: {}", f64::from(gone) / 1000.0, places.join(", ")))?;
         }
         let took = began.elapsed().as_secs_f64();
         self.restore_microsteps(before).await?;
         for it in planned {
-            self.arrive(it.motor, it.plan.stop.0, answered || has_run).await?;
+            // A start that chooses the microsteps may cut places to whole steps.
+            let microstep = profile.first_microstep(it.motor).0;
+            let off = if profile.start_sets_microsteps() == Some(false) { 0 } else { u32::from(microstep) - 1 };
+            self.arrive(it.motor, it.plan.stop.0, off, answered || has_run).await?;
         }
         // The clock of a node is never wrong by that much. Motors may reach their end long before the last photo.
         if took < 0.99 * seconds {
@@ -233,8 +359,7 @@ impl Talk<'_> {
         for ((motor, microstep), now) in Motor::ALL.into_iter().zip(before).zip(now) {
             if microstep != now {
                 self.until_rest(motor).await?;
-                let query = message::MotorMicrostep { motor };
-                self.set_and_see(message::MotorSetMicrostep { motor, microstep }, query, microstep).await?;
+                self.set_microstep(motor, microstep).await?;
             }
         }
         Ok(())

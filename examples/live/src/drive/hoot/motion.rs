@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use hoot_proto::host::Command as MasterCommand;
 use hoot_proto::message::{
-    self, Bool, CameraExposing, Direction, FirmwareVersion, JoystickMode, MaxStepRate, Milliseconds, Motor,
-    MotorEnable, MotorEndLimit, MotorMaxProgramSpeed, MotorMaxStepSpeed, MotorMove, RunStatus, StepCount, Steps,
+    self, Bool, CameraExposing, Direction, FirmwareVersion, JoystickMode, MaxStepRate, Microstep, Milliseconds, Motor,
+    MotorEnable, MotorEndLimit, MotorMaxProgramSpeed, MotorMaxStepSpeed, MotorMicrostep, MotorMove, RunStatus,
+    StepCount, Steps,
 };
 use tokio::time::Instant;
 
@@ -86,9 +87,44 @@ impl Talk<'_> {
         self.set(message::SetJoystickMode { joystick_mode: on.into() }).await
     }
 
+    /// Makes sure that the positions of a motor are counted in the microsteps of a new node, if a start may have left others.
+    ///
+    /// A start chooses the microsteps and nobody sets them back if the program is interrupted. The node keeps them when it is
+    /// switched off, so nothing tells which others were there before (decision H-81).
+    pub(super) async fn count_steps(&mut self, motor: Motor) -> Result<(), Trouble> {
+        let microstep = self.profile().first_microstep(motor);
+        if self.profile().start_sets_microsteps() == Some(false) {
+            return Ok(());
+        }
+        let found = self.read(MotorMicrostep { motor }).await?;
+        if found == microstep {
+            return Ok(());
+        }
+        self.is_at_rest(motor).await?;
+        self.print(&format!(
+            "motor {motor}: {} microsteps in a step, which a program may have left: set to {}, as at a new node",
+            found.0, microstep.0
+        ))?;
+        self.set_microstep(motor, microstep).await
+    }
+
+    pub(super) async fn set_microstep(&mut self, motor: Motor, microstep: Microstep) -> Result<(), Trouble> {
+        let set = message::MotorSetMicrostep { motor, microstep };
+        self.set_and_see(set, MotorMicrostep { motor }, microstep).await
+    }
+
+    /// Refuses a command if a motor moves.
+    async fn is_at_rest(&mut self, motor: Motor) -> Result<(), Trouble> {
+        if self.is_running(motor).await? {
+            return Err(Trouble::Refused(format!("motor {motor} moves: stop it first")));
+        }
+        Ok(())
+    }
+
     /// Makes a motor ready to move, with the dead-man switch on.
     async fn ready(&mut self, motor: Motor, speed: Option<f64>) -> Result<(), Trouble> {
         self.prepare().await?;
+        self.count_steps(motor).await?;
         let most = self.greatest_speed(motor).await?;
         // As with kOS: the greatest speed is not safe if somebody stands beside the camera.
         let speed = match speed {
@@ -148,9 +184,7 @@ impl Talk<'_> {
     /// Moves a motor to a position by the number of steps from where it rests, and checks that it arrives. The move keeps the
     /// speed that was set, which commands that send a motor to a position ignore since 2014-11-03 (decision H-42).
     pub(super) async fn go_to(&mut self, motor: Motor, to: i32) -> Result<(), Trouble> {
-        if self.is_running(motor).await? {
-            return Err(Trouble::Refused(format!("motor {motor} moves: stop it first")));
-        }
+        self.is_at_rest(motor).await?;
         let from = self.position(motor).await?;
         let steps = StepCount(from.abs_diff(to));
         if steps.0 == 0 {
@@ -161,13 +195,13 @@ impl Talk<'_> {
             Trouble::Refused(format!("motor {motor}: from {from} to {to} are {steps} steps, a move has at most {most}"))
         })?;
         let answered = self.set_off(motion).await?;
-        self.arrive(motor, to, answered).await
+        self.arrive(motor, to, 0, answered).await
     }
 
-    /// Waits until a motor rests, and checks that it is at its target.
-    pub(super) async fn arrive(&mut self, motor: Motor, to: i32, answered: bool) -> Result<(), Trouble> {
+    /// Waits until a motor rests, and checks that it is at its target, or off by so many steps at most.
+    pub(super) async fn arrive(&mut self, motor: Motor, to: i32, off: u32, answered: bool) -> Result<(), Trouble> {
         let at = self.until_rest(motor).await?;
-        if at == to {
+        if at.abs_diff(to) <= off {
             return Ok(());
         }
         let why = if answered {
@@ -220,15 +254,24 @@ impl Talk<'_> {
     pub(super) async fn camera(&mut self, seconds: f64) -> Result<u32, Trouble> {
         let exposure = milliseconds("exposure", seconds)?;
         self.set(message::CameraSetEnable { enable: Bool::TRUE }).await?;
-        let exposure_time = Milliseconds(exposure);
-        let set = message::CameraSetExposureTime { exposure_time };
-        self.set_and_see(set, message::CameraExposureTime {}, exposure_time).await?;
+        self.set_exposure(Milliseconds(exposure)).await?;
         Ok(exposure)
+    }
+
+    pub(super) async fn set_exposure(&mut self, exposure_time: Milliseconds) -> Result<(), Trouble> {
+        let set = message::CameraSetExposureTime { exposure_time };
+        self.set_and_see(set, message::CameraExposureTime {}, exposure_time).await
     }
 
     pub(super) async fn expose(&mut self, seconds: f64) -> Result<(), Trouble> {
         milliseconds("exposure", seconds)?;
         self.prepare().await?;
+        if self.profile().exposes_on_command() != Some(true) {
+            return Err(Trouble::Refused(format!(
+                "node {} answers OK to a photo on command, but its firmware may be too old to take one: use program",
+                self.node.0
+            )));
+        }
         self.camera(seconds).await?;
         let answered = self.set_off(message::CameraExpose {}).await?;
         let mut was_busy = false;

@@ -66,6 +66,22 @@ impl Planned {
         ways.fold(0.0, f64::max) / f64::from(span)
     }
 
+    /// Longest way from one photo to the next, in steps.
+    #[must_use]
+    pub fn longest(&self) -> u32 {
+        let ways = (0..self.plan.travel.0).map(|at| self.plan.at(at).0.abs_diff(self.plan.at(at.saturating_add(1)).0));
+        ways.max().unwrap_or(0)
+    }
+
+    /// Makes the travel longer, with its ramps in proportion.
+    pub fn stretch(&mut self, more: u32) {
+        let before = self.plan.travel.0.max(1);
+        let after = before.saturating_add(more);
+        for span in [&mut self.plan.travel, &mut self.plan.acceleration, &mut self.plan.deceleration] {
+            span.0 = share(after, span.0, before);
+        }
+    }
+
     /// The same move from its end to its start. `all` is the length of the whole move, in counts.
     fn reversed(self, all: u32) -> Self {
         let Plan { start, stop, travel, acceleration, deceleration, easing, .. } = self.plan;
