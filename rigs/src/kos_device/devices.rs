@@ -73,6 +73,9 @@ impl Named for Setup {
         Choice::new("no-bump", "The device does not know BumpPositionSpeedAcceleration.", |setup| {
             setup.forget(ActionId::BUMP_POSITION_SPEED_ACCELERATION);
         }),
+        Choice::new("no-software-id", "The device does not know SoftwareID.", |setup| {
+            setup.add(Quirks::NO_SOFTWARE_ID);
+        }),
     ];
 
     const FAMILIES: &'static [(Kind, &'static str, &'static str)] = &[(
@@ -136,9 +139,8 @@ mod tests {
         let names: Vec<_> = Setup::QUIRKS.iter().map(|choice| choice.name).collect();
         let all = Setup::default().with_quirks(&names.join(",")).unwrap();
         assert!(all.older_dialect && all.options.stop_when_alone());
-        let without_locks = Quirks::BEGIN_NONZERO | Quirks::IGNORES_DIRECTION | Quirks::NOT_CLAMPED;
-        let locks = Quirks::REQUIRE_EMPTY_PASSWORD | Quirks::LOCKED_IGNORES_STOPS;
-        assert_eq!(all.options.quirks(), without_locks | locks);
+        let quirks = Quirks::all().iter_names().fold(Quirks::empty(), |quirks, (_, quirk)| quirks | quirk);
+        assert_eq!(all.options.quirks(), quirks);
         assert_eq!(all.options.unsupported(), Actions::NONE.with(ActionId::BUMP_POSITION_SPEED_ACCELERATION));
         let none = Setup::default().with_quirks("unsupported=0x0f,unsupported=9").unwrap();
         assert_eq!(
