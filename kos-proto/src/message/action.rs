@@ -275,8 +275,24 @@ impl BumpPositionSpeedAcceleration<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{HostMessage, MessageId};
+    use motion_core::wire::Messages as _;
 
     const MOTOR: MotorAddress = MotorAddress(2);
+
+    #[test]
+    fn actions_have_the_numbers_and_names_of_their_messages() {
+        let mut actions = 0;
+        for number in 0..=u8::MAX {
+            let id = u32::from(MessageId::ACTION.0) << 16 | u32::from(number);
+            let message = HostMessage::ALL.iter().find(|message| message.number == id).map(|message| message.name);
+            let name = ActionId(number).name().map(|name| name.replace('_', ""));
+            assert_eq!(name, message.map(str::to_uppercase), "{number:#04x}");
+            actions += usize::from(message.is_some());
+        }
+        let rows = HostMessage::ALL.iter().filter(|message| message.number >> 16 == MessageId::ACTION.0.into());
+        assert_eq!(rows.count(), actions);
+    }
 
     #[test]
     fn a_stop_stays_where_the_motor_is_and_always_brakes() {

@@ -1,7 +1,7 @@
 //! Devices and quirks of kOS by name.
 
-use kos_proto::device::{Actions, Options, Quirks};
-use kos_proto::message::{ActionId, FirmwareVersion};
+use kos_proto::device::{Actions, MotorSpecs, Options, Quirks};
+use kos_proto::message::{ActionId, FirmwareVersion, MOTORS, RotationsPerSecond, RotationsPerSecondSquared};
 
 use super::Setup;
 use crate::device::{Choice, Kind, Named};
@@ -16,7 +16,8 @@ impl Named for Setup {
             "Device that follows the document to the letter: it always asks for a password, and ignores stops without it.",
             |setup| {
                 mild(setup);
-                setup.printed = true;
+                setup.nul_terminated = true;
+                setup.motors.iter_mut().for_each(|motor| motor.specs = printed(motor.specs));
                 setup.add(Quirks::LOCKED_IGNORES_STOPS | Quirks::REQUIRE_EMPTY_PASSWORD);
             },
         ),
@@ -72,6 +73,9 @@ impl Named for Setup {
         Choice::new("no-bump", "The device does not know BumpPositionSpeedAcceleration.", |setup| {
             setup.forget(ActionId::BUMP_POSITION_SPEED_ACCELERATION);
         }),
+        Choice::new("no-software-id", "The device does not know SoftwareID.", |setup| {
+            setup.add(Quirks::NO_SOFTWARE_ID);
+        }),
     ];
 
     const FAMILIES: &'static [(Kind, &'static str, &'static str)] = &[(
@@ -93,22 +97,50 @@ impl Named for Setup {
 
 /// Takes everything back that a device or a quirk decides.
 fn mild(setup: &mut Setup) {
+    for (motor, usual) in setup.motors.iter_mut().zip(Setup::with_motors(MOTORS).motors) {
+        if motor.specs == printed(motor.specs) {
+            motor.specs = usual.specs;
+        }
+    }
     setup.options = Options::default();
-    (setup.older_dialect, setup.printed, setup.firmware) = (false, false, Setup::FIRMWARE);
+    (setup.older_dialect, setup.nul_terminated, setup.firmware) = (false, false, Setup::FIRMWARE);
+}
+
+/// Motor with the limits that the document prints as an example.
+const fn printed(specs: MotorSpecs) -> MotorSpecs {
+    let speed = RotationsPerSecond(166.7);
+    MotorSpecs {
+        max_max_setup_speed: speed,
+        max_max_move_speed: speed,
+        max_max_acceleration: RotationsPerSecondSquared(200.0),
+        ..specs
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::{KosDevice, MotorSetup};
     use super::*;
+    use kos_proto::message::AxisKind;
+
+    /// A device name decides the limits of the motors of a setup. Limits that are set after it count.
+    #[test]
+    fn motors_have_the_limits_of_their_setup() {
+        let mut setup = Setup::with_motors(2).with_device("printed").unwrap();
+        assert!(setup.motors.iter().all(|motor| motor.specs.max_max_move_speed == RotationsPerSecond(166.7)));
+        let tilt = MotorSetup::new(AxisKind::Tilt);
+        setup.motors[1] = tilt;
+        let device = KosDevice::new(setup.clone());
+        assert_eq!(device.specs, [setup.motors[0].specs, tilt.specs]);
+    }
 
     #[test]
     fn each_quirk_has_a_name() {
         let names: Vec<_> = Setup::QUIRKS.iter().map(|choice| choice.name).collect();
         let all = Setup::default().with_quirks(&names.join(",")).unwrap();
         assert!(all.older_dialect && all.options.stop_when_alone());
-        let without_locks = Quirks::BEGIN_NONZERO | Quirks::IGNORES_DIRECTION | Quirks::NOT_CLAMPED;
-        let locks = Quirks::REQUIRE_EMPTY_PASSWORD | Quirks::LOCKED_IGNORES_STOPS;
-        assert_eq!(all.options.quirks(), without_locks | locks);
+        let quirks = Quirks::all().iter_names().fold(Quirks::empty(), |quirks, (_, quirk)| quirks | quirk);
+        assert_eq!(all.options.quirks(), quirks);
         assert_eq!(all.options.unsupported(), Actions::NONE.with(ActionId::BUMP_POSITION_SPEED_ACCELERATION));
         let none = Setup::default().with_quirks("unsupported=0x0f,unsupported=9").unwrap();
         assert_eq!(

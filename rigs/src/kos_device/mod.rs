@@ -20,10 +20,7 @@ use std::sync::Arc;
 use kos_proto::device::{
     Contents, Destination, DeviceMachine, Input, MotorSpecs, Report, SESSIONS, Scratch, Source, Transmit,
 };
-use kos_proto::message::{
-    Bool, DeviceType, LedMode, MOTORS, MotorAddress, MotorSet, NetworkInfo, Password, Rotations, RotationsPerSecond,
-    RotationsPerSecondSquared,
-};
+use kos_proto::message::{Bool, DeviceType, LedMode, MOTORS, MotorAddress, MotorSet, NetworkInfo, Password, Rotations};
 use kos_proto::{Effect, Frames};
 use motion_core::profile::Limits;
 use motion_core::time::Millis;
@@ -37,10 +34,6 @@ use crate::{LineId, Outgoing};
 
 pub use camera::Photo;
 pub use setup::{MotorSetup, Setup};
-
-/// Speed and acceleration that the document prints as an example for a motor.
-const PRINTED: (RotationsPerSecond, RotationsPerSecondSquared) =
-    (RotationsPerSecond(166.7), RotationsPerSecondSquared(200.0));
 
 /// Simulated kOS device.
 #[derive(Debug)]
@@ -95,13 +88,6 @@ impl KosDevice {
     pub fn new(setup: Setup) -> Self {
         let mut setup = setup;
         setup.motors.truncate(MOTORS);
-        if setup.printed {
-            for MotorSetup { specs, .. } in &mut setup.motors {
-                let (speed, acceleration) = PRINTED;
-                (specs.max_max_setup_speed, specs.max_max_move_speed) = (speed, speed);
-                specs.max_max_acceleration = acceleration;
-            }
-        }
         setup.options = setup.options.with_motors(MotorSet::of((1_u8..).map(MotorAddress).take(setup.motors.len())));
         let motors = setup.motors.iter().map(|motor| {
             let specs = motor.specs;
@@ -268,7 +254,7 @@ impl KosDevice {
             device_type: DeviceType::SECOND_SHOOTER_PRO,
             ..NetworkInfo::default()
         };
-        let end = if self.setup.printed { &b"\0"[..] } else { &[] };
+        let end = if self.setup.nul_terminated { &b"\0"[..] } else { &[] };
         let password = [&self.store.password, end].concat();
         let mut source = Source {
             older_dialect: self.setup.older_dialect,

@@ -24,9 +24,8 @@ pub struct Setup {
     pub options: Options,
     /// Whether the device speaks the older dialect.
     pub older_dialect: bool,
-    /// Whether limits and texts are as the document prints them: motors with 166.7 rev/s and 200 rev/s², whatever `motors`
-    /// says, and texts that end with a NUL.
-    pub printed: bool,
+    /// Whether texts end with a NUL.
+    pub nul_terminated: bool,
     /// Version of the firmware.
     pub firmware: FirmwareVersion,
     /// Password that is stored; empty for none.
@@ -90,7 +89,7 @@ impl Setup {
         Self {
             options: Options::default(),
             older_dialect: false,
-            printed: false,
+            nul_terminated: false,
             firmware: Self::FIRMWARE,
             password: Vec::new(),
             motors: kinds.map(MotorSetup::new).take(count.min(MOTORS)).collect(),
