@@ -205,7 +205,7 @@ def sessions(begin, bodies, step):
 def dmc_machines():
     """Window, no need to enable motors, and quirks; greetings; then requests of the application and answers of a device."""
     to_device, to_host = b"\0\0\5\0", b"\0\4\5"
-    begin = b"\4\0\0" + b"\0\x0d\3" + to_device + to_host + b"\0\x0e\1"
+    begin = b"\4" + bytes(4) + b"\0\x0d\3" + to_device + to_host + b"\0\x0e\1"
     request = lambda number, body: b"\x0e" + (b"\x0c" if number & 0xFF00 == 0x100 else b"\x08") + message(number, body)
     answer = lambda number, body: b"\x09\0" + message(number, body)
     at_rest = b"\0\x0a\3\0"

@@ -28,15 +28,10 @@ struct Dmc<'i> {
 
 impl<'i> Dmc<'i> {
     fn new(bytes: &mut Bytes<'i>) -> Self {
-<<<<<<< HEAD
         let first = bytes.byte();
         let options = host::Options::default().with_window(first % 128).with_needs_enabled(first >= 128);
         let host = HostMachine::new(options);
-        let quirks = Quirks(u16::from_le_bytes(bytes.few()));
-=======
-        let host = HostMachine::new(host::Options::default().with_window(bytes.byte()).with_needs_enabled(false));
         let quirks = Quirks(u32::from_le_bytes(bytes.few()));
->>>>>>> 11160e89a31b81449adecc24548ffc8e7d74e942
         let device = DeviceMachine::new(device::Options::of(hi()).with_quirks(quirks));
         Self { world: world(host, device), app: App::default(), store: None }
     }

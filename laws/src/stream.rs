@@ -67,13 +67,26 @@ pub fn read<F: Framing, const N: usize>(
     stream: &[u8],
     gaps: &[usize],
     drain: Drain,
+    cut: impl FnMut() -> usize,
+) -> Reading<F::Header> {
+    read_late::<F, N>(stream, gaps, &[], drain, cut)
+}
+
+/// Reads a stream as [`read`] does. At the positions `late` (ascending), the incomplete frame is given up.
+fn read_late<F: Framing, const N: usize>(
+    stream: &[u8],
+    gaps: &[usize],
+    late: &[usize],
+    drain: Drain,
     mut cut: impl FnMut() -> usize,
 ) -> Reading<F::Header> {
     let mut reader = Reader::<F, N>::new();
     for segment in segments(stream, gaps) {
         let mut rest = segment;
         while !rest.is_empty() {
-            let (mut piece, later) = rest.split_at(cut().clamp(1, rest.len()));
+            let next = late.get(late.partition_point(|late| *late <= reader.received));
+            let most = next.map_or(usize::MAX, |next| next - reader.received).min(rest.len());
+            let (mut piece, later) = rest.split_at(cut().clamp(1, most));
             rest = later;
             while !piece.is_empty() {
                 let taken = reader.frames.push(piece);
@@ -81,6 +94,12 @@ pub fn read<F: Framing, const N: usize>(
                 piece = &piece[taken..];
                 reader.received += taken;
                 reader.drain();
+            }
+            if late.binary_search(&reader.received).is_ok() {
+                let held = reader.frames.held();
+                reader.frames.give_up();
+                reader.drain();
+                assert!(held == 0 || reader.frames.held() < held, "the incomplete frame was not given up");
             }
         }
         reader.frames.gap();
@@ -96,6 +115,9 @@ pub fn read<F: Framing, const N: usize>(
 
 /// Reads `stream` whole, byte by byte and in pieces of the lengths that `cut` gives, and demands that
 /// all readings give the same items, and the same frames as a rescan does. Returns the items.
+///
+/// Two more readings give up the incomplete frame at positions that `cut` gives too. Which frames are found then depends on
+/// the pieces. Each of them is one that a rescan finds in its bytes.
 ///
 /// The rescan knows nothing of buffers. It is given the rest of the stream up to the next gap, and
 /// says what stands there: a whole sound frame of so many bytes (`Ok`), or so many bytes to leave
@@ -117,6 +139,19 @@ pub fn check<F: Framing, const N: usize>(
     let found = items.iter().filter_map(|item| if let Owned::Frame(bytes) = item { Some(&bytes[..]) } else { None });
     let wanted = segments(stream, gaps).flat_map(|segment| rescanned(segment, &rescan));
     assert!(found.eq(wanted), "other frames than a rescan finds");
+
+    let ends = std::iter::repeat_with(&mut cut).scan(0, |end: &mut usize, len| {
+        *end = end.saturating_add(len.max(1));
+        (*end < stream.len()).then_some(*end)
+    });
+    let late: Vec<usize> = ends.collect();
+    let in_pieces = read_late::<F, N>(stream, gaps, &late, Drain::AtGap, &mut cut);
+    let in_bytes = read_late::<F, N>(stream, gaps, &late, Drain::AfterGap, || 1);
+    for item in in_pieces.items.iter().chain(&in_bytes.items) {
+        if let Owned::Frame(bytes) = item {
+            assert_eq!(rescan(bytes), Ok(bytes.len()), "a frame that a rescan does not find");
+        }
+    }
     items
 }
 

@@ -149,9 +149,9 @@ impl<'a> App<'a> {
                 }
             }
             HostMessage::RtUploadMoveBegin(_) => self.upload = Some((Motors::NONE, false)),
-            HostMessage::RtUploadMoveAxis(axis) => {
+            HostMessage::RtUploadMoveAxis(section) => {
                 let (axes, _) = self.upload.as_mut().expect("an upload has begun");
-                axes.0 |= Motors::from_iter([axis.motor]).0;
+                axes.0 |= Motors::from_iter([section.motor]).0;
             }
             _ => {}
         }

@@ -4,7 +4,8 @@ use core::fmt::{self, Write};
 
 use motion_core::fletcher::{self, Sum};
 use motion_core::lint::Lints;
-use motion_core::stream::{Frames, Framing, Item};
+use motion_core::stream::{Frames, Framing, Item, Patience, TimedFrames};
+use motion_core::time::Millis;
 use motion_core::wire::{DecodeError, EncodeError, Messages};
 
 /// Bytes for an encoded message. They are too few for some messages, and that must not panic either.
@@ -264,11 +265,38 @@ fn stream<F: Framing, const N: usize>(
             frames.gap();
         }
         items(&mut frames, out, &with_frame)?;
+        if turn % 7 == 0 {
+            frames.give_up();
+            items(&mut frames, out, &with_frame)?;
+        }
         if turn % 50 == 0 {
             frames.reset();
         }
     }
-    writeln!(out, "{frames:?} {}", frames.work())
+    writeln!(out, "{frames:?} {}", frames.work())?;
+    timed::<F, N>(input, out)
+}
+
+/// Feeds `input` as [`stream`] does, at times that its bytes give, and gives up frames that are not whole in time.
+fn timed<F: Framing, const N: usize>(input: &[u8], out: &mut dyn Write) -> fmt::Result {
+    let mut numbers = input.iter().copied();
+    let mut number = || u32::from(numbers.next().unwrap_or_default());
+    let mut frames = TimedFrames::<F, N>::new(Patience::new().with_line_speed(number()).with_margin(number()));
+    let (mut rest, mut now) = (input, Millis(0));
+    while !rest.is_empty() {
+        let taken = frames.push(now, rest.get(..31).unwrap_or(rest));
+        rest = rest.get(taken..).unwrap_or_default();
+        while let Some(item) = frames.next() {
+            if matches!(item, Item::Fatal(_)) {
+                frames.reset();
+            }
+        }
+        now = now.after(number().into());
+        frames.give_up(now);
+        while let Some(Item::Frame(_) | Item::Corrupt { .. } | Item::Noise { .. }) = frames.next() {}
+        writeln!(out, "{frames:?} {:?}", frames.deadline())?;
+    }
+    Ok(())
 }
 
 fn items<F: Framing, const N: usize>(
