@@ -471,6 +471,28 @@ fn a_program_of_later_firmware_takes_one_photo_more() {
 }
 
 #[test]
+fn firmware_stops_for_photos_at_its_own_places() {
+    for (device, places) in [("mild", [281, 899, 1518, 1800]), ("v0.45", [315, 900, 1485, 1800])] {
+        let mut bench = Bench::new(device);
+        bench.ok("0301120103");
+        bench.ready(1, 5000.0);
+        for (command, number) in [(17, 1800), (20, 4), (21, 2), (22, 2)] {
+            bench.long(1, command, number);
+        }
+        for set in ["0304020101", "030404040000000a", "03040a0400001388", "030406020004"] {
+            bench.ok(set);
+        }
+        bench.send(&[START]);
+        bench.pass(3000);
+        for place in places {
+            bench.pass(1000);
+            assert_eq!(bench.told(1).0, place, "{device}");
+            bench.pass(3960);
+        }
+    }
+}
+
+#[test]
 fn a_time_lapse_of_later_firmware_ends_with_its_motors() {
     for (device, short, long) in [
         ("mild", 5, 5),
