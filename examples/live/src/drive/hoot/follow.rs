@@ -118,8 +118,8 @@ impl Talk<'_> {
         }
         let end = |it: &Planned| u64::from(it.lead_in) * u64::from(pause) + u64::from(it.plan.travel.0);
         let least = u64::from(shots - 2) * u64::from(pause) + u64::from(pause / 4);
-        let Some(last) = planned.iter_mut().max_by_key(|it| end(it)) else { return Ok(()) };
-        let more = u32::try_from(least.saturating_sub(end(last))).unwrap_or(u32::MAX);
+        let Some(longest) = planned.iter_mut().max_by_key(|it| end(it)) else { return Ok(()) };
+        let more = u32::try_from(least.saturating_sub(end(longest))).unwrap_or(u32::MAX);
         if more > pause {
             return Err(Trouble::Refused(format!(
                 "all motors rest {:.1} s before the last photo, and this firmware ends a time lapse then: let the move last \
@@ -127,7 +127,7 @@ impl Talk<'_> {
                 f64::from(more) / 1000.0 + f64::from(pause) * 0.75 / 1000.0
             )));
         }
-        last.stretch(more);
+        longest.stretch(more);
         Ok(())
     }
 
