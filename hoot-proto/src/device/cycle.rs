@@ -344,8 +344,13 @@ impl DeviceMachine {
             self.program.has_arrived = self.motors.iter().all(|motor| self.is_done(motor));
             let run_time = self.program.run_time(now);
             let is_lapse = self.controller.program_mode == ProgramMode::CONTINUOUS;
+            let by_time = self.copies(Quirks::FIRMWARE_PHOTOS, Profile::leads_in_lapses_by_time);
+            let enabled = self.motors.iter().filter(|motor| motor.state != MotorState::Disabled);
+            let least = enabled.map(|motor| motor.settings.lead_in.0).min().unwrap_or(0);
             for motor in self.motors.iter_mut().filter(|motor| is_lapse && motor.has_plan()) {
-                if self.program.moves > motor.settings.lead_in.0 {
+                let lead_in = motor.settings.lead_in.0;
+                let photos = if by_time { least } else { lead_in };
+                if self.program.moves > photos && (!by_time || run_time > lead_in.into()) {
                     motor.began.get_or_insert(run_time);
                 }
             }
