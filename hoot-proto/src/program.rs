@@ -49,26 +49,47 @@ impl Plan {
     /// Position at a number of shots or milliseconds after the lead-in. From the end of the travel on, it is the stop.
     #[must_use]
     pub fn at(&self, elapsed: u32) -> Steps {
+        self.place(elapsed, Self::ramp, false)
+    }
+
+    /// Position after a number of moves of firmware that stops for each photo. Both ramps are as long as those of
+    /// [`at`](Self::at), but each move of a ramp has the speed of its end, or of its start where speed is lost (decision H-91).
+    ///
+    /// ```
+    /// use hoot_proto::message::{Easing, Span, Steps};
+    /// use hoot_proto::program::Plan;
+    ///
+    /// let (half, easing) = (Span(2), Easing::INVERSE_QUADRATIC);
+    /// let plan = Plan { stop: Steps(1800), travel: Span(4), acceleration: half, deceleration: half, easing, ..Plan::default() };
+    /// assert_eq!([0, 1, 2, 3, 4].map(|shot| plan.at_shot(shot)), [0, 315, 900, 1485, 1800].map(Steps));
+    /// ```
+    #[must_use]
+    pub fn at_shot(&self, shot: u32) -> Steps {
+        self.place(shot, Self::ramp_by_shots, true)
+    }
+
+    fn place(&self, elapsed: u32, ramp: fn(&Self, u32, u32) -> u64, to_nearest: bool) -> Steps {
         let travel = self.travel.0;
         if elapsed >= travel {
             return self.stop;
         }
         let (gain, lose) = self.ramps();
         let cruise_end = travel.saturating_sub(lose);
-        let whole = |ramp| self.ramp(ramp, ramp);
+        let whole = |length| ramp(self, length, length);
         let total = whole(gain).saturating_add(unit(cruise_end.saturating_sub(gain))).saturating_add(whole(lose));
         let gone = if elapsed <= gain {
-            self.ramp(elapsed, gain)
+            ramp(self, elapsed, gain)
         } else if elapsed <= cruise_end {
             whole(gain).saturating_add(unit(elapsed.saturating_sub(gain)))
         } else {
-            total.saturating_sub(self.ramp(travel.saturating_sub(elapsed), lose))
+            total.saturating_sub(ramp(self, travel.saturating_sub(elapsed), lose))
         };
         // Number of bits to drop, so that the distance of 32 bits times the covered part fits into 64 bits.
         let surplus = u64::BITS.saturating_sub(total.leading_zeros()).saturating_sub(31);
         let part = |of: u64| of.checked_shr(surplus).unwrap_or(0);
         let way = u64::from(self.start.0.abs_diff(self.stop.0));
-        let covered = way.saturating_mul(part(gone)).checked_div(part(total)).unwrap_or(way);
+        let half = if to_nearest { part(total) / 2 } else { 0 };
+        let covered = way.saturating_mul(part(gone)).saturating_add(half).checked_div(part(total)).unwrap_or(way);
         let covered = u32::try_from(covered).unwrap_or(u32::MAX);
         Steps(if self.start < self.stop {
             self.start.0.saturating_add_unsigned(covered)
@@ -105,6 +126,40 @@ impl Plan {
     }
 }
 
+impl Plan {
+    /// Distance covered in the first `moves` of a ramp: the distance of the whole ramp, shared among its moves in the proportion
+    /// of 1, 2, 3, or of their squares. An inverse quadratic ramp lacks the squares that are to come.
+    fn ramp_by_shots(&self, moves: u32, ramp: u32) -> u64 {
+        let whole = self.ramp(ramp, ramp);
+        if moves >= ramp {
+            return whole;
+        }
+        // The part has 30 fractional bits.
+        let part_of = |distance: u64, some: u128, all: u128| {
+            let part = (some << 30).checked_div(all).unwrap_or(0);
+            u64::try_from(u128::from(distance).saturating_mul(part) >> 30).unwrap_or(distance)
+        };
+        match self.easing {
+            Easing::QUADRATIC => part_of(whole, squares(moves), squares(ramp)),
+            Easing::INVERSE_QUADRATIC => {
+                let to_come = squares(ramp).saturating_sub(squares(ramp.saturating_sub(moves)));
+                unit(moves).saturating_sub(part_of(unit(ramp) / 3, to_come, squares(ramp)))
+            }
+            _ => part_of(whole, numbers(moves), numbers(ramp)),
+        }
+    }
+}
+
+/// Twice the sum of the numbers up to `last`.
+fn numbers(last: u32) -> u128 {
+    u128::from(last).saturating_mul(u128::from(last).saturating_add(1))
+}
+
+/// Six times the sum of the squares of the numbers up to `last`.
+fn squares(last: u32) -> u128 {
+    numbers(last).saturating_mul(u128::from(last).saturating_mul(2).saturating_add(1))
+}
+
 /// Fixed point with 31 fractional bits, so that the longest distance fits into 64 bits.
 fn unit(whole: u32) -> u64 {
     u64::from(whole) << 31
@@ -128,14 +183,19 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_plan_goes_one_way_from_start_to_stop(plan in any_plan(), mut times in any::<[u32; 6]>()) {
+        fn a_plan_goes_one_way_from_start_to_stop(
+            plan in any_plan(),
+            mut times in any::<[u32; 6]>(),
+            by_shots in any::<bool>(),
+        ) {
+            let at = |time| if by_shots { plan.at_shot(time) } else { plan.at(time) };
             for time in &mut times {
                 *time %= plan.travel.0.max(1);
             }
             times.sort_unstable();
-            let mut before = if plan.travel.0 == 0 { plan.stop } else { plan.at(0) };
+            let mut before = if plan.travel.0 == 0 { plan.stop } else { at(0) };
             prop_assert_eq!(before, if plan.travel.0 == 0 { plan.stop } else { plan.start });
-            for at in times.map(|time| plan.at(time)).into_iter().chain([plan.at(plan.travel.0)]) {
+            for at in times.map(at).into_iter().chain([at(plan.travel.0)]) {
                 let (least, most) = (before.min(plan.stop), before.max(plan.stop));
                 prop_assert!((least..=most).contains(&at), "{plan:?}: {before} then {at}");
                 before = at;

@@ -53,8 +53,12 @@ const BUT_HOOT: &[(&str, &str, &str)] = &[
     ("2014-11-03", "run", EIGHTHS),
     ("2014-11-03", "program", EIGHTHS),
     ("2014-11-03", "program --continuous", EIGHTHS),
+    ("v0.20", "run", RESTS),
+    ("v0.20", "run --reverse", RESTS),
 ];
 
+const RESTS: &str = "real firmware of this version begins no video while the dead-man is on: `drive` says after three times \
+                     its time that it is not done, and stops it";
 const EIGHTHS: &str = "real firmware changed the pins of motor 1 to eighth steps and went on counting quarter steps, also in \
                        later commands: the motor goes half of the way that its positions tell";
 

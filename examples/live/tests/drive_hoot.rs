@@ -553,7 +553,7 @@ async fn steps_are_those_of_a_new_node_also_after_an_interrupted_run() {
     for (device, microsteps) in [("2014-10-29", 4), ("2014-12-03", 16), ("v0.33", 16), ("v0.45", 4), ("v0.70", 16)] {
         let mut bench = bench(Setup::default().with_device(device).unwrap());
         let run = Command::Run { file: slow("steps"), reverse: false };
-        let cut = tokio::time::timeout(Duration::from_secs(7), bench.drive(run)).await;
+        let cut = tokio::time::timeout(Duration::from_millis(7800), bench.drive(run)).await;
         assert!(cut.is_err() && !bench.is_at_rest(), "{device}");
         assert_eq!(bench.session.stop().await, Stopped::Confirmed, "{device}");
         let found = |bench: &Bench| bench.rig(|rig| rig.machine().motor(Motor::One).settings().microstep.0);

@@ -4,7 +4,8 @@ use motion_core::states;
 use motion_core::time::Millis;
 
 use super::{AltOut, DeviceMachine, Event, Motion, MotorState, MotorUnit, Output, ProgramState, Quirks};
-use crate::message::{AltMode, CommonLine, ProgramMode};
+use crate::message::{AltMode, CommonLine, ProgramMode, Steps};
+use crate::program::Plan;
 use crate::query::Profile;
 
 states! {
@@ -343,19 +344,25 @@ impl DeviceMachine {
             self.program.has_arrived = self.motors.iter().all(|motor| self.is_done(motor));
             let run_time = self.program.run_time(now);
             let is_lapse = self.controller.program_mode == ProgramMode::CONTINUOUS;
+            let by_time = self.copies(Quirks::FIRMWARE_PHOTOS, Profile::leads_in_lapses_by_time);
+            let enabled = self.motors.iter().filter(|motor| motor.state != MotorState::Disabled);
+            let least = enabled.map(|motor| motor.settings.lead_in.0).min().unwrap_or(0);
             for motor in self.motors.iter_mut().filter(|motor| is_lapse && motor.has_plan()) {
-                if self.program.moves > motor.settings.lead_in.0 {
+                let lead_in = motor.settings.lead_in.0;
+                let photos = if by_time { least } else { lead_in };
+                if self.program.moves > photos && (!by_time || run_time > lead_in.into()) {
                     motor.began.get_or_insert(run_time);
                 }
             }
             self.follow_the_clock(now, output);
             return;
         }
+        let at = self.places_of_shots();
         for motor in &mut self.motors {
             let plan = motor.settings.plan;
             if motor.has_plan() && self.program.moves > motor.settings.lead_in.0 && motor.done < plan.travel.0 {
                 motor.done = motor.done.saturating_add(1);
-                let to = plan.at(motor.done);
+                let to = at(&plan, motor.done);
                 if to != motor.position || motor.is_moving() {
                     motor.follow(output, Motion::To(to));
                 }
@@ -366,12 +373,18 @@ impl DeviceMachine {
 
     /// Sends motors again to the positions that a pause kept them from (decision H-11).
     fn follow_plans(&mut self, output: &mut Output<'_>) {
+        let at = self.places_of_shots();
         for motor in &mut self.motors {
-            let to = motor.settings.plan.at(motor.done);
+            let to = at(&motor.settings.plan, motor.done);
             if motor.has_plan() && motor.done > 0 && to != motor.position {
                 motor.follow(output, Motion::To(to));
             }
         }
+    }
+
+    /// Places of a planned move at which motors stop for photos.
+    const fn places_of_shots(&self) -> fn(&Plan, u32) -> Steps {
+        if self.options.quirks().contains(Quirks::FIRMWARE_PHOTOS) { Plan::at_shot } else { Plan::at }
     }
 
     /// Whether motors move by the clock: the travel and its ramps are milliseconds (decision H-66).

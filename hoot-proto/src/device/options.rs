@@ -71,9 +71,9 @@ flags! {
         /// Takes up the backlash of a motor before the first move upwards and at each change of its direction: the position
         /// goes back by it, and the way becomes longer.
         TAKES_UP_BACKLASH = 8192,
-        /// Takes photos that nobody asked for, ends a time lapse and begins a video as firmware does
+        /// Stops for photos at the places of [`Plan::at_shot`](crate::program::Plan::at_shot), takes photos that nobody asked for, ends a time lapse and begins a video as firmware does
         /// ([`Profile::takes_one_more`], [`Profile::shoots_at_start`], [`Profile::shoots_at_end`],
-        /// [`Profile::ends_with_motors`], [`Profile::leads_in_videos_by_photos`]).
+        /// [`Profile::ends_with_motors`], [`Profile::leads_in_videos_by_photos`], [`Profile::leads_in_lapses_by_time`]).
         FIRMWARE_PHOTOS = 16_384,
         /// Sends each enabled motor whose planned move has no travel to the stop of that move, which is 0 at first, when a
         /// program without stops begins.

@@ -471,6 +471,28 @@ fn a_program_of_later_firmware_takes_one_photo_more() {
 }
 
 #[test]
+fn firmware_stops_for_photos_at_its_own_places() {
+    for (device, places) in [("mild", [281, 899, 1518, 1800]), ("v0.45", [315, 900, 1485, 1800])] {
+        let mut bench = Bench::new(device);
+        bench.ok("0301120103");
+        bench.ready(1, 5000.0);
+        for (command, number) in [(17, 1800), (20, 4), (21, 2), (22, 2)] {
+            bench.long(1, command, number);
+        }
+        for set in ["0304020101", "030404040000000a", "03040a0400001388", "030406020004"] {
+            bench.ok(set);
+        }
+        bench.send(&[START]);
+        bench.pass(3000);
+        for place in places {
+            bench.pass(1000);
+            assert_eq!(bench.told(1).0, place, "{device}");
+            bench.pass(3960);
+        }
+    }
+}
+
+#[test]
 fn a_time_lapse_of_later_firmware_ends_with_its_motors() {
     for (device, short, long) in [
         ("mild", 5, 5),
@@ -536,5 +558,47 @@ fn a_video_with_a_lead_in_never_begins_on_some_firmware() {
             bench.rest();
             assert_eq!(bench.place(1) > 1.0, begins || lead_in == 0, "{device}, {lead_in}");
         }
+    }
+}
+
+impl Bench {
+    /// Sets a lead-in, which has 32 bits from v0.35 on.
+    fn lead_in(&mut self, motor: u8, lead_in: u16) {
+        let is_long = self.ask("03006400").ends_with("050400000046");
+        let data = if is_long { format!("04{lead_in:08x}") } else { format!("02{lead_in:04x}") };
+        self.ok(&format!("03{motor:02x}13{data}"));
+    }
+}
+
+#[test]
+fn the_lead_in_of_a_time_lapse_is_in_photos_and_later_only_the_least_one() {
+    // Motor 1 has a lead-in of 2, and begins after the third photo, or at once if motor 2 is enabled and has none.
+    for (device, other, begins) in [
+        ("mild", 0, 2100),
+        ("2014-10-29", 0, 2100),
+        ("v0.33", 0, 100),
+        ("v0.70", 0, 100),
+        ("v0.33", 2, 2100),
+        ("v0.70", 2, 2100),
+    ] {
+        let mut bench = Bench::new(device);
+        for motor in 2..=3 {
+            bench.ok(&format!("03{motor:02x}030101"));
+            bench.lead_in(motor, other);
+        }
+        bench.lead_in(1, 2);
+        bench.ready(1, 5000.0);
+        bench.ok("0300160101");
+        bench.long(1, 17, 4000);
+        bench.long(1, 20, 4000);
+        for set in ["0304020101", "030404040000000a", "03040a04000003e8", "030406020009"] {
+            bench.ok(set);
+        }
+        bench.send(&[START]);
+        bench.pass(if device.starts_with('v') { 1500 } else { 0 });
+        bench.pass(begins - 100);
+        assert!(bench.place(1) <= 0.0, "{device}, {other}: {}", bench.place(1));
+        bench.pass(1000);
+        assert!(bench.place(1) > 100.0, "{device}, {other}: {}", bench.place(1));
     }
 }

@@ -99,6 +99,9 @@ facts! {
     ends_with_motors: v(25), NEVER;
     /// Whether no motor begins a video before as many photos as motor 1 has milliseconds of lead-in.
     leads_in_videos_by_photos: day(11, 7), v(25);
+    /// Whether a time lapse counts the least lead-in of all enabled motors in photos, and the lead-in of each motor in
+    /// milliseconds; earlier all are in photos.
+    leads_in_lapses_by_time: v(25), NEVER;
     /// Whether the greatest number of photos ends a time lapse.
     ends_with_photos: ALWAYS, v(41);
     /// Whether the firmware does not answer unknown commands; earlier firmware refuses them.

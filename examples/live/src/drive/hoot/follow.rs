@@ -61,6 +61,7 @@ impl Talk<'_> {
         self.prepare().await?;
         if continuous {
             self.last_until_the_last_photo(&mut planned, shots, pause)?;
+            self.lead_in_by_time(&mut planned, pause);
         } else {
             self.fits_between_photos(&planned, pause - open).await?;
         }
@@ -118,8 +119,8 @@ impl Talk<'_> {
         }
         let end = |it: &Planned| u64::from(it.lead_in) * u64::from(pause) + u64::from(it.plan.travel.0);
         let least = u64::from(shots - 2) * u64::from(pause) + u64::from(pause / 4);
-        let Some(last) = planned.iter_mut().max_by_key(|it| end(it)) else { return Ok(()) };
-        let more = u32::try_from(least.saturating_sub(end(last))).unwrap_or(u32::MAX);
+        let Some(longest) = planned.iter_mut().max_by_key(|it| end(it)) else { return Ok(()) };
+        let more = u32::try_from(least.saturating_sub(end(longest))).unwrap_or(u32::MAX);
         if more > pause {
             return Err(Trouble::Refused(format!(
                 "all motors rest {:.1} s before the last photo, and this firmware ends a time lapse then: let the move last \
@@ -127,8 +128,18 @@ impl Talk<'_> {
                 f64::from(more) / 1000.0 + f64::from(pause) * 0.75 / 1000.0
             )));
         }
-        last.stretch(more);
+        longest.stretch(more);
         Ok(())
+    }
+
+    /// Gives the motors of a time lapse that begin later than others their lead-in in milliseconds, if firmware counts so
+    /// (decision H-92).
+    fn lead_in_by_time(&self, planned: &mut [Planned], pause: u32) {
+        let least = planned.iter().map(|it| it.lead_in).min().unwrap_or(0);
+        let by_time = self.profile().leads_in_lapses_by_time() != Some(false);
+        for it in planned.iter_mut().filter(|it| by_time && it.lead_in > least) {
+            it.lead_in = it.lead_in.saturating_mul(pause);
+        }
     }
 
     /// Refuses photos that come so fast that the motors do not rest in time, because they come late then (decision H-87).
@@ -204,10 +215,12 @@ impl Talk<'_> {
         self.set(message::SetStartDelay::default()).await?;
         self.set(message::SetMaxRunTime::default()).await?;
         self.set_or_refused(message::SetPingPong { ping_pong: Bool::FALSE }).await?;
+        // The least lead-in of all enabled motors counts in a time lapse (decision H-92).
+        let least = planned.iter().map(|it| it.lead_in).min().unwrap_or(0);
         for motor in Motor::ALL {
             match planned.iter().find(|it| it.motor == motor) {
                 Some(it) => self.store_one(it).await?,
-                None => self.stay(motor).await?,
+                None => self.stay(motor, if program_mode == ProgramMode::CONTINUOUS { least } else { 0 }).await?,
             }
         }
         for it in planned {
@@ -227,10 +240,11 @@ impl Talk<'_> {
 
     /// Stores a planned move that leaves a motor where it is. Without a video or time lapse of its own, firmware sends each
     /// enabled motor to the stop of its plan, which is 0 at first, at full speed (decision H-82).
-    async fn stay(&mut self, motor: Motor) -> Result<(), Trouble> {
+    async fn stay(&mut self, motor: Motor, lead_in: u32) -> Result<(), Trouble> {
         let position = Steps(self.until_rest(motor).await?);
         self.set_ends(motor, position, position).await?;
-        self.set_travel(motor, Span(0)).await
+        self.set_travel(motor, Span(0)).await?;
+        self.set_lead_in(motor, lead_in).await
     }
 
     async fn set_ends(&mut self, motor: Motor, start: Steps, stop: Steps) -> Result<(), Trouble> {

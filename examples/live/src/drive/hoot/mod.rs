@@ -7,13 +7,18 @@
 //! | `move` | moves the motor by the number of steps from where it rests to the position |
 //! | `calibrate` | moves the motor to both ends of the range, and sets them as home (position 0) and, if the firmware has limits, as the end limit |
 //! | `upload` | stores a planned move for each axis of the node, and sends the motors to their start |
-//! | `run` | as `upload`, then plays the move in real time (video mode) |
+//! | `run` | as `upload`, then plays the move in real time (video mode), without photos |
 //! | `program` | as `upload`, then takes photos along the move: shoot, move, shoot; with `--continuous` a time lapse |
-//! | `expose` | takes a photo |
+//! | `expose` | takes a photo; refused if the firmware may be too old for it |
 //! | `stop` | makes an emergency stop |
 //!
 //! Motors go to their places by a number of steps, because the commands that send them to a position ignore the speed in
 //! firmware since 2014-11-03 (decision H-42).
+//!
+//! Some firmware chooses the microsteps of all motors when a program starts, and keeps them when it is switched off. There,
+//! steps are those of a new node: four microsteps, and sixteen for motors 2 and 3 from v0.23 on. They are set before a motor
+//! moves (decision H-81). A program moves no motor without an axis: its planned move begins and ends where it is (decision
+//! H-82).
 //!
 //! A planned move has two positions, a time, and the lengths of acceleration and deceleration. [`plan`] says which axes
 //! it can follow. While something moves, the dead-man switch is on: if the program or the line fails, the motors stop

@@ -69,7 +69,8 @@ impl Planned {
     /// Longest way from one photo to the next, in steps.
     #[must_use]
     pub fn longest(&self) -> u32 {
-        let ways = (0..self.plan.travel.0).map(|at| self.plan.at(at).0.abs_diff(self.plan.at(at.saturating_add(1)).0));
+        let places = (0..=self.plan.travel.0).map(|at| self.plan.at_shot(at).0);
+        let ways = places.clone().zip(places.skip(1)).map(|(one, next)| one.abs_diff(next));
         ways.max().unwrap_or(0)
     }
 
@@ -108,7 +109,8 @@ pub fn plans(file: &Move, node: Address, count: Count, reverse: bool) -> Result<
     let mut planned: Vec<Planned> = Vec::new();
     for axis in &file.axes {
         let Some(hoot) = axis.hoot.filter(|hoot| hoot.address == node.0) else { continue };
-        let this = fit(axis, &hoot, seconds, counts_of_travel)
+        let at = if matches!(count, Count::Shots(_)) { Plan::at_shot } else { Plan::at };
+        let this = fit(axis, &hoot, seconds, counts_of_travel, at)
             .map_err(|why| Trouble::Refused(format!("axis {:?}: {why}", axis.name)))?;
         let this = if reverse { this.reversed(all) } else { this };
         if planned.iter().any(|other| other.motor == this.motor) {
@@ -131,7 +133,14 @@ pub fn plans(file: &Move, node: Address, count: Count, reverse: bool) -> Result<
     Ok(planned)
 }
 
-fn fit(axis: &MoveAxis, hoot: &Hoot, seconds: f64, counts_of_travel: u32) -> Result<Planned, String> {
+/// Fits a planned move, whose places `at` tells, to an axis.
+fn fit(
+    axis: &MoveAxis,
+    hoot: &Hoot,
+    seconds: f64,
+    counts_of_travel: u32,
+    at: fn(&Plan, u32) -> Steps,
+) -> Result<Planned, String> {
     let [first, last] = &axis.keys[..] else {
         return Err(format!(
             "it has {} key frames, but a planned move has two: remove those between the first and the last",
@@ -166,7 +175,7 @@ fn fit(axis: &MoveAxis, hoot: &Hoot, seconds: f64, counts_of_travel: u32) -> Res
     // A plan is cut to whole steps, so on average it is half a step behind the axis.
     let behind = if rise == 0.0 { 0.0 } else { rise.signum() / 2.0 };
     let off = |plan: &Plan| {
-        let offs = places.iter().map(|(at, place)| (f64::from(plan.at(*at).0) + behind - place).abs());
+        let offs = places.iter().map(|(count, place)| (f64::from(at(plan, *count).0) + behind - place).abs());
         offs.fold(0.0, f64::max)
     };
     let (plan, deviation) = nearest(plan, off);
@@ -327,6 +336,6 @@ mod tests {
         let mut long = long.axes[0].clone();
         long.keys[1].time = 20_000.0;
         let hoot = long.hoot.unwrap();
-        assert!(fit(&long, &hoot, 0.001, 1).unwrap_err().contains("too long"));
+        assert!(fit(&long, &hoot, 0.001, 1, Plan::at).unwrap_err().contains("too long"));
     }
 }
