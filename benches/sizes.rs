@@ -7,18 +7,22 @@ use motion_core::machine;
 const DOCUMENT: &str = include_str!("../docs/architecture.md");
 
 /// Row of the table: sizes in bytes, and the number of effects that an output can hold.
-fn row<Machine, Transmit, Event, const EFFECTS: usize>(
+fn row<Machine, Session, Transmit, Event, const EFFECTS: usize>(
     name: &str,
     _: fn() -> machine::Output<Transmit, Event, EFFECTS>,
 ) -> String {
     let output = size_of::<machine::Output<Transmit, Event, EFFECTS>>();
     let effect = size_of::<machine::Effect<Transmit, Event>>();
-    format!("| {name} | {} | {output} | {EFFECTS} of {effect} |", size_of::<Machine>())
+    let (machine, session) = (size_of::<Machine>(), size_of::<Session>());
+    format!("| {name} | {machine} | {output} | {EFFECTS} of {effect} | {session} |")
 }
 
 macro_rules! rows {
     ($($name:literal: $protocol:ident $side:ident $machine:ident;)*) => {
-        [$(row::<$protocol::$side::$machine, _, _, _>($name, $protocol::$side::Output::default)),*]
+        [$(row::<$protocol::$side::$machine, $protocol::$side::Session, _, _, _>(
+            $name,
+            $protocol::$side::Output::default,
+        )),*]
     };
 }
 

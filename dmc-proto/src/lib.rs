@@ -52,6 +52,9 @@
 //!
 //! The module [`upload`] sends and stores a whole move.
 //!
+//! Most programs and firmware need a session: [`host::Session`] or [`device::Session`]. Bytes go in, and one `poll` gives what
+//! to send, what happened, and how long to wait. Inside is a state machine.
+//!
 //! Two state machines decide when to send which message, and what to do without an answer: [`host::HostMachine`] controls a
 //! rig, [`device::DeviceMachine`] is the controller. Each takes an input and returns messages to send, events, and the time
 //! of the next wake. Both modules begin with a table of inputs, and a loop that drives the machine.

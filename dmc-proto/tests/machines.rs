@@ -18,6 +18,8 @@ mod random;
 mod real_time;
 #[path = "machines/sequences.rs"]
 mod sequences;
+#[path = "machines/session.rs"]
+mod session;
 #[path = "machines/stops.rs"]
 mod stops;
 #[path = "machines/world.rs"]

@@ -45,6 +45,9 @@
 //! # Ok::<(), hoot_proto::EncodeError>(())
 //! ```
 //!
+//! Most programs and firmware need a session: [`host::Session`] or [`device::Session`]. Bytes go in, and one `poll` gives what
+//! to send, what happened, and how long to wait. Inside is a state machine.
+//!
 //! Two state machines decide when to send which message, what a silence means, and what must never be sent twice. Line,
 //! clock and rig belong to the caller, who gives the inputs to the machine and carries out the effects in their order.
 //! A master needs only this:

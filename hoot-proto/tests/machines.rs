@@ -27,6 +27,8 @@ mod random;
 mod real;
 #[path = "machines/rows.rs"]
 mod rows;
+#[path = "machines/session.rs"]
+mod session;
 #[path = "machines/settings.rs"]
 mod settings;
 #[path = "machines/stops.rs"]

@@ -56,6 +56,9 @@
 //! [`trajectory`] plans a move of several motors in seconds and rotations, checks it, and shows its curves before it is
 //! played.
 //!
+//! Most programs and firmware need a session: [`host::Session`] or [`device::Session`]. Bytes go in, and one `poll` gives what
+//! to send, what happened, and how long to wait. Inside is a state machine.
+//!
 //! Two state machines know when to send which message, and what silence means: [`host::HostMachine`] for a client and
 //! [`device::DeviceMachine`] for a device. They are values without sockets, clock and motors, which belong to the
 //! caller.

@@ -12,6 +12,7 @@ mod machines {
     mod playback;
     mod random;
     mod rows;
+    mod session;
     mod stops;
     mod together;
     mod tracker;

@@ -81,6 +81,8 @@ fn read_late<F: Framing, const N: usize>(
     mut cut: impl FnMut() -> usize,
 ) -> Reading<F::Header> {
     let mut reader = Reader::<F, N>::new();
+    // Whether nothing can be had from the bytes that are held.
+    let mut is_drained = true;
     for segment in segments(stream, gaps) {
         let mut rest = segment;
         while !rest.is_empty() {
@@ -89,11 +91,13 @@ fn read_late<F: Framing, const N: usize>(
             let (mut piece, later) = rest.split_at(cut().clamp(1, most));
             rest = later;
             while !piece.is_empty() {
+                let least = if is_drained { Frames::<F, N>::PIECE.min(piece.len()) } else { 0 };
                 let taken = reader.frames.push(piece);
-                assert!(taken > 0, "no room although nothing more was to be had");
+                assert!(taken > 0 && taken >= least, "no room although nothing more was to be had");
                 piece = &piece[taken..];
                 reader.received += taken;
                 reader.drain();
+                is_drained = true;
             }
             if late.binary_search(&reader.received).is_ok() {
                 let held = reader.frames.held();
@@ -103,7 +107,8 @@ fn read_late<F: Framing, const N: usize>(
             }
         }
         reader.frames.gap();
-        if drain == Drain::AtGap {
+        is_drained = drain == Drain::AtGap;
+        if is_drained {
             reader.drain_all();
         }
     }

@@ -7,6 +7,7 @@
 //! - [`fixed`]: decimal numbers that travel as integers, exact in both directions;
 //! - [`lint`]: findings about messages that decode, but that a strict peer would refuse or a wise sender would not send;
 //! - [`machine`]: state machines without I/O, and the contract that all of them keep;
+//! - [`session`]: parts of the sessions, which are machines with the stream buffers of their links;
 //! - [`time`]: milliseconds that the caller counts;
 //! - [`bezier`], [`trajectory`], [`profile`]: curves, axes of several curves, and point-to-point moves.
 //!
@@ -90,6 +91,7 @@ pub mod owned;
 pub mod profile;
 #[cfg(feature = "serde")]
 pub mod serialize;
+pub mod session;
 pub mod stream;
 pub mod time;
 pub mod trajectory;

@@ -51,6 +51,29 @@ pub enum Event<'a> {
     UnexpectedReport,
 }
 
+impl Event<'_> {
+    /// Returns the same event if it can be kept; `None` if it lends a message of the host.
+    #[must_use]
+    pub const fn to_static(&self) -> Option<Event<'static>> {
+        Some(match *self {
+            Self::Apply(_) | Self::Store { .. } | Self::MoveVirtual(_) | Self::Prepare(_) => return None,
+            Self::Stop(kind) => Event::Stop(kind),
+            Self::TriggersOff => Event::TriggersOff,
+            Self::Move(motor, position) => Event::Move(motor, position),
+            Self::Jog(motor, speed, position) => Event::Jog(motor, speed, position),
+            Self::ToFrame(frame) => Event::ToFrame(frame),
+            Self::JogAll(speed, frame) => Event::JogAll(speed, frame),
+            Self::Go => Event::Go,
+            Self::NextPass(from, to) => Event::NextPass(from, to),
+            Self::LastPass => Event::LastPass,
+            Self::PostRoll => Event::PostRoll,
+            Self::Unlocked => Event::Unlocked,
+            Self::Acknowledgement(id, kind) => Event::Acknowledgement(id, kind),
+            Self::UnexpectedReport => Event::UnexpectedReport,
+        })
+    }
+}
+
 /// Kind of a stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]

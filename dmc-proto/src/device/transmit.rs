@@ -7,8 +7,9 @@ use zerocopy::little_endian::I32;
 use super::event::Event;
 use crate::frame::{MessageId, MessageType};
 use crate::message::{
-    Ack, AckCode, Coordinate, DeviceMessage, GioIn, HardStop, Hi, Motor, MotorMoving, MotorPositions, MotorStatus,
-    Motors, MoveTime, RtEnd, RtGo, Steps, StopReason, Triggers, VirtAimPoint, VirtPositions, VirtualPosition,
+    Ack, AckCode, Coordinate, DeviceMessage, GioIn, HardStop, Hi, HostMessage, Motor, MotorMoving, MotorPositions,
+    MotorStatus, Motors, MoveTime, RtEnd, RtGo, Steps, StopReason, Triggers, VirtAimPoint, VirtPositions,
+    VirtualPosition,
 };
 
 /// Message to send.
@@ -59,8 +60,15 @@ pub enum Contents {
 /// Room for the positions of a message: one for each motor that a device can have.
 pub type Scratch = [I32; 32];
 
-/// Knowledge of the rig that a message needs when it is made.
+/// Knowledge of the rig that a session needs: judgements of messages, and what messages tell.
 pub trait Rig {
+    /// Answer of the rig to a message if it were done now, as [`Input::Received`](super::Input::Received) says. The default is
+    /// that everything can be done.
+    fn verdict(&self, message: &HostMessage<'_>) -> AckCode {
+        let _ = message;
+        AckCode::OK
+    }
+
     /// Position of a motor.
     fn position(&self, motor: Motor) -> Steps;
 

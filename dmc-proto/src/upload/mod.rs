@@ -64,7 +64,7 @@ mod source;
 pub use buffer::{Memory, Room, RoomError, UploadBuffer};
 pub use rows::Gaps;
 pub use section::{SCRATCH, Section, SectionSize, sections};
-pub use source::{MoveSource, Track, begin};
+pub use source::{MoveSource, NoMove, Track, begin};
 
 /// Greatest number of frames in a move. Their indices, from 0, leave bit 31 free (decision D-32).
 pub const MAX_FRAMES: u32 = 0x8000_0000;

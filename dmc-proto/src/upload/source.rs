@@ -46,6 +46,28 @@ pub trait MoveSource {
     }
 }
 
+/// Move without frames and motors, for hosts that upload nothing. No device can take it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct NoMove;
+
+impl MoveSource for NoMove {
+    fn start_frame(&self) -> FrameNumber {
+        FrameNumber(1)
+    }
+
+    fn frame_count(&self) -> u32 {
+        0
+    }
+
+    fn motors(&self) -> Motors {
+        Motors::NONE
+    }
+
+    fn position(&self, _: Motor, _: u32) -> Steps {
+        Steps(0)
+    }
+}
+
 /// Part of a move that has a value for each frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Track {

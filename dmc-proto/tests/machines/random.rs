@@ -26,7 +26,7 @@ use super::bench::{
 use super::world::{Action, BadLine, World, answer_id, device_message};
 
 /// Messages that a device with every capability may accept.
-fn sensible() -> Vec<HostMessage<'static>> {
+pub(crate) fn sensible() -> Vec<HostMessage<'static>> {
     vec![
         HostMessage::from(HiRequest::default()),
         HostMessage::from(MotorStatusRequest::default()),
@@ -74,7 +74,7 @@ fn device_steps() -> impl Strategy<Value = Vec<(u64, DeviceStep)>> {
     vec((gap, step), 0..120)
 }
 
-fn report(what: u8, which: u8) -> device::Input<'static> {
+pub(crate) fn report(what: u8, which: u8) -> device::Input<'static> {
     let motor = Motor(which % 10);
     match what {
         0 => device::Input::LinkUp,

@@ -73,6 +73,25 @@ pub enum Event<'a> {
     Noise,
 }
 
+impl Event<'_> {
+    /// Returns the same event if it can be kept; `None` if it lends a message.
+    #[must_use]
+    pub const fn to_static(&self) -> Option<Event<'static>> {
+        Some(match *self {
+            Self::Ignored { .. } => return None,
+            Self::Motor { motor, motion } => Event::Motor { motor, motion },
+            Self::Camera { focus, shutter } => Event::Camera { focus, shutter },
+            Self::AltOut { on } => Event::AltOut { on },
+            Self::CommonLine => Event::CommonLine,
+            Self::DebugLed => Event::DebugLed,
+            Self::Program(state) => Event::Program(state),
+            Self::Set(part) => Event::Set(part),
+            Self::Address(address) => Event::Address(address),
+            Self::Noise => Event::Noise,
+        })
+    }
+}
+
 /// Motion that a motor has to make.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]

@@ -52,6 +52,7 @@ mod motor;
 mod options;
 mod queries;
 mod requests;
+mod session;
 mod transmit;
 
 pub use blocking::Blocking;
@@ -63,6 +64,7 @@ pub use input::{Command, Contact, Input, Port};
 pub use machine::DeviceMachine;
 pub use motor::{MotorSettings, MotorState, MotorUnit};
 pub use options::{Options, Quirks, StoredName};
+pub use session::{Next, NotTaken, Session};
 pub use transmit::{Answer, Contents, Transmit};
 
 /// Greatest number of effects of one call:

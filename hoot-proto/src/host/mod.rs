@@ -69,6 +69,7 @@ mod line;
 mod machine;
 mod motion;
 mod options;
+mod session;
 mod stops;
 mod transmit;
 
@@ -79,6 +80,7 @@ pub use line::State;
 pub use machine::HostMachine;
 pub use motion_core::machine::Token;
 pub use options::{MAX_NODES, Nodes, Options};
+pub use session::{Next, NotTaken, Session};
 pub use transmit::Transmit;
 
 #[cfg(doc)]

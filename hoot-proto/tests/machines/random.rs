@@ -41,7 +41,7 @@ fn any_body() -> impl Strategy<Value = Vec<u8>> {
     ]
 }
 
-fn decode(number: u32, body: &[u8]) -> HostMessage<'_> {
+pub(crate) fn decode(number: u32, body: &[u8]) -> HostMessage<'_> {
     HostMessage::decode_body(number, body).unwrap_or_else(|_| HostMessage::other(number, body))
 }
 
@@ -51,13 +51,13 @@ fn any_motor() -> impl Strategy<Value = Motor> {
 
 /// Input of a node.
 #[derive(Debug, Clone)]
-enum ToNode {
+pub(crate) enum ToNode {
     Packet(u8, Port, u32, Vec<u8>),
     Position(Motor, i32),
     Other(device::Input<'static>),
 }
 
-fn to_node() -> impl Strategy<Value = ToNode> {
+pub(crate) fn to_node() -> impl Strategy<Value = ToNode> {
     let port = prop::sample::select(&[Port::Bus, Port::Usb, Port::Bluetooth][..]);
     let to = prop_oneof![6 => Just(3), 1 => Just(1), 1 => 0_u8..5];
     let command =
@@ -107,7 +107,7 @@ fn any_setup() -> impl Strategy<Value = Vec<(u32, Vec<u8>)>> {
     ]
 }
 
-fn profiles() -> impl Strategy<Value = Profile> {
+pub(crate) fn profiles() -> impl Strategy<Value = Profile> {
     prop_oneof![
         1 => Just(Profile::UNKNOWN),
         1 => Just(Profile::JANUARY_2015),
@@ -229,7 +229,7 @@ proptest! {
 
 /// Input of a master.
 #[derive(Debug, Clone)]
-enum ToMaster {
+pub(crate) enum ToMaster {
     Ask(u8, u32, Vec<u8>),
     Move(Motor),
     Stop(u8, u8),
@@ -251,7 +251,7 @@ fn any_command() -> impl Strategy<Value = Command> {
     ]
 }
 
-fn to_master() -> impl Strategy<Value = ToMaster> {
+pub(crate) fn to_master() -> impl Strategy<Value = ToMaster> {
     let to = prop_oneof![6 => 2_u8..5, 1 => 0_u8..3];
     let data = prop_oneof![
         Just(vec![]),
@@ -271,7 +271,7 @@ fn to_master() -> impl Strategy<Value = ToMaster> {
 }
 
 /// Stop of a kind, and its receiver.
-fn stop(to: u8, which: u8) -> (Address, HostMessage<'static>) {
+pub(crate) fn stop(to: u8, which: u8) -> (Address, HostMessage<'static>) {
     match which {
         0 => (Address(to), STOP),
         1 => (Address(to), PAUSE),

@@ -91,6 +91,30 @@ pub enum Event<'a> {
     Ignored(Ignored),
 }
 
+impl Event<'_> {
+    /// Returns the same event if it can be kept; `None` if it lends a part of a message.
+    #[must_use]
+    pub const fn to_static(&self) -> Option<Event<'static>> {
+        Some(match *self {
+            Self::StorePassword(_) | Self::StoreTrajectory(_) => return None,
+            Self::Move { motor, to, speed, acceleration } => Event::Move { motor, to, speed, acceleration },
+            Self::StopMotor { motor, acceleration } => Event::StopMotor { motor, acceleration },
+            Self::StopAll => Event::StopAll,
+            Self::Home { way, speed, motors } => Event::Home { way, speed, motors },
+            Self::Play { way, millis } => Event::Play { way, millis },
+            Self::MoveToFrame { frame, last } => Event::MoveToFrame { frame, last },
+            Self::OpenShutter { millis } => Event::OpenShutter { millis },
+            Self::MoveOver => Event::MoveOver,
+            Self::Leds { master, slave } => Event::Leds { master, slave },
+            Self::BadTrajectory(error) => Event::BadTrajectory(error),
+            Self::StorePlatform(platform) => Event::StorePlatform(platform),
+            Self::Disconnect { session, reason } => Event::Disconnect { session, reason },
+            Self::Reboot => Event::Reboot,
+            Self::Ignored(why) => Event::Ignored(why),
+        })
+    }
+}
+
 /// Reason why an input was ignored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]

@@ -71,13 +71,16 @@ mod options;
 pub mod playback;
 pub mod session;
 mod stage;
+mod streams;
 mod transmit;
 
 pub use event::{Event, Ignored};
 pub use input::{Input, Report, Sender};
 pub use machine::{DeviceMachine, Link};
+pub use motion_core::session::NotTaken;
 pub use options::{Actions, Options, Quirks};
 pub use session::{DisconnectReason, SESSIONS, SessionId, Sessions};
+pub use streams::{Next, Session};
 pub use transmit::{Activity, Contents, Destination, MotorReport, MotorSpecs, Positions, Scratch, Source, Transmit};
 
 /// Greatest number of effects of one call.

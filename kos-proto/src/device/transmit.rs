@@ -221,6 +221,35 @@ pub struct Scratch {
 }
 
 impl Transmit<'_> {
+    /// Returns the same if it can be kept; `None` if it lends a message of a client.
+    #[must_use]
+    pub fn to_static(&self) -> Option<Transmit<'static>> {
+        let contents = match self.contents {
+            Contents::UnsupportedMessage(_) => return None,
+            Contents::NetworkInfo => Contents::NetworkInfo,
+            Contents::LedStatus { master, slave } => Contents::LedStatus { master, slave },
+            Contents::MotorInfo { motor, more } => Contents::MotorInfo { motor, more },
+            Contents::DeviceInfo(activity) => Contents::DeviceInfo(activity),
+            Contents::TrajectoryData { stored } => Contents::TrajectoryData { stored },
+            Contents::DeviceGuid => Contents::DeviceGuid,
+            Contents::SoftwareId { platform } => Contents::SoftwareId { platform },
+            Contents::MotorStatus { motor, online } => Contents::MotorStatus { motor, online },
+            Contents::PlaybackStatus { state, elapsed, photos, ref positions } => {
+                // A clone cannot be proven free of panics.
+                let mut copied = Positions::new();
+                for place in positions {
+                    let _ = copied.try_push(*place);
+                }
+                Contents::PlaybackStatus { state, elapsed, photos, positions: copied }
+            }
+            Contents::ErrorStatus { code, motor } => Contents::ErrorStatus { code, motor },
+            Contents::MotorPosition { motor, position } => Contents::MotorPosition { motor, position },
+            Contents::MotorCalibrated { motor, begin, end } => Contents::MotorCalibrated { motor, begin, end },
+            Contents::AuxInputStatus(inputs) => Contents::AuxInputStatus(inputs),
+        };
+        Some(Transmit { destination: self.destination, contents })
+    }
+
     /// Message to encode; see [`Contents::message`].
     #[must_use]
     pub fn message<'s>(&'s self, source: &Source<'s>, scratch: &'s mut Scratch) -> DeviceMessage<'s> {

@@ -70,6 +70,7 @@ mod playback;
 mod questions;
 mod received;
 mod requests;
+mod session;
 mod stops;
 mod transmit;
 
@@ -79,6 +80,7 @@ pub use input::{Command, Endpoint, Get, Go, Input};
 pub use machine::{HostMachine, State};
 pub use motion_core::machine::Token;
 pub use options::{Identity, Options};
+pub use session::{Next, NotTaken, Session};
 pub use transmit::{PasswordOf, Source, Transmit};
 
 /// Greatest number of effects of one call.

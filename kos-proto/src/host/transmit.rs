@@ -94,6 +94,36 @@ impl Default for Source<'_> {
     }
 }
 
+impl Transmit<'_> {
+    /// Returns the same if it can be kept; `None` if it lends the password that the device told.
+    #[must_use]
+    pub const fn to_static(&self) -> Option<Transmit<'static>> {
+        Some(match *self {
+            Self::UserPassword(PasswordOf::Device(_)) => return None,
+            Self::UserPassword(PasswordOf::User) => Transmit::UserPassword(PasswordOf::User),
+            Self::UserPassword(PasswordOf::New) => Transmit::UserPassword(PasswordOf::New),
+            Self::Discover => Transmit::Discover,
+            Self::KeepAlive => Transmit::KeepAlive,
+            Self::Get(get) => Transmit::Get(get),
+            Self::DevicePassword => Transmit::DevicePassword,
+            Self::Trajectory => Transmit::Trajectory,
+            Self::Leds { master, slave } => Transmit::Leds { master, slave },
+            Self::Platform(platform) => Transmit::Platform(platform),
+            Self::ResetDevice => Transmit::ResetDevice,
+            Self::ResetAxis(motor) => Transmit::ResetAxis(motor),
+            Self::MarkBegin(motor) => Transmit::MarkBegin(motor),
+            Self::MarkEnd(motor) => Transmit::MarkEnd(motor),
+            Self::Setup { delay_return } => Transmit::Setup { delay_return },
+            Self::Start => Transmit::Start,
+            Self::StopPlayback => Transmit::StopPlayback,
+            Self::RapidToFirstKeyFrame => Transmit::RapidToFirstKeyFrame,
+            Self::TakePicture(exposure) => Transmit::TakePicture(exposure),
+            Self::MoveTo(go) => Transmit::MoveTo(go),
+            Self::Bump(go) => Transmit::Bump(go),
+        })
+    }
+}
+
 impl<'a> Transmit<'a> {
     /// Conduct of the message: what it does, and whether it may be sent again.
     #[must_use]

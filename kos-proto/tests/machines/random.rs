@@ -20,14 +20,14 @@ use super::world::{device_stops_first, host_stops_first};
 
 /// Motion of the clock before a step.
 #[derive(Debug, Clone, Copy)]
-enum Time {
+pub(crate) enum Time {
     Stands,
     Goes(u64),
     /// The clock goes to the time of the wake, and so many milliseconds further.
     Wakes(u64),
 }
 
-fn time() -> impl Strategy<Value = Time> {
+pub(crate) fn time() -> impl Strategy<Value = Time> {
     prop_oneof![
         3 => Just(Time::Stands),
         2 => (0..40_000_u64).prop_map(Time::Goes),
@@ -38,7 +38,7 @@ fn time() -> impl Strategy<Value = Time> {
 }
 
 impl Time {
-    fn pass(self, now: Millis, wake: Option<Millis>) -> Millis {
+    pub(crate) fn pass(self, now: Millis, wake: Option<Millis>) -> Millis {
         match self {
             Self::Stands => now,
             Self::Goes(millis) => now.after(millis),
@@ -49,9 +49,9 @@ impl Time {
 
 /// Message as it stands on the wire, of a known number or any other.
 #[derive(Debug, Clone)]
-struct Wire {
-    number: u32,
-    body: Vec<u8>,
+pub(crate) struct Wire {
+    pub(crate) number: u32,
+    pub(crate) body: Vec<u8>,
 }
 
 impl Wire {
@@ -126,7 +126,7 @@ fn host_message() -> impl Strategy<Value = Wire> {
 }
 
 #[derive(Debug, Clone)]
-enum DeviceOp {
+pub(crate) enum DeviceOp {
     Open(SessionId, Transport),
     Closed(SessionId),
     Fatal(SessionId),
@@ -136,7 +136,7 @@ enum DeviceOp {
     Wake,
 }
 
-fn device_op() -> impl Strategy<Value = DeviceOp> {
+pub(crate) fn device_op() -> impl Strategy<Value = DeviceOp> {
     let session = || (0..5_u8).prop_map(SessionId);
     let transport = prop::sample::select(vec![Transport::Tcp, Transport::Usb]);
     let motor = || (0..5_u8).prop_map(MotorAddress);
@@ -161,7 +161,7 @@ fn device_op() -> impl Strategy<Value = DeviceOp> {
     ]
 }
 
-fn device_options() -> impl Strategy<Value = device::Options> {
+pub(crate) fn device_options() -> impl Strategy<Value = device::Options> {
     (any::<[bool; 5]>(), any::<bool>()).prop_map(|([empty, nonzero, alone, push, progress], clock)| {
         let empty = if empty { Quirks::REQUIRE_EMPTY_PASSWORD } else { Quirks::empty() };
         let forward = if clock { Quirks::IGNORES_DIRECTION | Quirks::NOT_CLAMPED } else { Quirks::empty() };
@@ -230,7 +230,7 @@ fn device_holds(before: &DeviceMachine, after: &DeviceMachine, input: &device::I
 }
 
 #[derive(Debug, Clone)]
-enum HostOp {
+pub(crate) enum HostOp {
     Opened,
     Closed,
     Fatal,
@@ -239,7 +239,7 @@ enum HostOp {
     Wake,
 }
 
-fn command() -> impl Strategy<Value = Command> {
+pub(crate) fn command() -> impl Strategy<Value = Command> {
     let motor = || (0..5_u8).prop_map(MotorAddress);
     let get = prop::sample::select(Get::ALL.to_vec());
     let simple = vec![
@@ -271,7 +271,7 @@ fn command() -> impl Strategy<Value = Command> {
 }
 
 /// Message of a device, plausible more often than not.
-fn device_message() -> impl Strategy<Value = Wire> {
+pub(crate) fn device_message() -> impl Strategy<Value = Wire> {
     use super::client::{calibrated, device_info, guid, presences, software, unsupported};
     let known = DeviceMessage::ALL.iter().map(|kind| kind.number).chain([0x000B_8200]).collect();
     let status =
@@ -310,7 +310,7 @@ fn device_message() -> impl Strategy<Value = Wire> {
     ]
 }
 
-fn host_op() -> impl Strategy<Value = HostOp> {
+pub(crate) fn host_op() -> impl Strategy<Value = HostOp> {
     prop_oneof![
         3 => Just(HostOp::Opened),
         1 => Just(HostOp::Closed),

@@ -44,6 +44,9 @@ enum Found {
 }
 
 impl<F: Framing, const N: usize> Frames<F, N> {
+    /// Number of bytes that [`push`](Self::push) always takes after [`next`](Self::next) has returned `None`.
+    pub const PIECE: usize = N.saturating_sub(F::MAX.saturating_mul(2)).saturating_add(1);
+
     /// An empty buffer at the start of a stream.
     #[must_use]
     pub const fn new() -> Self {
@@ -67,6 +70,13 @@ impl<F: Framing, const N: usize> Frames<F, N> {
     #[must_use]
     pub const fn held(&self) -> usize {
         self.end.saturating_sub(self.start)
+    }
+
+    /// Last `len` bytes that were taken as an item. They stay until bytes are added.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn taken(&self, len: usize) -> &[u8] {
+        self.buf.get(self.start.saturating_sub(len)..self.start).unwrap_or_default()
     }
 
     /// Work done so far, for tests: bytes skipped, moved, read or summed, and headers read without finding a frame.

@@ -83,11 +83,21 @@ pub struct TimedFrames<F: Framing, const N: usize> {
 }
 
 impl<F: Framing, const N: usize> TimedFrames<F, N> {
+    /// Number of bytes that [`push`](Self::push) always takes after [`next`](Self::next) has returned `None`.
+    pub const PIECE: usize = Frames::<F, N>::PIECE;
+
     /// Makes an empty buffer at the start of a stream.
     #[must_use]
     pub const fn new(patience: Patience) -> Self {
         let zero = Millis(0);
         Self { frames: Frames::new(), patience, first: zero, is_new: true, last: (zero, 0), before: zero }
+    }
+
+    /// Last `len` bytes that were taken as an item. They stay until bytes are added.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn taken(&self, len: usize) -> &[u8] {
+        self.frames.taken(len)
     }
 
     /// Number of bytes that are not part of an item yet.

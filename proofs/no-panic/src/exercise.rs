@@ -23,7 +23,8 @@ pub fn everything(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     moves(input, out)?;
     dmc(input, out)?;
     hoot(input, out)?;
-    crate::machines::everything(input, out)
+    crate::machines::everything(input, out)?;
+    crate::sessions::everything(input, out)
 }
 
 fn checksums(input: &[u8], out: &mut dyn Write) -> fmt::Result {

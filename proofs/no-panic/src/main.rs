@@ -11,6 +11,7 @@
 mod exercise;
 mod host;
 mod machines;
+mod sessions;
 
 use core::fmt::Write;
 

@@ -1,0 +1,218 @@
+//! Session of a node: the machine with the stream buffers of its ports.
+
+use motion_core::session::{Agenda, News};
+use motion_core::session_methods;
+use motion_core::stream::{Item, Patience, TimedFrames};
+use motion_core::time::Millis;
+use motion_core::wire::EncodeError;
+
+use super::event::Ignored;
+use super::transmit::{Answer, Contents, Transmit};
+use super::{Command, Contact, DeviceMachine, EFFECTS, Effect, Event, Input, Port};
+use crate::frame::{Address, Frame, MAX_FRAME, Requests};
+use crate::message::{Amperes, HostMessage, Level, Motor, RingTip, Steps, Volts};
+
+pub use motion_core::session::NotTaken;
+
+/// Time that a packet gets: that of its bytes on a slow line, and the time after which firmware drops a cut packet.
+const PATIENCE: Patience = Patience::new().with_line_speed(9600).with_margin(101);
+
+/// Next thing to do for a session.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Next<'a> {
+    /// Do this, or take note of it.
+    Event(Event<'a>),
+    /// Write these bytes to this port.
+    Transmit(Port, &'a [u8]),
+    /// Wait until something happens, at most until this time; without a time, as long as it takes.
+    Wait(Option<Millis>),
+}
+
+/// Effect without what it borrows from the packet that came last.
+#[derive(Debug, Clone, Copy)]
+enum Held {
+    Answer(Port, Answer),
+    /// The packet itself goes to another port.
+    Forward(Port),
+    Event(Event<'static>),
+    Ignored(Port, Address, Ignored),
+}
+
+impl Held {
+    fn of(effect: Effect<'_>) -> Self {
+        match effect {
+            Effect::Transmit(Transmit { port, contents: Contents::Answer(answer) }) => Self::Answer(port, answer),
+            Effect::Transmit(Transmit { port, contents: Contents::Forward { .. } }) => Self::Forward(port),
+            Effect::Event(Event::Ignored { port, to, why, .. }) => Self::Ignored(port, to, why),
+            Effect::Event(event) => Self::Event(event.to_static().unwrap_or(Event::Noise)),
+        }
+    }
+}
+
+/// Stream of one port, which takes pieces of 64 bytes.
+type Stream = TimedFrames<Requests, { 2 * MAX_FRAME + 63 }>;
+
+/// Node with the stream buffers of its three ports.
+pub struct Session {
+    machine: DeviceMachine,
+    streams: [Stream; 3],
+    /// Port on which the last packet came, and its length.
+    last: (Port, usize),
+    agenda: Agenda<Input<'static>, Held, EFFECTS>,
+}
+
+impl Session {
+    /// Number of bytes that [`receive`](Self::receive) always takes after [`poll`](Self::poll) said to wait.
+    pub const PIECE: usize = Stream::PIECE;
+
+    /// Makes a session of this machine.
+    #[must_use]
+    pub const fn new(machine: DeviceMachine) -> Self {
+        let streams = [Stream::new(PATIENCE), Stream::new(PATIENCE), Stream::new(PATIENCE)];
+        Self { machine, streams, last: (Port::Bus, 0), agenda: Agenda::new() }
+    }
+
+    /// Machine of the session, for reading its state.
+    #[must_use]
+    pub const fn machine(&self) -> &DeviceMachine {
+        &self.machine
+    }
+
+    /// Number of bytes that arrived and are not dealt with.
+    #[must_use]
+    pub fn held(&self) -> usize {
+        self.streams.iter().map(Stream::held).fold(0, usize::saturating_add)
+    }
+
+    const fn stream(&mut self, port: Port) -> &mut Stream {
+        let [bus, usb, bluetooth] = &mut self.streams;
+        match port {
+            Port::Bus => bus,
+            Port::Usb => usb,
+            Port::Bluetooth => bluetooth,
+        }
+    }
+
+    /// Tells that a master connected to a port.
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`] if too many reports wait for a poll.
+    pub fn link_up(&mut self, port: Port) -> Result<(), NotTaken> {
+        self.stream(port).reset();
+        self.agenda.stop_one(Input::LinkUp(port))
+    }
+
+    /// Takes bytes that arrived on a port, and returns how many: at least [`PIECE`](Self::PIECE) if there are so many, and
+    /// [`poll`](Self::poll) said to wait before. Give the others again after the next wait.
+    #[must_use = "bytes that were not taken have to be given again"]
+    pub fn receive(&mut self, now: Millis, port: Port, bytes: &[u8]) -> usize {
+        if self.agenda.is_idle() { self.stream(port).push(now, bytes) } else { 0 }
+    }
+
+    /// Next thing to do. Packets are written to the front of `out`, for which 42 bytes are enough.
+    ///
+    /// # Errors
+    ///
+    /// [`EncodeError::BufferTooSmall`]. Call again with as many bytes as the error needs; the packet is not lost.
+    pub fn poll<'p>(&'p mut self, now: Millis, out: &'p mut [u8]) -> Result<Next<'p>, EncodeError> {
+        let held = loop {
+            if let Some(held) = self.agenda.pop() {
+                break held;
+            }
+            if !self.advance(now) {
+                let cut = self.streams.iter().filter_map(Stream::deadline);
+                return Ok(Next::Wait(cut.chain(self.agenda.wake()).min()));
+            }
+        };
+        Ok(match held {
+            Held::Event(event) => Next::Event(event),
+            Held::Ignored(port, to, why) => {
+                let frame = Frame::decode(self.packet()).ok();
+                Next::Event(frame.map_or(Event::Noise, |frame| Event::Ignored {
+                    port,
+                    to,
+                    message: HostMessage::decode(&frame),
+                    why,
+                }))
+            }
+            Held::Forward(port) => Next::Transmit(port, self.packet()),
+            Held::Answer(port, answer) => {
+                let written = Transmit { port, contents: Contents::Answer(answer) }.encode_into(out);
+                if written.is_err() {
+                    self.agenda.put_back(held);
+                }
+                Next::Transmit(port, out.get(..written?).unwrap_or_default())
+            }
+        })
+    }
+
+    /// Packet that came last.
+    fn packet(&self) -> &[u8] {
+        let [bus, usb, bluetooth] = &self.streams;
+        let (port, len) = self.last;
+        match port {
+            Port::Bus => bus.taken(len),
+            Port::Usb => usb.taken(len),
+            Port::Bluetooth => bluetooth.taken(len),
+        }
+    }
+
+    /// Tells the machine the next thing that happened. Returns false if nothing did.
+    fn advance(&mut self, now: Millis) -> bool {
+        if let Some(News::Wish(report)) = self.agenda.news() {
+            let output = self.machine.advance(now, report);
+            self.agenda.fill(output, Held::of);
+            return true;
+        }
+        for (port, stream) in [Port::Bus, Port::Usb, Port::Bluetooth].into_iter().zip(&mut self.streams) {
+            let is_overdue = stream.deadline().is_some_and(|deadline| deadline <= now);
+            let output = match stream.next() {
+                Some(Item::Frame(frame)) => {
+                    self.last = (port, frame.bytes().len());
+                    self.machine.advance(now, Input::received(port, &frame))
+                }
+                Some(_) => self.machine.advance(now, Input::Noise),
+                None if is_overdue => {
+                    stream.give_up(now);
+                    return true;
+                }
+                None => continue,
+            };
+            self.agenda.fill(output, Held::of);
+            return true;
+        }
+        let is_due = self.agenda.is_due(now);
+        if is_due {
+            let output = self.machine.advance(now, Input::Wake);
+            self.agenda.fill(output, Held::of);
+        }
+        is_due
+    }
+}
+
+session_methods! {
+    impl<> Session as Input, see Input;
+    stop_all {
+        /// A person at the node wants something, such as an [emergency stop](Command::EmergencyStop).
+        Command command(command: Command) => (command);
+    }
+    stop_one {
+        /// The master of a port disconnected.
+        LinkDown link_down(port: Port) => (port);
+        /// A motor has a new position.
+        Position position(motor: Motor, position: Steps) => { motor, position };
+        /// A motor reached the end of its move.
+        Arrived arrived(motor: Motor) => (motor);
+        /// A motor cannot go on. It is stopped, and a program pauses.
+        Fault fault(motor: Motor) => (motor);
+        /// The edge that counts came at a contact of the auxiliary connector.
+        Alt alt(contact: Contact) => (contact);
+        /// The common line asks for the next picture.
+        CommonLine common_line();
+        /// Levels of the limit switches.
+        Limits limits(levels: RingTip<Level>) => (levels);
+        /// Supply of the node.
+        Supply supply(volts: Volts, amperes: Amperes) => { volts, amperes };
+    }
+}

@@ -1,0 +1,262 @@
+//! Session of a master: the machine with the stream buffer of its line.
+//!
+//! This is a whole master. It asks the node with the usual address where its first motor is. Reading the line has to end
+//! after some milliseconds without a byte, as serial ports can do.
+//!
+//! ```
+//! use std::io::{Read, Write};
+//!
+//! use hoot_proto::host::{Event, Next, Options, Outcome, Session, Token};
+//! use hoot_proto::message::{Motor, MotorPosition};
+//! use hoot_proto::{Address, Millis, Query};
+//!
+//! fn ask(line: &mut (impl Read + Write), now: impl Fn() -> Millis) -> Result<(), Box<dyn std::error::Error>> {
+//!     let question = MotorPosition { motor: Motor::One };
+//!     let (mut session, mut bytes) = (Session::new(Options::default()), [0; 64]);
+//!     session.link_up();
+//!     loop {
+//!         match session.poll(now(), &mut bytes)? {
+//!             Next::Transmit(packet) => line.write_all(packet)?,
+//!             Next::Event(Event::Ready { .. }) => session.request(Token(1), Address::DEFAULT, question.into())?,
+//!             Next::Event(Event::Ended { token: Token(1), outcome: Outcome::Done(reply) }) => {
+//!                 return Ok(println!("{}", question.decode_reply(reply)?));
+//!             }
+//!             Next::Event(event) => println!("{event:?}"),
+//!             Next::Wait(_) => {
+//!                 let len = line.read(&mut bytes)?;
+//!                 assert_eq!(session.receive(now(), &bytes[..len]), len);
+//!             }
+//!         }
+//!     }
+//! }
+//! ```
+
+use motion_core::session::{Agenda, News};
+use motion_core::session_methods;
+use motion_core::stream::{Item, Patience, TimedFrames};
+use motion_core::time::Millis;
+use motion_core::wire::EncodeError;
+
+use super::event::{Event, Outcome};
+use super::input::{Command, Input, Request};
+use super::machine::HostMachine;
+use super::options::{Nodes, Options};
+use super::transmit::Transmit;
+use super::{EFFECTS, Effect, Token};
+use crate::frame::{Address, Frame, Hoot, MAX_FRAME};
+use crate::message::{DeviceMessage, HostMessage, Motor, MotorStop, Reply, StepsPerSecond, Stop};
+
+pub use motion_core::session::NotTaken;
+
+/// Time that a packet gets: that of its bytes on a slow line, and the time after which a node drops a cut packet.
+const PATIENCE: Patience = Patience::new().with_line_speed(9600).with_margin(101);
+
+/// Next thing to do for a session.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Next<'a> {
+    /// Write these bytes to the line.
+    Transmit(&'a [u8]),
+    /// Act on this event.
+    Event(Event<'a>),
+    /// Wait until something happens, at most until this time; without a time, as long as it takes.
+    Wait(Option<Millis>),
+}
+
+/// Effect without what it borrows from the packet that came last.
+#[derive(Debug, Clone, Copy)]
+enum Held {
+    Transmit(Transmit),
+    Event(Event<'static>),
+    /// End of the command with this token, with the packet as its answer.
+    Answer(Token),
+    /// Reply that answers nothing, or packet for another address.
+    Other,
+}
+
+impl Held {
+    fn of(effect: Effect<'_>) -> Self {
+        match effect {
+            Effect::Transmit(transmit) => Self::Transmit(transmit),
+            Effect::Event(event) => match (event.to_static(), event) {
+                (Some(event), _) => Self::Event(event),
+                (None, Event::Ended { token, .. }) => Self::Answer(token),
+                (None, _) => Self::Other,
+            },
+        }
+    }
+}
+
+/// Stream of the line, which takes pieces of 64 bytes.
+type Stream = TimedFrames<Hoot, { 2 * MAX_FRAME + 63 }>;
+
+/// Master of a bus with its stream buffer.
+pub struct Session {
+    machine: HostMachine,
+    frames: Stream,
+    /// Length of the packet that came last.
+    last: usize,
+    /// Whether a packet was sent, so that what arrived before cannot be its answer.
+    is_stale: bool,
+    agenda: Agenda<(Token, Command), Held, EFFECTS>,
+}
+
+impl Session {
+    /// Number of bytes that [`receive`](Self::receive) always takes after [`poll`](Self::poll) said to wait.
+    pub const PIECE: usize = Stream::PIECE;
+
+    /// Makes a session without a line.
+    #[must_use]
+    pub fn new(options: Options) -> Self {
+        let (machine, frames) = (HostMachine::new(options), Stream::new(PATIENCE));
+        Self { machine, frames, last: 0, is_stale: false, agenda: Agenda::new() }
+    }
+
+    /// Machine of the session, for reading its state.
+    #[must_use]
+    pub const fn machine(&self) -> &HostMachine {
+        &self.machine
+    }
+
+    /// Whether anything may still move because of this master: see [`HostMachine::may_move`].
+    #[must_use]
+    pub fn may_move(&self) -> bool {
+        self.machine.may_move()
+    }
+
+    /// Number of bytes that arrived and are not dealt with.
+    #[must_use]
+    pub const fn held(&self) -> usize {
+        self.frames.held()
+    }
+
+    /// Tells that the line is open.
+    pub fn link_up(&mut self) {
+        self.frames.reset();
+        self.agenda.link_up();
+    }
+
+    /// Tells that the line is gone.
+    pub fn link_down(&mut self) {
+        self.agenda.link_down(|held| !matches!(held, Held::Transmit(_)));
+    }
+
+    /// Takes bytes that arrived, and returns how many: at least [`PIECE`](Self::PIECE) if there are so many, and
+    /// [`poll`](Self::poll) said to wait before. Give the others again after the next wait.
+    #[must_use = "bytes that were not taken have to be given again"]
+    pub fn receive(&mut self, now: Millis, bytes: &[u8]) -> usize {
+        if self.agenda.is_idle() { self.frames.push(now, bytes) } else { 0 }
+    }
+
+    /// Gives a command. There is a method for each of them, too.
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`] if too many commands wait for a poll.
+    pub fn command(&mut self, token: Token, command: Command) -> Result<(), NotTaken> {
+        match command {
+            Command::EmergencyStop => self.agenda.stop_all((token, command)),
+            Command::Request(request) if request.message.conduct().is_stop() => self.agenda.stop_one((token, command)),
+            _ => self.agenda.want((token, command)),
+        }
+    }
+
+    /// Next thing to do. Packets are written to the front of `out`, for which 42 bytes are enough.
+    ///
+    /// # Errors
+    ///
+    /// [`EncodeError::BufferTooSmall`]. Call again with as many bytes as the error needs; the packet is not lost.
+    pub fn poll<'p>(&'p mut self, now: Millis, out: &'p mut [u8]) -> Result<Next<'p>, EncodeError> {
+        let held = loop {
+            if let Some(held) = self.agenda.pop() {
+                break held;
+            }
+            if !self.advance(now) {
+                let wake = [self.agenda.wake(), self.frames.deadline()].into_iter().flatten().min();
+                return Ok(Next::Wait(wake));
+            }
+        };
+        let message = || {
+            let frame = Frame::decode(self.frames.taken(self.last)).ok()?;
+            Some((frame.address(), DeviceMessage::decode(&frame)))
+        };
+        Ok(match held {
+            Held::Event(event) => Next::Event(event),
+            Held::Answer(token) => {
+                let outcome = match message() {
+                    Some((_, DeviceMessage::Reply(reply))) => Outcome::Done(reply),
+                    _ => Outcome::Done(Reply::OK),
+                };
+                Next::Event(Event::Ended { token, outcome })
+            }
+            Held::Other => Next::Event(match message() {
+                Some((_, DeviceMessage::Reply(reply))) => Event::Unsolicited(reply),
+                Some((to, message)) => Event::Overheard { to, message },
+                None => Event::Noise,
+            }),
+            Held::Transmit(transmit) => {
+                let written = transmit.encode_into(out);
+                if written.is_err() {
+                    self.agenda.put_back(held);
+                }
+                self.is_stale = true;
+                Next::Transmit(out.get(..written?).unwrap_or_default())
+            }
+        })
+    }
+
+    /// Tells the machine the next thing that happened. Returns false if nothing did.
+    fn advance(&mut self, now: Millis) -> bool {
+        if core::mem::take(&mut self.is_stale) {
+            self.frames.reset();
+        }
+        let is_overdue = self.frames.deadline().is_some_and(|deadline| deadline <= now);
+        let output = match self.agenda.news() {
+            Some(News::LinkDown) => self.machine.advance(now, Input::LinkDown),
+            Some(News::LinkUp) => self.machine.advance(now, Input::LinkUp),
+            Some(News::Wish((token, command))) => self.machine.advance(now, Input::Command(token, command)),
+            None => match self.frames.next() {
+                Some(Item::Frame(frame)) => {
+                    self.last = frame.bytes().len();
+                    self.machine.advance(now, Input::received(&frame))
+                }
+                Some(_) => self.machine.advance(now, Input::Noise),
+                None if is_overdue => {
+                    self.frames.give_up(now);
+                    return true;
+                }
+                None if self.agenda.is_due(now) => self.machine.advance(now, Input::Wake),
+                None => return false,
+            },
+        };
+        self.agenda.fill(output, Held::of);
+        true
+    }
+}
+
+session_methods! {
+    impl<> Session as Command, see Command, with token;
+    stop_all {
+        /// Stops each motor of each listed node, until each motor rests.
+        EmergencyStop stop();
+    }
+    stop_one {
+        /// Stops a node, with its motors and its program.
+        Request stop_node(to: Address) => (Request { to, message: Stop::default().into() });
+        /// Stops a motor of a node.
+        Request stop_motor(to: Address, motor: Motor) => (Request { to, message: MotorStop { motor }.into() });
+    }
+    want {
+        /// Sends a message.
+        Request request(to: Address, message: HostMessage<'static>) => (Request { to, message });
+        /// Sends a broadcast through a bridge, although it reaches only the attached node.
+        Insist insist(to: Address, message: HostMessage<'static>) => (Request { to, message });
+        /// Sets the speed of a motor, as a joystick does many times a second.
+        Speed speed(to: Address, motor: Motor, speed: StepsPerSecond) => { to, motor, speed };
+        /// Keeps the dead-man of a node from stopping its motors, or lets it.
+        KeepAlive keep_alive(to: Address, on: bool) => { to, on };
+        /// Replaces the list of nodes that an emergency stop addresses.
+        Nodes nodes(nodes: Nodes) => (nodes);
+        /// Gives up an emergency stop that is not confirmed.
+        EndEmergency end_emergency();
+    }
+}

@@ -1,0 +1,236 @@
+//! Session of a device: the machine with the stream buffers of its clients.
+
+use motion_core::session::{Agenda, News, NotTaken};
+use motion_core::time::Millis;
+use motion_core::wire::EncodeError;
+
+use super::event::Event;
+use super::input::{Input, Report, Sender};
+use super::machine::DeviceMachine;
+use super::session::{SESSIONS, SessionId};
+use super::transmit::{Contents, Destination, Scratch, Source, Transmit};
+use super::{EFFECTS, Effect};
+use crate::frame::{Frame, MAX_FRAME};
+use crate::transport::Transport;
+use crate::{Frames, HostMessage, Item};
+
+/// Number of reports that a session can hold until the next poll.
+const REPORTS: usize = 32;
+
+/// Next thing to do for a session.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Next<'a> {
+    /// Do this, or take note of it.
+    Event(Event<'a>),
+    /// Send these bytes to these receivers.
+    Transmit(Destination, &'a [u8]),
+    /// Wait until something happens, at most until this time; without a time, as long as it takes.
+    Wait(Option<Millis>),
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Told {
+    LinkUp(SessionId, Transport),
+    LinkDown(SessionId),
+    Rig(Report),
+}
+
+/// Effect without what it borrows from the message that came last.
+#[derive(Debug, Clone)]
+enum Held {
+    Transmit(Transmit<'static>),
+    /// The message itself, which the device does not know, goes back.
+    Unsupported(Destination),
+    Event(Event<'static>),
+    StorePassword,
+    StoreTrajectory,
+}
+
+impl Held {
+    fn of(effect: Effect<'_>) -> Self {
+        match effect {
+            Effect::Transmit(transmit) => {
+                let destination = transmit.destination;
+                transmit.to_static().map_or(Self::Unsupported(destination), Self::Transmit)
+            }
+            Effect::Event(Event::StorePassword(_)) => Self::StorePassword,
+            Effect::Event(Event::StoreTrajectory(_)) => Self::StoreTrajectory,
+            Effect::Event(event) => Self::Event(event.to_static().unwrap_or(Event::MoveOver)),
+        }
+    }
+}
+
+/// Device with a stream buffer of `N` bytes for each of its clients.
+pub struct Session<const N: usize = { 2 * MAX_FRAME + 4095 }> {
+    machine: DeviceMachine,
+    clients: [Frames<N>; SESSIONS],
+    /// Client from which the last message came, and the length of the message.
+    last: (usize, usize),
+    agenda: Agenda<Told, Held, EFFECTS, REPORTS>,
+}
+
+impl<const N: usize> Session<N> {
+    /// Number of bytes that [`receive`](Self::receive) always takes after [`poll`](Self::poll) said to wait.
+    pub const PIECE: usize = Frames::<N>::PIECE;
+
+    /// Makes a session of this machine, without clients.
+    #[must_use]
+    pub const fn new(machine: DeviceMachine) -> Self {
+        let clients = [Frames::new(), Frames::new(), Frames::new(), Frames::new()];
+        Self { machine, clients, last: (0, 0), agenda: Agenda::new() }
+    }
+
+    /// Machine of the session, for reading its state.
+    #[must_use]
+    pub const fn machine(&self) -> &DeviceMachine {
+        &self.machine
+    }
+
+    /// Number of bytes that arrived and are not dealt with.
+    #[must_use]
+    pub fn held(&self) -> usize {
+        self.clients.iter().map(Frames::held).fold(0, usize::saturating_add)
+    }
+
+    /// Tells that a client is connected, under a number that the caller chooses.
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`] if too many reports wait for a poll.
+    pub fn link_up(&mut self, client: SessionId, transport: Transport) -> Result<(), NotTaken> {
+        if let Some(frames) = self.clients.get_mut(usize::from(client.0)) {
+            frames.reset();
+        }
+        self.agenda.stop_one(Told::LinkUp(client, transport))
+    }
+
+    /// Tells that a client is gone.
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`] if too many reports wait for a poll.
+    pub fn link_down(&mut self, client: SessionId) -> Result<(), NotTaken> {
+        self.agenda.stop_one(Told::LinkDown(client))
+    }
+
+    /// Tells what happened to the rig.
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`] if too many reports wait for a poll.
+    pub fn report(&mut self, report: Report) -> Result<(), NotTaken> {
+        self.agenda.stop_one(Told::Rig(report))
+    }
+
+    /// Takes bytes that arrived from a client, and returns how many: at least [`PIECE`](Self::PIECE) if there are so many, and
+    /// [`poll`](Self::poll) said to wait before. Give the others again after the next wait. Bytes from a client
+    /// that there cannot be are dropped.
+    #[must_use = "bytes that were not taken have to be given again"]
+    pub fn receive(&mut self, client: SessionId, bytes: &[u8]) -> usize {
+        match self.clients.get_mut(usize::from(client.0)) {
+            Some(frames) if self.agenda.is_idle() => frames.push(bytes),
+            Some(_) => 0,
+            None => bytes.len(),
+        }
+    }
+
+    /// Takes a datagram. Returns false if [`poll`](Self::poll) did not say to wait before: give it again after the next
+    /// wait. A datagram that is no message is dropped.
+    #[must_use = "a datagram that was not taken has to be given again"]
+    pub fn receive_datagram(&mut self, now: Millis, from: Sender, bytes: &[u8]) -> bool {
+        let is_idle = self.agenda.is_idle();
+        let message = Frame::decode(bytes).ok().and_then(|frame| HostMessage::decode(&frame).ok());
+        if let Some(message) = message.filter(|_| is_idle) {
+            let output = self.machine.advance(now, Input::Datagram { from, message });
+            self.agenda.fill(output, Held::of);
+        }
+        is_idle
+    }
+
+    /// Next thing to do, with what `source` has for the messages. Messages are written to the front of `out`.
+    ///
+    /// # Errors
+    ///
+    /// [`EncodeError`] if a message cannot be written. If `out` is too small, call again with as many bytes as the error
+    /// needs; the message is not lost.
+    pub fn poll<'p>(
+        &'p mut self,
+        now: Millis,
+        source: &Source<'_>,
+        out: &'p mut [u8],
+    ) -> Result<Next<'p>, EncodeError> {
+        let held = loop {
+            if let Some(held) = self.agenda.pop() {
+                break held;
+            }
+            if !self.advance(now, source) {
+                return Ok(Next::Wait(self.agenda.wake()));
+            }
+        };
+        let (client, len) = self.last;
+        let bytes = self.clients.get(client).map(|frames| frames.taken(len)).unwrap_or_default();
+        let message = || Frame::decode(bytes).ok().and_then(|frame| HostMessage::decode(&frame).ok());
+        let transmit = match held {
+            Held::Event(event) => return Ok(Next::Event(event)),
+            Held::StorePassword => {
+                return Ok(Next::Event(match message() {
+                    Some(HostMessage::SetDevicePassword(message)) => Event::StorePassword(message.password),
+                    _ => Event::MoveOver,
+                }));
+            }
+            Held::StoreTrajectory => {
+                return Ok(Next::Event(match message() {
+                    Some(HostMessage::SetTrajectoryData(data)) => Event::StoreTrajectory(data),
+                    _ => Event::MoveOver,
+                }));
+            }
+            Held::Unsupported(destination) => Transmit { destination, contents: Contents::UnsupportedMessage(bytes) },
+            Held::Transmit(transmit) => transmit,
+        };
+        let destination = transmit.destination;
+        let written = transmit.message(source, &mut Scratch::default()).encode_into(out);
+        if let Err(EncodeError::BufferTooSmall { .. }) = written {
+            let held = transmit.to_static().map_or(Held::Unsupported(destination), Held::Transmit);
+            self.agenda.put_back(held);
+        }
+        Ok(Next::Transmit(destination, out.get(..written?).unwrap_or_default()))
+    }
+
+    /// Tells the machine the next thing that happened. Returns false if nothing did.
+    fn advance(&mut self, now: Millis, source: &Source<'_>) -> bool {
+        let password = source.password;
+        if let Some(News::Wish(told)) = self.agenda.news() {
+            let output = match told {
+                Told::LinkUp(session, transport) => {
+                    self.machine.advance(now, Input::LinkUp { session, transport, password })
+                }
+                Told::LinkDown(session) => self.machine.advance(now, Input::LinkDown(session)),
+                Told::Rig(report) => self.machine.advance(now, Input::Rig(report)),
+            };
+            self.agenda.fill(output, Held::of);
+            return true;
+        }
+        for (index, (session, frames)) in SessionId::ALL.into_iter().zip(&mut self.clients).enumerate() {
+            let (output, is_over) = match frames.next() {
+                Some(Item::Frame(frame)) => {
+                    self.last = (index, frame.bytes().len());
+                    (self.machine.advance(now, Input::received(session, &frame, password)), false)
+                }
+                Some(Item::Fatal(_)) => (self.machine.advance(now, Input::Fatal(session)), true),
+                Some(Item::Noise { .. } | Item::Corrupt { .. }) => return true,
+                None => continue,
+            };
+            self.agenda.fill(output, Held::of);
+            if is_over {
+                frames.reset();
+            }
+            return true;
+        }
+        let is_due = self.agenda.is_due(now);
+        if is_due {
+            let output = self.machine.advance(now, Input::Wake);
+            self.agenda.fill(output, Held::of);
+        }
+        is_due
+    }
+}

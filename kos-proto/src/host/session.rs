@@ -1,0 +1,302 @@
+//! Session of a client: the machine with the stream buffer of its connection.
+//!
+//! This is a whole client over TCP. It connects, turns motor 1 by two rotations, and tells when the motor rests:
+//!
+//! ```no_run
+//! use std::io::{ErrorKind, Read, Write};
+//! use std::net::TcpStream;
+//! use std::time::{Duration, Instant};
+//!
+//! use kos_proto::host::{Endpoint, Event, Go, Next, Options, Session, Source, Token};
+//! use kos_proto::message::{Ipv4, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
+//! use kos_proto::Millis;
+//!
+//! let mut stream = TcpStream::connect("192.168.50.1:5520")?;
+//! let start = Instant::now();
+//! let now = || Millis(start.elapsed().as_millis() as u64);
+//! let (motor, position) = (MotorAddress(1), Rotations(2.0));
+//! let go = Go { motor, position, speed: RotationsPerSecond(1.0), acceleration: RotationsPerSecondSquared(1.0) };
+//!
+//! let (mut session, mut bytes): (Session, _) = (Session::new(Options::default()), [0; 1024]);
+//! session.connect(Token(1), Endpoint::Tcp(Ipv4::default()))?;
+//! loop {
+//!     match session.poll(now(), &Source::default(), &mut bytes)? {
+//!         Next::Transmit(message) => stream.write_all(message)?,
+//!         Next::Event(Event::Connect(_)) => session.link_up(),
+//!         Next::Event(Event::Ready { .. }) => session.bump(Token(2), go)?,
+//!         Next::Event(Event::Ended { token: Token(2), outcome }) => break println!("{outcome:?}"),
+//!         Next::Event(event) => println!("{event:?}"),
+//!         Next::Broadcast(_) => {}
+//!         Next::Wait(until) => {
+//!             let millis = until.map_or(1000, |until| until.since(now())).max(1);
+//!             stream.set_read_timeout(Some(Duration::from_millis(millis)))?;
+//!             match stream.read(&mut bytes) {
+//!                 Ok(0) => session.link_down(),
+//!                 Ok(len) => assert_eq!(session.receive(&bytes[..len]), len),
+//!                 Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
+//!                 Err(error) => return Err(error.into()),
+//!             }
+//!         }
+//!     }
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+use motion_core::session::{Agenda, News};
+use motion_core::session_methods;
+use motion_core::time::Millis;
+use motion_core::wire::EncodeError;
+
+use super::event::{Event, Outcome};
+use super::input::{Command, Endpoint, Get, Go, Input};
+use super::machine::HostMachine;
+use super::options::Options;
+use super::transmit::{PasswordOf, Source, Transmit};
+use super::{EFFECTS, Effect, Token};
+use crate::frame::{Frame, MAX_FRAME};
+use crate::message::{LedMode, MotorAddress, RotationsPerSecond, RotationsPerSecondSquared, Seconds};
+use crate::{DeviceMessage, Frames, Item, MoveSummary};
+
+pub use motion_core::session::NotTaken;
+
+/// Next thing to do for a session.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Next<'a> {
+    /// Write these bytes to the connection.
+    Transmit(&'a [u8]),
+    /// Send these bytes as a datagram to 255.255.255.255, port 5520.
+    Broadcast(&'a [u8]),
+    /// Act on this event.
+    Event(Event<'a>),
+    /// Wait until something happens, at most until this time; without a time, as long as it takes.
+    Wait(Option<Millis>),
+}
+
+/// Effect without what it borrows from the message that came last.
+#[derive(Debug, Clone, Copy)]
+enum Held {
+    Transmit(Transmit<'static>),
+    /// Password that the device told.
+    DevicePassword,
+    Event(Event<'static>),
+    /// End of the command with this token, with the message as its answer.
+    Answer(Token),
+    Unsolicited,
+}
+
+impl Held {
+    fn of(effect: Effect<'_>) -> Self {
+        match effect {
+            Effect::Transmit(transmit) => transmit.to_static().map_or(Self::DevicePassword, Self::Transmit),
+            Effect::Event(event) => match (event.to_static(), event) {
+                (Some(event), _) => Self::Event(event),
+                (None, Event::Ended { token, .. }) => Self::Answer(token),
+                (None, _) => Self::Unsolicited,
+            },
+        }
+    }
+}
+
+/// Client of a device with its stream buffer of `N` bytes.
+pub struct Session<const N: usize = { 2 * MAX_FRAME + 4095 }> {
+    machine: HostMachine,
+    frames: Frames<N>,
+    /// Length of the message that came last.
+    last: usize,
+    /// Whether the bytes in the buffer are of a connection that is over.
+    is_stale: bool,
+    agenda: Agenda<(Token, Command), Held, EFFECTS>,
+}
+
+impl<const N: usize> Session<N> {
+    /// Number of bytes that [`receive`](Self::receive) always takes after [`poll`](Self::poll) said to wait.
+    pub const PIECE: usize = Frames::<N>::PIECE;
+
+    /// Makes a session without a connection.
+    #[must_use]
+    pub fn new(options: Options) -> Self {
+        Self {
+            machine: HostMachine::new(options),
+            frames: Frames::new(),
+            last: 0,
+            is_stale: false,
+            agenda: Agenda::new(),
+        }
+    }
+
+    /// Machine of the session, for reading its state.
+    #[must_use]
+    pub const fn machine(&self) -> &HostMachine {
+        &self.machine
+    }
+
+    /// Whether anything may still move because of this client: see [`HostMachine::may_move`].
+    #[must_use]
+    pub fn may_move(&self) -> bool {
+        self.machine.may_move()
+    }
+
+    /// Number of bytes that arrived and are not dealt with.
+    #[must_use]
+    pub const fn held(&self) -> usize {
+        self.frames.held()
+    }
+
+    /// Tells that the connection is there that [`Event::Connect`] asked for.
+    pub fn link_up(&mut self) {
+        self.frames.reset();
+        self.is_stale = false;
+        self.agenda.link_up();
+    }
+
+    /// Tells that there is no connection, or not any more.
+    pub fn link_down(&mut self) {
+        self.agenda.link_down(|held| !matches!(held, Held::Transmit(_) | Held::DevicePassword));
+    }
+
+    /// Takes bytes that arrived, and returns how many: at least [`PIECE`](Self::PIECE) if there are so many, and
+    /// [`poll`](Self::poll) said to wait before. Give the others again after the next wait.
+    #[must_use = "bytes that were not taken have to be given again"]
+    pub fn receive(&mut self, bytes: &[u8]) -> usize {
+        if self.agenda.is_idle() { self.frames.push(bytes) } else { 0 }
+    }
+
+    /// Gives a command. There is a method for each of them, too.
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`] if too many commands wait for a poll.
+    pub fn command(&mut self, token: Token, command: Command) -> Result<(), NotTaken> {
+        match command {
+            Command::Stop => self.agenda.stop_all((token, command)),
+            Command::StopMotor(_) => self.agenda.stop_one((token, command)),
+            _ => self.agenda.want((token, command)),
+        }
+    }
+
+    /// Next thing to do, with what `source` has for the messages. Messages are written to the front of `out`.
+    ///
+    /// # Errors
+    ///
+    /// [`EncodeError`] if a message cannot be written. If `out` is too small, call again with as many bytes as the error
+    /// needs; the message is not lost.
+    pub fn poll<'p>(
+        &'p mut self,
+        now: Millis,
+        source: &Source<'_>,
+        out: &'p mut [u8],
+    ) -> Result<Next<'p>, EncodeError> {
+        let held = loop {
+            if let Some(held) = self.agenda.pop() {
+                break held;
+            }
+            if !self.advance(now) {
+                return Ok(Next::Wait(self.agenda.wake()));
+            }
+        };
+        let message = || Frame::decode(self.frames.taken(self.last)).ok().and_then(|f| DeviceMessage::decode(&f).ok());
+        let transmit = match held {
+            Held::Event(event) => return Ok(Next::Event(event)),
+            Held::Answer(token) => {
+                return Ok(Next::Event(Event::Ended { token, outcome: Outcome::Done(message()) }));
+            }
+            Held::Unsolicited => return Ok(Next::Event(message().map_or(Event::Ignored, Event::Unsolicited))),
+            Held::Transmit(transmit) => transmit,
+            Held::DevicePassword => match message() {
+                Some(DeviceMessage::DeviceInfo(info)) => {
+                    Transmit::UserPassword(PasswordOf::Device(info.device_password))
+                }
+                _ => Transmit::UserPassword(PasswordOf::User),
+            },
+        };
+        let written = transmit.message(source).encode_into(out);
+        if let Err(EncodeError::BufferTooSmall { .. }) = written {
+            self.agenda.put_back(held);
+        }
+        let bytes = out.get(..written?).unwrap_or_default();
+        Ok(if transmit == Transmit::Discover { Next::Broadcast(bytes) } else { Next::Transmit(bytes) })
+    }
+
+    /// Tells the machine the next thing that happened. Returns false if nothing did.
+    fn advance(&mut self, now: Millis) -> bool {
+        if core::mem::take(&mut self.is_stale) {
+            self.frames.reset();
+        }
+        let (was_connected, mut is_fatal) = (self.machine.state().is_connected(), false);
+        let output = match self.agenda.news() {
+            Some(News::LinkDown) => self.machine.advance(now, Input::LinkDown),
+            Some(News::LinkUp) => self.machine.advance(now, Input::LinkUp),
+            Some(News::Wish((token, command))) => self.machine.advance(now, Input::Command(token, command)),
+            None => match self.frames.next() {
+                Some(Item::Frame(frame)) => {
+                    self.last = frame.bytes().len();
+                    self.machine.advance(now, Input::received(&frame))
+                }
+                Some(Item::Fatal(_)) => {
+                    is_fatal = true;
+                    self.machine.advance(now, Input::Fatal)
+                }
+                Some(Item::Noise { .. } | Item::Corrupt { .. }) => return true,
+                None if self.agenda.is_due(now) => self.machine.advance(now, Input::Wake),
+                None => return false,
+            },
+        };
+        self.agenda.fill(output, Held::of);
+        self.is_stale = is_fatal || was_connected && !self.machine.state().is_connected();
+        true
+    }
+}
+
+session_methods! {
+    impl<const N: usize> Session<N> as Command, see Command, with token;
+    stop_all {
+    /// Stops everything.
+    Stop stop();
+    }
+    stop_one {
+    /// Stops a motor.
+    StopMotor stop_motor(motor: MotorAddress) => (motor);
+    }
+    want {
+    /// Connects to a device, and keeps connected.
+    Connect connect(endpoint: Endpoint) => (endpoint);
+    /// Disconnects.
+    Disconnect disconnect();
+    /// Tells a locked device the password of the application.
+    Unlock unlock();
+    /// Gives the device the new password of the application.
+    ChangePassword change_password();
+    /// Asks the device something.
+    Get get(get: Get) => (get);
+    /// Switches the lamps.
+    SetLeds set_leds(master: LedMode, slave: LedMode) => { master, slave };
+    /// Tells the device which platform calibrates the motors.
+    SetPlatform set_platform(platform: u8) => (platform);
+    /// Starts the device anew.
+    ResetDevice reset_device();
+    /// Forgets the range of a motor, or of all motors.
+    ResetAxis reset_axis(motor: MotorAddress) => (motor);
+    /// Marks the begin of the range of a motor where it rests.
+    MarkBegin mark_begin(motor: MotorAddress) => (motor);
+    /// Marks the end of the range of a motor where it rests.
+    MarkEnd mark_end(motor: MotorAddress) => (motor);
+    /// Sends a motor to a position.
+    MoveTo move_to(go: Go) => (go);
+    /// Runs a motor until it is stopped.
+    Jog jog(motor: MotorAddress, speed: RotationsPerSecond, acceleration: RotationsPerSecondSquared) => { motor, speed, acceleration };
+    /// Sends a motor a distance from where it rests.
+    Bump bump(go: Go) => (go);
+    /// Tells the session that the application is there.
+    Alive alive();
+    /// Takes one photo with this exposure.
+    TakePicture take_picture(exposure: Seconds) => (exposure);
+    /// Stores the move of the [`Source`] and makes it ready.
+    Load load(summary: MoveSummary, delay_return: bool) => { summary, delay_return };
+    /// Plays the move that is ready.
+    Play play();
+    /// Stores the move of the [`Source`] and plays it.
+    PlayDirect play_direct(summary: MoveSummary) => { summary };
+    /// Sends the motors of the move that is ready to where it begins.
+    RapidToFirstKeyFrame rapid_to_first_key_frame();
+    }
+}

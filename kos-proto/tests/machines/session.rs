@@ -1,0 +1,217 @@
+//! Sessions do what their machines do, with bytes in any pieces.
+
+use kos_proto::device::{self, DeviceMachine, SessionId};
+use kos_proto::host::{self, HostMachine, Token};
+use kos_proto::message::{Ipv4, Password};
+use kos_proto::{Effect, EncodeError, Frame, HostMessage, Millis};
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+use super::random::{DeviceOp, HostOp, Wire, command, device_message, device_op, device_options, host_op, time};
+use super::world::{device_bytes, host_bytes};
+
+const OPEN: Password<'static> = Password(b"open");
+/// Bytes that are no stream of messages.
+const BROKEN: [u8; 6] = [9, 0, 0, 6, 0, 0];
+
+const SENDER: device::Sender = device::Sender { address: Ipv4(0xC000_0207), port: 5520 };
+
+/// Bytes of a message.
+fn bytes(wire: &Wire) -> Vec<u8> {
+    let [id0, id1, kind, sub] = wire.number.to_be_bytes();
+    let is_numbered = [0x8000, 0x8102].contains(&(wire.number >> 8));
+    let sub = [sub];
+    let body = [if is_numbered { &sub[..] } else { &[] }, &wire.body].concat();
+    let len = u16::try_from(6 + body.len()).unwrap().to_be_bytes();
+    [&[4, len[0], len[1], id0, id1, kind][..], &body].concat()
+}
+
+/// Everything that follows from one step, and the wake.
+type Step = (Vec<String>, Option<Millis>);
+
+fn host_step(machine: &mut HostMachine, now: Millis, input: host::Input<'_>) -> Step {
+    let source = host::Source { user_password: OPEN, ..host::Source::default() };
+    let output = machine.advance(now, input);
+    let wake = output.wake;
+    let done = output.into_iter().map(|effect| match effect {
+        Effect::Transmit(transmit) => format!("> {:02x?}", host_bytes(&transmit, &source)),
+        Effect::Event(event) => format!("{event:?}"),
+    });
+    (done.collect(), wake)
+}
+
+fn host_poll(session: &mut host::Session<40_000>, now: Millis, room: &mut Vec<u8>) -> Step {
+    let source = host::Source { user_password: OPEN, ..host::Source::default() };
+    let mut done = Vec::new();
+    loop {
+        match session.poll(now, &source, room) {
+            Ok(host::Next::Transmit(bytes) | host::Next::Broadcast(bytes)) => done.push(format!("> {bytes:02x?}")),
+            Ok(host::Next::Event(event)) => done.push(format!("{event:?}")),
+            Ok(host::Next::Wait(wake)) => return (done, wake),
+            Err(EncodeError::BufferTooSmall { needed, .. }) => room.resize(needed, 0),
+            Err(error) => panic!("{error}"),
+        }
+    }
+}
+
+fn device_step(machine: &mut DeviceMachine, now: Millis, input: device::Input<'_>) -> Step {
+    let source = device::Source { password: OPEN, ..device::Source::default() };
+    let output = machine.advance(now, input);
+    let wake = output.wake;
+    let done = output.into_iter().map(|effect| match effect {
+        Effect::Transmit(transmit) => {
+            format!("{:?} > {:02x?}", transmit.destination, device_bytes(&transmit, &source))
+        }
+        Effect::Event(event) => format!("{event:?}"),
+    });
+    (done.collect(), wake)
+}
+
+fn device_poll(session: &mut device::Session<40_000>, now: Millis, room: &mut Vec<u8>) -> Step {
+    let source = device::Source { password: OPEN, ..device::Source::default() };
+    let mut done = Vec::new();
+    loop {
+        match session.poll(now, &source, room) {
+            Ok(device::Next::Transmit(to, bytes)) => done.push(format!("{to:?} > {bytes:02x?}")),
+            Ok(device::Next::Event(event)) => done.push(format!("{event:?}")),
+            Ok(device::Next::Wait(wake)) => return (done, wake),
+            Err(EncodeError::BufferTooSmall { needed, .. }) => room.resize(needed, 0),
+            Err(error) => panic!("{error}"),
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn a_session_of_a_client_does_what_its_machine_does(ops in vec((time(), host_op(), 1..40_usize), 1..60)) {
+        let options = host::Options::default().with_ask_every(Some(3_000));
+        let (mut machine, mut session) = (HostMachine::new(options), Box::new(host::Session::<40_000>::new(options)));
+        let (mut now, mut wake, mut room) = (Millis(0), None, Vec::new());
+        for (number, (time, op, piece)) in (0..).zip(ops) {
+            now = time.pass(now, wake);
+            let token = Token(number);
+            let arrived = match &op {
+                HostOp::Message(wire) => bytes(wire),
+                HostOp::Fatal => BROKEN.to_vec(),
+                _ => Vec::new(),
+            };
+            let (expected, next) = host_step(&mut machine, now, match &op {
+                HostOp::Opened => host::Input::LinkUp,
+                HostOp::Closed => host::Input::LinkDown,
+                HostOp::Fatal => host::Input::Fatal,
+                HostOp::Command(command) => host::Input::Command(token, *command),
+                HostOp::Wake => host::Input::Wake,
+                HostOp::Message(_) => host::Input::received(&Frame::decode(&arrived).unwrap()),
+            });
+            match &op {
+                HostOp::Opened => session.link_up(),
+                HostOp::Closed => session.link_down(),
+                HostOp::Command(command) => session.command(token, *command).unwrap(),
+                HostOp::Fatal | HostOp::Message(_) | HostOp::Wake => {}
+            }
+            for piece in arrived.chunks(piece) {
+                prop_assert_eq!(session.receive(piece), piece.len());
+            }
+            let (found, _) = host_poll(&mut session, now, &mut room);
+            prop_assert_eq!(&found, &expected, "after {:?}", op);
+            prop_assert_eq!(session.may_move(), machine.may_move());
+            wake = next;
+        }
+    }
+
+    #[test]
+    fn a_session_of_a_device_does_what_its_machine_does(
+        options in device_options(), ops in vec((time(), device_op(), 1..40_usize), 1..60),
+    ) {
+        let mut machine = DeviceMachine::new(options);
+        let mut session = Box::new(device::Session::<40_000>::new(DeviceMachine::new(options)));
+        let (mut now, mut wake, mut room) = (Millis(0), None, Vec::new());
+        for (time, op, piece) in ops {
+            now = time.pass(now, wake);
+            let (client, arrived) = match &op {
+                DeviceOp::Message(client, wire) if client.0 < 4 => (*client, bytes(wire)),
+                DeviceOp::Fatal(client) if client.0 < 4 => (*client, BROKEN.to_vec()),
+                DeviceOp::Datagram(wire) => (SessionId(4), bytes(wire)),
+                // There are four clients.
+                DeviceOp::Message(..) | DeviceOp::Fatal(_) => continue,
+                _ => (SessionId(0), Vec::new()),
+            };
+            let frame = Frame::decode(&arrived);
+            let input = match (&op, &frame) {
+                (DeviceOp::Open(session, transport), _) => {
+                    device::Input::LinkUp { session: *session, transport: *transport, password: OPEN }
+                }
+                (DeviceOp::Closed(session), _) => device::Input::LinkDown(*session),
+                (DeviceOp::Fatal(session), _) => device::Input::Fatal(*session),
+                (DeviceOp::Message(session, _), Ok(frame)) => device::Input::received(*session, frame, OPEN),
+                (DeviceOp::Datagram(_), Ok(frame)) => match HostMessage::decode(frame) {
+                    Ok(message) => device::Input::Datagram { from: SENDER, message },
+                    Err(_) => continue,
+                },
+                (DeviceOp::Rig(report), _) => device::Input::Rig(*report),
+                (DeviceOp::Wake, _) => device::Input::Wake,
+                (op, Err(error)) => panic!("{op:?}: {error:?}"),
+            };
+            let (expected, next) = device_step(&mut machine, now, input);
+            match &op {
+                DeviceOp::Open(client, transport) => session.link_up(*client, *transport).unwrap(),
+                DeviceOp::Closed(client) => session.link_down(*client).unwrap(),
+                DeviceOp::Rig(report) => session.report(*report).unwrap(),
+                DeviceOp::Datagram(_) => prop_assert!(session.receive_datagram(now, SENDER, &arrived)),
+                DeviceOp::Fatal(_) | DeviceOp::Message(..) => {
+                    for piece in arrived.chunks(piece) {
+                        prop_assert_eq!(session.receive(client, piece), piece.len());
+                    }
+                }
+                DeviceOp::Wake => {}
+            }
+            let (found, _) = device_poll(&mut session, now, &mut room);
+            prop_assert_eq!(&found, &expected, "after {:?}", op);
+            wake = next;
+        }
+    }
+
+    #[test]
+    fn commands_that_wait_keep_their_order_except_that_a_stop_goes_first(
+        batches in vec((time(), device_message(), vec(command(), 0..5)), 1..40),
+    ) {
+        let options = host::Options::default();
+        let (mut machine, mut session) = (HostMachine::new(options), Box::new(host::Session::<40_000>::new(options)));
+        let (mut now, mut wake, mut room, mut number) = (Millis(0), None, Vec::new(), 0);
+        for (time, message, commands) in batches {
+            now = time.pass(now, wake);
+            let mut inputs = Vec::new();
+            let connects = machine.state() == host::State::Connecting;
+            if connects {
+                session.link_up();
+            }
+            for command in commands {
+                let token = Token(number);
+                number += 1;
+                session.command(token, command).unwrap();
+                inputs.push((command != host::Command::Stop, token, command));
+            }
+            inputs.sort_by_key(|(is_last, ..)| *is_last);
+            let arrived = bytes(&message);
+            prop_assert_eq!(session.receive(&arrived), arrived.len());
+
+            let link = connects.then_some(host::Input::LinkUp).into_iter();
+            let commands = inputs.into_iter().map(|(_, token, command)| host::Input::Command(token, command));
+            let (mut expected, mut is_over) = (Vec::new(), false);
+            let received = host::Input::received(&Frame::decode(&arrived).unwrap());
+            for input in link.chain(commands).chain([received]) {
+                // What arrived on a connection that is over is dropped.
+                if is_over && matches!(input, host::Input::Received(_) | host::Input::Malformed { .. }) {
+                    continue;
+                }
+                let was_connected = machine.state().is_connected();
+                let (done, next) = host_step(&mut machine, now, input);
+                expected.extend(done);
+                wake = next;
+                is_over |= was_connected && !machine.state().is_connected();
+            }
+            let (found, _) = host_poll(&mut session, now, &mut room);
+            prop_assert_eq!(found, expected);
+        }
+    }
+}

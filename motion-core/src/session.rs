@@ -1,0 +1,281 @@
+//! Parts that the sessions of all protocol crates share: a session is a machine with the stream buffer of its link.
+//!
+//! A session takes bytes that arrived and wishes of its caller, and gives one thing after the other: bytes to send, an event,
+//! or the time until which to wait. It does no I/O, reads no clock and allocates nothing. Sessions are `host::Session` and
+//! `device::Session` of each protocol crate.
+//!
+//! # The contract of all sessions
+//!
+//! 1. Tell the session what happened: the link came up or went down, bytes arrived, the application wants something.
+//! 2. Call `poll` again and again, and do each thing before the next call, until it says to wait.
+//! 3. Wait until something happens, at most until the time that it said. Then begin again.
+//!
+//! A stop of everything goes before all other wishes that wait in the session.
+
+use arrayvec::ArrayVec;
+
+use crate::machine::{Effect, Output, Token};
+use crate::time::Millis;
+use crate::wire::EncodeError;
+
+/// Number of wishes that a session can hold until the next poll.
+pub const WISHES: usize = 8;
+
+/// Reason why a session did not take a command. Nothing was changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+#[non_exhaustive]
+pub enum NotTaken {
+    /// As many commands wait for a poll as the session can hold.
+    #[error("{WISHES} commands wait in the session: poll it first")]
+    Full,
+    /// A command with this token has not ended.
+    #[error("the command with token {} has not ended: choose another token", .0.0)]
+    TokenInUse(Token),
+    /// The message cannot be written, or is longer than the room that is free for messages of commands.
+    #[error("the message cannot be kept: {0}")]
+    Message(EncodeError),
+}
+
+/// State of a session between two polls: what its caller wants, and what its machine wants.
+#[doc(hidden)]
+#[derive(Debug, Clone)]
+pub struct Agenda<I, E, const N: usize, const W: usize = { 2 * WISHES }> {
+    /// Stops of everything, first to come first.
+    urgent: ArrayVec<I, WISHES>,
+    /// Other wishes, first to come first, with room for as many stops as for all other wishes.
+    wishes: ArrayVec<I, W>,
+    /// Whether the link went down, and whether it came up after that.
+    link: (bool, bool),
+    /// Effects of the last input, last one first.
+    effects: ArrayVec<E, N>,
+    wake: Option<Millis>,
+}
+
+/// Thing that the machine is to be told next.
+#[doc(hidden)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum News<I> {
+    /// The link is down.
+    LinkDown,
+    /// The link is up.
+    LinkUp,
+    /// The caller wants something.
+    Wish(I),
+}
+
+impl<I, E, const N: usize, const W: usize> Agenda<I, E, N, W> {
+    /// Agenda without entries.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            urgent: ArrayVec::new_const(),
+            wishes: ArrayVec::new_const(),
+            link: (false, false),
+            effects: ArrayVec::new_const(),
+            // A machine may have something to do from the beginning on.
+            wake: Some(Millis(0)),
+        }
+    }
+
+    /// Notes that the link is up.
+    pub fn link_up(&mut self) {
+        self.link.1 = true;
+    }
+
+    /// Notes that the link is down. Nothing can be sent over it any more.
+    pub fn link_down(&mut self, is_event: impl Fn(&E) -> bool) {
+        self.link = (true, false);
+        self.effects.retain(|effect| is_event(effect));
+    }
+
+    /// Notes a stop of everything, which goes before all other wishes. After it, the machine refuses what may move.
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`].
+    pub fn stop_all(&mut self, stop: I) -> Result<(), NotTaken> {
+        self.urgent.try_push(stop).map_err(|_| NotTaken::Full)
+    }
+
+    /// Notes a stop of one thing, or the report of a rig. It keeps its place after the wishes that came before, because these
+    /// may move the same thing. It has room of its own.
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`].
+    pub fn stop_one(&mut self, stop: I) -> Result<(), NotTaken> {
+        self.wishes.try_push(stop).map_err(|_| NotTaken::Full)
+    }
+
+    /// Notes a wish.
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`].
+    pub fn want(&mut self, wish: I) -> Result<(), NotTaken> {
+        if self.wishes.len() < WISHES { self.stop_one(wish) } else { Err(NotTaken::Full) }
+    }
+
+    /// Next thing to tell the machine, apart from what arrives on the link and the time.
+    pub fn news(&mut self) -> Option<News<I>> {
+        if core::mem::take(&mut self.link.0) {
+            return Some(News::LinkDown);
+        }
+        if core::mem::take(&mut self.link.1) {
+            return Some(News::LinkUp);
+        }
+        self.urgent.pop_at(0).or_else(|| self.wishes.pop_at(0)).map(News::Wish)
+    }
+
+    /// Whether the machine has to be woken.
+    #[must_use]
+    pub fn is_due(&self, now: Millis) -> bool {
+        self.wake.is_some_and(|wake| wake <= now)
+    }
+
+    /// Time at which the machine has to be woken.
+    #[must_use]
+    pub const fn wake(&self) -> Option<Millis> {
+        self.wake
+    }
+
+    /// Takes what follows from an input. All that followed from the last one is done.
+    pub fn fill<T, V>(&mut self, output: Output<T, V, N>, hold: impl Fn(Effect<T, V>) -> E) {
+        self.wake = output.wake;
+        self.effects.clear();
+        for effect in output.into_iter().rev() {
+            let _ = self.effects.try_push(hold(effect));
+        }
+    }
+
+    /// Next effect.
+    pub fn pop(&mut self) -> Option<E> {
+        self.effects.pop()
+    }
+
+    /// Takes an effect back that could not be done.
+    pub fn put_back(&mut self, effect: E) {
+        let _ = self.effects.try_push(effect);
+    }
+
+    /// Whether no effect waits.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.effects.is_empty()
+    }
+}
+
+impl<I, E, const N: usize, const W: usize> Default for Agenda<I, E, N, W> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Makes the methods of a session that tell its machine something: a variant, and the method with its arguments and those of
+/// the variant. Commands have a token, and name the enum that tells their ends; reports have neither.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! session_methods {
+    (
+        impl<$(const $n:ident: $size:ty),*> $session:ty as $input:ident, see $see:ident $(, with $token:ident)?;
+        $($lane:ident {
+            $(
+                $(#[$meta:meta])*
+                $variant:ident $method:ident($($arg:ident: $type:ty),*) $(=> ($($tuple:tt)*))? $(=> {$($fields:tt)*})?;
+            )*
+        })*
+    ) => {
+        $crate::session_methods! { each
+            [impl<$(const $n: $size),*> $session] [$input $see] [$($token)?]
+            $($($lane $(#[$meta])* $variant $method [$($arg: $type),*] [$(($($tuple)*))? $({$($fields)*})?];)*)*
+        }
+    };
+    (each
+        [impl<$(const $n:ident: $size:ty),*> $session:ty] [$input:ident $see:ident] $token:tt
+        $($lane:ident $(#[$meta:meta])* $variant:ident $method:ident $args:tt $value:tt;)*
+    ) => {
+        impl<$(const $n: $size),*> $session {
+            $($crate::session_methods! {
+                one $lane $(#[$meta])* [$input $see $variant] $method $args $value $token
+            })*
+        }
+    };
+    (one $lane:ident $(#[$meta:meta])* [$input:ident $see:ident $variant:ident] $method:ident
+        [$($arg:ident: $type:ty),*] [$($value:tt)*] [$token:ident]
+    ) => {
+        $(#[$meta])*
+        #[doc = concat!("\n\nIts end is that of [`", stringify!($see), "::", stringify!($variant), "`].")]
+        ///
+        /// # Errors
+        ///
+        /// [`NotTaken::Full`] if too many commands wait for a poll.
+        pub fn $method(&mut self, $token: $crate::machine::Token $(, $arg: $type)*) -> Result<(), NotTaken> {
+            self.agenda.$lane(($token, $input::$variant $($value)*))
+        }
+    };
+    (one $lane:ident $(#[$meta:meta])* [$input:ident $see:ident $variant:ident] $method:ident
+        [$($arg:ident: $type:ty),*] [$($value:tt)*] []
+    ) => {
+        $(#[$meta])*
+        #[doc = concat!("\n\nMore is told at [`", stringify!($see), "::", stringify!($variant), "`].")]
+        ///
+        /// # Errors
+        ///
+        /// [`NotTaken::Full`] if too many reports wait for a poll.
+        pub fn $method(&mut self $(, $arg: $type)*) -> Result<(), NotTaken> {
+            self.agenda.$lane($input::$variant $($value)*)
+        }
+    };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn filled() -> Agenda<u8, u8, 2> {
+        let mut agenda = Agenda::new();
+        for number in 0..8 {
+            assert_eq!(agenda.want(number), Ok(()));
+        }
+        agenda
+    }
+
+    #[test]
+    fn a_stop_of_everything_goes_before_all_that_waits_and_has_room_of_its_own() {
+        let mut agenda = filled();
+        assert_eq!(agenda.want(8), Err(NotTaken::Full));
+        assert_eq!((agenda.stop_one(10), agenda.stop_all(20), agenda.stop_all(21)), (Ok(()), Ok(()), Ok(())));
+        for number in [20, 21, 0, 1, 2, 3, 4, 5, 6, 7, 10] {
+            assert_eq!(agenda.news(), Some(News::Wish(number)));
+        }
+        assert_eq!(agenda.news(), None);
+    }
+
+    #[test]
+    fn the_link_goes_before_all_wishes_and_only_its_last_state_counts() {
+        let mut agenda = filled();
+        agenda.link_up();
+        agenda.link_down(|_| true);
+        agenda.link_down(|_| true);
+        agenda.link_up();
+        assert_eq!(agenda.news(), Some(News::LinkDown));
+        assert_eq!(agenda.news(), Some(News::LinkUp));
+        assert_eq!(agenda.news(), Some(News::Wish(0)));
+    }
+
+    #[test]
+    fn nothing_is_sent_over_a_link_that_went_down() {
+        let mut agenda = filled();
+        let mut output = Output::<u8, u8, 2>::default();
+        output.transmit(1);
+        output.event(2);
+        agenda.fill(output, |effect| match effect {
+            Effect::Transmit(number) => 10 + number,
+            Effect::Event(number) => number,
+        });
+        agenda.link_down(|held| *held < 10);
+        assert_eq!((agenda.is_idle(), agenda.pop(), agenda.pop()), (false, Some(2), None));
+        agenda.put_back(2);
+        assert_eq!((agenda.is_idle(), agenda.pop(), agenda.is_idle()), (false, Some(2), true));
+    }
+}
