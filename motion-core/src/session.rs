@@ -171,7 +171,7 @@ impl<I, E, const N: usize, const W: usize> Default for Agenda<I, E, N, W> {
     }
 }
 
-/// Makes the methods of a session that tell its machine something: a variant, and the method with its arguments and those of
+/// Makes the `Debug` of a session, and its methods that tell its machine something: a variant, and the method with its arguments and those of
 /// the variant. Commands have a token, and name the enum that tells their ends; reports have neither.
 #[doc(hidden)]
 #[macro_export]
@@ -194,6 +194,13 @@ macro_rules! session_methods {
         [impl<$(const $n:ident: $size:ty),*> $session:ty] [$input:ident $see:ident] $token:tt
         $($lane:ident $(#[$meta:meta])* $variant:ident $method:ident $args:tt $value:tt;)*
     ) => {
+        impl<$(const $n: $size),*> core::fmt::Debug for $session {
+            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                let (machine, held) = (&self.machine, self.held());
+                f.debug_struct("Session").field("machine", machine).field("held", &held).finish_non_exhaustive()
+            }
+        }
+
         impl<$(const $n: $size),*> $session {
             $($crate::session_methods! {
                 one $lane $(#[$meta])* [$input $see $variant] $method $args $value $token

@@ -1,5 +1,7 @@
 //! Session of a device: the machine with the stream buffers of its clients.
 
+use core::fmt;
+
 use motion_core::session::{Agenda, News, NotTaken};
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
@@ -232,5 +234,12 @@ impl<const N: usize> Session<N> {
             self.agenda.fill(output, Held::of);
         }
         is_due
+    }
+}
+
+impl<const N: usize> fmt::Debug for Session<N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (machine, held) = (&self.machine, self.held());
+        f.debug_struct("Session").field("machine", machine).field("held", &held).finish_non_exhaustive()
     }
 }

@@ -94,7 +94,7 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
                 break;
             }
         }
-        writeln!(out, "{} {} {}", client.may_move(), client.held(), device.held())?;
+        writeln!(out, "{client:?} {} {device:?}", client.may_move())?;
     }
     Ok(())
 }
@@ -156,7 +156,7 @@ fn dmc_host(input: &[u8], out: &mut dyn Write) -> fmt::Result {
                 break;
             }
         }
-        writeln!(out, "{} {}", session.may_move(), session.held())?;
+        writeln!(out, "{session:?} {}", session.may_move())?;
     }
     Ok(())
 }
@@ -209,7 +209,7 @@ fn dmc_device(input: &[u8], out: &mut dyn Write) -> fmt::Result {
                 break;
             }
         }
-        writeln!(out, "{}", session.held())?;
+        writeln!(out, "{session:?}")?;
     }
     Ok(())
 }
@@ -268,7 +268,7 @@ fn hoot(input: &[u8], out: &mut dyn Write) -> fmt::Result {
                 break;
             }
         }
-        writeln!(out, "{} {} {}", master.may_move(), master.held(), node.held())?;
+        writeln!(out, "{master:?} {} {node:?}", master.may_move())?;
     }
     Ok(())
 }
