@@ -8,6 +8,8 @@ mod bench;
 mod connection;
 #[path = "machines/coverage.rs"]
 mod coverage;
+#[path = "machines/failed_runs.rs"]
+mod failed_runs;
 #[path = "machines/host.rs"]
 mod host;
 #[path = "machines/may_move.rs"]

@@ -192,6 +192,9 @@ impl Motor {
     /// Comes to rest with an acceleration, or as sharply as possible without one, and never more sharply than possible.
     /// A motor that slows down more sharply already goes on so: a stop never softens an earlier one.
     pub fn stop(&mut self, now: Millis, acceleration: Option<f64>) {
+        if self.at(now).velocity == 0.0 {
+            return self.halt(now);
+        }
         let hardest = self.limits.acceleration;
         let hard = acceleration.map_or(hardest, f64::abs);
         let hard = if hard > 0.0 { hard.max(self.slowing(now)).min(hardest) } else { hardest };

@@ -28,10 +28,15 @@ impl DeviceMachine {
             _ => return Err(AckCode::ERR_MOVING),
         }
         allowed(request.rig)?;
-        if !is_live {
+        let is_move = matches!(request.message, HostMessage::MotorMove(_));
+        let ends_run = is_move && matches!(self.motion, Motion::Running(_)) && self.has(Quirks::MOVE_ENDS_RUN);
+        if ends_run {
+            output.event(Event::TriggersOff);
+        }
+        if !is_live || ends_run {
             self.on_frame = None;
         }
-        if self.motion == Motion::Idle || !is_live {
+        if self.motion == Motion::Idle || !is_live || ends_run {
             self.motion = Motion::Moving;
         }
         self.moving.0 |= Motors::from_iter([motor]).0;

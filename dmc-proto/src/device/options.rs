@@ -96,10 +96,12 @@ flags! {
         FEW_CHECKS = 0x8000,
         /// A way to a frame is refused until the motors rest after a run or a shot (decision D-94).
         BUSY_AFTER_RUN = 0x1_0000,
+        /// A move of a motor that is driven by hand ends the run or shot that runs, and the end is not told (decision D-98).
+        MOVE_ENDS_RUN = 0x2_0000,
     }
 }
 
 impl Quirks {
     /// Differences of the vendor's own firmware, dmc-lite.
-    pub const VENDOR: Self = Self(0x1_DFFF);
+    pub const VENDOR: Self = Self(0x3_DFFF);
 }

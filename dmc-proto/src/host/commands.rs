@@ -73,7 +73,10 @@ impl HostMachine {
 
     /// Whether a message may be sent at all.
     fn check(&self, message: &HostMessage<'_>) -> Result<(), Refusal> {
-        if self.stops.forbid(message) {
+        let conduct = message.conduct();
+        // The device may still have a run or shot, and go to its start with the next motion of all motors.
+        let follows_run = conduct.in_sequence && conduct.may_move() && self.is_armed();
+        if follows_run || self.stops.forbid(message) {
             return Err(Refusal::Stopping);
         }
         if let (true, Some(device)) = (self.options.gates(), self.device) {
@@ -182,12 +185,19 @@ impl HostMachine {
         }
     }
 
-    fn follow(&mut self, output: &mut Output<'_>, next: Next) {
+    fn follow(&mut self, now: Millis, output: &mut Output<'_>, next: Next) {
         match next {
             Next::Wait => {}
             Next::Ask(request) => self.ask(output, request),
             Next::Tell(event) => output.event(event),
-            Next::End(outcome) => self.sequence_over(output, outcome),
+            Next::End(outcome) => {
+                let is_run = self.sequence.as_mut().and_then(Sequence::run).is_some();
+                self.sequence_over(output, outcome);
+                if is_run && self.motion.is_armed {
+                    // The device may keep the run or shot: it forgets it with a stop (decision D-97).
+                    self.stop(now, output, StopTarget::AllSilent);
+                }
+            }
         }
         if let Some(token) = self.sequence.as_mut().and_then(Sequence::run).and_then(Run::signal_done) {
             output.event(Event::Ended { token, outcome: Outcome::Done(None) });
@@ -231,17 +241,17 @@ impl HostMachine {
         if reply.rests() && !is_outdated && !matches!(next, Next::Wait) {
             self.motion.may_move = false;
         }
-        self.follow(output, next);
+        self.follow(now, output, next);
     }
 
     pub(super) fn sequence_due(&mut self, now: Millis, output: &mut Output<'_>) {
         if let Some(run) = self.sequence.as_mut().and_then(Sequence::run) {
             let next = run.due(now, &self.options);
-            self.follow(output, next);
+            self.follow(now, output, next);
         }
     }
 
-    pub(super) fn section(&mut self, output: &mut Output<'_>, section: Option<Section>) {
+    pub(super) fn section(&mut self, now: Millis, output: &mut Output<'_>, section: Option<Section>) {
         let next = match &mut self.sequence {
             Some(Sequence { course: Course::Upload(upload), .. }) => {
                 if let Some(section) = section {
@@ -251,7 +261,7 @@ impl HostMachine {
             }
             _ => Next::Tell(Event::SectionNotWanted),
         };
-        self.follow(output, next);
+        self.follow(now, output, next);
     }
 
     /// The device tells by itself that something begins or ends.
@@ -270,7 +280,7 @@ impl HostMachine {
             Some(next) => {
                 // This answers what the sequence still asks.
                 self.cancel(|request| request.owner == Owner::Sequence);
-                self.follow(output, next);
+                self.follow(now, output, next);
             }
             None => output.event(Event::Unsolicited(id, message)),
         }

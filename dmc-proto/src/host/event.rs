@@ -120,12 +120,15 @@ pub enum Outcome<'a> {
     ///
     /// Of a sequence, the device may have refused a later request. The earlier ones are done: motors may have moved, and a
     /// run or shot [may still begin](super::HostMachine::is_armed), or its [shutter be
-    /// open](super::HostMachine::may_have_shutter_open).
+    /// open](super::HostMachine::may_have_shutter_open). If the device refused a run or a shot itself, the machine sends a
+    /// silent stop of everything, because some devices keep what they refused (decision D-97).
     Refused(Refusal),
     /// Something else ended the command. If it had been sent, the device may have done it.
     Failed(Failure),
     /// Nobody knows whether the device did it. It was sent, and no answer came, or none that is clear; or it is a stop
     /// that waits for a link.
+    ///
+    /// After a run or a shot that is not confirmed, the machine sends a silent stop of everything (decision D-97).
     NotConfirmed,
 }
 
@@ -155,6 +158,9 @@ pub enum Refusal {
     /// Too many requests wait, or another sequence runs, or the request would change which motors take part in it.
     Busy,
     /// A stop is not confirmed yet, and the message would move what has to stop.
+    ///
+    /// The message may also move all motors while the device may still have a run or a shot that failed. Send a stop of
+    /// everything then, and try again after [`Event::Stopped`] (decision D-97).
     Stopping,
     /// The command does not fit the state of the machine: no run is armed, or the device is greeted or configured already.
     Unexpected,

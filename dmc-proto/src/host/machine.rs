@@ -121,11 +121,11 @@ impl HostMachine {
             || self.stops.iter().next().is_some()
     }
 
-    /// Whether the device may still begin a run or a shot, or be in one.
+    /// Whether the device may still begin a run or a shot, be in one, or keep one that it refused.
     ///
     /// This stays so after a sequence that failed midway: only a stop of everything makes it safe to come near. Neither a
     /// hard stop nor a reset ends it, because the news of them may be older than what is on its way to the device
-    /// (decision D-60).
+    /// (decision D-60). As long as it is so and no sequence runs, nothing is sent that moves all motors (decision D-97).
     #[must_use]
     pub fn is_armed(&self) -> bool {
         self.motion.is_armed || self.requests.any(Request::arms)
@@ -317,6 +317,12 @@ impl HostMachine {
             (Role::Configures(motor, _), Reply::Refused(AckCode::ERR_UNSUPPORTED)) => {
                 self.uses.unsupported(motor);
             }
+            (Role::MovesOne, Reply::Refused(_)) => {}
+            (Role::MovesOne, _) => {
+                if let Some(run) = self.sequence.as_mut().and_then(Sequence::run) {
+                    run.motor_moves();
+                }
+            }
             (Role::StopsLoop, Reply::Acknowledged) => {
                 if let Some(run) = self.sequence.as_mut().and_then(Sequence::run) {
                     run.loop_ends(now);
@@ -407,7 +413,7 @@ impl HostMachine {
             Input::Malformed(id, kind) => output.event(Event::Malformed(id, kind)),
             Input::Corrupt => output.event(Event::Corrupt),
             Input::Command(token, command) => self.command(now, output, token, &command),
-            Input::Section(section) => self.section(output, section),
+            Input::Section(section) => self.section(now, output, section),
             Input::Wake => {}
         }
         self.watch(now, output);

@@ -99,6 +99,9 @@
 //!
 //! # Safety of people
 //!
+//! The machine sends a stop of everything by itself after a run or a shot that the device refused, or that is not confirmed,
+//! because the device may keep it (decision D-97).
+//!
 //! A stop is the first effect of the call that asks for it, and calls off all that could move a motor. The stop is repeated
 //! until it is known to be obeyed, a timeout apart, whatever the device answers. [`Event::StopNotConfirmed`] has to reach a person who can press the emergency stop. As
 //! long as [`HostMachine::may_move`] says so, motors may move, or begin to move by the operator's hand.

@@ -9,7 +9,7 @@ use crate::message::AckCode;
 pub(super) struct Motion {
     /// Whether something that may move was sent, and rest is not known since.
     pub(super) may_move: bool,
-    /// Whether the device may wait for the signal to start a run or shot, or be in one.
+    /// Whether the device may wait for the signal to start a run or shot, be in one, or keep one that it refused.
     pub(super) is_armed: bool,
     /// Whether the shutter may be open by hand, or because a shot was broken off.
     pub(super) is_shutter_open: bool,
@@ -22,6 +22,8 @@ impl Motion {
         if !(reply.is_plain_refusal() && pending.tries.len() == 1) {
             self.may_be_done(&pending.request);
         }
+        // A device may keep a run or shot that it refused (decision D-97).
+        self.is_armed |= pending.request.arms();
         // A device that does not know the message has not opened the shutter by it.
         let is_closed = matches!(reply, Reply::Acknowledged | Reply::Refused(AckCode::ERR_UNSUPPORTED));
         if is_closed && pending.request.role == Role::Shutter(false) {

@@ -66,6 +66,8 @@ pub(super) enum Role {
     Plain,
     /// It sets the uses of a motor.
     Configures(Motor, MotorFlags),
+    /// It moves one motor to a position.
+    MovesOne,
     /// It ends a loop.
     StopsLoop,
     /// It opens the shutter of the camera, or closes it.
@@ -86,6 +88,7 @@ impl Request {
     fn new(owner: Owner, contents: Contents, message: &HostMessage<'_>) -> Self {
         let role = match message {
             HostMessage::MotorConfigure(message) => Role::Configures(message.motor, message.flags),
+            HostMessage::MotorMove(_) => Role::MovesOne,
             HostMessage::RtStopLoop(_) => Role::StopsLoop,
             HostMessage::GioCam(message) => Role::Shutter(message.flags.contains(CameraFlags::SHUTTER)),
             _ => Role::Plain,

@@ -11,7 +11,7 @@ use super::transmit::Contents;
 use crate::message::{AckCode, DeviceMessage, FrameNumber, HostMessage, RtRunMove, RunFlags};
 
 /// A move to a frame, a jog of all motors, a run or a shot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Run {
     goal: Goal,
     /// Message of the application that asked for it.
@@ -21,7 +21,11 @@ pub(super) struct Run {
     phase: Phase,
     /// Token of the signal to start, as long as that has not ended.
     go: Option<Token>,
+    /// Whether a motor was moved while the device ran, which may have ended the run.
+    is_doubtful: bool,
 }
+
+motion_core::debug! { Run { goal begin opens_shutter phase go is_doubtful } }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Goal {
@@ -108,7 +112,7 @@ impl Run {
         let (phase, first) = start.map_or((Phase::Begins, begin), |start| {
             (Phase::ToStart, Request::own(Owner::Sequence, Contents::ToFrame(start)))
         });
-        Some((Self { goal, begin, opens_shutter, phase, go: None }, first))
+        Some((Self { goal, begin, opens_shutter, phase, go: None, is_doubtful: false }, first))
     }
 
     /// Whether the device may have opened the shutter for the run, and may leave it open after this end (decision D-86). A
@@ -190,8 +194,15 @@ impl Run {
                 self.phase = Phase::Armed;
                 Next::Tell(Event::Armed(token))
             }
+            _ if self.is_doubtful => Next::End(Outcome::NotConfirmed),
             _ => Next::End(Outcome::Done(None)),
         }
+    }
+
+    /// A motor that is driven by hand moves to a position. Some devices end what runs by that, and do not tell its end
+    /// (decision D-98).
+    pub(super) fn motor_moves(&mut self) {
+        self.is_doubtful |= matches!(self.phase, Phase::Goes(..) | Phase::Runs(_));
     }
 
     /// The application gives the signal to start. Returns `None` if nothing waits for it.
@@ -268,10 +279,18 @@ impl Run {
             // A pass that ends has begun.
             (DeviceMessage::RtEnd(_), Phase::Goes(..)) if self.loops() => Some(self.started(now, token)),
             (DeviceMessage::RtEnd(_), Phase::Runs(_)) if self.loops() => {
+                self.is_doubtful = false;
                 self.position_received(now);
                 Some(Next::Tell(Event::PassEnded(token)))
             }
-            (DeviceMessage::RtEnd(_), Phase::Goes(..) | Phase::Runs(_)) => Some(self.watch(now, options, Then::End)),
+            (DeviceMessage::RtEnd(_), Phase::Goes(..) | Phase::Runs(_)) => {
+                self.is_doubtful = false;
+                Some(self.watch(now, options, Then::End))
+            }
+            (DeviceMessage::RtEnd(_), Phase::Watch(_, Then::End)) if self.is_doubtful && !self.loops() => {
+                self.is_doubtful = false;
+                Some(self.watch(now, options, Then::End))
+            }
             _ => None,
         }
     }

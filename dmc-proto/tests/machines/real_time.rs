@@ -2,16 +2,16 @@
 
 use dmc_proto::device::{Contents, Event, Input, Options, Quirks, State, StopKind};
 use dmc_proto::message::{
-    AckCode, BlurPercent, Direction, FramesPerSecond, HostMessage, JogSpeed, Milliseconds, Motor, MotorJog, MotorPair,
-    MotorStatusRequest, Motors, RtGo, RtShootFrame, RtStopLoop, RtUploadMoveEnd, RtUploadMoveTriggers, RunFlags,
-    Scaled, Steps, Triggers,
+    AckCode, BlurPercent, Direction, FramesPerSecond, HostMessage, JogSpeed, Milliseconds, Motor, MotorConfigure,
+    MotorFlags, MotorJog, MotorPair, MotorStatusRequest, Motors, RtGo, RtShootFrame, RtStopLoop, RtUploadMoveEnd,
+    RtUploadMoveTriggers, RunFlags, Scaled, Steps, Triggers,
 };
 
 use motion_core::wire::Messages as _;
 
 use super::bench::{
-    Bench, SWING_PAN, Said, UNASKED, axis, begin, frame, hi, jog, jog_all, position_frame, run, shot, stop_all,
-    virtuals,
+    Bench, SWING_PAN, Said, UNASKED, axis, begin, frame, hi, jog, jog_all, move_to, position_frame, run, shot,
+    stop_all, virtuals,
 };
 
 fn end() -> HostMessage<'static> {
@@ -505,6 +505,32 @@ fn a_device_may_check_few_numbers() {
     bench.refuses(shot(1), AckCode::ERR_MOVING);
     let mut bench = Bench::of(Options::of(hi()).with_quirks(Quirks::FEW_CHECKS));
     bench.refuses(shot(1), AckCode::ERR_RANGE);
+}
+
+/// D-98
+#[test]
+fn a_device_may_end_a_run_because_a_motor_moves() {
+    for quirks in [Quirks(0), Quirks::MOVE_ENDS_RUN] {
+        let mut bench = Bench::quirky(quirks);
+        bench.asked(MotorConfigure { motor: Motor(3), flags: MotorFlags::LIVE, tail: &[] }.into());
+        bench.asked(run(1, 5, RunFlags(0)));
+        bench.rests();
+        bench.asked(move_to(3, 1));
+        assert_eq!(bench.state(), State::Ready);
+        bench.asked(go());
+        bench.takes(jog(3), Event::Jog(Motor(3), JogSpeed::FULL, Steps(i32::MAX)));
+        assert_eq!(bench.state(), State::Running);
+        let (said, events) = bench.asked(move_to(3, 2));
+        assert_eq!(said.len(), 1, "no end is told: {said:?}");
+        let moves = Event::Move(Motor(3), Steps(2));
+        if quirks == Quirks(0) {
+            assert_eq!((bench.state(), events), (State::Running, vec![moves]));
+        } else {
+            assert_eq!((bench.state(), events), (State::Moving, vec![Event::TriggersOff, moves]));
+            bench.rests();
+            assert_eq!((bench.state(), bench.machine.on_frame()), (State::Idle, None));
+        }
+    }
 }
 
 /// D-94

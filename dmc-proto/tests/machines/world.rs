@@ -252,6 +252,10 @@ impl World {
                     _ => (Motion::Stopping, 150),
                 }
             }
+            // A motor that is driven by hand may end a run.
+            device::Event::Move(..) if before == State::Running && self.device().state() == State::Moving => {
+                (Motion::Single, 800)
+            }
             // A motor that is driven by hand moves while the others wait.
             device::Event::Move(..) | device::Event::Jog(..) if self.motion == Motion::Prepared => {
                 (Motion::Prepared, 300)

@@ -112,6 +112,13 @@ impl Named for Setup {
                 setup.add(Quirks::BUSY_AFTER_RUN);
             },
         ),
+        Choice::new(
+            "move-ends-run",
+            "A move of a motor that is driven by hand ends a run, and the end is not reported.",
+            |setup| {
+                setup.add(Quirks::MOVE_ENDS_RUN);
+            },
+        ),
         Choice::new("tells-each-motor", "The status tells which motors move at this moment.", |setup| {
             setup.facts.tells_each_motor = true;
         }),

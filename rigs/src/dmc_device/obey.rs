@@ -168,11 +168,15 @@ impl Core {
         self.owes_rest = true;
     }
 
-    /// Ends the wait for the start of a run or shot, if the machine ended it.
+    /// Ends the run or shot that waits or runs, if the machine ended it.
     fn cut_in(&mut self) {
-        if matches!(self.course, Course::Ready(_)) && self.machine.state() == State::Moving {
-            self.course = Course::Free;
+        if self.machine.state() != State::Moving || !matches!(self.course, Course::Ready(_) | Course::Runs(_)) {
+            return;
         }
+        for motor in self.led() {
+            self.stop_one(motor);
+        }
+        self.course = Course::Free;
     }
 
     fn go_to_frame(&mut self, frame: FrameNumber) {

@@ -203,7 +203,9 @@ impl Core {
                 self.close_later();
                 None
             }
-            host::Event::Stopped(_) => {
+            host::Event::Stopped(target) => {
+                // The machine itself sends a silent stop after a run or shot that failed.
+                self.closes |= target == StopTarget::AllSilent && self.machine.may_have_shutter_open();
                 self.rest = Some((self.clock, QUESTIONS));
                 None
             }

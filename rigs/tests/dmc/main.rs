@@ -1,5 +1,6 @@
 //! A DMC host and a simulated device, together.
 
+mod failed;
 mod faults;
 mod hostile;
 mod late;

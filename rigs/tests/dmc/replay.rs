@@ -60,6 +60,7 @@ const DIFFERENCES: &[Known] = &[
         &[1089],
     ),
     ("the end of a shot is rounded up to the next step", &[1353, 1360]),
+    ("a move of a motor to the place where it stands does not end a run", &[1467, 1480]),
     ("a header that is too long is dropped with the start of the frame after it", &[1615]),
 ];
 

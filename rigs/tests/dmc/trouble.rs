@@ -47,6 +47,9 @@ fn a_reset_ends_a_run_and_forgets_the_move() {
     assert_eq!(stage.scene.host.is_loaded(), Some(false));
     let to_frame = RtPositionFrame { frame: FrameNumber(1), tail: &[] };
     let token = stage.begin(to_frame);
+    assert_eq!(stage.end(token, 1000), Err(Outcome::Refused(Refusal::Stopping)), "a stop has to end the run");
+    assert!(stage.stop() && stage.rests());
+    let token = stage.begin(to_frame);
     assert!(matches!(stage.end(token, 1000), Err(Outcome::Refused(Refusal::Device(_)))));
     assert!(stage.stop() && stage.rests());
 }

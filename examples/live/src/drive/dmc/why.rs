@@ -31,7 +31,9 @@ pub(super) fn not_done(what: &str, outcome: Outcome<'_>, has_switches: bool) -> 
             failed("the line to the rig is gone: check its cable and its power")
         }
         Outcome::Refused(Refusal::NotReady) => failed("the rig is not ready yet: wait, and start again"),
-        Outcome::Refused(Refusal::Stopping) => failed("a stop is not confirmed yet: check the rig"),
+        Outcome::Refused(Refusal::Stopping) => {
+            failed("a stop is not confirmed yet, or has to come first: check the rig, and stop")
+        }
         Outcome::Failed(Failure::NoAnswer) => failed("the rig no longer answers: check its cable and its power"),
         Outcome::Failed(Failure::Stopped) => failed("it was stopped"),
         Outcome::Failed(Failure::HardStop) if has_switches => {
