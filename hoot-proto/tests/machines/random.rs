@@ -10,7 +10,7 @@ use hoot_proto::device::{
 };
 use hoot_proto::frame::Selector;
 use hoot_proto::host::{
-    Command, Event, HostMachine, Input, Options, Outcome, Output, Request, StopState, StopTarget, Token,
+    Command, Event, HostMachine, Input, Options, Outcome, Output, Refusal, Request, StopState, StopTarget, Token,
 };
 use hoot_proto::message::{self, AltMode, HostMessage, Motor, Reply, ResponseCode, RingTip, Steps, StepsPerSecond};
 use hoot_proto::query::Profile;
@@ -396,6 +396,14 @@ impl Watch {
         self.blocks.extend(Block::of(node, &message, now).filter(|block| block.new_address.is_some()));
     }
 
+    /// Whether an answer without a value may be that to a start of somebody else from before the line came up: the listed node,
+    /// or the receiver of the last packet, has not answered since.
+    fn may_be_foreign(&self, now: u64) -> bool {
+        let receiver = self.out.map_or(NODE, |(to, _)| to);
+        let is_silent = |block: &Block| [NODE, receiver].iter().any(|node| !block.heard.contains(node));
+        self.blocks.iter().any(|block| block.is_unknown && now < block.until && is_silent(block))
+    }
+
     /// Whether a stop to a node, or to all, has to be sent when the gap is over.
     fn is_due(&self, bridge: bool, to: Address, stop: Option<&HostMessage<'_>>, now: u64) -> bool {
         // Through a bridge, the node is stopped instead of all nodes.
@@ -414,16 +422,16 @@ impl Watch {
         (is_over || !waits) && !stop.is_some_and(is_recent)
     }
 
-    /// At most one packet waits at a node that may be deaf: a stop, or after the line came up a request that moves nothing.
+    /// At most one packet waits at a node that may be deaf: a stop, or after the line came up a query.
     fn sent(&mut self, now: u64, to: Address, message: &HostMessage<'static>) {
         self.expire(now);
         let conduct = message.conduct();
         let begins = Block::of(to, message, now);
         let is_stop = matches!(message, HostMessage::Stop(_) | HostMessage::BroadcastStop(_));
-        let is_calm = !conduct.is_stop() && !conduct.may_move() && begins.is_none();
+        let is_query = message.query().is_some();
         for block in self.blocks.iter_mut().filter(|block| block.concerns(to)) {
             let hears = now >= block.until;
-            let may_wait = is_stop || is_calm && block.is_unknown;
+            let may_wait = is_stop || is_query && block.is_unknown;
             assert!(may_wait || hears, "{message} to {to} at a node that may be deaf: {block:?}");
             assert!(block.waiting(now, to) == 0 || hears, "{message} to {to} is a second packet: {block:?}");
             block.sent.push((to, now));
@@ -506,7 +514,13 @@ proptest! {
                     master.request_to(watch.tokens.begin().0, to, message)
                 }
                 ToMaster::Reply(code, data) => {
+                    let is_foreign = data.is_empty() && watch.may_be_foreign(now);
                     let output = master.reply(code, data.leak());
+                    let is_done = |outcome: &Outcome<'_>| {
+                        matches!(outcome, Outcome::Done(_) | Outcome::Refused(Refusal::Device(_)))
+                    };
+                    let is_believed = ended(&output).iter().any(|(_, outcome)| is_done(outcome));
+                    prop_assert!(!is_foreign || !is_believed, "it may be that to a start of somebody else: {:?}", output);
                     if !output.events().any(|event| matches!(event, Event::Unsolicited(_))) {
                         watch.answered(now);
                     }
