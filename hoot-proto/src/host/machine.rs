@@ -158,7 +158,7 @@ impl HostMachine {
         if self.emergency.is_some() {
             self.send_emergency(now, output);
         }
-        // An emergency stop that goes on has sent a packet.
+        // While an emergency stop goes on, nothing else waits.
         if self.line != Line::Idle {
             return;
         }
