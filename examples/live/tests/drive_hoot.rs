@@ -438,6 +438,21 @@ async fn a_move_that_does_not_reach_its_target_fails() {
     assert!(line.contains("node 3 paused"), "{line}");
 }
 
+/// The node inverts the direction of the motor, so a move by a number of steps goes away from its target.
+#[tokio::test(start_paused = true)]
+async fn a_move_that_goes_the_wrong_way_is_stopped() {
+    for position in [50_000.0, -50_000.0] {
+        let mut bench = bench(Setup::default());
+        sleep(Duration::from_secs(1)).await;
+        bench.rig(|rig| rig.receive(Millis(1000), USB, &[0, 0, 0, 0, 0, 0xFF, 3, 1, 8, 1, 1]));
+        sleep(Duration::from_secs(1)).await;
+        let line = bench.fails(Command::Move { motor: 1, position, speed: None }).await;
+        assert!(line.contains("does the node invert its direction"), "{line}");
+        let at = f64::from(bench.position(Motor::One));
+        assert!((1.0..2000.0).contains(&at.abs()) && at * position < 0.0, "{position}: {at}");
+    }
+}
+
 /// After Ctrl-C in a move everything stops and the node confirms it, also with all quirks of firmware.
 #[tokio::test(start_paused = true)]
 async fn an_interrupted_command_stops_all_motors() {
