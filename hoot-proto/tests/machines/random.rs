@@ -354,6 +354,8 @@ impl Block {
 #[derive(Debug, Default)]
 struct Watch {
     blocks: Vec<Block>,
+    /// Time at which the last block ends, also if its node has answered: the master keeps one time for all nodes.
+    until: u64,
     /// Times at which stops were sent last, except those after which something went out that moves what they stop.
     stops: Vec<(Address, HostMessage<'static>, u64)>,
     tokens: Tokens,
@@ -371,11 +373,16 @@ impl Watch {
         *self.budget.entry(message.to_string()).or_default() += 1;
     }
 
-    /// Forgets all blocks when the last one is over: the master keeps one time for all nodes.
+    /// Forgets all blocks when the last one is over, or when no node may be deaf.
     fn expire(&mut self, now: u64) {
-        if self.blocks.iter().all(|block| now >= block.until) {
-            self.blocks.clear();
+        if self.blocks.is_empty() || now >= self.until {
+            (self.blocks, self.until) = (Vec::new(), 0);
         }
+    }
+
+    fn begins(&mut self, block: Option<Block>) {
+        self.until = block.as_ref().map_or(0, |block| block.until).max(self.until);
+        self.blocks.extend(block);
     }
 
     /// The line came up.
@@ -384,7 +391,7 @@ impl Watch {
         // What waits since before the line went down may still wait.
         let (sent, heard) = (self.blocks.iter().flat_map(|block| block.sent.clone()).collect(), Vec::new());
         let to = Address::BROADCAST;
-        self.blocks.push(Block { to, until: now + 3000, is_unknown: true, new_address: None, sent, heard });
+        self.begins(Some(Block { to, until: now + 3000, is_unknown: true, new_address: None, sent, heard }));
     }
 
     /// The packet that was sent last is answered, and the answer can only be that to this packet.
@@ -393,7 +400,8 @@ impl Watch {
         self.blocks.iter_mut().for_each(|block| block.hears(node));
         self.blocks.retain(|block| block.to == Address::BROADCAST || !block.heard.contains(&block.to));
         // A node may take its new address after the answer.
-        self.blocks.extend(Block::of(node, &message, now).filter(|block| block.new_address.is_some()));
+        self.expire(now);
+        self.begins(Block::of(node, &message, now).filter(|block| block.new_address.is_some()));
     }
 
     /// Whether an answer without a value may be that to a start of somebody else from before the line came up: the listed node,
@@ -412,7 +420,7 @@ impl Watch {
             Some(HostMessage::BroadcastStop(_)) if bridge => (NODE, Some(&STOP)),
             stop => (to, stop),
         };
-        let is_over = self.blocks.iter().all(|block| now > block.until);
+        let is_over = self.blocks.is_empty() || now > self.until;
         let is_pause = matches!(stop, Some(HostMessage::BroadcastPause(_)));
         // The next packet goes out when it is known that the one before does not wait any more, a moment after.
         let waits = self.blocks.iter().any(|block| block.concerns(to) && (is_pause || block.waiting(now - 1, to) > 0));
@@ -436,7 +444,7 @@ impl Watch {
             assert!(block.waiting(now, to) == 0 || hears, "{message} to {to} is a second packet: {block:?}");
             block.sent.push((to, now));
         }
-        self.blocks.extend(begins);
+        self.begins(begins);
         self.out = Some((to, *message));
         if conduct.is_stop() {
             self.stops.retain(|(of, stop, _)| (of, stop) != (&to, message));
