@@ -438,6 +438,40 @@ async fn a_move_that_does_not_reach_its_target_fails() {
     assert!(line.contains("node 3 paused"), "{line}");
 }
 
+/// The node inverts the direction of the motor, so a move by a number of steps goes away from its target.
+#[tokio::test(start_paused = true)]
+async fn a_move_that_goes_the_wrong_way_is_stopped() {
+    for position in [50_000.0, -50_000.0] {
+        let mut bench = bench(Setup::default());
+        sleep(Duration::from_secs(1)).await;
+        bench.rig(|rig| rig.receive(Millis(1000), USB, &[0, 0, 0, 0, 0, 0xFF, 3, 1, 8, 1, 1]));
+        sleep(Duration::from_secs(1)).await;
+        let line = bench.fails(Command::Move { motor: 1, position, speed: None }).await;
+        assert!(line.contains("does the node invert its direction"), "{line}");
+        let at = f64::from(bench.position(Motor::One));
+        assert!((1.0..2000.0).contains(&at.abs()) && at * position < 0.0, "{position}: {at}");
+    }
+}
+
+/// A node that receives a move twice adds the steps again.
+#[tokio::test(start_paused = true)]
+async fn a_move_that_arrives_twice_is_stopped() {
+    let mut bench = bench(Setup::default());
+    let (rig, start) = (Arc::clone(&bench.rig), Instant::now());
+    tokio::spawn(async move {
+        while rig.lock().unwrap().motors().iter().all(rigs::motor::Motor::rests) {
+            sleep(Duration::from_millis(10)).await;
+        }
+        sleep(Duration::from_secs(2)).await;
+        let now = Millis(start.elapsed().as_millis().try_into().unwrap());
+        let again = [0, 0, 0, 0, 0, 0xFF, 3, 1, 15, 5, 1, 0, 0, 0xEA, 0x60];
+        rig.lock().unwrap().receive(now, USB, &again);
+    });
+    let line = bench.fails(Command::Move { motor: 1, position: 60_000.0, speed: Some(5000.0) }).await;
+    assert!(line.contains("did it receive the move twice"), "{line}");
+    assert!((60_001..65_000).contains(&bench.position(Motor::One)), "{}", bench.position(Motor::One));
+}
+
 /// After Ctrl-C in a move everything stops and the node confirms it, also with all quirks of firmware.
 #[tokio::test(start_paused = true)]
 async fn an_interrupted_command_stops_all_motors() {

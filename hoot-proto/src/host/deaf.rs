@@ -3,12 +3,15 @@
 //! A node hears nothing while it carries out certain messages ([`Conduct::blocks`](crate::Conduct::blocks)). If two packets
 //! wait at it meanwhile, its firmware hangs until the power is cycled. So a node that may be deaf is sent one packet at most:
 //! the stop of its controller, or on a bus without a bridge the stop of all nodes. After the line came up, the packet may be
-//! a request that moves nothing. The next packet is sent when the node has answered, or 3 s after the one before.
+//! a query. The next packet is sent when the node has answered, or 3 s after the one before.
+//!
+//! A start is answered when its block is over. So after the line came up, an answer without a value may be that to a start of
+//! somebody else, until the nodes have answered a query.
 
 use arrayvec::ArrayVec;
 use motion_core::time::Millis;
 
-use super::Transmit;
+use super::{Nodes, Transmit};
 use crate::frame::{Address, Table};
 use crate::message::{self, HostMessage};
 
@@ -92,9 +95,11 @@ pub(super) struct Deaf {
     /// Both addresses of the node that gets another one.
     renamed: Option<[Address; 2]>,
     waiting: ArrayVec<Waits, MAX_WAITING>,
+    /// Time until which a node may answer a command of somebody else from before the line came up.
+    foreign_until: Option<Millis>,
 }
 
-motion_core::debug! { Deaf { until nodes by_command renamed waiting } }
+motion_core::debug! { Deaf { until nodes by_command renamed waiting foreign_until } }
 
 impl Deaf {
     fn extend(&mut self, until: Millis) {
@@ -103,8 +108,15 @@ impl Deaf {
 
     /// The line came up. A node may be deaf because of a command of somebody else.
     pub(super) fn link_up(&mut self, now: Millis) {
+        self.foreign_until = Some(now.after(LONGEST.into()));
         self.extend(now.after(LONGEST.into()));
         self.nodes = Addresses::ALL;
+    }
+
+    /// Whether the answer to a packet that asks for no value may be that to a start of somebody else: the receiver, or a
+    /// listed node, has not answered since the line came up.
+    pub(super) fn may_answer_others(&self, nodes: &Nodes, to: Address) -> bool {
+        self.foreign_until.is_some() && nodes.as_slice().iter().chain([&to]).any(|node| self.is_deaf(*node))
     }
 
     /// A packet goes out, or was answered, because of which its receivers may be deaf from now on.
@@ -148,6 +160,7 @@ impl Deaf {
 
     pub(super) fn expire(&mut self, now: Millis) {
         self.waiting.retain(|waits| now < waits.until);
+        self.foreign_until = self.foreign_until.filter(|until| now < *until);
         if self.until.is_some_and(|until| now >= until) {
             *self = Self::default();
         }
@@ -155,7 +168,7 @@ impl Deaf {
 
     /// Time at which a node hears again, or has read a packet.
     pub(super) fn until(&self) -> Option<Millis> {
-        self.waiting.iter().map(|waits| waits.until).chain(self.until).min()
+        self.waiting.iter().map(|waits| waits.until).chain(self.until).chain(self.foreign_until).min()
     }
 
     /// Whether a node may be deaf; for [`Address::BROADCAST`], whether any may be.
@@ -164,11 +177,10 @@ impl Deaf {
     }
 
     /// Whether a packet may wait at a node that may be deaf: the stop of the controller or of all nodes. If it is only not
-    /// known what the nodes did before the line came up, a request that moves nothing may wait too.
+    /// known what the nodes did before the line came up, a query may wait too.
     fn may_wait(&self, message: &HostMessage<'_>) -> bool {
-        let conduct = message.conduct();
-        let is_calm = !conduct.is_stop() && !conduct.may_move() && blocks(message) == 0;
-        matches!(message, HostMessage::Stop(_) | HostMessage::BroadcastStop(_)) || is_calm && !self.by_command
+        let is_stop = matches!(message, HostMessage::Stop(_) | HostMessage::BroadcastStop(_));
+        is_stop || message.query().is_some() && !self.by_command
     }
 
     /// Whether a packet may be sent as it is. A node becomes deaf only if no packet waits for it, and one node at a time gets
@@ -192,7 +204,7 @@ impl Deaf {
 
     pub(super) fn set_back(&mut self, by: Millis) {
         let waiting = self.waiting.iter_mut().map(|waits| &mut waits.until);
-        for until in waiting.chain(&mut self.until) {
+        for until in waiting.chain(&mut self.until).chain(&mut self.foreign_until) {
             *until = Millis(until.since(by));
         }
     }

@@ -180,8 +180,7 @@ impl HostMachine {
                 continue;
             };
             let is_stop = packet.message.conduct().is_stop();
-            let is_early =
-                emergency.not_before.is_some() || emergency.is_patient && !self.believes_stops(&packet.message);
+            let is_early = emergency.not_before.is_some() || emergency.is_patient && !self.believes_stops(&packet);
             if emergency.step == 0 && is_early {
                 return;
             }
@@ -198,7 +197,7 @@ impl HostMachine {
                 }
                 emergency.restart();
                 self.emergency = Some(emergency);
-            } else if packet.message.query().is_some() && !self.doubt.is_clear(&packet.message) {
+            } else if packet.message.query().is_some() && !self.is_clear(&packet) {
                 return;
             } else {
                 if is_stop {
@@ -231,9 +230,8 @@ impl HostMachine {
     }
 
     /// Whether the answer to a stop of an emergency stop cannot be the answer to something else.
-    pub(super) fn believes_stops(&self, stop: &HostMessage<'_>) -> bool {
-        let is_again = self.emergency.is_some_and(|emergency| emergency.is_again);
-        self.doubt.is_clear(stop) || is_again && self.doubt.is_counted(stop)
+    pub(super) fn believes_stops(&self, stop: &Transmit) -> bool {
+        self.believes(stop, self.emergency.is_some_and(|emergency| emergency.is_again))
     }
 
     fn next_packet(&self) -> Option<Transmit> {

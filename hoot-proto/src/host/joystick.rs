@@ -88,8 +88,7 @@ impl HostMachine {
     /// go on.
     pub(super) fn speed_due(&mut self) -> Option<Speed> {
         let is_held = |speed: &Speed| {
-            let message = speed.transmit().message;
-            let is_doubtful = !self.doubt.is_clear(&message);
+            let is_doubtful = !self.is_clear(&speed.transmit());
             let waits = |request: &Pending| request.transmit.message.query().is_none();
             !speed.is_rest() && (self.stops.hold_speeds() || is_doubtful && self.queue.first().is_some_and(waits))
         };

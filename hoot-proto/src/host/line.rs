@@ -121,6 +121,22 @@ impl HostMachine {
         from.after(self.options.drain().max(least).into())
     }
 
+    /// Whether the answer to a packet cannot be the answer to something else.
+    pub(super) fn is_clear(&self, transmit: &Transmit) -> bool {
+        self.believes(transmit, false)
+    }
+
+    /// The same. If the packet was sent before, it is enough that as many answers have come as are owed.
+    pub(super) fn believes(&self, Transmit { to, message }: &Transmit, is_again: bool) -> bool {
+        let is_foreign = message.query().is_none() && self.deaf.may_answer_others(&self.options.nodes(), *to);
+        !is_foreign && (self.doubt.is_clear(message) || is_again && self.doubt.is_counted(message))
+    }
+
+    /// Whether a refusal that comes from a node cannot be the answer to something else.
+    fn may_refuse(&self, to: Address) -> bool {
+        self.doubt.is_over() && !self.deaf.may_answer_others(&self.options.nodes(), to)
+    }
+
     pub(super) fn received<'a>(&mut self, now: Millis, output: &mut Output<'a>, message: DeviceMessage<'a>) {
         let reply = match message {
             DeviceMessage::Reply(reply) => reply,
@@ -133,7 +149,7 @@ impl HostMachine {
         match self.line {
             // A refusal tells nothing of what is refused.
             Line::Waiting(Waiting { job, sent, is_clear: true, .. })
-                if answers(&job.transmit().message, reply) && (reply.is_ok() || self.doubt.is_over()) =>
+                if answers(&job.transmit().message, reply) && (reply.is_ok() || self.may_refuse(job.transmit().to)) =>
             {
                 self.line = Line::Settling(now.after(self.options.settle().into()));
                 let Transmit { to, message } = job.transmit();
@@ -220,8 +236,8 @@ impl HostMachine {
             };
             let is_clear = match job {
                 Job::Stop(_) => true,
-                Job::Emergency(_) if message.conduct().is_stop() => self.believes_stops(&message),
-                _ => self.doubt.is_clear(&message),
+                Job::Emergency(_) if message.conduct().is_stop() => self.believes_stops(&transmit),
+                _ => self.is_clear(&transmit),
             };
             self.line = Line::Waiting(Waiting { job, until: now, sent_at: now, left, sent: 1, is_clear });
             if !is_clear {

@@ -158,7 +158,7 @@ impl HostMachine {
         if self.emergency.is_some() {
             self.send_emergency(now, output);
         }
-        // An emergency stop that goes on has sent a packet.
+        // While an emergency stop goes on, nothing else waits.
         if self.line != Line::Idle {
             return;
         }
@@ -179,7 +179,7 @@ impl HostMachine {
                 let Transmit { message, .. } = request.transmit;
                 // What may move, or makes a node deaf, waits until the stops before it are confirmed.
                 let is_held = (message.conduct().may_move() || blocks(&message) > 0) && !self.stops.is_empty();
-                let may = !is_held && self.doubt.is_clear(&message) && self.deaf.allows(&request.transmit);
+                let may = !is_held && self.is_clear(&request.transmit) && self.deaf.allows(&request.transmit);
                 if may { self.queue.pop_at(0).map(Job::Request) } else { None }
             }
         }

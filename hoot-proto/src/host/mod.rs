@@ -17,11 +17,12 @@
 //!
 //! An answer that may be that to another packet is told as [`Event::Unsolicited`], never as the end of a command. So after a
 //! silence, and after the line came up, requests wait until late answers would have come ([`Options::drain`]). Stops wait
-//! for nothing but the gap.
+//! for nothing but the gap. For 3 s after the line came up, an answer without a value may be that to a start of another
+//! master. So settings wait, and stops are repeated, until each listed node has answered a query or the time is over.
 //!
 //! Real firmware hangs if two packets wait at a node that hears nothing. A node may hear nothing for 3 s after a start, a new
 //! address or a command without a type, and after the line came up, because of another master. Until it answers or the time
-//! is over, such a node gets one packet: a stop, or after the line came up a request that moves nothing.
+//! is over, such a node gets one packet: a stop, or after the line came up a query.
 //!
 //! ```
 //! use hoot_proto::host::{Command, Effect, Event, HostMachine, Input, Options, Outcome, Request};

@@ -10,7 +10,6 @@ use motion_core::machine::Token;
 use motion_core::time::Millis;
 
 use super::deaf::Deaf;
-use super::doubt::Doubt;
 use super::event::{Event, Failure, Outcome, Refusal, StopTarget};
 use super::jobs::{Job, Pending, Stop};
 use super::line::{Line, Waiting, is_answered};
@@ -26,12 +25,10 @@ const ROOM: usize = MAX_STOPS + 1;
 pub(super) struct Stops(ArrayVec<Stop, ROOM>);
 
 impl Stops {
-    /// Takes the first stop for which there is a packet to send now.
-    fn take<T>(&mut self, packet: impl Fn(&Stop) -> Option<T>) -> Option<(Stop, T)> {
-        let may = |stop: &&Stop| stop.not_before.is_none();
-        let (at, packet) =
-            self.0.iter().enumerate().filter(|(_, stop)| may(stop)).find_map(|(at, stop)| Some((at, packet(stop)?)))?;
-        self.0.pop_at(at).map(|stop| (stop, packet))
+    /// Finds the first stop for which there is a packet to send now: its place, and the packet.
+    fn find(&self, packet: impl Fn(&Stop) -> Option<Transmit>) -> Option<(usize, Transmit)> {
+        let may = |stop: &Stop| stop.not_before.is_none();
+        self.0.iter().enumerate().filter(|(_, stop)| may(stop)).find_map(|(at, stop)| Some((at, packet(stop)?)))
     }
 
     /// Whether a stop that was not sent may be sent now.
@@ -104,12 +101,6 @@ fn concerns(stop: &Transmit, other: &Transmit) -> bool {
     let same_part = part(stop) == 0 || part(other) == 0 || part(stop) == part(other);
     let to_all = stop.to == Address::BROADCAST || other.to == Address::BROADCAST;
     to_all || stop.to == other.to && same_part
-}
-
-/// Whether the answer to a stop cannot be the answer to something else. If the stop was sent before, it is enough that as many
-/// answers have come as are owed.
-fn is_clear(doubt: &Doubt, stop: &Stop) -> bool {
-    doubt.is_clear(&stop.transmit.message) || stop.is_own && doubt.is_counted(&stop.transmit.message)
 }
 
 impl HostMachine {
@@ -191,19 +182,19 @@ impl HostMachine {
 
     /// Sends a stop that waits: one that was not sent yet past everything else, the others on a free line.
     pub(super) fn send_stop(&mut self, now: Millis, output: &mut Output<'_>) -> bool {
-        let (deaf, doubt, retries) = (&self.deaf, &self.doubt, self.options.retries());
         let is_free = self.line == Line::Idle && self.emergency.is_none();
         let again = |stop: &Stop| {
-            let is_lost = stop.sent <= retries && !stop.is_heard;
-            let may = is_clear(doubt, stop) || is_lost;
-            (is_free && stop.sent > 0 && may && deaf.allows(&stop.transmit)).then_some(stop.transmit)
+            let is_lost = stop.sent <= self.options.retries() && !stop.is_heard;
+            let may = self.believes(&stop.transmit, stop.is_own) || is_lost;
+            (is_free && stop.sent > 0 && may && self.deaf.allows(&stop.transmit)).then_some(stop.transmit)
         };
-        let first = |stop: &Stop| if stop.sent == 0 { deaf.stop_for(&stop.transmit) } else { None };
-        let Some((stop, packet)) = self.stops.take(first).or_else(|| self.stops.take(again)) else { return false };
+        let first = |stop: &Stop| if stop.sent == 0 { self.deaf.stop_for(&stop.transmit) } else { None };
+        let Some((at, packet)) = self.stops.find(first).or_else(|| self.stops.find(again)) else { return false };
+        let Some(stop) = self.stops.0.pop_at(at) else { return false };
         self.overtake(now, output);
         let message = &stop.transmit.message;
         let is_own = packet == stop.transmit;
-        if is_clear(&self.doubt, &stop) && is_own && self.line == Line::Idle && self.emergency.is_none() {
+        if self.believes(&stop.transmit, stop.is_own) && is_own && self.line == Line::Idle && self.emergency.is_none() {
             self.send(now, output, Job::Stop(stop));
             return true;
         }

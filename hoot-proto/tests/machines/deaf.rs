@@ -157,3 +157,58 @@ fn one_node_that_may_be_deaf_does_not_make_the_master_forget_another() {
         assert_eq!(sent[0], (2100, OTHER, STOP), "{message}: {sent:?}");
     }
 }
+
+// 5-73
+#[test]
+fn after_the_line_came_up_an_ok_may_be_that_to_a_start_of_somebody_else() {
+    // A stop is lost, and the node answers a start from before the line came up.
+    for asked in [0, 500, 1000, 1400, 2500] {
+        let mut master = fresh();
+        assert_eq!(master.pass(asked), []);
+        assert_eq!(packets(&[(0, master.request(1, STOP))]), [(0, NODE, STOP)], "asked after {asked} ms");
+        master.now += 60;
+        let output = master.reply(1, &[]);
+        assert!(ended(&output).is_empty(), "asked after {asked} ms");
+        assert!(matches!(others(&output)[..], [Event::Unsolicited(_)]));
+        assert_eq!(packets(&master.pass(3000 - asked))[..], [(2940 - asked, NODE, STOP)], "asked after {asked} ms");
+        assert!(matches!(ended(&master.reply(1, &[]))[..], [(1, Outcome::Done(_))]));
+    }
+    // A setting is not confirmed by such an answer either: it waits.
+    let enable = HostMessage::from(message::MotorSetEnable { motor: Motor::One, enable: YES });
+    let mut master = fresh();
+    let _ = master.request(1, enable);
+    assert_eq!(packets(&master.pass(3000)), [(3000, NODE, enable)]);
+    // Neither is a question refused by the answer to a start.
+    let mut master = fresh();
+    let _ = master.request(1, STATUS);
+    assert_eq!(packets(&master.pass(900)), [(900, NODE, STATUS)]);
+    assert_eq!(ended(&master.reply(0, &[])), []);
+    // Each node that is listed, or that is stopped, may have been started.
+    for third in [Address(20), OTHER] {
+        let mut master = fresh();
+        let first = if third == OTHER { NODE } else { OTHER };
+        let stopped = if third == OTHER { NODE } else { third };
+        if third != OTHER {
+            let _ = master.request_to(1, NODE, STATUS);
+            assert_eq!(packets(&master.pass(900)), [(900, NODE, STATUS)]);
+            let _ = master.reply(1, &[0, 0]);
+        }
+        let _ = master.request_to(2, first, STATUS);
+        assert_eq!(master.pass(900).len(), 1);
+        assert!(matches!(ended(&master.reply(1, &[0, 0]))[..], [(2, Outcome::Done(_))]));
+        master.now += 60;
+        assert_eq!(packets(&[(0, master.request_to(3, stopped, STOP))]), [(0, stopped, STOP)]);
+        master.now += 60;
+        assert!(ended(&master.reply(1, &[])).is_empty(), "{third}");
+    }
+    // When each of them has answered, the answer to a stop is its own.
+    let mut master = fresh();
+    for node in [NODE, OTHER] {
+        let _ = master.request_to(1, node, STATUS);
+        assert_eq!(master.pass(900).len(), 1);
+        assert!(matches!(ended(&master.reply(1, &[0, 0]))[..], [(1, Outcome::Done(_))]));
+    }
+    master.now += 60;
+    assert_eq!(packets(&[(0, master.request(3, STOP))]), [(0, NODE, STOP)]);
+    assert!(matches!(ended(&master.reply(1, &[]))[..], [(3, Outcome::Done(_))]));
+}

@@ -10,7 +10,7 @@ use hoot_proto::device::{
 };
 use hoot_proto::frame::Selector;
 use hoot_proto::host::{
-    Command, Event, HostMachine, Input, Options, Outcome, Output, Request, StopState, StopTarget, Token,
+    Command, Event, HostMachine, Input, Options, Outcome, Output, Refusal, Request, StopState, StopTarget, Token,
 };
 use hoot_proto::message::{self, AltMode, HostMessage, Motor, Reply, ResponseCode, RingTip, Steps, StepsPerSecond};
 use hoot_proto::query::Profile;
@@ -354,6 +354,8 @@ impl Block {
 #[derive(Debug, Default)]
 struct Watch {
     blocks: Vec<Block>,
+    /// Time at which the last block ends, also if its node has answered: the master keeps one time for all nodes.
+    until: u64,
     /// Times at which stops were sent last, except those after which something went out that moves what they stop.
     stops: Vec<(Address, HostMessage<'static>, u64)>,
     tokens: Tokens,
@@ -371,11 +373,16 @@ impl Watch {
         *self.budget.entry(message.to_string()).or_default() += 1;
     }
 
-    /// Forgets all blocks when the last one is over: the master keeps one time for all nodes.
+    /// Forgets all blocks when the last one is over, or when no node may be deaf.
     fn expire(&mut self, now: u64) {
-        if self.blocks.iter().all(|block| now >= block.until) {
-            self.blocks.clear();
+        if self.blocks.is_empty() || now >= self.until {
+            (self.blocks, self.until) = (Vec::new(), 0);
         }
+    }
+
+    fn begins(&mut self, block: Option<Block>) {
+        self.until = block.as_ref().map_or(0, |block| block.until).max(self.until);
+        self.blocks.extend(block);
     }
 
     /// The line came up.
@@ -384,7 +391,7 @@ impl Watch {
         // What waits since before the line went down may still wait.
         let (sent, heard) = (self.blocks.iter().flat_map(|block| block.sent.clone()).collect(), Vec::new());
         let to = Address::BROADCAST;
-        self.blocks.push(Block { to, until: now + 3000, is_unknown: true, new_address: None, sent, heard });
+        self.begins(Some(Block { to, until: now + 3000, is_unknown: true, new_address: None, sent, heard }));
     }
 
     /// The packet that was sent last is answered, and the answer can only be that to this packet.
@@ -393,7 +400,16 @@ impl Watch {
         self.blocks.iter_mut().for_each(|block| block.hears(node));
         self.blocks.retain(|block| block.to == Address::BROADCAST || !block.heard.contains(&block.to));
         // A node may take its new address after the answer.
-        self.blocks.extend(Block::of(node, &message, now).filter(|block| block.new_address.is_some()));
+        self.expire(now);
+        self.begins(Block::of(node, &message, now).filter(|block| block.new_address.is_some()));
+    }
+
+    /// Whether an answer without a value may be that to a start of somebody else from before the line came up: the listed node,
+    /// or the receiver of the last packet, has not answered since.
+    fn may_be_foreign(&self, now: u64) -> bool {
+        let receiver = self.out.map_or(NODE, |(to, _)| to);
+        let is_silent = |block: &Block| [NODE, receiver].iter().any(|node| !block.heard.contains(node));
+        self.blocks.iter().any(|block| block.is_unknown && now < block.until && is_silent(block))
     }
 
     /// Whether a stop to a node, or to all, has to be sent when the gap is over.
@@ -404,7 +420,7 @@ impl Watch {
             Some(HostMessage::BroadcastStop(_)) if bridge => (NODE, Some(&STOP)),
             stop => (to, stop),
         };
-        let is_over = self.blocks.iter().all(|block| now > block.until);
+        let is_over = self.blocks.is_empty() || now > self.until;
         let is_pause = matches!(stop, Some(HostMessage::BroadcastPause(_)));
         // The next packet goes out when it is known that the one before does not wait any more, a moment after.
         let waits = self.blocks.iter().any(|block| block.concerns(to) && (is_pause || block.waiting(now - 1, to) > 0));
@@ -414,21 +430,21 @@ impl Watch {
         (is_over || !waits) && !stop.is_some_and(is_recent)
     }
 
-    /// At most one packet waits at a node that may be deaf: a stop, or after the line came up a request that moves nothing.
+    /// At most one packet waits at a node that may be deaf: a stop, or after the line came up a query.
     fn sent(&mut self, now: u64, to: Address, message: &HostMessage<'static>) {
         self.expire(now);
         let conduct = message.conduct();
         let begins = Block::of(to, message, now);
         let is_stop = matches!(message, HostMessage::Stop(_) | HostMessage::BroadcastStop(_));
-        let is_calm = !conduct.is_stop() && !conduct.may_move() && begins.is_none();
+        let is_query = message.query().is_some();
         for block in self.blocks.iter_mut().filter(|block| block.concerns(to)) {
             let hears = now >= block.until;
-            let may_wait = is_stop || is_calm && block.is_unknown;
+            let may_wait = is_stop || is_query && block.is_unknown;
             assert!(may_wait || hears, "{message} to {to} at a node that may be deaf: {block:?}");
             assert!(block.waiting(now, to) == 0 || hears, "{message} to {to} is a second packet: {block:?}");
             block.sent.push((to, now));
         }
-        self.blocks.extend(begins);
+        self.begins(begins);
         self.out = Some((to, *message));
         if conduct.is_stop() {
             self.stops.retain(|(of, stop, _)| (of, stop) != (&to, message));
@@ -506,7 +522,13 @@ proptest! {
                     master.request_to(watch.tokens.begin().0, to, message)
                 }
                 ToMaster::Reply(code, data) => {
+                    let is_foreign = data.is_empty() && watch.may_be_foreign(now);
                     let output = master.reply(code, data.leak());
+                    let is_done = |outcome: &Outcome<'_>| {
+                        matches!(outcome, Outcome::Done(_) | Outcome::Refused(Refusal::Device(_)))
+                    };
+                    let is_believed = ended(&output).iter().any(|(_, outcome)| is_done(outcome));
+                    prop_assert!(!is_foreign || !is_believed, "it may be that to a start of somebody else: {:?}", output);
                     if !output.events().any(|event| matches!(event, Event::Unsolicited(_))) {
                         watch.answered(now);
                     }

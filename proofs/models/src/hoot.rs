@@ -6,7 +6,7 @@
 
 use hoot_proto::device::{self, Answer, Contents, DeviceMachine, Event as NodeEvent, Motion, Port, ProgramState};
 use hoot_proto::host::{self, Command, HostMachine, Request, StopState, Token, Transmit};
-use hoot_proto::message::{HostMessage, Motor, RunStatus, Steps, StepsPerSecond};
+use hoot_proto::message::{HostMessage, Motor, RunStatus, Start, Steps, StepsPerSecond};
 use hoot_proto::{Address, Effect, Millis, Table};
 use laws::world::{Fate, Faults, Line};
 use stateright::{Model, Property};
@@ -21,7 +21,7 @@ const NOW: Millis = Millis(10_000);
 const START_BLOCKS: u64 = 1500;
 /// Longest time for which the master takes the node to be deaf.
 const DEAF: u64 = 3000;
-/// Time within which no stop is repeated.
+/// Time within which the same stop is not repeated.
 const AGAIN: u64 = 500;
 /// Address of the node.
 pub const NODE: Address = Address::DEFAULT;
@@ -43,6 +43,8 @@ pub enum Wish {
     LinkDown,
     /// The line of the master comes up again.
     LinkUp,
+    /// Another master starts the program of the node, while the line of the master is down.
+    OtherStarts,
     /// A person presses the emergency button of the node.
     Button,
     /// A moving motor cannot go on.
@@ -134,8 +136,12 @@ pub struct World {
     held: Option<Reply>,
     /// Time until which the master takes the node to be deaf, unless it hears of it.
     deaf_until: Option<Millis>,
-    /// Time of the last stop.
-    stopped_at: Option<Millis>,
+    /// Time until which a packet may wait at the node, unless the master hears of it.
+    waits_until: Option<Millis>,
+    /// Stops for which the application may still wish, after which nothing went out that may move, and their last times.
+    stops: Vec<(HostMessage<'static>, Millis)>,
+    /// Whether somebody else set something in motion.
+    is_foreign: bool,
     rig: [Way; 3],
     /// Motors that are on their way home together.
     homing: [bool; 3],
@@ -191,10 +197,10 @@ impl World {
         self.both.next(self.blocked_until).map(|(due, _)| due)
     }
 
-    /// Whether a stop may have to wait: the node may be deaf and has a stop already, or it was sent a stop just before.
-    fn may_hold_stops(&self) -> bool {
-        let is_recent = |stopped: Millis| NOW < stopped.after(AGAIN);
-        self.stopped_at.is_some_and(|stopped| self.deaf_until.is_some() || is_recent(stopped))
+    /// Whether a stop may have to wait: a packet may wait at the node, or the same stop was sent just before.
+    fn may_hold(&self, stop: Option<HostMessage<'_>>) -> bool {
+        let is_recent = |(sent, at): &(HostMessage<'_>, Millis)| Some(*sent) == stop && NOW < at.after(AGAIN);
+        self.waits_until.is_some() || self.stops.iter().any(is_recent)
     }
 
     /// Sets all clocks back to [`NOW`].
@@ -208,8 +214,10 @@ impl World {
         both.up.set_back(by);
         both.down.set_back(by);
         self.deaf_until = self.deaf_until.filter(|until| by < until.since(NOW));
-        self.stopped_at = self.stopped_at.filter(|stopped| stopped.after(DEAF).since(NOW) > by);
-        let own = self.blocked_until.iter_mut().chain(&mut self.deaf_until).chain(&mut self.stopped_at);
+        self.waits_until = self.waits_until.filter(|until| by < until.since(NOW) && self.deaf_until.is_some());
+        self.stops.retain(|(_, at)| at.after(AGAIN).since(NOW) > by);
+        let stops = self.stops.iter_mut().map(|(_, at)| at);
+        let own = self.blocked_until.iter_mut().chain(&mut self.deaf_until).chain(&mut self.waits_until).chain(stops);
         both.host.wake.iter_mut().chain(&mut both.device.wake).chain(&mut self.stop_due).chain(own).for_each(back);
     }
 
@@ -243,7 +251,8 @@ impl Hoot {
                 Effect::Event(NodeEvent::Program(ProgramState::Stopped)) => world.seen.program_ended = true,
                 // A bridge loses replies that refuse.
                 Effect::Transmit(device::Transmit { contents: Contents::Answer(answer), .. })
-                    if world.is_up() && !(self.options.bridge() && answer == Answer::Error) =>
+                    if (world.is_up() || world.blocked_until.is_some())
+                        && !(self.options.bridge() && answer == Answer::Error) =>
                 {
                     let due = world.both.now.after(self.delay);
                     let reply = Reply { answer, follows: replies > 0 };
@@ -312,6 +321,9 @@ impl Hoot {
                 let mut scratch = [0; 32];
                 let Ok(message) = reply.answer.message(&mut scratch) else { return };
                 self.host(world, host::Input::Received(message));
+                if !world.seen.unsolicited {
+                    (world.deaf_until, world.waits_until) = (None, None);
+                }
             }
             Some((_, false)) => self.host(world, host::Input::Noise),
             None => {}
@@ -320,8 +332,10 @@ impl Hoot {
 
     fn wish(&self, world: &mut World, at: usize) {
         let is_waiting = world.both.host.machine.state() == host::State::Waiting;
-        if let (Flaw::Polite, Wish::Request(HostMessage::Stop(_)), true) = (self.flaw, self.wishes[at], is_waiting) {
-            self.expect_stop(world);
+        if let (Flaw::Polite, Wish::Request(message @ HostMessage::Stop(_)), true) =
+            (self.flaw, self.wishes[at], is_waiting)
+        {
+            self.expect_stop(world, Some(message));
             return;
         }
         world.used |= 1 << at;
@@ -329,14 +343,14 @@ impl Hoot {
             Wish::Request(message) => {
                 let to = if message.selector().table == Table::Broadcast { Address::BROADCAST } else { NODE };
                 if rules::is_stop(&message) {
-                    self.expect_stop(world);
+                    self.expect_stop(world, Some(message));
                 }
                 Command::Request(Request { to, message })
             }
             Wish::Speed(motor, speed) => Command::Speed { to: NODE, motor, speed },
             Wish::EmergencyStop => {
                 if world.stopping() == StopState::Calm {
-                    self.expect_stop(world);
+                    self.expect_stop(world, None);
                 }
                 Command::EmergencyStop
             }
@@ -355,6 +369,10 @@ impl Hoot {
                 world.deaf_until = Some(NOW.after(DEAF));
                 return self.host(world, host::Input::LinkUp);
             }
+            Wish::OtherStarts => {
+                world.is_foreign = true;
+                return self.receive(world, Transmit { to: NODE, message: Start {}.into() });
+            }
             Wish::Button => {
                 return self.node(world, device::Input::Command(device::Command::EmergencyStop));
             }
@@ -364,10 +382,11 @@ impl Hoot {
         self.host(world, host::Input::Command(Token(at as u32), command));
     }
 
-    fn expect_stop(&self, world: &mut World) {
-        if world.is_up() && !world.may_hold_stops() {
+    fn expect_stop(&self, world: &mut World, stop: Option<HostMessage<'_>>) {
+        if world.is_up() && !world.may_hold(stop) {
             world.stop_due.get_or_insert(NOW.after(self.options.gap().into()));
         }
+        world.stops.retain(|(sent, _)| Some(*sent) != stop);
     }
 
     fn wait(&self, world: &mut World) {
@@ -392,6 +411,7 @@ impl Hoot {
             Wish::EndEmergency => world.stopping() != StopState::Calm,
             Wish::LinkDown => world.is_up(),
             Wish::LinkUp => !world.is_up(),
+            Wish::OtherStarts => !world.is_up() && world.blocked_until.is_none(),
             Wish::Fault(motor) => world.rig[place(motor)] != Way::Resting,
             _ => true,
         }
@@ -421,7 +441,9 @@ impl Model for Hoot {
             waiting: None,
             held: None,
             deaf_until: None,
-            stopped_at: None,
+            waits_until: None,
+            stops: Vec::new(),
+            is_foreign: false,
             rig: [Way::Resting; 3],
             homing: [false; 3],
             used: 0,

@@ -237,6 +237,18 @@ fn the_line_goes_and_comes() {
     explore("link", hoot, 55_000, &[CONFIRMED, UNSURE, ARRIVED]);
 }
 
+/// The program is started while the line is down, and its answer comes when the line is up again.
+#[test]
+fn another_master_starts_the_program() {
+    let wishes =
+        [Wish::LinkDown, Wish::OtherStarts, Wish::LinkUp, request(RunStatus {}), request(Stop {}), stop(Motor::Two)];
+    explore("another master", Hoot { requests: BAD, late: 1, ..hoot(&wishes) }, 150_000, &[DONE, UNSURE, NOBODYS]);
+    let wishes = [Wish::LinkDown, Wish::OtherStarts, Wish::LinkUp, Wish::EmergencyStop];
+    explore("another master", Hoot { late: 1, ..hoot(&wishes) }, 5000, &[CONFIRMED]);
+    let hurried = [Wish::LinkDown, Wish::OtherStarts, Wish::LinkUp, request(Stop {})];
+    finds(Hoot { flaw: Flaw::Hurries, ..hoot(&hurried) }, "two packets never wait at a deaf node");
+}
+
 /// Exploration that takes minutes: `cargo test --test hoot -- --ignored --nocapture`.
 #[test]
 #[ignore = "takes minutes"]

@@ -56,9 +56,9 @@ message! {
 
     /// Gives the node another address.
     ///
-    /// Never repeat it by yourself: ask at the new address instead. Afterwards the node receives nothing for about 2.5
-    /// s, and hangs if two packets wait then; its USB port keeps the old address until the node is restarted. Source: hoot, sections 2.1 and 2.5;
-    /// safety decisions 1 and 5.
+    /// Never repeat it by yourself: ask at the new address instead. Afterwards the node receives nothing for 1 to
+    /// 2.5 s, and hangs if two packets wait then; its USB port keeps the old address until the node is restarted. Source:
+    /// hoot, sections 2.1 and 2.5; safety decisions 1 and 5.
     #[derive(Default)]
     pub struct SetAddress in BE {
         /// New address, 2 to 255. Nodes refuse 0 and 1.

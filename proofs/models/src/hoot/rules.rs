@@ -78,10 +78,10 @@ impl World {
         }
     }
 
-    /// The master knows that what moves may move. Nobody else sets anything in motion.
+    /// The master knows that what moves may move, unless somebody else has set it in motion.
     fn master_is_right(&mut self) {
         let moves = self.rig != [Way::Resting; 3] || self.program_is_going();
-        if moves && !self.both.host.machine.may_move() {
+        if moves && !self.is_foreign && !self.both.host.machine.may_move() {
             self.break_rule(Broken::MayMove);
         }
     }
@@ -167,11 +167,22 @@ impl Hoot {
         self.was_sent(world, &transmit.message);
         let due = world.both.now.after(self.delay);
         world.both.up.send(due, transmit);
-        if let HostMessage::Start(_) | HostMessage::BroadcastStart(_) = transmit.message {
-            world.deaf_until = Some(world.both.now.after(super::DEAF));
+        let longest = Some(world.both.now.after(super::DEAF));
+        if world.deaf_until.is_some() {
+            world.waits_until = longest;
         }
-        if is_stop(&transmit.message) {
-            world.stopped_at = Some(world.both.now);
+        if let HostMessage::Start(_) | HostMessage::BroadcastStart(_) = transmit.message {
+            world.deaf_until = longest;
+        }
+        let message = transmit.message;
+        if is_stop(&message) && self.requests().any(|(at, wish)| wish == message && world.used & 1 << at == 0) {
+            world.stops.retain(|(stop, _)| *stop != message);
+            world.stops.push((message, world.both.now));
+        }
+        if message.conduct().may_move() {
+            let part = |message: &HostMessage<'_>| message.selector().sub_address;
+            let moved = part(&message);
+            world.stops.retain(|(stop, _)| part(stop) != 0 && moved != 0 && part(stop) != moved);
         }
         if let (Flaw::Hurries, HostMessage::Stop(_)) = (self.flaw, transmit.message) {
             world.both.up.send(due, transmit);

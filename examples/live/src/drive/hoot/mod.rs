@@ -20,6 +20,9 @@
 //! moves (decision H-81). A program moves no motor without an axis: its planned move begins and ends where it is (decision
 //! H-82).
 //!
+//! Danger: if the node inverts the direction of a motor, or receives the move twice, the motor goes away from its place. All
+//! motors are stopped when a position shows it, which is some hundreds of milliseconds later.
+//!
 //! A planned move has two positions, a time, and the lengths of acceleration and deceleration. [`plan`] says which axes
 //! it can follow. While something moves, the dead-man switch is on: if the program or the line fails, the motors stop
 //! after a second. It is switched off when all is done. After a failure it stays on.

@@ -1,12 +1,13 @@
 //! Commands for single motors (jog, move, calibrate), and for one photo.
 
+use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use hoot_proto::host::Command as MasterCommand;
 use hoot_proto::message::{
     self, Bool, CameraExposing, Direction, FirmwareVersion, JoystickMode, MaxStepRate, Microstep, Milliseconds, Motor,
-    MotorEnable, MotorEndLimit, MotorMaxProgramSpeed, MotorMaxStepSpeed, MotorMicrostep, MotorMove, RunStatus,
-    StepCount, Steps,
+    MotorBacklash, MotorEnable, MotorEndLimit, MotorMaxProgramSpeed, MotorMaxStepSpeed, MotorMicrostep, MotorMove,
+    RunStatus, StepCount, Steps,
 };
 use tokio::time::Instant;
 
@@ -183,6 +184,9 @@ impl Talk<'_> {
 
     /// Moves a motor to a position by the number of steps from where it rests, and checks that it arrives. The move keeps the
     /// speed that was set, which commands that send a motor to a position ignore since 2014-11-03 (decision H-42).
+    ///
+    /// A number of steps is no place. If the node inverts the direction of the motor, or receives the move twice, the motor goes
+    /// away from its target. So the move fails as soon as a position is not on the way, and then the program stops everything.
     pub(super) async fn go_to(&mut self, motor: Motor, to: i32) -> Result<(), Trouble> {
         self.is_at_rest(motor).await?;
         let from = self.position(motor).await?;
@@ -194,31 +198,41 @@ impl Talk<'_> {
             let most = StepCount::MAX;
             Trouble::Refused(format!("motor {motor}: from {from} to {to} are {steps} steps, a move has at most {most}"))
         })?;
+        // Older firmware takes up the backlash first (decision H-85).
+        let backlash = i32::from(self.read(MotorBacklash { motor }).await?.0);
+        let way = from.min(to).saturating_sub(backlash)..=from.max(to).saturating_add(backlash);
         let answered = self.set_off(motion).await?;
-        self.arrive(motor, to, 0, answered).await
+        let at = self.until_rest_on(motor, way).await?;
+        has_arrived(motor, at, to, 0, answered)
     }
 
     /// Waits until a motor rests, and checks that it is at its target, or off by so many steps at most.
     pub(super) async fn arrive(&mut self, motor: Motor, to: i32, off: u32, answered: bool) -> Result<(), Trouble> {
-        let at = self.until_rest(motor).await?;
-        if at.abs_diff(to) <= off {
-            return Ok(());
-        }
-        let why = if answered {
-            "is it unplugged, at its end, or stuck, or did the node receive nothing for a second?"
-        } else {
-            "the node did not answer the command to move: try again"
-        };
-        Err(Trouble::Failed(format!("motor {motor} rests at {at} instead of {to}: {why}")))
+        has_arrived(motor, self.until_rest(motor).await?, to, off, answered)
     }
 
     /// Waits until a motor rests, and prints its positions meanwhile. Returns the last position, in steps.
     pub(super) async fn until_rest(&mut self, motor: Motor) -> Result<i32, Trouble> {
-        while self.is_running(motor).await? {
+        self.until_rest_on(motor, i32::MIN..=i32::MAX).await
+    }
+
+    /// Waits until a motor rests, as long as its positions are on its way. Returns the last position, in steps.
+    async fn until_rest_on(&mut self, motor: Motor, way: RangeInclusive<i32>) -> Result<i32, Trouble> {
+        loop {
+            let is_running = self.is_running(motor).await?;
             let at = self.position(motor).await?;
+            if !way.contains(&at) {
+                let (from, to) = way.into_inner();
+                return Err(Trouble::Failed(format!(
+                    "motor {motor} is at {at}, not from {from} to {to}: does the node invert its direction, or did it \
+                     receive the move twice?"
+                )));
+            }
+            if !is_running {
+                return Ok(at);
+            }
             self.progress(|| format!("motor {motor}: at {at}"))?;
         }
-        self.position(motor).await
     }
 
     pub(super) async fn calibrate(&mut self, number: u8, begin: f64, end: f64) -> Result<(), Trouble> {
@@ -285,6 +299,19 @@ impl Talk<'_> {
         }
         self.print(&format!("one photo of {seconds} s"))
     }
+}
+
+/// Checks that a motor rests at its target, or is off by so many steps at most.
+fn has_arrived(motor: Motor, at: i32, to: i32, off: u32, answered: bool) -> Result<(), Trouble> {
+    if at.abs_diff(to) <= off {
+        return Ok(());
+    }
+    let why = if answered {
+        "is it unplugged, at its end, or stuck, or did the node receive nothing for a second?"
+    } else {
+        "the node did not answer the command to move: try again"
+    };
+    Err(Trouble::Failed(format!("motor {motor} rests at {at} instead of {to}: {why}")))
 }
 
 /// Time in milliseconds, if it is in the range that hoot can carry.
