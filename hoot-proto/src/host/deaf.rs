@@ -153,9 +153,9 @@ impl Deaf {
         }
     }
 
-    /// Addresses of a node.
+    /// Addresses of a node. A packet to all nodes waits at each of them.
     fn both(&self, node: Address) -> [Address; 2] {
-        self.renamed.filter(|both| both.iter().any(|address| meet(*address, node))).unwrap_or([node; 2])
+        self.renamed.filter(|both| both.contains(&node) || both.contains(&Address::BROADCAST)).unwrap_or([node; 2])
     }
 
     pub(super) fn expire(&mut self, now: Millis) {
