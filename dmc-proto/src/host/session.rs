@@ -224,6 +224,8 @@ impl<const STORE: usize> Session<STORE> {
                 Some(Held::Event(Event::NextSection { after, .. })) => {
                     self.wanted = after.map_or(Wanted::First, Wanted::After);
                 }
+                // A stop came before the section that was wanted.
+                Some(Held::Event(Event::SectionNotWanted)) => {}
                 Some(held) => break held,
                 None if self.advance(now, source) => {}
                 None => {
