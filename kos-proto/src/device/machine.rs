@@ -15,7 +15,9 @@ use super::session::{self, DisconnectReason, SessionId, Sessions, Table};
 use super::transmit::{Activity, Contents, Destination, MotorReport};
 use crate::HostMessage;
 use crate::frame::{self, MessageId, MessageType};
-use crate::message::{ActionId, AuxInputs, Direction, ErrorCode, LedMode, MotorAddress, PlaybackDirection, Seconds};
+use crate::message::{
+    ActionId, AuxInputs, Direction, ErrorCode, LedMode, MotorAddress, MotorSet, PlaybackDirection, Seconds,
+};
 use crate::move_summary::MoveSummary;
 
 states! {
@@ -39,13 +41,15 @@ pub struct DeviceMachine {
     announce: Option<Millis>,
     pub(super) sessions: Table,
     pub(super) drives: Drives,
+    /// Motors that went off line while they moved.
+    pub(super) gone: MotorSet,
     pub(super) playback: Playback,
     inputs: AuxInputs,
     leds: (LedMode, LedMode),
     platform: u8,
 }
 
-debug! { DeviceMachine { options on announce sessions drives playback inputs leds platform } }
+debug! { DeviceMachine { options on announce sessions drives gone playback inputs leds platform } }
 
 machine! { DeviceMachine }
 
@@ -59,6 +63,7 @@ impl DeviceMachine {
             announce: None,
             sessions: Table::default(),
             drives: Drives::new(options.motors()),
+            gone: MotorSet::NONE,
             playback: Playback::default(),
             inputs: AuxInputs::default(),
             leds: (LedMode::OFF, LedMode::OFF),

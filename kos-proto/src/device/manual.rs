@@ -197,7 +197,8 @@ impl DeviceMachine {
         self.playback.disturb();
     }
 
-    /// Takes the report that a motor came or went. A motor that goes fails the move that it is part of.
+    /// Takes the report that a motor came or went. A motor that goes fails the move that it is part of. If it did not rest, it
+    /// is stopped, and once more when it comes back, because nobody knows whether the first stop arrived.
     pub(super) fn online(&mut self, now: Millis, output: &mut Effects<'_, '_>, motor: MotorAddress, online: bool) {
         if MotorSet::of([motor]).is_empty() || self.drives.get(motor).is_some() == online {
             return output.ignore(Ignored::Report);
@@ -207,7 +208,16 @@ impl DeviceMachine {
         if part && self.playback.state().runs() {
             self.fail(now, output, ErrorCode::BAD_MOTOR_ADDRESS, motor);
         }
+        if let Some(drive) = self.drives.get_mut(motor).filter(|drive| drive.motion() != Motion::Resting) {
+            halt(output, motor, drive);
+            self.gone.insert(motor);
+        }
         self.drives.set_online(motor, online);
+        if let Some(drive) = self.drives.get_mut(motor).filter(|_| self.gone.contains(motor)) {
+            output.event(Event::StopMotor { motor, acceleration: None });
+            drive.set_motion(Motion::Stopping(Sessions::NONE));
+            self.gone.remove(motor);
+        }
         self.playback.disturb();
         output.tell(Sessions::NONE, Contents::MotorStatus { motor, online });
     }

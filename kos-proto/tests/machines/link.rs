@@ -462,6 +462,27 @@ fn motors_come_and_go() {
     assert_eq!(bench.events(), [Event::Ignored(Ignored::Report); 2]);
 }
 
+/// 7.3-15: nobody knows whether a stop arrived at a motor that was gone.
+#[test]
+fn a_motor_that_went_while_it_moved_is_stopped_when_it_comes_back() {
+    let mut bench = Bench::new(Options::default());
+    bench.receive(set_psa(2, 25_000.0, 9.0));
+    bench.clear();
+    let (motor, acceleration) = (MotorAddress(2), None);
+    for online in [false, true] {
+        bench.rig(Report::Online(motor, online));
+        assert_eq!(bench.events(), [Event::StopMotor { motor, acceleration }], "{online}");
+    }
+    let motion = |bench: &Bench| bench.machine.motor(motor).map(|drive| drive.motion().name());
+    assert_eq!(motion(&bench), Some("Stopping"));
+    bench.arrive(2, 7.0);
+    assert_eq!(motion(&bench), Some("Resting"));
+    for online in [false, true] {
+        bench.rig(Report::Online(motor, online));
+        assert_eq!(bench.events(), [], "a motor that rests is only noted");
+    }
+}
+
 /// 7.1-22.
 #[test]
 fn changes_of_inputs_are_told() {
