@@ -87,7 +87,8 @@ mod tests {
 
     #[test]
     fn messages_are_kept_until_they_are_removed() {
-        let mut store = Store::<{ 3 * (HEAD + 15) }>::new();
+        // Three moves of 17 bytes each.
+        let mut store = Store::<{ 3 * (HEAD + 17) }>::new();
         for number in 1..=3 {
             assert_eq!(store.insert(Token(number), &to(number.try_into().unwrap())), Ok(()));
         }
