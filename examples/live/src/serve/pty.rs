@@ -66,6 +66,7 @@ impl Pty {
                 Ok(ends) => ends,
                 Err(error) => return warn!("{path}: {error}"),
             };
+            unlock(&theirs);
             while timeout(LOCKED, from.readable()).await.is_err() {
                 unlock(&theirs);
             }

@@ -2,6 +2,7 @@
 
 use std::ffi::OsStr;
 use std::io::{BufRead, BufReader, Read};
+use std::mem;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -9,6 +10,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use rustix::fs::{Mode, OFlags, open};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::cable::Cable;
@@ -172,7 +174,10 @@ impl Rig {
         self.program.id()
     }
 
+    /// Kills the rig. Its terminal is held open, because otherwise the next rig would get the same path, and the host, which
+    /// looks for its rig again, would lock that rig for itself.
     pub(crate) fn kill(self) {
+        let _ = open(&*self.address, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty()).map(mem::forget);
         self.program.kill();
     }
 
