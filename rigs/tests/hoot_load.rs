@@ -10,7 +10,7 @@
 
 use std::time::Instant;
 
-use hoot_proto::host::{Command, Options, Request, Token};
+use hoot_proto::host::{self, Command, Options, Request, Token};
 use hoot_proto::message::{self, Motor, Steps};
 use hoot_proto::{Address, HostMessage};
 use motion_core::time::Millis;
@@ -21,6 +21,8 @@ use rigs::line::Line;
 use rigs::{LineId, Outgoing, Party, Scene};
 
 const BLUETOOTH: LineId = LineId(1);
+/// Token of a query.
+const QUERY: Token = Token(0);
 /// Messages by Bluetooth in a millisecond.
 const MESSAGES: u64 = 10;
 /// Number of bytes that may wait: two packets in each of the readers, and the bytes in flight.
@@ -58,11 +60,16 @@ fn load(seconds: u64, faults: Faults, seed: u64) -> Count {
     let mut scene = Scene::new(master, node, Carrier::Serial, faults, seed);
     let mut other = Line::new(faults, seed + 1000);
     let mut count = Count::default();
-    let mut waits = 0;
+    let (mut waits, mut is_new) = (0, false);
     for now in 0..seconds * 1000 {
         if now % 100 == 0 {
             // A power failure may have closed the port.
             scene.rig.open(Millis(now), BLUETOOTH);
+        }
+        if std::mem::take(&mut is_new) {
+            // After the line came up, settings wait until the node has answered a query (decision H-40).
+            let message = message::FirmwareVersion {}.into();
+            scene.command((QUERY, Command::Request(Request { to: Address::DEFAULT, message })));
         }
         while waits < 8 && now > 10 {
             count.asked += 1;
@@ -71,7 +78,14 @@ fn load(seconds: u64, faults: Faults, seed: u64) -> Count {
             scene.command((Token(count.asked), Command::Request(Request { to: Address::DEFAULT, message })));
         }
         scene.run(Millis(now), |scene, event| {
-            let Event::Ended(ended) = event else { return None::<()> };
+            let ended = match event {
+                Event::Ended(ended) if ended.token != QUERY => ended,
+                Event::Machine(host::Event::Ready { .. }) => {
+                    is_new = true;
+                    return None;
+                }
+                _ => return None::<()>,
+            };
             waits -= 1;
             count.ended += 1;
             if ended.is_done() {
