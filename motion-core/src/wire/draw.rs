@@ -245,7 +245,7 @@ impl<'d, 'u, O: ByteOrder> Sheet<'d, 'u, O> {
     }
 }
 
-/// A message as [`draw`] makes it.
+/// Message of a kind at random, laid out as its table says. After the end of the input, zeros are drawn.
 impl<'u, S: Side> Arbitrary<'u> for Owned<S> {
     fn arbitrary(u: &mut Unstructured<'u>) -> Result<Self> {
         let mut body = std::vec![0; ROOM];
