@@ -405,15 +405,12 @@ impl<const CAP: usize> Framing for Dmc<CAP> {
 /// For other limits, name the framing: `motion_core::stream::Frames<Dmc<1048>, 2096>`.
 pub type Frames<const N: usize = { 2 * MAX_FRAME }> = stream::Frames<Dmc, N>;
 
-/// Room of the readers beyond two frames, so that a piece of this length is taken as a whole.
-const SPARE: usize = 511;
-
 /// Stream of the frames that a device sends, for a host. A frame that is not whole in time is given up, so that a damaged
 /// length does not blind the host while motors move (decision D-75).
-pub type HostReader = stream::TimedFrames<Dmc<MAX_DEVICE_FRAME>, { 2 * MAX_DEVICE_FRAME + SPARE }>;
+pub type HostReader = stream::TimedFrames<Dmc<MAX_DEVICE_FRAME>, { 2 * MAX_DEVICE_FRAME }>;
 
 /// Stream of the frames that a host sends, for a device. A frame that is not whole in time is given up.
-pub type DeviceReader = stream::TimedFrames<Dmc, { 2 * MAX_FRAME + SPARE }>;
+pub type DeviceReader = stream::TimedFrames<Dmc, { 2 * MAX_FRAME }>;
 
 #[cfg(test)]
 mod tests {

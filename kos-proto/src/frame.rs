@@ -16,6 +16,7 @@
 use core::fmt;
 
 use motion_core::open_enum;
+use motion_core::session;
 use motion_core::stream::{self, Fatal, Framing, Head, Noise};
 use motion_core::wire::{DecodeError, EncodeError, Envelope};
 use zerocopy::big_endian::U16;
@@ -399,6 +400,12 @@ impl<const CAP: usize> Framing for Kos<CAP> {
 ///
 /// For other limits, name the framing: `motion_core::stream::Frames<Kos<1024>, 2048>`.
 pub type Frames<const N: usize = { 2 * MAX_FRAME }> = stream::Frames<Kos, N>;
+
+/// Stream of the messages of a session.
+pub(crate) type Link<const N: usize> = session::Link<Kos, N>;
+
+/// TCP and USB lose no part of a message, so a session gives none up.
+pub(crate) const PATIENCE: stream::Patience = stream::Patience::new().with_margin(u32::MAX);
 
 #[cfg(test)]
 mod tests {

@@ -15,6 +15,7 @@
 use arrayvec::ArrayVec;
 
 use crate::machine::{Effect, Output, Token};
+use crate::stream::{Framing, Item, Patience, TimedFrames};
 use crate::time::Millis;
 use crate::wire::EncodeError;
 
@@ -61,6 +62,83 @@ pub enum News<I> {
     LinkUp,
     /// The caller wants something.
     Wish(I),
+}
+
+/// Stream of a link. It lends the frame that came last until bytes are added.
+#[doc(hidden)]
+#[derive(Debug)]
+pub struct Link<F: Framing, const N: usize> {
+    frames: TimedFrames<F, N>,
+    /// Length of the frame that came last.
+    last: usize,
+    /// Whether the bytes that are held do not count any more.
+    is_stale: bool,
+}
+
+impl<F: Framing, const N: usize> Link<F, N> {
+    /// Number of bytes that are always taken when nothing more can be had from those that are held.
+    pub const PIECE: usize = TimedFrames::<F, N>::PIECE;
+
+    /// Link without bytes.
+    #[must_use]
+    pub const fn new(patience: Patience) -> Self {
+        Self { frames: TimedFrames::new(patience), last: 0, is_stale: false }
+    }
+
+    /// Number of bytes that are not dealt with.
+    #[must_use]
+    pub const fn held(&self) -> usize {
+        self.frames.held()
+    }
+
+    /// Bytes of the frame that came last.
+    #[must_use]
+    pub fn last(&self) -> &[u8] {
+        self.frames.taken(self.last)
+    }
+
+    /// Time at which the incomplete frame is given up.
+    #[must_use]
+    pub fn deadline(&self) -> Option<Millis> {
+        self.frames.deadline()
+    }
+
+    /// Drops what is held.
+    pub fn reset(&mut self) {
+        self.frames.reset();
+        self.is_stale = false;
+    }
+
+    /// Drops what is held before anything more is looked for. The frame that came last is lent until then.
+    pub const fn drop_later(&mut self) {
+        self.is_stale = true;
+    }
+
+    /// Takes bytes, and returns how many.
+    pub fn receive(&mut self, now: Millis, bytes: &[u8]) -> usize {
+        self.frames.push(now, bytes)
+    }
+
+    /// Next item of the stream.
+    #[expect(clippy::should_implement_trait, reason = "an iterator cannot lend from itself")]
+    pub fn next(&mut self) -> Option<Item<'_, F::Frame<'_>, F::Header>> {
+        if self.is_stale {
+            self.reset();
+        }
+        let item = self.frames.next()?;
+        if let Item::Frame(frame) = &item {
+            self.last = frame.as_ref().len();
+        }
+        Some(item)
+    }
+
+    /// Gives up the incomplete frame if its time is over, after there was no next item. Returns whether it did: then there
+    /// may be another item.
+    pub fn give_up(&mut self, now: Millis) -> bool {
+        let is_overdue = self.frames.deadline().is_some_and(|deadline| deadline <= now);
+        self.frames.give_up(now);
+        is_overdue
+    }
 }
 
 impl<I, E, const N: usize, const W: usize> Agenda<I, E, N, W> {
@@ -127,6 +205,12 @@ impl<I, E, const N: usize, const W: usize> Agenda<I, E, N, W> {
         self.urgent.pop_at(0).or_else(|| self.wishes.pop_at(0)).map(News::Wish)
     }
 
+    /// Whether there is a next thing to tell the machine, apart from what arrives on the link and the time.
+    #[must_use]
+    pub fn has_news(&self) -> bool {
+        self.link.0 || self.link.1 || !self.urgent.is_empty() || !self.wishes.is_empty()
+    }
+
     /// Whether the machine has to be woken.
     #[must_use]
     pub fn is_due(&self, now: Millis) -> bool {
@@ -169,6 +253,53 @@ impl<I, E, const N: usize, const W: usize> Default for Agenda<I, E, N, W> {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// Makes the methods of a session with one link, which has the fields `machine`, `link` and `agenda`.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! session_link {
+    (impl<$(const $n:ident: $size:ty),*> $session:ty: $machine:ident, $link:ty) => {
+        impl<$(const $n: $size),*> $session {
+            /// Number of bytes that [`receive`](Self::receive) always takes after [`poll`](Self::poll) said to wait.
+            pub const PIECE: usize = <$link>::PIECE;
+
+            /// Machine of the session, for reading its state.
+            #[must_use]
+            pub const fn machine(&self) -> &$machine {
+                &self.machine
+            }
+
+            /// Number of bytes that arrived and are not dealt with.
+            #[must_use]
+            pub const fn held(&self) -> usize {
+                self.link.held()
+            }
+
+            /// Tells that the link is up. Bytes of an earlier one are dropped.
+            pub fn link_up(&mut self) {
+                self.link.reset();
+                self.agenda.link_up();
+            }
+
+            /// Tells that the link is down. What was to be sent over it is dropped.
+            pub fn link_down(&mut self) {
+                self.agenda.link_down(Held::is_event);
+            }
+
+            /// Takes bytes that arrived at a moment, and returns how many: at least [`PIECE`](Self::PIECE) if there are so
+            /// many, and [`poll`](Self::poll) said to wait before. Give the others again after the next wait.
+            #[must_use = "bytes that were not taken have to be given again"]
+            pub fn receive(&mut self, now: $crate::time::Millis, bytes: &[u8]) -> usize {
+                if self.agenda.is_idle() { self.link.receive(now, bytes) } else { 0 }
+            }
+
+            /// Time until which to wait.
+            fn until(&self) -> Option<$crate::time::Millis> {
+                [self.agenda.wake(), self.link.deadline()].into_iter().flatten().min()
+            }
+        }
+    };
 }
 
 /// Makes the `Debug` of a session, and its methods that tell its machine something: a variant, and the method with its arguments and those of

@@ -42,18 +42,17 @@
 //! }
 //! ```
 
-use motion_core::session::{Agenda, News};
-use motion_core::session_methods;
+use motion_core::session::{self, Agenda, News};
 use motion_core::stream::{Item, Patience};
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
+use motion_core::{session_link, session_methods};
 
 use super::event::{Event, Store};
 use super::input::Input;
 use super::machine::DeviceMachine;
 use super::transmit::{EFFECTS, Effect, Rig, Transmit};
-use crate::DeviceReader;
-use crate::frame::Frame;
+use crate::frame::{Dmc, Frame, MAX_FRAME};
 use crate::message::{AckCode, FrameNumber, HostMessage, Motor, Motors, Triggers};
 
 pub use motion_core::session::NotTaken;
@@ -82,6 +81,10 @@ enum Held {
 }
 
 impl Held {
+    const fn is_event(&self) -> bool {
+        !matches!(self, Self::Transmit(_))
+    }
+
     fn of(effect: Effect<'_>) -> Self {
         match effect {
             Effect::Transmit(transmit) => Self::Transmit(transmit),
@@ -94,53 +97,21 @@ impl Held {
     }
 }
 
+/// Stream of the frames of a host, which takes pieces of 512 bytes.
+type Link = session::Link<Dmc, { 2 * MAX_FRAME + 511 }>;
+
 /// Device with its stream buffer.
 pub struct Session {
     machine: DeviceMachine,
-    reader: DeviceReader,
-    /// Length of the frame that came last.
-    last: usize,
+    link: Link,
     agenda: Agenda<Input<'static>, Held, EFFECTS>,
 }
 
 impl Session {
-    /// Number of bytes that [`receive`](Self::receive) always takes after [`poll`](Self::poll) said to wait.
-    pub const PIECE: usize = DeviceReader::PIECE;
-
     /// Makes a session without a line, of this machine. A frame has to be whole in time, as `patience` says.
     #[must_use]
     pub const fn new(machine: DeviceMachine, patience: Patience) -> Self {
-        Self { machine, reader: DeviceReader::new(patience), last: 0, agenda: Agenda::new() }
-    }
-
-    /// Machine of the session, for reading its state.
-    #[must_use]
-    pub const fn machine(&self) -> &DeviceMachine {
-        &self.machine
-    }
-
-    /// Number of bytes that arrived and are not dealt with.
-    #[must_use]
-    pub const fn held(&self) -> usize {
-        self.reader.held()
-    }
-
-    /// Tells that the line is open, at boot: the device greets.
-    pub fn link_up(&mut self) {
-        self.reader.reset();
-        self.agenda.link_up();
-    }
-
-    /// Tells that the line is gone: everything stops.
-    pub fn link_down(&mut self) {
-        self.agenda.link_down(|held| !matches!(held, Held::Transmit(_)));
-    }
-
-    /// Takes bytes that arrived, and returns how many: at least [`PIECE`](Self::PIECE) if there are so many, and
-    /// [`poll`](Self::poll) said to wait before. Give the others again after the next wait.
-    #[must_use = "bytes that were not taken have to be given again"]
-    pub fn receive(&mut self, now: Millis, bytes: &[u8]) -> usize {
-        if self.agenda.is_idle() { self.reader.push(now, bytes) } else { 0 }
+        Self { machine, link: Link::new(patience), agenda: Agenda::new() }
     }
 
     /// Next thing to do. What only the rig knows comes from `rig`. Messages are written to the front of `out`, for which
@@ -161,8 +132,7 @@ impl Session {
                 break held;
             }
             if !self.advance(now, rig) {
-                let wake = [self.agenda.wake(), self.reader.deadline()].into_iter().flatten().min();
-                return Ok(Next::Wait(wake));
+                return Ok(Next::Wait(self.until()));
             }
         };
         let about = |event: fn(HostMessage<'p>) -> Event<'p>, bytes: &'p [u8]| {
@@ -171,11 +141,11 @@ impl Session {
         };
         Ok(match held {
             Held::Event(event) => Next::Event(event),
-            Held::Apply => about(Event::Apply, self.reader.taken(self.last)),
-            Held::MoveVirtual => about(Event::MoveVirtual, self.reader.taken(self.last)),
-            Held::Prepare => about(Event::Prepare, self.reader.taken(self.last)),
+            Held::Apply => about(Event::Apply, self.link.last()),
+            Held::MoveVirtual => about(Event::MoveVirtual, self.link.last()),
+            Held::Prepare => about(Event::Prepare, self.link.last()),
             Held::Store(store) => {
-                let frame = Frame::decode(self.reader.taken(self.last)).ok();
+                let frame = Frame::decode(self.link.last()).ok();
                 let message = frame.and_then(|frame| HostMessage::decode(&frame).ok());
                 Next::Event(message.map_or(Event::UnexpectedReport, |message| Event::Store { store, message }))
             }
@@ -191,32 +161,35 @@ impl Session {
 
     /// Tells the machine the next thing that happened. Returns false if nothing did.
     fn advance<R: Rig + ?Sized>(&mut self, now: Millis, rig: &R) -> bool {
-        let is_overdue = self.reader.deadline().is_some_and(|deadline| deadline <= now);
         let output = match self.agenda.news() {
             Some(News::LinkDown) => self.machine.advance(now, Input::LinkDown),
             Some(News::LinkUp) => self.machine.advance(now, Input::LinkUp),
             Some(News::Wish(report)) => self.machine.advance(now, report),
-            None => match self.reader.next() {
+            None => match self.link.next() {
                 Some(Item::Frame(frame)) => {
-                    self.last = frame.bytes().len();
                     self.machine.advance(now, Input::received(&frame, |message| rig.verdict(message)))
                 }
                 Some(Item::Corrupt { header, .. }) => {
                     self.machine.advance(now, Input::Corrupt(header.id(), header.kind()))
                 }
                 Some(Item::Noise { .. } | Item::Fatal(_)) => return true,
-                None if is_overdue => {
-                    self.reader.give_up(now);
-                    return true;
+                None => {
+                    if self.link.give_up(now) {
+                        return true;
+                    }
+                    if !self.agenda.is_due(now) {
+                        return false;
+                    }
+                    self.machine.advance(now, Input::Wake)
                 }
-                None if self.agenda.is_due(now) => self.machine.advance(now, Input::Wake),
-                None => return false,
             },
         };
         self.agenda.fill(output, Held::of);
         true
     }
 }
+
+session_link! { impl<> Session: DeviceMachine, Link }
 
 session_methods! {
     impl<> Session as Input, see Input;

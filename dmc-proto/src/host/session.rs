@@ -37,11 +37,13 @@
 //! }
 //! ```
 
-use motion_core::session::{Agenda, News};
-use motion_core::session_methods;
+use core::mem;
+
+use motion_core::session::{self, Agenda, News};
 use motion_core::stream::{Item, Patience};
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
+use motion_core::{session_link, session_methods};
 
 use super::Token;
 use super::event::{Event, Outcome, StopTarget};
@@ -50,8 +52,7 @@ use super::machine::HostMachine;
 use super::options::Options;
 use super::store::Store;
 use super::transmit::{EFFECTS, Effect, Source, Transmit};
-use crate::HostReader;
-use crate::frame::{Frame, MessageId};
+use crate::frame::{Dmc, Frame, MAX_DEVICE_FRAME, MessageId};
 use crate::message::{DeviceMessage, HostMessage, Motor, MotorStatusRequest, VirtualMotor};
 use crate::upload::{MoveSource, SCRATCH, Section, SectionSize};
 
@@ -91,6 +92,10 @@ enum Held {
 }
 
 impl Held {
+    const fn is_event(&self) -> bool {
+        !matches!(self, Self::Transmit(_))
+    }
+
     fn of(effect: Effect<'_>) -> Self {
         match effect {
             Effect::Transmit(transmit) => Self::Transmit(transmit),
@@ -112,64 +117,32 @@ enum Wanted {
     After(Section),
 }
 
+/// Stream of the frames of a device, which takes pieces of 512 bytes.
+type Link = session::Link<Dmc<MAX_DEVICE_FRAME>, { 2 * MAX_DEVICE_FRAME + 511 }>;
+
 /// Host of a device with its stream buffer, and `STORE` bytes for the messages of commands that have not ended. A message
 /// takes 18 bytes more than its data.
 pub struct Session<const STORE: usize = 2048> {
     machine: HostMachine,
-    reader: HostReader,
-    /// Length of the frame that came last.
-    last: usize,
+    link: Link,
     store: Store<STORE>,
     wanted: Wanted,
     agenda: Agenda<(Token, Wish), Held, EFFECTS>,
 }
 
 impl<const STORE: usize> Session<STORE> {
-    /// Number of bytes that [`receive`](Self::receive) always takes after [`poll`](Self::poll) said to wait.
-    pub const PIECE: usize = HostReader::PIECE;
-
     /// Makes a session without a line.
     #[must_use]
     pub fn new(options: Options) -> Self {
-        let reader = HostReader::new(Patience::new().with_line_speed(options.line_speed()));
+        let link = Link::new(Patience::new().with_line_speed(options.line_speed()));
         let machine = HostMachine::new(options);
-        Self { machine, reader, last: 0, store: Store::new(), wanted: Wanted::Nothing, agenda: Agenda::new() }
-    }
-
-    /// Machine of the session, for reading its state.
-    #[must_use]
-    pub const fn machine(&self) -> &HostMachine {
-        &self.machine
+        Self { machine, link, store: Store::new(), wanted: Wanted::Nothing, agenda: Agenda::new() }
     }
 
     /// Whether anything may still move because of this host: see [`HostMachine::may_move`].
     #[must_use]
     pub fn may_move(&self) -> bool {
         self.machine.may_move()
-    }
-
-    /// Number of bytes that arrived and are not dealt with.
-    #[must_use]
-    pub const fn held(&self) -> usize {
-        self.reader.held()
-    }
-
-    /// Tells that the line is open. Drop the bytes that waited on it before.
-    pub fn link_up(&mut self) {
-        self.reader.reset();
-        self.agenda.link_up();
-    }
-
-    /// Tells that the line is gone.
-    pub fn link_down(&mut self) {
-        self.agenda.link_down(|held| !matches!(held, Held::Transmit(_)));
-    }
-
-    /// Takes bytes that arrived, and returns how many: at least [`PIECE`](Self::PIECE) if there are so many, and
-    /// [`poll`](Self::poll) said to wait before. Give the others again after the next wait.
-    #[must_use = "bytes that were not taken have to be given again"]
-    pub fn receive(&mut self, now: Millis, bytes: &[u8]) -> usize {
-        if self.agenda.is_idle() { self.reader.push(now, bytes) } else { 0 }
     }
 
     /// Sends a request, such as [`MotorMove`](crate::message::MotorMove).
@@ -228,16 +201,13 @@ impl<const STORE: usize> Session<STORE> {
                 Some(Held::Event(Event::SectionNotWanted)) => {}
                 Some(held) => break held,
                 None if self.advance(now, source) => {}
-                None => {
-                    let wake = [self.agenda.wake(), self.reader.deadline()].into_iter().flatten().min();
-                    return Ok(Next::Wait(wake));
-                }
+                None => return Ok(Next::Wait(self.until())),
             }
         };
         if let Held::Event(Event::Ended { token, .. }) | Held::Answer(token) = held {
             self.store.remove(token);
         }
-        let message = || Frame::decode(self.reader.taken(self.last)).ok().and_then(|f| DeviceMessage::decode(&f).ok());
+        let message = || Frame::decode(self.link.last()).ok().and_then(|f| DeviceMessage::decode(&f).ok());
         Ok(match held {
             Held::Event(event) => Next::Event(event),
             Held::Answer(token) => Next::Event(Event::Ended { token, outcome: Outcome::Done(message()) }),
@@ -263,13 +233,12 @@ impl<const STORE: usize> Session<STORE> {
 
     /// Tells the machine the next thing that happened. Returns false if nothing did.
     fn advance<S: MoveSource + ?Sized>(&mut self, now: Millis, source: &S) -> bool {
-        let output = match self.agenda.news() {
-            Some(News::LinkDown) => {
-                self.wanted = Wanted::Nothing;
-                self.machine.advance(now, Input::LinkDown)
-            }
-            Some(News::LinkUp) => self.machine.advance(now, Input::LinkUp),
-            Some(News::Wish((token, wish))) => {
+        let size = SectionSize::default();
+        let output = match (self.agenda.news(), mem::replace(&mut self.wanted, Wanted::Nothing)) {
+            (Some(News::LinkDown), _) => self.machine.advance(now, Input::LinkDown),
+            (Some(News::LinkUp), _) => self.machine.advance(now, Input::LinkUp),
+            (Some(News::Wish((token, wish))), wanted) => {
+                self.wanted = wanted;
                 let message = || message_of(&self.store, token);
                 let command = match wish {
                     Wish::Greet => Command::Greet,
@@ -282,33 +251,22 @@ impl<const STORE: usize> Session<STORE> {
                 };
                 self.machine.advance(now, Input::Command(token, command))
             }
-            None => {
-                let size = SectionSize::default();
-                let next = match core::mem::replace(&mut self.wanted, Wanted::Nothing) {
-                    Wanted::Nothing => None,
-                    Wanted::First => Some(Section::first(source, size)),
-                    Wanted::After(section) => Some(section.next(source, size)),
-                };
-                if let Some(next) = next {
-                    self.machine.advance(now, Input::Section(next))
-                } else {
-                    let is_overdue = self.reader.deadline().is_some_and(|deadline| deadline <= now);
-                    match self.reader.next() {
-                        Some(Item::Frame(frame)) => {
-                            self.last = frame.bytes().len();
-                            self.machine.advance(now, Input::received(&frame))
-                        }
-                        Some(Item::Corrupt { .. }) => self.machine.advance(now, Input::Corrupt),
-                        Some(Item::Noise { .. } | Item::Fatal(_)) => return true,
-                        None if is_overdue => {
-                            self.reader.give_up(now);
-                            return true;
-                        }
-                        None if self.agenda.is_due(now) => self.machine.advance(now, Input::Wake),
-                        None => return false,
+            (None, Wanted::First) => self.machine.advance(now, Input::Section(Section::first(source, size))),
+            (None, Wanted::After(section)) => self.machine.advance(now, Input::Section(section.next(source, size))),
+            (None, Wanted::Nothing) => match self.link.next() {
+                Some(Item::Frame(frame)) => self.machine.advance(now, Input::received(&frame)),
+                Some(Item::Corrupt { .. }) => self.machine.advance(now, Input::Corrupt),
+                Some(Item::Noise { .. } | Item::Fatal(_)) => return true,
+                None => {
+                    if self.link.give_up(now) {
+                        return true;
                     }
+                    if !self.agenda.is_due(now) {
+                        return false;
+                    }
+                    self.machine.advance(now, Input::Wake)
                 }
-            }
+            },
         };
         self.agenda.fill(output, Held::of);
         true
@@ -319,6 +277,8 @@ impl<const STORE: usize> Session<STORE> {
 fn message_of<const N: usize>(store: &Store<N>, token: Token) -> HostMessage<'_> {
     store.get(token).unwrap_or_else(|| MotorStatusRequest::default().into())
 }
+
+session_link! { impl<const STORE: usize> Session<STORE>: HostMachine, Link }
 
 session_methods! {
     impl<const STORE: usize> Session<STORE> as Wish, see Command, with token;

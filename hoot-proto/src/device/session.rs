@@ -1,21 +1,18 @@
 //! Session of a node: the machine with the stream buffers of its ports.
 
-use motion_core::session::{Agenda, News};
+use motion_core::session::{self, Agenda, News};
 use motion_core::session_methods;
-use motion_core::stream::{Item, Patience, TimedFrames};
+use motion_core::stream::Item;
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
 
 use super::event::Ignored;
 use super::transmit::{Answer, Contents, Transmit};
 use super::{Command, Contact, DeviceMachine, EFFECTS, Effect, Event, Input, Port};
-use crate::frame::{Address, Frame, MAX_FRAME, Requests};
+use crate::frame::{Address, Frame, MAX_FRAME, PATIENCE, Requests};
 use crate::message::{Amperes, HostMessage, Level, Motor, RingTip, Steps, Volts};
 
 pub use motion_core::session::NotTaken;
-
-/// Time that a packet gets: that of its bytes on a slow line, and the time after which firmware drops a cut packet.
-const PATIENCE: Patience = Patience::new().with_line_speed(9600).with_margin(101);
 
 /// Next thing to do for a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,26 +47,26 @@ impl Held {
 }
 
 /// Stream of one port, which takes pieces of 64 bytes.
-type Stream = TimedFrames<Requests, { 2 * MAX_FRAME + 63 }>;
+type Link = session::Link<Requests, { 2 * MAX_FRAME + 63 }>;
 
 /// Node with the stream buffers of its three ports.
 pub struct Session {
     machine: DeviceMachine,
-    streams: [Stream; 3],
-    /// Port on which the last packet came, and its length.
-    last: (Port, usize),
+    links: [Link; 3],
+    /// Port on which the last packet came.
+    last: Port,
     agenda: Agenda<Input<'static>, Held, EFFECTS>,
 }
 
 impl Session {
     /// Number of bytes that [`receive`](Self::receive) always takes after [`poll`](Self::poll) said to wait.
-    pub const PIECE: usize = Stream::PIECE;
+    pub const PIECE: usize = Link::PIECE;
 
     /// Makes a session of this machine.
     #[must_use]
     pub const fn new(machine: DeviceMachine) -> Self {
-        let streams = [Stream::new(PATIENCE), Stream::new(PATIENCE), Stream::new(PATIENCE)];
-        Self { machine, streams, last: (Port::Bus, 0), agenda: Agenda::new() }
+        let links = [Link::new(PATIENCE), Link::new(PATIENCE), Link::new(PATIENCE)];
+        Self { machine, links, last: Port::Bus, agenda: Agenda::new() }
     }
 
     /// Machine of the session, for reading its state.
@@ -81,11 +78,11 @@ impl Session {
     /// Number of bytes that arrived and are not dealt with.
     #[must_use]
     pub fn held(&self) -> usize {
-        self.streams.iter().map(Stream::held).fold(0, usize::saturating_add)
+        self.links.iter().map(Link::held).fold(0, usize::saturating_add)
     }
 
-    const fn stream(&mut self, port: Port) -> &mut Stream {
-        let [bus, usb, bluetooth] = &mut self.streams;
+    fn link(&mut self, port: Port) -> &mut Link {
+        let [bus, usb, bluetooth] = &mut self.links;
         match port {
             Port::Bus => bus,
             Port::Usb => usb,
@@ -99,7 +96,7 @@ impl Session {
     ///
     /// [`NotTaken::Full`] if too many reports wait for a poll.
     pub fn link_up(&mut self, port: Port) -> Result<(), NotTaken> {
-        self.stream(port).reset();
+        self.link(port).reset();
         self.agenda.stop_one(Input::LinkUp(port))
     }
 
@@ -107,7 +104,7 @@ impl Session {
     /// [`poll`](Self::poll) said to wait before. Give the others again after the next wait.
     #[must_use = "bytes that were not taken have to be given again"]
     pub fn receive(&mut self, now: Millis, port: Port, bytes: &[u8]) -> usize {
-        if self.agenda.is_idle() { self.stream(port).push(now, bytes) } else { 0 }
+        if self.agenda.is_idle() { self.link(port).receive(now, bytes) } else { 0 }
     }
 
     /// Next thing to do. Packets are written to the front of `out`, for which 42 bytes are enough.
@@ -121,7 +118,7 @@ impl Session {
                 break held;
             }
             if !self.advance(now) {
-                let cut = self.streams.iter().filter_map(Stream::deadline);
+                let cut = self.links.iter().filter_map(Link::deadline);
                 return Ok(Next::Wait(cut.chain(self.agenda.wake()).min()));
             }
         };
@@ -149,12 +146,11 @@ impl Session {
 
     /// Packet that came last.
     fn packet(&self) -> &[u8] {
-        let [bus, usb, bluetooth] = &self.streams;
-        let (port, len) = self.last;
-        match port {
-            Port::Bus => bus.taken(len),
-            Port::Usb => usb.taken(len),
-            Port::Bluetooth => bluetooth.taken(len),
+        let [bus, usb, bluetooth] = &self.links;
+        match self.last {
+            Port::Bus => bus.last(),
+            Port::Usb => usb.last(),
+            Port::Bluetooth => bluetooth.last(),
         }
     }
 
@@ -165,19 +161,19 @@ impl Session {
             self.agenda.fill(output, Held::of);
             return true;
         }
-        for (port, stream) in [Port::Bus, Port::Usb, Port::Bluetooth].into_iter().zip(&mut self.streams) {
-            let is_overdue = stream.deadline().is_some_and(|deadline| deadline <= now);
-            let output = match stream.next() {
+        for (port, link) in [Port::Bus, Port::Usb, Port::Bluetooth].into_iter().zip(&mut self.links) {
+            let output = match link.next() {
                 Some(Item::Frame(frame)) => {
-                    self.last = (port, frame.bytes().len());
+                    self.last = port;
                     self.machine.advance(now, Input::received(port, &frame))
                 }
                 Some(_) => self.machine.advance(now, Input::Noise),
-                None if is_overdue => {
-                    stream.give_up(now);
-                    return true;
+                None => {
+                    if link.give_up(now) {
+                        return true;
+                    }
+                    continue;
                 }
-                None => continue,
             };
             self.agenda.fill(output, Held::of);
             return true;

@@ -137,6 +137,10 @@ impl<const CAP: usize> Framing for Strict<CAP> {
 /// For a node, or for other limits, name the framing: `motion_core::stream::Frames<Strict, 84>`.
 pub type Frames<const N: usize = { 2 * MAX_FRAME }> = stream::Frames<Hoot, N>;
 
+/// Time that a packet gets in a session: that of its bytes on a slow line, and the time after which firmware drops a packet
+/// that is cut off.
+pub(crate) const PATIENCE: stream::Patience = stream::Patience::new().with_line_speed(9600).with_margin(101);
+
 #[cfg(test)]
 mod tests {
     use super::*;

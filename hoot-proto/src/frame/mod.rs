@@ -19,6 +19,7 @@ mod framing;
 use core::cmp::Ordering;
 use core::fmt;
 
+pub(crate) use framing::PATIENCE;
 pub use framing::{Frames, Hoot, Requests, Strict};
 use motion_core::lint::Lints;
 use motion_core::unit;

@@ -31,11 +31,11 @@
 //! }
 //! ```
 
-use motion_core::session::{Agenda, News};
-use motion_core::session_methods;
-use motion_core::stream::{Item, Patience, TimedFrames};
+use motion_core::session::{self, Agenda, News};
+use motion_core::stream::Item;
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
+use motion_core::{session_link, session_methods};
 
 use super::event::{Event, Outcome};
 use super::input::{Command, Input, Request};
@@ -43,13 +43,10 @@ use super::machine::HostMachine;
 use super::options::{Nodes, Options};
 use super::transmit::Transmit;
 use super::{EFFECTS, Effect, Token};
-use crate::frame::{Address, Frame, Hoot, MAX_FRAME};
+use crate::frame::{Address, Frame, Hoot, MAX_FRAME, PATIENCE};
 use crate::message::{DeviceMessage, HostMessage, Motor, MotorStop, Reply, StepsPerSecond, Stop};
 
 pub use motion_core::session::NotTaken;
-
-/// Time that a packet gets: that of its bytes on a slow line, and the time after which a node drops a cut packet.
-const PATIENCE: Patience = Patience::new().with_line_speed(9600).with_margin(101);
 
 /// Next thing to do for a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,6 +71,10 @@ enum Held {
 }
 
 impl Held {
+    const fn is_event(&self) -> bool {
+        !matches!(self, Self::Transmit(_))
+    }
+
     fn of(effect: Effect<'_>) -> Self {
         match effect {
             Effect::Transmit(transmit) => Self::Transmit(transmit),
@@ -87,64 +88,26 @@ impl Held {
 }
 
 /// Stream of the line, which takes pieces of 64 bytes.
-type Stream = TimedFrames<Hoot, { 2 * MAX_FRAME + 63 }>;
+type Link = session::Link<Hoot, { 2 * MAX_FRAME + 63 }>;
 
 /// Master of a bus with its stream buffer.
 pub struct Session {
     machine: HostMachine,
-    frames: Stream,
-    /// Length of the packet that came last.
-    last: usize,
-    /// Whether a packet was sent, so that what arrived before cannot be its answer.
-    is_stale: bool,
+    link: Link,
     agenda: Agenda<(Token, Command), Held, EFFECTS>,
 }
 
 impl Session {
-    /// Number of bytes that [`receive`](Self::receive) always takes after [`poll`](Self::poll) said to wait.
-    pub const PIECE: usize = Stream::PIECE;
-
     /// Makes a session without a line.
     #[must_use]
     pub fn new(options: Options) -> Self {
-        let (machine, frames) = (HostMachine::new(options), Stream::new(PATIENCE));
-        Self { machine, frames, last: 0, is_stale: false, agenda: Agenda::new() }
-    }
-
-    /// Machine of the session, for reading its state.
-    #[must_use]
-    pub const fn machine(&self) -> &HostMachine {
-        &self.machine
+        Self { machine: HostMachine::new(options), link: Link::new(PATIENCE), agenda: Agenda::new() }
     }
 
     /// Whether anything may still move because of this master: see [`HostMachine::may_move`].
     #[must_use]
     pub fn may_move(&self) -> bool {
         self.machine.may_move()
-    }
-
-    /// Number of bytes that arrived and are not dealt with.
-    #[must_use]
-    pub const fn held(&self) -> usize {
-        self.frames.held()
-    }
-
-    /// Tells that the line is open.
-    pub fn link_up(&mut self) {
-        self.frames.reset();
-        self.agenda.link_up();
-    }
-
-    /// Tells that the line is gone.
-    pub fn link_down(&mut self) {
-        self.agenda.link_down(|held| !matches!(held, Held::Transmit(_)));
-    }
-
-    /// Takes bytes that arrived, and returns how many: at least [`PIECE`](Self::PIECE) if there are so many, and
-    /// [`poll`](Self::poll) said to wait before. Give the others again after the next wait.
-    #[must_use = "bytes that were not taken have to be given again"]
-    pub fn receive(&mut self, now: Millis, bytes: &[u8]) -> usize {
-        if self.agenda.is_idle() { self.frames.push(now, bytes) } else { 0 }
     }
 
     /// Gives a command. There is a method for each of them, too.
@@ -171,12 +134,15 @@ impl Session {
                 break held;
             }
             if !self.advance(now) {
-                let wake = [self.agenda.wake(), self.frames.deadline()].into_iter().flatten().min();
-                return Ok(Next::Wait(wake));
+                return Ok(Next::Wait(self.until()));
             }
         };
+        if let Held::Transmit(_) = held {
+            // What arrived before cannot be the answer to this packet.
+            self.link.drop_later();
+        }
         let message = || {
-            let frame = Frame::decode(self.frames.taken(self.last)).ok()?;
+            let frame = Frame::decode(self.link.last()).ok()?;
             Some((frame.address(), DeviceMessage::decode(&frame)))
         };
         Ok(match held {
@@ -198,7 +164,6 @@ impl Session {
                 if written.is_err() {
                     self.agenda.put_back(held);
                 }
-                self.is_stale = true;
                 Next::Transmit(out.get(..written?).unwrap_or_default())
             }
         })
@@ -206,32 +171,30 @@ impl Session {
 
     /// Tells the machine the next thing that happened. Returns false if nothing did.
     fn advance(&mut self, now: Millis) -> bool {
-        if core::mem::take(&mut self.is_stale) {
-            self.frames.reset();
-        }
-        let is_overdue = self.frames.deadline().is_some_and(|deadline| deadline <= now);
         let output = match self.agenda.news() {
             Some(News::LinkDown) => self.machine.advance(now, Input::LinkDown),
             Some(News::LinkUp) => self.machine.advance(now, Input::LinkUp),
             Some(News::Wish((token, command))) => self.machine.advance(now, Input::Command(token, command)),
-            None => match self.frames.next() {
-                Some(Item::Frame(frame)) => {
-                    self.last = frame.bytes().len();
-                    self.machine.advance(now, Input::received(&frame))
-                }
+            None => match self.link.next() {
+                Some(Item::Frame(frame)) => self.machine.advance(now, Input::received(&frame)),
                 Some(_) => self.machine.advance(now, Input::Noise),
-                None if is_overdue => {
-                    self.frames.give_up(now);
-                    return true;
+                None => {
+                    if self.link.give_up(now) {
+                        return true;
+                    }
+                    if !self.agenda.is_due(now) {
+                        return false;
+                    }
+                    self.machine.advance(now, Input::Wake)
                 }
-                None if self.agenda.is_due(now) => self.machine.advance(now, Input::Wake),
-                None => return false,
             },
         };
         self.agenda.fill(output, Held::of);
         true
     }
 }
+
+session_link! { impl<> Session: HostMachine, Link }
 
 session_methods! {
     impl<> Session as Command, see Command, with token;

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use motion_core::session::{Agenda, News, NotTaken};
+use motion_core::stream::Item;
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
 
@@ -12,9 +13,9 @@ use super::machine::DeviceMachine;
 use super::session::{SESSIONS, SessionId};
 use super::transmit::{Contents, Destination, Scratch, Source, Transmit};
 use super::{EFFECTS, Effect};
-use crate::frame::{Frame, MAX_FRAME};
+use crate::HostMessage;
+use crate::frame::{Frame, Link, MAX_FRAME, PATIENCE};
 use crate::transport::Transport;
-use crate::{Frames, HostMessage, Item};
 
 /// Number of reports that a session can hold until the next poll.
 const REPORTS: usize = 32;
@@ -65,21 +66,21 @@ impl Held {
 /// Device with a stream buffer of `N` bytes for each of its clients.
 pub struct Session<const N: usize = { 2 * MAX_FRAME + 4095 }> {
     machine: DeviceMachine,
-    clients: [Frames<N>; SESSIONS],
-    /// Client from which the last message came, and the length of the message.
-    last: (usize, usize),
+    clients: [Link<N>; SESSIONS],
+    /// Client from which the last message came.
+    last: usize,
     agenda: Agenda<Told, Held, EFFECTS, REPORTS>,
 }
 
 impl<const N: usize> Session<N> {
     /// Number of bytes that [`receive`](Self::receive) always takes after [`poll`](Self::poll) said to wait.
-    pub const PIECE: usize = Frames::<N>::PIECE;
+    pub const PIECE: usize = Link::<N>::PIECE;
 
     /// Makes a session of this machine, without clients.
     #[must_use]
     pub const fn new(machine: DeviceMachine) -> Self {
-        let clients = [Frames::new(), Frames::new(), Frames::new(), Frames::new()];
-        Self { machine, clients, last: (0, 0), agenda: Agenda::new() }
+        let clients = [Link::new(PATIENCE), Link::new(PATIENCE), Link::new(PATIENCE), Link::new(PATIENCE)];
+        Self { machine, clients, last: 0, agenda: Agenda::new() }
     }
 
     /// Machine of the session, for reading its state.
@@ -91,7 +92,7 @@ impl<const N: usize> Session<N> {
     /// Number of bytes that arrived and are not dealt with.
     #[must_use]
     pub fn held(&self) -> usize {
-        self.clients.iter().map(Frames::held).fold(0, usize::saturating_add)
+        self.clients.iter().map(Link::held).fold(0, usize::saturating_add)
     }
 
     /// Tells that a client is connected, under a number that the caller chooses.
@@ -100,8 +101,8 @@ impl<const N: usize> Session<N> {
     ///
     /// [`NotTaken::Full`] if too many reports wait for a poll.
     pub fn link_up(&mut self, client: SessionId, transport: Transport) -> Result<(), NotTaken> {
-        if let Some(frames) = self.clients.get_mut(usize::from(client.0)) {
-            frames.reset();
+        if let Some(link) = self.clients.get_mut(usize::from(client.0)) {
+            link.reset();
         }
         self.agenda.stop_one(Told::LinkUp(client, transport))
     }
@@ -128,9 +129,9 @@ impl<const N: usize> Session<N> {
     /// [`poll`](Self::poll) said to wait before. Give the others again after the next wait. Bytes from a client
     /// that there cannot be are dropped.
     #[must_use = "bytes that were not taken have to be given again"]
-    pub fn receive(&mut self, client: SessionId, bytes: &[u8]) -> usize {
+    pub fn receive(&mut self, now: Millis, client: SessionId, bytes: &[u8]) -> usize {
         match self.clients.get_mut(usize::from(client.0)) {
-            Some(frames) if self.agenda.is_idle() => frames.push(bytes),
+            Some(link) if self.agenda.is_idle() => link.receive(now, bytes),
             Some(_) => 0,
             None => bytes.len(),
         }
@@ -166,11 +167,11 @@ impl<const N: usize> Session<N> {
                 break held;
             }
             if !self.advance(now, source) {
-                return Ok(Next::Wait(self.agenda.wake()));
+                let cut = self.clients.iter().filter_map(Link::deadline);
+                return Ok(Next::Wait(cut.chain(self.agenda.wake()).min()));
             }
         };
-        let (client, len) = self.last;
-        let bytes = self.clients.get(client).map(|frames| frames.taken(len)).unwrap_or_default();
+        let bytes = self.clients.get(self.last).map(Link::last).unwrap_or_default();
         let message = || Frame::decode(bytes).ok().and_then(|frame| HostMessage::decode(&frame).ok());
         let transmit = match held {
             Held::Event(event) => return Ok(Next::Event(event)),
@@ -212,10 +213,10 @@ impl<const N: usize> Session<N> {
             self.agenda.fill(output, Held::of);
             return true;
         }
-        for (index, (session, frames)) in SessionId::ALL.into_iter().zip(&mut self.clients).enumerate() {
-            let (output, is_over) = match frames.next() {
+        for (index, (session, link)) in SessionId::ALL.into_iter().zip(&mut self.clients).enumerate() {
+            let (output, is_over) = match link.next() {
                 Some(Item::Frame(frame)) => {
-                    self.last = (index, frame.bytes().len());
+                    self.last = index;
                     (self.machine.advance(now, Input::received(session, &frame, password)), false)
                 }
                 Some(Item::Fatal(_)) => (self.machine.advance(now, Input::Fatal(session)), true),
@@ -224,7 +225,7 @@ impl<const N: usize> Session<N> {
             };
             self.agenda.fill(output, Held::of);
             if is_over {
-                frames.reset();
+                link.drop_later();
             }
             return true;
         }

@@ -32,7 +32,7 @@
 //!             stream.set_read_timeout(Some(Duration::from_millis(millis)))?;
 //!             match stream.read(&mut bytes) {
 //!                 Ok(0) => session.link_down(),
-//!                 Ok(len) => assert_eq!(session.receive(&bytes[..len]), len),
+//!                 Ok(len) => assert_eq!(session.receive(now(), &bytes[..len]), len),
 //!                 Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
 //!                 Err(error) => return Err(error.into()),
 //!             }
@@ -43,9 +43,10 @@
 //! ```
 
 use motion_core::session::{Agenda, News};
-use motion_core::session_methods;
+use motion_core::stream::Item;
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
+use motion_core::{session_link, session_methods};
 
 use super::event::{Event, Outcome};
 use super::input::{Command, Endpoint, Get, Go, Input};
@@ -53,9 +54,9 @@ use super::machine::HostMachine;
 use super::options::Options;
 use super::transmit::{PasswordOf, Source, Transmit};
 use super::{EFFECTS, Effect, Token};
-use crate::frame::{Frame, MAX_FRAME};
+use crate::frame::{Frame, Link, MAX_FRAME, PATIENCE};
 use crate::message::{LedMode, MotorAddress, RotationsPerSecond, RotationsPerSecondSquared, Seconds};
-use crate::{DeviceMessage, Frames, Item, MoveSummary};
+use crate::{DeviceMessage, MoveSummary};
 
 pub use motion_core::session::NotTaken;
 
@@ -85,6 +86,10 @@ enum Held {
 }
 
 impl Held {
+    const fn is_event(&self) -> bool {
+        !matches!(self, Self::Transmit(_) | Self::DevicePassword)
+    }
+
     fn of(effect: Effect<'_>) -> Self {
         match effect {
             Effect::Transmit(transmit) => transmit.to_static().map_or(Self::DevicePassword, Self::Transmit),
@@ -100,65 +105,21 @@ impl Held {
 /// Client of a device with its stream buffer of `N` bytes.
 pub struct Session<const N: usize = { 2 * MAX_FRAME + 4095 }> {
     machine: HostMachine,
-    frames: Frames<N>,
-    /// Length of the message that came last.
-    last: usize,
-    /// Whether the bytes in the buffer are of a connection that is over.
-    is_stale: bool,
+    link: Link<N>,
     agenda: Agenda<(Token, Command), Held, EFFECTS>,
 }
 
 impl<const N: usize> Session<N> {
-    /// Number of bytes that [`receive`](Self::receive) always takes after [`poll`](Self::poll) said to wait.
-    pub const PIECE: usize = Frames::<N>::PIECE;
-
     /// Makes a session without a connection.
     #[must_use]
     pub fn new(options: Options) -> Self {
-        Self {
-            machine: HostMachine::new(options),
-            frames: Frames::new(),
-            last: 0,
-            is_stale: false,
-            agenda: Agenda::new(),
-        }
-    }
-
-    /// Machine of the session, for reading its state.
-    #[must_use]
-    pub const fn machine(&self) -> &HostMachine {
-        &self.machine
+        Self { machine: HostMachine::new(options), link: Link::new(PATIENCE), agenda: Agenda::new() }
     }
 
     /// Whether anything may still move because of this client: see [`HostMachine::may_move`].
     #[must_use]
     pub fn may_move(&self) -> bool {
         self.machine.may_move()
-    }
-
-    /// Number of bytes that arrived and are not dealt with.
-    #[must_use]
-    pub const fn held(&self) -> usize {
-        self.frames.held()
-    }
-
-    /// Tells that the connection is there that [`Event::Connect`] asked for.
-    pub fn link_up(&mut self) {
-        self.frames.reset();
-        self.is_stale = false;
-        self.agenda.link_up();
-    }
-
-    /// Tells that there is no connection, or not any more.
-    pub fn link_down(&mut self) {
-        self.agenda.link_down(|held| !matches!(held, Held::Transmit(_) | Held::DevicePassword));
-    }
-
-    /// Takes bytes that arrived, and returns how many: at least [`PIECE`](Self::PIECE) if there are so many, and
-    /// [`poll`](Self::poll) said to wait before. Give the others again after the next wait.
-    #[must_use = "bytes that were not taken have to be given again"]
-    pub fn receive(&mut self, bytes: &[u8]) -> usize {
-        if self.agenda.is_idle() { self.frames.push(bytes) } else { 0 }
     }
 
     /// Gives a command. There is a method for each of them, too.
@@ -191,10 +152,10 @@ impl<const N: usize> Session<N> {
                 break held;
             }
             if !self.advance(now) {
-                return Ok(Next::Wait(self.agenda.wake()));
+                return Ok(Next::Wait(self.until()));
             }
         };
-        let message = || Frame::decode(self.frames.taken(self.last)).ok().and_then(|f| DeviceMessage::decode(&f).ok());
+        let message = || Frame::decode(self.link.last()).ok().and_then(|f| DeviceMessage::decode(&f).ok());
         let transmit = match held {
             Held::Event(event) => return Ok(Next::Event(event)),
             Held::Answer(token) => {
@@ -219,33 +180,40 @@ impl<const N: usize> Session<N> {
 
     /// Tells the machine the next thing that happened. Returns false if nothing did.
     fn advance(&mut self, now: Millis) -> bool {
-        if core::mem::take(&mut self.is_stale) {
-            self.frames.reset();
-        }
-        let (was_connected, mut is_fatal) = (self.machine.state().is_connected(), false);
+        let was_connected = self.machine.state().is_connected();
+        let mut is_over = false;
         let output = match self.agenda.news() {
             Some(News::LinkDown) => self.machine.advance(now, Input::LinkDown),
             Some(News::LinkUp) => self.machine.advance(now, Input::LinkUp),
             Some(News::Wish((token, command))) => self.machine.advance(now, Input::Command(token, command)),
-            None => match self.frames.next() {
-                Some(Item::Frame(frame)) => {
-                    self.last = frame.bytes().len();
-                    self.machine.advance(now, Input::received(&frame))
-                }
+            None => match self.link.next() {
+                Some(Item::Frame(frame)) => self.machine.advance(now, Input::received(&frame)),
                 Some(Item::Fatal(_)) => {
-                    is_fatal = true;
+                    is_over = true;
                     self.machine.advance(now, Input::Fatal)
                 }
                 Some(Item::Noise { .. } | Item::Corrupt { .. }) => return true,
-                None if self.agenda.is_due(now) => self.machine.advance(now, Input::Wake),
-                None => return false,
+                None => {
+                    if self.link.give_up(now) {
+                        return true;
+                    }
+                    if !self.agenda.is_due(now) {
+                        return false;
+                    }
+                    self.machine.advance(now, Input::Wake)
+                }
             },
         };
         self.agenda.fill(output, Held::of);
-        self.is_stale = is_fatal || was_connected && !self.machine.state().is_connected();
+        // What arrived on a connection that is over does not count.
+        if is_over || was_connected && !self.machine.state().is_connected() {
+            self.link.drop_later();
+        }
         true
     }
 }
+
+session_link! { impl<const N: usize> Session<N>: HostMachine, Link<N> }
 
 session_methods! {
     impl<const N: usize> Session<N> as Command, see Command, with token;

@@ -110,7 +110,7 @@ proptest! {
                 HostOp::Fatal | HostOp::Message(_) | HostOp::Wake => {}
             }
             for piece in arrived.chunks(piece) {
-                prop_assert_eq!(session.receive(piece), piece.len());
+                prop_assert_eq!(session.receive(now, piece), piece.len());
             }
             let (found, _) = host_poll(&mut session, now, &mut room);
             prop_assert_eq!(&found, &expected, "after {:?}", op);
@@ -160,7 +160,7 @@ proptest! {
                 DeviceOp::Datagram(_) => prop_assert!(session.receive_datagram(now, SENDER, &arrived)),
                 DeviceOp::Fatal(_) | DeviceOp::Message(..) => {
                     for piece in arrived.chunks(piece) {
-                        prop_assert_eq!(session.receive(client, piece), piece.len());
+                        prop_assert_eq!(session.receive(now, client, piece), piece.len());
                     }
                 }
                 DeviceOp::Wake => {}
@@ -193,7 +193,7 @@ proptest! {
             }
             inputs.sort_by_key(|(is_last, ..)| *is_last);
             let arrived = bytes(&message);
-            prop_assert_eq!(session.receive(&arrived), arrived.len());
+            prop_assert_eq!(session.receive(now, &arrived), arrived.len());
 
             let link = connects.then_some(host::Input::LinkUp).into_iter();
             let commands = inputs.into_iter().map(|(_, token, command)| host::Input::Command(token, command));

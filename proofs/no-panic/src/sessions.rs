@@ -79,7 +79,7 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
             },
             out,
         )?;
-        writeln!(out, "{} {}", client.receive(bytes), device.receive(SessionId(b), bytes))?;
+        writeln!(out, "{} {}", client.receive(now, bytes), device.receive(now, SessionId(b), bytes))?;
         for _ in 0..TURNS {
             let next = client.poll(now, &host::Source::default(), &mut room);
             let waits = matches!(next, Ok(host::Next::Wait(_)) | Err(_));
