@@ -8,6 +8,7 @@ use super::event::{Event, Failure, Outcome, Refusal};
 use super::jobs::{Pending, Speed, keep_alive};
 use super::{HostMachine, MAX_KEPT, Output, Transmit};
 use crate::frame::{Address, Table};
+use crate::message;
 
 /// A node that is kept alive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -30,9 +31,10 @@ impl HostMachine {
     /// Takes the next speed of a motor, in the place of a speed that waits.
     pub(super) fn set_speed(&mut self, now: Millis, output: &mut Output<'_>, next: Speed) {
         let refused = self.refusal(&next.transmit());
-        // A speed waits until its node hears, but a motor that is to come to rest must not.
+        // A speed waits until its node hears, but a motor that is to come to rest must not. Of the stops only that of the
+        // controller can be sent, and one is enough for all motors of the node.
         if refused.is_none() && next.is_rest() && self.deaf.is_deaf(next.to) {
-            self.add_motor_stop(now, output, next.to, next.motor);
+            self.add_stop(now, output, Transmit { to: next.to, message: message::Stop {}.into() }, None);
         }
         let waits = self.speeds.iter_mut().find(|speed| (speed.to, speed.motor) == (next.to, next.motor));
         let (token, outcome) = if let Some(why) = refused {

@@ -144,7 +144,7 @@ impl HostMachine {
 
     /// Adds a stop, which goes out before everything else. Too many stops that no node answers are an emergency (decision
     /// H-23).
-    fn add_stop(&mut self, now: Millis, output: &mut Output<'_>, transmit: Transmit, token: Option<Token>) {
+    pub(super) fn add_stop(&mut self, now: Millis, output: &mut Output<'_>, transmit: Transmit, token: Option<Token>) {
         let out = match &mut self.line {
             Line::Waiting(Waiting { job: Job::Stop(stop), .. }) => Some(stop),
             _ => None,

@@ -2,7 +2,7 @@
 
 use super::world::*;
 use hoot_proto::Address;
-use hoot_proto::host::{Command, Event, Input, Options, Outcome, StopTarget};
+use hoot_proto::host::{Command, Event, Input, Options, Outcome, StopState, StopTarget};
 use hoot_proto::message::{self, HostMessage, Motor, StepsPerSecond};
 use motion_core::wire::Messages;
 
@@ -84,6 +84,24 @@ fn after_the_line_came_up_one_packet_goes_to_each_node_until_it_answers() {
     assert_eq!(stop.packets()[0].message, STOP);
     assert_eq!(packets(&master.pass(1490)), []);
     assert_eq!(packets(&master.pass(100)).first().map(|(at, ..)| *at), Some(10));
+}
+
+// 5-74
+#[test]
+fn a_joystick_at_rest_is_no_emergency_after_the_line_came_up() {
+    let mut master = fresh();
+    let mut told = Vec::new();
+    for to in [NODE, OTHER, Address(5)] {
+        for motor in Motor::ALL {
+            let output = master.order(Command::Speed { to, motor, speed: StepsPerSecond(0.0) });
+            told.extend(others(&output));
+        }
+    }
+    for (_, output) in master.pass(3000) {
+        told.extend(others(&output));
+    }
+    assert!(!told.contains(&Event::Stopping), "{told:?}");
+    assert_eq!(master.machine.stopping(), StopState::Calm);
 }
 
 // 5-72

@@ -16,7 +16,8 @@ use super::talk::Talk;
 use crate::drive::Trouble;
 use crate::drive::command;
 
-/// A program that takes longer than so many times its time and a second has failed: some firmware never ends it.
+/// Factor of the longest time: a program that is not done after three times its time and three seconds has failed, because
+/// some firmware never ends it.
 const LONGEST: f64 = 3.0;
 
 impl Talk<'_> {
@@ -32,12 +33,19 @@ impl Talk<'_> {
         self.store(&planned, ProgramMode::VIDEO).await?;
         // With the camera off, the program ends when the move ends.
         self.set(message::CameraSetEnable { enable: Bool::FALSE }).await?;
-        // A start and an end open the shutter also with the camera off, except for an exposure of 0 (decision H-83).
-        let exposure = self.read(CameraExposureTime {}).await?;
-        self.set_exposure(Milliseconds(0)).await?;
+        // On later firmware a start and an end open the shutter also with the camera off, except for an exposure of 0
+        // (decision H-83).
+        let profile = self.profile();
+        let shoots = profile.shoots_at_start() != Some(false) || profile.shoots_at_end() != Some(false);
+        let exposure = if shoots { Some(self.read(CameraExposureTime {}).await?) } else { None };
+        if shoots {
+            self.set_exposure(Milliseconds(0)).await?;
+        }
         let millis = planned.iter().map(|it| it.lead_in.saturating_add(it.plan.travel.0)).max().unwrap_or(0);
         self.play(&planned, f64::from(millis) / 1000.0, None).await?;
-        self.set_exposure(exposure).await?;
+        if let Some(exposure) = exposure {
+            self.set_exposure(exposure).await?;
+        }
         self.print("the move is done, and all motors rest at its end")
     }
 
@@ -77,8 +85,12 @@ impl Talk<'_> {
         let asked = if takes_one_more == Some(true) { shots - 1 } else { shots };
         let set = message::CameraSetMaxShots { max_shots: ShortShots(asked.try_into().unwrap_or(u16::MAX)) };
         self.set_and_see(set, message::CameraMaxShots {}, Shots(asked)).await?;
-        self.play(&planned, f64::from(shots - 1) * interval + exposure, takes_one_more.is_none().then_some(pause))
-            .await?;
+        self.play(
+            &planned,
+            f64::from(shots - 1) * interval + exposure,
+            takes_one_more.is_none().then_some(pause - open),
+        )
+        .await?;
         self.print(&format!("{shots} photos are taken, and all motors rest"))
     }
 
@@ -149,6 +161,7 @@ impl Talk<'_> {
         for it in planned {
             let motor = it.motor;
             // A start chooses sixteenths for slow moves, and the speed counts in them.
+            self.count_steps(motor).await?;
             let found = self.read(message::MotorMicrostep { motor }).await?;
             let is_finer = self.profile().start_sets_microsteps() != Some(false);
             let finest = if is_finer { Microstep::SIXTEENTH } else { found };
@@ -288,8 +301,9 @@ impl Talk<'_> {
     }
 
     /// Starts the stored program, prints its progress, and checks where the motors are at its end. If it may take one
-    /// photo more than asked, `interval` says how many milliseconds after the last one, and it is stopped before that.
-    async fn play(&mut self, planned: &[Planned], seconds: f64, interval: Option<u32>) -> Result<(), Trouble> {
+    /// photo more than asked, `rest` is the time from the end of the last exposure to that photo in milliseconds, and the
+    /// program is stopped after half of it.
+    async fn play(&mut self, planned: &[Planned], seconds: f64, rest: Option<u32>) -> Result<(), Trouble> {
         let before = self.microsteps().await?;
         let began = Instant::now();
         let answered = self.set_off(message::Start {}).await?;
@@ -315,11 +329,11 @@ impl Talk<'_> {
                 break;
             }
             has_run = true;
-            if f64::from(gone) > 1000.0 * LONGEST.mul_add(seconds, LONGEST) {
+            let passed = began.elapsed().as_secs_f64();
+            if passed > LONGEST.mul_add(seconds, LONGEST) {
                 return Err(Trouble::Failed(format!(
-                    "node {} is not done after {:.0} s instead of {seconds:.1} s: is a motor stuck or unplugged?",
-                    self.node.0,
-                    f64::from(gone) / 1000.0
+                    "node {} is not done after {passed:.0} s instead of {seconds:.1} s: is a motor stuck or unplugged?",
+                    self.node.0
                 )));
             }
             let (mut places, mut is_there) = (Vec::new(), true);
@@ -331,7 +345,7 @@ impl Talk<'_> {
             }
             if !is_there || f64::from(gone) < 1000.0 * seconds {
                 last_photo = gone;
-            } else if interval.is_some_and(|interval| gone - last_photo > interval / 2) {
+            } else if rest.is_some_and(|rest| gone - last_photo > rest / 2) {
                 self.set(message::Stop {}).await?;
             }
             self.progress(|| format!("{:.1} of {seconds:.1} s: {}", f64::from(gone) / 1000.0, places.join(", ")))?;
