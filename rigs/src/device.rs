@@ -154,11 +154,13 @@ mod tests {
         let list = list::<S>();
         for (kind, pattern, about) in S::FAMILIES {
             assert!(list.contains(pattern) && list.contains(about), "{list}");
-            let error = S::default().apply(*kind, pattern).unwrap_err().to_string();
+            let error = S::default().apply(*kind, "loud").unwrap_err().to_string();
             assert!(error.contains(pattern), "{error}");
         }
-        for device in S::DEVICES {
-            assert!(list.contains(device.name) && S::default().with_device(device.name).is_ok());
+        let setups: Vec<_> = S::DEVICES.iter().map(|device| S::default().with_device(device.name).unwrap()).collect();
+        let setups: Vec<_> = setups.iter().map(|setup| format!("{setup:?}")).collect();
+        for (at, setup) in setups.iter().enumerate() {
+            assert!(!setups[..at].contains(setup), "{} is the same as another device", S::DEVICES[at].name);
         }
     }
 

@@ -25,10 +25,12 @@
 //! # use dmc_proto::Millis;
 //! use dmc_proto::device::{DeviceMachine, Effect, Event, Input, Scratch};
 //! # struct MyRig<'m> { told: Vec<String>, buffer: UploadBuffer<'m> }
-//! # impl Rig for MyRig<'_> { fn position(&self, _: Motor) -> Steps { Steps(0) } }
+//! # impl Rig for MyRig<'_> {
+//! #     fn verdict(&self, _: &HostMessage<'_>) -> AckCode { AckCode::OK }
+//! #     fn position(&self, _: Motor) -> Steps { Steps(0) }
+//! # }
 //! # impl MyRig<'_> {
 //! #     fn obey(&mut self, event: Event<'_>) { self.told.push(format!("{event:?}")) }
-//! #     fn allows(&self, _: &HostMessage<'_>) -> AckCode { AckCode::OK }
 //! # }
 //!
 //! fn advance(machine: &mut DeviceMachine, now: Millis, input: Input<'_>, rig: &mut MyRig, line: &mut Vec<u8>) -> Option<Millis> {
@@ -65,7 +67,7 @@
 //! # let mut receive = |message: HostMessage<'_>| -> Result<Vec<u8>, Box<dyn std::error::Error>> {
 //! #     let (mut bytes, mut line) = ([0; 64], vec![]);
 //! #     let len = message.encode_into(MessageId(1), &mut bytes)?;
-//! #     let input = Input::received(&Frame::decode(&bytes[..len])?, |message| rig.allows(message));
+//! #     let input = Input::received(&Frame::decode(&bytes[..len])?, |message| rig.verdict(message));
 //! #     advance(&mut machine, Millis(0), input, &mut rig, &mut line);
 //! #     Ok(line)
 //! # };

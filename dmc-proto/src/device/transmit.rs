@@ -62,12 +62,9 @@ pub type Scratch = [I32; 32];
 
 /// Knowledge of the rig that a session needs: judgements of messages, and what messages tell.
 pub trait Rig {
-    /// Answer of the rig to a message if it were done now, as [`Input::Received`](super::Input::Received) says. The default is
-    /// that everything can be done.
-    fn verdict(&self, message: &HostMessage<'_>) -> AckCode {
-        let _ = message;
-        AckCode::OK
-    }
+    /// Answer of the rig to a message if it were done now, as [`Input::Received`](super::Input::Received) says. A
+    /// [`Session`](super::Session) asks for it. A rig without limits answers [`AckCode::OK`].
+    fn verdict(&self, message: &HostMessage<'_>) -> AckCode;
 
     /// Position of a motor.
     fn position(&self, motor: Motor) -> Steps;

@@ -191,6 +191,10 @@ fn dmc_device(input: &[u8], out: &mut dyn Write) -> fmt::Result {
 
     struct Nowhere;
     impl Rig for Nowhere {
+        fn verdict(&self, _: &dmc_proto::HostMessage<'_>) -> dmc_proto::message::AckCode {
+            dmc_proto::message::AckCode::OK
+        }
+
         fn position(&self, motor: Motor) -> Steps {
             Steps(motor.0.into())
         }

@@ -196,7 +196,7 @@ impl Core {
         let input = match message {
             Some(message) => {
                 debug!("receives {message}");
-                let rig = self.verdict(&message);
+                let rig = self.judge(&message);
                 if matches!(rig, AckCode::ERR_PREROLL | AckCode::ERR_POSTROLL) {
                     self.left = self.job(&message);
                 }
@@ -270,6 +270,10 @@ impl Core {
 }
 
 impl device::Rig for Core {
+    fn verdict(&self, message: &HostMessage<'_>) -> AckCode {
+        self.judge(message)
+    }
+
     fn position(&self, motor: Number) -> Steps {
         let place = self.place(motor);
         if self.setup.facts.truncates {

@@ -16,6 +16,8 @@ use crate::seconds;
 const JOG_ROLL: f64 = 0.5;
 /// Greatest deceleration of a jog of all motors of dmc-lite, which may be stopped more sharply than it begins.
 const HARD_STOP: f64 = 1000.0;
+/// Least speed and deceleration with which a jog of all motors of dmc-lite lands on a frame, in frames per second.
+const SLOWEST: f64 = 1.0;
 /// Acceleration of a jog of all motors of dmc-lite, in frames per second in a second.
 const VENDOR_JOG: f64 = 4.0;
 
@@ -116,13 +118,15 @@ impl Core {
         let now = self.clock;
         let Course::JogAll { frame, .. } = &mut self.course else { return false };
         let Place { position, velocity } = frame.at(now);
-        if velocity != 0.0 {
+        if velocity == 0.0 {
+            frame.halt(now);
+        } else {
             // dmc-lite slows down by half of the speed of the jog in a second, and by two frames per second at least.
             let slowing = (frame.limits().velocity / 2.0).max(2.0);
             let goal = position + velocity * velocity.abs() / (2.0 * slowing);
             let goal = if velocity > 0.0 { goal.ceil() } else { goal.floor() };
             let slowing = velocity * velocity / (2.0 * (goal - position).abs().max(f64::MIN_POSITIVE));
-            frame.go_to(now, goal, velocity.abs(), slowing);
+            frame.go_to(now, goal, velocity.abs().max(SLOWEST), slowing.max(SLOWEST));
         }
         true
     }
@@ -146,7 +150,8 @@ impl Core {
         let is_new = this != *told && !rests;
         *told = this;
         self.film = at;
-        for motor in self.axes().collect::<Vec<_>>() {
+        let axes: Vec<_> = self.axes().collect();
+        for &motor in &axes {
             let Some(position) = self.store.between(motor, at) else { continue };
             let ahead = self.store.between(motor, at.floor() + 1.0).unwrap_or(position);
             let here = self.store.between(motor, at.floor()).unwrap_or(position);
@@ -156,10 +161,8 @@ impl Core {
             return;
         }
         if rests {
-            for (number, motor) in (1..).map(Number).zip(&mut self.motors) {
-                if self.store.has(number) {
-                    motor.halt(now);
-                }
+            for motor in axes.into_iter().filter_map(index) {
+                self.motors[motor].halt(now);
             }
             self.course = Course::Free;
             self.owes_rest = true;

@@ -70,6 +70,10 @@ impl Core {
         if let StopKind::Motor(number) = stop {
             self.stop_one(number);
         } else if !matches!(stop, StopKind::Hard) && self.setup.facts.vendor_jog_all && self.land() {
+            let led = self.led();
+            for motor in (1..=self.count()).map(Number).filter(|motor| !led.contains(motor)) {
+                self.stop_one(motor);
+            }
             self.camera.is_filming = false;
         } else {
             // A motor without a given deceleration stops as hard as it can.

@@ -9,7 +9,7 @@ use super::job::{Habits, Job, Kind};
 
 impl Core {
     /// Code for a request: `OK`, or the reason why the rig cannot do it.
-    pub(super) fn verdict(&self, message: &HostMessage<'_>) -> AckCode {
+    pub(super) fn judge(&self, message: &HostMessage<'_>) -> AckCode {
         let ignores_limits = self.setup.facts.ignores_limits;
         let refused = match message {
             HostMessage::MotorMove(_) | HostMessage::RtPositionFrame(_) | HostMessage::RtJogAll(_)

@@ -34,7 +34,10 @@ fn after_a_run_that_was_refused_a_jog_of_all_motors_stays_within_the_limits() {
         let refused = Outcome::Refused(Refusal::Device(AckCode::ERR_PREROLL));
         assert_eq!(stage.end(token, 60_000), Err(refused), "{quirks:?}");
         let mut token = stage.begin(jog_all(110));
-        while stage.end(token, 60_000) == Err(Outcome::Refused(Refusal::Stopping)) {
+        for _ in 0..5000 {
+            if stage.end(token, 60_000) != Err(Outcome::Refused(Refusal::Stopping)) {
+                break;
+            }
             stage.tick();
             token = stage.begin(jog_all(110));
         }
@@ -83,6 +86,28 @@ fn a_run_that_a_move_of_a_motor_ended_is_not_done() {
             assert!(stage.rests(), "{}", stage.rig().name());
             let token = stage.begin(to_frame(90));
             assert_eq!(stage.end(token, 60_000), Ok(Answer::Done));
+        }
+    }
+}
+
+/// A stop ends a jog of all motors also when it has hardly begun, and it stops a motor that is driven by hand too.
+#[test]
+fn a_stop_ends_a_jog_of_all_motors_at_any_moment() {
+    for (setup, _) in devices() {
+        for after in [0, 1, 2, 40, 500] {
+            let (_, table) = sample("slide");
+            let mut stage = Stage::up(setup.clone());
+            stage.upload(table).unwrap();
+            let token = stage.begin(to_frame(97));
+            assert_eq!(stage.end(token, 60_000), Ok(Answer::Done));
+            let flags = MotorFlags::ENABLED | MotorFlags::LIVE;
+            stage.ask(MotorConfigure { motor: Motor(2), flags, tail: &[] }).unwrap();
+            stage.begin(jog_all(145));
+            stage.ask(move_to(2, 100_000)).unwrap();
+            stage.pass(after);
+            assert!(stage.stop(), "{} after {after} ms", stage.rig().name());
+            stage.pass(4000);
+            assert!(stage.all_rest(), "{} after {after} ms: {}, {}", stage.rig().name(), stage.at(1), stage.at(2));
         }
     }
 }
