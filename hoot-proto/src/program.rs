@@ -124,9 +124,7 @@ impl Plan {
         };
         u64::from(ramp).saturating_mul(covered >> 29)
     }
-}
 
-impl Plan {
     /// Distance covered in the first `moves` of a ramp: the distance of the whole ramp, shared among its moves in the proportion
     /// of 1, 2, 3, or of their squares. An inverse quadratic ramp lacks the squares that are to come.
     fn ramp_by_shots(&self, moves: u32, ramp: u32) -> u64 {

@@ -9,7 +9,7 @@ use motion_core::wire::{Conduct, Purpose};
 use super::options::{MAX_WINDOW, Options, TRIES};
 use super::transmit::{Contents, Output, Source, Transmit};
 use crate::frame::{MessageId, MessageType};
-use crate::message::{AckCode, CameraFlags, DeviceMessage, HostMessage, Motor, MotorFlags, MotorStatusRequest, Motors};
+use crate::message::{AckCode, DeviceMessage, HostMessage, Motor, MotorFlags, MotorStatusRequest, Motors};
 
 /// Number of requests that may wait. If as many wait, the application's next one is refused.
 pub const MAX_QUEUE: usize = 8;
@@ -90,7 +90,7 @@ impl Request {
             HostMessage::MotorConfigure(message) => Role::Configures(message.motor, message.flags),
             HostMessage::MotorMove(_) => Role::MovesOne,
             HostMessage::RtStopLoop(_) => Role::StopsLoop,
-            HostMessage::GioCam(message) => Role::Shutter(message.flags.contains(CameraFlags::SHUTTER)),
+            HostMessage::GioCam(_) => Role::Shutter(message.opens_shutter()),
             _ => Role::Plain,
         };
         Self { owner, conduct: message.conduct(), role, kind: message.kind(), contents }

@@ -99,10 +99,6 @@ impl Run {
             HostMessage::RtShootFrame2(shot) => Goal::Shot { lasts: shot.exposure_ms.0.into() },
             _ => return None,
         };
-        let opens_shutter = match message {
-            HostMessage::RtRunMove(run) => run.flags.unwrap_or_default().contains(RunFlags::CAMERA_EVERY_FRAME),
-            _ => matches!(goal, Goal::Shot { .. }),
-        };
         let start = match (goal, message) {
             (Goal::Run { start, .. }, _) => Some(start),
             (_, HostMessage::RtShootFrame(shot)) if is_loaded => Some(shot.frame),
@@ -112,7 +108,7 @@ impl Run {
         let (phase, first) = start.map_or((Phase::Begins, begin), |start| {
             (Phase::ToStart, Request::own(Owner::Sequence, Contents::ToFrame(start)))
         });
-        Some((Self { goal, begin, opens_shutter, phase, go: None, is_doubtful: false }, first))
+        Some((Self { goal, begin, opens_shutter: message.opens_shutter(), phase, go: None, is_doubtful: false }, first))
     }
 
     /// Whether the device may have opened the shutter for the run, and may leave it open after this end (decision D-86). A

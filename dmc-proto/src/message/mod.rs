@@ -160,3 +160,17 @@ macro_rules! kinds {
     )*};
 }
 kinds! { HostMessage DeviceMessage }
+
+impl HostMessage<'_> {
+    /// Whether the message lets a device open the shutter of the camera: by hand, in a shot, or in a run with photos. Source:
+    /// DMC, `MSG_GIO_CAM`, `MSG_RT_RUN_MOVE` and `MSG_RT_SHOOT_FRAME`.
+    #[must_use]
+    pub fn opens_shutter(&self) -> bool {
+        match self {
+            Self::GioCam(message) => message.flags.contains(CameraFlags::SHUTTER),
+            Self::RtRunMove(run) => run.flags.unwrap_or_default().contains(RunFlags::CAMERA_EVERY_FRAME),
+            Self::RtShootFrame(_) | Self::RtShootFrame2(_) => true,
+            _ => false,
+        }
+    }
+}

@@ -36,8 +36,8 @@ message! {
     /// Request to prepare a run of the uploaded move. The motors go to the start, then to the start of the pre-roll, and wait
     /// for the signal to start.
     ///
-    /// Send all motors to the first frame before, with [`RtPositionFrame`]: a stop on the way to this frame does not end the run
-    /// on all devices (decision D-96).
+    /// Send all motors to the first frame before, with [`RtPositionFrame`]: on some devices, a stop on the way to this frame does
+    /// not end the run (decision D-96).
     ///
     /// Source: DMC, MSG_RT_RUN_MOVE; safety decision 9, decisions D-23 and D-24.
     #[derive(Default)]

@@ -168,8 +168,8 @@ impl<H: Driven> Session<H> {
         }
     }
 
-    /// Stops everything, and waits until the rig confirms the stop, for at most 10 s. Another Ctrl-C ends the wait if
-    /// it comes more than a second later.
+    /// Stops everything, and waits until the rig confirms the stop, for at most 10 s, and then for at most 5 s until nothing
+    /// may move. Another Ctrl-C ends the wait if it comes more than a second later.
     ///
     /// A lost line is opened again for the stop, if that is possible within 2 s. Otherwise the wait ends at once, so
     /// that the user learns that the stop cannot be sent.

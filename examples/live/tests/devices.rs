@@ -32,7 +32,8 @@ const HEAD: &str = "\
 This page is made by a test, which does each command with each simulated device and looks at its motors and its camera.
 `simulate PROTOCOL --device NAME` runs the device, and `simulate PROTOCOL --list` prints the names. A number in the table
 stands for the line with which `drive` refuses the command or ends with status 1; after it, everything rests. \"done, but\"
-and a number means that the command is done, except for what the line with that number tells.
+and a number means that the simulated device did the command. A real device was seen to do what the line with that number
+tells; no test repeats that.
 ";
 
 /// What a user has to know of hoot nodes, and no node can tell.

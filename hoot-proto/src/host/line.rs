@@ -126,7 +126,8 @@ impl HostMachine {
         self.believes(transmit, false)
     }
 
-    /// The same. If the packet was sent before, it is enough that as many answers have come as are owed.
+    /// Whether the answer to a packet cannot be the answer to something else. If the packet was sent before (`is_again`), it is
+    /// enough that as many answers have come as are owed.
     pub(super) fn believes(&self, Transmit { to, message }: &Transmit, is_again: bool) -> bool {
         let is_foreign = message.query().is_none() && self.deaf.may_answer_others(&self.options.nodes(), *to);
         !is_foreign && (self.doubt.is_clear(message) || is_again && self.doubt.is_counted(message))

@@ -50,12 +50,13 @@ pub struct Facts {
     pub vendor_shots: bool,
     /// Whether a jog of all motors changes its speed by four frames per second in a second, and a stop of it ends on a frame.
     pub vendor_jog_all: bool,
-    /// Whether a run begins with a jog of all motors to its first frame, and whatever ends a jog of all motors, a stop too, lets
-    /// the motors go on to the start of the last run or shot, if this was refused because of a limit, or was prepared and is
-    /// neither done nor stopped.
+    /// Whether a run begins with a jog of all motors to its first frame.
+    ///
+    /// When a jog of all motors ends, also by a stop, the motors then go to the start of the last run or shot. This holds if
+    /// that run or shot was refused because of a limit, or if it was prepared and is neither done nor stopped.
     pub jogs_to_run: bool,
-    /// Whether data that is missing at the end of a request counts as zeros, except that a move and a new position have to have
-    /// their length; requests of types that the vendor does not use are not answered, and acknowledgements are refused.
+    /// Whether data that is missing at the end of a request counts as zeros. Only a move and a new position have to have their
+    /// length. Requests of types that the vendor does not use are not answered, and acknowledgements are refused.
     pub vendor_parser: bool,
     /// Types of requests that the device does not know, although the document has them.
     pub unknown: &'static [u16],
@@ -63,8 +64,8 @@ pub struct Facts {
     pub leaves_shutter_open: bool,
     /// Whether everything except the start and the end of a run passes limits that were set.
     pub ignores_limits: bool,
-    /// Whether a position is sent a step too near to 0, because its fraction is cut off. Such a device counts in numbers of 24
-    /// bits.
+    /// Whether a position is sent a step too near to 0, because its fraction is cut off. Such a device counts in
+    /// single-precision numbers.
     pub truncates: bool,
     /// Whether a frame is damaged if its check bytes are not the ones that the device would write.
     pub compares_check: bool,

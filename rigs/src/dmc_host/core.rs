@@ -7,8 +7,8 @@ use dmc_proto::host::{
 };
 use dmc_proto::lint::Context;
 use dmc_proto::message::{
-    AckCode, CameraFlags, DeviceMessage, GioCam, HostMessage, MotorConfigure, MotorFlags, MotorGetPosition,
-    MotorStatusRequest, RtUploadMoveBegin, RunFlags,
+    AckCode, DeviceMessage, GioCam, HostMessage, MotorConfigure, MotorFlags, MotorGetPosition, MotorStatusRequest,
+    RtUploadMoveBegin,
 };
 use dmc_proto::upload::{self, MoveSource as _, SCRATCH, Section, SectionSize};
 use dmc_proto::{EncodeError, Frame, Header, Item, Token};
@@ -88,16 +88,6 @@ impl Asked {
 /// Command of the machine for a message.
 const fn given(message: HostMessage<'_>, is_sequence: bool) -> host::Command<'_> {
     if is_sequence { host::Command::Sequence(message) } else { host::Command::Request(message) }
-}
-
-/// Whether a message lets the device open the shutter of the camera.
-fn opens_shutter(message: &HostMessage<'_>) -> bool {
-    match message {
-        HostMessage::GioCam(message) => message.flags.contains(CameraFlags::SHUTTER),
-        HostMessage::RtRunMove(run) => run.flags.unwrap_or_default().contains(RunFlags::CAMERA_EVERY_FRAME),
-        HostMessage::RtShootFrame(_) | HostMessage::RtShootFrame2(_) => true,
-        _ => false,
-    }
 }
 
 impl Core {
@@ -437,7 +427,7 @@ impl Core {
         let message = asked.message();
         // The request that closes the shutter after a stop could end a new photo.
         let is_closing = self.closes || self.asked.contains_key(&SHUTTER);
-        if self.is_busy(token, is_sequence) || (is_closing && opens_shutter(&message)) {
+        if self.is_busy(token, is_sequence) || (is_closing && message.opens_shutter()) {
             return self.refuse(token, Refusal::Busy);
         }
         self.asked.insert(token, asked.clone());

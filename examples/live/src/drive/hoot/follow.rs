@@ -199,7 +199,6 @@ impl Talk<'_> {
     /// Stores planned moves, checks that the node has them, and sends the motors to their start. All other motors lose
     /// their planned moves.
     async fn store(&mut self, planned: &[Planned], program_mode: ProgramMode) -> Result<(), Trouble> {
-        self.prepare().await?;
         // A paused program would continue instead of starting again.
         self.set(message::Stop {}).await?;
         for motor in Motor::ALL {
