@@ -37,6 +37,84 @@ pub enum NotTaken {
     Message(EncodeError),
 }
 
+/// Session of any protocol, on either side, as a driver moves it. `host::Session` and `device::Session` of each protocol crate
+/// have the same as methods of their own, which do not need this trait.
+///
+/// An async function cannot lend an event from a loop. Therefore a driver takes a turn, and asks for the event after its loop.
+pub trait Session {
+    /// Data that only the caller has, lent to each turn: a move, passwords, knowledge of the rig; `()` if there is none.
+    type Source<'s>: ?Sized;
+    /// Line of the session: `()` if there is only one.
+    type Line: Copy;
+    /// Receiver of bytes: `()` if there is only one.
+    type Destination: Copy;
+    /// Event for the application.
+    type Event<'e>
+    where
+        Self: 'e;
+    /// Event that was not lent yet.
+    type Held;
+
+    /// Number of bytes that [`receive`](Self::receive) always takes after a turn said to wait.
+    const PIECE: usize;
+
+    /// Tells that a line is up. Bytes of an earlier one are dropped.
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`] if too much waits for a turn.
+    fn link_up(&mut self, line: Self::Line) -> Result<(), NotTaken>;
+
+    /// Tells that a line is down.
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`] if too much waits for a turn.
+    fn link_down(&mut self, line: Self::Line) -> Result<(), NotTaken>;
+
+    /// Takes bytes that arrived at a moment, and returns how many. Give the others again after the next wait.
+    #[must_use = "bytes that were not taken have to be given again"]
+    fn receive(&mut self, now: Millis, line: Self::Line, bytes: &[u8]) -> usize;
+
+    /// Next thing to do. Messages are written to the front of `out`.
+    ///
+    /// # Errors
+    ///
+    /// [`EncodeError`] if a message cannot be written. If `out` is too small, call again with as many bytes as the error
+    /// needs; the message is not lost.
+    fn turn(&mut self, now: Millis, source: &Self::Source<'_>, out: &mut [u8]) -> Result<TurnOf<Self>, EncodeError>;
+
+    /// Event of the last turn. It lends what arrived last, so that it ends before the next turn.
+    fn event(&self, held: Self::Held) -> Self::Event<'_>;
+}
+
+/// Session of a host, as a driver moves it.
+pub trait HostSession: Session {
+    /// Whether anything may still move because of this host.
+    fn may_move(&self) -> bool;
+
+    /// Stops everything, before all commands that wait.
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`] if too many stops wait for a turn.
+    fn stop(&mut self, token: Token) -> Result<(), NotTaken>;
+}
+
+/// Next thing to do for a session of type `S`.
+pub type TurnOf<S> = Turn<<S as Session>::Destination, <S as Session>::Held>;
+
+/// Next thing to do for a session.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Turn<D, H> {
+    /// Send as many bytes from the front of the buffer to this receiver.
+    Transmit(D, usize),
+    /// Act on the event that [`Session::event`] makes of this.
+    Event(H),
+    /// Wait until something happens, at most until this time; without a time, as long as it takes.
+    Wait(Option<Millis>),
+}
+
 /// State of a session between two polls: what its caller wants, and what its machine wants.
 #[doc(hidden)]
 #[derive(Debug, Clone)]

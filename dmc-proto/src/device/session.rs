@@ -42,7 +42,7 @@
 //! }
 //! ```
 
-use motion_core::session::{self, Agenda, News};
+use motion_core::session::{self, Agenda, News, Session as _, Turn, TurnOf};
 use motion_core::stream::{Item, Patience};
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
@@ -70,7 +70,7 @@ pub enum Next<'a> {
 
 /// Effect without what it borrows from the message that came last.
 #[derive(Debug, Clone, Copy)]
-enum Held {
+pub enum Held {
     Transmit(Transmit),
     Event(Event<'static>),
     /// Event about the message that came last.
@@ -127,36 +127,33 @@ impl Session {
         rig: &R,
         out: &'p mut [u8],
     ) -> Result<Next<'p>, EncodeError> {
+        Ok(match self.take_turn(now, rig, out)? {
+            Turn::Transmit((), len) => Next::Transmit(out.get(..len).unwrap_or_default()),
+            Turn::Event(held) => Next::Event(self.event(held)),
+            Turn::Wait(until) => Next::Wait(until),
+        })
+    }
+
+    fn take_turn<R: Rig + ?Sized>(
+        &mut self,
+        now: Millis,
+        rig: &R,
+        out: &mut [u8],
+    ) -> Result<TurnOf<Self>, EncodeError> {
         let held = loop {
             if let Some(held) = self.agenda.pop() {
                 break held;
             }
             if !self.advance(now, rig) {
-                return Ok(Next::Wait(self.until()));
+                return Ok(Turn::Wait(self.until()));
             }
         };
-        let about = |event: fn(HostMessage<'p>) -> Event<'p>, bytes: &'p [u8]| {
-            let message = Frame::decode(bytes).ok().and_then(|frame| HostMessage::decode(&frame).ok());
-            Next::Event(message.map_or(Event::UnexpectedReport, event))
-        };
-        Ok(match held {
-            Held::Event(event) => Next::Event(event),
-            Held::Apply => about(Event::Apply, self.link.last()),
-            Held::MoveVirtual => about(Event::MoveVirtual, self.link.last()),
-            Held::Prepare => about(Event::Prepare, self.link.last()),
-            Held::Store(store) => {
-                let frame = Frame::decode(self.link.last()).ok();
-                let message = frame.and_then(|frame| HostMessage::decode(&frame).ok());
-                Next::Event(message.map_or(Event::UnexpectedReport, |message| Event::Store { store, message }))
-            }
-            Held::Transmit(transmit) => {
-                let written = transmit.message(rig, &mut Default::default()).encode_into(transmit.id, out);
-                if let Err(EncodeError::BufferTooSmall { .. }) = written {
-                    self.agenda.put_back(held);
-                }
-                Next::Transmit(out.get(..written?).unwrap_or_default())
-            }
-        })
+        let Held::Transmit(transmit) = held else { return Ok(Turn::Event(held)) };
+        let written = transmit.message(rig, &mut Default::default()).encode_into(transmit.id, out);
+        if let Err(EncodeError::BufferTooSmall { .. }) = written {
+            self.agenda.put_back(held);
+        }
+        written.map(|len| Turn::Transmit((), len))
     }
 
     /// Tells the machine the next thing that happened. Returns false if nothing did.
@@ -186,6 +183,47 @@ impl Session {
         };
         self.agenda.fill(output, Held::of);
         true
+    }
+}
+
+impl session::Session for Session {
+    type Source<'s> = dyn Rig + Sync + 's;
+    type Line = ();
+    type Destination = ();
+    type Event<'e> = Event<'e>;
+    type Held = Held;
+
+    const PIECE: usize = Self::PIECE;
+
+    fn link_up(&mut self, (): ()) -> Result<(), NotTaken> {
+        self.link_up();
+        Ok(())
+    }
+
+    fn link_down(&mut self, (): ()) -> Result<(), NotTaken> {
+        self.link_down();
+        Ok(())
+    }
+
+    fn receive(&mut self, now: Millis, (): (), bytes: &[u8]) -> usize {
+        self.receive(now, bytes)
+    }
+
+    fn turn(&mut self, now: Millis, rig: &Self::Source<'_>, out: &mut [u8]) -> Result<TurnOf<Self>, EncodeError> {
+        self.take_turn(now, rig, out)
+    }
+
+    fn event(&self, held: Held) -> Event<'_> {
+        let message = || Frame::decode(self.link.last()).ok().and_then(|frame| HostMessage::decode(&frame).ok());
+        let event = match held {
+            Held::Event(event) => Some(event),
+            Held::Apply => message().map(Event::Apply),
+            Held::MoveVirtual => message().map(Event::MoveVirtual),
+            Held::Prepare => message().map(Event::Prepare),
+            Held::Store(store) => message().map(|message| Event::Store { store, message }),
+            Held::Transmit(_) => None,
+        };
+        event.unwrap_or(Event::UnexpectedReport)
     }
 }
 

@@ -39,7 +39,7 @@
 
 use core::mem;
 
-use motion_core::session::{self, Agenda, News};
+use motion_core::session::{self, Agenda, News, Session as _, Turn, TurnOf};
 use motion_core::stream::{Item, Patience};
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
@@ -83,7 +83,7 @@ enum Wish {
 
 /// Effect without what it borrows from the message that came last.
 #[derive(Debug, Clone, Copy)]
-enum Held {
+pub enum Held {
     Transmit(Transmit),
     Event(Event<'static>),
     /// End of the command with this token, with the message as its answer.
@@ -192,6 +192,19 @@ impl<const STORE: usize> Session<STORE> {
         source: &S,
         out: &'p mut [u8],
     ) -> Result<Next<'p>, EncodeError> {
+        Ok(match self.take_turn(now, source, out)? {
+            Turn::Transmit((), len) => Next::Transmit(out.get(..len).unwrap_or_default()),
+            Turn::Event(held) => Next::Event(self.event(held)),
+            Turn::Wait(until) => Next::Wait(until),
+        })
+    }
+
+    fn take_turn<S: MoveSource + ?Sized>(
+        &mut self,
+        now: Millis,
+        source: &S,
+        out: &mut [u8],
+    ) -> Result<TurnOf<Self>, EncodeError> {
         let held = loop {
             match self.agenda.pop() {
                 Some(Held::Event(Event::NextSection { after, .. })) => {
@@ -201,34 +214,25 @@ impl<const STORE: usize> Session<STORE> {
                 Some(Held::Event(Event::SectionNotWanted)) => {}
                 Some(held) => break held,
                 None if self.advance(now, source) => {}
-                None => return Ok(Next::Wait(self.until())),
+                None => return Ok(Turn::Wait(self.until())),
             }
         };
         if let Held::Event(Event::Ended { token, .. }) | Held::Answer(token) = held {
             self.store.remove(token);
         }
-        let message = || Frame::decode(self.link.last()).ok().and_then(|f| DeviceMessage::decode(&f).ok());
-        Ok(match held {
-            Held::Event(event) => Next::Event(event),
-            Held::Answer(token) => Next::Event(Event::Ended { token, outcome: Outcome::Done(message()) }),
-            Held::Unsolicited(id) => {
-                Next::Event(message().map_or(Event::Corrupt, |message| Event::Unsolicited(id, message)))
-            }
-            Held::Transmit(transmit) => {
-                let (store, mut scratch) = (&self.store, [0; SCRATCH]);
-                let written = transmit.encode_into(
-                    |wanted| match wanted {
-                        Source::Command(token) => message_of(store, token),
-                        Source::Section(section) => section.message(source, &mut scratch),
-                    },
-                    out,
-                );
-                if let Err(EncodeError::BufferTooSmall { .. }) = written {
-                    self.agenda.put_back(held);
-                }
-                Next::Transmit(out.get(..written?).unwrap_or_default())
-            }
-        })
+        let Held::Transmit(transmit) = held else { return Ok(Turn::Event(held)) };
+        let (store, mut scratch) = (&self.store, [0; SCRATCH]);
+        let written = transmit.encode_into(
+            |wanted| match wanted {
+                Source::Command(token) => message_of(store, token),
+                Source::Section(section) => section.message(source, &mut scratch),
+            },
+            out,
+        );
+        if let Err(EncodeError::BufferTooSmall { .. }) = written {
+            self.agenda.put_back(held);
+        }
+        written.map(|len| Turn::Transmit((), len))
     }
 
     /// Tells the machine the next thing that happened. Returns false if nothing did.
@@ -276,6 +280,54 @@ impl<const STORE: usize> Session<STORE> {
 /// Message of a command. The machine asks only for those of commands that have not ended. A question would do no harm.
 fn message_of<const N: usize>(store: &Store<N>, token: Token) -> HostMessage<'_> {
     store.get(token).unwrap_or_else(|| MotorStatusRequest::default().into())
+}
+
+impl<const STORE: usize> session::Session for Session<STORE> {
+    type Source<'s> = dyn MoveSource + Sync + 's;
+    type Line = ();
+    type Destination = ();
+    type Event<'e> = Event<'e>;
+    type Held = Held;
+
+    const PIECE: usize = Self::PIECE;
+
+    fn link_up(&mut self, (): ()) -> Result<(), NotTaken> {
+        self.link_up();
+        Ok(())
+    }
+
+    fn link_down(&mut self, (): ()) -> Result<(), NotTaken> {
+        self.link_down();
+        Ok(())
+    }
+
+    fn receive(&mut self, now: Millis, (): (), bytes: &[u8]) -> usize {
+        self.receive(now, bytes)
+    }
+
+    fn turn(&mut self, now: Millis, source: &Self::Source<'_>, out: &mut [u8]) -> Result<TurnOf<Self>, EncodeError> {
+        self.take_turn(now, source, out)
+    }
+
+    fn event(&self, held: Held) -> Event<'_> {
+        let message = || Frame::decode(self.link.last()).ok().and_then(|frame| DeviceMessage::decode(&frame).ok());
+        match held {
+            Held::Event(event) => event,
+            Held::Answer(token) => Event::Ended { token, outcome: Outcome::Done(message()) },
+            Held::Unsolicited(id) => message().map_or(Event::Corrupt, |message| Event::Unsolicited(id, message)),
+            Held::Transmit(_) => Event::Corrupt,
+        }
+    }
+}
+
+impl<const STORE: usize> session::HostSession for Session<STORE> {
+    fn may_move(&self) -> bool {
+        self.may_move()
+    }
+
+    fn stop(&mut self, token: Token) -> Result<(), NotTaken> {
+        self.stop(token)
+    }
 }
 
 session_link! { impl<const STORE: usize> Session<STORE>: HostMachine, Link }

@@ -1,6 +1,6 @@
 //! Session of a node: the machine with the stream buffers of its ports.
 
-use motion_core::session::{self, Agenda, News};
+use motion_core::session::{self, Agenda, News, Session as _, Turn, TurnOf};
 use motion_core::session_methods;
 use motion_core::stream::Item;
 use motion_core::time::Millis;
@@ -27,7 +27,7 @@ pub enum Next<'a> {
 
 /// Effect without what it borrows from the packet that came last.
 #[derive(Debug, Clone, Copy)]
-enum Held {
+pub enum Held {
     Answer(Port, Answer),
     /// The packet itself goes to another port.
     Forward(Port),
@@ -113,34 +113,10 @@ impl Session {
     ///
     /// [`EncodeError::BufferTooSmall`]. Call again with as many bytes as the error needs; the packet is not lost.
     pub fn poll<'p>(&'p mut self, now: Millis, out: &'p mut [u8]) -> Result<Next<'p>, EncodeError> {
-        let held = loop {
-            if let Some(held) = self.agenda.pop() {
-                break held;
-            }
-            if !self.advance(now) {
-                let cut = self.links.iter().filter_map(Link::deadline);
-                return Ok(Next::Wait(cut.chain(self.agenda.wake()).min()));
-            }
-        };
-        Ok(match held {
-            Held::Event(event) => Next::Event(event),
-            Held::Ignored(port, to, why) => {
-                let frame = Frame::decode(self.packet()).ok();
-                Next::Event(frame.map_or(Event::Noise, |frame| Event::Ignored {
-                    port,
-                    to,
-                    message: HostMessage::decode(&frame),
-                    why,
-                }))
-            }
-            Held::Forward(port) => Next::Transmit(port, self.packet()),
-            Held::Answer(port, answer) => {
-                let written = Transmit { port, contents: Contents::Answer(answer) }.encode_into(out);
-                if written.is_err() {
-                    self.agenda.put_back(held);
-                }
-                Next::Transmit(port, out.get(..written?).unwrap_or_default())
-            }
+        Ok(match self.turn(now, &(), out)? {
+            Turn::Transmit(port, len) => Next::Transmit(port, out.get(..len).unwrap_or_default()),
+            Turn::Event(held) => Next::Event(self.event(held)),
+            Turn::Wait(until) => Next::Wait(until),
         })
     }
 
@@ -185,6 +161,71 @@ impl Session {
         }
         is_due
     }
+}
+
+impl session::Session for Session {
+    type Source<'s> = ();
+    type Line = Port;
+    type Destination = Port;
+    type Event<'e> = Event<'e>;
+    type Held = Held;
+
+    const PIECE: usize = Self::PIECE;
+
+    fn link_up(&mut self, port: Port) -> Result<(), NotTaken> {
+        self.link_up(port)
+    }
+
+    fn link_down(&mut self, port: Port) -> Result<(), NotTaken> {
+        self.link_down(port)
+    }
+
+    fn receive(&mut self, now: Millis, port: Port, bytes: &[u8]) -> usize {
+        self.receive(now, port, bytes)
+    }
+
+    fn turn(&mut self, now: Millis, (): &(), out: &mut [u8]) -> Result<TurnOf<Self>, EncodeError> {
+        let held = loop {
+            if let Some(held) = self.agenda.pop() {
+                break held;
+            }
+            if !self.advance(now) {
+                let cut = self.links.iter().filter_map(Link::deadline);
+                return Ok(Turn::Wait(cut.chain(self.agenda.wake()).min()));
+            }
+        };
+        let (port, written) = match held {
+            Held::Answer(port, answer) => {
+                (port, Transmit { port, contents: Contents::Answer(answer) }.encode_into(out))
+            }
+            Held::Forward(port) => (port, copied(self.packet(), out)),
+            held => return Ok(Turn::Event(held)),
+        };
+        if written.is_err() {
+            self.agenda.put_back(held);
+        }
+        written.map(|len| Turn::Transmit(port, len))
+    }
+
+    fn event(&self, held: Held) -> Event<'_> {
+        match (held, Frame::decode(self.packet())) {
+            (Held::Event(event), _) => event,
+            (Held::Ignored(port, to, why), Ok(frame)) => {
+                Event::Ignored { port, to, message: HostMessage::decode(&frame), why }
+            }
+            _ => Event::Noise,
+        }
+    }
+}
+
+/// Copies a packet to the front of `out`.
+fn copied(packet: &[u8], out: &mut [u8]) -> Result<usize, EncodeError> {
+    let have = out.len();
+    let place = out.get_mut(..packet.len()).ok_or(EncodeError::BufferTooSmall { needed: packet.len(), have })?;
+    for (to, from) in place.iter_mut().zip(packet) {
+        *to = *from;
+    }
+    Ok(packet.len())
 }
 
 session_methods! {

@@ -31,7 +31,7 @@
 //! }
 //! ```
 
-use motion_core::session::{self, Agenda, News};
+use motion_core::session::{self, Agenda, News, Session as _, Turn, TurnOf};
 use motion_core::stream::Item;
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
@@ -61,7 +61,7 @@ pub enum Next<'a> {
 
 /// Effect without what it borrows from the packet that came last.
 #[derive(Debug, Clone, Copy)]
-enum Held {
+pub enum Held {
     Transmit(Transmit),
     Event(Event<'static>),
     /// End of the command with this token, with the packet as its answer.
@@ -129,43 +129,10 @@ impl Session {
     ///
     /// [`EncodeError::BufferTooSmall`]. Call again with as many bytes as the error needs; the packet is not lost.
     pub fn poll<'p>(&'p mut self, now: Millis, out: &'p mut [u8]) -> Result<Next<'p>, EncodeError> {
-        let held = loop {
-            if let Some(held) = self.agenda.pop() {
-                break held;
-            }
-            if !self.advance(now) {
-                return Ok(Next::Wait(self.until()));
-            }
-        };
-        if let Held::Transmit(_) = held {
-            // What arrived before cannot be the answer to this packet.
-            self.link.drop_later();
-        }
-        let message = || {
-            let frame = Frame::decode(self.link.last()).ok()?;
-            Some((frame.address(), DeviceMessage::decode(&frame)))
-        };
-        Ok(match held {
-            Held::Event(event) => Next::Event(event),
-            Held::Answer(token) => {
-                let outcome = match message() {
-                    Some((_, DeviceMessage::Reply(reply))) => Outcome::Done(reply),
-                    _ => Outcome::Done(Reply::OK),
-                };
-                Next::Event(Event::Ended { token, outcome })
-            }
-            Held::Other => Next::Event(match message() {
-                Some((_, DeviceMessage::Reply(reply))) => Event::Unsolicited(reply),
-                Some((to, message)) => Event::Overheard { to, message },
-                None => Event::Noise,
-            }),
-            Held::Transmit(transmit) => {
-                let written = transmit.encode_into(out);
-                if written.is_err() {
-                    self.agenda.put_back(held);
-                }
-                Next::Transmit(out.get(..written?).unwrap_or_default())
-            }
+        Ok(match self.turn(now, &(), out)? {
+            Turn::Transmit((), len) => Next::Transmit(out.get(..len).unwrap_or_default()),
+            Turn::Event(held) => Next::Event(self.event(held)),
+            Turn::Wait(until) => Next::Wait(until),
         })
     }
 
@@ -191,6 +158,74 @@ impl Session {
         };
         self.agenda.fill(output, Held::of);
         true
+    }
+}
+
+impl session::Session for Session {
+    type Source<'s> = ();
+    type Line = ();
+    type Destination = ();
+    type Event<'e> = Event<'e>;
+    type Held = Held;
+
+    const PIECE: usize = Self::PIECE;
+
+    fn link_up(&mut self, (): ()) -> Result<(), NotTaken> {
+        self.link_up();
+        Ok(())
+    }
+
+    fn link_down(&mut self, (): ()) -> Result<(), NotTaken> {
+        self.link_down();
+        Ok(())
+    }
+
+    fn receive(&mut self, now: Millis, (): (), bytes: &[u8]) -> usize {
+        self.receive(now, bytes)
+    }
+
+    fn turn(&mut self, now: Millis, (): &(), out: &mut [u8]) -> Result<TurnOf<Self>, EncodeError> {
+        let held = loop {
+            if let Some(held) = self.agenda.pop() {
+                break held;
+            }
+            if !self.advance(now) {
+                return Ok(Turn::Wait(self.until()));
+            }
+        };
+        let Held::Transmit(transmit) = held else { return Ok(Turn::Event(held)) };
+        // What arrived before cannot be the answer to this packet.
+        self.link.drop_later();
+        let written = transmit.encode_into(out);
+        if written.is_err() {
+            self.agenda.put_back(held);
+        }
+        written.map(|len| Turn::Transmit((), len))
+    }
+
+    fn event(&self, held: Held) -> Event<'_> {
+        let frame = Frame::decode(self.link.last()).ok();
+        let message = frame.map(|frame| (frame.address(), DeviceMessage::decode(&frame)));
+        match (held, message) {
+            (Held::Event(event), _) => event,
+            (Held::Answer(token), Some((_, DeviceMessage::Reply(reply)))) => {
+                Event::Ended { token, outcome: Outcome::Done(reply) }
+            }
+            (Held::Answer(token), _) => Event::Ended { token, outcome: Outcome::Done(Reply::OK) },
+            (_, Some((_, DeviceMessage::Reply(reply)))) => Event::Unsolicited(reply),
+            (_, Some((to, message))) => Event::Overheard { to, message },
+            (_, None) => Event::Noise,
+        }
+    }
+}
+
+impl session::HostSession for Session {
+    fn may_move(&self) -> bool {
+        self.may_move()
+    }
+
+    fn stop(&mut self, token: Token) -> Result<(), NotTaken> {
+        self.stop(token)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use motion_core::session::{Agenda, News, NotTaken};
+use motion_core::session::{self, Agenda, News, NotTaken, Session as _, Turn, TurnOf};
 use motion_core::stream::Item;
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
@@ -40,7 +40,7 @@ enum Told {
 
 /// Effect without what it borrows from the message that came last.
 #[derive(Debug, Clone)]
-enum Held {
+pub enum Held {
     Transmit(Transmit<'static>),
     /// The message itself, which the device does not know, goes back.
     Unsupported(Destination),
@@ -162,41 +162,16 @@ impl<const N: usize> Session<N> {
         source: &Source<'_>,
         out: &'p mut [u8],
     ) -> Result<Next<'p>, EncodeError> {
-        let held = loop {
-            if let Some(held) = self.agenda.pop() {
-                break held;
-            }
-            if !self.advance(now, source) {
-                let cut = self.clients.iter().filter_map(Link::deadline);
-                return Ok(Next::Wait(cut.chain(self.agenda.wake()).min()));
-            }
-        };
-        let bytes = self.clients.get(self.last).map(Link::last).unwrap_or_default();
-        let message = || Frame::decode(bytes).ok().and_then(|frame| HostMessage::decode(&frame).ok());
-        let transmit = match held {
-            Held::Event(event) => return Ok(Next::Event(event)),
-            Held::StorePassword => {
-                return Ok(Next::Event(match message() {
-                    Some(HostMessage::SetDevicePassword(message)) => Event::StorePassword(message.password),
-                    _ => Event::MoveOver,
-                }));
-            }
-            Held::StoreTrajectory => {
-                return Ok(Next::Event(match message() {
-                    Some(HostMessage::SetTrajectoryData(data)) => Event::StoreTrajectory(data),
-                    _ => Event::MoveOver,
-                }));
-            }
-            Held::Unsupported(destination) => Transmit { destination, contents: Contents::UnsupportedMessage(bytes) },
-            Held::Transmit(transmit) => transmit,
-        };
-        let destination = transmit.destination;
-        let written = transmit.message(source, &mut Scratch::default()).encode_into(out);
-        if let Err(EncodeError::BufferTooSmall { .. }) = written {
-            let held = transmit.to_static().map_or(Held::Unsupported(destination), Held::Transmit);
-            self.agenda.put_back(held);
-        }
-        Ok(Next::Transmit(destination, out.get(..written?).unwrap_or_default()))
+        Ok(match self.turn(now, source, out)? {
+            Turn::Transmit(to, len) => Next::Transmit(to, out.get(..len).unwrap_or_default()),
+            Turn::Event(held) => Next::Event(self.event(held)),
+            Turn::Wait(until) => Next::Wait(until),
+        })
+    }
+
+    /// Message that came last.
+    fn last(&self) -> &[u8] {
+        self.clients.get(self.last).map(Link::last).unwrap_or_default()
     }
 
     /// Tells the machine the next thing that happened. Returns false if nothing did.
@@ -235,6 +210,68 @@ impl<const N: usize> Session<N> {
             self.agenda.fill(output, Held::of);
         }
         is_due
+    }
+}
+
+impl<const N: usize> session::Session for Session<N> {
+    type Source<'s> = Source<'s>;
+    type Line = (SessionId, Transport);
+    type Destination = Destination;
+    type Event<'e> = Event<'e>;
+    type Held = Held;
+
+    const PIECE: usize = Self::PIECE;
+
+    fn link_up(&mut self, (client, transport): Self::Line) -> Result<(), NotTaken> {
+        self.link_up(client, transport)
+    }
+
+    fn link_down(&mut self, (client, _): Self::Line) -> Result<(), NotTaken> {
+        self.link_down(client)
+    }
+
+    fn receive(&mut self, now: Millis, (client, _): Self::Line, bytes: &[u8]) -> usize {
+        self.receive(now, client, bytes)
+    }
+
+    fn turn(&mut self, now: Millis, source: &Source<'_>, out: &mut [u8]) -> Result<TurnOf<Self>, EncodeError> {
+        let held = loop {
+            if let Some(held) = self.agenda.pop() {
+                break held;
+            }
+            if !self.advance(now, source) {
+                let cut = self.clients.iter().filter_map(Link::deadline);
+                return Ok(Turn::Wait(cut.chain(self.agenda.wake()).min()));
+            }
+        };
+        let transmit = match held {
+            Held::Unsupported(destination) => {
+                Transmit { destination, contents: Contents::UnsupportedMessage(self.last()) }
+            }
+            Held::Transmit(transmit) => transmit,
+            held => return Ok(Turn::Event(held)),
+        };
+        let destination = transmit.destination;
+        let written = transmit.message(source, &mut Scratch::default()).encode_into(out);
+        if let Err(EncodeError::BufferTooSmall { .. }) = written {
+            let held = transmit.to_static().map_or(Held::Unsupported(destination), Held::Transmit);
+            self.agenda.put_back(held);
+        }
+        written.map(|len| Turn::Transmit(destination, len))
+    }
+
+    fn event(&self, held: Held) -> Event<'_> {
+        let message = || Frame::decode(self.last()).ok().and_then(|frame| HostMessage::decode(&frame).ok());
+        let event = match held {
+            Held::Event(event) => return event,
+            Held::StorePassword | Held::StoreTrajectory => message(),
+            Held::Transmit(_) | Held::Unsupported(_) => None,
+        };
+        match event {
+            Some(HostMessage::SetDevicePassword(message)) => Event::StorePassword(message.password),
+            Some(HostMessage::SetTrajectoryData(data)) => Event::StoreTrajectory(data),
+            _ => Event::MoveOver,
+        }
     }
 }
 

@@ -80,7 +80,7 @@ pub use input::{Command, Endpoint, Get, Go, Input};
 pub use machine::{HostMachine, State};
 pub use motion_core::machine::Token;
 pub use options::{Identity, Options};
-pub use session::{Next, NotTaken, Session};
+pub use session::{Destination, Next, NotTaken, Session};
 pub use transmit::{PasswordOf, Source, Transmit};
 
 /// Greatest number of effects of one call.

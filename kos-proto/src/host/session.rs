@@ -42,7 +42,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use motion_core::session::{Agenda, News};
+use motion_core::session::{self, Agenda, News, Session as _, Turn, TurnOf};
 use motion_core::stream::Item;
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
@@ -73,9 +73,18 @@ pub enum Next<'a> {
     Wait(Option<Millis>),
 }
 
+/// Receiver of a message from a client.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Destination {
+    /// The device, over the connection.
+    Connection,
+    /// Everybody in the network: a datagram to 255.255.255.255, port 5520.
+    Broadcast,
+}
+
 /// Effect without what it borrows from the message that came last.
 #[derive(Debug, Clone, Copy)]
-enum Held {
+pub enum Held {
     Transmit(Transmit<'static>),
     /// Password that the device told.
     DevicePassword,
@@ -147,35 +156,19 @@ impl<const N: usize> Session<N> {
         source: &Source<'_>,
         out: &'p mut [u8],
     ) -> Result<Next<'p>, EncodeError> {
-        let held = loop {
-            if let Some(held) = self.agenda.pop() {
-                break held;
+        Ok(match self.turn(now, source, out)? {
+            Turn::Transmit(to, len) => {
+                let bytes = out.get(..len).unwrap_or_default();
+                if to == Destination::Broadcast { Next::Broadcast(bytes) } else { Next::Transmit(bytes) }
             }
-            if !self.advance(now) {
-                return Ok(Next::Wait(self.until()));
-            }
-        };
-        let message = || Frame::decode(self.link.last()).ok().and_then(|f| DeviceMessage::decode(&f).ok());
-        let transmit = match held {
-            Held::Event(event) => return Ok(Next::Event(event)),
-            Held::Answer(token) => {
-                return Ok(Next::Event(Event::Ended { token, outcome: Outcome::Done(message()) }));
-            }
-            Held::Unsolicited => return Ok(Next::Event(message().map_or(Event::Ignored, Event::Unsolicited))),
-            Held::Transmit(transmit) => transmit,
-            Held::DevicePassword => match message() {
-                Some(DeviceMessage::DeviceInfo(info)) => {
-                    Transmit::UserPassword(PasswordOf::Device(info.device_password))
-                }
-                _ => Transmit::UserPassword(PasswordOf::User),
-            },
-        };
-        let written = transmit.message(source).encode_into(out);
-        if let Err(EncodeError::BufferTooSmall { .. }) = written {
-            self.agenda.put_back(held);
-        }
-        let bytes = out.get(..written?).unwrap_or_default();
-        Ok(if transmit == Transmit::Discover { Next::Broadcast(bytes) } else { Next::Transmit(bytes) })
+            Turn::Event(held) => Next::Event(self.event(held)),
+            Turn::Wait(until) => Next::Wait(until),
+        })
+    }
+
+    /// Message that came last.
+    fn message(&self) -> Option<DeviceMessage<'_>> {
+        Frame::decode(self.link.last()).ok().and_then(|frame| DeviceMessage::decode(&frame).ok())
     }
 
     /// Tells the machine the next thing that happened. Returns false if nothing did.
@@ -210,6 +203,76 @@ impl<const N: usize> Session<N> {
             self.link.drop_later();
         }
         true
+    }
+}
+
+impl<const N: usize> session::Session for Session<N> {
+    type Source<'s> = Source<'s>;
+    type Line = ();
+    type Destination = Destination;
+    type Event<'e> = Event<'e>;
+    type Held = Held;
+
+    const PIECE: usize = Self::PIECE;
+
+    fn link_up(&mut self, (): ()) -> Result<(), NotTaken> {
+        self.link_up();
+        Ok(())
+    }
+
+    fn link_down(&mut self, (): ()) -> Result<(), NotTaken> {
+        self.link_down();
+        Ok(())
+    }
+
+    fn receive(&mut self, now: Millis, (): (), bytes: &[u8]) -> usize {
+        self.receive(now, bytes)
+    }
+
+    fn turn(&mut self, now: Millis, source: &Source<'_>, out: &mut [u8]) -> Result<TurnOf<Self>, EncodeError> {
+        let held = loop {
+            if let Some(held) = self.agenda.pop() {
+                break held;
+            }
+            if !self.advance(now) {
+                return Ok(Turn::Wait(self.until()));
+            }
+        };
+        let transmit = match held {
+            Held::Transmit(transmit) => transmit,
+            Held::DevicePassword => match self.message() {
+                Some(DeviceMessage::DeviceInfo(info)) => {
+                    Transmit::UserPassword(PasswordOf::Device(info.device_password))
+                }
+                _ => Transmit::UserPassword(PasswordOf::User),
+            },
+            held => return Ok(Turn::Event(held)),
+        };
+        let to = if transmit == Transmit::Discover { Destination::Broadcast } else { Destination::Connection };
+        let written = transmit.message(source).encode_into(out);
+        if let Err(EncodeError::BufferTooSmall { .. }) = written {
+            self.agenda.put_back(held);
+        }
+        written.map(|len| Turn::Transmit(to, len))
+    }
+
+    fn event(&self, held: Held) -> Event<'_> {
+        match held {
+            Held::Event(event) => event,
+            Held::Answer(token) => Event::Ended { token, outcome: Outcome::Done(self.message()) },
+            // The other effects are no events.
+            _ => self.message().map_or(Event::Ignored, Event::Unsolicited),
+        }
+    }
+}
+
+impl<const N: usize> session::HostSession for Session<N> {
+    fn may_move(&self) -> bool {
+        self.may_move()
+    }
+
+    fn stop(&mut self, token: Token) -> Result<(), NotTaken> {
+        self.stop(token)
     }
 }
 
