@@ -1,14 +1,14 @@
 //! Devices that a simulated rig can stand for, and single quirks, by name.
 //!
 //! ```
-//! use rigs::device::Named;
-//! use rigs::kos_device::Setup;
+//! use motion_rigs::device::Named;
+//! use motion_rigs::kos_device::Setup;
 //!
 //! let setup = Setup::with_motors(2).with_device("mild")?.with_quirks("older-dialect,no-progress")?;
 //! assert!(setup.older_dialect && setup.motors.len() == 2);
 //! let error = Setup::default().with_device("loud").unwrap_err().to_string();
 //! assert!(error.starts_with("kOS has no device \"loud\": it has mild"), "{error}");
-//! # Ok::<(), rigs::device::UnknownName>(())
+//! # Ok::<(), motion_rigs::device::UnknownName>(())
 //! ```
 
 use std::fmt;

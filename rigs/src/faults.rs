@@ -1,14 +1,14 @@
 //! Faults of lines and rigs: kind, rate and time, all from a seed.
 //!
 //! ```
-//! use rigs::faults::{Carrier, Faults};
+//! use motion_rigs::faults::{Carrier, Faults};
 //!
 //! assert_eq!(Faults::parse("all", Carrier::Serial)?, Faults::all(Carrier::Serial));
 //! let some = Faults::parse("loss=0.01,delay=40", Carrier::Serial)?;
 //! assert_eq!((some.loss, some.delay, some.garbage), (0.01, 40, 0.0));
 //! // TCP loses nothing. It can only break.
 //! assert!(Faults::parse("loss=0.01", Carrier::Stream).is_err());
-//! # Ok::<(), rigs::faults::FaultsError>(())
+//! # Ok::<(), motion_rigs::faults::FaultsError>(())
 //! ```
 
 use std::fmt;

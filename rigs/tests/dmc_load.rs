@@ -9,10 +9,10 @@ use dmc_proto::message::{
 };
 use dmc_proto::{DeviceMessage, Frames, HostMessage, Item, MessageId, Token};
 use motion_core::time::Millis;
-use rigs::dmc_device::{DmcDevice, Setup};
-use rigs::dmc_host::{Command, DmcHost, Event};
-use rigs::faults::{Carrier, Faults};
-use rigs::{Host, LineId, Outgoing, Party, Scene};
+use motion_rigs::dmc_device::{DmcDevice, Setup};
+use motion_rigs::dmc_host::{Command, DmcHost, Event};
+use motion_rigs::faults::{Carrier, Faults};
+use motion_rigs::{Host, LineId, Outgoing, Party, Scene};
 
 /// Number of messages in a millisecond: ten thousand in a second.
 const RATE: u32 = 10;

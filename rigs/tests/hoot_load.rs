@@ -14,11 +14,11 @@ use hoot_proto::host::{self, Command, Options, Request, Token};
 use hoot_proto::message::{self, Motor, Steps};
 use hoot_proto::{Address, HostMessage};
 use motion_core::time::Millis;
-use rigs::faults::{Carrier, Faults};
-use rigs::hoot_master::{Event, HootMaster};
-use rigs::hoot_node::{HootNode, Setup};
-use rigs::line::Line;
-use rigs::{LineId, Outgoing, Party, Scene};
+use motion_rigs::faults::{Carrier, Faults};
+use motion_rigs::hoot_master::{Event, HootMaster};
+use motion_rigs::hoot_node::{HootNode, Setup};
+use motion_rigs::line::Line;
+use motion_rigs::{LineId, Outgoing, Party, Scene};
 
 const BLUETOOTH: LineId = LineId(1);
 /// Token of a query.

@@ -8,9 +8,9 @@ use kos_proto::message::{
 };
 use kos_proto::{DeviceMessage, Frames, HostMessage, Item};
 use motion_core::time::Millis;
-use rigs::faults::{Carrier, Faults};
-use rigs::kos_device::{KosDevice, Setup};
-use rigs::{Host, LineId, Outgoing, Party, Rig as _, Scene};
+use motion_rigs::faults::{Carrier, Faults};
+use motion_rigs::kos_device::{KosDevice, Setup};
+use motion_rigs::{Host, LineId, Outgoing, Party, Rig as _, Scene};
 
 /// Greatest number of bytes on their way or in the device: those of the longest silence, which is 1.5 s, with 100 bytes a
 /// millisecond each way.

@@ -3,9 +3,9 @@
 use motion_core::profile::Limits;
 use motion_core::time::Millis;
 use motion_core::trajectory::Range;
+use motion_rigs::motor::{Happening, Motor};
 use proptest::collection::vec;
 use proptest::prelude::*;
-use rigs::motor::{Happening, Motor};
 
 const LIMITS: Limits = Limits { velocity: 10.0, acceleration: 20.0, jerk: None };
 const TRAVEL: Range = Range::new(-30.0, 30.0);

@@ -7,10 +7,10 @@
 //! use hoot_proto::host::{self, Command, Options, Request, Token};
 //! use hoot_proto::message::{Motor, MotorPosition, Steps};
 //! use motion_core::time::Millis;
-//! use rigs::Scene;
-//! use rigs::faults::{Carrier, Faults};
-//! use rigs::hoot_master::{Event, HootMaster};
-//! use rigs::hoot_node::{HootNode, Setup};
+//! use motion_rigs::Scene;
+//! use motion_rigs::faults::{Carrier, Faults};
+//! use motion_rigs::hoot_master::{Event, HootMaster};
+//! use motion_rigs::hoot_node::{HootNode, Setup};
 //!
 //! let (master, node) = (HootMaster::new(Options::default()), HootNode::new(Setup::default()));
 //! let mut scene = Scene::new(master, node, Carrier::Serial, Faults::NONE, 1);

@@ -8,8 +8,8 @@
 //!
 //! ```
 //! use motion_core::time::Millis;
-//! use rigs::hoot_node::{HootNode, Setup};
-//! use rigs::{LineId, Outgoing, Party};
+//! use motion_rigs::hoot_node::{HootNode, Setup};
+//! use motion_rigs::{LineId, Outgoing, Party};
 //!
 //! let mut node = HootNode::new(Setup::default());
 //! node.open(Millis(0), LineId(0));

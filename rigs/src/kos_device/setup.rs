@@ -11,12 +11,12 @@ use motion_core::trajectory::Range;
 /// Setup of a device: its parts, what it stores at first, and its quirks.
 ///
 /// ```
-/// use rigs::device::Named;
-/// use rigs::kos_device::Setup;
+/// use motion_rigs::device::Named;
+/// use motion_rigs::kos_device::Setup;
 ///
 /// let setup = Setup { password: b"gaffer".to_vec(), ..Setup::with_motors(2) }.with_quirks("older-dialect")?;
 /// assert!(setup.older_dialect && setup.motors.len() == 2);
-/// # Ok::<(), rigs::device::UnknownName>(())
+/// # Ok::<(), motion_rigs::device::UnknownName>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setup {

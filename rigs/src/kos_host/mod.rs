@@ -7,10 +7,10 @@
 //! use kos_proto::host::{self, Outcome, Token};
 //! use kos_proto::message::{MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
 //! use motion_core::time::Millis;
-//! use rigs::Scene;
-//! use rigs::faults::{Carrier, Faults};
-//! use rigs::kos_device::{KosDevice, Setup};
-//! use rigs::kos_host::{Command, Event, KosHost};
+//! use motion_rigs::Scene;
+//! use motion_rigs::faults::{Carrier, Faults};
+//! use motion_rigs::kos_device::{KosDevice, Setup};
+//! use motion_rigs::kos_host::{Command, Event, KosHost};
 //!
 //! let (host, rig) = (KosHost::new(host::Options::default(), None), KosDevice::new(Setup::default()));
 //! let mut scene = Scene::new(host, rig, Carrier::Stream, Faults::NONE, 1);

@@ -6,7 +6,7 @@ use dmc_proto::message::{
     AckCode, FrameNumber, FramesPerSecond, HardwareLimitSet, Motor, MotorConfigure, MotorFlags, MotorSetLimits,
     RtJogAll, RtPositionFrame, RunFlags, Scaled,
 };
-use rigs::dmc_host::{Answer, Command, Shot};
+use motion_rigs::dmc_host::{Answer, Command, Shot};
 
 use super::motors::limits;
 use super::stage::{Stage, devices, move_to, run, sample};

@@ -7,10 +7,10 @@ use dmc_proto::device::{Quirks, State};
 use dmc_proto::host::{self, Outcome, StopTarget};
 use dmc_proto::message::{FrameNumber, Motor, RunFlags};
 use examples::moves::Move;
-use rigs::device::Named;
-use rigs::dmc_device::Setup;
-use rigs::dmc_host::{Answer, Command, Event, Shot, Table};
-use rigs::faults::{Carrier, Faults};
+use motion_rigs::device::Named;
+use motion_rigs::dmc_device::Setup;
+use motion_rigs::dmc_host::{Answer, Command, Event, Shot, Table};
+use motion_rigs::faults::{Carrier, Faults};
 
 use super::runs::hold;
 use super::stage::{STOPPED, Stage, end_frame, end_of, jog, move_to, run, sample};

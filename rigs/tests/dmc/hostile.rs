@@ -10,11 +10,11 @@ use dmc_proto::message::{
 };
 use dmc_proto::{HostMessage, MessageId};
 use motion_core::time::Millis;
+use motion_rigs::device::Named as _;
+use motion_rigs::dmc_device::{DmcDevice, Setup};
+use motion_rigs::{LineId, Party as _, Rig as _};
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
-use rigs::device::Named as _;
-use rigs::dmc_device::{DmcDevice, Setup};
-use rigs::{LineId, Party as _, Rig as _};
 
 use super::stage::run;
 
@@ -139,7 +139,7 @@ fn a_stop_stops_after_any_requests() {
                 rig.receive(now, LINE, &any.request());
                 states.insert(rig.state().name());
                 while rig.poll().is_some() {}
-                let finite = |motor: &rigs::motor::Motor| motor.at(now).position.is_finite();
+                let finite = |motor: &motion_rigs::motor::Motor| motor.at(now).position.is_finite();
                 assert!(rig.motors().iter().all(finite), "seed {seed}");
             }
             if any.0.random_bool(0.2) {
@@ -150,7 +150,7 @@ fn a_stop_stops_after_any_requests() {
                 rig.receive(now, LINE, &bytes(&MotorStopAll::default().into()));
                 now = now.after(1500);
                 rig.advance(now);
-                let rests = |motor: &rigs::motor::Motor| motor.rests();
+                let rests = |motor: &motion_rigs::motor::Motor| motor.rests();
                 assert!(rig.motors().iter().all(rests), "seed {seed}: {:?}", rig.motors());
                 assert!(matches!(rig.state(), State::Idle | State::Locked), "seed {seed}: {:?}", rig.state());
             }

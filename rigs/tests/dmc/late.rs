@@ -4,9 +4,9 @@ use dmc_proto::host::{Options, Outcome};
 use dmc_proto::message::{Ack, AckCode, DeviceMessage, Dmx, DmxChannel, Hi, HostMessage};
 use dmc_proto::{Frame, MessageId, Token};
 use motion_core::time::Millis;
-use rigs::dmc_device::{DmcDevice, Setup};
-use rigs::dmc_host::{Answer, Command, DmcHost, Event};
-use rigs::{Host as _, LineId, Outgoing, Party};
+use motion_rigs::dmc_device::{DmcDevice, Setup};
+use motion_rigs::dmc_host::{Answer, Command, DmcHost, Event};
+use motion_rigs::{Host as _, LineId, Outgoing, Party};
 
 const LINE: LineId = LineId(0);
 

@@ -11,10 +11,10 @@ use dmc_proto::message::{
 use dmc_proto::{Frame, HostMessage, MessageId};
 use motion_core::profile::MotionProfile;
 use motion_core::time::Millis;
-use rigs::device::Named as _;
-use rigs::dmc_device::{DmcDevice, Facts, Setup};
-use rigs::dmc_host::{Answer, Command, Event};
-use rigs::{LineId, Outgoing, Party as _, Rig as _};
+use motion_rigs::device::Named as _;
+use motion_rigs::dmc_device::{DmcDevice, Facts, Setup};
+use motion_rigs::dmc_host::{Answer, Command, Event};
+use motion_rigs::{LineId, Outgoing, Party as _, Rig as _};
 
 use super::stage::{Stage, devices, jog, move_to, run};
 
@@ -113,7 +113,7 @@ fn a_jog_goes_on_until_it_is_stopped() {
         stage.ask(jog(1, 50, i32::MIN)).unwrap();
         stage.pass(2000);
         let now = stage.now();
-        let velocity = rigs::Rig::motors(stage.rig())[0].at(now).velocity;
+        let velocity = motion_rigs::Rig::motors(stage.rig())[0].at(now).velocity;
         // Some devices end a jog by themselves.
         let wanted = if facts.jog_lasts.is_some() { 0.0 } else { -25_000.0_f64 };
         assert_eq!(velocity.to_bits(), wanted.to_bits());
@@ -137,7 +137,7 @@ fn a_jog_that_is_repeated_goes_on() {
         }
         let now = stage.now();
         let half = f64::from(stage.rig().tuning(Motor(1)).unwrap().speed.0) / 2.0;
-        let velocity = rigs::Rig::motors(stage.rig())[0].at(now).velocity;
+        let velocity = motion_rigs::Rig::motors(stage.rig())[0].at(now).velocity;
         assert!((velocity + half).abs() < 1e-6, "{velocity}");
         assert!(stage.stop() && stage.rests());
     }
@@ -308,7 +308,7 @@ fn a_motor_that_gets_stuck_stops_all_motors() {
     stage.ask(jog(3, 100, i32::MAX)).unwrap();
     stage.pass(500);
     let now = stage.now();
-    rigs::Rig::stall(stage.rig(), now);
+    motion_rigs::Rig::stall(stage.rig(), now);
     let stuck = |event: &Event| {
         matches!(event, Event::Machine(host::Event::HardStop(StopReason::ENGINE_EXCEPTION, _))).then_some(())
     };

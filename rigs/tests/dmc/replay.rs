@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use motion_core::time::Millis;
-use rigs::device::Named;
-use rigs::dmc_device::{DmcDevice, Setup};
-use rigs::{LineId, Outgoing, Party};
+use motion_rigs::device::Named;
+use motion_rigs::dmc_device::{DmcDevice, Setup};
+use motion_rigs::{LineId, Outgoing, Party};
 
 use crate::recorded::{Known, bytes, check, hex, table};
 

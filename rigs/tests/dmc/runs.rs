@@ -7,9 +7,9 @@ use dmc_proto::message::{
     RtPositionFrame, RtRunMove, RtStopLoop, RunFlags, Scaled, Triggers,
 };
 use examples::moves::Move;
-use rigs::Rig as _;
-use rigs::dmc_device::Setup;
-use rigs::dmc_host::{Answer, Command, Event, Shot, Table};
+use motion_rigs::Rig as _;
+use motion_rigs::dmc_device::Setup;
+use motion_rigs::dmc_host::{Answer, Command, Event, Shot, Table};
 
 use super::motors::limits;
 use super::stage::{Stage, devices, end_frame, jog, move_to, run, sample};

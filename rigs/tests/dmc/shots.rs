@@ -5,8 +5,8 @@ use dmc_proto::host::{self, Outcome, Refusal};
 use dmc_proto::message::{
     AckCode, CameraFlags, Degrees, FrameNumber, GioCam, Motor, MotorPair, RtPositionFrame, RunFlags, Steps,
 };
-use rigs::dmc_device::Setup;
-use rigs::dmc_host::{Answer, Command, Event, Shot};
+use motion_rigs::dmc_device::Setup;
+use motion_rigs::dmc_host::{Answer, Command, Event, Shot};
 
 use super::stage::{Stage, devices, run, sample};
 

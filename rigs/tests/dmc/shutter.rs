@@ -9,8 +9,8 @@ use dmc_proto::message::{
 };
 use dmc_proto::{Frame, HostMessage, Token};
 use motion_core::time::Millis;
-use rigs::dmc_host::{Answer, Command, DmcHost, Event, Shot};
-use rigs::{Host as _, LineId, Outgoing, Party as _};
+use motion_rigs::dmc_host::{Answer, Command, DmcHost, Event, Shot};
+use motion_rigs::{Host as _, LineId, Outgoing, Party as _};
 
 const LINE: LineId = LineId(0);
 

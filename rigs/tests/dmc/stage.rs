@@ -9,11 +9,11 @@ use dmc_proto::message::{
 };
 use examples::moves::Move;
 use motion_core::time::Millis;
-use rigs::device::Named;
-use rigs::dmc_device::{DmcDevice, Setup};
-use rigs::dmc_host::{Answer, Command, DmcHost, Event, Table};
-use rigs::faults::{Carrier, Faults};
-use rigs::{Rig as _, Scene};
+use motion_rigs::device::Named;
+use motion_rigs::dmc_device::{DmcDevice, Setup};
+use motion_rigs::dmc_host::{Answer, Command, DmcHost, Event, Table};
+use motion_rigs::faults::{Carrier, Faults};
+use motion_rigs::{Rig as _, Scene};
 
 pub(crate) struct Stage {
     pub(crate) scene: Scene<DmcHost, DmcDevice>,

@@ -4,9 +4,9 @@ use dmc_proto::Token;
 use dmc_proto::device::State;
 use dmc_proto::host::{self, Failure, Outcome, Refusal, StopTarget};
 use dmc_proto::message::{FrameNumber, Motor, RtPositionFrame, RunFlags, StopReason};
-use rigs::Rig as _;
-use rigs::dmc_device::Setup;
-use rigs::dmc_host::{Answer, Command, Event};
+use motion_rigs::Rig as _;
+use motion_rigs::dmc_device::Setup;
+use motion_rigs::dmc_host::{Answer, Command, Event};
 
 use super::stage::{STOPPED, Stage, is_ready, jog, run, sample};
 
@@ -84,7 +84,7 @@ fn a_reset_in_the_middle_of_an_upload_leaves_no_move() {
     assert_eq!(stage.upload(table.clone()), Ok(Answer::Done));
     assert!(stage.rig().is_loaded());
     // Without a delay an upload takes no time at all.
-    let slow = rigs::faults::Faults { delay: 50, ..rigs::faults::Faults::NONE };
+    let slow = motion_rigs::faults::Faults { delay: 50, ..motion_rigs::faults::Faults::NONE };
     let mut stage = Stage::new(Setup::default(), slow, 3);
     stage.wait(5000, |event| is_ready(event).then_some(())).unwrap();
     let token = stage.token();
@@ -124,7 +124,7 @@ fn a_limit_switch_ends_a_run() {
 
 #[test]
 fn a_run_that_ended_early_is_not_reported_as_done() {
-    use rigs::Party as _;
+    use motion_rigs::Party as _;
 
     let (mut stage, token) = running();
     let now = stage.now();

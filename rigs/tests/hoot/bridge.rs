@@ -4,10 +4,10 @@ use hoot_proto::host::Nodes;
 use hoot_proto::message::{self, Motor};
 use hoot_proto::{Address, device, host};
 use motion_core::time::Millis;
-use rigs::faults::Faults;
-use rigs::hoot_node::{HootNode, Setup};
-use rigs::motor::Motor as RigMotor;
-use rigs::{LineId, Outgoing, Party, Rig};
+use motion_rigs::faults::Faults;
+use motion_rigs::hoot_node::{HootNode, Setup};
+use motion_rigs::motor::Motor as RigMotor;
+use motion_rigs::{LineId, Outgoing, Party, Rig};
 
 use crate::world::{NODE, ONE, STATUS, STOP, Stage, joystick, ready, run};
 

@@ -4,10 +4,10 @@ use super::world::*;
 use hoot_proto::Address;
 use hoot_proto::host::{Command, Event, Options, Request, StopTarget};
 use hoot_proto::message::{ProgramMode, SetAddress};
-use rigs::device::Named;
-use rigs::hoot_master::HootMaster;
-use rigs::hoot_node::{HootNode, Setup};
-use rigs::{LineId, Party};
+use motion_rigs::device::Named;
+use motion_rigs::hoot_master::HootMaster;
+use motion_rigs::hoot_node::{HootNode, Setup};
+use motion_rigs::{LineId, Party};
 
 /// Stage with a node that has a planned move.
 fn prepared(device: &str) -> Stage<HootNode> {
@@ -74,7 +74,7 @@ fn a_new_master_that_stops_a_node_during_a_start_does_not_hang_it() {
                 let until = stage.scene.now().after(1);
                 let told = stage.scene.run(until, |_, event| Some(event));
                 stage.events.extend(told.into_iter().filter_map(|event| match event {
-                    rigs::hoot_master::Event::Machine(event) => Some((0, event)),
+                    motion_rigs::hoot_master::Event::Machine(event) => Some((0, event)),
                     _ => None,
                 }));
             }

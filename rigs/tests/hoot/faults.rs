@@ -10,9 +10,9 @@ use hoot_proto::host::{Command, Event, StopTarget};
 use hoot_proto::message::{self, Bool, Motor, MotorPosition, ProgramMode, RunState, RunTime};
 use hoot_proto::query::{Answer, AnyReply, Profile};
 use hoot_proto::{HostMessage, Query};
-use rigs::Rig;
-use rigs::faults::{Carrier, Faults};
-use rigs::hoot_node::{HootNode, Setup};
+use motion_rigs::Rig;
+use motion_rigs::faults::{Carrier, Faults};
+use motion_rigs::hoot_node::{HootNode, Setup};
 
 use crate::world::{NODE, ONE, START, STATUS, STOP, Stage, dead_man, enable_camera, mode, planned, ready, run, smooth};
 

@@ -1,9 +1,9 @@
 //! Conduct of firmware that the published sheet does not tell, in the nodes that are named after it.
 
 use motion_core::time::Millis;
-use rigs::device::Named;
-use rigs::hoot_node::{HootNode, Setup};
-use rigs::{LineId, Outgoing, Party, Rig};
+use motion_rigs::device::Named;
+use motion_rigs::hoot_node::{HootNode, Setup};
+use motion_rigs::{LineId, Outgoing, Party, Rig};
 
 const USB: LineId = LineId(0);
 const OK: &str = "0000000000ff00000100";
@@ -165,7 +165,7 @@ impl Bench {
 
     fn rest(&mut self) {
         self.pass(20_000);
-        assert!(self.node.motors().iter().all(rigs::motor::Motor::rests));
+        assert!(self.node.motors().iter().all(motion_rigs::motor::Motor::rests));
     }
 
     fn place(&self, motor: usize) -> f64 {

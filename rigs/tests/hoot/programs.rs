@@ -4,8 +4,8 @@ use hoot_proto::HostMessage;
 use hoot_proto::device::ProgramState;
 use hoot_proto::message::{self, Easing, Milliseconds, Motor, ProgramMode, Span, Steps};
 use hoot_proto::program::Plan;
-use rigs::Rig;
-use rigs::hoot_node::{HootNode, Setup};
+use motion_rigs::Rig;
+use motion_rigs::hoot_node::{HootNode, Setup};
 
 use crate::world::{ONE, PAUSE, START, STATUS, Stage, enable_camera, mode, photos, planned, smooth, stage};
 

@@ -5,8 +5,8 @@ use hoot_proto::host::{Command, Event, StopTarget};
 use hoot_proto::message::{self, Milliseconds, Motor, ProgramMode, Steps};
 use motion_core::trajectory::Range;
 use motion_core::wire::Bool;
-use rigs::Rig;
-use rigs::hoot_node::Setup;
+use motion_rigs::Rig;
+use motion_rigs::hoot_node::Setup;
 
 use crate::world::{NODE, ONE, START, STOP, dead_man, millis, mode, move_by, planned, run, smooth, stage};
 
@@ -159,7 +159,7 @@ fn a_node_reads_one_packet_at_a_time_as_firmware_does() {
     let ask = [0, 0, 0, 0, 0, 0xFF, 3, 0, 101, 0];
     let answers = |stage: &mut crate::world::Stage<_>, bytes: &[u8]| {
         let before = stage.scene.host.strays();
-        stage.scene.inject(rigs::Side::Host, bytes);
+        stage.scene.inject(motion_rigs::Side::Host, bytes);
         stage.pass(300);
         stage.scene.host.strays() - before
     };

@@ -12,8 +12,8 @@ use hoot_proto::query::{AnyReply, Profile};
 use hoot_proto::{Address, HostMessage};
 use motion_core::profile::{self, Limits};
 use motion_core::time::Millis;
-use rigs::hoot_node::{HootNode, Setup};
-use rigs::{LineId, Party as _};
+use motion_rigs::hoot_node::{HootNode, Setup};
+use motion_rigs::{LineId, Party as _};
 
 use crate::world::{
     NODE, ONE, START, STATUS, STOP, dead_man, joystick, mode, motor_stop, move_by, photos, planned, ready, run,
@@ -82,11 +82,11 @@ fn positions_count_in_the_direction_and_the_microsteps_of_the_motor() {
     stage.ok(microstep(Microstep::SIXTEENTH));
     assert_eq!(stage.position(ONE), -1200);
     let motor = &stage.scene.rig;
-    let travel = rigs::Rig::motors(motor)[0].travel().unwrap();
+    let travel = motion_rigs::Rig::motors(motor)[0].travel().unwrap();
     assert!((travel.to - 800_000.0).abs() < 1e-6, "the rig is as long as before");
     stage.ok(message::MotorSetHomeHere { motor: ONE });
     assert_eq!(stage.position(ONE), 0);
-    let travel = rigs::Rig::motors(&stage.scene.rig)[0].travel().unwrap();
+    let travel = motion_rigs::Rig::motors(&stage.scene.rig)[0].travel().unwrap();
     assert!((travel.to - 801_200.0).abs() < 1e-6, "the end of the rig is where it was");
 }
 
@@ -102,7 +102,7 @@ fn a_joystick_runs_a_motor() {
     for speed in [500.0, 1000.0, 2000.0, -2000.0] {
         stage.command(Command::Speed { to: NODE, motor: ONE, speed: StepsPerSecond(speed) });
         stage.pass(1500);
-        let velocity = rigs::Rig::motors(&stage.scene.rig)[0].at(stage.scene.now()).velocity;
+        let velocity = motion_rigs::Rig::motors(&stage.scene.rig)[0].at(stage.scene.now()).velocity;
         assert!((velocity - f64::from(speed)).abs() < 1.0, "{velocity} instead of {speed}");
         assert!(stage.may_move());
     }
@@ -226,7 +226,7 @@ fn a_node_that_is_called_seldom_does_the_same() {
             node.receive(Millis(0), LineId(0), &packet[..len]);
         }
         (1..=20_000 / every).for_each(|count| node.advance(Millis(count * every)));
-        let at = rigs::Rig::motors(&node)[0].at(Millis(20_000));
+        let at = motion_rigs::Rig::motors(&node)[0].at(Millis(20_000));
         (node.camera().photos().copied().collect::<Vec<_>>(), node.machine().program().state(), at)
     };
     assert_eq!((node(1).0.len(), node(1).1), (10, ProgramState::Stopped));

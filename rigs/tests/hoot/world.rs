@@ -10,10 +10,10 @@ use hoot_proto::program::Plan;
 use hoot_proto::query::Answer;
 use hoot_proto::{Address, HostMessage, Query};
 use motion_core::time::Millis;
-use rigs::faults::{Carrier, Faults};
-use rigs::hoot_master::{Ended, Event, HootMaster};
-use rigs::hoot_node::{HootNode, Setup};
-use rigs::{Rig, Scene};
+use motion_rigs::faults::{Carrier, Faults};
+use motion_rigs::hoot_master::{Ended, Event, HootMaster};
+use motion_rigs::hoot_node::{HootNode, Setup};
+use motion_rigs::{Rig, Scene};
 
 pub(crate) const NODE: Address = Address::DEFAULT;
 pub(crate) const ONE: Motor = Motor::One;
@@ -70,7 +70,7 @@ impl<R: Rig> Stage<R> {
     }
 
     pub(crate) fn is_at_rest(&self) -> bool {
-        self.scene.rig.motors().iter().all(rigs::motor::Motor::rests)
+        self.scene.rig.motors().iter().all(motion_rigs::motor::Motor::rests)
     }
 
     /// Whether anything may still move, as the master knows.

@@ -11,10 +11,10 @@ use kos_proto::message::{
 use kos_proto::trajectory::bezier::{Ease, Key, Segment};
 use kos_proto::trajectory::{Delay, LiveMotion, Loop, MotorPlan, Plan, Play, Style, TimeLapseMotion, Way};
 use motion_core::time::Millis;
-use rigs::faults::{Carrier, Faults};
-use rigs::kos_device::{KosDevice, Setup};
-use rigs::kos_host::{Command, Event, KosHost, StoredMove};
-use rigs::{Rig as _, Scene};
+use motion_rigs::faults::{Carrier, Faults};
+use motion_rigs::kos_device::{KosDevice, Setup};
+use motion_rigs::kos_host::{Command, Event, KosHost, StoredMove};
+use motion_rigs::{Rig as _, Scene};
 
 /// Greatest distance of a motor from the planned curve, in rotations.
 ///

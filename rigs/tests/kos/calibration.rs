@@ -3,9 +3,9 @@
 use kos_proto::device::motor::State;
 use kos_proto::host::{self, Get, Outcome, Refusal, StopTarget};
 use kos_proto::message::{Motor, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
-use rigs::device::Named;
-use rigs::kos_device::Setup;
-use rigs::kos_host::{Answer, Command, Event};
+use motion_rigs::device::Named;
+use motion_rigs::kos_device::Setup;
+use motion_rigs::kos_host::{Answer, Command, Event};
 
 use crate::bench::{Bench, M1, M2, RANGES, TOLERANCE, go};
 

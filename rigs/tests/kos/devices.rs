@@ -5,10 +5,10 @@ use kos_proto::host::{self, Outcome, Refusal, StopTarget};
 use kos_proto::message::{ActionId, AxisKind, Motor, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
 use kos_proto::trajectory::{Limits, Loop};
 use kos_proto::{HostMessage, MessageId};
-use rigs::device::Named;
-use rigs::faults::Faults;
-use rigs::kos_device::Setup;
-use rigs::kos_host::Event;
+use motion_rigs::device::Named;
+use motion_rigs::faults::Faults;
+use motion_rigs::kos_device::Setup;
+use motion_rigs::kos_host::Event;
 
 use crate::bench::{Bench, M1, M2, RANGES, go, live, play};
 
@@ -109,7 +109,7 @@ fn each_device_with_a_wrong_password_obeys_a_stop_or_is_told_to_ignore_it() {
         let setup = Setup { password: b"gaffer".to_vec(), ..setup };
         let mut bench = Bench::with(setup, host::Options::default(), Some(b"best boy"), Faults::NONE, 1);
         bench.send(host::Command::Stop);
-        bench.command(rigs::kos_host::Command::Connect);
+        bench.command(motion_rigs::kos_host::Command::Connect);
         bench.expect_event(|event| *event == host::Event::Locked { wrong_password: true });
         let begun = bench.now();
         bench.expect_event(|event| *event == host::Event::StopNotConfirmed(StopTarget::All));

@@ -6,10 +6,10 @@ use kos_proto::host::{self, Event as MachineEvent, Move, Options, Outcome, StopT
 use kos_proto::message::MotorAddress;
 use kos_proto::trajectory::{Loop, Style, Trajectory};
 use motion_core::time::Millis;
-use rigs::Rig as _;
-use rigs::faults::{Carrier, Faults};
-use rigs::kos_device::Setup;
-use rigs::kos_host::{Command, Event, StoredMove};
+use motion_rigs::Rig as _;
+use motion_rigs::faults::{Carrier, Faults};
+use motion_rigs::kos_device::Setup;
+use motion_rigs::kos_host::{Command, Event, StoredMove};
 
 use crate::bench::{Bench, M1, M2, RANGES, TOLERANCE, go, lapse, live, planned};
 

@@ -4,8 +4,8 @@ use kos_proto::device::playback::State;
 use kos_proto::host::{self, Move};
 use kos_proto::message::Seconds;
 use kos_proto::trajectory::Style;
-use rigs::Rig as _;
-use rigs::kos_host::Command;
+use motion_rigs::Rig as _;
+use motion_rigs::kos_host::Command;
 
 use crate::bench::{Bench, M1, M2, TOLERANCE, lapse, number, planned};
 
@@ -83,7 +83,7 @@ fn a_stop_of_a_lapse_closes_the_shutter() {
 
 #[test]
 fn a_photo_can_be_taken_without_a_move() {
-    let mut bench = Bench::ready(rigs::kos_device::Setup::with_motors(1));
+    let mut bench = Bench::ready(motion_rigs::kos_device::Setup::with_motors(1));
     bench.send(host::Command::TakePicture(Seconds(2.0)));
     bench.pass(20);
     let photo = *bench.scene.rig.photos().last().unwrap();

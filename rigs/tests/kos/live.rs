@@ -4,10 +4,10 @@ use kos_proto::device::playback::State;
 use kos_proto::host::{self, Move};
 use kos_proto::message::{Direction, MotorAddress, Normalized, Seconds};
 use kos_proto::trajectory::{Loop, Times};
-use rigs::Rig as _;
-use rigs::device::Named as _;
-use rigs::kos_device::Setup;
-use rigs::kos_host::{Command, StoredMove};
+use motion_rigs::Rig as _;
+use motion_rigs::device::Named as _;
+use motion_rigs::kos_device::Setup;
+use motion_rigs::kos_host::{Command, StoredMove};
 
 use crate::bench::{Bench, M1, M2, RANGES, TOLERANCE, live, number, planned, play};
 

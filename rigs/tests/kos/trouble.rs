@@ -8,10 +8,10 @@ use kos_proto::message::{
 use kos_proto::trajectory::Loop;
 use kos_proto::{DeviceMessage, HostMessage};
 use motion_core::trajectory::Range;
-use rigs::faults::Faults;
-use rigs::kos_device::{MotorSetup, Setup};
-use rigs::kos_host::{Command, KosHost};
-use rigs::{Rig as _, Side};
+use motion_rigs::faults::Faults;
+use motion_rigs::kos_device::{MotorSetup, Setup};
+use motion_rigs::kos_host::{Command, KosHost};
+use motion_rigs::{Rig as _, Side};
 
 use crate::bench::{Bench, M1, M2, go, live, play};
 
@@ -219,11 +219,11 @@ fn a_device_can_be_reset() {
 fn a_device_announces_itself_and_answers_questions() {
     use kos_proto::discovery::Datagram;
     use motion_core::time::Millis;
-    use rigs::{LineId, Outgoing, Party as _};
+    use motion_rigs::{LineId, Outgoing, Party as _};
 
     let address = [192, 168, 50, 9].into();
     let asker = "192.168.50.7:4000".parse().unwrap();
-    let mut rig = rigs::kos_device::KosDevice::new(Setup { address, ..Setup::default() });
+    let mut rig = motion_rigs::kos_device::KosDevice::new(Setup { address, ..Setup::default() });
     let mut said = |now: u64, question: Option<bool>, open: bool| {
         match question {
             Some(limited) => {
@@ -257,8 +257,8 @@ fn a_device_announces_itself_and_answers_questions() {
 }
 
 /// Lines on which a device sends next, and lines that it closes.
-fn outgoing(rig: &mut rigs::kos_device::KosDevice) -> (Vec<u8>, Vec<u8>) {
-    use rigs::{Outgoing, Party as _};
+fn outgoing(rig: &mut motion_rigs::kos_device::KosDevice) -> (Vec<u8>, Vec<u8>) {
+    use motion_rigs::{Outgoing, Party as _};
     let (mut told, mut gone) = (Vec::new(), Vec::new());
     while let Some(outgoing) = rig.poll() {
         match outgoing {
@@ -274,9 +274,9 @@ fn outgoing(rig: &mut rigs::kos_device::KosDevice) -> (Vec<u8>, Vec<u8>) {
 #[test]
 fn four_clients_can_connect_and_each_is_told_of_a_stop() {
     use motion_core::time::Millis;
-    use rigs::{LineId, Party as _};
+    use motion_rigs::{LineId, Party as _};
 
-    let mut rig = rigs::kos_device::KosDevice::new(Setup::default());
+    let mut rig = motion_rigs::kos_device::KosDevice::new(Setup::default());
     for line in 0..5 {
         rig.open(Millis(1), LineId(line));
     }

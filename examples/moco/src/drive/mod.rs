@@ -1,0 +1,66 @@
+//! The program `drive`, and the trait of the hosts that it uses.
+
+pub mod address;
+pub mod command;
+pub mod dmc;
+pub mod hoot;
+pub mod kos;
+pub mod printer;
+pub mod program;
+
+use motion_core::time::Millis;
+use motion_rigs::Host;
+
+pub use command::Command;
+
+/// Host that can stop everything, and that knows whether a stop is needed.
+pub trait Driven: Host {
+    /// Whether the host requests its line itself, also after the line is lost. Otherwise a lost line ends the session.
+    const OPENS: bool;
+
+    /// Whether a motor that this host set in motion may still move, or a shutter that it opened may still be open.
+    fn may_move(&self) -> bool;
+
+    /// Whether the rig may ignore stops, so that it is useless to wait long for a confirmation.
+    fn is_deaf(&self) -> bool {
+        false
+    }
+
+    /// Stops everything, with the emergency stop of the protocol.
+    fn stop_all(&mut self, now: Millis);
+
+    /// Result of that stop, if the event contains it.
+    fn stopped(event: &Self::Event) -> Option<Stopped>;
+}
+
+/// End of the line about a stop that is confirmed without the report that all motors rest.
+pub const OBEYED: &str = "the rig confirmed the stop, but it does not say whether its motors rest: check that they do";
+
+/// Result of a stop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stopped {
+    /// The rig confirmed the stop, and nothing may move any more.
+    Confirmed,
+    /// The rig confirmed the stop, and did not say in time that its motors rest.
+    Obeyed,
+    /// The rig has not confirmed the stop.
+    NotConfirmed,
+}
+
+/// Reason why a command was not done, in one line that says what to do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Trouble {
+    /// Ctrl-C was pressed.
+    #[error("interrupted")]
+    Interrupted,
+    /// There is no line to the rig, or the line was lost.
+    #[error("{0}")]
+    Line(String),
+    /// The rig or the protocol does not allow the command.
+    #[error("{0}")]
+    Refused(String),
+    /// The rig did not do the command.
+    #[error("{0}")]
+    Failed(String),
+}

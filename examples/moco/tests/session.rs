@@ -1,0 +1,134 @@
+//! Tests of sessions on lines that never end a read, a write or an opening.
+
+use std::io;
+use std::pin::Pin;
+use std::task::{Context, Poll};
+use std::time::{Duration, Instant};
+
+use moco::session::Session;
+use motion_rigs::dmc_host::DmcHost;
+use tokio::io::{AsyncRead, AsyncWrite, DuplexStream, ReadBuf};
+use tokio::sync::mpsc::unbounded_channel;
+
+/// Line whose flush never ends, like the line of a device that takes no bytes.
+struct Stuck(DuplexStream);
+
+/// Line that always has bytes to read, until this moment.
+struct Babble(Instant);
+
+impl AsyncRead for Stuck {
+    fn poll_read(mut self: Pin<&mut Self>, cx: &mut Context<'_>, buf: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.0).poll_read(cx, buf)
+    }
+}
+
+impl AsyncWrite for Stuck {
+    fn poll_write(mut self: Pin<&mut Self>, cx: &mut Context<'_>, buf: &[u8]) -> Poll<io::Result<usize>> {
+        Pin::new(&mut self.0).poll_write(cx, buf)
+    }
+
+    fn poll_flush(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Poll::Pending
+    }
+
+    fn poll_shutdown(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Poll::Pending
+    }
+}
+
+impl AsyncRead for Babble {
+    fn poll_read(self: Pin<&mut Self>, _: &mut Context<'_>, buf: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
+        if Instant::now() < self.0 {
+            buf.put_slice(&[0xFF; 64]);
+        }
+        Poll::Ready(Ok(()))
+    }
+}
+
+impl AsyncWrite for Babble {
+    fn poll_write(self: Pin<&mut Self>, _: &mut Context<'_>, buf: &[u8]) -> Poll<io::Result<usize>> {
+        Poll::Ready(Ok(buf.len()))
+    }
+
+    fn poll_flush(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Poll::Ready(Ok(()))
+    }
+
+    fn poll_shutdown(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Poll::Ready(Ok(()))
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_session_does_not_wait_for_the_flush_of_a_line() {
+    let (near, _far) = tokio::io::duplex(4096);
+    let (_keep, interrupts) = unbounded_channel();
+    let mut session = Session::over(DmcHost::default(), Stuck(near), interrupts);
+    let start = tokio::time::Instant::now();
+    session.next_within(Duration::from_millis(10)).await.unwrap();
+    assert!(start.elapsed() < Duration::from_millis(20), "{:?}", start.elapsed());
+}
+
+#[tokio::test]
+async fn a_line_that_is_never_silent_does_not_delay_the_end_of_waiting() {
+    let (_keep, interrupts) = unbounded_channel();
+    let line = Babble(Instant::now() + Duration::from_secs(10));
+    let mut session = Session::over(DmcHost::default(), line, interrupts);
+    let start = Instant::now();
+    assert_eq!(session.next_within(Duration::from_millis(10)).await.unwrap(), None);
+    assert!(start.elapsed() < Duration::from_secs(5), "{:?}", start.elapsed());
+}
+
+/// On Linux, connecting gets no answer while the queue of the listener is full.
+#[cfg(target_os = "linux")]
+#[tokio::test]
+async fn a_stop_opens_the_line_whose_opening_was_interrupted() {
+    use kos_proto::host::{Options, Token};
+    use moco::drive::Trouble;
+    use moco::session::Target;
+    use motion_rigs::kos_host::{Command, KosHost};
+    use tokio::io::AsyncReadExt as _;
+    use tokio::net::{TcpSocket, TcpStream};
+    use tokio::time::timeout;
+
+    let socket = TcpSocket::new_v4().unwrap();
+    socket.bind("127.0.0.1:0".parse().unwrap()).unwrap();
+    let listener = socket.listen(0).unwrap();
+    let address = listener.local_addr().unwrap();
+    let mut waiting = Vec::new();
+    while let Ok(Ok(line)) = timeout(Duration::from_millis(50), TcpStream::connect(address)).await {
+        waiting.push(line);
+    }
+    let (interrupt, interrupts) = unbounded_channel();
+    let host = KosHost::new(Options::default(), None);
+    let mut session = Session::connect(host, Target::Tcp(address), interrupts).await.unwrap();
+    session.command((Token(1), Command::Connect));
+    let soon = async {
+        tokio::time::sleep(Duration::from_millis(100)).await;
+        interrupt.send(()).unwrap();
+    };
+    let trouble = async {
+        loop {
+            if let Err(trouble) = session.next().await {
+                return trouble;
+            }
+        }
+    };
+    let (trouble, ()) = tokio::join!(trouble, soon);
+    assert!(matches!(trouble, Trouble::Interrupted), "{trouble}");
+    drop(waiting);
+    let rig = async {
+        loop {
+            let (mut line, _) = listener.accept().await.unwrap();
+            let mut bytes = Vec::new();
+            let _ = timeout(Duration::from_millis(200), line.read_to_end(&mut bytes)).await;
+            if bytes.windows(7).any(|bytes| bytes == b"\x04\0\x07\0\x80\0\x06") {
+                return;
+            }
+        }
+    };
+    tokio::select! {
+        () = rig => {}
+        stopped = session.stop() => panic!("{stopped:?}, but the rig received no stop"),
+    }
+}
