@@ -137,3 +137,7 @@ pub trait Host: Party {
     /// Next event.
     fn next_event(&mut self) -> Option<Self::Event>;
 }
+
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+struct ReadmeDoctests;
