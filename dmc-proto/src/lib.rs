@@ -127,7 +127,9 @@ pub mod nom;
 mod side;
 pub mod upload;
 
-pub use frame::{DeviceReader, Dmc, Frame, FrameError, Frames, Header, HostReader, MessageId, MessageType};
+pub use frame::{
+    DeviceFrames, DeviceReader, Dmc, Frame, FrameError, Frames, Header, HostReader, MessageId, MessageType,
+};
 pub use message::{DeviceMessage, HostMessage};
 pub use motion_core::machine::{Effect, Machine, Token};
 #[cfg(feature = "alloc")]

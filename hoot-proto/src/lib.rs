@@ -171,7 +171,7 @@ pub mod program;
 pub mod query;
 mod side;
 
-pub use frame::{Address, Frame, FrameError, Frames, Header, Hoot, Requests, Selector, Strict, Table};
+pub use frame::{Address, Frame, FrameError, Frames, Header, Hoot, NodeFrames, Requests, Selector, Strict, Table};
 pub use message::{DeviceMessage, HostMessage};
 pub use motion_core::machine::{Effect, Machine, Token};
 #[cfg(feature = "alloc")]

@@ -106,5 +106,5 @@ pub use input::Input;
 pub use machine::DeviceMachine;
 pub use motion::State;
 pub use options::{Options, Quirks};
-pub use session::{Next, NotTaken, Session};
+pub use session::{Next, NotTaken, Session, SmallSession};
 pub use transmit::{Contents, EFFECTS, Effect, Output, Rig, Scratch, Transmit};

@@ -18,7 +18,7 @@
 //!
 //! fn run(board: &mut impl Board) -> ! {
 //!     let machine = DeviceMachine::new(Options::of(Hi { motor_count: 4, ..Options::default().hi() }));
-//!     let mut session = Session::new(machine, Patience::default());
+//!     let mut session: Session = Session::new(machine, Patience::default());
 //!     let mut bytes = [0; 256];
 //!     session.link_up();
 //!     loop {
@@ -52,7 +52,7 @@ use super::event::{Event, Store};
 use super::input::Input;
 use super::machine::DeviceMachine;
 use super::transmit::{EFFECTS, Effect, Rig, Transmit};
-use crate::frame::{Dmc, Frame, MAX_FRAME};
+use crate::frame::{Dmc, Frame, MAX_FRAME, SMALL_FRAME};
 use crate::message::{AckCode, FrameNumber, HostMessage, Motor, Motors, Triggers};
 
 pub use motion_core::session::NotTaken;
@@ -97,17 +97,24 @@ impl Held {
     }
 }
 
-/// Stream of the frames of a host, which takes pieces of 512 bytes.
-type Link = session::Link<Dmc, { 2 * MAX_FRAME + 511 }>;
+/// Stream of the frames of a host.
+type Link<const N: usize, const CAP: usize> = session::Link<Dmc<CAP>, N>;
 
-/// Device with its stream buffer.
-pub struct Session {
+/// Device with a stream buffer of `N` bytes, for frames of up to `CAP` bytes. `N` is at least twice `CAP`. The checksums take
+/// twice the memory of the buffer.
+///
+/// By default it takes pieces of 512 bytes. For small memory there is [`SmallSession`].
+pub struct Session<const N: usize = { 2 * MAX_FRAME + 511 }, const CAP: usize = MAX_FRAME> {
     machine: DeviceMachine,
-    link: Link,
+    link: Link<N, CAP>,
     agenda: Agenda<Input<'static>, Held, EFFECTS>,
 }
 
-impl Session {
+/// Device for small memory: it takes frames of up to [`SMALL_FRAME`] bytes, which every device has to take, in pieces of 64
+/// bytes.
+pub type SmallSession = Session<{ 2 * SMALL_FRAME + 63 }, SMALL_FRAME>;
+
+impl<const N: usize, const CAP: usize> Session<N, CAP> {
     /// Makes a session without a line, of this machine. A frame has to be whole in time, as `patience` says.
     #[must_use]
     pub const fn new(machine: DeviceMachine, patience: Patience) -> Self {
@@ -186,7 +193,7 @@ impl Session {
     }
 }
 
-impl session::Session for Session {
+impl<const N: usize, const CAP: usize> session::Session for Session<N, CAP> {
     type Source<'s> = dyn Rig + Sync + 's;
     type Line = ();
     type Destination = ();
@@ -227,10 +234,10 @@ impl session::Session for Session {
     }
 }
 
-session_link! { impl<> Session: DeviceMachine, Link }
+session_link! { impl<const N: usize, const CAP: usize> Session<N, CAP>: DeviceMachine, Link<N, CAP> }
 
 session_methods! {
-    impl<> Session as Input, see Input;
+    impl<const N: usize, const CAP: usize> Session<N, CAP> as Input, see Input;
     stop_all {
         /// The emergency stop was pressed (`true`) or released.
         EmergencyStop emergency_stop(pressed: bool) => (pressed);

@@ -134,8 +134,11 @@ impl<const CAP: usize> Framing for Strict<CAP> {
 
 /// Stream of packets as a master reads them, in a buffer of `N` bytes, at least twice [`MAX_FRAME`].
 ///
-/// For a node, or for other limits, name the framing: `motion_core::stream::Frames<Strict, 84>`.
+/// For a node there are [`NodeFrames`]. For other limits, name the framing: `motion_core::stream::Frames<Hoot<255>, 530>`.
 pub type Frames<const N: usize = { 2 * MAX_FRAME }> = stream::Frames<Hoot, N>;
+
+/// Stream of packets as a node reads them, in a buffer of 84 bytes.
+pub type NodeFrames = stream::Frames<Strict, { 2 * MAX_FRAME }>;
 
 /// Time that a packet gets in a session: that of its bytes on a slow line, and the time after which firmware drops a packet
 /// that is cut off.

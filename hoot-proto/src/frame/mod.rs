@@ -20,7 +20,7 @@ use core::cmp::Ordering;
 use core::fmt;
 
 pub(crate) use framing::PATIENCE;
-pub use framing::{Frames, Hoot, Requests, Strict};
+pub use framing::{Frames, Hoot, NodeFrames, Requests, Strict};
 use motion_core::lint::Lints;
 use motion_core::unit;
 use motion_core::wire::{DecodeError, EncodeError, Envelope};

@@ -30,6 +30,8 @@ pub struct PrefixSums<const N: usize> {
     to: usize,
     /// Bytes of checks that may still fail before the sums are used.
     budget: usize,
+    /// Whether the first budget was given. An empty memory is all zero.
+    has_begun: bool,
     /// Position before which all bytes have added to the budget.
     paid: usize,
     work: usize,
@@ -61,7 +63,8 @@ impl<const N: usize> PrefixSums<N> {
 
     /// Adds to the budget for the bytes before `at`.
     fn earn(&mut self, at: usize) {
-        let earned = at.saturating_sub(self.paid).saturating_mul(CREDIT);
+        let first = if core::mem::replace(&mut self.has_begun, true) { 0 } else { FIRST_BUDGET };
+        let earned = at.saturating_sub(self.paid).saturating_mul(CREDIT).saturating_add(first);
         self.budget = self.budget.saturating_add(earned).min(N.saturating_mul(CREDIT));
         self.paid = self.paid.max(at);
     }
@@ -96,7 +99,7 @@ fn add(a: u8, b: u8) -> u8 {
 }
 
 impl<const N: usize> Memo for PrefixSums<N> {
-    const NEW: Self = Self { before: [[0; 2]; N], last: [0; 2], to: 0, paid: 0, budget: FIRST_BUDGET, work: 0 };
+    const NEW: Self = Self { before: [[0; 2]; N], last: [0; 2], to: 0, budget: 0, has_begun: false, paid: 0, work: 0 };
 
     #[inline]
     fn is_sound(frame: &[u8]) -> bool {
@@ -167,7 +170,7 @@ mod tests {
         let stream = bytes(1000);
         let mut sound = 0;
         for budget in [0, 40, usize::MAX] {
-            let mut memo = PrefixSums::<N> { budget, ..PrefixSums::NEW };
+            let mut memo = PrefixSums::<N> { budget, has_begun: true, ..PrefixSums::NEW };
             let mut dropped = 0;
             for (step, start) in (0..stream.len() - N).step_by(3).enumerate() {
                 let len = 1 + step * 7 % 70;

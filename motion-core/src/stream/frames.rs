@@ -18,8 +18,8 @@ pub struct Frames<F: Framing, const N: usize> {
     start: usize,
     /// Position of the first byte that is not filled.
     end: usize,
-    /// Position up to which the buffer must be filled before another look can find something new.
-    wake: usize,
+    /// Position up to which the buffer was looked at in vain. Only with more bytes another look can find something new.
+    seen: usize,
     /// Position of the last gap. A frame before the gap gets no byte from after it.
     gap: usize,
     /// Number of bytes to come that are known to be noise, and why the run of noise began.
@@ -47,7 +47,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
     /// Number of bytes that [`push`](Self::push) always takes after [`next`](Self::next) has returned `None`.
     pub const PIECE: usize = N.saturating_sub(F::MAX.saturating_mul(2)).saturating_add(1);
 
-    /// An empty buffer at the start of a stream.
+    /// An empty buffer at the start of a stream. All its bytes are zero, so that a static buffer takes no flash.
     #[must_use]
     pub const fn new() -> Self {
         const { assert!(N >= F::MAX.saturating_mul(2), "the buffer must hold twice the longest frame") }
@@ -55,7 +55,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
             buf: [0; N],
             start: 0,
             end: 0,
-            wake: 1,
+            seen: 0,
             gap: 0,
             skip: (0, Noise::NoMarker),
             episode: false,
@@ -141,7 +141,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         if self.held() == 0 {
             self.skip.0 = 0;
         } else {
-            self.wake = 0;
+            self.seen = 0;
         }
     }
 
@@ -152,7 +152,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
     pub fn give_up(&mut self) {
         if self.held() > 0 {
             self.gap = self.gap.max(self.start.saturating_add(1));
-            self.wake = 0;
+            self.seen = 0;
         }
     }
 
@@ -162,7 +162,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
     /// It holds after [`next`](Self::next) has returned `None`.
     #[must_use]
     pub const fn needed(&self) -> usize {
-        if self.held() == 0 { 0 } else { self.wake.saturating_sub(self.start) }
+        if self.held() == 0 { 0 } else { self.seen.saturating_add(1).saturating_sub(self.start) }
     }
 
     /// Continues after a fatal error: fatal errors become noise, until the next valid frame.
@@ -178,7 +178,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
     pub fn reset(&mut self) {
         self.start = self.end;
         self.move_down();
-        self.wake = 1;
+        self.seen = 0;
         self.skip.0 = 0;
         self.episode = false;
         self.resync = false;
@@ -188,7 +188,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
     #[inline]
     #[expect(clippy::should_implement_trait, reason = "an iterator cannot lend from itself")]
     pub fn next(&mut self) -> Option<Item<'_, F::Frame<'_>, F::Header>> {
-        if self.end < self.wake { None } else { self.look() }
+        if self.end <= self.seen { None } else { self.look() }
     }
 
     /// The part of [`next`](Self::next) after the check that there are new bytes.
@@ -213,11 +213,11 @@ impl<F: Framing, const N: usize> Frames<F, N> {
                 self.episode = false;
                 self.resync = false;
                 self.start = from.wrapping_add(len);
-                self.wake = self.start.wrapping_add(1);
+                self.seen = self.start;
                 Some(item)
             }
             Head::Total(need) | Head::More(need) if need > bytes.len() && need <= F::MAX && !self.cut_off() => {
-                self.wake = from.wrapping_add(need);
+                self.seen = from.wrapping_add(need).wrapping_sub(1);
                 None
             }
             _ => self.look_closely(),
@@ -235,7 +235,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
                 Some(Item::Noise { bytes: self.take(run), why })
             }
             Found::Open(need) => {
-                self.wake = self.start.saturating_add(need);
+                self.seen = self.start.saturating_add(need).saturating_sub(1);
                 None
             }
             Found::Fatal(why) => Some(Item::Fatal(why)),
@@ -324,7 +324,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
     fn take(&mut self, len: usize) -> &[u8] {
         let from = self.start;
         self.start = from.saturating_add(len).min(self.end);
-        self.wake = self.start.saturating_add(1);
+        self.seen = self.start;
         self.buf.get(from..self.start).unwrap_or_default()
     }
 
@@ -353,7 +353,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         self.work = self.work.wrapping_add(held);
         self.memo.shift(start);
         self.gap = self.gap.saturating_sub(start);
-        self.wake = self.wake.saturating_sub(start);
+        self.seen = self.seen.saturating_sub(start);
         self.start = 0;
         self.end = held;
     }

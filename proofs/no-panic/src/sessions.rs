@@ -179,7 +179,7 @@ fn dmc_device(input: &[u8], out: &mut dyn Write) -> fmt::Result {
 
     let [motors, capabilities] = first(input);
     let hi = Hi { motor_count: motors, capabilities: u32::from(capabilities).into(), ..Options::default().hi() };
-    let mut session = Session::new(DeviceMachine::new(Options::of(hi)), Patience::default());
+    let mut session: Session = Session::new(DeviceMachine::new(Options::of(hi)), Patience::default());
     let (mut now, mut room) = (Millis(0), [0; ROOM]);
     for bytes in input.chunks(48) {
         let [what, gap, a, b, ..] = first::<48>(bytes);
