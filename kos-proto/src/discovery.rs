@@ -218,6 +218,21 @@ pub enum Event {
     },
 }
 
+motion_core::display! {
+    Event {
+        Found(device) => "found {device}";
+        Changed(device) => "changed: {device}";
+        NoRoom(device) => "no room for {device}";
+        Asked { source, .. } => "{source} asks which devices are there";
+    }
+}
+
+impl fmt::Display for Announced {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} at {}", self.info.device_type, self.address())
+    }
+}
+
 impl<const N: usize> Devices<N> {
     /// Advances the table: forgets devices that were silent for too long, then stores the announced one.
     pub fn step(self, now: Millis, input: Input<'_>) -> (Self, Output<N>) {

@@ -8,3 +8,10 @@ pub enum Transport {
     /// Reports over USB. The password never locks them (decision K-U7).
     Usb,
 }
+
+motion_core::display! {
+    Transport {
+        Tcp => "TCP";
+        Usb => "USB";
+    }
+}

@@ -30,7 +30,7 @@ pub enum NotTaken {
     #[error("{WISHES} commands wait in the session: poll it first")]
     Full,
     /// A command with this token has not ended.
-    #[error("the command with token {} has not ended: choose another token", .0.0)]
+    #[error("the command with token {0} has not ended: choose another token")]
     TokenInUse(Token),
     /// The message cannot be written, or is longer than the room that is free for messages of commands.
     #[error("the message cannot be kept: {0}")]

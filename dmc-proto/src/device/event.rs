@@ -1,5 +1,7 @@
 //! Events of a device's machine: what the rig has to do, and what it is told.
 
+use motion_core::display;
+
 use crate::frame::{MessageId, MessageType};
 use crate::message::{FrameNumber, FramesPerSecond, HostMessage, JogSpeed, Motor, Steps, VirtualMotor};
 
@@ -93,6 +95,37 @@ pub enum StopKind {
     Hard,
 }
 
+display! {
+    Event<'_> {
+        Stop(kind) => "stop {kind}";
+        TriggersOff => "switch off all outputs of the uploaded move";
+        Apply(message) => "apply {message}";
+        Store { message, .. } => "store {message}";
+        Move(motor, position) => "move motor {motor} to {position} steps";
+        Jog(motor, speed, position) => "jog motor {motor} at {speed} % towards {position} steps";
+        MoveVirtual(message) => "move virtual motors: {message}";
+        ToFrame(frame) => "go to frame {frame}";
+        JogAll(speed, frame) => "jog all motors of the uploaded move at {speed} frames/s to frame {frame}";
+        Prepare(message) => "prepare {message}";
+        Go => "begin the run or shot";
+        NextPass(from, to) => "begin the next pass, from frame {from} to frame {to}";
+        LastPass => "the pass that runs is the last one";
+        PostRoll => "the run or shot is over";
+        Unlocked => "the device takes requests again";
+        Acknowledgement(id, kind) => "acknowledgement {id} of type {kind} is not answered";
+        UnexpectedReport => "the report does not fit what the rig was told";
+    }
+
+    StopKind {
+        Motor(motor) => "motor {motor}";
+        Virtual(motor) => "virtual motor {motor}";
+        All { silent: false } => "everything";
+        All { silent: true } => "everything, without warnings";
+        Harder => "everything, harder";
+        Hard => "everything, as fast as possible";
+    }
+}
+
 /// Name of a message of an upload that is to be stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Store {
@@ -108,4 +141,22 @@ pub(super) enum Part {
     Axis(Motor),
     Other,
     End,
+}
+
+#[cfg(test)]
+mod tests {
+    use std::string::ToString;
+
+    use super::*;
+
+    #[test]
+    fn an_event_prints_what_the_rig_has_to_do() {
+        assert_eq!(Event::Stop(StopKind::All { silent: true }).to_string(), "stop everything, without warnings");
+        let jog = Event::Jog(Motor(1), JogSpeed::FULL, Steps(-200));
+        assert_eq!(jog.to_string(), "jog motor 1 at 100.00 % towards -200 steps");
+        assert_eq!(
+            Event::NextPass(FrameNumber(1), FrameNumber(24)).to_string(),
+            "begin the next pass, from frame 1 to frame 24"
+        );
+    }
 }

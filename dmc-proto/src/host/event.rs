@@ -1,5 +1,6 @@
 //! Events of a host's machine: what the application is told.
 
+use motion_core::display;
 use motion_core::machine::Token;
 
 use crate::frame::{MessageId, MessageType};
@@ -148,53 +149,69 @@ impl Outcome<'_> {
 }
 
 /// Reason why a command was refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refusal {
     /// There is no link.
+    #[error("there is no link")]
     NotConnected,
     /// The device is not known, or not configured yet.
+    #[error("the device is not known, or not configured yet")]
     NotReady,
     /// Too many requests wait, or another sequence runs, or the request would change which motors take part in it.
+    #[error("the device or the machine is busy with something else")]
     Busy,
     /// A stop is not confirmed yet, and the message would move what has to stop.
     ///
     /// The message may also move all motors while the device may still have a run or a shot that failed. Send a stop of
     /// everything then, and try again after [`Event::Stopped`] (decision D-97).
+    #[error("a stop is not confirmed yet, or has to come first")]
     Stopping,
     /// The command does not fit the state of the machine: no run is armed, or the device is greeted or configured already.
+    #[error("the command does not fit the state of the machine")]
     Unexpected,
     /// The message does not fit the command: it belongs to a sequence, it begins none, or it is an acknowledgement.
+    #[error("the message does not fit the command")]
     Misplaced,
     /// The message would move this motor, and no `MotorConfigure` with these flags was acknowledged on this link. Devices
     /// acknowledge such a move, and do not move the motor (decision D-76).
+    #[error("motor {0} was not configured with the flags {1}")]
     NotConfigured(Motor, MotorFlags),
     /// The message moves all motors of the uploaded move, this motor is none of them, and no `MotorConfigure` without the
     /// flag enabled was acknowledged for it on this link. Some devices give such a motor a path of zeros, and move it to 0
     /// (decision D-84).
+    #[error("motor {0} is not in the uploaded move, and was not switched off")]
     NotInMove(Motor),
     /// The message moves motors along the uploaded move, and the last upload of this host did not come to its end: a device
     /// that refused or lost its begin still has the move before (decision D-90). Upload the move again.
+    #[error("the last upload did not come to its end")]
     MoveUnknown,
     /// The device would answer with this code, going by its greeting. Nothing was sent.
+    #[error("the device would answer {0}")]
     WouldBeRefused(AckCode),
     /// The device answered with this code.
+    #[error("the device answered {0}")]
     Device(AckCode),
 }
 
 /// Something that ended a command other than its answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum Failure {
     /// No answer came to a question, after three tries.
+    #[error("no answer")]
     NoAnswer,
     /// A stop called the command off.
+    #[error("a stop called the command off")]
     Stopped,
     /// The device stopped everything hard.
+    #[error("the device stopped everything hard")]
     HardStop,
     /// The device was reset.
+    #[error("the device was reset")]
     DeviceReset,
     /// The link is gone.
+    #[error("the link is gone")]
     LinkDown,
 }
 
@@ -211,6 +228,47 @@ pub enum StopTarget {
     All,
     /// Everything, without warnings of the device.
     AllSilent,
+}
+
+display! {
+    Event<'_> {
+        Greeted(hi) => "the device answered the greeting: {}", hi.name;
+        Silent => "the device does not answer the greeting";
+        Ready { reconnected: false } => "everything can be sent";
+        Ready { reconnected: true } => "everything can be sent again, after the link or the device was lost";
+        LinkDown => "the link is gone";
+        DeviceReset => "the device was reset";
+        Ended { token, outcome } => "command {token}: {outcome}";
+        NextSection { token, .. } => "command {token}: the upload wants its next section";
+        SectionNotWanted => "no upload asked for the section";
+        Armed(token) => "command {token}: waits for the signal to start";
+        Started(token) => "command {token}: started";
+        PassEnded(token) => "command {token}: a pass of the loop is over";
+        Stopped(target) => "the stop of {target} is confirmed";
+        StopNotConfirmed(target) => "the stop of {target} is not confirmed: press the emergency stop";
+        HardStop(reason, Some(motor)) => "the device stopped everything hard because of motor {motor}: {reason}";
+        HardStop(reason, None) => "the device stopped everything hard: {reason}";
+        Moving(motors) => "these motors move: {motors}";
+        Unsolicited(id, message) => "message {id} answers nothing: {message}";
+        Malformed(id, kind) => "message {id} of type {kind} is cut short";
+        Corrupt => "a frame with a wrong checksum arrived";
+    }
+
+    Outcome<'_> {
+        Done(None) => "done";
+        Done(Some(answer)) => "done: {answer}";
+        Sent => "sent";
+        Refused(refusal) => "refused: {refusal}";
+        Failed(failure) => "failed: {failure}";
+        NotConfirmed => "not confirmed";
+    }
+
+    StopTarget {
+        Motor(motor) => "motor {motor}";
+        Virtual(motor) => "virtual motor {motor}";
+        All => "everything";
+        AllSilent => "everything, without warnings";
+    }
 }
 
 impl StopTarget {
@@ -242,5 +300,37 @@ impl From<StopTarget> for HostMessage<'static> {
             StopTarget::All => MotorStopAll { flags: None, tail: &[] }.into(),
             StopTarget::AllSilent => MotorStopAll { flags: Some(StopFlags::SILENT), tail: &[] }.into(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::string::ToString;
+
+    use super::*;
+
+    #[test]
+    fn a_command_prints_how_it_ended_and_why() {
+        let text = |outcome| Event::Ended { token: Token(7), outcome }.to_string();
+        assert_eq!(text(Outcome::Failed(Failure::NoAnswer)), "command 7: failed: no answer");
+        assert_eq!(
+            text(Outcome::Refused(Refusal::Device(AckCode::ERR_RANGE))),
+            "command 7: refused: the device answered ERR_RANGE"
+        );
+        let refusal = Refusal::NotConfigured(Motor(2), MotorFlags::ENABLED);
+        assert_eq!(refusal.to_string(), "motor 2 was not configured with the flags ENABLED");
+        let answer = DeviceMessage::from(crate::message::MotorStatus { motor_status: Motors(5), ..Default::default() });
+        assert_eq!(
+            text(Outcome::Done(Some(answer))),
+            "command 7: done: MotorStatus { motor_status: 1+3, dmx_status: no }"
+        );
+    }
+
+    #[test]
+    fn a_stop_prints_what_stops() {
+        let event = Event::StopNotConfirmed(StopTarget::All);
+        assert_eq!(event.to_string(), "the stop of everything is not confirmed: press the emergency stop");
+        let event = Event::HardStop(StopReason::UPPER_LIMIT, Some(Motor(3)));
+        assert_eq!(event.to_string(), "the device stopped everything hard because of motor 3: UPPER_LIMIT");
     }
 }

@@ -1,6 +1,6 @@
 //! Events of a node: what the rig has to do, and what it is told.
 
-use motion_core::states;
+use motion_core::{display, states};
 
 use crate::frame::Address;
 use crate::message::{Direction, HostMessage, Microstep, Motor, StepCount, Steps, StepsPerSecond};
@@ -157,4 +157,64 @@ pub enum Ignored {
     Unknown,
     /// A command that firmware carries out without an answer: the speed of runs in joystick mode.
     Silent,
+}
+
+display! {
+    Event<'_> {
+        Motor { motor, motion } => "motor {motor}: {motion}";
+        Camera { focus: false, shutter: false } => "release focus and shutter";
+        Camera { focus: true, shutter: false } => "hold the focus, release the shutter";
+        Camera { focus: false, shutter: true } => "release the focus, hold the shutter";
+        Camera { focus: true, shutter: true } => "hold focus and shutter";
+        AltOut { on: false } => "switch the auxiliary output off";
+        AltOut { on: true } => "switch the auxiliary output on";
+        CommonLine => "tell the other nodes that the next picture comes";
+        DebugLed => "switch the lamp for debugging";
+        Program(state) => "the planned move has the state {state}";
+        Set(part) => "a setting of {part} was written";
+        Address(address) => "the node has the address {address}";
+        Ignored { to, message, why, .. } => "{message} for address {to} is not answered: {why}";
+        Noise => "bytes arrived that are no packet";
+    }
+
+    Motion {
+        Stop => "stop at once";
+        By { direction, steps } => "move by {steps} steps in direction {direction}";
+        To(position) => "move to {position} steps";
+        Run { direction, speed } => "run at {speed} steps/s in direction {direction}";
+        Speed(speed) => "go on at {speed} steps/s";
+        Along { elapsed, .. } => "follow a plan from {elapsed} ms on";
+        Microstep(microstep) => "count in microsteps of {microstep}";
+        Rebase { by } => "subtract {by} steps from all positions";
+        Power(false) => "take the current away";
+        Power(true) => "give the motor current";
+    }
+
+    Part {
+        Controller => "the controller";
+        Motor(motor) => "motor {motor}";
+        Camera => "the camera";
+    }
+
+    Ignored {
+        Noop => "command 0 is never answered";
+        Broadcast => "there is no such broadcast";
+        Unknown => "the node does not have the command";
+        Silent => "the command is carried out without an answer";
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::string::ToString;
+
+    use super::*;
+
+    #[test]
+    fn an_event_prints_what_the_rig_has_to_do() {
+        let motion = Motion::By { direction: Direction(1), steps: StepCount(5) };
+        assert_eq!(Event::Motor { motor: Motor::Two, motion }.to_string(), "motor 2: move by 5 steps in direction 1");
+        assert_eq!(Event::Camera { focus: true, shutter: false }.to_string(), "hold the focus, release the shutter");
+        assert_eq!(Event::Set(Part::Motor(Motor::One)).to_string(), "a setting of motor 1 was written");
+    }
 }

@@ -1,5 +1,7 @@
 //! Inputs of a node: what arrived, what the rig reports, and what people at the node want.
 
+use motion_core::display;
+
 use crate::frame::{Address, Frame};
 use crate::message::{Amperes, HostMessage, Level, Motor, RingTip, Steps, Volts};
 
@@ -34,6 +36,19 @@ pub enum Contact {
     Ring,
     /// The tip.
     Tip,
+}
+
+display! {
+    Port {
+        Bus => "bus";
+        Usb => "USB";
+        Bluetooth => "Bluetooth";
+    }
+
+    Contact {
+        Ring => "ring";
+        Tip => "tip";
+    }
 }
 
 /// Something that happened to a node.

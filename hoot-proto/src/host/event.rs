@@ -1,5 +1,6 @@
 //! Events of a master: how commands ended, and what else happened.
 
+use motion_core::display;
 use motion_core::machine::Token;
 use motion_core::wire::{EncodeError, Purpose};
 
@@ -83,6 +84,38 @@ pub enum StopTarget {
     Motor(Address, Motor),
 }
 
+display! {
+    Event<'_> {
+        Ready { reconnected: false } => "everything can be sent";
+        Ready { reconnected: true } => "everything can be sent again, after the line was down";
+        LinkDown => "the line is down";
+        Ended { token, outcome } => "command {token}: {outcome}";
+        Unsolicited(reply) => "a reply that answers nothing: {reply}";
+        Overheard { to, message } => "a packet for address {to}: {message}";
+        Noise => "bytes arrived that are no packet";
+        KeepAliveLost { to } => "node {to} did not answer a keep-alive";
+        Stopping => "an emergency stop began or was repeated";
+        Stopped(target) => "the stop of {target} is confirmed";
+        StopNotConfirmed(target) => "the stop of {target} is not confirmed: cut the power";
+    }
+
+    StopTarget {
+        All => "all nodes";
+        Node(to) => "node {to}";
+        Motor(to, motor) => "motor {motor} of node {to}";
+    }
+
+    Outcome<'_> {
+        Done(Reply { data: [], .. }) => "done";
+        Done(reply) => "done: {reply}";
+        Sent => "sent";
+        Applied => "applied";
+        Refused(refusal) => "refused: {refusal}";
+        Failed(failure) => "failed: {failure}";
+        NotConfirmed => "not confirmed";
+    }
+}
+
 impl StopTarget {
     /// Target of a stop that is sent to this address.
     pub(super) fn of(to: Address, stop: &HostMessage<'_>) -> Self {
@@ -140,36 +173,72 @@ impl Outcome<'_> {
 }
 
 /// Why a command was refused.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refusal {
     /// The line is down.
+    #[error("the line is down")]
     NotConnected,
     /// There is no room for more: as many commands wait as the machine can hold.
+    #[error("too many commands wait")]
     Busy,
     /// An emergency stop is under way.
+    #[error("an emergency stop is under way")]
     Stopping,
     /// A bridge does not pass the message on (safety decision 4). Instead of a broadcast stop, each listed node is stopped
     /// (decision H-20).
+    #[error("a bridge does not pass the message on")]
     Bridge,
     /// The message cannot go to this address: broadcasts go to 1, everything else to 2 to 255.
+    #[error("the message cannot go to this address")]
     Address,
     /// The message cannot be written, or [`lint`](crate::lint) finds an error in it.
+    #[error("the message is not valid: {0}")]
     Invalid(EncodeError),
     /// The node refused with this response code. It does not say why.
+    #[error("the node refused with response code {0}")]
     Device(ResponseCode),
 }
 
 /// Why a command failed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum Failure {
     /// No answer came in time to a message that only asks.
+    #[error("no answer")]
     NoAnswer,
     /// A stop removed the command before it was sent, or ended the wait for the answer of a query.
+    #[error("a stop called the command off")]
     Stopped,
     /// A newer command took its place before it was sent: another speed of the same motor, or the same stop.
+    #[error("a newer command took its place")]
     Superseded,
     /// The line went down before the command was sent, or before the answer of a query came.
+    #[error("the line went down")]
     LinkDown,
+}
+
+#[cfg(test)]
+mod tests {
+    use std::string::ToString;
+
+    use super::*;
+
+    #[test]
+    fn a_command_prints_how_it_ended_and_why() {
+        let text = |outcome| Event::Ended { token: Token(7), outcome }.to_string();
+        assert_eq!(text(Outcome::Done(Reply::OK)), "command 7: done");
+        assert_eq!(
+            text(Outcome::Refused(Refusal::Device(ResponseCode::ERROR))),
+            "command 7: refused: the node refused with response code ERROR"
+        );
+        let done = Outcome::Done(Reply { code: ResponseCode::OK, data: &[0, 4] });
+        assert_eq!(text(done), "command 7: done: Reply { response_code: OK, value_type: BYTE, value: 4 }");
+    }
+
+    #[test]
+    fn a_stop_prints_what_stops() {
+        let event = Event::Stopped(StopTarget::Motor(Address(3), Motor::Two));
+        assert_eq!(event.to_string(), "the stop of motor 2 of node 3 is confirmed");
+    }
 }

@@ -1,5 +1,6 @@
 //! Events of a device machine: what the rig has to do, or should know.
 
+use motion_core::display;
 use motion_core::wire::{DecodeError, Password};
 
 use super::session::{DisconnectReason, SessionId};
@@ -137,4 +138,60 @@ pub enum Ignored {
     Report,
     /// The device starts anew.
     Off,
+}
+
+display! {
+    Event<'_> {
+        Move { motor, to, speed, .. } => "move motor {motor} to {to} rotations at {speed} rotations/s";
+        StopMotor { motor, .. } => "stop motor {motor}";
+        StopAll => "stop everything, and close the shutter";
+        Home { way: Direction::Forward, .. } => "send the motors to where the move begins";
+        Home { way: Direction::Reverse, .. } => "send the motors to where the move ends";
+        Play { way, millis } => "play the move {way} in {millis} ms";
+        MoveToFrame { frame, last } => "go to place {frame} of {last}";
+        OpenShutter { millis } => "open the shutter for {millis} ms";
+        MoveOver => "the move is over";
+        Leds { master, slave } => "switch the lamps: device {master}, slave {slave}";
+        StorePassword(_) => "store the password";
+        StoreTrajectory(_) => "store the move";
+        BadTrajectory(error) => "the move that arrived cannot be played: {error}";
+        StorePlatform(platform) => "store platform {platform}";
+        Disconnect { session, reason } => "close connection {session}: {reason}";
+        Reboot => "start the device anew";
+        Ignored(why) => "ignored: {why}";
+    }
+
+    Ignored {
+        Locked(session) => "connection {session} is locked";
+        WrongPassword(session) => "the password of connection {session} is wrong";
+        Malformed(session, error) => "a message on connection {session} is malformed: {error}";
+        Unsupported(session) => "the device does not know a message on connection {session}, or a value in it";
+        NotForDevices(session) => "a message on connection {session} is one that only devices send";
+        NoSession(session) => "there is no connection {session}";
+        Datagram => "the datagram is no question for devices";
+        Report => "the report of the rig cannot be";
+        Off => "the device starts anew";
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::string::ToString;
+
+    use super::*;
+
+    #[test]
+    fn an_event_prints_what_the_rig_has_to_do() {
+        let text = |event: Event<'_>| event.to_string();
+        assert_eq!(text(Event::Play { way: Direction::Forward, millis: 1500 }), "play the move forward in 1500 ms");
+        let close = Event::Disconnect { session: SessionId(2), reason: DisconnectReason::Silence };
+        assert_eq!(text(close), "close connection 2: the client was silent for too long");
+        let wrong = Event::Ignored(Ignored::WrongPassword(SessionId(1)));
+        assert_eq!(text(wrong), "ignored: the password of connection 1 is wrong");
+    }
+
+    #[test]
+    fn no_event_prints_a_password() {
+        assert_eq!(Event::StorePassword(Password(b"secret")).to_string(), "store the password");
+    }
 }

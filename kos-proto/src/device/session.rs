@@ -1,8 +1,10 @@
 //! Sessions of a device: which clients are connected, unlocked, or silent for too long (kOS 7.1).
 
-use motion_core::states;
+use core::fmt;
+
 use motion_core::time::Millis;
 use motion_core::wire::{Password, Text16};
+use motion_core::{display, states};
 
 use super::options::{Options, Quirks};
 use crate::transport::Transport;
@@ -17,6 +19,12 @@ pub struct SessionId(pub u8);
 impl SessionId {
     /// All numbers that there can be.
     pub const ALL: [Self; SESSIONS] = [Self(0), Self(1), Self(2), Self(3)];
+}
+
+impl fmt::Display for SessionId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
 }
 
 /// Set of connections.
@@ -91,6 +99,15 @@ pub enum DisconnectReason {
     Reset,
     /// There is no such number: connections are 0 to 3.
     NoRoom,
+}
+
+display! {
+    DisconnectReason {
+        Silence => "the client was silent for too long";
+        Framing => "the bytes from the client are no stream of messages";
+        Reset => "the device starts anew";
+        NoRoom => "there is no connection with this number";
+    }
 }
 
 /// Connection of a client.

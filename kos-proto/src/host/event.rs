@@ -1,7 +1,9 @@
 //! Events of a client machine.
 
-use motion_core::states;
+use core::fmt;
+
 use motion_core::wire::DecodeError;
+use motion_core::{display, states};
 
 use super::Token;
 use super::input::Endpoint;
@@ -161,37 +163,51 @@ impl Outcome<'_> {
 }
 
 /// Reason why a command is refused.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refusal {
     /// There is no connection.
+    #[error("there is no connection")]
     NotConnected,
     /// There is a connection already, or it is being made.
+    #[error("there is a connection already")]
     Connected,
     /// The device is not ready, or locked.
+    #[error("the device is not ready, or locked")]
     NotReady,
     /// A question of this kind, or a calibration, is not answered yet.
+    #[error("a question of this kind, or a calibration, is not answered yet")]
     Busy,
     /// A stop is not confirmed yet.
+    #[error("a stop is not confirmed yet")]
     Stopping,
     /// A move is made ready or runs, or is ready where none may be.
+    #[error("a move is made ready or runs")]
     MoveRuns,
     /// Something moves.
+    #[error("something moves")]
     Moves,
     /// No move is ready.
+    #[error("no move is ready")]
     NoMove,
     /// The device has no such motor.
+    #[error("the device has no such motor")]
     NoMotor,
     /// The begin of the range is not marked.
+    #[error("the begin of the range is not marked")]
     NotMarked,
     /// A number is NaN, infinite, or not positive where it has to be.
+    #[error("a number is NaN, infinite, or not positive where it has to be")]
     Number,
     /// There is no password over USB.
+    #[error("there is no password over USB")]
     NoPassword,
     /// The position is outside the range that the device reported.
+    #[error("the position is outside the range of the motor")]
     Outside,
     /// The device does not know the message that the command needs, and has done nothing. Firmware of another version may
     /// know it.
+    #[error("the device does not know {}", Unknown(Some(*.id), *.action))]
     Unsupported {
         /// Id of the message.
         id: MessageId,
@@ -199,32 +215,43 @@ pub enum Refusal {
         action: Option<ActionId>,
     },
     /// The device refused the command with this error.
+    #[error("the device refused: {0}")]
     Device(ErrorCode),
 }
 
 /// Reason why a command ended before it was done.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum Failure {
     /// No answer came in time.
+    #[error("no answer")]
     NoAnswer,
     /// The device does not know the question.
+    #[error("the device does not know the question")]
     Unsupported,
     /// The answer is cut short.
+    #[error("the answer is cut short")]
     Malformed,
     /// The connection went down.
+    #[error("the connection went down")]
     LinkDown,
     /// A stop ended the motion, from here or from elsewhere.
+    #[error("a stop ended the motion")]
     Stopped,
     /// A later command to the same motor took the place of this one.
+    #[error("a later command to the same motor took its place")]
     Superseded,
     /// The motor went off line.
+    #[error("the motor went off line")]
     MotorOffline,
     /// The device says that the motor has no range.
+    #[error("the device says that the motor has no range")]
     NoRange,
     /// The device began to play the move the other way, and is told to stop.
+    #[error("the device began to play the move the other way")]
     OtherWay,
     /// The device reported this error meanwhile.
+    #[error("the device reported an error: {0}")]
     Device(ErrorCode),
 }
 
@@ -242,6 +269,92 @@ pub enum LinkDownReason {
     Silence,
     /// The application asked for it.
     Asked,
+}
+
+display! {
+    Event<'_> {
+        Connect(endpoint) => "connect to {endpoint}";
+        LinkDown(reason) => "the connection is over: {reason}";
+        Locked { wrong_password: false } => "the device wants a password";
+        Locked { wrong_password: true } => "the password is wrong";
+        Motors => "the motors are known";
+        Ready { reconnected: false, ranges_void: false } => "the device can be used";
+        Ready { reconnected: true, ranges_void: false } => "the device can be used again";
+        Ready { ranges_void: true, .. } => "the device can be used, and is another one than expected";
+        Ended { token, outcome } => "command {token}: {outcome}";
+        Stopped(target) => "the stop of {target} is confirmed";
+        StopNotConfirmed(target) => "the stop of {target} is not confirmed: use the emergency stop";
+        DeadMan => "motors were stopped, because no command came while they were jogged";
+        MotorRests(motor, position) => "motor {motor} rests at {position} rotations";
+        MotorSlow(motor) => "motor {motor} does not rest in time";
+        MotorOnline(motor, true) => "motor {motor} came";
+        MotorOnline(motor, false) => "motor {motor} went";
+        MotorChanged(motor) => "the range of motor {motor} changed";
+        Move(progress) => "{progress}";
+        Inputs(inputs) => "the inputs of the device are {inputs}";
+        Error(code, MotorAddress::ALL) => "the device reported an error: {code}";
+        Error(code, motor) => "the device reported an error of motor {motor}: {code}";
+        Unsupported { id, action, .. } => "the device does not know {}", Unknown(*id, *action);
+        Unsolicited(message) => "a message that answers nothing: {message}";
+        Malformed(id, error) => "message {id}: {error}";
+        Ignored => "the input means nothing at present";
+    }
+
+    StopTarget {
+        All => "everything";
+        Motor(motor) => "motor {motor}";
+    }
+
+    Outcome<'_> {
+        Done(None) => "done";
+        Done(Some(answer)) => "done: {answer}";
+        Sent => "sent";
+        Refused(refusal) => "refused: {refusal}";
+        Failed(failure) => "failed: {failure}";
+        NotConfirmed => "not confirmed";
+    }
+
+    LinkDownReason {
+        Ended => "the device closed the connection, or was never there";
+        Framing => "the bytes from the device are no stream of messages";
+        NoAnswer => "the device did not answer what it is";
+        Silence => "the device was silent for too long";
+        Asked => "the application asked for it";
+    }
+
+    Move {
+        Home => "the motors are where the move begins";
+        Ready => "the move can be played";
+        Slow => "the move takes long to get ready, or to begin";
+        Countdown => "the move waits for its time";
+        PreShoot => "photos before the move are taken";
+        Running(direction) => "the move runs {direction}";
+        Progress { state, elapsed, photos: None } => "the move is at {elapsed}: {state}";
+        Progress { state, elapsed, photos: Some(photos) } => "the move is at {elapsed}, with {photos} photos: {state}";
+        EndReached => "the move is at its end";
+        PostShot => "photos after the move are taken";
+        Finished { requested: false } => "the move is over";
+        Finished { requested: true } => "the move was stopped";
+        Failed(code) => "the move cannot be played, and is stopped: {code}";
+        OtherWay => "the device plays the move the other way, and is told to stop";
+        Refused => "the device refused something else because the move runs";
+        Lost => "the connection is lost, and nobody knows what the move does";
+        Found(state) => "the move was found again in the state {state}";
+        Unexpected(state) => "the device told a state that does not fit: {state}";
+    }
+}
+
+/// Message that the device does not know, as far as it sent it back.
+struct Unknown(Option<MessageId>, Option<ActionId>);
+
+impl fmt::Display for Unknown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self(_, Some(action)) => write!(f, "action {action}"),
+            Self(Some(id), None) => write!(f, "message {id}"),
+            Self(None, None) => f.write_str("a message"),
+        }
+    }
 }
 
 states! {
@@ -330,4 +443,37 @@ pub enum Move {
     Found(MoveState),
     /// The device told a state that does not fit.
     Unexpected(PlaybackState),
+}
+
+#[cfg(test)]
+mod tests {
+    use std::string::ToString;
+
+    use super::*;
+
+    #[test]
+    fn a_command_prints_how_it_ended_and_why() {
+        let text = |outcome| Event::Ended { token: Token(7), outcome }.to_string();
+        let unknown = |action| Outcome::Refused(Refusal::Unsupported { id: MessageId::ACTION, action });
+        assert_eq!(text(unknown(None)), "command 7: refused: the device does not know message ACTION");
+        let action = Some(ActionId::TAKE_PICTURE);
+        assert_eq!(text(unknown(action)), "command 7: refused: the device does not know action TAKE_PICTURE");
+        let failed = Outcome::Failed(Failure::Device(ErrorCode::FAULT));
+        assert_eq!(text(failed), "command 7: failed: the device reported an error: FAULT");
+    }
+
+    #[test]
+    fn an_error_names_its_motor_if_it_has_one() {
+        let text = |motor| Event::Error(ErrorCode::RUNAWAY, motor).to_string();
+        assert_eq!(text(MotorAddress(2)), "the device reported an error of motor 2: RUNAWAY");
+        assert_eq!(text(MotorAddress::ALL), "the device reported an error: RUNAWAY");
+    }
+
+    #[test]
+    fn a_move_prints_its_progress() {
+        let at = |photos| Move::Progress { state: PlaybackState::START_FRAME, elapsed: Normalized(0.5), photos };
+        assert_eq!(Event::Move(at(None)).to_string(), "the move is at 0.5: START_FRAME");
+        assert_eq!(at(Some(Photos(3.0))).to_string(), "the move is at 0.5, with 3.0 photos: START_FRAME");
+        assert_eq!(Move::Running(Direction::Reverse).to_string(), "the move runs in reverse");
+    }
 }

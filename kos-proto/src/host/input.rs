@@ -1,7 +1,7 @@
 //! Inputs of a client machine.
 
-use motion_core::states;
 use motion_core::wire::DecodeError;
+use motion_core::{display, states};
 
 use super::Token;
 use crate::DeviceMessage;
@@ -17,6 +17,13 @@ pub enum Endpoint {
     Tcp(Ipv4),
     /// USB of this computer.
     Usb,
+}
+
+display! {
+    Endpoint {
+        Tcp(address) => "{address}";
+        Usb => "USB";
+    }
 }
 
 impl Endpoint {

@@ -1,7 +1,7 @@
 //! Actions: messages by which a client tells a device to do something.
 
 use motion_core::wire::{Bool, Conduct, Purpose};
-use motion_core::{message, open_enum};
+use motion_core::{display, message, open_enum};
 
 use super::{MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds};
 
@@ -158,6 +158,13 @@ pub enum Direction {
     Forward,
     /// Reverse, from the end of the move.
     Reverse,
+}
+
+display! {
+    Direction {
+        Forward => "forward";
+        Reverse => "in reverse";
+    }
 }
 
 impl Direction {

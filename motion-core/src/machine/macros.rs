@@ -85,6 +85,23 @@ macro_rules! debug {
     )*};
 }
 
+/// Makes the `Display` of enums: a plain text for each variant, whose fields can be used in it.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! display {
+    ($($name:ident $(<$lt:lifetime>)? {
+        $($variant:ident $(($($tuple:tt)*))? $({$($fields:tt)*})? => $text:literal $(, $arg:expr)*;)*
+    })*) => {$(
+        impl core::fmt::Display for $name $(<$lt>)? {
+            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                match self {
+                    $(Self::$variant $(($($tuple)*))? $({$($fields)*})? => write!(f, $text $(, $arg)*),)*
+                }
+            }
+        }
+    )*};
+}
+
 /// Makes a struct of options: private fields, a default and a getter for each, and builders that keep values in range.
 ///
 /// `field with_field: type = default;` takes any value; `, in least..=most` puts values outside the range to its nearest
@@ -189,6 +206,27 @@ mod tests {
             /// Any number, or none.
             every with_every: Option<u64> = None;
         }
+    }
+
+    enum Event {
+        Ready { reconnected: bool },
+        Ended(u8, Option<u8>),
+    }
+
+    display! {
+        Event {
+            Ready { reconnected: false } => "ready";
+            Ready { reconnected: true } => "ready again";
+            Ended(token, None) => "command {token} ended";
+            Ended(token, Some(count)) => "command {token} ended after {} tries", count + 1;
+        }
+    }
+
+    #[test]
+    fn each_variant_prints_its_text_with_its_fields() {
+        let events = [Event::Ready { reconnected: false }, Event::Ready { reconnected: true }, Event::Ended(3, None)];
+        assert_eq!(events.map(|event| event.to_string()), ["ready", "ready again", "command 3 ended"]);
+        assert_eq!(Event::Ended(3, Some(1)).to_string(), "command 3 ended after 2 tries");
     }
 
     #[test]

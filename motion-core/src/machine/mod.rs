@@ -75,6 +75,8 @@
 
 mod macros;
 
+use core::fmt;
+
 use arrayvec::ArrayVec;
 
 use crate::time::Millis;
@@ -85,6 +87,12 @@ use crate::time::Millis;
 /// requests under way with the same token cannot be told apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Token(pub u32);
+
+impl fmt::Display for Token {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
 
 /// State machine of one side of a protocol, or of a part of it.
 pub trait Machine: Sized {

@@ -1,11 +1,18 @@
-//! What the optional features add to every message. The macros stand here in two forms each, so that the tables need
-//! not know which features are on.
+//! Implementations that every message has: how it prints, and what the optional features add. The macros of features stand
+//! here in two forms each, so that the tables need not know which features are on.
 
 /// Names of one message.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __message_features {
     ($lt:lifetime [$self:ty] $name:ident) => {
+        /// Prints `name { field: value unit, .. }`.
+        impl<$lt> core::fmt::Display for $self {
+            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                $crate::wire::print::message(f, stringify!($name), self)
+            }
+        }
+
         $crate::__serde! { $lt [$self] }
         $crate::__defmt! { $lt [$self] $name }
     };

@@ -74,10 +74,13 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
         write!(out, "{device:?} {:?}", output.wake)?;
         for effect in output {
             write!(out, "{effect:?}")?;
-            if let Effect::Transmit(transmit) = effect {
-                let mut scratch = Scratch::default();
-                let source = device::Source { older_dialect: g > 9, ..device::Source::default() };
-                write!(out, "{}", transmit.message(&source, &mut scratch))?;
+            match effect {
+                Effect::Event(event) => write!(out, "{event}")?,
+                Effect::Transmit(transmit) => {
+                    let mut scratch = Scratch::default();
+                    let source = device::Source { older_dialect: g > 9, ..device::Source::default() };
+                    write!(out, "{}", transmit.message(&source, &mut scratch))?;
+                }
             }
         }
         let go = Go {
@@ -128,8 +131,9 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
         write!(out, "{host:?} {:?} {}", output.wake, host.may_move())?;
         for effect in output {
             write!(out, "{effect:?}")?;
-            if let Effect::Transmit(transmit) = effect {
-                write!(out, "{}", transmit.message(&Source::default()))?;
+            match effect {
+                Effect::Event(event) => write!(out, "{event}")?,
+                Effect::Transmit(transmit) => write!(out, "{}", transmit.message(&Source::default()))?,
             }
         }
     }
@@ -177,6 +181,9 @@ fn dmc_host(input: &[u8], out: &mut dyn Write) -> fmt::Result {
             }
         }
         writeln!(out, "{machine:?} {} {output:?}", machine.may_move())?;
+        for event in output.events() {
+            writeln!(out, "{event}")?;
+        }
     }
     Ok(())
 }
@@ -235,7 +242,7 @@ fn dmc_device(input: &[u8], out: &mut dyn Write) -> fmt::Result {
                 Effect::Event(Event::Store { store, .. }) => {
                     writeln!(out, "{:?}", machine.advance(now, Input::Stored(store, AckCode::OK)))?;
                 }
-                Effect::Event(_) => {}
+                Effect::Event(event) => writeln!(out, "{event}")?,
                 Effect::Transmit(transmit) => {
                     writeln!(out, "{}", transmit.message(&Nowhere, &mut Scratch::default()))?;
                 }
@@ -276,6 +283,9 @@ fn hoot(input: &[u8], out: &mut dyn Write) -> fmt::Result {
         };
         let output = node.advance(now, report);
         writeln!(out, "{node:?} {output:?}")?;
+        for event in output.events() {
+            writeln!(out, "{event}")?;
+        }
         for transmit in output.transmits() {
             writeln!(out, "{:?}", transmit.encode_into(&mut [0; 42]).is_ok())?;
         }
@@ -305,6 +315,9 @@ fn hoot(input: &[u8], out: &mut dyn Write) -> fmt::Result {
         };
         let output = master.advance(now, happened);
         writeln!(out, "{master:?} {} {output:?}", master.may_move())?;
+        for event in output.events() {
+            writeln!(out, "{event}")?;
+        }
         for transmit in output.transmits() {
             writeln!(out, "{:?}", transmit.encode_into(&mut [0; 42]).is_ok())?;
         }
