@@ -11,6 +11,7 @@ mod machines {
     mod motors;
     mod playback;
     mod random;
+    mod rest;
     mod rows;
     mod session;
     mod stops;

@@ -59,6 +59,8 @@ pub enum Input<'a> {
         /// The message.
         message: HostMessage<'a>,
     },
+    /// A person at the device wants everything to stop.
+    Stop,
     /// The rig reports what happened to it.
     Rig(Report),
     /// The time of the last wake has come.
@@ -122,7 +124,7 @@ pub enum Report {
     /// A motor rests at this position: where it was sent, or where it was stopped.
     ///
     /// The rig reports it of every motor that was told to move, stop or go home, or to the next place of a move, also if
-    /// the motor did not have to move.
+    /// the motor did not have to move. It may also report it of a motor that is off line, and while the device starts anew.
     Arrived(MotorAddress, Rotations),
     /// A motor cannot get to where the move begins.
     CannotHome(MotorAddress),

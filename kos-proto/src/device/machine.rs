@@ -41,15 +41,17 @@ pub struct DeviceMachine {
     announce: Option<Millis>,
     pub(super) sessions: Table,
     pub(super) drives: Drives,
-    /// Motors that went off line while they moved.
+    /// Motors of which nobody knows whether they rest: they went off line while they moved, or the device started anew.
     pub(super) gone: MotorSet,
     pub(super) playback: Playback,
+    /// Time at which the shutter of a single photo closes.
+    pub(super) shutter: Option<Millis>,
     inputs: AuxInputs,
     leds: (LedMode, LedMode),
     platform: u8,
 }
 
-debug! { DeviceMachine { options on announce sessions drives gone playback inputs leds platform } }
+debug! { DeviceMachine { options on announce sessions drives gone playback shutter inputs leds platform } }
 
 machine! { DeviceMachine }
 
@@ -65,6 +67,7 @@ impl DeviceMachine {
             drives: Drives::new(options.motors()),
             gone: MotorSet::NONE,
             playback: Playback::default(),
+            shutter: None,
             inputs: AuxInputs::default(),
             leds: (LedMode::OFF, LedMode::OFF),
             platform: options.platform(),
@@ -97,6 +100,21 @@ impl DeviceMachine {
     #[must_use]
     pub const fn stored_move(&self) -> Option<&MoveSummary> {
         self.playback.plan()
+    }
+
+    /// Whether anything may move because of what this device was told.
+    ///
+    /// It is yes while a move runs or waits for its time, while the shutter is open for a photo, and until the rig reported
+    /// of each motor that was sent or stopped by hand that it rests. It stays yes when such a motor goes off line, and when
+    /// the device starts anew.
+    #[must_use]
+    pub fn may_move(&self) -> bool {
+        self.playback.state().runs() || !self.moving().is_empty() || self.shutter.is_some()
+    }
+
+    /// Motors that are not known to rest.
+    fn moving(&self) -> MotorSet {
+        self.drives.moving().with(self.playback.travelling()).with(self.gone)
     }
 
     /// Motor, if it is there.
@@ -204,7 +222,7 @@ impl DeviceMachine {
                 }
             }
             HostMessage::RapidToFirstKeyFrame(_) => self.playback.rapid(now, output, rig),
-            HostMessage::TakePicture(message) => self.take_picture(output, message.exposure),
+            HostMessage::TakePicture(message) => self.take_picture(now, output, message.exposure),
             HostMessage::SetPositionSpeedAcceleration(message) => {
                 let pace = (message.speed, message.acceleration);
                 let target = |drive: &Drive, clamps| drive.target(message.position, clamps);
@@ -291,7 +309,7 @@ impl DeviceMachine {
             output.event(Event::Disconnect { session, reason: DisconnectReason::Reset });
         }
         output.event(Event::Reboot);
-        *self = Self { platform: self.platform, ..Self::new(self.options) };
+        *self = Self { platform: self.platform, gone: self.moving(), ..Self::new(self.options) };
     }
 
     /// Closes a connection, after what its client moved by hand is stopped.
@@ -331,6 +349,7 @@ impl DeviceMachine {
             Report::Started => {
                 self.on = true;
                 self.announce = Some(now);
+                self.stop_again(output);
             }
             Report::At(motor, position) | Report::Arrived(motor, position) => {
                 let Some(drive) = self.drives.get_mut(motor).filter(|_| position.0.is_finite()) else {
@@ -361,6 +380,7 @@ impl DeviceMachine {
         for session in self.sessions.silent(now).iter() {
             self.disconnect(now, output, session, DisconnectReason::Silence);
         }
+        self.shutter = self.shutter.filter(|closes| *closes > now);
         let pushed = self.sessions.push(now, &self.options);
         output.transmit(Destination::Sessions(pushed), Contents::NetworkInfo);
         if self.link() == Link::Advertising && self.announce.is_some_and(|announce| announce <= now) {
@@ -374,7 +394,7 @@ impl DeviceMachine {
 
     fn deadline(&self) -> Option<Millis> {
         let announce = self.announce.filter(|_| self.link() == Link::Advertising);
-        [announce, self.sessions.deadline(), self.playback.deadline()].into_iter().flatten().min()
+        [announce, self.sessions.deadline(), self.playback.deadline(), self.shutter].into_iter().flatten().min()
     }
 
     fn run<'a>(&mut self, now: Millis, output: &mut Output<'a>, input: Input<'a>) {
@@ -392,7 +412,11 @@ impl DeviceMachine {
     fn take<'a>(&mut self, now: Millis, output: &mut Effects<'_, 'a>, input: Input<'a>) {
         match input {
             Input::Rig(Report::Started) => self.report(now, output, Report::Started),
+            Input::Stop => self.stop_all(now, output),
             Input::Wake => {}
+            Input::Rig(Report::Arrived(motor, position)) if self.gone.contains(motor) && position.0.is_finite() => {
+                self.gone.remove(motor);
+            }
             _ if !self.on => output.ignore(Ignored::Off),
             Input::LinkUp { session, transport, password } => {
                 self.close(now, output, session);

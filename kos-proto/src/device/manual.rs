@@ -25,6 +25,7 @@ impl DeviceMachine {
     /// Stops everything, in every state: tells that all is over, and where the motors rest (safety decision 8).
     pub(super) fn stop_all(&mut self, now: Millis, output: &mut Effects<'_, '_>) {
         output.event(Event::StopAll);
+        self.shutter = None;
         let (travelling, waiting) = (self.playback.travelling(), self.waiting(output));
         self.playback.full_stop(now, output, Rig::of(&self.drives, &self.options));
         for (motor, drive) in self.drives.iter_mut() {
@@ -150,11 +151,13 @@ impl DeviceMachine {
     }
 
     /// Takes one photo. It is refused while a move runs, which takes its own.
-    pub(super) fn take_picture(&mut self, output: &mut Effects<'_, '_>, exposure: Seconds) {
+    pub(super) fn take_picture(&mut self, now: Millis, output: &mut Effects<'_, '_>, exposure: Seconds) {
         if self.playback.state().runs() || !exposure.0.is_finite() || exposure.0 < 0.0 {
             return output.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);
         }
-        output.event(Event::OpenShutter { millis: millis(exposure) });
+        let millis = millis(exposure);
+        output.event(Event::OpenShutter { millis });
+        self.shutter = self.shutter.max(Some(now.after(millis.max(1))));
     }
 
     /// Takes the report that a motor rests.
@@ -174,6 +177,7 @@ impl DeviceMachine {
     /// Stops everything because the move fails.
     pub(super) fn fail(&mut self, now: Millis, output: &mut Effects<'_, '_>, code: ErrorCode, motor: MotorAddress) {
         output.event(Event::StopAll);
+        self.shutter = None;
         output.tell_error(code, motor);
         let travelling = self.playback.travelling();
         for (_, drive) in self.drives.iter_mut().filter(|&(motor, _)| travelling.contains(motor)) {
@@ -213,13 +217,18 @@ impl DeviceMachine {
             self.gone.insert(motor);
         }
         self.drives.set_online(motor, online);
-        if let Some(drive) = self.drives.get_mut(motor).filter(|_| self.gone.contains(motor)) {
-            output.event(Event::StopMotor { motor, acceleration: None });
-            drive.set_motion(Motion::Stopping(Sessions::NONE));
-            self.gone.remove(motor);
-        }
+        self.stop_again(output);
         self.playback.disturb();
         output.tell(Sessions::NONE, Contents::MotorStatus { motor, online });
+    }
+
+    /// Stops motors that are there again, because nobody knows whether they rest.
+    pub(super) fn stop_again(&mut self, output: &mut Effects<'_, '_>) {
+        for (motor, drive) in self.drives.iter_mut().filter(|(motor, _)| self.gone.contains(*motor)) {
+            output.event(Event::StopMotor { motor, acceleration: None });
+            drive.set_motion(Motion::Stopping(Sessions::NONE));
+        }
+        self.gone = self.gone.without(self.drives.online());
     }
 
     /// State of the range of a motor, if the motor is there.

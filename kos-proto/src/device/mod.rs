@@ -13,6 +13,7 @@
 //! | a client connects, or is gone | [`Input::LinkUp`], [`Input::LinkDown`] |
 //! | a frame came, or a fatal item | [`Input::received`], [`Input::Fatal`] |
 //! | a datagram came | [`Input::Datagram`] |
+//! | a person wants everything to stop | [`Input::Stop`] |
 //! | the rig has something to report | [`Input::Rig`] |
 //! | the time of the last wake has come | [`Input::Wake`] |
 //!

@@ -35,6 +35,7 @@ pub enum Next<'a> {
 enum Told {
     LinkUp(SessionId, Transport),
     LinkDown(SessionId),
+    Stop,
     Rig(Report),
 }
 
@@ -70,6 +71,8 @@ pub struct Session<const N: usize = { 2 * MAX_FRAME + 4095 }> {
     /// Client from which the last message came.
     last: usize,
     agenda: Agenda<Told, Held, EFFECTS, REPORTS>,
+    /// Whether everything is stopped once more after what arrived before the stop, because that may move something.
+    stops_again: bool,
 }
 
 impl<const N: usize> Session<N> {
@@ -80,13 +83,28 @@ impl<const N: usize> Session<N> {
     #[must_use]
     pub const fn new(machine: DeviceMachine) -> Self {
         let clients = [Link::new(PATIENCE), Link::new(PATIENCE), Link::new(PATIENCE), Link::new(PATIENCE)];
-        Self { machine, clients, last: 0, agenda: Agenda::new() }
+        Self { machine, clients, last: 0, agenda: Agenda::new(), stops_again: false }
     }
 
     /// Machine of the session, for reading its state.
     #[must_use]
     pub const fn machine(&self) -> &DeviceMachine {
         &self.machine
+    }
+
+    /// Whether anything may move because of what this device was told: see [`DeviceMachine::may_move`].
+    #[must_use]
+    pub fn may_move(&self) -> bool {
+        self.machine.may_move()
+    }
+
+    /// Stops everything, as a person at the device wants it.
+    ///
+    /// The stop goes before all reports that wait, and messages that arrived before it do not undo it. Messages that arrive
+    /// later are obeyed again.
+    pub fn stop(&mut self) {
+        // If there is no room, as many stops wait.
+        let _ = self.agenda.stop_all(Told::Stop);
     }
 
     /// Number of bytes that arrived and are not dealt with.
@@ -183,6 +201,10 @@ impl<const N: usize> Session<N> {
                     self.machine.advance(now, Input::LinkUp { session, transport, password })
                 }
                 Told::LinkDown(session) => self.machine.advance(now, Input::LinkDown(session)),
+                Told::Stop => {
+                    self.stops_again = self.held() > 0;
+                    self.machine.advance(now, Input::Stop)
+                }
                 Told::Rig(report) => self.machine.advance(now, Input::Rig(report)),
             };
             self.agenda.fill(output, Held::of);
@@ -204,12 +226,16 @@ impl<const N: usize> Session<N> {
             }
             return true;
         }
-        let is_due = self.agenda.is_due(now);
-        if is_due {
-            let output = self.machine.advance(now, Input::Wake);
-            self.agenda.fill(output, Held::of);
-        }
-        is_due
+        let input = if core::mem::take(&mut self.stops_again) {
+            Input::Stop
+        } else if self.agenda.is_due(now) {
+            Input::Wake
+        } else {
+            return false;
+        };
+        let output = self.machine.advance(now, input);
+        self.agenda.fill(output, Held::of);
+        true
     }
 }
 

@@ -370,8 +370,9 @@ fn a_reset_stops_everything_and_closes_the_connections() {
     );
     assert_eq!((bench.machine.link().name(), bench.wake), ("Rebooting", None));
     bench.open(ZERO, Transport::Tcp);
-    bench.arrive(1, 0.0);
+    bench.arrive(3, 0.0);
     assert_eq!(bench.events(), [Event::Ignored(Ignored::Off); 2]);
+    bench.home();
     bench.rig(Report::Started);
     assert_eq!((bench.machine.link().name(), bench.state()), ("Advertising", "Empty"));
     bench.rig(Report::Started);

@@ -116,6 +116,8 @@ fn host_message() -> impl Strategy<Value = Wire> {
         user_password(b"open"),
         device_password(b"open"),
         KeepAlive::default().into(),
+        ResetDevice::default().into(),
+        TakePicture { motor_address: MotorAddress::ALL, exposure: Seconds(3.0), tail: &[] }.into(),
     ];
     prop_oneof![
         2 => wire(known),
@@ -132,6 +134,7 @@ pub(crate) enum DeviceOp {
     Fatal(SessionId),
     Message(SessionId, Wire),
     Datagram(Wire),
+    Stop,
     Rig(Report),
     Wake,
 }
@@ -156,6 +159,7 @@ pub(crate) fn device_op() -> impl Strategy<Value = DeviceOp> {
         1 => session().prop_map(DeviceOp::Fatal),
         16 => (session(), host_message()).prop_map(|(session, message)| DeviceOp::Message(session, message)),
         1 => host_message().prop_map(DeviceOp::Datagram),
+        1 => Just(DeviceOp::Stop),
         8 => report.prop_map(DeviceOp::Rig),
         4 => Just(DeviceOp::Wake),
     ]
@@ -198,6 +202,9 @@ fn device_holds(before: &DeviceMachine, after: &DeviceMachine, input: &device::I
     assert!(plays.count() <= 1, "two moves");
     let stops_all = output.events().any(|event| *event == Event::StopAll);
     assert!(!stops_all || !after.playback().runs(), "nothing goes on after a stop");
+    if matches!(input, device::Input::Stop) {
+        assert!(stops_all, "a person at the device stops everything");
+    }
     let device::Input::Received { session, message, .. } = input else { return };
     if message.conduct().is_stop() && before.session(*session) != device::session::State::Closed {
         let by_hand = match message {
@@ -573,6 +580,7 @@ proptest! {
                     }
                     Err(_) => device::Input::Wake,
                 },
+                DeviceOp::Stop => device::Input::Stop,
                 DeviceOp::Rig(report) => device::Input::Rig(*report),
                 DeviceOp::Wake => device::Input::Wake,
             };

@@ -1,9 +1,9 @@
 //! Sessions do what their machines do, with bytes in any pieces.
 
-use kos_proto::device::{self, DeviceMachine, SessionId};
+use kos_proto::device::{self, DeviceMachine, Report, SessionId};
 use kos_proto::host::{self, HostMachine, Token};
-use kos_proto::message::{Ipv4, Password};
-use kos_proto::{Effect, EncodeError, Frame, HostMessage, Millis};
+use kos_proto::message::{Ipv4, MotorAddress, MotorSet, Password, Rotations};
+use kos_proto::{Effect, EncodeError, Frame, HostMessage, Millis, Transport};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -81,6 +81,77 @@ fn device_poll(session: &mut device::Session<40_000>, now: Millis, room: &mut Ve
     }
 }
 
+/// Client over USB, which connects again after each end of its connection.
+const CLIENT: SessionId = SessionId(0);
+
+/// What moves in a rig, as its events say.
+#[derive(Default)]
+struct Rig {
+    /// Motors that were sent or stopped, and did not come to rest.
+    moving: MotorSet,
+    /// Motors that were sent, and not stopped after that.
+    sent: MotorSet,
+    /// Motors of the move.
+    part: MotorSet,
+    /// Whether the motors of the move follow their curves.
+    plays: bool,
+    /// Time at which the shutter closes.
+    shutter: Millis,
+    wake: Option<Millis>,
+    is_connected: bool,
+}
+
+impl Rig {
+    fn send(&mut self, motors: MotorSet) {
+        (self.moving, self.sent) = (self.moving.with(motors), self.sent.with(motors));
+    }
+
+    fn report(&mut self, session: &mut device::Session, report: Report) {
+        if let Report::Arrived(motor, _) = report {
+            self.moving.remove(motor);
+        }
+        session.report(report).unwrap();
+    }
+
+    /// Does everything that follows, and checks that the session knows what moves.
+    fn poll(&mut self, session: &mut device::Session, now: Millis) {
+        use device::Event;
+        let source = device::Source { password: OPEN, ..device::Source::default() };
+        let mut room = [0; 1024];
+        if !std::mem::replace(&mut self.is_connected, true) {
+            session.link_up(CLIENT, Transport::Usb).unwrap();
+        }
+        loop {
+            let event = match session.poll(now, &source, &mut room) {
+                Ok(device::Next::Event(event)) => event,
+                Ok(device::Next::Transmit(..)) => continue,
+                Ok(device::Next::Wait(wake)) => break self.wake = wake,
+                Err(error) => panic!("{error}"),
+            };
+            match event {
+                Event::Move { motor, .. } => self.send(MotorSet::of([motor])),
+                Event::StopMotor { motor, .. } => self.sent.remove(motor),
+                Event::Home { motors, .. } => {
+                    self.part = motors;
+                    self.send(motors);
+                }
+                Event::MoveToFrame { .. } => self.send(self.part),
+                Event::Play { .. } => self.plays = true,
+                Event::OpenShutter { millis } => self.shutter = self.shutter.max(now.after(millis)),
+                Event::StopAll if std::mem::take(&mut self.plays) => self.moving = self.moving.with(self.part),
+                Event::MoveOver => self.plays = false,
+                Event::Disconnect { session: CLIENT, .. } => self.is_connected = false,
+                _ => {}
+            }
+            if event == Event::StopAll {
+                (self.shutter, self.sent) = (Millis(0), MotorSet::NONE);
+            }
+        }
+        let moves = !self.moving.is_empty() || self.plays || self.shutter > now;
+        assert!(!moves || session.may_move(), "{session:?}");
+    }
+}
+
 proptest! {
     #[test]
     fn a_session_of_a_client_does_what_its_machine_does(ops in vec((time(), host_op(), 1..40_usize), 1..60)) {
@@ -148,6 +219,7 @@ proptest! {
                     Ok(message) => device::Input::Datagram { from: SENDER, message },
                     Err(_) => continue,
                 },
+                (DeviceOp::Stop, _) => device::Input::Stop,
                 (DeviceOp::Rig(report), _) => device::Input::Rig(*report),
                 (DeviceOp::Wake, _) => device::Input::Wake,
                 (op, Err(error)) => panic!("{op:?}: {error:?}"),
@@ -156,6 +228,7 @@ proptest! {
             match &op {
                 DeviceOp::Open(client, transport) => session.link_up(*client, *transport).unwrap(),
                 DeviceOp::Closed(client) => session.link_down(*client).unwrap(),
+                DeviceOp::Stop => session.stop(),
                 DeviceOp::Rig(report) => session.report(*report).unwrap(),
                 DeviceOp::Datagram(_) => prop_assert!(session.receive_datagram(now, SENDER, &arrived)),
                 DeviceOp::Fatal(_) | DeviceOp::Message(..) => {
@@ -167,7 +240,43 @@ proptest! {
             }
             let (found, _) = device_poll(&mut session, now, &mut room);
             prop_assert_eq!(&found, &expected, "after {:?}", op);
+            prop_assert_eq!(session.may_move(), machine.may_move());
             wake = next;
+        }
+    }
+
+    #[test]
+    fn a_device_may_move_while_a_motor_moves_and_not_after_a_stop_when_all_motors_rest(
+        options in device_options(), ops in vec((time(), device_op(), prop::bool::weighted(0.2)), 1..60),
+    ) {
+        let (mut session, mut rig) = (Box::new(device::Session::new(DeviceMachine::new(options))), Rig::default());
+        let mut now = Millis(0);
+        session.report(Report::Started).unwrap();
+        rig.poll(&mut session, now);
+        for (time, op, is_stopped) in ops {
+            now = time.pass(now, rig.wake);
+            match op {
+                DeviceOp::Open(client, transport) if client != CLIENT => session.link_up(client, transport).unwrap(),
+                DeviceOp::Closed(client) if client != CLIENT => session.link_down(client).unwrap(),
+                DeviceOp::Rig(report) => rig.report(&mut session, report),
+                DeviceOp::Message(_, wire) => {
+                    let arrived = bytes(&wire);
+                    prop_assert_eq!(session.receive(now, CLIENT, &arrived), arrived.len());
+                }
+                _ => {}
+            }
+            if is_stopped {
+                // What arrived before a stop does not undo it.
+                session.stop();
+                rig.poll(&mut session, now);
+                prop_assert!(rig.sent.is_empty() && !rig.plays && rig.shutter == Millis(0));
+                rig.report(&mut session, Report::Started);
+                for motor in (1..=10).map(MotorAddress) {
+                    rig.report(&mut session, Report::Arrived(motor, Rotations(0.0)));
+                }
+            }
+            rig.poll(&mut session, now);
+            prop_assert!(!is_stopped || !session.may_move(), "{:?}", session);
         }
     }
 
