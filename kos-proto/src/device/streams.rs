@@ -92,19 +92,23 @@ impl<const N: usize> Session<N> {
         &self.machine
     }
 
-    /// Whether anything may move because of what this device was told: see [`DeviceMachine::may_move`].
+    /// Whether anything may move because of what this device was told: see [`DeviceMachine::may_move`]. While a report or an
+    /// event waits for a poll, this is not known, and the answer is yes.
     #[must_use]
     pub fn may_move(&self) -> bool {
-        self.machine.may_move()
+        self.machine.may_move() || self.agenda.has_news() || !self.agenda.is_idle()
     }
 
     /// Stops everything, as a person at the device wants it.
     ///
     /// The stop goes before all reports that wait, and messages that arrived before it do not undo it. Messages that arrive
     /// later are obeyed again.
-    pub fn stop(&mut self) {
-        // If there is no room, as many stops wait.
-        let _ = self.agenda.stop_all(Told::Stop);
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`] if too many stops wait for a poll.
+    pub fn stop(&mut self) -> Result<(), NotTaken> {
+        self.agenda.stop_all(Told::Stop)
     }
 
     /// Number of bytes that arrived and are not dealt with.

@@ -228,7 +228,7 @@ proptest! {
             match &op {
                 DeviceOp::Open(client, transport) => session.link_up(*client, *transport).unwrap(),
                 DeviceOp::Closed(client) => session.link_down(*client).unwrap(),
-                DeviceOp::Stop => session.stop(),
+                DeviceOp::Stop => session.stop().unwrap(),
                 DeviceOp::Rig(report) => session.report(*report).unwrap(),
                 DeviceOp::Datagram(_) => prop_assert!(session.receive_datagram(now, SENDER, &arrived)),
                 DeviceOp::Fatal(_) | DeviceOp::Message(..) => {
@@ -267,7 +267,8 @@ proptest! {
             }
             if is_stopped {
                 // What arrived before a stop does not undo it.
-                session.stop();
+                session.stop().unwrap();
+                prop_assert!(session.may_move(), "the stop waits");
                 rig.poll(&mut session, now);
                 prop_assert!(rig.sent.is_empty() && !rig.plays && rig.shutter == Millis(0));
                 rig.report(&mut session, Report::Started);
