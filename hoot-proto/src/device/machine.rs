@@ -129,6 +129,14 @@ impl DeviceMachine {
         &self.program
     }
 
+    /// Whether anything may move because of what this node was told: a motor moves, the camera takes a picture, or the planned
+    /// move runs or waits for its delay. A motor counts as at rest after its [`Motion::Stop`](super::Motion::Stop), which the
+    /// rig carries out at once.
+    #[must_use]
+    pub fn may_move(&self) -> bool {
+        self.program.is_going() || self.camera.is_busy() || self.motors.iter().any(MotorUnit::is_moving)
+    }
+
     /// Whether a contact of the auxiliary connector has this purpose.
     pub(super) fn has_contact(&self, mode: AltMode) -> bool {
         let RingTip { ring, tip } = self.controller.alt_modes;

@@ -81,6 +81,27 @@ impl Session {
         self.links.iter().map(Link::held).fold(0, usize::saturating_add)
     }
 
+    /// Whether anything may move because of what this device was told: see [`DeviceMachine::may_move`]. While a report or an
+    /// event waits for a poll, this is not known, and the answer is yes.
+    #[must_use]
+    pub fn may_move(&self) -> bool {
+        self.machine.may_move() || self.agenda.has_news() || !self.agenda.is_idle()
+    }
+
+    /// Stops everything, as a person at the device wants it.
+    ///
+    /// It is [`Command::EmergencyStop`], and goes before all reports that wait. Starts that wait are dropped: of a person, by a
+    /// contact or by the common line. A packet that is dealt with after the stop may set motors in motion again, because a
+    /// node of hoot has no state in which it refuses that.
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`] if too many commands of a person wait for a poll.
+    pub fn stop(&mut self) -> Result<(), NotTaken> {
+        self.agenda.keep(|input| !matches!(input, Input::Command(Command::Start) | Input::Alt(_) | Input::CommonLine));
+        self.command(Command::EmergencyStop)
+    }
+
     fn link(&mut self, port: Port) -> &mut Link {
         let [bus, usb, bluetooth] = &mut self.links;
         match port {

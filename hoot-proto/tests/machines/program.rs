@@ -264,6 +264,35 @@ fn the_emergency_button_pauses_a_program() {
     assert_eq!(node.tell(button), [motion(Motor::Three, Motion::Stop)]);
 }
 
+// 4.2-27
+#[test]
+fn a_node_may_move_while_its_program_its_camera_or_a_motor_is_at_work() {
+    let button = Input::Command(Command::EmergencyStop);
+    let mut node = sms();
+    start_delay(&mut node, 2);
+    assert!(!node.machine.may_move());
+    node.ok(START);
+    assert!(node.machine.may_move(), "the program waits for its delay");
+    node.pass(2);
+    assert!(node.machine.may_move(), "the program runs");
+    node.tell(button);
+    assert!(!node.machine.may_move(), "a paused program moves nothing");
+    node.ok(HostMessage::from(message::CameraExpose {}));
+    assert!(node.machine.may_move(), "the shutter is open");
+    node.pass(200);
+    assert!(!node.machine.may_move(), "the picture is stored");
+    for motor in Motor::ALL {
+        node.ok(run(motor));
+        assert!(node.machine.may_move(), "motor {motor} runs");
+        node.tell(button);
+        assert!(!node.machine.may_move());
+    }
+    node.ok(move_by(ONE, 10));
+    assert!(node.machine.may_move(), "the motor moves");
+    arrive(&mut node, 10);
+    assert!(!node.machine.may_move());
+}
+
 // 4.2-10
 #[test]
 fn a_start_while_the_program_runs_changes_nothing() {

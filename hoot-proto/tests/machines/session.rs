@@ -2,11 +2,11 @@
 
 use std::slice::Chunks;
 
-use hoot_proto::device::{self, DeviceMachine, Port, Quirks};
+use hoot_proto::device::{self, Contact, DeviceMachine, Event, Motion, Port, ProgramState, Quirks};
 use hoot_proto::frame::{Hoot, MAX_FRAME, Requests};
 use hoot_proto::host::{self, Command, HostMachine, Request, Token};
-use hoot_proto::message::{Motor, MotorPosition, Reply, ResponseCode, Steps};
-use hoot_proto::{Address, DeviceMessage, Effect, EncodeError, Item, Messages, Millis};
+use hoot_proto::message::{AltMode, Motor, MotorPosition, Reply, ResponseCode, SetAltModes, Steps};
+use hoot_proto::{Address, DeviceMessage, Effect, EncodeError, HostMessage, Item, Messages, Millis};
 use motion_core::stream::{Patience, TimedFrames};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -145,12 +145,43 @@ fn poll(session: &mut host::Session, now: Millis, room: &mut Vec<u8>) -> Vec<Str
     }
 }
 
-fn node_poll(session: &mut device::Session, now: Millis, room: &mut Vec<u8>) -> Vec<String> {
+/// Rig that does what a node tells it.
+#[derive(Default)]
+struct Rig {
+    moves: [bool; 3],
+    shutter: bool,
+}
+
+impl Rig {
+    fn see(&mut self, event: &Event<'_>) {
+        match *event {
+            Event::Camera { shutter, .. } => self.shutter = shutter,
+            Event::Motor { motor, motion: Motion::Stop } => self.moves[motor as usize - 1] = false,
+            Event::Motor {
+                motor,
+                motion: Motion::By { .. } | Motion::To(_) | Motion::Run { .. } | Motion::Along { .. },
+            } => {
+                self.moves[motor as usize - 1] = true;
+            }
+            _ => {}
+        }
+    }
+
+    fn is_active(&self) -> bool {
+        self.shutter || self.moves.contains(&true)
+    }
+}
+
+fn node_poll(session: &mut device::Session, now: Millis, room: &mut Vec<u8>, rig: &mut Rig) -> Vec<String> {
     let mut done = Vec::new();
     loop {
+        assert!(!rig.is_active() || session.may_move(), "{session:?}");
         match session.poll(now, room) {
             Ok(device::Next::Transmit(port, bytes)) => done.push(format!("{port:?} > {bytes:02x?}")),
-            Ok(device::Next::Event(event)) => done.push(format!("{event:?}")),
+            Ok(device::Next::Event(event)) => {
+                rig.see(&event);
+                done.push(format!("{event:?}"));
+            }
             Ok(device::Next::Wait(_)) => return done,
             Err(EncodeError::BufferTooSmall { needed, .. }) => room.resize(needed, 0),
             Err(error) => panic!("{error}"),
@@ -254,11 +285,11 @@ proptest! {
         let mut session = device::Session::new(machine.clone());
         let ports = PORTS.map(|_| TimedFrames::new(PATIENCE));
         let mut plain = PlainNode { machine, ports, wake: None };
-        let (mut room, mut now) = (Vec::new(), Millis(0));
+        let (mut room, mut now, mut rig) = (Vec::new(), Millis(0), Rig::default());
         for port in PORTS {
             session.link_up(port).unwrap();
             let expected = plain.give(now, device::Input::LinkUp(port));
-            prop_assert_eq!(node_poll(&mut session, now, &mut room), expected);
+            prop_assert_eq!(node_poll(&mut session, now, &mut room, &mut rig), expected);
         }
         for (pause, step, piece) in steps {
             now = now.after(pause);
@@ -276,7 +307,11 @@ proptest! {
                 ToNode::Other(device::Input::Noise) => arrived = vec![7; 3],
                 ToNode::Other(device::Input::Wake) => {}
                 ToNode::Other(input) => {
+                    if let device::Input::Arrived(motor) = input {
+                        rig.moves[motor as usize - 1] = false;
+                    }
                     let told = match input {
+                        device::Input::Command(device::Command::EmergencyStop) => session.stop(),
                         device::Input::Command(command) => session.command(command),
                         device::Input::Alt(contact) => session.alt(contact),
                         device::Input::Arrived(motor) => session.arrived(motor),
@@ -292,7 +327,38 @@ proptest! {
                 prop_assert_eq!(session.receive(now, PORTS[index], piece), piece.len());
             }
             expected.extend(plain.receive(now, index, arrived.chunks(piece)));
-            prop_assert_eq!(node_poll(&mut session, now, &mut room), expected);
+            prop_assert_eq!(node_poll(&mut session, now, &mut room, &mut rig), expected);
+            prop_assert!(!rig.is_active() || session.may_move());
+            prop_assert_eq!(session.may_move(), plain.machine.may_move());
         }
+        session.stop().unwrap();
+        prop_assert!(session.may_move(), "the stop waits");
+        node_poll(&mut session, now, &mut room, &mut rig);
+        prop_assert!(!rig.is_active() && !session.may_move());
     }
+}
+
+/// Each start that waits would set the program going again after the stop.
+#[test]
+fn a_stop_at_the_node_drops_starts_that_wait() {
+    let set = HostMessage::from(SetAltModes { ring: AltMode::START, tip: AltMode::OFF });
+    let mut bytes = [0; MAX_FRAME];
+    let len = set.encode_into(NODE, &mut bytes).unwrap();
+    let mut session = device::Session::new(DeviceMachine::new(device::Options::default()));
+    let (mut room, mut rig, now) = (Vec::new(), Rig::default(), Millis(5));
+    assert_eq!(session.receive(now, Port::Usb, &bytes[..len]), len);
+    node_poll(&mut session, now, &mut room, &mut rig);
+    let told = |session: &mut device::Session| {
+        session.command(device::Command::Start)?;
+        session.position(Motor::One, Steps(7))?;
+        session.alt(Contact::Ring)?;
+        session.common_line()
+    };
+    told(&mut session).unwrap();
+    session.stop().unwrap();
+    assert_eq!(node_poll(&mut session, now, &mut room, &mut rig), Vec::<String>::new());
+    assert_eq!((session.may_move(), session.machine().motor(Motor::One).position()), (false, Steps(7)));
+    told(&mut session).unwrap();
+    let begun = format!("{:?}", Event::Program(ProgramState::Running));
+    assert!(node_poll(&mut session, now, &mut room, &mut rig).contains(&begun));
 }
