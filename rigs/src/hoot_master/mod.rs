@@ -1,6 +1,7 @@
 //! The master of a bus: commands go in, and events come out together with the answers that they are about.
 //!
-//! It is a [`HostMachine`] with a line. It keeps the commands until they end, so that their answers can be read.
+//! It is a [`Session`] that keeps the commands until they end, so that their answers can be read, and that learns the
+//! firmware of the nodes.
 //!
 //! ```
 //! use hoot_proto::Address;
@@ -30,17 +31,15 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 
 use hoot_proto::frame::MAX_FRAME;
-use hoot_proto::host::{self, Command, Failure, HostMachine, Input, Options, Outcome, Request, Token, Transmit};
+use hoot_proto::host::{self, Command, Failure, HostMachine, Next, Options, Outcome, Request, Session, Token};
 use hoot_proto::message::{HostMessage, MotorSetContinuousSpeed, Reply};
 use hoot_proto::query::{Answer, AnyReply, Profile};
-use hoot_proto::{Address, Effect, Frame, Frames, Item, Query};
+use hoot_proto::{Address, Frame, Query};
 use motion_core::time::Millis;
 use tracing::{debug, warn};
 
 use crate::{Host, LineId, Outgoing, Party};
 
-/// Time of silence after which the rest of a packet is not awaited any more, in milliseconds.
-const GAP: u64 = 101;
 /// Only line of a master.
 const LINE: LineId = LineId(0);
 
@@ -150,18 +149,22 @@ impl fmt::Display for Ended {
 /// Master of a bus, with its line.
 #[derive(Debug)]
 pub struct HootMaster {
-    machine: HostMachine,
-    wake: Option<Millis>,
-    now: Millis,
-    frames: Frames,
-    heard: Millis,
+    session: Session,
+    /// Time until which the session waits.
+    until: Option<Millis>,
+    outgoing: VecDeque<Outgoing>,
+    book: Book,
+}
+
+/// Commands, and what their answers tell.
+#[derive(Debug, Default)]
+struct Book {
     /// Commands that have not ended. There are no more than the machine has room for.
     pending: BTreeMap<Token, Command>,
     profiles: BTreeMap<Address, Profile>,
     /// Nodes that are not in joystick mode, in which a refusal tells nothing of the firmware.
     calm: BTreeSet<Address>,
     strays: u64,
-    outgoing: VecDeque<Outgoing>,
     events: VecDeque<Event>,
 }
 
@@ -169,71 +172,59 @@ impl HootMaster {
     /// A master without a line.
     #[must_use]
     pub fn new(options: Options) -> Self {
-        Self {
-            machine: HostMachine::new(options),
-            wake: None,
-            now: Millis(0),
-            frames: Frames::new(),
-            heard: Millis(0),
-            pending: BTreeMap::new(),
-            profiles: BTreeMap::new(),
-            calm: BTreeSet::new(),
-            strays: 0,
-            outgoing: VecDeque::new(),
-            events: VecDeque::new(),
-        }
+        Self { session: Session::new(options), until: None, outgoing: VecDeque::new(), book: Book::default() }
     }
 
     /// Machine of the master, for reading its state.
     #[must_use]
     pub const fn machine(&self) -> &HostMachine {
-        &self.machine
+        self.session.machine()
     }
 
     /// Firmware of a node, as far as its answers tell: to the query for its version, and to queries that firmware of some age
     /// refuses ([`Profile::that_answers`]).
     #[must_use]
     pub fn profile(&self, node: Address) -> Profile {
-        self.profiles.get(&node).copied().unwrap_or_default()
+        self.book.profile(node)
     }
 
     /// Number of packets and noises that answered nothing that was asked: late answers, traffic of others, damaged bytes.
     #[must_use]
     pub const fn strays(&self) -> u64 {
-        self.strays
+        self.book.strays
     }
 
     /// Number of bytes that wait: for the rest of their packet, or to be taken by [`poll`](Party::poll).
     #[must_use]
     pub fn held(&self) -> usize {
-        self.frames.held() + crate::waiting(&self.outgoing)
+        self.session.held() + crate::waiting(&self.outgoing)
     }
 
-    fn step(&mut self, input: Input<'_>) {
-        let output = self.machine.advance(self.now, input);
-        self.wake = output.wake;
-        for effect in output {
-            match effect {
-                Effect::Transmit(transmit) => self.transmit(&transmit),
-                Effect::Event(event) => self.event(&event),
-            }
-        }
-    }
-
-    fn transmit(&mut self, transmit: &Transmit) {
+    /// Carries out what the session wants, until it waits.
+    fn settle(&mut self, now: Millis) {
         let mut packet = [0; MAX_FRAME];
-        match transmit.encode_into(&mut packet) {
-            Ok(len) => {
-                debug!("> {}: {}", transmit.to.0, transmit.message);
-                // Bytes that have arrived cannot be an answer to this packet.
-                self.frames.reset();
-                self.outgoing.push_back(Outgoing::Bytes(LINE, packet[..len].to_vec()));
+        loop {
+            match self.session.poll(now, &mut packet) {
+                Ok(Next::Transmit(packet)) => {
+                    if let Ok(frame) = Frame::decode(packet) {
+                        debug!("> {}: {}", frame.address().0, HostMessage::decode(&frame));
+                    }
+                    self.outgoing.push_back(Outgoing::Bytes(LINE, packet.to_vec()));
+                }
+                Ok(Next::Event(event)) => self.book.note(&event),
+                Ok(Next::Wait(until)) => return self.until = until,
+                Err(error) => return warn!("{error}"),
             }
-            Err(error) => warn!("{}: {error}", transmit.message),
         }
     }
+}
 
-    fn event(&mut self, event: &host::Event<'_>) {
+impl Book {
+    fn profile(&self, node: Address) -> Profile {
+        self.profiles.get(&node).copied().unwrap_or_default()
+    }
+
+    fn note(&mut self, event: &host::Event<'_>) {
         match event {
             host::Event::Ended { token, outcome } => self.ended(*token, *outcome),
             host::Event::Unsolicited(_) | host::Event::Overheard { .. } | host::Event::Noise => {
@@ -280,72 +271,41 @@ impl HootMaster {
         let profile = self.profile(node).that_answers(message, answers);
         self.profiles.insert(node, profile);
     }
-
-    /// Drops the beginning of a packet whose rest does not come.
-    fn drop_cut_off(&mut self) {
-        if self.frames.held() > 0 && self.now >= self.heard.after(GAP) {
-            self.frames.gap();
-            self.take_packets();
-        }
-    }
-
-    fn take_packets(&mut self) {
-        while let Some(item) = self.frames.next() {
-            let packet = if let Item::Frame(frame) = item { frame.bytes().to_vec() } else { Vec::new() };
-            match Frame::decode(&packet) {
-                Ok(frame) => {
-                    debug!("< {}", hoot_proto::DeviceMessage::decode(&frame));
-                    self.step(Input::received(&frame));
-                }
-                Err(_) => self.step(Input::Noise),
-            }
-        }
-    }
 }
 
 impl Party for HootMaster {
     fn open(&mut self, now: Millis, line: LineId) {
-        self.advance(now);
         if line == LINE {
-            self.frames.reset();
-            self.step(Input::LinkUp);
+            self.session.link_up();
+            self.settle(now);
         }
     }
 
     fn close(&mut self, now: Millis, line: LineId) {
-        self.advance(now);
         if line == LINE {
-            self.frames.reset();
             self.outgoing.clear();
-            self.step(Input::LinkDown);
+            self.session.link_down();
+            self.settle(now);
         }
     }
 
     fn receive(&mut self, now: Millis, line: LineId, bytes: &[u8]) {
-        self.advance(now);
-        if line != LINE {
-            return;
-        }
-        self.heard = self.now;
-        let mut rest = bytes;
+        let mut rest = if line == LINE { bytes } else { &[] };
         while !rest.is_empty() {
-            let taken = self.frames.push(rest);
+            let taken = self.session.receive(now, rest);
             rest = &rest[taken..];
-            self.take_packets();
+            self.settle(now);
         }
     }
 
     fn advance(&mut self, now: Millis) {
-        self.now = self.now.max(now);
-        self.drop_cut_off();
-        if self.wake.is_some_and(|wake| wake <= self.now) {
-            self.step(Input::Wake);
+        if self.until.is_some_and(|until| until <= now) {
+            self.settle(now);
         }
     }
 
     fn wake(&self) -> Option<Millis> {
-        let cut_off = (self.frames.held() > 0).then(|| self.heard.after(GAP));
-        [cut_off, self.wake].into_iter().flatten().min()
+        self.until
     }
 
     fn poll(&mut self) -> Option<Outgoing> {
@@ -358,12 +318,14 @@ impl Host for HootMaster {
     type Event = Event;
 
     fn command(&mut self, now: Millis, (token, command): (Token, Command)) {
-        self.advance(now);
-        self.pending.insert(token, command);
-        self.step(Input::Command(token, command));
+        if let Err(error) = self.session.command(token, command) {
+            return warn!("{error}");
+        }
+        self.book.pending.insert(token, command);
+        self.settle(now);
     }
 
     fn next_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.book.events.pop_front()
     }
 }

@@ -27,59 +27,35 @@ mod setup;
 
 use std::collections::VecDeque;
 
-use hoot_proto::device::{
-    Answer, Command, Contents, DeviceMachine, Effect, Event, Input, Port, ProgramState, Quirks, Transmit,
-};
-use hoot_proto::frame::{MAX_DATA, MAX_FRAME};
+use hoot_proto::device::{Command, DeviceMachine, Event, NotTaken, Port, ProgramState, Quirks, Session};
+use hoot_proto::frame::MAX_FRAME;
 use hoot_proto::message::{Amperes, Level, Microstep, ProgramMode, RingTip, Scaled, Volts};
 use hoot_proto::query::Profile;
-use hoot_proto::{Address, Item, Strict};
-use motion_core::stream::{self, Noise};
+use hoot_proto::{Address, DeviceMessage, Frame};
+use motion_core::session::{Session as _, Turn};
 use motion_core::time::Millis;
 use tracing::{debug, info, warn};
 
 pub use camera::{Camera, PHOTOS, Photo};
 use lead::Lead;
-use main_loop::MainLoop;
+use main_loop::{MainLoop, Wire};
 pub use setup::Setup;
 
 use crate::motor::Motor;
 use crate::{LineId, Outgoing, Party, Rig, TICK};
 
-/// Time of silence inside a packet after which it is dropped, in milliseconds: more than 100 (hoot, section 1.1).
-const GAP: u64 = 101;
-
 /// Ports, in the order of their lines.
 const PORTS: [Port; 3] = [Port::Usb, Port::Bluetooth, Port::Bus];
-
-/// Port, with the bytes that arrive at it.
-#[derive(Debug)]
-struct Wire {
-    is_open: bool,
-    frames: stream::Frames<Strict, { 2 * MAX_FRAME }>,
-    /// Time after which the rest of a packet is not awaited any more.
-    until: Option<Millis>,
-    /// Bytes that arrived while the main loop did not read.
-    waiting: Vec<u8>,
-}
-
-impl Wire {
-    /// Drops the bytes of an incomplete packet.
-    fn forget(&mut self) {
-        self.frames.reset();
-        self.until = None;
-        self.waiting.clear();
-    }
-}
 
 /// A simulated node.
 #[derive(Debug)]
 pub struct HootNode {
-    machine: DeviceMachine,
+    session: Session,
     profile: Profile,
     quirks: Quirks,
     main_loop: MainLoop,
-    wake: Option<Millis>,
+    /// Time until which the session waits.
+    until: Option<Millis>,
     now: Millis,
     wires: [Wire; 3],
     motors: Vec<Motor>,
@@ -101,17 +77,16 @@ impl HootNode {
     /// A node that is switched on at time 0.
     #[must_use]
     pub fn new(setup: Setup) -> Self {
-        let wire = || Wire { is_open: false, frames: stream::Frames::new(), until: None, waiting: Vec::new() };
         let motor = Motor::new(setup.limits).within(setup.travel);
         let is_firmware = setup.options.quirks().contains(Quirks::FIRMWARE_SETTINGS);
         let mut node = Self {
-            machine: DeviceMachine::new(setup.options),
+            session: Session::new(DeviceMachine::new(setup.options)),
             profile: setup.options.profile(),
             quirks: setup.options.quirks(),
             main_loop: MainLoop::Free,
-            wake: None,
+            until: None,
             now: Millis(0),
-            wires: [wire(), wire(), wire()],
+            wires: [Wire::new(), Wire::new(), Wire::new()],
             motors: vec![motor; setup.motors.min(3).into()],
             leads: [None; 3],
             led_at: [Millis(0); 3],
@@ -125,8 +100,8 @@ impl HootNode {
         };
         node.take_first_microsteps();
         if is_firmware {
-            node.step(Input::Supply { volts: Volts(Scaled(1199)), amperes: Amperes(Scaled(49)) });
-            node.step(Input::Limits(RingTip { ring: Level::HIGH, tip: Level::HIGH }));
+            node.tell(|session| session.supply(Volts(Scaled(1199)), Amperes(Scaled(49))));
+            node.tell(|session| session.limits(RingTip { ring: Level::HIGH, tip: Level::HIGH }));
         }
         node
     }
@@ -134,7 +109,7 @@ impl HootNode {
     /// Machine of the node, with all its settings.
     #[must_use]
     pub const fn machine(&self) -> &DeviceMachine {
-        &self.machine
+        self.session.machine()
     }
 
     /// Camera of the node.
@@ -158,80 +133,76 @@ impl HootNode {
     /// Number of bytes that wait: for the rest of their packet, or to be taken by [`poll`](Party::poll).
     #[must_use]
     pub fn held(&self) -> usize {
-        self.wires.iter().map(|wire| wire.frames.held()).sum::<usize>() + crate::waiting(&self.outgoing)
+        self.wires.iter().map(Wire::held).sum::<usize>() + self.session.held() + crate::waiting(&self.outgoing)
     }
 
-    /// Gives an input of a person at the node: a button is pressed, or a contact is closed.
-    pub fn touch(&mut self, now: Millis, input: Input<'_>) {
+    /// Tells the node what a person at it does: the person stops everything, presses a button, or closes a contact.
+    pub fn touch(&mut self, now: Millis, report: impl FnOnce(&mut Session) -> Result<(), NotTaken>) {
         self.advance(now);
-        self.step(input);
+        self.tell(report);
     }
 
-    /// Gives an input to the machine, and carries out its effects.
-    fn step(&mut self, input: Input<'_>) {
+    /// Tells the session something, and carries out what follows.
+    fn tell(&mut self, report: impl FnOnce(&mut Session) -> Result<(), NotTaken>) {
         if self.is_hung() {
             return;
         }
-        let output = self.machine.advance(self.now, input);
-        self.wake = output.wake;
-        for effect in output {
-            match effect {
-                Effect::Event(event) => self.event(&event),
-                Effect::Transmit(transmit) => {
-                    if let (Contents::Answer(Answer::Error), Input::Received { message, .. }) =
-                        (transmit.contents, input)
-                    {
-                        let in_joystick_mode = self.machine.controller().joystick_mode;
-                        info!("refused{}: {message}", if in_joystick_mode { ", in joystick mode" } else { "" });
-                    }
-                    self.transmit(&transmit);
-                }
+        if let Err(error) = report(&mut self.session) {
+            warn!("{error}");
+        }
+        self.settle();
+    }
+
+    /// Carries out what the session wants, until it waits.
+    fn settle(&mut self) {
+        let mut packet = [0; MAX_FRAME];
+        loop {
+            match self.session.turn(self.now, &(), &mut packet) {
+                Ok(Turn::Transmit(port, len)) => self.transmit(port, &packet[..len]),
+                Ok(Turn::Event(held)) => match self.session.event(held) {
+                    Event::Ignored { message, why, .. } => debug!("not answered ({why:?}): {message}"),
+                    event => self.event(event.to_static()),
+                },
+                Ok(Turn::Wait(until)) => return self.until = until,
+                Err(error) => return warn!("{error}"),
             }
         }
     }
 
-    fn event(&mut self, event: &Event<'_>) {
-        match *event {
-            Event::Motor { motor, motion } => self.set_in_motion(motor, motion),
-            Event::Camera { focus, shutter } => self.camera.lines(self.now, focus, shutter),
-            Event::AltOut { on } => {
+    fn event(&mut self, event: Option<Event<'static>>) {
+        match event {
+            Some(Event::Motor { motor, motion }) => self.set_in_motion(motor, motion),
+            Some(Event::Camera { focus, shutter }) => self.camera.lines(self.now, focus, shutter),
+            Some(Event::AltOut { on }) => {
                 info!("auxiliary output {}", if on { "on" } else { "off" });
                 self.out_is_on = on;
             }
-            Event::CommonLine => self.pulses += 1,
-            Event::DebugLed => info!("the lamp for debugging is switched"),
-            Event::Program(state) => info!("program: {state:?}"),
-            Event::Set(part) => debug!("set: {part:?}"),
-            Event::Address(Address(address)) => {
+            Some(Event::CommonLine) => self.pulses += 1,
+            Some(Event::DebugLed) => info!("the lamp for debugging is switched"),
+            Some(Event::Program(state)) => info!("program: {state:?}"),
+            Some(Event::Set(part)) => debug!("set: {part:?}"),
+            Some(Event::Address(Address(address))) => {
                 info!("the address is {address} from now on, and on the USB port after the next power-up");
             }
-            Event::Ignored { message, why, .. } => debug!("not answered ({why:?}): {message}"),
             _ => {}
-        }
-    }
-
-    fn transmit(&mut self, transmit: &Transmit<'_>) {
-        let port = transmit.port;
-        match transmit.contents {
-            Contents::Answer(answer) => {
-                if let Ok(message) = answer.message(&mut [0; MAX_DATA]) {
-                    debug!("{port:?} < {message}");
-                }
-            }
-            Contents::Forward { to: Address(to), .. } => debug!("{port:?} < a packet for {to}, forwarded"),
-            _ => {}
-        }
-        let mut bytes = [0; MAX_FRAME];
-        if let Ok(len) = transmit.encode_into(&mut bytes) {
-            self.put(port, &bytes[..len]);
         }
     }
 
     /// Sends a packet, if the port is open.
-    fn put(&mut self, port: Port, bytes: &[u8]) {
+    fn transmit(&mut self, port: Port, packet: &[u8]) {
+        if let Ok(frame) = Frame::decode(packet) {
+            let message = DeviceMessage::decode(&frame);
+            match message {
+                _ if frame.address() != Address::MASTER => {
+                    debug!("{port:?} < a packet for {}, forwarded", frame.address().0);
+                }
+                DeviceMessage::Reply(reply) if !reply.is_ok() => info!("{port:?} < {message}"),
+                _ => debug!("{port:?} < {message}"),
+            }
+        }
         let line = line(port);
         if self.wires[line].is_open {
-            self.outgoing.push_back(Outgoing::Bytes(LINES[line], bytes.to_vec()));
+            self.outgoing.push_back(Outgoing::Bytes(LINES[line], packet.to_vec()));
         }
     }
 
@@ -242,21 +213,10 @@ impl HootNode {
         if self.blocked_until().is_some_and(|until| until <= self.now) {
             self.unblock();
         }
-        if self.is_free() && self.wake.is_some_and(|wake| wake <= self.now) {
-            self.step(Input::Wake);
+        if self.is_free() && self.until.is_some_and(|until| until <= self.now) {
+            self.settle();
         }
         self.drop_cut_off();
-    }
-
-    /// Drops the beginnings of packets whose rest does not come.
-    fn drop_cut_off(&mut self) {
-        for (line, port) in PORTS.into_iter().enumerate() {
-            if self.wires[line].until.is_some_and(|until| self.now >= until) {
-                warn!("{port:?}: the rest of a packet did not come");
-                self.wires[line].forget();
-                self.step(Input::Noise);
-            }
-        }
     }
 }
 
@@ -280,7 +240,7 @@ impl Party for HootNode {
         wire.forget();
         let port = PORTS[usize::from(line.0)];
         info!("{port:?}: a master is connected");
-        self.step(Input::LinkUp(port));
+        self.tell(|session| session.link_up(port));
     }
 
     fn close(&mut self, now: Millis, line: LineId) {
@@ -291,40 +251,14 @@ impl Party for HootNode {
         self.outgoing.retain(|out| !matches!(out, Outgoing::Bytes(of, _) if *of == line));
         let port = PORTS[usize::from(line.0)];
         info!("{port:?}: the master is gone");
-        self.step(Input::LinkDown(port));
+        self.tell(|session| session.link_down(port));
     }
 
     fn receive(&mut self, now: Millis, line: LineId, bytes: &[u8]) {
         self.advance(now);
         let number = usize::from(line.0);
-        let Some(wire) = self.wires.get_mut(number).filter(|wire| wire.is_open) else { return };
-        if !matches!(self.main_loop, MainLoop::Free) {
-            return self.pile_up(number, bytes);
-        }
-        wire.until = Some(now.after(GAP));
-        for (at, byte) in bytes.iter().enumerate() {
-            if !self.is_free() {
-                return self.pile_up(number, &bytes[at..]);
-            }
-            let _ = self.wires[number].frames.push(&[*byte]);
-            while let Some(item) = self.wires[number].frames.next() {
-                let Item::Frame(frame) = item else {
-                    warn!("{:?}: {} bytes that are no packet", PORTS[number], item.bytes().len());
-                    let is_too_long = matches!(item, Item::Noise { why: Noise::TooLong { .. }, .. });
-                    self.step(Input::Noise);
-                    if is_too_long && self.copies_main_loop() {
-                        self.hang("a packet was too long");
-                    }
-                    continue;
-                };
-                let packet = frame.bytes().to_vec();
-                self.wires[number].forget();
-                self.read(PORTS[number], packet);
-                // A mild node drops bytes that came together with a packet.
-                if !self.copies_main_loop() {
-                    return;
-                }
-            }
+        if self.wires.get(number).is_some_and(|wire| wire.is_open) {
+            self.listen(number, bytes);
         }
     }
 
@@ -336,9 +270,9 @@ impl Party for HootNode {
     }
 
     fn wake(&self) -> Option<Millis> {
-        let cut_off = self.wires.iter().filter_map(|wire| wire.until);
+        let cut_off = self.wires.iter().filter_map(Wire::until);
         let tick = self.is_moving().then(|| self.now.after(TICK));
-        let due = self.wake.filter(|_| self.is_free());
+        let due = self.until.filter(|_| self.is_free());
         cut_off.chain(due).chain(self.blocked_until()).chain(tick).min()
     }
 
@@ -356,8 +290,7 @@ impl Rig for HootNode {
 
     #[expect(clippy::cast_precision_loss, reason = "exact for 285,000 years")]
     fn moment(&self) -> Option<f64> {
-        let program = self.machine.program();
-        let controller = self.machine.controller();
+        let (program, controller) = (self.machine().program(), self.machine().controller());
         let delay = controller.start_delay;
         let delay = delay.milliseconds(self.profile).unwrap_or(delay.0.into());
         (program.state() == ProgramState::Running).then(|| match controller.program_mode {
@@ -382,7 +315,7 @@ impl Rig for HootNode {
         }
         self.camera.lines(self.now, false, false);
         self.out_is_on = false;
-        self.step(Input::Command(Command::PowerUp));
+        self.tell(|session| session.command(Command::PowerUp));
         self.outgoing.clear();
     }
 

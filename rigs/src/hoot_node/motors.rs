@@ -1,6 +1,6 @@
 //! Motors of a node: motions that the machine asks for, and reports to it.
 
-use hoot_proto::device::{Input, Motion, MotorSettings, MotorState, ProgramState, Quirks};
+use hoot_proto::device::{Motion, MotorSettings, MotorState, ProgramState, Quirks};
 use hoot_proto::message::{self, Direction, Microstep};
 use motion_core::profile::Limits;
 use motion_core::trajectory::Range;
@@ -12,7 +12,7 @@ use crate::motor::{Happening, Motor, Place};
 impl HootNode {
     /// Whether a motor moves, or the machine waits for a motor that is not plugged in.
     pub(super) fn is_moving(&self) -> bool {
-        let waits = |motor: &message::Motor| self.machine.motor(*motor).is_moving();
+        let waits = |motor: &message::Motor| self.machine().motor(*motor).is_moving();
         self.motors.iter().any(|motor| !motor.is_idle()) || !self.is_hung() && self.missing().iter().any(waits)
     }
 
@@ -33,7 +33,7 @@ impl HootNode {
     }
 
     fn settings(&self, motor: message::Motor) -> &MotorSettings {
-        self.machine.motor(motor).settings()
+        self.machine().motor(motor).settings()
     }
 
     /// Starts the motion that the machine asks for.
@@ -105,7 +105,7 @@ impl HootNode {
         if self.quirks.contains(Quirks::SENDS_FAST) {
             return set;
         }
-        let is_program = self.machine.program().state() == ProgramState::Running;
+        let is_program = self.machine().program().state() == ProgramState::Running;
         if is_program || set == 0.0 { most } else { set.min(most) }
     }
 
@@ -164,9 +164,9 @@ impl HootNode {
             }
         }
         for motor in self.missing() {
-            if self.machine.motor(*motor).is_moving() {
+            if self.machine().motor(*motor).is_moving() {
                 warn!("motor {motor} is not plugged in");
-                self.step(Input::Fault(*motor));
+                self.tell(|session| session.fault(*motor));
             }
         }
     }
@@ -196,7 +196,7 @@ impl HootNode {
     fn report(&mut self, which: message::Motor) {
         let position = round(self.motors[index(which)].at(self.now).position);
         if std::mem::replace(&mut self.told[index(which)], position) != position {
-            self.step(Input::Position { motor: which, position: position.into() });
+            self.tell(|session| session.position(which, position.into()));
         }
     }
 
@@ -204,18 +204,18 @@ impl HootNode {
         match happening {
             // A motor that runs at speed 0 still runs, except in firmware.
             Happening::Rests if self.has_firmware_directions() && self.settings(which).speed.0 == 0.0 => {
-                self.step(Input::Arrived(which));
+                self.tell(|session| session.arrived(which));
             }
-            Happening::Rests if self.machine.motor(which).state() != MotorState::Moving => {}
+            Happening::Rests if self.machine().motor(which).state() != MotorState::Moving => {}
             Happening::Rests => {
                 info!("motor {which} rests at {}", self.told[index(which)]);
-                self.step(Input::Arrived(which));
+                self.tell(|session| session.arrived(which));
             }
             Happening::Tripped { upper } => {
                 let end = if upper { "upper" } else { "lower" };
                 warn!("motor {which} reached the {end} end of its travel, at {}", self.told[index(which)]);
                 self.leads[index(which)] = None;
-                self.step(Input::Fault(which));
+                self.tell(|session| session.fault(which));
             }
         }
     }
@@ -228,7 +228,7 @@ impl HootNode {
         self.leads[index(which)] = None;
         self.motors[index(which)].halt(self.now);
         self.report(which);
-        self.step(Input::Fault(which));
+        self.tell(|session| session.fault(which));
     }
 }
 

@@ -1,6 +1,6 @@
 //! Trouble: ends of the rig, motors that get stuck or are not plugged in, power and cables.
 
-use hoot_proto::device::{Input, ProgramState};
+use hoot_proto::device::{ProgramState, Session};
 use hoot_proto::host::{Command, Event, StopTarget};
 use hoot_proto::message::{self, Milliseconds, Motor, ProgramMode, Steps};
 use motion_core::trajectory::Range;
@@ -148,7 +148,7 @@ fn the_greatest_run_time_ends_a_program_and_the_button_pauses_one() {
     assert!(stage.is_at_rest() && stage.place(0) < 6000.0);
     stage.ok(START);
     let now = millis(stage.now());
-    stage.scene.rig.touch(now, Input::Command(hoot_proto::device::Command::EmergencyStop));
+    stage.scene.rig.touch(now, Session::stop);
     assert!(stage.is_at_rest() && stage.program() == ProgramState::Paused);
 }
 
