@@ -29,7 +29,7 @@ pub enum Event<'a> {
     Move(Motor, Steps),
     /// Run a motor towards a position, and come to rest there, or at a limit that was set.
     Jog(Motor, JogSpeed, Steps),
-    /// Move virtual motors as this message says.
+    /// Move virtual motors as this message says, or aim with them.
     MoveVirtual(HostMessage<'a>),
     /// Send all motors of the uploaded move to a frame, instead of what they do.
     ToFrame(FrameNumber),
@@ -43,7 +43,7 @@ pub enum Event<'a> {
     NextPass(FrameNumber, FrameNumber),
     /// The pass that runs is the last one.
     LastPass,
-    /// The run or shot is over: come to rest after it.
+    /// The run or shot is over: come to rest after it, with the shutter closed.
     PostRoll,
     /// The device takes requests again, after a hard stop.
     Unlocked,
@@ -84,7 +84,7 @@ pub enum StopKind {
     Motor(Motor),
     /// One virtual motor.
     Virtual(VirtualMotor),
-    /// Everything.
+    /// Everything: all motors, and the shutter.
     All {
         /// Whether the device shows no warning (safety decision 4).
         silent: bool,

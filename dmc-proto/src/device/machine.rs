@@ -26,6 +26,8 @@ pub struct DeviceMachine {
     /// Motors that may be driven by hand during a move.
     pub(super) live: Motors,
     inputs: Triggers,
+    /// Whether the shutter of the camera may be open.
+    pub(super) is_shutter_open: bool,
     /// Whether there are virtual motors.
     pub(super) has_virtuals: bool,
     /// Time of the next report of positions.
@@ -33,7 +35,7 @@ pub struct DeviceMachine {
 }
 
 machine! { DeviceMachine }
-debug! { DeviceMachine { options motion on_frame upload moving live inputs has_virtuals report } }
+debug! { DeviceMachine { options motion on_frame upload moving live inputs is_shutter_open has_virtuals report } }
 
 /// Request while it is answered.
 #[derive(Clone, Copy)]
@@ -59,6 +61,7 @@ impl DeviceMachine {
             moving: Motors::NONE,
             live: Motors::NONE,
             inputs: Triggers::NONE,
+            is_shutter_open: false,
             has_virtuals: false,
             report: None,
         }
@@ -92,6 +95,15 @@ impl DeviceMachine {
     #[must_use]
     pub const fn moving(&self) -> Motors {
         self.moving
+    }
+
+    /// Whether anything may move because of what this device was told. A run or a shot that waits for its signal counts, and
+    /// so does a shutter that may be open.
+    ///
+    /// It is false as soon as all motors rest after a stop, as [`Input::AtRest`] tells, also while the device is locked.
+    #[must_use]
+    pub const fn may_move(&self) -> bool {
+        self.motion.may_move() || self.moving.0 != Motors::NONE.0 || self.is_shutter_open
     }
 
     /// Whether virtual motors are configured.
@@ -226,7 +238,7 @@ impl DeviceMachine {
                 Contents::Moving
             }
             HostMessage::VirtAimPoint(_) => {
-                self.aim(output, request)?;
+                self.move_virtuals(output, request)?;
                 Contents::Aim
             }
             HostMessage::MotorResetPosition(_) => {
@@ -283,6 +295,9 @@ impl DeviceMachine {
             | HostMessage::MotorSetSpeed(_)
             | HostMessage::MotorSetLimits(_) => {
                 allowed(rig)?;
+                if let HostMessage::GioCam(_) = message {
+                    self.is_shutter_open = message.opens_shutter();
+                }
                 output.event(Event::Apply(message));
                 Ok(())
             }

@@ -75,6 +75,11 @@ impl Motion {
         }
     }
 
+    /// Whether motors move, or may begin to without another request.
+    pub(super) const fn may_move(&self) -> bool {
+        self.is_in_motion() || matches!(self, Self::Ready(_))
+    }
+
     /// The run or shot, if there is one.
     pub(super) const fn job(&self) -> Option<Job> {
         match self {
@@ -105,6 +110,8 @@ pub(super) struct Job {
     pub(super) at: FrameNumber,
     /// Motors that take part.
     pub(super) axes: Motors,
+    /// Whether the shutter is opened.
+    pub(super) opens_shutter: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

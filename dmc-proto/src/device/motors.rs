@@ -80,7 +80,7 @@ impl DeviceMachine {
         Ok(())
     }
 
-    /// Moves or jogs virtual motors. Only the rig knows which motors follow: until it tells, all of them count as moving.
+    /// Moves or jogs virtual motors, or aims with them. Only the rig knows which motors follow: until it tells, all of them count as moving.
     pub(super) fn move_virtuals<'a>(&mut self, output: &mut Output<'a>, request: &Request<'a>) -> Answer {
         self.virtuals()?;
         allowed(request.rig)?;
@@ -88,14 +88,6 @@ impl DeviceMachine {
         self.motion = Motion::Moving;
         self.moving = self.all_motors();
         output.event(Event::MoveVirtual(request.message));
-        Ok(())
-    }
-
-    /// Aims at another point.
-    pub(super) fn aim<'a>(&mut self, output: &mut Output<'a>, request: &Request<'a>) -> Answer {
-        self.virtuals()?;
-        allowed(request.rig)?;
-        output.event(Event::Apply(request.message));
         Ok(())
     }
 

@@ -68,8 +68,8 @@ impl DeviceMachine {
         } else {
             JobKind::Once
         };
-        output.event(Event::Prepare(message.into()));
-        self.prepare(kind, message.start_frame, message.end_frame, self.upload.axes());
+        let (from, to, message) = (message.start_frame, message.end_frame, HostMessage::from(message));
+        self.prepare(output, message, kind, (from, to), self.upload.axes());
         Ok(())
     }
 
@@ -92,14 +92,21 @@ impl DeviceMachine {
         allowed(rig)?;
         let own: Motors = motors.iter().map(MotorPair::motor).collect();
         let axes = Motors(own.0 | self.upload.axes().0);
-        output.event(Event::Prepare(message));
-        self.prepare(JobKind::Shot, frame, frame, axes);
+        self.prepare(output, message, JobKind::Shot, (frame, frame), axes);
         Ok(())
     }
 
-    fn prepare(&mut self, kind: JobKind, from: FrameNumber, to: FrameNumber, axes: Motors) {
+    fn prepare<'a>(
+        &mut self,
+        output: &mut Output<'a>,
+        message: HostMessage<'a>,
+        kind: JobKind,
+        (from, to): (FrameNumber, FrameNumber),
+        axes: Motors,
+    ) {
+        output.event(Event::Prepare(message));
         self.on_frame = None;
-        self.motion = Motion::PreRoll(Job { kind, from, to, at: from, axes });
+        self.motion = Motion::PreRoll(Job { kind, from, to, at: from, axes, opens_shutter: message.opens_shutter() });
         self.moving.0 |= axes.0;
     }
 
@@ -109,6 +116,7 @@ impl DeviceMachine {
         output.event(Event::Go);
         self.motion = Motion::Running(job);
         self.moving.0 |= job.axes.0;
+        self.is_shutter_open |= job.opens_shutter;
         Ok(())
     }
 
@@ -146,6 +154,7 @@ impl DeviceMachine {
         output.event(Event::TriggersOff);
         output.event(Event::PostRoll);
         self.motion = Motion::PostRoll(job);
+        self.is_shutter_open &= !job.opens_shutter;
         Self::tell(output, self.positions());
         if job.kind != JobKind::Shot || !self.has(Quirks::NO_END_OF_SHOT) {
             Self::tell(output, Contents::End);

@@ -121,6 +121,12 @@ impl<const N: usize, const CAP: usize> Session<N, CAP> {
         Self { machine, link: Link::new(patience), agenda: Agenda::new() }
     }
 
+    /// Whether anything may move because of what this device was told: see [`DeviceMachine::may_move`].
+    #[must_use]
+    pub const fn may_move(&self) -> bool {
+        self.machine.may_move()
+    }
+
     /// Next thing to do. What only the rig knows comes from `rig`. Messages are written to the front of `out`, for which
     /// 256 bytes are enough.
     ///
@@ -239,6 +245,9 @@ session_link! { impl<const N: usize, const CAP: usize> Session<N, CAP>: DeviceMa
 session_methods! {
     impl<const N: usize, const CAP: usize> Session<N, CAP> as Input, see Input;
     stop_all {
+        /// Stops everything, as a person at the device wants it. This presses the emergency stop: the device stays locked until
+        /// [`emergency_stop`](Self::emergency_stop) tells that it is released.
+        EmergencyStop stop() => (true);
         /// The emergency stop was pressed (`true`) or released.
         EmergencyStop emergency_stop(pressed: bool) => (pressed);
     }

@@ -65,6 +65,7 @@ impl DeviceMachine {
             _ => StopKind::All { silent },
         };
         output.event(Event::Stop(stop));
+        self.is_shutter_open = false;
         if self.motion.job().is_some() {
             output.event(Event::TriggersOff);
         }
@@ -123,6 +124,7 @@ impl DeviceMachine {
         pressed: bool,
     ) {
         output.event(Event::Stop(StopKind::Hard));
+        self.is_shutter_open = false;
         if self.motion.job().is_some() {
             output.event(Event::TriggersOff);
         }

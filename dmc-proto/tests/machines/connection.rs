@@ -505,12 +505,14 @@ fn an_aim_is_confirmed_or_refused() {
     bench.refuses(aim(), AckCode::ERR_GENERAL);
     bench.asked(virtuals(&SWING_PAN));
     let (said, events) = bench.asked(aim());
-    assert_eq!((said, events), (vec![Said::Other(bench.id(), Contents::Aim)], vec![Event::Apply(aim())]));
+    assert_eq!((said, events), (vec![Said::Other(bench.id(), Contents::Aim)], vec![Event::MoveVirtual(aim())]));
+    assert_eq!(bench.state(), State::Moving, "motors follow the aim");
     let (said, events) = bench.asked_with(aim(), AckCode::ERR_RANGE);
     assert_eq!((said, events), (vec![bench.ack(&aim(), AckCode::ERR_RANGE)], vec![]));
     assert_eq!(bench.step(Input::Aimed), (vec![Said::Other(UNASKED, Contents::Aim)], vec![]));
     let (said, _) = bench.asked(VirtGetPosition::default().into());
     assert_eq!(said, [Said::Other(bench.id(), Contents::VirtualPositions)]);
+    bench.rests();
     bench.load();
     bench.asked(position_frame(1));
     bench.refuses(aim(), AckCode::ERR_MOVING);

@@ -1,10 +1,14 @@
-//! Host: knowledge whether anything may still move because of it, and order of stops. DMC D5.
+//! Knowledge of a host and of a device whether anything may still move because of them, and order of stops. DMC D2, D5.
 
+use dmc_proto::device::{self, State};
 use dmc_proto::host::{Command, Contents, Event, Input, Options, Progress, StopTarget};
-use dmc_proto::message::{AckCode, HardStop, HostMessage, Motor, MotorStatusRequest, RtGo, RunFlags, VirtualMotor};
+use dmc_proto::message::{
+    AckCode, CameraFlags, GioCam, HardStop, HostMessage, Motor, MotorConfigure, MotorFlags, MotorStatusRequest, RtGo,
+    RunFlags, VirtualMotor,
+};
 use dmc_proto::{MessageId, MessageType};
 
-use super::bench::{Desk, hi, jog, move_to, position_frame, run, shot, status};
+use super::bench::{Bench, Desk, hi, jog, move_to, position_frame, run, shot, status, stop, stop_all};
 
 fn ask_status() -> HostMessage<'static> {
     MotorStatusRequest::default().into()
@@ -181,4 +185,64 @@ fn a_stop_goes_out_before_anybody_is_told_of_it() {
     desk.now = desk.now.after(1);
     let (sent, events) = desk.status(2, 0);
     assert_eq!((sent, events.len()), (vec![stop(5, StopTarget::All)], 1), "a stop that is due goes before the answer");
+}
+
+/// D2-24
+#[test]
+fn a_device_may_move_from_what_it_is_told_until_rest() {
+    for mut bench in Bench::everywhere() {
+        let state = bench.state();
+        assert_eq!(bench.machine.may_move(), state != State::Idle, "{state:?}");
+        bench.step(device::Input::EmergencyStop(true));
+        assert!(bench.machine.may_move(), "after {state:?}, motors take time to come to rest");
+        bench.rests();
+        assert!(!bench.machine.may_move(), "after {state:?}, all motors rest");
+        assert_eq!(bench.state(), State::Locked);
+    }
+
+    let shutter = |flags| GioCam { flags, tail: &[] }.into();
+    let open = || {
+        let mut bench = Bench::on_frame();
+        bench.takes_as(shutter(CameraFlags::SHUTTER), device::Event::Apply);
+        assert!(bench.machine.may_move(), "the shutter is open");
+        bench.asked(stop(1));
+        bench.rests();
+        assert!(bench.machine.may_move(), "a stop of a motor closes no shutter");
+        bench
+    };
+    let mut bench = open();
+    bench.takes_as(shutter(CameraFlags::empty()), device::Event::Apply);
+    assert!(!bench.machine.may_move());
+    let mut bench = open();
+    bench.asked(stop_all());
+    assert!(!bench.machine.may_move(), "a stop of everything closes the shutter");
+}
+
+/// D2-24, D-98
+#[test]
+fn a_shutter_may_be_open_until_the_end_of_its_run_is_told() {
+    let photos = run(1, 10, RunFlags::CAMERA_EVERY_FRAME);
+    for (message, opens) in [(shot(1), true), (photos, true), (run(1, 10, RunFlags(0)), false)] {
+        let begun = || {
+            let mut bench = Bench::quirky(device::Quirks::MOVE_ENDS_RUN);
+            let flags = MotorFlags::ENABLED | MotorFlags::LIVE;
+            bench.asked(MotorConfigure { motor: Motor(3), flags, tail: &[] }.into());
+            bench.asked(message);
+            bench.rests();
+            bench.asked(RtGo::default().into());
+            assert!(bench.machine.may_move());
+            bench
+        };
+        let mut bench = begun();
+        bench.step(device::Input::PassEnd);
+        assert!(bench.machine.may_move(), "the motors come to rest");
+        bench.rests();
+        assert!(!bench.machine.may_move());
+
+        let mut bench = begun();
+        bench.asked(move_to(3, 5));
+        assert_eq!(bench.state(), State::Moving, "the move ends the run");
+        bench.rests();
+        assert_eq!(bench.machine.may_move(), opens, "{message}");
+    }
 }

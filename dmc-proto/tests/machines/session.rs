@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use dmc_proto::device::{self, DeviceMachine, Quirks};
 use dmc_proto::host::{self, Command, HostMachine, NotTaken, Source, StopTarget};
-use dmc_proto::message::{AckCode, HostMessage, Motor, Steps};
+use dmc_proto::message::{AckCode, HostMessage, Motor, Motors, Steps};
 use dmc_proto::upload::{SCRATCH, Section, SectionSize};
 use dmc_proto::{
     DeviceMessage, DeviceReader, Effect, EncodeError, HostReader, Item, MessageId, MessageType, Millis, Patience, Token,
@@ -266,6 +266,8 @@ enum DeviceOp {
     Message(HostMessage<'static>),
     Bytes(Vec<u8>),
     Report(u8, u8),
+    /// A report, which waits when a stop comes.
+    Stop(u8, u8),
     Pass(u64),
 }
 
@@ -274,6 +276,7 @@ fn device_ops() -> impl Strategy<Value = Vec<(DeviceOp, usize)>> {
         8 => (any::<Index>(), any::<u32>()).prop_map(|(at, id)| DeviceOp::Request(at, id)),
         1 => vec(any::<u8>(), 0..30).prop_map(DeviceOp::Bytes),
         5 => (0_u8..15, any::<u8>()).prop_map(|(what, which)| DeviceOp::Report(what, which)),
+        1 => (2_u8..14, any::<u8>()).prop_map(|(what, which)| DeviceOp::Stop(what, which)),
         3 => prop_oneof![3 => 0..200_u64, 1 => 200..3000_u64].prop_map(DeviceOp::Pass),
     ];
     vec((op, 1..40_usize), 1..80)
@@ -387,6 +390,17 @@ proptest! {
                 DeviceOp::Request(at, id) => arrived = request(*id, at.get(&all)),
                 DeviceOp::Bytes(bytes) => arrived.clone_from(bytes),
                 DeviceOp::Pass(millis) => now = now.after(*millis),
+                DeviceOp::Stop(what, which) => {
+                    let waits = report(*what, *which);
+                    if !matches!(waits, device::Input::EmergencyStop(_)) {
+                        tell(&mut session, waits);
+                    }
+                    session.stop().unwrap();
+                    expected = plain.give(now, device::Input::EmergencyStop(true));
+                    if !matches!(waits, device::Input::EmergencyStop(_)) {
+                        expected.extend(plain.give(now, waits));
+                    }
+                }
                 DeviceOp::Report(what, which) => match report(*what, *which) {
                     device::Input::LinkUp => {
                         plain.reader.reset();
@@ -410,6 +424,14 @@ proptest! {
             expected.extend(plain.receive(now, arrived.chunks(piece)));
             let (found, _) = device_poll(&mut session, now, &mut room);
             prop_assert_eq!(&found, &expected, "after {:?}", op);
+            prop_assert_eq!(session.may_move(), plain.machine.may_move());
+            prop_assert!(session.may_move() || session.machine().moving() == Motors::NONE, "after {:?}", op);
+            if let DeviceOp::Stop(..) = op {
+                session.at_rest().unwrap();
+                let expected = plain.give(now, device::Input::AtRest);
+                prop_assert_eq!(device_poll(&mut session, now, &mut room).0, expected);
+                prop_assert!(!session.may_move(), "after {:?}", op);
+            }
             for store in std::mem::take(&mut plain.stores) {
                 session.stored(store, AckCode::OK).unwrap();
                 let expected = plain.give(now, device::Input::Stored(store, AckCode::OK));

@@ -186,11 +186,12 @@ impl World {
         }
     }
 
-    /// Law of hosts: while anything moves because of the host, the host says so.
+    /// Law of both sides: while anything moves because of the host, they say so.
     fn check_motion(&self) {
         let is_moving = !matches!(self.motion, Motion::Rest | Motion::Prepared);
         let moves = is_moving || self.device().moving() != Motors::NONE;
-        assert!(!moves || self.host().may_move(), "{:?}, {:?}: {:?}", self.motion, self.device(), self.host());
+        let both = self.host().may_move() && self.device().may_move();
+        assert!(!moves || both, "{:?}, {:?}: {:?}", self.motion, self.device(), self.host());
     }
 
     /// Law of hosts: nothing that may move is sent against a stop, or after it was called off.
