@@ -1,42 +1,40 @@
 //! The command line of `inspect`, and how the program ends.
 
-use std::ffi::OsString;
 use std::fs::File;
-use std::io::{self, ErrorKind, Read};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
 
-use crate::program::{fail, reason};
+use crate::program::{Failure, STATUSES, written};
 use crate::text::{Format, Senders, Source, SourceError};
 
 /// Show the frames of a motion-control rig as typed messages
 ///
 /// Without arguments, bundled traffic of all three protocols is shown.
 #[derive(Clone, Debug, Eq, Parser, PartialEq)]
-#[command(name = "inspect", version)]
+#[command(name = "inspect", version, after_help = STATUSES)]
 pub struct Args {
-    /// Protocol of the bytes
+    /// Protocol of the bytes; only needed for an input
     #[arg(long, value_enum)]
-    pub protocol: Protocol,
+    pub protocol: Option<Protocol>,
     /// Sender of the bytes; not needed if the lines of the input are marked > (host) and < (device)
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, requires = "protocol")]
     pub from: Option<Senders>,
     /// Transport that carried the bytes
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_enum, default_value_t, requires = "protocol")]
     pub transport: Transport,
     /// Format of the input
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_enum, default_value_t, requires = "protocol")]
     pub format: Format,
     /// Print one JSON object per line
-    #[arg(long)]
+    #[arg(long, requires = "protocol")]
     pub json: bool,
     /// Print passwords in clear text
-    #[arg(long)]
+    #[arg(long, requires = "protocol")]
     pub show_secrets: bool,
     /// Input file; - is standard input
-    #[arg(default_value = "-")]
+    #[arg(default_value = "-", requires = "protocol")]
     pub file: PathBuf,
 }
 
@@ -66,15 +64,6 @@ pub enum Transport {
     UsbFragments,
 }
 
-/// Task that a command line asks for.
-#[derive(Clone, Debug, Eq, PartialEq)]
-pub enum Request {
-    /// Show the bundled captures, because there are no arguments.
-    Bundled,
-    /// Show an input.
-    Inspect(Args),
-}
-
 /// An open input.
 pub struct Input {
     /// Bytes of the input, each piece with its side.
@@ -87,9 +76,6 @@ pub struct Input {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Stop {
-    /// Help or the version was asked for.
-    #[error("{0}")]
-    Help(clap::Error),
     /// The command line is wrong.
     #[error("{0}")]
     Usage(String),
@@ -105,23 +91,6 @@ pub enum Stop {
     /// The output cannot be written.
     #[error("{0}")]
     Output(#[from] io::Error),
-}
-
-/// Parses a command line, whose first argument is the name of the program.
-///
-/// # Errors
-///
-/// [`Stop::Help`] if help or the version was asked for, [`Stop::Usage`] if the command line is wrong.
-pub fn request(args: impl IntoIterator<Item = OsString>) -> Result<Request, Stop> {
-    let args: Vec<OsString> = args.into_iter().collect();
-    if args.len() < 2 {
-        return Ok(Request::Bundled);
-    }
-    match Args::try_parse_from(args) {
-        Ok(args) => Ok(Request::Inspect(args)),
-        Err(error) if error.use_stderr() => Err(Stop::Usage(reason(&error))),
-        Err(error) => Err(Stop::Help(error)),
-    }
 }
 
 impl Args {
@@ -157,54 +126,47 @@ impl Args {
     }
 }
 
-/// Ends the program: status 0, or one line on standard error and status 1.
-///
-/// Help is not a failure. A closed output is not a failure either, because its reader needs no more.
-#[must_use]
-pub fn exit(result: Result<(), Stop>) -> ExitCode {
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(Stop::Help(help)) => end(help.print()),
-        Err(Stop::Output(error)) => end(Err(error)),
-        Err(stop) => fail("inspect", &stop.to_string()),
+impl From<Stop> for Failure {
+    fn from(stop: Stop) -> Self {
+        match stop {
+            Stop::Usage(line) => Self::usage(line),
+            stop => Self::not_done(stop),
+        }
     }
 }
 
-/// Ends the program after its last output, with status 0 if that succeeded or the output was closed.
-fn end(output: io::Result<()>) -> ExitCode {
-    match output {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => fail("inspect", &error.to_string()),
-        _ => ExitCode::SUCCESS,
+/// Result of the program. A closed output is not a failure, because its reader needs no more.
+///
+/// # Errors
+///
+/// [`Failure`], except for a closed output.
+pub fn end(result: Result<(), Stop>) -> Result<(), Failure> {
+    match result {
+        Err(Stop::Output(error)) => written(Err(error)),
+        result => Ok(result?),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use std::io::ErrorKind;
 
-    fn request_of(line: &str) -> Result<Request, Stop> {
-        request(line.split(' ').map(OsString::from))
-    }
+    use super::*;
+    use crate::program::{Status, reason};
 
     fn args(line: &str) -> Args {
-        match request_of(line) {
-            Ok(Request::Inspect(args)) => args,
-            other => panic!("{other:?}"),
-        }
+        Args::try_parse_from(line.split(' ')).unwrap()
     }
 
     fn usage(line: &str) -> String {
-        match request_of(line) {
-            Err(Stop::Usage(text)) => text,
-            other => panic!("{other:?}"),
-        }
+        reason(&Args::try_parse_from(line.split(' ')).unwrap_err())
     }
 
     #[test]
     fn each_documented_option_is_accepted() {
-        assert_eq!(request_of("inspect").unwrap(), Request::Bundled);
+        assert_eq!(args("inspect").protocol, None);
         let least = Args {
-            protocol: Protocol::Kos,
+            protocol: Some(Protocol::Kos),
             from: None,
             transport: Transport::Stream,
             format: Format::Auto,
@@ -215,7 +177,7 @@ mod tests {
         assert_eq!(args("inspect --protocol kos"), least);
         assert_eq!(args("inspect --protocol kos -"), least);
         let most = Args {
-            protocol: Protocol::Hoot,
+            protocol: Some(Protocol::Hoot),
             from: Some(Senders::Both),
             transport: Transport::Usb,
             format: Format::Xxd,
@@ -255,18 +217,6 @@ mod tests {
             assert!(text.contains(expected), "{text}");
             assert!(!text.contains(['\n', '\r']), "{text:?}");
         }
-        assert_eq!(exit(request_of("inspect --json").map(drop)), ExitCode::FAILURE);
-    }
-
-    #[test]
-    fn help_and_a_closed_output_are_not_failures() {
-        for line in ["inspect --help", "inspect -h", "inspect --version", "inspect -V"] {
-            assert!(matches!(request_of(line), Err(Stop::Help(_))), "{line}");
-        }
-        let closed = io::Error::from(ErrorKind::BrokenPipe);
-        assert_eq!(exit(Err(closed.into())), ExitCode::SUCCESS);
-        let full = io::Error::from(ErrorKind::StorageFull);
-        assert_eq!(exit(Err(full.into())), ExitCode::FAILURE);
     }
 
     #[test]
@@ -281,6 +231,8 @@ mod tests {
         assert!(stop.to_string().starts_with("standard input: "), "{stop}");
         // A broken pipe is a failure if it is the input.
         let broken = SourceError::from(io::Error::from(ErrorKind::BrokenPipe));
-        assert_eq!(exit(Err(missing.stop(broken))), ExitCode::FAILURE);
+        assert_eq!(end(Err(missing.stop(broken))).unwrap_err().status, Status::NotDone);
+        assert_eq!(end(Err(io::Error::from(ErrorKind::BrokenPipe).into())), Ok(()));
+        assert_eq!(end(Err(Stop::Usage(String::new()))).unwrap_err().status, Status::Usage);
     }
 }

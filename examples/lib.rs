@@ -5,6 +5,7 @@ pub mod moves;
 pub mod print;
 pub mod program;
 pub mod record;
+pub mod show;
 pub mod tap;
 pub mod text;
 

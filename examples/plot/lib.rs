@@ -1,6 +1,5 @@
 //! Drawings of moves: position, velocity and acceleration of each axis over time, as SVG and PNG.
 
-pub mod cli;
 mod figure;
 mod label;
 mod trace;

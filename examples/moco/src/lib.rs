@@ -1,27 +1,34 @@
-//! Simulated rigs on real transports, and hosts for real rigs.
+//! Program `moco` for motion-control rigs.
 //!
-//! There are two programs: `simulate` is a rig without hardware, and `drive` is a host for simulated and real rigs. In
-//! one terminal:
+//! | command | what it does |
+//! |---|---|
+//! | `moco inspect` | shows the frames of a capture as typed messages |
+//! | `moco plot` | draws a move file |
+//! | `moco simulate` | runs a rig without hardware |
+//! | `moco drive` | controls a simulated or real rig |
+//! | `moco completions`, `moco man` | write completions for a shell, and manual pages |
+//!
+//! In one terminal:
 //!
 //! ```text
-//! $ cargo run --example simulate -- kos
+//! $ moco simulate kos
 //! kOS rig at 127.0.0.1:5520
 //! ```
 //!
 //! In another terminal:
 //!
 //! ```text
-//! $ cargo run --example drive -- kos 127.0.0.1 run examples/moves/slide.json
-//! drive: motor 1 is not calibrated: drive kos ADDRESS calibrate 1 0 40
-//! $ cargo run --example drive -- kos 127.0.0.1 calibrate 1 0 40
+//! $ moco drive kos 127.0.0.1 run examples/moves/slide.json
+//! moco: motor 1 is not calibrated: moco drive kos ADDRESS calibrate 1 0 40
+//! $ moco drive kos 127.0.0.1 calibrate 1 0 40
 //! motor 1 is where its range begins
 //! motor 1 moves, at 0
 //! motor 1 is calibrated: from 0 to 40 rotations
-//! $ cargo run --example drive -- kos 127.0.0.1 run examples/moves/slide.json --home-speed 1
+//! $ moco drive kos 127.0.0.1 run examples/moves/slide.json --home-speed 1
 //! the motors go to where the move begins
 //! the move runs: motor 1 at 0, motor 2 at 0, motor 3 at 0
 //! 12 %: motor 1 at 1.016, motor 2 at 0, motor 3 at 0
-//! ^Cdrive: interrupted: the rig confirmed the stop
+//! ^Cmoco: interrupted: the rig confirmed the stop
 //! ```
 //!
 //! Meanwhile the rig has logged:
@@ -40,8 +47,32 @@
 //!   15.671783350s  INFO client 0 is gone
 //! ```
 //!
-//! DMC and hoot have serial lines, so their rigs serve pseudo-terminals: `simulate dmc` prints `DMC rig at /dev/pts/0`,
-//! and `drive dmc /dev/pts/0 info` connects to it. With `--tcp` they serve TCP instead.
+//! DMC and hoot have serial lines, so their rigs serve pseudo-terminals: `moco simulate dmc` prints `DMC rig at /dev/pts/0`.
+//! With `--tcp` they serve TCP instead.
+//!
+//! ```text
+//! $ moco drive dmc /dev/pts/0 info
+//! "Simulated DMC", firmware 1.0.0
+//! 4 motors, 16 lights, 8 outputs, 8 inputs
+//! room for 10000 frames; capabilities: REAL_TIME | SHOOT_FRAME | SHOOT_FRAME2 | LOOP | CAMERA_TRIGGER
+//! motor 1 rests at 0 steps
+//! motor 2 rests at 0 steps
+//! motor 3 rests at 0 steps
+//! motor 4 rests at 0 steps
+//! $ moco drive hoot /dev/pts/1 run examples/moves/pan.json
+//! motor 1: from 0 to 9000, deviation at most 1
+//! 0.1 of 4.5 s: motor 1 at 0
+//! 1.2 of 4.5 s: motor 1 at 893
+//! 2.3 of 4.5 s: motor 1 at 4071
+//! 3.4 of 4.5 s: motor 1 at 7514
+//! the move is done, and all motors rest at its end
+//! ```
+//!
+//! `moco simulate` prints the address of the rig as soon as clients can connect. Ctrl-C ends it, with status 0.
+//!
+//! Real rigs are heavy. Use `moco drive` with one only if an emergency stop that needs no software is within reach. If the
+//! program is killed, or its cable is cut, a kOS move and a hoot program go on, as their protocols require. A DMC jog goes
+//! on until the rig notices or reaches a limit, because DMC has no keep-alive.
 //!
 //! # Faults and failures
 //!
@@ -53,9 +84,11 @@
 //! A client cannot disturb the other clients. A client that does not read is cut off. A client that sends too much is
 //! read only as fast as the rig can follow. A client without a free line is rejected.
 //!
-//! `drive` ends with status 0 when the command is done, and otherwise with status 1 and one line that says what to do.
-//! After Ctrl-C, and after any failure of a command that may have moved a motor, it first stops the motors, over a new
-//! connection if necessary. The line says whether the rig confirmed the stop.
+//! After Ctrl-C, and after any failure of a command that may have moved a motor, `moco drive` first stops the motors, over a
+//! new connection if necessary. Then it ends with one line on standard error that says what to do, and whether the rig
+//! confirmed the stop.
+//!
+//! The exit statuses of all commands are those of [`Status`](examples::program::Status), and 0 if a command is done.
 //!
 //! # Modules
 //!
@@ -63,10 +96,11 @@
 //! |---|---|
 //! | [`serve`] | a rig of the crate `rigs` in real time: TCP, pseudo-terminals, datagrams, and a record of its motors |
 //! | [`session`] | a host of the crate `rigs` in real time: TCP and serial lines |
-//! | [`simulate`], [`drive`] | the two programs |
-//! | [`program`] | functions that both programs use |
+//! | [`plot`](mod@plot), [`simulate`], [`drive`] | the commands; `inspect` is in the package `examples` |
+//! | [`program`] | functions that several commands use |
 
 pub mod drive;
+pub mod plot;
 pub mod program;
 pub mod serve;
 pub mod session;

@@ -1,33 +1,11 @@
-//! Functions that both programs use: arguments, the log, and Ctrl-C.
+//! Functions that several commands use: the log, and Ctrl-C.
 
 use std::io::{self, IsTerminal};
-use std::process::ExitCode;
 
-use clap::Parser;
-use examples::program::reason;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 use tracing::Level;
 use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::fmt::time::uptime;
-
-pub use examples::program::fail;
-
-/// Parses the command line, or prints what is wrong with it in one line. Help is not a failure.
-///
-/// # Errors
-///
-/// The status with which the program must end: 1 for a wrong command line, 0 after help.
-pub fn arguments<T: Parser>(program: &str) -> Result<T, ExitCode> {
-    T::try_parse().map_err(|error| {
-        if error.use_stderr() {
-            fail(program, &reason(&error))
-        } else {
-            // If standard output is closed, help cannot be printed.
-            let _ = error.print();
-            ExitCode::SUCCESS
-        }
-    })
-}
 
 /// Number of lines of the log that may wait to be written. Further lines are lost.
 const LINES: usize = 4096;

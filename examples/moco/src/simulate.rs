@@ -1,10 +1,11 @@
-//! The program `simulate`: a rig and its lines, as the arguments describe them.
+//! Command `simulate`: a rig and its lines, as the arguments describe them.
 
 use std::io::{self, Write};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
 use clap::{Parser, ValueEnum};
+use examples::program::{Failure, STATUSES, written};
 use motion_rigs::Rig;
 use motion_rigs::device::{self, Named};
 use motion_rigs::dmc_device::{self, DmcDevice};
@@ -19,7 +20,7 @@ use crate::serve::{Announcer, Door, Options, Record, Server, listen};
 
 /// Run a simulated rig on a real transport.
 #[derive(Debug, Clone, PartialEq, Parser)]
-#[command(version)]
+#[command(after_help = STATUSES)]
 pub struct Args {
     /// Protocol of the rig.
     #[arg(value_enum)]
@@ -116,7 +117,7 @@ impl Protocol {
 /// # Errors
 ///
 /// An argument is not valid for the protocol, or the port, the terminal or the record cannot be opened.
-pub async fn simulate(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<(), String> {
+pub async fn simulate(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<(), Failure> {
     if args.list {
         let list = match args.protocol {
             Protocol::Kos => device::list::<kos_device::Setup>(),
@@ -124,12 +125,12 @@ pub async fn simulate(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<
             Protocol::Hoot => device::list::<hoot_node::Setup>(),
         };
         let list = format!("{list}Device without --device: {}\n", args.protocol.default_device());
-        return io::stdout().write_all(list.as_bytes()).map_err(|error| format!("the list cannot be written: {error}"));
+        return written(io::stdout().write_all(list.as_bytes()));
     }
     match args.protocol {
-        Protocol::Kos => Box::pin(serve(KosDevice::new(kos(args)?), args, interrupts)).await,
-        Protocol::Dmc => Box::pin(serve(DmcDevice::new(dmc(args)?), args, interrupts)).await,
-        Protocol::Hoot => Box::pin(serve(HootNode::new(hoot(args)?), args, interrupts)).await,
+        Protocol::Kos => Box::pin(serve(KosDevice::new(kos(args).map_err(Failure::usage)?), args, interrupts)).await,
+        Protocol::Dmc => Box::pin(serve(DmcDevice::new(dmc(args).map_err(Failure::usage)?), args, interrupts)).await,
+        Protocol::Hoot => Box::pin(serve(HootNode::new(hoot(args).map_err(Failure::usage)?), args, interrupts)).await,
     }
 }
 
@@ -189,28 +190,31 @@ fn faults(args: &Args, carrier: Carrier) -> Result<(Faults, Faults), String> {
     }
 }
 
-async fn serve<R: Rig>(rig: R, args: &Args, mut interrupts: UnboundedReceiver<()>) -> Result<(), String> {
+async fn serve<R: Rig>(rig: R, args: &Args, mut interrupts: UnboundedReceiver<()>) -> Result<(), Failure> {
     let Args { protocol, seed, .. } = *args;
     let tcp = args.tcp || protocol == Protocol::Kos || !(args.pty || cfg!(unix));
     let carrier = if tcp { Carrier::Stream } else { Carrier::Serial };
-    let (faults, of_datagrams) = faults(args, carrier)?;
+    let (faults, of_datagrams) = faults(args, carrier).map_err(Failure::usage)?;
     let listener = if tcp { Some(bind(args).await?) } else { None };
     let announcer = match (&listener, args.announce) {
         (Some(listener), Some(to)) => {
-            let here = listener.local_addr().map_err(|error| error.to_string())?;
+            let here = listener.local_addr().map_err(Failure::not_done)?;
             let announcer = Announcer::bind(here, to, of_datagrams).await;
-            Some(announcer.map_err(|error| format!("the datagrams of {here}: {error}: choose another --port"))?)
+            Some(announcer.map_err(|error| {
+                Failure::not_done(format!("the datagrams of {here}: {error}: choose another --port"))
+            })?)
         }
         _ => None,
     };
     let record = args.record.as_deref().map(|path| {
-        Record::create(path).map_err(|error| format!("{}: {error}: choose another --record", path.display()))
+        Record::create(path)
+            .map_err(|error| Failure::not_done(format!("{}: {error}: choose another --record", path.display())))
     });
     let record = record.transpose()?;
     let (server, door) = Server::new(rig, Options { faults, seed, record, announcer });
     let address = match listener {
         Some(listener) => {
-            let address = listener.local_addr().map_err(|error| error.to_string())?;
+            let address = listener.local_addr().map_err(Failure::not_done)?;
             tokio::spawn(listen(listener, door));
             address.to_string()
         }
@@ -223,21 +227,22 @@ async fn serve<R: Rig>(rig: R, args: &Args, mut interrupts: UnboundedReceiver<()
     Ok(())
 }
 
-async fn bind(args: &Args) -> Result<TcpListener, String> {
+async fn bind(args: &Args) -> Result<TcpListener, Failure> {
     let address = SocketAddr::new(args.listen, args.port.unwrap_or(args.protocol.port()));
-    TcpListener::bind(address).await.map_err(|error| match error.kind() {
+    let why = |error: io::Error| match error.kind() {
         io::ErrorKind::AddrInUse => format!("{address} is in use: choose another --port, or 0 for any free port"),
         io::ErrorKind::AddrNotAvailable => {
             format!("{address} is not an address of this computer: choose another --listen")
         }
         io::ErrorKind::PermissionDenied => format!("{address} is not permitted: choose a --port above 1023"),
         _ => format!("{address}: {error}"),
-    })
+    };
+    TcpListener::bind(address).await.map_err(|error| Failure::not_done(why(error)))
 }
 
 #[cfg(unix)]
-fn terminal(door: Door) -> Result<String, String> {
-    let no_terminal = |error| format!("no pseudo-terminal can be opened: {error}: use --tcp");
+fn terminal(door: Door) -> Result<String, Failure> {
+    let no_terminal = |error| Failure::not_done(format!("no pseudo-terminal can be opened: {error}: use --tcp"));
     let pty = crate::serve::Pty::new().map_err(no_terminal)?;
     let path = pty.path().to_owned();
     tokio::spawn(pty.serve(door));
@@ -245,6 +250,6 @@ fn terminal(door: Door) -> Result<String, String> {
 }
 
 #[cfg(not(unix))]
-fn terminal(_: Door) -> Result<String, String> {
-    Err("this system has no pseudo-terminals: use --tcp".to_owned())
+fn terminal(_: Door) -> Result<String, Failure> {
+    Err(Failure::usage("this system has no pseudo-terminals: use --tcp"))
 }

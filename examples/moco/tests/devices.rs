@@ -1,4 +1,4 @@
-//! Each command of `drive` with each device that `simulate` knows by name, and the page `docs/devices.md`, which tells it.
+//! Each command of `moco drive` with each device that `moco simulate` knows by name, and the page `docs/devices.md`, which tells it.
 //!
 //! `UPDATE=1 cargo test -p moco --test devices` writes the page again.
 
@@ -27,13 +27,13 @@ use tokio::sync::mpsc::unbounded_channel;
 use tokio::time::{Instant, sleep, sleep_until};
 
 const HEAD: &str = "\
-# Devices, and what `drive` can do with them
+# Devices, and what `moco drive` can do with them
 
 This page is made by a test, which does each command with each simulated device and looks at its motors and its camera.
-`simulate PROTOCOL --device NAME` runs the device, and `simulate PROTOCOL --list` prints the names. A number in the table
-stands for the line with which `drive` refuses the command or ends with status 1; after it, everything rests. \"done, but\"
-and a number means that the simulated device did the command. A real device was seen to do what the line with that number
-tells; no test repeats that.
+`moco simulate PROTOCOL --device NAME` runs the device, and `moco simulate PROTOCOL --list` prints the names. A number in the
+table stands for the line with which `moco drive` refuses the command or ends with status 1; after it, everything rests.
+\"done, but\" and a number means that the simulated device did the command. A real device was seen to do what the line with that
+number tells; no test repeats that.
 ";
 
 /// What a user has to know of hoot nodes, and no node can tell.

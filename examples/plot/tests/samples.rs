@@ -1,13 +1,9 @@
-//! The sample files, drawn by the library and by the program.
+//! Drawings of the sample files.
 
-use std::ffi::OsString;
-use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use examples::moves::Move;
-use plot::cli;
 
 fn samples() -> impl Iterator<Item = PathBuf> {
     let moves = Path::new(env!("CARGO_MANIFEST_DIR")).join("../moves");
@@ -58,46 +54,4 @@ fn pictures_have_the_colours_of_the_curves() {
         let red = count([0xC6, 0x28, 0x28]);
         assert!(red > 500, "{red} red pixels in {}", path.display());
     }
-}
-
-fn run(args: &[&str]) -> Result<String, String> {
-    let mut said = Vec::new();
-    let args = ["plot"].iter().chain(args).map(OsString::from);
-    let result = cli::run(args, &mut said).map_err(|error| {
-        let line = error.to_string();
-        assert_eq!(line.lines().count(), 1, "{line}");
-        assert_eq!(cli::exit(Err(error)), ExitCode::FAILURE);
-        line
-    });
-    result.map(|()| String::from_utf8(said).unwrap())
-}
-
-#[test]
-fn the_program_writes_the_pictures_that_it_names() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pictures");
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    let inside = |name: &str| folder.join(name).to_str().unwrap().to_owned();
-    let whip = samples().last().unwrap();
-    let whip = whip.to_str().unwrap();
-
-    let said = run(&[whip, "--out", &inside("")]).unwrap();
-    assert!(said.contains("whip.svg\n") && said.ends_with("whip.png\n"), "{said}");
-    assert!(
-        said.contains("axis \"Pan\", segment 2 from 0.9 s to 1.3 s: velocity 150, the limit is 120 degrees/s"),
-        "{said}"
-    );
-    assert!(fs::read(inside("whip.png")).unwrap().starts_with(b"\x89PNG"));
-    assert!(fs::read(inside("whip.svg")).unwrap().starts_with(b"<svg"));
-    run(&[whip, "--svg", &inside("only.svg")]).unwrap();
-    assert!(fs::read(inside("only.svg")).unwrap().starts_with(b"<svg") && !Path::new(&inside("only.png")).exists());
-
-    assert!(run(&[]).unwrap_err().starts_with("which move file? Try examples/moves/crane.json"));
-    assert!(run(&["no.json"]).unwrap_err().starts_with("no.json: No such file"));
-    assert!(run(&[whip, "--out", &inside("none")]).unwrap_err().contains("none/whip.svg: No such file"));
-    assert!(run(&[whip, "--out", ".", "--svg", "a.svg"]).unwrap_err().contains("--out"));
-    fs::write(inside("bad.json"), "{ \"move\": 1,\n  \"nam\": 2 }").unwrap();
-    assert!(run(&[&inside("bad.json")]).unwrap_err().contains("bad.json, line 2, column 7: unknown field `nam`"));
-    let help = cli::run(["plot", "--help"].map(OsString::from), &mut Vec::new()).unwrap_err();
-    assert_eq!(cli::exit(Err(help)), ExitCode::SUCCESS);
 }

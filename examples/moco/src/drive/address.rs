@@ -24,9 +24,9 @@ impl Address {
     ///
     /// # Errors
     ///
-    /// [`Trouble::Refused`] if the text has another form, or a form that the protocol does not use.
+    /// [`Trouble::Usage`] if the text has another form, or a form that the protocol does not use.
     pub fn parse(text: &str, protocol: Protocol) -> Result<Self, Trouble> {
-        let refused = |why: &str| Trouble::Refused(format!("{text:?}: {why}"));
+        let refused = |why: &str| Trouble::Usage(format!("{text:?}: {why}"));
         let is_kos = protocol == Protocol::Kos;
         if let Some(ours) = text.strip_prefix("udp://") {
             let ours = ours

@@ -1,4 +1,4 @@
-//! The program `drive`, and the trait of the hosts that it uses.
+//! Command `drive`, and the trait of the hosts that it uses.
 
 pub mod address;
 pub mod command;
@@ -8,6 +8,9 @@ pub mod kos;
 pub mod printer;
 pub mod program;
 
+use std::fmt;
+
+use examples::program::{Failure, Status};
 use motion_core::time::Millis;
 use motion_rigs::Host;
 
@@ -47,6 +50,16 @@ pub enum Stopped {
     NotConfirmed,
 }
 
+impl fmt::Display for Stopped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Confirmed => "the rig confirmed the stop",
+            Self::Obeyed => OBEYED,
+            Self::NotConfirmed => "the stop is NOT confirmed: press the emergency stop",
+        })
+    }
+}
+
 /// Reason why a command was not done, in one line that says what to do.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -63,4 +76,33 @@ pub enum Trouble {
     /// The rig did not do the command.
     #[error("{0}")]
     Failed(String),
+    /// The command line is wrong.
+    #[error("{0}")]
+    Usage(String),
+    /// A motor may still move.
+    #[error("{0}")]
+    MayMove(String),
+    /// The command was not done, and motors were stopped.
+    #[error("{0}: {1}")]
+    Stopped(Box<Self>, Stopped),
+}
+
+impl Trouble {
+    /// Exit status of the program.
+    #[must_use]
+    pub fn status(&self) -> Status {
+        match self {
+            Self::Interrupted => Status::Interrupted,
+            Self::Usage(_) => Status::Usage,
+            Self::MayMove(_) | Self::Stopped(_, Stopped::Obeyed | Stopped::NotConfirmed) => Status::MayMove,
+            Self::Stopped(trouble, Stopped::Confirmed) => trouble.status(),
+            Self::Line(_) | Self::Refused(_) | Self::Failed(_) => Status::NotDone,
+        }
+    }
+}
+
+impl From<Trouble> for Failure {
+    fn from(trouble: Trouble) -> Self {
+        Self { status: trouble.status(), line: trouble.to_string() }
+    }
 }

@@ -1,23 +1,24 @@
-//! The program `drive`: it does a command, and stops all motors if the command fails.
+//! Command `drive`: it does a command, and stops all motors if the command fails.
 
 use std::io;
 use std::net::{IpAddr, SocketAddr};
 use std::time::Duration;
 
 use clap::Parser;
+use examples::program::{STATUSES, Status};
 use motion_rigs::dmc_host::DmcHost;
 use motion_rigs::kos_host::KosHost;
 use tokio::sync::mpsc::UnboundedReceiver;
 
 use super::address::Address;
 use super::printer::Printer;
-use super::{Command, Driven, OBEYED, Stopped, Trouble, dmc, hoot, kos};
+use super::{Command, Driven, Trouble, dmc, hoot, kos};
 use crate::session::{Session, Target};
 use crate::simulate::Protocol;
 
 /// Drive a rig, simulated or real.
 #[derive(Debug, Clone, PartialEq, Parser)]
-#[command(version)]
+#[command(after_help = STATUSES)]
 pub struct Args {
     /// Protocol of the rig.
     #[arg(value_enum)]
@@ -46,8 +47,8 @@ pub struct Args {
     /// Time to wait for an answer before a request is sent again, in milliseconds (DMC) [default: 500]
     #[arg(long, global = true, value_name = "MILLISECONDS", value_parser = clap::value_parser!(u32).range(1..))]
     pub timeout: Option<u32>,
-    /// Address of the node (hoot).
-    #[arg(long, global = true, default_value_t = hoot_proto::Address::DEFAULT.0)]
+    /// Address of the node, from 2 to 255 (hoot).
+    #[arg(long, global = true, default_value_t = hoot_proto::Address::DEFAULT.0, value_parser = clap::value_parser!(u8).range(2..))]
     pub node: u8,
     /// Log events of the line; given twice, also each message; given three times, also each piece of bytes.
     #[arg(long, short, global = true, action = clap::ArgAction::Count)]
@@ -61,6 +62,16 @@ pub struct Args {
 /// [`Trouble`], as one line that says what to do. All motors are stopped by then, or the line says that the stop is not
 /// confirmed.
 pub async fn drive(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<(), Trouble> {
+    match command(args, interrupts).await {
+        // Somebody wants that everything rests, and it is not known.
+        Err(trouble) if args.command == Command::Stop && trouble.status() != Status::Usage => {
+            Err(Trouble::MayMove(trouble.to_string()))
+        }
+        done => done,
+    }
+}
+
+async fn command(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<(), Trouble> {
     let address = Address::parse(&args.address, args.protocol)?;
     let mut out = Printer::new(io::stdout());
     let command = &args.command;
@@ -120,9 +131,5 @@ async fn with<H: Driven>(
         Err(trouble) if !may_move && !matches!(trouble, Trouble::Interrupted) => return Err(trouble),
         Err(trouble) => trouble,
     };
-    Err(Trouble::Failed(match session.stop().await {
-        Stopped::Confirmed => format!("{trouble}: the rig confirmed the stop"),
-        Stopped::Obeyed => format!("{trouble}: {OBEYED}"),
-        Stopped::NotConfirmed => format!("{trouble}: the stop is NOT confirmed: press the emergency stop"),
-    }))
+    Err(Trouble::Stopped(Box::new(trouble), session.stop().await))
 }

@@ -1,6 +1,8 @@
-//! Tests of commands that cannot be done: one line that says what to do, and status 1.
+//! Tests of commands that cannot be done: one line that says what to do, and the exit status.
 
 use std::net::TcpListener;
+
+use examples::program::Status;
 
 use crate::process::{Program, Rig, file};
 
@@ -10,8 +12,8 @@ fn a_broken_move_file_is_refused() {
     let path = file("a_broken_move_file_is_refused", "{\n  \"move\": 1,\n  \"name\": 7\n}");
     let path = path.to_str().unwrap();
     let line = rig.drive(&["run", path]).failed("line 3, column 11");
-    assert!(line.starts_with(&format!("drive: {path}")), "{line}");
-    rig.drive(&["run", "no/such/file"]).failed("drive: no/such/file: ");
+    assert!(line.starts_with(&format!("moco: {path}")), "{line}");
+    rig.drive(&["run", "no/such/file"]).failed("moco: no/such/file: ");
     rig.end();
 }
 
@@ -21,7 +23,17 @@ fn a_port_that_is_in_use_is_refused() {
     let port = taken.local_addr().unwrap().port().to_string();
     for protocol in ["kos", "dmc", "hoot"] {
         let outcome = Program::start("simulate", &[protocol, "--tcp", "--port", &port]).end();
-        outcome.failed(&format!("simulate: 127.0.0.1:{port} is in use: choose another --port"));
+        outcome.failed(&format!("moco: 127.0.0.1:{port} is in use: choose another --port"));
+    }
+}
+
+#[test]
+fn an_address_or_a_record_that_cannot_be_used_is_refused() {
+    for (args, part) in [
+        (["kos", "--listen", "192.0.2.1"], "192.0.2.1:5520 is not an address of this computer"),
+        (["dmc", "--record", "/no/such/folder"], "/no/such/folder: "),
+    ] {
+        Program::start("simulate", &args).end().failed(part);
     }
 }
 
@@ -36,7 +48,7 @@ fn a_rig_that_does_not_exist_is_reported() {
         (["hoot", "/dev/no-such-line", "info"], "is the rig plugged in"),
     ] {
         let line = Program::start("drive", &args).end().failed(part);
-        assert!(line.starts_with(&format!("drive: {}: ", args[1])), "{line}");
+        assert!(line.starts_with(&format!("moco: {}: ", args[1])), "{line}");
     }
     let args = ["kos", "udp://127.0.0.1:0", "info", "--wait", "1"];
     Program::start("drive", &args).end().failed("no kOS rig announced itself in 1 s");
@@ -44,10 +56,9 @@ fn a_rig_that_does_not_exist_is_reported() {
 
 #[test]
 fn an_unknown_argument_is_refused() {
-    for (args, part) in [
+    for (program, args, part) in [
         ("simulate", vec!["dfmoco"], "possible values: kos, dmc, hoot"),
         ("simulate", vec!["kos", "--listen", "here"], "invalid value 'here' for '--listen"),
-        ("simulate", vec!["kos", "--listen", "192.0.2.1"], "192.0.2.1:5520 is not an address of this computer"),
         ("simulate", vec!["kos", "--device", "loud"], "kOS has no device \"loud\": it has mild"),
         ("simulate", vec!["kos", "--quirks", "loud"], "kOS has no quirk \"loud\": it has older-dialect"),
         ("simulate", vec!["dmc", "--quirks", "vendor,loud"], "DMC has no quirk \"loud\": it has vendor,"),
@@ -58,16 +69,12 @@ fn an_unknown_argument_is_refused() {
         ("simulate", vec!["dmc", "--password", "x"], "DMC has no passwords: leave out --password"),
         ("simulate", vec!["hoot", "--announce", "127.0.0.1:9"], "hoot has no datagrams: leave out --announce"),
         ("simulate", vec!["kos", "--pty"], "kOS has no serial line: leave out --pty"),
-        ("simulate", vec!["dmc", "--record", "/no/such/folder"], "/no/such/folder: "),
         ("drive", vec!["kos", "127.0.0.1"], "requires a subcommand"),
         ("drive", vec!["kos", "127.0.0.1", "dance"], "'dance'"),
         ("drive", vec!["dmc", "rig", "info"], "\"rig\": give HOST:PORT, or a serial device"),
-        ("drive", vec!["hoot", "127.0.0.1:1", "info", "--node", "1"], "nodes have addresses 2 to 255"),
-    ]
-    .map(|(program, args, part)| ((program, args), part))
-    {
-        let line = Program::start(args.0, &args.1).end().failed(part);
-        assert!(line.starts_with(&format!("{}: ", args.0)), "{line}");
+        ("drive", vec!["hoot", "127.0.0.1:1", "info", "--node", "1"], "1 is not in 2..=255"),
+    ] {
+        Program::start(program, &args).end().ended(Status::Usage, part);
     }
 }
 
@@ -75,7 +82,7 @@ fn an_unknown_argument_is_refused() {
 fn a_wrong_password_is_refused() {
     let rig = Rig::start("a_wrong_password_is_refused", "kos", &["--password", "gaffer"]);
     rig.drive(&["info", "--password", "grip"])
-        .failed("drive: wrong password: give the password of the rig with --password");
+        .failed("moco: wrong password: give the password of the rig with --password");
     assert!(rig.drive(&["info", "--password", "gaffer"]).done().contains("motor 1"));
     rig.end();
 }

@@ -6,6 +6,7 @@ use std::time::Duration;
 use dmc_proto::message::{Ack, AckCode, Hi};
 use dmc_proto::{DeviceMessage, MessageId, MessageType};
 use examples::moves::Move;
+use examples::program::Status;
 
 use crate::process::{Program, Rig, Scenario, cut, done_or_at_rest, file, interrupted, missed};
 use crate::record::{Planned, Row, is_at, last};
@@ -74,7 +75,8 @@ fn an_old_acknowledgement_confirms_no_stop() {
         sleep(Duration::from_millis(100));
         line.write(&old);
     }
-    drive.end().failed("the rig did not confirm a stop in 10 s: the stop is NOT confirmed: press the emergency stop");
+    let expected = "the rig did not confirm a stop in 10 s: the stop is NOT confirmed: press the emergency stop";
+    drive.end().ended(Status::MayMove, expected);
     let sent = line.sent.lock().unwrap();
     let is_padded = sent.windows(2048).any(|bytes| bytes.iter().all(|byte| *byte == 0));
     assert!(is_padded, "zero bytes complete a frame that was cut off");
@@ -157,7 +159,8 @@ fn a_rig_that_is_killed_in_a_shoot(test: &str) {
     drive.line("shot 2 of 5");
     rig.kill();
     // Between two shots no motor moves, so a stop is not always needed.
-    let line = drive.end().failed("drive: the rig is gone: ");
+    let line = drive.end().failed_somehow();
+    assert!(line.starts_with("moco: the rig is gone: "), "{line}");
     assert!(line.contains("check its cable") || line.contains("NOT confirmed"), "{line}");
 }
 

@@ -6,6 +6,8 @@ use std::time::Duration;
 
 use examples::moves::Move;
 
+use examples::program::Status;
+
 use crate::cable::Cable;
 use crate::process::{Program, Rig, Scenario, done_or_at_rest, file};
 use crate::record::{Planned, Row, last};
@@ -128,7 +130,7 @@ fn a_rig_that_is_killed_in_a_time_lapse(test: &str) {
     let mut drive = rig.begin(&lapse(path.to_str().unwrap()));
     drive.line(" photos: ");
     rig.kill();
-    drive.end().failed("NOT confirmed: press the emergency stop");
+    drive.end().ended(Status::MayMove, "NOT confirmed: press the emergency stop");
 }
 
 /// Arguments for a calibration that takes minutes, at five rotations per second.
@@ -151,7 +153,7 @@ fn a_rig_that_is_killed_in_a_calibration(test: &str) {
     let drive = rig.begin(&LONG_WAY);
     rig.moves(1);
     rig.kill();
-    drive.end().failed("NOT confirmed: press the emergency stop");
+    drive.end().ended(Status::MayMove, "NOT confirmed: press the emergency stop");
 }
 
 fn a_rig_that_announces_itself_is_found(test: &str) {
@@ -170,12 +172,12 @@ fn ctrl_c_stops_the_motors_first(test: &str) {
     rig.plays();
     sleep(Duration::from_millis(500));
     drive.interrupt();
-    drive.end().failed("drive: interrupted: the rig confirmed the stop");
+    drive.end().ended(Status::Interrupted, "moco: interrupted: the rig confirmed the stop");
     rig.rests();
     let drive = rig.begin(&["jog", "3", "2", "--for", "30"]);
     rig.moves(3);
     drive.interrupt();
-    drive.end().failed("drive: interrupted: the rig confirmed the stop");
+    drive.end().ended(Status::Interrupted, "moco: interrupted: the rig confirmed the stop");
     rig.rests();
     let rows = rig.end();
     assert!(last(&rows, 1) > 0.0 && last(&rows, 1) < 19.0, "{}", last(&rows, 1));
@@ -211,7 +213,7 @@ fn a_rig_that_is_killed_is_reported(test: &str) {
     let mut drive = rig.begin(&["run", path.to_str().unwrap(), QUICK[0], QUICK[1]]);
     drive.line(" %: motor 1 at ");
     rig.kill();
-    drive.end().failed("NOT confirmed: press the emergency stop");
+    drive.end().ended(Status::MayMove, "NOT confirmed: press the emergency stop");
 }
 
 fn with_all_faults(test: &str, seed: &str) {

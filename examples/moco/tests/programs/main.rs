@@ -1,4 +1,4 @@
-//! Tests of the programs `simulate` and `drive`, over loopback TCP, loopback UDP and pseudo-terminals.
+//! Tests of the program: `moco simulate` and `moco drive` over loopback TCP, loopback UDP and pseudo-terminals.
 #![cfg(unix)]
 
 mod bad;
@@ -6,6 +6,7 @@ mod cable;
 mod dmc;
 mod hoot;
 mod kos;
+mod others;
 mod process;
 mod record;
 mod serving;

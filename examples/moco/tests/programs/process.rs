@@ -1,4 +1,4 @@
-//! Programs that tests start, wait for, interrupt and kill. No program lives longer than its test.
+//! Processes of the program that tests start, wait for, interrupt and kill. No program lives longer than its test.
 
 use std::ffi::OsStr;
 use std::io::{BufRead, BufReader, Read};
@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use examples::program::Status;
 use rustix::fs::{Mode, OFlags, open};
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -40,14 +41,11 @@ pub(crate) struct Outcome {
 }
 
 impl Program {
-    /// Starts an example program, which is built with the tests.
-    pub(crate) fn start(name: &str, args: &[impl AsRef<OsStr>]) -> Self {
-        let here = std::env::current_exe().expect("a test has a path");
-        let built = here.ancestors().nth(2).expect("the test is in a folder of a folder").join("examples").join(name);
-        let advice = "build the programs: cargo build -p moco --examples";
-        let mut command = Command::new(&built);
-        command.args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut child = command.spawn().unwrap_or_else(|error| panic!("{}: {error}: {advice}", built.display()));
+    /// Starts a command of the program.
+    pub(crate) fn start(command: &str, args: &[impl AsRef<OsStr>]) -> Self {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_moco"));
+        program.arg(command).args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = program.spawn().unwrap();
         let (out, out_reader) = listen(child.stdout.take().expect("the stream is piped"));
         let (err, err_reader) = listen(child.stderr.take().expect("the stream is piped"));
         Self { child, out, err, readers: vec![out_reader, err_reader] }
@@ -117,13 +115,36 @@ impl Outcome {
         self.out
     }
 
-    /// Checks that the program failed with status 1 and one line that contains `part`. Returns the line.
+    /// Checks that the program failed with one line that contains `part`, and that nothing it has set in motion moves.
+    /// Returns the line.
     #[track_caller]
     pub(crate) fn failed(self, part: &str) -> String {
-        assert_eq!(self.status.code(), Some(1), "{self:?}");
+        self.ended(Status::NotDone, part)
+    }
+
+    /// Checks that the program ended with a status, and with one line that contains `part`. Returns the line.
+    #[track_caller]
+    pub(crate) fn ended(self, status: Status, part: &str) -> String {
+        assert_eq!(self.status.code(), Some(status as i32), "{self:?}");
         assert!(self.err.ends_with('\n') && self.err.lines().count() == 1, "{self:?}");
-        assert!(self.err.contains(part), "{part:?}: {self:?}");
+        assert!(self.err.starts_with("moco: ") && self.err.contains(part), "{part:?}: {self:?}");
         self.err
+    }
+
+    /// Checks that the command line was refused with one line of JSON that contains `part`.
+    #[track_caller]
+    pub(crate) fn usage_in_json(self, part: &str) {
+        assert_eq!(self.status.code(), Some(Status::Usage as i32), "{self:?}");
+        let failure: serde_json::Value = serde_json::from_str(&self.err).unwrap();
+        assert_eq!(failure["status"], Status::Usage as i32);
+        assert!(failure["error"].as_str().unwrap().contains(part), "{part:?}: {self:?}");
+    }
+
+    /// Checks that the program failed with one line, whether the rig confirmed a stop or not. Returns the line.
+    #[track_caller]
+    pub(crate) fn failed_somehow(self) -> String {
+        let is_unsafe = self.status.code() == Some(Status::MayMove as i32);
+        self.ended(if is_unsafe { Status::MayMove } else { Status::NotDone }, "")
     }
 }
 
@@ -233,18 +254,18 @@ const LOCK: Duration = Duration::from_secs(2);
 /// its motors.
 #[track_caller]
 pub(crate) fn interrupted(rig: Rig, run: &[&str], jog: &[&str], interrupt: fn(&Program)) -> Vec<Row> {
-    let confirmed = "drive: interrupted: the rig confirmed the stop";
+    let confirmed = "moco: interrupted: the rig confirmed the stop";
     let drive = rig.begin(run);
     rig.plays();
     thread::sleep(Duration::from_millis(500));
     drive.interrupt();
-    drive.end().failed(confirmed);
+    drive.end().ended(Status::Interrupted, confirmed);
     rig.rests();
     thread::sleep(LOCK);
     let drive = rig.begin(jog);
     rig.moves(1);
     interrupt(&drive);
-    drive.end().failed(confirmed);
+    drive.end().ended(Status::Interrupted, confirmed);
     rig.rests();
     rig.end()
 }
@@ -254,7 +275,7 @@ pub(crate) fn interrupted(rig: Rig, run: &[&str], jog: &[&str], interrupt: fn(&P
 pub(crate) fn missed(rig: Rig, drive: Program) {
     rig.plays();
     rig.kill();
-    drive.end().failed("NOT confirmed: press the emergency stop");
+    drive.end().ended(Status::MayMove, "NOT confirmed: press the emergency stop");
 }
 
 /// Cuts the cable in a run. The line must be opened again for a stop. Returns the record of the motors.
@@ -275,7 +296,7 @@ pub(crate) fn cut(rig: Rig, run: &[&str]) -> Vec<Row> {
 pub(crate) fn done_or_at_rest(rig: &Rig, outcome: Outcome) -> bool {
     let is_done = outcome.status.success();
     if !is_done {
-        outcome.failed("drive: ");
+        outcome.failed_somehow();
     }
     rig.rests();
     is_done

@@ -397,11 +397,11 @@ fn refused(why: Refusal) -> Trouble {
     Trouble::Refused(
         match why {
             Refusal::Device(code) => return failed(code, MotorAddress::ALL),
-            Refusal::MoveRuns => "a move runs on the rig: stop it first (drive kos ADDRESS stop)",
-            Refusal::Moves => "motors of the rig move: stop them first (drive kos ADDRESS stop)",
-            Refusal::NoMotor => "the rig has no such motor: see drive kos ADDRESS info",
+            Refusal::MoveRuns => "a move runs on the rig: stop it first (moco drive kos ADDRESS stop)",
+            Refusal::Moves => "motors of the rig move: stop them first (moco drive kos ADDRESS stop)",
+            Refusal::NoMotor => "the rig has no such motor: see moco drive kos ADDRESS info",
             Refusal::Number => "a number is NaN, infinite or not positive",
-            Refusal::Outside => "the position is outside the range of the motor: see drive kos ADDRESS info",
+            Refusal::Outside => "the position is outside the range of the motor: see moco drive kos ADDRESS info",
             Refusal::Unsupported { id, action } => return unknown(id, action),
             Refusal::NotConnected | Refusal::NotReady => "there is no connection to the rig: try again",
             _ => "the rig cannot do that now: try again",
@@ -424,7 +424,7 @@ fn failed(code: ErrorCode, motor: MotorAddress) -> Trouble {
         ErrorCode::CANNOT_EXECUTE_MOVE => {
             "the rig cannot do that now: motors move, or a motor of the move is not calibrated".to_owned()
         }
-        ErrorCode::BAD_MOTOR_ADDRESS => format!("the rig has no motor {motor}: see drive kos ADDRESS info"),
+        ErrorCode::BAD_MOTOR_ADDRESS => format!("the rig has no motor {motor}: see moco drive kos ADDRESS info"),
         ErrorCode::NO_MOTORS => "the rig has no motors: check its cables".to_owned(),
         ErrorCode::TRAJECTORY => "the rig does not understand the move".to_owned(),
         ErrorCode::RETURN_TO_FIRST_KEYFRAME => {

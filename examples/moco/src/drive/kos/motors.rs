@@ -72,7 +72,7 @@ impl Drive<'_> {
         let pace = pace(&known, speed)?;
         let (Some(here), Some(range)) = (known.relative_position(), known.range()) else {
             let line = format!(
-                "motor {motor} is not calibrated: calibrate it first (drive kos ADDRESS calibrate {motor} BEGIN END)"
+                "motor {motor} is not calibrated: calibrate it first (moco drive kos ADDRESS calibrate {motor} BEGIN END)"
             );
             return Err(Trouble::Refused(line));
         };

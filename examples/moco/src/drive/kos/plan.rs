@@ -84,7 +84,7 @@ pub fn check(file: &Move, stored: &StoredMove, motors: &[Motor]) -> Result<(), T
         let Some(known) = known else { return Err(no_motor(kos.motor, motors)) };
         let Range { from, to } = kos.range;
         let width = kos.range.width();
-        let calibrate = format!("drive kos ADDRESS calibrate {} {from} {to}", kos.motor);
+        let calibrate = format!("moco drive kos ADDRESS calibrate {} {from} {to}", kos.motor);
         let Some(range) = known.range() else {
             return Err(Trouble::Refused(format!("motor {} is not calibrated: {calibrate}", kos.motor)));
         };

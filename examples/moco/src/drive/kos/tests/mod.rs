@@ -55,7 +55,7 @@ async fn a_range_is_set_and_a_move_is_played() {
     let said = served.done(Command::Info).await;
     assert!(said.contains("motor 2: at 0 rotations, not calibrated"), "{said}");
     let refused = served.trouble(run()).await;
-    assert_eq!(refused, "motor 1 is not calibrated: drive kos ADDRESS calibrate 1 0 40");
+    assert_eq!(refused, "motor 1 is not calibrated: moco drive kos ADDRESS calibrate 1 0 40");
     let said = served.done(CALIBRATE).await;
     assert!(said.ends_with("motor 1 is calibrated: from 0 to 40 rotations\n"), "{said}");
     assert!(served.done(Command::Info).await.contains("motor 1: at 40 of 40 rotations"));
@@ -120,7 +120,7 @@ async fn an_impossible_command_is_refused_in_one_line() {
     served.done(Command::Calibrate { motor: 1, begin: -5.0, end: 20.0 }).await;
     let crane = Path::new(env!("CARGO_MANIFEST_DIR")).join("../moves/whip.json");
     for (command, expected) in [
-        (run(), "motor 1 is calibrated over 25 rotations, but axis \"Slide\" is planned over 40: drive kos"),
+        (run(), "motor 1 is calibrated over 25 rotations, but axis \"Slide\" is planned over 40: moco drive kos"),
         (Command::Move { motor: 7, position: 1.0, speed: None }, "there is no motor 7: the rig has motors 1, 2"),
         (Command::Move { motor: 0, position: 1.0, speed: None }, "there is no motor 0"),
         (Command::Move { motor: 2, position: 1.0, speed: None }, "motor 2 is not calibrated"),
