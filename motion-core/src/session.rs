@@ -58,6 +58,20 @@ pub trait Session {
     /// Number of bytes that [`receive`](Self::receive) always takes after a turn said to wait.
     const PIECE: usize;
 
+    /// Whether the session [asks](Self::request) for its line. Otherwise it is told that a line is up as soon as it is.
+    const ASKS: bool = false;
+
+    /// Whether bytes for this receiver go over this line.
+    #[must_use]
+    fn reaches(to: Self::Destination, line: Self::Line) -> bool;
+
+    /// Request about this line that an event makes. Most events make none.
+    #[must_use]
+    fn request(held: &Self::Held, line: Self::Line) -> Option<LineRequest> {
+        let _ = (held, line);
+        None
+    }
+
     /// Tells that a line is up. Bytes of an earlier one are dropped.
     ///
     /// # Errors
@@ -99,6 +113,15 @@ pub trait HostSession: Session {
     ///
     /// [`NotTaken::Full`] if too many stops wait for a turn.
     fn stop(&mut self, token: Token) -> Result<(), NotTaken>;
+}
+
+/// Request of a session about a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LineRequest {
+    /// Open the line, and tell that it is up, or down if it cannot be opened.
+    Open,
+    /// Close the line. The session knows that it is down.
+    Close,
 }
 
 /// Next thing to do for a session of type `S`.

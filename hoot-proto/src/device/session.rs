@@ -193,6 +193,10 @@ impl session::Session for Session {
 
     const PIECE: usize = Self::PIECE;
 
+    fn reaches(to: Port, line: Port) -> bool {
+        to == line
+    }
+
     fn link_up(&mut self, port: Port) -> Result<(), NotTaken> {
         self.link_up(port)
     }

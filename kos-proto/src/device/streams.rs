@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use motion_core::session::{self, Agenda, News, NotTaken, Session as _, Turn, TurnOf};
+use motion_core::session::{self, Agenda, LineRequest, News, NotTaken, Session as _, Turn, TurnOf};
 use motion_core::stream::Item;
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
@@ -251,6 +251,15 @@ impl<const N: usize> session::Session for Session<N> {
     type Held = Held;
 
     const PIECE: usize = Self::PIECE;
+
+    fn reaches(to: Destination, (client, _): Self::Line) -> bool {
+        matches!(to, Destination::Sessions(clients) if clients.contains(client))
+    }
+
+    fn request(held: &Held, (client, _): Self::Line) -> Option<LineRequest> {
+        let is_over = matches!(held, Held::Event(Event::Disconnect { session, .. }) if *session == client);
+        is_over.then_some(LineRequest::Close)
+    }
 
     fn link_up(&mut self, (client, transport): Self::Line) -> Result<(), NotTaken> {
         self.link_up(client, transport)

@@ -42,7 +42,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use motion_core::session::{self, Agenda, News, Session as _, Turn, TurnOf};
+use motion_core::session::{self, Agenda, LineRequest, News, Session as _, Turn, TurnOf};
 use motion_core::stream::Item;
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
@@ -214,6 +214,19 @@ impl<const N: usize> session::Session for Session<N> {
     type Held = Held;
 
     const PIECE: usize = Self::PIECE;
+    const ASKS: bool = true;
+
+    fn reaches(to: Destination, (): ()) -> bool {
+        to == Destination::Connection
+    }
+
+    fn request(held: &Held, (): ()) -> Option<LineRequest> {
+        match held {
+            Held::Event(Event::Connect(_)) => Some(LineRequest::Open),
+            Held::Event(Event::LinkDown(_)) => Some(LineRequest::Close),
+            _ => None,
+        }
+    }
 
     fn link_up(&mut self, (): ()) -> Result<(), NotTaken> {
         self.link_up();

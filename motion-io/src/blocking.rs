@@ -1,0 +1,346 @@
+//! Driver of blocking streams, for threads.
+
+use std::boxed::Box;
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::string::ToString;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+use std::vec::Vec;
+use std::{fmt, vec};
+
+use motion_core::session::{HostSession, Session};
+use motion_core::time::Millis;
+
+use crate::error::Error;
+use crate::flow::{Flow, Next};
+use crate::reconnect::{Attempts, Reconnect};
+use crate::{CONNECT, STALLED};
+
+/// Longest time of one read.
+const LONGEST: Duration = Duration::from_secs(3_600);
+
+/// Stream whose reading and writing end after some time.
+pub trait Stream: Read + Write {
+    /// Sets the time after which a read without bytes ends, with [`WouldBlock`](ErrorKind::WouldBlock) or
+    /// [`TimedOut`](ErrorKind::TimedOut). It is not zero.
+    ///
+    /// # Errors
+    ///
+    /// The errors of the stream.
+    fn set_read_timeout(&mut self, time: Duration) -> io::Result<()>;
+
+    /// Sets the time after which a write that takes no bytes ends in the same way. It is not zero. By default, a write waits
+    /// as long as the stream wants.
+    ///
+    /// # Errors
+    ///
+    /// The errors of the stream.
+    fn set_write_timeout(&mut self, time: Duration) -> io::Result<()> {
+        let _ = time;
+        Ok(())
+    }
+}
+
+impl Stream for TcpStream {
+    fn set_read_timeout(&mut self, time: Duration) -> io::Result<()> {
+        Self::set_read_timeout(self, Some(time))
+    }
+
+    fn set_write_timeout(&mut self, time: Duration) -> io::Result<()> {
+        Self::set_write_timeout(self, Some(time))
+    }
+}
+
+#[cfg(feature = "serialport")]
+impl Stream for Box<dyn serialport::SerialPort> {
+    fn set_read_timeout(&mut self, time: Duration) -> io::Result<()> {
+        Ok(self.set_timeout(time)?)
+    }
+
+    fn set_write_timeout(&mut self, time: Duration) -> io::Result<()> {
+        Ok(self.set_timeout(time)?)
+    }
+}
+
+/// Way to open a line again.
+struct Reopen<S, T> {
+    attempts: Attempts<S>,
+    open: Box<dyn FnMut() -> Result<T, Error> + Send>,
+}
+
+/// Function that sends bytes to receivers that are not at the end of the line.
+type Others<D> = Box<dyn FnMut(D, &[u8]) + Send>;
+
+/// Session on a stream.
+pub struct Driver<S: Session, T> {
+    flow: Flow<S, Vec<u8>>,
+    stream: Option<T>,
+    piece: Vec<u8>,
+    start: Instant,
+    reopen: Option<Reopen<S, T>>,
+    others: Option<Others<S::Destination>>,
+    trouble: Option<Error>,
+}
+
+impl<S: Session<Line = ()>, T: Stream> Driver<S, T> {
+    /// Makes a driver of this session on an open stream, which must not hold bytes back: it is never flushed.
+    #[must_use]
+    pub fn new(session: S, stream: T) -> Self {
+        Self::on_line(session, (), stream)
+    }
+}
+
+impl<S: Session, T: Stream> Driver<S, T> {
+    /// Makes a driver of one line of this session, on an open stream, as [`new`](Self::new).
+    #[must_use]
+    pub fn on_line(session: S, line: S::Line, stream: T) -> Self {
+        let (start, piece, reopen, others, trouble) = (Instant::now(), vec![0; S::PIECE], None, None, None);
+        let flow = Flow::new(session, line, Vec::new());
+        Self { flow, stream: Some(stream), piece, start, reopen, others, trouble }
+    }
+
+    /// Opens a line that was lost again, by these rules. The session waits while `open` works.
+    #[must_use]
+    pub fn reconnecting(mut self, rules: Reconnect, open: impl FnMut() -> Result<T, Error> + Send + 'static) -> Self
+    where
+        S: HostSession,
+    {
+        self.reopen = Some(Reopen { attempts: Attempts::new(rules), open: Box::new(open) });
+        self
+    }
+
+    /// Gives bytes for receivers that are not at the end of the line to this function, such as datagrams. Without it they
+    /// are dropped.
+    #[must_use]
+    pub fn with_others(mut self, send: impl FnMut(S::Destination, &[u8]) + Send + 'static) -> Self {
+        self.others = Some(Box::new(send));
+        self
+    }
+
+    /// Session, for reading its state.
+    #[must_use]
+    pub const fn session(&self) -> &S {
+        &self.flow.session
+    }
+
+    /// Session, for commands. They are obeyed in [`next`](Self::next).
+    ///
+    /// Only the driver tells the session about its line and its bytes.
+    pub const fn session_mut(&mut self) -> &mut S {
+        &mut self.flow.session
+    }
+
+    /// Reason why there is no line at present, or why there was none the last time.
+    #[must_use]
+    pub const fn trouble(&self) -> Option<&Error> {
+        self.trouble.as_ref()
+    }
+
+    /// Time since the driver was made, as the session is told.
+    #[must_use]
+    pub fn now(&self) -> Millis {
+        Millis(u64::try_from(self.start.elapsed().as_millis()).unwrap_or(u64::MAX))
+    }
+
+    /// Next event of the session, with what `source` has for its messages. Reads, writes and waits until there is one.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Line`] if the line is gone and is not opened again, after all events are told;
+    /// [`Error::Message`] if a message cannot be written.
+    pub fn next(&mut self, source: &S::Source<'_>) -> Result<S::Event<'_>, Error> {
+        let held = loop {
+            if let Some(held) = self.run(source, None)? {
+                break held;
+            }
+        };
+        Ok(self.flow.session.event(held))
+    }
+
+    /// Next event of the session, if there is one within this time.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`next`](Self::next).
+    pub fn next_within(&mut self, time: Duration, source: &S::Source<'_>) -> Result<Option<S::Event<'_>>, Error> {
+        let end = self.now().after(u64::try_from(time.as_millis()).unwrap_or(u64::MAX));
+        let held = self.run(source, Some(end))?;
+        Ok(held.map(|held| self.flow.session.event(held)))
+    }
+
+    /// Drives the session until there is an event, or this time has come.
+    fn run(&mut self, source: &S::Source<'_>, end: Option<Millis>) -> Result<Option<S::Held>, Error> {
+        let mut is_at_end = false;
+        loop {
+            self.care_for_line();
+            match self.flow.next(self.now(), source).map_err(Error::Message)? {
+                Next::Event(held) => return Ok(Some(held)),
+                Next::Write => {
+                    if let Err(why) = self.write() {
+                        self.lose(why);
+                    }
+                }
+                Next::Other(to, len) => {
+                    if let Some(send) = &mut self.others {
+                        send(to, self.flow.front(len));
+                    }
+                }
+                Next::Wait(until) => {
+                    if self.stream.is_none() && self.reopen.is_none() {
+                        return Err(self.trouble.clone().unwrap_or_else(Error::closed));
+                    }
+                    if is_at_end {
+                        return Ok(None);
+                    }
+                    let attempt = self.reopen.as_ref().filter(|_| self.flow.wants_line());
+                    let until = [until, attempt.map(|reopen| reopen.attempts.at), end].into_iter().flatten().min();
+                    if let Err(why) = self.read(until) {
+                        self.lose(why);
+                    }
+                    is_at_end = end.is_some_and(|end| end <= self.now());
+                }
+            }
+        }
+    }
+
+    /// Closes the line that the session does not want any more, and tells the session of the line that it wants, or opens it.
+    fn care_for_line(&mut self) {
+        let now = self.now();
+        if self.flow.is_over() {
+            self.hang_up();
+        }
+        if !self.flow.wants_line() {
+            return;
+        }
+        if self.stream.is_some() {
+            self.flow.up();
+        } else if let Some(reopen) = &mut self.reopen
+            && (S::ASKS || reopen.attempts.at <= now)
+        {
+            let opened = (reopen.open)();
+            self.opened(opened);
+        }
+    }
+
+    fn opened(&mut self, opened: Result<T, Error>) {
+        let now = self.now();
+        let Some(reopen) = &mut self.reopen else { return };
+        match opened {
+            Ok(stream) => {
+                reopen.attempts.opened(&mut self.flow.session);
+                self.stream = Some(stream);
+                self.flow.up();
+            }
+            Err(why) => {
+                self.trouble = Some(why);
+                if S::ASKS {
+                    self.flow.down();
+                }
+                if !reopen.attempts.failed(now) {
+                    self.reopen = None;
+                }
+            }
+        }
+    }
+
+    /// Handles the loss of the line.
+    fn lose(&mut self, why: Error) {
+        self.trouble = Some(why);
+        self.flow.down();
+        self.hang_up();
+    }
+
+    fn hang_up(&mut self) {
+        let now = self.now();
+        if let Some(reopen) = &mut self.reopen {
+            reopen.attempts.lost(now, &self.flow.session);
+        }
+        self.stream = None;
+    }
+
+    /// Writes all bytes that are to be written.
+    fn write(&mut self) -> Result<(), Error> {
+        let Some(stream) = &mut self.stream else { return Ok(()) };
+        stream.set_write_timeout(Duration::from_millis(STALLED)).map_err(Error::lost)?;
+        while !self.flow.unsent().is_empty() {
+            match stream.write(self.flow.unsent()) {
+                Ok(0) => return Err(Error::lost("it takes no more bytes")),
+                Ok(len) => self.flow.written(len),
+                Err(error) if is_timeout(&error) => return Err(Error::lost("it takes no bytes")),
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(Error::lost(error)),
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads once, and waits for bytes at most until this time.
+    fn read(&mut self, until: Option<Millis>) -> Result<(), Error> {
+        let now = self.now();
+        let time = until.map_or(LONGEST, |until| Duration::from_millis(until.since(now).max(1)).min(LONGEST));
+        let Some(stream) = self.stream.as_mut().filter(|_| self.flow.is_up()) else {
+            sleep(time);
+            return Ok(());
+        };
+        stream.set_read_timeout(time).map_err(Error::lost)?;
+        let len = match stream.read(&mut self.piece) {
+            Ok(0) => return Err(Error::lost("the other end closed it")),
+            Ok(len) => len,
+            Err(error) if is_timeout(&error) || error.kind() == ErrorKind::Interrupted => return Ok(()),
+            Err(error) => return Err(Error::lost(error)),
+        };
+        if let Some(reopen) = &mut self.reopen {
+            reopen.attempts.works();
+        }
+        let now = self.now();
+        // A session takes a piece after it said to wait.
+        self.flow.receive(now, self.piece.get(..len).unwrap_or_default());
+        Ok(())
+    }
+}
+
+fn is_timeout(error: &io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut)
+}
+
+impl<S: Session + fmt::Debug, T> fmt::Debug for Driver<S, T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (session, is_open) = (&self.flow.session, self.stream.is_some());
+        f.debug_struct("Driver").field("session", session).field("is_open", &is_open).finish_non_exhaustive()
+    }
+}
+
+/// Opens a TCP connection, within 5 s for each address of a name. Messages are sent at once, so that a stop waits for nothing.
+///
+/// # Errors
+///
+/// [`Error::Line`].
+pub fn tcp(address: impl ToSocketAddrs + fmt::Display) -> Result<TcpStream, Error> {
+    let name = address.to_string();
+    let failed = |error: io::Error| Error::tcp(&name, &error);
+    let mut last = io::Error::from(ErrorKind::AddrNotAvailable);
+    for address in address.to_socket_addrs().map_err(failed)? {
+        match TcpStream::connect_timeout(&address, CONNECT) {
+            Ok(stream) => {
+                stream.set_nodelay(true).map_err(failed)?;
+                return Ok(stream);
+            }
+            Err(error) => last = error,
+        }
+    }
+    Err(failed(last))
+}
+
+/// Opens a serial port at this speed, in bits per second. Bytes that wait since an earlier session are dropped.
+///
+/// # Errors
+///
+/// [`Error::Line`].
+#[cfg(feature = "serialport")]
+pub fn serial(path: &str, baud: u32) -> Result<Box<dyn serialport::SerialPort>, Error> {
+    let port = serialport::new(path, baud).open().map_err(|error| Error::serial(path, error))?;
+    // A port that cannot drop them gives bytes that answer nothing, which sessions can bear.
+    let _ = port.clear(serialport::ClearBuffer::Input);
+    Ok(port)
+}

@@ -1,0 +1,58 @@
+//! Errors of drivers on an operating system.
+
+use std::string::{String, ToString};
+use std::{format, io};
+
+use motion_core::wire::EncodeError;
+
+/// Error of a driver.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The line is gone, or cannot be opened.
+    #[error("{what}: {why}")]
+    Line {
+        /// Address or path of the line, or "the line".
+        what: String,
+        /// Reason, and what a person can do.
+        why: String,
+    },
+    /// A message cannot be written. It is lost, and the session goes on.
+    #[error("a message cannot be written: {0}")]
+    Message(EncodeError),
+}
+
+impl Error {
+    /// Error of the line with this name.
+    pub(crate) fn line(what: impl ToString, why: impl ToString) -> Self {
+        Self::Line { what: what.to_string(), why: why.to_string() }
+    }
+
+    /// Loss of the line of a driver.
+    pub(crate) fn lost(why: impl ToString) -> Self {
+        Self::line("the line", format!("{}: check the cable and the power of the rig", why.to_string()))
+    }
+
+    /// End of the line of a driver, which no error caused.
+    pub(crate) fn closed() -> Self {
+        Self::line("the line", "it is closed, and the driver cannot open it again")
+    }
+
+    /// Error of opening a TCP connection.
+    pub(crate) fn tcp(address: impl ToString, error: &io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::ConnectionRefused => {
+                Self::line(address, "nothing listens there: is the rig on, and is this its port?")
+            }
+            io::ErrorKind::TimedOut => Self::line(address, "no answer: is the rig on and in this network?"),
+            _ => Self::line(address, error),
+        }
+    }
+
+    /// Error of opening a serial port.
+    #[cfg(any(feature = "serialport", feature = "tokio-serial"))]
+    pub(crate) fn serial(path: &str, error: impl ToString) -> Self {
+        let advice = "is the rig plugged in, and the port not in use?";
+        Self::line(path, format!("{}: {advice}", error.to_string()))
+    }
+}
