@@ -10,12 +10,12 @@ use std::time::Duration;
 use std::vec::Vec;
 use std::{io, vec};
 
-use motion_core::session::{HostSession, Session};
-use motion_core::time::Millis;
 use ::tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use ::tokio::net::{TcpStream, ToSocketAddrs};
 use ::tokio::task::yield_now;
 use ::tokio::time::{Instant, sleep_until, timeout};
+use motion_core::session::{HostSession, Session};
+use motion_core::time::Millis;
 
 use crate::error::Error;
 use crate::flow::{Flow, Next};
