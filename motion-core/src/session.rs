@@ -313,8 +313,7 @@ impl<I, E, const N: usize, const W: usize> Agenda<I, E, N, W> {
     }
 
     /// Whether there is a next thing to tell the machine, apart from what arrives on the link and the time.
-    #[must_use]
-    pub fn has_news(&self) -> bool {
+    fn has_news(&self) -> bool {
         self.link.0 || self.link.1 || !self.urgent.is_empty() || !self.wishes.is_empty()
     }
 
@@ -353,6 +352,12 @@ impl<I, E, const N: usize, const W: usize> Agenda<I, E, N, W> {
     #[must_use]
     pub fn is_idle(&self) -> bool {
         self.effects.is_empty()
+    }
+
+    /// Whether neither news nor an effect waits, so that the state of the machine tells everything.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        self.is_idle() && !self.has_news()
     }
 }
 
@@ -509,7 +514,12 @@ mod tests {
 
     #[test]
     fn the_link_goes_before_all_wishes_and_only_its_last_state_counts() {
+        let mut agenda = Agenda::<u8, u8, 2>::new();
+        assert!(agenda.is_settled());
+        agenda.link_up();
+        assert!(!agenda.is_settled());
         let mut agenda = filled();
+        assert!(!agenda.is_settled());
         agenda.link_up();
         agenda.link_down(|_| true);
         agenda.link_down(|_| true);

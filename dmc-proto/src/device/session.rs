@@ -121,10 +121,11 @@ impl<const N: usize, const CAP: usize> Session<N, CAP> {
         Self { machine, link: Link::new(patience), agenda: Agenda::new() }
     }
 
-    /// Whether anything may move because of what this device was told: see [`DeviceMachine::may_move`].
+    /// Whether anything may move because of what this device was told: see [`DeviceMachine::may_move`]. While a report or an
+    /// event waits for a poll, this is not known, and the answer is yes.
     #[must_use]
-    pub const fn may_move(&self) -> bool {
-        self.machine.may_move()
+    pub fn may_move(&self) -> bool {
+        self.machine.may_move() || !self.agenda.is_settled()
     }
 
     /// Next thing to do. What only the rig knows comes from `rig`. Messages are written to the front of `out`, for which

@@ -139,10 +139,11 @@ impl<const STORE: usize> Session<STORE> {
         Self { machine, link, store: Store::new(), wanted: Wanted::Nothing, agenda: Agenda::new() }
     }
 
-    /// Whether anything may still move because of this host: see [`HostMachine::may_move`].
+    /// Whether anything may still move because of this host: see [`HostMachine::may_move`]. While a command or an event waits
+    /// for a poll, this is not known, and the answer is yes.
     #[must_use]
     pub fn may_move(&self) -> bool {
-        self.machine.may_move()
+        self.machine.may_move() || !self.agenda.is_settled()
     }
 
     /// Sends a request, such as [`MotorMove`](crate::message::MotorMove).

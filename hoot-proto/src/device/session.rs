@@ -85,7 +85,7 @@ impl Session {
     /// event waits for a poll, this is not known, and the answer is yes.
     #[must_use]
     pub fn may_move(&self) -> bool {
-        self.machine.may_move() || self.agenda.has_news() || !self.agenda.is_idle()
+        self.machine.may_move() || !self.agenda.is_settled()
     }
 
     /// Stops everything, as a person at the device wants it.

@@ -125,10 +125,11 @@ impl<const N: usize> Session<N> {
         Self { machine: HostMachine::new(options), link: Link::new(PATIENCE), agenda: Agenda::new() }
     }
 
-    /// Whether anything may still move because of this client: see [`HostMachine::may_move`].
+    /// Whether anything may still move because of this client: see [`HostMachine::may_move`]. While a command or an event waits
+    /// for a poll, this is not known, and the answer is yes.
     #[must_use]
     pub fn may_move(&self) -> bool {
-        self.machine.may_move()
+        self.machine.may_move() || !self.agenda.is_settled()
     }
 
     /// Gives a command. There is a method for each of them, too.
