@@ -404,12 +404,12 @@ impl<const CAP: usize> Framing for Dmc<CAP> {
 
 /// Stream of DMC frames, with a buffer of `N` bytes, at least twice [`MAX_FRAME`].
 ///
-/// For small memory there are [`DeviceFrames`]. For other limits, name the framing: `motion_core::stream::Frames<Dmc<256>, 512>`.
+/// For small memory there are [`SmallFrames`]. For other limits, name the framing: `motion_core::stream::Frames<Dmc<256>, 512>`.
 pub type Frames<const N: usize = { 2 * MAX_FRAME }> = stream::Frames<Dmc, N>;
 
 /// Stream of the frames that a host sends, for a device with small memory: a buffer of 2096 bytes, for frames of up to
 /// [`SMALL_FRAME`] bytes. With the sums for damaged frames, it takes some 6400 bytes.
-pub type DeviceFrames = stream::Frames<Dmc<SMALL_FRAME>, { 2 * SMALL_FRAME }>;
+pub type SmallFrames = stream::Frames<Dmc<SMALL_FRAME>, { 2 * SMALL_FRAME }>;
 
 /// Stream of the frames that a device sends, for a host. A frame that is not whole in time is given up, so that a damaged
 /// length does not blind the host while motors move (decision D-75).

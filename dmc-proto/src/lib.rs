@@ -128,7 +128,7 @@ mod side;
 pub mod upload;
 
 pub use frame::{
-    DeviceFrames, DeviceReader, Dmc, Frame, FrameError, Frames, Header, HostReader, MessageId, MessageType,
+    DeviceReader, Dmc, Frame, FrameError, Frames, Header, HostReader, MessageId, MessageType, SmallFrames,
 };
 pub use message::{DeviceMessage, HostMessage};
 pub use motion_core::machine::{Effect, Machine, Token};

@@ -32,6 +32,9 @@ pub const HEADER_LEN: usize = size_of::<Header>();
 /// specification does not name. A device that only holds short moves can use a lower limit: a longer message is skipped
 /// and reported, and the messages after it are read as usual.
 pub const MAX_FRAME: usize = 16_384;
+/// Length of the longest message that a device without moves has to take, in bytes. Only moves and passwords of some 500 bytes
+/// are longer.
+pub const COMMAND_FRAME: usize = 512;
 
 open_enum! {
     /// Id of a message, which says its subject.
@@ -398,11 +401,15 @@ impl<const CAP: usize> Framing for Kos<CAP> {
 
 /// Stream of kOS messages, in a buffer of `N` bytes, at least twice [`MAX_FRAME`].
 ///
-/// For other limits, name the framing: `motion_core::stream::Frames<Kos<1024>, 2048>`.
+/// For small memory there are [`CommandFrames`]. For other limits, name the framing:
+/// `motion_core::stream::Frames<Kos<4096>, 8192>`.
 pub type Frames<const N: usize = { 2 * MAX_FRAME }> = stream::Frames<Kos, N>;
 
+/// Stream of kOS messages without moves, in a buffer of 1024 bytes, for messages of up to [`COMMAND_FRAME`] bytes.
+pub type CommandFrames = stream::Frames<Kos<COMMAND_FRAME>, { 2 * COMMAND_FRAME }>;
+
 /// Stream of the messages of a session.
-pub(crate) type Link<const N: usize> = session::Link<Kos, N>;
+pub(crate) type Link<const N: usize, const CAP: usize = MAX_FRAME> = session::Link<Kos<CAP>, N>;
 
 /// TCP and USB lose no part of a message, so a session gives none up.
 pub(crate) const PATIENCE: stream::Patience = stream::Patience::new().with_margin(u32::MAX);

@@ -164,7 +164,7 @@ pub mod trajectory;
 mod transport;
 pub mod usb;
 
-pub use frame::{Frame, FrameError, Frames, Header, Kos, MessageId, MessageType};
+pub use frame::{CommandFrames, Frame, FrameError, Frames, Header, Kos, MessageId, MessageType};
 pub use message::{DeviceMessage, HostMessage};
 pub use motion_core::machine::{Effect, Machine, Token};
 #[cfg(feature = "alloc")]

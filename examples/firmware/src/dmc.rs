@@ -1,6 +1,6 @@
 //! DMC device with four motors that count steps. It takes a move of up to 200 frames, and runs it.
 
-use dmc_proto::device::{self, DeviceMachine, Event, Next, Options, Session, StopKind};
+use dmc_proto::device::{self, DeviceMachine, Event, Next, Options, SmallSession, StopKind};
 use dmc_proto::message::{AckCode, Capabilities, FrameNumber, FramesPerSecond, Hi, HostMessage, Motor, Motors, Steps};
 use dmc_proto::upload::{Memory, Room, UploadBuffer};
 use dmc_proto::{Millis, Patience};
@@ -107,7 +107,7 @@ impl Rig<'_> {
     }
 
     /// Lets a millisecond pass, and reports what happened.
-    fn tick(&mut self, session: &mut Session) {
+    fn tick(&mut self, session: &mut SmallSession) {
         if let Some(Run { to, rate, is_jog }) = self.run.filter(|_| self.runs) {
             let left = to - self.film;
             let film = self.film + left.signum() * left.abs().min(rate);
@@ -153,7 +153,7 @@ pub async fn serve<L: Read + Write>(line: &mut L) -> Result<(), L::Error> {
         capabilities: Capabilities::REAL_TIME,
         ..Options::default().hi()
     };
-    let mut session = Session::new(DeviceMachine::new(Options::of(hi)), Patience::default());
+    let mut session = SmallSession::new(DeviceMachine::new(Options::of(hi)), Patience::default());
     let mut ticker = Ticker::every(Duration::from_millis(1));
     let (mut out, mut arrived) = ([0; 256], [0; 64]);
     session.link_up();

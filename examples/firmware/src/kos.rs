@@ -3,7 +3,7 @@
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Ticker};
 use embedded_io_async::{Read, Write};
-use kos_proto::device::{DeviceMachine, Event, Next, Options, Report, Session, SessionId, Source};
+use kos_proto::device::{CommandSession, DeviceMachine, Event, Next, Options, Report, SessionId, Source};
 use kos_proto::message::{MotorAddress, Rotations};
 use kos_proto::{Millis, Transport};
 
@@ -58,7 +58,7 @@ fn obey(event: &Event<'_>, motors: &mut [Counter; MOTORS]) {
 pub async fn serve<L: Read + Write>(line: &mut L) -> Result<(), L::Error> {
     const CLIENT: SessionId = SessionId(0);
     let mut motors = [Counter::default(); MOTORS];
-    let mut session: Session = Session::new(DeviceMachine::new(Options::default()));
+    let mut session = CommandSession::new(DeviceMachine::new(Options::default()));
     let mut ticker = Ticker::every(Duration::from_millis(1));
     let (mut out, mut arrived) = ([0; 512], [0; 64]);
     let _ = session.report(Report::Started);

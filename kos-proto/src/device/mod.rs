@@ -81,7 +81,7 @@ pub use machine::{DeviceMachine, Link};
 pub use motion_core::session::NotTaken;
 pub use options::{Actions, Options, Quirks};
 pub use session::{DisconnectReason, SESSIONS, SessionId, Sessions};
-pub use streams::{Next, Session};
+pub use streams::{CommandSession, Next, Session};
 pub use transmit::{Activity, Contents, Destination, MotorReport, MotorSpecs, Positions, Scratch, Source, Transmit};
 
 /// Greatest number of effects of one call.

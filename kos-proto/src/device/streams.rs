@@ -14,7 +14,7 @@ use super::session::{SESSIONS, SessionId};
 use super::transmit::{Contents, Destination, Scratch, Source, Transmit};
 use super::{EFFECTS, Effect};
 use crate::HostMessage;
-use crate::frame::{Frame, Link, MAX_FRAME, PATIENCE};
+use crate::frame::{COMMAND_FRAME, Frame, Link, MAX_FRAME, PATIENCE};
 use crate::transport::Transport;
 
 /// Number of reports that a session can hold until the next poll.
@@ -64,10 +64,13 @@ impl Held {
     }
 }
 
-/// Device with a stream buffer of `N` bytes for each of its clients.
-pub struct Session<const N: usize = { 2 * MAX_FRAME + 4095 }> {
+/// Device with a stream buffer of `N` bytes for each of its clients, for messages of up to `CAP` bytes. `N` is at least twice
+/// `CAP`. A longer message is skipped.
+///
+/// By default it takes pieces of 4096 bytes. For a device without moves there is [`CommandSession`].
+pub struct Session<const N: usize = { 2 * MAX_FRAME + 4095 }, const CAP: usize = MAX_FRAME> {
     machine: DeviceMachine,
-    clients: [Link<N>; SESSIONS],
+    clients: [Link<N, CAP>; SESSIONS],
     /// Client from which the last message came.
     last: usize,
     agenda: Agenda<Told, Held, EFFECTS, REPORTS>,
@@ -75,9 +78,12 @@ pub struct Session<const N: usize = { 2 * MAX_FRAME + 4095 }> {
     stops_again: bool,
 }
 
-impl<const N: usize> Session<N> {
+/// Device without moves: it takes messages of up to [`COMMAND_FRAME`] bytes, in pieces of 64 bytes.
+pub type CommandSession = Session<{ 2 * COMMAND_FRAME + 63 }, COMMAND_FRAME>;
+
+impl<const N: usize, const CAP: usize> Session<N, CAP> {
     /// Number of bytes that [`receive`](Self::receive) always takes after [`poll`](Self::poll) said to wait.
-    pub const PIECE: usize = Link::<N>::PIECE;
+    pub const PIECE: usize = Link::<N, CAP>::PIECE;
 
     /// Makes a session of this machine, without clients.
     #[must_use]
@@ -243,7 +249,7 @@ impl<const N: usize> Session<N> {
     }
 }
 
-impl<const N: usize> session::Session for Session<N> {
+impl<const N: usize, const CAP: usize> session::Session for Session<N, CAP> {
     type Source<'s> = Source<'s>;
     type Line = (SessionId, Transport);
     type Destination = Destination;
@@ -314,7 +320,7 @@ impl<const N: usize> session::Session for Session<N> {
     }
 }
 
-impl<const N: usize> fmt::Debug for Session<N> {
+impl<const N: usize, const CAP: usize> fmt::Debug for Session<N, CAP> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (machine, held) = (&self.machine, self.held());
         f.debug_struct("Session").field("machine", machine).field("held", &held).finish_non_exhaustive()
