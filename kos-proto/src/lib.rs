@@ -169,6 +169,7 @@ pub use message::{DeviceMessage, HostMessage};
 pub use motion_core::machine::{Effect, Machine, Token};
 #[cfg(feature = "alloc")]
 pub use motion_core::owned::Owned;
+pub use motion_core::parse::{ParseError, ParseProblem};
 pub use motion_core::stream::Item;
 pub use motion_core::time::Millis;
 pub use motion_core::wire::{Conduct, DecodeError, EncodeError, Fields, Messages, Purpose};

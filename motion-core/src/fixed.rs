@@ -38,7 +38,7 @@ macro_rules! integers {
         }
     )*};
 }
-integers! { i16 u16 i32 u32 }
+integers! { u8 i16 u16 i32 u32 }
 
 /// A decimal number in steps of 1 / `SCALE`, stored as an integer number of steps.
 ///
@@ -61,10 +61,10 @@ pub type TenMicro<T = i32> = Scaled<T, 100_000>;
 #[non_exhaustive]
 pub enum FixedError {
     /// The float is infinite or NaN.
-    #[error("scaled number: not finite")]
+    #[error("not a finite number")]
     NotFinite,
     /// The number of steps does not fit the integer.
-    #[error("scaled number: not in {least}..={most} when multiplied by {scale}")]
+    #[error("not from {} to {}", Decimal::of(*.least, *.scale), Decimal::of(*.most, *.scale))]
     OutOfRange {
         /// Least number of steps that fits.
         least: i64,
@@ -74,16 +74,16 @@ pub enum FixedError {
         scale: u32,
     },
     /// The text is empty.
-    #[error("scaled number: empty text")]
+    #[error("empty text")]
     Empty,
     /// The text is not an optional sign, then digits with at most one decimal point.
-    #[error("scaled number: no sign, digit or decimal point at byte {at}")]
+    #[error("no sign, digit or decimal point at byte {at}")]
     NotANumber {
         /// Position of the first wrong byte, from 0.
         at: usize,
     },
     /// The text has more decimals than the type, and they are not zero.
-    #[error("scaled number: more than {decimals} decimals")]
+    #[error("more than {decimals} decimals")]
     TooFine {
         /// Number of decimals of the type.
         decimals: u32,
@@ -189,8 +189,25 @@ impl<T: Integer, const SCALE: u32> Scaled<T, SCALE> {
 /// Width, fill, sign and leading zeros of the format are respected; a precision is ignored.
 impl<T: Integer, const SCALE: u32> fmt::Display for Scaled<T, SCALE> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let steps: i64 = self.0.into();
-        let mut rest = steps.unsigned_abs();
+        Decimal { steps: self.0.into(), decimals: Self::DECIMALS }.fmt(f)
+    }
+}
+
+/// Decimal number of at most ten digits.
+struct Decimal {
+    steps: i64,
+    decimals: u32,
+}
+
+impl Decimal {
+    fn of(steps: i64, scale: u32) -> Self {
+        Self { steps, decimals: scale.checked_ilog10().unwrap_or(0) }
+    }
+}
+
+impl fmt::Display for Decimal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut rest = self.steps.unsigned_abs();
         // Digits are written from the last to the first, until all decimals and one digit more are there: at most ten
         // digits, and a point.
         let mut text = [0; 11];
@@ -202,8 +219,8 @@ impl<T: Integer, const SCALE: u32> fmt::Display for Scaled<T, SCALE> {
             }
         };
         let mut digits = 0_u32;
-        while rest > 0 || digits <= Self::DECIMALS {
-            if digits == Self::DECIMALS && digits > 0 {
+        while rest > 0 || digits <= self.decimals {
+            if digits == self.decimals && digits > 0 {
                 put(b'.');
             }
             put(b'0' | (rest % 10) as u8);
@@ -211,7 +228,7 @@ impl<T: Integer, const SCALE: u32> fmt::Display for Scaled<T, SCALE> {
             digits = digits.saturating_add(1);
         }
         let text = text.get(start..).and_then(|text| core::str::from_utf8(text).ok());
-        f.pad_integral(steps >= 0, "", text.unwrap_or_default())
+        f.pad_integral(self.steps >= 0, "", text.unwrap_or_default())
     }
 }
 
@@ -420,11 +437,7 @@ mod tests {
                 .map(|error| error.to_string());
         assert_eq!(
             texts,
-            [
-                "scaled number: no sign, digit or decimal point at byte 3",
-                "scaled number: more than 2 decimals",
-                "scaled number: not in -32768..=32767 when multiplied by 100",
-            ]
+            ["no sign, digit or decimal point at byte 3", "more than 2 decimals", "not from -327.68 to 327.67",]
         );
     }
 }

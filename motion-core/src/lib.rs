@@ -5,6 +5,7 @@
 //! - [`stream`]: frames from bytes that arrive in pieces, in linear work and without allocation, whatever was sent;
 //! - [`fletcher`]: the checksum of DMC, fast on long frames and on short ones;
 //! - [`fixed`]: decimal numbers that travel as integers, exact in both directions;
+//! - [`parse`]: values from text that people type;
 //! - [`lint`]: findings about messages that decode, but that a strict peer would refuse or a wise sender would not send;
 //! - [`machine`]: state machines without I/O, and the contract that all of them keep;
 //! - [`session`]: parts of the sessions, which are machines with the stream buffers of their links;
@@ -88,6 +89,7 @@ pub mod machine;
 pub mod nom;
 #[cfg(feature = "alloc")]
 pub mod owned;
+pub mod parse;
 pub mod profile;
 #[cfg(feature = "serde")]
 pub mod serialize;

@@ -2,7 +2,9 @@
 
 use core::fmt;
 use core::net::Ipv4Addr;
+use core::str::FromStr;
 
+use motion_core::parse::{self, ParseError, ParseProblem};
 use motion_core::wire::{Block16, Bool, Bytes, Field, Newer, Password, Reader, Value, Writer};
 use motion_core::{__newtype, flags, message, open_enum};
 use zerocopy::ByteOrder;
@@ -233,6 +235,18 @@ impl fmt::Display for MacAddress {
     }
 }
 
+/// Reads what [`Display`](fmt::Display) prints.
+impl FromStr for MacAddress {
+    type Err = ParseError;
+
+    fn from_str(text: &str) -> Result<Self, ParseError> {
+        parse::bytes::<6>(text, ':', 16).map(Self::from).map_err(|at| ParseError {
+            what: "MacAddress",
+            why: ParseProblem::Form { at, form: "six bytes such as 00:1b:c5:09:00:01" },
+        })
+    }
+}
+
 impl From<[u8; 6]> for MacAddress {
     fn from(bytes: [u8; 6]) -> Self {
         Self(Bytes(bytes))
@@ -252,6 +266,18 @@ impl fmt::Display for Ipv4 {
         let mut separator = "";
         let bytes = self.0.to_be_bytes();
         bytes.iter().try_for_each(|byte| write!(f, "{}{byte}", core::mem::replace(&mut separator, ".")))
+    }
+}
+
+/// Reads what [`Display`](fmt::Display) prints.
+impl FromStr for Ipv4 {
+    type Err = ParseError;
+
+    fn from_str(text: &str) -> Result<Self, ParseError> {
+        parse::bytes::<4>(text, '.', 10).map(|bytes| Self(u32::from_be_bytes(bytes))).map_err(|at| ParseError {
+            what: "Ipv4",
+            why: ParseProblem::Form { at, form: "four numbers such as 192.168.50.1" },
+        })
     }
 }
 
@@ -278,6 +304,18 @@ impl fmt::Display for FirmwareVersion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [major, minor, release, build] = self.0;
         write!(f, "{major}.{minor}.{release}.{build}")
+    }
+}
+
+/// Reads what [`Display`](fmt::Display) prints.
+impl FromStr for FirmwareVersion {
+    type Err = ParseError;
+
+    fn from_str(text: &str) -> Result<Self, ParseError> {
+        parse::bytes::<4>(text, '.', 10).map(Self).map_err(|at| ParseError {
+            what: "FirmwareVersion",
+            why: ParseProblem::Form { at, form: "four numbers such as 1.2.0.15" },
+        })
     }
 }
 

@@ -1,7 +1,9 @@
 //! Units of the fields, and addresses of motors.
 
 use core::fmt;
+use core::str::FromStr;
 
+use motion_core::parse::{ParseError, ParseProblem};
 use motion_core::{__newtype, unit};
 
 unit! {
@@ -56,6 +58,22 @@ impl MotorAddress {
 impl fmt::Display for MotorAddress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}{}", self.number(), if self.is_fiz() { " FIZ" } else { "" })
+    }
+}
+
+/// Reads a number, and ` FIZ` after it for a motor that turns focus, iris or zoom.
+impl FromStr for MotorAddress {
+    type Err = ParseError;
+
+    fn from_str(text: &str) -> Result<Self, ParseError> {
+        let (number, flag) = text.strip_suffix(" FIZ").map_or((text, 0), |number| (number, Self::FIZ));
+        match number.parse() {
+            Ok(number @ 0..Self::FIZ) => Ok(Self(number | flag)),
+            _ => Err(ParseError {
+                what: "MotorAddress",
+                why: ParseProblem::Form { at: 0, form: "a number from 1 to 10, or 0 for all motors" },
+            }),
+        }
     }
 }
 

@@ -44,7 +44,8 @@ macro_rules! open_enum {
     )*};
 }
 
-/// Makes a type for a number with a meaning and, mostly, a unit, so that different quantities cannot be mixed up.
+/// Makes a type for a number with a meaning and, mostly, a unit, so that different quantities cannot be mixed up. Its text is
+/// the number alone, in both directions.
 ///
 /// IEEE numbers compare and hash by their bits, so that NaN survives a round trip like any other value.
 #[doc(hidden)]
@@ -88,6 +89,17 @@ macro_rules! unit {
         impl core::fmt::Debug for $name {
             fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
                 write!(f, concat!(stringify!($name), "({})"), self)
+            }
+        }
+
+        impl core::str::FromStr for $name {
+            type Err = $crate::parse::ParseError;
+
+            /// Reads the number without its unit.
+            fn from_str(text: &str) -> Result<Self, Self::Err> {
+                $crate::parse::Number::parse(text)
+                    .map(Self)
+                    .map_err(|why| $crate::parse::ParseError { what: stringify!($name), why: why.into() })
             }
         }
 
@@ -136,6 +148,17 @@ macro_rules! unit {
         impl core::fmt::Display for $name {
             fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
                 core::fmt::Display::fmt(&self.0, f)
+            }
+        }
+
+        impl core::str::FromStr for $name {
+            type Err = $crate::parse::ParseError;
+
+            /// Reads the number without its unit.
+            fn from_str(text: &str) -> Result<Self, Self::Err> {
+                $crate::parse::Number::parse(text)
+                    .map(Self)
+                    .map_err(|why| $crate::parse::ParseError { what: stringify!($name), why: why.into() })
             }
         }
 

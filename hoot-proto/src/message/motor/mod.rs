@@ -6,7 +6,9 @@ mod motion;
 mod queries;
 
 use core::fmt;
+use core::str::FromStr;
 
+use motion_core::parse::{ParseError, ParseProblem};
 use motion_core::wire::{Bool, Conduct, FieldView, Purpose, Value, Visitor};
 
 pub use motion::{MotorMove, MotorRun};
@@ -60,6 +62,17 @@ impl Motor {
 impl fmt::Display for Motor {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.get().fmt(f)
+    }
+}
+
+impl FromStr for Motor {
+    type Err = ParseError;
+
+    fn from_str(text: &str) -> Result<Self, ParseError> {
+        text.parse()
+            .ok()
+            .and_then(Self::new)
+            .ok_or(ParseError { what: "Motor", why: ParseProblem::Form { at: 0, form: "1, 2 or 3" } })
     }
 }
 

@@ -1,0 +1,23 @@
+//! Values from text that people type.
+
+use hoot_proto::Address;
+use hoot_proto::message::{Motor, Scaled, Steps, StepsPerSecond, Volts};
+use proptest::prelude::*;
+
+proptest! {
+    #[test]
+    fn what_is_printed_is_read_back(number: i32, address: u8) {
+        prop_assert_eq!(Steps(number).to_string().parse(), Ok(Steps(number)));
+        prop_assert_eq!(Volts(Scaled(number)).to_string().parse(), Ok(Volts(Scaled(number))));
+        prop_assert_eq!(Address(address).to_string().parse(), Ok(Address(address)));
+    }
+}
+
+#[test]
+fn every_motor_is_read_back_and_no_other_number_is_a_motor() {
+    for motor in Motor::ALL {
+        assert_eq!(motor.to_string().parse(), Ok(motor));
+    }
+    assert_eq!("4".parse::<Motor>().unwrap_err().to_string(), "Motor: byte 0 does not fit: write 1, 2 or 3");
+    assert!("1 000".parse::<StepsPerSecond>().is_err());
+}
