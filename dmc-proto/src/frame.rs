@@ -45,6 +45,8 @@ const MARKER: [u8; 2] = *b"DF";
 ///
 /// A host counts from 1 and never uses 0. A device sends 0 in messages that no request asked for (decision D-13).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(motion_core::serde::Serialize, motion_core::serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(crate = "motion_core::serde"))]
 pub struct MessageId(pub u32);
 
 impl MessageId {
@@ -69,6 +71,8 @@ impl fmt::Display for MessageId {
 
 /// Type of a message. The type of its acknowledgement has bit 15 set as well.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(motion_core::serde::Serialize, motion_core::serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(crate = "motion_core::serde"))]
 pub struct MessageType(pub u16);
 
 impl MessageType {

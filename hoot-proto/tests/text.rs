@@ -2,6 +2,10 @@
 
 use hoot_proto::Address;
 use hoot_proto::message::{Motor, Scaled, Steps, StepsPerSecond, Volts};
+#[cfg(feature = "serde")]
+use hoot_proto::message::{MotorPosition, Reply, ResponseCode};
+#[cfg(feature = "serde")]
+use hoot_proto::{HostMessage, Query};
 use proptest::prelude::*;
 
 proptest! {
@@ -20,4 +24,12 @@ fn every_motor_is_read_back_and_no_other_number_is_a_motor() {
     }
     assert_eq!("4".parse::<Motor>().unwrap_err().to_string(), "Motor: byte 0 does not fit: write 1, 2 or 3");
     assert!("1 000".parse::<StepsPerSecond>().is_err());
+}
+
+#[test]
+#[cfg(feature = "serde")]
+fn a_reply_is_written_with_the_name_of_its_query_and_its_raw_value() {
+    let query = HostMessage::from(MotorPosition { motor: Motor::Two }).query().unwrap();
+    let reply = query.decode_reply(Reply { code: ResponseCode::OK, data: &[3, 0xFF, 0xFF, 0xCF, 0xC7] }).unwrap();
+    assert_eq!(serde_json::to_string(&reply).unwrap(), r#"{"query":"MotorPosition","value_type":3,"value":-12345}"#);
 }

@@ -12,6 +12,8 @@ use crate::trajectory::{
 
 /// Summary of a move that a device can play: everything that decides when something happens, without the curves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(motion_core::serde::Serialize, motion_core::serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(crate = "motion_core::serde"))]
 pub struct MoveSummary {
     /// Kind of the move.
     pub kind: Kind,
@@ -25,6 +27,8 @@ pub struct MoveSummary {
 
 /// Kind of a move, with its times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(motion_core::serde::Serialize, motion_core::serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(crate = "motion_core::serde", rename_all = "snake_case"))]
 pub enum Kind {
     /// Live motion, for video.
     Live {
@@ -41,6 +45,8 @@ pub enum Kind {
 
 /// Loops of a live move. In each loop the motors go back, and the move is played again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(motion_core::serde::Serialize, motion_core::serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(crate = "motion_core::serde"))]
 pub struct Loops {
     /// Duration of the way back in milliseconds, at least 1.
     pub duration: u64,
@@ -50,6 +56,8 @@ pub struct Loops {
 
 /// Photos of a time lapse.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(motion_core::serde::Serialize, motion_core::serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(crate = "motion_core::serde"))]
 pub struct Shots {
     /// Time before each photo in milliseconds.
     pub delay: u64,
@@ -73,6 +81,8 @@ impl Shots {
 
 /// Wait before a move begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(motion_core::serde::Serialize, motion_core::serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(crate = "motion_core::serde", rename_all = "snake_case"))]
 pub enum Wait {
     /// No wait.
     None,

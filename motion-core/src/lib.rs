@@ -45,7 +45,7 @@
 //! | `alloc` | owned messages |
 //! | `std` | `alloc`, and nothing else yet; for programs that switch it on everywhere |
 //! | `bytes` | encoding into any `BufMut` |
-//! | `serde` | `Serialize` for every message; with `alloc`, `Deserialize` for owned ones |
+//! | `serde` | `Serialize` for every message; with `alloc`, `Deserialize` for owned ones; both for units, open enums, flags and curves |
 //! | `defmt` | `Format` for every message |
 //! | `arbitrary` | `Arbitrary` for every message, borrowed or owned; implies `std` |
 //! | `tokio` | frames as a `tokio_util` codec; implies `std` |
@@ -91,6 +91,8 @@ pub mod nom;
 pub mod owned;
 pub mod parse;
 pub mod profile;
+#[cfg(feature = "serde")]
+pub mod raw;
 #[cfg(feature = "serde")]
 pub mod serialize;
 pub mod session;

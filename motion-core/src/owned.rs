@@ -53,7 +53,7 @@
 //!
 //! # As JSON
 //!
-//! With the feature `serde` (its dependency is `serde`, without the derive macros) an owned message can be written and
+//! With the feature `serde` an owned message can be written and
 //! read in any self-describing format, such as JSON or CBOR. It is a map of three entries,
 //! `{ "message": "Go", "number": 7, "fields": { "motor": 3, "tail": "7461696c" } }`; the module `serialize` describes
 //! the form of the fields. When a map is read, the layout of the message turns it into bytes, and these have to decode

@@ -30,6 +30,7 @@ use crate::bezier::print::{debug_numbers, shown_as_it_is};
 
 /// Limits of an axis: velocity, acceleration and jerk.
 #[derive(Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Limits {
     /// Greatest velocity, in the caller's units per second; more than 0.
     pub velocity: f64,
@@ -56,6 +57,7 @@ pub enum MotionProfileError {
 
 /// Position, velocity and acceleration of an axis during a move. All numbers are finite.
 #[derive(Clone, Copy, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MotionState {
     /// Position, in the caller's units.
     pub position: f64,

@@ -25,6 +25,16 @@ pub fn fields<S: Serializer>(fields: &dyn Fields, serializer: S) -> Result<S::Ok
     Map { fields, secrets: true }.serialize(serializer)
 }
 
+/// Serializes the raw value of one field.
+///
+/// # Errors
+///
+/// The errors of the serializer.
+#[doc(hidden)]
+pub fn value<S: Serializer>(value: Value<'_>, serializer: S) -> Result<S::Ok, S::Error> {
+    Raw { value, secrets: true }.serialize(serializer)
+}
+
 /// The fields of a message, as a map.
 pub struct Map<'a> {
     /// The message that has the fields.

@@ -34,7 +34,7 @@ mod value;
 
 use core::fmt;
 
-use motion_core::wire::EncodeError;
+use motion_core::wire::{EncodeError, FieldView, Fields, Value as Shown, Visitor};
 
 use crate::message::{Reply, ResponseCode, Value, ValueType};
 use form::Form;
@@ -110,6 +110,24 @@ impl<T> Answer<T> {
 impl<T: fmt::Display> fmt::Display for Answer<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.value.fmt(f)
+    }
+}
+
+/// Type and value, as the [`Reply`] shows them.
+impl<'a, T: ReplyValue<'a> + fmt::Display> Fields for Answer<T> {
+    fn fields(&self, visitor: &mut dyn Visitor) {
+        let value = self.value();
+        let mut show = |name, value, text: &dyn fmt::Display| visitor.visit(&FieldView { name, unit: "", value, text });
+        show("value_type", Shown::Unsigned(self.value_type.0.into()), &self.value_type);
+        show("value", value.shown(), &self.value);
+    }
+}
+
+/// A map of the type and the raw value.
+#[cfg(feature = "serde")]
+impl<'a, T: ReplyValue<'a> + fmt::Display> motion_core::serde::Serialize for Answer<T> {
+    fn serialize<S: motion_core::serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        motion_core::serialize::fields(self, serializer)
     }
 }
 

@@ -85,6 +85,23 @@ macro_rules! queries {
             }
         }
 
+        impl AnyReply<'_> {
+            /// Name of the query that the reply answers.
+            #[must_use]
+            pub const fn query_name(&self) -> &'static str {
+                match self {
+                    $(Self::$variant(_) => stringify!($variant),)*
+                }
+            }
+
+            #[cfg(feature = "serde")]
+            fn fields(&self) -> &dyn motion_core::wire::Fields {
+                match self {
+                    $(Self::$variant(answer) => answer,)*
+                }
+            }
+        }
+
         impl fmt::Display for AnyReply<'_> {
             fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 match self {
@@ -123,6 +140,19 @@ macro_rules! queries {
         }
     };
 }
+/// A map of the name of the query, the type and the raw value.
+#[cfg(feature = "serde")]
+impl motion_core::serde::Serialize for AnyReply<'_> {
+    fn serialize<S: motion_core::serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        use motion_core::serde::ser::SerializeMap;
+
+        let mut map = serializer.serialize_map(Some(3))?;
+        map.serialize_entry("query", self.query_name())?;
+        motion_core::serialize::Map { fields: self.fields(), secrets: true }.entries(&mut map)?;
+        map.end()
+    }
+}
+
 queries! {
     FirmwareVersion(FirmwareVersion) => Version: Version;
     RunStatus(RunStatus) => RunState: Byte;

@@ -70,3 +70,41 @@ impl MotorSet {
         (Self::FIRST..=Self::LAST).map(MotorAddress).filter(move |&motor| self.contains(motor))
     }
 }
+
+/// A list of the numbers of the motors.
+#[cfg(feature = "serde")]
+impl motion_core::serde::Serialize for MotorSet {
+    fn serialize<S: motion_core::serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.iter())
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<'de> motion_core::serde::Deserialize<'de> for MotorSet {
+    fn deserialize<D: motion_core::serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        use motion_core::serde::de::{Error, SeqAccess, Unexpected, Visitor};
+
+        struct Motors;
+
+        impl<'de> Visitor<'de> for Motors {
+            type Value = MotorSet;
+
+            fn expecting(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                f.write_str("a list of motors, 1 to 10")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut motors: A) -> Result<MotorSet, A::Error> {
+                let mut set = MotorSet::NONE;
+                while let Some(motor) = motors.next_element()? {
+                    set.insert(motor);
+                    if !set.contains(motor) {
+                        return Err(A::Error::invalid_value(Unexpected::Unsigned(motor.0.into()), &self));
+                    }
+                }
+                Ok(set)
+            }
+        }
+
+        deserializer.deserialize_seq(Motors)
+    }
+}

@@ -12,6 +12,8 @@ use crate::message::{Normalized, PlaybackMode, Seconds};
 
 /// Settings for playing a move: live or as a time lapse. Source: kOS, `TrajectoryData`, blocks 1 and 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(motion_core::serde::Serialize, motion_core::serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(crate = "motion_core::serde", rename_all = "snake_case"))]
 pub enum Play {
     /// Live move: the motors move all the time.
     Live(LiveMotion),
@@ -21,6 +23,8 @@ pub enum Play {
 
 /// Move in real time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(motion_core::serde::Serialize, motion_core::serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(crate = "motion_core::serde"))]
 pub struct LiveMotion {
     /// Time that the move takes once, in seconds; more than 0.
     pub duration: Seconds,
@@ -38,6 +42,8 @@ pub struct LiveMotion {
 
 /// Move from photo to photo.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(motion_core::serde::Serialize, motion_core::serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(crate = "motion_core::serde"))]
 pub struct TimeLapseMotion {
     /// State of the motors while the shutter is open.
     pub style: Style,
@@ -59,6 +65,8 @@ pub struct TimeLapseMotion {
 
 /// State of the motors while the shutter is open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(motion_core::serde::Serialize, motion_core::serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(crate = "motion_core::serde", rename_all = "snake_case"))]
 pub enum Style {
     /// The motors move on.
     Continuous,
@@ -70,6 +78,8 @@ pub enum Style {
 ///
 /// After `n` loops the move was played forward `n + 1` times, and it ends at its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(motion_core::serde::Serialize, motion_core::serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(crate = "motion_core::serde", rename_all = "snake_case"))]
 pub enum Loop {
     /// No loop.
     Once,
@@ -88,6 +98,8 @@ pub enum Loop {
 
 /// Number of loops: 1 to 254, or for ever (decision K-J4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(motion_core::serde::Serialize, motion_core::serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(crate = "motion_core::serde"))]
 pub struct Times(NonZeroU8);
 
 impl Times {
@@ -118,6 +130,8 @@ impl From<Times> for LoopCount {
 
 /// Condition for the start of a move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(motion_core::serde::Serialize, motion_core::serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(crate = "motion_core::serde", rename_all = "snake_case"))]
 pub enum Delay {
     /// No delay.
     None,

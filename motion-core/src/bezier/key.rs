@@ -7,6 +7,8 @@ use super::{OutOfRange, Point, Segment};
 
 /// Ease of an axis at a key frame: how the axis leaves it, or arrives at it.
 #[derive(Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Ease {
     /// Straight towards the other key frame: the handle is at one third of the line between them.
     Linear,
@@ -42,6 +44,7 @@ shown_as_it_is! { Ease }
 
 /// A key frame: the position of an axis at a time, and how the axis arrives and leaves.
 #[derive(Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Key {
     /// Time, in the caller's unit.
     pub time: f64,

@@ -57,6 +57,7 @@ pub use key::{Ease, Key};
 
 /// A control point of a segment.
 #[derive(Clone, Copy, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Point {
     /// Time, in the caller's unit.
     pub time: f64,
@@ -87,6 +88,7 @@ impl Point {
 
 /// Position, velocity and acceleration of an axis at a time. All numbers are finite.
 #[derive(Clone, Copy, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Motion {
     /// Position, in the caller's units.
     pub position: f64,
@@ -119,8 +121,24 @@ pub struct OutOfRange;
 /// Laws: `s.reversed().reversed() == s`; `s.position(s.end()) == s.points()[3].position`; the two parts from
 /// [`split`](Self::split) have the positions of the whole, and [`join`](Self::join) makes the whole of them again.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "[Point; 4]", into = "[Point; 4]"))]
 pub struct Segment {
     points: [Point; 4],
+}
+
+impl TryFrom<[Point; 4]> for Segment {
+    type Error = OutOfRange;
+
+    fn try_from(points: [Point; 4]) -> Result<Self, OutOfRange> {
+        Self::new(points)
+    }
+}
+
+impl From<Segment> for [Point; 4] {
+    fn from(segment: Segment) -> Self {
+        segment.points
+    }
 }
 
 impl Segment {

@@ -5,6 +5,7 @@ use crate::bezier::{OutOfRange, Point, Segment};
 
 /// A range of time or position from one value to another; `to` may be less than `from`.
 #[derive(Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Range {
     /// Start of the range.
     pub from: f64,

@@ -124,6 +124,20 @@ impl fmt::Display for FrameRate {
     }
 }
 
+#[cfg(feature = "serde")]
+impl serde::Serialize for FrameRate {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        crate::raw::write_text(self, serializer)
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<'de> serde::Deserialize<'de> for FrameRate {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        crate::raw::read_text(deserializer)
+    }
+}
+
 /// Times of the frames of a move, the same for all its axes.
 #[derive(Clone, Copy, PartialEq)]
 pub struct FrameTimes {

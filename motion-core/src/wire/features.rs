@@ -52,6 +52,33 @@ macro_rules! __serde {
 
 #[doc(hidden)]
 #[macro_export]
+#[cfg(feature = "serde")]
+macro_rules! __serde_value {
+    ($name:ident($repr:ty)) => {
+        /// The raw value of the wire, as in messages.
+        impl $crate::serde::Serialize for $name {
+            fn serialize<S: $crate::serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                $crate::serialize::value($crate::wire::Field::value(self), serializer)
+            }
+        }
+
+        impl<'de> $crate::serde::Deserialize<'de> for $name {
+            fn deserialize<D: $crate::serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                <$repr as $crate::raw::Raw>::read(deserializer).map(Self)
+            }
+        }
+    };
+}
+
+#[doc(hidden)]
+#[macro_export]
+#[cfg(not(feature = "serde"))]
+macro_rules! __serde_value {
+    ($($table:tt)*) => {};
+}
+
+#[doc(hidden)]
+#[macro_export]
 #[cfg(feature = "defmt")]
 macro_rules! __defmt {
     ($lt:lifetime [$self:ty] $name:ident) => {

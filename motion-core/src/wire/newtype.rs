@@ -109,6 +109,8 @@ macro_rules! unit {
             }
         }
 
+        $crate::__serde_value! { $name(f32) }
+
         impl $crate::wire::Field for $name {
             const SIZE: usize = 4;
             const WIRE: &'static str = "f32";
@@ -213,6 +215,8 @@ macro_rules! flags {
 #[macro_export]
 macro_rules! __newtype {
     ($name:ident($repr:ty) $unit:literal) => {
+        $crate::__serde_value! { $name($repr) }
+
         impl core::fmt::Debug for $name {
             fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
                 write!(f, concat!(stringify!($name), "({})"), self)
@@ -340,6 +344,8 @@ macro_rules! element {
                 )*
             }
         }
+
+        $crate::__serde! { 'a [$name] }
 
         impl core::fmt::Debug for $name {
             fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
