@@ -1,0 +1,49 @@
+//! Passive tap of a serial line: it pairs each request of Dragonframe with the answer of the controller, and writes one line
+//! of JSON for each pair.
+//!
+//! Run it with `cargo run --example pair`. It reads a capture of both directions, `captures/dmc-move.txt`.
+
+use std::collections::HashMap;
+use std::error::Error;
+use std::io::{self, Write};
+
+use dmc_proto::{Device, DeviceMessage, Frames, Host, HostMessage, Item, MessageId, Owned};
+use serde::Serialize;
+
+/// Line of the output.
+#[derive(Serialize)]
+struct Pair {
+    id: MessageId,
+    request: Owned<Host>,
+    answer: Owned<Device>,
+}
+
+/// Writes the pairs of a capture. Each line of it is a direction, `>` or `<`, and bytes in hex.
+pub fn pairs(capture: &str, out: &mut impl Write) -> Result<(), Box<dyn Error>> {
+    // Each direction is a stream of its own.
+    let (mut from_host, mut from_device): (Box<Frames>, Box<Frames>) = (Box::default(), Box::default());
+    let mut requests = HashMap::new();
+    for line in capture.lines() {
+        let words = line.split("//").next().unwrap_or_default();
+        let is_host = words.starts_with('>');
+        let bytes: Vec<u8> = words.split(' ').filter_map(|word| u8::from_str_radix(word, 16).ok()).collect();
+        let frames = if is_host { &mut from_host } else { &mut from_device };
+        assert_eq!(frames.push(&bytes), bytes.len(), "a line is shorter than the buffer");
+        while let Some(item) = frames.next() {
+            // Noise and damaged frames are left out.
+            let Item::Frame(frame) = item else { continue };
+            if is_host {
+                requests.insert(frame.id(), Owned::<Host>::new(&HostMessage::decode(&frame)?)?);
+            } else if let Some(request) = requests.remove(&frame.id()) {
+                let answer = Owned::<Device>::new(&DeviceMessage::decode(&frame)?)?;
+                serde_json::to_writer(&mut *out, &Pair { id: frame.id(), request, answer })?;
+                writeln!(out)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    pairs(include_str!("captures/dmc-move.txt"), &mut io::stdout().lock())
+}
