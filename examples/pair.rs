@@ -19,7 +19,7 @@ struct Pair {
 }
 
 /// Writes the pairs of a capture. Each line of it is a direction, `>` or `<`, and bytes in hex.
-pub fn pairs(capture: &str, out: &mut impl Write) -> Result<(), Box<dyn Error>> {
+pub(crate) fn pairs(capture: &str, out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     // Each direction is a stream of its own.
     let (mut from_host, mut from_device): (Box<Frames>, Box<Frames>) = (Box::default(), Box::default());
     let mut requests = HashMap::new();
