@@ -1,4 +1,79 @@
 //! Driver of blocking streams, for threads.
+//!
+//! A host of kOS, which turns motor 1 by two rotations:
+//!
+//! ```no_run
+//! use kos_proto::host::{Endpoint, Event, Go, Options, Session, Source, Token};
+//! use kos_proto::message::{Ipv4, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
+//! use motion_io::blocking::{Driver, tcp};
+//!
+//! let session: Session = Session::new(Options::default());
+//! let mut driver = Driver::new(session, tcp("192.168.50.1:5520")?);
+//! driver.session_mut().connect(Token(1), Endpoint::Tcp(Ipv4::default()))?;
+//!
+//! let (motor, position) = (MotorAddress(1), Rotations(2.0));
+//! let go = Go { motor, position, speed: RotationsPerSecond(1.0), acceleration: RotationsPerSecondSquared(1.0) };
+//! loop {
+//!     match driver.next(&Source::default())? {
+//!         Event::Ready { .. } => driver.session_mut().bump(Token(2), go)?,
+//!         Event::Ended { token: Token(2), outcome } => break println!("{outcome:?}"),
+//!         event => println!("{event:?}"),
+//!     }
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A host of DMC, which enables motor 1, moves it, and tells when it rests:
+//!
+//! ```no_run
+//! use dmc_proto::host::{Event, Options, Session, Token};
+//! use dmc_proto::message::{Motor, MotorConfigure, MotorFlags, MotorMove, Steps};
+//! use dmc_proto::upload::NoMove;
+//! use motion_io::blocking::{Driver, tcp};
+//!
+//! let motor = Motor(1);
+//! let session: Session = Session::new(Options::default());
+//! let mut driver = Driver::new(session, tcp("192.168.50.2:5510")?);
+//! loop {
+//!     match driver.next(&NoMove)? {
+//!         Event::Greeted(_) => driver.session_mut().configured(Token(1))?,
+//!         Event::Ready { .. } => {
+//!             let configure = MotorConfigure { motor, flags: MotorFlags::ENABLED, tail: &[] };
+//!             driver.session_mut().request(Token(2), configure)?;
+//!         }
+//!         Event::Ended { token: Token(2), .. } => {
+//!             driver.session_mut().request(Token(3), MotorMove { motor, position: Steps(2000), tail: &[] })?;
+//!         }
+//!         Event::Ended { token: Token(3), outcome } => break println!("{outcome:?}"),
+//!         event => println!("{event:?}"),
+//!     }
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A master of hoot on a serial port, which asks a node where its first motor is:
+//!
+//! ```no_run
+//! # #[cfg(feature = "serialport")] {
+//! use hoot_proto::host::{Event, Options, Outcome, Session, Token};
+//! use hoot_proto::message::{Motor, MotorPosition};
+//! use hoot_proto::{Address, Query};
+//! use motion_io::blocking::{Driver, serial};
+//!
+//! let question = MotorPosition { motor: Motor::One };
+//! let mut driver = Driver::new(Session::new(Options::default()), serial("/dev/ttyUSB0", 57_600)?);
+//! loop {
+//!     match driver.next(&())? {
+//!         Event::Ready { .. } => driver.session_mut().request(Token(1), Address::DEFAULT, question.into())?,
+//!         Event::Ended { token: Token(1), outcome: Outcome::Done(reply) } => {
+//!             break println!("{}", question.decode_reply(reply)?);
+//!         }
+//!         event => println!("{event:?}"),
+//!     }
+//! }
+//! # }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use std::boxed::Box;
 use std::io::{self, ErrorKind, Read, Write};
@@ -262,14 +337,14 @@ impl<S: Session, T: Stream> Driver<S, T> {
     /// Writes all bytes that are to be written.
     fn write(&mut self) -> Result<(), Error> {
         let Some(stream) = &mut self.stream else { return Ok(()) };
-        stream.set_write_timeout(Duration::from_millis(STALLED)).map_err(Error::lost)?;
+        stream.set_write_timeout(Duration::from_millis(STALLED)).map_err(|error| Error::broken(&error))?;
         while !self.flow.unsent().is_empty() {
             match stream.write(self.flow.unsent()) {
                 Ok(0) => return Err(Error::lost("it takes no more bytes")),
                 Ok(len) => self.flow.written(len),
                 Err(error) if is_timeout(&error) => return Err(Error::lost("it takes no bytes")),
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(error) => return Err(Error::lost(error)),
+                Err(error) => return Err(Error::broken(&error)),
             }
         }
         Ok(())
@@ -283,12 +358,12 @@ impl<S: Session, T: Stream> Driver<S, T> {
             sleep(time);
             return Ok(());
         };
-        stream.set_read_timeout(time).map_err(Error::lost)?;
+        stream.set_read_timeout(time).map_err(|error| Error::broken(&error))?;
         let len = match stream.read(&mut self.piece) {
             Ok(0) => return Err(Error::lost("the other end closed it")),
             Ok(len) => len,
             Err(error) if is_timeout(&error) || error.kind() == ErrorKind::Interrupted => return Ok(()),
-            Err(error) => return Err(Error::lost(error)),
+            Err(error) => return Err(Error::broken(&error)),
         };
         if let Some(reopen) = &mut self.reopen {
             reopen.attempts.works();

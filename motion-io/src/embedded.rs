@@ -1,4 +1,37 @@
 //! Driver of `embedded_io_async` streams, for firmware and for runtimes other than tokio.
+//!
+//! The driver does not read while it writes, because these streams cannot do both. Two such drivers could wait for each other if
+//! neither has room for a message of the other. A serial port always takes bytes, and the driver on tokio reads while it writes.
+//!
+//! The main loop of a DMC device, except its motors:
+//!
+//! ```
+//! use dmc_proto::device::{DeviceMachine, Event, Options, Rig, Session};
+//! use dmc_proto::message::Hi;
+//! use dmc_proto::Patience;
+//! use embedded_io_async::{Read, Write};
+//! use motion_io::embedded::{Clock, Driver, Error};
+//!
+//! trait Board: Rig + Sync {
+//!     fn obey(&self, event: &Event<'_>);
+//!     /// Waits until all motors have come to rest.
+//!     async fn rest(&self);
+//! }
+//!
+//! async fn run<T: Read + Write>(board: &impl Board, line: T, clock: impl Clock) -> Result<(), Error<T::Error>> {
+//!     let machine = DeviceMachine::new(Options::of(Hi { motor_count: 4, ..Options::default().hi() }));
+//!     let mut driver: Driver<_, _, _, 256> = Driver::new(Session::new(machine, Patience::default()), line, clock);
+//!     loop {
+//!         // An executor has a `select` for an event of the driver or a report of the rig.
+//!         let event = driver.next(board).await?;
+//!         board.obey(&event);
+//!         if let Event::Move(..) = event {
+//!             board.rest().await;
+//!             let _ = driver.session_mut().at_rest();
+//!         }
+//!     }
+//! }
+//! ```
 
 use core::fmt;
 use core::future::poll_fn;

@@ -33,6 +33,14 @@ impl Error {
         Self::line("the line", format!("{}: check the cable and the power of the rig", why.to_string()))
     }
 
+    /// Loss of the line of a driver by an error of its stream.
+    pub(crate) fn broken(error: &io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::BrokenPipe | io::ErrorKind::ConnectionReset => Self::lost("the other end closed it"),
+            _ => Self::lost(error),
+        }
+    }
+
     /// End of the line of a driver, which no error caused.
     pub(crate) fn closed() -> Self {
         Self::line("the line", "it is closed, and the driver cannot open it again")

@@ -275,7 +275,7 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
                     self.stalled = None;
                     Ok(())
                 }
-                Err(error) => Err(Error::lost(error)),
+                Err(error) => Err(Error::broken(&error)),
             });
         }
         // Reading goes on while writing waits. Otherwise two drivers could wait for each other.
@@ -293,7 +293,7 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
                 }
                 Ok(())
             }
-            Err(error) => Err(Error::lost(error)),
+            Err(error) => Err(Error::broken(&error)),
         })
     }
 }
