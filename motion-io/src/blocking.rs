@@ -414,7 +414,7 @@ pub fn tcp(address: impl ToSocketAddrs + fmt::Display) -> Result<TcpStream, Erro
 /// [`Error::Line`].
 #[cfg(feature = "serialport")]
 pub fn serial(path: &str, baud: u32) -> Result<Box<dyn serialport::SerialPort>, Error> {
-    let port = serialport::new(path, baud).open().map_err(|error| Error::serial(path, error))?;
+    let port = serialport::new(path, baud).open().map_err(|error| Error::serial(path, &error))?;
     // A port that cannot drop them gives bytes that answer nothing, which sessions can bear.
     let _ = port.clear(serialport::ClearBuffer::Input);
     Ok(port)

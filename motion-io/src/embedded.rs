@@ -9,25 +9,24 @@
 //! use dmc_proto::device::{DeviceMachine, Event, Options, Rig, Session};
 //! use dmc_proto::message::Hi;
 //! use dmc_proto::Patience;
+//! use embassy_futures::select::{Either, select};
 //! use embedded_io_async::{Read, Write};
 //! use motion_io::embedded::{Clock, Driver, Error};
 //!
 //! trait Board: Rig + Sync {
+//!     /// Begins what the event says, and returns at once.
 //!     fn obey(&self, event: &Event<'_>);
-//!     /// Waits until all motors have come to rest.
-//!     async fn rest(&self);
+//!     /// Waits until all motors have come to rest since the last call.
+//!     async fn come_to_rest(&self);
 //! }
 //!
 //! async fn run<T: Read + Write>(board: &impl Board, line: T, clock: impl Clock) -> Result<(), Error<T::Error>> {
 //!     let machine = DeviceMachine::new(Options::of(Hi { motor_count: 4, ..Options::default().hi() }));
 //!     let mut driver: Driver<_, _, _, 256> = Driver::new(Session::new(machine, Patience::default()), line, clock);
 //!     loop {
-//!         // An executor has a `select` for an event of the driver or a report of the rig.
-//!         let event = driver.next(board).await?;
-//!         board.obey(&event);
-//!         if let Event::Move(..) = event {
-//!             board.rest().await;
-//!             let _ = driver.session_mut().at_rest();
+//!         match select(driver.next(board), board.come_to_rest()).await {
+//!             Either::First(event) => board.obey(&event?),
+//!             Either::Second(()) => _ = driver.session_mut().at_rest(),
 //!         }
 //!     }
 //! }

@@ -24,20 +24,20 @@ pub enum Error {
 
 impl Error {
     /// Error of the line with this name.
-    pub(crate) fn line(what: impl ToString, why: impl ToString) -> Self {
-        Self::Line { what: what.to_string(), why: why.to_string() }
+    pub(crate) fn line(what: impl Into<String>, why: impl Into<String>) -> Self {
+        Self::Line { what: what.into(), why: why.into() }
     }
 
     /// Loss of the line of a driver.
-    pub(crate) fn lost(why: impl ToString) -> Self {
-        Self::line("the line", format!("{}: check the cable and the power of the rig", why.to_string()))
+    pub(crate) fn lost(why: &str) -> Self {
+        Self::line("the line", format!("{why}: check the cable and the power of the rig"))
     }
 
     /// Loss of the line of a driver by an error of its stream.
     pub(crate) fn broken(error: &io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::BrokenPipe | io::ErrorKind::ConnectionReset => Self::lost("the other end closed it"),
-            _ => Self::lost(error),
+            _ => Self::lost(&error.to_string()),
         }
     }
 
@@ -47,20 +47,19 @@ impl Error {
     }
 
     /// Error of opening a TCP connection.
-    pub(crate) fn tcp(address: impl ToString, error: &io::Error) -> Self {
+    pub(crate) fn tcp(address: &str, error: &io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::ConnectionRefused => {
                 Self::line(address, "nothing listens there: is the rig on, and is this its port?")
             }
             io::ErrorKind::TimedOut => Self::line(address, "no answer: is the rig on and in this network?"),
-            _ => Self::line(address, error),
+            _ => Self::line(address, error.to_string()),
         }
     }
 
     /// Error of opening a serial port.
     #[cfg(any(feature = "serialport", feature = "tokio-serial"))]
-    pub(crate) fn serial(path: &str, error: impl ToString) -> Self {
-        let advice = "is the rig plugged in, and the port not in use?";
-        Self::line(path, format!("{}: {advice}", error.to_string()))
+    pub(crate) fn serial(path: &str, error: &dyn core::fmt::Display) -> Self {
+        Self::line(path, format!("{error}: is the rig plugged in, and the port not in use?"))
     }
 }

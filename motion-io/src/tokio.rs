@@ -40,7 +40,8 @@ type Others<D> = Box<dyn FnMut(D, &[u8]) + Send>;
 /// [`next`](Self::next) does everything. It can be dropped at any time, and called again: no byte is lost in either
 /// direction.
 pub struct Driver<S: Session, T> {
-    flow: Flow<S, Vec<u8>>,
+    /// Boxed, because the sessions of kOS are long, and futures move.
+    flow: Box<Flow<S, Vec<u8>>>,
     stream: Option<T>,
     /// Bytes that arrived while others were written.
     arrived: Vec<u8>,
@@ -76,7 +77,7 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
     pub fn on_line(session: S, line: S::Line, stream: T) -> Self {
         let (start, arrived, piece) = (Instant::now(), Vec::new(), vec![0; S::PIECE]);
         let (stalled, reopen, others, trouble) = (None, None, None, None);
-        let flow = Flow::new(session, line, Vec::new());
+        let flow = Box::new(Flow::new(session, line, Vec::new()));
         Self { flow, stream: Some(stream), arrived, piece, start, stalled, reopen, others, trouble }
     }
 
@@ -102,14 +103,14 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
 
     /// Session, for reading its state.
     #[must_use]
-    pub const fn session(&self) -> &S {
+    pub fn session(&self) -> &S {
         &self.flow.session
     }
 
     /// Session, for commands. They are obeyed in [`next`](Self::next).
     ///
     /// Only the driver tells the session about its line and its bytes.
-    pub const fn session_mut(&mut self) -> &mut S {
+    pub fn session_mut(&mut self) -> &mut S {
         &mut self.flow.session
     }
 
@@ -329,7 +330,7 @@ pub async fn tcp(address: impl ToSocketAddrs + fmt::Display) -> Result<TcpStream
 #[cfg(feature = "tokio-serial")]
 pub fn serial(path: &str, baud: u32) -> Result<tokio_serial::SerialStream, Error> {
     use tokio_serial::{ClearBuffer, SerialPort, SerialPortBuilderExt};
-    let port = tokio_serial::new(path, baud).open_native_async().map_err(|error| Error::serial(path, error))?;
+    let port = tokio_serial::new(path, baud).open_native_async().map_err(|error| Error::serial(path, &error))?;
     // A port that cannot drop them gives bytes that answer nothing, which sessions can bear.
     let _ = port.clear(ClearBuffer::Input);
     Ok(port)
