@@ -33,6 +33,7 @@ pub(crate) enum Next<D, H> {
     /// Write the [unsent](Flow::unsent) bytes to the line.
     Write,
     /// Give as many bytes from the front of the buffer to a receiver that is not at the end of the line.
+    #[cfg_attr(not(feature = "std"), expect(dead_code, reason = "the driver for firmware drops these bytes"))]
     Other(D, usize),
     /// Lend this event to the application.
     Event(H),
