@@ -27,6 +27,7 @@ pub mod kos_host;
 pub mod line;
 pub mod motor;
 mod scene;
+mod tap;
 
 use std::collections::VecDeque;
 use std::net::SocketAddrV4;

@@ -1,21 +1,21 @@
-//! Events of the machine, and how the rig carries them out.
+//! Events of the session, and how the rig carries them out.
 
-use kos_proto::device::{DeviceMachine, Event, Ignored, SessionId};
+use kos_proto::device::{DeviceMachine, Event, Ignored, Session, SessionId};
 use kos_proto::message::{Direction, LedMode, MotorAddress, MotorSet};
+use kos_proto::{DeviceMessage, Frame};
 use motion_core::time::Millis;
-use tracing::{debug, info, warn};
+use tracing::{Level, debug, enabled, info, warn};
 
 use super::camera::Photo;
 use super::playing::{Playing, Stage};
-use super::{Drive, KosDevice, Line};
-use crate::kos_host::StoredMove;
+use super::{Drive, KosDevice};
 use crate::{LineId, Outgoing, Rig as _};
 
 /// Time that the device needs to start, in milliseconds.
 const BOOT: u64 = 500;
 
 impl KosDevice {
-    /// Carries out an event of the machine.
+    /// Carries out an event of the session.
     pub(super) fn event(&mut self, now: Millis, event: &Event<'_>) {
         match *event {
             Event::Move { motor: address, to, speed, acceleration } => {
@@ -48,7 +48,7 @@ impl KosDevice {
                     let told = |motor: MotorAddress| {
                         self.drives.get(usize::from(motor.number()).wrapping_sub(1)).map(|drive| drive.told)
                     };
-                    Playing::new(stored, &self.machine, told)
+                    Playing::new(stored, self.session.machine(), told)
                 });
                 self.go_to_part(now, home(way), motors, Some(speed));
             }
@@ -74,14 +74,6 @@ impl KosDevice {
                 self.playing = None;
             }
             Event::Leds { master, slave } => self.store.leds = (master, slave),
-            Event::StorePassword(password) => {
-                info!("another password is stored");
-                self.store.password = password.0.into();
-            }
-            Event::StoreTrajectory(data) => {
-                info!("a move is stored");
-                self.store.trajectory = StoredMove::new(&data).ok();
-            }
             Event::BadTrajectory(error) => {
                 info!("a move cannot be played: {error}");
                 self.store.trajectory = None;
@@ -102,8 +94,7 @@ impl KosDevice {
     }
 
     fn hang_up(&mut self, session: SessionId) {
-        if let Some(line) = self.lines.get_mut(usize::from(session.0)).filter(|line| line.is_open) {
-            *line = Line::default();
+        if self.lines.get_mut(usize::from(session.0)).and_then(Option::take).is_some() {
             self.outgoing.push_back(Outgoing::HangUp(LineId(session.0)));
         }
     }
@@ -112,11 +103,23 @@ impl KosDevice {
         for session in SessionId::ALL {
             self.hang_up(session);
         }
-        self.machine = DeviceMachine::new(self.setup.options.with_platform(self.store.platform));
+        *self.session = Session::new(DeviceMachine::new(self.setup.options.with_platform(self.store.platform)));
         self.store.trajectory = None;
         self.store.leds = (LedMode::OFF, LedMode::OFF);
         self.drives.fill(Drive::default());
         (self.starts, self.wake) = (Some(self.now.after(BOOT)), None);
+    }
+}
+
+/// Notes a message in the log. Errors and ranges count as events.
+pub(super) fn said(bytes: &[u8]) {
+    if !enabled!(Level::INFO) {
+        return;
+    }
+    match Frame::decode(bytes).map(|frame| DeviceMessage::decode(&frame)) {
+        Ok(Ok(message @ (DeviceMessage::ErrorStatus(_) | DeviceMessage::MotorCalibrated(_)))) => info!("> {message}"),
+        Ok(Ok(message)) => debug!("> {message}"),
+        _ => {}
     }
 }
 

@@ -1,6 +1,6 @@
 //! Motors of a device: they follow curves, go to places, and come to rest.
 
-use kos_proto::device::{Input, Report};
+use kos_proto::device::Report;
 use kos_proto::message::{ErrorCode, MotorAddress, MotorSet, Normalized};
 use motion_core::time::Millis;
 use tracing::{info, warn};
@@ -22,7 +22,8 @@ impl KosDevice {
         if self.starts.is_some_and(|starts| starts <= now) {
             self.starts = None;
             info!("the device runs");
-            self.step(now, Input::Rig(Report::Started));
+            self.told(Report::Started);
+            self.work(now);
         }
         let lost = self.follow(now);
         let happened: Vec<_> =
@@ -42,7 +43,7 @@ impl KosDevice {
         }
         if self.wake.is_some_and(|wake| wake <= now) {
             self.sync();
-            self.step(now, Input::Wake);
+            self.work(now);
         }
         if self.playing.as_ref().is_some_and(|playing| playing.is_over(now)) {
             self.release(now);

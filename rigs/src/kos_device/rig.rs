@@ -2,71 +2,62 @@
 
 use std::net::SocketAddrV4;
 
+use kos_proto::Transport;
 use kos_proto::device::playback::State;
-use kos_proto::device::{Input, Report, SESSIONS, SessionId};
-use kos_proto::message::{ErrorCode, Password};
-use kos_proto::{Frame, Frames, HostMessage, Item, Transport};
+use kos_proto::device::{Report, SESSIONS, SessionId};
+use kos_proto::message::ErrorCode;
 use motion_core::time::Millis;
-use tracing::{debug, info, warn};
+use tracing::{info, warn};
 
 use super::KosDevice;
+use crate::kos_host::{Tap, host_text};
 use crate::motor::Motor;
 use crate::{LineId, Outgoing, Party, Rig, TICK};
 
 impl Party for KosDevice {
     fn open(&mut self, now: Millis, line: LineId) {
         self.advance(now);
-        let place = self.lines.get_mut(usize::from(line.0)).filter(|_| self.starts.is_none());
-        let Some(place) = place else {
+        let runs = self.runs();
+        let Some(place) = self.lines.get_mut(usize::from(line.0)).filter(|_| runs) else {
             self.outgoing.push_back(Outgoing::HangUp(line));
             return;
         };
-        place.is_open = true;
-        place.frames = Some(Box::new(Frames::new()));
+        *place = Some(Tap::new());
         info!("client {} is connected", line.0);
-        let password = self.store.password.clone();
-        let session = SessionId(line.0);
-        self.input(Input::LinkUp { session, transport: Transport::Tcp, password: Password(&password) });
+        self.sync();
+        if let Err(why) = self.session.link_up(SessionId(line.0), Transport::Tcp) {
+            warn!("client {}: {why}", line.0);
+        }
+        self.work(now);
     }
 
     fn close(&mut self, now: Millis, line: LineId) {
         self.advance(now);
-        if let Some(place) = self.lines.get_mut(usize::from(line.0)).filter(|place| place.is_open) {
-            *place = super::Line::default();
+        if self.lines.get_mut(usize::from(line.0)).and_then(Option::take).is_some() {
             info!("client {} is gone", line.0);
-            self.input(Input::LinkDown(SessionId(line.0)));
+            self.sync();
+            if let Err(why) = self.session.link_down(SessionId(line.0)) {
+                warn!("client {}: {why}", line.0);
+            }
+            self.work(now);
         }
     }
 
     fn receive(&mut self, now: Millis, line: LineId, bytes: &[u8]) {
         self.advance(now);
+        self.sync();
         let index = usize::from(line.0);
-        let Some(mut frames) = self.lines.get_mut(index).and_then(|line| line.frames.take()) else { return };
-        let session = SessionId(line.0);
+        if let Some(Some(tap)) = self.lines.get_mut(index) {
+            tap.hear(&format!("client {}:", line.0), bytes, host_text);
+        }
         let mut rest = bytes;
-        while self.is_open(index) && !rest.is_empty() {
-            let taken = frames.push(rest);
+        while self.lines.get(index).is_some_and(Option::is_some) && !rest.is_empty() {
+            let taken = self.session.receive(now, SessionId(line.0), rest);
             rest = rest.get(taken..).unwrap_or_default();
-            while let Some(item) = frames.next() {
-                match item {
-                    Item::Frame(frame) => self.message(session, &frame),
-                    Item::Fatal(why) => {
-                        warn!("client {}: the bytes are no stream of messages: {why}", line.0);
-                        self.input(Input::Fatal(session));
-                    }
-                    Item::Noise { bytes, why } => warn!("client {}: {} bytes are left out: {why}", line.0, bytes.len()),
-                    Item::Corrupt { why, .. } => warn!("client {}: {why}", line.0),
-                }
-                if !self.is_open(index) {
-                    return;
-                }
-            }
+            self.work(now);
             if taken == 0 {
                 break;
             }
-        }
-        if let Some(line) = self.lines.get_mut(index).filter(|line| line.is_open) {
-            line.frames = Some(frames);
         }
     }
 
@@ -95,11 +86,10 @@ impl Rig for KosDevice {
 
     fn datagram(&mut self, now: Millis, from: SocketAddrV4, bytes: &[u8]) {
         self.advance(now);
-        let Ok(frame) = Frame::decode(bytes) else { return debug!("a datagram that is no message") };
-        match HostMessage::decode(&frame) {
-            Ok(message) => self.input(Input::Datagram { from: from.into(), message }),
-            Err(error) => debug!("a datagram that is cut off: {error}"),
-        }
+        self.sync();
+        // The session has nothing else to do, so that it takes the datagram.
+        let _ = self.session.receive_datagram(now, from.into(), bytes);
+        self.work(now);
     }
 
     fn motors(&self) -> &[Motor] {
@@ -109,7 +99,8 @@ impl Rig for KosDevice {
     /// Also `None` while the motors go to where the move begins, or to the place of the next photo.
     fn moment(&self) -> Option<f64> {
         use State::{Exposing, Forward, ForwardC, FrameDelay, Post, Pre, Reverse};
-        let played = [Pre, Forward, Reverse, ForwardC, FrameDelay, Exposing, Post].contains(&self.machine.playback());
+        let played =
+            [Pre, Forward, Reverse, ForwardC, FrameDelay, Exposing, Post].contains(&self.session.machine().playback());
         self.playing.as_ref().filter(|_| played).map(|playing| playing.moment(self.now))
     }
 
@@ -133,26 +124,5 @@ impl Rig for KosDevice {
             warn!("motor {address} is stuck");
             self.report(now, Report::Fault(address, ErrorCode::RUNAWAY));
         }
-    }
-}
-
-impl KosDevice {
-    fn is_open(&self, index: usize) -> bool {
-        self.lines.get(index).is_some_and(|line| line.is_open)
-    }
-
-    /// Gives an input to the machine, after the positions of the motors.
-    fn input(&mut self, input: Input<'_>) {
-        self.sync();
-        self.step(self.now, input);
-    }
-
-    fn message(&mut self, session: SessionId, frame: &Frame<'_>) {
-        let password = self.store.password.clone();
-        let input = Input::received(session, frame, Password(&password));
-        if let Input::Received { message, .. } = input {
-            debug!("client {}: {message}", session.0);
-        }
-        self.input(input);
     }
 }

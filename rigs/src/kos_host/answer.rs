@@ -51,7 +51,7 @@ impl KosHost {
     /// Answer in a message. The answer about motors is the end of a series, so that the motors come from the machine.
     pub(super) fn answer(&self, message: &DeviceMessage<'_>) -> Option<Answer> {
         Some(match message {
-            DeviceMessage::MotorInfo(_) => Answer::Motors(self.machine.motors().copied().collect()),
+            DeviceMessage::MotorInfo(_) => Answer::Motors(self.machine().motors().copied().collect()),
             DeviceMessage::DeviceInfo(info) => Answer::Device(Device {
                 device_type: info.device_type,
                 firmware: info.firmware_version,

@@ -1,6 +1,6 @@
-//! Client of a kOS device: a [`HostMachine`] with a line.
+//! Client of a kOS device: a [`host::Session`] with a line.
 //!
-//! [`KosHost`] keeps the passwords and moves that the machine only names, and turns the answers of the device into values.
+//! [`KosHost`] lends passwords and moves to the session, and turns the answers of the device into values.
 //! Each command has a [`Token`]. Its end is an [`Event::Answer`], or `Ended` in an [`Event::Machine`].
 //!
 //! ```
@@ -40,9 +40,11 @@ mod stored;
 
 use std::collections::VecDeque;
 
-use kos_proto::host::{self, HostMachine, Input, Options, Outcome, PasswordOf, Source, Token, Transmit};
+use kos_proto::frame::MAX_FRAME;
+use kos_proto::host::{self, Destination, HostMachine, Options, Outcome, Session, Source, Token};
 use kos_proto::message::{Motor, MotorAddress, Password};
-use kos_proto::{Effect, Frames, HostMessage};
+use kos_proto::{DecodeError, DeviceMessage, EncodeError, Frame, HostMessage, Kos};
+use motion_core::session::{Session as _, Turn};
 use motion_core::time::Millis;
 use tracing::{debug, warn};
 
@@ -90,24 +92,25 @@ pub enum Event {
     Machine(host::Event<'static>),
 }
 
+/// Listener on a line of kOS.
+pub(crate) type Tap = crate::tap::Tap<Kos, { 2 * MAX_FRAME }>;
+
 /// Client over TCP.
 #[derive(Debug)]
 pub struct KosHost {
-    machine: HostMachine,
+    session: Box<Session>,
     password: Vec<u8>,
-    /// Frames that arrive; `None` while they are read.
-    frames: Option<Box<Frames>>,
-    is_open: bool,
+    /// Password that the command with this token gives to the device.
+    new_password: Option<(Token, Vec<u8>)>,
+    /// Move that the command stores.
+    stored: Option<StoredMove>,
+    /// Listener on the line, if that is open.
+    line: Option<Tap>,
     wake: Option<Millis>,
     outgoing: VecDeque<Outgoing>,
     events: VecDeque<Event>,
-}
-
-/// Data of a command that the machine does not keep.
-#[derive(Default)]
-struct Content<'a> {
-    stored: Option<&'a StoredMove>,
-    new_password: &'a [u8],
+    /// Room for a message.
+    room: Vec<u8>,
 }
 
 impl KosHost {
@@ -115,87 +118,95 @@ impl KosHost {
     #[must_use]
     pub fn new(options: Options, password: Option<&[u8]>) -> Self {
         Self {
-            machine: HostMachine::new(options.with_echo_password(password.is_none())),
+            session: Box::new(Session::new(options.with_echo_password(password.is_none()))),
             password: password.unwrap_or_default().to_vec(),
-            frames: Some(Box::new(Frames::new())),
-            is_open: false,
+            new_password: None,
+            stored: None,
+            line: None,
             wake: None,
             outgoing: VecDeque::new(),
             events: VecDeque::new(),
+            room: Vec::new(),
         }
     }
 
     /// Machine of the client, for reading its state.
     #[must_use]
     pub const fn machine(&self) -> &HostMachine {
-        &self.machine
+        self.session.machine()
     }
 
     /// Motor of the device, as the device reported it last.
     #[must_use]
     pub fn motor(&self, motor: MotorAddress) -> Option<&Motor> {
-        self.machine.motors().find(|known| known.motor_address.number() == motor.number())
+        self.machine().motors().find(|known| known.motor_address.number() == motor.number())
     }
 
     /// Number of bytes that wait: for the rest of their message, or to be taken.
     #[must_use]
     pub fn held(&self) -> usize {
-        self.frames.as_ref().map_or(0, |frames| frames.held()) + crate::waiting(&self.outgoing)
+        self.session.held() + crate::waiting(&self.outgoing)
     }
 
-    /// Gives an input to the machine, and carries out the effects.
-    fn step(&mut self, now: Millis, input: Input<'_>, content: &Content<'_>) {
-        let output = self.machine.advance(now, input);
-        self.wake = output.wake;
-        for effect in output {
-            match effect {
+    /// Does everything that follows now.
+    fn work(&mut self, now: Millis) {
+        loop {
+            let source = Source {
+                user_password: Password(&self.password),
+                new_password: Password(self.new_password.as_ref().map_or(&[], |(_, password)| password)),
+                trajectory: self.stored.as_ref().map(StoredMove::data).unwrap_or_default(),
+            };
+            match self.session.turn(now, &source, &mut self.room) {
+                Ok(Turn::Transmit(Destination::Connection, len)) => {
+                    let bytes = self.room.get(..len).unwrap_or_default();
+                    debug!("> {}", host_text(bytes));
+                    self.outgoing.push_back(Outgoing::Bytes(LINE, bytes.to_vec()));
+                }
                 // The address of the device is known to the owner of the line.
-                Effect::Transmit(Transmit::Discover) => {}
-                Effect::Transmit(transmit) => self.transmit(&transmit, content),
-                Effect::Event(event) => self.event(&event),
+                Ok(Turn::Transmit(Destination::Broadcast, _)) => {}
+                Ok(Turn::Event(held)) => {
+                    let event = self.session.event(held);
+                    match event {
+                        host::Event::Connect(_) => self.outgoing.push_back(Outgoing::Open(LINE)),
+                        host::Event::LinkDown(_) if self.line.take().is_some() => {
+                            self.outgoing.push_back(Outgoing::HangUp(LINE));
+                        }
+                        host::Event::Ended { token, outcome: Outcome::Sent } => {
+                            if let Some((_, password)) = self.new_password.take_if(|(change, _)| *change == token) {
+                                self.password = password;
+                            }
+                        }
+                        _ => {}
+                    }
+                    self.events.extend(match event {
+                        host::Event::Ended { token, outcome: Outcome::Done(Some(message)) } => {
+                            self.answer(&message).map(|answer| Event::Answer(token, answer))
+                        }
+                        event => event.to_static().map(Event::Machine),
+                    });
+                }
+                Ok(Turn::Wait(until)) => break self.wake = until,
+                Err(EncodeError::BufferTooSmall { needed, .. }) => self.room.resize(needed, 0),
+                Err(error) => warn!("a message cannot be sent: {error}"),
             }
         }
-    }
-
-    fn transmit(&mut self, transmit: &Transmit<'_>, content: &Content<'_>) {
-        if *transmit == Transmit::UserPassword(PasswordOf::New) {
-            self.password = content.new_password.to_vec();
-        }
-        let source = Source {
-            user_password: Password(&self.password),
-            new_password: Password(content.new_password),
-            trajectory: content.stored.map(StoredMove::data).unwrap_or_default(),
-        };
-        let message = transmit.message(&source);
-        debug!("> {message}");
-        let bytes = encoded(&message);
-        self.outgoing.extend(bytes.map(|bytes| Outgoing::Bytes(LINE, bytes)));
-    }
-
-    fn event(&mut self, event: &host::Event<'_>) {
-        match *event {
-            host::Event::Connect(_) => self.outgoing.push_back(Outgoing::Open(LINE)),
-            host::Event::LinkDown(_) if std::mem::take(&mut self.is_open) => {
-                self.outgoing.push_back(Outgoing::HangUp(LINE));
-            }
-            _ => {}
-        }
-        self.events.extend(match *event {
-            host::Event::Ended { token, outcome: Outcome::Done(Some(message)) } => {
-                self.answer(&message).map(|answer| Event::Answer(token, answer))
-            }
-            event => event.to_static().map(Event::Machine),
-        });
     }
 }
 
-fn encoded(message: &HostMessage<'_>) -> Option<Vec<u8>> {
-    let mut bytes = vec![0; message.encoded_len()];
-    match message.encode_into(&mut bytes) {
-        Ok(_) => Some(bytes),
-        Err(error) => {
-            warn!("cannot send {message}: {error}");
-            None
-        }
+/// Text of a message of a client, for the log.
+pub(crate) fn host_text(bytes: &[u8]) -> String {
+    text(bytes, |frame| HostMessage::decode(frame).map(|message| message.to_string()))
+}
+
+/// Text of a message of a device, for the log.
+fn device_text(bytes: &[u8]) -> String {
+    text(bytes, |frame| DeviceMessage::decode(frame).map(|message| message.to_string()))
+}
+
+fn text(bytes: &[u8], decode: impl Fn(&Frame<'_>) -> Result<String, DecodeError>) -> String {
+    match Frame::decode(bytes).map(|frame| decode(&frame)) {
+        Ok(Ok(text)) => text,
+        Ok(Err(why)) => why.to_string(),
+        Err(why) => why.to_string(),
     }
 }

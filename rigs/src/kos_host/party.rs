@@ -1,56 +1,51 @@
 //! Line, clock and commands of a client.
 
-use kos_proto::host::{self, Endpoint, Input, Token};
+use kos_proto::host::{self, Endpoint, Token};
 use kos_proto::message::Ipv4;
-use kos_proto::{Frame, Frames, Header, Item};
 use motion_core::time::Millis;
-use tracing::{debug, warn};
+use tracing::warn;
 
-use super::{Command, Content, Event, KosHost, LINE};
+use super::{Command, Event, KosHost, LINE, Tap, device_text};
 use crate::{Host, LineId, Outgoing, Party};
 
 impl Party for KosHost {
     fn open(&mut self, now: Millis, line: LineId) {
         self.advance(now);
         if line == LINE {
-            self.is_open = true;
-            self.frames = Some(Box::new(Frames::new()));
-            self.step(now, Input::LinkUp, &Content::default());
+            self.line = Some(Tap::new());
+            self.session.link_up();
+            self.work(now);
         }
     }
 
     fn close(&mut self, now: Millis, line: LineId) {
         self.advance(now);
         if line == LINE {
-            self.is_open = false;
-            self.step(now, Input::LinkDown, &Content::default());
+            self.line = None;
+            self.session.link_down();
+            self.work(now);
         }
     }
 
     fn receive(&mut self, now: Millis, line: LineId, bytes: &[u8]) {
         self.advance(now);
         let mut rest = if line == LINE { bytes } else { &[] };
-        // The frames are lent by the buffer, which a step must not touch.
-        let Some(mut frames) = self.frames.take() else { return };
-        while self.is_open && !rest.is_empty() {
-            let taken = frames.push(rest);
+        if let Some(tap) = &mut self.line {
+            tap.hear("<", rest, device_text);
+        }
+        while self.line.is_some() && !rest.is_empty() {
+            let taken = self.session.receive(now, rest);
             rest = rest.get(taken..).unwrap_or_default();
-            while let Some(item) = frames.next() {
-                self.item(now, &item);
-                if !self.is_open {
-                    break;
-                }
-            }
+            self.work(now);
             if taken == 0 {
                 break;
             }
         }
-        self.frames = Some(frames);
     }
 
     fn advance(&mut self, now: Millis) {
         while let Some(due) = self.wake.filter(|due| *due <= now) {
-            self.step(due, Input::Wake, &Content::default());
+            self.work(due);
         }
     }
 
@@ -69,50 +64,34 @@ impl Host for KosHost {
 
     fn command(&mut self, now: Millis, (token, command): (Token, Command)) {
         self.advance(now);
-        let mut content = Content::default();
-        let command = match &command {
+        let command = match command {
             // The address of the device is known to the owner of the line.
             Command::Connect => host::Command::Connect(Endpoint::Tcp(Ipv4::default())),
             Command::Unlock(password) => {
-                self.password.clone_from(password);
+                self.password = password;
                 host::Command::Unlock
             }
             Command::ChangePassword(password) => {
-                content.new_password = password;
+                self.new_password = Some((token, password));
                 host::Command::ChangePassword
             }
             Command::Load { stored, delay_return } => {
-                content.stored = Some(stored);
-                host::Command::Load { summary: *stored.summary(), delay_return: *delay_return }
+                let summary = *self.stored.insert(stored).summary();
+                host::Command::Load { summary, delay_return }
             }
             Command::PlayDirect { stored } => {
-                content.stored = Some(stored);
-                host::Command::PlayDirect { summary: *stored.summary() }
+                host::Command::PlayDirect { summary: *self.stored.insert(stored).summary() }
             }
-            Command::Machine(command) => *command,
+            Command::Machine(command) => command,
         };
-        self.step(now, Input::Command(token, command), &content);
+        if let Err(why) = self.session.command(token, command) {
+            warn!("{command:?}: {why}");
+        }
+        self.work(now);
+        (self.stored, self.new_password) = (None, None);
     }
 
     fn next_event(&mut self) -> Option<Event> {
         self.events.pop_front()
-    }
-}
-
-impl KosHost {
-    fn item(&mut self, now: Millis, item: &Item<'_, Frame<'_>, Header>) {
-        let input = match item {
-            Item::Frame(frame) => Input::received(frame),
-            Item::Fatal(why) => {
-                warn!("the bytes of the device are no stream of messages: {why}");
-                Input::Fatal
-            }
-            Item::Noise { bytes, why } => return warn!("{} bytes are left out: {why}", bytes.len()),
-            Item::Corrupt { why, .. } => return warn!("{why}"),
-        };
-        if let Input::Received(message) = input {
-            debug!("< {message}");
-        }
-        self.step(now, input, &Content::default());
     }
 }
