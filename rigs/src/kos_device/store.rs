@@ -19,10 +19,9 @@ pub(super) struct Store {
 
 impl Store {
     pub(super) fn new(setup: &Setup) -> Self {
-        let [n0, n1, n2, n3, n4, n5, n6, n7] = setup.number.to_be_bytes();
-        let [k, o, s, r, i, g] = *b"kOSrig";
+        let maker = u128::from_be_bytes(*b"kOSrig\x40\0\0\0\0\0\0\0\0\0");
         let mut store = Self {
-            guid: [k, o, s, r, i, g, 0x40, 0, n0, n1, n2, n3, n4, n5, n6, n7],
+            guid: (maker | u128::from(setup.number)).to_be_bytes(),
             password: Vec::new(),
             platform: setup.options.platform(),
             trajectory: None,
@@ -60,7 +59,6 @@ impl Store {
             password: Password(&self.password),
             motors,
             trajectory: self.trajectory.as_ref().map(StoredMove::data).unwrap_or_default(),
-            ..Source::default()
         }
     }
 }
