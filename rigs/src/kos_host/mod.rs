@@ -1,6 +1,6 @@
 //! Client of a kOS device: a [`host::Session`] with a line.
 //!
-//! [`KosHost`] lends passwords and moves to the session, and turns the answers of the device into values.
+//! [`KosHost`] lends passwords and moves to the session, and keeps the answers of the device.
 //! Each command has a [`Token`]. Its end is an [`Event::Answer`], or `Ended` in an [`Event::Machine`].
 //!
 //! ```
@@ -34,7 +34,6 @@
 //! assert_eq!(scene.host.motor(MotorAddress(1)).map(|motor| motor.position), Some(Rotations(5.0)));
 //! ```
 
-mod answer;
 mod party;
 mod stored;
 
@@ -43,14 +42,13 @@ use std::collections::VecDeque;
 use kos_proto::frame::MAX_FRAME;
 use kos_proto::host::{self, Destination, HostMachine, Options, Outcome, Session, Source, Token};
 use kos_proto::message::{Motor, MotorAddress, Password};
-use kos_proto::{DecodeError, DeviceMessage, EncodeError, Frame, HostMessage, Kos};
+use kos_proto::{DecodeError, Device, DeviceMessage, EncodeError, Frame, HostMessage, Kos, Owned};
 use motion_core::session::{Session as _, Turn};
 use motion_core::time::Millis;
 use tracing::{debug, warn};
 
 use crate::{LineId, Outgoing};
 
-pub use answer::{Answer, Device};
 pub use stored::StoredMove;
 
 /// Line of the client.
@@ -86,8 +84,9 @@ pub enum Command {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Event {
-    /// The device answered the question with this token.
-    Answer(Token, Answer),
+    /// The device answered the question with this token. If it told its motors, the machine knows them, and this is the last
+    /// message of the series.
+    Answer(Token, Owned<Device>),
     /// The machine tells something else. Messages that answer nothing are left out.
     Machine(host::Event<'static>),
 }
@@ -180,7 +179,7 @@ impl KosHost {
                     }
                     self.events.extend(match event {
                         host::Event::Ended { token, outcome: Outcome::Done(Some(message)) } => {
-                            self.answer(&message).map(|answer| Event::Answer(token, answer))
+                            Owned::new(&message).ok().map(|answer| Event::Answer(token, answer))
                         }
                         event => event.to_static().map(Event::Machine),
                     });

@@ -1,14 +1,13 @@
-//! Move that is kept as its message stands on the wire.
+//! Move, and its summary for the machines.
 
 use kos_proto::move_summary::SummaryError;
 use kos_proto::trajectory::{MoveError, Plan, TrajectoryData};
-use kos_proto::{Frame, HostMessage, MoveSummary};
+use kos_proto::{Host, HostMessage, MoveSummary, Owned};
 
 /// Move, and its summary for the machines.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredMove {
-    /// Message that stores the move. It is decoded again where the move is needed.
-    message: Vec<u8>,
+    message: Owned<Host>,
     summary: MoveSummary,
 }
 
@@ -20,12 +19,8 @@ impl StoredMove {
     /// [`SummaryError`], if no device plays the move.
     pub fn new(data: &TrajectoryData<'_>) -> Result<Self, SummaryError> {
         let summary = MoveSummary::of(data)?;
-        let message = HostMessage::from(*data);
-        let mut bytes = vec![0; message.encoded_len()];
-        match message.encode_into(&mut bytes) {
-            Ok(_) => Ok(Self { message: bytes, summary }),
-            Err(error) => Err(MoveError::from(error).into()),
-        }
+        let message = Owned::new(&HostMessage::from(*data)).map_err(MoveError::from)?;
+        Ok(Self { message, summary })
     }
 
     /// Makes the blocks of a plan, and keeps them.
@@ -58,9 +53,9 @@ impl StoredMove {
     /// Blocks of the move.
     #[must_use]
     pub fn data(&self) -> TrajectoryData<'_> {
-        match Frame::decode(&self.message).map(|frame| HostMessage::decode(&frame)) {
-            Ok(Ok(HostMessage::SetTrajectoryData(data))) => data,
-            // The message was encoded from such blocks.
+        match self.message.message() {
+            HostMessage::SetTrajectoryData(data) => data,
+            // The message was made of such blocks.
             _ => TrajectoryData::default(),
         }
     }

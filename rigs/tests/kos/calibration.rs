@@ -1,11 +1,12 @@
 //! Ranges, motion by hand, and questions.
 
+use kos_proto::DeviceMessage;
 use kos_proto::device::motor::State;
 use kos_proto::host::{self, Get, Outcome, Refusal, StopTarget};
-use kos_proto::message::{Motor, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
+use kos_proto::message::{Motor, Rotations, RotationsPerSecond, RotationsPerSecondSquared, SoftwareID};
 use motion_rigs::device::Named;
 use motion_rigs::kos_device::Setup;
-use motion_rigs::kos_host::{Answer, Command, Event};
+use motion_rigs::kos_host::{Command, Event, StoredMove};
 
 use crate::bench::{Bench, M1, M2, RANGES, TOLERANCE, go};
 
@@ -78,15 +79,17 @@ fn every_question_is_answered_with_the_state_of_the_device() {
             _ => None,
         }));
     }
-    let [Answer::Network(_), Answer::Leds(..), Answer::Motors(motors), Answer::Device(device), rest @ ..] =
-        &answers[..]
-    else {
-        panic!("{answers:#?}");
-    };
-    assert_eq!(rest.len(), 3);
-    assert!(matches!(rest, [Answer::Move(None), Answer::Guid(guid), Answer::Platform(0)] if guid.len() == 16));
-    assert_eq!(device.firmware.to_string(), "1.0.1.16");
-    for (motor, range) in motors.iter().zip(RANGES) {
+    let [network, leds, motors, device, stored, guid, platform] = &answers[..] else { panic!("{answers:#?}") };
+    assert!(matches!(network.message(), DeviceMessage::NetworkInfo(_)));
+    assert!(matches!(leds.message(), DeviceMessage::LEDStatus(_)));
+    assert!(matches!(motors.message(), DeviceMessage::MotorInfo(info) if !info.more));
+    assert!(
+        matches!(device.message(), DeviceMessage::DeviceInfo(info) if info.firmware_version.to_string() == "1.0.1.16")
+    );
+    assert!(matches!(stored.message(), DeviceMessage::TrajectoryData(data) if StoredMove::new(&data).is_err()));
+    assert!(matches!(guid.message(), DeviceMessage::DeviceGUID(guid) if guid.guid.0.len() == 16));
+    assert!(matches!(platform.message(), DeviceMessage::SoftwareID(SoftwareID { platform: 0, .. })));
+    for (motor, range) in bench.scene.host.machine().motors().zip(RANGES) {
         assert!((f64::from(motor.range().unwrap().0) - range).abs() < TOLERANCE, "{motor:?}");
         assert!((f64::from(motor.position.0) - range).abs() < TOLERANCE, "{motor:?}");
     }

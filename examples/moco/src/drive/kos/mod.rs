@@ -16,11 +16,11 @@ use std::time::Duration;
 
 use kos_proto::host::{self, Failure, Get, LinkDownReason, MoveState, Outcome, Refusal, StopTarget, Token};
 use kos_proto::message::{ActionId, ErrorCode, Motor, MotorAddress, Rotations, Seconds};
-use kos_proto::{HostMessage, MessageId};
+use kos_proto::{Device, DeviceMessage, HostMessage, MessageId, Owned};
 use motion_core::time::Millis;
 use motion_core::wire::Messages as _;
 use motion_rigs::Host as _;
-use motion_rigs::kos_host::{Answer, Command as Order, Event, KosHost};
+use motion_rigs::kos_host::{Command as Order, Event, KosHost};
 use tokio::time::Instant;
 
 use super::{Command, Driven, OBEYED, Stopped, Trouble};
@@ -261,7 +261,7 @@ impl Drive<'_> {
     }
 
     /// Answer to a question; `None` if the rig does not answer it.
-    async fn ask(&mut self, get: Get) -> Result<Option<Answer>, Trouble> {
+    async fn ask(&mut self, get: Get) -> Result<Option<Owned<Device>>, Trouble> {
         let token = self.command(host::Command::Get(get));
         self.wait("the answer to a question", self.options.patience, |event| match event {
             Event::Answer(answered, answer) if *answered == token => Some(Some(answer.clone())),
@@ -271,16 +271,19 @@ impl Drive<'_> {
     }
 
     async fn info(&mut self) -> Result<(), Trouble> {
-        if let Some(Answer::Device(device)) = self.ask(Get::DeviceInfo).await? {
-            let (kind, firmware) = (device.device_type, device.firmware);
-            self.print(format_args!("{kind}, firmware {firmware}; state of its move: {}", device.state))?;
-        }
-        if let Some(Answer::Network(network)) = self.ask(Get::NetworkInfo).await? {
-            self.print(format_args!("network: {}, {}", network.ip_address, network.mac_address))?;
-        }
-        if let Some(Answer::Guid(guid)) = self.ask(Get::DeviceGuid).await? {
-            let digits: Vec<String> = guid.iter().map(|byte| format!("{byte:02x}")).collect();
-            self.print(format_args!("GUID: {}", digits.concat()))?;
+        for get in [Get::DeviceInfo, Get::NetworkInfo, Get::DeviceGuid] {
+            let Some(answer) = self.ask(get).await? else { continue };
+            match answer.message() {
+                DeviceMessage::DeviceInfo(info) => {
+                    let (kind, firmware, state) = (info.device_type, info.firmware_version, info.playback_status);
+                    self.print(format_args!("{kind}, firmware {firmware}; state of its move: {state}"))?;
+                }
+                DeviceMessage::NetworkInfo(info) => {
+                    self.print(format_args!("network: {}, {}", info.ip_address, info.mac_address))?;
+                }
+                DeviceMessage::DeviceGUID(guid) => self.print(format_args!("GUID: {}", guid.guid))?,
+                _ => {}
+            }
         }
         for motor in self.motors() {
             let (number, position) = (motor.motor_address, motor.position);
