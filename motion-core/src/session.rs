@@ -295,12 +295,6 @@ impl<I, E, const N: usize, const W: usize> Agenda<I, E, N, W> {
         if self.wishes.len() < WISHES { self.stop_one(wish) } else { Err(NotTaken::Full) }
     }
 
-    /// Drops what waits and does not pass a test.
-    pub fn keep(&mut self, passes: impl Fn(&I) -> bool) {
-        self.urgent.retain(|wish| passes(wish));
-        self.wishes.retain(|wish| passes(wish));
-    }
-
     /// Next thing to tell the machine, apart from what arrives on the link and the time.
     pub fn news(&mut self) -> Option<News<I>> {
         if core::mem::take(&mut self.link.0) {
@@ -488,17 +482,6 @@ mod tests {
             assert_eq!(agenda.want(number), Ok(()));
         }
         agenda
-    }
-
-    #[test]
-    fn what_does_not_pass_a_test_is_dropped_and_the_rest_keeps_its_order() {
-        let mut agenda = filled();
-        assert_eq!((agenda.stop_all(20), agenda.stop_all(21)), (Ok(()), Ok(())));
-        agenda.keep(|wish| wish % 3 == 0);
-        for number in [21, 0, 3, 6] {
-            assert_eq!(agenda.news(), Some(News::Wish(number)));
-        }
-        assert_eq!(agenda.news(), None);
     }
 
     #[test]

@@ -56,6 +56,8 @@ pub struct Session {
     /// Port on which the last packet came.
     last: Port,
     agenda: Agenda<Input<'static>, Held, EFFECTS>,
+    /// Whether everything is stopped once more after what arrived before the stop, because that may move something.
+    stops_again: bool,
 }
 
 impl Session {
@@ -66,7 +68,7 @@ impl Session {
     #[must_use]
     pub const fn new(machine: DeviceMachine) -> Self {
         let links = [Link::new(PATIENCE), Link::new(PATIENCE), Link::new(PATIENCE)];
-        Self { machine, links, last: Port::Bus, agenda: Agenda::new() }
+        Self { machine, links, last: Port::Bus, agenda: Agenda::new(), stops_again: false }
     }
 
     /// Machine of the session, for reading its state.
@@ -90,15 +92,13 @@ impl Session {
 
     /// Stops everything, as a person at the device wants it.
     ///
-    /// It is [`Command::EmergencyStop`], and goes before all reports that wait. Starts that wait are dropped: of a person, by a
-    /// contact or by the common line. A packet that is dealt with after the stop may set motors in motion again, because a
-    /// node of hoot has no state in which it refuses that.
+    /// It is [`Command::EmergencyStop`]. It goes before all reports that wait, and reports and packets that arrived before it do
+    /// not undo it. Packets that arrive later are obeyed again.
     ///
     /// # Errors
     ///
     /// [`NotTaken::Full`] if too many commands of a person wait for a poll.
     pub fn stop(&mut self) -> Result<(), NotTaken> {
-        self.agenda.keep(|input| !matches!(input, Input::Command(Command::Start) | Input::Alt(_) | Input::CommonLine));
         self.command(Command::EmergencyStop)
     }
 
@@ -154,6 +154,9 @@ impl Session {
     /// Tells the machine the next thing that happened. Returns false if nothing did.
     fn advance(&mut self, now: Millis) -> bool {
         if let Some(News::Wish(report)) = self.agenda.news() {
+            if matches!(report, Input::Command(Command::EmergencyStop)) {
+                self.stops_again = !self.agenda.is_settled() || self.held() > 0;
+            }
             let output = self.machine.advance(now, report);
             self.agenda.fill(output, Held::of);
             return true;
@@ -175,12 +178,16 @@ impl Session {
             self.agenda.fill(output, Held::of);
             return true;
         }
-        let is_due = self.agenda.is_due(now);
-        if is_due {
-            let output = self.machine.advance(now, Input::Wake);
-            self.agenda.fill(output, Held::of);
-        }
-        is_due
+        let input = if core::mem::take(&mut self.stops_again) {
+            Input::Command(Command::EmergencyStop)
+        } else if self.agenda.is_due(now) {
+            Input::Wake
+        } else {
+            return false;
+        };
+        let output = self.machine.advance(now, input);
+        self.agenda.fill(output, Held::of);
+        true
     }
 }
 

@@ -2,10 +2,13 @@
 
 use std::slice::Chunks;
 
-use hoot_proto::device::{self, Contact, DeviceMachine, Event, Motion, Port, ProgramState, Quirks};
+use hoot_proto::device::{self, Contact, DeviceMachine, Event, Motion, Port, Quirks};
 use hoot_proto::frame::{Hoot, MAX_FRAME, Requests};
 use hoot_proto::host::{self, Command, HostMachine, Request, Token};
-use hoot_proto::message::{AltMode, Motor, MotorPosition, Reply, ResponseCode, SetAltModes, Steps};
+use hoot_proto::message::{
+    AltMode, Motor, MotorPosition, MotorSetEnable, MotorSetProgramStop, MotorSetTravel, Reply, ResponseCode,
+    SetAltModes, Span, Steps,
+};
 use hoot_proto::{Address, DeviceMessage, Effect, EncodeError, HostMessage, Item, Messages, Millis};
 use motion_core::stream::{Patience, TimedFrames};
 use proptest::collection::vec;
@@ -338,27 +341,39 @@ proptest! {
     }
 }
 
-/// Each start that waits would set the program going again after the stop.
+/// A contact, a packet and a person set something going, and then a person stops everything.
 #[test]
-fn a_stop_at_the_node_drops_starts_that_wait() {
-    let set = HostMessage::from(SetAltModes { ring: AltMode::START, tip: AltMode::OFF });
-    let mut bytes = [0; MAX_FRAME];
-    let len = set.encode_into(NODE, &mut bytes).unwrap();
+fn what_arrived_before_a_stop_at_the_node_does_not_undo_it() {
+    let now = Millis(5);
+    let (mut room, mut rig) = (Vec::new(), Rig::default());
     let mut session = device::Session::new(DeviceMachine::new(device::Options::default()));
-    let (mut room, mut rig, now) = (Vec::new(), Rig::default(), Millis(5));
-    assert_eq!(session.receive(now, Port::Usb, &bytes[..len]), len);
-    node_poll(&mut session, now, &mut room, &mut rig);
-    let told = |session: &mut device::Session| {
-        session.command(device::Command::Start)?;
-        session.position(Motor::One, Steps(7))?;
-        session.alt(Contact::Ring)?;
-        session.common_line()
+    let receive = |session: &mut device::Session, message: HostMessage<'_>| {
+        let mut bytes = [0; MAX_FRAME];
+        let len = message.encode_into(NODE, &mut bytes).unwrap();
+        assert_eq!(session.receive(now, Port::Usb, &bytes[..len]), len);
     };
-    told(&mut session).unwrap();
-    session.stop().unwrap();
-    assert_eq!(node_poll(&mut session, now, &mut room, &mut rig), Vec::<String>::new());
-    assert_eq!((session.may_move(), session.machine().motor(Motor::One).position()), (false, Steps(7)));
-    told(&mut session).unwrap();
-    let begun = format!("{:?}", Event::Program(ProgramState::Running));
-    assert!(node_poll(&mut session, now, &mut room, &mut rig).contains(&begun));
+    let modes = SetAltModes { ring: AltMode::START, tip: AltMode::OFF };
+    let enable = MotorSetEnable { motor: Motor::One, enable: YES };
+    let travel = MotorSetTravel { motor: Motor::One, travel: Span(3) };
+    let stop = MotorSetProgramStop { motor: Motor::One, position: Steps(300) };
+    for setting in [modes.into(), enable.into(), travel.into(), stop.into()] {
+        receive(&mut session, setting);
+        node_poll(&mut session, now, &mut room, &mut rig);
+    }
+    for how in 0..3 {
+        for is_stopped in [true, false] {
+            match how {
+                0 => session.alt(Contact::Ring).unwrap(),
+                1 => receive(&mut session, run(Motor::One)),
+                _ => session.command(device::Command::Start).unwrap(),
+            }
+            if is_stopped {
+                session.stop().unwrap();
+            }
+            node_poll(&mut session, now, &mut room, &mut rig);
+            assert_eq!([rig.is_active(), session.may_move()], [!is_stopped; 2], "{how}");
+        }
+        session.stop().unwrap();
+        node_poll(&mut session, now, &mut room, &mut rig);
+    }
 }
