@@ -135,12 +135,9 @@ impl DeviceMachine {
 
     /// Sends the motors whose planned move has no travel to its stop, as firmware does.
     fn send_without_travel(&mut self, output: &mut Output<'_>) {
-        let is_sent = self.moves_by_clock() && self.options.quirks().contains(Quirks::MOVES_ALL);
-        for motor in self.motors.iter_mut().filter(|motor| is_sent && motor.settings.plan.travel.0 == 0) {
-            let stop = motor.settings.plan.stop;
-            if stop != motor.position {
-                motor.follow(output, Motion::To(stop));
-            }
+        let is_sent = self.moves_by_clock() && self.copies(Quirks::MOVES_ALL, Profile::sends_without_travel);
+        for motor in self.motors.iter_mut().filter(|motor| is_sent && motor.lacks_travel()) {
+            motor.follow(output, Motion::To(motor.settings.plan.stop));
         }
     }
 
@@ -437,29 +434,40 @@ impl DeviceMachine {
         }
     }
 
-    /// Whether a motor is at the end of its planned move, or has none.
+    /// Whether a motor is at the end of its planned move, or has none. Later firmware waits for ever for a motor that has no
+    /// travel to its stop (decision H-82).
     fn is_done(&self, motor: &MotorUnit) -> bool {
-        let plan = motor.settings.plan;
-        let steps = if self.moves_by_clock() { 1 } else { plan.travel.0 };
+        let by_clock = self.moves_by_clock();
+        if by_clock
+            && motor.lacks_travel()
+            && self.options.quirks().contains(Quirks::MOVES_ALL)
+            && self.options.profile().sends_without_travel() == Some(false)
+        {
+            return false;
+        }
+        let steps = if by_clock { 1 } else { motor.settings.plan.travel.0 };
         !motor.has_plan() || motor.done >= steps && motor.state != MotorState::Moving && !motor.is_stuck
     }
 
-    /// Whether the program is over: all photos are taken, or, without a camera, all motors are done. A time lapse of later
-    /// firmware ends with its motors.
+    /// Whether the program is over: all photos are taken, or, without a camera, all motors are done. Without stops, later
+    /// firmware goes on until its motors are done.
     fn is_finished(&self) -> bool {
         let settings = &self.camera.settings;
-        let is_lapse = self.moves_by_clock();
         if !settings.enable {
             return self.motors.iter().all(|motor| self.is_done(motor));
         }
         let copies = |fact: fn(Profile) -> Option<bool>| self.copies(Quirks::FIRMWARE_PHOTOS, fact);
-        if is_lapse && self.program.has_arrived && copies(Profile::ends_with_motors) {
-            return true;
+        if self.moves_by_clock() {
+            if self.program.has_arrived && copies(Profile::ends_with_motors) {
+                return true;
+            }
+            if copies(Profile::outlasts_photos) {
+                return false;
+            }
         }
         let (shots, max_shots) = (self.program.shots, u32::from(settings.max_shots.0));
-        let photos_end = !is_lapse || !copies(|profile| profile.ends_with_photos().map(|ends| !ends));
         let is_last = if copies(Profile::takes_one_more) { shots > max_shots } else { shots >= max_shots };
-        photos_end && max_shots > 0 && is_last
+        max_shots > 0 && is_last
     }
 
     /// Ends the program, or begins the way back. A program that moves nothing has no way back (decision H-12).

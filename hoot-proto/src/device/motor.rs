@@ -151,6 +151,12 @@ impl MotorUnit {
         self.state != MotorState::Disabled && !self.settings.plan.is_empty()
     }
 
+    /// Whether the motor is enabled, and its planned move has no travel to a stop that is elsewhere.
+    pub(super) fn lacks_travel(&self) -> bool {
+        let plan = self.settings.plan;
+        self.state != MotorState::Disabled && plan.travel.0 == 0 && plan.stop != self.position
+    }
+
     /// Whether a move by steps or to a position does anything (safety decision 8).
     fn can_go(&self) -> bool {
         self.state != MotorState::Disabled && self.settings.speed.0 != 0.0
@@ -179,17 +185,12 @@ impl MotorUnit {
             Motion::Along { plan, .. } if plan.stop != here => plan.stop > here,
             _ => return motion,
         };
-        match self.went_up.replace(up) {
-            Some(went_up) if went_up != up && backlash > 0 => {}
-            Some(_) => return motion,
-            None => {
-                self.went_up = None;
-                return motion;
-            }
+        let turns = self.went_up.as_mut().is_some_and(|went_up| core::mem::replace(went_up, up) != up);
+        if !turns || backlash == 0 {
+            return motion;
         }
         let by = Steps(if up { i32::from(backlash) } else { 0_i32.saturating_sub(backlash.into()) });
-        self.position.0 = here.0.saturating_sub(by.0);
-        self.tell(output, Motion::Rebase { by });
+        self.rebase(output, by);
         match &mut motion {
             Motion::By { steps, .. } => steps.0 = steps.0.saturating_add(backlash.into()),
             Motion::Along { plan, .. } => plan.start.0 = plan.start.0.saturating_sub(by.0),
@@ -313,8 +314,7 @@ impl MotorUnit {
         }
         let by = rest(self.position);
         if by.0 != 0 {
-            self.position.0 = self.position.0.saturating_sub(by.0);
-            self.tell(output, Motion::Rebase { by });
+            self.rebase(output, by);
         }
     }
 
@@ -324,7 +324,7 @@ impl MotorUnit {
         for place in self.places() {
             place.0 = place.0.saturating_sub(by.0);
         }
-        self.rebase(output);
+        self.rebase(output, by);
     }
 
     /// Makes the present position 0, without limits, and with a planned move that begins and ends here.
@@ -332,11 +332,12 @@ impl MotorUnit {
         for place in self.places() {
             place.0 = 0;
         }
-        self.rebase(output);
+        self.rebase(output, self.position);
     }
 
-    fn rebase(&mut self, output: &mut Output<'_>) {
-        let by = core::mem::take(&mut self.position);
+    /// Subtracts a number of steps from the present position, which stays where it is.
+    fn rebase(&mut self, output: &mut Output<'_>, by: Steps) {
+        self.position.0 = self.position.0.saturating_sub(by.0);
         self.tell(output, Motion::Rebase { by });
     }
 

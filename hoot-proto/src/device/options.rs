@@ -73,10 +73,10 @@ flags! {
         TAKES_UP_BACKLASH = 8192,
         /// Stops for photos at the places of [`Plan::at_shot`](crate::program::Plan::at_shot), takes photos that nobody asked for, ends a time lapse and begins a video as firmware does
         /// ([`Profile::takes_one_more`], [`Profile::shoots_at_start`], [`Profile::shoots_at_end`],
-        /// [`Profile::ends_with_motors`], [`Profile::leads_in_videos_by_photos`], [`Profile::leads_in_lapses_by_time`]).
+        /// [`Profile::ends_with_motors`], [`Profile::outlasts_photos`], [`Profile::leads_in_videos_by_photos`], [`Profile::leads_in_lapses_by_time`]).
         FIRMWARE_PHOTOS = 16_384,
         /// Sends each enabled motor whose planned move has no travel to the stop of that move, which is 0 at first, when a
-        /// program without stops begins.
+        /// program without stops begins; or never ends such a program ([`Profile::sends_without_travel`]).
         MOVES_ALL = 32_768,
     }
 }

@@ -204,7 +204,7 @@ impl HostMachine {
         if waiting.left > 0 && waiting.job.transmit().message.conduct().repeatable {
             let (left, sent) = (waiting.left.saturating_sub(1), waiting.sent.saturating_add(1));
             // A stop overtakes the packet.
-            if self.stops.has_new(&self.deaf) {
+            if self.stops.first(&self.deaf).is_some() {
                 return;
             }
             // At a node that may be deaf, the packet may still wait.

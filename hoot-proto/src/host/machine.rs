@@ -199,7 +199,7 @@ impl HostMachine {
             output.wake_by(until);
         }
         let is_idle = self.line == Line::Idle;
-        let wants = is_idle && self.has_work() || self.stops.has_new(&self.deaf);
+        let wants = is_idle && self.has_work() || self.stops.first(&self.deaf).is_some();
         let kept = self.next_keep_alive().filter(|_| is_idle);
         let held = [self.doubt.until(), self.deaf.until(), self.stops.next(), self.emergency_not_before()];
         let is_held = self.has_work() || !self.kept.is_empty() || is_idle && !self.doubt.is_over();

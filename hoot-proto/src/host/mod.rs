@@ -19,6 +19,7 @@
 //! silence, and after the line came up, requests wait until late answers would have come ([`Options::drain`]). Stops wait
 //! for nothing but the gap. For 3 s after the line came up, an answer without a value may be that to a start of another
 //! master. So settings wait, and stops are repeated, until each listed node has answered a query or the time is over.
+//! Ask a query first: the machine asks none by itself, because a stop would have to wait for the answer.
 //!
 //! Real firmware hangs if two packets wait at a node that hears nothing. A node may hear nothing for 3 s after a start, a new
 //! address or a command without a type, and after the line came up, because of another master. Until it answers or the time

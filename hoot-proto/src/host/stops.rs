@@ -31,10 +31,9 @@ impl Stops {
         self.0.iter().enumerate().filter(|(_, stop)| may(stop)).find_map(|(at, stop)| Some((at, packet(stop)?)))
     }
 
-    /// Whether a stop that was not sent may be sent now.
-    pub(super) fn has_new(&self, deaf: &Deaf) -> bool {
-        let may = |stop: &Stop| stop.not_before.is_none() && deaf.stop_for(&stop.transmit).is_some();
-        self.0.iter().any(|stop| stop.sent == 0 && may(stop))
+    /// Finds the first stop that was not sent and may be sent now: its place, and the packet.
+    pub(super) fn first(&self, deaf: &Deaf) -> Option<(usize, Transmit)> {
+        self.find(|stop| if stop.sent == 0 { deaf.stop_for(&stop.transmit) } else { None })
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -188,8 +187,8 @@ impl HostMachine {
             let may = self.believes(&stop.transmit, stop.is_own) || is_lost;
             (is_free && stop.sent > 0 && may && self.deaf.allows(&stop.transmit)).then_some(stop.transmit)
         };
-        let first = |stop: &Stop| if stop.sent == 0 { self.deaf.stop_for(&stop.transmit) } else { None };
-        let Some((at, packet)) = self.stops.find(first).or_else(|| self.stops.find(again)) else { return false };
+        let found = self.stops.first(&self.deaf).or_else(|| self.stops.find(again));
+        let Some((at, packet)) = found else { return false };
         let Some(stop) = self.stops.0.pop_at(at) else { return false };
         self.overtake(now, output);
         let message = &stop.transmit.message;

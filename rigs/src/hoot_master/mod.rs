@@ -127,21 +127,13 @@ impl Ended {
 
 impl fmt::Display for Ended {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { command, outcome, .. } = self;
-        let Some(Request { to: Address(to), message }) = self.request() else {
-            return write!(f, "{command:?}: {outcome:?}");
-        };
-        match outcome {
-            Outcome::Done(_) => match self.answer() {
-                Some(answer) => write!(f, "node {to}: {message}: {answer}"),
-                None => write!(f, "node {to}: {message}: done"),
-            },
-            Outcome::Sent => write!(f, "node {to}: {message}: sent"),
-            Outcome::Refused(host::Refusal::Device(_)) => write!(f, "node {to} refuses {message}"),
-            Outcome::Refused(why) => write!(f, "{message} was not sent: {why:?}"),
-            Outcome::Failed(Failure::NoAnswer) => write!(f, "node {to} does not answer {message}"),
-            Outcome::NotConfirmed => write!(f, "node {to} does not confirm {message}"),
-            other => write!(f, "node {to}: {message}: {other:?}"),
+        match self.request() {
+            Some(Request { to, message }) => write!(f, "node {}: {message}: ", to.0)?,
+            None => write!(f, "{:?}: ", self.command)?,
+        }
+        match self.answer() {
+            Some(answer) => answer.fmt(f),
+            None => self.outcome().fmt(f),
         }
     }
 }

@@ -107,7 +107,7 @@ impl Named for Setup {
         ),
         Choice::new(
             "moves-all",
-            "A program without stops sends also the motors whose planned move has no travel.",
+            "A program without stops sends also the motors whose planned move has no travel, or never ends.",
             |setup| setup.add(Quirks::MOVES_ALL),
         ),
         Choice::new("firmware", "All quirks of firmware of the sheet's date.", |setup| setup.add(Quirks::FIRMWARE)),

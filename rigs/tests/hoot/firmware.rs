@@ -1,5 +1,6 @@
 //! Conduct of firmware that the published sheet does not tell, in the nodes that are named after it.
 
+use hoot_proto::device::ProgramState;
 use motion_core::time::Millis;
 use motion_rigs::device::Named;
 use motion_rigs::hoot_node::{HootNode, Setup};
@@ -527,17 +528,24 @@ fn a_video_of_later_firmware_opens_the_shutter_without_a_camera_unless_the_expos
 }
 
 #[test]
-fn a_program_without_stops_sends_motors_without_travel() {
-    for (device, place) in [("mild", 300.0), ("2014-10-29", 0.0), ("v0.33", 0.0)] {
+fn a_program_without_stops_sends_motors_without_travel_or_never_ends() {
+    for (device, place, ends) in [
+        ("mild", 320.0, true),
+        ("2014-10-29", 0.0, true),
+        ("v0.33", 0.0, true),
+        ("v0.45", 320.0, false),
+        ("v0.70", 320.0, false),
+    ] {
         let mut bench = Bench::new(device);
         bench.ready(2, 1000.0);
-        bench.go(2, 1, 300);
+        bench.go(2, 1, 320);
         bench.ready(1, 1000.0);
         bench.ok("0300160102");
         bench.long(1, 17, 400);
         bench.long(1, 20, 1000);
         bench.send(&[START]);
         bench.rest();
+        assert_eq!(bench.node.machine().program().state() == ProgramState::Stopped, ends, "{device}");
         assert!((bench.place(2) - place).abs() < 1.0, "{device}: {}", bench.place(2));
     }
 }

@@ -102,8 +102,11 @@ facts! {
     /// Whether a time lapse counts the least lead-in of all enabled motors in photos, and the lead-in of each motor in
     /// milliseconds; earlier all are in photos.
     leads_in_lapses_by_time: v(25), NEVER;
-    /// Whether the greatest number of photos ends a time lapse.
-    ends_with_photos: ALWAYS, v(41);
+    /// Whether a time lapse goes on after the greatest number of photos.
+    outlasts_photos: v(41), NEVER;
+    /// Whether a start in the modes without stops sends the motors whose planned move has no travel; later such a program never
+    /// ends. It was seen to send them with v0.33, and never to end with v0.45.
+    sends_without_travel: ALWAYS, v(45);
     /// Whether the firmware does not answer unknown commands; earlier firmware refuses them.
     is_silent: day(12, 22), NEVER;
     /// Whether the version of the firmware is a `ULONG`; earlier it is a `BYTE`, and 6.
