@@ -18,7 +18,6 @@
 pub mod device;
 pub mod dmc_device;
 pub mod dmc_host;
-mod dmc_reader;
 pub mod faults;
 pub mod hoot_master;
 pub mod hoot_node;

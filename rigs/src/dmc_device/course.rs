@@ -83,8 +83,6 @@ impl Core {
             let since = seconds(self.clock);
             let opens = if let Kind::Shot { opens, .. } = job.kind { opens.map(|after| since + after) } else { None };
             self.course = Course::Runs(Run { job, phase: Phase::Up, since, told: None, next: None, opens });
-            // Without a pre-roll, the pass begins at once.
-            self.follow();
         }
     }
 
@@ -131,13 +129,15 @@ impl Core {
         true
     }
 
-    /// Brings all motors to their positions of this moment.
-    pub(super) fn follow(&mut self) {
+    /// Brings all motors to their positions of this moment. Returns whether a phase of a run ended: after the machine has
+    /// taken the report, the next phase has to be followed.
+    pub(super) fn follow(&mut self) -> bool {
         match &self.course {
             Course::JogAll { .. } => self.follow_jog(),
-            Course::Runs(_) => while self.follow_run() {},
+            Course::Runs(_) => return self.follow_run(),
             Course::Free | Course::Ready(_) => {}
         }
+        false
     }
 
     fn follow_jog(&mut self) {
@@ -166,16 +166,17 @@ impl Core {
             }
             self.course = Course::Free;
             self.owes_rest = true;
-            if let Some(job) = self.left.clone().filter(|_| self.setup.facts.jogs_to_run) {
+            let left = self.left.borrow().clone();
+            if let Some(job) = left.filter(|_| self.setup.facts.jogs_to_run) {
                 for way in &job.ways {
                     self.send_to(way.motor, way.before(job.up));
                 }
-                if self.machine.state() == State::PreRoll {
+                if self.state == State::PreRoll {
                     self.course = Course::Ready(job);
                 }
             }
-        } else if is_new && self.machine.state() == State::JogAll {
-            self.step(Input::AtFrame(FrameNumber(this)));
+        } else if is_new && self.state == State::JogAll {
+            self.report = Some(Input::AtFrame(FrameNumber(this)));
         }
     }
 
@@ -260,7 +261,8 @@ impl Core {
         } else {
             motor.halt(now);
             warn!(motor = %number, speed = place.velocity, "too fast for the motor, which is stuck");
-            self.step(Input::Fault(Some(number)));
+            self.course = Course::Free;
+            self.report = Some(Input::Fault(Some(number)));
         }
     }
 
@@ -293,7 +295,7 @@ impl Core {
         }
         run.told = Some(frame);
         self.at_frame(frame);
-        self.step(Input::AtFrame(FrameNumber(frame)));
+        self.report = Some(Input::AtFrame(FrameNumber(frame)));
     }
 
     /// Does everything that follows the motors at a frame: photos, outputs and lights.
@@ -323,7 +325,7 @@ impl Core {
         self.film = run.job.film;
         info!(to, "a pass ends");
         self.at_frame(to);
-        self.step(Input::PassEnd);
+        self.report = Some(Input::PassEnd);
     }
 
     /// Continues when the motors rest after a pass: they return to its last frame, or go to the start of the next pass.
@@ -344,7 +346,8 @@ impl Core {
         let end = FrameNumber(run.job.to);
         let stays = is_shot && quirks.contains(Quirks::STAYS_AFTER_SHOT);
         let motors: Vec<_> = run.job.ways.iter().map(|way| way.motor).collect();
-        (self.course, self.left) = (Course::Free, None);
+        self.course = Course::Free;
+        self.left.take();
         if stays {
             for motor in motors.iter().filter_map(|motor| index(*motor)) {
                 self.motors[motor].halt(self.clock);

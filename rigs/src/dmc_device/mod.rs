@@ -16,27 +16,33 @@ mod course;
 mod devices;
 mod job;
 mod obey;
+mod reader;
 mod setup;
 mod store;
 mod verdict;
 
+use std::collections::VecDeque;
 use std::mem;
 
-use dmc_proto::DeviceReader;
-use dmc_proto::device::{Input, State};
-use dmc_proto::message::{FrameNumber, Motor as Number, Steps, Triggers};
+use dmc_proto::device::{
+    Contents, DeviceMachine, Event, Input, Next, NotTaken, Quirks, Scratch, Session, State, Transmit,
+};
+use dmc_proto::message::{AckCode, DeviceMessage, FrameNumber, Motor as Number, Motors, Steps, Triggers};
+use dmc_proto::{Frame, Header};
 use motion_core::time::Millis;
-use tracing::{info, warn};
+use tracing::{debug, info, warn};
 
-use crate::dmc_reader;
-use crate::motor::Motor;
-use crate::{LineId, Outgoing, Party, Rig, waiting};
+use crate::motor::{Happening, Motor};
+use crate::{LineId, Outgoing, Party, Rig, TICK, waiting};
 
 pub use camera::Photo;
 pub use setup::{Facts, Setup, Tuning};
 
 use self::core::Core;
+use self::reader::{Read, Reader};
 
+/// First type of the requests that a device refuses while it is locked.
+const FIRST_LOCKED: u16 = 0x0031;
 /// Line of the device.
 const LINE: LineId = LineId(0);
 
@@ -46,16 +52,22 @@ pub struct DmcDevice {
     is_open: bool,
     /// Whether the device greets at the first byte that arrives.
     owes_greeting: bool,
-    reader: Box<DeviceReader>,
+    /// Reader of a device that does not read as its session does.
+    reader: Option<Reader>,
+    session: Box<Session>,
+    /// Time until which the session waits.
+    until: Option<Millis>,
     core: Core,
+    out: VecDeque<Outgoing>,
 }
 
 impl DmcDevice {
     /// Device at rest, with all its motors at 0.
     #[must_use]
     pub fn new(setup: Setup) -> Self {
-        let reader = Box::new(DeviceReader::new(setup.patience));
-        Self { is_open: false, owes_greeting: false, reader, core: Core::new(setup) }
+        let (reader, core) = (Reader::of(&setup), Core::new(setup));
+        let (session, out) = (session(&core.setup), VecDeque::new());
+        Self { is_open: false, owes_greeting: false, reader, session, until: None, core, out }
     }
 
     /// Name of the device in its greeting.
@@ -67,19 +79,19 @@ impl DmcDevice {
     /// State of the device.
     #[must_use]
     pub const fn state(&self) -> State {
-        self.core.machine.state()
+        self.session.machine().state()
     }
 
     /// Frame of the uploaded move that all motors stand on.
     #[must_use]
     pub const fn on_frame(&self) -> Option<FrameNumber> {
-        self.core.machine.on_frame()
+        self.session.machine().on_frame()
     }
 
     /// Whether there is a move that can be run.
     #[must_use]
     pub fn is_loaded(&self) -> bool {
-        self.core.machine.is_loaded()
+        self.session.machine().is_loaded()
     }
 
     /// Position of a motor at a frame of the uploaded move.
@@ -117,38 +129,199 @@ impl DmcDevice {
         &self.core.levels
     }
 
-    /// Number of undamaged requests that arrived.
+    /// Number of requests that arrived undamaged.
     #[must_use]
     pub const fn received(&self) -> u64 {
-        self.core.received
+        self.core.received.get()
+    }
+
+    /// Whether anything may move because of what the device was told.
+    #[must_use]
+    pub const fn may_move(&self) -> bool {
+        self.session.may_move()
     }
 
     /// Number of bytes of input and output that the device holds.
     #[must_use]
     pub fn held(&self) -> usize {
-        self.reader.held() + waiting(&self.core.out)
+        self.received_bytes() + waiting(&self.out)
+    }
+
+    /// Number of bytes of an incomplete frame.
+    fn received_bytes(&self) -> usize {
+        self.session.held() + self.reader.as_ref().map_or(0, Reader::held)
     }
 
     /// Presses or releases the emergency stop.
     pub fn emergency_stop(&mut self, now: Millis, pressed: bool) {
-        self.advance(now);
         warn!(pressed, "emergency stop");
-        self.core.step(Input::EmergencyStop(pressed));
+        self.report(now, |session| session.emergency_stop(pressed));
     }
 
     /// Presses the switch of the operator, which starts a run or a shot that is ready.
     pub fn operator_go(&mut self, now: Millis) {
-        self.advance(now);
         info!("the operator says go");
-        self.core.step(Input::OperatorGo);
+        self.report(now, Session::operator_go);
     }
 
     /// Switches the inputs: these are on.
     pub fn set_inputs(&mut self, now: Millis, inputs: Triggers) {
-        self.advance(now);
         info!(%inputs, "inputs");
-        self.core.step(Input::Inputs(inputs));
+        self.report(now, |session| session.inputs(inputs));
     }
+
+    /// Gives a report to the session at a moment.
+    fn report(&mut self, now: Millis, report: impl FnOnce(&mut Session) -> Result<(), NotTaken>) {
+        self.advance(now);
+        self.tell(report);
+        self.work();
+    }
+
+    /// Gives a report to the session. The session takes it, because it is polled after each report.
+    fn tell(&mut self, report: impl FnOnce(&mut Session) -> Result<(), NotTaken>) {
+        if let Err(error) = report(&mut self.session) {
+            warn!(%error, "a report is lost");
+        }
+    }
+
+    /// Does what the session says, until it waits.
+    fn work(&mut self) {
+        let (mut bytes, mut begins) = ([0; 256], false);
+        loop {
+            self.core.look(self.session.machine());
+            match self.session.poll(self.core.clock, &self.core, &mut bytes) {
+                Ok(Next::Transmit(frame)) if self.is_open => self.out.extend([sent(frame)]),
+                // There is no line for these bytes.
+                Ok(Next::Transmit(_)) => {}
+                Ok(Next::Event(event)) => match event.to_static() {
+                    Some(event) => {
+                        self.core.state = self.session.machine().state();
+                        self.core.obey(event);
+                        begins |= event == Event::Go;
+                    }
+                    None => self.core.obey(event),
+                },
+                Ok(Next::Wait(until)) => {
+                    self.until = until;
+                    break;
+                }
+                Err(error) => warn!(%error, "an answer that cannot be sent"),
+            }
+            if let Some(report) = self.core.report.take() {
+                self.tell(|session| tell(session, report));
+            }
+        }
+        self.core.look(self.session.machine());
+        // Without a pre-roll, the pass begins at once.
+        if begins {
+            self.follow();
+        }
+        self.core.carriages.follow(self.core.clock, &self.core.motors, &self.core.tuning);
+    }
+
+    /// Brings all motors to their positions of this moment.
+    fn follow(&mut self) {
+        loop {
+            let ended = self.core.follow();
+            if let Some(report) = self.core.report.take() {
+                self.tell(|session| tell(session, report));
+            }
+            self.work();
+            if !ended {
+                return;
+            }
+        }
+    }
+
+    /// Does what is due at a moment.
+    fn tick(&mut self, now: Millis) {
+        self.core.clock = now;
+        let overdue = self.reader.as_mut().map(|reader| reader.give_up(now));
+        self.take(now, overdue.unwrap_or_default());
+        self.core.camera.advance(now);
+        self.follow();
+        for index in 0..self.core.motors.len() {
+            if let Some(Happening::Tripped { upper }) = self.core.motors[index].advance(now) {
+                let motor = number(index);
+                warn!(%motor, upper, "ran into its limit switch");
+                self.tell(|session| session.limit(motor, upper));
+                self.work();
+            }
+        }
+        let state = self.core.state;
+        if self.core.comes_to_rest() {
+            info!(after = state.name(), "all motors rest");
+            self.tell(Session::at_rest);
+        } else if state != State::Idle {
+            // The machine knows only the motors of the upload, and others may move with them.
+            let moving = self.core.moving();
+            let can_rest = self.core.setup.facts.tells_each_motor && state != State::Ready;
+            if moving != self.session.machine().moving() && (can_rest || moving != Motors::NONE) {
+                self.tell(|session| session.moving(moving));
+            }
+        }
+        self.work();
+    }
+
+    /// Takes what was read.
+    fn take(&mut self, now: Millis, read: Vec<Read>) {
+        for read in read {
+            match read {
+                Read::Frame(bytes) => self.take_bytes(now, &bytes),
+                Read::Refused(header, code) => self.refuse(header, code),
+            }
+        }
+    }
+
+    fn take_bytes(&mut self, now: Millis, mut bytes: &[u8]) {
+        while !bytes.is_empty() {
+            let taken = self.session.receive(now, bytes);
+            bytes = &bytes[taken..];
+            self.work();
+        }
+    }
+
+    /// Refuses a message that the machine does not see.
+    fn refuse(&mut self, header: Header, code: AckCode) {
+        let wide = self.core.setup.options.quirks().contains(Quirks::WIDE_ACK);
+        let kind = header.kind();
+        let is_locked = self.state() == State::Locked && kind.0 >= FIRST_LOCKED && code == AckCode::ERR_UNSUPPORTED;
+        let code = if is_locked { AckCode::ERR_HARD_LOW } else { code };
+        let contents = Contents::Ack { of: kind, code, wide };
+        let (mut scratch, mut bytes) = (Scratch::default(), [0; 256]);
+        let message = Transmit { id: header.id(), contents }.message(&self.core, &mut scratch);
+        if let Ok(len) = message.encode_into(header.id(), &mut bytes) {
+            self.out.extend([sent(&bytes[..len])]);
+        }
+    }
+}
+
+/// Session of a device that was switched on.
+fn session(setup: &Setup) -> Box<Session> {
+    Box::new(Session::new(DeviceMachine::new(setup.options), setup.patience))
+}
+
+/// Gives a report of the motors or of the upload buffer to a session.
+fn tell(session: &mut Session, report: Input<'_>) -> Result<(), NotTaken> {
+    match report {
+        Input::Stored(store, code) => session.stored(store, code),
+        Input::AtFrame(frame) => session.at_frame(frame),
+        Input::Fault(motor) => session.fault(motor),
+        _ => session.pass_end(),
+    }
+}
+
+/// Bytes of a message, which is noted in the log.
+fn sent(bytes: &[u8]) -> Outgoing {
+    if let Ok(Ok(message)) = Frame::decode(bytes).map(|frame| DeviceMessage::decode(&frame)) {
+        if let DeviceMessage::Ack(ack) = message
+            && ack.response_code != Some(AckCode::OK)
+        {
+            info!(request = %ack.of, why = ?ack.response_code, "refuses");
+        }
+        debug!("sends {message}");
+    }
+    Outgoing::Bytes(LINE, bytes.to_vec())
 }
 
 impl Party for DmcDevice {
@@ -157,10 +330,10 @@ impl Party for DmcDevice {
         if line == LINE && !self.is_open {
             info!("line open");
             self.is_open = true;
-            self.reader.reset();
             self.owes_greeting = self.core.setup.facts.is_silent_at_boot;
             if !self.owes_greeting {
-                self.core.step(Input::LinkUp);
+                self.session.link_up();
+                self.work();
             }
         }
     }
@@ -170,40 +343,48 @@ impl Party for DmcDevice {
         if line == LINE && self.is_open {
             info!("line gone");
             self.is_open = false;
-            self.reader.reset();
-            self.core.step(Input::LinkDown);
-            // There is no line for these bytes.
-            self.core.out.clear();
+            self.out.clear();
+            self.reader.as_mut().map(Reader::reset);
+            self.session.link_down();
+            self.work();
         }
     }
 
     fn receive(&mut self, now: Millis, line: LineId, bytes: &[u8]) {
+        // Bytes can be read late: they come before the incomplete frame that they complete is given up.
+        if self.received_bytes() == 0 {
+            self.advance(now);
+        }
         if line == LINE && self.is_open {
-            // Bytes can be read late: they come before a frame is given up.
-            self.core.advance(now);
             if mem::take(&mut self.owes_greeting) {
-                self.core.step(Input::LinkUp);
+                self.session.link_up();
+                self.work();
             }
-            dmc_reader::receive(&mut self.reader, now, bytes, |item| self.core.received(item));
+            if let Some(reader) = &mut self.reader {
+                let read = reader.receive(now, bytes);
+                self.take(now, read);
+            } else {
+                self.take_bytes(now, bytes);
+            }
         }
         self.advance(now);
     }
 
     fn advance(&mut self, now: Millis) {
-        while let Some(deadline) = self.reader.deadline().filter(|deadline| *deadline <= now) {
-            self.core.advance(deadline);
-            dmc_reader::give_up(&mut self.reader, deadline, |item| self.core.received(item));
+        while let Some(next) = self.wake().filter(|next| *next <= now) {
+            self.tick(next.max(self.core.clock));
         }
-        self.core.advance(now);
+        self.core.clock = self.core.clock.max(now);
     }
 
     fn wake(&self) -> Option<Millis> {
-        [self.core.next(), self.reader.deadline()].into_iter().flatten().min()
+        let tick = self.core.is_busy().then(|| self.core.clock.after(TICK));
+        let overdue = self.reader.as_ref().and_then(Reader::deadline);
+        [tick, self.until, self.core.camera.wake(), overdue].into_iter().flatten().min()
     }
 
     fn poll(&mut self) -> Option<Outgoing> {
-        let next = self.core.out.pop_front();
-        if self.is_open { next } else { None }
+        self.out.pop_front()
     }
 }
 
@@ -222,7 +403,9 @@ impl Rig for DmcDevice {
         self.advance(now);
         warn!("reset");
         self.is_open = false;
-        self.reader.reset();
+        self.out.clear();
+        self.reader.as_mut().map(Reader::reset);
+        (self.session, self.until) = (session(&self.core.setup), None);
         self.core.reset();
     }
 
@@ -234,7 +417,8 @@ impl Rig for DmcDevice {
             let motor = number(index);
             warn!(%motor, "is stuck");
             core.motors[index].halt(now);
-            core.step(Input::Fault(Some(motor)));
+            self.tell(|session| session.fault(Some(motor)));
+            self.work();
         }
     }
 }

@@ -31,7 +31,7 @@ impl Core {
             Event::Apply(message) => self.apply(&message),
             Event::Store { store, message } => {
                 let code = self.store.receive(&message);
-                self.step(Input::Stored(store, code));
+                self.report = Some(Input::Stored(store, code));
             }
             Event::Move(motor, to) => {
                 info!(%motor, %to, "goes");
@@ -81,7 +81,8 @@ impl Core {
             for (motor, tuning) in self.motors.iter_mut().zip(&self.tuning) {
                 motor.stop(now, is_soft.then(|| soft(now, motor, tuning)));
             }
-            (self.course, self.left) = (Course::Free, None);
+            self.course = Course::Free;
+            self.left.take();
             if self.setup.facts.leaves_shutter_open {
                 self.camera.stay_open();
             } else {
@@ -174,7 +175,7 @@ impl Core {
 
     /// Ends the run or shot that waits or runs, if the machine ended it.
     fn cut_in(&mut self) {
-        if self.machine.state() != State::Moving || !matches!(self.course, Course::Ready(_) | Course::Runs(_)) {
+        if self.state != State::Moving || !matches!(self.course, Course::Ready(_) | Course::Runs(_)) {
             return;
         }
         for motor in self.led() {
@@ -199,7 +200,7 @@ impl Core {
         self.owes_rest = true;
         let Some(job) = self.job(message) else { return };
         info!(from = job.from, to = job.to, "gets ready");
-        self.left = Some(job.clone());
+        self.left.replace(Some(job.clone()));
         if matches!(job.kind, Kind::Run { .. }) && self.setup.facts.jogs_to_run {
             // The rest of the way follows when all motors have come to the first frame.
             return self.jog_all(job.rate, FrameNumber(job.from));

@@ -24,11 +24,11 @@ impl Core {
                 positions.find_map(|(motor, at)| self.beyond(motor, at?.into()))
             }
             // The machine refuses a jog while other motors move, and a run from no frame, so that no check is needed.
-            HostMessage::RtJogAll(it) if matches!(self.machine.state(), State::Idle | State::JogAll) => {
+            HostMessage::RtJogAll(it) if matches!(self.state, State::Idle | State::JogAll) => {
                 self.beyond_along(it.destination)
             }
-            HostMessage::RtRunMove(_) if self.machine.on_frame().is_none() => None,
-            _ if self.machine.state() == State::Idle => {
+            HostMessage::RtRunMove(_) if self.stood_on.is_none() => None,
+            _ if self.state == State::Idle => {
                 let job = self.job(message);
                 job.and_then(|job| self.beyond_job(&job))
             }
@@ -79,7 +79,7 @@ impl Core {
 
     /// Code for the way to a frame, if it leads beyond a limit.
     fn beyond_along(&self, to: FrameNumber) -> Option<AckCode> {
-        let from = super::steps(self.moment().or(self.machine.on_frame().map(|frame| f64::from(frame.0)))?);
+        let from = super::steps(self.moment().or(self.stood_on.map(|frame| f64::from(frame.0)))?);
         self.store.position(self.axes().next()?, to)?;
         let frames = from.min(to.0)..=from.max(to.0);
         let mut places = frames.flat_map(|frame| self.axes().map(move |motor| (motor, FrameNumber(frame))));

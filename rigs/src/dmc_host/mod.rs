@@ -15,12 +15,11 @@ mod uses;
 
 use std::mem;
 
-use dmc_proto::host::{Input, Options, State, StopTarget};
+use dmc_proto::EncodeError;
+use dmc_proto::host::{Options, State, StopTarget};
 use dmc_proto::message::{Hi, RtUploadMoveBegin};
-use dmc_proto::{EncodeError, HostReader, Patience};
 use motion_core::time::Millis;
 
-use crate::dmc_reader;
 use crate::{Host, LineId, Outgoing, Party};
 
 pub use check::TOLERANCE;
@@ -38,7 +37,6 @@ const LINE: LineId = LineId(0);
 #[derive(Debug)]
 pub struct DmcHost {
     is_open: bool,
-    reader: Box<HostReader>,
     core: Core,
 }
 
@@ -46,32 +44,31 @@ impl DmcHost {
     /// Host that waits until its line is open.
     #[must_use]
     pub fn new(options: Options) -> Self {
-        let patience = Patience::new().with_line_speed(options.line_speed());
-        Self { is_open: false, reader: Box::new(HostReader::new(patience)), core: Core::new(options) }
+        Self { is_open: false, core: Core::new(options) }
     }
 
     /// Greeting of the device.
     #[must_use]
     pub const fn device(&self) -> Option<Hi<'static>> {
-        self.core.machine.device()
+        self.core.session.machine().device()
     }
 
     /// State of the connection.
     #[must_use]
     pub const fn state(&self) -> State {
-        self.core.machine.state()
+        self.core.session.machine().state()
     }
 
     /// Progress of the sequence, if one runs.
     #[must_use]
     pub fn progress(&self) -> Option<Progress> {
-        self.core.machine.progress()
+        self.core.session.machine().progress()
     }
 
     /// Whether the device has a move that can be run; `None` if that is not known.
     #[must_use]
     pub const fn is_loaded(&self) -> Option<bool> {
-        self.core.machine.is_loaded()
+        self.core.session.machine().is_loaded()
     }
 
     /// Positions of the motors that the device told last.
@@ -87,7 +84,7 @@ impl DmcHost {
     /// no.
     #[must_use]
     pub fn may_move(&self) -> bool {
-        self.core.machine.may_move() || self.core.machine.may_have_shutter_open()
+        self.core.session.may_move() || self.core.session.machine().may_have_shutter_open()
     }
 
     /// Stops everything, and closes the shutter if it may be open.
@@ -107,7 +104,7 @@ impl DmcHost {
     /// Number of bytes of input and output that the host holds.
     #[must_use]
     pub fn held(&self) -> usize {
-        self.reader.held() + crate::waiting(&self.core.out)
+        self.core.session.held() + crate::waiting(&self.core.out)
     }
 }
 
@@ -122,17 +119,17 @@ impl Party for DmcHost {
         self.advance(now);
         if line == LINE {
             self.is_open = true;
-            self.reader.reset();
-            self.core.step(Input::LinkUp);
+            self.core.session.link_up();
+            self.core.work();
         }
     }
 
     fn close(&mut self, now: Millis, line: LineId) {
         self.advance(now);
         if line == LINE && mem::take(&mut self.is_open) {
-            self.reader.reset();
             self.core.out.clear();
-            self.core.step(Input::LinkDown);
+            self.core.session.link_down();
+            self.core.work();
         }
     }
 
@@ -140,7 +137,7 @@ impl Party for DmcHost {
         if line == LINE && self.is_open {
             // Bytes can be read late: they come before all that is overdue.
             self.core.clock = self.core.clock.max(now);
-            dmc_reader::receive(&mut self.reader, now, bytes, |item| self.core.received(item));
+            self.core.receive(bytes);
         }
         self.advance(now);
     }
@@ -148,14 +145,13 @@ impl Party for DmcHost {
     fn advance(&mut self, now: Millis) {
         while let Some(next) = self.wake().filter(|next| *next <= now) {
             self.core.clock = self.core.clock.max(next);
-            dmc_reader::give_up(&mut self.reader, next, |item| self.core.received(item));
             self.core.due();
         }
         self.core.clock = self.core.clock.max(now);
     }
 
     fn wake(&self) -> Option<Millis> {
-        [self.core.wake(), self.reader.deadline()].into_iter().flatten().min()
+        self.core.wake()
     }
 
     fn poll(&mut self) -> Option<Outgoing> {

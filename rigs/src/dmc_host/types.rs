@@ -3,8 +3,8 @@
 use dmc_proto::Token;
 use dmc_proto::host::{self, Outcome, Refusal, StopTarget};
 use dmc_proto::message::{
-    BlurPercent, Degrees, Direction, FrameNumber, HostMessage, Milliseconds, MotorPair, Motors, MoveTime, RtShootFrame,
-    RtShootFrame2, Scaled, Triggers,
+    BlurPercent, Degrees, DeviceMessage, Direction, FrameNumber, HostMessage, Milliseconds, MotorPair, Motors,
+    MoveTime, RtShootFrame, RtShootFrame2, Scaled, Triggers,
 };
 
 use super::Table;
@@ -102,6 +102,21 @@ pub enum Answer {
     Positions(Positions),
     /// Inputs that are on.
     Inputs(Triggers),
+}
+
+impl Answer {
+    /// Answer that a message of the device gives.
+    pub(super) fn of(message: &DeviceMessage<'_>) -> Self {
+        match message {
+            DeviceMessage::MotorStatus(status) => Self::Moving(status.motor_status),
+            DeviceMessage::GioIn(inputs) => Self::Inputs(inputs.triggers),
+            DeviceMessage::MotorGetPosition(told) => {
+                let positions = told.positions.iter().map(|steps| steps.get()).collect();
+                Self::Positions(Positions { moment: told.move_time, positions })
+            }
+            _ => Self::Done,
+        }
+    }
 }
 
 /// Event of the host.
