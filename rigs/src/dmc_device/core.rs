@@ -30,6 +30,8 @@ pub(super) struct Core {
     pub(super) stood_on: Option<FrameNumber>,
     /// Report for the machine.
     pub(super) report: Option<Input<'static>>,
+    /// Whether the motors are to be brought to their positions of this moment.
+    pub(super) follows: bool,
     pub(super) motors: Vec<Motor>,
     pub(super) carriages: Carriages,
     pub(super) tuning: Vec<Tuning>,
@@ -60,6 +62,7 @@ impl Core {
             state: State::Idle,
             stood_on: None,
             report: None,
+            follows: false,
             motors: setup.motors.clone(),
             carriages: Carriages::new(setup.facts.moves_disabled),
             tuning: setup.motors.iter().map(|motor| Tuning::of(motor, &setup.facts)).collect(),

@@ -83,6 +83,8 @@ impl Core {
             let since = seconds(self.clock);
             let opens = if let Kind::Shot { opens, .. } = job.kind { opens.map(|after| since + after) } else { None };
             self.course = Course::Runs(Run { job, phase: Phase::Up, since, told: None, next: None, opens });
+            // Without a pre-roll, the pass begins at once.
+            self.follows = true;
         }
     }
 
@@ -129,15 +131,14 @@ impl Core {
         true
     }
 
-    /// Brings all motors to their positions of this moment. Returns whether a phase of a run ended: after the machine has
-    /// taken the report, the next phase has to be followed.
-    pub(super) fn follow(&mut self) -> bool {
+    /// Brings all motors to their positions of this moment. When a phase of a run has ended, the next phase is followed after
+    /// the machine has taken the report.
+    pub(super) fn follow(&mut self) {
         match &self.course {
             Course::JogAll { .. } => self.follow_jog(),
-            Course::Runs(_) => return self.follow_run(),
+            Course::Runs(_) => self.follows = self.follow_run(),
             Course::Free | Course::Ready(_) => {}
         }
-        false
     }
 
     fn follow_jog(&mut self) {

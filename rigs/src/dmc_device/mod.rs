@@ -20,29 +20,26 @@ mod reader;
 mod setup;
 mod store;
 mod verdict;
+mod work;
 
 use std::collections::VecDeque;
 use std::mem;
 
-use dmc_proto::device::{
-    Contents, DeviceMachine, Event, Input, Next, NotTaken, Quirks, Scratch, Session, State, Transmit,
-};
-use dmc_proto::message::{AckCode, DeviceMessage, FrameNumber, Motor as Number, Motors, Steps, Triggers};
-use dmc_proto::{Frame, Header};
+use dmc_proto::device::{DeviceMachine, Session, State};
+use dmc_proto::message::{FrameNumber, Motor as Number, Steps, Triggers};
 use motion_core::time::Millis;
-use tracing::{debug, info, warn};
+use tracing::{info, warn};
 
-use crate::motor::{Happening, Motor};
+use crate::motor::Motor;
 use crate::{LineId, Outgoing, Party, Rig, TICK, waiting};
 
 pub use camera::Photo;
 pub use setup::{Facts, Setup, Tuning};
 
 use self::core::Core;
-use self::reader::{Read, Reader};
+use self::reader::Reader;
+use self::work::note;
 
-/// First type of the requests that a device refuses while it is locked.
-const FIRST_LOCKED: u16 = 0x0031;
 /// Line of the device.
 const LINE: LineId = LineId(0);
 
@@ -154,174 +151,32 @@ impl DmcDevice {
 
     /// Presses or releases the emergency stop.
     pub fn emergency_stop(&mut self, now: Millis, pressed: bool) {
+        self.advance(now);
         warn!(pressed, "emergency stop");
-        self.report(now, |session| session.emergency_stop(pressed));
+        note(self.session.emergency_stop(pressed));
+        self.work();
     }
 
     /// Presses the switch of the operator, which starts a run or a shot that is ready.
     pub fn operator_go(&mut self, now: Millis) {
+        self.advance(now);
         info!("the operator says go");
-        self.report(now, Session::operator_go);
+        note(self.session.operator_go());
+        self.work();
     }
 
     /// Switches the inputs: these are on.
     pub fn set_inputs(&mut self, now: Millis, inputs: Triggers) {
-        info!(%inputs, "inputs");
-        self.report(now, |session| session.inputs(inputs));
-    }
-
-    /// Gives a report to the session at a moment.
-    fn report(&mut self, now: Millis, report: impl FnOnce(&mut Session) -> Result<(), NotTaken>) {
         self.advance(now);
-        self.tell(report);
+        info!(%inputs, "inputs");
+        note(self.session.inputs(inputs));
         self.work();
-    }
-
-    /// Gives a report to the session. The session takes it, because it is polled after each report.
-    fn tell(&mut self, report: impl FnOnce(&mut Session) -> Result<(), NotTaken>) {
-        if let Err(error) = report(&mut self.session) {
-            warn!(%error, "a report is lost");
-        }
-    }
-
-    /// Does what the session says, until it waits.
-    fn work(&mut self) {
-        let (mut bytes, mut begins) = ([0; 256], false);
-        loop {
-            self.core.look(self.session.machine());
-            match self.session.poll(self.core.clock, &self.core, &mut bytes) {
-                Ok(Next::Transmit(frame)) if self.is_open => self.out.extend([sent(frame)]),
-                // There is no line for these bytes.
-                Ok(Next::Transmit(_)) => {}
-                Ok(Next::Event(event)) => match event.to_static() {
-                    Some(event) => {
-                        self.core.state = self.session.machine().state();
-                        self.core.obey(event);
-                        begins |= event == Event::Go;
-                    }
-                    None => self.core.obey(event),
-                },
-                Ok(Next::Wait(until)) => {
-                    self.until = until;
-                    break;
-                }
-                Err(error) => warn!(%error, "an answer that cannot be sent"),
-            }
-            if let Some(report) = self.core.report.take() {
-                self.tell(|session| tell(session, report));
-            }
-        }
-        self.core.look(self.session.machine());
-        // Without a pre-roll, the pass begins at once.
-        if begins {
-            self.follow();
-        }
-        self.core.carriages.follow(self.core.clock, &self.core.motors, &self.core.tuning);
-    }
-
-    /// Brings all motors to their positions of this moment.
-    fn follow(&mut self) {
-        loop {
-            let ended = self.core.follow();
-            if let Some(report) = self.core.report.take() {
-                self.tell(|session| tell(session, report));
-            }
-            self.work();
-            if !ended {
-                return;
-            }
-        }
-    }
-
-    /// Does what is due at a moment.
-    fn tick(&mut self, now: Millis) {
-        self.core.clock = now;
-        let overdue = self.reader.as_mut().map(|reader| reader.give_up(now));
-        self.take(now, overdue.unwrap_or_default());
-        self.core.camera.advance(now);
-        self.follow();
-        for index in 0..self.core.motors.len() {
-            if let Some(Happening::Tripped { upper }) = self.core.motors[index].advance(now) {
-                let motor = number(index);
-                warn!(%motor, upper, "ran into its limit switch");
-                self.tell(|session| session.limit(motor, upper));
-                self.work();
-            }
-        }
-        let state = self.core.state;
-        if self.core.comes_to_rest() {
-            info!(after = state.name(), "all motors rest");
-            self.tell(Session::at_rest);
-        } else if state != State::Idle {
-            // The machine knows only the motors of the upload, and others may move with them.
-            let moving = self.core.moving();
-            let can_rest = self.core.setup.facts.tells_each_motor && state != State::Ready;
-            if moving != self.session.machine().moving() && (can_rest || moving != Motors::NONE) {
-                self.tell(|session| session.moving(moving));
-            }
-        }
-        self.work();
-    }
-
-    /// Takes what was read.
-    fn take(&mut self, now: Millis, read: Vec<Read>) {
-        for read in read {
-            match read {
-                Read::Frame(bytes) => self.take_bytes(now, &bytes),
-                Read::Refused(header, code) => self.refuse(header, code),
-            }
-        }
-    }
-
-    fn take_bytes(&mut self, now: Millis, mut bytes: &[u8]) {
-        while !bytes.is_empty() {
-            let taken = self.session.receive(now, bytes);
-            bytes = &bytes[taken..];
-            self.work();
-        }
-    }
-
-    /// Refuses a message that the machine does not see.
-    fn refuse(&mut self, header: Header, code: AckCode) {
-        let wide = self.core.setup.options.quirks().contains(Quirks::WIDE_ACK);
-        let kind = header.kind();
-        let is_locked = self.state() == State::Locked && kind.0 >= FIRST_LOCKED && code == AckCode::ERR_UNSUPPORTED;
-        let code = if is_locked { AckCode::ERR_HARD_LOW } else { code };
-        let contents = Contents::Ack { of: kind, code, wide };
-        let (mut scratch, mut bytes) = (Scratch::default(), [0; 256]);
-        let message = Transmit { id: header.id(), contents }.message(&self.core, &mut scratch);
-        if let Ok(len) = message.encode_into(header.id(), &mut bytes) {
-            self.out.extend([sent(&bytes[..len])]);
-        }
     }
 }
 
 /// Session of a device that was switched on.
 fn session(setup: &Setup) -> Box<Session> {
     Box::new(Session::new(DeviceMachine::new(setup.options), setup.patience))
-}
-
-/// Gives a report of the motors or of the upload buffer to a session.
-fn tell(session: &mut Session, report: Input<'_>) -> Result<(), NotTaken> {
-    match report {
-        Input::Stored(store, code) => session.stored(store, code),
-        Input::AtFrame(frame) => session.at_frame(frame),
-        Input::Fault(motor) => session.fault(motor),
-        _ => session.pass_end(),
-    }
-}
-
-/// Bytes of a message, which is noted in the log.
-fn sent(bytes: &[u8]) -> Outgoing {
-    if let Ok(Ok(message)) = Frame::decode(bytes).map(|frame| DeviceMessage::decode(&frame)) {
-        if let DeviceMessage::Ack(ack) = message
-            && ack.response_code != Some(AckCode::OK)
-        {
-            info!(request = %ack.of, why = ?ack.response_code, "refuses");
-        }
-        debug!("sends {message}");
-    }
-    Outgoing::Bytes(LINE, bytes.to_vec())
 }
 
 impl Party for DmcDevice {
@@ -360,12 +215,7 @@ impl Party for DmcDevice {
                 self.session.link_up();
                 self.work();
             }
-            if let Some(reader) = &mut self.reader {
-                let read = reader.receive(now, bytes);
-                self.take(now, read);
-            } else {
-                self.take_bytes(now, bytes);
-            }
+            self.read(now, bytes);
         }
         self.advance(now);
     }
@@ -417,7 +267,7 @@ impl Rig for DmcDevice {
             let motor = number(index);
             warn!(%motor, "is stuck");
             core.motors[index].halt(now);
-            self.tell(|session| session.fault(Some(motor)));
+            note(self.session.fault(Some(motor)));
             self.work();
         }
     }

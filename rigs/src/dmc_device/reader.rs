@@ -57,48 +57,38 @@ impl Reader {
         self.frames.deadline()
     }
 
-    /// Takes bytes that arrived, and returns what was read.
-    pub(super) fn receive(&mut self, now: Millis, mut bytes: &[u8]) -> Vec<Read> {
+    /// Takes bytes that arrived, and then gives up the incomplete frame if it is overdue. Returns what was read.
+    pub(super) fn read(&mut self, now: Millis, mut bytes: &[u8]) -> Vec<Read> {
         let mut found = Vec::new();
-        while !bytes.is_empty() {
-            let taken = self.frames.push(now, bytes);
-            bytes = &bytes[taken..];
-            self.read(&mut found);
-        }
-        found
-    }
-
-    /// Gives up the incomplete frame if it is overdue, and returns what was read instead.
-    pub(super) fn give_up(&mut self, now: Millis) -> Vec<Read> {
-        let mut found = Vec::new();
-        while self.deadline().is_some_and(|deadline| deadline <= now) {
-            self.frames.give_up(now);
-            self.read(&mut found);
-        }
-        found
-    }
-
-    fn read(&mut self, found: &mut Vec<Read>) {
-        while let Some(item) = self.frames.next() {
-            if self.drops > 0 {
-                self.drops = self.drops.saturating_sub(item.bytes().len());
-                continue;
-            }
-            match item {
-                Item::Frame(frame) if self.facts.compares_check && !is_canonical(&frame) => {
-                    warn!("a message has other check bytes than this device writes");
-                    found.extend(self.facts.damaged(*frame.header()));
+        loop {
+            while let Some(item) = self.frames.next() {
+                if self.drops > 0 {
+                    self.drops = self.drops.saturating_sub(item.bytes().len());
+                    continue;
                 }
-                Item::Frame(frame) => found.extend(self.facts.sound(&frame)),
-                Item::Corrupt { header, why, bytes } => {
-                    warn!(%why, "a message arrived damaged");
-                    if self.facts.drops_damaged {
-                        self.drops = header.frame_len().saturating_sub(bytes.len());
+                found.extend(match item {
+                    Item::Frame(frame) if self.facts.compares_check && !is_canonical(&frame) => {
+                        warn!("a message has other check bytes than this device writes");
+                        self.facts.damaged(*frame.header())
                     }
-                    found.extend(self.facts.damaged(header));
-                }
-                Item::Noise { bytes, why } => warn!(%why, len = bytes.len(), "noise"),
-                Item::Fatal(why) => warn!(%why, "the stream cannot go on"),
+                    Item::Frame(frame) => self.facts.sound(&frame),
+                    Item::Corrupt { header, why, bytes } => {
+                        warn!(%why, "a message arrived damaged");
+                        if self.facts.drops_damaged {
+                            self.drops = header.frame_len().saturating_sub(bytes.len());
+                        }
+                        self.facts.damaged(header)
+                    }
+                    Item::Noise { .. } | Item::Fatal(_) => None,
+                });
+            }
+            if !bytes.is_empty() {
+                let taken = self.frames.push(now, bytes);
+                bytes = &bytes[taken..];
+            } else if self.deadline().is_some_and(|deadline| deadline <= now) {
+                self.frames.give_up(now);
+            } else {
+                return found;
             }
         }
     }

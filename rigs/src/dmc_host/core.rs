@@ -115,22 +115,17 @@ impl Core {
                 Ok(Next::Transmit(bytes)) => self.out.push_back(sent(bytes)),
                 Ok(Next::Event(event)) => {
                     debug!(?event);
-                    match (event.to_static(), event) {
-                        (Some(event), _) => self.told(event),
-                        (None, host::Event::Ended { token, outcome: Outcome::Done(Some(message)) }) => {
-                            let answer = Answer::of(&message);
-                            self.heard(&answer);
-                            self.ended(token, Ok(answer));
+                    let answer = match event {
+                        host::Event::Ended { token, outcome: Outcome::Done(Some(message)) } => {
+                            Some((Some(token), Answer::of(&message)))
                         }
-                        // Late answers are of no use, except positions and inputs.
-                        (None, host::Event::Unsolicited(_, message)) => {
-                            let answer = Answer::of(&message);
-                            self.heard(&answer);
-                            if let Answer::Inputs(inputs) = answer {
-                                self.events.push_back(Event::Inputs(inputs));
-                            }
-                        }
-                        (None, _) => {}
+                        host::Event::Unsolicited(_, message) => Some((None, Answer::of(&message))),
+                        _ => None,
+                    };
+                    match (answer, event.to_static()) {
+                        (Some((token, answer)), _) => self.answered(token, answer),
+                        (None, Some(event)) => self.told(event),
+                        (None, None) => {}
                     }
                 }
                 Ok(Next::Wait(until)) => {
@@ -184,11 +179,16 @@ impl Core {
         self.events.push_back(Event::Machine(event));
     }
 
-    /// Keeps what an answer says.
-    fn heard(&mut self, answer: &Answer) {
-        if let Answer::Positions(positions) = answer {
+    /// Takes an answer, or what the device tells by itself. Late answers are of no use, except positions and inputs.
+    fn answered(&mut self, token: Option<Token>, answer: Answer) {
+        if let Answer::Positions(positions) = &answer {
             self.positions = Some(positions.clone());
             self.events.push_back(Event::Positions(positions.clone()));
+        }
+        match (token, answer) {
+            (Some(token), answer) => self.ended(token, Ok(answer)),
+            (None, Answer::Inputs(inputs)) => self.events.push_back(Event::Inputs(inputs)),
+            (None, _) => {}
         }
     }
 
