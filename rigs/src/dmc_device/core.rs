@@ -98,6 +98,11 @@ impl Core {
             // A controller that counts steps does not know where its motors stand.
             motor.rebase(self.clock, 0.0);
         }
+        self.carry();
+    }
+
+    /// Brings the motors as they really stand to where they are.
+    pub(super) fn carry(&mut self) {
         self.carriages.follow(self.clock, &self.motors, &self.tuning);
     }
 
@@ -113,7 +118,9 @@ impl Core {
 
     /// Whether the report that all motors rest is due. Then it is not due again.
     pub(super) fn comes_to_rest(&mut self) -> bool {
-        let rests = !self.course.is_busy() && self.motors.iter().all(Motor::is_idle);
+        // After a run with photos, the last one has to be complete.
+        let takes_photo = self.state == State::PostRoll && self.camera.wake().is_some();
+        let rests = !self.course.is_busy() && !takes_photo && self.motors.iter().all(Motor::is_idle);
         let is_due = self.owes_rest && rests;
         self.owes_rest &= !is_due;
         is_due

@@ -6,9 +6,8 @@ use dmc_proto::device::{Input, Next, NotTaken, Quirks, State};
 use dmc_proto::message::{Ack, AckCode, DeviceMessage, Motors};
 use dmc_proto::{Frame, Header};
 use motion_core::time::Millis;
-use tracing::{debug, info, warn};
+use tracing::{Level, debug, enabled, info, warn};
 
-use super::core::Core;
 use super::reader::Read;
 use super::{DmcDevice, LINE, number};
 use crate::Outgoing;
@@ -22,6 +21,13 @@ impl DmcDevice {
     pub(super) fn work(&mut self) {
         let mut bytes = [0; 256];
         loop {
+            note(match self.core.report.take() {
+                Some(Input::Stored(store, code)) => self.session.stored(store, code),
+                Some(Input::AtFrame(frame)) => self.session.at_frame(frame),
+                Some(Input::PassEnd) => self.session.pass_end(),
+                Some(Input::Fault(motor)) => self.session.fault(motor),
+                _ => Ok(()),
+            });
             match self.session.poll(self.core.clock, &self.core, &mut bytes) {
                 Ok(Next::Transmit(frame)) if self.is_open => self.out.push_back(sent(frame)),
                 // There is no line for these bytes.
@@ -37,20 +43,11 @@ impl DmcDevice {
                 Ok(Next::Wait(until)) => {
                     self.until = until;
                     self.core.look(self.session.machine());
-                    let Core { carriages, clock, motors, tuning, .. } = &mut self.core;
-                    return carriages.follow(*clock, motors, tuning);
+                    return self.core.carry();
                 }
                 Err(error) => warn!(%error, "an answer that cannot be sent"),
             }
             self.core.look(self.session.machine());
-            let told = match self.core.report.take() {
-                Some(Input::Stored(store, code)) => self.session.stored(store, code),
-                Some(Input::AtFrame(frame)) => self.session.at_frame(frame),
-                Some(Input::PassEnd) => self.session.pass_end(),
-                Some(Input::Fault(motor)) => self.session.fault(motor),
-                _ => Ok(()),
-            };
-            note(told);
         }
     }
 
@@ -59,7 +56,7 @@ impl DmcDevice {
         self.core.clock = now;
         self.read(now, &[]);
         self.core.camera.advance(now);
-        self.core.follows = true;
+        self.core.follow();
         self.work();
         for index in 0..self.core.motors.len() {
             if let Some(Happening::Tripped { upper }) = self.core.motors[index].advance(now) {
@@ -69,17 +66,17 @@ impl DmcDevice {
                 self.work();
             }
         }
-        let machine = self.session.machine();
+        let (machine, facts) = (self.session.machine(), &self.core.setup.facts);
+        let (state, told, can_rest) = (machine.state(), machine.moving(), facts.tells_each_motor);
+        // The machine knows only the motors of the upload, and others may move with them.
+        let moving = if state == State::Idle { told } else { self.core.moving() };
         if self.core.comes_to_rest() {
-            info!(after = machine.state().name(), "all motors rest");
+            info!(after = state.name(), "all motors rest");
             note(self.session.at_rest());
-        } else if machine.state() != State::Idle {
-            // The machine knows only the motors of the upload, and others may move with them.
-            let moving = self.core.moving();
-            let can_rest = self.core.setup.facts.tells_each_motor && machine.state() != State::Ready;
-            if moving != machine.moving() && (can_rest || moving != Motors::NONE) {
-                note(self.session.moving(moving));
-            }
+        } else if moving != told && (moving != Motors::NONE || (can_rest && state != State::Ready)) {
+            note(self.session.moving(moving));
+        } else {
+            return self.core.carry();
         }
         self.work();
     }
@@ -127,7 +124,9 @@ pub(super) fn note(told: Result<(), NotTaken>) {
 
 /// Bytes of a message, which is noted in the log.
 fn sent(bytes: &[u8]) -> Outgoing {
-    if let Ok(Ok(message)) = Frame::decode(bytes).map(|frame| DeviceMessage::decode(&frame)) {
+    if enabled!(Level::INFO)
+        && let Ok(Ok(message)) = Frame::decode(bytes).map(|frame| DeviceMessage::decode(&frame))
+    {
         if let DeviceMessage::Ack(ack) = message
             && ack.response_code != Some(AckCode::OK)
         {

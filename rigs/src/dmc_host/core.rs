@@ -10,7 +10,7 @@ use dmc_proto::message::{
 use dmc_proto::upload;
 use dmc_proto::{EncodeError, Frame, Token};
 use motion_core::time::Millis;
-use tracing::{debug, info, warn};
+use tracing::{Level, debug, enabled, info, warn};
 
 use super::check::Check;
 use super::limits::Limits;
@@ -414,9 +414,11 @@ impl Core {
 
 /// Bytes of a message, which is noted in the log.
 fn sent(bytes: &[u8]) -> Outgoing {
-    match Frame::decode(bytes).map(|frame| HostMessage::decode(&frame)) {
-        Ok(Ok(message)) => debug!("sends {message}"),
-        _ => debug!(len = bytes.len(), "sends zero bytes, which complete a frame that was cut off"),
+    if enabled!(Level::DEBUG) {
+        match Frame::decode(bytes).map(|frame| HostMessage::decode(&frame)) {
+            Ok(Ok(message)) => debug!("sends {message}"),
+            _ => debug!(len = bytes.len(), "sends zero bytes, which complete a frame that was cut off"),
+        }
     }
     Outgoing::Bytes(LINE, bytes.to_vec())
 }

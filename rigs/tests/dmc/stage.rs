@@ -50,8 +50,8 @@ impl Stage {
         &mut self.scene.rig
     }
 
-    /// Advances by a millisecond. No motor jumps, unless its power fails. If the host says that nothing may move, nothing
-    /// moves.
+    /// Advances by a millisecond. No motor jumps, unless its power fails. If the host or the rig says that nothing may move,
+    /// nothing moves.
     pub(crate) fn tick(&mut self) {
         let told = &mut self.told;
         self.scene.run(self.scene.now().after(1), |scene, event| {
@@ -65,7 +65,8 @@ impl Stage {
             assert!((here - before).abs() <= most || *here == 0.0 || self.renames, "{before} to {here} at {now:?}");
         }
         self.before = here;
-        assert!(self.scene.host.may_move() || self.all_rest(), "at {now:?} a motor moves, and the host does not know");
+        let know = self.scene.host.may_move() && self.scene.rig.may_move();
+        assert!(know || self.all_rest(), "at {now:?} a motor moves, and the host or the rig does not know");
         let held = self.scene.held() + self.scene.host.held() + self.scene.rig.held();
         self.held = self.held.max(held);
     }
