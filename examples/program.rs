@@ -45,12 +45,14 @@ pub struct Failure {
 impl Failure {
     /// Failure of a command that is not done.
     #[must_use]
+    #[expect(clippy::needless_pass_by_value, reason = "results are mapped by it")]
     pub fn not_done(line: impl ToString) -> Self {
         Self { status: Status::NotDone, line: line.to_string() }
     }
 
     /// Failure of a wrong command line.
     #[must_use]
+    #[expect(clippy::needless_pass_by_value, reason = "results are mapped by it")]
     pub fn usage(line: impl ToString) -> Self {
         Self { status: Status::Usage, line: line.to_string() }
     }

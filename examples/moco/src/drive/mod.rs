@@ -5,6 +5,7 @@ pub mod command;
 pub mod dmc;
 pub mod hoot;
 pub mod kos;
+pub mod output;
 pub mod printer;
 pub mod program;
 

@@ -11,7 +11,7 @@ use motion_rigs::kos_host::KosHost;
 use tokio::sync::mpsc::UnboundedReceiver;
 
 use super::address::Address;
-use super::printer::Printer;
+use super::printer::{Form, Printer};
 use super::{Command, Driven, Trouble, dmc, hoot, kos};
 use crate::session::{Session, Target};
 use crate::simulate::Protocol;
@@ -50,6 +50,10 @@ pub struct Args {
     /// Address of the node, from 2 to 255 (hoot).
     #[arg(long, global = true, default_value_t = hoot_proto::Address::DEFAULT.0, value_parser = clap::value_parser!(u8).range(2..))]
     pub node: u8,
+    /// Print one JSON object per line: event ("note", "position", "progress", or "done" at the end), text, motor, position,
+    /// part (from 0 to 1), positions.
+    #[arg(long, global = true)]
+    pub json: bool,
     /// Log events of the line; given twice, also each message; given three times, also each piece of bytes.
     #[arg(long, short, global = true, action = clap::ArgAction::Count)]
     pub verbose: u8,
@@ -73,9 +77,15 @@ pub async fn drive(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<(),
 
 async fn command(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<(), Trouble> {
     let address = Address::parse(&args.address, args.protocol)?;
-    let mut out = Printer::new(io::stdout());
+    let form = match args.verbose {
+        _ if args.json => Form::Json,
+        0 => Form::of_terminal(),
+        // The log and a bar would be mixed.
+        _ => Form::Text,
+    };
+    let mut out = Printer::new(io::stdout(), form);
     let command = &args.command;
-    match args.protocol {
+    let done = match args.protocol {
         Protocol::Kos => {
             let mut interrupts = interrupts;
             let target = tokio::select! {
@@ -102,7 +112,8 @@ async fn command(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<(), T
             let flow = async |session: &mut _| hoot::drive(session, command, node, args.home_speed, &mut out).await;
             Box::pin(with(hoot::master(node)?, target, interrupts, flow)).await
         }
-    }
+    };
+    done.inspect(|()| out.done())
 }
 
 /// Address of a kOS rig. If it is unknown, waits for an announcement.

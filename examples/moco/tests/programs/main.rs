@@ -7,6 +7,7 @@ mod dmc;
 mod hoot;
 mod kos;
 mod others;
+mod output;
 mod process;
 mod record;
 mod serving;

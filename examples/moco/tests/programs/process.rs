@@ -43,12 +43,27 @@ pub(crate) struct Outcome {
 impl Program {
     /// Starts a command of the program.
     pub(crate) fn start(command: &str, args: &[impl AsRef<OsStr>]) -> Self {
+        Self::spawn(Stdio::piped(), command, args)
+    }
+
+    /// Starts a command of the program, whose standard error is a terminal.
+    pub(crate) fn start_at(terminal: &str, command: &str, args: &[impl AsRef<OsStr>]) -> Self {
+        let terminal = open(terminal, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty()).unwrap();
+        Self::spawn(terminal.into(), command, args)
+    }
+
+    fn spawn(err: Stdio, command: &str, args: &[impl AsRef<OsStr>]) -> Self {
         let mut program = Command::new(env!("CARGO_BIN_EXE_moco"));
-        program.arg(command).args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        program.arg(command).args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(err);
         let mut child = program.spawn().unwrap();
         let (out, out_reader) = listen(child.stdout.take().expect("the stream is piped"));
-        let (err, err_reader) = listen(child.stderr.take().expect("the stream is piped"));
-        Self { child, out, err, readers: vec![out_reader, err_reader] }
+        let mut readers = vec![out_reader];
+        let err = child.stderr.take().map_or_else(Arc::default, |stream| {
+            let (err, err_reader) = listen(stream);
+            readers.push(err_reader);
+            err
+        });
+        Self { child, out, err, readers }
     }
 
     /// Waits for a line on standard output that contains `part`. Returns the line.

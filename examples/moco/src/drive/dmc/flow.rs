@@ -1,7 +1,6 @@
 //! Requests to the rig, waiting for their results, and the events that arrive meanwhile.
 
 use std::fmt;
-use std::io::Write;
 use std::time::Duration;
 
 use dmc_proto::Token;
@@ -15,6 +14,7 @@ use tokio::time::Instant;
 use super::plan::Plan;
 use super::why;
 use crate::drive::Trouble;
+use crate::drive::output::{About, At, Output};
 use crate::session::Session;
 
 /// Time between two questions whether motors still move.
@@ -29,7 +29,7 @@ const STOP: Duration = Duration::from_secs(10);
 /// Command that is in progress.
 pub(super) struct Flow<'s> {
     pub(super) session: &'s mut Session<DmcHost>,
-    out: &'s mut (dyn Write + Send),
+    out: &'s mut (dyn Output + Send),
     last: u32,
     told: Instant,
     /// Whether a message arrived whose data end too soon.
@@ -37,13 +37,18 @@ pub(super) struct Flow<'s> {
 }
 
 impl<'s> Flow<'s> {
-    pub(super) fn new(session: &'s mut Session<DmcHost>, out: &'s mut (dyn Write + Send)) -> Self {
+    pub(super) fn new(session: &'s mut Session<DmcHost>, out: &'s mut (dyn Output + Send)) -> Self {
         Self { session, out, last: 0, told: Instant::now(), is_malformed: false }
     }
 
     /// Prints a line. If the output is closed, the command fails, because its user could not see what moves.
     pub(super) fn print(&mut self, line: fmt::Arguments<'_>) -> Result<(), Trouble> {
-        let written = writeln!(self.out, "{line}").and_then(|()| self.out.flush());
+        self.line(About::Note, line)
+    }
+
+    /// Prints a line with its meaning.
+    pub(super) fn line(&mut self, about: About, line: fmt::Arguments<'_>) -> Result<(), Trouble> {
+        let written = self.out.line(about, line);
         written.map_err(|error| Trouble::Failed(format!("the output cannot be written: {error}")))
     }
 
@@ -216,8 +221,14 @@ impl<'s> Flow<'s> {
         self.print(format_args!("uploaded: {frames} frames of motors {}", plan.motors()))
     }
 
-    /// Starts a run or a shot when it is armed, and waits for its end. For a run, prints the frames up to `last`.
-    pub(super) async fn play(&mut self, what: &str, token: Token, last: Option<FrameNumber>) -> Result<(), Trouble> {
+    /// Starts a run or a shot when it is armed, and waits for its end. For a run, prints how many of its `frames` are
+    /// played, from the first to the last.
+    pub(super) async fn play(
+        &mut self,
+        what: &str,
+        token: Token,
+        frames: Option<(FrameNumber, FrameNumber)>,
+    ) -> Result<(), Trouble> {
         loop {
             match self.event(STOP).await? {
                 Some(Event::Machine(host::Event::Armed(armed))) if armed == token => self.session.command(Command::Go),
@@ -227,21 +238,27 @@ impl<'s> Flow<'s> {
                 Some(Event::Positions(positions)) => {
                     let runs = self.session.host().progress() == Some(Progress::Runs);
                     let frame = positions.moment.0.0 / 1000;
-                    self.tell(|| match last {
-                        Some(last) if runs => format!("frame {frame} of {last}"),
-                        _ => places(&positions),
-                    })?;
+                    match frames {
+                        Some((first, last)) if runs => {
+                            let (gone, all) = (frame - first.0, (last.0 - first.0).max(1));
+                            let part = Some(f64::from(gone) / f64::from(all));
+                            self.tell(part, &positions, &format!("frame {frame} of {last}"))?;
+                        }
+                        _ => self.tell(None, &positions, &places(&positions))?,
+                    }
                 }
                 _ => {}
             }
         }
     }
 
-    /// Prints a line of progress, if the last one is long enough ago.
-    fn tell(&mut self, text: impl FnOnce() -> String) -> Result<(), Trouble> {
+    /// Prints a line of progress, if the last one is long enough ago. `part` is the part of the command that is done.
+    fn tell(&mut self, part: Option<f64>, positions: &Positions, text: &str) -> Result<(), Trouble> {
         if self.told.elapsed() >= TELL {
             self.told = Instant::now();
-            self.print(format_args!("{}", text()))?;
+            let positions = (1..).zip(&positions.positions);
+            let positions = positions.map(|(motor, &steps)| At { motor, position: steps.into() }).collect();
+            self.line(About::Progress { part, positions }, format_args!("{text}"))?;
         }
         Ok(())
     }
@@ -251,7 +268,7 @@ impl<'s> Flow<'s> {
         let until = Instant::now() + time;
         while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
             if let Some(Event::Positions(positions)) = self.event(left).await? {
-                self.tell(|| places(&positions))?;
+                self.tell(None, &positions, &places(&positions))?;
             }
         }
         Ok(())

@@ -8,7 +8,6 @@ mod why;
 
 use std::collections::hash_map::RandomState;
 use std::hash::{BuildHasher, Hasher};
-use std::io::Write;
 use std::time::Duration;
 
 use dmc_proto::host::{self, StopTarget};
@@ -22,6 +21,7 @@ use motion_rigs::dmc_host::{DmcHost, Event, TOLERANCE};
 use tokio::time::Instant;
 
 use super::command::Shots;
+use super::output::{About, Output};
 use super::{Command, Driven, OBEYED, Stopped, Trouble};
 use crate::session::Session;
 
@@ -70,17 +70,20 @@ pub fn options(baud: u32, timeout: Option<u32>) -> host::Options {
 pub async fn drive(
     session: &mut Session<DmcHost>,
     command: &Command,
-    out: &mut (dyn Write + Send),
+    out: &mut (dyn Output + Send),
 ) -> Result<(), Trouble> {
     let mut flow = Flow::new(session, out);
     // Nothing comes before a stop, not even the greeting.
     if *command == Command::Stop {
         flow.stop(StopTarget::All).await?;
         let rests = flow.session.rests().await;
-        flow.print(format_args!("{}", if rests { "stopped: the rig confirmed it" } else { OBEYED }))?;
+        if rests {
+            flow.print(format_args!("stopped: the rig confirmed it"))?;
+        }
         // A stop leaves the shutter open on some rigs, and nobody knows what an earlier session did.
         flow.up().await?;
-        return flow.close_shutter().await;
+        flow.close_shutter().await?;
+        return if rests { Ok(()) } else { Err(Trouble::MayMove(OBEYED.to_owned())) };
     }
     flow.up().await?;
     match command {
@@ -125,7 +128,7 @@ async fn info(flow: &mut Flow<'_>) -> Result<(), Trouble> {
     let moving = flow.status().await?;
     for (number, steps) in (1..).zip(flow.positions().await?) {
         let how = if moving.contains(Motor(number)) { "moves" } else { "rests" };
-        flow.print(format_args!("motor {number} {how} at {steps} steps"))?;
+        flow.line(About::position(number, steps), format_args!("motor {number} {how} at {steps} steps"))?;
     }
     Ok(())
 }
@@ -153,7 +156,7 @@ async fn jog(flow: &mut Flow<'_>, motor: u8, percent: f64, seconds: f64) -> Resu
             "motor {motor} has not moved: it rests at {steps} steps: is it at a limit, too slow, or without power?"
         )));
     }
-    flow.print(format_args!("motor {motor} rests at {steps} steps"))?;
+    flow.line(About::position(motor.0, steps), format_args!("motor {motor} rests at {steps} steps"))?;
     Ok(())
 }
 
@@ -186,7 +189,7 @@ async fn go(flow: &mut Flow<'_>, motor: Motor, position: f64) -> Result<(), Trou
             format!("motor {motor} rests at {here} steps, not at {position}: something stopped it: check the rig")
         }));
     }
-    flow.print(format_args!("motor {motor} rests at {here} steps"))?;
+    flow.line(About::position(motor.0, here), format_args!("motor {motor} rests at {here} steps"))?;
     Ok(())
 }
 
@@ -228,7 +231,7 @@ async fn run(flow: &mut Flow<'_>, file: &std::path::Path, reverse: bool) -> Resu
     };
     let run = run.for_device(flow.device()?.capabilities);
     let token = flow.begin(run);
-    flow.play("the run", token, Some(plan.last)).await?;
+    flow.play("the run", token, Some((start_frame, end_frame))).await?;
     flow.print(format_args!("the move is done"))?;
     Ok(())
 }
@@ -254,7 +257,9 @@ async fn program(flow: &mut Flow<'_>, file: &std::path::Path, shots: &Shots) -> 
         let frame = shot.frame;
         let token = flow.shoot(shot);
         flow.play("the shot", token, None).await?;
-        flow.print(format_args!("shot {} of {}, at frame {frame}", number + 1, shots.shots))?;
+        let part = f64::from(number + 1) / f64::from(shots.shots);
+        let about = About::Progress { part: Some(part), positions: Vec::new() };
+        flow.line(about, format_args!("shot {} of {}, at frame {frame}", number + 1, shots.shots))?;
     }
     Ok(())
 }

@@ -15,6 +15,7 @@ use super::plan::{Count, Planned, plans};
 use super::talk::Talk;
 use crate::drive::Trouble;
 use crate::drive::command;
+use crate::drive::output::At;
 
 /// Factor of the longest time: a program that is not done after three times its time and three seconds has failed, because
 /// some firmware never ends it.
@@ -335,11 +336,13 @@ impl Talk<'_> {
                     self.node.0
                 )));
             }
-            let (mut places, mut is_there) = (Vec::new(), true);
+            let (mut places, mut positions, mut is_there) = (Vec::new(), Vec::new(), true);
             for it in planned {
                 let place = usize::from(it.motor.get()) - 1;
                 let at = in_microsteps(self.position(it.motor).await?, now[place], before[place]);
                 places.push(format!("motor {} at {at}", it.motor));
+                #[expect(clippy::cast_precision_loss, reason = "positions are far below 2^52")]
+                positions.push(At { motor: it.motor.get(), position: at as f64 });
                 is_there &= at == i64::from(it.plan.stop.0);
             }
             if !is_there || f64::from(gone) < 1000.0 * seconds {
@@ -347,7 +350,9 @@ impl Talk<'_> {
             } else if rest.is_some_and(|rest| gone - last_photo > rest / 2) {
                 self.set(message::Stop {}).await?;
             }
-            self.progress(|| format!("{:.1} of {seconds:.1} s: {}", f64::from(gone) / 1000.0, places.join(", ")))?;
+            let gone = f64::from(gone) / 1000.0;
+            let line = format!("{gone:.1} of {seconds:.1} s: {}", places.join(", "));
+            self.progress(Some(gone / seconds), positions, &line)?;
         }
         let took = began.elapsed().as_secs_f64();
         self.restore_microsteps(before).await?;

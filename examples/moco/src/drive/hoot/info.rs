@@ -8,6 +8,7 @@ use hoot_proto::query::AnyReply;
 
 use super::talk::Talk;
 use crate::drive::Trouble;
+use crate::drive::output::About;
 
 impl Talk<'_> {
     pub(super) async fn info(&mut self) -> Result<(), Trouble> {
@@ -58,6 +59,10 @@ impl Talk<'_> {
         let is_reliable = |speed: &AnyReply<'_>| speed.is_reliable(self.session.host().profile(self.node));
         let speed = speed.answer().filter(is_reliable).map(|speed| format!(", {speed} steps/s"));
         let speed = speed.unwrap_or_default();
-        self.print(&format!("motor {motor}: at {position}, {moves}{enabled}; {microstep} microsteps, {end}{speed}"))
+        let about = About::position(motor.get(), position);
+        self.line(
+            about,
+            &format!("motor {motor}: at {position}, {moves}{enabled}; {microstep} microsteps, {end}{speed}"),
+        )
     }
 }

@@ -37,14 +37,13 @@ mod motion;
 pub mod plan;
 mod talk;
 
-use std::io::Write;
-
 use hoot_proto::Address;
 use hoot_proto::host::{Command as MasterCommand, Event as MachineEvent, Nodes, Options, StopTarget, Token};
 use motion_core::time::Millis;
 use motion_rigs::Host;
 use motion_rigs::hoot_master::{Event, HootMaster};
 
+use super::output::Output;
 use super::{Command, Driven, OBEYED, Stopped, Trouble};
 use crate::session::Session;
 use talk::Talk;
@@ -91,7 +90,7 @@ pub async fn drive(
     command: &Command,
     node: Address,
     home_speed: f32,
-    out: &mut dyn Write,
+    out: &mut dyn Output,
 ) -> Result<(), Trouble> {
     let mut talk = Talk::new(session, node, home_speed, out);
     match command {
@@ -105,7 +104,7 @@ pub async fn drive(
         Command::Expose { seconds } => talk.expose(*seconds).await,
         Command::Stop => match talk.session.stop().await {
             Stopped::Confirmed => talk.print("all motors rest: the node confirmed it"),
-            Stopped::Obeyed => talk.print(OBEYED),
+            Stopped::Obeyed => Err(Trouble::MayMove(OBEYED.to_owned())),
             Stopped::NotConfirmed => Err(Trouble::Failed(format!(
                 "node {} did not confirm the stop: switch its power off if a motor moves",
                 node.0

@@ -13,6 +13,7 @@ use tokio::time::Instant;
 
 use super::talk::Talk;
 use crate::drive::Trouble;
+use crate::drive::output::{About, At};
 
 /// Motor with a number from the command line.
 pub(super) fn motor(number: u8) -> Result<Motor, Trouble> {
@@ -171,7 +172,7 @@ impl Talk<'_> {
             let why = if answered { "is it unplugged, or at its end?" } else { "no answer: try again" };
             return Err(Trouble::Failed(format!("motor {motor} did not move from {from}: {why}")));
         }
-        self.print(&format!("motor {motor} went from {from} to {to}"))
+        self.line(About::position(motor.get(), to), &format!("motor {motor} went from {from} to {to}"))
     }
 
     pub(super) async fn go(&mut self, number: u8, position: f64, speed: Option<f64>) -> Result<(), Trouble> {
@@ -179,7 +180,7 @@ impl Talk<'_> {
         self.ready(motor, speed).await?;
         self.go_to(motor, to).await?;
         self.dead_man(false).await?;
-        self.print(&format!("motor {motor} is at {to}"))
+        self.line(About::position(motor.get(), to), &format!("motor {motor} is at {to}"))
     }
 
     /// Moves a motor to a position by the number of steps from where it rests, and checks that it arrives. The move keeps the
@@ -202,7 +203,7 @@ impl Talk<'_> {
         let backlash = i32::from(self.read(MotorBacklash { motor }).await?.0);
         let way = from.min(to).saturating_sub(backlash)..=from.max(to).saturating_add(backlash);
         let answered = self.set_off(motion).await?;
-        let at = self.until_rest_on(motor, way).await?;
+        let at = self.until_rest_on(motor, way, Some((from, to))).await?;
         has_arrived(motor, at, to, 0, answered)
     }
 
@@ -213,11 +214,17 @@ impl Talk<'_> {
 
     /// Waits until a motor rests, and prints its positions meanwhile. Returns the last position, in steps.
     pub(super) async fn until_rest(&mut self, motor: Motor) -> Result<i32, Trouble> {
-        self.until_rest_on(motor, i32::MIN..=i32::MAX).await
+        self.until_rest_on(motor, i32::MIN..=i32::MAX, None).await
     }
 
-    /// Waits until a motor rests, as long as its positions are on its way. Returns the last position, in steps.
-    async fn until_rest_on(&mut self, motor: Motor, way: RangeInclusive<i32>) -> Result<i32, Trouble> {
+    /// Waits until a motor rests, as long as its positions are on its way. Returns the last position, in steps. `ends` are
+    /// the begin and the end of the way, if they are known.
+    async fn until_rest_on(
+        &mut self,
+        motor: Motor,
+        way: RangeInclusive<i32>,
+        ends: Option<(i32, i32)>,
+    ) -> Result<i32, Trouble> {
         loop {
             let is_running = self.is_running(motor).await?;
             let at = self.position(motor).await?;
@@ -231,7 +238,9 @@ impl Talk<'_> {
             if !is_running {
                 return Ok(at);
             }
-            self.progress(|| format!("motor {motor}: at {at}"))?;
+            let part = ends.map(|(from, to)| f64::from(at.abs_diff(from)) / f64::from(to.abs_diff(from)));
+            let positions = vec![At { motor: motor.get(), position: at.into() }];
+            self.progress(part, positions, &format!("motor {motor}: at {at}"))?;
         }
     }
 
@@ -291,7 +300,7 @@ impl Talk<'_> {
         let mut was_busy = false;
         while self.read(CameraExposing {}).await?.get() {
             was_busy = true;
-            self.progress(|| "the shutter is open".to_owned())?;
+            self.progress(None, Vec::new(), "the shutter is open")?;
         }
         if !answered && !was_busy {
             let node = self.node.0;

@@ -1,7 +1,6 @@
 //! Requests and their results, and the decisions of the application when a node does not answer.
 
 use std::fmt::Display;
-use std::io::Write;
 use std::time::Duration;
 
 use hoot_proto::host::{Command, Event as MachineEvent, Outcome, Refusal, Request, Token};
@@ -12,6 +11,7 @@ use motion_rigs::hoot_master::{Ended, Event, HootMaster};
 use tokio::time::Instant;
 
 use crate::drive::Trouble;
+use crate::drive::output::{About, At, Output};
 use crate::session::Session;
 
 /// Number of attempts for a query or a setting, if it is not answered.
@@ -24,7 +24,7 @@ pub(super) struct Talk<'a> {
     pub(super) session: &'a mut Session<HootMaster>,
     pub(super) node: Address,
     pub(super) home_speed: f32,
-    pub(super) out: &'a mut dyn Write,
+    pub(super) out: &'a mut dyn Output,
     token: u32,
     /// Time at which progress was printed last.
     told: Option<Instant>,
@@ -35,22 +35,28 @@ impl<'a> Talk<'a> {
         session: &'a mut Session<HootMaster>,
         node: Address,
         home_speed: f32,
-        out: &'a mut dyn Write,
+        out: &'a mut dyn Output,
     ) -> Self {
         Self { session, node, home_speed, out, token: 0, told: None }
     }
 
     /// Prints a line.
     pub(super) fn print(&mut self, line: &str) -> Result<(), Trouble> {
-        let said = writeln!(self.out, "{line}").and_then(|()| self.out.flush());
-        said.map_err(|error| Trouble::Failed(format!("the output cannot be written: {error}")))
+        self.line(About::Note, line)
     }
 
-    /// Prints a line, unless one was printed less than a second ago.
-    pub(super) fn progress(&mut self, line: impl FnOnce() -> String) -> Result<(), Trouble> {
+    /// Prints a line with its meaning.
+    pub(super) fn line(&mut self, about: About, line: &str) -> Result<(), Trouble> {
+        let written = self.out.line(about, format_args!("{line}"));
+        written.map_err(|error| Trouble::Failed(format!("the output cannot be written: {error}")))
+    }
+
+    /// Prints a line of progress, unless one was printed less than a second ago. `part` is the part of the command that is
+    /// done.
+    pub(super) fn progress(&mut self, part: Option<f64>, positions: Vec<At>, line: &str) -> Result<(), Trouble> {
         if self.told.is_none_or(|told| told.elapsed() >= TELL) {
             self.told = Some(Instant::now());
-            self.print(&line())?;
+            self.line(About::Progress { part, positions }, line)?;
         }
         Ok(())
     }

@@ -11,7 +11,6 @@ pub mod plan;
 mod tests;
 
 use std::fmt;
-use std::io::Write;
 use std::time::Duration;
 
 use kos_proto::host::{self, Failure, Get, LinkDownReason, MoveState, Outcome, Refusal, StopTarget, Token};
@@ -23,6 +22,7 @@ use motion_rigs::Host as _;
 use motion_rigs::kos_host::{Command as Order, Event, KosHost};
 use tokio::time::Instant;
 
+use super::output::{About, At, Output};
 use super::{Command, Driven, OBEYED, Stopped, Trouble};
 use crate::session::Session;
 
@@ -85,7 +85,7 @@ pub async fn drive(
     session: &mut Session<KosHost>,
     command: &Command,
     options: &Options,
-    out: &mut (dyn Write + Send),
+    out: &mut (dyn Output + Send),
 ) -> Result<(), Trouble> {
     let mut drive = Drive { session, options: *options, out, token: Token::default(), said: None, error: None };
     if *command == Command::Stop {
@@ -109,7 +109,7 @@ pub async fn drive(
 struct Drive<'s> {
     session: &'s mut Session<KosHost>,
     options: Options,
-    out: &'s mut (dyn Write + Send),
+    out: &'s mut (dyn Output + Send),
     /// Token of the last command.
     token: Token,
     /// Time at which progress was printed last.
@@ -120,17 +120,22 @@ struct Drive<'s> {
 
 impl Drive<'_> {
     fn print(&mut self, line: fmt::Arguments<'_>) -> Result<(), Trouble> {
-        let written = writeln!(self.out, "{line}").and_then(|()| self.out.flush());
+        self.line(About::Note, line)
+    }
+
+    /// Prints a line with its meaning.
+    fn line(&mut self, about: About, line: fmt::Arguments<'_>) -> Result<(), Trouble> {
+        let written = self.out.line(about, line);
         written.map_err(|error| Trouble::Failed(format!("the output cannot be written: {error}")))
     }
 
-    /// Prints a line of progress, at most once per second.
-    fn progress(&mut self, line: fmt::Arguments<'_>) -> Result<(), Trouble> {
+    /// Prints a line of progress, at most once per second. `part` is the part of the command that is done.
+    fn progress(&mut self, part: Option<f64>, positions: Vec<At>, line: fmt::Arguments<'_>) -> Result<(), Trouble> {
         if self.said.is_some_and(|said| said.elapsed() < Duration::from_secs(1)) {
             return Ok(());
         }
         self.said = Some(Instant::now());
-        self.print(line)
+        self.line(About::Progress { part, positions }, line)
     }
 
     /// Gives a command to the client.
@@ -289,14 +294,20 @@ impl Drive<'_> {
             let (number, position) = (motor.motor_address, motor.position);
             let (speed, acceleration) = (motor.max_max_move_speed.0, motor.max_max_acceleration.0);
             match (motor.relative_position(), motor.range()) {
-                (Some(at), Some(range)) => self.print(format_args!(
-                    "motor {number}: at {} of {} rotations, at most {speed} rev/s, {acceleration} rev/s²",
-                    at.0, range.0
-                ))?,
-                _ => self.print(format_args!(
-                    "motor {number}: at {} rotations, not calibrated, at most {speed} rev/s, {acceleration} rev/s²",
-                    position.0
-                ))?,
+                (Some(at), Some(range)) => self.line(
+                    About::position(number.number(), at.0),
+                    format_args!(
+                        "motor {number}: at {} of {} rotations, at most {speed} rev/s, {acceleration} rev/s²",
+                        at.0, range.0
+                    ),
+                )?,
+                _ => self.line(
+                    About::position(number.number(), position.0),
+                    format_args!(
+                        "motor {number}: at {} rotations, not calibrated, at most {speed} rev/s, {acceleration} rev/s²",
+                        position.0
+                    ),
+                )?,
             }
         }
         Ok(())
@@ -346,7 +357,7 @@ impl Drive<'_> {
                 None if left.is_zero() => Trouble::Failed(unconfirmed.to_owned()),
                 Some(_) | None => continue,
             };
-            return if locked && obeyed { self.print(format_args!("{OBEYED}")) } else { Err(lost) };
+            return Err(if locked && obeyed { Trouble::MayMove(OBEYED.to_owned()) } else { lost });
         }
     }
 

@@ -9,6 +9,7 @@ use tokio::time::Instant;
 
 use super::{Drive, Shown, ended, is_done};
 use crate::drive::Trouble;
+use crate::drive::output::{About, At};
 
 /// Time between two signs of life in a jog. Our client stops the jog if it gets none for a second.
 const ALIVE: Duration = Duration::from_millis(250);
@@ -58,13 +59,15 @@ impl Drive<'_> {
         while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
             self.command(host::Command::Alive);
             self.pass(left.min(ALIVE)).await?;
-            self.progress(format_args!("motor {motor} runs for {:.1} s more", left.as_secs_f64()))?;
+            let left = left.as_secs_f64();
+            let part = Some(1.0 - left / seconds);
+            self.progress(part, Vec::new(), format_args!("motor {motor} runs for {left:.1} s more"))?;
         }
         self.command(host::Command::StopMotor(motor));
         let stopped = Event::Machine(host::Event::Stopped(StopTarget::Motor(motor)));
         self.wait("that the motor rests", SPARE, |event| (*event == stopped).then_some(())).await?;
         let at = self.motor(motor.0)?.position;
-        self.print(format_args!("motor {motor} rests at {}", Shown(at)))
+        self.line(About::position(motor.number(), at.0), format_args!("motor {motor} rests at {}", Shown(at)))
     }
 
     pub(super) async fn go(&mut self, motor: u8, position: f64, speed: Option<f64>) -> Result<(), Trouble> {
@@ -92,7 +95,8 @@ impl Drive<'_> {
             let line = format!("motor {motor} rests at {rests:.3}, not at {position}: check what blocks it");
             return Err(Trouble::Failed(line));
         }
-        self.print(format_args!("motor {motor} rests at {}", Shown(Rotations(at.0 - known.position.0 + here.0))))
+        let at = Rotations(at.0 - known.position.0 + here.0);
+        self.line(About::position(motor, at.0), format_args!("motor {motor} rests at {}", Shown(at)))
     }
 
     pub(super) async fn calibrate(&mut self, motor: u8, begin: f64, end: f64) -> Result<(), Trouble> {
@@ -139,6 +143,12 @@ impl Drive<'_> {
         Ok(())
     }
 
+    /// Prints where a motor is that has done a part of its way.
+    fn moves(&mut self, motor: MotorAddress, at: Rotations, part: f64) -> Result<(), Trouble> {
+        let positions = vec![At { motor: motor.number(), position: at.0.into() }];
+        self.progress(Some(part), positions, format_args!("motor {motor} moves, at {}", Shown(at)))
+    }
+
     /// Moves a motor without a range by a distance, as the specification describes the marking of a range: the motor runs, and
     /// is stopped at its place. It runs the slower, the nearer it is.
     #[expect(clippy::cast_possible_truncation, reason = "the protocol has 32-bit numbers")]
@@ -155,9 +165,10 @@ impl Drive<'_> {
                 break;
             }
             let fast = f64::from(speed.0);
+            let part = 1.0 - left / by;
             let speed = RotationsPerSecond(left.clamp(-fast, fast) as f32);
             self.command(host::Command::Jog { motor, speed, acceleration });
-            self.progress(format_args!("motor {motor} moves, at {}", Shown(at)))?;
+            self.moves(motor, at, part)?;
             self.pass(TENTH).await?;
         }
         self.command(host::Command::StopMotor(motor));
@@ -183,6 +194,7 @@ impl Drive<'_> {
         let takes = way.abs() / f64::from(speed.0) + f64::from(speed.0) / f64::from(acceleration.0);
         let takes = Duration::try_from_secs_f64(2.0 * takes).unwrap_or(LONG).min(LONG);
         let until = Instant::now() + SPARE + takes;
+        let from = self.motor(motor.0)?.position;
         let what = "that the motor rests";
         loop {
             let left = until.saturating_duration_since(Instant::now());
@@ -201,7 +213,7 @@ impl Drive<'_> {
             // The answer comes with the next events, and the position is known then.
             self.command(host::Command::Get(Get::MotorInfo));
             let at = self.motor(motor.0)?.position;
-            self.progress(format_args!("motor {motor} moves, at {}", Shown(at)))?;
+            self.moves(motor, at, f64::from(at.0 - from.0) / way)?;
         }
     }
 }

@@ -13,6 +13,7 @@ use tokio::time::Instant;
 use super::{Drive, ended, failed, is_done, plan, time};
 use crate::drive::Trouble;
 use crate::drive::command::Shots;
+use crate::drive::output::At;
 
 /// Time that motors may take to the start of a move. Our client reports a delay after two minutes.
 const HOME: Duration = Duration::from_mins(10);
@@ -157,11 +158,10 @@ impl Drive<'_> {
                 Some(Event::Machine(host::Event::Move(told))) => match told {
                     Told::Running(_) | Told::Found(_) => {
                         reached = self.move_state() == MoveState::Ended;
-                        self.how_far("the move runs", None)?;
+                        self.how_far(None, None)?;
                     }
                     Told::Progress { elapsed, photos, .. } => {
-                        let part = format!("{:.0} %", 100.0 * elapsed.0);
-                        self.how_far(&part, photos.and_then(Photos::count))?;
+                        self.how_far(Some(elapsed.0), photos.and_then(Photos::count))?;
                     }
                     Told::EndReached => reached = true,
                     Told::Failed(code) => return Err(failed(code, MotorAddress::ALL)),
@@ -183,14 +183,21 @@ impl Drive<'_> {
         }
     }
 
-    fn how_far(&mut self, part: &str, photos: Option<u32>) -> Result<(), Trouble> {
-        let places: Vec<String> = self
-            .motors()
+    /// Prints the part of the move that is played, and the positions of its motors.
+    fn how_far(&mut self, part: Option<f32>, photos: Option<u32>) -> Result<(), Trouble> {
+        let motors = self.motors();
+        let places: Vec<String> = motors
             .iter()
             .map(|motor| format!("motor {} at {}", motor.motor_address, super::Shown(motor.position)))
             .collect();
+        let positions = motors
+            .iter()
+            .map(|motor| At { motor: motor.motor_address.number(), position: motor.position.0.into() })
+            .collect();
+        let begin = part.map_or_else(|| "the move runs".to_owned(), |part| format!("{:.0} %", 100.0 * part));
         let photos = photos.filter(|photos| *photos > 0).map_or(String::new(), |photos| format!(", {photos} photos"));
-        self.progress(format_args!("{part}{photos}: {}", places.join(", ")))
+        let line = format_args!("{begin}{photos}: {}", places.join(", "));
+        self.progress(part.map(f64::from), positions, line)
     }
 
     /// Decides whether a move reached its end, if it was over before the connection was made again. Only the positions

@@ -1,6 +1,5 @@
 //! Rig that serves over loopback TCP, and the commands that drive it.
 
-use std::io::Write;
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -15,6 +14,7 @@ use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep_until};
 
 use crate::drive::kos::{Options, drive};
+use crate::drive::output::{About, Output};
 use crate::drive::{Command, Driven as _, Trouble};
 use crate::session::{Session, Target};
 
@@ -81,14 +81,14 @@ impl Served {
         command: Command,
         password: Option<&[u8]>,
         interrupts: mpsc::UnboundedReceiver<()>,
-        out: &mut (dyn Write + Send),
+        out: &mut (dyn Output + Send),
     ) -> Result<(), Trouble> {
         let host = KosHost::new(kos_proto::host::Options::default(), password);
         let mut session = Session::connect(host, Target::Tcp(self.address), interrupts).await.unwrap();
         let mut done = drive(&mut session, &command, &Options::default(), out).await;
         if done.is_err() && session.host().may_move() {
             let stopped = session.stop().await;
-            writeln!(out, "stop: {stopped:?}").unwrap();
+            out.line(About::Note, format_args!("stop: {stopped:?}")).unwrap();
         }
         if let Err(trouble) = &mut done {
             assert!(!trouble.to_string().contains('\n'), "{trouble}");

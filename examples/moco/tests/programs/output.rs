@@ -1,0 +1,78 @@
+//! Tests of the output of `moco drive` for programs, and of its progress bar.
+
+use serde_json::{Value, json};
+
+use crate::process::{Program, Rig, file};
+use crate::terminal::Terminal;
+
+/// Move of two seconds, for motors of DMC and hoot.
+const MOVE: &str = r#"{
+    "move": 1, "name": "Short", "rate": 24, "duration": 2.5,
+    "axes": [
+        { "name": "Pan", "unit": "degrees", "limits": { "velocity": 80, "acceleration": 200 },
+          "keys": [ { "time": 0.25, "position": 0 }, { "time": 2.25, "position": 45 } ],
+          "dmc": { "motor": 1, "steps_per_unit": 80 },
+          "hoot": { "motor": 1, "steps_per_unit": 80 } }
+    ]
+}"#;
+
+/// Lines of an output, each of which is an object.
+fn objects(out: &str) -> Vec<Value> {
+    out.lines().map(|line| serde_json::from_str(line).unwrap_or_else(|error| panic!("{line}: {error}"))).collect()
+}
+
+#[test]
+fn each_line_for_programs_is_an_object() {
+    for protocol in ["kos", "dmc", "hoot"] {
+        let test = format!("each_line_for_programs_is_an_object_{protocol}");
+        let rig = Rig::start(&test, protocol, &[]);
+        let events = objects(&rig.drive(&["info", "--json"]).done());
+        assert_eq!(events.last(), Some(&json!({ "event": "done" })), "{protocol}");
+        let motors: Vec<_> = events.iter().filter(|event| event["event"] == "position").collect();
+        assert!(motors.len() >= 3, "{events:?}");
+        for (number, motor) in (1..).zip(motors) {
+            assert_eq!((&motor["motor"], &motor["position"]), (&json!(number), &json!(0.0)), "{motor}");
+            assert!(motor["text"].as_str().unwrap().starts_with(&format!("motor {number}")), "{motor}");
+        }
+        let failed = rig.drive(&["move", "99", "5", "--json"]);
+        assert_eq!(failed.status.code(), Some(1), "{failed:?}");
+        assert!(objects(&failed.out).iter().all(|event| event["event"] != "done"), "{failed:?}");
+        let failures = objects(&failed.err);
+        assert!(failures.len() == 1 && failures[0]["status"] == 1, "{failures:?}");
+        assert!(failures[0]["error"].as_str().unwrap().contains("99"), "{failures:?}");
+        rig.end();
+    }
+}
+
+#[test]
+fn the_progress_of_a_move_grows_for_programs() {
+    for protocol in ["dmc", "hoot"] {
+        let test = format!("the_progress_of_a_move_grows_for_programs_{protocol}");
+        let path = file(&test, MOVE);
+        let rig = Rig::start(&test, protocol, &[]);
+        let events = objects(&rig.drive(&["run", path.to_str().unwrap(), "--json"]).done());
+        let parts: Vec<f64> = events
+            .iter()
+            .filter(|event| event["event"] == "progress" && !event["positions"].as_array().unwrap().is_empty())
+            .filter_map(|event| event["part"].as_f64())
+            .collect();
+        assert!(parts.len() >= 2 && parts.is_sorted(), "{events:?}");
+        assert!(parts.iter().all(|part| (0.0..=1.0).contains(part)), "{parts:?}");
+        rig.end();
+    }
+}
+
+#[test]
+fn a_terminal_gets_a_progress_bar() {
+    let test = "a_terminal_gets_a_progress_bar";
+    let path = file(test, MOVE);
+    let rig = Rig::start(test, "dmc", &[]);
+    let terminal = Terminal::open();
+    let drive = Program::start_at(&terminal.path, "drive", &["dmc", &rig.address, "run", path.to_str().unwrap()]);
+    let said = drive.end().done();
+    // Standard output is no terminal here, so it has all lines.
+    assert!(said.contains("frame ") && said.ends_with("the move is done\n"), "{said}");
+    let drawn = String::from_utf8(terminal.sent.lock().unwrap().clone()).unwrap();
+    assert!(drawn.contains('█') && drawn.contains('░') && drawn.contains("frame "), "{drawn:?}");
+    rig.end();
+}
