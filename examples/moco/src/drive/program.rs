@@ -140,6 +140,8 @@ async fn with<H: Driven>(
         Ok(()) if !may_move => return Ok(()),
         Ok(()) => Trouble::Failed("the command is done, but the rig did not report that all motors rest".to_owned()),
         Err(trouble) if !may_move && !matches!(trouble, Trouble::Interrupted) => return Err(trouble),
+        // The stop is already confirmed, as far as it can be.
+        Err(trouble @ Trouble::MayMove(_)) => return Err(trouble),
         Err(trouble) => trouble,
     };
     Err(Trouble::Stopped(Box::new(trouble), session.stop().await))

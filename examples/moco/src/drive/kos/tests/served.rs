@@ -86,7 +86,8 @@ impl Served {
         let host = KosHost::new(kos_proto::host::Options::default(), password);
         let mut session = Session::connect(host, Target::Tcp(self.address), interrupts).await.unwrap();
         let mut done = drive(&mut session, &command, &Options::default(), out).await;
-        if done.is_err() && session.host().may_move() {
+        let is_stopped = matches!(done, Ok(()) | Err(Trouble::MayMove(_)));
+        if !is_stopped && session.host().may_move() {
             let stopped = session.stop().await;
             out.line(About::Note, format_args!("stop: {stopped:?}")).unwrap();
         }
