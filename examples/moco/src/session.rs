@@ -14,6 +14,7 @@ use tokio::time::{Instant, sleep, sleep_until, timeout, timeout_at};
 use tokio_serial::{ClearBuffer, SerialPort, SerialPortBuilderExt};
 use tracing::{debug, trace};
 
+use crate::drive::foreign::ENOUGH;
 use crate::drive::{Driven, Stopped, Trouble};
 use crate::serve::Stream;
 
@@ -57,6 +58,8 @@ pub struct Session<H> {
     deaf: Instant,
     /// Reason why there is no line, for hosts that open it themselves.
     why: Option<String>,
+    /// First bytes of the rig.
+    heard: Vec<u8>,
 }
 
 impl<H: Driven> Session<H> {
@@ -67,7 +70,8 @@ impl<H: Driven> Session<H> {
     /// [`Trouble::Line`] if the line cannot be opened, [`Trouble::Interrupted`] after Ctrl-C.
     pub async fn connect(host: H, target: Target, interrupts: UnboundedReceiver<()>) -> Result<Self, Trouble> {
         let (target, start) = (Some(target), Instant::now());
-        let mut session = Self { host, target, start, line: None, interrupts, deaf: start, why: None };
+        let mut session =
+            Self { host, target, start, line: None, interrupts, deaf: start, why: None, heard: Vec::new() };
         if !H::OPENS {
             session.open().await?;
         }
@@ -80,7 +84,8 @@ impl<H: Driven> Session<H> {
         S: AsyncRead + AsyncWrite + Send + Unpin + 'static,
     {
         let (line, start): (Box<dyn Stream>, _) = (Box::new(line), Instant::now());
-        let mut session = Self { host, target: None, start, line: Some(line), interrupts, deaf: start, why: None };
+        let mut session =
+            Self { host, target: None, start, line: Some(line), interrupts, deaf: start, why: None, heard: Vec::new() };
         if !H::OPENS {
             session.host.open(Millis(0), LINE);
         }
@@ -95,6 +100,11 @@ impl<H: Driven> Session<H> {
     /// Reason why the line was lost, or could not be opened, the last time.
     pub fn why(&self) -> Option<&str> {
         self.why.as_deref()
+    }
+
+    /// First bytes that the rig sent, at most [`ENOUGH`].
+    pub fn heard(&self) -> &[u8] {
+        &self.heard
     }
 
     /// Time since the session began, in milliseconds.
@@ -152,6 +162,7 @@ impl<H: Driven> Session<H> {
                     Ok(len) => {
                         let now = self.now();
                         trace!(len, "read");
+                        self.heard.extend(buffer[..len].iter().take(ENOUGH - self.heard.len()));
                         self.host.receive(now, LINE, &buffer[..len]);
                     }
                     Err(error) => self.lost(&error.to_string())?,
@@ -302,7 +313,8 @@ impl<H: Driven> Session<H> {
             self.why = Some(format!("the rig is gone: {why}"));
             return Ok(());
         }
-        Err(Trouble::Line(format!("the rig is gone: {why}: check its cable and its power")))
+        let what = if self.heard.is_empty() { " before it answered: check its protocol," } else { ": check" };
+        Err(Trouble::Line(format!("the rig is gone: {why}{what} its cable and its power")))
     }
 }
 

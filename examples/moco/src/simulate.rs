@@ -91,6 +91,16 @@ impl Protocol {
         }
     }
 
+    /// Name of the protocol on the command line.
+    #[must_use]
+    pub const fn command(self) -> &'static str {
+        match self {
+            Self::Kos => "kos",
+            Self::Dmc => "dmc",
+            Self::Hoot => "hoot",
+        }
+    }
+
     /// Device that a simulated rig stands for unless another one is named: one that exists, and that is strict.
     #[must_use]
     pub const fn default_device(self) -> &'static str {

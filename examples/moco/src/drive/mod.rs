@@ -3,6 +3,7 @@
 pub mod address;
 pub mod command;
 pub mod dmc;
+pub mod foreign;
 pub mod hoot;
 pub mod kos;
 pub mod output;

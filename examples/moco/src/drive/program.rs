@@ -12,7 +12,7 @@ use tokio::sync::mpsc::UnboundedReceiver;
 
 use super::address::Address;
 use super::printer::{Form, Printer};
-use super::{Command, Driven, Trouble, dmc, hoot, kos};
+use super::{Command, Driven, Trouble, dmc, foreign, hoot, kos};
 use crate::session::{Session, Target};
 use crate::simulate::Protocol;
 
@@ -97,20 +97,20 @@ async fn command(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<(), T
             let host = KosHost::new(kos_proto::host::Options::default(), password);
             let options = kos::Options { home_speed: args.home_speed, ..kos::Options::default() };
             let flow = async |session: &mut _| kos::drive(session, command, &options, &mut out).await;
-            Box::pin(with(host, target, interrupts, flow)).await
+            Box::pin(with(args.protocol, host, target, interrupts, flow)).await
         }
         Protocol::Dmc => {
             let baud = args.baud.unwrap_or(115_200);
             let target = address.target(baud).await?;
             let host = DmcHost::new(dmc::options(baud, args.timeout));
             let flow = async |session: &mut _| dmc::drive(session, command, &mut out).await;
-            Box::pin(with(host, target, interrupts, flow)).await
+            Box::pin(with(args.protocol, host, target, interrupts, flow)).await
         }
         Protocol::Hoot => {
             let target = address.target(args.baud.unwrap_or(57_600)).await?;
             let node = hoot_proto::Address(args.node);
             let flow = async |session: &mut _| hoot::drive(session, command, node, args.home_speed, &mut out).await;
-            Box::pin(with(hoot::master(node)?, target, interrupts, flow)).await
+            Box::pin(with(args.protocol, hoot::master(node)?, target, interrupts, flow)).await
         }
     };
     done.inspect(|()| out.done())
@@ -127,7 +127,10 @@ async fn find(args: &Args, address: &Address) -> Result<Target, Trouble> {
 
 /// Does a command over a line. If the command fails, motors that it set in motion are stopped. If it is interrupted,
 /// everything is stopped.
+///
+/// A device that speaks another protocol than `protocol` obeys no stop, so nothing waits for one.
 async fn with<H: Driven>(
+    protocol: Protocol,
     host: H,
     target: Target,
     interrupts: UnboundedReceiver<()>,
@@ -136,6 +139,16 @@ async fn with<H: Driven>(
     let mut session = Session::connect(host, target, interrupts).await?;
     let done = flow(&mut session).await;
     let may_move = session.host().may_move();
+    if let (Err(Trouble::Line(_) | Trouble::Failed(_)), Some(spoken)) = (&done, foreign::spoken(session.heard()))
+        && spoken != protocol
+    {
+        let line = foreign::line(spoken, protocol);
+        return Err(if may_move {
+            Trouble::MayMove(format!("{line}, or press the emergency stop"))
+        } else {
+            Trouble::Refused(line)
+        });
+    }
     let trouble = match done {
         Ok(()) if !may_move => return Ok(()),
         Ok(()) => Trouble::Failed("the command is done, but the rig did not report that all motors rest".to_owned()),

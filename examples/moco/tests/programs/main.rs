@@ -4,6 +4,7 @@
 mod bad;
 mod cable;
 mod dmc;
+mod foreign;
 mod hoot;
 mod kos;
 mod others;
