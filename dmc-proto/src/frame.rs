@@ -16,7 +16,7 @@
 use core::fmt;
 
 use motion_core::fletcher::{self, PrefixSums, Sum};
-use motion_core::lint::Lints;
+use motion_core::lint::{Findings as _, Lints};
 use motion_core::stream::{self, Framing, Head, Noise};
 use motion_core::wire::{DecodeError, EncodeError, Envelope};
 use zerocopy::little_endian::{U16, U32};

@@ -132,11 +132,6 @@ impl Plan {
         if moves >= ramp {
             return whole;
         }
-        // The part has 30 fractional bits.
-        let part_of = |distance: u64, some: u128, all: u128| {
-            let part = (some << 30).checked_div(all).unwrap_or(0);
-            u64::try_from(u128::from(distance).saturating_mul(part) >> 30).unwrap_or(distance)
-        };
         match self.easing {
             Easing::QUADRATIC => part_of(whole, squares(moves), squares(ramp)),
             Easing::INVERSE_QUADRATIC => {
@@ -151,6 +146,19 @@ impl Plan {
 /// Twice the sum of the numbers up to `last`.
 fn numbers(last: u32) -> u128 {
     u128::from(last).saturating_mul(u128::from(last).saturating_add(1))
+}
+
+/// Part of a distance: it times `some / all`, of which `all` is not smaller. The quotient has 30 fractional bits, and is found
+/// bit by bit, because a division of 128 bits takes a small processor two kilobytes of code.
+fn part_of(distance: u64, some: u128, all: u128) -> u64 {
+    let (mut rest, mut part) = (some.min(all), 0_u64);
+    for _ in 0..=30 {
+        let bit = rest >= all && all > 0;
+        rest = if bit { rest.wrapping_sub(all) } else { rest } << 1;
+        part = part << 1 | u64::from(bit);
+    }
+    let [high, low] = [distance >> 32, distance & 0xFFFF_FFFF].map(|half| half.wrapping_mul(part));
+    (high << 2).wrapping_add(low >> 30)
 }
 
 /// Six times the sum of the squares of the numbers up to `last`.

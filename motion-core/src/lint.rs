@@ -93,6 +93,56 @@ impl fmt::Debug for Lint {
     }
 }
 
+/// Collector of findings: [`Lints`] keep them, and a receiver may keep less.
+///
+/// Rules that are written for any collector cost a receiver only what it keeps.
+pub trait Findings {
+    /// Adds a finding.
+    fn push(&mut self, severity: Severity, what: &'static str, problem: Problem);
+
+    /// Adds an error if `value` is not in `min` to `max`.
+    fn range(&mut self, what: &'static str, value: impl Into<i64>, min: impl Into<i64>, max: impl Into<i64>) {
+        let (value, min, max) = (value.into(), min.into(), max.into());
+        if value < min || value > max {
+            self.push(Severity::Error, what, Problem::Range { value, min, max });
+        }
+    }
+
+    /// Adds a warning if any of the `reserved` bits is set.
+    fn reserved(&mut self, what: &'static str, bits: impl Into<u32>, reserved: impl Into<u32>) {
+        let set = bits.into() & reserved.into();
+        if set != 0 {
+            self.push(Severity::Warning, what, Problem::ReservedBits(set));
+        }
+    }
+
+    /// Adds an error if `number` is NaN or infinite.
+    fn finite(&mut self, what: &'static str, number: f32) {
+        if !number.is_finite() {
+            self.push(Severity::Error, what, Problem::NonFinite(number.to_bits()));
+        }
+    }
+
+    /// Adds a warning if the number of an open enum has no name.
+    fn named(&mut self, what: &'static str, number: impl Into<u32>, name: Option<&'static str>) {
+        if name.is_none() {
+            self.push(Severity::Warning, what, Problem::Unnamed(number.into()));
+        }
+    }
+
+    /// Adds a warning if there are bytes after the known fields.
+    fn tail(&mut self, tail: &[u8]) {
+        if !tail.is_empty() {
+            self.push(Severity::Warning, "tail", Problem::Tail(tail.len()));
+        }
+    }
+
+    /// Adds a finding in one sentence.
+    fn note(&mut self, severity: Severity, what: &'static str, note: &'static str) {
+        self.push(severity, what, Problem::Note(note));
+    }
+}
+
 /// Greatest number of findings that are kept of one message. If there are more, the last one is a note that says so.
 pub const MAX_LINTS: usize = 16;
 
@@ -109,59 +159,6 @@ impl Lints {
         Self::default()
     }
 
-    /// Adds a finding. If there are too many, the last one is replaced by a note with the greatest severity of those
-    /// left out.
-    pub fn push(&mut self, severity: Severity, what: &'static str, problem: Problem) {
-        if self.found.try_push(Lint { severity, what, problem }).is_err() {
-            if let Some(last) = self.found.last_mut() {
-                let severity = severity.max(last.severity);
-                *last = Lint { severity, what: "message", problem: Problem::Note("and more findings") };
-            }
-        }
-    }
-
-    /// Adds an error if `value` is not in `min` to `max`.
-    pub fn range(&mut self, what: &'static str, value: impl Into<i64>, min: impl Into<i64>, max: impl Into<i64>) {
-        let (value, min, max) = (value.into(), min.into(), max.into());
-        if value < min || value > max {
-            self.push(Severity::Error, what, Problem::Range { value, min, max });
-        }
-    }
-
-    /// Adds a warning if any of the `reserved` bits is set.
-    pub fn reserved(&mut self, what: &'static str, bits: impl Into<u32>, reserved: impl Into<u32>) {
-        let set = bits.into() & reserved.into();
-        if set != 0 {
-            self.push(Severity::Warning, what, Problem::ReservedBits(set));
-        }
-    }
-
-    /// Adds an error if `number` is NaN or infinite.
-    pub fn finite(&mut self, what: &'static str, number: f32) {
-        if !number.is_finite() {
-            self.push(Severity::Error, what, Problem::NonFinite(number.to_bits()));
-        }
-    }
-
-    /// Adds a warning if the number of an open enum has no name.
-    pub fn named(&mut self, what: &'static str, number: impl Into<u32>, name: Option<&'static str>) {
-        if name.is_none() {
-            self.push(Severity::Warning, what, Problem::Unnamed(number.into()));
-        }
-    }
-
-    /// Adds a warning if there are bytes after the known fields.
-    pub fn tail(&mut self, tail: &[u8]) {
-        if !tail.is_empty() {
-            self.push(Severity::Warning, "tail", Problem::Tail(tail.len()));
-        }
-    }
-
-    /// Adds a finding in one sentence.
-    pub fn note(&mut self, severity: Severity, what: &'static str, note: &'static str) {
-        self.push(severity, what, Problem::Note(note));
-    }
-
     /// The findings as a slice.
     #[must_use]
     pub fn as_slice(&self) -> &[Lint] {
@@ -172,6 +169,19 @@ impl Lints {
     #[must_use]
     pub fn first_error(&self) -> Option<Lint> {
         self.found.iter().copied().find(|lint| lint.severity == Severity::Error)
+    }
+}
+
+impl Findings for Lints {
+    /// Adds a finding. If there are too many, the last one is replaced by a note with the greatest severity of those
+    /// left out.
+    fn push(&mut self, severity: Severity, what: &'static str, problem: Problem) {
+        if self.found.try_push(Lint { severity, what, problem }).is_err() {
+            if let Some(last) = self.found.last_mut() {
+                let severity = severity.max(last.severity);
+                *last = Lint { severity, what: "message", problem: Problem::Note("and more findings") };
+            }
+        }
     }
 }
 

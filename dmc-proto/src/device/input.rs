@@ -1,5 +1,7 @@
 //! Inputs of a device's machine: what happened on its link and in its rig.
 
+use motion_core::wire::DecodeError;
+
 use super::event::Store;
 use crate::frame::{Frame, MessageId, MessageType};
 use crate::message::{AckCode, FrameNumber, HostMessage, Motor, Motors, Triggers};
@@ -61,10 +63,16 @@ pub enum Input<'a> {
     Wake,
 }
 
+/// Message of a frame. It is decoded in one place, because the code for all messages is long.
+#[inline(never)]
+pub(super) fn message<'a>(frame: &Frame<'a>) -> Result<HostMessage<'a>, DecodeError> {
+    HostMessage::decode(frame)
+}
+
 impl<'a> Input<'a> {
     /// Makes the input for a frame that arrived from the host. `rig` judges its message, as [`Input::Received`] says.
     pub fn received(frame: &Frame<'a>, rig: impl FnOnce(&HostMessage<'a>) -> AckCode) -> Self {
-        match HostMessage::decode(frame) {
+        match message(frame) {
             Ok(message) => Self::Received { id: frame.id(), rig: rig(&message), message },
             Err(_) => Self::Malformed(frame.id(), frame.kind()),
         }

@@ -49,11 +49,11 @@ use motion_core::wire::EncodeError;
 use motion_core::{session_link, session_methods};
 
 use super::event::{Event, Store};
-use super::input::Input;
+use super::input::{self, Input};
 use super::machine::DeviceMachine;
 use super::transmit::{EFFECTS, Effect, Rig, Transmit};
 use crate::frame::{Dmc, Frame, MAX_FRAME, SMALL_FRAME};
-use crate::message::{AckCode, FrameNumber, HostMessage, Motor, Motors, Triggers};
+use crate::message::{AckCode, FrameNumber, Motor, Motors, Triggers};
 
 pub use motion_core::session::NotTaken;
 
@@ -232,7 +232,7 @@ impl<const N: usize, const CAP: usize> session::Session for Session<N, CAP> {
     }
 
     fn event(&self, held: Held) -> Event<'_> {
-        let message = || Frame::decode(self.link.last()).ok().and_then(|frame| HostMessage::decode(&frame).ok());
+        let message = || Frame::decode(self.link.last()).ok().and_then(|frame| input::message(&frame).ok());
         let event = match held {
             Held::Event(event) => Some(event),
             Held::Apply => message().map(Event::Apply),

@@ -1,6 +1,6 @@
 //! Findings about messages of a device.
 
-use motion_core::lint::Lints;
+use motion_core::lint::{Findings, Lints};
 use motion_core::wire::Messages;
 
 use super::{Context, MAX_CHANNELS, MAX_MOTORS, MAX_PINS, PROTOCOL_VERSION, Rules, number};
@@ -15,7 +15,7 @@ impl DeviceMessage<'_> {
     /// Messages with legal values that fit the greeting of the device have no findings.
     #[must_use]
     pub fn lint(&self, context: &Context<'_>) -> Lints {
-        let mut rules = Rules::new(context, self.body_len());
+        let mut rules: Rules<'_> = Rules::new(context, self.body_len());
         match self {
             Self::Hi(message) => rules.hi(message),
             Self::GioIn(message) => {
@@ -49,7 +49,7 @@ impl DeviceMessage<'_> {
     }
 }
 
-impl Rules<'_> {
+impl<F: Findings> Rules<'_, F> {
     /// Decisions D-43 to D-47.
     fn hi(&mut self, message: &Hi<'_>) {
         if message.name.as_str().is_none() {

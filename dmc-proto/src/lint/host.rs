@@ -1,6 +1,6 @@
 //! Findings about messages of a host.
 
-use motion_core::lint::{Lint, Lints, Problem};
+use motion_core::lint::{Findings, Lints, Problem, Severity};
 use motion_core::wire::Messages;
 
 use super::{Context, Rules};
@@ -77,16 +77,15 @@ impl HostMessage<'_> {
     /// Messages with legal values that the device is able to do have no findings.
     #[must_use]
     pub fn lint(&self, context: &Context<'_>) -> Lints {
-        let mut rules = self.rules(context);
+        let mut rules: Rules<'_> = self.rules(context);
         rules.tail(self);
         rules.found
     }
 
     /// Finds everything except bytes after the known fields, which are a warning.
     ///
-    /// The search for these bytes needs the code that prints all fields. A device that only refuses messages should not have
-    /// to link it.
-    fn rules<'c>(&self, context: &'c Context<'_>) -> Rules<'c> {
+    /// The search for these bytes needs the code that prints all fields. A device that only refuses messages does not link it.
+    fn rules<'c, F: Findings + Default>(&self, context: &'c Context<'_>) -> Rules<'c, F> {
         let mut rules = Rules::new(context, self.body_len());
         rules.gate(&gate(self));
         match self {
@@ -145,21 +144,29 @@ impl HostMessage<'_> {
         match self {
             Self::Other(_) if self.kind().is_ack() => None,
             Self::Other(_) => Some(AckCode::ERR_UNSUPPORTED),
-            _ => self.rules(context).found.first_error().map(answer),
+            _ => self.rules::<Refusal>(context).found.0,
         }
     }
 }
 
-/// Code that tells a host of an error.
-fn answer(error: Lint) -> AckCode {
-    match error.problem {
-        Problem::Range { .. } => AckCode::ERR_RANGE,
-        Problem::Note(ABSENT | OLD) => AckCode::ERR_UNSUPPORTED,
-        _ => AckCode::ERR_GENERAL,
+/// Code that tells a host of the first error. It keeps no texts, so that a device links none.
+#[derive(Default)]
+struct Refusal(Option<AckCode>);
+
+impl Findings for Refusal {
+    #[inline]
+    fn push(&mut self, severity: Severity, _: &'static str, problem: Problem) {
+        if severity == Severity::Error {
+            self.0.get_or_insert(match problem {
+                Problem::Range { .. } => AckCode::ERR_RANGE,
+                Problem::Note(ABSENT | OLD) => AckCode::ERR_UNSUPPORTED,
+                _ => AckCode::ERR_GENERAL,
+            });
+        }
     }
 }
 
-impl Rules<'_> {
+impl<F: Findings> Rules<'_, F> {
     /// Requires the property that the message needs.
     fn gate(&mut self, gate: &Gate) {
         match gate {

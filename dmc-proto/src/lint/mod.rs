@@ -20,7 +20,7 @@ mod device;
 mod host;
 mod rules;
 
-use motion_core::lint::{Lints, Severity};
+use motion_core::lint::{Findings, Lints, Severity};
 use motion_core::wire::bitflags::Flags;
 use motion_core::wire::{Bool, FieldView, Fields, Value};
 
@@ -63,19 +63,21 @@ impl Default for Context<'_> {
 }
 
 /// Findings of one message while its fields are checked, and the context of the check.
-struct Rules<'c> {
-    found: Lints,
+struct Rules<'c, F = Lints> {
+    found: F,
     context: &'c Context<'c>,
 }
 
-impl<'c> Rules<'c> {
+impl<'c, F: Findings + Default> Rules<'c, F> {
     /// Begins with the length, which is checked for all messages.
     fn new(context: &'c Context<'_>, len: usize) -> Self {
-        let mut found = Lints::new();
+        let mut found = F::default();
         found.range("data", number(len), 0, number(context.max_data));
         Self { found, context }
     }
+}
 
+impl<F: Findings> Rules<'_, F> {
     fn error(&mut self, what: &'static str, note: &'static str) {
         self.found.note(Severity::Error, what, note);
     }
@@ -116,7 +118,7 @@ impl<'c> Rules<'c> {
     }
 
     /// Checks for bits without a name.
-    fn bits<F: Flags<Bits: Into<u32>> + Copy>(&mut self, what: &'static str, flags: F) {
+    fn bits(&mut self, what: &'static str, flags: impl Flags<Bits: Into<u32>> + Copy) {
         let mut names = flags.iter_names();
         names.by_ref().for_each(drop);
         self.found.reserved(what, names.remaining().bits(), u32::MAX);

@@ -1,6 +1,6 @@
 //! Rules for the messages of a host, one by one.
 
-use motion_core::lint::{Problem, Severity};
+use motion_core::lint::{Findings, Problem, Severity};
 
 use super::host::OLD;
 use super::{MAX_MOTORS, PROTOCOL_VERSION, Rules, number};
@@ -11,7 +11,7 @@ use crate::message::{
     Triggers, VirtConfig, VirtJog, VirtJogOnLine, VirtualMotor,
 };
 
-impl Rules<'_> {
+impl<F: Findings> Rules<'_, F> {
     /// Decision D-50.
     pub(super) fn dmx(&mut self, message: &Dmx<'_>) {
         let channels = self.channel_count();

@@ -3,8 +3,9 @@
 
 use arrayvec::ArrayVec;
 use motion_core::time::Millis;
-use motion_core::wire::{Bool, Messages};
+use motion_core::wire::{Bool, Message, Messages};
 
+use super::input::read;
 use super::{Answer, Contents, DeviceMachine, Event, Ignored, Output, Port, Quirks, Transmit};
 use crate::frame::{Address, MAX_DATA, Selector, Table};
 use crate::message::{CoreVersion, HostMessage, Motor, MotorContinuousSpeed, Text};
@@ -199,40 +200,38 @@ impl DeviceMachine {
 /// A command with data of another length, as firmware reads it: surplus bytes are left out, missing bytes are zero. The
 /// result says whether bytes were missing. Source: hoot, section 1.1.
 fn complete<'b>(
-    message: &HostMessage<'_>,
+    message: &HostMessage<'b>,
     buffer: &'b mut [u8; MAX_DATA],
     reads_long_lead_in: bool,
 ) -> (HostMessage<'b>, bool) {
-    // A typed message is written and read again, which changes nothing except its lifetime.
-    let number = message.number();
-    let have = match message {
-        HostMessage::Other(other) => {
-            let len = other.payload().len().min(MAX_DATA);
-            for (place, byte) in buffer.iter_mut().zip(other.payload()) {
-                *place = *byte;
-            }
-            len
-        }
-        typed => typed.encode_body(buffer).unwrap_or(0),
-    };
-    let buffer: &'b [u8; MAX_DATA] = buffer;
-    let read = |len: usize| HostMessage::decode_body(number, buffer.get(..len)?).ok();
     // The lead-in has two lengths, and each firmware reads one of them.
     let is_read = |message: &HostMessage<'_>| match message {
         HostMessage::MotorSetLeadIn(_) => !reads_long_lead_in,
         HostMessage::MotorSetLeadInLong(_) => reads_long_lead_in,
         message => !matches!(message, HostMessage::Other(_)),
     };
-    let read = |len: usize| read(len).filter(is_read);
-    let shorter = (0..=have).rev().find_map(read);
-    let longer = || (have..=MAX_DATA).find_map(read);
-    match shorter {
-        Some(message) => (message, false),
-        None => longer().map_or_else(
-            || (HostMessage::other(number, buffer.get(..have).unwrap_or_default()), false),
-            |message| (message, true),
-        ),
+    if is_read(message) {
+        return (*message, false);
     }
+    let have = match message {
+        HostMessage::MotorSetLeadIn(lead_in) => lead_in.encode_into(buffer).unwrap_or(0),
+        HostMessage::MotorSetLeadInLong(lead_in) => lead_in.encode_into(buffer).unwrap_or(0),
+        HostMessage::Other(other) => {
+            for (place, byte) in buffer.iter_mut().zip(other.payload()) {
+                *place = *byte;
+            }
+            other.payload().len().min(MAX_DATA)
+        }
+        _ => 0,
+    };
+    let (number, buffer) = (message.number(), &*buffer);
+    // First without surplus bytes, from the longest on, and then with more and more zeros.
+    for len in (0..=have).rev().chain(have.saturating_add(1)..=MAX_DATA) {
+        if let Some(message) = buffer.get(..len).and_then(|data| read(number, data)).filter(is_read) {
+            return (message, len > have);
+        }
+    }
+    (HostMessage::other(number, buffer.get(..have).unwrap_or_default()), false)
 }
 
 /// A yes or a no, as queries answer it.

@@ -8,9 +8,9 @@ use motion_core::wire::EncodeError;
 
 use super::event::Ignored;
 use super::transmit::{Answer, Contents, Transmit};
-use super::{Command, Contact, DeviceMachine, EFFECTS, Effect, Event, Input, Port};
+use super::{Command, Contact, DeviceMachine, EFFECTS, Effect, Event, Input, Port, input};
 use crate::frame::{Address, Frame, MAX_FRAME, PATIENCE, Requests};
-use crate::message::{Amperes, HostMessage, Level, Motor, RingTip, Steps, Volts};
+use crate::message::{Amperes, Level, Motor, RingTip, Steps, Volts};
 
 pub use motion_core::session::NotTaken;
 
@@ -227,9 +227,8 @@ impl session::Session for Session {
             }
         };
         let (port, written) = match held {
-            Held::Answer(port, answer) => {
-                (port, Transmit { port, contents: Contents::Answer(answer) }.encode_into(out))
-            }
+            // Encoding any contents would link the encoders of all requests.
+            Held::Answer(port, answer) => (port, answer.encode_into(out)),
             Held::Forward(port) => (port, copied(self.packet(), out)),
             held => return Ok(Turn::Event(held)),
         };
@@ -243,7 +242,7 @@ impl session::Session for Session {
         match (held, Frame::decode(self.packet())) {
             (Held::Event(event), _) => event,
             (Held::Ignored(port, to, why), Ok(frame)) => {
-                Event::Ignored { port, to, message: HostMessage::decode(&frame), why }
+                Event::Ignored { port, to, message: input::message(&frame), why }
             }
             _ => Event::Noise,
         }

@@ -26,7 +26,7 @@ impl Transmit<'_> {
     /// written then.
     pub fn encode_into(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
         match self.contents {
-            Contents::Answer(answer) => answer.message(&mut [0; MAX_DATA])?.encode_into(out),
+            Contents::Answer(answer) => answer.encode_into(out),
             Contents::Forward { to, message } => message.encode_into(to, out),
         }
     }
@@ -69,6 +69,11 @@ impl Answer {
             Self::Value(reply) => Some(reply.value()),
             Self::Name(StoredName(name)) => Some(Value::String(Text(name))),
         }
+    }
+
+    /// Writes the packet of the answer to the front of `out`.
+    pub(super) fn encode_into(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
+        self.message(&mut [0; MAX_DATA])?.encode_into(out)
     }
 
     /// Message of the answer, with its data in `scratch`, of which [`MAX_DATA`] bytes are enough.

@@ -21,7 +21,7 @@ use core::fmt;
 
 pub(crate) use framing::PATIENCE;
 pub use framing::{Frames, Hoot, NodeFrames, Requests, Strict};
-use motion_core::lint::Lints;
+use motion_core::lint::{Findings as _, Lints};
 use motion_core::unit;
 use motion_core::wire::{DecodeError, EncodeError, Envelope};
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};

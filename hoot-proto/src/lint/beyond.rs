@@ -1,6 +1,6 @@
 //! Lint of messages for later firmware.
 
-use motion_core::lint::Lints;
+use motion_core::lint::{Findings as _, Lints};
 use motion_core::wire::{FieldView, Fields, Value};
 
 use super::{Context, Rules};

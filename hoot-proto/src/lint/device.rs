@@ -1,6 +1,6 @@
 //! Lint of messages of nodes.
 
-use motion_core::lint::{Lints, Severity};
+use motion_core::lint::{Findings as _, Lints, Severity};
 
 use super::{Context, Rules};
 use crate::message::{DeviceMessage, Reply, ResponseCode, ValueType};

@@ -1,6 +1,6 @@
 //! Lint of messages of the master: the rules for each message.
 
-use motion_core::lint::Lints;
+use motion_core::lint::{Findings as _, Lints};
 use motion_core::wire::Messages;
 
 use super::{Context, Rules};

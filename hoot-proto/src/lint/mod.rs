@@ -24,7 +24,7 @@ mod device;
 mod host;
 mod rules;
 
-use motion_core::lint::{Lints, Severity};
+use motion_core::lint::{Findings as _, Lints, Severity};
 
 use crate::frame::MAX_DATA;
 use crate::message::{Motor, StepsPerSecond};

@@ -1,6 +1,6 @@
 //! Rules for messages of the master, with their sources.
 
-use motion_core::lint::{Problem, Severity};
+use motion_core::lint::{Findings as _, Problem, Severity};
 use motion_core::wire::{Bool, DecodeError, Messages, Other, trim_nuls};
 
 use super::Rules;

@@ -67,12 +67,18 @@ pub enum Input<'a> {
     Wake,
 }
 
+/// Message of a frame. It is decoded in one place, because the code for all messages is long.
+#[inline(never)]
+pub(super) fn message<'a>(frame: &Frame<'a>) -> Result<HostMessage<'a>, DecodeError> {
+    HostMessage::decode(frame)
+}
+
 impl<'a> Input<'a> {
     /// Input for a frame from a client: [`Received`](Self::Received), or [`Malformed`](Self::Malformed).
     #[must_use]
     pub fn received(session: SessionId, frame: &Frame<'a>, password: Password<'a>) -> Self {
         let bytes = frame.bytes();
-        match HostMessage::decode(frame) {
+        match message(frame) {
             Ok(message) => Self::Received { session, message, bytes, password },
             Err(error) => Self::Malformed { session, id: frame.id(), kind: frame.kind(), error, bytes },
         }

@@ -8,7 +8,7 @@ use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
 
 use super::event::Event;
-use super::input::{Input, Report, Sender};
+use super::input::{self, Input, Report, Sender};
 use super::machine::DeviceMachine;
 use super::session::{SESSIONS, SessionId};
 use super::transmit::{Contents, Destination, Scratch, Source, Transmit};
@@ -170,7 +170,7 @@ impl<const N: usize, const CAP: usize> Session<N, CAP> {
     #[must_use = "a datagram that was not taken has to be given again"]
     pub fn receive_datagram(&mut self, now: Millis, from: Sender, bytes: &[u8]) -> bool {
         let is_idle = self.agenda.is_idle();
-        let message = Frame::decode(bytes).ok().and_then(|frame| HostMessage::decode(&frame).ok());
+        let message = Frame::decode(bytes).ok().and_then(|frame| input::message(&frame).ok());
         if let Some(message) = message.filter(|_| is_idle) {
             let output = self.machine.advance(now, Input::Datagram { from, message });
             self.agenda.fill(output, Held::of);
@@ -306,7 +306,7 @@ impl<const N: usize, const CAP: usize> session::Session for Session<N, CAP> {
     }
 
     fn event(&self, held: Held) -> Event<'_> {
-        let message = || Frame::decode(self.last()).ok().and_then(|frame| HostMessage::decode(&frame).ok());
+        let message = || Frame::decode(self.last()).ok().and_then(|frame| input::message(&frame).ok());
         let event = match held {
             Held::Event(event) => return event,
             Held::StorePassword | Held::StoreTrajectory => message(),

@@ -1,6 +1,6 @@
 //! Checks of the messages that a device sends.
 
-use motion_core::lint::{Lints, Severity};
+use motion_core::lint::{Findings as _, Lints, Severity};
 use motion_core::wire::{Block16, Rest};
 
 use super::{Context, address, common, not_negative, part_of_one, password, unknown, yes_or_no, zero};

@@ -1,6 +1,6 @@
 //! Checks of the messages that a client sends.
 
-use motion_core::lint::{Lints, Severity};
+use motion_core::lint::{Findings as _, Lints, Severity};
 
 use super::{Context, address, common, not_negative, password, trajectory, unknown, yes_or_no, zero};
 use crate::HostMessage;

@@ -8,7 +8,7 @@ mod device;
 mod host;
 mod trajectory;
 
-use motion_core::lint::{Lints, Problem, Severity};
+use motion_core::lint::{Findings as _, Lints, Problem, Severity};
 use motion_core::wire::{Bool, FieldView, Fields, Other, Password, Value};
 
 use crate::message::{AxisKind, Motor, MotorAddress};

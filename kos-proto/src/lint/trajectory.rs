@@ -1,6 +1,6 @@
 //! Checks whether blocks make a move (decisions K-J1 to K-J11), by the same rules as the builder of moves.
 
-use motion_core::lint::{Lints, Problem, Severity};
+use motion_core::lint::{Findings as _, Lints, Problem, Severity};
 
 use super::{Context, address, yes_or_no, zero};
 use crate::trajectory::{Block, Excess, MoveError, Playback, Trajectory, TrajectoryData, rules};

@@ -45,10 +45,29 @@ impl Raw {
 /// Length in bytes from which on [`long`] is faster than [`short`].
 const LONG: usize = 128;
 
-/// Sums any number of bytes.
+/// Sums any number of bytes. In firmware the code has to be short, because it has to be stored.
 #[inline]
 pub(super) fn sum(bytes: &[u8]) -> Raw {
-    if bytes.len() < LONG { short(bytes) } else { long(bytes) }
+    if cfg!(target_os = "none") {
+        one_by_one(bytes)
+    } else if bytes.len() < LONG {
+        short(bytes)
+    } else {
+        long(bytes)
+    }
+}
+
+/// Sums any number of bytes, in blocks of 4096 bytes. Then a first sum is at most 255 * 4096 + 254, and a second sum is at most
+/// 255 * 4096 * 4097 / 2 + 254 * 4097, which is less than half of what 32 bits hold.
+#[inline(never)]
+fn one_by_one(bytes: &[u8]) -> Raw {
+    bytes.chunks(4096).fold(Raw::default(), |Raw { mut f0, mut f1 }, block| {
+        for &byte in block {
+            f0 = f0.wrapping_add(byte.into());
+            f1 = f1.wrapping_add(f0);
+        }
+        Raw { f0, f1 }.modulo_255()
+    })
 }
 
 /// Sums fewer than [`LONG`] bytes, that is at most 16 words of eight.
@@ -201,4 +220,20 @@ const fn within(even: u64, odd: u64) -> Raw {
 const fn pairs(lanes: u64) -> u64 {
     const LOW: u64 = 0x0000_FFFF_0000_FFFF;
     (lanes & LOW).wrapping_add((lanes >> 16) & LOW)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_short_code_and_the_fast_code_sum_alike() {
+        let bytes: std::vec::Vec<u8> = (0..10_000_u32).map(|at| (at.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+        for len in [0, 1, 7, 8, 127, 128, 129, 4095, 4096, 4097, 9999, 10_000] {
+            for bytes in [&bytes[..len], &std::vec![255; len]] {
+                let [slow, fast] = [one_by_one(bytes), sum(bytes)].map(Raw::modulo_255);
+                assert_eq!((slow.f0, slow.f1), (fast.f0, fast.f1), "{len} bytes");
+            }
+        }
+    }
 }

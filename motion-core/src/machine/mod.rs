@@ -147,6 +147,8 @@ impl<Transmit, Event, const N: usize> Output<Transmit, Event, N> {
         self.push(Effect::Event(event));
     }
 
+    // In firmware the code has to be short, because it has to be stored.
+    #[cfg_attr(target_os = "none", inline(never))]
     fn push(&mut self, effect: Effect<Transmit, Event>) {
         if self.effects.try_push(effect).is_err() {
             self.lost = self.lost.saturating_add(1);
