@@ -290,9 +290,7 @@ impl<S: Session, T: Stream> Driver<S, T> {
         }
         if self.stream.is_some() {
             self.flow.up();
-        } else if let Some(reopen) = &mut self.reopen
-            && (S::ASKS || reopen.attempts.at <= now)
-        {
+        } else if let Some(reopen) = self.reopen.as_mut().filter(|reopen| S::ASKS || reopen.attempts.at <= now) {
             let opened = (reopen.open)();
             self.opened(opened);
         }

@@ -22,7 +22,7 @@
 //!
 //! async fn run<T: Read + Write>(board: &impl Board, line: T, clock: impl Clock) -> Result<(), Error<T::Error>> {
 //!     let machine = DeviceMachine::new(Options::of(Hi { motor_count: 4, ..Options::default().hi() }));
-//!     let mut driver: Driver<_, _, _, 256> = Driver::new(Session::new(machine, Patience::default()), line, clock);
+//!     let mut driver: Driver<_, _, _, 256> = Driver::new(<Session>::new(machine, Patience::default()), line, clock);
 //!     loop {
 //!         match select(driver.next(board), board.come_to_rest()).await {
 //!             Either::First(event) => board.obey(&event?),

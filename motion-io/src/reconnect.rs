@@ -110,9 +110,8 @@ impl<S> Attempts<S> {
 
     /// Stops everything first, after the line is open again, if anything can move.
     pub(crate) fn opened(&mut self, session: &mut S) {
-        if let Some(token) = self.rules.stop
-            && (core::mem::take(&mut self.moved) || (self.may_move)(session))
-        {
+        let may_move = core::mem::take(&mut self.moved) || (self.may_move)(session);
+        if let Some(token) = self.rules.stop.filter(|_| may_move) {
             (self.stop)(session, token);
         }
     }

@@ -181,11 +181,10 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
         }
         if self.stream.is_some() {
             self.flow.up();
-        } else if let Some(reopen) = &mut self.reopen
-            && reopen.opening.is_none()
-            && (S::ASKS || reopen.attempts.at <= now)
-        {
-            reopen.opening = Some((reopen.open)());
+        } else if let Some(reopen) = self.reopen.as_mut().filter(|reopen| reopen.opening.is_none()) {
+            if S::ASKS || reopen.attempts.at <= now {
+                reopen.opening = Some((reopen.open)());
+            }
         }
     }
 
@@ -241,9 +240,8 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
             yield_now().await;
         });
         let happened = poll_fn(|cx| {
-            if let Some(opening) = self.reopen.as_mut().and_then(|reopen| reopen.opening.as_mut())
-                && let Poll::Ready(opened) = opening.as_mut().poll(cx)
-            {
+            let opening = self.reopen.as_mut().and_then(|reopen| reopen.opening.as_mut());
+            if let Some(Poll::Ready(opened)) = opening.map(|opening| opening.as_mut().poll(cx)) {
                 return Poll::Ready(Happened::Opened(opened));
             }
             match self.poll_line(cx) {
@@ -266,9 +264,8 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
     fn poll_line(&mut self, cx: &mut Context<'_>) -> Poll<Result<(), Error>> {
         let Some(stream) = self.stream.as_mut().filter(|_| self.flow.is_up()) else { return Poll::Pending };
         let mut stream = Pin::new(stream);
-        if !self.flow.unsent().is_empty()
-            && let Poll::Ready(written) = stream.as_mut().poll_write(cx, self.flow.unsent())
-        {
+        let unsent = self.flow.unsent();
+        if let Some(Poll::Ready(written)) = (!unsent.is_empty()).then(|| stream.as_mut().poll_write(cx, unsent)) {
             return Poll::Ready(match written {
                 Ok(0) => Err(Error::lost("it takes no more bytes")),
                 Ok(len) => {

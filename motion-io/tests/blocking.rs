@@ -29,7 +29,7 @@ impl device::Rig for Still {
 fn serve(line: TcpStream, ends_with_move: bool) -> Vec<String> {
     let hi = dmc::Hi { motor_count: 4, ..device::Options::default().hi() };
     let machine = DeviceMachine::new(device::Options::of(hi));
-    let mut driver = Driver::new(device::Session::new(machine, dmc_proto::Patience::default()), line);
+    let mut driver = Driver::new(<device::Session>::new(machine, dmc_proto::Patience::default()), line);
     let mut events = Vec::new();
     while let Ok(event) = driver.next(&Still) {
         events.push(format!("{event:?}"));

@@ -174,7 +174,7 @@ async fn dmc(drops: &[u64], pipe: usize) -> Events {
         let capabilities = dmc::Capabilities(0x07FF);
         let hi = dmc::Hi { motor_count: 4, upload_frame_count: 1_000, capabilities, ..hi };
         let machine = DeviceMachine::new(device::Options::of(hi));
-        let mut driver = Driver::new(device::Session::new(machine, dmc_proto::Patience::default()), far);
+        let mut driver = Driver::new(<device::Session>::new(machine, dmc_proto::Patience::default()), far);
         loop {
             let event = next!(driver, &Tens, whims);
             device_events.push(format!("{event:?}"));
@@ -223,7 +223,7 @@ async fn hoot(drops: &[u64], pipe: usize) -> Events {
     };
     let device = async {
         let mut whims = Whims::new(drops, drops.len() / 2);
-        let mut session = device::Session::new(DeviceMachine::new(device::Options::new()));
+        let mut session = <device::Session>::new(DeviceMachine::new(device::Options::new()));
         session.position(hoot::Motor::One, hoot::Steps(-5)).unwrap();
         let mut driver = Driver::on_line(session, Port::Usb, far);
         loop {

@@ -63,7 +63,7 @@ impl device::Rig for Still {
 
 fn rig(line: DuplexStream) -> Driver<device::Session, Line, Time> {
     let hi = dmc::Hi { motor_count: 4, ..device::Options::default().hi() };
-    let session = device::Session::new(DeviceMachine::new(device::Options::of(hi)), dmc_proto::Patience::default());
+    let session = <device::Session>::new(DeviceMachine::new(device::Options::of(hi)), dmc_proto::Patience::default());
     Driver::new(session, Line(line), Time(Instant::now()))
 }
 

@@ -118,7 +118,7 @@ fn dmc_device(line: DuplexStream) -> Arc<Mutex<Vec<String>>> {
     let told = events.clone();
     let hi = dmc::Hi { motor_count: 4, ..dmc_device::Options::default().hi() };
     let machine = dmc_device::DeviceMachine::new(dmc_device::Options::of(hi));
-    let mut driver = Driver::new(dmc_device::Session::new(machine, dmc_proto::Patience::default()), line);
+    let mut driver = Driver::new(<dmc_device::Session>::new(machine, dmc_proto::Patience::default()), line);
     tokio::spawn(async move {
         while let Ok(event) = driver.next(&Still).await {
             events.lock().unwrap().push(format!("{event:?}"));
