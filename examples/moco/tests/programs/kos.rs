@@ -9,7 +9,7 @@ use examples::moves::Move;
 use examples::program::Status;
 
 use crate::cable::Cable;
-use crate::process::{Program, Rig, Scenario, done_or_at_rest, file};
+use crate::process::{Program, Rig, Scenario, done_or_at_rest, file, within};
 use crate::record::{Planned, Row, last};
 
 /// Move of two and a half seconds, with a rest at its end.
@@ -53,6 +53,7 @@ pub(crate) const SCENARIOS: &[Scenario] = &[
     ("kos_a_calibration_and_a_live_move", a_calibration_and_a_live_move),
     ("kos_a_move_from_its_end_to_its_start", a_move_from_its_end_to_its_start),
     ("kos_a_time_lapse", a_time_lapse),
+    ("kos_the_host_of_the_examples_moves_a_motor_or_stops_it", the_host_of_the_examples),
     ("kos_a_rig_that_announces_itself_is_found", a_rig_that_announces_itself_is_found),
     ("kos_ctrl_c_stops_the_motors_first", ctrl_c_stops_the_motors_first),
     ("kos_without_its_client_a_move_goes_on", without_its_client_a_move_goes_on),
@@ -154,6 +155,19 @@ fn a_rig_that_is_killed_in_a_calibration(test: &str) {
     rig.moves(1);
     rig.kill();
     drive.end().ended(Status::MayMove, "NOT confirmed: press the emergency stop");
+}
+
+fn the_host_of_the_examples(test: &str) {
+    let rig = Rig::start(test, "kos", &[]);
+    let said = Program::example("kos_host", &[&rig.address]).end().done();
+    assert!(said.contains("motor 1 rests at 2"), "{said}");
+    let before = rig.rows();
+    let host = Program::example("kos_host", &[&rig.address]);
+    within("motion", || (rig.rows() > before + 100).then_some(()));
+    host.interrupt();
+    assert!(host.end().done().ends_with("the stop is confirmed\n"));
+    rig.rests();
+    rig.end();
 }
 
 fn a_rig_that_announces_itself_is_found(test: &str) {

@@ -40,22 +40,31 @@ pub(crate) struct Outcome {
     pub(crate) err: String,
 }
 
+fn moco() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_moco"))
+}
+
 impl Program {
     /// Starts a command of the program.
     pub(crate) fn start(command: &str, args: &[impl AsRef<OsStr>]) -> Self {
-        Self::spawn(Stdio::piped(), command, args)
+        Self::spawn(moco().arg(command).args(args), Stdio::piped())
     }
 
     /// Starts a command of the program, whose standard error is a terminal.
     pub(crate) fn start_at(terminal: &str, command: &str, args: &[impl AsRef<OsStr>]) -> Self {
         let terminal = open(terminal, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty()).unwrap();
-        Self::spawn(terminal.into(), command, args)
+        Self::spawn(moco().arg(command).args(args), terminal.into())
     }
 
-    fn spawn(err: Stdio, command: &str, args: &[impl AsRef<OsStr>]) -> Self {
-        let mut program = Command::new(env!("CARGO_BIN_EXE_moco"));
-        program.arg(command).args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(err);
-        let mut child = program.spawn().unwrap();
+    /// Starts an example.
+    pub(crate) fn example(name: &str, args: &[impl AsRef<OsStr>]) -> Self {
+        let path = Path::new(env!("CARGO_BIN_EXE_moco")).with_file_name("examples").join(name);
+        Self::spawn(Command::new(path).args(args), Stdio::piped())
+    }
+
+    fn spawn(program: &mut Command, err: Stdio) -> Self {
+        program.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(err);
+        let mut child = program.spawn().unwrap_or_else(|error| panic!("{program:?}: {error}"));
         let (out, out_reader) = listen(child.stdout.take().expect("the stream is piped"));
         let mut readers = vec![out_reader];
         let err = child.stderr.take().map_or_else(Arc::default, |stream| {
