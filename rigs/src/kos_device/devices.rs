@@ -1,9 +1,9 @@
 //! Devices and quirks of kOS by name.
 
 use kos_proto::device::{Actions, MotorSpecs, Options, Quirks};
-use kos_proto::message::{ActionId, FirmwareVersion, MOTORS, RotationsPerSecond, RotationsPerSecondSquared};
+use kos_proto::message::{ActionId, FirmwareVersion, RotationsPerSecond, RotationsPerSecondSquared};
 
-use super::Setup;
+use super::{MotorSetup, Setup};
 use crate::device::{Choice, Kind, Named};
 
 impl Named for Setup {
@@ -97,11 +97,7 @@ impl Named for Setup {
 
 /// Takes everything back that a device or a quirk decides.
 fn mild(setup: &mut Setup) {
-    for (motor, usual) in setup.motors.iter_mut().zip(Setup::with_motors(MOTORS).motors) {
-        if motor.specs == printed(motor.specs) {
-            motor.specs = usual.specs;
-        }
-    }
+    setup.motors.iter_mut().for_each(|motor| motor.specs = MotorSetup::new(motor.kind).specs);
     setup.options = Options::default();
     (setup.older_dialect, setup.nul_terminated, setup.firmware) = (false, false, Setup::FIRMWARE);
 }
@@ -119,7 +115,7 @@ const fn printed(specs: MotorSpecs) -> MotorSpecs {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{KosDevice, MotorSetup};
+    use super::super::KosDevice;
     use super::*;
     use kos_proto::message::AxisKind;
 
@@ -132,6 +128,8 @@ mod tests {
         setup.motors[1] = tilt;
         let device = KosDevice::new(setup.clone());
         assert_eq!(device.specs, [setup.motors[0].specs, tilt.specs]);
+        let mild = setup.with_device("mild").unwrap();
+        assert_eq!(mild.motors, [MotorSetup::new(AxisKind::Slider), tilt]);
     }
 
     #[test]

@@ -80,7 +80,7 @@ impl KosDevice {
             }
             Event::StorePlatform(platform) => self.store.platform = platform,
             Event::Disconnect { session, reason } => {
-                info!("client {} is disconnected: {reason:?}", session.0);
+                info!("client {} is disconnected: {reason}", session.0);
                 self.hang_up(session);
             }
             Event::Reboot => {
@@ -88,7 +88,7 @@ impl KosDevice {
                 self.start_anew();
             }
             Event::Ignored(Ignored::Off) => {}
-            Event::Ignored(why) => debug!("ignored: {why:?}"),
+            Event::Ignored(why) => debug!("ignored: {why}"),
             event => warn!("not carried out: {event:?}"),
         }
     }

@@ -41,6 +41,8 @@ pub struct Setup {
 /// Motor of a device.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotorSetup {
+    /// Axis that the motor turns.
+    pub kind: AxisKind,
     /// Type and limits of the motor.
     pub specs: MotorSpecs,
     /// Ends of the travel, in rotations from where the motor is at first; `None` if the motor can go anywhere.
@@ -60,7 +62,7 @@ impl MotorSetup {
             max_max_move_speed: speed,
             max_max_acceleration: acceleration,
         };
-        Self { specs, travel: None }
+        Self { kind, specs, travel: None }
     }
 
     /// The same motor with two ends of its travel.

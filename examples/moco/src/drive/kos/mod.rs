@@ -28,6 +28,8 @@ use crate::session::Session;
 
 pub use discover::discover;
 
+/// Time that a motor may take in addition to the computed time.
+const SPARE: Duration = Duration::from_secs(10);
 /// Time in which a locked rig shows whether it obeys a stop.
 const LOCKED: Duration = Duration::from_millis(500);
 
@@ -183,13 +185,12 @@ impl Drive<'_> {
         Ok(event)
     }
 
-    /// Waits for a message of the rig. A failure meanwhile is trouble, and so is a lost connection.
-    async fn wait<T>(
+    /// Looks for an event within a time. A failure meanwhile is trouble, and so is a lost connection.
+    async fn look<T>(
         &mut self,
-        what: &str,
         time: Duration,
         mut look: impl FnMut(&Event) -> Option<T>,
-    ) -> Result<T, Trouble> {
+    ) -> Result<Option<T>, Trouble> {
         let until = Instant::now() + time;
         self.error = None;
         loop {
@@ -197,7 +198,7 @@ impl Drive<'_> {
             match self.next(left).await? {
                 Some(event) => {
                     if let Some(found) = look(&event) {
-                        return Ok(found);
+                        return Ok(Some(found));
                     }
                     if let Event::Machine(host::Event::LinkDown(why)) = event {
                         return Err(self.lost(why));
@@ -206,28 +207,33 @@ impl Drive<'_> {
                         return Err(failed(code, motor));
                     }
                 }
-                None if left.is_zero() => return Err(not_reported(what)),
+                None if left.is_zero() => return Ok(None),
                 None => {}
             }
         }
     }
 
-    /// Lets a time pass. A failure meanwhile is trouble, and so is a lost connection.
+    /// Waits for a message of the rig.
+    async fn wait<T>(
+        &mut self,
+        what: &str,
+        time: Duration,
+        look: impl FnMut(&Event) -> Option<T>,
+    ) -> Result<T, Trouble> {
+        self.look(time, look).await?.ok_or_else(|| Trouble::Failed(not_reported(what)))
+    }
+
+    /// Lets a time pass.
     async fn pass(&mut self, time: Duration) -> Result<(), Trouble> {
-        let until = Instant::now() + time;
-        self.error = None;
-        loop {
-            let left = until.saturating_duration_since(Instant::now());
-            if let Some(Event::Machine(host::Event::LinkDown(why))) = self.next(left).await? {
-                return Err(self.lost(why));
-            }
-            if let Some((code, motor)) = self.error {
-                return Err(failed(code, motor));
-            }
-            if left.is_zero() {
-                return Ok(());
-            }
-        }
+        self.look(time, |_| None::<()>).await.map(|_| ())
+    }
+
+    /// Stops a motor, and waits until it rests. Returns its position.
+    async fn rest(&mut self, motor: MotorAddress) -> Result<Rotations, Trouble> {
+        self.command(host::Command::StopMotor(motor));
+        let stopped = Event::Machine(host::Event::Stopped(StopTarget::Motor(motor)));
+        self.wait("that the motor rests", SPARE, |event| (*event == stopped).then_some(())).await?;
+        Ok(self.motor(motor.0)?.position)
     }
 
     /// Waits until a command is done.
@@ -238,14 +244,16 @@ impl Drive<'_> {
 
     /// Trouble that a lost connection means.
     fn lost(&self, why: LinkDownReason) -> Trouble {
-        let line = match why {
-            LinkDownReason::Ended => self.session.why().unwrap_or("the rig closed the connection: is it on?"),
-            LinkDownReason::Framing => "the received bytes are not kOS: is this the address of a kOS rig?",
-            LinkDownReason::NoAnswer => "the rig does not identify itself: is this the address of a kOS rig?",
-            LinkDownReason::Silence => "the rig no longer sends anything: check its power and the network",
-            _ => "the rig closed the connection: try again when it runs",
+        let hint = match why {
+            LinkDownReason::Ended => {
+                let line = self.session.why().unwrap_or("the rig closed the connection: is it on?");
+                return Trouble::Line(line.to_owned());
+            }
+            LinkDownReason::Framing | LinkDownReason::NoAnswer => "is this the address of a kOS rig?",
+            LinkDownReason::Silence => "check its power and the network",
+            _ => "try again when it runs",
         };
-        Trouble::Line(line.to_owned())
+        Trouble::Line(format!("{why}: {hint}"))
     }
 
     /// Connects, and waits until the rig can be used.
@@ -389,12 +397,13 @@ fn is_done(outcome: Outcome<'_>, what: &str) -> Result<(), Trouble> {
         Outcome::Failed(Failure::Stopped) => {
             Err(Trouble::Failed("the rig was stopped by something else: check the rig".to_owned()))
         }
-        _ => Err(not_reported(what)),
+        Outcome::Failed(why) => Err(Trouble::Failed(format!("the rig does not report {what}: {why}: check the rig"))),
+        _ => Err(Trouble::Failed(not_reported(what))),
     }
 }
 
-fn not_reported(what: &str) -> Trouble {
-    Trouble::Failed(format!("the rig does not report {what}: check what it does"))
+fn not_reported(what: &str) -> String {
+    format!("the rig does not report {what}: check what it does")
 }
 
 /// Time from the command line.
@@ -408,20 +417,15 @@ fn time(seconds: f64, least: f64) -> Result<Seconds, Trouble> {
 
 /// Trouble that explains why the client did not send a command.
 fn refused(why: Refusal) -> Trouble {
-    Trouble::Refused(
-        match why {
-            Refusal::Device(code) => return failed(code, MotorAddress::ALL),
-            Refusal::MoveRuns => "a move runs on the rig: stop it first (moco drive kos ADDRESS stop)",
-            Refusal::Moves => "motors of the rig move: stop them first (moco drive kos ADDRESS stop)",
-            Refusal::NoMotor => "the rig has no such motor: see moco drive kos ADDRESS info",
-            Refusal::Number => "a number is NaN, infinite or not positive",
-            Refusal::Outside => "the position is outside the range of the motor: see moco drive kos ADDRESS info",
-            Refusal::Unsupported { id, action } => return unknown(id, action),
-            Refusal::NotConnected | Refusal::NotReady => "there is no connection to the rig: try again",
-            _ => "the rig cannot do that now: try again",
-        }
-        .to_owned(),
-    )
+    let hint = match why {
+        Refusal::Device(code) => return failed(code, MotorAddress::ALL),
+        Refusal::Unsupported { id, action } => return unknown(id, action),
+        Refusal::MoveRuns | Refusal::Moves => "stop the rig first (moco drive kos ADDRESS stop)",
+        Refusal::NoMotor | Refusal::Outside => "see moco drive kos ADDRESS info",
+        Refusal::Number => "give another one",
+        _ => "try again",
+    };
+    Trouble::Refused(format!("{why}: {hint}"))
 }
 
 /// Trouble that a message means that the rig does not know.

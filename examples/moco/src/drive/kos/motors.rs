@@ -2,19 +2,17 @@
 
 use std::time::Duration;
 
-use kos_proto::host::{self, Get, Go, Outcome, Refusal, StopTarget};
+use kos_proto::host::{self, Get, Go, Outcome, Refusal};
 use kos_proto::message::{ActionId, Motor, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
 use motion_rigs::kos_host::Event;
 use tokio::time::Instant;
 
-use super::{Drive, Shown, ended, is_done};
+use super::{Drive, SPARE, Shown, ended, is_done};
 use crate::drive::Trouble;
 use crate::drive::output::{About, At};
 
 /// Time between two signs of life in a jog. Our client stops the jog if it gets none for a second.
 const ALIVE: Duration = Duration::from_millis(250);
-/// Time that a motor may take in addition to the computed time.
-const SPARE: Duration = Duration::from_secs(10);
 /// Greatest distance of a motor at rest from its target, in rotations.
 const NEAR: f64 = 0.01;
 /// Greatest distance at which a motor that runs is stopped at its place, in rotations.
@@ -63,10 +61,7 @@ impl Drive<'_> {
             let part = Some(1.0 - left / seconds);
             self.progress(part, Vec::new(), format_args!("motor {motor} runs for {left:.1} s more"))?;
         }
-        self.command(host::Command::StopMotor(motor));
-        let stopped = Event::Machine(host::Event::Stopped(StopTarget::Motor(motor)));
-        self.wait("that the motor rests", SPARE, |event| (*event == stopped).then_some(())).await?;
-        let at = self.motor(motor.0)?.position;
+        let at = self.rest(motor).await?;
         self.line(About::position(motor.number(), at.0), format_args!("motor {motor} rests at {}", Shown(at)))
     }
 
@@ -171,10 +166,7 @@ impl Drive<'_> {
             self.moves(motor, at, part)?;
             self.pass(TENTH).await?;
         }
-        self.command(host::Command::StopMotor(motor));
-        let stopped = Event::Machine(host::Event::Stopped(StopTarget::Motor(motor)));
-        self.wait("that the motor rests", SPARE, |event| (*event == stopped).then_some(())).await?;
-        Ok(self.motor(motor.0)?.position)
+        self.rest(motor).await
     }
 
     /// Moves a motor to a position, or by a distance, and waits until it rests. Prints its position meanwhile. If the rig does
