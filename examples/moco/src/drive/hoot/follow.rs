@@ -75,7 +75,7 @@ impl Talk<'_> {
             self.fits_between_photos(&planned, pause - open).await?;
         }
         self.store(&planned, mode).await?;
-        self.camera(exposure).await?;
+        self.camera(open).await?;
         self.set(message::CameraSetInterval { interval: Milliseconds(pause) }).await?;
         self.set(message::CameraSetFocusTime::default()).await?;
         self.set(message::CameraSetExposureDelay::default()).await?;
@@ -308,7 +308,7 @@ impl Talk<'_> {
         let began = Instant::now();
         let answered = self.set_off(message::Start {}).await?;
         let now = self.microsteps().await?;
-        let profile = self.session.host().profile(self.node);
+        let profile = self.profile();
         let (mut has_run, mut last_photo) = (false, 0);
         loop {
             let (state, gone) = (self.read(RunStatus {}).await?, self.read(RunTime {}).await?.0);

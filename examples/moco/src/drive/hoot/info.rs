@@ -24,7 +24,7 @@ impl Talk<'_> {
         };
         self.print(&format!("node {node}: {name}, firmware {version}"))?;
         let (volts, amperes) = (self.ask(Voltage {}).await?, self.ask(Current {}).await?);
-        let profile = self.session.host().profile(self.node);
+        let profile = self.profile();
         if let (Some(volts), Some(amperes)) = (volts.answer(), amperes.answer())
             && volts.is_reliable(profile)
             && amperes.is_reliable(profile)
@@ -56,7 +56,7 @@ impl Talk<'_> {
             end => format!("end limit {end}"),
         };
         let speed = self.ask(MotorContinuousSpeed { motor }).await?;
-        let is_reliable = |speed: &AnyReply<'_>| speed.is_reliable(self.session.host().profile(self.node));
+        let is_reliable = |speed: &AnyReply<'_>| speed.is_reliable(self.profile());
         let speed = speed.answer().filter(is_reliable).map(|speed| format!(", {speed} steps/s"));
         let speed = speed.unwrap_or_default();
         let about = About::position(motor.get(), position);

@@ -35,7 +35,7 @@ impl Talk<'_> {
     pub(super) async fn prepare(&mut self) -> Result<(), Trouble> {
         // In joystick mode, older firmware answers only this query. The first firmware has no joystick mode.
         if self.is_in_joystick_mode().await? {
-            self.joystick(false).await?;
+            self.set(message::SetJoystickMode { joystick_mode: Bool::FALSE }).await?;
         }
         self.ask(FirmwareVersion {}).await?;
         if self.profile().one_is_paused().is_none() {
@@ -43,7 +43,7 @@ impl Talk<'_> {
             self.ask_or_refused(MotorMaxProgramSpeed { motor: Motor::One }).await?;
         }
         let status = self.read(RunStatus {}).await?;
-        if status.is_running(self.session.host().profile(self.node)) == Some(true) {
+        if status.is_running(self.profile()) == Some(true) {
             return Err(Trouble::Refused(format!("node {} runs a program: stop it first", self.node.0)));
         }
         Ok(())
@@ -83,10 +83,6 @@ impl Talk<'_> {
 
     pub(super) async fn dead_man(&mut self, on: bool) -> Result<(), Trouble> {
         self.set(message::SetManualMove { manual_move: on.into() }).await
-    }
-
-    async fn joystick(&mut self, on: bool) -> Result<(), Trouble> {
-        self.set(message::SetJoystickMode { joystick_mode: on.into() }).await
     }
 
     /// Makes sure that the positions of a motor are counted in the microsteps of a new node, if a start may have left others.
@@ -273,12 +269,10 @@ impl Talk<'_> {
         self.print(&format!("motor {motor}: home is at the old position {begin}, {end}"))
     }
 
-    /// Switches the camera on and sets its exposure. Returns the exposure in milliseconds.
-    pub(super) async fn camera(&mut self, seconds: f64) -> Result<u32, Trouble> {
-        let exposure = milliseconds("exposure", seconds)?;
+    /// Switches the camera on and sets its exposure.
+    pub(super) async fn camera(&mut self, exposure: u32) -> Result<(), Trouble> {
         self.set(message::CameraSetEnable { enable: Bool::TRUE }).await?;
-        self.set_exposure(Milliseconds(exposure)).await?;
-        Ok(exposure)
+        self.set_exposure(Milliseconds(exposure)).await
     }
 
     pub(super) async fn set_exposure(&mut self, exposure_time: Milliseconds) -> Result<(), Trouble> {
@@ -287,7 +281,7 @@ impl Talk<'_> {
     }
 
     pub(super) async fn expose(&mut self, seconds: f64) -> Result<(), Trouble> {
-        milliseconds("exposure", seconds)?;
+        let exposure = milliseconds("an exposure", seconds)?;
         self.prepare().await?;
         if self.profile().exposes_on_command() != Some(true) {
             return Err(Trouble::Refused(format!(
@@ -295,7 +289,7 @@ impl Talk<'_> {
                 self.node.0
             )));
         }
-        self.camera(seconds).await?;
+        self.camera(exposure).await?;
         let answered = self.set_off(message::CameraExpose {}).await?;
         let mut was_busy = false;
         while self.read(CameraExposing {}).await?.get() {
