@@ -76,6 +76,12 @@ impl DeviceMachine {
         self
     }
 
+    /// Options of the machine.
+    #[must_use]
+    pub const fn options(&self) -> &Options {
+        &self.options
+    }
+
     /// Address of the node at a port.
     #[must_use]
     pub const fn address(&self, port: Port) -> Address {

@@ -16,6 +16,13 @@ macro_rules! device {
     };
 }
 
+/// Habit of firmware.
+macro_rules! quirk {
+    ($name:literal, $quirk:ident, $about:literal) => {
+        Choice::new($name, $about, |setup| setup.add(Quirks::$quirk))
+    };
+}
+
 impl Named for Setup {
     const PROTOCOL: &'static str = "hoot";
 
@@ -46,71 +53,51 @@ impl Named for Setup {
     ];
 
     const QUIRKS: &'static [Choice<Self>] = &[
-        Choice::new("refuses-stop", "Joystick mode refuses the stop of the controller.", |setup| {
-            setup.add(Quirks::REFUSES_STOP);
-        }),
-        Choice::new("drops-top-byte", "Unsigned numbers of 32 bits lose their top byte.", |setup| {
-            setup.add(Quirks::DROPS_TOP_BYTE);
-        }),
-        Choice::new(
-            "short-moves",
-            "The missing bytes of a move count as zeros, which is a run without end.",
-            |setup| setup.add(Quirks::SHORT_MOVES),
-        ),
-        Choice::new("answers-twice", "Some requests are answered twice.", |setup| setup.add(Quirks::ANSWERS_TWICE)),
-        Choice::new(
+        quirk!("refuses-stop", REFUSES_STOP, "Joystick mode refuses the stop of the controller."),
+        quirk!("drops-top-byte", DROPS_TOP_BYTE, "Unsigned numbers of 32 bits lose their top byte."),
+        quirk!("short-moves", SHORT_MOVES, "The missing bytes of a move count as zeros, which is a run without end."),
+        quirk!("answers-twice", ANSWERS_TWICE, "Some requests are answered twice."),
+        quirk!(
             "blocks",
-            "Start and a change of the address block for up to 2.5 s; two packets that wait then hang the node.",
-            |setup| setup.add(Quirks::BLOCKS),
+            BLOCKS,
+            "Start and a change of the address block for up to 2.5 s; two packets that wait then hang the node."
         ),
-        Choice::new("firmware-settings", "The settings of firmware, read back as firmware does.", |setup| {
-            setup.add(Quirks::FIRMWARE_SETTINGS);
-        }),
-        Choice::new(
+        quirk!("firmware-settings", FIRMWARE_SETTINGS, "The settings of firmware, read back as firmware does."),
+        quirk!(
             "sends-fast",
-            "Commands 11, 12, 23 and 24 of a motor go at full speed, and forget the speed that was set.",
-            |setup| setup.add(Quirks::SENDS_FAST),
+            SENDS_FAST,
+            "Commands 11, 12, 23 and 24 of a motor go at full speed, and forget the speed that was set."
         ),
-        Choice::new(
+        quirk!(
             "firmware-limits",
-            "The end limit makes a limit of the home too, and later stops nothing.",
-            |setup| setup.add(Quirks::FIRMWARE_LIMITS),
+            FIRMWARE_LIMITS,
+            "The end limit makes a limit of the home too, and later stops nothing."
         ),
-        Choice::new("joystick-moves", "In joystick mode the speed of runs sets motors in motion.", |setup| {
-            setup.add(Quirks::JOYSTICK_MOVES);
-        }),
-        Choice::new("changes-microsteps", "Sends and starts change the microsteps.", |setup| {
-            setup.add(Quirks::CHANGES_MICROSTEPS);
-        }),
-        Choice::new(
+        quirk!("joystick-moves", JOYSTICK_MOVES, "In joystick mode the speed of runs sets motors in motion."),
+        quirk!("changes-microsteps", CHANGES_MICROSTEPS, "Sends and starts change the microsteps."),
+        quirk!(
             "firmware-directions",
-            "Neither the setting of the direction nor a negative speed inverts a run.",
-            |setup| setup.add(Quirks::FIRMWARE_DIRECTIONS),
+            FIRMWARE_DIRECTIONS,
+            "Neither the setting of the direction nor a negative speed inverts a run."
         ),
-        Choice::new(
+        quirk!(
             "exposes-always",
-            "A picture on command needs no camera, and has no focus; older firmware takes none.",
-            |setup| {
-                setup.add(Quirks::EXPOSES_ALWAYS);
-            },
+            EXPOSES_ALWAYS,
+            "A picture on command needs no camera, and has no focus; older firmware takes none."
         ),
-        Choice::new("never-resumes", "Motors do not go on after a pause in the modes without stops.", |setup| {
-            setup.add(Quirks::NEVER_RESUMES);
-        }),
-        Choice::new("takes-up-backlash", "A motor takes up its backlash at each change of direction.", |setup| {
-            setup.add(Quirks::TAKES_UP_BACKLASH);
-        }),
-        Choice::new(
+        quirk!("never-resumes", NEVER_RESUMES, "Motors do not go on after a pause in the modes without stops."),
+        quirk!("takes-up-backlash", TAKES_UP_BACKLASH, "A motor takes up its backlash at each change of direction."),
+        quirk!(
             "firmware-photos",
-            "Programs take photos that nobody asked for, and a time lapse ends with its motors.",
-            |setup| setup.add(Quirks::FIRMWARE_PHOTOS),
+            FIRMWARE_PHOTOS,
+            "Programs take photos that nobody asked for, and a time lapse ends with its motors."
         ),
-        Choice::new(
+        quirk!(
             "moves-all",
-            "A program without stops sends also the motors whose planned move has no travel, or never ends.",
-            |setup| setup.add(Quirks::MOVES_ALL),
+            MOVES_ALL,
+            "A program without stops sends also the motors whose planned move has no travel, or never ends."
         ),
-        Choice::new("firmware", "All quirks of firmware of the sheet's date.", |setup| setup.add(Quirks::FIRMWARE)),
+        quirk!("firmware", FIRMWARE, "All quirks of firmware of the sheet's date."),
     ];
 
     const FAMILIES: &'static [(Kind, &'static str, &'static str)] = &[

@@ -82,14 +82,9 @@ impl HootNode {
         if let MainLoop::Blocked { until, .. } = self.main_loop { Some(until) } else { None }
     }
 
-    /// Whether the rig copies the main loop of firmware.
-    pub(super) fn copies_main_loop(&self) -> bool {
-        self.quirks.contains(Quirks::BLOCKS)
-    }
-
     /// Reads bytes, and carries out their packets.
     pub(super) fn listen(&mut self, number: usize, bytes: &[u8]) {
-        let (port, is_firmware) = (PORTS[number], self.copies_main_loop());
+        let (port, is_firmware) = (PORTS[number], self.copies(Quirks::BLOCKS));
         if self.is_free() {
             self.wires[number].until = Some(self.now.after(GAP));
         }

@@ -30,7 +30,6 @@ use std::collections::VecDeque;
 use hoot_proto::device::{Command, DeviceMachine, Event, NotTaken, Port, ProgramState, Quirks, Session};
 use hoot_proto::frame::MAX_FRAME;
 use hoot_proto::message::{Amperes, Level, Microstep, ProgramMode, RingTip, Scaled, Volts};
-use hoot_proto::query::Profile;
 use hoot_proto::{Address, DeviceMessage, Frame};
 use motion_core::session::{Session as _, Turn};
 use motion_core::time::Millis;
@@ -51,8 +50,6 @@ const PORTS: [Port; 3] = [Port::Usb, Port::Bluetooth, Port::Bus];
 #[derive(Debug)]
 pub struct HootNode {
     session: Session,
-    profile: Profile,
-    quirks: Quirks,
     main_loop: MainLoop,
     /// Time until which the session waits.
     until: Option<Millis>,
@@ -78,11 +75,8 @@ impl HootNode {
     #[must_use]
     pub fn new(setup: Setup) -> Self {
         let motor = Motor::new(setup.limits).within(setup.travel);
-        let is_firmware = setup.options.quirks().contains(Quirks::FIRMWARE_SETTINGS);
         let mut node = Self {
             session: Session::new(DeviceMachine::new(setup.options)),
-            profile: setup.options.profile(),
-            quirks: setup.options.quirks(),
             main_loop: MainLoop::Free,
             until: None,
             now: Millis(0),
@@ -99,7 +93,7 @@ impl HootNode {
             outgoing: VecDeque::new(),
         };
         node.take_first_microsteps();
-        if is_firmware {
+        if node.copies(Quirks::FIRMWARE_SETTINGS) {
             node.tell(|session| session.supply(Volts(Scaled(1199)), Amperes(Scaled(49))));
             node.tell(|session| session.limits(RingTip { ring: Level::HIGH, tip: Level::HIGH }));
         }
@@ -140,6 +134,11 @@ impl HootNode {
     pub fn touch(&mut self, now: Millis, report: impl FnOnce(&mut Session) -> Result<(), NotTaken>) {
         self.advance(now);
         self.tell(report);
+    }
+
+    /// Whether the node has a habit of firmware.
+    const fn copies(&self, quirk: Quirks) -> bool {
+        self.machine().options().quirks().contains(quirk)
     }
 
     /// Tells the session something, and carries out what follows.
@@ -292,7 +291,7 @@ impl Rig for HootNode {
     fn moment(&self) -> Option<f64> {
         let (program, controller) = (self.machine().program(), self.machine().controller());
         let delay = controller.start_delay;
-        let delay = delay.milliseconds(self.profile).unwrap_or(delay.0.into());
+        let delay = delay.milliseconds(self.machine().options().profile()).unwrap_or(delay.0.into());
         (program.state() == ProgramState::Running).then(|| match controller.program_mode {
             ProgramMode::VIDEO | ProgramMode::CONTINUOUS => program.run_time(self.now).saturating_sub(delay) as f64,
             _ => program.shots().into(),

@@ -23,7 +23,7 @@ impl HootNode {
     }
 
     fn has_firmware_directions(&self) -> bool {
-        self.quirks.contains(Quirks::FIRMWARE_DIRECTIONS)
+        self.copies(Quirks::FIRMWARE_DIRECTIONS)
     }
 
     /// Sign of a direction. The setting of the direction inverts nothing in firmware.
@@ -102,7 +102,7 @@ impl HootNode {
         let settings = self.settings(which);
         let (set, most) = (f64::from(settings.speed.0.abs()), f64::from(settings.max_step_speed.0));
         // The greatest speed of a motor limits nothing in firmware, except what the machine has set.
-        if self.quirks.contains(Quirks::SENDS_FAST) {
+        if self.copies(Quirks::SENDS_FAST) {
             return set;
         }
         let is_program = self.machine().program().state() == ProgramState::Running;
