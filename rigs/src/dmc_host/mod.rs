@@ -7,74 +7,122 @@
 //! at them.
 
 mod check;
-mod core;
 mod limits;
 mod table;
 mod types;
 mod uses;
+mod work;
 
+use std::collections::{BTreeMap, VecDeque};
 use std::mem;
 
-use dmc_proto::EncodeError;
-use dmc_proto::host::{Options, State, StopTarget};
+use dmc_proto::host::{Options, Session, State, StopTarget};
+use dmc_proto::lint::Context;
 use dmc_proto::message::{Hi, RtUploadMoveBegin};
+use dmc_proto::upload;
+use dmc_proto::{EncodeError, Owned};
 use motion_core::time::Millis;
 
 use crate::{Host, LineId, Outgoing, Party};
 
+use self::check::Check;
+use self::limits::Limits;
+use self::uses::{Uses, Waiting};
 pub use check::TOLERANCE;
 pub use dmc_proto::Token;
 pub use dmc_proto::host::{Failure, Outcome, Progress, Refusal};
 pub use table::Table;
-pub use types::{Answer, Command, Event, Positions, Shot};
 
-use self::core::Core;
+pub use types::{Answer, Command, Event, Positions, Shot};
 
 /// Line of the host.
 const LINE: LineId = LineId(0);
+/// Room for the messages of commands: more than the machine takes at once.
+const STORE: usize = 16 * 1024;
 
 /// Host of a DMC controller. It uses its line when it is open, and does not request it.
 #[derive(Debug)]
 pub struct DmcHost {
     is_open: bool,
-    core: Core,
+    clock: Millis,
+    session: Box<Session<STORE>>,
+    /// Time until which the session waits.
+    until: Option<Millis>,
+    /// Messages of the commands that have not ended.
+    asked: BTreeMap<Token, Owned<dmc_proto::Host>>,
+    /// Move of the last upload.
+    table: Table,
+    /// Whether the device has that move. Otherwise nobody knows the move of the device.
+    is_uploaded: bool,
+    /// Positions of the motors that the device told last.
+    positions: Option<Positions>,
+    /// Uses of the motors on this link.
+    uses: Uses,
+    limits: Limits,
+    /// Commands that wait until their motors have their uses.
+    waiting: VecDeque<Waiting>,
+    /// Way that has ended, and is not yet known to be complete.
+    check: Option<Check>,
+    /// Time of the next question after a stop whether motors still move, and number of questions that are left.
+    rest: Option<(Millis, u8)>,
+    /// Whether the shutter is to be closed after a stop.
+    closes: bool,
+    out: VecDeque<Outgoing>,
+    events: VecDeque<Event>,
 }
 
 impl DmcHost {
     /// Host that waits until its line is open.
     #[must_use]
     pub fn new(options: Options) -> Self {
-        Self { is_open: false, core: Core::new(options) }
+        Self {
+            is_open: false,
+            clock: Millis(0),
+            session: Box::new(Session::new(options)),
+            until: None,
+            asked: BTreeMap::new(),
+            table: Table::default(),
+            is_uploaded: false,
+            positions: None,
+            uses: Uses::new(),
+            limits: Limits::default(),
+            waiting: VecDeque::new(),
+            check: None,
+            rest: None,
+            closes: false,
+            out: VecDeque::new(),
+            events: VecDeque::new(),
+        }
     }
 
     /// Greeting of the device.
     #[must_use]
     pub const fn device(&self) -> Option<Hi<'static>> {
-        self.core.session.machine().device()
+        self.session.machine().device()
     }
 
     /// State of the connection.
     #[must_use]
     pub const fn state(&self) -> State {
-        self.core.session.machine().state()
+        self.session.machine().state()
     }
 
     /// Progress of the sequence, if one runs.
     #[must_use]
     pub fn progress(&self) -> Option<Progress> {
-        self.core.session.machine().progress()
+        self.session.machine().progress()
     }
 
     /// Whether the device has a move that can be run; `None` if that is not known.
     #[must_use]
     pub const fn is_loaded(&self) -> Option<bool> {
-        self.core.session.machine().is_loaded()
+        self.session.machine().is_loaded()
     }
 
     /// Positions of the motors that the device told last.
     #[must_use]
     pub const fn positions(&self) -> Option<&Positions> {
-        self.core.positions.as_ref()
+        self.positions.as_ref()
     }
 
     /// Whether anything may still move because of this host, or may begin to move. A shutter that may be open counts as
@@ -84,7 +132,7 @@ impl DmcHost {
     /// no.
     #[must_use]
     pub fn may_move(&self) -> bool {
-        self.core.session.may_move() || self.core.session.machine().may_have_shutter_open()
+        self.session.may_move() || self.session.machine().may_have_shutter_open()
     }
 
     /// Stops everything, and closes the shutter if it may be open.
@@ -98,13 +146,13 @@ impl DmcHost {
     ///
     /// [`EncodeError`] says what does not fit.
     pub fn fits(&self, table: &Table) -> Result<RtUploadMoveBegin<'static>, EncodeError> {
-        self.core.fits(table)
+        upload::begin(table, &self.device().map(Context::of).unwrap_or_default())
     }
 
     /// Number of bytes of input and output that the host holds.
     #[must_use]
     pub fn held(&self) -> usize {
-        self.core.session.held() + crate::waiting(&self.core.out)
+        self.session.held() + crate::waiting(&self.out)
     }
 }
 
@@ -119,43 +167,43 @@ impl Party for DmcHost {
         self.advance(now);
         if line == LINE {
             self.is_open = true;
-            self.core.session.link_up();
-            self.core.work();
+            self.session.link_up();
+            self.work();
         }
     }
 
     fn close(&mut self, now: Millis, line: LineId) {
         self.advance(now);
         if line == LINE && mem::take(&mut self.is_open) {
-            self.core.out.clear();
-            self.core.session.link_down();
-            self.core.work();
+            self.out.clear();
+            self.session.link_down();
+            self.work();
         }
     }
 
     fn receive(&mut self, now: Millis, line: LineId, bytes: &[u8]) {
         if line == LINE && self.is_open {
             // Bytes can be read late: they come before all that is overdue.
-            self.core.clock = self.core.clock.max(now);
-            self.core.receive(bytes);
+            self.clock = self.clock.max(now);
+            self.take(bytes);
         }
         self.advance(now);
     }
 
     fn advance(&mut self, now: Millis) {
         while let Some(next) = self.wake().filter(|next| *next <= now) {
-            self.core.clock = self.core.clock.max(next);
-            self.core.due();
+            self.clock = self.clock.max(next);
+            self.due();
         }
-        self.core.clock = self.core.clock.max(now);
+        self.clock = self.clock.max(now);
     }
 
     fn wake(&self) -> Option<Millis> {
-        self.core.wake()
+        [self.until, self.rest.map(|(due, _)| due)].into_iter().flatten().min()
     }
 
     fn poll(&mut self) -> Option<Outgoing> {
-        self.core.out.pop_front()
+        self.out.pop_front()
     }
 }
 
@@ -165,10 +213,10 @@ impl Host for DmcHost {
 
     fn command(&mut self, now: Millis, command: Command) {
         self.advance(now);
-        self.core.command(command);
+        self.obey(command);
     }
 
     fn next_event(&mut self) -> Option<Event> {
-        self.core.events.pop_front()
+        self.events.pop_front()
     }
 }

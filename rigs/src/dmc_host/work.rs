@@ -1,21 +1,13 @@
-//! Host without its line: the session, and the messages and the move that the session does not keep.
+//! Work of a host: what the session says and the application wants, with and the messages and the move that the session does not keep.
 
-use std::collections::{BTreeMap, VecDeque};
-
-use dmc_proto::host::{self, Failure, Next, NotTaken, Options, Outcome, Refusal, Session, StopTarget};
-use dmc_proto::lint::Context;
-use dmc_proto::message::{
-    AckCode, GioCam, HostMessage, MotorConfigure, MotorGetPosition, MotorStatusRequest, RtUploadMoveBegin,
-};
-use dmc_proto::upload;
-use dmc_proto::{EncodeError, Frame, Token};
-use motion_core::time::Millis;
+use dmc_proto::host::{self, Failure, Next, NotTaken, Outcome, Refusal, Session, StopTarget};
+use dmc_proto::message::{AckCode, GioCam, HostMessage, MotorConfigure, MotorGetPosition, MotorStatusRequest};
+use dmc_proto::{Frame, Owned, Token};
 use tracing::{Level, debug, enabled, info, warn};
 
 use super::check::Check;
-use super::limits::Limits;
-use super::uses::{Uses, Waiting, lacking};
-use super::{Answer, Command, Event, LINE, Positions, Shot, Table};
+use super::uses::{Waiting, lacking};
+use super::{Answer, Command, DmcHost, Event, LINE, STORE};
 use crate::Outgoing;
 
 /// Least of the tokens that the host uses for its own commands.
@@ -34,79 +26,10 @@ const REST: Token = Token(u32::MAX);
 /// End of a request that the device does not know.
 const UNSUPPORTED: Outcome<'static> = Outcome::Refused(Refusal::Device(AckCode::ERR_UNSUPPORTED));
 
-/// Room for the messages of commands: more than the machine takes at once.
-const STORE: usize = 16 * 1024;
-
 /// Greatest number of questions after a stop whether motors still move.
 const QUESTIONS: u8 = 20;
 
-/// Host without its line.
-#[derive(Debug)]
-pub(super) struct Core {
-    pub(super) clock: Millis,
-    pub(super) session: Box<Session<STORE>>,
-    /// Time until which the session waits.
-    until: Option<Millis>,
-    /// Messages of the commands that have not ended.
-    asked: BTreeMap<Token, Asked>,
-    /// Move of the last upload.
-    table: Table,
-    /// Whether the device has that move. Otherwise nobody knows the move of the device.
-    is_uploaded: bool,
-    /// Positions of the motors that the device told last.
-    pub(super) positions: Option<Positions>,
-    /// Uses of the motors on this link.
-    uses: Uses,
-    limits: Limits,
-    /// Commands that wait until their motors have their uses.
-    waiting: VecDeque<Waiting>,
-    /// Way that has ended, and is not yet known to be complete.
-    check: Option<Check>,
-    /// Time of the next question after a stop whether motors still move, and number of questions that are left.
-    rest: Option<(Millis, u8)>,
-    /// Whether the shutter is to be closed after a stop.
-    pub(super) closes: bool,
-    pub(super) out: VecDeque<Outgoing>,
-    pub(super) events: VecDeque<Event>,
-}
-
-/// Message of a command.
-#[derive(Debug, Clone)]
-enum Asked {
-    Message(HostMessage<'static>),
-    Shot(Shot),
-}
-
-impl Asked {
-    fn message(&self) -> HostMessage<'_> {
-        match self {
-            Self::Message(message) => *message,
-            Self::Shot(shot) => shot.message(),
-        }
-    }
-}
-
-impl Core {
-    pub(super) fn new(options: Options) -> Self {
-        Self {
-            clock: Millis(0),
-            session: Box::new(Session::new(options)),
-            until: None,
-            asked: BTreeMap::new(),
-            table: Table::default(),
-            is_uploaded: false,
-            positions: None,
-            uses: Uses::new(),
-            limits: Limits::default(),
-            waiting: VecDeque::new(),
-            check: None,
-            rest: None,
-            closes: false,
-            out: VecDeque::new(),
-            events: VecDeque::new(),
-        }
-    }
-
+impl DmcHost {
     /// Does what the session says, until it waits and no command can go on.
     pub(super) fn work(&mut self) {
         let mut bytes = [0; 1048];
@@ -195,7 +118,7 @@ impl Core {
     /// Takes the end of a command.
     fn ended(&mut self, token: Token, mut end: Result<Answer, Outcome<'static>>) {
         let asked = self.asked.remove(&token);
-        let message = asked.as_ref().map(Asked::message);
+        let message = asked.as_ref().map(Owned::message);
         match message {
             // Some devices tell positions beside an acknowledgement.
             Some(HostMessage::MotorGetPosition(_)) if end == Ok(Answer::Done) => {
@@ -252,7 +175,7 @@ impl Core {
         let Some(&Waiting { token, is_sequence }) = self.waiting.front() else { return false };
         let count = self.session.machine().device().map_or(0, |device| device.motor_count.min(32));
         let table = self.is_uploaded.then_some(&self.table);
-        let message = self.asked.get(&token).map(Asked::message);
+        let message = self.asked.get(&token).map(Owned::message);
         if let Some((motor, flags)) = message.and_then(|message| lacking(&self.uses, &message, table, count)) {
             // The machine refuses it during a run, if the motor would take part in the run.
             self.ask(USES, MotorConfigure { motor, flags, tail: &[] }.into());
@@ -273,17 +196,17 @@ impl Core {
     }
 
     /// Sends a request of the host itself.
-    fn ask(&mut self, token: Token, message: HostMessage<'static>) {
-        self.asked.insert(token, Asked::Message(message));
+    fn ask(&mut self, token: Token, message: HostMessage<'_>) {
+        self.asked.extend(Owned::new(&message).map(|owned| (token, owned)));
         self.send(token, false);
     }
 
     /// Gives the message of a command to the session.
     fn send(&mut self, token: Token, is_sequence: bool) {
-        let Some(message) = self.asked.get(&token).map(Asked::message) else { return };
+        let Some(message) = self.asked.get(&token).map(Owned::message) else { return };
         let session = &mut self.session;
-        let taken = if is_sequence { session.sequence(token, message) } else { session.request(token, message) };
-        if let Err(error) = taken {
+        let sent = if is_sequence { session.sequence(token, message) } else { session.request(token, message) };
+        if let Err(error) = sent {
             warn!(%error, "a command cannot be taken");
             self.ended(token, Err(Outcome::Refused(Refusal::Busy)));
         }
@@ -306,17 +229,12 @@ impl Core {
     }
 
     /// Takes bytes that arrived.
-    pub(super) fn receive(&mut self, mut bytes: &[u8]) {
+    pub(super) fn take(&mut self, mut bytes: &[u8]) {
         while !bytes.is_empty() {
             let taken = self.session.receive(self.clock, bytes);
             bytes = &bytes[taken..];
             self.work();
         }
-    }
-
-    /// Time when something is due.
-    pub(super) fn wake(&self) -> Option<Millis> {
-        [self.until, self.rest.map(|(due, _)| due)].into_iter().flatten().min()
     }
 
     /// Does what is due.
@@ -336,7 +254,8 @@ impl Core {
         self.work();
     }
 
-    pub(super) fn command(&mut self, command: Command) {
+    /// Carries out a command.
+    pub(super) fn obey(&mut self, command: Command) {
         match command {
             Command::Greet => self.tell(|session| session.greet(OWN)),
             Command::Go => self.tell(|session| session.go(OWN)),
@@ -346,15 +265,15 @@ impl Core {
             }
             Command::Stop(target) => self.stop(target),
             Command::Ask(token, message) => match self.limits.within(message, self.positions.as_ref()) {
-                Ok(message) => self.submit(token, Asked::Message(message), false),
+                Ok(message) => self.submit(token, &message, false),
                 Err(code) => self.refuse(token, Refusal::WouldBeRefused(code)),
             },
-            Command::Begin(token, message) => self.submit(token, Asked::Message(message), true),
-            Command::Shoot(token, shot) => self.submit(token, Asked::Shot(shot), true),
+            Command::Begin(token, message) => self.submit(token, &message, true),
+            Command::Shoot(token, shot) => self.submit(token, &shot.message(), true),
             Command::Upload(token, table) => match self.fits(&table) {
                 Ok(begin) if !self.is_busy(token, true) => {
                     (self.table, self.is_uploaded) = (table, false);
-                    self.submit(token, Asked::Message(begin.into()), true);
+                    self.submit(token, &begin.into(), true);
                 }
                 Ok(_) => self.refuse(token, Refusal::Busy),
                 Err(_) => self.refuse(token, Refusal::WouldBeRefused(AckCode::ERR_RANGE)),
@@ -386,16 +305,17 @@ impl Core {
         is_taken || (is_sequence && (waits || self.check.is_some() || self.session.machine().progress().is_some()))
     }
 
-    fn submit(&mut self, token: Token, asked: Asked, is_sequence: bool) {
-        let message = asked.message();
+    fn submit(&mut self, token: Token, message: &HostMessage<'_>, is_sequence: bool) {
         // The request that closes the shutter after a stop could end a new photo.
         let is_closing = self.closes || self.asked.contains_key(&SHUTTER);
         if self.is_busy(token, is_sequence) || (is_closing && message.opens_shutter()) {
             return self.refuse(token, Refusal::Busy);
         }
-        let may_move = message.conduct().may_move();
-        self.asked.insert(token, asked);
-        if may_move {
+        let Ok(owned) = Owned::new(message) else {
+            return self.refuse(token, Refusal::WouldBeRefused(AckCode::ERR_RANGE));
+        };
+        self.asked.insert(token, owned);
+        if message.conduct().may_move() {
             self.waiting.push_back(Waiting { token, is_sequence });
         } else {
             self.send(token, is_sequence);
@@ -405,19 +325,15 @@ impl Core {
     fn refuse(&mut self, token: Token, refusal: Refusal) {
         self.events.push_back(Event::Ended(token, Err(Outcome::Refused(refusal))));
     }
-
-    /// Message that begins the upload of a move, if the device can take the move.
-    pub(super) fn fits(&self, table: &Table) -> Result<RtUploadMoveBegin<'static>, EncodeError> {
-        upload::begin(table, &self.session.machine().device().map(Context::of).unwrap_or_default())
-    }
 }
 
 /// Bytes of a message, which is noted in the log.
 fn sent(bytes: &[u8]) -> Outgoing {
     if enabled!(Level::DEBUG) {
-        match Frame::decode(bytes).map(|frame| HostMessage::decode(&frame)) {
-            Ok(Ok(message)) => debug!("sends {message}"),
-            _ => debug!(len = bytes.len(), "sends zero bytes, which complete a frame that was cut off"),
+        if let Ok(Ok(message)) = Frame::decode(bytes).map(|frame| HostMessage::decode(&frame)) {
+            debug!("sends {message}");
+        } else {
+            debug!(len = bytes.len(), "sends zero bytes, which complete a frame that was cut off");
         }
     }
     Outgoing::Bytes(LINE, bytes.to_vec())
