@@ -90,6 +90,24 @@
 //!
 //! The exit statuses of all commands are those of [`Status`](examples::program::Status), and 0 if a command is done.
 //!
+//! # JSON
+//!
+//! With `--json`, each line is an object. All texts are those of the lines without `--json`.
+//!
+//! | command | standard output | standard error |
+//! |---|---|---|
+//! | `inspect` | an object for each frame | |
+//! | `simulate` | `protocol` and `address`, when clients can connect; with `--list` `kind`, `name` and `about` of each device and quirk, and of devices whether they are the `default` | the log: `timestamp` in seconds, `level`, `message` |
+//! | `drive` | `event` of each line, see below | the log, with `-v` |
+//! | each, if it fails | | `error` and the exit `status` |
+//!
+//! | event | fields | meaning |
+//! |---|---|---|
+//! | `note` | `text` | for people |
+//! | `position` | `motor`, `position`, `text` | position of a motor at rest, or now: rotations (kOS) or steps (DMC, hoot) |
+//! | `progress` | `part`, `positions`, `text` | part of the command that is done, from 0 to 1, `null` if it is not known; `motor` and `position` of each motor that is known |
+//! | `done` | | the command is done; without this event it is not |
+//!
 //! # Modules
 //!
 //! | | |

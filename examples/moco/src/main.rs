@@ -14,6 +14,7 @@ use moco::program::{interrupts, log};
 use moco::{drive, plot, simulate};
 use tokio::sync::mpsc::UnboundedReceiver;
 use tracing::Level;
+use tracing_appender::non_blocking::WorkerGuard;
 
 const NAME: &str = "moco";
 
@@ -53,7 +54,7 @@ fn main() -> ExitCode {
                 1 => Level::DEBUG,
                 _ => Level::TRACE,
             };
-            in_real_time(level, false, async |interrupts| simulate::simulate(&args, interrupts).await)
+            in_real_time(log(level, args.json), false, async |interrupts| simulate::simulate(&args, interrupts).await)
         }
         Command::Drive(args) => {
             let level = match args.verbose {
@@ -62,22 +63,22 @@ fn main() -> ExitCode {
                 2 => Level::DEBUG,
                 _ => Level::TRACE,
             };
-            in_real_time(level, true, async |interrupts| Ok(drive::program::drive(&args, interrupts).await?))
+            in_real_time(log(level, args.json), true, async |interrupts| {
+                Ok(drive::program::drive(&args, interrupts).await?)
+            })
         }
         Command::Completions { shell } => completions(shell),
         Command::Man { folder } => man(&folder),
     })
 }
 
-/// Runs a command with its log and Ctrl-C. With `terminal`, other keys of the terminal are handled as Ctrl-C.
+/// Runs a command with its log, which is written to its end before the program prints a failure, and with Ctrl-C. With `terminal`, other keys of the terminal are handled as Ctrl-C.
 #[tokio::main(flavor = "current_thread")]
 async fn in_real_time(
-    level: Level,
+    _log: WorkerGuard,
     terminal: bool,
     act: impl AsyncFnOnce(UnboundedReceiver<()>) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    // The log is written to its end before the program prints a failure.
-    let _log = log(level);
     let interrupts =
         interrupts(terminal).map_err(|error| Failure::not_done(format!("Ctrl-C cannot be handled: {error}")))?;
     Box::pin(act(interrupts)).await

@@ -1,26 +1,30 @@
 //! Command `simulate`: a rig and its lines, as the arguments describe them.
 
+use std::ffi::OsStr;
 use std::io::{self, Write};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
-use clap::{Parser, ValueEnum};
+use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
+use clap::{Arg, Command, Parser, ValueEnum};
 use examples::program::{Failure, STATUSES, written};
 use motion_rigs::Rig;
-use motion_rigs::device::{self, Named};
+use motion_rigs::device::{self, Kind, Named};
 use motion_rigs::dmc_device::{self, DmcDevice};
 use motion_rigs::faults::{Carrier, Faults};
 use motion_rigs::hoot_node::{self, HootNode};
 use motion_rigs::kos_device::{self, KosDevice};
+use serde_json::json;
 use tokio::net::TcpListener;
 use tokio::sync::mpsc::UnboundedReceiver;
 use tracing::info;
 
 use crate::serve::{Announcer, Door, Options, Record, Server, listen};
 
-/// Run a simulated rig on a real transport.
+/// Run a simulated rig on a real transport, until Ctrl-C.
 #[derive(Debug, Clone, PartialEq, Parser)]
 #[command(after_help = STATUSES)]
+#[expect(clippy::struct_excessive_bools, reason = "flags of a command line")]
 pub struct Args {
     /// Protocol of the rig.
     #[arg(value_enum)]
@@ -50,10 +54,10 @@ pub struct Args {
     #[arg(long, value_name = "LIST")]
     pub faults: Option<String>,
     /// Device of the field that the rig stands for; --list prints all of them, and the default.
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = Names(Kind::Device), hide_possible_values = true)]
     pub device: Option<String>,
     /// Single differences of the rig from the device: a list; --list prints all of them.
-    #[arg(long, value_name = "LIST", default_value = "")]
+    #[arg(long, value_name = "LIST", default_value = "", value_parser = Names(Kind::Quirk), hide_possible_values = true)]
     pub quirks: String,
     /// Print the devices and quirks of the protocol, and end.
     #[arg(long)]
@@ -64,9 +68,58 @@ pub struct Args {
     /// File for a record of the motors as CSV: milliseconds, motor, position, and moment of the move.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
+    /// Print JSON objects instead of lines: {"protocol", "address"} when clients can connect, the log with "timestamp" in
+    /// seconds, "level" and "message", and with --list {"kind", "name", "about"} for each device and quirk, whose name may be
+    /// a pattern.
+    #[arg(long)]
+    pub json: bool,
     /// Log each message; given twice, also each piece of bytes.
     #[arg(long, short, action = clap::ArgAction::Count)]
     pub verbose: u8,
+}
+
+/// Parser of names of devices or quirks, which completes those of all protocols. Any name is accepted here, because there are
+/// patterns for more of them.
+#[derive(Debug, Clone)]
+struct Names(Kind);
+
+impl TypedValueParser for Names {
+    type Value = String;
+
+    fn parse_ref(&self, command: &Command, arg: Option<&Arg>, value: &OsStr) -> Result<String, clap::Error> {
+        StringValueParser::new().parse_ref(command, arg, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let mut all =
+            [names::<kos_device::Setup>(), names::<dmc_device::Setup>(), names::<hoot_node::Setup>()].concat();
+        all.retain(|(kind, ..)| *kind == self.0);
+        all.sort_by_key(|(_, name, _)| *name);
+        all.dedup_by_key(|(_, name, _)| *name);
+        Some(Box::new(all.into_iter().map(|(_, name, about)| PossibleValue::new(name).help(about))))
+    }
+}
+
+/// Kinds, names and meanings of the devices and quirks of a protocol.
+fn names<S: Named>() -> Vec<(Kind, &'static str, &'static str)> {
+    let devices = S::DEVICES.iter().map(|device| (Kind::Device, device.name, device.about));
+    devices.chain(S::QUIRKS.iter().map(|quirk| (Kind::Quirk, quirk.name, quirk.about))).collect()
+}
+
+/// Devices and quirks of a protocol, in the form that the arguments ask for.
+fn list<S: Named>(args: &Args) -> String {
+    if !args.json {
+        return format!("{}Device without --device: {}\n", device::list::<S>(), args.protocol.default_device());
+    }
+    let all = names::<S>().into_iter().chain(S::FAMILIES.iter().copied());
+    let objects = all.map(|(kind, name, about)| match kind {
+        Kind::Device => {
+            let is_default = name == args.protocol.default_device();
+            json!({ "kind": "device", "name": name, "about": about, "default": is_default })
+        }
+        Kind::Quirk => json!({ "kind": "quirk", "name": name, "about": about }),
+    });
+    objects.map(|object| object.to_string() + "\n").collect()
 }
 
 /// Protocol of a rig.
@@ -130,11 +183,10 @@ impl Protocol {
 pub async fn simulate(args: &Args, interrupts: UnboundedReceiver<()>) -> Result<(), Failure> {
     if args.list {
         let list = match args.protocol {
-            Protocol::Kos => device::list::<kos_device::Setup>(),
-            Protocol::Dmc => device::list::<dmc_device::Setup>(),
-            Protocol::Hoot => device::list::<hoot_node::Setup>(),
+            Protocol::Kos => list::<kos_device::Setup>(args),
+            Protocol::Dmc => list::<dmc_device::Setup>(args),
+            Protocol::Hoot => list::<hoot_node::Setup>(args),
         };
-        let list = format!("{list}Device without --device: {}\n", args.protocol.default_device());
         return written(io::stdout().write_all(list.as_bytes()));
     }
     match args.protocol {
@@ -231,7 +283,11 @@ async fn serve<R: Rig>(rig: R, args: &Args, mut interrupts: UnboundedReceiver<()
         None => terminal(door)?,
     };
     // A closed output is not a reason to end.
-    let _ = writeln!(io::stdout(), "{} rig at {address}", protocol.name());
+    let _ = if args.json {
+        writeln!(io::stdout(), "{}", json!({ "protocol": protocol.command(), "address": address }))
+    } else {
+        writeln!(io::stdout(), "{} rig at {address}", protocol.name())
+    };
     server.run(async { interrupts.recv().await.unwrap_or_default() }).await;
     info!("the end: interrupted");
     Ok(())

@@ -50,8 +50,8 @@ pub struct Args {
     /// Address of the node, from 2 to 255 (hoot).
     #[arg(long, global = true, default_value_t = hoot_proto::Address::DEFAULT.0, value_parser = clap::value_parser!(u8).range(2..))]
     pub node: u8,
-    /// Print one JSON object per line: event ("note", "position", "progress", or "done" at the end), text, motor, position,
-    /// part (from 0 to 1), positions.
+    /// Print one JSON object per line: "event" ("note", "position", "progress", or "done" at the end), "text", "motor",
+    /// "position", "part" (from 0 to 1), "positions".
     #[arg(long, global = true)]
     pub json: bool,
     /// Log events of the line; given twice, also each message; given three times, also each piece of bytes.

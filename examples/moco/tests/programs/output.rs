@@ -1,8 +1,8 @@
-//! Tests of the output of `moco drive` for programs, and of its progress bar.
+//! Tests of the output of `moco drive` and `moco simulate` for programs, and of the progress bar.
 
 use serde_json::{Value, json};
 
-use crate::process::{Program, Rig, file};
+use crate::process::{Program, Rig, file, within};
 use crate::terminal::Terminal;
 
 /// Move of two seconds, for motors of DMC and hoot.
@@ -59,6 +59,40 @@ fn the_progress_of_a_move_grows_for_programs() {
         assert!(parts.len() >= 2 && parts.is_sorted(), "{events:?}");
         assert!(parts.iter().all(|part| (0.0..=1.0).contains(part)), "{parts:?}");
         rig.end();
+    }
+}
+
+#[test]
+fn a_rig_tells_programs_its_address_and_its_log() {
+    let mut rig = Program::start("simulate", &["dmc", "--tcp", "--port", "0", "--json"]);
+    let ready = objects(&rig.line("address")).remove(0);
+    assert_eq!(ready["protocol"], "dmc");
+    let address = ready["address"].as_str().unwrap();
+    Program::start("drive", &["dmc", address, "info"]).end().done();
+    within("the end of the client", || rig.said().contains("the client closed the line").then_some(()));
+    rig.interrupt();
+    let outcome = rig.end();
+    assert!(outcome.status.success(), "{outcome:?}");
+    let log = objects(&outcome.err);
+    let is_connected = |line: &Value| line["message"].as_str().unwrap().ends_with("is connected");
+    assert!(log.iter().any(is_connected) && log.iter().all(|line| line["level"] == "INFO"), "{log:?}");
+    let seconds: Vec<f64> = log.iter().map(|line| line["timestamp"].as_str().unwrap().parse().unwrap()).collect();
+    assert!(seconds.is_sorted(), "{seconds:?}");
+}
+
+#[test]
+fn programs_and_shells_get_the_names_of_devices_and_quirks() {
+    for (protocol, device) in [("kos", "printed"), ("dmc", "dmc-lite"), ("hoot", "v0.70")] {
+        let names = objects(&Program::start("simulate", &[protocol, "--list", "--json"]).end().done());
+        let usual: Vec<_> = names.iter().filter(|name| name["default"] == true).collect();
+        assert!(usual.len() == 1 && usual[0]["name"] == device && usual[0]["kind"] == "device", "{usual:?}");
+        assert!(names.iter().any(|name| name["kind"] == "quirk"), "{names:?}");
+        let script = Program::start("completions", &["bash"]).end().done();
+        for name in
+            names.iter().map(|name| name["name"].as_str().unwrap()).filter(|name| !name.contains(char::is_uppercase))
+        {
+            assert!(script.contains(name), "{protocol}: {name}");
+        }
     }
 }
 
