@@ -57,6 +57,15 @@ impl Error {
         }
     }
 
+    /// Error of a socket for datagrams.
+    #[cfg(feature = "kos")]
+    pub(crate) fn udp(address: &str, error: &io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::AddrInUse => Self::line(address, "the port is in use: does another program listen there?"),
+            _ => Self::line(address, error.to_string()),
+        }
+    }
+
     /// Error of opening a serial port.
     #[cfg(any(feature = "serialport", feature = "tokio-serial"))]
     pub(crate) fn serial(path: &str, error: &dyn core::fmt::Display) -> Self {

@@ -26,6 +26,8 @@ pub mod embedded;
 mod error;
 #[cfg(any(feature = "std", feature = "embedded-io-async"))]
 mod flow;
+#[cfg(feature = "kos")]
+pub mod kos;
 #[cfg(feature = "std")]
 mod reconnect;
 #[cfg(feature = "tokio")]
