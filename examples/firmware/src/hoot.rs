@@ -5,7 +5,7 @@ use embassy_time::{Duration, Instant, Ticker};
 use embedded_io_async::{Read, Write};
 use hoot_proto::Millis;
 use hoot_proto::device::{DeviceMachine, Event, Motion, Next, Options, Port, Session};
-use hoot_proto::message::{Motor, Steps};
+use hoot_proto::message::{Direction, Motor, Steps, StepsPerSecond};
 use hoot_proto::program::Plan;
 
 /// Motor that counts steps.
@@ -15,6 +15,8 @@ struct Counter {
     motion: Course,
     /// Direction of the run, 1 or -1.
     way: i32,
+    /// Part of a step that is left.
+    rest: f32,
 }
 
 /// Motion that a motor makes.
@@ -23,16 +25,15 @@ enum Course {
     #[default]
     Rest,
     To(i32),
-    /// Run with a speed in steps per millisecond, and the part of a step that is left.
-    Run(f32, f32),
-    /// Follow a plan, which began at this time.
+    /// Run with a speed in steps per second.
+    Run(f32),
+    /// Follow a plan, of which so many milliseconds are over.
     Along(Plan, u32),
 }
 
 impl Counter {
-    /// Takes a motion. Its speed is a step in a millisecond, unless the motion says another.
     fn obey(&mut self, motion: Motion) {
-        let way = |direction: hoot_proto::message::Direction| if direction.0 == 0 { -1 } else { 1 };
+        let way = |direction: Direction| if direction.0 == 0 { -1 } else { 1 };
         self.motion = match motion {
             Motion::Stop => Course::Rest,
             Motion::By { direction, steps } => {
@@ -42,9 +43,9 @@ impl Counter {
             Motion::To(Steps(to)) => Course::To(to),
             Motion::Run { direction, speed } => {
                 self.way = way(direction);
-                Course::Run(speed.0 / 1000.0, 0.0)
+                Course::Run(speed.0)
             }
-            Motion::Speed(speed) => Course::Run(speed.0 / 1000.0, 0.0),
+            Motion::Speed(speed) => Course::Run(speed.0),
             Motion::Along { plan, elapsed } => Course::Along(plan, elapsed),
             Motion::Rebase { by: Steps(by) } => {
                 self.at = self.at.wrapping_sub(by);
@@ -62,33 +63,37 @@ impl Counter {
         };
     }
 
-    /// Lets a millisecond pass. Returns whether the motor has come to the end of its motion.
-    fn tick(&mut self) -> bool {
-        match &mut self.motion {
-            Course::Rest => return false,
+    /// Number of whole steps in a millisecond, at a speed in steps per second.
+    fn steps(&mut self, speed: f32) -> i32 {
+        self.rest += speed / 1000.0;
+        let whole = self.rest as i32;
+        self.rest -= whole as f32;
+        whole
+    }
+
+    /// Lets a millisecond pass. Moves have the speed that is set. Returns whether the motor has come to the end of its motion.
+    fn tick(&mut self, StepsPerSecond(speed): StepsPerSecond) -> bool {
+        let is_over = match self.motion {
+            Course::Rest => false,
             Course::To(to) => {
-                self.at += to.wrapping_sub(self.at).signum();
-                if self.at != *to {
-                    return false;
-                }
+                let left = to.wrapping_sub(self.at);
+                self.at += left.signum() * left.abs().min(self.steps(speed.abs()));
+                self.at == to
             }
-            Course::Run(speed, rest) => {
-                *rest += *speed;
-                let whole = *rest as i32;
-                *rest -= whole as f32;
-                self.at = self.at.wrapping_add(whole.wrapping_mul(self.way));
-                return false;
+            Course::Run(speed) => {
+                self.at = self.at.wrapping_add(self.steps(speed).wrapping_mul(self.way));
+                false
             }
             Course::Along(plan, elapsed) => {
-                *elapsed += 1;
-                self.at = plan.at(*elapsed).0;
-                if *elapsed < plan.travel.0 {
-                    return false;
-                }
+                self.at = plan.at(elapsed + 1).0;
+                self.motion = Course::Along(plan, elapsed + 1);
+                elapsed + 1 >= plan.travel.0
             }
+        };
+        if is_over {
+            self.motion = Course::Rest;
         }
-        self.motion = Course::Rest;
-        true
+        is_over
     }
 }
 
@@ -120,7 +125,7 @@ pub async fn serve<L: Read + Write>(line: &mut L) -> Result<(), L::Error> {
 fn tick(motors: &mut [Counter; 3], session: &mut Session) {
     for (counter, motor) in motors.iter_mut().zip(Motor::ALL) {
         let before = counter.at;
-        let arrived = counter.tick();
+        let arrived = counter.tick(session.machine().motor(motor).settings().speed);
         if counter.at != before {
             let _ = session.position(motor, Steps(counter.at));
         }

@@ -9,3 +9,4 @@ pub mod board;
 pub mod dmc;
 pub mod hoot;
 pub mod kos;
+pub mod line;
