@@ -43,7 +43,7 @@
 //! ```
 
 use motion_core::session::{self, Agenda, News, Session as _, Turn, TurnOf};
-use motion_core::stream::{Item, Patience};
+use motion_core::stream::{Framing as _, Item, Patience};
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
 use motion_core::{session_link, session_methods};
@@ -52,7 +52,7 @@ use super::event::{Event, Store};
 use super::input::{self, Input};
 use super::machine::DeviceMachine;
 use super::transmit::{EFFECTS, Effect, Rig, Transmit};
-use crate::frame::{Dmc, Frame, MAX_FRAME, SMALL_FRAME};
+use crate::frame::{Dmc, MAX_FRAME, SMALL_FRAME};
 use crate::message::{AckCode, FrameNumber, Motor, Motors, Triggers};
 
 pub use motion_core::session::NotTaken;
@@ -232,7 +232,8 @@ impl<const N: usize, const CAP: usize> session::Session for Session<N, CAP> {
     }
 
     fn event(&self, held: Held) -> Event<'_> {
-        let message = || Frame::decode(self.link.last()).ok().and_then(|frame| input::message(&frame).ok());
+        // The stream has verified the frame.
+        let message = || Dmc::<CAP>::frame(self.link.last()).and_then(|frame| input::message(&frame).ok());
         let event = match held {
             Held::Event(event) => Some(event),
             Held::Apply => message().map(Event::Apply),

@@ -12,15 +12,15 @@ const MOTORS: usize = 4;
 const ROOM: Room = Room { motors: MOTORS as u8, channels: 0, frames: 200 };
 
 /// Parts of a frame: a thousand for each thousandth of a frame per second and each millisecond.
-const PARTS: i64 = 1_000_000;
+const PARTS: u32 = 1_000_000;
 
 /// Motors of the device, and its move.
 struct Rig<'m> {
     at: [i32; MOTORS],
     to: [i32; MOTORS],
     moves: UploadBuffer<'m>,
-    /// Place in the film, in parts of a frame.
-    film: i64,
+    /// Frame of the film on which the motors are, and parts of the way to the next one.
+    film: (i32, u32),
     /// Run that is prepared, and then under way.
     run: Option<Run>,
     runs: bool,
@@ -31,10 +31,10 @@ struct Rig<'m> {
 /// Run or jog of all motors along the uploaded move.
 #[derive(Clone, Copy)]
 struct Run {
-    /// Place where it ends.
-    to: i64,
+    /// Frame where it ends.
+    to: i32,
     /// Parts of a frame in a millisecond.
-    rate: i64,
+    rate: u32,
     is_jog: bool,
 }
 
@@ -53,11 +53,6 @@ fn index(Motor(motor): Motor) -> Option<usize> {
     usize::from(motor).checked_sub(1).filter(|&index| index < MOTORS)
 }
 
-/// Place of a frame in the film, in parts of a frame.
-fn place(FrameNumber(frame): FrameNumber) -> i64 {
-    i64::from(frame) * PARTS
-}
-
 impl Rig<'_> {
     fn obey(&mut self, event: &Event<'_>) {
         match *event {
@@ -73,17 +68,17 @@ impl Rig<'_> {
             }
             Event::ToFrame(frame) => self.go_to(frame),
             Event::JogAll(FramesPerSecond(rate), to) => {
-                self.run = Some(Run { to: place(to), rate: rate.0.into(), is_jog: true });
+                self.run = Some(Run { to: to.0, rate: rate.0, is_jog: true });
                 self.runs = true;
             }
             Event::Prepare(HostMessage::RtRunMove(run)) => {
                 self.go_to(run.start_frame);
-                self.run = Some(Run { to: place(run.end_frame), rate: run.fps_x1000.0.0.into(), is_jog: false });
+                self.run = Some(Run { to: run.end_frame.0, rate: run.fps_x1000.0.0, is_jog: false });
             }
             Event::Go => return self.runs = true,
             Event::NextPass(from, to) => {
                 self.go_to(from);
-                return self.run.iter_mut().for_each(|run| run.to = place(to));
+                return self.run.iter_mut().for_each(|run| run.to = to.0);
             }
             Event::Apply(HostMessage::MotorResetPosition(reset)) => {
                 index(reset.motor).inspect(|&index| {
@@ -99,7 +94,7 @@ impl Rig<'_> {
 
     /// Sends all motors to a frame of the move.
     fn go_to(&mut self, frame: FrameNumber) {
-        self.film = place(frame);
+        self.film = (frame.0, 0);
         let Some(frame) = self.moves.index(frame) else { return };
         for (to, motor) in self.to.iter_mut().zip((1..).map(Motor)) {
             *to = self.moves.position(motor, frame).map_or(*to, |steps| steps.0);
@@ -109,15 +104,16 @@ impl Rig<'_> {
     /// Lets a millisecond pass, and reports what happened.
     fn tick(&mut self, session: &mut SmallSession) {
         if let Some(Run { to, rate, is_jog }) = self.run.filter(|_| self.runs) {
-            let left = to - self.film;
-            let film = self.film + left.signum() * left.abs().min(rate);
-            if film / PARTS != self.film / PARTS {
-                let frame = FrameNumber((film / PARTS) as i32);
+            let (frame, parts) = (self.film.0, self.film.1.saturating_add(rate));
+            let frames = (parts / PARTS).min(to.abs_diff(frame));
+            if frames > 0 {
+                let way = to.wrapping_sub(frame).signum();
+                let frame = FrameNumber(frame.wrapping_add(way.wrapping_mul(frames.cast_signed())));
                 self.go_to(frame);
                 let _ = session.at_frame(frame);
             }
-            self.film = film;
-            if film == to {
+            self.film.1 = parts % PARTS;
+            if self.film.0 == to {
                 self.runs = false;
                 if !is_jog {
                     let _ = session.pass_end();
@@ -146,7 +142,8 @@ pub async fn serve<L: Read + Write>(line: &mut L) -> Result<(), L::Error> {
     let (mut positions, mut written) = ([0; ROOM.positions()], [0; ROOM.written()]);
     let memory = Memory { positions: &mut positions, levels: &mut [], triggers: &mut [], written: &mut written };
     let Ok(moves) = UploadBuffer::new(ROOM, memory) else { return Ok(()) };
-    let mut rig = Rig { at: [0; MOTORS], to: [0; MOTORS], moves, film: 0, run: None, runs: false, owes_rest: false };
+    let mut rig =
+        Rig { at: [0; MOTORS], to: [0; MOTORS], moves, film: (0, 0), run: None, runs: false, owes_rest: false };
     let hi = Hi {
         motor_count: ROOM.motors,
         upload_frame_count: ROOM.frames,

@@ -263,8 +263,13 @@ impl<F: Framing, const N: usize> Frames<F, N> {
     }
 
     /// Judges the bytes from `at` on, of which there is at least one.
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "the large answer is never built in memory: floods cost a third less")]
+    // In firmware the code has to be short, because it has to be stored.
+    #[cfg_attr(target_os = "none", inline(never))]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
+    #[cfg_attr(
+        not(target_os = "none"),
+        expect(clippy::inline_always, reason = "the large answer is never built in memory: floods cost a third less")
+    )]
     fn judge(&mut self, at: usize) -> Found {
         let filled = self.buf.get(..self.reach()).unwrap_or_default();
         let bytes = filled.get(at..).unwrap_or_default();
