@@ -63,6 +63,9 @@ impl MessageId {
     }
 }
 
+motion_core::__defmt! { newtype MessageId(u32) }
+motion_core::__defmt! { newtype MessageType(u16) }
+
 impl fmt::Display for MessageId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.0)

@@ -21,6 +21,7 @@ use crate::message::{Easing, Span, Steps};
 
 /// Planned move of one motor, without its lead-in. Source: hoot, sections 2.3 and 4.2.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 pub struct Plan {
     /// Position at the start, in steps.
     pub start: Steps,

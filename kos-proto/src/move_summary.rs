@@ -104,6 +104,8 @@ pub enum SummaryError {
     Time,
 }
 
+motion_core::__defmt! { as this: SummaryError => SummaryError { code: ErrorCode = this.code(), } }
+
 impl SummaryError {
     /// Error code with which a device answers (decisions K-J10 and K-J14).
     #[must_use]

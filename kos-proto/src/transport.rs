@@ -2,6 +2,7 @@
 
 /// Transport of a connection between client and device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 pub enum Transport {
     /// TCP stream in a network. The password locks it.
     Tcp,

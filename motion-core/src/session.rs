@@ -24,6 +24,7 @@ pub const WISHES: usize = 8;
 
 /// Reason why a session did not take a command. Nothing was changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum NotTaken {
     /// As many commands wait for a poll as the session can hold.

@@ -9,6 +9,7 @@ use crate::message::{FrameNumber, FramesPerSecond, HostMessage, JogSpeed, Motor,
 ///
 /// An event stands before the message that acknowledges it: the rig acts before the host is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum Event<'a> {
     /// Stop. A later stop never makes this one softer.
@@ -78,6 +79,7 @@ impl Event<'_> {
 
 /// Kind of a stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum StopKind {
     /// One motor, with its own deceleration.
@@ -128,6 +130,7 @@ display! {
 
 /// Name of a message of an upload that is to be stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 pub struct Store {
     pub(super) id: MessageId,
     pub(super) kind: MessageType,
@@ -136,6 +139,7 @@ pub struct Store {
 
 /// Part of an upload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 pub(super) enum Part {
     Begin(FrameNumber, FrameNumber),
     Axis(Motor),

@@ -12,6 +12,7 @@ use crate::upload::Section;
 
 /// Something that the application is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum Event<'a> {
     /// The device said who it is. It can be configured now; nothing that moves is sent yet.
@@ -106,6 +107,7 @@ impl Event<'_> {
 
 /// End of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum Outcome<'a> {
     /// The device did it, or the command only concerned the machine. The message is the answer of the device, where it
@@ -150,6 +152,7 @@ impl Outcome<'_> {
 
 /// Reason why a command was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum Refusal {
     /// There is no link.
@@ -196,6 +199,7 @@ pub enum Refusal {
 
 /// Something that ended a command other than its answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum Failure {
     /// No answer came to a question, after three tries.
@@ -217,6 +221,7 @@ pub enum Failure {
 
 /// What a stop is to stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum StopTarget {
     /// One motor. While a run, a shot or any other coordinated move is followed, or may still begin, this is a stop of

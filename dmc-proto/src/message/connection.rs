@@ -209,17 +209,19 @@ message! {
     }
 }
 
-/// Acknowledgement: the answer to a request that asks for no data, or to any request that failed.
-///
-/// Some devices send a code of four bytes, whose upper two bytes are zero. Those two are in `tail` (decision D-6).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Ack<'a> {
-    /// Type of the request that the acknowledgement answers.
-    pub of: MessageType,
-    /// Code of the end of the request; `None` if the data is shorter than a code.
-    pub response_code: Option<AckCode>,
-    /// Bytes after the code, as they arrived.
-    pub tail: &'a [u8],
+motion_core::__logged! {
+    /// Acknowledgement: the answer to a request that asks for no data, or to any request that failed.
+    ///
+    /// Some devices send a code of four bytes, whose upper two bytes are zero. Those two are in `tail` (decision D-6).
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub struct Ack<'a> {
+        /// Type of the request that the acknowledgement answers.
+        pub of: MessageType,
+        /// Code of the end of the request; `None` if the data is shorter than a code.
+        pub response_code: Option<AckCode>,
+        /// Bytes after the code, as they arrived.
+        pub tail: &'a [u8],
+    }
 }
 
 impl<'a> Ack<'a> {

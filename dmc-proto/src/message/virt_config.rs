@@ -133,13 +133,15 @@ pub struct BoomSwingTrack<'a> {
     pub tail: &'a [u8],
 }
 
-/// Rig of a kind without a published layout, as it arrived.
-///
-/// The fields are private, so that a layout that becomes known later breaks no program.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct OpaqueRig<'a> {
-    kind: RigKind,
-    payload: &'a [u8],
+motion_core::__logged! {
+    /// Rig of a kind without a published layout, as it arrived.
+    ///
+    /// The fields are private, so that a layout that becomes known later breaks no program.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub struct OpaqueRig<'a> {
+        kind: RigKind,
+        payload: &'a [u8],
+    }
 }
 
 impl<'a> OpaqueRig<'a> {
@@ -165,18 +167,20 @@ impl<'a> OpaqueRig<'a> {
     }
 }
 
-/// Configuration of the virtual motors. Source: DMC, `MSG_VIRT_CONFIG`; safety decisions 7 and 10, decision D-34.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum VirtConfig<'a> {
-    /// There are no virtual motors from now on.
-    None(Empty<'a>),
-    /// The rig is a boom on a swing on a track.
-    BoomSwingTrack(BoomSwingTrack<'a>),
-    /// The rig is a swing and a pan.
-    SwingPan(SwingPan<'a>),
-    /// The layout of the rig is not published.
-    Opaque(OpaqueRig<'a>),
+motion_core::__logged! {
+    /// Configuration of the virtual motors. Source: DMC, `MSG_VIRT_CONFIG`; safety decisions 7 and 10, decision D-34.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    #[non_exhaustive]
+    pub enum VirtConfig<'a> {
+        /// There are no virtual motors from now on.
+        None(Empty<'a>),
+        /// The rig is a boom on a swing on a track.
+        BoomSwingTrack(BoomSwingTrack<'a>),
+        /// The rig is a swing and a pan.
+        SwingPan(SwingPan<'a>),
+        /// The layout of the rig is not published.
+        Opaque(OpaqueRig<'a>),
+    }
 }
 
 impl VirtConfig<'_> {
@@ -305,6 +309,15 @@ impl<'a> BoomSwingTrack<'a> {
         self.rig.encode_into(rig)?;
         place.copy_from_slice(table);
         Ok(needed)
+    }
+}
+
+motion_core::__defmt! {
+    as this: BoomSwingTrack<'_> => BoomSwingTrack<'x> {
+        rig: &'x BoomRig = &this.rig,
+        has_table: bool = this.boom_table.is_some(),
+        safe_distance_x1000: Option<Length> = this.safe_distance_x1000,
+        tail: &'x [u8] = this.tail,
     }
 }
 

@@ -128,30 +128,32 @@ message! {
     }
 }
 
-/// Positions of the virtual motors: an answer, which some devices also send unasked.
-///
-/// Devices that can aim add whether they do, and all three coordinates of the point or none of them. Source: DMC,
-/// `MSG_VIRT_GET_POSITION`; decision D-41.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct VirtPositions<'a> {
-    /// Position along the track.
-    pub track: VirtualPosition,
-    /// Position to the east or west.
-    pub ew: VirtualPosition,
-    /// Position to the north or south.
-    pub ns: VirtualPosition,
-    /// Pan of the camera.
-    pub pan: VirtualPosition,
-    /// Tilt of the camera.
-    pub tilt: VirtualPosition,
-    /// Roll of the camera.
-    pub roll: VirtualPosition,
-    /// Whether the camera is aimed at a point.
-    pub aim_enabled: Option<Bool>,
-    /// Coordinates of the point: x, y and z.
-    pub aim: Option<[Coordinate; 3]>,
-    /// Bytes after the known fields, as they arrived.
-    pub tail: &'a [u8],
+motion_core::__logged! {
+    /// Positions of the virtual motors: an answer, which some devices also send unasked.
+    ///
+    /// Devices that can aim add whether they do, and all three coordinates of the point or none of them. Source: DMC,
+    /// `MSG_VIRT_GET_POSITION`; decision D-41.
+    #[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
+    pub struct VirtPositions<'a> {
+        /// Position along the track.
+        pub track: VirtualPosition,
+        /// Position to the east or west.
+        pub ew: VirtualPosition,
+        /// Position to the north or south.
+        pub ns: VirtualPosition,
+        /// Pan of the camera.
+        pub pan: VirtualPosition,
+        /// Tilt of the camera.
+        pub tilt: VirtualPosition,
+        /// Roll of the camera.
+        pub roll: VirtualPosition,
+        /// Whether the camera is aimed at a point.
+        pub aim_enabled: Option<Bool>,
+        /// Coordinates of the point: x, y and z.
+        pub aim: Option<[Coordinate; 3]>,
+        /// Bytes after the known fields, as they arrived.
+        pub tail: &'a [u8],
+    }
 }
 
 impl<'a> VirtPositions<'a> {

@@ -65,6 +65,7 @@ impl Default for SectionSize {
 ///
 /// It holds no values, so it can be kept, compared and sent again. [`message`](Self::message) reads the values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 pub struct Section {
     track: Track,
     start: StartIndex,

@@ -70,6 +70,7 @@ impl MoveSource for NoMove {
 
 /// Part of a move that has a value for each frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 pub enum Track {
     /// Positions of a motor.
     Axis(Motor),

@@ -26,6 +26,7 @@ states! {
 
 /// Something that the rig has to do, or is told. The order counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum Event<'a> {
     /// A motor has to do something.
@@ -94,6 +95,7 @@ impl Event<'_> {
 
 /// Motion that a motor has to make.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum Motion {
     /// Stop at once. From now on the node says that the motor rests.
@@ -136,6 +138,7 @@ pub enum Motion {
 
 /// Part of a node that has settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 pub enum Part {
     /// The controller: [`DeviceMachine::controller`](super::DeviceMachine::controller) and the name.
     Controller,
@@ -147,6 +150,7 @@ pub enum Part {
 
 /// Why a packet is not answered. Source: hoot, sections 1.1 and 4.1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum Ignored {
     /// Command 0, for any receiver. A reply that refuses has the same header, so bridges drop such replies too.

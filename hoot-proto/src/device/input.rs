@@ -8,6 +8,7 @@ use crate::message::{Amperes, HostMessage, Level, Motor, RingTip, Steps, Volts};
 
 /// Port of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 pub enum Port {
     /// The bus, RS-485.
     Bus,

@@ -9,6 +9,7 @@ use crate::message::{DeviceMessage, HostMessage, Motor, Reply, ResponseCode};
 
 /// Something that a master tells the application.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum Event<'a> {
     /// Everything can be sent from now on.
@@ -74,6 +75,7 @@ impl Event<'_> {
 
 /// Target of a stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum StopTarget {
     /// All nodes.
@@ -129,6 +131,7 @@ impl StopTarget {
 
 /// How a command ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum Outcome<'a> {
     /// The node did it. The query that was asked reads the value of the reply.
@@ -174,6 +177,7 @@ impl Outcome<'_> {
 
 /// Why a command was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum Refusal {
     /// The line is down.
@@ -202,6 +206,7 @@ pub enum Refusal {
 
 /// Why a command failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum Failure {
     /// No answer came in time to a message that only asks.

@@ -59,6 +59,8 @@ impl Name {
     }
 }
 
+motion_core::__defmt! { as this: Name => Name<'x> { bytes: &'x [u8] = this.as_bytes(), } }
+
 impl fmt::Display for Name {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         print::text(f, trim_nuls(self.as_bytes()))
@@ -71,11 +73,13 @@ impl fmt::Debug for Name {
     }
 }
 
-/// Gives the node a name of 1 to 10 bytes. Source: hoot, section 2.1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct SetName {
-    /// Name for the node.
-    pub name: Name,
+motion_core::__logged! {
+    /// Gives the node a name of 1 to 10 bytes. Source: hoot, section 2.1.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub struct SetName {
+        /// Name for the node.
+        pub name: Name,
+    }
 }
 
 impl<'a> Message<'a> for SetName {

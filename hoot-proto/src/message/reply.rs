@@ -22,16 +22,18 @@ open_enum! {
     }
 }
 
-/// Answer to a request. Nothing in it says which request it answers. Only one request is under way on a bus, and its
-/// [`Query`](crate::Query) reads the reply.
-///
-/// Source: hoot, section 1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Reply<'a> {
-    /// Response code.
-    pub code: ResponseCode,
-    /// Data: nothing, or the type of a value and the value.
-    pub data: &'a [u8],
+motion_core::__logged! {
+    /// Answer to a request. Nothing in it says which request it answers. Only one request is under way on a bus, and its
+    /// [`Query`](crate::Query) reads the reply.
+    ///
+    /// Source: hoot, section 1.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub struct Reply<'a> {
+        /// Response code.
+        pub code: ResponseCode,
+        /// Data: nothing, or the type of a value and the value.
+        pub data: &'a [u8],
+    }
 }
 
 impl<'a> Reply<'a> {

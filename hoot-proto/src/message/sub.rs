@@ -50,12 +50,14 @@ macro_rules! sub_messages {
             $($(#[$field_meta:meta])* $field:ident: $field_type:ty,)*
         }
     )*) => {$(
+        motion_core::__logged! {
         $(#[$meta])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
         $vis struct $name {
             $(#[$sub_meta])*
             pub $sub: $sub_type,
             $($(#[$field_meta])* pub $field: $field_type,)*
+        }
         }
 
         const _: () = {

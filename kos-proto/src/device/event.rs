@@ -12,6 +12,7 @@ use crate::trajectory::TrajectoryData;
 
 /// Something that the rig has to do, or should know.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum Event<'a> {
     /// Send a motor to a position.
@@ -118,6 +119,7 @@ impl Event<'_> {
 
 /// Reason why an input was ignored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum Ignored {
     /// The client is locked.

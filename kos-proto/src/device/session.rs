@@ -14,6 +14,7 @@ pub const SESSIONS: usize = 4;
 
 /// Number of a client's connection, 0 to 3, which the caller chooses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 pub struct SessionId(pub u8);
 
 impl SessionId {
@@ -89,6 +90,7 @@ states! {
 
 /// Reason why the device closes a connection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum DisconnectReason {
     /// The client was silent for too long.

@@ -15,6 +15,7 @@ use crate::message::{
 
 /// Something that the application is told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum Event<'a> {
     /// Connect to this device, then give in `LinkUp` or `LinkDown`.
@@ -121,6 +122,7 @@ impl<'a> Event<'a> {
 
 /// Target of a stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 pub enum StopTarget {
     /// Everything that the device moves.
     All,
@@ -130,6 +132,7 @@ pub enum StopTarget {
 
 /// End of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum Outcome<'a> {
     /// The command is done; with the answer of the device if it was a question.
@@ -164,6 +167,7 @@ impl Outcome<'_> {
 
 /// Reason why a command is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum Refusal {
     /// There is no connection.
@@ -221,6 +225,7 @@ pub enum Refusal {
 
 /// Reason why a command ended before it was done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum Failure {
     /// No answer came in time.
@@ -257,6 +262,7 @@ pub enum Failure {
 
 /// Reason why the connection is over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum LinkDownReason {
     /// The device closed the connection, or it was never there.
@@ -399,6 +405,7 @@ impl MoveState {
 
 /// Progress of a move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[non_exhaustive]
 pub enum Move {
     /// The motors are where the move begins.

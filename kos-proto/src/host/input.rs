@@ -12,6 +12,7 @@ use crate::transport::Transport;
 
 /// Place where a device is reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 pub enum Endpoint {
     /// Address in the network, at port 5520.
     Tcp(Ipv4),

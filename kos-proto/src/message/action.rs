@@ -153,6 +153,7 @@ open_enum! {
 
 /// Direction in which a move is played.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 #[cfg_attr(feature = "serde", derive(motion_core::serde::Serialize, motion_core::serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(crate = "motion_core::serde", rename_all = "snake_case"))]
 pub enum Direction {

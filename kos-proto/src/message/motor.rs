@@ -230,13 +230,15 @@ impl From<&OldMotorEntry> for Motor {
     }
 }
 
-/// Motors of a [`MotorInfo`], in either dialect.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum MotorInfos<'a> {
-    /// Motors as the specification describes them. A list without motors is always of this dialect.
-    New(&'a [MotorEntry]),
-    /// Motors of a device of the older dialect, at least one.
-    Old(&'a [OldMotorEntry]),
+motion_core::__logged! {
+    /// Motors of a [`MotorInfo`], in either dialect.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum MotorInfos<'a> {
+        /// Motors as the specification describes them. A list without motors is always of this dialect.
+        New(&'a [MotorEntry]),
+        /// Motors of a device of the older dialect, at least one.
+        Old(&'a [OldMotorEntry]),
+    }
 }
 
 impl<'a> MotorInfos<'a> {
@@ -287,19 +289,21 @@ mod older {
     }
 }
 
-/// Positions, ranges and limits of motors, mostly of one motor a message.
-///
-/// `more` is set in all messages of an answer except the last. A motor takes 25 bytes, or 21 in the older dialect; the
-/// length of the message tells the dialect. Source: kOS, `MotorInfo`;
-/// safety decision 7, decisions K-F10, K-M3 to K-M6.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct MotorInfo<'a> {
-    /// Whether another message of the same answer follows. The message then has the type 0x82.
-    pub more: bool,
-    /// Motors of the message.
-    pub motors: MotorInfos<'a>,
-    /// Bytes after the known fields, kept as they came.
-    pub tail: &'a [u8],
+motion_core::__logged! {
+    /// Positions, ranges and limits of motors, mostly of one motor a message.
+    ///
+    /// `more` is set in all messages of an answer except the last. A motor takes 25 bytes, or 21 in the older dialect; the
+    /// length of the message tells the dialect. Source: kOS, `MotorInfo`;
+    /// safety decision 7, decisions K-F10, K-M3 to K-M6.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub struct MotorInfo<'a> {
+        /// Whether another message of the same answer follows. The message then has the type 0x82.
+        pub more: bool,
+        /// Motors of the message.
+        pub motors: MotorInfos<'a>,
+        /// Bytes after the known fields, kept as they came.
+        pub tail: &'a [u8],
+    }
 }
 
 impl<'a> MotorInfo<'a> {

@@ -7,6 +7,7 @@ pub const MOTORS: usize = MotorAddress::LAST.0 as usize;
 
 /// Set of motors, by their numbers 1 to 10.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
 pub struct MotorSet(u16);
 
 impl MotorSet {

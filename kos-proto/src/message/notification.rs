@@ -235,21 +235,23 @@ mod older {
     }
 }
 
-/// Progress of the device in its move, sent unasked at each change of state, and from time to time while the move runs.
-///
-/// Source: kOS, `PlaybackStatus`; safety decision 7, decisions K-M3, K-N2 and K-P7.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct PlaybackStatus<'a> {
-    /// State of the device in its move.
-    pub playback_status: PlaybackState,
-    /// Elapsed part of the move, 0 to 1.
-    pub elapsed_time: Normalized,
-    /// Number of photos taken in the move; `None` in the older dialect.
-    pub photo_count: Option<Photos>,
-    /// Positions of the motors.
-    pub motors: &'a [MotorPlace],
-    /// Bytes after the known fields, kept as they came.
-    pub tail: &'a [u8],
+motion_core::__logged! {
+    /// Progress of the device in its move, sent unasked at each change of state, and from time to time while the move runs.
+    ///
+    /// Source: kOS, `PlaybackStatus`; safety decision 7, decisions K-M3, K-N2 and K-P7.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub struct PlaybackStatus<'a> {
+        /// State of the device in its move.
+        pub playback_status: PlaybackState,
+        /// Elapsed part of the move, 0 to 1.
+        pub elapsed_time: Normalized,
+        /// Number of photos taken in the move; `None` in the older dialect.
+        pub photo_count: Option<Photos>,
+        /// Positions of the motors.
+        pub motors: &'a [MotorPlace],
+        /// Bytes after the known fields, kept as they came.
+        pub tail: &'a [u8],
+    }
 }
 
 impl<'a> PlaybackStatus<'a> {
@@ -320,20 +322,22 @@ impl Fields for PlaybackStatus<'_> {
 
 __message_features! { 'a [PlaybackStatus<'a>] PlaybackStatus }
 
-/// Range of a motor that was calibrated or reset: the answer to `MarkEndPosition` and `ResetAxis`.
-///
-/// Earlier reports of the motor are void after it; ask for its `MotorInfo`. Source: kOS, `MotorCalibrated`; safety
-/// decision 7, decision K-M8.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct MotorCalibrated<'a> {
-    /// Motor whose range changed.
-    pub motor_address: MotorAddress,
-    /// Begin of the range; `None` in the older dialect.
-    pub begin_position: Option<Rotations>,
-    /// End of the range; 0 if the motor has no range.
-    pub end_position: Rotations,
-    /// Bytes after the known fields, kept as they came.
-    pub tail: &'a [u8],
+motion_core::__logged! {
+    /// Range of a motor that was calibrated or reset: the answer to `MarkEndPosition` and `ResetAxis`.
+    ///
+    /// Earlier reports of the motor are void after it; ask for its `MotorInfo`. Source: kOS, `MotorCalibrated`; safety
+    /// decision 7, decision K-M8.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub struct MotorCalibrated<'a> {
+        /// Motor whose range changed.
+        pub motor_address: MotorAddress,
+        /// Begin of the range; `None` in the older dialect.
+        pub begin_position: Option<Rotations>,
+        /// End of the range; 0 if the motor has no range.
+        pub end_position: Rotations,
+        /// Bytes after the known fields, kept as they came.
+        pub tail: &'a [u8],
+    }
 }
 
 impl<'a> MotorCalibrated<'a> {

@@ -139,11 +139,13 @@ fn split_block(bytes: &[u8]) -> Result<(Block<'_>, &[u8]), DecodeError> {
     Ok((Block::decode_body(id.into(), data)?, rest))
 }
 
-/// Blocks of a move: at most 255, each of which can be decoded.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct Blocks<'a> {
-    count: u8,
-    bytes: &'a [u8],
+motion_core::__logged! {
+    /// Blocks of a move: at most 255, each of which can be decoded.
+    #[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
+    pub struct Blocks<'a> {
+        count: u8,
+        bytes: &'a [u8],
+    }
 }
 
 impl<'a> Blocks<'a> {
@@ -286,16 +288,18 @@ impl Fields for NumberedBlock<'_> {
     }
 }
 
-/// Move to be stored, or the move that is stored. Without blocks, no move is stored.
-///
-/// Its size is at most some 9400 bytes. Over USB it would need several reports, which the specification does not
-/// describe (decision K-U4). A device does not answer it. Source: kOS, `TrajectoryData`; decisions K-J1 and K-J2.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct TrajectoryData<'a> {
-    /// Blocks of the move.
-    pub blocks: Blocks<'a>,
-    /// Bytes after the known fields, kept unchanged.
-    pub tail: &'a [u8],
+motion_core::__logged! {
+    /// Move to be stored, or the move that is stored. Without blocks, no move is stored.
+    ///
+    /// Its size is at most some 9400 bytes. Over USB it would need several reports, which the specification does not
+    /// describe (decision K-U4). A device does not answer it. Source: kOS, `TrajectoryData`; decisions K-J1 and K-J2.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+    pub struct TrajectoryData<'a> {
+        /// Blocks of the move.
+        pub blocks: Blocks<'a>,
+        /// Bytes after the known fields, kept unchanged.
+        pub tail: &'a [u8],
+    }
 }
 
 const fn fixed(name: &'static str, wire: &'static str, size: usize) -> Row {

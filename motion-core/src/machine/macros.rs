@@ -47,9 +47,11 @@ macro_rules! states {
         $(#[$meta:meta])*
         $vis:vis enum $name:ident { $($(#[$state_meta:meta])* $state:ident,)* }
     )*) => {$(
-        $(#[$meta])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-        $vis enum $name { $($(#[$state_meta])* $state,)* }
+        $crate::__logged! {
+            $(#[$meta])*
+            #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+            $vis enum $name { $($(#[$state_meta])* $state,)* }
+        }
 
         impl $name {
             /// Every value of the type, in the order of its declaration.

@@ -86,6 +86,7 @@ use crate::time::Millis;
 /// The machine hands the token back with the end of what was asked, exactly once. The application chooses the number; two
 /// requests under way with the same token cannot be told apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Token(pub u32);
 

@@ -125,13 +125,15 @@ message! {
     }
 }
 
-/// By hand: several numbers, which it remembers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Ack<'a> {
-    /// What is acknowledged.
-    pub of: u32,
-    /// How.
-    pub body: Raw<'a>,
+crate::__logged! {
+    /// By hand: several numbers, which it remembers.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub struct Ack<'a> {
+        /// What is acknowledged.
+        pub of: u32,
+        /// How.
+        pub body: Raw<'a>,
+    }
 }
 
 impl<'a> Message<'a> for Ack<'a> {

@@ -14,7 +14,6 @@ macro_rules! __message_features {
         }
 
         $crate::__serde! { $lt [$self] }
-        $crate::__defmt! { $lt [$self] $name }
     };
 }
 
@@ -22,9 +21,9 @@ macro_rules! __message_features {
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __messages_features {
-    ($lt:lifetime $name:ident) => {
+    ($lt:lifetime $name:ident { $($variant:ident)* }) => {
         $crate::__serde! { $lt [$name<$lt>] }
-        $crate::__defmt! { $lt [$name<$lt>] }
+        $crate::__defmt! { side $lt $name { $($variant)* } }
         $crate::__arbitrary! { $lt $name }
     };
 }
@@ -77,22 +76,114 @@ macro_rules! __serde_value {
     ($($table:tt)*) => {};
 }
 
+/// Adds a derived `Format` to an item. Names are interned, so that the target holds no text.
+#[doc(hidden)]
+#[macro_export]
+#[cfg(feature = "defmt")]
+macro_rules! __logged {
+    ($($item:tt)*) => {
+        #[derive($crate::defmt::Format)]
+        #[defmt(crate = $crate::defmt)]
+        $($item)*
+    };
+}
+
+#[doc(hidden)]
+#[macro_export]
+#[cfg(not(feature = "defmt"))]
+macro_rules! __logged {
+    ($($item:tt)*) => { $($item)* };
+}
+
 #[doc(hidden)]
 #[macro_export]
 #[cfg(feature = "defmt")]
 macro_rules! __defmt {
-    ($lt:lifetime [$self:ty] $name:ident) => {
-        impl<$lt> $crate::defmt::Format for $self {
+    // The enum of a side.
+    (side $lt:lifetime $name:ident { $($variant:ident)* }) => {
+        impl<$lt> $crate::defmt::Format for $name<$lt> {
             fn format(&self, f: $crate::defmt::Formatter<'_>) {
-                $crate::format::message(f, stringify!($name), self);
+                match self {
+                    $(Self::$variant(message) => $crate::defmt::Format::format(message, f),)*
+                    Self::Other(other) => $crate::defmt::Format::format(other, f),
+                }
             }
         }
     };
-    ($lt:lifetime [$self:ty]) => {
+    (message $lt:lifetime [$self:ty] $name:ident { $($field:ident: $type:ty,)* } $this:ident [$($tail:tt)*]) => {
         impl<$lt> $crate::defmt::Format for $self {
             fn format(&self, f: $crate::defmt::Formatter<'_>) {
-                $crate::format::message(f, $crate::wire::Messages::name(self), self);
+                use $crate::format::Logged;
+
+                #[derive($crate::defmt::Format)]
+                #[defmt(crate = $crate::defmt)]
+                struct $name<'x, $lt> {
+                    $($field: Logged<'x, $lt, $type>,)*
+                    tail: Logged<'x, $lt, $crate::wire::Rest<$lt>>,
+                }
+
+                let $this = self;
+                let tail = $crate::wire::Rest($($tail)*);
+                let logged = $name { $($field: Logged::new(&self.$field),)* tail: Logged::new(&tail) };
+                $crate::defmt::Format::format(&logged, f);
             }
+        }
+    };
+    (element $name:ident { $($field:ident: $type:ty,)* }) => {
+        impl $crate::defmt::Format for $name {
+            fn format(&self, f: $crate::defmt::Formatter<'_>) {
+                #[derive($crate::defmt::Format)]
+                #[defmt(crate = $crate::defmt)]
+                struct $name { $($field: $type,)* }
+
+                $crate::defmt::Format::format(&$name { $($field: self.$field(),)* }, f);
+            }
+        }
+    };
+    (newtype $name:ident($repr:ty)) => {
+        impl $crate::defmt::Format for $name {
+            fn format(&self, f: $crate::defmt::Formatter<'_>) {
+                #[derive($crate::defmt::Format)]
+                #[defmt(crate = $crate::defmt)]
+                struct $name($repr);
+
+                $crate::defmt::Format::format(&$name(self.0), f);
+            }
+        }
+    };
+    (open_enum $name:ident($repr:ty) { $($value:ident = $number:literal,)* }) => {
+        impl $crate::defmt::Format for $name {
+            fn format(&self, f: $crate::defmt::Formatter<'_>) {
+                #[allow(non_camel_case_types, clippy::upper_case_acronyms, reason = "the names of the values")]
+                #[derive($crate::defmt::Format)]
+                #[defmt(crate = $crate::defmt)]
+                enum $name { $($value,)* Number($repr) }
+
+                let named = match self.0 {
+                    $($number => $name::$value,)*
+                    number => $name::Number(number),
+                };
+                $crate::defmt::Format::format(&named, f);
+            }
+        }
+    };
+    // What is logged in place of a value.
+    (as $this:ident: $self:ty => $name:ident $(<$x:lifetime>)? { $($field:ident: $type:ty = $value:expr,)* }) => {
+        impl $crate::defmt::Format for $self {
+            fn format(&self, f: $crate::defmt::Formatter<'_>) {
+                #[derive($crate::defmt::Format)]
+                #[defmt(crate = $crate::defmt)]
+                struct $name $(<$x>)? { $($field: $type,)* }
+
+                let $this = self;
+                $crate::defmt::Format::format(&$name { $($field: $value,)* }, f);
+            }
+        }
+    };
+    // The method of a field.
+    (log) => {
+        fn log(&self, f: $crate::defmt::Formatter<'_>) {
+            $crate::defmt::Format::format(self, f);
         }
     };
 }

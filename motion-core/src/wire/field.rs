@@ -24,6 +24,13 @@ pub trait Field: Copy + Eq + Default + fmt::Debug + fmt::Display {
 
     /// Raw value, as it stands on the wire.
     fn value(&self) -> Value<'_>;
+
+    /// Logs the field.
+    #[cfg(feature = "defmt")]
+    #[doc(hidden)]
+    fn log(&self, f: defmt::Formatter<'_>) {
+        crate::format::value(f, self.value());
+    }
 }
 
 macro_rules! numbers {

@@ -226,6 +226,9 @@ macro_rules! message {
             }
 
             $crate::__message_features! { $lt [$self] $name }
+            $crate::__defmt! {
+                message $lt [$self] $name { $($field: $field_type,)* $($part: $part_type,)* } $this [$($tail)*]
+            }
         };
     };
 }

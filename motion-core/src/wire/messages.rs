@@ -69,6 +69,7 @@ pub const fn big_endian(number: u32) -> [u8; 4] {
 ///
 /// The fields are private, so that a number can get a type in a later version without breaking code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Other<'a> {
     number: u32,
     payload: &'a [u8],
@@ -348,7 +349,7 @@ macro_rules! messages {
                 }
             }
 
-            $crate::__messages_features! { $lt $name }
+            $crate::__messages_features! { $lt $name { $($variant $($or_variant)?)* } }
         };
     };
 }

@@ -40,7 +40,8 @@ macro_rules! open_enum {
             }
         }
 
-        $crate::__newtype! { $name($repr) "" }
+        $crate::__newtype! { @field $name($repr) "" }
+        $crate::__defmt! { open_enum $name($repr) { $($value = $number,)* } }
     )*};
 }
 
@@ -129,7 +130,11 @@ macro_rules! unit {
             fn value(&self) -> $crate::wire::Value<'_> {
                 $crate::wire::Value::Float(self.0)
             }
+
+            $crate::__defmt! { log }
         }
+
+        $crate::__defmt! { newtype $name(f32) }
 
         $crate::unit! { $($more)* }
     };
@@ -215,6 +220,10 @@ macro_rules! flags {
 #[macro_export]
 macro_rules! __newtype {
     ($name:ident($repr:ty) $unit:literal) => {
+        $crate::__newtype! { @field $name($repr) $unit }
+        $crate::__defmt! { newtype $name($repr) }
+    };
+    (@field $name:ident($repr:ty) $unit:literal) => {
         $crate::__serde_value! { $name($repr) }
 
         impl core::fmt::Debug for $name {
@@ -247,6 +256,8 @@ macro_rules! __newtype {
             fn value(&self) -> $crate::wire::Value<'_> {
                 $crate::wire::Field::value(&self.0)
             }
+
+            $crate::__defmt! { log }
         }
     };
 }
@@ -346,6 +357,7 @@ macro_rules! element {
         }
 
         $crate::__serde! { 'a [$name] }
+        $crate::__defmt! { element $name { $($field: $type,)* } }
 
         impl core::fmt::Debug for $name {
             fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {

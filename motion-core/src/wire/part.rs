@@ -39,6 +39,13 @@ pub trait Part<'a>: Copy {
 
     /// Shows the part to a visitor, unless it is absent.
     fn visit(&self, name: &'static str, unit: &'static str, visitor: &mut dyn Visitor);
+
+    /// Logs the part.
+    #[cfg(feature = "defmt")]
+    #[doc(hidden)]
+    fn log_part(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "..");
+    }
 }
 
 /// State of an encoder that checks the parts of a message one after another.
@@ -109,6 +116,11 @@ impl<'a, T: Field> Part<'a> for T {
     fn visit(&self, name: &'static str, unit: &'static str, visitor: &mut dyn Visitor) {
         visitor.visit(&FieldView { name, unit, value: self.value(), text: self });
     }
+
+    #[cfg(feature = "defmt")]
+    fn log_part(&self, f: defmt::Formatter<'_>) {
+        self.log(f);
+    }
 }
 
 /// A field that older peers leave out. If the body ends inside it, the bytes belong to the tail.
@@ -149,6 +161,11 @@ impl<'a, T: Field> Part<'a> for Option<T> {
         if let Some(field) = self {
             field.visit(name, unit, visitor);
         }
+    }
+
+    #[cfg(feature = "defmt")]
+    fn log_part(&self, f: defmt::Formatter<'_>) {
+        crate::format::optional(f, *self);
     }
 }
 
@@ -198,6 +215,11 @@ impl<'a, T: Field> Part<'a> for Newer<T> {
 
     fn visit(&self, name: &'static str, unit: &'static str, visitor: &mut dyn Visitor) {
         self.0.visit(name, unit, visitor);
+    }
+
+    #[cfg(feature = "defmt")]
+    fn log_part(&self, f: defmt::Formatter<'_>) {
+        crate::format::optional(f, self.0);
     }
 }
 
@@ -288,6 +310,11 @@ impl<'a, T: Element> Part<'a> for &'a [T] {
     fn visit(&self, name: &'static str, unit: &'static str, visitor: &mut dyn Visitor) {
         visitor.visit(&FieldView { name, unit, value: Value::List(self), text: &print::ListText(self) });
     }
+
+    #[cfg(feature = "defmt")]
+    fn log_part(&self, f: defmt::Formatter<'_>) {
+        crate::format::bytes(f, self.as_bytes());
+    }
 }
 
 /// Lends the next `count` elements.
@@ -344,6 +371,11 @@ impl<'a, T: Element> Part<'a> for Counted<'a, T> {
         visitor.visit(&FieldView { name: T::COUNT, unit: "", value, text: &count });
         self.0.visit(name, unit, visitor);
     }
+
+    #[cfg(feature = "defmt")]
+    fn log_part(&self, f: defmt::Formatter<'_>) {
+        crate::format::bytes(f, self.0.as_bytes());
+    }
 }
 
 /// Takes a `u16` length and as many bytes.
@@ -394,6 +426,19 @@ macro_rules! prefixed_parts {
             fn visit(&self, name: &'static str, unit: &'static str, visitor: &mut dyn Visitor) {
                 let $this = self;
                 visitor.visit(&FieldView { name, unit, value: Value::$value($shown), text: self });
+            }
+
+            #[cfg(feature = "defmt")]
+            fn log_part(&self, f: defmt::Formatter<'_>) {
+                let $this = self;
+                crate::format::value(f, Value::$value($shown));
+            }
+        }
+
+        #[cfg(feature = "defmt")]
+        impl defmt::Format for $name<'_> {
+            fn format(&self, f: defmt::Formatter<'_>) {
+                self.log_part(f);
             }
         }
 
@@ -484,6 +529,11 @@ impl<'a> Part<'a> for Rest<'a> {
 
     fn visit(&self, name: &'static str, unit: &'static str, visitor: &mut dyn Visitor) {
         visitor.visit(&FieldView { name, unit, value: Value::Bytes(self.0), text: self });
+    }
+
+    #[cfg(feature = "defmt")]
+    fn log_part(&self, f: defmt::Formatter<'_>) {
+        crate::format::bytes(f, self.0);
     }
 }
 

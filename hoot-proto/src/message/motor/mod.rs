@@ -25,16 +25,18 @@ use super::units::{
     StepsPerSecondSquared,
 };
 
-/// Motor of a node, which is also a sub-address.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-pub enum Motor {
-    /// Motor 1.
-    #[default]
-    One = 1,
-    /// Motor 2.
-    Two = 2,
-    /// Motor 3.
-    Three = 3,
+motion_core::__logged! {
+    /// Motor of a node, which is also a sub-address.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+    pub enum Motor {
+        /// Motor 1.
+        #[default]
+        One = 1,
+        /// Motor 2.
+        Two = 2,
+        /// Motor 3.
+        Three = 3,
+    }
 }
 
 impl Motor {

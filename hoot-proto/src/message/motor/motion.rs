@@ -17,19 +17,21 @@ sub_messages! {
     }
 }
 
-/// Moves the motor by a number of steps. Never repeat it by yourself, because the motor would move again.
-///
-/// The move needs neither a start nor a stop. The same command with 0 steps is another message, [`MotorRun`], so a move
-/// of 0 steps can be neither decoded nor encoded. Source: hoot, section 2.3; safety decisions 1 and 3.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct MotorMove {
-    /// The motor.
-    pub motor: Motor,
-    /// Direction.
-    pub direction: Direction,
-    /// Number of steps, 1 to 16,777,215. With more steps, lint finds an error, because firmware reads 16,777,216 as 0,
-    /// which is a run without end.
-    pub steps: StepCount,
+motion_core::__logged! {
+    /// Moves the motor by a number of steps. Never repeat it by yourself, because the motor would move again.
+    ///
+    /// The move needs neither a start nor a stop. The same command with 0 steps is another message, [`MotorRun`], so a move
+    /// of 0 steps can be neither decoded nor encoded. Source: hoot, section 2.3; safety decisions 1 and 3.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub struct MotorMove {
+        /// The motor.
+        pub motor: Motor,
+        /// Direction.
+        pub direction: Direction,
+        /// Number of steps, 1 to 16,777,215. With more steps, lint finds an error, because firmware reads 16,777,216 as 0,
+        /// which is a run without end.
+        pub steps: StepCount,
+    }
 }
 
 impl MotorMove {
@@ -87,16 +89,18 @@ impl Fields for MotorMove {
 
 motion_core::__message_features! { 'a [MotorMove] MotorMove }
 
-/// Runs the motor until it is stopped, at the speed of [`MotorSetContinuousSpeed`](super::MotorSetContinuousSpeed). At
-/// speed 0 it does not move.
-///
-/// On the wire it is a move by 0 steps. Source: hoot, section 2.3; safety decision 3.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct MotorRun {
-    /// The motor.
-    pub motor: Motor,
-    /// Direction.
-    pub direction: Direction,
+motion_core::__logged! {
+    /// Runs the motor until it is stopped, at the speed of [`MotorSetContinuousSpeed`](super::MotorSetContinuousSpeed). At
+    /// speed 0 it does not move.
+    ///
+    /// On the wire it is a move by 0 steps. Source: hoot, section 2.3; safety decision 3.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub struct MotorRun {
+        /// The motor.
+        pub motor: Motor,
+        /// Direction.
+        pub direction: Direction,
+    }
 }
 
 impl MotorRun {
