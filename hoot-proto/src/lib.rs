@@ -134,7 +134,7 @@
 //! | `std` | `alloc`; nothing else needs the standard library, except some of the adapters |
 //! | `bytes` | encoding into any `BufMut` |
 //! | `serde` | `Serialize` for every message; with `alloc`, `Deserialize` for owned messages |
-//! | `defmt` | `Format` for every message |
+//! | `defmt` | `Format` for messages, units, codes, states and events, without text on the target |
 //! | `arbitrary` | `Arbitrary` for every message, borrowed or owned; implies `std` |
 //! | `tokio` | frames as a `tokio_util` codec; implies `std` |
 //! | `embedded-io` | frames from an `embedded_io` reader |

@@ -26,26 +26,31 @@ impl<'a, P: Part<'a>> Format for Logged<'_, 'a, P> {
 }
 
 /// Logs a raw value. Lists and groups are logged by their parts.
+#[expect(clippy::match_same_arms, reason = "the lint does not see the interned texts")]
 pub fn value(f: Formatter<'_>, value: Value<'_>) {
     match value {
         Value::Unsigned(number) => defmt::write!(f, "{=u64}", number),
         Value::Signed(number) => defmt::write!(f, "{=i64}", number),
         Value::Float(number) => defmt::write!(f, "{=f32}", number),
-        Value::Text(text) => match core::str::from_utf8(text) {
-            Ok(text) => defmt::write!(f, "{=str}", text),
-            Err(_) => defmt::write!(f, "{=[u8]}", text),
-        },
+        Value::Text(text) => {
+            if let Ok(text) = core::str::from_utf8(text) {
+                defmt::write!(f, "{=str}", text);
+            } else {
+                bytes(f, text);
+            }
+        }
         Value::Secret(_) => defmt::write!(f, "(redacted)"),
-        Value::Bytes(bytes) => defmt::write!(f, "{=[u8]}", bytes),
+        Value::Bytes(text) => bytes(f, text),
         Value::List(_) | Value::Group(_) => defmt::write!(f, ".."),
     }
 }
 
 /// Logs an optional field.
 pub fn optional<T: Field>(f: Formatter<'_>, field: Option<T>) {
-    match field {
-        Some(field) => field.log(f),
-        None => defmt::write!(f, "none"),
+    if let Some(field) = field {
+        field.log(f);
+    } else {
+        defmt::write!(f, "none");
     }
 }
 
@@ -88,6 +93,7 @@ impl Format for DecodeError {
 
 /// Its numbers, without the name of the field.
 impl Format for EncodeError {
+    #[expect(clippy::match_same_arms, reason = "the lint does not see the interned texts")]
     fn format(&self, f: Formatter<'_>) {
         match *self {
             Self::BufferTooSmall { needed, have } => {

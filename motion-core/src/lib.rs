@@ -46,7 +46,7 @@
 //! | `std` | `alloc`, and nothing else yet; for programs that switch it on everywhere |
 //! | `bytes` | encoding into any `BufMut` |
 //! | `serde` | `Serialize` for every message; with `alloc`, `Deserialize` for owned ones; both for units, open enums, flags and curves |
-//! | `defmt` | `Format` for every message |
+//! | `defmt` | `Format` for messages, units, codes, states and events, without text on the target |
 //! | `arbitrary` | `Arbitrary` for every message, borrowed or owned; implies `std` |
 //! | `tokio` | frames as a `tokio_util` codec; implies `std` |
 //! | `embedded-io` | frames from an `embedded_io` reader |

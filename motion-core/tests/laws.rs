@@ -1,7 +1,7 @@
 //! The laws for a table that has every kind of part.
 
 // The module imports these as `crate::..`. The library expands the same module for its lints.
-use motion_core::{element, fixed, flags, lint, message, messages, open_enum, side, stream, unit, wire};
+use motion_core::{__logged, element, fixed, flags, lint, message, messages, open_enum, side, stream, unit, wire};
 
 #[allow(dead_code, missing_docs, unreachable_pub, reason = "the tables of the library, used here for their laws")]
 #[path = "../src/wire/expand.rs"]

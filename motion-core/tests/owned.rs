@@ -112,11 +112,13 @@ message! {
     }
 }
 
-/// A message that remembers its number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Ack<'a> {
-    number: u32,
-    body: Raw<'a>,
+motion_core::__logged! {
+    /// A message that remembers its number.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub struct Ack<'a> {
+        number: u32,
+        body: Raw<'a>,
+    }
 }
 
 impl<'a> Message<'a> for Ack<'a> {
@@ -145,9 +147,11 @@ impl Fields for Ack<'_> {
     }
 }
 
-/// A message whose layout does not fully describe it: its bytes are in the other order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Odd<'a>(Little<'a>);
+motion_core::__logged! {
+    /// A message whose layout does not fully describe it: its bytes are in the other order.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub struct Odd<'a>(Little<'a>);
+}
 
 message! {
     /// A number in the other byte order.

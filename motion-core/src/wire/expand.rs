@@ -8,7 +8,7 @@ use crate::wire::{
     Bool, Bytes, Conduct, Counted, DecodeError, Empty, EncodeError, Envelope, Fields, Message, Newer, Other, Password,
     Purpose, Rest, Row, Text16, Visitor,
 };
-use crate::{element, flags, message, messages, open_enum, side, unit};
+use crate::{__logged, element, flags, message, messages, open_enum, side, unit};
 
 unit! {
     /// A motor, from 1.
@@ -125,7 +125,7 @@ message! {
     }
 }
 
-crate::__logged! {
+__logged! {
     /// By hand: several numbers, which it remembers.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
     pub struct Ack<'a> {

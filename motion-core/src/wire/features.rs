@@ -115,6 +115,7 @@ macro_rules! __defmt {
             fn format(&self, f: $crate::defmt::Formatter<'_>) {
                 use $crate::format::Logged;
 
+                #[allow(clippy::struct_field_names, reason = "the names of the fields")]
                 #[derive($crate::defmt::Format)]
                 #[defmt(crate = $crate::defmt)]
                 struct $name<'x, $lt> {
@@ -132,6 +133,7 @@ macro_rules! __defmt {
     (element $name:ident { $($field:ident: $type:ty,)* }) => {
         impl $crate::defmt::Format for $name {
             fn format(&self, f: $crate::defmt::Formatter<'_>) {
+                #[allow(clippy::struct_field_names, reason = "the names of the fields")]
                 #[derive($crate::defmt::Format)]
                 #[defmt(crate = $crate::defmt)]
                 struct $name { $($field: $type,)* }
@@ -143,6 +145,7 @@ macro_rules! __defmt {
     (newtype $name:ident($repr:ty)) => {
         impl $crate::defmt::Format for $name {
             fn format(&self, f: $crate::defmt::Formatter<'_>) {
+                #[allow(clippy::struct_field_names, reason = "the names of the fields")]
                 #[derive($crate::defmt::Format)]
                 #[defmt(crate = $crate::defmt)]
                 struct $name($repr);
@@ -171,6 +174,7 @@ macro_rules! __defmt {
     (as $this:ident: $self:ty => $name:ident $(<$x:lifetime>)? { $($field:ident: $type:ty = $value:expr,)* }) => {
         impl $crate::defmt::Format for $self {
             fn format(&self, f: $crate::defmt::Formatter<'_>) {
+                #[allow(clippy::struct_field_names, reason = "the names of the fields")]
                 #[derive($crate::defmt::Format)]
                 #[defmt(crate = $crate::defmt)]
                 struct $name $(<$x>)? { $($field: $type,)* }
