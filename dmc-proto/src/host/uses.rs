@@ -112,15 +112,8 @@ impl Uses {
     /// motors of the device would move although the move does not name it, and is not known to be disabled. If this host
     /// began no upload, it does not ask.
     pub(super) fn outside(&self, message: &HostMessage<'_>, count: u8) -> Option<Refusal> {
-        let follows = matches!(
-            message,
-            HostMessage::RtPositionFrame(_)
-                | HostMessage::RtJogAll(_)
-                | HostMessage::RtRunMove(_)
-                | HostMessage::RtShootFrame(_)
-                | HostMessage::RtShootFrame2(_)
-        );
-        let axes = self.axes.filter(|_| follows)?;
+        let conduct = message.conduct();
+        let axes = self.axes.filter(|_| conduct.in_sequence && conduct.may_move())?;
         if self.is_incomplete {
             return Some(Refusal::MoveUnknown);
         }

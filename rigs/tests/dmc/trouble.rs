@@ -5,8 +5,10 @@ use dmc_proto::device::State;
 use dmc_proto::host::{self, Failure, Outcome, Refusal, StopTarget};
 use dmc_proto::message::{FrameNumber, Motor, RtPositionFrame, RunFlags, StopReason};
 use motion_rigs::Rig as _;
+use motion_rigs::device::Named as _;
 use motion_rigs::dmc_device::Setup;
 use motion_rigs::dmc_host::{Answer, Command, Event};
+use motion_rigs::faults::Faults;
 
 use super::stage::{STOPPED, Stage, is_ready, jog, run, sample};
 
@@ -84,7 +86,7 @@ fn a_reset_in_the_middle_of_an_upload_leaves_no_move() {
     assert_eq!(stage.upload(table.clone()), Ok(Answer::Done));
     assert!(stage.rig().is_loaded());
     // Without a delay an upload takes no time at all.
-    let slow = motion_rigs::faults::Faults { delay: 50, ..motion_rigs::faults::Faults::NONE };
+    let slow = Faults { delay: 50, ..Faults::NONE };
     let mut stage = Stage::new(Setup::default(), slow, 3);
     stage.wait(5000, |event| is_ready(event).then_some(())).unwrap();
     let token = stage.token();
@@ -150,4 +152,15 @@ fn a_run_that_is_too_fast_for_a_motor_ends_by_a_hard_stop() {
     stage.pass(100);
     assert!(stage.all_rest());
     assert_eq!(stage.end(token, 0), Err(Outcome::Failed(Failure::HardStop)));
+}
+
+#[test]
+fn a_rig_without_motors_rests_after_a_stop() {
+    for device in Setup::DEVICES {
+        let mut stage = Stage::up(Setup::with_motors(0).with_device(device.name).unwrap());
+        assert!(stage.stop() && stage.rests(), "{}", device.name);
+        // The stop is the first message on this line.
+        let mut stage = Stage::new(Setup::with_motors(0).with_device(device.name).unwrap(), Faults::NONE, 1);
+        assert!(stage.stop() && stage.rests(), "{}", device.name);
+    }
 }

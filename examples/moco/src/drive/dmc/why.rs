@@ -1,16 +1,20 @@
 //! Texts that say why something was not done.
 
+use std::fmt::Display;
+
 use dmc_proto::host::{Failure, Outcome, Refusal};
 use dmc_proto::message::{AckCode, Motor, StopReason};
 
 use crate::drive::Trouble;
 
+const CABLE: &str = "check its cable and its power";
+
 /// Trouble that it means when `what` is not done. `has_switches` says whether the rig has limit switches.
 pub(super) fn not_done(what: &str, outcome: Outcome<'_>, has_switches: bool) -> Trouble {
-    let failed = |why: &str| Trouble::Failed(format!("{what} failed: {why}"));
+    let failed = |why: &dyn Display, advice: &str| Trouble::Failed(format!("{what} failed: {why}: {advice}"));
     match outcome {
         Outcome::Refused(Refusal::Device(AckCode::ERR_CHECKSUM)) => {
-            failed("each time it arrived damaged: check the cable")
+            failed(&"each time it arrived damaged", "check the cable")
         }
         Outcome::Refused(Refusal::Device(code)) => {
             Trouble::Refused(format!("the rig refuses {what}: {}", reason(code, has_switches)))
@@ -18,33 +22,28 @@ pub(super) fn not_done(what: &str, outcome: Outcome<'_>, has_switches: bool) -> 
         Outcome::Refused(Refusal::WouldBeRefused(code)) => {
             Trouble::Refused(format!("the rig would refuse {what}: {}", reason(code, has_switches)))
         }
-        Outcome::Refused(Refusal::NotConfigured(motor, _)) => {
-            failed(&format!("the rig did not enable motor {motor}: `info` shows whether it has this motor"))
+        Outcome::Refused(refusal) => {
+            let advice = match refusal {
+                Refusal::NotConfigured(..) => "`info` shows whether the rig has this motor",
+                Refusal::NotInMove(_) => "the rig could send it to 0",
+                Refusal::MoveUnknown => "upload the move again",
+                Refusal::NotConnected => CABLE,
+                Refusal::NotReady => "wait, and start again",
+                Refusal::Stopping => "check the rig, and stop it",
+                _ => "wait, or stop the rig",
+            };
+            failed(&refusal, advice)
         }
-        Outcome::Refused(Refusal::NotInMove(motor)) => {
-            failed(&format!("motor {motor} is not in the move and may be enabled, so that the rig could send it to 0"))
+        Outcome::Failed(failure) => {
+            let advice = match failure {
+                Failure::NoAnswer | Failure::LinkDown => CABLE,
+                Failure::HardStop if has_switches => "check its limit switches and its emergency stop",
+                Failure::HardStop => "check its emergency stop",
+                _ => "start again",
+            };
+            failed(&failure, advice)
         }
-        Outcome::Refused(Refusal::MoveUnknown) => {
-            failed("the last upload did not come to its end: upload the move again")
-        }
-        Outcome::Refused(Refusal::NotConnected) | Outcome::Failed(Failure::LinkDown) => {
-            failed("the line to the rig is gone: check its cable and its power")
-        }
-        Outcome::Refused(Refusal::NotReady) => failed("the rig is not ready yet: wait, and start again"),
-        Outcome::Refused(Refusal::Stopping) => {
-            failed("a stop is not confirmed yet, or has to come first: check the rig, and stop")
-        }
-        Outcome::Failed(Failure::NoAnswer) => failed("the rig no longer answers: check its cable and its power"),
-        Outcome::Failed(Failure::Stopped) => failed("it was stopped"),
-        Outcome::Failed(Failure::HardStop) if has_switches => {
-            failed("the rig made a hard stop: check its limit switches and its emergency stop")
-        }
-        Outcome::Failed(Failure::HardStop) => failed("the rig made a hard stop: check its emergency stop"),
-        Outcome::Failed(Failure::DeviceReset) => failed("the rig was reset and has lost all data: start again"),
-        Outcome::NotConfirmed => {
-            failed("the rig did not say how it ended: check its cable and its power, and the motors with `info`")
-        }
-        _ => failed("the rig is busy with something else: wait, or stop it"),
+        _ => failed(&"the rig did not say how it ended", "check its cable and its power, and the motors with `info`"),
     }
 }
 
@@ -70,7 +69,7 @@ fn reason(code: AckCode, has_switches: bool) -> String {
         AckCode::ERR_HARD_UP | AckCode::ERR_HARD_LOW => {
             "it is locked after a stop: wait two seconds; if a motor is at a limit switch, jog it back"
         }
-        _ => return format!("{code:?}"),
+        _ => return code.to_string(),
     };
     known.to_owned()
 }
