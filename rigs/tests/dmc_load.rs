@@ -194,7 +194,7 @@ fn window(seconds: u64) {
             None::<()>
         });
         held = held.max(scene.held() + scene.rig.held() + scene.host.held());
-        match scene.host.state() {
+        match scene.host.machine().state() {
             State::Ready => {
                 while asked.len() < 12 {
                     last += 1;

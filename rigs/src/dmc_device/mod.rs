@@ -25,7 +25,7 @@ mod work;
 use std::collections::VecDeque;
 use std::mem;
 
-use dmc_proto::device::{DeviceMachine, Session, State};
+use dmc_proto::device::{DeviceMachine, Session};
 use dmc_proto::message::{FrameNumber, Motor as Number, Steps, Triggers};
 use motion_core::time::Millis;
 use tracing::{info, warn};
@@ -73,22 +73,10 @@ impl DmcDevice {
         self.core.setup.options.hi().name.to_string()
     }
 
-    /// State of the device.
+    /// Machine of the device, for reading its state.
     #[must_use]
-    pub const fn state(&self) -> State {
-        self.session.machine().state()
-    }
-
-    /// Frame of the uploaded move that all motors stand on.
-    #[must_use]
-    pub const fn on_frame(&self) -> Option<FrameNumber> {
-        self.session.machine().on_frame()
-    }
-
-    /// Whether there is a move that can be run.
-    #[must_use]
-    pub fn is_loaded(&self) -> bool {
-        self.session.machine().is_loaded()
+    pub const fn machine(&self) -> &DeviceMachine {
+        self.session.machine()
     }
 
     /// Position of a motor at a frame of the uploaded move.
@@ -130,12 +118,6 @@ impl DmcDevice {
     #[must_use]
     pub const fn received(&self) -> u64 {
         self.core.received.get()
-    }
-
-    /// Whether anything may move because of what the device was told.
-    #[must_use]
-    pub fn may_move(&self) -> bool {
-        self.session.may_move()
     }
 
     /// Number of bytes of input and output that the device holds.

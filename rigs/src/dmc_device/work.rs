@@ -34,7 +34,7 @@ impl DmcDevice {
                 Ok(Next::Transmit(_)) => {}
                 Ok(Next::Event(event)) => match event.to_static() {
                     Some(event) => {
-                        self.core.state = self.state();
+                        self.core.state = self.machine().state();
                         self.core.obey(event);
                     }
                     None => self.core.obey(event),
@@ -104,7 +104,8 @@ impl DmcDevice {
     /// Refuses a message that the session does not see.
     fn refuse(&mut self, header: Header, code: AckCode) {
         let kind = header.kind();
-        let is_locked = self.state() == State::Locked && kind.0 >= FIRST_LOCKED && code == AckCode::ERR_UNSUPPORTED;
+        let is_locked =
+            self.machine().state() == State::Locked && kind.0 >= FIRST_LOCKED && code == AckCode::ERR_UNSUPPORTED;
         let code = if is_locked { AckCode::ERR_HARD_LOW } else { code };
         let wide = self.core.setup.options.quirks().contains(Quirks::WIDE_ACK);
         let ack = Ack { tail: if wide { &[0; 2] } else { &[] }, ..Ack::new(kind, code) };

@@ -16,9 +16,9 @@ mod work;
 use std::collections::{BTreeMap, VecDeque};
 use std::mem;
 
-use dmc_proto::host::{Options, Session, State, StopTarget};
+use dmc_proto::host::{HostMachine, Options, Session, StopTarget};
 use dmc_proto::lint::Context;
-use dmc_proto::message::{Hi, RtUploadMoveBegin};
+use dmc_proto::message::RtUploadMoveBegin;
 use dmc_proto::upload;
 use dmc_proto::{EncodeError, Owned};
 use motion_core::time::Millis;
@@ -95,28 +95,10 @@ impl DmcHost {
         }
     }
 
-    /// Greeting of the device.
+    /// Machine of the host, for reading its state.
     #[must_use]
-    pub const fn device(&self) -> Option<Hi<'static>> {
-        self.session.machine().device()
-    }
-
-    /// State of the connection.
-    #[must_use]
-    pub const fn state(&self) -> State {
-        self.session.machine().state()
-    }
-
-    /// Progress of the sequence, if one runs.
-    #[must_use]
-    pub fn progress(&self) -> Option<Progress> {
-        self.session.machine().progress()
-    }
-
-    /// Whether the device has a move that can be run; `None` if that is not known.
-    #[must_use]
-    pub const fn is_loaded(&self) -> Option<bool> {
-        self.session.machine().is_loaded()
+    pub const fn machine(&self) -> &HostMachine {
+        self.session.machine()
     }
 
     /// Positions of the motors that the device told last.
@@ -132,7 +114,7 @@ impl DmcHost {
     /// no.
     #[must_use]
     pub fn may_move(&self) -> bool {
-        self.session.may_move() || self.session.machine().may_have_shutter_open()
+        self.session.may_move() || self.machine().may_have_shutter_open()
     }
 
     /// Stops everything, and closes the shutter if it may be open.
@@ -146,7 +128,7 @@ impl DmcHost {
     ///
     /// [`EncodeError`] says what does not fit.
     pub fn fits(&self, table: &Table) -> Result<RtUploadMoveBegin<'static>, EncodeError> {
-        upload::begin(table, &self.device().map(Context::of).unwrap_or_default())
+        upload::begin(table, &self.machine().device().map(Context::of).unwrap_or_default())
     }
 
     /// Number of bytes of input and output that the host holds.

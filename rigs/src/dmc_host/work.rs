@@ -2,7 +2,7 @@
 
 use dmc_proto::host::{self, Failure, Next, NotTaken, Outcome, Refusal, Session, StopTarget};
 use dmc_proto::message::{AckCode, GioCam, HostMessage, MotorConfigure, MotorGetPosition, MotorStatusRequest};
-use dmc_proto::{Frame, Owned, Token};
+use dmc_proto::{EncodeError, Frame, Owned, Token};
 use tracing::{Level, debug, enabled, info, warn};
 
 use super::check::Check;
@@ -32,7 +32,7 @@ const QUESTIONS: u8 = 20;
 impl DmcHost {
     /// Does what the session says, until it waits and no command can go on.
     pub(super) fn work(&mut self) {
-        let mut bytes = [0; 1048];
+        let mut bytes = vec![0; 1048];
         loop {
             match self.session.poll(self.clock, &self.table, &mut bytes) {
                 Ok(Next::Transmit(bytes)) => self.out.push_back(sent(bytes)),
@@ -57,6 +57,7 @@ impl DmcHost {
                         return;
                     }
                 }
+                Err(EncodeError::BufferTooSmall { needed, .. }) => bytes.resize(needed, 0),
                 Err(error) => warn!(%error, "a request that cannot be sent"),
             }
         }
@@ -71,7 +72,7 @@ impl DmcHost {
 
     /// Takes an event of the session.
     fn told(&mut self, event: host::Event<'static>) {
-        let may_have_shutter_open = self.session.machine().may_have_shutter_open();
+        let may_have_shutter_open = self.machine().may_have_shutter_open();
         match event {
             host::Event::Ended { token, outcome } => {
                 let is_done = matches!(outcome, Outcome::Done(_));
@@ -82,7 +83,7 @@ impl DmcHost {
                 self.uses.clear();
                 self.limits.clear();
                 // A device that was switched on has no move.
-                self.is_uploaded &= self.session.machine().is_loaded() != Some(false);
+                self.is_uploaded &= self.machine().is_loaded() != Some(false);
                 self.tell(|session| session.configured(OWN));
             }
             host::Event::LinkDown => self.rest = None,
@@ -173,7 +174,7 @@ impl DmcHost {
             return false;
         }
         let Some(&Waiting { token, is_sequence }) = self.waiting.front() else { return false };
-        let count = self.session.machine().device().map_or(0, |device| device.motor_count.min(32));
+        let count = self.machine().device().map_or(0, |device| device.motor_count.min(32));
         let table = self.is_uploaded.then_some(&self.table);
         let message = self.asked.get(&token).map(Owned::message);
         if let Some((motor, flags)) = message.and_then(|message| lacking(&self.uses, &message, table, count)) {
@@ -221,7 +222,7 @@ impl DmcHost {
 
     /// Closes the shutter, if a stop left it open.
     fn close_shutter(&mut self) {
-        self.closes &= self.session.machine().may_have_shutter_open();
+        self.closes &= self.machine().may_have_shutter_open();
         if !self.closes || self.asked.contains_key(&SHUTTER) {
             return;
         }
@@ -245,7 +246,7 @@ impl DmcHost {
         self.closes &= left > 0;
         let may_move = self.session.may_move();
         if left > 0 && (may_move || self.closes) {
-            let timeout = self.session.machine().options().request_timeout();
+            let timeout = self.machine().options().request_timeout();
             self.rest = Some((self.clock.after(timeout.into()), left - 1));
             if may_move && !self.asked.contains_key(&REST) {
                 self.ask(REST, MotorStatusRequest::default().into());
@@ -284,7 +285,7 @@ impl DmcHost {
 
     fn stop(&mut self, target: StopTarget) {
         info!(?target, "stop");
-        let was_open = self.session.machine().may_have_shutter_open();
+        let was_open = self.machine().may_have_shutter_open();
         self.tell(|session| match target {
             StopTarget::Motor(motor) => session.stop_motor(OWN, motor),
             StopTarget::Virtual(motor) => session.stop_virtual(OWN, motor),
@@ -294,7 +295,7 @@ impl DmcHost {
         self.work();
         // A stop of one motor leaves a shutter open that a request opened.
         let is_all = matches!(target, StopTarget::All | StopTarget::AllSilent);
-        self.closes |= self.session.machine().may_have_shutter_open() && (is_all || !was_open);
+        self.closes |= self.machine().may_have_shutter_open() && (is_all || !was_open);
         self.close_shutter();
     }
 
@@ -302,7 +303,7 @@ impl DmcHost {
     fn is_busy(&self, token: Token, is_sequence: bool) -> bool {
         let is_taken = token >= FIRST_OWN || self.asked.contains_key(&token);
         let waits = self.waiting.iter().any(|waiting| waiting.is_sequence);
-        is_taken || (is_sequence && (waits || self.check.is_some() || self.session.machine().progress().is_some()))
+        is_taken || (is_sequence && (waits || self.check.is_some() || self.machine().progress().is_some()))
     }
 
     fn submit(&mut self, token: Token, message: &HostMessage<'_>, is_sequence: bool) {

@@ -72,7 +72,7 @@ fn a_run_that_a_move_of_a_motor_ended_is_not_done() {
             };
             stage.start(token);
             stage.pass(1000);
-            assert_eq!(stage.rig().state(), State::Running, "this is the scene");
+            assert_eq!(stage.rig().machine().state(), State::Running, "this is the scene");
             stage.ask(move_to(2, 3000)).unwrap();
             let ends = quirks.contains(Quirks::MOVE_ENDS_RUN);
             // Without news of its end, the host cannot know whether a shot went on.

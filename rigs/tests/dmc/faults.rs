@@ -62,7 +62,7 @@ impl Play {
     /// Waits until the host is ready.
     fn up(&mut self) {
         for _ in 0..100 {
-            match self.stage.scene.host.state() {
+            match self.stage.scene.host.machine().state() {
                 host::State::Ready => return,
                 host::State::Silent => self.stage.scene.command(Command::Greet),
                 _ => {}
@@ -110,7 +110,7 @@ impl Play {
         self.stage.scene.command(Command::Stop(StopTarget::All));
         let stopped = |event: &Event| (*event == STOPPED).then_some(());
         let confirmed = (0..60).any(|_| {
-            if self.stage.scene.host.state() == host::State::Silent {
+            if self.stage.scene.host.machine().state() == host::State::Silent {
                 self.stage.scene.command(Command::Greet);
             }
             self.wait(1000, stopped).is_some()
@@ -120,14 +120,14 @@ impl Play {
         assert!(self.stage.all_rest());
         self.pass(500);
         assert!(self.stage.all_rest());
-        assert!(matches!(self.stage.rig().state(), State::Idle | State::Locked));
+        assert!(matches!(self.stage.rig().machine().state(), State::Idle | State::Locked));
     }
 
     /// Works through the whole list once.
     fn list(&mut self) {
         let table = self.table.clone();
         if self.doing("upload", |token| Command::Upload(token, table)).is_ok() {
-            assert!(self.stage.rig().is_loaded());
+            assert!(self.stage.rig().machine().is_loaded());
             for frame in (1..=193).map(FrameNumber) {
                 let stored = self.stage.rig().uploaded(Motor(1), frame).map(|steps| steps.0);
                 assert_eq!(stored, self.table.steps(Motor(1), frame));
@@ -137,7 +137,7 @@ impl Play {
         for (name, from, to) in [("run", 20, 80), ("back", 80, 50)] {
             let run = run(24_000, from, to, 300, RunFlags::empty());
             if self.doing(name, |token| Command::Begin(token, run.into())).is_ok() {
-                assert_eq!(self.stage.rig().on_frame(), Some(end_frame(self.quirks, to)));
+                assert_eq!(self.stage.rig().machine().on_frame(), Some(end_frame(self.quirks, to)));
             }
         }
         let shot = Shot::of(FrameNumber(60), 200);

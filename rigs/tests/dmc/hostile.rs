@@ -137,7 +137,7 @@ fn a_stop_stops_after_any_requests() {
             for _ in 0..any.0.random_range(1..12) {
                 now = now.after(any.0.random_range(0..60));
                 rig.receive(now, LINE, &any.request());
-                states.insert(rig.state().name());
+                states.insert(rig.machine().state().name());
                 while rig.poll().is_some() {}
                 let finite = |motor: &motion_rigs::motor::Motor| motor.at(now).position.is_finite();
                 assert!(rig.motors().iter().all(finite), "seed {seed}");
@@ -152,7 +152,11 @@ fn a_stop_stops_after_any_requests() {
                 rig.advance(now);
                 let rests = |motor: &motion_rigs::motor::Motor| motor.rests();
                 assert!(rig.motors().iter().all(rests), "seed {seed}: {:?}", rig.motors());
-                assert!(matches!(rig.state(), State::Idle | State::Locked), "seed {seed}: {:?}", rig.state());
+                assert!(
+                    matches!(rig.machine().state(), State::Idle | State::Locked),
+                    "seed {seed}: {:?}",
+                    rig.machine().state()
+                );
             }
         }
     }

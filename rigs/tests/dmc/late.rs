@@ -49,6 +49,23 @@ fn an_answer_that_is_read_late_ends_its_request() {
 }
 
 #[test]
+fn a_request_that_is_longer_than_devices_have_to_take_is_sent_whole() {
+    static LEVELS: [u8; 1500] = [7; 1500];
+    let (mut host, now) = (DmcHost::new(Options::default().with_gates(false)), Millis(1000));
+    host.open(now, LINE);
+    let request = sent(&mut host).pop().expect("a greeting");
+    let (id, hi) = (Frame::decode(&request).unwrap().id(), DeviceMessage::from(Hi::default()));
+    let mut bytes = vec![0; hi.encoded_len()];
+    hi.encode_into(id, &mut bytes).unwrap();
+    host.receive(now, LINE, &bytes);
+    let long: HostMessage<'_> =
+        Dmx { ramp: false.into(), start_channel: DmxChannel(1), values: &LEVELS, tail: &[] }.into();
+    host.command(now, Command::Ask(Token(1), long));
+    let frames = sent(&mut host);
+    assert_eq!(frames.last().map(Vec::len), Some(long.encoded_len()), "{frames:?}");
+}
+
+#[test]
 fn a_request_that_is_read_late_is_done() {
     for late in LATE {
         let (mut device, now) = (DmcDevice::new(Setup::default()), Millis(1000));

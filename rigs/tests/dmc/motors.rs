@@ -52,7 +52,7 @@ fn stages() -> impl Iterator<Item = (Stage, Facts)> {
 #[test]
 fn a_device_tells_its_properties_and_positions() {
     for (mut stage, facts) in stages() {
-        let hi = stage.scene.host.device().unwrap();
+        let hi = stage.scene.host.machine().device().unwrap();
         assert_eq!((hi.name.to_string(), hi.motor_count), (stage.rig().name(), 4));
         let short = i32::from(facts.truncates);
         assert_eq!(stage.status(), Motors::NONE);
@@ -80,7 +80,7 @@ fn a_motor_moves_to_a_position_along_its_profile() {
         stage.tick();
         let limits = motion_core::profile::Limits { velocity: 10_000.0, acceleration: 20_000.0, jerk: None };
         let planned = MotionProfile::new(0.0, 30_000.0, limits).unwrap();
-        while stage.rig().state() != State::Idle {
+        while stage.rig().machine().state() != State::Idle {
             let seconds = f64::from(u32::try_from(stage.now().since(began)).unwrap()) / 1000.0;
             // The motor and the profile calculate in different ways, which makes a difference of less than 0.01 steps.
             assert!((stage.at(2) - planned.at(seconds).position).abs() < 0.01, "after {seconds} s");
@@ -123,7 +123,7 @@ fn a_jog_goes_on_until_it_is_stopped() {
         assert!(stage.wait(1000, |event| (*event == stopped).then_some(())).is_some());
         stage.pass(1000);
         assert!(stage.all_rest());
-        assert_eq!((stage.rig().state(), stage.status()), (State::Idle, Motors::NONE));
+        assert_eq!((stage.rig().machine().state(), stage.status()), (State::Idle, Motors::NONE));
     }
 }
 
@@ -179,7 +179,7 @@ fn limits_that_were_set_refuse_moves_and_end_jogs() {
             stage.pass(3000);
             assert!(stage.all_rest());
             assert_eq!(stage.steps(1), Some(end));
-            assert_eq!(stage.rig().state(), State::Idle, "not locked");
+            assert_eq!(stage.rig().machine().state(), State::Idle, "not locked");
         }
         // A motor beyond its limit does not turn round to that limit.
         stage.ask(reset_position(1, 10_000)).unwrap();
@@ -212,9 +212,9 @@ fn a_slow_jog_after_a_fast_one_stays_within_the_limits() {
             assert!(stage.at(1) < 80_000.01, "{}", stage.at(1));
         }
         if destination == i32::MAX {
-            assert_eq!((stage.rig().state(), stage.steps(1)), (State::Idle, Some(80_000)));
+            assert_eq!((stage.rig().machine().state(), stage.steps(1)), (State::Idle, Some(80_000)));
         } else {
-            assert_eq!(stage.rig().state(), State::Moving, "it moves back slowly");
+            assert_eq!(stage.rig().machine().state(), State::Moving, "it moves back slowly");
         }
     }
 }
@@ -248,7 +248,7 @@ fn a_limit_switch_stops_everything_and_locks_for_a_while() {
             (*event == Event::Machine(host::Event::HardStop(StopReason::UPPER_LIMIT, Some(Motor(2))))).then_some(())
         };
         assert!(stage.wait(10_000, hard).is_some());
-        assert_eq!(stage.rig().state(), State::Locked);
+        assert_eq!(stage.rig().machine().state(), State::Locked);
         stage.pass(600);
         assert!(stage.all_rest());
         let is_one = quirks.contains(Quirks::ONE_LOCK_CODE);
@@ -256,7 +256,7 @@ fn a_limit_switch_stops_everything_and_locks_for_a_while() {
         assert_eq!(stage.ask(move_to(3, 5)), Err(Outcome::Refused(Refusal::Device(code))));
         assert!(stage.stop(), "a stop is always obeyed");
         stage.pass(2500);
-        assert_eq!(stage.rig().state(), State::Idle);
+        assert_eq!(stage.rig().machine().state(), State::Idle);
         assert_eq!(stage.ask(move_to(2, 1000)), Ok(Answer::Done), "the motor may move off the switch");
         stage.pass(20_000);
         assert_eq!(stage.steps(2), Some(1000));
@@ -392,10 +392,10 @@ fn a_stop_on_the_way_to_a_run_may_not_end_it() {
             rig.receive(Millis(0), LineId(0), &bytes(message));
         }
         rig.receive(Millis(5000), LineId(0), &bytes(run(24_000, 1, 49, 1000, RunFlags::empty()).into()));
-        assert_eq!(rig.state(), State::PreRoll);
+        assert_eq!(rig.machine().state(), State::PreRoll);
         rig.receive(Millis(5150), LineId(0), &bytes(MotorStopAll::default().into()));
         rig.advance(Millis(10_000));
-        assert_eq!(rig.state(), State::Idle);
+        assert_eq!(rig.machine().state(), State::Idle);
         let place = rig.motors()[0].at(Millis(10_000));
         assert_eq!(place.velocity.to_bits(), 0.0_f64.to_bits());
         assert_eq!((place.position + 1200.0).abs() < 1.0, goes_on, "{quirks:?}: {place:?}");

@@ -45,7 +45,7 @@ fn a_move_is_uploaded_and_run() {
         let last = table.last_frame().0;
         let mut stage = Stage::up(Setup::default());
         assert_eq!(stage.upload(table.clone()), Ok(Answer::Done));
-        assert_eq!(stage.scene.host.is_loaded(), Some(true));
+        assert_eq!(stage.scene.host.machine().is_loaded(), Some(true));
         for motor in (1..=motors).map(Motor) {
             for frame in (1..=last).map(FrameNumber) {
                 assert_eq!(stage.rig().uploaded(motor, frame).map(|steps| steps.0), table.steps(motor, frame));
@@ -55,13 +55,13 @@ fn a_move_is_uploaded_and_run() {
         let token = stage.begin(run(fps, 1, last, 500, RunFlags::empty()));
         stage.start(token);
         let mut moments = Vec::new();
-        while stage.rig().state() != State::Idle {
+        while stage.rig().machine().state() != State::Idle {
             stage.tick();
             moments.extend(hold(&stage, &sample));
         }
         assert_eq!(stage.end(token, 5000), Ok(Answer::Done));
         assert!(!stage.scene.host.may_move());
-        assert_eq!(stage.rig().on_frame(), Some(FrameNumber(last)));
+        assert_eq!(stage.rig().machine().on_frame(), Some(FrameNumber(last)));
         // The move takes its own time.
         for pair in moments.windows(2) {
             let gone = pair[1] - pair[0];
@@ -92,7 +92,7 @@ fn loaded(name: &str, setup: Setup) -> (Stage, Move) {
     let to_frame = RtPositionFrame { frame: FrameNumber(1), tail: &[] };
     let token = stage.begin(to_frame);
     assert_eq!(stage.end(token, 60_000), Ok(Answer::Done));
-    assert_eq!(stage.rig().on_frame(), Some(FrameNumber(1)));
+    assert_eq!(stage.rig().machine().on_frame(), Some(FrameNumber(1)));
     (stage, sample)
 }
 
@@ -136,7 +136,7 @@ fn a_motor_outside_the_move_is_not_moved_during_a_run() {
         stage.pass(3000);
         stage.upload(table).unwrap();
         let token = stage.begin(run(24_000, 97, 121, 200, RunFlags::empty()));
-        let travels = |stage: &Stage| stage.scene.host.progress() == Some(Progress::Travels);
+        let travels = |stage: &Stage| stage.scene.host.machine().progress() == Some(Progress::Travels);
         while !travels(&stage) {
             stage.tick();
         }
@@ -206,7 +206,7 @@ fn a_part_of_a_move_is_run_backwards_with_rolls() {
         let token = stage.begin(run(48_000, 300, 200, 700, RunFlags::empty()));
         stage.start(token);
         let mut moments = Vec::new();
-        while stage.rig().state() != State::Idle {
+        while stage.rig().machine().state() != State::Idle {
             stage.tick();
             moments.extend(hold(&stage, &sample));
         }
@@ -214,7 +214,7 @@ fn a_part_of_a_move_is_run_backwards_with_rolls() {
         assert!(moments.is_sorted_by(|one, other| one > other), "backwards");
         let end = end_frame(quirks, 200);
         assert!(moments[0] > 299.9 && *moments.last().unwrap() < f64::from(end.0) + 0.1);
-        assert_eq!(stage.rig().on_frame(), Some(end));
+        assert_eq!(stage.rig().machine().on_frame(), Some(end));
     }
 }
 
@@ -225,7 +225,7 @@ fn a_run_reaches_its_speed_with_a_constant_acceleration() {
     stage.start(token);
     let mut before: Option<Vec<f64>> = None;
     let mut sharpest = 0.0_f64;
-    while stage.rig().state() != State::Idle {
+    while stage.rig().machine().state() != State::Idle {
         stage.tick();
         let now = stage.now();
         let speeds: Vec<f64> = stage.rig().motors().iter().map(|motor| motor.at(now).velocity).collect();
@@ -261,7 +261,7 @@ fn a_loop_goes_on_until_it_is_ended() {
                 }
             }
             before = moment;
-            if stage.rig().state() == State::Idle {
+            if stage.rig().machine().state() == State::Idle {
                 assert!(millis > 3000);
                 break;
             }
@@ -269,7 +269,7 @@ fn a_loop_goes_on_until_it_is_ended() {
         assert_eq!(stage.end(token, 10_000), Ok(Answer::Done));
         let there_and_back = flags == RunFlags::PING_PONG;
         assert_eq!(ways, [true, !there_and_back, true]);
-        assert_eq!(stage.rig().on_frame(), Some(end_frame(quirks, 120)));
+        assert_eq!(stage.rig().machine().on_frame(), Some(end_frame(quirks, 120)));
         let told =
             stage.told.iter().filter(|(_, event)| *event == Event::Machine(host::Event::PassEnded(token))).count();
         assert_eq!(told, if quirks.contains(Quirks::END_PER_PASS) { 2 } else { 0 });
@@ -300,12 +300,12 @@ fn all_motors_jog_along_the_move() {
     let token = stage.begin(to_frame);
     stage.end(token, 60_000).unwrap();
     let token = stage.begin(jog_all(40, 10));
-    while stage.rig().state() != State::Idle || stage.rig().on_frame() == Some(FrameNumber(100)) {
+    while stage.rig().machine().state() != State::Idle || stage.rig().machine().on_frame() == Some(FrameNumber(100)) {
         stage.tick();
         hold(&stage, &sample);
     }
     assert_eq!(stage.end(token, 5000), Ok(Answer::Done));
-    assert_eq!(stage.rig().on_frame(), Some(FrameNumber(10)));
+    assert_eq!(stage.rig().machine().on_frame(), Some(FrameNumber(10)));
 }
 
 #[test]
@@ -343,7 +343,7 @@ fn the_operator_may_start_a_run() {
     let now = stage.now();
     stage.rig().operator_go(now);
     let mut followed = 0;
-    while stage.rig().state() != State::Idle {
+    while stage.rig().machine().state() != State::Idle {
         stage.tick();
         followed += u32::from(hold(&stage, &sample).is_some());
     }
@@ -367,7 +367,7 @@ fn lights_and_outputs_run_along_and_outputs_go_off_at_the_end() {
         let token = stage.begin(RtRunMove { sync_dmx: Bool::from(sync), ..run });
         stage.start(token);
         let mut seen = 0;
-        while stage.rig().state() != State::Idle {
+        while stage.rig().machine().state() != State::Idle {
             stage.tick();
             let Some(moment) = stage.rig().moment() else { continue };
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 1 to 60")]

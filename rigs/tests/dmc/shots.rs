@@ -26,7 +26,7 @@ fn a_move_is_shot_frame_by_frame() {
             assert_eq!(stage.rig().photo_count(), u64::try_from(number).unwrap() + 1);
             assert_eq!(stage.steps(1), table.steps(Motor(1), FrameNumber(frame)));
             let is_on = !quirks.contains(Quirks::STAYS_AFTER_SHOT);
-            assert_eq!(stage.rig().on_frame(), is_on.then_some(FrameNumber(frame)));
+            assert_eq!(stage.rig().machine().on_frame(), is_on.then_some(FrameNumber(frame)));
         }
     }
 }
@@ -45,7 +45,7 @@ fn only_the_motors_of_a_shot_blur() {
             stage.scene.command(Command::Shoot(token, Shot { motors, ..Shot::of(frame, 200) }));
             stage.start(token);
             let mut places = vec![];
-            while stage.rig().state() != State::Idle {
+            while stage.rig().machine().state() != State::Idle {
                 stage.tick();
                 if stage.rig().photos().last().is_some_and(|photo| photo.until.is_none()) {
                     places.push(stage.at(1));
@@ -81,7 +81,7 @@ fn a_blurred_motor_moves_while_the_shutter_is_open() {
         stage.scene.command(Command::Shoot(token, shot));
         stage.start(token);
         let mut open = 0;
-        while stage.rig().state() != State::Idle {
+        while stage.rig().machine().state() != State::Idle {
             stage.tick();
             let now = stage.now();
             let Some(photo) = stage.rig().photos().last().copied() else { continue };
@@ -172,5 +172,5 @@ fn stop_in_a_shot(setup: Setup, is_hard: bool) {
     let to_frame = RtPositionFrame { frame: FrameNumber(193), tail: &[] };
     let token = stage.begin(to_frame);
     assert_eq!(stage.end(token, 60_000), Ok(Answer::Done));
-    assert_eq!(stage.rig().on_frame(), Some(FrameNumber(193)));
+    assert_eq!(stage.rig().machine().on_frame(), Some(FrameNumber(193)));
 }

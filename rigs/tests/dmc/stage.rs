@@ -65,7 +65,7 @@ impl Stage {
             assert!((here - before).abs() <= most || *here == 0.0 || self.renames, "{before} to {here} at {now:?}");
         }
         self.before = here;
-        let know = self.scene.host.may_move() && self.scene.rig.may_move();
+        let know = self.scene.host.may_move() && self.scene.rig.machine().may_move();
         assert!(know || self.all_rest(), "at {now:?} a motor moves, and the host or the rig does not know");
         let held = self.scene.held() + self.scene.host.held() + self.scene.rig.held();
         self.held = self.held.max(held);
@@ -137,7 +137,7 @@ impl Stage {
     pub(crate) fn start(&mut self, token: Token) {
         let armed = Event::Machine(host::Event::Armed(token));
         self.wait(60_000, |event| (*event == armed).then_some(())).expect("it is armed in time");
-        assert_eq!(self.rig().state(), State::Ready);
+        assert_eq!(self.rig().machine().state(), State::Ready);
         assert!(self.all_rest());
         self.scene.command(Command::Go);
     }

@@ -20,7 +20,7 @@ fn running() -> (Stage, Token) {
     let token = stage.begin(run(23_976, 1, table.last_frame().0, 500, RunFlags::empty()));
     stage.start(token);
     stage.pass(8000);
-    assert_eq!(stage.rig().state(), State::Running);
+    assert_eq!(stage.rig().machine().state(), State::Running);
     assert!(!stage.all_rest());
     (stage, token)
 }
@@ -32,7 +32,7 @@ fn a_stop_ends_a_run() {
     assert_eq!(stage.rig().moment(), None);
     stage.pass(2000);
     assert!(stage.all_rest());
-    assert_eq!((stage.rig().state(), stage.rig().on_frame()), (State::Idle, None));
+    assert_eq!((stage.rig().machine().state(), stage.rig().machine().on_frame()), (State::Idle, None));
     assert_eq!(stage.end(token, 0), Err(Outcome::Failed(Failure::Stopped)));
     assert!(!stage.scene.host.may_move());
 }
@@ -45,8 +45,8 @@ fn a_reset_ends_a_run_and_forgets_the_move() {
     assert_eq!(stage.end(token, 1000), Err(Outcome::Failed(Failure::LinkDown)));
     assert!(stage.scene.host.may_move(), "the host does not know that nothing moves");
     stage.wait(5000, |event| is_ready(event).then_some(())).unwrap();
-    assert!(!stage.rig().is_loaded());
-    assert_eq!(stage.scene.host.is_loaded(), Some(false));
+    assert!(!stage.rig().machine().is_loaded());
+    assert_eq!(stage.scene.host.machine().is_loaded(), Some(false));
     let to_frame = RtPositionFrame { frame: FrameNumber(1), tail: &[] };
     let token = stage.begin(to_frame);
     assert_eq!(stage.end(token, 1000), Err(Outcome::Refused(Refusal::Stopping)), "a stop has to end the run");
@@ -64,8 +64,8 @@ fn a_cable_that_is_pulled_stops_the_rig() {
     assert!(stage.scene.host.may_move());
     stage.pass(3000);
     assert!(stage.all_rest(), "the rig stops by itself");
-    assert_eq!(stage.rig().state(), State::Idle);
-    assert!(stage.rig().is_loaded(), "the rig has not lost its power");
+    assert_eq!(stage.rig().machine().state(), State::Idle);
+    assert!(stage.rig().machine().is_loaded(), "the rig has not lost its power");
     assert!(stage.stop() && stage.rests());
 }
 
@@ -84,7 +84,7 @@ fn a_reset_in_the_middle_of_an_upload_leaves_no_move() {
     let (_, table) = sample("crane");
     let mut stage = Stage::up(Setup::default());
     assert_eq!(stage.upload(table.clone()), Ok(Answer::Done));
-    assert!(stage.rig().is_loaded());
+    assert!(stage.rig().machine().is_loaded());
     // Without a delay an upload takes no time at all.
     let slow = Faults { delay: 50, ..Faults::NONE };
     let mut stage = Stage::new(Setup::default(), slow, 3);
@@ -92,13 +92,13 @@ fn a_reset_in_the_middle_of_an_upload_leaves_no_move() {
     let token = stage.token();
     stage.scene.command(Command::Upload(token, table.clone()));
     stage.pass(200);
-    assert!(!stage.rig().is_loaded(), "the upload is not complete");
+    assert!(!stage.rig().machine().is_loaded(), "the upload is not complete");
     stage.scene.reset();
     assert_eq!(stage.end(token, 2000), Err(Outcome::Failed(Failure::LinkDown)));
     stage.wait(5000, |event| is_ready(event).then_some(())).unwrap();
-    assert!(!stage.rig().is_loaded());
+    assert!(!stage.rig().machine().is_loaded());
     assert_eq!(stage.upload(table), Ok(Answer::Done), "the next upload succeeds");
-    assert!(stage.rig().is_loaded());
+    assert!(stage.rig().machine().is_loaded());
 }
 
 #[test]
@@ -119,9 +119,9 @@ fn a_limit_switch_ends_a_run() {
     stage.pass(100);
     assert!(stage.all_rest());
     assert_eq!(stage.steps(1), Some(20_000));
-    assert_eq!(stage.rig().state(), State::Locked);
+    assert_eq!(stage.rig().machine().state(), State::Locked);
     stage.pass(3000);
-    assert_eq!(stage.rig().state(), State::Idle);
+    assert_eq!(stage.rig().machine().state(), State::Idle);
 }
 
 #[test]

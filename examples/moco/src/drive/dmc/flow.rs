@@ -54,7 +54,7 @@ impl<'s> Flow<'s> {
 
     /// Waits until the device is known.
     pub(super) async fn up(&mut self) -> Result<(), Trouble> {
-        if self.session.host().state() == State::Ready {
+        if self.session.host().machine().state() == State::Ready {
             return Ok(());
         }
         loop {
@@ -74,12 +74,12 @@ impl<'s> Flow<'s> {
     /// Greeting of the device, with its properties.
     pub(super) fn device(&self) -> Result<Hi<'static>, Trouble> {
         let lost = || Trouble::Failed("the rig was reset and has lost all data: start again".to_owned());
-        self.session.host().device().ok_or_else(lost)
+        self.session.host().machine().device().ok_or_else(lost)
     }
 
     /// Whether the rig has limit switches, as far as is known.
     fn has_switches(&self) -> bool {
-        self.session.host().device().is_none_or(|hi| hi.hw_limit_count > 0)
+        self.session.host().machine().device().is_none_or(|hi| hi.hw_limit_count > 0)
     }
 
     /// Motor with a number from the command line, if the device has it.
@@ -236,7 +236,7 @@ impl<'s> Flow<'s> {
                     return end.map(|_| ()).map_err(|outcome| why::not_done(what, outcome, self.has_switches()));
                 }
                 Some(Event::Positions(positions)) => {
-                    let runs = self.session.host().progress() == Some(Progress::Runs);
+                    let runs = self.session.host().machine().progress() == Some(Progress::Runs);
                     let frame = positions.moment.0.0 / 1000;
                     match frames {
                         Some((first, last)) if runs => {

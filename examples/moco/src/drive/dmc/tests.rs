@@ -216,7 +216,7 @@ async fn an_interrupted_move_is_stopped() {
         stand.session.next_within(Duration::from_millis(100)).await.unwrap();
     }
     assert!(!stand.session.host().may_move(), "the host asked until it knew that nothing moves");
-    assert_eq!(stand.rig(|rig| rig.state()), State::Idle);
+    assert_eq!(stand.rig(|rig| rig.machine().state()), State::Idle);
     assert!((1000.0..100_000.0).contains(&stand.at(1)), "{}", stand.at(1));
 }
 
@@ -234,7 +234,11 @@ async fn a_lost_line_in_a_run_is_reported_and_the_rig_stops() {
     assert!(stand.session.host().may_move(), "the host does not know whether the motors rest");
     assert_eq!(stand.session.stop().await, Stopped::NotConfirmed);
     sleep(Duration::from_millis(700)).await;
-    assert!(stand.rig(|rig| rig.state() == State::Idle && rig.motors().iter().all(motion_rigs::motor::Motor::rests)));
+    assert!(
+        stand.rig(
+            |rig| rig.machine().state() == State::Idle && rig.motors().iter().all(motion_rigs::motor::Motor::rests)
+        )
+    );
 }
 
 #[tokio::test]
