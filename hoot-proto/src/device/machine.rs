@@ -135,7 +135,7 @@ impl DeviceMachine {
         &self.program
     }
 
-    /// Whether anything may move because of what this node was told: a motor moves, the camera takes a picture, or the planned
+    /// Whether anything may move because of what this device was told: a motor moves, the camera takes a picture, or the planned
     /// move runs or waits for its delay. A motor counts as at rest after its [`Motion::Stop`](super::Motion::Stop), which the
     /// rig carries out at once.
     #[must_use]

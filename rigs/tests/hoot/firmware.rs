@@ -4,6 +4,7 @@ use hoot_proto::device::ProgramState;
 use motion_core::time::Millis;
 use motion_rigs::device::Named;
 use motion_rigs::hoot_node::{HootNode, Setup};
+use motion_rigs::motor::Motor;
 use motion_rigs::{LineId, Outgoing, Party, Rig};
 
 const USB: LineId = LineId(0);
@@ -32,6 +33,8 @@ impl Bench {
     fn pass(&mut self, millis: u64) -> String {
         self.now += millis;
         self.node.advance(Millis(self.now));
+        let is_active = self.node.camera().is_open() || !self.node.motors().iter().all(Motor::rests);
+        assert!(!is_active || self.node.machine().may_move(), "the node knows what may move");
         let mut said = String::new();
         while let Some(outgoing) = self.node.poll() {
             if let Outgoing::Bytes(USB, packet) = outgoing {
@@ -166,7 +169,7 @@ impl Bench {
 
     fn rest(&mut self) {
         self.pass(20_000);
-        assert!(self.node.motors().iter().all(motion_rigs::motor::Motor::rests));
+        assert!(self.node.motors().iter().all(Motor::rests));
     }
 
     fn place(&self, motor: usize) -> f64 {
