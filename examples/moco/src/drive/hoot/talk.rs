@@ -6,7 +6,7 @@ use std::time::Duration;
 use hoot_proto::host::{Command, Event as MachineEvent, Outcome, Refusal, Request, Token};
 use hoot_proto::message::{Motor, MotorPosition, MotorRunning, MotorSetContinuousSpeed, StepsPerSecond};
 use hoot_proto::query::{Answer, Profile};
-use hoot_proto::{Address, EncodeError, HostMessage, Query};
+use hoot_proto::{Address, HostMessage, Query};
 use motion_rigs::hoot_master::{Ended, Event, HootMaster};
 use tokio::time::Instant;
 
@@ -92,28 +92,11 @@ impl<'a> Talk<'a> {
         Ok(())
     }
 
-    /// Trouble that explains why a message was not done.
-    fn trouble(&self, message: &HostMessage<'_>, ended: &Ended) -> Trouble {
-        let node = self.node.0;
-        match ended.outcome() {
-            Outcome::Refused(Refusal::Device(_)) => Trouble::Refused(format!(
-                "node {node} refuses {message}: is it in joystick mode, or does its firmware not support this?"
-            )),
-            Outcome::Refused(Refusal::Invalid(EncodeError::Refused(lint))) => {
-                Trouble::Refused(format!("{message}: {lint}"))
-            }
-            _ if ended.is_unanswered() => Trouble::Failed(format!(
-                "node {node} does not answer {message}: is it on, is its address right, does its firmware support this?"
-            )),
-            _ => Trouble::Failed(ended.to_string()),
-        }
-    }
-
     /// Sends a query, and repeats it if it is not answered.
     pub(super) async fn ask(&mut self, query: impl Into<HostMessage<'static>>) -> Result<Ended, Trouble> {
         let query = query.into();
         let ended = self.repeated(query).await?;
-        if ended.answer().is_some() { Ok(ended) } else { Err(self.trouble(&query, &ended)) }
+        if ended.answer().is_some() { Ok(ended) } else { Err(trouble(&ended)) }
     }
 
     /// Sends a query that some firmware refuses, and repeats it if it is not answered.
@@ -121,7 +104,7 @@ impl<'a> Talk<'a> {
         let query = query.into();
         let ended = self.repeated(query).await?;
         let is_refused = matches!(ended.outcome(), Outcome::Refused(Refusal::Device(_)));
-        if is_refused || ended.answer().is_some() { Ok(ended) } else { Err(self.trouble(&query, &ended)) }
+        if is_refused || ended.answer().is_some() { Ok(ended) } else { Err(trouble(&ended)) }
     }
 
     /// Value that the node answers to a query.
@@ -131,7 +114,7 @@ impl<'a> Talk<'a> {
         for<'r> Q: Query<Reply<'r> = Answer<T>>,
     {
         let ended = self.ask(query).await?;
-        ended.read(&query).ok_or_else(|| self.trouble(&query.into(), &ended))
+        ended.read(&query).ok_or_else(|| trouble(&ended))
     }
 
     /// Sends a setting while nothing moves. A setting without an answer is repeated, because repeating has the same
@@ -140,7 +123,7 @@ impl<'a> Talk<'a> {
         let message = message.into();
         let is_once = message.conduct().may_move() || matches!(message, HostMessage::CameraExpose(_));
         let ended = if is_once { self.send(message).await? } else { self.repeated(message).await? };
-        if ended.is_done() { Ok(()) } else { Err(self.trouble(&message, &ended)) }
+        if ended.is_done() { Ok(()) } else { Err(trouble(&ended)) }
     }
 
     /// Sends a setting that firmware without it refuses, because it has the value that is asked for in any case.
@@ -188,7 +171,7 @@ impl<'a> Talk<'a> {
     pub(super) async fn set_off(&mut self, message: impl Into<HostMessage<'static>>) -> Result<bool, Trouble> {
         let message = message.into();
         let ended = self.send(message).await?;
-        if ended.is_done() || ended.is_unanswered() { Ok(ended.is_done()) } else { Err(self.trouble(&message, &ended)) }
+        if ended.is_done() || ended.is_unanswered() { Ok(ended.is_done()) } else { Err(trouble(&ended)) }
     }
 
     /// Position of a motor, in steps.
@@ -212,9 +195,23 @@ impl<'a> Talk<'a> {
             }
             // A repeated speed has the same effect only while the motor rests.
             if !ended.is_unanswered() || self.is_running(motor).await? {
-                return Err(self.trouble(&message.into(), &ended));
+                return Err(trouble(&ended));
             }
         }
         self.set(message).await
+    }
+}
+
+/// Trouble that tells how a message ended, and what may be the reason.
+fn trouble(ended: &Ended) -> Trouble {
+    match ended.outcome() {
+        Outcome::Refused(Refusal::Device(_)) => {
+            Trouble::Refused(format!("{ended}: is the node in joystick mode, or does its firmware not support this?"))
+        }
+        Outcome::Refused(Refusal::Invalid(_)) => Trouble::Refused(ended.to_string()),
+        _ if ended.is_unanswered() => {
+            Trouble::Failed(format!("{ended}: is the node on, is its address right, does its firmware support this?"))
+        }
+        _ => Trouble::Failed(ended.to_string()),
     }
 }
