@@ -60,6 +60,8 @@ pub struct Session<H> {
     why: Option<String>,
     /// First bytes of the rig.
     heard: Vec<u8>,
+    /// Number of bytes that were sent to the rig.
+    written: u64,
 }
 
 impl<H: Driven> Session<H> {
@@ -71,7 +73,7 @@ impl<H: Driven> Session<H> {
     pub async fn connect(host: H, target: Target, interrupts: UnboundedReceiver<()>) -> Result<Self, Trouble> {
         let (target, start) = (Some(target), Instant::now());
         let mut session =
-            Self { host, target, start, line: None, interrupts, deaf: start, why: None, heard: Vec::new() };
+            Self { host, target, start, line: None, interrupts, deaf: start, why: None, heard: Vec::new(), written: 0 };
         if !H::OPENS {
             session.open().await?;
         }
@@ -84,8 +86,17 @@ impl<H: Driven> Session<H> {
         S: AsyncRead + AsyncWrite + Send + Unpin + 'static,
     {
         let (line, start): (Box<dyn Stream>, _) = (Box::new(line), Instant::now());
-        let mut session =
-            Self { host, target: None, start, line: Some(line), interrupts, deaf: start, why: None, heard: Vec::new() };
+        let mut session = Self {
+            host,
+            target: None,
+            start,
+            line: Some(line),
+            interrupts,
+            deaf: start,
+            why: None,
+            heard: Vec::new(),
+            written: 0,
+        };
         if !H::OPENS {
             session.host.open(Millis(0), LINE);
         }
@@ -105,6 +116,11 @@ impl<H: Driven> Session<H> {
     /// First bytes that the rig sent, at most [`ENOUGH`].
     pub fn heard(&self) -> &[u8] {
         &self.heard
+    }
+
+    /// Number of bytes that were sent to the rig.
+    pub const fn written(&self) -> u64 {
+        self.written
     }
 
     /// Time since the session began, in milliseconds.
@@ -255,7 +271,7 @@ impl<H: Driven> Session<H> {
                     let written = timeout(WRITE, line.write_all(&bytes)).await;
                     trace!(len = bytes.len(), "written");
                     match written {
-                        Ok(Ok(())) => {}
+                        Ok(Ok(())) => self.written += u64::try_from(bytes.len()).unwrap_or(0),
                         Ok(Err(error)) => self.lost(&error.to_string())?,
                         Err(_) => self.lost("it no longer takes any bytes")?,
                     }

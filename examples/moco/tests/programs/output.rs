@@ -50,16 +50,34 @@ fn the_progress_of_a_move_grows_for_programs() {
         let test = format!("the_progress_of_a_move_grows_for_programs_{protocol}");
         let path = file(&test, MOVE);
         let rig = Rig::start(&test, protocol, &[]);
-        let events = objects(&rig.drive(&["run", path.to_str().unwrap(), "--json"]).done());
-        let parts: Vec<f64> = events
-            .iter()
-            .filter(|event| event["event"] == "progress" && !event["positions"].as_array().unwrap().is_empty())
-            .filter_map(|event| event["part"].as_f64())
-            .collect();
-        assert!(parts.len() >= 2 && parts.is_sorted(), "{events:?}");
+        let said = rig.drive(&["run", path.to_str().unwrap(), "--json"]).done();
+        let parts = parts(&said, " of ");
+        assert!(parts.len() >= 2 && parts.is_sorted(), "{said}");
         assert!(parts.iter().all(|part| (0.0..=1.0).contains(part)), "{parts:?}");
         rig.end();
     }
+}
+
+/// Parts of a command that its progress told, in lines with this word.
+fn parts(out: &str, word: &str) -> Vec<f64> {
+    let events = objects(out);
+    let told = events.iter().filter(|event| event["event"] == "progress");
+    told.filter(|event| event["text"].as_str().unwrap().contains(word))
+        .filter_map(|event| event["part"].as_f64())
+        .collect()
+}
+
+#[test]
+fn the_progress_of_an_upload_grows() {
+    let test = "the_progress_of_an_upload_grows";
+    let long = MOVE.replace(r#""duration": 2.5"#, r#""duration": 200"#).replace("2.25", "199");
+    let path = file(test, &long);
+    let rig = Rig::start(test, "dmc", &["--faults", "delay=200"]);
+    let said = rig.drive(&["upload", path.to_str().unwrap(), "--json"]).done();
+    let parts = parts(&said, "uploaded");
+    assert!(parts.len() >= 2 && parts.is_sorted(), "{said}");
+    assert!(parts[0] < 0.9 && parts.last().is_some_and(|last| *last > 0.1), "{said}");
+    rig.end();
 }
 
 #[test]

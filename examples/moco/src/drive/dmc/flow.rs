@@ -215,10 +215,25 @@ impl<'s> Flow<'s> {
 
     pub(super) async fn upload(&mut self, plan: &Plan) -> Result<(), Trouble> {
         let token = self.token();
+        let before = self.session.written();
         self.session.command(Command::Upload(token, plan.table.clone()));
-        self.end("the upload", token).await?;
+        let end = loop {
+            match self.event(TELL).await? {
+                Some(Event::Ended(ended, end)) if ended == token => break end,
+                _ => self.uploads(plan, before)?,
+            }
+        };
+        self.done("the upload", end)?;
         let frames = plan.last.0 - plan.first.0 + 1;
         self.print(format_args!("uploaded: {frames} frames of motors {}", plan.motors()))
+    }
+
+    /// Prints which part of an upload is sent, by the number of bytes that were sent `before` it. Nearly all of its bytes are
+    /// steps, four bytes each.
+    fn uploads(&mut self, plan: &Plan, before: u64) -> Result<(), Trouble> {
+        let bytes = u32::try_from(self.session.written() - before).unwrap_or(u32::MAX);
+        let part = (f64::from(bytes) / (4.0 * f64::from(plan.sent))).min(1.0);
+        self.tell(Some(part), Vec::new(), &format!("the move is uploaded: {:.0} %", 100.0 * part))
     }
 
     /// Starts a run or a shot when it is armed, and waits for its end. For a run, prints how many of its `frames` are
@@ -242,9 +257,9 @@ impl<'s> Flow<'s> {
                         Some((first, last)) if runs => {
                             let (gone, all) = (frame - first.0, (last.0 - first.0).max(1));
                             let part = Some(f64::from(gone) / f64::from(all));
-                            self.tell(part, &positions, &format!("frame {frame} of {last}"))?;
+                            self.tell(part, at(&positions), &format!("frame {frame} of {last}"))?;
                         }
-                        _ => self.tell(None, &positions, &places(&positions))?,
+                        _ => self.tell(None, at(&positions), &places(&positions))?,
                     }
                 }
                 _ => {}
@@ -253,11 +268,9 @@ impl<'s> Flow<'s> {
     }
 
     /// Prints a line of progress, if the last one is long enough ago. `part` is the part of the command that is done.
-    fn tell(&mut self, part: Option<f64>, positions: &Positions, text: &str) -> Result<(), Trouble> {
+    fn tell(&mut self, part: Option<f64>, positions: Vec<At>, text: &str) -> Result<(), Trouble> {
         if self.told.elapsed() >= TELL {
             self.told = Instant::now();
-            let positions = (1..).zip(&positions.positions);
-            let positions = positions.map(|(motor, &steps)| At { motor, position: steps.into() }).collect();
             self.line(About::Progress { part, positions }, format_args!("{text}"))?;
         }
         Ok(())
@@ -268,7 +281,7 @@ impl<'s> Flow<'s> {
         let until = Instant::now() + time;
         while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
             if let Some(Event::Positions(positions)) = self.event(left).await? {
-                self.tell(None, &positions, &places(&positions))?;
+                self.tell(None, at(&positions), &places(&positions))?;
             }
         }
         Ok(())
@@ -318,6 +331,10 @@ impl<'s> Flow<'s> {
         }
         Err(Trouble::Failed(format!("the rig did not confirm a stop in {} s", STOP.as_secs())))
     }
+}
+
+fn at(positions: &Positions) -> Vec<At> {
+    (1..).zip(&positions.positions).map(|(motor, &steps)| At { motor, position: steps.into() }).collect()
 }
 
 fn places(positions: &Positions) -> String {

@@ -15,6 +15,8 @@ pub(super) struct Plan {
     pub(super) first: FrameNumber,
     pub(super) last: FrameNumber,
     pub(super) rate: FramesPerSecond,
+    /// Number of steps that an upload sends. Rests at the end of the move are not sent.
+    pub(super) sent: u32,
 }
 
 impl Plan {
@@ -28,10 +30,13 @@ impl Plan {
         }
         let first = FrameNumber(1);
         let mut table = Table::new(first, read.frames.count);
+        let mut sent = 0;
         for axis in &read.axes {
             let Some(dmc) = axis.dmc else { continue };
             let steps = axis.curve().steps(read.frames, dmc.scale).collect::<Result<Vec<_>, _>>();
             let steps = steps.map_err(|error| refused(format!("axis {:?}: {error}", axis.name)))?;
+            let rest = steps.iter().rev().take_while(|at| Some(*at) == steps.last()).skip(1).count();
+            sent = u32::try_from(steps.len() - rest).map_or(u32::MAX, |steps| steps.saturating_add(sent));
             table = table.with(Motor(dmc.motor), steps);
         }
         if table.motors() == Motors::NONE {
@@ -41,7 +46,7 @@ impl Plan {
         }
         let rate = read.frames.rate.to_milli().map_err(|error| refused(format!("\"rate\": {error}")))?;
         let last = table.last_frame();
-        Ok(Self { table, first, last, rate: FramesPerSecond(rate) })
+        Ok(Self { table, first, last, rate: FramesPerSecond(rate), sent })
     }
 
     /// Motors of the move.
