@@ -6,7 +6,7 @@
 
 use fuzz::fuzz_world;
 use fuzz::machines::{Bytes, arrival, send, step, world};
-use kos_proto::device::{self, Destination, DeviceMachine, MotorSpecs, Quirks, Report, SessionId, session};
+use kos_proto::device::{self, Destination, DeviceMachine, MotorSpecs, Quirks, Report, SessionId, clients};
 use kos_proto::host::{self, Command, Endpoint, Get, Go, HostMachine, Transmit};
 use kos_proto::message::{
     AuxInputs, ErrorCode, Ipv4, LedMode, MotorAddress, MotorType, Password, Rotations, RotationsPerSecond,
@@ -237,7 +237,7 @@ impl<'i> Kos<'i> {
     fn tell_device(&mut self, input: device::Input<'_>) {
         let stops = match input {
             device::Input::Received { session, message: HostMessage::StopPlayback(_), .. } => {
-                self.world.device.machine.session(session) != session::State::Closed
+                self.world.device.machine.session(session) != clients::State::Closed
             }
             _ => false,
         };

@@ -1,8 +1,8 @@
 //! Effects of one call, and the clients that hear of them.
 
 use super::Output;
+use super::clients::Sessions;
 use super::event::{Event, Ignored};
-use super::session::Sessions;
 use super::transmit::{Contents, Destination, Positions, Transmit};
 use crate::message::{ErrorCode, MotorAddress, Normalized, PlaybackState};
 

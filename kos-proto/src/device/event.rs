@@ -3,7 +3,7 @@
 use motion_core::display;
 use motion_core::wire::{DecodeError, Password};
 
-use super::session::{DisconnectReason, SessionId};
+use super::clients::{DisconnectReason, SessionId};
 use crate::message::{
     Direction, LedMode, MotorAddress, MotorSet, Normalized, Rotations, RotationsPerSecond, RotationsPerSecondSquared,
 };

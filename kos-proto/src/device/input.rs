@@ -5,7 +5,7 @@ use core::net::SocketAddrV4;
 
 use motion_core::wire::{DecodeError, Password};
 
-use super::session::SessionId;
+use super::clients::SessionId;
 use crate::HostMessage;
 use crate::frame::{Frame, MessageId, MessageType};
 use crate::message::{AuxInputs, ErrorCode, Ipv4, MotorAddress, Rotations};

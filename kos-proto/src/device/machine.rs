@@ -5,13 +5,13 @@ use motion_core::wire::{Bool, DecodeError, Messages as _, Password};
 use motion_core::{debug, machine, states};
 
 use super::Output;
+use super::clients::{self, DisconnectReason, SessionId, Sessions, Table};
 use super::effects::Effects;
 use super::event::{Event, Ignored};
 use super::input::{Input, Report};
 use super::motor::{Drive, Drives, Motion};
 use super::options::{Options, Quirks};
 use super::playback::{self, Playback, Rig};
-use super::session::{self, DisconnectReason, SessionId, Sessions, Table};
 use super::transmit::{Activity, Contents, Destination, MotorReport};
 use crate::HostMessage;
 use crate::frame::{self, MessageId, MessageType};
@@ -86,7 +86,7 @@ impl DeviceMachine {
 
     /// State of a connection.
     #[must_use]
-    pub fn session(&self, session: SessionId) -> session::State {
+    pub fn session(&self, session: SessionId) -> clients::State {
         self.sessions.state(session)
     }
 
@@ -132,9 +132,9 @@ impl DeviceMachine {
         stored: Password<'_>,
     ) {
         let locked = match self.sessions.state(session) {
-            session::State::Closed => return output.ignore(Ignored::NoSession(session)),
-            session::State::Locked => true,
-            session::State::Unlocked => false,
+            clients::State::Closed => return output.ignore(Ignored::NoSession(session)),
+            clients::State::Locked => true,
+            clients::State::Unlocked => false,
         };
         self.sessions.message_received(now, session, &self.options);
         // Stops come first, and ask for no password (safety decision 2).
@@ -245,12 +245,12 @@ impl DeviceMachine {
         about: (MessageId, MessageType, &'a [u8]),
         error: DecodeError,
     ) {
-        if self.sessions.state(session) == session::State::Closed {
+        if self.sessions.state(session) == clients::State::Closed {
             return output.ignore(Ignored::NoSession(session));
         }
         self.sessions.message_received(now, session, &self.options);
         output.ignore(Ignored::Malformed(session, error));
-        if self.sessions.state(session) == session::State::Unlocked {
+        if self.sessions.state(session) == clients::State::Unlocked {
             match about {
                 (MessageId::TRAJECTORY_DATA, MessageType::SET, _) => self.playback.forget(output),
                 about => unknown(output, session, about),

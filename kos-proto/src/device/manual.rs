@@ -2,13 +2,13 @@
 
 use motion_core::time::Millis;
 
+use super::clients::{self, SessionId, Sessions};
 use super::effects::Effects;
 use super::event::{Event, Ignored};
 use super::machine::DeviceMachine;
 use super::motor::{Drive, Motion, State};
 use super::options::Quirks;
 use super::playback::Rig;
-use super::session::{self, SessionId, Sessions};
 use super::transmit::Contents;
 use crate::message::{
     ErrorCode, MotorAddress, MotorSet, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds,
@@ -18,7 +18,7 @@ use crate::times::millis;
 impl DeviceMachine {
     /// Clients that asked and are not told anyway.
     fn waiting(&self, output: &Effects<'_, '_>) -> Sessions {
-        let locked = |&session: &SessionId| self.sessions.state(session) == session::State::Locked;
+        let locked = |&session: &SessionId| self.sessions.state(session) == clients::State::Locked;
         output.asker.iter().filter(locked).map(Sessions::one).fold(Sessions::NONE, Sessions::with)
     }
 

@@ -61,6 +61,7 @@
 //! nothing else that a client sends moves a motor, and the stop of any one motor stops the move (safety decisions 1 and
 //! 2). When a client is gone, what it moved by hand is stopped; a move goes on, unless the options say otherwise.
 
+pub mod clients;
 mod effects;
 mod event;
 mod input;
@@ -70,18 +71,17 @@ mod manual;
 pub mod motor;
 mod options;
 pub mod playback;
-pub mod session;
+mod session;
 mod stage;
-mod streams;
 mod transmit;
 
+pub use clients::{DisconnectReason, SESSIONS, SessionId, Sessions};
 pub use event::{Event, Ignored};
 pub use input::{Input, Report, Sender};
 pub use machine::{DeviceMachine, Link};
 pub use motion_core::session::NotTaken;
 pub use options::{Actions, Options, Quirks};
-pub use session::{DisconnectReason, SESSIONS, SessionId, Sessions};
-pub use streams::{CommandSession, Next, Session};
+pub use session::{CommandSession, Next, Session};
 pub use transmit::{Activity, Contents, Destination, MotorReport, MotorSpecs, Positions, Scratch, Source, Transmit};
 
 /// Greatest number of effects of one call.

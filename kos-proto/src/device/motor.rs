@@ -2,7 +2,7 @@
 
 use motion_core::states;
 
-use super::session::{SessionId, Sessions};
+use super::clients::{SessionId, Sessions};
 use super::transmit::Positions;
 use crate::message::{MOTORS, MotorAddress, MotorPlace, MotorSet, Rotations};
 

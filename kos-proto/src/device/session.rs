@@ -1,252 +1,328 @@
-//! Sessions of a device: which clients are connected, unlocked, or silent for too long (kOS 7.1).
+//! Session of a device: the machine with the stream buffers of its clients.
 
 use core::fmt;
 
+use motion_core::session::{self, Agenda, LineRequest, News, NotTaken, Session as _, Turn, TurnOf};
+use motion_core::stream::Item;
 use motion_core::time::Millis;
-use motion_core::wire::{Password, Text16};
-use motion_core::{display, states};
+use motion_core::wire::EncodeError;
 
-use super::options::{Options, Quirks};
+use super::clients::{SESSIONS, SessionId};
+use super::event::Event;
+use super::input::{self, Input, Report, Sender};
+use super::machine::DeviceMachine;
+use super::transmit::{Contents, Destination, Scratch, Source, Transmit};
+use super::{EFFECTS, Effect};
+use crate::HostMessage;
+use crate::frame::{COMMAND_FRAME, Frame, Link, MAX_FRAME, PATIENCE};
 use crate::transport::Transport;
 
-/// Greatest number of clients that can be connected at once.
-pub const SESSIONS: usize = 4;
+/// Number of reports that a session can hold until the next poll.
+const REPORTS: usize = 32;
 
-/// Number of a client's connection, 0 to 3, which the caller chooses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
-pub struct SessionId(pub u8);
-
-impl SessionId {
-    /// All numbers that there can be.
-    pub const ALL: [Self; SESSIONS] = [Self(0), Self(1), Self(2), Self(3)];
+/// Next thing to do for a session.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Next<'a> {
+    /// Do this, or take note of it.
+    Event(Event<'a>),
+    /// Send these bytes to these receivers.
+    Transmit(Destination, &'a [u8]),
+    /// Wait until something happens, at most until this time; without a time, as long as it takes.
+    Wait(Option<Millis>),
 }
 
-impl fmt::Display for SessionId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
-    }
+#[derive(Debug, Clone, Copy)]
+enum Told {
+    LinkUp(SessionId, Transport),
+    LinkDown(SessionId),
+    Stop,
+    Rig(Report),
 }
 
-/// Set of connections.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct Sessions(u8);
-
-impl Sessions {
-    /// Set without connections.
-    pub const NONE: Self = Self(0);
-
-    /// Set of one connection.
-    #[must_use]
-    pub const fn one(session: SessionId) -> Self {
-        match session.0 {
-            number @ 0..=3 => Self(1_u8.wrapping_shl(number as u32)),
-            _ => Self::NONE,
-        }
-    }
-
-    /// Whether a connection is in the set.
-    #[must_use]
-    pub const fn contains(self, session: SessionId) -> bool {
-        self.0 & Self::one(session).0 != 0
-    }
-
-    /// Whether the set is empty.
-    #[must_use]
-    pub const fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-
-    /// Connections of both sets.
-    #[must_use]
-    pub const fn with(self, others: Self) -> Self {
-        Self(self.0 | others.0)
-    }
-
-    /// Connections that the other set does not have.
-    #[must_use]
-    pub const fn without(self, others: Self) -> Self {
-        Self(self.0 & !others.0)
-    }
-
-    /// Connections of the set, by their numbers.
-    pub fn iter(self) -> impl Iterator<Item = SessionId> {
-        SessionId::ALL.into_iter().filter(move |&session| self.contains(session))
-    }
+/// Effect without what it borrows from the message that came last.
+#[derive(Debug, Clone)]
+pub enum Held {
+    Transmit(Transmit<'static>),
+    /// The message itself, which the device does not know, goes back.
+    Unsupported(Destination),
+    Event(Event<'static>),
+    StorePassword,
+    StoreTrajectory,
 }
 
-states! {
-    /// State of a connection.
-    pub enum State {
-        /// There is no connection.
-        Closed,
-        /// The password did not come yet: only questions what and where the device is, and stops, are answered (safety
-        /// decision 2).
-        Locked,
-        /// Everything is answered.
-        Unlocked,
-    }
-}
-
-/// Reason why the device closes a connection.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(motion_core::defmt::Format), defmt(crate = motion_core::defmt))]
-#[non_exhaustive]
-pub enum DisconnectReason {
-    /// The client was silent for too long.
-    Silence,
-    /// The bytes from the client are no stream of messages (safety decision 6).
-    Framing,
-    /// The device starts anew.
-    Reset,
-    /// There is no such number: connections are 0 to 3.
-    NoRoom,
-}
-
-display! {
-    DisconnectReason {
-        Silence => "the client was silent for too long";
-        Framing => "the bytes from the client are no stream of messages";
-        Reset => "the device starts anew";
-        NoRoom => "there is no connection with this number";
-    }
-}
-
-/// Connection of a client.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-struct Session {
-    transport: Transport,
-    unlocked: bool,
-    /// Time at which the client was silent for too long.
-    silent: Millis,
-    /// Time at which the device tells its address again, if it does so over TCP.
-    push: Option<Millis>,
-}
-
-/// All connections.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub(super) struct Table {
-    sessions: [Option<Session>; SESSIONS],
-}
-
-/// Passwords are compared by their bytes, without the NULs that may end them (decisions K-T2 and K-T3).
-fn same(one: Password<'_>, other: Password<'_>) -> bool {
-    Text16(one.0).without_nuls() == Text16(other.0).without_nuls()
-}
-
-impl Table {
-    fn get_mut(&mut self, id: SessionId) -> Option<&mut Session> {
-        self.sessions.get_mut(usize::from(id.0)).and_then(Option::as_mut)
-    }
-
-    fn get(&self, id: SessionId) -> Option<&Session> {
-        self.sessions.get(usize::from(id.0)).and_then(Option::as_ref)
-    }
-
-    fn filter(&self, wanted: impl Fn(&Session) -> bool) -> Sessions {
-        let wanted = SessionId::ALL.into_iter().filter(|&id| self.get(id).is_some_and(&wanted));
-        wanted.map(Sessions::one).fold(Sessions::NONE, Sessions::with)
-    }
-
-    /// Connections that are told what happens.
-    pub(super) fn unlocked(&self) -> Sessions {
-        self.filter(|session| session.unlocked)
-    }
-
-    pub(super) fn all(&self) -> Sessions {
-        self.filter(|_| true)
-    }
-
-    pub(super) fn has_tcp(&self) -> bool {
-        !self.filter(|session| session.transport == Transport::Tcp).is_empty()
-    }
-
-    pub(super) fn state(&self, id: SessionId) -> State {
-        match self.get(id) {
-            None => State::Closed,
-            Some(Session { unlocked: false, .. }) => State::Locked,
-            Some(_) => State::Unlocked,
-        }
-    }
-
-    /// Opens a connection; `false` if there is no such number.
-    ///
-    /// Without a password the lock is open, unless the device is one that wants the empty one (decision K-P4).
-    pub(super) fn open(
-        &mut self,
-        now: Millis,
-        id: SessionId,
-        transport: Transport,
-        password: Password<'_>,
-        options: &Options,
-    ) -> bool {
-        let free = same(password, Password(&[])) && !options.has(Quirks::REQUIRE_EMPTY_PASSWORD);
-        let push = options.push_every().filter(|_| transport == Transport::Tcp).map(|every| now.after(every));
-        let silent = now.after(silence(options, transport));
-        let unlocked = transport == Transport::Usb || free;
-        let place = self.sessions.get_mut(usize::from(id.0));
-        place.map(|place| *place = Some(Session { transport, unlocked, silent, push })).is_some()
-    }
-
-    pub(super) fn close(&mut self, id: SessionId) {
-        if let Some(place) = self.sessions.get_mut(usize::from(id.0)) {
-            *place = None;
-        }
-    }
-
-    /// Notes that a message came, whatever it says.
-    pub(super) fn message_received(&mut self, now: Millis, id: SessionId, options: &Options) {
-        if let Some(session) = self.get_mut(id) {
-            session.silent = now.after(silence(options, session.transport));
-        }
-    }
-
-    /// Takes the password of a session; `false` if it is wrong. Over USB it does not matter (decision K-U7).
-    pub(super) fn user_password(&mut self, id: SessionId, given: Password<'_>, stored: Password<'_>) -> bool {
-        let Some(session) = self.get_mut(id) else { return true };
-        if session.transport == Transport::Tcp {
-            session.unlocked = same(given, stored);
-        }
-        session.unlocked
-    }
-
-    /// Locks all sessions over TCP because another password is stored, unless it is the same.
-    pub(super) fn device_password(&mut self, given: Password<'_>, stored: Password<'_>) {
-        let kept = same(given, stored);
-        for session in self.sessions.iter_mut().flatten() {
-            session.unlocked &= kept || session.transport == Transport::Usb;
-        }
-    }
-
-    /// Connections whose clients were silent for too long.
-    pub(super) fn silent(&self, now: Millis) -> Sessions {
-        self.filter(|session| now >= session.silent)
-    }
-
-    /// Connections that are told the address now, and notes when they are told it next.
-    pub(super) fn push(&mut self, now: Millis, options: &Options) -> Sessions {
-        let due = self.filter(|session| session.push.is_some_and(|push| now >= push));
-        for id in due.iter() {
-            if let Some(session) = self.get_mut(id) {
-                session.push = options.push_every().map(|every| now.after(every));
+impl Held {
+    fn of(effect: Effect<'_>) -> Self {
+        match effect {
+            Effect::Transmit(transmit) => {
+                let destination = transmit.destination;
+                transmit.to_static().map_or(Self::Unsupported(destination), Self::Transmit)
             }
+            Effect::Event(Event::StorePassword(_)) => Self::StorePassword,
+            Effect::Event(Event::StoreTrajectory(_)) => Self::StoreTrajectory,
+            Effect::Event(event) => Self::Event(event.to_static().unwrap_or(Event::MoveOver)),
         }
-        due
-    }
-
-    /// Next time at which something follows.
-    pub(super) fn deadline(&self) -> Option<Millis> {
-        self.sessions
-            .iter()
-            .flatten()
-            .map(|session| session.push.map_or(session.silent, |push| push.min(session.silent)))
-            .min()
     }
 }
 
-const fn silence(options: &Options, transport: Transport) -> u64 {
-    match transport {
-        Transport::Tcp => options.tcp_silence(),
-        Transport::Usb => options.usb_silence(),
+/// Device with a stream buffer of `N` bytes for each of its clients, for messages of up to `CAP` bytes. `N` is at least twice
+/// `CAP`. A longer message is skipped.
+///
+/// By default it takes pieces of 4096 bytes. For a device without moves there is [`CommandSession`].
+pub struct Session<const N: usize = { 2 * MAX_FRAME + 4095 }, const CAP: usize = MAX_FRAME> {
+    machine: DeviceMachine,
+    clients: [Link<N, CAP>; SESSIONS],
+    /// Client from which the last message came.
+    last: usize,
+    agenda: Agenda<Told, Held, EFFECTS, REPORTS>,
+    /// Whether everything is stopped once more after what arrived before the stop, because that may move something.
+    stops_again: bool,
+}
+
+/// Device without moves: it takes messages of up to [`COMMAND_FRAME`] bytes, in pieces of 64 bytes.
+pub type CommandSession = Session<{ 2 * COMMAND_FRAME + 63 }, COMMAND_FRAME>;
+
+impl<const N: usize, const CAP: usize> Session<N, CAP> {
+    /// Number of bytes that [`receive`](Self::receive) always takes after [`poll`](Self::poll) said to wait.
+    pub const PIECE: usize = Link::<N, CAP>::PIECE;
+
+    /// Makes a session of this machine, without clients.
+    #[must_use]
+    pub const fn new(machine: DeviceMachine) -> Self {
+        let clients = [Link::new(PATIENCE), Link::new(PATIENCE), Link::new(PATIENCE), Link::new(PATIENCE)];
+        Self { machine, clients, last: 0, agenda: Agenda::new(), stops_again: false }
+    }
+
+    /// Machine of the session, for reading its state.
+    #[must_use]
+    pub const fn machine(&self) -> &DeviceMachine {
+        &self.machine
+    }
+
+    /// Whether anything may move because of what this device was told: see [`DeviceMachine::may_move`]. While a report or an
+    /// event waits for a poll, this is not known, and the answer is yes.
+    #[must_use]
+    pub fn may_move(&self) -> bool {
+        self.machine.may_move() || !self.agenda.is_settled()
+    }
+
+    /// Stops everything, as a person at the device wants it.
+    ///
+    /// The stop goes before all reports that wait, and messages that arrived before it do not undo it. Messages that arrive
+    /// later are obeyed again.
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`] if too many stops wait for a poll.
+    pub fn stop(&mut self) -> Result<(), NotTaken> {
+        self.agenda.stop_all(Told::Stop)
+    }
+
+    /// Number of bytes that arrived and are not dealt with.
+    #[must_use]
+    pub fn held(&self) -> usize {
+        self.clients.iter().map(Link::held).fold(0, usize::saturating_add)
+    }
+
+    /// Tells that a client is connected, under a number that the caller chooses.
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`] if too many reports wait for a poll.
+    pub fn link_up(&mut self, client: SessionId, transport: Transport) -> Result<(), NotTaken> {
+        if let Some(link) = self.clients.get_mut(usize::from(client.0)) {
+            link.reset();
+        }
+        self.agenda.stop_one(Told::LinkUp(client, transport))
+    }
+
+    /// Tells that a client is gone.
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`] if too many reports wait for a poll.
+    pub fn link_down(&mut self, client: SessionId) -> Result<(), NotTaken> {
+        self.agenda.stop_one(Told::LinkDown(client))
+    }
+
+    /// Tells what happened to the rig.
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`] if too many reports wait for a poll.
+    pub fn report(&mut self, report: Report) -> Result<(), NotTaken> {
+        self.agenda.stop_one(Told::Rig(report))
+    }
+
+    /// Takes bytes that arrived from a client, and returns how many: at least [`PIECE`](Self::PIECE) if there are so many, and
+    /// [`poll`](Self::poll) said to wait before. Give the others again after the next wait. Bytes from a client
+    /// that there cannot be are dropped.
+    #[must_use = "bytes that were not taken have to be given again"]
+    pub fn receive(&mut self, now: Millis, client: SessionId, bytes: &[u8]) -> usize {
+        match self.clients.get_mut(usize::from(client.0)) {
+            Some(link) if self.agenda.is_idle() => link.receive(now, bytes),
+            Some(_) => 0,
+            None => bytes.len(),
+        }
+    }
+
+    /// Takes a datagram. Returns false if [`poll`](Self::poll) did not say to wait before: give it again after the next
+    /// wait. A datagram that is no message is dropped.
+    #[must_use = "a datagram that was not taken has to be given again"]
+    pub fn receive_datagram(&mut self, now: Millis, from: Sender, bytes: &[u8]) -> bool {
+        let is_idle = self.agenda.is_idle();
+        let message = Frame::decode(bytes).ok().and_then(|frame| input::message(&frame).ok());
+        if let Some(message) = message.filter(|_| is_idle) {
+            let output = self.machine.advance(now, Input::Datagram { from, message });
+            self.agenda.fill(output, Held::of);
+        }
+        is_idle
+    }
+
+    /// Next thing to do, with what `source` has for the messages. Messages are written to the front of `out`.
+    ///
+    /// # Errors
+    ///
+    /// [`EncodeError`] if a message cannot be written. If `out` is too small, call again with as many bytes as the error
+    /// needs; the message is not lost.
+    pub fn poll<'p>(
+        &'p mut self,
+        now: Millis,
+        source: &Source<'_>,
+        out: &'p mut [u8],
+    ) -> Result<Next<'p>, EncodeError> {
+        Ok(match self.turn(now, source, out)? {
+            Turn::Transmit(to, len) => Next::Transmit(to, out.get(..len).unwrap_or_default()),
+            Turn::Event(held) => Next::Event(self.event(held)),
+            Turn::Wait(until) => Next::Wait(until),
+        })
+    }
+
+    /// Message that came last.
+    fn last(&self) -> &[u8] {
+        self.clients.get(self.last).map(Link::last).unwrap_or_default()
+    }
+
+    /// Tells the machine the next thing that happened. Returns false if nothing did.
+    fn advance(&mut self, now: Millis, source: &Source<'_>) -> bool {
+        let password = source.password;
+        if let Some(News::Wish(told)) = self.agenda.news() {
+            let output = match told {
+                Told::LinkUp(session, transport) => {
+                    self.machine.advance(now, Input::LinkUp { session, transport, password })
+                }
+                Told::LinkDown(session) => self.machine.advance(now, Input::LinkDown(session)),
+                Told::Stop => {
+                    self.stops_again = self.held() > 0;
+                    self.machine.advance(now, Input::Stop)
+                }
+                Told::Rig(report) => self.machine.advance(now, Input::Rig(report)),
+            };
+            self.agenda.fill(output, Held::of);
+            return true;
+        }
+        for (index, (session, link)) in SessionId::ALL.into_iter().zip(&mut self.clients).enumerate() {
+            let (output, is_over) = match link.next() {
+                Some(Item::Frame(frame)) => {
+                    self.last = index;
+                    (self.machine.advance(now, Input::received(session, &frame, password)), false)
+                }
+                Some(Item::Fatal(_)) => (self.machine.advance(now, Input::Fatal(session)), true),
+                Some(Item::Noise { .. } | Item::Corrupt { .. }) => return true,
+                None => continue,
+            };
+            self.agenda.fill(output, Held::of);
+            if is_over {
+                link.drop_later();
+            }
+            return true;
+        }
+        let input = if core::mem::take(&mut self.stops_again) {
+            Input::Stop
+        } else if self.agenda.is_due(now) {
+            Input::Wake
+        } else {
+            return false;
+        };
+        let output = self.machine.advance(now, input);
+        self.agenda.fill(output, Held::of);
+        true
+    }
+}
+
+impl<const N: usize, const CAP: usize> session::Session for Session<N, CAP> {
+    type Source<'s> = Source<'s>;
+    type Line = (SessionId, Transport);
+    type Destination = Destination;
+    type Event<'e> = Event<'e>;
+    type Held = Held;
+
+    const PIECE: usize = Self::PIECE;
+
+    fn reaches(to: Destination, (client, _): Self::Line) -> bool {
+        matches!(to, Destination::Sessions(clients) if clients.contains(client))
+    }
+
+    fn request(held: &Held, (client, _): Self::Line) -> Option<LineRequest> {
+        let is_over = matches!(held, Held::Event(Event::Disconnect { session, .. }) if *session == client);
+        is_over.then_some(LineRequest::Close)
+    }
+
+    fn link_up(&mut self, (client, transport): Self::Line) -> Result<(), NotTaken> {
+        self.link_up(client, transport)
+    }
+
+    fn link_down(&mut self, (client, _): Self::Line) -> Result<(), NotTaken> {
+        self.link_down(client)
+    }
+
+    fn receive(&mut self, now: Millis, (client, _): Self::Line, bytes: &[u8]) -> usize {
+        self.receive(now, client, bytes)
+    }
+
+    fn turn(&mut self, now: Millis, source: &Source<'_>, out: &mut [u8]) -> Result<TurnOf<Self>, EncodeError> {
+        let held = loop {
+            if let Some(held) = self.agenda.pop() {
+                break held;
+            }
+            if !self.advance(now, source) {
+                let cut = self.clients.iter().filter_map(Link::deadline);
+                return Ok(Turn::Wait(cut.chain(self.agenda.wake()).min()));
+            }
+        };
+        let transmit = match held {
+            Held::Unsupported(destination) => {
+                Transmit { destination, contents: Contents::UnsupportedMessage(self.last()) }
+            }
+            Held::Transmit(transmit) => transmit,
+            held => return Ok(Turn::Event(held)),
+        };
+        let destination = transmit.destination;
+        let written = transmit.message(source, &mut Scratch::default()).encode_into(out);
+        if let Err(EncodeError::BufferTooSmall { .. }) = written {
+            let held = transmit.to_static().map_or(Held::Unsupported(destination), Held::Transmit);
+            self.agenda.put_back(held);
+        }
+        written.map(|len| Turn::Transmit(destination, len))
+    }
+
+    fn event(&self, held: Held) -> Event<'_> {
+        let message = || Frame::decode(self.last()).ok().and_then(|frame| input::message(&frame).ok());
+        let event = match held {
+            Held::Event(event) => return event,
+            Held::StorePassword | Held::StoreTrajectory => message(),
+            Held::Transmit(_) | Held::Unsupported(_) => None,
+        };
+        match event {
+            Some(HostMessage::SetDevicePassword(message)) => Event::StorePassword(message.password),
+            Some(HostMessage::SetTrajectoryData(data)) => Event::StoreTrajectory(data),
+            _ => Event::MoveOver,
+        }
+    }
+}
+
+impl<const N: usize, const CAP: usize> fmt::Debug for Session<N, CAP> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (machine, held) = (&self.machine, self.held());
+        f.debug_struct("Session").field("machine", machine).field("held", &held).finish_non_exhaustive()
     }
 }

@@ -5,8 +5,8 @@ use core::slice;
 use arrayvec::ArrayVec;
 use motion_core::wire::{Block16, Counted, Newer, Password, Rest};
 
+use super::clients::Sessions;
 use super::input::Sender;
-use super::session::Sessions;
 use crate::DeviceMessage;
 use crate::message::{
     AuxInputStatus, AuxInputs, DeviceGUID, DeviceInfo, DeviceType, ErrorCode, ErrorStatus, FirmwareVersion, LEDStatus,

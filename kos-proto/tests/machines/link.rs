@@ -1,7 +1,7 @@
 //! Link and lock of the device: kOS 7.1.
 
 use kos_proto::Transport;
-use kos_proto::device::session::State;
+use kos_proto::device::clients::State;
 use kos_proto::device::{Actions, DisconnectReason, Event, Ignored, Input, Options, Quirks, Report, Sender, SessionId};
 use kos_proto::message::*;
 use kos_proto::{DecodeError, HostMessage, MessageId, MessageType};

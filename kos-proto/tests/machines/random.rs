@@ -206,7 +206,7 @@ fn device_holds(before: &DeviceMachine, after: &DeviceMachine, input: &device::I
         assert!(stops_all, "a person at the device stops everything");
     }
     let device::Input::Received { session, message, .. } = input else { return };
-    if message.conduct().is_stop() && before.session(*session) != device::session::State::Closed {
+    if message.conduct().is_stop() && before.session(*session) != device::clients::State::Closed {
         let by_hand = match message {
             HostMessage::SetPositionSpeedAcceleration(message) => Some(message.motor_address),
             HostMessage::BumpPositionSpeedAcceleration(message) => Some(message.motor_address),

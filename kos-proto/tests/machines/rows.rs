@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-use kos_proto::device::{Link, motor, playback, session};
+use kos_proto::device::{Link, clients, motor, playback};
 use kos_proto::host;
 
 type Rows = BTreeMap<String, BTreeSet<String>>;
@@ -85,7 +85,7 @@ fn the_diagrams_show_exactly_the_states_of_the_code() {
     let document = document();
     let diagrams: [(&str, Vec<&str>); 8] = [
         ("Device: link", Link::ALL.map(Link::name).to_vec()),
-        ("Device: session", session::State::ALL.map(session::State::name).to_vec()),
+        ("Device: session", clients::State::ALL.map(clients::State::name).to_vec()),
         ("Device: range of a motor", motor::State::ALL.map(motor::State::name).to_vec()),
         ("Device: motion by hand", motor::Motion::NAMES.to_vec()),
         ("Device: move", playback::State::ALL.map(playback::State::name).to_vec()),

@@ -247,7 +247,7 @@ impl Together {
     fn device(&mut self, input: device::Input<'_>) {
         let ran = self.world.device.machine.playback().runs();
         let is_deaf = self.conduct == Conduct::DeafWhileLocked
-            && self.world.device.machine.session(SESSION) == device::session::State::Locked;
+            && self.world.device.machine.session(SESSION) == device::clients::State::Locked;
         let mut input = input;
         if let (Conduct::OtherWay, device::Input::Received { message: HostMessage::StartPlayback(start), .. }) =
             (self.conduct, &mut input)

@@ -328,7 +328,7 @@ impl State {
         conduct: Conduct,
     ) {
         let device::Input::Received { message, session, .. } = input else { return };
-        let is_locked = self.both.device.machine.session(*session) == device::session::State::Locked;
+        let is_locked = self.both.device.machine.session(*session) == device::clients::State::Locked;
         if conduct == Conduct::DeafWhileLocked && is_locked && message.conduct().is_stop() {
             return;
         }

@@ -121,7 +121,7 @@ mod tests {
         let first = FrameNumber(1);
         let table = Table::new(first, 5).with(Motor(1), vec![0, 100, 200, 400, 600]);
         let (last, rate) = (table.last_frame(), FramesPerSecond::default());
-        let plan = Plan { table, first, last, rate };
+        let plan = Plan { table, first, last, rate, sent: 0 };
         let ways = [(0, 50), (50, 150), (150, 300), (300, 500), (500, 600)];
         for ((number, frame), (from, to)) in (0..).zip(1..).zip(ways) {
             let shot = plan.shot(number, 5, 100, true);
