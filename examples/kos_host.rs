@@ -29,12 +29,15 @@ async fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
             event = driver.next(&source) => match event? {
                 Event::Ready { reconnected: false, .. } => driver.session_mut().bump(Token(2), go)?,
-                Event::MotorRests(MotorAddress(1), at) if !is_stopping => return Ok(println!("motor 1 rests at {at}")),
-                Event::Stopped(StopTarget::All) => return Ok(println!("the stop is confirmed")),
+                Event::MotorRests(MotorAddress(1), at) if !is_stopping => break println!("motor 1 rests at {at}"),
+                Event::Stopped(StopTarget::All) => break println!("the stop is confirmed"),
                 Event::StopNotConfirmed(_) => return Err("the stop is not confirmed: use the emergency stop".into()),
-                Event::Ended { token: Token(2), outcome: Outcome::Refused(why) } => return Err(why.to_string().into()),
+                Event::Ended { token: Token(2), outcome } if outcome != Outcome::Done(None) && !is_stopping => {
+                    return Err(outcome.to_string().into());
+                }
                 event => println!("{event}"),
             },
         }
     }
+    Ok(())
 }
