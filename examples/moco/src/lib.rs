@@ -68,6 +68,8 @@
 //! the move is done, and all motors rest at its end
 //! ```
 //!
+//! At a terminal, `moco drive` shows the progress of uploads and moves as a bar instead of lines.
+//!
 //! `moco simulate` prints the address of the rig as soon as clients can connect. Ctrl-C ends it, with status 0.
 //!
 //! Real rigs are heavy. Use `moco drive` with one only if an emergency stop that needs no software is within reach. If the

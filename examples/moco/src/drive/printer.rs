@@ -214,6 +214,20 @@ mod tests {
     }
 
     #[test]
+    fn a_bar_replaces_lines_of_progress_at_a_terminal() {
+        for (is_written, expected) in [(false, "begin\nend\n"), (true, "begin\nhalf\nend\n")] {
+            let read = Arc::default();
+            let mut printer = Printer::new(Slow(Duration::from_millis(1), Arc::clone(&read)), Form::Bar { is_written });
+            let half = About::Progress { part: Some(0.5), positions: Vec::new() };
+            for (about, text) in [(About::Note, "begin"), (half, "half"), (About::Note, "end")] {
+                printer.line(about, format_args!("{text}")).unwrap();
+            }
+            printer.done();
+            assert_eq!(String::from_utf8(read.lock().unwrap().clone()).unwrap(), expected);
+        }
+    }
+
+    #[test]
     fn a_closed_output_is_an_error() {
         let mut printer = Printer::new(Slow(Duration::ZERO, Arc::default()), Form::Text);
         let start = Instant::now();

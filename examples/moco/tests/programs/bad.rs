@@ -1,6 +1,8 @@
 //! Tests of commands that cannot be done: one line that says what to do, and the exit status.
 
 use std::net::TcpListener;
+use std::thread::sleep;
+use std::time::Duration;
 
 use examples::program::Status;
 
@@ -52,6 +54,15 @@ fn a_rig_that_does_not_exist_is_reported() {
     }
     let args = ["kos", "udp://127.0.0.1:0", "info", "--wait", "1"];
     Program::start("drive", &args).end().failed("no kOS rig announced itself in 1 s");
+}
+
+#[test]
+fn an_interrupt_before_there_is_a_rig_needs_no_stop() {
+    let drive = Program::start("drive", &["kos", "udp://127.0.0.1:0", "info", "--wait", "60"]);
+    sleep(Duration::from_secs(1));
+    drive.interrupt();
+    let line = drive.end().ended(Status::Interrupted, "");
+    assert_eq!(line, "moco: interrupted\n");
 }
 
 #[test]

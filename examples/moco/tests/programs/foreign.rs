@@ -27,7 +27,7 @@ fn a_device_of_another_protocol_does_not_move() {
     // Each host, the device that it meets, the carrier, and the line that it prints.
     let pairs = [
         ("kos", "dmc", "--tcp", "what answers there speaks DMC, not kOS: use `moco drive dmc`"),
-        ("kos", "hoot", "--tcp", "the rig does not identify itself: is this the address of a kOS rig?"),
+        ("kos", "hoot", "--tcp", "the device did not answer what it is: is this the address of a kOS rig?"),
         ("dmc", "kos", "--tcp", "the other end closed it before it answered: check its protocol"),
         ("dmc", "hoot", "--pty", "no DMC rig answers"),
         ("hoot", "kos", "--tcp", "the other end closed it before it answered: check its protocol"),
@@ -106,7 +106,7 @@ fn a_device_that_talks_over_tcp_is_named() {
 fn half_a_frame_is_no_device() {
     thread::scope(|scope| {
         for (host, line) in [
-            ("kos", "the rig does not identify itself"),
+            ("kos", "the device did not answer what it is"),
             ("dmc", "no DMC rig answers"),
             ("hoot", "node 3 does not answer"),
         ] {
