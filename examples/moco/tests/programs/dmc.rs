@@ -131,8 +131,8 @@ fn ctrl_c_stops_the_motors_first(test: &str) {
 fn without_its_host_a_run_stops(test: &str) {
     let path = file(test, MOVE);
     let rig = Rig::start(test, "dmc", &[]);
-    let mut drive = rig.begin(&["run", path.to_str().unwrap()]);
-    drive.line("frame ");
+    let drive = rig.begin(&["run", path.to_str().unwrap()]);
+    rig.moves(2);
     drive.kill();
     rig.rests();
     assert!(rig.drive(&["info"]).done().contains("motor 2 rests"));

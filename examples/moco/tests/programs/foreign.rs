@@ -108,7 +108,7 @@ fn half_a_frame_is_no_device() {
         for (host, line) in [
             ("kos", "the device did not answer what it is"),
             ("dmc", "no DMC rig answers"),
-            ("hoot", "node 3 does not answer"),
+            ("hoot", "no answer: is the node on"),
         ] {
             scope.spawn(move || {
                 let bytes = bytes_of(host);
