@@ -73,8 +73,9 @@
 //! `moco simulate` prints the address of the rig as soon as clients can connect. Ctrl-C ends it, with status 0.
 //!
 //! Real rigs are heavy. Use `moco drive` with one only if an emergency stop that needs no software is within reach. If the
-//! program is killed, or its cable is cut, a kOS move and a hoot program go on, as their protocols require. A DMC jog goes
-//! on until the rig notices or reaches a limit, because DMC has no keep-alive.
+//! program is killed, or its cable is cut, a kOS move goes on, as its protocol requires. A hoot program goes on, unless the
+//! dead-man switch of the node stops it after a second. A DMC jog goes on until the rig notices or reaches a limit, because
+//! DMC has no keep-alive.
 //!
 //! # Faults and failures
 //!
