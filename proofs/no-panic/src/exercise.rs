@@ -41,6 +41,13 @@ fn numbers(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     let text = core::str::from_utf8(input).unwrap_or_default();
     outcome(text.parse::<Milli<i32>>(), out)?;
     outcome(text.parse::<TenMicro<u32>>(), out)?;
+    outcome(text.parse::<kos_proto::message::Rotations>(), out)?;
+    outcome(text.parse::<kos_proto::message::MotorAddress>(), out)?;
+    outcome(text.parse::<kos_proto::message::Ipv4>(), out)?;
+    outcome(text.parse::<kos_proto::message::MacAddress>(), out)?;
+    outcome(text.parse::<kos_proto::message::FirmwareVersion>(), out)?;
+    outcome(text.parse::<dmc_proto::message::Steps>(), out)?;
+    outcome(text.parse::<hoot_proto::message::Motor>(), out)?;
     let float = f64::from_le_bytes(first(input));
     outcome(Centi::<i16>::from_f64(float), out)?;
     #[expect(clippy::cast_possible_truncation, reason = "any number is fine")]
