@@ -34,7 +34,7 @@ pub(crate) const SCENARIOS: &[Scenario] = &[
     ("hoot_ctrl_c_stops_the_motors_first", ctrl_c_stops_the_motors_first),
     ("hoot_without_its_master_a_jog_ends", without_its_master_a_jog_ends),
     ("hoot_without_its_master_a_program_goes_on", without_its_master_a_program_goes_on),
-    ("hoot_without_its_master_photos_go_on", without_its_master_photos_go_on),
+    ("hoot_without_its_master_a_program_pauses_after_a_second", without_its_master_a_program_pauses),
     ("hoot_a_rig_that_is_killed_between_photos_is_reported", a_rig_that_is_killed_between_photos),
     ("hoot_a_rig_that_is_killed_is_reported", |test| a_rig_that_is_killed_is_reported(test, "--pty")),
     ("hoot_a_rig_that_is_killed_is_reported_over_tcp", |test| a_rig_that_is_killed_is_reported(test, "--tcp")),
@@ -102,16 +102,16 @@ fn without_its_master_a_program_goes_on(test: &str) {
     check(&rig.end());
 }
 
-fn without_its_master_photos_go_on(test: &str) {
+fn without_its_master_a_program_pauses(test: &str) {
     let path = file(test, MOVE);
     let rig = Rig::start(test, "hoot", &[]);
     let drive = rig.begin(&shots(path.to_str().unwrap()));
     rig.plays();
     drive.kill();
-    assert!(rig.drive(&["info"]).done().contains("motor 1"));
-    within("the last photo", || rig.log().contains("program: Stopped").then_some(()));
+    within("the dead-man switch", || rig.log().contains("program: Paused").then_some(()));
     rig.rests();
-    assert!(is_at(last(&rig.end(), 2), 3600.0));
+    assert!(rig.drive(&["info"]).done().contains("motor 1"));
+    assert!(last(&rig.end(), 2) < 3600.0);
 }
 
 fn a_rig_that_is_killed_between_photos(test: &str) {

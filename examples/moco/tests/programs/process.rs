@@ -59,6 +59,8 @@ impl Program {
     /// Starts an example.
     pub(crate) fn example(name: &str, args: &[impl AsRef<OsStr>]) -> Self {
         let path = Path::new(env!("CARGO_BIN_EXE_moco")).with_file_name("examples").join(name);
+        // `cargo test` builds the examples, except if it is told which test to run.
+        assert!(path.exists(), "build the examples first: cargo build -p moco --examples");
         Self::spawn(Command::new(path).args(args), Stdio::piped())
     }
 
