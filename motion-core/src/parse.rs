@@ -137,14 +137,20 @@ fn scaled(value: f64, exponent: i32) -> f64 {
 ///
 /// Position of the first byte that does not fit.
 #[doc(hidden)]
-pub fn bytes<const N: usize>(text: &str, separator: char, base: u32) -> Result<[u8; N], usize> {
+pub fn bytes<const N: usize>(text: &str, separator: char, base: u8) -> Result<[u8; N], usize> {
     let (mut values, mut begin) = ([0_u8; N], 0_usize);
     let mut parts = text.split(separator);
     for value in &mut values {
         let part = parts.next().ok_or(text.len())?;
         for (at, byte) in part.bytes().enumerate() {
-            let digit = char::from(byte).to_digit(base).and_then(|digit| u8::try_from(digit).ok());
-            let next = u8::try_from(base).ok().and_then(|base| value.checked_mul(base)?.checked_add(digit?));
+            // `to_digit` of core panics at some bases.
+            let digit = match byte {
+                b'0'..=b'9' => byte.wrapping_sub(b'0'),
+                b'a'..=b'f' => byte.wrapping_sub(b'a' - 10),
+                b'A'..=b'F' => byte.wrapping_sub(b'A' - 10),
+                _ => u8::MAX,
+            };
+            let next = value.checked_mul(base).filter(|_| digit < base).and_then(|value| value.checked_add(digit));
             *value = next.ok_or(begin.saturating_add(at))?;
         }
         let end = begin.saturating_add(part.len());
