@@ -7,7 +7,7 @@ use core::str::FromStr;
 use crate::fixed::{FixedError, Scaled};
 
 /// Error of a text that is no value of a type.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[error("{what}: {why}")]
 pub struct ParseError {
     /// Name of the type.
@@ -17,7 +17,7 @@ pub struct ParseError {
 }
 
 /// Reason why a text is no value of a type.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum ParseProblem {
     /// The text is no number, or a number that the type does not have.
@@ -32,6 +32,8 @@ pub enum ParseProblem {
         form: &'static str,
     },
 }
+
+crate::bezier::print::debug_as_text! { ParseError ParseProblem }
 
 /// Number that people type.
 #[doc(hidden)]
@@ -137,12 +139,18 @@ fn scaled(value: f64, exponent: i32) -> f64 {
 ///
 /// Position of the first byte that does not fit.
 #[doc(hidden)]
-pub fn bytes<const N: usize>(text: &str, separator: char, base: u8) -> Result<[u8; N], usize> {
-    let (mut values, mut begin) = ([0_u8; N], 0_usize);
-    let mut parts = text.split(separator);
-    for value in &mut values {
-        let part = parts.next().ok_or(text.len())?;
-        for (at, byte) in part.bytes().enumerate() {
+pub fn bytes<const N: usize>(text: &str, separator: u8, base: u8) -> Result<[u8; N], usize> {
+    let (mut values, mut rest) = ([0_u8; N], text.bytes().enumerate().peekable());
+    for (index, value) in values.iter_mut().enumerate() {
+        if index > 0 {
+            match rest.next() {
+                Some((_, byte)) if byte == separator => {}
+                Some((at, _)) => return Err(at),
+                None => return Err(text.len()),
+            }
+        }
+        let mut is_empty = true;
+        while let Some((at, byte)) = rest.next_if(|&(_, byte)| byte != separator) {
             // `to_digit` of core panics at some bases.
             let digit = match byte {
                 b'0'..=b'9' => byte.wrapping_sub(b'0'),
@@ -151,15 +159,14 @@ pub fn bytes<const N: usize>(text: &str, separator: char, base: u8) -> Result<[u
                 _ => u8::MAX,
             };
             let next = value.checked_mul(base).filter(|_| digit < base).and_then(|value| value.checked_add(digit));
-            *value = next.ok_or(begin.saturating_add(at))?;
+            *value = next.ok_or(at)?;
+            is_empty = false;
         }
-        let end = begin.saturating_add(part.len());
-        if part.is_empty() {
-            return Err(end);
+        if is_empty {
+            return Err(rest.peek().map_or(text.len(), |&(at, _)| at));
         }
-        begin = end.saturating_add(1);
     }
-    if parts.next().is_some() { Err(begin.saturating_sub(1)) } else { Ok(values) }
+    rest.next().map_or(Ok(values), |(at, _)| Err(at))
 }
 
 #[cfg(test)]
@@ -201,10 +208,10 @@ mod tests {
 
     #[test]
     fn bytes_between_separators_are_read_in_their_base() {
-        assert_eq!(bytes::<4>("192.168.50.1", '.', 10), Ok([192, 168, 50, 1]));
-        assert_eq!(bytes::<2>("0a:FF", ':', 16), Ok([10, 255]));
+        assert_eq!(bytes::<4>("192.168.50.1", b'.', 10), Ok([192, 168, 50, 1]));
+        assert_eq!(bytes::<2>("0a:FF", b':', 16), Ok([10, 255]));
         for (text, at) in [("", 0), ("1", 1), ("1.", 2), ("1.256", 4), ("1.2.3", 3), ("1.x", 2), ("1 .2", 1)] {
-            assert_eq!(bytes::<2>(text, '.', 10), Err(at), "{text}");
+            assert_eq!(bytes::<2>(text, b'.', 10), Err(at), "{text}");
         }
     }
 

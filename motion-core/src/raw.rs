@@ -59,7 +59,7 @@ impl<const N: usize> Raw for Bytes<N> {
                 }
                 for (byte, pair) in bytes.iter_mut().zip(text.as_bytes().chunks_exact(2)) {
                     let pair = core::str::from_utf8(pair).ok();
-                    let read = pair.and_then(|pair| parse::bytes::<1>(pair, ' ', 16).ok());
+                    let read = pair.and_then(|pair| parse::bytes::<1>(pair, b' ', 16).ok());
                     [*byte] = read.ok_or_else(|| E::invalid_value(serde::de::Unexpected::Str(text), &self))?;
                 }
                 Ok(Bytes(bytes))

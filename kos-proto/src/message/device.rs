@@ -240,7 +240,7 @@ impl FromStr for MacAddress {
     type Err = ParseError;
 
     fn from_str(text: &str) -> Result<Self, ParseError> {
-        parse::bytes::<6>(text, ':', 16).map(Self::from).map_err(|at| ParseError {
+        parse::bytes::<6>(text, b':', 16).map(Self::from).map_err(|at| ParseError {
             what: "MacAddress",
             why: ParseProblem::Form { at, form: "six bytes such as 00:1b:c5:09:00:01" },
         })
@@ -274,7 +274,7 @@ impl FromStr for Ipv4 {
     type Err = ParseError;
 
     fn from_str(text: &str) -> Result<Self, ParseError> {
-        parse::bytes::<4>(text, '.', 10).map(|bytes| Self(u32::from_be_bytes(bytes))).map_err(|at| ParseError {
+        parse::bytes::<4>(text, b'.', 10).map(|bytes| Self(u32::from_be_bytes(bytes))).map_err(|at| ParseError {
             what: "Ipv4",
             why: ParseProblem::Form { at, form: "four numbers such as 192.168.50.1" },
         })
@@ -312,7 +312,7 @@ impl FromStr for FirmwareVersion {
     type Err = ParseError;
 
     fn from_str(text: &str) -> Result<Self, ParseError> {
-        parse::bytes::<4>(text, '.', 10).map(Self).map_err(|at| ParseError {
+        parse::bytes::<4>(text, b'.', 10).map(Self).map_err(|at| ParseError {
             what: "FirmwareVersion",
             why: ParseProblem::Form { at, form: "four numbers such as 1.2.0.15" },
         })
