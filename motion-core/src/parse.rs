@@ -140,9 +140,11 @@ fn scaled(value: f64, exponent: i32) -> f64 {
 /// Position of the first byte that does not fit.
 #[doc(hidden)]
 pub fn bytes<const N: usize>(text: &str, separator: u8, base: u8) -> Result<[u8; N], usize> {
-    let (mut values, mut rest) = ([0_u8; N], text.bytes().enumerate().peekable());
-    for (index, value) in values.iter_mut().enumerate() {
-        if index > 0 {
+    let (mut values, mut is_first) = ([0_u8; N], true);
+    // The counter of `enumerate` could overflow, as far as core knows.
+    let mut rest = (0..text.len()).zip(text.bytes()).peekable();
+    for value in &mut values {
+        if !core::mem::take(&mut is_first) {
             match rest.next() {
                 Some((_, byte)) if byte == separator => {}
                 Some((at, _)) => return Err(at),
