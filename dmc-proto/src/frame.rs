@@ -308,6 +308,11 @@ impl<const BY_HOST: bool> Envelope for Enclosed<BY_HOST> {
     }
 
     #[inline]
+    fn label(frame: &Self::Frame<'_>) -> MessageId {
+        frame.id()
+    }
+
+    #[inline]
     fn frame_len(_: u32, body_len: usize) -> usize {
         frame_len(body_len)
     }

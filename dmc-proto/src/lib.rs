@@ -138,8 +138,6 @@ pub use motion_core::parse::{ParseError, ParseProblem};
 pub use motion_core::stream::{Item, Patience};
 pub use motion_core::time::Millis;
 pub use motion_core::wire::{Conduct, DecodeError, EncodeError, Fields, Messages, Purpose};
-#[cfg(feature = "tokio")]
-pub use side::{Codec, CodecItem};
 pub use side::{Device, Host};
 
 #[doc = include_str!("../README.md")]

@@ -29,13 +29,3 @@ side! {
     /// Side of a controller, for type parameters that choose the messages of a side.
     pub enum Device in LE: DeviceMessage(id: crate::MessageId) by Enclosed<false>, over crate::Dmc, lint Context<'_>;
 }
-
-/// Codec of `tokio_util` for frames, with a buffer of `N` bytes, at least twice [`MAX_FRAME`](crate::frame::MAX_FRAME).
-///
-/// For other limits, name the framing: `motion_core::codec::Codec<Dmc<1048>, 2096>`.
-#[cfg(feature = "tokio")]
-pub type Codec<const N: usize = { 2 * crate::frame::MAX_FRAME }> = motion_core::codec::Codec<crate::Dmc, N>;
-
-/// Item that the [`Codec`] yields: a frame, a corrupt frame or noise, as bytes.
-#[cfg(feature = "tokio")]
-pub type CodecItem = motion_core::codec::Item<crate::Header>;

@@ -136,7 +136,7 @@
 //! | `serde` | `Serialize` for every message; with `alloc`, `Deserialize` for owned messages |
 //! | `defmt` | `Format` for messages, units, codes, states and events, without text on the target |
 //! | `arbitrary` | `Arbitrary` for every message, borrowed or owned; implies `std` |
-//! | `tokio` | frames as a `tokio_util` codec; implies `std` |
+//! | `tokio` | typed messages as a `tokio_util` codec; implies `std` |
 //! | `embedded-io` | frames from an `embedded_io` reader |
 //! | `nom` | frames and messages as nom parsers |
 
@@ -181,8 +181,6 @@ pub use motion_core::stream::Item;
 pub use motion_core::time::Millis;
 pub use motion_core::wire::{Conduct, DecodeError, EncodeError, Fields, Messages, Purpose};
 pub use query::{AnyQuery, AnyReply, Query, ReplyError};
-#[cfg(feature = "tokio")]
-pub use side::{Codec, CodecItem};
 pub use side::{Device, Host};
 
 #[doc = include_str!("../README.md")]

@@ -29,13 +29,3 @@ side! {
     /// Side of a node, where a type parameter selects the messages.
     pub enum Device in BE: DeviceMessage() by ReplyEnvelope, or other, over Hoot, lint Context;
 }
-
-/// Frames as a `tokio_util` codec, with a buffer of `N` bytes, at least twice [`MAX_FRAME`](crate::frame::MAX_FRAME).
-///
-/// For a node, or for other limits, name the framing: `motion_core::codec::Codec<Strict, 84>`.
-#[cfg(feature = "tokio")]
-pub type Codec<const N: usize = { 2 * crate::frame::MAX_FRAME }> = motion_core::codec::Codec<Hoot, N>;
-
-/// Items that the [`Codec`] yields: frames, corrupt frames and noise, as bytes.
-#[cfg(feature = "tokio")]
-pub type CodecItem = motion_core::codec::Item<crate::Header>;

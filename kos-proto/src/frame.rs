@@ -335,6 +335,9 @@ impl<const CAP: usize> Envelope for Kos<CAP> {
     }
 
     #[inline]
+    fn label(_: &<Self as Envelope>::Frame<'_>) {}
+
+    #[inline]
     fn frame_len(number: u32, body_len: usize) -> usize {
         payload_len(number, body_len).saturating_add(HEADER_LEN)
     }

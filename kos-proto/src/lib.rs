@@ -174,8 +174,6 @@ pub use motion_core::stream::Item;
 pub use motion_core::time::Millis;
 pub use motion_core::wire::{Conduct, DecodeError, EncodeError, Fields, Messages, Purpose};
 pub use move_summary::MoveSummary;
-#[cfg(feature = "tokio")]
-pub use side::{Codec, CodecItem};
 pub use side::{Device, Host};
 pub use transport::Transport;
 

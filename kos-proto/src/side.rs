@@ -29,14 +29,3 @@ side! {
     /// Side of the device.
     pub enum Device in BE: DeviceMessage() by Kos, over Kos, lint Context<'_>;
 }
-
-/// Codec for `tokio_util` that reads and writes frames, with a buffer of `N` bytes, at least twice
-/// [`MAX_FRAME`](crate::frame::MAX_FRAME).
-///
-/// For other limits, name the framing: `motion_core::codec::Codec<Kos<1024>, 2048>`.
-#[cfg(feature = "tokio")]
-pub type Codec<const N: usize = { 2 * crate::frame::MAX_FRAME }> = motion_core::codec::Codec<Kos, N>;
-
-/// Items that the [`Codec`] yields: frames, corrupt frames and noise, as bytes.
-#[cfg(feature = "tokio")]
-pub type CodecItem = motion_core::codec::Item<crate::Header>;

@@ -1,49 +1,20 @@
-//! Frames as a `tokio_util` codec. The feature `tokio` adds the dependencies `bytes` and `tokio-util`; the latter
+//! Typed messages as a `tokio_util` codec. The feature `tokio` adds the dependencies `bytes` and `tokio-util`; the latter
 //! brings tokio without its runtime and needs the standard library.
 //!
-//! ```
-//! # use motion_core::stream::{Framing, Head, Noise};
-//! # enum Pair {}
-//! # impl Framing for Pair {
-//! #     const MAX: usize = 2;
-//! #     type Header = ();
-//! #     type Frame<'a> = &'a [u8];
-//! #     type Memo<const N: usize> = ();
-//! #     fn head(bytes: &[u8]) -> Head {
-//! #         if bytes[0] == b'!' { Head::Total(2) } else { Head::Skip(1, Noise::NoMarker) }
-//! #     }
-//! #     fn header(_: &[u8]) -> Option<()> { Some(()) }
-//! #     fn frame(bytes: &[u8]) -> Option<&[u8]> { Some(bytes) }
-//! # }
-//! use bytes::BytesMut;
-//! use motion_core::codec::{Codec, Item};
-//! use tokio_util::codec::{Decoder, Encoder};
-//!
-//! // A frame of `Pair` is a `!` and one byte. A `Framed` calls `decode` and `encode` like this.
-//! let mut codec = Codec::<Pair, 4>::new();
-//! let mut received = BytesMut::from("!a..!");
-//! assert_eq!(codec.decode(&mut received)?, Some(Item::Frame("!a".into())));
-//! assert!(matches!(codec.decode(&mut received)?, Some(Item::Noise { bytes, .. }) if bytes == ".."));
-//! assert_eq!(codec.decode(&mut received)?, None);
-//! received.extend_from_slice(b"b");
-//! assert_eq!(codec.decode(&mut received)?, Some(Item::Frame("!b".into())));
-//!
-//! let mut to_send = BytesMut::new();
-//! codec.encode(b"!c", &mut to_send)?;
-//! assert!(codec.encode(b"!cd", &mut to_send).is_err(), "more than one frame");
-//! assert_eq!(to_send, "!c");
-//! # Ok::<(), std::io::Error>(())
-//! ```
+//! The protocol crates name a [`Codec`] for each side, `host::Codec` and `device::Codec`, and show how a `Framed` uses it.
 
 use std::boxed::Box;
 use std::io;
+use std::marker::PhantomData;
 
 use bytes::{Bytes, BytesMut};
 use tokio_util::codec::{Decoder, Encoder};
 
-use crate::stream::{self, Corrupt, Fatal, Frames, Framing, Head, Noise};
+use crate::owned::Owned;
+use crate::stream::{self, Corrupt, Fatal, Frames, Framing, Noise};
+use crate::wire::{DecodeError, EncodeError, Framed};
 
-/// Codec that finds the frames of a protocol in a byte stream, and writes whole frames into one.
+/// Codec of the side `O`: it writes the messages of that side, and reads those of its peer `P` with the framing `F`.
 ///
 /// It finds frames with a [`Frames`] of `N` bytes, which is at least twice [`Framing::MAX`], and keeps all promises of
 /// `Frames`. The bytes of the items are not copied: they are split off the receive buffer. So only the codec may change
@@ -53,17 +24,34 @@ use crate::stream::{self, Corrupt, Fatal, Frames, Framing, Head, Noise};
 /// [`resync`](Self::resync) or a [`reset`](Self::reset), it returns that error as an [`io::Error`]. At the end of the
 /// stream, an incomplete frame is given up, as after a gap.
 #[derive(Debug)]
-pub struct Codec<F: Framing, const N: usize> {
+pub struct Codec<O, P, F: Framing, const N: usize> {
     frames: Box<Frames<F, N>>,
     /// Whether the last item was a fatal error.
-    stuck: bool,
+    is_stuck: bool,
+    sides: PhantomData<fn(O) -> P>,
 }
 
-/// Item of a stream that owns its bytes: a [`stream::Item`] that outlives the buffer.
+/// Item of a stream with messages of the side `S`, in frames with headers `H`. It owns its bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub enum Item<H> {
-    /// A whole, verified frame; [`Framing::frame`] reads it without verifying it again.
-    Frame(Bytes),
+pub enum Item<S: Framed, H> {
+    /// A message.
+    Message {
+        /// What the frame says beside the message: nothing, the id of the message, or the address of the receiver.
+        label: S::Label,
+        /// The message.
+        message: Owned<S, Bytes>,
+        /// Bytes of the whole frame.
+        frame: Bytes,
+    },
+    /// A sound frame whose body ends before the fields of its message do.
+    Undecodable {
+        /// What the frame says beside the message.
+        label: S::Label,
+        /// Why the message cannot be decoded.
+        why: DecodeError,
+        /// Bytes of the whole frame.
+        frame: Bytes,
+    },
     /// The first frame of an episode whose checksum is wrong.
     Corrupt {
         /// The header, which may be damaged as well.
@@ -84,11 +72,50 @@ pub enum Item<H> {
     Fatal(Fatal),
 }
 
-impl<F: Framing, const N: usize> Codec<F, N> {
+impl<S: Framed, H> Item<S, H> {
+    /// Item of a whole frame.
+    fn of(frame: Bytes) -> Self {
+        let Some(read) = S::Framing::frame(&frame) else {
+            return Self::Noise { bytes: frame, why: Noise::Refused };
+        };
+        let label = S::label(&read);
+        match S::decode(&read).and_then(|_| S::open(&read)) {
+            Ok((number, body)) => {
+                let message = Owned::from_parts(number, frame.slice_ref(body));
+                Self::Message { label, message, frame }
+            }
+            Err(why) => Self::Undecodable { label, why, frame },
+        }
+    }
+
+    /// Bytes that the item takes from the stream.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
+        match self {
+            Self::Message { frame, .. } | Self::Undecodable { frame, .. } => frame,
+            Self::Corrupt { bytes, .. } | Self::Noise { bytes, .. } => bytes,
+            Self::Fatal(_) => &[],
+        }
+    }
+}
+
+/// Message of the side `S`, together with the label of its frame if the protocol has labels.
+///
+/// It is a message alone, or a pair of a label and a message.
+pub trait Outgoing<S: Framed> {
+    /// Puts the whole frame at the end of `dst`.
+    ///
+    /// # Errors
+    ///
+    /// [`EncodeError`]; then nothing is put.
+    fn put(&self, dst: &mut BytesMut) -> Result<usize, EncodeError>;
+}
+
+impl<O, P: Framed, F: Framing, const N: usize> Codec<O, P, F, N> {
     /// A codec at the start of a stream. It allocates its buffer of `N` bytes.
     #[must_use]
     pub fn new() -> Self {
-        Self { frames: Box::default(), stuck: false }
+        Self { frames: Box::default(), is_stuck: false, sides: PhantomData }
     }
 
     /// Reports that the line fell silent, as [`Frames::gap`] does: an incomplete frame stays incomplete.
@@ -102,22 +129,22 @@ impl<F: Framing, const N: usize> Codec<F, N> {
     /// Skips what caused a fatal error, as [`Frames::resync`] does.
     pub fn resync(&mut self) {
         self.frames.resync();
-        self.stuck = false;
+        self.is_stuck = false;
     }
 
     /// Drops all bytes that are held, for a new connection whose receive buffer is empty.
     pub fn reset(&mut self) {
         self.frames.reset();
-        self.stuck = false;
+        self.is_stuck = false;
     }
 
     /// The next item from the bytes that the frames hold, which are the front of `src`.
-    fn next(&mut self, src: &mut BytesMut) -> Option<Item<F::Header>> {
+    fn next(&mut self, src: &mut BytesMut) -> Option<Item<P, F::Header>> {
         let item = self.frames.next()?;
         let len = item.bytes().len().min(src.len());
         let mut split = || src.split_to(len).freeze();
         Some(match item {
-            stream::Item::Frame(_) => Item::Frame(split()),
+            stream::Item::Frame(_) => Item::of(split()),
             stream::Item::Corrupt { header, why, .. } => Item::Corrupt { header, why, bytes: split() },
             stream::Item::Noise { why, .. } => Item::Noise { bytes: split(), why },
             stream::Item::Fatal(why) => Item::Fatal(why),
@@ -125,22 +152,22 @@ impl<F: Framing, const N: usize> Codec<F, N> {
     }
 }
 
-impl<F: Framing, const N: usize> Default for Codec<F, N> {
+impl<O, P: Framed, F: Framing, const N: usize> Default for Codec<O, P, F, N> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<F: Framing, const N: usize> Decoder for Codec<F, N> {
-    type Item = Item<F::Header>;
+impl<O, P: Framed, F: Framing, const N: usize> Decoder for Codec<O, P, F, N> {
+    type Item = Item<P, F::Header>;
     type Error = io::Error;
 
     fn decode(&mut self, src: &mut BytesMut) -> io::Result<Option<Self::Item>> {
         loop {
-            match (self.next(src), self.stuck) {
+            match (self.next(src), self.is_stuck) {
                 (Some(Item::Fatal(why)), true) => return Err(io::Error::new(io::ErrorKind::InvalidData, why)),
                 (Some(item), _) => {
-                    self.stuck = matches!(item, Item::Fatal(_));
+                    self.is_stuck = matches!(item, Item::Fatal(_));
                     return Ok(Some(item));
                 }
                 (None, _) => {}
@@ -165,21 +192,15 @@ impl<F: Framing, const N: usize> Decoder for Codec<F, N> {
     }
 }
 
-impl<F: Framing, const N: usize, B: AsRef<[u8]>> Encoder<B> for Codec<F, N> {
+impl<O: Framed, P, F: Framing, M: Outgoing<O>, const N: usize> Encoder<M> for Codec<O, P, F, N> {
     type Error = io::Error;
 
-    /// Writes a whole frame.
+    /// Writes a message.
     ///
     /// # Errors
     ///
-    /// [`io::ErrorKind::InvalidInput`] if the bytes are not exactly one frame by their header. The checksum is not
-    /// verified.
-    fn encode(&mut self, frame: B, dst: &mut BytesMut) -> io::Result<()> {
-        let frame = frame.as_ref();
-        if frame.is_empty() || F::head(frame) != Head::Total(frame.len()) {
-            return Err(io::Error::new(io::ErrorKind::InvalidInput, "not one whole frame"));
-        }
-        dst.extend_from_slice(frame);
-        Ok(())
+    /// [`io::ErrorKind::InvalidInput`] around an [`EncodeError`]; then nothing is written, and the stream can go on.
+    fn encode(&mut self, message: M, dst: &mut BytesMut) -> io::Result<()> {
+        message.put(dst).map(drop).map_err(|error| io::Error::new(io::ErrorKind::InvalidInput, error))
     }
 }

@@ -48,7 +48,7 @@
 //! | `serde` | `Serialize` for every message; with `alloc`, `Deserialize` for owned ones; both for units, open enums, flags and curves |
 //! | `defmt` | `Format` for messages, units, codes, states and events, without text on the target |
 //! | `arbitrary` | `Arbitrary` for every message, borrowed or owned; implies `std` |
-//! | `tokio` | frames as a `tokio_util` codec; implies `std` |
+//! | `tokio` | typed messages as a `tokio_util` codec; implies `std` |
 //! | `embedded-io` | frames from an `embedded_io` reader |
 //! | `nom` | frames and messages as nom parsers |
 

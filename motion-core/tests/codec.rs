@@ -1,4 +1,4 @@
-//! The tokio codec finds the same items as `Frames`, and a `Framed` sends and receives frames.
+//! The tokio codec finds the same items as `Frames`, and a `Framed` sends and receives messages.
 
 #[allow(dead_code, reason = "the framings of the stream tests, without their rescans")]
 #[path = "stream/framings.rs"]
@@ -6,23 +6,110 @@ mod framings;
 
 use std::fmt::Debug;
 
-use bytes::{Bytes, BytesMut};
+use bytes::BytesMut;
 use framings::{Dmc, Hoot, Kos, dmc_frame, hoot_frame, kos_frame};
 use futures_util::{SinkExt, StreamExt};
 use laws::stream::{Drain, Owned, read};
-use motion_core::codec::{Codec, Item};
+use motion_core::codec::{self, Item, Outgoing};
 use motion_core::stream::{Fatal, Framing, Noise};
+use motion_core::wire::{DecodeError, EncodeError, Messages, Rest, Side};
+use motion_core::zerocopy::LE;
+use motion_core::{message, messages, wire};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use tokio_util::codec::{Decoder, Encoder, Framed};
 
+message! {
+    /// A whole frame.
+    pub struct Whole<'a> in LE {
+        ;
+        /// All bytes of the frame.
+        bytes: Rest<'a>,
+    }
+}
+
+messages! {
+    /// The message whose body is its whole frame.
+    pub enum Any<'a> {
+        /// A whole frame.
+        1 => Whole(Whole<'a>),
+    }
+}
+
+impl<'a> Any<'a> {
+    fn of(bytes: &'a [u8]) -> Self {
+        Self::Whole(Whole { bytes: Rest(bytes), tail: &[] })
+    }
+}
+
+/// Makes sides of framings. A frame without data cannot be decoded, and its message cannot be encoded.
+macro_rules! sides {
+    ($($side:ty, $empty:literal;)*) => {$(
+        impl Side for $side {
+            type Message<'a> = Any<'a>;
+            type Order = LE;
+        }
+
+        impl wire::Framed for $side {
+            type Framing = Self;
+            type Label = usize;
+
+            fn decode<'a>(frame: &<$side as Framing>::Frame<'a>) -> Result<Any<'a>, DecodeError> {
+                Self::open(frame).and_then(|(number, body)| Any::decode_body(number, body))
+            }
+            fn label(frame: &&[u8]) -> usize {
+                frame.len()
+            }
+            fn open<'a>(frame: &<$side as Framing>::Frame<'a>) -> Result<(u32, &'a [u8]), DecodeError> {
+                let short = DecodeError::Truncated { what: "frame", needed: $empty + 1, have: frame.len() };
+                if frame.len() > $empty { Ok((1, frame)) } else { Err(short) }
+            }
+            fn encoded_len(message: &Any<'_>) -> usize {
+                message.body_len()
+            }
+            fn encode_into(message: &Any<'_>, _: usize, out: &mut [u8]) -> Result<usize, EncodeError> {
+                message.encode_body(out)
+            }
+        }
+
+        impl Outgoing<$side> for Any<'_> {
+            fn put(&self, dst: &mut BytesMut) -> Result<usize, EncodeError> {
+                if self.body_len() <= $empty {
+                    return Err(EncodeError::Hole { what: "data" });
+                }
+                motion_core::buf::put(dst, self.body_len(), |out| self.encode_body(out))
+            }
+        }
+    )*};
+}
+
+sides! {
+    Dmc<40>, 12;
+    Kos<40>, 6;
+    Hoot, 10;
+}
+
+/// Side and its framing.
+trait OneSide: wire::Framed<Framing = Self, Label = usize> + Framing {}
+impl<F: wire::Framed<Framing = Self, Label = usize> + Framing> OneSide for F {}
+
+/// Codec whose two sides are the same.
+type Codec<F, const N: usize> = codec::Codec<F, F, F, N>;
+
 /// Reads a stream in pieces through the codec; neighbouring noise is one item.
-fn decode<F: Framing, const N: usize>(stream: &[u8], cuts: &[usize]) -> Vec<Owned<F::Header>> {
+fn decode<F: OneSide, const N: usize>(stream: &[u8], cuts: &[usize]) -> Vec<Owned<F::Header>> {
     let mut codec = Codec::<F, N>::new();
     let mut items = Vec::new();
     let mut src = BytesMut::new();
     let mut keep = |codec: &mut Codec<F, N>, item| match (item, items.last_mut()) {
-        (Item::Frame(bytes), _) => items.push(Owned::Frame(bytes.to_vec())),
+        (Item::Message { label, message, frame }, _) => {
+            assert_eq!((label, message.number(), message.body()), (frame.len(), 1, &frame[..]));
+            items.push(Owned::Frame(frame.to_vec()));
+        }
+        (Item::Undecodable { label, why, frame }, _) => {
+            assert!(matches!(why, DecodeError::Truncated { have, .. } if have == label));
+            items.push(Owned::Frame(frame.to_vec()));
+        }
         (Item::Corrupt { header, why, bytes }, _) => {
             items.push(Owned::Corrupt { header, why, bytes: bytes.to_vec() });
         }
@@ -68,7 +155,7 @@ fn streams(marker: &'static [u8], frame: fn(&[u8]) -> Vec<u8>) -> impl Strategy<
     vec(part, 0..20).prop_map(|parts| parts.concat())
 }
 
-fn assert_same<F: Framing, const N: usize>(stream: &[u8], cuts: &[usize]) {
+fn assert_same<F: OneSide, const N: usize>(stream: &[u8], cuts: &[usize]) {
     let expected = read::<F, N>(stream, &[], Drain::AtGap, || usize::MAX).items;
     assert_eq!(decode::<F, N>(stream, cuts), expected);
 }
@@ -92,8 +179,8 @@ fn frames_are_split_off_the_buffer_and_not_copied() {
     let mut codec = Codec::<Kos<40>, 80>::new();
     let mut src = BytesMut::from(&kos_frame(1, b"abc")[..]);
     let place = src.as_ptr();
-    let Some(Item::Frame(frame)) = codec.decode(&mut src).unwrap() else { panic!("a frame") };
-    assert_eq!(frame.as_ptr(), place);
+    let Some(Item::Message { message, frame, .. }) = codec.decode(&mut src).unwrap() else { panic!("a frame") };
+    assert_eq!((frame.as_ptr(), message.body().as_ptr()), (place, place));
 }
 
 #[test]
@@ -107,16 +194,16 @@ fn a_fatal_error_that_the_caller_ignores_ends_the_stream() {
         assert_eq!((error.kind(), error.to_string()), (std::io::ErrorKind::InvalidData, fatal.to_string()));
     }
     codec.resync();
-    src.extend_from_slice(&kos_frame(1, b""));
+    src.extend_from_slice(&kos_frame(1, b"a"));
     assert!(matches!(codec.decode(&mut src).unwrap(), Some(Item::Noise { why: Noise::Resync, .. })));
-    assert!(matches!(codec.decode(&mut src).unwrap(), Some(Item::Frame(_))));
+    assert!(matches!(codec.decode(&mut src).unwrap(), Some(Item::Message { .. })));
 
     // A new connection has a new buffer, and the same codec after a reset.
     let mut src = BytesMut::from(&[9][..]);
     assert_eq!(codec.decode(&mut src).unwrap(), Some(Item::Fatal(fatal)));
     codec.reset();
-    let mut src = BytesMut::from(&kos_frame(1, b"")[..]);
-    assert!(matches!(codec.decode(&mut src).unwrap(), Some(Item::Frame(_))));
+    let mut src = BytesMut::from(&kos_frame(1, b"a")[..]);
+    assert!(matches!(codec.decode(&mut src).unwrap(), Some(Item::Message { .. })));
 }
 
 #[test]
@@ -132,15 +219,14 @@ fn bytes_after_a_gap_do_not_complete_a_frame_before_it() {
 }
 
 #[test]
-fn only_whole_frames_are_sent() {
+fn nothing_is_sent_of_a_message_that_cannot_be_encoded() {
     let frame = dmc_frame(1, 2, b"data");
     let mut codec = Codec::<Dmc<40>, 80>::new();
     let mut dst = BytesMut::new();
-    codec.encode(&frame, &mut dst).unwrap();
-    for bad in [&frame[1..], &frame[..frame.len() - 1], &[&frame[..], b"D"].concat(), b""] {
-        let error = codec.encode(bad, &mut dst).unwrap_err();
-        assert_eq!(error.kind(), std::io::ErrorKind::InvalidInput);
-    }
+    codec.encode(Any::of(&frame), &mut dst).unwrap();
+    let error = codec.encode(Any::of(b""), &mut dst).unwrap_err();
+    assert_eq!(error.kind(), std::io::ErrorKind::InvalidInput);
+    assert_eq!(error.to_string(), EncodeError::Hole { what: "data" }.to_string());
     assert_eq!(dst, frame);
 }
 
@@ -149,15 +235,15 @@ fn run<T: Debug>(future: impl Future<Output = T>) -> T {
 }
 
 #[test]
-fn a_framed_sends_and_receives_frames() {
-    let frames = [dmc_frame(1, 2, b"one"), dmc_frame(2, 3, b""), dmc_frame(3, 4, &[b'D'; 20])];
+fn a_framed_sends_and_receives_messages() {
+    let frames = [dmc_frame(1, 2, b"one"), dmc_frame(2, 3, b"2"), dmc_frame(3, 4, &[b'D'; 20])];
     let (here, there) = tokio::io::duplex(5);
     run(async {
         let mut sender = Framed::new(here, Codec::<Dmc<40>, 80>::new());
         let mut receiver = Framed::new(there, Codec::<Dmc<40>, 80>::new());
         let send = async {
             for frame in &frames {
-                sender.send(frame).await.unwrap();
+                sender.send(Any::of(frame)).await.unwrap();
             }
             // A frame that is cut off when the connection ends.
             let last = frames[0][..8].to_vec();
@@ -172,11 +258,8 @@ fn a_framed_sends_and_receives_frames() {
             items
         };
         let ((), items) = futures_util::future::join(send, receive).await;
-        let found: Vec<Bytes> = items
-            .iter()
-            .filter_map(|item| if let Item::Frame(bytes) = item { Some(bytes.clone()) } else { None })
-            .collect();
-        assert_eq!(found, frames);
+        assert!(items[..3].iter().all(|item| matches!(item, Item::Message { .. })));
+        assert_eq!(items.iter().take(3).map(Item::bytes).collect::<Vec<_>>(), frames);
         assert!(matches!(&items[3..], [Item::Noise { bytes, why: Noise::CutOff }] if *bytes == frames[0][..8]));
     });
 }

@@ -108,3 +108,14 @@ pub use motion::State;
 pub use options::{Options, Quirks};
 pub use session::{Next, NotTaken, Session, SmallSession};
 pub use transmit::{Contents, EFFECTS, Effect, Output, Rig, Scratch, Transmit};
+
+/// Codec of a device for a `Framed` of `tokio_util`: it takes pairs of a message id and a message of the device, and yields those of the host
+/// and all bytes that are no message. Its buffer has `N` bytes, at least twice [`MAX_FRAME`](crate::frame::MAX_FRAME).
+///
+/// The [codec of a host](crate::host::Codec) has an example of both.
+#[cfg(feature = "tokio")]
+pub type Codec<const N: usize = { 2 * crate::frame::MAX_FRAME }> =
+    motion_core::codec::Codec<crate::Device, crate::Host, crate::Dmc, N>;
+/// Item that the [`Codec`] of a device yields. Labels are message ids.
+#[cfg(feature = "tokio")]
+pub type CodecItem = motion_core::codec::Item<crate::Host, crate::Header>;

@@ -136,3 +136,42 @@ pub use progress::Progress;
 pub use requests::MAX_QUEUE;
 pub use session::{Next, NotTaken, Session};
 pub use transmit::{Contents, EFFECTS, Effect, Output, Source, Transmit};
+
+/// Codec of a host for a `Framed` of `tokio_util`: it takes pairs of a message id and a message of the host, and yields those of the device
+/// and all bytes that are no message. Its buffer has `N` bytes, at least twice [`MAX_DEVICE_FRAME`](crate::frame::MAX_DEVICE_FRAME).
+///
+/// ```
+/// use dmc_proto::message::{Hi, HiRequest};
+/// use dmc_proto::{DeviceMessage, HostMessage, MessageId, device, host};
+/// use futures_util::{SinkExt, StreamExt};
+/// use tokio_util::codec::Framed;
+///
+/// # #[tokio::main(flavor = "current_thread")]
+/// # async fn main() -> std::io::Result<()> {
+/// // Any asynchronous stream does, such as a serial port or a TCP connection.
+/// let (here, there) = tokio::io::duplex(64);
+/// let mut host: Framed<_, host::Codec> = Framed::new(here, host::Codec::default());
+/// let mut device: Framed<_, device::Codec> = Framed::new(there, device::Codec::default());
+///
+/// host.send((MessageId(1), HostMessage::from(HiRequest::default()))).await?;
+/// let Some(device::CodecItem::Message { label, message, .. }) = device.next().await.transpose()? else {
+///     panic!("no message")
+/// };
+/// assert_eq!(message.message(), HiRequest::default().into());
+///
+/// // An answer has the id of its request.
+/// device.send((label, DeviceMessage::from(Hi::default()))).await?;
+/// match host.next().await.transpose()? {
+///     Some(host::CodecItem::Message { label, message, .. }) => println!("{label}: {message}"),
+///     Some(other) => println!("no message: {other:?}"),
+///     None => println!("the device is gone"),
+/// }
+/// # Ok(())
+/// # }
+/// ```
+#[cfg(feature = "tokio")]
+pub type Codec<const N: usize = { 2 * crate::frame::MAX_DEVICE_FRAME }> =
+    motion_core::codec::Codec<crate::Host, crate::Device, crate::Dmc<{ crate::frame::MAX_DEVICE_FRAME }>, N>;
+/// Item that the [`Codec`] of a host yields. Labels are message ids.
+#[cfg(feature = "tokio")]
+pub type CodecItem = motion_core::codec::Item<crate::Device, crate::Header>;

@@ -80,3 +80,14 @@ pub const EFFECTS: usize = 56;
 pub type Output<'a> = motion_core::machine::Output<Transmit<'a>, Event<'a>, EFFECTS>;
 /// Effect of a node.
 pub type Effect<'a> = motion_core::machine::Effect<Transmit<'a>, Event<'a>>;
+
+/// Codec of a node for a `Framed` of `tokio_util`: it takes messages of the node, and yields those of the master
+/// and all bytes that are no message. Its buffer has `N` bytes, at least twice [`MAX_FRAME`](crate::frame::MAX_FRAME).
+///
+/// The [codec of a master](crate::host::Codec) has an example of both.
+#[cfg(feature = "tokio")]
+pub type Codec<const N: usize = { 2 * crate::frame::MAX_FRAME }> =
+    motion_core::codec::Codec<crate::Device, crate::Host, crate::Requests, N>;
+/// Item that the [`Codec`] of a node yields. Labels are addresses.
+#[cfg(feature = "tokio")]
+pub type CodecItem = motion_core::codec::Item<crate::Host, crate::Header>;

@@ -336,6 +336,11 @@ impl Envelope for RequestEnvelope {
     }
 
     #[inline]
+    fn label(frame: &Self::Frame<'_>) -> Address {
+        frame.address()
+    }
+
+    #[inline]
     fn frame_len(number: u32, body_len: usize) -> usize {
         let Selector { table, .. } = Selector::from_number(number);
         frame_len(body_len.saturating_add((table == Table::Core).into()))
@@ -372,6 +377,9 @@ impl Envelope for ReplyEnvelope {
         let number = u32::from_le_bytes([frame.command(), frame.sub_address(), frame.address().0, 0]);
         Ok((number, frame.payload()))
     }
+
+    #[inline]
+    fn label(_: &Self::Frame<'_>) {}
 
     #[inline]
     fn frame_len(_: u32, body_len: usize) -> usize {

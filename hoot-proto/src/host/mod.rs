@@ -111,3 +111,43 @@ pub const EFFECTS: usize = 41;
 pub type Output<'a> = motion_core::machine::Output<Transmit, Event<'a>, EFFECTS>;
 /// Effect of a master.
 pub type Effect<'a> = motion_core::machine::Effect<Transmit, Event<'a>>;
+
+/// Codec of a master for a `Framed` of `tokio_util`: it takes pairs of an address and a message of the master, and yields those of the node
+/// and all bytes that are no message. Its buffer has `N` bytes, at least twice [`MAX_FRAME`](crate::frame::MAX_FRAME).
+///
+/// ```
+/// use futures_util::{SinkExt, StreamExt};
+/// use hoot_proto::message::{Motor, MotorPosition, Reply};
+/// use hoot_proto::{Address, DeviceMessage, HostMessage, device, host};
+/// use tokio_util::codec::Framed;
+///
+/// # #[tokio::main(flavor = "current_thread")]
+/// # async fn main() -> std::io::Result<()> {
+/// // Any asynchronous stream does, such as a serial port.
+/// let (here, there) = tokio::io::duplex(64);
+/// let mut host: Framed<_, host::Codec> = Framed::new(here, host::Codec::default());
+/// let mut device: Framed<_, device::Codec> = Framed::new(there, device::Codec::default());
+///
+/// let question = MotorPosition { motor: Motor::One };
+/// host.send((Address::DEFAULT, HostMessage::from(question))).await?;
+/// let Some(device::CodecItem::Message { label, message, .. }) = device.next().await.transpose()? else {
+///     panic!("no message")
+/// };
+/// assert_eq!((label, message.message()), (Address::DEFAULT, question.into()));
+///
+/// // A node that refuses. Without an error it answers with the position.
+/// device.send(DeviceMessage::from(Reply::ERROR)).await?;
+/// match host.next().await.transpose()? {
+///     Some(host::CodecItem::Message { message, .. }) => println!("{message}"),
+///     Some(other) => println!("no message: {other:?}"),
+///     None => println!("the node is gone"),
+/// }
+/// # Ok(())
+/// # }
+/// ```
+#[cfg(feature = "tokio")]
+pub type Codec<const N: usize = { 2 * crate::frame::MAX_FRAME }> =
+    motion_core::codec::Codec<crate::Host, crate::Device, crate::Hoot, N>;
+/// Item that the [`Codec`] of a master yields.
+#[cfg(feature = "tokio")]
+pub type CodecItem = motion_core::codec::Item<crate::Device, crate::Header>;

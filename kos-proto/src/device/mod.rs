@@ -97,3 +97,14 @@ pub const EFFECTS: usize = 36;
 pub type Output<'a> = motion_core::machine::Output<Transmit<'a>, Event<'a>, EFFECTS>;
 /// One thing that follows from an input of a device.
 pub type Effect<'a> = motion_core::machine::Effect<Transmit<'a>, Event<'a>>;
+
+/// Codec of a device for a `Framed` of `tokio_util`: it takes messages of the device, and yields those of the client
+/// and all bytes that are no message. Its buffer has `N` bytes, at least twice [`MAX_FRAME`](crate::frame::MAX_FRAME).
+///
+/// The [codec of a client](crate::host::Codec) has an example of both.
+#[cfg(feature = "tokio")]
+pub type Codec<const N: usize = { 2 * crate::frame::MAX_FRAME }> =
+    motion_core::codec::Codec<crate::Device, crate::Host, crate::Kos, N>;
+/// Item that the [`Codec`] of a device yields.
+#[cfg(feature = "tokio")]
+pub type CodecItem = motion_core::codec::Item<crate::Host, crate::Header>;

@@ -96,3 +96,39 @@ pub const EFFECTS: usize = 48;
 pub type Output<'a> = motion_core::machine::Output<Transmit<'a>, Event<'a>, EFFECTS>;
 /// One thing that follows from an input of a client.
 pub type Effect<'a> = motion_core::machine::Effect<Transmit<'a>, Event<'a>>;
+
+/// Codec of a client for a `Framed` of `tokio_util`: it takes messages of the client, and yields those of the device
+/// and all bytes that are no message. Its buffer has `N` bytes, at least twice [`MAX_FRAME`](crate::frame::MAX_FRAME).
+///
+/// ```
+/// use futures_util::{SinkExt, StreamExt};
+/// use kos_proto::message::{DeviceInfo, GetDeviceInfo};
+/// use kos_proto::{DeviceMessage, HostMessage, device, host};
+/// use tokio_util::codec::Framed;
+///
+/// # #[tokio::main(flavor = "current_thread")]
+/// # async fn main() -> std::io::Result<()> {
+/// // Any asynchronous stream does, such as a TCP connection.
+/// let (here, there) = tokio::io::duplex(64);
+/// let mut host: Framed<_, host::Codec> = Framed::new(here, host::Codec::default());
+/// let mut device: Framed<_, device::Codec> = Framed::new(there, device::Codec::default());
+///
+/// host.send(HostMessage::from(GetDeviceInfo::default())).await?;
+/// let Some(device::CodecItem::Message { message, .. }) = device.next().await.transpose()? else { panic!("no message") };
+/// assert_eq!(message.message(), GetDeviceInfo::default().into());
+///
+/// device.send(DeviceMessage::from(DeviceInfo::default())).await?;
+/// match host.next().await.transpose()? {
+///     Some(host::CodecItem::Message { message, .. }) => println!("{message}"),
+///     Some(other) => println!("no message: {other:?}"),
+///     None => println!("the device is gone"),
+/// }
+/// # Ok(())
+/// # }
+/// ```
+#[cfg(feature = "tokio")]
+pub type Codec<const N: usize = { 2 * crate::frame::MAX_FRAME }> =
+    motion_core::codec::Codec<crate::Host, crate::Device, crate::Kos, N>;
+/// Item that the [`Codec`] of a client yields.
+#[cfg(feature = "tokio")]
+pub type CodecItem = motion_core::codec::Item<crate::Device, crate::Header>;

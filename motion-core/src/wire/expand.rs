@@ -279,6 +279,10 @@ impl Envelope for Plain {
         }
     }
 
+    fn label(_: &Self::Frame<'_>) -> Motor {
+        Motor(0)
+    }
+
     fn frame_len(_: u32, body_len: usize) -> usize {
         body_len.saturating_add(2)
     }
@@ -304,6 +308,8 @@ impl Envelope for Unlabelled {
     fn open<'a>(frame: &Self::Frame<'a>) -> Result<(u32, &'a [u8]), DecodeError> {
         Plain::open(frame)
     }
+
+    fn label(_: &Self::Frame<'_>) {}
 
     fn frame_len(number: u32, body_len: usize) -> usize {
         Plain::frame_len(number, body_len)

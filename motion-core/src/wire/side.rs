@@ -40,6 +40,16 @@ pub trait Framed: Side {
     /// [`DecodeError`], if the body ends before the fields of its message do.
     fn decode<'a>(frame: &<Self::Framing as Framing>::Frame<'a>) -> Result<Self::Message<'a>, DecodeError>;
 
+    /// Takes the label out of a frame.
+    fn label(frame: &<Self::Framing as Framing>::Frame<'_>) -> Self::Label;
+
+    /// Takes number and body of a message out of a frame.
+    ///
+    /// # Errors
+    ///
+    /// [`DecodeError`], if the frame ends before the number does.
+    fn open<'a>(frame: &<Self::Framing as Framing>::Frame<'a>) -> Result<(u32, &'a [u8]), DecodeError>;
+
     /// Length of the whole frame of a message in bytes.
     fn encoded_len(message: &Self::Message<'_>) -> usize;
 
@@ -65,6 +75,9 @@ pub trait Envelope {
     ///
     /// [`DecodeError`], if the frame ends before the number does.
     fn open<'a>(frame: &Self::Frame<'a>) -> Result<(u32, &'a [u8]), DecodeError>;
+
+    /// Takes the label out of a frame.
+    fn label(frame: &Self::Frame<'_>) -> Self::Label;
 
     /// Length in bytes of a frame whose message has this number and a body of so many bytes.
     fn frame_len(number: u32, body_len: usize) -> usize;
@@ -124,6 +137,18 @@ macro_rules! side {
                 frame: &<$framing as $crate::stream::Framing>::Frame<'a>,
             ) -> Result<$message<'a>, $crate::wire::DecodeError> {
                 $crate::__decode!(result $message::decode(frame) $(, or $other)?)
+            }
+
+            #[inline]
+            fn label(frame: &<$framing as $crate::stream::Framing>::Frame<'_>) -> Self::Label {
+                <$envelope as $crate::wire::Envelope>::label(frame)
+            }
+
+            #[inline]
+            fn open<'a>(
+                frame: &<$framing as $crate::stream::Framing>::Frame<'a>,
+            ) -> Result<(u32, &'a [u8]), $crate::wire::DecodeError> {
+                <$envelope as $crate::wire::Envelope>::open(frame)
             }
 
             #[inline]
@@ -194,6 +219,7 @@ macro_rules! side {
 
         $crate::__to_vec! { $message($($label: $type)?) }
         $crate::__encode! { $message($($label: $type)?) }
+        $crate::__outgoing! { $name: $message($($type)?) }
     )*};
 }
 
@@ -300,5 +326,32 @@ macro_rules! __encode {
 #[macro_export]
 #[cfg(not(feature = "bytes"))]
 macro_rules! __encode {
+    ($($side:tt)*) => {};
+}
+
+#[doc(hidden)]
+#[macro_export]
+#[cfg(feature = "tokio")]
+macro_rules! __outgoing {
+    ($name:ident: $message:ident()) => {
+        impl $crate::codec::Outgoing<$name> for $message<'_> {
+            fn put(&self, dst: &mut $crate::bytes::BytesMut) -> Result<usize, $crate::wire::EncodeError> {
+                self.encode(dst)
+            }
+        }
+    };
+    ($name:ident: $message:ident($label:ty)) => {
+        impl $crate::codec::Outgoing<$name> for ($label, $message<'_>) {
+            fn put(&self, dst: &mut $crate::bytes::BytesMut) -> Result<usize, $crate::wire::EncodeError> {
+                self.1.encode(self.0, dst)
+            }
+        }
+    };
+}
+
+#[doc(hidden)]
+#[macro_export]
+#[cfg(not(feature = "tokio"))]
+macro_rules! __outgoing {
     ($($side:tt)*) => {};
 }

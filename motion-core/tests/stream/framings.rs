@@ -6,6 +6,7 @@ use motion_core::fletcher::{PrefixSums, Sum};
 use motion_core::stream::{Fatal, Framing, Head, Noise};
 
 /// Framing like DMC: `DF`, id u32, type u16, length u16, data, two check bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Dmc<const MAX: usize> {}
 
 /// The header: id and type.
@@ -71,6 +72,7 @@ pub(crate) fn dmc_rescan(max: usize) -> impl Fn(&[u8]) -> Result<usize, usize> {
 }
 
 /// Framing like kOS: version 4, length of the whole frame u16 big-endian, id u16, type u8.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Kos<const MAX: usize> {}
 
 impl<const MAX: usize> Framing for Kos<MAX> {
@@ -131,6 +133,7 @@ pub(crate) fn kos_rescan(max: usize) -> impl Fn(&[u8]) -> Result<usize, usize> {
 }
 
 /// Framing like hoot: `00 00 00 00 00 FF`, address, sub-address, command, length of the data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Hoot {}
 
 const BREAK: [u8; 6] = [0, 0, 0, 0, 0, 0xFF];
