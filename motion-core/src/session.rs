@@ -116,6 +116,19 @@ pub trait HostSession: Session {
     fn stop(&mut self, token: Token) -> Result<(), NotTaken>;
 }
 
+/// Session of a device, as a driver moves it.
+pub trait DeviceSession: Session {
+    /// Whether anything may move because of what this device was told.
+    fn may_move(&self) -> bool;
+
+    /// Stops everything, as a person at the device wants it.
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`] if too many stops wait for a turn.
+    fn stop(&mut self) -> Result<(), NotTaken>;
+}
+
 /// Request of a session about a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LineRequest {

@@ -84,7 +84,7 @@ use std::time::{Duration, Instant};
 use std::vec::Vec;
 use std::{fmt, vec};
 
-use motion_core::session::{HostSession, Session};
+use motion_core::session::{DeviceSession, HostSession, Session};
 use motion_core::time::Millis;
 
 use crate::error::Error;
@@ -175,13 +175,38 @@ impl<S: Session, T: Stream> Driver<S, T> {
         Self { flow, stream: Some(stream), piece, start, reopen, others, trouble }
     }
 
-    /// Opens a line that was lost again, by these rules. The session waits while `open` works.
+    /// Opens the line of a host that was lost again, by these rules. The session waits while `open` works.
     #[must_use]
-    pub fn reconnecting(mut self, rules: Reconnect, open: impl FnMut() -> Result<T, Error> + Send + 'static) -> Self
+    pub fn reconnecting(self, rules: Reconnect, open: impl FnMut() -> Result<T, Error> + Send + 'static) -> Self
     where
         S: HostSession,
     {
-        self.reopen = Some(Reopen { attempts: Attempts::new(rules), open: Box::new(open) });
+        self.with_attempts(Attempts::new(rules), open)
+    }
+
+    /// Opens the line of a device that was lost again, by these rules: a serial port, or the next connection of a listener.
+    ///
+    /// The driver does not stop anything. The machine of the device is told of the loss at once, and decides what its rig does
+    /// until a host is there again; the driver gives its events meanwhile:
+    ///
+    /// - A DMC device stops everything, because no stop could come any more.
+    /// - A kOS device stops what the client moved by hand. A move that it plays goes on, unless the options of its machine say
+    ///   that it stops when no client is left.
+    /// - A hoot node goes on with its program and its moves. Only its dead-man stops motors that run.
+    ///
+    /// An application that has to do more for its rig leaves this out: then [`next`](Self::next) ends with an error when the line
+    /// is lost.
+    /// The session waits while `open` works, so that `open` must not wait for long: a listener must not block.
+    #[must_use]
+    pub fn reopening(self, rules: Reconnect, open: impl FnMut() -> Result<T, Error> + Send + 'static) -> Self
+    where
+        S: DeviceSession,
+    {
+        self.with_attempts(Attempts::of_device(rules), open)
+    }
+
+    fn with_attempts(mut self, attempts: Attempts<S>, open: impl FnMut() -> Result<T, Error> + Send + 'static) -> Self {
+        self.reopen = Some(Reopen { attempts, open: Box::new(open) });
         self
     }
 

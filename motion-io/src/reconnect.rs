@@ -3,13 +3,13 @@
 use core::time::Duration;
 
 use motion_core::machine::Token;
-use motion_core::session::HostSession;
+use motion_core::session::{DeviceSession, HostSession};
 use motion_core::time::Millis;
 
 /// Rules by which a driver opens a lost line again.
 ///
-/// The time between two attempts doubles from the first to the longest. After the line is open again, the driver tells the
-/// session to stop everything before all other commands, if anything could move when the line was lost or since then. Nobody
+/// The time between two attempts doubles from the first to the longest. After the line is open again, the driver of a host tells
+/// the session to stop everything before all other commands, if anything could move when the line was lost or since then. Nobody
 /// watched the rig in that time, so that a stop is the safe beginning; a rig that rests is not affected by it. The stop is
 /// a command with the token [`STOP`](Self::STOP), and ends with an event as any other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,6 +87,14 @@ impl<S> Attempts<S> {
         // There is only no room for a stop if other stops wait before all commands.
         let stop = |session: &mut S, token| _ = session.stop(token);
         Self { rules, may_move: S::may_move, stop, moved: false, failed: 0, at: Millis(0) }
+    }
+
+    /// Attempts for a device, whose machine is told of the loss at once and decides what stops.
+    pub(crate) fn of_device(rules: Reconnect) -> Self
+    where
+        S: DeviceSession,
+    {
+        Self { rules, may_move: |_| false, stop: |_, _| {}, moved: false, failed: 0, at: Millis(0) }
     }
 
     /// Notes that the line is lost.

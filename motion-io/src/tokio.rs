@@ -14,7 +14,7 @@ use ::tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use ::tokio::net::{TcpStream, ToSocketAddrs};
 use ::tokio::task::yield_now;
 use ::tokio::time::{Instant, sleep_until, timeout};
-use motion_core::session::{HostSession, Session};
+use motion_core::session::{DeviceSession, HostSession, Session};
 use motion_core::time::Millis;
 
 use crate::error::Error;
@@ -81,15 +81,43 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
         Self { flow, stream: Some(stream), arrived, piece, start, stalled, reopen, others, trouble }
     }
 
-    /// Opens a line that was lost again, by these rules.
+    /// Opens the line of a host that was lost again, by these rules.
     #[must_use]
-    pub fn reconnecting<F>(mut self, rules: Reconnect, mut open: impl FnMut() -> F + Send + 'static) -> Self
+    pub fn reconnecting<F>(self, rules: Reconnect, open: impl FnMut() -> F + Send + 'static) -> Self
     where
         S: HostSession,
         F: Future<Output = Result<T, Error>> + Send + 'static,
     {
+        self.with_attempts(Attempts::new(rules), open)
+    }
+
+    /// Opens the line of a device that was lost again, by these rules: a serial port, or the next connection of a listener.
+    ///
+    /// The driver does not stop anything. The machine of the device is told of the loss at once, and decides what its rig does
+    /// until a host is there again; the driver gives its events meanwhile:
+    ///
+    /// - A DMC device stops everything, because no stop could come any more.
+    /// - A kOS device stops what the client moved by hand. A move that it plays goes on, unless the options of its machine say
+    ///   that it stops when no client is left.
+    /// - A hoot node goes on with its program and its moves. Only its dead-man stops motors that run.
+    ///
+    /// An application that has to do more for its rig leaves this out: then [`next`](Self::next) ends with an error when the line
+    /// is lost.
+    #[must_use]
+    pub fn reopening<F>(self, rules: Reconnect, open: impl FnMut() -> F + Send + 'static) -> Self
+    where
+        S: DeviceSession,
+        F: Future<Output = Result<T, Error>> + Send + 'static,
+    {
+        self.with_attempts(Attempts::of_device(rules), open)
+    }
+
+    fn with_attempts<F>(mut self, attempts: Attempts<S>, mut open: impl FnMut() -> F + Send + 'static) -> Self
+    where
+        F: Future<Output = Result<T, Error>> + Send + 'static,
+    {
         let open: Box<dyn FnMut() -> Opening<T> + Send> = Box::new(move || Box::pin(open()));
-        self.reopen = Some(Reopen { attempts: Attempts::new(rules), open, opening: None });
+        self.reopen = Some(Reopen { attempts, open, opening: None });
         self
     }
 

@@ -16,6 +16,7 @@ use motion_core::session::{NotTaken, Session};
 use motion_io::tokio::{Driver, tcp};
 use motion_io::{Error, Reconnect};
 use tokio::io::{AsyncReadExt, DuplexStream, duplex};
+use tokio::net::TcpListener;
 use tokio::time::{Instant, sleep};
 
 /// Lines that can be opened one after the other. Without one, opening fails.
@@ -103,22 +104,29 @@ async fn a_hoot_node_is_stopped_first_after_a_line_was_lost_while_a_motor_moved(
     assert!(matches!(message, hoot::HostMessage::Stop(_)), "{message:?}");
 }
 
-/// Device of DMC at the end of a line, for ever. Returns the list of its events.
-fn dmc_device(line: DuplexStream) -> Arc<Mutex<Vec<String>>> {
-    struct Still;
-    impl dmc_device::Rig for Still {
-        fn verdict(&self, _: &dmc::HostMessage<'_>) -> dmc::AckCode {
-            dmc::AckCode::OK
-        }
-        fn position(&self, _: dmc::Motor) -> dmc::Steps {
-            dmc::Steps(0)
-        }
+/// Rig whose motors do not move.
+struct Still;
+
+impl dmc_device::Rig for Still {
+    fn verdict(&self, _: &dmc::HostMessage<'_>) -> dmc::AckCode {
+        dmc::AckCode::OK
     }
-    let events = Arc::new(Mutex::new(Vec::new()));
-    let told = events.clone();
+    fn position(&self, _: dmc::Motor) -> dmc::Steps {
+        dmc::Steps(0)
+    }
+}
+
+fn new_dmc_device() -> dmc_device::Session {
     let hi = dmc::Hi { motor_count: 4, ..dmc_device::Options::default().hi() };
     let machine = dmc_device::DeviceMachine::new(dmc_device::Options::of(hi));
-    let mut driver = Driver::new(<dmc_device::Session>::new(machine, dmc_proto::Patience::default()), line);
+    dmc_device::Session::new(machine, dmc_proto::Patience::default())
+}
+
+/// Device of DMC at the end of a line, for ever. Returns the list of its events.
+fn dmc_device(line: DuplexStream) -> Arc<Mutex<Vec<String>>> {
+    let events = Arc::new(Mutex::new(Vec::new()));
+    let told = events.clone();
+    let mut driver = Driver::new(new_dmc_device(), line);
     tokio::spawn(async move {
         while let Ok(event) = driver.next(&Still).await {
             events.lock().unwrap().push(format!("{event:?}"));
@@ -218,6 +226,71 @@ async fn a_kos_device_is_stopped_first_after_a_line_was_lost_while_a_motor_moved
     place(&told, "Ready { reconnected: true");
     assert_eq!(place(&seen.lock().unwrap(), "StopAll"), 0);
     place(&told, &format!("token: {:?}", Reconnect::STOP));
+}
+
+#[tokio::test]
+async fn a_dmc_device_stops_everything_when_its_line_is_lost_and_serves_the_next_host() {
+    use dmc_host::{Event, Options, Session, Token};
+    let listener = Arc::new(TcpListener::bind("127.0.0.1:0").await.unwrap());
+    let address = listener.local_addr().unwrap();
+    let accept = move || {
+        let listener = listener.clone();
+        async move {
+            let accepted = listener.accept().await;
+            accepted
+                .map(|(stream, _)| stream)
+                .map_err(|error| Error::Line { what: "the listener".into(), why: error.to_string() })
+        }
+    };
+    // A host that moves the motor, or that only greets.
+    let host = async |moves: bool| {
+        let session: Session = Session::new(Options::default());
+        let mut driver = Driver::new(session, tcp(address).await.unwrap());
+        loop {
+            let act: fn(&mut Session) -> Result<(), NotTaken> = match driver.next(&NoMove).await.unwrap() {
+                Event::Greeted(_) => |session| session.configured(Token(1)),
+                Event::Ready { .. } if !moves => return,
+                Event::Ready { .. } => |session| {
+                    let flags = dmc::MotorFlags::ENABLED;
+                    session.request(Token(2), dmc::MotorConfigure { motor: dmc::Motor(1), flags, tail: &[] })
+                },
+                Event::Ended { token: Token(2), .. } => |session| {
+                    let position = dmc::Steps(2_000);
+                    session.request(Token(3), dmc::MotorMove { motor: dmc::Motor(1), position, tail: &[] })
+                },
+                Event::Ended { token: Token(3), .. } => return,
+                _ => continue,
+            };
+            act(driver.session_mut()).unwrap();
+        }
+    };
+    let device = async {
+        let first = accept().await.unwrap();
+        let mut driver = Driver::new(new_dmc_device(), first).reopening(Reconnect::default(), accept);
+        let mut events = Vec::new();
+        loop {
+            events.push(format!("{:?}", driver.next(&Still).await.unwrap()));
+            let is_stopped = events.last().is_some_and(|event| event.contains("Stop(All"));
+            if is_stopped {
+                break;
+            }
+        }
+        assert!(place(&events, "Move(Motor(1)") < place(&events, "Stop(All"), "{events:#?}");
+        assert!(driver.trouble().unwrap().to_string().contains("the other end closed it"));
+        // The driver goes on, without another stop.
+        loop {
+            let event = driver.next(&Still).await.unwrap();
+            assert!(!format!("{event:?}").contains("Stop"), "{event:?}");
+        }
+    };
+    let hosts = async {
+        host(true).await;
+        host(false).await;
+    };
+    tokio::select! {
+        () = hosts => {}
+        () = device => unreachable!("it serves for ever"),
+    }
 }
 
 #[tokio::test(start_paused = true)]

@@ -246,6 +246,16 @@ impl<const N: usize, const CAP: usize> session::Session for Session<N, CAP> {
     }
 }
 
+impl<const N: usize, const CAP: usize> session::DeviceSession for Session<N, CAP> {
+    fn may_move(&self) -> bool {
+        self.may_move()
+    }
+
+    fn stop(&mut self) -> Result<(), NotTaken> {
+        self.stop()
+    }
+}
+
 session_link! { impl<const N: usize, const CAP: usize> Session<N, CAP>: DeviceMachine, Link<N, CAP> }
 
 session_methods! {

@@ -249,6 +249,16 @@ impl session::Session for Session {
     }
 }
 
+impl session::DeviceSession for Session {
+    fn may_move(&self) -> bool {
+        self.may_move()
+    }
+
+    fn stop(&mut self) -> Result<(), NotTaken> {
+        self.stop()
+    }
+}
+
 /// Copies a packet to the front of `out`.
 fn copied(packet: &[u8], out: &mut [u8]) -> Result<usize, EncodeError> {
     let have = out.len();

@@ -320,6 +320,16 @@ impl<const N: usize, const CAP: usize> session::Session for Session<N, CAP> {
     }
 }
 
+impl<const N: usize, const CAP: usize> session::DeviceSession for Session<N, CAP> {
+    fn may_move(&self) -> bool {
+        self.may_move()
+    }
+
+    fn stop(&mut self) -> Result<(), NotTaken> {
+        self.stop()
+    }
+}
+
 impl<const N: usize, const CAP: usize> fmt::Debug for Session<N, CAP> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (machine, held) = (&self.machine, self.held());
