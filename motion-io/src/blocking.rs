@@ -196,6 +196,7 @@ impl<S: Session, T: Stream> Driver<S, T> {
     ///
     /// An application that has to do more for its rig leaves this out: then [`next`](Self::next) ends with an error when the line
     /// is lost.
+    ///
     /// The session waits while `open` works, so that `open` must not wait for long: a listener must not block.
     #[must_use]
     pub fn reopening(self, rules: Reconnect, open: impl FnMut() -> Result<T, Error> + Send + 'static) -> Self

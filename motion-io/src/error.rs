@@ -57,9 +57,9 @@ impl Error {
         }
     }
 
-    /// Error of a socket for datagrams.
+    /// Error of a socket that cannot listen, or cannot send a datagram.
     #[cfg(feature = "kos")]
-    pub(crate) fn udp(address: &str, error: &io::Error) -> Self {
+    pub(crate) fn socket(address: &str, error: &io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::AddrInUse => Self::line(address, "the port is in use: does another program listen there?"),
             _ => Self::line(address, error.to_string()),

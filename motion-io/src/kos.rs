@@ -1,4 +1,4 @@
-//! Datagrams of kOS: discovery of devices, and the broadcasts of a client.
+//! Sockets of kOS: discovery of devices, the broadcasts of a client, and the [`Server`] of a device.
 //!
 //! A program that prints the devices of the network as they are found:
 //!
@@ -33,6 +33,8 @@
 //!
 //! Anyone on the network can send anything. A person should confirm a device that was found.
 
+mod server;
+
 use core::net::{IpAddr, Ipv4Addr};
 use std::fmt;
 use std::string::ToString;
@@ -41,9 +43,10 @@ use ::tokio::net::{ToSocketAddrs, UdpSocket};
 use ::tokio::time::Instant;
 use kos_proto::discovery::{Announced, DEFAULT_PORT, Datagram, DatagramError, Devices, Event, Input};
 use kos_proto::host::Destination;
-use motion_core::time::Millis;
 
 use crate::error::Error;
+use crate::tokio::millis_since;
+pub use server::Server;
 
 /// Number of bytes of the longest datagram that is read whole. Announcements are much shorter, and longer datagrams are dropped.
 const LONGEST: usize = 512;
@@ -55,7 +58,7 @@ const LONGEST: usize = 512;
 /// [`Error::Line`].
 pub async fn socket(here: impl ToSocketAddrs + fmt::Display) -> Result<UdpSocket, Error> {
     let name = here.to_string();
-    let failed = |error: std::io::Error| Error::udp(&name, &error);
+    let failed = |error: std::io::Error| Error::socket(&name, &error);
     let socket = UdpSocket::bind(here).await.map_err(failed)?;
     socket.set_broadcast(true).map_err(failed)?;
     Ok(socket)
@@ -98,7 +101,7 @@ impl Discovery {
         let (name, question, mut bytes) = (there.to_string(), Datagram::question(false), [0; 7]);
         let len = question.encode_into(&mut bytes).map_err(Error::Message)?;
         let sent = self.socket.send_to(bytes.get(..len).unwrap_or_default(), there).await;
-        sent.map(|_| ()).map_err(|error| Error::udp(&name, &error))
+        sent.map(|_| ()).map_err(|error| Error::socket(&name, &error))
     }
 
     /// Next news. Bad datagrams are dropped. The future can be dropped at any time.
@@ -122,8 +125,7 @@ impl Discovery {
     }
 
     fn step(&mut self, input: Input<'_>) -> Result<Option<Event>, DatagramError> {
-        let now = Millis(u64::try_from(self.start.elapsed().as_millis()).unwrap_or(u64::MAX));
-        let (devices, output) = core::mem::take(&mut self.devices).step(now, input);
+        let (devices, output) = core::mem::take(&mut self.devices).step(millis_since(self.start), input);
         self.devices = devices;
         output.heard
     }

@@ -151,7 +151,7 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
     /// Time since the driver was made, as the session is told.
     #[must_use]
     pub fn now(&self) -> Millis {
-        Millis(u64::try_from(self.start.elapsed().as_millis()).unwrap_or(u64::MAX))
+        millis_since(self.start)
     }
 
     /// Next event of the session, with what `source` has for its messages. Reads, writes and waits until there is one.
@@ -258,15 +258,7 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
     async fn wait(&mut self, until: Option<Millis>) -> bool {
         let attempt = self.reopen.as_ref().filter(|reopen| reopen.opening.is_none() && self.flow.wants_line());
         let until = [until, attempt.map(|reopen| reopen.attempts.at)].into_iter().flatten().min();
-        let end = until.and_then(|until| self.start.checked_add(Duration::from_millis(until.0)));
-        // All that arrived until the end is handled before the end. Otherwise a busy computer could miss an answer in time.
-        let mut end = pin!(async move {
-            match end {
-                Some(end) => sleep_until(end).await,
-                None => pending().await,
-            }
-            yield_now().await;
-        });
+        let mut end = pin!(moment(self.start, until));
         let happened = poll_fn(|cx| {
             let opening = self.reopen.as_mut().and_then(|reopen| reopen.opening.as_mut());
             if let Some(Poll::Ready(opened)) = opening.map(|opening| opening.as_mut().poll(cx)) {
@@ -329,6 +321,21 @@ impl<S: Session + fmt::Debug, T> fmt::Debug for Driver<S, T> {
         let (session, is_open) = (&self.flow.session, self.stream.is_some());
         f.debug_struct("Driver").field("session", session).field("is_open", &is_open).finish_non_exhaustive()
     }
+}
+
+/// Time since the start, as a session is told.
+pub(crate) fn millis_since(start: Instant) -> Millis {
+    Millis(u64::try_from(start.elapsed().as_millis()).unwrap_or(u64::MAX))
+}
+
+/// Waits until this time after the start has come.
+pub(crate) async fn moment(start: Instant, until: Option<Millis>) {
+    match until.and_then(|until| start.checked_add(Duration::from_millis(until.0))) {
+        Some(end) => sleep_until(end).await,
+        None => pending().await,
+    }
+    // All that arrived until the end is handled before the end. Otherwise a busy computer could miss an answer in time.
+    yield_now().await;
 }
 
 /// Opens a TCP connection within 5 s. Messages are sent at once, so that a stop waits for nothing.
