@@ -28,11 +28,11 @@ where
     G: Framing,
     M: Outgoing<O> + Copy,
 {
-    let mut sent = BytesMut::new();
+    let mut stream = BytesMut::new();
     let send = async {
         for (message, dirt) in messages.iter().zip(dirt.iter().cycle()) {
-            message.put(&mut sent).unwrap();
-            sent.extend_from_slice(dirt);
+            message.put(&mut stream).unwrap();
+            stream.extend_from_slice(dirt);
             from.send(*message).await.unwrap();
             from.get_mut().write_all(dirt).await.unwrap();
         }
@@ -53,7 +53,7 @@ where
         (read, items)
     };
     let ((), (read, items)) = join(send, receive).await;
-    assert_eq!(read, sent, "every byte is part of an item");
+    assert_eq!(read, stream, "every byte is part of an item");
     items
 }
 
