@@ -78,7 +78,7 @@
 use std::boxed::Box;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
-use std::string::ToString;
+use std::string::{String, ToString};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 use std::vec::Vec;
@@ -87,7 +87,7 @@ use std::{fmt, vec};
 use motion_core::session::{DeviceSession, HostSession, Session};
 use motion_core::time::Millis;
 
-use crate::error::Error;
+use crate::error::{Error, Label, broken};
 use crate::flow::{Flow, Next};
 use crate::reconnect::{Attempts, Reconnect};
 use crate::{CONNECT, STALLED};
@@ -155,6 +155,7 @@ pub struct Driver<S: Session, T> {
     start: Instant,
     reopen: Option<Reopen<S, T>>,
     others: Option<Others<S::Destination>>,
+    label: Label,
     trouble: Option<Error>,
 }
 
@@ -170,9 +171,17 @@ impl<S: Session, T: Stream> Driver<S, T> {
     /// Makes a driver of one line of this session, on an open stream, as [`new`](Self::new).
     #[must_use]
     pub fn on_line(session: S, line: S::Line, stream: T) -> Self {
-        let (start, piece, reopen, others, trouble) = (Instant::now(), vec![0; S::PIECE], None, None, None);
+        let (start, piece, stream) = (Instant::now(), vec![0; S::PIECE], Some(stream));
+        let (reopen, others, label, trouble) = (None, None, Label::default(), None);
         let flow = Flow::new(session, line, Vec::new());
-        Self { flow, stream: Some(stream), piece, start, reopen, others, trouble }
+        Self { flow, stream, piece, start, reopen, others, label, trouble }
+    }
+
+    /// Sets the name of the line in errors, such as the name of the rig. Without it, that is "the line".
+    #[must_use]
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.label.name = name.into();
+        self
     }
 
     /// Opens the line of a host that was lost again, by these rules. The session waits while `open` works.
@@ -279,7 +288,7 @@ impl<S: Session, T: Stream> Driver<S, T> {
                 Next::Event(held) => return Ok(Some(held)),
                 Next::Write => {
                     if let Err(why) = self.write() {
-                        self.lose(why);
+                        self.lose(&why);
                     }
                 }
                 Next::Other(to, len) => {
@@ -289,7 +298,7 @@ impl<S: Session, T: Stream> Driver<S, T> {
                 }
                 Next::Wait(until) => {
                     if self.stream.is_none() && self.reopen.is_none() {
-                        return Err(self.trouble.clone().unwrap_or_else(Error::closed));
+                        return Err(self.trouble.clone().unwrap_or_else(|| self.label.closed()));
                     }
                     if is_at_end {
                         return Ok(None);
@@ -297,7 +306,7 @@ impl<S: Session, T: Stream> Driver<S, T> {
                     let attempt = self.reopen.as_ref().filter(|_| self.flow.wants_line());
                     let until = [until, attempt.map(|reopen| reopen.attempts.at), end].into_iter().flatten().min();
                     if let Err(why) = self.read(until) {
-                        self.lose(why);
+                        self.lose(&why);
                     }
                     is_at_end = end.is_some_and(|end| end <= self.now());
                 }
@@ -344,8 +353,8 @@ impl<S: Session, T: Stream> Driver<S, T> {
     }
 
     /// Handles the loss of the line.
-    fn lose(&mut self, why: Error) {
-        self.trouble = Some(why);
+    fn lose(&mut self, why: &str) {
+        self.trouble = Some(self.label.gone(why));
         self.flow.down();
         self.hang_up();
     }
@@ -359,36 +368,37 @@ impl<S: Session, T: Stream> Driver<S, T> {
     }
 
     /// Writes all bytes that are to be written.
-    fn write(&mut self) -> Result<(), Error> {
+    fn write(&mut self) -> Result<(), String> {
         let Some(stream) = &mut self.stream else { return Ok(()) };
-        stream.set_write_timeout(Duration::from_millis(STALLED)).map_err(|error| Error::broken(&error))?;
+        stream.set_write_timeout(Duration::from_millis(STALLED)).map_err(|error| broken(&error))?;
         while !self.flow.unsent().is_empty() {
             match stream.write(self.flow.unsent()) {
-                Ok(0) => return Err(Error::lost("it takes no more bytes")),
+                Ok(0) => return Err("it takes no more bytes".into()),
                 Ok(len) => self.flow.written(len),
-                Err(error) if is_timeout(&error) => return Err(Error::lost("it takes no bytes")),
+                Err(error) if is_timeout(&error) => return Err("it takes no bytes".into()),
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(error) => return Err(Error::broken(&error)),
+                Err(error) => return Err(broken(&error)),
             }
         }
         Ok(())
     }
 
     /// Reads once, and waits for bytes at most until this time.
-    fn read(&mut self, until: Option<Millis>) -> Result<(), Error> {
+    fn read(&mut self, until: Option<Millis>) -> Result<(), String> {
         let now = self.now();
         let time = until.map_or(LONGEST, |until| Duration::from_millis(until.since(now).max(1)).min(LONGEST));
         let Some(stream) = self.stream.as_mut().filter(|_| self.flow.is_up()) else {
             sleep(time);
             return Ok(());
         };
-        stream.set_read_timeout(time).map_err(|error| Error::broken(&error))?;
+        stream.set_read_timeout(time).map_err(|error| broken(&error))?;
         let len = match stream.read(&mut self.piece) {
-            Ok(0) => return Err(Error::lost("the other end closed it")),
+            Ok(0) => return Err("the other end closed it".into()),
             Ok(len) => len,
             Err(error) if is_timeout(&error) || error.kind() == ErrorKind::Interrupted => return Ok(()),
-            Err(error) => return Err(Error::broken(&error)),
+            Err(error) => return Err(broken(&error)),
         };
+        self.label.has_answered = true;
         if let Some(reopen) = &mut self.reopen {
             reopen.attempts.works();
         }

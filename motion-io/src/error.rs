@@ -5,6 +5,40 @@ use std::{format, io};
 
 use motion_core::wire::EncodeError;
 
+/// Line of a driver, as its errors tell about it.
+pub(crate) struct Label {
+    pub(crate) name: String,
+    /// Whether bytes ever arrived.
+    pub(crate) has_answered: bool,
+}
+
+impl Default for Label {
+    fn default() -> Self {
+        Self { name: "the line".into(), has_answered: false }
+    }
+}
+
+impl Label {
+    /// Loss of the line.
+    pub(crate) fn gone(&self, why: &str) -> Error {
+        let advice = if self.has_answered { ": check" } else { " before it answered: check its protocol," };
+        Error::line(format!("{} is gone", self.name), format!("{why}{advice} its cable and its power"))
+    }
+
+    /// End of the line that no error caused.
+    pub(crate) fn closed(&self) -> Error {
+        Error::line(self.name.as_str(), "it is closed, and the driver cannot open it again")
+    }
+}
+
+/// Reason why a line is lost, by an error of its stream.
+pub(crate) fn broken(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::BrokenPipe | io::ErrorKind::ConnectionReset => "the other end closed it".into(),
+        _ => error.to_string(),
+    }
+}
+
 /// Error of a driver.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -12,7 +46,7 @@ pub enum Error {
     /// The line is gone, or cannot be opened.
     #[error("{what}: {why}")]
     Line {
-        /// Address or path of the line, or "the line".
+        /// Address or path of a line that cannot be opened, or the name of a line with "is gone".
         what: String,
         /// Reason, and what a person can do.
         why: String,
@@ -26,24 +60,6 @@ impl Error {
     /// Error of the line with this name.
     pub(crate) fn line(what: impl Into<String>, why: impl Into<String>) -> Self {
         Self::Line { what: what.into(), why: why.into() }
-    }
-
-    /// Loss of the line of a driver.
-    pub(crate) fn lost(why: &str) -> Self {
-        Self::line("the line", format!("{why}: check the cable and the power of the rig"))
-    }
-
-    /// Loss of the line of a driver by an error of its stream.
-    pub(crate) fn broken(error: &io::Error) -> Self {
-        match error.kind() {
-            io::ErrorKind::BrokenPipe | io::ErrorKind::ConnectionReset => Self::lost("the other end closed it"),
-            _ => Self::lost(&error.to_string()),
-        }
-    }
-
-    /// End of the line of a driver, which no error caused.
-    pub(crate) fn closed() -> Self {
-        Self::line("the line", "it is closed, and the driver cannot open it again")
     }
 
     /// Error of opening a TCP connection.

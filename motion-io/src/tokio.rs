@@ -4,7 +4,7 @@ use std::boxed::Box;
 use std::fmt;
 use std::future::{pending, poll_fn};
 use std::pin::{Pin, pin};
-use std::string::ToString;
+use std::string::{String, ToString};
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 use std::vec::Vec;
@@ -12,15 +12,18 @@ use std::{io, vec};
 
 use ::tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use ::tokio::net::{TcpStream, ToSocketAddrs};
-use ::tokio::task::yield_now;
+use ::tokio::task::{consume_budget, yield_now};
 use ::tokio::time::{Instant, sleep_until, timeout};
 use motion_core::session::{DeviceSession, HostSession, Session};
 use motion_core::time::Millis;
 
-use crate::error::Error;
+use crate::error::{Error, Label, broken};
 use crate::flow::{Flow, Next};
 use crate::reconnect::{Attempts, Reconnect};
 use crate::{CONNECT, STALLED};
+
+/// Greatest delay of the end of a time, on a line that is never silent.
+const LATE: Duration = Duration::from_millis(100);
 
 /// Attempt to open a line.
 type Opening<T> = Pin<Box<dyn Future<Output = Result<T, Error>> + Send>>;
@@ -51,6 +54,7 @@ pub struct Driver<S: Session, T> {
     stalled: Option<Millis>,
     reopen: Option<Reopen<S, T>>,
     others: Option<Others<S::Destination>>,
+    label: Label,
     trouble: Option<Error>,
 }
 
@@ -59,7 +63,7 @@ enum Happened<T> {
     /// Bytes arrived, or were written.
     Progress,
     Opened(Result<T, Error>),
-    Lost(Error),
+    Lost(String),
     Time,
 }
 
@@ -69,16 +73,34 @@ impl<S: Session<Line = ()>, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
     pub fn new(session: S, stream: T) -> Self {
         Self::on_line(session, (), stream)
     }
+
+    /// Makes a driver of this session without a stream. [`reconnecting`](Self::reconnecting) says how it is opened: at once, or
+    /// when the session asks for its line.
+    #[must_use]
+    pub fn unopened(session: S) -> Self {
+        Self::with_stream(session, (), None)
+    }
 }
 
 impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
     /// Makes a driver of one line of this session, on an open stream, as [`new`](Self::new).
     #[must_use]
     pub fn on_line(session: S, line: S::Line, stream: T) -> Self {
+        Self::with_stream(session, line, Some(stream))
+    }
+
+    fn with_stream(session: S, line: S::Line, stream: Option<T>) -> Self {
         let (start, arrived, piece) = (Instant::now(), Vec::new(), vec![0; S::PIECE]);
-        let (stalled, reopen, others, trouble) = (None, None, None, None);
+        let (stalled, reopen, others, label, trouble) = (None, None, None, Label::default(), None);
         let flow = Box::new(Flow::new(session, line, Vec::new()));
-        Self { flow, stream: Some(stream), arrived, piece, start, stalled, reopen, others, trouble }
+        Self { flow, stream, arrived, piece, start, stalled, reopen, others, label, trouble }
+    }
+
+    /// Sets the name of the line in errors, such as the name of the rig. Without it, that is "the line".
+    #[must_use]
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.label.name = name.into();
+        self
     }
 
     /// Opens the line of a host that was lost again, by these rules.
@@ -148,6 +170,23 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
         self.trouble.as_ref()
     }
 
+    /// Whether there is an open line.
+    #[must_use]
+    pub const fn is_open(&self) -> bool {
+        self.stream.is_some()
+    }
+
+    /// Gives up an attempt to open the line that is in progress. A session that asked for its line is told that it is down.
+    ///
+    /// The next attempt begins afresh. An attempt that had no answer for some time waits longer before it asks again, and a
+    /// stop must not wait for that.
+    pub fn give_up_opening(&mut self) {
+        let given_up = self.reopen.as_mut().and_then(|reopen| reopen.opening.take());
+        if given_up.is_some() && S::ASKS {
+            self.flow.down();
+        }
+    }
+
     /// Time since the driver was made, as the session is told.
     #[must_use]
     pub fn now(&self) -> Millis {
@@ -164,37 +203,73 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
     /// [`Error::Message`] if a message cannot be written.
     pub async fn next(&mut self, source: &S::Source<'_>) -> Result<S::Event<'_>, Error> {
         let held = loop {
-            self.care_for_line();
-            if !self.flow.unsent().is_empty() {
-                let since = *self.stalled.get_or_insert(self.now());
-                if self.wait(Some(since.after(STALLED))).await {
-                    self.lose(Error::lost("it takes no bytes"));
-                }
-                continue;
-            }
-            let now = self.now();
-            match self.flow.next(now, source).map_err(Error::Message)? {
-                Next::Event(held) => break held,
-                Next::Write => self.stalled = None,
-                Next::Other(to, len) => {
-                    if let Some(send) = &mut self.others {
-                        send(to, self.flow.front(len));
-                    }
-                }
-                Next::Wait(until) => {
-                    let taken = self.flow.receive(now, &self.arrived);
-                    self.arrived.drain(..taken);
-                    if taken > 0 {
-                        continue;
-                    }
-                    if self.stream.is_none() && self.reopen.is_none() {
-                        return Err(self.trouble.clone().unwrap_or_else(Error::closed));
-                    }
-                    self.wait(until).await;
-                }
+            if let Some(held) = self.run(source, None).await? {
+                break held;
             }
         };
         Ok(self.flow.session.event(held))
+    }
+
+    /// Next event of the session, if there is one within this time. What arrived by its end is handled before the end.
+    ///
+    /// The future can be dropped at any time, as that of [`next`](Self::next).
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`next`](Self::next).
+    pub async fn next_within(&mut self, time: Duration, source: &S::Source<'_>) -> Result<Option<S::Event<'_>>, Error> {
+        let held = self.run(source, Instant::now().checked_add(time)).await?;
+        Ok(held.map(|held| self.flow.session.event(held)))
+    }
+
+    /// Drives the session until there is an event, or this moment has come.
+    async fn run(&mut self, source: &S::Source<'_>, end: Option<Instant>) -> Result<Option<S::Held>, Error> {
+        let mut is_at_end = false;
+        loop {
+            self.care_for_line();
+            let now = self.now();
+            let is_writing = !self.flow.unsent().is_empty();
+            let until = if is_writing {
+                Some(self.stalled.get_or_insert(now).after(STALLED))
+            } else {
+                // What arrived goes before what is due. Otherwise a busy computer could miss an answer in time.
+                self.give(now);
+                match self.flow.next(now, source).map_err(Error::Message)? {
+                    Next::Event(held) => return Ok(Some(held)),
+                    Next::Write => {
+                        self.stalled = None;
+                        continue;
+                    }
+                    Next::Other(to, len) => {
+                        if let Some(send) = &mut self.others {
+                            send(to, self.flow.front(len));
+                        }
+                        continue;
+                    }
+                    Next::Wait(_) if self.give(now) > 0 => continue,
+                    Next::Wait(until) => until,
+                }
+            };
+            if self.stream.is_none() && self.reopen.is_none() {
+                return Err(self.trouble.clone().unwrap_or_else(|| self.label.closed()));
+            }
+            if is_at_end {
+                return Ok(None);
+            }
+            let is_due = self.wait(until, end).await;
+            if is_due && is_writing && until.is_some_and(|until| until <= self.now()) {
+                self.lose("it takes no bytes");
+            }
+            let late = end.and_then(|end| Instant::now().checked_duration_since(end));
+            is_at_end = late.is_some_and(|late| is_due || late >= LATE);
+        }
+    }
+
+    /// Gives bytes that arrived to the session, and returns how many it took.
+    fn give(&mut self, now: Millis) -> usize {
+        let taken = self.flow.receive(now, &self.arrived);
+        self.arrived.drain(..taken);
+        taken
     }
 
     /// Closes the line that the session does not want any more, tells the session of the line that it wants, or begins to open
@@ -217,8 +292,8 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
     }
 
     /// Handles the loss of the line.
-    fn lose(&mut self, why: Error) {
-        self.trouble = Some(why);
+    fn lose(&mut self, why: &str) {
+        self.trouble = Some(self.label.gone(why));
         self.flow.down();
         self.hang_up();
     }
@@ -254,11 +329,14 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
         }
     }
 
-    /// Waits until something happens, at most until this time. Returns whether the time came.
-    async fn wait(&mut self, until: Option<Millis>) -> bool {
+    /// Waits until something happens, at most until this time and this end. Returns whether one of them came.
+    async fn wait(&mut self, until: Option<Millis>, end: Option<Instant>) -> bool {
+        // A line that always has bytes keeps nothing else waiting.
+        consume_budget().await;
         let attempt = self.reopen.as_ref().filter(|reopen| reopen.opening.is_none() && self.flow.wants_line());
         let until = [until, attempt.map(|reopen| reopen.attempts.at)].into_iter().flatten().min();
-        let mut end = pin!(moment(self.start, until));
+        let until = until.and_then(|until| self.start.checked_add(Duration::from_millis(until.0)));
+        let mut end = pin!(moment([until, end].into_iter().flatten().min()));
         let happened = poll_fn(|cx| {
             let opening = self.reopen.as_mut().and_then(|reopen| reopen.opening.as_mut());
             if let Some(Poll::Ready(opened)) = opening.map(|opening| opening.as_mut().poll(cx)) {
@@ -273,7 +351,7 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
         .await;
         match happened {
             Happened::Opened(opened) => self.opened(opened),
-            Happened::Lost(why) => self.lose(why),
+            Happened::Lost(why) => self.lose(&why),
             Happened::Progress => {}
             Happened::Time => return true,
         }
@@ -281,19 +359,19 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
     }
 
     /// Writes and reads what can be at once.
-    fn poll_line(&mut self, cx: &mut Context<'_>) -> Poll<Result<(), Error>> {
+    fn poll_line(&mut self, cx: &mut Context<'_>) -> Poll<Result<(), String>> {
         let Some(stream) = self.stream.as_mut().filter(|_| self.flow.is_up()) else { return Poll::Pending };
         let mut stream = Pin::new(stream);
         let unsent = self.flow.unsent();
         if let Some(Poll::Ready(written)) = (!unsent.is_empty()).then(|| stream.as_mut().poll_write(cx, unsent)) {
             return Poll::Ready(match written {
-                Ok(0) => Err(Error::lost("it takes no more bytes")),
+                Ok(0) => Err("it takes no more bytes".to_string()),
                 Ok(len) => {
                     self.flow.written(len);
                     self.stalled = None;
                     Ok(())
                 }
-                Err(error) => Err(Error::broken(&error)),
+                Err(error) => Err(broken(&error)),
             });
         }
         // Reading goes on while writing waits. Otherwise two drivers could wait for each other.
@@ -303,15 +381,16 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
         let mut piece = ReadBuf::new(&mut self.piece);
         let read = ready!(stream.poll_read(cx, &mut piece));
         Poll::Ready(match read {
-            Ok(()) if piece.filled().is_empty() => Err(Error::lost("the other end closed it")),
+            Ok(()) if piece.filled().is_empty() => Err("the other end closed it".to_string()),
             Ok(()) => {
                 self.arrived.extend_from_slice(piece.filled());
+                self.label.has_answered = true;
                 if let Some(reopen) = &mut self.reopen {
                     reopen.attempts.works();
                 }
                 Ok(())
             }
-            Err(error) => Err(Error::broken(&error)),
+            Err(error) => Err(broken(&error)),
         })
     }
 }
@@ -328,9 +407,9 @@ pub(crate) fn millis_since(start: Instant) -> Millis {
     Millis(u64::try_from(start.elapsed().as_millis()).unwrap_or(u64::MAX))
 }
 
-/// Waits until this time after the start has come.
-pub(crate) async fn moment(start: Instant, until: Option<Millis>) {
-    match until.and_then(|until| start.checked_add(Duration::from_millis(until.0))) {
+/// Waits until this moment.
+pub(crate) async fn moment(end: Option<Instant>) {
+    match end {
         Some(end) => sleep_until(end).await,
         None => pending().await,
     }

@@ -132,7 +132,10 @@ fn a_line_that_takes_no_more_bytes_is_lost() {
             break error;
         }
     };
-    assert_eq!(error.to_string(), "the line: it takes no bytes: check the cable and the power of the rig");
+    assert_eq!(
+        error.to_string(),
+        "the line is gone: it takes no bytes before it answered: check its protocol, its cable and its power"
+    );
 }
 
 #[test]

@@ -1,7 +1,10 @@
 //! Lines that are lost, stuck or not there, with the driver on tokio.
 
 use std::collections::VecDeque;
+use std::io;
+use std::pin::Pin;
 use std::sync::{Arc, Mutex};
+use std::task::{Context, Poll};
 use std::time::Duration;
 
 use dmc_proto::device as dmc_device;
@@ -12,10 +15,12 @@ use hoot_proto::message as hoot;
 use kos_proto::device as kos_device;
 use kos_proto::host as kos_host;
 use kos_proto::message as kos;
-use motion_core::session::{NotTaken, Session};
+use motion_core::session::{NotTaken, Session, Turn};
+use motion_core::time::Millis;
+use motion_core::wire::EncodeError;
 use motion_io::tokio::{Driver, tcp};
 use motion_io::{Error, Reconnect};
-use tokio::io::{AsyncReadExt, DuplexStream, duplex};
+use tokio::io::{AsyncReadExt, DuplexStream, ReadBuf, duplex};
 use tokio::net::TcpListener;
 use tokio::time::{Instant, sleep};
 
@@ -326,7 +331,8 @@ async fn a_line_that_is_not_opened_again_ends_with_an_error_after_all_events() {
         }
     };
     assert_eq!(events, ["LinkDown"]);
-    let text = "the line: the other end closed it: check the cable and the power of the rig";
+    let text =
+        "the line is gone: the other end closed it before it answered: check its protocol, its cable and its power";
     assert_eq!(error.to_string(), text);
     assert_eq!(driver.next(&NoMove).await.unwrap_err().to_string(), text);
 }
@@ -387,6 +393,168 @@ async fn time_goes_on_while_bytes_flood_the_line() {
         () = flood => unreachable!(),
     };
     assert!(!told.is_empty(), "the host tells that the device does not answer");
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_driver_without_a_stream_opens_its_line_at_once() {
+    let lines = Lines::default();
+    let seen = dmc_device(lines.add());
+    let session: dmc_host::Session = dmc_host::Session::new(dmc_host::Options::default());
+    let mut driver =
+        Driver::unopened(session).reconnecting(Reconnect::default(), move || std::future::ready(lines.open()));
+    assert!(!driver.is_open());
+    let told = events(&mut driver, &NoMove, SECOND, |_| None).await;
+    assert!(driver.is_open() && place(&told, "Greeted") < told.len());
+    assert_eq!(*seen.lock().unwrap(), [""; 0], "nothing is stopped");
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_attempt_to_open_the_line_that_is_given_up_begins_afresh() {
+    use kos_host::{Endpoint, Event, Options, Session, Source, Token};
+    let attempts = Arc::new(Mutex::new(0));
+    let count = attempts.clone();
+    let mut session: Session = Session::new(Options::default());
+    session.connect(Token(1), Endpoint::Tcp(kos::Ipv4(0x7F00_0001))).unwrap();
+    let mut driver: Driver<Session, DuplexStream> =
+        Driver::unopened(session).reconnecting(Reconnect::default(), move || {
+            *count.lock().unwrap() += 1;
+            std::future::pending()
+        });
+    let source = Source::default();
+    let told = events(&mut driver, &source, SECOND, |_| None).await;
+    assert_eq!((*attempts.lock().unwrap(), told.iter().filter(|event| event.contains("LinkDown")).count()), (1, 0));
+    driver.give_up_opening();
+    assert!(matches!(driver.next(&source).await.unwrap(), Event::LinkDown(_)));
+    events(&mut driver, &source, 10 * SECOND, |_| None).await;
+    assert_eq!(*attempts.lock().unwrap(), 2);
+    // Nothing is given up while no attempt is in progress.
+    let (near, _far) = duplex(64);
+    let session: dmc_host::Session = dmc_host::Session::new(dmc_host::Options::default());
+    let mut driver = Driver::new(session, near);
+    driver.give_up_opening();
+    assert!(driver.is_open());
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_end_of_a_time_without_events_is_no_error() {
+    let (near, _far) = duplex(64);
+    let session = hoot_proto::host::Session::new(hoot_proto::host::Options::default());
+    let mut driver = Driver::new(session, near);
+    assert!(driver.next_within(SECOND, &()).await.unwrap().is_some(), "the master is ready");
+    let start = Instant::now();
+    assert_eq!(driver.next_within(SECOND / 4, &()).await.unwrap(), None);
+    assert!(start.elapsed() >= SECOND / 4 && start.elapsed() < SECOND / 3, "{:?}", start.elapsed());
+}
+
+/// Stream that is never silent, and that never lets other tasks run.
+struct Babble;
+
+/// Session that waits for bytes until a time, and takes all bytes.
+#[derive(Default)]
+struct Listener {
+    until: Option<Millis>,
+    has_heard: bool,
+    was_late: bool,
+}
+
+impl tokio::io::AsyncRead for Babble {
+    fn poll_read(self: Pin<&mut Self>, _: &mut Context<'_>, buf: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
+        buf.put_slice(&[0xFF; 16]);
+        Poll::Ready(Ok(()))
+    }
+}
+
+impl tokio::io::AsyncWrite for Babble {
+    fn poll_write(self: Pin<&mut Self>, _: &mut Context<'_>, buf: &[u8]) -> Poll<io::Result<usize>> {
+        Poll::Ready(Ok(buf.len()))
+    }
+
+    fn poll_flush(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+        unreachable!("the driver does not flush")
+    }
+
+    fn poll_shutdown(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Poll::Ready(Ok(()))
+    }
+}
+
+impl Session for Listener {
+    type Source<'s> = ();
+    type Line = ();
+    type Destination = ();
+    type Event<'e> = ();
+    type Held = ();
+
+    const PIECE: usize = 64;
+
+    fn reaches((): (), (): ()) -> bool {
+        true
+    }
+
+    fn link_up(&mut self, (): ()) -> Result<(), NotTaken> {
+        Ok(())
+    }
+
+    fn link_down(&mut self, (): ()) -> Result<(), NotTaken> {
+        Ok(())
+    }
+
+    fn receive(&mut self, _: Millis, (): (), bytes: &[u8]) -> usize {
+        self.has_heard |= !bytes.is_empty();
+        bytes.len()
+    }
+
+    fn turn(&mut self, now: Millis, (): &(), _: &mut [u8]) -> Result<Turn<(), ()>, EncodeError> {
+        self.was_late |= !self.has_heard && self.until.is_some_and(|until| until <= now);
+        Ok(Turn::Wait(self.until.filter(|until| *until > now)))
+    }
+
+    fn event(&self, (): ()) {}
+}
+
+#[tokio::test]
+async fn a_line_that_is_never_silent_delays_neither_the_end_of_a_time_nor_other_tasks() {
+    let (mut driver, start) = (Driver::new(Listener::default(), Babble), Instant::now());
+    assert_eq!(driver.next_within(SECOND / 20, &()).await, Ok(None));
+    assert!(tokio::time::timeout(SECOND / 20, driver.next(&())).await.is_err());
+    assert!(start.elapsed() < 4 * SECOND, "{:?}", start.elapsed());
+}
+
+#[tokio::test(start_paused = true)]
+async fn bytes_that_arrived_in_time_go_before_what_is_due_also_if_the_computer_is_late() {
+    for is_heard in [true, false] {
+        let (near, mut far) = duplex(64);
+        let listener = Listener { until: Some(Millis(1_000)), ..Listener::default() };
+        let mut driver = Driver::new(listener, near);
+        let late = async {
+            tokio::task::yield_now().await;
+            if is_heard {
+                tokio::io::AsyncWriteExt::write_all(&mut far, b"answer").await.unwrap();
+            }
+            tokio::time::advance(2 * SECOND).await;
+        };
+        let (next, ()) = tokio::join!(driver.next_within(SECOND * 3, &()), late);
+        assert_eq!(next, Ok(None));
+        assert_eq!(driver.session().was_late, !is_heard);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_loss_of_a_line_has_the_name_of_the_line_and_says_what_to_check() {
+    for (bytes, advice) in [(&b""[..], " before it answered: check its protocol,"), (b"\xFF", ": check")] {
+        let (near, mut far) = duplex(64);
+        let session: dmc_host::Session = dmc_host::Session::new(dmc_host::Options::default());
+        let mut driver = Driver::new(session, near).named("the crane");
+        tokio::io::AsyncWriteExt::write_all(&mut far, bytes).await.unwrap();
+        while driver.next_within(SECOND / 10, &NoMove).await.unwrap().is_some() {}
+        drop(far);
+        let error = loop {
+            if let Err(error) = driver.next(&NoMove).await {
+                break error.to_string();
+            }
+        };
+        assert_eq!(error, format!("the crane is gone: the other end closed it{advice} its cable and its power"));
+    }
 }
 
 #[tokio::test]

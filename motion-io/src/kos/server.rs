@@ -7,6 +7,7 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr, SocketAddrV4};
 use std::pin::{Pin, pin};
 use std::string::ToString;
 use std::task::{Context, Poll};
+use std::time::Duration;
 use std::vec::Vec;
 use std::{fmt, io, vec};
 
@@ -224,7 +225,9 @@ impl<const N: usize, const CAP: usize> Server<N, CAP> {
     /// Waits until something happens, at most until this time.
     async fn wait(&mut self, until: Option<Millis>) {
         let cuts = self.clients.iter().flatten().filter_map(|client| client.cut_off);
-        let mut end = pin!(moment(self.start, until.into_iter().chain(cuts).min()));
+        let until = until.into_iter().chain(cuts).min();
+        let end = until.and_then(|until| self.start.checked_add(Duration::from_millis(until.0)));
+        let mut end = pin!(moment(end));
         poll_fn(|cx| if self.poll(cx) { Poll::Ready(()) } else { end.as_mut().poll(cx) }).await;
         let now = self.now();
         for client in self.clients.iter_mut().flatten() {
