@@ -121,6 +121,7 @@
 //! | [`program`] | functions that several commands use |
 
 pub mod drive;
+mod hosted;
 pub mod plot;
 pub mod program;
 pub mod serve;

@@ -79,6 +79,33 @@ async fn a_line_that_is_never_silent_does_not_delay_the_end_of_waiting() {
     assert!(start.elapsed() < Duration::from_secs(5), "{:?}", start.elapsed());
 }
 
+#[tokio::test]
+async fn only_a_stop_opens_a_lost_line_again() {
+    use moco::drive::Trouble;
+    use moco::session::Target;
+    use tokio::net::TcpListener;
+    use tokio::time::timeout;
+
+    let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let target = Target::Tcp(listener.local_addr().unwrap());
+    let (_keep, interrupts) = unbounded_channel();
+    let mut session = Session::connect(DmcHost::default(), target, interrupts).await.unwrap();
+    drop(listener.accept().await.unwrap());
+    for _ in 0..3 {
+        let trouble = loop {
+            if let Err(trouble) = session.next_within(Duration::from_millis(200)).await {
+                break trouble;
+            }
+        };
+        assert!(matches!(&trouble, Trouble::Line(line) if line.starts_with("the rig is gone: ")), "{trouble}");
+    }
+    assert!(timeout(Duration::from_millis(50), listener.accept()).await.is_err(), "the line was opened again");
+    tokio::select! {
+        line = listener.accept() => assert!(line.is_ok()),
+        stopped = session.stop() => panic!("{stopped:?}, but the line was not opened again"),
+    }
+}
+
 /// On Linux, connecting gets no answer while the queue of the listener is full.
 #[cfg(target_os = "linux")]
 #[tokio::test]

@@ -21,7 +21,8 @@ use motion_rigs::line::Line;
 use motion_rigs::{LineId, Outgoing, Rig};
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::sync::{mpsc, oneshot};
-use tokio::time::Instant;
+use tokio::task::yield_now;
+use tokio::time::{Instant, sleep_until};
 use tracing::{info, warn};
 
 pub use datagrams::Announcer;
@@ -30,7 +31,6 @@ pub use listen::listen;
 pub use pty::Pty;
 pub use record::Record;
 
-use crate::session::due;
 use datagrams::Datagrams;
 use link::Link;
 
@@ -335,6 +335,13 @@ impl<R: Rig> Server<R> {
             }
         }
     }
+}
+
+/// Waits until a moment, and until everything that has arrived by then is handled. Otherwise a busy computer could
+/// miss bytes that arrived in time.
+async fn due(moment: Instant) {
+    sleep_until(moment).await;
+    yield_now().await;
 }
 
 /// Moment of the next look if nothing is due.

@@ -123,7 +123,7 @@ fn a_serial_line_in_use_is_refused() {
     let rig = Rig::start("a_serial_line_in_use_is_refused", "hoot", &[]);
     let jog = rig.begin(&["jog", "1", "100", "--for", "20"]);
     rig.moves(1);
-    rig.drive(&["info"]).failed("the line not in use?");
+    rig.drive(&["info"]).failed("the port not in use?");
     jog.interrupt();
     jog.end().ended(Status::Interrupted, "the rig confirmed the stop");
     rig.end();

@@ -246,8 +246,8 @@ impl Drive<'_> {
     fn lost(&self, why: LinkDownReason) -> Trouble {
         let hint = match why {
             LinkDownReason::Ended => {
-                let line = self.session.why().unwrap_or("the rig closed the connection: is it on?");
-                return Trouble::Line(line.to_owned());
+                let line = self.session.why();
+                return Trouble::Line(line.unwrap_or_else(|| "the rig closed the connection: is it on?".to_owned()));
             }
             LinkDownReason::Framing | LinkDownReason::NoAnswer => "is this the address of a kOS rig?",
             LinkDownReason::Silence => "check its power and the network",

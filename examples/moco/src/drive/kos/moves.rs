@@ -136,7 +136,7 @@ impl Drive<'_> {
         loop {
             let left = lost.map(|lost| self.options.patience.saturating_sub(lost.elapsed()));
             if left.is_some_and(|left| left.is_zero()) {
-                let why = self.session.why().unwrap_or("the rig is gone");
+                let why = self.session.why().unwrap_or_else(|| "the rig is gone".to_owned());
                 return Err(Trouble::Line(format!(
                     "{why}: the move may still run: watch the rig, and use its emergency stop if needed"
                 )));
