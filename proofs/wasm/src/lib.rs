@@ -2,7 +2,6 @@
 
 #![no_std]
 
-#[path = "../../nostd-thumb/src/messages.rs"]
 mod messages;
 
 use core::panic::PanicInfo;

@@ -1,7 +1,11 @@
-//! Devices against the hosts of the libraries, over lines in memory. The program prints OK, or the step that failed.
+//! Devices against the hosts of the libraries, over lines in memory, after a message of each protocol was decoded and encoded. The
+//! program prints OK, or the step that failed.
 
 #![no_std]
 #![no_main]
+
+#[path = "../../../../proofs/wasm/src/messages.rs"]
+mod messages;
 
 use core::cell::RefCell;
 use core::ffi::CStr;
@@ -42,6 +46,12 @@ async fn main(_spawner: Spawner) {
     if !finds_a_frame() {
         board::print(c"a static stream found no frame");
         board::exit(false)
+    }
+    for (failed, check) in messages::CHECKS {
+        if check().is_none() {
+            board::print(failed);
+            board::exit(false)
+        }
     }
     let (dmc_line, hoot_line) = (Line::new(), Line::new());
     let ((dmc_host_end, mut dmc_end), (master_end, mut node_end)) = (dmc_line.ends(), hoot_line.ends());

@@ -8,11 +8,20 @@ use std::time::{Duration, Instant};
 
 use examples::program::Status;
 
-use crate::process::{Outcome, Program, Rig};
+use crate::process::{Outcome, Program, Rig, Scenario};
 use crate::terminal::Terminal;
 
 /// Greatest time that a host waits at a device of another protocol.
 const LONGEST: Duration = Duration::from_secs(30);
+
+/// Scenarios.
+pub(crate) const SCENARIOS: &[Scenario] = &[
+    ("a_device_of_another_protocol_does_not_move", |_| a_device_of_another_protocol_does_not_move()),
+    ("a_device_that_talks_on_a_serial_line_is_named", |_| a_device_that_talks_on_a_serial_line_is_named()),
+    ("a_device_that_talks_over_tcp_is_named", |_| a_device_that_talks_over_tcp_is_named()),
+    ("half_a_frame_is_no_device", |_| half_a_frame_is_no_device()),
+    ("a_serial_line_in_use_is_refused", |_| a_serial_line_in_use_is_refused()),
+];
 
 /// Drives a device as if it spoke `protocol`.
 fn drive(protocol: &str, address: &str, args: &[&str]) -> Outcome {
@@ -22,7 +31,6 @@ fn drive(protocol: &str, address: &str, args: &[&str]) -> Outcome {
     outcome
 }
 
-#[test]
 fn a_device_of_another_protocol_does_not_move() {
     // Each host, the device that it meets, the carrier, and the line that it prints.
     let pairs = [
@@ -58,7 +66,6 @@ fn bytes_of(protocol: &str) -> &'static [u8] {
 
 /// A device on a serial line that talks without being asked, as a DMC rig does that moves, or as the nodes of another
 /// master do.
-#[test]
 fn a_device_that_talks_on_a_serial_line_is_named() {
     thread::scope(|scope| {
         for (host, device, said) in [("dmc", "hoot", "speaks hoot, not DMC"), ("hoot", "dmc", "speaks DMC, not hoot")] {
@@ -90,7 +97,6 @@ fn answering(bytes: &'static [u8]) -> String {
     address
 }
 
-#[test]
 fn a_device_that_talks_over_tcp_is_named() {
     thread::scope(|scope| {
         for (host, device) in [("kos", "dmc"), ("kos", "hoot"), ("dmc", "kos"), ("hoot", "kos")] {
@@ -102,7 +108,6 @@ fn a_device_that_talks_over_tcp_is_named() {
     });
 }
 
-#[test]
 fn half_a_frame_is_no_device() {
     thread::scope(|scope| {
         for (host, line) in [
@@ -118,7 +123,6 @@ fn half_a_frame_is_no_device() {
     });
 }
 
-#[test]
 fn a_serial_line_in_use_is_refused() {
     let rig = Rig::start("a_serial_line_in_use_is_refused", "hoot", &[]);
     let jog = rig.begin(&["jog", "1", "100", "--for", "20"]);

@@ -14,10 +14,10 @@ mod record;
 mod serving;
 mod terminal;
 
-/// Runs all scenarios. Those with faults take longest, so they come first.
+/// Runs all scenarios. Those with devices of another protocol and those with faults take longest, so they come first.
 #[test]
 fn scenarios() {
     let all = [kos::SCENARIOS, hoot::SCENARIOS, dmc::SCENARIOS].concat();
     let (faulty, clean): (Vec<_>, Vec<_>) = all.into_iter().partition(|(name, _)| name.contains("_faults_"));
-    process::together(&[faulty, clean].concat());
+    process::together(&[foreign::SCENARIOS, &faulty, &clean].concat());
 }
