@@ -375,11 +375,12 @@ impl<I, E, const N: usize, const W: usize> Default for Agenda<I, E, N, W> {
     }
 }
 
-/// Makes the methods of a session with one link, which has the fields `machine`, `link` and `agenda`.
+/// Makes the methods of a session with one link, which has the fields `machine`, `link` and `agenda`, on the side of the `host` or
+/// of the `device`.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! session_link {
-    (impl<$(const $n:ident: $size:ty),*> $session:ty: $machine:ident, $link:ty) => {
+    ($side:ident impl<$(const $n:ident: $size:ty),*> $session:ty: $machine:ident, $link:ty) => {
         impl<$(const $n: $size),*> $session {
             /// Number of bytes that [`receive`](Self::receive) always takes after [`poll`](Self::poll) said to wait.
             pub const PIECE: usize = <$link>::PIECE;
@@ -419,6 +420,94 @@ macro_rules! session_link {
                 [self.agenda.wake(), self.link.deadline()].into_iter().flatten().min()
             }
         }
+
+        $crate::session_link! { $side [impl<$(const $n: $size),*>] $session }
+    };
+    (host [$($impl:tt)*] $session:ty) => {
+        $($impl)* $session {
+            /// Whether anything may still move because of this host: see [`HostMachine::may_move`]. While a command or an event
+            /// waits for a poll, this is not known, and the answer is yes.
+            #[must_use]
+            pub fn may_move(&self) -> bool {
+                self.machine.may_move() || !self.agenda.is_settled()
+            }
+        }
+
+        $($impl)* $crate::session::HostSession for $session {
+            fn may_move(&self) -> bool {
+                self.may_move()
+            }
+
+            fn stop(&mut self, token: $crate::machine::Token) -> Result<(), $crate::session::NotTaken> {
+                self.stop(token)
+            }
+        }
+    };
+    (device [$($impl:tt)*] $session:ty) => {
+        $crate::session_device! { [$($impl)*] $session }
+    };
+}
+
+/// Makes `may_move` of the session of a device, which has the fields `machine` and `agenda`.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! session_device {
+    ([$($impl:tt)*] $session:ty) => {
+        $($impl)* $session {
+            /// Whether anything may move because of what this device was told: see [`DeviceMachine::may_move`]. While a report or
+            /// an event waits for a poll, this is not known, and the answer is yes.
+            #[must_use]
+            pub fn may_move(&self) -> bool {
+                self.machine.may_move() || !self.agenda.is_settled()
+            }
+        }
+
+        $($impl)* $crate::session::DeviceSession for $session {
+            fn may_move(&self) -> bool {
+                self.may_move()
+            }
+
+            fn stop(&mut self) -> Result<(), $crate::session::NotTaken> {
+                self.stop()
+            }
+        }
+    };
+}
+
+/// Makes what sessions with one line have in common in their implementation of [`Session`]. With `to all`, everything is sent
+/// over that line.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! session_line {
+    () => {
+        type Line = ();
+        type Event<'e> = Event<'e>;
+        type Held = Held;
+
+        const PIECE: usize = Self::PIECE;
+
+        fn link_up(&mut self, (): ()) -> Result<(), $crate::session::NotTaken> {
+            self.link_up();
+            Ok(())
+        }
+
+        fn link_down(&mut self, (): ()) -> Result<(), $crate::session::NotTaken> {
+            self.link_down();
+            Ok(())
+        }
+
+        fn receive(&mut self, now: $crate::time::Millis, (): (), bytes: &[u8]) -> usize {
+            self.receive(now, bytes)
+        }
+    };
+    (to all) => {
+        type Destination = ();
+
+        fn reaches((): (), (): ()) -> bool {
+            true
+        }
+
+        $crate::session_line! {}
     };
 }
 

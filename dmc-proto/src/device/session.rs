@@ -46,7 +46,7 @@ use motion_core::session::{self, Agenda, News, Session as _, Turn, TurnOf};
 use motion_core::stream::{Framing as _, Item, Patience};
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
-use motion_core::{session_link, session_methods};
+use motion_core::{session_line, session_link, session_methods};
 
 use super::event::{Event, Store};
 use super::input::{self, Input};
@@ -119,13 +119,6 @@ impl<const N: usize, const CAP: usize> Session<N, CAP> {
     #[must_use]
     pub const fn new(machine: DeviceMachine, patience: Patience) -> Self {
         Self { machine, link: Link::new(patience), agenda: Agenda::new() }
-    }
-
-    /// Whether anything may move because of what this device was told: see [`DeviceMachine::may_move`]. While a report or an
-    /// event waits for a poll, this is not known, and the answer is yes.
-    #[must_use]
-    pub fn may_move(&self) -> bool {
-        self.machine.may_move() || !self.agenda.is_settled()
     }
 
     /// Next thing to do. What only the rig knows comes from `rig`. Messages are written to the front of `out`, for which
@@ -202,30 +195,8 @@ impl<const N: usize, const CAP: usize> Session<N, CAP> {
 
 impl<const N: usize, const CAP: usize> session::Session for Session<N, CAP> {
     type Source<'s> = dyn Rig + Sync + 's;
-    type Line = ();
-    type Destination = ();
-    type Event<'e> = Event<'e>;
-    type Held = Held;
 
-    const PIECE: usize = Self::PIECE;
-
-    fn reaches((): (), (): ()) -> bool {
-        true
-    }
-
-    fn link_up(&mut self, (): ()) -> Result<(), NotTaken> {
-        self.link_up();
-        Ok(())
-    }
-
-    fn link_down(&mut self, (): ()) -> Result<(), NotTaken> {
-        self.link_down();
-        Ok(())
-    }
-
-    fn receive(&mut self, now: Millis, (): (), bytes: &[u8]) -> usize {
-        self.receive(now, bytes)
-    }
+    session_line! { to all }
 
     fn turn(&mut self, now: Millis, rig: &Self::Source<'_>, out: &mut [u8]) -> Result<TurnOf<Self>, EncodeError> {
         self.take_turn(now, rig, out)
@@ -246,17 +217,7 @@ impl<const N: usize, const CAP: usize> session::Session for Session<N, CAP> {
     }
 }
 
-impl<const N: usize, const CAP: usize> session::DeviceSession for Session<N, CAP> {
-    fn may_move(&self) -> bool {
-        self.may_move()
-    }
-
-    fn stop(&mut self) -> Result<(), NotTaken> {
-        self.stop()
-    }
-}
-
-session_link! { impl<const N: usize, const CAP: usize> Session<N, CAP>: DeviceMachine, Link<N, CAP> }
+session_link! { device impl<const N: usize, const CAP: usize> Session<N, CAP>: DeviceMachine, Link<N, CAP> }
 
 session_methods! {
     impl<const N: usize, const CAP: usize> Session<N, CAP> as Input, see Input;

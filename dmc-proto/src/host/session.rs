@@ -43,7 +43,7 @@ use motion_core::session::{self, Agenda, News, Session as _, Turn, TurnOf};
 use motion_core::stream::{Item, Patience};
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
-use motion_core::{session_link, session_methods};
+use motion_core::{session_line, session_link, session_methods};
 
 use super::Token;
 use super::event::{Event, Outcome, StopTarget};
@@ -137,13 +137,6 @@ impl<const STORE: usize> Session<STORE> {
         let link = Link::new(Patience::new().with_line_speed(options.line_speed()));
         let machine = HostMachine::new(options);
         Self { machine, link, store: Store::new(), wanted: Wanted::Nothing, agenda: Agenda::new() }
-    }
-
-    /// Whether anything may still move because of this host: see [`HostMachine::may_move`]. While a command or an event waits
-    /// for a poll, this is not known, and the answer is yes.
-    #[must_use]
-    pub fn may_move(&self) -> bool {
-        self.machine.may_move() || !self.agenda.is_settled()
     }
 
     /// Sends a request, such as [`MotorMove`](crate::message::MotorMove).
@@ -285,30 +278,8 @@ fn message_of<const N: usize>(store: &Store<N>, token: Token) -> HostMessage<'_>
 
 impl<const STORE: usize> session::Session for Session<STORE> {
     type Source<'s> = dyn MoveSource + Sync + 's;
-    type Line = ();
-    type Destination = ();
-    type Event<'e> = Event<'e>;
-    type Held = Held;
 
-    const PIECE: usize = Self::PIECE;
-
-    fn reaches((): (), (): ()) -> bool {
-        true
-    }
-
-    fn link_up(&mut self, (): ()) -> Result<(), NotTaken> {
-        self.link_up();
-        Ok(())
-    }
-
-    fn link_down(&mut self, (): ()) -> Result<(), NotTaken> {
-        self.link_down();
-        Ok(())
-    }
-
-    fn receive(&mut self, now: Millis, (): (), bytes: &[u8]) -> usize {
-        self.receive(now, bytes)
-    }
+    session_line! { to all }
 
     fn turn(&mut self, now: Millis, source: &Self::Source<'_>, out: &mut [u8]) -> Result<TurnOf<Self>, EncodeError> {
         self.take_turn(now, source, out)
@@ -325,17 +296,7 @@ impl<const STORE: usize> session::Session for Session<STORE> {
     }
 }
 
-impl<const STORE: usize> session::HostSession for Session<STORE> {
-    fn may_move(&self) -> bool {
-        self.may_move()
-    }
-
-    fn stop(&mut self, token: Token) -> Result<(), NotTaken> {
-        self.stop(token)
-    }
-}
-
-session_link! { impl<const STORE: usize> Session<STORE>: HostMachine, Link }
+session_link! { host impl<const STORE: usize> Session<STORE>: HostMachine, Link }
 
 session_methods! {
     impl<const STORE: usize> Session<STORE> as Wish, see Command, with token;

@@ -1,10 +1,10 @@
 //! Session of a node: the machine with the stream buffers of its ports.
 
 use motion_core::session::{self, Agenda, News, Session as _, Turn, TurnOf};
-use motion_core::session_methods;
 use motion_core::stream::Item;
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
+use motion_core::{session_device, session_methods};
 
 use super::event::Ignored;
 use super::transmit::{Answer, Contents, Transmit};
@@ -81,13 +81,6 @@ impl Session {
     #[must_use]
     pub fn held(&self) -> usize {
         self.links.iter().map(Link::held).fold(0, usize::saturating_add)
-    }
-
-    /// Whether anything may move because of what this device was told: see [`DeviceMachine::may_move`]. While a report or an
-    /// event waits for a poll, this is not known, and the answer is yes.
-    #[must_use]
-    pub fn may_move(&self) -> bool {
-        self.machine.may_move() || !self.agenda.is_settled()
     }
 
     /// Stops everything, as a person at the device wants it.
@@ -249,15 +242,7 @@ impl session::Session for Session {
     }
 }
 
-impl session::DeviceSession for Session {
-    fn may_move(&self) -> bool {
-        self.may_move()
-    }
-
-    fn stop(&mut self) -> Result<(), NotTaken> {
-        self.stop()
-    }
-}
+session_device! { [impl] Session }
 
 /// Copies a packet to the front of `out`.
 fn copied(packet: &[u8], out: &mut [u8]) -> Result<usize, EncodeError> {

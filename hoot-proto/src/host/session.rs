@@ -35,7 +35,7 @@ use motion_core::session::{self, Agenda, News, Session as _, Turn, TurnOf};
 use motion_core::stream::Item;
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
-use motion_core::{session_link, session_methods};
+use motion_core::{session_line, session_link, session_methods};
 
 use super::event::{Event, Outcome};
 use super::input::{Command, Input, Request};
@@ -104,13 +104,6 @@ impl Session {
         Self { machine: HostMachine::new(options), link: Link::new(PATIENCE), agenda: Agenda::new() }
     }
 
-    /// Whether anything may still move because of this master: see [`HostMachine::may_move`]. While a command or an event waits
-    /// for a poll, this is not known, and the answer is yes.
-    #[must_use]
-    pub fn may_move(&self) -> bool {
-        self.machine.may_move() || !self.agenda.is_settled()
-    }
-
     /// Gives a command. There is a method for each of them, too.
     ///
     /// # Errors
@@ -164,30 +157,8 @@ impl Session {
 
 impl session::Session for Session {
     type Source<'s> = ();
-    type Line = ();
-    type Destination = ();
-    type Event<'e> = Event<'e>;
-    type Held = Held;
 
-    const PIECE: usize = Self::PIECE;
-
-    fn reaches((): (), (): ()) -> bool {
-        true
-    }
-
-    fn link_up(&mut self, (): ()) -> Result<(), NotTaken> {
-        self.link_up();
-        Ok(())
-    }
-
-    fn link_down(&mut self, (): ()) -> Result<(), NotTaken> {
-        self.link_down();
-        Ok(())
-    }
-
-    fn receive(&mut self, now: Millis, (): (), bytes: &[u8]) -> usize {
-        self.receive(now, bytes)
-    }
+    session_line! { to all }
 
     fn turn(&mut self, now: Millis, (): &(), out: &mut [u8]) -> Result<TurnOf<Self>, EncodeError> {
         let held = loop {
@@ -224,17 +195,7 @@ impl session::Session for Session {
     }
 }
 
-impl session::HostSession for Session {
-    fn may_move(&self) -> bool {
-        self.may_move()
-    }
-
-    fn stop(&mut self, token: Token) -> Result<(), NotTaken> {
-        self.stop(token)
-    }
-}
-
-session_link! { impl<> Session: HostMachine, Link }
+session_link! { host impl<> Session: HostMachine, Link }
 
 session_methods! {
     impl<> Session as Command, see Command, with token;

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use motion_core::session::{self, Agenda, LineRequest, News, NotTaken, Session as _, Turn, TurnOf};
+use motion_core::session_device;
 use motion_core::stream::Item;
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
@@ -96,13 +97,6 @@ impl<const N: usize, const CAP: usize> Session<N, CAP> {
     #[must_use]
     pub const fn machine(&self) -> &DeviceMachine {
         &self.machine
-    }
-
-    /// Whether anything may move because of what this device was told: see [`DeviceMachine::may_move`]. While a report or an
-    /// event waits for a poll, this is not known, and the answer is yes.
-    #[must_use]
-    pub fn may_move(&self) -> bool {
-        self.machine.may_move() || !self.agenda.is_settled()
     }
 
     /// Stops everything, as a person at the device wants it.
@@ -320,15 +314,7 @@ impl<const N: usize, const CAP: usize> session::Session for Session<N, CAP> {
     }
 }
 
-impl<const N: usize, const CAP: usize> session::DeviceSession for Session<N, CAP> {
-    fn may_move(&self) -> bool {
-        self.may_move()
-    }
-
-    fn stop(&mut self) -> Result<(), NotTaken> {
-        self.stop()
-    }
-}
+session_device! { [impl<const N: usize, const CAP: usize>] Session<N, CAP> }
 
 impl<const N: usize, const CAP: usize> fmt::Debug for Session<N, CAP> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -46,7 +46,7 @@ use motion_core::session::{self, Agenda, LineRequest, News, Session as _, Turn, 
 use motion_core::stream::Item;
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
-use motion_core::{session_link, session_methods};
+use motion_core::{session_line, session_link, session_methods};
 
 use super::event::{Event, Outcome};
 use super::input::{Command, Endpoint, Get, Go, Input};
@@ -123,13 +123,6 @@ impl<const N: usize> Session<N> {
     #[must_use]
     pub fn new(options: Options) -> Self {
         Self { machine: HostMachine::new(options), link: Link::new(PATIENCE), agenda: Agenda::new() }
-    }
-
-    /// Whether anything may still move because of this client: see [`HostMachine::may_move`]. While a command or an event waits
-    /// for a poll, this is not known, and the answer is yes.
-    #[must_use]
-    pub fn may_move(&self) -> bool {
-        self.machine.may_move() || !self.agenda.is_settled()
     }
 
     /// Gives a command. There is a method for each of them, too.
@@ -209,13 +202,11 @@ impl<const N: usize> Session<N> {
 
 impl<const N: usize> session::Session for Session<N> {
     type Source<'s> = Source<'s>;
-    type Line = ();
     type Destination = Destination;
-    type Event<'e> = Event<'e>;
-    type Held = Held;
 
-    const PIECE: usize = Self::PIECE;
     const ASKS: bool = true;
+
+    session_line! {}
 
     fn reaches(to: Destination, (): ()) -> bool {
         to == Destination::Connection
@@ -227,20 +218,6 @@ impl<const N: usize> session::Session for Session<N> {
             Held::Event(Event::LinkDown(_)) => Some(LineRequest::Close),
             _ => None,
         }
-    }
-
-    fn link_up(&mut self, (): ()) -> Result<(), NotTaken> {
-        self.link_up();
-        Ok(())
-    }
-
-    fn link_down(&mut self, (): ()) -> Result<(), NotTaken> {
-        self.link_down();
-        Ok(())
-    }
-
-    fn receive(&mut self, now: Millis, (): (), bytes: &[u8]) -> usize {
-        self.receive(now, bytes)
     }
 
     fn turn(&mut self, now: Millis, source: &Source<'_>, out: &mut [u8]) -> Result<TurnOf<Self>, EncodeError> {
@@ -280,17 +257,7 @@ impl<const N: usize> session::Session for Session<N> {
     }
 }
 
-impl<const N: usize> session::HostSession for Session<N> {
-    fn may_move(&self) -> bool {
-        self.may_move()
-    }
-
-    fn stop(&mut self, token: Token) -> Result<(), NotTaken> {
-        self.stop(token)
-    }
-}
-
-session_link! { impl<const N: usize> Session<N>: HostMachine, Link<N> }
+session_link! { host impl<const N: usize> Session<N>: HostMachine, Link<N> }
 
 session_methods! {
     impl<const N: usize> Session<N> as Command, see Command, with token;
