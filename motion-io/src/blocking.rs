@@ -88,7 +88,7 @@ use motion_core::session::{DeviceSession, HostSession, Session};
 use motion_core::time::Millis;
 
 use crate::error::{Error, Label, broken};
-use crate::flow::{Flow, Next};
+use crate::flow::{Flow, Next, driver_methods};
 use crate::reconnect::{Attempts, Reconnect};
 use crate::{CONNECT, STALLED};
 
@@ -177,13 +177,6 @@ impl<S: Session, T: Stream> Driver<S, T> {
         Self { flow, stream, piece, start, reopen, others, label, trouble }
     }
 
-    /// Sets the name of the line in errors, such as the name of the rig. Without it, that is "the line".
-    #[must_use]
-    pub fn named(mut self, name: impl Into<String>) -> Self {
-        self.label.name = name.into();
-        self
-    }
-
     /// Opens the line of a host that was lost again, by these rules. The session waits while `open` works.
     #[must_use]
     pub fn reconnecting(self, rules: Reconnect, open: impl FnMut() -> Result<T, Error> + Send + 'static) -> Self
@@ -195,16 +188,7 @@ impl<S: Session, T: Stream> Driver<S, T> {
 
     /// Opens the line of a device that was lost again, by these rules: a serial port, or the next connection of a listener.
     ///
-    /// The driver does not stop anything. The machine of the device is told of the loss at once, and decides what its rig does
-    /// until a host is there again; the driver gives its events meanwhile:
-    ///
-    /// - A DMC device stops everything, because no stop could come any more.
-    /// - A kOS device stops what the client moved by hand. A move that it plays goes on, unless the options of its machine say
-    ///   that it stops when no client is left.
-    /// - A hoot node goes on with its program and its moves. Only its dead-man stops motors that run.
-    ///
-    /// An application that has to do more for its rig leaves this out: then [`next`](Self::next) ends with an error when the line
-    /// is lost.
+    /// The driver does not stop anything: see [`Reconnect`].
     ///
     /// The session waits while `open` works, so that `open` must not wait for long: a listener must not block.
     #[must_use]
@@ -218,33 +202,6 @@ impl<S: Session, T: Stream> Driver<S, T> {
     fn with_attempts(mut self, attempts: Attempts<S>, open: impl FnMut() -> Result<T, Error> + Send + 'static) -> Self {
         self.reopen = Some(Reopen { attempts, open: Box::new(open) });
         self
-    }
-
-    /// Gives bytes for receivers that are not at the end of the line to this function, such as datagrams. Without it they
-    /// are dropped.
-    #[must_use]
-    pub fn with_others(mut self, send: impl FnMut(S::Destination, &[u8]) + Send + 'static) -> Self {
-        self.others = Some(Box::new(send));
-        self
-    }
-
-    /// Session, for reading its state.
-    #[must_use]
-    pub const fn session(&self) -> &S {
-        &self.flow.session
-    }
-
-    /// Session, for commands. They are obeyed in [`next`](Self::next).
-    ///
-    /// Only the driver tells the session about its line and its bytes.
-    pub const fn session_mut(&mut self) -> &mut S {
-        &mut self.flow.session
-    }
-
-    /// Reason why there is no line at present, or why there was none the last time.
-    #[must_use]
-    pub const fn trouble(&self) -> Option<&Error> {
-        self.trouble.as_ref()
     }
 
     /// Time since the driver was made, as the session is told.
@@ -412,6 +369,8 @@ impl<S: Session, T: Stream> Driver<S, T> {
 fn is_timeout(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut)
 }
+
+driver_methods! {}
 
 impl<S: Session + fmt::Debug, T> fmt::Debug for Driver<S, T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -12,6 +12,19 @@ use motion_core::time::Millis;
 /// the session to stop everything before all other commands, if anything could move when the line was lost or since then. Nobody
 /// watched the rig in that time, so that a stop is the safe beginning; a rig that rests is not affected by it. The stop is
 /// a command with the token [`STOP`](Self::STOP), and ends with an event as any other.
+///
+/// # Devices
+///
+/// The driver of a device does not stop anything. The machine of the device is told of the loss at once, and decides what its rig
+/// does until a host is there again; the driver gives its events meanwhile:
+///
+/// - A DMC device stops everything, because no stop could come any more.
+/// - A kOS device stops what the client moved by hand. A move that it plays goes on, unless the options of its machine say that
+///   it stops when no client is left.
+/// - A hoot node goes on with its program and its moves. Only its dead-man stops motors that run.
+///
+/// An application that has to do more for its rig does without these rules: then the driver ends with an error when the line is
+/// lost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reconnect {
     first: Duration,

@@ -18,7 +18,7 @@ use motion_core::session::{DeviceSession, HostSession, Session};
 use motion_core::time::Millis;
 
 use crate::error::{Error, Label, broken};
-use crate::flow::{Flow, Next};
+use crate::flow::{Flow, Next, driver_methods};
 use crate::reconnect::{Attempts, Reconnect};
 use crate::{CONNECT, STALLED};
 
@@ -96,13 +96,6 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
         Self { flow, stream, arrived, piece, start, stalled, reopen, others, label, trouble }
     }
 
-    /// Sets the name of the line in errors, such as the name of the rig. Without it, that is "the line".
-    #[must_use]
-    pub fn named(mut self, name: impl Into<String>) -> Self {
-        self.label.name = name.into();
-        self
-    }
-
     /// Opens the line of a host that was lost again, by these rules.
     #[must_use]
     pub fn reconnecting<F>(self, rules: Reconnect, open: impl FnMut() -> F + Send + 'static) -> Self
@@ -115,16 +108,7 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
 
     /// Opens the line of a device that was lost again, by these rules: a serial port, or the next connection of a listener.
     ///
-    /// The driver does not stop anything. The machine of the device is told of the loss at once, and decides what its rig does
-    /// until a host is there again; the driver gives its events meanwhile:
-    ///
-    /// - A DMC device stops everything, because no stop could come any more.
-    /// - A kOS device stops what the client moved by hand. A move that it plays goes on, unless the options of its machine say
-    ///   that it stops when no client is left.
-    /// - A hoot node goes on with its program and its moves. Only its dead-man stops motors that run.
-    ///
-    /// An application that has to do more for its rig leaves this out: then [`next`](Self::next) ends with an error when the line
-    /// is lost.
+    /// The driver does not stop anything: see [`Reconnect`].
     #[must_use]
     pub fn reopening<F>(self, rules: Reconnect, open: impl FnMut() -> F + Send + 'static) -> Self
     where
@@ -141,33 +125,6 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
         let open: Box<dyn FnMut() -> Opening<T> + Send> = Box::new(move || Box::pin(open()));
         self.reopen = Some(Reopen { attempts, open, opening: None });
         self
-    }
-
-    /// Gives bytes for receivers that are not at the end of the line to this function, such as datagrams. Without it they
-    /// are dropped.
-    #[must_use]
-    pub fn with_others(mut self, send: impl FnMut(S::Destination, &[u8]) + Send + 'static) -> Self {
-        self.others = Some(Box::new(send));
-        self
-    }
-
-    /// Session, for reading its state.
-    #[must_use]
-    pub fn session(&self) -> &S {
-        &self.flow.session
-    }
-
-    /// Session, for commands. They are obeyed in [`next`](Self::next).
-    ///
-    /// Only the driver tells the session about its line and its bytes.
-    pub fn session_mut(&mut self) -> &mut S {
-        &mut self.flow.session
-    }
-
-    /// Reason why there is no line at present, or why there was none the last time.
-    #[must_use]
-    pub const fn trouble(&self) -> Option<&Error> {
-        self.trouble.as_ref()
     }
 
     /// Whether there is an open line.
@@ -394,6 +351,8 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
         })
     }
 }
+
+driver_methods! {}
 
 impl<S: Session + fmt::Debug, T> fmt::Debug for Driver<S, T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
