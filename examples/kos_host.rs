@@ -5,7 +5,7 @@
 //! cargo run -p moco --example kos_host -- 127.0.0.1:5520
 //! ```
 
-use kos_proto::host::{Endpoint, Event, Go, Options, Outcome, Session, Source, StopTarget, Token};
+use kos_proto::host::{Endpoint, Event, Failure, Go, Options, Outcome, Session, Source, StopTarget, Token};
 use kos_proto::message::{Ipv4, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
 use motion_io::Reconnect;
 use motion_io::tokio::{Driver, tcp};
@@ -20,24 +20,34 @@ async fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (motor, position) = (MotorAddress(1), Rotations(2.0));
     let go = Go { motor, position, speed: RotationsPerSecond(1.0), acceleration: RotationsPerSecondSquared(1.0) };
     let (source, mut ctrl_c) = (Source::default(), std::pin::pin!(tokio::signal::ctrl_c()));
-    let mut is_stopping = false;
+    // How the program ends after a stop.
+    let mut end: Option<Result<(), Box<dyn std::error::Error>>> = None;
     loop {
         tokio::select! {
-            _ = &mut ctrl_c, if !is_stopping => {
-                is_stopping = true;
+            _ = &mut ctrl_c, if end.is_none() => {
+                end = Some(Ok(()));
                 driver.session_mut().stop(Token(3))?;
             }
             event = driver.next(&source) => match event? {
                 Event::Ready { reconnected: false, .. } => driver.session_mut().bump(Token(2), go)?,
-                Event::MotorRests(MotorAddress(1), at) if !is_stopping => break println!("motor 1 rests at {at}"),
-                Event::Stopped(StopTarget::All) => break println!("the stop is confirmed"),
-                Event::StopNotConfirmed(_) => return Err("the stop is not confirmed: use the emergency stop".into()),
-                Event::Ended { token: Token(2), outcome } if outcome != Outcome::Done(None) && !is_stopping => {
-                    return Err(outcome.to_string().into());
+                Event::Ended { token: Token(2), outcome: Outcome::Done(_) } if end.is_none() => {
+                    println!("motor 1 rests at {position}");
+                    return Ok(());
                 }
+                // Nobody knows whether the motor moves. If the line is lost, the driver opens it again, and stops first.
+                Event::Ended { token: Token(2), outcome } if end.is_none() => {
+                    end = Some(Err(outcome.to_string().into()));
+                    if outcome != Outcome::Failed(Failure::LinkDown) {
+                        driver.session_mut().stop(Token(3))?;
+                    }
+                }
+                Event::Stopped(StopTarget::All) => {
+                    println!("the stop is confirmed");
+                    return end.unwrap_or(Ok(()));
+                }
+                Event::StopNotConfirmed(_) => return Err("the stop is not confirmed: use the emergency stop".into()),
                 event => println!("{event}"),
             },
         }
     }
-    Ok(())
 }

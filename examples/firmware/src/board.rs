@@ -56,7 +56,8 @@ pub fn start() -> Serial {
     Serial(())
 }
 
-/// Serial port of the board.
+/// Serial port of the board. It has no buffer: a byte that arrives while the device sends is lost, as the emulator never shows. A
+/// real board needs a driver with an interrupt and a buffer, so that no stop is lost.
 pub struct Serial(());
 
 /// Registers of the serial port: the byte, the state, what is switched on, and the divider of the speed.

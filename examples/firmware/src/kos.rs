@@ -4,53 +4,54 @@ use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Ticker};
 use embedded_io_async::{Read, Write};
 use kos_proto::device::{CommandSession, DeviceMachine, Event, Next, Options, Report, SessionId, Source};
-use kos_proto::message::{MotorAddress, Rotations};
+use kos_proto::message::{MotorAddress, Rotations, RotationsPerSecond};
 use kos_proto::{Millis, Transport};
 
 /// Number of motors.
 const MOTORS: usize = 3;
 
-/// Motor that counts hundredths of a rotation, one in a millisecond.
+/// Motor that counts rotations.
 #[derive(Clone, Copy, Default)]
 struct Counter {
     at: f32,
     to: f32,
+    /// Way in a millisecond, in rotations.
+    step: f32,
     /// Whether the machine waits for the news that the motor rests.
     owes_rest: bool,
 }
 
-/// Greatest way in a millisecond.
-const STEP: f32 = 0.01;
-
 impl Counter {
-    fn go(&mut self, to: f32) {
-        (self.to, self.owes_rest) = (to, true);
+    fn go(&mut self, to: Rotations, speed: RotationsPerSecond) {
+        (self.to, self.step, self.owes_rest) = (to.0, speed.0.abs() / 1000.0, true);
     }
 
-    /// Lets a millisecond pass. Returns what the motor has to report.
-    fn tick(&mut self, motor: MotorAddress) -> Option<Report> {
+    fn stop(&mut self) {
+        (self.to, self.owes_rest) = (self.at, true);
+    }
+
+    /// Lets a millisecond pass, and reports where the motor is.
+    fn tick(&mut self, motor: MotorAddress, session: &mut CommandSession) {
         let left = self.to - self.at;
-        self.at = if left.abs() > STEP { self.at + STEP.copysign(left) } else { self.to };
+        self.at = if left.abs() > self.step { self.at + self.step.copysign(left) } else { self.to };
+        let at = Rotations(self.at);
         if self.at != self.to {
-            return Some(Report::At(motor, Rotations(self.at)));
+            let _ = session.report(Report::At(motor, at));
+        } else if self.owes_rest {
+            self.owes_rest = session.report(Report::Arrived(motor, at)).is_err();
         }
-        core::mem::take(&mut self.owes_rest).then_some(Report::Arrived(motor, Rotations(self.at)))
     }
 }
 
 fn obey(event: &Event<'_>, motors: &mut [Counter; MOTORS]) {
-    let each = motors.iter_mut().zip((1..).map(MotorAddress));
-    match *event {
-        Event::Move { motor, to, .. } => each.filter(|(_, of)| *of == motor).for_each(|(motor, _)| motor.go(to.0)),
-        Event::StopMotor { motor, .. } => {
-            each.filter(|(_, of)| *of == motor).for_each(|(motor, _)| motor.go(motor.at));
+    for (counter, of) in motors.iter_mut().zip((1..).map(MotorAddress)) {
+        match *event {
+            Event::Move { motor, to, speed, .. } if motor == of => counter.go(to, speed),
+            Event::StopMotor { motor, .. } if motor == of => counter.stop(),
+            Event::StopAll | Event::Reboot | Event::MoveToFrame { .. } => counter.stop(),
+            Event::Home { motors, .. } if motors.contains(of) => counter.stop(),
+            _ => {}
         }
-        Event::StopAll => each.for_each(|(motor, _)| motor.go(motor.at)),
-        Event::Home { motors, .. } => {
-            each.filter(|(_, of)| motors.contains(*of)).for_each(|(motor, _)| motor.go(motor.at));
-        }
-        Event::MoveToFrame { .. } => each.for_each(|(motor, _)| motor.go(motor.at)),
-        _ => {}
     }
 }
 
@@ -66,7 +67,13 @@ pub async fn serve<L: Read + Write>(line: &mut L) -> Result<(), L::Error> {
     loop {
         match session.poll(Millis(Instant::now().as_millis()), &Source::default(), &mut out) {
             Ok(Next::Transmit(_, message)) => line.write_all(message).await?,
-            Ok(Next::Event(event)) => obey(&event, &mut motors),
+            Ok(Next::Event(event)) => {
+                let is_reboot = event == Event::Reboot;
+                obey(&event, &mut motors);
+                if is_reboot {
+                    let _ = session.report(Report::Started);
+                }
+            }
             Ok(Next::Wait(_)) | Err(_) => match select(line.read(&mut arrived), ticker.next()).await {
                 Either::First(read) => {
                     let bytes = &arrived[..read?];
@@ -75,9 +82,7 @@ pub async fn serve<L: Read + Write>(line: &mut L) -> Result<(), L::Error> {
                 }
                 Either::Second(()) => {
                     for (counter, motor) in motors.iter_mut().zip((1..).map(MotorAddress)) {
-                        if let Some(report) = counter.tick(motor) {
-                            let _ = session.report(report);
-                        }
+                        counter.tick(motor, &mut session);
                     }
                 }
             },
