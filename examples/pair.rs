@@ -1,7 +1,8 @@
-//! Passive tap of a serial line: it pairs each request of Dragonframe with the answer of the controller, and writes one line
+//! Reader of a capture of a DMC line: it pairs each request of Dragonframe with the answer of the controller, and writes one line
 //! of JSON for each pair.
 //!
-//! Run it with `cargo run --example pair`. It reads a capture of both directions, `captures/dmc-move.txt`.
+//! Run it with `cargo run --example pair`. It reads a capture of both directions, `captures/dmc-move.txt`. A program that listens
+//! on two serial ports does the same with what they give.
 
 use std::collections::HashMap;
 use std::error::Error;
@@ -26,16 +27,18 @@ pub(crate) fn pairs(capture: &str, out: &mut impl Write) -> Result<(), Box<dyn E
     for line in capture.lines() {
         let words = line.split("//").next().unwrap_or_default();
         let is_host = words.starts_with('>');
-        let bytes: Vec<u8> = words.split(' ').filter_map(|word| u8::from_str_radix(word, 16).ok()).collect();
+        let bytes = words.split_whitespace().filter(|word| !matches!(*word, ">" | "<"));
+        let bytes = bytes.map(|word| u8::from_str_radix(word, 16)).collect::<Result<Vec<u8>, _>>()?;
         let frames = if is_host { &mut from_host } else { &mut from_device };
         assert_eq!(frames.push(&bytes), bytes.len(), "a line is shorter than the buffer");
         while let Some(item) = frames.next() {
-            // Noise and damaged frames are left out.
+            // Noise, damaged frames, and frames that are no message are left out.
             let Item::Frame(frame) = item else { continue };
             if is_host {
-                requests.insert(frame.id(), Owned::<Host>::new(&HostMessage::decode(&frame)?)?);
-            } else if let Some(request) = requests.remove(&frame.id()) {
-                let answer = Owned::<Device>::new(&DeviceMessage::decode(&frame)?)?;
+                let Ok(request) = HostMessage::decode(&frame) else { continue };
+                requests.insert(frame.id(), Owned::<Host>::new(&request)?);
+            } else if let (Some(request), Ok(answer)) = (requests.remove(&frame.id()), DeviceMessage::decode(&frame)) {
+                let answer = Owned::<Device>::new(&answer)?;
                 serde_json::to_writer(&mut *out, &Pair { id: frame.id(), request, answer })?;
                 writeln!(out)?;
             }
