@@ -99,7 +99,8 @@ pub trait Session {
     /// needs; the message is not lost.
     fn turn(&mut self, now: Millis, source: &Self::Source<'_>, out: &mut [u8]) -> Result<TurnOf<Self>, EncodeError>;
 
-    /// Event of the last turn. It lends what arrived last, so that it ends before the next turn.
+    /// Event of the last turn. It lends what arrived last: ask for it before anything else is told or given to
+    /// the session.
     fn event(&self, held: Self::Held) -> Self::Event<'_>;
 }
 
@@ -206,6 +207,12 @@ impl<F: Framing, const N: usize> Link<F, N> {
         self.frames.held()
     }
 
+    /// Whether bytes arrived at which [`next`](Self::next) did not look yet.
+    #[must_use]
+    pub const fn has_unseen(&self) -> bool {
+        self.frames.has_unseen()
+    }
+
     /// Bytes of the frame that came last.
     #[must_use]
     pub fn last(&self) -> &[u8] {
@@ -219,7 +226,7 @@ impl<F: Framing, const N: usize> Link<F, N> {
     }
 
     /// Drops what is held.
-    pub fn reset(&mut self) {
+    fn reset(&mut self) {
         self.frames.reset();
         self.is_stale = false;
     }
@@ -231,6 +238,9 @@ impl<F: Framing, const N: usize> Link<F, N> {
 
     /// Takes bytes, and returns how many.
     pub fn receive(&mut self, now: Millis, bytes: &[u8]) -> usize {
+        if self.is_stale {
+            self.reset();
+        }
         self.frames.push(now, bytes)
     }
 
@@ -399,7 +409,8 @@ macro_rules! session_link {
 
             /// Tells that the link is up. Bytes of an earlier one are dropped.
             pub fn link_up(&mut self) {
-                self.link.reset();
+                // An event that waits may still lend the message that came last.
+                self.link.drop_later();
                 self.agenda.link_up();
             }
 
@@ -444,21 +455,28 @@ macro_rules! session_link {
         }
     };
     (device [$($impl:tt)*] $session:ty) => {
+        $($impl)* $session {
+            /// Whether bytes arrived that are not dealt with.
+            const fn has_unseen(&self) -> bool {
+                self.link.has_unseen()
+            }
+        }
+
         $crate::session_device! { [$($impl)*] $session }
     };
 }
 
-/// Makes `may_move` of the session of a device, which has the fields `machine` and `agenda`.
+/// Makes `may_move` of the session of a device, which has the fields `machine` and `agenda`, and the method `has_unseen`.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! session_device {
     ([$($impl:tt)*] $session:ty) => {
         $($impl)* $session {
-            /// Whether anything may move because of what this device was told: see [`DeviceMachine::may_move`]. While a report or
-            /// an event waits for a poll, this is not known, and the answer is yes.
+            /// Whether anything may move because of what this device was told: see [`DeviceMachine::may_move`]. While a report,
+            /// bytes that arrived or an event wait for a poll, this is not known, and the answer is yes.
             #[must_use]
             pub fn may_move(&self) -> bool {
-                self.machine.may_move() || !self.agenda.is_settled()
+                self.machine.may_move() || !self.agenda.is_settled() || self.has_unseen()
             }
         }
 

@@ -100,7 +100,8 @@ impl DeviceMachine {
     /// Whether anything may move because of what this device was told. A run or a shot that waits for its signal counts, and
     /// so does a shutter that may be open.
     ///
-    /// It is false as soon as all motors rest after a stop, as [`Input::AtRest`] tells, also while the device is locked.
+    /// It is false as soon as all motors rest after a stop, as [`Input::AtRest`] tells, also while the device is locked. Until a lock
+    /// ends, only a shutter can be opened.
     #[must_use]
     pub const fn may_move(&self) -> bool {
         self.motion.may_move() || self.moving.0 != Motors::NONE.0 || self.is_shutter_open

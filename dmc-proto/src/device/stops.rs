@@ -87,7 +87,8 @@ impl DeviceMachine {
 
     /// Stops everything, because no stop could come any more (decision D-53).
     pub(super) fn link_down(&mut self, now: Millis, output: &mut Output<'_>) {
-        if !matches!(self.motion, Motion::Idle | Motion::Stopping(_) | Motion::Locked(_)) {
+        let moves = !matches!(self.motion, Motion::Idle | Motion::Stopping(_) | Motion::Locked(_));
+        if moves || self.is_shutter_open {
             self.stop_all(now, output, false);
         }
     }

@@ -216,6 +216,11 @@ fn a_device_may_move_from_what_it_is_told_until_rest() {
     let mut bench = open();
     bench.asked(stop_all());
     assert!(!bench.machine.may_move(), "a stop of everything closes the shutter");
+    let mut bench = open();
+    let (_, events) = bench.step(device::Input::LinkDown);
+    let stop = device::Event::Stop(device::StopKind::All { silent: false });
+    assert!(events.contains(&stop), "nobody else can close the shutter: {events:?}");
+    assert!(!bench.machine.may_move());
 }
 
 /// D2-24, D-98

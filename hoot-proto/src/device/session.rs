@@ -10,7 +10,7 @@ use super::event::Ignored;
 use super::transmit::{Answer, Contents, Transmit};
 use super::{Command, Contact, DeviceMachine, EFFECTS, Effect, Event, Input, Port, input};
 use crate::frame::{Address, Frame, MAX_FRAME, PATIENCE, Requests};
-use crate::message::{Amperes, Level, Motor, RingTip, Steps, Volts};
+use crate::message::{Amperes, HostMessage, Level, Motor, RingTip, Steps, Volts};
 
 pub use motion_core::session::NotTaken;
 
@@ -56,7 +56,7 @@ pub struct Session {
     /// Port on which the last packet came.
     last: Port,
     agenda: Agenda<Input<'static>, Held, EFFECTS>,
-    /// Whether everything is stopped once more after what arrived before the stop, because that may move something.
+    /// Whether what is dealt with arrived before a stop. It sets nothing in motion, and everything is stopped once more after it.
     stops_again: bool,
 }
 
@@ -77,6 +77,11 @@ impl Session {
         &self.machine
     }
 
+    /// Whether bytes arrived that are not dealt with.
+    fn has_unseen(&self) -> bool {
+        self.links.iter().any(Link::has_unseen)
+    }
+
     /// Number of bytes that arrived and are not dealt with.
     #[must_use]
     pub fn held(&self) -> usize {
@@ -90,9 +95,23 @@ impl Session {
     ///
     /// # Errors
     ///
-    /// [`NotTaken::Full`] if too many commands of a person wait for a poll.
+    /// [`NotTaken::Full`] if too many stops wait for a poll.
     pub fn stop(&mut self) -> Result<(), NotTaken> {
         self.command(Command::EmergencyStop)
+    }
+
+    /// A person at the node wants something. An [emergency stop](Command::EmergencyStop) goes before all that waits.
+    ///
+    /// More is told at [`Input::Command`].
+    ///
+    /// # Errors
+    ///
+    /// [`NotTaken::Full`] if too many reports wait for a poll.
+    pub fn command(&mut self, command: Command) -> Result<(), NotTaken> {
+        match command {
+            Command::EmergencyStop => self.agenda.stop_all(Input::Command(command)),
+            _ => self.agenda.stop_one(Input::Command(command)),
+        }
     }
 
     fn link(&mut self, port: Port) -> &mut Link {
@@ -110,8 +129,9 @@ impl Session {
     ///
     /// [`NotTaken::Full`] if too many reports wait for a poll.
     pub fn link_up(&mut self, port: Port) -> Result<(), NotTaken> {
-        self.link(port).reset();
-        self.agenda.stop_one(Input::LinkUp(port))
+        self.agenda.stop_one(Input::LinkUp(port))?;
+        self.link(port).drop_later();
+        Ok(())
     }
 
     /// Takes bytes that arrived on a port, and returns how many: at least [`PIECE`](Self::PIECE) if there are so many, and
@@ -147,6 +167,9 @@ impl Session {
     /// Tells the machine the next thing that happened. Returns false if nothing did.
     fn advance(&mut self, now: Millis) -> bool {
         if let Some(News::Wish(report)) = self.agenda.news() {
+            if self.stops_again && sets_in_motion(&report) {
+                return true;
+            }
             if matches!(report, Input::Command(Command::EmergencyStop)) {
                 self.stops_again = !self.agenda.is_settled() || self.held() > 0;
             }
@@ -158,7 +181,11 @@ impl Session {
             let output = match link.next() {
                 Some(Item::Frame(frame)) => {
                     self.last = port;
-                    self.machine.advance(now, Input::received(port, &frame))
+                    let input = Input::received(port, &frame);
+                    if self.stops_again && sets_in_motion(&input) {
+                        return true;
+                    }
+                    self.machine.advance(now, input)
                 }
                 Some(_) => self.machine.advance(now, Input::Noise),
                 None => {
@@ -181,6 +208,18 @@ impl Session {
         let output = self.machine.advance(now, input);
         self.agenda.fill(output, Held::of);
         true
+    }
+}
+
+/// Whether something may move, or the shutter may open, because of an input. Nothing of the kind that arrived before a stop is
+/// done after it.
+fn sets_in_motion(input: &Input<'_>) -> bool {
+    match input {
+        Input::Received { message, .. } => {
+            message.conduct().may_move() || matches!(message, HostMessage::CameraExpose(_))
+        }
+        Input::Command(Command::Start) | Input::Alt(_) | Input::CommonLine => true,
+        _ => false,
     }
 }
 
@@ -256,10 +295,6 @@ fn copied(packet: &[u8], out: &mut [u8]) -> Result<usize, EncodeError> {
 
 session_methods! {
     impl<> Session as Input, see Input;
-    stop_all {
-        /// A person at the node wants something, such as an [emergency stop](Command::EmergencyStop).
-        Command command(command: Command) => (command);
-    }
     stop_one {
         /// The master of a port disconnected.
         LinkDown link_down(port: Port) => (port);

@@ -153,6 +153,8 @@ fn poll(session: &mut host::Session, now: Millis, room: &mut Vec<u8>) -> Vec<Str
 struct Rig {
     moves: [bool; 3],
     shutter: bool,
+    /// Whether a person stopped everything, after which nothing that had arrived may set anything in motion.
+    is_held: bool,
 }
 
 impl Rig {
@@ -168,6 +170,7 @@ impl Rig {
             }
             _ => {}
         }
+        assert!(!self.is_held || !self.is_active(), "{event:?}");
     }
 
     fn is_active(&self) -> bool {
@@ -367,13 +370,16 @@ fn what_arrived_before_a_stop_at_the_node_does_not_undo_it() {
                 1 => receive(&mut session, run(Motor::One)),
                 _ => session.command(device::Command::Start).unwrap(),
             }
+            assert!(session.may_move(), "{how} waits");
             if is_stopped {
                 session.stop().unwrap();
             }
+            rig.is_held = is_stopped;
             node_poll(&mut session, now, &mut room, &mut rig);
             assert_eq!([rig.is_active(), session.may_move()], [!is_stopped; 2], "{how}");
         }
         session.stop().unwrap();
         node_poll(&mut session, now, &mut room, &mut rig);
+        assert!(!rig.is_active());
     }
 }

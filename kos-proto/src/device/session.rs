@@ -75,7 +75,7 @@ pub struct Session<const N: usize = { 2 * MAX_FRAME + 4095 }, const CAP: usize =
     /// Client from which the last message came.
     last: usize,
     agenda: Agenda<Told, Held, EFFECTS, REPORTS>,
-    /// Whether everything is stopped once more after what arrived before the stop, because that may move something.
+    /// Whether what is dealt with arrived before a stop. It sets nothing in motion, and everything is stopped once more after it.
     stops_again: bool,
 }
 
@@ -111,6 +111,11 @@ impl<const N: usize, const CAP: usize> Session<N, CAP> {
         self.agenda.stop_all(Told::Stop)
     }
 
+    /// Whether bytes arrived that are not dealt with.
+    fn has_unseen(&self) -> bool {
+        self.clients.iter().any(Link::has_unseen)
+    }
+
     /// Number of bytes that arrived and are not dealt with.
     #[must_use]
     pub fn held(&self) -> usize {
@@ -123,10 +128,11 @@ impl<const N: usize, const CAP: usize> Session<N, CAP> {
     ///
     /// [`NotTaken::Full`] if too many reports wait for a poll.
     pub fn link_up(&mut self, client: SessionId, transport: Transport) -> Result<(), NotTaken> {
+        self.agenda.stop_one(Told::LinkUp(client, transport))?;
         if let Some(link) = self.clients.get_mut(usize::from(client.0)) {
-            link.reset();
+            link.drop_later();
         }
-        self.agenda.stop_one(Told::LinkUp(client, transport))
+        Ok(())
     }
 
     /// Tells that a client is gone.
@@ -218,7 +224,11 @@ impl<const N: usize, const CAP: usize> Session<N, CAP> {
             let (output, is_over) = match link.next() {
                 Some(Item::Frame(frame)) => {
                     self.last = index;
-                    (self.machine.advance(now, Input::received(session, &frame, password)), false)
+                    let input = Input::received(session, &frame, password);
+                    if self.stops_again && sets_in_motion(&input) {
+                        return true;
+                    }
+                    (self.machine.advance(now, input), false)
                 }
                 Some(Item::Fatal(_)) => (self.machine.advance(now, Input::Fatal(session)), true),
                 Some(Item::Noise { .. } | Item::Corrupt { .. }) => return true,
@@ -240,6 +250,17 @@ impl<const N: usize, const CAP: usize> Session<N, CAP> {
         let output = self.machine.advance(now, input);
         self.agenda.fill(output, Held::of);
         true
+    }
+}
+
+/// Whether something may move, or the shutter may open, because of an input. Nothing of the kind that arrived before a stop is
+/// done after it.
+fn sets_in_motion(input: &Input<'_>) -> bool {
+    match input {
+        Input::Received { message, .. } => {
+            message.conduct().may_move() || matches!(message, HostMessage::TakePicture(_))
+        }
+        _ => false,
     }
 }
 
@@ -279,8 +300,7 @@ impl<const N: usize, const CAP: usize> session::Session for Session<N, CAP> {
                 break held;
             }
             if !self.advance(now, source) {
-                let cut = self.clients.iter().filter_map(Link::deadline);
-                return Ok(Turn::Wait(cut.chain(self.agenda.wake()).min()));
+                return Ok(Turn::Wait(self.agenda.wake()));
             }
         };
         let transmit = match held {

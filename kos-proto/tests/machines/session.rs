@@ -99,6 +99,8 @@ struct Rig {
     shutter: Millis,
     wake: Option<Millis>,
     is_connected: bool,
+    /// Whether a person stopped everything, after which nothing that had arrived may set anything in motion.
+    is_held: bool,
 }
 
 impl Rig {
@@ -128,6 +130,15 @@ impl Rig {
                 Ok(device::Next::Wait(wake)) => break self.wake = wake,
                 Err(error) => panic!("{error}"),
             };
+            let sets_in_motion = matches!(
+                event,
+                Event::Move { .. }
+                    | Event::Home { .. }
+                    | Event::MoveToFrame { .. }
+                    | Event::Play { .. }
+                    | Event::OpenShutter { .. }
+            );
+            assert!(!(self.is_held && sets_in_motion), "{event}");
             match event {
                 Event::Move { motor, .. } => self.send(MotorSet::of([motor])),
                 Event::StopMotor { motor, .. } => self.sent.remove(motor),
@@ -262,6 +273,7 @@ proptest! {
                 DeviceOp::Message(_, wire) => {
                     let arrived = bytes(&wire);
                     prop_assert_eq!(session.receive(now, CLIENT, &arrived), arrived.len());
+                    prop_assert!(arrived.is_empty() || session.may_move(), "bytes wait");
                 }
                 _ => {}
             }
@@ -269,7 +281,9 @@ proptest! {
                 // What arrived before a stop does not undo it.
                 session.stop().unwrap();
                 prop_assert!(session.may_move(), "the stop waits");
+                rig.is_held = true;
                 rig.poll(&mut session, now);
+                rig.is_held = false;
                 prop_assert!(rig.sent.is_empty() && !rig.plays && rig.shutter == Millis(0));
                 rig.report(&mut session, Report::Started);
                 for motor in (1..=10).map(MotorAddress) {

@@ -72,6 +72,14 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         self.end.saturating_sub(self.start)
     }
 
+    /// Whether bytes were added at which [`next`](Self::next) did not look yet.
+    #[doc(hidden)]
+    #[inline]
+    #[must_use]
+    pub const fn has_unseen(&self) -> bool {
+        self.end > self.seen
+    }
+
     /// Last `len` bytes that were taken as an item. They stay until bytes are added.
     #[doc(hidden)]
     #[must_use]
@@ -188,7 +196,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
     #[inline]
     #[expect(clippy::should_implement_trait, reason = "an iterator cannot lend from itself")]
     pub fn next(&mut self) -> Option<Item<'_, F::Frame<'_>, F::Header>> {
-        if self.end <= self.seen { None } else { self.look() }
+        if self.has_unseen() { self.look() } else { None }
     }
 
     /// The part of [`next`](Self::next) after the check that there are new bytes.

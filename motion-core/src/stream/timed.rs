@@ -101,6 +101,13 @@ impl<F: Framing, const N: usize> TimedFrames<F, N> {
         self.frames.taken(len)
     }
 
+    /// Whether bytes were added at which [`next`](Self::next) did not look yet.
+    #[doc(hidden)]
+    #[must_use]
+    pub const fn has_unseen(&self) -> bool {
+        self.frames.has_unseen()
+    }
+
     /// Number of bytes that are not part of an item yet.
     #[must_use]
     pub const fn held(&self) -> usize {

@@ -79,6 +79,10 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
             },
             out,
         )?;
+        if gap == 7 {
+            told(device.stop(), out)?;
+        }
+        writeln!(out, "{} {}", client.may_move(), device.may_move())?;
         writeln!(out, "{} {}", client.receive(now, bytes), device.receive(now, SessionId(b), bytes))?;
         for _ in 0..TURNS {
             let next = client.poll(now, &host::Source::default(), &mut room);
@@ -205,6 +209,10 @@ fn dmc_device(input: &[u8], out: &mut dyn Write) -> fmt::Result {
             },
             out,
         )?;
+        if gap == 7 {
+            told(session.stop(), out)?;
+        }
+        writeln!(out, "{}", session.may_move())?;
         writeln!(out, "{}", session.receive(now, bytes))?;
         for _ in 0..TURNS {
             let next = session.poll(now, &Nowhere, &mut room);
@@ -257,6 +265,10 @@ fn hoot(input: &[u8], out: &mut dyn Write) -> fmt::Result {
             },
             out,
         )?;
+        if gap == 7 {
+            told(node.stop(), out)?;
+        }
+        writeln!(out, "{} {}", master.may_move(), node.may_move())?;
         writeln!(out, "{} {}", master.receive(now, bytes), node.receive(now, port, bytes))?;
         for _ in 0..TURNS {
             let next = master.poll(now, &mut room);
