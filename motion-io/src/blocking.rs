@@ -318,8 +318,10 @@ impl<S: Session, T: Stream> Driver<S, T> {
 
     fn hang_up(&mut self) {
         let now = self.now();
-        if let Some(reopen) = &mut self.reopen {
-            reopen.attempts.lost(now, &self.flow.session);
+        if let Some(reopen) = &mut self.reopen
+            && !reopen.attempts.lost(now, &self.flow.session)
+        {
+            self.reopen = None;
         }
         self.stream = None;
     }

@@ -20,12 +20,16 @@
 //!     async fn come_to_rest(&self);
 //! }
 //!
-//! async fn run<T: Read + Write>(board: &impl Board, line: T, clock: impl Clock) -> Result<(), Error<T::Error>> {
+//! async fn run<T: Read + Write>(board: &impl Board, line: T, clock: impl Clock) {
 //!     let machine = DeviceMachine::new(Options::of(Hi { motor_count: 4, ..Options::default().hi() }));
 //!     let mut driver: Driver<_, _, _, 256> = Driver::new(<Session>::new(machine, Patience::default()), line, clock);
 //!     loop {
 //!         match select(driver.next(board), board.come_to_rest()).await {
-//!             Either::First(event) => board.obey(&event?),
+//!             Either::First(Ok(event)) => board.obey(&event),
+//!             // The session has stopped everything, because its host is gone.
+//!             Either::First(Err(Error::Closed)) => return,
+//!             // A bit error, for example. Stops must still be heard.
+//!             Either::First(Err(_)) => {}
 //!             Either::Second(()) => _ = driver.session_mut().at_rest(),
 //!         }
 //!     }

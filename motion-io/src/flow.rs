@@ -108,7 +108,7 @@ impl<S: Session, B: Buffer> Flow<S, B> {
     }
 
     fn cut(&mut self) {
-        (self.is_up, self.is_wanted, self.unsent) = (false, !S::ASKS, 0..0);
+        (self.is_up, self.is_wanted, self.unsent, self.news.1) = (false, !S::ASKS, 0..0, false);
     }
 
     /// Gives bytes that arrived to the session, and returns how many it took.

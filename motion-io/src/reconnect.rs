@@ -8,7 +8,8 @@ use motion_core::time::Millis;
 
 /// Rules by which a driver opens a lost line again.
 ///
-/// The time between two attempts doubles from the first to the longest. After the line is open again, the driver of a host tells
+/// The time between two attempts doubles from the first to the longest. A session that asks for its line, as a client of kOS does,
+/// decides itself when it asks again. After the line is open again, the driver of a host tells
 /// the session to stop everything before all other commands, if anything could move when the line was lost or since then. Nobody
 /// watched the rig in that time, so that a stop is the safe beginning; a rig that rests is not affected by it. The stop is
 /// a command with the token [`STOP`](Self::STOP), and ends with an event as any other.
@@ -51,7 +52,8 @@ impl Reconnect {
         self
     }
 
-    /// Sets the number of attempts that may fail in a row. After them, the driver gives the error of the last one.
+    /// Sets the number of attempts that may fail in a row, at least one. A line that is lost before a byte arrived counts as an
+    /// attempt that failed. After them, the driver gives the error of the last one.
     #[must_use]
     pub const fn with_attempts(mut self, attempts: u32) -> Self {
         self.attempts = Some(attempts);
@@ -87,6 +89,8 @@ pub(crate) struct Attempts<S> {
     stop: fn(&mut S, Token),
     /// Whether anything could move when the line was lost.
     moved: bool,
+    /// Whether no byte has arrived since the line was opened.
+    is_mute: bool,
     failed: u32,
     /// Time of the next attempt.
     pub(crate) at: Millis,
@@ -99,7 +103,7 @@ impl<S> Attempts<S> {
     {
         // There is only no room for a stop if other stops wait before all commands.
         let stop = |session: &mut S, token| _ = session.stop(token);
-        Self { rules, may_move: S::may_move, stop, moved: false, failed: 0, at: Millis(0) }
+        Self { rules, may_move: S::may_move, stop, moved: false, is_mute: false, failed: 0, at: Millis(0) }
     }
 
     /// Attempts for a device, whose machine is told of the loss at once and decides what stops.
@@ -107,13 +111,18 @@ impl<S> Attempts<S> {
     where
         S: DeviceSession,
     {
-        Self { rules, may_move: |_| false, stop: |_, _| {}, moved: false, failed: 0, at: Millis(0) }
+        Self { rules, may_move: |_| false, stop: |_, _| {}, moved: false, is_mute: false, failed: 0, at: Millis(0) }
     }
 
-    /// Notes that the line is lost.
-    pub(crate) fn lost(&mut self, now: Millis, session: &S) {
+    /// Notes that the line is lost. A line that gave no byte counts as one that could not be opened. Returns false if that was
+    /// the last attempt.
+    pub(crate) fn lost(&mut self, now: Millis, session: &S) -> bool {
         self.moved |= (self.may_move)(session);
+        if core::mem::take(&mut self.is_mute) {
+            return self.failed(now);
+        }
         self.wait(now);
+        true
     }
 
     /// Notes that the line cannot be opened. Returns false if that was the last attempt.
@@ -131,6 +140,7 @@ impl<S> Attempts<S> {
 
     /// Stops everything first, after the line is open again, if anything can move.
     pub(crate) fn opened(&mut self, session: &mut S) {
+        self.is_mute = true;
         let may_move = core::mem::take(&mut self.moved) || (self.may_move)(session);
         if let Some(token) = self.rules.stop.filter(|_| may_move) {
             (self.stop)(session, token);
@@ -139,6 +149,6 @@ impl<S> Attempts<S> {
 
     /// Notes that bytes arrived, so that the line is a good one.
     pub(crate) fn works(&mut self) {
-        self.failed = 0;
+        (self.is_mute, self.failed) = (false, 0);
     }
 }

@@ -258,7 +258,10 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
     fn hang_up(&mut self) {
         let now = self.now();
         if let Some(reopen) = &mut self.reopen {
-            reopen.attempts.lost(now, &self.flow.session);
+            reopen.opening = None;
+            if !reopen.attempts.lost(now, &self.flow.session) {
+                self.reopen = None;
+            }
         }
         self.stream = None;
         self.arrived.clear();

@@ -25,7 +25,7 @@ impl device::Rig for Still {
     }
 }
 
-/// Drives a device until the line is closed, or `for_ever` a motor is moved. Returns its events.
+/// Drives a device until the line is closed, or a motor is moved. Returns its events.
 fn serve(line: TcpStream, ends_with_move: bool) -> Vec<String> {
     let hi = dmc::Hi { motor_count: 4, ..device::Options::default().hi() };
     let machine = DeviceMachine::new(device::Options::of(hi));

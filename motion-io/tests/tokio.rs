@@ -358,6 +358,49 @@ async fn attempts_end_after_the_number_that_the_rules_say() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_line_that_is_lost_before_a_byte_arrived_counts_as_an_attempt_that_failed() {
+    let session: dmc_host::Session = dmc_host::Session::new(dmc_host::Options::default());
+    let rules = Reconnect::new().with_attempts(4).with_times(SECOND, 3 * SECOND);
+    // Each line is closed at once, as a server with too many clients does.
+    let mut driver =
+        Driver::new(session, duplex(64).0).reconnecting(rules, || std::future::ready(Ok::<_, Error>(duplex(64).0)));
+    let start = Instant::now();
+    let error = tokio::time::timeout(60 * SECOND, async {
+        loop {
+            if let Err(error) = driver.next(&NoMove).await {
+                break error;
+            }
+        }
+    })
+    .await
+    .expect("the attempts end");
+    assert!(error.to_string().contains("the other end closed it before it answered"), "{error}");
+    let time = start.elapsed();
+    assert!(time >= 9 * SECOND && time < 9 * SECOND + SECOND / 10, "{time:?}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_attempt_to_open_ends_when_the_session_does_not_want_its_line_any_more() {
+    use kos_proto::host::{Endpoint, Options, Session, Source, Token};
+    let lines = Lines::default();
+    let mut far = lines.add();
+    let mut driver =
+        Driver::unopened(Session::<140_000>::new(Options::default())).reconnecting(Reconnect::default(), move || {
+            let line = lines.open();
+            async move {
+                sleep(3 * SECOND).await;
+                line
+            }
+        });
+    driver.session_mut().connect(Token(1), Endpoint::Tcp(kos::Ipv4::default())).unwrap();
+    let _ = events(&mut driver, &Source::default(), SECOND, |_| None).await;
+    driver.session_mut().disconnect(Token(2)).unwrap();
+    let _ = events(&mut driver, &Source::default(), 5 * SECOND, |_| None).await;
+    assert!(!driver.is_open(), "nobody wants the line");
+    assert!(far.read_u8().await.is_err(), "the line is closed");
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_line_that_takes_no_byte_for_two_seconds_is_lost() {
     // The greeting of a host is longer than the pipe, and nobody reads it.
     let (near, _far) = duplex(4);

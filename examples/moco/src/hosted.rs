@@ -134,6 +134,9 @@ impl<H: Driven> HostSession for Hosted<H> {
     fn stop(&mut self, _: Token) -> Result<(), NotTaken> {
         self.stops = true;
         self.commands.clear();
+        // What the host told before cannot confirm this stop.
+        self.event = None;
+        while self.host.next_event().is_some() {}
         Ok(())
     }
 }

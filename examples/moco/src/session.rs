@@ -19,7 +19,7 @@ use crate::serve::Stream;
 /// Time within which a stop must be confirmed. After it, somebody has to press the emergency stop.
 const STOP: Duration = Duration::from_secs(10);
 /// Time within which all motors must rest after a stop that is confirmed.
-const REST: Duration = Duration::from_secs(5);
+pub(crate) const REST: Duration = Duration::from_secs(5);
 /// Time within which a lost line must be open again for a stop.
 const REACH: Duration = Duration::from_secs(2);
 /// Time in which another Ctrl-C does not cancel a stop, because a person may press it several times in an emergency.
@@ -105,7 +105,7 @@ impl<H: Driven> Session<H> {
         &self.driver.session().heard
     }
 
-    /// Number of bytes that were sent to the rig.
+    /// Number of bytes that were given to the driver for the rig.
     #[must_use]
     pub fn written(&self) -> u64 {
         self.driver.session().written
@@ -157,7 +157,6 @@ impl<H: Driven> Session<H> {
             () = interrupted(&mut self.interrupts, self.deaf) => {}
             happened = self.driver.next_within(time, &()) => return Ok(happened?.is_some()),
         }
-        self.driver.give_up_opening();
         Err(Trouble::Interrupted)
     }
 
@@ -169,6 +168,8 @@ impl<H: Driven> Session<H> {
     pub async fn stop(&mut self) -> Stopped {
         let until = Instant::now() + STOP;
         self.deaf = Instant::now() + FRIGHT;
+        // An attempt that had no answer for some time waits longer than a stop may.
+        self.driver.give_up_opening();
         while Instant::now() < until {
             if !H::OPENS && !self.reach().await {
                 break;

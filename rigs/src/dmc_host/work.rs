@@ -1,4 +1,5 @@
-//! Work of a host: what the session says and the application wants, with and the messages and the move that the session does not keep.
+//! Work of a host: what the session says and what the application wants, with the messages and the move that the session does not
+//! keep.
 
 use dmc_proto::host::{self, Failure, Next, NotTaken, Outcome, Refusal, Session, StopTarget};
 use dmc_proto::message::{AckCode, GioCam, HostMessage, MotorConfigure, MotorGetPosition, MotorStatusRequest};

@@ -325,7 +325,9 @@ impl<'s> Flow<'s> {
         let until = Instant::now() + STOP;
         while let Some(left) = until.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
             // A hard stop also stops the motors, but it does not confirm this stop.
-            if let Some(Event::Machine(host::Event::Stopped(_))) = self.session.next_within(left).await? {
+            if let Some(Event::Machine(host::Event::Stopped(stopped))) = self.session.next_within(left).await?
+                && (stopped == target || stopped == StopTarget::All)
+            {
                 return Ok(());
             }
         }

@@ -18,12 +18,12 @@ use dmc_proto::message::{
 use examples::moves::Move;
 use motion_core::time::Millis;
 use motion_rigs::dmc_host::{DmcHost, Event, TOLERANCE};
-use tokio::time::Instant;
+use tokio::time::{Instant, timeout};
 
 use super::command::Shots;
 use super::output::{About, Output};
 use super::{Command, Driven, OBEYED, Stopped, Trouble};
-use crate::session::Session;
+use crate::session::{REST, Session};
 
 use flow::Flow;
 use plan::Plan;
@@ -76,12 +76,12 @@ pub async fn drive(
     // Nothing comes before a stop, not even the greeting.
     if *command == Command::Stop {
         flow.stop(StopTarget::All).await?;
-        let rests = flow.session.rests().await;
+        // Nobody knows what an earlier session did: its motors may still slow down, and some rigs leave the shutter open.
+        flow.up().await?;
+        let rests = matches!(timeout(REST, flow.rest()).await, Ok(Ok(())));
         if rests {
             flow.print(format_args!("stopped: the rig confirmed it"))?;
         }
-        // A stop leaves the shutter open on some rigs, and nobody knows what an earlier session did.
-        flow.up().await?;
         flow.close_shutter().await?;
         return if rests { Ok(()) } else { Err(Trouble::MayMove(OBEYED.to_owned())) };
     }
