@@ -318,9 +318,9 @@ impl<S: Session, T: Stream> Driver<S, T> {
 
     fn hang_up(&mut self) {
         let now = self.now();
-        if let Some(reopen) = &mut self.reopen
-            && !reopen.attempts.lost(now, &self.flow.session)
-        {
+        // The oldest supported Rust knows no `let` chains.
+        let flow = &self.flow;
+        if self.reopen.as_mut().is_some_and(|reopen| !reopen.attempts.lost(now, &flow.session)) {
             self.reopen = None;
         }
         self.stream = None;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use dmc_proto::device::State;
-use dmc_proto::message::{Ack, AckCode, Capabilities, DeviceMessage, Hi, HostMessage, MotorStatus};
+use dmc_proto::message::{Ack, AckCode, Capabilities, DeviceMessage, Hi, HostMessage, MotorStatus, Motors};
 use dmc_proto::{DeviceReader, Item, Patience};
 use motion_rigs::dmc_device::{DmcDevice, Setup};
 use motion_rigs::{LineId, Outgoing, Party as _, Rig as _};
@@ -256,8 +256,8 @@ async fn a_limit_switch_is_reported() {
     assert_eq!(line, "motor 1 ran into its upper limit switch: jog it back, and stay below it");
 }
 
-/// Rig that acknowledges everything, except that it answers a request for its camera with this code.
-async fn answer(mut line: DuplexStream, camera: AckCode) {
+/// Rig that acknowledges everything, except that it answers a request for its camera with this code. These motors move for ever.
+async fn answer(mut line: DuplexStream, camera: AckCode, motor_status: Motors) {
     let (mut reader, mut buffer) = (DeviceReader::new(Patience::default()), [0; 64]);
     while let Ok(len @ 1..) = line.read(&mut buffer).await {
         assert_eq!(reader.push(Millis(0), &buffer[..len]), len);
@@ -265,7 +265,9 @@ async fn answer(mut line: DuplexStream, camera: AckCode) {
         while let Some(Item::Frame(frame)) = reader.next() {
             let answer = match HostMessage::decode(&frame).unwrap() {
                 HostMessage::Hi(_) => Hi { motor_count: 1, ..Hi::default() }.into(),
-                HostMessage::MotorStatus(_) => DeviceMessage::MotorStatus(MotorStatus::default()),
+                HostMessage::MotorStatus(_) => {
+                    DeviceMessage::MotorStatus(MotorStatus { motor_status, ..MotorStatus::default() })
+                }
                 HostMessage::GioCam(_) => Ack::new(frame.kind(), camera).into(),
                 _ => Ack::new(frame.kind(), AckCode::OK).into(),
             };
@@ -285,7 +287,7 @@ async fn a_stop_tells_if_the_rig_does_not_close_its_shutter() {
         (AckCode::ERR_GENERAL, Some("the rig refuses the end of the photo: it cannot do that now")),
     ] {
         let (line, rig) = duplex(4096);
-        tokio::spawn(answer(rig, code));
+        tokio::spawn(answer(rig, code, Motors::NONE));
         let (_interrupt, interrupts) = unbounded_channel();
         let mut session = Session::over(DmcHost::default(), line, interrupts);
         let done = drive(&mut session, &Command::Stop, &mut Vec::new()).await;
@@ -293,4 +295,15 @@ async fn a_stop_tells_if_the_rig_does_not_close_its_shutter() {
         let is_right = line.as_deref().map_or(end.is_none(), |line| end.is_some_and(|end| line.starts_with(end)));
         assert!(is_right, "{code:?}: {line:?}");
     }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_stop_tells_if_motors_of_an_earlier_session_do_not_rest() {
+    let (line, rig) = duplex(4096);
+    tokio::spawn(answer(rig, AckCode::OK, Motors(2)));
+    let (_interrupt, interrupts) = unbounded_channel();
+    let mut session = Session::over(DmcHost::default(), line, interrupts);
+    let mut said = Vec::new();
+    let done = drive(&mut session, &Command::Stop, &mut said).await;
+    assert!(matches!(&done, Err(Trouble::MayMove(why)) if why == OBEYED) && said.is_empty(), "{done:?} {said:?}");
 }
